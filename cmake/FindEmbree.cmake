@@ -1,0 +1,9 @@
+# Embree 4 when the system has it, else 3.13 or later. Defines the target emberline_embree; the
+# macro EMBERLINE_EMBREE_MAJOR is read by renderer/scene/embree_api.h alone.
+find_package(embree 4 QUIET)
+if(NOT embree_FOUND)
+  find_package(embree 3.13 REQUIRED)
+endif()
+add_library(emberline_embree INTERFACE)
+target_link_libraries(emberline_embree INTERFACE embree)
+target_compile_definitions(emberline_embree INTERFACE EMBERLINE_EMBREE_MAJOR=${EMBREE_VERSION_MAJOR})

@@ -1,0 +1,22 @@
+// glTF 2.0 in: .gltf and .glb, with external, embedded and data-URI buffers and images.
+#pragma once
+
+#include <string>
+
+#include "renderer/scene/scene_description.h"
+
+namespace emberline {
+
+struct GltfOptions {
+  // An image that does not decode becomes a neutral colour and a warning instead of an error.
+  bool lenient = false;
+};
+
+// Reads `path`. Throws InputError (file, JSON pointer, what to do) for anything unusable: missing
+// file, not a glTF, truncated, out-of-range indices, cyclic nodes, an extension in
+// extensionsRequired that is not honoured, no geometry. Never allocates by a count that the file's
+// own size does not bear out. What was repaired or ignored is in the result and warned of once.
+// Images are decoded in parallel (TBB). Not reentrant with log hooks; otherwise thread-safe.
+SceneDescription load_gltf(const std::string& path, const GltfOptions& options);
+
+}  // namespace emberline

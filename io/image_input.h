@@ -1,0 +1,37 @@
+// Images in, through OpenImageIO.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "renderer/scene/scene_description.h"
+
+namespace emberline {
+
+// Decodes an encoded image held in memory (PNG, JPEG, WebP, EXR, HDR, ...), keeping its bit depth
+// and not premultiplying alpha. Throws InputError naming `place`. Non-finite texels become 0 and
+// are counted in *non_finite.
+std::shared_ptr<const Image> decode_image(std::span<const uint8_t> encoded,
+                                          const std::string& place, uint64_t* non_finite);
+
+// Reads a latitude-longitude environment map (.hdr, .exr; 3 channels; half if the file is half,
+// else float). NaN, infinite and negative texels become 0, finite ones beyond the type's range are
+// clamped to it; all are counted. Throws InputError.
+std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t* repaired);
+
+// A float image with named channels, for `compare` and the tests: any format OpenImageIO reads.
+// Integer formats are decoded from sRGB to linear. Data window only.
+struct FloatImage {
+  int width = 0, height = 0;
+  std::vector<std::string> channel_names;
+  std::vector<float> values;  // interleaved
+  int channels() const { return int(channel_names.size()); }
+  // Channel index by name ("R", "albedo.G"), -1 if absent.
+  int find_channel(const std::string& name) const;
+};
+FloatImage read_float_image(const std::string& path);
+
+}  // namespace emberline

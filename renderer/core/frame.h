@@ -1,0 +1,27 @@
+// An orthonormal shading frame. Local space has the normal along +Z.
+#pragma once
+
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+struct ShadingFrame {
+  Vec3f tangent;
+  Vec3f bitangent;
+  Vec3f normal;
+
+  // Any right-handed frame around unit n. Duff et al. 2017, "Building an Orthonormal Basis,
+  // Revisited", JCGT 6(1), listing 3: continuous except across z = 0's sign, no square root.
+  static ShadingFrame from_normal(const Vec3f& n) {
+    const float sign = std::copysign(1.0f, n.z);
+    const float a = -1.0f / (sign + n.z);
+    const float b = n.x * n.y * a;
+    return {Vec3f(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x),
+            Vec3f(b, sign + n.y * n.y * a, -n.y), n};
+  }
+
+  Vec3f to_local(const Vec3f& v) const { return {dot(v, tangent), dot(v, bitangent), dot(v, normal)}; }
+  Vec3f to_world(const Vec3f& v) const { return tangent * v.x + bitangent * v.y + normal * v.z; }
+};
+
+}  // namespace emberline

@@ -1,0 +1,85 @@
+#include "renderer/core/log.h"
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <mutex>
+#include <set>
+#include <string>
+
+namespace emberline {
+namespace {
+
+std::atomic<LogLevel> g_level{LogLevel::kNormal};
+
+struct LogState {
+  std::mutex mutex;
+  std::set<std::string, std::less<>> warned;
+  std::function<void()> before, after;
+  std::shared_ptr<spdlog::logger> logger;
+
+  LogState() : logger(std::make_shared<spdlog::logger>(
+                   "emberline", std::make_shared<spdlog::sinks::stderr_sink_st>())) {
+    logger->set_pattern("%v");
+    logger->set_level(spdlog::level::trace);
+  }
+};
+
+LogState& state() {
+  static LogState s;
+  return s;
+}
+
+// Control characters of a hostile file name must not reach the terminal, nor break "one line".
+std::string one_line(std::string_view text) {
+  std::string out(text);
+  for (char& c : out) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  }
+  return out;
+}
+
+void write(spdlog::level::level_enum level, std::string_view prefix, std::string_view message) {
+  LogState& s = state();
+  const std::lock_guard lock(s.mutex);
+  if (s.before) s.before();
+  s.logger->log(level, "{}{}", prefix, one_line(message));
+  s.logger->flush();
+  if (s.after) s.after();
+}
+
+}  // namespace
+
+void set_log_level(LogLevel level) { g_level = level; }
+LogLevel log_level() { return g_level; }
+
+void log_error(std::string_view message) {
+  write(spdlog::level::err, "emberline: error: ", message);
+}
+
+void log_warning(std::string_view message) {
+  {
+    LogState& s = state();
+    const std::lock_guard lock(s.mutex);
+    if (!s.warned.emplace(message).second) return;
+  }
+  if (g_level != LogLevel::kQuiet) write(spdlog::level::warn, "emberline: warning: ", message);
+}
+
+void log_info(std::string_view message) {
+  if (g_level != LogLevel::kQuiet) write(spdlog::level::info, "", message);
+}
+
+void log_verbose(std::string_view message) {
+  if (g_level == LogLevel::kVerbose) write(spdlog::level::debug, "", message);
+}
+
+void set_log_interrupt(std::function<void()> before, std::function<void()> after) {
+  LogState& s = state();
+  const std::lock_guard lock(s.mutex);
+  s.before = std::move(before);
+  s.after = std::move(after);
+}
+
+}  // namespace emberline

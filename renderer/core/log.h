@@ -1,0 +1,25 @@
+// Messages to the person at the terminal, on stderr. Thread-safe.
+//
+// Results (info, compare --json) go to stdout and do not pass through here. A progress bar that
+// shares the terminal is cleared before a message and redrawn after it.
+#pragma once
+
+#include <functional>
+#include <string_view>
+
+namespace emberline {
+
+enum class LogLevel { kQuiet, kNormal, kVerbose };
+
+void set_log_level(LogLevel level);
+LogLevel log_level();
+
+void log_error(std::string_view message);    // always shown: "emberline: error: ..."
+void log_warning(std::string_view message);  // unless --quiet; each distinct text once per process
+void log_info(std::string_view message);     // unless --quiet
+void log_verbose(std::string_view message);  // with --verbose
+
+// Called around each message so that a progress line can get out of the way. Null to remove.
+void set_log_interrupt(std::function<void()> before, std::function<void()> after);
+
+}  // namespace emberline

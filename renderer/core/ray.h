@@ -1,0 +1,20 @@
+// A ray and what it may hit.
+#pragma once
+
+#include <limits>
+
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// Points origin + t * direction for t in [0, t_max], in the scene's internal space (rebased, see
+// scene.h). Origins are already offset from the surface they leave, so there is no t_min.
+struct Ray {
+  Vec3f origin;
+  Vec3f direction;
+  float t_max = kInfinity;
+};
+
+}  // namespace emberline

@@ -1,0 +1,105 @@
+// Every light of a scene and the choice among them for next-event estimation.
+//
+// World space here is the scene's internal space (rebased, see renderer/scene/scene.h). All
+// sampling and density functions are const, pure and thread-safe. No virtual call per ray.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+class EnvironmentLight;  // environment_light.h
+class LightBvh;          // light_bvh.h
+
+// A triangle of an emissive mesh, as placed by one instance.
+struct EmissiveTriangle {
+  Vec3f p0, p1, p2;         // CCW seen from the emitting side
+  Rgb mean_radiance;        // averaged over its area (texture included); > 0 somewhere
+  bool two_sided = false;
+  uint32_t instance = 0;    // for the integrator to find its material and attributes
+  uint32_t primitive = 0;
+};
+
+enum class PointLightType : uint8_t { kPoint, kSpot, kDirectional };
+
+struct PointLight {
+  PointLightType type = PointLightType::kPoint;
+  Vec3f position;                  // point, spot
+  Vec3f direction;                 // spot, directional: the way the light travels; unit
+  Rgb intensity;                   // W/sr (candela), or irradiance (lux) for directional
+  float cos_inner = 1.0f, cos_outer = 0.0f;  // spot: glTF's angular falloff between them
+};
+
+// Where the illumination is asked for.
+struct LightQuery {
+  Vec3f point;
+  Vec3f normal;              // the hemisphere that can receive light; ignored if `both_sides`
+  bool both_sides = false;   // the surface transmits
+};
+
+enum class LightKind : uint8_t { kNone, kTriangle, kPoint, kEnvironment };
+
+struct LightSample {
+  LightKind kind = LightKind::kNone;  // kNone: nothing could be sampled, contribution 0
+  uint32_t index = 0;                 // into triangles() or points()
+  Vec3f direction;                    // unit, from the query point towards the light
+  float distance = 0.0f;              // infinity for directional and environment
+  Vec3f position;                     // on the light (triangle, point, spot)
+  Vec3f emitter_normal;               // triangle: geometric, unit
+  Vec2f barycentric;                  // triangle: weights of p1 and p2
+  // Point lights: radiant intensity / distance^2 (or irradiance); environment: radiance;
+  // triangle: left 0, the integrator evaluates the material's emission at the point.
+  Rgb radiance;
+  float pdf = 0.0f;    // per solid angle, probability of picking this light included
+  bool delta = false;  // point-like: cannot be hit by a ray, pdf is the pick probability alone
+};
+
+struct LightSamplerSettings {
+  // From this many finite emitters on, a light BVH chooses; below, power does.
+  uint32_t bvh_threshold = 16;
+};
+
+class LightSampler {
+ public:
+  // `environment` may be null. An environment with no radiance at all is treated as null.
+  LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<PointLight> points,
+               std::shared_ptr<const EnvironmentLight> environment,
+               const LightSamplerSettings& settings);
+  ~LightSampler();
+  LightSampler(LightSampler&&) noexcept;
+  LightSampler& operator=(LightSampler&&) noexcept;
+
+  bool empty() const;  // nothing to sample
+
+  // Picks one light with u_pick (reused by remapping inside) and a point on it with u.
+  LightSample sample(const LightQuery& query, float u_pick, const Vec2f& u) const;
+
+  // Density, per solid angle at query.point, with which sample() returns the point at `distance`
+  // along unit `direction` on triangle `index`. Cost O(depth of the light BVH).
+  float pdf_triangle(const LightQuery& query, uint32_t index, const Vec3f& direction,
+                     float distance) const;
+  // Density with which sample() returns the environment in `direction`.
+  float pdf_environment(const LightQuery& query, const Vec3f& direction) const;
+
+  const EnvironmentLight* environment() const { return environment_.get(); }
+  const std::vector<EmissiveTriangle>& triangles() const { return triangles_; }
+  const std::vector<PointLight>& points() const { return points_; }
+
+  // For the report: "light BVH (1204 emitters)", "power (3 emitters)", and bytes held.
+  std::string describe() const;
+  uint64_t bytes() const;
+
+ private:
+  std::vector<EmissiveTriangle> triangles_;
+  std::vector<PointLight> points_;
+  std::shared_ptr<const EnvironmentLight> environment_;
+  std::unique_ptr<const LightBvh> bvh_;
+  // Further tables are added here by light_sampler.cpp's author.
+};
+
+}  // namespace emberline

@@ -1,0 +1,162 @@
+// What a scene file says, as plain data: no Embree, no threads, nothing compiled for a frame.
+//
+// `io` fills it, `build_scene` reads it. Units are glTF's: metres, radians, candela (point, spot),
+// lux (directional), radiance for emission. Y is up, right-handed. Indices are into the vectors of
+// SceneDescription and are valid once load_gltf returns; -1 means "none".
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+// ---- images and textures -----------------------------------------------------------------------
+
+enum class TexelType : uint8_t { kUint8, kUint16, kHalf, kFloat };
+
+// A decoded image in its file's own bit depth. Rows from the top; channels interleaved; alpha is
+// not premultiplied. `texels` holds width * height * channels values of `type`.
+struct Image {
+  std::string name;  // for messages: URI or "#/images/3"
+  int width = 0;
+  int height = 0;
+  int channels = 0;  // 1..4
+  TexelType type = TexelType::kUint8;
+  std::vector<std::byte> texels;
+};
+
+enum class WrapMode : uint8_t { kRepeat, kMirroredRepeat, kClampToEdge };
+
+// One use of an image by a material slot. UV (0, 0) is the image's top-left corner, as in glTF.
+struct TextureRef {
+  int image = -1;  // -1: no texture in this slot
+  int uv_set = 0;  // TEXCOORD_n
+  WrapMode wrap_s = WrapMode::kRepeat;
+  WrapMode wrap_t = WrapMode::kRepeat;
+  bool nearest = false;  // magFilter NEAREST
+  // KHR_texture_transform as uv' = (m00 u + m01 v + m02, m10 u + m11 v + m12).
+  std::array<float, 6> uv_transform = {1, 0, 0, 0, 1, 0};
+};
+
+// ---- materials -----------------------------------------------------------------------------------
+
+enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
+
+// glTF 2.0 metallic-roughness (specification section 3.9 and appendix B). Factors are linear.
+// Colour textures (base colour, emissive) are sRGB-encoded when their image is integer-valued;
+// metallic-roughness and normal textures are linear data.
+struct MaterialDescription {
+  std::string name;
+  Rgb base_color = Rgb(1.0f);
+  float alpha = 1.0f;
+  TextureRef base_color_texture;  // rgb, and a as coverage
+  float metallic = 1.0f;
+  float roughness = 1.0f;
+  TextureRef metallic_roughness_texture;  // g roughness, b metallic
+  TextureRef normal_texture;              // tangent space, rgb in [0, 1] -> [-1, 1]
+  float normal_scale = 1.0f;
+  Rgb emission = Rgb(0.0f);  // emissiveFactor x KHR_materials_emissive_strength: radiance
+  TextureRef emission_texture;
+  AlphaMode alpha_mode = AlphaMode::kOpaque;
+  float alpha_cutoff = 0.5f;
+  bool double_sided = false;
+  bool unlit = false;  // KHR_materials_unlit: base colour is the radiance seen
+};
+
+// ---- geometry ------------------------------------------------------------------------------------
+
+// A triangle mesh with one material (one glTF primitive, strips and fans already unrolled).
+// positions, and every attribute that is present, have one entry per vertex.
+struct MeshDescription {
+  std::string name;  // "mesh name/primitive index", for messages and the id AOV's manifest
+  std::vector<Vec3f> positions;
+  std::vector<std::array<uint32_t, 3>> triangles;  // indices < positions.size(); CCW is the front
+  std::vector<Vec3f> normals;     // empty: flat shading. Unit length or zero (unusable).
+  std::vector<Vec4f> tangents;    // empty: none needed. xyz unit, w = +-1 (MikkTSpace convention).
+  std::vector<std::vector<Vec2f>> uv_sets;  // each empty or full
+  std::vector<Vec4f> colors;      // COLOR_0 linear rgba; empty: white
+  int material = -1;              // -1: glTF's default material
+};
+
+// A mesh placed in the world. Nodes are flattened at load; transforms keep double precision so
+// that a far-away scene can be rebased before it is rounded to float.
+struct InstanceDescription {
+  std::string name;  // node name
+  int mesh = -1;
+  Mat44d to_world;  // row-vector convention; may mirror (negative determinant); finite
+};
+
+// ---- lights and cameras ----------------------------------------------------------------------------
+
+enum class PunctualType : uint8_t { kPoint, kSpot, kDirectional };
+
+// KHR_lights_punctual. The light shines along -Z of to_world (spot, directional).
+struct PunctualLightDescription {
+  std::string name;
+  PunctualType type = PunctualType::kPoint;
+  Rgb intensity = Rgb(1.0f);  // colour x intensity: candela, or lux for kDirectional
+  float inner_cone = 0.0f;    // radians from the axis, 0 <= inner < outer <= pi/2
+  float outer_cone = 0.785398163f;
+  Mat44d to_world;
+};
+
+struct CameraDescription {
+  std::string name;
+  bool orthographic = false;
+  double fov_y = 0.8;               // radians, perspective
+  std::optional<double> aspect;     // width / height, perspective; absent: from the frame
+  double x_mag = 1.0, y_mag = 1.0;  // half extents, orthographic
+  double z_near = 0.0;
+  Mat44d to_world;  // looks along -Z, +Y up; scale in it is ignored
+};
+
+// A latitude-longitude environment: u = 0.5 + atan2(z, x) / 2 pi, top row +Y. Positive
+// `rotation_degrees` turns it so that 90 brings what was at +X to -Z.
+struct EnvironmentDescription {
+  std::string file;              // empty: constant colour
+  Rgb constant = Rgb(1.0f);      // radiance if there is no image
+  std::shared_ptr<const Image> image;  // kHalf or kFloat, 3 channels
+  float strength = 1.0f;
+  float rotation_degrees = 0.0f;
+};
+
+// ---- the whole -------------------------------------------------------------------------------------
+
+// What the file uses and what becomes of it. Names are extension names, or short phrases such as
+// "occlusionTexture" or "primitive mode LINES".
+struct CoverageReport {
+  std::vector<std::string> used;          // extensions honoured
+  std::vector<std::string> approximated;  // rendered, but not to the letter; says how
+  std::vector<std::string> ignored;       // no effect on the picture
+};
+
+// What was repaired or left out while loading, with counts; each is also warned of once.
+struct LoadRepairs {
+  uint64_t degenerate_triangles = 0;   // zero area or repeated vertices, dropped
+  uint64_t non_finite_triangles = 0;   // a NaN or infinite vertex, dropped
+  uint64_t non_finite_texels = 0;      // NaN or infinite or negative texels set to 0 (or clamped)
+  uint64_t singular_instances = 0;     // transform without inverse, dropped
+  uint64_t replaced_images = 0;        // --lenient: undecodable, replaced by neutral colour
+};
+
+struct SceneDescription {
+  std::string file;
+  std::string generator;  // asset.generator
+  std::vector<std::shared_ptr<const Image>> images;
+  std::vector<MaterialDescription> materials;
+  std::vector<MeshDescription> meshes;
+  std::vector<InstanceDescription> instances;
+  std::vector<PunctualLightDescription> lights;
+  std::vector<CameraDescription> cameras;
+  std::optional<EnvironmentDescription> environment;
+  CoverageReport coverage;
+  LoadRepairs repairs;
+};
+
+}  // namespace emberline

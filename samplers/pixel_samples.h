@@ -1,0 +1,81 @@
+// The numbers of up to 16 consecutive samples of one pixel, filled slot by slot on first use.
+//
+// One per worker thread, reused; no allocation after construction.
+#pragma once
+
+#include <array>
+#include <cassert>
+
+#include "renderer/core/hash.h"
+#include "samplers/sampler.h"
+
+namespace emberline {
+
+class PixelSamples {
+ public:
+  explicit PixelSamples(const Sampler& sampler) : sampler_(sampler) {}
+
+  // Starts a batch: samples [first_sample, first_sample + count), all within one aligned 16-block.
+  void start_batch(const PixelKey& pixel, uint32_t first_sample, int count) {
+    assert(first_sample % kSampleLanes + uint32_t(count) <= kSampleLanes);
+    pixel_ = pixel;
+    first_sample_ = first_sample;
+    count_ = count;
+    filled_ = 0;
+    pixel_hash_ = hash_combine(hash_combine(hash32(pixel.seed), pixel.x), pixel.y);
+  }
+
+  // Chooses which sample of the batch the following calls speak of.
+  void start_sample(uint32_t sample) {
+    assert(sample >= first_sample_ && sample < first_sample_ + uint32_t(count_));
+    sample_ = sample;
+    lane_ = int(sample % kSampleLanes);
+    start_slot(0);
+  }
+
+  // Moves on to a scattering event; slot 0 is the camera.
+  void start_slot(uint32_t slot) {
+    slot_ = slot;
+    extra_ = 0;
+    if (slot < kCachedSlots) {
+      if (!(filled_ & (1u << slot))) {
+        sampler_.fill(pixel_, slot, first_sample_, count_, blocks_[slot]);
+        filled_ |= 1u << slot;
+      }
+      current_ = &blocks_[slot];
+    } else {  // long paths are rare: no batch is worth keeping for them
+      sampler_.fill(pixel_, slot, sample_, 1, blocks_[kCachedSlots]);
+      current_ = &blocks_[kCachedSlots];
+    }
+  }
+
+  float get(int dimension) const { return current_->values[dimension][lane_]; }
+
+  // An independent number beside the plan, for decisions whose count the data sets (layers of
+  // stochastic coverage): hashed from (seed, pixel, sample, slot, how many were asked before).
+  float extra() { return to_unit_float(extra_bits()); }
+  uint32_t extra_bits() {
+    return hash_combine(hash_combine(hash_combine(pixel_hash_, sample_), slot_), 0x51ed27u + extra_++);
+  }
+
+  uint32_t sample() const { return sample_; }
+  uint32_t slot() const { return slot_; }
+
+ private:
+  static constexpr uint32_t kCachedSlots = 8;
+
+  const Sampler& sampler_;
+  PixelKey pixel_;
+  uint32_t pixel_hash_ = 0;
+  uint32_t first_sample_ = 0;
+  int count_ = 0;
+  uint32_t sample_ = 0;
+  int lane_ = 0;
+  uint32_t slot_ = 0;
+  uint32_t extra_ = 0;
+  uint32_t filled_ = 0;
+  const SlotBlock* current_ = nullptr;
+  std::array<SlotBlock, kCachedSlots + 1> blocks_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,73 @@
+// Numbers in [0, 1) for a path tracer, addressed by (pixel, sample, slot, dimension, seed).
+//
+// A slot is one scattering event's worth of numbers: slot 0 is the camera's, slot b the b-th
+// surface's. A sampler fills a slot for up to 16 consecutive samples of one pixel at a time, so the
+// one virtual call is paid per (16 samples, slot), never per number, and the loop vectorises over
+// the samples (Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4), for the hash).
+//
+// No state is carried from one sample to the next: fill() is const and its result for a sample
+// does not depend on which other samples are filled with it (law 1).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace emberline {
+
+inline constexpr int kSampleLanes = 16;  // samples filled together; an aligned block of indices
+inline constexpr int kSlotDimensions = 8;  // four pairs of dimensions per slot
+
+// The dimension plan. Pairs are stratified together; a pair is two neighbouring dimensions that
+// start at an even one.
+namespace camera_dim {
+enum : int { kPixelX = 0, kPixelY = 1, kLensX = 2, kLensY = 3, kTime = 4, kSpare = 5,
+             kTexture = 6, kEnvironment = 7 };
+}
+namespace surface_dim {
+enum : int { kBsdfX = 0, kBsdfY = 1, kLightX = 2, kLightY = 3, kLobe = 4, kLightPick = 5,
+             kRoulette = 6, kTexture = 7 };
+}
+
+// Which pixel of which frame; the frame's seed included.
+struct PixelKey {
+  uint32_t x = 0, y = 0;
+  uint32_t seed = 0;
+};
+
+// values[dimension][lane], lane = sample index modulo kSampleLanes.
+struct alignas(64) SlotBlock {
+  float values[kSlotDimensions][kSampleLanes];
+};
+
+// How many independent randomisations a pixel's samples come from. One is best stratified; two
+// give an honest error estimate: sample k belongs to stream (k >> 3) & 1.
+enum class StreamCount : uint8_t { kOne = 1, kTwo = 2 };
+
+class Sampler {
+ public:
+  virtual ~Sampler() = default;
+  // Writes lanes [first_sample % 16, first_sample % 16 + count) of every dimension of `slot`;
+  // the lanes must not wrap: first_sample % 16 + count <= 16. Thread-safe.
+  virtual void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count,
+                    SlotBlock& out) const = 0;
+};
+
+struct SamplerSettings {
+  StreamCount streams = StreamCount::kOne;
+};
+
+// The table of samplers: feeds the factory, --help, the "valid names are" message and the tests.
+struct SamplerEntry {
+  std::string_view name;
+  std::string_view summary;
+  std::unique_ptr<Sampler> (*create)(const SamplerSettings&);
+};
+std::span<const SamplerEntry> sampler_table();
+
+// Throws UsageError that lists the valid names.
+std::unique_ptr<Sampler> create_sampler(std::string_view name, const SamplerSettings& settings);
+
+}  // namespace emberline
