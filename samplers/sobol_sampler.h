@@ -7,8 +7,8 @@
 // alone is a trap: low index bits stay matched, top-level strata meet in whole pairs, and coupled
 // integrands come out up to twice as noisy as with random numbers (measured; see README.md).
 //
-// With two streams, sample k belongs to stream (k >> 3) & 1, as its index ((k >> 4) << 3) | (k & 7);
-// the streams are independent randomisations, so (A - B)^2 / 4 is an honest estimate of the
+// With two streams, sample k belongs to stream (k >> 3) & 1, as its index ((k >> 4) << 3) | (k &
+// 7); the streams are independent randomisations, so (A - B)^2 / 4 is an honest estimate of the
 // variance of the pixel's mean (A + B) / 2. Counts are then best multiples of 16.
 #pragma once
 
