@@ -1,11 +1,9 @@
 #include "integrators/integrator.h"
 
-#include <string>
-
 #include "integrators/ambient_occlusion_integrator.h"
 #include "integrators/debug_integrator.h"
 #include "integrators/path_integrator.h"
-#include "renderer/core/errors.h"
+#include "renderer/core/names.h"
 
 namespace emberline {
 namespace {
@@ -43,13 +41,7 @@ std::span<const IntegratorEntry> integrator_table() { return kIntegrators; }
 
 std::unique_ptr<Integrator> create_integrator(std::string_view name,
                                               const IntegratorSettings& settings) {
-  std::string valid;
-  for (const IntegratorEntry& entry : kIntegrators) {
-    if (entry.name == name) return entry.create(settings);
-    valid += (valid.empty() ? "" : ", ") + std::string(entry.name);
-  }
-  throw UsageError("--integrator: unknown integrator '" + std::string(name) +
-                   "'; valid names are " + valid);
+  return find_named(kIntegrators, "--integrator", "integrator", name).create(settings);
 }
 
 }  // namespace emberline

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "renderer/core/errors.h"
+
 namespace emberline {
 
 // Number of single-character insertions, deletions and substitutions between two words
@@ -48,6 +50,19 @@ inline std::string unknown_name_message(std::string_view kind, std::string_view 
   const std::string hint = nearest.empty() ? "" : " (did you mean '" + std::string(nearest) + "'?)";
   return "unknown " + std::string(kind) + " '" + std::string(name) + "'" + hint +
          "; valid names are " + list;
+}
+
+// The entry of `table` (entries have a `name`) called `name`. Throws UsageError, which starts with
+// the option's name.
+template <typename Table>
+const auto& find_named(const Table& table, std::string_view option, std::string_view kind,
+                       std::string_view name) {
+  std::vector<std::string_view> valid;
+  for (const auto& entry : table) {
+    if (entry.name == name) return entry;
+    valid.push_back(entry.name);
+  }
+  throw UsageError(std::string(option) + ": " + unknown_name_message(kind, name, valid));
 }
 
 }  // namespace emberline

@@ -11,6 +11,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
+#include "renderer/core/names.h"
 #include "renderer/drivers/render_work_item.h"
 
 namespace emberline {
@@ -100,13 +101,7 @@ std::vector<Cell> random_cells(int columns, int rows, uint32_t seed) {
 std::span<const BucketOrderEntry> bucket_order_table() { return kOrders; }
 
 BucketOrder parse_bucket_order(std::string_view name) {
-  std::string valid;
-  for (const BucketOrderEntry& entry : kOrders) {
-    if (entry.name == name) return entry.order;
-    valid += (valid.empty() ? "" : ", ") + std::string(entry.name);
-  }
-  throw UsageError("--bucket-order: unknown order '" + std::string(name) + "'; valid names are " +
-                   valid);
+  return find_named(kOrders, "--bucket-order", "order", name).order;
 }
 
 std::vector<WorkItem> bucket_schedule(const Rect& window, int bucket_size, BucketOrder order,

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "renderer/core/errors.h"
+#include "renderer/core/names.h"
 #include "renderer/drivers/bucket_driver.h"
 
 namespace emberline {
@@ -21,12 +21,7 @@ constexpr DriverEntry kDrivers[] = {
 std::span<const DriverEntry> driver_table() { return kDrivers; }
 
 std::unique_ptr<FrameDriver> create_driver(std::string_view name, const DriverSettings& settings) {
-  std::string valid;
-  for (const DriverEntry& entry : kDrivers) {
-    if (entry.name == name) return entry.create(settings);
-    valid += (valid.empty() ? "" : ", ") + std::string(entry.name);
-  }
-  throw UsageError("--driver: unknown driver '" + std::string(name) + "'; valid names are " + valid);
+  return find_named(kDrivers, "--driver", "driver", name).create(settings);
 }
 
 void FrameCounters::merge(const FrameCounters& other) {

@@ -1,6 +1,6 @@
 #include "renderer/film/film.h"
 
-#include "renderer/core/errors.h"
+#include "renderer/core/names.h"
 
 namespace emberline {
 
@@ -23,19 +23,7 @@ AovSet AovSet::parse(std::string_view list) {
     const std::string_view name = list.substr(0, comma);
     list = comma == std::string_view::npos ? std::string_view{} : list.substr(comma + 1);
     if (name.empty()) continue;
-    bool known = false;
-    std::string valid;
-    for (const AovEntry& entry : aov_table()) {
-      if (entry.name == name) {
-        set.insert(entry.aov);
-        known = true;
-      }
-      valid += (valid.empty() ? "" : ", ") + std::string(entry.name);
-    }
-    if (!known) {
-      throw UsageError("--aov: unknown channel '" + std::string(name) + "'; valid names are " +
-                       valid);
-    }
+    set.insert(find_named(aov_table(), "--aov", "channel", name).aov);
   }
   return set;
 }
