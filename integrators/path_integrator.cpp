@@ -30,9 +30,11 @@ uint32_t coverage_key(const Scene& scene, PixelSamples& samples) {
 Rgb environment_radiance(const LightSampler& lights, const Ray& ray, const LastVertex& last) {
   const EnvironmentLight* environment = lights.environment();
   if (!environment) return Rgb(0.0f);
-  const Rgb radiance = environment->radiance(ray.direction);
-  if (!last.light_sampled) return radiance;
-  return radiance * balance(last.bsdf_pdf, lights.pdf_environment(last.query, ray.direction));
+  if (!last.light_sampled) return environment->radiance(ray.direction);
+  float light_pdf = 0.0f;
+  const Rgb radiance = environment->radiance_and_pdf(ray.direction, &light_pdf);
+  light_pdf *= lights.environment_probability(last.query);
+  return radiance * balance(last.bsdf_pdf, light_pdf);
 }
 
 Rgb surface_emission(const Scene& scene, const ShadedPoint& point, const Ray& ray,
@@ -48,7 +50,7 @@ Rgb surface_emission(const Scene& scene, const ShadedPoint& point, const Ray& ra
 // Radiance that a sampled light sends towards the point, and whether anything blocks the way is
 // the caller's question; `target` is where that question's ray ends.
 Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& from,
-                     float u_texture, Vec3f* target) {
+                     PixelSamples& samples, Vec3f* target) {
   if (light.kind != LightKind::kTriangle) {
     *target = light.position;
     return light.radiance;
@@ -59,9 +61,13 @@ Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& 
                               from - light.position);
   const SurfaceAttributes attributes = scene.emitter_attributes(triangle, light.barycentric);
   const Material& material = scene.material_of(triangle.instance);
+  // A number of its own: the emitter's texel must not depend on which texel this vertex took.
+  const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
   Rgb radiance = material.emission(attributes, u_texture);
   // A path sees the emitter only where it covers; the light sample must agree on average.
-  if (material.has_alpha()) radiance *= material.coverage(attributes, u_texture);
+  if (material.alpha_mode() != AlphaMode::kOpaque) {
+    radiance *= material.coverage(attributes, u_texture);
+  }
   return radiance;
 }
 
@@ -143,8 +149,7 @@ Rgb PathIntegrator::direct_light(const Scene& scene, const ShadedPoint& point,
   if (is_black(scattered)) return Rgb(0.0f);
   const Vec3f from = point.spawn_origin(light.direction);
   Vec3f target;
-  const Rgb radiance =
-      emitted_radiance(scene, light, from, samples.get(surface_dim::kTexture), &target);
+  const Rgb radiance = emitted_radiance(scene, light, from, samples, &target);
   if (is_black(radiance)) return Rgb(0.0f);
   counters.shadow++;
   const uint32_t key = coverage_key(scene, samples);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -223,11 +225,11 @@ void SceneBuilder::place_meshes() {
                                    Vec3f(0.0f)};
     }
     scene.triangle_count_ += mesh.triangles.size();
-    mesh.material = &scene.materials_->material(source.material);
+    mesh.material = &(*scene.materials_)[source.material];
     mesh.material_index = uint32_t(source.material < 0 ? int(description_.materials.size())
                                                        : source.material);
     mesh.cull_backfaces = !options_.show_backfaces && !mesh.material->double_sided();
-    mesh.has_coverage = mesh.material->has_alpha();
+    mesh.has_coverage = mesh.material->has_alpha(!mesh.colors.empty());
     if (mesh.has_coverage) scene.has_coverage_ = true;
   }
 }
@@ -268,7 +270,6 @@ void SceneBuilder::collect_emitters(std::vector<EmissiveTriangle>& triangles) {
     instance.first_emitter = uint32_t(triangles.size());
     for (uint32_t p = 0; p < mesh.triangles.size(); ++p) {
       Vec3f corners[3];
-      Vec2f uv[kMaxUvSets][3];
       for (size_t c = 0; c < 3; ++c) {
         const uint32_t vertex = mesh.triangles[p][c];
         corners[c] = mesh.positions[vertex];
@@ -278,16 +279,16 @@ void SceneBuilder::collect_emitters(std::vector<EmissiveTriangle>& triangles) {
           corners[c] = to_float(to_double(m.x) * q.x + to_double(m.y) * q.y +
                                 to_double(m.z) * q.z + to_double(m.translation));
         }
-        for (size_t s = 0; s < std::min(mesh.uv_sets.size(), size_t(kMaxUvSets)); ++s) {
-          if (!mesh.uv_sets[s].empty()) uv[s][c] = mesh.uv_sets[s][vertex];
-        }
       }
       EmissiveTriangle t;
       t.p0 = corners[0];
       t.p1 = corners[1];
       t.p2 = corners[2];
       if (instance.mirrored) std::swap(t.p1, t.p2);
-      t.mean_radiance = material.mean_emission(uv);
+      using scene_detail::interpolate_attributes;
+      t.mean_radiance = material.mean_emission(interpolate_attributes(mesh, p, 0.0f, 0.0f),
+                                               interpolate_attributes(mesh, p, 1.0f, 0.0f),
+                                               interpolate_attributes(mesh, p, 0.0f, 1.0f));
       t.two_sided = material.double_sided() || options_.show_backfaces;
       t.instance = i;
       t.primitive = p;
@@ -324,7 +325,8 @@ void SceneBuilder::build_lights() {
   for (const PunctualLightDescription& light : description_.lights) {
     if (!is_black(light.intensity)) points.push_back(place_light(light));
   }
-  const bool anything_lit = scene.materials_->any_lit();
+  const bool anything_lit = std::any_of(scene.meshes_.begin(), scene.meshes_.end(),
+                                        [](const Mesh& m) { return m.material && !m.material->unlit(); });
   if (triangles.empty() && points.empty() && !description_.environment && anything_lit) {
     log_warning("the scene has no light; using a plain white environment (--env FILE gives another)");
     description_.environment = EnvironmentDescription{};
