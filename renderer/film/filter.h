@@ -33,7 +33,7 @@ struct FilterEntry {
 std::span<const FilterEntry> filter_table();
 inline constexpr std::string_view kDefaultFilter = "blackman-harris";
 
-// Immutable after creation, so it may be shared by all threads; about 3 KiB, no allocation. All
+// Immutable after creation, so it may be shared by all threads; about 4 KiB, no allocation. All
 // filters are separable products f(x) f(y) with support [-radius, radius]^2.
 class PixelFilter {
  public:
@@ -59,7 +59,7 @@ class PixelFilter {
   // A multiple of 7: Mitchell's profile changes sign at 4/7 of its radius, and a knot must lie
   // there.
   static constexpr int kBins = 252;
-  static constexpr int kGuides = 256;
+  static constexpr int kGuides = 1024;
 
   struct Coordinate {
     float x;
