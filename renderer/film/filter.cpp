@@ -105,9 +105,8 @@ PixelFilter::PixelFilter(const FilterEntry& entry, float radius)
 }
 
 PixelFilter::Coordinate PixelFilter::sample_1d(float u) const {
-  // Both subtractions are exact for the multiples of 2^-24 that samplers give.
-  const bool positive = u >= 0.5f;
-  const float t = positive ? 2.0f * u - 1.0f : 1.0f - 2.0f * u;
+  // The subtraction is exact for the multiples of 2^-24 that samplers give.
+  const float t = std::abs(2.0f * u - 1.0f);
   int bin = guide_[std::min(int(t * kGuides), kGuides - 1)];
   while (bin + 1 < kBins && cdf_[bin + 1] <= t) ++bin;
   const float mass = cdf_[bin + 1] - cdf_[bin];
@@ -118,7 +117,7 @@ PixelFilter::Coordinate PixelFilter::sample_1d(float u) const {
   const float divisor = a0 + std::sqrt(lerp(a0 * a0, a1 * a1, share));
   const float s = divisor > 0.0f ? std::min(share * (a0 + a1) / divisor, 1.0f) : 0.0f;
   const float x = radius_ * ((float(bin) + s) / float(kBins));
-  return {positive ? x : -x, float(sign_[bin]) * weight_};
+  return {std::copysign(x, u - 0.5f), float(sign_[bin]) * weight_};
 }
 
 float PixelFilter::pdf_1d(float x) const {

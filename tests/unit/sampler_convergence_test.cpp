@@ -47,6 +47,10 @@ double coupled_shuffled(const SlotNumbers& n) {
   return std::exp(-4.0 * (x * x + y * y));
 }
 double signs(const SlotNumbers& n) { return (n.u[0] < 0.5f) == (n.u[2] < 0.5f) ? 1.0 : -1.0; }
+// The same at a scale that blocks of 8 do not resolve: parity of the fourth binary digits.
+double fine_signs(const SlotNumbers& n) {
+  return ((int(n.u[0] * 16.0f) ^ int(n.u[2] * 16.0f)) & 1) == 0 ? 1.0 : -1.0;
+}
 // An edge seen by the pixel times the soft shadow of a light.
 double edge_and_shadow(const SlotNumbers& n) {
   return n.u[1] < 0.3f + 0.37f * n.u[0] && n.u[2] + n.u[3] < 0.8f + 0.4f * n.u[0] ? 1.0 : 0.0;
@@ -161,14 +165,17 @@ TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
           ratio_to_random(*sobol, {"coupled", coupled, mean, 1}, variance, count);
       const double lens_time =
           ratio_to_random(*sobol, {"coupled", coupled_shuffled, mean, 1}, variance, count);
+      const double fine = ratio_to_random(*sobol, {"fine signs", fine_signs, 0.0, 1}, 1.0, count);
       const double sign = ratio_to_random(*sobol, {"signs", signs, 0.0, 1}, 1.0, count);
       std::cout << "[ measured ] variance over random's, " << int(streams)
                 << " stream(s), N = " << count << ": coupled " << pixel_lens << ", both shuffled "
-                << lens_time << ", signs " << sign << "\n";
+                << lens_time << ", signs " << sign << ", fine signs " << fine << "\n";
       EXPECT_LT(pixel_lens, 1.15);
       EXPECT_LT(lens_time, 1.15);
       // Exactly 8/7: two balanced sets of four and four, matched at random inside a block of 8.
       EXPECT_NEAR(sign, 8.0 / 7.0, 0.08);
+      // Without the shuffle of the blocks themselves it would be 1 + N / 64.
+      EXPECT_LT(fine, 1.25);
     }
     const double shadow_gain = ratio_to_random(*sobol, shadow, 1.0, 64) / nested_shadow;
     std::cout << "[ measured ] variance over the nested shuffle's, " << int(streams)
