@@ -36,7 +36,7 @@ inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& h
     // The tangent's handedness already accounts for mirroring instances.
     normal = mapped_normal(normal, p.surface.tangent, false, p.material.normal);
   }
-  p.frame = make_surface_frame(p.surface.geometric_normal, normal, p.wo);
+  p.frame = make_surface_frame(p.surface.geometric_normal, p.surface.shading_normal, normal, p.wo);
   return p;
 }
 

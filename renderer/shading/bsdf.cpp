@@ -12,18 +12,18 @@ namespace {
 
 float pow5(float x) { return square(square(x)) * x; }
 
-// Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering"; f90 = 1 as in glTF.
-Rgb schlick(const Rgb& f0, float cos_d) {
+// Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering". f90 is 1 in plain glTF.
+Rgb schlick(const Rgb& f0, float f90, float cos_d) {
   const float m5 = pow5(1.0f - cos_d);
-  return f0 + (Rgb(1.0f) - f0) * m5;
+  return f0 + (Rgb(f90) - f0) * m5;
 }
 
 // Colour of the light that leaves after two or more bounces between microfacets: every bounce has
 // the cosine-weighted mean Fresnel F, a share `loss` of it goes on to the next. Kulla & Conty 2017,
 // "Revisiting Physically Based Shading at Imageworks", with F^2 for the two bounces at least (Hill
 // 2018, "A Multi-Faceted Exploration, Part 3").
-float multiple_fresnel(float f0, float loss) {
-  const float f = f0 + (1.0f - f0) * (1.0f / 21.0f);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
+float multiple_fresnel(float f0, float f90, float loss) {
+  const float f = f0 + (f90 - f0) * (1.0f / 21.0f);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
   return square(f) * (1.0f - loss) / (1.0f - f * loss);
 }
 
@@ -59,21 +59,24 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
   const float ior = parameters.ior;
   assert(metallic >= 0 && metallic <= 1 && base.x >= 0 && base.y >= 0 && base.z >= 0);
 
-  dielectric_f0_ = square((ior - 1.0f) / (ior + 1.0f));
+  dielectric_f90_ = parameters.specular;
+  dielectric_f0_ = parameters.specular * square((ior - 1.0f) / (ior + 1.0f));
   f0_ = lerp(Rgb(dielectric_f0_), base, metallic);
+  f90_ = lerp(dielectric_f90_, 1.0f, metallic);
   const SpecularAlbedo::Value at_wo = table_.at(wo.z);
-  const Rgb single = f0_ * (1.0f - at_wo.loss) + (Rgb(1.0f) - f0_) * at_wo.schlick;
+  const Rgb single = f0_ * (1.0f - at_wo.loss) + (Rgb(f90_) - f0_) * at_wo.schlick;
   albedo_ = single;
-  if (table_.is_mirror()) {
+  if (f90_ == 0.0f) {  // no interface: bare Lambert
+  } else if (table_.is_mirror()) {
     specular_ = SpecularKind::kMirror;
   } else {
     specular_ = SpecularKind::kGgx;
     const float loss = table_.average_loss();
-    dielectric_multiple_ = multiple_fresnel(dielectric_f0_, loss);
+    dielectric_multiple_ = multiple_fresnel(dielectric_f0_, dielectric_f90_, loss);
     Rgb multiple((1.0f - metallic) * dielectric_multiple_);
     if (metallic > 0.0f) {
-      multiple += metallic * Rgb(multiple_fresnel(base.x, loss), multiple_fresnel(base.y, loss),
-                                 multiple_fresnel(base.z, loss));
+      multiple += metallic * Rgb(multiple_fresnel(base.x, 1.0f, loss), multiple_fresnel(base.y, 1.0f, loss),
+                                 multiple_fresnel(base.z, 1.0f, loss));
     }
     const float share = at_wo.loss / loss;
     multiple_ = multiple * share;
@@ -85,10 +88,10 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
   if (through > 0.0f && !is_black(base)) {
     const float loss = table_.average_loss();
     const float average = dielectric_f0_ * (1.0f - loss) +
-                          (1.0f - dielectric_f0_) * table_.average_schlick() +
+                          (dielectric_f90_ - dielectric_f0_) * table_.average_schlick() +
                           dielectric_multiple_ * loss;
     const float at_wo_total = dielectric_f0_ * (1.0f - at_wo.loss) +
-                              (1.0f - dielectric_f0_) * at_wo.schlick +
+                              (dielectric_f90_ - dielectric_f0_) * at_wo.schlick +
                               dielectric_multiple_ * at_wo.loss;
     // Nothing gets through a dielectric that reflects everything.
     if (average < 1.0f - 1e-5f) {
@@ -112,7 +115,7 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo,
 Rgb SurfaceBsdf::eval_cosine(const Vec3f& wi) const {
   const SpecularAlbedo::Value at_wi = table_.at(wi.z);
   const float reflected = dielectric_f0_ * (1.0f - at_wi.loss) +
-                          (1.0f - dielectric_f0_) * at_wi.schlick +
+                          (dielectric_f90_ - dielectric_f0_) * at_wi.schlick +
                           dielectric_multiple_ * at_wi.loss;
   float scale = wi.z * kInvPi;
   if (bent_) scale *= terminator_factor(dot(wi, geometric_normal_), terminator_alpha2_);
@@ -125,7 +128,7 @@ Rgb SurfaceBsdf::eval_and_pdf(const Vec3f& wi, float* pdf) const {
   if (!below_surface(wi)) {
     if (specular_ == SpecularKind::kGgx) {
       const GgxReflection::Value lobe = ggx_.evaluate(wi);
-      value = schlick(f0_, lobe.cos_d) * lobe.cosine_brdf;
+      value = schlick(f0_, f90_, lobe.cos_d) * lobe.cosine_brdf;
       density = specular_pick_ * lobe.pdf;
     }
     if (has_cosine_) {
@@ -154,7 +157,7 @@ BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
   const bool specular = u_lobe < specular_pick_;
   if (specular && specular_ == SpecularKind::kMirror) {
     result.wi = Vec3f(-wo_.x, -wo_.y, wo_.z);
-    result.weight = schlick(f0_, wo_.z) / specular_pick_;
+    result.weight = schlick(f0_, f90_, wo_.z) / specular_pick_;
     result.delta = true;
     result.valid = !below_surface(result.wi);
     return result;

@@ -29,6 +29,8 @@ struct BsdfParameters {
   // KHR_materials_ior; >= 1, or 0 for a dielectric that reflects everything (that extension's
   // compatibility value). The default is plain glTF.
   float ior = 1.5f;
+  // Weight of the dielectric's reflection, F0 and F90 alike; 0 leaves a bare Lambertian base.
+  float specular = 1.0f;
 };
 
 struct BsdfSample {
@@ -82,7 +84,8 @@ class SurfaceBsdf {
   // Cosine lobe: wi.z / pi * (multiple_ * (1 - E(wi)) + diffuse_ * (1 - Ed(wi))).
   Rgb multiple_ = Rgb(0.0f);
   Rgb diffuse_ = Rgb(0.0f);
-  float dielectric_f0_ = 0.0f;
+  float f90_ = 1.0f;
+  float dielectric_f0_ = 0.0f, dielectric_f90_ = 1.0f;
   float dielectric_multiple_ = 0.0f;  // Fms of the dielectric
   Rgb albedo_ = Rgb(0.0f);
   Vec3f geometric_normal_ = Vec3f(0.0f, 0.0f, 1.0f);

@@ -59,6 +59,8 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
       alpha_(saturate(d.alpha)),
       metallic_(saturate(d.metallic)),
       roughness_(saturate(d.roughness)),
+      ior_(d.ior),
+      specular_(saturate(d.specular)),
       normal_scale_(std::isfinite(d.normal_scale) ? d.normal_scale : 1.0f),
       emission_(non_negative(d.emission.x), non_negative(d.emission.y), non_negative(d.emission.z)),
       alpha_cutoff_(d.alpha_cutoff),
@@ -92,6 +94,8 @@ void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoi
   out.emission = unlit_ ? base : emission_;
   out.bsdf.base_color = saturate(base);
   out.bsdf.metallic = metallic_;
+  out.bsdf.ior = ior_;
+  out.bsdf.specular = specular_;
   out.bsdf.roughness = roughness_;
   if (metallic_roughness_texture_ != nullptr) {
     const Vec4f texel =

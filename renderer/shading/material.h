@@ -83,6 +83,7 @@ class Material {
   Rgb base_color_;
   float alpha_;
   float metallic_, roughness_;
+  float ior_, specular_;
   float normal_scale_;
   Rgb emission_;
   float alpha_cutoff_;
