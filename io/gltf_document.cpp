@@ -210,9 +210,9 @@ const json* find_extension(const json& object, const char* name) {
   return extensions ? find_member(*extensions, name) : nullptr;
 }
 
-const json& GltfDocument::array(const char* name) const {
-  static const json empty = json::array();
-  const json* found = find_member(json, name);
+const nlohmann::json& GltfDocument::array(const char* name) const {
+  static const nlohmann::json empty = nlohmann::json::array();
+  const nlohmann::json* found = find_member(json, name);
   return found ? *found : empty;
 }
 

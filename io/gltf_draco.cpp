@@ -144,7 +144,7 @@ DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& r
   primitive.vertex_count = mesh->num_points();
   primitive.indices.reserve(size_t(mesh->num_faces()) * 3);
   for (uint32_t f = 0; f < mesh->num_faces(); ++f) {
-    for (const draco::PointIndex point : mesh->face(draco::FaceIndex(f))) {
+    for (const draco::PointIndex& point : mesh->face(draco::FaceIndex(f))) {
       if (point.value() >= mesh->num_points()) throw InputError(place, "the Draco data is corrupt");
       primitive.indices.push_back(point.value());
     }

@@ -4,21 +4,30 @@
 // unit. eval and weight include the cosine |wi.z|. Densities are per solid angle. Plain numbers
 // in, plain numbers out: no sampler, no scene, no virtual call.
 //
-// Model (glTF 2.0 appendix B, energy-compensated): one GGX reflection lobe whose F0 mixes 0.04 and
-// the base colour by metalness, over a Lambertian base weighted by what the dielectric lets
-// through. See README.md for the formulas and their sources.
+// Model (glTF 2.0 appendix B, energy-compensated): one GGX reflection lobe whose F0 mixes the
+// dielectric's and the base colour by metalness, with the energy of multiple scattering given back
+// (Kulla & Conty 2017), over a Lambertian base weighted by what the dielectric lets through.
+// Reciprocal; a white furnace returns what went in at every metalness and roughness. See README.md
+// for the formulas and their sources.
+//
+// A geometric normal that differs from the shading normal bends this model: directions below the
+// geometric surface get nothing, and the cosine lobe is softened towards the shadow terminator
+// (shading_normal.h), alike in eval and in sample, so that light and BSDF sampling agree.
 #pragma once
 
 #include "renderer/core/vector.h"
+#include "renderer/shading/ggx.h"
+#include "renderer/shading/specular_albedo.h"
 
 namespace emberline {
 
-// What a material says at a point.
+// What a material says at a point. base_color, metallic and roughness lie in [0, 1].
 struct BsdfParameters {
   Rgb base_color = Rgb(0.5f);
   float metallic = 0.0f;
   float roughness = 1.0f;  // glTF's: alpha = roughness^2
-  // KHR_materials_ior / _specular feed these; the defaults are plain glTF.
+  // KHR_materials_ior; >= 1, or 0 for a dielectric that reflects everything (that extension's
+  // compatibility value). The default is plain glTF.
   float ior = 1.5f;
 };
 
@@ -33,11 +42,14 @@ struct BsdfSample {
 
 class SurfaceBsdf {
  public:
-  SurfaceBsdf() = default;
-  // wo is fixed for a surface point, so its albedos are looked up once here. wo.z > 0.
+  SurfaceBsdf() = default;  // absorbs everything
+  // wo is fixed for a surface point, so its albedos are looked up once here. wo.z > 0; else the
+  // result absorbs everything.
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo);
+  // With the geometric normal in local space: unit, on wo's side (dot with wo >= 0).
+  SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo, const Vec3f& geometric_normal);
 
-  // f(wo, wi) |wi.z|, delta lobes left out; 0 when wi.z <= 0.
+  // f(wo, wi) |wi.z|, delta lobes left out; 0 when wi is below the surface.
   Rgb eval(const Vec3f& wi) const;
   // Density with which sample() returns wi, delta lobes left out.
   float pdf(const Vec3f& wi) const;
@@ -46,14 +58,35 @@ class SurfaceBsdf {
   BsdfSample sample(float u_lobe, const Vec2f& u) const;
 
   // Whether next-event estimation can contribute: there is a lobe that is not a delta.
-  bool has_non_delta() const { return has_non_delta_; }
-  // Directional albedo estimate at wo (the `albedo` AOV: what of white light comes back).
-  Rgb albedo() const;
+  bool has_non_delta() const { return has_cosine_ || specular_ == SpecularKind::kGgx; }
+  // Directional albedo at wo (the `albedo` AOV: what of white light comes back).
+  Rgb albedo() const { return albedo_; }
 
  private:
-  Vec3f wo_;
-  bool has_non_delta_ = false;
-  // The lobes' compiled values are added here by bsdf.cpp's author.
+  enum class SpecularKind : uint8_t { kNone, kMirror, kGgx };
+
+  // f |wi.z| of the diffuse base and of multiple scattering: one cosine lobe for sampling.
+  Rgb eval_cosine(const Vec3f& wi) const;
+  bool below_surface(const Vec3f& wi) const {
+    return !(wi.z > 0.0f) || (bent_ && !(dot(wi, geometric_normal_) > 0.0f));
+  }
+
+  Vec3f wo_ = Vec3f(0.0f, 0.0f, 1.0f);
+  SpecularKind specular_ = SpecularKind::kNone;
+  bool has_cosine_ = false;
+  bool bent_ = false;
+  float specular_pick_ = 0.0f;  // probability of the specular lobe; the rest is the cosine lobe's
+  Rgb f0_ = Rgb(0.0f);
+  GgxReflection ggx_;
+  SpecularAlbedo table_;
+  // Cosine lobe: wi.z / pi * (multiple_ * (1 - E(wi)) + diffuse_ * (1 - Ed(wi))).
+  Rgb multiple_ = Rgb(0.0f);
+  Rgb diffuse_ = Rgb(0.0f);
+  float dielectric_f0_ = 0.0f;
+  float dielectric_multiple_ = 0.0f;  // Fms of the dielectric
+  Rgb albedo_ = Rgb(0.0f);
+  Vec3f geometric_normal_ = Vec3f(0.0f, 0.0f, 1.0f);
+  float terminator_alpha2_ = 0.0f;
 };
 
 }  // namespace emberline

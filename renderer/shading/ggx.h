@@ -1,0 +1,77 @@
+// The isotropic GGX (Trowbridge-Reitz) reflection lobe with height-correlated Smith masking, for
+// one wo: map, density, and value without Fresnel.
+//
+// Sampling: visible normals as spherical caps (Dupuy & Benyoub 2023, "Sampling Visible GGX Normals
+// with Spherical Caps", HPG), bounded so that few reflections dip below the horizon (Eto &
+// Tokuyoshi 2023, "Bounded VNDF Sampling for the Smith-GGX BRDF", SIGGRAPH Asia). value / pdf <= 1.
+//
+// Numerics: nothing here cancels, over- or underflows for alpha >= kMirrorAlpha and any wo.z > 0:
+// sin^2 of the microfacet normal comes from its xy, not from 1 - z^2, which in float has no digits
+// left at alpha = 1e-3; and the normal is never normalised, only its squared length is used.
+#pragma once
+
+#include <cmath>
+
+#include "renderer/core/constants.h"
+#include "renderer/core/vector.h"
+#include "renderer/shading/branch_free.h"
+
+namespace emberline {
+
+class GgxReflection {
+ public:
+  GgxReflection() = default;
+  // alpha in [kMirrorAlpha, 1]; wo unit, wo.z > 0 (else unusable, but no harm done).
+  GgxReflection(float alpha, const Vec3f& wo) : wo_(wo), alpha_(alpha) {
+    alpha2_ = square(alpha);
+    inv_alpha2_ = 1.0f / alpha2_;
+    const float sin2 = square(wo.x) + square(wo.y);
+    t_ = std::sqrt(alpha2_ * sin2 + square(wo.z));
+    const float s2 = square(1.0f + std::sqrt(sin2));
+    k_ = (1.0f - alpha2_) * s2 / (s2 + alpha2_ * square(wo.z));
+  }
+
+  // u in [0, 1)^2 to a reflected direction; wi.z <= 0: rejected by the caller (no energy there).
+  Vec3f sample(const Vec2f& u) const {
+    float sin_phi, cos_phi;
+    sincos_turns(u.x, &sin_phi, &cos_phi);
+    return sample(sin_phi, cos_phi, u.y);
+  }
+  // The same for an azimuth whose sine and cosine are at hand.
+  Vec3f sample(float sin_phi, float cos_phi, float u) const {
+    const float scale = 1.0f / t_;
+    const Vec3f o(alpha_ * wo_.x * scale, alpha_ * wo_.y * scale, wo_.z * scale);
+    const float one_minus_z = u * (1.0f + k_ * o.z);
+    const float r = safe_sqrt(one_minus_z * (2.0f - one_minus_z));
+    // The microfacet normal, not normalised; its z is >= 0 because k <= 1.
+    const Vec3f m(alpha_ * (r * cos_phi + o.x), alpha_ * (r * sin_phi + o.y),
+                  std::max(0.0f, 1.0f - one_minus_z + o.z));
+    return m * (2.0f * dot(wo_, m) / dot(m, m)) - wo_;
+  }
+
+  struct Value {
+    float cosine_brdf;  // D G2 / (4 |wo.z| |wi.z|) * wi.z: the lobe for F = 1
+    float pdf;          // density of sample() per solid angle
+    float cos_d;        // wo.h
+  };
+  // wi.z > 0.
+  Value evaluate(const Vec3f& wi) const {
+    const Vec3f h = wo_ + wi;  // |h| = 2 wo.h for unit wo and wi
+    const float xy2 = square(h.x) + square(h.y);
+    const float z2 = square(h.z);
+    const float length2 = xy2 + z2;
+    const float ratio = length2 / (xy2 * inv_alpha2_ + z2);
+    const float d = kInvPi * inv_alpha2_ * square(ratio);
+    const float t_i = std::sqrt(alpha2_ + (1.0f - alpha2_) * square(wi.z));
+    return {0.5f * d * wi.z / (wi.z * t_ + wo_.z * t_i), 0.5f * d / (k_ * wo_.z + t_),
+            std::min(1.0f, 0.5f * std::sqrt(length2))};
+  }
+
+ private:
+  Vec3f wo_;
+  float alpha_ = 1.0f, alpha2_ = 1.0f, inv_alpha2_ = 1.0f;
+  float t_ = 1.0f;  // sqrt(alpha^2 sin^2 + cos^2) of wo
+  float k_ = 0.0f;  // Eto & Tokuyoshi's bound on the cap
+};
+
+}  // namespace emberline

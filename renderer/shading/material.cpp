@@ -1,0 +1,179 @@
+#include "renderer/shading/material.h"
+
+#include <algorithm>
+#include <cassert>
+#include <set>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+
+namespace {
+
+float saturate(float x) { return x > 0.0f ? std::min(x, 1.0f) : 0.0f; }  // NaN: 0
+
+Rgb saturate(const Rgb& c) { return {saturate(c.x), saturate(c.y), saturate(c.z)}; }
+
+float non_negative(float x) { return x > 0.0f && std::isfinite(x) ? x : 0.0f; }
+
+Rgb rgb(const Vec4f& v) { return {v.x, v.y, v.z}; }
+
+// Whether any texel of an image with alpha is not opaque. Exporters often write rgba images that
+// are opaque throughout, and a surface with coverage costs every ray a question.
+bool has_transparent_texel(const Texture& texture) {
+  if (!texture.has_alpha_channel()) return false;
+  const Image& image = texture.image();
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      if (texture.texel(x, y).w < 1.0f) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+const Texture* Material::add_texture(const TextureRef& ref, bool srgb, const char* slot,
+                                     const MaterialDescription& description,
+                                     const SceneDescription& scene, std::deque<Texture>* textures) {
+  if (ref.image < 0) return nullptr;
+  assert(size_t(ref.image) < scene.images.size() && scene.images[size_t(ref.image)]);
+  if (ref.uv_set < 0 || ref.uv_set >= kMaxUvSets) {
+    throw InputError(scene.file, "material \"" + description.name + "\": its " + slot +
+                                     " uses TEXCOORD_" + std::to_string(ref.uv_set) +
+                                     "; sets 0 to " + std::to_string(kMaxUvSets - 1) +
+                                     " are supported");
+  }
+  uv_mask_ |= 1u << ref.uv_set;
+  Texture texture(scene.images[size_t(ref.image)], ref, srgb);
+  for (const Texture& other : *textures) {
+    if (texture.same_use(other)) return &other;
+  }
+  return &textures->emplace_back(std::move(texture));
+}
+
+Material::Material(const MaterialDescription& d, const SceneDescription& scene,
+                   std::deque<Texture>* textures)
+    : base_color_(non_negative(d.base_color.x), non_negative(d.base_color.y),
+                  non_negative(d.base_color.z)),
+      alpha_(saturate(d.alpha)),
+      metallic_(saturate(d.metallic)),
+      roughness_(saturate(d.roughness)),
+      normal_scale_(std::isfinite(d.normal_scale) ? d.normal_scale : 1.0f),
+      emission_(non_negative(d.emission.x), non_negative(d.emission.y), non_negative(d.emission.z)),
+      alpha_cutoff_(d.alpha_cutoff),
+      alpha_mode_(d.alpha_mode),
+      double_sided_(d.double_sided),
+      unlit_(d.unlit) {
+  const auto add = [&](const TextureRef& ref, bool srgb, const char* slot) {
+    return add_texture(ref, srgb, slot, d, scene, textures);
+  };
+  base_color_texture_ = add(d.base_color_texture, true, "base colour texture");
+  if (!unlit_) {
+    metallic_roughness_texture_ =
+        add(d.metallic_roughness_texture, false, "metallic-roughness texture");
+    // A scale of 0 flattens the map altogether.
+    if (normal_scale_ != 0.0f) normal_texture_ = add(d.normal_texture, false, "normal texture");
+    is_emissive_ = !is_black(emission_);
+    if (is_emissive_) emission_texture_ = add(d.emission_texture, true, "emissive texture");
+  }
+  if (alpha_mode_ != AlphaMode::kOpaque) {
+    const float opaque = alpha_mode_ == AlphaMode::kMask ? alpha_cutoff_ : 1.0f;
+    alpha_varies_ = alpha_ < opaque ||
+                    (base_color_texture_ != nullptr && has_transparent_texel(*base_color_texture_));
+  }
+}
+
+void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoint& out) const {
+  Rgb base = base_color_ * rgb(a.color);
+  if (base_color_texture_ != nullptr) {
+    base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
+  }
+  out.emission = unlit_ ? base : emission_;
+  out.bsdf.base_color = saturate(base);
+  out.bsdf.metallic = metallic_;
+  out.bsdf.roughness = roughness_;
+  if (metallic_roughness_texture_ != nullptr) {
+    const Vec4f texel =
+        metallic_roughness_texture_->lookup(uv_of(*metallic_roughness_texture_, a), u_texture);
+    out.bsdf.roughness = saturate(roughness_ * texel.y);
+    out.bsdf.metallic = saturate(metallic_ * texel.z);
+  }
+  if (emission_texture_ != nullptr) {
+    out.emission *= rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
+  }
+  out.has_normal_map = normal_texture_ != nullptr;
+  if (out.has_normal_map) {
+    const Vec4f texel = normal_texture_->lookup(uv_of(*normal_texture_, a), u_texture);
+    out.normal = normalize_or(Vec3f((texel.x * 2.0f - 1.0f) * normal_scale_,
+                                    (texel.y * 2.0f - 1.0f) * normal_scale_, texel.z * 2.0f - 1.0f),
+                              Vec3f(0.0f, 0.0f, 1.0f));
+  }
+}
+
+Rgb Material::emission(const SurfaceAttributes& a, float u_texture) const {
+  if (unlit_) {
+    Rgb base = base_color_ * rgb(a.color);
+    if (base_color_texture_ != nullptr) {
+      base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
+    }
+    return base;
+  }
+  if (emission_texture_ == nullptr) return emission_;
+  return emission_ * rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
+}
+
+Rgb Material::mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
+                            const SurfaceAttributes& a2) const {
+  if (!is_emissive_) return Rgb(0.0f);
+  if (emission_texture_ == nullptr) return emission_;
+  const Texture& t = *emission_texture_;
+  return emission_ * t.mean_over_triangle(uv_of(t, a0), uv_of(t, a1), uv_of(t, a2));
+}
+
+float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
+  if (alpha_mode_ == AlphaMode::kOpaque) return 1.0f;
+  float alpha = alpha_ * a.color.w;
+  if (alpha_mode_ == AlphaMode::kMask) {
+    // The cutoff is a step, and a step of a mean is not the mean of steps: the exact filter.
+    if (base_color_texture_ != nullptr) {
+      alpha *= base_color_texture_->bilinear_alpha(uv_of(*base_color_texture_, a));
+    }
+    return alpha >= alpha_cutoff_ ? 1.0f : 0.0f;
+  }
+  if (base_color_texture_ != nullptr && base_color_texture_->has_alpha_channel()) {
+    alpha *= base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture).w;
+  }
+  return saturate(alpha);
+}
+
+MaterialSet::MaterialSet(const SceneDescription& scene) {
+  materials_.reserve(scene.materials.size() + 1);
+  for (const MaterialDescription& description : scene.materials) {
+    materials_.emplace_back(description, scene, &textures_);
+  }
+  materials_.emplace_back(MaterialDescription{}, scene, &textures_);
+
+  std::set<const Image*> images;
+  for (const Texture& texture : textures_) images.insert(&texture.image());
+  for (const Image* image : images) texture_bytes_ += image->texels.size();
+  image_count_ = images.size();
+
+  const auto any = [&](auto has) { return std::any_of(materials_.begin(), materials_.end(), has); };
+  const auto note = [&](bool used, const char* name) {
+    if (used) features_.emplace_back(name);
+  };
+  note(!textures_.empty(), "textures");
+  note(any([](const Material& m) { return m.has_normal_map(); }), "normal maps");
+  note(any([](const Material& m) { return m.is_emissive(); }), "emission");
+  note(any([](const Material& m) { return m.alpha_mode() == AlphaMode::kMask; }), "alpha mask");
+  note(any([](const Material& m) { return m.alpha_mode() == AlphaMode::kBlend; }), "alpha blend");
+  note(any([](const Material& m) { return m.unlit(); }), "unlit");
+  note(any([](const Material& m) { return m.double_sided(); }), "double-sided");
+}
+
+uint64_t MaterialSet::bytes() const {
+  return texture_bytes_ + textures_.size() * sizeof(Texture) + materials_.size() * sizeof(Material);
+}
+
+}  // namespace emberline

@@ -1,0 +1,130 @@
+// Materials as a frame needs them: constants where a slot has no texture, flags for what exists, so
+// that a scene pays only for what it uses.
+//
+// Built once from the scene description, then read by every thread: all const functions are pure.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "renderer/core/vector.h"
+#include "renderer/scene/scene_description.h"
+#include "renderer/shading/bsdf.h"
+#include "renderer/shading/texture.h"
+
+namespace emberline {
+
+// TEXCOORD_0 .. TEXCOORD_3 can be used by a material.
+inline constexpr int kMaxUvSets = 4;
+
+// Interpolated vertex attributes at a hit. Only the sets named by Material::uv_mask() are read; the
+// rest may hold anything finite.
+struct SurfaceAttributes {
+  std::array<Vec2f, kMaxUvSets> uv;
+  Vec4f color = Vec4f(1.0f, 1.0f, 1.0f, 1.0f);  // COLOR_0, linear; (1, 1, 1, 1) without
+};
+
+// What a material says at a point.
+struct MaterialPoint {
+  BsdfParameters bsdf;            // clamped to the ranges that SurfaceBsdf asks for
+  Rgb emission = Rgb(0.0f);       // radiance, alike in all directions
+  Vec3f normal = Vec3f(0, 0, 1);  // tangent space, unit; see mapped_normal()
+  bool has_normal_map = false;
+};
+
+class Material {
+ public:
+  // `textures` owns what the slots point to; the material keeps pointers into it, so it must
+  // outlive the material and not move its elements (a deque does not, on growth). Equal uses of an
+  // image share one Texture. Throws InputError for a texture that asks for a UV set beyond
+  // kMaxUvSets.
+  Material(const MaterialDescription& description, const SceneDescription& scene,
+           std::deque<Texture>* textures);
+
+  // One number for all textures: slots that share a parametrisation then take the same texel, so
+  // that base colour, roughness and normal belong together.
+  void evaluate(const SurfaceAttributes& attributes, float u_texture, MaterialPoint& out) const;
+
+  // Emitted radiance; with unlit(), the base colour.
+  Rgb emission(const SurfaceAttributes& attributes, float u_texture) const;
+  // Its mean over a triangle with these corners, for light power. 0 for unlit materials: they show
+  // a colour, but are not lights.
+  Rgb mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
+                    const SurfaceAttributes& a2) const;
+
+  // Probability that the surface is there at all: 1 (opaque), 0 or 1 by the cutoff on the filtered
+  // alpha (mask), alpha (blend).
+  float coverage(const SurfaceAttributes& attributes, float u_texture) const;
+
+  // Whether coverage() can be anything but 1. A mesh with vertex colours may have alpha in them.
+  bool has_alpha(bool vertex_colors) const {
+    return alpha_mode_ != AlphaMode::kOpaque && (alpha_varies_ || vertex_colors);
+  }
+  AlphaMode alpha_mode() const { return alpha_mode_; }
+  bool is_emissive() const { return is_emissive_; }  // belongs among the lights; never if unlit
+  bool has_emission_texture() const { return emission_texture_ != nullptr; }
+  bool has_normal_map() const { return normal_texture_ != nullptr; }  // needs tangents
+  bool double_sided() const { return double_sided_; }
+  bool unlit() const { return unlit_; }  // no scattering: emission() is what is seen
+  bool needs_uv() const { return uv_mask_ != 0; }
+  uint32_t uv_mask() const { return uv_mask_; }  // bit n: TEXCOORD_n is read
+
+ private:
+  const Texture* add_texture(const TextureRef& ref, bool srgb, const char* slot,
+                             const MaterialDescription& description, const SceneDescription& scene,
+                             std::deque<Texture>* textures);
+  const Vec2f& uv_of(const Texture& texture, const SurfaceAttributes& a) const {
+    return a.uv[size_t(texture.uv_set())];
+  }
+
+  Rgb base_color_;
+  float alpha_;
+  float metallic_, roughness_;
+  float normal_scale_;
+  Rgb emission_;
+  float alpha_cutoff_;
+  const Texture* base_color_texture_ = nullptr;
+  const Texture* metallic_roughness_texture_ = nullptr;
+  const Texture* normal_texture_ = nullptr;
+  const Texture* emission_texture_ = nullptr;
+  AlphaMode alpha_mode_;
+  bool alpha_varies_ = false;  // without vertex colours
+  bool is_emissive_ = false;
+  bool double_sided_, unlit_;
+  uint32_t uv_mask_ = 0;
+};
+
+// All materials of a scene, glTF's default material behind them.
+class MaterialSet {
+ public:
+  // Throws InputError as Material does.
+  explicit MaterialSet(const SceneDescription& scene);
+  MaterialSet(MaterialSet&&) = default;
+  MaterialSet& operator=(MaterialSet&&) = default;
+
+  // -1: the default material.
+  const Material& operator[](int index) const {
+    return materials_[index < 0 ? materials_.size() - 1 : size_t(index)];
+  }
+  size_t size() const { return materials_.size() - 1; }
+
+  // For the report.
+  uint64_t texture_bytes() const { return texture_bytes_; }  // resident texels, each image once
+  uint64_t bytes() const;                                    // texels, tables and materials
+  size_t image_count() const { return image_count_; }
+  // What the scene's materials need, in words: "textures", "normal maps", "emission",
+  // "alpha mask", "alpha blend", "unlit", "double-sided". Empty for a plain scene.
+  const std::vector<std::string>& features() const { return features_; }
+
+ private:
+  std::deque<Texture> textures_;
+  std::vector<Material> materials_;
+  std::vector<std::string> features_;
+  uint64_t texture_bytes_ = 0;
+  size_t image_count_ = 0;
+};
+
+}  // namespace emberline

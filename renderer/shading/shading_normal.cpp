@@ -1,0 +1,58 @@
+#include "renderer/shading/shading_normal.h"
+
+namespace emberline {
+
+Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
+                    const Vec3f& map_normal) {
+  const Vec3f t(tangent.x, tangent.y, tangent.z);
+  const Vec3f b = cross(normal, t);
+  const float sign = ((tangent.w < 0.0f) != mirrored) ? -1.0f : 1.0f;
+  const float b2 = dot(b, b), limit = 1e-12f * dot(t, t) * dot(normal, normal);
+  if (!(b2 > limit)) {  // also NaN
+    const Vec3f unit = normalize_or(normal, Vec3f(0.0f));
+    if (unit == Vec3f(0.0f)) return normal;
+    return normalize_or(ShadingFrame::from_normal(unit).to_world(map_normal), unit);
+  }
+  return normalize_or(t * map_normal.x + b * (sign * map_normal.y) + normal * map_normal.z, normal);
+}
+
+namespace {
+
+// The unit vector in the plane of ng and n, nearest to n, whose reflection of wo keeps R.ng >= at
+// least `floor`. With X the unit vector of n's plane orthogonal to ng, the in-plane part (a, c) of
+// wo has length r; reflection about an in-plane normal turns it into another vector of length r,
+// so the limit is R = (sqrt(r^2 - floor^2), floor), and the normal is the bisector of the two.
+Vec3f tilt(const Vec3f& ng, const Vec3f& n, const Vec3f& wo, float floor) {
+  const Vec3f across = n - ng * dot(n, ng);
+  const float length2 = dot(across, across);
+  if (!(length2 > 1e-30f)) return ng;
+  const Vec3f x = across * (1.0f / std::sqrt(length2));
+  const float a = dot(wo, x), c = dot(wo, ng);
+  const float rest = safe_sqrt(square(a) + (c - floor) * (c + floor));  // sqrt(r^2 - floor^2)
+  // a + rest, without cancellation when a < 0.
+  const float sum = a >= 0.0f ? a + rest : (c - floor) * (c + floor) / (rest - a);
+  return normalize_or(x * sum + ng * (c + floor), ng);
+}
+
+}  // namespace
+
+SurfaceFrame make_surface_frame(const Vec3f& face_normal, const Vec3f& vertex_normal,
+                                const Vec3f& shading_normal, const Vec3f& wo) {
+  SurfaceFrame result;
+  result.back_facing = dot(face_normal, wo) < 0.0f;
+  const Vec3f ng = result.back_facing ? -face_normal : face_normal;
+  Vec3f n = normalize_or(shading_normal, ng);
+  if (dot(vertex_normal, ng) < 0.0f) n = -n;
+
+  const float cos_o = dot(wo, ng);
+  const float floor = std::min(0.9f * cos_o, 0.01f);
+  const float cos_n = dot(n, ng), cos_no = dot(n, wo);
+  const bool keeps_mirror_above = 2.0f * cos_no * cos_n - cos_o >= floor;  // R.ng
+  if (!(cos_n > 0.0f && cos_no > 0.0f && keeps_mirror_above)) n = tilt(ng, n, wo, floor);
+
+  result.geometric_normal = ng;
+  result.shading = ShadingFrame::from_normal(n);
+  return result;
+}
+
+}  // namespace emberline

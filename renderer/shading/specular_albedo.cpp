@@ -1,0 +1,172 @@
+#include "renderer/shading/specular_albedo.h"
+
+#include <array>
+#include <cassert>
+
+#include "renderer/core/constants.h"
+
+namespace emberline {
+
+namespace {
+
+// Gauss-Legendre nodes and weights on [0, 1], by Newton iteration on the Legendre polynomial
+// (Press et al. 2007, "Numerical Recipes", section 4.6).
+template <int N>
+struct GaussLegendre {
+  std::array<double, N> x, w;
+  GaussLegendre() {
+    for (int i = 0; i < N; ++i) {
+      double z = std::cos(kPiD * (i + 0.75) / (N + 0.5));
+      double slope = 1;
+      for (int iteration = 0; iteration < 20; ++iteration) {
+        double p1 = 1, p2 = 0;
+        for (int j = 0; j < N; ++j) {
+          const double p3 = p2;
+          p2 = p1;
+          p1 = ((2 * j + 1) * z * p2 - j * p3) / (j + 1);
+        }
+        slope = N * (z * p1 - p2) / (z * z - 1);
+        z -= p1 / slope;
+      }
+      x[size_t(i)] = 0.5 * (1 - z);
+      w[size_t(i)] = 1 / ((1 - z * z) * slope * slope);
+    }
+  }
+};
+
+// Nodes per dimension of the integral over microfacet normals. 32 leave 3e-4 (the integrand has a
+// kink where reflections dip below the horizon); 40 leave 2e-4.
+constexpr int kNodes = 40;
+
+struct Quadrature {
+  std::array<float, kNodes> cos_phi, phi_weight, u, u_weight;
+  Quadrature() {
+    const GaussLegendre<kNodes> rule;
+    for (size_t i = 0; i < kNodes; ++i) {
+      cos_phi[i] = float(std::cos(kPiD * rule.x[i]));  // [0, pi]: the lobe is symmetric
+      phi_weight[i] = u_weight[i] = float(rule.w[i]);
+      u[i] = float(rule.x[i]);
+    }
+  }
+};
+
+// E and B as means over bounded visible normals (see ggx.h for the map and its weight), so that
+// the integrand stays in [0, 1] for every alpha and mu.
+void integrate(const Quadrature& rule, float mu, float alpha, double* e, double* b) {
+  const float alpha2 = square(alpha);
+  const float sin_o = safe_sqrt(1 - square(mu));
+  const float t = std::sqrt(alpha2 * square(sin_o) + square(mu));
+  const float s2 = square(1 + sin_o);
+  const float k = (1 - alpha2) * s2 / (s2 + alpha2 * square(mu));
+  const float ix = alpha * sin_o / t, iz = mu / t, bound = k * iz;
+  double sum_e = 0, sum_b = 0;
+  for (size_t j = 0; j < kNodes; ++j) {
+    const float one_minus_z = rule.u[j] * (1 + bound);
+    const float z = 1 - one_minus_z;
+    const float r = safe_sqrt(one_minus_z * (1 + z));
+    float row_e = 0, row_b = 0;
+    for (size_t i = 0; i < kNodes; ++i) {  // vectorises: no call, no branch
+      const float hx = r * rule.cos_phi[i] + ix;
+      const float hy2 = square(r) * (1 - square(rule.cos_phi[i]));
+      const float mx = alpha * hx, mz = z + iz;
+      const float length2 = square(mx) + alpha2 * hy2 + square(mz);
+      const float cos_d = (sin_o * mx + mu * mz);  // times the length of m
+      const float mu_i = std::max(0.0f, 2 * cos_d * mz / length2 - mu);
+      const float t_i = std::sqrt(alpha2 + (1 - alpha2) * square(mu_i));
+      const float weight = mu_i * (k * mu + t) / (mu_i * t + mu * t_i + 1e-30f);
+      const float m = 1 - std::min(1.0f, cos_d / std::sqrt(length2));
+      row_e += rule.phi_weight[i] * weight;
+      row_b += rule.phi_weight[i] * weight * square(square(m)) * m;
+    }
+    sum_e += double(rule.u_weight[j]) * double(row_e);
+    sum_b += double(rule.u_weight[j]) * double(row_b);
+  }
+  *e = sum_e;
+  *b = sum_b;
+}
+
+// Rows are even in roughness = sqrt(alpha), from kMirrorAlpha to 1; y in [0, 1].
+constexpr float kFirstRoughness = 0.0316227766f;
+static_assert(kFirstRoughness * kFirstRoughness / kMirrorAlpha - 1 < 1e-6f &&
+              1 - kFirstRoughness * kFirstRoughness / kMirrorAlpha < 1e-6f);
+constexpr float kPerRoughness = 1.0f / (1.0f - kFirstRoughness);
+float alpha_at(float y) { return square(kFirstRoughness + (1 - kFirstRoughness) * y); }
+
+}  // namespace
+
+struct SpecularAlbedo::Tables {
+  std::array<Node, size_t(kRows* kColumns)> nodes;
+  // Averages per alpha. The loss is divided by alpha^2, which leaves a slowly varying function:
+  // at mu >> alpha it falls as (alpha / mu)^2.
+  std::array<float, size_t(kAverages)> average_loss_over_alpha2, average_schlick;
+
+  Tables() {
+    const Quadrature quadrature;
+    for (int j = 0; j < kRows; ++j) {
+      const float alpha = alpha_at(float(j) / float(kRows - 1));
+      const double a = 2.0 * double(alpha);
+      for (int i = 0; i < kColumns; ++i) {
+        const double x2 = square(double(i) / (kColumns - 1));
+        const double mu = x2 * a / (1 + a - x2);
+        double e, b;
+        integrate(quadrature, float(std::min(mu, 1.0)), alpha, &e, &b);
+        e = std::min(e, 1.0);
+        nodes[size_t(j * kColumns + i)] = {float(1 - e), float(b - std::pow(1 - mu, 5) * e)};
+      }
+    }
+    const GaussLegendre<4> rule;  // per cell, where the interpolant is linear in x
+    for (int j = 0; j < kAverages; ++j) {
+      SpecularAlbedo row;
+      const float y = float(j) / float(kAverages - 1);
+      row.select(*this, y);
+      const double a = double(row.two_alpha_);
+      double loss = 0, schlick = 0;
+      for (int cell = 0; cell < kColumns - 1; ++cell) {
+        for (size_t i = 0; i < 4; ++i) {
+          const double x = (cell + rule.x[i]) / (kColumns - 1);
+          const double down = 1 + a - x * x;
+          const double mu = a * x * x / down;
+          const double dmu = 2 * a * x * (1 + a) / (down * down);
+          const double weight = rule.w[i] / (kColumns - 1) * 2 * mu * dmu;
+          const Value value = row.at(float(mu));
+          loss += weight * double(value.loss);
+          schlick += weight * double(value.schlick);
+        }
+      }
+      average_loss_over_alpha2[size_t(j)] = float(loss / square(double(alpha_at(y))));
+      average_schlick[size_t(j)] = float(schlick);
+    }
+  }
+};
+
+const SpecularAlbedo::Tables& SpecularAlbedo::tables() {
+  static const Tables instance;  // built under the language's own once-guard
+  return instance;
+}
+
+void SpecularAlbedo::select(const Tables& tables, float y) {
+  const float row = y * float(kRows - 1);
+  const int j = std::min(int(row), kRows - 2);
+  row_ = tables.nodes.data() + j * kColumns;
+  y_ = row - float(j);
+  two_alpha_ = 2 * alpha_at(y);
+  scale_ = 1 + two_alpha_;
+}
+
+SpecularAlbedo::SpecularAlbedo(float roughness) {
+  assert(roughness >= 0 && roughness <= 1);
+  const float alpha = square(roughness);
+  if (alpha < kMirrorAlpha) return;
+  const Tables& t = tables();
+  const float y = std::clamp((roughness - kFirstRoughness) * kPerRoughness, 0.0f, 1.0f);
+  select(t, y);
+  const float position = y * float(kAverages - 1);
+  const int i = std::min(int(position), kAverages - 2);
+  const float f = position - float(i);
+  const size_t n = size_t(i);
+  average_loss_ =
+      square(alpha) * lerp(t.average_loss_over_alpha2[n], t.average_loss_over_alpha2[n + 1], f);
+  average_schlick_ = lerp(t.average_schlick[n], t.average_schlick[n + 1], f);
+}
+
+}  // namespace emberline

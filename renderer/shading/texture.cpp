@@ -1,0 +1,241 @@
+#include "renderer/shading/texture.h"
+
+#include <Imath/half.h>
+
+#include <cassert>
+#include <cstddef>
+#include <cstring>
+
+#include "renderer/shading/branch_free.h"
+#include "renderer/shading/srgb.h"
+
+namespace emberline {
+
+namespace {
+
+constexpr std::array<float, 6> kNoTransform = {1, 0, 0, 0, 1, 0};
+
+// io cleans texels; this keeps a stray one from poisoning a path all the same.
+float finite_or_zero(float x) { return std::isfinite(x) ? x : 0.0f; }
+
+template <typename T>
+T load_texel(const std::byte* texels, size_t index) {
+  T value;
+  std::memcpy(&value, texels + index * sizeof(T), sizeof(T));
+  return value;
+}
+
+float half_to_float(uint16_t bits) {
+  Imath::half h;
+  h.setBits(bits);
+  return float(h);
+}
+
+// Folds a texture coordinate into [0, 1]; NaN and infinity become 0.
+float fold(float c, WrapMode wrap) {
+  switch (wrap) {
+    case WrapMode::kRepeat:
+      c -= std::floor(c);
+      break;
+    case WrapMode::kMirroredRepeat:
+      c -= 2.0f * std::floor(0.5f * c);
+      c = c > 1.0f ? 2.0f - c : c;
+      break;
+    case WrapMode::kClampToEdge:
+      break;
+  }
+  return c > 0.0f ? std::min(c, 1.0f) : 0.0f;
+}
+
+}  // namespace
+
+Texture::Texture(std::shared_ptr<const Image> image, const TextureRef& ref, bool srgb)
+    : image_(std::move(image)),
+      texels_(image_->texels.data()),
+      width_(image_->width),
+      height_(image_->height),
+      channels_(image_->channels),
+      wrap_s_(ref.wrap_s),
+      wrap_t_(ref.wrap_t),
+      nearest_(ref.nearest),
+      has_transform_(ref.uv_transform != kNoTransform),
+      uv_set_(ref.uv_set),
+      transform_(ref.uv_transform) {
+  assert(width_ > 0 && height_ > 0 && channels_ >= 1 && channels_ <= 4);
+  size_t bytes = 1;
+  switch (image_->type) {
+    case TexelType::kUint8:
+      format_ = Format::kByte;
+      table_ = srgb ? srgb8_table().data() : linear8_table().data();
+      break;
+    case TexelType::kUint16:
+      format_ = srgb ? Format::kWordSrgb : Format::kWord;
+      if (srgb) table_ = srgb16_table().data();
+      bytes = 2;
+      break;
+    case TexelType::kHalf:
+      format_ = Format::kHalf;
+      bytes = 2;
+      break;
+    case TexelType::kFloat:
+      format_ = Format::kFloat;
+      bytes = 4;
+      break;
+  }
+  assert(image_->texels.size() == size_t(width_) * size_t(height_) * size_t(channels_) * bytes);
+  static_cast<void>(bytes);
+}
+
+bool Texture::same_use(const Texture& o) const {
+  return image_ == o.image_ && table_ == o.table_ && format_ == o.format_ && wrap_s_ == o.wrap_s_ &&
+         wrap_t_ == o.wrap_t_ && nearest_ == o.nearest_ && uv_set_ == o.uv_set_ &&
+         transform_ == o.transform_;
+}
+
+Vec2f Texture::transformed(const Vec2f& uv) const {
+  if (!has_transform_) return uv;
+  const auto& m = transform_;
+  return {m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]};
+}
+
+// Texel i's centre lies at (i + 0.5) / size.
+Texture::Taps Texture::taps(float coordinate, int size, WrapMode wrap) const {
+  const float position = fold(coordinate, wrap) * float(size);  // [0, size]
+  if (nearest_) {
+    const int i = std::min(int(position), size - 1);
+    return {i, i, 0.0f};
+  }
+  const float shifted = position - 0.5f;
+  const float lower = std::floor(shifted);
+  int first = int(lower);  // [-1, size - 1]
+  int second = first + 1;  // [0, size]
+  // Mirroring reflects about the edge, so the texel beyond it is the edge texel again: a clamp.
+  const bool repeat = wrap == WrapMode::kRepeat;
+  if (first < 0) first = repeat ? size - 1 : 0;
+  if (second >= size) second = repeat ? 0 : size - 1;
+  return {first, second, shifted - lower};
+}
+
+template <typename Load>
+Vec4f Texture::gather(size_t offset, const Load& load) const {
+  switch (channels_) {
+    case 1: {
+      const float grey = load.color(offset);
+      return {grey, grey, grey, 1.0f};
+    }
+    case 2: {
+      const float grey = load.color(offset);
+      return {grey, grey, grey, load.alpha(offset + 1)};
+    }
+    case 3:
+      return {load.color(offset), load.color(offset + 1), load.color(offset + 2), 1.0f};
+    default:
+      return {load.color(offset), load.color(offset + 1), load.color(offset + 2),
+              load.alpha(offset + 3)};
+  }
+}
+
+namespace {
+
+struct LoadByte {
+  const std::byte* texels;
+  const float* table;
+  float color(size_t i) const { return table[uint8_t(texels[i])]; }
+  float alpha(size_t i) const { return float(uint8_t(texels[i])) * (1.0f / 255.0f); }
+};
+struct LoadWord {
+  const std::byte* texels;
+  float color(size_t i) const { return alpha(i); }
+  float alpha(size_t i) const { return float(load_texel<uint16_t>(texels, i)) * (1.0f / 65535.0f); }
+};
+struct LoadWordSrgb {
+  const std::byte* texels;
+  const float* table;
+  float color(size_t i) const { return table[load_texel<uint16_t>(texels, i)]; }
+  float alpha(size_t i) const { return LoadWord{texels}.alpha(i); }
+};
+struct LoadHalf {
+  const std::byte* texels;
+  float color(size_t i) const {
+    return finite_or_zero(half_to_float(load_texel<uint16_t>(texels, i)));
+  }
+  float alpha(size_t i) const { return color(i); }
+};
+struct LoadFloat {
+  const std::byte* texels;
+  float color(size_t i) const { return finite_or_zero(load_texel<float>(texels, i)); }
+  float alpha(size_t i) const { return color(i); }
+};
+
+}  // namespace
+
+Vec4f Texture::texel(int x, int y) const {
+  const size_t offset = (size_t(y) * size_t(width_) + size_t(x)) * size_t(channels_);
+  switch (format_) {
+    case Format::kByte:
+      return gather(offset, LoadByte{texels_, table_});
+    case Format::kWord:
+      return gather(offset, LoadWord{texels_});
+    case Format::kWordSrgb:
+      return gather(offset, LoadWordSrgb{texels_, table_});
+    case Format::kHalf:
+      return gather(offset, LoadHalf{texels_});
+    case Format::kFloat:
+      break;
+  }
+  return gather(offset, LoadFloat{texels_});
+}
+
+Vec4f Texture::lookup(const Vec2f& uv, float u_texture) const {
+  const Vec2f at = transformed(uv);
+  const Taps s = taps(at.x, width_, wrap_s_);
+  const Taps t = taps(at.y, height_, wrap_t_);
+  // One number chooses both neighbours: what is left of it after the first choice is uniform again.
+  const bool right = u_texture < s.fraction;
+  const float rest =
+      (u_texture - select(right, 0.0f, s.fraction)) / select(right, s.fraction, 1.0f - s.fraction);
+  const bool below = rest < t.fraction;
+  return texel(select(right, s.second, s.first), select(below, t.second, t.first));
+}
+
+Vec4f Texture::bilinear(const Vec2f& uv) const {
+  const Vec2f at = transformed(uv);
+  const Taps s = taps(at.x, width_, wrap_s_);
+  const Taps t = taps(at.y, height_, wrap_t_);
+  if (nearest_) return texel(s.first, t.first);
+  const Vec4f top =
+      texel(s.first, t.first) * (1.0f - s.fraction) + texel(s.second, t.first) * s.fraction;
+  const Vec4f bottom =
+      texel(s.first, t.second) * (1.0f - s.fraction) + texel(s.second, t.second) * s.fraction;
+  return top * (1.0f - t.fraction) + bottom * t.fraction;
+}
+
+float Texture::alpha_texel(int x, int y) const {
+  const size_t i = (size_t(y) * size_t(width_) + size_t(x) + 1) * size_t(channels_) - 1;
+  switch (format_) {
+    case Format::kByte:
+      return LoadByte{texels_, nullptr}.alpha(i);
+    case Format::kWord:
+    case Format::kWordSrgb:
+      return LoadWord{texels_}.alpha(i);
+    case Format::kHalf:
+      return LoadHalf{texels_}.alpha(i);
+    case Format::kFloat:
+      break;
+  }
+  return LoadFloat{texels_}.alpha(i);
+}
+
+float Texture::bilinear_alpha(const Vec2f& uv) const {
+  if (!has_alpha_channel()) return 1.0f;
+  const Vec2f at = transformed(uv);
+  const Taps s = taps(at.x, width_, wrap_s_);
+  const Taps t = taps(at.y, height_, wrap_t_);
+  if (nearest_) return alpha_texel(s.first, t.first);
+  const float top = lerp(alpha_texel(s.first, t.first), alpha_texel(s.second, t.first), s.fraction);
+  const float bottom =
+      lerp(alpha_texel(s.first, t.second), alpha_texel(s.second, t.second), s.fraction);
+  return lerp(top, bottom, t.fraction);
+}
+
+}  // namespace emberline

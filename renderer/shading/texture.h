@@ -1,0 +1,81 @@
+// A resident texture: the image's texels in their file's own bit depth, never copied, and how one
+// material slot looks at them.
+//
+// A lookup fetches ONE texel: the bilinear filter is an expectation, taken by choosing a neighbour
+// with u_texture (Pharr, Wronski, Salvi & Fajardo 2024, "Filtering After Shading With Stochastic
+// Texture Filtering"). It adds noise only where a texture is magnified, and costs a third of four
+// texels and a tenth or less of a texture system with a cache (figures in README.md).
+//
+// uv may be anything: huge, negative, NaN, infinite; NaN and infinite coordinates read as 0 (before
+// wrapping), values beyond float's resolution of one texel read some texel. All functions are
+// const, pure and thread-safe.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "renderer/core/vector.h"
+#include "renderer/scene/scene_description.h"
+
+namespace emberline {
+
+class Texture {
+ public:
+  // `srgb`: colour (not alpha) of an integer-valued image is sRGB-encoded; ignored for half and
+  // float images, which are linear. `image` is not empty and holds
+  // width * height * channels texels (asserted).
+  Texture(std::shared_ptr<const Image> image, const TextureRef& ref, bool srgb);
+
+  // One texel, linear rgba: its mean over uniform u_texture in [0, 1) is bilinear(uv). Missing
+  // channels: grey is replicated, alpha is 1. Non-finite texels read as 0. `uv` is the vertex
+  // attribute; KHR_texture_transform is applied here.
+  Vec4f lookup(const Vec2f& uv, float u_texture) const;
+
+  // The exact filter value, four texels (one with nearest filtering).
+  Vec4f bilinear(const Vec2f& uv) const;
+  // Alpha alone of the same; 1 for an image without alpha.
+  float bilinear_alpha(const Vec2f& uv) const;
+
+  // Mean colour over a triangle in uv: of the texels whose centres lie inside (every texel up to
+  // 4 Mi of them, a regular subset beyond), or of 16 filtered points for a triangle that covers
+  // only a few. Deterministic; for light power.
+  Rgb mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f& uv2) const;
+
+  // The same image, seen the same way.
+  bool same_use(const Texture& other) const;
+
+  const Image& image() const { return *image_; }
+  int uv_set() const { return uv_set_; }
+  bool has_alpha_channel() const { return channels_ == 2 || channels_ == 4; }
+
+  // The texel at (x, y) after decoding; 0 <= x < width, 0 <= y < height.
+  Vec4f texel(int x, int y) const;
+
+ private:
+  enum class Format : uint8_t { kByte, kWord, kWordSrgb, kHalf, kFloat };
+
+  Vec2f transformed(const Vec2f& uv) const;
+  // The two neighbours along one axis and the weight of the second.
+  struct Taps {
+    int first, second;
+    float fraction;
+  };
+  Taps taps(float coordinate, int size, WrapMode wrap) const;
+  float alpha_texel(int x, int y) const;
+  template <typename Load>
+  Vec4f gather(size_t offset, const Load& load) const;
+
+  std::shared_ptr<const Image> image_;
+  const std::byte* texels_;
+  const float* table_ = nullptr;  // decodes integer colour
+  int width_, height_, channels_;
+  Format format_;
+  WrapMode wrap_s_, wrap_t_;
+  bool nearest_;
+  bool has_transform_;
+  int uv_set_;
+  std::array<float, 6> transform_;
+};
+
+}  // namespace emberline
