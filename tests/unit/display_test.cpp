@@ -164,11 +164,12 @@ TEST_F(DisplayTest, AnythingInGivesSomethingFiniteOut) {
 
 TEST_F(DisplayTest, UnknownNamesListTheValidOnes) {
   expect_contains(error_of<UsageError>([] { DisplayTransform(with_view("Filmic")); }),
-                  "\"Filmic\"; valid names are: sRGB, ACES, Raw");
+                  "unknown view \"Filmic\" of display \"sRGB\"; valid names are: sRGB, ACES, Raw");
   DisplaySettings settings;
   settings.display = "Rec.2020";
-  expect_contains(error_of<UsageError>([&] { DisplayTransform{settings}; }),
-                  "unknown display \"Rec.2020\"; valid names are: sRGB");
+  expect_contains(
+      error_of<UsageError>([&] { DisplayTransform{settings}; }),
+      "unknown display \"Rec.2020\" of the built-in OpenColorIO config; valid names are: sRGB");
   settings = {};
   settings.look = "warm";
   expect_contains(error_of<UsageError>([&] { DisplayTransform{settings}; }),
