@@ -2,10 +2,8 @@
 #include "renderer/app/compare_command.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -13,24 +11,13 @@
 #include "io/image_input.h"
 #include "io/image_output.h"
 #include "renderer/core/errors.h"
+#include "unit/output_folder.h"
 
 namespace emberline {
 namespace {
 
-namespace fs = std::filesystem;
-
-class CompareTest : public ::testing::Test {
+class CompareTest : public OutputFolder {
  protected:
-  void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() /
-              ("emberline-compare-" + std::string(info->name()) + "-" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
   // One tile of `channels` x width x height floats.
   std::string write_exr(const std::string& name, int width, int height,
                         const std::vector<std::string>& channels,
@@ -45,8 +32,6 @@ class CompareTest : public ::testing::Test {
     writer.finish();
     return path(name);
   }
-
-  fs::path folder_;
 };
 
 std::string stdout_of(const CompareOptions& options) {
