@@ -111,8 +111,9 @@ ocio::ConstConfigRcPtr built_in_config() {
   return config;
 }
 
-// The name as the config spells it; `chosen` empty gives `fallback`.
-std::string find_name(const std::string& kind, const std::string& chosen,
+// The name as the config spells it; `chosen` empty gives `fallback`. `owner` is whose names these
+// are, for the message.
+std::string find_name(const std::string& kind, const std::string& owner, const std::string& chosen,
                       const std::vector<std::string>& names, const std::string& fallback) {
   if (chosen.empty()) return fallback;
   std::string list;
@@ -120,8 +121,8 @@ std::string find_name(const std::string& kind, const std::string& chosen,
     if (lower(name) == lower(chosen)) return name;
     list += (list.empty() ? "" : ", ") + name;
   }
-  throw UsageError("unknown " + kind + " \"" + chosen +
-                   "\"; valid names are: " + (list.empty() ? "(none)" : list));
+  throw UsageError("unknown " + kind + " \"" + chosen + "\" of " + owner +
+                   "; valid names are: " + (list.empty() ? "(none)" : list));
 }
 
 struct Source {
@@ -184,16 +185,16 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings) {
     std::vector<std::string> displays, views, looks;
     for (int i = 0; i < config->getNumDisplays(); ++i) displays.emplace_back(config->getDisplay(i));
     const std::string display =
-        find_name("display", settings.display, displays, config->getDefaultDisplay());
+        find_name("display", place, settings.display, displays, config->getDefaultDisplay());
     for (int i = 0; i < config->getNumViews(display.c_str()); ++i) {
       views.emplace_back(config->getView(display.c_str(), i));
     }
-    const std::string view = find_name("view of display \"" + display + "\"", settings.view, views,
+    const std::string view = find_name("view", "display \"" + display + "\"", settings.view, views,
                                        config->getDefaultView(display.c_str()));
     for (int i = 0; i < config->getNumLooks(); ++i) {
       looks.emplace_back(config->getLookNameByIndex(i));
     }
-    const std::string look = find_name("look", settings.look, looks, "");
+    const std::string look = find_name("look", place, settings.look, looks, "");
 
     const ocio::DisplayViewTransformRcPtr transform = ocio::DisplayViewTransform::Create();
     transform->setSrc(source.space.c_str());

@@ -206,13 +206,11 @@ void ExrWriter::Impl::encode_tile(int tile_x, int tile_y, const Rect& rect, cons
   }
 
   exr_chunk_info_t chunk = {};
-  {
+  const exr_result_t located = [&] {
     const std::lock_guard lock(mutex);
-    const exr_result_t result =
-        exr_write_tile_chunk_info(context, kPart, tile_x, tile_y, 0, 0, &chunk);
-    if (result != EXR_ERR_SUCCESS) chunk.idx = -1;
-  }
-  if (chunk.idx < 0) check(EXR_ERR_INVALID_ARGUMENT);
+    return exr_write_tile_chunk_info(context, kPart, tile_x, tile_y, 0, 0, &chunk);
+  }();
+  check(located);
 
   struct Pipeline : exr_encode_pipeline_t {
     explicit Pipeline(exr_const_context_t c) : exr_encode_pipeline_t{}, owner(c) {}

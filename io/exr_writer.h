@@ -52,7 +52,7 @@ class ExrWriter {
   void write_tile(const Rect& rect, const std::vector<float>& pixels);
 
   // Tiles never written are filled with 0 (a stopped render stays readable). Call once, when no
-  // thread writes any more. Throws RenderError; then nothing is left behind.
+  // thread writes any more. Throws RenderError; nothing is left behind then.
   void finish();
 
  private:

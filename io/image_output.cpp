@@ -56,7 +56,11 @@ std::vector<unsigned char> encode_image(const ByteImage& image, const std::strin
                     output->write_image(OIIO::TypeDesc::UINT8, image.values.data(),
                                         OIIO::stride_t(image.channels)) &&
                     output->close();
-  if (!done) throw RenderError("cannot write " + path + ": " + one_line(output->geterror()));
+  if (!done) {
+    const std::string reason = one_line(output->geterror());
+    throw RenderError("cannot write " + path + ": " +
+                      (reason.empty() ? "OpenImageIO could not encode it" : reason));
+  }
   return encoded;
 }
 

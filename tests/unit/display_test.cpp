@@ -1,52 +1,37 @@
-// The display transform against closed forms, and the pictures that DisplayImageWriter leaves.
+// The display transform against closed forms, and the configs that $OCIO may name.
 #include "io/display.h"
 
-#include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <limits>
-#include <sstream>
 
-#include "io/image_output.h"
 #include "renderer/core/errors.h"
+#include "unit/output_folder.h"
 
 namespace emberline {
 namespace {
 
-namespace fs = std::filesystem;
-
-// An empty folder per test; $OCIO as the test sets it, unset again afterwards.
-class DisplayTest : public ::testing::Test {
+// $OCIO is as the test sets it, and unset again afterwards.
+class DisplayTest : public OutputFolder {
  protected:
   void SetUp() override {
     unsetenv("OCIO");
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() /
-              ("emberline-display-" + std::string(info->name()) + "-" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
+    OutputFolder::SetUp();
   }
   void TearDown() override {
     unsetenv("OCIO");
-    fs::remove_all(folder_);
-  }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  size_t file_count() const {
-    return size_t(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+    OutputFolder::TearDown();
   }
   // Points $OCIO to a config with that text.
   void use_config(const std::string& text) {
     std::ofstream(path("config.ocio")) << text;
     setenv("OCIO", path("config.ocio").c_str(), 1);
   }
-  fs::path folder_;
 };
 
 DisplaySettings with_view(const std::string& view, float exposure = 0.0f) {
@@ -66,27 +51,6 @@ std::array<float, 3> shown(const DisplaySettings& settings, float r, float g, fl
 double srgb(double x) {
   x = std::clamp(x, 0.0, 1.0);
   return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-}
-
-// The message of the exception of type E that `action` throws.
-template <typename E, typename Action>
-std::string error_of(Action action) {
-  try {
-    action();
-  } catch (const E& error) {
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-    return error.what();
-  } catch (const std::exception& error) {
-    ADD_FAILURE() << "another error: " << error.what();
-    return "";
-  }
-  ADD_FAILURE() << "no error";
-  return "";
-}
-
-void expect_contains(const std::string& text, const std::string& part) {
-  EXPECT_NE(text.find(part), std::string::npos)
-      << "\"" << part << "\" is not in \"" << text << "\"";
 }
 
 TEST_F(DisplayTest, SrgbIsTheStandardCurve) {
@@ -163,19 +127,20 @@ TEST_F(DisplayTest, AnythingInGivesSomethingFiniteOut) {
 }
 
 TEST_F(DisplayTest, UnknownNamesListTheValidOnes) {
-  expect_contains(error_of<UsageError>([] { DisplayTransform(with_view("Filmic")); }),
-                  "\"Filmic\"; valid names are: sRGB, ACES, Raw");
+  expect_error<UsageError>(
+      [] { DisplayTransform(with_view("Filmic")); },
+      "unknown view \"Filmic\" of display \"sRGB\"; valid names are: sRGB, ACES, Raw");
   DisplaySettings settings;
   settings.display = "Rec.2020";
-  expect_contains(error_of<UsageError>([&] { DisplayTransform{settings}; }),
-                  "unknown display \"Rec.2020\"; valid names are: sRGB");
+  expect_error<UsageError>(
+      [&] { DisplayTransform{settings}; },
+      "unknown display \"Rec.2020\" of the built-in OpenColorIO config; valid names are: sRGB");
   settings = {};
   settings.look = "warm";
-  expect_contains(error_of<UsageError>([&] { DisplayTransform{settings}; }),
-                  "unknown look \"warm\"");
+  expect_error<UsageError>([&] { DisplayTransform{settings}; }, "unknown look \"warm\"");
   settings = {};
   settings.exposure = std::numeric_limits<float>::infinity();
-  expect_contains(error_of<UsageError>([&] { DisplayTransform{settings}; }), "exposure");
+  expect_error<UsageError>([&] { DisplayTransform{settings}; }, "exposure");
 }
 
 TEST_F(DisplayTest, DescribesItself) {
@@ -220,8 +185,8 @@ TEST_F(DisplayTest, OcioVariableWins) {
   EXPECT_EQ(shown(settings, 0.25f, 0.5f, 1.0f), (std::array{0.0f, 0.5f, 0.5f}));
   EXPECT_EQ(DisplayTransform(settings).describe(),
             path("config.ocio") + ": Monitor / Half / look no_red (from lin_rec709)");
-  expect_contains(error_of<UsageError>([] { DisplayTransform(with_view("sRGB")); }),
-                  "valid names are: Half, Plain");
+  expect_error<UsageError>([] { DisplayTransform(with_view("sRGB")); },
+                           "valid names are: Half, Plain");
   setenv("OCIO", "", 1);
   EXPECT_EQ(DisplayTransform({}).describe(), "built-in: sRGB / sRGB");
 }
@@ -251,9 +216,9 @@ colorspaces:
 
 TEST_F(DisplayTest, UnusableOcioConfigs) {
   setenv("OCIO", path("missing.ocio").c_str(), 1);
-  expect_contains(error_of<InputError>([] { DisplayTransform({}); }), "missing.ocio");
+  expect_error<InputError>([] { DisplayTransform({}); }, "missing.ocio");
   use_config("this is : not [ a config");
-  expect_contains(error_of<InputError>([] { DisplayTransform({}); }), "config.ocio: ");
+  expect_error<InputError>([] { DisplayTransform({}); }, "config.ocio: ");
   use_config(R"(ocio_profile_version: 2
 roles: {default: odd}
 displays:
@@ -263,156 +228,7 @@ colorspaces:
   - !<ColorSpace>
     name: odd
 )");
-  expect_contains(error_of<InputError>([] { DisplayTransform({}); }), "scene_linear");
-}
-
-struct ReadBack {
-  OIIO::ImageSpec spec;
-  std::vector<uint8_t> values;
-};
-
-ReadBack read_back(const std::string& path) {
-  OIIO::ImageSpec as_stored;
-  as_stored.attribute("oiio:UnassociatedAlpha", 1);
-  const auto input = OIIO::ImageInput::open(path, &as_stored);
-  if (!input) throw std::runtime_error("cannot read " + path + ": " + OIIO::geterror());
-  ReadBack result{input->spec(), {}};
-  result.values.resize(size_t(result.spec.image_pixels()) * size_t(result.spec.nchannels));
-  input->read_image(0, 0, 0, -1, OIIO::TypeDesc::UINT8, result.values.data());
-  return result;
-}
-
-// Radiance of pixel (x, y) of the test pictures, premultiplied.
-std::array<float, 4> test_pixel(int x, int y) {
-  const float alpha = float(y % 5) / 4.0f;
-  return {float(x % 11) / 10.0f * alpha, 0.18f * alpha, float(y % 3) / 2.0f * alpha, alpha};
-}
-
-void write_picture(const std::string& path, const Rect& window, bool alpha) {
-  DisplayImageWriter writer(path, window, std::make_shared<DisplayTransform>(DisplaySettings{}),
-                            alpha);
-  for (int y = window.y0; y < window.y1; y += 16) {
-    for (int x = window.x0; x < window.x1; x += 16) {
-      const Rect tile = Rect{x, y, x + 16, y + 16}.intersect(window);
-      std::vector<float> rgba;
-      for (int py = tile.y0; py < tile.y1; ++py) {
-        for (int px = tile.x0; px < tile.x1; ++px) {
-          for (const float value : test_pixel(px, py)) rgba.push_back(value);
-        }
-      }
-      writer.write_tile(tile, rgba);
-    }
-  }
-  writer.finish();
-}
-
-TEST_F(DisplayTest, PngWithAlphaIsUnassociated) {
-  const Rect window = {5, 9, 47, 38};
-  write_picture(path("a.png"), window, true);
-  const ReadBack picture = read_back(path("a.png"));
-  ASSERT_EQ(picture.spec.width, window.width());
-  ASSERT_EQ(picture.spec.height, window.height());
-  ASSERT_EQ(picture.spec.nchannels, 4);
-  size_t i = 0;
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x, ++i) {
-      const auto pixel = test_pixel(x, y);
-      const double alpha = double(pixel[3]);
-      ASSERT_EQ(picture.values[4 * i + 3], std::lround(alpha * 255));
-      for (size_t c = 0; c < 3; ++c) {
-        const double colour = alpha > 0 ? double(pixel[c]) / alpha : 0.0;
-        ASSERT_NEAR(picture.values[4 * i + c], srgb(colour) * 255, 0.51) << x << "," << y;
-      }
-    }
-  }
-  EXPECT_EQ(file_count(), 1u);
-}
-
-TEST_F(DisplayTest, PngWithoutAlphaIsOverBlack) {
-  const Rect window = {0, 0, 33, 20};
-  write_picture(path("a.PNG"), window, false);
-  const ReadBack picture = read_back(path("a.PNG"));
-  ASSERT_EQ(picture.spec.nchannels, 3);
-  size_t i = 0;
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x, ++i) {
-      for (size_t c = 0; c < 3; ++c) {
-        ASSERT_NEAR(picture.values[3 * i + c], srgb(double(test_pixel(x, y)[c])) * 255, 0.51);
-      }
-    }
-  }
-}
-
-TEST_F(DisplayTest, JpegIsCloseAndHasNoAlpha) {
-  const Rect window = {0, 0, 64, 48};
-  {
-    DisplayImageWriter writer(path("a.jpg"), window,
-                              std::make_shared<DisplayTransform>(DisplaySettings{}), true);
-    std::vector<float> rgba;
-    for (int i = 0; i < 64 * 48; ++i) rgba.insert(rgba.end(), {0.5f, 0.2f, 0.1f, 0.5f});
-    writer.write_tile(window, rgba);
-    writer.finish();
-  }
-  const ReadBack picture = read_back(path("a.jpg"));
-  ASSERT_EQ(picture.spec.nchannels, 3);
-  EXPECT_STREQ(picture.spec.get_string_attribute("jpeg:subsampling", "4:4:4").c_str(), "4:4:4");
-  for (size_t i = 0; i < 64 * 48; ++i) {
-    ASSERT_NEAR(picture.values[3 * i + 0], srgb(0.5) * 255, 3.0);
-    ASSERT_NEAR(picture.values[3 * i + 1], srgb(0.2) * 255, 3.0);
-    ASSERT_NEAR(picture.values[3 * i + 2], srgb(0.1) * 255, 3.0);
-  }
-}
-
-TEST_F(DisplayTest, PicturesAreDeterministicAndUnwrittenPixelsBlack) {
-  const auto bytes = [](const std::string& name) {
-    std::ifstream file(name, std::ios::binary);
-    std::stringstream text;
-    text << file.rdbuf();
-    return text.str();
-  };
-  for (const std::string suffix : {".png", ".jpg"}) {
-    write_picture(path("a" + suffix), {0, 0, 40, 40}, true);
-    write_picture(path("b" + suffix), {0, 0, 40, 40}, true);
-    EXPECT_EQ(bytes(path("a" + suffix)), bytes(path("b" + suffix)));
-  }
-  DisplayImageWriter writer(path("c.png"), {0, 0, 8, 8},
-                            std::make_shared<DisplayTransform>(DisplaySettings{}), true);
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  writer.write_tile({0, 0, 1, 1}, {nan, 1.0f, 0.5f, nan});
-  writer.finish();
-  const ReadBack picture = read_back(path("c.png"));
-  EXPECT_EQ(picture.values[0], 0);
-  EXPECT_EQ(picture.values[1], 255);
-  EXPECT_EQ(picture.values[2], 188);
-  EXPECT_EQ(picture.values[3], 0);
-  EXPECT_TRUE(std::all_of(picture.values.begin() + 4, picture.values.end(),
-                          [](uint8_t value) { return value == 0; }));
-}
-
-TEST_F(DisplayTest, PictureFilesAppearWholeOrNotAtAll) {
-  const auto transform = std::make_shared<DisplayTransform>(DisplaySettings{});
-  const Rect window = {0, 0, 8, 8};
-  { DisplayImageWriter writer(path("a.png"), window, transform, false); }
-  EXPECT_EQ(file_count(), 0u);
-  expect_contains(
-      error_of<UsageError>([&] { DisplayImageWriter(path("a.gif"), window, transform, false); }),
-      ".png, .jpg, .jpeg");
-  expect_contains(error_of<RenderError>(
-                      [&] { DisplayImageWriter(path("no/a.png"), window, transform, false); }),
-                  "does not exist");
-  EXPECT_EQ(file_count(), 0u);
-}
-
-TEST_F(DisplayTest, GreyPictures) {
-  ByteImage image;
-  image.width = 4;
-  image.height = 1;
-  image.channels = 1;
-  image.values = {0, 100, 200, 255};
-  write_image(path("g.png"), image);
-  const ReadBack picture = read_back(path("g.png"));
-  EXPECT_EQ(picture.spec.nchannels, 1);
-  EXPECT_EQ(picture.values, image.values);
+  expect_error<InputError>([] { DisplayTransform({}); }, "scene_linear");
 }
 
 }  // namespace

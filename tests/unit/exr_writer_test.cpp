@@ -22,51 +22,17 @@
 #include <fstream>
 #include <limits>
 #include <random>
-#include <sstream>
 #include <thread>
 
-#include "io/atomic_file.h"
 #include "renderer/core/errors.h"
+#include "unit/output_folder.h"
 
 namespace emberline {
 namespace {
 
 namespace fs = std::filesystem;
 
-// An empty folder per test, removed with everything in it.
-class OutputFolder : public ::testing::Test {
- protected:
-  void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / ("emberline-" + std::string(info->test_suite_name()) +
-                                           "-" + info->name() + "-" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  std::vector<std::string> contents() const {
-    std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder_)) {
-      names.push_back(entry.path().filename().string());
-    }
-    std::ranges::sort(names);
-    return names;
-  }
-
-  fs::path folder_;
-};
-
 using ExrWriterTest = OutputFolder;
-using AtomicFileTest = OutputFolder;
-
-std::string slurp(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 // A value that tells channel and pixel apart, exact in half and in uint.
 float expected_value(int x, int y, size_t channel) {
@@ -282,31 +248,19 @@ TEST_F(ExrWriterTest, ReplacesTheOldFileOnlyWhenFinished) {
   EXPECT_EQ(contents(), std::vector<std::string>{"a.exr"});
 }
 
-// A message of one line that names the target.
-template <typename Action>
-void expect_render_error(Action action, const std::string& part) {
-  try {
-    action();
-    FAIL() << "no error; expected one that says: " << part;
-  } catch (const RenderError& error) {
-    const std::string message = error.what();
-    EXPECT_NE(message.find(part), std::string::npos) << message;
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-  }
-}
-
 TEST_F(ExrWriterTest, UnusableTargets) {
   const ExrHeader header = cropped_header();
   fs::create_directory(path("folder.exr"));
-  expect_render_error([&] { ExrWriter(path("folder.exr"), header); }, "it is a folder");
-  expect_render_error([&] { ExrWriter(path("missing/a.exr"), header); }, "missing does not exist");
-  expect_render_error([&] { ExrWriter("/dev/null", header); }, "not a regular file");
-  expect_render_error([&] { ExrWriter("", header); }, "empty");
-  expect_render_error([&] { ExrWriter("/proc/a.exr", header); }, "/proc");
+  expect_error<RenderError>([&] { ExrWriter(path("folder.exr"), header); }, "it is a folder");
+  expect_error<RenderError>([&] { ExrWriter(path("missing/a.exr"), header); },
+                            "missing does not exist");
+  expect_error<RenderError>([&] { ExrWriter("/dev/null", header); }, "not a regular file");
+  expect_error<RenderError>([&] { ExrWriter("", header); }, "empty");
+  expect_error<RenderError>([&] { ExrWriter("/proc/a.exr", header); }, "/proc");
   EXPECT_EQ(contents(), std::vector<std::string>{"folder.exr"});
   if (geteuid() != 0) {
     fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
-    expect_render_error([&] { ExrWriter(path("a.exr"), header); }, "Permission denied");
+    expect_error<RenderError>([&] { ExrWriter(path("a.exr"), header); }, "Permission denied");
     fs::permissions(folder_, fs::perms::owner_all);
   }
 }
@@ -335,7 +289,7 @@ TEST_F(ExrWriterTest, FullDiskIsOneErrorAndLeavesNothing) {
   const std::vector<Rect> tiles = tiles_of(header);
   for (const rlim_t limit : {rlim_t(100), rlim_t(1500), rlim_t(9000)}) {
     const LimitedFileSize limited(limit);
-    expect_render_error(
+    expect_error<RenderError>(
         [&] {
           ExrWriter writer(path("a.exr"), header);
           for (const Rect& rect : tiles) writer.write_tile(rect, tile_pixels(header, rect));
@@ -352,13 +306,13 @@ TEST_F(ExrWriterTest, AfterAFailureEveryCallFails) {
   ExrWriter writer(path("a.exr"), header);
   {
     const LimitedFileSize limited(2000);
-    expect_render_error([&] { writer.write_tile(tiles[0], tile_pixels(header, tiles[0])); },
-                        "too large");
+    expect_error<RenderError>([&] { writer.write_tile(tiles[0], tile_pixels(header, tiles[0])); },
+                              "too large");
   }
   // There is room again, but the file has a hole: it must not be taken for whole.
-  expect_render_error([&] { writer.write_tile(tiles[1], tile_pixels(header, tiles[1])); },
-                      "too large");
-  expect_render_error([&] { writer.finish(); }, "too large");
+  expect_error<RenderError>([&] { writer.write_tile(tiles[1], tile_pixels(header, tiles[1])); },
+                            "too large");
+  expect_error<RenderError>([&] { writer.finish(); }, "too large");
   EXPECT_FALSE(fs::exists(path("a.exr")));
 }
 
@@ -381,39 +335,6 @@ TEST_F(ExrWriterTest, MemoryDoesNotGrowWithTheFrame) {
   writer.finish();
   getrusage(RUSAGE_SELF, &after);
   EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 8 * 1024) << "KiB";
-}
-
-TEST_F(AtomicFileTest, WritesWholeFiles) {
-  write_file_atomically(path("r.json"), "{}");
-  EXPECT_EQ(slurp(path("r.json")), "{}");
-  write_file_atomically(path("r.json"), "");
-  EXPECT_EQ(slurp(path("r.json")), "");
-  EXPECT_EQ(contents(), std::vector<std::string>{"r.json"});
-}
-
-TEST_F(AtomicFileTest, KeepsLinksAndPermissions) {
-  write_file_atomically(path("real"), "1");
-  fs::permissions(path("real"), fs::perms::owner_read | fs::perms::owner_write);
-  fs::create_symlink("real", path("link"));
-  write_file_atomically(path("link"), "2");
-  EXPECT_TRUE(fs::is_symlink(path("link")));
-  EXPECT_EQ(slurp(path("real")), "2");
-  EXPECT_EQ(fs::status(path("real")).permissions(), fs::perms::owner_read | fs::perms::owner_write);
-}
-
-TEST_F(AtomicFileTest, LeftoversAndLongNamesAreNoObstacle) {
-  { std::ofstream(path("a.part-" + std::to_string(getpid()))) << "left by a killed process"; }
-  write_file_atomically(path("a"), "x");
-  EXPECT_EQ(slurp(path("a")), "x");
-  const std::string name(255, 'n');
-  write_file_atomically(path(name), "y");
-  EXPECT_EQ(slurp(path(name)), "y");
-}
-
-TEST_F(AtomicFileTest, DevicesAreWrittenDirectly) {
-  write_file_atomically("/dev/null", "gone");
-  EXPECT_TRUE(fs::is_character_file("/dev/null"));
-  expect_render_error([] { write_file_atomically("/dev/full", "x"); }, "No space left on device");
 }
 
 }  // namespace
