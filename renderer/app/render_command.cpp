@@ -90,8 +90,9 @@ int run_render(const RenderOptions& options) {
   report.repairs = description.repairs;
 
   const Stopwatch build;
-  const std::unique_ptr<Scene> scene =
-      build_scene(std::move(description), {.show_backfaces = options.show_backfaces});
+  SceneBuildOptions build_options;
+  build_options.show_backfaces = options.show_backfaces;
+  const std::unique_ptr<Scene> scene = build_scene(std::move(description), build_options);
   const Camera camera(camera_description, options.width, options.height, scene->origin(),
                       scene->scale());
   report.times.build_s = build.seconds();

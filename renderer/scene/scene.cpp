@@ -36,7 +36,7 @@ float transformed_magnitude(const Affine& m, const Vec3f& p) {
   return max_component(sum);
 }
 
-bool finite_ray(const Vec3f& origin, const Vec3f& direction) {
+[[maybe_unused]] bool finite_ray(const Vec3f& origin, const Vec3f& direction) {
   return is_finite(origin) && is_finite(direction);
 }
 

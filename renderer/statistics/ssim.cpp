@@ -56,7 +56,7 @@ struct RowSum {
 
 double mean_ssim(const std::vector<float>& a, const std::vector<float>& b,
                  const std::vector<uint8_t>& masked, int width, int height) {
-  const size_t pixels = size_t(width) * size_t(height);
+  [[maybe_unused]] const size_t pixels = size_t(width) * size_t(height);
   assert(pixels > 0 && a.size() == pixels && b.size() == pixels && masked.size() == pixels);
   const std::vector<double> wx = window_weights(width), wy = window_weights(height);
 
