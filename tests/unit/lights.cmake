@@ -1,0 +1,5 @@
+emberline_test(triangle_sampling_test SOURCES triangle_sampling_test.cpp LINK emberline_lights)
+emberline_test(environment_light_test SOURCES environment_light_test.cpp
+               LINK emberline_lights TBB::tbb)
+emberline_test(light_sampler_test SOURCES light_sampler_test.cpp light_bvh_test.cpp
+               LINK emberline_lights)
