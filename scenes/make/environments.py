@@ -95,13 +95,13 @@ def dusk():
             towards = 0.5 + 0.5 * (x * sun[0] + z * sun[2]) / (level * math.hypot(sun[0], sun[2]) + 1e-9)
             h = max(0.0, y)
             low = math.exp(-h * 9.0)
-            mid = math.exp(-h * 3.2) - low * 0.6
+            mid = math.exp(-h * 4.2) - low * 0.6
             near = towards * towards
             r = 0.028 + mid * (0.110 + 0.26 * near) + low * (0.12 + 0.62 * near)
             g = 0.058 + mid * (0.150 + 0.11 * near) + low * (0.09 + 0.21 * near)
             b = 0.130 + mid * (0.230 - 0.05 * near) + low * (0.10 - 0.01 * near)
             glow = math.exp((d - 1) * 26.0)
-            r, g, b = r + 1.5 * glow, g + 0.72 * glow, b + 0.24 * glow
+            r, g, b = r + 1.0 * glow, g + 0.46 * glow, b + 0.14 * glow
             if y > 0.012:
                 # Clouds lie in a flat layer: far ones crowd towards the horizon. Faded out near it and overhead.
                 s = 46.0 / (y + 0.10)
@@ -115,9 +115,9 @@ def dusk():
                 r, g, b = (v + (w - v) * t for v, w in zip((r, g, b), (0.06, 0.055, 0.055)))
             # The disc, and light scattered around it: without that the disc would show its texels.
             if d > edge:
-                r, g, b = r + 11000.0, g + 5800.0, b + 2200.0
+                r, g, b = r + 14000.0, g + 7400.0, b + 2900.0
             elif d > 0.98:
-                halo = 34 * math.exp((math.radians(SUN_RADIUS) - math.acos(d)) / math.radians(0.55))
+                halo = 20 * math.exp((math.radians(SUN_RADIUS) - math.acos(d)) / math.radians(0.45))
                 r, g, b = r + halo, g + 0.66 * halo, b + 0.30 * halo
             row.append((r, g, b))
         rows.append(row)

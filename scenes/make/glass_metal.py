@@ -1,12 +1,10 @@
 """Still life in glass and metal on marble. The glass uses KHR_materials_transmission, _ior and _volume; a renderer
 that lacks them shows porcelain."""
 
-import math
-
 from . import textures
 from .gltf import Gltf, srgb
-from .mesh import arc, cylinder, lathe, quad, rounded_box, smooth, sphere, sweep_wall
-from .vec import axis_angle, quaternion_product
+from .mesh import arc, lathe, quad, rounded_box, smooth, sphere, sweep_wall
+from .vec import axis_angle
 
 
 def _wine_glass():
@@ -38,7 +36,8 @@ def _carafe():
 
 def _pot():
     """A beaten copper bowl, 9 cm, wall 2 mm."""
-    outside = smooth([(0.034, 0.0), (0.050, 0.008), (0.066, 0.032), (0.0695, 0.058), (0.064, 0.082), (0.0655, 0.090)], 6)
+    outside = smooth([(0.034, 0.0), (0.050, 0.008), (0.066, 0.032), (0.0695, 0.058), (0.064, 0.082),
+                      (0.0655, 0.090)], 6)
     inside = smooth([(0.0635, 0.0903), (0.0618, 0.082), (0.0673, 0.058), (0.064, 0.033), (0.049, 0.011),
                      (0.0, 0.004)], 6)
     return lathe([[(0, 0), (0.034, 0)], outside, arc((0.0645, 0.0902), 0.001, 0, 180, 6), inside], 64, (12, 5))
@@ -58,7 +57,8 @@ def build():
     g = Gltf("Glass and metal")
     marble = g.material("marble", roughness=0.13, texture=g.texture(textures.marble(seed=12), "marble"))
     wall = g.material("wall", srgb("#3d4a55"), roughness=0.9)
-    glass = g.material("glass", (1, 1, 1), roughness=0.0, transmission=1, ior=1.5, attenuation=((0.93, 0.97, 0.95), 0.05))
+    glass = g.material("glass", (1, 1, 1), roughness=0.0, transmission=1, ior=1.5,
+                       attenuation=((0.93, 0.97, 0.95), 0.05))
     green = g.material("green glass", (1, 1, 1), roughness=0.0, transmission=1, ior=1.52,
                        attenuation=((0.22, 0.62, 0.52), 0.012))
     wine = g.material("wine", (1, 1, 1), roughness=0.0, transmission=1, ior=1.34,
@@ -72,19 +72,20 @@ def build():
 
     g.put("table", rounded_box(1.5, 0.04, 0.8, 0.006, uv_per_unit=1.35), marble, translation=(0, -0.02, -0.05))
     g.put("wall", sweep_wall(6, 3, 3, 0.6), wall, translation=(0, -0.9, 0.3))
-    g.put("carafe", _carafe(), green, translation=(-0.020, 0, -0.085))
-    g.put("wine glass", _wine_glass(), glass, translation=(0.105, 0, 0.005))
-    g.put("wine", _wine(), wine, translation=(0.105, 0, 0.005))
+    gap = 0.0002  # glass stands clear of the marble: seen from inside, two surfaces in one place would be one too many
+    g.put("carafe", _carafe(), green, translation=(-0.020, gap, -0.085))
+    g.put("wine glass", _wine_glass(), glass, translation=(0.105, gap, 0.005))
+    g.put("wine", _wine(), wine, translation=(0.105, gap, 0.005))
     g.put("copper bowl", _pot(), copper, translation=(-0.150, 0, 0.010))
     g.put("canister", _tin(), steel, translation=(0.222, 0, -0.070), rotation=axis_angle((0, 1, 0), 35))
     ball = sphere(1.0, 64, 32)
-    for name, material, x, z, r in (("chrome ball", chrome, 0.030, 0.095, 0.028), ("gold ball", gold, -0.052, 0.085, 0.021),
-                                    ("glass ball", glass, 0.195, 0.075, 0.030), ("small gold", gold, 0.092, 0.118, 0.011),
-                                    ("small chrome", chrome, -0.232, 0.085, 0.013),
-                                    ("green ball", green, -0.105, 0.115, 0.014)):
-        g.node(name, g.mesh(name, ball, material), translation=(x, r, z), scale=r)
-    cube = quaternion_product(axis_angle((0, 1, 0), 33), axis_angle((0, 0, 1), 0))
-    g.put("gold block", rounded_box(0.05, 0.05, 0.05, 0.003), gold, translation=(-0.262, 0.025, -0.045), rotation=cube)
+    for name, material, x, z, r in (
+            ("chrome ball", chrome, 0.030, 0.095, 0.028), ("gold ball", gold, -0.052, 0.085, 0.021),
+            ("glass ball", glass, 0.195, 0.075, 0.030), ("small gold", gold, 0.092, 0.118, 0.011),
+            ("small chrome", chrome, -0.232, 0.085, 0.013), ("green ball", green, -0.105, 0.115, 0.014)):
+        g.node(name, g.mesh(name, ball, material), translation=(x, r + gap, z), scale=r)
+    g.put("gold block", rounded_box(0.05, 0.05, 0.05, 0.003), gold, translation=(-0.262, 0.025, -0.045),
+          rotation=axis_angle((0, 1, 0), 33))
 
     soft = g.texture(textures.soft_edge(), "diffuser")
     g.softbox("key", (-0.85, 0.65, 0.35), (0, 0.08, 0), quad(0.7, 0.9), (13, 13, 13), soft)

@@ -5,7 +5,7 @@ import math
 
 from .gltf import Gltf, srgb
 from .mesh import rounded_box, sphere, sweep_wall
-from .vec import facing, cross, normalize, sub
+from .vec import cross, facing, normalize
 
 # Upper and lower edge of each plate as (y, z), and its GGX alpha; glTF's roughness is the root of alpha.
 PLATES = [((-2.08375, -0.526323), (-2.70651, 0.25609), 0.005), ((-2.83856, 0.476536), (-3.28825, 1.36972), 0.02),

@@ -5,7 +5,7 @@ import math
 from . import textures
 from .gltf import Gltf, srgb
 from .mesh import Mesh, arc, cylinder, lathe, quad, rounded_box, smooth, torus, tube
-from .vec import add, axis_angle, cross, length, mul, normalize, quaternion_product, rotate, sub
+from .vec import add, axis_angle, cross, mul, normalize, quaternion_product, rotate, sub
 
 BLADES = 4
 
@@ -113,12 +113,14 @@ def build():
     rest = axis_angle((0, 0, 1), 17)
     rotor = g.node("rotor", children=leaves, rotation=rest, root=False)
     head.append(rotor)
-    g.node("head", children=head, translation=(0, 0.232, 0.055),
-           rotation=quaternion_product(axis_angle((0, 1, 0), 0), axis_angle((1, 0, 0), -7)))
+    pose = quaternion_product(axis_angle((0, 1, 0), -16), axis_angle((1, 0, 0), -6))
+    g.node("head", children=head, rotation=pose,  # the neck sits on the stand
+           translation=sub((0, 0.114, 0), rotate(pose, (0, -0.115, -0.095))))
 
-    for k, (w, h, d, colour, turn) in enumerate(((0.20, 0.028, 0.145, "#8f2f22", 12), (0.185, 0.022, 0.13, "#26465c", 5),
-                                                 (0.165, 0.018, 0.12, "#c99a3c", 21))):
-        y = sum((0.028, 0.022, 0.018)[:k]) + h / 2
+    books = ((0.20, 0.028, 0.145, "#8f2f22", 12), (0.185, 0.022, 0.13, "#26465c", 5),
+             (0.165, 0.018, 0.12, "#c99a3c", 21))
+    for k, (w, h, d, colour, turn) in enumerate(books):
+        y = sum(b[1] for b in books[:k]) + h / 2
         cover = g.material(f"book {k + 1}", srgb(colour), roughness=0.55)
         pages = g.material(f"pages {k + 1}", srgb("#e9dfc8"), roughness=0.9)
         spin = axis_angle((0, 1, 0), turn)
@@ -140,9 +142,9 @@ def build():
 
     g.softbox("window", (-1.15, 0.85, 0.55), (0, 0.15, 0), quad(0.7, 1.2), (17, 17, 17),
               g.texture(textures.window(), "window"))
-    g.softbox("fill", (1.3, 0.6, 1.3), (0, 0.2, 0), quad(1.4, 1.2), (0.9, 0.85, 0.8))
+    g.softbox("fill", (1.3, 0.6, 1.3), (0, 0.2, 0), quad(1.6, 1.6), (1.7, 1.6, 1.5))
     g.softbox("rim", (0.75, 0.80, -0.25), (0, 0.2, 0), quad(0.2, 0.6), (6.5, 5.6, 4.4))
     quarter = [quaternion_product(axis_angle((0, 0, 1), 90 * k), rest) for k in range(5)]
     g.animate_rotation("blades", rotor, [k / 16 for k in range(5)], quarter)
-    g.camera("camera", (0.10, 0.30, 1.2), (0.012, 0.196, 0), 22)
+    g.camera("camera", (0.10, 0.30, 1.2), (0.012, 0.204, 0), 22.4)
     return g.glb()

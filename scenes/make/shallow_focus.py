@@ -6,7 +6,7 @@ import random
 
 from . import textures
 from .gltf import Gltf, srgb
-from .mesh import Mesh, arc, floor, lathe, quad, rounded_box, smooth, sphere, sweep_wall
+from .mesh import Mesh, arc, floor, lathe, quad, rounded_box, smooth, sphere
 from .vec import axis_angle
 
 SQUARE = 0.05
@@ -88,7 +88,7 @@ def build():
     dark = g.material("dark squares", roughness=0.26, texture=g.texture(
         textures.wood(textures.WALNUT, 256, 2, 22, seams=False), "walnut"))
     table = g.material("table", srgb("#1c1512"), roughness=0.4)
-    wall = g.material("night wall", srgb("#1d2430"), roughness=0.95)
+    wall = g.material("night wall", srgb("#3b4a66"), roughness=0.95)
 
     squares = (Mesh(), Mesh())
     tile = floor(SQUARE, SQUARE, 5.3)
@@ -105,15 +105,17 @@ def build():
     men = {"pawn": _pawn(), "rook": _rook(), "bishop": _bishop(), "queen": _queen(), "king": _king()}
     meshes = {}
     position = [  # kind, white, file, rank (0 is nearest the camera)
-        ("king", True, 3, 2), ("queen", False, 4, 4), ("pawn", True, 4, 1), ("pawn", True, 2, 1), ("rook", True, 6, 3),
-        ("bishop", True, 1, 3), ("pawn", False, 3, 4), ("pawn", False, 5, 5), ("bishop", False, 2, 5), ("rook", False, 6, 7),
-        ("king", False, 4, 7), ("rook", False, 1, 7), ("pawn", False, 0, 6), ("pawn", False, 6, 6), ("pawn", True, 5, 2),
-        ("pawn", False, 1, 5), ("pawn", False, 7, 5), ("queen", True, 0, 4)]
+        ("king", True, 3, 2), ("queen", False, 4, 4), ("pawn", True, 4, 1), ("pawn", True, 2, 1),
+        ("rook", True, 6, 3), ("bishop", True, 1, 3), ("pawn", False, 3, 4), ("pawn", False, 5, 5),
+        ("bishop", False, 2, 5), ("rook", False, 7, 7), ("king", False, 5, 7), ("rook", False, 1, 7),
+        ("pawn", False, 0, 6), ("pawn", False, 6, 6), ("pawn", True, 5, 2), ("pawn", False, 1, 5),
+        ("pawn", False, 7, 5), ("queen", True, 0, 4)]
     for k, (kind, white, file, rank) in enumerate(position):
         key = (kind, white)
         if key not in meshes:
             meshes[key] = g.mesh(f"{'white' if white else 'black'} {kind}", men[kind], maple if white else ebony)
-        board.append(g.node(f"man {k + 1}: {kind}", meshes[key], root=False, rotation=axis_angle((0, 1, 0), 23 + 47 * k),
+        board.append(g.node(f"man {k + 1}: {kind}", meshes[key], root=False,
+                            rotation=axis_angle((0, 1, 0), 23 + 47 * k),
                             translation=((file - 3.5) * SQUARE, 0, (3.5 - rank) * SQUARE)))
     g.node("board", children=board, rotation=axis_angle((0, 1, 0), 17))
     g.put("table", rounded_box(3, 0.04, 1.4, 0.01), table, translation=(0, -0.0424, -0.3))
@@ -122,13 +124,15 @@ def build():
     source = random.Random(12)
     bulb = sphere(1.0, 16, 8)
     bulbs = [g.mesh(name, bulb, g.material(name, (0, 0, 0), roughness=1, emission=e)) for name, e in (
-        ("warm lamp", (4.2, 1.8, 0.5)), ("amber lamp", (4.4, 1.2, 0.16)), ("cool lamp", (0.7, 1.6, 3.4)), ("red lamp", (3.4, 0.28, 0.16)))]
+        ("warm lamp", (4.2, 1.8, 0.5)), ("amber lamp", (4.4, 1.2, 0.16)), ("cool lamp", (0.7, 1.6, 3.4)),
+        ("red lamp", (3.4, 0.28, 0.16)))]
     for k in range(46):
         x, y, z = (source.random() - 0.5) * 2.6, -0.06 + 0.55 * source.random(), -2.2 - 1.8 * source.random()
         pick = source.random()
         which = 0 if pick < 0.5 else 1 if pick < 0.75 else 2 if pick < 0.9 else 3
         g.node(f"lamp {k + 1}", bulbs[which], translation=(x, y, z), scale=0.013 + 0.009 * source.random())
-    g.softbox("key", (-0.55, 0.60, 0.30), (0, 0.03, 0), quad(0.35, 0.35), (15, 12.6, 9.8))
+    g.softbox("key", (-0.55, 0.60, 0.30), (0, 0.03, 0), quad(0.35, 0.35), (18, 15.0, 11.6))
+    g.softbox("wall wash", (0.3, -0.55, -3.5), (0.2, 0.5, -4.4), quad(2.4, 0.3), (0.9, 1.1, 1.6))
     g.softbox("rim", (0.55, 0.40, -0.55), (0, 0.05, 0), quad(0.20, 0.45), (9, 10.5, 13))
     g.camera("camera", (0.03, 0.118, 0.66), (-0.010, 0.048, 0.0), 20)
     return g.glb()

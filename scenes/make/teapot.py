@@ -47,7 +47,7 @@ def build():
            rotation=axis_angle((0.25, 0.45, 1), 98))
 
     pane = g.texture(textures.window(), "window")
-    g.softbox("window", (-1.25, 0.95, 0.55), (0, 0.08, 0), quad(0.9, 1.35), (20, 20, 20), pane)
+    g.softbox("window", (-1.25, 0.95, 0.55), (0, 0.08, 0), quad(0.9, 1.35), (23, 23, 23), pane)
     g.softbox("fill", (1.7, 0.7, 1.3), (0, 0.1, 0), quad(1.4, 1.4), (0.55, 0.5, 0.45))
     g.softbox("rim", (0.85, 0.75, -0.55), (0, 0.1, 0), quad(0.25, 0.7), (5.5, 4.6, 3.4))
     g.camera("camera", (0.02, 0.37, 1.2), (-0.002, 0.06, 0), 17)

@@ -1,6 +1,7 @@
 """The textures of the scenes, each a PNG that tiles. Colours are sRGB bytes, as the file stores them."""
 
 import math
+import random
 
 from . import images, noise
 
@@ -100,7 +101,6 @@ def planet(size=512, seed=23):
 
 def terrazzo(ground, chips, size=512, count=420, seed=5):
     """Chips of stone in a plain ground, as small convex polygons; they wrap around the edges."""
-    import random
     source = random.Random(seed)
     rows = [[0] * size for _ in range(size)]
     for _ in range(count):
@@ -141,7 +141,6 @@ def _coarse(c, levels):
 
 def hammered(size=256, count=150, seed=3, strength=9.0):
     """Overlapping shallow dents, as on beaten copper."""
-    import random
     source = random.Random(seed)
     field = [[1.0] * size for _ in range(size)]
     # Jittered grid, so that dents cover everything without clumps.

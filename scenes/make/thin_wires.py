@@ -2,12 +2,11 @@
 lamps and the ties across the stays) at 1280 x 720, one unit tube used for all. Under dusk.hdr."""
 
 import math
-import random
 
 from . import noise, textures
 from .gltf import Gltf, srgb
 from .mesh import Mesh, floor, rounded_box, sphere, tube
-from .vec import add, facing, length, lerp, mul, normalize, sub
+from .vec import add, facing, length, lerp, sub
 
 DECK = 19.0  # metres above the water
 TOWERS = (-95.0, 95.0)
@@ -39,7 +38,7 @@ def _hills(seed, width, depth, height):
 def build():
     g = Gltf("Thin wires")
     waves = noise.fractal(256, 256, 6, 6, 4, 77, 0.55)
-    water = g.material("water", srgb("#1d2a30"), roughness=0.07, repeat=(1, 1),
+    water = g.material("water", srgb("#1d2a30"), roughness=0.07,
                        normal=g.texture(textures.normal_map(waves, 3.0, 40), "waves"), normal_scale=0.28)
     concrete = g.material("concrete", srgb("#a79f95"), roughness=0.8)
     steel = g.material("steel", srgb("#3a3d42"), metallic=0, roughness=0.5)
