@@ -93,7 +93,7 @@ def build():
     white = g.material("white", reflectance(WHITE), roughness=1)
     red = g.material("red", reflectance(RED), roughness=1)
     green = g.material("green", reflectance(GREEN), roughness=1)
-    lamp = g.material("light", (0.78, 0.78, 0.78), roughness=1, emission=emission(22.0))
+    lamp = g.material("light", (0.78, 0.78, 0.78), roughness=1, emission=emission(24.0))
 
     g.put("floor", _faces(((552.8, 0, 0), (0, 0, 0), (0, 0, 559.2), (549.6, 0, 559.2))), white)
     g.put("ceiling", _faces(((556, 548.8, 0), (556, 548.8, 559.2), (0, 548.8, 559.2), (0, 548.8, 0))), white)

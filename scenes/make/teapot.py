@@ -27,9 +27,10 @@ def build():
                       normal=g.texture(textures.plaster(), "plaster"), normal_scale=0.5)
     glaze = g.material("ember glaze", srgb("#c2410f"), roughness=0.13, two_sided=True)
     china = g.material("china", srgb("#ece3d2"), roughness=0.22)
-    tea = g.material("tea", srgb("#6d2a0a"), roughness=0.03)
+    tea = g.material("tea", srgb("#8f3d0e"), roughness=0.03)
     rind = g.material("lemon", srgb("#e8b41c"), roughness=0.38,
-                      normal=g.texture(textures.hammered(128, 480, 9, 3.0), "rind"), normal_scale=0.6)
+                      normal=g.texture(textures.hammered(128, 480, 9, 3.0), "rind"), normal_scale=0.6,
+                      repeat=(2, 2))
 
     g.put("table", rounded_box(2.2, 0.05, 1.0, 0.006, uv_per_unit=1.7), table, translation=(0, -0.025, -0.05))
     g.put("wall", quad(5, 3, (6, 3.6)), wall, translation=(0, 0.7, -0.75))
@@ -50,5 +51,5 @@ def build():
     g.softbox("window", (-1.25, 0.95, 0.55), (0, 0.08, 0), quad(0.9, 1.35), (23, 23, 23), pane)
     g.softbox("fill", (1.7, 0.7, 1.3), (0, 0.1, 0), quad(1.4, 1.4), (0.55, 0.5, 0.45))
     g.softbox("rim", (0.85, 0.75, -0.55), (0, 0.1, 0), quad(0.25, 0.7), (5.5, 4.6, 3.4))
-    g.camera("camera", (0.02, 0.37, 1.2), (-0.002, 0.06, 0), 17)
+    g.camera("camera", (0.02, 0.37, 1.2), (-0.004, 0.06, 0), 17.6)
     return g.glb()
