@@ -52,7 +52,7 @@ PointLight directional(const Vec3f& direction, float irradiance) {
 
 // A braced list of them would do, but for a false warning of GCC 12 (-Wmaybe-uninitialized).
 template <class... Points>
-std::vector<PointLight> list(const Points&... points) {
+std::vector<PointLight> points_of(const Points&... points) {
   std::vector<PointLight> result;
   (result.push_back(points), ...);
   return result;
@@ -192,8 +192,8 @@ TEST(LightSampler, SunSizedDisc) {
 TEST(LightSampler, PointAndSpot) {
   const Vec3f position(1, 2, -2);  // distance 3
   const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
-  expect_irradiance(make({}, list(point_light(position, 5))), query, 5 * (2.0 / 3) / 9, "point",
-                    100);
+  expect_irradiance(make({}, points_of(point_light(position, 5))), query, 5 * (2.0 / 3) / 9,
+                    "point", 100);
 
   PointLight spot = point_light(position, 5);
   spot.type = PointLightType::kSpot;
@@ -210,7 +210,7 @@ TEST(LightSampler, PointAndSpot) {
     spot.cos_inner = c.inner;
     spot.cos_outer = c.outer;
     for (uint32_t threshold : {1u, 16u})
-      expect_irradiance(make({}, list(spot), nullptr, threshold), query,
+      expect_irradiance(make({}, points_of(spot), nullptr, threshold), query,
                         5 * (2.0 / 3) / 9 * c.attenuation, "spot", 100, 1e-4);
   }
 }
@@ -224,7 +224,7 @@ TEST(LightSampler, PointPowerThroughAClosedBox) {
     Vec3f at(random.next() * 2 - 1, random.next() * 2 - 1, random.next() * 2 - 1), n(0.0f);
     at[side / 2] = side & 1 ? 1.0f : -1.0f;
     n[side / 2] = -at[side / 2];
-    static const LightSampler lights = make({}, list(point_light({0.3f, -0.2f, 0.1f}, 2)));
+    static const LightSampler lights = make({}, points_of(point_light({0.3f, -0.2f, 0.1f}, 2)));
     const LightQuery query{at, n};
     flux.add(24 * irradiance_of(lights, query, lights.sample(query, random.next(), random.vec2())));
   }
@@ -256,8 +256,8 @@ TEST(LightSampler, InfiniteAndFiniteTogether) {
   add_quad(quad, {-.5f, 1.2f, -.3f}, {.9f, 1.2f, -.3f}, {.9f, 1.2f, .7f}, {-.5f, 1.2f, .7f}, 3.0f);
   const auto sky = std::make_shared<EnvironmentLight>(Rgb(0.5f));
   const std::vector<PointLight> points =
-      list(point_light({0, 2, 0}, 4), directional({0, -1, 0}, 2), directional({0, -1, 3}, 5),
-           directional({0, 1, 0.2f}, 50));  // the last one from below
+      points_of(point_light({0, 2, 0}, 4), directional({0, -1, 0}, 2), directional({0, -1, 3}, 5),
+                directional({0, 1, 0.2f}, 50));  // the last one from below
   const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
   const double exact = 3 * 0.683537 + 0.5 * kPiD + 1 + 2 + 5 / std::sqrt(10.0);
   for (uint32_t threshold : {1u, 16u})
@@ -493,7 +493,7 @@ TEST(LightSampler, BrokenEmittersAreNeverSampled) {
                     triangle({0, 1, 0}, {0, 1, 1}, {1, 1, 0}, 0),  // black
                     triangle({0, 1, 0}, {0, 1, 1}, {1, 1, 0}, nan)};
   const std::vector<PointLight> points =
-      list(point_light({0, nan, 0}, 1), point_light({0, 1, 0}, 0), directional({0, -1, 0}, 0));
+      points_of(point_light({0, nan, 0}, 1), point_light({0, 1, 0}, 0), directional({0, -1, 0}, 0));
   const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
   const LightSampler broken = make(list, points, std::make_shared<EnvironmentLight>(Rgb(0.0f)));
   EXPECT_TRUE(broken.empty());
@@ -546,15 +546,15 @@ TEST(LightSampler, SaysWhatItIs) {
   add_quad(quad, {0, 1, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1});
   EXPECT_EQ(make(quad).describe(), "power (2 emitters)");
   EXPECT_EQ(make({quad[0]}).describe(), "power (1 emitter)");
-  EXPECT_EQ(make({}, list(directional({0, -1, 0}, 1))).describe(), "1 directional");
-  EXPECT_EQ(
-      make(quad, list(directional({0, -1, 0}, 1)), std::make_shared<EnvironmentLight>(Rgb(1.0f)))
-          .describe(),
-      "power (2 emitters), 1 directional, environment");
+  EXPECT_EQ(make({}, points_of(directional({0, -1, 0}, 1))).describe(), "1 directional");
+  EXPECT_EQ(make(quad, points_of(directional({0, -1, 0}, 1)),
+                 std::make_shared<EnvironmentLight>(Rgb(1.0f)))
+                .describe(),
+            "power (2 emitters), 1 directional, environment");
   EXPECT_TRUE(make({}).empty());
   EXPECT_GT(make(quad).bytes(), 2 * sizeof(EmissiveTriangle));
   LightSampler moved = make(quad);
-  moved = make({}, list(point_light({0, 1, 0}, 1)));
+  moved = make({}, points_of(point_light({0, 1, 0}, 1)));
   EXPECT_EQ(moved.triangles().size(), 0u);
 }
 
