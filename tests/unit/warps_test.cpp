@@ -1,0 +1,204 @@
+// Every warp of renderer/core/warps.h: density by chi-square, inverse by round trip, edges of u.
+#include "renderer/core/warps.h"
+
+#include <gtest/gtest.h>
+
+#include "support/chi_square.h"
+
+namespace emberline {
+namespace {
+
+using test::ChiSquareDomain;
+using test::ChiSquarePoint;
+using test::ChiSquareSettings;
+using test::TestRandom;
+
+constexpr int kTests = 8;  // chi-square tests in this file, for the family's false-alarm rate
+
+ChiSquareSettings settings(uint64_t seed) {
+  ChiSquareSettings s;
+  s.seed = seed;
+  s.tests = kTests;
+  return s;
+}
+
+// u at the corners and edges, then at random.
+std::vector<Vec2f> probes() {
+  std::vector<Vec2f> result;
+  const float edges[] = {0.0f, 0x1p-24f, 0.25f, 0.5f, 0.75f, kOneMinusEpsilon};
+  for (float x : edges)
+    for (float y : edges) result.push_back({x, y});
+  for (uint64_t draw = 0; draw < 20000; ++draw) result.push_back(TestRandom(77, draw).vec2());
+  return result;
+}
+
+// The distance between two values of u; an angle's 0 and 1 are one point.
+float wrapped(float a, float b) { return std::min(std::abs(a - b), 1 - std::abs(a - b)); }
+
+TEST(Warps, DiskHasItsDensity) {
+  EXPECT_TRUE(test::chi_square_test(
+      [](TestRandom& r) -> std::optional<ChiSquarePoint> {
+        const Vec2f p = square_to_disk(r.vec2());
+        return ChiSquarePoint{p.x, p.y, 1};
+      },
+      [](double x, double y) { return square_to_disk_pdf(Vec2f(float(x), float(y))); },
+      ChiSquareDomain{-1, 1, -1, 1}, settings(1)));
+}
+
+TEST(Warps, DiskInverts) {
+  for (const Vec2f& u : probes()) {
+    const Vec2f p = square_to_disk(u);
+    ASSERT_LE(p.dot(p), 1 + 1e-6f);
+    const Vec2f back = disk_to_square(p);
+    ASSERT_NEAR(back.x, u.x, 2e-6f) << u;
+    ASSERT_NEAR(back.y, u.y, 2e-6f) << u;
+  }
+}
+
+TEST(Warps, CosineHemisphereHasItsDensity) {
+  EXPECT_TRUE(test::chi_square_directions(
+      [](TestRandom& r) { return std::optional(square_to_cosine_hemisphere(r.vec2())); },
+      [](const Vec3f& w) { return double(square_to_cosine_hemisphere_pdf(w)); }, settings(2)));
+}
+
+TEST(Warps, CosineHemisphereInvertsAndStaysAbovePlane) {
+  for (const Vec2f& u : probes()) {
+    const Vec3f w = square_to_cosine_hemisphere(u);
+    ASSERT_GT(w.z, 0) << u;
+    ASSERT_GT(square_to_cosine_hemisphere_pdf(w), 0) << u;
+    ASSERT_NEAR(dot(w, w), 1, 1e-6f) << u;
+    const Vec2f back = cosine_hemisphere_to_square(w);
+    ASSERT_NEAR(back.x, u.x, 2e-6f) << u;
+    ASSERT_NEAR(back.y, u.y, 2e-6f) << u;
+  }
+}
+
+TEST(Warps, SphereHasItsDensity) {
+  EXPECT_TRUE(test::chi_square_directions(
+      [](TestRandom& r) { return std::optional(square_to_sphere(r.vec2())); },
+      [](const Vec3f& w) { return double(square_to_sphere_pdf(w)); }, settings(3)));
+}
+
+TEST(Warps, SphereInverts) {
+  for (const Vec2f& u : probes()) {
+    const Vec3f w = square_to_sphere(u);
+    ASSERT_NEAR(dot(w, w), 1, 1e-6f) << u;
+    const Vec2f back = sphere_to_square(w);
+    ASSERT_NEAR(back.x, u.x, 1e-6f) << u;
+    if (u.x == 0) continue;  // at the pole phi has no meaning
+    ASSERT_LT(wrapped(back.y, u.y), 1e-6f) << u;
+  }
+}
+
+// Bins of one cone are laid over (1 - cos, phi), scaled: a sun-sized cone gets its own.
+void check_cone(float one_minus_cos, uint64_t seed) {
+  EXPECT_TRUE(test::chi_square_test(
+      [&](TestRandom& r) -> std::optional<ChiSquarePoint> {
+        const Vec3f w = square_to_cone(r.vec2(), one_minus_cos);
+        const double sin2 = double(w.x) * w.x + double(w.y) * w.y;
+        const double h = w.z > 0 ? sin2 / (1 + std::sqrt(1 - sin2)) : 1.0 - w.z;
+        double phi = std::atan2(double(w.y), double(w.x));
+        if (phi < 0) phi += 2 * kPiD;
+        return ChiSquarePoint{std::min(1.0, h / one_minus_cos), phi, 1};
+      },
+      [&](double, double) { return double(square_to_cone_pdf(one_minus_cos)) * one_minus_cos; },
+      ChiSquareDomain{0, 1, 0, 2 * kPiD}, settings(seed)))
+      << "1 - cos = " << one_minus_cos;
+}
+
+TEST(Warps, ConeHasItsDensity) {
+  check_cone(0.7f, 4);
+  check_cone(2.0f, 5);      // the whole sphere
+  check_cone(1.08e-5f, 6);  // the sun, half angle 0.266 degrees
+  check_cone(5e-9f, 7);     // half angle 1e-4: 1 - cos(1e-4f) is 0 in float
+}
+
+TEST(Warps, ConeInverts) {
+  for (const float h : {0.7f, 1.0f, 1.5f, 1.08e-5f, 5e-9f})
+    for (const Vec2f& u : probes()) {
+      const Vec3f w = square_to_cone(u, h);
+      const Vec2f back = cone_to_square(w, h);
+      ASSERT_NEAR(back.x, u.x, 3e-6f) << u << " in a cone of " << h;
+      if (u.x == 0) continue;
+      ASSERT_LT(wrapped(back.y, u.y), 1e-6f) << u << " in a cone of " << h;
+    }
+}
+
+TEST(Warps, OneMinusCosKeepsItsDigits) {
+  // Towards pi/2 the sine itself says little about the angle; below 1 rad it says all.
+  for (double a = 1e-6; a < 1; a *= 1.3) {
+    const double exact = 2 * std::sin(a / 2) * std::sin(a / 2);
+    const float sin2 = float(std::sin(a) * std::sin(a));
+    EXPECT_NEAR(one_minus_cos_from_sin2(sin2) / exact, 1, 5e-7) << a;
+  }
+  EXPECT_EQ(one_minus_cos_from_sin2(0), 0);
+  EXPECT_EQ(one_minus_cos_from_sin2(1), 1);
+}
+
+TEST(Warps, TriangleIsUniform) {
+  EXPECT_TRUE(test::chi_square_test(
+      [](TestRandom& r) -> std::optional<ChiSquarePoint> {
+        const Vec2f b = square_to_triangle(r.vec2());
+        return ChiSquarePoint{b.x, b.y, 1};
+      },
+      [](double x, double y) { return x + y <= 1 ? 2.0 : 0.0; }, {}, settings(8)));
+}
+
+TEST(Warps, TriangleInvertsAndStaysInside) {
+  for (const Vec2f& u : probes()) {
+    const Vec2f b = square_to_triangle(u);
+    ASSERT_GE(b.x, 0) << u;
+    ASSERT_GE(b.y, 0) << u;
+    ASSERT_LE(b.x + b.y, 1) << u;
+    const Vec2f back = triangle_to_square(b);
+    ASSERT_NEAR(back.x, u.x, 2e-7f) << u;
+    ASSERT_NEAR(back.y, u.y, 2e-7f) << u;
+  }
+}
+
+// The harness must be able to fail: a density 5 % too high on one half is found.
+TEST(ChiSquare, FindsAWrongDensity) {
+  const auto uniform = [](TestRandom& r) -> std::optional<ChiSquarePoint> {
+    return ChiSquarePoint{r.next(), r.next(), 1};
+  };
+  EXPECT_TRUE(test::chi_square_test(uniform, [](double, double) { return 1.0; }));
+  EXPECT_FALSE(
+      test::chi_square_test(uniform, [](double x, double) { return x < .5 ? 1.05 : .95; }));
+  EXPECT_FALSE(test::chi_square_test(uniform, [](double, double) { return 0.9; }));
+  EXPECT_FALSE(test::chi_square_test(uniform, [](double, double) { return 1.1; }));
+}
+
+// Draws that are refused count as the mass that the density lacks.
+TEST(ChiSquare, AccountsForRefusedDraws) {
+  const auto half = [](TestRandom& r) -> std::optional<ChiSquarePoint> {
+    const Vec2f u = r.vec2();
+    if (u.x < 0.5f) return std::nullopt;
+    return ChiSquarePoint{u.x, u.y, 1};
+  };
+  EXPECT_TRUE(test::chi_square_test(half, [](double x, double) { return x < .5 ? 0.0 : 1.0; }));
+  EXPECT_FALSE(test::chi_square_test(half, [](double x, double) { return x < .5 ? 0.0 : 2.0; }));
+}
+
+TEST(ChiSquare, ComparesWeightsWithAFunction) {
+  const auto weighted = [](TestRandom& r) -> std::optional<ChiSquarePoint> {
+    const Vec2f u = r.vec2();
+    return ChiSquarePoint{u.x, u.y, 3.0 * u.x * u.x};
+  };
+  EXPECT_TRUE(test::chi_square_test(weighted, [](double x, double) { return 3 * x * x; }));
+  EXPECT_FALSE(test::chi_square_test(weighted, [](double x, double) { return 3.1 * x * x; }));
+  EXPECT_FALSE(test::chi_square_test(weighted, [](double x, double) { return 2 * x; }));
+}
+
+// Table values: chi-square quantiles, Abramowitz & Stegun table 26.8.
+TEST(ChiSquare, PValuesMatchTables) {
+  EXPECT_NEAR(test::chi_square_p_value(3.84146, 1), 0.05, 1e-6);
+  EXPECT_NEAR(test::chi_square_p_value(18.3070, 10), 0.05, 1e-6);
+  EXPECT_NEAR(test::chi_square_p_value(15.9872, 10), 0.1, 1e-6);
+  EXPECT_NEAR(test::chi_square_p_value(29.5883, 10), 0.001, 1e-7);
+  EXPECT_NEAR(test::chi_square_p_value(77.9295, 100), 0.95, 1e-6);
+  EXPECT_NEAR(test::chi_square_p_value(149.449, 100), 0.001, 1e-7);
+  EXPECT_NEAR(test::chi_square_p_value(2.0, 2), std::exp(-1.0), 1e-14);
+}
+
+}  // namespace
+}  // namespace emberline
