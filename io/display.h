@@ -1,6 +1,7 @@
 // Linear radiance to display pixels through OpenColorIO, and PNG/JPEG out through OpenImageIO.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,27 +11,41 @@
 namespace emberline {
 
 struct DisplaySettings {
-  std::string display;  // empty: the config's default
-  std::string view;     // empty: the display's default view
-  std::string look;     // empty: none
+  std::string display;    // empty: the config's default
+  std::string view;       // empty: the display's default view
+  std::string look;       // empty: none
   float exposure = 0.0f;  // stops, before the view
 };
 
-// The transform from linear Rec. 709 to a display, from $OCIO when it is set and usable, else from
-// a built-in config made of OCIO's built-in transforms: display "sRGB" with views "sRGB" (default,
-// plain curve), "ACES" (ACES 1.x SDR video output transform) and "Raw".
+// The transform from linear Rec. 709 to a display.
+//
+// With $OCIO unset or empty it is built from OpenColorIO's built-in transforms, without any file:
+// display "sRGB" with the views "sRGB" (default; the curve of IEC 61966-2-1, clamped), "ACES" (the
+// ACES 1.0 SDR video output transform, shown on an sRGB display) and "Raw" (no curve).
+//
+// With $OCIO set that config decides. Our pixels enter it, in this order of preference, as
+//   1. its space of linear Rec. 709 primaries, if it has one under one of the usual names;
+//   2. its role aces_interchange, converted to ACES2065-1 by OpenColorIO's own matrices;
+//   3. its role scene_linear as they are, with a warning: colours are then a little off if that
+//      space has other primaries.
 class DisplayTransform {
  public:
-  // Throws UsageError that lists the valid names for an unknown display, view or look, InputError
-  // when $OCIO is set but cannot be read.
+  // Throws UsageError that lists the valid names for an unknown display, view or look (upper and
+  // lower case are alike), InputError when $OCIO is set but cannot be read or used.
   explicit DisplayTransform(const DisplaySettings& settings);
   ~DisplayTransform();
+  DisplayTransform(const DisplayTransform&) = delete;
+  DisplayTransform& operator=(const DisplayTransform&) = delete;
 
-  // In place, interleaved RGB floats; thread-safe.
+  // In place, interleaved RGB floats; thread-safe. NaN counts as 0, and values beyond half's range
+  // (infinity too) as its largest, so that the result is finite whatever comes in.
   void apply(float* rgb, size_t pixel_count) const;
 
   // "built-in: sRGB / ACES", for headers and reports.
   std::string describe() const;
+
+  // Whether the result is meant for an sRGB display as far as we know (to tag files with).
+  bool is_srgb() const;
 
  private:
   struct Impl;
@@ -38,17 +53,27 @@ class DisplayTransform {
 };
 
 // Collects tiles as 8-bit display pixels and writes a PNG or JPEG (by suffix) of the data window.
-// Same write-beside-and-rename rule as ExrWriter.
+// Same rule as ExrWriter: the file is created beside its target at once, so that an unusable path
+// is known before rendering, and renamed in finish(); without finish() nothing is left behind.
+// Holds 3 or 4 bytes per pixel. Pixels never written are black (and transparent). No dithering:
+// equal radiance gives equal bytes.
 class DisplayImageWriter {
  public:
+  // With `alpha` a PNG has four channels, colour not multiplied by alpha, as the format wants it;
+  // a JPEG has none, and shows the picture over black. Throws RenderError when the file cannot be
+  // created, UsageError for a suffix other than .png, .jpg and .jpeg.
   DisplayImageWriter(const std::string& path, const Rect& data_window,
                      std::shared_ptr<const DisplayTransform> transform, bool alpha);
   ~DisplayImageWriter();
+  DisplayImageWriter(const DisplayImageWriter&) = delete;
+  DisplayImageWriter& operator=(const DisplayImageWriter&) = delete;
 
-  // `rgba` holds rect.area() x 4 linear floats (premultiplied alpha), rows from rect.y0.
-  // Thread-safe for disjoint rectangles.
+  // `rgba` holds rect.area() x 4 linear floats (premultiplied alpha), rows from rect.y0; `rect`
+  // lies in the data window. Thread-safe for disjoint rectangles.
   void write_tile(const Rect& rect, const std::vector<float>& rgba);
-  void finish();  // throws RenderError
+
+  // Encodes and writes. Call once, when no thread writes any more. Throws RenderError.
+  void finish();
 
  private:
   struct Impl;

@@ -2,8 +2,14 @@
 //
 // The file is written beside its target under a temporary name, flushed to disk and renamed in
 // finish(); destroyed without finish() it leaves nothing behind.
+//
+// Single part, one level, ZIP, tiles in the order in which they come (line order "random Y"): what
+// is held in memory is the tile at hand of each calling thread, and eight bytes for every tile of
+// the frame. No threads are started; a tile is compressed by the thread that brings it, outside
+// the lock.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -31,19 +37,22 @@ struct ExrHeader {
 
 class ExrWriter {
  public:
-  // Throws RenderError when the file cannot be created.
+  // Creates the file and writes its header. Throws RenderError when the file cannot be created
+  // (no such folder, a folder of that name, not writable, disk full).
   ExrWriter(const std::string& path, const ExrHeader& header);
   ~ExrWriter();
   ExrWriter(const ExrWriter&) = delete;
   ExrWriter& operator=(const ExrWriter&) = delete;
 
-  // `pixels` holds rect.area() x channels floats, interleaved in header order, rows from rect.y0;
-  // kUint channels are given as floats and rounded (exact to 2^24) . `rect` is one whole tile (clipped
-  // by the data window) in frame coordinates. Thread-safe; takes a lock per tile. Throws
-  // RenderError (disk full).
+  // `pixels` holds rect.area() x channels floats, interleaved in header order, rows from rect.y0.
+  // `rect` is one whole tile (clipped by the data window) in frame coordinates, given once.
+  //   kHalf:  finite values beyond half's range become its largest, +-65504, not infinity.
+  //   kUint:  rounded to nearest, clamped to [0, 2^32 - 1]; exact to 2^24.
+  // Thread-safe. Throws RenderError (disk full); after that every call throws the same.
   void write_tile(const Rect& rect, const std::vector<float>& pixels);
 
-  // Tiles never written are filled with 0 (a stopped render stays readable). Throws RenderError.
+  // Tiles never written are filled with 0 (a stopped render stays readable). Call once, when no
+  // thread writes any more. Throws RenderError; nothing is left behind then.
   void finish();
 
  private:

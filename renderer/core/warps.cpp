@@ -78,7 +78,8 @@ float square_to_cone_pdf(float one_minus_cos) { return 1.0f / (2.0f * kPi * one_
 
 Vec2f cone_to_square(const Vec3f& w, float one_minus_cos) {
   const float sin2 = w.x * w.x + w.y * w.y;
-  const float h = w.z >= 0 ? one_minus_cos_from_sin2(sin2) : 1.0f - w.z;
+  // Each form where it keeps its digits: 1 - z near the axis loses them, the sine near the plane.
+  const float h = w.z > 0.5f ? one_minus_cos_from_sin2(sin2) : 1.0f - w.z;
   float phi = std::atan2(w.y, w.x);
   if (phi < 0) phi += 2 * kPi;
   return {h / one_minus_cos, phi / (2 * kPi)};

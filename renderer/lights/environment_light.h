@@ -5,6 +5,8 @@
 // per-texel weights (luminance x solid angle, MIS-compensated after Karlik et al. 2019, "MIS
 // Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling"), so a one-texel
 // sun is sampled in proportion to what is seen of it.
+//
+// All functions are const, pure and thread-safe. Directions are unit, in world space.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +20,20 @@ namespace emberline {
 struct Image;
 
 struct EnvironmentSample {
-  Vec3f direction;
-  Rgb radiance;
+  Vec3f direction = Vec3f(0.0f);
+  Rgb radiance = Rgb(0.0f);
   float pdf = 0.0f;  // per solid angle; 0: nothing sampled
+};
+
+// How much of the mean radiance the weights leave to BSDF sampling: weight = max(0, radiance -
+// factor x mean). Karlik et al. 2019 derive 1 for a technique that is optimal beside a uniform
+// one, and pbrt-v4 uses it; the README has what we measured.
+inline constexpr float kMisCompensation = 1.0f;
+
+struct EnvironmentLightSettings {
+  // 0 leaves the weights as they are: needed where light sampling is the only technique, since a
+  // compensated density is 0 in directions darker than the mean.
+  float mis_compensation = kMisCompensation;
 };
 
 class EnvironmentLight {
@@ -29,19 +42,49 @@ class EnvironmentLight {
   explicit EnvironmentLight(const Rgb& constant);
   // image: kHalf or kFloat, 3 channels, finite and non-negative (io guarantees it). It is shared,
   // not copied. `rotation_degrees` as in EnvironmentDescription.
-  EnvironmentLight(std::shared_ptr<const Image> image, float strength, float rotation_degrees);
+  EnvironmentLight(std::shared_ptr<const Image> image, float strength, float rotation_degrees,
+                   const EnvironmentLightSettings& settings = {});
   ~EnvironmentLight();
 
   Rgb radiance(const Vec3f& direction) const;
   EnvironmentSample sample(const Vec2f& u) const;
   float pdf(const Vec3f& direction) const;
+  // Both for little more than the price of one: what a ray that leaves the scene needs.
+  Rgb radiance_and_pdf(const Vec3f& direction, float* pdf) const;
 
-  bool black() const;       // no radiance anywhere
+  bool black() const { return mean_luminance_ == 0.0; }            // no radiance anywhere
+  float mean_luminance() const { return float(mean_luminance_); }  // over the sphere
   float power(float scene_radius) const;  // luminance of the flux through a disk of that radius
-  uint64_t bytes() const;   // tables and texels
+  uint64_t bytes() const;                 // tables and texels
 
  private:
-  // Tables are added here by environment_light.cpp's author.
+  // The four texels around a direction: columns and rows, and how far it is towards the second.
+  struct Place {
+    int column0, column1, row0, row1;
+    float to_column1, to_row1;
+    float sin_theta;
+  };
+  Place place(const Vec3f& direction) const;
+  Rgb radiance_at(const Place& p) const;
+  float pdf_at(const Place& p) const;
+  void build_tables(float mis_compensation);
+
+  Rgb constant_ = Rgb(0.0f);  // radiance, if there is no image
+  std::shared_ptr<const Image> image_;
+  const void* texels_ = nullptr;
+  bool half_ = false;
+  int width_ = 0, height_ = 0;
+  float strength_ = 1.0f;
+  float column_scale_ = 0.0f, column_offset_ = 0.0f, row_scale_ = 0.0f;
+  double mean_luminance_ = 0.0;
+
+  // Column sums of all rows, width + 1 words each, and their guide tables; then the rows' own.
+  // See fixed_cdf.h. A row's probability is stored as the density that one step of its column
+  // sums is worth: pdf = interpolated (density x step) / sin theta.
+  std::vector<uint32_t> column_sums_, column_guides_, row_sums_, row_guide_;
+  std::vector<float> row_density_;
+  int column_bits_ = 0, row_bits_ = 0;
+  size_t column_guide_words_ = 0;
 };
 
 }  // namespace emberline

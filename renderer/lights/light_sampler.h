@@ -18,10 +18,10 @@ class LightBvh;          // light_bvh.h
 
 // A triangle of an emissive mesh, as placed by one instance.
 struct EmissiveTriangle {
-  Vec3f p0, p1, p2;         // CCW seen from the emitting side
-  Rgb mean_radiance;        // averaged over its area (texture included); > 0 somewhere
+  Vec3f p0, p1, p2;   // CCW seen from the emitting side
+  Rgb mean_radiance;  // averaged over its area (texture included); > 0 somewhere
   bool two_sided = false;
-  uint32_t instance = 0;    // for the integrator to find its material and attributes
+  uint32_t instance = 0;  // for the integrator to find its material and attributes
   uint32_t primitive = 0;
 };
 
@@ -29,32 +29,32 @@ enum class PointLightType : uint8_t { kPoint, kSpot, kDirectional };
 
 struct PointLight {
   PointLightType type = PointLightType::kPoint;
-  Vec3f position;                  // point, spot
-  Vec3f direction;                 // spot, directional: the way the light travels; unit
-  Rgb intensity;                   // W/sr (candela), or irradiance (lux) for directional
+  Vec3f position;                            // point, spot
+  Vec3f direction;                           // spot, directional: the way the light travels; unit
+  Rgb intensity;                             // W/sr (candela), or irradiance (lux) for directional
   float cos_inner = 1.0f, cos_outer = 0.0f;  // spot: glTF's angular falloff between them
 };
 
 // Where the illumination is asked for.
 struct LightQuery {
   Vec3f point;
-  Vec3f normal;              // the hemisphere that can receive light; ignored if `both_sides`
-  bool both_sides = false;   // the surface transmits
+  Vec3f normal;             // the hemisphere that can receive light; ignored if `both_sides`
+  bool both_sides = false;  // the surface transmits
 };
 
 enum class LightKind : uint8_t { kNone, kTriangle, kPoint, kEnvironment };
 
 struct LightSample {
-  LightKind kind = LightKind::kNone;  // kNone: nothing could be sampled, contribution 0
-  uint32_t index = 0;                 // into triangles() or points()
-  Vec3f direction;                    // unit, from the query point towards the light
-  float distance = 0.0f;              // infinity for directional and environment
-  Vec3f position;                     // on the light (triangle, point, spot)
-  Vec3f emitter_normal;               // triangle: geometric, unit
-  Vec2f barycentric;                  // triangle: weights of p1 and p2
+  LightKind kind = LightKind::kNone;   // kNone: nothing could be sampled, contribution 0
+  uint32_t index = 0;                  // into triangles() or points()
+  Vec3f direction = Vec3f(0.0f);       // unit, from the query point towards the light
+  float distance = 0.0f;               // infinity for directional and environment
+  Vec3f position = Vec3f(0.0f);        // on the light (triangle, point, spot)
+  Vec3f emitter_normal = Vec3f(0.0f);  // triangle: geometric, unit
+  Vec2f barycentric = Vec2f(0.0f);     // triangle: weights of p1 and p2
   // Point lights: radiant intensity / distance^2 (or irradiance); environment: radiance;
   // triangle: left 0, the integrator evaluates the material's emission at the point.
-  Rgb radiance;
+  Rgb radiance = Rgb(0.0f);
   float pdf = 0.0f;    // per solid angle, probability of picking this light included
   bool delta = false;  // point-like: cannot be hit by a ray, pdf is the pick probability alone
 };
@@ -80,17 +80,22 @@ class LightSampler {
   LightSample sample(const LightQuery& query, float u_pick, const Vec2f& u) const;
 
   // Density, per solid angle at query.point, with which sample() returns the point at `distance`
-  // along unit `direction` on triangle `index`. Cost O(depth of the light BVH).
+  // along unit `direction` on triangle `index`, if nothing else is in the way: 0 on the back of a
+  // one-sided one. Cost O(depth of the light BVH).
   float pdf_triangle(const LightQuery& query, uint32_t index, const Vec3f& direction,
                      float distance) const;
   // Density with which sample() returns the environment in `direction`.
   float pdf_environment(const LightQuery& query, const Vec3f& direction) const;
+  // Its factor that does not depend on the direction: the probability of picking the environment
+  // at all. With EnvironmentLight::radiance_and_pdf a ray that leaves the scene needs one lookup.
+  float environment_probability(const LightQuery& query) const;
 
   const EnvironmentLight* environment() const { return environment_.get(); }
   const std::vector<EmissiveTriangle>& triangles() const { return triangles_; }
   const std::vector<PointLight>& points() const { return points_; }
 
-  // For the report: "light BVH (1204 emitters)", "power (3 emitters)", and bytes held.
+  // For the report: "light BVH (1204 emitters)", "power (3 emitters), environment", and bytes held
+  // (the environment's own are its own).
   std::string describe() const;
   uint64_t bytes() const;
 
@@ -99,7 +104,36 @@ class LightSampler {
   std::vector<PointLight> points_;
   std::shared_ptr<const EnvironmentLight> environment_;
   std::unique_ptr<const LightBvh> bvh_;
-  // Further tables are added here by light_sampler.cpp's author.
+
+  // An emitter is a finite light that emits: an index into triangles_, or with kPointEmitter into
+  // points_. Degenerate, black and non-finite ones are none.
+  static constexpr uint32_t kPointEmitter = 1u << 31;
+  static constexpr uint32_t kNoEmitter = ~0u;
+  std::vector<uint32_t> emitters_;
+  std::vector<uint32_t> triangle_emitter_;  // per triangle: its emitter, or kNoEmitter
+  std::vector<uint32_t> directional_;       // indices into points_
+  std::vector<double> power_sums_;          // without a BVH: running shares of the power
+
+  // The choice between infinite lights (directional, environment) and finite ones: n : 1, n being
+  // how many infinite ones are above the horizon (pbrt-v4 has all of them). Among infinite ones by
+  // irradiance, which is known exactly but for the environment's distribution.
+  struct InfiniteChoice {
+    float probability = 0.0f;  // of choosing any infinite light
+    float environment = 0.0f;  // weights
+    float total = 0.0f;
+  };
+  struct FinitePick {
+    uint32_t emitter = 0;
+    float probability = 0.0f;
+  };
+  float directional_weight(const LightQuery& query, const PointLight& light) const;
+  InfiniteChoice weigh_infinite(const LightQuery& query) const;
+  FinitePick pick_finite(const LightQuery& query, double u) const;
+  float finite_probability(const LightQuery& query, uint32_t emitter) const;
+  LightSample sample_infinite(const LightQuery& query, const InfiniteChoice& choice, double u_pick,
+                              const Vec2f& u) const;
+  LightSample sample_emitter(const LightQuery& query, uint32_t emitter, float probability,
+                             const Vec2f& u) const;
 };
 
 }  // namespace emberline

@@ -12,15 +12,15 @@ namespace {
 
 float pow5(float x) { return square(square(x)) * x; }
 
-// Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering"; f90 = 1 as in glTF.
-Color4 schlick(Color4 f0, float cos_d) { return f0 + (1.0f - f0) * pow5(1.0f - cos_d); }
+// Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering". f90 is 1 in plain glTF.
+Color4 schlick(Color4 f0, float f90, float cos_d) { return f0 + (f90 - f0) * pow5(1.0f - cos_d); }
 
 // Colour of the light that leaves after two or more bounces between microfacets: every bounce has
 // the cosine-weighted mean Fresnel F, a share `loss` of it goes on to the next. Kulla & Conty 2017,
 // "Revisiting Physically Based Shading at Imageworks", with F^2 for the two bounces at least (Hill
 // 2018, "A Multi-Faceted Exploration, Part 3").
-Color4 multiple_fresnel(Color4 f0, float loss) {
-  const Color4 f = f0 + (1.0f - f0) * (1.0f / 21.0f);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
+Color4 multiple_fresnel(Color4 f0, Color4 f90, float loss) {
+  const Color4 f = f0 + (f90 - f0) * (1.0f / 21.0f);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
   return f * f * (1.0f - loss) / (1.0f - f * loss);
 }
 
@@ -55,19 +55,24 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
   const float ior = parameters.ior;
   assert(metallic >= 0 && metallic <= 1 && max_component(parameters.base_color) <= 1);
 
-  // The dielectric rides along in the fourth lane: its F0, its Fms, its albedo.
-  dielectric_f0_ = square((ior - 1.0f) / (ior + 1.0f));
+  // The dielectric rides along in the fourth lane: its F0, F90, Fms and albedo.
+  dielectric_f90_ = parameters.specular;
+  dielectric_f0_ = parameters.specular * square((ior - 1.0f) / (ior + 1.0f));
   const Color4 pure = color4(parameters.base_color, dielectric_f0_);
+  const Color4 pure90{1.0f, 1.0f, 1.0f, dielectric_f90_};
   f0_ = dielectric_f0_ * through + pure * metallic;
+  const Color4 f90 = dielectric_f90_ * through + pure90 * metallic;
+  f90_ = f90[0];
   const SpecularAlbedo::Value at_wo = table_.at(wo.z);
-  const Color4 single = f0_ * (1.0f - at_wo.loss) + (1.0f - f0_) * at_wo.schlick;
+  const Color4 single = f0_ * (1.0f - at_wo.loss) + (f90 - f0_) * at_wo.schlick;
   albedo_ = single;
   const float loss = table_.average_loss();
-  if (table_.is_mirror()) {
+  if (f90_ == 0.0f) {  // no interface: a bare Lambertian base
+  } else if (table_.is_mirror()) {
     specular_ = SpecularKind::kMirror;
   } else {
     specular_ = SpecularKind::kGgx;
-    const Color4 fms = multiple_fresnel(pure, loss);
+    const Color4 fms = multiple_fresnel(pure, pure90, loss);
     dielectric_multiple_ = fms[3];
     const Color4 multiple = fms[3] * through + fms * metallic;
     multiple_ = multiple * (at_wo.loss / loss);
@@ -76,7 +81,7 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
   }
   if (through > 0.0f) {
     const float average = dielectric_f0_ * (1.0f - loss) +
-                          (1.0f - dielectric_f0_) * table_.average_schlick() +
+                          (dielectric_f90_ - dielectric_f0_) * table_.average_schlick() +
                           dielectric_multiple_ * loss;
     // Nothing gets through a dielectric that reflects everything.
     if (average < 1.0f - 1e-5f) {
@@ -101,7 +106,7 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo,
 inline Color4 SurfaceBsdf::eval_cosine(const Vec3f& wi) const {
   const SpecularAlbedo::Value at_wi = table_.at(wi.z);
   const float reflected = dielectric_f0_ * (1.0f - at_wi.loss) +
-                          (1.0f - dielectric_f0_) * at_wi.schlick +
+                          (dielectric_f90_ - dielectric_f0_) * at_wi.schlick +
                           dielectric_multiple_ * at_wi.loss;
   float scale = wi.z * kInvPi;
   if (bent_) scale *= terminator_factor(dot(wi, geometric_normal_), terminator_alpha2_);
@@ -114,7 +119,7 @@ inline Color4 SurfaceBsdf::eval_and_pdf4(const Vec3f& wi, float* pdf) const {
   if (!below_surface(wi)) {
     if (specular_ == SpecularKind::kGgx) {
       const GgxReflection::Value lobe = ggx_.evaluate(wi);
-      value = schlick(f0_, lobe.cos_d) * lobe.cosine_brdf;
+      value = schlick(f0_, f90_, lobe.cos_d) * lobe.cosine_brdf;
       density = specular_pick_ * lobe.pdf;
     }
     if (has_cosine_) {
@@ -147,7 +152,7 @@ BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
   const bool specular = u_lobe < specular_pick_;
   if (specular && specular_ == SpecularKind::kMirror) {
     result.wi = Vec3f(-wo_.x, -wo_.y, wo_.z);
-    result.weight = to_rgb(schlick(f0_, wo_.z) / specular_pick_);
+    result.weight = to_rgb(schlick(f0_, f90_, wo_.z) / specular_pick_);
     result.delta = true;
     result.valid = !below_surface(result.wi);
     return result;

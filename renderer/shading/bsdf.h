@@ -30,6 +30,8 @@ struct BsdfParameters {
   // KHR_materials_ior; >= 1, or 0 for a dielectric that reflects everything (that extension's
   // compatibility value). The default is plain glTF.
   float ior = 1.5f;
+  // Weight of the dielectric's reflection, F0 and F90 alike; 0 leaves a bare Lambertian base.
+  float specular = 1.0f;
 };
 
 struct BsdfSample {
@@ -79,7 +81,8 @@ class SurfaceBsdf {
   // Cosine lobe: wi.z / pi * (multiple_ * (1 - E(wi)) + diffuse_ * (1 - Ed(wi))).
   Color4 multiple_ = splat4(0.0f);
   Color4 diffuse_ = splat4(0.0f);
-  float dielectric_f0_ = 0.0f;
+  float f90_ = 1.0f;
+  float dielectric_f0_ = 0.0f, dielectric_f90_ = 1.0f;
   float dielectric_multiple_ = 0.0f;  // Fms of the dielectric
   float specular_pick_ = 0.0f;  // probability of the specular lobe; the rest is the cosine lobe's
   SpecularKind specular_ = SpecularKind::kNone;

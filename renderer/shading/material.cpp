@@ -16,6 +16,12 @@ Rgb saturate(const Rgb& c) { return {saturate(c.x), saturate(c.y), saturate(c.z)
 
 float non_negative(float x) { return x > 0.0f && std::isfinite(x) ? x : 0.0f; }
 
+// 0 means "reflects everything"; what is no index of refraction becomes the default's.
+float usable_ior(float ior) {
+  if (ior == 0.0f) return 0.0f;
+  return ior >= 1.0f ? std::min(ior, 1e4f) : 1.5f;
+}
+
 Rgb rgb(const Vec4f& v) { return {v.x, v.y, v.z}; }
 
 // Whether any texel of an image with alpha is not opaque. Exporters often write rgba images that
@@ -59,6 +65,8 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
       alpha_(saturate(d.alpha)),
       metallic_(saturate(d.metallic)),
       roughness_(saturate(d.roughness)),
+      ior_(usable_ior(d.ior)),
+      specular_(saturate(d.specular)),
       normal_scale_(std::isfinite(d.normal_scale) ? d.normal_scale : 1.0f),
       emission_(non_negative(d.emission.x), non_negative(d.emission.y), non_negative(d.emission.z)),
       alpha_cutoff_(d.alpha_cutoff),
@@ -92,6 +100,8 @@ void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoi
   out.emission = unlit_ ? base : emission_;
   out.bsdf.base_color = saturate(base);
   out.bsdf.metallic = metallic_;
+  out.bsdf.ior = ior_;
+  out.bsdf.specular = specular_;
   out.bsdf.roughness = roughness_;
   if (metallic_roughness_texture_ != nullptr) {
     const Vec4f texel =

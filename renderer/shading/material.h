@@ -20,10 +20,9 @@ namespace emberline {
 // TEXCOORD_0 .. TEXCOORD_3 can be used by a material.
 inline constexpr int kMaxUvSets = 4;
 
-// Interpolated vertex attributes at a hit. Only the sets named by Material::uv_mask() are read; the
-// rest may hold anything finite.
+// Interpolated vertex attributes at a hit. Sets that the mesh lacks are 0.
 struct SurfaceAttributes {
-  std::array<Vec2f, kMaxUvSets> uv;
+  std::array<Vec2f, kMaxUvSets> uv = {Vec2f(0.0f), Vec2f(0.0f), Vec2f(0.0f), Vec2f(0.0f)};
   Vec4f color = Vec4f(1.0f, 1.0f, 1.0f, 1.0f);  // COLOR_0, linear; (1, 1, 1, 1) without
 };
 
@@ -83,6 +82,7 @@ class Material {
   Rgb base_color_;
   float alpha_;
   float metallic_, roughness_;
+  float ior_, specular_;
   float normal_scale_;
   Rgb emission_;
   float alpha_cutoff_;

@@ -1,5 +1,13 @@
 // How far an image is from a reference. Images are linear RGB, interleaved, row-major; both of the
-// same size. Non-finite pixels are counted and left out of every mean (and fail is_comparable).
+// same size.
+//
+// A pixel with a NaN or an infinity in either image is counted in `non_finite` and left out of
+// every mean. For the metrics that look at neighbourhoods it is black in both pictures for FLIP
+// (and its own FLIP value left out), and SSIM leaves out every window that contains it. With no
+// pixel left (or for SSIM no window) a metric is NaN.
+//
+// Parallel, yet the same bits for any number of threads: rows are summed in double, each by one
+// thread, and then added in order.
 #pragma once
 
 #include <cstdint>
@@ -9,27 +17,40 @@ namespace emberline {
 
 struct RgbImage {
   int width = 0, height = 0;
-  std::vector<float> rgb;
+  std::vector<float> rgb;  // 3 * width * height
+};
+
+struct CompareSettings {
+  // Stops, for the metrics that look at the picture as displayed: PSNR, SSIM and FLIP.
+  float exposure = 0.0f;
 };
 
 struct ErrorMetrics {
-  double mse = 0;               // mean over pixels and channels
+  double mse = 0;  // mean((x - r)^2) over pixels and channels
   double rmse = 0;
-  double rel_mse = 0;           // mean((x - r)^2 / (r^2 + eps)), eps = 0.01 (mean r)^2, as stated
+  // mean((x - r)^2 / (r^2 + eps)), per channel averaged, as in Rousselle et al. 2011; eps =
+  // 0.01 (mean r)^2, so that the metric does not depend on the scale of radiance, or 0.01 where the
+  // reference is black on average.
+  double rel_mse = 0;
   double rel_mse_epsilon = 0;
-  double rel_mse_trimmed = 0;   // without the worst 0.1 % of pixels
-  double signed_bias = 0;       // sum(x - r) / sum(r)
-  double psnr = 0;              // dB, on display (sRGB) values, peak 1; infinite if equal
-  double ssim = 0;              // Wang et al. 2004, 11x11 Gaussian, on display luma
-  double flip = 0;              // mean LDR-FLIP, Andersson et al. 2020, 67 pixels per degree
-  double max_absolute = 0;
-  uint64_t non_finite = 0;      // pixels with a NaN or infinity in either image
+  double rel_mse_trimmed = 0;     // without the worst 0.1 % of pixels (rounded down)
+  double signed_bias = 0;         // sum(x - r) / sum(r); infinite for a difference from black
+  double psnr = 0;                // dB, display values, peak 1; infinite if they are equal
+  double ssim = 0;                // ssim.h, on the luma of display values
+  double flip = 0;                // mean of flip.h's map
+  double max_absolute = 0;        // largest |x - r|
+  uint64_t non_finite = 0;        // pixels with a NaN or infinity in either image
   uint64_t different_pixels = 0;  // not bit-identical
 };
 
-ErrorMetrics compare_images(const RgbImage& image, const RgbImage& reference);
+// Neither image may be empty; sizes equal (asserted).
+ErrorMetrics compare_images(const RgbImage& image, const RgbImage& reference,
+                            const CompareSettings& settings = {});
 
-// Per-pixel FLIP in [0, 1] (display-referred input, sRGB-encoded values in [0, 1]).
-std::vector<float> flip_map(const RgbImage& image, const RgbImage& reference);
+// 1 for the pixels that are not finite in either image.
+std::vector<uint8_t> non_finite_pixels(const RgbImage& image, const RgbImage& reference);
+
+// sRGB-encoded values (IEC 61966-2-1) in [0, 1], after 2^exposure; black where `masked` is not 0.
+RgbImage to_display(const RgbImage& image, float exposure, const std::vector<uint8_t>& masked);
 
 }  // namespace emberline

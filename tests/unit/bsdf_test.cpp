@@ -156,13 +156,27 @@ TEST(SurfaceBsdf, FurnaceEqualsAlbedoForColours) {
           const BsdfParameters p{.base_color = Rgb(.9f, .3f, 0),
                                  .metallic = metallic,
                                  .roughness = std::sqrt(alpha),
-                                 .ior = ior};
+                                 .ior = ior,
+                                 .specular = ior == 2.4f    ? .5f
+                                             : ior == 1.33f ? 0.0f
+                                                            : 1.0f};
           const SurfaceBsdf bsdf(p, direction(mu, 2));
           const Rgb got = furnace(bsdf), want = bsdf.albedo();
           for (int c = 0; c < 3; ++c)
             EXPECT_NEAR(got[c], want[c], 2e-3)
                 << "alpha " << alpha << " mu " << mu << " metallic " << metallic << " ior " << ior;
         }
+}
+
+// Without a reflecting interface the base is Lambert's, whatever the roughness.
+TEST(SurfaceBsdf, NoSpecularIsBareLambert) {
+  for (const float roughness : {0.0f, .5f, 1.0f}) {
+    const BsdfParameters p{.base_color = Rgb(.6f), .roughness = roughness, .specular = 0};
+    const SurfaceBsdf bsdf(p, direction(.2f, 0));
+    for (const float mu : {1.0f, .5f, .01f})
+      EXPECT_NEAR(bsdf.eval(direction(mu, 3)).x, .6f * kInvPi * mu, 1e-6f);
+    EXPECT_NEAR(bsdf.albedo().x, .6f, 1e-6f);
+  }
 }
 
 // What lies under the specular lobe alone, without compensation: E itself.
@@ -207,6 +221,8 @@ BsdfParameters random_parameters(TestRandom& random) {
   p.metallic = std::clamp(random.next() * 1.4f - .2f, 0.0f, 1.0f);
   p.roughness = random.next();
   p.ior = 1 + random.next() * 1.5f;
+  if (random.next() < .3f) p.specular = random.next();
+  if (random.next() < .1f) p.specular = 0;
   return p;
 }
 

@@ -173,6 +173,7 @@ TEST(Material, StrangeNumbersAreContained) {
     d.base_color = Rgb(x);
     d.alpha = d.metallic = d.roughness = d.normal_scale = x;
     d.emission = Rgb(x);
+    d.ior = d.specular = x;
     d.alpha_mode = AlphaMode::kBlend;
     scene.materials.push_back(d);
   }

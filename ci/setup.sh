@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# Installs what Emberline builds with, on Debian 12 or later: only what is missing, quietly.
+set -euo pipefail
+
+packages=(
+  g++ cmake ninja-build ccache git python3
+  libembree-dev libtbb-dev libimath-dev
+  libopenimageio-dev libopenexr-dev libopencolorio-dev
+  libtinygltf-dev libdraco-dev libmeshoptimizer-dev
+  libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev
+  libgtest-dev libgmock-dev libbenchmark-dev
+)
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)
+  [ "$status" = installed ] || missing+=("$package")
+done
+[ ${#missing[@]} -eq 0 ] && exit 0
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || {
+    echo "ci/setup.sh: missing packages: ${missing[*]}; install them, or run this as root" >&2
+    exit 1
+  }
+  as_root=(sudo)
+fi
+echo "ci/setup.sh: installing ${missing[*]}"
+export DEBIAN_FRONTEND=noninteractive
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+if ! { "${as_root[@]}" apt-get update && "${as_root[@]}" apt-get install -y --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+  tail -n 20 "$log" >&2
+  echo "ci/setup.sh: apt-get failed; the lines above say why" >&2
+  exit 1
+fi

@@ -1,0 +1,44 @@
+#include "integrators/ambient_occlusion_integrator.h"
+
+#include "integrators/surface_shading.h"
+#include "renderer/core/warps.h"
+
+namespace emberline {
+namespace {
+
+constexpr float kRadiusFraction = 0.2f;
+
+}  // namespace
+
+void AmbientOcclusionIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
+                                          std::span<SampleValue> values,
+                                          RayCounters& counters) const {
+  const Scene& scene = batch.scene;
+  for (size_t i = 0; i < batch.rays.size(); ++i) {
+    samples.start_sample(batch.first_sample + uint32_t(i));
+    SampleValue& value = values[i];
+    value = SampleValue{};
+    counters.camera++;
+    SurfaceHit hit;
+    const uint32_t camera_key = scene.has_coverage() ? samples.extra_bits() : 0u;
+    if (!scene.intersect(batch.rays[i], camera_key, &hit)) {
+      if (!settings_.transparent) value = {Rgb(1.0f), 1.0f, {}};  // nothing occludes the sky
+      continue;
+    }
+    samples.start_slot(1);
+    const ShadedPoint point =
+        shade(scene, batch.rays[i], hit, samples.get(surface_dim::kTexture));
+    value.alpha = 1.0f;
+    fill_first_hit(batch, point, point.bsdf(), &value.first_hit);
+    const Vec3f direction = point.frame.shading.to_world(square_to_cosine_hemisphere(
+        {samples.get(surface_dim::kBsdfX), samples.get(surface_dim::kBsdfY)}));
+    if (dot(direction, point.frame.geometric_normal) <= 0.0f) continue;
+    const Vec3f from = point.spawn_origin(direction);
+    counters.shadow++;
+    const uint32_t shadow_key = scene.has_coverage() ? samples.extra_bits() : 0u;
+    const Vec3f to = from + direction * (kRadiusFraction * scene.radius());
+    if (scene.visible(from, to, shadow_key)) value.radiance = Rgb(1.0f);
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,59 @@
+#include "integrators/debug_integrator.h"
+
+#include <cmath>
+
+#include "integrators/surface_shading.h"
+#include "renderer/core/hash.h"
+
+namespace emberline {
+namespace {
+
+float fraction(float x) {
+  const float f = x - std::floor(x);
+  return f >= 0.0f && f < 1.0f ? f : 0.0f;  // also for infinities and NaN
+}
+
+Rgb material_color(uint32_t index) {
+  const uint32_t h = hash_combine(0x9e37u, index);
+  return {0.15f + 0.85f * float(h & 255) / 255.0f, 0.15f + 0.85f * float((h >> 8) & 255) / 255.0f,
+          0.15f + 0.85f * float((h >> 16) & 255) / 255.0f};
+}
+
+Rgb view_color(DebugView view, const SampleBatch& batch, const ShadedPoint& point) {
+  switch (view) {
+    case DebugView::kNormal: return (point.frame.shading.normal + Vec3f(1.0f)) * 0.5f;
+    case DebugView::kUv: {
+      const Vec2f& uv = point.surface.attributes.uv[0];
+      return {fraction(uv.x), fraction(uv.y), 0.0f};
+    }
+    case DebugView::kAlbedo:
+      return point.surface.material->unlit() ? point.material.emission : point.bsdf().albedo();
+    case DebugView::kDepth:
+      return Rgb(float(double(batch.camera.axial_depth(point.surface.position)) /
+                       batch.scene.scale()));
+    case DebugView::kMaterialId: return material_color(point.surface.material_index);
+  }
+  return Rgb(0.0f);
+}
+
+}  // namespace
+
+void DebugIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
+                               std::span<SampleValue> values, RayCounters& counters) const {
+  for (size_t i = 0; i < batch.rays.size(); ++i) {
+    samples.start_sample(batch.first_sample + uint32_t(i));
+    values[i] = SampleValue{};
+    counters.camera++;
+    SurfaceHit hit;
+    const uint32_t key = batch.scene.has_coverage() ? samples.extra_bits() : 0u;
+    if (!batch.scene.intersect(batch.rays[i], key, &hit)) continue;
+    samples.start_slot(1);
+    const ShadedPoint point =
+        shade(batch.scene, batch.rays[i], hit, samples.get(surface_dim::kTexture));
+    fill_first_hit(batch, point, point.bsdf(), &values[i].first_hit);
+    values[i].alpha = 1.0f;
+    values[i].radiance = view_color(view_, batch, point);
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,67 @@
+// Scene and camera rays in, radiance out. An integrator knows no pixel, film or driver.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "renderer/core/ray.h"
+#include "renderer/film/film.h"
+#include "renderer/scene/camera.h"
+#include "renderer/scene/scene.h"
+#include "samplers/pixel_samples.h"
+
+namespace emberline {
+
+struct RayCounters {
+  uint64_t camera = 0;   // one per sample
+  uint64_t scatter = 0;  // continued paths
+  uint64_t shadow = 0;   // visibility of sampled lights
+  uint64_t total() const { return camera + scatter + shadow; }
+  void merge(const RayCounters& o) {
+    camera += o.camera;
+    scatter += o.scatter;
+    shadow += o.shadow;
+  }
+};
+
+// All that is constant over a frame and that an integrator may ask for.
+struct IntegratorSettings {
+  int max_depth = 16;        // scattering events: 1 is direct light only
+  bool transparent = false;  // the environment lights the scene but is not seen by the camera
+  bool light_sampling = true;  // off: BSDF sampling alone (an independent estimator for the tests)
+};
+
+// The work of one batch of samples: camera rays of consecutive samples of one pixel.
+struct SampleBatch {
+  const Scene& scene;
+  const Camera& camera;
+  std::span<const Ray> rays;
+  uint32_t first_sample = 0;   // index of rays[0]'s sample
+  bool surface_aovs = false;   // fill SampleValue::first_hit
+  bool hit_id = false;         // fill first_hit.id alone
+};
+
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+  // One virtual call per batch, none per ray. `samples` has been started on the batch. Thread-safe;
+  // values[i] depends on ray i and its sample's numbers alone (law 1).
+  virtual void estimate(const SampleBatch& batch, PixelSamples& samples,
+                        std::span<SampleValue> values, RayCounters& counters) const = 0;
+};
+
+// The table of integrators: feeds the factory, --help, the "valid names are" message and the tests.
+struct IntegratorEntry {
+  std::string_view name;
+  std::string_view summary;
+  std::unique_ptr<Integrator> (*create)(const IntegratorSettings&);
+};
+std::span<const IntegratorEntry> integrator_table();
+
+// Throws UsageError that lists the valid names.
+std::unique_ptr<Integrator> create_integrator(std::string_view name,
+                                              const IntegratorSettings& settings);
+
+}  // namespace emberline

@@ -1,0 +1,164 @@
+#include "integrators/path_integrator.h"
+
+#include <algorithm>
+
+#include "integrators/surface_shading.h"
+#include "renderer/lights/environment_light.h"
+
+namespace emberline {
+namespace {
+
+// Russian roulette starts after this many scattering events: short paths carry most of the light.
+constexpr uint32_t kRouletteDepth = 3;
+// No path is ended with more than this probability, so no survivor is weighted by more than 20.
+constexpr float kMinSurvival = 0.05f;
+
+// Balance heuristic with one sample of each technique.
+float balance(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
+
+// How the ray under way was sampled, for the weight of emission it runs into.
+struct LastVertex {
+  LightQuery query;
+  float bsdf_pdf = 0.0f;
+  bool light_sampled = false;  // false: emission found by the ray counts in full
+};
+
+uint32_t coverage_key(const Scene& scene, PixelSamples& samples) {
+  return scene.has_coverage() ? samples.extra_bits() : 0u;
+}
+
+Rgb environment_radiance(const LightSampler& lights, const Ray& ray, const LastVertex& last) {
+  const EnvironmentLight* environment = lights.environment();
+  if (!environment) return Rgb(0.0f);
+  if (!last.light_sampled) return environment->radiance(ray.direction);
+  float light_pdf = 0.0f;
+  const Rgb radiance = environment->radiance_and_pdf(ray.direction, &light_pdf);
+  light_pdf *= lights.environment_probability(last.query);
+  return radiance * balance(last.bsdf_pdf, light_pdf);
+}
+
+Rgb surface_emission(const Scene& scene, const ShadedPoint& point, const Ray& ray,
+                     const SurfaceHit& hit, const LastVertex& last) {
+  const Rgb& emission = point.material.emission;
+  if (!last.light_sampled || is_black(emission)) return emission;
+  const uint32_t emitter = scene.emitter_index(hit.instance, hit.primitive);
+  if (emitter == Scene::kNoEmitter) return emission;
+  const float light_pdf = scene.lights().pdf_triangle(last.query, emitter, ray.direction, hit.t);
+  return emission * balance(last.bsdf_pdf, light_pdf);
+}
+
+// Radiance that a sampled light sends towards the point, and whether anything blocks the way is
+// the caller's question; `target` is where that question's ray ends.
+Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& from,
+                     PixelSamples& samples, Vec3f* target) {
+  if (light.kind != LightKind::kTriangle) {
+    *target = light.position;
+    return light.radiance;
+  }
+  const EmissiveTriangle& triangle = scene.lights().triangles()[light.index];
+  *target = offset_ray_origin(light.position, light.emitter_normal,
+                              scene.point_error(triangle.instance, light.position),
+                              from - light.position);
+  const SurfaceAttributes attributes = scene.emitter_attributes(triangle, light.barycentric);
+  const Material& material = scene.material_of(triangle.instance);
+  // A number of its own: the emitter's texel must not depend on which texel this vertex took.
+  const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
+  Rgb radiance = material.emission(attributes, u_texture);
+  // A path sees the emitter only where it covers; the light sample must agree on average.
+  if (material.alpha_mode() != AlphaMode::kOpaque) {
+    radiance *= material.coverage(attributes, u_texture);
+  }
+  return radiance;
+}
+
+}  // namespace
+
+void PathIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
+                              std::span<SampleValue> values, RayCounters& counters) const {
+  for (size_t i = 0; i < batch.rays.size(); ++i) {
+    samples.start_sample(batch.first_sample + uint32_t(i));
+    values[i] = trace(batch, batch.rays[i], samples, counters);
+  }
+}
+
+SampleValue PathIntegrator::trace(const SampleBatch& batch, Ray ray, PixelSamples& samples,
+                                  RayCounters& counters) const {
+  const Scene& scene = batch.scene;
+  const LightSampler& lights = scene.lights();
+  const bool sample_lights = settings_.light_sampling && !lights.empty();
+
+  SampleValue value;
+  Rgb throughput(1.0f);
+  LastVertex last;
+  counters.camera++;
+  for (uint32_t depth = 0;; ++depth) {
+    SurfaceHit hit;
+    if (!scene.intersect(ray, coverage_key(scene, samples), &hit)) {
+      const bool hidden = depth == 0 && settings_.transparent;
+      if (!hidden && lights.environment()) {
+        value.radiance += throughput * environment_radiance(lights, ray, last);
+        if (depth == 0) value.alpha = 1.0f;
+      }
+      break;
+    }
+    samples.start_slot(depth + 1);
+    const ShadedPoint point = shade(scene, ray, hit, samples.get(surface_dim::kTexture));
+    const SurfaceBsdf bsdf = point.bsdf();
+    if (depth == 0) {
+      value.alpha = 1.0f;
+      fill_first_hit(batch, point, bsdf, &value.first_hit);
+    }
+    value.radiance += throughput * surface_emission(scene, point, ray, hit, last);
+    if (point.surface.material->unlit() || depth >= uint32_t(settings_.max_depth)) break;
+
+    last.query = {point.surface.position, point.frame.shading.normal, false};
+    last.light_sampled = sample_lights && bsdf.has_non_delta();
+    if (last.light_sampled) {
+      value.radiance += throughput * direct_light(scene, point, bsdf, last.query, samples, counters);
+    }
+
+    const BsdfSample next = bsdf.sample(
+        samples.get(surface_dim::kLobe),
+        {samples.get(surface_dim::kBsdfX), samples.get(surface_dim::kBsdfY)});
+    if (!next.valid) break;
+    throughput *= next.weight;
+    if (next.delta) last.light_sampled = false;
+    last.bsdf_pdf = next.pdf;
+
+    if (depth + 1 >= kRouletteDepth) {
+      const float survival = std::clamp(max_component(throughput), kMinSurvival, 1.0f);
+      if (samples.get(surface_dim::kRoulette) >= survival) break;
+      throughput *= 1.0f / survival;
+    }
+    const Vec3f direction = point.frame.shading.to_world(next.wi);
+    ray = {point.spawn_origin(direction), direction};
+    counters.scatter++;
+  }
+  return value;
+}
+
+Rgb PathIntegrator::direct_light(const Scene& scene, const ShadedPoint& point,
+                                 const SurfaceBsdf& bsdf, const LightQuery& query,
+                                 PixelSamples& samples, RayCounters& counters) {
+  const LightSample light = scene.lights().sample(
+      query, samples.get(surface_dim::kLightPick),
+      {samples.get(surface_dim::kLightX), samples.get(surface_dim::kLightY)});
+  if (light.kind == LightKind::kNone || !(light.pdf > 0.0f)) return Rgb(0.0f);
+  float bsdf_pdf = 0.0f;
+  const Rgb scattered = bsdf.eval_and_pdf(point.frame.shading.to_local(light.direction), &bsdf_pdf);
+  if (is_black(scattered)) return Rgb(0.0f);
+  const Vec3f from = point.spawn_origin(light.direction);
+  Vec3f target;
+  const Rgb radiance = emitted_radiance(scene, light, from, samples, &target);
+  if (is_black(radiance)) return Rgb(0.0f);
+  counters.shadow++;
+  const uint32_t key = coverage_key(scene, samples);
+  const bool visible = light.distance == kInfinity
+                           ? scene.visible_to_infinity(from, light.direction, key)
+                           : scene.visible(from, target, key);
+  if (!visible) return Rgb(0.0f);
+  // balance / pdf = 1 / (pdf + other); a point-like light has no other technique.
+  return scattered * radiance / (light.delta ? light.pdf : light.pdf + bsdf_pdf);
+}
+
+}  // namespace emberline

@@ -1,0 +1,29 @@
+// `path`: unidirectional path tracing with next-event estimation. One light sample and one BSDF
+// sample per vertex, combined by the balance heuristic (Veach & Guibas 1995, "Optimally Combining
+// Sampling Techniques for Monte Carlo Rendering").
+//
+// `direct` is the same with a depth limit of 1.
+#pragma once
+
+#include "integrators/integrator.h"
+#include "integrators/surface_shading.h"
+
+namespace emberline {
+
+class PathIntegrator final : public Integrator {
+ public:
+  explicit PathIntegrator(const IntegratorSettings& settings) : settings_(settings) {}
+  void estimate(const SampleBatch& batch, PixelSamples& samples, std::span<SampleValue> values,
+                RayCounters& counters) const override;
+
+ private:
+  SampleValue trace(const SampleBatch& batch, Ray ray, PixelSamples& samples,
+                    RayCounters& counters) const;
+  // Light sampling at a vertex, weighted against the BSDF sample that follows.
+  static Rgb direct_light(const Scene& scene, const ShadedPoint& point, const SurfaceBsdf& bsdf,
+                          const LightQuery& query, PixelSamples& samples, RayCounters& counters);
+
+  IntegratorSettings settings_;
+};
+
+}  // namespace emberline

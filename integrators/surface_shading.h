@@ -1,0 +1,54 @@
+// From a hit to a frame and material values: the part that every integrator that shades shares.
+#pragma once
+
+#include "integrators/integrator.h"
+#include "renderer/scene/scene.h"
+#include "renderer/shading/bsdf.h"
+#include "renderer/shading/shading_normal.h"
+
+namespace emberline {
+
+// A surface point ready for light transport. Vectors are in internal space.
+struct ShadedPoint {
+  SurfaceInteraction surface;
+  SurfaceFrame frame;      // both normals on wo's side
+  Vec3f wo;                // towards the viewer, unit
+  MaterialPoint material;  // the material's values here
+
+  SurfaceBsdf bsdf() const {
+    return {material.bsdf, frame.shading.to_local(wo),
+            frame.shading.to_local(frame.geometric_normal)};
+  }
+  Vec3f spawn_origin(const Vec3f& direction) const {
+    return offset_ray_origin(surface.position, surface.geometric_normal, surface.offset, direction);
+  }
+};
+
+// `u_texture` drives the one-texel texture lookups of this point.
+inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& hit,
+                         float u_texture) {
+  ShadedPoint p;
+  p.surface = scene.interaction(hit);
+  p.wo = -ray.direction;
+  p.surface.material->evaluate(p.surface.attributes, u_texture, p.material);
+  Vec3f normal = p.surface.shading_normal;
+  if (p.material.has_normal_map) {
+    // The tangent's handedness already accounts for mirroring instances.
+    normal = mapped_normal(normal, p.surface.tangent, false, p.material.normal);
+  }
+  p.frame = make_surface_frame(p.surface.geometric_normal, p.surface.shading_normal, normal, p.wo);
+  return p;
+}
+
+// The AOVs of a camera ray's first surface, as far as the batch asks for them.
+inline void fill_first_hit(const SampleBatch& batch, const ShadedPoint& point,
+                           const SurfaceBsdf& bsdf, FirstHit* out) {
+  if (batch.hit_id) out->id = point.surface.instance + 1;
+  if (!batch.surface_aovs) return;
+  out->hit = true;
+  out->albedo = point.surface.material->unlit() ? point.material.emission : bsdf.albedo();
+  out->normal = point.frame.shading.normal;
+  out->depth = float(double(batch.camera.axial_depth(point.surface.position)) / batch.scene.scale());
+}
+
+}  // namespace emberline

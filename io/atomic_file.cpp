@@ -1,0 +1,154 @@
+#include "io/atomic_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <system_error>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+[[noreturn]] void fail(const std::string& path, const std::string& what, int error) {
+  throw RenderError("cannot write " + path + ": " + what +
+                    (error ? ": " + std::generic_category().message(error) : ""));
+}
+
+// The file that `path` names once symbolic links are followed; `path` itself when nothing is there
+// yet, or when the link dangles.
+std::string resolve_links(const std::string& path) {
+  const std::unique_ptr<char, decltype(&std::free)> resolved(::realpath(path.c_str(), nullptr),
+                                                             &std::free);
+  return resolved ? std::string(resolved.get()) : path;
+}
+
+std::string folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
+
+// Opens a new file beside `target`; its name ends in the process id so that two renders into one
+// folder do not meet, and in a number when a killed process of the same id left one behind.
+int open_beside(const std::string& target, mode_t mode, std::string* temporary) {
+  const std::filesystem::path path(target);
+  // Leaves room for the suffix: a target's name may use all of NAME_MAX.
+  const std::string name = path.filename().string().substr(0, NAME_MAX - 32);
+  const std::string stem =
+      (path.parent_path() / name).string() + ".part-" + std::to_string(getpid());
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    *temporary = attempt == 0 ? stem : stem + "-" + std::to_string(attempt);
+    const int descriptor =
+        ::open(temporary->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+    if (descriptor >= 0 || errno != EEXIST) return descriptor;
+  }
+  return -1;
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolve_links(path)) {
+  if (path.empty()) throw RenderError("cannot write: the output path is empty");
+  struct stat status = {};
+  const bool exists = ::stat(target_.c_str(), &status) == 0;
+  if (exists && S_ISDIR(status.st_mode)) fail(path_, "it is a folder; name a file", 0);
+  if (exists && !S_ISREG(status.st_mode)) fail(path_, "it is not a regular file", 0);
+  if (exists && ::access(target_.c_str(), W_OK) != 0) fail(path_, "it is write-protected", errno);
+  if (std::filesystem::path(target_).filename().empty()) {
+    fail(path_, "it ends in a slash; name a file", 0);
+  }
+
+  descriptor_ = open_beside(target_, 0666, &temporary_);
+  if (descriptor_ < 0) {
+    const int error = errno;
+    temporary_.clear();
+    const std::string folder = folder_of(target_);
+    fail(path_,
+         error == ENOENT ? "the folder " + folder + " does not exist"
+                         : "cannot create a file in the folder " + folder,
+         error == ENOENT ? 0 : error);
+  }
+  // Best effort: on some file systems permissions cannot be changed, which is no reason to stop.
+  if (exists && ::fchmod(descriptor_, status.st_mode & 07777) != 0) errno = 0;
+}
+
+AtomicFile::~AtomicFile() { discard(); }
+
+void AtomicFile::discard() noexcept {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  descriptor_ = -1;
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  temporary_.clear();
+}
+
+int AtomicFile::try_write_at(const void* bytes, size_t count, uint64_t offset) noexcept {
+  const char* next = static_cast<const char*>(bytes);
+  while (count > 0) {
+    const ssize_t written = ::pwrite(descriptor_, next, count, off_t(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    if (written == 0) return ENOSPC;
+    next += written;
+    count -= size_t(written);
+    offset += uint64_t(written);
+  }
+  return 0;
+}
+
+void AtomicFile::write_at(const void* bytes, size_t count, uint64_t offset) {
+  if (const int error = try_write_at(bytes, count, offset)) fail(path_, "writing failed", error);
+}
+
+void AtomicFile::commit() {
+  // EINVAL: a file system that cannot flush says so; that is not a loss of data.
+  int error = ::fsync(descriptor_) != 0 && errno != EINVAL ? errno : 0;
+  // Some network file systems report a full disk only here.
+  if (::close(descriptor_) != 0 && error == 0) error = errno;
+  descriptor_ = -1;
+  if (error == 0 && ::rename(temporary_.c_str(), target_.c_str()) != 0) error = errno;
+  if (error != 0) {
+    discard();
+    fail(path_, "finishing the file failed", error);
+  }
+  temporary_.clear();
+
+  // The new name survives a power cut only once the folder is flushed too. The file is whole
+  // either way, so a file system that cannot do this is left alone.
+  const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder >= 0) {
+    ::fsync(folder);
+    ::close(folder);
+  }
+}
+
+void write_file_atomically(const std::string& path, std::string_view bytes) {
+  struct stat status = {};
+  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) {
+    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (descriptor < 0) fail(path, "cannot open it", errno);
+    int error = 0;
+    while (!bytes.empty() && error == 0) {
+      const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+      if (written >= 0) {
+        bytes.remove_prefix(size_t(written));
+      } else if (errno != EINTR) {
+        error = errno;
+      }
+    }
+    ::close(descriptor);
+    if (error) fail(path, "writing failed", error);
+    return;
+  }
+  AtomicFile file(path);
+  file.write_at(bytes.data(), bytes.size(), 0);
+  file.commit();
+}
+
+}  // namespace emberline

@@ -1,0 +1,49 @@
+// Files that appear whole or not at all: written beside their target, flushed to disk, renamed.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace emberline {
+
+// A file under a temporary name in its target's folder ("out.exr.part-<pid>"), which takes the
+// target's place in commit(). Destroyed without commit() it leaves nothing behind, and what stood
+// under the target's name before is untouched.
+//
+// A target that is a symbolic link stays one: the file it points to is replaced. The permissions
+// of a replaced file are kept. All errors are RenderError, one line that names the target.
+class AtomicFile {
+ public:
+  // Throws when the target is a folder, a device or write-protected, or its folder is not writable.
+  explicit AtomicFile(const std::string& path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  // Thread-safe for disjoint ranges. Throws (disk full, I/O error).
+  void write_at(const void* bytes, size_t count, uint64_t offset);
+
+  // As write_at, for callers that cannot be thrown through: 0, or the errno.
+  int try_write_at(const void* bytes, size_t count, uint64_t offset) noexcept;
+
+  // Flushes the file, renames it and flushes the folder. Throws; the temporary file is then gone.
+  void commit();
+
+  const std::string& path() const { return path_; }  // as the caller gave it
+
+ private:
+  void discard() noexcept;
+
+  std::string path_;       // for messages
+  std::string target_;     // path_ with symbolic links resolved
+  std::string temporary_;  // empty once renamed or removed
+  int descriptor_ = -1;
+};
+
+// Writes the whole of `bytes` as above. A target that is a pipe or a device (/dev/stdout) cannot be
+// renamed onto and is written to directly. Throws RenderError.
+void write_file_atomically(const std::string& path, std::string_view bytes);
+
+}  // namespace emberline

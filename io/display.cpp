@@ -1,0 +1,249 @@
+#include "io/display.h"
+
+#include <OpenColorIO/OpenColorIO.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <mutex>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+
+namespace emberline {
+namespace {
+
+namespace ocio = OCIO_NAMESPACE;
+
+// Largest finite half: what a display transform may rely on (its tables are indexed by half).
+constexpr float kLargestHalf = 65504.0f;
+
+// Names under which configs in use keep "linear light, Rec. 709 primaries, D65": the ACES configs
+// of OpenColorIO 2, those of OpenColorIO 1 (ACES 1.0.3 to 1.2), Blender's, and older studio ones.
+constexpr std::array kLinearRec709Names = {"Linear Rec.709 (sRGB)",
+                                           "lin_rec709_srgb",
+                                           "lin_rec709",
+                                           "Linear Rec.709",
+                                           "Utility - Linear - sRGB",
+                                           "Utility - Linear - Rec.709",
+                                           "lin_srgb",
+                                           "Linear - sRGB"};
+
+std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  return text;
+}
+
+std::string one_line(std::string text) {
+  std::ranges::replace(text, '\n', ' ');
+  return text;
+}
+
+ocio::BuiltinTransformRcPtr builtin(const char* style, ocio::TransformDirection direction) {
+  const ocio::BuiltinTransformRcPtr transform = ocio::BuiltinTransform::Create();
+  transform->setStyle(style);
+  transform->setDirection(direction);
+  return transform;
+}
+
+// Linear Rec. 709 to ACES2065-1, with the chromatic adaptation (Bradford, D65 to the ACES white)
+// that OpenColorIO's own matrices contain.
+ocio::GroupTransformRcPtr rec709_to_aces() {
+  const ocio::GroupTransformRcPtr group = ocio::GroupTransform::Create();
+  group->appendTransform(
+      builtin("UTILITY - ACES-AP1_to_LINEAR-REC709_BFD", ocio::TRANSFORM_DIR_INVERSE));
+  group->appendTransform(builtin("ACEScg_to_ACES2065-1", ocio::TRANSFORM_DIR_FORWARD));
+  return group;
+}
+
+// Clamp, then the curve of IEC 61966-2-1: slope 12.92 near black, 1.055 x^(1/2.4) - 0.055 above.
+ocio::GroupTransformRcPtr srgb_curve() {
+  const ocio::RangeTransformRcPtr clamp = ocio::RangeTransform::Create();
+  clamp->setStyle(ocio::RANGE_CLAMP);
+  clamp->setMinInValue(0.0);
+  clamp->setMinOutValue(0.0);
+  clamp->setMaxInValue(1.0);
+  clamp->setMaxOutValue(1.0);
+  const ocio::ExponentWithLinearTransformRcPtr curve = ocio::ExponentWithLinearTransform::Create();
+  curve->setGamma({2.4, 2.4, 2.4, 1.0});
+  curve->setOffset({0.055, 0.055, 0.055, 0.0});
+  curve->setDirection(ocio::TRANSFORM_DIR_INVERSE);
+  const ocio::GroupTransformRcPtr group = ocio::GroupTransform::Create();
+  group->appendTransform(clamp);
+  group->appendTransform(curve);
+  return group;
+}
+
+ocio::GroupTransformRcPtr aces_sdr_on_srgb() {
+  const ocio::GroupTransformRcPtr group = rec709_to_aces();
+  group->appendTransform(builtin("ACES-OUTPUT - ACES2065-1_to_CIE-XYZ-D65 - SDR-VIDEO_1.0",
+                                 ocio::TRANSFORM_DIR_FORWARD));
+  group->appendTransform(builtin("DISPLAY - CIE-XYZ-D65_to_sRGB", ocio::TRANSFORM_DIR_FORWARD));
+  return group;
+}
+
+void add_space(const ocio::ConfigRcPtr& config, const char* name, bool data,
+               const ocio::ConstTransformRcPtr& from_linear_rec709) {
+  const ocio::ColorSpaceRcPtr space = ocio::ColorSpace::Create();
+  space->setName(name);
+  space->setIsData(data);
+  if (from_linear_rec709) {
+    space->setTransform(from_linear_rec709, ocio::COLORSPACE_DIR_FROM_REFERENCE);
+  }
+  config->addColorSpace(space);
+}
+
+// Reference space: linear Rec. 709 itself.
+ocio::ConstConfigRcPtr built_in_config() {
+  const ocio::ConfigRcPtr config = ocio::Config::Create();
+  config->setMajorVersion(2);
+  add_space(config, "lin_rec709", false, nullptr);
+  add_space(config, "sRGB", false, srgb_curve());
+  add_space(config, "ACES SDR on sRGB", false, aces_sdr_on_srgb());
+  add_space(config, "raw", true, nullptr);
+  config->setRole(ocio::ROLE_SCENE_LINEAR, "lin_rec709");
+  config->setRole(ocio::ROLE_DEFAULT, "raw");
+  config->addDisplayView("sRGB", "sRGB", "sRGB", "");
+  config->addDisplayView("sRGB", "ACES", "ACES SDR on sRGB", "");
+  config->addDisplayView("sRGB", "Raw", "raw", "");
+  return config;
+}
+
+// The name as the config spells it; `chosen` empty gives `fallback`. `owner` is whose names these
+// are, for the message.
+std::string find_name(const std::string& kind, const std::string& owner, const std::string& chosen,
+                      const std::vector<std::string>& names, const std::string& fallback) {
+  if (chosen.empty()) return fallback;
+  std::string list;
+  for (const std::string& name : names) {
+    if (lower(name) == lower(chosen)) return name;
+    list += (list.empty() ? "" : ", ") + name;
+  }
+  throw UsageError("unknown " + kind + " \"" + chosen + "\" of " + owner +
+                   "; valid names are: " + (list.empty() ? "(none)" : list));
+}
+
+struct Source {
+  std::string space;     // the config's space that pixels enter it in
+  bool to_aces = false;  // they are converted to ACES2065-1 first
+};
+
+Source find_source(const ocio::ConstConfigRcPtr& config, const std::string& place) {
+  for (const char* name : kLinearRec709Names) {
+    if (const ocio::ConstColorSpaceRcPtr space = config->getColorSpace(name)) {
+      return {space->getName(), false};
+    }
+  }
+  if (config->hasRole("aces_interchange")) return {"aces_interchange", true};
+  const ocio::ConstColorSpaceRcPtr space = config->getColorSpace(ocio::ROLE_SCENE_LINEAR);
+  if (!space) {
+    throw InputError(place,
+                     "has neither a linear Rec. 709 space nor the roles aces_interchange or "
+                     "scene_linear; unset OCIO to use the built-in config");
+  }
+  log_warning(place +
+              ": no linear Rec. 709 space and no role aces_interchange; pixels are taken as " +
+              space->getName());
+  return {space->getName(), false};
+}
+
+float bounded(float value) {
+  return std::isnan(value) ? 0.0f : std::clamp(value, -kLargestHalf, kLargestHalf);
+}
+
+}  // namespace
+
+struct DisplayTransform::Impl {
+  float scale = 1.0f;                    // 2^exposure
+  ocio::ConstCPUProcessorRcPtr to_aces;  // may be null
+  ocio::ConstCPUProcessorRcPtr to_display;
+  std::string description;
+  bool srgb = false;
+};
+
+DisplayTransform::DisplayTransform(const DisplaySettings& settings) {
+  // OpenColorIO's remarks go the way of all messages; its errors come as exceptions.
+  static std::once_flag logging;
+  std::call_once(logging, [] {
+    ocio::SetLoggingFunction([](const char* message) { log_verbose(one_line(message)); });
+  });
+  if (!std::isfinite(settings.exposure)) throw UsageError("the exposure is not a finite number");
+
+  auto impl = std::make_unique<Impl>();
+  impl->scale = std::exp2(settings.exposure);
+
+  const char* const variable = std::getenv("OCIO");
+  const bool built_in = !variable || !*variable;
+  const std::string place = built_in ? "the built-in OpenColorIO config" : variable;
+  try {
+    const ocio::ConstConfigRcPtr config =
+        built_in ? built_in_config() : ocio::Config::CreateFromFile(variable);
+    const Source source = find_source(config, place);
+
+    std::vector<std::string> displays, views, looks;
+    for (int i = 0; i < config->getNumDisplays(); ++i) displays.emplace_back(config->getDisplay(i));
+    const std::string display =
+        find_name("display", place, settings.display, displays, config->getDefaultDisplay());
+    for (int i = 0; i < config->getNumViews(display.c_str()); ++i) {
+      views.emplace_back(config->getView(display.c_str(), i));
+    }
+    const std::string view = find_name("view", "display \"" + display + "\"", settings.view, views,
+                                       config->getDefaultView(display.c_str()));
+    for (int i = 0; i < config->getNumLooks(); ++i) {
+      looks.emplace_back(config->getLookNameByIndex(i));
+    }
+    const std::string look = find_name("look", place, settings.look, looks, "");
+
+    const ocio::DisplayViewTransformRcPtr transform = ocio::DisplayViewTransform::Create();
+    transform->setSrc(source.space.c_str());
+    transform->setDisplay(display.c_str());
+    transform->setView(view.c_str());
+    const ocio::LegacyViewingPipelineRcPtr pipeline = ocio::LegacyViewingPipeline::Create();
+    pipeline->setDisplayViewTransform(transform);
+    if (!look.empty()) {
+      pipeline->setLooksOverrideEnabled(true);
+      pipeline->setLooksOverride(look.c_str());
+    }
+    // Lossless: without the fast approximations of log and power, whose error is one in the last
+    // bit of 12, and which differ between kinds of processor.
+    impl->to_display = pipeline->getProcessor(config, config->getCurrentContext())
+                           ->getOptimizedCPUProcessor(ocio::OPTIMIZATION_LOSSLESS);
+
+    const char* const view_space =
+        config->getDisplayViewColorSpaceName(display.c_str(), view.c_str());
+    const ocio::ConstColorSpaceRcPtr shown = config->getColorSpace(view_space ? view_space : "");
+    const bool raw = shown && shown->isData();
+    if (source.to_aces && !raw) {
+      impl->to_aces = config->getProcessor(rec709_to_aces())
+                          ->getOptimizedCPUProcessor(ocio::OPTIMIZATION_LOSSLESS);
+    }
+    impl->srgb = !raw && lower(display).find("srgb") != std::string::npos;
+    impl->description =
+        (built_in ? std::string("built-in") : place) + ": " + display + " / " + view;
+    if (!look.empty()) impl->description += " / look " + look;
+    if (!built_in) impl->description += " (from " + source.space + ")";
+  } catch (const ocio::Exception& error) {
+    throw InputError(place, one_line(error.what()) + (built_in ? "" : " (named by $OCIO)"));
+  }
+  impl_ = std::move(impl);
+}
+
+DisplayTransform::~DisplayTransform() = default;
+
+void DisplayTransform::apply(float* rgb, size_t pixel_count) const {
+  if (pixel_count == 0) return;
+  const size_t count = 3 * pixel_count;
+  for (size_t i = 0; i < count; ++i) rgb[i] = bounded(rgb[i] * impl_->scale);
+  ocio::PackedImageDesc image(rgb, long(pixel_count), 1, 3);
+  if (impl_->to_aces) impl_->to_aces->apply(image);
+  impl_->to_display->apply(image);
+  for (size_t i = 0; i < count; ++i) rgb[i] = bounded(rgb[i]);
+}
+
+std::string DisplayTransform::describe() const { return impl_->description; }
+
+bool DisplayTransform::is_srgb() const { return impl_->srgb; }
+
+}  // namespace emberline

@@ -1,0 +1,43 @@
+#include "io/gltf.h"
+
+#include <tiny_gltf.h>
+
+#include <new>
+
+#include "io/gltf_document.h"
+#include "io/gltf_extensions.h"
+#include "io/gltf_images.h"
+#include "io/gltf_material.h"
+#include "io/gltf_model.h"
+#include "io/gltf_scene.h"
+#include "renderer/core/errors.h"
+
+namespace emberline {
+
+SceneDescription load_gltf(const std::string& path, const GltfOptions& options) try {
+  GltfDocument document = open_gltf_document(path);
+  load_gltf_buffers(document);
+  check_gltf_accessors(document);
+  check_gltf_nodes(document);
+  check_gltf_skins(document);
+  const auto model = parse_gltf_model(document);
+
+  SceneDescription scene;
+  scene.file = path;
+  scene.generator = model->asset.generator;
+  report_extensions(document, scene.coverage);
+  if (!model->animations.empty() || !document.array("animations").empty()) {
+    report_ignored(path, "animations (at rest)", scene.coverage);
+  }
+  scene.materials = read_materials(document, *model, scene.coverage);
+  load_scene_graph(document, *model, scene);
+  load_images(document, options, scene);
+  return scene;
+} catch (const std::bad_alloc&) {
+  throw InputError(path, "there is not enough memory to load it");
+} catch (const nlohmann::json::exception& error) {
+  // check_schema leaves nothing to trip over; if something did, it is the file's fault still.
+  throw InputError(path, std::string("unexpected structure: ") + error.what());
+}
+
+}  // namespace emberline

@@ -1,0 +1,138 @@
+#include "io/gltf_accessor.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+template <class T>
+T load(const uint8_t* bytes) {
+  T value;  // data may be misaligned
+  std::memcpy(&value, bytes, sizeof(T));
+  return value;
+}
+
+uint32_t read_unsigned(const uint8_t* bytes, int component_type) {
+  switch (component_type) {
+    case 5121:
+      return load<uint8_t>(bytes);
+    case 5123:
+      return load<uint16_t>(bytes);
+    default:
+      return load<uint32_t>(bytes);
+  }
+}
+
+void check_zeros(const GltfDocument& document, const GltfAccessor& accessor,
+                 const std::string& place) {
+  if (accessor.view >= 0 || accessor.count <= document.most_zeros) return;
+  throw InputError(place, "its accessor announces " + std::to_string(accessor.count) +
+                              " elements without data, more than the size of the file bears out");
+}
+
+// Calls visit(element, bytes) for each sparse replacement, in file order.
+template <class Visit>
+void for_each_sparse(const GltfDocument& document, const GltfAccessor& accessor,
+                     const std::string& place, const Visit& visit) {
+  const GltfAccessor::Sparse& sparse = accessor.sparse;
+  if (sparse.count == 0) return;
+  const size_t index_size = sparse.index_type == 5121 ? 1 : sparse.index_type == 5123 ? 2 : 4;
+  const size_t element_size = size_t(accessor.component_size * accessor.components);
+  const uint8_t* indices = document.views[size_t(sparse.index_view)].data() + sparse.index_offset;
+  const uint8_t* values = document.views[size_t(sparse.value_view)].data() + sparse.value_offset;
+  for (size_t i = 0; i < sparse.count; ++i) {
+    const uint32_t element = read_unsigned(indices + i * index_size, sparse.index_type);
+    if (element >= accessor.count) {
+      throw InputError(place, "a sparse index of its accessor is " + std::to_string(element) +
+                                  ", the accessor has " + std::to_string(accessor.count) +
+                                  " elements");
+    }
+    visit(element, values + i * element_size);
+  }
+}
+
+}  // namespace
+
+float read_component(const uint8_t* bytes, int component_type, bool normalized) {
+  switch (component_type) {
+    case 5120: {
+      const float value = load<int8_t>(bytes);
+      return normalized ? std::max(value / 127.0f, -1.0f) : value;
+    }
+    case 5121: {
+      const float value = load<uint8_t>(bytes);
+      return normalized ? value / 255.0f : value;
+    }
+    case 5122: {
+      const float value = load<int16_t>(bytes);
+      return normalized ? std::max(value / 32767.0f, -1.0f) : value;
+    }
+    case 5123: {
+      const float value = load<uint16_t>(bytes);
+      return normalized ? value / 65535.0f : value;
+    }
+    case 5125: {
+      const double value = load<uint32_t>(bytes);
+      return float(normalized ? value / 4294967295.0 : value);
+    }
+    default:
+      return load<float>(bytes);
+  }
+}
+
+std::vector<float> read_floats(const GltfDocument& document, int index, int components,
+                               const std::string& place) {
+  const GltfAccessor& accessor = document.accessors[size_t(index)];
+  if (accessor.components != components) {
+    throw InputError(place, "accessor " + std::to_string(index) + " has " +
+                                std::to_string(accessor.components) + " components, expected " +
+                                std::to_string(components));
+  }
+  check_zeros(document, accessor, place);
+  std::vector<float> values(accessor.count * uint64_t(components), 0.0f);
+  const int type = accessor.component_type;
+  const auto convert = [&](size_t element, const uint8_t* bytes) {
+    float* out = values.data() + element * size_t(components);
+    for (int c = 0; c < components; ++c) {
+      out[c] = read_component(bytes + c * accessor.component_size, type, accessor.normalized);
+    }
+  };
+  if (accessor.view >= 0) {
+    const uint8_t* bytes = document.views[size_t(accessor.view)].data() + accessor.offset;
+    const size_t element_size = size_t(components) * sizeof(float);
+    if (type == 5126 && accessor.stride == element_size) {
+      std::memcpy(values.data(), bytes, values.size() * sizeof(float));
+    } else {
+      for (size_t i = 0; i < accessor.count; ++i) convert(i, bytes + i * accessor.stride);
+    }
+  }
+  for_each_sparse(document, accessor, place, convert);
+  return values;
+}
+
+std::vector<uint32_t> read_indices(const GltfDocument& document, int index,
+                                   const std::string& place) {
+  const GltfAccessor& accessor = document.accessors[size_t(index)];
+  const int type = accessor.component_type;
+  if (accessor.components != 1 || (type != 5121 && type != 5123 && type != 5125)) {
+    throw InputError(
+        place, "accessor " + std::to_string(index) + " does not hold unsigned integer scalars");
+  }
+  check_zeros(document, accessor, place);
+  std::vector<uint32_t> values(accessor.count, 0);
+  if (accessor.view >= 0) {
+    const uint8_t* bytes = document.views[size_t(accessor.view)].data() + accessor.offset;
+    for (size_t i = 0; i < accessor.count; ++i) {
+      values[i] = read_unsigned(bytes + i * accessor.stride, type);
+    }
+  }
+  for_each_sparse(document, accessor, place, [&](size_t element, const uint8_t* bytes) {
+    values[element] = read_unsigned(bytes, type);
+  });
+  return values;
+}
+
+}  // namespace emberline

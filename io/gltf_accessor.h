@@ -1,0 +1,23 @@
+// Elements of a checked accessor as floats or integers.
+#pragma once
+
+#include "io/gltf_document.h"
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+// All elements, components interleaved. Integers are normalised if the accessor says so
+// (specification section 3.11: signed c / (2^(n-1) - 1), at least -1), else kept as numbers.
+// Sparse values are applied. Throws InputError naming `place` if the accessor does not have
+// `components` components or its count is not borne out by data.
+std::vector<float> read_floats(const GltfDocument& document, int accessor, int components,
+                               const std::string& place);
+
+// Scalars of an unsigned integer type: vertex indices.
+std::vector<uint32_t> read_indices(const GltfDocument& document, int accessor,
+                                   const std::string& place);
+
+// One component at `bytes`; shared with the Draco reader.
+float read_component(const uint8_t* bytes, int component_type, bool normalized);
+
+}  // namespace emberline

@@ -1,0 +1,21 @@
+// Morph targets and skins at the file's rest pose.
+#pragma once
+
+#include "io/gltf_primitive.h"
+#include "renderer/scene/scene_description.h"
+
+namespace emberline {
+
+// Adds weight x displacement of each target to positions, normals, tangents, UVs and colours
+// (specification section 3.7.2.2). Throws InputError for more weights than targets.
+void apply_morph_targets(const PrimitiveReader& reader, const GltfDocument& document,
+                         const nlohmann::json& primitive, const std::string& pointer,
+                         const std::vector<double>& weights, MeshDescription& mesh);
+
+// Linear blend skinning (section 3.7.3.3) with the given bind-to-instance matrices; nothing when
+// there are none. Throws InputError for a joint out of range.
+void apply_skin(const PrimitiveReader& reader, const GltfDocument& document,
+                const std::string& pointer, const std::vector<Mat44d>& joints,
+                MeshDescription& mesh);
+
+}  // namespace emberline

@@ -1,0 +1,158 @@
+#include "io/gltf_draco.h"
+
+#include <draco/compression/config/compression_shared.h>
+#include <draco/compression/decode.h>
+#include <draco/core/varint_decoding.h>
+#include <draco/metadata/metadata_decoder.h>
+
+#include "io/gltf_accessor.h"
+#include "io/gltf_uri.h"
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+// The least a face or vertex can cost is not fixed by Draco (its entropy coder goes towards zero
+// for regular meshes). Real meshes need a bit or more per face; this limit, chosen by us, is 1/32
+// of a bit.
+constexpr uint64_t kMostPerByte = 256;
+
+// Draco allocates by the counts in its header before it reads what they count, so they are looked
+// at first. Layout: Draco bitstream specification 2.2, "Decode header", "Decode metadata",
+// "Decode connectivity data". Returns false for a stream that ends before its counts.
+bool peek_counts(ByteSpan encoded, uint64_t* faces, uint64_t* points, const std::string& place) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(encoded.data()), encoded.size());
+  char magic[5];
+  uint8_t major = 0, minor = 0, type = 0, method = 0;
+  uint16_t flags = 0;
+  if (!buffer.Decode(magic, sizeof(magic)) || std::string_view(magic, 5) != "DRACO" ||
+      !buffer.Decode(&major) || !buffer.Decode(&minor) || !buffer.Decode(&type) ||
+      !buffer.Decode(&method) || !buffer.Decode(&flags)) {
+    return false;
+  }
+  if (major != 2 || minor != 2) {
+    throw InputError(place, "Draco bitstream version " + std::to_string(major) + "." +
+                                std::to_string(minor) + " is not supported, glTF uses 2.2");
+  }
+  if (type != draco::TRIANGULAR_MESH) {
+    throw InputError(place, "the Draco data is not a triangle mesh");
+  }
+  buffer.set_bitstream_version(uint16_t(major << 8 | minor));
+  if (flags & METADATA_FLAG_MASK) {
+    draco::GeometryMetadata metadata;
+    draco::MetadataDecoder decoder;
+    if (!decoder.DecodeGeometryMetadata(&buffer, &metadata)) return false;
+  }
+  uint32_t face_count = 0, point_count = 0;
+  if (method == draco::MESH_EDGEBREAKER_ENCODING) {
+    uint8_t traversal = 0;
+    if (!buffer.Decode(&traversal) || !draco::DecodeVarint(&point_count, &buffer) ||
+        !draco::DecodeVarint(&face_count, &buffer)) {
+      return false;
+    }
+  } else if (!draco::DecodeVarint(&face_count, &buffer) ||
+             !draco::DecodeVarint(&point_count, &buffer)) {
+    return false;
+  }
+  *faces = face_count;
+  *points = point_count;
+  return true;
+}
+
+int component_type(draco::DataType type) {
+  switch (type) {
+    case draco::DT_INT8:
+      return 5120;
+    case draco::DT_UINT8:
+      return 5121;
+    case draco::DT_INT16:
+      return 5122;
+    case draco::DT_UINT16:
+      return 5123;
+    case draco::DT_UINT32:
+      return 5125;
+    case draco::DT_FLOAT32:
+      return 5126;
+    default:
+      return 0;
+  }
+}
+
+std::vector<float> read_attribute(const draco::Mesh& mesh, const DracoRequest& request,
+                                  const std::string& place) {
+  const std::string attribute_place = place + "/attributes/" + request.name;
+  const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(request.unique_id);
+  if (!attribute) {
+    throw InputError(attribute_place,
+                     "the Draco data has no attribute " + std::to_string(request.unique_id));
+  }
+  const int type = component_type(attribute->data_type());
+  if (type == 0 || attribute->num_components() != request.components) {
+    throw InputError(attribute_place, "the Draco attribute has another type than its accessor");
+  }
+  const size_t components = size_t(request.components);
+  const int64_t component_size = draco::DataTypeLength(attribute->data_type());
+  std::vector<float> values(size_t(mesh.num_points()) * components);
+  for (uint32_t i = 0; i < mesh.num_points(); ++i) {
+    const draco::AttributeValueIndex index = attribute->mapped_index(draco::PointIndex(i));
+    if (index.value() >= attribute->size()) {
+      throw InputError(attribute_place, "the Draco data is corrupt");
+    }
+    const uint8_t* bytes = attribute->GetAddress(index);
+    for (size_t c = 0; c < components; ++c) {
+      values[i * components + c] =
+          read_component(bytes + int64_t(c) * component_size, type, request.normalized);
+    }
+  }
+  return values;
+}
+
+}  // namespace
+
+DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& requests,
+                            uint64_t announced_indices, const std::string& place) {
+  uint64_t faces = 0, points = 0;
+  if (!peek_counts(encoded, &faces, &points, place)) {
+    throw InputError(place, "the Draco data is truncated or corrupt");
+  }
+  const uint64_t most = encoded.size() * kMostPerByte;
+  if (faces > most || points > most || faces * 3 > announced_indices) {
+    throw InputError(place, "the Draco data announces " + std::to_string(faces) + " faces and " +
+                                std::to_string(points) + " vertices, its accessor " +
+                                std::to_string(announced_indices) + " indices in " +
+                                std::to_string(encoded.size()) + " bytes");
+  }
+  std::unique_ptr<draco::Mesh> mesh;
+  try {
+    draco::DecoderBuffer buffer;
+    buffer.Init(reinterpret_cast<const char*>(encoded.data()), encoded.size());
+    draco::Decoder decoder;
+    auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+    if (!decoded.ok()) {
+      throw InputError(place, "the Draco data does not decode: " +
+                                  shortened(decoded.status().error_msg_string()));
+    }
+    mesh = std::move(decoded).value();
+  } catch (const std::bad_alloc&) {
+    throw InputError(place, "the Draco data asks for more memory than there is");
+  } catch (const std::length_error&) {
+    throw InputError(place, "the Draco data is corrupt");
+  }
+
+  DracoPrimitive primitive;
+  primitive.vertex_count = mesh->num_points();
+  primitive.indices.reserve(size_t(mesh->num_faces()) * 3);
+  for (uint32_t f = 0; f < mesh->num_faces(); ++f) {
+    for (const draco::PointIndex& point : mesh->face(draco::FaceIndex(f))) {
+      if (point.value() >= mesh->num_points()) throw InputError(place, "the Draco data is corrupt");
+      primitive.indices.push_back(point.value());
+    }
+  }
+  for (const DracoRequest& request : requests) {
+    primitive.attributes[request.name] = read_attribute(*mesh, request, place);
+  }
+  return primitive;
+}
+
+}  // namespace emberline

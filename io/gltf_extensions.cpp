@@ -1,0 +1,105 @@
+#include "io/gltf_extensions.h"
+
+#include <algorithm>
+
+#include "io/gltf_uri.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+
+namespace emberline {
+namespace {
+
+using enum ExtensionSupport;
+
+constexpr ExtensionInfo kExtensions[] = {
+    {"EXT_mesh_gpu_instancing", kHonoured, ""},
+    {"EXT_meshopt_compression", kHonoured, ""},
+    {"EXT_texture_webp", kHonoured, ""},
+    {"KHR_draco_mesh_compression", kHonoured, ""},
+    {"KHR_lights_punctual", kHonoured, ""},
+    {"KHR_materials_emissive_strength", kHonoured, ""},
+    {"KHR_materials_unlit", kHonoured, ""},
+    {"KHR_mesh_quantization", kHonoured, ""},
+    {"KHR_meshopt_compression", kHonoured, ""},
+    {"KHR_texture_transform", kHonoured, ""},
+
+    {"KHR_materials_variants", kApproximated, "default variant shown"},
+    {"KHR_materials_pbrSpecularGlossiness", kApproximatedIfOptional,
+     "converted to metallic-roughness, its specular texture is ignored"},
+
+    {"KHR_materials_anisotropy", kIgnored, "highlights are isotropic"},
+    {"KHR_materials_clearcoat", kIgnored, "no clear coat"},
+    {"KHR_materials_diffuse_transmission", kIgnored, "no diffuse transmission"},
+    {"KHR_materials_dispersion", kIgnored, "no dispersion"},
+    {"KHR_materials_ior", kIgnored, "the index of refraction is 1.5"},
+    {"KHR_materials_iridescence", kIgnored, "no iridescence"},
+    {"KHR_materials_sheen", kIgnored, "no sheen"},
+    {"KHR_materials_specular", kIgnored, "default specular reflection"},
+    {"KHR_materials_transmission", kIgnored, "surfaces are opaque"},
+    {"KHR_materials_volume", kIgnored, "no absorption"},
+    {"KHR_texture_basisu", kIgnored, "the fallback image is used"},
+};
+
+void add_once(std::vector<std::string>& list, const std::string& text) {
+  if (std::find(list.begin(), list.end(), text) == list.end()) list.push_back(text);
+}
+
+std::vector<std::string> names_in(const GltfDocument& document, const char* key) {
+  std::vector<std::string> names;
+  for (const auto& name : document.array(key)) add_once(names, name.get<std::string>());
+  return names;
+}
+
+}  // namespace
+
+const ExtensionInfo* find_extension_info(std::string_view name) {
+  const auto* found = std::find_if(std::begin(kExtensions), std::end(kExtensions),
+                                   [&](const ExtensionInfo& info) { return info.name == name; });
+  return found == std::end(kExtensions) ? nullptr : found;
+}
+
+void check_required_extensions(const GltfDocument& document) {
+  size_t i = 0;
+  for (const auto& element : document.array("extensionsRequired")) {
+    const std::string name = element.get<std::string>();
+    const ExtensionInfo* info = find_extension_info(name);
+    if (!info || (info->support != kHonoured && info->support != kApproximated)) {
+      throw InputError(document.place("/extensionsRequired/" + std::to_string(i)),
+                       "the file requires the extension " + shortened(name) +
+                           ", which is not supported; export it without");
+    }
+    ++i;
+  }
+}
+
+void report_ignored(const std::string& file, const std::string& what, CoverageReport& coverage) {
+  add_once(coverage.ignored, what);
+  log_warning(file + ": ignored: " + what);
+}
+
+void report_approximated(const std::string& file, const std::string& what,
+                         CoverageReport& coverage) {
+  add_once(coverage.approximated, what);
+  log_warning(file + ": approximated: " + what);
+}
+
+void report_extensions(const GltfDocument& document, CoverageReport& coverage) {
+  std::vector<std::string> names = names_in(document, "extensionsUsed");
+  for (const std::string& name : names_in(document, "extensionsRequired")) add_once(names, name);
+  for (const std::string& name : names) {
+    const ExtensionInfo* info = find_extension_info(name);
+    if (info && info->support == kHonoured) {
+      add_once(coverage.used, name);
+      continue;
+    }
+    const std::string text = info ? name + " (" + std::string(info->remark) + ")" : shortened(name);
+    if (!info || info->support == kIgnored) {
+      add_once(coverage.ignored, name);
+      log_warning(document.file + ": ignored: " + text);
+    } else {
+      report_approximated(document.file, text, coverage);
+    }
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,125 @@
+#include "io/gltf_images.h"
+
+#include <tbb/parallel_for.h>
+
+#include <exception>
+#include <map>
+
+#include "io/gltf_uri.h"
+#include "io/image_input.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+
+std::vector<TextureRef*> texture_slots(MaterialDescription& material) {
+  return {&material.base_color_texture, &material.metallic_roughness_texture,
+          &material.normal_texture, &material.emission_texture};
+}
+
+std::shared_ptr<const Image> decode(const GltfDocument& document, int index, uint64_t* non_finite) {
+  const json& object = document.json.at("images")[size_t(index)];
+  const std::string pointer = "/images/" + std::to_string(index);
+  const std::string place = document.place(pointer);
+  std::string name = object.value("name", "");
+  std::vector<uint8_t> owned;
+  ByteSpan encoded;
+  if (const json* view = find_member(object, "bufferView")) {
+    encoded = document.views[view->get<size_t>()];
+  } else if (const json* uri_member = find_member(object, "uri")) {
+    const std::string& uri = uri_member->get_ref<const std::string&>();
+    const std::string uri_place = place + "/uri";
+    if (is_data_uri(uri)) {
+      owned = decode_data_uri(uri, uri_place);
+    } else {
+      owned = read_whole_file(resolve_uri(uri, document.directory, uri_place), uri_place);
+      name = uri;
+    }
+    encoded = owned;
+  } else {
+    throw InputError(place, "the image has neither a uri nor a bufferView");
+  }
+  const std::string label = name.empty() ? place : place + " (" + shortened(name) + ")";
+  // Nobody else has seen it yet.
+  auto image = std::const_pointer_cast<Image>(decode_image(encoded, label, non_finite));
+  image->name = name.empty() ? "#" + pointer : name;
+  return image;
+}
+
+std::shared_ptr<const Image> one_texel(const std::string& name, std::array<uint8_t, 3> rgb) {
+  auto image = std::make_shared<Image>();
+  image->name = name;
+  image->width = image->height = 1;
+  image->channels = 3;
+  for (const uint8_t value : rgb) image->texels.push_back(std::byte(value));
+  return image;
+}
+
+struct DecodedImage {
+  std::shared_ptr<const Image> image;
+  uint64_t non_finite = 0;
+  std::exception_ptr error;
+};
+
+}  // namespace
+
+void load_images(const GltfDocument& document, const GltfOptions& options,
+                 SceneDescription& scene) {
+  std::map<int, int> numbers;  // glTF image -> index here
+  std::vector<int> wanted;
+  for (MaterialDescription& material : scene.materials) {
+    for (TextureRef* slot : texture_slots(material)) {
+      if (slot->image < 0) continue;
+      const auto [entry, is_new] = numbers.try_emplace(slot->image, int(wanted.size()));
+      if (is_new) wanted.push_back(slot->image);
+      slot->image = entry->second;
+    }
+  }
+
+  std::vector<DecodedImage> decoded(wanted.size());
+  tbb::parallel_for(size_t(0), wanted.size(), [&](size_t i) {
+    try {
+      decoded[i].image = decode(document, wanted[i], &decoded[i].non_finite);
+    } catch (...) {
+      decoded[i].error = std::current_exception();
+    }
+  });
+
+  int flat_normal = -1;
+  for (size_t i = 0; i < wanted.size(); ++i) {
+    DecodedImage& result = decoded[i];
+    scene.repairs.non_finite_texels += result.non_finite;
+    if (!result.error) {
+      scene.images.push_back(result.image);
+      continue;
+    }
+    if (!options.lenient) std::rethrow_exception(result.error);
+    try {
+      std::rethrow_exception(result.error);
+    } catch (const InputError& error) {
+      log_warning(std::string(error.what()) + "; a neutral colour takes its place");
+    }
+    ++scene.repairs.replaced_images;
+    scene.images.push_back(
+        one_texel("replaced image " + std::to_string(wanted[i]), {255, 255, 255}));
+  }
+  for (MaterialDescription& material : scene.materials) {
+    int& index = material.normal_texture.image;
+    if (index < 0 || !decoded[size_t(index)].error) continue;
+    if (flat_normal < 0) {
+      flat_normal = int(scene.images.size());
+      // 128 and not 127: (128/255) * 2 - 1 = 0.004, the common encoding of "straight up".
+      scene.images.push_back(one_texel("replaced normal map", {128, 128, 255}));
+    }
+    index = flat_normal;
+  }
+  if (scene.repairs.non_finite_texels > 0) {
+    log_warning(document.file + ": " + std::to_string(scene.repairs.non_finite_texels) +
+                " texels were not finite and are taken for 0");
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,15 @@
+// The images that materials use, decoded in parallel.
+#pragma once
+
+#include "io/gltf.h"
+#include "io/gltf_document.h"
+
+namespace emberline {
+
+// Decodes the glTF images that `scene.materials` name (TextureRef::image holds glTF indices on
+// entry), fills scene.images and renumbers the references. Images that nobody uses are not read.
+// Counts and warns of repairs. Throws InputError for an image that is missing or does not decode,
+// unless options.lenient: then it becomes white, or a flat normal where a normal map is wanted.
+void load_images(const GltfDocument& document, const GltfOptions& options, SceneDescription& scene);
+
+}  // namespace emberline

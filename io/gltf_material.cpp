@@ -1,0 +1,173 @@
+#include "io/gltf_material.h"
+
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/gltf_extensions.h"
+#include "io/gltf_specular_glossiness.h"
+#include "io/gltf_uri.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+
+WrapMode wrap_mode(int code, const std::string& place) {
+  switch (code) {
+    case 10497:
+      return WrapMode::kRepeat;
+    case 33648:
+      return WrapMode::kMirroredRepeat;
+    case 33071:
+      return WrapMode::kClampToEdge;
+    default:
+      throw InputError(place, "unknown wrap mode " + std::to_string(code));
+  }
+}
+
+// KHR_texture_transform: uv' = translation * rotation * scale * uv, with the rotation as its
+// README writes it (counter-clockwise in a space with v downwards).
+std::array<float, 6> transform_matrix(const json& extension) {
+  const std::vector<double> offset = extension.value("offset", std::vector<double>{0.0, 0.0});
+  const std::vector<double> scale = extension.value("scale", std::vector<double>{1.0, 1.0});
+  const double angle = extension.value("rotation", 0.0);
+  const double c = std::cos(angle), s = std::sin(angle);
+  return {float(c * scale[0]),  float(s * scale[1]), float(offset[0]),
+          float(-s * scale[0]), float(c * scale[1]), float(offset[1])};
+}
+
+class MaterialReader {
+ public:
+  MaterialReader(const GltfDocument& document, const tinygltf::Model& model,
+                 CoverageReport& coverage)
+      : document_(document), model_(model), coverage_(coverage) {}
+
+  MaterialDescription read(size_t i);
+
+ private:
+  // The slot `name` of `owner`; none when the member is absent.
+  TextureRef texture(const json& owner, const char* name, const std::string& pointer) const;
+  float unit(double value) {
+    if (value >= 0.0 && value <= 1.0) return float(value);
+    log_warning(document_.file + ": material factors outside [0, 1] are clamped");
+    return float(std::clamp(value, 0.0, 1.0));
+  }
+  void read_alpha(const tinygltf::Material& source, const std::string& pointer,
+                  MaterialDescription& material) const;
+
+  const GltfDocument& document_;
+  const tinygltf::Model& model_;
+  CoverageReport& coverage_;
+};
+
+TextureRef MaterialReader::texture(const json& owner, const char* name,
+                                   const std::string& pointer) const {
+  TextureRef ref;
+  const json* info = find_member(owner, name);
+  if (!info) return ref;
+  const size_t index = info->at("index").get<size_t>();
+  const tinygltf::Texture& source = model_.textures[index];
+  const json& texture_object = document_.json.at("textures")[index];
+  const json* webp = find_extension(texture_object, "EXT_texture_webp");
+  ref.image = webp ? webp->at("source").get<int>() : source.source;
+  if (ref.image < 0) {
+    throw InputError(document_.place("/textures/" + std::to_string(index)),
+                     "the texture of " + pointer + "/" + name +
+                         " has no image in a format that is supported (PNG, JPEG, WebP)");
+  }
+  ref.uv_set = info->value("texCoord", 0);
+  if (source.sampler >= 0) {
+    const tinygltf::Sampler& sampler = model_.samplers[size_t(source.sampler)];
+    const std::string place = document_.place("/samplers/" + std::to_string(source.sampler));
+    ref.wrap_s = wrap_mode(sampler.wrapS, place + "/wrapS");
+    ref.wrap_t = wrap_mode(sampler.wrapT, place + "/wrapT");
+    ref.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
+  }
+  if (const json* transform = find_extension(*info, "KHR_texture_transform")) {
+    ref.uv_transform = transform_matrix(*transform);
+    ref.uv_set = transform->value("texCoord", ref.uv_set);
+  }
+  return ref;
+}
+
+void MaterialReader::read_alpha(const tinygltf::Material& source, const std::string& pointer,
+                                MaterialDescription& material) const {
+  if (source.alphaMode == "MASK") {
+    material.alpha_mode = AlphaMode::kMask;
+  } else if (source.alphaMode == "BLEND") {
+    material.alpha_mode = AlphaMode::kBlend;
+  } else if (source.alphaMode != "OPAQUE" && !source.alphaMode.empty()) {
+    throw InputError(document_.place(pointer + "/alphaMode"),
+                     "unknown alphaMode \"" + shortened(source.alphaMode) +
+                         "\", expected OPAQUE, MASK or BLEND");
+  }
+  material.alpha_cutoff = float(source.alphaCutoff);
+}
+
+MaterialDescription MaterialReader::read(size_t i) {
+  const tinygltf::Material& source = model_.materials[i];
+  const json& object = document_.json.at("materials")[i];
+  const std::string pointer = "/materials/" + std::to_string(i);
+  static const json none = json::object();
+  const json* pbr_member = find_member(object, "pbrMetallicRoughness");
+  const json& pbr_object = pbr_member ? *pbr_member : none;
+  const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
+
+  MaterialDescription material;
+  material.name = source.name;
+  material.base_color = Rgb(unit(pbr.baseColorFactor.at(0)), unit(pbr.baseColorFactor.at(1)),
+                            unit(pbr.baseColorFactor.at(2)));
+  material.alpha = unit(pbr.baseColorFactor.at(3));
+  material.metallic = unit(pbr.metallicFactor);
+  material.roughness = unit(pbr.roughnessFactor);
+  const std::string pbr_pointer = pointer + "/pbrMetallicRoughness";
+  material.base_color_texture = texture(pbr_object, "baseColorTexture", pbr_pointer);
+  material.metallic_roughness_texture =
+      texture(pbr_object, "metallicRoughnessTexture", pbr_pointer);
+  material.normal_texture = texture(object, "normalTexture", pointer);
+  if (const json* normal = find_member(object, "normalTexture")) {
+    material.normal_scale = normal->value("scale", 1.0f);
+  }
+  material.emission_texture = texture(object, "emissiveTexture", pointer);
+  for (int c = 0; c < 3; ++c) {
+    material.emission[c] = float(std::max(source.emissiveFactor.at(size_t(c)), 0.0));
+  }
+  if (const json* strength = find_extension(object, "KHR_materials_emissive_strength")) {
+    material.emission *= strength->value("emissiveStrength", 1.0f);
+    if (!is_finite(material.emission)) {
+      throw InputError(document_.place(pointer + "/extensions/KHR_materials_emissive_strength"),
+                       "the emission is too large to be finite");
+    }
+  }
+  read_alpha(source, pointer, material);
+  material.double_sided = source.doubleSided;
+  material.unlit = find_extension(object, "KHR_materials_unlit") != nullptr;
+  if (object.contains("occlusionTexture")) {
+    report_ignored(document_.file, "occlusionTexture", coverage_);
+  }
+  // Where a file carries both, its own metallic-roughness values are the better fallback.
+  const json* glossy = find_extension(object, "KHR_materials_pbrSpecularGlossiness");
+  if (glossy && !pbr_member) {
+    convert_specular_glossiness(*glossy, material);
+    material.base_color_texture = texture(
+        *glossy, "diffuseTexture", pointer + "/extensions/KHR_materials_pbrSpecularGlossiness");
+  }
+  return material;
+}
+
+}  // namespace
+
+std::vector<MaterialDescription> read_materials(const GltfDocument& document,
+                                                const tinygltf::Model& model,
+                                                CoverageReport& coverage) {
+  MaterialReader reader(document, model, coverage);
+  std::vector<MaterialDescription> materials;
+  for (size_t i = 0; i < model.materials.size(); ++i) materials.push_back(reader.read(i));
+  return materials;
+}
+
+}  // namespace emberline

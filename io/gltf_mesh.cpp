@@ -1,0 +1,230 @@
+#include "io/gltf_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/gltf_deform.h"
+#include "io/gltf_primitive.h"
+#include "io/gltf_tangents.h"
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+using Triangle = std::array<uint32_t, 3>;
+
+constexpr const char* kModeNames[] = {"POINTS",    "LINES",          "LINE_LOOP",   "LINE_STRIP",
+                                      "TRIANGLES", "TRIANGLE_STRIP", "TRIANGLE_FAN"};
+enum Mode { kTriangles = 4, kTriangleStrip = 5, kTriangleFan = 6 };
+
+template <class Vector>
+std::vector<Vector> to_vectors(const std::vector<float>& values) {
+  constexpr size_t kSize = sizeof(Vector) / sizeof(float);
+  std::vector<Vector> vectors(values.size() / kSize);
+  for (size_t i = 0; i < vectors.size(); ++i) {
+    for (size_t c = 0; c < kSize; ++c) vectors[i][int(c)] = values[i * kSize + c];
+  }
+  return vectors;
+}
+
+// Specification section 3.7.2.1: every second triangle of a strip is turned over, a fan starts
+// with its spokes' ends. Surplus vertices at the end make no triangle.
+std::vector<Triangle> unroll(const std::vector<uint32_t>& indices, int mode) {
+  std::vector<Triangle> triangles;
+  if (mode == kTriangles) {
+    triangles.reserve(indices.size() / 3);
+    for (size_t i = 0; i + 2 < indices.size(); i += 3) {
+      triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
+    }
+    return triangles;
+  }
+  triangles.reserve(indices.size());
+  for (size_t i = 0; i + 2 < indices.size(); ++i) {
+    if (mode == kTriangleFan) {
+      triangles.push_back({indices[i + 1], indices[i + 2], indices[0]});
+    } else {
+      const size_t odd = i % 2;
+      triangles.push_back({indices[i], indices[i + 1 + odd], indices[i + 2 - odd]});
+    }
+  }
+  return triangles;
+}
+
+// Collinear to the last digits that double keeps of a cross product of float edges (a few 2^-53
+// of the longest edge squared).
+constexpr double kCollinear = 1e-15;
+
+bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const Vec3d e1 = b - a, e2 = c - a, e3 = c - b;
+  const double longest2 = std::max(dot(e1, e1), std::max(dot(e2, e2), dot(e3, e3)));
+  const Vec3d normal = cross(e1, e2);
+  return !(std::sqrt(dot(normal, normal)) > kCollinear * longest2);
+}
+
+void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
+  const auto is_bad = [&](const Triangle& t) {
+    const Vec3f &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+    if (!is_finite(a) || !is_finite(b) || !is_finite(c)) {
+      ++repairs.non_finite_triangles;
+      return true;
+    }
+    if (is_degenerate(Vec3d(a), Vec3d(b), Vec3d(c))) {
+      ++repairs.degenerate_triangles;
+      return true;
+    }
+    return false;
+  };
+  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), is_bad),
+                       mesh.triangles.end());
+}
+
+// Keeps the vertices that triangles use. Some writers put a whole model into one vertex buffer
+// that each of its hundred primitives names; and a NaN must not reach anyone's bounding box.
+void drop_unused_vertices(MeshDescription& mesh) {
+  constexpr uint32_t kUnused = UINT32_MAX;
+  std::vector<uint32_t> renumbered(mesh.positions.size(), kUnused);
+  for (const Triangle& t : mesh.triangles) {
+    for (const uint32_t v : t) renumbered[v] = 0;
+  }
+  uint32_t used = 0;
+  for (uint32_t& entry : renumbered) {
+    if (entry != kUnused) entry = used++;
+  }
+  if (used == renumbered.size()) return;
+  const auto compact = [&](auto& values) {
+    if (values.empty()) return;
+    for (size_t v = 0; v < renumbered.size(); ++v) {
+      if (renumbered[v] != kUnused) values[renumbered[v]] = values[v];
+    }
+    values.resize(used);
+    values.shrink_to_fit();
+  };
+  compact(mesh.positions);
+  compact(mesh.normals);
+  compact(mesh.tangents);
+  compact(mesh.colors);
+  for (auto& uv : mesh.uv_sets) compact(uv);
+  for (Triangle& t : mesh.triangles) {
+    for (uint32_t& v : t) v = renumbered[v];
+  }
+}
+
+int last_used_uv_set(const MaterialDescription& material) {
+  int last = 0;
+  for (const TextureRef* texture :
+       {&material.base_color_texture, &material.metallic_roughness_texture,
+        &material.normal_texture, &material.emission_texture}) {
+    if (texture->image >= 0) last = std::max(last, texture->uv_set);
+  }
+  return last;
+}
+
+bool uses_uv_set(const MaterialDescription& material, int set) {
+  for (const TextureRef* texture :
+       {&material.base_color_texture, &material.metallic_roughness_texture,
+        &material.normal_texture, &material.emission_texture}) {
+    if (texture->image >= 0 && texture->uv_set == set) return true;
+  }
+  return false;
+}
+
+// UV sets that the material names; those the primitive lacks become (0, 0) everywhere.
+void read_uv_sets(const PrimitiveReader& reader, const MaterialDescription& material,
+                  LoadedMesh& loaded) {
+  MeshDescription& mesh = loaded.mesh;
+  const int last = last_used_uv_set(material);
+  for (int set = 0; set <= last; ++set) {
+    const std::string name = "TEXCOORD_" + std::to_string(set);
+    std::vector<Vec2f> uv;
+    if (reader.has(name) && (set == 0 || uses_uv_set(material, set))) {
+      uv = to_vectors<Vec2f>(reader.floats(name, 2));
+    } else if (uses_uv_set(material, set)) {
+      uv.assign(mesh.positions.size(), Vec2f(0.0f));
+      loaded.ignored.push_back("textures on " + mesh.name + ", which has no " + name);
+    }
+    for (Vec2f& v : uv) {
+      if (!std::isfinite(v.x) || !std::isfinite(v.y)) v = Vec2f(0.0f);
+    }
+    mesh.uv_sets.push_back(std::move(uv));
+  }
+}
+
+void read_colors(const PrimitiveReader& reader, MeshDescription& mesh) {
+  if (!reader.has("COLOR_0")) return;
+  const int components = reader.components("COLOR_0") == 3 ? 3 : 4;
+  const std::vector<float> values = reader.floats("COLOR_0", components);
+  mesh.colors.assign(mesh.positions.size(), Vec4f(1.0f));
+  for (size_t i = 0; i < mesh.colors.size(); ++i) {
+    for (int c = 0; c < components; ++c) {
+      const float value = values[i * size_t(components) + size_t(c)];
+      // The comparison is false for NaN as well.
+      mesh.colors[i][c] = value > 0.0f && value <= 3.4e38f ? value : 0.0f;
+    }
+  }
+}
+
+void normalise_directions(MeshDescription& mesh) {
+  for (Vec3f& n : mesh.normals) n = normalize_or(n, Vec3f(0.0f));
+  for (size_t i = 0; i < mesh.tangents.size(); ++i) {
+    Vec4f& t = mesh.tangents[i];
+    const Vec3f unit = normalize_or(Vec3f(t.x, t.y, t.z), Vec3f(0.0f));
+    t = is_black(unit) ? arbitrary_tangent(mesh.normals[i])
+                       : Vec4f(unit.x, unit.y, unit.z, t.w < 0.0f ? -1.0f : 1.0f);
+  }
+}
+
+}  // namespace
+
+LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
+                          const MeshPose& pose, const MaterialDescription& material) {
+  const json& mesh_object = document.json.at("meshes")[mesh_index];
+  const json& primitive = mesh_object.at("primitives")[primitive_index];
+  const std::string pointer =
+      "/meshes/" + std::to_string(mesh_index) + "/primitives/" + std::to_string(primitive_index);
+
+  LoadedMesh loaded;
+  MeshDescription& mesh = loaded.mesh;
+  std::string name = mesh_object.value("name", "");
+  if (name.empty()) name = "mesh " + std::to_string(mesh_index);
+  mesh.name = name + "/" + std::to_string(primitive_index);
+  mesh.material = primitive.value("material", -1);
+
+  const int mode = primitive.value("mode", int(kTriangles));
+  if (mode < kTriangles) {
+    loaded.ignored.push_back(std::string("primitive mode ") + kModeNames[mode]);
+    return loaded;
+  }
+  if (!primitive.at("attributes").contains("POSITION")) {
+    loaded.ignored.push_back("a primitive without POSITION");
+    return loaded;
+  }
+
+  const PrimitiveReader reader(document, primitive, pointer);
+  mesh.positions = to_vectors<Vec3f>(reader.floats("POSITION", 3));
+  if (mesh.positions.size() >= UINT32_MAX) {
+    throw InputError(document.place(pointer), "more vertices than 32 bits can number");
+  }
+  if (reader.has("NORMAL")) mesh.normals = to_vectors<Vec3f>(reader.floats("NORMAL", 3));
+  // Specification 3.7.2.1: without normals the supplied tangents are void.
+  const bool normal_mapped = material.normal_texture.image >= 0;
+  if (normal_mapped && !mesh.normals.empty() && reader.has("TANGENT")) {
+    mesh.tangents = to_vectors<Vec4f>(reader.floats("TANGENT", 4));
+  }
+  read_uv_sets(reader, material, loaded);
+  read_colors(reader, mesh);
+  if (reader.has("COLOR_1")) loaded.ignored.push_back("COLOR_1");
+
+  apply_morph_targets(reader, document, primitive, pointer, pose.weights, mesh);
+  apply_skin(reader, document, pointer, pose.joints, mesh);
+
+  const bool is_draco = find_extension(primitive, "KHR_draco_mesh_compression") != nullptr;
+  mesh.triangles = unroll(reader.indices(), is_draco ? int(kTriangles) : mode);
+  drop_bad_triangles(mesh, loaded.repairs);
+  drop_unused_vertices(mesh);
+  normalise_directions(mesh);
+  if (normal_mapped && mesh.tangents.empty()) generate_tangents(mesh, material.normal_texture);
+  return loaded;
+}
+
+}  // namespace emberline

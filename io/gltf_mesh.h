@@ -1,0 +1,32 @@
+// One glTF primitive as a MeshDescription.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/gltf_document.h"
+#include "renderer/scene/scene_description.h"
+
+namespace emberline {
+
+// The file's rest pose of one use of a mesh.
+struct MeshPose {
+  std::vector<double> weights;  // of the morph targets; empty: all 0
+  // Bind space to the instance's space, row vectors, one per joint; empty: no skin.
+  std::vector<Mat44d> joints;
+
+  bool operator==(const MeshPose&) const = default;
+};
+
+struct LoadedMesh {
+  MeshDescription mesh;  // without triangles when nothing survived
+  LoadRepairs repairs;
+  std::vector<std::string> ignored;  // for the coverage report
+};
+
+// `material` is what the primitive is shaded with; it decides which UV sets are kept (0 always)
+// and whether tangents are needed. Throws InputError. Thread-safe.
+LoadedMesh load_primitive(const GltfDocument& document, size_t mesh, size_t primitive,
+                          const MeshPose& pose, const MaterialDescription& material);
+
+}  // namespace emberline

@@ -1,0 +1,78 @@
+#include "io/gltf_model.h"
+
+#include <tiny_gltf.h>
+
+#include "io/gltf_uri.h"
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+
+// The members named in `keys` of each object of the array `name`.
+json stripped(const GltfDocument& document, const char* name,
+              std::initializer_list<const char*> keys) {
+  json result = json::array();
+  for (const json& object : document.array(name)) {
+    json copy = json::object();
+    for (const char* key : keys) {
+      if (const json* member = find_member(object, key)) copy[key] = *member;
+    }
+    result.push_back(std::move(copy));
+  }
+  return result;
+}
+
+// Texture slots carry extensions that are read from the document itself.
+void drop_extensions(json& value) {
+  if (!value.is_structured()) return;
+  if (value.is_object()) {
+    value.erase("extensions");
+    value.erase("extras");
+  }
+  for (json& member : value) drop_extensions(member);
+}
+
+}  // namespace
+
+std::shared_ptr<const tinygltf::Model> parse_gltf_model(const GltfDocument& document) {
+  json reduced = json::object();
+  const json& asset = document.json.at("asset");
+  reduced["asset"]["version"] = asset.at("version");
+  if (asset.contains("generator")) reduced["asset"]["generator"] = asset.at("generator");
+  if (document.json.contains("scene")) reduced["scene"] = document.json.at("scene");
+  reduced["scenes"] = stripped(document, "scenes", {"name", "nodes"});
+  reduced["nodes"] = stripped(document, "nodes",
+                              {"name", "children", "mesh", "camera", "skin", "matrix",
+                               "translation", "rotation", "scale", "weights"});
+  reduced["materials"] =
+      stripped(document, "materials",
+               {"name", "pbrMetallicRoughness", "normalTexture", "occlusionTexture",
+                "emissiveTexture", "emissiveFactor", "alphaMode", "alphaCutoff", "doubleSided"});
+  reduced["textures"] = stripped(document, "textures", {"sampler", "source"});
+  reduced["samplers"] =
+      stripped(document, "samplers", {"magFilter", "minFilter", "wrapS", "wrapT"});
+  reduced["cameras"] =
+      stripped(document, "cameras", {"name", "type", "perspective", "orthographic"});
+  reduced["skins"] = stripped(document, "skins", {"inverseBindMatrices", "skeleton", "joints"});
+  drop_extensions(reduced);
+  if (const json* lights = find_extension(document.json, "KHR_lights_punctual")) {
+    json copy = lights->at("lights");
+    drop_extensions(copy);
+    reduced["extensions"]["KHR_lights_punctual"]["lights"] = std::move(copy);
+  }
+
+  const std::string text = reduced.dump();
+  auto model = std::make_shared<tinygltf::Model>();
+  tinygltf::TinyGLTF loader;
+  std::string error, warning;
+  if (!loader.LoadASCIIFromString(model.get(), &error, &warning, text.data(), unsigned(text.size()),
+                                  std::string())) {
+    for (char& c : error) c = c == '\n' ? ' ' : c;
+    throw InputError(document.file, "tinygltf cannot read it: " + shortened(error));
+  }
+  return model;
+}
+
+}  // namespace emberline

@@ -1,0 +1,159 @@
+#include "io/gltf_node_objects.h"
+
+#include <tiny_gltf.h>
+
+#include <algorithm>
+
+#include "io/gltf_accessor.h"
+#include "io/gltf_extensions.h"
+#include "io/gltf_transform.h"
+#include "io/gltf_uri.h"
+#include "renderer/core/constants.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+
+namespace emberline {
+
+using nlohmann::json;
+
+std::string node_name(const tinygltf::Model& model, size_t node) {
+  const std::string& name = model.nodes[node].name;
+  return name.empty() ? "node " + std::to_string(node) : name;
+}
+
+void read_camera(const GltfDocument& document, const tinygltf::Model& model, size_t node,
+                 const Mat44d& to_world, SceneDescription& scene) {
+  const int index = model.nodes[node].camera;
+  const tinygltf::Camera& source = model.cameras[size_t(index)];
+  const std::string place = document.place("/cameras/" + std::to_string(index));
+  if (is_singular(to_world)) {
+    ++scene.repairs.singular_instances;
+    return;
+  }
+  CameraDescription camera;
+  camera.name = source.name.empty() ? node_name(model, node) : source.name;
+  camera.to_world = to_world;
+  const json& object = document.json.at("cameras")[size_t(index)];
+  if (source.type == "perspective") {
+    if (!object.contains("perspective")) {
+      throw InputError(place, "the required member \"perspective\" is missing");
+    }
+    const tinygltf::PerspectiveCamera& lens = source.perspective;
+    if (!(lens.yfov > 0.0 && lens.yfov < kPiD)) {
+      throw InputError(place + "/perspective/yfov", "expected an angle between 0 and pi");
+    }
+    camera.fov_y = lens.yfov;
+    if (lens.aspectRatio > 0.0) camera.aspect = lens.aspectRatio;
+    camera.z_near = std::max(lens.znear, 0.0);
+  } else if (source.type == "orthographic") {
+    if (!object.contains("orthographic")) {
+      throw InputError(place, "the required member \"orthographic\" is missing");
+    }
+    const tinygltf::OrthographicCamera& lens = source.orthographic;
+    if (lens.xmag == 0.0 || lens.ymag == 0.0) {
+      throw InputError(place + "/orthographic", "xmag and ymag must not be 0");
+    }
+    camera.orthographic = true;
+    camera.x_mag = std::abs(lens.xmag);
+    camera.y_mag = std::abs(lens.ymag);
+    camera.z_near = std::max(lens.znear, 0.0);
+  } else {
+    throw InputError(place + "/type", "unknown camera type \"" + shortened(source.type) +
+                                          "\", expected perspective or orthographic");
+  }
+  scene.cameras.push_back(std::move(camera));
+}
+
+void read_punctual_light(const GltfDocument& document, const tinygltf::Model& model, size_t node,
+                         const Mat44d& to_world, SceneDescription& scene) {
+  const json& reference = *find_extension(document.json.at("nodes")[node], "KHR_lights_punctual");
+  const size_t index = reference.at("light").get<size_t>();
+  const tinygltf::Light& source = model.lights[index];
+  const json& object = find_extension(document.json, "KHR_lights_punctual")->at("lights")[index];
+  const std::string place =
+      document.place("/extensions/KHR_lights_punctual/lights/" + std::to_string(index));
+
+  PunctualLightDescription light;
+  light.name = source.name.empty() ? node_name(model, node) : source.name;
+  light.to_world = to_world;
+  if (source.type == "spot") {
+    light.type = PunctualType::kSpot;
+  } else if (source.type == "directional") {
+    light.type = PunctualType::kDirectional;
+  } else if (source.type != "point") {
+    throw InputError(place + "/type", "unknown light type \"" + shortened(source.type) +
+                                          "\", expected point, spot or directional");
+  }
+  if (light.type != PunctualType::kPoint && is_singular(to_world)) {
+    ++scene.repairs.singular_instances;
+    return;
+  }
+  const double intensity = object.value("intensity", 1.0);
+  const auto color = object.value("color", std::vector<double>{1.0, 1.0, 1.0});
+  for (int c = 0; c < 3; ++c) {
+    light.intensity[c] = float(std::max(color[size_t(c)], 0.0) * intensity);
+  }
+  if (!is_finite(light.intensity)) {
+    throw InputError(place + "/intensity", "the light is too bright to be finite");
+  }
+  if (light.type == PunctualType::kSpot) {
+    const json spot = object.value("spot", json::object());
+    const double outer = spot.value("outerConeAngle", kPiD / 4.0);
+    const double inner = spot.value("innerConeAngle", 0.0);
+    if (!(outer > 0.0 && inner >= 0.0)) {
+      throw InputError(place + "/spot", "expected 0 <= innerConeAngle < outerConeAngle");
+    }
+    light.outer_cone = float(std::min(outer, kPiD / 2.0));
+    // Writers of hard-edged spots give both the same angle.
+    light.inner_cone = float(std::min(inner, double(light.outer_cone) * (1.0 - 1e-5)));
+  }
+  if (object.contains("range")) report_ignored(document.file, "light range", scene.coverage);
+  scene.lights.push_back(std::move(light));
+}
+
+std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const json& extension,
+                                             size_t node) {
+  const std::string place =
+      document.place("/nodes/" + std::to_string(node) + "/extensions/EXT_mesh_gpu_instancing");
+  const json& attributes = extension.at("attributes");
+  size_t count = 0;
+  bool counted = false;
+  const auto read = [&](const char* name, int components) -> std::vector<float> {
+    const json* member = find_member(attributes, name);
+    if (!member) return {};
+    std::vector<float> values =
+        read_floats(document, member->get<int>(), components, place + "/attributes/" + name);
+    const size_t elements = values.size() / size_t(components);
+    if (counted && elements != count) {
+      throw InputError(place, "the instance attributes differ in their counts");
+    }
+    count = elements;
+    counted = true;
+    return values;
+  };
+  const std::vector<float> translations = read("TRANSLATION", 3);
+  const std::vector<float> rotations = read("ROTATION", 4);
+  const std::vector<float> scales = read("SCALE", 3);
+  if (!counted) {
+    // Only attributes without a meaning here, such as _ID.
+    if (attributes.empty()) return {};
+    count = size_t(document.accessors[attributes.begin().value().get<size_t>()].count);
+    if (count > document.most_zeros) throw InputError(place, "more instances than data");
+  }
+  std::vector<Mat44d> transforms;
+  transforms.reserve(count);
+  for (size_t i = 0; i < count; ++i) {
+    Vec3d translation(0.0), scale(1.0);
+    std::array<double, 4> rotation = {0.0, 0.0, 0.0, 1.0};
+    for (int c = 0; c < 3; ++c) {
+      if (!translations.empty()) translation[c] = translations[i * 3 + size_t(c)];
+      if (!scales.empty()) scale[c] = scales[i * 3 + size_t(c)];
+    }
+    for (size_t c = 0; c < 4 && !rotations.empty(); ++c) rotation[c] = rotations[i * 4 + c];
+    transforms.push_back(compose_transform(translation, rotation, scale));
+    check_transform(transforms.back(), place);
+  }
+  return transforms;
+}
+
+}  // namespace emberline

@@ -1,0 +1,26 @@
+// What hangs on a node besides a mesh: cameras, punctual lights, instance transforms.
+#pragma once
+
+#include "io/gltf_document.h"
+#include "renderer/scene/scene_description.h"
+
+namespace tinygltf {
+class Model;
+}
+
+namespace emberline {
+
+std::string node_name(const tinygltf::Model& model, size_t node);
+
+// Append the node's camera or light to `scene`, or count and skip it when its transform leaves it
+// no direction. Throw InputError for values without meaning.
+void read_camera(const GltfDocument& document, const tinygltf::Model& model, size_t node,
+                 const Mat44d& to_world, SceneDescription& scene);
+void read_punctual_light(const GltfDocument& document, const tinygltf::Model& model, size_t node,
+                         const Mat44d& to_world, SceneDescription& scene);
+
+// EXT_mesh_gpu_instancing: one transform per instance, relative to the node.
+std::vector<Mat44d> read_instance_transforms(const GltfDocument& document,
+                                             const nlohmann::json& extension, size_t node);
+
+}  // namespace emberline

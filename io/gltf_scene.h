@@ -1,0 +1,19 @@
+// The node hierarchy, flattened: instances, lights and cameras in world space.
+#pragma once
+
+#include "io/gltf_document.h"
+#include "renderer/scene/scene_description.h"
+
+namespace tinygltf {
+class Model;
+}
+
+namespace emberline {
+
+// Fills meshes, instances, lights and cameras of `scene` (whose materials are read already) from
+// the file's default scene: `scene`, else scene 0, else every root node. Meshes load in parallel.
+// Repairs and coverage are added. Throws InputError, also when nothing is left to render.
+void load_scene_graph(const GltfDocument& document, const tinygltf::Model& model,
+                      SceneDescription& scene);
+
+}  // namespace emberline

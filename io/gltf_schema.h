@@ -1,0 +1,15 @@
+// The structure of a glTF file: which members it may have, of which type, pointing where.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+namespace emberline {
+
+// Checks every member that this loader reads against the glTF 2.0 schema (and those of the
+// extensions that are honoured): type, required members, array lengths, index ranges. Integral
+// numbers written with a fraction (2.0, 1e3) are turned into integers. Members that the loader
+// does not read are not looked at. Throws InputError with the JSON pointer of the first fault.
+void check_schema(nlohmann::json& root, const std::string& file);
+
+}  // namespace emberline

@@ -1,0 +1,216 @@
+#include "io/gltf_tangents.h"
+
+#include <bit>
+#include <unordered_map>
+
+#include "renderer/core/frame.h"
+#include "renderer/core/hash.h"
+
+namespace emberline {
+namespace {
+
+using Triangle = std::array<uint32_t, 3>;
+
+// What corners must share to share a tangent: position, normal, UV; compared bit by bit, but with
+// -0 taken for 0.
+struct CornerKey {
+  std::array<uint32_t, 9> words;
+  bool operator==(const CornerKey&) const = default;
+};
+
+uint32_t float_bits(float x) { return std::bit_cast<uint32_t>(x == 0.0f ? 0.0f : x); }
+
+struct CornerKeyHash {
+  size_t operator()(const CornerKey& key) const {
+    uint64_t h = 0;
+    for (const uint32_t word : key.words) h = hash64(h * 0x9e3779b97f4a7c15ull + word);
+    return size_t(h);
+  }
+};
+
+// +1: v falls to the left of u's direction, as on an upright image; -1: mirrored; 0: the triangle
+// covers no area of the texture.
+int uv_orientation(const Vec2f& a, const Vec2f& b, const Vec2f& c) {
+  const double area =
+      (double(b.x) - a.x) * (double(c.y) - a.y) - (double(c.x) - a.x) * (double(b.y) - a.y);
+  return area < 0.0 ? 1 : area > 0.0 ? -1 : 0;
+}
+
+// Direction in which u grows, in the triangle's plane.
+Vec3d u_direction(const Vec3d& e1, const Vec3d& e2, const Vec2f& a, const Vec2f& b,
+                  const Vec2f& c) {
+  const double v1 = double(b.y) - a.y, v2 = double(c.y) - a.y;
+  const double u1 = double(b.x) - a.x, u2 = double(c.x) - a.x;
+  const Vec3d direction = e1 * v2 - e2 * v1;
+  return u1 * v2 - u2 * v1 < 0.0 ? -direction : direction;
+}
+
+Vec3d project_to_plane(const Vec3d& v, const Vec3d& normal) {
+  const Vec3d projected = v - normal * dot(normal, v);
+  const double length = std::sqrt(dot(projected, projected));
+  return length > 0.0 ? projected / length : Vec3d(0.0);
+}
+
+void split_per_face(MeshDescription& mesh) {
+  const auto expand = [&](auto& values) {
+    if (values.empty()) return;
+    std::remove_reference_t<decltype(values)> expanded;
+    expanded.reserve(mesh.triangles.size() * 3);
+    for (const Triangle& t : mesh.triangles) {
+      for (const uint32_t v : t) expanded.push_back(values[v]);
+    }
+    values = std::move(expanded);
+  };
+  expand(mesh.positions);
+  expand(mesh.colors);
+  for (auto& uv : mesh.uv_sets) expand(uv);
+  uint32_t next = 0;
+  for (Triangle& t : mesh.triangles) {
+    for (uint32_t& v : t) v = next++;
+  }
+}
+
+std::vector<Vec3f> face_normals(const MeshDescription& mesh) {
+  std::vector<Vec3f> normals(mesh.positions.size());
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3d a(mesh.positions[t[0]]), b(mesh.positions[t[1]]), c(mesh.positions[t[2]]);
+    const Vec3d n = cross(b - a, c - a);
+    const double length = std::sqrt(dot(n, n));
+    for (const uint32_t v : t) normals[v] = length > 0.0 ? Vec3f(n / length) : Vec3f(0.0f);
+  }
+  return normals;
+}
+
+// Sums of weighted directions for each set of corners that share a key, per orientation
+// (0 upright, 1 mirrored).
+class TangentGroups {
+ public:
+  TangentGroups(const MeshDescription& mesh, const std::vector<Vec3f>& normals,
+                const std::vector<Vec2f>& uv) {
+    group_of_vertex_.resize(mesh.positions.size());
+    std::unordered_map<CornerKey, uint32_t, CornerKeyHash> groups;
+    groups.reserve(mesh.positions.size());
+    for (size_t v = 0; v < mesh.positions.size(); ++v) {
+      const Vec3f &p = mesh.positions[v], &n = normals[v];
+      const CornerKey key = {{float_bits(p.x), float_bits(p.y), float_bits(p.z), float_bits(n.x),
+                              float_bits(n.y), float_bits(n.z), float_bits(uv[v].x),
+                              float_bits(uv[v].y), 0}};
+      group_of_vertex_[v] = groups.try_emplace(key, uint32_t(groups.size())).first->second;
+    }
+    sums_.assign(groups.size(), {Vec3d(0.0), Vec3d(0.0)});
+  }
+
+  void add(uint32_t vertex, int side, const Vec3d& direction) {
+    sums_[group_of_vertex_[vertex]][size_t(side)] += direction;
+  }
+  bool has(uint32_t vertex, int side) const {
+    const Vec3d& sum = sums_[group_of_vertex_[vertex]][size_t(side)];
+    return dot(sum, sum) > 0.0;
+  }
+  Vec3d sum(uint32_t vertex, int side) const {
+    return sums_[group_of_vertex_[vertex]][size_t(side)];
+  }
+
+ private:
+  std::vector<uint32_t> group_of_vertex_;
+  std::vector<std::array<Vec3d, 2>> sums_;
+};
+
+void accumulate(const MeshDescription& mesh, const std::vector<Vec3f>& normals,
+                const std::vector<Vec2f>& uv, const std::vector<int8_t>& orientation,
+                TangentGroups& groups) {
+  for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (orientation[i] == 0) continue;
+    const Triangle& t = mesh.triangles[i];
+    const Vec3d p[3] = {Vec3d(mesh.positions[t[0]]), Vec3d(mesh.positions[t[1]]),
+                        Vec3d(mesh.positions[t[2]])};
+    const Vec3d direction = u_direction(p[1] - p[0], p[2] - p[0], uv[t[0]], uv[t[1]], uv[t[2]]);
+    for (size_t k = 0; k < 3; ++k) {
+      const Vec3d n(normals[t[k]]);
+      const Vec3d to_next = project_to_plane(p[(k + 1) % 3] - p[k], n);
+      const Vec3d to_last = project_to_plane(p[(k + 2) % 3] - p[k], n);
+      const double angle = std::acos(std::clamp(dot(to_next, to_last), -1.0, 1.0));
+      groups.add(t[k], orientation[i] > 0 ? 0 : 1, project_to_plane(direction, n) * angle);
+    }
+  }
+}
+
+// A copy of `vertex` at the end of every attribute.
+uint32_t duplicate_vertex(MeshDescription& mesh, std::vector<Vec3f>& normals, uint32_t vertex) {
+  const auto duplicate = [&](auto& values) {
+    if (values.empty()) return;
+    const auto value = values[vertex];
+    values.push_back(value);
+  };
+  const uint32_t copy = uint32_t(mesh.positions.size());
+  duplicate(mesh.positions);
+  duplicate(mesh.colors);
+  for (auto& set : mesh.uv_sets) duplicate(set);
+  duplicate(normals);
+  return copy;
+}
+
+}  // namespace
+
+Vec4f arbitrary_tangent(const Vec3f& normal) {
+  const Vec3f unit = normalize_or(normal, Vec3f(0.0f, 0.0f, 1.0f));
+  const Vec3f t = ShadingFrame::from_normal(unit).tangent;
+  return Vec4f(t.x, t.y, t.z, 1.0f);
+}
+
+void generate_tangents(MeshDescription& mesh, const TextureRef& normal_texture) {
+  if (mesh.triangles.empty()) return;
+  const bool flat = mesh.normals.empty();
+  if (flat) split_per_face(mesh);
+  std::vector<Vec3f> normals = flat ? face_normals(mesh) : std::move(mesh.normals);
+
+  const std::array<float, 6>& m = normal_texture.uv_transform;
+  std::vector<Vec2f> uv = mesh.uv_sets.at(size_t(normal_texture.uv_set));
+  for (Vec2f& v : uv) {
+    v = Vec2f(m[0] * v.x + m[1] * v.y + m[2], m[3] * v.x + m[4] * v.y + m[5]);
+  }
+
+  std::vector<int8_t> orientation(mesh.triangles.size());
+  for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Triangle& t = mesh.triangles[i];
+    orientation[i] = int8_t(uv_orientation(uv[t[0]], uv[t[1]], uv[t[2]]));
+  }
+  TangentGroups groups(mesh, normals, uv);
+  accumulate(mesh, normals, uv, orientation, groups);
+
+  // The first orientation that claims a vertex keeps its number, the other gets a copy.
+  constexpr uint32_t kNone = UINT32_MAX;
+  const size_t original_count = mesh.positions.size();
+  std::vector<std::array<uint32_t, 2>> numbered(original_count, {kNone, kNone});
+  mesh.tangents.assign(original_count, Vec4f(1.0f, 0.0f, 0.0f, 1.0f));
+  for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (uint32_t& corner : mesh.triangles[i]) {
+      const uint32_t vertex = corner;
+      // A triangle without UV area joins whichever neighbours there are.
+      const size_t side = orientation[i] != 0
+                              ? (orientation[i] > 0 ? 0 : 1)
+                              : (groups.has(vertex, 0) || !groups.has(vertex, 1) ? 0 : 1);
+      uint32_t& number = numbered[vertex][side];
+      if (number == kNone) {
+        if (numbered[vertex][1 - side] == kNone) {
+          number = vertex;
+        } else {
+          number = duplicate_vertex(mesh, normals, vertex);
+          mesh.tangents.emplace_back();
+        }
+        const Vec3d sum = groups.sum(vertex, int(side));
+        const double length = std::sqrt(dot(sum, sum));
+        if (length > 0.0 && std::isfinite(length)) {
+          const Vec3f t(sum / length);
+          mesh.tangents[number] = Vec4f(t.x, t.y, t.z, side == 0 ? 1.0f : -1.0f);
+        } else {
+          mesh.tangents[number] = arbitrary_tangent(normals[vertex]);
+        }
+      }
+      corner = number;
+    }
+  }
+  if (!flat) mesh.normals = std::move(normals);
+}
+
+}  // namespace emberline

@@ -1,0 +1,89 @@
+#include "io/gltf_transform.h"
+
+#include <tiny_gltf.h>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+Mat44d local_transform(const tinygltf::Node& node) {
+  if (node.matrix.size() == 16) {
+    // Column-major for column vectors reads the same as row-major for row vectors.
+    Mat44d m;
+    for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = node.matrix[size_t(i)];
+    // An affine matrix has this last column; anything else would be a projection.
+    m[0][3] = m[1][3] = m[2][3] = 0.0;
+    m[3][3] = 1.0;
+    return m;
+  }
+  const auto vector = [](const std::vector<double>& v, double fallback) {
+    return v.size() == 3 ? Vec3d(v[0], v[1], v[2]) : Vec3d(fallback);
+  };
+  std::array<double, 4> rotation = {0.0, 0.0, 0.0, 1.0};
+  for (size_t i = 0; i < 4 && node.rotation.size() == 4; ++i) rotation[i] = node.rotation[i];
+  return compose_transform(vector(node.translation, 0.0), rotation, vector(node.scale, 1.0));
+}
+
+}  // namespace
+
+Mat44d compose_transform(const Vec3d& translation, const std::array<double, 4>& rotation,
+                         const Vec3d& scale) {
+  double x = rotation[0], y = rotation[1], z = rotation[2], w = rotation[3];
+  const double length = std::sqrt(x * x + y * y + z * z + w * w);
+  if (length > 0.0 && std::isfinite(length)) {
+    x /= length, y /= length, z /= length, w /= length;
+  } else {
+    x = y = z = 0.0;
+    w = 1.0;
+  }
+  // Rows are the images of the axes.
+  const Vec3d rows[3] = {
+      {1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)},
+      {2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)},
+      {2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)}};
+  Mat44d m;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) m[r][c] = rows[r][c] * scale[r];
+    m[3][r] = translation[r];
+  }
+  return m;
+}
+
+bool is_singular(const Mat44d& m) {
+  const Vec3d r0(m[0][0], m[0][1], m[0][2]);
+  const Vec3d r1(m[1][0], m[1][1], m[1][2]);
+  const Vec3d r2(m[2][0], m[2][1], m[2][2]);
+  const double l0 = std::sqrt(dot(r0, r0)), l1 = std::sqrt(dot(r1, r1)),
+               l2 = std::sqrt(dot(r2, r2));
+  // An axis that float would round to nothing, or axes that span no volume to the last digits.
+  constexpr double kLeastScale = 1e-30;
+  if (!(l0 > kLeastScale && l1 > kLeastScale && l2 > kLeastScale)) return true;
+  return !(std::abs(dot(r0 / l0, cross(r1 / l1, r2 / l2))) > 1e-12);
+}
+
+void check_transform(const Mat44d& m, const std::string& place) {
+  // Chosen by us: well below the 1.8e19 whose square overflows float.
+  constexpr double kLargest = 1e18;
+  for (int r = 0; r < 4; ++r) {
+    for (int c = 0; c < 4; ++c) {
+      if (!(std::abs(m[r][c]) <= kLargest)) {
+        throw InputError(place, "the node's world transform is not finite or larger than 1e18");
+      }
+    }
+  }
+}
+
+std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinygltf::Model& model) {
+  std::vector<Mat44d> world(model.nodes.size());
+  for (const int node : document.node_order) {
+    Mat44d m = local_transform(model.nodes[size_t(node)]);
+    const int parent = document.parents[size_t(node)];
+    if (parent >= 0) m = m * world[size_t(parent)];
+    check_transform(m, document.place("/nodes/" + std::to_string(node)));
+    world[size_t(node)] = m;
+  }
+  return world;
+}
+
+}  // namespace emberline

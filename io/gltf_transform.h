@@ -1,0 +1,27 @@
+// Node transforms in double precision. Row vectors: p' = p * M.
+#pragma once
+
+#include "io/gltf_document.h"
+#include "renderer/core/vector.h"
+
+namespace tinygltf {
+class Model;
+}
+
+namespace emberline {
+
+// World matrix of every node, in or outside the scene. Throws InputError when one is not finite
+// or too large for float.
+std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinygltf::Model& model);
+
+// scale, then rotation (unit quaternion x, y, z, w; normalised here), then translation.
+Mat44d compose_transform(const Vec3d& translation, const std::array<double, 4>& rotation,
+                         const Vec3d& scale);
+
+// True when the upper 3x3 has no usable inverse.
+bool is_singular(const Mat44d& m);
+
+// Throws InputError unless every element is finite and within what float can square.
+void check_transform(const Mat44d& m, const std::string& place);
+
+}  // namespace emberline

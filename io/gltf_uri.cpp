@@ -1,0 +1,214 @@
+#include "io/gltf_uri.h"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+constexpr std::array<int8_t, 256> make_base64_table() {
+  std::array<int8_t, 256> table{};
+  for (int8_t& entry : table) entry = -1;
+  constexpr std::string_view alphabet =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  for (size_t i = 0; i < alphabet.size(); ++i) table[uint8_t(alphabet[i])] = int8_t(i);
+  return table;
+}
+constexpr std::array<int8_t, 256> kBase64 = make_base64_table();
+
+// RFC 4648 section 4. Padding may be missing (some exporters leave it out), never misplaced.
+std::vector<uint8_t> decode_base64(std::string_view text, const std::string& place) {
+  size_t padding = 0;
+  while (!text.empty() && text.back() == '=' && padding < 2) {
+    text.remove_suffix(1);
+    ++padding;
+  }
+  if (text.size() % 4 == 1) throw InputError(place, "base64 data has an impossible length");
+  if (padding > 0 && (text.size() + padding) % 4 != 0) {
+    throw InputError(place, "base64 data is wrongly padded");
+  }
+  std::vector<uint8_t> bytes;
+  bytes.reserve(text.size() / 4 * 3 + 2);
+  uint32_t bits = 0;
+  int bit_count = 0;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const int8_t value = kBase64[uint8_t(text[i])];
+    if (value < 0) {
+      throw InputError(place,
+                       "base64 data has an illegal character at position " + std::to_string(i));
+    }
+    bits = (bits << 6) | uint32_t(value);
+    bit_count += 6;
+    if (bit_count >= 8) {
+      bit_count -= 8;
+      bytes.push_back(uint8_t(bits >> bit_count));
+    }
+  }
+  return bytes;
+}
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+// RFC 3986 section 3.1: a letter, then letters, digits, "+", "-", ".", then ":".
+bool has_scheme(std::string_view uri) {
+  const size_t colon = uri.find(':');
+  if (colon == std::string_view::npos || colon == 0) return false;
+  for (size_t i = 0; i < colon; ++i) {
+    const char c = uri[i];
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    const bool later = (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.';
+    if (!letter && !(i > 0 && later)) return false;
+  }
+  return true;
+}
+
+bool is_mime_token(std::string_view text) {
+  if (text.empty()) return false;
+  for (const char c : text) {
+    if (c <= ' ' || c > '~' || std::strchr("()<>@,;:\\\"/[]?=", c) != nullptr) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::string shortened(std::string_view text) {
+  constexpr size_t kLongest = 80;
+  if (text.size() <= kLongest) return std::string(text);
+  return std::string(text.substr(0, kLongest)) + "...";
+}
+
+bool is_data_uri(std::string_view uri) { return uri.substr(0, 5) == "data:"; }
+
+std::vector<uint8_t> decode_data_uri(std::string_view uri, const std::string& place) {
+  const size_t comma = uri.find(',');
+  if (!is_data_uri(uri) || comma == std::string_view::npos) {
+    throw InputError(place, "data URI without a comma before its data: " + shortened(uri));
+  }
+  std::string_view head = uri.substr(5, comma - 5);
+  const std::string_view payload = uri.substr(comma + 1);
+
+  // media type, then parameters; only the last may be the bare word "base64" (RFC 2397).
+  bool base64 = false;
+  bool first = true;
+  while (true) {
+    const size_t end = head.find(';');
+    const std::string_view part = head.substr(0, end);
+    const bool last = end == std::string_view::npos;
+    if (first) {
+      const size_t slash = part.find('/');
+      const bool typed = slash != std::string_view::npos && is_mime_token(part.substr(0, slash)) &&
+                         is_mime_token(part.substr(slash + 1));
+      if (!part.empty() && !typed) {
+        throw InputError(place, "data URI with a malformed media type: " + shortened(uri));
+      }
+    } else if (last && part == "base64") {
+      base64 = true;
+    } else if (const size_t equals = part.find('=');
+               equals == std::string_view::npos || !is_mime_token(part.substr(0, equals))) {
+      throw InputError(place, "data URI with a malformed parameter: " + shortened(uri));
+    }
+    if (last) break;
+    head.remove_prefix(end + 1);
+    first = false;
+  }
+
+  if (base64) {
+    // A few writers percent-encode "+", "/" and "=".
+    if (payload.find('%') != std::string_view::npos) {
+      return decode_base64(decode_percent(payload, place), place);
+    }
+    return decode_base64(payload, place);
+  }
+  std::vector<uint8_t> bytes;
+  bytes.reserve(payload.size());
+  for (size_t i = 0; i < payload.size(); ++i) {
+    if (payload[i] != '%') {
+      bytes.push_back(uint8_t(payload[i]));
+      continue;
+    }
+    const int high = i + 2 < payload.size() ? hex_digit(payload[i + 1]) : -1;
+    const int low = i + 2 < payload.size() ? hex_digit(payload[i + 2]) : -1;
+    if (high < 0 || low < 0) throw InputError(place, "data URI with a malformed % escape");
+    bytes.push_back(uint8_t(high * 16 + low));
+    i += 2;
+  }
+  return bytes;
+}
+
+std::string decode_percent(std::string_view text, const std::string& place) {
+  std::string decoded;
+  decoded.reserve(text.size());
+  for (size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      decoded.push_back(text[i]);
+      continue;
+    }
+    const int high = i + 2 < text.size() ? hex_digit(text[i + 1]) : -1;
+    const int low = i + 2 < text.size() ? hex_digit(text[i + 2]) : -1;
+    if (high < 0 || low < 0 || high * 16 + low == 0) {
+      throw InputError(place, "malformed % escape in the URI " + shortened(text));
+    }
+    decoded.push_back(char(high * 16 + low));
+    i += 2;
+  }
+  return decoded;
+}
+
+std::filesystem::path resolve_uri(std::string_view uri, const std::filesystem::path& directory,
+                                  const std::string& place) {
+  if (uri.empty()) throw InputError(place, "empty URI");
+  if (has_scheme(uri)) {
+    throw InputError(
+        place, "the URI " + shortened(uri) + " is not relative; copy the file beside the scene");
+  }
+  if (uri.find('\0') != std::string_view::npos) {
+    throw InputError(place, "the URI contains a NUL character");
+  }
+  // Query and fragment are no part of a file's name, unless they were escaped.
+  const std::filesystem::path relative = decode_percent(uri, place);
+  if (relative.is_absolute()) {
+    throw InputError(place, "the URI " + shortened(uri) +
+                                " is an absolute path; copy the file beside the scene");
+  }
+  return directory / relative;
+}
+
+std::vector<uint8_t> read_whole_file(const std::filesystem::path& path, const std::string& place) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  const std::string name = path.string();
+  if (!std::filesystem::exists(status)) {
+    throw InputError(place, "file not found: " + shortened(name));
+  }
+  if (std::filesystem::is_directory(status)) {
+    throw InputError(place, "is a directory, not a file: " + shortened(name));
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    throw InputError(place, "is not a regular file: " + shortened(name));
+  }
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) {
+    throw InputError(place, "cannot open " + shortened(name) + ": " + std::strerror(errno));
+  }
+  const uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) throw InputError(place, "cannot read " + shortened(name) + ": " + error.message());
+  std::vector<uint8_t> bytes(size);
+  stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
+  if (uintmax_t(stream.gcount()) != size) {
+    throw InputError(place, "cannot read all of " + shortened(name));
+  }
+  return bytes;
+}
+
+}  // namespace emberline

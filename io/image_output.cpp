@@ -1,0 +1,73 @@
+#include "io/image_output.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cctype>
+#include <filesystem>
+#include <string_view>
+
+#include "io/atomic_file.h"
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+std::string one_line(std::string text) {
+  std::ranges::replace(text, '\n', ' ');
+  return text;
+}
+
+}  // namespace
+
+std::string image_format_of(const std::string& path) {
+  std::string suffix = std::filesystem::path(path).extension().string();
+  std::ranges::transform(suffix, suffix.begin(),
+                         [](unsigned char c) { return char(std::tolower(c)); });
+  if (suffix == ".png") return "png";
+  if (suffix == ".jpg" || suffix == ".jpeg") return "jpeg";
+  throw UsageError("cannot tell the picture's format from \"" + path +
+                   "\"; valid suffixes are .png, .jpg, .jpeg");
+}
+
+std::vector<unsigned char> encode_image(const ByteImage& image, const std::string& format,
+                                        const std::string& path) {
+  assert(image.values.size() ==
+         size_t(image.width) * size_t(image.height) * size_t(image.channels));
+  const bool jpeg = format == "jpeg";
+  // OpenImageIO drops what the format cannot hold: the strides below step over the alpha.
+  const int stored = jpeg && image.channels == 4 ? 3 : image.channels;
+  OIIO::ImageSpec spec(image.width, image.height, stored, OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:UnassociatedAlpha", 1);  // as we give it; else it would be divided again
+  if (image.srgb) spec.attribute("oiio:ColorSpace", "sRGB");
+  if (jpeg) {
+    spec.attribute("Compression", "jpeg:95");
+    spec.attribute("jpeg:subsampling", "4:4:4");
+  }
+
+  std::vector<unsigned char> encoded;
+  OIIO::Filesystem::IOVecOutput sink(encoded);
+  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(format);
+  if (!output)
+    throw RenderError("cannot write " + path + ": OpenImageIO has no " + format + " writer");
+  const bool done = output->set_ioproxy(&sink) && output->open("picture." + format, spec) &&
+                    output->write_image(OIIO::TypeDesc::UINT8, image.values.data(),
+                                        OIIO::stride_t(image.channels)) &&
+                    output->close();
+  if (!done) {
+    const std::string reason = one_line(output->geterror());
+    throw RenderError("cannot write " + path + ": " +
+                      (reason.empty() ? "OpenImageIO could not encode it" : reason));
+  }
+  return encoded;
+}
+
+void write_image(const std::string& path, const ByteImage& image) {
+  const std::vector<unsigned char> bytes = encode_image(image, image_format_of(path), path);
+  write_file_atomically(
+      path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+}  // namespace emberline

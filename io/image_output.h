@@ -1,0 +1,29 @@
+// 8-bit pictures out: PNG and JPEG through OpenImageIO.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace emberline {
+
+struct ByteImage {
+  int width = 0, height = 0;
+  int channels = 3;             // 1, 3, or 4 with alpha last, colour not multiplied by it
+  std::vector<uint8_t> values;  // interleaved, row-major, display-encoded
+  bool srgb = true;             // tag the file as sRGB
+};
+
+// "png" or "jpeg" by the suffix of `path` (upper and lower case are alike). Throws UsageError that
+// lists the suffixes for any other.
+std::string image_format_of(const std::string& path);
+
+// The bytes of a file of that format; the same for the same image. JPEG drops alpha, at quality 95
+// without chroma subsampling. Throws RenderError naming `path`.
+std::vector<unsigned char> encode_image(const ByteImage& image, const std::string& format,
+                                        const std::string& path);
+
+// encode_image into a file that appears whole or not at all. Throws UsageError, RenderError.
+void write_image(const std::string& path, const ByteImage& image);
+
+}  // namespace emberline

@@ -1,0 +1,81 @@
+#include "io/texel_repair.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <cmath>
+#include <cstring>
+
+namespace emberline {
+namespace {
+
+// Half: sign 1, exponent 5, mantissa 10 bits; float: 1, 8, 23. On the bits, so that no build flag
+// can turn the tests for NaN off.
+uint64_t repair_range(uint16_t* begin, uint16_t* end, TexelRange range) {
+  uint64_t count = 0;
+  for (uint16_t* bits = begin; bits != end; ++bits) {
+    const bool non_finite = (*bits & 0x7C00u) == 0x7C00u;
+    const bool negative = (*bits & 0x8000u) != 0 && *bits != 0x8000u;
+    if (non_finite || (negative && range == TexelRange::kRadiance)) {
+      *bits = 0;
+      ++count;
+    }
+  }
+  return count;
+}
+
+uint64_t repair_range(uint32_t* begin, uint32_t* end, TexelRange range) {
+  uint64_t count = 0;
+  for (uint32_t* bits = begin; bits != end; ++bits) {
+    const bool non_finite = (*bits & 0x7F800000u) == 0x7F800000u;
+    const bool negative = (*bits & 0x80000000u) != 0 && *bits != 0x80000000u;
+    if (non_finite || (negative && range == TexelRange::kRadiance)) {
+      *bits = 0;
+      ++count;
+    }
+  }
+  return count;
+}
+
+template <class Bits>
+uint64_t repair_all(Image& image, TexelRange range) {
+  Bits* texels = reinterpret_cast<Bits*>(image.texels.data());
+  const size_t count = image.texels.size() / sizeof(Bits);
+  return tbb::parallel_reduce(
+      tbb::blocked_range<size_t>(0, count, size_t(1) << 16), uint64_t(0),
+      [&](const tbb::blocked_range<size_t>& r, uint64_t sum) {
+        return sum + repair_range(texels + r.begin(), texels + r.end(), range);
+      },
+      [](uint64_t a, uint64_t b) { return a + b; });
+}
+
+}  // namespace
+
+uint64_t repair_texels(Image& image, TexelRange range) {
+  switch (image.type) {
+    case TexelType::kHalf:
+      return repair_all<uint16_t>(image, range);
+    case TexelType::kFloat:
+      return repair_all<uint32_t>(image, range);
+    default:
+      return 0;
+  }
+}
+
+void expand_grey(Image& image) {
+  const size_t size = image.type == TexelType::kUint8 ? 1 : image.type == TexelType::kFloat ? 4 : 2;
+  const size_t count = size_t(image.width) * size_t(image.height);
+  std::vector<std::byte> expanded(count * 3 * size);
+  for (size_t i = 0; i < count * 3; ++i) {
+    std::memcpy(&expanded[i * size], &image.texels[i / 3 * size], size);
+  }
+  image.texels = std::move(expanded);
+  image.channels = 3;
+}
+
+float srgb_to_linear(float encoded) {
+  if (encoded <= 0.04045f) return encoded / 12.92f;
+  return float(std::pow((double(encoded) + 0.055) / 1.055, 2.4));
+}
+
+}  // namespace emberline

@@ -1,0 +1,23 @@
+// Texel values that no renderer can use, made usable and counted.
+#pragma once
+
+#include "renderer/scene/scene_description.h"
+
+namespace emberline {
+
+enum class TexelRange {
+  kFinite,    // NaN and infinite texels become 0
+  kRadiance,  // NaN, infinite and negative ones become 0
+};
+
+// Repairs a half or float image in place, in parallel; integer images have nothing to repair.
+// Returns how many texel components were changed.
+uint64_t repair_texels(Image& image, TexelRange range);
+
+// One channel to three equal ones.
+void expand_grey(Image& image);
+
+// IEC 61966-2-1.
+float srgb_to_linear(float encoded);
+
+}  // namespace emberline

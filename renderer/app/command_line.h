@@ -1,0 +1,10 @@
+// The command line: subcommands, options, their ranges and help.
+#pragma once
+
+namespace emberline {
+
+// Reads the arguments and runs the subcommand; returns its exit code. Throws UsageError for a wrong
+// command line and whatever the subcommand throws.
+int run_command_line(int argc, char** argv);
+
+}  // namespace emberline

@@ -1,0 +1,222 @@
+#include "renderer/app/compare_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "io/exr_writer.h"
+#include "io/image_input.h"
+#include "io/image_output.h"
+#include "renderer/core/errors.h"
+#include "renderer/statistics/error_metrics.h"
+#include "renderer/statistics/flip.h"
+
+namespace emberline {
+namespace {
+
+// One row per metric, for table and JSON.
+struct MetricRow {
+  const char* key;
+  double ErrorMetrics::*value;
+  const char* meaning;
+};
+constexpr std::array kMetrics = {
+    MetricRow{"mse", &ErrorMetrics::mse, "mean squared error"},
+    MetricRow{"rmse", &ErrorMetrics::rmse, "its square root"},
+    MetricRow{"relmse", &ErrorMetrics::rel_mse, "mean of (x - r)^2 / (r^2 + epsilon)"},
+    MetricRow{"relmse_epsilon", &ErrorMetrics::rel_mse_epsilon, "that epsilon"},
+    MetricRow{"relmse_trimmed", &ErrorMetrics::rel_mse_trimmed,
+              "without the worst 0.1 % of pixels"},
+    MetricRow{"signed_bias", &ErrorMetrics::signed_bias, "sum(x - r) / sum(r)"},
+    MetricRow{"psnr", &ErrorMetrics::psnr, "dB, as displayed"},
+    MetricRow{"ssim", &ErrorMetrics::ssim, "structural similarity, 1 if equal, as displayed"},
+    MetricRow{"flip", &ErrorMetrics::flip, "mean FLIP, 0 if equal, as displayed"},
+    MetricRow{"max_abs", &ErrorMetrics::max_absolute, "largest difference"},
+};
+
+enum class DifferenceKind { kNone, kPicture, kExr };
+
+DifferenceKind difference_kind(const std::string& path) {
+  if (path.empty()) return DifferenceKind::kNone;
+  std::string suffix = std::filesystem::path(path).extension().string();
+  std::ranges::transform(suffix, suffix.begin(),
+                         [](unsigned char c) { return char(std::tolower(c)); });
+  if (suffix == ".exr") return DifferenceKind::kExr;
+  if (suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg") return DifferenceKind::kPicture;
+  throw UsageError("cannot tell the difference picture's format from \"" + path +
+                   "\"; valid suffixes are .exr, .png, .jpg, .jpeg");
+}
+
+RgbImage read_rgb(const std::string& path) {
+  const FloatImage file = read_float_image(path);
+  std::array<size_t, 3> source{};
+  for (size_t c = 0; c < 3; ++c) {
+    const int found = file.find_channel(std::string(1, "RGB"[c]));
+    if (found < 0) {
+      std::string names;
+      for (const std::string& name : file.channel_names)
+        names += (names.empty() ? "" : ", ") + name;
+      throw InputError(
+          path, fmt::format("{} x {} pixels, but no channels R, G and B to compare; it has {}",
+                            file.width, file.height, names));
+    }
+    source[c] = size_t(found);
+  }
+  const size_t pixels = size_t(file.width) * size_t(file.height);
+  RgbImage image{file.width, file.height, std::vector<float>(3 * pixels)};
+  for (size_t i = 0; i < pixels; ++i) {
+    for (size_t c = 0; c < 3; ++c) {
+      image.rgb[3 * i + c] = file.values[i * size_t(file.channels()) + source[c]];
+    }
+  }
+  return image;
+}
+
+void print_json(const RgbImage& image, const ErrorMetrics& metrics) {
+  nlohmann::ordered_json json;
+  json["width"] = image.width;
+  json["height"] = image.height;
+  for (const MetricRow& row : kMetrics) {
+    const double value = metrics.*row.value;
+    json[row.key] = std::isfinite(value) ? nlohmann::ordered_json(value) : nullptr;
+  }
+  json["non_finite"] = metrics.non_finite;
+  json["different_pixels"] = metrics.different_pixels;
+  std::fputs((json.dump(2) + "\n").c_str(), stdout);
+}
+
+void print_table(const CompareOptions& options, const RgbImage& image,
+                 const ErrorMetrics& metrics) {
+  std::string text = fmt::format("{}\nagainst {}\n{} x {} pixels\n\n", options.image,
+                                 options.reference, image.width, image.height);
+  const auto line = [&](const char* key, const std::string& value, const std::string& meaning) {
+    fmt::format_to(std::back_inserter(text), "{:<17}{:>14}   {}\n", key, value, meaning);
+  };
+  for (const MetricRow& row : kMetrics) {
+    line(row.key, fmt::format("{:.6g}", metrics.*row.value), row.meaning);
+  }
+  const double share = 100.0 / (double(image.width) * double(image.height));
+  line("different_pixels", std::to_string(metrics.different_pixels),
+       fmt::format("not the same bits ({:.4g} %)", double(metrics.different_pixels) * share));
+  line("non_finite", std::to_string(metrics.non_finite),
+       metrics.non_finite == 0 ? "pixels with a NaN or infinity"
+                               : "pixels with a NaN or infinity, left out of the above");
+  std::fputs(text.c_str(), stdout);
+}
+
+// The colour map magma (van der Walt & Smith 2015, CC0) at nine even steps; between them linear.
+constexpr std::array<std::array<uint8_t, 3>, 9> kMagma = {{{0x00, 0x00, 0x04},
+                                                           {0x1d, 0x11, 0x47},
+                                                           {0x51, 0x12, 0x7c},
+                                                           {0x82, 0x26, 0x81},
+                                                           {0xb6, 0x36, 0x79},
+                                                           {0xe6, 0x51, 0x64},
+                                                           {0xfb, 0x88, 0x61},
+                                                           {0xfe, 0xc2, 0x87},
+                                                           {0xfc, 0xfd, 0xbf}}};
+constexpr std::array<uint8_t, 3> kNonFiniteColour = {0, 255, 0};  // not a colour of magma
+
+std::array<uint8_t, 3> magma(float value) {
+  const double position = std::clamp(double(value), 0.0, 1.0) * (kMagma.size() - 1);
+  const size_t step = std::min(size_t(position), kMagma.size() - 2);
+  std::array<uint8_t, 3> colour{};
+  for (size_t c = 0; c < 3; ++c) {
+    colour[c] = uint8_t(std::lround(
+        std::lerp(double(kMagma[step][c]), double(kMagma[step + 1][c]), position - double(step))));
+  }
+  return colour;
+}
+
+void write_flip_picture(const std::string& path, const RgbImage& image,
+                        const std::vector<float>& flip, const std::vector<uint8_t>& masked) {
+  ByteImage picture;
+  picture.width = image.width;
+  picture.height = image.height;
+  picture.values.reserve(3 * flip.size());
+  for (size_t i = 0; i < flip.size(); ++i) {
+    const std::array<uint8_t, 3> colour = masked[i] ? kNonFiniteColour : magma(flip[i]);
+    picture.values.insert(picture.values.end(), colour.begin(), colour.end());
+  }
+  write_image(path, picture);
+}
+
+void write_difference_exr(const std::string& path, const CompareOptions& options,
+                          const RgbImage& image, const RgbImage& reference,
+                          const std::vector<float>& flip) {
+  ExrHeader header;
+  header.width = image.width;
+  header.height = image.height;
+  header.data_window = {0, 0, image.width, image.height};
+  header.channels = {{"R"}, {"G"}, {"B"}, {"flip"}};
+  header.attributes = {{"emberline.image", options.image},
+                       {"emberline.reference", options.reference}};
+  ExrWriter writer(path, header);
+  std::vector<float> pixels;
+  for (int y0 = 0; y0 < image.height; y0 += header.tile_size) {
+    for (int x0 = 0; x0 < image.width; x0 += header.tile_size) {
+      const Rect tile =
+          Rect{x0, y0, x0 + header.tile_size, y0 + header.tile_size}.intersect(header.data_window);
+      pixels.clear();
+      for (int y = tile.y0; y < tile.y1; ++y) {
+        for (int x = tile.x0; x < tile.x1; ++x) {
+          const size_t i = size_t(y) * size_t(image.width) + size_t(x);
+          for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
+            pixels.push_back(image.rgb[c] - reference.rgb[c]);
+          }
+          pixels.push_back(flip[i]);
+        }
+      }
+      writer.write_tile(tile, pixels);
+    }
+  }
+  writer.finish();
+}
+
+}  // namespace
+
+int run_compare(const CompareOptions& options) {
+  const DifferenceKind kind = difference_kind(options.difference);
+  if (!std::isfinite(options.exposure)) throw UsageError("the exposure is not a finite number");
+  const RgbImage image = read_rgb(options.image);
+  const RgbImage reference = read_rgb(options.reference);
+  if (image.width != reference.width || image.height != reference.height) {
+    throw InputError(
+        options.image,
+        fmt::format("{} x {} pixels, but {} has {} x {}; only pictures of the same size "
+                    "can be compared",
+                    image.width, image.height, options.reference, reference.width,
+                    reference.height));
+  }
+
+  const ErrorMetrics metrics = compare_images(image, reference, {options.exposure});
+  if (kind != DifferenceKind::kNone) {
+    const std::vector<uint8_t> masked = non_finite_pixels(image, reference);
+    const std::vector<float> flip = flip_map(to_display(image, options.exposure, masked),
+                                             to_display(reference, options.exposure, masked));
+    if (kind == DifferenceKind::kPicture) {
+      write_flip_picture(options.difference, image, flip, masked);
+    } else {
+      write_difference_exr(options.difference, options, image, reference, flip);
+    }
+  }
+  if (options.json) {
+    print_json(image, metrics);
+  } else {
+    print_table(options, image, metrics);
+  }
+  if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
+    throw RenderError("cannot write the result to the standard output");
+  }
+  return kExitDone;
+}
+
+}  // namespace emberline

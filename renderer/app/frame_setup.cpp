@@ -1,0 +1,93 @@
+#include "renderer/app/frame_setup.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "io/gltf.h"
+#include "io/image_input.h"
+#include "renderer/core/constants.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/scene/build_scene.h"
+#include "renderer/scene/camera.h"
+
+namespace emberline {
+namespace {
+
+std::string camera_list(const SceneDescription& scene) {
+  if (scene.cameras.empty()) return "the file has none";
+  std::string text = "the file has ";
+  for (size_t i = 0; i < scene.cameras.size(); ++i) {
+    text += fmt::format("{}{} '{}'", i ? ", " : "", i, scene.cameras[i].name);
+  }
+  return text;
+}
+
+const CameraDescription& find_camera(const std::string& wanted, const SceneDescription& scene) {
+  for (const CameraDescription& camera : scene.cameras) {
+    if (camera.name == wanted) return camera;
+  }
+  size_t index = 0;
+  const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
+  if (error == std::errc() && end == wanted.data() + wanted.size() &&
+      index < scene.cameras.size()) {
+    return scene.cameras[index];
+  }
+  throw UsageError("--camera: no camera '" + wanted + "'; " + camera_list(scene));
+}
+
+}  // namespace
+
+SceneDescription load_scene(const RenderOptions& options) {
+  SceneDescription scene = load_gltf(options.scene, {.lenient = options.lenient});
+  if (!options.environment.empty()) {
+    EnvironmentDescription environment;
+    environment.file = options.environment;
+    environment.image = read_environment(options.environment, &scene.repairs.non_finite_texels);
+    environment.strength = options.environment_strength;
+    environment.rotation_degrees = options.environment_rotation;
+    scene.environment = std::move(environment);
+  }
+  return scene;
+}
+
+CameraDescription choose_camera(const RenderOptions& options, const SceneDescription& scene) {
+  const double aspect = double(options.width) / options.height;
+  CameraDescription camera;
+  if (!options.camera.empty()) {
+    camera = find_camera(options.camera, scene);
+  } else if (options.look_from || scene.cameras.empty()) {
+    camera = framing_camera(world_bounds(scene), aspect);
+    if (!options.look_from) log_info("the file has no camera; framing the whole scene");
+  } else {
+    camera = scene.cameras.front();
+  }
+  if (options.look_from) {
+    camera.name = "--look-from";
+    camera.orthographic = false;
+    camera.to_world = look_at_matrix(*options.look_from, *options.look_at);
+    if (options.camera.empty()) camera.fov_y = 40.0 * kPiD / 180.0;
+  }
+  if (options.fov_y) {
+    if (camera.orthographic) {
+      throw UsageError("--fov-y: camera '" + camera.name + "' is orthographic and has no angle");
+    }
+    camera.fov_y = *options.fov_y * kPiD / 180.0;
+  }
+  return camera;
+}
+
+Rect choose_window(const RenderOptions& options) {
+  const Rect frame{0, 0, options.width, options.height};
+  if (!options.crop) return frame;
+  const Rect& crop = *options.crop;
+  if (crop.empty() || crop.intersect(frame) != crop) {
+    throw UsageError(fmt::format(
+        "--crop: {},{},{},{} is not inside the frame; valid is 0 <= X0 < X1 <= {} and 0 <= Y0 < Y1 <= {}",
+        crop.x0, crop.y0, crop.x1, crop.y1, options.width, options.height));
+  }
+  return crop;
+}
+
+}  // namespace emberline

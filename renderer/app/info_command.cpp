@@ -1,0 +1,142 @@
+#include "renderer/app/info_command.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "io/gltf.h"
+#include "renderer/core/constants.h"
+#include "renderer/core/errors.h"
+#include "renderer/scene/build_scene.h"
+
+namespace emberline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json describe_images(const SceneDescription& scene) {
+  static constexpr const char* kTypes[] = {"uint8", "uint16", "half", "float"};
+  Json list = Json::array();
+  for (const auto& image : scene.images) {
+    if (!image) continue;
+    list.push_back({{"name", image->name},
+                    {"width", image->width},
+                    {"height", image->height},
+                    {"channels", image->channels},
+                    {"type", kTypes[size_t(image->type)]}});
+  }
+  return list;
+}
+
+Json describe_lights(const SceneDescription& scene) {
+  static constexpr const char* kTypes[] = {"point", "spot", "directional"};
+  Json list = Json::array();
+  for (const PunctualLightDescription& light : scene.lights) {
+    list.push_back({{"name", light.name},
+                    {"type", kTypes[size_t(light.type)]},
+                    {"intensity", {light.intensity.x, light.intensity.y, light.intensity.z}}});
+  }
+  return list;
+}
+
+Json describe_cameras(const SceneDescription& scene) {
+  Json list = Json::array();
+  for (const CameraDescription& camera : scene.cameras) {
+    Json entry = {{"name", camera.name},
+                  {"type", camera.orthographic ? "orthographic" : "perspective"}};
+    if (camera.orthographic) {
+      entry["y_mag"] = camera.y_mag;
+    } else {
+      entry["fov_y_degrees"] = camera.fov_y * 180.0 / kPiD;
+    }
+    list.push_back(entry);
+  }
+  return list;
+}
+
+Json describe(const SceneDescription& scene) {
+  uint64_t stored = 0, placed = 0;
+  for (const MeshDescription& mesh : scene.meshes) stored += mesh.triangles.size();
+  for (const InstanceDescription& instance : scene.instances) {
+    placed += scene.meshes[size_t(instance.mesh)].triangles.size();
+  }
+  const WorldBounds bounds = world_bounds(scene);
+  Json json;
+  json["file"] = scene.file;
+  json["generator"] = scene.generator;
+  json["meshes"] = scene.meshes.size();
+  json["instances"] = scene.instances.size();
+  json["triangles"] = {{"stored", stored}, {"placed", placed}};
+  json["bounds"] = {{"min", {bounds.min.x, bounds.min.y, bounds.min.z}},
+                    {"max", {bounds.max.x, bounds.max.y, bounds.max.z}}};
+  json["materials"] = scene.materials.size();
+  json["images"] = describe_images(scene);
+  json["lights"] = describe_lights(scene);
+  json["cameras"] = describe_cameras(scene);
+  json["gltf"] = {{"used", scene.coverage.used},
+                  {"approximated", scene.coverage.approximated},
+                  {"ignored", scene.coverage.ignored}};
+  const LoadRepairs& r = scene.repairs;
+  json["repairs"] = {{"degenerate_triangles", r.degenerate_triangles},
+                     {"non_finite_triangles", r.non_finite_triangles},
+                     {"non_finite_texels", r.non_finite_texels},
+                     {"singular_instances", r.singular_instances},
+                     {"replaced_images", r.replaced_images}};
+  return json;
+}
+
+void print_list(const char* title, const Json& names) {
+  if (names.empty()) return;
+  fmt::print("{}\n", title);
+  for (const Json& name : names) fmt::print("  {}\n", name.get<std::string>());
+}
+
+void print_text(const Json& j) {
+  fmt::print("{}", j["file"].get<std::string>());
+  const std::string generator = j["generator"];
+  fmt::print("{}\n", generator.empty() ? "" : "  (" + generator + ")");
+  fmt::print("meshes {}, instances {}, triangles {} ({} placed), materials {}\n",
+             j["meshes"].get<size_t>(), j["instances"].get<size_t>(),
+             j["triangles"]["stored"].get<uint64_t>(), j["triangles"]["placed"].get<uint64_t>(),
+             j["materials"].get<size_t>());
+  const auto at = [&](const char* end, size_t i) { return j["bounds"][end][i].get<double>(); };
+  fmt::print("bounds {:.6g} {:.6g} {:.6g} to {:.6g} {:.6g} {:.6g}\n", at("min", 0), at("min", 1),
+             at("min", 2), at("max", 0), at("max", 1), at("max", 2));
+  for (const Json& image : j["images"]) {
+    fmt::print("image {} x {} x {} {}  {}\n", image["width"].get<int>(), image["height"].get<int>(),
+               image["channels"].get<int>(), image["type"].get<std::string>(),
+               image["name"].get<std::string>());
+  }
+  for (const Json& camera : j["cameras"]) {
+    fmt::print("camera '{}' {}\n", camera["name"].get<std::string>(),
+               camera["type"].get<std::string>());
+  }
+  for (const Json& light : j["lights"]) {
+    fmt::print("light '{}' {}\n", light["name"].get<std::string>(),
+               light["type"].get<std::string>());
+  }
+  for (const auto& [name, count] : j["repairs"].items()) {
+    if (count.get<uint64_t>() > 0) fmt::print("repaired: {} {}\n", count.get<uint64_t>(), name);
+  }
+  print_list("honoured", j["gltf"]["used"]);
+  print_list("approximated", j["gltf"]["approximated"]);
+  print_list("ignored", j["gltf"]["ignored"]);
+  print_list("a render builds", j["features"]);
+}
+
+}  // namespace
+
+int run_info(const InfoOptions& options) {
+  SceneDescription scene = load_gltf(options.scene, {.lenient = options.lenient});
+  Json json = describe(scene);
+  json["features"] = build_scene(std::move(scene), {})->features();
+  if (options.json) {
+    fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+  } else {
+    print_text(json);
+  }
+  return kExitDone;
+}
+
+}  // namespace emberline

@@ -1,0 +1,17 @@
+// `emberline info`: what is in a scene, which features it needs, what is approximated or ignored.
+#pragma once
+
+#include <string>
+
+namespace emberline {
+
+struct InfoOptions {
+  std::string scene;
+  bool json = false;
+  bool lenient = false;
+};
+
+// Prints to stdout. Returns the exit code. Throws EmberlineError.
+int run_info(const InfoOptions& options);
+
+}  // namespace emberline

@@ -1,0 +1,61 @@
+// The files a frame is written to while it renders.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "io/display.h"
+#include "io/exr_writer.h"
+#include "renderer/core/rect.h"
+#include "renderer/drivers/frame_driver.h"
+
+namespace emberline {
+
+struct OutputSettings {
+  int width = 0, height = 0;
+  Rect window;
+  int tile_size = 64;
+  AovSet aovs;
+  std::vector<std::pair<std::string, std::string>> attributes;
+  DisplaySettings display;
+  bool transparent = false;  // PNG gets an alpha channel
+};
+
+// Passes finished tiles on to every file, and the count of samples to the progress display.
+class FrameOutputs final : public FrameObserver {
+ public:
+  // Opens the files at once, so that a path that cannot be written is known before the render and
+  // not after it. Throws UsageError for an unknown suffix, RenderError for an unwritable path.
+  FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings);
+
+  void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }
+
+  void tile_finished(const FilmTile& tile) override;
+  void samples_finished(uint64_t count) override;
+
+  // Completes and renames the files. Throws RenderError.
+  void finish();
+
+  // What the film held at most, for the report.
+  uint64_t film_bytes() const { return film_bytes_.load(); }
+  double write_seconds() const { return double(write_nanoseconds_.load()) * 1e-9; }
+  bool has_display_image() const { return !images_.empty(); }
+  std::string display_description() const;
+
+ private:
+  std::vector<std::unique_ptr<ExrWriter>> exrs_;
+  std::vector<std::unique_ptr<DisplayImageWriter>> images_;
+  std::shared_ptr<const DisplayTransform> transform_;
+  std::function<void(uint64_t)> on_samples_;
+  std::atomic<uint64_t> film_bytes_{0};
+  std::atomic<uint64_t> write_nanoseconds_{0};
+};
+
+// Throws UsageError unless the suffix of `path` is one we can write.
+void check_output_suffix(const std::string& path);
+
+}  // namespace emberline

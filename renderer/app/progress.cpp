@@ -1,0 +1,91 @@
+#include "renderer/app/progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "renderer/app/stop_signal.h"
+#include "renderer/core/log.h"
+
+namespace emberline {
+
+using Seconds = std::chrono::duration<double>;
+
+std::string format_duration(double seconds) {
+  if (seconds < 10) return fmt::format("{:.1f} s", seconds);
+  const auto s = int64_t(seconds + 0.5);
+  if (s < 60) return fmt::format("{} s", s);
+  if (s < 3600) return fmt::format("{} min {:02} s", s / 60, s % 60);
+  return fmt::format("{} h {:02} min", s / 3600, s % 3600 / 60);
+}
+
+ProgressDisplay::ProgressDisplay(uint64_t samples_total, std::stop_source stop)
+    : total_(samples_total),
+      stop_(std::move(stop)),
+      start_(std::chrono::steady_clock::now()),
+      shown_(log_level() != LogLevel::kQuiet),
+      terminal_(isatty(STDERR_FILENO) != 0) {
+  if (shown_ && terminal_) {
+    set_log_interrupt([] { std::fputs("\r\033[K", stderr); }, nullptr);
+  }
+  thread_ = std::thread([this] { run(); });
+}
+
+ProgressDisplay::~ProgressDisplay() {
+  {
+    const std::lock_guard lock(mutex_);
+    finished_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+  set_log_interrupt(nullptr, nullptr);
+  if (shown_ && terminal_) {
+    std::fputs("\r\033[K", stderr);
+    std::fflush(stderr);
+  }
+}
+
+void ProgressDisplay::run() {
+  // 20 ms: soon enough for a stop to feel immediate, seldom enough to cost nothing.
+  constexpr auto kPoll = std::chrono::milliseconds(20);
+  int polls = 0;
+  std::unique_lock lock(mutex_);
+  while (!wake_.wait_for(lock, kPoll, [this] { return finished_; })) {
+    if (stop_signalled()) stop_.request_stop();
+    if (shown_ && ++polls % 5 == 0) draw();
+  }
+}
+
+std::string ProgressDisplay::line(uint64_t done, double elapsed) const {
+  const double fraction = total_ > 0 ? double(done) / double(total_) : 1.0;
+  std::string text = fmt::format("{:5.1f} %  {}", 100 * fraction, format_duration(elapsed));
+  if (done > 0 && done < total_) {
+    text += ", " + format_duration(elapsed * (1 - fraction) / fraction) + " left";
+  }
+  const double rate = elapsed > 0 ? double(done) / elapsed : 0.0;
+  return text + fmt::format("  ({:.2f} M samples/s)", rate * 1e-6);
+}
+
+void ProgressDisplay::draw() {
+  const uint64_t done = std::min(done_.load(std::memory_order_relaxed), total_);
+  const double elapsed = Seconds(std::chrono::steady_clock::now() - start_).count();
+  if (terminal_) {
+    constexpr int kWidth = 30;
+    const int filled = total_ > 0 ? int(double(done) / double(total_) * kWidth) : kWidth;
+    std::string bar(size_t(filled), '=');
+    bar.resize(kWidth, ' ');
+    std::fprintf(stderr, "\r[%s] %s\033[K", bar.c_str(), line(done, elapsed).c_str());
+    std::fflush(stderr);
+    return;
+  }
+  // Piped into a farm's log: a line for every tenth.
+  const int tenth = total_ > 0 ? int(10 * done / total_) : 10;
+  if (tenth > last_tenth_) {
+    last_tenth_ = tenth;
+    log_info("rendering " + line(done, elapsed));
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,47 @@
+// Progress with time left: a bar on a terminal, plain lines when piped, nothing with --quiet.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <thread>
+
+namespace emberline {
+
+// Runs a thread of its own, which also turns a stop signal into a stop request.
+class ProgressDisplay {
+ public:
+  ProgressDisplay(uint64_t samples_total, std::stop_source stop);
+  ~ProgressDisplay();  // finishes the line
+  ProgressDisplay(const ProgressDisplay&) = delete;
+  ProgressDisplay& operator=(const ProgressDisplay&) = delete;
+
+  // Any thread.
+  void add(uint64_t samples) { done_.fetch_add(samples, std::memory_order_relaxed); }
+
+ private:
+  void run();
+  void draw();
+  std::string line(uint64_t done, double elapsed) const;
+
+  const uint64_t total_;
+  std::atomic<uint64_t> done_{0};
+  std::stop_source stop_;
+  const std::chrono::steady_clock::time_point start_;
+  bool shown_;
+  bool terminal_;
+  int last_tenth_ = 0;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool finished_ = false;
+  std::thread thread_;
+};
+
+// "12 s", "3 min 20 s", "2 h 05 min".
+std::string format_duration(double seconds);
+
+}  // namespace emberline

@@ -1,0 +1,134 @@
+#include "renderer/app/render_command.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <chrono>
+#include <thread>
+
+#include "io/atomic_file.h"
+#include "renderer/app/frame_setup.h"
+#include "renderer/app/outputs.h"
+#include "renderer/app/progress.h"
+#include "renderer/app/replay.h"
+#include "renderer/app/report.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/scene/build_scene.h"
+#include "renderer/scene/camera.h"
+
+namespace emberline {
+namespace {
+
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+PixelFilter choose_filter(const RenderOptions& options) {
+  const std::string name = options.filter.empty() ? std::string(kDefaultFilter) : options.filter;
+  return options.filter_radius ? PixelFilter::create(name, *options.filter_radius)
+                               : PixelFilter::create(name);
+}
+
+void warn_of_non_finite(const FrameCounters& counters) {
+  if (counters.non_finite_samples == 0) return;
+  const NonFiniteSample& first = counters.located.front();
+  log_warning(fmt::format("{} samples were NaN or infinite and count as black; the first is replayed "
+                          "with --replay {},{},{}",
+                          counters.non_finite_samples, first.x, first.y, first.sample));
+}
+
+void summarize(const RenderOptions& options, const RenderReport& report) {
+  const FrameCounters& c = report.counters;
+  const double seconds = report.times.render_s;
+  log_info(fmt::format("{} {} samples in {} ({:.2f} M samples/s, {:.2f} M rays/s), {:.0f} MiB",
+                       c.stopped ? "stopped after" : "rendered", c.samples, format_duration(seconds),
+                       seconds > 0 ? double(c.samples) / seconds * 1e-6 : 0.0,
+                       seconds > 0 ? double(c.rays.total()) / seconds * 1e-6 : 0.0,
+                       double(peak_rss_bytes()) / 1048576));
+  for (const std::string& path : options.outputs) log_info("wrote " + path);
+  for (const std::string& feature : report.features) log_verbose("built: " + feature);
+}
+
+}  // namespace
+
+int run_render(const RenderOptions& options) {
+  const Stopwatch wall;
+  const int threads =
+      options.threads > 0 ? options.threads : int(std::max(1u, std::thread::hardware_concurrency()));
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+
+  // Whatever names or ranges are wrong is found before anything is loaded or written.
+  const std::unique_ptr<FrameDriver> driver =
+      create_driver(options.driver, {options.bucket_size, options.bucket_order});
+  const std::unique_ptr<Integrator> integrator = create_integrator(
+      options.integrator, {.max_depth = options.max_depth, .transparent = options.transparent});
+  const auto streams = static_cast<StreamCount>(options.streams);
+  const std::unique_ptr<Sampler> sampler = create_sampler(options.sampler, {streams});
+  const PixelFilter filter = choose_filter(options);
+  const Rect window = choose_window(options);
+  OutputSettings output_settings{options.width,  options.height,   window,
+                                 options.bucket_size, AovSet::parse(options.aovs),
+                                 settings_attributes(options),     options.display,
+                                 options.transparent};
+  for (const std::string& path : options.outputs) check_output_suffix(path);
+
+  RenderReport report;
+  report.window = window;
+  const Stopwatch load;
+  SceneDescription description = load_scene(options);
+  report.times.load_s = load.seconds();
+  const CameraDescription camera_description = choose_camera(options, description);
+  report.camera = camera_description.name;
+  report.coverage = description.coverage;
+  report.repairs = description.repairs;
+
+  const Stopwatch build;
+  const std::unique_ptr<Scene> scene =
+      build_scene(std::move(description), {.show_backfaces = options.show_backfaces});
+  const Camera camera(camera_description, options.width, options.height, scene->origin(),
+                      scene->scale());
+  report.times.build_s = build.seconds();
+  report.features = scene->features();
+  report.memory = scene->memory();
+  log_verbose(fmt::format("loaded in {}, built in {}: {} triangles, {} instances",
+                          format_duration(report.times.load_s),
+                          format_duration(report.times.build_s), scene->triangle_count(),
+                          scene->instance_count()));
+
+  const Frame frame{*scene,        camera,         *integrator, *sampler, filter,
+                    options.width, options.height, window,      options.spp, options.seed,
+                    streams,       output_settings.aovs};
+  if (options.replay) return run_replay(frame, *options.replay);
+
+  FrameOutputs outputs(options.outputs, output_settings);
+  report.display = outputs.display_description();
+  std::stop_source stop;
+  const Stopwatch render;
+  {
+    ProgressDisplay progress(uint64_t(window.area()) * options.spp, stop);
+    outputs.on_samples([&progress](uint64_t count) { progress.add(count); });
+    report.counters = driver->render(frame, outputs, stop.get_token());
+  }
+  report.times.render_s = render.seconds();
+
+  const Stopwatch write;
+  outputs.finish();
+  report.times.write_s = write.seconds();
+  report.film_bytes = outputs.film_bytes();
+  report.exit_code = report.counters.stopped ? kExitStopped : kExitDone;
+  report.times.wall_s = wall.seconds();
+  report.times.cpu_s = process_cpu_seconds();
+  warn_of_non_finite(report.counters);
+  if (!options.report.empty()) write_file_atomically(options.report, report_json(options, report));
+  summarize(options, report);
+  return report.exit_code;
+}
+
+}  // namespace emberline

@@ -1,0 +1,56 @@
+// What `emberline render` is told.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/display.h"
+#include "renderer/core/rect.h"
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+struct RenderOptions {
+  std::string scene;
+  std::vector<std::string> outputs;
+  std::string command_line;  // for the records
+
+  // Schedule and estimator.
+  std::string driver = "bucket";
+  std::string integrator = "path";
+  std::string sampler = "sobol";
+  std::string filter;  // empty: the default
+  std::optional<float> filter_radius;
+  uint32_t spp = 64;
+  int max_depth = 16;
+  uint32_t seed = 0;
+  int streams = 1;
+  int bucket_size = 64;
+  std::string bucket_order = "hilbert";
+
+  // Frame and view.
+  int width = 1280, height = 720;
+  std::optional<Rect> crop;
+  std::string camera;  // name or index; empty: the file's first, or one that frames the scene
+  std::optional<Vec3d> look_from, look_at;
+  std::optional<double> fov_y;  // degrees
+
+  // Surroundings.
+  std::string environment;
+  float environment_strength = 1.0f;
+  float environment_rotation = 0.0f;
+  bool transparent = false;
+  bool show_backfaces = false;
+  bool lenient = false;
+
+  // Results.
+  std::string aovs;
+  std::string report;
+  DisplaySettings display;
+  std::optional<std::string> replay;  // X,Y,SAMPLE
+  int threads = 0;                    // 0: all
+};
+
+}  // namespace emberline

@@ -1,0 +1,14 @@
+// `--replay X,Y,SAMPLE`: one sample of the frame alone, exactly as the render computed it.
+#pragma once
+
+#include <string>
+
+#include "renderer/drivers/frame_driver.h"
+
+namespace emberline {
+
+// Prints the sample's ray and value to stdout. Throws UsageError for a malformed or outside
+// address. Returns kExitDone, or kExitRenderFailed if the value is not finite.
+int run_replay(const Frame& frame, const std::string& address);
+
+}  // namespace emberline

@@ -1,0 +1,123 @@
+#include "renderer/app/report.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <nlohmann/json.hpp>
+
+#include "io/versions.h"
+#include "renderer/app/version.h"
+#include "renderer/scene/embree_version.h"
+
+namespace emberline {
+
+using Json = nlohmann::ordered_json;
+
+uint64_t peak_rss_bytes() {
+  rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
+  return uint64_t(usage.ru_maxrss) * 1024;  // Linux counts in KiB
+}
+
+double process_cpu_seconds() {
+  rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+std::vector<std::pair<std::string, std::string>> library_versions() {
+  std::vector<std::pair<std::string, std::string>> versions = {{"emberline", kEmberlineVersion},
+                                                               {"embree", embree_version()}};
+  for (auto& entry : io_library_versions()) versions.push_back(std::move(entry));
+  return versions;
+}
+
+std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& o) {
+  std::vector<std::pair<std::string, std::string>> list = {
+      {"emberline:command", o.command_line},
+      {"emberline:scene", o.scene},
+      {"emberline:driver", o.driver},
+      {"emberline:integrator", o.integrator},
+      {"emberline:sampler", o.sampler},
+      {"emberline:filter", o.filter},
+      {"emberline:spp", std::to_string(o.spp)},
+      {"emberline:max_depth", std::to_string(o.max_depth)},
+      {"emberline:seed", std::to_string(o.seed)},
+      {"emberline:streams", std::to_string(o.streams)},
+      {"emberline:environment", o.environment},
+      {"emberline:environment_strength", fmt::format("{}", o.environment_strength)},
+      {"emberline:environment_rotation", fmt::format("{}", o.environment_rotation)},
+  };
+  for (const auto& [name, version] : library_versions()) {
+    list.emplace_back("emberline:version:" + name, version);
+  }
+  return list;
+}
+
+std::string report_json(const RenderOptions& options, const RenderReport& r) {
+  Json json;
+  json["time"] = {{"load_s", r.times.load_s},     {"build_s", r.times.build_s},
+                  {"render_s", r.times.render_s}, {"write_s", r.times.write_s},
+                  {"wall_s", r.times.wall_s},     {"cpu_s", r.times.cpu_s}};
+  const FrameCounters& c = r.counters;
+  const double pixels = double(r.window.area());
+  json["samples"] = {{"total", c.samples},
+                     {"min", c.min_samples},
+                     {"mean", pixels > 0 ? double(c.samples) / pixels : 0.0},
+                     {"max", c.max_samples}};
+  json["rays"] = {{"camera", c.rays.camera},
+                  {"scatter", c.rays.scatter},
+                  {"shadow", c.rays.shadow},
+                  {"total", c.rays.total()}};
+  json["memory"] = {{"peak_rss_bytes", peak_rss_bytes()},
+                    {"geometry_bytes", r.memory.geometry_bytes},
+                    {"bvh_bytes", r.memory.bvh_bytes},
+                    {"texture_bytes", r.memory.texture_bytes},
+                    {"film_bytes", r.film_bytes}};
+  Json located = Json::array();
+  for (const NonFiniteSample& s : c.located) {
+    located.push_back({{"x", s.x},
+                       {"y", s.y},
+                       {"sample", s.sample},
+                       {"replay", fmt::format("--replay {},{},{}", s.x, s.y, s.sample)}});
+  }
+  json["numerics"] = {{"non_finite_samples", c.non_finite_samples},
+                      {"located", located},
+                      {"degenerate_triangles", r.repairs.degenerate_triangles},
+                      {"non_finite_triangles", r.repairs.non_finite_triangles},
+                      {"non_finite_texels", r.repairs.non_finite_texels},
+                      {"singular_instances", r.repairs.singular_instances},
+                      {"replaced_images", r.repairs.replaced_images}};
+  // Uniform sampling decides nothing from an error estimate, so none is made.
+  json["error"] = {{"estimator", "none"}, {"estimate", nullptr}};
+  json["features"] = r.features;
+  json["gltf"] = {{"used", r.coverage.used},
+                  {"approximated", r.coverage.approximated},
+                  {"ignored", r.coverage.ignored}};
+  json["passes"] = Json::array({{{"elapsed_s", r.times.render_s},
+                                 {"samples", c.samples},
+                                 {"error_estimate", nullptr}}});
+  Json settings;
+  for (const auto& [key, value] : settings_attributes(options)) {
+    if (key.starts_with("emberline:version:")) continue;
+    settings[key.substr(std::string("emberline:").size())] = value;
+  }
+  settings["size"] = {options.width, options.height};
+  settings["window"] = {r.window.x0, r.window.y0, r.window.x1, r.window.y1};
+  settings["camera"] = r.camera;
+  settings["threads"] = options.threads;
+  settings["bucket_size"] = options.bucket_size;
+  settings["bucket_order"] = options.bucket_order;
+  settings["display"] = r.display;
+  json["settings"] = settings;
+  Json versions;
+  for (const auto& [name, version] : library_versions()) versions[name] = version;
+  json["versions"] = versions;
+  json["output"] = options.outputs;
+  json["stopped"] = c.stopped;
+  json["exit_code"] = r.exit_code;
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace emberline

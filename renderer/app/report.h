@@ -1,0 +1,47 @@
+// report.json: what a render did, in seconds, bytes and counts.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "renderer/app/render_options.h"
+#include "renderer/drivers/frame_driver.h"
+#include "renderer/scene/scene.h"
+#include "renderer/scene/scene_description.h"
+
+namespace emberline {
+
+struct RenderTimes {
+  double load_s = 0, build_s = 0, render_s = 0, write_s = 0, wall_s = 0, cpu_s = 0;
+};
+
+struct RenderReport {
+  RenderTimes times;
+  FrameCounters counters;
+  SceneMemory memory;
+  uint64_t film_bytes = 0;
+  std::vector<std::string> features;
+  CoverageReport coverage;
+  LoadRepairs repairs;
+  std::string camera;
+  std::string display;
+  Rect window;
+  int exit_code = 0;
+};
+
+// The keys are those of the design: time, samples, rays, memory, numerics, error, features, gltf,
+// passes; beside them settings, versions and output.
+std::string report_json(const RenderOptions& options, const RenderReport& report);
+
+// Settings, versions and seed as strings: the EXR's header attributes.
+std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& options);
+
+// Peak resident memory and CPU time of this process so far.
+uint64_t peak_rss_bytes();
+double process_cpu_seconds();
+
+// "embree" -> "3.13.5" and so on, for what this binary runs with.
+std::vector<std::pair<std::string, std::string>> library_versions();
+
+}  // namespace emberline

@@ -1,0 +1,44 @@
+#include "renderer/drivers/frame_driver.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "renderer/core/names.h"
+#include "renderer/drivers/bucket_driver.h"
+
+namespace emberline {
+namespace {
+
+constexpr DriverEntry kDrivers[] = {
+    {"bucket", "bucket after bucket, each finished, streamed out and released",
+     [](const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
+       return std::make_unique<BucketDriver>(settings);
+     }},
+};
+
+}  // namespace
+
+std::span<const DriverEntry> driver_table() { return kDrivers; }
+
+std::unique_ptr<FrameDriver> create_driver(std::string_view name, const DriverSettings& settings) {
+  return find_named(kDrivers, "--driver", "driver", name).create(settings);
+}
+
+void FrameCounters::merge(const FrameCounters& other) {
+  rays.merge(other.rays);
+  // A worker that came too late for any bucket has nothing to say about the least count.
+  if (other.samples > 0 || other.stopped) {
+    min_samples = samples == 0 ? other.min_samples : std::min(min_samples, other.min_samples);
+  }
+  max_samples = std::max(max_samples, other.max_samples);
+  samples += other.samples;
+  non_finite_samples += other.non_finite_samples;
+  located.insert(located.end(), other.located.begin(), other.located.end());
+  std::sort(located.begin(), located.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.y, a.x, a.sample) < std::tie(b.y, b.x, b.sample);
+  });
+  if (located.size() > kLocatedLimit) located.resize(kLocatedLimit);
+  stopped = stopped || other.stopped;
+}
+
+}  // namespace emberline

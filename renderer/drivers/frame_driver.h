@@ -1,0 +1,90 @@
+// A frame driver decides which pixel gets its next samples. Drivers are interchangeable: for equal
+// sample counts they produce equal bits (law 2), because every sample is a pure function of the
+// frame (law 1) and each pixel's samples are added in index order by one owner.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "integrators/integrator.h"
+#include "renderer/drivers/work_item.h"
+#include "renderer/film/film.h"
+#include "renderer/film/filter.h"
+
+namespace emberline {
+
+// All that is constant while a frame renders. Refers to things that must outlive it.
+struct Frame {
+  const Scene& scene;
+  const Camera& camera;
+  const Integrator& integrator;
+  const Sampler& sampler;
+  const PixelFilter& filter;
+  int width = 0, height = 0;
+  Rect window;  // what of it is rendered: the crop, or the whole
+  uint32_t samples_per_pixel = 1;
+  uint32_t seed = 0;
+  StreamCount streams = StreamCount::kOne;
+  AovSet aovs;
+};
+
+// A sample that came out NaN or infinite: enough to replay it.
+struct NonFiniteSample {
+  int x = 0, y = 0;
+  uint32_t sample = 0;
+};
+
+// What happened, summed over the frame.
+struct FrameCounters {
+  RayCounters rays;
+  uint64_t samples = 0;
+  uint64_t non_finite_samples = 0;
+  std::vector<NonFiniteSample> located;  // the first few, in (y, x, sample) order
+  uint32_t min_samples = 0, max_samples = 0;  // per pixel of the window
+  bool stopped = false;                       // by the stop token, before the work was done
+
+  static constexpr size_t kLocatedLimit = 16;
+  void merge(const FrameCounters& other);
+};
+
+// How window, progress bar, writers and checkpoints see the frame; drivers know none of them.
+// Called from worker threads, concurrently.
+class FrameObserver {
+ public:
+  virtual ~FrameObserver() = default;
+  // All samples of the tile's pixels are in; the tile is reused after the call returns. May throw:
+  // the frame is then abandoned and render() rethrows.
+  virtual void tile_finished(const FilmTile& tile) = 0;
+  // Some more samples are done (about every millisecond of work).
+  virtual void samples_finished(uint64_t /*count*/) {}
+};
+
+class FrameDriver {
+ public:
+  virtual ~FrameDriver() = default;
+  // Renders the frame, on the calling thread's TBB arena. Returns early, with what there is
+  // delivered, soon after a stop is requested.
+  virtual FrameCounters render(const Frame& frame, FrameObserver& observer,
+                               std::stop_token stop) = 0;
+};
+
+struct DriverSettings {
+  int bucket_size = 64;
+  std::string bucket_order = "hilbert";
+};
+
+struct DriverEntry {
+  std::string_view name;
+  std::string_view summary;
+  std::unique_ptr<FrameDriver> (*create)(const DriverSettings&);
+};
+std::span<const DriverEntry> driver_table();
+
+// Throws UsageError that lists the valid names.
+std::unique_ptr<FrameDriver> create_driver(std::string_view name, const DriverSettings& settings);
+
+}  // namespace emberline

@@ -1,0 +1,151 @@
+#include "renderer/film/film.h"
+
+#include "renderer/core/names.h"
+
+namespace emberline {
+
+const std::vector<AovEntry>& aov_table() {
+  static const std::vector<AovEntry> table = {
+      {Aov::kVariance, "variance", "variance of the pixel's mean, from its own samples"},
+      {Aov::kAlbedo, "albedo", "directional albedo of the first surface"},
+      {Aov::kNormal, "N", "shading normal of the first surface, world axes"},
+      {Aov::kDepth, "Z", "depth of the first surface along the viewing axis"},
+      {Aov::kId, "id", "instance seen by the pixel's first sample that hits one"},
+      {Aov::kTime, "time", "seconds spent on the pixel"},
+  };
+  return table;
+}
+
+AovSet AovSet::parse(std::string_view list) {
+  AovSet set;
+  while (!list.empty()) {
+    const size_t comma = list.find(',');
+    const std::string_view name = list.substr(0, comma);
+    list = comma == std::string_view::npos ? std::string_view{} : list.substr(comma + 1);
+    if (name.empty()) continue;
+    set.insert(find_named(aov_table(), "--aov", "channel", name).aov);
+  }
+  return set;
+}
+
+std::vector<FilmChannel> film_channels(const AovSet& aovs) {
+  std::vector<FilmChannel> channels = {{"R"}, {"G"}, {"B"}, {"A"}, {"samples", true}};
+  const auto add = [&](std::initializer_list<const char*> names, bool integer = false) {
+    for (const char* name : names) channels.push_back({name, integer});
+  };
+  if (aovs.contains(Aov::kVariance)) add({"variance.R", "variance.G", "variance.B"});
+  if (aovs.contains(Aov::kAlbedo)) add({"albedo.R", "albedo.G", "albedo.B"});
+  if (aovs.contains(Aov::kNormal)) add({"N.X", "N.Y", "N.Z"});
+  if (aovs.contains(Aov::kDepth)) add({"Z"});
+  if (aovs.contains(Aov::kId)) add({"id"}, true);
+  if (aovs.contains(Aov::kTime)) add({"time"});
+  return channels;
+}
+
+void FilmTile::reset(const Rect& rect) {
+  rect_ = rect;
+  const auto n = size_t(rect.area());
+  sums_.assign(n, PixelSums{});
+  if (aovs_.contains(Aov::kVariance)) squares_.assign(3 * n, 0.0);
+  if (wants_surface()) surfaces_.assign(n, SurfaceSums{});
+  if (aovs_.contains(Aov::kTime)) seconds_.assign(n, 0.0f);
+}
+
+bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValue& value) {
+  const size_t i = index(x, y);
+  PixelSums& sums = sums_[i];
+  sums.count[half]++;
+  const Rgb weighted = value.radiance * filter_weight;
+  if (!is_finite(weighted)) {
+    sums.non_finite++;
+    return false;
+  }
+  for (int c = 0; c < 3; ++c) sums.rgb[half][c] += double(weighted[c]);
+  sums.alpha += double(value.alpha * filter_weight);
+  if (sums.id == 0) sums.id = value.first_hit.id;
+  if (!squares_.empty()) {
+    for (int c = 0; c < 3; ++c) squares_[3 * i + size_t(c)] += square(double(weighted[c]));
+  }
+  if (!surfaces_.empty() && value.first_hit.hit) {
+    SurfaceSums& surface = surfaces_[i];
+    for (int c = 0; c < 3; ++c) {
+      surface.albedo[c] += double(value.first_hit.albedo[c]);
+      surface.normal[c] += double(value.first_hit.normal[c]);
+    }
+    surface.depth += double(value.first_hit.depth);
+    surface.hits++;
+  }
+  return true;
+}
+
+void FilmTile::add_time(int x, int y, double seconds) {
+  if (!seconds_.empty()) seconds_[index(x, y)] += float(seconds);
+}
+
+uint32_t FilmTile::sample_count(int x, int y) const {
+  const PixelSums& sums = sums_[index(x, y)];
+  return sums.count[0] + sums.count[1];
+}
+
+Rgb FilmTile::mean(int x, int y) const {
+  float rgba[4];
+  put_rgba(index(x, y), rgba);
+  return {rgba[0], rgba[1], rgba[2]};
+}
+
+void FilmTile::put_rgba(size_t i, float* out) const {
+  const PixelSums& sums = sums_[i];
+  const double n = double(sums.count[0]) + double(sums.count[1]);
+  const double scale = n > 0 ? 1.0 / n : 0.0;
+  for (int c = 0; c < 3; ++c) out[c] = float((sums.rgb[0][c] + sums.rgb[1][c]) * scale);
+  // A filter with negative lobes may leave [0, 1]; coverage may not.
+  out[3] = float(std::clamp(sums.alpha * scale, 0.0, 1.0));
+}
+
+void FilmTile::resolve_rgba(std::vector<float>& out) const {
+  out.resize(4 * sums_.size());
+  for (size_t i = 0; i < sums_.size(); ++i) put_rgba(i, &out[4 * i]);
+}
+
+void FilmTile::resolve(std::vector<float>& out) const {
+  const size_t channels = film_channels(aovs_).size();
+  out.resize(channels * sums_.size());
+  for (size_t i = 0; i < sums_.size(); ++i) {
+    const PixelSums& sums = sums_[i];
+    const double n = double(sums.count[0]) + double(sums.count[1]);
+    float* p = &out[channels * i];
+    put_rgba(i, p);
+    p += 4;
+    *p++ = float(n);
+    if (aovs_.contains(Aov::kVariance)) {
+      for (size_t c = 0; c < 3; ++c) {
+        // (sum of squares - n mean^2) / (n (n - 1)): the variance of the mean. Non-finite samples
+        // count as the black they were added as.
+        const double sum = sums.rgb[0][c] + sums.rgb[1][c];
+        const double spread = squares_[3 * i + c] - (n > 0 ? sum * sum / n : 0.0);
+        *p++ = n > 1 ? float(std::max(0.0, spread) / (n * (n - 1))) : 0.0f;
+      }
+    }
+    const SurfaceSums* surface = surfaces_.empty() ? nullptr : &surfaces_[i];
+    const double per_hit = surface && surface->hits ? 1.0 / surface->hits : 0.0;
+    if (aovs_.contains(Aov::kAlbedo)) {
+      // Averaged over all samples: a pixel half covered shows half the albedo, as a denoiser wants.
+      for (const double a : surface->albedo) *p++ = n > 0 ? float(a / n) : 0.0f;
+    }
+    if (aovs_.contains(Aov::kNormal)) {
+      for (const double c : surface->normal) *p++ = n > 0 ? float(c / n) : 0.0f;
+    }
+    if (aovs_.contains(Aov::kDepth)) {
+      *p++ = surface->hits ? float(surface->depth * per_hit) : kBackgroundDepth;
+    }
+    if (aovs_.contains(Aov::kId)) *p++ = float(sums.id);
+    if (aovs_.contains(Aov::kTime)) *p++ = seconds_[i];
+  }
+}
+
+uint64_t FilmTile::bytes() const {
+  return sums_.capacity() * sizeof(PixelSums) + squares_.capacity() * sizeof(double) +
+         surfaces_.capacity() * sizeof(SurfaceSums) + seconds_.capacity() * sizeof(float);
+}
+
+}  // namespace emberline

@@ -1,0 +1,126 @@
+// What a frame accumulates, pixel by pixel, and how it becomes channels.
+//
+// A FilmTile holds the running sums of a rectangle of pixels. Each pixel has one owner at a time,
+// which adds its samples in index order, so equal sets of samples give equal bits whatever the
+// schedule (law 2); nothing here locks. Sums are double: 2^25 samples of 0.1 stay exact to 1e-9.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/core/rect.h"
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+// Channels beside R G B A and `samples`, made only when asked for.
+enum class Aov : uint8_t { kVariance, kAlbedo, kNormal, kDepth, kId, kTime };
+
+struct AovEntry {
+  Aov aov;
+  std::string_view name;
+  std::string_view summary;
+};
+// The table behind --aov, its --help and its error message.
+const std::vector<AovEntry>& aov_table();
+
+class AovSet {
+ public:
+  void insert(Aov aov) { bits_ |= bit(aov); }
+  bool contains(Aov aov) const { return (bits_ & bit(aov)) != 0; }
+  bool empty() const { return bits_ == 0; }
+  // "variance,N" -> set. Throws UsageError that lists the valid names.
+  static AovSet parse(std::string_view list);
+
+ private:
+  static constexpr uint32_t bit(Aov aov) { return 1u << static_cast<uint32_t>(aov); }
+  uint32_t bits_ = 0;
+};
+
+struct FilmChannel {
+  std::string name;
+  bool integer = false;
+};
+// R G B A samples, then the AOVs in table order.
+std::vector<FilmChannel> film_channels(const AovSet& aovs);
+
+// What the first surface along a camera ray says; filled by the integrator when AOVs ask for it.
+struct FirstHit {
+  bool hit = false;
+  Rgb albedo = Rgb(0.0f);
+  Vec3f normal = Vec3f(0.0f);  // shading normal, world axes
+  float depth = 0.0f;          // scene units along the viewing axis
+  uint32_t id = 0;             // 1 + index of the instance; 0: nothing hit
+};
+
+// One sample's value for one pixel.
+struct SampleValue {
+  Rgb radiance = Rgb(0.0f);
+  float alpha = 0.0f;
+  FirstHit first_hit;
+};
+
+// The depth channel where no surface was hit. Finite, so that filters and viewers survive it; the
+// same value Cycles writes.
+inline constexpr float kBackgroundDepth = 1e10f;
+
+class FilmTile {
+ public:
+  explicit FilmTile(const AovSet& aovs) : aovs_(aovs) {}
+
+  // Clears to no samples over `rect`; keeps its memory.
+  void reset(const Rect& rect);
+  const Rect& rect() const { return rect_; }
+  const AovSet& aovs() const { return aovs_; }
+
+  // Adds sample value x filter weight. `half` (0 or 1) is the stream the sample belongs to. Returns
+  // false, and counts the sample as black and non-finite, if the value is NaN or infinite.
+  bool add(int x, int y, int half, float filter_weight, const SampleValue& value);
+  void add_time(int x, int y, double seconds);
+
+  uint32_t sample_count(int x, int y) const;
+  uint32_t non_finite(int x, int y) const { return sums_[index(x, y)].non_finite; }
+  Rgb mean(int x, int y) const;
+
+  // The tile's channels in film_channels() order, interleaved, rows from rect().y0.
+  void resolve(std::vector<float>& out) const;
+  // R G B A only.
+  void resolve_rgba(std::vector<float>& out) const;
+
+  uint64_t bytes() const;
+
+ private:
+  struct PixelSums {
+    double rgb[2][3];
+    double alpha;
+    uint32_t count[2];
+    uint32_t non_finite;
+    uint32_t id;
+  };
+  struct SurfaceSums {
+    double albedo[3];
+    double normal[3];
+    double depth;
+    uint32_t hits;
+  };
+
+  size_t index(int x, int y) const {
+    return size_t(y - rect_.y0) * size_t(rect_.width()) + size_t(x - rect_.x0);
+  }
+  bool wants_surface() const {
+    return aovs_.contains(Aov::kAlbedo) || aovs_.contains(Aov::kNormal) ||
+           aovs_.contains(Aov::kDepth);
+  }
+  void put_rgba(size_t i, float* out) const;
+
+  AovSet aovs_;
+  Rect rect_;
+  std::vector<PixelSums> sums_;
+  std::vector<double> squares_;        // 3 per pixel, with the variance AOV
+  std::vector<SurfaceSums> surfaces_;  // with albedo, N or Z
+  std::vector<float> seconds_;         // with time
+};
+
+}  // namespace emberline

@@ -1,0 +1,170 @@
+#include "renderer/film/filter.h"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "renderer/core/constants.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/names.h"
+
+namespace emberline {
+namespace {
+
+double box(double) { return 1.0; }
+
+// sigma = radius / 3, less its value at the edge so that it ends at zero: pbrt-v4's Gaussian with
+// its defaults (radius 1.5, sigma 0.5).
+double gaussian(double x) { return std::exp(-4.5 * x * x) - std::exp(-4.5); }
+
+// The minimum four-term window of F. J. Harris 1978, "On the Use of Windows for Harmonic Analysis
+// with the Discrete Fourier Transform", Proceedings of the IEEE 66(1), table on page 65; shifted so
+// that its peak is at 0.
+double blackman_harris(double x) {
+  const double t = kPiD * x;
+  return 0.35875 + 0.48829 * std::cos(t) + 0.14128 * std::cos(2 * t) + 0.01168 * std::cos(3 * t);
+}
+
+// Mitchell & Netravali 1988, "Reconstruction Filters in Computer Graphics", SIGGRAPH, equation 8
+// with B = C = 1/3, over [-2, 2] there. The outer piece factors into -7/18 (2 - t)^2 (t - 8/7):
+// negative from t = 8/7 on.
+double mitchell(double x) {
+  const double t = 2.0 * std::abs(x);
+  if (t < 1.0) return (7.0 * t * t * t - 12.0 * t * t + 16.0 / 3.0) / 6.0;
+  return -7.0 / 18.0 * (2.0 - t) * (2.0 - t) * (t - 8.0 / 7.0);
+}
+
+// Radii as the production renderers choose them: Blackman-Harris spans three pixels in Blender's
+// Cycles (its "1.5 px" is doubled), the Gaussian and Mitchell are pbrt-v4's.
+constexpr FilterEntry kFilters[] = {
+    {"box", "the pixel's square; sharpest without ringing, aliases most", 0.5f, box},
+    {"gaussian", "soft; sigma is a third of the radius", 1.5f, gaussian},
+    {"blackman-harris", "close to the Gaussian, a little sharper for its radius", 1.5f,
+     blackman_harris},
+    {"mitchell", "sharp, with negative lobes (slight ringing, more noise)", 2.0f, mitchell},
+};
+
+const FilterEntry& find_filter(std::string_view name) {
+  std::vector<std::string_view> names;
+  for (const FilterEntry& entry : kFilters) {
+    if (entry.name == name) return entry;
+    names.push_back(entry.name);
+  }
+  throw UsageError(unknown_name_message("filter", name, names));
+}
+
+}  // namespace
+
+std::span<const FilterEntry> filter_table() { return kFilters; }
+
+PixelFilter PixelFilter::create(std::string_view name) {
+  const FilterEntry& entry = find_filter(name);
+  return PixelFilter(entry, entry.default_radius);
+}
+
+PixelFilter PixelFilter::create(std::string_view name, float radius) {
+  const FilterEntry& entry = find_filter(name);
+  if (!(radius > 0.0f && radius <= kMaxRadius)) {
+    throw UsageError("filter radius " + std::to_string(radius) +
+                     " is out of range; give pixels above 0 and up to " +
+                     std::to_string(int(kMaxRadius)));
+  }
+  return PixelFilter(entry, radius);
+}
+
+PixelFilter::PixelFilter(const FilterEntry& entry, float radius)
+    : entry_(&entry), radius_(radius), uniform_(entry.profile == box) {
+  if (uniform_) return;
+  double magnitude[kBins + 1];
+  const double negligible = 1e-12 * entry.profile(0.0);
+  for (int i = 0; i <= kBins; ++i) {
+    const double f = entry.profile(double(i) / kBins);
+    magnitude[i] = std::abs(f) < negligible ? 0.0 : std::abs(f);
+  }
+  // Masses of the trapezia, signed by the profile in the middle of each bin.
+  double cdf[kBins + 1] = {};
+  double signed_sum = 0.0;
+  for (int i = 0; i < kBins; ++i) {
+    const double mass = 0.5 * (magnitude[i] + magnitude[i + 1]);
+    sign_[i] = entry.profile((i + 0.5) / kBins) < 0.0 ? int8_t(-1) : int8_t(1);
+    cdf[i + 1] = cdf[i] + mass;
+    signed_sum += sign_[i] * mass;
+  }
+  const double total = cdf[kBins];
+  weight_ = float(total / signed_sum);
+  const double bin_width = double(radius) / kBins;
+  for (int i = 0; i <= kBins; ++i) {
+    cdf_[i] = float(cdf[i] / total);
+    density_[i] = float(magnitude[i] / (total * bin_width));
+  }
+  int bin = 0;
+  for (int g = 0; g < kGuides; ++g) {
+    while (bin + 1 < kBins && cdf_[bin + 1] <= float(g) / kGuides) ++bin;
+    guide_[g] = uint8_t(bin);
+  }
+}
+
+PixelFilter::Coordinate PixelFilter::sample_1d(float u) const {
+  // The subtraction is exact for the multiples of 2^-24 that samplers give.
+  const float t = std::abs(2.0f * u - 1.0f);
+  int bin = guide_[std::min(int(t * kGuides), kGuides - 1)];
+  while (bin + 1 < kBins && cdf_[bin + 1] <= t) ++bin;
+  const float mass = cdf_[bin + 1] - cdf_[bin];
+  const float share = mass > 0.0f ? std::min((t - cdf_[bin]) / mass, 1.0f) : 1.0f;
+  // Inverts a0 s + (a1 - a0) s^2 / 2 = share (a0 + a1) / 2 without cancellation. The divisor is
+  // zero only at the foot of a rising bin, where s is 0.
+  const float a0 = density_[bin], a1 = density_[bin + 1];
+  const float divisor = a0 + std::sqrt(lerp(a0 * a0, a1 * a1, share));
+  const float s = divisor > 0.0f ? std::min(share * (a0 + a1) / divisor, 1.0f) : 0.0f;
+  const float x = radius_ * ((float(bin) + s) / float(kBins));
+  return {std::copysign(x, u - 0.5f), float(sign_[bin]) * weight_};
+}
+
+float PixelFilter::pdf_1d(float x) const {
+  const float position = std::abs(x) / radius_ * float(kBins);
+  if (!(position <= float(kBins))) return 0.0f;
+  const int bin = std::min(int(position), kBins - 1);
+  return 0.5f * lerp(density_[bin], density_[bin + 1], position - float(bin));
+}
+
+float PixelFilter::to_unit_1d(float x) const {
+  const float position = std::min(std::abs(x) / radius_, 1.0f) * float(kBins);
+  const int bin = std::min(int(position), kBins - 1);
+  const float s = position - float(bin);
+  const float a0 = density_[bin], a1 = density_[bin + 1];
+  const float sum = a0 + a1;
+  const float share = sum > 0.0f ? s * (2.0f * a0 + (a1 - a0) * s) / sum : 1.0f;
+  const float t = lerp(cdf_[bin], cdf_[bin + 1], share);
+  const float u = x < 0.0f ? 0.5f * (1.0f - t) : 0.5f * (1.0f + t);
+  return std::min(u, kOneMinusEpsilon);
+}
+
+FilterSample PixelFilter::sample(const Vec2f& u) const {
+  if (uniform_) {
+    const float width = 2.0f * radius_;
+    return {Vec2f((u.x - 0.5f) * width, (u.y - 0.5f) * width), 1.0f};
+  }
+  const Coordinate x = sample_1d(u.x);
+  const Coordinate y = sample_1d(u.y);
+  return {Vec2f(x.x, y.x), x.weight * y.weight};
+}
+
+float PixelFilter::pdf(const Vec2f& offset) const {
+  if (uniform_) {
+    const bool inside = std::abs(offset.x) <= radius_ && std::abs(offset.y) <= radius_;
+    return inside ? 0.25f / (radius_ * radius_) : 0.0f;
+  }
+  return pdf_1d(offset.x) * pdf_1d(offset.y);
+}
+
+Vec2f PixelFilter::offset_to_square(const Vec2f& offset) const {
+  if (uniform_) {
+    const auto invert = [this](float x) {
+      return std::clamp(0.5f + x / (2.0f * radius_), 0.0f, kOneMinusEpsilon);
+    };
+    return {invert(offset.x), invert(offset.y)};
+  }
+  return {to_unit_1d(offset.x), to_unit_1d(offset.y)};
+}
+
+}  // namespace emberline

@@ -1,0 +1,306 @@
+#include "renderer/lights/light_sampler.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "renderer/core/constants.h"
+#include "renderer/core/hash.h"
+#include "renderer/core/ray.h"
+#include "renderer/lights/environment_light.h"
+#include "renderer/lights/light_bvh.h"
+#include "renderer/lights/triangle_sampling.h"
+
+namespace emberline {
+namespace {
+
+// A directional light above the query's horizon is not thought fainter than at 87 degrees: the
+// normal need not be the one that the BSDF uses. As in light_bvh.cpp.
+constexpr float kLeastReceiverCosine = 0.05f;
+// KHR_lights_punctual: "lightAngleScale = 1.0f / max(0.001f, cos(innerConeAngle) - cos(outer...))".
+constexpr float kLeastConeDifference = 0.001f;
+
+bool emits(const Rgb& value) { return is_finite(value) && luminance(value) > 0.0f; }
+
+// The number that picks a light, with further digits behind the float's 24 bits: a tree of
+// thousands of lights asks for more than a float holds, and lights between two floats could never
+// be picked. They are hashed from the sample's own numbers: pure, and below what stratifies.
+double refine(float u_pick, const Vec2f& u) {
+  uint32_t h = hash_combine(hash32(std::bit_cast<uint32_t>(u.x)), std::bit_cast<uint32_t>(u.y));
+  h = hash_combine(h, std::bit_cast<uint32_t>(u_pick));
+  return std::min(double(u_pick) + double(h) * 0x1p-56, 1.0 - 0x1p-53);
+}
+
+float spot_attenuation(const PointLight& light, const Vec3f& to_light) {
+  if (light.type != PointLightType::kSpot) return 1.0f;
+  const float scale = 1.0f / std::max(kLeastConeDifference, light.cos_inner - light.cos_outer);
+  const float cosine = -dot(light.direction, to_light);
+  return square(std::clamp((cosine - light.cos_outer) * scale, 0.0f, 1.0f));
+}
+
+EmitterBounds triangle_bounds(const EmissiveTriangle& t, const Vec3d& normal, double area) {
+  EmitterBounds b;
+  for (int i = 0; i < 3; ++i) {
+    b.lower[i] = std::min({t.p0[i], t.p1[i], t.p2[i]});
+    b.upper[i] = std::max({t.p0[i], t.p1[i], t.p2[i]});
+  }
+  b.axis = Vec3f(normal);
+  b.two_sided = t.two_sided;
+  b.intensity = double(luminance(t.mean_radiance)) * area;
+  return b;
+}
+
+EmitterBounds point_bounds(const PointLight& light) {
+  EmitterBounds b;
+  b.lower = b.upper = light.position;
+  b.intensity = double(luminance(light.intensity));
+  if (light.type == PointLightType::kPoint) {
+    b.axis = Vec3f(0, 0, 1);
+    b.cos_theta_o = -1.0f;
+    return b;
+  }
+  b.axis = light.direction;
+  // The formula widens a cone whose edges are nearly one; bound what it gives.
+  const double outer = std::acos(std::clamp(double(light.cos_outer), -1.0, 1.0));
+  const double inner = std::acos(std::clamp(double(light.cos_inner), -1.0, 1.0));
+  b.cos_theta_o = float(std::cos(std::min(inner, outer)));
+  b.cos_theta_e = float(std::cos(std::clamp(outer - inner, 0.0, kPiD / 2)));
+  return b;
+}
+
+// Luminance of the flux, for the choice without a tree.
+double point_power(const PointLight& light) {
+  const double intensity = double(luminance(light.intensity));
+  if (light.type == PointLightType::kPoint) return 4 * kPiD * intensity;
+  return 2 * kPiD * intensity * (1.0 - 0.5 * (double(light.cos_inner) + double(light.cos_outer)));
+}
+
+}  // namespace
+
+LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<PointLight> points,
+                           std::shared_ptr<const EnvironmentLight> environment,
+                           const LightSamplerSettings& settings)
+    : triangles_(std::move(triangles)),
+      points_(std::move(points)),
+      environment_(environment && !environment->black() ? std::move(environment) : nullptr) {
+  assert(triangles_.size() < kPointEmitter && points_.size() < kPointEmitter);
+  std::vector<EmitterBounds> bounds;
+  std::vector<double> powers;
+  triangle_emitter_.assign(triangles_.size(), kNoEmitter);
+  for (size_t i = 0; i < triangles_.size(); ++i) {
+    const EmissiveTriangle& t = triangles_[i];
+    if (!emits(t.mean_radiance) || !is_finite(t.p0) || !is_finite(t.p1) || !is_finite(t.p2))
+      continue;
+    const Vec3d n = cross(Vec3d(t.p1) - Vec3d(t.p0), Vec3d(t.p2) - Vec3d(t.p0));
+    const double twice_area = std::sqrt(dot(n, n));
+    if (!(twice_area > 0)) continue;
+    triangle_emitter_[i] = uint32_t(emitters_.size());
+    emitters_.push_back(uint32_t(i));
+    bounds.push_back(triangle_bounds(t, n / twice_area, 0.5 * twice_area));
+    powers.push_back(kPiD * bounds.back().intensity * (t.two_sided ? 2 : 1));
+  }
+  for (size_t i = 0; i < points_.size(); ++i) {
+    const PointLight& light = points_[i];
+    if (!emits(light.intensity)) continue;
+    if (light.type == PointLightType::kDirectional) {
+      directional_.push_back(uint32_t(i));
+      continue;
+    }
+    if (!is_finite(light.position)) continue;
+    emitters_.push_back(uint32_t(i) | kPointEmitter);
+    bounds.push_back(point_bounds(light));
+    powers.push_back(point_power(light));
+  }
+
+  if (!emitters_.empty() && emitters_.size() >= settings.bvh_threshold) {
+    bvh_ = std::make_unique<const LightBvh>(bounds);
+  } else {
+    double total = 0;
+    for (double power : powers) total += power;
+    double sum = 0;
+    for (double power : powers) {
+      power_sums_.push_back(sum / total);
+      sum += power;
+    }
+    power_sums_.push_back(1.0);
+  }
+}
+
+LightSampler::~LightSampler() = default;
+LightSampler::LightSampler(LightSampler&&) noexcept = default;
+LightSampler& LightSampler::operator=(LightSampler&&) noexcept = default;
+
+bool LightSampler::empty() const {
+  return emitters_.empty() && directional_.empty() && !environment_;
+}
+
+float LightSampler::directional_weight(const LightQuery& query, const PointLight& light) const {
+  float cosine = -dot(query.normal, light.direction);
+  if (query.both_sides) cosine = std::abs(cosine);
+  if (!(cosine > 0.0f)) return 0.0f;
+  return luminance(light.intensity) * std::max(cosine, kLeastReceiverCosine);
+}
+
+LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& query) const {
+  InfiniteChoice choice;
+  int count = 0;
+  for (uint32_t index : directional_) {
+    const float weight = directional_weight(query, points_[index]);
+    choice.total += weight;
+    count += weight > 0.0f ? 1 : 0;
+  }
+  if (environment_) {
+    choice.environment = kPi * environment_->mean_luminance();  // irradiance, were it even
+    choice.total += choice.environment;
+    ++count;
+  }
+  choice.probability =
+      count == 0 ? 0.0f : float(count) / float(count + (emitters_.empty() ? 0 : 1));
+  return choice;
+}
+
+LightSample LightSampler::sample_infinite(const LightQuery& query, const InfiniteChoice& choice,
+                                          double u_pick, const Vec2f& u) const {
+  LightSample result;
+  double rest = u_pick * double(choice.total);
+  if (environment_ && rest < double(choice.environment)) {
+    const EnvironmentSample s = environment_->sample(u);
+    if (!(s.pdf > 0.0f)) return {};
+    result.kind = LightKind::kEnvironment;
+    result.direction = s.direction;
+    result.distance = kInfinity;
+    result.radiance = s.radiance;
+    result.pdf = choice.probability * (choice.environment / choice.total) * s.pdf;
+    return result;
+  }
+  rest -= double(choice.environment);
+  uint32_t picked = kNoEmitter;
+  float picked_weight = 0.0f;
+  for (uint32_t index : directional_) {
+    const float weight = directional_weight(query, points_[index]);
+    if (weight <= 0.0f) continue;
+    picked = index;  // rounding may run past the last one: keep it
+    picked_weight = weight;
+    if (rest < double(weight)) break;
+    rest -= double(weight);
+  }
+  if (picked == kNoEmitter) return {};
+  result.kind = LightKind::kPoint;
+  result.index = picked;
+  result.direction = -points_[picked].direction;
+  result.distance = kInfinity;
+  result.radiance = points_[picked].intensity;
+  result.pdf = choice.probability * (picked_weight / choice.total);
+  result.delta = true;
+  return result;
+}
+
+LightSampler::FinitePick LightSampler::pick_finite(const LightQuery& query, double u) const {
+  if (bvh_) {
+    const LightBvh::Pick pick = bvh_->pick(query, u);
+    return {pick.emitter, pick.probability};
+  }
+  const auto above = std::upper_bound(power_sums_.begin(), power_sums_.end() - 1, u);
+  const uint32_t emitter = uint32_t(above - power_sums_.begin()) - 1;
+  return {emitter, finite_probability(query, emitter)};
+}
+
+float LightSampler::finite_probability(const LightQuery& query, uint32_t emitter) const {
+  if (bvh_) return bvh_->probability(query, emitter);
+  return float(power_sums_[emitter + 1] - power_sums_[emitter]);
+}
+
+LightSample LightSampler::sample_emitter(const LightQuery& query, uint32_t emitter,
+                                         float probability, const Vec2f& u) const {
+  LightSample result;
+  const uint32_t index = emitters_[emitter] & ~kPointEmitter;
+  if (emitters_[emitter] & kPointEmitter) {
+    const PointLight& light = points_[index];
+    const Vec3d to_light = Vec3d(light.position) - Vec3d(query.point);
+    const double d2 = dot(to_light, to_light);
+    if (!(d2 > 0)) return {};
+    const double distance = std::sqrt(d2);
+    result.direction = Vec3f(to_light / distance);
+    result.radiance =
+        light.intensity * float(double(spot_attenuation(light, result.direction)) / d2);
+    // Outside the cone; or so close that a float cannot say how bright it is.
+    if (is_black(result.radiance) || !is_finite(result.radiance)) return {};
+    result.kind = LightKind::kPoint;
+    result.index = index;
+    result.distance = float(distance);
+    result.position = light.position;
+    result.pdf = probability;
+    result.delta = true;
+    return result;
+  }
+  const EmissiveTriangle& t = triangles_[index];
+  const SeenTriangle seen = see_triangle(t.p0, t.p1, t.p2, query.point);
+  if (!t.two_sided && !(seen.height > 0)) return {};
+  const TriangleSample s = sample_triangle(seen, query.point, u);
+  if (!(s.pdf > 0.0f)) return {};
+  result.kind = LightKind::kTriangle;
+  result.index = index;
+  result.direction = s.direction;
+  result.distance = s.distance;
+  result.position = s.position;
+  result.emitter_normal = Vec3f(seen.normal);
+  result.barycentric = s.barycentric;
+  result.pdf = probability * s.pdf;
+  return result;
+}
+
+LightSample LightSampler::sample(const LightQuery& query, float u_pick, const Vec2f& u) const {
+  const InfiniteChoice infinite = weigh_infinite(query);
+  double pick = refine(u_pick, u);
+  const double split = double(infinite.probability);
+  if (pick < split) return sample_infinite(query, infinite, pick / split, u);
+  if (emitters_.empty()) return {};
+  pick = std::min((pick - split) / (1.0 - split), 1.0 - 0x1p-53);
+  const FinitePick finite = pick_finite(query, pick);
+  const float probability = (1.0f - infinite.probability) * finite.probability;
+  if (!(probability > 0.0f)) return {};
+  return sample_emitter(query, finite.emitter, probability, u);
+}
+
+float LightSampler::pdf_triangle(const LightQuery& query, uint32_t index,
+                                 const Vec3f& /*direction*/, float distance) const {
+  const uint32_t emitter = triangle_emitter_[index];
+  if (emitter == kNoEmitter) return 0.0f;
+  const EmissiveTriangle& t = triangles_[index];
+  const SeenTriangle seen = see_triangle(t.p0, t.p1, t.p2, query.point);
+  if (!t.two_sided && !(seen.height > 0)) return 0.0f;
+  const float probability =
+      (1.0f - weigh_infinite(query).probability) * finite_probability(query, emitter);
+  return probability * triangle_pdf(seen, distance);
+}
+
+float LightSampler::pdf_environment(const LightQuery& query, const Vec3f& direction) const {
+  return environment_ ? environment_probability(query) * environment_->pdf(direction) : 0.0f;
+}
+
+float LightSampler::environment_probability(const LightQuery& query) const {
+  if (!environment_) return 0.0f;
+  const InfiniteChoice choice = weigh_infinite(query);
+  return choice.probability * (choice.environment / choice.total);
+}
+
+std::string LightSampler::describe() const {
+  std::string text;
+  const auto add = [&text](const std::string& part) { text += text.empty() ? part : ", " + part; };
+  if (!emitters_.empty())
+    add(std::string(bvh_ ? "light BVH (" : "power (") + std::to_string(emitters_.size()) +
+        (emitters_.size() == 1 ? " emitter)" : " emitters)"));
+  if (!directional_.empty()) add(std::to_string(directional_.size()) + " directional");
+  if (environment_) add("environment");
+  return text.empty() ? "none" : text;
+}
+
+uint64_t LightSampler::bytes() const {
+  return triangles_.size() * sizeof(EmissiveTriangle) + points_.size() * sizeof(PointLight) +
+         (triangle_emitter_.size() + emitters_.size() + directional_.size()) * sizeof(uint32_t) +
+         power_sums_.size() * sizeof(double) + (bvh_ ? bvh_->bytes() : 0);
+}
+
+}  // namespace emberline

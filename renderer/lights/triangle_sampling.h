@@ -1,0 +1,52 @@
+// Points on a triangle, uniform in the solid angle that it fills as seen from a point.
+//
+// Between kLeastSphericalAngle and kLargestSphericalAngle: Arvo 1995, "Stratified Sampling of
+// Spherical Triangles". Below, where the triangle is flat to float accuracy and both agree, and
+// above, where the point lies on the triangle all but: uniform in area, density d^2 / (A |cos|).
+// Which of the two depends on triangle and point alone, so that a ray that hits the triangle finds
+// the density that a sample there had.
+//
+// Geometry is in double: differences of positions cancel, and a spherical excess of 3e-4 sr leaves
+// a float no digits. Scale-free for coordinates between 1e-30 and 1e30.
+#pragma once
+
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+// Limits of pbrt-v4 (Triangle::MinSphericalSampleArea, MaxSphericalSampleArea).
+inline constexpr double kLeastSphericalAngle = 3e-4;
+inline constexpr double kLargestSphericalAngle = 6.22;
+
+// A triangle as seen from a point.
+struct SeenTriangle {
+  Vec3d to_p0 = Vec3d(0.0);                              // from the point to vertex 0
+  Vec3d edge1 = Vec3d(0.0), edge2 = Vec3d(0.0);          // from vertex 0 to 1 and 2
+  Vec3d a = Vec3d(0.0), b = Vec3d(0.0), c = Vec3d(0.0);  // unit, from the point to the vertices
+  Vec3d normal = Vec3d(0.0);                             // unit, along edge1 x edge2
+  double area = 0.0;    // 0: degenerate, or the point is in its plane; there is nothing to sample
+  double height = 0.0;  // signed distance of the point from the plane; > 0 in front
+  double solid_angle = 0.0;  // Van Oosterom & Strackee 1983, "The Solid Angle of a Plane Triangle"
+
+  bool spherical() const {
+    return solid_angle > kLeastSphericalAngle && solid_angle < kLargestSphericalAngle;
+  }
+};
+
+SeenTriangle see_triangle(const Vec3f& p0, const Vec3f& p1, const Vec3f& p2, const Vec3f& point);
+
+struct TriangleSample {
+  Vec2f barycentric = Vec2f(0.0f);  // weights of p1 and p2
+  Vec3f position = Vec3f(0.0f);
+  Vec3f direction = Vec3f(0.0f);  // unit, from the point
+  float distance = 0.0f;
+  float pdf = 0.0f;  // per solid angle; 0: nothing sampled
+};
+
+TriangleSample sample_triangle(const SeenTriangle& triangle, const Vec3f& point, const Vec2f& u);
+// Density of sample_triangle for a point of the triangle at `distance`.
+float triangle_pdf(const SeenTriangle& triangle, float distance);
+// Inverse of the spherical map; only if triangle.spherical(). For the tests.
+Vec2f spherical_triangle_to_square(const SeenTriangle& triangle, const Vec3d& direction);
+
+}  // namespace emberline

@@ -1,0 +1,77 @@
+#include "renderer/scene/camera.h"
+
+#include "renderer/core/errors.h"
+#include "renderer/scene/scene_description.h"
+
+namespace emberline {
+namespace {
+
+Vec3d row(const Mat44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
+Vec3f to_float(const Vec3d& v) { return {float(v.x), float(v.y), float(v.z)}; }
+
+}  // namespace
+
+Camera::Camera(const CameraDescription& description, int width, int height, const Vec3d& origin,
+               double scale)
+    : orthographic_(description.orthographic) {
+  const Mat44d& m = description.to_world;
+  // Scale in the node's transform is not the camera's business (glTF 2.0, section 3.10.1), shear
+  // neither: rebuild an orthonormal frame around the viewing axis.
+  const Vec3d back = row(m, 2);
+  const Vec3d up_hint = row(m, 1);
+  if (!(back.length2() > 0) || !(up_hint.length2() > 0)) {
+    throw InputError("camera '" + description.name + "'", "its transform has no direction");
+  }
+  const Vec3d axis = -back.normalized();
+  const Vec3d right_raw = axis.cross(up_hint.normalized());
+  if (!(right_raw.length2() > 1e-24)) {
+    throw InputError("camera '" + description.name + "'", "its transform is flat");
+  }
+  // A mirrored node shows a mirrored picture.
+  const double handed = m.determinant() < 0 ? -1.0 : 1.0;
+  const Vec3d up = right_raw.normalized().cross(axis);
+  const Vec3d right = right_raw.normalized() * handed;
+
+  double half_height, half_width;
+  if (orthographic_) {
+    // The vertical extent rules, so that pixels stay square in any frame.
+    half_height = description.y_mag * scale;
+    half_width = half_height * width / height;
+  } else {
+    half_height = std::tan(description.fov_y / 2);
+    half_width = half_height * width / height;
+  }
+  position_ = to_float((row(m, 3) - origin) * scale);
+  axis_ = to_float(axis);
+  corner_ = to_float(up * half_height - right * half_width + (orthographic_ ? Vec3d(0.0) : axis));
+  per_x_ = to_float(right * (2 * half_width / width));
+  per_y_ = to_float(up * (-2 * half_height / height));
+}
+
+Ray Camera::ray(const Vec2f& film) const {
+  const Vec3f offset = corner_ + per_x_ * film.x + per_y_ * film.y;
+  if (orthographic_) return {position_ + offset, axis_};
+  return {position_, normalize(offset)};
+}
+
+Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at) {
+  Vec3d back = from - at;
+  if (!(back.length2() > 0)) {
+    throw UsageError("--look-from and --look-at are the same point; move one of them");
+  }
+  back.normalize();
+  Vec3d right = Vec3d(0, 1, 0).cross(back);
+  if (right.length2() < 1e-12) right = Vec3d(1, 0, 0);  // straight up or down: -Z is up
+  right.normalize();
+  const Vec3d up = back.cross(right);
+  Mat44d m;
+  for (int c = 0; c < 3; ++c) {
+    m[0][c] = right[c];
+    m[1][c] = up[c];
+    m[2][c] = back[c];
+    m[3][c] = from[c];
+  }
+  return m;
+}
+
+}  // namespace emberline

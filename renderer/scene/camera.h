@@ -1,0 +1,39 @@
+// Where rays start: perspective and orthographic pinholes.
+#pragma once
+
+#include "renderer/core/ray.h"
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+struct CameraDescription;
+
+// Maps points of the frame to rays in the scene's internal space. Immutable; thread-safe.
+class Camera {
+ public:
+  Camera() = default;
+  // width x height: the frame in pixels. `origin` and `scale` are the scene's rebasing: internal =
+  // (world - origin) * scale. Throws InputError for a camera without a direction.
+  Camera(const CameraDescription& description, int width, int height, const Vec3d& origin,
+         double scale);
+
+  // film: continuous pixel coordinates, (0, 0) the frame's top-left corner, y downwards.
+  Ray ray(const Vec2f& film) const;
+
+  // Distance along the viewing axis of an internal-space point.
+  float axial_depth(const Vec3f& point) const { return dot(point - position_, axis_); }
+
+ private:
+  bool orthographic_ = false;
+  Vec3f position_ = Vec3f(0.0f);
+  Vec3f axis_ = Vec3f(0.0f, 0.0f, -1.0f);
+  // Direction (perspective) or offset (orthographic) of film (0, 0), and per pixel right and down.
+  Vec3f corner_ = Vec3f(0.0f);
+  Vec3f per_x_ = Vec3f(0.0f), per_y_ = Vec3f(0.0f);
+};
+
+// Camera-to-world from a viewpoint; `up` is +Y unless the view is along it. Throws UsageError when
+// from and at coincide.
+Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at);
+
+}  // namespace emberline

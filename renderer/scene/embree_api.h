@@ -1,0 +1,63 @@
+// The one file that knows Embree 3.13 from Embree 4: both are used through the few names below.
+// Included by this folder's .cpp files only.
+#pragma once
+
+#ifndef EMBERLINE_EMBREE_MAJOR
+#error "link emberline_embree, which says which Embree this is"
+#endif
+
+#if EMBERLINE_EMBREE_MAJOR >= 4
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include <cstdint>
+
+namespace emberline::embree {
+
+#if EMBERLINE_EMBREE_MAJOR >= 4
+using QueryContext = RTCRayQueryContext;
+#else
+using QueryContext = RTCIntersectContext;
+#endif
+
+// What a filter callback is told about the ray beside Embree's own data.
+struct RayContext {
+  QueryContext base;       // first, so that the callback can cast back
+  uint32_t coverage_key;   // decides stochastic coverage; see Scene::intersect
+};
+
+inline void init_context(RayContext& context, uint32_t coverage_key) {
+#if EMBERLINE_EMBREE_MAJOR >= 4
+  rtcInitRayQueryContext(&context.base);
+#else
+  rtcInitIntersectContext(&context.base);
+#endif
+  context.coverage_key = coverage_key;
+}
+
+inline void intersect(RTCScene scene, RayContext& context, RTCRayHit& ray_hit) {
+#if EMBERLINE_EMBREE_MAJOR >= 4
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.context = &context.base;
+  rtcIntersect1(scene, &ray_hit, &arguments);
+#else
+  rtcIntersect1(scene, &context.base, &ray_hit);
+#endif
+}
+
+// ray.tfar is set to -infinity when something is in the way.
+inline void occluded(RTCScene scene, RayContext& context, RTCRay& ray) {
+#if EMBERLINE_EMBREE_MAJOR >= 4
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.context = &context.base;
+  rtcOccluded1(scene, &ray, &arguments);
+#else
+  rtcOccluded1(scene, &context.base, &ray);
+#endif
+}
+
+}  // namespace emberline::embree

@@ -1,0 +1,172 @@
+#include "renderer/scene/geometry.h"
+
+#include <algorithm>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/hash.h"
+#include "renderer/core/log.h"
+#include "renderer/scene/embree_version.h"
+
+namespace emberline::scene_detail {
+namespace {
+
+bool count_memory(void* user, ssize_t bytes, bool /*post*/) {
+  static_cast<std::atomic<int64_t>*>(user)->fetch_add(bytes, std::memory_order_relaxed);
+  return true;
+}
+
+void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
+  log_verbose(std::string("Embree: ") + message);
+}
+
+// Called by Embree for every candidate hit of a geometry that has back faces to hide or coverage.
+// A pure function of ray, triangle and key, so that traversal order cannot show.
+void filter(const RTCFilterFunctionNArguments* arguments) {
+  int* valid = arguments->valid;
+  const unsigned n = arguments->N;
+  const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
+  const Mesh& mesh = *record.mesh;
+  const auto* context = reinterpret_cast<const embree::RayContext*>(arguments->context);
+  for (unsigned i = 0; i < n; ++i) {
+    if (valid[i] != -1) continue;
+    if (mesh.cull_backfaces) {
+      // Both in the mesh's own space, where counter-clockwise is the front even under a mirroring
+      // instance (glTF 2.0, section 3.7.4: a negative determinant flips the winding).
+      const float facing = RTCHitN_Ng_x(arguments->hit, n, i) * RTCRayN_dir_x(arguments->ray, n, i) +
+                           RTCHitN_Ng_y(arguments->hit, n, i) * RTCRayN_dir_y(arguments->ray, n, i) +
+                           RTCHitN_Ng_z(arguments->hit, n, i) * RTCRayN_dir_z(arguments->ray, n, i);
+      if (facing >= 0.0f) {
+        valid[i] = 0;
+        continue;
+      }
+    }
+    if (mesh.has_coverage) {
+      const uint32_t primitive = RTCHitN_primID(arguments->hit, n, i);
+      const uint32_t placed = RTCHitN_instID(arguments->hit, n, i, 0);
+      const uint32_t instance = placed == RTC_INVALID_GEOMETRY_ID ? record.instance : placed;
+      const SurfaceAttributes attributes =
+          interpolate_attributes(mesh, primitive, RTCHitN_u(arguments->hit, n, i),
+                          RTCHitN_v(arguments->hit, n, i));
+      const uint32_t h =
+          hash_combine(hash_combine(context->coverage_key, instance), primitive);
+      const float coverage = mesh.material->coverage(attributes, to_unit_float(h));
+      if (to_unit_float(hash32(h ^ 0x6a09e667u)) >= coverage) valid[i] = 0;
+    }
+  }
+}
+
+}  // namespace
+
+SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v) {
+  const std::array<uint32_t, 3>& index = mesh.triangles[primitive];
+  const float w = 1.0f - u - v;
+  SurfaceAttributes attributes;
+  const size_t sets = std::min(mesh.uv_sets.size(), size_t(kMaxUvSets));
+  for (size_t s = 0; s < sets; ++s) {
+    const std::vector<Vec2f>& uv = mesh.uv_sets[s];
+    if (!uv.empty()) attributes.uv[s] = uv[index[0]] * w + uv[index[1]] * u + uv[index[2]] * v;
+  }
+  if (!mesh.colors.empty()) {
+    attributes.color =
+        mesh.colors[index[0]] * w + mesh.colors[index[1]] * u + mesh.colors[index[2]] * v;
+  }
+  return attributes;
+}
+
+Geometry::Geometry() {
+  device = rtcNewDevice(nullptr);
+  if (!device) throw RenderError("Embree could not be started on this machine");
+  rtcSetDeviceErrorFunction(device, on_error, nullptr);
+  rtcSetDeviceMemoryMonitorFunction(device, count_memory, &bytes);
+  top = rtcNewScene(device);
+  rtcSetSceneFlags(top, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(top, RTC_BUILD_QUALITY_HIGH);
+}
+
+Geometry::~Geometry() {
+  if (top) rtcReleaseScene(top);
+  for (const RTCScene scene : mesh_scenes) rtcReleaseScene(scene);
+  if (device) rtcReleaseDevice(device);
+}
+
+RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  // The last entry of positions is padding for Embree's 16-byte reads, not a vertex.
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                             mesh.positions.data(), 0, sizeof(Vec3f), mesh.positions.size() - 1);
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                             mesh.triangles.data(), 0, sizeof(mesh.triangles[0]),
+                             mesh.triangles.size());
+  if (mesh.cull_backfaces || mesh.has_coverage) {
+    records.push_back(std::make_unique<GeometryRecord>(GeometryRecord{&mesh, instance}));
+    rtcSetGeometryUserData(geometry, records.back().get());
+    rtcSetGeometryIntersectFilterFunction(geometry, filter);
+    rtcSetGeometryOccludedFilterFunction(geometry, filter);
+  }
+  rtcCommitGeometry(geometry);
+  return geometry;
+}
+
+RTCScene Geometry::add_mesh_scene(const Mesh& mesh) {
+  RTCScene scene = rtcNewScene(device);
+  mesh_scenes.push_back(scene);
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
+  RTCGeometry geometry = make_triangles(mesh, 0);
+  rtcAttachGeometry(scene, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(scene);
+  check();
+  return scene;
+}
+
+void Geometry::add_mesh(const Mesh& mesh, uint32_t instance) {
+  RTCGeometry geometry = make_triangles(mesh, instance);
+  rtcAttachGeometryByID(top, geometry, instance);
+  rtcReleaseGeometry(geometry);
+}
+
+void Geometry::add_instance(RTCScene mesh_scene, const Affine& transform, uint32_t instance) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, mesh_scene);
+  const float columns[12] = {transform.x.x, transform.x.y, transform.x.z,
+                             transform.y.x, transform.y.y, transform.y.z,
+                             transform.z.x, transform.z.y, transform.z.z,
+                             transform.translation.x, transform.translation.y,
+                             transform.translation.z};
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(top, geometry, instance);
+  rtcReleaseGeometry(geometry);
+}
+
+void Geometry::commit() {
+  rtcCommitScene(top);
+  check();
+}
+
+void Geometry::check() {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_NONE) return;
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw RenderError("out of memory while building the BVH");
+  throw RenderError("Embree error " + std::to_string(int(error)) + " while building the BVH");
+}
+
+}  // namespace emberline::scene_detail
+
+namespace emberline {
+
+std::string embree_version() {
+  RTCDevice device = rtcNewDevice(nullptr);
+  if (!device) return "unknown";
+  const auto part = [&](RTCDeviceProperty property) {
+    return std::to_string(rtcGetDeviceProperty(device, property));
+  };
+  const std::string version = part(RTC_DEVICE_PROPERTY_VERSION_MAJOR) + "." +
+                              part(RTC_DEVICE_PROPERTY_VERSION_MINOR) + "." +
+                              part(RTC_DEVICE_PROPERTY_VERSION_PATCH);
+  rtcReleaseDevice(device);
+  return version;
+}
+
+}  // namespace emberline

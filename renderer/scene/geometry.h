@@ -1,0 +1,50 @@
+// Embree's side of a Scene: the BVHs and the filter that rejects back faces and uncovered hits.
+// Private to this folder.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "renderer/scene/embree_api.h"
+#include "renderer/scene/scene.h"
+
+namespace emberline::scene_detail {
+
+// What the filter callback finds behind a geometry.
+struct GeometryRecord {
+  const Mesh* mesh = nullptr;
+  uint32_t instance = 0;  // salt of the coverage decision where the mesh is not instanced
+};
+
+struct Geometry {
+  Geometry();
+  ~Geometry();
+  Geometry(const Geometry&) = delete;
+  Geometry& operator=(const Geometry&) = delete;
+
+  // A BVH over one mesh, for instances. The mesh must stay where it is.
+  RTCScene add_mesh_scene(const Mesh& mesh);
+  // Top level: the geometry's id is the instance's index.
+  void add_mesh(const Mesh& mesh, uint32_t instance);
+  void add_instance(RTCScene mesh_scene, const Affine& transform, uint32_t instance);
+  void commit();
+
+  // Throws RenderError if Embree has reported a failure since the last call.
+  void check();
+
+  RTCDevice device = nullptr;
+  RTCScene top = nullptr;
+  std::vector<RTCScene> mesh_scenes;
+  std::vector<std::unique_ptr<GeometryRecord>> records;
+  std::atomic<int64_t> bytes{0};
+
+ private:
+  RTCGeometry make_triangles(const Mesh& mesh, uint32_t instance);
+};
+
+// Texture coordinates and colour at barycentric (u, v) of a triangle.
+SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v);
+
+}  // namespace emberline::scene_detail

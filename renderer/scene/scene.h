@@ -1,0 +1,160 @@
+// What this frame needs of a scene, ready to be traced: geometry in an Embree BVH, compiled
+// materials, the light sampler. Built by build_scene; immutable and thread-safe afterwards.
+//
+// Internal space: internal = (world - origin()) * scale(). A scene far from the world's origin is
+// moved there in double precision before it is rounded to float; one of extreme size is scaled by
+// a power of two, which is exact. Callers that show lengths to people divide by scale().
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "renderer/core/ray.h"
+#include "renderer/core/vector.h"
+#include "renderer/lights/light_sampler.h"
+#include "renderer/shading/material.h"
+
+struct RTCDeviceTy;
+struct RTCSceneTy;
+
+namespace emberline {
+
+// Closest intersection, as Embree found it.
+struct SurfaceHit {
+  float t = 0.0f;
+  float u = 0.0f, v = 0.0f;  // barycentric weights of the triangle's second and third vertex
+  uint32_t instance = 0;     // index of the placed mesh
+  uint32_t primitive = 0;    // triangle in the mesh
+};
+
+// The hit point with all that shading asks for.
+struct SurfaceInteraction {
+  Vec3f position;
+  // Rays that leave start at position +- offset * geometric_normal: an upper bound of the
+  // position's distance from the plane that Embree will test. See offset_ray_origin.
+  float offset = 0.0f;
+  Vec3f geometric_normal;  // unit, front side of the triangle
+  Vec3f shading_normal;    // interpolated, front side; unit (the geometric one if unusable)
+  Vec4f tangent;           // xyz world, w handedness; 0 if the mesh has none
+  SurfaceAttributes attributes;
+  uint32_t instance = 0;
+  uint32_t primitive = 0;
+  const Material* material = nullptr;
+  uint32_t material_index = 0;  // in the description; the default material comes after the last
+};
+
+// Moves a ray's origin off the surface to the side `direction` goes to. The distance is an error
+// bound, not a tuned epsilon: 4 ulp of the largest coordinate that entered the computation.
+inline Vec3f offset_ray_origin(const Vec3f& position, const Vec3f& geometric_normal, float offset,
+                               const Vec3f& direction) {
+  return position +
+         geometric_normal * (dot(direction, geometric_normal) < 0.0f ? -offset : offset);
+}
+
+struct SceneMemory {
+  uint64_t geometry_bytes = 0;  // vertices, indices, attributes, instances
+  uint64_t bvh_bytes = 0;       // what Embree holds
+  uint64_t texture_bytes = 0;   // resident texels, environment and its tables included
+};
+
+namespace scene_detail {
+
+// One mesh's arrays, in object space if it is instanced, else in internal space.
+struct Mesh {
+  std::vector<Vec3f> positions;  // one spare entry at the end: Embree reads 16 bytes per vertex
+  std::vector<std::array<uint32_t, 3>> triangles;
+  std::vector<Vec3f> normals;
+  std::vector<Vec4f> tangents;
+  std::vector<std::vector<Vec2f>> uv_sets;
+  std::vector<Vec4f> colors;
+  const Material* material = nullptr;
+  uint32_t material_index = 0;
+  bool cull_backfaces = false;
+  bool has_coverage = false;
+};
+
+// Row-vector affine transform, the very floats Embree is given.
+struct Affine {
+  Vec3f x, y, z, translation;
+};
+
+struct Instance {
+  uint32_t mesh = 0;
+  bool transformed = false;  // false: the mesh is already in internal space
+  bool mirrored = false;
+  uint32_t first_emitter = 0xffffffffu;  // index of triangle 0's emitter, if the mesh emits
+  Affine to_internal;
+  Affine normal_transform;  // inverse transpose, rows; translation unused
+};
+
+struct Geometry;  // Embree handles
+
+}  // namespace scene_detail
+
+class Scene {
+ public:
+  ~Scene();
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  // Closest surface along the ray. Back faces of single-sided materials and the holes of alpha
+  // coverage do not count; stochastic coverage is decided by (coverage_key, instance, primitive),
+  // so the answer does not depend on the order in which Embree visits them.
+  bool intersect(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const;
+
+  // Whether nothing lies between `from` and `to` (both already offset from their surfaces).
+  bool visible(const Vec3f& from, const Vec3f& to, uint32_t coverage_key) const;
+  // The same towards infinity.
+  bool visible_to_infinity(const Vec3f& from, const Vec3f& direction, uint32_t coverage_key) const;
+
+  // Whether coverage keys matter: some material has alpha.
+  bool has_coverage() const { return has_coverage_; }
+
+  SurfaceInteraction interaction(const SurfaceHit& hit) const;
+
+  static constexpr uint32_t kNoEmitter = 0xffffffffu;
+  // The light sampler's index of a hit triangle, or kNoEmitter.
+  uint32_t emitter_index(uint32_t instance, uint32_t primitive) const {
+    const uint32_t first = instances_[instance].first_emitter;
+    return first == kNoEmitter ? kNoEmitter : first + primitive;
+  }
+  // Attributes of a point sampled on a light.
+  SurfaceAttributes emitter_attributes(const EmissiveTriangle& triangle,
+                                       const Vec2f& barycentric) const;
+  const Material& material_of(uint32_t instance) const;
+  // Bound of the distance between a computed point on a triangle and its plane (see `offset`).
+  float point_error(uint32_t instance, const Vec3f& position) const;
+
+  const LightSampler& lights() const { return *lights_; }
+
+  const Vec3d& origin() const { return origin_; }
+  double scale() const { return scale_; }
+  float radius() const { return radius_; }  // internal, of the geometry's bounds
+  uint64_t triangle_count() const { return triangle_count_; }
+  size_t instance_count() const { return instances_.size(); }
+
+  const SceneMemory& memory() const { return memory_; }
+  // What was built and why, a phrase each, for the report.
+  const std::vector<std::string>& features() const { return features_; }
+
+ private:
+  friend class SceneBuilder;
+  Scene();
+
+  std::vector<scene_detail::Mesh> meshes_;
+  std::vector<scene_detail::Instance> instances_;
+  std::unique_ptr<scene_detail::Geometry> geometry_;
+  std::unique_ptr<MaterialSet> materials_;
+  std::unique_ptr<LightSampler> lights_;
+  bool has_coverage_ = false;
+  Vec3d origin_ = Vec3d(0.0);
+  double scale_ = 1.0;
+  float radius_ = 0.0f;
+  uint64_t triangle_count_ = 0;
+  SceneMemory memory_;
+  std::vector<std::string> features_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,308 @@
+#include "renderer/statistics/flip.h"
+
+#include <Imath/ImathMatrix.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include "renderer/core/vector.h"
+#include "renderer/statistics/row_sums.h"
+
+namespace emberline {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// Section 4.1.3 and 4.3: exponents and knee of the colour error, exponent of the feature error.
+constexpr double kQc = 0.7;
+constexpr double kPc = 0.4;
+constexpr double kPt = 0.95;
+constexpr double kQf = 0.5;
+// Section 4.2: width in degrees of the features that the detectors look for.
+constexpr double kFeatureWidth = 0.082;
+
+// Section 4.1.1, table 1: contrast sensitivity in space, one or two Gaussians
+// a sqrt(pi / b) exp(-pi^2 x^2 / b) over the angle x in degrees, per channel of YCxCz.
+struct Gaussian {
+  double a, b;
+};
+constexpr Gaussian kAchromatic = {1.0, 0.0047};
+constexpr Gaussian kRedGreen = {1.0, 0.0053};
+constexpr std::array<Gaussian, 2> kBlueYellow = {{{34.1, 0.04}, {13.5, 0.025}}};
+
+// ---- colour ------------------------------------------------------------------------------------
+
+// Linear sRGB to XYZ (row vectors) from the primaries and white of ITU-R BT.709.
+Imath::M33d rgb_to_xyz_matrix() {
+  constexpr double kPrimaries[3][2] = {{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}};
+  const Vec3d white(0.3127 / 0.3290, 1.0, (1 - 0.3127 - 0.3290) / 0.3290);
+  Imath::M33d primaries;
+  for (int i = 0; i < 3; ++i) {
+    const double x = kPrimaries[i][0], y = kPrimaries[i][1];
+    primaries[i][0] = x;
+    primaries[i][1] = y;
+    primaries[i][2] = 1 - x - y;
+  }
+  const Vec3d scale = white * primaries.inverse();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) primaries[i][j] *= scale[i];
+  }
+  return primaries;
+}
+
+const Imath::M33d kRgbToXyz = rgb_to_xyz_matrix();
+const Imath::M33d kXyzToRgb = kRgbToXyz.inverse();
+const Vec3d kWhite = Vec3d(1, 1, 1) * kRgbToXyz;
+
+double srgb_to_linear(double v) {
+  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+
+// Linearised L*a*b* (the paper's YCxCz): opponent channels in which light still adds.
+Vec3d xyz_to_ycxcz(const Vec3d& xyz) {
+  const Vec3d n = xyz / kWhite;
+  return {116 * n.y - 16, 500 * (n.x - n.y), 200 * (n.y - n.z)};
+}
+
+Vec3d ycxcz_to_xyz(const Vec3d& c) {
+  const double y = (c.x + 16) / 116;
+  return Vec3d(y + c.y / 500, y, y - c.z / 200) * kWhite;
+}
+
+// CIE L*a*b* with a* and b* after Hunt: colour differences in the dark look smaller.
+Vec3d linear_rgb_to_hunt_lab(const Vec3d& rgb) {
+  constexpr double kDelta = 6.0 / 29.0;
+  const auto f = [](double t) {
+    return t > kDelta * kDelta * kDelta ? std::cbrt(t) : t / (3 * kDelta * kDelta) + 4.0 / 29.0;
+  };
+  const Vec3d n = rgb * kRgbToXyz / kWhite;
+  const double fx = f(n.x), fy = f(n.y), fz = f(n.z);
+  const double lightness = 116 * fy - 16;
+  return {lightness, 0.01 * lightness * 500 * (fx - fy), 0.01 * lightness * 200 * (fy - fz)};
+}
+
+// City-block in lightness, Euclidean in colour.
+double hyab(const Vec3d& a, const Vec3d& b) {
+  return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
+}
+
+// The largest HyAB distance in the sRGB gamut is between green and blue; to the power qc.
+const double kLargestColourError =
+    std::pow(hyab(linear_rgb_to_hunt_lab({0, 1, 0}), linear_rgb_to_hunt_lab({0, 0, 1})), kQc);
+
+// Section 4.1.3: errors below pc of the largest take the range up to pt, the others the rest.
+double redistribute(double distance) {
+  const double error = std::pow(distance, kQc);
+  const double knee = kPc * kLargestColourError;
+  if (error < knee) return kPt / knee * error;
+  return kPt + (error - knee) / (kLargestColourError - knee) * (1 - kPt);
+}
+
+// ---- filters -----------------------------------------------------------------------------------
+
+// Taps -r .. r. All kernels here are products of one in x and one in y, or sums of two such.
+using Taps = std::vector<double>;
+
+template <typename Function>
+Taps make_taps(int radius, const Function& fn) {
+  Taps taps;
+  for (int i = -radius; i <= radius; ++i) taps.push_back(fn(double(i)));
+  return taps;
+}
+
+double sum(const Taps& taps) {
+  double total = 0;
+  for (const double tap : taps) total += tap;
+  return total;
+}
+
+double sum_positive(const Taps& taps) {
+  double total = 0;
+  for (const double tap : taps) total += std::max(0.0, tap);
+  return total;
+}
+
+double sum_negative(const Taps& taps) {
+  double total = 0;
+  for (const double tap : taps) total += std::max(0.0, -tap);
+  return total;
+}
+
+void scale(Taps& taps, double factor) {
+  for (double& tap : taps) tap *= factor;
+}
+
+struct Kernels {
+  int spatial_radius = 0, feature_radius = 0;
+  Taps achromatic, red_green;       // sum 1 each
+  std::array<Taps, 2> blue_yellow;  // the squares of their sums add up to 1
+  Taps smooth, edge, point;         // Gaussian, sum 1; its normalised derivatives
+};
+
+Kernels make_kernels(double pixels_per_degree) {
+  Kernels k;
+  double widest = std::max(kAchromatic.b, kRedGreen.b);
+  for (const Gaussian& g : kBlueYellow) widest = std::max(widest, g.b);
+  // exp(-pi^2 x^2 / b) has the standard deviation sqrt(b / 2) / pi degrees.
+  k.spatial_radius = int(std::ceil(3 * std::sqrt(widest / 2) / kPi * pixels_per_degree));
+  const auto spatial = [&](const Gaussian& g) {
+    return make_taps(k.spatial_radius, [&](double i) {
+      const double x = i / pixels_per_degree;
+      return std::exp(-kPi * kPi * x * x / g.b);
+    });
+  };
+  k.achromatic = spatial(kAchromatic);
+  scale(k.achromatic, 1 / sum(k.achromatic));
+  k.red_green = spatial(kRedGreen);
+  scale(k.red_green, 1 / sum(k.red_green));
+  // The two Gaussians of blue-yellow keep their ratio; together they sum to 1 over the plane. The
+  // factor of each is split evenly between x and y.
+  double total = 0;
+  for (size_t i = 0; i < 2; ++i) {
+    const Gaussian& g = kBlueYellow[i];
+    k.blue_yellow[i] = spatial(g);
+    scale(k.blue_yellow[i], std::sqrt(g.a * std::sqrt(kPi / g.b)));
+    total += square(sum(k.blue_yellow[i]));
+  }
+  for (Taps& taps : k.blue_yellow) scale(taps, 1 / std::sqrt(total));
+
+  // Section 4.2: first and second derivative of a Gaussian whose width is that of the feature;
+  // positive and negative weights are brought to 1 each.
+  const double sigma = 0.5 * kFeatureWidth * pixels_per_degree;
+  k.feature_radius = int(std::ceil(3 * sigma));
+  const auto gaussian = [&](double i) { return std::exp(-i * i / (2 * sigma * sigma)); };
+  k.smooth = make_taps(k.feature_radius, gaussian);
+  scale(k.smooth, 1 / sum(k.smooth));
+  k.edge = make_taps(k.feature_radius, [&](double i) { return -i * gaussian(i); });
+  k.point = make_taps(k.feature_radius,
+                      [&](double i) { return (i * i / (sigma * sigma) - 1) * gaussian(i); });
+  for (Taps* taps : {&k.edge, &k.point}) {
+    const double positive = sum_positive(*taps), negative = sum_negative(*taps);
+    for (double& tap : *taps) tap /= tap > 0 ? positive : negative;
+  }
+  return k;
+}
+
+// One channel of the picture as the filters see it: beyond the border, the border's value.
+struct Plane {
+  int width, height;
+  std::vector<float> values;
+
+  // out[r + x] = sum of taps down the column x about row y; r values to the left and right of the
+  // row repeat its ends.
+  void filter_column(int y, const Taps& taps, int margin, std::vector<double>& out) const {
+    const int radius = int(taps.size() / 2);
+    out.assign(size_t(width + 2 * margin), 0.0);
+    double* const row = out.data() + margin;
+    for (int k = -radius; k <= radius; ++k) {
+      const float* const source = &values[size_t(std::clamp(y + k, 0, height - 1)) * size_t(width)];
+      const double tap = taps[size_t(k + radius)];
+      for (int x = 0; x < width; ++x) row[x] += tap * double(source[x]);
+    }
+    std::fill(out.begin(), out.begin() + margin, row[0]);
+    std::fill(out.end() - margin, out.end(), row[width - 1]);
+  }
+};
+
+// out[x] += taps along the padded row about x.
+void add_filtered_row(const std::vector<double>& padded, const Taps& taps,
+                      std::vector<double>& out) {
+  for (size_t k = 0; k < taps.size(); ++k) {
+    const double* const source = padded.data() + k;
+    for (size_t x = 0; x < out.size(); ++x) out[x] += taps[k] * source[x];
+  }
+}
+
+std::vector<double> filter(const Plane& plane, int y, const Taps& down, const Taps& along) {
+  std::vector<double> padded, out(size_t(plane.width), 0.0);
+  plane.filter_column(y, down, int(along.size() / 2), padded);
+  add_filtered_row(padded, along, out);
+  return out;
+}
+
+using Opponent = std::array<Plane, 3>;  // Y, Cx, Cz
+
+Opponent to_opponent(const RgbImage& picture) {
+  Opponent planes;
+  for (Plane& plane : planes) {
+    plane = {picture.width, picture.height, std::vector<float>(picture.rgb.size() / 3)};
+  }
+  for_each_row(picture.height, [&](int y) {
+    for (size_t i = size_t(y) * size_t(picture.width); i < size_t(y + 1) * size_t(picture.width);
+         ++i) {
+      Vec3d rgb;
+      for (int c = 0; c < 3; ++c) rgb[c] = srgb_to_linear(double(picture.rgb[3 * i + size_t(c)]));
+      const Vec3d opponent = xyz_to_ycxcz(rgb * kRgbToXyz);
+      for (int c = 0; c < 3; ++c) planes[size_t(c)].values[i] = float(opponent[c]);
+    }
+  });
+  return planes;
+}
+
+// Section 4.1: what is left of the row's colours at that viewing distance, as Hunt-adjusted L*a*b*.
+std::vector<Vec3d> perceived_row(const Opponent& planes, int y, const Kernels& k) {
+  const std::vector<double> luminance = filter(planes[0], y, k.achromatic, k.achromatic);
+  const std::vector<double> red_green = filter(planes[1], y, k.red_green, k.red_green);
+  std::vector<double> blue_yellow = filter(planes[2], y, k.blue_yellow[0], k.blue_yellow[0]);
+  const std::vector<double> second = filter(planes[2], y, k.blue_yellow[1], k.blue_yellow[1]);
+  std::vector<Vec3d> row(luminance.size());
+  for (size_t x = 0; x < row.size(); ++x) {
+    const Vec3d opponent(luminance[x], red_green[x], blue_yellow[x] + second[x]);
+    Vec3d rgb = ycxcz_to_xyz(opponent) * kXyzToRgb;
+    for (int c = 0; c < 3; ++c) rgb[c] = std::clamp(rgb[c], 0.0, 1.0);
+    row[x] = linear_rgb_to_hunt_lab(rgb);
+  }
+  return row;
+}
+
+struct Features {
+  double edge, point;
+};
+
+// Section 4.2: strength of edges and points in luminance, in [0, sqrt 2].
+std::vector<Features> feature_row(const Plane& luminance, int y, const Kernels& k) {
+  const std::vector<double> edge_x = filter(luminance, y, k.smooth, k.edge);
+  const std::vector<double> edge_y = filter(luminance, y, k.edge, k.smooth);
+  const std::vector<double> point_x = filter(luminance, y, k.smooth, k.point);
+  const std::vector<double> point_y = filter(luminance, y, k.point, k.smooth);
+  std::vector<Features> row(edge_x.size());
+  for (size_t x = 0; x < row.size(); ++x) {
+    // The derivatives do not see the offset of YCxCz's Y = 116 Y/Yn - 16, only its factor.
+    row[x] = {std::hypot(edge_x[x], edge_y[x]) / 116, std::hypot(point_x[x], point_y[x]) / 116};
+  }
+  return row;
+}
+
+}  // namespace
+
+std::vector<float> flip_map(const RgbImage& picture, const RgbImage& reference,
+                            double pixels_per_degree) {
+  assert(picture.width > 0 && picture.height > 0);
+  assert(picture.width == reference.width && picture.height == reference.height);
+  const Kernels kernels = make_kernels(pixels_per_degree);
+  const Opponent ours = to_opponent(picture), theirs = to_opponent(reference);
+
+  std::vector<float> map(picture.rgb.size() / 3);
+  for_each_row(picture.height, [&](int y) {
+    const std::vector<Vec3d> our_colours = perceived_row(ours, y, kernels);
+    const std::vector<Vec3d> their_colours = perceived_row(theirs, y, kernels);
+    const std::vector<Features> our_features = feature_row(ours[0], y, kernels);
+    const std::vector<Features> their_features = feature_row(theirs[0], y, kernels);
+    float* const row = &map[size_t(y) * size_t(picture.width)];
+    for (size_t x = 0; x < our_colours.size(); ++x) {
+      const double colour = redistribute(hyab(our_colours[x], their_colours[x]));
+      const double edge = std::abs(our_features[x].edge - their_features[x].edge);
+      const double point = std::abs(our_features[x].point - their_features[x].point);
+      const double feature = std::pow(std::max(edge, point) / std::numbers::sqrt2, kQf);
+      // Section 4.3: differing features make a colour error more visible.
+      row[x] = float(std::pow(colour, 1 - feature));
+    }
+  });
+  return map;
+}
+
+}  // namespace emberline

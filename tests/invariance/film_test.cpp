@@ -1,0 +1,122 @@
+// What the film promises: exact sums, honest counts, no NaN.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stop_token>
+
+#include "renderer/core/errors.h"
+#include "renderer/film/film.h"
+#include "support/render.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+SampleValue grey(float v) { return {Rgb(v), 1.0f, {}}; }
+
+// Case 31: a float sum of .1 is off by a third after 2^25 samples.
+TEST(Film, LongAccumulation) {
+  FilmTile tile{AovSet{}};
+  tile.reset({0, 0, 1, 1});
+  for (uint32_t i = 0; i < 1u << 25; ++i) tile.add(0, 0, 0, 1.0f, grey(0.1f));
+  EXPECT_NEAR(tile.mean(0, 0).x, 0.1, 0.1 * 1e-6);
+  EXPECT_EQ(tile.sample_count(0, 0), 1u << 25);
+}
+
+// Law 4: counted, located by the caller, never in the mean.
+TEST(Film, NonFiniteSamples) {
+  FilmTile tile(AovSet::parse("variance"));
+  tile.reset({2, 3, 4, 5});
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float inf = std::numeric_limits<float>::infinity();
+  EXPECT_TRUE(tile.add(3, 4, 0, 1.0f, grey(1.0f)));
+  EXPECT_FALSE(tile.add(3, 4, 0, 1.0f, {Rgb(1.0f, nan, 1.0f), 1.0f, {}}));
+  EXPECT_FALSE(tile.add(3, 4, 0, 1.0f, {Rgb(inf, 0.0f, 0.0f), 1.0f, {}}));
+  EXPECT_TRUE(tile.add(3, 4, 0, 1.0f, grey(2.0f)));
+  EXPECT_EQ(tile.non_finite(3, 4), 2u);
+  EXPECT_EQ(tile.sample_count(3, 4), 4u);
+  EXPECT_FLOAT_EQ(tile.mean(3, 4).x, 3.0f / 4);
+  std::vector<float> out;
+  tile.resolve(out);
+  for (const float v : out) EXPECT_TRUE(std::isfinite(v));
+}
+
+TEST(Film, VarianceOfTheMean) {
+  FilmTile tile(AovSet::parse("variance"));
+  tile.reset({0, 0, 1, 1});
+  for (const float v : {1.0f, 2.0f, 4.0f, 9.0f}) tile.add(0, 0, 0, 1.0f, grey(v));
+  std::vector<float> out;
+  tile.resolve(out);
+  // Mean 4; squared deviations 9 + 4 + 0 + 25 = 38; over n (n - 1) = 12.
+  EXPECT_NEAR(out[5], 38.0 / 12, 1e-6);
+}
+
+TEST(Film, HalvesAddUpToTheWhole) {
+  FilmTile split{AovSet{}}, whole{AovSet{}};
+  split.reset({0, 0, 1, 1});
+  whole.reset({0, 0, 1, 1});
+  for (int i = 0; i < 32; ++i) {
+    split.add(0, 0, (i >> 3) & 1, 1.0f, grey(float(i)));
+    whole.add(0, 0, 0, 1.0f, grey(float(i)));
+  }
+  EXPECT_FLOAT_EQ(split.mean(0, 0).x, whole.mean(0, 0).x);
+  EXPECT_FLOAT_EQ(whole.mean(0, 0).x, 15.5f);
+}
+
+TEST(Film, UnknownChannelListsTheValidOnes) {
+  try {
+    AovSet::parse("albedo,depht");
+    FAIL();
+  } catch (const UsageError& e) {
+    EXPECT_NE(std::string(e.what()).find("variance, albedo, N, Z, id, time"), std::string::npos);
+  }
+}
+
+// A stop leaves a readable film with true counts, soon.
+TEST(Film, StoppedFrameHasTrueCounts) {
+  using namespace test;
+  SceneBuilderForTests b;
+  b.add_floor(1, 0, b.add_material(lambert(Rgb(0.5f))));
+  b.set_environment(Rgb(1.0f));
+  const auto scene = b.build();
+  const CameraDescription view = perspective({0, 2, 2}, {0, 0, 0}, 40);
+  const Camera camera(view, 64, 64, scene->origin(), scene->scale());
+  const auto integrator = create_integrator("path", {});
+  const auto sampler = create_sampler("sobol", {});
+  const PixelFilter filter = PixelFilter::create("box");
+  const Frame frame{*scene, camera, *integrator, *sampler, filter, 64, 64, {0, 0, 64, 64}, 1 << 20,
+                    1, StreamCount::kOne, {}};
+
+  class Stopper final : public FrameObserver {
+   public:
+    explicit Stopper(std::stop_source stop) : stop_(std::move(stop)) {}
+    void tile_finished(const FilmTile& tile) override {
+      for (int y = tile.rect().y0; y < tile.rect().y1; ++y) {
+        for (int x = tile.rect().x0; x < tile.rect().x1; ++x) counted += tile.sample_count(x, y);
+      }
+    }
+    void samples_finished(uint64_t) override { stop_.request_stop(); }
+    std::atomic<uint64_t> counted{0};
+
+   private:
+    std::stop_source stop_;
+  };
+  std::stop_source stop;
+  std::thread timer([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    stop.request_stop();
+  });
+  Stopper observer(stop);
+  const FrameCounters counters =
+      BucketDriver({16, "scanline"}).render(frame, observer, stop.get_token());
+  timer.join();
+  EXPECT_TRUE(counters.stopped);
+  EXPECT_GT(counters.samples, 0u);
+  EXPECT_EQ(counters.samples, observer.counted.load());
+  EXPECT_EQ(counters.min_samples, 0u);
+  EXPECT_LT(counters.max_samples, 1u << 20);
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,177 @@
+// Laws 1 and 2: a sample is a pure function of its address, and equal sets of samples give equal
+// bits, whatever the schedule.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "renderer/drivers/render_work_item.h"
+#include "support/render.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+// Something of everything: area lights enough for a light BVH, a point light, an environment, metal
+// and dielectric, instances (one mirrored), alpha coverage.
+std::unique_ptr<Scene> busy_scene() {
+  SceneBuilderForTests b;
+  MaterialDescription coat;
+  coat.base_color = {0.7f, 0.5f, 0.3f};
+  coat.metallic = 0.0f;
+  coat.roughness = 0.3f;
+  b.add_floor(4, 0, b.add_material(coat));
+  MaterialDescription veil = lambert({0.2f, 0.7f, 0.3f});
+  veil.alpha = 0.4f;
+  veil.alpha_mode = AlphaMode::kBlend;
+  veil.double_sided = true;
+  b.add_quad({-1, 0, 1}, {1, 0, 1}, {1, 1.5f, 1}, {-1, 1.5f, 1}, b.add_material(veil));
+  const int ball = b.add_mesh(
+      SceneBuilderForTests::sphere(0.5f, 12, b.add_material(metal({0.9f, 0.6f, 0.3f}, 0.35f))));
+  b.place(ball, translation(-0.8, 0.5, 0));
+  Mat44d mirrored = translation(0.8, 0.5, 0);
+  mirrored[0][0] = -1;
+  b.place(ball, mirrored);
+  b.place(b.add_mesh(SceneBuilderForTests::sphere(0.1f, 6, b.add_material(emitter(Rgb(20.0f))))),
+          translation(0, 2, -0.5));
+  b.add_point_light({2, 3, 1}, {3, 4, 5});
+  b.set_environment({0.2f, 0.25f, 0.3f});
+  return b.build();
+}
+
+CameraDescription busy_view() { return perspective({0.5, 1.2, 4}, {0, 0.5, 0}, 45); }
+
+RenderSettings base_settings() {
+  RenderSettings s;
+  s.width = 37;  // primes, so that no bucket size divides them
+  s.height = 29;
+  s.spp = 20;  // a full block of 16 and a part
+  s.filter = "gaussian";
+  s.aovs = "variance,albedo,N,Z,id";
+  return s;
+}
+
+void expect_same_bits(const RenderedImage& a, const RenderedImage& b, const std::string& what) {
+  ASSERT_EQ(a.channels, b.channels);
+  const Rect common = a.window.intersect(b.window);
+  ASSERT_FALSE(common.empty());
+  size_t different = 0;
+  for (int y = common.y0; y < common.y1; ++y) {
+    for (int x = common.x0; x < common.x1; ++x) {
+      if (std::memcmp(a.pixel(x, y), b.pixel(x, y), a.channels.size() * sizeof(float)) != 0) {
+        if (different++ == 0) {
+          ADD_FAILURE() << what << ": pixel " << x << "," << y << " differs: R " << a.pixel(x, y)[0]
+                        << " against " << b.pixel(x, y)[0];
+        }
+      }
+    }
+  }
+  EXPECT_EQ(different, 0u) << what;
+}
+
+class SameSamples : public testing::TestWithParam<std::string> {
+ protected:
+  static void SetUpTestSuite() { scene_ = busy_scene().release(); }
+  static void TearDownTestSuite() {
+    delete scene_;
+    scene_ = nullptr;
+  }
+  static Scene* scene_;
+};
+Scene* SameSamples::scene_ = nullptr;
+
+TEST_P(SameSamples, AnyThreadsOrderBucketSize) {
+  RenderSettings s = base_settings();
+  s.sampler = GetParam();
+  s.threads = 1;
+  const RenderedImage reference = render(*scene_, busy_view(), s);
+  EXPECT_GT(reference.mean, 0.05);
+  for (const int threads : {1, 2, 7}) {
+    for (const BucketOrderEntry& order : bucket_order_table()) {
+      for (const int size : {1, 7, 16, 64}) {
+        s.threads = threads;
+        s.bucket_order = std::string(order.name);
+        s.bucket_size = size;
+        expect_same_bits(render(*scene_, busy_view(), s), reference,
+                         std::to_string(threads) + " threads, " + s.bucket_order + ", buckets of " +
+                             std::to_string(size));
+      }
+    }
+  }
+}
+
+TEST_P(SameSamples, AnyCrop) {
+  RenderSettings s = base_settings();
+  s.sampler = GetParam();
+  const RenderedImage whole = render(*scene_, busy_view(), s);
+  for (const Rect& crop : {Rect{0, 0, 5, 29}, Rect{11, 3, 30, 17}, Rect{36, 28, 37, 29}}) {
+    s.crop = crop;
+    expect_same_bits(render(*scene_, busy_view(), s), whole, "crop");
+  }
+}
+
+TEST_P(SameSamples, EveryIntegrator) {
+  for (const IntegratorEntry& integrator : integrator_table()) {
+    RenderSettings s = base_settings();
+    s.sampler = GetParam();
+    s.integrator = std::string(integrator.name);
+    s.threads = 1;
+    const RenderedImage one = render(*scene_, busy_view(), s);
+    s.threads = 3;
+    s.bucket_order = "random";
+    s.bucket_size = 5;
+    expect_same_bits(render(*scene_, busy_view(), s), one, s.integrator);
+  }
+}
+
+TEST_P(SameSamples, AnotherBuildOfTheScene) {
+  RenderSettings s = base_settings();
+  s.sampler = GetParam();
+  const auto again = busy_scene();
+  expect_same_bits(render(*again, busy_view(), s), render(*scene_, busy_view(), s), "rebuilt scene");
+}
+
+TEST_P(SameSamples, SeedsDiffer) {
+  RenderSettings s = base_settings();
+  s.sampler = GetParam();
+  const RenderedImage a = render(*scene_, busy_view(), s);
+  s.seed++;
+  const RenderedImage b = render(*scene_, busy_view(), s);
+  EXPECT_NE(0, std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(float)));
+}
+
+// A sample replayed alone is the sample that the frame used: the mean of the replays is the pixel.
+TEST_P(SameSamples, ReplayedAlone) {
+  RenderSettings s = base_settings();
+  s.sampler = GetParam();
+  const RenderedImage image = render(*scene_, busy_view(), s);
+  const Camera camera(busy_view(), s.width, s.height, scene_->origin(), scene_->scale());
+  const auto integrator = create_integrator("path", {.max_depth = s.max_depth});
+  const auto sampler = create_sampler(s.sampler, {s.streams});
+  const PixelFilter filter = PixelFilter::create(s.filter);
+  const Frame frame{*scene_, camera, *integrator, *sampler, filter, s.width, s.height,
+                    {0, 0, s.width, s.height}, s.spp, s.seed, s.streams, AovSet::parse(s.aovs)};
+  RenderWorker worker(frame);
+  for (const auto& [x, y] : {std::pair{3, 4}, std::pair{20, 14}, std::pair{30, 20}}) {
+    double sum[3] = {0, 0, 0};
+    for (uint32_t k = 0; k < s.spp; ++k) {
+      const Rgb value = worker.replay(x, y, k, nullptr).radiance;
+      for (int c = 0; c < 3; ++c) sum[c] += double(value[c]);
+    }
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(float(sum[c] * (1.0 / s.spp)), image.pixel(x, y)[c]) << x << "," << y;
+    }
+  }
+}
+
+std::vector<std::string> sampler_names() {
+  std::vector<std::string> names;
+  for (const SamplerEntry& entry : sampler_table()) names.emplace_back(entry.name);
+  return names;
+}
+INSTANTIATE_TEST_SUITE_P(EverySampler, SameSamples, testing::ValuesIn(sampler_names()),
+                         [](const auto& p) { return p.param; });
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,110 @@
+// White furnaces: what is inside an environment of radiance 1 shows its directional albedo.
+#include "closed_form.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+// A floor under radiance 1, seen by an orthographic camera at cosine mu: the picture is the albedo
+// at mu, exactly.
+RenderedImage albedo_of(const MaterialDescription& material, double mu, RenderSettings s) {
+  SceneBuilderForTests b;
+  b.add_floor(100, 0, b.add_material(material));
+  b.set_environment(Rgb(1.0f));
+  const auto scene = b.build();
+  const double sine = std::sqrt(1 - mu * mu);
+  return render(*scene, orthographic({10 * sine, 10 * mu, 0}, {0, 0, 0}, 0.01), s);
+}
+
+RenderSettings furnace_settings() {
+  RenderSettings s;
+  s.width = s.height = 8;
+  s.spp = 256;
+  s.max_depth = 4;
+  return s;
+}
+
+// A metal of F = 1 with multiple scattering returns everything, whatever its roughness and the
+// angle. 2e-3: the albedo tables' interpolation.
+TEST(Furnace, WhiteMetal) {
+  for (const float roughness : {0.0f, 0.01f, 0.1f, 0.32f, 0.5f, 0.7f, 1.0f}) {
+    for (const double mu : {1.0, 0.5, 0.1, 0.01}) {
+      const RenderSettings s = furnace_settings();
+      expect_exact(albedo_of(metal(Rgb(1.0f), roughness), mu, s), 1.0, 2e-3, s,
+                   "white metal, roughness " + std::to_string(roughness) + " mu " +
+                       std::to_string(mu));
+    }
+  }
+}
+
+// A white diffuse base under a dielectric coat: reflected or let through, everything comes back.
+TEST(Furnace, WhiteDielectric) {
+  for (const float roughness : {0.0f, 0.1f, 0.5f, 1.0f}) {
+    for (const double mu : {1.0, 0.5, 0.1}) {
+      MaterialDescription m;
+      m.base_color = Rgb(1.0f);
+      m.metallic = 0.0f;
+      m.roughness = roughness;
+      const RenderSettings s = furnace_settings();
+      expect_exact(albedo_of(m, mu, s), 1.0, 2e-3, s,
+                   "white dielectric, roughness " + std::to_string(roughness) + " mu " +
+                       std::to_string(mu));
+    }
+  }
+}
+
+// Half metal, half dielectric: where other renderers of glTF lose energy.
+TEST(Furnace, IntermediateMetalness) {
+  for (const float metallic : {0.25f, 0.5f, 0.75f}) {
+    MaterialDescription m;
+    m.base_color = Rgb(1.0f);
+    m.metallic = metallic;
+    m.roughness = 0.6f;
+    const RenderSettings s = furnace_settings();
+    expect_exact(albedo_of(m, 0.7, s), 1.0, 2e-3, s, "metallic " + std::to_string(metallic));
+  }
+}
+
+TEST(Furnace, Lambert) {
+  for (const float rho : {0.0f, 0.18f, 0.5f, 1.0f}) {
+    for (const double mu : {1.0, 0.1}) {
+      const RenderSettings s = furnace_settings();
+      expect_exact(albedo_of(lambert(Rgb(rho)), mu, s), rho, 1e-6, s,
+                   "Lambert " + std::to_string(rho));
+    }
+  }
+}
+
+// Light sampling alone, BSDF sampling alone and both together estimate the same integral.
+TEST(Furnace, WithAndWithoutLightSampling) {
+  MaterialDescription m;
+  m.base_color = {0.8f, 0.4f, 0.2f};
+  m.metallic = 0.3f;
+  m.roughness = 0.4f;
+  RenderSettings s = furnace_settings();
+  s.spp = 1024;
+  const RenderedImage both = albedo_of(m, 0.6, s);
+  s.light_sampling = false;
+  s.seed = 77;
+  const RenderedImage bsdf = albedo_of(m, 0.6, s);
+  const double error = std::hypot(both.standard_error, bsdf.standard_error);
+  EXPECT_NEAR(both.mean, bsdf.mean, 5 * error + 1e-6);
+}
+
+// A convex object in the furnace disappears, silhouette included.
+TEST(Furnace, WhiteSphereDisappears) {
+  SceneBuilderForTests b;
+  b.place(b.add_mesh(SceneBuilderForTests::sphere(1.0f, 32, b.add_material(metal(Rgb(1.0f), 0.5f)),
+                                                  false, false)));
+  b.set_environment(Rgb(1.0f));
+  const auto scene = b.build();
+  RenderSettings s = furnace_settings();
+  s.width = s.height = 24;
+  const RenderedImage image = render(*scene, perspective({0, 0, 4}, {0, 0, 0}, 40), s);
+  expect_exact(image, 1.0, 2e-3, s, "white sphere");
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,107 @@
+// Renders a frame in a test: into memory, through the same driver as the command.
+#pragma once
+
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "renderer/drivers/bucket_driver.h"
+#include "renderer/drivers/frame_driver.h"
+
+namespace emberline::test {
+
+struct RenderSettings {
+  int width = 16, height = 16;
+  Rect crop;  // empty: the whole frame
+  uint32_t spp = 16;
+  uint32_t seed = 1;
+  int max_depth = 16;
+  bool light_sampling = true;
+  bool transparent = false;
+  std::string integrator = "path";
+  std::string sampler = "sobol";
+  std::string filter = "box";
+  StreamCount streams = StreamCount::kOne;
+  int bucket_size = 8;
+  std::string bucket_order = "hilbert";
+  int threads = 2;
+  std::string aovs;
+};
+
+// The frame's channels over its window, as the EXR would hold them.
+struct RenderedImage {
+  Rect window;
+  std::vector<std::string> channels;
+  std::vector<float> values;
+  FrameCounters counters;
+
+  const float* pixel(int x, int y) const {
+    return &values[(size_t(y - window.y0) * size_t(window.width()) + size_t(x - window.x0)) *
+                   channels.size()];
+  }
+  Rgb rgb(int x, int y) const { return {pixel(x, y)[0], pixel(x, y)[1], pixel(x, y)[2]}; }
+
+  // Mean of R, G and B over the window, and the standard error of that mean taking pixels as
+  // independent (they are: every pixel has its own randomisation).
+  double mean = 0, standard_error = 0;
+};
+
+class MemoryObserver final : public FrameObserver {
+ public:
+  MemoryObserver(RenderedImage& image) : image_(image) {}
+  void tile_finished(const FilmTile& tile) override {
+    std::vector<float> pixels;
+    tile.resolve(pixels);
+    const size_t channels = image_.channels.size();
+    const Rect& r = tile.rect();
+    const std::lock_guard lock(mutex_);
+    for (int y = r.y0; y < r.y1; ++y) {
+      const size_t from = size_t(y - r.y0) * size_t(r.width()) * channels;
+      const size_t to = (size_t(y - image_.window.y0) * size_t(image_.window.width()) +
+                         size_t(r.x0 - image_.window.x0)) *
+                        channels;
+      std::copy_n(&pixels[from], size_t(r.width()) * channels, &image_.values[to]);
+    }
+  }
+
+ private:
+  RenderedImage& image_;
+  std::mutex mutex_;
+};
+
+inline RenderedImage render(const Scene& scene, const CameraDescription& view,
+                            const RenderSettings& s) {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
+  const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
+  const auto integrator = create_integrator(s.integrator, {.max_depth = s.max_depth,
+                                                           .transparent = s.transparent,
+                                                           .light_sampling = s.light_sampling});
+  const auto sampler = create_sampler(s.sampler, {s.streams});
+  const PixelFilter filter = PixelFilter::create(s.filter);
+  RenderedImage image;
+  image.window = s.crop.empty() ? Rect{0, 0, s.width, s.height} : s.crop;
+  const AovSet aovs = AovSet::parse(s.aovs);
+  for (const FilmChannel& c : film_channels(aovs)) image.channels.push_back(c.name);
+  image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
+  const Frame frame{scene,   camera,   *integrator,  *sampler, filter, s.width,
+                    s.height, image.window, s.spp, s.seed, s.streams, aovs};
+  MemoryObserver observer(image);
+  image.counters = BucketDriver({s.bucket_size, s.bucket_order}).render(frame, observer, {});
+
+  double sum = 0, sum2 = 0;
+  const double n = double(image.window.area());
+  for (size_t i = 0; i < image.values.size(); i += image.channels.size()) {
+    const double v = (double(image.values[i]) + image.values[i + 1] + image.values[i + 2]) / 3;
+    sum += v;
+    sum2 += v * v;
+  }
+  image.mean = sum / n;
+  image.standard_error = n > 1 ? std::sqrt(std::max(0.0, sum2 / n - image.mean * image.mean) / (n - 1)) : 0;
+  return image;
+}
+
+}  // namespace emberline::test

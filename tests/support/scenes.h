@@ -1,0 +1,165 @@
+// Scenes for tests, built in code: no file, every number in sight.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+
+#include "renderer/core/constants.h"
+#include "renderer/scene/build_scene.h"
+#include "renderer/scene/camera.h"
+#include "renderer/scene/scene_description.h"
+
+namespace emberline::test {
+
+// Reflects `albedo` in all directions alike, and nothing else: no dielectric coat.
+inline MaterialDescription lambert(const Rgb& albedo) {
+  MaterialDescription m;
+  m.base_color = albedo;
+  m.metallic = 0.0f;
+  m.roughness = 1.0f;
+  m.specular = 0.0f;
+  return m;
+}
+
+inline MaterialDescription emitter(const Rgb& radiance) {
+  MaterialDescription m = lambert(Rgb(0.0f));
+  m.emission = radiance;
+  return m;
+}
+
+inline MaterialDescription metal(const Rgb& color, float roughness) {
+  MaterialDescription m;
+  m.base_color = color;
+  m.metallic = 1.0f;
+  m.roughness = roughness;
+  return m;
+}
+
+class SceneBuilderForTests {
+ public:
+  SceneDescription description;
+
+  SceneBuilderForTests() { description.file = "test scene"; }
+
+  int add_material(const MaterialDescription& m) {
+    description.materials.push_back(m);
+    return int(description.materials.size()) - 1;
+  }
+
+  int add_mesh(MeshDescription mesh) {
+    description.meshes.push_back(std::move(mesh));
+    return int(description.meshes.size()) - 1;
+  }
+
+  void place(int mesh, const Mat44d& to_world = Mat44d()) {
+    description.instances.push_back({"instance", mesh, to_world});
+  }
+
+  // Corners counter-clockwise seen from the front.
+  void add_quad(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d, int material) {
+    MeshDescription mesh;
+    mesh.name = "quad";
+    mesh.positions = {a, b, c, d};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    mesh.uv_sets = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    mesh.material = material;
+    place(add_mesh(std::move(mesh)));
+  }
+
+  // A horizontal square of half size h at height y, facing +Y (or -Y).
+  void add_floor(float h, float y, int material, bool up = true) {
+    if (up) {
+      add_quad({-h, y, h}, {h, y, h}, {h, y, -h}, {-h, y, -h}, material);
+    } else {
+      add_quad({-h, y, -h}, {h, y, -h}, {h, y, h}, {-h, y, h}, material);
+    }
+  }
+
+  // A latitude-longitude sphere with flat faces of `rings` x 2 rings; inside out if `inward`.
+  static MeshDescription sphere(float radius, int rings, int material, bool inward = false,
+                                bool smooth = false) {
+    MeshDescription mesh;
+    mesh.name = "sphere";
+    mesh.material = material;
+    const int columns = 2 * rings;
+    for (int r = 0; r <= rings; ++r) {
+      const double theta = kPiD * r / rings;
+      for (int c = 0; c < columns; ++c) {
+        const double phi = 2 * kPiD * c / columns;
+        const Vec3f n(float(std::sin(theta) * std::cos(phi)), float(std::cos(theta)),
+                      float(std::sin(theta) * std::sin(phi)));
+        mesh.positions.push_back(n * radius);
+        if (smooth) mesh.normals.push_back(inward ? -n : n);
+      }
+    }
+    const auto at = [&](int r, int c) { return uint32_t(r * columns + c % columns); };
+    for (int r = 0; r < rings; ++r) {
+      for (int c = 0; c < columns; ++c) {
+        const uint32_t a = at(r, c), b = at(r, c + 1), d = at(r + 1, c), e = at(r + 1, c + 1);
+        // The rows at the poles have one vertex per column, all in the same place.
+        if (r > 0) mesh.triangles.push_back(inward ? std::array{a, d, b} : std::array{a, b, d});
+        if (r + 1 < rings) {
+          mesh.triangles.push_back(inward ? std::array{b, d, e} : std::array{b, e, d});
+        }
+      }
+    }
+    return mesh;
+  }
+
+  void set_environment(const Rgb& radiance) {
+    EnvironmentDescription e;
+    e.constant = radiance;
+    description.environment = e;
+  }
+
+  void set_environment(std::shared_ptr<const Image> image) {
+    EnvironmentDescription e;
+    e.file = "test";
+    e.image = std::move(image);
+    description.environment = e;
+  }
+
+  void add_point_light(const Vec3d& position, const Rgb& intensity) {
+    PunctualLightDescription light;
+    light.intensity = intensity;
+    light.to_world = Mat44d();
+    for (int c = 0; c < 3; ++c) light.to_world[3][c] = position[c];
+    description.lights.push_back(light);
+  }
+
+  std::unique_ptr<Scene> build(const SceneBuildOptions& options = {}) const {
+    return build_scene(description, options);
+  }
+};
+
+inline CameraDescription perspective(const Vec3d& from, const Vec3d& at, double fov_degrees) {
+  CameraDescription camera;
+  camera.name = "test camera";
+  camera.fov_y = fov_degrees * kPiD / 180;
+  camera.to_world = look_at_matrix(from, at);
+  return camera;
+}
+
+inline CameraDescription orthographic(const Vec3d& from, const Vec3d& at, double half_height) {
+  CameraDescription camera = perspective(from, at, 1);
+  camera.orthographic = true;
+  camera.y_mag = camera.x_mag = half_height;
+  return camera;
+}
+
+inline Mat44d translation(double x, double y, double z) {
+  Mat44d m;
+  m[3][0] = x;
+  m[3][1] = y;
+  m[3][2] = z;
+  return m;
+}
+
+inline Mat44d scaling(double s) {
+  Mat44d m;
+  for (int i = 0; i < 3; ++i) m[i][i] = s;
+  return m;
+}
+
+}  // namespace emberline::test

@@ -1,0 +1,177 @@
+// The PNG and JPEG files that DisplayImageWriter and write_image leave, read back.
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <stdexcept>
+
+#include "io/display.h"
+#include "io/image_output.h"
+#include "renderer/core/errors.h"
+#include "unit/output_folder.h"
+
+namespace emberline {
+namespace {
+
+// With the built-in config, whatever the environment says.
+class PictureTest : public OutputFolder {
+ protected:
+  void SetUp() override {
+    unsetenv("OCIO");
+    OutputFolder::SetUp();
+  }
+};
+
+// IEC 61966-2-1.
+double srgb(double x) {
+  x = std::clamp(x, 0.0, 1.0);
+  return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+}
+
+struct ReadBack {
+  OIIO::ImageSpec spec;
+  std::vector<uint8_t> values;
+};
+
+ReadBack read_back(const std::string& path) {
+  OIIO::ImageSpec as_stored;
+  as_stored.attribute("oiio:UnassociatedAlpha", 1);
+  const auto input = OIIO::ImageInput::open(path, &as_stored);
+  if (!input) throw std::runtime_error("cannot read " + path + ": " + OIIO::geterror());
+  ReadBack result{input->spec(), {}};
+  result.values.resize(size_t(result.spec.image_pixels()) * size_t(result.spec.nchannels));
+  input->read_image(0, 0, 0, -1, OIIO::TypeDesc::UINT8, result.values.data());
+  return result;
+}
+
+// Radiance of pixel (x, y) of the test pictures, premultiplied.
+std::array<float, 4> test_pixel(int x, int y) {
+  const float alpha = float(y % 5) / 4.0f;
+  return {float(x % 11) / 10.0f * alpha, 0.18f * alpha, float(y % 3) / 2.0f * alpha, alpha};
+}
+
+void write_picture(const std::string& path, const Rect& window, bool alpha) {
+  DisplayImageWriter writer(path, window, std::make_shared<DisplayTransform>(DisplaySettings{}),
+                            alpha);
+  for (int y = window.y0; y < window.y1; y += 16) {
+    for (int x = window.x0; x < window.x1; x += 16) {
+      const Rect tile = Rect{x, y, x + 16, y + 16}.intersect(window);
+      std::vector<float> rgba;
+      for (int py = tile.y0; py < tile.y1; ++py) {
+        for (int px = tile.x0; px < tile.x1; ++px) {
+          for (const float value : test_pixel(px, py)) rgba.push_back(value);
+        }
+      }
+      writer.write_tile(tile, rgba);
+    }
+  }
+  writer.finish();
+}
+
+TEST_F(PictureTest, PngWithAlphaIsUnassociated) {
+  const Rect window = {5, 9, 47, 38};
+  write_picture(path("a.png"), window, true);
+  const ReadBack picture = read_back(path("a.png"));
+  ASSERT_EQ(picture.spec.width, window.width());
+  ASSERT_EQ(picture.spec.height, window.height());
+  ASSERT_EQ(picture.spec.nchannels, 4);
+  size_t i = 0;
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x, ++i) {
+      const auto pixel = test_pixel(x, y);
+      const double alpha = double(pixel[3]);
+      ASSERT_EQ(picture.values[4 * i + 3], std::lround(alpha * 255));
+      for (size_t c = 0; c < 3; ++c) {
+        const double colour = alpha > 0 ? double(pixel[c]) / alpha : 0.0;
+        ASSERT_NEAR(picture.values[4 * i + c], srgb(colour) * 255, 0.51) << x << "," << y;
+      }
+    }
+  }
+  EXPECT_EQ(contents().size(), 1u);
+}
+
+TEST_F(PictureTest, PngWithoutAlphaIsOverBlack) {
+  const Rect window = {0, 0, 33, 20};
+  write_picture(path("a.PNG"), window, false);
+  const ReadBack picture = read_back(path("a.PNG"));
+  ASSERT_EQ(picture.spec.nchannels, 3);
+  size_t i = 0;
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x, ++i) {
+      for (size_t c = 0; c < 3; ++c) {
+        ASSERT_NEAR(picture.values[3 * i + c], srgb(double(test_pixel(x, y)[c])) * 255, 0.51);
+      }
+    }
+  }
+}
+
+TEST_F(PictureTest, JpegIsCloseAndHasNoAlpha) {
+  const Rect window = {0, 0, 64, 48};
+  {
+    DisplayImageWriter writer(path("a.jpg"), window,
+                              std::make_shared<DisplayTransform>(DisplaySettings{}), true);
+    std::vector<float> rgba;
+    for (int i = 0; i < 64 * 48; ++i) rgba.insert(rgba.end(), {0.5f, 0.2f, 0.1f, 0.5f});
+    writer.write_tile(window, rgba);
+    writer.finish();
+  }
+  const ReadBack picture = read_back(path("a.jpg"));
+  ASSERT_EQ(picture.spec.nchannels, 3);
+  EXPECT_STREQ(picture.spec.get_string_attribute("jpeg:subsampling", "4:4:4").c_str(), "4:4:4");
+  for (size_t i = 0; i < 64 * 48; ++i) {
+    ASSERT_NEAR(picture.values[3 * i + 0], srgb(0.5) * 255, 3.0);
+    ASSERT_NEAR(picture.values[3 * i + 1], srgb(0.2) * 255, 3.0);
+    ASSERT_NEAR(picture.values[3 * i + 2], srgb(0.1) * 255, 3.0);
+  }
+}
+
+TEST_F(PictureTest, PicturesAreDeterministicAndUnwrittenPixelsBlack) {
+  for (const std::string& suffix : {std::string(".png"), std::string(".jpg")}) {
+    write_picture(path("a" + suffix), {0, 0, 40, 40}, true);
+    write_picture(path("b" + suffix), {0, 0, 40, 40}, true);
+    EXPECT_EQ(slurp(path("a" + suffix)), slurp(path("b" + suffix)));
+  }
+  DisplayImageWriter writer(path("c.png"), {0, 0, 8, 8},
+                            std::make_shared<DisplayTransform>(DisplaySettings{}), true);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  writer.write_tile({0, 0, 1, 1}, {nan, 1.0f, 0.5f, nan});
+  writer.finish();
+  const ReadBack picture = read_back(path("c.png"));
+  EXPECT_EQ(picture.values[0], 0);
+  EXPECT_EQ(picture.values[1], 255);
+  EXPECT_EQ(picture.values[2], 188);
+  EXPECT_EQ(picture.values[3], 0);
+  EXPECT_TRUE(std::all_of(picture.values.begin() + 4, picture.values.end(),
+                          [](uint8_t value) { return value == 0; }));
+}
+
+TEST_F(PictureTest, PictureFilesAppearWholeOrNotAtAll) {
+  const auto transform = std::make_shared<DisplayTransform>(DisplaySettings{});
+  const Rect window = {0, 0, 8, 8};
+  { DisplayImageWriter writer(path("a.png"), window, transform, false); }
+  EXPECT_TRUE(contents().empty());
+  expect_error<UsageError>([&] { DisplayImageWriter(path("a.gif"), window, transform, false); },
+                           ".png, .jpg, .jpeg");
+  expect_error<RenderError>([&] { DisplayImageWriter(path("no/a.png"), window, transform, false); },
+                            "does not exist");
+  EXPECT_TRUE(contents().empty());
+}
+
+TEST_F(PictureTest, GreyPictures) {
+  ByteImage image;
+  image.width = 4;
+  image.height = 1;
+  image.channels = 1;
+  image.values = {0, 100, 200, 255};
+  write_image(path("g.png"), image);
+  const ReadBack picture = read_back(path("g.png"));
+  EXPECT_EQ(picture.spec.nchannels, 1);
+  EXPECT_EQ(picture.values, image.values);
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,235 @@
+// The display transform against closed forms, and the configs that $OCIO may name.
+#include "io/display.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+
+#include "renderer/core/errors.h"
+#include "unit/output_folder.h"
+
+namespace emberline {
+namespace {
+
+// $OCIO is as the test sets it, and unset again afterwards.
+class DisplayTest : public OutputFolder {
+ protected:
+  void SetUp() override {
+    unsetenv("OCIO");
+    OutputFolder::SetUp();
+  }
+  void TearDown() override {
+    unsetenv("OCIO");
+    OutputFolder::TearDown();
+  }
+  // Points $OCIO to a config with that text.
+  void use_config(const std::string& text) {
+    std::ofstream(path("config.ocio")) << text;
+    setenv("OCIO", path("config.ocio").c_str(), 1);
+  }
+};
+
+DisplaySettings with_view(const std::string& view, float exposure = 0.0f) {
+  DisplaySettings settings;
+  settings.view = view;
+  settings.exposure = exposure;
+  return settings;
+}
+
+std::array<float, 3> shown(const DisplaySettings& settings, float r, float g, float b) {
+  std::array<float, 3> rgb = {r, g, b};
+  DisplayTransform(settings).apply(rgb.data(), 1);
+  return rgb;
+}
+
+// IEC 61966-2-1.
+double srgb(double x) {
+  x = std::clamp(x, 0.0, 1.0);
+  return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+}
+
+TEST_F(DisplayTest, SrgbIsTheStandardCurve) {
+  std::vector<float> values;
+  for (int i = 0; i <= 3000; ++i) values.push_back(float(i) / 2500.0f - 0.1f);
+  while (values.size() % 3) values.push_back(0);
+  std::vector<float> result = values;
+  DisplayTransform({}).apply(result.data(), result.size() / 3);
+  for (size_t i = 0; i < values.size(); ++i) {
+    // OpenColorIO derives the slope of the linear part from gamma and offset (12.9232).
+    ASSERT_NEAR(result[i], srgb(double(values[i])), 2e-5) << values[i];
+  }
+  EXPECT_EQ(std::lround(shown({}, 0.18f, 0.18f, 0.18f)[1] * 255), 118);  // 117.6
+  EXPECT_NEAR(shown({}, 1.0f, 1.0f, 1.0f)[0], 1.0f, 1e-6);
+  EXPECT_EQ(shown({}, 0.0f, 0.0f, 0.0f)[2], 0.0f);
+}
+
+TEST_F(DisplayTest, ExposureIsInStops) {
+  const auto shifted = shown(with_view("sRGB", 1.5f), 0.1f, 0.02f, 0.3f);
+  const double scale = std::pow(2.0, 1.5);
+  EXPECT_NEAR(shifted[0], srgb(0.1 * scale), 2e-5);
+  EXPECT_NEAR(shifted[1], srgb(0.02 * scale), 2e-5);
+  EXPECT_NEAR(shifted[2], srgb(0.3 * scale), 2e-5);
+  EXPECT_NEAR(shown(with_view("raw", -2.0f), 8.0f, 4.0f, 2.0f)[0], 2.0f, 1e-6);
+}
+
+TEST_F(DisplayTest, RawIsTheIdentity) {
+  const auto raw = shown(with_view("Raw"), -0.5f, 0.18f, 12.0f);
+  EXPECT_EQ(raw, (std::array{-0.5f, 0.18f, 12.0f}));
+}
+
+TEST_F(DisplayTest, AcesShowsMiddleGreyAtATenthOfPeak) {
+  // ACES 1.0: the rendering transform takes 0.18 to 4.8 of 48 cd/m2, the video output scales 0.02
+  // to 48 onto 0 to 1 and compensates for the dim surround with an exponent of 0.9811.
+  const auto grey = shown(with_view("ACES"), 0.18f, 0.18f, 0.18f);
+  EXPECT_NEAR(grey[0], srgb(std::pow((4.8 - 0.02) / (48.0 - 0.02), 0.9811)), 1e-3);
+  // Neutral stays neutral: D65 is adapted to the ACES white and back.
+  EXPECT_NEAR(grey[0], grey[1], 2e-3);
+  EXPECT_NEAR(grey[2], grey[1], 2e-3);
+  // Highlights roll off: 1.0 is not yet white, 16.3 (the end of the curve) is.
+  EXPECT_LT(shown(with_view("ACES"), 1.0f, 1.0f, 1.0f)[1], 0.95f);
+  EXPECT_GT(shown(with_view("ACES"), 1.0f, 1.0f, 1.0f)[1], 0.70f);
+  EXPECT_NEAR(shown(with_view("ACES"), 20.0f, 20.0f, 20.0f)[1], 1.0f, 5e-3);
+}
+
+TEST_F(DisplayTest, GreysAreMonotone) {
+  for (const char* view : {"sRGB", "ACES"}) {
+    std::vector<float> greys;
+    for (int i = 0; i < 4000; ++i)
+      greys.insert(greys.end(), 3, std::exp2(float(i) / 200.0f - 12.0f));
+    DisplayTransform(with_view(view)).apply(greys.data(), greys.size() / 3);
+    for (size_t i = 3; i < greys.size(); ++i) {
+      ASSERT_GE(greys[i], greys[i - 3] - 1e-6f) << view << " at " << i / 3;
+    }
+  }
+}
+
+TEST_F(DisplayTest, AnythingInGivesSomethingFiniteOut) {
+  const float inf = std::numeric_limits<float>::infinity();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float largest = std::numeric_limits<float>::max();
+  for (const char* view : {"sRGB", "ACES", "Raw"}) {
+    for (const float exposure : {0.0f, 200.0f, -200.0f}) {
+      std::vector<float> rgb = {nan, inf, -inf, largest, -largest, 0.0f, nan,  nan,  nan,
+                                inf, inf, inf,  1e-40f,  1e30f,    0.5f, 0.0f, 1.0f, -1.0f};
+      DisplayTransform(with_view(view, exposure)).apply(rgb.data(), rgb.size() / 3);
+      for (const float value : rgb) EXPECT_TRUE(std::isfinite(value)) << view;
+    }
+  }
+  const auto pixel = shown({}, inf, nan, -inf);
+  EXPECT_NEAR(pixel[0], 1.0f, 1e-6);
+  EXPECT_EQ(pixel[1], 0.0f);
+  EXPECT_EQ(pixel[2], 0.0f);
+}
+
+TEST_F(DisplayTest, UnknownNamesListTheValidOnes) {
+  expect_error<UsageError>(
+      [] { DisplayTransform(with_view("Filmic")); },
+      "unknown view \"Filmic\" of display \"sRGB\"; valid names are: sRGB, ACES, Raw");
+  DisplaySettings settings;
+  settings.display = "Rec.2020";
+  expect_error<UsageError>(
+      [&] { DisplayTransform{settings}; },
+      "unknown display \"Rec.2020\" of the built-in OpenColorIO config; valid names are: sRGB");
+  settings = {};
+  settings.look = "warm";
+  expect_error<UsageError>([&] { DisplayTransform{settings}; }, "unknown look \"warm\"");
+  settings = {};
+  settings.exposure = std::numeric_limits<float>::infinity();
+  expect_error<UsageError>([&] { DisplayTransform{settings}; }, "exposure");
+}
+
+TEST_F(DisplayTest, DescribesItself) {
+  EXPECT_EQ(DisplayTransform({}).describe(), "built-in: sRGB / sRGB");
+  EXPECT_EQ(DisplayTransform(with_view("aces")).describe(), "built-in: sRGB / ACES");
+}
+
+// A config whose reference space is linear Rec. 709 under a usual name, its scene_linear another
+// (twice as bright): the former must be the source. The view halves blue; the look zeroes red.
+constexpr const char* kNamedConfig = R"(ocio_profile_version: 2
+roles:
+  scene_linear: other
+  default: other
+displays:
+  Monitor:
+    - !<View> {name: Half, colorspace: half_blue}
+    - !<View> {name: Plain, colorspace: lin_rec709}
+active_displays: []
+active_views: []
+looks:
+  - !<Look>
+    name: no_red
+    process_space: lin_rec709
+    transform: !<MatrixTransform> {matrix: [0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}
+colorspaces:
+  - !<ColorSpace>
+    name: lin_rec709
+  - !<ColorSpace>
+    name: other
+    to_scene_reference: !<MatrixTransform> {matrix: [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1]}
+  - !<ColorSpace>
+    name: half_blue
+    from_scene_reference: !<MatrixTransform> {matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 1]}
+)";
+
+TEST_F(DisplayTest, OcioVariableWins) {
+  use_config(kNamedConfig);
+  EXPECT_EQ(shown({}, 0.25f, 0.5f, 1.0f), (std::array{0.25f, 0.5f, 0.5f}));
+  EXPECT_EQ(shown(with_view("plain"), 0.25f, 0.5f, 1.0f), (std::array{0.25f, 0.5f, 1.0f}));
+  DisplaySettings settings;
+  settings.look = "NO_RED";
+  EXPECT_EQ(shown(settings, 0.25f, 0.5f, 1.0f), (std::array{0.0f, 0.5f, 0.5f}));
+  EXPECT_EQ(DisplayTransform(settings).describe(),
+            path("config.ocio") + ": Monitor / Half / look no_red (from lin_rec709)");
+  expect_error<UsageError>([] { DisplayTransform(with_view("sRGB")); },
+                           "valid names are: Half, Plain");
+  setenv("OCIO", "", 1);
+  EXPECT_EQ(DisplayTransform({}).describe(), "built-in: sRGB / sRGB");
+}
+
+TEST_F(DisplayTest, OcioConfigWithoutRec709GoesThroughAces) {
+  use_config(R"(ocio_profile_version: 2
+roles: {scene_linear: ap0, aces_interchange: ap0, default: ap0}
+displays:
+  Monitor:
+    - !<View> {name: Plain, colorspace: ap0}
+    - !<View> {name: Data, colorspace: data}
+colorspaces:
+  - !<ColorSpace>
+    name: ap0
+  - !<ColorSpace>
+    name: data
+    isdata: true
+)");
+  // Rec. 709 green in ACES2065-1, adapted from D65 by Bradford's matrix: the second column of the
+  // matrix in print, 0.38298 0.81342 0.11154.
+  const auto green = shown({}, 0.0f, 1.0f, 0.0f);
+  EXPECT_NEAR(green[0], 0.38298f, 1e-4f);
+  EXPECT_NEAR(green[1], 0.81342f, 1e-4f);
+  EXPECT_NEAR(green[2], 0.11154f, 1e-4f);
+  EXPECT_EQ(shown(with_view("Data"), 0.0f, 1.0f, 0.0f), (std::array{0.0f, 1.0f, 0.0f}));
+}
+
+TEST_F(DisplayTest, UnusableOcioConfigs) {
+  setenv("OCIO", path("missing.ocio").c_str(), 1);
+  expect_error<InputError>([] { DisplayTransform({}); }, "missing.ocio");
+  use_config("this is : not [ a config");
+  expect_error<InputError>([] { DisplayTransform({}); }, "config.ocio: ");
+  use_config(R"(ocio_profile_version: 2
+roles: {default: odd}
+displays:
+  Monitor:
+    - !<View> {name: Plain, colorspace: odd}
+colorspaces:
+  - !<ColorSpace>
+    name: odd
+)");
+  expect_error<InputError>([] { DisplayTransform({}); }, "scene_linear");
+}
+
+}  // namespace
+}  // namespace emberline

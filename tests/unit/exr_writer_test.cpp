@@ -1,0 +1,341 @@
+// What ExrWriter puts on disk, read back with OpenEXR's own reader; and that failures leave
+// nothing.
+#include "io/exr_writer.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfChromaticitiesAttribute.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfTestFile.h>
+#include <OpenEXR/ImfTiledInputFile.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <thread>
+
+#include "renderer/core/errors.h"
+#include "unit/output_folder.h"
+
+namespace emberline {
+namespace {
+
+namespace fs = std::filesystem;
+
+using ExrWriterTest = OutputFolder;
+
+// A value that tells channel and pixel apart, exact in half and in uint.
+float expected_value(int x, int y, size_t channel) {
+  return float((x * 7 + y * 13 + int(channel) * 101) % 1024);
+}
+
+std::vector<Rect> tiles_of(const ExrHeader& header) {
+  std::vector<Rect> tiles;
+  const Rect& window = header.data_window;
+  for (int y = window.y0; y < window.y1; y += header.tile_size) {
+    for (int x = window.x0; x < window.x1; x += header.tile_size) {
+      tiles.push_back(Rect{x, y, x + header.tile_size, y + header.tile_size}.intersect(window));
+    }
+  }
+  return tiles;
+}
+
+std::vector<float> tile_pixels(const ExrHeader& header, const Rect& rect) {
+  std::vector<float> pixels;
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    for (int x = rect.x0; x < rect.x1; ++x) {
+      for (size_t c = 0; c < header.channels.size(); ++c) pixels.push_back(expected_value(x, y, c));
+    }
+  }
+  return pixels;
+}
+
+// One channel of the data window as floats, by OpenEXR's general reader (which also converts).
+std::vector<float> read_channel(const std::string& path, const std::string& name) {
+  Imf::InputFile file(path.c_str(), 0);
+  const Imath::Box2i window = file.header().dataWindow();
+  const size_t width = size_t(window.max.x - window.min.x + 1);
+  const size_t height = size_t(window.max.y - window.min.y + 1);
+  std::vector<float> values(width * height, -1.0f);
+  Imf::FrameBuffer buffer;
+  char* const origin = reinterpret_cast<char*>(values.data()) -
+                       4 * (ptrdiff_t(window.min.x) + ptrdiff_t(window.min.y) * ptrdiff_t(width));
+  buffer.insert(name, Imf::Slice(Imf::FLOAT, origin, 4, 4 * width));
+  file.setFrameBuffer(buffer);
+  file.readPixels(window.min.y, window.max.y);
+  return values;
+}
+
+ExrHeader cropped_header() {
+  ExrHeader header;
+  header.width = 200;
+  header.height = 150;
+  header.data_window = {13, 21, 150, 102};  // not a multiple of the tile
+  header.tile_size = 32;
+  header.channels = {{"R", ChannelType::kHalf},       {"G", ChannelType::kHalf},
+                     {"B", ChannelType::kHalf},       {"A", ChannelType::kHalf},
+                     {"samples", ChannelType::kUint}, {"albedo.R", ChannelType::kFloat},
+                     {"Z", ChannelType::kFloat}};
+  header.attributes = {{"emberline.seed", "7"}, {"emberline.command", "a \"b\"\nc"}};
+  return header;
+}
+
+TEST_F(ExrWriterTest, TilesInRandomOrderReadBack) {
+  const ExrHeader header = cropped_header();
+  std::vector<Rect> tiles = tiles_of(header);
+  std::shuffle(tiles.begin(), tiles.end(), std::mt19937(3));
+  ExrWriter writer(path("a.exr"), header);
+  for (const Rect& rect : tiles) writer.write_tile(rect, tile_pixels(header, rect));
+  writer.finish();
+  EXPECT_EQ(contents(), std::vector<std::string>{"a.exr"});
+
+  for (size_t c = 0; c < header.channels.size(); ++c) {
+    const std::vector<float> values = read_channel(path("a.exr"), header.channels[c].name);
+    size_t i = 0;
+    for (int y = header.data_window.y0; y < header.data_window.y1; ++y) {
+      for (int x = header.data_window.x0; x < header.data_window.x1; ++x, ++i) {
+        ASSERT_EQ(values[i], expected_value(x, y, c))
+            << header.channels[c].name << " at " << x << "," << y;
+      }
+    }
+  }
+}
+
+TEST_F(ExrWriterTest, HeaderSaysWhatTheFrameIs) {
+  const ExrHeader header = cropped_header();
+  ExrWriter writer(path("a.exr"), header);
+  writer.finish();
+
+  bool tiled = false, deep = false, multi_part = false;
+  ASSERT_TRUE(Imf::isOpenExrFile(path("a.exr").c_str(), tiled, deep, multi_part));
+  EXPECT_TRUE(tiled);
+  EXPECT_FALSE(deep);
+  EXPECT_FALSE(multi_part);
+  Imf::TiledInputFile file(path("a.exr").c_str(), 0);
+  const Imf::Header& read = file.header();
+  EXPECT_EQ(read.dataWindow(), Imath::Box2i({13, 21}, {149, 101}));
+  EXPECT_EQ(read.displayWindow(), Imath::Box2i({0, 0}, {199, 149}));
+  EXPECT_EQ(read.pixelAspectRatio(), 1.0f);
+  EXPECT_EQ(read.lineOrder(), Imf::RANDOM_Y);
+  EXPECT_EQ(read.compression(), Imf::ZIP_COMPRESSION);
+  EXPECT_EQ(file.levelMode(), Imf::ONE_LEVEL);
+  EXPECT_EQ(file.tileXSize(), 32u);
+  EXPECT_EQ(file.tileYSize(), 32u);
+  ASSERT_TRUE(Imf::hasChromaticities(read));
+  EXPECT_EQ(Imf::chromaticities(read).red, Imath::V2f(0.64f, 0.33f));
+  EXPECT_EQ(Imf::chromaticities(read).white, Imath::V2f(0.3127f, 0.3290f));
+  EXPECT_EQ(read.typedAttribute<Imf::StringAttribute>("emberline.seed").value(), "7");
+  EXPECT_EQ(read.typedAttribute<Imf::StringAttribute>("emberline.command").value(), "a \"b\"\nc");
+  EXPECT_EQ(read.channels().findChannel("R")->type, Imf::HALF);
+  EXPECT_EQ(read.channels().findChannel("samples")->type, Imf::UINT);
+  EXPECT_EQ(read.channels().findChannel("Z")->type, Imf::FLOAT);
+  EXPECT_TRUE(file.isComplete());
+}
+
+TEST_F(ExrWriterTest, MissingTilesAreZero) {
+  const ExrHeader header = cropped_header();
+  const std::vector<Rect> tiles = tiles_of(header);
+  ExrWriter writer(path("a.exr"), header);
+  writer.write_tile(tiles[4], tile_pixels(header, tiles[4]));
+  writer.finish();
+  const std::vector<float> values = read_channel(path("a.exr"), "Z");
+  size_t i = 0;
+  for (int y = header.data_window.y0; y < header.data_window.y1; ++y) {
+    for (int x = header.data_window.x0; x < header.data_window.x1; ++x, ++i) {
+      ASSERT_EQ(values[i], tiles[4].contains(x, y) ? expected_value(x, y, 6) : 0.0f);
+    }
+  }
+}
+
+TEST_F(ExrWriterTest, ValuesOutsideTheChannelType) {
+  ExrHeader header;
+  header.width = header.height = 4;
+  header.data_window = {0, 0, 4, 4};
+  header.tile_size = 4;
+  header.channels = {{"h", ChannelType::kHalf}, {"u", ChannelType::kUint}};
+  std::vector<float> pixels(32, 0.0f);
+  const float halves[] = {1e6f, -1e6f, 65519.0f, 1e-9f};
+  const float counts[] = {-3.0f, 2.5f, 16777216.0f, 1e12f};
+  for (size_t i = 0; i < 4; ++i) {
+    pixels[2 * i] = halves[i];
+    pixels[2 * i + 1] = counts[i];
+  }
+  pixels[2 * 4 + 1] = std::numeric_limits<float>::quiet_NaN();
+  ExrWriter writer(path("a.exr"), header);
+  writer.write_tile(header.data_window, pixels);
+  writer.finish();
+  const std::vector<float> h = read_channel(path("a.exr"), "h");
+  EXPECT_EQ(h[0], 65504.0f);
+  EXPECT_EQ(h[1], -65504.0f);
+  EXPECT_EQ(h[2], 65504.0f);
+  EXPECT_EQ(h[3], 0.0f);
+  const std::vector<float> u = read_channel(path("a.exr"), "u");
+  EXPECT_EQ(u[0], 0.0f);
+  EXPECT_EQ(u[1], 3.0f);
+  EXPECT_EQ(u[2], 16777216.0f);
+  EXPECT_EQ(u[3], 4294967296.0f);  // 2^32 - 1 as float
+  EXPECT_EQ(u[4], 0.0f);
+}
+
+TEST_F(ExrWriterTest, ManyThreadsWriteAtOnce) {
+  ExrHeader header = cropped_header();
+  header.tile_size = 8;
+  const std::vector<Rect> tiles = tiles_of(header);
+  ExrWriter writer(path("a.exr"), header);
+  std::vector<std::thread> threads;
+  for (size_t t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      for (size_t i = t; i < tiles.size(); i += 4) {
+        writer.write_tile(tiles[i], tile_pixels(header, tiles[i]));
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  writer.finish();
+  const std::vector<float> values = read_channel(path("a.exr"), "albedo.R");
+  size_t i = 0;
+  for (int y = header.data_window.y0; y < header.data_window.y1; ++y) {
+    for (int x = header.data_window.x0; x < header.data_window.x1; ++x, ++i) {
+      ASSERT_EQ(values[i], expected_value(x, y, 5));
+    }
+  }
+}
+
+TEST_F(ExrWriterTest, IncompressibleAndLongNames) {
+  ExrHeader header;
+  header.width = header.height = 64;
+  header.data_window = {0, 0, 64, 64};
+  const std::string long_name = "a.channel.whose.name.is.longer.than.31.letters";
+  header.channels = {{long_name, ChannelType::kFloat}};
+  header.attributes = {{"an.attribute.whose.name.is.long.too", "x"}};
+  std::vector<float> pixels(64 * 64);
+  std::mt19937 random(5);
+  for (float& value : pixels) {
+    // Any bit pattern of a finite number: noise that ZIP can only store.
+    const uint32_t bits = uint32_t(random()) & 0xbfffffffu;
+    std::memcpy(&value, &bits, 4);
+  }
+  ExrWriter writer(path("a.exr"), header);
+  writer.write_tile(header.data_window, pixels);
+  writer.finish();
+  EXPECT_EQ(read_channel(path("a.exr"), long_name), pixels);
+}
+
+TEST_F(ExrWriterTest, ReplacesTheOldFileOnlyWhenFinished) {
+  { std::ofstream(path("a.exr")) << "old"; }
+  const ExrHeader header = cropped_header();
+  {
+    ExrWriter writer(path("a.exr"), header);
+    writer.write_tile(tiles_of(header)[0], tile_pixels(header, tiles_of(header)[0]));
+    EXPECT_EQ(slurp(path("a.exr")), "old");
+    EXPECT_EQ(contents().size(), 2u);
+  }
+  EXPECT_EQ(contents(), std::vector<std::string>{"a.exr"});
+  EXPECT_EQ(slurp(path("a.exr")), "old");
+  ExrWriter writer(path("a.exr"), header);
+  writer.finish();
+  EXPECT_EQ(slurp(path("a.exr")).substr(0, 4), "\x76\x2f\x31\x01");
+  EXPECT_EQ(contents(), std::vector<std::string>{"a.exr"});
+}
+
+TEST_F(ExrWriterTest, UnusableTargets) {
+  const ExrHeader header = cropped_header();
+  fs::create_directory(path("folder.exr"));
+  expect_error<RenderError>([&] { ExrWriter(path("folder.exr"), header); }, "it is a folder");
+  expect_error<RenderError>([&] { ExrWriter(path("missing/a.exr"), header); },
+                            "missing does not exist");
+  expect_error<RenderError>([&] { ExrWriter("/dev/null", header); }, "not a regular file");
+  expect_error<RenderError>([&] { ExrWriter("", header); }, "empty");
+  expect_error<RenderError>([&] { ExrWriter("/proc/a.exr", header); }, "/proc");
+  EXPECT_EQ(contents(), std::vector<std::string>{"folder.exr"});
+  if (geteuid() != 0) {
+    fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
+    expect_error<RenderError>([&] { ExrWriter(path("a.exr"), header); }, "Permission denied");
+    fs::permissions(folder_, fs::perms::owner_all);
+  }
+}
+
+// The disk fills up: stood in for by the limit on a file's size, which fails the same writes.
+class LimitedFileSize {
+ public:
+  explicit LimitedFileSize(rlim_t bytes) {
+    old_handler_ = std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &old_limit_);
+    const rlimit limit = {bytes, old_limit_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~LimitedFileSize() {
+    setrlimit(RLIMIT_FSIZE, &old_limit_);
+    std::signal(SIGXFSZ, old_handler_);
+  }
+
+ private:
+  rlimit old_limit_ = {};
+  void (*old_handler_)(int) = nullptr;
+};
+
+TEST_F(ExrWriterTest, FullDiskIsOneErrorAndLeavesNothing) {
+  const ExrHeader header = cropped_header();
+  const std::vector<Rect> tiles = tiles_of(header);
+  for (const rlim_t limit : {rlim_t(100), rlim_t(1500), rlim_t(9000)}) {
+    const LimitedFileSize limited(limit);
+    expect_error<RenderError>(
+        [&] {
+          ExrWriter writer(path("a.exr"), header);
+          for (const Rect& rect : tiles) writer.write_tile(rect, tile_pixels(header, rect));
+          writer.finish();
+        },
+        "a.exr: File too large");
+    EXPECT_TRUE(contents().empty()) << limit;
+  }
+}
+
+TEST_F(ExrWriterTest, AfterAFailureEveryCallFails) {
+  const ExrHeader header = cropped_header();
+  const std::vector<Rect> tiles = tiles_of(header);
+  ExrWriter writer(path("a.exr"), header);
+  {
+    const LimitedFileSize limited(2000);
+    expect_error<RenderError>([&] { writer.write_tile(tiles[0], tile_pixels(header, tiles[0])); },
+                              "too large");
+  }
+  // There is room again, but the file has a hole: it must not be taken for whole.
+  expect_error<RenderError>([&] { writer.write_tile(tiles[1], tile_pixels(header, tiles[1])); },
+                            "too large");
+  expect_error<RenderError>([&] { writer.finish(); }, "too large");
+  EXPECT_FALSE(fs::exists(path("a.exr")));
+}
+
+// What the process holds does not grow with the frame: 2048 x 2048 pixels of 20 bytes are 84 MB.
+TEST_F(ExrWriterTest, MemoryDoesNotGrowWithTheFrame) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers hold on to freed memory";
+#endif
+  ExrHeader header;
+  header.width = header.height = 2048;
+  header.data_window = {0, 0, 2048, 2048};
+  header.channels = {{"R"}, {"G"}, {"B"}, {"A"}, {"samples", ChannelType::kUint}};
+  const std::vector<Rect> tiles = tiles_of(header);
+  const std::vector<float> pixels = tile_pixels(header, tiles[0]);
+  rusage before = {}, after = {};
+  ExrWriter writer(path("a.exr"), header);
+  writer.write_tile(tiles[0], pixels);  // what is allocated once is now allocated
+  getrusage(RUSAGE_SELF, &before);
+  for (size_t i = 1; i < tiles.size(); ++i) writer.write_tile(tiles[i], pixels);
+  writer.finish();
+  getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 8 * 1024) << "KiB";
+}
+
+}  // namespace
+}  // namespace emberline

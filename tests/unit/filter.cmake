@@ -1,0 +1,1 @@
+emberline_test(filter_test SOURCES filter_test.cpp LINK emberline_film emberline_samplers)

@@ -1,0 +1,300 @@
+// Pixel filters: the map, its density and its inverse against each other and against the profiles,
+// whose integrals are known in closed form. Every row of the table is tested.
+#include "renderer/film/filter.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "renderer/core/constants.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/hash.h"
+#include "unit/sample_statistics.h"
+
+namespace emberline {
+namespace {
+
+class EveryFilter : public testing::TestWithParam<std::string> {
+ protected:
+  const FilterEntry& entry() const {
+    for (const FilterEntry& e : filter_table()) {
+      if (e.name == GetParam()) return e;
+    }
+    throw std::logic_error("not in the table");
+  }
+  PixelFilter filter() const { return PixelFilter::create(GetParam()); }
+};
+std::vector<std::string> all_names() {
+  std::vector<std::string> names;
+  for (const FilterEntry& entry : filter_table()) names.emplace_back(entry.name);
+  return names;
+}
+std::string test_name(const testing::TestParamInfo<std::string>& test) {
+  std::string name = test.param;
+  std::erase(name, '-');
+  return name;
+}
+INSTANTIATE_TEST_SUITE_P(Table, EveryFilter, testing::ValuesIn(all_names()), test_name);
+
+Vec2f random_point(uint32_t i) {
+  const uint64_t bits = hash64(0xf117e4u + uint64_t(i));
+  return {to_unit_float(uint32_t(bits)), to_unit_float(uint32_t(bits >> 32))};
+}
+
+// Midpoint rule on `steps` cells of [0, 1].
+double integrate(const std::function<double(double)>& f, int steps = 200000) {
+  double sum = 0;
+  for (int i = 0; i < steps; ++i) sum += f((i + 0.5) / steps);
+  return sum / steps;
+}
+
+TEST_P(EveryFilter, OffsetsStayInTheSupport) {
+  for (const float radius : {1e-3f, 0.5f, entry().default_radius, 7.3f, 32.0f}) {
+    const PixelFilter f = PixelFilter::create(GetParam(), radius);
+    const float edges[] = {0.0f, 0x1p-24f,        0.25f,           0.5f - 0x1p-24f,
+                           0.5f, 0.5f + 0x1p-24f, kOneMinusEpsilon};
+    for (const float x : edges) {
+      for (const float y : edges) {
+        const FilterSample s = f.sample({x, y});
+        ASSERT_TRUE(std::abs(s.offset.x) <= radius && std::abs(s.offset.y) <= radius) << s.offset;
+        ASSERT_TRUE(std::isfinite(s.weight));
+        ASSERT_EQ(s.offset.x >= 0.0f, x >= 0.5f) << "the half of u is the half of the pixel";
+      }
+    }
+    EXPECT_NEAR(f.sample({0.0f, 0.5f}).offset.x, -radius, 1e-6f * radius);
+    EXPECT_EQ(f.sample({0.5f, 0.5f}).offset, Vec2f(0.0f));
+    EXPECT_GT(f.sample({kOneMinusEpsilon, 0.5f}).offset.x, 0.9f * radius);
+  }
+}
+
+// Increasing in u, so that stratified numbers give stratified offsets; and the inverse inverts.
+TEST_P(EveryFilter, MapIsMonotoneAndInvertible) {
+  const PixelFilter f = filter();
+  float previous = -2.0f * f.radius();
+  for (uint32_t i = 0; i < (1u << 16); ++i) {
+    const float u = (float(i) + 0.37f) * 0x1p-16f;
+    const Vec2f offset = f.sample({u, 0.5f}).offset;
+    ASSERT_GE(offset.x, previous) << "u " << u;
+    previous = offset.x;
+    ASSERT_NEAR(f.offset_to_square(offset).x, u, 4e-6f);
+  }
+}
+
+TEST_P(EveryFilter, SymmetricAboutTheCentre) {
+  const PixelFilter f = filter();
+  for (uint32_t i = 0; i < 10000; ++i) {
+    const Vec2f u = random_point(i);
+    if (u.x == 0.0f || u.x == 0.5f) continue;
+    const FilterSample a = f.sample(u), b = f.sample({1.0f - u.x, u.y}), c = f.sample({u.y, u.x});
+    EXPECT_EQ(a.offset.x, -b.offset.x);
+    EXPECT_EQ(a.offset.y, b.offset.y);
+    EXPECT_EQ(c.offset, Vec2f(a.offset.y, a.offset.x));
+    EXPECT_EQ(a.weight, c.weight);
+  }
+}
+
+// pdf() is |f| / integral |f|: against the profile itself, normalised by quadrature in double.
+TEST_P(EveryFilter, DensityIsTheProfiles) {
+  const FilterEntry& e = entry();
+  const PixelFilter f = filter();
+  const double norm = 2 * f.radius() * integrate([&](double x) { return std::abs(e.profile(x)); });
+  const double peak = e.profile(0) / norm;
+  for (int i = 0; i < 2000; ++i) {
+    const double x = (i + 0.5) / 2000;
+    const double expected = std::abs(e.profile(x)) / norm * peak;
+    // The table is linear between 253 knots: 4e-5 of the peak, as filter.h states.
+    EXPECT_NEAR(f.pdf(Vec2f(float(x * f.radius()), 0.0f)), expected, 4e-5 * peak * peak) << x;
+  }
+  EXPECT_EQ(f.pdf(Vec2f(f.radius() * 1.001f, 0.0f)), 0.0f);
+  EXPECT_EQ(f.pdf(Vec2f(0.0f, -f.radius() * 1.001f)), 0.0f);
+}
+
+// Offsets fall into cells as their density says: chi-square over a 20 x 20 grid, false alarm 1e-6.
+TEST_P(EveryFilter, ChiSquare) {
+  const FilterEntry& e = entry();
+  const PixelFilter f = filter();
+  constexpr int kCells = 20;
+  constexpr uint32_t kSamples = 1000000;
+  std::vector<double> marginal(kCells);
+  double total = 0;
+  for (int c = 0; c < kCells; ++c) {
+    marginal[c] = integrate(
+        [&](double t) { return std::abs(e.profile((c + t) / (kCells / 2) - 1.0)); }, 2000);
+    total += marginal[c];
+  }
+  std::vector<uint32_t> counts(kCells * kCells);
+  for (uint32_t i = 0; i < kSamples; ++i) {
+    const Vec2f offset = f.sample(random_point(i)).offset;
+    const auto cell = [&](float x) {
+      return std::min(int((x / f.radius() + 1.0f) * (kCells / 2)), kCells - 1);
+    };
+    ++counts[cell(offset.y) * kCells + cell(offset.x)];
+  }
+  // Cells with an expectation below 10 are pooled into one, as the test asks.
+  double sum = 0, pooled_expected = 0, pooled_count = 0;
+  int degrees = -1;
+  for (int y = 0; y < kCells; ++y) {
+    for (int x = 0; x < kCells; ++x) {
+      const double expected = kSamples * marginal[x] * marginal[y] / (total * total);
+      const double count = counts[y * kCells + x];
+      if (expected < 10) {
+        pooled_expected += expected;
+        pooled_count += count;
+      } else {
+        sum += square(count - expected) / expected;
+        ++degrees;
+      }
+    }
+  }
+  if (pooled_expected > 0) {
+    // A pool of next to nothing has no chi-square of its own; it may hold a stray sample.
+    sum += square(pooled_count - pooled_expected) / std::max(pooled_expected, 10.0);
+    ++degrees;
+  }
+  EXPECT_LT(sum, chi_square_limit(degrees));
+}
+
+// The sign of the weight is the sign of the profile where the sample fell; its size is constant.
+TEST_P(EveryFilter, WeightsAreSignedAndAverageToOne) {
+  const FilterEntry& e = entry();
+  const PixelFilter f = filter();
+  const double integral = integrate([&](double x) { return e.profile(x); });
+  const double magnitude = integrate([&](double x) { return std::abs(e.profile(x)); });
+  const double size = square(magnitude / integral);
+  // Stratified u: an n x n grid knows the mean to the strips that straddle a sign change.
+  constexpr int kGrid = 1024;
+  double sum = 0;
+  for (int y = 0; y < kGrid; ++y) {
+    for (int x = 0; x < kGrid; ++x) {
+      const FilterSample s = f.sample({(float(x) + 0.5f) / kGrid, (float(y) + 0.5f) / kGrid});
+      sum += s.weight;
+      ASSERT_NEAR(std::abs(s.weight), size, 1e-4);
+      const double product =
+          e.profile(s.offset.x / f.radius()) * e.profile(s.offset.y / f.radius());
+      if (std::abs(product) > 1e-6) {
+        ASSERT_EQ(s.weight > 0, product > 0) << s.offset;
+      }
+    }
+  }
+  const bool non_negative = std::abs(size - 1.0) < 1e-9;
+  EXPECT_NEAR(sum / (kGrid * kGrid), 1.0, non_negative ? 1e-6 : 4.0 / kGrid);
+  if (non_negative) {
+    EXPECT_EQ(f.sample({0.3f, 0.7f}).weight, 1.0f);
+  }
+}
+
+// A linear ramp across the frame comes out unchanged, whatever the filter: E[w (a + b x + c y)] =
+// a. And the second moment is the profile's: the blur is as wide as it should be.
+TEST_P(EveryFilter, ReconstructsALinearRamp) {
+  const FilterEntry& e = entry();
+  const PixelFilter f = filter();
+  constexpr int kGrid = 2048;
+  double ramp = 0, second = 0;
+  for (int y = 0; y < kGrid; ++y) {
+    for (int x = 0; x < kGrid; ++x) {
+      // The small shift keeps grid lines off the sign changes, so that strips are split evenly.
+      const FilterSample s = f.sample({(float(x) + 0.5f) / kGrid, (float(y) + 0.5f) / kGrid});
+      ramp += s.weight * (2.0 * s.offset.x - 3.0 * s.offset.y);
+      second += s.weight * s.offset.x * s.offset.x;
+    }
+  }
+  EXPECT_NEAR(ramp / (kGrid * double(kGrid)), 0.0, 1e-6);
+  const double exact = square(f.radius()) *
+                       integrate([&](double x) { return x * x * e.profile(x); }) /
+                       integrate([&](double x) { return e.profile(x); });
+  EXPECT_NEAR(second / (kGrid * double(kGrid)), exact, 2e-3);
+}
+
+// With the sobol sampler, a filtered edge converges faster than Monte Carlo: the maps keep the
+// stratification. 400 pixels know each variance to 7 %; random would give a ratio of 16.
+TEST_P(EveryFilter, KeepsStratification) {
+  const PixelFilter f = filter();
+  const auto sampler = create_sampler("sobol", {});
+  const auto error = [&](uint32_t count) {
+    double sum = 0;
+    for (uint32_t p = 0; p < 400; ++p) {
+      double positive = 0, all = 0;
+      for_each_sample(*sampler, {p, 2, 3}, 0, count, [&](uint32_t, const SlotNumbers& n) {
+        const FilterSample s = f.sample({n.u[0], n.u[1]});
+        if (2 * s.offset.x + s.offset.y > 0) positive += s.weight;
+        all += s.weight;
+      });
+      sum += square(positive / count - 0.5);
+    }
+    return sum / 400;
+  };
+  EXPECT_GT(error(64) / error(1024), 32.0);
+}
+
+TEST(PixelFilterClosedForms, Normalisation) {
+  const auto entries = filter_table();
+  const auto integral = [&](size_t i) { return 2 * integrate(entries[i].profile); };
+  ASSERT_EQ(entries[0].name, "box");
+  EXPECT_NEAR(integral(0), 2.0, 1e-12);
+  ASSERT_EQ(entries[1].name, "gaussian");  // integral of exp(-4.5 x^2) less its edge, on [-1, 1]
+  EXPECT_NEAR(integral(1), std::sqrt(kPiD / 4.5) * std::erf(std::sqrt(4.5)) - 2 * std::exp(-4.5),
+              1e-9);
+  ASSERT_EQ(entries[2].name, "blackman-harris");  // the cosines integrate to zero
+  EXPECT_NEAR(integral(2), 2 * 0.35875, 1e-9);
+  EXPECT_NEAR(entries[2].profile(0), 1.0, 1e-12);
+  ASSERT_EQ(entries[3].name,
+            "mitchell");  // unit integral over [-2, 2]: 1/2 with the radius as unit
+  EXPECT_NEAR(integral(3), 0.5, 1e-9);
+}
+
+// Mitchell's cubic in its published form, B = C = 1/3.
+TEST(PixelFilterClosedForms, MitchellAgreesWithThePaper) {
+  constexpr double kB = 1.0 / 3, kC = 1.0 / 3;
+  for (int i = 0; i <= 1000; ++i) {
+    const double t = 2.0 * i / 1000;
+    const double inner =
+        (12 - 9 * kB - 6 * kC) * t * t * t + (-18 + 12 * kB + 6 * kC) * t * t + (6 - 2 * kB);
+    const double outer = (-kB - 6 * kC) * t * t * t + (6 * kB + 30 * kC) * t * t +
+                         (-12 * kB - 48 * kC) * t + (8 * kB + 24 * kC);
+    EXPECT_NEAR(filter_table()[3].profile(t / 2), (t < 1 ? inner : outer) / 6, 1e-12) << t;
+  }
+}
+
+TEST(PixelFilterBox, IsExactlyThePixel) {
+  const PixelFilter f = PixelFilter::create("box");
+  for (uint32_t i = 0; i < 10000; ++i) {
+    const Vec2f u = random_point(i);
+    const FilterSample s = f.sample(u);
+    ASSERT_EQ(s.offset, u - Vec2f(0.5f));
+    ASSERT_EQ(s.weight, 1.0f);
+  }
+}
+
+// The mean weight without sampling noise: the share of u on each side of the sign change at 8/7 of
+// Mitchell's 2 pixels, found through the inverse map. Without the change (the others), 1 exactly.
+TEST(PixelFilterClosedForms, MitchellWeightsAverageToOne) {
+  const PixelFilter f = PixelFilter::create("mitchell");
+  const double positive = 2.0 * f.offset_to_square(Vec2f(8.0f / 7.0f, 0.0f)).x - 1.0;
+  const double weight = std::sqrt(double(f.sample({0.5f, 0.5f}).weight));
+  EXPECT_NEAR(weight * (positive - (1.0 - positive)), 1.0, 1e-6);
+  // A negative lobe is 7/18 s^2 (d - s) with s = 2 - t and d = 6/7, whose integral is
+  // 7/18 d^4 / 12; the two of them turn a unit integral into 1 + 4 * 7/18 d^4 / 12.
+  const double d = 6.0 / 7.0;
+  EXPECT_NEAR(weight, 1.0 + 4.0 * 7.0 / 18.0 * d * d * d * d / 12.0, 2e-5);
+}
+
+TEST(PixelFilterErrors, NamesAndRadii) {
+  try {
+    PixelFilter::create("gausian");
+    FAIL() << "accepted an unknown name";
+  } catch (const UsageError& error) {
+    EXPECT_STREQ(error.what(),
+                 "unknown filter 'gausian' (did you mean 'gaussian'?); valid names are box, "
+                 "gaussian, blackman-harris, mitchell");
+  }
+  for (const float radius : {0.0f, -1.0f, 33.0f, NAN, INFINITY}) {
+    EXPECT_THROW(PixelFilter::create("box", radius), UsageError) << radius;
+  }
+  EXPECT_EQ(PixelFilter::create(kDefaultFilter).radius(), 1.5f);
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,38 @@
+#include "renderer/core/names.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+
+namespace emberline {
+namespace {
+
+TEST(Names, EditDistance) {
+  EXPECT_EQ(edit_distance("", ""), 0u);
+  EXPECT_EQ(edit_distance("", "abc"), 3u);
+  EXPECT_EQ(edit_distance("abc", ""), 3u);
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
+  EXPECT_EQ(edit_distance("bucket", "buckets"), 1u);
+  EXPECT_EQ(edit_distance("same", "same"), 0u);
+}
+
+TEST(Names, MessageListsAndSuggests) {
+  constexpr std::string_view kNames[] = {"path", "direct", "ambient_occlusion"};
+  EXPECT_EQ(unknown_name_message("integrator", "pth", kNames),
+            "unknown integrator 'pth' (did you mean 'path'?); valid names are path, direct, "
+            "ambient_occlusion");
+  EXPECT_EQ(unknown_name_message("integrator", "ambient-occlusion", kNames),
+            "unknown integrator 'ambient-occlusion' (did you mean 'ambient_occlusion'?); valid "
+            "names are path, direct, ambient_occlusion");
+  // Nothing near: no suggestion.
+  EXPECT_EQ(unknown_name_message("integrator", "photon", kNames),
+            "unknown integrator 'photon'; valid names are path, direct, ambient_occlusion");
+  EXPECT_EQ(unknown_name_message("integrator", "", kNames),
+            "unknown integrator ''; valid names are path, direct, ambient_occlusion");
+  EXPECT_EQ(unknown_name_message("integrator", std::string(100000, 'x'), kNames).find("did you"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace emberline

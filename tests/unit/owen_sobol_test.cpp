@@ -1,0 +1,259 @@
+// The hash forms of samplers/owen_sobol.h against the forms one would write first, and the nets
+// that SobolSampler promises.
+#include "samplers/owen_sobol.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "renderer/core/constants.h"
+#include "renderer/core/vector.h"
+#include "unit/sample_statistics.h"
+
+namespace emberline {
+namespace {
+
+using namespace owen_sobol;
+
+uint32_t random_word(uint32_t i) { return uint32_t(hash64(0x7e57u + uint64_t(i))); }
+
+uint32_t naive_reverse(uint32_t x) {
+  uint32_t result = 0;
+  for (int bit = 0; bit < 32; ++bit) result |= ((x >> bit) & 1u) << (31 - bit);
+  return result;
+}
+
+// The second Sobol' dimension by direction numbers: primitive polynomial x + 1, so
+// v_1 = 1/2 and v_k = v_{k-1} ^ (v_{k-1} / 2) (Bratley & Fox 1988, algorithm 659).
+uint32_t naive_sobol_dimension_1(uint32_t index) {
+  uint32_t result = 0;
+  uint32_t direction = 0x80000000u;
+  for (; index != 0; index >>= 1, direction ^= direction >> 1) {
+    if (index & 1u) result ^= direction;
+  }
+  return result;
+}
+
+TEST(OwenSobol, ReverseBitsAgreesWithTheLoop) {
+  for (uint32_t i = 0; i < 100000; ++i) {
+    ASSERT_EQ(reverse_bits(random_word(i)), naive_reverse(random_word(i)));
+  }
+}
+
+TEST(OwenSobol, PascalAgreesWithDirectionNumbers) {
+  for (uint32_t i = 0; i < 100000; ++i) {
+    ASSERT_EQ(reverse_bits(pascal(i)), naive_sobol_dimension_1(i)) << "index " << i;
+    const uint32_t large = random_word(i);
+    ASSERT_EQ(reverse_bits(pascal(large)), naive_sobol_dimension_1(large)) << "index " << large;
+  }
+  for (uint32_t i = 0; i < 8; ++i) EXPECT_EQ(pascal_below_8(i), pascal(i));
+}
+
+// What makes a permutation of bit-reversed numbers an Owen scramble: whether bit b is flipped
+// depends on the bits below b alone.
+TEST(OwenSobol, PermuteFlipsABitByTheBitsBelowItAlone) {
+  for (uint32_t i = 0; i < 20000; ++i) {
+    const uint32_t x = random_word(2 * i), seed = random_word(2 * i + 1);
+    const uint32_t bit = 1u << (i % 32);
+    const uint32_t changed = permute(x, seed) ^ permute(x ^ bit, seed);
+    ASSERT_EQ(changed & (bit - 1), 0u) << "x " << x << " seed " << seed;
+    ASSERT_EQ(changed & bit, bit) << "x " << x << " seed " << seed;
+  }
+}
+
+// Every node of the scramble's tree down to depth 6 flips for half of the seeds.
+// |z| < 6 for each of 63 nodes: false alarm 1e-7.
+TEST(OwenSobol, PermuteFlipsEachNodeForHalfOfTheSeeds) {
+  constexpr uint32_t kSeeds = 40000;
+  for (uint32_t depth = 0; depth < 6; ++depth) {
+    for (uint32_t node = 0; node < (1u << depth); ++node) {
+      uint32_t flips = 0;
+      for (uint32_t s = 0; s < kSeeds; ++s) flips += (permute(node, hash32(s)) >> depth) & 1u;
+      const double z = (flips - 0.5 * kSeeds) / std::sqrt(0.25 * kSeeds);
+      EXPECT_LT(std::abs(z), 6.0) << "depth " << depth << " node " << node;
+    }
+  }
+}
+
+// Owen's own definition: one independent random flip per node of the binary tree, here from a hash
+// of (seed, depth, digits above).
+uint32_t naive_owen_scramble(uint32_t x, uint32_t seed) {
+  uint32_t result = 0;
+  for (uint32_t depth = 0; depth < 24; ++depth) {
+    const uint32_t above = depth == 0 ? 0 : x >> (32 - depth);
+    const uint32_t flip =
+        uint32_t(hash64((uint64_t(seed) << 32) ^ hash64(above + (uint64_t(depth) << 32)))) & 1u;
+    result |= (((x >> (31 - depth)) & 1u) ^ flip) << (31 - depth);
+  }
+  return result;
+}
+
+// The hashed scramble must integrate as well as the real one: variance over 20000 seeds of a tilted
+// edge with 64 points; the ratio's standard deviation is 1.4 %, so the band is seven of them.
+TEST(OwenSobol, HashedScrambleIntegratesLikeOwens) {
+  constexpr uint32_t kSeeds = 20000, kPoints = 64;
+  constexpr double kExact = 0.3 + 0.37 / 2;
+  double hashed = 0, naive = 0;
+  for (uint32_t s = 0; s < kSeeds; ++s) {
+    const uint32_t seed_x = random_word(2 * s), seed_y = random_word(2 * s + 1);
+    int inside_hashed = 0, inside_naive = 0;
+    for (uint32_t i = 0; i < kPoints; ++i) {
+      const float hx = reversed_to_unit_float(permute(i, seed_x));
+      const float hy = reversed_to_unit_float(permute(pascal(i), seed_y));
+      inside_hashed += hy < 0.3f + 0.37f * hx;
+      const float nx = to_unit_float(naive_owen_scramble(naive_reverse(i), seed_x));
+      const float ny = to_unit_float(naive_owen_scramble(naive_sobol_dimension_1(i), seed_y));
+      inside_naive += ny < 0.3f + 0.37f * nx;
+    }
+    hashed += square(inside_hashed / double(kPoints) - kExact);
+    naive += square(inside_naive / double(kPoints) - kExact);
+  }
+  EXPECT_NEAR(hashed / naive, 1.0, 0.1);
+}
+
+TEST(OwenSobol, NoNumberIsOne) {
+  EXPECT_EQ(reversed_to_unit_float(0xffffffffu), kOneMinusEpsilon);
+  EXPECT_EQ(reversed_to_unit_float(0u), 0.0f);
+  for (uint32_t i = 0; i < 10000; ++i) {
+    ASSERT_EQ(reversed_to_unit_float(random_word(i)), to_unit_float(reverse_bits(random_word(i))));
+  }
+}
+
+TEST(OwenSobol, ShuffleKeepsAlignedBlocksTogether) {
+  for (uint32_t s = 0; s < 1000; ++s) {
+    const uint32_t seed = hash32(s), log_size = s % 8;
+    const uint32_t first = (random_word(s) >> log_size) << log_size;
+    for (uint32_t i = 1; i < (1u << log_size); ++i) {
+      ASSERT_EQ(shuffle_index(first + i, seed) >> log_size, shuffle_index(first, seed) >> log_size);
+    }
+  }
+}
+
+uint32_t naive_order_of_8(uint32_t bits) {
+  std::array<uint32_t, 8> order = {0, 1, 2, 3, 4, 5, 6, 7};
+  double fraction = double(bits >> 4) / double(1 << 28);
+  for (uint32_t n = 8; n > 1; --n) {
+    const auto pick = size_t(fraction * n);
+    fraction = fraction * n - double(pick);
+    std::swap(order[pick], order[n - 1]);
+  }
+  uint32_t packed = 0;
+  for (size_t i = 0; i < 8; ++i) packed |= order[i] << (4 * i);
+  return packed;
+}
+
+// All 8! orders appear, equally often.
+TEST(OwenSobol, OrdersOfEightAreUniform) {
+  std::vector<uint32_t> counts(40320);
+  for (uint32_t i = 0; i < 40320 * 50; ++i) {
+    const uint32_t order = random_order_of_8(random_word(i));
+    if (i < 10000) {
+      ASSERT_EQ(order, naive_order_of_8(random_word(i)));
+    }
+    uint32_t rank = 0;  // Lehmer code
+    for (uint32_t a = 0; a < 8; ++a) {
+      uint32_t smaller = 0;
+      for (uint32_t b = a + 1; b < 8; ++b) {
+        smaller += ((order >> (4 * b)) & 15u) < ((order >> (4 * a)) & 15u);
+      }
+      rank = rank * (8 - a) + smaller;
+    }
+    ++counts[rank];
+  }
+  EXPECT_LT(chi_square(counts), chi_square_limit(40319));
+}
+
+// One point in every elementary interval 2^-a x 2^-(m - a).
+testing::AssertionResult is_net(const std::vector<std::array<float, 2>>& points, uint32_t m) {
+  for (uint32_t a = 0; a <= m; ++a) {
+    std::vector<uint32_t> count(size_t(1) << m);
+    for (uint32_t i = 0; i < (1u << m); ++i) {
+      const auto column = uint32_t(points[i][0] * float(1u << a));
+      const auto row = uint32_t(points[i][1] * float(1u << (m - a)));
+      ++count[(size_t(row) << a) + column];
+    }
+    for (size_t cell = 0; cell < count.size(); ++cell) {
+      if (count[cell] != 1) {
+        return testing::AssertionFailure() << "cell " << cell << " of the 2^" << a << " x 2^"
+                                           << m - a << " grid holds " << count[cell] << " points";
+      }
+    }
+  }
+  return testing::AssertionSuccess();
+}
+
+class SobolNets : public testing::TestWithParam<StreamCount> {
+ protected:
+  // Points of one pair in each stream, in the stream's own order.
+  std::vector<std::vector<std::array<float, 2>>> points(const PixelKey& pixel, uint32_t slot,
+                                                        int pair, uint32_t count_per_stream) {
+    const auto sampler = create_sampler("sobol", {GetParam()});
+    const auto streams = uint32_t(GetParam());
+    std::vector<std::vector<std::array<float, 2>>> result(streams);
+    for_each_sample(*sampler, pixel, slot, count_per_stream * streams,
+                    [&](uint32_t k, const SlotNumbers& n) {
+                      const uint32_t stream = streams == 2 ? (k >> 3) & 1u : 0;
+                      result[stream].push_back({n.u[2 * pair], n.u[2 * pair + 1]});
+                    });
+    return result;
+  }
+};
+
+TEST_P(SobolNets, EveryPowerOfTwoPrefixOfThePixelPairIsANet) {
+  for (uint32_t p = 0; p < 20; ++p) {
+    const PixelKey pixel{random_word(p), p, p / 2};
+    for (const auto& stream : points(pixel, 0, 0, 1024)) {
+      for (uint32_t m = 0; m <= 10; ++m)
+        ASSERT_TRUE(is_net(stream, m)) << "m " << m << " pixel " << p;
+    }
+  }
+}
+
+TEST_P(SobolNets, OtherPairsKeepTheirNetsAtMultiplesOfSixteen) {
+  const uint32_t first_m = GetParam() == StreamCount::kTwo ? 3 : 4;
+  for (uint32_t p = 0; p < 6; ++p) {
+    for (const uint32_t slot : {0u, 1u, 7u, 100u}) {
+      for (int pair = 0; pair < 4; ++pair) {
+        for (const auto& stream : points({p, 3 * p, 1}, slot, pair, 512)) {
+          for (uint32_t m = first_m; m <= 9; ++m) {
+            ASSERT_TRUE(is_net(stream, m)) << "slot " << slot << " pair " << pair << " m " << m;
+          }
+        }
+      }
+    }
+  }
+}
+
+// An aligned batch anywhere in the sequence, up to the last index there is.
+TEST_P(SobolNets, EveryAlignedBatchIsStratified) {
+  const auto sampler = create_sampler("sobol", {GetParam()});
+  const auto streams = uint32_t(GetParam());
+  const uint32_t m = streams == 2 ? 3 : 4;
+  for (uint32_t i = 0; i < 2000; ++i) {
+    uint32_t first = random_word(i) & ~15u;
+    if (i == 0) first = 0xfffffff0u;
+    if (i == 1) first = 0x7ffffff0u;
+    if (i == 2) first = 0x80000000u;
+    SlotBlock block;
+    sampler->fill({i, 5, 9}, i % 3, first, kSampleLanes, block);
+    for (int pair = 0; pair < 4; ++pair) {
+      for (uint32_t stream = 0; stream < streams; ++stream) {
+        std::vector<std::array<float, 2>> batch;
+        for (uint32_t lane = stream * 8; lane < 16 && batch.size() < (1u << m); ++lane) {
+          batch.push_back({block.values[2 * pair][lane], block.values[2 * pair + 1][lane]});
+        }
+        ASSERT_TRUE(is_net(batch, m)) << where("sobol", {i, 5, 9}, i % 3, first);
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Streams, SobolNets, testing::Values(StreamCount::kOne, StreamCount::kTwo),
+                         [](const auto& test) {
+                           return test.param == StreamCount::kOne ? "One" : "Two";
+                         });
+
+}  // namespace
+}  // namespace emberline
