@@ -175,6 +175,7 @@ TEST(Material, StrangeNumbersAreContained) {
     d.emission = Rgb(x);
     d.ior = d.specular = x;
     d.alpha_mode = AlphaMode::kBlend;
+    d.unlit = x == 1e30f;
     scene.materials.push_back(d);
   }
   const MaterialSet set(scene);
@@ -184,8 +185,8 @@ TEST(Material, StrangeNumbersAreContained) {
       a.color = Vec4f(c, c, c, c);
       MaterialPoint p;
       set[i].evaluate(a, .5f, p);
-      for (const float v :
-           {p.bsdf.base_color.x, p.bsdf.metallic, p.bsdf.roughness, set[i].coverage(a, .5f)})
+      for (const float v : {p.bsdf.base_color.x, p.bsdf.metallic, p.bsdf.roughness, p.bsdf.specular,
+                            1 / (p.bsdf.ior + 1), set[i].coverage(a, .5f)})
         EXPECT_TRUE(v >= 0 && v <= 1) << i << " " << c;
       EXPECT_TRUE(is_finite(p.emission));
     }
