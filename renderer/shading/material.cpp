@@ -16,6 +16,14 @@ Rgb saturate(const Rgb& c) { return {saturate(c.x), saturate(c.y), saturate(c.z)
 
 float non_negative(float x) { return x > 0.0f && std::isfinite(x) ? x : 0.0f; }
 
+Rgb non_negative(const Rgb& c) { return {non_negative(c.x), non_negative(c.y), non_negative(c.z)}; }
+
+// 0 means "reflects everything"; what is no index of refraction becomes the default's.
+float usable_ior(float ior) {
+  if (ior == 0.0f) return 0.0f;
+  return ior >= 1.0f ? std::min(ior, 1e4f) : 1.5f;
+}
+
 Rgb rgb(const Vec4f& v) { return {v.x, v.y, v.z}; }
 
 // Whether any texel of an image with alpha is not opaque. Exporters often write rgba images that
@@ -54,15 +62,14 @@ const Texture* Material::add_texture(const TextureRef& ref, bool srgb, const cha
 
 Material::Material(const MaterialDescription& d, const SceneDescription& scene,
                    std::deque<Texture>* textures)
-    : base_color_(non_negative(d.base_color.x), non_negative(d.base_color.y),
-                  non_negative(d.base_color.z)),
+    : base_color_(non_negative(d.base_color)),
       alpha_(saturate(d.alpha)),
       metallic_(saturate(d.metallic)),
       roughness_(saturate(d.roughness)),
-      ior_(d.ior),
+      ior_(usable_ior(d.ior)),
       specular_(saturate(d.specular)),
       normal_scale_(std::isfinite(d.normal_scale) ? d.normal_scale : 1.0f),
-      emission_(non_negative(d.emission.x), non_negative(d.emission.y), non_negative(d.emission.z)),
+      emission_(non_negative(d.emission)),
       alpha_cutoff_(d.alpha_cutoff),
       alpha_mode_(d.alpha_mode),
       double_sided_(d.double_sided),
@@ -91,7 +98,7 @@ void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoi
   if (base_color_texture_ != nullptr) {
     base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
   }
-  out.emission = unlit_ ? base : emission_;
+  out.emission = unlit_ ? non_negative(base) : emission_;
   out.bsdf.base_color = saturate(base);
   out.bsdf.metallic = metallic_;
   out.bsdf.ior = ior_;
@@ -121,7 +128,7 @@ Rgb Material::emission(const SurfaceAttributes& a, float u_texture) const {
     if (base_color_texture_ != nullptr) {
       base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
     }
-    return base;
+    return non_negative(base);
   }
   if (emission_texture_ == nullptr) return emission_;
   return emission_ * rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
