@@ -16,6 +16,7 @@
 #pragma once
 
 #include "renderer/core/vector.h"
+#include "renderer/shading/bsdf_sample.h"
 #include "renderer/shading/color4.h"
 #include "renderer/shading/ggx.h"
 #include "renderer/shading/specular_albedo.h"
@@ -32,15 +33,6 @@ struct BsdfParameters {
   float ior = 1.5f;
   // Weight of the dielectric's reflection, F0 and F90 alike; 0 leaves a bare Lambertian base.
   float specular = 1.0f;
-};
-
-struct BsdfSample {
-  Vec3f wi = Vec3f(0.0f);
-  Rgb weight = Rgb(0.0f);  // eval / pdf; for a delta lobe its albedo over its pick probability
-  float pdf = 0.0f;        // of all lobes together; 0 with delta = true for a delta lobe
-  bool delta = false;
-  bool transmitted = false;  // wi is on the other side of the surface from wo
-  bool valid = false;        // false: absorbed, end the path
 };
 
 class SurfaceBsdf {
