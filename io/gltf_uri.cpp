@@ -187,14 +187,17 @@ std::vector<uint8_t> read_whole_file(const std::filesystem::path& path, const st
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   const std::string name = path.string();
-  if (!std::filesystem::exists(status)) {
-    throw InputError(place, "file not found: " + shortened(name));
+  // The scene itself is its own place; what it refers to is named as well.
+  const std::string of = name == place ? "" : ": " + shortened(name);
+  if (status.type() == std::filesystem::file_type::none) {
+    throw InputError(place, "cannot look at the file" + of + ": " + error.message());
   }
+  if (!std::filesystem::exists(status)) throw InputError(place, "file not found" + of);
   if (std::filesystem::is_directory(status)) {
-    throw InputError(place, "is a directory, not a file: " + shortened(name));
+    throw InputError(place, "is a directory, not a file" + of);
   }
   if (!std::filesystem::is_regular_file(status)) {
-    throw InputError(place, "is not a regular file: " + shortened(name));
+    throw InputError(place, "is not a regular file" + of);
   }
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
