@@ -238,6 +238,7 @@ int run_command_line(int argc, char** argv) {
   };
 
   RenderOptions render;
+  render.filter = kDefaultFilter;
   CLI::App* render_app = root.add_subcommand("render", "render a scene to pictures");
   render_app->add_option("scene", render.scene, "a .gltf or .glb file")->required();
   add_result_options(render_app, render);
@@ -284,7 +285,6 @@ int run_command_line(int argc, char** argv) {
     if (render.outputs.empty() && !render.replay) {
       throw UsageError("render needs an output: -o FILE.exr (or .png, .jpg)");
     }
-    if (render.filter.empty()) render.filter = kDefaultFilter;
     return run_render(render);
   }
   if (info_app->parsed()) return run_info(info);

@@ -44,7 +44,14 @@ SceneDescription load_scene(const RenderOptions& options) {
   if (!options.environment.empty()) {
     EnvironmentDescription environment;
     environment.file = options.environment;
-    environment.image = read_environment(options.environment, &scene.repairs.non_finite_texels);
+    uint64_t repaired = 0;
+    environment.image = read_environment(options.environment, &repaired);
+    scene.repairs.non_finite_texels += repaired;
+    if (repaired > 0) {
+      log_warning(
+          fmt::format("{}: {} texel values were NaN, infinite or negative and count as black",
+                      options.environment, repaired));
+    }
     environment.strength = options.environment_strength;
     environment.rotation_degrees = options.environment_rotation;
     scene.environment = std::move(environment);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -87,10 +88,18 @@ Json describe(const SceneDescription& scene) {
   return json;
 }
 
+// A name of the file as it may go to a terminal: without control characters.
+std::string plain(const Json& name) {
+  std::string text = name.get<std::string>();
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  return text;
+}
+
 void append_list(std::string& text, const char* title, const Json& names) {
   if (names.empty()) return;
   text += title + std::string("\n");
-  for (const Json& name : names) text += "  " + name.get<std::string>() + "\n";
+  for (const Json& name : names) text += "  " + plain(name) + "\n";
 }
 
 std::string as_text(const Json& j) {
@@ -98,8 +107,8 @@ std::string as_text(const Json& j) {
   const auto print = [&text](fmt::string_view format, const auto&... values) {
     fmt::vformat_to(std::back_inserter(text), format, fmt::make_format_args(values...));
   };
-  print("{}", j["file"].get<std::string>());
-  const std::string generator = j["generator"];
+  print("{}", plain(j["file"]));
+  const std::string generator = plain(j["generator"]);
   print("{}\n", generator.empty() ? "" : "  (" + generator + ")");
   print("meshes {}, instances {}, triangles {} ({} placed), materials {}\n",
         j["meshes"].get<size_t>(), j["instances"].get<size_t>(),
@@ -110,14 +119,13 @@ std::string as_text(const Json& j) {
         at("min", 2), at("max", 0), at("max", 1), at("max", 2));
   for (const Json& image : j["images"]) {
     print("image {} x {} x {} {}  {}\n", image["width"].get<int>(), image["height"].get<int>(),
-          image["channels"].get<int>(), image["type"].get<std::string>(),
-          image["name"].get<std::string>());
+          image["channels"].get<int>(), plain(image["type"]), plain(image["name"]));
   }
   for (const Json& camera : j["cameras"]) {
-    print("camera '{}' {}\n", camera["name"].get<std::string>(), camera["type"].get<std::string>());
+    print("camera '{}' {}\n", plain(camera["name"]), plain(camera["type"]));
   }
   for (const Json& light : j["lights"]) {
-    print("light '{}' {}\n", light["name"].get<std::string>(), light["type"].get<std::string>());
+    print("light '{}' {}\n", plain(light["name"]), plain(light["type"]));
   }
   for (const auto& [name, count] : j["repairs"].items()) {
     if (count.get<uint64_t>() > 0) print("repaired: {} {}\n", count.get<uint64_t>(), name);

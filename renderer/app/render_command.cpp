@@ -33,9 +33,8 @@ class Stopwatch {
 };
 
 PixelFilter choose_filter(const RenderOptions& options) {
-  const std::string name = options.filter.empty() ? std::string(kDefaultFilter) : options.filter;
-  return options.filter_radius ? PixelFilter::create(name, *options.filter_radius)
-                               : PixelFilter::create(name);
+  return options.filter_radius ? PixelFilter::create(options.filter, *options.filter_radius)
+                               : PixelFilter::create(options.filter);
 }
 
 void warn_of_non_finite(const FrameCounters& counters) {

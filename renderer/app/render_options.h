@@ -25,7 +25,7 @@ struct RenderOptions {
   std::string driver = "bucket";
   std::string integrator = "path";
   std::string sampler = "sobol";
-  std::string filter;  // empty: the default
+  std::string filter;  // one of filter_table()
   std::optional<float> filter_radius;
   uint32_t spp = 64;
   int max_depth = 16;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "io/versions.h"
@@ -14,6 +16,12 @@ namespace emberline {
 using Json = nlohmann::ordered_json;
 
 uint64_t peak_rss_bytes() {
+  // Not getrusage: its peak lives through exec, so that a render started by a large program (an
+  // artist's scene editor) would report that program's memory.
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) return std::strtoull(line.c_str() + 6, nullptr, 10) * 1024;
+  }
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);
   return uint64_t(usage.ru_maxrss) * 1024;  // Linux counts in KiB
