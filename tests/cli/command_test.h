@@ -1,0 +1,66 @@
+// What the tests of the command share: a folder of their own with a small scene in it, and the
+// expectations every run must meet.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/picture.h"
+#include "cli/process.h"
+#include "support/gltf_builder.h"
+
+namespace emberline::test {
+
+using Words = std::vector<std::string>;
+
+inline Words operator+(Words a, const Words& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+// Adds a parallelogram with corners a, a + u, a + u + v, a + v; its front is towards u x v.
+void add_quad(GltfBuilder& gltf, std::array<float, 3> a, std::array<float, 3> u,
+              std::array<float, 3> v, int material);
+
+// A matte floor under a square lamp, and a camera "main" that looks at both: three quads, light
+// from everywhere in the picture after one bounce or two.
+GltfBuilder lamp_scene();
+
+// The same without the lamp.
+GltfBuilder unlit_scene();
+
+class CommandTest : public ::testing::Test {
+ protected:
+  // Paths in the test's own folder, which is also where its runs take place.
+  std::string path(const std::string& name) const { return folder_ / name; }
+  std::string scene();  // lamp_scene() as scene.glb
+
+  RunResult run(const Words& arguments, RunOptions options = {}) const {
+    if (options.folder.empty()) options.folder = folder_.path();
+    return test::run(arguments, options);
+  }
+  // render SCENE -o out.exr --size 16x16 --spp 1, and further words
+  Words render_words(const Words& more = {});
+
+  // Runs and expects success without a word on stdout.
+  RunResult render(const Words& arguments, const RunOptions& options = {});
+  // Expects `exit_code` and one line on stderr that starts "emberline: error:" and holds every one
+  // of `parts`; that the folder holds the same files as before, and no signal, hang or .part file.
+  void expect_failure(const Words& arguments, int exit_code, const Words& parts,
+                      const RunOptions& options = {});
+
+  nlohmann::json read_json(const std::string& name) const;
+  std::vector<std::string> files() const;  // names in the folder, sorted
+  void write(const std::string& name, const std::string& text) const {
+    write_text(path(name), text);
+  }
+
+  TempFolder folder_;
+};
+
+}  // namespace emberline::test

@@ -1,0 +1,129 @@
+// Output that cannot be written: exit 1, one line, nothing half-written, and what stood under that
+// name before untouched.
+#include <sys/mount.h>
+#include <unistd.h>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+class OutputErrors : public CommandTest {
+ protected:
+  static constexpr const char* kOld = "last night's good frame";
+  // A frame full of noise, so that no format makes it small.
+  const Words kNoisy = {"--look-from", "0,1,0", "--look-at", "0,0,0", "--max-depth", "2"};
+};
+
+TEST_F(OutputErrors, AFolderThatIsNotThere) {
+  expect_failure(render_words({"-o", path("new/sub/a.exr")}), 1,
+                 {"new/sub/a.exr", "does not exist"});
+  expect_failure(render_words({"-o", path("new/a.png")}), 1, {"new/a.png", "does not exist"});
+  expect_failure(render_words({"-o", path("scene.glb/a.exr")}), 1, {"scene.glb/a.exr"});
+}
+
+TEST_F(OutputErrors, AFolderOfThatName) {
+  for (const char* name : {"a.exr", "a.png", "a.jpg"}) {
+    std::filesystem::create_directories(path(name));
+    expect_failure(render_words({"-o", path(name)}), 1, {name, "folder"});
+  }
+}
+
+TEST_F(OutputErrors, AFolderThatMayNotBeWrittenTo) {
+  scene();
+  std::filesystem::create_directories(path("closed"));
+  write("closed/a.exr", kOld);
+  using std::filesystem::perms;
+  const auto readable = perms::owner_read | perms::owner_exec | perms::group_read |
+                        perms::group_exec | perms::others_read | perms::others_exec;
+  std::filesystem::permissions(path("closed"), readable);
+  std::filesystem::permissions(folder_.path(), perms::all);
+  for (const char* name : {"closed/a.exr", "closed/b.exr", "closed/b.png"}) {
+    expect_failure({"render", scene(), "-o", path(name), "--size", "8x8", "--spp", "1"}, 1, {name},
+                   {.unprivileged = true});
+  }
+  EXPECT_EQ(read_bytes(path("closed/a.exr")).size(), std::string(kOld).size());
+  std::filesystem::permissions(path("closed"), perms::owner_all);
+}
+
+TEST_F(OutputErrors, AWriteProtectedFile) {
+  scene();
+  std::filesystem::permissions(folder_.path(), std::filesystem::perms::all);
+  for (const char* name : {"a.exr", "a.png", "r.json"}) {
+    write(name, kOld);
+    std::filesystem::permissions(
+        path(name), std::filesystem::perms::owner_read | std::filesystem::perms::others_read);
+    const Words words = std::string(name) == "r.json"
+                            ? Words{"-o", path("b.exr"), "--report", path(name)}
+                            : Words{"-o", path(name)};
+    expect_failure(Words{"render", scene(), "--size", "8x8", "--spp", "1"} + words, 1,
+                   {name, "write-protected"}, {.unprivileged = true});
+    const auto bytes = read_bytes(path(name));
+    EXPECT_EQ(std::string(bytes.begin(), bytes.end()), kOld);
+  }
+}
+
+// The process may write no more than this into a file, which stands for a full disk everywhere.
+TEST_F(OutputErrors, ADiskThatFillsUp) {
+  scene();
+  for (const char* name : {"a.exr", "a.png", "a.jpg"}) {
+    write(name, kOld);
+    expect_failure(
+        Words{"render", scene(), "-o", path(name), "--size", "300x300", "--spp", "1", "--quiet"} +
+            kNoisy,
+        1, {name, "File too large"}, {.file_size_limit = 1500});
+    const auto bytes = read_bytes(path(name));
+    EXPECT_EQ(std::string(bytes.begin(), bytes.end()), kOld) << name;
+  }
+}
+
+TEST_F(OutputErrors, AFullFileSystem) {
+  scene();
+  std::filesystem::create_directories(path("disk"));
+  if (::mount("none", path("disk").c_str(), "tmpfs", 0, "size=64k") != 0) {
+    GTEST_SKIP() << "needs the right to mount; ADiskThatFillsUp tests the same way";
+  }
+  write("disk/a.exr", kOld);
+  expect_failure(Words{"render", scene(), "-o", path("disk/a.exr"), "--size", "300x300", "--spp",
+                       "1", "--quiet"} +
+                     kNoisy,
+                 1, {"disk/a.exr", "No space left on device"});
+  expect_failure(Words{"render", scene(), "-o", path("disk/b.png"), "--size", "300x300", "--spp",
+                       "1", "--quiet"} +
+                     kNoisy,
+                 1, {"disk/b.png", "No space left on device"});
+  EXPECT_EQ(read_bytes(path("disk/a.exr")).size(), std::string(kOld).size());
+  ::umount(path("disk").c_str());
+}
+
+// Hours of work must not end in a typing error: the place is looked at before the scene is loaded,
+// which is seen from the order of the complaints.
+TEST_F(OutputErrors, TheReportsPlaceIsCheckedBeforeTheRender) {
+  expect_failure(render_words({"--report", path("missing/r.json")}), 1,
+                 {"missing/r.json", "does not exist"});
+  for (const char* option : {"--report", "-o"}) {
+    expect_failure(
+        {"render", path("no scene.glb"), "-o", path("out.exr"), option, path("missing/r.exr")}, 1,
+        {"missing/r.exr", "does not exist"});
+  }
+  std::filesystem::create_directories(path("r.json"));
+  expect_failure(render_words({"--report", path("r.json")}), 1, {"r.json", "folder"});
+}
+
+TEST_F(OutputErrors, AReportThatCannotBeFinished) {
+  const RunResult result = run(render_words({"--quiet", "--report", "/dev/full"}));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("/dev/full"), std::string::npos) << result.err;
+  ASSERT_EQ(result.error_lines().size(), 1u);
+}
+
+TEST_F(OutputErrors, ResultsThatDoNotArriveAreErrors) {
+  const std::string file = scene();
+  for (const Words& words : {Words{"info", file}, Words{"info", file, "--json"}, Words{"--version"},
+                             Words{"render", file, "--size", "8x8", "--replay", "1,1,0"}}) {
+    expect_failure(words, 1, {"standard output"}, {.stdout_path = "/dev/full"});
+  }
+}
+
+}  // namespace
+}  // namespace emberline::test

@@ -1,0 +1,80 @@
+#include "cli/picture.h"
+
+#include <ImathBox.h>
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <OpenImageIO/imageio.h>
+
+#include <bit>
+#include <stdexcept>
+
+namespace emberline::test {
+namespace {
+
+Rect half_open(const Imath::Box2i& box) {
+  return {box.min.x, box.min.y, box.max.x + 1, box.max.y + 1};
+}
+
+}  // namespace
+
+ExrPicture read_exr(const std::string& path) {
+  Imf::InputFile file(path.c_str());
+  const Imf::Header& header = file.header();
+  ExrPicture picture;
+  picture.data = half_open(header.dataWindow());
+  picture.display = half_open(header.displayWindow());
+  for (auto i = header.begin(); i != header.end(); ++i) {
+    if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&i.attribute())) {
+      picture.attributes[i.name()] = text->value();
+    }
+  }
+  const size_t width = size_t(picture.data.width());
+  Imf::FrameBuffer buffer;
+  for (auto i = header.channels().begin(); i != header.channels().end(); ++i) {
+    constexpr const char* kTypes[] = {"uint", "half", "float"};
+    picture.types[i.name()] = kTypes[i.channel().type];
+    std::vector<float>& values = picture.channels[i.name()];
+    values.assign(size_t(picture.data.area()), 0.0f);
+    // OpenEXR counts from the display window's corner; OpenEXR converts uint to float by value.
+    buffer.insert(i.name(), Imf::Slice::Make(Imf::FLOAT, values.data(), header.dataWindow(),
+                                             sizeof(float), sizeof(float) * width));
+  }
+  file.setFrameBuffer(buffer);
+  file.readPixels(header.dataWindow().min.y, header.dataWindow().max.y);
+  return picture;
+}
+
+BytePicture read_bytes_picture(const std::string& path) {
+  const auto input = OIIO::ImageInput::open(path);
+  if (!input) throw std::runtime_error(path + ": " + OIIO::geterror());
+  const OIIO::ImageSpec& spec = input->spec();
+  BytePicture picture{spec.width, spec.height, spec.nchannels, {}};
+  picture.values.resize(size_t(spec.width) * size_t(spec.height) * size_t(spec.nchannels));
+  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, picture.values.data())) {
+    throw std::runtime_error(path + ": " + input->geterror());
+  }
+  return picture;
+}
+
+std::string first_difference(const ExrPicture& a, const ExrPicture& b) {
+  if (a.types != b.types) return "the channels";
+  const Rect common = a.data.intersect(b.data);
+  for (const auto& [name, type] : a.types) {
+    if (name == "time") continue;
+    for (int y = common.y0; y < common.y1; ++y) {
+      for (int x = common.x0; x < common.x1; ++x) {
+        const auto bits_a = std::bit_cast<uint32_t>(a.at(name, x, y));
+        const auto bits_b = std::bit_cast<uint32_t>(b.at(name, x, y));
+        if (bits_a == bits_b) continue;
+        return name + " of pixel " + std::to_string(x) + "," + std::to_string(y) + ": " +
+               std::to_string(a.at(name, x, y)) + " and " + std::to_string(b.at(name, x, y));
+      }
+    }
+  }
+  return "";
+}
+
+}  // namespace emberline::test

@@ -1,0 +1,40 @@
+// Reads back what the command wrote, with the libraries that wrote nothing of it themselves: no
+// code of io/ stands between the file and the test.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "renderer/core/rect.h"
+
+namespace emberline::test {
+
+struct ExrPicture {
+  Rect data, display;
+  std::map<std::string, std::vector<float>> channels;  // rows of the data window from the top
+  std::map<std::string, std::string> types;            // "float", "half", "uint"
+  std::map<std::string, std::string> attributes;       // the string ones
+
+  float at(const std::string& channel, int x, int y) const {
+    return channels.at(channel)[size_t(y - data.y0) * size_t(data.width()) + size_t(x - data.x0)];
+  }
+};
+// Throws std::exception for a file that OpenEXR cannot read whole.
+ExrPicture read_exr(const std::string& path);
+
+struct BytePicture {
+  int width = 0, height = 0, channels = 0;
+  std::vector<uint8_t> values;
+  const uint8_t* at(int x, int y) const {
+    return &values[size_t(y * width + x) * size_t(channels)];
+  }
+};
+BytePicture read_bytes_picture(const std::string& path);
+
+// The pixels of `a` and `b` that lie in both data windows have the same bits, channel by channel
+// (those that depend on the clock apart). Returns what differs first, or "".
+std::string first_difference(const ExrPicture& a, const ExrPicture& b);
+
+}  // namespace emberline::test

@@ -1,0 +1,179 @@
+#include "cli/process.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <pty.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <sstream>
+#include <stdexcept>
+
+#ifndef AT_EMPTY_PATH
+#define AT_EMPTY_PATH 0x1000
+#endif
+
+namespace emberline::test {
+namespace {
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::string contents(int descriptor) {
+  std::string text;
+  char block[4096];
+  off_t offset = 0;
+  for (ssize_t n; (n = ::pread(descriptor, block, sizeof block, offset)) > 0; offset += n) {
+    text.append(block, size_t(n));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> RunResult::error_lines() const {
+  std::vector<std::string> lines;
+  std::istringstream stream(err);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+std::string RunResult::describe() const {
+  std::ostringstream text;
+  text << (hung     ? "hung"
+           : signal ? "ended by signal " + std::to_string(signal)
+                    : "exit code " + std::to_string(exit_code));
+  text << " after " << seconds << " s\nstdout: " << out << "\nstderr: " << err;
+  return text.str();
+}
+
+Process::Process(const std::vector<std::string>& arguments, const RunOptions& options)
+    : options_(options), started_(now()) {
+  // Opened before privileges are dropped: the build folder may be closed to others.
+  const int binary = ::open(EMBERLINE_BINARY, O_RDONLY | O_CLOEXEC);
+  out_ = ::memfd_create("stdout", MFD_CLOEXEC);
+  int terminal = -1;
+  if (options_.terminal_columns > 0) {
+    winsize size = {};
+    size.ws_row = 25;
+    size.ws_col = static_cast<unsigned short>(options_.terminal_columns);
+    if (::openpty(&err_, &terminal, nullptr, nullptr, &size) != 0) err_ = -1;
+  } else {
+    err_ = ::memfd_create("stderr", MFD_CLOEXEC);
+  }
+  if (binary < 0 || out_ < 0 || err_ < 0) throw std::runtime_error("cannot run " EMBERLINE_BINARY);
+  if (!options_.stdout_path.empty()) {
+    ::close(out_);
+    out_ = ::open(options_.stdout_path.c_str(), O_WRONLY | O_CLOEXEC);
+  }
+  pid_ = ::fork();
+  if (pid_ == 0) {
+    ::dup2(out_, STDOUT_FILENO);
+    int broken[2] = {-1, -1};
+    if (options_.stderr_reader_gone && ::pipe2(broken, O_CLOEXEC) == 0) ::close(broken[0]);
+    ::dup2(broken[1] >= 0 ? broken[1] : terminal >= 0 ? terminal : err_, STDERR_FILENO);
+    run_child(arguments, binary);
+  }
+  ::close(binary);
+  if (terminal >= 0) ::close(terminal);
+}
+
+// Between fork and exec: what the settings ask for, then the program.
+void Process::run_child(const std::vector<std::string>& arguments, int binary) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_DFL);
+  if (!options_.folder.empty() && ::chdir(options_.folder.c_str()) != 0) ::_exit(126);
+  ::unsetenv("OCIO");
+  ::setenv("TERM", "xterm", 1);
+  for (const auto& [name, value] : options_.environment) ::setenv(name.c_str(), value.c_str(), 1);
+  if (options_.file_size_limit > 0) {
+    const rlimit limit = {options_.file_size_limit, options_.file_size_limit};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  if (options_.unprivileged && ::getuid() == 0 && (::setgid(65534) != 0 || ::setuid(65534) != 0)) {
+    ::_exit(126);
+  }
+  std::vector<char*> argv = {const_cast<char*>("emberline")};
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  ::syscall(SYS_execveat, binary, "", argv.data(), environ, AT_EMPTY_PATH);
+  ::_exit(126);
+}
+
+Process::~Process() {
+  if (!ended_ && pid_ > 0) {
+    ::kill(pid_, SIGKILL);
+    poll(0);
+  }
+  if (out_ >= 0) ::close(out_);
+  if (err_ >= 0) ::close(err_);
+}
+
+void Process::send(int signal) const { ::kill(pid_, signal); }
+
+// Looks whether it has ended; with flags 0, waits for that.
+bool Process::poll(int flags) {
+  if (ended_) return true;
+  int status = 0;
+  rusage usage = {};
+  if (::wait4(pid_, &status, flags, &usage) != pid_) return false;
+  ended_ = true;
+  result_.seconds = now() - started_;
+  result_.peak_rss_bytes = uint64_t(usage.ru_maxrss) * 1024;
+  if (WIFEXITED(status)) result_.exit_code = WEXITSTATUS(status);
+  if (WIFSIGNALED(status)) result_.signal = WTERMSIG(status);
+  return true;
+}
+
+void Process::read_terminal() {
+  char block[4096];
+  for (pollfd ready = {err_, POLLIN, 0}; ::poll(&ready, 1, 0) > 0;) {
+    const ssize_t n = ::read(err_, block, sizeof block);
+    if (n <= 0) return;
+    terminal_text_.append(block, size_t(n));
+  }
+}
+
+std::string Process::error_so_far() {
+  if (options_.terminal_columns == 0) return contents(err_);
+  read_terminal();
+  return terminal_text_;
+}
+
+bool Process::wait_for_error(const std::string& text, double seconds) {
+  const double end = now() + seconds;
+  while (now() < end) {
+    if (error_so_far().find(text) != std::string::npos) return true;
+    if (poll(WNOHANG)) return false;
+    ::usleep(2000);
+  }
+  return false;
+}
+
+RunResult Process::wait() {
+  while (!poll(WNOHANG)) {
+    if (now() - started_ > options_.timeout_s) {
+      ::kill(pid_, SIGKILL);
+      poll(0);
+      result_.hung = true;
+    }
+    if (options_.terminal_columns > 0) read_terminal();
+    ::usleep(2000);
+  }
+  if (options_.stdout_path.empty()) result_.out = contents(out_);
+  result_.err = error_so_far();
+  return result_;
+}
+
+RunResult run(const std::vector<std::string>& arguments, const RunOptions& options) {
+  Process process(arguments, options);
+  return process.wait();
+}
+
+}  // namespace emberline::test

@@ -1,0 +1,67 @@
+// Runs the emberline binary as a person or a farm script does, and says all that came of it.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace emberline::test {
+
+struct RunOptions {
+  std::string folder = {};                              // to run in; empty: the test's own
+  std::map<std::string, std::string> environment = {};  // added to, or overriding, the test's own
+  std::string stdout_path = {};                         // instead of capturing it
+  double timeout_s = 60;            // then it is killed and the run counts as hung
+  uint64_t file_size_limit = 0;     // RLIMIT_FSIZE in bytes; 0: none
+  int terminal_columns = 0;         // > 0: stderr is a terminal of this width
+  bool stderr_reader_gone = false;  // stderr is a pipe that nobody reads
+  bool unprivileged = false;        // as user 65534 when the tests run as root
+};
+
+struct RunResult {
+  int exit_code = -1;  // -1: it ended by a signal
+  int signal = 0;
+  bool hung = false;
+  std::string out, err;
+  double seconds = 0;
+  uint64_t peak_rss_bytes = 0;
+
+  std::vector<std::string> error_lines() const;  // of stderr
+  std::string describe() const;                  // for failure messages
+};
+
+// A running emberline. It is killed if the object dies before it.
+class Process {
+ public:
+  explicit Process(const std::vector<std::string>& arguments, const RunOptions& options = {});
+  ~Process();
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void send(int signal) const;
+  // What stderr holds so far.
+  std::string error_so_far();
+  // Waits until stderr contains `text`; false if the process ends or `seconds` pass before.
+  bool wait_for_error(const std::string& text, double seconds);
+  RunResult wait();
+
+ private:
+  bool poll(int flags);
+  void read_terminal();
+  [[noreturn]] void run_child(const std::vector<std::string>& arguments, int binary);
+
+  RunOptions options_;
+  pid_t pid_ = -1;
+  int out_ = -1, err_ = -1;  // memory files, or the terminal's end
+  bool ended_ = false;
+  double started_ = 0;
+  std::string terminal_text_;
+  RunResult result_;
+};
+
+RunResult run(const std::vector<std::string>& arguments, const RunOptions& options = {});
+
+}  // namespace emberline::test

@@ -1,0 +1,102 @@
+// What a person at a terminal sees, what a farm's log holds, and what --quiet leaves of both.
+#include <algorithm>
+#include <regex>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+class Progress : public CommandTest {
+ protected:
+  // Long enough (about half a second) for several updates.
+  Words long_render(const Words& more = {}) {
+    return render_words(Words{"--size", "200x200", "--spp", "16"} + more);
+  }
+};
+
+TEST_F(Progress, PlainLinesInALog) {
+  const RunResult result = render(long_render());
+  EXPECT_EQ(result.err.find('\r'), std::string::npos);
+  EXPECT_EQ(result.err.find('\033'), std::string::npos);
+  const std::regex line(
+      R"(rendering +[0-9.]+ %  [0-9.]+ (s|min [0-9]+ s)(, .+ left)?  \([0-9.]+ M samples/s\))");
+  size_t progress = 0;
+  for (const std::string& text : result.error_lines()) {
+    if (!text.starts_with("rendering ")) continue;
+    ++progress;
+    EXPECT_TRUE(std::regex_match(text, line)) << text;
+  }
+  EXPECT_GE(progress, 1u) << result.err;
+  EXPECT_LE(progress, 11u) << result.err;
+  EXPECT_NE(result.err.find("rendered 640000 samples"), std::string::npos) << result.err;
+}
+
+// The lines that a terminal shows one over the other, without what clears them.
+Words drawn_lines(const std::string& text) {
+  Words lines;
+  size_t at = 0;
+  while (at < text.size()) {
+    const size_t end = std::min(text.find_first_of("\r\n", at), text.size());
+    std::string line = text.substr(at, end - at);
+    for (size_t code; (code = line.find("\033[K")) != std::string::npos;) line.erase(code, 3);
+    if (!line.empty()) lines.push_back(line);
+    at = end + 1;
+  }
+  return lines;
+}
+
+TEST_F(Progress, ABarOnATerminal) {
+  for (const int columns : {80, 50, 20}) {
+    const RunResult result = run(long_render(), {.terminal_columns = columns});
+    ASSERT_EQ(result.exit_code, 0) << result.describe();
+    EXPECT_NE(result.err.find('\r'), std::string::npos);
+    size_t bars = 0, updates = 0;
+    for (const std::string& line : drawn_lines(result.err)) {
+      if (line.find(" %") == std::string::npos) continue;
+      ++updates;
+      bars += line.find('[') != std::string::npos;
+      // A line that wraps could not be drawn over.
+      EXPECT_LT(line.size(), size_t(columns)) << line;
+    }
+    EXPECT_GE(updates, 1u) << result.err;
+    EXPECT_TRUE(columns < 80 || bars == updates);
+    // The bar is cleared before what follows it, and the last line stands alone.
+    EXPECT_NE(result.err.find("\r\033[Krendered "), std::string::npos) << result.err;
+  }
+}
+
+TEST_F(Progress, ATerminalWithoutCursorGetsPlainLines) {
+  const RunResult result =
+      run(long_render(), {.environment = {{"TERM", "dumb"}}, .terminal_columns = 80});
+  EXPECT_EQ(result.err.find('\033'), std::string::npos) << result.err;
+}
+
+TEST_F(Progress, QuietIsSilent) {
+  const RunResult piped = render(long_render({"--quiet", "-o", path("a.png")}));
+  EXPECT_EQ(piped.err, "");
+  const RunResult terminal = run(long_render({"--quiet"}), {.terminal_columns = 80});
+  EXPECT_EQ(terminal.exit_code, 0);
+  EXPECT_EQ(terminal.err, "");
+  // Errors are told all the same.
+  expect_failure({"render", path("none.glb"), "-o", path("out.exr"), "--quiet"}, 3, {"none.glb"});
+}
+
+TEST_F(Progress, VerboseSaysWhatIsBuiltAndWhy) {
+  const std::string normal = render(render_words({})).err;
+  const std::string verbose = render(render_words({"--verbose", "--report", path("r.json")})).err;
+  for (const auto& feature : read_json("r.json")["features"]) {
+    EXPECT_NE(verbose.find(feature.get<std::string>()), std::string::npos) << verbose;
+    EXPECT_EQ(normal.find(feature.get<std::string>()), std::string::npos) << normal;
+  }
+}
+
+TEST_F(Progress, ALogNobodyReadsDoesNotEndTheRender) {
+  // `emberline render ... 2>&1 | head -1`, whose reader is gone after the first line.
+  const RunResult result = run(long_render(), {.stderr_reader_gone = true});
+  EXPECT_EQ(result.exit_code, 0) << result.describe();
+  EXPECT_EQ(files(), (Words{"out.exr", "scene.glb"}));
+}
+
+}  // namespace
+}  // namespace emberline::test

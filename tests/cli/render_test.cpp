@@ -1,0 +1,220 @@
+// What `emberline render` writes: files, channels, header; and that pixels do not depend on how
+// the work is shared out (law 2), seen from outside.
+#include <cmath>
+#include <cstring>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+class Render : public CommandTest {};
+
+TEST_F(Render, SeveralFilesOfOneFrame) {
+  const RunResult result =
+      render({"render", scene(), "-o", path("a.exr"), "-o", path("a.png"), "-o", path("a.jpg"),
+              "-o", path("B.JPEG"), "--size", "20x12", "--spp", "4"});
+  EXPECT_EQ(files(), (Words{"B.JPEG", "a.exr", "a.jpg", "a.png", "scene.glb"}));
+  for (const char* name : {"a.exr", "a.png", "a.jpg", "B.JPEG"}) {
+    EXPECT_NE(result.err.find(std::string("wrote ") + path(name)), std::string::npos) << result.err;
+  }
+  const ExrPicture exr = read_exr(path("a.exr"));
+  const BytePicture png = read_bytes_picture(path("a.png"));
+  const BytePicture jpg = read_bytes_picture(path("a.jpg"));
+  EXPECT_EQ(png.width, 20);
+  EXPECT_EQ(png.height, 12);
+  EXPECT_EQ(png.channels, 3);
+  EXPECT_EQ(jpg.width, 20);
+  EXPECT_EQ(read_bytes(path("a.jpg")), read_bytes(path("B.JPEG")));
+  // The PNG is the EXR through the sRGB curve (IEC 61966-2-1), to a step of 8 bits.
+  for (int y = 0; y < 12; ++y) {
+    for (int x = 0; x < 20; ++x) {
+      const double v = std::min(1.0, double(exr.at("G", x, y)));
+      const double srgb = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+      EXPECT_NEAR(png.at(x, y)[1], 255 * srgb, 1.0) << x << ',' << y;
+    }
+  }
+}
+
+TEST_F(Render, ChannelsAreThoseAskedFor) {
+  const std::map<std::string, std::string> base = {
+      {"R", "float"}, {"G", "float"}, {"B", "float"}, {"A", "float"}, {"samples", "uint"}};
+  const std::map<std::string, std::map<std::string, std::string>> aovs = {
+      {"variance", {{"variance.R", "float"}, {"variance.G", "float"}, {"variance.B", "float"}}},
+      {"albedo", {{"albedo.R", "float"}, {"albedo.G", "float"}, {"albedo.B", "float"}}},
+      {"N", {{"N.X", "float"}, {"N.Y", "float"}, {"N.Z", "float"}}},
+      {"Z", {{"Z", "float"}}},
+      {"id", {{"id", "uint"}}},
+      {"time", {{"time", "float"}}}};
+  render(render_words({"--spp", "2"}));
+  EXPECT_EQ(read_exr(path("out.exr")).types, base);
+  auto all = base;
+  std::string list;
+  for (const auto& [name, channels] : aovs) {
+    render(render_words({"--spp", "2", "--aov", name}));
+    auto expected = base;
+    expected.insert(channels.begin(), channels.end());
+    EXPECT_EQ(read_exr(path("out.exr")).types, expected) << name;
+    all.insert(channels.begin(), channels.end());
+    list += (list.empty() ? "" : ",") + name;
+  }
+  render(render_words({"--spp", "2", "--aov", list}));
+  EXPECT_EQ(read_exr(path("out.exr")).types, all);
+  render(render_words({"--aov", "Z", "--aov", "id"}));
+  EXPECT_TRUE(read_exr(path("out.exr")).types.contains("Z"));
+  EXPECT_TRUE(read_exr(path("out.exr")).types.contains("id"));
+}
+
+TEST_F(Render, TheHeaderSaysHowTheFrameWasMade) {
+  render(render_words({"--seed", "7", "--sampler", "independent", "--filter", "box", "--max-depth",
+                       "3", "--spp", "5", "--report", path("it's a report.json")}));
+  const auto attributes = read_exr(path("out.exr")).attributes;
+  const std::map<std::string, std::string> expected = {
+      {"emberline:seed", "7"},     {"emberline:sampler", "independent"},
+      {"emberline:filter", "box"}, {"emberline:max_depth", "3"},
+      {"emberline:spp", "5"},      {"emberline:integrator", "path"},
+      {"emberline:scene", scene()}};
+  for (const auto& [name, value] : expected) {
+    ASSERT_TRUE(attributes.contains(name)) << name;
+    EXPECT_EQ(attributes.at(name), value) << name;
+  }
+  for (const char* library : {"emberline", "embree", "openexr", "openimageio", "opencolorio"}) {
+    EXPECT_TRUE(attributes.contains(std::string("emberline:version:") + library)) << library;
+  }
+  // The command can be pasted into a shell.
+  const std::string& command = attributes.at("emberline:command");
+  EXPECT_TRUE(command.starts_with("emberline render ")) << command;
+  EXPECT_NE(command.find("it'\\''s a report.json'"), std::string::npos) << command;
+}
+
+TEST_F(Render, ACropHasTheWholeFramesBits) {
+  const Words aovs = {"--size", "40x30", "--spp", "3", "--aov", "variance,albedo,N,Z,id"};
+  render(render_words(aovs));
+  const ExrPicture whole = read_exr(path("out.exr"));
+  EXPECT_EQ(whole.data, (Rect{0, 0, 40, 30}));
+  for (const Rect& crop : {Rect{7, 5, 33, 21}, Rect{0, 0, 1, 1}, Rect{39, 29, 40, 30}}) {
+    const std::string text = std::to_string(crop.x0) + "," + std::to_string(crop.y0) + "," +
+                             std::to_string(crop.x1) + "," + std::to_string(crop.y1);
+    render(
+        render_words(aovs + Words{"--crop", text, "-o", path("crop.png"), "--bucket-size", "8"}));
+    const ExrPicture part = read_exr(path("out.exr"));
+    EXPECT_EQ(part.data, crop);
+    EXPECT_EQ(part.display, (Rect{0, 0, 40, 30}));
+    EXPECT_EQ(first_difference(whole, part), "") << text;
+    EXPECT_EQ(read_bytes_picture(path("crop.png")).width, crop.width());
+  }
+}
+
+TEST_F(Render, ThreadsAndBucketsDoNotShow) {
+  const Words frame = {"--size", "50x34", "--spp", "5", "--aov", "variance,albedo,N,Z,id"};
+  render(render_words(frame));
+  const ExrPicture reference = read_exr(path("out.exr"));
+  for (const Words& schedule :
+       {Words{"--threads", "1"}, Words{"--threads", "2", "--bucket-size", "1"},
+        Words{"--threads", "7", "--bucket-size", "5"}, Words{"--bucket-order", "spiral"},
+        Words{"--bucket-order", "scanline", "--bucket-size", "4096"},
+        Words{"--bucket-order", "random", "--bucket-size", "13"},
+        Words{"--bucket-order", "hilbert", "--bucket-size", "16", "--threads", "3"}}) {
+    render(render_words(frame + schedule));
+    const ExrPicture picture = read_exr(path("out.exr"));
+    EXPECT_EQ(picture.data, reference.data);
+    EXPECT_EQ(first_difference(reference, picture), "") << schedule[0] << ' ' << schedule[1];
+  }
+  // And the comparison can fail.
+  render(render_words(frame + Words{"--seed", "1"}));
+  EXPECT_NE(first_difference(reference, read_exr(path("out.exr"))), "");
+}
+
+// The bits of "(0x1.8p-3 0x... 0x...)" behind "radiance".
+std::vector<float> replayed_radiance(const std::string& text) {
+  const size_t at = text.find('(', text.find("\nradiance "));
+  std::vector<float> values;
+  const char* p = text.c_str() + at + 1;
+  for (int i = 0; i < 3; ++i) {
+    char* end = nullptr;
+    values.push_back(std::strtof(p, &end));
+    EXPECT_NE(p, end) << text;
+    p = end;
+  }
+  return values;
+}
+
+TEST_F(Render, ReplayGivesAPixelsBits) {
+  const Words frame = {"--size", "24x24", "--seed", "3"};
+  render(render_words(frame));
+  const ExrPicture picture = read_exr(path("out.exr"));
+  int lit = 0;
+  for (const auto& [x, y] : {std::pair{0, 0}, {12, 15}, {11, 13}, {23, 23}, {12, 8}}) {
+    const std::string address = std::to_string(x) + "," + std::to_string(y) + ",0";
+    const RunResult result = run(
+        {"render", scene(), "--size", "24x24", "--seed", "3", "--spp", "1", "--replay", address});
+    ASSERT_EQ(result.exit_code, 0) << result.describe();
+    EXPECT_NE(result.out.find("pixel " + std::to_string(x)), std::string::npos) << result.out;
+    const std::vector<float> value = replayed_radiance(result.out);
+    for (size_t c = 0; c < 3; ++c) {
+      EXPECT_EQ(value[c], picture.at(std::string(1, "RGB"[c]), x, y)) << address << result.out;
+    }
+    lit += value[0] > 0;
+    EXPECT_EQ(run({"render", scene(), "--size", "24x24", "--seed", "3", "--replay", address}).out,
+              result.out);
+  }
+  EXPECT_GT(lit, 0) << "every pixel looked at was black";
+}
+
+TEST_F(Render, ReplayWritesNoFile) {
+  const Words before = (scene(), files());
+  const RunResult result = run(render_words({"--replay", "1,1,0", "--report", path("r.json")}));
+  EXPECT_EQ(result.exit_code, 0) << result.describe();
+  EXPECT_EQ(files(), before);
+}
+
+TEST_F(Render, PathsMayHoldAnything) {
+  const std::string folder = path("dir with ümlaut ß 日本 'quote' 100%");
+  std::filesystem::create_directories(folder + "/below");
+  const std::string file = lamp_scene().write_gltf(folder + "/a scene #1.gltf", "bin ä.bin");
+  const RunResult absolute =
+      render({"render", file, "-o", folder + "/ö.exr", "-o", folder + "/ö.png", "--size", "4x4",
+              "--spp", "1", "--report", folder + "/r ß.json"});
+  EXPECT_TRUE(std::filesystem::exists(folder + "/ö.exr")) << absolute.describe();
+  EXPECT_TRUE(std::filesystem::exists(folder + "/ö.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder + "/r ß.json"));
+  RunOptions below;
+  below.folder = folder + "/below";
+  render({"render", "../a scene #1.gltf", "-o", "./x.exr", "-o", "../y.png", "--size", "4x4",
+          "--spp", "1", "--report", "r.json"},
+         below);
+  EXPECT_TRUE(std::filesystem::exists(folder + "/below/x.exr"));
+  EXPECT_TRUE(std::filesystem::exists(folder + "/y.png"));
+  EXPECT_EQ(first_difference(read_exr(folder + "/ö.exr"), read_exr(folder + "/below/x.exr")), "");
+}
+
+TEST_F(Render, ExistingFilesAreReplacedWhole) {
+  write("out.exr", std::string(100000, 'x'));
+  std::filesystem::create_symlink("out.exr", path("link.exr"));
+  render({"render", scene(), "-o", path("link.exr"), "--size", "4x4", "--spp", "1"});
+  EXPECT_TRUE(std::filesystem::is_symlink(path("link.exr")));
+  EXPECT_EQ(read_exr(path("out.exr")).data, (Rect{0, 0, 4, 4}));
+}
+
+TEST_F(Render, TwoRendersIntoOneFileLeaveOneWholeFrame) {
+  Process first(render_words({"--size", "200x200"}), {.folder = folder_.path()});
+  Process second(render_words({"--size", "200x200"}), {.folder = folder_.path()});
+  EXPECT_EQ(first.wait().exit_code, 0);
+  EXPECT_EQ(second.wait().exit_code, 0);
+  EXPECT_EQ(read_exr(path("out.exr")).data, (Rect{0, 0, 200, 200}));
+  EXPECT_EQ(files(), (Words{"out.exr", "scene.glb"}));
+}
+
+TEST_F(Render, ARubbishOcioConfigIsNamed) {
+  write("rubbish.ocio", "this is no config\n");
+  for (const char* config : {"/nonexistent/config.ocio", "rubbish.ocio", "/"}) {
+    expect_failure(render_words({"-o", path("a.png")}), 3, {config, "OCIO"},
+                   {.environment = {{"OCIO", config}}});
+  }
+  // Nothing needs it when only linear pixels are written; empty counts as unset.
+  render(render_words(), {.environment = {{"OCIO", "rubbish.ocio"}}});
+  render(render_words({"-o", path("a.png")}), {.environment = {{"OCIO", ""}}});
+}
+
+}  // namespace
+}  // namespace emberline::test

@@ -1,0 +1,187 @@
+// report.json: every key of the design with its type, and sums that agree with the picture.
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+class Report : public CommandTest {
+ protected:
+  nlohmann::json report(const Words& words) {
+    result_ = render(render_words(words + Words{"--report", path("report.json")}));
+    return read_json("report.json");
+  }
+  RunResult result_;
+};
+
+TEST_F(Report, HasEveryKeyOfTheDesign) {
+  const nlohmann::json json = report({"--spp", "4"});
+  using Type = nlohmann::json::value_t;
+  const std::map<std::string, Type> expected = {
+      {"/time/load_s", Type::number_float},
+      {"/time/build_s", Type::number_float},
+      {"/time/render_s", Type::number_float},
+      {"/time/write_s", Type::number_float},
+      {"/time/wall_s", Type::number_float},
+      {"/time/cpu_s", Type::number_float},
+      {"/samples/total", Type::number_unsigned},
+      {"/samples/min", Type::number_unsigned},
+      {"/samples/mean", Type::number_float},
+      {"/samples/max", Type::number_unsigned},
+      {"/rays/camera", Type::number_unsigned},
+      {"/rays/scatter", Type::number_unsigned},
+      {"/rays/shadow", Type::number_unsigned},
+      {"/rays/total", Type::number_unsigned},
+      {"/memory/peak_rss_bytes", Type::number_unsigned},
+      {"/memory/geometry_bytes", Type::number_unsigned},
+      {"/memory/bvh_bytes", Type::number_unsigned},
+      {"/memory/texture_bytes", Type::number_unsigned},
+      {"/memory/film_bytes", Type::number_unsigned},
+      {"/numerics/non_finite_samples", Type::number_unsigned},
+      {"/error/estimator", Type::string},
+      {"/error/estimate", Type::null},  // uniform sampling makes none
+      {"/features", Type::array},
+      {"/gltf/used", Type::array},
+      {"/gltf/approximated", Type::array},
+      {"/gltf/ignored", Type::array},
+      {"/passes", Type::array},
+      {"/passes/0/elapsed_s", Type::number_float},
+      {"/passes/0/samples", Type::number_unsigned},
+      {"/passes/0/error_estimate", Type::null},
+      {"/settings", Type::object},
+      {"/versions", Type::object},
+      {"/output", Type::array},
+      {"/stopped", Type::boolean},
+      {"/exit_code", Type::number_integer},
+  };
+  for (const auto& [pointer, type] : expected) {
+    const nlohmann::json::json_pointer place(pointer);
+    ASSERT_TRUE(json.contains(place)) << pointer;
+    const Type found = json.at(place).type();
+    const bool whole = found == Type::number_unsigned && type == Type::number_integer;
+    EXPECT_TRUE(found == type || whole) << pointer << ": " << json.at(place);
+  }
+  EXPECT_EQ(json["exit_code"], 0);
+  EXPECT_EQ(json["stopped"], false);
+  EXPECT_FALSE(json["features"].empty());
+  for (const auto& feature : json["features"]) EXPECT_TRUE(feature.is_string());
+}
+
+TEST_F(Report, SamplesAndRaysAddUp) {
+  const nlohmann::json json =
+      report({"--size", "37x21", "--spp", "6", "--crop", "3,2,30,20", "--max-depth", "4"});
+  const ExrPicture picture = read_exr(path("out.exr"));
+  const std::vector<float>& samples = picture.channels.at("samples");
+  const double sum = std::accumulate(samples.begin(), samples.end(), 0.0);
+  EXPECT_EQ(sum, 6.0 * 27 * 18);
+  EXPECT_EQ(json["samples"]["total"], uint64_t(sum));
+  EXPECT_EQ(json["samples"]["min"], 6);
+  EXPECT_EQ(json["samples"]["mean"], 6.0);
+  EXPECT_EQ(json["samples"]["max"], 6);
+  const auto& rays = json["rays"];
+  EXPECT_EQ(rays["camera"], uint64_t(sum));
+  EXPECT_GT(rays["scatter"], 0u);
+  EXPECT_GT(rays["shadow"], 0u);
+  EXPECT_EQ(rays["total"].get<uint64_t>(), rays["camera"].get<uint64_t>() +
+                                               rays["scatter"].get<uint64_t>() +
+                                               rays["shadow"].get<uint64_t>());
+  EXPECT_EQ(json["passes"].back()["samples"], json["samples"]["total"]);
+  EXPECT_EQ(json["numerics"]["non_finite_samples"], 0);
+}
+
+TEST_F(Report, TimesAddUp) {
+  const nlohmann::json json = report({"--size", "256x256", "--spp", "4", "-o", path("a.png")});
+  const auto& time = json["time"];
+  double sum = 0;
+  for (const char* part : {"load_s", "build_s", "render_s", "write_s"}) {
+    EXPECT_GE(time[part].get<double>(), 0.0) << part;
+    sum += time[part].get<double>();
+  }
+  const double wall = time["wall_s"];
+  EXPECT_GE(wall, sum - 1e-9);
+  EXPECT_LE(wall - sum, std::max(0.02 * wall, 0.05)) << time;
+  EXPECT_LE(wall, result_.seconds);
+  EXPECT_GT(time["cpu_s"].get<double>(), 0.0);
+}
+
+TEST_F(Report, MemoryIsThisProcessesOwn) {
+  const nlohmann::json json = report({});
+  const double reported = json["memory"]["peak_rss_bytes"];
+  // The kernel's figure for the process includes what the test program had before exec.
+  EXPECT_GT(reported, 1e6);
+  EXPECT_LE(reported, 1.02 * double(result_.peak_rss_bytes));
+  // A parent of 1 GB does not show in it.
+  std::vector<char> ballast(size_t(1) << 30, 1);
+  const nlohmann::json again = report({});
+  EXPECT_LT(again["memory"]["peak_rss_bytes"].get<double>(), double(ballast.size()));
+  EXPECT_NEAR(again["memory"]["peak_rss_bytes"].get<double>(), reported, 0.2 * reported);
+}
+
+TEST_F(Report, FeaturesAreThoseTheSceneUses) {
+  const auto listed = [](const nlohmann::json& json, const std::string& word) {
+    for (const auto& feature : json["features"]) {
+      if (feature.get<std::string>().find(word) != std::string::npos) return true;
+    }
+    return false;
+  };
+  const nlohmann::json plain = report({});
+  EXPECT_TRUE(listed(plain, "emission")) << plain["features"];
+  EXPECT_FALSE(listed(plain, "texture")) << plain["features"];
+  EXPECT_FALSE(listed(plain, "instanc")) << plain["features"];
+  EXPECT_FALSE(listed(plain, "environment")) << plain["features"];
+}
+
+TEST_F(Report, SettingsAndListsOfTheFile) {
+  GltfBuilder gltf = lamp_scene();
+  gltf.root["extensionsUsed"] = {"KHR_materials_emissive_strength", "EXT_made_up"};
+  gltf.root["materials"][1]["extensions"]["KHR_materials_emissive_strength"] = {
+      {"emissiveStrength", 2}};
+  gltf.root["extensions"]["EXT_made_up"] = {{"x", 1}};
+  gltf.write_glb(path("scene.glb"));
+  const nlohmann::json json = report({"--threads", "2", "--seed", "5"});
+  EXPECT_EQ(json["gltf"]["used"], nlohmann::json({"KHR_materials_emissive_strength"}));
+  ASSERT_EQ(json["gltf"]["ignored"].size(), 1u) << json["gltf"];
+  EXPECT_NE(json["gltf"]["ignored"][0].get<std::string>().find("EXT_made_up"), std::string::npos);
+  // Warned of once.
+  size_t warnings = 0;
+  for (const std::string& line : result_.error_lines()) {
+    warnings += line.find("EXT_made_up") != std::string::npos;
+  }
+  EXPECT_EQ(warnings, 1u) << result_.err;
+  EXPECT_EQ(json["settings"]["threads"], 2);
+  EXPECT_EQ(json["settings"]["seed"], "5");
+  EXPECT_EQ(json["settings"]["camera"], "main");
+  EXPECT_EQ(json["settings"]["size"], nlohmann::json({16, 16}));
+  EXPECT_EQ(json["output"], nlohmann::json({path("out.exr")}));
+}
+
+TEST_F(Report, MayGoToAPipe) {
+  ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+  const int reader = ::open(path("pipe").c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  render(render_words({"--quiet", "--report", path("pipe")}));
+  std::string text(1 << 16, '\0');
+  text.resize(size_t(std::max(ssize_t(0), ::read(reader, text.data(), text.size()))));
+  ::close(reader);
+  EXPECT_FALSE(nlohmann::json::parse(text, nullptr, false).is_discarded()) << text;
+  EXPECT_TRUE(std::filesystem::is_fifo(path("pipe")));
+}
+
+// A frame far larger than the film that is held of it: each bucket is written and let go.
+TEST_F(Report, ALargeFrameStreams) {
+  const nlohmann::json json = report({"--size", "4096x4096", "--integrator", "albedo", "--quiet"});
+  const double whole = 4096.0 * 4096 * 5 * 4;  // R G B A samples as float: 335 MB
+  const double peak = json["memory"]["peak_rss_bytes"];
+  EXPECT_LT(peak, 250e6) << "a program that holds the frame needs " << whole;
+  EXPECT_LT(json["memory"]["film_bytes"].get<double>(), 50e6);
+  EXPECT_LE(peak, 1.02 * double(result_.peak_rss_bytes));
+  EXPECT_EQ(json["samples"]["total"], uint64_t(4096) * 4096);
+}
+
+}  // namespace
+}  // namespace emberline::test

@@ -1,0 +1,202 @@
+// What a user gets from a scene that lacks something, and the switches that change what is seen.
+#include <algorithm>
+#include <numeric>
+
+#include "cli/command_test.h"
+#include "support/encoded_images.h"
+
+namespace emberline::test {
+namespace {
+
+class Views : public CommandTest {
+ protected:
+  ExrPicture picture(const Words& words) {
+    result_ = render(words);
+    return read_exr(path("out.exr"));
+  }
+  RunResult result_;
+};
+
+double mean(const std::vector<float>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
+}
+
+// The pixels that see anything of the scene.
+Rect coverage(const ExrPicture& picture) {
+  Rect box{1 << 20, 1 << 20, -1, -1};
+  for (int y = picture.data.y0; y < picture.data.y1; ++y) {
+    for (int x = picture.data.x0; x < picture.data.x1; ++x) {
+      if (picture.at("A", x, y) <= 0.0f) continue;
+      box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x + 1),
+             std::max(box.y1, y + 1)};
+    }
+  }
+  return box;
+}
+
+TEST_F(Views, WithoutLightTheSurroundingsAreWhite) {
+  unlit_scene().write_glb(path("scene.glb"));
+  const ExrPicture seen = picture(render_words({"--spp", "16"}));
+  EXPECT_NE(result_.err.find("warning"), std::string::npos) << result_.err;
+  EXPECT_NE(result_.err.find("light"), std::string::npos) << result_.err;
+  // Above the floor the camera sees the environment itself: radiance 1.
+  EXPECT_EQ(seen.at("R", 8, 0), 1.0f);
+  EXPECT_EQ(seen.at("A", 8, 0), 1.0f);
+  // A convex matte floor under a constant sky: albedo, up to its own (Fresnel) gloss and noise.
+  EXPECT_NEAR(seen.at("G", 8, 11), 0.5, 0.15);
+  EXPECT_GT(mean(seen.channels.at("G")), 0.3);
+
+  EXPECT_EQ(picture(render_words({"--quiet"})).at("R", 8, 0), 1.0f);
+  EXPECT_EQ(result_.err, "");
+
+  const ExrPicture behind = picture(render_words({"--transparent"}));
+  EXPECT_EQ(behind.at("A", 8, 0), 0.0f);
+  EXPECT_EQ(behind.at("R", 8, 0), 0.0f);
+  EXPECT_EQ(behind.at("A", 8, 11), 1.0f);
+  EXPECT_GT(behind.at("G", 8, 11), 0.1f) << "it still lights the floor";
+}
+
+TEST_F(Views, ATransparentPngHasAlpha) {
+  unlit_scene().write_glb(path("scene.glb"));
+  render(render_words({"-o", path("a.png"), "-o", path("a.jpg"), "--transparent"}));
+  const BytePicture png = read_bytes_picture(path("a.png"));
+  EXPECT_EQ(png.channels, 4);
+  EXPECT_EQ(png.at(8, 0)[3], 0);
+  EXPECT_EQ(png.at(8, 11)[3], 255);
+  EXPECT_EQ(read_bytes_picture(path("a.jpg")).channels, 3);
+}
+
+TEST_F(Views, WithoutACameraTheSceneIsFramed) {
+  for (const float scale : {1e-3f, 1.0f, 1e5f}) {
+    for (const char* size : {"64x64", "96x40", "30x90"}) {
+      GltfBuilder gltf;
+      // A cube's three visible pairs of sides, far from the origin; seen from behind too.
+      gltf.push("materials", {{"doubleSided", true}});
+      const float o = 3 * scale, s = scale;
+      add_quad(gltf, {o, o, o}, {s, 0, 0}, {0, s, 0}, 0);
+      add_quad(gltf, {o, o, o + s}, {s, 0, 0}, {0, s, 0}, 0);
+      add_quad(gltf, {o, o, o}, {s, 0, 0}, {0, 0, s}, 0);
+      add_quad(gltf, {o, o + s, o}, {s, 0, 0}, {0, 0, s}, 0);
+      add_quad(gltf, {o, o, o}, {0, s, 0}, {0, 0, s}, 0);
+      add_quad(gltf, {o + s, o, o}, {0, s, 0}, {0, 0, s}, 0);
+      gltf.write_glb(path("cube.glb"));
+      const ExrPicture seen = picture({"render", path("cube.glb"), "-o", path("out.exr"), "--size",
+                                       size, "--spp", "4", "--transparent"});
+      EXPECT_NE(result_.err.find("no camera"), std::string::npos) << result_.err;
+      const Rect box = coverage(seen), frame = seen.display;
+      SCOPED_TRACE(std::string(size) + " scale " + std::to_string(scale));
+      // Whole, in the middle to a twelfth of the frame, and not small.
+      EXPECT_GT(box.x0, 0);
+      EXPECT_GT(box.y0, 0);
+      EXPECT_LT(box.x1, frame.x1);
+      EXPECT_LT(box.y1, frame.y1);
+      EXPECT_LE(std::abs(box.x0 + box.x1 - frame.x1), std::max(4, frame.x1 / 6));
+      EXPECT_LE(std::abs(box.y0 + box.y1 - frame.y1), std::max(4, frame.y1 / 6));
+      EXPECT_GT(std::max(double(box.width()) / frame.x1, double(box.height()) / frame.y1), 0.4);
+    }
+  }
+}
+
+TEST_F(Views, CamerasAreChosenByNameOrIndex) {
+  GltfBuilder gltf = lamp_scene();
+  gltf.push("cameras", {{"name", "side on"},
+                        {"type", "orthographic"},
+                        {"orthographic", {{"xmag", 2}, {"ymag", 2}, {"znear", 0}, {"zfar", 100}}}});
+  gltf.add_to_scene(gltf.push("nodes", {{"camera", 1}, {"translation", {0, 0, 10}}}));
+  gltf.write_glb(path("scene.glb"));
+  const ExrPicture first = picture(render_words());
+  EXPECT_EQ(first_difference(first, picture(render_words({"--camera", "main"}))), "");
+  EXPECT_EQ(first_difference(first, picture(render_words({"--camera", "0"}))), "");
+  const ExrPicture second = picture(render_words({"--camera", "side on"}));
+  EXPECT_NE(first_difference(first, second), "");
+  EXPECT_EQ(first_difference(second, picture(render_words({"--camera", "1"}))), "");
+  expect_failure(render_words({"--camera", "2"}), 2, {"0 'main'", "1 'side on'"});
+  expect_failure(render_words({"--camera", "1", "--fov-y", "30"}), 2, {"--fov-y", "orthographic"});
+  EXPECT_NE(first_difference(first, picture(render_words({"--fov-y", "20"}))), "");
+}
+
+TEST_F(Views, AnOrthographicCameraKeepsSizes) {
+  // A square of side 1 seen 4 units high and wide: exactly a quarter of the frame, however far.
+  for (const float z : {-1.0f, -50.0f}) {
+    GltfBuilder gltf;
+    add_quad(gltf, {-0.5f, -0.5f, z}, {1, 0, 0}, {0, 1, 0}, -1);
+    gltf.push("cameras",
+              {{"type", "orthographic"},
+               {"orthographic", {{"xmag", 2}, {"ymag", 2}, {"znear", 0}, {"zfar", 99}}}});
+    gltf.add_to_scene(gltf.push("nodes", {{"camera", 0}}));
+    gltf.write_glb(path("scene.glb"));
+    const ExrPicture seen =
+        picture(render_words({"--size", "32x32", "--filter", "box", "--transparent"}));
+    EXPECT_EQ(coverage(seen), (Rect{12, 12, 20, 20})) << z;
+    for (int y = 0; y < 32; ++y) {
+      for (int x = 0; x < 32; ++x) {
+        EXPECT_EQ(seen.at("A", x, y), (Rect{12, 12, 20, 20}.contains(x, y) ? 1.0f : 0.0f));
+      }
+    }
+  }
+}
+
+TEST_F(Views, TheCommandLinesOwnCamera) {
+  // From straight above, which leaves "up" to be chosen: the floor fills the frame.
+  const ExrPicture above =
+      picture(render_words({"--look-from", "0,1,0", "--look-at", "0,0,0", "--fov-y", "60"}));
+  EXPECT_EQ(coverage(above), (Rect{0, 0, 16, 16}));
+  // Negative coordinates are values, not options.
+  const ExrPicture below = picture(
+      render_words({"--look-from", "-1,-1,-1", "--look-at", "-1,-5,-1.5", "--transparent"}));
+  EXPECT_TRUE(coverage(below).empty());
+}
+
+TEST_F(Views, BackfacesAreCulledUnlessAskedFor) {
+  const Words from_below = {"--look-from", "0,-3,0.1", "--look-at", "0,0,0", "--transparent"};
+  unlit_scene().write_glb(path("scene.glb"));
+  EXPECT_TRUE(coverage(picture(render_words(from_below))).empty());
+  EXPECT_TRUE(coverage(picture(render_words(from_below + Words{"--backfaces", "cull"}))).empty());
+  EXPECT_FALSE(coverage(picture(render_words(from_below + Words{"--backfaces", "show"}))).empty());
+}
+
+TEST_F(Views, LenientReplacesAnImageThatDoesNotDecode) {
+  GltfBuilder gltf = lamp_scene();
+  const std::string text = "this is no PNG, whatever it says";
+  const int image = gltf.push("images", {{"bufferView", gltf.add_view(text.data(), text.size())},
+                                         {"mimeType", "image/png"},
+                                         {"name", "wood"}});
+  const int texture = gltf.push("textures", {{"source", image}});
+  gltf.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture;
+  gltf.write_glb(path("scene.glb"));
+  expect_failure(render_words(), 3, {"scene.glb", "images/0"});
+  const ExrPicture seen =
+      picture(render_words({"--lenient", "--spp", "4", "--report", path("r.json")}));
+  EXPECT_NE(result_.err.find("warning"), std::string::npos) << result_.err;
+  EXPECT_EQ(read_json("r.json")["numerics"]["replaced_images"], 1);
+  EXPECT_GT(mean(seen.channels.at("R")), 0.0);
+  EXPECT_EQ(run({"info", scene(), "--lenient"}).exit_code, 0);
+  expect_failure({"info", scene()}, 3, {"scene.glb"});
+}
+
+TEST_F(Views, AnEnvironmentIsSeenScaledAndTurned) {
+  // The +X half of the sky (u in [0.25, 0.75], centred on u = 0.5) is red, the other blue.
+  std::vector<float> texels;
+  for (int y = 0; y < 16; ++y) {
+    for (int x = 0; x < 32; ++x) {
+      const bool red = x >= 8 && x < 24;
+      for (const float value : {red ? 0.5f : 0.0f, 0.0f, red ? 0.0f : 0.5f})
+        texels.push_back(value);
+    }
+  }
+  write_image(path("sky.exr"), OIIO::ImageSpec(32, 16, 3, OIIO::TypeDesc::FLOAT), texels);
+  const auto towards = [&](const char* at, const Words& more) {
+    return picture(render_words(
+        Words{"--env", path("sky.exr"), "--look-from", "0,9,0", "--look-at", at, "--fov-y", "10"} +
+        more));
+  };
+  EXPECT_EQ(towards("9,9,0", {}).at("R", 8, 8), 0.5f);
+  EXPECT_EQ(towards("-9,9,0", {}).at("B", 8, 8), 0.5f);
+  EXPECT_EQ(towards("9,9,0", {"--env-strength", "4"}).at("R", 8, 8), 2.0f);
+  // --env-rotation 90 brings what was at +X to -Z.
+  EXPECT_EQ(towards("0,9,-9", {"--env-rotation", "90"}).at("R", 8, 8), 0.5f);
+  EXPECT_EQ(towards("0,9,9", {"--env-rotation", "90"}).at("B", 8, 8), 0.5f);
+}
+
+}  // namespace
+}  // namespace emberline::test

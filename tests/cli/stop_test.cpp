@@ -1,0 +1,112 @@
+// Ctrl-C and its kin: what there is is written, and soon.
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <numeric>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+class Stop : public CommandTest {
+ protected:
+  // Hours of work.
+  Words endless(const Words& more = {}) {
+    return Words{"render", scene(), "-o",        path("out.exr"), "--size",      "1024x1024",
+                 "--spp",  "4096",  "--verbose", "--report",      path("r.json")} +
+           more;
+  }
+  static double seconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+  }
+  // Until the scene is loaded and some of the picture is done.
+  static bool wait_until_rendering(Process& process) {
+    const bool loaded = process.wait_for_error("loaded in", 30);
+    ::usleep(300000);
+    return loaded;
+  }
+};
+
+TEST_F(Stop, WhatThereIsIsWrittenWithItsTrueCounts) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    SCOPED_TRACE(signal);
+    // Small buckets, so that some are finished soon: 64 samples of 16 x 16 pixels.
+    Process process(endless({"--bucket-size", "16", "--spp", "64", "--size", "2048x2048", "-o",
+                             path("out.png")}),
+                    {.folder = folder_.path()});
+    ASSERT_TRUE(wait_until_rendering(process)) << process.error_so_far();
+    process.send(signal);
+    const double sent = seconds();
+    const RunResult result = process.wait();
+    EXPECT_EQ(result.exit_code, 130) << result.describe();
+    EXPECT_LT(seconds() - sent, 2.0) << "asked to be at once";
+    EXPECT_NE(result.err.find("stopped after"), std::string::npos) << result.err;
+    const ExrPicture picture = read_exr(path("out.exr"));
+    const std::vector<float>& samples = picture.channels.at("samples");
+    const nlohmann::json json = read_json("r.json");
+    const double sum = std::accumulate(samples.begin(), samples.end(), 0.0);
+    EXPECT_GT(sum, 0.0);
+    EXPECT_LT(sum, 64.0 * 2048 * 2048);
+    EXPECT_EQ(json["samples"]["total"], uint64_t(sum));
+    EXPECT_EQ(json["samples"]["min"], uint64_t(*std::ranges::min_element(samples)));
+    EXPECT_EQ(json["samples"]["max"], uint64_t(*std::ranges::max_element(samples)));
+    EXPECT_EQ(json["stopped"], true);
+    EXPECT_EQ(json["exit_code"], 130);
+    EXPECT_EQ(files(), (Words{"out.exr", "out.png", "r.json", "scene.glb"}));
+    EXPECT_EQ(read_bytes_picture(path("out.png")).width, 2048);
+  }
+}
+
+// A finished bucket of a stopped frame has the bits it has in the whole one.
+TEST_F(Stop, FinishedPixelsAreTheWholeFramesOwn) {
+  const Words frame = {"--bucket-size", "8", "--spp", "32", "--size", "2048x2048"};
+  Process process(endless(frame), {.folder = folder_.path()});
+  ASSERT_TRUE(wait_until_rendering(process));
+  process.send(SIGINT);
+  ASSERT_EQ(process.wait().exit_code, 130);
+  const ExrPicture stopped = read_exr(path("out.exr"));
+  // Hilbert's curve starts in the first corner.
+  ASSERT_EQ(stopped.at("samples", 0, 0), 32.0f);
+  ASSERT_EQ(stopped.at("samples", 2047, 0), 0.0f);
+  EXPECT_EQ(stopped.at("R", 2047, 0), 0.0f);
+  render(endless(frame + Words{"--crop", "0,0,8,8"}));
+  EXPECT_EQ(first_difference(read_exr(path("out.exr")), stopped), "");
+}
+
+TEST_F(Stop, ASecondSignalEndsAtOnceAndLeavesNothing) {
+  write("out.exr", "last night's good frame");
+  Process process(endless(), {.folder = folder_.path()});
+  ASSERT_TRUE(wait_until_rendering(process));
+  process.send(SIGINT);
+  process.send(SIGTERM);
+  const double sent = seconds();
+  const RunResult result = process.wait();
+  EXPECT_EQ(result.exit_code, 130) << result.describe();
+  EXPECT_LT(seconds() - sent, 1.0);
+  EXPECT_EQ(files(), (Words{"out.exr", "scene.glb"}));
+  EXPECT_EQ(read_bytes(path("out.exr")).size(), 23u);
+}
+
+TEST_F(Stop, AHugeFrameStopsAsFast) {
+  Process process(endless({"--size", "16384x16384"}), {.folder = folder_.path()});
+  ASSERT_TRUE(wait_until_rendering(process));
+  process.send(SIGINT);
+  const double sent = seconds();
+  const RunResult result = process.wait();
+  EXPECT_EQ(result.exit_code, 130) << result.describe();
+  // 65536 tiles to fill; 19 s when each was compressed for itself.
+  EXPECT_LT(seconds() - sent, 5.0);
+  EXPECT_FALSE(result.hung);
+}
+
+TEST_F(Stop, AFrameThatNobodyStopsIsNotStopped) {
+  render(render_words({"--report", path("r.json")}));
+  EXPECT_EQ(read_json("r.json")["stopped"], false);
+}
+
+}  // namespace
+}  // namespace emberline::test

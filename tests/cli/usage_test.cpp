@@ -1,0 +1,199 @@
+// Wrong command lines: exit 2, one line that names the option and what is valid; no file touched.
+#include <set>
+#include <sstream>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+class Usage : public CommandTest {};
+
+struct WrongValue {
+  const char* option;
+  Words values;
+  Words says;       // beside the option's name
+  Words with = {};  // what else must stand there for the value to be looked at
+};
+
+// One row per option of `render` that takes a value, so that a new option without a row fails
+// EveryOptionHasARow below.
+const std::vector<WrongValue>& wrong_values() {
+  // What is no number at all is tried in full on one whole and one real option, which share their
+  // reading with the others.
+  static const Words kNotANumber = {"", "abc", "nan", "inf", "4x", "0x10", "1e999", " 4", "+-4"};
+  static const auto numbers = [](const Words& more) { return Words{"nan"} + more; };
+  static const std::vector<WrongValue> rows = {
+      {"--output", {"foo", "foo.tif", "exr", "", "."}, {".exr, .png, .jpg, .jpeg"}},
+      {"--size",
+       {"0x0", "-1", "1e9", "16", "16x", "x16", "-4x4", "16x16x1", "1.5x2", "65537x1", "nanx4",
+        "99999999999x1", "16X16", "16x16 ", ""},
+       {"WxH", "1 to 65536"}},
+      {"--crop",
+       {"a", "", "1,2,3", "1,2,3,4,5", "0.5,0,1,1", "0,0,99999999999,4"},
+       {"X0,Y0,X1,Y1"}},
+      {"--crop",
+       {"0,0,0,0", "5,5,3,3", "0,0,17,16", "-1,0,4,4", "16,16,20,20"},
+       {"inside", "0 <= X0 < X1 <= 16 and 0 <= Y0 < Y1 <= 16"}},
+      {"--spp",
+       kNotANumber + Words{"0", "-3", "1e12", "1.5", "16777217", "4294967297"},
+       {"1 to 16777216"}},
+      {"--max-depth", numbers({"-1", "100001", "2.5"}), {"0 to 100000"}},
+      {"--seed", numbers({"-1", "4294967296", "0.5"}), {"0 to 4294967295"}},
+      {"--streams", numbers({"0", "3", "-1"}), {"1 to 2"}},
+      {"--bucket-size", numbers({"0", "-8", "4097", "1e9"}), {"1 to 4096"}},
+      {"--threads", numbers({"0", "-1", "4097"}), {"1 to 4096"}},
+      {"--filter-radius", numbers({"0", "-1", "33"}), {"0.01 to 32"}},
+      {"--fov-y", kNotANumber + Words{"0", "-10", "180"}, {"0.001 to 179.9"}},
+      {"--exposure", numbers({"-65", "65"}), {"-64 to 64"}},
+      {"--env-strength", numbers({"-1", "1e10"}), {"0 to 1000000000"}, {"--env", "sky.hdr"}},
+      {"--env-rotation", numbers({"36001"}), {"-36000 to 36000"}, {"--env", "sky.hdr"}},
+      {"--look-from",
+       {"1,2", "1,2,3,4", "a,b,c", "nan,0,0", "1,2,1e16", ""},
+       {"X,Y,Z"},
+       {"--look-at", "0,0,0"}},
+      {"--look-at", {"1,2", "1,2,", ",,", "inf,0,0"}, {"X,Y,Z"}, {"--look-from", "0,0,0"}},
+      {"--look-at", {"1,2,3"}, {"same point"}, {"--look-from", "1,2,3"}},
+      {"--driver", {"bukket", "", "Bucket"}, {"valid names are", "bucket"}},
+      {"--integrator", {"pth", ""}, {"valid names are", "path", "direct", "ambient_occlusion"}},
+      {"--sampler", {"sobel", ""}, {"valid names are", "sobol", "independent"}},
+      {"--filter",
+       {"gauss", ""},
+       {"valid names are", "box", "gaussian", "blackman-harris", "mitchell"}},
+      {"--aov",
+       {"foo", "albedo,foo", "albedo N"},
+       {"valid names are", "variance", "albedo", "N", "Z", "id", "time"}},
+      {"--bucket-order",
+       {"hilber", "", "rows"},
+       {"valid names are", "hilbert", "spiral", "scanline", "random"}},
+      {"--backfaces", {"maybe", ""}, {"valid names are", "cull", "show"}},
+      {"--camera", {"nope", "1", "-1", "0.0"}, {"no camera", "0 'main'"}},
+      {"--display", {"Rec.2020"}, {"valid names are", "sRGB"}, {"-o", "a.png"}},
+      {"--view", {"filmic"}, {"valid names are", "sRGB, ACES, Raw"}, {"-o", "a.png"}},
+      {"--look", {"warm"}, {"valid names are"}, {"-o", "a.png"}},
+      {"--replay", {"1,1", "1,1,1,1", "a,b,c", "1.5,1,1", "", "1,1,nan", "1 1 1"}, {"X,Y,SAMPLE"}},
+      {"--replay", {"16,0,0", "0,16,0", "-1,0,0", "99999999999,0,0"}, {"outside", "16 x 16"}},
+      {"--replay", {"1,1,-1", "0,0,99999999999", "0,0,16777216"}, {"0 to 16777215"}},
+      // Free text: any name of a file may be given; what comes of it is told elsewhere.
+      {"--env", {}, {}},
+      {"--report", {}, {}},
+  };
+  return rows;
+}
+
+// The name a message uses for it.
+std::string spoken(const std::string& option) { return option == "--output" ? "-o" : option; }
+
+std::vector<std::string> options_of_render(const std::string& help) {
+  std::vector<std::string> names;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) {
+    // "  -o,--output FILE ...": names stand behind two spaces, help texts further in.
+    if (!line.starts_with("  -")) continue;
+    const size_t at = line.find("--");
+    names.push_back(line.substr(at, line.find_first_of(" ,", at) - at));
+  }
+  return names;
+}
+
+// Shared out over four tests, which ctest runs side by side.
+class WrongValues : public Usage, public ::testing::WithParamInterface<size_t> {};
+
+TEST_P(WrongValues, NameTheOptionAndWhatIsValid) {
+  const auto& rows = wrong_values();
+  for (size_t i = GetParam(); i < rows.size(); i += 4) {
+    for (const std::string& value : rows[i].values) {
+      expect_failure(render_words(rows[i].with + Words{rows[i].option, value}), 2,
+                     Words{spoken(rows[i].option)} + rows[i].says);
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Quarter, WrongValues, ::testing::Values(0u, 1u, 2u, 3u));
+
+TEST_F(Usage, EveryOptionHasARow) {
+  const RunResult help = run({"render", "--help"});
+  ASSERT_EQ(help.exit_code, 0);
+  std::set<std::string> with_row = {"--help", "--transparent", "--lenient", "--quiet", "--verbose"};
+  for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
+  const std::vector<std::string> options = options_of_render(help.out);
+  EXPECT_GE(options.size(), 30u) << help.out;
+  for (const std::string& option : options) {
+    EXPECT_TRUE(with_row.contains(option)) << option << " has no row in wrong_values()";
+  }
+}
+
+TEST_F(Usage, AnOptionWithoutItsValueSaysWhatItNeeds) {
+  expect_failure(render_words({"--spp"}), 2, {"--spp needs a value", "1..16777216"});
+  expect_failure(render_words({"-o"}), 2, {"needs a value", "FILE"});
+  expect_failure(render_words({"--sampler"}), 2, {"--sampler needs a value"});
+}
+
+TEST_F(Usage, OptionsThatNeedEachOther) {
+  expect_failure(render_words({"--look-from", "1,2,3"}), 2, {"--look-from requires --look-at"});
+  expect_failure(render_words({"--look-at", "1,2,3"}), 2, {"--look-at requires --look-from"});
+  expect_failure(render_words({"--env-strength", "2"}), 2, {"--env-strength requires --env"});
+  expect_failure(render_words({"--env-rotation", "2"}), 2, {"--env-rotation requires --env"});
+  expect_failure(render_words({"--quiet", "--verbose"}), 2, {"--quiet", "--verbose"});
+  expect_failure({"render", scene()}, 2, {"-o"});
+}
+
+TEST_F(Usage, UnknownWordsListTheValidOnes) {
+  expect_failure({"rendr", scene()}, 2, {"unknown command 'rendr'", "render", "info", "compare"});
+  expect_failure({}, 2, {"render", "info", "compare", "--help"});
+  expect_failure({"--vers"}, 2, {"unknown option '--vers'", "--version"});
+  expect_failure(render_words({"--sppp", "3"}), 2,
+                 {"unknown option '--sppp'", "did you mean '--spp'", "--bucket-order"});
+  expect_failure(render_words({"--sppp=3"}), 2, {"unknown option '--sppp'"});
+  expect_failure(render_words({"-x"}), 2, {"unknown option '-x'", "--spp"});
+  expect_failure(render_words({"second.glb"}), 2, {"unexpected argument 'second.glb'"});
+  expect_failure({"info", scene(), "--spp", "3"}, 2, {"unknown option '--spp'", "--json"});
+  expect_failure({"compare", scene()}, 2, {"reference"});
+  expect_failure({"render"}, 2, {"scene", "--help"});
+  expect_failure({"info"}, 2, {"scene"});
+}
+
+TEST_F(Usage, PathsThatWouldDestroyEachOther) {
+  expect_failure(render_words({"-o", path("./out.exr")}), 2, {"-o", "out.exr", "twice"});
+  expect_failure(render_words({"-o", path("a.png"), "--report", path("a.png")}), 2,
+                 {"--report", "a.png"});
+  expect_failure(render_words({"--report", scene()}), 2, {"--report", "scene"});
+  write("sky.exr", "irreplaceable");
+  expect_failure({"render", scene(), "-o", path("sky.exr"), "--env", path("sky.exr")}, 2,
+                 {"-o", "--env"});
+}
+
+TEST_F(Usage, AJpegTooLargeForItsFormatIsRefusedBeforeTheRender) {
+  expect_failure(render_words({"-o", path("a.jpg"), "--size", "65536x1"}), 2, {"65500"});
+}
+
+TEST_F(Usage, HelpAndVersion) {
+  for (const Words& words : {Words{"--help"}, Words{"render", "--help"}, Words{"info", "-h"},
+                             Words{"compare", "--help"}}) {
+    const RunResult result = run(words);
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_EQ(result.err, "");
+    EXPECT_NE(result.out.find("emberline"), std::string::npos) << result.out;
+  }
+  // The tables behind the names are in the help.
+  const std::string help = run({"render", "--help"}).out;
+  for (const char* name : {"sobol", "independent", "hilbert", "spiral", "mitchell", "path",
+                           "ambient_occlusion", "variance", "bucket"}) {
+    EXPECT_NE(help.find(name), std::string::npos) << name;
+  }
+  const RunResult version = run({"--version"});
+  EXPECT_EQ(version.exit_code, 0);
+  for (const char* library :
+       {"emberline ", "embree ", "openexr ", "openimageio ", "opencolorio "}) {
+    EXPECT_NE(version.out.find(library), std::string::npos) << version.out;
+  }
+}
+
+TEST_F(Usage, OfAnOptionGivenTwiceTheLastCounts) {
+  render(render_words({"--quiet", "--spp", "3", "--size", "8x4"}));
+  const ExrPicture picture = read_exr(path("out.exr"));
+  EXPECT_EQ(picture.display, (Rect{0, 0, 8, 4}));
+  EXPECT_EQ(picture.at("samples", 0, 0), 3.0f);
+}
+
+}  // namespace
+}  // namespace emberline::test
