@@ -250,6 +250,19 @@ TEST(EnvironmentLight, InterpolatesAsDefined) {
   }
 }
 
+// The rows of a 16k map near its pole are 2e-4 rad apart: acos of a float would merge two of them.
+TEST(EnvironmentLight, TellsRowsApartAtThePole) {
+  Map map{1, 8192, {}};
+  for (int row = 0; row < map.height; ++row) map.texels.push_back(Rgb(float(row)));
+  const EnvironmentLight light(image_of(map), 1.0f, 0.0f);
+  for (int row = 0; row < 40; ++row)
+    for (int from_south : {0, 1}) {
+      const int r = from_south ? map.height - 1 - row : row;
+      const Rgb got = light.radiance(direction_of((r + 0.5) / map.height * kPiD, 1.0));
+      EXPECT_NEAR(got.x, r, 2e-3) << r;
+    }
+}
+
 // 90 degrees bring what was at +X to -Z.
 TEST(EnvironmentLight, RotatesAsDocumented) {
   Map map{64, 32, std::vector<Rgb>(64 * 32, Rgb(0.0f))};
