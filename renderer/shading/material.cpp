@@ -5,6 +5,7 @@
 #include <set>
 
 #include "renderer/core/errors.h"
+#include "renderer/shading/transmission_lobe.h"
 
 namespace emberline {
 
@@ -83,6 +84,14 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
         add(d.metallic_roughness_texture, false, "metallic-roughness texture");
     // A scale of 0 flattens the map altogether.
     if (normal_scale_ != 0.0f) normal_texture_ = add(d.normal_texture, false, "normal texture");
+    transmission_ = saturate(d.transmission);
+    if (transmissive()) {
+      transmission_texture_ = add(d.transmission_texture, false, "transmission texture");
+      solid_ = d.solid;
+      if (solid_) {
+        attenuation_ = attenuation_coefficient(d.attenuation_color, d.attenuation_distance);
+      }
+    }
     is_emissive_ = !is_black(emission_);
     if (is_emissive_) emission_texture_ = add(d.emission_texture, true, "emissive texture");
   }
@@ -109,6 +118,18 @@ void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoi
         metallic_roughness_texture_->lookup(uv_of(*metallic_roughness_texture_, a), u_texture);
     out.bsdf.roughness = saturate(roughness_ * texel.y);
     out.bsdf.metallic = saturate(metallic_ * texel.z);
+  }
+  if (transmissive()) {
+    float transmission = transmission_;
+    if (transmission_texture_ != nullptr) {
+      transmission *=
+          transmission_texture_->lookup(uv_of(*transmission_texture_, a), u_texture).x;
+    }
+    out.transmission = saturate((1.0f - out.bsdf.metallic) * transmission);
+    // What is left of the mixture, renormalised: m / (1 - (1 - m) t) of it is metal.
+    if (out.transmission < 1.0f) {
+      out.bsdf.metallic = saturate(out.bsdf.metallic / (1.0f - out.transmission));
+    }
   }
   if (emission_texture_ != nullptr) {
     out.emission *= rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
@@ -179,6 +200,7 @@ MaterialSet::MaterialSet(const SceneDescription& scene) {
   note(any([](const Material& m) { return m.is_emissive(); }), "emission");
   note(any([](const Material& m) { return m.alpha_mode() == AlphaMode::kMask; }), "alpha mask");
   note(any([](const Material& m) { return m.alpha_mode() == AlphaMode::kBlend; }), "alpha blend");
+  note(any([](const Material& m) { return m.transmissive(); }), "transmission");
   note(any([](const Material& m) { return m.unlit(); }), "unlit");
   note(any([](const Material& m) { return m.double_sided(); }), "double-sided");
 }
