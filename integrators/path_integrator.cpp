@@ -106,7 +106,9 @@ SampleValue PathIntegrator::trace(const SampleBatch& batch, Ray ray, PixelSample
     samples.start_slot(depth + 1);
     const ShadedPoint point = shade(scene, ray, hit, samples.get(surface_dim::kTexture));
     if (solid) {
-      throughput *= beer_transmittance(solid->attenuation(), float(double(hit.t) / scene.scale()));
+      // From point to point: hit.t starts at the offset origin, which in a thin slab counts.
+      const float distance = (point.surface.position - last.query.point).length();
+      throughput *= beer_transmittance(solid->attenuation(), float(distance / scene.scale()));
     }
     const Scattering scattering(point, samples);
     if (depth == 0) {
