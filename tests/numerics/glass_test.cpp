@@ -16,7 +16,7 @@ MaterialDescription glass(float ior, float roughness, bool solid) {
   m.roughness = roughness;
   m.ior = ior;
   m.transmission = 1.0f;
-  m.solid = solid;
+  m.thin_walled = !solid;
   return m;
 }
 
