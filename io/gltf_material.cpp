@@ -1,13 +1,12 @@
 #include "io/gltf_material.h"
 
-#include <tiny_gltf.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "io/gltf_extensions.h"
 #include "io/gltf_specular_glossiness.h"
 #include "io/gltf_uri.h"
+#include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 
@@ -43,14 +42,14 @@ std::array<float, 6> transform_matrix(const json& extension) {
 class MaterialReader {
  public:
   MaterialReader(const GltfDocument& document, const tinygltf::Model& model,
-                 CoverageReport& coverage)
-      : document_(document), model_(model), coverage_(coverage) {}
+                 const GltfOptions& options, CoverageReport& coverage)
+      : document_(document), model_(model), options_(options), coverage_(coverage) {}
 
   MaterialDescription read(size_t i);
 
  private:
   // The slot `name` of `owner`; none when the member is absent.
-  TextureRef texture(const json& owner, const char* name, const std::string& pointer) const;
+  TextureRef texture(const json& owner, const char* name, const std::string& pointer);
   float unit(double value) {
     if (value >= 0.0 && value <= 1.0) return float(value);
     log_warning(document_.file + ": material factors outside [0, 1] are clamped");
@@ -61,11 +60,12 @@ class MaterialReader {
 
   const GltfDocument& document_;
   const tinygltf::Model& model_;
+  const GltfOptions& options_;
   CoverageReport& coverage_;
 };
 
 TextureRef MaterialReader::texture(const json& owner, const char* name,
-                                   const std::string& pointer) const {
+                                   const std::string& pointer) {
   TextureRef ref;
   const json* info = find_member(owner, name);
   if (!info) return ref;
@@ -74,6 +74,10 @@ TextureRef MaterialReader::texture(const json& owner, const char* name,
   const json& texture_object = document_.json.at("textures")[index];
   const json* webp = find_extension(texture_object, "EXT_texture_webp");
   ref.image = webp ? webp->at("source").get<int>() : source.source;
+  if (ref.image < 0 && options_.lenient) {
+    report_ignored(document_.file, "a texture without a PNG, JPEG or WebP image", coverage_);
+    return ref;
+  }
   if (ref.image < 0) {
     throw InputError(document_.place("/textures/" + std::to_string(index)),
                      "the texture of " + pointer + "/" + name +
@@ -163,8 +167,9 @@ MaterialDescription MaterialReader::read(size_t i) {
 
 std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 const tinygltf::Model& model,
+                                                const GltfOptions& options,
                                                 CoverageReport& coverage) {
-  MaterialReader reader(document, model, coverage);
+  MaterialReader reader(document, model, options, coverage);
   std::vector<MaterialDescription> materials;
   for (size_t i = 0; i < model.materials.size(); ++i) materials.push_back(reader.read(i));
   return materials;
