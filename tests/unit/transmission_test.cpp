@@ -187,8 +187,8 @@ TEST(Transmission, SamplesFollowTheDensity) {
     float alpha, mu, ior, transmission;
     bool thin, inside;
   };
-  const Case cases[] = {{.2f, .8f, 1.5f, 1, false, false}, {.2f, .8f, 1.5f, 1, false, true},
-                        {.5f, .3f, 1.2f, 1, false, true},  {.4f, .5f, 1.5f, 1, true, false},
+  const Case cases[] = {{.2f, .8f, 1.5f, 1, false, false},   {.2f, .8f, 1.5f, 1, false, true},
+                        {.5f, .3f, 1.2f, 1, false, true},    {.4f, .5f, 1.5f, 1, true, false},
                         {.3f, .6f, 1.5f, .5f, false, false}, {.1f, .9f, 2.4f, 1, false, false}};
   for (const Case& c : cases) {
     BsdfParameters p = glass(c.alpha, c.ior, c.thin);
