@@ -1,7 +1,5 @@
 #include "io/gltf.h"
 
-#include <tiny_gltf.h>
-
 #include <new>
 
 #include "io/gltf_document.h"
@@ -10,6 +8,7 @@
 #include "io/gltf_material.h"
 #include "io/gltf_model.h"
 #include "io/gltf_scene.h"
+#include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
@@ -20,6 +19,7 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options) 
   check_gltf_accessors(document);
   check_gltf_nodes(document);
   check_gltf_skins(document);
+  check_gltf_cameras_and_lights(document);
   const auto model = parse_gltf_model(document);
 
   SceneDescription scene;
@@ -29,7 +29,7 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options) 
   if (!model->animations.empty() || !document.array("animations").empty()) {
     report_ignored(path, "animations (at rest)", scene.coverage);
   }
-  scene.materials = read_materials(document, *model, scene.coverage);
+  scene.materials = read_materials(document, *model, options, scene.coverage);
   load_scene_graph(document, *model, scene);
   load_images(document, options, scene);
   return scene;

@@ -193,4 +193,35 @@ void check_gltf_skins(const GltfDocument& document) {
   }
 }
 
+void check_gltf_cameras_and_lights(const GltfDocument& document) {
+  // The type must be one of `types`, and objects whose type has parameters must have them.
+  const auto check = [&](const json& object, const std::string& pointer,
+                         std::initializer_list<std::pair<const char*, bool>> types) {
+    const std::string type = object.at("type").get<std::string>();
+    std::string names;
+    for (const auto& [name, has_parameters] : types) {
+      if (type == name) {
+        if (!has_parameters || object.contains(name)) return;
+        throw InputError(document.place(pointer),
+                         std::string("the required member \"") + name + "\" is missing");
+      }
+      names += std::string(names.empty() ? "" : ", ") + name;
+    }
+    throw InputError(document.place(pointer + "/type"),
+                     "unknown type \"" + shortened(type) + "\", expected one of " + names);
+  };
+  size_t i = 0;
+  for (const json& camera : document.array("cameras")) {
+    check(camera, "/cameras/" + std::to_string(i++),
+          {{"perspective", true}, {"orthographic", true}});
+  }
+  const json* lights = find_extension(document.json, "KHR_lights_punctual");
+  if (!lights) return;
+  i = 0;
+  for (const json& light : lights->at("lights")) {
+    check(light, "/extensions/KHR_lights_punctual/lights/" + std::to_string(i++),
+          {{"point", false}, {"directional", false}, {"spot", true}});
+  }
+}
+
 }  // namespace emberline

@@ -32,6 +32,7 @@ class JsonLocator final : public json::json_sax_t {
   bool end_array() override { return close(); }
   bool key(std::string& name) override {
     levels_.back().key = name;
+    levels_.back().has_key = true;
     return true;
   }
   bool parse_error(std::size_t position, const std::string&,
@@ -49,6 +50,7 @@ class JsonLocator final : public json::json_sax_t {
   std::string pointer() const {
     std::string text;
     for (const Level& level : levels_) {
+      if (!level.is_array && !level.has_key) break;
       text += '/';
       if (level.is_array) {
         text += std::to_string(level.index);
@@ -66,6 +68,7 @@ class JsonLocator final : public json::json_sax_t {
  private:
   struct Level {
     bool is_array;
+    bool has_key = false;
     size_t index = 0;
     std::string key;
   };
@@ -91,7 +94,7 @@ class JsonLocator final : public json::json_sax_t {
       message = "JSON nested deeper than " + std::to_string(kDeepestJson) + " levels";
       return false;
     }
-    levels_.push_back({is_array, 0, {}});
+    levels_.push_back({is_array, false, 0, {}});
     return true;
   }
   bool close() {
@@ -139,7 +142,10 @@ ByteSpan split_glb(ByteSpan bytes, GltfDocument& document) {
   if (length > bytes.size()) {
     throw InputError(file, "truncated GLB: " + sizes(length, bytes.size()));
   }
-  if (length < 20) throw InputError(file, "the GLB has no JSON chunk");
+  if (length < 20) {
+    throw InputError(file, "the GLB announces " + std::to_string(length) +
+                               " bytes, which leaves no room for a JSON chunk");
+  }
   if (length < bytes.size()) {
     log_warning(file + ": " + std::to_string(bytes.size() - length) +
                 " bytes behind the end of the GLB are ignored");

@@ -57,10 +57,12 @@ GltfDocument open_gltf_document(const std::string& path);
 // Fetches the buffers, decompresses EXT_meshopt_compression views and fills `views`.
 void load_gltf_buffers(GltfDocument& document);
 
-// Fill `accessors`, `parents` and `node_order`, or throw InputError (gltf_checks.cpp).
+// Fill `accessors`, `parents` and `node_order`, or throw InputError (gltf_checks.cpp); the others
+// only look.
 void check_gltf_accessors(GltfDocument& document);
 void check_gltf_nodes(GltfDocument& document);
 void check_gltf_skins(const GltfDocument& document);
+void check_gltf_cameras_and_lights(const GltfDocument& document);
 
 // Member `key` of an object, or null when it is absent.
 const nlohmann::json* find_member(const nlohmann::json& object, const char* key);

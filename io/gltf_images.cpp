@@ -70,8 +70,13 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
                  SceneDescription& scene) {
   std::map<int, int> numbers;  // glTF image -> index here
   std::vector<int> wanted;
-  for (MaterialDescription& material : scene.materials) {
-    for (TextureRef* slot : texture_slots(material)) {
+  std::vector<char> worn(scene.materials.size(), 0);
+  for (const MeshDescription& mesh : scene.meshes) {
+    if (mesh.material >= 0) worn[size_t(mesh.material)] = 1;
+  }
+  for (size_t m = 0; m < scene.materials.size(); ++m) {
+    for (TextureRef* slot : texture_slots(scene.materials[m])) {
+      if (!worn[m]) *slot = TextureRef();
       if (slot->image < 0) continue;
       const auto [entry, is_new] = numbers.try_emplace(slot->image, int(wanted.size()));
       if (is_new) wanted.push_back(slot->image);

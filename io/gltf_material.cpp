@@ -1,13 +1,13 @@
 #include "io/gltf_material.h"
 
-#include <tiny_gltf.h>
-
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "io/gltf_extensions.h"
 #include "io/gltf_specular_glossiness.h"
 #include "io/gltf_uri.h"
+#include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 
@@ -43,29 +43,32 @@ std::array<float, 6> transform_matrix(const json& extension) {
 class MaterialReader {
  public:
   MaterialReader(const GltfDocument& document, const tinygltf::Model& model,
-                 CoverageReport& coverage)
-      : document_(document), model_(model), coverage_(coverage) {}
+                 const GltfOptions& options, CoverageReport& coverage)
+      : document_(document), model_(model), options_(options), coverage_(coverage) {}
 
   MaterialDescription read(size_t i);
 
  private:
   // The slot `name` of `owner`; none when the member is absent.
-  TextureRef texture(const json& owner, const char* name, const std::string& pointer) const;
+  TextureRef texture(const json& owner, const char* name, const std::string& pointer);
   float unit(double value) {
     if (value >= 0.0 && value <= 1.0) return float(value);
     log_warning(document_.file + ": material factors outside [0, 1] are clamped");
     return float(std::clamp(value, 0.0, 1.0));
   }
+  void read_dielectric(const json& object, const std::string& pointer,
+                       MaterialDescription& material);
   void read_alpha(const tinygltf::Material& source, const std::string& pointer,
                   MaterialDescription& material) const;
 
   const GltfDocument& document_;
   const tinygltf::Model& model_;
+  const GltfOptions& options_;
   CoverageReport& coverage_;
 };
 
 TextureRef MaterialReader::texture(const json& owner, const char* name,
-                                   const std::string& pointer) const {
+                                   const std::string& pointer) {
   TextureRef ref;
   const json* info = find_member(owner, name);
   if (!info) return ref;
@@ -74,6 +77,10 @@ TextureRef MaterialReader::texture(const json& owner, const char* name,
   const json& texture_object = document_.json.at("textures")[index];
   const json* webp = find_extension(texture_object, "EXT_texture_webp");
   ref.image = webp ? webp->at("source").get<int>() : source.source;
+  if (ref.image < 0 && options_.lenient) {
+    report_ignored(document_.file, "a texture without a PNG, JPEG or WebP image", coverage_);
+    return ref;
+  }
   if (ref.image < 0) {
     throw InputError(document_.place("/textures/" + std::to_string(index)),
                      "the texture of " + pointer + "/" + name +
@@ -106,6 +113,41 @@ void MaterialReader::read_alpha(const tinygltf::Material& source, const std::str
                          "\", expected OPAQUE, MASK or BLEND");
   }
   material.alpha_cutoff = float(source.alphaCutoff);
+}
+
+// KHR_materials_ior, _specular, _transmission and _volume.
+void MaterialReader::read_dielectric(const json& object, const std::string& pointer,
+                                     MaterialDescription& material) {
+  if (const json* ior = find_extension(object, "KHR_materials_ior")) {
+    material.ior = ior->value("ior", 1.5f);
+    if (!(material.ior >= 1.0f || material.ior == 0.0f) || !std::isfinite(material.ior)) {
+      throw InputError(document_.place(pointer + "/extensions/KHR_materials_ior/ior"),
+                       "an index of refraction is at least 1, or 0");
+    }
+  }
+  if (const json* specular = find_extension(object, "KHR_materials_specular")) {
+    material.specular = unit(specular->value("specularFactor", 1.0));
+  }
+  const json* transmission = find_extension(object, "KHR_materials_transmission");
+  if (!transmission) return;
+  material.transmission = unit(transmission->value("transmissionFactor", 0.0));
+  material.transmission_texture = texture(*transmission, "transmissionTexture",
+                                          pointer + "/extensions/KHR_materials_transmission");
+  const json* volume = find_extension(object, "KHR_materials_volume");
+  if (!volume || !(volume->value("thicknessFactor", 0.0) > 0.0)) return;
+  material.solid = true;
+  const std::vector<double> color =
+      volume->value("attenuationColor", std::vector<double>{1.0, 1.0, 1.0});
+  for (size_t c = 0; c < 3; ++c) {
+    material.attenuation_color[int(c)] = unit(c < color.size() ? color[c] : 1.0);
+  }
+  const float distance =
+      volume->value("attenuationDistance", std::numeric_limits<float>::infinity());
+  if (!(distance > 0.0f)) {
+    throw InputError(document_.place(pointer + "/extensions/KHR_materials_volume"),
+                     "attenuationDistance must be greater than 0");
+  }
+  material.attenuation_distance = distance;
 }
 
 MaterialDescription MaterialReader::read(size_t i) {
@@ -143,6 +185,7 @@ MaterialDescription MaterialReader::read(size_t i) {
                        "the emission is too large to be finite");
     }
   }
+  read_dielectric(object, pointer, material);
   read_alpha(source, pointer, material);
   material.double_sided = source.doubleSided;
   material.unlit = find_extension(object, "KHR_materials_unlit") != nullptr;
@@ -163,8 +206,9 @@ MaterialDescription MaterialReader::read(size_t i) {
 
 std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 const tinygltf::Model& model,
+                                                const GltfOptions& options,
                                                 CoverageReport& coverage) {
-  MaterialReader reader(document, model, coverage);
+  MaterialReader reader(document, model, options, coverage);
   std::vector<MaterialDescription> materials;
   for (size_t i = 0; i < model.materials.size(); ++i) materials.push_back(reader.read(i));
   return materials;

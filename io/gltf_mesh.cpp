@@ -62,10 +62,17 @@ bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   return !(std::sqrt(dot(normal, normal)) > kCollinear * longest2);
 }
 
+// Float cannot square what is larger, so nothing could be traced against it.
+constexpr float kLargestCoordinate = 1e18f;
+
+bool is_usable(const Vec3f& p) {
+  return is_finite(p) && max_abs_component(p) <= kLargestCoordinate;
+}
+
 void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
   const auto is_bad = [&](const Triangle& t) {
     const Vec3f &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-    if (!is_finite(a) || !is_finite(b) || !is_finite(c)) {
+    if (!is_usable(a) || !is_usable(b) || !is_usable(c)) {
       ++repairs.non_finite_triangles;
       return true;
     }

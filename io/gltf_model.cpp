@@ -1,8 +1,9 @@
 #include "io/gltf_model.h"
 
-#include <tiny_gltf.h>
+#include <limits>
 
 #include "io/gltf_uri.h"
+#include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
@@ -64,6 +65,9 @@ std::shared_ptr<const tinygltf::Model> parse_gltf_model(const GltfDocument& docu
   }
 
   const std::string text = reduced.dump();
+  if (text.size() > std::numeric_limits<int>::max()) {
+    throw InputError(document.file, "more than 2 GiB of nodes and materials");
+  }
   auto model = std::make_shared<tinygltf::Model>();
   tinygltf::TinyGLTF loader;
   std::string error, warning;

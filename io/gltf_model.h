@@ -4,10 +4,7 @@
 #include <memory>
 
 #include "io/gltf_document.h"
-
-namespace tinygltf {
-class Model;
-}
+#include "io/tiny_gltf_forward.h"
 
 namespace emberline {
 

@@ -1,13 +1,11 @@
 #include "io/gltf_node_objects.h"
 
-#include <tiny_gltf.h>
-
 #include <algorithm>
 
 #include "io/gltf_accessor.h"
 #include "io/gltf_extensions.h"
 #include "io/gltf_transform.h"
-#include "io/gltf_uri.h"
+#include "io/tiny_gltf_renamed.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -33,11 +31,7 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
   CameraDescription camera;
   camera.name = source.name.empty() ? node_name(model, node) : source.name;
   camera.to_world = to_world;
-  const json& object = document.json.at("cameras")[size_t(index)];
   if (source.type == "perspective") {
-    if (!object.contains("perspective")) {
-      throw InputError(place, "the required member \"perspective\" is missing");
-    }
     const tinygltf::PerspectiveCamera& lens = source.perspective;
     if (!(lens.yfov > 0.0 && lens.yfov < kPiD)) {
       throw InputError(place + "/perspective/yfov", "expected an angle between 0 and pi");
@@ -45,10 +39,7 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
     camera.fov_y = lens.yfov;
     if (lens.aspectRatio > 0.0) camera.aspect = lens.aspectRatio;
     camera.z_near = std::max(lens.znear, 0.0);
-  } else if (source.type == "orthographic") {
-    if (!object.contains("orthographic")) {
-      throw InputError(place, "the required member \"orthographic\" is missing");
-    }
+  } else {
     const tinygltf::OrthographicCamera& lens = source.orthographic;
     if (lens.xmag == 0.0 || lens.ymag == 0.0) {
       throw InputError(place + "/orthographic", "xmag and ymag must not be 0");
@@ -57,9 +48,6 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
     camera.x_mag = std::abs(lens.xmag);
     camera.y_mag = std::abs(lens.ymag);
     camera.z_near = std::max(lens.znear, 0.0);
-  } else {
-    throw InputError(place + "/type", "unknown camera type \"" + shortened(source.type) +
-                                          "\", expected perspective or orthographic");
   }
   scene.cameras.push_back(std::move(camera));
 }
@@ -80,9 +68,6 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
     light.type = PunctualType::kSpot;
   } else if (source.type == "directional") {
     light.type = PunctualType::kDirectional;
-  } else if (source.type != "point") {
-    throw InputError(place + "/type", "unknown light type \"" + shortened(source.type) +
-                                          "\", expected point, spot or directional");
   }
   if (light.type != PunctualType::kPoint && is_singular(to_world)) {
     ++scene.repairs.singular_instances;

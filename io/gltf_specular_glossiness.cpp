@@ -9,14 +9,14 @@ namespace {
 
 constexpr double kDielectricF0 = 0.04;  // index of refraction 1.5, glTF 2.0 appendix B.3.1
 
-// The metalness m for which lerp(0.04, base, m) is the specular and base (1 - m) / 0.96 ... the
-// diffuse reflectance: eliminating base gives
-//   0.04 m^2 + (d / 0.96 x (1 - s) ... + s - 0.08) m + 0.04 - s = 0
-// in perceived brightness d, s, with o the part of light that specular reflection leaves.
-double solve_metallic(double d, double s, double o) {
+// The metalness m at which a metallic-roughness material of base colour B has the diffuse
+// reflectance d and the specular reflectance s, in perceived brightness. With left = 1 - max s:
+//   d left = B (1 - 0.04) (1 - m)   and   s = 0.04 (1 - m) + B m;
+// without B this is 0.04 m^2 + (d left / 0.96 + s - 0.08) m + 0.04 - s = 0.
+double solve_metallic(double d, double s, double left) {
   if (s <= kDielectricF0) return 0.0;
   const double a = kDielectricF0;
-  const double b = d * o / (1.0 - kDielectricF0) + s - 2.0 * kDielectricF0;
+  const double b = d * left / (1.0 - kDielectricF0) + s - 2.0 * kDielectricF0;
   const double c = kDielectricF0 - s;
   return std::clamp((-b + std::sqrt(std::max(0.0, b * b - 4.0 * a * c))) / (2.0 * a), 0.0, 1.0);
 }

@@ -1,18 +1,20 @@
 #include "io/gltf_transform.h"
-
-#include <tiny_gltf.h>
+#include "io/tiny_gltf_renamed.h"
 
 #include "renderer/core/errors.h"
+#include "renderer/core/log.h"
 
 namespace emberline {
 namespace {
 
-Mat44d local_transform(const tinygltf::Node& node) {
+Mat44d local_transform(const GltfDocument& document, const tinygltf::Node& node) {
   if (node.matrix.size() == 16) {
     // Column-major for column vectors reads the same as row-major for row vectors.
     Mat44d m;
     for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = node.matrix[size_t(i)];
-    // An affine matrix has this last column; anything else would be a projection.
+    if (m[0][3] != 0.0 || m[1][3] != 0.0 || m[2][3] != 0.0 || m[3][3] != 1.0) {
+      log_warning(document.file + ": the last row of a node's matrix is taken for 0 0 0 1");
+    }
     m[0][3] = m[1][3] = m[2][3] = 0.0;
     m[3][3] = 1.0;
     return m;
@@ -77,7 +79,7 @@ void check_transform(const Mat44d& m, const std::string& place) {
 std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinygltf::Model& model) {
   std::vector<Mat44d> world(model.nodes.size());
   for (const int node : document.node_order) {
-    Mat44d m = local_transform(model.nodes[size_t(node)]);
+    Mat44d m = local_transform(document, model.nodes[size_t(node)]);
     const int parent = document.parents[size_t(node)];
     if (parent >= 0) m = m * world[size_t(parent)];
     check_transform(m, document.place("/nodes/" + std::to_string(node)));

@@ -2,11 +2,8 @@
 #pragma once
 
 #include "io/gltf_document.h"
+#include "io/tiny_gltf_forward.h"
 #include "renderer/core/vector.h"
-
-namespace tinygltf {
-class Model;
-}
 
 namespace emberline {
 

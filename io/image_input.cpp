@@ -2,8 +2,6 @@
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <cstring>
 #include <new>
@@ -44,32 +42,6 @@ std::string one_line(std::string text) {
   while (!text.empty() && text.back() == ' ') text.pop_back();
   return text.empty() ? "unknown reason" : text.substr(0, 200);
 }
-
-// A nameless file in memory, for the readers that want a path.
-class MemoryFile {
- public:
-  explicit MemoryFile(std::span<const uint8_t> bytes) : descriptor_(memfd_create("image", 0)) {
-    size_t written = 0;
-    while (descriptor_ >= 0 && written < bytes.size()) {
-      const ssize_t n = write(descriptor_, bytes.data() + written, bytes.size() - written);
-      if (n <= 0) break;
-      written += size_t(n);
-    }
-    complete_ = descriptor_ >= 0 && written == bytes.size();
-  }
-  ~MemoryFile() {
-    if (descriptor_ >= 0) close(descriptor_);
-  }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-
-  bool complete() const { return complete_; }
-  std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
-
- private:
-  int descriptor_;
-  bool complete_ = false;
-};
 
 TexelType texel_type(oiio::TypeDesc format) {
   switch (format.basetype) {
@@ -150,16 +122,10 @@ std::shared_ptr<const Image> decode_image(std::span<const uint8_t> encoded,
   hints["oiio:UnassociatedAlpha"] = 1;
   oiio::ImageSpec spec;
   oiio::Filesystem::IOMemReader reader(const_cast<uint8_t*>(encoded.data()), encoded.size());
-  std::unique_ptr<MemoryFile> file;
-  bool opened = false;
-  if (input->supports("ioproxy") && input->set_ioproxy(&reader)) {
-    opened = input->open("image." + format, spec, hints);
-  } else {
-    file = std::make_unique<MemoryFile>(encoded);
-    if (!file->complete()) throw InputError(place, "no memory to decode the image");
-    opened = input->open(file->path(), spec, hints);
+  if (!input->supports("ioproxy") || !input->set_ioproxy(&reader)) {
+    throw InputError(place, "this OpenImageIO cannot read " + format + " images from memory");
   }
-  if (!opened) {
+  if (!input->open("image." + format, spec, hints)) {
     throw InputError(place, "the image does not decode: " + one_line(input->geterror()));
   }
 
@@ -172,6 +138,9 @@ std::shared_ptr<const Image> decode_image(std::span<const uint8_t> encoded,
   image->height = spec.height;
   read_texels(*input, 0, *image, place);
   input->close();
+  // The WebP reader (OpenImageIO 2.4) multiplies whatever the hint says; EXR is so by convention.
+  const bool has_alpha = spec.alpha_channel == image->channels - 1 && image->channels % 2 == 0;
+  if (has_alpha && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0) unpremultiply(*image);
   const uint64_t repaired = repair_texels(*image, TexelRange::kFinite);
   if (non_finite) *non_finite += repaired;
   return image;

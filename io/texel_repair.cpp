@@ -1,5 +1,6 @@
 #include "io/texel_repair.h"
 
+#include <Imath/half.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 
@@ -49,7 +50,36 @@ uint64_t repair_all(Image& image, TexelRange range) {
       [](uint64_t a, uint64_t b) { return a + b; });
 }
 
+// `scale` is what the type stores for 1.
+template <class T>
+void unpremultiply_all(Image& image, float scale) {
+  T* texels = reinterpret_cast<T*>(image.texels.data());
+  const size_t channels = size_t(image.channels);
+  const size_t pixels = size_t(image.width) * size_t(image.height);
+  for (T* pixel = texels; pixel != texels + pixels * channels; pixel += channels) {
+    const float alpha = float(pixel[channels - 1]) / scale;
+    if (!(alpha > 0.0f)) continue;
+    for (size_t c = 0; c + 1 < channels; ++c) {
+      const float value = float(pixel[c]) / alpha;
+      pixel[c] = std::is_integral_v<T> ? T(std::min(value + 0.5f, scale)) : T(value);
+    }
+  }
+}
+
 }  // namespace
+
+void unpremultiply(Image& image) {
+  switch (image.type) {
+    case TexelType::kUint8:
+      return unpremultiply_all<uint8_t>(image, 255.0f);
+    case TexelType::kUint16:
+      return unpremultiply_all<uint16_t>(image, 65535.0f);
+    case TexelType::kHalf:
+      return unpremultiply_all<Imath::half>(image, 1.0f);
+    case TexelType::kFloat:
+      return unpremultiply_all<float>(image, 1.0f);
+  }
+}
 
 uint64_t repair_texels(Image& image, TexelRange range) {
   switch (image.type) {

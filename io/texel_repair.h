@@ -14,6 +14,10 @@ enum class TexelRange {
 // Returns how many texel components were changed.
 uint64_t repair_texels(Image& image, TexelRange range);
 
+// Colour divided by alpha (the last of 2 or 4 channels), rounded for integers. Where alpha is 0 the
+// colour stays.
+void unpremultiply(Image& image);
+
 // One channel to three equal ones.
 void expand_grey(Image& image);
 

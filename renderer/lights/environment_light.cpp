@@ -30,6 +30,9 @@ Rgb load(const void* texels, size_t index) {
   return load(static_cast<const Texel*>(texels) + 3 * index);
 }
 
+// A limit that also catches what is not a number, before it becomes an integer.
+float at_least(float x, float limit) { return x > limit ? x : limit; }
+
 // Inverse of the tent's running integral, r in [0, 1), to [-1, 1].
 float sample_tent(float r) {
   return r < 0.5f ? std::sqrt(2.0f * r) - 1.0f : 1.0f - std::sqrt(2.0f * (1.0f - r));
@@ -157,8 +160,8 @@ EnvironmentLight::Place EnvironmentLight::place(const Vec3f& d) const {
   // acos(y) would lose the rows near the poles: its error there is the root of a float's.
   const float theta = fast_atan2(sin_theta, d.y);
   const float phi = fast_atan2(d.z, d.x);
-  const float column = phi * column_scale_ + column_offset_;
-  const float row = theta * row_scale_ - 0.5f;
+  const float column = at_least(phi * column_scale_ + column_offset_, -float(width_));
+  const float row = at_least(theta * row_scale_ - 0.5f, -1.0f);
   const float column_floor = std::floor(column), row_floor = std::floor(row);
   Place p;
   p.to_column1 = column - column_floor;
@@ -167,7 +170,6 @@ EnvironmentLight::Place EnvironmentLight::place(const Vec3f& d) const {
   int c = int(column_floor);
   c += c < 0 ? width_ : 0;
   c -= c >= width_ ? width_ : 0;
-  // The clamps also keep a direction that is not a number inside the map.
   p.column0 = std::clamp(c, 0, width_ - 1);
   p.column1 = p.column0 + 1 == width_ ? 0 : p.column0 + 1;
   const int r = int(row_floor);

@@ -1,6 +1,10 @@
 // Traversal; the construction is in light_bvh_build.cpp.
 #include "renderer/lights/light_bvh.h"
 
+#ifdef __SSE__
+#include <xmmintrin.h>
+#endif
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -23,50 +27,75 @@ struct ScaledQuery {
   bool both_sides;
 };
 
-float root_of_complement(float cosine) { return std::sqrt(std::max(0.0f, 1.0f - cosine * cosine)); }
+// Both children of a pair in the lower two of four lanes (vector types of GCC and Clang).
+using Lanes = float __attribute__((vector_size(16)));
+using LaneMask = int32_t __attribute__((vector_size(16)));
 
-// cos(max(0, a - b)) from cosines and sines of angles in [0, pi].
-float cos_difference(float cos_a, float sin_a, float cos_b, float sin_b) {
-  return cos_a > cos_b ? 1.0f : cos_a * cos_b + sin_a * sin_b;
+Lanes all(float x) { return Lanes{x, x, x, x}; }
+template <class T>
+Lanes load(const T* two) {
+  return Lanes{float(two[0]), float(two[1]), 1.0f, 1.0f};
+}
+Lanes max(Lanes a, Lanes b) { return a > b ? a : b; }
+Lanes sqrt(Lanes x) {
+#ifdef __SSE__
+  return _mm_sqrt_ps(x);
+#else
+  return Lanes{std::sqrt(x[0]), std::sqrt(x[1]), 1.0f, 1.0f};
+#endif
 }
 
-// Bound of the irradiance from the emitters below a child, up to a factor common to all.
-float importance(const LightBvhChild& child, const ScaledQuery& query) {
-  const Vec3f v = query.point - Vec3f(child.center[0], child.center[1], child.center[2]);
-  const float d2 = dot(v, v);
-  const float radius = std::bit_cast<float>(uint32_t(child.radius) << 16);
-  const float radius2 = radius * radius;
-  const float reach = child.intensity / std::max(std::max(d2, radius2), kLeastSquaredDistance);
-  if (d2 <= radius2) return std::max(reach, std::numeric_limits<float>::min());
+// cos(max(0, a - b)) from cosines and sines of angles in [0, pi].
+Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
+  return cos_a > cos_b ? all(1.0f) : cos_a * cos_b + sin_a * sin_b;
+}
 
-  const float inverse_d = 1.0f / std::sqrt(d2);
-  const float sin_u = radius * inverse_d;  // the sphere fills the cone of this half angle
-  const float cos_u = root_of_complement(sin_u);
+// Bounds of the irradiance from the emitters below each child, up to a factor common to all.
+Lanes importances(const LightBvhPair& pair, const ScaledQuery& query) {
+  const Lanes x = query.point.x - load(pair.center[0]), y = query.point.y - load(pair.center[1]),
+              z = query.point.z - load(pair.center[2]);
+  const Lanes d2 = x * x + y * y + z * z;
+  const Lanes radius{std::bit_cast<float>(uint32_t(pair.radius[0]) << 16),
+                     std::bit_cast<float>(uint32_t(pair.radius[1]) << 16), 1.0f, 1.0f};
+  const Lanes radius2 = radius * radius, zero = all(0.0f);
+  const Lanes reach = load(pair.intensity) / max(max(d2, radius2), all(kLeastSquaredDistance));
+  // Sines from differences of squares rather than from the cosines: every root starts as soon as
+  // d2 is known, which is what the time of a step hangs on.
+  const Lanes inverse_d = 1.0f / sqrt(max(d2, all(kLeastSquaredDistance)));
+  // The bounding sphere fills the cone of the half angle u.
+  const Lanes sin_u = radius * inverse_d;
+  const Lanes cos_u = sqrt(max(zero, d2 - radius2)) * inverse_d;
 
   // How far the query is outside the cone of full intensity, at best.
-  const Vec3f axis(child.axis[0], child.axis[1], child.axis[2]);
-  float cos_w = std::clamp(dot(axis, v) / std::sqrt(dot(axis, axis) * d2), -1.0f, 1.0f);
-  if (child.link & LightBvhChild::kTwoSided) cos_w = std::abs(cos_w);
-  const float cos_o = float(child.cos_theta_o) * (1.0f / 32767.0f);
-  float cos_x = 1.0f, sin_x = 0.0f;
-  if (cos_w < cos_o) {
-    const float sin_w = root_of_complement(cos_w), sin_o = root_of_complement(cos_o);
-    cos_x = cos_w * cos_o + sin_w * sin_o;
-    sin_x = sin_w * cos_o - cos_w * sin_o;
-  }
-  const float cos_emitted = cos_difference(cos_x, sin_x, cos_u, sin_u) + kCosineSlack;
-  if (cos_emitted <= float(child.cos_theta_e) * (1.0f / 32767.0f)) return 0.0f;
+  const Lanes axis_x = load(pair.axis[0]), axis_y = load(pair.axis[1]), axis_z = load(pair.axis[2]);
+  const Lanes length2 = axis_x * axis_x + axis_y * axis_y + axis_z * axis_z;
+  const Lanes scale = 1.0f / sqrt(length2) * inverse_d;
+  const Lanes along = axis_x * x + axis_y * y + axis_z * z;
+  const LaneMask two_sided{pair.link[0] & LightBvhChild::kTwoSided ? -1 : 0,
+                           pair.link[1] & LightBvhChild::kTwoSided ? -1 : 0, 0, 0};
+  const Lanes cos_w = (two_sided ? max(along, -along) : along) * scale;
+  const Lanes sin_w = sqrt(max(zero, d2 * length2 - along * along)) * scale;
+  const Lanes cos_o = load(pair.cos_theta_o) * (1.0f / 32767.0f);
+  const Lanes sin_o = sqrt(max(zero, 1.0f - cos_o * cos_o));
+  const Lanes cos_x = cos_w < cos_o ? cos_w * cos_o + sin_w * sin_o : all(1.0f);
+  const Lanes sin_x = cos_w < cos_o ? sin_w * cos_o - cos_w * sin_o : zero;
+  const Lanes cos_emitted = cos_difference(cos_x, sin_x, cos_u, sin_u) + kCosineSlack;
+  const Lanes cos_e = load(pair.cos_theta_e) * (1.0f / 32767.0f);
 
   // How far the sphere is from the query's normal, at best.
-  float cos_i = -dot(query.normal, v) * inverse_d;
-  if (query.both_sides) cos_i = std::abs(cos_i);
-  const float cos_received =
-      cos_difference(cos_i, root_of_complement(cos_i), cos_u, sin_u) + kCosineSlack;
-  if (cos_received <= 0.0f) return 0.0f;
+  const Lanes below = query.normal.x * x + query.normal.y * y + query.normal.z * z;
+  const Lanes cos_i = (query.both_sides ? max(below, -below) : -below) * inverse_d;
+  const Lanes sin_i = sqrt(max(zero, d2 - below * below)) * inverse_d;
+  const Lanes cos_received = cos_difference(cos_i, sin_i, cos_u, sin_u) + kCosineSlack;
 
-  return std::max(
-      reach * std::max(cos_emitted, kCosineSlack) * std::max(cos_received, kLeastReceiverCosine),
-      std::numeric_limits<float>::min());
+  const Lanes cosines =
+      max(cos_emitted, all(kCosineSlack)) * max(cos_received, all(kLeastReceiverCosine));
+  const Lanes lit = cos_emitted > cos_e ? cosines : zero;
+  const Lanes seen = cos_received > zero ? lit : zero;
+  // Inside the sphere no angle is known. What is not dark must not underflow to darkness.
+  const Lanes value = reach * (d2 <= radius2 ? all(1.0f) : seen);
+  const Lanes tiny = all(std::numeric_limits<float>::min());
+  return d2 <= radius2 ? max(value, tiny) : (seen > zero ? max(value, tiny) : zero);
 }
 
 }  // namespace
@@ -77,19 +106,19 @@ LightBvh::Pick LightBvh::pick(const LightQuery& query, double u) const {
   uint32_t link = root_;
   while (!(link & LightBvhChild::kLeaf)) {
     const LightBvhPair& pair = pairs_[link & LightBvhChild::kIndex];
-    const double first = importance(pair.child[0], scaled);
-    const double second = importance(pair.child[1], scaled);
+    const Lanes bounds = importances(pair, scaled);
+    const double first = double(bounds[0]), second = double(bounds[1]);
     const double total = first + second;
     if (!(total > 0)) return {};
     const double share = u * total;
     if (share < first) {
       u = share / first;
       probability *= first / total;
-      link = pair.child[0].link;
+      link = pair.link[0];
     } else {
       u = (share - first) / second;
       probability *= second / total;
-      link = pair.child[1].link;
+      link = pair.link[1];
     }
     u = std::min(u, 1.0 - 0x1p-53);
   }
@@ -103,12 +132,12 @@ float LightBvh::probability(const LightQuery& query, uint32_t emitter) const {
   uint32_t link = root_;
   while (!(link & LightBvhChild::kLeaf)) {
     const LightBvhPair& pair = pairs_[link & LightBvhChild::kIndex];
-    const double first = importance(pair.child[0], scaled);
-    const double second = importance(pair.child[1], scaled);
+    const Lanes bounds = importances(pair, scaled);
+    const double first = double(bounds[0]), second = double(bounds[1]);
     const double taken = path & 1 ? second : first;
     if (!(taken > 0)) return 0.0f;
     probability *= taken / (first + second);
-    link = pair.child[path & 1].link;
+    link = pair.link[path & 1];
     path >>= 1;
   }
   return float(probability);

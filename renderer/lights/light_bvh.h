@@ -32,9 +32,9 @@ struct EmitterBounds {
   double intensity = 0.0;    // > 0; any unit common to all
 };
 
-// One child as seen from its parent: 32 bytes, two side by side are one cache line. Coordinates
-// are scaled by a power of two that brings the tree to about unit size, so that squares neither
-// overflow nor underflow at any scale of the scene. Every rounding errs to the larger bound.
+// What bounds the emitters below one child of a pair. Coordinates are scaled by a power of two that
+// brings the tree to about unit size, so that squares neither overflow nor underflow at any scale
+// of the scene. Every rounding errs to the larger bound.
 struct LightBvhChild {
   float center[3];
   float intensity;      // share of the whole tree's
@@ -47,8 +47,18 @@ struct LightBvhChild {
   static constexpr uint32_t kLeaf = 1u << 31, kTwoSided = 1u << 30, kIndex = kTwoSided - 1;
 };
 
+// Two children side by side in one cache line, member by member, so that both importances are
+// computed in the lanes of one vector.
 struct alignas(64) LightBvhPair {
-  LightBvhChild child[2];
+  float center[3][2];
+  float intensity[2];
+  int16_t axis[3][2];
+  int16_t cos_theta_o[2];
+  int16_t cos_theta_e[2];
+  uint16_t radius[2];
+  uint32_t link[2];
+
+  void set(int lane, const LightBvhChild& child);
 };
 static_assert(sizeof(LightBvhPair) == 64);
 

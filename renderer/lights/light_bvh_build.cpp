@@ -271,12 +271,25 @@ LightBvhChild Builder::build(size_t begin, size_t end, int level, uint64_t path)
   pairs.emplace_back();
   const LightBvhChild left = build(begin, middle, level + 1, path);
   const LightBvhChild right = build(middle, end, level + 1, path | uint64_t(1) << level);
-  pairs[index] = {{left, right}};
+  pairs[index].set(0, left);
+  pairs[index].set(1, right);
   child.link |= uint32_t(index);
   return child;
 }
 
 }  // namespace
+
+void LightBvhPair::set(int lane, const LightBvhChild& child) {
+  for (int i = 0; i < 3; ++i) {
+    center[i][lane] = child.center[i];
+    axis[i][lane] = child.axis[i];
+  }
+  intensity[lane] = child.intensity;
+  cos_theta_o[lane] = child.cos_theta_o;
+  cos_theta_e[lane] = child.cos_theta_e;
+  radius[lane] = child.radius;
+  link[lane] = child.link;
+}
 
 LightBvh::LightBvh(std::span<const EmitterBounds> emitters) {
   assert(!emitters.empty() && emitters.size() < LightBvhChild::kIndex);

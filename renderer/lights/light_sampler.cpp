@@ -108,10 +108,11 @@ LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<
       directional_.push_back(uint32_t(i));
       continue;
     }
-    if (!is_finite(light.position)) continue;
+    const double power = point_power(light);
+    if (!is_finite(light.position) || !(power > 0)) continue;  // no power: a spot without a cone
     emitters_.push_back(uint32_t(i) | kPointEmitter);
     bounds.push_back(point_bounds(light));
-    powers.push_back(point_power(light));
+    powers.push_back(power);
   }
 
   if (!emitters_.empty() && emitters_.size() >= settings.bvh_threshold) {

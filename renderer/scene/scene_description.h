@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -65,6 +66,15 @@ struct MaterialDescription {
   float normal_scale = 1.0f;
   Rgb emission = Rgb(0.0f);  // emissiveFactor x KHR_materials_emissive_strength: radiance
   TextureRef emission_texture;
+  // KHR_materials_transmission: share of the light entering the dielectric that passes instead of
+  // being scattered back, [0, 1], times the texture's red.
+  float transmission = 0.0f;
+  TextureRef transmission_texture;
+  // KHR_materials_volume. Without it a surface is an infinitely thin wall; with it the mesh encloses
+  // a solid in which white light turns into attenuation_color after attenuation_distance.
+  bool solid = false;
+  Rgb attenuation_color = Rgb(1.0f);
+  float attenuation_distance = std::numeric_limits<float>::infinity();
   AlphaMode alpha_mode = AlphaMode::kOpaque;
   float alpha_cutoff = 0.5f;
   bool double_sided = false;

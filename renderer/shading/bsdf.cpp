@@ -13,18 +13,15 @@ namespace {
 float pow5(float x) { return square(square(x)) * x; }
 
 // Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering". f90 is 1 in plain glTF.
-Rgb schlick(const Rgb& f0, float f90, float cos_d) {
-  const float m5 = pow5(1.0f - cos_d);
-  return f0 + (Rgb(f90) - f0) * m5;
-}
+Color4 schlick(Color4 f0, float f90, float cos_d) { return f0 + (f90 - f0) * pow5(1.0f - cos_d); }
 
 // Colour of the light that leaves after two or more bounces between microfacets: every bounce has
 // the cosine-weighted mean Fresnel F, a share `loss` of it goes on to the next. Kulla & Conty 2017,
 // "Revisiting Physically Based Shading at Imageworks", with F^2 for the two bounces at least (Hill
 // 2018, "A Multi-Faceted Exploration, Part 3").
-float multiple_fresnel(float f0, float f90, float loss) {
-  const float f = f0 + (f90 - f0) * (1.0f / 21.0f);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
-  return square(f) * (1.0f - loss) / (1.0f - f * loss);
+Color4 multiple_fresnel(Color4 f0, Color4 f90, float loss) {
+  const Color4 f = f0 + (f90 - f0) * (1.0f / 21.0f);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
+  return f * f * (1.0f - loss) / (1.0f - f * loss);
 }
 
 // A lobe with a small share of the albedo is picked more often than that, up to these limits: the
@@ -43,7 +40,7 @@ float pick_probability(float specular, float cosine) {
   return std::min(boosted, 1.0f - std::max(rest, std::min(kPickBoost * rest, kCosinePickFloor)));
 }
 
-float sum(const Rgb& c) { return c.x + c.y + c.z; }
+float sum(Color4 c) { return c[0] + c[1] + c[2]; }
 
 }  // namespace
 
@@ -54,54 +51,48 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
       ggx_(std::max(square(parameters.roughness), kMirrorAlpha), wo),
       table_(parameters.roughness) {
   if (!(wo.z > 0.0f)) return;
-  const Rgb& base = parameters.base_color;
-  const float metallic = parameters.metallic;
+  const float metallic = parameters.metallic, through = 1.0f - metallic;
   const float ior = parameters.ior;
-  assert(metallic >= 0 && metallic <= 1 && base.x >= 0 && base.y >= 0 && base.z >= 0);
+  assert(metallic >= 0 && metallic <= 1 && max_component(parameters.base_color) <= 1);
 
+  // The dielectric rides along in the fourth lane: its F0, F90, Fms and albedo.
   dielectric_f90_ = parameters.specular;
   dielectric_f0_ = parameters.specular * square((ior - 1.0f) / (ior + 1.0f));
-  f0_ = lerp(Rgb(dielectric_f0_), base, metallic);
-  f90_ = lerp(dielectric_f90_, 1.0f, metallic);
+  const Color4 pure = color4(parameters.base_color, dielectric_f0_);
+  const Color4 pure90{1.0f, 1.0f, 1.0f, dielectric_f90_};
+  f0_ = dielectric_f0_ * through + pure * metallic;
+  const Color4 f90 = dielectric_f90_ * through + pure90 * metallic;
+  f90_ = f90[0];
   const SpecularAlbedo::Value at_wo = table_.at(wo.z);
-  const Rgb single = f0_ * (1.0f - at_wo.loss) + (Rgb(f90_) - f0_) * at_wo.schlick;
+  const Color4 single = f0_ * (1.0f - at_wo.loss) + (f90 - f0_) * at_wo.schlick;
   albedo_ = single;
-  if (f90_ == 0.0f) {  // no interface: bare Lambert
+  const float loss = table_.average_loss();
+  if (f90_ == 0.0f) {  // no interface: a bare Lambertian base
   } else if (table_.is_mirror()) {
     specular_ = SpecularKind::kMirror;
   } else {
     specular_ = SpecularKind::kGgx;
-    const float loss = table_.average_loss();
-    dielectric_multiple_ = multiple_fresnel(dielectric_f0_, dielectric_f90_, loss);
-    Rgb multiple((1.0f - metallic) * dielectric_multiple_);
-    if (metallic > 0.0f) {
-      multiple += metallic * Rgb(multiple_fresnel(base.x, 1.0f, loss), multiple_fresnel(base.y, 1.0f, loss),
-                                 multiple_fresnel(base.z, 1.0f, loss));
-    }
-    const float share = at_wo.loss / loss;
-    multiple_ = multiple * share;
+    const Color4 fms = multiple_fresnel(pure, pure90, loss);
+    dielectric_multiple_ = fms[3];
+    const Color4 multiple = fms[3] * through + fms * metallic;
+    multiple_ = multiple * (at_wo.loss / loss);
     albedo_ += multiple * at_wo.loss;
     has_cosine_ = true;
   }
-
-  const float through = 1.0f - metallic;
-  if (through > 0.0f && !is_black(base)) {
-    const float loss = table_.average_loss();
+  if (through > 0.0f) {
     const float average = dielectric_f0_ * (1.0f - loss) +
                           (dielectric_f90_ - dielectric_f0_) * table_.average_schlick() +
                           dielectric_multiple_ * loss;
-    const float at_wo_total = dielectric_f0_ * (1.0f - at_wo.loss) +
-                              (dielectric_f90_ - dielectric_f0_) * at_wo.schlick +
-                              dielectric_multiple_ * at_wo.loss;
     // Nothing gets through a dielectric that reflects everything.
     if (average < 1.0f - 1e-5f) {
-      const float enters = std::max(0.0f, 1.0f - at_wo_total);
-      diffuse_ = base * (through * enters / (1.0f - average));
-      albedo_ += base * (through * enters);
+      const float enters = through * std::max(0.0f, 1.0f - albedo_[3]);
+      diffuse_ = pure * (enters / (1.0f - average));
+      albedo_ += pure * enters;
       has_cosine_ = true;
     }
   }
-  specular_pick_ = pick_probability(sum(single), sum(albedo_) - sum(single));
+  const float specular = sum(single);
+  specular_pick_ = pick_probability(specular, sum(albedo_) - specular);
 }
 
 SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo,
@@ -112,7 +103,7 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo,
   bent_ = geometric_normal.z < 1.0f;
 }
 
-Rgb SurfaceBsdf::eval_cosine(const Vec3f& wi) const {
+inline Color4 SurfaceBsdf::eval_cosine(const Vec3f& wi) const {
   const SpecularAlbedo::Value at_wi = table_.at(wi.z);
   const float reflected = dielectric_f0_ * (1.0f - at_wi.loss) +
                           (dielectric_f90_ - dielectric_f0_) * at_wi.schlick +
@@ -122,8 +113,8 @@ Rgb SurfaceBsdf::eval_cosine(const Vec3f& wi) const {
   return (multiple_ * at_wi.loss + diffuse_ * std::max(0.0f, 1.0f - reflected)) * scale;
 }
 
-Rgb SurfaceBsdf::eval_and_pdf(const Vec3f& wi, float* pdf) const {
-  Rgb value(0.0f);
+inline Color4 SurfaceBsdf::eval_and_pdf4(const Vec3f& wi, float* pdf) const {
+  Color4 value = splat4(0.0f);
   float density = 0.0f;
   if (!below_surface(wi)) {
     if (specular_ == SpecularKind::kGgx) {
@@ -140,9 +131,13 @@ Rgb SurfaceBsdf::eval_and_pdf(const Vec3f& wi, float* pdf) const {
   return value;
 }
 
+Rgb SurfaceBsdf::eval_and_pdf(const Vec3f& wi, float* pdf) const {
+  return to_rgb(eval_and_pdf4(wi, pdf));
+}
+
 Rgb SurfaceBsdf::eval(const Vec3f& wi) const {
   float unused;
-  return eval_and_pdf(wi, &unused);
+  return to_rgb(eval_and_pdf4(wi, &unused));
 }
 
 float SurfaceBsdf::pdf(const Vec3f& wi) const {
@@ -157,7 +152,7 @@ BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
   const bool specular = u_lobe < specular_pick_;
   if (specular && specular_ == SpecularKind::kMirror) {
     result.wi = Vec3f(-wo_.x, -wo_.y, wo_.z);
-    result.weight = schlick(f0_, f90_, wo_.z) / specular_pick_;
+    result.weight = to_rgb(schlick(f0_, f90_, wo_.z) / specular_pick_);
     result.delta = true;
     result.valid = !below_surface(result.wi);
     return result;
@@ -171,10 +166,10 @@ BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
   const Vec3f b(radius * cosine, radius * sine, std::sqrt(1.0f - u.y));
   result.wi =
       Vec3f(select(specular, a.x, b.x), select(specular, a.y, b.y), select(specular, a.z, b.z));
-  const Rgb value = eval_and_pdf(result.wi, &result.pdf);
-  if (!(result.pdf > 0.0f) || is_black(value)) return result;
+  const Color4 value = eval_and_pdf4(result.wi, &result.pdf);
+  if (!(result.pdf > 0.0f)) return result;
   // Both carry the same D, so a narrow lobe's large numbers cancel to rounding: the weight form.
-  result.weight = value / result.pdf;
+  result.weight = to_rgb(value / result.pdf);
   result.valid = true;
   return result;
 }

@@ -16,6 +16,8 @@
 #pragma once
 
 #include "renderer/core/vector.h"
+#include "renderer/shading/bsdf_sample.h"
+#include "renderer/shading/color4.h"
 #include "renderer/shading/ggx.h"
 #include "renderer/shading/specular_albedo.h"
 
@@ -31,15 +33,6 @@ struct BsdfParameters {
   float ior = 1.5f;
   // Weight of the dielectric's reflection, F0 and F90 alike; 0 leaves a bare Lambertian base.
   float specular = 1.0f;
-};
-
-struct BsdfSample {
-  Vec3f wi = Vec3f(0.0f);
-  Rgb weight = Rgb(0.0f);  // eval / pdf; for a delta lobe its albedo over its pick probability
-  float pdf = 0.0f;        // of all lobes together; 0 with delta = true for a delta lobe
-  bool delta = false;
-  bool transmitted = false;  // wi is on the other side of the surface from wo
-  bool valid = false;        // false: absorbed, end the path
 };
 
 class SurfaceBsdf {
@@ -62,32 +55,34 @@ class SurfaceBsdf {
   // Whether next-event estimation can contribute: there is a lobe that is not a delta.
   bool has_non_delta() const { return has_cosine_ || specular_ == SpecularKind::kGgx; }
   // Directional albedo at wo (the `albedo` AOV: what of white light comes back).
-  Rgb albedo() const { return albedo_; }
+  Rgb albedo() const { return to_rgb(albedo_); }
 
  private:
   enum class SpecularKind : uint8_t { kNone, kMirror, kGgx };
 
   // f |wi.z| of the diffuse base and of multiple scattering: one cosine lobe for sampling.
-  Rgb eval_cosine(const Vec3f& wi) const;
+  Color4 eval_cosine(const Vec3f& wi) const;
+  Color4 eval_and_pdf4(const Vec3f& wi, float* pdf) const;
   bool below_surface(const Vec3f& wi) const {
     return !(wi.z > 0.0f) || (bent_ && !(dot(wi, geometric_normal_) > 0.0f));
   }
 
-  Vec3f wo_ = Vec3f(0.0f, 0.0f, 1.0f);
-  SpecularKind specular_ = SpecularKind::kNone;
-  bool has_cosine_ = false;
-  bool bent_ = false;
-  float specular_pick_ = 0.0f;  // probability of the specular lobe; the rest is the cosine lobe's
-  Rgb f0_ = Rgb(0.0f);
-  GgxReflection ggx_;
-  SpecularAlbedo table_;
+  // Of colours, the fourth lane is not used after construction.
+  Color4 f0_ = splat4(0.0f);
+  Color4 albedo_ = splat4(0.0f);
   // Cosine lobe: wi.z / pi * (multiple_ * (1 - E(wi)) + diffuse_ * (1 - Ed(wi))).
-  Rgb multiple_ = Rgb(0.0f);
-  Rgb diffuse_ = Rgb(0.0f);
+  Color4 multiple_ = splat4(0.0f);
+  Color4 diffuse_ = splat4(0.0f);
   float f90_ = 1.0f;
   float dielectric_f0_ = 0.0f, dielectric_f90_ = 1.0f;
   float dielectric_multiple_ = 0.0f;  // Fms of the dielectric
-  Rgb albedo_ = Rgb(0.0f);
+  float specular_pick_ = 0.0f;  // probability of the specular lobe; the rest is the cosine lobe's
+  SpecularKind specular_ = SpecularKind::kNone;
+  bool has_cosine_ = false;
+  bool bent_ = false;
+  Vec3f wo_ = Vec3f(0.0f, 0.0f, 1.0f);
+  GgxReflection ggx_;
+  SpecularAlbedo table_;
   Vec3f geometric_normal_ = Vec3f(0.0f, 0.0f, 1.0f);
   float terminator_alpha2_ = 0.0f;
 };

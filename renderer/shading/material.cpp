@@ -5,6 +5,7 @@
 #include <set>
 
 #include "renderer/core/errors.h"
+#include "renderer/shading/transmission_lobe.h"
 
 namespace emberline {
 
@@ -15,6 +16,14 @@ float saturate(float x) { return x > 0.0f ? std::min(x, 1.0f) : 0.0f; }  // NaN:
 Rgb saturate(const Rgb& c) { return {saturate(c.x), saturate(c.y), saturate(c.z)}; }
 
 float non_negative(float x) { return x > 0.0f && std::isfinite(x) ? x : 0.0f; }
+
+Rgb non_negative(const Rgb& c) { return {non_negative(c.x), non_negative(c.y), non_negative(c.z)}; }
+
+// 0 means "reflects everything"; what is no index of refraction becomes the default's.
+float usable_ior(float ior) {
+  if (ior == 0.0f) return 0.0f;
+  return ior >= 1.0f ? std::min(ior, 1e4f) : 1.5f;
+}
 
 Rgb rgb(const Vec4f& v) { return {v.x, v.y, v.z}; }
 
@@ -54,15 +63,14 @@ const Texture* Material::add_texture(const TextureRef& ref, bool srgb, const cha
 
 Material::Material(const MaterialDescription& d, const SceneDescription& scene,
                    std::deque<Texture>* textures)
-    : base_color_(non_negative(d.base_color.x), non_negative(d.base_color.y),
-                  non_negative(d.base_color.z)),
+    : base_color_(non_negative(d.base_color)),
       alpha_(saturate(d.alpha)),
       metallic_(saturate(d.metallic)),
       roughness_(saturate(d.roughness)),
-      ior_(d.ior),
+      ior_(usable_ior(d.ior)),
       specular_(saturate(d.specular)),
       normal_scale_(std::isfinite(d.normal_scale) ? d.normal_scale : 1.0f),
-      emission_(non_negative(d.emission.x), non_negative(d.emission.y), non_negative(d.emission.z)),
+      emission_(non_negative(d.emission)),
       alpha_cutoff_(d.alpha_cutoff),
       alpha_mode_(d.alpha_mode),
       double_sided_(d.double_sided),
@@ -76,6 +84,14 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
         add(d.metallic_roughness_texture, false, "metallic-roughness texture");
     // A scale of 0 flattens the map altogether.
     if (normal_scale_ != 0.0f) normal_texture_ = add(d.normal_texture, false, "normal texture");
+    transmission_ = saturate(d.transmission);
+    if (transmissive()) {
+      transmission_texture_ = add(d.transmission_texture, false, "transmission texture");
+      solid_ = d.solid;
+      if (solid_) {
+        attenuation_ = attenuation_coefficient(d.attenuation_color, d.attenuation_distance);
+      }
+    }
     is_emissive_ = !is_black(emission_);
     if (is_emissive_) emission_texture_ = add(d.emission_texture, true, "emissive texture");
   }
@@ -91,7 +107,7 @@ void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoi
   if (base_color_texture_ != nullptr) {
     base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
   }
-  out.emission = unlit_ ? base : emission_;
+  out.emission = unlit_ ? non_negative(base) : emission_;
   out.bsdf.base_color = saturate(base);
   out.bsdf.metallic = metallic_;
   out.bsdf.ior = ior_;
@@ -102,6 +118,18 @@ void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoi
         metallic_roughness_texture_->lookup(uv_of(*metallic_roughness_texture_, a), u_texture);
     out.bsdf.roughness = saturate(roughness_ * texel.y);
     out.bsdf.metallic = saturate(metallic_ * texel.z);
+  }
+  if (transmissive()) {
+    float transmission = transmission_;
+    if (transmission_texture_ != nullptr) {
+      transmission *=
+          transmission_texture_->lookup(uv_of(*transmission_texture_, a), u_texture).x;
+    }
+    out.transmission = saturate((1.0f - out.bsdf.metallic) * transmission);
+    // What is left of the mixture, renormalised: m / (1 - (1 - m) t) of it is metal.
+    if (out.transmission < 1.0f) {
+      out.bsdf.metallic = saturate(out.bsdf.metallic / (1.0f - out.transmission));
+    }
   }
   if (emission_texture_ != nullptr) {
     out.emission *= rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
@@ -121,7 +149,7 @@ Rgb Material::emission(const SurfaceAttributes& a, float u_texture) const {
     if (base_color_texture_ != nullptr) {
       base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
     }
-    return base;
+    return non_negative(base);
   }
   if (emission_texture_ == nullptr) return emission_;
   return emission_ * rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
@@ -172,6 +200,7 @@ MaterialSet::MaterialSet(const SceneDescription& scene) {
   note(any([](const Material& m) { return m.is_emissive(); }), "emission");
   note(any([](const Material& m) { return m.alpha_mode() == AlphaMode::kMask; }), "alpha mask");
   note(any([](const Material& m) { return m.alpha_mode() == AlphaMode::kBlend; }), "alpha blend");
+  note(any([](const Material& m) { return m.transmissive(); }), "transmission");
   note(any([](const Material& m) { return m.unlit(); }), "unlit");
   note(any([](const Material& m) { return m.double_sided(); }), "double-sided");
 }

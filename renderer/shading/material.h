@@ -32,6 +32,10 @@ struct MaterialPoint {
   Rgb emission = Rgb(0.0f);       // radiance, alike in all directions
   Vec3f normal = Vec3f(0, 0, 1);  // tangent space, unit; see mapped_normal()
   bool has_normal_map = false;
+  // Probability that the light meets the transmitting interface (transmission_lobe.h) and not the
+  // opaque surface: (1 - metallic) x transmission. `bsdf` is the opaque rest, its metallic that
+  // share's own.
+  float transmission = 0.0f;
 };
 
 class Material {
@@ -69,6 +73,10 @@ class Material {
   bool double_sided() const { return double_sided_; }
   bool unlit() const { return unlit_; }  // no scattering: emission() is what is seen
   bool needs_uv() const { return uv_mask_ != 0; }
+  // Light passes: the surface is seen from both sides, single-sided or not.
+  bool transmissive() const { return transmission_ > 0.0f; }
+  bool thin_walled() const { return !solid_; }
+  const Rgb& attenuation() const { return attenuation_; }  // per scene unit, inside a solid
   uint32_t uv_mask() const { return uv_mask_; }  // bit n: TEXCOORD_n is read
 
  private:
@@ -86,6 +94,10 @@ class Material {
   float normal_scale_;
   Rgb emission_;
   float alpha_cutoff_;
+  float transmission_ = 0.0f;
+  bool solid_ = false;
+  Rgb attenuation_ = Rgb(0.0f);
+  const Texture* transmission_texture_ = nullptr;
   const Texture* base_color_texture_ = nullptr;
   const Texture* metallic_roughness_texture_ = nullptr;
   const Texture* normal_texture_ = nullptr;

@@ -12,7 +12,7 @@ namespace emberline {
 
 // The two sides of a hit, both normals on wo's side.
 struct SurfaceFrame {
-  ShadingFrame shading;      // normal along +Z of local space; dot(normal, wo) > 0
+  ShadingFrame shading;      // normal +Z of local space; dot(normal, wo) > 0 but for rounding
   Vec3f geometric_normal;    // world; dot with wo >= 0
   bool back_facing = false;  // wo was behind the face (its CCW side is the front)
 };

@@ -4,35 +4,11 @@
 #include <cassert>
 
 #include "renderer/core/constants.h"
+#include "renderer/shading/gauss_legendre.h"
 
 namespace emberline {
 
 namespace {
-
-// Gauss-Legendre nodes and weights on [0, 1], by Newton iteration on the Legendre polynomial
-// (Press et al. 2007, "Numerical Recipes", section 4.6).
-template <int N>
-struct GaussLegendre {
-  std::array<double, N> x, w;
-  GaussLegendre() {
-    for (int i = 0; i < N; ++i) {
-      double z = std::cos(kPiD * (i + 0.75) / (N + 0.5));
-      double slope = 1;
-      for (int iteration = 0; iteration < 20; ++iteration) {
-        double p1 = 1, p2 = 0;
-        for (int j = 0; j < N; ++j) {
-          const double p3 = p2;
-          p2 = p1;
-          p1 = ((2 * j + 1) * z * p2 - j * p3) / (j + 1);
-        }
-        slope = N * (z * p1 - p2) / (z * z - 1);
-        z -= p1 / slope;
-      }
-      x[size_t(i)] = 0.5 * (1 - z);
-      w[size_t(i)] = 1 / ((1 - z * z) * slope * slope);
-    }
-  }
-};
 
 // Nodes per dimension of the integral over microfacet normals. 32 leave 3e-4 (the integrand has a
 // kink where reflections dip below the horizon); 40 leave 2e-4.
@@ -114,30 +90,44 @@ struct SpecularAlbedo::Tables {
         nodes[size_t(j * kColumns + i)] = {float(1 - e), float(b - std::pow(1 - mu, 5) * e)};
       }
     }
-    const GaussLegendre<4> rule;  // per cell, where the interpolant is linear in x
     for (int j = 0; j < kAverages; ++j) {
       SpecularAlbedo row;
       const float y = float(j) / float(kAverages - 1);
       row.select(*this, y);
-      const double a = double(row.two_alpha_);
       double loss = 0, schlick = 0;
-      for (int cell = 0; cell < kColumns - 1; ++cell) {
-        for (size_t i = 0; i < 4; ++i) {
-          const double x = (cell + rule.x[i]) / (kColumns - 1);
-          const double down = 1 + a - x * x;
-          const double mu = a * x * x / down;
-          const double dmu = 2 * a * x * (1 + a) / (down * down);
-          const double weight = rule.w[i] / (kColumns - 1) * 2 * mu * dmu;
-          const Value value = row.at(float(mu));
-          loss += weight * double(value.loss);
-          schlick += weight * double(value.schlick);
-        }
-      }
+      row.integrate_average(&loss, &schlick);
       average_loss_over_alpha2[size_t(j)] = float(loss / square(double(alpha_at(y))));
       average_schlick[size_t(j)] = float(schlick);
     }
   }
 };
+
+// Cell by cell, since the interpolant has a kink at every node; in log(mu), because for small alpha
+// the last cell alone reaches from mu = 36 alpha to 1.
+void SpecularAlbedo::integrate_average(double* loss, double* schlick) const {
+  static const GaussLegendre<4> kShort;
+  static const GaussLegendre<24> kLong;
+  const auto add = [&](double mu, double weight) {
+    const Value value = at(float(mu));
+    *loss += 2 * mu * weight * double(value.loss);
+    *schlick += 2 * mu * weight * double(value.schlick);
+  };
+  const auto mu_at = [this](int column) {
+    const double x2 = square(double(column) / (kColumns - 1)), a = double(two_alpha_);
+    return x2 * a / (1 + a - x2);
+  };
+  const double first = mu_at(1);
+  for (size_t i = 0; i < 4; ++i) add(first * kShort.x[i], first * kShort.w[i]);
+  const auto add_cells = [&](double from, double to, const auto& rule) {
+    const double range = std::log(to / from);
+    for (size_t i = 0; i < rule.x.size(); ++i) {
+      const double mu = from * std::exp(range * rule.x[i]);
+      add(mu, mu * range * rule.w[i]);
+    }
+  };
+  for (int c = 1; c < kColumns - 2; ++c) add_cells(mu_at(c), mu_at(c + 1), kShort);
+  add_cells(mu_at(kColumns - 2), 1.0, kLong);
+}
 
 const SpecularAlbedo::Tables& SpecularAlbedo::tables() {
   static const Tables instance;  // built under the language's own once-guard

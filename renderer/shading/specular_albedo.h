@@ -63,6 +63,7 @@ class SpecularAlbedo {
   struct Tables;
   static const Tables& tables();
   void select(const Tables& tables, float y);  // the rows around y in [0, 1]
+  void integrate_average(double* loss, double* schlick) const;
 
   const Node* row_ = nullptr;  // two neighbouring rows of kColumns nodes
   float y_ = 0.0f;             // between them

@@ -60,7 +60,7 @@ class SceneBuilderForTests {
   void add_quad(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d, int material) {
     MeshDescription mesh;
     mesh.name = "quad";
-    mesh.positions = {a, b, c, d};
+    for (const Vec3f* corner : {&a, &b, &c, &d}) mesh.positions.push_back(*corner);
     mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
     mesh.uv_sets = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
     mesh.material = material;

@@ -1,0 +1,162 @@
+#include "renderer/shading/transmission_lobe.h"
+
+#include "renderer/core/constants.h"
+#include "renderer/shading/branch_free.h"
+#include "renderer/shading/specular_albedo.h"
+
+namespace emberline {
+
+namespace {
+
+// Closer to 1 and the index does not bend light: the half vector of refraction has no digits left.
+constexpr float kStraightEta = 1e-3f;
+// Neither part is picked more rarely than this while it can contribute. Chosen by us.
+constexpr float kPickFloor = 0.02f;
+
+float mean(const Rgb& c) { return (c.x + c.y + c.z) * (1.0f / 3.0f); }
+
+}  // namespace
+
+float fresnel_dielectric(float cos_i, float eta) {
+  const float sin2_t = (1.0f - square(cos_i)) / square(eta);
+  if (sin2_t >= 1.0f) return 1.0f;
+  const float cos_t = safe_sqrt(1.0f - sin2_t);
+  const float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+  const float perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+  return 0.5f * (square(parallel) + square(perpendicular));
+}
+
+Rgb attenuation_coefficient(const Rgb& color, float distance) {
+  if (!(distance > 0.0f) || !std::isfinite(distance)) return Rgb(0.0f);
+  const auto channel = [distance](float c) {
+    return -std::log(std::clamp(c, 1e-6f, 1.0f)) / distance;
+  };
+  return {channel(color.x), channel(color.y), channel(color.z)};
+}
+
+Rgb beer_transmittance(const Rgb& coefficient, float distance) {
+  return {std::exp(-coefficient.x * distance), std::exp(-coefficient.y * distance),
+          std::exp(-coefficient.z * distance)};
+}
+
+TransmissionLobe::TransmissionLobe(const TransmissionParameters& p, const Vec3f& wo)
+    : wo_(wo), tint_(p.tint), mean_tint_(mean(p.tint)), specular_(p.specular) {
+  thin_ = p.thin_walled;
+  mirror_only_ = p.ior == 0.0f;
+  if (!mirror_only_) eta_ = p.inside && !thin_ ? 1.0f / p.ior : p.ior;
+  alpha_ = square(p.roughness);
+  alpha2_ = square(alpha_);
+  const bool straight = !thin_ && !mirror_only_ && std::abs(eta_ - 1.0f) < kStraightEta;
+  if (straight) {
+    specular_ = 0.0f;
+    eta_ = 1.0f;
+  }
+  delta_ = alpha_ < kMirrorAlpha || straight;
+  if (delta_) return;
+  t_ = std::sqrt(alpha2_ * (square(wo.x) + square(wo.y)) + square(wo.z));
+  const float albedo = thin_ || mirror_only_ ? 1.0f - SpecularAlbedo(p.roughness).at(wo.z).loss
+                                             : refraction_albedo(wo.z, p.roughness, eta_);
+  compensation_ = 1.0f / albedo;
+}
+
+float TransmissionLobe::reflectance(float cos_d) const {
+  if (mirror_only_) return 1.0f;
+  const float f = fresnel_dielectric(cos_d, eta_);
+  return f >= 1.0f ? 1.0f : specular_ * f;  // total reflection is no matter of weights
+}
+
+float TransmissionLobe::reflect_pick(float reflectance) const {
+  const float pass = (1.0f - reflectance) * mean_tint_;
+  if (!(pass > 0.0f)) return 1.0f;
+  if (!(reflectance > 0.0f)) return 0.0f;
+  return std::clamp(reflectance / (reflectance + pass), kPickFloor, 1.0f - kPickFloor);
+}
+
+bool TransmissionLobe::refract(const Vec3f& m, float cos_d, Vec3f* wi) const {
+  const float inverse = 1.0f / eta_;
+  const float sin2_t = (1.0f - square(cos_d)) * square(inverse);
+  if (sin2_t >= 1.0f) return false;
+  *wi = wo_ * -inverse + m * (cos_d * inverse - safe_sqrt(1.0f - sin2_t));
+  return true;
+}
+
+Rgb TransmissionLobe::albedo() const {
+  const float f = reflectance(wo_.z);
+  return Rgb(f) + tint_ * (1.0f - f);
+}
+
+Rgb TransmissionLobe::eval_and_pdf(const Vec3f& wi, float* pdf) const {
+  *pdf = 0.0f;
+  const float mu_i = std::abs(wi.z);
+  if (delta_ || !(mu_i > 0.0f)) return Rgb(0.0f);
+  const bool transmitted = wi.z < 0.0f;
+  const bool bends = transmitted && !thin_;
+  // The microfacet normal, not normalised, on wo's side (see ggx.h for the numerics).
+  Vec3f h = bends ? -(wo_ + wi * eta_) : wo_ + Vec3f(wi.x, wi.y, mu_i);
+  if (h.z < 0.0f) h = -h;
+  const float xy2 = square(h.x) + square(h.y), z2 = square(h.z), length2 = xy2 + z2;
+  if (!(length2 > 0.0f) || !(z2 > 0.0f)) return Rgb(0.0f);
+  const float inverse_length = 1.0f / std::sqrt(length2);
+  const float cos_d = std::min(1.0f, dot(wo_, h) * inverse_length);
+  if (!(cos_d > 0.0f)) return Rgb(0.0f);
+  const float d = kInvPi / alpha2_ * square(length2 / (xy2 / alpha2_ + z2));
+  const float t_i = std::sqrt(alpha2_ + (1.0f - alpha2_) * square(mu_i));
+  const float smith = mu_i / (mu_i * t_ + wo_.z * t_i);  // G2 / (2 |wo.z|)
+  const float reflected = reflectance(cos_d);
+  const float pick = reflect_pick(reflected);
+  if (!bends) {
+    const float lobe = 0.5f * d * smith * compensation_;
+    const float density = 0.5f * d / (t_ + wo_.z);
+    *pdf = density * (transmitted ? 1.0f - pick : pick);
+    return transmitted ? tint_ * (lobe * (1.0f - reflected)) : Rgb(lobe * reflected);
+  }
+  const float cos_i = -dot(wi, h) * inverse_length;
+  if (!(cos_i > 0.0f)) return Rgb(0.0f);
+  // Walter et al. 2007, eq. 17 and 21; (eta wi.m + wo.m)^2 is the squared length of h.
+  const float jacobian = cos_i / length2;
+  *pdf = (1.0f - pick) * d * cos_d * 2.0f / (t_ + wo_.z) * jacobian * square(eta_);
+  return tint_ * ((1.0f - reflected) * d * cos_d * 2.0f * smith * jacobian * compensation_);
+}
+
+BsdfSample TransmissionLobe::sample(float u_lobe, const Vec2f& u) const {
+  BsdfSample result;
+  Vec3f m(0.0f, 0.0f, 1.0f);
+  if (!delta_) {
+    float sine, cosine;
+    sincos_turns(u.x, &sine, &cosine);
+    const float scale = 1.0f / t_;
+    const Vec3f o(alpha_ * wo_.x * scale, alpha_ * wo_.y * scale, wo_.z * scale);
+    const float one_minus_z = u.y * (1.0f + o.z);
+    const float r = safe_sqrt(one_minus_z * (2.0f - one_minus_z));
+    m = normalize_or(Vec3f(alpha_ * (r * cosine + o.x), alpha_ * (r * sine + o.y),
+                           std::max(0.0f, 1.0f - one_minus_z + o.z)),
+                     m);
+  }
+  const float cos_d = std::min(1.0f, dot(wo_, m));
+  if (!(cos_d > 0.0f)) return result;
+  const float reflected = reflectance(cos_d);
+  const float pick = reflect_pick(reflected);
+  const bool transmits = !(u_lobe < pick);
+  if (!transmits || thin_) {
+    result.wi = m * (2.0f * cos_d) - wo_;
+    if (!(result.wi.z > 0.0f)) return result;
+    if (transmits) result.wi.z = -result.wi.z;
+  } else if (!refract(m, cos_d, &result.wi) || !(result.wi.z < 0.0f)) {
+    return result;
+  }
+  result.transmitted = transmits;
+  if (transmits && !thin_) result.eta_scale = square(eta_);
+  if (delta_) {
+    result.delta = true;
+    result.weight = transmits ? tint_ * ((1.0f - reflected) / ((1.0f - pick) * result.eta_scale))
+                              : Rgb(reflected / pick);
+  } else {
+    const Rgb value = eval_and_pdf(result.wi, &result.pdf);
+    if (!(result.pdf > 0.0f)) return result;
+    result.weight = value / result.pdf;
+  }
+  result.valid = true;
+  return result;
+}
+
+}  // namespace emberline

@@ -1,0 +1,77 @@
+// The dielectric interface that light passes: reflection and transmission together, thin-walled or
+// into a solid, smooth or rough (KHR_materials_transmission, _ior, _volume).
+//
+// Local space as in bsdf.h: normal +Z on wo's side. Solid: Walter et al. 2007, "Microfacet Models
+// for Refraction through Rough Surfaces", GGX with height-correlated Smith, exact Fresnel, visible
+// normals as spherical caps (Dupuy & Benyoub 2023). Thin-walled: what passes keeps the distribution
+// of the reflection, mirrored to the other side (as glTF defines it); nothing is refracted.
+//
+// Both are scaled by the reciprocal of their directional albedo at wo, so that nothing is lost to
+// multiple scattering (Turquin 2019, "Practical Multiple Scattering Compensation for Microfacet
+// Models"): a white one returns what it gets, at the price of reciprocity.
+//
+// Radiance into a denser medium is scaled by 1 / eta^2 (paths start at the camera); a closed object
+// gives it back on the way out. Below kMirrorAlpha both parts are deltas. An index within 1e-3 of 1
+// does not bend: light goes straight through.
+#pragma once
+
+#include "renderer/core/vector.h"
+#include "renderer/shading/bsdf_sample.h"
+
+namespace emberline {
+
+struct TransmissionParameters {
+  Rgb tint = Rgb(1.0f);    // of what passes, per crossing; [0, 1]
+  float roughness = 0.0f;  // glTF's: alpha = roughness^2
+  float ior = 1.5f;        // of the solid against the outside; >= 1, or 0: reflects everything
+  float specular = 1.0f;   // weight of the reflection, [0, 1]
+  bool thin_walled = true;
+  bool inside = false;  // wo is inside the solid (the back face was hit); ignored if thin-walled
+};
+
+class TransmissionLobe {
+ public:
+  TransmissionLobe() = default;
+  // wo.z > 0.
+  TransmissionLobe(const TransmissionParameters& parameters, const Vec3f& wo);
+
+  // f |wi.z| and the density of sample(), on both sides; 0 if is_delta().
+  Rgb eval_and_pdf(const Vec3f& wi, float* pdf) const;
+  BsdfSample sample(float u_lobe, const Vec2f& u) const;
+  bool is_delta() const { return delta_; }
+  // What comes back or passes at wo, the smooth interface's estimate.
+  Rgb albedo() const;
+
+ private:
+  // Share of the reflection among what a microfacet under cos_d sends on, and its probability.
+  float reflectance(float cos_d) const;
+  float reflect_pick(float reflectance) const;
+  bool refract(const Vec3f& m, float cos_d, Vec3f* wi) const;
+
+  Vec3f wo_ = Vec3f(0.0f, 0.0f, 1.0f);
+  Rgb tint_ = Rgb(0.0f);
+  float mean_tint_ = 0.0f;
+  float eta_ = 1.0f;  // index on the far side over index on wo's side
+  float specular_ = 0.0f;
+  float alpha_ = 0.0f, alpha2_ = 0.0f;
+  float t_ = 1.0f;  // sqrt(alpha^2 sin^2 + cos^2) of wo
+  float compensation_ = 1.0f;
+  bool thin_ = true;
+  bool delta_ = true;
+  bool mirror_only_ = false;  // ior = 0
+};
+
+// Fresnel reflectance of an interface between dielectrics; eta is the index beyond over the index
+// before, cos_i in [0, 1]. 1 under total internal reflection.
+float fresnel_dielectric(float cos_i, float eta);
+
+// Beer's law in a solid (KHR_materials_volume): white light becomes `color` after `distance`.
+// Infinite distance: no attenuation. A channel of 0 is taken as 1e-6.
+Rgb attenuation_coefficient(const Rgb& color, float distance);
+Rgb beer_transmittance(const Rgb& coefficient, float distance);  // distance in scene units, >= 0
+
+// What the rough solid interface returns and passes in all for white: the reciprocal of the
+// compensation. Table over (mu, roughness, eta), built at first use (20 ms), thread-safe.
+float refraction_albedo(float mu, float roughness, float eta);
+
+}  // namespace emberline

@@ -1,0 +1,70 @@
+"""Newell's patches as a triangle mesh with normals from the surface itself."""
+
+import math
+
+from .mesh import Mesh
+from .teapot_data import PATCHES, POINTS
+from .vec import add, cross, length, mul, normalize
+
+
+def _bernstein(t):
+    s = 1 - t
+    return (s * s * s, 3 * t * s * s, 3 * t * t * s, t * t * t)
+
+
+def _bernstein_slope(t):
+    s = 1 - t
+    return (-3 * s * s, 3 * s * s - 6 * t * s, 6 * t * s - 3 * t * t, 3 * t * t)
+
+
+def _blend(points, row_weights, column_weights):
+    out = (0.0, 0.0, 0.0)
+    for j in range(4):
+        for i in range(4):
+            out = add(out, mul(points[4 * j + i], row_weights[j] * column_weights[i]))
+    return out
+
+
+def _normal(points, u, v):
+    """Where a side of the patch has shrunk to a point (lid knob, bottom) the cross product vanishes there: the
+    normal is then the limit along v, read a little way off; on the axis it points along the axis."""
+    du = _blend(points, _bernstein(v), _bernstein_slope(u))
+    dv = _blend(points, _bernstein_slope(v), _bernstein(u))
+    n = cross(du, dv)
+    if length(n) > 1e-4:
+        return normalize(n)
+    inside = v + (1e-3 if v < 0.5 else -1e-3)
+    n = normalize(cross(_blend(points, _bernstein(inside), _bernstein_slope(u)),
+                        _blend(points, _bernstein_slope(inside), _bernstein(u))))
+    p = _blend(points, _bernstein(v), _bernstein(u))
+    if math.hypot(p[0], p[1]) < 1e-6:
+        return (0.0, 0.0, math.copysign(1.0, n[2]))
+    return n
+
+
+def _mirrored(points, x, y):
+    """A reflection turns the patch inside out, so its rows are reversed as well."""
+    out = [(px * x, py * y, pz) for px, py, pz in points]
+    if x * y < 0:
+        out = [out[4 * j + 3 - i] for j in range(4) for i in range(4)]
+    return out
+
+
+# The lid's published rim, 1.3, stands clear of the pot's, 1.4. The sheet has no thickness: seen from inside it is a
+# back face, which is why materials for it should be two-sided.
+def teapot(cells, parts=None):
+    """All 32 patches (or those of the named parts), cells x cells each; y up, standing on y = 0, spout to +x."""
+    mesh = Mesh()
+    for name, quarters, indices in PATCHES:
+        if parts and name not in parts:
+            continue
+        base = [tuple(float(c) for c in POINTS[k]) for k in indices]
+        signs = [(1, 1), (-1, 1), (1, -1), (-1, -1)] if quarters else [(1, 1), (1, -1)]
+        for sx, sy in signs:
+            points = _mirrored(base, sx, sy)
+            def point(u, v, points=points):
+                p = _blend(points, _bernstein(v), _bernstein(u))
+                n = _normal(points, u, v)
+                return (p[0], p[2], -p[1]), (n[0], n[2], -n[1]), (1 - u, v)
+            mesh.grid(cells, cells, point)
+    return mesh

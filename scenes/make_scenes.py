@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""Writes Emberline's own scenes and environment maps (see README.md beside this file).
+
+    make_scenes.py [--out DIR] [NAME ...]    write them (default: beside this file)
+    make_scenes.py --check [NAME ...]        compare with the files beside this one; exit 1 at the first difference
+
+Standard library only. The same bytes on every machine: no clock, no hash order, no zlib, coordinates on a grid.
+"""
+
+import argparse
+import pathlib
+import sys
+
+sys.dont_write_bytecode = True  # the source tree stays clean when a test runs this
+
+from make import (checker_plane, cornell_box, environments, glass_metal, mis_plates, moving_blade, roughness_spheres,
+                  shallow_focus, spheres, teapot, thin_wires)
+
+HERE = pathlib.Path(__file__).resolve().parent
+
+FILES = {
+    "teapot.glb": teapot.build,
+    "spheres.glb": spheres.build,
+    "cornell_box.glb": cornell_box.build,
+    "roughness_spheres.glb": roughness_spheres.build,
+    "mis_plates.glb": mis_plates.build,
+    "checker_plane.glb": checker_plane.build,
+    "thin_wires.glb": thin_wires.build,
+    "glass_metal.glb": glass_metal.build,
+    "moving_blade.glb": moving_blade.build,
+    "shallow_focus.glb": shallow_focus.build,
+    "studio.hdr": environments.studio,
+    "dusk.hdr": environments.dusk,
+}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME", help="file or scene names; all when none is given")
+    parser.add_argument("--out", type=pathlib.Path, default=HERE)
+    parser.add_argument("--check", action="store_true")
+    options = parser.parse_args()
+
+    unknown = [n for n in options.names if n not in FILES and f"{n}.glb" not in FILES and f"{n}.hdr" not in FILES]
+    if unknown:
+        parser.error(f"unknown: {', '.join(unknown)}; there are: {', '.join(FILES)}")
+    wanted = [f for f in FILES if not options.names or f in options.names or f.rsplit(".", 1)[0] in options.names]
+
+    different = 0
+    for file in wanted:
+        data = FILES[file]()
+        if options.check:
+            committed = HERE / file
+            same = committed.is_file() and committed.read_bytes() == data
+            different += not same
+            print(f"{file}: {'same' if same else 'DIFFERENT'} ({len(data)} bytes)", flush=True)
+        else:
+            options.out.mkdir(parents=True, exist_ok=True)
+            (options.out / file).write_bytes(data)
+            print(f"{options.out / file}: {len(data)} bytes", flush=True)
+    if different:
+        print(f"{different} of {len(wanted)} differ from what make_scenes.py writes", file=sys.stderr)
+    return 1 if different else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

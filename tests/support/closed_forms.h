@@ -1,0 +1,57 @@
+// Exact irradiance of polygonal lights, in double, for tests to compare with.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "renderer/core/constants.h"
+#include "renderer/core/vector.h"
+
+namespace emberline::test {
+
+inline Vec3d unit(const Vec3d& v) { return v / std::sqrt(dot(v, v)); }
+
+// Angle between unit vectors without the loss of acos near 0.
+inline double angle_between(const Vec3d& a, const Vec3d& b) {
+  const Vec3d c = cross(a, b);
+  return std::atan2(std::sqrt(dot(c, c)), dot(a, b));
+}
+
+// Lambert's vector irradiance of a polygon of radiance 1 seen from the origin (Arvo 1994, "The
+// Irradiance Jacobian for Partially Occluded Polyhedral Sources", equation 1). Its product with a
+// normal is the irradiance, if the polygon is wholly above that normal's horizon.
+inline Vec3d vector_irradiance(const std::vector<Vec3d>& polygon) {
+  Vec3d sum(0.0);
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3d a = unit(polygon[i]), b = unit(polygon[(i + 1) % polygon.size()]);
+    const Vec3d n = cross(a, b);
+    const double sine = std::sqrt(dot(n, n));
+    if (sine > 0) sum += n * (angle_between(a, b) / sine);
+  }
+  return sum * 0.5;
+}
+
+// Irradiance at `point` with normal `n` from a polygon of radiance 1, clipped to the horizon
+// (Sutherland & Hodgman 1974). Independent of the polygon's orientation: two-sided.
+inline double polygon_irradiance(std::vector<Vec3d> polygon, const Vec3d& point, const Vec3d& n) {
+  std::vector<Vec3d> above;
+  for (Vec3d& v : polygon) v -= point;
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3d& a = polygon[i];
+    const Vec3d& b = polygon[(i + 1) % polygon.size()];
+    const double ha = dot(a, n), hb = dot(b, n);
+    if (ha >= 0) above.push_back(a);
+    if ((ha < 0) != (hb < 0)) above.push_back(a + (b - a) * (ha / (ha - hb)));
+  }
+  return above.size() < 3 ? 0.0 : std::abs(dot(vector_irradiance(above), n));
+}
+
+// Solid angle by the sum of the vertex angles (Girard), from planes: independent of the arctangent
+// form, and exact enough in double for anything a test asks.
+inline double girard_solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const Vec3d ab = cross(a, b), bc = cross(b, c), ca = cross(c, a);
+  return kPiD - angle_between(unit(ab), unit(bc)) + kPiD - angle_between(unit(bc), unit(ca)) +
+         kPiD - angle_between(unit(ca), unit(ab)) - kPiD;
+}
+
+}  // namespace emberline::test

@@ -1,0 +1,49 @@
+// Encoded images for tests, made by OpenImageIO.
+#pragma once
+
+#include <OpenImageIO/imageio.h>
+
+#include <stdexcept>
+
+#include "support/gltf_builder.h"
+
+namespace emberline::test {
+
+// Writes `texels` (interleaved, rows from the top) as a file of the format that `path` ends in.
+// `spec` gives size, channels, type and attributes.
+template <class T>
+void write_image(const std::string& path, const OIIO::ImageSpec& spec,
+                 const std::vector<T>& texels) {
+  const OIIO::TypeDesc type(OIIO::TypeDesc::BASETYPE(OIIO::BaseTypeFromC<T>::value));
+  auto output = OIIO::ImageOutput::create(path);
+  if (!output || !output->open(path, spec) || !output->write_image(type, texels.data()) ||
+      !output->close()) {
+    throw std::runtime_error("cannot write " + path);
+  }
+}
+
+// The bytes of such a file; `suffix` is "png", "jpg", "webp", "exr" or "hdr".
+template <class T>
+std::vector<uint8_t> encode_image(const std::string& suffix, const OIIO::ImageSpec& spec,
+                                  const std::vector<T>& texels) {
+  const TempFolder folder;
+  const std::string path = folder / ("image." + suffix);
+  write_image(path, spec, texels);
+  return read_bytes(path);
+}
+
+// A 2 x 2 RGB PNG: red, green / blue, white.
+inline std::vector<uint8_t> small_png() {
+  OIIO::ImageSpec spec(2, 2, 3, OIIO::TypeDesc::UINT8);
+  return encode_image<uint8_t>("png", spec, {255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255});
+}
+
+// A texture of an embedded image in `gltf`; returns the texture's index.
+inline int add_texture(GltfBuilder& gltf, const std::vector<uint8_t>& encoded,
+                       const std::string& media_type = "image/png") {
+  const int image =
+      gltf.push("images", {{"bufferView", gltf.add_view(encoded)}, {"mimeType", media_type}});
+  return gltf.push("textures", {{"source", image}});
+}
+
+}  // namespace emberline::test

@@ -1,0 +1,89 @@
+// What the coverage report says of extensions and features.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "io/gltf.h"
+#include "renderer/core/errors.h"
+#include "support/gltf_builder.h"
+
+namespace emberline {
+namespace {
+
+using test::GltfBuilder;
+using test::TempFolder;
+
+SceneDescription load(const GltfBuilder& gltf) {
+  const TempFolder folder;
+  return load_gltf(gltf.write_glb(folder / "a.glb"), {});
+}
+
+bool contains(const std::vector<std::string>& list, const std::string& text) {
+  return std::find(list.begin(), list.end(), text) != list.end();
+}
+
+TEST(GltfCoverage, UsedExtensionsAreSorted) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.root["extensionsUsed"] = {"KHR_materials_unlit", "KHR_materials_clearcoat",
+                                 "KHR_materials_variants", "VENDOR_new_thing",
+                                 "KHR_materials_unlit"};
+  const CoverageReport coverage = load(gltf).coverage;
+  EXPECT_EQ(coverage.used, std::vector<std::string>{"KHR_materials_unlit"});
+  EXPECT_EQ(coverage.approximated,
+            std::vector<std::string>{"KHR_materials_variants (default variant shown)"});
+  EXPECT_EQ(coverage.ignored,
+            (std::vector<std::string>{"KHR_materials_clearcoat", "VENDOR_new_thing"}));
+}
+
+TEST(GltfCoverage, EveryHonouredExtensionMayBeRequired) {
+  for (const char* name :
+       {"EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "EXT_texture_webp",
+        "KHR_draco_mesh_compression", "KHR_lights_punctual", "KHR_materials_emissive_strength",
+        "KHR_materials_unlit", "KHR_materials_variants", "KHR_mesh_quantization",
+        "KHR_texture_transform"}) {
+    GltfBuilder gltf;
+    gltf.add_triangle();
+    gltf.root["extensionsUsed"] = gltf.root["extensionsRequired"] = {name};
+    const CoverageReport coverage = load(gltf).coverage;
+    EXPECT_EQ(coverage.used.size() + coverage.approximated.size(), 1u) << name;
+    EXPECT_TRUE(coverage.ignored.empty()) << name;
+  }
+}
+
+TEST(GltfCoverage, RequiredOnesThatAreNotHonouredAreErrorsWithTheirNames) {
+  for (const char* name :
+       {"KHR_texture_basisu", "KHR_materials_pbrSpecularGlossiness", "KHR_materials_transmission",
+        "KHR_materials_volume", "KHR_materials_clearcoat", "VENDOR_new_thing"}) {
+    GltfBuilder gltf;
+    gltf.add_triangle();
+    gltf.root["extensionsUsed"] = {"KHR_materials_unlit", name};
+    gltf.root["extensionsRequired"] = {"KHR_materials_unlit", name};
+    try {
+      load(gltf);
+      ADD_FAILURE() << name << " was accepted";
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.exit_code(), kExitInput);
+      const std::string message = error.what();
+      EXPECT_NE(message.find("a.glb#/extensionsRequired/1: "), std::string::npos) << message;
+      EXPECT_NE(message.find(name), std::string::npos) << message;
+    }
+  }
+}
+
+TEST(GltfCoverage, AnimationsAndOcclusionAreIgnored) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.push("animations",
+            {{"channels", nlohmann::json::array()}, {"samplers", nlohmann::json::array()}});
+  gltf.push("images", {{"uri", "not_there.png"}});
+  gltf.push("textures", {{"source", 0}});
+  gltf.push("materials", {{"occlusionTexture", {{"index", 0}}}});
+  gltf.primitive()["material"] = 0;
+  const CoverageReport coverage = load(gltf).coverage;
+  EXPECT_TRUE(contains(coverage.ignored, "animations (at rest)"));
+  EXPECT_TRUE(contains(coverage.ignored, "occlusionTexture"));
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,252 @@
+// Materials, texture slots, samplers and images as the renderer gets them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "io/gltf.h"
+#include "renderer/core/errors.h"
+#include "support/encoded_images.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+using test::GltfBuilder;
+using test::TempFolder;
+
+class GltfMaterial : public testing::Test {
+ protected:
+  GltfMaterial() {
+    gltf_.add_triangle();
+    auto& attributes = gltf_.primitive()["attributes"];
+    attributes["TEXCOORD_0"] = gltf_.add_accessor<float>("VEC2", {0, 1, 1, 1, 0, 0});
+    attributes["TEXCOORD_1"] = gltf_.add_accessor<float>("VEC2", {5, 1, 6, 1, 5, 0});
+    attributes["TEXCOORD_2"] = gltf_.add_accessor<float>("VEC2", {7, 1, 8, 1, 7, 0});
+  }
+  SceneDescription load(const json& material, bool lenient = false) {
+    gltf_.root["materials"] = json::array({material});
+    gltf_.primitive()["material"] = 0;
+    return load_gltf(gltf_.write_glb(folder_ / "a.glb"), {lenient});
+  }
+  MaterialDescription material(const json& value) { return load(value).materials.at(0); }
+  std::string message_of(const json& value) {
+    try {
+      load(value);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+  static json base_color_slot(const json& slot) {
+    return {{"pbrMetallicRoughness", {{"baseColorTexture", slot}}}};
+  }
+
+  TempFolder folder_;
+  GltfBuilder gltf_;
+};
+
+TEST_F(GltfMaterial, DefaultsAreGltfs) {
+  const MaterialDescription m = material(json::object());
+  EXPECT_EQ(m.base_color, Rgb(1.0f));
+  EXPECT_EQ(m.alpha, 1.0f);
+  EXPECT_EQ(m.metallic, 1.0f);
+  EXPECT_EQ(m.roughness, 1.0f);
+  EXPECT_EQ(m.emission, Rgb(0.0f));
+  EXPECT_EQ(m.alpha_mode, AlphaMode::kOpaque);
+  EXPECT_EQ(m.alpha_cutoff, 0.5f);
+  EXPECT_FALSE(m.double_sided);
+  EXPECT_FALSE(m.unlit);
+  EXPECT_EQ(m.base_color_texture.image, -1);
+}
+
+TEST_F(GltfMaterial, FactorsAndModes) {
+  const MaterialDescription m =
+      material({{"name", "paint"},
+                {"pbrMetallicRoughness",
+                 {{"baseColorFactor", {0.1, 0.2, 0.3, 0.4}},
+                  {"metallicFactor", 0.5},
+                  {"roughnessFactor", 0}}},
+                {"emissiveFactor", {1, 0.5, 0.25}},
+                {"alphaMode", "MASK"},
+                {"alphaCutoff", 0.75},
+                {"doubleSided", true},
+                {"extensions",
+                 {{"KHR_materials_emissive_strength", {{"emissiveStrength", 8}}},
+                  {"KHR_materials_unlit", json::object()}}}});
+  EXPECT_EQ(m.name, "paint");
+  EXPECT_EQ(m.base_color, Rgb(0.1f, 0.2f, 0.3f));
+  EXPECT_EQ(m.alpha, 0.4f);
+  EXPECT_EQ(m.metallic, 0.5f);
+  EXPECT_EQ(m.roughness, 0.0f);
+  EXPECT_EQ(m.emission, Rgb(8, 4, 2));
+  EXPECT_EQ(m.alpha_mode, AlphaMode::kMask);
+  EXPECT_EQ(m.alpha_cutoff, 0.75f);
+  EXPECT_TRUE(m.double_sided);
+  EXPECT_TRUE(m.unlit);
+  EXPECT_EQ(material({{"alphaMode", "BLEND"}}).alpha_mode, AlphaMode::kBlend);
+  EXPECT_NE(message_of({{"alphaMode", "GLASS"}}).find("#/materials/0/alphaMode: "),
+            std::string::npos);
+}
+
+TEST_F(GltfMaterial, FactorsOutOfRangeAreClamped) {
+  const MaterialDescription m = material(
+      {{"pbrMetallicRoughness",
+        {{"baseColorFactor", {2, -1, 0.5, 3}}, {"metallicFactor", 1.5}, {"roughnessFactor", -1}}},
+       {"emissiveFactor", {-1, 3, 0}}});
+  EXPECT_EQ(m.base_color, Rgb(1, 0, 0.5f));
+  EXPECT_EQ(m.alpha, 1.0f);
+  EXPECT_EQ(m.metallic, 1.0f);
+  EXPECT_EQ(m.roughness, 0.0f);
+  EXPECT_EQ(m.emission, Rgb(0, 3, 0));
+}
+
+TEST_F(GltfMaterial, SamplersAndUvSets) {
+  gltf_.push("samplers", {{"wrapS", 33071}, {"wrapT", 33648}, {"magFilter", 9728}});
+  test::add_texture(gltf_, test::small_png());
+  gltf_.root["textures"][0]["sampler"] = 0;
+  const SceneDescription scene = load(base_color_slot({{"index", 0}, {"texCoord", 2}}));
+  const TextureRef& ref = scene.materials[0].base_color_texture;
+  EXPECT_EQ(ref.image, 0);
+  EXPECT_EQ(ref.uv_set, 2);
+  EXPECT_EQ(ref.wrap_s, WrapMode::kClampToEdge);
+  EXPECT_EQ(ref.wrap_t, WrapMode::kMirroredRepeat);
+  EXPECT_TRUE(ref.nearest);
+  // Set 0 always, set 2 because it is used, set 1 not.
+  ASSERT_EQ(scene.meshes[0].uv_sets.size(), 3u);
+  EXPECT_EQ(scene.meshes[0].uv_sets[0].size(), 3u);
+  EXPECT_EQ(scene.meshes[0].uv_sets[1].size(), 0u);
+  EXPECT_EQ(scene.meshes[0].uv_sets[2][1], Vec2f(8, 1));
+  gltf_.root["samplers"][0]["wrapS"] = 7;
+  EXPECT_NE(message_of(base_color_slot({{"index", 0}})).find("#/samplers/0/wrapS"),
+            std::string::npos);
+}
+
+TEST_F(GltfMaterial, AMissingUvSetIsFilledAndReported) {
+  test::add_texture(gltf_, test::small_png());
+  const SceneDescription scene = load(base_color_slot({{"index", 0}, {"texCoord", 3}}));
+  EXPECT_EQ(scene.meshes[0].uv_sets.at(3), std::vector<Vec2f>(3, Vec2f(0.0f)));
+  ASSERT_EQ(scene.coverage.ignored.size(), 1u);
+  EXPECT_NE(scene.coverage.ignored[0].find("TEXCOORD_3"), std::string::npos);
+}
+
+// The extension's README: uv' = translation * rotation * scale * uv, with
+// rotation = mat3(cos, sin, 0, -sin, cos, 0, 0, 0, 1) given in transposed (row) form.
+TEST_F(GltfMaterial, TextureTransform) {
+  test::add_texture(gltf_, test::small_png());
+  const double angle = 0.5;
+  const TextureRef ref = material(base_color_slot({{"index", 0},
+                                                   {"extensions",
+                                                    {{"KHR_texture_transform",
+                                                      {{"offset", {0.25, 0.5}},
+                                                       {"rotation", angle},
+                                                       {"scale", {2, 3}},
+                                                       {"texCoord", 1}}}}}}))
+                             .base_color_texture;
+  EXPECT_EQ(ref.uv_set, 1);
+  const double u = 0.3, v = 0.7, c = std::cos(angle), s = std::sin(angle);
+  const double x = 2 * u, y = 3 * v;  // scaled, then turned, then moved
+  const auto& m = ref.uv_transform;
+  EXPECT_NEAR(m[0] * u + m[1] * v + m[2], c * x + s * y + 0.25, 1e-6);
+  EXPECT_NEAR(m[3] * u + m[4] * v + m[5], -s * x + c * y + 0.5, 1e-6);
+}
+
+TEST_F(GltfMaterial, ImagesKeepTheirDepthAndAreSharedBetweenSlots) {
+  OIIO::ImageSpec deep(1, 1, 4, OIIO::TypeDesc::UINT16);
+  deep.attribute("oiio:UnassociatedAlpha", 1);
+  const auto png16 = test::encode_image<uint16_t>("png", deep, {1000, 2000, 3000, 32768});
+  test::add_texture(gltf_, test::small_png());
+  test::add_texture(gltf_, png16);
+  const SceneDescription scene =
+      load({{"pbrMetallicRoughness",
+             {{"baseColorTexture", {{"index", 1}}}, {"metallicRoughnessTexture", {{"index", 0}}}}},
+            {"emissiveTexture", {{"index", 1}}}});
+  ASSERT_EQ(scene.images.size(), 2u);
+  const MaterialDescription& m = scene.materials[0];
+  EXPECT_EQ(m.base_color_texture.image, m.emission_texture.image);
+  const Image& image = *scene.images[size_t(m.base_color_texture.image)];
+  EXPECT_EQ(image.type, TexelType::kUint16);
+  EXPECT_EQ(image.channels, 4);
+  uint16_t texel[4];
+  std::memcpy(texel, image.texels.data(), sizeof(texel));
+  EXPECT_EQ(texel[0], 1000);  // not multiplied by alpha
+  EXPECT_EQ(texel[3], 32768);
+}
+
+TEST_F(GltfMaterial, OnlyImagesThatSomethingWearsAreDecoded) {
+  test::add_texture(gltf_, {1, 2, 3, 4});
+  gltf_.root["materials"] = json::array({json::object(), base_color_slot({{"index", 0}})});
+  gltf_.primitive()["material"] = 0;
+  const SceneDescription scene = load_gltf(gltf_.write_glb(folder_ / "a.glb"), {});
+  EXPECT_TRUE(scene.images.empty());
+}
+
+TEST_F(GltfMaterial, WebpTextures) {
+  OIIO::ImageSpec spec(4, 4, 3, OIIO::TypeDesc::UINT8);
+  const auto webp = test::encode_image<uint8_t>("webp", spec, std::vector<uint8_t>(4 * 4 * 3, 200));
+  const int png = gltf_.push("images", {{"bufferView", gltf_.add_view(test::small_png())}});
+  const int lossy = gltf_.push("images", {{"bufferView", gltf_.add_view(webp)}});
+  gltf_.push("textures",
+             {{"source", png}, {"extensions", {{"EXT_texture_webp", {{"source", lossy}}}}}});
+  gltf_.root["extensionsRequired"] = {"EXT_texture_webp"};
+  const SceneDescription scene = load(base_color_slot({{"index", 0}}));
+  ASSERT_EQ(scene.images.size(), 1u);
+  EXPECT_EQ(scene.images[0]->width, 4);
+  EXPECT_NEAR(int(scene.images[0]->texels[0]), 200, 3);
+}
+
+TEST_F(GltfMaterial, AnImageThatDoesNotDecodeIsNamed) {
+  std::vector<uint8_t> broken = test::small_png();
+  broken.resize(broken.size() / 2);
+  test::add_texture(gltf_, broken);
+  gltf_.root["images"][0]["name"] = "bricks";
+  const std::string message = message_of(base_color_slot({{"index", 0}}));
+  EXPECT_NE(message.find("a.glb#/images/0 (bricks): "), std::string::npos) << message;
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+}
+
+TEST_F(GltfMaterial, LenientlyItBecomesNeutral) {
+  test::add_texture(gltf_, {'n', 'o', 't', ' ', 'a', 'n', ' ', 'i', 'm', 'a', 'g', 'e'});
+  gltf_.push("images", {{"uri", "missing.png"}});
+  gltf_.push("textures", {{"source", 1}});
+  gltf_.push("textures", json::object());
+  json value = base_color_slot({{"index", 0}});
+  value["normalTexture"] = {{"index", 1}};
+  value["emissiveTexture"] = {{"index", 2}};
+  EXPECT_NE(message_of(value), "no error");
+  const SceneDescription scene = load(value, true);
+  EXPECT_EQ(scene.repairs.replaced_images, 2u);
+  const MaterialDescription& m = scene.materials[0];
+  const Image& color = *scene.images.at(size_t(m.base_color_texture.image));
+  EXPECT_EQ(color.texels, (std::vector<std::byte>(3, std::byte(255))));
+  const Image& normal = *scene.images.at(size_t(m.normal_texture.image));
+  EXPECT_EQ(normal.texels,
+            (std::vector<std::byte>{std::byte(128), std::byte(128), std::byte(255)}));
+  EXPECT_EQ(m.emission_texture.image, -1);
+}
+
+TEST_F(GltfMaterial, SpecularGlossinessIsConverted) {
+  gltf_.root["extensionsUsed"] = {"KHR_materials_pbrSpecularGlossiness"};
+  const auto convert = [&](const json& extension) {
+    return load({{"extensions", {{"KHR_materials_pbrSpecularGlossiness", extension}}}});
+  };
+  // A dielectric: specular at 0.04 leaves base = diffuse (their sum reflects the same).
+  SceneDescription scene = convert({{"diffuseFactor", {0.5, 0.25, 0.125, 0.75}},
+                                    {"specularFactor", {0.04, 0.04, 0.04}},
+                                    {"glossinessFactor", 0.25}});
+  MaterialDescription m = scene.materials[0];
+  EXPECT_NEAR(m.metallic, 0.0f, 1e-5f);
+  EXPECT_NEAR(m.roughness, 0.75f, 1e-6f);
+  EXPECT_NEAR(m.base_color.x, 0.5f, 1e-5f);
+  EXPECT_NEAR(m.base_color.z, 0.125f, 1e-5f);
+  EXPECT_EQ(m.alpha, 0.75f);
+  ASSERT_EQ(scene.coverage.approximated.size(), 1u);
+  // A metal: no diffuse, base = specular.
+  m = convert({{"diffuseFactor", {0, 0, 0, 1}}, {"specularFactor", {0.9, 0.7, 0.4}}}).materials[0];
+  EXPECT_NEAR(m.metallic, 1.0f, 1e-4f);
+  EXPECT_NEAR(m.base_color.x, 0.9f, 1e-3f);
+  EXPECT_NEAR(m.base_color.z, 0.4f, 1e-3f);
+  EXPECT_NEAR(m.roughness, 0.0f, 1e-6f);
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,238 @@
+// The node hierarchy: transforms, instances, cameras, lights, scene selection.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "io/gltf.h"
+#include "renderer/core/errors.h"
+#include "support/gltf_builder.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+using test::GltfBuilder;
+using test::TempFolder;
+
+SceneDescription load(const GltfBuilder& gltf) {
+  const TempFolder folder;
+  return load_gltf(gltf.write_glb(folder / "a.glb"), {});
+}
+
+std::string message_of(const GltfBuilder& gltf) {
+  try {
+    load(gltf);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+Vec3d transformed(const Mat44d& m, const Vec3d& p) {
+  Vec3d out;
+  m.multVecMatrix(p, out);
+  return out;
+}
+
+void expect_near(const Vec3d& a, const Vec3d& b) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-12) << a << " against " << b;
+}
+
+TEST(GltfScene, TranslationRotationScaleInThatOrder) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  const double h = std::sqrt(0.5);
+  gltf.root["nodes"][0].update(
+      {{"translation", {10, 20, 30}}, {"rotation", {0, 0, h, h}}, {"scale", {2, 3, 4}}});
+  // (1, 1, 1) is scaled to (2, 3, 4), turned by 90 degrees about z to (-3, 2, 4), then moved.
+  expect_near(transformed(load(gltf).instances[0].to_world, Vec3d(1.0)), Vec3d(7, 22, 34));
+}
+
+TEST(GltfScene, AMatrixIsColumnMajor) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  // x -> y, y -> -x, then + (5, 6, 7).
+  gltf.root["nodes"][0]["matrix"] = {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1};
+  expect_near(transformed(load(gltf).instances[0].to_world, Vec3d(1, 2, 3)), Vec3d(3, 7, 10));
+}
+
+TEST(GltfScene, ParentsApplyAfterChildrenInDoublePrecision) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.root["nodes"][0]["translation"] = {0.001, 0, 0};
+  gltf.root["nodes"].push_back(
+      {{"children", {0}}, {"scale", {2, 2, -2}}, {"translation", {1e7, 0, 0}}});
+  gltf.root["scenes"][0]["nodes"] = {1};
+  const Mat44d m = load(gltf).instances[0].to_world;
+  EXPECT_EQ(m[3][0], 1e7 + 0.002);
+  EXPECT_LT(m.determinant(), 0.0);  // mirrors
+}
+
+TEST(GltfScene, AMeshUsedTwiceIsStoredOnce) {
+  GltfBuilder gltf;
+  const int mesh = gltf.add_triangle();
+  gltf.root["meshes"][0]["name"] = "tri";
+  gltf.root["meshes"][0]["primitives"].push_back(gltf.primitive());
+  gltf.add_mesh_node(mesh);
+  gltf.root["nodes"][1]["name"] = "second";
+  const SceneDescription scene = load(gltf);
+  ASSERT_EQ(scene.meshes.size(), 2u);
+  EXPECT_EQ(scene.meshes[0].name, "tri/0");
+  EXPECT_EQ(scene.meshes[1].name, "tri/1");
+  ASSERT_EQ(scene.instances.size(), 4u);
+  EXPECT_EQ(scene.instances[0].name, "node 0");
+  EXPECT_EQ(scene.instances[3].name, "second");
+  EXPECT_EQ(scene.instances[3].mesh, 1);
+}
+
+TEST(GltfScene, TheDefaultSceneElseTheFirstElseAllRoots) {
+  GltfBuilder gltf;
+  const int mesh = gltf.add_triangle();
+  gltf.push("nodes", {{"mesh", mesh}, {"name", "other"}});
+  gltf.push("nodes", {{"mesh", mesh}, {"name", "child"}});
+  gltf.root["nodes"][1]["children"] = {2};
+  gltf.root["scenes"].push_back({{"nodes", {1}}});
+  const auto names = [&] {
+    std::vector<std::string> result;
+    for (const InstanceDescription& i : load(gltf).instances) result.push_back(i.name);
+    return result;
+  };
+  EXPECT_EQ(names(), std::vector<std::string>{"node 0"});
+  gltf.root["scene"] = 1;
+  EXPECT_EQ(names(), (std::vector<std::string>{"other", "child"}));
+  gltf.root.erase("scene");
+  gltf.root.erase("scenes");
+  EXPECT_EQ(names(), (std::vector<std::string>{"node 0", "other", "child"}));
+}
+
+TEST(GltfScene, ANodeListedTogetherWithItsDescendantIsDrawnOnce) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.root["nodes"].push_back({{"children", {0}}, {"translation", {1, 0, 0}}});
+  gltf.root["scenes"][0]["nodes"] = {0, 1, 0};
+  const SceneDescription scene = load(gltf);
+  ASSERT_EQ(scene.instances.size(), 1u);
+  EXPECT_EQ(scene.instances[0].to_world[3][0], 1.0);
+}
+
+TEST(GltfScene, SingularTransformsAreDroppedAndCounted) {
+  GltfBuilder gltf;
+  const int mesh = gltf.add_triangle();
+  const json singular[] = {
+      {{"mesh", mesh}, {"scale", {1, 0, 1}}},
+      {{"mesh", mesh}, {"scale", {0, 0, 0}}},
+      {{"mesh", mesh}, {"matrix", {1, 0, 0, 0, 2, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}},
+      {{"mesh", mesh}, {"scale", {1, 1, 1e-38}}}};
+  for (const json& node : singular) gltf.add_to_scene(gltf.push("nodes", node));
+  // Tiny, huge and mirrored ones are fine.
+  gltf.add_to_scene(gltf.push("nodes", {{"mesh", mesh}, {"scale", {1e-9, 1e9, -1}}}));
+  const SceneDescription scene = load(gltf);
+  EXPECT_EQ(scene.repairs.singular_instances, 4u);
+  EXPECT_EQ(scene.instances.size(), 2u);
+}
+
+TEST(GltfScene, TransformsBeyondAllMeasureAreErrors) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.root["nodes"][0]["scale"] = {1e12, 1, 1};
+  gltf.root["nodes"].push_back({{"children", {0}}, {"scale", {1e12, 1, 1}}});
+  gltf.root["scenes"][0]["nodes"] = {1};
+  EXPECT_NE(message_of(gltf).find("#/nodes/0: "), std::string::npos) << message_of(gltf);
+  gltf.root["nodes"][1]["scale"] = {1e39, 1, 1};
+  EXPECT_NE(message_of(gltf).find("#/nodes/1/scale/0: "), std::string::npos) << message_of(gltf);
+}
+
+TEST(GltfScene, GpuInstances) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  const double h = std::sqrt(0.5);
+  const int t = gltf.add_accessor<float>("VEC3", {1, 0, 0, 0, 2, 0});
+  const int r = gltf.add_accessor<float>("VEC4", {0, 0, 0, 1, 0, 0, float(h), float(h)});
+  const int s = gltf.add_accessor<float>("VEC3", {1, 1, 1, 2, 2, 2});
+  gltf.root["nodes"][0]["translation"] = {100, 0, 0};
+  gltf.root["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+      {"TRANSLATION", t}, {"ROTATION", r}, {"SCALE", s}};
+  gltf.root["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+  const SceneDescription scene = load(gltf);
+  EXPECT_EQ(scene.meshes.size(), 1u);
+  ASSERT_EQ(scene.instances.size(), 2u);
+  expect_near(transformed(scene.instances[0].to_world, Vec3d(1, 0, 0)), Vec3d(102, 0, 0));
+  const Vec3d p = transformed(scene.instances[1].to_world, Vec3d(1, 0, 0));
+  EXPECT_NEAR(p.x, 100, 1e-6);
+  EXPECT_NEAR(p.y, 4, 1e-6);
+  // Normalised rotations.
+  auto& attributes = gltf.root["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+  attributes["ROTATION"] = gltf.add_accessor<int8_t>("VEC4", {0, 0, 0, 127, 0, 0, 90, 90}, true);
+  EXPECT_NEAR(transformed(load(gltf).instances[1].to_world, Vec3d(1, 0, 0)).y, 4, 1e-6);
+  attributes["SCALE"] = gltf.add_accessor<float>("VEC3", {1, 1, 1});
+  EXPECT_NE(message_of(gltf).find("EXT_mesh_gpu_instancing"), std::string::npos);
+}
+
+TEST(GltfScene, Cameras) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.push("cameras", {{"type", "perspective"},
+                        {"name", "main"},
+                        {"perspective", {{"yfov", 0.6}, {"znear", 0.1}, {"aspectRatio", 1.5}}}});
+  gltf.push("cameras", {{"type", "orthographic"},
+                        {"orthographic", {{"xmag", 2}, {"ymag", 3}, {"znear", 0}, {"zfar", 10}}}});
+  gltf.add_to_scene(gltf.push("nodes", {{"camera", 0}, {"translation", {1, 2, 3}}}));
+  gltf.add_to_scene(gltf.push("nodes", {{"camera", 1}, {"name", "plan"}}));
+  gltf.add_to_scene(gltf.push("nodes", {{"camera", 0}, {"scale", {0, 0, 0}}}));
+  gltf.push("nodes", {{"camera", 0}});  // in no scene
+  SceneDescription scene = load(gltf);
+  ASSERT_EQ(scene.cameras.size(), 2u);
+  EXPECT_EQ(scene.repairs.singular_instances, 1u);
+  EXPECT_EQ(scene.cameras[0].name, "main");
+  EXPECT_FALSE(scene.cameras[0].orthographic);
+  EXPECT_DOUBLE_EQ(scene.cameras[0].fov_y, 0.6);
+  EXPECT_DOUBLE_EQ(scene.cameras[0].aspect.value(), 1.5);
+  EXPECT_DOUBLE_EQ(scene.cameras[0].z_near, 0.1);
+  EXPECT_EQ(scene.cameras[0].to_world[3][1], 2.0);
+  EXPECT_EQ(scene.cameras[1].name, "plan");
+  EXPECT_TRUE(scene.cameras[1].orthographic);
+  EXPECT_DOUBLE_EQ(scene.cameras[1].x_mag, 2.0);
+  EXPECT_DOUBLE_EQ(scene.cameras[1].y_mag, 3.0);
+
+  gltf.root["cameras"][0]["perspective"].erase("aspectRatio");
+  EXPECT_FALSE(load(gltf).cameras[0].aspect.has_value());
+  gltf.root["cameras"][0]["perspective"]["yfov"] = 4;
+  EXPECT_NE(message_of(gltf).find("#/cameras/0/perspective/yfov"), std::string::npos);
+  gltf.root["cameras"][0] = {{"type", "fisheye"}};
+  EXPECT_NE(message_of(gltf).find("#/cameras/0/type"), std::string::npos);
+}
+
+TEST(GltfScene, PunctualLights) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.root["extensionsUsed"] = {"KHR_lights_punctual"};
+  gltf.root["extensions"]["KHR_lights_punctual"]["lights"] = {
+      {{"type", "point"}, {"color", {1, 0.5, 0}}, {"intensity", 20}, {"name", "bulb"}},
+      {{"type", "directional"}},
+      {{"type", "spot"}, {"spot", {{"innerConeAngle", 0.2}, {"outerConeAngle", 0.5}}}},
+      {{"type", "spot"}, {"spot", {{"innerConeAngle", 3}, {"outerConeAngle", 3}}}}};
+  for (int light = 0; light < 4; ++light) {
+    gltf.add_to_scene(
+        gltf.push("nodes", {{"translation", {light, 0, 0}},
+                            {"extensions", {{"KHR_lights_punctual", {{"light", light}}}}}}));
+  }
+  const SceneDescription scene = load(gltf);
+  ASSERT_EQ(scene.lights.size(), 4u);
+  EXPECT_EQ(scene.lights[0].name, "bulb");
+  EXPECT_EQ(scene.lights[0].type, PunctualType::kPoint);
+  EXPECT_EQ(scene.lights[0].intensity, Rgb(20, 10, 0));
+  EXPECT_EQ(scene.lights[1].type, PunctualType::kDirectional);
+  EXPECT_EQ(scene.lights[1].intensity, Rgb(1.0f));
+  EXPECT_EQ(scene.lights[1].to_world[3][0], 1.0);
+  EXPECT_EQ(scene.lights[2].type, PunctualType::kSpot);
+  EXPECT_FLOAT_EQ(scene.lights[2].inner_cone, 0.2f);
+  EXPECT_FLOAT_EQ(scene.lights[2].outer_cone, 0.5f);
+  EXPECT_LE(scene.lights[3].outer_cone, 1.5707964f);
+  EXPECT_LT(scene.lights[3].inner_cone, scene.lights[3].outer_cone);
+  gltf.root["extensions"]["KHR_lights_punctual"]["lights"][0]["type"] = "area";
+  EXPECT_NE(message_of(gltf).find("#/extensions/KHR_lights_punctual/lights/0/type"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,267 @@
+// Image decoding: depth, alpha, odd formats, bombs; environments; images for comparison.
+#include "io/image_input.h"
+
+#include <Imath/half.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "renderer/core/errors.h"
+#include "support/encoded_images.h"
+
+namespace emberline {
+namespace {
+
+using OIIO::ImageSpec;
+using OIIO::TypeDesc;
+using test::TempFolder;
+
+std::shared_ptr<const Image> decode(const std::vector<uint8_t>& encoded,
+                                    uint64_t* non_finite = nullptr) {
+  return decode_image(encoded, "place", non_finite);
+}
+
+template <class T>
+std::vector<T> texels(const Image& image) {
+  std::vector<T> values(image.texels.size() / sizeof(T));
+  std::memcpy(values.data(), image.texels.data(), image.texels.size());
+  return values;
+}
+
+std::string message_of(const std::vector<uint8_t>& encoded) {
+  try {
+    decode(encoded);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(ImageInput, PngKeepsDepthChannelsAndUnmultipliedAlpha) {
+  ImageSpec rgba(2, 1, 4, TypeDesc::UINT8);
+  rgba.attribute("oiio:UnassociatedAlpha", 1);
+  const auto image =
+      decode(test::encode_image<uint8_t>("png", rgba, {200, 100, 50, 0, 10, 20, 30, 128}));
+  EXPECT_EQ(image->name, "place");
+  EXPECT_EQ(image->width, 2);
+  EXPECT_EQ(image->height, 1);
+  EXPECT_EQ(image->channels, 4);
+  EXPECT_EQ(texels<uint8_t>(*image), (std::vector<uint8_t>{200, 100, 50, 0, 10, 20, 30, 128}));
+
+  const auto deep = decode(
+      test::encode_image<uint16_t>("png", ImageSpec(1, 1, 3, TypeDesc::UINT16), {1, 256, 65535}));
+  EXPECT_EQ(deep->type, TexelType::kUint16);
+  EXPECT_EQ(texels<uint16_t>(*deep), (std::vector<uint16_t>{1, 256, 65535}));
+
+  const auto grey =
+      decode(test::encode_image<uint8_t>("png", ImageSpec(2, 2, 1, TypeDesc::UINT8), {1, 2, 3, 4}));
+  EXPECT_EQ(grey->channels, 1);
+  EXPECT_EQ(texels<uint8_t>(*grey), (std::vector<uint8_t>{1, 2, 3, 4}));
+}
+
+TEST(ImageInput, JpegInColourAndGrey) {
+  const auto color = decode(test::encode_image<uint8_t>("jpg", ImageSpec(8, 8, 3, TypeDesc::UINT8),
+                                                        std::vector<uint8_t>(8 * 8 * 3, 120)));
+  EXPECT_EQ(color->channels, 3);
+  EXPECT_NEAR(texels<uint8_t>(*color)[0], 120, 2);
+  const auto grey = decode(test::encode_image<uint8_t>("jpg", ImageSpec(8, 8, 1, TypeDesc::UINT8),
+                                                       std::vector<uint8_t>(8 * 8, 120)));
+  EXPECT_EQ(grey->channels, 1);
+}
+
+// OpenImageIO's writer would multiply and divide on its own account, so these 38 bytes were made by
+// libwebp: lossless, 4 x 4 pixels of (200, 100, 50) with alpha 128.
+TEST(ImageInput, WebpWithAlphaIsNotPremultiplied) {
+  const std::vector<uint8_t> webp = {0x52, 0x49, 0x46, 0x46, 0x1e, 0x00, 0x00, 0x00, 0x57, 0x45,
+                                     0x42, 0x50, 0x56, 0x50, 0x38, 0x4c, 0x11, 0x00, 0x00, 0x00,
+                                     0x2f, 0x03, 0xc0, 0x00, 0x10, 0x07, 0x50, 0xb2, 0x22, 0x57,
+                                     0xa6, 0x80, 0x81, 0x88, 0xe8, 0x7f, 0x00, 0x00};
+  const auto image = decode(webp);
+  EXPECT_EQ(image->channels, 4);
+  const auto read = texels<uint8_t>(*image);
+  EXPECT_NEAR(read[0], 200, 1);
+  EXPECT_NEAR(read[1], 100, 1);
+  EXPECT_NEAR(read[2], 50, 1);
+  EXPECT_EQ(read[3], 128);
+}
+
+TEST(ImageInput, FloatImagesAreRepairedAndCounted) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float inf = std::numeric_limits<float>::infinity();
+  uint64_t count = 0;
+  const auto image = decode(test::encode_image<float>("exr", ImageSpec(2, 1, 3, TypeDesc::FLOAT),
+                                                      {1, nan, -2, inf, -inf, 1e30f}),
+                            &count);
+  EXPECT_EQ(image->type, TexelType::kFloat);
+  EXPECT_EQ(count, 3u);
+  EXPECT_EQ(texels<float>(*image), (std::vector<float>{1, 0, -2, 0, 0, 1e30f}));
+  const auto half =
+      decode(test::encode_image<float>("exr", ImageSpec(1, 1, 3, TypeDesc::HALF), {1, 0.5f, 2}));
+  EXPECT_EQ(half->type, TexelType::kHalf);
+  EXPECT_EQ(half->texels.size(), 6u);
+  const auto hdr = decode(test::encode_image<float>("hdr", ImageSpec(16, 1, 3, TypeDesc::FLOAT),
+                                                    std::vector<float>(16 * 3, 4.0f)));
+  EXPECT_EQ(hdr->type, TexelType::kFloat);
+  EXPECT_NEAR(texels<float>(*hdr)[0], 4.0f, 0.05f);
+}
+
+TEST(ImageInput, WhatIsNoImageSaysSo) {
+  EXPECT_NE(message_of({}).find("place: the image is empty"), std::string::npos);
+  EXPECT_NE(message_of({1, 2, 3}).find("not PNG, JPEG, WebP"), std::string::npos);
+  const std::vector<uint8_t> png = test::small_png();
+  for (const char* suffix : {"png", "jpg", "webp", "exr", "hdr"}) {
+    const bool is_float = std::string(suffix) == "exr" || std::string(suffix) == "hdr";
+    const ImageSpec spec(16, 16, 3, is_float ? TypeDesc::FLOAT : TypeDesc::UINT8);
+    const std::vector<uint8_t> whole =
+        is_float ? test::encode_image<float>(suffix, spec, std::vector<float>(16 * 16 * 3, 0.5f))
+                 : test::encode_image<uint8_t>(suffix, spec, std::vector<uint8_t>(16 * 16 * 3, 77));
+    ASSERT_EQ(message_of(whole), "no error") << suffix;
+    const std::vector<uint8_t> head(whole.begin(), whole.begin() + 16);
+    const std::string message = message_of(head);
+    EXPECT_EQ(message.rfind("place: ", 0), 0u) << suffix << ": " << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+}
+
+// A PNG header that announces more than any image has must fail before memory is taken for it.
+TEST(ImageInput, DecompressionBombsAreRefused) {
+  std::vector<uint8_t> png = test::small_png();
+  const auto announce = [&](uint32_t width, uint32_t height) {
+    for (int i = 0; i < 4; ++i) {
+      png[16 + size_t(i)] = uint8_t(width >> (24 - 8 * i));
+      png[20 + size_t(i)] = uint8_t(height >> (24 - 8 * i));
+    }
+    // CRC-32 of the IHDR chunk (type and 13 bytes), which libpng checks.
+    uint32_t crc = 0xffffffffu;
+    for (size_t i = 12; i < 29; ++i) {
+      crc ^= png[i];
+      for (int k = 0; k < 8; ++k) crc = crc & 1 ? 0xedb88320u ^ (crc >> 1) : crc >> 1;
+    }
+    crc = ~crc;
+    for (int i = 0; i < 4; ++i) png[29 + size_t(i)] = uint8_t(crc >> (24 - 8 * i));
+    return png;
+  };
+  EXPECT_NE(message_of(announce(60000, 60000)).find("too large (60000 x 60000"), std::string::npos)
+      << message_of(announce(60000, 60000));
+  EXPECT_NE(message_of(announce(70000, 1)).find("too large"), std::string::npos);
+  EXPECT_NE(message_of(announce(0, 5)), "no error");
+}
+
+TEST(ReadEnvironment, HdrIsFloatExrKeepsHalf) {
+  const TempFolder folder;
+  test::write_image<float>(folder / "a.hdr", ImageSpec(16, 8, 3, TypeDesc::FLOAT),
+                           std::vector<float>(16 * 8 * 3, 2.0f));
+  uint64_t repaired = 0;
+  auto image = read_environment(folder / "a.hdr", &repaired);
+  EXPECT_EQ(image->type, TexelType::kFloat);
+  EXPECT_EQ(image->channels, 3);
+  EXPECT_EQ(image->width, 16);
+  EXPECT_EQ(repaired, 0u);
+
+  std::vector<float> values(16 * 8 * 4, 1.0f);
+  values[0] = 65504.0f;
+  test::write_image<float>(folder / "a.exr", ImageSpec(16, 8, 4, TypeDesc::HALF), values);
+  image = read_environment(folder / "a.exr", &repaired);
+  EXPECT_EQ(image->type, TexelType::kHalf);
+  EXPECT_EQ(image->channels, 3);  // alpha is left out
+  EXPECT_EQ(image->texels.size(), size_t(16 * 8 * 3 * 2));
+  EXPECT_EQ(float(texels<Imath::half>(*image)[0]), 65504.0f);
+}
+
+TEST(ReadEnvironment, TiledAndDwabExr) {
+  const TempFolder folder;
+  ImageSpec tiled(64, 32, 3, TypeDesc::FLOAT);
+  tiled.tile_width = tiled.tile_height = 16;
+  std::vector<float> ramp(64 * 32 * 3);
+  for (size_t i = 0; i < ramp.size(); ++i) ramp[i] = float(i);
+  test::write_image<float>(folder / "tiled.exr", tiled, ramp);
+  EXPECT_EQ(texels<float>(*read_environment(folder / "tiled.exr", nullptr)), ramp);
+  ImageSpec dwab(64, 32, 3, TypeDesc::HALF);
+  dwab.attribute("compression", "dwab");
+  test::write_image<float>(folder / "dwab.exr", dwab, std::vector<float>(64 * 32 * 3, 0.5f));
+  EXPECT_NEAR(float(texels<Imath::half>(*read_environment(folder / "dwab.exr", nullptr))[100]),
+              0.5f, 0.01f);
+}
+
+TEST(ReadEnvironment, BadTexelsBecomeZeroAndAreCounted) {
+  const TempFolder folder;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float inf = std::numeric_limits<float>::infinity();
+  for (const TypeDesc::BASETYPE type : {TypeDesc::FLOAT, TypeDesc::HALF}) {
+    std::vector<float> values(4 * 2 * 3, 1.0f);
+    values[0] = nan;
+    values[1] = inf;
+    values[2] = -1.0f;
+    values[3] = -0.0f;  // no harm in it
+    test::write_image<float>(folder / "a.exr", ImageSpec(4, 2, 3, type), values);
+    uint64_t repaired = 0;
+    const auto image = read_environment(folder / "a.exr", &repaired);
+    EXPECT_EQ(repaired, 3u);
+    const float first =
+        type == TypeDesc::HALF ? float(texels<Imath::half>(*image)[1]) : texels<float>(*image)[1];
+    EXPECT_EQ(first, 0.0f);
+  }
+}
+
+TEST(ReadEnvironment, GreyIsExpandedOthersAreErrors) {
+  const TempFolder folder;
+  ImageSpec grey(2, 1, 1, TypeDesc::FLOAT);
+  grey.channelnames = {"Y"};
+  test::write_image<float>(folder / "grey.exr", grey, {0.5f, 2.0f});
+  EXPECT_EQ(texels<float>(*read_environment(folder / "grey.exr", nullptr)),
+            (std::vector<float>{0.5f, 0.5f, 0.5f, 2, 2, 2}));
+  const auto message = [](const std::string& path) -> std::string {
+    try {
+      read_environment(path, nullptr);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  ImageSpec two(2, 1, 2, TypeDesc::FLOAT);
+  two.channelnames = {"U", "V"};
+  test::write_image<float>(folder / "two.exr", two, {1, 2, 3, 4});
+  EXPECT_NE(message(folder / "two.exr").find("1, 3 or 4 channels"), std::string::npos);
+  test::write_bytes(folder / "a.png", test::small_png());
+  EXPECT_NE(message(folder / "a.png").find("needs half or float"), std::string::npos);
+  EXPECT_NE(message(folder / "none.hdr").find("none.hdr"), std::string::npos);
+  test::write_text(folder / "text.hdr", "not a picture");
+  EXPECT_NE(message(folder / "text.hdr"), "no error");
+  EXPECT_NE(message(folder.path().string()), "no error");
+  std::vector<uint8_t> cut = test::encode_image<float>("exr", ImageSpec(64, 64, 3, TypeDesc::FLOAT),
+                                                       std::vector<float>(64 * 64 * 3, 0.1f));
+  cut.resize(cut.size() / 2);
+  test::write_bytes(folder / "cut.exr", cut);
+  EXPECT_NE(message(folder / "cut.exr"), "no error");
+}
+
+TEST(ReadFloatImage, NamesChannelsAndDecodesSrgb) {
+  const TempFolder folder;
+  ImageSpec spec(2, 1, 5, TypeDesc::FLOAT);
+  spec.channelnames = {"R", "G", "B", "albedo.G", "samples"};
+  spec.channelformats = {TypeDesc::HALF, TypeDesc::HALF, TypeDesc::HALF, TypeDesc::FLOAT,
+                         TypeDesc::FLOAT};
+  test::write_image<float>(folder / "a.exr", spec, {1, 2, 3, 0.25f, 64, 4, 5, 6, 0.75f, 128});
+  const FloatImage exr = read_float_image(folder / "a.exr");
+  EXPECT_EQ(exr.width, 2);
+  EXPECT_EQ(exr.height, 1);
+  ASSERT_EQ(exr.channels(), 5);
+  EXPECT_EQ(exr.find_channel("nothing"), -1);
+  EXPECT_EQ(exr.values[size_t(exr.find_channel("albedo.G"))], 0.25f);
+  EXPECT_EQ(exr.values[5 + size_t(exr.find_channel("samples"))], 128.0f);
+
+  ImageSpec rgba(1, 1, 4, TypeDesc::UINT8);
+  rgba.attribute("oiio:UnassociatedAlpha", 1);
+  test::write_image<uint8_t>(folder / "a.png", rgba, {0, 188, 255, 128});
+  const FloatImage png = read_float_image(folder / "a.png");
+  EXPECT_EQ(png.values[0], 0.0f);
+  // IEC 61966-2-1: ((188/255 + 0.055) / 1.055)^2.4; alpha is linear already.
+  EXPECT_NEAR(png.values[size_t(png.find_channel("G"))], 0.5028865f, 1e-5f);
+  EXPECT_NEAR(png.values[size_t(png.find_channel("B"))], 1.0f, 1e-6f);
+  EXPECT_NEAR(png.values[size_t(png.find_channel("A"))], 128.0f / 255.0f, 1e-6f);
+  EXPECT_THROW(read_float_image(folder / "none.exr"), InputError);
+}
+
+}  // namespace
+}  // namespace emberline
