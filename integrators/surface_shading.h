@@ -37,16 +37,17 @@ inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& h
     normal = mapped_normal(normal, p.surface.tangent, false, p.material.normal);
   }
   p.frame = make_surface_frame(p.surface.geometric_normal, p.surface.shading_normal, normal, p.wo);
+  p.material.bsdf.inside = p.frame.back_facing;
   return p;
 }
 
 // The AOVs of a camera ray's first surface, as far as the batch asks for them.
-inline void fill_first_hit(const SampleBatch& batch, const ShadedPoint& point,
-                           const SurfaceBsdf& bsdf, FirstHit* out) {
+inline void fill_first_hit(const SampleBatch& batch, const ShadedPoint& point, const Rgb& albedo,
+                           FirstHit* out) {
   if (batch.hit_id) out->id = point.surface.instance + 1;
   if (!batch.surface_aovs) return;
   out->hit = true;
-  out->albedo = point.surface.material->unlit() ? point.material.emission : bsdf.albedo();
+  out->albedo = point.surface.material->unlit() ? point.material.emission : albedo;
   out->normal = point.frame.shading.normal;
   out->depth = float(double(batch.camera.axial_depth(point.surface.position)) / batch.scene.scale());
 }

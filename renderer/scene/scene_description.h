@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -68,6 +69,12 @@ struct MaterialDescription {
   AlphaMode alpha_mode = AlphaMode::kOpaque;
   float alpha_cutoff = 0.5f;
   bool double_sided = false;
+  // KHR_materials_transmission and _volume.
+  float transmission = 0.0f;        // share of the dielectric that is clear
+  TextureRef transmission_texture;  // r
+  bool thin_walled = true;          // thicknessFactor is 0: no interior
+  Rgb attenuation_color = Rgb(1.0f);  // of white light after attenuation_distance in the interior
+  float attenuation_distance = std::numeric_limits<float>::infinity();  // metres
   bool unlit = false;  // KHR_materials_unlit: base colour is the radiance seen
 };
 
