@@ -15,11 +15,6 @@ namespace {
 
 using nlohmann::json;
 
-std::vector<TextureRef*> texture_slots(MaterialDescription& material) {
-  return {&material.base_color_texture, &material.metallic_roughness_texture,
-          &material.normal_texture, &material.emission_texture};
-}
-
 std::shared_ptr<const Image> decode(const GltfDocument& document, int index, uint64_t* non_finite) {
   const json& object = document.json.at("images")[size_t(index)];
   const std::string pointer = "/images/" + std::to_string(index);

@@ -119,18 +119,14 @@ void drop_unused_vertices(MeshDescription& mesh) {
 
 int last_used_uv_set(const MaterialDescription& material) {
   int last = 0;
-  for (const TextureRef* texture :
-       {&material.base_color_texture, &material.metallic_roughness_texture,
-        &material.normal_texture, &material.emission_texture}) {
+  for (const TextureRef* texture : material.texture_slots()) {
     if (texture->image >= 0) last = std::max(last, texture->uv_set);
   }
   return last;
 }
 
 bool uses_uv_set(const MaterialDescription& material, int set) {
-  for (const TextureRef* texture :
-       {&material.base_color_texture, &material.metallic_roughness_texture,
-        &material.normal_texture, &material.emission_texture}) {
+  for (const TextureRef* texture : material.texture_slots()) {
     if (texture->image >= 0 && texture->uv_set == set) return true;
   }
   return false;
