@@ -5,6 +5,7 @@
 #include <exception>
 #include <map>
 
+#include "io/gltf_material.h"
 #include "io/gltf_uri.h"
 #include "io/image_input.h"
 #include "renderer/core/errors.h"

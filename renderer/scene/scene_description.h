@@ -76,16 +76,6 @@ struct MaterialDescription {
   Rgb attenuation_color = Rgb(1.0f);  // of white light after attenuation_distance in the interior
   float attenuation_distance = std::numeric_limits<float>::infinity();  // metres
   bool unlit = false;  // KHR_materials_unlit: base colour is the radiance seen
-
-  // Every slot there is: a new one is added here, and readers of textures follow.
-  std::array<TextureRef*, 5> texture_slots() {
-    return {&base_color_texture, &metallic_roughness_texture, &normal_texture, &emission_texture,
-            &transmission_texture};
-  }
-  std::array<const TextureRef*, 5> texture_slots() const {
-    return {&base_color_texture, &metallic_roughness_texture, &normal_texture, &emission_texture,
-            &transmission_texture};
-  }
 };
 
 // ---- geometry ------------------------------------------------------------------------------------

@@ -54,7 +54,7 @@ TEST(GltfCoverage, EveryHonouredExtensionMayBeRequired) {
 TEST(GltfCoverage, RequiredOnesThatAreNotHonouredAreErrorsWithTheirNames) {
   for (const char* name :
        {"KHR_texture_basisu", "KHR_materials_pbrSpecularGlossiness", "KHR_materials_sheen",
-        "KHR_materials_dispersion", "KHR_materials_clearcoat", "VENDOR_new_thing"}) {
+        "KHR_materials_iridescence", "KHR_materials_clearcoat", "VENDOR_new_thing"}) {
     GltfBuilder gltf;
     gltf.add_triangle();
     gltf.root["extensionsUsed"] = {"KHR_materials_unlit", name};

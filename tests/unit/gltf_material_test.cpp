@@ -172,6 +172,21 @@ TEST_F(GltfMaterial, ImagesKeepTheirDepthAndAreSharedBetweenSlots) {
   EXPECT_EQ(texel[3], 32768);
 }
 
+// The slot's image is numbered and its UV set read like any other's.
+TEST_F(GltfMaterial, TransmissionTextures) {
+  test::add_texture(gltf_, {1, 2, 3});
+  test::add_texture(gltf_, test::small_png());
+  const SceneDescription scene =
+      load({{"extensions",
+             {{"KHR_materials_transmission",
+               {{"transmissionFactor", 0.5},
+                {"transmissionTexture", {{"index", 1}, {"texCoord", 1}}}}}}}});
+  EXPECT_EQ(scene.materials[0].transmission, 0.5f);
+  EXPECT_EQ(scene.materials[0].transmission_texture.image, 0);
+  EXPECT_EQ(scene.images.size(), 1u);
+  EXPECT_EQ(scene.meshes[0].uv_sets.at(1).size(), 3u);
+}
+
 TEST_F(GltfMaterial, OnlyImagesThatSomethingWearsAreDecoded) {
   test::add_texture(gltf_, {1, 2, 3, 4});
   gltf_.root["materials"] = json::array({json::object(), base_color_slot({{"index", 0}})});
