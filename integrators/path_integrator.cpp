@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "integrators/surface_shading.h"
+#include "integrators/scattering.h"
 #include "renderer/lights/environment_light.h"
 
 namespace emberline {
@@ -89,6 +89,8 @@ SampleValue PathIntegrator::trace(const SampleBatch& batch, Ray ray, PixelSample
 
   SampleValue value;
   Rgb throughput(1.0f);
+  float eta_scale = 1.0f;          // radiance compression by refraction so far; for roulette only
+  const Material* solid = nullptr;  // what the path is inside of
   LastVertex last;
   counters.camera++;
   for (uint32_t depth = 0;; ++depth) {
@@ -103,30 +105,38 @@ SampleValue PathIntegrator::trace(const SampleBatch& batch, Ray ray, PixelSample
     }
     samples.start_slot(depth + 1);
     const ShadedPoint point = shade(scene, ray, hit, samples.get(surface_dim::kTexture));
-    const SurfaceBsdf bsdf = point.bsdf();
+    if (solid) {
+      throughput *= beer_transmittance(solid->attenuation(), float(double(hit.t) / scene.scale()));
+    }
+    const Scattering scattering(point, samples);
     if (depth == 0) {
       value.alpha = 1.0f;
-      fill_first_hit(batch, point, bsdf, &value.first_hit);
+      fill_first_hit(batch, point, scattering.albedo(), &value.first_hit);
     }
     value.radiance += throughput * surface_emission(scene, point, ray, hit, last);
     if (point.surface.material->unlit() || depth >= uint32_t(settings_.max_depth)) break;
 
-    last.query = {point.surface.position, point.frame.shading.normal, false};
-    last.light_sampled = sample_lights && bsdf.has_non_delta();
+    last.query = {point.surface.position, point.frame.shading.normal, scattering.both_sides()};
+    last.light_sampled = sample_lights && scattering.has_non_delta();
     if (last.light_sampled) {
-      value.radiance += throughput * direct_light(scene, point, bsdf, last.query, samples, counters);
+      value.radiance +=
+          throughput * direct_light(scene, point, scattering, last.query, samples, counters);
     }
 
-    const BsdfSample next = bsdf.sample(
+    const BsdfSample next = scattering.sample(
         samples.get(surface_dim::kLobe),
         {samples.get(surface_dim::kBsdfX), samples.get(surface_dim::kBsdfY)});
     if (!next.valid) break;
     throughput *= next.weight;
     if (next.delta) last.light_sampled = false;
     last.bsdf_pdf = next.pdf;
+    eta_scale *= next.eta_scale;
+    if (next.transmitted && !point.surface.material->thin_walled()) {
+      solid = point.frame.back_facing ? nullptr : point.surface.material;
+    }
 
     if (depth + 1 >= kRouletteDepth) {
-      const float survival = std::clamp(max_component(throughput), kMinSurvival, 1.0f);
+      const float survival = std::clamp(max_component(throughput) * eta_scale, kMinSurvival, 1.0f);
       if (samples.get(surface_dim::kRoulette) >= survival) break;
       throughput *= 1.0f / survival;
     }
@@ -138,14 +148,15 @@ SampleValue PathIntegrator::trace(const SampleBatch& batch, Ray ray, PixelSample
 }
 
 Rgb PathIntegrator::direct_light(const Scene& scene, const ShadedPoint& point,
-                                 const SurfaceBsdf& bsdf, const LightQuery& query,
+                                 const Scattering& scattering, const LightQuery& query,
                                  PixelSamples& samples, RayCounters& counters) {
   const LightSample light = scene.lights().sample(
       query, samples.get(surface_dim::kLightPick),
       {samples.get(surface_dim::kLightX), samples.get(surface_dim::kLightY)});
   if (light.kind == LightKind::kNone || !(light.pdf > 0.0f)) return Rgb(0.0f);
   float bsdf_pdf = 0.0f;
-  const Rgb scattered = bsdf.eval_and_pdf(point.frame.shading.to_local(light.direction), &bsdf_pdf);
+  const Rgb scattered =
+      scattering.eval_and_pdf(point.frame.shading.to_local(light.direction), &bsdf_pdf);
   if (is_black(scattered)) return Rgb(0.0f);
   const Vec3f from = point.spawn_origin(light.direction);
   Vec3f target;

@@ -5,6 +5,7 @@
 #include "renderer/scene/scene.h"
 #include "renderer/shading/bsdf.h"
 #include "renderer/shading/shading_normal.h"
+#include "renderer/shading/transmission_lobe.h"
 
 namespace emberline {
 
@@ -18,6 +19,17 @@ struct ShadedPoint {
   SurfaceBsdf bsdf() const {
     return {material.bsdf, frame.shading.to_local(wo),
             frame.shading.to_local(frame.geometric_normal)};
+  }
+  // The interface that light passes; asked for only where material.transmission > 0.
+  TransmissionLobe transmission_lobe() const {
+    TransmissionParameters parameters;
+    parameters.tint = material.bsdf.base_color;
+    parameters.roughness = material.bsdf.roughness;
+    parameters.ior = material.bsdf.ior;
+    parameters.specular = material.bsdf.specular;
+    parameters.thin_walled = surface.material->thin_walled();
+    parameters.inside = frame.back_facing;
+    return {parameters, frame.shading.to_local(wo)};
   }
   Vec3f spawn_origin(const Vec3f& direction) const {
     return offset_ray_origin(surface.position, surface.geometric_normal, surface.offset, direction);
@@ -41,12 +53,12 @@ inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& h
 }
 
 // The AOVs of a camera ray's first surface, as far as the batch asks for them.
-inline void fill_first_hit(const SampleBatch& batch, const ShadedPoint& point,
-                           const SurfaceBsdf& bsdf, FirstHit* out) {
+inline void fill_first_hit(const SampleBatch& batch, const ShadedPoint& point, const Rgb& albedo,
+                           FirstHit* out) {
   if (batch.hit_id) out->id = point.surface.instance + 1;
   if (!batch.surface_aovs) return;
   out->hit = true;
-  out->albedo = point.surface.material->unlit() ? point.material.emission : bsdf.albedo();
+  out->albedo = point.surface.material->unlit() ? point.material.emission : albedo;
   out->normal = point.frame.shading.normal;
   out->depth = float(double(batch.camera.axial_depth(point.surface.position)) / batch.scene.scale());
 }

@@ -18,12 +18,17 @@ constexpr ExtensionInfo kExtensions[] = {
     {"KHR_draco_mesh_compression", kHonoured, ""},
     {"KHR_lights_punctual", kHonoured, ""},
     {"KHR_materials_emissive_strength", kHonoured, ""},
+    {"KHR_materials_ior", kHonoured, ""},
+    {"KHR_materials_transmission", kHonoured, ""},
     {"KHR_materials_unlit", kHonoured, ""},
     {"KHR_mesh_quantization", kHonoured, ""},
     {"KHR_meshopt_compression", kHonoured, ""},
     {"KHR_texture_transform", kHonoured, ""},
 
     {"KHR_materials_variants", kApproximated, "default variant shown"},
+    {"KHR_materials_specular", kApproximated, "its weight is honoured, its textures and tint are not"},
+    {"KHR_materials_volume", kApproximated,
+     "a closed mesh is a solid; its thickness texture has no meaning to a path tracer"},
     {"KHR_materials_pbrSpecularGlossiness", kApproximatedIfOptional,
      "converted to metallic-roughness, its specular texture is ignored"},
 
@@ -31,12 +36,8 @@ constexpr ExtensionInfo kExtensions[] = {
     {"KHR_materials_clearcoat", kIgnored, "no clear coat"},
     {"KHR_materials_diffuse_transmission", kIgnored, "no diffuse transmission"},
     {"KHR_materials_dispersion", kIgnored, "no dispersion"},
-    {"KHR_materials_ior", kIgnored, "the index of refraction is 1.5"},
     {"KHR_materials_iridescence", kIgnored, "no iridescence"},
     {"KHR_materials_sheen", kIgnored, "no sheen"},
-    {"KHR_materials_specular", kIgnored, "default specular reflection"},
-    {"KHR_materials_transmission", kIgnored, "surfaces are opaque"},
-    {"KHR_materials_volume", kIgnored, "no absorption"},
     {"KHR_texture_basisu", kIgnored, "the fallback image is used"},
 };
 

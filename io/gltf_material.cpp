@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "io/gltf_extensions.h"
 #include "io/gltf_specular_glossiness.h"
@@ -55,6 +56,8 @@ class MaterialReader {
     log_warning(document_.file + ": material factors outside [0, 1] are clamped");
     return float(std::clamp(value, 0.0, 1.0));
   }
+  void read_dielectric(const json& object, const std::string& pointer,
+                       MaterialDescription& material);
   void read_alpha(const tinygltf::Material& source, const std::string& pointer,
                   MaterialDescription& material) const;
 
@@ -112,6 +115,41 @@ void MaterialReader::read_alpha(const tinygltf::Material& source, const std::str
   material.alpha_cutoff = float(source.alphaCutoff);
 }
 
+// KHR_materials_ior, _specular, _transmission and _volume.
+void MaterialReader::read_dielectric(const json& object, const std::string& pointer,
+                                     MaterialDescription& material) {
+  if (const json* ior = find_extension(object, "KHR_materials_ior")) {
+    material.ior = ior->value("ior", 1.5f);
+    if (!(material.ior >= 1.0f || material.ior == 0.0f) || !std::isfinite(material.ior)) {
+      throw InputError(document_.place(pointer + "/extensions/KHR_materials_ior/ior"),
+                       "an index of refraction is at least 1, or 0");
+    }
+  }
+  if (const json* specular = find_extension(object, "KHR_materials_specular")) {
+    material.specular = unit(specular->value("specularFactor", 1.0));
+  }
+  const json* transmission = find_extension(object, "KHR_materials_transmission");
+  if (!transmission) return;
+  material.transmission = unit(transmission->value("transmissionFactor", 0.0));
+  material.transmission_texture = texture(*transmission, "transmissionTexture",
+                                          pointer + "/extensions/KHR_materials_transmission");
+  const json* volume = find_extension(object, "KHR_materials_volume");
+  if (!volume || !(volume->value("thicknessFactor", 0.0) > 0.0)) return;
+  material.solid = true;
+  const std::vector<double> color =
+      volume->value("attenuationColor", std::vector<double>{1.0, 1.0, 1.0});
+  for (size_t c = 0; c < 3; ++c) {
+    material.attenuation_color[int(c)] = unit(c < color.size() ? color[c] : 1.0);
+  }
+  const float distance =
+      volume->value("attenuationDistance", std::numeric_limits<float>::infinity());
+  if (!(distance > 0.0f)) {
+    throw InputError(document_.place(pointer + "/extensions/KHR_materials_volume"),
+                     "attenuationDistance must be greater than 0");
+  }
+  material.attenuation_distance = distance;
+}
+
 MaterialDescription MaterialReader::read(size_t i) {
   const tinygltf::Material& source = model_.materials[i];
   const json& object = document_.json.at("materials")[i];
@@ -147,6 +185,7 @@ MaterialDescription MaterialReader::read(size_t i) {
                        "the emission is too large to be finite");
     }
   }
+  read_dielectric(object, pointer, material);
   read_alpha(source, pointer, material);
   material.double_sided = source.doubleSided;
   material.unlit = find_extension(object, "KHR_materials_unlit") != nullptr;

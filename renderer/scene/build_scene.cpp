@@ -228,7 +228,8 @@ void SceneBuilder::place_meshes() {
     mesh.material = &(*scene.materials_)[source.material];
     mesh.material_index = uint32_t(source.material < 0 ? int(description_.materials.size())
                                                        : source.material);
-    mesh.cull_backfaces = !options_.show_backfaces && !mesh.material->double_sided();
+    mesh.cull_backfaces = !options_.show_backfaces && !mesh.material->double_sided() &&
+                          !mesh.material->transmissive();
     mesh.has_coverage = mesh.material->has_alpha(!mesh.colors.empty());
     if (mesh.has_coverage) scene.has_coverage_ = true;
   }
@@ -289,7 +290,8 @@ void SceneBuilder::collect_emitters(std::vector<EmissiveTriangle>& triangles) {
       t.mean_radiance = material.mean_emission(interpolate_attributes(mesh, p, 0.0f, 0.0f),
                                                interpolate_attributes(mesh, p, 1.0f, 0.0f),
                                                interpolate_attributes(mesh, p, 0.0f, 1.0f));
-      t.two_sided = material.double_sided() || options_.show_backfaces;
+      t.two_sided =
+          material.double_sided() || material.transmissive() || options_.show_backfaces;
       t.instance = i;
       t.primitive = p;
       triangles.push_back(t);

@@ -1,7 +1,7 @@
 emberline_test(triangle_sampling_test SOURCES triangle_sampling_test.cpp LINK emberline_lights)
-emberline_test(environment_light_test SOURCES environment_light_test.cpp
+emberline_test(environment_light_test SOURCES environment_light_test.cpp fixed_cdf_test.cpp
                LINK emberline_lights TBB::tbb)
-emberline_test(light_sampler_test SOURCES light_sampler_test.cpp light_bvh_test.cpp
+emberline_test(light_sampler_test SOURCES light_sampler_test.cpp light_density_test.cpp light_bvh_test.cpp
                LINK emberline_lights)
 
 # Not part of "all": timings, run by hand.
