@@ -5,7 +5,7 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build ccache git python3
   libembree-dev libtbb-dev libimath-dev
-  libopenimageio-dev libopenexr-dev libopencolorio-dev
+  libopenimageio-dev openimageio-tools libopenexr-dev libopencolorio-dev
   libtinygltf-dev libdraco-dev libmeshoptimizer-dev
   libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev
   libgtest-dev libgmock-dev libbenchmark-dev

@@ -6,6 +6,7 @@
 
 #include "renderer/core/frame.h"
 #include "renderer/core/moments.h"
+#include "renderer/shading/bsdf.h"
 #include "renderer/shading/transmission_lobe.h"
 #include "support/chi_square.h"
 
@@ -19,13 +20,18 @@ Vec3f direction(float mu, float phi) {
   return {r * std::cos(phi), r * std::sin(phi), mu};
 }
 
-TransmissionParameters glass(float alpha, float ior = 1.5f, bool thin = false) {
-  return {.roughness = std::sqrt(alpha), .ior = ior, .thin_walled = thin};
+BsdfParameters glass(float alpha, float ior = 1.5f, bool thin = false) {
+  return {.base_color = Rgb(1),
+          .metallic = 0,
+          .roughness = std::sqrt(alpha),
+          .ior = ior,
+          .transmission = 1,
+          .thin_walled = thin};
 }
 
-BsdfSample draw(const TransmissionLobe& lobe, TestRandom& random) {
-  const float u = random.next();
-  return lobe.sample(u, random.vec2());
+BsdfSample draw(const SurfaceBsdf& bsdf, TestRandom& random) {
+  const float lobe = random.next();
+  return bsdf.sample(lobe, random.vec2());
 }
 
 TEST(Fresnel, HasItsCosineWeightedMeans) {
@@ -50,12 +56,12 @@ TEST(Fresnel, HasItsCosineWeightedMeans) {
 TEST(Transmission, SmoothGlassObeysSnell) {
   for (const bool inside : {false, true})
     for (const float mu : {1.0f, .9f, .8f}) {
-      TransmissionParameters p = glass(0);
+      BsdfParameters p = glass(0);
       p.inside = inside;
       const Vec3f wo = direction(mu, 1);
-      const TransmissionLobe lobe(p, wo);
-      EXPECT_TRUE(lobe.is_delta());
-      const BsdfSample s = lobe.sample(.9999f, Vec2f(.5f));
+      const SurfaceBsdf bsdf(p, wo);
+      EXPECT_FALSE(bsdf.has_non_delta() || bsdf.transmits_non_delta());
+      const BsdfSample s = bsdf.sample(.9999f, Vec2f(.5f));
       ASSERT_TRUE(s.valid && s.delta && s.transmitted);
       const float eta = inside ? 1 / 1.5f : 1.5f;
       EXPECT_NEAR(s.wi.x, -wo.x / eta, 1e-6);
@@ -68,20 +74,20 @@ TEST(Transmission, SmoothGlassObeysSnell) {
 }
 
 TEST(Transmission, ThinWallsDoNotBend) {
-  const TransmissionLobe lobe(glass(0, 1.5f, true), direction(.4f, 2));
-  const BsdfSample s = lobe.sample(.9999f, Vec2f(.5f));
+  const SurfaceBsdf bsdf(glass(0, 1.5f, true), direction(.4f, 2));
+  const BsdfSample s = bsdf.sample(.9999f, Vec2f(.5f));
   ASSERT_TRUE(s.valid && s.transmitted && s.delta);
   EXPECT_NEAR((s.wi + direction(.4f, 2)).length(), 0, 1e-6);
   EXPECT_EQ(s.eta_scale, 1);
   // An index of 1 in a solid, rough or not: the same.
-  const TransmissionLobe none(glass(.5f, 1), direction(.4f, 2));
+  const SurfaceBsdf none(glass(.5f, 1), direction(.4f, 2));
   const BsdfSample t = none.sample(0, Vec2f(.3f));
   ASSERT_TRUE(t.valid && t.transmitted && t.delta);
   EXPECT_NEAR((t.wi + direction(.4f, 2)).length(), 0, 1e-6);
   EXPECT_NEAR(t.weight.x, 1, 1e-6);
   // An index of 0 reflects everything.
-  EXPECT_NEAR(TransmissionLobe(glass(0, 0), direction(.4f, 2)).sample(.9999f, Vec2f(.5f)).weight.x,
-              1, 1e-6);
+  EXPECT_NEAR(SurfaceBsdf(glass(0, 0), direction(.4f, 2)).sample(.9999f, Vec2f(.5f)).weight.x, 1,
+              1e-6);
 }
 
 // A slab between parallel faces, path by path: R = 2 F / (1 + F), T = 1 - R; with absorption a per
@@ -98,11 +104,11 @@ TEST(Transmission, SlabMeetsTheGeometricSeries) {
         double weight = 1;
         bool inside = false;
         for (int bounce = 0; bounce < 200; ++bounce) {
-          TransmissionParameters p = glass(0);
+          BsdfParameters p = glass(0);
           p.inside = inside;
           const float flip = d.z < 0 ? 1.0f : -1.0f;
-          const TransmissionLobe lobe(p, Vec3f(-d.x, -d.y, -d.z * flip));
-          const BsdfSample s = draw(lobe, random);
+          const SurfaceBsdf bsdf(p, Vec3f(-d.x, -d.y, -d.z * flip));
+          const BsdfSample s = draw(bsdf, random);
           ASSERT_TRUE(s.valid);
           weight *= double(s.weight.x);
           d = Vec3f(s.wi.x, s.wi.y, s.wi.z * flip);
@@ -136,10 +142,10 @@ TEST(Transmission, GlassSphereVanishesInTheFurnace) {
         for (int bounce = 0; bounce < 300 && !left; ++bounce) {
           const Vec3f side = inside ? -n : n;
           const ShadingFrame frame = ShadingFrame::from_normal(side);
-          TransmissionParameters p = glass(alpha);
+          BsdfParameters p = glass(alpha);
           p.inside = inside;
-          const TransmissionLobe lobe(p, frame.to_local(-d));
-          const BsdfSample s = draw(lobe, random);
+          const SurfaceBsdf bsdf(p, frame.to_local(-d));
+          const BsdfSample s = draw(bsdf, random);
           if (!s.valid) {
             weight = 0;
             break;
@@ -162,13 +168,13 @@ TEST(Transmission, FurnaceIsWhiteAtEveryRoughness) {
     for (const bool inside : {false, true})
       for (const float alpha : {1e-3f, .01f, .1f, .4f})
         for (const float mu : {1.0f, .6f, .2f, .02f}) {
-          TransmissionParameters p = glass(alpha, 1.5f, thin);
+          BsdfParameters p = glass(alpha, 1.5f, thin);
           p.inside = inside;
-          const TransmissionLobe lobe(p, direction(mu, 1));
+          const SurfaceBsdf bsdf(p, direction(mu, 1));
           Moments got;
           for (uint64_t i = 0; i < 20000; ++i) {
             TestRandom random(13, i);
-            const BsdfSample s = draw(lobe, random);
+            const BsdfSample s = draw(bsdf, random);
             got.add(s.valid ? double(s.weight.x) * double(s.eta_scale) : 0);
           }
           EXPECT_NEAR(got.mean(), 1, 5 * got.standard_error() + 4e-3)
@@ -178,29 +184,27 @@ TEST(Transmission, FurnaceIsWhiteAtEveryRoughness) {
 
 TEST(Transmission, SamplesFollowTheDensity) {
   struct Case {
-    float alpha, mu, ior;
+    float alpha, mu, ior, transmission;
     bool thin, inside;
   };
-  const Case cases[] = {{.2f, .8f, 1.5f, false, false}, {.2f, .8f, 1.5f, false, true},
-                        {.5f, .3f, 1.2f, false, true},  {.4f, .5f, 1.5f, true, false},
-                        {1, .2f, 1.5f, false, false},   {.1f, .9f, 2.4f, false, false}};
+  const Case cases[] = {{.2f, .8f, 1.5f, 1, false, false},   {.2f, .8f, 1.5f, 1, false, true},
+                        {.5f, .3f, 1.2f, 1, false, true},    {.4f, .5f, 1.5f, 1, true, false},
+                        {.3f, .6f, 1.5f, .5f, false, false}, {.1f, .9f, 2.4f, 1, false, false}};
   for (const Case& c : cases) {
-    TransmissionParameters p = glass(c.alpha, c.ior, c.thin);
-    p.tint = Rgb(.9f, .6f, .3f);
+    BsdfParameters p = glass(c.alpha, c.ior, c.thin);
+    p.base_color = Rgb(.9f, .6f, .3f);
+    p.transmission = c.transmission;
     p.inside = c.inside;
-    const TransmissionLobe lobe(p, direction(c.mu, .7f));
-    ASSERT_FALSE(lobe.is_delta());
+    p.metallic = c.transmission < 1 ? .3f : 0;
+    const SurfaceBsdf bsdf(p, direction(c.mu, .7f));
+    EXPECT_TRUE(bsdf.transmits_non_delta());
     EXPECT_TRUE(test::chi_square_directions(
         [&](TestRandom& random) -> std::optional<Vec3f> {
-          const BsdfSample s = draw(lobe, random);
+          const BsdfSample s = draw(bsdf, random);
           if (!s.valid) return std::nullopt;
           return s.wi;
         },
-        [&](const Vec3f& wi) {
-          float pdf;
-          lobe.eval_and_pdf(wi, &pdf);
-          return double(pdf);
-        },
+        [&](const Vec3f& wi) { return double(bsdf.pdf(wi)); },
         {.bins_x = 32, .samples = 200'000, .tests = int(std::size(cases))}))
         << "alpha " << c.alpha << " mu " << c.mu << " thin " << c.thin << " inside " << c.inside;
   }
@@ -229,43 +233,47 @@ TEST(Transmission, RefractionIsReciprocalUpToEtaSquared) {
 TEST(Transmission, SweepStaysFiniteAndConsistent) {
   for (uint64_t i = 0; i < 200000; ++i) {
     TestRandom random(15, i);
-    TransmissionParameters p;
-    p.tint = Rgb(random.next(), random.next(), random.bits() & 1 ? 0.0f : 1.0f);
+    BsdfParameters p;
+    p.base_color = Rgb(random.next(), random.next(), random.bits() & 1 ? 0.0f : 1.0f);
+    p.metallic = std::max(0.0f, random.next() - .6f);
     p.roughness = random.next() < .3f ? .0317f : random.next();
     const float iors[] = {0, 1, 1.0005f, 1.002f, 1.5f, 4, 100};
     p.ior = random.next() < .5f ? iors[random.bits() % 7] : 1 + random.next();
     p.specular = random.next() < .2f ? random.next() : 1;
+    p.transmission = random.next() < .5f ? 1 : random.next();
     p.thin_walled = random.bits() & 1;
     p.inside = random.bits() & 1;
     const auto cosine = [&] {
       const float x = random.next();
-      return x < .1f ? 1e-6f : x < .2f ? 1.0f : x < .22f ? 1e-30f : random.next();
+      return x < .1f ? 1e-6f : x < .2f ? 1.0f : random.next();
     };
-    const TransmissionLobe lobe(p, direction(cosine(), 6.28f * random.next()));
-    const BsdfSample s = draw(lobe, random);
+    const Vec3f wo = direction(cosine(), 6.28f * random.next());
+    Vec3f ng = direction(random.next(), 6.28f * random.next());
+    if (dot(ng, wo) < 0 || random.next() < .5f) ng = Vec3f(0, 0, 1);
+    const SurfaceBsdf bsdf(p, wo, ng);
+    const BsdfSample s = draw(bsdf, random);
     Vec3f other = direction(cosine(), 6.28f * random.next());
     if (random.bits() & 1) other.z = -other.z;
     float pdf;
-    const Rgb value = lobe.eval_and_pdf(other, &pdf);
+    const Rgb value = bsdf.eval_and_pdf(other, &pdf);
     ASSERT_TRUE(is_finite(value) && std::isfinite(pdf) && pdf >= 0) << "TestRandom(15, " << i;
     ASSERT_TRUE(value.x >= 0 && value.y >= 0 && value.z >= 0) << "TestRandom(15, " << i;
-    ASSERT_TRUE(is_finite(lobe.albedo())) << "TestRandom(15, " << i;
+    ASSERT_TRUE(is_finite(bsdf.albedo())) << "TestRandom(15, " << i;
     if (!s.valid) continue;
     ASSERT_TRUE(is_finite(s.weight) && is_finite(s.wi)) << "TestRandom(15, " << i;
     ASSERT_NEAR(dot(s.wi, s.wi), 1, 2e-5f) << "TestRandom(15, " << i;
     ASSERT_EQ(s.transmitted, s.wi.z < 0) << "TestRandom(15, " << i;
+    ASSERT_EQ(s.transmitted, dot(s.wi, ng) < 0) << "TestRandom(15, " << i;
     ASSERT_LT(max_component(s.weight) * s.eta_scale, 60) << "TestRandom(15, " << i;
     if (s.delta) continue;
-    const Rgb again = lobe.eval_and_pdf(s.wi, &pdf);
-    ASSERT_NEAR(pdf, s.pdf, 1e-4f * s.pdf) << "TestRandom(15, " << i;
-    ASSERT_NEAR(again.x, s.weight.x * s.pdf, 1e-4f * again.x + 1e-7f) << "TestRandom(15, " << i;
+    ASSERT_NEAR(bsdf.pdf(s.wi), s.pdf, 1e-4f * s.pdf) << "TestRandom(15, " << i;
   }
 }
 
 TEST(Transmission, NothingFromBehindOrNowhere) {
   for (const Vec3f& wo : {direction(-.5f, 0), Vec3f(1, 0, 0), Vec3f(NAN, NAN, NAN)})
     for (const float alpha : {0.0f, .3f}) {
-      const TransmissionLobe lobe(glass(alpha), wo);
+      const TransmissionLobe lobe({.roughness = std::sqrt(alpha), .thin_walled = false}, wo);
       EXPECT_FALSE(lobe.sample(.5f, Vec2f(.3f)).valid);
       float pdf;
       EXPECT_EQ(lobe.eval_and_pdf(Vec3f(0, 0, -1), &pdf), Rgb(0));
