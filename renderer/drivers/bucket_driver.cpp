@@ -1,6 +1,5 @@
 #include "renderer/drivers/bucket_driver.h"
 
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 #include "renderer/core/names.h"
+#include "renderer/core/parallel.h"
 #include "renderer/drivers/render_work_item.h"
 
 namespace emberline {
@@ -112,17 +112,25 @@ std::vector<WorkItem> bucket_schedule(const Rect& window, int bucket_size, Bucke
   const int rows = (window.height() + bucket_size - 1) / bucket_size;
   std::vector<Cell> cells;
   switch (order) {
-    case BucketOrder::kHilbert: cells = hilbert_cells(columns, rows); break;
-    case BucketOrder::kSpiral: cells = spiral_cells(columns, rows); break;
-    case BucketOrder::kScanline: cells = scanline_cells(columns, rows); break;
-    case BucketOrder::kRandom: cells = random_cells(columns, rows, seed); break;
+    case BucketOrder::kHilbert:
+      cells = hilbert_cells(columns, rows);
+      break;
+    case BucketOrder::kSpiral:
+      cells = spiral_cells(columns, rows);
+      break;
+    case BucketOrder::kScanline:
+      cells = scanline_cells(columns, rows);
+      break;
+    case BucketOrder::kRandom:
+      cells = random_cells(columns, rows, seed);
+      break;
   }
   items.reserve(cells.size());
   for (const Cell& cell : cells) {
     const int x = window.x0 + cell.x * bucket_size;
     const int y = window.y0 + cell.y * bucket_size;
-    items.push_back({Rect{x, y, x + bucket_size, y + bucket_size}.intersect(window), 0,
-                     samples_per_pixel});
+    items.push_back(
+        {Rect{x, y, x + bucket_size, y + bucket_size}.intersect(window), 0, samples_per_pixel});
   }
   return items;
 }
@@ -137,8 +145,8 @@ BucketDriver::BucketDriver(const DriverSettings& settings)
 
 FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
                                    std::stop_token stop) {
-  const std::vector<WorkItem> items = bucket_schedule(frame.window, bucket_size_, order_,
-                                                      frame.samples_per_pixel, frame.seed);
+  const std::vector<WorkItem> items =
+      bucket_schedule(frame.window, bucket_size_, order_, frame.samples_per_pixel, frame.seed);
   // Workers take the next bucket from a counter rather than a share of the list in advance, so the
   // order is kept whatever the threads' speeds. One increment per bucket is no contention.
   std::atomic<size_t> next{0};
@@ -164,7 +172,7 @@ FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
     total.merge(worker.counters());
   };
   const int workers = std::max(1, tbb::this_task_arena::max_concurrency());
-  tbb::parallel_for(0, workers, 1, [&](int) { work(); }, tbb::simple_partitioner());
+  parallel_tasks(size_t(workers), [&](size_t) { work(); });
   if (next.load() < items.size()) {
     total.stopped = true;
     total.min_samples = 0;
