@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "integrators/scattering.h"
+#include "integrators/surface_shading.h"
 #include "renderer/lights/environment_light.h"
 
 namespace emberline {
@@ -106,24 +106,26 @@ SampleValue PathIntegrator::trace(const SampleBatch& batch, Ray ray, PixelSample
     samples.start_slot(depth + 1);
     const ShadedPoint point = shade(scene, ray, hit, samples.get(surface_dim::kTexture));
     if (solid) {
-      throughput *= beer_transmittance(solid->attenuation(), float(double(hit.t) / scene.scale()));
+      // From point to point: hit.t starts at the offset origin, which in a thin slab counts.
+      const float distance = (point.surface.position - last.query.point).length();
+      throughput *= beer_transmittance(solid->attenuation(), float(distance / scene.scale()));
     }
-    const Scattering scattering(point, samples);
+    const SurfaceBsdf bsdf = point.bsdf();
     if (depth == 0) {
       value.alpha = 1.0f;
-      fill_first_hit(batch, point, scattering.albedo(), &value.first_hit);
+      fill_first_hit(batch, point, bsdf.albedo(), &value.first_hit);
     }
     value.radiance += throughput * surface_emission(scene, point, ray, hit, last);
     if (point.surface.material->unlit() || depth >= uint32_t(settings_.max_depth)) break;
 
-    last.query = {point.surface.position, point.frame.shading.normal, scattering.both_sides()};
-    last.light_sampled = sample_lights && scattering.has_non_delta();
+    last.query = {point.surface.position, point.frame.shading.normal, bsdf.transmits_non_delta()};
+    last.light_sampled = sample_lights && bsdf.has_non_delta();
     if (last.light_sampled) {
       value.radiance +=
-          throughput * direct_light(scene, point, scattering, last.query, samples, counters);
+          throughput * direct_light(scene, point, bsdf, last.query, samples, counters);
     }
 
-    const BsdfSample next = scattering.sample(
+    const BsdfSample next = bsdf.sample(
         samples.get(surface_dim::kLobe),
         {samples.get(surface_dim::kBsdfX), samples.get(surface_dim::kBsdfY)});
     if (!next.valid) break;
@@ -131,7 +133,7 @@ SampleValue PathIntegrator::trace(const SampleBatch& batch, Ray ray, PixelSample
     if (next.delta) last.light_sampled = false;
     last.bsdf_pdf = next.pdf;
     eta_scale *= next.eta_scale;
-    if (next.transmitted && !point.surface.material->thin_walled()) {
+    if (next.transmitted && !point.material.bsdf.thin_walled) {
       solid = point.frame.back_facing ? nullptr : point.surface.material;
     }
 
@@ -148,7 +150,7 @@ SampleValue PathIntegrator::trace(const SampleBatch& batch, Ray ray, PixelSample
 }
 
 Rgb PathIntegrator::direct_light(const Scene& scene, const ShadedPoint& point,
-                                 const Scattering& scattering, const LightQuery& query,
+                                 const SurfaceBsdf& bsdf, const LightQuery& query,
                                  PixelSamples& samples, RayCounters& counters) {
   const LightSample light = scene.lights().sample(
       query, samples.get(surface_dim::kLightPick),
@@ -156,7 +158,7 @@ Rgb PathIntegrator::direct_light(const Scene& scene, const ShadedPoint& point,
   if (light.kind == LightKind::kNone || !(light.pdf > 0.0f)) return Rgb(0.0f);
   float bsdf_pdf = 0.0f;
   const Rgb scattered =
-      scattering.eval_and_pdf(point.frame.shading.to_local(light.direction), &bsdf_pdf);
+      bsdf.eval_and_pdf(point.frame.shading.to_local(light.direction), &bsdf_pdf);
   if (is_black(scattered)) return Rgb(0.0f);
   const Vec3f from = point.spawn_origin(light.direction);
   Vec3f target;

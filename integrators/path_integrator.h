@@ -6,7 +6,7 @@
 #pragma once
 
 #include "integrators/integrator.h"
-#include "integrators/scattering.h"
+#include "integrators/surface_shading.h"
 
 namespace emberline {
 
@@ -21,7 +21,7 @@ class PathIntegrator final : public Integrator {
                     RayCounters& counters) const;
   // Light sampling at a vertex, weighted against the BSDF sample that follows.
   static Rgb direct_light(const Scene& scene, const ShadedPoint& point,
-                          const Scattering& scattering, const LightQuery& query,
+                          const SurfaceBsdf& bsdf, const LightQuery& query,
                           PixelSamples& samples, RayCounters& counters);
 
   IntegratorSettings settings_;

@@ -5,7 +5,6 @@
 #include "renderer/scene/scene.h"
 #include "renderer/shading/bsdf.h"
 #include "renderer/shading/shading_normal.h"
-#include "renderer/shading/transmission_lobe.h"
 
 namespace emberline {
 
@@ -19,17 +18,6 @@ struct ShadedPoint {
   SurfaceBsdf bsdf() const {
     return {material.bsdf, frame.shading.to_local(wo),
             frame.shading.to_local(frame.geometric_normal)};
-  }
-  // The interface that light passes; asked for only where material.transmission > 0.
-  TransmissionLobe transmission_lobe() const {
-    TransmissionParameters parameters;
-    parameters.tint = material.bsdf.base_color;
-    parameters.roughness = material.bsdf.roughness;
-    parameters.ior = material.bsdf.ior;
-    parameters.specular = material.bsdf.specular;
-    parameters.thin_walled = surface.material->thin_walled();
-    parameters.inside = frame.back_facing;
-    return {parameters, frame.shading.to_local(wo)};
   }
   Vec3f spawn_origin(const Vec3f& direction) const {
     return offset_ray_origin(surface.position, surface.geometric_normal, surface.offset, direction);
@@ -49,6 +37,7 @@ inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& h
     normal = mapped_normal(normal, p.surface.tangent, false, p.material.normal);
   }
   p.frame = make_surface_frame(p.surface.geometric_normal, p.surface.shading_normal, normal, p.wo);
+  p.material.bsdf.inside = p.frame.back_facing;
   return p;
 }
 

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <climits>
 #include <cstdlib>
@@ -16,6 +17,39 @@
 
 namespace emberline {
 namespace {
+
+// Names of the temporary files at hand, where a signal handler can read them: fixed memory, no
+// lock. A slot is taken and freed by one thread at a time (the exchange), so a name is never torn
+// while it is marked readable.
+struct UnfinishedFile {
+  enum State : int { kFree, kTaken, kReadable };
+  std::atomic<int> state{kFree};
+  char name[PATH_MAX] = {};
+};
+constexpr size_t kUnfinishedSlots = 64;  // more files at once than any frame writes
+UnfinishedFile g_unfinished[kUnfinishedSlots];
+static_assert(std::atomic<int>::is_always_lock_free);
+
+void remember_unfinished(const std::string& name) noexcept {
+  if (name.size() >= PATH_MAX) return;
+  for (UnfinishedFile& slot : g_unfinished) {
+    int expected = UnfinishedFile::kFree;
+    if (!slot.state.compare_exchange_strong(expected, UnfinishedFile::kTaken)) continue;
+    std::copy(name.begin(), name.end(), slot.name);
+    slot.name[name.size()] = '\0';
+    slot.state = UnfinishedFile::kReadable;
+    return;
+  }
+}
+
+void forget_unfinished(const std::string& name) noexcept {
+  for (UnfinishedFile& slot : g_unfinished) {
+    if (slot.state == UnfinishedFile::kReadable && name == slot.name) {
+      slot.state = UnfinishedFile::kFree;
+      return;
+    }
+  }
+}
 
 [[noreturn]] void fail(const std::string& path, const std::string& what, int error) {
   throw RenderError("cannot write " + path + ": " + what +
@@ -52,6 +86,11 @@ int open_beside(const std::string& target, mode_t mode, std::string* temporary) 
   return -1;
 }
 
+bool is_pipe_or_device(const std::string& path) {
+  struct stat status = {};
+  return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolve_links(path)) {
@@ -75,6 +114,7 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolve_l
                          : "cannot create a file in the folder " + folder,
          error == ENOENT ? 0 : error);
   }
+  remember_unfinished(temporary_);
   // Best effort: on some file systems permissions cannot be changed, which is no reason to stop.
   if (exists && ::fchmod(descriptor_, status.st_mode & 07777) != 0) errno = 0;
 }
@@ -84,7 +124,9 @@ AtomicFile::~AtomicFile() { discard(); }
 void AtomicFile::discard() noexcept {
   if (descriptor_ >= 0) ::close(descriptor_);
   descriptor_ = -1;
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  if (temporary_.empty()) return;
+  ::unlink(temporary_.c_str());
+  forget_unfinished(temporary_);
   temporary_.clear();
 }
 
@@ -117,6 +159,7 @@ void AtomicFile::commit() {
     discard();
     fail(path_, "finishing the file failed", error);
   }
+  forget_unfinished(temporary_);
   temporary_.clear();
 
   // The new name survives a power cut only once the folder is flushed too. The file is whole
@@ -128,9 +171,22 @@ void AtomicFile::commit() {
   }
 }
 
+void remove_unfinished_files() noexcept {
+  for (UnfinishedFile& slot : g_unfinished) {
+    if (slot.state == UnfinishedFile::kReadable) ::unlink(slot.name);
+  }
+}
+
+void check_writable(const std::string& path) {
+  if (!is_pipe_or_device(path)) {
+    AtomicFile file(path);
+  } else if (::access(path.c_str(), W_OK) != 0) {
+    fail(path, "cannot open it", errno);
+  }
+}
+
 void write_file_atomically(const std::string& path, std::string_view bytes) {
-  struct stat status = {};
-  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) {
+  if (is_pipe_or_device(path)) {
     const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     if (descriptor < 0) fail(path, "cannot open it", errno);
     int error = 0;

@@ -42,6 +42,14 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
+// Throws as AtomicFile's constructor would for a path that cannot be written to, and leaves nothing
+// behind; so that it is known before hours of work and not after them.
+void check_writable(const std::string& path);
+
+// Unlinks the temporary files of every AtomicFile alive. For a signal handler that is about to end
+// the process: async-signal-safe.
+void remove_unfinished_files() noexcept;
+
 // Writes the whole of `bytes` as above. A target that is a pipe or a device (/dev/stdout) cannot be
 // renamed onto and is written to directly. Throws RenderError.
 void write_file_atomically(const std::string& path, std::string_view bytes);

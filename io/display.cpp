@@ -121,7 +121,7 @@ std::string find_name(const std::string& kind, const std::string& owner, const s
     if (lower(name) == lower(chosen)) return name;
     list += (list.empty() ? "" : ", ") + name;
   }
-  throw UsageError("unknown " + kind + " \"" + chosen + "\" of " + owner +
+  throw UsageError("--" + kind + ": unknown " + kind + " \"" + chosen + "\" of " + owner +
                    "; valid names are: " + (list.empty() ? "(none)" : list));
 }
 
@@ -169,7 +169,7 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings) {
   std::call_once(logging, [] {
     ocio::SetLoggingFunction([](const char* message) { log_verbose(one_line(message)); });
   });
-  if (!std::isfinite(settings.exposure)) throw UsageError("the exposure is not a finite number");
+  if (!std::isfinite(settings.exposure)) throw UsageError("--exposure: not a finite number");
 
   auto impl = std::make_unique<Impl>();
   impl->scale = std::exp2(settings.exposure);

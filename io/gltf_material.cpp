@@ -135,7 +135,7 @@ void MaterialReader::read_dielectric(const json& object, const std::string& poin
                                           pointer + "/extensions/KHR_materials_transmission");
   const json* volume = find_extension(object, "KHR_materials_volume");
   if (!volume || !(volume->value("thicknessFactor", 0.0) > 0.0)) return;
-  material.solid = true;
+  material.thin_walled = false;
   const std::vector<double> color =
       volume->value("attenuationColor", std::vector<double>{1.0, 1.0, 1.0});
   for (size_t c = 0; c < 3; ++c) {

@@ -185,10 +185,10 @@ constexpr Property kSkin[] = {index("inverseBindMatrices", "/accessors"),
                               index("skeleton", "/nodes"),
                               required(to("joints", Kind::kIndices, "/nodes"))};
 
-constexpr Property kPerspective[] = {required(number("yfov")), number("aspectRatio"),
-                                     number("znear"), number("zfar")};
+constexpr Property kPerspective[] = {required(number("yfov")), required(number("znear")),
+                                     number("aspectRatio"), number("zfar")};
 constexpr Property kOrthographic[] = {required(number("xmag")), required(number("ymag")),
-                                      number("znear"), number("zfar")};
+                                      required(number("znear")), required(number("zfar"))};
 constexpr Property kCamera[] = {string("name"), required(string("type")),
                                 object("perspective", kPerspective),
                                 object("orthographic", kOrthographic)};

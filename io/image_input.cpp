@@ -3,6 +3,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <cmath>
 #include <cstring>
 #include <new>
 
@@ -32,6 +33,20 @@ std::string sniff_format(std::span<const uint8_t> bytes) {
   if (starts_with("\x76\x2f\x31\x01")) return "openexr";
   if (starts_with("#?")) return "hdr";
   return "";
+}
+
+// A PNG that ends early makes libpng jump out of OpenImageIO's reader past its destructors, so the
+// chunks (PNG specification section 5.3: length, type, data, CRC) are walked first.
+void check_png_is_whole(std::span<const uint8_t> bytes, const std::string& place) {
+  size_t offset = 8;
+  while (bytes.size() - offset >= 12) {
+    const uint64_t length = uint64_t(bytes[offset]) << 24 | uint64_t(bytes[offset + 1]) << 16 |
+                            uint64_t(bytes[offset + 2]) << 8 | bytes[offset + 3];
+    if (length > bytes.size() - offset - 12) break;
+    if (std::memcmp(&bytes[offset + 4], "IEND", 4) == 0) return;
+    offset += size_t(length) + 12;
+  }
+  throw InputError(place, "the image does not decode: the PNG is truncated");
 }
 
 // OpenImageIO's message as one line.
@@ -113,6 +128,7 @@ std::shared_ptr<const Image> decode_image(std::span<const uint8_t> encoded,
   if (format.empty()) {
     throw InputError(place, "the image is not PNG, JPEG, WebP, EXR or HDR");
   }
+  if (format == "png") check_png_is_whole(encoded, place);
   auto input = oiio::ImageInput::create(format);
   if (!input) {
     oiio::geterror();  // or it would greet the next caller

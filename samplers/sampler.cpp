@@ -1,8 +1,5 @@
 #include "samplers/sampler.h"
 
-#include <vector>
-
-#include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "samplers/independent_sampler.h"
 #include "samplers/sobol_sampler.h"
@@ -28,12 +25,7 @@ constexpr SamplerEntry kSamplers[] = {
 std::span<const SamplerEntry> sampler_table() { return kSamplers; }
 
 std::unique_ptr<Sampler> create_sampler(std::string_view name, const SamplerSettings& settings) {
-  std::vector<std::string_view> names;
-  for (const SamplerEntry& entry : kSamplers) {
-    if (entry.name == name) return entry.create(settings);
-    names.push_back(entry.name);
-  }
-  throw UsageError(unknown_name_message("sampler", name, names));
+  return find_named(kSamplers, "--sampler", "sampler", name).create(settings);
 }
 
 }  // namespace emberline

@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
+#include <algorithm>
+#include <cctype>
+#include <cmath>
 
 #include "renderer/app/compare_command.h"
 #include "renderer/app/info_command.h"
+#include "renderer/app/option_values.h"
 #include "renderer/app/render_command.h"
 #include "renderer/app/report.h"
+#include "renderer/app/standard_output.h"
 #include "renderer/app/version.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -27,34 +31,26 @@ std::string table_help(const char* what, const Table& table) {
   return text;
 }
 
-// "a,b,c" -> numbers; every number finite and nothing left over.
-template <typename T, size_t kCount>
-bool parse_numbers(const std::string& text, char separator, std::array<T, kCount>& out) {
-  const char* p = text.c_str();
-  for (size_t i = 0; i < kCount; ++i) {
-    char* end = nullptr;
-    const double value = std::strtod(p, &end);
-    if (end == p || !std::isfinite(value) || std::abs(value) > 1e15) return false;
-    out[i] = T(value);
-    if (double(out[i]) != value && std::is_integral_v<T>) return false;
-    p = end;
-    if (i + 1 < kCount && *p++ != separator) return false;
-  }
-  return *p == '\0';
-}
+// Far beyond any scene, near enough that squares of distances stay finite in double and float's
+// rounding of the rebased scene is what limits the picture.
+constexpr double kFarthest = 1e15;
 
 CLI::Option* add_vector(CLI::App* app, const std::string& name, std::optional<Vec3d>& target,
                         const std::string& help) {
-  return app->add_option_function<std::string>(
-                name,
-                [&target, name](const std::string& text) {
-                  std::array<double, 3> v;
-                  if (!parse_numbers(text, ',', v)) {
-                    throw CLI::ValidationError(name, "'" + text + "' is not X,Y,Z");
-                  }
-                  target = Vec3d(v[0], v[1], v[2]);
-                },
-                help)
+  return app
+      ->add_option_function<std::string>(
+          name,
+          [&target, name](const std::string& text) {
+            std::array<double, 3> v;
+            if (!parse_numbers(text, ',', v) ||
+                std::ranges::any_of(v, [](double c) { return std::abs(c) > kFarthest; })) {
+              throw CLI::ValidationError(
+                  name, fmt::format("'{}' is not X,Y,Z with numbers from -{} to {}", text,
+                                    kFarthest, kFarthest));
+            }
+            target = Vec3d(v[0], v[1], v[2]);
+          },
+          help)
       ->type_name("X,Y,Z");
 }
 
@@ -78,7 +74,8 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
          [&o](const std::string& text) {
            std::array<int, 4> v;
            if (!parse_numbers(text, ',', v)) {
-             throw CLI::ValidationError("--crop", "'" + text + "' is not X0,Y0,X1,Y1");
+             throw CLI::ValidationError("--crop",
+                                        "'" + text + "' is not X0,Y0,X1,Y1 in whole pixels");
            }
            o.crop = Rect{v[0], v[1], v[2], v[3]};
          },
@@ -90,58 +87,58 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
   CLI::Option* at = add_vector(app, "--look-at", o.look_at, "towards this point");
   from->needs(at);
   at->needs(from);
-  app->add_option("--fov-y", o.fov_y, "vertical field of view in degrees [the camera's, or 40]")
-      ->type_name("DEG")
-      ->check(CLI::Range(1e-3, 179.9));
+  add_number(app, "--fov-y", o.fov_y, 1e-3, 179.9,
+             "vertical field of view in degrees [the camera's, or 40]");
 }
 
 void add_light_options(CLI::App* app, RenderOptions& o) {
   CLI::Option* env = app->add_option("--env", o.environment, "latitude-longitude environment map")
                          ->type_name("FILE");
-  app->add_option("--env-strength", o.environment_strength, "multiplies the environment [1]")
-      ->check(CLI::Range(0.0f, 1e12f))
+  add_number(app, "--env-strength", o.environment_strength, 0.0f, 1e9f,
+             "multiplies the environment [1]")
       ->needs(env);
-  app->add_option("--env-rotation", o.environment_rotation,
-                  "degrees; 90 brings what was at +X to -Z [0]")
-      ->type_name("DEG")
-      ->check(CLI::Range(-36000.0f, 36000.0f))
+  add_number(app, "--env-rotation", o.environment_rotation, -36000.0f, 36000.0f,
+             "degrees; 90 brings what was at +X to -Z [0]")
       ->needs(env);
   app->add_flag("--transparent", o.transparent, "the camera does not see the environment");
   app->add_option_function<std::string>(
          "--backfaces",
-         [&o](const std::string& text) { o.show_backfaces = text == "show"; },
+         [&o](const std::string& text) {
+           if (text != "show" && text != "cull") {
+             throw CLI::ValidationError("--backfaces",
+                                        unknown_word_message("treatment", text, {"cull", "show"}));
+           }
+           o.show_backfaces = text == "show";
+         },
          "single-sided faces seen from behind: cull (as glTF says) or show [cull]")
-      ->type_name("cull|show")
-      ->check(CLI::IsMember({"cull", "show"}));
+      ->type_name("cull|show");
   app->add_flag("--lenient", o.lenient, "replace images that do not decode, with a warning");
 }
 
 void add_sampling_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--driver", o.driver, table_help("frame driver [bucket]", driver_table()))
       ->type_name("NAME");
-  app->add_option("--integrator", o.integrator,
-                  table_help("integrator [path]", integrator_table()))
+  app->add_option("--integrator", o.integrator, table_help("integrator [path]", integrator_table()))
       ->type_name("NAME");
   app->add_option("--sampler", o.sampler, table_help("sampler [sobol]", sampler_table()))
       ->type_name("NAME");
-  app->add_option("--streams", o.streams,
-                  "independent sample streams per pixel: 1, or 2 for honest half images [1]")
-      ->check(CLI::Range(1, 2));
-  app->add_option("--spp", o.spp, "samples per pixel [64]")->check(CLI::Range(1, 1 << 24));
-  app->add_option("--max-depth", o.max_depth, "scattering events; 1 is direct light only [16]")
-      ->check(CLI::Range(0, 100000));
-  app->add_option("--filter", o.filter,
-                  table_help(fmt::format("pixel filter [{}]", kDefaultFilter).c_str(),
-                             filter_table()))
+  add_number(app, "--streams", o.streams, 1, 2,
+             "independent sample streams per pixel: 1, or 2 for honest half images [1]");
+  add_number(app, "--spp", o.spp, 1u, kMaxSamples, "samples per pixel [64]");
+  add_number(app, "--max-depth", o.max_depth, 0, 100000,
+             "scattering events; 1 is direct light only [16]");
+  app->add_option(
+         "--filter", o.filter,
+         table_help(fmt::format("pixel filter [{}]", kDefaultFilter).c_str(), filter_table()))
       ->type_name("NAME");
-  app->add_option("--filter-radius", o.filter_radius, "in pixels [the filter's]")
-      ->check(CLI::Range(0.01f, PixelFilter::kMaxRadius));
-  app->add_option("--seed", o.seed, "another seed, another noise [0]");
-  app->add_option("--bucket-size", o.bucket_size, "in pixels [64]")->check(CLI::Range(1, 4096));
+  add_number(app, "--filter-radius", o.filter_radius, 0.01f, PixelFilter::kMaxRadius,
+             "in pixels [the filter's]");
+  add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise [0]");
+  add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels [64]");
   app->add_option("--bucket-order", o.bucket_order,
                   table_help("order of the buckets [hilbert]", bucket_order_table()))
       ->type_name("NAME");
-  app->add_option("--threads", o.threads, "worker threads [all]")->check(CLI::Range(1, 4096));
+  add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all]");
 }
 
 void add_result_options(CLI::App* app, RenderOptions& o) {
@@ -151,43 +148,76 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
       ->type_name("FILE")
       ->allow_extra_args(false);
   app->add_option("--aov", o.aovs, table_help("further EXR channels, a list", aov_table()))
-      ->type_name("LIST");
+      ->type_name("LIST")
+      ->join(',');  // --aov albedo --aov N: both
   app->add_option("--report", o.report, "write what was done, as JSON")->type_name("FILE");
   app->add_option("--replay", o.replay, "compute one sample alone and print it")
       ->type_name("X,Y,SAMPLE");
   app->add_option("--display", o.display.display, "OpenColorIO display [the config's default]");
   app->add_option("--view", o.display.view, "OpenColorIO view [the display's default]");
   app->add_option("--look", o.display.look, "OpenColorIO look [none]");
-  app->add_option("--exposure", o.display.exposure, "stops, for .png and .jpg [0]")
-      ->check(CLI::Range(-64.0f, 64.0f));
+  add_number(app, "--exposure", o.display.exposure, -64.0f, 64.0f, "stops, for .png and .jpg [0]");
 }
 
-// The valid options of a subcommand, for the message about an unknown one.
-std::string option_names(const CLI::App& app) {
-  std::string text;
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options()) {
-    const std::string name = option->get_name();
-    if (!name.starts_with("-")) continue;
-    text += (text.empty() ? "" : " ") + name;
+    for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
   }
-  return text;
+  return names;
 }
 
+// What CLI11 found wrong, in our words: one line that names the option and what is valid.
 [[noreturn]] void throw_usage(const CLI::App& root, const CLI::ParseError& error) {
   const CLI::App* app = &root;
   for (const CLI::App* sub : root.get_subcommands()) app = sub;
-  std::string message = error.what();
+  const std::string what = error.what();
   if (dynamic_cast<const CLI::ExtrasError*>(&error) && !app->remaining().empty()) {
     const std::string unknown = app->remaining().front();
-    if (unknown.starts_with("-")) {
-      message = "unknown option '" + unknown + "'; valid options are " + option_names(*app);
-    } else if (app == &root) {
-      message = "unknown command '" + unknown + "'; valid commands are render, compare, info";
-    } else {
-      message = "unexpected argument '" + unknown + "'";
+    if (unknown.starts_with("-") && unknown != "-") {
+      throw UsageError(
+          unknown_word_message("option", unknown.substr(0, unknown.find('=')), option_names(*app)));
     }
+    if (app != &root) throw UsageError("unexpected argument '" + unknown + "'");
+    std::vector<std::string> commands;
+    for (const CLI::App* sub : root.get_subcommands(nullptr)) commands.push_back(sub->get_name());
+    throw UsageError(unknown_word_message("command", unknown, commands));
   }
-  throw UsageError(message);
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error)) {
+    const std::string name = what.substr(0, what.find(':'));
+    const CLI::Option* option = app->get_option_no_throw(name);
+    throw UsageError(name + " needs a value" +
+                     (option && !option->get_type_name().empty()
+                          ? ": " + name + " " + option->get_type_name()
+                          : ""));
+  }
+  if (dynamic_cast<const CLI::RequiredError*>(&error) && app != &root) {
+    throw UsageError(app->get_name() + ": missing argument: " + what + "; see emberline " +
+                     app->get_name() + " --help");
+  }
+  throw UsageError(what);
+}
+
+// The command line as it can be pasted back into a shell.
+std::string quoted_command(int argc, char** argv) {
+  std::string text = "emberline";
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    const bool plain = !argument.empty() && std::ranges::all_of(argument, [](unsigned char c) {
+      return std::isalnum(c) || c >= 0x80 ||
+             std::string_view("-_=+,./:@%").find(char(c)) != std::string_view::npos;
+    });
+    text += ' ';
+    if (plain) {
+      text += argument;
+      continue;
+    }
+    text += '\'';
+    for (const char c : argument) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    text += '\'';
+  }
+  return text;
 }
 
 }  // namespace
@@ -195,6 +225,9 @@ std::string option_names(const CLI::App& app) {
 int run_command_line(int argc, char** argv) {
   CLI::App root("Emberline: a path tracer for glTF scenes", "emberline");
   root.require_subcommand(0, 1);
+  // As everywhere: of an option given twice the last counts, so that a script's defaults can be
+  // overridden behind them.
+  root.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   bool version = false;
   root.add_flag("--version", version, "print the versions of the program and its libraries");
 
@@ -227,8 +260,8 @@ int run_command_line(int argc, char** argv) {
   compare_app->add_flag("--json", compare.json, "machine-readable");
   compare_app->add_option("-o,--difference", compare.difference,
                           "difference picture: FLIP as .png, signed difference as .exr");
-  compare_app->add_option("--exposure", compare.exposure, "stops, for FLIP, SSIM and PSNR [0]")
-      ->check(CLI::Range(-64.0f, 64.0f));
+  add_number(compare_app, "--exposure", compare.exposure, -64.0f, 64.0f,
+             "stops, for FLIP, SSIM and PSNR [0]");
   add_log_flags(compare_app);
 
   try {
@@ -239,12 +272,12 @@ int run_command_line(int argc, char** argv) {
     throw_usage(root, error);
   }
   set_log_level(quiet ? LogLevel::kQuiet : verbose ? LogLevel::kVerbose : LogLevel::kNormal);
-  for (int i = 0; i < argc; ++i) {
-    render.command_line += (i ? " " : "") + std::string(i ? argv[i] : "emberline");
-  }
+  render.command_line = quoted_command(argc, argv);
 
   if (version) {
-    for (const auto& [name, number] : library_versions()) fmt::print("{} {}\n", name, number);
+    std::string text;
+    for (const auto& [name, number] : library_versions()) text += name + " " + number + "\n";
+    print_result(text);
     return kExitDone;
   }
   if (render_app->parsed()) {
@@ -256,8 +289,8 @@ int run_command_line(int argc, char** argv) {
   }
   if (info_app->parsed()) return run_info(info);
   if (compare_app->parsed()) return run_compare(compare);
-  fmt::print("{}", root.help());
-  return kExitUsage;
+  throw UsageError(
+      "no command given; valid commands are render, info, compare; see emberline --help");
 }
 
 }  // namespace emberline

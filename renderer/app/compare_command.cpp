@@ -6,7 +6,6 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -16,6 +15,7 @@
 #include "io/exr_writer.h"
 #include "io/image_input.h"
 #include "io/image_output.h"
+#include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/flip.h"
@@ -91,7 +91,7 @@ void print_json(const RgbImage& image, const ErrorMetrics& metrics) {
   }
   json["non_finite"] = metrics.non_finite;
   json["different_pixels"] = metrics.different_pixels;
-  std::fputs((json.dump(2) + "\n").c_str(), stdout);
+  print_result(json.dump(2) + "\n");
 }
 
 void print_table(const CompareOptions& options, const RgbImage& image,
@@ -110,7 +110,7 @@ void print_table(const CompareOptions& options, const RgbImage& image,
   line("non_finite", std::to_string(metrics.non_finite),
        metrics.non_finite == 0 ? "pixels with a NaN or infinity"
                                : "pixels with a NaN or infinity, left out of the above");
-  std::fputs(text.c_str(), stdout);
+  print_result(text);
 }
 
 // The colour map magma (van der Walt & Smith 2015, CC0) at nine even steps; between them linear.
@@ -212,9 +212,6 @@ int run_compare(const CompareOptions& options) {
     print_json(image, metrics);
   } else {
     print_table(options, image, metrics);
-  }
-  if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
-    throw RenderError("cannot write the result to the standard output");
   }
   return kExitDone;
 }

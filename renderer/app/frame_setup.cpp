@@ -83,9 +83,10 @@ Rect choose_window(const RenderOptions& options) {
   if (!options.crop) return frame;
   const Rect& crop = *options.crop;
   if (crop.empty() || crop.intersect(frame) != crop) {
-    throw UsageError(fmt::format(
-        "--crop: {},{},{},{} is not inside the frame; valid is 0 <= X0 < X1 <= {} and 0 <= Y0 < Y1 <= {}",
-        crop.x0, crop.y0, crop.x1, crop.y1, options.width, options.height));
+    throw UsageError(
+        fmt::format("--crop: {},{},{},{} is not inside the frame; valid is 0 <= X0 < X1 <= {} and "
+                    "0 <= Y0 < Y1 <= {}",
+                    crop.x0, crop.y0, crop.x1, crop.y1, options.width, options.height));
   }
   return crop;
 }

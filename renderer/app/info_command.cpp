@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "io/gltf.h"
+#include "renderer/app/standard_output.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/scene/build_scene.h"
@@ -86,43 +87,46 @@ Json describe(const SceneDescription& scene) {
   return json;
 }
 
-void print_list(const char* title, const Json& names) {
+void append_list(std::string& text, const char* title, const Json& names) {
   if (names.empty()) return;
-  fmt::print("{}\n", title);
-  for (const Json& name : names) fmt::print("  {}\n", name.get<std::string>());
+  text += title + std::string("\n");
+  for (const Json& name : names) text += "  " + name.get<std::string>() + "\n";
 }
 
-void print_text(const Json& j) {
-  fmt::print("{}", j["file"].get<std::string>());
+std::string as_text(const Json& j) {
+  std::string text;
+  const auto print = [&text](fmt::string_view format, const auto&... values) {
+    fmt::vformat_to(std::back_inserter(text), format, fmt::make_format_args(values...));
+  };
+  print("{}", j["file"].get<std::string>());
   const std::string generator = j["generator"];
-  fmt::print("{}\n", generator.empty() ? "" : "  (" + generator + ")");
-  fmt::print("meshes {}, instances {}, triangles {} ({} placed), materials {}\n",
-             j["meshes"].get<size_t>(), j["instances"].get<size_t>(),
-             j["triangles"]["stored"].get<uint64_t>(), j["triangles"]["placed"].get<uint64_t>(),
-             j["materials"].get<size_t>());
+  print("{}\n", generator.empty() ? "" : "  (" + generator + ")");
+  print("meshes {}, instances {}, triangles {} ({} placed), materials {}\n",
+        j["meshes"].get<size_t>(), j["instances"].get<size_t>(),
+        j["triangles"]["stored"].get<uint64_t>(), j["triangles"]["placed"].get<uint64_t>(),
+        j["materials"].get<size_t>());
   const auto at = [&](const char* end, size_t i) { return j["bounds"][end][i].get<double>(); };
-  fmt::print("bounds {:.6g} {:.6g} {:.6g} to {:.6g} {:.6g} {:.6g}\n", at("min", 0), at("min", 1),
-             at("min", 2), at("max", 0), at("max", 1), at("max", 2));
+  print("bounds {:.6g} {:.6g} {:.6g} to {:.6g} {:.6g} {:.6g}\n", at("min", 0), at("min", 1),
+        at("min", 2), at("max", 0), at("max", 1), at("max", 2));
   for (const Json& image : j["images"]) {
-    fmt::print("image {} x {} x {} {}  {}\n", image["width"].get<int>(), image["height"].get<int>(),
-               image["channels"].get<int>(), image["type"].get<std::string>(),
-               image["name"].get<std::string>());
+    print("image {} x {} x {} {}  {}\n", image["width"].get<int>(), image["height"].get<int>(),
+          image["channels"].get<int>(), image["type"].get<std::string>(),
+          image["name"].get<std::string>());
   }
   for (const Json& camera : j["cameras"]) {
-    fmt::print("camera '{}' {}\n", camera["name"].get<std::string>(),
-               camera["type"].get<std::string>());
+    print("camera '{}' {}\n", camera["name"].get<std::string>(), camera["type"].get<std::string>());
   }
   for (const Json& light : j["lights"]) {
-    fmt::print("light '{}' {}\n", light["name"].get<std::string>(),
-               light["type"].get<std::string>());
+    print("light '{}' {}\n", light["name"].get<std::string>(), light["type"].get<std::string>());
   }
   for (const auto& [name, count] : j["repairs"].items()) {
-    if (count.get<uint64_t>() > 0) fmt::print("repaired: {} {}\n", count.get<uint64_t>(), name);
+    if (count.get<uint64_t>() > 0) print("repaired: {} {}\n", count.get<uint64_t>(), name);
   }
-  print_list("honoured", j["gltf"]["used"]);
-  print_list("approximated", j["gltf"]["approximated"]);
-  print_list("ignored", j["gltf"]["ignored"]);
-  print_list("a render builds", j["features"]);
+  append_list(text, "honoured", j["gltf"]["used"]);
+  append_list(text, "approximated", j["gltf"]["approximated"]);
+  append_list(text, "ignored", j["gltf"]["ignored"]);
+  append_list(text, "a render builds", j["features"]);
+  return text;
 }
 
 }  // namespace
@@ -131,11 +135,8 @@ int run_info(const InfoOptions& options) {
   SceneDescription scene = load_gltf(options.scene, {.lenient = options.lenient});
   Json json = describe(scene);
   json["features"] = build_scene(std::move(scene), {})->features();
-  if (options.json) {
-    fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
-  } else {
-    print_text(json);
-  }
+  print_result(options.json ? json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"
+                            : as_text(json));
   return kExitDone;
 }
 

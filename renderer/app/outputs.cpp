@@ -1,10 +1,13 @@
 #include "renderer/app/outputs.h"
 
+#include <fmt/format.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <filesystem>
+#include <system_error>
 
 #include "renderer/core/errors.h"
 
@@ -20,18 +23,51 @@ std::string lower_suffix(const std::string& path) {
   return suffix;
 }
 
+void check_format(const std::string& path, const Rect& window) {
+  const std::string suffix = lower_suffix(path);
+  // libjpeg's own limit (JPEG_MAX_DIMENSION), which it enforces by ending the process.
+  constexpr int kJpegLimit = 65500;
+  if (suffix == ".jpg" || suffix == ".jpeg") {
+    if (window.width() > kJpegLimit || window.height() > kJpegLimit) {
+      throw UsageError(fmt::format("-o {}: JPEG holds at most {} pixels a side; write .exr or .png",
+                                   path, kJpegLimit));
+    }
+  } else if (suffix != ".exr" && suffix != ".png") {
+    throw UsageError("-o " + path + ": unknown format; valid suffixes are .exr, .png, .jpg, .jpeg");
+  }
+}
+
+// Two spellings of one file compare equal, whether it exists yet or not.
+std::filesystem::path same_spelling(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::path canonical = std::filesystem::weakly_canonical(path, error);
+  return error ? std::filesystem::path(path) : canonical;
+}
+
 }  // namespace
 
-void check_output_suffix(const std::string& path) {
-  const std::string suffix = lower_suffix(path);
-  for (const char* known : {".exr", ".png", ".jpg", ".jpeg"}) {
-    if (suffix == known) return;
+void check_output_paths(const RenderOptions& options, const Rect& window) {
+  std::vector<std::pair<std::filesystem::path, std::string>> taken = {
+      {same_spelling(options.scene), "it is the scene"}};
+  if (!options.environment.empty()) {
+    taken.emplace_back(same_spelling(options.environment), "it is the file of --env");
   }
-  throw UsageError("-o " + path + ": unknown format; valid suffixes are .exr, .png, .jpg, .jpeg");
+  const auto take = [&taken](const std::string& option, const std::string& path) {
+    const std::filesystem::path file = same_spelling(path);
+    for (const auto& [other, what] : taken) {
+      if (other == file)
+        throw UsageError(option + " " + path + ": " + what + "; name another file");
+    }
+    taken.emplace_back(file, "it is written twice");
+  };
+  for (const std::string& path : options.outputs) {
+    check_format(path, window);
+    take("-o", path);
+  }
+  if (!options.report.empty()) take("--report", options.report);
 }
 
 FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings) {
-  for (const std::string& path : paths) check_output_suffix(path);
   for (const std::string& path : paths) {
     if (lower_suffix(path) == ".exr") {
       ExrHeader header;
@@ -69,7 +105,8 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   uint64_t seen = film_bytes_.load();
   while (bytes > seen && !film_bytes_.compare_exchange_weak(seen, bytes)) {
   }
-  write_nanoseconds_ += uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count());
+  write_nanoseconds_ +=
+      uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count());
 }
 
 void FrameOutputs::samples_finished(uint64_t count) {

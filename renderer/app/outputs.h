@@ -10,6 +10,7 @@
 
 #include "io/display.h"
 #include "io/exr_writer.h"
+#include "renderer/app/render_options.h"
 #include "renderer/core/rect.h"
 #include "renderer/drivers/frame_driver.h"
 
@@ -29,7 +30,7 @@ struct OutputSettings {
 class FrameOutputs final : public FrameObserver {
  public:
   // Opens the files at once, so that a path that cannot be written is known before the render and
-  // not after it. Throws UsageError for an unknown suffix, RenderError for an unwritable path.
+  // not after it. Throws RenderError for an unwritable path, UsageError for an unknown display.
   FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings);
 
   void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }
@@ -55,7 +56,8 @@ class FrameOutputs final : public FrameObserver {
   std::atomic<uint64_t> write_nanoseconds_{0};
 };
 
-// Throws UsageError unless the suffix of `path` is one we can write.
-void check_output_suffix(const std::string& path);
+// Throws UsageError for what is wrong with the names alone: an unknown suffix, one file named
+// twice, an input that would be overwritten, a frame larger than the format holds.
+void check_output_paths(const RenderOptions& options, const Rect& window);
 
 }  // namespace emberline

@@ -1,10 +1,13 @@
 #include "renderer/app/progress.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
+#include <string_view>
 
 #include "renderer/app/stop_signal.h"
 #include "renderer/core/log.h"
@@ -21,12 +24,40 @@ std::string format_duration(double seconds) {
   return fmt::format("{} h {:02} min", s / 3600, s % 3600 / 60);
 }
 
+namespace {
+
+// A terminal on which a line can be drawn over; an editor's shell buffer (TERM=dumb) is none.
+bool is_capable_terminal() {
+  const char* type = std::getenv("TERM");
+  return isatty(STDERR_FILENO) && !(type && std::string_view(type) == "dumb");
+}
+
+// Columns of the terminal now: it may be resized while a frame renders.
+int terminal_columns() {
+  winsize size = {};
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return 80;
+  return size.ws_col;
+}
+
+// "[====    ] text", in no more than `columns`: a line that wraps could not be drawn over. The bar
+// gives way first, then the end of the text.
+std::string bar_line(double fraction, std::string text, int columns) {
+  constexpr int kFullWidth = 30, kLeastWidth = 5;
+  const int width = std::min(kFullWidth, columns - 1 - int(text.size()) - 3);
+  if (width < kLeastWidth) return text.substr(0, size_t(std::max(0, columns - 1)));
+  std::string bar(size_t(fraction * width), '=');
+  bar.resize(size_t(width), ' ');
+  return "[" + bar + "] " + text;
+}
+
+}  // namespace
+
 ProgressDisplay::ProgressDisplay(uint64_t samples_total, std::stop_source stop)
     : total_(samples_total),
       stop_(std::move(stop)),
       start_(std::chrono::steady_clock::now()),
       shown_(log_level() != LogLevel::kQuiet),
-      terminal_(isatty(STDERR_FILENO) != 0) {
+      terminal_(is_capable_terminal()) {
   if (shown_ && terminal_) {
     set_log_interrupt([] { std::fputs("\r\033[K", stderr); }, nullptr);
   }
@@ -53,7 +84,9 @@ void ProgressDisplay::run() {
   int polls = 0;
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, kPoll, [this] { return finished_; })) {
-    if (stop_signalled()) stop_.request_stop();
+    if (stop_signalled() && stop_.request_stop()) {
+      log_info("stopping and writing what there is; once more ends at once");
+    }
     if (shown_ && ++polls % 5 == 0) draw();
   }
 }
@@ -72,18 +105,17 @@ void ProgressDisplay::draw() {
   const uint64_t done = std::min(done_.load(std::memory_order_relaxed), total_);
   const double elapsed = Seconds(std::chrono::steady_clock::now() - start_).count();
   if (terminal_) {
-    constexpr int kWidth = 30;
-    const int filled = total_ > 0 ? int(double(done) / double(total_) * kWidth) : kWidth;
-    std::string bar(size_t(filled), '=');
-    bar.resize(kWidth, ' ');
-    std::fprintf(stderr, "\r[%s] %s\033[K", bar.c_str(), line(done, elapsed).c_str());
+    const double fraction = total_ > 0 ? double(done) / double(total_) : 1.0;
+    std::fprintf(stderr, "\r%s\033[K",
+                 bar_line(fraction, line(done, elapsed), terminal_columns()).c_str());
     std::fflush(stderr);
     return;
   }
-  // Piped into a farm's log: a line for every tenth.
+  // Piped into a farm's log: a line for every tenth, and a sign of life every minute.
   const int tenth = total_ > 0 ? int(10 * done / total_) : 10;
-  if (tenth > last_tenth_) {
+  if (tenth > last_tenth_ || elapsed > last_line_ + 60.0) {
     last_tenth_ = tenth;
+    last_line_ = elapsed;
     log_info("rendering " + line(done, elapsed));
   }
 }

@@ -35,6 +35,7 @@ class ProgressDisplay {
   bool shown_;
   bool terminal_;
   int last_tenth_ = 0;
+  double last_line_ = 0.0;  // seconds
   std::mutex mutex_;
   std::condition_variable wake_;
   bool finished_ = false;

@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include <chrono>
+#include <optional>
 #include <thread>
 
 #include "io/atomic_file.h"
@@ -12,6 +13,7 @@
 #include "renderer/app/progress.h"
 #include "renderer/app/replay.h"
 #include "renderer/app/report.h"
+#include "renderer/app/stop_signal.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/scene/build_scene.h"
@@ -39,20 +41,23 @@ PixelFilter choose_filter(const RenderOptions& options) {
 void warn_of_non_finite(const FrameCounters& counters) {
   if (counters.non_finite_samples == 0) return;
   const NonFiniteSample& first = counters.located.front();
-  log_warning(fmt::format("{} samples were NaN or infinite and count as black; the first is replayed "
-                          "with --replay {},{},{}",
-                          counters.non_finite_samples, first.x, first.y, first.sample));
+  log_warning(
+      fmt::format("{} samples were NaN or infinite and count as black; the first is replayed "
+                  "with --replay {},{},{}",
+                  counters.non_finite_samples, first.x, first.y, first.sample));
 }
 
 void summarize(const RenderOptions& options, const RenderReport& report) {
   const FrameCounters& c = report.counters;
   const double seconds = report.times.render_s;
   log_info(fmt::format("{} {} samples in {} ({:.2f} M samples/s, {:.2f} M rays/s), {:.0f} MiB",
-                       c.stopped ? "stopped after" : "rendered", c.samples, format_duration(seconds),
+                       c.stopped ? "stopped after" : "rendered", c.samples,
+                       format_duration(seconds),
                        seconds > 0 ? double(c.samples) / seconds * 1e-6 : 0.0,
                        seconds > 0 ? double(c.rays.total()) / seconds * 1e-6 : 0.0,
                        double(peak_rss_bytes()) / 1048576));
   for (const std::string& path : options.outputs) log_info("wrote " + path);
+  if (!options.report.empty()) log_info("wrote " + options.report);
   for (const std::string& feature : report.features) log_verbose("built: " + feature);
 }
 
@@ -60,8 +65,8 @@ void summarize(const RenderOptions& options, const RenderReport& report) {
 
 int run_render(const RenderOptions& options) {
   const Stopwatch wall;
-  const int threads =
-      options.threads > 0 ? options.threads : int(std::max(1u, std::thread::hardware_concurrency()));
+  const int threads = options.threads > 0 ? options.threads
+                                          : int(std::max(1u, std::thread::hardware_concurrency()));
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
 
   // Whatever names or ranges are wrong is found before anything is loaded or written.
@@ -73,14 +78,27 @@ int run_render(const RenderOptions& options) {
   const std::unique_ptr<Sampler> sampler = create_sampler(options.sampler, {streams});
   const PixelFilter filter = choose_filter(options);
   const Rect window = choose_window(options);
-  OutputSettings output_settings{options.width,  options.height,   window,
-                                 options.bucket_size, AovSet::parse(options.aovs),
-                                 settings_attributes(options),     options.display,
+  OutputSettings output_settings{options.width,
+                                 options.height,
+                                 window,
+                                 options.bucket_size,
+                                 AovSet::parse(options.aovs),
+                                 settings_attributes(options),
+                                 options.display,
                                  options.transparent};
-  for (const std::string& path : options.outputs) check_output_suffix(path);
+  check_output_paths(options, window);
+
+  // Likewise where nothing can be written: the files are opened before the scene is loaded, and
+  // leave no trace if that fails.
+  std::optional<FrameOutputs> outputs;
+  if (!options.replay) {
+    if (!options.report.empty()) check_writable(options.report);
+    outputs.emplace(options.outputs, output_settings);
+  }
 
   RenderReport report;
   report.window = window;
+  report.threads = threads;
   const Stopwatch load;
   SceneDescription description = load_scene(options);
   report.times.load_s = load.seconds();
@@ -98,31 +116,30 @@ int run_render(const RenderOptions& options) {
   report.times.build_s = build.seconds();
   report.features = scene->features();
   report.memory = scene->memory();
-  log_verbose(fmt::format("loaded in {}, built in {}: {} triangles, {} instances",
-                          format_duration(report.times.load_s),
-                          format_duration(report.times.build_s), scene->triangle_count(),
-                          scene->instance_count()));
+  log_verbose(fmt::format(
+      "loaded in {}, built in {}: {} triangles, {} instances", format_duration(report.times.load_s),
+      format_duration(report.times.build_s), scene->triangle_count(), scene->instance_count()));
 
-  const Frame frame{*scene,        camera,         *integrator, *sampler, filter,
-                    options.width, options.height, window,      options.spp, options.seed,
-                    streams,       output_settings.aovs};
+  const Frame frame{*scene,      camera,        *integrator,    *sampler,
+                    filter,      options.width, options.height, window,
+                    options.spp, options.seed,  streams,        output_settings.aovs};
   if (options.replay) return run_replay(frame, *options.replay);
 
-  FrameOutputs outputs(options.outputs, output_settings);
-  report.display = outputs.display_description();
+  report.display = outputs->display_description();
+  const GracefulStop graceful;
   std::stop_source stop;
   const Stopwatch render;
   {
     ProgressDisplay progress(uint64_t(window.area()) * options.spp, stop);
-    outputs.on_samples([&progress](uint64_t count) { progress.add(count); });
-    report.counters = driver->render(frame, outputs, stop.get_token());
+    outputs->on_samples([&progress](uint64_t count) { progress.add(count); });
+    report.counters = driver->render(frame, *outputs, stop.get_token());
   }
   report.times.render_s = render.seconds();
 
   const Stopwatch write;
-  outputs.finish();
+  outputs->finish();
   report.times.write_s = write.seconds();
-  report.film_bytes = outputs.film_bytes();
+  report.film_bytes = outputs->film_bytes();
   report.exit_code = report.counters.stopped ? kExitStopped : kExitDone;
   report.times.wall_s = wall.seconds();
   report.times.cpu_s = process_cpu_seconds();

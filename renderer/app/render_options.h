@@ -12,6 +12,10 @@
 
 namespace emberline {
 
+// The most samples of a pixel. The film's sums are exact beyond it, and the `samples` channel, a
+// float on its way to the file, counts to 2^24 exactly.
+inline constexpr uint32_t kMaxSamples = 1u << 24;
+
 struct RenderOptions {
   std::string scene;
   std::vector<std::string> outputs;

@@ -48,6 +48,8 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
       {"emberline:environment", o.environment},
       {"emberline:environment_strength", fmt::format("{}", o.environment_strength)},
       {"emberline:environment_rotation", fmt::format("{}", o.environment_rotation)},
+      {"emberline:transparent", o.transparent ? "yes" : "no"},
+      {"emberline:backfaces", o.show_backfaces ? "show" : "cull"},
   };
   for (const auto& [name, version] : library_versions()) {
     list.emplace_back("emberline:version:" + name, version);
@@ -95,9 +97,8 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["gltf"] = {{"used", r.coverage.used},
                   {"approximated", r.coverage.approximated},
                   {"ignored", r.coverage.ignored}};
-  json["passes"] = Json::array({{{"elapsed_s", r.times.render_s},
-                                 {"samples", c.samples},
-                                 {"error_estimate", nullptr}}});
+  json["passes"] = Json::array(
+      {{{"elapsed_s", r.times.render_s}, {"samples", c.samples}, {"error_estimate", nullptr}}});
   Json settings;
   for (const auto& [key, value] : settings_attributes(options)) {
     if (key.starts_with("emberline:version:")) continue;
@@ -106,7 +107,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   settings["size"] = {options.width, options.height};
   settings["window"] = {r.window.x0, r.window.y0, r.window.x1, r.window.y1};
   settings["camera"] = r.camera;
-  settings["threads"] = options.threads;
+  settings["threads"] = r.threads;
   settings["bucket_size"] = options.bucket_size;
   settings["bucket_order"] = options.bucket_order;
   settings["display"] = r.display;

@@ -27,6 +27,7 @@ struct RenderReport {
   std::string camera;
   std::string display;
   Rect window;
+  int threads = 0;
   int exit_code = 0;
 };
 

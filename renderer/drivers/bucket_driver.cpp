@@ -25,40 +25,59 @@ constexpr BucketOrderEntry kOrders[] = {
     {"random", "shuffled: an early impression of the whole frame", BucketOrder::kRandom},
 };
 
-// Position of step d on Hilbert's curve over an n x n grid, n a power of two. Bit by bit from the
-// lowest: each pair of bits of d names a quadrant, and rotates what was found below it.
-void hilbert_cell(uint32_t n, uint64_t d, uint32_t* x, uint32_t* y) {
-  *x = *y = 0;
-  for (uint32_t s = 1; s < n; s *= 2) {
-    const uint32_t rx = 1u & uint32_t(d / 2);
-    const uint32_t ry = 1u & (uint32_t(d) ^ rx);
-    if (ry == 0) {
-      if (rx == 1) {
-        *x = s - 1 - *x;
-        *y = s - 1 - *y;
-      }
-      std::swap(*x, *y);
-    }
-    *x += s * rx;
-    *y += s * ry;
-    d /= 4;
-  }
-}
-
 struct Cell {
   int x, y;
 };
 
-std::vector<Cell> hilbert_cells(int columns, int rows) {
-  std::vector<Cell> cells;
-  cells.reserve(size_t(columns) * size_t(rows));
-  const uint32_t n = std::bit_ceil(uint32_t(std::max(columns, rows)));
-  for (uint64_t d = 0; d < uint64_t(n) * n; ++d) {
-    uint32_t x, y;
-    hilbert_cell(n, d, &x, &y);
-    if (int(x) < columns && int(y) < rows) cells.push_back({int(x), int(y)});
+// Step at which Hilbert's curve over a 2^k x 2^k grid passes cell (x, y). Bit by bit from the
+// highest: each pair of bits of the step names a quadrant, and turns what is found below it.
+// 4 x 4, cell (3, 0), k = 2: its quadrant, right and above, is the last (3), and in there it is,
+// turned, right and above again (3): step 15.
+uint64_t hilbert_step(int k, uint32_t x, uint32_t y) {
+  uint64_t step = 0;
+  for (int bit = k - 1; bit >= 0; --bit) {
+    const uint32_t rx = (x >> bit) & 1u, ry = (y >> bit) & 1u;
+    step = 4 * step + ((3 * rx) ^ ry);
+    if (ry == 0) {
+      if (rx == 1) {
+        x = ~x;
+        y = ~y;
+      }
+      std::swap(x, y);
+    }
   }
+  return step;
+}
+
+// By sorting rather than by walking the curve, which would visit the whole square around a frame
+// of one column: 65536 x 1 buckets took two minutes.
+std::vector<Cell> hilbert_cells(int columns, int rows) {
+  const int k = std::bit_width(uint32_t(std::max(columns, rows)) - 1);
+  std::vector<std::pair<uint64_t, Cell>> steps;
+  steps.reserve(size_t(columns) * size_t(rows));
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      steps.push_back({hilbert_step(k, uint32_t(x), uint32_t(y)), {x, y}});
+    }
+  }
+  std::ranges::sort(steps, {}, &std::pair<uint64_t, Cell>::first);
+  std::vector<Cell> cells;
+  cells.reserve(steps.size());
+  for (const auto& [step, cell] : steps) cells.push_back(cell);
   return cells;
+}
+
+// The part [first, last) of the steps of a leg that has 0 <= from + step * i < size.
+void clip_leg(int from, int step, int size, int& first, int& last) {
+  if (step == 0 && (from < 0 || from >= size)) last = first;
+  if (step > 0) {
+    first = std::max(first, -from);
+    last = std::min(last, size - from);
+  }
+  if (step < 0) {
+    first = std::max(first, from - size + 1);
+    last = std::min(last, from + 1);
+  }
 }
 
 std::vector<Cell> spiral_cells(int columns, int rows) {
@@ -69,11 +88,13 @@ std::vector<Cell> spiral_cells(int columns, int rows) {
   // Legs of 1, 1, 2, 2, 3, 3 ... steps: right, down, left, up.
   constexpr int kStepX[4] = {1, 0, -1, 0}, kStepY[4] = {0, 1, 0, -1};
   for (int leg = 0; cells.size() < total; ++leg) {
-    for (int i = 0; i < leg / 2 + 1; ++i) {
-      if (x >= 0 && x < columns && y >= 0 && y < rows) cells.push_back({x, y});
-      x += kStepX[leg % 4];
-      y += kStepY[leg % 4];
-    }
+    const int dx = kStepX[leg % 4], dy = kStepY[leg % 4], length = leg / 2 + 1;
+    int first = 0, last = length;
+    clip_leg(x, dx, columns, first, last);
+    clip_leg(y, dy, rows, first, last);
+    for (int i = first; i < last; ++i) cells.push_back({x + i * dx, y + i * dy});
+    x += length * dx;
+    y += length * dy;
   }
   return cells;
 }

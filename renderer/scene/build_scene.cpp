@@ -229,7 +229,7 @@ void SceneBuilder::place_meshes() {
     mesh.material_index = uint32_t(source.material < 0 ? int(description_.materials.size())
                                                        : source.material);
     mesh.cull_backfaces = !options_.show_backfaces && !mesh.material->double_sided() &&
-                          !mesh.material->transmissive();
+                          !mesh.material->has_transmission();
     mesh.has_coverage = mesh.material->has_alpha(!mesh.colors.empty());
     if (mesh.has_coverage) scene.has_coverage_ = true;
   }
@@ -291,7 +291,7 @@ void SceneBuilder::collect_emitters(std::vector<EmissiveTriangle>& triangles) {
                                                interpolate_attributes(mesh, p, 1.0f, 0.0f),
                                                interpolate_attributes(mesh, p, 0.0f, 1.0f));
       t.two_sided =
-          material.double_sided() || material.transmissive() || options_.show_backfaces;
+          material.double_sided() || material.has_transmission() || options_.show_backfaces;
       t.instance = i;
       t.primitive = p;
       triangles.push_back(t);

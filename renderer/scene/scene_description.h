@@ -66,18 +66,15 @@ struct MaterialDescription {
   float normal_scale = 1.0f;
   Rgb emission = Rgb(0.0f);  // emissiveFactor x KHR_materials_emissive_strength: radiance
   TextureRef emission_texture;
-  // KHR_materials_transmission: share of the light entering the dielectric that passes instead of
-  // being scattered back, [0, 1], times the texture's red.
-  float transmission = 0.0f;
-  TextureRef transmission_texture;
-  // KHR_materials_volume. Without it a surface is an infinitely thin wall; with it the mesh encloses
-  // a solid in which white light turns into attenuation_color after attenuation_distance.
-  bool solid = false;
-  Rgb attenuation_color = Rgb(1.0f);
-  float attenuation_distance = std::numeric_limits<float>::infinity();
   AlphaMode alpha_mode = AlphaMode::kOpaque;
   float alpha_cutoff = 0.5f;
   bool double_sided = false;
+  // KHR_materials_transmission and _volume.
+  float transmission = 0.0f;        // share of the dielectric that is clear
+  TextureRef transmission_texture;  // r
+  bool thin_walled = true;          // thicknessFactor is 0: no interior
+  Rgb attenuation_color = Rgb(1.0f);  // of white light after attenuation_distance in the interior
+  float attenuation_distance = std::numeric_limits<float>::infinity();  // metres
   bool unlit = false;  // KHR_materials_unlit: base colour is the radiance seen
 };
 

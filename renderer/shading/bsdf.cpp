@@ -51,6 +51,10 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
       ggx_(std::max(square(parameters.roughness), kMirrorAlpha), wo),
       table_(parameters.roughness) {
   if (!(wo.z > 0.0f)) return;
+  if (parameters.transmission > 0.0f && parameters.metallic < 1.0f) {
+    add_clear_part(parameters);
+    return;
+  }
   const float metallic = parameters.metallic, through = 1.0f - metallic;
   const float ior = parameters.ior;
   assert(metallic >= 0 && metallic <= 1 && max_component(parameters.base_color) <= 1);
@@ -132,15 +136,21 @@ inline Color4 SurfaceBsdf::eval_and_pdf4(const Vec3f& wi, float* pdf) const {
 }
 
 Rgb SurfaceBsdf::eval_and_pdf(const Vec3f& wi, float* pdf) const {
+  if (clear_) return eval_and_pdf_clear(wi, pdf);
   return to_rgb(eval_and_pdf4(wi, pdf));
 }
 
 Rgb SurfaceBsdf::eval(const Vec3f& wi) const {
   float unused;
-  return to_rgb(eval_and_pdf4(wi, &unused));
+  return eval_and_pdf(wi, &unused);
 }
 
 float SurfaceBsdf::pdf(const Vec3f& wi) const {
+  if (clear_) {
+    float density;
+    eval_and_pdf_clear(wi, &density);
+    return density;
+  }
   if (below_surface(wi)) return 0.0f;
   float density = has_cosine_ ? (1.0f - specular_pick_) * wi.z * kInvPi : 0.0f;
   if (specular_ == SpecularKind::kGgx) density += specular_pick_ * ggx_.evaluate(wi).pdf;
@@ -148,6 +158,10 @@ float SurfaceBsdf::pdf(const Vec3f& wi) const {
 }
 
 BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
+  return clear_ ? sample_clear(u_lobe, u) : sample_opaque(u_lobe, u);
+}
+
+inline BsdfSample SurfaceBsdf::sample_opaque(float u_lobe, const Vec2f& u) const {
   BsdfSample result;
   const bool specular = u_lobe < specular_pick_;
   if (specular && specular_ == SpecularKind::kMirror) {
@@ -171,6 +185,70 @@ BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
   // Both carry the same D, so a narrow lobe's large numbers cancel to rounding: the weight form.
   result.weight = to_rgb(value / result.pdf);
   result.valid = true;
+  return result;
+}
+
+// ---- with a clear part
+// -----------------------------------------------------------------------------
+
+// A material of metal m, clear dielectric (1 - m) t and diffuse dielectric (1 - m)(1 - t): the
+// opaque two are the model above with their metalness among themselves.
+[[gnu::cold, gnu::noinline]] void SurfaceBsdf::add_clear_part(const BsdfParameters& parameters) {
+  const float weight = parameters.transmission * (1.0f - parameters.metallic);
+  Rgb opaque_albedo(0.0f);
+  const Vec3f wo = wo_;
+  if (weight < 1.0f) {
+    BsdfParameters opaque = parameters;
+    opaque.transmission = 0.0f;
+    opaque.metallic = std::min(1.0f, parameters.metallic / (1.0f - weight));
+    *this = SurfaceBsdf(opaque, wo);
+    opaque_albedo = to_rgb(albedo_);
+  }
+  clear_.emplace(TransmissionParameters{.tint = parameters.base_color,
+                                        .roughness = parameters.roughness,
+                                        .ior = parameters.ior,
+                                        .specular = parameters.specular,
+                                        .thin_walled = parameters.thin_walled,
+                                        .inside = parameters.inside},
+                 wo);
+  clear_weight_ = weight;
+  const Color4 clear = color4(clear_->albedo()) * weight;
+  const Color4 rest = color4(opaque_albedo) * (1.0f - weight);
+  albedo_ = clear + rest;
+  clear_pick_ = pick_probability(sum(clear), sum(rest));
+}
+
+[[gnu::cold, gnu::noinline]] Rgb SurfaceBsdf::eval_and_pdf_clear(const Vec3f& wi,
+                                                                 float* pdf) const {
+  Color4 value = splat4(0.0f);
+  *pdf = 0.0f;
+  if (clear_weight_ < 1.0f) {
+    value = eval_and_pdf4(wi, pdf) * (1.0f - clear_weight_);
+    *pdf *= 1.0f - clear_pick_;
+  }
+  if (!on_wrong_side(wi, wi.z < 0.0f)) {
+    float density;
+    value += color4(clear_->eval_and_pdf(wi, &density)) * clear_weight_;
+    *pdf += density * clear_pick_;
+  }
+  return to_rgb(value);
+}
+
+[[gnu::cold, gnu::noinline]] BsdfSample SurfaceBsdf::sample_clear(float u_lobe,
+                                                                  const Vec2f& u) const {
+  const bool clear = u_lobe < clear_pick_;
+  const float pick = clear ? clear_pick_ : 1.0f - clear_pick_;
+  const float rest = std::min((clear ? u_lobe : u_lobe - clear_pick_) / pick, kOneMinusEpsilon);
+  BsdfSample result = clear ? clear_->sample(rest, u) : sample_opaque(rest, u);
+  if (!result.valid) return result;
+  if (on_wrong_side(result.wi, result.transmitted)) return BsdfSample{};
+  if (result.delta) {
+    result.weight *= (clear ? clear_weight_ : 1.0f - clear_weight_) / pick;
+  } else {
+    const Rgb value = eval_and_pdf_clear(result.wi, &result.pdf);
+    if (!(result.pdf > 0.0f)) return BsdfSample{};
+    result.weight = value / result.pdf;
+  }
   return result;
 }
 

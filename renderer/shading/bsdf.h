@@ -10,16 +10,23 @@
 // Reciprocal; a white furnace returns what went in at every metalness and roughness. See README.md
 // for the formulas and their sources.
 //
+// A transmissive material is (1 - w) times this model plus w times a TransmissionLobe, w =
+// transmission * (1 - metallic); wi may then be below the surface. Without transmission that lobe
+// does not exist and costs one untaken branch.
+//
 // A geometric normal that differs from the shading normal bends this model: directions below the
 // geometric surface get nothing, and the cosine lobe is softened towards the shadow terminator
 // (shading_normal.h), alike in eval and in sample, so that light and BSDF sampling agree.
 #pragma once
+
+#include <optional>
 
 #include "renderer/core/vector.h"
 #include "renderer/shading/bsdf_sample.h"
 #include "renderer/shading/color4.h"
 #include "renderer/shading/ggx.h"
 #include "renderer/shading/specular_albedo.h"
+#include "renderer/shading/transmission_lobe.h"
 
 namespace emberline {
 
@@ -33,6 +40,11 @@ struct BsdfParameters {
   float ior = 1.5f;
   // Weight of the dielectric's reflection, F0 and F90 alike; 0 leaves a bare Lambertian base.
   float specular = 1.0f;
+  // Share of the dielectric that is clear instead of diffuse (KHR_materials_transmission). The
+  // further fields matter only if it is above 0.
+  float transmission = 0.0f;
+  bool thin_walled = true;  // no refraction, no interior; false with KHR_materials_volume
+  bool inside = false;      // wo is inside the solid: the hit is on the back of its face
 };
 
 class SurfaceBsdf {
@@ -44,7 +56,7 @@ class SurfaceBsdf {
   // With the geometric normal in local space: unit, on wo's side (dot with wo >= 0).
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo, const Vec3f& geometric_normal);
 
-  // f(wo, wi) |wi.z|, delta lobes left out; 0 when wi is below the surface.
+  // f(wo, wi) |wi.z|, delta lobes left out; 0 when wi is below the surface, unless it transmits.
   Rgb eval(const Vec3f& wi) const;
   // Density with which sample() returns wi, delta lobes left out.
   float pdf(const Vec3f& wi) const;
@@ -53,9 +65,13 @@ class SurfaceBsdf {
   BsdfSample sample(float u_lobe, const Vec2f& u) const;
 
   // Whether next-event estimation can contribute: there is a lobe that is not a delta.
-  bool has_non_delta() const { return has_cosine_ || specular_ == SpecularKind::kGgx; }
+  bool has_non_delta() const {
+    return has_cosine_ || specular_ == SpecularKind::kGgx || transmits_non_delta();
+  }
+  // Whether light from below the surface can contribute to it (LightQuery::both_sides).
+  bool transmits_non_delta() const { return clear_ && !clear_->is_delta(); }
   // Directional albedo at wo (the `albedo` AOV: what of white light comes back).
-  Rgb albedo() const { return to_rgb(albedo_); }
+  Rgb albedo() const { return to_rgb(albedo_); }  // transmitted light included
 
  private:
   enum class SpecularKind : uint8_t { kNone, kMirror, kGgx };
@@ -63,6 +79,16 @@ class SurfaceBsdf {
   // f |wi.z| of the diffuse base and of multiple scattering: one cosine lobe for sampling.
   Color4 eval_cosine(const Vec3f& wi) const;
   Color4 eval_and_pdf4(const Vec3f& wi, float* pdf) const;
+  BsdfSample sample_opaque(float u_lobe, const Vec2f& u) const;
+
+  // The same with the clear part; out of line, so that opaque materials do not pay for it.
+  void add_clear_part(const BsdfParameters& parameters);
+  Rgb eval_and_pdf_clear(const Vec3f& wi, float* pdf) const;
+  BsdfSample sample_clear(float u_lobe, const Vec2f& u) const;
+  bool on_wrong_side(const Vec3f& wi, bool transmitted) const {
+    return bent_ && !(dot(wi, geometric_normal_) * (transmitted ? -1.0f : 1.0f) > 0.0f);
+  }
+
   bool below_surface(const Vec3f& wi) const {
     return !(wi.z > 0.0f) || (bent_ && !(dot(wi, geometric_normal_) > 0.0f));
   }
@@ -85,6 +111,10 @@ class SurfaceBsdf {
   SpecularAlbedo table_;
   Vec3f geometric_normal_ = Vec3f(0.0f, 0.0f, 1.0f);
   float terminator_alpha2_ = 0.0f;
+
+  std::optional<TransmissionLobe> clear_;
+  float clear_weight_ = 0.0f;  // w; the opaque model's members above are those of the rest
+  float clear_pick_ = 0.0f;
 };
 
 }  // namespace emberline

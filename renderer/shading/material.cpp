@@ -84,15 +84,17 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
         add(d.metallic_roughness_texture, false, "metallic-roughness texture");
     // A scale of 0 flattens the map altogether.
     if (normal_scale_ != 0.0f) normal_texture_ = add(d.normal_texture, false, "normal texture");
-    transmission_ = saturate(d.transmission);
-    if (transmissive()) {
+    is_emissive_ = !is_black(emission_);
+    transmission_ =
+        metallic_ < 1.0f || metallic_roughness_texture_ ? saturate(d.transmission) : 0.0f;
+    if (transmission_ > 0.0f) {
       transmission_texture_ = add(d.transmission_texture, false, "transmission texture");
-      solid_ = d.solid;
-      if (solid_) {
-        attenuation_ = attenuation_coefficient(d.attenuation_color, d.attenuation_distance);
+      thin_walled_ = d.thin_walled;
+      if (!thin_walled_) {
+        attenuation_ =
+            attenuation_coefficient(saturate(d.attenuation_color), d.attenuation_distance);
       }
     }
-    is_emissive_ = !is_black(emission_);
     if (is_emissive_) emission_texture_ = add(d.emission_texture, true, "emissive texture");
   }
   if (alpha_mode_ != AlphaMode::kOpaque) {
@@ -119,16 +121,13 @@ void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoi
     out.bsdf.roughness = saturate(roughness_ * texel.y);
     out.bsdf.metallic = saturate(metallic_ * texel.z);
   }
-  if (transmissive()) {
-    float transmission = transmission_;
+  out.bsdf.transmission = transmission_;
+  if (transmission_ > 0.0f) {
+    out.bsdf.thin_walled = thin_walled_;
     if (transmission_texture_ != nullptr) {
-      transmission *=
-          transmission_texture_->lookup(uv_of(*transmission_texture_, a), u_texture).x;
-    }
-    out.transmission = saturate((1.0f - out.bsdf.metallic) * transmission);
-    // What is left of the mixture, renormalised: m / (1 - (1 - m) t) of it is metal.
-    if (out.transmission < 1.0f) {
-      out.bsdf.metallic = saturate(out.bsdf.metallic / (1.0f - out.transmission));
+      out.bsdf.transmission =
+          saturate(transmission_ *
+                   transmission_texture_->lookup(uv_of(*transmission_texture_, a), u_texture).x);
     }
   }
   if (emission_texture_ != nullptr) {
@@ -200,7 +199,8 @@ MaterialSet::MaterialSet(const SceneDescription& scene) {
   note(any([](const Material& m) { return m.is_emissive(); }), "emission");
   note(any([](const Material& m) { return m.alpha_mode() == AlphaMode::kMask; }), "alpha mask");
   note(any([](const Material& m) { return m.alpha_mode() == AlphaMode::kBlend; }), "alpha blend");
-  note(any([](const Material& m) { return m.transmissive(); }), "transmission");
+  note(any([](const Material& m) { return m.has_transmission(); }), "transmission");
+  note(any([](const Material& m) { return !is_black(m.attenuation()); }), "absorption");
   note(any([](const Material& m) { return m.unlit(); }), "unlit");
   note(any([](const Material& m) { return m.double_sided(); }), "double-sided");
 }

@@ -32,10 +32,6 @@ struct MaterialPoint {
   Rgb emission = Rgb(0.0f);       // radiance, alike in all directions
   Vec3f normal = Vec3f(0, 0, 1);  // tangent space, unit; see mapped_normal()
   bool has_normal_map = false;
-  // Probability that the light meets the transmitting interface (transmission_lobe.h) and not the
-  // opaque surface: (1 - metallic) x transmission. `bsdf` is the opaque rest, its metallic that
-  // share's own.
-  float transmission = 0.0f;
 };
 
 class Material {
@@ -71,12 +67,13 @@ class Material {
   bool has_emission_texture() const { return emission_texture_ != nullptr; }
   bool has_normal_map() const { return normal_texture_ != nullptr; }  // needs tangents
   bool double_sided() const { return double_sided_; }
+  // Light passes through: faces are seen from behind even if single-sided, and the integrator sets
+  // MaterialPoint::bsdf.inside when it is the back that was hit.
+  bool has_transmission() const { return transmission_ > 0.0f; }
+  // Per metre travelled inside, for beer_transmittance(); 0 without an interior.
+  const Rgb& attenuation() const { return attenuation_; }
   bool unlit() const { return unlit_; }  // no scattering: emission() is what is seen
   bool needs_uv() const { return uv_mask_ != 0; }
-  // Light passes: the surface is seen from both sides, single-sided or not.
-  bool transmissive() const { return transmission_ > 0.0f; }
-  bool thin_walled() const { return !solid_; }
-  const Rgb& attenuation() const { return attenuation_; }  // per scene unit, inside a solid
   uint32_t uv_mask() const { return uv_mask_; }  // bit n: TEXCOORD_n is read
 
  private:
@@ -95,13 +92,13 @@ class Material {
   Rgb emission_;
   float alpha_cutoff_;
   float transmission_ = 0.0f;
-  bool solid_ = false;
+  bool thin_walled_ = true;
   Rgb attenuation_ = Rgb(0.0f);
-  const Texture* transmission_texture_ = nullptr;
   const Texture* base_color_texture_ = nullptr;
   const Texture* metallic_roughness_texture_ = nullptr;
   const Texture* normal_texture_ = nullptr;
   const Texture* emission_texture_ = nullptr;
+  const Texture* transmission_texture_ = nullptr;
   AlphaMode alpha_mode_;
   bool alpha_varies_ = false;  // without vertex colours
   bool is_emissive_ = false;
@@ -128,7 +125,8 @@ class MaterialSet {
   uint64_t bytes() const;                                    // texels, tables and materials
   size_t image_count() const { return image_count_; }
   // What the scene's materials need, in words: "textures", "normal maps", "emission",
-  // "alpha mask", "alpha blend", "unlit", "double-sided". Empty for a plain scene.
+  // "alpha mask", "alpha blend", "transmission", "absorption", "unlit", "double-sided". Empty for a
+  // plain scene.
   const std::vector<std::string>& features() const { return features_; }
 
  private:

@@ -12,7 +12,7 @@ namespace emberline {
 
 namespace {
 
-constexpr int kMus = 20, kRoughnesses = 16, kEtas = 10;
+constexpr int kMus = 20, kRoughnesses = 16, kEtas = 16;
 constexpr int kNodes = 24;
 // z = sqrt((n - 1) / (n + 1)) spreads indices evenly (the parametrisation is Cycles'); 0.8: n
 // = 4.6.

@@ -76,7 +76,8 @@ bool TransmissionLobe::refract(const Vec3f& m, float cos_d, Vec3f* wi) const {
   const float inverse = 1.0f / eta_;
   const float sin2_t = (1.0f - square(cos_d)) * square(inverse);
   if (sin2_t >= 1.0f) return false;
-  *wi = wo_ * -inverse + m * (cos_d * inverse - safe_sqrt(1.0f - sin2_t));
+  // Out of a dense medium the terms are large and cancel: the length needs repair.
+  *wi = normalize(wo_ * -inverse + m * (cos_d * inverse - safe_sqrt(1.0f - sin2_t)));
   return true;
 }
 

@@ -71,7 +71,7 @@ Rgb attenuation_coefficient(const Rgb& color, float distance);
 Rgb beer_transmittance(const Rgb& coefficient, float distance);  // distance in scene units, >= 0
 
 // What the rough solid interface returns and passes in all for white: the reciprocal of the
-// compensation. Table over (mu, roughness, eta), built at first use (20 ms), thread-safe.
+// compensation. Table over (mu, roughness, eta), built at first use (25 ms), thread-safe.
 float refraction_albedo(float mu, float roughness, float eta);
 
 }  // namespace emberline

@@ -1,7 +1,8 @@
 // Drivers tested without rendering: their work items cover every pixel exactly once.
 #include <gtest/gtest.h>
 
-#include <set>
+#include <chrono>
+#include <cstdlib>
 
 #include "renderer/core/errors.h"
 #include "renderer/drivers/bucket_driver.h"
@@ -32,6 +33,19 @@ TEST(BucketSchedule, CoversEveryPixelOnce) {
     }
   }
   EXPECT_TRUE(bucket_schedule(Rect{}, 16, BucketOrder::kHilbert, 1, 0).empty());
+}
+
+// The work of making a schedule grows with its buckets, not with the square around them: a frame
+// of one column took minutes once.
+TEST(BucketSchedule, AThinFrameIsScheduledAtOnce) {
+  for (const BucketOrderEntry& order : bucket_order_table()) {
+    for (const Rect& window : {Rect{0, 0, 1, 65536}, Rect{0, 0, 65536, 1}}) {
+      const auto start = std::chrono::steady_clock::now();
+      EXPECT_EQ(bucket_schedule(window, 1, order.order, 1, 0).size(), 65536u) << order.name;
+      const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+      EXPECT_LT(taken.count(), 5.0) << order.name;  // milliseconds, on any machine
+    }
+  }
 }
 
 // Hilbert's curve and the spiral go from bucket to neighbouring bucket on a square power of two.

@@ -156,9 +156,9 @@ TEST(GltfDraco, EveryByteChangedNeverCrashes) {
     const GltfBuilder good = draco_square(method);
     const size_t size = good.root["bufferViews"][0]["byteLength"].get<size_t>();
     for (size_t i = 0; i < size; ++i) {
-      for (const uint8_t value : {0, 1, 0x7f, 0x80, 0xff}) {
+      for (const int value : {0, 1, 0x7f, 0x80, 0xff}) {
         GltfBuilder changed = good;
-        changed.bin[i] = value;
+        changed.bin[i] = uint8_t(value);
         message_of(changed);  // any InputError or none; anything else fails the test
       }
     }

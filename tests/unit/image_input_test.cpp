@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "io/exr_writer.h"
 #include "renderer/core/errors.h"
 #include "support/encoded_images.h"
 
@@ -238,18 +239,30 @@ TEST(ReadEnvironment, GreyIsExpandedOthersAreErrors) {
 
 TEST(ReadFloatImage, NamesChannelsAndDecodesSrgb) {
   const TempFolder folder;
-  ImageSpec spec(2, 1, 5, TypeDesc::FLOAT);
-  spec.channelnames = {"R", "G", "B", "albedo.G", "samples"};
-  spec.channelformats = {TypeDesc::HALF, TypeDesc::HALF, TypeDesc::HALF, TypeDesc::FLOAT,
-                         TypeDesc::FLOAT};
-  test::write_image<float>(folder / "a.exr", spec, {1, 2, 3, 0.25f, 64, 4, 5, 6, 0.75f, 128});
+  ExrHeader header;
+  header.width = 2;
+  header.height = 1;
+  header.data_window = {0, 0, 2, 1};
+  header.channels = {{"R", ChannelType::kHalf},
+                     {"G", ChannelType::kHalf},
+                     {"B", ChannelType::kHalf},
+                     {"albedo.G", ChannelType::kFloat},
+                     {"samples", ChannelType::kUint}};
+  {
+    ExrWriter writer(folder / "a.exr", header);
+    writer.write_tile({0, 0, 2, 1}, {1, 2, 3, 0.25f, 7, 4, 5, 6, 0.75f, 16777215});
+    writer.finish();
+  }
   const FloatImage exr = read_float_image(folder / "a.exr");
   EXPECT_EQ(exr.width, 2);
   EXPECT_EQ(exr.height, 1);
   ASSERT_EQ(exr.channels(), 5);
   EXPECT_EQ(exr.find_channel("nothing"), -1);
+  EXPECT_EQ(exr.values[size_t(exr.find_channel("B"))], 3.0f);
   EXPECT_EQ(exr.values[size_t(exr.find_channel("albedo.G"))], 0.25f);
-  EXPECT_EQ(exr.values[5 + size_t(exr.find_channel("samples"))], 128.0f);
+  // Counts stay counts.
+  EXPECT_EQ(exr.values[size_t(exr.find_channel("samples"))], 7.0f);
+  EXPECT_EQ(exr.values[5 + size_t(exr.find_channel("samples"))], 16777215.0f);
 
   ImageSpec rgba(1, 1, 4, TypeDesc::UINT8);
   rgba.attribute("oiio:UnassociatedAlpha", 1);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "renderer/core/errors.h"
+#include "renderer/shading/transmission_lobe.h"
 
 namespace emberline {
 namespace {
@@ -164,6 +165,35 @@ TEST(Material, UnlitShowsItsColourAndIsNoLight) {
   EXPECT_EQ(p.emission, d.base_color);
 }
 
+TEST(Material, TransmissionIsReadOnlyWhereThereIsAny) {
+  SceneDescription scene;
+  scene.images = {byte_image(1, 1, 3, {51, 0, 0})};
+  MaterialDescription glass;
+  glass.metallic = 0;
+  glass.transmission = .5f;
+  glass.transmission_texture.image = 0;
+  glass.thin_walled = false;
+  glass.attenuation_color = Rgb(.25f, 1, 0);
+  glass.attenuation_distance = 2;
+  MaterialDescription metal = glass;
+  metal.metallic = 1;
+  scene.materials = {glass, metal};
+  const MaterialSet set(scene);
+  EXPECT_TRUE(set[0].has_transmission());
+  EXPECT_FALSE(set[1].has_transmission());
+  EXPECT_EQ(set.features(), (std::vector<std::string>{"textures", "transmission", "absorption"}));
+  MaterialPoint p;
+  set[0].evaluate(at(0, 0), .5f, p);
+  EXPECT_NEAR(p.bsdf.transmission, .1f, 1e-6);
+  EXPECT_FALSE(p.bsdf.thin_walled);
+  const Rgb passed = beer_transmittance(set[0].attenuation(), 1);
+  EXPECT_NEAR(passed.x, .5f, 1e-6);
+  EXPECT_EQ(passed.y, 1);
+  EXPECT_NEAR(passed.z, 1e-3f, 1e-6);
+  set[1].evaluate(at(0, 0), .5f, p);
+  EXPECT_EQ(p.bsdf.transmission, 0);
+}
+
 TEST(Material, StrangeNumbersAreContained) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
@@ -173,7 +203,9 @@ TEST(Material, StrangeNumbersAreContained) {
     d.base_color = Rgb(x);
     d.alpha = d.metallic = d.roughness = d.normal_scale = x;
     d.emission = Rgb(x);
-    d.ior = d.specular = x;
+    d.ior = d.specular = d.transmission = d.attenuation_distance = x;
+    d.attenuation_color = Rgb(x);
+    d.thin_walled = false;
     d.alpha_mode = AlphaMode::kBlend;
     d.unlit = x == 1e30f;
     scene.materials.push_back(d);
@@ -188,7 +220,8 @@ TEST(Material, StrangeNumbersAreContained) {
       for (const float v : {p.bsdf.base_color.x, p.bsdf.metallic, p.bsdf.roughness, p.bsdf.specular,
                             1 / (p.bsdf.ior + 1), set[i].coverage(a, .5f)})
         EXPECT_TRUE(v >= 0 && v <= 1) << i << " " << c;
-      EXPECT_TRUE(is_finite(p.emission));
+      EXPECT_TRUE(is_finite(p.emission) && is_finite(set[i].attenuation()));
+      EXPECT_TRUE(p.bsdf.transmission >= 0 && p.bsdf.transmission <= 1);
     }
   }
 }

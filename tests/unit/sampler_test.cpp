@@ -242,7 +242,7 @@ TEST(SamplerTable, UnknownNameListsTheValidOnes) {
     FAIL() << "accepted an unknown name";
   } catch (const UsageError& error) {
     EXPECT_STREQ(error.what(),
-                 "unknown sampler 'sobel' (did you mean 'sobol'?); valid names are sobol, "
+                 "--sampler: unknown sampler 'sobel' (did you mean 'sobol'?); valid names are sobol, "
                  "independent");
     EXPECT_EQ(error.exit_code(), kExitUsage);
   }

@@ -1,0 +1,75 @@
+// Reading the values of options strictly: the whole text, finite, in range; and one wording for
+// what is wrong with them. CLI11's own ranges let NaN through and print floats with six decimals.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace emberline {
+
+// A finite number, decimal, in the C locale whatever the user's; nothing may stand around it.
+std::optional<double> parse_real(std::string_view text);
+// A whole number written as one: "64", not "64.0" or "1e3".
+std::optional<int64_t> parse_whole(std::string_view text);
+
+template <typename T>
+std::optional<T> parse_number(std::string_view text) {
+  if constexpr (std::is_integral_v<T>) {
+    const std::optional<int64_t> value = parse_whole(text);
+    if (!value || !std::in_range<T>(*value)) return std::nullopt;
+    return T(*value);
+  } else {
+    const std::optional<double> value = parse_real(text);
+    if (!value || !(std::abs(*value) <= double(std::numeric_limits<T>::max()))) return std::nullopt;
+    return T(*value);
+  }
+}
+
+// "1,2,3" -> numbers, exactly kCount of them.
+template <typename T, size_t kCount>
+bool parse_numbers(std::string_view text, char separator, std::array<T, kCount>& out) {
+  for (size_t i = 0; i < kCount; ++i) {
+    const size_t end = i + 1 < kCount ? text.find(separator) : text.size();
+    if (end == std::string_view::npos) return false;
+    const std::optional<T> value = parse_number<T>(text.substr(0, end));
+    if (!value) return false;
+    out[i] = *value;
+    text.remove_prefix(std::min(text.size(), end + 1));
+  }
+  return true;
+}
+
+// An option whose value is one number in [min, max]. `Target` is the number or an optional of it.
+template <typename T, typename Target>
+CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, T min, T max,
+                        const std::string& help) {
+  const std::string range = fmt::format("{} to {}", min, max);
+  return app
+      ->add_option_function<std::string>(
+          name,
+          [&target, name, min, max, range](const std::string& text) {
+            const std::optional<T> value = parse_number<T>(text);
+            if (!value || *value < min || *value > max) {
+              throw CLI::ValidationError(
+                  name, fmt::format("'{}' is not a {} from {}", text,
+                                    std::is_integral_v<T> ? "whole number" : "number", range));
+            }
+            target = *value;
+          },
+          help)
+      ->type_name(fmt::format("{}..{}", min, max));
+}
+
+// The words that `word` may have meant, for unknown options and commands: names.h does the wording.
+std::string unknown_word_message(const char* kind, const std::string& word,
+                                 const std::vector<std::string>& valid);
+
+}  // namespace emberline

@@ -1,0 +1,224 @@
+// Values that are well formed but that nothing can be made of.
+#include "failure/bad_input.h"
+
+#include <sys/resource.h>
+
+#include <limits>
+
+#include "support/encoded_images.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+using test::expect_input_error;
+using test::GltfBuilder;
+using test::TempFolder;
+
+// Address space is capped while it lives, so that an allocation by an unchecked count shows.
+class MemoryLimit {
+ public:
+  explicit MemoryLimit(uint64_t bytes) {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    getrlimit(RLIMIT_AS, &before_);
+    rlimit limited = before_;
+    limited.rlim_cur = std::min<rlim_t>(bytes, before_.rlim_max);
+    setrlimit(RLIMIT_AS, &limited);
+    active_ = true;
+#else
+    (void)bytes;  // sanitizers reserve terabytes of addresses
+#endif
+  }
+  ~MemoryLimit() {
+    if (active_) setrlimit(RLIMIT_AS, &before_);
+  }
+  MemoryLimit(const MemoryLimit&) = delete;
+  MemoryLimit& operator=(const MemoryLimit&) = delete;
+
+ private:
+  rlimit before_{};
+  bool active_ = false;
+};
+
+class Absurd : public testing::Test {
+ protected:
+  Absurd() { gltf_.add_triangle(); }
+  // With room for the program but not for what the counts ask; a bad_alloc would say "memory".
+  void expect_error(const std::vector<std::string>& parts) {
+    const MemoryLimit limit(uint64_t(4) << 30);
+    expect_input_error(gltf_, parts);
+  }
+  TempFolder folder_;
+  GltfBuilder gltf_;
+};
+
+TEST_F(Absurd, AccessorCounts) {
+  gltf_.root["accessors"][0]["count"] = 4000000000u;
+  expect_error({"#/accessors/0: 4000000000 elements", "do not fit"});
+  gltf_.root["accessors"][0]["count"] = 9007199254740992;  // 2^53
+  expect_error({"#/accessors/0: ", "do not fit"});
+  gltf_.root["accessors"][0]["count"] = 18446744073709551615u;
+  expect_error({"#/accessors/0/count: expected a whole number"});
+}
+
+TEST_F(Absurd, AccessorCountsWithoutData) {
+  gltf_.root["accessors"][0].erase("bufferView");
+  gltf_.root["accessors"][0]["count"] = 4000000000u;
+  expect_error({"#/meshes/0/primitives/0/attributes/POSITION: ", "4000000000 elements"});
+  gltf_.root["accessors"][0]["count"] = 3;
+  gltf_.root["accessors"][1].erase("bufferView");
+  gltf_.root["accessors"][1]["count"] = 4000000000u;
+  expect_error({"add up to 4000000000 indices"});
+}
+
+TEST_F(Absurd, OffsetsAndLengths) {
+  gltf_.root["bufferViews"][0]["byteLength"] = 1000000000000000000;  // 1e18
+  expect_error({"#/bufferViews/0/byteLength: "});
+  gltf_.root["bufferViews"][0]["byteLength"] = 9007199254740992;
+  expect_error({"#/bufferViews/0: bytes 0 to 9007199254740992 are outside"});
+  gltf_.root["bufferViews"][0] = {
+      {"buffer", 0}, {"byteOffset", 9007199254740992}, {"byteLength", 9007199254740992}};
+  expect_error({"#/bufferViews/0: ", "outside the buffer"});
+  gltf_.root["bufferViews"][0] = {{"buffer", 0}, {"byteOffset", 0}, {"byteLength", 36}};
+  gltf_.root["accessors"][0]["byteOffset"] = 9007199254740992;
+  expect_error({"#/accessors/0: ", "do not fit"});
+  gltf_.root["accessors"][0]["byteOffset"] = 1;
+  expect_error({"#/accessors/0: ", "do not fit"});
+  gltf_.root["accessors"][0]["byteOffset"] = 0;
+  gltf_.root["bufferViews"][0]["byteStride"] = 8;
+  expect_error({"#/accessors/0: the byteStride"});
+}
+
+TEST_F(Absurd, BufferLongerThanItsData) {
+  test::write_bytes(folder_ / "data.bin", gltf_.bin);
+  json document = gltf_.document("data.bin");
+  document["buffers"][0]["byteLength"] = 1000000000000000;
+  test::write_text(folder_ / "a.gltf", document.dump());
+  expect_input_error(folder_ / "a.gltf", {"#/buffers/0/byteLength: ", "1000000000000000 bytes"});
+}
+
+TEST_F(Absurd, SparseCounts) {
+  gltf_.root["accessors"][0]["sparse"] = {{"count", 4000000000u},
+                                          {"indices", {{"bufferView", 1}, {"componentType", 5121}}},
+                                          {"values", {{"bufferView", 0}}}};
+  expect_error({"#/accessors/0/sparse/count: "});
+  gltf_.root["accessors"][0]["sparse"]["count"] = 3;
+  gltf_.root["accessors"][0]["sparse"]["values"]["byteOffset"] = 4;
+  expect_error({"#/accessors/0/sparse/values: "});
+  gltf_.root["accessors"][0]["sparse"]["values"]["byteOffset"] = 0;
+  gltf_.root["accessors"][0]["sparse"]["indices"]["componentType"] = 5126;
+  expect_error({"#/accessors/0/sparse/indices/componentType: "});
+}
+
+// A hundred kilobytes of JSON must not become a hundred million triangles or instances.
+TEST_F(Absurd, SharedDataDoesNotMultiply) {
+  const int p = gltf_.add_accessor<float>("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0});
+  std::vector<uint8_t> indices(30000);
+  for (size_t i = 0; i < indices.size(); ++i) indices[i] = uint8_t(i % 3);
+  const int many = gltf_.add_accessor<uint8_t>("SCALAR", indices);
+  for (int i = 0; i < 3000; ++i) {
+    gltf_.root["meshes"][0]["primitives"].push_back(
+        {{"attributes", {{"POSITION", p}}}, {"indices", many}});
+  }
+  expect_error({"add up to 90000003 indices"});
+
+  GltfBuilder instanced;
+  instanced.add_triangle();
+  const int moves = instanced.add_accessor<float>("VEC3", std::vector<float>(3 * 3000, 1.0f));
+  for (int i = 0; i < 3000; ++i) {
+    instanced.add_to_scene(instanced.push(
+        "nodes", {{"mesh", 0},
+                  {"extensions",
+                   {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", moves}}}}}}}}));
+  }
+  const MemoryLimit limit(uint64_t(4) << 30);
+  expect_input_error(instanced, {"#/nodes/", "instances, more than the size of the file"});
+}
+
+TEST_F(Absurd, NothingToRender) {
+  test::write_text(folder_ / "a.gltf", R"({"asset":{"version":"2.0"}})");
+  expect_input_error(folder_ / "a.gltf", {"no geometry to render"});
+  const std::pair<const char*, json> changes[] = {
+      {"/scenes/0/nodes", json::array()},
+      {"/nodes/0/mesh", nullptr},
+      {"/meshes/0/primitives", json::array()},
+      {"/meshes/0/primitives/0/mode", 0},
+      {"/nodes/0/scale", {0, 0, 0}},
+      {"/meshes/0/primitives/0/attributes", json::object()}};
+  for (const auto& [pointer, value] : changes) {
+    GltfBuilder gltf = gltf_;
+    const json::json_pointer place(pointer);
+    gltf.root[place] = value;
+    if (value.is_null()) gltf.root[place.parent_pointer()].erase(place.back());
+    expect_input_error(gltf, {"no geometry to render"});
+  }
+}
+
+TEST_F(Absurd, OnlyBadTriangles) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  gltf_.primitive() = {
+      {"attributes",
+       {{"POSITION", gltf_.add_accessor<float>("VEC3", {nan, 0, 0, 1, 0, 0, 0, 1, 0,  //
+                                                        0, 0, 0, 1, 1, 1, 2, 2, 2})}}}};
+  expect_error({"no geometry to render", "1 triangles without area",
+                "1 triangles with a NaN or infinite vertex"});
+}
+
+TEST_F(Absurd, HierarchiesOfAnyDepth) {
+  // 100 000 levels, the mesh at the bottom; each moves by one.
+  const int depth = 100000;
+  json nodes = json::array();
+  for (int i = 0; i < depth; ++i) {
+    json node = {{"translation", {1, 0, 0}}};
+    if (i + 1 < depth) {
+      node["children"] = {i + 1};
+    } else {
+      node["mesh"] = 0;
+    }
+    nodes.push_back(std::move(node));
+  }
+  gltf_.root["nodes"] = std::move(nodes);
+  const SceneDescription scene = load_gltf(gltf_.write_glb(folder_ / "a.glb"), {});
+  ASSERT_EQ(scene.instances.size(), 1u);
+  EXPECT_EQ(scene.instances[0].to_world[3][0], double(depth));
+  // Closed into a ring it is an error, found without walking it forever.
+  gltf_.root["nodes"][size_t(depth) - 1]["children"] = {0};
+  expect_error({"#/nodes/", "cycle"});
+}
+
+TEST_F(Absurd, GarbageForImages) {
+  std::vector<std::vector<uint8_t>> garbage = {{}, {0}, std::vector<uint8_t>(1000, 0xab)};
+  // Right beginnings, wrong continuations.
+  for (const std::string& magic :
+       {std::string("\x89PNG\r\n\x1a\n"), std::string("\xff\xd8\xff\xe0"),
+        std::string("RIFF\x20\0\0\0WEBPVP8 ", 16), std::string("\x76\x2f\x31\x01\x02\0\0\0", 8),
+        std::string("#?RADIANCE\n"), std::string("\xabKTX 20\xbb\r\n\x1a\n")}) {
+    std::vector<uint8_t> bytes(magic.begin(), magic.end());
+    bytes.resize(300, 0x5a);
+    garbage.push_back(bytes);
+  }
+  for (const std::vector<uint8_t>& bytes : garbage) {
+    GltfBuilder gltf;
+    gltf.add_triangle();
+    gltf.primitive()["attributes"]["TEXCOORD_0"] =
+        gltf.add_accessor<float>("VEC2", {0, 0, 1, 0, 0, 1});
+    gltf.push("images", {{"uri", "image.bin"}, {"name", "g\xC3\xA4rbage"}});
+    gltf.push("textures", {{"source", 0}});
+    gltf.push("materials", {{"normalTexture", {{"index", 0}}}});
+    gltf.primitive()["material"] = 0;
+    test::write_bytes(folder_ / "image.bin", bytes);
+    const std::string path = gltf.write_gltf(folder_ / "a.gltf");
+    expect_input_error(path, {"#/images/0"});
+    EXPECT_EQ(load_gltf(path, {.lenient = true}).repairs.replaced_images, 1u);
+  }
+}
+
+TEST_F(Absurd, PathsThatAreNoFiles) {
+  expect_input_error(folder_ / "missing.glb", {"file not found"});
+  expect_input_error(folder_.path().string(), {"is a directory"});
+  expect_input_error("/dev/null", {"is not a regular file"});
+  expect_input_error(std::string(300, 'x'), {"file not found"});
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,37 @@
+// Expectations of files that cannot be used.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "io/gltf.h"
+#include "renderer/core/errors.h"
+#include "support/gltf_builder.h"
+
+namespace emberline::test {
+
+// Loading must throw InputError with one line that begins with the file's name and contains every
+// one of `parts`.
+inline void expect_input_error(const std::string& path, const std::vector<std::string>& parts,
+                               const GltfOptions& options = {}) {
+  try {
+    load_gltf(path, options);
+    ADD_FAILURE() << path << " was accepted";
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    EXPECT_EQ(error.exit_code(), kExitInput);
+    EXPECT_EQ(message.rfind(path, 0), 0u) << "does not begin with the file: " << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    EXPECT_LT(message.size(), 1000u) << message;
+    for (const std::string& part : parts) {
+      EXPECT_NE(message.find(part), std::string::npos) << "lacks \"" << part << "\": " << message;
+    }
+  }
+}
+
+inline void expect_input_error(const GltfBuilder& gltf, const std::vector<std::string>& parts,
+                               const GltfOptions& options = {}) {
+  const TempFolder folder;
+  expect_input_error(gltf.write_glb(folder / "a.glb"), parts, options);
+}
+
+}  // namespace emberline::test

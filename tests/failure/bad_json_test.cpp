@@ -1,0 +1,215 @@
+// Members that are missing, of the wrong type or out of range: the message names each by its
+// pointer.
+#include "failure/bad_input.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+using test::expect_input_error;
+using test::GltfBuilder;
+using test::TempFolder;
+
+// A scene with one of everything, so that any member can be spoiled.
+GltfBuilder rich_scene() {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.push("images", {{"uri", "none.png"}});
+  gltf.push("samplers", {{"wrapS", 10497}});
+  gltf.push("textures", {{"source", 0}, {"sampler", 0}});
+  gltf.push("materials", {{"pbrMetallicRoughness", {{"metallicFactor", 0.5}}}});
+  gltf.push("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}}}});
+  gltf.push("skins", {{"joints", {0}}});
+  gltf.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+  gltf.root["scene"] = 0;
+  return gltf;
+}
+
+TEST(BadJson, WrongTypesAndRanges) {
+  const std::pair<const char*, json> cases[] = {
+      {"/asset", 1},
+      {"/asset/version", 2},
+      {"/scene", "first"},
+      {"/scene", 3},
+      {"/scene", 0.5},
+      {"/scenes", json::object()},
+      {"/scenes/0", 1},
+      {"/scenes/0/nodes", 0},
+      {"/scenes/0/nodes/0", 99},
+      {"/scenes/0/nodes/0", -1},
+      {"/scenes/0/nodes/0", "0"},
+      {"/nodes/0/mesh", 1},
+      {"/nodes/0/camera", 7},
+      {"/nodes/0/skin", 7},
+      {"/nodes/0/name", 5},
+      {"/nodes/0/matrix", {1, 2, 3}},
+      {"/nodes/0/translation", {1, 2}},
+      {"/nodes/0/translation", {1, 2, 3, 4}},
+      {"/nodes/0/rotation", {0, 0, 1}},
+      {"/nodes/0/scale", "big"},
+      {"/nodes/0/scale/1", nullptr},
+      {"/nodes/0/children", {99}},
+      {"/nodes/0/weights", {true}},
+      {"/nodes/0/extensions", json::array()},
+      {"/nodes/0/extensions/KHR_lights_punctual/light", 9},
+      {"/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/TRANSLATION", 99},
+      {"/meshes", "mesh"},
+      {"/meshes/0/primitives/0", json::array()},
+      {"/meshes/0/primitives/0/attributes", json::array()},
+      {"/meshes/0/primitives/0/attributes/POSITION", 44},
+      {"/meshes/0/primitives/0/attributes/A~1B", 44},
+      {"/meshes/0/primitives/0/mode", 7},
+      {"/meshes/0/primitives/0/mode", 1.5},
+      {"/meshes/0/primitives/0/targets", json::object()},
+      {"/meshes/0/primitives/0/targets/0/POSITION", 44},
+      {"/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression", 1},
+      {"/accessors/0/count", 0},
+      {"/accessors/0/count", -5},
+      {"/accessors/0/count", 2.5},
+      {"/accessors/0/count", "3"},
+      {"/accessors/0/componentType", 5124},
+      {"/accessors/0/componentType", 99999999999},
+      {"/accessors/0/type", "VEC5"},
+      {"/accessors/0/normalized", 1},
+      {"/accessors/0/byteOffset", -4},
+      {"/accessors/0/sparse", 1},
+      {"/bufferViews/0/byteStride", 0},
+      {"/bufferViews/0/byteLength", -1},
+      {"/buffers/0/byteLength", "many"},
+      {"/buffers/0/uri", 3},
+      {"/images/0/bufferView", 99},
+      {"/textures/0/source", 99},
+      {"/textures/0/sampler", 99},
+      {"/textures/0/extensions/EXT_texture_webp/source", 99},
+      {"/samplers/0/wrapS", "repeat"},
+      {"/materials/0/pbrMetallicRoughness", 1},
+      {"/materials/0/pbrMetallicRoughness/baseColorFactor", {1, 1, 1}},
+      {"/materials/0/pbrMetallicRoughness/metallicFactor", "full"},
+      {"/materials/0/normalTexture/index", 99},
+      {"/materials/0/emissiveTexture/texCoord", -1},
+      {"/materials/0/emissiveTexture/texCoord", 1000000},
+      {"/materials/0/emissiveFactor", {1}},
+      {"/materials/0/alphaMode", 1},
+      {"/materials/0/alphaCutoff", -1},
+      {"/materials/0/doubleSided", "yes"},
+      {"/cameras/0/type", 1},
+      {"/cameras/0/type", "pinhole"},
+      {"/cameras/0/perspective", 1},
+      {"/cameras/0/perspective/yfov", "wide"},
+      {"/skins/0/joints", {99}},
+      {"/skins/0/inverseBindMatrices", 99},
+      {"/extensions/KHR_lights_punctual/lights", 1},
+      {"/extensions/KHR_lights_punctual/lights/0/type", "tube"},
+      {"/extensions/KHR_lights_punctual/lights/0/color", {1, 1}},
+      {"/extensions/KHR_lights_punctual/lights/0/intensity", -1},
+      {"/extensionsUsed", "all"},
+      {"/extensionsRequired", {1}},
+      {"/animations", 1},
+  };
+  const TempFolder folder;
+  const GltfBuilder good = rich_scene();
+  ASSERT_NO_THROW(load_gltf(good.write_gltf(folder / "good.gltf"), {}));
+  for (const auto& [pointer, value] : cases) {
+    json document = good.document("data.bin");
+    // Texture slots that a case spoils must otherwise be whole.
+    const std::string text = pointer;
+    if (text.find("emissiveTexture") != std::string::npos) {
+      document["materials"][0]["emissiveTexture"]["index"] = 0;
+    }
+    document[json::json_pointer(pointer)] = value;
+    test::write_text(folder / "a.gltf", document.dump());
+    // The place is the member itself, what stands in it, or what encloses it.
+    const size_t cut = text.rfind('/');
+    try {
+      load_gltf(folder / "a.gltf", {});
+      ADD_FAILURE() << pointer << " = " << value << " was accepted";
+    } catch (const InputError& error) {
+      const std::string message = error.what();
+      EXPECT_NE(message.find("a.gltf#" + text.substr(0, std::max(cut, size_t(1)))),
+                std::string::npos)
+          << pointer << " = " << value << ": " << message;
+    }
+  }
+}
+
+TEST(BadJson, RequiredMembers) {
+  for (const char* pointer :
+       {"/asset", "/asset/version", "/meshes/0/primitives", "/meshes/0/primitives/0/attributes",
+        "/accessors/0/count", "/accessors/0/componentType", "/accessors/0/type",
+        "/bufferViews/0/buffer", "/bufferViews/0/byteLength", "/buffers/0/byteLength",
+        "/cameras/0/type", "/cameras/0/perspective", "/cameras/0/perspective/yfov",
+        "/cameras/0/perspective/znear", "/skins/0/joints",
+        "/extensions/KHR_lights_punctual/lights/0/type"}) {
+    const TempFolder folder;
+    const GltfBuilder good = rich_scene();
+    good.write_gltf(folder / "good.gltf");
+    json document = good.document("data.bin");
+    const json::json_pointer place(pointer);
+    document[place.parent_pointer()].erase(place.back());
+    test::write_text(folder / "a.gltf", document.dump());
+    expect_input_error(folder / "a.gltf",
+                       {"the required member \"" + place.back() + "\" is missing"});
+  }
+}
+
+TEST(BadJson, WholeNumbersMayBeWrittenWithAFraction) {
+  const TempFolder folder;
+  json document = rich_scene().document("data.bin");
+  rich_scene().write_gltf(folder / "good.gltf");
+  document["scene"] = 0.0;
+  document["nodes"][0]["mesh"] = 0.0;
+  document["accessors"][0]["count"] = 3.0;
+  std::string text = document.dump();
+  text.replace(text.find("\"count\":3.0"), 11, "\"count\":0.3e1");
+  test::write_text(folder / "a.gltf", text);
+  EXPECT_EQ(load_gltf(folder / "a.gltf", {}).meshes.size(), 1u);
+}
+
+TEST(BadJson, VersionsThatAreNotTwo) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"1.0", "glTF 1.0 is not supported"}, {"3.0", "glTF 3.0 is not supported"},
+      {"2", "expected a version"},          {"two", "expected a version"},
+      {"2.", "expected a version"},         {"99999999999999.0", "expected a version"}};
+  for (const auto& [version, expected] : cases) {
+    GltfBuilder gltf = rich_scene();
+    gltf.root["asset"]["version"] = version;
+    expect_input_error(gltf, {"#/asset/version: ", expected});
+  }
+  GltfBuilder gltf = rich_scene();
+  gltf.root["asset"]["version"] = "2.7";  // minor versions are compatible
+  EXPECT_NO_THROW(load_gltf(gltf.write_glb(TempFolder() / "a.glb"), {}));
+  gltf.root["asset"]["minVersion"] = "2.7";
+  expect_input_error(gltf, {"#/asset/minVersion: "});
+}
+
+TEST(BadJson, TextThatIsNoJson) {
+  const TempFolder folder;
+  const std::pair<std::string, std::string> cases[] = {
+      {"PK\x03\x04zip", "not a glTF file"},
+      {"   \n ", "not a glTF file"},
+      {"[1, 2]", "not a glTF file"},
+      {"\x89PNG\r\n\x1a\n", "not a glTF file"},
+      {"{\"asset\": {\"version\": \"2.0\"", "not valid JSON"},
+      {"{\"asset\": {\"version\": \"2.0\"}} trailing", "not valid JSON"},
+      {"{\"asset\": {\"version\": \"\xff\xfe\"}}", "#/asset/version: not valid JSON"},
+      {"{\"nodes\": [{}, {\"mesh\": }]}", "#/nodes/1/mesh: not valid JSON"},
+      {"{\"nodes\": [NaN]}", "#/nodes/0: not valid JSON"},
+      {"{}", "\"asset\" is missing"},
+      {std::string("{\0}", 3), "not valid JSON"},
+  };
+  for (const auto& [text, expected] : cases) {
+    test::write_text(folder / "a.gltf", text);
+    expect_input_error(folder / "a.gltf", {expected});
+  }
+}
+
+TEST(BadJson, DeeplyNestedJsonIsRefused) {
+  const TempFolder folder;
+  std::string text = "{\"asset\":{\"version\":\"2.0\"},\"extras\":";
+  text += std::string(1000000, '[') + std::string(1000000, ']') + "}";
+  test::write_text(folder / "a.gltf", text);
+  expect_input_error(folder / "a.gltf", {"nested deeper than"});
+}
+
+}  // namespace
+}  // namespace emberline
