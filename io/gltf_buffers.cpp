@@ -1,5 +1,4 @@
 // Buffers and buffer views of a GltfDocument: fetched, decompressed, bounded.
-#include <tbb/parallel_for.h>
 
 #include <exception>
 
@@ -7,6 +6,7 @@
 #include "io/gltf_meshopt.h"
 #include "io/gltf_uri.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
@@ -75,7 +75,7 @@ void load_gltf_buffers(GltfDocument& document) {
   document.storage.resize(first_decoded + views.size());
   document.views.resize(views.size());
   std::vector<std::exception_ptr> errors(views.size());
-  tbb::parallel_for(size_t(0), views.size(), [&](size_t i) {
+  parallel_each(views.size(), [&](size_t i) {
     const std::string place = document.place("/bufferViews/" + std::to_string(i));
     try {
       if (const json* compressed = meshopt_extension(views[i])) {

@@ -1,7 +1,5 @@
 #include "io/gltf_images.h"
 
-#include <tbb/parallel_for.h>
-
 #include <exception>
 #include <map>
 
@@ -10,6 +8,7 @@
 #include "io/image_input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
@@ -81,7 +80,7 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
   }
 
   std::vector<DecodedImage> decoded(wanted.size());
-  tbb::parallel_for(size_t(0), wanted.size(), [&](size_t i) {
+  parallel_each(wanted.size(), [&](size_t i) {
     try {
       decoded[i].image = decode(document, wanted[i], &decoded[i].non_finite);
     } catch (...) {

@@ -1,6 +1,5 @@
 #include "io/gltf_scene.h"
 
-#include <tbb/parallel_for.h>
 #include <algorithm>
 #include <exception>
 
@@ -12,6 +11,7 @@
 #include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
@@ -217,7 +217,7 @@ void SceneGraphReader::load_meshes() {
     const size_t count = document_.json.at("meshes")[uses_[u].mesh].at("primitives").size();
     for (size_t p = 0; p < count; ++p) tasks.push_back({u, p, {}, nullptr});
   }
-  tbb::parallel_for(size_t(0), tasks.size(), [&](size_t i) {
+  parallel_each(tasks.size(), [&](size_t i) {
     Task& task = tasks[i];
     try {
       const MeshUse& use = uses_[task.use];

@@ -1,11 +1,11 @@
 #include "io/texel_repair.h"
 
 #include <Imath/half.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
-
+#include <atomic>
 #include <cmath>
 #include <cstring>
+
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
@@ -42,12 +42,12 @@ template <class Bits>
 uint64_t repair_all(Image& image, TexelRange range) {
   Bits* texels = reinterpret_cast<Bits*>(image.texels.data());
   const size_t count = image.texels.size() / sizeof(Bits);
-  return tbb::parallel_reduce(
-      tbb::blocked_range<size_t>(0, count, size_t(1) << 16), uint64_t(0),
-      [&](const tbb::blocked_range<size_t>& r, uint64_t sum) {
-        return sum + repair_range(texels + r.begin(), texels + r.end(), range);
-      },
-      [](uint64_t a, uint64_t b) { return a + b; });
+  std::atomic<uint64_t> repaired{0};
+  parallel_ranges(count, size_t(1) << 16, [&](size_t begin, size_t end) {
+    repaired.fetch_add(repair_range(texels + begin, texels + end, range),
+                       std::memory_order_relaxed);
+  });
+  return repaired.load();
 }
 
 // `scale` is what the type stores for 1.

@@ -1,6 +1,5 @@
 #include "renderer/drivers/bucket_driver.h"
 
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 #include "renderer/core/names.h"
+#include "renderer/core/parallel.h"
 #include "renderer/drivers/render_work_item.h"
 
 namespace emberline {
@@ -193,8 +193,7 @@ FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
     total.merge(worker.counters());
   };
   const int workers = std::max(1, tbb::this_task_arena::max_concurrency());
-  tbb::parallel_for(
-      0, workers, 1, [&](int) { work(); }, tbb::simple_partitioner());
+  parallel_tasks(size_t(workers), [&](size_t) { work(); });
   if (next.load() < items.size()) {
     total.stopped = true;
     total.min_samples = 0;

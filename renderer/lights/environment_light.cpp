@@ -1,13 +1,12 @@
 #include "renderer/lights/environment_light.h"
 
 #include <Imath/half.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include <cassert>
 #include <cstring>
 
 #include "renderer/core/constants.h"
+#include "renderer/core/parallel.h"
 #include "renderer/core/warps.h"
 #include "renderer/lights/fast_angle.h"
 #include "renderer/lights/fixed_cdf.h"
@@ -95,8 +94,8 @@ void EnvironmentLight::build_tables(float mis_compensation) {
     return double(luminance(half_ ? load<half>(texels_, index) : load<float>(texels_, index)));
   };
   const auto for_rows = [height](const auto& body) {
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, height, 16), [&](const auto& range) {
-      for (size_t row = range.begin(); row < range.end(); ++row) body(row);
+    parallel_ranges(height, 16, [&](size_t begin, size_t end) {
+      for (size_t row = begin; row < end; ++row) body(row);
     });
   };
 

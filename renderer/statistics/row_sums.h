@@ -1,20 +1,17 @@
 // Sums over an image whose value does not depend on the number of threads.
 #pragma once
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <cstddef>
 #include <vector>
+
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 
 // fn(row) for each row, in parallel.
 template <typename Function>
 void for_each_row(int height, const Function& fn) {
-  tbb::parallel_for(tbb::blocked_range<int>(0, height), [&](const tbb::blocked_range<int>& rows) {
-    for (int y = rows.begin(); y < rows.end(); ++y) fn(y);
-  });
+  parallel_each(size_t(height > 0 ? height : 0), [&](size_t y) { fn(int(y)); });
 }
 
 // fn(row) gives one row's partial result; they are merged with += from the first row to the last.
