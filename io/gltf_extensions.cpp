@@ -21,14 +21,14 @@ constexpr ExtensionInfo kExtensions[] = {
     {"KHR_materials_ior", kHonoured, ""},
     {"KHR_materials_transmission", kHonoured, ""},
     {"KHR_materials_unlit", kHonoured, ""},
+    // The mesh itself is the solid; thickness texture is for renderers that have none.
+    {"KHR_materials_volume", kHonoured, ""},
     {"KHR_mesh_quantization", kHonoured, ""},
     {"KHR_meshopt_compression", kHonoured, ""},
     {"KHR_texture_transform", kHonoured, ""},
 
     {"KHR_materials_variants", kApproximated, "default variant shown"},
     {"KHR_materials_specular", kApproximated, "its weight is honoured, its textures and tint are not"},
-    {"KHR_materials_volume", kApproximated,
-     "a closed mesh is a solid; its thickness texture has no meaning to a path tracer"},
     {"KHR_materials_pbrSpecularGlossiness", kApproximatedIfOptional,
      "converted to metallic-roughness, its specular texture is ignored"},
 

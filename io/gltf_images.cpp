@@ -3,6 +3,7 @@
 #include <exception>
 #include <map>
 
+#include "io/gltf_material.h"
 #include "io/gltf_uri.h"
 #include "io/image_input.h"
 #include "renderer/core/errors.h"
@@ -13,11 +14,6 @@ namespace emberline {
 namespace {
 
 using nlohmann::json;
-
-std::vector<TextureRef*> texture_slots(MaterialDescription& material) {
-  return {&material.base_color_texture, &material.metallic_roughness_texture,
-          &material.normal_texture, &material.emission_texture};
-}
 
 std::shared_ptr<const Image> decode(const GltfDocument& document, int index, uint64_t* non_finite) {
   const json& object = document.json.at("images")[size_t(index)];

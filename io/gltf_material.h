@@ -1,6 +1,8 @@
 // Materials and the textures they name.
 #pragma once
 
+#include <array>
+
 #include "io/gltf.h"
 #include "io/gltf_document.h"
 #include "io/tiny_gltf_forward.h"
@@ -15,5 +17,14 @@ std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 const tinygltf::Model& model,
                                                 const GltfOptions& options,
                                                 CoverageReport& coverage);
+
+// Pointers to every texture slot of a material, const or not. A slot that is missing here would
+// keep its glTF image number and its UV set would not be read.
+template <class Material>
+auto texture_slots(Material& material) {
+  return std::array{&material.base_color_texture, &material.metallic_roughness_texture,
+                    &material.normal_texture, &material.emission_texture,
+                    &material.transmission_texture};
+}
 
 }  // namespace emberline

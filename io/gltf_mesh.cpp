@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "io/gltf_deform.h"
+#include "io/gltf_material.h"
 #include "io/gltf_primitive.h"
 #include "io/gltf_tangents.h"
 #include "renderer/core/errors.h"
@@ -119,18 +120,14 @@ void drop_unused_vertices(MeshDescription& mesh) {
 
 int last_used_uv_set(const MaterialDescription& material) {
   int last = 0;
-  for (const TextureRef* texture :
-       {&material.base_color_texture, &material.metallic_roughness_texture,
-        &material.normal_texture, &material.emission_texture}) {
+  for (const TextureRef* texture : texture_slots(material)) {
     if (texture->image >= 0) last = std::max(last, texture->uv_set);
   }
   return last;
 }
 
 bool uses_uv_set(const MaterialDescription& material, int set) {
-  for (const TextureRef* texture :
-       {&material.base_color_texture, &material.metallic_roughness_texture,
-        &material.normal_texture, &material.emission_texture}) {
+  for (const TextureRef* texture : texture_slots(material)) {
     if (texture->image >= 0 && texture->uv_set == set) return true;
   }
   return false;

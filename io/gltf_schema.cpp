@@ -137,7 +137,19 @@ constexpr Property kSpecularGlossiness[] = {
     numbers("diffuseFactor", 4), object("diffuseTexture", kTextureInfo),
     numbers("specularFactor", 3), number("glossinessFactor"),
     object("specularGlossinessTexture", kTextureInfo)};
+constexpr Property kIor[] = {number("ior")};
+constexpr Property kSpecular[] = {number("specularFactor"), object("specularTexture", kTextureInfo),
+                                  numbers("specularColorFactor", 3),
+                                  object("specularColorTexture", kTextureInfo)};
+constexpr Property kTransmission[] = {number("transmissionFactor"),
+                                      object("transmissionTexture", kTextureInfo)};
+constexpr Property kVolume[] = {number("thicknessFactor"), object("thicknessTexture", kTextureInfo),
+                                number("attenuationDistance"), numbers("attenuationColor", 3)};
 constexpr Property kMaterialExtensions[] = {
+    object("KHR_materials_ior", kIor),
+    object("KHR_materials_specular", kSpecular),
+    object("KHR_materials_transmission", kTransmission),
+    object("KHR_materials_volume", kVolume),
     object("KHR_materials_emissive_strength", kEmissiveStrength),
     object("KHR_materials_unlit", Schema()),
     object("KHR_materials_pbrSpecularGlossiness", kSpecularGlossiness)};

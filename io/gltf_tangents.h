@@ -13,6 +13,9 @@ namespace emberline {
 // orientations split it. w is such that the bitangent cross(normal, tangent) * w points to
 // falling v, "up" in an image.
 //
+// A KHR_texture_transform turns the frame with the texture, as in the Khronos sample renderer;
+// supplied tangents are taken as they are.
+//
 // Without normals the faces are flat: vertices are split per face first.
 void generate_tangents(MeshDescription& mesh, const TextureRef& normal_texture);
 

@@ -29,7 +29,7 @@ float fresnel_dielectric(float cos_i, float eta) {
 Rgb attenuation_coefficient(const Rgb& color, float distance) {
   if (!(distance > 0.0f) || !std::isfinite(distance)) return Rgb(0.0f);
   const auto channel = [distance](float c) {
-    return -std::log(std::clamp(c, 1e-6f, 1.0f)) / distance;
+    return -std::log(c > 1e-6f ? std::min(c, 1.0f) : 1e-6f) / distance;  // also NaN
   };
   return {channel(color.x), channel(color.y), channel(color.z)};
 }
@@ -41,6 +41,10 @@ Rgb beer_transmittance(const Rgb& coefficient, float distance) {
 
 TransmissionLobe::TransmissionLobe(const TransmissionParameters& p, const Vec3f& wo)
     : wo_(wo), tint_(p.tint), mean_tint_(mean(p.tint)), specular_(p.specular) {
+  if (!(wo.z > 0.0f)) {  // absorbs everything
+    wo_ = Vec3f(0.0f);
+    return;
+  }
   thin_ = p.thin_walled;
   mirror_only_ = p.ior == 0.0f;
   if (!mirror_only_) eta_ = p.inside && !thin_ ? 1.0f / p.ior : p.ior;

@@ -32,7 +32,7 @@ struct TransmissionParameters {
 class TransmissionLobe {
  public:
   TransmissionLobe() = default;
-  // wo.z > 0.
+  // wo.z > 0; else the result absorbs everything.
   TransmissionLobe(const TransmissionParameters& parameters, const Vec3f& wo);
 
   // f |wi.z| and the density of sample(), on both sides; 0 if is_delta().

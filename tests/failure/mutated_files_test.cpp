@@ -2,6 +2,7 @@
 #include <random>
 
 #include "failure/bad_input.h"
+#include "io/gltf_material.h"
 #include "renderer/core/log.h"
 #include "support/encoded_images.h"
 
@@ -33,8 +34,17 @@ GltfBuilder busy_scene() {
   const int morph = gltf.add_accessor<float>("VEC3", std::vector<float>(12, 0.5f));
   const int indices = gltf.add_accessor<uint16_t>("SCALAR", {0, 1, 2, 0, 2, 3});
   const int texture = test::add_texture(gltf, test::small_png());
-  gltf.push("materials", {{"normalTexture", {{"index", texture}}},
-                          {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}}});
+  gltf.push("materials",
+            {{"normalTexture", {{"index", texture}}},
+             {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}},
+             {"extensions",
+              {{"KHR_materials_transmission",
+                {{"transmissionFactor", 0.5}, {"transmissionTexture", {{"index", texture}}}}},
+               {"KHR_materials_volume",
+                {{"thicknessFactor", 1},
+                 {"attenuationDistance", 2},
+                 {"attenuationColor", {0.5, 0.5, 1}}}},
+               {"KHR_materials_ior", {{"ior", 1.4}}}}}});
   const int mesh = gltf.add_mesh({{"attributes",
                                    {{"POSITION", p},
                                     {"NORMAL", n},
@@ -86,9 +96,7 @@ void expect_sound(const SceneDescription& scene) {
     }
   }
   for (const MaterialDescription& material : scene.materials) {
-    for (const TextureRef* slot :
-         {&material.base_color_texture, &material.normal_texture,
-          &material.metallic_roughness_texture, &material.emission_texture}) {
+    for (const TextureRef* slot : texture_slots(material)) {
       ASSERT_LT(slot->image, int(scene.images.size()));
     }
   }

@@ -172,6 +172,21 @@ TEST_F(GltfMaterial, ImagesKeepTheirDepthAndAreSharedBetweenSlots) {
   EXPECT_EQ(texel[3], 32768);
 }
 
+// The slot's image is numbered and its UV set read like any other's.
+TEST_F(GltfMaterial, TransmissionTextures) {
+  test::add_texture(gltf_, {1, 2, 3});
+  test::add_texture(gltf_, test::small_png());
+  const SceneDescription scene =
+      load({{"extensions",
+             {{"KHR_materials_transmission",
+               {{"transmissionFactor", 0.5},
+                {"transmissionTexture", {{"index", 1}, {"texCoord", 1}}}}}}}});
+  EXPECT_EQ(scene.materials[0].transmission, 0.5f);
+  EXPECT_EQ(scene.materials[0].transmission_texture.image, 0);
+  EXPECT_EQ(scene.images.size(), 1u);
+  EXPECT_EQ(scene.meshes[0].uv_sets.at(1).size(), 3u);
+}
+
 TEST_F(GltfMaterial, OnlyImagesThatSomethingWearsAreDecoded) {
   test::add_texture(gltf_, {1, 2, 3, 4});
   gltf_.root["materials"] = json::array({json::object(), base_color_slot({{"index", 0}})});
@@ -246,6 +261,52 @@ TEST_F(GltfMaterial, SpecularGlossinessIsConverted) {
   EXPECT_NEAR(m.base_color.x, 0.9f, 1e-3f);
   EXPECT_NEAR(m.base_color.z, 0.4f, 1e-3f);
   EXPECT_NEAR(m.roughness, 0.0f, 1e-6f);
+}
+
+TEST_F(GltfMaterial, GlassIsReadWhole) {
+  const MaterialDescription m = material(
+      {{"extensions",
+        {{"KHR_materials_transmission", {{"transmissionFactor", 0.9}}},
+         {"KHR_materials_ior", {{"ior", 1.33}}},
+         {"KHR_materials_specular", {{"specularFactor", 0.25}}},
+         {"KHR_materials_volume",
+          {{"thicknessFactor", 1},
+           {"attenuationColor", {0.5, 0.25, 1}},
+           {"attenuationDistance", 0.1}}}}}});
+  EXPECT_FLOAT_EQ(m.transmission, 0.9f);
+  EXPECT_FLOAT_EQ(m.ior, 1.33f);
+  EXPECT_FLOAT_EQ(m.specular, 0.25f);
+  EXPECT_FALSE(m.thin_walled);
+  EXPECT_EQ(m.attenuation_color, Rgb(0.5f, 0.25f, 1.0f));
+  EXPECT_FLOAT_EQ(m.attenuation_distance, 0.1f);
+}
+
+TEST_F(GltfMaterial, TransmissionWithoutThicknessIsAThinWall) {
+  const MaterialDescription m = material(
+      {{"extensions",
+        {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+         {"KHR_materials_volume", {{"thicknessFactor", 0}}}}}});
+  EXPECT_TRUE(m.thin_walled);
+  EXPECT_FLOAT_EQ(m.ior, 1.5f);
+}
+
+TEST_F(GltfMaterial, GlassThatCannotBeIsAnError) {
+  const auto with = [](const char* extension, const json& value) {
+    return json{{"extensions", {{extension, value}}}};
+  };
+  EXPECT_NE(message_of(with("KHR_materials_ior", {{"ior", 0.5}})).find("KHR_materials_ior/ior"),
+            std::string::npos);
+  EXPECT_NE(message_of(with("KHR_materials_ior", {{"ior", "glass"}})).find("KHR_materials_ior"),
+            std::string::npos);
+  EXPECT_NE(message_of(with("KHR_materials_transmission", {{"transmissionTexture", {{"index", 7}}}}))
+                .find("transmissionTexture/index"),
+            std::string::npos);
+  EXPECT_NE(message_of({{"extensions",
+                         {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+                          {"KHR_materials_volume",
+                           {{"thicknessFactor", 1}, {"attenuationDistance", 0}}}}}})
+                .find("attenuationDistance"),
+            std::string::npos);
 }
 
 }  // namespace

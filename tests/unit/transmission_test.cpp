@@ -270,5 +270,29 @@ TEST(Transmission, SweepStaysFiniteAndConsistent) {
   }
 }
 
+TEST(Transmission, NothingFromBehindOrNowhere) {
+  for (const Vec3f& wo : {direction(-.5f, 0), Vec3f(1, 0, 0), Vec3f(NAN, NAN, NAN)})
+    for (const float alpha : {0.0f, .3f}) {
+      const TransmissionLobe lobe({.roughness = std::sqrt(alpha), .thin_walled = false}, wo);
+      EXPECT_FALSE(lobe.sample(.5f, Vec2f(.3f)).valid);
+      float pdf;
+      EXPECT_EQ(lobe.eval_and_pdf(Vec3f(0, 0, -1), &pdf), Rgb(0));
+      EXPECT_EQ(pdf, 0);
+      EXPECT_TRUE(is_finite(lobe.albedo()));
+    }
+}
+
+TEST(Attenuation, IsBeersLaw) {
+  const Rgb sigma = attenuation_coefficient(Rgb(.25f, 1, 0), 2);
+  EXPECT_NEAR(beer_transmittance(sigma, 1).x, .5f, 1e-6);
+  EXPECT_EQ(beer_transmittance(sigma, 7).y, 1);
+  EXPECT_NEAR(beer_transmittance(sigma, 1).z, 1e-3f, 1e-6);
+  const float inf = std::numeric_limits<float>::infinity(), nan = std::nanf("");
+  EXPECT_EQ(attenuation_coefficient(Rgb(.5f), inf), Rgb(0));
+  EXPECT_EQ(attenuation_coefficient(Rgb(.5f), 0), Rgb(0));
+  EXPECT_EQ(attenuation_coefficient(Rgb(.5f), nan), Rgb(0));
+  EXPECT_TRUE(is_finite(attenuation_coefficient(Rgb(nan, -1, inf), 1)));
+}
+
 }  // namespace
 }  // namespace emberline
