@@ -1,0 +1,67 @@
+// ThreadSanitizer and TBB. What came before a loop happens before its body, and the body before
+// what comes after; but TBB sees to that in its library, which distributions do not instrument, so
+// every loop would look like races. Suppressions cannot help without hiding true races too, since
+// all our threads are TBB's. Therefore TBB's templates are instantiated in this file alone, which
+// is never instrumented itself (renderer/core/CMakeLists.txt) and states the order instead.
+#include "renderer/core/parallel.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/partitioner.h>
+
+#ifdef EMBERLINE_THREAD_SANITIZER
+#include <sanitizer/tsan_interface.h>
+#endif
+
+namespace emberline::parallel_detail {
+namespace {
+
+#ifdef EMBERLINE_THREAD_SANITIZER
+// Two addresses, so that one call of the body is not taken to happen before another.
+class LoopOrder {
+ public:
+  LoopOrder() { __tsan_release(&begin_); }
+  ~LoopOrder() { __tsan_acquire(&end_); }
+  LoopOrder(const LoopOrder&) = delete;
+  LoopOrder& operator=(const LoopOrder&) = delete;
+
+  class Call {
+   public:
+    explicit Call(LoopOrder& order) : order_(order) { __tsan_acquire(&order_.begin_); }
+    ~Call() { __tsan_release(&order_.end_); }
+    Call(const Call&) = delete;
+    Call& operator=(const Call&) = delete;
+
+   private:
+    LoopOrder& order_;
+  };
+
+ private:
+  char begin_ = 0, end_ = 0;
+};
+#else
+struct LoopOrder {
+  struct Call {
+    explicit Call(LoopOrder&) {}
+  };
+};
+#endif
+
+}  // namespace
+
+void run(size_t count, size_t grain, Split split,
+         void (*call)(const void* body, size_t begin, size_t end), const void* body) {
+  LoopOrder order;
+  const tbb::blocked_range<size_t> all(0, count, grain);
+  const auto part = [&](const tbb::blocked_range<size_t>& range) {
+    const LoopOrder::Call ordered(order);
+    call(body, range.begin(), range.end());
+  };
+  if (split == Split::kToTheGrain) {
+    tbb::parallel_for(all, part, tbb::simple_partitioner());
+  } else {
+    tbb::parallel_for(all, part);
+  }
+}
+
+}  // namespace emberline::parallel_detail
