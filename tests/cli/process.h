@@ -10,11 +10,19 @@
 
 namespace emberline::test {
 
+// Times are stretched by this, and bounds on memory not held, under a sanitizer.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr double kSlower = 10.0;
+#else
+inline constexpr double kSlower = 1.0;
+#endif
+inline constexpr bool kSanitized = kSlower > 1.0;
+
 struct RunOptions {
   std::string folder = {};                              // to run in; empty: the test's own
   std::map<std::string, std::string> environment = {};  // added to, or overriding, the test's own
   std::string stdout_path = {};                         // instead of capturing it
-  double timeout_s = 60;            // then it is killed and the run counts as hung
+  double timeout_s = 60 * kSlower;  // then it is killed and the run counts as hung
   uint64_t file_size_limit = 0;     // RLIMIT_FSIZE in bytes; 0: none
   int terminal_columns = 0;         // > 0: stderr is a terminal of this width
   bool stderr_reader_gone = false;  // stderr is a pipe that nobody reads

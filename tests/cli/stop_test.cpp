@@ -25,8 +25,8 @@ class Stop : public CommandTest {
   }
   // Until the scene is loaded and some of the picture is done.
   static bool wait_until_rendering(Process& process) {
-    const bool loaded = process.wait_for_error("loaded in", 30);
-    ::usleep(300000);
+    const bool loaded = process.wait_for_error("loaded in", 30 * kSlower);
+    ::usleep(useconds_t(300000 * kSlower));
     return loaded;
   }
 };
@@ -43,7 +43,7 @@ TEST_F(Stop, WhatThereIsIsWrittenWithItsTrueCounts) {
     const double sent = seconds();
     const RunResult result = process.wait();
     EXPECT_EQ(result.exit_code, 130) << result.describe();
-    EXPECT_LT(seconds() - sent, 2.0) << "asked to be at once";
+    EXPECT_LT(seconds() - sent, 2.0 * kSlower) << "asked to be at once";
     EXPECT_NE(result.err.find("stopped after"), std::string::npos) << result.err;
     const ExrPicture picture = read_exr(path("out.exr"));
     const std::vector<float>& samples = picture.channels.at("samples");
@@ -86,7 +86,7 @@ TEST_F(Stop, ASecondSignalEndsAtOnceAndLeavesNothing) {
   const double sent = seconds();
   const RunResult result = process.wait();
   EXPECT_EQ(result.exit_code, 130) << result.describe();
-  EXPECT_LT(seconds() - sent, 1.0);
+  EXPECT_LT(seconds() - sent, 1.0 * kSlower);
   EXPECT_EQ(files(), (Words{"out.exr", "scene.glb"}));
   EXPECT_EQ(read_bytes(path("out.exr")).size(), 23u);
 }
@@ -99,7 +99,7 @@ TEST_F(Stop, AHugeFrameStopsAsFast) {
   const RunResult result = process.wait();
   EXPECT_EQ(result.exit_code, 130) << result.describe();
   // 65536 tiles to fill; 19 s when each was compressed for itself.
-  EXPECT_LT(seconds() - sent, 5.0);
+  EXPECT_LT(seconds() - sent, 5.0 * kSlower);
   EXPECT_FALSE(result.hung);
 }
 
