@@ -22,7 +22,7 @@ class PathIntegrator final : public Integrator {
   // Light sampling at a vertex, weighted against the BSDF sample that follows.
   static Rgb direct_light(const Scene& scene, const ShadedPoint& point,
                           const SurfaceBsdf& bsdf, const LightQuery& query,
-                          PixelSamples& samples, RayCounters& counters);
+                          const Material* solid, PixelSamples& samples, RayCounters& counters);
 
   IntegratorSettings settings_;
 };

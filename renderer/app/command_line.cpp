@@ -87,7 +87,7 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
   CLI::Option* at = add_vector(app, "--look-at", o.look_at, "towards this point");
   from->needs(at);
   at->needs(from);
-  add_number(app, "--fov-y", o.fov_y, 1e-3, 179.9,
+  add_number(app, "--fov-y", o.fov_y, 0.05, 179.9,
              "vertical field of view in degrees [the camera's, or 40]");
 }
 

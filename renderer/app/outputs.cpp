@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <chrono>
 #include <filesystem>
 #include <system_error>
 
@@ -90,7 +89,6 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
 }
 
 void FrameOutputs::tile_finished(const FilmTile& tile) {
-  const auto start = std::chrono::steady_clock::now();
   thread_local std::vector<float> pixels;  // reused: no allocation per bucket
   if (!exrs_.empty()) {
     tile.resolve(pixels);
@@ -105,8 +103,6 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   uint64_t seen = film_bytes_.load();
   while (bytes > seen && !film_bytes_.compare_exchange_weak(seen, bytes)) {
   }
-  write_nanoseconds_ +=
-      uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count());
 }
 
 void FrameOutputs::samples_finished(uint64_t count) {

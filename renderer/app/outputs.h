@@ -43,8 +43,6 @@ class FrameOutputs final : public FrameObserver {
 
   // What the film held at most, for the report.
   uint64_t film_bytes() const { return film_bytes_.load(); }
-  double write_seconds() const { return double(write_nanoseconds_.load()) * 1e-9; }
-  bool has_display_image() const { return !images_.empty(); }
   std::string display_description() const;
 
  private:
@@ -53,7 +51,6 @@ class FrameOutputs final : public FrameObserver {
   std::shared_ptr<const DisplayTransform> transform_;
   std::function<void(uint64_t)> on_samples_;
   std::atomic<uint64_t> film_bytes_{0};
-  std::atomic<uint64_t> write_nanoseconds_{0};
 };
 
 // Throws UsageError for what is wrong with the names alone: an unknown suffix, one file named

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 #include <chrono>
 #include <optional>
@@ -131,7 +132,10 @@ int run_render(const RenderOptions& options) {
   {
     ProgressDisplay progress(uint64_t(window.area()) * options.spp, stop);
     outputs->on_samples([&progress](uint64_t count) { progress.add(count); });
-    report.counters = driver->render(frame, *outputs, stop.get_token());
+    // An arena of its own: the limit above cannot give more threads than the machine has cores.
+    tbb::task_arena arena(threads);
+    arena.execute(
+        [&] { report.counters = driver->render(frame, *outputs, stop.get_token()); });
   }
   report.times.render_s = render.seconds();
 

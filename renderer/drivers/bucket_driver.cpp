@@ -129,6 +129,13 @@ std::vector<WorkItem> bucket_schedule(const Rect& window, int bucket_size, Bucke
                                       uint32_t samples_per_pixel, uint32_t seed) {
   std::vector<WorkItem> items;
   if (window.empty()) return items;
+  // A list of more would take longer to make and hold than the buckets save.
+  constexpr int64_t kMostBuckets = 1 << 24;
+  const int64_t size = bucket_size;
+  if ((window.width() + size - 1) / size * ((window.height() + size - 1) / size) > kMostBuckets) {
+    throw UsageError("--bucket-size: " + std::to_string(bucket_size) + " would cut the frame into "
+                     "more than 16777216 buckets; make them larger");
+  }
   const int columns = (window.width() + bucket_size - 1) / bucket_size;
   const int rows = (window.height() + bucket_size - 1) / bucket_size;
   std::vector<Cell> cells;
@@ -175,22 +182,22 @@ FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
   std::mutex merge_mutex;
   FrameCounters total;
   const auto work = [&] {
-    RenderWorker worker(frame);
-    FilmTile tile(frame.aovs);
-    while (!failed.load(std::memory_order_relaxed) && !stop.stop_requested()) {
-      const size_t i = next.fetch_add(1, std::memory_order_relaxed);
-      if (i >= items.size()) break;
-      tile.reset(items[i].pixels);
-      worker.render(items[i], tile, observer, stop);
-      try {
+    try {
+      RenderWorker worker(frame);
+      FilmTile tile(frame.aovs);
+      while (!failed.load(std::memory_order_relaxed) && !stop.stop_requested()) {
+        const size_t i = next.fetch_add(1, std::memory_order_relaxed);
+        if (i >= items.size()) break;
+        tile.reset(items[i].pixels);
+        worker.render(items[i], tile, observer, stop);
         observer.tile_finished(tile);
-      } catch (...) {
-        failed = true;
-        throw;
       }
+      const std::lock_guard lock(merge_mutex);
+      total.merge(worker.counters());
+    } catch (...) {
+      failed = true;  // the other workers need not finish a frame that is lost
+      throw;
     }
-    const std::lock_guard lock(merge_mutex);
-    total.merge(worker.counters());
   };
   const int workers = std::max(1, tbb::this_task_arena::max_concurrency());
   parallel_tasks(size_t(workers), [&](size_t) { work(); });

@@ -26,6 +26,7 @@ BucketOrder parse_bucket_order(std::string_view name);
 //   spiral    from the middle outwards, clockwise, ring by ring
 //   scanline  rows from the top, left to right
 //   random    a shuffle drawn from `seed`
+// Throws UsageError for more than 2^24 buckets.
 std::vector<WorkItem> bucket_schedule(const Rect& window, int bucket_size, BucketOrder order,
                                       uint32_t samples_per_pixel, uint32_t seed);
 

@@ -10,6 +10,9 @@
 namespace emberline {
 namespace {
 
+// Samples between two reports of progress: about a millisecond of work.
+constexpr uint64_t kReportedSamples = 2048;
+
 // Flush-to-zero and denormals-are-zero, bits 15 and 6 of MXCSR (Intel SDM, section 10.2.3).
 unsigned flush_denormals() {
 #if defined(__x86_64__) || defined(_M_X64)
@@ -70,7 +73,7 @@ bool RenderWorker::render(const WorkItem& item, FilmTile& tile, FrameObserver& o
   uint32_t fewest = had_samples ? counters_.min_samples : item.sample_count;
   bool complete = true;
   for (int y = item.pixels.y0; y < item.pixels.y1; ++y) {
-    uint64_t row_samples = 0;
+    uint64_t row_samples = 0, unreported = 0;
     for (int x = item.pixels.x0; x < item.pixels.x1; ++x) {
       const Clock::time_point start = timed ? Clock::now() : Clock::time_point{};
       uint32_t sample = item.first_sample;
@@ -96,6 +99,11 @@ bool RenderWorker::render(const WorkItem& item, FilmTile& tile, FrameObserver& o
       }
       const uint32_t done = sample - item.first_sample;
       row_samples += done;
+      unreported += done;
+      if (unreported >= kReportedSamples) {
+        observer.samples_finished(unreported);
+        unreported = 0;
+      }
       fewest = std::min(fewest, done);
       counters_.max_samples = std::max(counters_.max_samples, done);
       if (timed) {
@@ -103,7 +111,7 @@ bool RenderWorker::render(const WorkItem& item, FilmTile& tile, FrameObserver& o
       }
     }
     counters_.samples += row_samples;
-    observer.samples_finished(row_samples);
+    observer.samples_finished(unreported);
   }
   counters_.min_samples = fewest;
   counters_.stopped = counters_.stopped || !complete;

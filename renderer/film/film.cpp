@@ -1,12 +1,29 @@
 #include "renderer/film/film.h"
 
+#include <limits>
+
 #include "renderer/core/names.h"
 
 namespace emberline {
+namespace {
+
+// Squares of finite radiance may exceed float; what is written stays finite (law 4).
+float to_finite_float(double x) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  return float(std::clamp(x, -kMost, kMost));
+}
+
+bool is_finite(const FirstHit& hit) {
+  return !hit.hit || (emberline::is_finite(hit.albedo) && emberline::is_finite(hit.normal) &&
+                      std::isfinite(hit.depth));
+}
+
+}  // namespace
 
 const std::vector<AovEntry>& aov_table() {
   static const std::vector<AovEntry> table = {
-      {Aov::kVariance, "variance", "variance of the pixel's mean, from its own samples"},
+      {Aov::kVariance, "variance", "variance of the pixel's mean: from the two streams with --streams 2; else as if samples "
+       "were independent, an upper estimate for stratified ones"},
       {Aov::kAlbedo, "albedo", "directional albedo of the first surface"},
       {Aov::kNormal, "N", "shading normal of the first surface, world axes"},
       {Aov::kDepth, "Z", "depth of the first surface along the viewing axis"},
@@ -56,7 +73,7 @@ bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValu
   PixelSums& sums = sums_[i];
   sums.count[half]++;
   const Rgb weighted = value.radiance * filter_weight;
-  if (!is_finite(weighted)) {
+  if (!emberline::is_finite(weighted) || !is_finite(value.first_hit)) {
     sums.non_finite++;
     return false;
   }
@@ -93,11 +110,26 @@ Rgb FilmTile::mean(int x, int y) const {
   return {rgba[0], rgba[1], rgba[2]};
 }
 
+double FilmTile::variance_of_mean(size_t i, size_t c) const {
+  const PixelSums& sums = sums_[i];
+  const double n0 = sums.count[0], n1 = sums.count[1], n = n0 + n1;
+  if (n0 > 0 && n1 > 0) {
+    // Two independent streams: the mean of both has a quarter of the variance of their difference,
+    // whatever the samples of one stream owe to each other.
+    return square(sums.rgb[0][c] / n0 - sums.rgb[1][c] / n1) / 4;
+  }
+  // One stream: as if its samples were independent, (sum of squares - n mean^2) / (n (n - 1)).
+  // Non-finite samples count as the black they were added as.
+  const double sum = sums.rgb[0][c] + sums.rgb[1][c];
+  const double spread = squares_[3 * i + c] - (n > 0 ? sum * sum / n : 0.0);
+  return n > 1 ? std::max(0.0, spread) / (n * (n - 1)) : 0.0;
+}
+
 void FilmTile::put_rgba(size_t i, float* out) const {
   const PixelSums& sums = sums_[i];
   const double n = double(sums.count[0]) + double(sums.count[1]);
   const double scale = n > 0 ? 1.0 / n : 0.0;
-  for (int c = 0; c < 3; ++c) out[c] = float((sums.rgb[0][c] + sums.rgb[1][c]) * scale);
+  for (int c = 0; c < 3; ++c) out[c] = to_finite_float((sums.rgb[0][c] + sums.rgb[1][c]) * scale);
   // A filter with negative lobes may leave [0, 1]; coverage may not.
   out[3] = float(std::clamp(sums.alpha * scale, 0.0, 1.0));
 }
@@ -118,13 +150,7 @@ void FilmTile::resolve(std::vector<float>& out) const {
     p += 4;
     *p++ = float(n);
     if (aovs_.contains(Aov::kVariance)) {
-      for (size_t c = 0; c < 3; ++c) {
-        // (sum of squares - n mean^2) / (n (n - 1)): the variance of the mean. Non-finite samples
-        // count as the black they were added as.
-        const double sum = sums.rgb[0][c] + sums.rgb[1][c];
-        const double spread = squares_[3 * i + c] - (n > 0 ? sum * sum / n : 0.0);
-        *p++ = n > 1 ? float(std::max(0.0, spread) / (n * (n - 1))) : 0.0f;
-      }
+      for (size_t c = 0; c < 3; ++c) *p++ = to_finite_float(variance_of_mean(i, c));
     }
     const SurfaceSums* surface = surfaces_.empty() ? nullptr : &surfaces_[i];
     const double per_hit = surface && surface->hits ? 1.0 / surface->hits : 0.0;

@@ -114,6 +114,7 @@ class FilmTile {
            aovs_.contains(Aov::kDepth);
   }
   void put_rgba(size_t i, float* out) const;
+  double variance_of_mean(size_t i, size_t channel) const;
 
   AovSet aovs_;
   Rect rect_;

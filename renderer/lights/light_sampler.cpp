@@ -284,7 +284,8 @@ float LightSampler::pdf_environment(const LightQuery& query, const Vec3f& direct
 float LightSampler::environment_probability(const LightQuery& query) const {
   if (!environment_) return 0.0f;
   const InfiniteChoice choice = weigh_infinite(query);
-  return choice.probability * (choice.environment / choice.total);
+  // An environment so dim that its luminance is no float is never picked.
+  return choice.total > 0.0f ? choice.probability * (choice.environment / choice.total) : 0.0f;
 }
 
 std::string LightSampler::describe() const {

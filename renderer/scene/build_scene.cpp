@@ -232,6 +232,7 @@ void SceneBuilder::place_meshes() {
                           !mesh.material->has_transmission();
     mesh.has_coverage = mesh.material->has_alpha(!mesh.colors.empty());
     if (mesh.has_coverage) scene.has_coverage_ = true;
+    if (mesh.material->has_transmission()) scene.has_transmission_ = true;
   }
 }
 
@@ -265,8 +266,9 @@ void SceneBuilder::collect_emitters(std::vector<EmissiveTriangle>& triangles) {
     const Mesh& mesh = scene.meshes_[instance.mesh];
     const Material& material = *mesh.material;
     if (!material.is_emissive()) continue;
-    if (triangles.size() + mesh.triangles.size() >= Scene::kNoEmitter) {
-      throw InputError(description_.file, "more than 2^32 emissive triangles");
+    // The light BVH numbers its nodes with 30 bits.
+    if (triangles.size() + mesh.triangles.size() >= size_t(1) << 30) {
+      throw InputError(description_.file, "more than 2^30 emissive triangles");
     }
     instance.first_emitter = uint32_t(triangles.size());
     for (uint32_t p = 0; p < mesh.triangles.size(); ++p) {
@@ -371,7 +373,7 @@ void SceneBuilder::account() {
   for (const std::string& feature : scene.materials_->features()) {
     scene.features_.push_back(feature);
   }
-  scene.features_.push_back(fmt::format("BVH over {} triangles ({})", scene.triangle_count_,
+  scene.features_.push_back(fmt::format("BVH, {} triangles placed ({})", scene.triangle_count_,
                                         megabytes(memory.bvh_bytes)));
 }
 

@@ -118,19 +118,14 @@ SurfaceInteraction Scene::interaction(const SurfaceHit& hit) const {
   const Vec3d e2 = to_double(p2) - v0;
   Vec3d position = v0 + e1 * double(hit.u) + e2 * double(hit.v);
   Vec3d normal = e1.cross(e2);
-  const float magnitude = std::max(max_abs_component(p0),
-                                   std::max(max_abs_component(p1), max_abs_component(p2)));
-  float error_scale = magnitude;
   if (instance.transformed) {
     const Affine& m = instance.to_internal;
     position = transform_point(m, position);
-    // Corner by corner the bound is that of the largest corner.
-    error_scale = transformed_magnitude(m, Vec3f(magnitude));
     const Affine& nt = instance.normal_transform;
     normal = to_double(nt.x) * normal.x + to_double(nt.y) * normal.y + to_double(nt.z) * normal.z;
   }
   s.position = to_float(position);
-  s.offset = kOffsetUlps * error_scale;
+  s.offset = surface_offset(hit.instance, hit.primitive);
   const double length2 = normal.length2();
   // Degenerate triangles were dropped at load; what is left has a normal in double.
   s.geometric_normal = to_float(normal * (1.0 / std::sqrt(length2)));
@@ -178,10 +173,19 @@ const Material& Scene::material_of(uint32_t instance) const {
   return *meshes_[instances_[instance].mesh].material;
 }
 
-float Scene::point_error(uint32_t instance, const Vec3f& position) const {
-  const Instance& placed = instances_[instance];
-  const float extra = placed.transformed ? max_abs_component(placed.to_internal.translation) : 0.0f;
-  return kOffsetUlps * (max_abs_component(position) + extra);
+float Scene::surface_offset(uint32_t instance_index, uint32_t primitive) const {
+  const Instance& instance = instances_[instance_index];
+  const Mesh& mesh = meshes_[instance.mesh];
+  const std::array<uint32_t, 3>& index = mesh.triangles[primitive];
+  // Embree's plane is as uncertain as the triangle's largest corner, wherever on it the point lies.
+  float magnitude = 0.0f;
+  for (const uint32_t i : index) {
+    magnitude = std::max(magnitude, max_abs_component(mesh.positions[i]));
+  }
+  if (instance.transformed) {
+    magnitude = transformed_magnitude(instance.to_internal, Vec3f(magnitude));
+  }
+  return kOffsetUlps * magnitude;
 }
 
 }  // namespace emberline

@@ -111,6 +111,8 @@ class Scene {
 
   // Whether coverage keys matter: some material has alpha.
   bool has_coverage() const { return has_coverage_; }
+  // Whether some material lets light pass.
+  bool has_transmission() const { return has_transmission_; }
 
   SurfaceInteraction interaction(const SurfaceHit& hit) const;
 
@@ -124,8 +126,8 @@ class Scene {
   SurfaceAttributes emitter_attributes(const EmissiveTriangle& triangle,
                                        const Vec2f& barycentric) const;
   const Material& material_of(uint32_t instance) const;
-  // Bound of the distance between a computed point on a triangle and its plane (see `offset`).
-  float point_error(uint32_t instance, const Vec3f& position) const;
+  // `offset` of SurfaceInteraction for any point of a triangle.
+  float surface_offset(uint32_t instance, uint32_t primitive) const;
 
   const LightSampler& lights() const { return *lights_; }
 
@@ -149,6 +151,7 @@ class Scene {
   std::unique_ptr<MaterialSet> materials_;
   std::unique_ptr<LightSampler> lights_;
   bool has_coverage_ = false;
+  bool has_transmission_ = false;
   Vec3d origin_ = Vec3d(0.0);
   double scale_ = 1.0;
   float radius_ = 0.0f;

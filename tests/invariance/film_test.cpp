@@ -52,6 +52,27 @@ TEST(Film, VarianceOfTheMean) {
   EXPECT_NEAR(out[5], 38.0 / 12, 1e-6);
 }
 
+TEST(Film, VarianceFromTwoStreams) {
+  FilmTile tile(AovSet::parse("variance"));
+  tile.reset({0, 0, 1, 1});
+  for (const float v : {1.0f, 3.0f}) tile.add(0, 0, 0, 1.0f, grey(v));
+  for (const float v : {5.0f, 7.0f}) tile.add(0, 0, 1, 1.0f, grey(v));
+  std::vector<float> out;
+  tile.resolve(out);
+  EXPECT_FLOAT_EQ(out[0], 4.0f);
+  EXPECT_FLOAT_EQ(out[5], 4.0f);  // (2 - 6)^2 / 4
+}
+
+// Law 4 in what is written, too: the square of a large radiance is no float.
+TEST(Film, VarianceStaysFinite) {
+  FilmTile tile(AovSet::parse("variance"));
+  tile.reset({0, 0, 1, 1});
+  for (const float v : {0.0f, 1e25f}) tile.add(0, 0, 0, 1.0f, grey(v));
+  std::vector<float> out;
+  tile.resolve(out);
+  for (const float v : out) EXPECT_TRUE(std::isfinite(v));
+}
+
 TEST(Film, HalvesAddUpToTheWhole) {
   FilmTile split{AovSet{}}, whole{AovSet{}};
   split.reset({0, 0, 1, 1});

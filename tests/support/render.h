@@ -2,6 +2,7 @@
 #pragma once
 
 #include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 #include <cmath>
 #include <memory>
@@ -90,7 +91,11 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   const Frame frame{scene,   camera,   *integrator,  *sampler, filter, s.width,
                     s.height, image.window, s.spp, s.seed, s.streams, aovs};
   MemoryObserver observer(image);
-  image.counters = BucketDriver({s.bucket_size, s.bucket_order}).render(frame, observer, {});
+  // An arena makes as many workers as asked for, on a machine with fewer cores too.
+  tbb::task_arena arena(s.threads);
+  arena.execute([&] {
+    image.counters = BucketDriver({s.bucket_size, s.bucket_order}).render(frame, observer, {});
+  });
 
   double sum = 0, sum2 = 0;
   const double n = double(image.window.area());

@@ -1,0 +1,188 @@
+// Lights met on difficult ways: large tilted emitters, emitters with holes, lamps behind glass and
+// inside it.
+#include <cstring>
+
+#include "closed_form.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+RenderSettings direct_settings() {
+  RenderSettings s;
+  s.width = s.height = 8;
+  s.spp = 1024;
+  s.max_depth = 1;
+  return s;
+}
+
+// A square of half size h around `center`, facing -n, cut into n x n quads.
+MeshDescription tilted_square(const Vec3f& center, const Vec3f& n, float h, int cuts, int material) {
+  const Vec3f u = normalize(cross(n, Vec3f(0.3f, 0.1f, 0.9f)));
+  const Vec3f v = normalize(cross(u, n));
+  MeshDescription mesh;
+  mesh.name = "tilted";
+  mesh.material = material;
+  for (int j = 0; j <= cuts; ++j) {
+    for (int i = 0; i <= cuts; ++i) {
+      const float a = h * (2.0f * float(i) / float(cuts) - 1), b = h * (2.0f * float(j) / float(cuts) - 1);
+      mesh.positions.push_back(center + u * a + v * b);
+    }
+  }
+  const auto at = [&](int i, int j) { return uint32_t(j * (cuts + 1) + i); };
+  for (int j = 0; j < cuts; ++j) {
+    for (int i = 0; i < cuts; ++i) {
+      mesh.triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j)});
+      mesh.triangles.push_back({at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)});
+    }
+  }
+  return mesh;
+}
+
+// A large emitter must not shade itself, wherever on it the point lies: two triangles give what the
+// same square gives in 64 x 64 pieces, and what BSDF sampling gives, which asks for no shadow.
+TEST(LightPaths, LargeTiltedEmitterDoesNotShadeItself) {
+  const Vec3f n = normalize(Vec3f(0.35f, 1.0f, -0.55f));
+  for (const auto& [half, distance] : {std::pair{10.0f, 1.0f}, std::pair{10.0f, 0.1f},
+                                       std::pair{1.0f, 0.3f}, std::pair{50.0f, 1.0f}}) {
+    const auto picture = [&](int cuts, bool instanced, bool light_sampling) {
+      SceneBuilderForTests b;
+      const int lamp = b.add_mesh(
+          tilted_square(Vec3f(0.0f), n, half, cuts, b.add_material(emitter(Rgb(1.0f)))));
+      b.place(lamp);
+      if (instanced) b.place(lamp, translation(0, 1e3, 0));
+      // The receiver is parallel to the lamp and below it.
+      b.place(b.add_mesh(tilted_square(n * -distance, -n, 0.01f, 1, b.add_material(lambert(Rgb(1.0f))))));
+      const auto scene = b.build();
+      RenderSettings s = direct_settings();
+      s.light_sampling = light_sampling;
+      const Vec3d at(-n.x * distance, -n.y * distance, -n.z * distance);
+      const Vec3d up(n.x, n.y, n.z);
+      return render(*scene, orthographic(at + up * (0.4 * distance), at, 1e-3), s);
+    };
+    const RenderedImage bsdf = picture(1, false, false);
+    for (const auto& [cuts, instanced] :
+         {std::pair{1, false}, std::pair{64, false}, std::pair{1, true}}) {
+      const RenderedImage lit = picture(cuts, instanced, true);
+      EXPECT_NEAR(lit.mean, bsdf.mean, 5 * std::hypot(lit.standard_error, bsdf.standard_error) + 1e-4)
+          << "half size " << half << " distance " << distance << " in " << cuts << "^2 pieces"
+          << (instanced ? ", instanced" : "");
+    }
+  }
+}
+
+// A blended card that is bright where it is clear: a light sample must see the product of the
+// means, as a ray does, not the mean of the product (which is 0 here).
+TEST(LightPaths, BlendedEmitterIsSampledAsItIsSeen) {
+  const auto picture = [](bool light_sampling) {
+    SceneBuilderForTests b;
+    auto image = std::make_shared<Image>();
+    image->width = 2;
+    image->height = 1;
+    image->channels = 4;
+    image->texels.resize(8);
+    const uint8_t texels[8] = {255, 255, 255, 0, 0, 0, 0, 255};  // white and clear, black and opaque
+    std::memcpy(image->texels.data(), texels, 8);
+    b.description.images.push_back(image);
+    MaterialDescription m = emitter(Rgb(10.0f));
+    m.emission_texture.image = 0;
+    m.base_color_texture.image = 0;
+    m.alpha_mode = AlphaMode::kBlend;
+    m.double_sided = true;
+    const int material = b.add_material(m);
+    b.add_quad({-1, 1, -1}, {1, 1, -1}, {1, 1, 1}, {-1, 1, 1}, material);
+    b.add_floor(10, 0, b.add_material(lambert(Rgb(1.0f))));
+    const auto scene = b.build();
+    RenderSettings s = direct_settings();
+    s.light_sampling = light_sampling;
+    s.spp = 4096;
+    return render(*scene, orthographic({.2, .5, .1}, {.2, 0, .1}, 1e-4), s);
+  };
+  const RenderedImage both = picture(true), bsdf = picture(false);
+  EXPECT_GT(bsdf.mean, 0.1);
+  EXPECT_NEAR(both.mean, bsdf.mean, 5 * std::hypot(both.standard_error, bsdf.standard_error));
+}
+
+MaterialDescription pane(float roughness, bool thin) {
+  MaterialDescription m;
+  m.base_color = Rgb(0.8f);
+  m.metallic = 0.0f;
+  m.roughness = roughness;
+  m.transmission = 1.0f;
+  m.thin_walled = thin;
+  return m;
+}
+
+// A point light behind window panes: no scattered ray finds it, so it shines straight through. A
+// thin pane passes 1 - R of the tint at normal incidence, R that of one interface as glTF has it.
+TEST(LightPaths, PointLightShinesThroughThinPanes) {
+  for (const int panes : {1, 2}) {
+    SceneBuilderForTests b;
+    b.add_floor(10, 0, b.add_material(lambert(Rgb(1.0f))));
+    const int glass = b.add_material(pane(0, true));
+    for (int i = 0; i < panes; ++i) {
+      const float y = 1.0f + 0.3f * float(i);
+      b.add_quad({-3, y, 8}, {8, y, 8}, {8, y, -3}, {-3, y, -3}, glass);
+    }
+    b.add_point_light({1, 3, 0}, Rgb(9.0f));
+    const auto scene = b.build();
+    const RenderSettings s = direct_settings();
+    const double r = square(0.5 / 2.5);
+    const double exact = std::pow(0.8 * (1 - r), panes) / kPiD;
+    expect_exact(render(*scene, orthographic({1, .5, 0}, {1, 0, 0}, 1e-3), s), exact, 1e-4, s,
+                 std::to_string(panes) + " panes");
+  }
+}
+
+// A lamp and a plate inside a tinted solid of the air's index, seen from outside: the way to the
+// plate and the way to the lamp both absorb.
+TEST(LightPaths, AbsorptionOnEveryLeg) {
+  for (const bool light_sampling : {true, false}) {
+    SceneBuilderForTests b;
+    MaterialDescription m = pane(0, false);
+    m.base_color = Rgb(1.0f);
+    m.ior = 1.0f;
+    m.attenuation_color = Rgb(0.5f);
+    m.attenuation_distance = 1.0f;
+    const int solid = b.add_material(m);
+    b.add_floor(50, 3, solid, /*up=*/true);
+    b.add_floor(50, -3, solid, /*up=*/false);
+    b.add_floor(1, 0, b.add_material(lambert(Rgb(1.0f))));
+    b.add_quad({-.05f, 2, -.05f}, {.05f, 2, -.05f}, {.05f, 2, .05f}, {-.05f, 2, .05f},
+               b.add_material(emitter(Rgb(400.0f))));
+    const auto scene = b.build();
+    RenderSettings s = direct_settings();
+    s.light_sampling = light_sampling;
+    s.max_depth = 2;  // through the surface, then at the plate
+    s.spp = light_sampling ? 1024 : 65536;
+    const double d2 = 4 + square(.3) + square(.1);
+    const double lit = 400 * 0.01 * (4 / d2) / d2 / kPiD;  // L A cos^2 / d^2, over pi
+    const double exact = lit * std::pow(0.5, 3.0) * std::pow(0.5, std::sqrt(d2));
+    // 1e-3: the lamp's far corners are further than its middle.
+    expect_exact(render(*scene, orthographic({.3, 5, .1}, {.3, 0, .1}, 1e-3), s), exact, 1e-3, s,
+                 light_sampling ? "light sampling" : "BSDF sampling");
+  }
+}
+
+// Standing in the solid: its back face says so.
+TEST(LightPaths, CameraInsideASolid) {
+  SceneBuilderForTests b;
+  MaterialDescription m = pane(0, false);
+  m.base_color = Rgb(1.0f);
+  m.ior = 1.0f;
+  m.attenuation_color = Rgb(0.5f);
+  m.attenuation_distance = 1.0f;
+  const int solid = b.add_material(m);
+  b.add_floor(50, 3, solid, /*up=*/true);
+  b.add_floor(50, -3, solid, /*up=*/false);
+  b.set_environment(Rgb(1.0f));
+  const auto scene = b.build();
+  const RenderSettings s = direct_settings();
+  expect_exact(render(*scene, orthographic({.3, 1, .1}, {.3, 2, .1}, 1e-3), s), 0.25, 1e-5, s,
+               "two metres of glass above");
+}
+
+}  // namespace
+}  // namespace emberline
