@@ -26,8 +26,7 @@ void AmbientOcclusionIntegrator::estimate(const SampleBatch& batch, PixelSamples
       continue;
     }
     samples.start_slot(1);
-    const ShadedPoint point =
-        shade(scene, batch.rays[i], hit, samples.get(surface_dim::kTexture));
+    const ShadedPoint point = shade(scene, batch.rays[i], hit, samples.get(surface_dim::kTexture));
     value.alpha = 1.0f;
     fill_first_hit(batch, point, point.bsdf().albedo(), &value.first_hit);
     const Vec3f direction = point.frame.shading.to_world(square_to_cosine_hemisphere(

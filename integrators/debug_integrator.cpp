@@ -21,7 +21,8 @@ Rgb material_color(uint32_t index) {
 
 Rgb view_color(DebugView view, const SampleBatch& batch, const ShadedPoint& point) {
   switch (view) {
-    case DebugView::kNormal: return (point.frame.shading.normal + Vec3f(1.0f)) * 0.5f;
+    case DebugView::kNormal:
+      return (point.frame.shading.normal + Vec3f(1.0f)) * 0.5f;
     case DebugView::kUv: {
       const Vec2f& uv = point.surface.attributes.uv[0];
       return {fraction(uv.x), fraction(uv.y), 0.0f};
@@ -29,9 +30,10 @@ Rgb view_color(DebugView view, const SampleBatch& batch, const ShadedPoint& poin
     case DebugView::kAlbedo:
       return point.surface.material->unlit() ? point.material.emission : point.bsdf().albedo();
     case DebugView::kDepth:
-      return Rgb(float(double(batch.camera.axial_depth(point.surface.position)) /
-                       batch.scene.scale()));
-    case DebugView::kMaterialId: return material_color(point.surface.material_index);
+      return Rgb(
+          float(double(batch.camera.axial_depth(point.surface.position)) / batch.scene.scale()));
+    case DebugView::kMaterialId:
+      return material_color(point.surface.material_index);
   }
   return Rgb(0.0f);
 }

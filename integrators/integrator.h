@@ -28,8 +28,8 @@ struct RayCounters {
 
 // All that is constant over a frame and that an integrator may ask for.
 struct IntegratorSettings {
-  int max_depth = 16;        // scattering events: 1 is direct light only
-  bool transparent = false;  // the environment lights the scene but is not seen by the camera
+  int max_depth = 16;          // scattering events: 1 is direct light only
+  bool transparent = false;    // the environment lights the scene but is not seen by the camera
   bool light_sampling = true;  // off: BSDF sampling alone (an independent estimator for the tests)
 };
 
@@ -38,9 +38,9 @@ struct SampleBatch {
   const Scene& scene;
   const Camera& camera;
   std::span<const Ray> rays;
-  uint32_t first_sample = 0;   // index of rays[0]'s sample
-  bool surface_aovs = false;   // fill SampleValue::first_hit
-  bool hit_id = false;         // fill first_hit.id alone
+  uint32_t first_sample = 0;  // index of rays[0]'s sample
+  bool surface_aovs = false;  // fill SampleValue::first_hit
+  bool hit_id = false;        // fill first_hit.id alone
 };
 
 class Integrator {

@@ -65,8 +65,8 @@ Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& 
   const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
   Rgb radiance = material.emission(attributes, u_texture);
   // A path sees the emitter only where it covers; the light sample must agree on average.
-  // Decided apart from the emission, as a ray's coverage is: a card that is bright where it is clear
-  // shows the product of the means.
+  // Decided apart from the emission, as a ray's coverage is: a card that is bright where it is
+  // clear shows the product of the means.
   if (material.alpha_mode() != AlphaMode::kOpaque) {
     radiance *= material.coverage(attributes, samples.extra());
   }
@@ -138,7 +138,7 @@ SampleValue PathIntegrator::trace(const SampleBatch& batch, Ray ray, PixelSample
 
   SampleValue value;
   Rgb throughput(1.0f);
-  float eta_scale = 1.0f;          // radiance compression by refraction so far; for roulette only
+  float eta_scale = 1.0f;           // radiance compression by refraction so far; for roulette only
   const Material* solid = nullptr;  // what the path is inside of
   LastVertex last;
   counters.camera++;
@@ -178,9 +178,9 @@ SampleValue PathIntegrator::trace(const SampleBatch& batch, Ray ray, PixelSample
           throughput * direct_light(scene, point, bsdf, last.query, crossed, samples, counters);
     }
 
-    const BsdfSample next = bsdf.sample(
-        samples.get(surface_dim::kLobe),
-        {samples.get(surface_dim::kBsdfX), samples.get(surface_dim::kBsdfY)});
+    const BsdfSample next =
+        bsdf.sample(samples.get(surface_dim::kLobe),
+                    {samples.get(surface_dim::kBsdfX), samples.get(surface_dim::kBsdfY)});
     if (!next.valid) break;
     throughput *= next.weight;
     if (is_black(throughput)) break;
@@ -205,9 +205,9 @@ Rgb PathIntegrator::direct_light(const Scene& scene, const ShadedPoint& point,
                                  const SurfaceBsdf& bsdf, const LightQuery& query,
                                  const Material* solid, PixelSamples& samples,
                                  RayCounters& counters) {
-  const LightSample light = scene.lights().sample(
-      query, samples.get(surface_dim::kLightPick),
-      {samples.get(surface_dim::kLightX), samples.get(surface_dim::kLightY)});
+  const LightSample light =
+      scene.lights().sample(query, samples.get(surface_dim::kLightPick),
+                            {samples.get(surface_dim::kLightX), samples.get(surface_dim::kLightY)});
   if (light.kind == LightKind::kNone || !(light.pdf > 0.0f)) return Rgb(0.0f);
   float bsdf_pdf = 0.0f;
   const Vec3f wi = point.frame.shading.to_local(light.direction);
@@ -224,7 +224,8 @@ Rgb PathIntegrator::direct_light(const Scene& scene, const ShadedPoint& point,
                                 : scene.visible(from, target, key);
   if (!visible) {
     if (!light.delta || !scene.has_transmission()) return Rgb(0.0f);
-    scattered *= through_thin_walls(scene, from, light.direction, target, infinite, samples, counters);
+    scattered *=
+        through_thin_walls(scene, from, light.direction, target, infinite, samples, counters);
   }
   scattered *= absorption(scene, wi.z < 0.0f ? medium_behind(point, solid) : solid, light.distance);
   // balance / pdf = 1 / (pdf + other); a point-like light has no other technique.

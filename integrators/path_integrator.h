@@ -20,9 +20,9 @@ class PathIntegrator final : public Integrator {
   SampleValue trace(const SampleBatch& batch, Ray ray, PixelSamples& samples,
                     RayCounters& counters) const;
   // Light sampling at a vertex, weighted against the BSDF sample that follows.
-  static Rgb direct_light(const Scene& scene, const ShadedPoint& point,
-                          const SurfaceBsdf& bsdf, const LightQuery& query,
-                          const Material* solid, PixelSamples& samples, RayCounters& counters);
+  static Rgb direct_light(const Scene& scene, const ShadedPoint& point, const SurfaceBsdf& bsdf,
+                          const LightQuery& query, const Material* solid, PixelSamples& samples,
+                          RayCounters& counters);
 
   IntegratorSettings settings_;
 };

@@ -49,7 +49,8 @@ inline void fill_first_hit(const SampleBatch& batch, const ShadedPoint& point, c
   out->hit = true;
   out->albedo = point.surface.material->unlit() ? point.material.emission : albedo;
   out->normal = point.frame.shading.normal;
-  out->depth = float(double(batch.camera.axial_depth(point.surface.position)) / batch.scene.scale());
+  out->depth =
+      float(double(batch.camera.axial_depth(point.surface.position)) / batch.scene.scale());
 }
 
 }  // namespace emberline

@@ -55,7 +55,8 @@ class PixelSamples {
   // stochastic coverage): hashed from (seed, pixel, sample, slot, how many were asked before).
   float extra() { return to_unit_float(extra_bits()); }
   uint32_t extra_bits() {
-    return hash_combine(hash_combine(hash_combine(pixel_hash_, sample_), slot_), 0x51ed27u + extra_++);
+    return hash_combine(hash_combine(hash_combine(pixel_hash_, sample_), slot_),
+                        0x51ed27u + extra_++);
   }
 
   uint32_t sample() const { return sample_; }

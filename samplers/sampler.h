@@ -17,18 +17,34 @@
 
 namespace emberline {
 
-inline constexpr int kSampleLanes = 16;  // samples filled together; an aligned block of indices
+inline constexpr int kSampleLanes = 16;    // samples filled together; an aligned block of indices
 inline constexpr int kSlotDimensions = 8;  // four pairs of dimensions per slot
 
 // The dimension plan. Pairs are stratified together; a pair is two neighbouring dimensions that
 // start at an even one.
 namespace camera_dim {
-enum : int { kPixelX = 0, kPixelY = 1, kLensX = 2, kLensY = 3, kTime = 4, kSpare = 5,
-             kTexture = 6, kEnvironment = 7 };
+enum : int {
+  kPixelX = 0,
+  kPixelY = 1,
+  kLensX = 2,
+  kLensY = 3,
+  kTime = 4,
+  kSpare = 5,
+  kTexture = 6,
+  kEnvironment = 7
+};
 }
 namespace surface_dim {
-enum : int { kBsdfX = 0, kBsdfY = 1, kLightX = 2, kLightY = 3, kLobe = 4, kLightPick = 5,
-             kRoulette = 6, kTexture = 7 };
+enum : int {
+  kBsdfX = 0,
+  kBsdfY = 1,
+  kLightX = 2,
+  kLightY = 3,
+  kLobe = 4,
+  kLightPick = 5,
+  kRoulette = 6,
+  kTexture = 7
+};
 }
 
 // Which pixel of which frame; the frame's seed included.

@@ -134,8 +134,7 @@ int run_render(const RenderOptions& options) {
     outputs->on_samples([&progress](uint64_t count) { progress.add(count); });
     // An arena of its own: the limit above cannot give more threads than the machine has cores.
     tbb::task_arena arena(threads);
-    arena.execute(
-        [&] { report.counters = driver->render(frame, *outputs, stop.get_token()); });
+    arena.execute([&] { report.counters = driver->render(frame, *outputs, stop.get_token()); });
   }
   report.times.render_s = render.seconds();
 

@@ -42,8 +42,7 @@ struct InputError : EmberlineError {
 
 // Rendering or writing failed (exit 1).
 struct RenderError : EmberlineError {
-  explicit RenderError(const std::string& message)
-      : EmberlineError(kExitRenderFailed, message) {}
+  explicit RenderError(const std::string& message) : EmberlineError(kExitRenderFailed, message) {}
 };
 
 }  // namespace emberline

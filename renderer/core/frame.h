@@ -20,7 +20,9 @@ struct ShadingFrame {
             Vec3f(b, sign + n.y * n.y * a, -n.y), n};
   }
 
-  Vec3f to_local(const Vec3f& v) const { return {dot(v, tangent), dot(v, bitangent), dot(v, normal)}; }
+  Vec3f to_local(const Vec3f& v) const {
+    return {dot(v, tangent), dot(v, bitangent), dot(v, normal)};
+  }
   Vec3f to_world(const Vec3f& v) const { return tangent * v.x + bitangent * v.y + normal * v.z; }
 };
 

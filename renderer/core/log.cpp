@@ -19,8 +19,9 @@ struct LogState {
   std::function<void()> before, after;
   std::shared_ptr<spdlog::logger> logger;
 
-  LogState() : logger(std::make_shared<spdlog::logger>(
-                   "emberline", std::make_shared<spdlog::sinks::stderr_sink_st>())) {
+  LogState()
+      : logger(std::make_shared<spdlog::logger>(
+            "emberline", std::make_shared<spdlog::sinks::stderr_sink_st>())) {
     logger->set_pattern("%v");
     logger->set_level(spdlog::level::trace);
   }

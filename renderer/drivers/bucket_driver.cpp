@@ -133,7 +133,8 @@ std::vector<WorkItem> bucket_schedule(const Rect& window, int bucket_size, Bucke
   constexpr int64_t kMostBuckets = 1 << 24;
   const int64_t size = bucket_size;
   if ((window.width() + size - 1) / size * ((window.height() + size - 1) / size) > kMostBuckets) {
-    throw UsageError("--bucket-size: " + std::to_string(bucket_size) + " would cut the frame into "
+    throw UsageError("--bucket-size: " + std::to_string(bucket_size) +
+                     " would cut the frame into "
                      "more than 16777216 buckets; make them larger");
   }
   const int columns = (window.width() + bucket_size - 1) / bucket_size;

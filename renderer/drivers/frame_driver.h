@@ -43,7 +43,7 @@ struct FrameCounters {
   RayCounters rays;
   uint64_t samples = 0;
   uint64_t non_finite_samples = 0;
-  std::vector<NonFiniteSample> located;  // the first few, in (y, x, sample) order
+  std::vector<NonFiniteSample> located;       // the first few, in (y, x, sample) order
   uint32_t min_samples = 0, max_samples = 0;  // per pixel of the window
   bool stopped = false;                       // by the stop token, before the work was done
 

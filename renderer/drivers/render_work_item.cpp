@@ -49,18 +49,14 @@ void RenderWorker::trace_batch(int x, int y, uint32_t first_sample, int count) {
     const FilterSample offset = frame_.filter.sample(
         {samples_.get(camera_dim::kPixelX), samples_.get(camera_dim::kPixelY)});
     weights_[i] = offset.weight;
-    rays_[i] = frame_.camera.ray(
-        {float(x) + 0.5f + offset.offset.x, float(y) + 0.5f + offset.offset.y});
+    rays_[i] =
+        frame_.camera.ray({float(x) + 0.5f + offset.offset.x, float(y) + 0.5f + offset.offset.y});
     values_[i] = SampleValue{};
   }
   const bool surface = frame_.aovs.contains(Aov::kAlbedo) || frame_.aovs.contains(Aov::kNormal) ||
                        frame_.aovs.contains(Aov::kDepth);
-  const SampleBatch batch{frame_.scene,
-                          frame_.camera,
-                          {rays_, size_t(count)},
-                          first_sample,
-                          surface,
-                          frame_.aovs.contains(Aov::kId)};
+  const SampleBatch batch{frame_.scene, frame_.camera, {rays_, size_t(count)},
+                          first_sample, surface,       frame_.aovs.contains(Aov::kId)};
   frame_.integrator.estimate(batch, samples_, {values_, size_t(count)}, counters_.rays);
 }
 

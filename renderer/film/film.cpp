@@ -22,7 +22,8 @@ bool is_finite(const FirstHit& hit) {
 
 const std::vector<AovEntry>& aov_table() {
   static const std::vector<AovEntry> table = {
-      {Aov::kVariance, "variance", "variance of the pixel's mean: from the two streams with --streams 2; else as if samples "
+      {Aov::kVariance, "variance",
+       "variance of the pixel's mean: from the two streams with --streams 2; else as if samples "
        "were independent, an upper estimate for stratified ones"},
       {Aov::kAlbedo, "albedo", "directional albedo of the first surface"},
       {Aov::kNormal, "N", "shading normal of the first surface, world axes"},

@@ -151,8 +151,8 @@ void SceneBuilder::choose_space() {
   }
   scene_->radius_ = float(radius * scene_->scale_);
   if (scene_->origin_ != Vec3d(0.0)) {
-    scene_->features_.push_back(fmt::format("rebasing (origin {:.6g}, {:.6g}, {:.6g})", center.x,
-                                            center.y, center.z));
+    scene_->features_.push_back(
+        fmt::format("rebasing (origin {:.6g}, {:.6g}, {:.6g})", center.x, center.y, center.z));
   }
   if (scene_->scale_ != 1.0) {
     scene_->features_.push_back(fmt::format("rescaling (x {:.6g})", scene_->scale_));
@@ -189,9 +189,9 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
   }
   const std::array<Vec3d, 3> rows = normal_rows(m);
   for (Vec3f& n : mesh.normals) {
-    n = normalize_or(to_float(rows[0] * double(n.x) + rows[1] * double(n.y) +
-                              rows[2] * double(n.z)),
-                     Vec3f(0.0f));
+    n = normalize_or(
+        to_float(rows[0] * double(n.x) + rows[1] * double(n.y) + rows[2] * double(n.z)),
+        Vec3f(0.0f));
   }
   for (Vec4f& t : mesh.tangents) {
     const Vec3f direction =
@@ -226,8 +226,8 @@ void SceneBuilder::place_meshes() {
     }
     scene.triangle_count_ += mesh.triangles.size();
     mesh.material = &(*scene.materials_)[source.material];
-    mesh.material_index = uint32_t(source.material < 0 ? int(description_.materials.size())
-                                                       : source.material);
+    mesh.material_index =
+        uint32_t(source.material < 0 ? int(description_.materials.size()) : source.material);
     mesh.cull_backfaces = !options_.show_backfaces && !mesh.material->double_sided() &&
                           !mesh.material->has_transmission();
     mesh.has_coverage = mesh.material->has_alpha(!mesh.colors.empty());
@@ -279,8 +279,8 @@ void SceneBuilder::collect_emitters(std::vector<EmissiveTriangle>& triangles) {
         if (instance.transformed) {
           const Affine& m = instance.to_internal;
           const Vec3d q = to_double(corners[c]);
-          corners[c] = to_float(to_double(m.x) * q.x + to_double(m.y) * q.y +
-                                to_double(m.z) * q.z + to_double(m.translation));
+          corners[c] = to_float(to_double(m.x) * q.x + to_double(m.y) * q.y + to_double(m.z) * q.z +
+                                to_double(m.translation));
         }
       }
       EmissiveTriangle t;
@@ -311,7 +311,8 @@ PointLight SceneBuilder::place_light(const PunctualLightDescription& source) con
   if (source.type == PunctualType::kDirectional) {
     light.type = PointLightType::kDirectional;
   } else {
-    light.type = source.type == PunctualType::kSpot ? PointLightType::kSpot : PointLightType::kPoint;
+    light.type =
+        source.type == PunctualType::kSpot ? PointLightType::kSpot : PointLightType::kPoint;
     // Intensity over internal distance squared must be intensity over world distance squared.
     light.intensity *= float(scene_->scale_ * scene_->scale_);
     light.cos_inner = std::cos(source.inner_cone);
@@ -329,21 +330,23 @@ void SceneBuilder::build_lights() {
   for (const PunctualLightDescription& light : description_.lights) {
     if (!is_black(light.intensity)) points.push_back(place_light(light));
   }
-  const bool anything_lit = std::any_of(scene.meshes_.begin(), scene.meshes_.end(),
-                                        [](const Mesh& m) { return m.material && !m.material->unlit(); });
+  const bool anything_lit =
+      std::any_of(scene.meshes_.begin(), scene.meshes_.end(),
+                  [](const Mesh& m) { return m.material && !m.material->unlit(); });
   if (triangles.empty() && points.empty() && !description_.environment && anything_lit) {
-    log_warning("the scene has no light; using a plain white environment (--env FILE gives another)");
+    log_warning(
+        "the scene has no light; using a plain white environment (--env FILE gives another)");
     description_.environment = EnvironmentDescription{};
   }
   std::shared_ptr<const EnvironmentLight> environment;
   if (description_.environment) {
     const EnvironmentDescription& e = *description_.environment;
-    environment = e.image ? std::make_shared<EnvironmentLight>(e.image, e.strength,
-                                                               e.rotation_degrees)
-                          : std::make_shared<EnvironmentLight>(e.constant * e.strength);
-    scene.features_.push_back(e.image ? fmt::format("environment map ({} x {})", e.image->width,
-                                                    e.image->height)
-                                      : std::string("constant environment"));
+    environment = e.image
+                      ? std::make_shared<EnvironmentLight>(e.image, e.strength, e.rotation_degrees)
+                      : std::make_shared<EnvironmentLight>(e.constant * e.strength);
+    scene.features_.push_back(
+        e.image ? fmt::format("environment map ({} x {})", e.image->width, e.image->height)
+                : std::string("constant environment"));
   }
   scene.lights_ = std::make_unique<LightSampler>(std::move(triangles), std::move(points),
                                                  std::move(environment), options_.lights);

@@ -24,8 +24,8 @@ using QueryContext = RTCIntersectContext;
 
 // What a filter callback is told about the ray beside Embree's own data.
 struct RayContext {
-  QueryContext base;       // first, so that the callback can cast back
-  uint32_t coverage_key;   // decides stochastic coverage; see Scene::intersect
+  QueryContext base;      // first, so that the callback can cast back
+  uint32_t coverage_key;  // decides stochastic coverage; see Scene::intersect
 };
 
 inline void init_context(RayContext& context, uint32_t coverage_key) {

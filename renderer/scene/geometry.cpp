@@ -32,9 +32,10 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
     if (mesh.cull_backfaces) {
       // Both in the mesh's own space, where counter-clockwise is the front even under a mirroring
       // instance (glTF 2.0, section 3.7.4: a negative determinant flips the winding).
-      const float facing = RTCHitN_Ng_x(arguments->hit, n, i) * RTCRayN_dir_x(arguments->ray, n, i) +
-                           RTCHitN_Ng_y(arguments->hit, n, i) * RTCRayN_dir_y(arguments->ray, n, i) +
-                           RTCHitN_Ng_z(arguments->hit, n, i) * RTCRayN_dir_z(arguments->ray, n, i);
+      const float facing =
+          RTCHitN_Ng_x(arguments->hit, n, i) * RTCRayN_dir_x(arguments->ray, n, i) +
+          RTCHitN_Ng_y(arguments->hit, n, i) * RTCRayN_dir_y(arguments->ray, n, i) +
+          RTCHitN_Ng_z(arguments->hit, n, i) * RTCRayN_dir_z(arguments->ray, n, i);
       if (facing >= 0.0f) {
         valid[i] = 0;
         continue;
@@ -44,11 +45,9 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
       const uint32_t primitive = RTCHitN_primID(arguments->hit, n, i);
       const uint32_t placed = RTCHitN_instID(arguments->hit, n, i, 0);
       const uint32_t instance = placed == RTC_INVALID_GEOMETRY_ID ? record.instance : placed;
-      const SurfaceAttributes attributes =
-          interpolate_attributes(mesh, primitive, RTCHitN_u(arguments->hit, n, i),
-                          RTCHitN_v(arguments->hit, n, i));
-      const uint32_t h =
-          hash_combine(hash_combine(context->coverage_key, instance), primitive);
+      const SurfaceAttributes attributes = interpolate_attributes(
+          mesh, primitive, RTCHitN_u(arguments->hit, n, i), RTCHitN_v(arguments->hit, n, i));
+      const uint32_t h = hash_combine(hash_combine(context->coverage_key, instance), primitive);
       const float coverage = mesh.material->coverage(attributes, to_unit_float(h));
       if (to_unit_float(hash32(h ^ 0x6a09e667u)) >= coverage) valid[i] = 0;
     }
@@ -129,11 +128,10 @@ void Geometry::add_mesh(const Mesh& mesh, uint32_t instance) {
 void Geometry::add_instance(RTCScene mesh_scene, const Affine& transform, uint32_t instance) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
   rtcSetGeometryInstancedScene(geometry, mesh_scene);
-  const float columns[12] = {transform.x.x, transform.x.y, transform.x.z,
-                             transform.y.x, transform.y.y, transform.y.z,
-                             transform.z.x, transform.z.y, transform.z.z,
-                             transform.translation.x, transform.translation.y,
-                             transform.translation.z};
+  const float columns[12] = {
+      transform.x.x, transform.x.y,           transform.x.z,           transform.y.x,
+      transform.y.y, transform.y.z,           transform.z.x,           transform.z.y,
+      transform.z.z, transform.translation.x, transform.translation.y, transform.translation.z};
   rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(top, geometry, instance);

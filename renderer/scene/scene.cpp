@@ -24,7 +24,9 @@ Vec3d transform_point(const Affine& m, const Vec3d& p) {
   return to_double(m.x) * p.x + to_double(m.y) * p.y + to_double(m.z) * p.z +
          to_double(m.translation);
 }
-Vec3f transform_vector(const Affine& m, const Vec3f& v) { return m.x * v.x + m.y * v.y + m.z * v.z; }
+Vec3f transform_vector(const Affine& m, const Vec3f& v) {
+  return m.x * v.x + m.y * v.y + m.z * v.z;
+}
 
 // |M| |p| + |t|: the size of the terms that were added up, hence of their rounding errors.
 float transformed_magnitude(const Affine& m, const Vec3f& p) {
@@ -76,8 +78,8 @@ bool Scene::intersect(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) co
   hit->t = ray_hit.ray.tfar;
   hit->u = ray_hit.hit.u;
   hit->v = ray_hit.hit.v;
-  hit->instance = ray_hit.hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? ray_hit.hit.geomID
-                                                                    : ray_hit.hit.instID[0];
+  hit->instance =
+      ray_hit.hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? ray_hit.hit.geomID : ray_hit.hit.instID[0];
   hit->primitive = ray_hit.hit.primID;
   return true;
 }

@@ -49,8 +49,7 @@ struct SurfaceInteraction {
 // bound, not a tuned epsilon: 4 ulp of the largest coordinate that entered the computation.
 inline Vec3f offset_ray_origin(const Vec3f& position, const Vec3f& geometric_normal, float offset,
                                const Vec3f& direction) {
-  return position +
-         geometric_normal * (dot(direction, geometric_normal) < 0.0f ? -offset : offset);
+  return position + geometric_normal * (dot(direction, geometric_normal) < 0.0f ? -offset : offset);
 }
 
 struct SceneMemory {

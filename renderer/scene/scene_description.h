@@ -45,7 +45,8 @@ struct TextureRef {
   std::array<float, 6> uv_transform = {1, 0, 0, 0, 1, 0};
 };
 
-// ---- materials -----------------------------------------------------------------------------------
+// ---- materials
+// -----------------------------------------------------------------------------------
 
 enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
 
@@ -70,15 +71,16 @@ struct MaterialDescription {
   float alpha_cutoff = 0.5f;
   bool double_sided = false;
   // KHR_materials_transmission and _volume.
-  float transmission = 0.0f;        // share of the dielectric that is clear
-  TextureRef transmission_texture;  // r
-  bool thin_walled = true;          // thicknessFactor is 0: no interior
+  float transmission = 0.0f;          // share of the dielectric that is clear
+  TextureRef transmission_texture;    // r
+  bool thin_walled = true;            // thicknessFactor is 0: no interior
   Rgb attenuation_color = Rgb(1.0f);  // of white light after attenuation_distance in the interior
   float attenuation_distance = std::numeric_limits<float>::infinity();  // metres
   bool unlit = false;  // KHR_materials_unlit: base colour is the radiance seen
 };
 
-// ---- geometry ------------------------------------------------------------------------------------
+// ---- geometry
+// ------------------------------------------------------------------------------------
 
 // A triangle mesh with one material (one glTF primitive, strips and fans already unrolled).
 // positions, and every attribute that is present, have one entry per vertex.
@@ -86,11 +88,11 @@ struct MeshDescription {
   std::string name;  // "mesh name/primitive index", for messages and the id AOV's manifest
   std::vector<Vec3f> positions;
   std::vector<std::array<uint32_t, 3>> triangles;  // indices < positions.size(); CCW is the front
-  std::vector<Vec3f> normals;     // empty: flat shading. Unit length or zero (unusable).
-  std::vector<Vec4f> tangents;    // empty: none needed. xyz unit, w = +-1 (MikkTSpace convention).
+  std::vector<Vec3f> normals;   // empty: flat shading. Unit length or zero (unusable).
+  std::vector<Vec4f> tangents;  // empty: none needed. xyz unit, w = +-1 (MikkTSpace convention).
   std::vector<std::vector<Vec2f>> uv_sets;  // each empty or full
-  std::vector<Vec4f> colors;      // COLOR_0 linear rgba; empty: white
-  int material = -1;              // -1: glTF's default material
+  std::vector<Vec4f> colors;                // COLOR_0 linear rgba; empty: white
+  int material = -1;                        // -1: glTF's default material
 };
 
 // A mesh placed in the world. Nodes are flattened at load; transforms keep double precision so
@@ -101,7 +103,8 @@ struct InstanceDescription {
   Mat44d to_world;  // row-vector convention; may mirror (negative determinant); finite
 };
 
-// ---- lights and cameras ----------------------------------------------------------------------------
+// ---- lights and cameras
+// ----------------------------------------------------------------------------
 
 enum class PunctualType : uint8_t { kPoint, kSpot, kDirectional };
 
@@ -128,14 +131,15 @@ struct CameraDescription {
 // A latitude-longitude environment: u = 0.5 + atan2(z, x) / 2 pi, top row +Y. Positive
 // `rotation_degrees` turns it so that 90 brings what was at +X to -Z.
 struct EnvironmentDescription {
-  std::string file;              // empty: constant colour
-  Rgb constant = Rgb(1.0f);      // radiance if there is no image
+  std::string file;                    // empty: constant colour
+  Rgb constant = Rgb(1.0f);            // radiance if there is no image
   std::shared_ptr<const Image> image;  // kHalf or kFloat, 3 channels
   float strength = 1.0f;
   float rotation_degrees = 0.0f;
 };
 
-// ---- the whole -------------------------------------------------------------------------------------
+// ---- the whole
+// -------------------------------------------------------------------------------------
 
 // What the file uses and what becomes of it. Names are extension names, or short phrases such as
 // "occlusionTexture" or "primitive mode LINES".
@@ -147,11 +151,11 @@ struct CoverageReport {
 
 // What was repaired or left out while loading, with counts; each is also warned of once.
 struct LoadRepairs {
-  uint64_t degenerate_triangles = 0;   // zero area or repeated vertices, dropped
-  uint64_t non_finite_triangles = 0;   // a NaN or infinite vertex, dropped
-  uint64_t non_finite_texels = 0;      // NaN or infinite or negative texels set to 0 (or clamped)
-  uint64_t singular_instances = 0;     // transform without inverse, dropped
-  uint64_t replaced_images = 0;        // --lenient: undecodable, replaced by neutral colour
+  uint64_t degenerate_triangles = 0;  // zero area or repeated vertices, dropped
+  uint64_t non_finite_triangles = 0;  // a NaN or infinite vertex, dropped
+  uint64_t non_finite_texels = 0;     // NaN or infinite or negative texels set to 0 (or clamped)
+  uint64_t singular_instances = 0;    // transform without inverse, dropped
+  uint64_t replaced_images = 0;       // --lenient: undecodable, replaced by neutral colour
 };
 
 struct SceneDescription {

@@ -106,8 +106,8 @@ TEST(Film, StoppedFrameHasTrueCounts) {
   const auto integrator = create_integrator("path", {});
   const auto sampler = create_sampler("sobol", {});
   const PixelFilter filter = PixelFilter::create("box");
-  const Frame frame{*scene, camera, *integrator, *sampler, filter, 64, 64, {0, 0, 64, 64}, 1 << 20,
-                    1, StreamCount::kOne, {}};
+  const Frame frame{*scene,         camera,  *integrator, *sampler,          filter, 64, 64,
+                    {0, 0, 64, 64}, 1 << 20, 1,           StreamCount::kOne, {}};
 
   class Stopper final : public FrameObserver {
    public:

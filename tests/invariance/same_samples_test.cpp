@@ -129,7 +129,8 @@ TEST_P(SameSamples, AnotherBuildOfTheScene) {
   RenderSettings s = base_settings();
   s.sampler = GetParam();
   const auto again = busy_scene();
-  expect_same_bits(render(*again, busy_view(), s), render(*scene_, busy_view(), s), "rebuilt scene");
+  expect_same_bits(render(*again, busy_view(), s), render(*scene_, busy_view(), s),
+                   "rebuilt scene");
 }
 
 TEST_P(SameSamples, SeedsDiffer) {
@@ -150,8 +151,9 @@ TEST_P(SameSamples, ReplayedAlone) {
   const auto integrator = create_integrator("path", {.max_depth = s.max_depth});
   const auto sampler = create_sampler(s.sampler, {s.streams});
   const PixelFilter filter = PixelFilter::create(s.filter);
-  const Frame frame{*scene_, camera, *integrator, *sampler, filter, s.width, s.height,
-                    {0, 0, s.width, s.height}, s.spp, s.seed, s.streams, AovSet::parse(s.aovs)};
+  const Frame frame{*scene_, camera,  *integrator, *sampler,
+                    filter,  s.width, s.height,    {0, 0, s.width, s.height},
+                    s.spp,   s.seed,  s.streams,   AovSet::parse(s.aovs)};
   RenderWorker worker(frame);
   for (const auto& [x, y] : {std::pair{3, 4}, std::pair{20, 14}, std::pair{30, 20}}) {
     double sum[3] = {0, 0, 0};

@@ -137,7 +137,8 @@ TEST(Environment, GradientSky) {
   std::vector<float> texels;
   for (int y = 0; y < image->height; ++y) {
     const double cosine = std::cos(kPiD * (y + .5) / image->height);
-    for (int x = 0; x < image->width * 3; ++x) texels.push_back(float(a + c * std::max(0.0, cosine)));
+    for (int x = 0; x < image->width * 3; ++x)
+      texels.push_back(float(a + c * std::max(0.0, cosine)));
   }
   image->texels.resize(texels.size() * sizeof(float));
   std::memcpy(image->texels.data(), texels.data(), image->texels.size());

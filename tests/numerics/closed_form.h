@@ -19,8 +19,8 @@ inline void expect_exact(const RenderedImage& image, double exact, double tolera
   EXPECT_NEAR(image.mean, exact, allowed)
       << what << ": standard error " << image.standard_error << ", off by "
       << (image.mean - exact) / std::max(1e-300, image.standard_error)
-      << " standard errors; replay with seed " << s.seed << ", " << s.spp << " spp, "
-      << s.width << " x " << s.height << ", sampler " << s.sampler;
+      << " standard errors; replay with seed " << s.seed << ", " << s.spp << " spp, " << s.width
+      << " x " << s.height << ", sampler " << s.sampler;
   EXPECT_EQ(image.counters.non_finite_samples, 0u) << what;
 }
 

@@ -70,7 +70,8 @@ TEST(Enclosure, SphereWithOpening) {
                "sphere with a 60 degree opening");
 }
 
-// Case 5: a point light at the centre of an integrating sphere, L = rho Phi / (4 pi^2 R^2 (1 - rho)).
+// Case 5: a point light at the centre of an integrating sphere, L = rho Phi / (4 pi^2 R^2 (1 -
+// rho)).
 TEST(Enclosure, IntegratingSphere) {
   const double rho = .5, radius = 2, intensity = 3;  // Phi = 4 pi I
   SceneBuilderForTests b;
@@ -80,8 +81,7 @@ TEST(Enclosure, IntegratingSphere) {
   const auto scene = b.build();
   RenderSettings s = enclosure_settings();
   s.max_depth = 1000;
-  const double exact =
-      rho * 4 * kPiD * intensity / (4 * square(kPiD * radius)) / (1 - rho);
+  const double exact = rho * 4 * kPiD * intensity / (4 * square(kPiD * radius)) / (1 - rho);
   // Faces of a sphere with 48 rings lie up to 1e-3 inside it: closer to the light.
   expect_exact(render(*scene, perspective({0.5, 0, 0}, {0, 0.3, -1}, 90), s), exact, 4e-3, s,
                "integrating sphere");

@@ -32,9 +32,9 @@ TEST(Furnace, WhiteMetal) {
   for (const float roughness : {0.0f, 0.01f, 0.1f, 0.32f, 0.5f, 0.7f, 1.0f}) {
     for (const double mu : {1.0, 0.5, 0.1, 0.01}) {
       const RenderSettings s = furnace_settings();
-      expect_exact(albedo_of(metal(Rgb(1.0f), roughness), mu, s), 1.0, 2e-3, s,
-                   "white metal, roughness " + std::to_string(roughness) + " mu " +
-                       std::to_string(mu));
+      expect_exact(
+          albedo_of(metal(Rgb(1.0f), roughness), mu, s), 1.0, 2e-3, s,
+          "white metal, roughness " + std::to_string(roughness) + " mu " + std::to_string(mu));
     }
   }
 }
@@ -48,9 +48,9 @@ TEST(Furnace, WhiteDielectric) {
       m.metallic = 0.0f;
       m.roughness = roughness;
       const RenderSettings s = furnace_settings();
-      expect_exact(albedo_of(m, mu, s), 1.0, 2e-3, s,
-                   "white dielectric, roughness " + std::to_string(roughness) + " mu " +
-                       std::to_string(mu));
+      expect_exact(
+          albedo_of(m, mu, s), 1.0, 2e-3, s,
+          "white dielectric, roughness " + std::to_string(roughness) + " mu " + std::to_string(mu));
     }
   }
 }

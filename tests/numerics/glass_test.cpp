@@ -98,9 +98,10 @@ TEST(GlassSlab, Absorbs) {
   const double a = std::exp(-std::log(2.0) / half_distance * d / cos_t);
   const RenderSettings s = glass_settings();
   expect_exact(render(*scene, from_angle(theta, true), s),
-               r + square(1 - r) * r * a * a / (1 - r * r * a * a), 1e-5, s, "absorbing, reflected");
-  expect_exact(render(*scene, from_angle(theta, false), s),
-               square(1 - r) * a / (1 - r * r * a * a), 1e-5, s, "absorbing, passed");
+               r + square(1 - r) * r * a * a / (1 - r * r * a * a), 1e-5, s,
+               "absorbing, reflected");
+  expect_exact(render(*scene, from_angle(theta, false), s), square(1 - r) * a / (1 - r * r * a * a),
+               1e-5, s, "absorbing, passed");
 }
 
 // A solid of the air's index is not there; nor is a thin wall of it.

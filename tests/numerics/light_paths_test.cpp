@@ -19,7 +19,8 @@ RenderSettings direct_settings() {
 }
 
 // A square of half size h around `center`, facing n, cut into n x n quads.
-MeshDescription tilted_square(const Vec3f& center, const Vec3f& n, float h, int cuts, int material) {
+MeshDescription tilted_square(const Vec3f& center, const Vec3f& n, float h, int cuts,
+                              int material) {
   const Vec3f u = normalize(cross(n, Vec3f(0.3f, 0.1f, 0.9f)));
   const Vec3f v = normalize(cross(u, n));
   MeshDescription mesh;
@@ -27,7 +28,8 @@ MeshDescription tilted_square(const Vec3f& center, const Vec3f& n, float h, int 
   mesh.material = material;
   for (int j = 0; j <= cuts; ++j) {
     for (int i = 0; i <= cuts; ++i) {
-      const float a = h * (2.0f * float(i) / float(cuts) - 1), b = h * (2.0f * float(j) / float(cuts) - 1);
+      const float a = h * (2.0f * float(i) / float(cuts) - 1),
+                  b = h * (2.0f * float(j) / float(cuts) - 1);
       mesh.positions.push_back(center + u * a + v * b);
     }
   }
@@ -55,12 +57,13 @@ TEST(LightPaths, LargeTiltedEmitterDoesNotShadeItself) {
     const Vec3f center = n * 0.013f;
     const auto picture = [&](int cuts, bool instanced, bool light_sampling) {
       SceneBuilderForTests b;
-      const int lamp = b.add_mesh(
-          tilted_square(center, -n, half, cuts, b.add_material(emitter(Rgb(1.0f)))));
+      const int lamp =
+          b.add_mesh(tilted_square(center, -n, half, cuts, b.add_material(emitter(Rgb(1.0f)))));
       b.place(lamp);
       if (instanced) b.place(lamp, translation(0, 1e3, 0));
       // The receiver is parallel to the lamp and below it.
-      b.place(b.add_mesh(tilted_square(center - n * distance, n, 0.01f, 1, b.add_material(lambert(Rgb(1.0f))))));
+      b.place(b.add_mesh(
+          tilted_square(center - n * distance, n, 0.01f, 1, b.add_material(lambert(Rgb(1.0f))))));
       const auto scene = b.build();
       RenderSettings s = direct_settings();
       s.light_sampling = light_sampling;
@@ -74,7 +77,8 @@ TEST(LightPaths, LargeTiltedEmitterDoesNotShadeItself) {
     for (const auto& [cuts, instanced] :
          {std::pair{1, false}, std::pair{64, false}, std::pair{1, true}}) {
       const RenderedImage lit = picture(cuts, instanced, true);
-      EXPECT_NEAR(lit.mean, bsdf.mean, 5 * std::hypot(lit.standard_error, bsdf.standard_error) + 1e-4)
+      EXPECT_NEAR(lit.mean, bsdf.mean,
+                  5 * std::hypot(lit.standard_error, bsdf.standard_error) + 1e-4)
           << "half size " << half << " distance " << distance << " in " << cuts << "^2 pieces"
           << (instanced ? ", instanced" : "");
     }
@@ -91,7 +95,8 @@ TEST(LightPaths, BlendedEmitterIsSampledAsItIsSeen) {
     image->height = 1;
     image->channels = 4;
     image->texels.resize(8);
-    const uint8_t texels[8] = {255, 255, 255, 0, 0, 0, 0, 255};  // white and clear, black and opaque
+    const uint8_t texels[8] = {255, 255, 255, 0,
+                               0,   0,   0,   255};  // white and clear, black and opaque
     std::memcpy(image->texels.data(), texels, 8);
     b.description.images.push_back(image);
     MaterialDescription m = emitter(Rgb(10.0f));

@@ -103,16 +103,17 @@ TEST(PlacementOfPictures, FarSceneLooksTheSame) {
     return render(*b.build(), perspective(at + Vec3d(0.5, 1.5, 4) * scale, at, 40), s);
   };
   const RenderedImage near = picture(0, 1);
-  for (const auto& [distance, scale] : {std::pair{1e5, 1.0}, std::pair{1e7, 1.0},
-                                        std::pair{0.0, 1e-6}, std::pair{0.0, 1e6}}) {
+  for (const auto& [distance, scale] :
+       {std::pair{1e5, 1.0}, std::pair{1e7, 1.0}, std::pair{0.0, 1e-6}, std::pair{0.0, 1e6}}) {
     const RenderedImage other = picture(distance, scale);
     // Rounding changes a hit at an edge or a roulette decision here and there, never the mean.
-    EXPECT_NEAR(other.mean, near.mean, 1e-4 * near.mean) << "distance " << distance << " scale "
-                                                          << scale;
+    EXPECT_NEAR(other.mean, near.mean, 1e-4 * near.mean)
+        << "distance " << distance << " scale " << scale;
   }
 }
 
-// Single-sided faces do not exist from behind, for camera and shadow rays alike; on request they do.
+// Single-sided faces do not exist from behind, for camera and shadow rays alike; on request they
+// do.
 TEST(Backfaces, CulledForEveryRay) {
   for (const bool shown : {false, true}) {
     SceneBuilderForTests b;
@@ -125,8 +126,7 @@ TEST(Backfaces, CulledForEveryRay) {
     const auto scene = b.build(options);
     RenderSettings s = placement_settings();
     s.max_depth = 1;
-    const RenderedImage image =
-        render(*scene, orthographic({0, 0.5, 0}, {0, 0, 0}, 0.01), s);
+    const RenderedImage image = render(*scene, orthographic({0, 0.5, 0}, {0, 0, 0}, 0.01), s);
     if (shown) {
       // Only the rim of sky between the roof's edge and the horizon is left.
       EXPECT_LT(image.mean, 0.05);
@@ -154,7 +154,8 @@ TEST(Coverage, BlendWeighsCameraAndShadowRays) {
   s.spp = 1024;
   // From above: camera ray and shadow ray each pass with probability 1 - alpha.
   const double exact = (1 - alpha) * (1 - alpha) / kPiD;
-  expect_exact(render(*scene, orthographic({1, 2, 0}, {1, 0, 0}, 1e-3), s), exact, 1e-4, s, "blend");
+  expect_exact(render(*scene, orthographic({1, 2, 0}, {1, 0, 0}, 1e-3), s), exact, 1e-4, s,
+               "blend");
 }
 
 }  // namespace

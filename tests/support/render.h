@@ -78,9 +78,9 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
                             const RenderSettings& s) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
-  const auto integrator = create_integrator(s.integrator, {.max_depth = s.max_depth,
-                                                           .transparent = s.transparent,
-                                                           .light_sampling = s.light_sampling});
+  const auto integrator = create_integrator(
+      s.integrator,
+      {.max_depth = s.max_depth, .transparent = s.transparent, .light_sampling = s.light_sampling});
   const auto sampler = create_sampler(s.sampler, {s.streams});
   const PixelFilter filter = PixelFilter::create(s.filter);
   RenderedImage image;
@@ -88,8 +88,8 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   const AovSet aovs = AovSet::parse(s.aovs);
   for (const FilmChannel& c : film_channels(aovs)) image.channels.push_back(c.name);
   image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
-  const Frame frame{scene,   camera,   *integrator,  *sampler, filter, s.width,
-                    s.height, image.window, s.spp, s.seed, s.streams, aovs};
+  const Frame frame{scene,    camera,       *integrator, *sampler, filter,    s.width,
+                    s.height, image.window, s.spp,       s.seed,   s.streams, aovs};
   MemoryObserver observer(image);
   // An arena makes as many workers as asked for, on a machine with fewer cores too.
   tbb::task_arena arena(s.threads);
@@ -105,7 +105,8 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
     sum2 += v * v;
   }
   image.mean = sum / n;
-  image.standard_error = n > 1 ? std::sqrt(std::max(0.0, sum2 / n - image.mean * image.mean) / (n - 1)) : 0;
+  image.standard_error =
+      n > 1 ? std::sqrt(std::max(0.0, sum2 / n - image.mean * image.mean) / (n - 1)) : 0;
   return image;
 }
 

@@ -286,9 +286,10 @@ TEST(PixelFilterErrors, NamesAndRadii) {
     PixelFilter::create("gausian");
     FAIL() << "accepted an unknown name";
   } catch (const UsageError& error) {
-    EXPECT_STREQ(error.what(),
-                 "--filter: unknown filter 'gausian' (did you mean 'gaussian'?); valid names are box, "
-                 "gaussian, blackman-harris, mitchell");
+    EXPECT_STREQ(
+        error.what(),
+        "--filter: unknown filter 'gausian' (did you mean 'gaussian'?); valid names are box, "
+        "gaussian, blackman-harris, mitchell");
   }
   for (const float radius : {0.0f, -1.0f, 33.0f, NAN, INFINITY}) {
     EXPECT_THROW(PixelFilter::create("box", radius), UsageError) << radius;

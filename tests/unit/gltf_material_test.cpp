@@ -264,15 +264,15 @@ TEST_F(GltfMaterial, SpecularGlossinessIsConverted) {
 }
 
 TEST_F(GltfMaterial, GlassIsReadWhole) {
-  const MaterialDescription m = material(
-      {{"extensions",
-        {{"KHR_materials_transmission", {{"transmissionFactor", 0.9}}},
-         {"KHR_materials_ior", {{"ior", 1.33}}},
-         {"KHR_materials_specular", {{"specularFactor", 0.25}}},
-         {"KHR_materials_volume",
-          {{"thicknessFactor", 1},
-           {"attenuationColor", {0.5, 0.25, 1}},
-           {"attenuationDistance", 0.1}}}}}});
+  const MaterialDescription m =
+      material({{"extensions",
+                 {{"KHR_materials_transmission", {{"transmissionFactor", 0.9}}},
+                  {"KHR_materials_ior", {{"ior", 1.33}}},
+                  {"KHR_materials_specular", {{"specularFactor", 0.25}}},
+                  {"KHR_materials_volume",
+                   {{"thicknessFactor", 1},
+                    {"attenuationColor", {0.5, 0.25, 1}},
+                    {"attenuationDistance", 0.1}}}}}});
   EXPECT_FLOAT_EQ(m.transmission, 0.9f);
   EXPECT_FLOAT_EQ(m.ior, 1.33f);
   EXPECT_FLOAT_EQ(m.specular, 0.25f);
@@ -282,10 +282,10 @@ TEST_F(GltfMaterial, GlassIsReadWhole) {
 }
 
 TEST_F(GltfMaterial, TransmissionWithoutThicknessIsAThinWall) {
-  const MaterialDescription m = material(
-      {{"extensions",
-        {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
-         {"KHR_materials_volume", {{"thicknessFactor", 0}}}}}});
+  const MaterialDescription m =
+      material({{"extensions",
+                 {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+                  {"KHR_materials_volume", {{"thicknessFactor", 0}}}}}});
   EXPECT_TRUE(m.thin_walled);
   EXPECT_FLOAT_EQ(m.ior, 1.5f);
 }
@@ -298,15 +298,17 @@ TEST_F(GltfMaterial, GlassThatCannotBeIsAnError) {
             std::string::npos);
   EXPECT_NE(message_of(with("KHR_materials_ior", {{"ior", "glass"}})).find("KHR_materials_ior"),
             std::string::npos);
-  EXPECT_NE(message_of(with("KHR_materials_transmission", {{"transmissionTexture", {{"index", 7}}}}))
-                .find("transmissionTexture/index"),
-            std::string::npos);
-  EXPECT_NE(message_of({{"extensions",
-                         {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
-                          {"KHR_materials_volume",
-                           {{"thicknessFactor", 1}, {"attenuationDistance", 0}}}}}})
-                .find("attenuationDistance"),
-            std::string::npos);
+  EXPECT_NE(
+      message_of(with("KHR_materials_transmission", {{"transmissionTexture", {{"index", 7}}}}))
+          .find("transmissionTexture/index"),
+      std::string::npos);
+  EXPECT_NE(
+      message_of(
+          {{"extensions",
+            {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+             {"KHR_materials_volume", {{"thicknessFactor", 1}, {"attenuationDistance", 0}}}}}})
+          .find("attenuationDistance"),
+      std::string::npos);
 }
 
 }  // namespace

@@ -241,9 +241,10 @@ TEST(SamplerTable, UnknownNameListsTheValidOnes) {
     create_sampler("sobel", {});
     FAIL() << "accepted an unknown name";
   } catch (const UsageError& error) {
-    EXPECT_STREQ(error.what(),
-                 "--sampler: unknown sampler 'sobel' (did you mean 'sobol'?); valid names are sobol, "
-                 "independent");
+    EXPECT_STREQ(
+        error.what(),
+        "--sampler: unknown sampler 'sobel' (did you mean 'sobol'?); valid names are sobol, "
+        "independent");
     EXPECT_EQ(error.exit_code(), kExitUsage);
   }
   EXPECT_THROW(create_sampler("", {}), UsageError);
