@@ -143,8 +143,8 @@ void add_sampling_options(CLI::App* app, RenderOptions& o) {
 
 void add_result_options(CLI::App* app, RenderOptions& o) {
   app->add_option("-o,--output", o.outputs,
-                  "picture: .exr linear with all channels; .png, .jpg through OpenColorIO. May be "
-                  "given more than once")
+                  "picture: .exr linear with all channels, streamed; .png, .jpg through "
+                  "OpenColorIO, held in memory until done. May be given more than once")
       ->type_name("FILE")
       ->allow_extra_args(false);
   app->add_option("--aov", o.aovs, table_help("further EXR channels, a list", aov_table()))

@@ -186,6 +186,13 @@ void write_difference_exr(const std::string& path, const CompareOptions& options
 int run_compare(const CompareOptions& options) {
   const DifferenceKind kind = difference_kind(options.difference);
   if (!std::isfinite(options.exposure)) throw UsageError("the exposure is not a finite number");
+  for (const std::string& input : {options.image, options.reference}) {
+    std::error_code ignored;
+    if (!options.difference.empty() &&
+        std::filesystem::equivalent(options.difference, input, ignored)) {
+      throw UsageError("-o: " + options.difference + " is one of the pictures compared");
+    }
+  }
   const RgbImage image = read_rgb(options.image);
   const RgbImage reference = read_rgb(options.reference);
   if (image.width != reference.width || image.height != reference.height) {

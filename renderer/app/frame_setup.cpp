@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 
 #include "io/gltf.h"
 #include "io/image_input.h"
@@ -75,6 +77,14 @@ CameraDescription choose_camera(const RenderOptions& options, const SceneDescrip
     camera.orthographic = false;
     camera.to_world = look_at_matrix(*options.look_from, *options.look_at);
     if (options.camera.empty()) camera.fov_y = 40.0 * kPiD / 180.0;
+  }
+  if (camera.aspect && !options.look_from && std::abs(*camera.aspect / aspect - 1.0) > 0.01) {
+    // The vertical angle rules, as glTF has it; what is seen at the sides differs.
+    log_info(fmt::format(
+        "camera '{}' was made for {:.3g} : 1, the frame has {:.3g} : 1; "
+        "--size {}x{} would match",
+        camera.name, *camera.aspect, aspect,
+        std::max(1, int(std::lround(options.height * *camera.aspect))), options.height));
   }
   if (options.fov_y) {
     if (camera.orthographic) {

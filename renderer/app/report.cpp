@@ -59,6 +59,17 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
       {"emberline:transparent", o.transparent ? "yes" : "no"},
       {"emberline:backfaces", o.show_backfaces ? "show" : "cull"},
   };
+  const auto add = [&](const char* name, const std::string& value) {
+    list.emplace_back(std::string("emberline:") + name, value);
+  };
+  add("frame", fmt::format("{}x{}", o.width, o.height));
+  if (o.filter_radius) add("filter_radius", fmt::format("{}", *o.filter_radius));
+  if (!o.camera.empty()) add("camera_option", o.camera);
+  if (o.look_from) {
+    add("look_from", fmt::format("{},{},{}", o.look_from->x, o.look_from->y, o.look_from->z));
+    add("look_at", fmt::format("{},{},{}", o.look_at->x, o.look_at->y, o.look_at->z));
+  }
+  if (o.fov_y) add("fov_y", fmt::format("{}", *o.fov_y));
   for (const auto& [name, version] : library_versions()) {
     list.emplace_back("emberline:version:" + name, version);
   }

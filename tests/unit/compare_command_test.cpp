@@ -170,6 +170,8 @@ TEST_F(CompareTest, Errors) {
   options.reference = options.image;
   options.difference = path("d.tiff");
   EXPECT_NE(error_of<UsageError>(options).find(".exr, .png"), std::string::npos);
+  options.difference = options.image;
+  EXPECT_NE(error_of<UsageError>(options).find("one of the pictures compared"), std::string::npos);
   options.difference = path("no/d.png");
   EXPECT_NE(error_of<RenderError>(options).find("does not exist"), std::string::npos);
 }
