@@ -44,7 +44,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--bucket-size", numbers({"0", "-8", "4097", "1e9"}), {"1 to 4096"}},
       {"--threads", numbers({"0", "-1", "4097"}), {"1 to 4096"}},
       {"--filter-radius", numbers({"0", "-1", "33"}), {"0.01 to 32"}},
-      {"--fov-y", kNotANumber + Words{"0", "-10", "180"}, {"0.001 to 179.9"}},
+      {"--fov-y", kNotANumber + Words{"0", "-10", "180"}, {"0.05 to 179.9"}},
       {"--exposure", numbers({"-65", "65"}), {"-64 to 64"}},
       {"--env-strength", numbers({"-1", "1e10"}), {"0 to 1000000000"}, {"--env", "sky.hdr"}},
       {"--env-rotation", numbers({"36001"}), {"-36000 to 36000"}, {"--env", "sky.hdr"}},
