@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds and runs the tests under sanitizers: `ci/sanitize.sh asan` for AddressSanitizer with
 # LeakSanitizer and UndefinedBehaviorSanitizer, `ci/sanitize.sh tsan` for ThreadSanitizer, without an
-# argument both. CMakePresets.json holds the flags.
+# argument both. CMakePresets.json holds the flags, ci/tsan.supp what is not reported and why.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

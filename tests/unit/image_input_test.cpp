@@ -143,8 +143,11 @@ TEST(ImageInput, DecompressionBombsAreRefused) {
     for (int i = 0; i < 4; ++i) png[29 + size_t(i)] = uint8_t(crc >> (24 - 8 * i));
     return png;
   };
-  EXPECT_NE(message_of(announce(60000, 60000)).find("too large (60000 x 60000"), std::string::npos)
-      << message_of(announce(60000, 60000));
+  const std::string message = message_of(announce(60000, 60000));
+  // OpenImageIO 3 itself asks whether so few bytes can hold so many pixels.
+  EXPECT_TRUE(message.find("too large (60000 x 60000") != std::string::npos ||
+              message.find("malicious header") != std::string::npos)
+      << message;
   EXPECT_NE(message_of(announce(70000, 1)).find("too large"), std::string::npos);
   EXPECT_NE(message_of(announce(0, 5)), "no error");
 }
