@@ -85,7 +85,8 @@ TEST_F(Progress, QuietIsSilent) {
 TEST_F(Progress, VerboseSaysWhatIsBuiltAndWhy) {
   const std::string normal = render(render_words({})).err;
   const std::string verbose = render(render_words({"--verbose", "--report", path("r.json")})).err;
-  for (const auto& feature : read_json("r.json")["features"]) {
+  const nlohmann::json report = read_json("r.json");
+  for (const auto& feature : report["features"]) {
     EXPECT_NE(verbose.find(feature.get<std::string>()), std::string::npos) << verbose;
     EXPECT_EQ(normal.find(feature.get<std::string>()), std::string::npos) << normal;
   }

@@ -88,8 +88,10 @@ std::vector<std::string> options_of_render(const std::string& help) {
   std::vector<std::string> names;
   std::istringstream lines(help);
   for (std::string line; std::getline(lines, line);) {
-    // "  -o,--output FILE ...": names stand behind two spaces, help texts further in.
-    if (!line.starts_with("  -")) continue;
+    // "  -o,--output FILE ...": names stand behind two spaces, long ones alone behind ten in newer
+    // CLI11; help texts further in.
+    const size_t name = line.find_first_not_of(' ');
+    if (name > 10 || line[name] != '-') continue;
     const size_t at = line.find("--");
     names.push_back(line.substr(at, line.find_first_of(" ,", at) - at));
   }
