@@ -28,8 +28,7 @@ constexpr ExtensionInfo kExtensions[] = {
     {"KHR_texture_transform", kHonoured, ""},
 
     {"KHR_materials_variants", kApproximated, "default variant shown"},
-    {"KHR_materials_specular", kApproximated,
-     "its weight is honoured, its textures and tint are not"},
+    {"KHR_materials_specular", kApproximated, "a tinted reflection is taken as grey"},
     {"KHR_materials_pbrSpecularGlossiness", kApproximatedIfOptional,
      "converted to metallic-roughness, its specular texture is ignored"},
 

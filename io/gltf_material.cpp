@@ -127,6 +127,14 @@ void MaterialReader::read_dielectric(const json& object, const std::string& poin
   }
   if (const json* specular = find_extension(object, "KHR_materials_specular")) {
     material.specular = unit(specular->value("specularFactor", 1.0));
+    const std::string place = pointer + "/extensions/KHR_materials_specular";
+    material.specular_texture = texture(*specular, "specularTexture", place);
+    material.specular_color_texture = texture(*specular, "specularColorTexture", place);
+    const std::vector<double> color =
+        specular->value("specularColorFactor", std::vector<double>{1.0, 1.0, 1.0});
+    for (size_t c = 0; c < 3; ++c) {
+      material.specular_color[int(c)] = float(std::max(0.0, c < color.size() ? color[c] : 1.0));
+    }
   }
   const json* transmission = find_extension(object, "KHR_materials_transmission");
   if (!transmission) return;

@@ -22,9 +22,10 @@ std::vector<MaterialDescription> read_materials(const GltfDocument& document,
 // keep its glTF image number and its UV set would not be read.
 template <class Material>
 auto texture_slots(Material& material) {
-  return std::array{&material.base_color_texture, &material.metallic_roughness_texture,
-                    &material.normal_texture, &material.emission_texture,
-                    &material.transmission_texture};
+  return std::array{&material.base_color_texture,    &material.metallic_roughness_texture,
+                    &material.normal_texture,        &material.emission_texture,
+                    &material.transmission_texture,  &material.specular_texture,
+                    &material.specular_color_texture};
 }
 
 }  // namespace emberline

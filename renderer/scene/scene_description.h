@@ -60,8 +60,14 @@ struct MaterialDescription {
   TextureRef base_color_texture;  // rgb, and a as coverage
   float metallic = 1.0f;
   float roughness = 1.0f;
-  float ior = 1.5f;       // of the dielectric (KHR_materials_ior); >= 1, or 0: reflects everything
-  float specular = 1.0f;  // weight of the dielectric's reflection, [0, 1]; 0: bare Lambert
+  float ior = 1.5f;  // of the dielectric (KHR_materials_ior); >= 1, or 0: reflects everything
+  // KHR_materials_specular: weight of the dielectric's reflection, [0, 1], times the texture's
+  // alpha (0: bare Lambert); colour of its reflection at normal incidence, times the texture
+  // (sRGB).
+  float specular = 1.0f;
+  TextureRef specular_texture;
+  Rgb specular_color = Rgb(1.0f);
+  TextureRef specular_color_texture;
   TextureRef metallic_roughness_texture;  // g roughness, b metallic
   TextureRef normal_texture;              // tangent space, rgb in [0, 1] -> [-1, 1]
   float normal_scale = 1.0f;

@@ -69,6 +69,7 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
       roughness_(saturate(d.roughness)),
       ior_(usable_ior(d.ior)),
       specular_(saturate(d.specular)),
+      specular_color_(non_negative(d.specular_color)),
       normal_scale_(std::isfinite(d.normal_scale) ? d.normal_scale : 1.0f),
       emission_(non_negative(d.emission)),
       alpha_cutoff_(d.alpha_cutoff),
@@ -82,6 +83,10 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
   if (!unlit_) {
     metallic_roughness_texture_ =
         add(d.metallic_roughness_texture, false, "metallic-roughness texture");
+    if (specular_ > 0.0f) {
+      specular_texture_ = add(d.specular_texture, false, "specular texture");
+      specular_color_texture_ = add(d.specular_color_texture, true, "specular colour texture");
+    }
     // A scale of 0 flattens the map altogether.
     if (normal_scale_ != 0.0f) normal_texture_ = add(d.normal_texture, false, "normal texture");
     is_emissive_ = !is_black(emission_);
@@ -114,6 +119,14 @@ void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoi
   out.bsdf.metallic = metallic_;
   out.bsdf.ior = ior_;
   out.bsdf.specular = specular_;
+  if (specular_texture_ != nullptr) {
+    out.bsdf.specular *= specular_texture_->lookup(uv_of(*specular_texture_, a), u_texture).w;
+  }
+  Rgb tint = specular_color_;
+  if (specular_color_texture_ != nullptr) {
+    tint *= rgb(specular_color_texture_->lookup(uv_of(*specular_color_texture_, a), u_texture));
+  }
+  out.bsdf.specular_tint = luminance(tint);
   out.bsdf.roughness = roughness_;
   if (metallic_roughness_texture_ != nullptr) {
     const Vec4f texel =

@@ -88,6 +88,9 @@ class Material {
   float alpha_;
   float metallic_, roughness_;
   float ior_, specular_;
+  Rgb specular_color_;
+  const Texture* specular_texture_ = nullptr;
+  const Texture* specular_color_texture_ = nullptr;
   float normal_scale_;
   Rgb emission_;
   float alpha_cutoff_;

@@ -77,6 +77,24 @@ TEST(Furnace, Lambert) {
   }
 }
 
+// KHR_materials_specular's idiom for "no reflection": an index of 1000 would reflect all, a colour
+// of 0 takes it back, and only the grazing F90 is left. Black base: what comes back is that rest
+// alone.
+TEST(Furnace, SpecularColorScalesTheReflection) {
+  MaterialDescription m;
+  m.base_color = Rgb(0.0f);
+  m.metallic = 0.0f;
+  m.roughness = 0.0f;
+  m.ior = 1000.0f;
+  const RenderSettings s = furnace_settings();
+  for (const float color : {0.0f, 0.5f, 1.0f}) {
+    m.specular_color = Rgb(color);
+    const double f0 = color * square(999.0 / 1001.0), grazing = std::pow(1 - 0.6, 5.0);
+    expect_exact(albedo_of(m, 0.6, s), f0 + (1 - f0) * grazing, 1e-5, s,
+                 "specular colour " + std::to_string(color));
+  }
+}
+
 // Light sampling alone, BSDF sampling alone and both together estimate the same integral.
 TEST(Furnace, WithAndWithoutLightSampling) {
   MaterialDescription m;

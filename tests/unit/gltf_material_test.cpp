@@ -268,7 +268,8 @@ TEST_F(GltfMaterial, GlassIsReadWhole) {
       material({{"extensions",
                  {{"KHR_materials_transmission", {{"transmissionFactor", 0.9}}},
                   {"KHR_materials_ior", {{"ior", 1.33}}},
-                  {"KHR_materials_specular", {{"specularFactor", 0.25}}},
+                  {"KHR_materials_specular",
+                   {{"specularFactor", 0.25}, {"specularColorFactor", {0.5, 0.25, 0}}}},
                   {"KHR_materials_volume",
                    {{"thicknessFactor", 1},
                     {"attenuationColor", {0.5, 0.25, 1}},
@@ -276,6 +277,7 @@ TEST_F(GltfMaterial, GlassIsReadWhole) {
   EXPECT_FLOAT_EQ(m.transmission, 0.9f);
   EXPECT_FLOAT_EQ(m.ior, 1.33f);
   EXPECT_FLOAT_EQ(m.specular, 0.25f);
+  EXPECT_EQ(m.specular_color, Rgb(0.5f, 0.25f, 0.0f));
   EXPECT_FALSE(m.thin_walled);
   EXPECT_EQ(m.attenuation_color, Rgb(0.5f, 0.25f, 1.0f));
   EXPECT_FLOAT_EQ(m.attenuation_distance, 0.1f);
