@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 
 #include "io/atomic_file.h"
@@ -10,12 +11,15 @@
 namespace emberline {
 namespace {
 
-volatile std::sig_atomic_t g_signals = 0;
-volatile std::sig_atomic_t g_graceful = 0;
+// The handler runs on whichever thread the signal finds, while another asks: atomics, and lock-free
+// ones, which a handler may touch.
+std::atomic<int> g_signals{0};
+std::atomic<int> g_graceful{0};
+static_assert(std::atomic<int>::is_always_lock_free);
 
 void on_signal(int) {
-  g_signals = g_signals + 1;
-  if (g_graceful && g_signals == 1) return;
+  const int count = ++g_signals;
+  if (g_graceful != 0 && count == 1) return;
   remove_unfinished_files();
   _exit(kExitStopped);
 }
