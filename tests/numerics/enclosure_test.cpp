@@ -33,7 +33,7 @@ TEST(Enclosure, DepthSeries) {
     const double rho = 0.5;
     const double exact = (1 - std::pow(rho, depth + 1)) / (1 - rho);
     expect_exact(inside_sphere(1.0f, 0.5f, depth, s), exact, 1e-5, s,
-                 "closed sphere to depth " + std::to_string(depth));
+                 {"3", "closed sphere to depth " + std::to_string(depth)});
   }
 }
 
@@ -41,7 +41,7 @@ TEST(Enclosure, DepthSeries) {
 TEST(Enclosure, RouletteCarriesLongPaths) {
   RenderSettings s = enclosure_settings();
   s.width = s.height = 8;
-  expect_exact(inside_sphere(0.01f, 0.99f, 100000, s), 1.0, 1e-5, s, "rho .99");
+  expect_exact(inside_sphere(0.01f, 0.99f, 100000, s), 1.0, 1e-5, s, {"3", "rho .99"});
 }
 
 // Case 4: the same with a cap cut away, half-angle a: the cavity sees the black outside with form
@@ -67,7 +67,7 @@ TEST(Enclosure, SphereWithOpening) {
   EXPECT_NEAR(1 / (1 - rho * (1 - f)), 2.5, 1e-12);
   // The bottom of the sphere, through the opening's axis.
   expect_exact(render(*scene, perspective({0, 0, 0}, {0, -1, 0.001}, 60), s), 2.5, 3e-3, s,
-               "sphere with a 60 degree opening");
+               {"4", "sphere with a 60 degree opening"});
 }
 
 // Case 5: a point light at the centre of an integrating sphere, L = rho Phi / (4 pi^2 R^2 (1 -
@@ -84,7 +84,7 @@ TEST(Enclosure, IntegratingSphere) {
   const double exact = rho * 4 * kPiD * intensity / (4 * square(kPiD * radius)) / (1 - rho);
   // Faces of a sphere with 48 rings lie up to 1e-3 inside it: closer to the light.
   expect_exact(render(*scene, perspective({0.5, 0, 0}, {0, 0.3, -1}, 90), s), exact, 4e-3, s,
-               "integrating sphere");
+               {"5", "integrating sphere"});
 }
 
 }  // namespace

@@ -145,7 +145,7 @@ TEST(LightPaths, PointLightShinesThroughThinPanes) {
     const double r = square(0.5 / 2.5);
     const double exact = std::pow(0.8 * (1 - r), panes) / kPiD;
     expect_exact(render(*scene, orthographic({1, .5, 0}, {1, 0, 0}, 1e-3), s), exact, 1e-4, s,
-                 std::to_string(panes) + " panes");
+                 {"13", "thin walls, " + std::to_string(panes) + " panes"});
   }
 }
 
@@ -175,7 +175,8 @@ TEST(LightPaths, AbsorptionOnEveryLeg) {
     const double exact = lit * std::pow(0.5, 3.0) * std::pow(0.5, std::sqrt(d2));
     // 1e-3: the lamp's far corners are further than its middle.
     expect_exact(render(*scene, orthographic({.3, 5, .1}, {.3, 0, .1}, 1e-3), s), exact, 1e-3, s,
-                 light_sampling ? "light sampling" : "BSDF sampling");
+                 {"26", light_sampling ? "lamp in a medium, light sampling"
+                                       : "lamp in a medium, BSDF sampling"});
   }
 }
 
@@ -194,7 +195,7 @@ TEST(LightPaths, CameraInsideASolid) {
   const auto scene = b.build();
   const RenderSettings s = direct_settings();
   expect_exact(render(*scene, orthographic({.3, 1, .1}, {.3, 2, .1}, 1e-3), s), 0.25, 1e-5, s,
-               "two metres of glass above");
+               {"26", "camera inside, two metres of glass above"});
 }
 
 }  // namespace
