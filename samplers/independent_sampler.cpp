@@ -7,7 +7,7 @@
 namespace emberline {
 
 void IndependentSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample,
-                              int count, SlotBlock& out) const {
+                              int count, SlotBlock& out, int /*dimensions*/) const {
   assert(count >= 1 && first_sample % kSampleLanes + uint32_t(count) <= kSampleLanes);
   constexpr int kPairs = kSlotDimensions / 2;
   const uint64_t pixel_hash =

@@ -12,8 +12,8 @@ class IndependentSampler final : public Sampler {
  public:
   // All samples are independent, so any split into streams is honest; the setting changes nothing.
   explicit IndependentSampler(const SamplerSettings&) {}
-  void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count,
-            SlotBlock& out) const override;
+  void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
+            int dimensions) const override;
 };
 
 }  // namespace emberline

@@ -3,6 +3,7 @@
 // One per worker thread, reused; no allocation after construction.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 
@@ -13,7 +14,9 @@ namespace emberline {
 
 class PixelSamples {
  public:
-  explicit PixelSamples(const Sampler& sampler) : sampler_(sampler) {}
+  // `camera_dimensions`: how many of slot 0's the camera asks for.
+  explicit PixelSamples(const Sampler& sampler, int camera_dimensions = kSlotDimensions)
+      : sampler_(sampler), camera_dimensions_(camera_dimensions) {}
 
   // Starts a batch: samples [first_sample, first_sample + count), all within one aligned 16-block.
   void start_batch(const PixelKey& pixel, uint32_t first_sample, int count) {
@@ -25,25 +28,32 @@ class PixelSamples {
     pixel_hash_ = hash_combine(hash_combine(hash32(pixel.seed), pixel.x), pixel.y);
   }
 
-  // Chooses which sample of the batch the following calls speak of.
+  // Chooses which sample of the batch the following calls speak of, from its camera on.
   void start_sample(uint32_t sample) {
-    assert(sample >= first_sample_ && sample < first_sample_ + uint32_t(count_));
-    sample_ = sample;
-    lane_ = int(sample % kSampleLanes);
+    choose(sample);
     start_slot(0);
   }
 
-  // Moves on to a scattering event; slot 0 is the camera.
+  // Goes back to a sample that was started, to where it had come: samples may take turns.
+  void resume_sample(uint32_t sample) {
+    choose(sample);
+    current_ = &blocks_[std::min(slot_[lane_], kCachedSlots)];
+  }
+
+  // Moves the chosen sample on to a scattering event; slot 0 is the camera.
   void start_slot(uint32_t slot) {
-    slot_ = slot;
-    extra_ = 0;
+    slot_[lane_] = slot;
+    extra_[lane_] = 0;
     if (slot < kCachedSlots) {
       if (!(filled_ & (1u << slot))) {
-        sampler_.fill(pixel_, slot, first_sample_, count_, blocks_[slot]);
+        sampler_.fill(pixel_, slot, first_sample_, count_, blocks_[slot],
+                      slot == 0 ? camera_dimensions_ : kSlotDimensions);
         filled_ |= 1u << slot;
       }
       current_ = &blocks_[slot];
-    } else {  // long paths are rare: no batch is worth keeping for them
+    } else {
+      // Long paths are rare: no batch is worth keeping for them. A sample fills its own lane of
+      // the last block, so that others, which may be at other slots, keep theirs.
       sampler_.fill(pixel_, slot, sample_, 1, blocks_[kCachedSlots]);
       current_ = &blocks_[kCachedSlots];
     }
@@ -55,25 +65,29 @@ class PixelSamples {
   // stochastic coverage): hashed from (seed, pixel, sample, slot, how many were asked before).
   float extra() { return to_unit_float(extra_bits()); }
   uint32_t extra_bits() {
-    return hash_combine(hash_combine(hash_combine(pixel_hash_, sample_), slot_),
-                        0x51ed27u + extra_++);
+    return hash_combine(hash_combine(hash_combine(pixel_hash_, sample_), slot_[lane_]),
+                        0x51ed27u + extra_[lane_]++);
   }
 
-  uint32_t sample() const { return sample_; }
-  uint32_t slot() const { return slot_; }
-
  private:
+  void choose(uint32_t sample) {
+    assert(sample >= first_sample_ && sample < first_sample_ + uint32_t(count_));
+    sample_ = sample;
+    lane_ = int(sample % kSampleLanes);
+  }
+
   static constexpr uint32_t kCachedSlots = 8;
 
   const Sampler& sampler_;
+  int camera_dimensions_;
   PixelKey pixel_;
   uint32_t pixel_hash_ = 0;
   uint32_t first_sample_ = 0;
   int count_ = 0;
   uint32_t sample_ = 0;
   int lane_ = 0;
-  uint32_t slot_ = 0;
-  uint32_t extra_ = 0;
+  uint32_t slot_[kSampleLanes] = {};   // where each sample of the batch is
+  uint32_t extra_[kSampleLanes] = {};  // and how many extra numbers it has asked for there
   uint32_t filled_ = 0;
   const SlotBlock* current_ = nullptr;
   std::array<SlotBlock, kCachedSlots + 1> blocks_;

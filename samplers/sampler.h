@@ -65,10 +65,11 @@ enum class StreamCount : uint8_t { kOne = 1, kTwo = 2 };
 class Sampler {
  public:
   virtual ~Sampler() = default;
-  // Writes lanes [first_sample % 16, first_sample % 16 + count) of every dimension of `slot`;
-  // the lanes must not wrap: first_sample % 16 + count <= 16. Thread-safe.
+  // Writes lanes [first_sample % 16, first_sample % 16 + count) of at least the first `dimensions`
+  // dimensions of `slot`, whose values do not depend on how many are asked for. The lanes must not
+  // wrap: first_sample % 16 + count <= 16. Thread-safe.
   virtual void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count,
-                    SlotBlock& out) const = 0;
+                    SlotBlock& out, int dimensions = kSlotDimensions) const = 0;
 };
 
 struct SamplerSettings {

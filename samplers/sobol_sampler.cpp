@@ -9,7 +9,6 @@
 namespace emberline {
 namespace {
 
-constexpr int kPairs = kSlotDimensions / 2;
 constexpr uint32_t kBlockSize =
     8;  // indices permuted at random among themselves; see README.md for why 8
 constexpr uint32_t kNaturalOrder = 0x76543210u;
@@ -22,16 +21,19 @@ constexpr std::array<uint32_t, kCount> salts(uint32_t first) {
   return result;
 }
 constexpr std::array<uint32_t, kSlotDimensions> kScrambleSalt = salts<kSlotDimensions>(0);
-constexpr std::array<uint32_t, kPairs> kShuffleSalt = salts<kPairs>(0x100);
-constexpr std::array<uint32_t, kPairs> kOrderSalt = salts<kPairs>(0x200);
+constexpr std::array<uint32_t, kSlotDimensions / 2> kShuffleSalt =
+    salts<kSlotDimensions / 2>(0x100);
+constexpr std::array<uint32_t, kSlotDimensions / 2> kOrderSalt = salts<kSlotDimensions / 2>(0x200);
 
-// What the eight samples of one block of a stream have in common, for one or two blocks at once:
-// entries [b * kSlotDimensions + d] and [b * kPairs + p], so that the loops over them vectorise.
-template <int kBlocks>
+// What the eight samples of one block of a stream have in common, for one or two blocks and the
+// first pairs of dimensions: entries [b * kDimensions + d] and [b * kPairs + p], so that the loops
+// over them vectorise.
+template <int kBlocks, int kPairs>
 struct BlockPlan {
-  alignas(64) uint32_t scramble[kBlocks * kSlotDimensions];  // Owen scramble of each dimension
-  alignas(64) uint32_t base[kBlocks * kPairs];               // the shuffled block's first index
-  alignas(64) uint32_t order[kBlocks * kPairs];  // the order within it, as packed nibbles
+  static constexpr int kDimensions = 2 * kPairs;
+  alignas(64) uint32_t scramble[kBlocks * kDimensions];  // Owen scramble of each dimension
+  alignas(64) uint32_t base[kBlocks * kPairs];           // the shuffled block's first index
+  alignas(64) uint32_t order[kBlocks * kPairs];          // the order within it, as packed nibbles
 };
 
 struct Block {
@@ -39,18 +41,19 @@ struct Block {
   uint32_t index;  // within the stream
 };
 
-template <int kBlocks>
-BlockPlan<kBlocks> plan_blocks(const Block (&blocks)[kBlocks], uint32_t slot) {
-  BlockPlan<kBlocks> plan;
-  alignas(64) uint32_t scramble_key[kBlocks * kSlotDimensions];
+template <int kPairs, int kBlocks>
+BlockPlan<kBlocks, kPairs> plan_blocks(const Block (&blocks)[kBlocks], uint32_t slot) {
+  constexpr int kDimensions = 2 * kPairs;
+  BlockPlan<kBlocks, kPairs> plan;
+  alignas(64) uint32_t scramble_key[kBlocks * kDimensions];
   alignas(64) uint32_t shuffle_key[kBlocks * kPairs];
   alignas(64) uint32_t order_key[kBlocks * kPairs];
   alignas(64) uint32_t block_hash[kBlocks * kPairs];
   alignas(64) uint32_t first_index[kBlocks * kPairs];
   for (int b = 0; b < kBlocks; ++b) {
     const uint32_t slot_hash = hash_combine(blocks[b].stream_hash, slot);
-    for (int d = 0; d < kSlotDimensions; ++d) {
-      scramble_key[b * kSlotDimensions + d] = slot_hash ^ kScrambleSalt[d];
+    for (int d = 0; d < kDimensions; ++d) {
+      scramble_key[b * kDimensions + d] = slot_hash ^ kScrambleSalt[d];
     }
     for (int p = 0; p < kPairs; ++p) {
       shuffle_key[b * kPairs + p] = slot_hash ^ kShuffleSalt[p];
@@ -59,7 +62,7 @@ BlockPlan<kBlocks> plan_blocks(const Block (&blocks)[kBlocks], uint32_t slot) {
       first_index[b * kPairs + p] = blocks[b].index * kBlockSize;
     }
   }
-  for (int i = 0; i < kBlocks * kSlotDimensions; ++i) plan.scramble[i] = hash32(scramble_key[i]);
+  for (int i = 0; i < kBlocks * kDimensions; ++i) plan.scramble[i] = hash32(scramble_key[i]);
   for (int i = 0; i < kBlocks * kPairs; ++i) {
     plan.base[i] = owen_sobol::shuffle_index(first_index[i], hash32(shuffle_key[i])) &
                    ~uint32_t(kBlockSize - 1);
@@ -76,15 +79,15 @@ BlockPlan<kBlocks> plan_blocks(const Block (&blocks)[kBlocks], uint32_t slot) {
 }
 
 // All samples of whole blocks; the inner loop vectorises (8 lanes of 32 bits).
-template <int kBlocks>
-void fill_blocks(const BlockPlan<kBlocks>& plan, int first_lane, SlotBlock& out) {
+template <int kBlocks, int kPairs>
+void fill_blocks(const BlockPlan<kBlocks, kPairs>& plan, int first_lane, SlotBlock& out) {
   for (int b = 0; b < kBlocks; ++b) {
     for (int p = 0; p < kPairs; ++p) {
       const uint32_t base = plan.base[b * kPairs + p];
       const uint32_t pascal_base = owen_sobol::pascal(base);
       const uint32_t order = plan.order[b * kPairs + p];
-      const uint32_t seed_x = plan.scramble[b * kSlotDimensions + 2 * p];
-      const uint32_t seed_y = plan.scramble[b * kSlotDimensions + 2 * p + 1];
+      const uint32_t seed_x = plan.scramble[b * plan.kDimensions + 2 * p];
+      const uint32_t seed_y = plan.scramble[b * plan.kDimensions + 2 * p + 1];
       float* x = out.values[2 * p] + first_lane + b * kBlockSize;
       float* y = out.values[2 * p + 1] + first_lane + b * kBlockSize;
       for (uint32_t i = 0; i < kBlockSize; ++i) {
@@ -98,43 +101,37 @@ void fill_blocks(const BlockPlan<kBlocks>& plan, int first_lane, SlotBlock& out)
 }
 
 // One sample; here the loop over dimensions is the one that vectorises.
-void fill_one(const BlockPlan<1>& plan, uint32_t index_in_block, int lane, SlotBlock& out) {
-  alignas(32) uint32_t index[kSlotDimensions];
-  alignas(32) float values[kSlotDimensions];
+template <int kPairs>
+void fill_one(const BlockPlan<1, kPairs>& plan, uint32_t index_in_block, int lane, SlotBlock& out) {
+  constexpr int kDimensions = 2 * kPairs;
+  alignas(32) uint32_t index[kDimensions];
+  alignas(32) float values[kDimensions];
   for (int p = 0; p < kPairs; ++p) {
     const uint32_t i = plan.base[p] | ((plan.order[p] >> (4 * index_in_block)) & 7u);
     index[2 * p] = i;
     index[2 * p + 1] = owen_sobol::pascal(i);
   }
 #pragma GCC unroll 1  // peeled into scalars it would no longer vectorise
-  for (int d = 0; d < kSlotDimensions; ++d) {
+  for (int d = 0; d < kDimensions; ++d) {
     values[d] = owen_sobol::reversed_to_unit_float(owen_sobol::permute(index[d], plan.scramble[d]));
   }
-  for (int d = 0; d < kSlotDimensions; ++d) out.values[d][lane] = values[d];
+  for (int d = 0; d < kDimensions; ++d) out.values[d][lane] = values[d];
 }
 
-}  // namespace
-
-void SobolSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count,
-                        SlotBlock& out) const {
-  assert(count >= 1 && first_sample % kSampleLanes + uint32_t(count) <= kSampleLanes);
-  const uint32_t pixel_hash = hash_combine(hash_combine(hash32(pixel.seed), pixel.x), pixel.y);
-  // The `half`-th eight samples of the pixel; worked: with two streams, samples 40..47 are half 5,
-  // which is block 2 of stream 1.
-  const auto block_of = [&](uint32_t half) -> Block {
-    if (streams_ == StreamCount::kOne) return {hash_combine(pixel_hash, 0), half};
-    return {hash_combine(pixel_hash, half & 1u), half >> 1};
-  };
+// Fills the first kPairs pairs of a slot.
+template <int kPairs, class BlockOf>
+void fill_pairs(const BlockOf& block_of, uint32_t slot, uint32_t first_sample, int count,
+                SlotBlock& out) {
   const uint32_t first_half = first_sample / kBlockSize;
   if (count == kSampleLanes) {
     const Block blocks[] = {block_of(first_half), block_of(first_half + 1)};
-    fill_blocks(plan_blocks(blocks, slot), 0, out);
+    fill_blocks(plan_blocks<kPairs>(blocks, slot), 0, out);
     return;
   }
   const uint32_t last_sample = first_sample + uint32_t(count) - 1;
   for (uint32_t half = first_half; half <= last_sample / kBlockSize; ++half) {
     const Block blocks[] = {block_of(half)};
-    const BlockPlan<1> plan = plan_blocks(blocks, slot);
+    const BlockPlan<1, kPairs> plan = plan_blocks<kPairs>(blocks, slot);
     const int first_lane = int(half * kBlockSize % kSampleLanes);
     const uint32_t begin = half == first_half ? first_sample % kBlockSize : 0;
     const uint32_t end =
@@ -144,6 +141,26 @@ void SobolSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sam
     } else {
       for (uint32_t i = begin; i < end; ++i) fill_one(plan, i, first_lane + int(i), out);
     }
+  }
+}
+
+}  // namespace
+
+void SobolSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count,
+                        SlotBlock& out, int dimensions) const {
+  assert(count >= 1 && first_sample % kSampleLanes + uint32_t(count) <= kSampleLanes);
+  const uint32_t pixel_hash = hash_combine(hash_combine(hash32(pixel.seed), pixel.x), pixel.y);
+  // The `half`-th eight samples of the pixel; worked: with two streams, samples 40..47 are half 5,
+  // which is block 2 of stream 1.
+  const auto block_of = [&](uint32_t half) -> Block {
+    if (streams_ == StreamCount::kOne) return {hash_combine(pixel_hash, 0), half};
+    return {hash_combine(pixel_hash, half & 1u), half >> 1};
+  };
+  // A pinhole's camera asks for the pixel's pair alone.
+  if (dimensions <= 2) {
+    fill_pairs<1>(block_of, slot, first_sample, count, out);
+  } else {
+    fill_pairs<kSlotDimensions / 2>(block_of, slot, first_sample, count, out);
   }
 }
 

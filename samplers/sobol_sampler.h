@@ -19,8 +19,8 @@ namespace emberline {
 class SobolSampler final : public Sampler {
  public:
   explicit SobolSampler(const SamplerSettings& settings) : streams_(settings.streams) {}
-  void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count,
-            SlotBlock& out) const override;
+  void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
+            int dimensions) const override;
 
  private:
   StreamCount streams_;

@@ -10,6 +10,9 @@
 namespace emberline {
 namespace {
 
+// What trace_batch asks slot 0 for: kPixelX and kPixelY.
+constexpr int kCameraDimensions = 2;
+
 // Samples between two reports of progress: about a millisecond of work.
 constexpr uint64_t kReportedSamples = 2048;
 
@@ -38,21 +41,22 @@ int half_of(uint32_t sample, StreamCount streams) {
 }  // namespace
 
 RenderWorker::RenderWorker(const Frame& frame)
-    : frame_(frame), samples_(frame.sampler), saved_mode_(flush_denormals()) {}
+    : frame_(frame), samples_(frame.sampler, kCameraDimensions), saved_mode_(flush_denormals()) {}
 
 RenderWorker::~RenderWorker() { restore_mode(saved_mode_); }
 
 void RenderWorker::trace_batch(int x, int y, uint32_t first_sample, int count) {
   samples_.start_batch({uint32_t(x), uint32_t(y), frame_.seed}, first_sample, count);
+  Vec2f film[kSampleLanes];
   for (int i = 0; i < count; ++i) {
     samples_.start_sample(first_sample + uint32_t(i));
     const FilterSample offset = frame_.filter.sample(
         {samples_.get(camera_dim::kPixelX), samples_.get(camera_dim::kPixelY)});
     weights_[i] = offset.weight;
-    rays_[i] =
-        frame_.camera.ray({float(x) + 0.5f + offset.offset.x, float(y) + 0.5f + offset.offset.y});
+    film[i] = {float(x) + 0.5f + offset.offset.x, float(y) + 0.5f + offset.offset.y};
     values_[i] = SampleValue{};
   }
+  frame_.camera.rays({film, size_t(count)}, rays_);
   const bool surface = frame_.aovs.contains(Aov::kAlbedo) || frame_.aovs.contains(Aov::kNormal) ||
                        frame_.aovs.contains(Aov::kDepth);
   const SampleBatch batch{frame_.scene, frame_.camera, {rays_, size_t(count)},
