@@ -47,7 +47,8 @@ class Integrator {
  public:
   virtual ~Integrator() = default;
   // One virtual call per batch, none per ray. `samples` has been started on the batch. Thread-safe;
-  // values[i] depends on ray i and its sample's numbers alone (law 1).
+  // values[i] arrive empty (no radiance, alpha 0) and depend on ray i and its sample's numbers
+  // alone (law 1).
   virtual void estimate(const SampleBatch& batch, PixelSamples& samples,
                         std::span<SampleValue> values, RayCounters& counters) const = 0;
 };

@@ -6,7 +6,6 @@
 #pragma once
 
 #include "integrators/integrator.h"
-#include "integrators/surface_shading.h"
 
 namespace emberline {
 
@@ -17,13 +16,6 @@ class PathIntegrator final : public Integrator {
                 RayCounters& counters) const override;
 
  private:
-  SampleValue trace(const SampleBatch& batch, Ray ray, PixelSamples& samples,
-                    RayCounters& counters) const;
-  // Light sampling at a vertex, weighted against the BSDF sample that follows.
-  static Rgb direct_light(const Scene& scene, const ShadedPoint& point, const SurfaceBsdf& bsdf,
-                          const LightQuery& query, const Material* solid, PixelSamples& samples,
-                          RayCounters& counters);
-
   IntegratorSettings settings_;
 };
 

@@ -24,12 +24,17 @@ struct ShadedPoint {
   }
 };
 
+// Shading in two steps, the mesh and the material, so that whoever shades many points can let the
+// memory of one wait for that of the others.
+inline void find_surface(const Scene& scene, const Ray& ray, const SurfaceHit& hit,
+                         ShadedPoint* p) {
+  p->surface = scene.interaction(hit);
+  p->wo = -ray.direction;
+}
+
 // `u_texture` drives the one-texel texture lookups of this point.
-inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& hit,
-                         float u_texture) {
-  ShadedPoint p;
-  p.surface = scene.interaction(hit);
-  p.wo = -ray.direction;
+inline void find_material(float u_texture, ShadedPoint* point) {
+  ShadedPoint& p = *point;
   p.surface.material->evaluate(p.surface.attributes, u_texture, p.material);
   Vec3f normal = p.surface.shading_normal;
   if (p.material.has_normal_map) {
@@ -38,6 +43,13 @@ inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& h
   }
   p.frame = make_surface_frame(p.surface.geometric_normal, p.surface.shading_normal, normal, p.wo);
   p.material.bsdf.inside = p.frame.back_facing;
+}
+
+inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& hit,
+                         float u_texture) {
+  ShadedPoint p;
+  find_surface(scene, ray, hit, &p);
+  find_material(u_texture, &p);
   return p;
 }
 

@@ -7,6 +7,9 @@
 
 namespace emberline {
 
+// Rays that are made, or looked up in the environment, together: the samples of one block.
+inline constexpr int kRayBatch = 16;
+
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Points origin + t * direction for t in [0, t_max], in the scene's internal space (rebased, see

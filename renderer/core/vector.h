@@ -40,6 +40,10 @@ inline bool is_finite(const Vec3f& v) {
 // Unit vector along v; `fallback` when v is too short to have a direction (its squared length
 // underflows float) or is not finite.
 inline Vec3f normalize_or(const Vec3f& v, const Vec3f& fallback) {
+  const float short_length2 = v.x * v.x + v.y * v.y + v.z * v.z;
+  if (short_length2 > 1e-20f && short_length2 < 1e20f) {  // far from float's limits: the usual case
+    return v * (1.0f / std::sqrt(short_length2));
+  }
   const double length2 = double(v.x) * v.x + double(v.y) * v.y + double(v.z) * v.z;
   if (!(length2 > 1e-60) || !std::isfinite(length2)) return fallback;
   const double scale = 1.0 / std::sqrt(length2);

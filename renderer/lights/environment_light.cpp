@@ -1,12 +1,18 @@
 #include "renderer/lights/environment_light.h"
 
 #include <Imath/half.h>
+#ifdef __F16C__
+#include <immintrin.h>
+#endif
 
 #include <cassert>
 #include <cstring>
 
+#include "renderer/core/branch_free.h"
+#include "renderer/core/color4.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/parallel.h"
+#include "renderer/core/ray.h"
 #include "renderer/core/warps.h"
 #include "renderer/lights/fast_angle.h"
 #include "renderer/lights/fixed_cdf.h"
@@ -19,13 +25,25 @@ namespace {
 // that a float direction can tell from the pole.
 constexpr float kLeastSine = 1e-7f;
 
-template <class Texel>
-Rgb load(const Texel* texel) {
-  return {float(texel[0]), float(texel[1]), float(texel[2])};
+// Angles are computed in whole groups of so many lanes, used or not: a loop of fixed length
+// vectorises, and has no remainder that rounds otherwise.
+constexpr size_t kGroup = 8;
+static_assert(kRayBatch % kGroup == 0);
+
+Color4 load(const float* texel) { return Color4{texel[0], texel[1], texel[2], 0.0f}; }
+
+Color4 load(const half* texel) {
+#ifdef __F16C__
+  uint64_t bits = 0;
+  std::memcpy(&bits, texel, 3 * sizeof(half));
+  return Color4(_mm_cvtph_ps(_mm_cvtsi64_si128(int64_t(bits))));
+#else
+  return Color4{float(texel[0]), float(texel[1]), float(texel[2]), 0.0f};
+#endif
 }
 
 template <class Texel>
-Rgb load(const void* texels, size_t index) {
+Color4 load(const void* texels, size_t index) {
   return load(static_cast<const Texel*>(texels) + 3 * index);
 }
 
@@ -91,7 +109,7 @@ void EnvironmentLight::build_tables(float mis_compensation) {
 
   const auto texel_luminance = [this, width](size_t row, size_t column) {
     const size_t index = row * width + column;
-    return double(luminance(half_ ? load<half>(texels_, index) : load<float>(texels_, index)));
+    return luminance(to_rgb(half_ ? load<half>(texels_, index) : load<float>(texels_, index)));
   };
   const auto for_rows = [height](const auto& body) {
     parallel_ranges(height, 16, [&](size_t begin, size_t end) {
@@ -104,7 +122,7 @@ void EnvironmentLight::build_tables(float mis_compensation) {
   std::vector<double> row_sum(height);
   for_rows([&](size_t row) {
     double sum = 0;
-    for (size_t column = 0; column < width; ++column) sum += texel_luminance(row, column);
+    for (size_t column = 0; column < width; ++column) sum += double(texel_luminance(row, column));
     row_sum[row] = sum;
   });
   double sum = 0, solid = 0;
@@ -123,14 +141,16 @@ void EnvironmentLight::build_tables(float mis_compensation) {
   column_guides_.resize(height * column_guide_words_);
   row_sums_.resize(height + 1);
   row_guide_.resize(guide_words(height));
+  // Weights are brought near 1 by a power of two, so that no density leaves the floats.
+  weight_scale_ = std::ldexp(1.0f, std::clamp(-std::ilogb(mean), -126, 126));
   double total = 0;
   for (double factor : {double(mis_compensation), 0.0}) {
-    const double threshold = factor * mean;
+    threshold_ = float(factor * mean * double(weight_scale_));
     for_rows([&](size_t row) {
       std::vector<double> weights(width);
       double row_total = 0;
       for (size_t column = 0; column < width; ++column) {
-        weights[column] = std::max(0.0, texel_luminance(row, column) - threshold);
+        weights[column] = double(weight(texel_luminance(row, column)));
         row_total += weights[column];
       }
       row_sum[row] = row_total * row_weight(int(row), height_);
@@ -141,31 +161,23 @@ void EnvironmentLight::build_tables(float mis_compensation) {
     for (double row_total : row_sum) total += row_total;
     // Nothing is brighter than the mean (a constant map): sample it as it is. Below a millionth
     // it is rounding of the mean that stands out, not light.
-    if (total > 1e-6 * sum) break;
+    if (total > 1e-6 * sum * double(weight_scale_)) break;
   }
   build_fixed_cdf(row_sum, row_sums_.data(), row_guide_.data());
 
   // In texel coordinates the density is (row probability) x (column probability), interpolated;
   // ds dt = width height / (2 pi^2 sin theta) d omega.
   row_density_.resize(height);
-  const double steps = double(kCdfTotal);
-  const double scale = double(width) * double(height) / (2.0 * kPiD * kPiD) / (steps * steps);
+  const double scale = double(width) * double(height) / (2.0 * kPiD * kPiD) / total;
   for (size_t row = 0; row < height; ++row)
-    row_density_[row] = float(double(row_sums_[row + 1] - row_sums_[row]) * scale);
+    row_density_[row] = float(row_weight(int(row), height_) * scale);
 }
 
-EnvironmentLight::Place EnvironmentLight::place(const Vec3f& d) const {
-  const float sin_theta = std::sqrt(d.x * d.x + d.z * d.z);
-  // acos(y) would lose the rows near the poles: its error there is the root of a float's.
-  const float theta = fast_atan2(sin_theta, d.y);
-  const float phi = fast_atan2(d.z, d.x);
-  const float column = at_least(phi * column_scale_ + column_offset_, -float(width_));
-  const float row = at_least(theta * row_scale_ - 0.5f, -1.0f);
+EnvironmentLight::Place EnvironmentLight::place(float column, float row) const {
   const float column_floor = std::floor(column), row_floor = std::floor(row);
   Place p;
   p.to_column1 = column - column_floor;
   p.to_row1 = row - row_floor;
-  p.sin_theta = sin_theta;
   int c = int(column_floor);
   c += c < 0 ? width_ : 0;
   c -= c >= width_ ? width_ : 0;
@@ -179,80 +191,182 @@ EnvironmentLight::Place EnvironmentLight::place(const Vec3f& d) const {
 
 namespace {
 
-template <class Texel>
-Rgb bilinear(const void* texels, int width, int column0, int column1, int row0, int row1, float s,
-             float t) {
-  const Texel* const upper = static_cast<const Texel*>(texels) + 3 * size_t(row0) * size_t(width);
-  const Texel* const lower = static_cast<const Texel*>(texels) + 3 * size_t(row1) * size_t(width);
-  // Products, not differences: a weight of -1e-8 beside a sun would be negative light.
-  return load(upper + 3 * column0) * ((1.0f - s) * (1.0f - t)) +
-         load(upper + 3 * column1) * (s * (1.0f - t)) +
-         load(lower + 3 * column0) * ((1.0f - s) * t) + load(lower + 3 * column1) * (s * t);
+// Continuous texel coordinates of directions, and the sines of their angles to the pole.
+struct TexelCoordinates {
+  alignas(64) float column[kRayBatch], row[kRayBatch], sin_theta[kRayBatch];
+};
+
+inline void find_texels(std::span<const Vec3f> directions, float column_scale, float column_offset,
+                        float row_scale, float width, TexelCoordinates* out) {
+  assert(directions.size() <= size_t(kRayBatch));
+  alignas(64) float x[kRayBatch] = {}, y[kRayBatch] = {}, z[kRayBatch] = {};
+  for (size_t i = 0; i < directions.size(); ++i) {
+    x[i] = directions[i].x;
+    y[i] = directions[i].y;
+    z[i] = directions[i].z;
+  }
+  for (size_t first = 0; first < directions.size(); first += kGroup) {
+    for (size_t i = first; i < first + kGroup; ++i) {
+      const float sine = std::sqrt(x[i] * x[i] + z[i] * z[i]);
+      // acos(y) would lose the rows near the poles: its error there is the root of a float's.
+      const float theta = fast_atan2(sine, y[i]);
+      const float phi = fast_atan2(z[i], x[i]);
+      out->column[i] = at_least(phi * column_scale + column_offset, -width);
+      out->row[i] = at_least(theta * row_scale - 0.5f, -1.0f);
+      out->sin_theta[i] = sine;
+    }
+  }
 }
 
 }  // namespace
 
-Rgb EnvironmentLight::radiance_at(const Place& p) const {
-  const Rgb value = half_ ? bilinear<half>(texels_, width_, p.column0, p.column1, p.row0, p.row1,
-                                           p.to_column1, p.to_row1)
-                          : bilinear<float>(texels_, width_, p.column0, p.column1, p.row0, p.row1,
-                                            p.to_column1, p.to_row1);
-  return value * strength_;
+struct EnvironmentLight::Corners {
+  Color4 upper0, upper1, lower0, lower1;
+
+  Color4 interpolate(float s, float t) const {
+    // Products, not differences: a weight of -1e-8 beside a sun would be negative light.
+    return upper0 * ((1.0f - s) * (1.0f - t)) + upper1 * (s * (1.0f - t)) +
+           lower0 * ((1.0f - s) * t) + lower1 * (s * t);
+  }
+};
+
+EnvironmentLight::Corners EnvironmentLight::corners(const Place& p) const {
+  const size_t upper = size_t(p.row0) * size_t(width_), lower = size_t(p.row1) * size_t(width_);
+  const auto fetch = [&]<class Texel>(const Texel*) -> Corners {
+    return {load<Texel>(texels_, upper + size_t(p.column0)),
+            load<Texel>(texels_, upper + size_t(p.column1)),
+            load<Texel>(texels_, lower + size_t(p.column0)),
+            load<Texel>(texels_, lower + size_t(p.column1))};
+  };
+  return half_ ? fetch(static_cast<const half*>(nullptr))
+               : fetch(static_cast<const float*>(nullptr));
 }
 
-float EnvironmentLight::pdf_at(const Place& p) const {
-  const size_t stride = size_t(width_) + 1;
-  const uint32_t* const upper = &column_sums_[size_t(p.row0) * stride];
-  const uint32_t* const lower = &column_sums_[size_t(p.row1) * stride];
-  const auto steps = [&p](const uint32_t* sums) {
-    return lerp(float(sums[p.column0 + 1] - sums[p.column0]),
-                float(sums[p.column1 + 1] - sums[p.column1]), p.to_column1);
-  };
-  const float density = lerp(row_density_[size_t(p.row0)] * steps(upper),
-                             row_density_[size_t(p.row1)] * steps(lower), p.to_row1);
-  return density / std::max(p.sin_theta, kLeastSine);
+inline void EnvironmentLight::prefetch(const Place& p) const {
+  const size_t texel = 3 * (half_ ? sizeof(half) : sizeof(float));
+  const auto* const texels = static_cast<const char*>(texels_);
+  for (const int row : {p.row0, p.row1}) {
+    __builtin_prefetch(texels + texel * (size_t(row) * size_t(width_) + size_t(p.column0)));
+  }
+}
+
+Rgb EnvironmentLight::radiance_at(const Place& p) const {
+  return to_rgb(corners(p).interpolate(p.to_column1, p.to_row1) * strength_);
+}
+
+Rgb EnvironmentLight::radiance_and_pdf_at(const Place& p, float sin_theta, float* pdf) const {
+  const Corners c = corners(p);
+  const auto weight_of = [this](Color4 texel) { return weight(luminance(to_rgb(texel))); };
+  const float upper = lerp(weight_of(c.upper0), weight_of(c.upper1), p.to_column1);
+  const float lower = lerp(weight_of(c.lower0), weight_of(c.lower1), p.to_column1);
+  const float density =
+      lerp(row_density_[size_t(p.row0)] * upper, row_density_[size_t(p.row1)] * lower, p.to_row1);
+  *pdf = std::max(density, 0.0f) / std::max(sin_theta, kLeastSine);
+  return to_rgb(c.interpolate(p.to_column1, p.to_row1) * strength_);
+}
+
+void EnvironmentLight::radiance(std::span<const Vec3f> directions, Rgb* out) const {
+  if (!image_) {
+    std::fill_n(out, directions.size(), constant_);
+    return;
+  }
+  TexelCoordinates at;
+  find_texels(directions, column_scale_, column_offset_, row_scale_, float(width_), &at);
+  for (size_t i = 0; i < directions.size(); ++i) {
+    out[i] = radiance_at(place(at.column[i], at.row[i]));
+  }
 }
 
 Rgb EnvironmentLight::radiance(const Vec3f& direction) const {
-  return image_ ? radiance_at(place(direction)) : constant_;
+  Rgb result;
+  radiance({&direction, 1}, &result);
+  return result;
 }
 
-float EnvironmentLight::pdf(const Vec3f& direction) const {
-  if (black()) return 0.0f;
-  return image_ ? pdf_at(place(direction)) : square_to_sphere_pdf(direction);
+void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Rgb* radiance,
+                                        float* pdf) const {
+  if (!image_ || black()) {
+    for (size_t i = 0; i < directions.size(); ++i) {
+      radiance[i] = constant_;
+      pdf[i] = black() ? 0.0f : square_to_sphere_pdf(directions[i]);
+    }
+    return;
+  }
+  TexelCoordinates at;
+  find_texels(directions, column_scale_, column_offset_, row_scale_, float(width_), &at);
+  for (size_t i = 0; i < directions.size(); ++i) {
+    radiance[i] = radiance_and_pdf_at(place(at.column[i], at.row[i]), at.sin_theta[i], &pdf[i]);
+  }
 }
 
 Rgb EnvironmentLight::radiance_and_pdf(const Vec3f& direction, float* pdf) const {
-  if (!image_ || black()) {
-    *pdf = black() ? 0.0f : square_to_sphere_pdf(direction);
-    return constant_;
+  Rgb result;
+  radiance_and_pdf({&direction, 1}, &result, pdf);
+  return result;
+}
+
+float EnvironmentLight::pdf(const Vec3f& direction) const {
+  float result;
+  radiance_and_pdf(direction, &result);
+  return result;
+}
+
+void EnvironmentLight::sample(std::span<const Vec2f> u, EnvironmentSample* out) const {
+  const size_t count = u.size();
+  assert(count <= size_t(kRayBatch));
+  if (black() || !image_) {
+    for (size_t i = 0; i < count; ++i) {
+      const Vec3f w = square_to_sphere(u[i]);
+      out[i] =
+          black() ? EnvironmentSample{} : EnvironmentSample{w, constant_, square_to_sphere_pdf(w)};
+    }
+    return;
   }
-  const Place p = place(direction);
-  *pdf = pdf_at(p);
-  return radiance_at(p);
+  CdfChoice rows[kRayBatch];
+  const auto sums_of = [&](size_t i) {
+    return &column_sums_[rows[i].index * (size_t(width_) + 1)];
+  };
+  const auto guide_of = [&](size_t i) {
+    return &column_guides_[rows[i].index * column_guide_words_];
+  };
+  for (size_t i = 0; i < count; ++i) {
+    rows[i] = choose_entry(row_sums_.data(), row_guide_.data(), row_bits_, u[i].y);
+    prefetch_guide(guide_of(i), column_bits_, u[i].x);
+  }
+  for (size_t i = 0; i < count; ++i) prefetch_sums(sums_of(i), guide_of(i), column_bits_, u[i].x);
+
+  // Radiance and density are those of (s, t) itself: next to a sun they change by more within the
+  // rounding of a direction than a density may be off.
+  Place places[kRayBatch];
+  alignas(64) float turns_theta[kRayBatch] = {}, turns_phi[kRayBatch] = {};
+  for (size_t i = 0; i < count; ++i) {
+    const CdfChoice column = choose_entry(sums_of(i), guide_of(i), column_bits_, u[i].x);
+    const int row = int(rows[i].index);
+    const float s = float(int(column.index)) + sample_tent(column.remainder);
+    const float t = float(row) + sample_row_shape(row, height_, rows[i].remainder);
+    places[i] = place(s, t);
+    prefetch(places[i]);
+    const float turns = (s - column_offset_) / float(width_);
+    turns_theta[i] = 0.5f * (t + 0.5f) / float(height_);
+    turns_phi[i] = turns - std::floor(turns);
+  }
+  alignas(64) float sin_theta[kRayBatch], cos_theta[kRayBatch];
+  alignas(64) float sin_phi[kRayBatch], cos_phi[kRayBatch];
+  for (size_t first = 0; first < count; first += kGroup) {
+    for (size_t i = first; i < first + kGroup; ++i) {
+      sincos_turns(turns_theta[i], &sin_theta[i], &cos_theta[i]);
+      sincos_turns(turns_phi[i], &sin_phi[i], &cos_phi[i]);
+    }
+  }
+  for (size_t i = 0; i < count; ++i) {
+    out[i].direction = Vec3f(sin_theta[i] * cos_phi[i], cos_theta[i], sin_theta[i] * sin_phi[i]);
+    out[i].radiance = radiance_and_pdf_at(places[i], std::abs(sin_theta[i]), &out[i].pdf);
+  }
 }
 
 EnvironmentSample EnvironmentLight::sample(const Vec2f& u) const {
-  if (black()) return {};
-  if (!image_) {
-    const Vec3f w = square_to_sphere(u);
-    return {w, constant_, square_to_sphere_pdf(w)};
-  }
-  const CdfChoice row = choose_entry(row_sums_.data(), row_guide_.data(), row_bits_, u.y);
-  const CdfChoice column =
-      choose_entry(&column_sums_[row.index * (size_t(width_) + 1)],
-                   &column_guides_[row.index * column_guide_words_], column_bits_, u.x);
-  const float s = float(column.index) + sample_tent(column.remainder);
-  const float t = float(row.index) + sample_row_shape(int(row.index), height_, row.remainder);
-  const float theta = (t + 0.5f) / row_scale_;
-  const float phi = (s - column_offset_) / column_scale_;
-  const float sin_theta = std::sin(theta);
-  const Vec3f w(sin_theta * std::cos(phi), std::cos(theta), sin_theta * std::sin(phi));
-  // Looked up again from the rounded direction, so that radiance and density are those that a ray
-  // along it would find, to the bit.
   EnvironmentSample result;
-  result.direction = w;
-  result.radiance = radiance_and_pdf(w, &result.pdf);
+  sample({&u, 1}, &result);
   return result;
 }
 

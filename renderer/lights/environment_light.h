@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "renderer/core/vector.h"
@@ -49,9 +50,14 @@ class EnvironmentLight {
   ~EnvironmentLight();
 
   Rgb radiance(const Vec3f& direction) const;
+  // Up to kRayBatch directions at once, so that the angles vectorise.
+  void radiance(std::span<const Vec3f> directions, Rgb* out) const;
   EnvironmentSample sample(const Vec2f& u) const;
+  // Up to kRayBatch at once: the tables are large, and their cache misses overlap.
+  void sample(std::span<const Vec2f> u, EnvironmentSample* out) const;
   float pdf(const Vec3f& direction) const;
-  // Both for little more than the price of one: what a ray that leaves the scene needs.
+  // Both for little more than the price of one: what rays that leave the scene need.
+  void radiance_and_pdf(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
   Rgb radiance_and_pdf(const Vec3f& direction, float* pdf) const;
 
   bool black() const { return mean_luminance_ == 0.0; }            // no radiance anywhere
@@ -64,11 +70,19 @@ class EnvironmentLight {
   struct Place {
     int column0, column1, row0, row1;
     float to_column1, to_row1;
-    float sin_theta;
   };
-  Place place(const Vec3f& direction) const;
+  // Texel coordinates: (0, 0) is the centre of the first texel; column in [-width, 2 width).
+  Place place(float column, float row) const;
+  struct Corners;
+  Corners corners(const Place& p) const;
+  void prefetch(const Place& p) const;
   Rgb radiance_at(const Place& p) const;
-  float pdf_at(const Place& p) const;
+  // Radiance and density of one place, from the same texels.
+  Rgb radiance_and_pdf_at(const Place& p, float sin_theta, float* pdf) const;
+  // Of a texel's luminance, before strength.
+  float weight(float luminance) const {
+    return std::max(0.0f, luminance * weight_scale_ - threshold_);
+  }
   void build_tables(float mis_compensation);
 
   Rgb constant_ = Rgb(0.0f);  // radiance, if there is no image
@@ -81,10 +95,12 @@ class EnvironmentLight {
   double mean_luminance_ = 0.0;
 
   // Column sums of all rows, width + 1 words each, and their guide tables; then the rows' own.
-  // See fixed_cdf.h. A row's probability is stored as the density that one step of its column
-  // sums is worth: pdf = interpolated (density x step) / sin theta.
+  // See fixed_cdf.h. A density is looked up not in them but where the radiance is, in the texels
+  // that its weights come from: pdf = interpolated (row density x weight) / sin theta. That is what
+  // the sums say, to their step of 2^-32.
   std::vector<uint32_t> column_sums_, column_guides_, row_sums_, row_guide_;
   std::vector<float> row_density_;
+  float weight_scale_ = 1.0f, threshold_ = 0.0f;
   int column_bits_ = 0, row_bits_ = 0;
   size_t column_guide_words_ = 0;
 };

@@ -37,19 +37,34 @@ inline size_t guide_words(size_t count) { return (size_t(1) << guide_bits(count)
 // and not negative. All 0: every sum is 0, and choose_entry must not be called.
 void build_fixed_cdf(std::span<const double> weights, uint32_t* sums, uint32_t* guide);
 
+inline uint32_t guide_cell(int bits, float u) {
+  return uint32_t(uint64_t(uint32_t(double(u) * double(kCdfTotal))) >> (32 - bits));
+}
+
+// For those who choose from many large distributions at once: asks for the memory that
+// choose_entry will wait for, first the guide's, and when that is there the sums'.
+inline void prefetch_guide(const uint32_t* guide, int bits, float u) {
+  __builtin_prefetch(guide + guide_cell(bits, u));
+}
+inline void prefetch_sums(const uint32_t* sums, const uint32_t* guide, int bits, float u) {
+  const uint32_t cell = guide_cell(bits, u);
+  const uint32_t low = guide[cell], high = guide[cell + 1];
+  __builtin_prefetch(sums + low);
+  __builtin_prefetch(sums + low + (high - low + 1) / 2);
+}
+
 // u in [0, 1). The entry whose share of [0, 1) holds u, which is never an empty one.
 inline CdfChoice choose_entry(const uint32_t* sums, const uint32_t* guide, int bits, float u) {
   const double x = double(u) * double(kCdfTotal);
   const uint32_t whole = uint32_t(x);
-  const uint32_t cell = uint32_t(uint64_t(whole) >> (32 - bits));
-  uint32_t low = guide[cell], high = guide[cell + 1];
-  while (low < high) {  // the last entry that begins at or before x
-    const uint32_t middle = (low + high + 1) / 2;
-    if (sums[middle] <= whole) {
-      low = middle;
-    } else {
-      high = middle - 1;
-    }
+  const uint32_t cell = guide_cell(bits, u);
+  // The last entry that begins at or before x, by halves whose side is computed, not branched to:
+  // a random number's way cannot be predicted.
+  uint32_t low = guide[cell];
+  for (uint32_t left = guide[cell + 1] - low + 1; left > 1;) {
+    const uint32_t half = left / 2;
+    low += half & (0u - uint32_t(sums[low + half] <= whole));
+    left -= half;
   }
   const uint32_t begin = sums[low];
   const double share = double(sums[low + 1] - begin);

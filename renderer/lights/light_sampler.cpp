@@ -162,21 +162,10 @@ LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& quer
   return choice;
 }
 
-LightSample LightSampler::sample_infinite(const LightQuery& query, const InfiniteChoice& choice,
-                                          double u_pick, const Vec2f& u) const {
+LightSample LightSampler::sample_directional(const LightQuery& query, const InfiniteChoice& choice,
+                                             double u_weight) const {
   LightSample result;
-  double rest = u_pick * double(choice.total);
-  if (environment_ && rest < double(choice.environment)) {
-    const EnvironmentSample s = environment_->sample(u);
-    if (!(s.pdf > 0.0f)) return {};
-    result.kind = LightKind::kEnvironment;
-    result.direction = s.direction;
-    result.distance = kInfinity;
-    result.radiance = s.radiance;
-    result.pdf = choice.probability * (choice.environment / choice.total) * s.pdf;
-    return result;
-  }
-  rest -= double(choice.environment);
+  double rest = u_weight;
   uint32_t picked = kNoEmitter;
   float picked_weight = 0.0f;
   for (uint32_t index : directional_) {
@@ -252,17 +241,59 @@ LightSample LightSampler::sample_emitter(const LightQuery& query, uint32_t emitt
   return result;
 }
 
+void LightSampler::sample(std::span<const LightRequest> requests, LightSample* const* out) const {
+  assert(requests.size() <= size_t(kRayBatch));
+  // Those that pick the environment are answered together.
+  Vec2f environment_u[kRayBatch];
+  LightSample* environment_out[kRayBatch];
+  size_t environment_count = 0;
+  for (size_t i = 0; i < requests.size(); ++i) {
+    const LightQuery& query = requests[i].query;
+    const InfiniteChoice infinite = weigh_infinite(query);
+    double pick = refine(requests[i].u_pick, requests[i].u);
+    const double split = double(infinite.probability);
+    if (pick < split) {
+      const double weight = pick / split * double(infinite.total);
+      if (environment_ && weight < double(infinite.environment)) {
+        environment_u[environment_count] = requests[i].u;
+        environment_out[environment_count++] = out[i];
+        out[i]->pdf = infinite.probability * (infinite.environment / infinite.total);
+      } else {
+        *out[i] = sample_directional(query, infinite, weight - double(infinite.environment));
+      }
+      continue;
+    }
+    *out[i] = LightSample{};
+    if (emitters_.empty()) continue;
+    pick = std::min((pick - split) / (1.0 - split), 1.0 - 0x1p-53);
+    const FinitePick finite = pick_finite(query, pick);
+    const float probability = (1.0f - infinite.probability) * finite.probability;
+    if (!(probability > 0.0f)) continue;
+    *out[i] = sample_emitter(query, finite.emitter, probability, requests[i].u);
+  }
+  if (environment_count == 0) return;
+  EnvironmentSample samples[kRayBatch];
+  environment_->sample({environment_u, environment_count}, samples);
+  for (size_t e = 0; e < environment_count; ++e) {
+    const EnvironmentSample& s = samples[e];
+    LightSample& result = *environment_out[e];
+    const float picked = result.pdf;
+    result = LightSample{};
+    if (!(s.pdf > 0.0f)) continue;
+    result.kind = LightKind::kEnvironment;
+    result.direction = s.direction;
+    result.distance = kInfinity;
+    result.radiance = s.radiance;
+    result.pdf = picked * s.pdf;
+  }
+}
+
 LightSample LightSampler::sample(const LightQuery& query, float u_pick, const Vec2f& u) const {
-  const InfiniteChoice infinite = weigh_infinite(query);
-  double pick = refine(u_pick, u);
-  const double split = double(infinite.probability);
-  if (pick < split) return sample_infinite(query, infinite, pick / split, u);
-  if (emitters_.empty()) return {};
-  pick = std::min((pick - split) / (1.0 - split), 1.0 - 0x1p-53);
-  const FinitePick finite = pick_finite(query, pick);
-  const float probability = (1.0f - infinite.probability) * finite.probability;
-  if (!(probability > 0.0f)) return {};
-  return sample_emitter(query, finite.emitter, probability, u);
+  LightSample result;
+  LightSample* const out = &result;
+  const LightRequest request{query, u_pick, u};
+  sample({&request, 1}, &out);
+  return result;
 }
 
 float LightSampler::pdf_triangle(const LightQuery& query, uint32_t index,

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,12 @@ struct LightQuery {
   Vec3f point;
   Vec3f normal;             // the hemisphere that can receive light; ignored if `both_sides`
   bool both_sides = false;  // the surface transmits
+};
+
+struct LightRequest {
+  LightQuery query;
+  float u_pick = 0.0f;  // chooses the light (reused by remapping inside)
+  Vec2f u;              // the point on it
 };
 
 enum class LightKind : uint8_t { kNone, kTriangle, kPoint, kEnvironment };
@@ -78,6 +85,8 @@ class LightSampler {
 
   // Picks one light with u_pick (reused by remapping inside) and a point on it with u.
   LightSample sample(const LightQuery& query, float u_pick, const Vec2f& u) const;
+  // Up to kRayBatch requests at once, each answered as if it were alone; out is constructed.
+  void sample(std::span<const LightRequest> requests, LightSample* const* out) const;
 
   // Density, per solid angle at query.point, with which sample() returns the point at `distance`
   // along unit `direction` on triangle `index`, if nothing else is in the way: 0 on the back of a
@@ -130,8 +139,9 @@ class LightSampler {
   InfiniteChoice weigh_infinite(const LightQuery& query) const;
   FinitePick pick_finite(const LightQuery& query, double u) const;
   float finite_probability(const LightQuery& query, uint32_t emitter) const;
-  LightSample sample_infinite(const LightQuery& query, const InfiniteChoice& choice, double u_pick,
-                              const Vec2f& u) const;
+  // Among the directional ones; u_weight in [0, their weights' sum).
+  LightSample sample_directional(const LightQuery& query, const InfiniteChoice& choice,
+                                 double u_weight) const;
   LightSample sample_emitter(const LightQuery& query, uint32_t emitter, float probability,
                              const Vec2f& u) const;
 };

@@ -1,5 +1,7 @@
 #include "renderer/scene/camera.h"
 
+#include <cassert>
+
 #include "renderer/core/errors.h"
 #include "renderer/scene/scene_description.h"
 
@@ -48,10 +50,29 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   per_y_ = to_float(up * (-2 * half_height / height));
 }
 
-Ray Camera::ray(const Vec2f& film) const {
-  const Vec3f offset = corner_ + per_x_ * film.x + per_y_ * film.y;
-  if (orthographic_) return {position_ + offset, axis_};
-  return {position_, normalize(offset)};
+void Camera::rays(std::span<const Vec2f> film, Ray* out) const {
+  assert(film.size() <= size_t(kRayBatch));
+  // All lanes always, used or not: a loop of fixed length has no remainder that rounds otherwise.
+  alignas(64) float x[kRayBatch] = {}, y[kRayBatch] = {};
+  for (size_t i = 0; i < film.size(); ++i) {
+    x[i] = film[i].x;
+    y[i] = film[i].y;
+  }
+  alignas(64) float dx[kRayBatch], dy[kRayBatch], dz[kRayBatch];
+  const float keep = orthographic_ ? 1.0f : 0.0f;
+  for (int i = 0; i < kRayBatch; ++i) {
+    const float ox = corner_.x + per_x_.x * x[i] + per_y_.x * y[i];
+    const float oy = corner_.y + per_x_.y * x[i] + per_y_.y * y[i];
+    const float oz = corner_.z + per_x_.z * x[i] + per_y_.z * y[i];
+    const float scale = keep + (1.0f - keep) / std::sqrt(ox * ox + oy * oy + oz * oz);
+    dx[i] = ox * scale;
+    dy[i] = oy * scale;
+    dz[i] = oz * scale;
+  }
+  for (size_t i = 0; i < film.size(); ++i) {
+    const Vec3f d(dx[i], dy[i], dz[i]);
+    out[i] = orthographic_ ? Ray{position_ + d, axis_} : Ray{position_, d};
+  }
 }
 
 Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at) {

@@ -1,6 +1,8 @@
 // Where rays start: perspective and orthographic pinholes.
 #pragma once
 
+#include <span>
+
 #include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
 
@@ -17,8 +19,14 @@ class Camera {
   Camera(const CameraDescription& description, int width, int height, const Vec3d& origin,
          double scale);
 
-  // film: continuous pixel coordinates, (0, 0) the frame's top-left corner, y downwards.
-  Ray ray(const Vec2f& film) const;
+  // film: continuous pixel coordinates, (0, 0) the frame's top-left corner, y downwards. Up to
+  // kRayBatch at once, so that the arithmetic vectorises; a ray does not depend on its neighbours.
+  void rays(std::span<const Vec2f> film, Ray* out) const;
+  Ray ray(const Vec2f& film) const {
+    Ray result;
+    rays({&film, 1}, &result);
+    return result;
+  }
 
   // Distance along the viewing axis of an internal-space point.
   float axial_depth(const Vec3f& point) const { return dot(point - position_, axis_); }

@@ -2,8 +2,8 @@
 
 #include <cassert>
 
+#include "renderer/core/branch_free.h"
 #include "renderer/core/constants.h"
-#include "renderer/shading/branch_free.h"
 #include "renderer/shading/shading_normal.h"
 
 namespace emberline {

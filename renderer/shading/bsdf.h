@@ -21,9 +21,9 @@
 
 #include <optional>
 
+#include "renderer/core/color4.h"
 #include "renderer/core/vector.h"
 #include "renderer/shading/bsdf_sample.h"
-#include "renderer/shading/color4.h"
 #include "renderer/shading/ggx.h"
 #include "renderer/shading/specular_albedo.h"
 #include "renderer/shading/transmission_lobe.h"

@@ -12,9 +12,9 @@
 
 #include <cmath>
 
+#include "renderer/core/branch_free.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/vector.h"
-#include "renderer/shading/branch_free.h"
 
 namespace emberline {
 

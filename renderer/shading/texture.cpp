@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstring>
 
-#include "renderer/shading/branch_free.h"
+#include "renderer/core/branch_free.h"
 #include "renderer/shading/srgb.h"
 
 namespace emberline {

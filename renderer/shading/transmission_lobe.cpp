@@ -1,7 +1,7 @@
 #include "renderer/shading/transmission_lobe.h"
 
+#include "renderer/core/branch_free.h"
 #include "renderer/core/constants.h"
-#include "renderer/shading/branch_free.h"
 #include "renderer/shading/specular_albedo.h"
 
 namespace emberline {

@@ -1,0 +1,62 @@
+// Room for one object per sample of a batch, constructed only for the samples that need it.
+#pragma once
+
+#include <cstddef>
+#include <new>
+#include <type_traits>
+#include <utility>
+
+#include "renderer/core/ray.h"
+
+namespace emberline {
+
+template <class T>
+class LaneArray {
+  static_assert(std::is_trivially_destructible_v<T>);  // nobody destroys them
+
+ public:
+  template <class... Arguments>
+  T& emplace(int lane, Arguments&&... arguments) {
+    return *::new (static_cast<void*>(slots_[lane].bytes)) T(std::forward<Arguments>(arguments)...);
+  }
+  // Constructs what `make` returns, in place.
+  template <class Make>
+  T& emplace_result(int lane, const Make& make) {
+    return *::new (static_cast<void*>(slots_[lane].bytes)) T(make());
+  }
+  T& operator[](int lane) { return *std::launder(reinterpret_cast<T*>(slots_[lane].bytes)); }
+
+ private:
+  struct Slot {
+    alignas(T) std::byte bytes[sizeof(T)];
+  };
+  Slot slots_[kRayBatch];
+};
+
+// Which samples of a batch take part in a stage, in order.
+class LaneList {
+ public:
+  void clear() { count_ = 0; }
+  void add(int lane) { lanes_[count_++] = lane; }
+  bool empty() const { return count_ == 0; }
+  int size() const { return count_; }
+  int operator[](int i) const { return lanes_[i]; }
+  const int* begin() const { return lanes_; }
+  const int* end() const { return lanes_ + count_; }
+  // Drops the lanes for which `keep` says no.
+  template <class Keep>
+  void filter(const Keep& keep) {
+    int kept = 0;
+    for (int i = 0; i < count_; ++i) {
+      const int lane = lanes_[i];
+      if (keep(lane)) lanes_[kept++] = lane;
+    }
+    count_ = kept;
+  }
+
+ private:
+  int lanes_[kRayBatch];
+  int count_ = 0;
+};
+
+}  // namespace emberline

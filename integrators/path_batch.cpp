@@ -1,0 +1,269 @@
+#include "integrators/path_batch.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "integrators/path_media.h"
+#include "renderer/lights/environment_light.h"
+
+namespace emberline {
+namespace {
+
+// Russian roulette starts after this many scattering events: short paths carry most of the light.
+constexpr uint32_t kRouletteDepth = 3;
+// No path is ended with more than this probability, so no survivor is weighted by more than 20.
+constexpr float kMinSurvival = 0.05f;
+
+// Balance heuristic with one sample of each technique.
+float balance(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
+
+// Radiance that a sampled light sends towards the point, and whether anything blocks the way is
+// the caller's question; `target` is where that question's ray ends.
+Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& from,
+                     PixelSamples& samples, Vec3f* target) {
+  if (light.kind != LightKind::kTriangle) {
+    *target = light.position;
+    return light.radiance;
+  }
+  const EmissiveTriangle& triangle = scene.lights().triangles()[light.index];
+  *target = offset_ray_origin(light.position, light.emitter_normal,
+                              scene.surface_offset(triangle.instance, triangle.primitive),
+                              from - light.position);
+  const SurfaceAttributes attributes = scene.emitter_attributes(triangle, light.barycentric);
+  const Material& material = scene.material_of(triangle.instance);
+  // A number of its own: the emitter's texel must not depend on which texel this vertex took.
+  const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
+  Rgb radiance = material.emission(attributes, u_texture);
+  // A path sees the emitter only where it covers; the light sample must agree on average.
+  // Decided apart from the emission, as a ray's coverage is: a card that is bright where it is
+  // clear shows the product of the means.
+  if (material.alpha_mode() != AlphaMode::kOpaque) {
+    radiance *= material.coverage(attributes, samples.extra());
+  }
+  return radiance;
+}
+
+}  // namespace
+
+PathBatch::PathBatch(const IntegratorSettings& settings, const SampleBatch& batch,
+                     PixelSamples& samples, RayCounters& counters)
+    : settings_(settings),
+      batch_(batch),
+      scene_(batch.scene),
+      lights_(scene_.lights()),
+      sample_lights_(settings.light_sampling && !lights_.empty()),
+      samples_(samples),
+      counters_(counters) {
+  assert(batch.rays.size() <= size_t(kRayBatch));
+}
+
+void PathBatch::trace(std::span<SampleValue> values) {
+  find_first_hits(values);
+  const LaneList hit = alive_;
+  for (uint32_t depth = 0; !alive_.empty(); ++depth) {
+    shade(depth, values);
+    if (sample_lights_) sample_lights();
+    alive_.filter([&](int lane) { return scatter(depth, lane); });
+    follow_rays();
+  }
+  for (const int lane : hit) values[size_t(lane)].radiance = paths_[lane].radiance;
+}
+
+bool PathBatch::intersect(const Ray& ray, SurfaceHit* hit) {
+  return scene_.intersect(ray, coverage_key(scene_, samples_), hit);
+}
+
+void PathBatch::find_first_hits(std::span<SampleValue> values) {
+  LaneList missed;
+  const int count = int(batch_.rays.size());
+  counters_.camera += uint64_t(count);
+  for (int lane = 0; lane < count; ++lane) {
+    const Ray& ray = batch_.rays[size_t(lane)];
+    SurfaceHit hit;
+    samples_.start_sample(sample_of(lane));
+    if (!intersect(ray, &hit)) {
+      missed.add(lane);
+      continue;
+    }
+    Path& path = paths_.emplace(lane);
+    path.ray = ray;
+    path.hit = hit;
+    values[size_t(lane)].alpha = 1.0f;
+    alive_.add(lane);
+  }
+  if (lights_.environment() && !settings_.transparent) see_background(missed, values);
+}
+
+void PathBatch::see_background(const LaneList& missed, std::span<SampleValue> values) {
+  Vec3f directions[kRayBatch];
+  Rgb radiance[kRayBatch];
+  for (int i = 0; i < missed.size(); ++i) {
+    directions[i] = batch_.rays[size_t(missed[i])].direction;
+  }
+  lights_.environment()->radiance({directions, size_t(missed.size())}, radiance);
+  for (int i = 0; i < missed.size(); ++i) {
+    values[size_t(missed[i])].radiance = radiance[i];
+    values[size_t(missed[i])].alpha = 1.0f;
+  }
+}
+
+// From hits to surfaces, materials and BSDFs; adds what the surfaces emit. Ends the paths that may
+// not scatter.
+void PathBatch::shade(uint32_t depth, std::span<SampleValue> values) {
+  for (const int lane : alive_) {
+    find_surface(scene_, paths_[lane].ray, paths_[lane].hit, &points_.emplace(lane));
+  }
+  for (const int lane : alive_) {
+    samples_.resume_sample(sample_of(lane));
+    samples_.start_slot(depth + 1);
+    find_material(samples_.get(surface_dim::kTexture), &points_[lane]);
+  }
+  for (const int lane : alive_) {
+    const ShadedPoint& point = points_[lane];
+    bsdfs_.emplace(lane, point.material.bsdf, point.frame.shading.to_local(point.wo),
+                   point.frame.shading.to_local(point.frame.geometric_normal));
+  }
+  alive_.filter([&](int lane) {
+    Path& path = paths_[lane];
+    const ShadedPoint& point = points_[lane];
+    // A back face met outside of any solid means that the camera stands in one.
+    if (!path.solid && point.frame.back_facing) path.solid = solid_material(point);
+    if (path.solid) {
+      // From point to point: hit.t starts at the offset origin, which in a thin slab counts.
+      const float distance =
+          depth == 0 ? path.hit.t : (point.surface.position - path.last.query.point).length();
+      path.throughput *= absorption(scene_, path.solid, distance);
+    }
+    if (depth == 0) {
+      fill_first_hit(batch_, point, bsdfs_[lane].albedo(), &values[size_t(lane)].first_hit);
+    }
+    path.radiance += path.throughput * surface_emission(path, point);
+    path.last.query = {point.surface.position, point.frame.shading.normal,
+                       bsdfs_[lane].transmits_non_delta()};
+    return !point.surface.material->unlit() && depth < uint32_t(settings_.max_depth);
+  });
+}
+
+Rgb PathBatch::surface_emission(const Path& path, const ShadedPoint& point) const {
+  const Rgb& emission = point.material.emission;
+  if (!path.last.light_sampled || is_black(emission)) return emission;
+  const uint32_t emitter = scene_.emitter_index(path.hit.instance, path.hit.primitive);
+  if (emitter == Scene::kNoEmitter) return emission;
+  const float light_pdf =
+      lights_.pdf_triangle(path.last.query, emitter, path.ray.direction, path.hit.t);
+  return emission * balance(path.last.bsdf_pdf, light_pdf);
+}
+
+// One sampled light per vertex, weighted against the BSDF sample that follows.
+void PathBatch::sample_lights() {
+  LaneList connected;
+  LightRequest requests[kRayBatch];
+  LightSample* samples[kRayBatch] = {};
+  for (const int lane : alive_) {
+    LastVertex& vertex = paths_[lane].last;
+    vertex.light_sampled = bsdfs_[lane].has_non_delta();
+    if (!vertex.light_sampled) continue;
+    samples_.resume_sample(sample_of(lane));
+    requests[connected.size()] = {
+        vertex.query,
+        samples_.get(surface_dim::kLightPick),
+        {samples_.get(surface_dim::kLightX), samples_.get(surface_dim::kLightY)}};
+    samples[connected.size()] = &connections_.emplace(lane).light;
+    connected.add(lane);
+  }
+  lights_.sample({requests, size_t(connected.size())}, samples);
+  connected.filter([this](int lane) { return connect(lane); });
+  for (const int lane : connected) add_connection(lane);
+}
+
+// What would arrive if nothing were in the way; false: nothing.
+bool PathBatch::connect(int lane) {
+  const ShadedPoint& point = points_[lane];
+  Connection& c = connections_[lane];
+  if (c.light.kind == LightKind::kNone || !(c.light.pdf > 0.0f)) return false;
+  const Vec3f wi = point.frame.shading.to_local(c.light.direction);
+  c.scattered = bsdfs_[lane].eval_and_pdf(wi, &c.bsdf_pdf);
+  if (is_black(c.scattered)) return false;
+  c.solid = wi.z < 0.0f ? medium_behind(point, paths_[lane].solid) : paths_[lane].solid;
+  c.from = point.spawn_origin(c.light.direction);
+  samples_.resume_sample(sample_of(lane));
+  c.radiance = emitted_radiance(scene_, c.light, c.from, samples_, &c.target);
+  return !is_black(c.radiance);
+}
+
+void PathBatch::add_connection(int lane) {
+  Connection& c = connections_[lane];
+  samples_.resume_sample(sample_of(lane));
+  counters_.shadow++;
+  const uint32_t key = coverage_key(scene_, samples_);
+  const bool infinite = c.light.distance == kInfinity;
+  const bool visible = infinite ? scene_.visible_to_infinity(c.from, c.light.direction, key)
+                                : scene_.visible(c.from, c.target, key);
+  if (!visible) {
+    if (!c.light.delta || !scene_.has_transmission()) return;
+    c.scattered *= through_thin_walls(scene_, c.from, c.light.direction, c.target, infinite,
+                                      samples_, counters_);
+  }
+  c.scattered *= absorption(scene_, c.solid, c.light.distance);
+  Path& path = paths_[lane];
+  // balance / pdf = 1 / (pdf + other); a point-like light has no other technique.
+  path.radiance += path.throughput * (c.scattered * c.radiance /
+                                      (c.light.delta ? c.light.pdf : c.light.pdf + c.bsdf_pdf));
+}
+
+// Chooses the path's next ray; false: it ends here.
+bool PathBatch::scatter(uint32_t depth, int lane) {
+  Path& path = paths_[lane];
+  const ShadedPoint& point = points_[lane];
+  samples_.resume_sample(sample_of(lane));
+  const BsdfSample next =
+      bsdfs_[lane].sample(samples_.get(surface_dim::kLobe),
+                          {samples_.get(surface_dim::kBsdfX), samples_.get(surface_dim::kBsdfY)});
+  if (!next.valid) return false;
+  path.throughput *= next.weight;
+  if (is_black(path.throughput)) return false;
+  if (next.delta) path.last.light_sampled = false;
+  path.last.bsdf_pdf = next.pdf;
+  path.eta_scale *= next.eta_scale;
+  if (next.transmitted) path.solid = medium_behind(point, path.solid);
+
+  if (depth + 1 >= kRouletteDepth) {
+    const float survival =
+        std::clamp(max_component(path.throughput) * path.eta_scale, kMinSurvival, 1.0f);
+    if (samples_.get(surface_dim::kRoulette) >= survival) return false;
+    path.throughput *= 1.0f / survival;
+  }
+  const Vec3f direction = point.frame.shading.to_world(next.wi);
+  path.ray = {point.spawn_origin(direction), direction};
+  return true;
+}
+
+void PathBatch::follow_rays() {
+  LaneList missed;
+  counters_.scatter += uint64_t(alive_.size());
+  alive_.filter([&](int lane) {
+    samples_.resume_sample(sample_of(lane));
+    if (intersect(paths_[lane].ray, &paths_[lane].hit)) return true;
+    missed.add(lane);
+    return false;
+  });
+  if (lights_.environment() && !missed.empty()) see_environment(missed);
+}
+
+void PathBatch::see_environment(const LaneList& missed) {
+  Vec3f directions[kRayBatch];
+  Rgb radiance[kRayBatch];
+  float pdf[kRayBatch];
+  for (int i = 0; i < missed.size(); ++i) directions[i] = paths_[missed[i]].ray.direction;
+  lights_.environment()->radiance_and_pdf({directions, size_t(missed.size())}, radiance, pdf);
+  for (int i = 0; i < missed.size(); ++i) {
+    Path& path = paths_[missed[i]];
+    if (path.last.light_sampled) {
+      const float light_pdf = pdf[i] * lights_.environment_probability(path.last.query);
+      radiance[i] *= balance(path.last.bsdf_pdf, light_pdf);
+    }
+    path.radiance += path.throughput * radiance[i];
+  }
+}
+
+}  // namespace emberline

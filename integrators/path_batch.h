@@ -1,0 +1,80 @@
+// The paths of one batch, advanced together: each stage of a scattering event runs over all of them
+// before the next stage begins. One path's cache misses and chains of divisions then overlap with
+// the other paths' arithmetic, within what the processor can look ahead; the short loops do what a
+// wavefront renderer does between kernels, but without leaving the first-level cache. Measured
+// figures: tests/bench/README.md.
+//
+// No path's value depends on which others are in its batch (law 1): every stage treats its lanes
+// one by one, or with arithmetic that is the same in every lane.
+#pragma once
+
+#include <span>
+
+#include "integrators/integrator.h"
+#include "integrators/lane_array.h"
+#include "integrators/surface_shading.h"
+
+namespace emberline {
+
+class PathBatch {
+ public:
+  PathBatch(const IntegratorSettings& settings, const SampleBatch& batch, PixelSamples& samples,
+            RayCounters& counters);
+  void trace(std::span<SampleValue> values);
+
+ private:
+  // Where the ray under way comes from and how it was sampled, for the weight of the emission that
+  // it runs into.
+  struct LastVertex {
+    LightQuery query;
+    float bsdf_pdf = 0.0f;
+    bool light_sampled = false;  // false: emission found by the ray counts in full
+  };
+  struct Path {
+    Ray ray;
+    SurfaceHit hit;
+    Rgb throughput = Rgb(1.0f);
+    Rgb radiance = Rgb(0.0f);
+    float eta_scale = 1.0f;  // radiance compression by refraction so far; for roulette only
+    const Material* solid = nullptr;  // what the ray is inside of
+    LastVertex last;
+  };
+  // A sampled light on its way to being seen.
+  struct Connection {
+    LightSample light;
+    Rgb scattered;  // BSDF x cosine towards it
+    Rgb radiance;
+    float bsdf_pdf;
+    const Material* solid;  // what the way to it begins in
+    Vec3f from, target;
+  };
+
+  uint32_t sample_of(int lane) const { return batch_.first_sample + uint32_t(lane); }
+  bool intersect(const Ray& ray, SurfaceHit* hit);
+  void find_first_hits(std::span<SampleValue> values);
+  void see_background(const LaneList& missed, std::span<SampleValue> values);
+  void shade(uint32_t depth, std::span<SampleValue> values);
+  Rgb surface_emission(const Path& path, const ShadedPoint& point) const;
+  void sample_lights();
+  bool connect(int lane);
+  void add_connection(int lane);
+  bool scatter(uint32_t depth, int lane);
+  void follow_rays();
+  void see_environment(const LaneList& missed);
+
+  const IntegratorSettings& settings_;
+  const SampleBatch& batch_;
+  const Scene& scene_;
+  const LightSampler& lights_;
+  const bool sample_lights_;
+  PixelSamples& samples_;
+  RayCounters& counters_;
+
+  LaneList alive_;
+  LaneArray<Path> paths_;
+  LaneArray<ShadedPoint> points_;
+  LaneArray<SurfaceBsdf> bsdfs_;
+  LaneArray<Connection> connections_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,40 @@
+// What lies between two vertices of a path: the insides of solids, and thin walls.
+#pragma once
+
+#include "integrators/integrator.h"
+#include "integrators/surface_shading.h"
+
+namespace emberline {
+
+// The number that decides the stochastic coverage along one ray; none is drawn for opaque scenes.
+inline uint32_t coverage_key(const Scene& scene, PixelSamples& samples) {
+  return scene.has_coverage() ? samples.extra_bits() : 0u;
+}
+
+// A solid's material, if the point lies on one.
+inline const Material* solid_material(const ShadedPoint& point) {
+  const Material* material = point.surface.material;
+  return material->has_transmission() && !point.material.bsdf.thin_walled ? material : nullptr;
+}
+
+// What lies on the other side of the point's surface, seen from a path that is inside `solid`.
+inline const Material* medium_behind(const ShadedPoint& point, const Material* solid) {
+  const Material* own = solid_material(point);
+  if (!own) return solid;  // a thin wall, or no passage at all
+  return point.frame.back_facing ? nullptr : own;
+}
+
+// Absorption of a solid (or of nothing: 1) over an internal distance; a light at infinity is taken
+// to be beyond the scene, whose own size bounds what can lie in between.
+inline Rgb absorption(const Scene& scene, const Material* solid, float distance) {
+  if (!solid) return Rgb(1.0f);
+  const float within = std::min(distance, 2.0f * scene.radius());
+  return beer_transmittance(solid->attenuation(), float(double(within) / scene.scale()));
+}
+
+// What smooth thin walls let straight through on the way to a light of no extent. No ray that is
+// scattered can find such a light, so nothing is counted twice. `target` is not read if `infinite`.
+Rgb through_thin_walls(const Scene& scene, Vec3f from, const Vec3f& direction, const Vec3f& target,
+                       bool infinite, PixelSamples& samples, RayCounters& counters);
+
+}  // namespace emberline
