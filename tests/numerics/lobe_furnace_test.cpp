@@ -1,0 +1,207 @@
+// Case 1: every lobe in a white furnace, over the roughnesses and angles at which microfacet models
+// go wrong. What must come back is known by quadrature (lobe_albedo.h), which the renderer has no
+// part in.
+#include "closed_form.h"
+#include "lobe_albedo.h"
+#include "renderer/core/moments.h"
+#include "renderer/shading/ggx.h"
+#include "support/chi_square.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+constexpr double kAlphas[] = {0, 1e-4, 1e-3, .01, .1, .25, .5, 1};
+constexpr double kCosines[] = {1, .5, .1, .01};
+
+// The albedo tables interpolate: |error| < 6e-4 in E and in B (specular_albedo.h), and a furnace
+// sums up to three of them, of which the third, multiple scattering, is weighted by at most .7 of
+// loss. 2e-3 is also what the catalogue of hard cases allows.
+constexpr double kTables = 2e-3;
+
+std::string at(double alpha, double mu) { return ", alpha " + shown(alpha) + ", mu " + shown(mu); }
+
+// alpha = roughness^2, rounded so that kMirrorAlpha itself is not taken for a mirror.
+float roughness(double alpha) {
+  return std::nextafter(float(std::sqrt(alpha)), 2.0f) * (alpha > 0);
+}
+double effective(double alpha) { return float(alpha) < kMirrorAlpha ? 0 : alpha; }
+
+RenderSettings lobe_settings() {
+  RenderSettings s;
+  s.width = s.height = 8;
+  s.spp = 256;
+  s.max_depth = 2;
+  return s;
+}
+
+// A floor under radiance 1, seen by an orthographic camera at cosine mu: the picture is the albedo
+// at mu, exactly.
+RenderedImage albedo_of(const MaterialDescription& material, double mu, const RenderSettings& s) {
+  SceneBuilderForTests b;
+  b.add_floor(100, 0, b.add_material(material));
+  b.set_environment(Rgb(1.0f));
+  const double sine = std::sqrt((1 - mu) * (1 + mu));
+  return render(*b.build(), orthographic({10 * sine, 10 * mu, 0}, {0, 0, 0}, 0.01), s);
+}
+
+TEST(LobeFurnace, QuadratureMeetsItsAnchors) {
+  EXPECT_NEAR(lobe_integrals(1, 1).white, 1 - std::log(2.0), 1e-9);
+  for (const double alpha : {1e-3, .01, .1, .25, .5, 1.0})
+    for (const double mu : kCosines) {
+      const LobeIntegrals one = lobe_integrals(mu, alpha), two = lobe_integrals(mu, alpha, 1.5, 32);
+      EXPECT_NEAR(one.white, two.white, 1e-6) << at(alpha, mu);
+      EXPECT_NEAR(one.schlick, two.schlick, 1e-6) << at(alpha, mu);
+      EXPECT_NEAR(one.fresnel, two.fresnel, 1e-6) << at(alpha, mu);
+    }
+}
+
+// F = 1 without compensation: the lobe alone returns E. No table takes part. Narrow lobes lose
+// light in rare events only, which a standard error may not have seen: n draws all miss a share of
+// p with probability exp(-n p), so below ln(1.7e6) / n = 14.4 / n nothing is promised.
+TEST(LobeFurnace, ReflectionWithoutCompensation) {
+  constexpr uint64_t kDraws = 200'000;
+  uint64_t seed = 100;
+  for (const double alpha : {1e-3, .01, .1, .25, .5, 1.0})
+    for (const double mu : kCosines) {
+      const Vec3f wo(float(std::sqrt((1 - mu) * (1 + mu))), 0, float(mu));
+      const GgxReflection lobe(float(alpha), wo);
+      Moments weight;
+      ++seed;
+      for (uint64_t i = 0; i < kDraws; ++i) {
+        TestRandom random(seed, i);
+        const Vec3f wi = lobe.sample(random.vec2());
+        const bool above = wi.z > 0;
+        const GgxReflection::Value value = above ? lobe.evaluate(wi) : GgxReflection::Value{};
+        weight.add(above ? double(value.cosine_brdf / value.pdf) : 0);
+      }
+      // 1e-5: float arithmetic of the weights.
+      expect_case({"1", "E alone" + at(alpha, mu)},
+                  {lobe_integrals(mu, alpha).white, weight.mean(), weight.standard_error(),
+                   1e-5 + 14.4 / double(kDraws)},
+                  "TestRandom(" + std::to_string(seed) + ", draw), draw < 200000");
+    }
+}
+
+// F = 1 with compensation: 1. F0 = .5: what the model says.
+TEST(LobeFurnace, Metal) {
+  const RenderSettings s = lobe_settings();
+  for (const double alpha : kAlphas) {
+    const LobeIntegrals average = average_lobe_integrals(effective(alpha));
+    for (const double mu : kCosines)
+      for (const float f0 : {1.0f, 0.5f, 0.0f}) {
+        const double exact =
+            f0 == 1 ? 1
+                    : compensated_albedo(double(f0), lobe_integrals(mu, effective(alpha)), average);
+        expect_case({"1", "metal F0 " + shown(double(f0)) + at(alpha, mu)},
+                    compared(albedo_of(metal(Rgb(f0), roughness(alpha)), mu, s), exact, kTables),
+                    replay(s));
+      }
+  }
+}
+
+// A dielectric coat of index 1.5 over a base that returns rho: Ed + rho (1 - Ed), Ed the coat's own
+// albedo. rho = 0 is the coat alone; rho = 1 returns everything.
+TEST(LobeFurnace, DielectricCoat) {
+  const RenderSettings s = lobe_settings();
+  for (const double alpha : kAlphas) {
+    const LobeIntegrals average = average_lobe_integrals(effective(alpha));
+    for (const double mu : kCosines) {
+      const double coat =
+          compensated_albedo(square(.5 / 2.5), lobe_integrals(mu, effective(alpha)), average);
+      for (const float rho : {0.0f, 0.5f, 1.0f}) {
+        MaterialDescription m;
+        m.base_color = Rgb(rho);
+        m.metallic = 0;
+        m.roughness = roughness(alpha);
+        expect_case({"1", "coat on " + shown(double(rho)) + at(alpha, mu)},
+                    compared(albedo_of(m, mu, s), coat + double(rho) * (1 - coat), kTables),
+                    replay(s));
+      }
+    }
+  }
+}
+
+// Lambert, whatever roughness says when there is no reflection. 1e-6: rounding.
+TEST(LobeFurnace, Diffuse) {
+  const RenderSettings s = lobe_settings();
+  for (const float rho : {0.0f, 0.18f, 0.5f, 1.0f})
+    for (const double mu : kCosines)
+      for (const float rough : {0.0f, 1.0f}) {
+        MaterialDescription m = lambert(Rgb(rho));
+        m.roughness = rough;
+        expect_case({"1", "Lambert " + shown(double(rho)) + ", roughness " + shown(double(rough)) +
+                              ", mu " + shown(mu)},
+                    compared(albedo_of(m, mu, s), double(rho), 1e-6), replay(s));
+      }
+}
+
+MaterialDescription clear(double alpha, float tint, bool thin) {
+  MaterialDescription m;
+  m.base_color = Rgb(tint);
+  m.metallic = 0;
+  m.roughness = roughness(alpha);
+  m.transmission = 1;
+  m.thin_walled = thin;
+  return m;
+}
+
+// A thin pane of index 1.5: it reflects F and passes tint (1 - F), each microfacet for itself, and
+// all is scaled by 1 / E: tint + (1 - tint) EF / E, EF the lobe's integral with F.
+TEST(LobeFurnace, ThinTransmission) {
+  const RenderSettings s = lobe_settings();
+  for (const double alpha : kAlphas)
+    for (const double mu : kCosines)
+      for (const float tint : {1.0f, 0.5f}) {
+        const LobeIntegrals lobe = lobe_integrals(mu, effective(alpha));
+        const double t = double(tint), exact = t + (1 - t) * lobe.fresnel / lobe.white;
+        // The table's 6e-4 in E is in the divisor.
+        expect_case({"1", "thin pane, tint " + shown(t) + at(alpha, mu)},
+                    compared(albedo_of(clear(alpha, tint, true), mu, s), exact,
+                             alpha < 1e-3 ? 1e-6 : 6e-4 / lobe.white * exact),
+                    replay(s));
+      }
+}
+
+// The face of a solid of index 1.5, its depths filled with radiance from a wide emitter beneath.
+// From outside in a furnace: the emitter has eta^2, because radiance is 1 / eta^2 of it outside; R
+// + T = 1. From inside: the same the other way round. Tint 0 leaves the reflection, its share E_F /
+// (E_F + T) by quadrature.
+RenderedImage solid_face(const MaterialDescription& material, bool inside, double mu,
+                         RenderSettings s) {
+  const float eta2 = square(material.ior);
+  SceneBuilderForTests b;
+  b.add_floor(1e4f, 0, b.add_material(material));
+  // It is seen down to a cosine of 1e-4, where 1e-8 of a furnace's light comes from.
+  b.add_floor(1e4f, -1, b.add_material(emitter(Rgb(inside ? 1.0f : eta2))));
+  b.set_environment(Rgb(inside ? 1 / eta2 : 1.0f));
+  s.light_sampling = false;  // the lobe alone: light sampling has its own tests
+  s.spp = 1024;
+  const double sine = std::sqrt((1 - mu) * (1 + mu));
+  const Vec3d from(0.9 * sine / mu, inside ? -0.9 : 0.9, 0);
+  return render(*b.build(), orthographic(from, {0, 0, 0}, 1e-3), s);
+}
+
+TEST(LobeFurnace, SolidTransmission) {
+  const RenderSettings s = lobe_settings();
+  for (const bool inside : {false, true})
+    for (const double alpha : kAlphas)
+      for (const double mu : kCosines) {
+        const std::string where = (inside ? "from inside" : "from outside") + at(alpha, mu);
+        const double eta = inside ? 1 / 1.5 : 1.5;
+        const LobeIntegrals lobe = lobe_integrals(mu, effective(alpha), eta);
+        const double passed = alpha < 1e-3 ? 1 - lobe.fresnel : refracted_share(mu, alpha, eta);
+        const double reflected = lobe.fresnel / (lobe.fresnel + passed);
+        expect_case({"1", "solid, clear, " + where},
+                    compared(solid_face(clear(alpha, 1, false), inside, mu, s), 1, kTables),
+                    replay(s));
+        expect_case({"1", "solid, black, " + where},
+                    compared(solid_face(clear(alpha, 0, false), inside, mu, s), reflected, kTables),
+                    replay(s));
+      }
+}
+
+}  // namespace
+}  // namespace emberline
