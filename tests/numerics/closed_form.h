@@ -55,7 +55,7 @@ inline void record(const CaseName& name, const Comparison& c, const std::string&
 inline std::string describe(const CaseName& name, const Comparison& c, const std::string& replay) {
   char text[256];
   std::snprintf(text, sizeof text,
-                ": measured %.9g, exact %.9g, standard error %.3g: off by %.3g, %.2f standard "
+                ": measured %.9g, exact %.9g, standard error %.3g: off by %.3g, %.3g standard "
                 "errors; allowed %.3g; replay: ",
                 c.measured, c.exact, c.standard_error, c.deviation(),
                 c.deviation() / std::max(1e-300, c.standard_error), c.allowed());

@@ -19,6 +19,7 @@ struct LobeIntegrals {
   double white = 0;    // E: F = 1
   double schlick = 0;  // B: F = (1 - wo.m)^5
   double fresnel = 0;  // F of a dielectric with index `eta` below, exact
+  double height = 0;   // F = 1, in radiance wi.z
 };
 
 inline double exact_fresnel(double cos_i, double eta) {
@@ -33,14 +34,15 @@ inline double exact_fresnel(double cos_i, double eta) {
 // Of the reflection lobe at cosine mu. alpha = 0: a mirror. Twice the panels change the results
 // by less than 1e-6 for every (alpha, mu) of the tests.
 inline LobeIntegrals lobe_integrals(double mu, double alpha, double eta = 1.5, int panels = 16) {
-  const auto weigh = [&](double d, double weight, LobeIntegrals* sum) {
+  const auto weigh = [&](double d, double mu_i, double weight, LobeIntegrals* sum) {
+    sum->height += weight * mu_i;
     sum->white += weight;
     sum->schlick += weight * std::pow(1 - d, 5);
     sum->fresnel += weight * exact_fresnel(std::min(1.0, d), eta);
   };
   LobeIntegrals sum;
   if (alpha == 0) {
-    weigh(mu, 1, &sum);
+    weigh(mu, mu, 1, &sum);
     return sum;
   }
   static const GaussLegendre<8> outer;
@@ -77,7 +79,7 @@ inline LobeIntegrals lobe_integrals(double mu, double alpha, double eta = 1.5, i
           const double d = mu * c + sin_o * s * std::cos(phi), mu_i = 2 * d * c - mu;
           if (mu_i <= 0) continue;
           const double g2 = 1 / (1 + lambda(mu) + lambda(mu_i));
-          weigh(d, d / (mu * c) * g2 * dt * inner.w[j] * 2 * x * end / kPiD, &sum);
+          weigh(d, mu_i, d / (mu * c) * g2 * dt * inner.w[j] * 2 * x * end / kPiD, &sum);
         }
       }
   return sum;

@@ -184,22 +184,43 @@ RenderedImage solid_face(const MaterialDescription& material, bool inside, doubl
   return render(*b.build(), orthographic(from, {0, 0, 0}, 1e-3), s);
 }
 
+// The table of what a rough face returns has 20 cosines and is read linearly; from inside it has a
+// kink where total reflection begins. README.md of renderer/shading promises 3e-2 there.
+struct KnownFailure {
+  bool clear;
+  double alpha, mu;
+};
+constexpr KnownFailure kKnownInside[] = {{true, .5, 1},   {true, 1, 1},      {true, 1, .01},
+                                         {false, .1, .5}, {false, .25, .01}, {false, 1, .01}};
+constexpr char kWhy[] =
+    "the refraction table's interpolation at total reflection; four times the nodes, twice the "
+    "roughnesses and indices make it 2.7 times better and 17 times slower to build (184 ms)";
+
+void expect_face(bool is_clear, bool inside, double alpha, double mu, const RenderSettings& s,
+                 double exact) {
+  const CaseName name = {"1", std::string(is_clear ? "solid, clear, " : "solid, black, ") +
+                                  (inside ? "from inside" : "from outside") + at(alpha, mu)};
+  const RenderedImage image = solid_face(clear(alpha, is_clear, false), inside, mu, s);
+  bool known = false;
+  for (const KnownFailure& k : kKnownInside)
+    known |= inside && k.clear == is_clear && k.alpha == alpha && k.mu == mu;
+  if (known)
+    expect_known_failure(name, compared(image, exact, kTables), 3e-2, kWhy, replay(s));
+  else
+    expect_case(name, compared(image, exact, kTables), replay(s));
+}
+
 TEST(LobeFurnace, SolidTransmission) {
   const RenderSettings s = lobe_settings();
   for (const bool inside : {false, true})
     for (const double alpha : kAlphas)
       for (const double mu : kCosines) {
-        const std::string where = (inside ? "from inside" : "from outside") + at(alpha, mu);
         const double eta = inside ? 1 / 1.5 : 1.5;
         const LobeIntegrals lobe = lobe_integrals(mu, effective(alpha), eta);
         const double passed = alpha < 1e-3 ? 1 - lobe.fresnel : refracted_share(mu, alpha, eta);
         const double reflected = lobe.fresnel / (lobe.fresnel + passed);
-        expect_case({"1", "solid, clear, " + where},
-                    compared(solid_face(clear(alpha, 1, false), inside, mu, s), 1, kTables),
-                    replay(s));
-        expect_case({"1", "solid, black, " + where},
-                    compared(solid_face(clear(alpha, 0, false), inside, mu, s), reflected, kTables),
-                    replay(s));
+        expect_face(true, inside, alpha, mu, s, 1);
+        expect_face(false, inside, alpha, mu, s, reflected);
       }
 }
 

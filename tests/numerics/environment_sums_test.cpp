@@ -1,0 +1,204 @@
+// Cases 9, 11 and 12: environments whose irradiance is a sum over texels, in double. A map's
+// radiance is the bilinear interpolation of its texels, u = 0.5 + atan2(z, x) / 2 pi and v =
+// acos(y) / pi, u wrapping and v clamped: written here once more, so that the sum is exact for what
+// is defined and the renderer has no part in it.
+#include <cstring>
+#include <random>
+
+#include "receiver.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+struct Map {
+  int width = 0, height = 0;
+  std::vector<float> texels;  // grey
+
+  double texel(int x, int y) const {
+    x = ((x % width) + width) % width;
+    y = std::clamp(y, 0, height - 1);
+    return double(texels[size_t(y) * size_t(width) + size_t(x)]);
+  }
+  double radiance(double u, double v) const {
+    const double x = u * width - 0.5, y = v * height - 0.5;
+    const int i = int(std::floor(x)), j = int(std::floor(y));
+    const double a = x - i, b = y - j;
+    return (1 - b) * ((1 - a) * texel(i, j) + a * texel(i + 1, j)) +
+           b * ((1 - a) * texel(i, j + 1) + a * texel(i + 1, j + 1));
+  }
+  double towards(const Vec3d& d) const {
+    return radiance(0.5 + std::atan2(d.z, d.x) / (2 * kPiD), std::acos(d.y) / kPiD);
+  }
+
+  std::shared_ptr<const Image> image() const {
+    auto result = std::make_shared<Image>();
+    result->width = width;
+    result->height = height;
+    result->channels = 3;
+    result->type = TexelType::kFloat;
+    std::vector<float> rgb;
+    for (const float t : texels) rgb.insert(rgb.end(), 3, t);
+    result->texels.resize(rgb.size() * sizeof(float));
+    std::memcpy(result->texels.data(), rgb.data(), result->texels.size());
+    return result;
+  }
+};
+
+// E = sum over cells of L cos sin(theta) dtheta dphi, each half texel (within which L is smooth)
+// cut into cuts x cuts pieces of 2 x 2 Gauss points. What is left is the horizon's kink, where it
+// does not run along a cell: (pi / height cuts)^2, 4e-7 at most for the maps below.
+double exact_irradiance(const Map& map, const Vec3d& n, int cuts) {
+  const int columns = 2 * map.width * cuts, rows = 2 * map.height * cuts;
+  const double offset = 0.5 / std::sqrt(3.0);
+  double sum = 0;
+  for (int j = 0; j < 2 * rows; ++j) {
+    const double v = (j / 2 + 0.5 + (j % 2 ? offset : -offset)) / rows, theta = kPiD * v;
+    const double y = std::cos(theta), r = std::sin(theta);
+    for (int i = 0; i < 2 * columns; ++i) {
+      const double u = (i / 2 + 0.5 + (i % 2 ? offset : -offset)) / columns;
+      const double radiance = map.radiance(u, v);
+      if (radiance == 0) continue;
+      const double phi = 2 * kPiD * (u - 0.5);
+      const double cosine = n.x * r * std::cos(phi) + n.y * y + n.z * r * std::sin(phi);
+      sum += radiance * std::max(0.0, cosine) * r;
+    }
+  }
+  return sum * kPiD / rows / 2 * 2 * kPiD / columns / 2;
+}
+
+void expect_environment(const Map& map, const Vec3d& n, double exact, double tolerance,
+                        const CaseName& name, bool bsdf_alone) {
+  SceneBuilderForTests b;
+  Receiver r;
+  r.normal = n;
+  add_receiver(b, r);
+  b.set_environment(map.image());
+  const auto scene = b.build();
+  RenderSettings s = direct_light_settings(2048);
+  expect_case(name, measured_irradiance(render(*scene, view_of(r), s), exact, tolerance),
+              replay(s));
+  if (!bsdf_alone) return;
+  s.light_sampling = false;
+  s.seed = 2;
+  expect_case({name.number, name.what + ", BSDF sampling alone"},
+              measured_irradiance(render(*scene, view_of(r), s), exact, tolerance), replay(s));
+}
+
+// Case 11: L = a + b cos(theta) over the whole sphere gives E = pi a + 2 pi b / 3 (n . up) for
+// every normal: the mean direction of a linear function is exact.
+TEST(EnvironmentSums, GradientOnTiltedReceivers) {
+  const double a = 1.5, b = 1;
+  Map map{8, 256, {}};
+  for (int y = 0; y < map.height; ++y)
+    map.texels.insert(map.texels.end(), size_t(map.width),
+                      float(a + b * std::cos(kPiD * (y + .5) / map.height)));
+  // Rows h apart are off a cosine by h^2 / 8 at most.
+  const double tolerance = kPiD * b * square(kPiD / map.height) / 8 + 1e-5;
+  for (const double tilt : {0.0, .5, kPiD / 2, 2.5, kPiD}) {
+    const Vec3d n(std::sin(tilt), std::cos(tilt), 0);
+    expect_environment(map, n, kPiD * a + 2 * kPiD * b / 3 * n.y, tolerance,
+                       {"11", "gradient sky, receiver tilted by " + shown(tilt)}, true);
+  }
+}
+
+Map eight_by_four() {
+  Map map{8, 4, {}};
+  std::mt19937 random(12);  // the same on every machine
+  for (int i = 0; i < 32; ++i) map.texels.push_back(float(random() % 1000) / 100);
+  return map;
+}
+
+// Case 12: normals at the poles, on the seam (-X), on the horizon, and anywhere.
+TEST(EnvironmentSums, EightByFourTexels) {
+  const Map map = eight_by_four();
+  const std::pair<Vec3d, const char*> normals[] = {{{0, 1, 0}, "up"},
+                                                   {{0, -1, 0}, "down"},
+                                                   {{-1, 0, 0}, "to the seam"},
+                                                   {{1, 0, 0}, "+X"},
+                                                   {{0, 0, 1}, "+Z"},
+                                                   {unit({.3, .8, -.5}), "up and aside"},
+                                                   {unit({-1, .05, 1e-3}), "just above the seam"},
+                                                   {unit({1e-3, -1, 2e-3}), "off the lower pole"}};
+  for (const auto& [n, what] : normals) {
+    const double exact = exact_irradiance(map, n, 48);
+    expect_environment(map, n, exact, 1e-5 * exact, {"12", std::string("8 x 4 map, ") + what},
+                       true);
+  }
+}
+
+// One texel alone in each row, and at the seam: what is sampled is the interpolation, which spreads
+// it over its neighbours, across the seam, and at the poles up to the pole itself.
+TEST(EnvironmentSums, LoneTexels) {
+  for (const int row : {0, 1, 3})
+    for (const int column : {0, 3, 7}) {
+      Map map{8, 4, std::vector<float>(32, 0.0f)};
+      map.texels[size_t(row * 8 + column)] = 100;
+      const Vec3d n = row < 2 ? unit({-.5, 1, .2}) : unit({-.5, -1, .2});
+      const double exact = exact_irradiance(map, n, 48);
+      expect_environment(map, n, exact, 1e-5 * exact,
+                         {"12", "one texel, row " + shown(row) + ", column " + shown(column)},
+                         false);
+    }
+}
+
+// What the camera sees: deterministic, at the poles' two sides and on both sides of the seam.
+TEST(EnvironmentSums, SeenByTheCamera) {
+  const Map map = eight_by_four();
+  SceneBuilderForTests b;
+  // Something to be a scene; no ray meets it.
+  b.add_floor(.01f, -10, b.add_material(lambert(Rgb(1.0f))), /*up=*/false);
+  b.set_environment(map.image());
+  const auto scene = b.build();
+  RenderSettings s = direct_light_settings(1);
+  s.width = s.height = 2;
+  for (const double theta : {1e-3, .4, kPiD / 2, 3.0, kPiD - 1e-3})
+    for (const double phi : {-kPiD + 1e-3, kPiD - 1e-3, 0.0, 1.9}) {
+      const Vec3d d(std::sin(theta) * std::cos(phi), std::cos(theta),
+                    std::sin(theta) * std::sin(phi));
+      const RenderedImage image = render(*scene, orthographic({0, 0, 0}, d, 1e-3), s);
+      // Float knows x and z of a direction to 6e-8 of 1, thus the azimuth at 1e-3 from the pole to
+      // 1e-4, a thousandth of a texel's contrast of 10 over .8.
+      const double at_pole = std::sin(theta) < 1e-2 ? 1e-4 / (2 * kPiD / 8) * 10 : 0;
+      expect_case({"12", "seen at theta " + shown(theta) + ", phi " + shown(phi)},
+                  {map.towards(d), image.mean, 0, 2e-5 + at_pole}, replay(s));
+    }
+}
+
+// Case 9 as an HDRI: a sun of several texels, and of one, 30 degrees above the horizon, alone and
+// in a sky. E is that of the texels; pi sin^2 a of the disc that they stand for guards it.
+TEST(EnvironmentSums, SunInAMap) {
+  for (const auto& [a, width] : {std::pair{.05, 512}, std::pair{.01, 1024}, std::pair{0.0, 1024}})
+    for (const float sky : {0.0f, 1.0f}) {
+      Map map{width, width / 2, std::vector<float>(size_t(width) * size_t(width / 2), sky)};
+      const double elevation = kPiD / 6;
+      const Vec3d to_sun(std::cos(elevation), std::sin(elevation), 0);
+      int texels = 0;
+      for (int y = 0; y < map.height; ++y)
+        for (int x = 0; x < map.width; ++x) {
+          const double theta = kPiD * (y + .5) / map.height;
+          const double phi = 2 * kPiD * ((x + .5) / map.width - .5);
+          const Vec3d d(std::sin(theta) * std::cos(phi), std::cos(theta),
+                        std::sin(theta) * std::sin(phi));
+          if (a == 0 ? x != map.width / 2 || y != map.height / 3 : angle_between(d, to_sun) > a)
+            continue;
+          map.texels[size_t(y) * size_t(map.width) + size_t(x)] += 1e6f;
+          ++texels;
+        }
+      EXPECT_GE(texels, a == 0 ? 1 : 9);
+      Map sun = map;  // the sky's share is known: pi
+      for (float& t : sun.texels) t -= sky;
+      const double exact = exact_irradiance(sun, {0, 1, 0}, 2) + double(sky) * kPiD;
+      const double disc = 1e6 * kPiD * square(std::sin(a)) * std::sin(elevation);
+      if (a > .02) {  // of an outline of whole texels
+        EXPECT_NEAR(exact / disc, 1, .05);
+      }
+      expect_environment(
+          map, {0, 1, 0}, exact, 1e-5 * exact,
+          {"9", "sun of half-angle " + shown(a) + " in a map, sky " + shown(double(sky))}, false);
+    }
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,97 @@
+// Case 2: the limits of roughness. A white metal under a sky whose radiance grows with height shows
+// how the lobe is spread, which an even furnace does not.
+#include <cstring>
+
+#include "closed_form.h"
+#include "lobe_albedo.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+constexpr double kBase = 1, kSlope = 0.5;  // radiance kBase + kSlope y
+
+// Bilinear rows h apart are off a cosine by h^2 / 8 at most.
+constexpr int kRows = 256;
+const double kRowError = kSlope * square(kPiD / kRows) / 8;
+
+std::shared_ptr<const Image> gradient_sky() {
+  auto image = std::make_shared<Image>();
+  image->width = 4;
+  image->height = kRows;
+  image->channels = 3;
+  image->type = TexelType::kFloat;
+  std::vector<float> texels;
+  for (int y = 0; y < kRows; ++y)
+    texels.insert(texels.end(), 12, float(kBase + kSlope * std::cos(kPiD * (y + .5) / kRows)));
+  image->texels.resize(texels.size() * sizeof(float));
+  std::memcpy(image->texels.data(), texels.data(), image->texels.size());
+  return image;
+}
+
+RenderedImage reflection(float roughness, double mu, const RenderSettings& s) {
+  SceneBuilderForTests b;
+  b.add_floor(100, 0, b.add_material(metal(Rgb(1.0f), roughness)));
+  b.set_environment(gradient_sky());
+  const double sine = std::sqrt((1 - mu) * (1 + mu));
+  return render(*b.build(), orthographic({10 * sine, 10 * mu, 0}, {0, 0, 0}, 0.01), s);
+}
+
+RenderSettings sky_settings() {
+  RenderSettings s;
+  s.width = s.height = 8;
+  s.spp = 256;
+  s.max_depth = 2;
+  return s;
+}
+
+// Single scattering kBase E + kSlope H; the rest of the energy, 1 - E(mu), leaves with the density
+// (1 - E(mu')) mu' / pi (1 - Eavg) (Kulla & Conty 2017).
+double exact_reflection(double mu, double alpha) {
+  static const GaussLegendre<48> rule;
+  const LobeIntegrals at = lobe_integrals(mu, alpha);
+  double lost = 0, lost_height = 0;
+  for (size_t i = 0; i < 48; ++i) {
+    const double t = rule.x[i], m = t * t * t;
+    const double weight =
+        rule.w[i] * 2 * m * 3 * t * t * (1 - lobe_integrals(m, alpha, 1.5, 8).white);
+    lost += weight;
+    lost_height += weight * m;
+  }
+  return kBase * at.white + kSlope * at.height +
+         (1 - at.white) * (kBase + kSlope * lost_height / lost);
+}
+
+// Every roughness against quadrature. 2e-3 of the radiance: the albedo tables, as in the furnace.
+TEST(NarrowLobe, SkyInARoughMetal) {
+  const RenderSettings s = sky_settings();
+  for (const double alpha : {.01, .1, .25, .5, 1.0})
+    for (const double mu : {1.0, .5, .1, .01})
+      expect_case({"2", "sky in metal, alpha " + shown(alpha) + ", mu " + shown(mu)},
+                  compared(reflection(float(std::sqrt(alpha)), mu, s), exact_reflection(mu, alpha),
+                           2e-3 * (kBase + kSlope)),
+                  replay(s));
+}
+
+// Towards 0: the mirror. Below kMirrorAlpha it is one; just above, the lobe spreads by
+// alpha^2 ln(1 / alpha) / mu, below 1e-4 here; 1e-3 is what the catalogue of hard cases allows.
+TEST(NarrowLobe, MeetsTheMirror) {
+  const RenderSettings s = sky_settings();
+  const float narrowest = std::nextafter(std::sqrt(kMirrorAlpha), 1.0f);
+  for (const double mu : {1.0, .5, .1}) {
+    for (const float roughness : {0.0f, float(std::sqrt(1e-7)), 0.0316f, narrowest}) {
+      const bool mirror = roughness < narrowest;
+      // 1e-6: float.
+      expect_case({"2", "mirror's limit, alpha " + shown(double(square(roughness))) +
+                            (mirror ? " (mirror)" : "") + ", mu " + shown(mu)},
+                  compared(reflection(roughness, mu, s), kBase + kSlope * mu,
+                           mirror ? kRowError + 1e-6 : 1e-3),
+                  replay(s));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,135 @@
+// A white receiver under emitters, and the irradiance that it must show.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "closed_form.h"
+#include "support/closed_forms.h"
+#include "support/scenes.h"
+
+namespace emberline::test {
+
+// Convex polygons, each with its radiance, counter-clockwise seen from the side that emits.
+struct Emitters {
+  struct Polygon {
+    std::vector<Vec3d> corners;
+    double radiance = 1;
+  };
+  std::vector<Polygon> polygons;
+
+  void add(std::vector<Vec3d> corners, double radiance = 1) {
+    // As the mesh will hold them.
+    for (Vec3d& c : corners) c = Vec3d(Vec3f(c));
+    polygons.push_back({std::move(corners), radiance});
+  }
+  // One triangle of `mesh` after another, moved to `center`.
+  void add_mesh(const MeshDescription& mesh, const Vec3d& center, double radiance = 1) {
+    for (const std::array<uint32_t, 3>& t : mesh.triangles) {
+      std::vector<Vec3d> corners;
+      for (const uint32_t v : t) corners.push_back(Vec3d(mesh.positions[v]) + center);
+      add(std::move(corners), radiance);
+    }
+  }
+  // A regular polygon in the plane y = height that faces down.
+  void add_disk(double radius, double height, int sides, double radiance = 1) {
+    std::vector<Vec3d> corners;
+    for (int i = 0; i < sides; ++i) {
+      const double phi = 2 * kPiD * i / sides;
+      corners.emplace_back(radius * std::cos(phi), height, radius * std::sin(phi));
+    }
+    add(std::move(corners), radiance);
+  }
+};
+
+// What no polygon hides from the point: emitters here are faces of one convex body, or do not
+// overlap seen from it.
+inline double exact_irradiance(const Emitters& emitters, const Vec3d& point, const Vec3d& n) {
+  double sum = 0;
+  for (const Emitters::Polygon& p : emitters.polygons) {
+    const Vec3d face = cross(p.corners[1] - p.corners[0], p.corners[2] - p.corners[0]);
+    if (dot(face, point - p.corners[0]) <= 0) continue;
+    sum += p.radiance * polygon_irradiance(p.corners, point, n);
+  }
+  return sum;
+}
+
+struct Receiver {
+  Vec3d point = Vec3d(0.0);
+  Vec3d normal = Vec3d(0, 1, 0);
+  double half_size = 0.2;        // of the square that is there
+  double camera_height = 0.2;    // it looks at the point along the normal, from this side of lamps
+  double view_half_size = 1e-5;  // what it sees: too little for E to change
+};
+
+inline void add_receiver(SceneBuilderForTests& b, const Receiver& r, float albedo = 1) {
+  const Vec3d side = std::abs(r.normal.y) < .9 ? Vec3d(0, 1, 0) : Vec3d(1, 0, 0);
+  const Vec3d u = unit(cross(side, r.normal)) * r.half_size, v = cross(r.normal, u);
+  // Off centre: the square's diagonal does not cross the view.
+  const Vec3d c = r.point + u * 0.3 - v * 0.1;
+  b.add_quad(Vec3f(c - u - v), Vec3f(c + u - v), Vec3f(c + u + v), Vec3f(c - u + v),
+             b.add_material(lambert(Rgb(albedo))));
+}
+
+inline CameraDescription view_of(const Receiver& r) {
+  return orthographic(r.point + r.normal * r.camera_height, r.point, r.view_half_size);
+}
+
+// One mesh for all polygons of a radiance.
+inline void add_emitters(SceneBuilderForTests& b, const Emitters& emitters) {
+  std::vector<double> radiances;
+  for (const Emitters::Polygon& p : emitters.polygons)
+    if (std::find(radiances.begin(), radiances.end(), p.radiance) == radiances.end())
+      radiances.push_back(p.radiance);
+  for (const double radiance : radiances) {
+    MeshDescription mesh;
+    mesh.name = "lamp";
+    mesh.material = b.add_material(emitter(Rgb(float(radiance))));
+    for (const Emitters::Polygon& p : emitters.polygons) {
+      if (p.radiance != radiance) continue;
+      const uint32_t first = uint32_t(mesh.positions.size());
+      for (const Vec3d& c : p.corners) mesh.positions.push_back(Vec3f(c));
+      for (uint32_t i = 1; i + 1 < p.corners.size(); ++i)
+        mesh.triangles.push_back({first, first + i, first + i + 1});
+    }
+    b.place(b.add_mesh(std::move(mesh)));
+  }
+}
+
+// A picture of E: the receiver returns E / pi.
+inline Comparison measured_irradiance(const RenderedImage& image, double exact, double tolerance) {
+  EXPECT_EQ(image.counters.non_finite_samples, 0u);
+  return {exact, image.mean * kPiD, image.standard_error * kPiD, tolerance};
+}
+
+inline RenderSettings direct_light_settings(uint32_t spp = 1024) {
+  RenderSettings s;
+  s.width = s.height = 8;
+  s.spp = spp;
+  s.max_depth = 1;
+  return s;
+}
+
+// Light and BSDF sampling together, and, if `bsdf_alone`, the latter alone. `tolerance`: relative,
+// what float arithmetic may do.
+inline void expect_irradiance_of(const Emitters& emitters, const Receiver& receiver,
+                                 const CaseName& name, bool bsdf_alone, double tolerance = 1e-5) {
+  const double exact = exact_irradiance(emitters, receiver.point, receiver.normal);
+  SceneBuilderForTests b;
+  add_receiver(b, receiver);
+  add_emitters(b, emitters);
+  const auto scene = b.build();
+  RenderSettings s = direct_light_settings();
+  expect_case(name,
+              measured_irradiance(render(*scene, view_of(receiver), s), exact, tolerance * exact),
+              replay(s));
+  if (!bsdf_alone) return;
+  s.light_sampling = false;
+  s.seed = 2;
+  s.spp = 2048;
+  expect_case({name.number, name.what + ", BSDF sampling alone"},
+              measured_irradiance(render(*scene, view_of(receiver), s), exact, tolerance * exact),
+              replay(s));
+}
+
+}  // namespace emberline::test
