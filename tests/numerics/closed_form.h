@@ -95,7 +95,27 @@ inline Comparison compared(const RenderedImage& image, double exact, double tole
   return {exact, image.mean, image.standard_error, tolerance};
 }
 
-// The same; `tolerance` is relative to the value.
+// The mean of a picture whose pixels differ, and its standard error: a pixel's two streams are
+// independent whatever the samples of one owe to each other (film.h), so half their difference is
+// its error. Grey scenes only: reads the green channel.
+struct MeasuredMean {
+  double mean = 0, standard_error = 0;
+};
+inline MeasuredMean mean_of(const Scene& scene, const CameraDescription& view, RenderSettings s) {
+  s.streams = StreamCount::kTwo;
+  s.aovs = "variance";
+  const RenderedImage image = render(scene, view, s);
+  EXPECT_EQ(image.counters.non_finite_samples, 0u);
+  double sum = 0, variance = 0;
+  const double n = double(image.window.area());
+  for (size_t i = 0; i < image.values.size(); i += image.channels.size()) {
+    sum += double(image.values[i + 1]);
+    variance += double(image.values[i + 6]);  // R G B A samples variance.R variance.G
+  }
+  return {sum / n, std::sqrt(variance) / n};
+}
+
+// As compared(); `tolerance` is relative to the value.
 inline void expect_exact(const RenderedImage& image, double exact, double tolerance,
                          const RenderSettings& s, const CaseName& name) {
   expect_case(name, {exact, image.mean, image.standard_error, tolerance * std::abs(exact)},

@@ -110,10 +110,10 @@ inline RenderSettings direct_light_settings(uint32_t spp = 1024) {
   return s;
 }
 
-// Light and BSDF sampling together, and, if `bsdf_alone`, the latter alone. `tolerance`: relative,
-// what float arithmetic may do.
+// Light and BSDF sampling together, and, if `bsdf_alone`, the latter alone.
 inline void expect_irradiance_of(const Emitters& emitters, const Receiver& receiver,
-                                 const CaseName& name, bool bsdf_alone, double tolerance = 1e-5) {
+                                 const CaseName& name, bool bsdf_alone) {
+  const double tolerance = 1e-5;  // float arithmetic
   const double exact = exact_irradiance(emitters, receiver.point, receiver.normal);
   SceneBuilderForTests b;
   add_receiver(b, receiver);

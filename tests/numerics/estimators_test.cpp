@@ -1,0 +1,162 @@
+// Cases E1 and E2: three estimators of one picture that share less and less. Light and BSDF
+// sampling with multiple importance sampling; BSDF sampling alone, which never asks a light; and
+// the naive path tracer (naive_path_tracer.h), which shares no code with either. Compared block by
+// block and over the frame, channel by channel.
+#include <array>
+
+#include "closed_form.h"
+#include "io/gltf.h"
+#include "naive_path_tracer.h"
+#include "renderer/core/moments.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+constexpr int kFrame = 64, kBlock = 8, kBlocks = kFrame / kBlock;
+constexpr int kMaxDepth = 5;  // roulette starts at 3
+
+// Means over blocks, and over the frame, with the variances of these means.
+struct BlockMeans {
+  std::array<std::array<double, 3>, kBlocks * kBlocks> mean{}, variance{};
+
+  double frame_mean(size_t channel) const {
+    double sum = 0;
+    for (const auto& m : mean) sum += m[channel];
+    return sum / double(mean.size());
+  }
+  double frame_error(size_t channel) const {
+    double sum = 0;
+    for (const auto& v : variance) sum += v[channel];
+    return std::sqrt(sum) / double(variance.size());
+  }
+};
+
+// The two streams of a pixel are independent, whatever the samples of one owe to each other: their
+// difference tells the variance (film.h), and a block has 64 such differences.
+BlockMeans rendered(const Scene& scene, const CameraDescription& view, bool light_sampling,
+                    uint32_t spp, uint32_t seed) {
+  RenderSettings s;
+  s.width = s.height = kFrame;
+  s.spp = spp;
+  s.seed = seed;
+  s.max_depth = kMaxDepth;
+  s.light_sampling = light_sampling;
+  s.streams = StreamCount::kTwo;
+  s.aovs = "variance";
+  const RenderedImage image = render(scene, view, s);
+  EXPECT_EQ(image.counters.non_finite_samples, 0u);
+  BlockMeans result;
+  constexpr double kPixels = kBlock * kBlock;
+  for (int y = 0; y < kFrame; ++y)
+    for (int x = 0; x < kFrame; ++x) {
+      const size_t block = size_t(y / kBlock * kBlocks + x / kBlock);
+      const float* pixel = image.pixel(x, y);
+      for (size_t c = 0; c < 3; ++c) {  // R G B A samples variance.R ...
+        result.mean[block][c] += double(pixel[c]) / kPixels;
+        result.variance[block][c] += double(pixel[5 + c]) / square(kPixels);
+      }
+    }
+  return result;
+}
+
+BlockMeans traced_naively(const NaivePathTracer& tracer, int paths_per_block, uint64_t seed) {
+  BlockMeans result;
+  for (size_t block = 0; block < result.mean.size(); ++block) {
+    std::mt19937_64 random(seed * 1000 + block);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    Moments sums[3];
+    for (int i = 0; i < paths_per_block; ++i) {
+      const double x = (double(block % kBlocks) + uniform(random)) / kBlocks;
+      const double y = (double(block / kBlocks) + uniform(random)) / kBlocks;
+      const Vec3d radiance = tracer.radiance(x, y, kMaxDepth, random);
+      for (int c = 0; c < 3; ++c) sums[c].add(radiance[c]);
+    }
+    for (size_t c = 0; c < 3; ++c) {
+      result.mean[block][c] = sums[c].mean();
+      result.variance[block][c] = square(sums[c].standard_error());
+    }
+  }
+  return result;
+}
+
+// Frame means against the reference's, 5 standard errors of the difference. Of the 192 block means
+// the worst must lie within 6.5: Sidak's limit for a family error of 1e-6 is 5.9 for a normal
+// variable, 6.5 for Student's t with the 100 degrees of freedom that a block has at least.
+void expect_same(const BlockMeans& a, const BlockMeans& reference, const std::string& number,
+                 const std::string& what, const std::string& how) {
+  const char* names[] = {"R", "G", "B"};
+  double worst = 0;
+  for (size_t c = 0; c < 3; ++c) {
+    const double error = std::hypot(a.frame_error(c), reference.frame_error(c));
+    // 1e-6: the film's channels are float.
+    expect_case({number, what + ", frame mean " + names[c]},
+                {reference.frame_mean(c), a.frame_mean(c), error, 1e-6 * reference.frame_mean(c)},
+                how);
+    for (size_t block = 0; block < a.mean.size(); ++block) {
+      const double variance = a.variance[block][c] + reference.variance[block][c];
+      const double difference = a.mean[block][c] - reference.mean[block][c];
+      const double z = variance > 0 ? difference / std::sqrt(variance) : difference * 1e6;
+      if (std::abs(z) > std::abs(worst)) worst = z;
+    }
+  }
+  expect_case({number, what + ", worst of 192 block means in standard errors"}, {0, worst, 1, 1.5},
+              how);
+}
+
+void compare_estimators(const SceneDescription& description, const CameraDescription& view,
+                        const std::string& number, const std::string& name, int naive_paths) {
+  SceneDescription copy = description;
+  const auto scene = build_scene(std::move(copy), {});
+  const BlockMeans both = rendered(*scene, view, true, 64, 1);
+  const BlockMeans bsdf = rendered(*scene, view, false, 256, 2);
+  const BlockMeans naive = traced_naively(NaivePathTracer(description, view, 1), naive_paths, 3);
+  const std::string how = "64 x 64, depth 5, seeds 1 (MIS, 64 spp), 2 (BSDF, 256 spp), 3 (naive, " +
+                          std::to_string(naive_paths) + " paths a block)";
+  expect_same(both, bsdf, number, name + ", MIS against BSDF sampling", how);
+  expect_same(both, naive, number, name + ", MIS against the naive tracer", how);
+  expect_same(bsdf, naive, number, name + ", BSDF sampling against the naive tracer", how);
+}
+
+// The committed file, its surfaces made Lambertian as they were measured (glTF's dielectric coat is
+// case 1's).
+TEST(Estimators, CornellBox) {
+  SceneDescription scene = load_gltf(EMBERLINE_SCENES "/cornell_box.glb", {});
+  ASSERT_EQ(scene.cameras.size(), 1u);
+  for (MaterialDescription& m : scene.materials) m.specular = 0;
+  compare_estimators(scene, scene.cameras[0], "E1", "Cornell box", 100'000);
+}
+
+// Boxes and a faceted ball under an open sky, a lamp that faces down and a glowing card that is
+// seen from both sides: occlusion everywhere, emitters that reflect.
+TEST(Estimators, StillLife) {
+  SceneBuilderForTests b;
+  b.add_floor(4, 0, b.add_material(lambert({.7f, .6f, .5f})));
+  b.place(
+      b.add_mesh(SceneBuilderForTests::sphere(.7f, 5, b.add_material(lambert({.2f, .5f, .8f})))),
+      translation(-.6, .7, 0));
+  const int red = b.add_material(lambert({.8f, .2f, .1f}));
+  const Vec3f low(.3f, 0, -.9f), high(1.3f, 1.1f, .1f);
+  const auto corner = [&](int i) {
+    return Vec3f(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);
+  };
+  for (const auto& [p, q, r, t] :
+       {std::array{0, 4, 6, 2}, {1, 3, 7, 5}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}})
+    b.add_quad(corner(p), corner(q), corner(r), corner(t), red);
+  MaterialDescription lamp = lambert(Rgb(.5f));
+  lamp.emission = {12, 10, 7};
+  b.add_floor(.4f, 3, b.add_material(lamp), /*up=*/false);
+  MaterialDescription card = lambert({.3f, .8f, .3f});
+  card.emission = {.5f, 1, 2};
+  card.double_sided = true;
+  b.add_quad({-.2f, 0, .8f}, {.5f, 0, .5f}, {.5f, .6f, .5f}, {-.2f, .6f, .8f},
+             b.add_material(card));
+  b.set_environment({.2f, .3f, .5f});
+  compare_estimators(b.description, perspective({1, 2, 5}, {0, .5, 0}, 35), "E2", "still life",
+                     25'000);
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,149 @@
+// Cases E6 to E8: exchange between surfaces. Form factors are reciprocal, whole paths are, and what
+// a lamp sends into a closed box is what its walls absorb.
+#include "receiver.h"
+#include "renderer/core/moments.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+// Mean irradiance of a square of half size h in the plane y = 0, in pi.
+MeasuredMean over_square(const SceneBuilderForTests& b, double h, uint32_t seed) {
+  RenderSettings s = direct_light_settings(256);
+  s.width = s.height = 16;
+  s.seed = seed;
+  return mean_of(*b.build(), orthographic({0, .004, 0}, {0, 0, 0}, h), s);
+}
+
+// ---- E6 ----------------------------------------------------------------------------------------
+
+// Coaxial parallel squares. Flux from 1 to 2 is pi L A1 F12, and so the other way round: the
+// product of area and mean irradiance is the same. For equal squares of side 1 at distance 1 there
+// is the formula for opposite rectangles (Howell's catalogue, C-11).
+TEST(FormFactors, AreReciprocal) {
+  struct Squares {
+    double first, second, distance;  // half sizes
+  };
+  for (const auto& [first, second, distance] :
+       {Squares{.5, .5, 1}, Squares{.1, .8, .3}, Squares{1, .01, .02}}) {
+    const auto flux = [&](double from, double to, uint32_t seed) {
+      SceneBuilderForTests b;
+      b.add_floor(float(to), 0, b.add_material(lambert(Rgb(1.0f))));
+      b.add_floor(float(from), float(distance), b.add_material(emitter(Rgb(1.0f))), /*up=*/false);
+      const MeasuredMean m = over_square(b, to, seed);
+      const double area = square(2 * to) * kPiD;
+      return MeasuredMean{m.mean * area, m.standard_error * area};
+    };
+    const MeasuredMean there = flux(first, second, 1), back = flux(second, first, 2);
+    const std::string what =
+        "squares of " + shown(2 * first) + " and " + shown(2 * second) + " at " + shown(distance);
+    // 1e-5: float.
+    expect_case({"E6", what + ", flux 1 to 2 against 2 to 1"},
+                {back.mean, there.mean, std::hypot(there.standard_error, back.standard_error),
+                 1e-5 * back.mean},
+                "seeds 1 and 2, 16 x 16, 256 spp");
+    if (first == second && distance == 2 * first) {
+      const double r2 = std::sqrt(2.0);  // X = Y = 1
+      const double f =
+          2 / kPiD * (std::log(std::sqrt(4.0 / 3)) + 2 * r2 * std::atan(1 / r2) - 2 * kPiD / 4);
+      EXPECT_NEAR(f, .1998249, 1e-6);
+      expect_case({"E6", what + ", flux against Howell's C-11"},
+                  {kPiD * f, there.mean, there.standard_error, 1e-5}, "seed 1");
+    }
+  }
+}
+
+// ---- E7 ----------------------------------------------------------------------------------------
+
+// Helmholtz reciprocity of whole paths: two Lambertian patches of one size in a scene of coated,
+// metallic and diffuse surfaces with a blocker between them. The irradiance that patch 2 gets when
+// 1 shines is what 1 gets when 2 does, all orders together. Roughness keeps caustics of the small
+// patches within reach of BSDF sampling.
+TEST(Reciprocity, LampAndDetectorChangePlaces) {
+  const auto received = [](bool swapped, uint32_t seed) {
+    SceneBuilderForTests b;
+    MaterialDescription shining = lambert(Rgb(.5f)), plain = lambert(Rgb(.5f));
+    shining.emission = Rgb(50.0f);
+    const int lamp = b.add_material(shining), detector = b.add_material(plain);
+    const auto patch = [&](const Vec3f& c, bool up, int material) {
+      const float h = .2f;
+      if (up)
+        b.add_quad(c + Vec3f(-h, 0, h), c + Vec3f(h, 0, h), c + Vec3f(h, 0, -h),
+                   c + Vec3f(-h, 0, -h), material);
+      else
+        b.add_quad(c + Vec3f(-h, 0, -h), c + Vec3f(h, 0, -h), c + Vec3f(h, 0, h),
+                   c + Vec3f(-h, 0, h), material);
+    };
+    const Vec3f first(-.8f, 1.5f, 0), second(.7f, .3f, .2f);
+    patch(first, false, swapped ? detector : lamp);
+    patch(second, true, swapped ? lamp : detector);
+    b.add_floor(2, 0, b.add_material(metal(Rgb(.9f), .6f)));
+    MaterialDescription coated;
+    coated.base_color = Rgb(.7f);
+    coated.metallic = 0;
+    coated.roughness = .5f;
+    b.add_quad({-2, 0, -1}, {2, 0, -1}, {2, 2, -1}, {-2, 2, -1}, b.add_material(coated));
+    coated.metallic = .5f;
+    b.add_quad({2, 0, -1}, {2, 0, 2}, {2, 2, 2}, {2, 2, -1}, b.add_material(coated));
+    MaterialDescription blocker = lambert(Rgb(.4f));
+    blocker.double_sided = true;
+    b.add_quad({-.3f, .9f, -.5f}, {.3f, .9f, -.5f}, {.2f, .9f, .4f}, {-.2f, .9f, .4f},
+               b.add_material(blocker));
+    b.set_environment(Rgb(0.0f));
+    RenderSettings s;
+    s.width = s.height = 16;
+    s.spp = 2048;
+    s.max_depth = 8;
+    s.seed = seed;
+    const Vec3d at(swapped ? first : second), aside(0, swapped ? -.004 : .004, 0);
+    const MeasuredMean m = mean_of(*b.build(), orthographic(at + aside, at, .2), s);
+    // What the detector sends out is rho / pi times what it gets.
+    return MeasuredMean{m.mean * kPiD / .5, m.standard_error * kPiD / .5};
+  };
+  const MeasuredMean there = received(false, 1), back = received(true, 2);
+  EXPECT_GT(there.mean, 0);
+  // 1e-5: float. The albedo tables divide the diffuse lobe alike for both directions.
+  expect_case({"E7", "lamp and detector change places"},
+              {back.mean, there.mean, std::hypot(there.standard_error, back.standard_error),
+               1e-5 * back.mean},
+              "seeds 1 and 2, 16 x 16, 2048 spp");
+}
+
+// ---- E8 ----------------------------------------------------------------------------------------
+
+// A point light in a closed box with reflectance rho: (1 - rho) of all irradiance on the walls is
+// the lamp's 4 pi I, whatever the light's place. All bounces and all of Russian roulette take part.
+TEST(EnergyBalance, WallsAbsorbWhatTheLampSends) {
+  for (const double rho : {.3, .8, .95}) {
+    SceneBuilderForTests b;
+    const int wall = b.add_material(lambert(Rgb(float(rho))));
+    const Vec3d axes[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    for (const Vec3d& out : axes) {
+      const Vec3d u = std::abs(out.y) < .5 ? Vec3d(0, 1, 0) : Vec3d(0, 0, 1), v = cross(u, out);
+      b.add_quad(Vec3f(out - u - v), Vec3f(out + u - v), Vec3f(out + u + v), Vec3f(out - u + v),
+                 wall);  // facing inwards
+    }
+    b.add_point_light({.3, -.4, .5}, Rgb(2.0f));
+    const auto scene = b.build();
+    RenderSettings s;
+    s.width = s.height = 16;
+    s.spp = 128;
+    s.max_depth = 100'000;
+    double absorbed = 0, variance = 0;
+    for (const Vec3d& out : axes) {
+      const double area = 4,
+                   per_radiance = area * kPiD / double(float(rho)) * (1 - double(float(rho)));
+      const MeasuredMean m = mean_of(*scene, orthographic(out * .01, out, 1), s);
+      absorbed += per_radiance * m.mean;
+      variance += square(per_radiance * m.standard_error);
+      ++s.seed;  // the walls' errors are to be independent
+    }
+    const double exact = 4 * kPiD * 2;
+    expect_case({"E8", "box of reflectance " + shown(rho)},
+                {exact, absorbed, std::sqrt(variance), 1e-5 * exact}, "seeds 1 to 6, " + replay(s));
+  }
+}
+
+}  // namespace
+}  // namespace emberline

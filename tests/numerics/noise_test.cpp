@@ -1,0 +1,131 @@
+// Cases E11 and E12: the error itself. Pixels and seeds owe nothing to each other, and the variance
+// falls with the samples as theory says.
+#include "receiver.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+// A receiver under a lamp, all of whose pixels have one expected value.
+std::unique_ptr<Scene> lit_floor() {
+  SceneBuilderForTests b;
+  add_receiver(b, {});
+  b.add_quad({-.5f, 1.2f, -.3f}, {.9f, 1.2f, -.3f}, {.9f, 1.2f, .7f}, {-.5f, 1.2f, .7f},
+             b.add_material(emitter(Rgb(1.0f))));
+  b.set_environment(Rgb(.1f));
+  return b.build();
+}
+
+RenderSettings noise_settings(const std::string& sampler, uint32_t spp) {
+  RenderSettings s = direct_light_settings(spp);
+  s.width = s.height = 64;
+  s.sampler = sampler;
+  return s;
+}
+
+// Correlation of the errors of pixels (x, y) in `a` and (x + dx, y + dy) in `b`, wrapping around.
+double correlation(const RenderedImage& a, const RenderedImage& b, int dx, int dy) {
+  double sum = 0, squares_a = 0, squares_b = 0;
+  const int n = a.window.width();
+  for (int y = 0; y < n; ++y)
+    for (int x = 0; x < n; ++x) {
+      const double p = double(a.rgb(x, y).y) - a.mean;
+      const double q = double(b.rgb((x + dx) % n, (y + dy) % n).y) - b.mean;
+      sum += p * q;
+      squares_a += p * p;
+      squares_b += q * q;
+    }
+  return sum / std::sqrt(squares_a * squares_b);
+}
+
+// Of n independent pairs a correlation is 0 with a standard error of 1 / sqrt(n).
+TEST(Noise, PixelsAndSeedsAreIndependent) {
+  const auto scene = lit_floor();
+  for (const std::string sampler : {"sobol", "independent"}) {
+    RenderSettings s = noise_settings(sampler, 16);
+    const RenderedImage one = render(*scene, view_of({}), s);
+    s.seed = 2;
+    const RenderedImage two = render(*scene, view_of({}), s);
+    for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}, {1, 1}, {2, 0}, {0, 8}, {16, 16}})
+      expect_case({"E11", sampler + ", pixels " + std::to_string(dx) + ", " + std::to_string(dy) +
+                              " apart"},
+                  {0, correlation(one, one, dx, dy), 1.0 / 64, 0}, replay(s));
+    expect_case({"E11", sampler + ", seeds 1 and 2"}, {0, correlation(one, two, 0, 0), 1.0 / 64, 0},
+                replay(s));
+  }
+}
+
+// The slope p of log variance over log N, variance ~ N^-p, from the spread of 4096 pixels at each
+// of several N. The variance of a variance over n pixels is (2 + excess kurtosis) / n of its
+// square; 3 stands for 2 + excess, since sums of 16 and more samples are nearly normal.
+struct Slope {
+  double value = 0, standard_error = 0;
+};
+Slope order(const Scene& scene, const CameraDescription& view, const std::string& sampler) {
+  double sx = 0, sy = 0, sxx = 0, sxy = 0;
+  int n = 0;
+  double pixels = 0;
+  for (uint32_t spp = 16; spp <= 256; spp *= 2) {
+    const RenderSettings s = noise_settings(sampler, spp);
+    const RenderedImage image = render(scene, view, s);
+    pixels = double(image.window.area());
+    const double x = std::log(double(spp)), y = std::log(square(image.standard_error) * pixels);
+    sx += x;
+    sy += y;
+    sxx += x * x;
+    sxy += x * y;
+    ++n;
+  }
+  const double spread = sxx - sx * sx / n;
+  return {-(sxy - sx * sy / n) / spread, std::sqrt(3 / pixels / spread)};
+}
+
+TEST(Noise, IndependentSamplesGainTheirNumber) {
+  const Slope p = order(*lit_floor(), view_of({}), "independent");
+  expect_case({"E12", "order of convergence, independent samples, area light and sky"},
+              {1, p.value, p.standard_error, 0}, "seed 1, 64 x 64, 16 to 256 spp");
+}
+
+// An Owen-scrambled net resolves an edge that no axis runs along to N^-1.5: an error lives in the
+// sqrt(N) of N strata that the edge crosses. One pixel under many seeds:
+// every estimate is of the same edge. .1: the order is reached for N to infinity only.
+TEST(Noise, StratifiedSamplesGainMoreAtAnEdge) {
+  SceneBuilderForTests b;
+  const float far = 100;
+  b.add_quad({-far, 1, -far}, {.137f * far, 1, -far}, {-.211f * far, 1, far}, {-far, 1, far},
+             b.add_material(emitter(Rgb(1.0f))));
+  b.set_environment(Rgb(0.0f));
+  const auto scene = b.build();
+  double sx = 0, sy = 0, sxx = 0, sxy = 0;
+  int n = 0;
+  constexpr int kSeeds = 1000;
+  for (uint32_t spp = 16; spp <= 512; spp *= 2) {
+    RenderSettings s = direct_light_settings(spp);
+    s.width = s.height = 1;
+    s.max_depth = 0;
+    s.threads = 1;
+    double sum = 0, squares = 0;
+    for (s.seed = 1; s.seed <= kSeeds; ++s.seed) {
+      const double v = render(*scene, orthographic({-3.7, 0, 0}, {-3.7, 1, 0}, 10), s).mean;
+      sum += v;
+      squares += v * v;
+    }
+    EXPECT_GT(sum, 0);
+    EXPECT_LT(sum, kSeeds);
+    const double variance = squares / kSeeds - square(sum / kSeeds);
+    const double x = std::log(double(spp)), y = std::log(variance);
+    sx += x;
+    sy += y;
+    sxx += x * x;
+    sxy += x * y;
+    ++n;
+  }
+  const double spread = sxx - sx * sx / n;
+  expect_case({"E12", "order of convergence, sobol, a tilted edge in a pixel"},
+              {1.5, -(sxy - sx * sy / n) / spread, std::sqrt(3.0 / kSeeds / spread), .1},
+              "seeds 1 to 1000, 1 x 1, 16 to 512 spp");
+}
+
+}  // namespace
+}  // namespace emberline
