@@ -115,6 +115,14 @@ inline MeasuredMean mean_of(const Scene& scene, const CameraDescription& view, R
   return {sum / n, std::sqrt(variance) / n};
 }
 
+// A seed of its own for each comparison: rows that share random numbers would err together, and the
+// table's spread would say nothing about the standard errors. FNV-1a.
+inline uint32_t seed_of(const CaseName& name) {
+  uint32_t h = 2166136261u;
+  for (const char c : name.number + " " + name.what) h = (h ^ uint8_t(c)) * 16777619u;
+  return h;
+}
+
 // As compared(); `tolerance` is relative to the value.
 inline void expect_exact(const RenderedImage& image, double exact, double tolerance,
                          const RenderSettings& s, const CaseName& name) {

@@ -77,11 +77,12 @@ void expect_environment(const Map& map, const Vec3d& n, double exact, double tol
   b.set_environment(map.image());
   const auto scene = b.build();
   RenderSettings s = direct_light_settings(2048);
+  s.seed = seed_of(name);
   expect_case(name, measured_irradiance(render(*scene, view_of(r), s), exact, tolerance),
               replay(s));
   if (!bsdf_alone) return;
   s.light_sampling = false;
-  s.seed = 2;
+  ++s.seed;
   expect_case({name.number, name.what + ", BSDF sampling alone"},
               measured_irradiance(render(*scene, view_of(r), s), exact, tolerance), replay(s));
 }

@@ -31,20 +31,19 @@ std::shared_ptr<const Image> gradient_sky() {
   return image;
 }
 
-RenderedImage reflection(float roughness, double mu, const RenderSettings& s) {
-  SceneBuilderForTests b;
-  b.add_floor(100, 0, b.add_material(metal(Rgb(1.0f), roughness)));
-  b.set_environment(gradient_sky());
-  const double sine = std::sqrt((1 - mu) * (1 + mu));
-  return render(*b.build(), orthographic({10 * sine, 10 * mu, 0}, {0, 0, 0}, 0.01), s);
-}
-
-RenderSettings sky_settings() {
+void expect_reflection(const CaseName& name, float roughness, double mu, double exact,
+                       double tolerance) {
   RenderSettings s;
   s.width = s.height = 8;
   s.spp = 256;
   s.max_depth = 2;
-  return s;
+  s.seed = seed_of(name);
+  SceneBuilderForTests b;
+  b.add_floor(100, 0, b.add_material(metal(Rgb(1.0f), roughness)));
+  b.set_environment(gradient_sky());
+  const double sine = std::sqrt((1 - mu) * (1 + mu));
+  const CameraDescription view = orthographic({10 * sine, 10 * mu, 0}, {0, 0, 0}, 0.01);
+  expect_case(name, compared(render(*b.build(), view, s), exact, tolerance), replay(s));
 }
 
 // Single scattering kBase E + kSlope H; the rest of the energy, 1 - E(mu), leaves with the density
@@ -66,31 +65,25 @@ double exact_reflection(double mu, double alpha) {
 
 // Every roughness against quadrature. 2e-3 of the radiance: the albedo tables, as in the furnace.
 TEST(NarrowLobe, SkyInARoughMetal) {
-  const RenderSettings s = sky_settings();
   for (const double alpha : {.01, .1, .25, .5, 1.0})
     for (const double mu : {1.0, .5, .1, .01})
-      expect_case({"2", "sky in metal, alpha " + shown(alpha) + ", mu " + shown(mu)},
-                  compared(reflection(float(std::sqrt(alpha)), mu, s), exact_reflection(mu, alpha),
-                           2e-3 * (kBase + kSlope)),
-                  replay(s));
+      expect_reflection({"2", "sky in metal, alpha " + shown(alpha) + ", mu " + shown(mu)},
+                        float(std::sqrt(alpha)), mu, exact_reflection(mu, alpha),
+                        2e-3 * (kBase + kSlope));
 }
 
 // Towards 0: the mirror. Below kMirrorAlpha it is one; just above, the lobe spreads by
 // alpha^2 ln(1 / alpha) / mu, below 1e-4 here; 1e-3 is what the catalogue of hard cases allows.
 TEST(NarrowLobe, MeetsTheMirror) {
-  const RenderSettings s = sky_settings();
   const float narrowest = std::nextafter(std::sqrt(kMirrorAlpha), 1.0f);
-  for (const double mu : {1.0, .5, .1}) {
+  for (const double mu : {1.0, .5, .1})
     for (const float roughness : {0.0f, float(std::sqrt(1e-7)), 0.0316f, narrowest}) {
       const bool mirror = roughness < narrowest;
       // 1e-6: float.
-      expect_case({"2", "mirror's limit, alpha " + shown(double(square(roughness))) +
-                            (mirror ? " (mirror)" : "") + ", mu " + shown(mu)},
-                  compared(reflection(roughness, mu, s), kBase + kSlope * mu,
-                           mirror ? kRowError + 1e-6 : 1e-3),
-                  replay(s));
+      expect_reflection({"2", "mirror's limit, alpha " + shown(double(square(roughness))) +
+                                  (mirror ? " (mirror)" : "") + ", mu " + shown(mu)},
+                        roughness, mu, kBase + kSlope * mu, mirror ? kRowError + 1e-6 : 1e-3);
     }
-  }
 }
 
 }  // namespace

@@ -120,12 +120,13 @@ inline void expect_irradiance_of(const Emitters& emitters, const Receiver& recei
   add_emitters(b, emitters);
   const auto scene = b.build();
   RenderSettings s = direct_light_settings();
+  s.seed = seed_of(name);
   expect_case(name,
               measured_irradiance(render(*scene, view_of(receiver), s), exact, tolerance * exact),
               replay(s));
   if (!bsdf_alone) return;
   s.light_sampling = false;
-  s.seed = 2;
+  ++s.seed;
   s.spp = 2048;
   expect_case({name.number, name.what + ", BSDF sampling alone"},
               measured_irradiance(render(*scene, view_of(receiver), s), exact, tolerance * exact),
