@@ -12,6 +12,7 @@
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
+#include "support/chi_square.h"
 #include "unit/sample_statistics.h"
 
 namespace emberline {
@@ -112,49 +113,22 @@ TEST_P(EveryFilter, DensityIsTheProfiles) {
   EXPECT_EQ(f.pdf(Vec2f(0.0f, -f.radius() * 1.001f)), 0.0f);
 }
 
-// Offsets fall into cells as their density says: chi-square over a 20 x 20 grid, false alarm 1e-6.
+// Offsets fall into cells as the profile says: chi-square over a 20 x 20 grid, false alarm 1e-6.
 TEST_P(EveryFilter, ChiSquare) {
   const FilterEntry& e = entry();
   const PixelFilter f = filter();
-  constexpr int kCells = 20;
-  constexpr uint32_t kSamples = 1000000;
-  std::vector<double> marginal(kCells);
-  double total = 0;
-  for (int c = 0; c < kCells; ++c) {
-    marginal[c] = integrate(
-        [&](double t) { return std::abs(e.profile((c + t) / (kCells / 2) - 1.0)); }, 2000);
-    total += marginal[c];
-  }
-  std::vector<uint32_t> counts(kCells * kCells);
-  for (uint32_t i = 0; i < kSamples; ++i) {
-    const Vec2f offset = f.sample(random_point(i)).offset;
-    const auto cell = [&](float x) {
-      return std::min(int((x / f.radius() + 1.0f) * (kCells / 2)), kCells - 1);
-    };
-    ++counts[cell(offset.y) * kCells + cell(offset.x)];
-  }
-  // Cells with an expectation below 10 are pooled into one, as the test asks.
-  double sum = 0, pooled_expected = 0, pooled_count = 0;
-  int degrees = -1;
-  for (int y = 0; y < kCells; ++y) {
-    for (int x = 0; x < kCells; ++x) {
-      const double expected = kSamples * marginal[x] * marginal[y] / (total * total);
-      const double count = counts[y * kCells + x];
-      if (expected < 10) {
-        pooled_expected += expected;
-        pooled_count += count;
-      } else {
-        sum += square(count - expected) / expected;
-        ++degrees;
-      }
-    }
-  }
-  if (pooled_expected > 0) {
-    // A pool of next to nothing has no chi-square of its own; it may hold a stray sample.
-    sum += square(pooled_count - pooled_expected) / std::max(pooled_expected, 10.0);
-    ++degrees;
-  }
-  EXPECT_LT(sum, chi_square_limit(degrees));
+  const double total =
+      2 * integrate([&](double t) { return std::abs(e.profile(2 * t - 1)); }, 20000);
+  EXPECT_TRUE(test::chi_square_test(
+      [&](test::TestRandom& random) -> std::optional<test::ChiSquarePoint> {
+        const Vec2f offset = f.sample(random.vec2()).offset;
+        return test::ChiSquarePoint{double(offset.x / f.radius()), double(offset.y / f.radius()),
+                                    1};
+      },
+      [&](double x, double y) {
+        return std::abs(e.profile(x)) * std::abs(e.profile(y)) / square(total);
+      },
+      {-1, 1, -1, 1}, {.bins_x = 20, .bins_y = 20, .samples = 1'000'000, .min_expected = 10}));
 }
 
 // The sign of the weight is the sign of the profile where the sample fell; its size is constant.

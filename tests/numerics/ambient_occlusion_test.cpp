@@ -1,0 +1,37 @@
+// Case E13: ambient occlusion beside a wall. Cosine-weighted directions are uniform in the unit
+// disk that they project to, and the wall at distance d stops those whose projection lies beyond d
+// / r, r being how far the integrator looks: a circle's segment.
+#include "receiver.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+TEST(AmbientOcclusion, BesideAWall) {
+  SceneBuilderForTests b;
+  const int grey = b.add_material(lambert(Rgb(.5f)));
+  b.add_floor(5, 0, grey);
+  b.add_quad({0, 0, 5}, {0, 0, -5}, {0, 5, -5}, {0, 5, 5}, grey);  // faces +X
+  b.set_environment(Rgb(1.0f));
+  const auto scene = b.build();
+  const double reach = .2 * double(scene->radius()) / scene->scale();
+  EXPECT_GT(reach, 1.2);
+  EXPECT_LT(reach, 4.9);
+  for (const double d : {1e-3, .3, .75, 1.2, 2 * reach}) {
+    const CaseName name = {"E13",
+                           "ambient occlusion " + shown(d) + " from a wall, reach " + shown(reach)};
+    RenderSettings s = direct_light_settings(1024);
+    s.integrator = "ambient_occlusion";
+    s.seed = seed_of(name);
+    const double k = std::min(1.0, d / reach);
+    const double blocked = (std::acos(k) - k * std::sqrt(1 - k * k)) / kPiD;
+    // Off the floor's diagonal.
+    const RenderedImage image = render(*scene, orthographic({d, .1, .7}, {d, 0, .7}, 1e-5), s);
+    // The view is 1e-5 to either side of d; the segment's chord is 2 at most.
+    expect_case(name, compared(image, 1 - blocked, 1e-6 + 1e-5 * (d < .01)), replay(s));
+  }
+}
+
+}  // namespace
+}  // namespace emberline
