@@ -1,5 +1,6 @@
-// Direct light whose irradiance has a closed form. The receiver is a Lambert floor of albedo 1 seen
-// from straight above, so that the picture is E / pi.
+// Direct light whose irradiance has a closed form: the published rectangle, and the sides of a
+// light; emitter_shapes_test.cpp has all other shapes. The receiver is a Lambert floor of albedo 1
+// seen from straight above, so that the picture is E / pi.
 #include "closed_form.h"
 #include "support/scenes.h"
 
@@ -62,45 +63,6 @@ TEST(AreaLight, RectangleByBsdfSampling) {
   expect_exact(irradiance_at(b, Vec3d(0.0), s), 0.683537 / kPiD, 1e-5, s, {"6", "rectangle, BSDF"});
 }
 
-// Case 7: a sphere above the horizon, E = pi L (R/d)^2 cos. Tessellated finely and circumscribed
-// halfway, so that its outline's area is the sphere's to 1e-3.
-TEST(AreaLight, Sphere) {
-  const double radius = .5, d = 2, cosine = .6;
-  const double exact = kPiD * square(radius / d) * cosine;
-  EXPECT_NEAR(exact, 0.162054 * (kPiD * square(radius / d) * cosine) / 0.162054, 1e-12);
-  SceneBuilderForTests b;
-  const int rings = 48;
-  const int mesh = b.add_mesh(
-      SceneBuilderForTests::sphere(float(radius), rings, b.add_material(emitter(Rgb(1.0f)))));
-  b.place(mesh, translation(d * std::sqrt(1 - cosine * cosine), d * cosine, 0));
-  const RenderSettings s = direct_settings();
-  // A polygon of 96 sides inscribed in a circle lacks 2 pi^2 / (3 n^2) = 7e-4 of its area.
-  expect_exact(irradiance_at(b, Vec3d(0.0), s), exact / kPiD, 2e-3, s, {"7", "sphere light"});
-}
-
-// Case 8: a coaxial disk, E = pi L R^2 / (R^2 + h^2), here a polygon of 64 sides whose own value
-// by Lambert's formula is the reference; the disk's guards it.
-TEST(AreaLight, Disk) {
-  const double radius = .7, h = 1.3;
-  const int n = 64;
-  std::vector<Vec3d> corners;
-  MeshDescription disk;
-  disk.name = "disk";
-  for (int i = 0; i < n; ++i) {
-    const double phi = 2 * kPiD * i / n;
-    corners.emplace_back(radius * std::cos(phi), h, radius * std::sin(phi));
-    disk.positions.emplace_back(float(corners.back().x), float(h), float(corners.back().z));
-  }
-  for (uint32_t i = 1; i + 1 < uint32_t(n); ++i) disk.triangles.push_back({0, i, i + 1});
-  const double exact = lambert_polygon(corners, Vec3d(0.0));
-  EXPECT_NEAR(exact, 0.706138, 0.706138 * 3e-3);
-  SceneBuilderForTests b;
-  disk.material = b.add_material(emitter(Rgb(1.0f)));
-  b.place(b.add_mesh(disk));
-  const RenderSettings s = direct_settings();
-  expect_exact(irradiance_at(b, Vec3d(0.0), s), exact / kPiD, 1e-5, s, {"8", "disk"});
-}
-
 // A one-sided emitter lights its front only; a two-sided one both sides.
 TEST(AreaLight, Sides) {
   for (const bool two_sided : {false, true}) {
@@ -115,40 +77,6 @@ TEST(AreaLight, Sides) {
     expect_exact(irradiance_at(b, Vec3d(0.0), s), exact / kPiD, 1e-5, s,
                  {"20", two_sided ? "two-sided" : "from behind"});
   }
-}
-
-// Case 10: a point light, Lo = rho / pi I cos / d^2.
-TEST(PointLight, InverseSquare) {
-  SceneBuilderForTests b;
-  b.add_point_light({1, 2, 0}, Rgb(3.0f));
-  const double d2 = 5, cosine = 2 / std::sqrt(5.0);
-  const RenderSettings s = direct_settings();
-  expect_exact(irradiance_at(b, Vec3d(0.0), s), 3 * cosine / d2 / kPiD, 1e-5, s,
-               {"10", "point light"});
-}
-
-// Case 11: a sky L = a + b cos(theta), E = pi a + 2 pi b / 3, from a 512 x 256 map.
-TEST(Environment, GradientSky) {
-  const double a = 0.5, c = 2.0;
-  auto image = std::make_shared<Image>();
-  image->width = 512;
-  image->height = 256;
-  image->channels = 3;
-  image->type = TexelType::kFloat;
-  std::vector<float> texels;
-  for (int y = 0; y < image->height; ++y) {
-    const double cosine = std::cos(kPiD * (y + .5) / image->height);
-    for (int x = 0; x < image->width * 3; ++x)
-      texels.push_back(float(a + c * std::max(0.0, cosine)));
-  }
-  image->texels.resize(texels.size() * sizeof(float));
-  std::memcpy(image->texels.data(), texels.data(), image->texels.size());
-  SceneBuilderForTests b;
-  b.set_environment(image);
-  const RenderSettings s = direct_settings();
-  // 1e-4: bilinear interpolation of 256 rows against the cosine itself.
-  expect_exact(irradiance_at(b, Vec3d(0.0), s), (kPiD * a + 2 * kPiD * c / 3) / kPiD, 1e-4, s,
-               {"11", "gradient sky"});
 }
 
 }  // namespace

@@ -63,14 +63,15 @@ TEST(RectangleLight, NearAndFar) {
 // ---- case 7 ------------------------------------------------------------------------------------
 
 TEST(SphereLight, AboveAndAcrossTheHorizon) {
+  EXPECT_NEAR(kPiD * square(.5 / 2) * std::cos(.6), .162054, 1e-6);  // the catalogue's
   struct Sphere {
     double radius, distance, cosine;
     const char* what;
   };
   for (const Sphere& sphere :
-       {Sphere{.5, 2, .6, "above the horizon"}, Sphere{.9, 1, 1, "filling most of the sky"},
-        Sphere{.5, 1, .2, "across the horizon"}, Sphere{.5, 1, -.3, "mostly below the horizon"},
-        Sphere{.01, 10, .5, "far away"}}) {
+       {Sphere{.5, 2, std::cos(.6), "above the horizon"},
+        Sphere{.9, 1, 1, "filling most of the sky"}, Sphere{.5, 1, .2, "across the horizon"},
+        Sphere{.5, 1, -.3, "mostly below the horizon"}, Sphere{.01, 10, .5, "far away"}}) {
     const auto [radius, distance, cosine, what] = sphere;
     const Vec3d center(distance * std::sqrt(1 - cosine * cosine), distance * cosine, 0);
     Emitters lamp;
@@ -90,6 +91,7 @@ TEST(SphereLight, AboveAndAcrossTheHorizon) {
 // ---- case 8 ------------------------------------------------------------------------------------
 
 TEST(DiskLight, Coaxial) {
+  EXPECT_NEAR(kPiD * square(.7) / (square(.7) + square(1.3)), .706138, 1e-6);  // the catalogue's
   for (const auto& [radius, h] :
        {std::pair{.7, 1.3}, std::pair{10.0, .1}, std::pair{.01, 1.0}, std::pair{1000.0, 1.0}}) {
     Emitters lamp;

@@ -56,58 +56,57 @@ TEST(FormFactors, AreReciprocal) {
 
 // ---- E7 ----------------------------------------------------------------------------------------
 
-// Helmholtz reciprocity of whole paths: two Lambertian patches of one size in a scene of coated,
-// metallic and diffuse surfaces with a blocker between them. The irradiance that patch 2 gets when
-// 1 shines is what 1 gets when 2 does, all orders together. Roughness keeps caustics of the small
-// patches within reach of BSDF sampling.
+// Helmholtz reciprocity of whole paths: two Lambertian patches of one size that do not face each
+// other. The irradiance that patch 2 gets when 1 shines is what 1 gets when 2 does, all orders
+// together. Patch 1 looks squarely at a wall, patch 2 sees it at a grazing angle: a lobe that
+// treated the two directions differently would show. Roughness keeps the patches within reach of
+// BSDF sampling.
+MeasuredMean received(const MaterialDescription& wall, bool swapped, const CaseName& name) {
+  SceneBuilderForTests b;
+  MaterialDescription shining = lambert(Rgb(.5f)), plain = lambert(Rgb(.5f));
+  shining.emission = Rgb(50.0f);
+  const int lamp = b.add_material(shining), detector = b.add_material(plain);
+  constexpr double kHalf = .15;
+  const Vec3d at[] = {{0, 1, -.5}, {1.8, 1, -.7}};
+  const Vec3d facing[] = {{0, 0, -1}, unit({-1, 0, -.3})};
+  for (int i = 0; i < 2; ++i) {
+    const Vec3d u = unit(cross(Vec3d(0, 1, 0), facing[i])) * kHalf, v = cross(facing[i], u);
+    b.add_quad(Vec3f(at[i] - u - v), Vec3f(at[i] + u - v), Vec3f(at[i] + u + v),
+               Vec3f(at[i] - u + v), (i == 1) == swapped ? lamp : detector);
+  }
+  b.add_quad({-2, 0, -1}, {3, 0, -1}, {3, 2, -1}, {-2, 2, -1}, b.add_material(wall));
+  b.add_floor(3, 0, b.add_material(metal(Rgb(.9f), .6f)));
+  b.set_environment(Rgb(0.0f));
+  RenderSettings s;
+  s.width = s.height = 16;
+  s.spp = 1024;
+  s.max_depth = 8;
+  s.seed = seed_of(name) + swapped;
+  const int seen = swapped ? 0 : 1;
+  const MeasuredMean m =
+      mean_of(*b.build(), orthographic(at[seen] + facing[seen] * .004, at[seen], kHalf), s);
+  // What the detector sends out is rho / pi times what it gets.
+  return {m.mean * kPiD / .5, m.standard_error * kPiD / .5};
+}
+
 TEST(Reciprocity, LampAndDetectorChangePlaces) {
-  const auto received = [](bool swapped, uint32_t seed) {
-    SceneBuilderForTests b;
-    MaterialDescription shining = lambert(Rgb(.5f)), plain = lambert(Rgb(.5f));
-    shining.emission = Rgb(50.0f);
-    const int lamp = b.add_material(shining), detector = b.add_material(plain);
-    const auto patch = [&](const Vec3f& c, bool up, int material) {
-      const float h = .2f;
-      if (up)
-        b.add_quad(c + Vec3f(-h, 0, h), c + Vec3f(h, 0, h), c + Vec3f(h, 0, -h),
-                   c + Vec3f(-h, 0, -h), material);
-      else
-        b.add_quad(c + Vec3f(-h, 0, -h), c + Vec3f(h, 0, -h), c + Vec3f(h, 0, h),
-                   c + Vec3f(-h, 0, h), material);
-    };
-    const Vec3f first(-.8f, 1.5f, 0), second(.7f, .3f, .2f);
-    patch(first, false, swapped ? detector : lamp);
-    patch(second, true, swapped ? lamp : detector);
-    b.add_floor(2, 0, b.add_material(metal(Rgb(.9f), .6f)));
-    MaterialDescription coated;
-    coated.base_color = Rgb(.7f);
-    coated.metallic = 0;
-    coated.roughness = .5f;
-    b.add_quad({-2, 0, -1}, {2, 0, -1}, {2, 2, -1}, {-2, 2, -1}, b.add_material(coated));
-    coated.metallic = .5f;
-    b.add_quad({2, 0, -1}, {2, 0, 2}, {2, 2, 2}, {2, 2, -1}, b.add_material(coated));
-    MaterialDescription blocker = lambert(Rgb(.4f));
-    blocker.double_sided = true;
-    b.add_quad({-.3f, .9f, -.5f}, {.3f, .9f, -.5f}, {.2f, .9f, .4f}, {-.2f, .9f, .4f},
-               b.add_material(blocker));
-    b.set_environment(Rgb(0.0f));
-    RenderSettings s;
-    s.width = s.height = 16;
-    s.spp = 2048;
-    s.max_depth = 8;
-    s.seed = seed;
-    const Vec3d at(swapped ? first : second), aside(0, swapped ? -.004 : .004, 0);
-    const MeasuredMean m = mean_of(*b.build(), orthographic(at + aside, at, .2), s);
-    // What the detector sends out is rho / pi times what it gets.
-    return MeasuredMean{m.mean * kPiD / .5, m.standard_error * kPiD / .5};
-  };
-  const MeasuredMean there = received(false, 1), back = received(true, 2);
-  EXPECT_GT(there.mean, 0);
-  // 1e-5: float. The albedo tables divide the diffuse lobe alike for both directions.
-  expect_case({"E7", "lamp and detector change places"},
-              {back.mean, there.mean, std::hypot(there.standard_error, back.standard_error),
-               1e-5 * back.mean},
-              "seeds 1 and 2, 16 x 16, 2048 spp");
+  for (const float metallic : {0.0f, 1.0f})
+    for (const float roughness : {.4f, 1.0f}) {
+      MaterialDescription wall;
+      wall.base_color = Rgb(.7f);
+      wall.metallic = metallic;
+      wall.roughness = roughness;
+      const CaseName name = {"E7", "lamp and detector change places, metallic " +
+                                       shown(double(metallic)) + ", roughness " +
+                                       shown(double(roughness))};
+      const MeasuredMean there = received(wall, false, name), back = received(wall, true, name);
+      EXPECT_GT(there.mean, 0);
+      // 1e-5: float. The albedo tables divide the diffuse lobe alike for both directions.
+      expect_case(name,
+                  {back.mean, there.mean, std::hypot(there.standard_error, back.standard_error),
+                   1e-5 * back.mean},
+                  "seeds " + std::to_string(seed_of(name)) + " and the next, 16 x 16, 1024 spp");
+    }
 }
 
 // ---- E8 ----------------------------------------------------------------------------------------
