@@ -16,6 +16,7 @@ import json
 import math
 import pathlib
 import re
+import signal
 import sys
 
 BEGIN = "<!-- made by ci/numerics.sh --write: begin -->"
@@ -158,6 +159,7 @@ def main():
     parser.add_argument("--write", action="store_true")
     arguments = parser.parse_args()
 
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # `| head` is no error
     rows = sorted((json.loads(line) for line in arguments.rows.read_text().splitlines()), key=row_key)
     if not rows:
         sys.exit(f"{arguments.rows}: no comparison was recorded")
