@@ -159,12 +159,17 @@ float SurfaceBsdf::pdf(const Vec3f& wi) const {
 }
 
 BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
-  return clear_ ? sample_clear(u_lobe, u) : sample_opaque(u_lobe, u);
+  return clear_ ? sample_clear(u_lobe, u) : sample_opaque(u);
 }
 
-inline BsdfSample SurfaceBsdf::sample_opaque(float u_lobe, const Vec2f& u) const {
+inline BsdfSample SurfaceBsdf::sample_opaque(const Vec2f& u) const {
   BsdfSample result;
-  const bool specular = u_lobe < specular_pick_;
+  // The lobes divide the unit square between them: points that are well spread over it stay so over
+  // each part, where a coin apart would leave each lobe a random selection of them.
+  const bool specular = u.y < specular_pick_;
+  const float share = select(specular, specular_pick_, 1.0f - specular_pick_);
+  const float v =
+      std::min((u.y - select(specular, 0.0f, specular_pick_)) / share, kOneMinusEpsilon);
   if (specular && specular_ == SpecularKind::kMirror) {
     result.wi = Vec3f(-wo_.x, -wo_.y, wo_.z);
     result.weight = to_rgb(schlick(f0_, f90_, wo_.z) / specular_pick_);
@@ -176,9 +181,9 @@ inline BsdfSample SurfaceBsdf::sample_opaque(float u_lobe, const Vec2f& u) const
   // guess would cost more (measured) than the few instructions of the other map.
   float sine, cosine;
   sincos_turns(u.x, &sine, &cosine);
-  const Vec3f a = ggx_.sample(sine, cosine, u.y);
-  const float radius = std::sqrt(u.y);
-  const Vec3f b(radius * cosine, radius * sine, std::sqrt(1.0f - u.y));
+  const Vec3f a = ggx_.sample(sine, cosine, v);
+  const float radius = std::sqrt(v);
+  const Vec3f b(radius * cosine, radius * sine, std::sqrt(1.0f - v));
   result.wi =
       Vec3f(select(specular, a.x, b.x), select(specular, a.y, b.y), select(specular, a.z, b.z));
   const Color4 value = eval_and_pdf4(result.wi, &result.pdf);
@@ -240,7 +245,7 @@ inline BsdfSample SurfaceBsdf::sample_opaque(float u_lobe, const Vec2f& u) const
   const bool clear = u_lobe < clear_pick_;
   const float pick = clear ? clear_pick_ : 1.0f - clear_pick_;
   const float rest = std::min((clear ? u_lobe : u_lobe - clear_pick_) / pick, kOneMinusEpsilon);
-  BsdfSample result = clear ? clear_->sample(rest, u) : sample_opaque(rest, u);
+  BsdfSample result = clear ? clear_->sample(rest, u) : sample_opaque(u);
   if (!result.valid) return result;
   if (on_wrong_side(result.wi, result.transmitted)) return BsdfSample{};
   if (result.delta) {

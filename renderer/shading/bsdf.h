@@ -65,6 +65,7 @@ class SurfaceBsdf {
   float pdf(const Vec3f& wi) const;
   // eval and pdf at the price of little more than one.
   Rgb eval_and_pdf(const Vec3f& wi, float* pdf) const;
+  // u_lobe chooses between the clear part and the rest; the opaque lobes divide u among themselves.
   BsdfSample sample(float u_lobe, const Vec2f& u) const;
 
   // Whether next-event estimation can contribute: there is a lobe that is not a delta.
@@ -82,7 +83,7 @@ class SurfaceBsdf {
   // f |wi.z| of the diffuse base and of multiple scattering: one cosine lobe for sampling.
   Color4 eval_cosine(const Vec3f& wi) const;
   Color4 eval_and_pdf4(const Vec3f& wi, float* pdf) const;
-  BsdfSample sample_opaque(float u_lobe, const Vec2f& u) const;
+  BsdfSample sample_opaque(const Vec2f& u) const;
 
   // The same with the clear part; out of line, so that opaque materials do not pay for it.
   void add_clear_part(const BsdfParameters& parameters);
