@@ -22,6 +22,11 @@ constexpr float kLeastReceiverCosine = 0.05f;
 // KHR_lights_punctual: "lightAngleScale = 1.0f / max(0.001f, cos(innerConeAngle) - cos(outer...))".
 constexpr float kLeastConeDifference = 0.001f;
 
+// Least share of the samples for infinite and for finite lights: neither kind's irradiance is known
+// well (walls hide the sky from a room, a lamp faces away), so neither is ever left to chance.
+// Ours.
+constexpr float kLeastKindShare = 0.2f;
+
 bool emits(const Rgb& value) { return is_finite(value) && luminance(value) > 0.0f; }
 
 // The number that picks a light, with further digits behind the float's 24 bits: a tree of
@@ -115,6 +120,20 @@ LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<
     powers.push_back(power);
   }
 
+  if (!emitters_.empty()) {
+    Vec3f lower = bounds.front().lower, upper = bounds.front().upper;
+    double intensity = 0;
+    for (const EmitterBounds& b : bounds) {
+      for (int c = 0; c < 3; ++c) {
+        lower[c] = std::min(lower[c], b.lower[c]);
+        upper[c] = std::max(upper[c], b.upper[c]);
+      }
+      intensity += b.intensity;
+    }
+    finite_centre_ = lower * 0.5f + upper * 0.5f;
+    finite_radius2_ = (upper * 0.5f - lower * 0.5f).length2();
+    finite_intensity_ = float(std::min(intensity, double(std::numeric_limits<float>::max())));
+  }
   if (!emitters_.empty() && emitters_.size() >= settings.bvh_threshold) {
     bvh_ = std::make_unique<const LightBvh>(bounds);
   } else {
@@ -157,8 +176,16 @@ LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& quer
     choice.total += choice.environment;
     ++count;
   }
+  if (count == 0) return choice;
+  if (emitters_.empty()) {
+    choice.probability = 1.0f;
+    return choice;
+  }
+  const Vec3f to_finite = finite_centre_ - query.point;
+  const float finite = finite_intensity_ / std::max(dot(to_finite, to_finite), finite_radius2_);
+  const float share = choice.total / (choice.total + finite);
   choice.probability =
-      count == 0 ? 0.0f : float(count) / float(count + (emitters_.empty() ? 0 : 1));
+      share > kLeastKindShare ? std::min(share, 1.0f - kLeastKindShare) : kLeastKindShare;
   return choice;
 }
 

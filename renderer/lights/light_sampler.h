@@ -121,11 +121,15 @@ class LightSampler {
   std::vector<uint32_t> emitters_;
   std::vector<uint32_t> triangle_emitter_;  // per triangle: its emitter, or kNoEmitter
   std::vector<uint32_t> directional_;       // indices into points_
+  Vec3f finite_centre_ = Vec3f(0.0f);       // of the emitters' bounds
+  float finite_radius2_ = 0.0f;             // and half their diagonal, squared
+  float finite_intensity_ = 0.0f;           // luminance, all emitters together
   std::vector<double> power_sums_;          // without a BVH: running shares of the power
 
-  // The choice between infinite lights (directional, environment) and finite ones: n : 1, n being
-  // how many infinite ones are above the horizon (pbrt-v4 has all of them). Among infinite ones by
-  // irradiance, which is known exactly but for the environment's distribution.
+  // The choice between infinite lights (directional, environment) and finite ones: by irradiance,
+  // within limits. That of the finite ones is taken as what a lamp of all their intensity in the
+  // middle of them would give. Among infinite ones by irradiance, which is known exactly but for
+  // the environment's distribution.
   struct InfiniteChoice {
     float probability = 0.0f;  // of choosing any infinite light
     float environment = 0.0f;  // weights

@@ -41,7 +41,7 @@ TEST(LightSampler, SampleAndHitAgreeToTheBit) {
       const MixedScene scene = mixed_scene(count, scale);
       const LightSampler lights = make(scene.triangles, scene.points, scene.sky);
       int seen = 0;
-      for (uint64_t draw = 0; draw < 5000; ++draw) {
+      for (uint64_t draw = 0; draw < 12000; ++draw) {
         TestRandom random(41, draw);
         const LightQuery query{square_to_sphere(random.vec2()) * (3 * random.next() * scale),
                                square_to_sphere(random.vec2()), random.next() < 0.3f};
