@@ -198,7 +198,8 @@ void PathBatch::add_connection(int lane) {
   const uint32_t key = coverage_key(scene_, samples_);
   const bool infinite = c.light.distance == kInfinity;
   const bool visible = infinite ? scene_.visible_to_infinity(c.from, c.light.direction, key)
-                                : scene_.visible(c.from, c.target, key);
+                                : scene_.visible(c.from, c.target, key) &&
+                                      !scene_.behind_flush_emitter(c.from, c.light, key);
   if (!visible) {
     if (!c.light.delta || !scene_.has_transmission()) return;
     c.scattered *= through_thin_walls(scene_, c.from, c.light.direction, c.target, infinite,

@@ -19,15 +19,6 @@ bool count_memory(void* user, ssize_t bytes, bool /*post*/) {
   return true;
 }
 
-// ThreadSanitizer sees what Embree's threads allocate and free, but not how Embree orders them:
-// under it the calling thread builds alone. Tracing is not touched.
-void build_bvh(RTCScene scene) {
-#ifdef EMBERLINE_THREAD_SANITIZER
-  const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
-#endif
-  rtcCommitScene(scene);
-}
-
 void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
   log_verbose(std::string("Embree: ") + message);
 }
@@ -58,16 +49,32 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
       const uint32_t primitive = RTCHitN_primID(arguments->hit, n, i);
       const uint32_t placed = RTCHitN_instID(arguments->hit, n, i, 0);
       const uint32_t instance = placed == RTC_INVALID_GEOMETRY_ID ? record.instance : placed;
-      const SurfaceAttributes attributes = interpolate_attributes(
-          mesh, primitive, RTCHitN_u(arguments->hit, n, i), RTCHitN_v(arguments->hit, n, i));
-      const uint32_t h = hash_combine(hash_combine(context->coverage_key, instance), primitive);
-      const float coverage = mesh.material->coverage(attributes, to_unit_float(h));
-      if (to_unit_float(hash32(h ^ 0x6a09e667u)) >= coverage) valid[i] = 0;
+      if (!covered(mesh, instance, primitive, RTCHitN_u(arguments->hit, n, i),
+                   RTCHitN_v(arguments->hit, n, i), context->coverage_key)) {
+        valid[i] = 0;
+      }
     }
   }
 }
 
 }  // namespace
+
+// ThreadSanitizer sees what Embree's threads allocate and free, but not how Embree orders them:
+// under it the calling thread builds alone. Tracing is not touched.
+void build_bvh(RTCScene scene) {
+#ifdef EMBERLINE_THREAD_SANITIZER
+  const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
+#endif
+  rtcCommitScene(scene);
+}
+
+bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
+             uint32_t coverage_key) {
+  const SurfaceAttributes attributes = interpolate_attributes(mesh, primitive, u, v);
+  const uint32_t h = hash_combine(hash_combine(coverage_key, instance), primitive);
+  const float coverage = mesh.material->coverage(attributes, to_unit_float(h));
+  return to_unit_float(hash32(h ^ 0x6a09e667u)) < coverage;
+}
 
 SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v) {
   const std::array<uint32_t, 3>& index = mesh.triangles[primitive];

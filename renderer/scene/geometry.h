@@ -47,4 +47,17 @@ struct Geometry {
 // Texture coordinates and colour at barycentric (u, v) of a triangle.
 SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v);
 
+// Whether a ray of this key meets the surface there, or passes by its alpha.
+bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
+             uint32_t coverage_key);
+
+// Bound of the distance between a triangle's plane and where Embree or Scene::interaction sees it,
+// internal space; and the largest of a mesh's triangles.
+float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive);
+float largest_plane_error(const Mesh& mesh, const Instance& instance);
+
+void build_bvh(RTCScene scene);
+
+RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max);
+
 }  // namespace emberline::scene_detail

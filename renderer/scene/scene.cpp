@@ -2,6 +2,7 @@
 
 #include <cassert>
 
+#include "renderer/scene/flush_emitters.h"
 #include "renderer/scene/geometry.h"
 
 namespace emberline {
@@ -42,6 +43,10 @@ float transformed_magnitude(const Affine& m, const Vec3f& p) {
   return is_finite(origin) && is_finite(direction);
 }
 
+}  // namespace
+
+namespace scene_detail {
+
 RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max) {
   RTCRay ray;
   ray.org_x = origin.x;
@@ -59,7 +64,31 @@ RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max) {
   return ray;
 }
 
-}  // namespace
+float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive) {
+  // Embree's plane is as uncertain as the triangle's largest corner, wherever on it the point lies.
+  float magnitude = 0.0f;
+  for (const uint32_t i : mesh.triangles[primitive]) {
+    magnitude = std::max(magnitude, max_abs_component(mesh.positions[i]));
+  }
+  if (instance.transformed) {
+    magnitude = transformed_magnitude(instance.to_internal, Vec3f(magnitude));
+  }
+  return kOffsetUlps * magnitude;
+}
+
+float largest_plane_error(const Mesh& mesh, const Instance& instance) {
+  float magnitude = 0.0f;
+  for (const Vec3f& p : mesh.positions) magnitude = std::max(magnitude, max_abs_component(p));
+  if (instance.transformed) {
+    magnitude = transformed_magnitude(instance.to_internal, Vec3f(magnitude));
+  }
+  return kOffsetUlps * magnitude;
+}
+
+}  // namespace scene_detail
+
+using scene_detail::make_ray;
+using scene_detail::plane_error;
 
 Scene::Scene() = default;
 Scene::~Scene() = default;
@@ -81,6 +110,7 @@ bool Scene::intersect(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) co
   hit->instance =
       ray_hit.hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? ray_hit.hit.geomID : ray_hit.hit.instID[0];
   hit->primitive = ray_hit.hit.primID;
+  if (flush_) prefer_flush_emitter(ray, coverage_key, hit);
   return true;
 }
 
@@ -177,17 +207,35 @@ const Material& Scene::material_of(uint32_t instance) const {
 
 float Scene::surface_offset(uint32_t instance_index, uint32_t primitive) const {
   const Instance& instance = instances_[instance_index];
-  const Mesh& mesh = meshes_[instance.mesh];
-  const std::array<uint32_t, 3>& index = mesh.triangles[primitive];
-  // Embree's plane is as uncertain as the triangle's largest corner, wherever on it the point lies.
-  float magnitude = 0.0f;
-  for (const uint32_t i : index) {
-    magnitude = std::max(magnitude, max_abs_component(mesh.positions[i]));
+  const float error = plane_error(meshes_[instance.mesh], instance, primitive);
+  return flush_ ? std::max(error, flush_->offset(instance_index, primitive)) : error;
+}
+
+// Rounding has chosen between surfaces that lie in one another; the rule of flush_emitters.h
+// chooses again.
+void Scene::prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const {
+  const Instance& instance = instances_[hit->instance];
+  const std::array<uint32_t, 3>& index = meshes_[instance.mesh].triangles[hit->primitive];
+  Vec3d corners[3];
+  for (size_t c = 0; c < 3; ++c) {
+    corners[c] = to_double(meshes_[instance.mesh].positions[index[c]]);
+    if (instance.transformed) corners[c] = transform_point(instance.to_internal, corners[c]);
   }
-  if (instance.transformed) {
-    magnitude = transformed_magnitude(instance.to_internal, Vec3f(magnitude));
-  }
-  return kOffsetUlps * magnitude;
+  const Vec3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+  const auto cosine = float(std::abs(normal.dot(to_double(ray.direction))));
+  scene_detail::FlushEmitters::Candidate best{kNoEmitter, hit->t, hit->u, hit->v};
+  if (!flush_->lowest_at(ray.origin, ray.direction, hit->t, cosine, coverage_key, &best)) return;
+  const EmissiveTriangle& emitter = lights_->triangles()[best.emitter];
+  *hit = {best.t, best.u, best.v, emitter.instance, emitter.primitive};
+}
+
+bool Scene::behind_flush_emitter(const Vec3f& from, const LightSample& light,
+                                 uint32_t coverage_key) const {
+  if (!flush_ || light.kind != LightKind::kTriangle || !flush_->contains(light.index)) return false;
+  scene_detail::FlushEmitters::Candidate best{light.index, 1.0f, 0.0f, 0.0f};
+  const Vec3f direction = light.position - from;
+  return flush_->lowest_at(from, direction, 1.0f, std::abs(dot(direction, light.emitter_normal)),
+                           coverage_key, &best);
 }
 
 }  // namespace emberline

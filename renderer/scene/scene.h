@@ -88,7 +88,8 @@ struct Instance {
   Affine normal_transform;  // inverse transpose, rows; translation unused
 };
 
-struct Geometry;  // Embree handles
+struct Geometry;      // Embree handles
+class FlushEmitters;  // flush_emitters.h
 
 }  // namespace scene_detail
 
@@ -107,6 +108,11 @@ class Scene {
   bool visible(const Vec3f& from, const Vec3f& to, uint32_t coverage_key) const;
   // The same towards infinity.
   bool visible_to_infinity(const Vec3f& from, const Vec3f& direction, uint32_t coverage_key) const;
+
+  // Whether a point sampled on an emitter lies in another emitter that counts as being in front of
+  // it: asked where `visible` says yes, since that ray ends before both. See flush_emitters.h.
+  bool behind_flush_emitter(const Vec3f& from, const LightSample& light,
+                            uint32_t coverage_key) const;
 
   // Whether coverage keys matter: some material has alpha.
   bool has_coverage() const { return has_coverage_; }
@@ -143,12 +149,14 @@ class Scene {
  private:
   friend class SceneBuilder;
   Scene();
+  void prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const;
 
   std::vector<scene_detail::Mesh> meshes_;
   std::vector<scene_detail::Instance> instances_;
   std::unique_ptr<scene_detail::Geometry> geometry_;
   std::unique_ptr<MaterialSet> materials_;
   std::unique_ptr<LightSampler> lights_;
+  std::unique_ptr<scene_detail::FlushEmitters> flush_;  // null without any
   bool has_coverage_ = false;
   bool has_transmission_ = false;
   Vec3d origin_ = Vec3d(0.0);

@@ -1,0 +1,174 @@
+// Surfaces that lie in one another: lamps flush with what they are mounted on, and doubled meshes.
+#include "closed_form.h"
+#include "support/closed_forms.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+// A flush lamp counts as being in front of what it lies on, from every side that it shines to. So
+// its irradiance is that of the same rectangle in empty space (Lambert's polygon formula), and the
+// camera sees all of it. What it lies on is black: all light is the lamp's own.
+struct Mounting {
+  const char* name;
+  double tilt;  // turns the whole scene about an oblique axis
+  Vec3d at;     // and moves it
+  float wall;   // half size of the wall; the lamp's is .5
+  bool wall_two_sided, lamp_two_sided, instanced;
+};
+
+// Rotation about (1, 2, 3) / sqrt 14 (Rodrigues), row vectors, then a translation.
+Mat44d oblique(double angle, const Vec3d& at) {
+  const Vec3d k = Vec3d(1, 2, 3).normalized();
+  const double c = std::cos(angle), s = std::sin(angle);
+  const double cross_matrix[3][3] = {{0, k.z, -k.y}, {-k.z, 0, k.x}, {k.y, -k.x, 0}};
+  Mat44d m;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      m[i][j] = c * (i == j) + s * cross_matrix[i][j] + (1 - c) * k[i] * k[j];
+    }
+    m[3][i] = at[i];
+  }
+  return m;
+}
+
+MeshDescription square_mesh(float half, float y, bool up, int material) {
+  MeshDescription mesh;
+  mesh.name = "square";
+  mesh.material = material;
+  for (const float x : {-half, half}) mesh.positions.emplace_back(x, y, half);
+  for (const float x : {half, -half}) mesh.positions.emplace_back(x, y, -half);
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  if (!up) {
+    for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
+  }
+  return mesh;
+}
+
+constexpr float kCeiling = 2.5f;
+
+std::unique_ptr<Scene> mounted(const Mounting& m, int lamps) {
+  SceneBuilderForTests b;
+  const Mat44d placed = oblique(m.tilt, m.at);
+  MaterialDescription wall = lambert(Rgb(0.0f)), lamp = emitter(Rgb(1.0f));
+  wall.double_sided = m.wall_two_sided;
+  lamp.double_sided = m.lamp_two_sided;
+  b.place(b.add_mesh(square_mesh(m.wall, kCeiling, false, b.add_material(wall))), placed);
+  const int lamp_mesh = b.add_mesh(square_mesh(.5f, kCeiling, false, b.add_material(lamp)));
+  for (int i = 0; i < lamps; ++i) b.place(lamp_mesh, placed);
+  // A second use, out of sight, makes the lamp an instance.
+  if (m.instanced) b.place(lamp_mesh, translation(0, 0, 300) * placed);
+  b.place(b.add_mesh(square_mesh(1, 0, true, b.add_material(lambert(Rgb(1.0f))))), placed);
+  return b.build();
+}
+
+CameraDescription straight_down(const Mounting& m) {
+  CameraDescription view = orthographic({.2, .7, .1}, {.2, 0, .1}, 1e-4);
+  view.to_world = view.to_world * oblique(m.tilt, m.at);
+  return view;
+}
+
+double exact_radiance() {
+  const double h = kCeiling;
+  return polygon_irradiance({{-.5, h, -.5}, {.5, h, -.5}, {.5, h, .5}, {-.5, h, .5}}, {.2, 0, .1},
+                            {0, 1, 0}) /
+         kPiD;
+}
+
+const Mounting kMountings[] = {
+    {"on a ceiling of 4 m", 0, {0, 0, 0}, 2, false, true, false},
+    {"on a ceiling of 4 m, tilted", .7, {0, 0, 0}, 2, false, true, false},
+    {"on a two-sided wall of 200 m, tilted", 1.1, {3, -2, 5}, 100, true, true, false},
+    {"one-sided, on a wall of 4 km, tilted", 1.9, {0, 0, 0}, 2000, true, false, false},
+    {"larger than its wall, tilted", 2.3, {0, 0, 0}, .3f, false, true, false},
+    {"instanced, on a wall of 200 m, tilted", .4, {3, -2, 5}, 100, false, true, true}};
+
+TEST(FlushLamp, LightsItsHalfSpace) {
+  RenderSettings s;
+  s.width = s.height = 8;
+  s.max_depth = 1;
+  for (const Mounting& m : kMountings) {
+    const auto scene = mounted(m, 1);
+    for (const bool light_sampling : {true, false}) {
+      s.light_sampling = light_sampling;
+      s.spp = light_sampling ? 1024 : 16384;
+      expect_exact(
+          render(*scene, straight_down(m), s), exact_radiance(), 1e-5, s,
+          {"20", std::string("flush lamp ") + m.name + (light_sampling ? "" : ", BSDF sampling")});
+    }
+  }
+}
+
+// No pixel of it shows the wall.
+TEST(FlushLamp, IsSeenWhole) {
+  RenderSettings s;
+  s.width = s.height = 64;
+  s.max_depth = 1;
+  for (const Mounting& m : kMountings) {
+    CameraDescription view = perspective({.2, .7, .1}, {.1, kCeiling, .05}, 18);
+    view.to_world = view.to_world * oblique(m.tilt, m.at);
+    expect_exact(render(*mounted(m, 1), view, s), 1.0, 0, s,
+                 {"20", std::string("flush lamp seen, ") + m.name});
+  }
+}
+
+// A lamp that is there twice or three times shines once.
+TEST(FlushLamp, DoubledShinesOnce) {
+  RenderSettings s;
+  s.width = s.height = 8;
+  s.max_depth = 1;
+  for (const int lamps : {2, 3}) {
+    for (const Mounting& m : kMountings) {
+      const auto scene = mounted(m, lamps);
+      for (const bool light_sampling : {true, false}) {
+        s.light_sampling = light_sampling;
+        s.spp = light_sampling ? 1024 : 16384;
+        expect_exact(render(*scene, straight_down(m), s), exact_radiance(), 1e-5, s,
+                     {"20", std::to_string(lamps) + " lamps in one another, " + m.name +
+                                (light_sampling ? "" : ", BSDF sampling")});
+      }
+    }
+  }
+}
+
+// A closed emitting cavity whose every triangle is there twice keeps its Le / (1 - rho): equal
+// triangles have equal error bounds, so leaving the one is leaving the other.
+TEST(Coplanar, DoubledCavity) {
+  for (const bool light_sampling : {true, false}) {
+    SceneBuilderForTests b;
+    MaterialDescription m = lambert(Rgb(.8f));
+    m.emission = Rgb(.2f);
+    const int material = b.add_material(m);
+    const MeshDescription ball = SceneBuilderForTests::sphere(1.0f, 16, material, true);
+    b.place(b.add_mesh(ball), oblique(.3, {1, 2, 3}));
+    b.place(b.add_mesh(ball), oblique(.3, {1, 2, 3}));
+    RenderSettings s;
+    s.spp = 64;
+    s.max_depth = 1000;
+    s.light_sampling = light_sampling;
+    const auto scene = b.build();
+    expect_exact(render(*scene, perspective({1, 2, 3}, {1.2, 2.1, 2}, 90), s), 1.0, 1e-5, s,
+                 {"20", light_sampling ? "doubled cavity" : "doubled cavity, BSDF sampling"});
+  }
+}
+
+// A doubled reflecting floor in a furnace reflects once.
+TEST(Coplanar, DoubledFloorIsOneFloor) {
+  SceneBuilderForTests b;
+  const int material = b.add_material(lambert(Rgb(.5f)));
+  for (int i = 0; i < 3; ++i) {
+    b.place(b.add_mesh(square_mesh(50, .3f, true, material)), oblique(.9, {7, 1, 2}));
+  }
+  b.set_environment(Rgb(1.0f));
+  const auto scene = b.build();
+  CameraDescription view = orthographic({3, 5, 4}, {1, .3, 2}, 2);
+  view.to_world = view.to_world * oblique(.9, {7, 1, 2});
+  RenderSettings s;
+  s.spp = 256;
+  expect_exact(render(*scene, view, s), .5, 1e-6, s, {"20", "tripled floor in a furnace"});
+}
+
+}  // namespace
+}  // namespace emberline
