@@ -39,6 +39,15 @@ float transformed_magnitude(const Affine& m, const Vec3f& p) {
   return max_component(sum);
 }
 
+// Triangles without area are dropped at load, but one may collapse when it is placed and rounded.
+// It goes on closing the surface between its neighbours, since Embree's own rounding may give it a
+// plane; any normal across its longer edge will do.
+Vec3d normal_of_collapsed(const Vec3d& e1, const Vec3d& e2) {
+  const Vec3d e = e1.length2() > e2.length2() ? e1 : e2;
+  const Vec3d n = std::abs(e.x) < std::abs(e.y) ? Vec3d(0, -e.z, e.y) : Vec3d(e.z, 0, -e.x);
+  return n.length2() > 0 ? n : Vec3d(0, 0, 1);
+}
+
 [[maybe_unused]] bool finite_ray(const Vec3f& origin, const Vec3f& direction) {
   return is_finite(origin) && is_finite(direction);
 }
@@ -158,8 +167,11 @@ SurfaceInteraction Scene::interaction(const SurfaceHit& hit) const {
   }
   s.position = to_float(position);
   s.offset = surface_offset(hit.instance, hit.primitive);
-  const double length2 = normal.length2();
-  // Degenerate triangles were dropped at load; what is left has a normal in double.
+  double length2 = normal.length2();
+  if (!(length2 > 0)) [[unlikely]] {
+    normal = normal_of_collapsed(e1, e2);
+    length2 = normal.length2();
+  }
   s.geometric_normal = to_float(normal * (1.0 / std::sqrt(length2)));
 
   s.shading_normal = s.geometric_normal;
