@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include "integrators/path_media.h"
 #include "renderer/lights/environment_light.h"
 
 namespace emberline {
@@ -117,6 +116,8 @@ void PathBatch::shade(uint32_t depth, std::span<SampleValue> values) {
     samples_.resume_sample(sample_of(lane));
     samples_.start_slot(depth + 1);
     find_material(samples_.get(surface_dim::kTexture), &points_[lane]);
+    const Interior& interior = paths_[lane].interior;
+    if (interior.solid) use_relative_ior(interior, points_[lane]);
   }
   for (const int lane : alive_) {
     const ShadedPoint& point = points_[lane];
@@ -127,12 +128,14 @@ void PathBatch::shade(uint32_t depth, std::span<SampleValue> values) {
     Path& path = paths_[lane];
     const ShadedPoint& point = points_[lane];
     // A back face met outside of any solid means that the camera stands in one.
-    if (!path.solid && point.frame.back_facing) path.solid = solid_material(point);
-    if (path.solid) {
+    if (!path.interior.solid && point.frame.back_facing) {
+      path.interior.solid = solid_material(point);
+    }
+    if (path.interior.solid) {
       // From point to point: hit.t starts at the offset origin, which in a thin slab counts.
       const float distance =
           depth == 0 ? path.hit.t : (point.surface.position - path.last.query.point).length();
-      path.throughput *= absorption(scene_, path.solid, distance);
+      path.throughput *= absorption(scene_, path.interior.solid, distance);
     }
     if (depth == 0) {
       fill_first_hit(batch_, point, bsdfs_[lane].albedo(), &values[size_t(lane)].first_hit);
@@ -184,7 +187,8 @@ bool PathBatch::connect(int lane) {
   const Vec3f wi = point.frame.shading.to_local(c.light.direction);
   c.scattered = bsdfs_[lane].eval_and_pdf(wi, &c.bsdf_pdf);
   if (is_black(c.scattered)) return false;
-  c.solid = wi.z < 0.0f ? medium_behind(point, paths_[lane].solid) : paths_[lane].solid;
+  const Interior& interior = paths_[lane].interior;
+  c.solid = (wi.z < 0.0f ? interior_behind(point, interior) : interior).solid;
   c.from = point.spawn_origin(c.light.direction);
   samples_.resume_sample(sample_of(lane));
   c.radiance = emitted_radiance(scene_, c.light, c.from, samples_, &c.target);
@@ -226,7 +230,7 @@ bool PathBatch::scatter(uint32_t depth, int lane) {
   if (next.delta) path.last.light_sampled = false;
   path.last.bsdf_pdf = next.pdf;
   path.eta_scale *= next.eta_scale;
-  if (next.transmitted) path.solid = medium_behind(point, path.solid);
+  if (next.transmitted) path.interior = interior_behind(point, path.interior);
 
   if (depth + 1 >= kRouletteDepth) {
     const float survival =

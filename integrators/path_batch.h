@@ -12,6 +12,7 @@
 
 #include "integrators/integrator.h"
 #include "integrators/lane_array.h"
+#include "integrators/path_media.h"
 #include "integrators/surface_shading.h"
 
 namespace emberline {
@@ -36,7 +37,7 @@ class PathBatch {
     Rgb throughput = Rgb(1.0f);
     Rgb radiance = Rgb(0.0f);
     float eta_scale = 1.0f;  // radiance compression by refraction so far; for roulette only
-    const Material* solid = nullptr;  // what the ray is inside of
+    Interior interior;       // what the ray is inside of
     LastVertex last;
   };
   // A sampled light on its way to being seen.

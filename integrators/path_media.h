@@ -17,11 +17,38 @@ inline const Material* solid_material(const ShadedPoint& point) {
   return material->has_transmission() && !point.material.bsdf.thin_walled ? material : nullptr;
 }
 
-// What lies on the other side of the point's surface, seen from a path that is inside `solid`.
-inline const Material* medium_behind(const ShadedPoint& point, const Material* solid) {
+// The solids that a path is inside of: the innermost, and the one around it. In a third one the
+// outermost is forgotten; its back face, met on the way out, says so, as it does to a camera that
+// stands in one.
+struct Interior {
+  const Material* solid = nullptr;
+  const Material* outer = nullptr;
+};
+
+// What lies on the other side of the point's surface, seen from a path that is inside `in`.
+inline Interior interior_behind(const ShadedPoint& point, const Interior& in) {
   const Material* own = solid_material(point);
-  if (!own) return solid;  // a thin wall, or no passage at all
-  return point.frame.back_facing ? nullptr : own;
+  if (!own) return in;  // a thin wall, or no passage at all
+  if (!point.frame.back_facing) return {own, in.solid};
+  // Solids that overlap may be left in the order that they were entered in.
+  if (own == in.outer && own != in.solid) return {in.solid, nullptr};
+  return {in.outer, nullptr};
+}
+
+// A face between two solids bends by the ratio of their indices. `in` is not empty.
+inline void use_relative_ior(const Interior& in, ShadedPoint& point) {
+  const Material* own = solid_material(point);
+  if (!own) return;
+  const Material* other = point.frame.back_facing ? interior_behind(point, in).solid : in.solid;
+  BsdfParameters& bsdf = point.material.bsdf;
+  // 0 reflects everything, whatever is around it.
+  if (!other || !(bsdf.ior > 0.0f) || !(other->ior() > 0.0f)) return;
+  // The lobe's index is at least 1, its `inside` the denser side.
+  bsdf.ior /= other->ior();
+  if (bsdf.ior < 1.0f) {
+    bsdf.ior = 1.0f / bsdf.ior;
+    bsdf.inside = !bsdf.inside;
+  }
 }
 
 // Absorption of a solid (or of nothing: 1) over an internal distance; a light at infinity is taken

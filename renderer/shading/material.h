@@ -70,6 +70,7 @@ class Material {
   // Light passes through: faces are seen from behind even if single-sided, and the integrator sets
   // MaterialPoint::bsdf.inside when it is the back that was hit.
   bool has_transmission() const { return transmission_ > 0.0f; }
+  float ior() const { return ior_; }  // 0: reflects everything
   // Per metre travelled inside, for beer_transmittance(); 0 without an interior.
   const Rgb& attenuation() const { return attenuation_; }
   bool unlit() const { return unlit_; }  // no scattering: emission() is what is seen
