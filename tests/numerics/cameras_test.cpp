@@ -1,0 +1,174 @@
+// Case 29: whoever looks at it, from whatever angle and distance, the floor under a rectangle has
+// the irradiance of case 6, without acne; and cameras in places that only a test finds.
+#include "closed_form.h"
+#include "renderer/drivers/render_work_item.h"
+#include "support/closed_forms.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+RenderSettings camera_settings() {
+  RenderSettings s;
+  s.width = s.height = 8;
+  s.spp = 1024;
+  s.max_depth = 1;
+  return s;
+}
+
+// E / pi at the origin; a one-sided lamp that faces down, on a floor of 2 km.
+double exact_radiance() {
+  return polygon_irradiance({{-.5, 1.2, -.3}, {.9, 1.2, -.3}, {.9, 1.2, .7}, {-.5, 1.2, .7}},
+                            Vec3d(0.0), Vec3d(0, 1, 0)) /
+         kPiD;
+}
+std::unique_ptr<Scene> lit_floor() {
+  SceneBuilderForTests b;
+  b.add_quad({-.5f, 1.2f, -.3f}, {.9f, 1.2f, -.3f}, {.9f, 1.2f, .7f}, {-.5f, 1.2f, .7f},
+             b.add_material(emitter(Rgb(1.0f))));
+  b.add_floor(1000, 0, b.add_material(lambert(Rgb(1.0f))));
+  return b.build();
+}
+
+// The relative second derivatives of E at the origin are below 1 / h^2 = .7, so a spot of radius r
+// around it (first order cancels in the mean) is off by less than .7 r^2 / 2.
+double spot(double radius) { return std::max(1e-5, .35 * square(radius)); }
+
+CameraDescription at_angle(bool perspective_camera, double degrees, double distance,
+                           double radius) {
+  const double a = degrees * kPiD / 180;
+  // Not in a symmetry plane of the floor's triangles.
+  const Vec3d d(std::sin(a) * .8, std::cos(a), std::sin(a) * .6);
+  return perspective_camera
+             ? perspective(d * distance, Vec3d(0.0), 360 / kPiD * std::atan(radius / distance))
+             : orthographic(d * distance, Vec3d(0.0), radius);
+}
+
+TEST(Cameras, GrazingAndFar) {
+  const auto scene = lit_floor();
+  const RenderSettings s = camera_settings();
+  const double exact = exact_radiance();
+  for (const bool is_perspective : {true, false}) {
+    const std::string kind = is_perspective ? "perspective" : "orthographic";
+    // The spot is 1e-5 across the view, so 1e-5 / cos 89.9 = 6e-3 along it.
+    expect_exact(render(*scene, at_angle(is_perspective, 89.9, 1, 1e-5), s), exact, spot(6e-3), s,
+                 {"29", kind + " at 89.9 degrees"});
+    // From 1e-3 and from 1e3 away, a ratio of 1e6. From afar the hit's place is as uncertain as a
+    // float at 1e3, 6e-5: it is on the floor for all that.
+    expect_exact(render(*scene, at_angle(is_perspective, 30, 1e-3, 1e-5), s), exact, 1e-5, s,
+                 {"29", kind + " 1e-3 away"});
+    expect_exact(render(*scene, at_angle(is_perspective, 70, 1e3, 1e-3), s), exact, spot(3e-3), s,
+                 {"29", kind + " 1e3 away"});
+    expect_exact(render(*scene, at_angle(is_perspective, 89.9, 1e3, 1e-5), s), exact, spot(1e-1), s,
+                 {"29", kind + " 1e3 away at 89.9 degrees"});
+  }
+}
+
+// 179 degrees: the frame is 229 wide at a distance of 1. Its middle pixels of 1e5 across are 2.3e-3
+// each; a film coordinate of 5e4 has steps of 1/256 pixel, which does not matter here.
+TEST(Cameras, WideAngle) {
+  const auto scene = lit_floor();
+  RenderSettings s = camera_settings();
+  s.width = s.height = 100'000;
+  s.crop = {49'996, 49'996, 50'004, 50'004};
+  expect_exact(render(*scene, perspective({.1, .8, .1}, {0, 0, 0}, 179), s), exact_radiance(),
+               spot(1.5e-2), s, {"29", "179 degrees, 1e5 x 1e5 pixels"});
+  // And a narrow one, 1e-4 degrees.
+  expect_exact(render(*scene, perspective({.1, .8, .1}, {0, 0, 0}, 1e-4), camera_settings()),
+               exact_radiance(), 1e-5, camera_settings(), {"29", "1e-4 degrees"});
+}
+
+// A pixel far out in a frame 1e5 wide: an edge a fraction .3 into it. The film coordinate is a
+// float with 128 steps in a pixel there, the direction's own rounding (6e-8 at 1e-5 per pixel) is
+// 1/170 of one: an edge is off by 1/128 + 1/170 at most.
+TEST(Cameras, LastPixelOfAWideFrame) {
+  SceneBuilderForTests b;
+  const double width = 100'000, pixel = 2 / width;  // the frame spans x in [-1, 1]
+  const auto edge = float(1 - .7 * pixel);
+  b.add_quad({edge, -1, 0}, {2, -1, 0}, {2, 1, 0}, {edge, 1, 0},
+             b.add_material(emitter(Rgb(1.0f))));
+  RenderSettings s = camera_settings();
+  s.width = 100'000;
+  s.height = 1;
+  s.crop = {99'999, 0, 100'000, 1};
+  s.spp = 16384;
+  // What the float edge itself says.
+  const double exact = (1 - double(edge)) / pixel;
+  const RenderedImage image = render(*b.build(), orthographic({0, 0, 1}, {0, 0, 0}, 1 / width), s);
+  expect_case({"E24", "coverage of pixel 99999 of 100000"},
+              {exact, image.mean, 0, 1. / 128 + 1. / 170}, replay(s));
+}
+
+// A frame of one pixel; samples from 2^31 on are as good as the first.
+TEST(Cameras, OnePixelAndLateSamples) {
+  const auto scene = lit_floor();
+  RenderSettings s = camera_settings();
+  s.width = s.height = 1;
+  s.spp = 65536;
+  // One pixel has no spread to take an error from; 1024 pixels of 64 samples each have.
+  RenderSettings many = s;
+  many.width = many.height = 32;
+  many.spp = 64;
+  const CameraDescription view = orthographic({.1, .8, .1}, {0, 0, 0}, 1e-4);
+  const double error = render(*scene, view, many).standard_error;  // of as many samples
+  const double exact = exact_radiance();
+  expect_case({"E25", "frame of one pixel"},
+              {exact, render(*scene, view, s).mean, error, 1e-5 * exact}, replay(s));
+
+  const Camera camera(view, 32, 32, scene->origin(), scene->scale());
+  const auto integrator = create_integrator("path", {.max_depth = 1});
+  const auto sampler = create_sampler("sobol", {});
+  const PixelFilter filter = PixelFilter::create("box");
+  const Rect window{0, 0, 32, 32};
+  const Frame frame{*scene, camera,   *integrator, *sampler,          filter, 32, 32,
+                    window, many.spp, many.seed,   StreamCount::kOne, {}};
+  FilmTile tile{AovSet{}};
+  tile.reset(window);
+  RenderWorker worker(frame);
+  struct Nobody final : FrameObserver {
+    void tile_finished(const FilmTile&) override {}
+  } nobody;
+  ASSERT_TRUE(worker.render({window, 1u << 31, 64}, tile, nobody, {}));
+  double sum = 0;
+  for (int y = 0; y < 32; ++y) {
+    for (int x = 0; x < 32; ++x) sum += double(tile.mean(x, y).x) / 1024;
+  }
+  expect_case({"E25", "samples 2^31 to 2^31 + 63"}, {exact, sum, error, 1e-5 * exact},
+              "32 x 32, 64 samples from 2^31, seed 1");
+}
+
+// A camera on a wall, on an edge and on a vertex of a cavity that shines everywhere alike, and one
+// in the plane of a floor, looking along it: nothing but 1 to be seen, and no NaN.
+TEST(Cameras, OnASurface) {
+  SceneBuilderForTests b;
+  MaterialDescription m = lambert(Rgb(.8f));
+  m.emission = Rgb(.2f);
+  const MeshDescription ball = SceneBuilderForTests::sphere(1, 8, b.add_material(m), true);
+  b.place(b.add_mesh(ball));
+  b.add_floor(.2f, 0, b.add_material(m));
+  const auto scene = b.build();
+  const auto& t = ball.triangles[70];
+  const Vec3d p0(ball.positions[t[0]]), p1(ball.positions[t[1]]), p2(ball.positions[t[2]]);
+  const std::pair<const char*, Vec3d> places[] = {{"a face", (p0 + p1 + p2) / 3.0},
+                                                  {"an edge", (p0 + p1) / 2.0},
+                                                  {"a vertex", p0},
+                                                  {"the plane of a floor", {.7, 0, .1}}};
+  for (const auto& [name, at] : places) {
+    RenderSettings s = camera_settings();
+    s.spp = 64;
+    s.width = s.height = 16;
+    s.max_depth = 1000;
+    // Even and odd frames: a pixel's edge or its middle lies in the floor's very plane.
+    for (const int width : {16, 15}) {
+      s.width = s.height = width;
+      const RenderedImage image = render(*scene, perspective(at, {0, 0, 0}, 100), s);
+      expect_exact(image, 1.0, 1e-5, s,
+                   {"E26", std::string("camera on ") + name + ", " + std::to_string(width)});
+    }
+  }
+}
+
+}  // namespace
+}  // namespace emberline
