@@ -11,6 +11,10 @@ namespace {
 
 Vec3d to_double(const Vec3f& v) { return {v.x, v.y, v.z}; }
 
+// From here on triangles are small against what they could lie in, and only their middles are asked
+// about: 0.3 us each of one core, a third of what the light BVH takes to build. Chosen by us.
+constexpr size_t kManyEmitters = 1 << 16;
+
 uint64_t key_of(uint32_t instance, uint32_t primitive) {
   return uint64_t(instance) << 32 | primitive;
 }
@@ -134,8 +138,9 @@ std::unique_ptr<FlushEmitters> FlushEmitters::find(const std::vector<Mesh>& mesh
           plane_error(meshes[instances[e.instance].mesh], instances[e.instance], e.primitive);
       const Corners& c = question.corners;
       const Vec3d middle = (c.p0 + c.p1 + c.p2) / 3.0;
-      for (const Vec3d& point : {middle, c.p0 * 0.97 + middle * 0.03, c.p1 * 0.97 + middle * 0.03,
-                                 c.p2 * 0.97 + middle * 0.03}) {
+      const Vec3d points[] = {middle, c.p0 * 0.97 + middle * 0.03, c.p1 * 0.97 + middle * 0.03,
+                              c.p2 * 0.97 + middle * 0.03};
+      for (const Vec3d& point : std::span(points, emitters.size() > kManyEmitters ? 1 : 4)) {
         question.point = point;
         RTCPointQuery query;
         query.x = float(point.x);

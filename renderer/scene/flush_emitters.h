@@ -20,8 +20,8 @@ namespace emberline::scene_detail {
 class FlushEmitters {
  public:
   // Null if there are none. The arguments must outlive the result; `geometry` is committed. Asks
-  // what lies at four points of each emitting triangle: an overlap that spares all of them is not
-  // seen.
+  // what lies at four points of each emitting triangle (at one, if they are many): an overlap that
+  // spares them is not seen.
   static std::unique_ptr<FlushEmitters> find(const std::vector<Mesh>& meshes,
                                              const std::vector<Instance>& instances,
                                              const Geometry& geometry,
