@@ -134,6 +134,87 @@ TEST(FlushLamp, DoubledShinesOnce) {
   }
 }
 
+// A glowing decal of alpha .3 flush with its wall lets the wall through: .3 of the irradiance, by
+// light samples (which weigh the coverage) and by rays (which meet it by chance) alike.
+TEST(FlushLamp, CoversByItsAlpha) {
+  for (const bool light_sampling : {true, false}) {
+    SceneBuilderForTests b;
+    const Mat44d placed = oblique(.7, {1, 2, 3});
+    MaterialDescription decal = emitter(Rgb(1.0f));
+    decal.alpha = .3f;
+    decal.alpha_mode = AlphaMode::kBlend;
+    b.place(b.add_mesh(square_mesh(30, kCeiling, false, b.add_material(lambert(Rgb(0.0f))))),
+            placed);
+    b.place(b.add_mesh(square_mesh(.5f, kCeiling, false, b.add_material(decal))), placed);
+    b.place(b.add_mesh(square_mesh(1, 0, true, b.add_material(lambert(Rgb(1.0f))))), placed);
+    const auto scene = b.build();
+    CameraDescription view = orthographic({.2, .7, .1}, {.2, 0, .1}, 1e-4);
+    view.to_world = view.to_world * placed;
+    RenderSettings s;
+    s.width = s.height = 8;
+    s.max_depth = 1;
+    s.light_sampling = light_sampling;
+    s.spp = light_sampling ? 4096 : 16384;
+    expect_exact(render(*scene, view, s), .3 * exact_radiance(), 1e-5, s,
+                 {"20", light_sampling ? "flush decal of alpha .3"
+                                       : "flush decal of alpha .3, BSDF sampling"});
+  }
+}
+
+// A lamp that also reflects, flush with a ceiling that does: a ray that leaves the one must not
+// meet the other at once. In a closed room whose every face shines .2 and reflects .8, Le / (1 -
+// rho) = 1 is seen everywhere, and a bounce too many or light that is counted twice shows.
+TEST(FlushLamp, ReflectsOnce) {
+  SceneBuilderForTests b;
+  const Mat44d placed = oblique(1.3, {20, -3, 5});
+  MaterialDescription m = lambert(Rgb(.8f));
+  m.emission = Rgb(.2f);
+  const int material = b.add_material(m);
+  // The room is a box of 40; its ceiling carries a square of .5 that lies in it.
+  MeshDescription room;
+  room.name = "room";
+  room.material = material;
+  for (int i = 0; i < 8; ++i) {
+    room.positions.emplace_back(i & 1 ? 20.0f : -20.0f, i & 2 ? 20.0f : -20.0f,
+                                i & 4 ? 20.0f : -20.0f);
+  }
+  room.triangles = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
+  for (auto& t : room.triangles) std::swap(t[1], t[2]);
+  b.place(b.add_mesh(room), placed);
+  b.place(b.add_mesh(square_mesh(.5f, 20, false, material)), placed);
+  const auto scene = b.build();
+  for (const bool light_sampling : {true, false}) {
+    CameraDescription view = perspective({.2, 19.0, .1}, {.1, 20, .05}, 30);
+    view.to_world = view.to_world * placed;
+    RenderSettings s;
+    s.spp = 64;
+    s.max_depth = 1000;
+    s.light_sampling = light_sampling;
+    expect_exact(render(*scene, view, s), 1.0, 1e-5, s,
+                 {"20", light_sampling ? "reflecting lamp in a reflecting ceiling"
+                                       : "reflecting lamp in a reflecting ceiling, BSDF sampling"});
+  }
+}
+
+// A small tile flush with a floor a thousand times as large, neither of them a lamp, in a furnace:
+// a ray that leaves the tile by the tile's own error bound must not meet the floor. It would show
+// .5 x .5 instead of .5.
+TEST(Coplanar, SmallTileOnALargeFloor) {
+  SceneBuilderForTests b;
+  const int material = b.add_material(lambert(Rgb(.5f)));
+  const Mat44d placed = oblique(.9, {0, 0, 0});
+  b.place(b.add_mesh(square_mesh(500, 0, true, material)), placed);
+  b.place(b.add_mesh(square_mesh(.5f, 0, true, material)), placed);
+  b.set_environment(Rgb(1.0f));
+  CameraDescription view = orthographic({.1, 5, .05}, {.1, 0, .05}, .2);
+  view.to_world = view.to_world * placed;
+  RenderSettings s;
+  s.spp = 256;
+  const RenderedImage image = render(*b.build(), view, s);
+  expect_exact(image, .5, 1e-6, s, {"20", "tile on a floor 1000 times as large"});
+}
+
 // A closed emitting cavity whose every triangle is there twice keeps its Le / (1 - rho): equal
 // triangles have equal error bounds, so leaving the one is leaving the other.
 TEST(Coplanar, DoubledCavity) {
