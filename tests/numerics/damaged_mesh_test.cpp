@@ -195,8 +195,8 @@ TEST(DamagedMesh, CollapsedTrianglesGiveNoNaN) {
              !(std::abs(s.shading_normal.length() - 1) < 1e-5f);
   }
   EXPECT_GT(hits, 100u) << "too few rays met anything to tell";
-  expect_case({"E20", "collapsed triangles without a finite frame, of " + std::to_string(hits)},
-              {0, wrong, 0, 0}, "TestRandom(20 and 21, triangle)");
+  expect_case({"E20", "collapsed triangles without a finite frame"}, {0, wrong, 0, 0},
+              "TestRandom(20 and 21, triangle)");
 }
 
 }  // namespace
