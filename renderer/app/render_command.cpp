@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <atomic>
 #include <chrono>
 #include <optional>
 #include <thread>
@@ -128,15 +129,24 @@ int run_render(const RenderOptions& options) {
   report.display = outputs->display_description();
   const GracefulStop graceful;
   std::stop_source stop;
+  const double cpu_before = process_cpu_seconds();
   const Stopwatch render;
   {
     ProgressDisplay progress(uint64_t(window.area()) * options.spp, stop);
-    outputs->on_samples([&progress](uint64_t count) { progress.add(count); });
+    std::atomic<bool> begun{false};
+    outputs->on_samples([&](uint64_t count) {
+      if (!begun.load(std::memory_order_relaxed) && !begun.exchange(true)) {
+        report.times.first_sample_s = process_age_seconds().value_or(wall.seconds());
+        report.times.first_sample_cpu_s = process_cpu_seconds();
+      }
+      progress.add(count);
+    });
     // An arena of its own: the limit above cannot give more threads than the machine has cores.
     tbb::task_arena arena(threads);
     arena.execute([&] { report.counters = driver->render(frame, *outputs, stop.get_token()); });
   }
   report.times.render_s = render.seconds();
+  report.times.render_cpu_s = process_cpu_seconds() - cpu_before;
 
   const Stopwatch write;
   outputs->finish();

@@ -109,9 +109,10 @@ class SceneBuilder {
 
   std::unique_ptr<Scene> build() {
     choose_space();
-    scene_->materials_ = std::make_unique<MaterialSet>(description_);
+    scene_->materials_ = std::make_unique<MaterialSet>(description_, worn_materials());
     place_meshes();
-    build_geometry();
+    count_instances();
+    if (options_.bvh) build_geometry();
     build_lights();
     account();
     return std::move(scene_);
@@ -119,9 +120,11 @@ class SceneBuilder {
 
  private:
   void choose_space();
+  std::vector<bool> worn_materials() const;
   void place_meshes();
   void bake(MeshDescription& source, const InstanceDescription& placed, Mesh& mesh);
   void adopt(MeshDescription& source, Mesh& mesh);
+  void count_instances();
   void build_geometry();
   void build_lights();
   void collect_emitters(std::vector<EmissiveTriangle>& triangles);
@@ -159,6 +162,16 @@ void SceneBuilder::choose_space() {
   }
 }
 
+// Which materials some placed triangle has.
+std::vector<bool> SceneBuilder::worn_materials() const {
+  std::vector<bool> worn(description_.materials.size(), false);
+  for (const InstanceDescription& placed : description_.instances) {
+    const MeshDescription& mesh = description_.meshes[size_t(placed.mesh)];
+    if (mesh.material >= 0 && !mesh.triangles.empty()) worn[size_t(mesh.material)] = true;
+  }
+  return worn;
+}
+
 Affine SceneBuilder::to_internal(const Mat44d& m) const {
   const double s = scene_->scale_;
   const auto row = [&](int i) { return to_float(Vec3d(m[i][0], m[i][1], m[i][2]) * s); };
@@ -168,7 +181,9 @@ Affine SceneBuilder::to_internal(const Mat44d& m) const {
 
 void SceneBuilder::adopt(MeshDescription& source, Mesh& mesh) {
   mesh.positions = std::move(source.positions);
-  mesh.positions.emplace_back(0.0f);  // Embree reads 16 bytes at the last vertex
+  // Embree reads 16 bytes at the last vertex. Growing by itself, the vector would double.
+  mesh.positions.reserve(mesh.positions.size() + 1);
+  mesh.positions.emplace_back(0.0f);
   mesh.triangles = std::move(source.triangles);
   mesh.normals = std::move(source.normals);
   mesh.tangents = std::move(source.tangents);
@@ -236,12 +251,20 @@ void SceneBuilder::place_meshes() {
   }
 }
 
+void SceneBuilder::count_instances() {
+  const auto instanced = std::ranges::count_if(scene_->instances_, [&](const Instance& instance) {
+    return instance.transformed && !scene_->meshes_[instance.mesh].triangles.empty();
+  });
+  if (instanced > 0) {
+    scene_->features_.push_back(fmt::format("instancing ({} instances)", instanced));
+  }
+}
+
 void SceneBuilder::build_geometry() {
   Scene& scene = *scene_;
   scene.geometry_ = std::make_unique<scene_detail::Geometry>();
   scene_detail::Geometry& geometry = *scene.geometry_;
   std::vector<RTCScene> mesh_scenes(scene.meshes_.size(), nullptr);
-  size_t instanced = 0;
   for (uint32_t i = 0; i < scene.instances_.size(); ++i) {
     const Instance& instance = scene.instances_[i];
     const Mesh& mesh = scene.meshes_[instance.mesh];
@@ -252,24 +275,28 @@ void SceneBuilder::build_geometry() {
       RTCScene& mesh_scene = mesh_scenes[instance.mesh];
       if (!mesh_scene) mesh_scene = geometry.add_mesh_scene(mesh);
       geometry.add_instance(mesh_scene, instance.to_internal, i);
-      ++instanced;
     }
   }
   geometry.commit();
-  if (instanced > 0) scene.features_.push_back(fmt::format("instancing ({} instances)", instanced));
 }
 
 void SceneBuilder::collect_emitters(std::vector<EmissiveTriangle>& triangles) {
   Scene& scene = *scene_;
+  size_t total = 0;
+  for (const Instance& instance : scene.instances_) {
+    const Mesh& mesh = scene.meshes_[instance.mesh];
+    if (mesh.material->is_emissive()) total += mesh.triangles.size();
+  }
+  // The light BVH numbers its nodes with 30 bits.
+  if (total >= size_t(1) << 30) {
+    throw InputError(description_.file, "more than 2^30 emissive triangles");
+  }
+  triangles.reserve(total);
   for (uint32_t i = 0; i < scene.instances_.size(); ++i) {
     Instance& instance = scene.instances_[i];
     const Mesh& mesh = scene.meshes_[instance.mesh];
     const Material& material = *mesh.material;
     if (!material.is_emissive()) continue;
-    // The light BVH numbers its nodes with 30 bits.
-    if (triangles.size() + mesh.triangles.size() >= size_t(1) << 30) {
-      throw InputError(description_.file, "more than 2^30 emissive triangles");
-    }
     instance.first_emitter = uint32_t(triangles.size());
     for (uint32_t p = 0; p < mesh.triangles.size(); ++p) {
       Vec3f corners[3];
@@ -356,28 +383,39 @@ void SceneBuilder::build_lights() {
 void SceneBuilder::account() {
   Scene& scene = *scene_;
   SceneMemory& memory = scene.memory_;
-  bool culls = false;
+  bool culls = false, masks = false, blends = false;
+  memory.geometry_bytes += vector_bytes(scene.meshes_);
   for (const Mesh& mesh : scene.meshes_) {
     memory.geometry_bytes += vector_bytes(mesh.positions) + vector_bytes(mesh.triangles) +
                              vector_bytes(mesh.normals) + vector_bytes(mesh.tangents) +
-                             vector_bytes(mesh.colors);
+                             vector_bytes(mesh.colors) + vector_bytes(mesh.uv_sets);
     for (const auto& set : mesh.uv_sets) memory.geometry_bytes += vector_bytes(set);
-    culls = culls || (mesh.cull_backfaces && !mesh.triangles.empty());
+    if (mesh.triangles.empty()) continue;
+    culls = culls || mesh.cull_backfaces;
+    if (!mesh.has_coverage) continue;
+    (mesh.material->alpha_mode() == AlphaMode::kMask ? masks : blends) = true;
   }
   memory.geometry_bytes += vector_bytes(scene.instances_);
-  memory.bvh_bytes = uint64_t(std::max<int64_t>(0, scene.geometry_->bytes.load()));
+  if (scene.geometry_) {
+    memory.geometry_bytes += scene.geometry_->record_bytes();
+    memory.bvh_bytes = scene.geometry_->embree_bytes();
+  }
   memory.texture_bytes = scene.materials_->bytes();
   if (const EnvironmentLight* environment = scene.lights_->environment()) {
     memory.texture_bytes += environment->bytes();
   }
   memory.geometry_bytes += scene.lights_->bytes();
   if (culls) scene.features_.push_back("back-face culling (single-sided materials)");
-  if (scene.has_coverage_) scene.features_.push_back("alpha coverage");
+  if (masks || blends) {
+    scene.features_.push_back(std::string("alpha coverage (") + (masks ? "mask" : "") +
+                              (masks && blends ? ", " : "") + (blends ? "blend)" : ")"));
+  }
   for (const std::string& feature : scene.materials_->features()) {
     scene.features_.push_back(feature);
   }
-  scene.features_.push_back(fmt::format("BVH, {} triangles placed ({})", scene.triangle_count_,
-                                        megabytes(memory.bvh_bytes)));
+  scene.features_.push_back(
+      fmt::format("BVH, {} triangles placed{}", scene.triangle_count_,
+                  options_.bvh ? fmt::format(" ({})", megabytes(memory.bvh_bytes)) : ""));
 }
 
 std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuildOptions& options) {

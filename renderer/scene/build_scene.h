@@ -10,6 +10,8 @@ namespace emberline {
 
 struct SceneBuildOptions {
   bool show_backfaces = false;  // single-sided materials are seen from behind as well
+  // False: a scene that lists its features and cannot be traced.
+  bool bvh = true;
   LightSamplerSettings lights;
 };
 

@@ -89,8 +89,9 @@ Geometry::Geometry() {
   device = rtcNewDevice(nullptr);
   if (!device) throw RenderError("Embree could not be started on this machine");
   rtcSetDeviceErrorFunction(device, on_error, nullptr);
-  rtcSetDeviceMemoryMonitorFunction(device, count_memory, &bytes);
+  rtcSetDeviceMemoryMonitorFunction(device, count_memory, &monitored_bytes_);
   top = rtcNewScene(device);
+  object_bytes_ += embree::kSceneObjectBytes;
   rtcSetSceneFlags(top, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(top, RTC_BUILD_QUALITY_HIGH);
 }
@@ -116,12 +117,14 @@ RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
     rtcSetGeometryOccludedFilterFunction(geometry, filter);
   }
   rtcCommitGeometry(geometry);
+  object_bytes_ += embree::kTriangleObjectBytes;
   return geometry;
 }
 
 RTCScene Geometry::add_mesh_scene(const Mesh& mesh) {
   RTCScene scene = rtcNewScene(device);
   mesh_scenes.push_back(scene);
+  object_bytes_ += embree::kSceneObjectBytes;
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
   RTCGeometry geometry = make_triangles(mesh, 0);
@@ -149,11 +152,20 @@ void Geometry::add_instance(RTCScene mesh_scene, const Affine& transform, uint32
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(top, geometry, instance);
   rtcReleaseGeometry(geometry);
+  object_bytes_ += embree::kInstanceObjectBytes;
 }
 
 void Geometry::commit() {
   build_bvh(top);
   check();
+}
+
+uint64_t Geometry::embree_bytes() const {
+  return uint64_t(std::max<int64_t>(0, monitored_bytes_.load())) + object_bytes_;
+}
+
+uint64_t Geometry::record_bytes() const {
+  return records.capacity() * sizeof(records[0]) + records.size() * sizeof(GeometryRecord);
 }
 
 void Geometry::check() {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <set>
+#include <string>
 
 #include "renderer/core/errors.h"
 #include "renderer/shading/transmission_lobe.h"
@@ -191,10 +192,12 @@ float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
   return saturate(alpha);
 }
 
-MaterialSet::MaterialSet(const SceneDescription& scene) {
+MaterialSet::MaterialSet(const SceneDescription& scene, const std::vector<bool>& worn) {
+  assert(worn.empty() || worn.size() == scene.materials.size());
   materials_.reserve(scene.materials.size() + 1);
-  for (const MaterialDescription& description : scene.materials) {
-    materials_.emplace_back(description, scene, &textures_);
+  for (size_t i = 0; i < scene.materials.size(); ++i) {
+    const bool used = worn.empty() || worn[i];
+    materials_.emplace_back(used ? scene.materials[i] : MaterialDescription{}, scene, &textures_);
   }
   materials_.emplace_back(MaterialDescription{}, scene, &textures_);
 
@@ -207,11 +210,12 @@ MaterialSet::MaterialSet(const SceneDescription& scene) {
   const auto note = [&](bool used, const char* name) {
     if (used) features_.emplace_back(name);
   };
-  note(!textures_.empty(), "textures");
+  if (!textures_.empty()) {
+    features_.push_back("textures (" + std::to_string(image_count_) +
+                        (image_count_ == 1 ? " image)" : " images)"));
+  }
   note(any([](const Material& m) { return m.has_normal_map(); }), "normal maps");
   note(any([](const Material& m) { return m.is_emissive(); }), "emission");
-  note(any([](const Material& m) { return m.alpha_mode() == AlphaMode::kMask; }), "alpha mask");
-  note(any([](const Material& m) { return m.alpha_mode() == AlphaMode::kBlend; }), "alpha blend");
   note(any([](const Material& m) { return m.has_transmission(); }), "transmission");
   note(any([](const Material& m) { return !is_black(m.attenuation()); }), "absorption");
   note(any([](const Material& m) { return m.unlit(); }), "unlit");

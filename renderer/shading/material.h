@@ -112,8 +112,10 @@ class Material {
 // All materials of a scene, glTF's default material behind them.
 class MaterialSet {
  public:
-  // Throws InputError as Material does.
-  explicit MaterialSet(const SceneDescription& scene);
+  // `worn`, if not empty, says of each material whether a placed mesh has it: of one that none has
+  // nothing is compiled, no texture is kept and no feature named. Throws InputError as Material
+  // does.
+  explicit MaterialSet(const SceneDescription& scene, const std::vector<bool>& worn = {});
   MaterialSet(MaterialSet&&) = default;
   MaterialSet& operator=(MaterialSet&&) = default;
 
@@ -127,9 +129,9 @@ class MaterialSet {
   uint64_t texture_bytes() const { return texture_bytes_; }  // resident texels, each image once
   uint64_t bytes() const;                                    // texels, tables and materials
   size_t image_count() const { return image_count_; }
-  // What the scene's materials need, in words: "textures", "normal maps", "emission",
-  // "alpha mask", "alpha blend", "transmission", "absorption", "unlit", "double-sided". Empty for a
-  // plain scene.
+  // What the scene's materials need, in words: "textures (2 images)", "normal maps", "emission",
+  // "transmission", "absorption", "unlit", "double-sided". Empty for a plain scene. Coverage is the
+  // meshes' affair: vertex colours have a say in it.
   const std::vector<std::string>& features() const { return features_; }
 
  private:
