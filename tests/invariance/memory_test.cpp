@@ -71,6 +71,9 @@ class Memory : public OutputFolder {
  protected:
   void SetUp() override {
     OutputFolder::SetUp();
+    // Large blocks go back to the kernel when they are freed. By default glibc raises the limit to
+    // the largest block it has seen freed, and keeps what lies below it, per thread.
+    mallopt(M_MMAP_THRESHOLD, 1 << 18);
     // Threads, Embree and its tables are there before anything is measured.
     SceneBuilderForTests b;
     b.place(b.add_mesh(sheet(64, b.add_material(lambert(Rgb(0.5f))), false)));
