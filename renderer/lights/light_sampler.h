@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/features.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
@@ -111,8 +112,8 @@ class LightSampler {
  private:
   std::vector<EmissiveTriangle> triangles_;
   std::vector<PointLight> points_;
-  std::shared_ptr<const EnvironmentLight> environment_;
-  std::unique_ptr<const LightBvh> bvh_;
+  features::SharedPointer<features::kEnvironment, const EnvironmentLight> environment_;
+  features::UniquePointer<features::kLightBvh, const LightBvh> bvh_;
 
   // An emitter is a finite light that emits: an index into triangles_, or with kPointEmitter into
   // points_. Degenerate, black and non-finite ones are none.
@@ -120,8 +121,8 @@ class LightSampler {
   static constexpr uint32_t kNoEmitter = ~0u;
   std::vector<uint32_t> emitters_;
   std::vector<uint32_t> triangle_emitter_;  // per triangle: its emitter, or kNoEmitter
-  std::vector<uint32_t> directional_;       // indices into points_
-  std::vector<double> power_sums_;          // without a BVH: running shares of the power
+  features::Vector<features::kPointLights, uint32_t> directional_;  // indices into points_
+  std::vector<double> power_sums_;  // without a BVH: running shares of the power
 
   // The choice between infinite lights (directional, environment) and finite ones: n : 1, n being
   // how many infinite ones are above the horizon (pbrt-v4 has all of them). Among infinite ones by

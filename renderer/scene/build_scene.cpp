@@ -10,6 +10,7 @@
 #include "renderer/lights/environment_light.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/geometry.h"
+#include "renderer/scene/required_features.h"
 
 namespace emberline {
 
@@ -53,9 +54,9 @@ std::array<Vec3d, 3> normal_rows(const Mat44d& m) {
   return rows;
 }
 
-template <typename T>
-uint64_t vector_bytes(const std::vector<T>& v) {
-  return v.capacity() * sizeof(T);
+template <typename Vector>
+uint64_t vector_bytes(const Vector& v) {
+  return v.capacity() * sizeof(*v.begin());
 }
 
 std::string megabytes(uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / 1048576); }
@@ -108,6 +109,7 @@ class SceneBuilder {
       : description_(std::move(description)), options_(options), scene_(new Scene()) {}
 
   std::unique_ptr<Scene> build() {
+    require_features(description_);
     choose_space();
     scene_->materials_ = std::make_unique<MaterialSet>(description_, worn_materials());
     place_meshes();

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/features.h"
 #include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
 #include "renderer/lights/light_sampler.h"
@@ -37,7 +38,8 @@ struct SurfaceInteraction {
   float offset = 0.0f;
   Vec3f geometric_normal;  // unit, front side of the triangle
   Vec3f shading_normal;    // interpolated, front side; unit (the geometric one if unusable)
-  Vec4f tangent;           // xyz world, w handedness; 0 if the mesh has none
+  // xyz world, w handedness; 0 if the mesh has none
+  features::Value<features::kTextures, Vec4f, 0.0f> tangent = Vec4f(0.0f);
   SurfaceAttributes attributes;
   uint32_t instance = 0;
   uint32_t primitive = 0;
@@ -65,13 +67,13 @@ struct Mesh {
   std::vector<Vec3f> positions;  // one spare entry at the end: Embree reads 16 bytes per vertex
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<Vec3f> normals;
-  std::vector<Vec4f> tangents;
-  std::vector<std::vector<Vec2f>> uv_sets;
-  std::vector<Vec4f> colors;
+  features::Vector<features::kTextures, Vec4f> tangents;
+  features::Vector<features::kTextures, std::vector<Vec2f>> uv_sets;
+  features::Vector<features::kVertexColors, Vec4f> colors;
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
-  bool has_coverage = false;
+  features::Flag<features::kCoverage> has_coverage = false;
 };
 
 // Row-vector affine transform, the very floats Embree is given.
@@ -81,8 +83,9 @@ struct Affine {
 
 struct Instance {
   uint32_t mesh = 0;
-  bool transformed = false;  // false: the mesh is already in internal space
-  bool mirrored = false;
+  features::Flag<features::kInstances> transformed =
+      false;  // false: the mesh is already in internal space
+  features::Flag<features::kInstances> mirrored = false;
   uint32_t first_emitter = 0xffffffffu;  // index of triangle 0's emitter, if the mesh emits
   Affine to_internal;
   Affine normal_transform;  // inverse transpose, rows; translation unused
@@ -149,8 +152,8 @@ class Scene {
   std::unique_ptr<scene_detail::Geometry> geometry_;
   std::unique_ptr<MaterialSet> materials_;
   std::unique_ptr<LightSampler> lights_;
-  bool has_coverage_ = false;
-  bool has_transmission_ = false;
+  features::Flag<features::kCoverage> has_coverage_ = false;
+  features::Flag<features::kTransmission> has_transmission_ = false;
   Vec3d origin_ = Vec3d(0.0);
   double scale_ = 1.0;
   float radius_ = 0.0f;

@@ -136,7 +136,7 @@ void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoi
     out.bsdf.metallic = saturate(metallic_ * texel.z);
   }
   out.bsdf.transmission = transmission_;
-  if (transmission_ > 0.0f) {
+  if (has_transmission()) {
     out.bsdf.thin_walled = thin_walled_;
     if (transmission_texture_ != nullptr) {
       out.bsdf.transmission =

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/features.h"
 #include "renderer/core/vector.h"
 #include "renderer/scene/scene_description.h"
 #include "renderer/shading/bsdf.h"
@@ -18,12 +19,15 @@
 namespace emberline {
 
 // TEXCOORD_0 .. TEXCOORD_3 can be used by a material.
-inline constexpr int kMaxUvSets = 4;
+inline constexpr int kMaxUvSets = features::kTextures ? 4 : 0;
 
 // Interpolated vertex attributes at a hit. Sets that the mesh lacks are 0.
 struct SurfaceAttributes {
-  std::array<Vec2f, kMaxUvSets> uv = {Vec2f(0.0f), Vec2f(0.0f), Vec2f(0.0f), Vec2f(0.0f)};
-  Vec4f color = Vec4f(1.0f, 1.0f, 1.0f, 1.0f);  // COLOR_0, linear; (1, 1, 1, 1) without
+  std::array<Vec2f, kMaxUvSets> uv;
+  // COLOR_0, linear; (1, 1, 1, 1) without
+  features::Value<features::kVertexColors, Vec4f, 1.0f> color = Vec4f(1.0f, 1.0f, 1.0f, 1.0f);
+
+  SurfaceAttributes() { uv.fill(Vec2f(0.0f)); }
 };
 
 // What a material says at a point.
@@ -31,7 +35,7 @@ struct MaterialPoint {
   BsdfParameters bsdf;            // clamped to the ranges that SurfaceBsdf asks for
   Rgb emission = Rgb(0.0f);       // radiance, alike in all directions
   Vec3f normal = Vec3f(0, 0, 1);  // tangent space, unit; see mapped_normal()
-  bool has_normal_map = false;
+  features::Flag<features::kTextures> has_normal_map = false;
 };
 
 class Material {
@@ -60,20 +64,20 @@ class Material {
 
   // Whether coverage() can be anything but 1. A mesh with vertex colours may have alpha in them.
   bool has_alpha(bool vertex_colors) const {
-    return alpha_mode_ != AlphaMode::kOpaque && (alpha_varies_ || vertex_colors);
+    return alpha_mode() != AlphaMode::kOpaque && (alpha_varies_ || vertex_colors);
   }
-  AlphaMode alpha_mode() const { return alpha_mode_; }
+  AlphaMode alpha_mode() const { return features::kCoverage ? alpha_mode_ : AlphaMode::kOpaque; }
   bool is_emissive() const { return is_emissive_; }  // belongs among the lights; never if unlit
   bool has_emission_texture() const { return emission_texture_ != nullptr; }
   bool has_normal_map() const { return normal_texture_ != nullptr; }  // needs tangents
   bool double_sided() const { return double_sided_; }
   // Light passes through: faces are seen from behind even if single-sided, and the integrator sets
   // MaterialPoint::bsdf.inside when it is the back that was hit.
-  bool has_transmission() const { return transmission_ > 0.0f; }
+  bool has_transmission() const { return features::kTransmission && transmission_ > 0.0f; }
   // Per metre travelled inside, for beer_transmittance(); 0 without an interior.
   const Rgb& attenuation() const { return attenuation_; }
   bool unlit() const { return unlit_; }  // no scattering: emission() is what is seen
-  bool needs_uv() const { return uv_mask_ != 0; }
+  bool needs_uv() const { return features::kTextures && uv_mask_ != 0; }
   uint32_t uv_mask() const { return uv_mask_; }  // bit n: TEXCOORD_n is read
 
  private:
@@ -84,28 +88,31 @@ class Material {
     return a.uv[size_t(texture.uv_set())];
   }
 
+  using Slot = features::Pointer<features::kTextures, const Texture>;
+
   Rgb base_color_;
   float alpha_;
   float metallic_, roughness_;
   float ior_, specular_;
   Rgb specular_color_;
-  const Texture* specular_texture_ = nullptr;
-  const Texture* specular_color_texture_ = nullptr;
+  Slot specular_texture_ = nullptr;
+  Slot specular_color_texture_ = nullptr;
   float normal_scale_;
   Rgb emission_;
   float alpha_cutoff_;
   float transmission_ = 0.0f;
   bool thin_walled_ = true;
   Rgb attenuation_ = Rgb(0.0f);
-  const Texture* base_color_texture_ = nullptr;
-  const Texture* metallic_roughness_texture_ = nullptr;
-  const Texture* normal_texture_ = nullptr;
-  const Texture* emission_texture_ = nullptr;
-  const Texture* transmission_texture_ = nullptr;
+  Slot base_color_texture_ = nullptr;
+  Slot metallic_roughness_texture_ = nullptr;
+  Slot normal_texture_ = nullptr;
+  Slot emission_texture_ = nullptr;
+  Slot transmission_texture_ = nullptr;
   AlphaMode alpha_mode_;
   bool alpha_varies_ = false;  // without vertex colours
   bool is_emissive_ = false;
-  bool double_sided_, unlit_;
+  bool double_sided_;
+  features::Flag<features::kUnlit> unlit_;
   uint32_t uv_mask_ = 0;
 };
 

@@ -2,9 +2,7 @@
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
-#include <time.h>
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 
@@ -14,12 +12,6 @@
 
 namespace emberline::bench {
 namespace {
-
-double seconds_of(clockid_t clock) {
-  timespec now = {};
-  clock_gettime(clock, &now);
-  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
-}
 
 // Drops the tiles; notes when the first samples were done.
 class NullObserver final : public FrameObserver {
@@ -48,17 +40,6 @@ void add_point(CLI::App* app, const char* name, std::optional<Vec3d>& target, co
 }
 
 }  // namespace
-
-double process_cpu() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
-double thread_cpu() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
-double wall_clock() { return seconds_of(CLOCK_MONOTONIC); }
-
-Spread spread(std::vector<double> values) {
-  if (values.empty()) return {};
-  std::ranges::sort(values);
-  const size_t n = values.size();
-  return {(values[(n - 1) / 2] + values[n / 2]) / 2, values.front(), values.back()};
-}
 
 void add_frame_options(CLI::App* app, RenderOptions& o) {
   app->add_option("scene", o.scene, "a .gltf or .glb file")->required();

@@ -3,12 +3,12 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "bench/clocks.h"
 #include "renderer/app/render_options.h"
 #include "renderer/drivers/frame_driver.h"
 #include "renderer/scene/camera.h"
@@ -30,7 +30,7 @@ class BenchFrame {
   // Loads and builds; throws what the command would report.
   explicit BenchFrame(const RenderOptions& options);
 
-  // Renders into nothing: no file, no display. `crop` empty: the whole frame.
+  // Renders into nothing: no file, no display.
   FrameRun run(int threads, uint32_t spp) const;
 
   double load_s = 0, build_s = 0;
@@ -45,16 +45,5 @@ class BenchFrame {
   std::unique_ptr<Sampler> sampler_;
   std::optional<PixelFilter> filter_;
 };
-
-// Seconds of processor time, of the process and of the calling thread.
-double process_cpu();
-double thread_cpu();
-double wall_clock();
-
-// Median with the least and the greatest beside it.
-struct Spread {
-  double median = 0, least = 0, most = 0;
-};
-Spread spread(std::vector<double> values);
 
 }  // namespace emberline::bench

@@ -12,7 +12,7 @@
 #include <immintrin.h>
 #endif
 
-#include "bench/bench_frame.h"
+#include "bench/clocks.h"
 #include "renderer/scene/embree_api.h"
 
 // The linker's names: what is called rtcIntersect1 elsewhere arrives at __wrap_, and __real_ is
