@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <optional>
@@ -111,6 +112,9 @@ int run_render(const RenderOptions& options) {
   const Stopwatch build;
   SceneBuildOptions build_options;
   build_options.show_backfaces = options.show_backfaces;
+  build_options.unread_uv = std::ranges::any_of(integrator_table(), [&](const auto& entry) {
+    return entry.shows_uv && entry.name == options.integrator;
+  });
   const std::unique_ptr<Scene> scene = build_scene(std::move(description), build_options);
   const Camera camera(camera_description, options.width, options.height, scene->origin(),
                       scene->scale());

@@ -182,6 +182,17 @@ Affine SceneBuilder::to_internal(const Mat44d& m) const {
 }
 
 void SceneBuilder::adopt(MeshDescription& source, Mesh& mesh) {
+  mesh.material = &(*scene_->materials_)[source.material];
+  // What the material does not read is neither kept nor interpolated at every hit.
+  if (!mesh.material->has_normal_map()) source.tangents = {};
+  if (!options_.unread_uv) {
+    const uint32_t read = mesh.material->uv_mask();
+    for (size_t set = 0; set < source.uv_sets.size(); ++set) {
+      if (set >= kMaxUvSets || (read >> set & 1u) == 0) source.uv_sets[set] = {};
+    }
+    if (read == 0) source.uv_sets = {};
+  }
+  mesh.has_attributes = !source.uv_sets.empty() || !source.colors.empty();
   mesh.positions = std::move(source.positions);
   // Embree reads 16 bytes at the last vertex. Growing by itself, the vector would double.
   mesh.positions.reserve(mesh.positions.size() + 1);
@@ -242,7 +253,6 @@ void SceneBuilder::place_meshes() {
                                    Vec3f(0.0f)};
     }
     scene.triangle_count_ += mesh.triangles.size();
-    mesh.material = &(*scene.materials_)[source.material];
     mesh.material_index =
         uint32_t(source.material < 0 ? int(description_.materials.size()) : source.material);
     mesh.cull_backfaces = !options_.show_backfaces && !mesh.material->double_sided() &&

@@ -32,17 +32,16 @@ void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
   log_verbose(std::string("Embree: ") + message);
 }
 
-// Called by Embree for every candidate hit of a geometry that has back faces to hide or coverage.
-// A pure function of ray, triangle and key, so that traversal order cannot show.
+// Called by Embree for every candidate hit of a geometry that has back faces to hide or coverage,
+// in the version that asks for no more than that. A pure function of ray, triangle and key, so that
+// traversal order cannot show.
+template <bool kCulls, bool kCovers>
 void filter(const RTCFilterFunctionNArguments* arguments) {
   int* valid = arguments->valid;
   const unsigned n = arguments->N;
-  const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
-  const Mesh& mesh = *record.mesh;
-  const auto* context = reinterpret_cast<const embree::RayContext*>(arguments->context);
   for (unsigned i = 0; i < n; ++i) {
     if (valid[i] != -1) continue;
-    if (mesh.cull_backfaces) {
+    if constexpr (kCulls) {
       // Both in the mesh's own space, where counter-clockwise is the front even under a mirroring
       // instance (glTF 2.0, section 3.7.4: a negative determinant flips the winding).
       const float facing =
@@ -54,7 +53,10 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
         continue;
       }
     }
-    if (mesh.has_coverage) {
+    if constexpr (kCovers) {
+      const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
+      const Mesh& mesh = *record.mesh;
+      const auto* context = reinterpret_cast<const embree::RayContext*>(arguments->context);
       const uint32_t primitive = RTCHitN_primID(arguments->hit, n, i);
       const uint32_t placed = RTCHitN_instID(arguments->hit, n, i, 0);
       const uint32_t instance = placed == RTC_INVALID_GEOMETRY_ID ? record.instance : placed;
@@ -113,8 +115,11 @@ RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
   if (mesh.cull_backfaces || mesh.has_coverage) {
     records.push_back(std::make_unique<GeometryRecord>(GeometryRecord{&mesh, instance}));
     rtcSetGeometryUserData(geometry, records.back().get());
-    rtcSetGeometryIntersectFilterFunction(geometry, filter);
-    rtcSetGeometryOccludedFilterFunction(geometry, filter);
+    const RTCFilterFunctionN chosen = !mesh.has_coverage    ? filter<true, false>
+                                      : mesh.cull_backfaces ? filter<true, true>
+                                                            : filter<false, true>;
+    rtcSetGeometryIntersectFilterFunction(geometry, chosen);
+    rtcSetGeometryOccludedFilterFunction(geometry, chosen);
   }
   rtcCommitGeometry(geometry);
   object_bytes_ += embree::kTriangleObjectBytes;

@@ -155,7 +155,9 @@ SurfaceInteraction Scene::interaction(const SurfaceHit& hit) const {
     direction = normalize_or(direction, Vec3f(0.0f));
     s.tangent = Vec4f(direction.x, direction.y, direction.z, handedness);
   }
-  s.attributes = scene_detail::interpolate_attributes(mesh, hit.primitive, hit.u, hit.v);
+  if (mesh.has_attributes) {
+    s.attributes = scene_detail::interpolate_attributes(mesh, hit.primitive, hit.u, hit.v);
+  }
   s.instance = hit.instance;
   s.primitive = hit.primitive;
   s.material = mesh.material;
@@ -166,6 +168,7 @@ SurfaceInteraction Scene::interaction(const SurfaceHit& hit) const {
 SurfaceAttributes Scene::emitter_attributes(const EmissiveTriangle& triangle,
                                             const Vec2f& barycentric) const {
   const Instance& instance = instances_[triangle.instance];
+  if (!meshes_[instance.mesh].has_attributes) return {};
   // A mirrored instance's emitter lists its corners the other way round, to face its front.
   const Vec2f b = instance.mirrored ? Vec2f(barycentric.y, barycentric.x) : barycentric;
   return scene_detail::interpolate_attributes(meshes_[instance.mesh], triangle.primitive, b.x, b.y);

@@ -73,6 +73,8 @@ struct Mesh {
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
+  // Whether interpolate_attributes has anything to find: colours, or UV sets that are read.
+  bool has_attributes = false;
   features::Flag<features::kCoverage> has_coverage = false;
 };
 

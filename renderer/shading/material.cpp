@@ -71,6 +71,7 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
       ior_(usable_ior(d.ior)),
       specular_(saturate(d.specular)),
       specular_color_(non_negative(d.specular_color)),
+      specular_tint_(luminance(specular_color_)),
       normal_scale_(std::isfinite(d.normal_scale) ? d.normal_scale : 1.0f),
       emission_(non_negative(d.emission)),
       alpha_cutoff_(d.alpha_cutoff),
@@ -112,37 +113,42 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
 
 void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoint& out) const {
   Rgb base = base_color_ * rgb(a.color);
+  out.emission = emission_;
+  out.bsdf.metallic = metallic_;
+  out.bsdf.roughness = roughness_;
+  out.bsdf.ior = ior_;
+  out.bsdf.specular = specular_;
+  out.bsdf.specular_tint = specular_tint_;
+  out.bsdf.transmission = transmission_;
+  out.bsdf.thin_walled = thin_walled_;
+  out.has_normal_map = false;
+  if (needs_uv()) apply_textures(a, u_texture, base, out);
+  if (unlit_) out.emission = non_negative(base);
+  out.bsdf.base_color = saturate(base);
+}
+
+void Material::apply_textures(const SurfaceAttributes& a, float u_texture, Rgb& base,
+                              MaterialPoint& out) const {
   if (base_color_texture_ != nullptr) {
     base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
   }
-  out.emission = unlit_ ? non_negative(base) : emission_;
-  out.bsdf.base_color = saturate(base);
-  out.bsdf.metallic = metallic_;
-  out.bsdf.ior = ior_;
-  out.bsdf.specular = specular_;
   if (specular_texture_ != nullptr) {
     out.bsdf.specular *= specular_texture_->lookup(uv_of(*specular_texture_, a), u_texture).w;
   }
-  Rgb tint = specular_color_;
   if (specular_color_texture_ != nullptr) {
-    tint *= rgb(specular_color_texture_->lookup(uv_of(*specular_color_texture_, a), u_texture));
+    const Vec4f texel =
+        specular_color_texture_->lookup(uv_of(*specular_color_texture_, a), u_texture);
+    out.bsdf.specular_tint = luminance(specular_color_ * rgb(texel));
   }
-  out.bsdf.specular_tint = luminance(tint);
-  out.bsdf.roughness = roughness_;
   if (metallic_roughness_texture_ != nullptr) {
     const Vec4f texel =
         metallic_roughness_texture_->lookup(uv_of(*metallic_roughness_texture_, a), u_texture);
     out.bsdf.roughness = saturate(roughness_ * texel.y);
     out.bsdf.metallic = saturate(metallic_ * texel.z);
   }
-  out.bsdf.transmission = transmission_;
-  if (has_transmission()) {
-    out.bsdf.thin_walled = thin_walled_;
-    if (transmission_texture_ != nullptr) {
-      out.bsdf.transmission =
-          saturate(transmission_ *
-                   transmission_texture_->lookup(uv_of(*transmission_texture_, a), u_texture).x);
-    }
+  if (transmission_texture_ != nullptr) {
+    const Vec4f texel = transmission_texture_->lookup(uv_of(*transmission_texture_, a), u_texture);
+    out.bsdf.transmission = saturate(transmission_ * texel.x);
   }
   if (emission_texture_ != nullptr) {
     out.emission *= rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));

@@ -81,6 +81,9 @@ class Material {
   uint32_t uv_mask() const { return uv_mask_; }  // bit n: TEXCOORD_n is read
 
  private:
+  // The part of evaluate() that a material without textures does not have.
+  void apply_textures(const SurfaceAttributes& attributes, float u_texture, Rgb& base_color,
+                      MaterialPoint& out) const;
   const Texture* add_texture(const TextureRef& ref, bool srgb, const char* slot,
                              const MaterialDescription& description, const SceneDescription& scene,
                              std::deque<Texture>* textures);
@@ -95,6 +98,7 @@ class Material {
   float metallic_, roughness_;
   float ior_, specular_;
   Rgb specular_color_;
+  float specular_tint_;  // its luminance
   Slot specular_texture_ = nullptr;
   Slot specular_color_texture_ = nullptr;
   float normal_scale_;
