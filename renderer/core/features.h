@@ -76,11 +76,14 @@ struct NoPointer {
   }
   constexpr explicit operator bool() const { return false; }
   constexpr bool operator==(std::nullptr_t) const { return true; }
-  constexpr T* get() const { return nullptr; }
+  T* get() const { return none_; }
   [[noreturn]] T* operator->() const { __builtin_unreachable(); }
   [[noreturn]] T& operator*() const { __builtin_unreachable(); }
   template <typename... Arguments>
   void emplace(Arguments&&...) {}
+
+ private:
+  static constexpr T* none_ = nullptr;
 };
 
 }  // namespace detail

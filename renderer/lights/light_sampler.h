@@ -137,6 +137,7 @@ class LightSampler {
     float probability = 0.0f;
   };
   float directional_weight(const LightQuery& query, const PointLight& light) const;
+  bool has_infinite() const { return environment_ || !directional_.empty(); }
   InfiniteChoice weigh_infinite(const LightQuery& query) const;
   FinitePick pick_finite(const LightQuery& query, double u) const;
   float finite_probability(const LightQuery& query, uint32_t emitter) const;

@@ -192,7 +192,8 @@ void SceneBuilder::adopt(MeshDescription& source, Mesh& mesh) {
     }
     if (read == 0) source.uv_sets = {};
   }
-  mesh.has_attributes = !source.uv_sets.empty() || !source.colors.empty();
+  mesh.has_attributes =
+      mesh.material->reads_attributes(!source.colors.empty()) || !source.uv_sets.empty();
   mesh.positions = std::move(source.positions);
   // Embree reads 16 bytes at the last vertex. Growing by itself, the vector would double.
   mesh.positions.reserve(mesh.positions.size() + 1);

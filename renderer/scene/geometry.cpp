@@ -81,6 +81,7 @@ SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, f
     if (!uv.empty()) attributes.uv[s] = uv[index[0]] * w + uv[index[1]] * u + uv[index[2]] * v;
   }
   if (!mesh.colors.empty()) {
+    attributes.has_color = true;
     attributes.color =
         mesh.colors[index[0]] * w + mesh.colors[index[1]] * u + mesh.colors[index[2]] * v;
   }

@@ -38,9 +38,10 @@ struct SurfaceInteraction {
   float offset = 0.0f;
   Vec3f geometric_normal;  // unit, front side of the triangle
   Vec3f shading_normal;    // interpolated, front side; unit (the geometric one if unusable)
-  // xyz world, w handedness; 0 if the mesh has none
-  features::Value<features::kTextures, Vec4f, 0.0f> tangent = Vec4f(0.0f);
-  SurfaceAttributes attributes;
+  // xyz world, w handedness; 0 if the mesh has none. It and the attributes are only there where the
+  // material reads them (Material::reads_attributes).
+  features::Value<features::kTextures, Vec4f, 0.0f> tangent;
+  SurfaceAttributes attributes{SurfaceAttributes::Unread{}};
   uint32_t instance = 0;
   uint32_t primitive = 0;
   const Material* material = nullptr;
@@ -73,8 +74,8 @@ struct Mesh {
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
-  // Whether interpolate_attributes has anything to find: colours, or UV sets that are read.
-  bool has_attributes = false;
+  // Whether the material reads what interpolate_attributes finds.
+  features::Flag<features::kTextures || features::kVertexColors> has_attributes = false;
   features::Flag<features::kCoverage> has_coverage = false;
 };
 
@@ -118,7 +119,7 @@ class Scene {
   // Whether some material lets light pass.
   bool has_transmission() const { return has_transmission_; }
 
-  SurfaceInteraction interaction(const SurfaceHit& hit) const;
+  void interaction(const SurfaceHit& hit, SurfaceInteraction* out) const;
 
   static constexpr uint32_t kNoEmitter = 0xffffffffu;
   // The light sampler's index of a hit triangle, or kNoEmitter.
@@ -148,6 +149,8 @@ class Scene {
  private:
   friend class SceneBuilder;
   Scene();
+  void interpolate(const scene_detail::Mesh& mesh, const scene_detail::Instance& instance,
+                   const SurfaceHit& hit, SurfaceInteraction& out) const;
 
   std::vector<scene_detail::Mesh> meshes_;
   std::vector<scene_detail::Instance> instances_;

@@ -71,7 +71,6 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
       ior_(usable_ior(d.ior)),
       specular_(saturate(d.specular)),
       specular_color_(non_negative(d.specular_color)),
-      specular_tint_(luminance(specular_color_)),
       normal_scale_(std::isfinite(d.normal_scale) ? d.normal_scale : 1.0f),
       emission_(non_negative(d.emission)),
       alpha_cutoff_(d.alpha_cutoff),
@@ -109,19 +108,27 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
     alpha_varies_ = alpha_ < opaque ||
                     (base_color_texture_ != nullptr && has_transparent_texel(*base_color_texture_));
   }
+  emission_varies_ = unlit_ || emission_texture_ != nullptr;
+  constant_ = constant_point();
 }
 
-void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoint& out) const {
+MaterialPoint Material::constant_point() const {
+  MaterialPoint point;
+  point.emission = unlit_ ? non_negative(base_color_) : emission_;
+  point.bsdf.base_color = saturate(base_color_);
+  point.bsdf.metallic = metallic_;
+  point.bsdf.roughness = roughness_;
+  point.bsdf.ior = ior_;
+  point.bsdf.specular = specular_;
+  point.bsdf.specular_tint = luminance(specular_color_);
+  point.bsdf.transmission = transmission_;
+  point.bsdf.thin_walled = thin_walled_;
+  return point;
+}
+
+void Material::evaluate_varying(const SurfaceAttributes& a, float u_texture,
+                                MaterialPoint& out) const {
   Rgb base = base_color_ * rgb(a.color);
-  out.emission = emission_;
-  out.bsdf.metallic = metallic_;
-  out.bsdf.roughness = roughness_;
-  out.bsdf.ior = ior_;
-  out.bsdf.specular = specular_;
-  out.bsdf.specular_tint = specular_tint_;
-  out.bsdf.transmission = transmission_;
-  out.bsdf.thin_walled = thin_walled_;
-  out.has_normal_map = false;
   if (needs_uv()) apply_textures(a, u_texture, base, out);
   if (unlit_) out.emission = non_negative(base);
   out.bsdf.base_color = saturate(base);
@@ -162,16 +169,15 @@ void Material::apply_textures(const SurfaceAttributes& a, float u_texture, Rgb& 
   }
 }
 
-Rgb Material::emission(const SurfaceAttributes& a, float u_texture) const {
-  if (unlit_) {
-    Rgb base = base_color_ * rgb(a.color);
-    if (base_color_texture_ != nullptr) {
-      base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
-    }
-    return non_negative(base);
+Rgb Material::varying_emission(const SurfaceAttributes& a, float u_texture) const {
+  if (!unlit_) {
+    return emission_ * rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
   }
-  if (emission_texture_ == nullptr) return emission_;
-  return emission_ * rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
+  Rgb base = base_color_ * rgb(a.color);
+  if (base_color_texture_ != nullptr) {
+    base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
+  }
+  return non_negative(base);
 }
 
 Rgb Material::mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,

@@ -24,10 +24,15 @@ inline constexpr int kMaxUvSets = features::kTextures ? 4 : 0;
 // Interpolated vertex attributes at a hit. Sets that the mesh lacks are 0.
 struct SurfaceAttributes {
   std::array<Vec2f, kMaxUvSets> uv;
-  // COLOR_0, linear; (1, 1, 1, 1) without
+  // COLOR_0, linear; (1, 1, 1, 1) without, and has_color says that there is none to be asked.
   features::Value<features::kVertexColors, Vec4f, 1.0f> color = Vec4f(1.0f, 1.0f, 1.0f, 1.0f);
+  features::Flag<features::kVertexColors> has_color = false;
 
   SurfaceAttributes() { uv.fill(Vec2f(0.0f)); }
+  // Leaves what nobody will read as it is. At every hit, so that it counts.
+  struct Unread {};
+  explicit SurfaceAttributes(Unread)
+      : color(features::Value<features::kVertexColors, Vec4f, 1.0f>()) {}
 };
 
 // What a material says at a point.
@@ -49,10 +54,16 @@ class Material {
 
   // One number for all textures: slots that share a parametrisation then take the same texel, so
   // that base colour, roughness and normal belong together.
-  void evaluate(const SurfaceAttributes& attributes, float u_texture, MaterialPoint& out) const;
+  void evaluate(const SurfaceAttributes& attributes, float u_texture, MaterialPoint& out) const {
+    out = constant_;
+    if (needs_uv() || attributes.has_color) evaluate_varying(attributes, u_texture, out);
+  }
 
   // Emitted radiance; with unlit(), the base colour.
-  Rgb emission(const SurfaceAttributes& attributes, float u_texture) const;
+  Rgb emission(const SurfaceAttributes& attributes, float u_texture) const {
+    return emission_varies_ ? varying_emission(attributes, u_texture) : emission_;
+  }
+  const Rgb& emission() const { return emission_; }  // if it is the same everywhere
   // Its mean over a triangle with these corners, for light power. 0 for unlit materials: they show
   // a colour, but are not lights.
   Rgb mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
@@ -67,6 +78,12 @@ class Material {
     return alpha_mode() != AlphaMode::kOpaque && (alpha_varies_ || vertex_colors);
   }
   AlphaMode alpha_mode() const { return features::kCoverage ? alpha_mode_ : AlphaMode::kOpaque; }
+  // Emission and coverage are the same everywhere: emission() needs no attributes to be found.
+  bool emits_evenly() const { return !emission_varies_ && alpha_mode() == AlphaMode::kOpaque; }
+  // Whether evaluate() or coverage() looks at the attributes of a mesh with or without colours.
+  bool reads_attributes(bool vertex_colors) const {
+    return needs_uv() || vertex_colors || alpha_mode() != AlphaMode::kOpaque;
+  }
   bool is_emissive() const { return is_emissive_; }  // belongs among the lights; never if unlit
   bool has_emission_texture() const { return emission_texture_ != nullptr; }
   bool has_normal_map() const { return normal_texture_ != nullptr; }  // needs tangents
@@ -81,7 +98,11 @@ class Material {
   uint32_t uv_mask() const { return uv_mask_; }  // bit n: TEXCOORD_n is read
 
  private:
-  // The part of evaluate() that a material without textures does not have.
+  // What evaluate() says where neither a texture nor a vertex colour has a say.
+  MaterialPoint constant_point() const;
+  void evaluate_varying(const SurfaceAttributes& attributes, float u_texture,
+                        MaterialPoint& out) const;
+  Rgb varying_emission(const SurfaceAttributes& attributes, float u_texture) const;
   void apply_textures(const SurfaceAttributes& attributes, float u_texture, Rgb& base_color,
                       MaterialPoint& out) const;
   const Texture* add_texture(const TextureRef& ref, bool srgb, const char* slot,
@@ -98,7 +119,6 @@ class Material {
   float metallic_, roughness_;
   float ior_, specular_;
   Rgb specular_color_;
-  float specular_tint_;  // its luminance
   Slot specular_texture_ = nullptr;
   Slot specular_color_texture_ = nullptr;
   float normal_scale_;
@@ -115,6 +135,8 @@ class Material {
   AlphaMode alpha_mode_;
   bool alpha_varies_ = false;  // without vertex colours
   bool is_emissive_ = false;
+  features::Flag<features::kTextures || features::kUnlit> emission_varies_ = false;
+  MaterialPoint constant_;
   bool double_sided_;
   features::Flag<features::kUnlit> unlit_;
   uint32_t uv_mask_ = 0;

@@ -66,6 +66,7 @@ TEST(Material, FactorsTimesTexturesTimesVertexColour) {
                                                       "emission", "double-sided"}));
   SurfaceAttributes a = at(.3f, .7f);
   a.color = Vec4f(1, .5f, 1, 1);
+  a.has_color = true;
   MaterialPoint p;
   m.evaluate(a, .3f, p);
   const float srgb_188 = std::pow((188 / 255.f + .055f) / 1.055f, 2.4f);
@@ -216,6 +217,7 @@ TEST(Material, StrangeNumbersAreContained) {
     SurfaceAttributes a;
     for (const float c : {nan, inf, -2.0f, 1.0f}) {
       a.color = Vec4f(c, c, c, c);
+      a.has_color = true;
       MaterialPoint p;
       set[i].evaluate(a, .5f, p);
       for (const float v : {p.bsdf.base_color.x, p.bsdf.metallic, p.bsdf.roughness, p.bsdf.specular,
