@@ -50,8 +50,8 @@ test::RenderedImage frame(const Scene& scene, uint32_t spp) {
 }  // namespace
 
 // What is counted (callgrind --toggle-collect): known by this name, and called once.
-extern "C" [[gnu::noinline]] void emberline_measured_frame(const Scene& scene, uint32_t spp,
-                                                           test::RenderedImage* image) {
+extern "C" [[gnu::noipa]] void emberline_measured_frame(const Scene& scene, uint32_t spp,
+                                                        test::RenderedImage* image) {
   *image = frame(scene, spp);
 }
 

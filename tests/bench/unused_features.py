@@ -26,9 +26,9 @@ def run(*command):
     return subprocess.run([str(c) for c in command], check=True, capture_output=True, text=True)
 
 
-def build(tree, plain):
+def build(tree, plain, extra):
     run("cmake", "-G", "Ninja", "-S", ROOT, "-B", tree, "-DCMAKE_BUILD_TYPE=Release",
-        "-DCMAKE_CXX_FLAGS_RELEASE=-O3 -DNDEBUG", "-DEMBERLINE_NATIVE=OFF", "-DCMAKE_CXX_FLAGS=-march=x86-64-v3",
+        "-DCMAKE_CXX_FLAGS_RELEASE=-O3 -DNDEBUG", "-DEMBERLINE_NATIVE=OFF", "-DCMAKE_CXX_FLAGS=-march=x86-64-v3", *extra,
         f"-DEMBERLINE_PLAIN={'ON' if plain else 'OFF'}")
     run("cmake", "--build", tree, "--target", "plain_scene_bench")
     return tree / "bin/plain_scene_bench"
@@ -48,9 +48,11 @@ def main():
     p.add_argument("--build", type=pathlib.Path, default=ROOT / "build/unused")
     p.add_argument("--repetitions", type=int, default=11)
     p.add_argument("--spp", type=int, default=256, help="of the timed frames")
+    p.add_argument("--cmake", action="append", default=[], metavar="-DNAME=VALUE", help="for both builds")
     p.add_argument("-o", "--output", type=pathlib.Path)
     options = p.parse_args()
-    whole, plain = (build(options.build.resolve() / name, name == "plain") for name in ("whole", "plain"))
+    whole, plain = (build(options.build.resolve() / name, name == "plain", options.cmake)
+                    for name in ("whole", "plain"))
     counted = [count(program) for program in (whole, plain)]
     (whole_count, whole_frame), (plain_count, plain_frame) = counted
     if whole_frame["rays"] != plain_frame["rays"]:

@@ -62,7 +62,7 @@ TEST(Material, FactorsTimesTexturesTimesVertexColour) {
   const Material& m = set[0];
   EXPECT_EQ(m.uv_mask(), 0b1011u);
   EXPECT_TRUE(m.is_emissive() && m.has_normal_map() && m.double_sided() && m.needs_uv());
-  EXPECT_EQ(set.features(), (std::vector<std::string>{"textures (2 images)", "normal maps",
+  EXPECT_EQ(set.features(), (std::vector<std::string>{"textures (3 images)", "normal maps",
                                                       "emission", "double-sided"}));
   SurfaceAttributes a = at(.3f, .7f);
   a.color = Vec4f(1, .5f, 1, 1);
