@@ -37,7 +37,7 @@ struct Options {
 Json to_json(const Spread& s) { return {{"median", s.median}, {"min", s.least}, {"max", s.most}}; }
 
 void line(const char* name, const Spread& s, const char* unit) {
-  fmt::print("{:<34}{:>10.4g}   {:.4g} to {:.4g} {}\n", name, s.median, s.least, s.most, unit);
+  fmt::print("{:<34}{:>10.4g}   {:.4g} to {:.4g}{}\n", name, s.median, s.least, s.most, unit);
 }
 
 // Figures of each repetition; the table and the JSON are made of their spreads.
@@ -140,7 +140,7 @@ int run(const Options& options) {
   line("samples per second", spread(figures.samples_per_s), "");
   line("samples per processor second", spread(figures.samples_per_cpu_s), "");
   line("rays per second", spread(figures.rays_per_s), "");
-  line("first sample after", spread(figures.first_sample), "s of rendering");
+  line("first sample after", spread(figures.first_sample), " s of rendering");
   line("Embree's share of processor time", spread(figures.share), "");
   fmt::print("   {} rays of {} spp on {} threads, all found the same again\n", rays.rays(),
              share_spp, rays.threads());
