@@ -38,7 +38,7 @@ struct SurfaceInteraction {
   float offset = 0.0f;
   Vec3f geometric_normal;  // unit, front side of the triangle
   Vec3f shading_normal;    // interpolated, front side; unit (the geometric one if unusable)
-  // xyz world, w handedness; 0 if the mesh has none. It and the attributes are only there where the
+  // xyz world, w handedness; 0 if the mesh has none. It and the colour are only there where the
   // material reads them (Material::reads_attributes).
   features::Value<features::kTextures, Vec4f, 0.0f> tangent;
   SurfaceAttributes attributes{SurfaceAttributes::Unread{}};

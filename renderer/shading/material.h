@@ -29,10 +29,13 @@ struct SurfaceAttributes {
   features::Flag<features::kVertexColors> has_color = false;
 
   SurfaceAttributes() { uv.fill(Vec2f(0.0f)); }
-  // Leaves what nobody will read as it is. At every hit, so that it counts.
+  // For a mesh without: the coordinates are 0, as a view of them shows; the colour is left as it
+  // is, since nobody will read it. This is made at every hit.
   struct Unread {};
   explicit SurfaceAttributes(Unread)
-      : color(features::Value<features::kVertexColors, Vec4f, 1.0f>()) {}
+      : color(features::Value<features::kVertexColors, Vec4f, 1.0f>()) {
+    uv.fill(Vec2f(0.0f));
+  }
 };
 
 // What a material says at a point.
