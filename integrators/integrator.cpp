@@ -29,7 +29,7 @@ constexpr IntegratorEntry kIntegrators[] = {
        return std::make_unique<AmbientOcclusionIntegrator>(settings);
      }},
     {"normal", "shading normals", create_debug<DebugView::kNormal>},
-    {"uv", "texture coordinates", create_debug<DebugView::kUv>},
+    {"uv", "texture coordinates", create_debug<DebugView::kUv>, true},
     {"albedo", "directional albedo", create_debug<DebugView::kAlbedo>},
     {"depth", "depth along the viewing axis", create_debug<DebugView::kDepth>},
     {"material_id", "a colour per material", create_debug<DebugView::kMaterialId>},

@@ -58,6 +58,7 @@ struct IntegratorEntry {
   std::string_view name;
   std::string_view summary;
   std::unique_ptr<Integrator> (*create)(const IntegratorSettings&);
+  bool shows_uv = false;  // texture coordinates are looked at even if no material reads them
 };
 std::span<const IntegratorEntry> integrator_table();
 

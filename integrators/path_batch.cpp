@@ -28,8 +28,9 @@ Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& 
   *target = offset_ray_origin(light.position, light.emitter_normal,
                               scene.surface_offset(triangle.instance, triangle.primitive),
                               from - light.position);
-  const SurfaceAttributes attributes = scene.emitter_attributes(triangle, light.barycentric);
   const Material& material = scene.material_of(triangle.instance);
+  if (material.emits_evenly()) return material.emission();
+  const SurfaceAttributes attributes = scene.emitter_attributes(triangle, light.barycentric);
   // A number of its own: the emitter's texel must not depend on which texel this vertex took.
   const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
   Rgb radiance = material.emission(attributes, u_texture);

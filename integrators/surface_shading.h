@@ -28,7 +28,7 @@ struct ShadedPoint {
 // memory of one wait for that of the others.
 inline void find_surface(const Scene& scene, const Ray& ray, const SurfaceHit& hit,
                          ShadedPoint* p) {
-  p->surface = scene.interaction(hit);
+  scene.interaction(hit, &p->surface);
   p->wo = -ray.direction;
 }
 

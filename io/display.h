@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -71,6 +72,9 @@ class DisplayImageWriter {
   // `rgba` holds rect.area() x 4 linear floats (premultiplied alpha), rows from rect.y0; `rect`
   // lies in the data window. Thread-safe for disjoint rectangles.
   void write_tile(const Rect& rect, const std::vector<float>& rgba);
+
+  // What is held from construction on: the picture.
+  uint64_t bytes() const;
 
   // Encodes and writes. Call once, when no thread writes any more. Throws RenderError.
   void finish();

@@ -70,6 +70,8 @@ void DisplayImageWriter::write_tile(const Rect& rect, const std::vector<float>& 
   }
 }
 
+uint64_t DisplayImageWriter::bytes() const { return impl_->image.values.capacity(); }
+
 void DisplayImageWriter::finish() {
   const std::vector<unsigned char> bytes =
       encode_image(impl_->image, impl_->format, impl_->file.path());

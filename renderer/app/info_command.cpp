@@ -142,7 +142,9 @@ std::string as_text(const Json& j) {
 int run_info(const InfoOptions& options) {
   SceneDescription scene = load_gltf(options.scene, {.lenient = options.lenient});
   Json json = describe(scene);
-  json["features"] = build_scene(std::move(scene), {})->features();
+  SceneBuildOptions build_options;
+  build_options.bvh = false;
+  json["features"] = build_scene(std::move(scene), build_options)->features();
   print_result(options.json ? json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"
                             : as_text(json));
   return kExitDone;

@@ -1,7 +1,6 @@
 #include "renderer/app/outputs.h"
 
 #include <fmt/format.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cctype>
@@ -98,11 +97,10 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
     tile.resolve_rgba(pixels);
     for (const auto& image : images_) image->write_tile(tile.rect(), pixels);
   }
-  const uint64_t workers = uint64_t(std::max(1, tbb::this_task_arena::max_concurrency()));
-  const uint64_t bytes = workers * (tile.bytes() + pixels.capacity() * sizeof(float));
-  uint64_t seen = film_bytes_.load();
-  while (bytes > seen && !film_bytes_.compare_exchange_weak(seen, bytes)) {
-  }
+  const uint64_t bytes = tile.bytes() + pixels.capacity() * sizeof(float);
+  const std::lock_guard lock(mutex_);
+  uint64_t& most = thread_bytes_[std::this_thread::get_id()];
+  most = std::max(most, bytes);
 }
 
 void FrameOutputs::samples_finished(uint64_t count) {
@@ -112,6 +110,14 @@ void FrameOutputs::samples_finished(uint64_t count) {
 void FrameOutputs::finish() {
   for (const auto& exr : exrs_) exr->finish();
   for (const auto& image : images_) image->finish();
+}
+
+uint64_t FrameOutputs::film_bytes() const {
+  const std::lock_guard lock(mutex_);
+  uint64_t bytes = 0;
+  for (const auto& [thread, most] : thread_bytes_) bytes += most;
+  for (const auto& image : images_) bytes += image->bytes();
+  return bytes;
 }
 
 std::string FrameOutputs::display_description() const {

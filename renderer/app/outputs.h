@@ -1,10 +1,12 @@
 // The files a frame is written to while it renders.
 #pragma once
 
-#include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -41,8 +43,9 @@ class FrameOutputs final : public FrameObserver {
   // Completes and renames the files. Throws RenderError.
   void finish();
 
-  // What the film held at most, for the report.
-  uint64_t film_bytes() const { return film_bytes_.load(); }
+  // What the film held at most, for the report: each thread's pixel sums and channels, and the
+  // pictures (.png, .jpg) that are kept until the end.
+  uint64_t film_bytes() const;
   std::string display_description() const;
 
  private:
@@ -50,7 +53,8 @@ class FrameOutputs final : public FrameObserver {
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
   std::shared_ptr<const DisplayTransform> transform_;
   std::function<void(uint64_t)> on_samples_;
-  std::atomic<uint64_t> film_bytes_{0};
+  mutable std::mutex mutex_;
+  std::map<std::thread::id, uint64_t> thread_bytes_;  // at most, of each thread that brought a tile
 };
 
 // Throws UsageError for what is wrong with the names alone: an unknown suffix, one file named

@@ -4,6 +4,8 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <optional>
 #include <thread>
@@ -110,6 +112,9 @@ int run_render(const RenderOptions& options) {
   const Stopwatch build;
   SceneBuildOptions build_options;
   build_options.show_backfaces = options.show_backfaces;
+  build_options.unread_uv = std::ranges::any_of(integrator_table(), [&](const auto& entry) {
+    return entry.shows_uv && entry.name == options.integrator;
+  });
   const std::unique_ptr<Scene> scene = build_scene(std::move(description), build_options);
   const Camera camera(camera_description, options.width, options.height, scene->origin(),
                       scene->scale());
@@ -128,15 +133,24 @@ int run_render(const RenderOptions& options) {
   report.display = outputs->display_description();
   const GracefulStop graceful;
   std::stop_source stop;
+  const double cpu_before = process_cpu_seconds();
   const Stopwatch render;
   {
     ProgressDisplay progress(uint64_t(window.area()) * options.spp, stop);
-    outputs->on_samples([&progress](uint64_t count) { progress.add(count); });
+    std::atomic<bool> begun{false};
+    outputs->on_samples([&](uint64_t count) {
+      if (!begun.load(std::memory_order_relaxed) && !begun.exchange(true)) {
+        report.times.first_sample_s = process_age_seconds().value_or(wall.seconds());
+        report.times.first_sample_cpu_s = process_cpu_seconds();
+      }
+      progress.add(count);
+    });
     // An arena of its own: the limit above cannot give more threads than the machine has cores.
     tbb::task_arena arena(threads);
     arena.execute([&] { report.counters = driver->render(frame, *outputs, stop.get_token()); });
   }
   report.times.render_s = render.seconds();
+  report.times.render_cpu_s = process_cpu_seconds() - cpu_before;
 
   const Stopwatch write;
   outputs->finish();

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "io/versions.h"
 #include "renderer/app/version.h"
@@ -32,6 +35,24 @@ double process_cpu_seconds() {
   getrusage(RUSAGE_SELF, &usage);
   const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+std::optional<double> process_age_seconds() {
+  std::ifstream file("/proc/self/stat");
+  std::string text;
+  std::getline(file, text);
+  // The second field, the name in parentheses, may hold anything; `starttime` is field 22, in clock
+  // ticks since boot (proc(5)).
+  const size_t name_end = text.rfind(')');
+  if (name_end == std::string::npos) return std::nullopt;
+  std::istringstream fields(text.substr(name_end + 1));
+  std::string field;
+  for (int i = 3; i <= 22; ++i) fields >> field;
+  timespec now = {};
+  if (!fields || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return std::nullopt;
+  const double started = std::strtod(field.c_str(), nullptr) / double(sysconf(_SC_CLK_TCK));
+  const double age = double(now.tv_sec) + 1e-9 * double(now.tv_nsec) - started;
+  return age >= 0 ? std::optional(age) : std::nullopt;
 }
 
 std::vector<std::pair<std::string, std::string>> library_versions() {
@@ -78,9 +99,16 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
 
 std::string report_json(const RenderOptions& options, const RenderReport& r) {
   Json json;
-  json["time"] = {{"load_s", r.times.load_s},     {"build_s", r.times.build_s},
-                  {"render_s", r.times.render_s}, {"write_s", r.times.write_s},
-                  {"wall_s", r.times.wall_s},     {"cpu_s", r.times.cpu_s}};
+  const auto number_or_null = [](const std::optional<double>& x) { return x ? Json(*x) : Json(); };
+  json["time"] = {{"load_s", r.times.load_s},
+                  {"build_s", r.times.build_s},
+                  {"render_s", r.times.render_s},
+                  {"write_s", r.times.write_s},
+                  {"wall_s", r.times.wall_s},
+                  {"cpu_s", r.times.cpu_s},
+                  {"render_cpu_s", r.times.render_cpu_s},
+                  {"first_sample_s", number_or_null(r.times.first_sample_s)},
+                  {"first_sample_cpu_s", number_or_null(r.times.first_sample_cpu_s)}};
   const FrameCounters& c = r.counters;
   const double pixels = double(r.window.area());
   json["samples"] = {{"total", c.samples},

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,10 @@ namespace emberline {
 
 struct RenderTimes {
   double load_s = 0, build_s = 0, render_s = 0, write_s = 0, wall_s = 0, cpu_s = 0;
+  double render_cpu_s = 0;  // processor time of the render_s
+  // From the start of the process (loading the program's libraries included) until the first
+  // samples were done: one worker's first 2048, about a millisecond. Absent if none ever were.
+  std::optional<double> first_sample_s, first_sample_cpu_s;
 };
 
 struct RenderReport {
@@ -38,9 +43,11 @@ std::string report_json(const RenderOptions& options, const RenderReport& report
 // Settings, versions and seed as strings: the EXR's header attributes.
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& options);
 
-// Peak resident memory and CPU time of this process so far.
+// Peak resident memory and CPU time of this process so far, and the seconds since it was started
+// (to the kernel's 10 ms; nothing where /proc does not tell).
 uint64_t peak_rss_bytes();
 double process_cpu_seconds();
+std::optional<double> process_age_seconds();
 
 // "embree" -> "3.13.5" and so on, for what this binary runs with.
 std::vector<std::pair<std::string, std::string>> library_versions();

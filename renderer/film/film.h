@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "renderer/core/features.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 
@@ -29,7 +30,7 @@ const std::vector<AovEntry>& aov_table();
 class AovSet {
  public:
   void insert(Aov aov) { bits_ |= bit(aov); }
-  bool contains(Aov aov) const { return (bits_ & bit(aov)) != 0; }
+  bool contains(Aov aov) const { return features::kAovs && (bits_ & bit(aov)) != 0; }
   bool empty() const { return bits_ == 0; }
   // "variance,N" -> set. Throws UsageError that lists the valid names.
   static AovSet parse(std::string_view list);
@@ -119,9 +120,9 @@ class FilmTile {
   AovSet aovs_;
   Rect rect_;
   std::vector<PixelSums> sums_;
-  std::vector<double> squares_;        // 3 per pixel, with the variance AOV
-  std::vector<SurfaceSums> surfaces_;  // with albedo, N or Z
-  std::vector<float> seconds_;         // with time
+  features::Vector<features::kAovs, double> squares_;        // 3 per pixel, with the variance AOV
+  features::Vector<features::kAovs, SurfaceSums> surfaces_;  // with albedo, N or Z
+  features::Vector<features::kAovs, float> seconds_;         // with time
 };
 
 }  // namespace emberline

@@ -233,7 +233,7 @@ LightSample LightSampler::sample_emitter(const LightQuery& query, uint32_t emitt
                                          float probability, const Vec2f& u) const {
   LightSample result;
   const uint32_t index = emitters_[emitter] & ~kPointEmitter;
-  if (emitters_[emitter] & kPointEmitter) {
+  if (features::kPointLights && (emitters_[emitter] & kPointEmitter)) {
     const PointLight& light = points_[index];
     const Vec3d to_light = Vec3d(light.position) - Vec3d(query.point);
     const double d2 = dot(to_light, to_light);
@@ -276,25 +276,29 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
   size_t environment_count = 0;
   for (size_t i = 0; i < requests.size(); ++i) {
     const LightQuery& query = requests[i].query;
-    const InfiniteChoice infinite = weigh_infinite(query);
     double pick = refine(requests[i].u_pick, requests[i].u);
-    const double split = double(infinite.probability);
-    if (pick < split) {
-      const double weight = pick / split * double(infinite.total);
-      if (environment_ && weight < double(infinite.environment)) {
-        environment_u[environment_count] = requests[i].u;
-        environment_out[environment_count++] = out[i];
-        out[i]->pdf = infinite.probability * (infinite.environment / infinite.total);
-      } else {
-        *out[i] = sample_directional(query, infinite, weight - double(infinite.environment));
+    float finite_share = 1.0f;
+    if (has_infinite()) {
+      const InfiniteChoice infinite = weigh_infinite(query);
+      const double split = double(infinite.probability);
+      if (pick < split) {
+        const double weight = pick / split * double(infinite.total);
+        if (environment_ && weight < double(infinite.environment)) {
+          environment_u[environment_count] = requests[i].u;
+          environment_out[environment_count++] = out[i];
+          out[i]->pdf = infinite.probability * (infinite.environment / infinite.total);
+        } else {
+          *out[i] = sample_directional(query, infinite, weight - double(infinite.environment));
+        }
+        continue;
       }
-      continue;
+      pick = std::min((pick - split) / (1.0 - split), 1.0 - 0x1p-53);
+      finite_share = 1.0f - infinite.probability;
     }
     *out[i] = LightSample{};
     if (emitters_.empty()) continue;
-    pick = std::min((pick - split) / (1.0 - split), 1.0 - 0x1p-53);
     const FinitePick finite = pick_finite(query, pick);
-    const float probability = (1.0f - infinite.probability) * finite.probability;
+    const float probability = finite_share * finite.probability;
     if (!(probability > 0.0f)) continue;
     *out[i] = sample_emitter(query, finite.emitter, probability, requests[i].u);
   }
@@ -330,8 +334,8 @@ float LightSampler::pdf_triangle(const LightQuery& query, uint32_t index,
   const EmissiveTriangle& t = triangles_[index];
   const SeenTriangle seen = see_triangle(t.p0, t.p1, t.p2, query.point);
   if (!t.two_sided && !(seen.height > 0)) return 0.0f;
-  const float probability =
-      (1.0f - weigh_infinite(query).probability) * finite_probability(query, emitter);
+  const float finite_share = has_infinite() ? 1.0f - weigh_infinite(query).probability : 1.0f;
+  const float probability = finite_share * finite_probability(query, emitter);
   return probability * triangle_pdf(seen, distance);
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/features.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
@@ -111,8 +112,8 @@ class LightSampler {
  private:
   std::vector<EmissiveTriangle> triangles_;
   std::vector<PointLight> points_;
-  std::shared_ptr<const EnvironmentLight> environment_;
-  std::unique_ptr<const LightBvh> bvh_;
+  features::SharedPointer<features::kEnvironment, const EnvironmentLight> environment_;
+  features::UniquePointer<features::kLightBvh, const LightBvh> bvh_;
 
   // An emitter is a finite light that emits: an index into triangles_, or with kPointEmitter into
   // points_. Degenerate, black and non-finite ones are none.
@@ -120,11 +121,11 @@ class LightSampler {
   static constexpr uint32_t kNoEmitter = ~0u;
   std::vector<uint32_t> emitters_;
   std::vector<uint32_t> triangle_emitter_;  // per triangle: its emitter, or kNoEmitter
-  std::vector<uint32_t> directional_;       // indices into points_
   Vec3f finite_centre_ = Vec3f(0.0f);       // of the emitters' bounds
   float finite_radius2_ = 0.0f;             // and half their diagonal, squared
   float finite_intensity_ = 0.0f;           // luminance, all emitters together
-  std::vector<double> power_sums_;          // without a BVH: running shares of the power
+  features::Vector<features::kPointLights, uint32_t> directional_;  // indices into points_
+  std::vector<double> power_sums_;  // without a BVH: running shares of the power
 
   // The choice between infinite lights (directional, environment) and finite ones: by irradiance,
   // within limits. That of the finite ones is taken as what a lamp of all their intensity in the
@@ -140,6 +141,7 @@ class LightSampler {
     float probability = 0.0f;
   };
   float directional_weight(const LightQuery& query, const PointLight& light) const;
+  bool has_infinite() const { return environment_ || !directional_.empty(); }
   InfiniteChoice weigh_infinite(const LightQuery& query) const;
   FinitePick pick_finite(const LightQuery& query, double u) const;
   float finite_probability(const LightQuery& query, uint32_t emitter) const;

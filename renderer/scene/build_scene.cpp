@@ -4,13 +4,12 @@
 
 #include <algorithm>
 
-#include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/lights/environment_light.h"
-#include "renderer/scene/camera.h"
 #include "renderer/scene/flush_emitters.h"
 #include "renderer/scene/geometry.h"
+#include "renderer/scene/required_features.h"
 
 namespace emberline {
 
@@ -54,54 +53,14 @@ std::array<Vec3d, 3> normal_rows(const Mat44d& m) {
   return rows;
 }
 
-template <typename T>
-uint64_t vector_bytes(const std::vector<T>& v) {
-  return v.capacity() * sizeof(T);
+template <typename Vector>
+uint64_t vector_bytes(const Vector& v) {
+  return v.capacity() * sizeof(*v.begin());
 }
 
 std::string megabytes(uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / 1048576); }
 
 }  // namespace
-
-WorldBounds world_bounds(const SceneDescription& description) {
-  std::vector<WorldBounds> local(description.meshes.size());
-  for (size_t i = 0; i < local.size(); ++i) {
-    for (const Vec3f& p : description.meshes[i].positions) {
-      for (int c = 0; c < 3; ++c) {
-        local[i].min[c] = std::min(local[i].min[c], double(p[c]));
-        local[i].max[c] = std::max(local[i].max[c], double(p[c]));
-      }
-    }
-  }
-  WorldBounds bounds;
-  for (const InstanceDescription& instance : description.instances) {
-    const WorldBounds& b = local[size_t(instance.mesh)];
-    if (b.empty()) continue;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vec3d p = transform_point(
-          instance.to_world, {corner & 1 ? b.max.x : b.min.x, corner & 2 ? b.max.y : b.min.y,
-                              corner & 4 ? b.max.z : b.min.z});
-      for (int c = 0; c < 3; ++c) {
-        bounds.min[c] = std::min(bounds.min[c], p[c]);
-        bounds.max[c] = std::max(bounds.max[c], p[c]);
-      }
-    }
-  }
-  return bounds;
-}
-
-CameraDescription framing_camera(const WorldBounds& bounds, double aspect) {
-  CameraDescription camera;
-  camera.name = "framing camera";
-  camera.fov_y = 40.0 * kPiD / 180.0;
-  const double radius = bounds.radius() > 0 ? bounds.radius() : 1.0;
-  const double half = std::tan(camera.fov_y / 2) * std::min(1.0, aspect);
-  const double distance = 1.05 * radius / std::sin(std::atan(half));
-  const Vec3d direction = Vec3d(0.45, 0.35, 1.0).normalized();
-  const Vec3d at = bounds.empty() ? Vec3d(0.0) : bounds.center();
-  camera.to_world = look_at_matrix(at + direction * distance, at);
-  return camera;
-}
 
 class SceneBuilder {
  public:
@@ -109,10 +68,12 @@ class SceneBuilder {
       : description_(std::move(description)), options_(options), scene_(new Scene()) {}
 
   std::unique_ptr<Scene> build() {
+    require_features(description_);
     choose_space();
-    scene_->materials_ = std::make_unique<MaterialSet>(description_);
+    scene_->materials_ = std::make_unique<MaterialSet>(description_, worn_materials());
     place_meshes();
-    build_geometry();
+    count_instances();
+    if (options_.bvh) build_geometry();
     build_lights();
     account();
     return std::move(scene_);
@@ -120,9 +81,11 @@ class SceneBuilder {
 
  private:
   void choose_space();
+  std::vector<bool> worn_materials() const;
   void place_meshes();
   void bake(MeshDescription& source, const InstanceDescription& placed, Mesh& mesh);
   void adopt(MeshDescription& source, Mesh& mesh);
+  void count_instances();
   void build_geometry();
   void build_lights();
   void collect_emitters(std::vector<EmissiveTriangle>& triangles);
@@ -160,6 +123,16 @@ void SceneBuilder::choose_space() {
   }
 }
 
+// Which materials some placed triangle has.
+std::vector<bool> SceneBuilder::worn_materials() const {
+  std::vector<bool> worn(description_.materials.size(), false);
+  for (const InstanceDescription& placed : description_.instances) {
+    const MeshDescription& mesh = description_.meshes[size_t(placed.mesh)];
+    if (mesh.material >= 0 && !mesh.triangles.empty()) worn[size_t(mesh.material)] = true;
+  }
+  return worn;
+}
+
 Affine SceneBuilder::to_internal(const Mat44d& m) const {
   const double s = scene_->scale_;
   const auto row = [&](int i) { return to_float(Vec3d(m[i][0], m[i][1], m[i][2]) * s); };
@@ -168,8 +141,22 @@ Affine SceneBuilder::to_internal(const Mat44d& m) const {
 }
 
 void SceneBuilder::adopt(MeshDescription& source, Mesh& mesh) {
+  mesh.material = &(*scene_->materials_)[source.material];
+  // What the material does not read is neither kept nor interpolated at every hit.
+  if (!mesh.material->has_normal_map()) source.tangents = {};
+  if (!options_.unread_uv) {
+    const uint32_t read = mesh.material->uv_mask();
+    for (size_t set = 0; set < source.uv_sets.size(); ++set) {
+      if (set >= kMaxUvSets || (read >> set & 1u) == 0) source.uv_sets[set] = {};
+    }
+    if (read == 0) source.uv_sets = {};
+  }
+  mesh.has_attributes =
+      mesh.material->reads_attributes(!source.colors.empty()) || !source.uv_sets.empty();
   mesh.positions = std::move(source.positions);
-  mesh.positions.emplace_back(0.0f);  // Embree reads 16 bytes at the last vertex
+  // Embree reads 16 bytes at the last vertex. Growing by itself, the vector would double.
+  mesh.positions.reserve(mesh.positions.size() + 1);
+  mesh.positions.emplace_back(0.0f);
   mesh.triangles = std::move(source.triangles);
   mesh.normals = std::move(source.normals);
   mesh.tangents = std::move(source.tangents);
@@ -226,7 +213,6 @@ void SceneBuilder::place_meshes() {
                                    Vec3f(0.0f)};
     }
     scene.triangle_count_ += mesh.triangles.size();
-    mesh.material = &(*scene.materials_)[source.material];
     mesh.material_index =
         uint32_t(source.material < 0 ? int(description_.materials.size()) : source.material);
     mesh.cull_backfaces = !options_.show_backfaces && !mesh.material->double_sided() &&
@@ -237,12 +223,20 @@ void SceneBuilder::place_meshes() {
   }
 }
 
+void SceneBuilder::count_instances() {
+  const auto instanced = std::ranges::count_if(scene_->instances_, [&](const Instance& instance) {
+    return instance.transformed && !scene_->meshes_[instance.mesh].triangles.empty();
+  });
+  if (instanced > 0) {
+    scene_->features_.push_back(fmt::format("instancing ({} instances)", instanced));
+  }
+}
+
 void SceneBuilder::build_geometry() {
   Scene& scene = *scene_;
   scene.geometry_ = std::make_unique<scene_detail::Geometry>();
   scene_detail::Geometry& geometry = *scene.geometry_;
   std::vector<RTCScene> mesh_scenes(scene.meshes_.size(), nullptr);
-  size_t instanced = 0;
   for (uint32_t i = 0; i < scene.instances_.size(); ++i) {
     const Instance& instance = scene.instances_[i];
     const Mesh& mesh = scene.meshes_[instance.mesh];
@@ -253,24 +247,28 @@ void SceneBuilder::build_geometry() {
       RTCScene& mesh_scene = mesh_scenes[instance.mesh];
       if (!mesh_scene) mesh_scene = geometry.add_mesh_scene(mesh);
       geometry.add_instance(mesh_scene, instance.to_internal, i);
-      ++instanced;
     }
   }
   geometry.commit();
-  if (instanced > 0) scene.features_.push_back(fmt::format("instancing ({} instances)", instanced));
 }
 
 void SceneBuilder::collect_emitters(std::vector<EmissiveTriangle>& triangles) {
   Scene& scene = *scene_;
+  size_t total = 0;
+  for (const Instance& instance : scene.instances_) {
+    const Mesh& mesh = scene.meshes_[instance.mesh];
+    if (mesh.material->is_emissive()) total += mesh.triangles.size();
+  }
+  // The light BVH numbers its nodes with 30 bits.
+  if (total >= size_t(1) << 30) {
+    throw InputError(description_.file, "more than 2^30 emissive triangles");
+  }
+  triangles.reserve(total);
   for (uint32_t i = 0; i < scene.instances_.size(); ++i) {
     Instance& instance = scene.instances_[i];
     const Mesh& mesh = scene.meshes_[instance.mesh];
     const Material& material = *mesh.material;
     if (!material.is_emissive()) continue;
-    // The light BVH numbers its nodes with 30 bits.
-    if (triangles.size() + mesh.triangles.size() >= size_t(1) << 30) {
-      throw InputError(description_.file, "more than 2^30 emissive triangles");
-    }
     instance.first_emitter = uint32_t(triangles.size());
     for (uint32_t p = 0; p < mesh.triangles.size(); ++p) {
       Vec3f corners[3];
@@ -364,28 +362,39 @@ void SceneBuilder::build_lights() {
 void SceneBuilder::account() {
   Scene& scene = *scene_;
   SceneMemory& memory = scene.memory_;
-  bool culls = false;
+  bool culls = false, masks = false, blends = false;
+  memory.geometry_bytes += vector_bytes(scene.meshes_);
   for (const Mesh& mesh : scene.meshes_) {
     memory.geometry_bytes += vector_bytes(mesh.positions) + vector_bytes(mesh.triangles) +
                              vector_bytes(mesh.normals) + vector_bytes(mesh.tangents) +
-                             vector_bytes(mesh.colors);
+                             vector_bytes(mesh.colors) + vector_bytes(mesh.uv_sets);
     for (const auto& set : mesh.uv_sets) memory.geometry_bytes += vector_bytes(set);
-    culls = culls || (mesh.cull_backfaces && !mesh.triangles.empty());
+    if (mesh.triangles.empty()) continue;
+    culls = culls || mesh.cull_backfaces;
+    if (!mesh.has_coverage) continue;
+    (mesh.material->alpha_mode() == AlphaMode::kMask ? masks : blends) = true;
   }
   memory.geometry_bytes += vector_bytes(scene.instances_);
-  memory.bvh_bytes = uint64_t(std::max<int64_t>(0, scene.geometry_->bytes.load()));
+  if (scene.geometry_) {
+    memory.geometry_bytes += scene.geometry_->record_bytes();
+    memory.bvh_bytes = scene.geometry_->embree_bytes();
+  }
   memory.texture_bytes = scene.materials_->bytes();
   if (const EnvironmentLight* environment = scene.lights_->environment()) {
     memory.texture_bytes += environment->bytes();
   }
   memory.geometry_bytes += scene.lights_->bytes();
   if (culls) scene.features_.push_back("back-face culling (single-sided materials)");
-  if (scene.has_coverage_) scene.features_.push_back("alpha coverage");
+  if (masks || blends) {
+    scene.features_.push_back(std::string("alpha coverage (") + (masks ? "mask" : "") +
+                              (masks && blends ? ", " : "") + (blends ? "blend)" : ")"));
+  }
   for (const std::string& feature : scene.materials_->features()) {
     scene.features_.push_back(feature);
   }
-  scene.features_.push_back(fmt::format("BVH, {} triangles placed ({})", scene.triangle_count_,
-                                        megabytes(memory.bvh_bytes)));
+  scene.features_.push_back(
+      fmt::format("BVH, {} triangles placed{}", scene.triangle_count_,
+                  options_.bvh ? fmt::format(" ({})", megabytes(memory.bvh_bytes)) : ""));
 }
 
 std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuildOptions& options) {

@@ -10,6 +10,10 @@ namespace emberline {
 
 struct SceneBuildOptions {
   bool show_backfaces = false;  // single-sided materials are seen from behind as well
+  // False: a scene that lists its features and cannot be traced.
+  bool bvh = true;
+  // True: texture coordinates that no material reads are kept, for the integrator that shows them.
+  bool unread_uv = false;
   LightSamplerSettings lights;
 };
 

@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "renderer/core/features.h"
 #include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
 
@@ -32,7 +33,7 @@ class Camera {
   float axial_depth(const Vec3f& point) const { return dot(point - position_, axis_); }
 
  private:
-  bool orthographic_ = false;
+  features::Flag<features::kOrthographic> orthographic_ = false;
   Vec3f position_ = Vec3f(0.0f);
   Vec3f axis_ = Vec3f(0.0f, 0.0f, -1.0f);
   // Direction (perspective) or offset (orthographic) of film (0, 0), and per pixel right and down.

@@ -23,17 +23,16 @@ void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
   log_verbose(std::string("Embree: ") + message);
 }
 
-// Called by Embree for every candidate hit of a geometry that has back faces to hide or coverage.
-// A pure function of ray, triangle and key, so that traversal order cannot show.
+// Called by Embree for every candidate hit of a geometry that has back faces to hide or coverage,
+// in the version that asks for no more than that. A pure function of ray, triangle and key, so that
+// traversal order cannot show.
+template <bool kCulls, bool kCovers>
 void filter(const RTCFilterFunctionNArguments* arguments) {
   int* valid = arguments->valid;
   const unsigned n = arguments->N;
-  const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
-  const Mesh& mesh = *record.mesh;
-  const auto* context = reinterpret_cast<const embree::RayContext*>(arguments->context);
   for (unsigned i = 0; i < n; ++i) {
     if (valid[i] != -1) continue;
-    if (mesh.cull_backfaces) {
+    if constexpr (kCulls) {
       // Both in the mesh's own space, where counter-clockwise is the front even under a mirroring
       // instance (glTF 2.0, section 3.7.4: a negative determinant flips the winding).
       const float facing =
@@ -45,7 +44,10 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
         continue;
       }
     }
-    if (mesh.has_coverage) {
+    if constexpr (kCovers) {
+      const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
+      const Mesh& mesh = *record.mesh;
+      const auto* context = reinterpret_cast<const embree::RayContext*>(arguments->context);
       const uint32_t primitive = RTCHitN_primID(arguments->hit, n, i);
       const uint32_t placed = RTCHitN_instID(arguments->hit, n, i, 0);
       const uint32_t instance = placed == RTC_INVALID_GEOMETRY_ID ? record.instance : placed;
@@ -86,6 +88,7 @@ SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, f
     if (!uv.empty()) attributes.uv[s] = uv[index[0]] * w + uv[index[1]] * u + uv[index[2]] * v;
   }
   if (!mesh.colors.empty()) {
+    attributes.has_color = true;
     attributes.color =
         mesh.colors[index[0]] * w + mesh.colors[index[1]] * u + mesh.colors[index[2]] * v;
   }
@@ -96,8 +99,9 @@ Geometry::Geometry() {
   device = rtcNewDevice(nullptr);
   if (!device) throw RenderError("Embree could not be started on this machine");
   rtcSetDeviceErrorFunction(device, on_error, nullptr);
-  rtcSetDeviceMemoryMonitorFunction(device, count_memory, &bytes);
+  rtcSetDeviceMemoryMonitorFunction(device, count_memory, &monitored_bytes_);
   top = rtcNewScene(device);
+  object_bytes_ += embree::kSceneObjectBytes;
   rtcSetSceneFlags(top, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(top, RTC_BUILD_QUALITY_HIGH);
 }
@@ -119,16 +123,21 @@ RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
   if (mesh.cull_backfaces || mesh.has_coverage) {
     records.push_back(std::make_unique<GeometryRecord>(GeometryRecord{&mesh, instance}));
     rtcSetGeometryUserData(geometry, records.back().get());
-    rtcSetGeometryIntersectFilterFunction(geometry, filter);
-    rtcSetGeometryOccludedFilterFunction(geometry, filter);
+    const RTCFilterFunctionN chosen = !mesh.has_coverage    ? filter<true, false>
+                                      : mesh.cull_backfaces ? filter<true, true>
+                                                            : filter<false, true>;
+    rtcSetGeometryIntersectFilterFunction(geometry, chosen);
+    rtcSetGeometryOccludedFilterFunction(geometry, chosen);
   }
   rtcCommitGeometry(geometry);
+  object_bytes_ += embree::kTriangleObjectBytes;
   return geometry;
 }
 
 RTCScene Geometry::add_mesh_scene(const Mesh& mesh) {
   RTCScene scene = rtcNewScene(device);
   mesh_scenes.push_back(scene);
+  object_bytes_ += embree::kSceneObjectBytes;
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
   RTCGeometry geometry = make_triangles(mesh, 0);
@@ -156,11 +165,20 @@ void Geometry::add_instance(RTCScene mesh_scene, const Affine& transform, uint32
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(top, geometry, instance);
   rtcReleaseGeometry(geometry);
+  object_bytes_ += embree::kInstanceObjectBytes;
 }
 
 void Geometry::commit() {
   build_bvh(top);
   check();
+}
+
+uint64_t Geometry::embree_bytes() const {
+  return uint64_t(std::max<int64_t>(0, monitored_bytes_.load())) + object_bytes_;
+}
+
+uint64_t Geometry::record_bytes() const {
+  return records.capacity() * sizeof(records[0]) + records.size() * sizeof(GeometryRecord);
 }
 
 void Geometry::check() {

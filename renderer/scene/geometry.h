@@ -31,6 +31,10 @@ struct Geometry {
   void add_instance(RTCScene mesh_scene, const Affine& transform, uint32_t instance);
   void commit();
 
+  // What Embree holds: BVHs, and its objects for meshes, instances and scenes.
+  uint64_t embree_bytes() const;
+  uint64_t record_bytes() const;
+
   // Throws RenderError if Embree has reported a failure since the last call.
   void check();
 
@@ -38,9 +42,10 @@ struct Geometry {
   RTCScene top = nullptr;
   std::vector<RTCScene> mesh_scenes;
   std::vector<std::unique_ptr<GeometryRecord>> records;
-  std::atomic<int64_t> bytes{0};
 
  private:
+  std::atomic<int64_t> monitored_bytes_{0};  // as Embree's memory monitor says
+  uint64_t object_bytes_ = 0;                // what it does not say; see embree_api.h
   RTCGeometry make_triangles(const Mesh& mesh, uint32_t instance);
 };
 

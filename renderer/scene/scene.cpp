@@ -144,7 +144,28 @@ bool Scene::visible_to_infinity(const Vec3f& from, const Vec3f& direction,
   return ray.tfar >= 0.0f;
 }
 
-SurfaceInteraction Scene::interaction(const SurfaceHit& hit) const {
+// What only textures, vertex colours and coverage ask for.
+void Scene::interpolate(const Mesh& mesh, const Instance& instance, const SurfaceHit& hit,
+                        SurfaceInteraction& s) const {
+  s.attributes = scene_detail::interpolate_attributes(mesh, hit.primitive, hit.u, hit.v);
+  s.tangent = Vec4f(0.0f);
+  if (mesh.tangents.empty()) return;
+  const std::array<uint32_t, 3>& index = mesh.triangles[hit.primitive];
+  const float w = 1.0f - hit.u - hit.v;
+  const Vec4f t = mesh.tangents[index[0]] * w + mesh.tangents[index[1]] * hit.u +
+                  mesh.tangents[index[2]] * hit.v;
+  Vec3f direction(t.x, t.y, t.z);
+  float handedness = mesh.tangents[index[0]].w;
+  if (instance.transformed) {
+    direction = transform_vector(instance.to_internal, direction);
+    // Under a mirror N x T turns the other way round.
+    if (instance.mirrored) handedness = -handedness;
+  }
+  direction = normalize_or(direction, Vec3f(0.0f));
+  s.tangent = Vec4f(direction.x, direction.y, direction.z, handedness);
+}
+
+void Scene::interaction(const SurfaceHit& hit, SurfaceInteraction* out) const {
   const Instance& instance = instances_[hit.instance];
   const Mesh& mesh = meshes_[instance.mesh];
   const std::array<uint32_t, 3>& index = mesh.triangles[hit.primitive];
@@ -152,7 +173,7 @@ SurfaceInteraction Scene::interaction(const SurfaceHit& hit) const {
   const Vec3f& p1 = mesh.positions[index[1]];
   const Vec3f& p2 = mesh.positions[index[2]];
 
-  SurfaceInteraction s;
+  SurfaceInteraction& s = *out;
   // Edges and products in double round once, at the end: about a tenth of the error of o + t d.
   const Vec3d v0 = to_double(p0);
   const Vec3d e1 = to_double(p1) - v0;
@@ -182,32 +203,17 @@ SurfaceInteraction Scene::interaction(const SurfaceHit& hit) const {
     if (instance.transformed) n = transform_vector(instance.normal_transform, n);
     s.shading_normal = normalize_or(n, s.geometric_normal);
   }
-  s.tangent = Vec4f(0.0f);
-  if (!mesh.tangents.empty()) {
-    const float w = 1.0f - hit.u - hit.v;
-    const Vec4f t = mesh.tangents[index[0]] * w + mesh.tangents[index[1]] * hit.u +
-                    mesh.tangents[index[2]] * hit.v;
-    Vec3f direction(t.x, t.y, t.z);
-    float handedness = mesh.tangents[index[0]].w;
-    if (instance.transformed) {
-      direction = transform_vector(instance.to_internal, direction);
-      // Under a mirror N x T turns the other way round.
-      if (instance.mirrored) handedness = -handedness;
-    }
-    direction = normalize_or(direction, Vec3f(0.0f));
-    s.tangent = Vec4f(direction.x, direction.y, direction.z, handedness);
-  }
-  s.attributes = scene_detail::interpolate_attributes(mesh, hit.primitive, hit.u, hit.v);
+  if (mesh.has_attributes) interpolate(mesh, instance, hit, s);
   s.instance = hit.instance;
   s.primitive = hit.primitive;
   s.material = mesh.material;
   s.material_index = mesh.material_index;
-  return s;
 }
 
 SurfaceAttributes Scene::emitter_attributes(const EmissiveTriangle& triangle,
                                             const Vec2f& barycentric) const {
   const Instance& instance = instances_[triangle.instance];
+  if (!meshes_[instance.mesh].has_attributes) return {};
   // A mirrored instance's emitter lists its corners the other way round, to face its front.
   const Vec2f b = instance.mirrored ? Vec2f(barycentric.y, barycentric.x) : barycentric;
   return scene_detail::interpolate_attributes(meshes_[instance.mesh], triangle.primitive, b.x, b.y);

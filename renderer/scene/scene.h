@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/features.h"
 #include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
 #include "renderer/lights/light_sampler.h"
@@ -37,8 +38,10 @@ struct SurfaceInteraction {
   float offset = 0.0f;
   Vec3f geometric_normal;  // unit, front side of the triangle
   Vec3f shading_normal;    // interpolated, front side; unit (the geometric one if unusable)
-  Vec4f tangent;           // xyz world, w handedness; 0 if the mesh has none
-  SurfaceAttributes attributes;
+  // xyz world, w handedness; 0 if the mesh has none. It and the colour are only there where the
+  // material reads them (Material::reads_attributes).
+  features::Value<features::kTextures, Vec4f, 0.0f> tangent;
+  SurfaceAttributes attributes{SurfaceAttributes::Unread{}};
   uint32_t instance = 0;
   uint32_t primitive = 0;
   const Material* material = nullptr;
@@ -65,13 +68,15 @@ struct Mesh {
   std::vector<Vec3f> positions;  // one spare entry at the end: Embree reads 16 bytes per vertex
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<Vec3f> normals;
-  std::vector<Vec4f> tangents;
-  std::vector<std::vector<Vec2f>> uv_sets;
-  std::vector<Vec4f> colors;
+  features::Vector<features::kTextures, Vec4f> tangents;
+  features::Vector<features::kTextures, std::vector<Vec2f>> uv_sets;
+  features::Vector<features::kVertexColors, Vec4f> colors;
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
-  bool has_coverage = false;
+  // Whether the material reads what interpolate_attributes finds.
+  features::Flag<features::kTextures || features::kVertexColors> has_attributes = false;
+  features::Flag<features::kCoverage> has_coverage = false;
 };
 
 // Row-vector affine transform, the very floats Embree is given.
@@ -81,8 +86,9 @@ struct Affine {
 
 struct Instance {
   uint32_t mesh = 0;
-  bool transformed = false;  // false: the mesh is already in internal space
-  bool mirrored = false;
+  features::Flag<features::kInstances> transformed =
+      false;  // false: the mesh is already in internal space
+  features::Flag<features::kInstances> mirrored = false;
   uint32_t first_emitter = 0xffffffffu;  // index of triangle 0's emitter, if the mesh emits
   Affine to_internal;
   Affine normal_transform;  // inverse transpose, rows; translation unused
@@ -119,7 +125,7 @@ class Scene {
   // Whether some material lets light pass.
   bool has_transmission() const { return has_transmission_; }
 
-  SurfaceInteraction interaction(const SurfaceHit& hit) const;
+  void interaction(const SurfaceHit& hit, SurfaceInteraction* out) const;
 
   static constexpr uint32_t kNoEmitter = 0xffffffffu;
   // The light sampler's index of a hit triangle, or kNoEmitter.
@@ -150,6 +156,8 @@ class Scene {
   friend class SceneBuilder;
   Scene();
   void prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const;
+  void interpolate(const scene_detail::Mesh& mesh, const scene_detail::Instance& instance,
+                   const SurfaceHit& hit, SurfaceInteraction& out) const;
 
   std::vector<scene_detail::Mesh> meshes_;
   std::vector<scene_detail::Instance> instances_;
@@ -157,8 +165,8 @@ class Scene {
   std::unique_ptr<MaterialSet> materials_;
   std::unique_ptr<LightSampler> lights_;
   std::unique_ptr<scene_detail::FlushEmitters> flush_;  // null without any
-  bool has_coverage_ = false;
-  bool has_transmission_ = false;
+  features::Flag<features::kCoverage> has_coverage_ = false;
+  features::Flag<features::kTransmission> has_transmission_ = false;
   Vec3d origin_ = Vec3d(0.0);
   double scale_ = 1.0;
   float radius_ = 0.0f;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <set>
+#include <string>
 
 #include "renderer/core/errors.h"
 #include "renderer/shading/transmission_lobe.h"
@@ -107,41 +108,54 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
     alpha_varies_ = alpha_ < opaque ||
                     (base_color_texture_ != nullptr && has_transparent_texel(*base_color_texture_));
   }
+  emission_varies_ = unlit_ || emission_texture_ != nullptr;
+  constant_ = constant_point();
 }
 
-void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoint& out) const {
+MaterialPoint Material::constant_point() const {
+  MaterialPoint point;
+  point.emission = unlit_ ? non_negative(base_color_) : emission_;
+  point.bsdf.base_color = saturate(base_color_);
+  point.bsdf.metallic = metallic_;
+  point.bsdf.roughness = roughness_;
+  point.bsdf.ior = ior_;
+  point.bsdf.specular = specular_;
+  point.bsdf.specular_tint = luminance(specular_color_);
+  point.bsdf.transmission = transmission_;
+  point.bsdf.thin_walled = thin_walled_;
+  return point;
+}
+
+void Material::evaluate_varying(const SurfaceAttributes& a, float u_texture,
+                                MaterialPoint& out) const {
   Rgb base = base_color_ * rgb(a.color);
+  if (needs_uv()) apply_textures(a, u_texture, base, out);
+  if (unlit_) out.emission = non_negative(base);
+  out.bsdf.base_color = saturate(base);
+}
+
+void Material::apply_textures(const SurfaceAttributes& a, float u_texture, Rgb& base,
+                              MaterialPoint& out) const {
   if (base_color_texture_ != nullptr) {
     base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
   }
-  out.emission = unlit_ ? non_negative(base) : emission_;
-  out.bsdf.base_color = saturate(base);
-  out.bsdf.metallic = metallic_;
-  out.bsdf.ior = ior_;
-  out.bsdf.specular = specular_;
   if (specular_texture_ != nullptr) {
     out.bsdf.specular *= specular_texture_->lookup(uv_of(*specular_texture_, a), u_texture).w;
   }
-  Rgb tint = specular_color_;
   if (specular_color_texture_ != nullptr) {
-    tint *= rgb(specular_color_texture_->lookup(uv_of(*specular_color_texture_, a), u_texture));
+    const Vec4f texel =
+        specular_color_texture_->lookup(uv_of(*specular_color_texture_, a), u_texture);
+    out.bsdf.specular_tint = luminance(specular_color_ * rgb(texel));
   }
-  out.bsdf.specular_tint = luminance(tint);
-  out.bsdf.roughness = roughness_;
   if (metallic_roughness_texture_ != nullptr) {
     const Vec4f texel =
         metallic_roughness_texture_->lookup(uv_of(*metallic_roughness_texture_, a), u_texture);
     out.bsdf.roughness = saturate(roughness_ * texel.y);
     out.bsdf.metallic = saturate(metallic_ * texel.z);
   }
-  out.bsdf.transmission = transmission_;
-  if (transmission_ > 0.0f) {
-    out.bsdf.thin_walled = thin_walled_;
-    if (transmission_texture_ != nullptr) {
-      out.bsdf.transmission =
-          saturate(transmission_ *
-                   transmission_texture_->lookup(uv_of(*transmission_texture_, a), u_texture).x);
-    }
+  if (transmission_texture_ != nullptr) {
+    const Vec4f texel = transmission_texture_->lookup(uv_of(*transmission_texture_, a), u_texture);
+    out.bsdf.transmission = saturate(transmission_ * texel.x);
   }
   if (emission_texture_ != nullptr) {
     out.emission *= rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
@@ -155,16 +169,15 @@ void Material::evaluate(const SurfaceAttributes& a, float u_texture, MaterialPoi
   }
 }
 
-Rgb Material::emission(const SurfaceAttributes& a, float u_texture) const {
-  if (unlit_) {
-    Rgb base = base_color_ * rgb(a.color);
-    if (base_color_texture_ != nullptr) {
-      base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
-    }
-    return non_negative(base);
+Rgb Material::varying_emission(const SurfaceAttributes& a, float u_texture) const {
+  if (!unlit_) {
+    return emission_ * rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
   }
-  if (emission_texture_ == nullptr) return emission_;
-  return emission_ * rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
+  Rgb base = base_color_ * rgb(a.color);
+  if (base_color_texture_ != nullptr) {
+    base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
+  }
+  return non_negative(base);
 }
 
 Rgb Material::mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
@@ -191,10 +204,12 @@ float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
   return saturate(alpha);
 }
 
-MaterialSet::MaterialSet(const SceneDescription& scene) {
+MaterialSet::MaterialSet(const SceneDescription& scene, const std::vector<bool>& worn) {
+  assert(worn.empty() || worn.size() == scene.materials.size());
   materials_.reserve(scene.materials.size() + 1);
-  for (const MaterialDescription& description : scene.materials) {
-    materials_.emplace_back(description, scene, &textures_);
+  for (size_t i = 0; i < scene.materials.size(); ++i) {
+    const bool used = worn.empty() || worn[i];
+    materials_.emplace_back(used ? scene.materials[i] : MaterialDescription{}, scene, &textures_);
   }
   materials_.emplace_back(MaterialDescription{}, scene, &textures_);
 
@@ -207,11 +222,12 @@ MaterialSet::MaterialSet(const SceneDescription& scene) {
   const auto note = [&](bool used, const char* name) {
     if (used) features_.emplace_back(name);
   };
-  note(!textures_.empty(), "textures");
+  if (!textures_.empty()) {
+    features_.push_back("textures (" + std::to_string(image_count_) +
+                        (image_count_ == 1 ? " image)" : " images)"));
+  }
   note(any([](const Material& m) { return m.has_normal_map(); }), "normal maps");
   note(any([](const Material& m) { return m.is_emissive(); }), "emission");
-  note(any([](const Material& m) { return m.alpha_mode() == AlphaMode::kMask; }), "alpha mask");
-  note(any([](const Material& m) { return m.alpha_mode() == AlphaMode::kBlend; }), "alpha blend");
   note(any([](const Material& m) { return m.has_transmission(); }), "transmission");
   note(any([](const Material& m) { return !is_black(m.attenuation()); }), "absorption");
   note(any([](const Material& m) { return m.unlit(); }), "unlit");

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/features.h"
 #include "renderer/core/vector.h"
 #include "renderer/scene/scene_description.h"
 #include "renderer/shading/bsdf.h"
@@ -18,12 +19,23 @@
 namespace emberline {
 
 // TEXCOORD_0 .. TEXCOORD_3 can be used by a material.
-inline constexpr int kMaxUvSets = 4;
+inline constexpr int kMaxUvSets = features::kTextures ? 4 : 0;
 
 // Interpolated vertex attributes at a hit. Sets that the mesh lacks are 0.
 struct SurfaceAttributes {
-  std::array<Vec2f, kMaxUvSets> uv = {Vec2f(0.0f), Vec2f(0.0f), Vec2f(0.0f), Vec2f(0.0f)};
-  Vec4f color = Vec4f(1.0f, 1.0f, 1.0f, 1.0f);  // COLOR_0, linear; (1, 1, 1, 1) without
+  std::array<Vec2f, kMaxUvSets> uv;
+  // COLOR_0, linear; (1, 1, 1, 1) without, and has_color says that there is none to be asked.
+  features::Value<features::kVertexColors, Vec4f, 1.0f> color = Vec4f(1.0f, 1.0f, 1.0f, 1.0f);
+  features::Flag<features::kVertexColors> has_color = false;
+
+  SurfaceAttributes() { uv.fill(Vec2f(0.0f)); }
+  // For a mesh without: the coordinates are 0, as a view of them shows; the colour is left as it
+  // is, since nobody will read it. This is made at every hit.
+  struct Unread {};
+  explicit SurfaceAttributes(Unread)
+      : color(features::Value<features::kVertexColors, Vec4f, 1.0f>()) {
+    uv.fill(Vec2f(0.0f));
+  }
 };
 
 // What a material says at a point.
@@ -31,7 +43,7 @@ struct MaterialPoint {
   BsdfParameters bsdf;            // clamped to the ranges that SurfaceBsdf asks for
   Rgb emission = Rgb(0.0f);       // radiance, alike in all directions
   Vec3f normal = Vec3f(0, 0, 1);  // tangent space, unit; see mapped_normal()
-  bool has_normal_map = false;
+  features::Flag<features::kTextures> has_normal_map = false;
 };
 
 class Material {
@@ -45,10 +57,16 @@ class Material {
 
   // One number for all textures: slots that share a parametrisation then take the same texel, so
   // that base colour, roughness and normal belong together.
-  void evaluate(const SurfaceAttributes& attributes, float u_texture, MaterialPoint& out) const;
+  void evaluate(const SurfaceAttributes& attributes, float u_texture, MaterialPoint& out) const {
+    out = constant_;
+    if (needs_uv() || attributes.has_color) evaluate_varying(attributes, u_texture, out);
+  }
 
   // Emitted radiance; with unlit(), the base colour.
-  Rgb emission(const SurfaceAttributes& attributes, float u_texture) const;
+  Rgb emission(const SurfaceAttributes& attributes, float u_texture) const {
+    return emission_varies_ ? varying_emission(attributes, u_texture) : emission_;
+  }
+  const Rgb& emission() const { return emission_; }  // if it is the same everywhere
   // Its mean over a triangle with these corners, for light power. 0 for unlit materials: they show
   // a colour, but are not lights.
   Rgb mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
@@ -60,24 +78,37 @@ class Material {
 
   // Whether coverage() can be anything but 1. A mesh with vertex colours may have alpha in them.
   bool has_alpha(bool vertex_colors) const {
-    return alpha_mode_ != AlphaMode::kOpaque && (alpha_varies_ || vertex_colors);
+    return alpha_mode() != AlphaMode::kOpaque && (alpha_varies_ || vertex_colors);
   }
-  AlphaMode alpha_mode() const { return alpha_mode_; }
+  AlphaMode alpha_mode() const { return features::kCoverage ? alpha_mode_ : AlphaMode::kOpaque; }
+  // Emission and coverage are the same everywhere: emission() needs no attributes to be found.
+  bool emits_evenly() const { return !emission_varies_ && alpha_mode() == AlphaMode::kOpaque; }
+  // Whether evaluate() or coverage() looks at the attributes of a mesh with or without colours.
+  bool reads_attributes(bool vertex_colors) const {
+    return needs_uv() || vertex_colors || alpha_mode() != AlphaMode::kOpaque;
+  }
   bool is_emissive() const { return is_emissive_; }  // belongs among the lights; never if unlit
   bool has_emission_texture() const { return emission_texture_ != nullptr; }
   bool has_normal_map() const { return normal_texture_ != nullptr; }  // needs tangents
   bool double_sided() const { return double_sided_; }
   // Light passes through: faces are seen from behind even if single-sided, and the integrator sets
   // MaterialPoint::bsdf.inside when it is the back that was hit.
-  bool has_transmission() const { return transmission_ > 0.0f; }
   float ior() const { return ior_; }  // 0: reflects everything
+  bool has_transmission() const { return features::kTransmission && transmission_ > 0.0f; }
   // Per metre travelled inside, for beer_transmittance(); 0 without an interior.
   const Rgb& attenuation() const { return attenuation_; }
   bool unlit() const { return unlit_; }  // no scattering: emission() is what is seen
-  bool needs_uv() const { return uv_mask_ != 0; }
+  bool needs_uv() const { return features::kTextures && uv_mask_ != 0; }
   uint32_t uv_mask() const { return uv_mask_; }  // bit n: TEXCOORD_n is read
 
  private:
+  // What evaluate() says where neither a texture nor a vertex colour has a say.
+  MaterialPoint constant_point() const;
+  void evaluate_varying(const SurfaceAttributes& attributes, float u_texture,
+                        MaterialPoint& out) const;
+  Rgb varying_emission(const SurfaceAttributes& attributes, float u_texture) const;
+  void apply_textures(const SurfaceAttributes& attributes, float u_texture, Rgb& base_color,
+                      MaterialPoint& out) const;
   const Texture* add_texture(const TextureRef& ref, bool srgb, const char* slot,
                              const MaterialDescription& description, const SceneDescription& scene,
                              std::deque<Texture>* textures);
@@ -85,36 +116,43 @@ class Material {
     return a.uv[size_t(texture.uv_set())];
   }
 
+  using Slot = features::Pointer<features::kTextures, const Texture>;
+
   Rgb base_color_;
   float alpha_;
   float metallic_, roughness_;
   float ior_, specular_;
   Rgb specular_color_;
-  const Texture* specular_texture_ = nullptr;
-  const Texture* specular_color_texture_ = nullptr;
+  Slot specular_texture_ = nullptr;
+  Slot specular_color_texture_ = nullptr;
   float normal_scale_;
   Rgb emission_;
   float alpha_cutoff_;
   float transmission_ = 0.0f;
   bool thin_walled_ = true;
   Rgb attenuation_ = Rgb(0.0f);
-  const Texture* base_color_texture_ = nullptr;
-  const Texture* metallic_roughness_texture_ = nullptr;
-  const Texture* normal_texture_ = nullptr;
-  const Texture* emission_texture_ = nullptr;
-  const Texture* transmission_texture_ = nullptr;
+  Slot base_color_texture_ = nullptr;
+  Slot metallic_roughness_texture_ = nullptr;
+  Slot normal_texture_ = nullptr;
+  Slot emission_texture_ = nullptr;
+  Slot transmission_texture_ = nullptr;
   AlphaMode alpha_mode_;
   bool alpha_varies_ = false;  // without vertex colours
   bool is_emissive_ = false;
-  bool double_sided_, unlit_;
+  features::Flag<features::kTextures || features::kUnlit> emission_varies_ = false;
+  MaterialPoint constant_;
+  bool double_sided_;
+  features::Flag<features::kUnlit> unlit_;
   uint32_t uv_mask_ = 0;
 };
 
 // All materials of a scene, glTF's default material behind them.
 class MaterialSet {
  public:
-  // Throws InputError as Material does.
-  explicit MaterialSet(const SceneDescription& scene);
+  // `worn`, if not empty, says of each material whether a placed mesh has it: of one that none has
+  // nothing is compiled, no texture is kept and no feature named. Throws InputError as Material
+  // does.
+  explicit MaterialSet(const SceneDescription& scene, const std::vector<bool>& worn = {});
   MaterialSet(MaterialSet&&) = default;
   MaterialSet& operator=(MaterialSet&&) = default;
 
@@ -128,9 +166,9 @@ class MaterialSet {
   uint64_t texture_bytes() const { return texture_bytes_; }  // resident texels, each image once
   uint64_t bytes() const;                                    // texels, tables and materials
   size_t image_count() const { return image_count_; }
-  // What the scene's materials need, in words: "textures", "normal maps", "emission",
-  // "alpha mask", "alpha blend", "transmission", "absorption", "unlit", "double-sided". Empty for a
-  // plain scene.
+  // What the scene's materials need, in words: "textures (2 images)", "normal maps", "emission",
+  // "transmission", "absorption", "unlit", "double-sided". Empty for a plain scene. Coverage is the
+  // meshes' affair: vertex colours have a say in it.
   const std::vector<std::string>& features() const { return features_; }
 
  private:

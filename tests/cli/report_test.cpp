@@ -30,6 +30,9 @@ TEST_F(Report, HasEveryKeyOfTheDesign) {
       {"/time/write_s", Type::number_float},
       {"/time/wall_s", Type::number_float},
       {"/time/cpu_s", Type::number_float},
+      {"/time/render_cpu_s", Type::number_float},
+      {"/time/first_sample_s", Type::number_float},
+      {"/time/first_sample_cpu_s", Type::number_float},
       {"/samples/total", Type::number_unsigned},
       {"/samples/min", Type::number_unsigned},
       {"/samples/mean", Type::number_float},
@@ -108,6 +111,25 @@ TEST_F(Report, TimesAddUp) {
   EXPECT_LE(wall - sum, std::max(0.02 * wall, 0.05 * kSlower)) << time;
   EXPECT_LE(wall, result_.seconds);
   EXPECT_GT(time["cpu_s"].get<double>(), 0.0);
+}
+
+// The render's own processor time lies within the whole; the first sample comes after load and
+// build and before the last one.
+TEST_F(Report, FirstSampleAndProcessorTimeOfTheRender) {
+  const nlohmann::json json = report({"--size", "512x512", "--spp", "16", "--threads", "2"});
+  const auto& time = json["time"];
+  const auto seconds = [&time](const char* key) { return time[key].get<double>(); };
+  // The kernel stamps a process's start to 10 ms; two sums of its times are taken to 1 ms.
+  constexpr double kTick = 0.011;
+  EXPECT_GT(seconds("render_cpu_s"), 0.0);
+  EXPECT_LE(seconds("render_cpu_s"), seconds("cpu_s"));
+  // Two workers, and the display's thread that wakes now and then.
+  EXPECT_LE(seconds("render_cpu_s"), 2.1 * seconds("render_s") + kTick);
+  EXPECT_GE(seconds("first_sample_s"), seconds("load_s") + seconds("build_s") - kTick);
+  EXPECT_LE(seconds("first_sample_s"), result_.seconds + kTick);
+  // 262144 x 16 samples: the first 2048 of each of two workers leave most of the work to come.
+  EXPECT_LE(seconds("first_sample_cpu_s"),
+            seconds("cpu_s") - 0.9 * seconds("render_cpu_s") + kTick);
 }
 
 TEST_F(Report, MemoryIsThisProcessesOwn) {

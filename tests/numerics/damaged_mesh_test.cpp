@@ -190,7 +190,8 @@ TEST(DamagedMesh, CollapsedTrianglesGiveNoNaN) {
     SurfaceHit hit;
     if (!scene->intersect({from, normalize(targets[i] - from)}, 0, &hit)) continue;
     ++hits;
-    const SurfaceInteraction s = scene->interaction(hit);
+    SurfaceInteraction s;
+    scene->interaction(hit, &s);
     wrong += !is_finite(s.position) || !(std::abs(s.geometric_normal.length() - 1) < 1e-5f) ||
              !(std::abs(s.shading_normal.length() - 1) < 1e-5f);
   }

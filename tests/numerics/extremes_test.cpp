@@ -101,7 +101,8 @@ TEST(Extremes, NormalsUnderShear) {
       const Vec3d from = (target + away * .5 - scene->origin()) * scene->scale();
       SurfaceHit hit;
       ASSERT_TRUE(scene->intersect({Vec3f(from), Vec3f(-away)}, 0, &hit)) << name;
-      const SurfaceInteraction s = scene->interaction(hit);
+      SurfaceInteraction s;
+      scene->interaction(hit, &s);
       const std::string what = std::string(name) + (instanced ? ", instanced" : "");
       expect_case({"E29", "angle of the face normal, " + what},
                   {0, (Vec3d(s.geometric_normal) - away).length(), 0, 1e-6}, "one ray");

@@ -5,8 +5,3 @@ emberline_test(light_sampler_test SOURCES light_sampler_test.cpp light_density_t
                LINK emberline_lights)
 emberline_test(sampling_routines_test SOURCES sampling_routines_test.cpp
                LINK emberline_lights emberline_samplers emberline_shading)
-
-# Not part of "all": timings, run by hand.
-add_executable(lights_bench EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/bench/lights_bench.cpp)
-target_link_libraries(lights_bench PRIVATE emberline_lights GTest::gtest)
-target_include_directories(lights_bench PRIVATE ${CMAKE_SOURCE_DIR}/tests)

@@ -62,10 +62,11 @@ TEST(Material, FactorsTimesTexturesTimesVertexColour) {
   const Material& m = set[0];
   EXPECT_EQ(m.uv_mask(), 0b1011u);
   EXPECT_TRUE(m.is_emissive() && m.has_normal_map() && m.double_sided() && m.needs_uv());
-  EXPECT_EQ(set.features(),
-            (std::vector<std::string>{"textures", "normal maps", "emission", "double-sided"}));
+  EXPECT_EQ(set.features(), (std::vector<std::string>{"textures (3 images)", "normal maps",
+                                                      "emission", "double-sided"}));
   SurfaceAttributes a = at(.3f, .7f);
   a.color = Vec4f(1, .5f, 1, 1);
+  a.has_color = true;
   MaterialPoint p;
   m.evaluate(a, .3f, p);
   const float srgb_188 = std::pow((188 / 255.f + .055f) / 1.055f, 2.4f);
@@ -181,7 +182,8 @@ TEST(Material, TransmissionIsReadOnlyWhereThereIsAny) {
   const MaterialSet set(scene);
   EXPECT_TRUE(set[0].has_transmission());
   EXPECT_FALSE(set[1].has_transmission());
-  EXPECT_EQ(set.features(), (std::vector<std::string>{"textures", "transmission", "absorption"}));
+  EXPECT_EQ(set.features(),
+            (std::vector<std::string>{"textures (1 image)", "transmission", "absorption"}));
   MaterialPoint p;
   set[0].evaluate(at(0, 0), .5f, p);
   EXPECT_NEAR(p.bsdf.transmission, .1f, 1e-6);
@@ -215,6 +217,7 @@ TEST(Material, StrangeNumbersAreContained) {
     SurfaceAttributes a;
     for (const float c : {nan, inf, -2.0f, 1.0f}) {
       a.color = Vec4f(c, c, c, c);
+      a.has_color = true;
       MaterialPoint p;
       set[i].evaluate(a, .5f, p);
       for (const float v : {p.bsdf.base_color.x, p.bsdf.metallic, p.bsdf.roughness, p.bsdf.specular,

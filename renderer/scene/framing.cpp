@@ -1,0 +1,60 @@
+// What a description takes up in the world, and a view of all of it.
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/core/constants.h"
+#include "renderer/scene/build_scene.h"
+#include "renderer/scene/camera.h"
+
+namespace emberline {
+namespace {
+
+Vec3d transform_point(const Mat44d& m, const Vec3d& p) {
+  return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
+          p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
+          p.x * m[0][2] + p.y * m[1][2] + p.z * m[2][2] + m[3][2]};
+}
+
+}  // namespace
+
+WorldBounds world_bounds(const SceneDescription& description) {
+  std::vector<WorldBounds> local(description.meshes.size());
+  for (size_t i = 0; i < local.size(); ++i) {
+    for (const Vec3f& p : description.meshes[i].positions) {
+      for (int c = 0; c < 3; ++c) {
+        local[i].min[c] = std::min(local[i].min[c], double(p[c]));
+        local[i].max[c] = std::max(local[i].max[c], double(p[c]));
+      }
+    }
+  }
+  WorldBounds bounds;
+  for (const InstanceDescription& instance : description.instances) {
+    const WorldBounds& b = local[size_t(instance.mesh)];
+    if (b.empty()) continue;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3d p = transform_point(
+          instance.to_world, {corner & 1 ? b.max.x : b.min.x, corner & 2 ? b.max.y : b.min.y,
+                              corner & 4 ? b.max.z : b.min.z});
+      for (int c = 0; c < 3; ++c) {
+        bounds.min[c] = std::min(bounds.min[c], p[c]);
+        bounds.max[c] = std::max(bounds.max[c], p[c]);
+      }
+    }
+  }
+  return bounds;
+}
+
+CameraDescription framing_camera(const WorldBounds& bounds, double aspect) {
+  CameraDescription camera;
+  camera.name = "framing camera";
+  camera.fov_y = 40.0 * kPiD / 180.0;
+  const double radius = bounds.radius() > 0 ? bounds.radius() : 1.0;
+  const double half = std::tan(camera.fov_y / 2) * std::min(1.0, aspect);
+  const double distance = 1.05 * radius / std::sin(std::atan(half));
+  const Vec3d direction = Vec3d(0.45, 0.35, 1.0).normalized();
+  const Vec3d at = bounds.empty() ? Vec3d(0.0) : bounds.center();
+  camera.to_world = look_at_matrix(at + direction * distance, at);
+  return camera;
+}
+
+}  // namespace emberline

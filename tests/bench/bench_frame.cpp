@@ -1,0 +1,107 @@
+#include "bench/bench_frame.h"
+
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <array>
+#include <atomic>
+
+#include "renderer/app/frame_setup.h"
+#include "renderer/app/option_values.h"
+#include "renderer/scene/build_scene.h"
+
+namespace emberline::bench {
+namespace {
+
+// Drops the tiles; notes when the first samples were done.
+class NullObserver final : public FrameObserver {
+ public:
+  void tile_finished(const FilmTile& /*tile*/) override {}
+  void samples_finished(uint64_t /*count*/) override {
+    if (!begun_.load(std::memory_order_relaxed) && !begun_.exchange(true)) first_ = wall_clock();
+  }
+  double first() const { return first_; }
+
+ private:
+  std::atomic<bool> begun_{false};
+  double first_ = 0;
+};
+
+void add_point(CLI::App* app, const char* name, std::optional<Vec3d>& target, const char* help) {
+  app->add_option_function<std::string>(
+         name,
+         [&target, name](const std::string& text) {
+           std::array<double, 3> v;
+           if (!parse_numbers(text, ',', v)) throw CLI::ValidationError(name, "needs X,Y,Z");
+           target = Vec3d(v[0], v[1], v[2]);
+         },
+         help)
+      ->type_name("X,Y,Z");
+}
+
+}  // namespace
+
+void add_frame_options(CLI::App* app, RenderOptions& o) {
+  app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
+  app->add_option("--camera", o.camera, "camera of the file, by name or index");
+  add_point(app, "--look-from", o.look_from, "view from here instead");
+  add_point(app, "--look-at", o.look_at, "towards this point");
+  add_number(app, "--fov-y", o.fov_y, 0.05, 179.9, "degrees");
+  app->add_option("--env", o.environment, "latitude-longitude environment map");
+  add_number(app, "--env-strength", o.environment_strength, 0.0f, 1e9f, "multiplies it");
+  app->add_option_function<std::string>(
+         "--size",
+         [&o](const std::string& text) {
+           std::array<int, 2> v;
+           if (!parse_numbers(text, 'x', v) || v[0] < 1 || v[1] < 1) {
+             throw CLI::ValidationError("--size", "needs WxH");
+           }
+           o.width = v[0];
+           o.height = v[1];
+         },
+         "frame in pixels")
+      ->type_name("WxH");
+  add_number(app, "--spp", o.spp, 1u, kMaxSamples, "samples per pixel");
+  add_number(app, "--max-depth", o.max_depth, 0, 100000, "scattering events");
+  app->add_option("--integrator", o.integrator, "integrator");
+  app->add_option("--sampler", o.sampler, "sampler");
+  app->add_option("--filter", o.filter, "pixel filter");
+  add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels");
+  add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise");
+}
+
+BenchFrame::BenchFrame(const RenderOptions& options)
+    : options_(options),
+      integrator_(create_integrator(options.integrator, {.max_depth = options.max_depth,
+                                                         .transparent = options.transparent})),
+      sampler_(create_sampler(options.sampler, {})),
+      filter_(PixelFilter::create(options.filter)) {
+  const double start = wall_clock();
+  SceneDescription description = load_scene(options);
+  const CameraDescription view = choose_camera(options, description);
+  const double loaded = wall_clock();
+  scene_ = build_scene(std::move(description), {});
+  camera_ = Camera(view, options.width, options.height, scene_->origin(), scene_->scale());
+  load_s = loaded - start;
+  build_s = wall_clock() - loaded;
+}
+
+FrameRun BenchFrame::run(int threads, uint32_t spp) const {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+  const auto driver = create_driver(options_.driver, {options_.bucket_size, options_.bucket_order});
+  const Rect window{0, 0, options_.width, options_.height};
+  const Frame frame{*scene_,  camera_,        *integrator_,      *sampler_,
+                    *filter_, options_.width, options_.height,   window,
+                    spp,      options_.seed,  StreamCount::kOne, AovSet{}};
+  NullObserver observer;
+  tbb::task_arena arena(threads);
+  FrameRun run;
+  const double wall = wall_clock(), cpu = process_cpu();
+  arena.execute([&] { run.counters = driver->render(frame, observer, {}); });
+  run.wall_s = wall_clock() - wall;
+  run.cpu_s = process_cpu() - cpu;
+  run.first_sample_s = observer.first() - wall;
+  return run;
+}
+
+}  // namespace emberline::bench

@@ -1,0 +1,49 @@
+// A frame set up once and rendered again and again, with clocks around it: what the benchmarks of
+// whole frames share.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/clocks.h"
+#include "renderer/app/render_options.h"
+#include "renderer/drivers/frame_driver.h"
+#include "renderer/scene/camera.h"
+
+namespace emberline::bench {
+
+// The options of `emberline render` that choose scene, view, light and sampling.
+void add_frame_options(CLI::App* app, RenderOptions& options);
+
+struct FrameRun {
+  double wall_s = 0;
+  double cpu_s = 0;           // of the whole process
+  double first_sample_s = 0;  // until the first progress report: one worker's first 2048 samples
+  FrameCounters counters;
+};
+
+class BenchFrame {
+ public:
+  // Loads and builds; throws what the command would report.
+  explicit BenchFrame(const RenderOptions& options);
+
+  // Renders into nothing: no file, no display.
+  FrameRun run(int threads, uint32_t spp) const;
+
+  double load_s = 0, build_s = 0;
+  const Scene& scene() const { return *scene_; }
+  uint64_t pixels() const { return uint64_t(options_.width) * uint64_t(options_.height); }
+
+ private:
+  RenderOptions options_;
+  std::unique_ptr<Scene> scene_;
+  Camera camera_;
+  std::unique_ptr<Integrator> integrator_;
+  std::unique_ptr<Sampler> sampler_;
+  std::optional<PixelFilter> filter_;
+};
+
+}  // namespace emberline::bench

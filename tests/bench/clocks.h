@@ -1,0 +1,31 @@
+// Clocks in seconds, and what to say of several measurements.
+#pragma once
+
+#include <time.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace emberline::bench {
+
+inline double seconds_of(clockid_t clock) {
+  timespec now = {};
+  clock_gettime(clock, &now);
+  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+}
+inline double process_cpu() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
+inline double thread_cpu() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
+inline double wall_clock() { return seconds_of(CLOCK_MONOTONIC); }
+
+// Median with the least and the greatest beside it.
+struct Spread {
+  double median = 0, least = 0, most = 0;
+};
+inline Spread spread(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::ranges::sort(values);
+  const size_t n = values.size();
+  return {(values[(n - 1) / 2] + values[n / 2]) / 2, values.front(), values.back()};
+}
+
+}  // namespace emberline::bench

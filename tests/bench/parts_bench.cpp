@@ -1,0 +1,11 @@
+// The renderer's parts, one by one, in nanoseconds. README.md says how to run it.
+#include "bench/parts.h"
+
+int main(int argc, char** argv) {
+  emberline::bench::add_sampling_benchmarks();
+  emberline::bench::add_shading_benchmarks();
+  emberline::bench::add_lights_and_scene_benchmarks();
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+}

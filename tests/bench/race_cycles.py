@@ -1,0 +1,210 @@
+#!/usr/bin/env python3
+"""Races Emberline against Blender's Cycles: same scene, view, light, samples, bounces and threads.
+
+    tests/bench/race_cycles.py --assets DIR SCENE... [-o race.md]
+
+SCENE is a glTF file below DIR. DIR/views.json says how each is looked at and lit:
+    {"SCENE": {"look_from": [x, y, z], "look_at": [x, y, z], "fov_y": degrees, "env": "FILE below DIR"}}
+
+Speed: the two run in turn, a pair at a time; what is compared is the ratio of each pair, so that
+other work on the machine falls on both. Error: images of --error-spp samples with other seeds,
+each against its own renderer's reference of --reference-spp, kept in --cache. Needs Blender
+(Debian: blender, python3-numpy).
+"""
+import argparse
+import hashlib
+import json
+import os
+import pathlib
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+
+
+def parse_arguments():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    a = p.add_argument
+    a("scenes", nargs="+", metavar="SCENE")
+    a("--assets", type=pathlib.Path, required=True)
+    a("--emberline", default=ROOT / "build/release/bin/emberline")
+    a("--blender", default="blender")
+    a("--pairs", type=int, default=5)
+    a("--size", default="640x360")
+    a("--spp", type=int, default=64)
+    a("--threads", type=int, default=2)
+    a("--bounces", type=int, default=8, help="after the first surface: --max-depth is one more")
+    a("--error-size", default="320x180")
+    a("--error-spp", type=int, default=64)
+    a("--error-seeds", type=int, default=3, help="0: no error measurement")
+    a("--reference-spp", type=int, default=4096, help="64 times --error-spp adds 1.6 %% to an error")
+    a("--cache", type=pathlib.Path, default=ROOT / "build/race", help="references, and the images compared")
+    a("-o", "--output", type=pathlib.Path, help="the tables as Markdown (default: stdout)")
+    a("--json", type=pathlib.Path, help="every run's figures")
+    return p.parse_args()
+
+
+class Renderer:
+    """One of the two: render(...) writes an EXR and returns its figures, all in seconds and bytes."""
+
+    def __init__(self, options, view):
+        self.o, self.view = options, view
+        self.env = str((options.assets / view["env"]).resolve()) if view.get("env") else None
+
+    def file(self, suffix):
+        self.o.cache.mkdir(parents=True, exist_ok=True)
+        return self.o.cache / f"{self.name.lower()}{suffix}"
+
+    def reference(self, scene):
+        """Rendered once: the name holds what the picture depends on. A seed that no other run has."""
+        o = self.o
+        key = json.dumps([str(scene), self.view, o.error_size, o.reference_spp, o.bounces])
+        path = self.file("-" + hashlib.sha256(key.encode()).hexdigest()[:12] + ".exr")
+        if not path.exists():
+            partial = path.with_suffix(".part.exr")
+            self.render(scene, o.error_size, o.reference_spp, 1000, partial)
+            partial.rename(path)
+        return path
+
+
+class Emberline(Renderer):
+    name = "Emberline"
+
+    def render(self, scene, size, spp, seed, output):
+        v, report = self.view, self.file("-report.json")
+        triple = lambda x: ",".join(map(str, x))
+        command = [str(self.o.emberline), "render", str(scene), "-o", str(output), "--report", str(report),
+                   "--size", size, "--spp", str(spp), "--seed", str(seed), "--threads", str(self.o.threads),
+                   "--max-depth", str(self.o.bounces + 1), "--filter", "box", "--quiet",
+                   "--look-from=" + triple(v["look_from"]), "--look-at=" + triple(v["look_at"]),
+                   "--fov-y", str(v["fov_y"])]
+        if self.env:
+            command += ["--env", self.env, "--env-strength", str(v.get("env_strength", 1))]
+        subprocess.run(command, check=True)
+        r = json.loads(report.read_text())
+        t = r["time"]
+        return {"samples_per_cpu_s": r["samples"]["total"] / t["render_cpu_s"],
+                "samples_per_s": r["samples"]["total"] / t["render_s"],
+                "ready_s": t["first_sample_s"], "ready_cpu_s": t["first_sample_cpu_s"],
+                "prepare_s": t["load_s"] + t["build_s"],
+                "peak_rss_bytes": r["memory"]["peak_rss_bytes"],
+                "version": "Emberline " + r["versions"]["emberline"]}
+
+
+class Cycles(Renderer):
+    name = "Cycles"
+
+    def render(self, scene, size, spp, seed, output):
+        width, height = map(int, size.split("x"))
+        result, settings = self.file("-result.json"), self.file("-settings.json")
+        settings.write_text(json.dumps({
+            **self.view, "gltf": str(scene), "env": self.env, "width": width, "height": height, "spp": spp,
+            "seed": seed, "bounces": self.o.bounces, "threads": self.o.threads, "output": str(output),
+            "result": str(result), "log": str(self.file(".log"))}))
+        result.unlink(missing_ok=True)
+        # Blender's Python looks for its library along PATH: a pyenv there would be taken for it.
+        plain = {**os.environ, "PATH": "/usr/local/bin:/usr/bin:/bin"}
+        subprocess.run([shutil.which(self.o.blender) or self.o.blender, "-b", "--factory-startup", "-t", str(self.o.threads), "--python",
+                        str(HERE / "cycles_scene.py"), "--", str(settings)],
+                       check=True, stdout=subprocess.DEVNULL, env=plain)
+        r = json.loads(result.read_text())
+        if r["unreadable_images"]:
+            sys.exit(f"race_cycles.py: Blender could not read {r['unreadable_images']} of {scene}")
+        samples = width * height * spp
+        return {"samples_per_cpu_s": samples / (r["done_cpu_s"] - r["first_sample_cpu_s"]),
+                "samples_per_s": samples / (r["done_s"] - r["first_sample_s"]),
+                "ready_s": r["first_sample_s"], "ready_cpu_s": r["first_sample_cpu_s"],
+                "prepare_s": r["first_sample_s"] - r["ready_s"],
+                "peak_rss_bytes": r["peak_rss_bytes"], "version": "Blender " + r["blender"]}
+
+
+def errors(options, renderer, scene):
+    reference = renderer.reference(scene)
+    image = renderer.file("-image.exr")
+    found = []
+    for seed in range(1, options.error_seeds + 1):
+        renderer.render(scene, options.error_size, options.error_spp, seed, image)
+        compared = subprocess.run([str(options.emberline), "compare", str(image), str(reference), "--json"],
+                                  check=True, capture_output=True, text=True)
+        figures = json.loads(compared.stdout)
+        found.append({"relmse": figures["relmse"], "relmse_trimmed": figures["relmse_trimmed"]})
+    return found
+
+
+# key, what it is called, unit's factor, digits, whether more is better
+ROWS = [
+    ("samples_per_cpu_s", "million samples per processor second", 1e-6, 2, True),
+    ("samples_per_s", "million samples per second", 1e-6, 2, True),
+    ("ready_s", "process start to first sample, s", 1, 2, False),
+    ("ready_cpu_s", "the same, processor s", 1, 2, False),
+    ("prepare_s", "of it load and build / synchronize, s", 1, 2, False),
+    ("peak_rss_bytes", "peak memory, MiB", 1 / 2**20, 0, False),
+    ("relmse", "relMSE at equal samples, x 1000", 1000, 3, False),
+    ("relmse_trimmed", "the same without the worst 0.1 %, x 1000", 1000, 3, False),
+]
+
+
+def spread(values, factor=1.0, digits=2):
+    values = [v * factor for v in values]
+    text = [f"{x:.{digits}f}" for x in (statistics.median(values), min(values), max(values))]
+    return f"{text[0]} ({text[1]}–{text[2]})"
+
+
+def table(options, name, runs, error_runs, loads):
+    versions = [runs[side][0]["version"] for side in ("ours", "theirs")]
+    lines = [f"### {name}", "",
+             f"{options.size}, {options.spp} spp, {options.bounces} bounces, {options.threads} threads, "
+             f"{options.pairs} pairs; error at {options.error_size}, {options.error_spp} spp, "
+             f"{options.error_seeds} seeds. Load average {min(loads):.1f} to {max(loads):.1f}. "
+             "Medians (least–most); the ratio is that of each pair, above 1 where Emberline is better.", "",
+             f"| | {versions[0]} | {versions[1]} | ratio |", "| --- | --- | --- | --- |"]
+    for key, label, factor, digits, more in ROWS:
+        both = [[r[key] for r in source[side] if key in r] for source in (runs, error_runs)
+                for side in ("ours", "theirs")]
+        both = [values for values in both if values]
+        if len(both) != 2:
+            continue
+        ratios = [(a / b if more else b / a) for a, b in zip(*both)]
+        lines.append(f"| {label} | {spread(both[0], factor, digits)} | {spread(both[1], factor, digits)} | "
+                     f"{spread(ratios)} |")
+    if error_runs["ours"]:
+        # Error falls as 1 / samples, so time to equal error is (error) x (time per sample).
+        speed = statistics.median(a["samples_per_cpu_s"] / b["samples_per_cpu_s"]
+                                  for a, b in zip(runs["ours"], runs["theirs"]))
+        noise = statistics.median(b["relmse_trimmed"] / a["relmse_trimmed"]
+                                  for a, b in zip(error_runs["ours"], error_runs["theirs"]))
+        lines.append(f"| processor time to equal (trimmed) error | | | {speed * noise:.2f} |")
+    return "\n".join(lines) + "\n"
+
+
+def main():
+    options = parse_arguments()
+    options.cache = options.cache.resolve()
+    views = json.loads((options.assets / "views.json").read_text())
+    pages, record = [], {}
+    for name in options.scenes:
+        if name not in views:
+            sys.exit(f"race_cycles.py: {options.assets / 'views.json'} has no view of {name}")
+        scene = (options.assets / name).resolve()
+        ours, theirs = Emberline(options, views[name]), Cycles(options, views[name])
+        runs, error_runs, loads = {"ours": [], "theirs": []}, {"ours": [], "theirs": []}, []
+        for _ in range(options.pairs):
+            for side, renderer in (("ours", ours), ("theirs", theirs)):
+                loads.append(os.getloadavg()[0])
+                runs[side].append(renderer.render(scene, options.size, options.spp, 1, renderer.file("-speed.exr")))
+        if options.error_seeds:
+            error_runs = {"ours": errors(options, ours, scene), "theirs": errors(options, theirs, scene)}
+        pages.append(table(options, name, runs, error_runs, loads))
+        record[name] = {"speed": runs, "error": error_runs, "load_average": loads}
+        print(pages[-1], file=sys.stderr if options.output else sys.stdout, flush=True)
+    if options.output:
+        options.output.write_text(time.strftime("Measured %Y-%m-%d.\n\n") + "\n".join(pages))
+    if options.json:
+        options.json.write_text(json.dumps(record, indent=2))
+
+
+main()

@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""What features cost that a scene does not use: less than 1 %, or this exits with 1.
+
+    tests/bench/unused_features.py [--build build/unused] [--repetitions N] [-o TABLE.md]
+
+Builds plain_scene_bench twice: whole, and with EMBERLINE_PLAIN, which leaves out whatever its scene
+does not need. Counts the instructions of one frame under Valgrind (they do not depend on what else
+the machine does), and times both in turn. The limit holds for the instructions; the times are for
+the record. Both are compiled for x86-64-v3, since Valgrind 3.19 knows no AVX-512, and without link-time
+optimisation, which inlines otherwise in a smaller program: --cmake=-DEMBERLINE_LTO=ON shows both effects.
+"""
+import argparse
+import json
+import pathlib
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+LIMIT = 0.01
+COUNTED_SPP = 16  # a batch of the sampler; under Valgrind a frame takes some 50 times as long
+
+
+def run(*command):
+    return subprocess.run([str(c) for c in command], check=True, capture_output=True, text=True)
+
+
+def build(tree, plain, extra):
+    run("cmake", "-G", "Ninja", "-S", ROOT, "-B", tree, "-DCMAKE_BUILD_TYPE=Release",
+        "-DCMAKE_CXX_FLAGS_RELEASE=-O3 -DNDEBUG", "-DEMBERLINE_NATIVE=OFF", "-DCMAKE_CXX_FLAGS=-march=x86-64-v3",
+        "-DEMBERLINE_LTO=OFF", *extra,
+        f"-DEMBERLINE_PLAIN={'ON' if plain else 'OFF'}")
+    run("cmake", "--build", tree, "--target", "plain_scene_bench")
+    return tree / "bin/plain_scene_bench"
+
+
+def count(program):
+    """Instructions of the frame, and its figures."""
+    with tempfile.TemporaryDirectory() as folder:
+        done = run("valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out",
+                   "--toggle-collect=emberline_measured_frame", program, COUNTED_SPP)
+    instructions = int(re.search(r"Collected : (\d+)", done.stderr).group(1))
+    return instructions, json.loads(done.stdout)
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--build", type=pathlib.Path, default=ROOT / "build/unused")
+    p.add_argument("--repetitions", type=int, default=11)
+    p.add_argument("--spp", type=int, default=256, help="of the timed frames")
+    p.add_argument("--cmake", action="append", default=[], metavar="-DNAME=VALUE", help="for both builds")
+    p.add_argument("-o", "--output", type=pathlib.Path)
+    options = p.parse_args()
+    whole, plain = (build(options.build.resolve() / name, name == "plain", options.cmake)
+                    for name in ("whole", "plain"))
+    counted = [count(program) for program in (whole, plain)]
+    (whole_count, whole_frame), (plain_count, plain_frame) = counted
+    if whole_frame["rays"] != plain_frame["rays"]:
+        sys.exit(f"unused_features.py: not the same work: {whole_frame}, {plain_frame}")
+    times = [[json.loads(run(program, options.spp).stdout)["cpu_s"] for program in (whole, plain)]
+             for _ in range(options.repetitions)]
+    ratios = [a / b - 1 for a, b in times]
+    more = whole_count / plain_count - 1
+    text = "\n".join([
+        "| | whole program | plain scenes only | difference |",
+        "| --- | --- | --- | --- |",
+        f"| million instructions, {whole_frame['samples']} samples | {whole_count / 1e6:.1f} | "
+        f"{plain_count / 1e6:.1f} | {100 * more:+.2f} % |",
+        f"| processor s, {options.spp} spp, median of {len(times)} | {statistics.median(t[0] for t in times):.3f} | "
+        f"{statistics.median(t[1] for t in times):.3f} | {100 * statistics.median(ratios):+.2f} % "
+        f"({100 * min(ratios):+.1f} to {100 * max(ratios):+.1f}) |", ""])
+    print(text)
+    if options.output:
+        options.output.write_text(text)
+    if more > LIMIT:
+        sys.exit(f"unused_features.py: unused features cost {100 * more:.2f} % instructions, above {100 * LIMIT:.0f} %")
+
+
+main()

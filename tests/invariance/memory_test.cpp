@@ -1,0 +1,223 @@
+// The figures under "memory" in report.json against what the process itself grows by.
+//
+// Each figure is to be true to 5 %. Every case makes the thing it asks about some 50 to 300 MB
+// large, so that what else may come and go meanwhile (the allocator's free lists, a thread's stack,
+// pages of libraries first touched: 1 MB or so after a small scene was built to warm up) is below
+// 2 %. Each TEST runs in a process of its own under ctest.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/app/outputs.h"
+#include "support/process_memory.h"
+#include "support/render.h"
+#include "support/scenes.h"
+#include "unit/output_folder.h"
+
+namespace emberline::test {
+namespace {
+
+constexpr double kTrueTo = 0.05;
+
+// A wavy square of 2 n^2 triangles.
+MeshDescription sheet(uint32_t n, int material, bool attributes) {
+  MeshDescription mesh;
+  mesh.material = material;
+  const size_t vertices = size_t(n + 1) * (n + 1);
+  mesh.positions.reserve(vertices);
+  for (uint32_t y = 0; y <= n; ++y) {
+    for (uint32_t x = 0; x <= n; ++x) {
+      const float u = float(x) / float(n), v = float(y) / float(n);
+      mesh.positions.emplace_back(u, 0.05f * std::sin(40 * u) * std::cos(37 * v), v);
+    }
+  }
+  if (attributes) {
+    mesh.normals.assign(vertices, Vec3f(0, 1, 0));
+    mesh.tangents.assign(vertices, Vec4f(1, 0, 0, 1));
+    mesh.colors.assign(vertices, Vec4f(1, 1, 1, 1));
+    mesh.uv_sets.emplace_back(vertices, Vec2f(0.5f, 0.5f));
+  }
+  mesh.triangles.reserve(size_t(2) * n * n);
+  for (uint32_t y = 0; y < n; ++y) {
+    for (uint32_t x = 0; x < n; ++x) {
+      const uint32_t a = y * (n + 1) + x, b = a + n + 1;
+      mesh.triangles.push_back({a, b, a + 1});
+      mesh.triangles.push_back({a + 1, b, b + 1});
+    }
+  }
+  return mesh;
+}
+
+std::shared_ptr<const Image> image(int width, int height, int channels, TexelType type) {
+  auto made = std::make_shared<Image>();
+  made->name = "test";
+  made->width = width;
+  made->height = height;
+  made->channels = channels;
+  made->type = type;
+  constexpr size_t kBytes[] = {1, 2, 2, 4};
+  // 0x3c3c3c3c is 0.0115 as a float, 0x3c3c 1.06 as a half.
+  made->texels.assign(size_t(width) * size_t(height) * size_t(channels) * kBytes[size_t(type)],
+                      std::byte{0x3c});
+  return made;
+}
+
+std::unique_ptr<Scene> build(SceneBuilderForTests& b) {
+  return build_scene(std::move(b.description), {});
+}
+
+class Memory : public OutputFolder {
+ protected:
+  void SetUp() override {
+    OutputFolder::SetUp();
+    // Large blocks go back to the kernel when they are freed. By default glibc raises the limit to
+    // the largest block it has seen freed, and keeps what lies below it, per thread.
+    mallopt(M_MMAP_THRESHOLD, 1 << 18);
+    // Threads, Embree and its tables are there before anything is measured.
+    SceneBuilderForTests b;
+    b.place(b.add_mesh(sheet(64, b.add_material(lambert(Rgb(0.5f))), false)));
+    b.set_environment(Rgb(1.0f));
+    RenderSettings settings;
+    settings.threads = 2;
+    render(*b.build(), perspective({0, 2, 2}, {0, 0, 0}, 40), settings);
+    before_ = ProcessMemory::now();
+  }
+  // Bytes the process has grown by since.
+  double grown() const { return (ProcessMemory::now() - before_).resident; }
+
+  static void expect_true(double figure, double measured, const char* what) {
+    EXPECT_GT(measured, 30e6) << what << ": too little to tell";
+    EXPECT_NEAR(figure, measured, kTrueTo * measured) << what;
+  }
+  ProcessMemory before_;
+};
+
+TEST_F(Memory, GeometryAndBvhOfTwoMillionTriangles) {
+  SceneBuilderForTests b;
+  MaterialDescription mapped = lambert(Rgb(0.5f));
+  mapped.normal_texture.image = 0;  // reads UV and tangents: what nobody reads is not kept
+  const int material = b.add_material(mapped);
+  b.description.images = {image(1, 1, 3, TexelType::kUint8)};
+  b.set_environment(Rgb(1.0f));
+  b.place(b.add_mesh(sheet(1024, material, true)));
+  const double described = grown();
+  const auto scene = build(b);
+  const double built = grown();
+  ASSERT_EQ(scene->triangle_count(), 2u << 20);
+  const SceneMemory& memory = scene->memory();
+  // The arrays change hands, and only the BVH is new.
+  expect_true(double(memory.geometry_bytes), described, "geometry");
+  expect_true(double(memory.bvh_bytes), built - described, "BVH");
+  expect_true(double(memory.geometry_bytes + memory.bvh_bytes), built, "both");
+}
+
+// Emitters and their light BVH count as geometry. 700,000 is far from a power of two, where a
+// vector that had grown by doubling would hold half as much again.
+TEST_F(Memory, Emitters) {
+  SceneBuilderForTests b;
+  b.place(b.add_mesh(sheet(592, b.add_material(emitter(Rgb(1.0f))), false)));
+  const auto scene = build(b);
+  const SceneMemory& memory = scene->memory();
+  expect_true(double(memory.geometry_bytes + memory.bvh_bytes), grown(), "geometry and BVH");
+  EXPECT_GT(memory.geometry_bytes, 2 * memory.bvh_bytes) << "the emitters are the larger part";
+}
+
+// Small pieces: Embree's objects for instances and meshes outweigh their BVHs, and its memory
+// monitor does not tell of them.
+TEST_F(Memory, ManyInstances) {
+  SceneBuilderForTests b;
+  b.set_environment(Rgb(1.0f));
+  const int mesh = b.add_mesh(sheet(2, b.add_material(lambert(Rgb(0.5f))), false));
+  for (int i = 0; i < 300'000; ++i) b.place(mesh, translation(i % 600, i / 600, 0));
+  const auto scene = build(b);
+  const SceneMemory& memory = scene->memory();
+  expect_true(double(memory.geometry_bytes + memory.bvh_bytes), grown(), "geometry and BVH");
+}
+
+TEST_F(Memory, ManyMeshes) {
+  SceneBuilderForTests b;
+  b.set_environment(Rgb(1.0f));
+  const int material = b.add_material(lambert(Rgb(0.5f)));
+  for (int i = 0; i < 50'000; ++i) {
+    b.place(b.add_mesh(sheet(2, material, false)), translation(i % 300, i / 300, 0));
+  }
+  const auto scene = build(b);
+  const SceneMemory& memory = scene->memory();
+  expect_true(double(memory.geometry_bytes + memory.bvh_bytes), grown(), "geometry and BVH");
+}
+
+TEST_F(Memory, TexturesAndEnvironment) {
+  SceneBuilderForTests b;
+  MaterialDescription worn = lambert(Rgb(0.5f));
+  worn.base_color_texture.image = 0;
+  worn.normal_texture.image = 1;
+  worn.metallic_roughness_texture.image = 0;  // the same image again: held once
+  MaterialDescription unworn = worn;
+  unworn.base_color_texture.image = 2;
+  const int material = b.add_material(worn);
+  b.add_material(unworn);
+  b.description.images = {image(4096, 4096, 4, TexelType::kUint8),
+                          image(2048, 2048, 3, TexelType::kUint16),
+                          image(4096, 4096, 4, TexelType::kUint8)};
+  b.add_floor(1, 0, material);
+  b.set_environment(image(4096, 2048, 3, TexelType::kHalf));
+  const auto scene = build(b);
+  // Texels of the two images that are worn, of the environment, and its table of a word a texel at
+  // least; not those of the third.
+  const double least = 4096. * 4096 * 4 + 2048. * 2048 * 6 + 4096. * 2048 * (6 + 4);
+  EXPECT_GE(double(scene->memory().texture_bytes), least);
+  EXPECT_LT(double(scene->memory().texture_bytes), least + 4096. * 4096 * 4);
+  expect_true(double(scene->memory().texture_bytes), grown(), "textures");
+}
+
+// Passes on to FrameOutputs and looks at the process each time a tile is in. One tile at a time,
+// so that no other is just being compressed: what that takes is not the film's.
+class MeasuredOutputs final : public FrameObserver {
+ public:
+  explicit MeasuredOutputs(FrameOutputs& outputs) : outputs_(outputs) {}
+  void tile_finished(const FilmTile& tile) override {
+    const std::lock_guard lock(mutex_);
+    outputs_.tile_finished(tile);
+    most_ = std::max(most_, ProcessMemory::now().resident);
+  }
+  double most_resident() const { return most_; }
+
+ private:
+  FrameOutputs& outputs_;
+  std::mutex mutex_;
+  double most_ = 0;
+};
+
+TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
+  SceneBuilderForTests b;
+  b.add_floor(1, 0, b.add_material(lambert(Rgb(0.5f))));
+  b.set_environment(Rgb(1.0f));
+  const auto scene = b.build();
+  constexpr int kWidth = 1024, kHeight = 4096, kTile = 1024;
+  const Rect window{0, 0, kWidth, kHeight};
+  const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), kWidth, kHeight, scene->origin(),
+                      scene->scale());
+  const auto integrator = create_integrator("path", {.max_depth = 0});
+  const auto sampler = create_sampler("sobol", {});
+  const PixelFilter filter = PixelFilter::create("box");
+  const AovSet aovs;
+  const Frame frame{*scene, camera, *integrator, *sampler,          filter, kWidth, kHeight,
+                    window, 1,      1,           StreamCount::kOne, aovs};
+  const double before = ProcessMemory::now().resident;
+  OutputSettings settings;
+  settings.width = kWidth;
+  settings.height = kHeight;
+  settings.window = window;
+  settings.tile_size = kTile;
+  settings.transparent = true;  // the PNG, 17 MB of it, is a twelfth of the whole
+  FrameOutputs outputs({path("frame.exr"), path("frame.png")}, settings);
+  MeasuredOutputs observer(outputs);
+  tbb::task_arena arena(2);
+  arena.execute([&] { BucketDriver({kTile, "scanline"}).render(frame, observer, {}); });
+  const double measured = observer.most_resident() - before;
+  expect_true(double(outputs.film_bytes()), measured, "film");
+}
+
+}  // namespace
+}  // namespace emberline::test

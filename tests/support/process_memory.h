@@ -1,0 +1,33 @@
+// What the process itself holds, to check the figures of a report against.
+#pragma once
+
+#include <malloc.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <fstream>
+
+namespace emberline::test {
+
+// Bytes of private memory in use, with the allocator's free pages given back first: what was only
+// needed on the way does not count.
+struct ProcessMemory {
+  double resident = 0;   // pages touched, the whole process
+  double allocated = 0;  // handed out by malloc and not yet freed
+
+  static ProcessMemory now() {
+    malloc_trim(0);
+    ProcessMemory memory;
+    uint64_t pages = 0, resident_pages = 0;
+    std::ifstream("/proc/self/statm") >> pages >> resident_pages;
+    memory.resident = double(resident_pages) * double(sysconf(_SC_PAGESIZE));
+    const struct mallinfo2 info = mallinfo2();
+    memory.allocated = double(info.uordblks) + double(info.hblkhd);
+    return memory;
+  }
+  ProcessMemory operator-(const ProcessMemory& o) const {
+    return {resident - o.resident, allocated - o.allocated};
+  }
+};
+
+}  // namespace emberline::test
