@@ -350,9 +350,11 @@ void SceneBuilder::build_lights() {
   scene.lights_ = std::make_unique<LightSampler>(std::move(triangles), std::move(points),
                                                  std::move(environment), options_.lights);
   if (!scene.lights_->empty()) scene.features_.push_back("lights: " + scene.lights_->describe());
-  scene.flush_ = scene_detail::FlushEmitters::find(scene.meshes_, scene.instances_,
-                                                   *scene.geometry_, scene.lights_->triangles());
-  scene.geometry_->check();
+  if (options_.bvh) {  // it is what finds them
+    scene.flush_ = scene_detail::FlushEmitters::find(scene.meshes_, scene.instances_,
+                                                     *scene.geometry_, scene.lights_->triangles());
+    scene.geometry_->check();
+  }
   if (scene.flush_) {
     scene.features_.push_back(
         fmt::format("flush emitters ({} triangles lie in another surface)", scene.flush_->size()));
