@@ -25,7 +25,7 @@ class PixelSamples {
     first_sample_ = first_sample;
     count_ = count;
     filled_ = 0;
-    pixel_hash_ = hash_combine(hash_combine(hash32(pixel.seed), pixel.x), pixel.y);
+    hashed_ = false;
   }
 
   // Chooses which sample of the batch the following calls speak of, from its camera on.
@@ -65,8 +65,8 @@ class PixelSamples {
   // stochastic coverage): hashed from (seed, pixel, sample, slot, how many were asked before).
   float extra() { return to_unit_float(extra_bits()); }
   uint32_t extra_bits() {
-    return hash_combine(hash_combine(hash_combine(pixel_hash_, sample_), slot_[lane_]),
-                        0x51ed27u + extra_[lane_]++);
+    if (!hashed_) hash_samples();
+    return hash_combine(sample_hash_[lane_], slot_[lane_] * 0x51ed270bu + extra_[lane_]++);
   }
 
  private:
@@ -75,19 +75,29 @@ class PixelSamples {
     sample_ = sample;
     lane_ = int(sample % kSampleLanes);
   }
+  // All of the batch's block, since they cost little more than one.
+  void hash_samples() {
+    const uint32_t pixel_hash = hash_combine(hash_combine(hash32(pixel_.seed), pixel_.x), pixel_.y);
+    const uint32_t first = first_sample_ - first_sample_ % kSampleLanes;
+    for (uint32_t lane = 0; lane < kSampleLanes; ++lane) {
+      sample_hash_[lane] = hash_combine(pixel_hash, first + lane);
+    }
+    hashed_ = true;
+  }
 
   static constexpr uint32_t kCachedSlots = 8;
 
   const Sampler& sampler_;
   int camera_dimensions_;
   PixelKey pixel_;
-  uint32_t pixel_hash_ = 0;
   uint32_t first_sample_ = 0;
   int count_ = 0;
   uint32_t sample_ = 0;
   int lane_ = 0;
-  uint32_t slot_[kSampleLanes] = {};   // where each sample of the batch is
-  uint32_t extra_[kSampleLanes] = {};  // and how many extra numbers it has asked for there
+  uint32_t slot_[kSampleLanes] = {};         // where each sample of the batch is
+  uint32_t extra_[kSampleLanes] = {};        // and how many extra numbers it has asked for there
+  uint32_t sample_hash_[kSampleLanes] = {};  // of (seed, pixel, sample), if hashed_
+  bool hashed_ = false;
   uint32_t filled_ = 0;
   const SlotBlock* current_ = nullptr;
   std::array<SlotBlock, kCachedSlots + 1> blocks_;

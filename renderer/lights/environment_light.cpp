@@ -173,31 +173,27 @@ void EnvironmentLight::build_tables(float mis_compensation) {
     row_density_[row] = float(row_weight(int(row), height_) * scale);
 }
 
-EnvironmentLight::Place EnvironmentLight::place(float column, float row) const {
-  const float column_floor = std::floor(column), row_floor = std::floor(row);
-  Place p;
-  p.to_column1 = column - column_floor;
-  p.to_row1 = row - row_floor;
-  int c = int(column_floor);
-  c += c < 0 ? width_ : 0;
-  c -= c >= width_ ? width_ : 0;
-  p.column0 = std::clamp(c, 0, width_ - 1);
-  p.column1 = p.column0 + 1 == width_ ? 0 : p.column0 + 1;
-  const int r = int(row_floor);
-  p.row0 = std::clamp(r, 0, height_ - 1);
-  p.row1 = std::clamp(r + 1, 0, height_ - 1);
-  return p;
+void EnvironmentLight::find_places(size_t count, const float* column, const float* row,
+                                   Places* out) const {
+  for (size_t first = 0; first < count; first += kGroup) {
+    for (size_t i = first; i < first + kGroup; ++i) {
+      const float column_floor = std::floor(column[i]), row_floor = std::floor(row[i]);
+      out->to_column1[i] = column[i] - column_floor;
+      out->to_row1[i] = row[i] - row_floor;
+      int c = int(column_floor);
+      c += c < 0 ? width_ : 0;
+      c -= c >= width_ ? width_ : 0;
+      c = std::clamp(c, 0, width_ - 1);
+      out->column0[i] = c;
+      out->column1[i] = c + 1 == width_ ? 0 : c + 1;
+      const int r = int(row_floor);
+      out->row0[i] = std::clamp(r, 0, height_ - 1);
+      out->row1[i] = std::clamp(r + 1, 0, height_ - 1);
+    }
+  }
 }
 
-namespace {
-
-// Continuous texel coordinates of directions, and the sines of their angles to the pole.
-struct TexelCoordinates {
-  alignas(64) float column[kRayBatch], row[kRayBatch], sin_theta[kRayBatch];
-};
-
-inline void find_texels(std::span<const Vec3f> directions, float column_scale, float column_offset,
-                        float row_scale, float width, TexelCoordinates* out) {
+void EnvironmentLight::find_places(std::span<const Vec3f> directions, Places* out) const {
   assert(directions.size() <= size_t(kRayBatch));
   alignas(64) float x[kRayBatch] = {}, y[kRayBatch] = {}, z[kRayBatch] = {};
   for (size_t i = 0; i < directions.size(); ++i) {
@@ -205,20 +201,21 @@ inline void find_texels(std::span<const Vec3f> directions, float column_scale, f
     y[i] = directions[i].y;
     z[i] = directions[i].z;
   }
+  const float least_column = -float(width_);
+  alignas(64) float column[kRayBatch], row[kRayBatch];
   for (size_t first = 0; first < directions.size(); first += kGroup) {
     for (size_t i = first; i < first + kGroup; ++i) {
       const float sine = std::sqrt(x[i] * x[i] + z[i] * z[i]);
       // acos(y) would lose the rows near the poles: its error there is the root of a float's.
       const float theta = fast_atan2(sine, y[i]);
       const float phi = fast_atan2(z[i], x[i]);
-      out->column[i] = at_least(phi * column_scale + column_offset, -width);
-      out->row[i] = at_least(theta * row_scale - 0.5f, -1.0f);
+      column[i] = at_least(phi * column_scale_ + column_offset_, least_column);
+      row[i] = at_least(theta * row_scale_ - 0.5f, -1.0f);
       out->sin_theta[i] = sine;
     }
   }
+  find_places(directions.size(), column, row, out);
 }
-
-}  // namespace
 
 struct EnvironmentLight::Corners {
   Color4 upper0, upper1, lower0, lower1;
@@ -230,39 +227,40 @@ struct EnvironmentLight::Corners {
   }
 };
 
-EnvironmentLight::Corners EnvironmentLight::corners(const Place& p) const {
-  const size_t upper = size_t(p.row0) * size_t(width_), lower = size_t(p.row1) * size_t(width_);
+EnvironmentLight::Corners EnvironmentLight::corners(const Places& p, size_t i) const {
+  const size_t upper = size_t(p.row0[i]) * size_t(width_);
+  const size_t lower = size_t(p.row1[i]) * size_t(width_);
   const auto fetch = [&]<class Texel>(const Texel*) -> Corners {
-    return {load<Texel>(texels_, upper + size_t(p.column0)),
-            load<Texel>(texels_, upper + size_t(p.column1)),
-            load<Texel>(texels_, lower + size_t(p.column0)),
-            load<Texel>(texels_, lower + size_t(p.column1))};
+    return {load<Texel>(texels_, upper + size_t(p.column0[i])),
+            load<Texel>(texels_, upper + size_t(p.column1[i])),
+            load<Texel>(texels_, lower + size_t(p.column0[i])),
+            load<Texel>(texels_, lower + size_t(p.column1[i]))};
   };
   return half_ ? fetch(static_cast<const half*>(nullptr))
                : fetch(static_cast<const float*>(nullptr));
 }
 
-inline void EnvironmentLight::prefetch(const Place& p) const {
+inline void EnvironmentLight::prefetch(const Places& p, size_t i) const {
   const size_t texel = 3 * (half_ ? sizeof(half) : sizeof(float));
   const auto* const texels = static_cast<const char*>(texels_);
-  for (const int row : {p.row0, p.row1}) {
-    __builtin_prefetch(texels + texel * (size_t(row) * size_t(width_) + size_t(p.column0)));
+  for (const int row : {p.row0[i], p.row1[i]}) {
+    __builtin_prefetch(texels + texel * (size_t(row) * size_t(width_) + size_t(p.column0[i])));
   }
 }
 
-Rgb EnvironmentLight::radiance_at(const Place& p) const {
-  return to_rgb(corners(p).interpolate(p.to_column1, p.to_row1) * strength_);
+Rgb EnvironmentLight::radiance_at(const Places& p, size_t i) const {
+  return to_rgb(corners(p, i).interpolate(p.to_column1[i], p.to_row1[i]) * strength_);
 }
 
-Rgb EnvironmentLight::radiance_and_pdf_at(const Place& p, float sin_theta, float* pdf) const {
-  const Corners c = corners(p);
+Rgb EnvironmentLight::radiance_and_pdf_at(const Places& p, size_t i, float* pdf) const {
+  const Corners c = corners(p, i);
   const auto weight_of = [this](Color4 texel) { return weight(luminance(to_rgb(texel))); };
-  const float upper = lerp(weight_of(c.upper0), weight_of(c.upper1), p.to_column1);
-  const float lower = lerp(weight_of(c.lower0), weight_of(c.lower1), p.to_column1);
-  const float density =
-      lerp(row_density_[size_t(p.row0)] * upper, row_density_[size_t(p.row1)] * lower, p.to_row1);
-  *pdf = std::max(density, 0.0f) / std::max(sin_theta, kLeastSine);
-  return to_rgb(c.interpolate(p.to_column1, p.to_row1) * strength_);
+  const float upper = lerp(weight_of(c.upper0), weight_of(c.upper1), p.to_column1[i]);
+  const float lower = lerp(weight_of(c.lower0), weight_of(c.lower1), p.to_column1[i]);
+  const float density = lerp(row_density_[size_t(p.row0[i])] * upper,
+                             row_density_[size_t(p.row1[i])] * lower, p.to_row1[i]);
+  *pdf = std::max(density, 0.0f) / std::max(p.sin_theta[i], kLeastSine);
+  return to_rgb(c.interpolate(p.to_column1[i], p.to_row1[i]) * strength_);
 }
 
 void EnvironmentLight::radiance(std::span<const Vec3f> directions, Rgb* out) const {
@@ -270,10 +268,10 @@ void EnvironmentLight::radiance(std::span<const Vec3f> directions, Rgb* out) con
     std::fill_n(out, directions.size(), constant_);
     return;
   }
-  TexelCoordinates at;
-  find_texels(directions, column_scale_, column_offset_, row_scale_, float(width_), &at);
+  Places places;
+  find_places(directions, &places);
   for (size_t i = 0; i < directions.size(); ++i) {
-    out[i] = radiance_at(place(at.column[i], at.row[i]));
+    out[i] = radiance_at(places, i);
   }
 }
 
@@ -292,10 +290,10 @@ void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Rgb* 
     }
     return;
   }
-  TexelCoordinates at;
-  find_texels(directions, column_scale_, column_offset_, row_scale_, float(width_), &at);
+  Places places;
+  find_places(directions, &places);
   for (size_t i = 0; i < directions.size(); ++i) {
-    radiance[i] = radiance_and_pdf_at(place(at.column[i], at.row[i]), at.sin_theta[i], &pdf[i]);
+    radiance[i] = radiance_and_pdf_at(places, i, &pdf[i]);
   }
 }
 
@@ -335,32 +333,32 @@ void EnvironmentLight::sample(std::span<const Vec2f> u, EnvironmentSample* out) 
   }
   for (size_t i = 0; i < count; ++i) prefetch_sums(sums_of(i), guide_of(i), column_bits_, u[i].x);
 
-  // Radiance and density are those of (s, t) itself: next to a sun they change by more within the
+  // Radiance and density are those of this very place: next to a sun they change by more within the
   // rounding of a direction than a density may be off.
-  Place places[kRayBatch];
-  alignas(64) float turns_theta[kRayBatch] = {}, turns_phi[kRayBatch] = {};
+  alignas(64) float column[kRayBatch] = {}, row[kRayBatch] = {};
   for (size_t i = 0; i < count; ++i) {
-    const CdfChoice column = choose_entry(sums_of(i), guide_of(i), column_bits_, u[i].x);
-    const int row = int(rows[i].index);
-    const float s = float(int(column.index)) + sample_tent(column.remainder);
-    const float t = float(row) + sample_row_shape(row, height_, rows[i].remainder);
-    places[i] = place(s, t);
-    prefetch(places[i]);
-    const float turns = (s - column_offset_) / float(width_);
-    turns_theta[i] = 0.5f * (t + 0.5f) / float(height_);
-    turns_phi[i] = turns - std::floor(turns);
+    const CdfChoice chosen = choose_entry(sums_of(i), guide_of(i), column_bits_, u[i].x);
+    const int y = int(rows[i].index);
+    column[i] = float(int(chosen.index)) + sample_tent(chosen.remainder);
+    row[i] = float(y) + sample_row_shape(y, height_, rows[i].remainder);
   }
-  alignas(64) float sin_theta[kRayBatch], cos_theta[kRayBatch];
-  alignas(64) float sin_phi[kRayBatch], cos_phi[kRayBatch];
+  Places places;
+  find_places(count, column, row, &places);
+  for (size_t i = 0; i < count; ++i) prefetch(places, i);
+
+  alignas(64) float cos_theta[kRayBatch], sin_phi[kRayBatch], cos_phi[kRayBatch];
   for (size_t first = 0; first < count; first += kGroup) {
     for (size_t i = first; i < first + kGroup; ++i) {
-      sincos_turns(turns_theta[i], &sin_theta[i], &cos_theta[i]);
-      sincos_turns(turns_phi[i], &sin_phi[i], &cos_phi[i]);
+      const float turns = (column[i] - column_offset_) / float(width_);
+      sincos_turns(turns - std::floor(turns), &sin_phi[i], &cos_phi[i]);
+      sincos_turns(0.5f * (row[i] + 0.5f) / float(height_), &places.sin_theta[i], &cos_theta[i]);
     }
   }
   for (size_t i = 0; i < count; ++i) {
-    out[i].direction = Vec3f(sin_theta[i] * cos_phi[i], cos_theta[i], sin_theta[i] * sin_phi[i]);
-    out[i].radiance = radiance_and_pdf_at(places[i], std::abs(sin_theta[i]), &out[i].pdf);
+    const float sine = places.sin_theta[i];
+    out[i].direction = Vec3f(sine * cos_phi[i], cos_theta[i], sine * sin_phi[i]);
+    places.sin_theta[i] = std::abs(sine);  // at the south pole rounding may take it below 0
+    out[i].radiance = radiance_and_pdf_at(places, i, &out[i].pdf);
   }
 }
 

@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
@@ -66,19 +67,22 @@ class EnvironmentLight {
   uint64_t bytes() const;                 // tables and texels
 
  private:
-  // The four texels around a direction: columns and rows, and how far it is towards the second.
-  struct Place {
-    int column0, column1, row0, row1;
-    float to_column1, to_row1;
+  // The four texels around each of some directions (columns and rows, and how far it is towards the
+  // second), and the sine of its angle to the pole.
+  struct Places {
+    alignas(64) int column0[kRayBatch], column1[kRayBatch], row0[kRayBatch], row1[kRayBatch];
+    alignas(64) float to_column1[kRayBatch], to_row1[kRayBatch], sin_theta[kRayBatch];
   };
-  // Texel coordinates: (0, 0) is the centre of the first texel; column in [-width, 2 width).
-  Place place(float column, float row) const;
+  // Texel coordinates: (0, 0) is the centre of the first texel; column in [-width, 2 width). The
+  // arrays have kRayBatch elements, of which more than `count` are read.
+  void find_places(size_t count, const float* column, const float* row, Places* out) const;
+  void find_places(std::span<const Vec3f> directions, Places* out) const;
   struct Corners;
-  Corners corners(const Place& p) const;
-  void prefetch(const Place& p) const;
-  Rgb radiance_at(const Place& p) const;
+  Corners corners(const Places& p, size_t i) const;
+  void prefetch(const Places& p, size_t i) const;
+  Rgb radiance_at(const Places& p, size_t i) const;
   // Radiance and density of one place, from the same texels.
-  Rgb radiance_and_pdf_at(const Place& p, float sin_theta, float* pdf) const;
+  Rgb radiance_and_pdf_at(const Places& p, size_t i, float* pdf) const;
   // Of a texel's luminance, before strength.
   float weight(float luminance) const {
     return std::max(0.0f, luminance * weight_scale_ - threshold_);
