@@ -45,8 +45,9 @@ Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& 
 
 }  // namespace
 
-PathBatch::PathBatch(const IntegratorSettings& settings, const SampleBatch& batch,
-                     PixelSamples& samples, RayCounters& counters)
+template <bool kGlass>
+PathBatch<kGlass>::PathBatch(const IntegratorSettings& settings, const SampleBatch& batch,
+                             PixelSamples& samples, RayCounters& counters)
     : settings_(settings),
       batch_(batch),
       scene_(batch.scene),
@@ -57,7 +58,8 @@ PathBatch::PathBatch(const IntegratorSettings& settings, const SampleBatch& batc
   assert(batch.rays.size() <= size_t(kRayBatch));
 }
 
-void PathBatch::trace(std::span<SampleValue> values) {
+template <bool kGlass>
+void PathBatch<kGlass>::trace(std::span<SampleValue> values) {
   find_first_hits(values);
   const LaneList hit = alive_;
   for (uint32_t depth = 0; !alive_.empty(); ++depth) {
@@ -69,11 +71,13 @@ void PathBatch::trace(std::span<SampleValue> values) {
   for (const int lane : hit) values[size_t(lane)].radiance = paths_[lane].radiance;
 }
 
-bool PathBatch::intersect(const Ray& ray, SurfaceHit* hit) {
+template <bool kGlass>
+bool PathBatch<kGlass>::intersect(const Ray& ray, SurfaceHit* hit) {
   return scene_.intersect(ray, coverage_key(scene_, samples_), hit);
 }
 
-void PathBatch::find_first_hits(std::span<SampleValue> values) {
+template <bool kGlass>
+void PathBatch<kGlass>::find_first_hits(std::span<SampleValue> values) {
   LaneList missed;
   const int count = int(batch_.rays.size());
   counters_.camera += uint64_t(count);
@@ -94,7 +98,8 @@ void PathBatch::find_first_hits(std::span<SampleValue> values) {
   if (lights_.environment() && !settings_.transparent) see_background(missed, values);
 }
 
-void PathBatch::see_background(const LaneList& missed, std::span<SampleValue> values) {
+template <bool kGlass>
+void PathBatch<kGlass>::see_background(const LaneList& missed, std::span<SampleValue> values) {
   Vec3f directions[kRayBatch];
   Rgb radiance[kRayBatch];
   for (int i = 0; i < missed.size(); ++i) {
@@ -107,9 +112,24 @@ void PathBatch::see_background(const LaneList& missed, std::span<SampleValue> va
   }
 }
 
+// What the path went through on its way to the point.
+template <bool kGlass>
+void PathBatch<kGlass>::cross_medium(uint32_t depth, const ShadedPoint& point, Path* path) const {
+  // A back face met outside of any solid means that the camera stands in one.
+  if (!path->interior.solid && point.frame.back_facing) {
+    path->interior.solid = solid_material(point);
+  }
+  if (!path->interior.solid) return;
+  // From point to point: hit.t starts at the offset origin, which in a thin slab counts.
+  const float distance =
+      depth == 0 ? path->hit.t : (point.surface.position - path->last.query.point).length();
+  path->throughput *= absorption(scene_, path->interior.solid, distance);
+}
+
 // From hits to surfaces, materials and BSDFs; adds what the surfaces emit. Ends the paths that may
 // not scatter.
-void PathBatch::shade(uint32_t depth, std::span<SampleValue> values) {
+template <bool kGlass>
+void PathBatch<kGlass>::shade(uint32_t depth, std::span<SampleValue> values) {
   for (const int lane : alive_) {
     find_surface(scene_, paths_[lane].ray, paths_[lane].hit, &points_.emplace(lane));
   }
@@ -117,8 +137,10 @@ void PathBatch::shade(uint32_t depth, std::span<SampleValue> values) {
     samples_.resume_sample(sample_of(lane));
     samples_.start_slot(depth + 1);
     find_material(samples_.get(surface_dim::kTexture), &points_[lane]);
-    const Interior& interior = paths_[lane].interior;
-    if (interior.solid) use_relative_ior(interior, points_[lane]);
+    if constexpr (kGlass) {
+      const Interior& interior = paths_[lane].interior;
+      if (interior.solid) use_relative_ior(interior, points_[lane]);
+    }
   }
   for (const int lane : alive_) {
     const ShadedPoint& point = points_[lane];
@@ -128,27 +150,19 @@ void PathBatch::shade(uint32_t depth, std::span<SampleValue> values) {
   alive_.filter([&](int lane) {
     Path& path = paths_[lane];
     const ShadedPoint& point = points_[lane];
-    // A back face met outside of any solid means that the camera stands in one.
-    if (!path.interior.solid && point.frame.back_facing) {
-      path.interior.solid = solid_material(point);
-    }
-    if (path.interior.solid) {
-      // From point to point: hit.t starts at the offset origin, which in a thin slab counts.
-      const float distance =
-          depth == 0 ? path.hit.t : (point.surface.position - path.last.query.point).length();
-      path.throughput *= absorption(scene_, path.interior.solid, distance);
-    }
+    if constexpr (kGlass) cross_medium(depth, point, &path);
     if (depth == 0) {
       fill_first_hit(batch_, point, bsdfs_[lane].albedo(), &values[size_t(lane)].first_hit);
     }
     path.radiance += path.throughput * surface_emission(path, point);
     path.last.query = {point.surface.position, point.frame.shading.normal,
-                       bsdfs_[lane].transmits_non_delta()};
+                       kGlass && bsdfs_[lane].transmits_non_delta()};
     return !point.surface.material->unlit() && depth < uint32_t(settings_.max_depth);
   });
 }
 
-Rgb PathBatch::surface_emission(const Path& path, const ShadedPoint& point) const {
+template <bool kGlass>
+Rgb PathBatch<kGlass>::surface_emission(const Path& path, const ShadedPoint& point) const {
   const Rgb& emission = point.material.emission;
   if (!path.last.light_sampled || is_black(emission)) return emission;
   const uint32_t emitter = scene_.emitter_index(path.hit.instance, path.hit.primitive);
@@ -159,7 +173,8 @@ Rgb PathBatch::surface_emission(const Path& path, const ShadedPoint& point) cons
 }
 
 // One sampled light per vertex, weighted against the BSDF sample that follows.
-void PathBatch::sample_lights() {
+template <bool kGlass>
+void PathBatch<kGlass>::sample_lights() {
   LaneList connected;
   LightRequest requests[kRayBatch];
   LightSample* samples[kRayBatch] = {};
@@ -181,22 +196,26 @@ void PathBatch::sample_lights() {
 }
 
 // What would arrive if nothing were in the way; false: nothing.
-bool PathBatch::connect(int lane) {
+template <bool kGlass>
+bool PathBatch<kGlass>::connect(int lane) {
   const ShadedPoint& point = points_[lane];
   Connection& c = connections_[lane];
   if (c.light.kind == LightKind::kNone || !(c.light.pdf > 0.0f)) return false;
   const Vec3f wi = point.frame.shading.to_local(c.light.direction);
   c.scattered = bsdfs_[lane].eval_and_pdf(wi, &c.bsdf_pdf);
   if (is_black(c.scattered)) return false;
-  const Interior& interior = paths_[lane].interior;
-  c.solid = (wi.z < 0.0f ? interior_behind(point, interior) : interior).solid;
+  if constexpr (kGlass) {
+    const Interior& interior = paths_[lane].interior;
+    c.solid = (wi.z < 0.0f ? interior_behind(point, interior) : interior).solid;
+  }
   c.from = point.spawn_origin(c.light.direction);
   samples_.resume_sample(sample_of(lane));
   c.radiance = emitted_radiance(scene_, c.light, c.from, samples_, &c.target);
   return !is_black(c.radiance);
 }
 
-void PathBatch::add_connection(int lane) {
+template <bool kGlass>
+void PathBatch<kGlass>::add_connection(int lane) {
   Connection& c = connections_[lane];
   samples_.resume_sample(sample_of(lane));
   counters_.shadow++;
@@ -206,11 +225,11 @@ void PathBatch::add_connection(int lane) {
                                 : scene_.visible(c.from, c.target, key) &&
                                       !scene_.behind_flush_emitter(c.from, c.light, key);
   if (!visible) {
-    if (!c.light.delta || !scene_.has_transmission()) return;
+    if (!c.light.delta || !kGlass) return;
     c.scattered *= through_thin_walls(scene_, c.from, c.light.direction, c.target, infinite,
                                       samples_, counters_);
   }
-  c.scattered *= absorption(scene_, c.solid, c.light.distance);
+  if constexpr (kGlass) c.scattered *= absorption(scene_, c.solid, c.light.distance);
   Path& path = paths_[lane];
   // balance / pdf = 1 / (pdf + other); a point-like light has no other technique.
   path.radiance += path.throughput * (c.scattered * c.radiance /
@@ -218,7 +237,8 @@ void PathBatch::add_connection(int lane) {
 }
 
 // Chooses the path's next ray; false: it ends here.
-bool PathBatch::scatter(uint32_t depth, int lane) {
+template <bool kGlass>
+bool PathBatch<kGlass>::scatter(uint32_t depth, int lane) {
   Path& path = paths_[lane];
   const ShadedPoint& point = points_[lane];
   samples_.resume_sample(sample_of(lane));
@@ -230,8 +250,10 @@ bool PathBatch::scatter(uint32_t depth, int lane) {
   if (is_black(path.throughput)) return false;
   if (next.delta) path.last.light_sampled = false;
   path.last.bsdf_pdf = next.pdf;
-  path.eta_scale *= next.eta_scale;
-  if (next.transmitted) path.interior = interior_behind(point, path.interior);
+  if constexpr (kGlass) {
+    path.eta_scale *= next.eta_scale;
+    if (next.transmitted) path.interior = interior_behind(point, path.interior);
+  }
 
   if (depth + 1 >= kRouletteDepth) {
     const float survival =
@@ -244,7 +266,8 @@ bool PathBatch::scatter(uint32_t depth, int lane) {
   return true;
 }
 
-void PathBatch::follow_rays() {
+template <bool kGlass>
+void PathBatch<kGlass>::follow_rays() {
   LaneList missed;
   counters_.scatter += uint64_t(alive_.size());
   alive_.filter([&](int lane) {
@@ -256,7 +279,8 @@ void PathBatch::follow_rays() {
   if (lights_.environment() && !missed.empty()) see_environment(missed);
 }
 
-void PathBatch::see_environment(const LaneList& missed) {
+template <bool kGlass>
+void PathBatch<kGlass>::see_environment(const LaneList& missed) {
   Vec3f directions[kRayBatch];
   Rgb radiance[kRayBatch];
   float pdf[kRayBatch];
@@ -271,5 +295,8 @@ void PathBatch::see_environment(const LaneList& missed) {
     path.radiance += path.throughput * radiance[i];
   }
 }
+
+template class PathBatch<false>;
+template class PathBatch<true>;
 
 }  // namespace emberline

@@ -17,6 +17,9 @@
 
 namespace emberline {
 
+// kGlass: some material lets light pass. The program holds both, and a scene without glass pays
+// nothing for what the paths of others remember.
+template <bool kGlass>
 class PathBatch {
  public:
   PathBatch(const IntegratorSettings& settings, const SampleBatch& batch, PixelSamples& samples,
@@ -55,6 +58,7 @@ class PathBatch {
   void find_first_hits(std::span<SampleValue> values);
   void see_background(const LaneList& missed, std::span<SampleValue> values);
   void shade(uint32_t depth, std::span<SampleValue> values);
+  void cross_medium(uint32_t depth, const ShadedPoint& point, Path* path) const;
   Rgb surface_emission(const Path& path, const ShadedPoint& point) const;
   void sample_lights();
   bool connect(int lane);

@@ -6,7 +6,11 @@ namespace emberline {
 
 void PathIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
                               std::span<SampleValue> values, RayCounters& counters) const {
-  PathBatch(settings_, batch, samples, counters).trace(values);
+  if (batch.scene.has_transmission()) {
+    PathBatch<true>(settings_, batch, samples, counters).trace(values);
+  } else {
+    PathBatch<false>(settings_, batch, samples, counters).trace(values);
+  }
 }
 
 }  // namespace emberline
