@@ -11,7 +11,7 @@ class Progress : public CommandTest {
  protected:
   // Long enough (about half a second) for several updates.
   Words long_render(const Words& more = {}) {
-    return render_words(Words{"--size", "200x200", "--spp", "16"} + more);
+    return render_words(Words{"--size", "400x400", "--spp", "16"} + more);
   }
 };
 
@@ -29,7 +29,7 @@ TEST_F(Progress, PlainLinesInALog) {
   }
   EXPECT_GE(progress, 1u) << result.err;
   EXPECT_LE(progress, 11u) << result.err;
-  EXPECT_NE(result.err.find("rendered 640000 samples"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("rendered 2560000 samples"), std::string::npos) << result.err;
 }
 
 // The lines that a terminal shows one over the other, without what clears them.
