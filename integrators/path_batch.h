@@ -2,7 +2,7 @@
 // before the next stage begins. One path's cache misses and chains of divisions then overlap with
 // the other paths' arithmetic, within what the processor can look ahead; the short loops do what a
 // wavefront renderer does between kernels, but without leaving the first-level cache. Measured
-// figures: tests/bench/README.md.
+// against one path after another: 1.08 times as fast on FlightHelmet, 1.05 on a Cornell box.
 //
 // No path's value depends on which others are in its batch (law 1): every stage treats its lanes
 // one by one, or with arithmetic that is the same in every lane.
