@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <new>
 #include <type_traits>
-#include <utility>
 
 #include "renderer/core/ray.h"
 
@@ -15,10 +14,7 @@ class LaneArray {
   static_assert(std::is_trivially_destructible_v<T>);  // nobody destroys them
 
  public:
-  template <class... Arguments>
-  T& emplace(int lane, Arguments&&... arguments) {
-    return *::new (static_cast<void*>(slots_[lane].bytes)) T(std::forward<Arguments>(arguments)...);
-  }
+  T& emplace(int lane) { return *::new (static_cast<void*>(slots_[lane].bytes)) T(); }
   // Constructs what `make` returns, in place.
   template <class Make>
   T& emplace_result(int lane, const Make& make) {
@@ -36,7 +32,6 @@ class LaneArray {
 // Which samples of a batch take part in a stage, in order.
 class LaneList {
  public:
-  void clear() { count_ = 0; }
   void add(int lane) { lanes_[count_++] = lane; }
   bool empty() const { return count_ == 0; }
   int size() const { return count_; }

@@ -143,9 +143,7 @@ void PathBatch<kGlass>::shade(uint32_t depth, std::span<SampleValue> values) {
     }
   }
   for (const int lane : alive_) {
-    const ShadedPoint& point = points_[lane];
-    bsdfs_.emplace(lane, point.material.bsdf, point.frame.shading.to_local(point.wo),
-                   point.frame.shading.to_local(point.frame.geometric_normal));
+    bsdfs_.emplace_result(lane, [&] { return points_[lane].bsdf(); });
   }
   alive_.filter([&](int lane) {
     Path& path = paths_[lane];

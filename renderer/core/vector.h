@@ -26,6 +26,15 @@ inline double dot(const Vec3d& a, const Vec3d& b) { return a.dot(b); }
 inline Vec3f cross(const Vec3f& a, const Vec3f& b) { return a.cross(b); }
 inline Vec3d cross(const Vec3d& a, const Vec3d& b) { return a.cross(b); }
 
+inline Vec3d to_double(const Vec3f& v) { return {v.x, v.y, v.z}; }
+inline Vec3f to_float(const Vec3d& v) { return {float(v.x), float(v.y), float(v.z)}; }
+// An affine matrix's image of a point; Imath's own divides by w.
+inline Vec3d transform_point(const Mat44d& m, const Vec3d& p) {
+  return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
+          p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
+          p.x * m[0][2] + p.y * m[1][2] + p.z * m[2][2] + m[3][2]};
+}
+
 // Rec. 709 luminance (ITU-R BT.709-6, section 3).
 inline float luminance(const Rgb& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 inline float max_component(const Vec3f& v) { return std::max(v.x, std::max(v.y, v.z)); }

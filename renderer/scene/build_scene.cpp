@@ -19,18 +19,11 @@ using scene_detail::Mesh;
 
 namespace {
 
-Vec3d transform_point(const Mat44d& m, const Vec3d& p) {
-  return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
-          p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
-          p.x * m[0][2] + p.y * m[1][2] + p.z * m[2][2] + m[3][2]};
-}
 Vec3d transform_vector(const Mat44d& m, const Vec3d& v) {
   return {v.x * m[0][0] + v.y * m[1][0] + v.z * m[2][0],
           v.x * m[0][1] + v.y * m[1][1] + v.z * m[2][1],
           v.x * m[0][2] + v.y * m[1][2] + v.z * m[2][2]};
 }
-Vec3d to_double(const Vec3f& v) { return {v.x, v.y, v.z}; }
-Vec3f to_float(const Vec3d& v) { return {float(v.x), float(v.y), float(v.z)}; }
 
 double determinant3(const Mat44d& m) {
   return Vec3d(m[0][0], m[0][1], m[0][2])

@@ -9,7 +9,6 @@ namespace emberline {
 namespace {
 
 Vec3d row(const Mat44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
-Vec3f to_float(const Vec3d& v) { return {float(v.x), float(v.y), float(v.z)}; }
 
 }  // namespace
 

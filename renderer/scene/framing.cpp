@@ -7,16 +7,6 @@
 #include "renderer/scene/camera.h"
 
 namespace emberline {
-namespace {
-
-Vec3d transform_point(const Mat44d& m, const Vec3d& p) {
-  return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
-          p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
-          p.x * m[0][2] + p.y * m[1][2] + p.z * m[2][2] + m[3][2]};
-}
-
-}  // namespace
-
 WorldBounds world_bounds(const SceneDescription& description) {
   std::vector<WorldBounds> local(description.meshes.size());
   for (size_t i = 0; i < local.size(); ++i) {

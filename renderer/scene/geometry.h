@@ -56,6 +56,22 @@ SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, f
 bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
              uint32_t coverage_key);
 
+inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
+  return to_double(m.x) * p.x + to_double(m.y) * p.y + to_double(m.z) * p.z +
+         to_double(m.translation);
+}
+
+// A placed triangle's corners in internal space.
+inline std::array<Vec3d, 3> placed_corners(const Mesh& mesh, const Instance& instance,
+                                           uint32_t primitive) {
+  std::array<Vec3d, 3> p;
+  for (size_t c = 0; c < 3; ++c) {
+    p[c] = to_double(mesh.positions[mesh.triangles[primitive][c]]);
+    if (instance.transformed) p[c] = transform_point(instance.to_internal, p[c]);
+  }
+  return p;
+}
+
 // Bound of the distance between a triangle's plane and where Embree or Scene::interaction sees it,
 // internal space; and the largest of a mesh's triangles.
 float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive);

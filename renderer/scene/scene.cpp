@@ -18,13 +18,6 @@ namespace {
 // leak and no self-hit where fixed epsilons fail; see README.md, "Ray offsets".
 constexpr float kOffsetUlps = 4.0f * 0x1p-23f;
 
-Vec3d to_double(const Vec3f& v) { return {v.x, v.y, v.z}; }
-Vec3f to_float(const Vec3d& v) { return {float(v.x), float(v.y), float(v.z)}; }
-
-Vec3d transform_point(const Affine& m, const Vec3d& p) {
-  return to_double(m.x) * p.x + to_double(m.y) * p.y + to_double(m.z) * p.z +
-         to_double(m.translation);
-}
 Vec3f transform_vector(const Affine& m, const Vec3f& v) {
   return m.x * v.x + m.y * v.y + m.z * v.z;
 }
@@ -98,6 +91,7 @@ float largest_plane_error(const Mesh& mesh, const Instance& instance) {
 
 using scene_detail::make_ray;
 using scene_detail::plane_error;
+using scene_detail::transform_point;
 
 Scene::Scene() = default;
 Scene::~Scene() = default;
@@ -233,12 +227,8 @@ float Scene::surface_offset(uint32_t instance_index, uint32_t primitive) const {
 // chooses again.
 void Scene::prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const {
   const Instance& instance = instances_[hit->instance];
-  const std::array<uint32_t, 3>& index = meshes_[instance.mesh].triangles[hit->primitive];
-  Vec3d corners[3];
-  for (size_t c = 0; c < 3; ++c) {
-    corners[c] = to_double(meshes_[instance.mesh].positions[index[c]]);
-    if (instance.transformed) corners[c] = transform_point(instance.to_internal, corners[c]);
-  }
+  const std::array<Vec3d, 3> corners =
+      scene_detail::placed_corners(meshes_[instance.mesh], instance, hit->primitive);
   const Vec3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
   const auto cosine = float(std::abs(normal.dot(to_double(ray.direction))));
   scene_detail::FlushEmitters::Candidate best{kNoEmitter, hit->t, hit->u, hit->v};

@@ -2,38 +2,13 @@
 #include <cstring>
 
 #include "closed_form.h"
+#include "support/glass_scenes.h"
 #include "support/scenes.h"
 
 namespace emberline {
 namespace {
 
 using namespace test;
-
-MaterialDescription glass(float ior, float roughness, bool solid) {
-  MaterialDescription m;
-  m.base_color = Rgb(1.0f);
-  m.metallic = 0.0f;
-  m.roughness = roughness;
-  m.ior = ior;
-  m.transmission = 1.0f;
-  m.thin_walled = !solid;
-  return m;
-}
-
-// Radiance 1 above the horizon, 0 below; bilinear over 1/64 of a turn at the horizon, where no ray
-// of these tests goes.
-std::shared_ptr<const Image> upper_half() {
-  auto image = std::make_shared<Image>();
-  image->width = 4;
-  image->height = 64;
-  image->channels = 3;
-  image->type = TexelType::kFloat;
-  std::vector<float> texels(size_t(image->width * image->height * 3), 0.0f);
-  std::fill(texels.begin(), texels.begin() + std::ptrdiff_t(texels.size() / 2), 1.0f);
-  image->texels.resize(texels.size() * sizeof(float));
-  std::memcpy(image->texels.data(), texels.data(), image->texels.size());
-  return image;
-}
 
 // A slab of thickness d, 2000 wide, its top at y = 0: two quads with normals outwards.
 void add_slab(SceneBuilderForTests& b, const MaterialDescription& m, float d) {
@@ -55,12 +30,6 @@ CameraDescription from_angle(double theta, bool above) {
   // Off the quads' diagonals.
   const Vec3d at(7.3, above ? 0.0 : -0.1, 3.1);
   return orthographic(at + direction * 5.0, at, 1e-3);
-}
-
-double fresnel(double theta, double eta) {
-  const double ci = std::cos(theta), ct = std::sqrt(1 - square(std::sin(theta) / eta));
-  const double s = (ci - eta * ct) / (ci + eta * ct), p = (eta * ci - ct) / (eta * ci + ct);
-  return (s * s + p * p) / 2;
 }
 
 // Case 13: R_tot = 2R / (1 + R), the rest passes.

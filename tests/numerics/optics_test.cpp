@@ -4,42 +4,13 @@
 
 #include "closed_form.h"
 #include "renderer/shading/transmission_lobe.h"
+#include "support/glass_scenes.h"
 #include "support/scenes.h"
 
 namespace emberline {
 namespace {
 
 using namespace test;
-
-MaterialDescription glass(float ior, float roughness) {
-  MaterialDescription m;
-  m.metallic = 0.0f;
-  m.roughness = roughness;
-  m.ior = ior;
-  m.transmission = 1.0f;
-  m.thin_walled = false;
-  return m;
-}
-
-// Radiance 1 above the horizon, 0 below; no ray of these tests goes near it.
-std::shared_ptr<const Image> upper_half() {
-  auto image = std::make_shared<Image>();
-  image->width = 4;
-  image->height = 64;
-  image->channels = 3;
-  image->type = TexelType::kFloat;
-  std::vector<float> texels(size_t(image->width * image->height * 3), 0.0f);
-  std::fill(texels.begin(), texels.begin() + std::ptrdiff_t(texels.size() / 2), 1.0f);
-  image->texels.resize(texels.size() * sizeof(float));
-  std::memcpy(image->texels.data(), texels.data(), image->texels.size());
-  return image;
-}
-
-double fresnel(double theta, double eta) {
-  const double ci = std::cos(theta), ct = std::sqrt(1 - square(std::sin(theta) / eta));
-  const double s = (ci - eta * ct) / (ci + eta * ct), p = (eta * ci - ct) / (eta * ci + ct);
-  return (s * s + p * p) / 2;
-}
 
 void add_slab(SceneBuilderForTests& b, int material, float top, float bottom) {
   b.add_floor(1000, top, material, /*up=*/true);

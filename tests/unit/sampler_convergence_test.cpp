@@ -128,8 +128,8 @@ TEST(IndependentConvergence, VarianceIsOneOverN) {
 // (Burley 2020). It is here to show that the test below can fail.
 class NestedShuffleOnly final : public Sampler {
  public:
-  void fill(const PixelKey& pixel, uint32_t slot, uint32_t first, int count,
-            SlotBlock& out, int /*dimensions*/) const override {
+  void fill(const PixelKey& pixel, uint32_t slot, uint32_t first, int count, SlotBlock& out,
+            int /*dimensions*/) const override {
     const uint32_t hash =
         hash_combine(hash_combine(hash_combine(pixel.seed, pixel.x), pixel.y), slot);
     for (uint32_t p = 0; p < kSlotDimensions / 2; ++p) {

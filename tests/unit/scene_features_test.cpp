@@ -79,8 +79,8 @@ TEST(SceneFeatures, CoverageOnlyWhereSomethingIsClear) {
   }
 }
 
-// `emberline info` lists the same features as a render, without what only the BVH can tell: its size,
-// and emitters flush with another surface.
+// `emberline info` lists the same features as a render, without what only the BVH can tell: its
+// size, and emitters flush with another surface.
 TEST(SceneFeatures, AreTheSameWithoutTheBvh) {
   SceneBuilderForTests b;
   b.description.images = {pixel(4, std::byte{0x10})};
