@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "unit/refinement_pictures.h"
@@ -135,7 +136,7 @@ double largest_step(const std::vector<Rgb>& picture, int width) {
   return largest;
 }
 
-// On a smooth picture: half the error of constant leaves, and half their steps.
+// On a picture without edges: clearly below the error of constant leaves, and below their steps.
 TEST(RefinementViews, SmoothIsSmooth) {
   RefinementTree tree({0, 0, 256, 256}, {.seed = 5});
   for (const size_t samples : {256, 2048, 16384}) {
@@ -143,6 +144,23 @@ TEST(RefinementViews, SmoothIsSmooth) {
     const std::vector<Rgb> leaves = constant(tree), interpolated = smooth(tree);
     EXPECT_LT(rmse(interpolated, 256, hills), 0.6 * rmse(leaves, 256, hills)) << samples;
     EXPECT_LT(largest_step(interpolated, 256), 0.8 * largest_step(leaves, 256)) << samples;
+  }
+}
+
+// What it is for: samples with noise of +-50 %, as a path tracer's, of a picture with edges.
+TEST(RefinementViews, SmoothAveragesNoise) {
+  const Picture noisy = [](int x, int y) {
+    const uint32_t h = hash_combine(hash32(uint32_t(x)), uint32_t(y));
+    return test_picture(x, y) * (0.5f + to_unit_float(h));
+  };
+  for (const double samples_per_pixel : {0.0625, 0.25, 0.5}) {
+    RefinementTree tree({0, 0, 256, 256}, {.seed = 10});
+    refine(tree, noisy, size_t(samples_per_pixel * 65536));
+    const double leaves = rmse(constant(tree), 256, test_picture);
+    const double interpolated = rmse(smooth(tree), 256, test_picture);
+    EXPECT_LT(interpolated, 0.92 * leaves) << samples_per_pixel;
+    std::printf("%.4f samples per pixel: constant %.4f, smooth %.4f\n", samples_per_pixel, leaves,
+                interpolated);
   }
 }
 
@@ -167,8 +185,8 @@ TEST(RefinementViews, SameBitsForAnyNumberOfThreads) {
   for (const auto& runs : pictures) EXPECT_EQ(runs[0], runs[1]);
 }
 
-// Changed are exactly the left columns and top rows of the leaves of two pixels or more, but not
-// along the frame's own... its left and top border, too, are borders of leaves.
+// Changed are exactly the left columns and top rows of the leaves of two pixels or more, the
+// frame's own left and top border among them.
 TEST(RefinementViews, BordersAreTheLeaves) {
   const Rect window = {4, 2, 65, 50};
   constexpr int kStride = 70;  // the picture is wider than the window
