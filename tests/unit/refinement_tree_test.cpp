@@ -146,22 +146,26 @@ TEST(RefinementTree, EqualsAreTakenFromAllOverTheFrame) {
   }
 }
 
+// In a coverage round all leaves that are too large are split and no other, whatever contrast
+// others have. In the second window leaves of both kinds stand side by side.
 TEST(RefinementTree, CoversBeforeItLooksForFeatures) {
   constexpr int kArea = 100;
-  RefinementTree tree({0, 0, 256, 256}, {.seed = 4, .coverage_area = kArea});
-  while (tree.phase() == RefinementPhase::kCoverage) {
-    const size_t before = tree.sample_count();
-    std::vector<int64_t> areas;
-    for (uint32_t i = 0; i < before; ++i) areas.push_back(tree.leaf(i).rect.area());
-    insert_round(tree, test_picture);
-    for (uint32_t i = 0; i < before; ++i) {
-      // All that are too large are split, and no other.
-      EXPECT_EQ(tree.leaf(i).rect.area() < areas[i], areas[i] > kArea) << areas[i];
+  for (const Rect& window : {Rect{0, 0, 256, 256}, Rect{0, 0, 211, 197}}) {
+    RefinementTree tree(window, {.seed = 4, .coverage_area = kArea});
+    while (tree.phase() == RefinementPhase::kCoverage) {
+      const size_t before = tree.sample_count();
+      std::vector<int64_t> areas;
+      for (uint32_t i = 0; i < before; ++i) areas.push_back(tree.leaf(i).rect.area());
+      insert_round(tree, noise);
+      for (uint32_t i = 0; i < before; ++i) {
+        EXPECT_EQ(tree.leaf(i).rect.area() < areas[i], areas[i] > kArea) << areas[i];
+      }
+    }
+    EXPECT_EQ(tree.phase(), RefinementPhase::kFeatures);
+    if (window.width() == 256) {
+      EXPECT_EQ(tree.sample_count(), 1024u);  // of 64 pixels: the first power of two below 100
     }
   }
-  EXPECT_EQ(tree.phase(), RefinementPhase::kFeatures);
-  EXPECT_EQ(tree.sample_count(), 1024u);  // of 64 pixels: the first power of two below 100
-  EXPECT_LE(area_ratio(tree), 1);
 }
 
 TEST(RefinementTree, PhasesFollowThePicture) {
@@ -175,15 +179,18 @@ TEST(RefinementTree, PhasesFollowThePicture) {
   refine(half, step);
   EXPECT_EQ(half.phase(), RefinementPhase::kFinished);
   EXPECT_EQ(refinement_phase_name(half.phase()), "finished");
-  // A contrast just below tau is no feature. Grey levels x/(1+x) = d^2 and (d + 1.9/255)^2: a
-  // variance of at most (1.9/255)^2 / 2 x 2 between neighbours.
-  const Picture faint = [](int x, int) {
-    const float d = x < 32 ? 0.5f : 0.5f + 1.9f / 255;
-    return Rgb(d * d / (1 - d * d));
-  };
-  RefinementTree below({0, 0, 64, 64}, {.seed = 5});
-  refine(below, faint, 16);
-  EXPECT_EQ(below.phase(), RefinementPhase::kPixelLevel);
+  // Sixteen leaves, a step of d between the two middle columns: the leaves beside it at the frame's
+  // border have the largest variance, one in four values differs, so d^2 / 4. tau is (2 / 255)^2.
+  for (const auto& [steps, phase] : {std::pair(3.9f, RefinementPhase::kPixelLevel),
+                                     std::pair(4.1f, RefinementPhase::kFeatures)}) {
+    const Picture faint = [steps = steps](int x, int) {
+      const float d = x < 32 ? 0.5f : 0.5f + steps / 255;
+      return Rgb(d * d / (1 - d * d));  // shown as d
+    };
+    RefinementTree tree({0, 0, 64, 64}, {.seed = 5});
+    refine(tree, faint, 16);
+    EXPECT_EQ(tree.phase(), phase) << steps;
+  }
 }
 
 TEST(RefinementTree, RoundsHaveTheirSizeAndTheirLimit) {
@@ -300,27 +307,34 @@ TEST(RefinementTree, VariancesOfTwoLeaves) {
   }
 }
 
-// v_ext against the leaves across the middles of the edges, looked up by hand.
+// v_ext against the leaves across the middles of the edges, looked up by hand: inside, at borders
+// and corners, and a pixel away from them.
 TEST(RefinementTree, ExternalVarianceIsThatOfTheNeighbours) {
-  const Rect window = {10, 20, 110, 97};
-  RefinementTree tree(window, {.seed = 10});
-  refine(tree, noise, 700);
   std::set<size_t> neighbours_seen;
-  for (const RefinementStep& leaf : tree.most_urgent(700)) {
-    const Rect& r = leaf.rect;
-    const int x = r.x0 + (r.width() - 1) / 2, y = r.y0 + (r.height() - 1) / 2;
-    std::vector<Rgb> values = {leaf.mean};
-    for (const Vec2i& p :
-         {Vec2i(r.x0 - 1, y), Vec2i(r.x1, y), Vec2i(x, r.y0 - 1), Vec2i(x, r.y1)}) {
-      if (window.contains(p.x, p.y)) values.push_back(tree.value(tree.leaf_at(p.x, p.y)));
+  for (const Rect& window : {Rect{10, 20, 110, 97}, Rect{0, 0, 7, 7}, Rect{0, 0, 3, 5},
+                             Rect{-2, -3, 4, 1}, Rect{0, 0, 1, 9}}) {
+    SCOPED_TRACE(name_of(window));
+    RefinementTree tree(window, {.seed = 10});
+    while (!tree.finished()) {
+      insert_round(tree, noise, 1 + size_t(window.area()) / 10);
+      for (const RefinementStep& leaf : tree.most_urgent(tree.open_count())) {
+        if (leaf.priority == 0) continue;  // not split in this phase
+        const Rect& r = leaf.rect;
+        const int x = r.x0 + (r.width() - 1) / 2, y = r.y0 + (r.height() - 1) / 2;
+        std::vector<Rgb> values = {leaf.mean};
+        for (const Vec2i& p :
+             {Vec2i(r.x0 - 1, y), Vec2i(r.x1, y), Vec2i(x, r.y0 - 1), Vec2i(x, r.y1)}) {
+          if (window.contains(p.x, p.y)) values.push_back(tree.value(tree.leaf_at(p.x, p.y)));
+        }
+        neighbours_seen.insert(values.size() - 1);
+        // Shades are rounded to 2^-16.
+        EXPECT_NEAR(leaf.v_ext, weighed_variance(values), 5e-5) << name_of(r);
+        EXPECT_NEAR(leaf.priority, double(r.area()) * (std::max(leaf.v_int, leaf.v_ext) + 1e-3),
+                    1e-5 * leaf.priority);
+      }
     }
-    neighbours_seen.insert(values.size() - 1);
-    // Shades are rounded to 2^-16.
-    EXPECT_NEAR(leaf.v_ext, weighed_variance(values), 5e-5) << name_of(r);
-    EXPECT_NEAR(leaf.priority, double(r.area()) * (std::max(leaf.v_int, leaf.v_ext) + 1e-3),
-                1e-5 * leaf.priority);
   }
-  EXPECT_EQ(neighbours_seen, (std::set<size_t>{2, 3, 4}));  // corner, border, inside
+  EXPECT_EQ(neighbours_seen, (std::set<size_t>{0, 1, 2, 3, 4}));
 }
 
 // The path to a pixel: from the window down, each node one of the halves of the one before, with

@@ -172,13 +172,6 @@ void RefinementTree::split_chosen(std::span<const Rgb> values) {
   open_.resize(written);
 }
 
-// By priority; equals in the order of a hash: in the order of the tree, a flat picture would be
-// refined from one corner to the other.
-uint64_t RefinementTree::urgency(const Open& open) const {
-  return uint64_t(std::bit_cast<uint32_t>(open.priority)) << 32 |
-         hash32(open.leaf + hash32(settings_.seed));
-}
-
 // The `count` most urgent of the open leaves into chosen_, ascending.
 void RefinementTree::choose(size_t count, const PriorityBuckets& buckets) {
   size_t last_bucket = kPriorityBuckets - 1;  // the one in which the last of the best is found
@@ -280,10 +273,6 @@ float RefinementTree::external_variance(const Cell& c, uint32_t leaf) const {
   return count > 1 ? weigh((squares - sum * sum / count) / (count - 1)) : 0.0f;
 }
 
-float RefinementTree::priority(int64_t area, float v_int, float v_ext) const {
-  return float(area) * (std::max(v_int, v_ext) + settings_.coverage_weight);
-}
-
 RefinementTree::Shade RefinementTree::shade(const Rgb& value) const {
   Color4 x = color4(value, luminance(value));
   x = x > 0.0f ? x : splat4(0.0f);
@@ -303,18 +292,6 @@ RefinementTree::Place RefinementTree::draw_pixel(const Cell& cell) const {
   };
   return {uint16_t(cell.x0 + below(h, cell.width())),
           uint16_t(cell.y0 + below(h >> 32, cell.height()))};
-}
-
-std::pair<RefinementTree::Cell, RefinementTree::Cell> RefinementTree::halves(const Cell& cell) {
-  Cell first = cell, second = cell;
-  if (cell.width() >= cell.height()) {
-    second.x0 = uint16_t(cell.x0 + cell.width() / 2);
-    first.x_last = uint16_t(second.x0 - 1);
-  } else {
-    second.y0 = uint16_t(cell.y0 + cell.height() / 2);
-    first.y_last = uint16_t(second.y0 - 1);
-  }
-  return {first, second};
 }
 
 Rect RefinementTree::rect_of(const Cell& cell) const {

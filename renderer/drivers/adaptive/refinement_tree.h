@@ -38,7 +38,9 @@
 // functions may be called concurrently.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -46,6 +48,7 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/core/hash.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 
@@ -194,16 +197,33 @@ class RefinementTree {
   }
   Vec2i pixel_of(Place place) const { return {window_.x0 + place.x, window_.y0 + place.y}; }
   Rect rect_of(const Cell& cell) const;
-  static std::pair<Cell, Cell> halves(const Cell& cell);
+  static std::pair<Cell, Cell> halves(const Cell& cell) {
+    Cell first = cell, second = cell;
+    if (cell.width() >= cell.height()) {
+      second.x0 = uint16_t(cell.x0 + cell.width() / 2);
+      first.x_last = uint16_t(second.x0 - 1);
+    } else {
+      second.y0 = uint16_t(cell.y0 + cell.height() / 2);
+      first.y_last = uint16_t(second.y0 - 1);
+    }
+    return {first, second};
+  }
   Place draw_pixel(const Cell& cell) const;
   Shade shade(const Rgb& value) const;
   float external_variance(const Cell& cell, uint32_t leaf) const;
-  float priority(int64_t area, float v_int, float v_ext) const;
+  float priority(int64_t area, float v_int, float v_ext) const {
+    return float(area) * (std::max(v_int, v_ext) + settings_.coverage_weight);
+  }
   RefinementStep describe(const Open& open) const;
   uint32_t descend(uint32_t split, Place place, Cell& cell) const;
   Rgb mean_over(const Rect& rect) const;
 
-  uint64_t urgency(const Open& open) const;
+  // By priority; equals in the order of a hash: in the order of the tree, a flat picture would be
+  // refined from one corner to the other.
+  uint64_t urgency(const Open& open) const {
+    return uint64_t(std::bit_cast<uint32_t>(open.priority)) << 32 |
+           hash32(open.leaf + hash32(settings_.seed));
+  }
   PriorityBuckets sort_priorities() const;
   size_t round_size(const PriorityBuckets& buckets) const;
   void choose(size_t count, const PriorityBuckets& buckets);
