@@ -98,13 +98,15 @@ std::span<const Vec2i> RefinementTree::next_round(size_t limit) {
   const PriorityBuckets buckets = sort_priorities();
   const size_t count = std::min(limit, round_size(buckets));
   choose(count, buckets);
-  wanted_.reserve(count);
-  for (const uint32_t position : chosen_) {
-    const Open& open = open_[position];
-    const auto [first, second] = halves(open.cell);
-    const bool sampled_first = first.contains(leaf_[open.leaf].pixel);
-    wanted_.push_back(pixel_of(draw_pixel(sampled_first ? second : first)));
-  }
+  wanted_.resize(count);
+  parallel_ranges(count, kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const Open& open = open_[chosen_[i]];
+      const auto [first, second] = halves(open.cell);
+      const bool sampled_first = first.contains(leaf_[open.leaf].pixel);
+      wanted_[i] = pixel_of(draw_pixel(sampled_first ? second : first));
+    }
+  });
   return wanted_;
 }
 
