@@ -377,6 +377,12 @@ TEST(RefinementTree, DescribesThePathToAPixel) {
     EXPECT_EQ(leaf.rect, tree.leaf(tree.leaf_at(p.x, p.y)).rect);
     EXPECT_EQ(leaf.round, tree.rounds());
   }
+  refine(tree, noise);
+  const RefinementStep pixel = tree.describe(50, 40).back();
+  EXPECT_EQ(pixel.rect, (Rect{50, 40, 51, 41}));
+  EXPECT_EQ(pixel.mean, noise(50, 40));
+  EXPECT_EQ(pixel.phase, RefinementPhase::kFinished);
+  EXPECT_EQ(pixel.priority, 0);
 }
 
 // What the path says of a node is what the node was as a leaf, in the round before it was split.
