@@ -234,6 +234,13 @@ TEST(PainterSloanEstimator, NeighbourhoodOfFewSamples) {
   EXPECT_NEAR(
       errors(estimator, pixels)[1],
       kCurveSlope * kUnit * std::sqrt((3.25 * 3.25 + 2 * 3.75 * 3.75 + 4.25 * 4.25) / 3 / 3), 1e-7);
+  // The window's sides are no neighbours: 4 beside 9, 9 and 1; 6 beside the same.
+  EXPECT_NEAR(
+      errors(estimator, pixels)[3],
+      kCurveSlope * kUnit * std::sqrt((1.75 * 1.75 + 2 * 3.25 * 3.25 + 4.75 * 4.75) / 3 / 3), 1e-7);
+  EXPECT_NEAR(
+      errors(estimator, pixels)[5],
+      kCurveSlope * kUnit * std::sqrt((0.25 * 0.25 + 2 * 2.75 * 2.75 + 5.25 * 5.25) / 3 / 3), 1e-7);
   pixels.count[1] = 0.0f;  // 1, 4, 6, 7
   EXPECT_NEAR(errors(estimator, pixels)[4], kCurveSlope * kUnit * std::sqrt(21.0 / 3 / 3), 1e-7);
   pixels.count[4] = 8.0f;  // enough to judge by itself
@@ -252,6 +259,14 @@ TEST(KajiyaEstimator, ByHand) {
   EXPECT_GT(errors(KajiyaEstimator({}), pixels)[0], kUnfinished);
 }
 
+// White with noise that leaves it: the display shows the part below 1, here from .9 on.
+TEST(KajiyaEstimator, NoiseThatLeavesWhiteIsSeen) {
+  PixelStatistics pixels = constant_pixels(1, 1, 1.1f, 16.0f);
+  for (auto& plane : pixels.stream_difference) plane = {0.4f};  // a standard error of .2
+  const double shown = 1.0 - (1.055 * std::pow(0.9, 1 / 2.4) - 0.055);
+  EXPECT_NEAR(errors(KajiyaEstimator({}), pixels)[0], shown / 2, 1e-4);
+}
+
 TEST(ContrastEstimator, ByHand) {
   const ContrastEstimator estimator({});
   PixelStatistics pixels = constant_pixels(6, 3, 0.3f, 8.0f);
@@ -261,6 +276,11 @@ TEST(ContrastEstimator, ByHand) {
     const float expected = i % 6 <= 2 ? 0.02f * (0.2f / 0.8f) / 0.3f : 0.0f;
     EXPECT_NEAR(map[i], expected, 1e-7f) << i;
   }
+  // A darker pixel is seen from both sides too: .1 to .3.
+  pixels.mean[1][7] = 0.1f;
+  EXPECT_NEAR(errors(estimator, pixels)[6], 0.02f * 0.5f / 0.3f, 1e-7f);
+  EXPECT_NEAR(errors(estimator, pixels)[8], 0.02f * 0.5f / 0.3f, 1e-7f);
+  pixels.mean[1][7] = 0.5f;
   // The same contrast weighs less in red, and least in blue.
   std::swap(pixels.mean[0], pixels.mean[1]);
   EXPECT_NEAR(errors(estimator, pixels)[7], 0.02f * 0.25f / 0.4f, 1e-7f);
@@ -407,12 +427,26 @@ TEST(DammertzEstimator, AgreesWithTheRuleInPlainLoops) {
 // A pixel without an estimate does not speak for its block; nor does NaN.
 TEST(DammertzEstimator, BlocksAreJudgedByWhatIsKnown) {
   PixelStatistics pixels = grey_pixels(4, 4, 0.01f);
-  pixels.second_count[5] = 0.0f;
+  pixels.second_count[5] = 16.0f;  // none in the first
   pixels.stream_difference[0][6] = kNaN;
   const std::vector<float> map = errors(DammertzEstimator({.threshold = 0.5f}), pixels);
   EXPECT_GT(map[5], kUnfinished);
   EXPECT_NEAR(map[0], grey_error(0.01) / kErrorPerDeviation * 14 / 16, 1e-7);
   EXPECT_EQ(map[6], map[0]);
+}
+
+// A pixel error counts as 256 at most, so that it cannot overflow; also where a filter's negative
+// lobes leave noise without light.
+TEST(DammertzEstimator, HugeErrorsAreCounted) {
+  for (const bool dark : {false, true}) {
+    PixelStatistics pixels = grey_pixels(4, 4, 0.0f);
+    for (size_t c = 0; c < 3; ++c) {
+      pixels.stream_difference[c][3] = dark ? 1.0f : 1e30f;
+      if (dark) pixels.mean[c][3] = 0.0f;
+    }
+    EXPECT_NEAR(errors(DammertzEstimator({.threshold = 0.5f}), pixels)[0],
+                256.0 / 16 / kErrorPerDeviation, 1e-5);
+  }
 }
 
 }  // namespace

@@ -64,6 +64,15 @@ TEST(PixelStatistics, FewSamplesAreNotDividedByZero) {
   EXPECT_EQ(pixels.cost, (std::vector<float>{1, 1, 1}));  // above 0 even without a ray
 }
 
+TEST(PixelStatistics, TheSecondStreamAloneHasNoDifference) {
+  FilmTile film = film_of({0, 0, 1, 1});
+  add(&film, 0, 0, 1, Rgb(4.0f));
+  const PixelStatistics pixels = gather(film);
+  EXPECT_EQ(pixels.second_count[0], 1.0f);
+  EXPECT_EQ(pixels.mean[0][0], 4.0f);
+  EXPECT_EQ(pixels.stream_difference[0][0], 0.0f);
+}
+
 TEST(PixelStatistics, HugeRadianceStaysFinite) {
   FilmTile film = film_of({0, 0, 1, 1});
   add(&film, 0, 0, 0, Rgb(3e38f));

@@ -10,12 +10,12 @@
 // The paper takes 8 samples, then 8 for each test, and at most 96; here --max-spp is that cap.
 // Below 8 the bound is too wide to be of use, and such a pixel is unfinished.
 //
-// Faults, kept: one pixel alone decides on its own samples, and stops the sooner the luckier they
-// were. Eight equal samples have no variance, so what is rarer than one sample in ten is lost more
-// often than found, and the picture becomes too dark (Kirk & Arvo 1991, "Unbiased Sampling
-// Techniques for Image Synthesis"). Of a mean of .1 made of black and white samples it loses 43 %,
-// of .02 80 % (tests/unit/error_estimators_test.cpp). Stratified samples, whose mean is better than
-// their variance says, get more than they need.
+// Faults, kept: a pixel decides on its own samples alone, and stops the sooner the luckier they
+// were. Eight equal samples have no variance, so light that fewer than one sample in twelve meet is
+// more often lost than found, and the picture becomes too dark (Kirk & Arvo 1991, "Unbiased
+// Sampling Techniques for Image Synthesis"): by 44 % where one sample in ten meets it, by 80 %
+// where one in fifty does (tests/unit/error_estimator_statistics_test.cpp). Stratified samples,
+// whose mean is better than their variance says, get more than they need.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"

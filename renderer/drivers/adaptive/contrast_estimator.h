@@ -2,8 +2,9 @@
 // Graphics 21(4) (SIGGRAPH 87): more samples where neighbouring pixels differ more than the eye
 // forgives.
 //
-// In each channel the contrast (max - min) / (max + min) of the means of a pixel and its eight
-// neighbours, in linear light clipped to [0, 1] as a display clips it; a window of black has none.
+// In each channel the contrast (max - min) / (max + min) of a pixel and its eight neighbours, in
+// linear light clipped to [0, 1] as a display clips it; where all is black there is none. The paper
+// compares samples; path traced ones differ by noise alone, so here means are compared.
 // The paper's limits are .4 for red, .3 for green and .6 for blue. The error is the largest of the
 // three contrasts over its limit, times kPaperThreshold: not an RMS error of any kind. So
 // --noise-threshold .02 is the paper's rule, .01 halves its limits, and the error never exceeds
