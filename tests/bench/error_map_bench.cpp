@@ -31,13 +31,13 @@ std::shared_ptr<const FilmTile> noisy_film() {
 
 }  // namespace
 
-void add_adaptive_benchmarks() {
+void add_error_map_benchmarks() {
   const std::shared_ptr<const FilmTile> film = noisy_film();
   const auto pixels = std::make_shared<PixelStatistics>();
   gather_statistics(*film, pixels.get());
   constexpr double kPixels = double(kWidth) * kHeight;
   add_benchmark(
-      "adaptive/statistics",
+      "error_map/statistics",
       [film, statistics = PixelStatistics()]() mutable {
         gather_statistics(*film, &statistics);
         return statistics.mean[0][0];
@@ -47,7 +47,7 @@ void add_adaptive_benchmarks() {
     // Without a threshold `dammertz` splits to the end: its slowest case.
     const std::shared_ptr<const ErrorEstimator> estimator = entry.create({.threshold = 0.0f});
     add_benchmark(
-        "adaptive/" + std::string(entry.name),
+        "error_map/" + std::string(entry.name),
         [estimator, pixels, map = ErrorMap()]() mutable {
           estimator->estimate(*pixels, ErrorMetric::kDisplay, &map);
           return map.error[0];
