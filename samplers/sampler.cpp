@@ -1,5 +1,8 @@
 #include "samplers/sampler.h"
 
+#include <bit>
+
+#include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "samplers/independent_sampler.h"
 #include "samplers/sobol_sampler.h"
@@ -15,17 +18,30 @@ std::unique_ptr<Sampler> make(const SamplerSettings& settings) {
 // The first row is the default.
 constexpr SamplerEntry kSamplers[] = {
     {"sobol", "Owen-scrambled Sobol' pairs: the least noise for the same samples",
-     make<SobolSampler>},
-    {"independent", "plain random numbers: no stratification, the yardstick",
+     SampleCounts::kAny, make<SobolSampler>},
+    {"independent", "plain random numbers: no stratification, the yardstick", SampleCounts::kAny,
      make<IndependentSampler>},
 };
+
+// "--spp: 48 is not a power of two, ...; the nearest valid values are 32 and 64".
+void check_count(const SamplerEntry& entry, uint32_t samples) {
+  if (entry.counts != SampleCounts::kPowerOfTwo || std::has_single_bit(samples)) return;
+  const uint32_t below = std::bit_floor(samples);
+  throw UsageError("--spp: " + std::to_string(samples) + " is not a power of two, as --sampler " +
+                   std::string(entry.name) +
+                   " needs: its pixels take turns along one sequence, each an aligned piece of it; "
+                   "the nearest valid values are " +
+                   std::to_string(below) + " and " + std::to_string(uint64_t(below) * 2));
+}
 
 }  // namespace
 
 std::span<const SamplerEntry> sampler_table() { return kSamplers; }
 
 std::unique_ptr<Sampler> create_sampler(std::string_view name, const SamplerSettings& settings) {
-  return find_named(kSamplers, "--sampler", "sampler", name).create(settings);
+  const SamplerEntry& entry = find_named(kSamplers, "--sampler", "sampler", name);
+  check_count(entry, settings.samples_per_pixel);
+  return entry.create(settings);
 }
 
 }  // namespace emberline

@@ -70,21 +70,34 @@ class Sampler {
   // wrap: first_sample % 16 + count <= 16. Thread-safe.
   virtual void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count,
                     SlotBlock& out, int dimensions = kSlotDimensions) const = 0;
+
+  // The factor on the value of `sample` when a pixel takes exactly `count` samples (sample <
+  // count), for samplers whose points do not all stand for equal volumes. The mean over a pixel's
+  // samples is 1, so that the weighted sum is still divided by `count`. Thread-safe.
+  virtual float integration_weight(uint32_t /*sample*/, uint32_t /*count*/) const { return 1.0f; }
 };
+
+// How many samples a pixel may take: as many as one likes, known at any time; or exactly
+// SamplerSettings::samples_per_pixel, of any size or a power of two. Samples beyond a fixed count
+// are valid too: each further samples_per_pixel of them are a fresh randomisation.
+enum class SampleCounts : uint8_t { kAny, kFixed, kPowerOfTwo };
 
 struct SamplerSettings {
   StreamCount streams = StreamCount::kOne;
+  uint32_t samples_per_pixel = 64;  // at least 1; samplers of any count do not look at it
+  int width = 1, height = 1;        // of the frame in pixels, for those that spread error over it
 };
 
 // The table of samplers: feeds the factory, --help, the "valid names are" message and the tests.
 struct SamplerEntry {
   std::string_view name;
   std::string_view summary;
+  SampleCounts counts;
   std::unique_ptr<Sampler> (*create)(const SamplerSettings&);
 };
 std::span<const SamplerEntry> sampler_table();
 
-// Throws UsageError that lists the valid names.
+// Throws UsageError that lists the valid names, or says which counts the sampler can take.
 std::unique_ptr<Sampler> create_sampler(std::string_view name, const SamplerSettings& settings);
 
 }  // namespace emberline

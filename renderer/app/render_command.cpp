@@ -77,7 +77,8 @@ int run_render(const RenderOptions& options) {
   const std::unique_ptr<Integrator> integrator = create_integrator(
       options.integrator, {.max_depth = options.max_depth, .transparent = options.transparent});
   const auto streams = static_cast<StreamCount>(options.streams);
-  const std::unique_ptr<Sampler> sampler = create_sampler(options.sampler, {streams});
+  const std::unique_ptr<Sampler> sampler =
+      create_sampler(options.sampler, {streams, options.spp, options.width, options.height});
   const PixelFilter filter = choose_filter(options);
   const Rect window = choose_window(options);
   OutputSettings output_settings{options.width,

@@ -74,7 +74,8 @@ BenchFrame::BenchFrame(const RenderOptions& options)
     : options_(options),
       integrator_(create_integrator(options.integrator, {.max_depth = options.max_depth,
                                                          .transparent = options.transparent})),
-      sampler_(create_sampler(options.sampler, {})),
+      sampler_(create_sampler(options.sampler,
+                              {StreamCount::kOne, options.spp, options.width, options.height})),
       filter_(PixelFilter::create(options.filter)) {
   const double start = wall_clock();
   SceneDescription description = load_scene(options);

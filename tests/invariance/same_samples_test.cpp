@@ -149,7 +149,7 @@ TEST_P(SameSamples, ReplayedAlone) {
   const RenderedImage image = render(*scene_, busy_view(), s);
   const Camera camera(busy_view(), s.width, s.height, scene_->origin(), scene_->scale());
   const auto integrator = create_integrator("path", {.max_depth = s.max_depth});
-  const auto sampler = create_sampler(s.sampler, {s.streams});
+  const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
   const PixelFilter filter = PixelFilter::create(s.filter);
   const Frame frame{*scene_, camera,  *integrator, *sampler,
                     filter,  s.width, s.height,    {0, 0, s.width, s.height},
