@@ -6,6 +6,7 @@
 #include "renderer/core/names.h"
 #include "samplers/independent_sampler.h"
 #include "samplers/sobol_sampler.h"
+#include "samplers/stratified_sampler.h"
 
 namespace emberline {
 namespace {
@@ -19,6 +20,8 @@ std::unique_ptr<Sampler> make(const SamplerSettings& settings) {
 constexpr SamplerEntry kSamplers[] = {
     {"sobol", "Owen-scrambled Sobol' pairs: the least noise for the same samples",
      SampleCounts::kAny, make<SobolSampler>},
+    {"stratified", "jitter: one random point in each of --spp equal cells", SampleCounts::kFixed,
+     make<StratifiedSampler>},
     {"independent", "plain random numbers: no stratification, the yardstick", SampleCounts::kAny,
      make<IndependentSampler>},
 };
