@@ -4,6 +4,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
+#include "samplers/blue_noise_sampler.h"
 #include "samplers/independent_sampler.h"
 #include "samplers/sobol_sampler.h"
 #include "samplers/stratified_sampler.h"
@@ -20,6 +21,8 @@ std::unique_ptr<Sampler> make(const SamplerSettings& settings) {
 constexpr SamplerEntry kSamplers[] = {
     {"sobol", "Owen-scrambled Sobol' pairs: the least noise for the same samples",
      SampleCounts::kAny, make<SobolSampler>},
+    {"blue_noise", "one Sobol' sequence along a Z-order of the pixels: noise that the eye forgives",
+     SampleCounts::kPowerOfTwo, make<BlueNoiseSampler>},
     {"stratified", "jitter: one random point in each of --spp equal cells", SampleCounts::kFixed,
      make<StratifiedSampler>},
     {"independent", "plain random numbers: no stratification, the yardstick", SampleCounts::kAny,
