@@ -6,6 +6,7 @@
 #include "renderer/core/names.h"
 #include "samplers/blue_noise_sampler.h"
 #include "samplers/independent_sampler.h"
+#include "samplers/poisson_disk_sampler.h"
 #include "samplers/sobol_sampler.h"
 #include "samplers/stratified_sampler.h"
 
@@ -25,6 +26,8 @@ constexpr SamplerEntry kSamplers[] = {
      SampleCounts::kPowerOfTwo, make<BlueNoiseSampler>},
     {"stratified", "jitter: one random point in each of --spp equal cells", SampleCounts::kFixed,
      make<StratifiedSampler>},
+    {"poisson_disk", "pairs that keep their distance: aliases become high-frequency noise",
+     SampleCounts::kAny, make<PoissonDiskSampler>},
     {"independent", "plain random numbers: no stratification, the yardstick", SampleCounts::kAny,
      make<IndependentSampler>},
 };
