@@ -5,6 +5,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "samplers/blue_noise_sampler.h"
+#include "samplers/hierarchical_sampler.h"
 #include "samplers/independent_sampler.h"
 #include "samplers/poisson_disk_sampler.h"
 #include "samplers/sobol_sampler.h"
@@ -28,6 +29,8 @@ constexpr SamplerEntry kSamplers[] = {
      make<StratifiedSampler>},
     {"poisson_disk", "pairs that keep their distance: aliases become high-frequency noise",
      SampleCounts::kAny, make<PoissonDiskSampler>},
+    {"hierarchical", "Kajiya's sequential uniform sampling over pixel, lens and time together",
+     SampleCounts::kAny, make<HierarchicalSampler>},
     {"independent", "plain random numbers: no stratification, the yardstick", SampleCounts::kAny,
      make<IndependentSampler>},
 };
