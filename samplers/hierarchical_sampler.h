@@ -31,8 +31,9 @@ class HierarchicalSampler final : public Sampler {
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;
   // count times the volume of the sample's leaf: 1 for all if count (of each stream) is a power of
-  // two. Unbiased for any count, since neither cells nor halves depend on values. What the tree
-  // cannot resolve gains up to 1/8 in variance (at count = 1.5 * 2^m); what it can, loses more.
+  // two. Unbiased for any count, since neither cells nor halves depend on values. Between powers of
+  // two it pays where the last halving is of a dimension that matters; elsewhere leaves of unequal
+  // weight cost variance, up to 1/8 for noise (at count = 1.5 * 2^m): see README.md.
   float integration_weight(uint32_t sample, uint32_t count) const override;
 
  private:

@@ -143,7 +143,9 @@ void PoissonDiskSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t fir
     const uint32_t hash = run_hash(pixel, run, kSalt);
     for (uint32_t p = 0; p < uint32_t(kTablePairs) && 2 * int(p) < dimensions; ++p) {
       const uint32_t pair = kTablePairs * slot + p;
-      const Table& table = tables()[(pair + hash) % kTables];
+      // An odd stride goes to every table once; random ones average over what two tables that stay
+      // together happen to have in common.
+      const Table& table = tables()[(hash + pair * (hash >> 3 | 1u)) % kTables];
       fill_pair(table, hash_combine(hash, pair), run, out.values[2 * p] + run.lane,
                 out.values[2 * p + 1] + run.lane);
     }

@@ -48,7 +48,8 @@ class RandomPermutation {
   }
 
  private:
-  static constexpr uint32_t kRounds = 4;
+  // With 8, two elements go to all pairs of places equally often within 5 %; with 4, within 40 %.
+  static constexpr uint32_t kRounds = 8;
 
   // Half the word's bits, so that each round brings the upper half down to the lower.
   static uint32_t downward_shift(uint32_t mask) {
