@@ -17,7 +17,6 @@ constexpr uint32_t kTableSize = 1024;
 constexpr uint32_t kTables = 8;
 constexpr int kTablePairs = 2;                           // of a slot
 constexpr uint32_t kTableSlots = kTables / kTablePairs;  // slots from 0 on
-constexpr int kMaxDarts = 10000;                         // then the best of them has to do
 
 // Coordinates in units of 2^-32, so that the torus is the overflow of the integers.
 struct Table {
@@ -48,23 +47,24 @@ class CellGrid {
     first = point;
   }
 
-  // To the nearest point within the cells' width; farther ones may be missed.
-  double squared_distance_to_nearest(uint32_t x, uint32_t y) const {
-    double nearest = 1.0;
-    for (uint32_t row = side_ - 1; row <= side_ + 1; ++row) {
-      for (uint32_t column = side_ - 1; column <= side_ + 1; ++column) {
-        uint32_t i = first_[(cell(y) + row) % side_ * side_ + (cell(x) + column) % side_];
-        for (; i != kNone; i = next_[i]) {
-          nearest = std::min(nearest, squared_distance(table_, i, x, y));
+  // Whether no point is nearer than this; the distance is at most the cells' width.
+  bool keeps_distance(uint32_t x, uint32_t y, double squared) const {
+    const uint32_t column = cell(x), row = cell(y);
+    for (const uint32_t r : {row, before(row), after(row)}) {
+      for (const uint32_t c : {column, before(column), after(column)}) {
+        for (uint32_t i = first_[r * side_ + c]; i != kNone; i = next_[i]) {
+          if (squared_distance(table_, i, x, y) < squared) return false;
         }
       }
     }
-    return nearest;
+    return true;
   }
 
  private:
   static constexpr uint32_t kNone = ~0u;
   uint32_t cell(uint32_t u) const { return uint32_t(uint64_t(u) * side_ >> 32); }
+  uint32_t before(uint32_t c) const { return c == 0 ? side_ - 1 : c - 1; }
+  uint32_t after(uint32_t c) const { return c + 1 == side_ ? 0 : c + 1; }
 
   const Table& table_;
   uint32_t side_;
@@ -72,18 +72,14 @@ class CellGrid {
   std::array<uint32_t, kTableSize> next_;  // point of the same cell
 };
 
-// Appends the first dart that keeps its distance, or the best of kMaxDarts.
+// Appends the first dart that keeps its distance. There is room for one, and since the tables are
+// always the same, that it is found is no matter of luck.
 void throw_darts(Table& table, uint32_t n, const CellGrid& grid, uint64_t& state) {
-  double best = -1.0;
-  for (int dart = 0; dart < kMaxDarts && best < squared_spacing(n + 1); ++dart) {
+  do {
     const uint64_t bits = hash64(state += 0x9e3779b97f4a7c15ull);
-    const auto x = uint32_t(bits), y = uint32_t(bits >> 32);
-    const double distance = grid.squared_distance_to_nearest(x, y);
-    if (distance <= best) continue;
-    best = distance;
-    table.x[n] = x;
-    table.y[n] = y;
-  }
+    table.x[n] = uint32_t(bits);
+    table.y[n] = uint32_t(bits >> 32);
+  } while (!grid.keeps_distance(table.x[n], table.y[n], squared_spacing(n + 1)));
 }
 
 Table make_table(uint64_t state) {
