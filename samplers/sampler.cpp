@@ -35,14 +35,13 @@ constexpr SamplerEntry kSamplers[] = {
      make<IndependentSampler>},
 };
 
-// "--spp: 48 is not a power of two, ...; the nearest valid values are 32 and 64".
 void check_count(const SamplerEntry& entry, uint32_t samples) {
   if (entry.counts != SampleCounts::kPowerOfTwo || std::has_single_bit(samples)) return;
   const uint32_t below = std::bit_floor(samples);
   throw UsageError("--spp: " + std::to_string(samples) + " is not a power of two, as --sampler " +
                    std::string(entry.name) +
-                   " needs: its pixels take turns along one sequence, each an aligned piece of it; "
-                   "the nearest valid values are " +
+                   " needs, whose pixels share one sequence in aligned pieces; valid are 1, 2, 4, "
+                   "8 and so on, the nearest " +
                    std::to_string(below) + " and " + std::to_string(uint64_t(below) * 2));
 }
 
