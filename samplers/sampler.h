@@ -21,7 +21,8 @@ inline constexpr int kSampleLanes = 16;    // samples filled together; an aligne
 inline constexpr int kSlotDimensions = 8;  // four pairs of dimensions per slot
 
 // The dimension plan. Pairs are stratified together; a pair is two neighbouring dimensions that
-// start at an even one.
+// start at an even one. Samplers may take the dimensions from 4 on, which are used one by one, as
+// single ones.
 namespace camera_dim {
 enum : int {
   kPixelX = 0,

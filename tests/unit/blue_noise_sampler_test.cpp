@@ -143,15 +143,13 @@ TEST(BlueNoiseSampler, ErrorIsInTheHighFrequencies) {
   }
 }
 
-// Tiles that one sequence cannot serve are independent, and the pixels within each are not.
+// Where one sequence cannot serve the frame, each tile has its own.
 TEST(BlueNoiseSampler, LargeFramesAreCutIntoTiles) {
   constexpr uint32_t kCount = 1u << 24;  // 2^32 points are 16 x 16 pixels of these
   const auto sampler = blue_noise(kCount, 65536, 65536);
-  std::vector<std::pair<float, float>> first_samples;
   std::set<float> seen;
   for (uint32_t tile = 0; tile < 64; ++tile) {
-    const SlotNumbers n = read_sample(*sampler, {16 * tile, 48, 2}, 1, 77);
-    seen.insert(n.u[0]);
+    seen.insert(read_sample(*sampler, {16 * tile, 48, 2}, 1, 77).u[0]);
   }
   EXPECT_EQ(seen.size(), 64u);
 }
