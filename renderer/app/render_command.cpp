@@ -78,7 +78,9 @@ int run_render(const RenderOptions& options) {
       create_driver(options.driver, {options.bucket_size, options.bucket_order, sampling.adaptive});
   const std::unique_ptr<Integrator> integrator = create_integrator(
       options.integrator, {.max_depth = options.max_depth, .transparent = options.transparent});
-  const std::unique_ptr<Sampler> sampler = create_sampler(options.sampler, {sampling.streams});
+  const std::unique_ptr<Sampler> sampler = create_sampler(
+      options.sampler,
+      {sampling.streams, std::max(1u, sampling.samples_per_pixel), options.width, options.height});
   const PixelFilter filter = choose_filter(options);
   const Rect window = choose_window(options);
   OutputSettings output_settings{options.width,
@@ -126,10 +128,11 @@ int run_render(const RenderOptions& options) {
       "loaded in {}, built in {}: {} triangles, {} instances", format_duration(report.times.load_s),
       format_duration(report.times.build_s), scene->triangle_count(), scene->instance_count()));
 
-  const Frame frame{*scene,         camera,           *integrator,
-                    *sampler,       filter,           options.width,
-                    options.height, window,           sampling.samples_per_pixel,
-                    options.seed,   sampling.streams, output_settings.aovs};
+  const Frame frame{*scene,          camera,           *integrator,
+                    *sampler,        filter,           options.width,
+                    options.height,  window,           sampling.samples_per_pixel,
+                    options.seed,    sampling.streams, output_settings.aovs,
+                    sampling.uniform};
   if (options.replay) return run_replay(frame, *options.replay);
 
   report.display = outputs->display_description();

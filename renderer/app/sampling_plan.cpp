@@ -24,6 +24,24 @@ void refuse_adaptive_options(const RenderOptions& o, const std::string& reason) 
   if (o.unbiased) refuse("--unbiased");
 }
 
+// Samplers whose points depend on how many there will be.
+void refuse_fixed_counts(const std::string& name) {
+  std::string valid;
+  bool fixed = false;
+  for (const SamplerEntry& entry : sampler_table()) {
+    if (entry.counts == SampleCounts::kAny) {
+      valid += (valid.empty() ? "" : ", ") + std::string(entry.name);
+    } else if (entry.name == name) {
+      fixed = true;
+    }
+  }
+  if (!fixed) return;
+  throw UsageError(fmt::format(
+      "--sampler {}: its points are laid out for a number of samples that is known beforehand, and "
+      "adaptive sampling decides it on the way; valid are {}",
+      name, valid));
+}
+
 }  // namespace
 
 SamplingPlan plan_sampling(const RenderOptions& o) {
@@ -41,6 +59,7 @@ SamplingPlan plan_sampling(const RenderOptions& o) {
     plan.streams = static_cast<StreamCount>(o.streams.value_or(1));
     return plan;
   }
+  refuse_fixed_counts(o.sampler);
   AdaptiveSettings& a = plan.adaptive;
   a.estimator = o.estimator.empty() ? kDefaultEstimator : std::string_view(o.estimator);
   const EstimatorEntry& estimator = find_estimator(a.estimator);

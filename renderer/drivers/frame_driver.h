@@ -27,11 +27,12 @@ struct Frame {
   const Sampler& sampler;
   const PixelFilter& filter;
   int width = 0, height = 0;
-  Rect window;  // what of it is rendered: the crop, or the whole
-  uint32_t samples_per_pixel = 1;
+  Rect window;                     // what of it is rendered: the crop, or the whole
+  uint32_t samples_per_pixel = 1;  // of every pixel; of adaptive sampling on average, or 0
   uint32_t seed = 0;
   StreamCount streams = StreamCount::kOne;
   AovSet aovs;
+  bool exact_counts = true;  // every pixel gets samples_per_pixel, and none more
 };
 
 // A sample that came out NaN or infinite: enough to replay it.

@@ -41,7 +41,12 @@ int half_of(uint32_t sample, StreamCount streams) {
 }  // namespace
 
 RenderWorker::RenderWorker(const Frame& frame)
-    : frame_(frame), samples_(frame.sampler, kCameraDimensions), saved_mode_(flush_denormals()) {}
+    : frame_(frame),
+      // Of a sampler that weighs its points, the first one's weight is 1 only if all are.
+      weighted_(frame.exact_counts &&
+                frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
+      samples_(frame.sampler, kCameraDimensions),
+      saved_mode_(flush_denormals()) {}
 
 RenderWorker::~RenderWorker() { restore_mode(saved_mode_); }
 
@@ -61,6 +66,10 @@ void RenderWorker::trace_batch() {
     const FilterSample offset = frame_.filter.sample(
         {samples_.get(camera_dim::kPixelX), samples_.get(camera_dim::kPixelY)});
     weights_[i] = offset.weight;
+    if (weighted_) {
+      weights_[i] *=
+          frame_.sampler.integration_weight(addresses_[i].sample, frame_.samples_per_pixel);
+    }
     film[i] = {float(addresses_[i].x) + 0.5f + offset.offset.x,
                float(addresses_[i].y) + 0.5f + offset.offset.y};
     values_[i] = SampleValue{};

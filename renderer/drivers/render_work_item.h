@@ -44,6 +44,7 @@ class RenderWorker {
   void flush_scattered(FilmTile& tile);
 
   const Frame& frame_;
+  const bool weighted_;  // the sampler's points stand for unequal volumes
   PixelSamples samples_;
   FrameCounters counters_;
   SampleAddress addresses_[kSampleLanes];  // of the batch under way

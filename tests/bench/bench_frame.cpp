@@ -101,10 +101,12 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& obs
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
   const auto driver =
       create_driver(s.driver, {options_.bucket_size, options_.bucket_order, s.adaptive});
-  const auto sampler = create_sampler(options_.sampler, {s.streams});
+  const auto sampler =
+      create_sampler(options_.sampler, {s.streams, s.spp, options_.width, options_.height});
   const Rect window{0, 0, options_.width, options_.height};
-  const Frame frame{*scene_,         camera_, *integrator_, *sampler, *filter_,  options_.width,
-                    options_.height, window,  s.spp,        s.seed,   s.streams, s.aovs};
+  const Frame frame{
+      *scene_, camera_, *integrator_, *sampler,  *filter_, options_.width,        options_.height,
+      window,  s.spp,   s.seed,       s.streams, s.aovs,   s.driver != "adaptive"};
   tbb::task_arena arena(threads);
   FrameRun run;
   const double wall = wall_clock(), cpu = process_cpu();
