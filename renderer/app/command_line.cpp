@@ -16,6 +16,8 @@
 #include "renderer/app/version.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/drivers/bisection_picture.h"
+#include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/bucket_driver.h"
 
 namespace emberline {
@@ -137,6 +139,13 @@ void add_sampling_options(CLI::App* app, RenderOptions& o) {
   add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels [64]");
   app->add_option("--bucket-order", o.bucket_order,
                   table_help("order of the buckets [hilbert]", bucket_order_table()))
+      ->type_name("NAME");
+  app->add_option("--bisection-axis", o.bisection_axis,
+                  table_help("what --driver bisection halves [both]", bisection_axis_table()))
+      ->type_name("NAME");
+  app->add_option(
+         "--reconstruction", o.reconstruction,
+         table_help("what its pixels without samples show [duplicate]", reconstruction_table()))
       ->type_name("NAME");
   add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all]");
 }

@@ -72,8 +72,9 @@ int run_render(const RenderOptions& options) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
 
   // Whatever names or ranges are wrong is found before anything is loaded or written.
-  const std::unique_ptr<FrameDriver> driver =
-      create_driver(options.driver, {options.bucket_size, options.bucket_order});
+  const std::unique_ptr<FrameDriver> driver = create_driver(
+      options.driver,
+      {options.bucket_size, options.bucket_order, options.bisection_axis, options.reconstruction});
   const std::unique_ptr<Integrator> integrator = create_integrator(
       options.integrator, {.max_depth = options.max_depth, .transparent = options.transparent});
   const auto streams = static_cast<StreamCount>(options.streams);
@@ -134,6 +135,8 @@ int run_render(const RenderOptions& options) {
   const GracefulStop graceful;
   std::stop_source stop;
   const double cpu_before = process_cpu_seconds();
+  // An arena of its own: the limit above cannot give more threads than the machine has cores.
+  tbb::task_arena arena(threads);
   const Stopwatch render;
   {
     ProgressDisplay progress(uint64_t(window.area()) * options.spp, stop);
@@ -145,17 +148,16 @@ int run_render(const RenderOptions& options) {
       }
       progress.add(count);
     });
-    // An arena of its own: the limit above cannot give more threads than the machine has cores.
-    tbb::task_arena arena(threads);
     arena.execute([&] { report.counters = driver->render(frame, *outputs, stop.get_token()); });
   }
   report.times.render_s = render.seconds();
   report.times.render_cpu_s = process_cpu_seconds() - cpu_before;
 
   const Stopwatch write;
+  arena.execute([&] { driver->deliver(*outputs); });
   outputs->finish();
   report.times.write_s = write.seconds();
-  report.film_bytes = outputs->film_bytes();
+  report.film_bytes = outputs->film_bytes() + driver->film_bytes();
   report.exit_code = report.counters.stopped ? kExitStopped : kExitDone;
   report.times.wall_s = wall.seconds();
   report.times.cpu_s = process_cpu_seconds();

@@ -33,6 +33,8 @@ struct RenderOptions {
   int streams = 1;
   int bucket_size = 64;
   std::string bucket_order = "hilbert";
+  std::string bisection_axis = "both";
+  std::string reconstruction = "duplicate";
 
   // Frame and view.
   int width = 1280, height = 720;

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "renderer/core/names.h"
+#include "renderer/drivers/bisection_driver.h"
 #include "renderer/drivers/bucket_driver.h"
 
 namespace emberline {
@@ -13,6 +14,10 @@ constexpr DriverEntry kDrivers[] = {
     {"bucket", "bucket after bucket, each finished, streamed out and released",
      [](const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
        return std::make_unique<BucketDriver>(settings);
+     }},
+    {"bisection", "the whole frame at once, refined line between lines and pass after pass",
+     [](const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
+       return std::make_unique<BisectionDriver>(settings);
      }},
 };
 

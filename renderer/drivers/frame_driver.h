@@ -105,6 +105,8 @@ class FrameDriver {
 struct DriverSettings {
   int bucket_size = 64;
   std::string bucket_order = "hilbert";
+  std::string bisection_axis = "both";
+  std::string reconstruction = "duplicate";
 };
 
 struct DriverEntry {

@@ -113,11 +113,14 @@ class FilmTile {
   void add_time(int x, int y, double seconds);
   void add_rays(int x, int y, uint32_t rays);
   void set_stop(int x, int y, PixelStop stop);
+  // By its count: kBudget if that is all of `budget`, kNone if it is 0, else `cut_short`.
+  void mark_stop(int x, int y, uint32_t budget, PixelStop cut_short);
 
   uint32_t sample_count(int x, int y) const;
   uint32_t least_samples() const;  // of any pixel
   uint32_t non_finite(int x, int y) const { return sums_[index(x, y)].non_finite; }
   Rgb mean(int x, int y) const;
+  void rgba(int x, int y, float* out) const { put_rgba(index(x, y), out); }
 
   // By index, rows from rect().y0. The squares (three a pixel) and rays are null unless wanted.
   const PixelSums& sums(size_t i) const { return sums_[i]; }
