@@ -31,6 +31,18 @@ constexpr uint64_t kFirstPassSlices = 100;
 // Parts of such a slice, for several threads to share.
 constexpr uint64_t kFirstPassParts = 16;
 
+PartShape first_pass_shape(BisectionAxis axis) {
+  switch (axis) {
+    case BisectionAxis::kRows:
+      return PartShape::kRow;
+    case BisectionAxis::kColumns:
+      return PartShape::kColumn;
+    case BisectionAxis::kBoth:
+      break;
+  }
+  return PartShape::kSquare;
+}
+
 // What the first pass has after the slice [begin, end).
 BisectionCoverage coverage(const BisectionPass& pass, size_t begin, size_t end, bool complete) {
   const size_t step = pass.step_of(begin), first = pass.first_part(step);
@@ -52,7 +64,8 @@ uint32_t least_samples(const BisectionPass& pass, size_t begin, size_t end, cons
 }  // namespace
 
 uint64_t bisection_part_pixels(const SampleRange& samples, uint64_t frame_pixels) {
-  const uint64_t pixels = std::max<uint64_t>(1, kPartSamples / samples.sample_count);
+  const uint64_t pixels =
+      std::bit_floor(std::max<uint64_t>(1, kPartSamples / samples.sample_count));
   if (samples.first_sample > 0) return pixels;
   const uint64_t most = frame_pixels / (kFirstPassSlices * kFirstPassParts);
   return std::min(pixels, std::bit_floor(std::max<uint64_t>(1, most)));
@@ -83,7 +96,7 @@ FrameCounters BisectionDriver::render(const Frame& frame, FrameObserver& observe
   samples_per_pixel_ = frame.samples_per_pixel;
   const std::vector<SampleRange> passes = bisection_passes(samples_per_pixel_);
   steps_ = bisection_steps(window.width(), window.height(), axis_);
-  first_pass_.emplace(steps_, window, axis_, passes.front(),
+  first_pass_.emplace(steps_, window, passes.front(), first_pass_shape(axis_),
                       bisection_part_pixels(passes.front(), frame_pixels));
   film_.emplace(frame.aovs);
   try {
@@ -100,15 +113,21 @@ FrameCounters BisectionDriver::render(const Frame& frame, FrameObserver& observe
   SliceRunner runner(frame, *film_, observer, stop);
   FrameProgress progress;
   for (const SampleRange& samples : passes) {
-    const BisectionPass pass(steps_, window, axis_, samples,
-                             bisection_part_pixels(samples, frame_pixels));
     progress.pass++;
+    std::vector<BisectionStep> steps;
+    std::optional<BisectionPass> later_pass;
+    if (samples.first_sample > 0) {
+      const uint64_t part_pixels = bisection_part_pixels(samples, frame_pixels);
+      steps = bisection_steps(window.width(), window.height(), axis_, square_cell(part_pixels));
+      later_pass.emplace(steps, window, samples, PartShape::kSquare, part_pixels);
+    }
+    const BisectionPass& pass = later_pass ? *later_pass : *first_pass_;
     for (size_t begin = 0, end; begin < pass.parts(); begin = end) {
       end = bisection_slice_end(pass, begin, frame_pixels, threads);
       const bool complete = runner.run(end - begin, [&](size_t part, std::vector<PixelWork>& list) {
         pass.expand(begin + part, list);
       });
-      if (samples.first_sample == 0) picture_->set_coverage(coverage(pass, begin, end, complete));
+      if (!later_pass) picture_->set_coverage(coverage(pass, begin, end, complete));
       if (!complete) {
         FrameCounters counters = runner.counters();
         counters.min_samples = least_samples(pass, begin, end, *film_);

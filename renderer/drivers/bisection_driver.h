@@ -41,7 +41,7 @@ class BisectionDriver final : public FrameDriver {
 size_t bisection_slice_end(const BisectionPass& pass, size_t first, uint64_t frame_pixels,
                            int threads);
 
-// How many pixels of a pass make a part.
+// How many pixels of a pass make a part: a power of two.
 uint64_t bisection_part_pixels(const SampleRange& samples, uint64_t frame_pixels);
 
 }  // namespace emberline

@@ -69,22 +69,43 @@ std::vector<BisectionStep> lattice_steps(int width, int height) {
   return steps;
 }
 
-BisectionPass::Blocks cut(const PixelLattice& lattice, BisectionAxis axis, uint64_t part_pixels) {
+// The lines [0, size) that a list of cells holds.
+std::vector<int> lines_of_cells(const std::vector<int>& cells, int cell, int size) {
+  std::vector<int> lines;
+  for (const int c : cells) {
+    for (int line = c * cell; line < std::min(size, (c + 1) * cell); ++line) lines.push_back(line);
+  }
+  return lines;
+}
+
+BisectionPass::Blocks cut(const PixelLattice& lattice, PartShape shape, uint64_t part_pixels) {
   const size_t columns = lattice.columns.size(), rows = lattice.rows.size();
   BisectionPass::Blocks blocks;
-  if (axis == BisectionAxis::kRows) {
+  if (shape == PartShape::kRow) {
     blocks.width = std::min<uint64_t>(columns, part_pixels);
-  } else if (axis == BisectionAxis::kColumns) {
+  } else if (shape == PartShape::kColumn) {
     blocks.height = std::min<uint64_t>(rows, part_pixels);
   } else {
-    const auto bits = unsigned(std::bit_width(part_pixels)) - 1;
-    blocks.height = std::min<uint64_t>(rows, uint64_t(1) << bits / 2);
+    // A few rows or columns make long blocks rather than small ones.
+    blocks.height = std::min(rows, size_t(square_cell(part_pixels).height));
     blocks.width = std::min<uint64_t>(columns, part_pixels / blocks.height);
     blocks.height = std::min<uint64_t>(rows, part_pixels / blocks.width);
   }
   blocks.across = (columns + blocks.width - 1) / blocks.width;
   blocks.down = (rows + blocks.height - 1) / blocks.height;
   return blocks;
+}
+
+std::vector<BisectionStep> cell_steps(int width, int height, BisectionAxis axis) {
+  switch (axis) {
+    case BisectionAxis::kRows:
+      return line_steps(height, width, &PixelLattice::rows, &PixelLattice::columns);
+    case BisectionAxis::kColumns:
+      return line_steps(width, height, &PixelLattice::columns, &PixelLattice::rows);
+    case BisectionAxis::kBoth:
+      break;
+  }
+  return lattice_steps(width, height);
 }
 
 }  // namespace
@@ -117,17 +138,24 @@ std::vector<std::vector<int>> bisection_levels(int size) {
   return levels;
 }
 
-std::vector<BisectionStep> bisection_steps(int width, int height, BisectionAxis axis) {
+std::vector<BisectionStep> bisection_steps(int width, int height, BisectionAxis axis,
+                                           const BisectionCell& cell) {
   if (width <= 0 || height <= 0) return {};
-  switch (axis) {
-    case BisectionAxis::kRows:
-      return line_steps(height, width, &PixelLattice::rows, &PixelLattice::columns);
-    case BisectionAxis::kColumns:
-      return line_steps(width, height, &PixelLattice::columns, &PixelLattice::rows);
-    case BisectionAxis::kBoth:
-      break;
+  const int columns = (width + cell.width - 1) / cell.width;
+  const int rows = (height + cell.height - 1) / cell.height;
+  std::vector<BisectionStep> steps = cell_steps(columns, rows, axis);
+  for (BisectionStep& step : steps) {
+    for (PixelLattice* lattice : {&step.added, &step.complete}) {
+      lattice->columns = lines_of_cells(lattice->columns, cell.width, width);
+      lattice->rows = lines_of_cells(lattice->rows, cell.height, height);
+    }
   }
-  return lattice_steps(width, height);
+  return steps;
+}
+
+BisectionCell square_cell(uint64_t pixels) {
+  const int bits = int(std::bit_width(pixels)) - 1;
+  return {1 << (bits - bits / 2), 1 << bits / 2};
 }
 
 std::vector<SampleRange> bisection_passes(uint32_t samples_per_pixel) {
@@ -141,11 +169,11 @@ std::vector<SampleRange> bisection_passes(uint32_t samples_per_pixel) {
 }
 
 BisectionPass::BisectionPass(std::span<const BisectionStep> steps, const Rect& window,
-                             BisectionAxis axis, const SampleRange& samples, uint64_t part_pixels)
+                             const SampleRange& samples, PartShape shape, uint64_t part_pixels)
     : steps_(steps), window_(window), samples_(samples), first_parts_{0} {
-  assert(part_pixels > 0);
+  assert(std::has_single_bit(part_pixels));
   for (const BisectionStep& step : steps) {
-    const Blocks& blocks = blocks_.emplace_back(cut(step.added, axis, part_pixels));
+    const Blocks& blocks = blocks_.emplace_back(cut(step.added, shape, part_pixels));
     first_parts_.push_back(first_parts_.back() + blocks.across * blocks.down);
   }
 }

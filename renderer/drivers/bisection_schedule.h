@@ -44,13 +44,21 @@ struct BisectionStep {
   PixelLattice added, complete;
 };
 
+// Columns and rows that stay together, for the sake of the caches: a level is one of cells then.
+struct BisectionCell {
+  int width = 1, height = 1;
+};
+
 // The steps of a frame.
 //   rows     a level of rows each, all columns (as in the paper)
 //   columns  likewise
 //   both     first the frame's middle; then a level of columns on the rows that are there or of
 //            rows on the columns that are, whichever axis has the longer gaps; columns if equal.
 //            So every complete step is a lattice, evenly spread over the frame.
-std::vector<BisectionStep> bisection_steps(int width, int height, BisectionAxis axis);
+// With cells of more than a pixel it is their rows and columns that are halved; those at the right
+// and lower end may be smaller.
+std::vector<BisectionStep> bisection_steps(int width, int height, BisectionAxis axis,
+                                           const BisectionCell& cell = {});
 
 // `sample_count` further samples of every pixel.
 struct SampleRange {
@@ -58,16 +66,22 @@ struct SampleRange {
   bool operator==(const SampleRange&) const = default;
 };
 // A first sample for every pixel, then 1, 2, 4, 8 ... further ones up to `samples_per_pixel`: each
-// pass doubles what is there, and from the fifth on consists of whole batches.
+// pass doubles what is there, and from the sixth on consists of whole batches of 16.
 std::vector<SampleRange> bisection_passes(uint32_t samples_per_pixel);
 
+// Width and height of a block of `pixels` (a power of two): equal, or the width twice the height.
+BisectionCell square_cell(uint64_t pixels);
+
+// What a part looks like: a piece of one line, or as square as it can be.
+enum class PartShape { kRow, kColumn, kSquare };
+
 // One pass over all steps, cut into parts for the workers: blocks of at most `part_pixels` pixels
-// of a step's lattice, as square as the axis allows (a piece of one line for rows and columns), row
-// of blocks by row of blocks. Refers to `steps`, which must outlive it.
+// (a power of two) of a step's lattice, row of blocks by row of blocks. Refers to `steps`, which
+// must outlive it.
 class BisectionPass {
  public:
-  BisectionPass(std::span<const BisectionStep> steps, const Rect& window, BisectionAxis axis,
-                const SampleRange& samples, uint64_t part_pixels);
+  BisectionPass(std::span<const BisectionStep> steps, const Rect& window,
+                const SampleRange& samples, PartShape shape, uint64_t part_pixels);
 
   size_t parts() const { return first_parts_.back(); }
   // Parts of step s are [first_part(s), first_part(s + 1)).

@@ -110,6 +110,12 @@ class FilmTile {
   // Adds sample value x filter weight. `half` (0 or 1) is the stream the sample belongs to. Returns
   // false, and counts the sample as black and non-finite, if the value is NaN or infinite.
   bool add(int x, int y, int half, float filter_weight, const SampleValue& value);
+  // Asks for a pixel's sums ahead of add().
+  void prefetch(int x, int y) const {
+    const char* sums = reinterpret_cast<const char*>(&sums_[index(x, y)]);
+    __builtin_prefetch(sums, 1);
+    __builtin_prefetch(sums + sizeof(PixelSums) - 1, 1);
+  }
   void add_time(int x, int y, double seconds);
   void add_rays(int x, int y, uint32_t rays);
   void set_stop(int x, int y, PixelStop stop);

@@ -11,6 +11,12 @@
 namespace emberline {
 namespace {
 
+PartShape shape_of(BisectionAxis axis) {
+  return axis == BisectionAxis::kRows      ? PartShape::kRow
+         : axis == BisectionAxis::kColumns ? PartShape::kColumn
+                                           : PartShape::kSquare;
+}
+
 // A frame whose first pass has come to some part, with a value of its own in every sampled pixel.
 class Unfinished {
  public:
@@ -19,7 +25,7 @@ class Unfinished {
   Unfinished(const Rect& window, BisectionAxis axis, Reconstruction reconstruction, Value value)
       : window_(window),
         steps_(bisection_steps(window.width(), window.height(), axis)),
-        pass_(steps_, window, axis, {0, 1}, bisection_part_pixels({0, 1}, uint64_t(window.area()))),
+        pass_(steps_, window, {0, 1}, shape_of(axis), 4),
         film_(AovSet{}),
         picture_(steps_, pass_, film_, reconstruction),
         value_(value) {

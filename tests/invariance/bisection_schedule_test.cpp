@@ -80,40 +80,53 @@ class BisectionScheduleOf : public testing::TestWithParam<BisectionAxis> {};
 
 TEST_P(BisectionScheduleOf, StepsCoverEveryPixelOnce) {
   for (const Rect& window : kWindows) {
-    const auto steps = bisection_steps(window.width(), window.height(), GetParam());
-    std::vector<int> step_of(size_t(window.area()), -1);
-    for (size_t s = 0; s < steps.size(); ++s) {
-      EXPECT_TRUE(std::ranges::is_sorted(steps[s].complete.columns));
-      EXPECT_TRUE(std::ranges::is_sorted(steps[s].complete.rows));
-      for (const int y : steps[s].added.rows) {
-        for (const int x : steps[s].added.columns) {
-          ASSERT_TRUE(x >= 0 && y >= 0 && x < window.width() && y < window.height());
-          int& of = step_of[size_t(y) * size_t(window.width()) + size_t(x)];
-          ASSERT_EQ(of, -1) << x << "," << y << " twice";
-          of = int(s);
+    for (const BisectionCell& cell : {BisectionCell{1, 1}, {4, 2}, {32, 32}}) {
+      const auto steps = bisection_steps(window.width(), window.height(), GetParam(), cell);
+      std::vector<int> step_of(size_t(window.area()), -1);
+      for (size_t s = 0; s < steps.size(); ++s) {
+        EXPECT_TRUE(std::ranges::is_sorted(steps[s].complete.columns));
+        EXPECT_TRUE(std::ranges::is_sorted(steps[s].complete.rows));
+        for (const int y : steps[s].added.rows) {
+          for (const int x : steps[s].added.columns) {
+            ASSERT_TRUE(x >= 0 && y >= 0 && x < window.width() && y < window.height());
+            int& of = step_of[size_t(y) * size_t(window.width()) + size_t(x)];
+            ASSERT_EQ(of, -1) << x << "," << y << " twice";
+            of = int(s);
+          }
+        }
+        // After the step exactly its lattice is complete.
+        size_t there = 0;
+        for (const int of : step_of) there += of >= 0;
+        ASSERT_EQ(there, steps[s].complete.pixels());
+        for (const int y : steps[s].complete.rows) {
+          for (const int x : steps[s].complete.columns) {
+            ASSERT_GE(step_of[size_t(y) * size_t(window.width()) + size_t(x)], 0);
+          }
         }
       }
-      // After the step exactly its lattice is complete.
-      size_t there = 0;
-      for (const int of : step_of) there += of >= 0;
-      ASSERT_EQ(there, steps[s].complete.pixels());
-      for (const int y : steps[s].complete.rows) {
-        for (const int x : steps[s].complete.columns) {
-          ASSERT_GE(step_of[size_t(y) * size_t(window.width()) + size_t(x)], 0);
-        }
-      }
+      EXPECT_EQ(std::ranges::count(step_of, -1), 0);
     }
-    EXPECT_EQ(std::ranges::count(step_of, -1), 0);
   }
   EXPECT_TRUE(bisection_steps(0, 5, GetParam()).empty());
 }
 
+struct Cut {
+  PartShape shape;
+  bool cells;  // of the size of a part
+  uint64_t part_pixels;
+};
+constexpr Cut kCuts[] = {{PartShape::kRow, false, 1},    {PartShape::kRow, false, 16},
+                         {PartShape::kColumn, false, 8}, {PartShape::kSquare, false, 128},
+                         {PartShape::kSquare, true, 1},  {PartShape::kSquare, true, 2},
+                         {PartShape::kSquare, true, 64}, {PartShape::kSquare, true, 1024}};
+
 TEST_P(BisectionScheduleOf, PassesCoverEveryPixelOnceInTheOrderOfTheSteps) {
   for (const Rect& window : kWindows) {
-    const auto steps = bisection_steps(window.width(), window.height(), GetParam());
-    for (const uint64_t part_pixels : {1, 3, 16, 64, 1024}) {
+    for (const auto& [shape, cells, part_pixels] : kCuts) {
+      const auto steps = bisection_steps(window.width(), window.height(), GetParam(),
+                                         cells ? square_cell(part_pixels) : BisectionCell{});
       const SampleRange samples{4, 4};
-      const BisectionPass pass(steps, window, GetParam(), samples, part_pixels);
+      const BisectionPass pass(steps, window, samples, shape, part_pixels);
       std::vector<int> hits(size_t(window.area()), 0);
       std::vector<PixelWork> list;
       for (size_t part = 0; part < pass.parts(); ++part) {
@@ -145,7 +158,7 @@ TEST_P(BisectionScheduleOf, SlicesPauseOftenAtFirst) {
     const auto steps = bisection_steps(window.width(), window.height(), GetParam());
     const auto pixels = uint64_t(window.area());
     for (const SampleRange& samples : bisection_passes(300)) {
-      const BisectionPass pass(steps, window, GetParam(), samples,
+      const BisectionPass pass(steps, window, samples, PartShape::kSquare,
                                bisection_part_pixels(samples, pixels));
       for (size_t begin = 0, end; begin < pass.parts(); begin = end) {
         end = bisection_slice_end(pass, begin, pixels, 2);
@@ -183,6 +196,29 @@ TEST(BisectionSteps, BothAxesInTurn) {
   EXPECT_TRUE(is(steps[2].added, {0}, {1}));     // 1 and 1: columns first
   EXPECT_TRUE(is(steps[3].added, {0, 1, 2, 3}, {0}));
   EXPECT_TRUE(is(steps[2].complete, {0, 1, 2, 3}, {1}));
+}
+
+// A later pass halves the grid of its parts, so that a part is one cell: neighbours in the frame.
+TEST(BisectionSteps, CellsStayTogether) {
+  const Rect window{0, 0, 70, 45};
+  const BisectionCell cell = square_cell(128);
+  EXPECT_EQ(cell.width, 16);
+  EXPECT_EQ(cell.height, 8);
+  for (const auto& axis : bisection_axis_table()) {
+    const auto steps = bisection_steps(70, 45, axis.axis, cell);
+    const BisectionPass pass(steps, window, {8, 8}, PartShape::kSquare, 128);
+    std::vector<PixelWork> list;
+    for (size_t part = 0; part < pass.parts(); ++part) {
+      list.clear();
+      pass.expand(part, list);
+      // Not so for the cut off cells of the last row, which are drawn together.
+      if (list.front().y >= 40) continue;
+      for (const PixelWork& work : list) {
+        EXPECT_EQ(work.x / cell.width, list.front().x / cell.width) << axis.name;
+        EXPECT_EQ(work.y / cell.height, list.front().y / cell.height) << axis.name;
+      }
+    }
+  }
 }
 
 // No gap along one axis is more than about twice the other's, so that early samples are spread.
