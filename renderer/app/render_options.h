@@ -28,6 +28,7 @@ struct RenderOptions {
   std::string filter;  // one of filter_table()
   std::optional<float> filter_radius;
   uint32_t spp = 64;
+  std::optional<double> time_limit_s;
   int max_depth = 16;
   uint32_t seed = 0;
   int streams = 1;
@@ -54,6 +55,10 @@ struct RenderOptions {
   // Results.
   std::string aovs;
   std::string report;
+  std::string snapshots;  // a folder; empty: none
+  std::optional<std::string> snapshot_at;
+  std::string snapshot_format = "png";
+  std::string reference;
   DisplaySettings display;
   std::optional<std::string> replay;  // X,Y,SAMPLE
   int threads = 0;                    // 0: all

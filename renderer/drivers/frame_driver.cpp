@@ -18,7 +18,8 @@ constexpr DriverEntry kDrivers[] = {
     {"bisection", "the whole frame at once, refined line between lines and pass after pass",
      [](const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
        return std::make_unique<BisectionDriver>(settings);
-     }},
+     },
+     true},
 };
 
 }  // namespace

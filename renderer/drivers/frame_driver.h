@@ -113,6 +113,7 @@ struct DriverEntry {
   std::string_view name;
   std::string_view summary;
   std::unique_ptr<FrameDriver> (*create)(const DriverSettings&);
+  bool progressive = false;  // calls FrameObserver::picture_changed
 };
 std::span<const DriverEntry> driver_table();
 
