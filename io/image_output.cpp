@@ -20,6 +20,12 @@ std::string one_line(std::string text) {
   return text;
 }
 
+[[noreturn]] void throw_not_encoded(const OIIO::ImageOutput& output, const std::string& path) {
+  const std::string reason = one_line(output.geterror());
+  throw RenderError("cannot write " + path + ": " +
+                    (reason.empty() ? "OpenImageIO could not encode it" : reason));
+}
+
 }  // namespace
 
 std::string image_format_of(const std::string& path) {
@@ -56,11 +62,32 @@ std::vector<unsigned char> encode_image(const ByteImage& image, const std::strin
                     output->write_image(OIIO::TypeDesc::UINT8, image.values.data(),
                                         OIIO::stride_t(image.channels)) &&
                     output->close();
-  if (!done) {
-    const std::string reason = one_line(output->geterror());
-    throw RenderError("cannot write " + path + ": " +
-                      (reason.empty() ? "OpenImageIO could not encode it" : reason));
+  if (!done) throw_not_encoded(*output, path);
+  return encoded;
+}
+
+std::vector<unsigned char> encode_animation(std::span<const ByteImage> frames, double frame_s,
+                                            const std::string& path) {
+  assert(!frames.empty());
+  OIIO::ImageSpec spec(frames[0].width, frames[0].height, 3, OIIO::TypeDesc::UINT8);
+  // A frame's duration is kept in hundredths of a second.
+  const int rate[2] = {100, std::max(1, int(frame_s * 100 + 0.5))};
+  spec.attribute("FramesPerSecond", OIIO::TypeRational, rate);
+  spec.attribute("oiio:Movie", 1);
+
+  std::vector<unsigned char> encoded;
+  OIIO::Filesystem::IOVecOutput sink(encoded);
+  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("gif");
+  if (!output) throw RenderError("cannot write " + path + ": OpenImageIO has no gif writer");
+  bool done = output->set_ioproxy(&sink);
+  for (const ByteImage& frame : frames) {
+    assert(frame.width == spec.width && frame.height == spec.height && frame.channels == 3);
+    const auto mode =
+        &frame == &frames.front() ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendSubimage;
+    done = done && output->open("picture.gif", spec, mode) &&
+           output->write_image(OIIO::TypeDesc::UINT8, frame.values.data());
   }
+  if (!done || !output->close()) throw_not_encoded(*output, path);
   return encoded;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,12 @@ std::string image_format_of(const std::string& path);
 // without chroma subsampling. Throws RenderError naming `path`.
 std::vector<unsigned char> encode_image(const ByteImage& image, const std::string& format,
                                         const std::string& path);
+
+// The bytes of an animated GIF, repeated for ever, of frames of equal size and three channels, each
+// with its own 256 colours; `frame_s` seconds a frame, to the hundredth. Throws RenderError naming
+// `path`.
+std::vector<unsigned char> encode_animation(std::span<const ByteImage> frames, double frame_s,
+                                            const std::string& path);
 
 // encode_image into a file that appears whole or not at all. Throws UsageError, RenderError.
 void write_image(const std::string& path, const ByteImage& image);

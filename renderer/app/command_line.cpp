@@ -12,10 +12,13 @@
 #include "renderer/app/option_values.h"
 #include "renderer/app/render_command.h"
 #include "renderer/app/report.h"
+#include "renderer/app/snapshots.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/app/version.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/drivers/bisection_picture.h"
+#include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/bucket_driver.h"
 
 namespace emberline {
@@ -34,6 +37,9 @@ std::string table_help(const char* what, const Table& table) {
 // Far beyond any scene, near enough that squares of distances stay finite in double and float's
 // rounding of the rebased scene is what limits the picture.
 constexpr double kFarthest = 1e15;
+
+// --time-limit in seconds: a millisecond to thirty years.
+constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;
 
 CLI::Option* add_vector(CLI::App* app, const std::string& name, std::optional<Vec3d>& target,
                         const std::string& help) {
@@ -146,6 +152,8 @@ void add_sampling_options(CLI::App* app, RenderOptions& o) {
       ->type_name("NAME");
   app->add_flag("--unbiased", o.unbiased,
                 "weigh rounds by plan, not by luck: no bias from adaptive stopping, more noise");
+  add_number(app, "--time-limit", o.time_limit_s, kLeastTimeLimit, kMostTimeLimit,
+             "stop rendering after so many seconds and write what there is [none]");
   add_number(app, "--max-depth", o.max_depth, 0, 100000,
              "scattering events; 1 is direct light only [16]");
   app->add_option(
@@ -158,6 +166,13 @@ void add_sampling_options(CLI::App* app, RenderOptions& o) {
   add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels [64]");
   app->add_option("--bucket-order", o.bucket_order,
                   table_help("order of the buckets [hilbert]", bucket_order_table()))
+      ->type_name("NAME");
+  app->add_option("--bisection-axis", o.bisection_axis,
+                  table_help("what --driver bisection halves [both]", bisection_axis_table()))
+      ->type_name("NAME");
+  app->add_option(
+         "--reconstruction", o.reconstruction,
+         table_help("what its pixels without samples show [duplicate]", reconstruction_table()))
       ->type_name("NAME");
   add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all]");
 }
@@ -172,6 +187,26 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
       ->type_name("LIST")
       ->join(',');  // --aov albedo --aov N: both
   app->add_option("--report", o.report, "write what was done, as JSON")->type_name("FILE");
+  CLI::Option* snapshots =
+      app->add_option("--snapshots", o.snapshots,
+                      "progressive drivers: keep the picture at several moments of the render in "
+                      "this folder, and all of them as refinement.gif; a copy of each (16 bytes a "
+                      "pixel) is held in memory until the frame is done")
+          ->type_name("DIR");
+  app->add_option("--snapshot-at", o.snapshot_at,
+                  fmt::format("when: a list of 'first', N% of the pixels having a sample, Ns of "
+                              "rendering, Nspp on average [{}]",
+                              kDefaultSnapshotMoments))
+      ->type_name("LIST")
+      ->needs(snapshots);
+  app->add_option("--snapshot-format", o.snapshot_format,
+                  table_help("what is written of each [png]", snapshot_format_table()))
+      ->type_name("NAME")
+      ->needs(snapshots);
+  app->add_option("--reference", o.reference,
+                  "measure each snapshot against this picture, into the report")
+      ->type_name("FILE")
+      ->needs(snapshots);
   app->add_option("--replay", o.replay, "compute one sample alone and print it")
       ->type_name("X,Y,SAMPLE");
   app->add_option("--display", o.display.display, "OpenColorIO display [the config's default]");

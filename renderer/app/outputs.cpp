@@ -65,7 +65,9 @@ void check_output_paths(const RenderOptions& options, const Rect& window) {
   if (!options.report.empty()) take("--report", options.report);
 }
 
-FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings) {
+FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
+                           const StopRequest& stop)
+    : stop_(stop) {
   for (const std::string& path : paths) {
     if (lower_suffix(path) == ".exr") {
       ExrHeader header;
@@ -105,6 +107,10 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
 
 void FrameOutputs::samples_finished(uint64_t count) {
   if (on_samples_) on_samples_(count);
+}
+
+void FrameOutputs::picture_changed(const FrameProgress& progress, const FramePicture& picture) {
+  if (on_picture_) on_picture_(progress, picture);
 }
 
 void FrameOutputs::finish() {

@@ -13,6 +13,7 @@
 #include "io/display.h"
 #include "io/exr_writer.h"
 #include "renderer/app/render_options.h"
+#include "renderer/app/stop_request.h"
 #include "renderer/core/rect.h"
 #include "renderer/drivers/frame_driver.h"
 
@@ -33,12 +34,18 @@ class FrameOutputs final : public FrameObserver {
  public:
   // Opens the files at once, so that a path that cannot be written is known before the render and
   // not after it. Throws RenderError for an unwritable path, UsageError for an unknown display.
-  FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings);
+  // `stop` is asked why the frame was cut short.
+  FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
+               const StopRequest& stop);
 
   void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }
+  using LookAtPicture = std::function<void(const FrameProgress&, const FramePicture&)>;
+  void on_picture(LookAtPicture callback) { on_picture_ = std::move(callback); }
 
   void tile_finished(const FilmTile& tile) override;
   void samples_finished(uint64_t count) override;
+  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override;
+  PixelStop stop_cause() const override { return stop_.cause(); }
 
   // Completes and renames the files. Throws RenderError.
   void finish();
@@ -52,7 +59,9 @@ class FrameOutputs final : public FrameObserver {
   std::vector<std::unique_ptr<ExrWriter>> exrs_;
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
   std::shared_ptr<const DisplayTransform> transform_;
+  const StopRequest& stop_;
   std::function<void(uint64_t)> on_samples_;
+  LookAtPicture on_picture_;
   mutable std::mutex mutex_;
   std::map<std::thread::id, uint64_t> thread_bytes_;  // at most, of each thread that brought a tile
 };

@@ -52,9 +52,11 @@ std::string bar_line(double fraction, std::string text, int columns) {
 
 }  // namespace
 
-ProgressDisplay::ProgressDisplay(uint64_t samples_total, std::stop_source stop)
+ProgressDisplay::ProgressDisplay(uint64_t samples_total, StopRequest& stop,
+                                 std::optional<double> time_limit_s)
     : total_(samples_total),
-      stop_(std::move(stop)),
+      stop_(stop),
+      time_limit_s_(time_limit_s),
       start_(std::chrono::steady_clock::now()),
       shown_(log_level() != LogLevel::kQuiet),
       terminal_(is_capable_terminal()) {
@@ -78,15 +80,31 @@ ProgressDisplay::~ProgressDisplay() {
   }
 }
 
+void ProgressDisplay::stop_if_asked() {
+  if (stop_signalled() && stop_.request(PixelStop::kUser)) {
+    log_info("stopping and writing what there is; once more ends at once");
+  }
+  const double elapsed = Seconds(std::chrono::steady_clock::now() - start_).count();
+  if (time_limit_s_ && elapsed >= *time_limit_s_ && stop_.request(PixelStop::kTimeLimit)) {
+    log_info("the time limit is reached; writing what there is");
+  }
+}
+
 void ProgressDisplay::run() {
   // 20 ms: soon enough for a stop to feel immediate, seldom enough to cost nothing.
   constexpr auto kPoll = std::chrono::milliseconds(20);
+  constexpr double kLongestWait = 1e9;  // seconds; more would overflow the clock
+  const auto limit =
+      start_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                   Seconds(std::min(time_limit_s_.value_or(kLongestWait), kLongestWait)));
+  const auto next_look = [&] {
+    const auto poll = std::chrono::steady_clock::now() + kPoll;
+    return stop_.cause() == PixelStop::kNone ? std::min(poll, limit) : poll;
+  };
   int polls = 0;
   std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, kPoll, [this] { return finished_; })) {
-    if (stop_signalled() && stop_.request_stop()) {
-      log_info("stopping and writing what there is; once more ends at once");
-    }
+  while (!wake_.wait_until(lock, next_look(), [this] { return finished_; })) {
+    stop_if_asked();
     if (shown_ && ++polls % 5 == 0) draw();
   }
 }

@@ -6,16 +6,20 @@
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
-#include <stop_token>
+#include <optional>
 #include <string>
 #include <thread>
 
+#include "renderer/app/stop_request.h"
+
 namespace emberline {
 
-// Runs a thread of its own, which also turns a stop signal into a stop request.
+// Runs a thread of its own, which also turns a stop signal, or the end of `time_limit_s` from now
+// on, into a stop request.
 class ProgressDisplay {
  public:
-  ProgressDisplay(uint64_t samples_total, std::stop_source stop);
+  ProgressDisplay(uint64_t samples_total, StopRequest& stop,
+                  std::optional<double> time_limit_s = std::nullopt);
   ~ProgressDisplay();  // finishes the line
   ProgressDisplay(const ProgressDisplay&) = delete;
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
@@ -25,12 +29,14 @@ class ProgressDisplay {
 
  private:
   void run();
+  void stop_if_asked();
   void draw();
   std::string line(uint64_t done, double elapsed) const;
 
   const uint64_t total_;
   std::atomic<uint64_t> done_{0};
-  std::stop_source stop_;
+  StopRequest& stop_;
+  const std::optional<double> time_limit_s_;
   const std::chrono::steady_clock::time_point start_;
   bool shown_;
   bool terminal_;

@@ -17,6 +17,7 @@
 #include "renderer/app/replay.h"
 #include "renderer/app/report.h"
 #include "renderer/app/sampling_plan.h"
+#include "renderer/app/snapshots.h"
 #include "renderer/app/stop_signal.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -34,6 +35,25 @@ class Stopwatch {
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// The time of rendering, without what is done for the onlookers meanwhile.
+class RenderClock {
+ public:
+  double seconds() const { return wall_.seconds() - left_out_s_; }
+  double cpu_seconds() const { return process_cpu_seconds() - cpu_before_; }
+  template <typename Work>
+  void leave_out(const Work& work) {
+    const double wall = wall_.seconds(), cpu = process_cpu_seconds();
+    work();
+    left_out_s_ += wall_.seconds() - wall;
+    cpu_before_ += process_cpu_seconds() - cpu;
+  }
+
+ private:
+  Stopwatch wall_;
+  double cpu_before_ = process_cpu_seconds();
+  double left_out_s_ = 0;
 };
 
 PixelFilter choose_filter(const RenderOptions& options) {
@@ -61,6 +81,9 @@ void summarize(const RenderOptions& options, const RenderReport& report) {
                        double(peak_rss_bytes()) / 1048576));
   for (const std::string& path : options.outputs) log_info("wrote " + path);
   if (!options.report.empty()) log_info("wrote " + options.report);
+  if (!report.snapshots.empty()) {
+    log_info(fmt::format("wrote {} snapshots to {}", report.snapshots.size(), options.snapshots));
+  }
   for (const std::string& feature : report.features) log_verbose("built: " + feature);
 }
 
@@ -74,8 +97,9 @@ int run_render(const RenderOptions& options) {
 
   // Whatever names or ranges are wrong is found before anything is loaded or written.
   const SamplingPlan sampling = plan_sampling(options);
-  const std::unique_ptr<FrameDriver> driver =
-      create_driver(options.driver, {options.bucket_size, options.bucket_order, sampling.adaptive});
+  const std::unique_ptr<FrameDriver> driver = create_driver(
+      options.driver, {options.bucket_size, options.bucket_order, options.bisection_axis,
+                       options.reconstruction, sampling.adaptive});
   const std::unique_ptr<Integrator> integrator = create_integrator(
       options.integrator, {.max_depth = options.max_depth, .transparent = options.transparent});
   const std::unique_ptr<Sampler> sampler = create_sampler(
@@ -95,10 +119,13 @@ int run_render(const RenderOptions& options) {
 
   // Likewise where nothing can be written: the files are opened before the scene is loaded, and
   // leave no trace if that fails.
+  StopRequest stop;
+  std::optional<SnapshotRecorder> snapshots;
   std::optional<FrameOutputs> outputs;
   if (!options.replay) {
     if (!options.report.empty()) check_writable(options.report);
-    outputs.emplace(options.outputs, output_settings);
+    if (!options.snapshots.empty()) snapshots.emplace(options, window);
+    outputs.emplace(options.outputs, output_settings, stop);
   }
 
   RenderReport report;
@@ -137,11 +164,12 @@ int run_render(const RenderOptions& options) {
 
   report.display = outputs->display_description();
   const GracefulStop graceful;
-  std::stop_source stop;
-  const double cpu_before = process_cpu_seconds();
-  const Stopwatch render;
+  // An arena of its own: the limit above cannot give more threads than the machine has cores.
+  tbb::task_arena arena(threads);
+  RenderClock render;
   {
-    ProgressDisplay progress(uint64_t(window.area()) * sampling.samples_per_pixel, stop);
+    ProgressDisplay progress(uint64_t(window.area()) * sampling.samples_per_pixel, stop,
+                             options.time_limit_s);
     std::atomic<bool> begun{false};
     outputs->on_samples([&](uint64_t count) {
       if (!begun.load(std::memory_order_relaxed) && !begun.exchange(true)) {
@@ -150,23 +178,43 @@ int run_render(const RenderOptions& options) {
       }
       progress.add(count);
     });
-    // An arena of its own: the limit above cannot give more threads than the machine has cores.
-    tbb::task_arena arena(threads);
-    arena.execute([&] { report.counters = driver->render(frame, *outputs, stop.get_token()); });
+    outputs->on_picture([&](const FrameProgress& now, const FramePicture& picture) {
+      const double elapsed = render.seconds();
+      if (now.pass_finished) report.passes.push_back({elapsed, now.samples, now.error_estimate});
+      if (snapshots) render.leave_out([&] { snapshots->look(now, picture, elapsed); });
+    });
+    arena.execute([&] { report.counters = driver->render(frame, *outputs, stop.token()); });
   }
   report.times.render_s = render.seconds();
-  report.times.render_cpu_s = process_cpu_seconds() - cpu_before;
+  report.times.render_cpu_s = render.cpu_seconds();
+  if (report.passes.empty() || report.passes.back().samples < report.counters.samples) {
+    report.passes.push_back({report.times.render_s, report.counters.samples, std::nullopt});
+  }
 
   const Stopwatch write;
-  driver->deliver(*outputs);
+  arena.execute([&] { driver->deliver(*outputs); });
   outputs->finish();
   report.times.write_s = write.seconds();
-  report.film_bytes = outputs->film_bytes();
-  report.exit_code = report.counters.stopped ? kExitStopped : kExitDone;
+  report.film_bytes = outputs->film_bytes() + driver->film_bytes();
+  // After the frame itself, which is not lost if they cannot be written.
+  std::optional<RenderError> snapshot_error;
+  if (snapshots) {
+    const Stopwatch encode;
+    try {
+      arena.execute([&] { report.snapshots = snapshots->write(); });
+    } catch (const RenderError& error) {
+      snapshot_error = error;
+    }
+    report.times.snapshots_s = encode.seconds();
+  }
+  report.stop_cause = stop.cause();
+  const bool by_user = report.counters.stopped && stop.cause() == PixelStop::kUser;
+  report.exit_code = snapshot_error ? kExitRenderFailed : by_user ? kExitStopped : kExitDone;
   report.times.wall_s = wall.seconds();
   report.times.cpu_s = process_cpu_seconds();
   warn_of_non_finite(report.counters);
   if (!options.report.empty()) write_file_atomically(options.report, report_json(options, report));
+  if (snapshot_error) throw *snapshot_error;
   summarize(options, report);
   return report.exit_code;
 }

@@ -33,11 +33,14 @@ struct RenderOptions {
   std::string estimator;   // one of estimator_table()
   std::string allocation;  // one of error_metric_table()
   bool unbiased = false;
+  std::optional<double> time_limit_s;
   int max_depth = 16;
   uint32_t seed = 0;
   std::optional<int> streams;  // 1, or what the estimator needs
   int bucket_size = 64;
   std::string bucket_order = "hilbert";
+  std::string bisection_axis = "both";
+  std::string reconstruction = "duplicate";
 
   // Frame and view.
   int width = 1280, height = 720;
@@ -57,6 +60,10 @@ struct RenderOptions {
   // Results.
   std::string aovs;
   std::string report;
+  std::string snapshots;  // a folder; empty: none
+  std::optional<std::string> snapshot_at;
+  std::string snapshot_format = "png";
+  std::string reference;
   DisplaySettings display;
   std::optional<std::string> replay;  // X,Y,SAMPLE
   int threads = 0;                    // 0: all

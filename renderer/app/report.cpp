@@ -104,6 +104,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
                   {"build_s", r.times.build_s},
                   {"render_s", r.times.render_s},
                   {"write_s", r.times.write_s},
+                  {"snapshots_s", r.times.snapshots_s},
                   {"wall_s", r.times.wall_s},
                   {"cpu_s", r.times.cpu_s},
                   {"render_cpu_s", r.times.render_cpu_s},
@@ -144,8 +145,24 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["gltf"] = {{"used", r.coverage.used},
                   {"approximated", r.coverage.approximated},
                   {"ignored", r.coverage.ignored}};
-  json["passes"] = Json::array(
-      {{{"elapsed_s", r.times.render_s}, {"samples", c.samples}, {"error_estimate", nullptr}}});
+  Json passes = Json::array();
+  for (const PassReport& pass : r.passes) {
+    passes.push_back({{"elapsed_s", pass.elapsed_s},
+                      {"samples", pass.samples},
+                      {"error_estimate", number_or_null(pass.error_estimate)}});
+  }
+  json["passes"] = passes;
+  Json snapshots = Json::array();
+  for (const SnapshotReport& s : r.snapshots) {
+    snapshots.push_back({{"completion", s.completion},
+                         {"samples", s.samples},
+                         {"elapsed_s", s.elapsed_s},
+                         {"file", s.file},
+                         {"rmse", number_or_null(s.rmse)},
+                         {"mse", number_or_null(s.mse)},
+                         {"relmse", number_or_null(s.rel_mse)}});
+  }
+  json["snapshots"] = snapshots;
   Json settings;
   for (const auto& [key, value] : settings_attributes(options)) {
     if (key.starts_with("emberline:version:")) continue;
@@ -158,12 +175,20 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   settings["bucket_size"] = options.bucket_size;
   settings["bucket_order"] = options.bucket_order;
   settings["display"] = r.display;
+  settings["bisection_axis"] = options.bisection_axis;
+  settings["reconstruction"] = options.reconstruction;
+  if (!options.snapshots.empty()) settings["snapshots"] = options.snapshots;
+  if (!options.reference.empty()) settings["reference"] = options.reference;
+  settings["time_limit_s"] = number_or_null(options.time_limit_s);
   json["settings"] = settings;
   Json versions;
   for (const auto& [name, version] : library_versions()) versions[name] = version;
   json["versions"] = versions;
   json["output"] = options.outputs;
   json["stopped"] = c.stopped;
+  json["stop_cause"] = !c.stopped                              ? Json()
+                       : r.stop_cause == PixelStop::kTimeLimit ? Json("time limit")
+                                                               : Json("user");
   json["exit_code"] = r.exit_code;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

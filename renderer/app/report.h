@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "renderer/app/render_options.h"
+#include "renderer/app/snapshots.h"
 #include "renderer/drivers/frame_driver.h"
 #include "renderer/scene/scene.h"
 #include "renderer/scene/scene_description.h"
@@ -15,10 +16,18 @@ namespace emberline {
 
 struct RenderTimes {
   double load_s = 0, build_s = 0, render_s = 0, write_s = 0, wall_s = 0, cpu_s = 0;
+  double snapshots_s = 0;   // encoding and measuring them, after write_s
   double render_cpu_s = 0;  // processor time of the render_s
   // From the start of the process (loading the program's libraries included) until the first
   // samples were done: one worker's first 2048, about a millisecond. Absent if none ever were.
   std::optional<double> first_sample_s, first_sample_cpu_s;
+};
+
+// What one pass over the frame brought.
+struct PassReport {
+  double elapsed_s = 0;  // since rendering began
+  uint64_t samples = 0;  // so far
+  std::optional<double> error_estimate;
 };
 
 struct RenderReport {
@@ -33,6 +42,9 @@ struct RenderReport {
   std::string display;
   Rect window;
   int threads = 0;
+  std::vector<PassReport> passes;
+  std::vector<SnapshotReport> snapshots;
+  PixelStop stop_cause = PixelStop::kNone;
   int exit_code = 0;
 };
 

@@ -117,6 +117,14 @@ std::vector<Cell> random_cells(int columns, int rows, uint32_t seed) {
   return cells;
 }
 
+void mark_stops(FilmTile& tile, uint32_t samples_per_pixel, PixelStop cut_short) {
+  if (!tile.aovs().contains(Aov::kStop)) return;
+  const Rect& rect = tile.rect();
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    for (int x = rect.x0; x < rect.x1; ++x) tile.mark_stop(x, y, samples_per_pixel, cut_short);
+  }
+}
+
 }  // namespace
 
 std::span<const BucketOrderEntry> bucket_order_table() { return kOrders; }
@@ -164,13 +172,17 @@ std::vector<WorkItem> bucket_schedule(const Rect& window, int bucket_size, Bucke
   return items;
 }
 
-BucketDriver::BucketDriver(const DriverSettings& settings)
-    : bucket_size_(settings.bucket_size), order_(parse_bucket_order(settings.bucket_order)) {
-  if (bucket_size_ < 1 || bucket_size_ > 4096) {
-    throw UsageError("--bucket-size: " + std::to_string(bucket_size_) +
+int checked_bucket_size(int bucket_size) {
+  if (bucket_size < 1 || bucket_size > 4096) {
+    throw UsageError("--bucket-size: " + std::to_string(bucket_size) +
                      " is outside the valid range 1 to 4096");
   }
+  return bucket_size;
 }
+
+BucketDriver::BucketDriver(const DriverSettings& settings)
+    : bucket_size_(checked_bucket_size(settings.bucket_size)),
+      order_(parse_bucket_order(settings.bucket_order)) {}
 
 FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
                                    std::stop_token stop) {
@@ -191,6 +203,7 @@ FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
         if (i >= items.size()) break;
         tile.reset(items[i].pixels);
         worker.render(items[i], tile, observer, stop);
+        mark_stops(tile, frame.samples_per_pixel, observer.stop_cause());
         observer.tile_finished(tile);
       }
       const std::lock_guard lock(merge_mutex);

@@ -30,6 +30,9 @@ BucketOrder parse_bucket_order(std::string_view name);
 std::vector<WorkItem> bucket_schedule(const Rect& window, int bucket_size, BucketOrder order,
                                       uint32_t samples_per_pixel, uint32_t seed);
 
+// Throws UsageError outside [1, 4096].
+int checked_bucket_size(int bucket_size);
+
 class BucketDriver final : public FrameDriver {
  public:
   // Throws UsageError for a bucket size outside [1, 4096] or an unknown order.

@@ -5,6 +5,7 @@
 
 #include "renderer/core/names.h"
 #include "renderer/drivers/adaptive_driver.h"
+#include "renderer/drivers/bisection_driver.h"
 #include "renderer/drivers/bucket_driver.h"
 
 namespace emberline {
@@ -15,10 +16,16 @@ constexpr DriverEntry kDrivers[] = {
      [](const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
        return std::make_unique<BucketDriver>(settings);
      }},
+    {"bisection", "the whole frame at once, refined line between lines and pass after pass",
+     [](const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
+       return std::make_unique<BisectionDriver>(settings);
+     },
+     true},
     {"adaptive", "the whole frame, samples going where the error is",
      [](const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
        return std::make_unique<AdaptiveDriver>(settings);
-     }},
+     },
+     true},
 };
 
 }  // namespace

@@ -110,6 +110,8 @@ class FrameDriver {
 struct DriverSettings {
   int bucket_size = 64;
   std::string bucket_order = "hilbert";
+  std::string bisection_axis = "both";
+  std::string reconstruction = "duplicate";
   AdaptiveSettings adaptive = {};
 };
 
@@ -117,6 +119,7 @@ struct DriverEntry {
   std::string_view name;
   std::string_view summary;
   std::unique_ptr<FrameDriver> (*create)(const DriverSettings&);
+  bool progressive = false;  // calls FrameObserver::picture_changed
 };
 std::span<const DriverEntry> driver_table();
 

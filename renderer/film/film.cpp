@@ -117,6 +117,14 @@ void FilmTile::set_stop(int x, int y, PixelStop stop) {
   if (!stops_.empty()) stops_[index(x, y)] = stop;
 }
 
+void FilmTile::mark_stop(int x, int y, uint32_t budget, PixelStop cut_short) {
+  const uint32_t samples = sample_count(x, y);
+  set_stop(x, y,
+           samples == 0        ? PixelStop::kNone
+           : samples == budget ? PixelStop::kBudget
+                               : cut_short);
+}
+
 void FilmTile::show(int x, int y, const float* rgba) {
   if (shown_.empty()) shown_.reset(sums_.size());
   ShownValue& value = shown_[index(x, y)];

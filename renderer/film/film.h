@@ -111,14 +111,23 @@ class FilmTile {
   // Adds sample value x filter weight. `half` (0 or 1) is the stream the sample belongs to. Returns
   // false, and counts the sample as black and non-finite, if the value is NaN or infinite.
   bool add(int x, int y, int half, float filter_weight, const SampleValue& value);
+  // Asks for a pixel's sums ahead of add().
+  void prefetch(int x, int y) const {
+    const char* sums = reinterpret_cast<const char*>(&sums_[index(x, y)]);
+    __builtin_prefetch(sums, 1);
+    __builtin_prefetch(sums + sizeof(PixelSums) - 1, 1);
+  }
   void add_time(int x, int y, double seconds);
   void add_rays(int x, int y, uint32_t rays);
   void set_stop(int x, int y, PixelStop stop);
+  // By its count: kBudget if that is all of `budget`, kNone if it is 0, else `cut_short`.
+  void mark_stop(int x, int y, uint32_t budget, PixelStop cut_short);
 
   uint32_t sample_count(int x, int y) const;
   uint32_t least_samples() const;  // of any pixel
   uint32_t non_finite(int x, int y) const { return sums_[index(x, y)].non_finite; }
   Rgb mean(int x, int y) const;
+  void rgba(int x, int y, float* out) const { put_rgba(index(x, y), out); }
 
   // By index, rows from rect().y0. The squares (three a pixel) and rays are null unless wanted.
   const PixelSums& sums(size_t i) const { return sums_[i]; }

@@ -211,7 +211,8 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   settings.window = window;
   settings.tile_size = kTile;
   settings.transparent = true;  // the PNG, 17 MB of it, is a twelfth of the whole
-  FrameOutputs outputs({path("frame.exr"), path("frame.png")}, settings);
+  const StopRequest stop;
+  FrameOutputs outputs({path("frame.exr"), path("frame.png")}, settings, stop);
   MeasuredOutputs observer(outputs);
   tbb::task_arena arena(2);
   arena.execute([&] { BucketDriver({kTile, "scanline"}).render(frame, observer, {}); });

@@ -4,6 +4,7 @@
 
 #include <cstring>
 
+#include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/render_work_item.h"
 #include "support/render.h"
 #include "support/scenes.h"
@@ -161,6 +162,41 @@ TEST_P(SameSamples, ReplayedAlone) {
     }
     for (int c = 0; c < 3; ++c) {
       EXPECT_EQ(float(sum[c] * (1.0 / s.spp)), image.pixel(x, y)[c]) << x << "," << y;
+    }
+  }
+}
+
+// Line between lines and pass after pass, or bucket after bucket: the same samples.
+TEST_P(SameSamples, BisectionAndBucket) {
+  RenderSettings s = base_settings(GetParam());
+  s.aovs = "variance,albedo,N,Z,id,stop";
+  for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
+    for (const uint32_t spp : {1u, 3u, 16u, 37u}) {
+      for (const Rect& crop : {Rect{}, Rect{11, 3, 30, 17}, Rect{36, 2, 37, 29}}) {
+        s.streams = streams;
+        s.spp = spp;
+        s.crop = crop;
+        s.driver = "bucket";
+        s.threads = 2;
+        const RenderedImage bucket = render(*scene_, busy_view(), s);
+        s.driver = "bisection";
+        for (const BisectionAxisEntry& axis : bisection_axis_table()) {
+          for (const int threads : {1, 4}) {
+            s.bisection_axis = std::string(axis.name);
+            s.threads = threads;
+            const RenderedImage image = render(*scene_, busy_view(), s);
+            expect_same_bits(image, bucket,
+                             s.bisection_axis + ", " + std::to_string(threads) + " threads, " +
+                                 std::to_string(spp) + " spp, streams " +
+                                 std::to_string(int(streams)));
+            EXPECT_EQ(image.counters.samples, bucket.counters.samples);
+            EXPECT_EQ(image.counters.rays.total(), bucket.counters.rays.total());
+            EXPECT_EQ(image.counters.min_samples, spp);
+            EXPECT_EQ(image.counters.max_samples, spp);
+            EXPECT_FALSE(image.counters.stopped);
+          }
+        }
+      }
     }
   }
 }

@@ -27,8 +27,11 @@ struct RenderSettings {
   std::string sampler = "sobol";
   std::string filter = "box";
   StreamCount streams = StreamCount::kOne;
+  std::string driver = "bucket";
   int bucket_size = 8;
   std::string bucket_order = "hilbert";
+  std::string bisection_axis = "both";
+  std::string reconstruction = "duplicate";
   int threads = 2;
   std::string aovs;
 };
@@ -93,8 +96,11 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   MemoryObserver observer(image);
   // An arena makes as many workers as asked for, on a machine with fewer cores too.
   tbb::task_arena arena(s.threads);
+  const auto driver =
+      create_driver(s.driver, {s.bucket_size, s.bucket_order, s.bisection_axis, s.reconstruction});
   arena.execute([&] {
-    image.counters = BucketDriver({s.bucket_size, s.bucket_order}).render(frame, observer, {});
+    image.counters = driver->render(frame, observer, {});
+    driver->deliver(observer);
   });
 
   double sum = 0, sum2 = 0;

@@ -1,0 +1,264 @@
+#include "renderer/app/snapshots.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <system_error>
+
+#include "io/atomic_file.h"
+#include "io/exr_writer.h"
+#include "io/image_output.h"
+#include "renderer/app/option_values.h"
+#include "renderer/app/rgb_file.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/names.h"
+
+namespace emberline {
+namespace {
+
+using Unit = SnapshotMoment::Unit;
+
+constexpr SnapshotFormatEntry kFormats[] = {
+    {"png", "as displayed (--display, --view, --look, --exposure)", SnapshotFormat::kPng},
+    {"exr", "that, and linear R G B A beside it", SnapshotFormat::kExr},
+};
+
+constexpr const char* kAnimation = "refinement.gif";
+
+SnapshotMoment parse_moment(std::string_view text) {
+  if (text == "first") return {};
+  struct Suffix {
+    std::string_view text;
+    Unit unit;
+    double most;
+  };
+  for (const Suffix& suffix : {Suffix{"%", Unit::kPercentCovered, 100.0},
+                               Suffix{"spp", Unit::kSamplesPerPixel, double(kMaxSamples)},
+                               Suffix{"s", Unit::kSeconds, 1e9}}) {
+    if (!text.ends_with(suffix.text)) continue;
+    const std::optional<double> value =
+        parse_real(text.substr(0, text.size() - suffix.text.size()));
+    if (value && *value > 0 && *value <= suffix.most) return {suffix.unit, *value};
+    break;
+  }
+  throw UsageError(fmt::format(
+      "--snapshot-at: '{}' is no moment; valid are 'first', above 0% to 100%, above 0s to 1e9s, "
+      "above 0spp to {}spp",
+      text, kMaxSamples));
+}
+
+// Padded, so that names sort as numbers do.
+std::string padded(double value) {
+  return value == std::floor(value) ? fmt::format("{:04.0f}", value)
+                                    : fmt::format("{:08.3f}", value);
+}
+
+std::string label(const SnapshotMoment& moment) {
+  switch (moment.unit) {
+    case Unit::kFirstPause:
+      return "first";
+    case Unit::kPercentCovered:
+      return padded(moment.value) + "pct";
+    case Unit::kSeconds:
+      return padded(moment.value) + "s";
+    case Unit::kSamplesPerPixel:
+      return padded(moment.value) + "spp";
+  }
+  return "";
+}
+
+// A frame of the animation: averaged down to at most 640 pixels a side, then displayed.
+ByteImage animation_frame(const std::vector<float>& rgba, const Rect& window,
+                          const DisplayTransform& transform) {
+  constexpr int kMostPixels = 640;
+  const int width = window.width(), height = window.height();
+  const int factor = (std::max(width, height) + kMostPixels - 1) / kMostPixels;
+  ByteImage image{.width = (width + factor - 1) / factor,
+                  .height = (height + factor - 1) / factor,
+                  .values = {},
+                  .srgb = transform.is_srgb()};
+  std::vector<float> rgb;
+  rgb.reserve(3 * size_t(image.width) * size_t(image.height));
+  for (int y = 0; y < height; y += factor) {
+    for (int x = 0; x < width; x += factor) {
+      double sum[3] = {};
+      int count = 0;
+      for (int j = y; j < std::min(y + factor, height); ++j) {
+        for (int i = x; i < std::min(x + factor, width); ++i, ++count) {
+          const size_t pixel = size_t(j) * size_t(width) + size_t(i);
+          for (size_t c = 0; c < 3; ++c) sum[c] += double(rgba[4 * pixel + c]);
+        }
+      }
+      for (const double s : sum) rgb.push_back(float(s / count));
+    }
+  }
+  transform.apply(rgb.data(), rgb.size() / 3);
+  for (const float v : rgb) {
+    image.values.push_back(uint8_t(std::clamp(v, 0.0f, 1.0f) * 255.0f + 0.5f));
+  }
+  return image;
+}
+
+RgbImage without_alpha(const std::vector<float>& rgba, const Rect& window) {
+  RgbImage image{window.width(), window.height(), {}};
+  image.rgb.reserve(rgba.size() / 4 * 3);
+  for (size_t i = 0; i < rgba.size(); i += 4)
+    image.rgb.insert(image.rgb.end(), &rgba[i], &rgba[i + 3]);
+  return image;
+}
+
+}  // namespace
+
+std::span<const SnapshotFormatEntry> snapshot_format_table() { return kFormats; }
+
+std::vector<SnapshotMoment> parse_snapshot_moments(std::string_view list) {
+  std::vector<SnapshotMoment> moments;
+  while (true) {
+    const size_t comma = list.find(',');
+    moments.push_back(parse_moment(list.substr(0, comma)));
+    if (comma == std::string_view::npos) break;
+    list.remove_prefix(comma + 1);
+  }
+  return moments;
+}
+
+SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& window)
+    : options_(options),
+      window_(window),
+      format_(find_named(kFormats, "--snapshot-format", "format", options.snapshot_format).format),
+      waiting_(parse_snapshot_moments(options.snapshot_at ? std::string_view(*options.snapshot_at)
+                                                          : kDefaultSnapshotMoments)),
+      transform_(std::make_shared<DisplayTransform>(options.display)) {
+  const DriverEntry& driver = find_named(driver_table(), "--driver", "driver", options.driver);
+  if (!driver.progressive) {
+    throw UsageError("--snapshots: --driver " + options.driver +
+                     " finishes the frame part by part and has no picture of the whole before its "
+                     "end; choose a progressive driver");
+  }
+  if (!options.reference.empty()) {
+    reference_ = read_rgb(options.reference);
+    if (reference_->width != window.width() || reference_->height != window.height()) {
+      throw InputError(
+          options.reference,
+          fmt::format("has {} x {} pixels, but the frame to be measured against it "
+                      "has {} x {}",
+                      reference_->width, reference_->height, window.width(), window.height()));
+    }
+  }
+  std::error_code error;
+  made_folder_ = std::filesystem::create_directory(options.snapshots, error);
+  if (error || !std::filesystem::is_directory(options.snapshots)) {
+    throw RenderError("--snapshots " + options.snapshots + ": cannot make that folder: " +
+                      (error ? error.message() : "there is a file of that name"));
+  }
+  try {
+    check_writable(path(kAnimation));
+  } catch (...) {
+    if (made_folder_) std::filesystem::remove(options.snapshots, error);
+    throw;
+  }
+}
+
+SnapshotRecorder::~SnapshotRecorder() {
+  std::error_code ignored;  // what is not empty stays
+  if (made_folder_) std::filesystem::remove(options_.snapshots, ignored);
+}
+
+std::string SnapshotRecorder::path(const std::string& name) const {
+  return (std::filesystem::path(options_.snapshots) / name).string();
+}
+
+bool SnapshotRecorder::due(const SnapshotMoment& moment, const FrameProgress& progress,
+                           double elapsed_s) const {
+  switch (moment.unit) {
+    case Unit::kFirstPause:
+      return true;
+    case Unit::kPercentCovered:
+      return 100.0 * progress.completion >= moment.value;
+    case Unit::kSeconds:
+      return elapsed_s >= moment.value;
+    case Unit::kSamplesPerPixel:
+      return double(progress.samples) >= moment.value * double(window_.area());
+  }
+  return false;
+}
+
+void SnapshotRecorder::look(const FrameProgress& progress, const FramePicture& picture,
+                            double elapsed_s) {
+  std::shared_ptr<std::vector<float>> rgba;
+  std::erase_if(waiting_, [&](const SnapshotMoment& moment) {
+    if (!due(moment, progress, elapsed_s)) return false;
+    if (!rgba) {
+      rgba = std::make_shared<std::vector<float>>(4 * size_t(window_.area()));
+      picture.resolve(*rgba);
+    }
+    taken_.push_back({moment, progress, elapsed_s, rgba});
+    return true;
+  });
+}
+
+void SnapshotRecorder::write_exr(const std::string& file, const std::vector<float>& rgba) const {
+  ExrHeader header;
+  header.width = options_.width;
+  header.height = options_.height;
+  header.data_window = window_;
+  header.tile_size = options_.bucket_size;
+  for (const char* name : {"R", "G", "B", "A"}) header.channels.push_back({name});
+  ExrWriter writer(file, header);
+  const int size = header.tile_size;
+  std::vector<float> pixels;
+  for (int y = window_.y0; y < window_.y1; y += size) {
+    for (int x = window_.x0; x < window_.x1; x += size) {
+      const Rect tile = Rect{x, y, x + size, y + size}.intersect(window_);
+      pixels.clear();
+      for (int row = tile.y0; row < tile.y1; ++row) {
+        const auto first =
+            size_t(row - window_.y0) * size_t(window_.width()) + size_t(tile.x0 - window_.x0);
+        pixels.insert(pixels.end(), &rgba[4 * first], &rgba[4 * first] + 4 * size_t(tile.width()));
+      }
+      writer.write_tile(tile, pixels);
+    }
+  }
+  writer.finish();
+}
+
+void SnapshotRecorder::write_animation() const {
+  constexpr double kFrameSeconds = 0.7;
+  std::vector<ByteImage> frames;
+  for (const Snapshot& snapshot : taken_) {
+    frames.push_back(animation_frame(*snapshot.rgba, window_, *transform_));
+  }
+  const std::string file = path(kAnimation);
+  const std::vector<unsigned char> bytes = encode_animation(frames, kFrameSeconds, file);
+  write_file_atomically(
+      file, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+std::vector<SnapshotReport> SnapshotRecorder::write() const {
+  std::vector<SnapshotReport> reports;
+  for (const Snapshot& snapshot : taken_) {
+    const std::string name = fmt::format("{:03}_{}", reports.size(), label(snapshot.moment));
+    DisplayImageWriter png(path(name + ".png"), window_, transform_, options_.transparent);
+    png.write_tile(window_, *snapshot.rgba);
+    png.finish();
+    if (format_ == SnapshotFormat::kExr) write_exr(path(name + ".exr"), *snapshot.rgba);
+
+    SnapshotReport& report = reports.emplace_back();
+    report.file = name + ".png";
+    report.completion = snapshot.progress.completion;
+    report.samples = snapshot.progress.samples;
+    report.elapsed_s = snapshot.elapsed_s;
+    if (!reference_) continue;
+    const ErrorMetrics error = compare_images(without_alpha(*snapshot.rgba, window_), *reference_,
+                                              {.exposure = options_.display.exposure});
+    report.rmse = std::pow(10.0, -error.psnr / 20);  // the peak is 1
+    report.mse = error.mse;
+    report.rel_mse = error.rel_mse;
+  }
+  if (!taken_.empty()) write_animation();
+  return reports;
+}
+
+}  // namespace emberline

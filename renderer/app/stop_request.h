@@ -1,0 +1,30 @@
+// A request to end the frame before its work is done, and whose it was.
+#pragma once
+
+#include <atomic>
+#include <stop_token>
+
+#include "renderer/film/film.h"
+
+namespace emberline {
+
+// Any thread may ask; the first request counts.
+class StopRequest {
+ public:
+  // False if there was a request before.
+  bool request(PixelStop cause) {
+    PixelStop none = PixelStop::kNone;
+    if (!cause_.compare_exchange_strong(none, cause)) return false;
+    source_.request_stop();  // whoever sees it sees the cause
+    return true;
+  }
+  // kNone without a request.
+  PixelStop cause() const { return cause_.load(); }
+  std::stop_token token() const { return source_.get_token(); }
+
+ private:
+  std::atomic<PixelStop> cause_{PixelStop::kNone};
+  std::stop_source source_;
+};
+
+}  // namespace emberline

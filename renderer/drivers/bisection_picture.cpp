@@ -1,0 +1,230 @@
+#include "renderer/drivers/bisection_picture.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "renderer/core/names.h"
+#include "renderer/core/parallel.h"
+
+namespace emberline {
+namespace {
+
+constexpr ReconstructionEntry kReconstructions[] = {
+    {"duplicate", "the nearest pixel that has samples, as in the paper",
+     Reconstruction::kDuplicate},
+    {"linear", "a blend of those around it", Reconstruction::kLinear},
+};
+
+constexpr size_t kChannels = 4;  // R G B A
+
+void blend(const float* lower, const float* upper, float weight, float* out) {
+  for (size_t c = 0; c < kChannels; ++c) out[c] = lower[c] + weight * (upper[c] - lower[c]);
+}
+
+}  // namespace
+
+std::span<const ReconstructionEntry> reconstruction_table() { return kReconstructions; }
+
+Reconstruction parse_reconstruction(std::string_view name) {
+  return find_named(kReconstructions, "--reconstruction", "reconstruction", name).reconstruction;
+}
+
+std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
+                                   Reconstruction reconstruction) {
+  assert(!lines.empty());
+  std::vector<LineBlend> blends;
+  blends.reserve(size_t(size));
+  size_t next = 0;  // the first line at or after this one
+  for (int i = 0; i < size; ++i) {
+    while (next < lines.size() && lines[next] < i) ++next;
+    const int above = next < lines.size() ? lines[next] : lines.back();
+    const int below = above == i || next == 0 ? above : lines[next - 1];
+    if (below == above) {
+      blends.push_back({below, below, 0.0f});
+    } else if (reconstruction == Reconstruction::kLinear) {
+      blends.push_back({below, above, float(i - below) / float(above - below)});
+    } else {
+      const int nearest = i - below <= above - i ? below : above;
+      blends.push_back({nearest, nearest, 0.0f});
+    }
+  }
+  return blends;
+}
+
+BisectionPicture::BisectionPicture(std::span<const BisectionStep> steps,
+                                   const BisectionPass& first_pass, const FilmTile& film,
+                                   Reconstruction reconstruction)
+    : steps_(steps), first_pass_(first_pass), film_(film), reconstruction_(reconstruction) {}
+
+bool BisectionPicture::sampled(int x, int y) const {
+  return film_.sample_count(film_.rect().x0 + x, film_.rect().y0 + y) > 0;
+}
+
+BisectionPicture::View BisectionPicture::view(const PixelLattice& lattice) const {
+  return {blend_lines(lattice.columns, film_.rect().width(), reconstruction_),
+          blend_lines(lattice.rows, film_.rect().height(), reconstruction_)};
+}
+
+// What there is of a first step that was cut short. That step is one line or one pixel, so what
+// there is of it is a lattice, too.
+PixelLattice BisectionPicture::sampled_of_first_step() const {
+  PixelLattice lattice;
+  const PixelLattice& first = steps_.front().added;
+  for (const int y : first.rows) {
+    for (const int x : first.columns) {
+      if (!sampled(x, y)) continue;
+      if (lattice.columns.empty() || lattice.columns.back() != x) lattice.columns.push_back(x);
+      if (lattice.rows.empty() || lattice.rows.back() != y) lattice.rows.push_back(y);
+    }
+  }
+  return lattice;
+}
+
+// Of the step under way. Asked of the schedule rather than of the film, whose memory would be
+// touched before its time.
+std::vector<BisectionPicture::RowState> BisectionPicture::row_states() const {
+  std::vector<RowState> states(size_t(film_.rect().height()), RowState::kComplete);
+  const std::vector<int>& rows = steps_[coverage_.complete_steps].added.rows;
+  const BisectionPass::Blocks& blocks = first_pass_.blocks(coverage_.complete_steps);
+  for (size_t j = 0; j < rows.size(); ++j) {
+    const size_t first = j / blocks.height * blocks.across, end = first + blocks.across;
+    RowState& state = states[size_t(rows[j])];
+    if (first >= coverage_.begun_parts) {
+      state = RowState::kEmpty;
+    } else if (end > coverage_.complete_parts) {
+      state = RowState::kMixed;
+    }
+  }
+  return states;
+}
+
+// Makes rows of the picture, one after the other, from rows of the film.
+class BisectionPicture::RowReader {
+ public:
+  explicit RowReader(const FilmTile& film) : film_(film), width_(size_t(film.rect().width())) {}
+
+  void row(const View& view, int y, float* out) {
+    const LineBlend& rows = view.rows[size_t(y)];
+    if (rows.lower == rows.upper) {
+      // Many rows of an early picture are the one above.
+      if (view_ == &view && single_.line == rows.lower) {
+        std::copy_n(single_.values, kChannels * width_, out);
+      } else {
+        expand(view, rows.lower, out);
+      }
+      single_ = {rows.lower, out};
+      view_ = &view;
+      return;
+    }
+    const float* lower = held(view, rows.lower, rows.upper);
+    const float* upper = held(view, rows.upper, rows.lower);
+    for (size_t x = 0; x < width_; ++x) {
+      blend(lower + kChannels * x, upper + kChannels * x, rows.weight, out + kChannels * x);
+    }
+  }
+
+  // The row just made is about to be changed: not to be copied from.
+  void forget() { view_ = nullptr; }
+
+ private:
+  struct Source {
+    int line = -1;
+    const float* values = nullptr;
+  };
+  struct Held {
+    const View* view = nullptr;
+    int line = -1;
+    std::vector<float> values;
+  };
+
+  void read(int x, int y, float* out) const {
+    film_.rgba(film_.rect().x0 + x, film_.rect().y0 + y, out);
+  }
+
+  // A row of the film, its gaps filled.
+  void expand(const View& view, int y, float* out) const {
+    float lower[kChannels], upper[kChannels];
+    const LineBlend* before = nullptr;
+    for (size_t x = 0; x < width_; ++x, out += kChannels) {
+      const LineBlend& columns = view.columns[x];
+      if (!before || before->lower != columns.lower) read(columns.lower, y, lower);
+      if (columns.lower == columns.upper) {
+        std::copy_n(lower, kChannels, out);
+      } else {
+        if (!before || before->upper != columns.upper) read(columns.upper, y, upper);
+        blend(lower, upper, columns.weight, out);
+      }
+      before = &columns;
+    }
+  }
+
+  // An expanded row, kept for the rows of the picture that follow; `other` is not given up for it.
+  const float* held(const View& view, int line, int other) {
+    for (const Held& h : held_) {
+      if (h.view == &view && h.line == line) return h.values.data();
+    }
+    Held& h = held_[held_[0].view == &view && held_[0].line == other ? 1 : 0];
+    h.view = &view;
+    h.line = line;
+    h.values.resize(kChannels * width_);
+    expand(view, line, h.values.data());
+    return h.values.data();
+  }
+
+  const FilmTile& film_;
+  size_t width_;
+  const View* view_ = nullptr;
+  Source single_;  // the row that was last copied, and where to
+  Held held_[2];
+};
+
+void BisectionPicture::resolve(std::span<float> rgba) const {
+  const auto width = size_t(film_.rect().width()), height = size_t(film_.rect().height());
+  assert(rgba.size() == kChannels * width * height);
+  const size_t done = coverage_.complete_steps;
+  const PixelLattice coarse_lattice =
+      done > 0 ? steps_[done - 1].complete : sampled_of_first_step();
+  if (coarse_lattice.pixels() == 0) {
+    std::ranges::fill(rgba, 0.0f);
+    return;
+  }
+  const View coarse = view(coarse_lattice);
+  const bool under_way = done > 0 && done < steps_.size() && coverage_.begun_parts > 0;
+  const View fine = under_way ? view(steps_[done].complete) : View{};
+  const std::vector<RowState> states = under_way ? row_states() : std::vector<RowState>{};
+  const auto pixel_sampled = [&](size_t x, const LineBlend& rows) {
+    const LineBlend& columns = fine.columns[x];
+    return sampled(columns.lower, rows.lower) && sampled(columns.upper, rows.lower) &&
+           sampled(columns.lower, rows.upper) && sampled(columns.upper, rows.upper);
+  };
+
+  // Rows enough that the one above is there to be copied, few enough for every thread to get some.
+  constexpr size_t kGrain = 16;
+  parallel_ranges(height, kGrain, [&](size_t begin, size_t end) {
+    RowReader from_coarse(film_), from_fine(film_);
+    std::vector<float> fine_row;
+    for (size_t y = begin; y < end; ++y) {
+      float* out = &rgba[kChannels * width * y];
+      const auto state = [&] {
+        if (!under_way) return RowState::kEmpty;
+        const LineBlend& rows = fine.rows[y];
+        return std::max(states[size_t(rows.lower)], states[size_t(rows.upper)]);
+      }();
+      if (state == RowState::kComplete) {
+        from_fine.row(fine, int(y), out);
+        continue;
+      }
+      from_coarse.row(coarse, int(y), out);
+      if (state == RowState::kEmpty) continue;
+      fine_row.resize(kChannels * width);
+      RowReader(film_).row(fine, int(y), fine_row.data());
+      from_coarse.forget();
+      for (size_t x = 0; x < width; ++x) {
+        if (!pixel_sampled(x, fine.rows[y])) continue;
+        std::copy_n(&fine_row[kChannels * x], kChannels, out + kChannels * x);
+      }
+    }
+  });
+}
+
+}  // namespace emberline

@@ -1,0 +1,80 @@
+// The frame of `bisection` as it is shown before every pixel has a sample: lines are duplicated
+// into the gaps between them, or blended across.
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "renderer/drivers/bisection_schedule.h"
+#include "renderer/drivers/frame_driver.h"
+
+namespace emberline {
+
+// What a pixel without samples shows.
+enum class Reconstruction { kDuplicate, kLinear };
+
+struct ReconstructionEntry {
+  std::string_view name;
+  std::string_view summary;
+  Reconstruction reconstruction;
+};
+std::span<const ReconstructionEntry> reconstruction_table();
+// Throws UsageError that lists the valid names.
+Reconstruction parse_reconstruction(std::string_view name);
+
+// How much of the first pass is there.
+struct BisectionCoverage {
+  size_t complete_steps = 0;
+  // Of the step after those: parts that are complete, and parts that may have begun.
+  size_t complete_parts = 0, begun_parts = 0;
+};
+
+// A line of pixels as a blend of two lines that have samples; lower == upper where one of them is
+// enough.
+struct LineBlend {
+  int lower = 0, upper = 0;
+  float weight = 0.0f;  // of `upper`
+};
+// For each of `size` lines, how it is shown from `lines` (ascending, not empty): by the nearest
+// one, of two as near the lower; or by the two around it, in proportion to their nearness.
+std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
+                                   Reconstruction reconstruction);
+
+// Looks at a film that stands still while resolve() runs. Everything it refers to must outlive it.
+class BisectionPicture final : public FramePicture {
+ public:
+  // `first_pass` says how the steps are cut into parts.
+  BisectionPicture(std::span<const BisectionStep> steps, const BisectionPass& first_pass,
+                   const FilmTile& film, Reconstruction reconstruction);
+
+  void set_coverage(const BisectionCoverage& coverage) { coverage_ = coverage; }
+
+  // A pixel is shown from the lattice of the step under way where that has the samples it needs,
+  // else from the lattice of the last complete step. Black if there is no sample at all. Uses the
+  // calling thread's TBB arena.
+  void resolve(std::span<float> rgba) const override;
+  const FilmTile& film() const override { return film_; }
+
+ private:
+  // How the rows and columns of the picture come from a lattice.
+  struct View {
+    std::vector<LineBlend> columns, rows;
+  };
+  // How much of a pixel row of the step under way has samples.
+  enum class RowState : uint8_t { kComplete, kMixed, kEmpty };
+  class RowReader;
+
+  View view(const PixelLattice& lattice) const;
+  PixelLattice sampled_of_first_step() const;
+  std::vector<RowState> row_states() const;
+  bool sampled(int x, int y) const;
+
+  std::span<const BisectionStep> steps_;
+  const BisectionPass& first_pass_;
+  const FilmTile& film_;
+  Reconstruction reconstruction_;
+  BisectionCoverage coverage_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,243 @@
+// The display of an unfinished frame, on films filled by hand, against a slow nearest search.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "renderer/drivers/bisection_driver.h"
+#include "renderer/drivers/bisection_picture.h"
+
+namespace emberline {
+namespace {
+
+PartShape shape_of(BisectionAxis axis) {
+  return axis == BisectionAxis::kRows      ? PartShape::kRow
+         : axis == BisectionAxis::kColumns ? PartShape::kColumn
+                                           : PartShape::kSquare;
+}
+
+// A frame whose first pass has come to some part, with a value of its own in every sampled pixel.
+class Unfinished {
+ public:
+  using Value = float (*)(int x, int y);
+
+  Unfinished(const Rect& window, BisectionAxis axis, Reconstruction reconstruction, Value value)
+      : window_(window),
+        steps_(bisection_steps(window.width(), window.height(), axis)),
+        pass_(steps_, window, {0, 1}, shape_of(axis), 4),
+        film_(AovSet{}),
+        picture_(steps_, pass_, film_, reconstruction),
+        value_(value) {
+    film_.reset(window);
+  }
+
+  // The first `parts` parts; the last `partial` of those only every other pixel.
+  void sample(size_t parts, size_t partial = 0) {
+    std::vector<PixelWork> list;
+    for (size_t part = 0; part < parts; ++part) {
+      list.clear();
+      pass_.expand(part, list);
+      for (size_t i = 0; i < list.size(); ++i) {
+        if (part + partial >= parts && i % 2 == 1) continue;
+        const PixelWork& w = list[i];
+        film_.add(w.x, w.y, 0, 1.0f, {Rgb(value_(w.x, w.y)), 1.0f, {}});
+      }
+    }
+    size_t step = parts - partial == pass_.parts() ? steps_.size() : pass_.step_of(parts - partial);
+    const size_t first = pass_.first_part(step);
+    picture_.set_coverage({step, parts - partial - first, parts - first});
+  }
+
+  std::vector<float> resolve() const {
+    std::vector<float> rgba(4 * size_t(window_.area()), std::numeric_limits<float>::quiet_NaN());
+    picture_.resolve(rgba);
+    return rgba;
+  }
+  float shown(const std::vector<float>& rgba, int x, int y) const {
+    return rgba[4 * (size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0))];
+  }
+  bool sampled(int x, int y) const { return film_.sample_count(x, y) > 0; }
+
+  const Rect window_;
+  const std::vector<BisectionStep> steps_;
+  const BisectionPass pass_;
+  FilmTile film_;
+  BisectionPicture picture_;
+  Value value_;
+};
+
+float number(int x, int y) { return float(1 + x + 1000 * y); }
+
+const Rect kWindows[] = {{0, 0, 37, 29}, {5, 9, 118, 40}, {0, 0, 1, 97},
+                         {3, 5, 98, 6},  {0, 0, 1, 1},    {2, 2, 130, 66}};
+
+// Along one axis: the nearest sampled pixel of the same column (or row), the lower of two.
+TEST(BisectionPicture, LinesShowTheNearest) {
+  for (const bool rows : {true, false}) {
+    for (const Rect& window : kWindows) {
+      const BisectionAxis axis = rows ? BisectionAxis::kRows : BisectionAxis::kColumns;
+      const size_t parts =
+          Unfinished(window, axis, Reconstruction::kDuplicate, number).pass_.parts();
+      for (size_t done = 1; done <= parts; done += 1 + done / 3) {
+        Unfinished frame(window, axis, Reconstruction::kDuplicate, number);
+        frame.sample(done);
+        // Within the first line there is no whole line to be near to.
+        if (done < frame.pass_.first_part(1)) continue;
+        const std::vector<float> rgba = frame.resolve();
+        const int size = rows ? window.height() : window.width();
+        for (int y = window.y0; y < window.y1; ++y) {
+          for (int x = window.x0; x < window.x1; ++x) {
+            float nearest = -1;
+            for (int d = 0; d < size && nearest < 0; ++d) {
+              for (const int line : {-d, d}) {
+                const int sx = rows ? x : x + line, sy = rows ? y + line : y;
+                if (!window.contains(sx, sy) || !frame.sampled(sx, sy)) continue;
+                nearest = number(sx, sy);
+                break;
+              }
+            }
+            ASSERT_EQ(frame.shown(rgba, x, y), nearest)
+                << x << "," << y << " after " << done << " of " << parts << " parts";
+          }
+        }
+      }
+    }
+  }
+}
+
+// After a complete step: nearest column times nearest row.
+TEST(BisectionPicture, ALatticeShowsTheNearestColumnAndRow) {
+  const auto nearest = [](const std::vector<int>& lines, int at) {
+    int best = lines.front();
+    for (const int line : lines) {
+      if (std::abs(line - at) < std::abs(best - at)) best = line;
+    }
+    return best;
+  };
+  for (const Rect& window : kWindows) {
+    const auto steps = bisection_steps(window.width(), window.height(), BisectionAxis::kBoth);
+    for (size_t step = 0; step < steps.size(); ++step) {
+      Unfinished frame(window, BisectionAxis::kBoth, Reconstruction::kDuplicate, number);
+      frame.sample(frame.pass_.first_part(step + 1));
+      const std::vector<float> rgba = frame.resolve();
+      for (int y = window.y0; y < window.y1; ++y) {
+        for (int x = window.x0; x < window.x1; ++x) {
+          const int sx = window.x0 + nearest(steps[step].complete.columns, x - window.x0);
+          const int sy = window.y0 + nearest(steps[step].complete.rows, y - window.y0);
+          ASSERT_EQ(frame.shown(rgba, x, y), number(sx, sy)) << x << "," << y << " step " << step;
+        }
+      }
+    }
+  }
+}
+
+// Wherever it stands or was stopped: every pixel has the value of one that has samples, its own if
+// it has some, and none is farther from it than the last complete step left it.
+TEST(BisectionPicture, IsCompleteAtEveryMoment) {
+  for (const BisectionAxisEntry& axis : bisection_axis_table()) {
+    for (const Rect& window : kWindows) {
+      const size_t parts =
+          Unfinished(window, axis.axis, Reconstruction::kDuplicate, number).pass_.parts();
+      for (size_t done = 1; done <= parts; done += 1 + done / 4) {
+        for (const size_t partial : {size_t(0), size_t(1), done / 2, done}) {
+          Unfinished frame(window, axis.axis, Reconstruction::kDuplicate, number);
+          // A slice, and so what may be partial, lies within a step.
+          if (frame.pass_.step_of(done - 1) !=
+              frame.pass_.step_of(std::min(done - partial, done - 1))) {
+            continue;
+          }
+          frame.sample(done, partial);
+          const std::vector<float> rgba = frame.resolve();
+          for (int y = window.y0; y < window.y1; ++y) {
+            for (int x = window.x0; x < window.x1; ++x) {
+              const int shown = int(frame.shown(rgba, x, y)) - 1;
+              const int sx = shown % 1000, sy = shown / 1000;
+              ASSERT_TRUE(window.contains(sx, sy) && frame.sampled(sx, sy))
+                  << axis.name << ": " << x << "," << y << " shows " << sx << "," << sy;
+              if (frame.sampled(x, y)) {
+                ASSERT_TRUE(sx == x && sy == y);
+              }
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+// A ramp is reproduced between the outermost lines, and continued flat beyond them.
+TEST(BisectionPicture, LinearBlendsAreExactForARamp) {
+  const auto ramp = [](int x, int y) { return 1.0f + 0.25f * float(x) + 2.0f * float(y); };
+  for (const BisectionAxisEntry& axis : bisection_axis_table()) {
+    for (const Rect& window : kWindows) {
+      const auto steps = bisection_steps(window.width(), window.height(), axis.axis);
+      for (size_t step = 0; step < steps.size(); ++step) {
+        Unfinished frame(window, axis.axis, Reconstruction::kLinear, ramp);
+        frame.sample(frame.pass_.first_part(step + 1));
+        const std::vector<float> rgba = frame.resolve();
+        const PixelLattice& lattice = steps[step].complete;
+        for (int y = window.y0; y < window.y1; ++y) {
+          for (int x = window.x0; x < window.x1; ++x) {
+            const int cx = window.x0 + std::clamp(x - window.x0, lattice.columns.front(),
+                                                  lattice.columns.back());
+            const int cy =
+                window.y0 + std::clamp(y - window.y0, lattice.rows.front(), lattice.rows.back());
+            ASSERT_NEAR(frame.shown(rgba, x, y), ramp(cx, cy), 1e-4f * ramp(cx, cy))
+                << axis.name << ": " << x << "," << y << " step " << step;
+          }
+        }
+      }
+    }
+  }
+}
+
+// In the middle of a step, too, a sampled pixel shows itself and the others stay within the range
+// of what there is.
+TEST(BisectionPicture, LinearIsCompleteAtEveryMoment) {
+  for (const BisectionAxisEntry& axis : bisection_axis_table()) {
+    const Rect window{5, 9, 118, 40};
+    const size_t parts =
+        Unfinished(window, axis.axis, Reconstruction::kLinear, number).pass_.parts();
+    for (size_t done = 1; done <= parts; done += 1 + done / 4) {
+      Unfinished frame(window, axis.axis, Reconstruction::kLinear, number);
+      frame.sample(done, 1);
+      const std::vector<float> rgba = frame.resolve();
+      for (int y = window.y0; y < window.y1; ++y) {
+        for (int x = window.x0; x < window.x1; ++x) {
+          const float shown = frame.shown(rgba, x, y);
+          if (frame.sampled(x, y)) {
+            ASSERT_EQ(shown, number(x, y));
+          }
+          ASSERT_GE(shown, number(5, 9));
+          ASSERT_LE(shown, number(117, 39));
+        }
+      }
+    }
+  }
+}
+
+TEST(BisectionPicture, WithoutASampleItIsBlack) {
+  const Unfinished frame({0, 0, 9, 5}, BisectionAxis::kBoth, Reconstruction::kDuplicate, number);
+  for (const float v : frame.resolve()) EXPECT_EQ(v, 0.0f);
+}
+
+TEST(BlendLines, TiesGoToTheLowerLine) {
+  const auto nearest = blend_lines(std::vector<int>{1, 5}, 8, Reconstruction::kDuplicate);
+  const int expected[] = {1, 1, 1, 1, 5, 5, 5, 5};  // 3 is as near to 1 as to 5
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_EQ(nearest[size_t(i)].lower, expected[i]) << i;
+    EXPECT_EQ(nearest[size_t(i)].upper, expected[i]) << i;
+  }
+  const auto linear = blend_lines(std::vector<int>{1, 5}, 8, Reconstruction::kLinear);
+  EXPECT_EQ(linear[2].lower, 1);
+  EXPECT_EQ(linear[2].upper, 5);
+  EXPECT_FLOAT_EQ(linear[2].weight, 0.25f);
+  EXPECT_EQ(linear[0].upper, 1);
+  EXPECT_EQ(linear[5].lower, 5);
+  EXPECT_EQ(linear[5].upper, 5);
+  EXPECT_EQ(linear[7].lower, 5);
+}
+
+}  // namespace
+}  // namespace emberline

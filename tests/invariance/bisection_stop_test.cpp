@@ -1,0 +1,190 @@
+// A bisection frame stopped at any moment: soon, with a complete picture and true counts.
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <chrono>
+#include <thread>
+
+#include "renderer/drivers/bisection_driver.h"
+#include "support/render.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+// Requests a stop once so many samples are done, and looks at every picture on the way.
+class StopAfter final : public FrameObserver {
+ public:
+  StopAfter(MemoryObserver& image, uint64_t samples, const Rect& window)
+      : image_(image), samples_(samples), rgba_(4 * size_t(window.area())) {}
+
+  void tile_finished(const FilmTile& tile) override { image_.tile_finished(tile); }
+  void samples_finished(uint64_t count) override {
+    if ((done_ += count) >= samples_) stop_.request_stop();
+  }
+  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
+    EXPECT_GE(progress.samples, last_.samples);
+    EXPECT_GE(progress.completion, last_.completion);
+    EXPECT_GE(progress.pass, last_.pass);
+    EXPECT_EQ(progress.samples, done_.load());
+    last_ = progress;
+    ++pictures_;
+    picture.resolve(rgba_);
+    for (size_t i = 0; i < rgba_.size(); ++i) ASSERT_GT(rgba_[i], 0.0f) << "value " << i;
+  }
+  PixelStop stop_cause() const override { return PixelStop::kTimeLimit; }
+
+  std::stop_token token() const { return stop_.get_token(); }
+  const FrameProgress& last() const { return last_; }
+  int pictures() const { return pictures_; }
+
+ private:
+  MemoryObserver& image_;
+  uint64_t samples_;
+  std::vector<float> rgba_;
+  std::atomic<uint64_t> done_{0};
+  std::stop_source stop_;
+  FrameProgress last_;
+  int pictures_ = 0;
+};
+
+// Bright everywhere: a grey floor under a white sky.
+std::unique_ptr<Scene> bright_scene() {
+  SceneBuilderForTests b;
+  b.add_floor(1, 0, b.add_material(lambert(Rgb(0.5f))));
+  b.set_environment(Rgb(1.0f));
+  return b.build();
+}
+
+class BisectionStop : public testing::Test {
+ protected:
+  // Renders until `samples` are done; the image as it is delivered.
+  RenderedImage stop_after(uint64_t samples, const std::string& axis, int threads, uint32_t spp,
+                           FrameProgress* progress = nullptr) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+    const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), kWidth, kHeight, scene_->origin(),
+                        scene_->scale());
+    RenderedImage image;
+    image.window = {3, 2, kWidth - 4, kHeight};
+    const AovSet aovs = AovSet::parse("stop");
+    for (const FilmChannel& c : film_channels(aovs)) image.channels.push_back(c.name);
+    image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
+    const Frame frame{*scene_, camera,       *integrator_, *sampler_, filter_,           kWidth,
+                      kHeight, image.window, spp,          1,         StreamCount::kOne, aovs};
+    MemoryObserver memory(image);
+    StopAfter observer(memory, samples, image.window);
+    BisectionDriver driver({.bucket_size = 16, .bisection_axis = axis});
+    tbb::task_arena arena(threads);
+    arena.execute([&] {
+      image.counters = driver.render(frame, observer, observer.token());
+      driver.deliver(observer);
+    });
+    if (progress) *progress = observer.last();
+    return image;
+  }
+
+  static constexpr int kWidth = 83, kHeight = 61;
+  std::unique_ptr<Scene> scene_ = bright_scene();
+  std::unique_ptr<Integrator> integrator_ = create_integrator("path", {});
+  std::unique_ptr<Sampler> sampler_ = create_sampler("sobol", {});
+  PixelFilter filter_ = PixelFilter::create("box");
+};
+
+TEST_F(BisectionStop, AtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
+  constexpr uint32_t kSpp = 7;  // passes of 1, 1, 2, 3
+  const RenderedImage whole = stop_after(uint64_t(1) << 40, "both", 2, kSpp);
+  EXPECT_FALSE(whole.counters.stopped);
+  const auto pixels = uint64_t(whole.window.area());
+  for (const std::string axis : {"rows", "columns", "both"}) {
+    for (const int threads : {1, 3}) {
+      for (uint64_t samples = 1; samples < kSpp * pixels; samples += 1 + samples / 3) {
+        SCOPED_TRACE(axis + ", " + std::to_string(threads) + " threads, after " +
+                     std::to_string(samples) + " samples");
+        const RenderedImage image = stop_after(samples, axis, threads, kSpp);
+        uint64_t total = 0;
+        uint32_t least = kSpp, most = 0;
+        for (int y = image.window.y0; y < image.window.y1; ++y) {
+          for (int x = image.window.x0; x < image.window.x1; ++x) {
+            const float* p = image.pixel(x, y);
+            for (int c = 0; c < 4; ++c) ASSERT_GT(p[c], 0.0f) << x << "," << y;
+            const auto count = uint32_t(p[4]);
+            total += count;
+            least = std::min(least, count);
+            most = std::max(most, count);
+            const PixelStop stop = count == 0      ? PixelStop::kNone
+                                   : count == kSpp ? PixelStop::kBudget
+                                                   : PixelStop::kTimeLimit;
+            ASSERT_EQ(p[5], float(stop)) << x << "," << y << " with " << count << " samples";
+            // What is finished is the whole frame's own.
+            if (count == kSpp) {
+              ASSERT_EQ(p[0], whole.pixel(x, y)[0]);
+            }
+          }
+        }
+        EXPECT_EQ(image.counters.samples, total);
+        EXPECT_EQ(image.counters.min_samples, least);
+        EXPECT_EQ(image.counters.max_samples, most);
+        EXPECT_EQ(image.counters.stopped, total < kSpp * pixels);
+        EXPECT_GE(total, std::min(samples, kSpp * pixels));
+      }
+    }
+  }
+}
+
+TEST_F(BisectionStop, BeforeTheFirstSample) {
+  const RenderedImage image = stop_after(0, "both", 1, 4);
+  EXPECT_TRUE(image.counters.stopped);
+  EXPECT_EQ(image.counters.min_samples, 0u);
+}
+
+TEST_F(BisectionStop, ProgressEndsWithTheWholeFrame) {
+  FrameProgress progress;
+  const RenderedImage image = stop_after(uint64_t(1) << 40, "rows", 2, 12, &progress);
+  EXPECT_EQ(progress.pass, 5);  // 1, 1, 2, 4, 4
+  EXPECT_EQ(progress.completion, 1.0);
+  EXPECT_TRUE(progress.pass_finished);
+  EXPECT_EQ(progress.samples, 12 * uint64_t(image.window.area()));
+}
+
+// Paths of hundreds of bounces: a slice of them takes a second.
+TEST_F(BisectionStop, IsSoonInAHeavyScene) {
+  SceneBuilderForTests b;
+  b.place(b.add_mesh(
+      SceneBuilderForTests::sphere(5.0f, 24, b.add_material(lambert(Rgb(0.999f))), true)));
+  b.place(b.add_mesh(SceneBuilderForTests::sphere(0.2f, 6, b.add_material(emitter(Rgb(5.0f))))),
+          translation(0, 3, 0));
+  scene_ = b.build();
+  integrator_ = create_integrator("path", {.max_depth = 1000});
+  const Camera camera(perspective({0, 0, 2}, {0, 0, 0}, 60), 256, 256, scene_->origin(),
+                      scene_->scale());
+  const Frame frame{*scene_, camera,           *integrator_, *sampler_, filter_,           256,
+                    256,     {0, 0, 256, 256}, 1 << 16,      1,         StreamCount::kOne, {}};
+  class Nobody final : public FrameObserver {
+    void tile_finished(const FilmTile&) override {}
+  } nobody;
+  using Clock = std::chrono::steady_clock;
+  // The least of a few: on a shared machine any one may be held up by others.
+  double least = 1e9;
+  for (const int delay_ms : {20, 50, 90, 140, 200}) {
+    std::stop_source stop;
+    Clock::time_point requested;
+    std::thread timer([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
+      requested = Clock::now();
+      stop.request_stop();
+    });
+    BisectionDriver driver({});
+    const FrameCounters counters = driver.render(frame, nobody, stop.get_token());
+    const Clock::time_point returned = Clock::now();
+    timer.join();
+    EXPECT_TRUE(counters.stopped);
+    least = std::min(least, std::chrono::duration<double>(returned - requested).count());
+  }
+  EXPECT_LT(least, 0.010) << "seconds from the request to the return";
+}
+
+}  // namespace
+}  // namespace emberline
