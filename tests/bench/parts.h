@@ -53,5 +53,6 @@ void add_sampling_benchmarks();
 void add_shading_benchmarks();
 void add_lights_and_scene_benchmarks();
 void add_refinement_benchmarks();
+void add_error_map_benchmarks();
 
 }  // namespace emberline::bench
