@@ -291,6 +291,11 @@ TEST(RefinementTree, DescribesThePathToAPixel) {
     EXPECT_EQ(leaf.rect, tree.leaf(tree.leaf_at(p.x, p.y)).rect);
     EXPECT_EQ(leaf.round, tree.rounds());
   }
+  for (uint32_t i = 0; i < tree.sample_count(); ++i) {
+    const RefinementLeaf leaf = tree.leaf(i);
+    const RefinementPhase phase = tree.describe(leaf.pixel.x, leaf.pixel.y).back().phase;
+    ASSERT_EQ(phase == RefinementPhase::kFinished, leaf.rect.area() == 1);
+  }
   refine(tree, noise);
   const RefinementStep pixel = tree.describe(50, 40).back();
   EXPECT_EQ(pixel.rect, (Rect{50, 40, 51, 41}));
