@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "renderer/core/hash.h"
@@ -17,6 +18,12 @@ using Picture = std::function<Rgb(int x, int y)>;
 
 inline Picture constant_picture(const Rgb& value) {
   return [value](int, int) { return value; };
+}
+
+// Noise per pixel, so that trees grow unevenly.
+inline Rgb noise(int x, int y) {
+  const uint32_t h = hash_combine(hash32(uint32_t(x)), uint32_t(y));
+  return {to_unit_float(h), to_unit_float(hash32(h)), 4 * to_unit_float(hash32(h + 1))};
 }
 
 // 256 x 256: discs of three sizes, a line, a checker board, a ramp between them.
@@ -49,6 +56,11 @@ inline void refine(RefinementTree& tree, const Picture& picture, size_t samples 
   while (!tree.finished() && tree.sample_count() < samples) {
     insert_round(tree, picture, samples - tree.sample_count());
   }
+}
+
+inline std::string name_of(const Rect& r) {
+  return std::to_string(r.width()) + "x" + std::to_string(r.height()) + " at " +
+         std::to_string(r.x0) + "," + std::to_string(r.y0);
 }
 
 // Windows of every awkward kind: one pixel, one row, one column, primes, away from the origin.

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include <cstdio>
 #include <set>
 
 #include "renderer/core/errors.h"
@@ -14,17 +13,6 @@
 
 namespace emberline {
 namespace {
-
-std::string name_of(const Rect& r) {
-  return std::to_string(r.width()) + "x" + std::to_string(r.height()) + " at " +
-         std::to_string(r.x0) + "," + std::to_string(r.y0);
-}
-
-// Noise per pixel, so that trees grow unevenly.
-Rgb noise(int x, int y) {
-  const uint32_t h = hash_combine(hash32(uint32_t(x)), uint32_t(y));
-  return {to_unit_float(h), to_unit_float(hash32(h)), 4 * to_unit_float(hash32(h + 1))};
-}
 
 // The rectangles of the leaves are what the map of pixels says, each has its sample inside, and
 // their areas sum to the window's.
@@ -265,80 +253,6 @@ TEST(RefinementTree, PixelsAreDrawnUniformly) {
   EXPECT_LT(chi_square(counts), chi_square_limit(47)) << "seeds 0 to 47999 again";
 }
 
-// A square root over x / (1 + x): what the header calls a display value.
-double display(double radiance) {
-  const double x = std::max(0.0, radiance);
-  return std::sqrt(x / (1 + x));
-}
-
-// Variance of values 0 .. n-1, channel by channel, weighed as the header says.
-double weighed_variance(const std::vector<Rgb>& values, double exposure = 1) {
-  const auto variance = [&](const std::function<double(const Rgb&)>& of) {
-    double mean = 0, sum = 0;
-    for (const Rgb& v : values) mean += of(v) / double(values.size());
-    for (const Rgb& v : values) sum += (of(v) - mean) * (of(v) - mean);
-    return values.size() > 1 ? sum / double(values.size() - 1) : 0.0;
-  };
-  double channels = 0;
-  for (int c = 0; c < 3; ++c) {
-    channels = std::max(channels, variance([&](const Rgb& v) { return display(exposure * v[c]); }));
-  }
-  return 0.5 *
-         (channels + variance([&](const Rgb& v) { return display(exposure * luminance(v)); }));
-}
-
-// Two leaves: both variances are those of two values.
-TEST(RefinementTree, VariancesOfTwoLeaves) {
-  const std::vector<std::pair<Rgb, Rgb>> cases = {{Rgb(0.2f), Rgb(0.7f)},
-                                                  {Rgb(0.0f), Rgb(0.0f, 0.0f, 1.0f)},
-                                                  {Rgb(1.0f, 0.0f, 0.0f), Rgb(0.0f, 1.0f, 0.0f)},
-                                                  {Rgb(-3.0f), Rgb(3e38f)}};
-  for (const float exposure : {1.0f, 0.25f, 4.0f}) {
-    for (const auto& [a, b] : cases) {
-      RefinementTree tree({0, 0, 4, 2}, {.seed = 9, .exposure = exposure});
-      refine(
-          tree, [&, a = a, b = b](int x, int) { return x < 2 ? a : b; }, 2);
-      const double v = weighed_variance({a, b}, exposure);
-      for (const RefinementStep& leaf : tree.most_urgent(9)) {
-        EXPECT_EQ(leaf.rect.area(), 4);
-        EXPECT_NEAR(leaf.v_int, v, 1e-4 * v);
-        EXPECT_NEAR(leaf.v_ext, v, 1e-4 * v);
-        EXPECT_NEAR(leaf.priority, 4 * (v + 1e-3), 1e-4 * 4 * (v + 1e-3));
-      }
-    }
-  }
-}
-
-// v_ext against the leaves across the middles of the edges, looked up by hand: inside, at borders
-// and corners, and a pixel away from them.
-TEST(RefinementTree, ExternalVarianceIsThatOfTheNeighbours) {
-  std::set<size_t> neighbours_seen;
-  for (const Rect& window : {Rect{10, 20, 110, 97}, Rect{0, 0, 7, 7}, Rect{0, 0, 3, 5},
-                             Rect{-2, -3, 4, 1}, Rect{0, 0, 1, 9}}) {
-    SCOPED_TRACE(name_of(window));
-    RefinementTree tree(window, {.seed = 10});
-    while (!tree.finished()) {
-      insert_round(tree, noise, 1 + size_t(window.area()) / 10);
-      for (const RefinementStep& leaf : tree.most_urgent(tree.open_count())) {
-        if (leaf.priority == 0) continue;  // not split in this phase
-        const Rect& r = leaf.rect;
-        const int x = r.x0 + (r.width() - 1) / 2, y = r.y0 + (r.height() - 1) / 2;
-        std::vector<Rgb> values = {leaf.mean};
-        for (const Vec2i& p :
-             {Vec2i(r.x0 - 1, y), Vec2i(r.x1, y), Vec2i(x, r.y0 - 1), Vec2i(x, r.y1)}) {
-          if (window.contains(p.x, p.y)) values.push_back(tree.value(tree.leaf_at(p.x, p.y)));
-        }
-        neighbours_seen.insert(values.size() - 1);
-        // Shades are rounded to 2^-16.
-        EXPECT_NEAR(leaf.v_ext, weighed_variance(values), 5e-5) << name_of(r);
-        EXPECT_NEAR(leaf.priority, double(r.area()) * (std::max(leaf.v_int, leaf.v_ext) + 1e-3),
-                    1e-5 * leaf.priority);
-      }
-    }
-  }
-  EXPECT_EQ(neighbours_seen, (std::set<size_t>{0, 1, 2, 3, 4}));
-}
-
 // The path to a pixel: from the window down, each node one of the halves of the one before, with
 // the mean of what is inside, and rounds that only grow.
 TEST(RefinementTree, DescribesThePathToAPixel) {
@@ -377,6 +291,11 @@ TEST(RefinementTree, DescribesThePathToAPixel) {
     EXPECT_EQ(leaf.rect, tree.leaf(tree.leaf_at(p.x, p.y)).rect);
     EXPECT_EQ(leaf.round, tree.rounds());
   }
+  for (uint32_t i = 0; i < tree.sample_count(); ++i) {
+    const RefinementLeaf leaf = tree.leaf(i);
+    const RefinementPhase phase = tree.describe(leaf.pixel.x, leaf.pixel.y).back().phase;
+    ASSERT_EQ(phase == RefinementPhase::kFinished, leaf.rect.area() == 1);
+  }
   refine(tree, noise);
   const RefinementStep pixel = tree.describe(50, 40).back();
   EXPECT_EQ(pixel.rect, (Rect{50, 40, 51, 41}));
@@ -407,78 +326,6 @@ TEST(RefinementTree, RecordsWhyALeafWasSplit) {
   EXPECT_TRUE(found);
 }
 
-// A disc of 28 pixels alone in 256 x 256. Where one of the first 2048 samples hit it, a 32nd of the
-// pixels, it is sampled ten times as densely as the frame at 4096, with the pixel around it; 16
-// times would be all of it. Equal leaves of 32 pixels hit it in 1 - (1 - 28/65536)^2048 = 58 % of
-// the seeds; a binomial of 32 is below 8 once in 33,000 sets of seeds.
-TEST(RefinementTree, ALoneDiscDrawsTheSamples) {
-  const auto distance = [](int x, int y) { return std::hypot(x + 0.5 - 100.3, y + 0.5 - 77.8); };
-  const Picture disc = [&](int x, int y) { return Rgb(distance(x, y) < 3 ? 1.0f : 0.0f); };
-  int area = 0;
-  for (int y = 0; y < 256; ++y) {
-    for (int x = 0; x < 256; ++x) area += distance(x, y) < 4;
-  }
-  int hit = 0;
-  for (uint32_t seed = 0; seed < 32; ++seed) {
-    RefinementTree tree({0, 0, 256, 256}, {.seed = seed});
-    refine(tree, disc, 2048);
-    bool seen = false;
-    for (uint32_t i = 0; i < 2048; ++i) seen |= tree.value(i).x > 0;
-    if (!seen) continue;
-    ++hit;
-    refine(tree, disc, 4096);
-    int inside = 0;
-    for (uint32_t i = 0; i < 4096; ++i) {
-      const Vec2i p = tree.sampled_pixel(i);
-      inside += distance(p.x, p.y) < 4;
-    }
-    EXPECT_GE(double(inside) / area * 16, 10) << "seed " << seed;
-  }
-  EXPECT_GE(hit, 8);
-}
-
-double rmse(const RefinementTree& tree, const Picture& picture) {
-  double sum = 0;
-  const Rect& w = tree.window();
-  for (int y = w.y0; y < w.y1; ++y) {
-    for (int x = w.x0; x < w.x1; ++x) {
-      sum += square(double(tree.value(tree.leaf_at(x, y)).x - picture(x, y).x));
-    }
-  }
-  return std::sqrt(sum / double(w.area()));
-}
-
-// Against leaves of equal size with a sample drawn in each: the same tree with so large a kappa
-// that only size counts. Without noise, and with +-50 % on every sample. README.md has the errors;
-// they are printed, too, so that they can be measured again.
-TEST(RefinementTree, TheErrorIsBelowThatOfEqualLeaves) {
-  const Picture noisy = [](int x, int y) { return test_picture(x, y) * (0.5f + noise(x, y).x); };
-  struct Case {
-    const char* name;
-    Picture picture;
-    double samples_per_pixel, most;  // ratio of errors
-  };
-  for (const Case& c :
-       {Case{"without noise", test_picture, 0.0625, 0.65},
-        Case{"without noise", test_picture, 0.25, 0.4},
-        Case{"without noise", test_picture, 0.5, 0.1}, Case{"with noise", noisy, 0.0625, 0.9},
-        Case{"with noise", noisy, 0.25, 0.95}, Case{"with noise", noisy, 0.5, 0.95}}) {
-    double refined = 0, equal = 0;
-    for (uint32_t seed = 0; seed < 8; ++seed) {
-      const auto samples = size_t(c.samples_per_pixel * 65536);
-      RefinementTree adaptive({0, 0, 256, 256}, {.seed = seed});
-      RefinementTree uniform({0, 0, 256, 256}, {.seed = seed, .coverage_weight = 1e6f});
-      refine(adaptive, c.picture, samples);
-      refine(uniform, c.picture, samples);
-      refined += rmse(adaptive, test_picture) / 8;
-      equal += rmse(uniform, test_picture) / 8;
-    }
-    EXPECT_LT(refined, c.most * equal) << c.samples_per_pixel << " samples per pixel";
-    std::printf("%s, %.4f samples per pixel: %.4f, equal leaves %.4f\n", c.name,
-                c.samples_per_pixel, refined, equal);
-  }
-}
-
 TEST(RefinementTree, TheSameForAnyNumberOfThreads) {
   std::vector<std::vector<Vec2i>> runs;
   for (const size_t threads : {1, 2, 8}) {
@@ -505,45 +352,6 @@ TEST(RefinementTree, TheSeedChoosesThePixels) {
     sets.insert(pixels);
   }
   EXPECT_EQ(sets.size(), 3u);
-}
-
-// What is not finite is black: the very tree of black samples.
-TEST(RefinementTree, NonFiniteValuesAreBlack) {
-  const float nan = std::nanf(""), infinity = INFINITY;
-  const Rgb bad[] = {Rgb(nan), Rgb(0.1f, infinity, 0.1f), Rgb(0.2f, 0.2f, -infinity),
-                     Rgb(1.0f, 1.0f, nan)};
-  const auto is_bad = [](int x, int y) { return noise(x, y).x < 0.1f; };
-  const Picture poisoned = [&](int x, int y) {
-    return is_bad(x, y) ? bad[(x + y) % 4] : test_picture(x, y);
-  };
-  const Picture black = [&](int x, int y) { return is_bad(x, y) ? Rgb(0.0f) : test_picture(x, y); };
-  RefinementTree a({0, 0, 97, 89}, {.seed = 14}), b({0, 0, 97, 89}, {.seed = 14});
-  while (!a.finished()) {
-    ASSERT_EQ(insert_round(a, poisoned), insert_round(b, black));
-    for (uint32_t i = 0; i < a.sample_count(); ++i) ASSERT_TRUE(is_finite(a.value(i)));
-  }
-}
-
-TEST(RefinementTree, LightsOfAnyBrightnessKeepPrioritiesFinite) {
-  const Picture bright = [](int x, int y) {
-    const float kind = noise(x, y).x;
-    return kind < 0.2f   ? Rgb(1e30f)
-           : kind < 0.3f ? Rgb(3e38f, 0.0f, 3e38f)
-           : kind < 0.4f ? Rgb(-1e30f)
-                         : Rgb(0.3f);
-  };
-  for (const float exposure : {1e-6f, 1.0f, 1e6f}) {
-    RefinementTree tree({0, 0, 97, 89}, {.seed = 15, .exposure = exposure});
-    while (!tree.finished()) {
-      insert_round(tree, bright);
-      for (const RefinementStep& leaf : tree.most_urgent(97 * 89)) {
-        ASSERT_GE(leaf.priority, 0);
-        // Variances of values in [0, 1] are at most 1/2 for two values, less for more.
-        ASSERT_LE(leaf.priority, 1.01 * double(leaf.rect.area()) * (0.5 + 1e-3));
-      }
-      ASSERT_TRUE(is_finite(tree.describe(0, 0)[0].mean));
-    }
-  }
 }
 
 // 72 bytes for a leaf that can be split and the split that made it; the root has none.

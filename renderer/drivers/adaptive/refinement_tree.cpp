@@ -22,7 +22,7 @@ constexpr int64_t kMostPixels = (int64_t(1) << 31) - 1;  // two node ids each
 
 // A round is the best leaves that hold this share of all leaves' priority: few while contrast is
 // concentrated, so that the next round can react; many when all look alike. Between these parts of
-// the leaves that can be split, so that no leaf is evaluated more than 16 times between two splits;
+// the leaves that can be split, so that a sample costs 16 evaluations of leaves at most;
 // and at least a 64th of all samples, or 64, which keeps the last rounds from being many and small.
 // README.md has what other values do to error and speed.
 constexpr double kRoundPriority = 0.25;
@@ -31,7 +31,7 @@ constexpr size_t kSmallestRound = 64;
 
 constexpr float kBrightest = 1e30f, kHighestExposure = 1e6f;
 
-// How many splits ahead a parent is fetched: half of a split's time was waiting for it.
+// How many splits ahead a parent is fetched: it is seldom in the caches.
 constexpr size_t kAhead = 8;
 
 // Leaves that room is kept for from the start: those of a 4K frame.
@@ -48,8 +48,7 @@ constexpr uint32_t split_node(uint32_t split) { return 2 * split + 1; }
 // octave.
 size_t bucket_of(float priority) { return std::bit_cast<uint32_t>(priority) >> 20; }
 
-// By way of 32-bit integers, which GCC converts as one; 16-bit ones it takes apart (twice the time
-// of a variance).
+// By way of 32-bit integers, which GCC 12 converts as one; 16-bit ones it takes apart.
 using Int4 [[gnu::vector_size(16)]] = int32_t;
 Color4 to_color4(auto shade) {
   return __builtin_convertvector(__builtin_convertvector(shade, Int4), Color4);
