@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "integrators/integrator.h"
+#include "renderer/drivers/adaptive/round_planner.h"
 #include "renderer/drivers/work_item.h"
 #include "renderer/film/film.h"
 #include "renderer/film/filter.h"
@@ -98,6 +99,9 @@ class FrameDriver {
   // Hands the observer the finished tiles of what render() kept in memory; to be called once after
   // it. A driver that hands on every tile as it is finished keeps nothing.
   virtual void deliver(FrameObserver& /*observer*/) {}
+  // The driver's estimate of the delivered frame's error: expected RMS error of the displayed
+  // picture, if it made one.
+  virtual std::optional<double> error_estimate() const { return std::nullopt; }
   // What the driver holds beside its workers' tiles, for the report.
   virtual uint64_t film_bytes() const { return 0; }
 };
@@ -105,6 +109,7 @@ class FrameDriver {
 struct DriverSettings {
   int bucket_size = 64;
   std::string bucket_order = "hilbert";
+  AdaptiveSettings adaptive = {};
 };
 
 struct DriverEntry {

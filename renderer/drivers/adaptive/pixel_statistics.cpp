@@ -10,6 +10,13 @@ namespace {
 // Sums of squares may exceed float, and so may what is left of them.
 float to_float(double x) { return float(std::clamp(x, -1e30, 1e30)); }
 
+// The camera's ray leads to little work when it meets nothing; every further one brings a surface to
+// be shaded with it.
+float sample_cost(double rays) {
+  constexpr double kCameraRay = 0.17;  // measured; see tests/bench/README.md
+  return float(kCameraRay + std::max(0.0, rays - 1.0));
+}
+
 void gather_pixel(const FilmTile& film, size_t i, PixelStatistics* out) {
   const PixelSums& sums = film.sums(i);
   const double a = sums.count[0], b = sums.count[1], n = a + b;
@@ -24,7 +31,7 @@ void gather_pixel(const FilmTile& film, size_t i, PixelStatistics* out) {
     out->stream_difference[c][i] = to_float(sums.rgb[0][c] * per_a - sums.rgb[1][c] * per_b);
     out->variance[c][i] = to_float(std::max(0.0, spread) * per_degree);
   }
-  out->cost[i] = n > 0 ? float(std::max(1.0, double(film.rays()[i]) * per_sample)) : 1.0f;
+  out->cost[i] = n > 0 ? sample_cost(double(film.rays()[i]) * per_sample) : 1.0f;
 }
 
 }  // namespace

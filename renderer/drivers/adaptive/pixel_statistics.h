@@ -23,7 +23,9 @@ struct PixelStatistics {
   // Of a sample, as if the pixel's were independent: (sum of squares - n mean^2) / (n - 1), 0 for
   // n < 2. Stratified samples' mean has less variance than this over n.
   std::array<std::vector<float>, 3> variance;
-  std::vector<float> cost;  // of a sample, in rays; above 0
+  // Of a sample, above 0. In rays beyond the camera's, and not in seconds, so that no decision
+  // depends on the clock.
+  std::vector<float> cost;
 
   size_t size() const { return size_t(width) * size_t(height); }
   void resize(int new_width, int new_height);
