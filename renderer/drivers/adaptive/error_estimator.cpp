@@ -11,24 +11,24 @@
 namespace emberline {
 namespace {
 
-template <typename T>
-std::unique_ptr<ErrorEstimator> make(const EstimatorSettings& settings) {
-  return std::make_unique<T>(settings);
+template <typename Estimator>
+std::unique_ptr<ErrorEstimator> create(const EstimatorSettings& settings) {
+  return std::make_unique<Estimator>(settings);
 }
 
 // A row of an estimator of the books, which gives unfinished pixels a batch at a time.
-template <typename T>
+template <typename Estimator>
 constexpr EstimatorEntry historical(std::string_view name, std::string_view summary,
                                     StreamCount streams) {
-  return {name, summary, make<T>, streams, T::kFirstSamples, T::kBatch};
+  return {name, summary, create<Estimator>, streams, Estimator::kFirstSamples, Estimator::kBatch};
 }
 
 // The first row is the default.
 constexpr EstimatorEntry kEstimators[] = {
     {"two-stream",
-     "variance from two independent sample streams, pooled over neighbours; samples "
-     "go where they lower the error most for their cost",
-     make<TwoStreamEstimator>, StreamCount::kTwo, 16, 0},
+     "variance from two independent sample streams, pooled over neighbours; samples go where they "
+     "lower the error most for their cost",
+     create<TwoStreamEstimator>, StreamCount::kTwo, 16, 0},
     historical<ContrastEstimator>(
         "contrast", "contrast between neighbouring pixels (Mitchell 1987)", StreamCount::kOne),
     historical<PainterSloanEstimator>(

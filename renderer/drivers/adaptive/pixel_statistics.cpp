@@ -10,8 +10,8 @@ namespace {
 // Sums of squares may exceed float, and so may what is left of them.
 float to_float(double x) { return float(std::clamp(x, -1e30, 1e30)); }
 
-// The camera's ray leads to little work when it meets nothing; every further one brings a surface to
-// be shaded with it.
+// The camera's ray leads to little work when it meets nothing; every further one brings a surface
+// to be shaded with it.
 float sample_cost(double rays) {
   constexpr double kCameraRay = 0.17;  // measured; see tests/bench/README.md
   return float(kCameraRay + std::max(0.0, rays - 1.0));

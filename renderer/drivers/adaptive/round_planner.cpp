@@ -10,11 +10,9 @@
 namespace emberline {
 namespace {
 
-// Between two rounds the samples of the frame grow at most so many times: what the next samples go
-// by is never much older than they are.
-constexpr double kRoundGrowth = 3.0;
-// And those of one pixel: its present samples may be lucky.
-constexpr float kPixelGrowth = 4.0f;
+// In one round a pixel's samples grow at most so many times, from at least so many: its present
+// ones may be lucky.
+constexpr float kPixelGrowth = 4.0f, kLeastTrusted = 4.0f;
 // The share of each round that goes everywhere, whatever is known: what has been overlooked so far
 // is found in the end.
 constexpr float kUniformShare = 0.1f;
@@ -83,15 +81,6 @@ PixelStop RoundPlanner::stop_of(size_t i) const {
   return PixelStop::kBudget;
 }
 
-// Samples of the window after the coming round, as far as the budget has a say.
-double RoundPlanner::next_total() const {
-  if (settings_.budget == 0) return std::numeric_limits<double>::infinity();
-  const double all = double(settings_.budget) * double(targets_.size());
-  // Rounds of equal growth up to the budget, rather than a last one that is hardly worth it.
-  const double rounds = std::ceil(std::log(all / spent_) / std::log(kRoundGrowth) - 1e-6);
-  return rounds <= 1.0 ? all : spent_ * std::pow(all / spent_, 1.0 / rounds);
-}
-
 bool RoundPlanner::plan(const FilmTile& film) {
   look(film);
   ++round_;
@@ -107,49 +96,54 @@ bool RoundPlanner::plan(const FilmTile& film) {
   return more;
 }
 
+// The share of the whole budget that is best by what is known now, of which the round goes as far
+// as each pixel's present samples can vouch for.
 bool RoundPlanner::share_by_deviation() {
   const size_t pixels = targets_.size();
   rates_.resize(pixels);
   bounds_.resize(pixels);
-  const float most_samples =
-      settings_.max_samples > 0 ? float(settings_.max_samples) : float(1u << 24);
-  const float threshold = settings_.threshold;
   size_t open = 0;
-  double wanted = 0.0;
   for (size_t i = 0; i < pixels; ++i) {
     const auto have = float(targets_[i]);
-    float most = std::min(most_samples, kPixelGrowth * std::max(have, 4.0f));
-    if (!unfinished(i)) {
-      most = have;
-    } else if (threshold > 0.0f) {
-      const float ratio = std::min(errors_.error[i] / threshold, 1e6f);
-      most = std::clamp(have * ratio * ratio * kThresholdMargin, have + 8.0f,
-                        std::max(most, have + 8.0f));
-      most = std::min(most, most_samples);
-    }
-    open += most > have;
-    wanted += double(most - have);
+    bounds_[i] = {have, unfinished(i) ? most_wanted(i) : have};
+    open += bounds_[i].most > have;
     rates_[i] = errors_.deviation[i] / std::sqrt(statistics_.cost[i]);
-    bounds_[i] = {have, most};
   }
   if (open == 0) return false;
-  const double total = std::min(next_total(), spent_ + wanted);
-  const auto everywhere = float(kUniformShare * (total - spent_) / double(pixels));
-  const float least_more = settings_.unbiased ? std::max(1.0f, everywhere) : everywhere;
+  const double all = settings_.budget > 0 ? double(settings_.budget) * double(pixels)
+                                          : std::numeric_limits<double>::infinity();
+  share_samples(rates_, bounds_, all, &shares_);
+  double more = 0.0;
   for (size_t i = 0; i < pixels; ++i) {
-    SampleBounds& b = bounds_[i];
-    b.least = std::min(b.least + least_more, std::max(most_samples, b.least));
-    b.most = std::max(b.most, b.least);
+    const auto have = float(targets_[i]);
+    shares_[i] = std::min(shares_[i], kPixelGrowth * std::max(have, kLeastTrusted));
+    more += double(shares_[i] - have);
   }
-  share_samples(rates_, bounds_, total, &shares_);
+  round_to_counts(float(kUniformShare * more / double(pixels)));
+  return true;
+}
+
+// The samples that would bring the pixel to the threshold, or the most it may have.
+float RoundPlanner::most_wanted(size_t i) const {
+  const float most = settings_.max_samples > 0 ? float(settings_.max_samples) : float(1u << 24);
+  if (settings_.threshold <= 0.0f) return most;
+  const auto have = float(targets_[i]);
+  const float ratio = std::min(errors_.error[i] / settings_.threshold, 1e6f);
+  return std::min(most, std::max(have * ratio * ratio * kThresholdMargin, have + 8.0f));
+}
+
+// From shares to whole counts, with at least `everywhere` samples more for each pixel on average.
+void RoundPlanner::round_to_counts(float everywhere) {
   const uint32_t round_hash = hash_combine(hash_combine(hash32(seed_), 0x7a11u), uint32_t(round_));
-  parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
+  const float most = settings_.max_samples > 0 ? float(settings_.max_samples) : float(1u << 24);
+  parallel_ranges(targets_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      const float u = to_unit_float(hash_combine(round_hash, uint32_t(i)));
       const uint32_t have = targets_[i];
-      uint32_t count = round_count(have, shares_[i], count_step(shares_[i]), u);
+      const float u = to_unit_float(hash_combine(round_hash, uint32_t(i)));
+      const float share = std::min(std::max(shares_[i], float(have) + everywhere), most);
+      uint32_t count = round_count(have, share, count_step(share), u);
       if (settings_.unbiased) count = std::max(count, have + 1);
-      if (settings_.max_samples > 0) count = std::min(count, std::max(have, settings_.max_samples));
+      count = std::max(have, std::min(count, uint32_t(most)));
       if (i == recorded_) {
         records_.push_back(
             {round_, have, errors_.error[i], errors_.deviation[i], statistics_.cost[i], count});
@@ -157,7 +151,6 @@ bool RoundPlanner::share_by_deviation() {
       targets_[i] = count;
     }
   });
-  return true;
 }
 
 // Every unfinished pixel gets the same. Where only a budget is given, the half of the pixels with

@@ -66,7 +66,8 @@ class RoundPlanner {
   bool share_by_deviation();
   bool share_evenly();
   bool unfinished(size_t i) const;
-  double next_total() const;
+  float most_wanted(size_t i) const;
+  void round_to_counts(float everywhere);
 
   AdaptiveSettings settings_;
   const EstimatorEntry& entry_;
