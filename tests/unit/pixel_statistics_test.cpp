@@ -45,7 +45,7 @@ TEST(PixelStatistics, TwoStreams) {
   EXPECT_FLOAT_EQ(pixels.variance[0][i], 4.3f);
   EXPECT_FLOAT_EQ(pixels.variance[1][i], 430.0f);
   EXPECT_EQ(pixels.variance[2][i], 0.0f);
-  EXPECT_FLOAT_EQ(pixels.cost[i], 6.0f);
+  EXPECT_FLOAT_EQ(pixels.cost[i], 5.17f);  // 6 rays, of which the camera's costs .17
 }
 
 TEST(PixelStatistics, FewSamplesAreNotDividedByZero) {
@@ -61,7 +61,7 @@ TEST(PixelStatistics, FewSamplesAreNotDividedByZero) {
     EXPECT_EQ(pixels.variance[c], (std::vector<float>{0, 0, 8}));
     EXPECT_EQ(pixels.stream_difference[c], (std::vector<float>{0, 0, 0}));  // one stream only
   }
-  EXPECT_EQ(pixels.cost, (std::vector<float>{1, 1, 1}));  // above 0 even without a ray
+  EXPECT_EQ(pixels.cost, (std::vector<float>{1, 0.17f, 0.17f}));  // above 0 even without a ray
 }
 
 TEST(PixelStatistics, TheSecondStreamAloneHasNoDifference) {
