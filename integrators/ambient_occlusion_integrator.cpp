@@ -15,7 +15,7 @@ void AmbientOcclusionIntegrator::estimate(const SampleBatch& batch, PixelSamples
                                           RayCounters& counters) const {
   const Scene& scene = batch.scene;
   for (size_t i = 0; i < batch.rays.size(); ++i) {
-    samples.start_sample(batch.first_sample + uint32_t(i));
+    samples.start_sample(int(i));
     SampleValue& value = values[i];
     value = SampleValue{};
     counters.camera++;

@@ -43,7 +43,7 @@ Rgb view_color(DebugView view, const SampleBatch& batch, const ShadedPoint& poin
 void DebugIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
                                std::span<SampleValue> values, RayCounters& counters) const {
   for (size_t i = 0; i < batch.rays.size(); ++i) {
-    samples.start_sample(batch.first_sample + uint32_t(i));
+    samples.start_sample(int(i));
     values[i] = SampleValue{};
     counters.camera++;
     SurfaceHit hit;

@@ -33,12 +33,11 @@ struct IntegratorSettings {
   bool light_sampling = true;  // off: BSDF sampling alone (an independent estimator for the tests)
 };
 
-// The work of one batch of samples: camera rays of consecutive samples of one pixel.
+// The work of one batch of samples: their camera rays, in the order of the batch's numbers.
 struct SampleBatch {
   const Scene& scene;
   const Camera& camera;
   std::span<const Ray> rays;
-  uint32_t first_sample = 0;  // index of rays[0]'s sample
   bool surface_aovs = false;  // fill SampleValue::first_hit
   bool hit_id = false;        // fill first_hit.id alone
 };

@@ -84,7 +84,7 @@ void PathBatch<kGlass>::find_first_hits(std::span<SampleValue> values) {
   for (int lane = 0; lane < count; ++lane) {
     const Ray& ray = batch_.rays[size_t(lane)];
     SurfaceHit hit;
-    samples_.start_sample(sample_of(lane));
+    samples_.start_sample(lane);
     if (!intersect(ray, &hit)) {
       missed.add(lane);
       continue;
@@ -134,7 +134,7 @@ void PathBatch<kGlass>::shade(uint32_t depth, std::span<SampleValue> values) {
     find_surface(scene_, paths_[lane].ray, paths_[lane].hit, &points_.emplace(lane));
   }
   for (const int lane : alive_) {
-    samples_.resume_sample(sample_of(lane));
+    samples_.resume_sample(lane);
     samples_.start_slot(depth + 1);
     find_material(samples_.get(surface_dim::kTexture), &points_[lane]);
     if constexpr (kGlass) {
@@ -180,7 +180,7 @@ void PathBatch<kGlass>::sample_lights() {
     LastVertex& vertex = paths_[lane].last;
     vertex.light_sampled = bsdfs_[lane].has_non_delta();
     if (!vertex.light_sampled) continue;
-    samples_.resume_sample(sample_of(lane));
+    samples_.resume_sample(lane);
     requests[connected.size()] = {
         vertex.query,
         samples_.get(surface_dim::kLightPick),
@@ -207,7 +207,7 @@ bool PathBatch<kGlass>::connect(int lane) {
     c.solid = (wi.z < 0.0f ? interior_behind(point, interior) : interior).solid;
   }
   c.from = point.spawn_origin(c.light.direction);
-  samples_.resume_sample(sample_of(lane));
+  samples_.resume_sample(lane);
   c.radiance = emitted_radiance(scene_, c.light, c.from, samples_, &c.target);
   return !is_black(c.radiance);
 }
@@ -215,7 +215,7 @@ bool PathBatch<kGlass>::connect(int lane) {
 template <bool kGlass>
 void PathBatch<kGlass>::add_connection(int lane) {
   Connection& c = connections_[lane];
-  samples_.resume_sample(sample_of(lane));
+  samples_.resume_sample(lane);
   counters_.shadow++;
   const uint32_t key = coverage_key(scene_, samples_);
   const bool infinite = c.light.distance == kInfinity;
@@ -239,7 +239,7 @@ template <bool kGlass>
 bool PathBatch<kGlass>::scatter(uint32_t depth, int lane) {
   Path& path = paths_[lane];
   const ShadedPoint& point = points_[lane];
-  samples_.resume_sample(sample_of(lane));
+  samples_.resume_sample(lane);
   const BsdfSample next =
       bsdfs_[lane].sample(samples_.get(surface_dim::kLobe),
                           {samples_.get(surface_dim::kBsdfX), samples_.get(surface_dim::kBsdfY)});
@@ -269,7 +269,7 @@ void PathBatch<kGlass>::follow_rays() {
   LaneList missed;
   counters_.scatter += uint64_t(alive_.size());
   alive_.filter([&](int lane) {
-    samples_.resume_sample(sample_of(lane));
+    samples_.resume_sample(lane);
     if (intersect(paths_[lane].ray, &paths_[lane].hit)) return true;
     missed.add(lane);
     return false;

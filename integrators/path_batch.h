@@ -53,7 +53,6 @@ class PathBatch {
     Vec3f from, target;
   };
 
-  uint32_t sample_of(int lane) const { return batch_.first_sample + uint32_t(lane); }
   bool intersect(const Ray& ray, SurfaceHit* hit);
   void find_first_hits(std::span<SampleValue> values);
   void see_background(const LaneList& missed, std::span<SampleValue> values);

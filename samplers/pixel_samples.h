@@ -1,4 +1,6 @@
-// The numbers of up to 16 consecutive samples of one pixel, filled slot by slot on first use.
+// The numbers of a batch of up to 16 samples, filled slot by slot on first use. A batch holds
+// consecutive samples of one pixel, or, where only few of each pixel are wanted, samples of
+// several.
 //
 // One per worker thread, reused; no allocation after construction.
 #pragma once
@@ -6,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <span>
 
 #include "renderer/core/hash.h"
 #include "samplers/sampler.h"
@@ -23,20 +26,29 @@ class PixelSamples {
     assert(first_sample % kSampleLanes + uint32_t(count) <= kSampleLanes);
     pixel_ = pixel;
     first_sample_ = first_sample;
-    count_ = count;
-    filled_ = 0;
-    hashed_ = false;
+    first_lane_ = int(first_sample % kSampleLanes);
+    start(count, false);
   }
 
-  // Chooses which sample of the batch the following calls speak of, from its camera on.
-  void start_sample(uint32_t sample) {
-    choose(sample);
+  // Starts a batch of any samples of any pixels, 16 at most.
+  void start_batch(std::span<const SampleAddress> samples, uint32_t seed) {
+    assert(!samples.empty() && samples.size() <= size_t(kSampleLanes));
+    std::copy(samples.begin(), samples.end(), addresses_.begin());
+    pixel_.seed = seed;
+    first_lane_ = 0;
+    start(int(samples.size()), true);
+  }
+
+  // Chooses which sample of the batch, counted from 0, the following calls speak of, from its
+  // camera on.
+  void start_sample(int index) {
+    choose(index);
     start_slot(0);
   }
 
   // Goes back to a sample that was started, to where it had come: samples may take turns.
-  void resume_sample(uint32_t sample) {
-    choose(sample);
+  void resume_sample(int index) {
+    choose(index);
     current_ = &blocks_[std::min(slot_[lane_], kCachedSlots)];
   }
 
@@ -46,15 +58,14 @@ class PixelSamples {
     extra_[lane_] = 0;
     if (slot < kCachedSlots) {
       if (!(filled_ & (1u << slot))) {
-        sampler_.fill(pixel_, slot, first_sample_, count_, blocks_[slot],
-                      slot == 0 ? camera_dimensions_ : kSlotDimensions);
+        fill_slot(slot);
         filled_ |= 1u << slot;
       }
       current_ = &blocks_[slot];
     } else {
       // Long paths are rare: no batch is worth keeping for them. A sample fills its own lane of
       // the last block, so that others, which may be at other slots, keep theirs.
-      sampler_.fill(pixel_, slot, sample_, 1, blocks_[kCachedSlots]);
+      fill_lane(slot);
       current_ = &blocks_[kCachedSlots];
     }
   }
@@ -70,17 +81,49 @@ class PixelSamples {
   }
 
  private:
-  void choose(uint32_t sample) {
-    assert(sample >= first_sample_ && sample < first_sample_ + uint32_t(count_));
-    sample_ = sample;
-    lane_ = int(sample % kSampleLanes);
+  void start(int count, bool scattered) {
+    count_ = count;
+    scattered_ = scattered;
+    filled_ = 0;
+    hashed_ = false;
+  }
+  void choose(int index) {
+    assert(index >= 0 && index < count_);
+    lane_ = first_lane_ + index;
+  }
+  void fill_slot(uint32_t slot) {
+    const int dimensions = slot == 0 ? camera_dimensions_ : kSlotDimensions;
+    if (scattered_) {
+      sampler_.fill_scattered({addresses_.data(), size_t(count_)}, pixel_.seed, slot, 0,
+                              blocks_[slot], dimensions);
+    } else {
+      sampler_.fill(pixel_, slot, first_sample_, count_, blocks_[slot], dimensions);
+    }
+  }
+  void fill_lane(uint32_t slot) {
+    if (scattered_) {
+      sampler_.fill_scattered({&addresses_[size_t(lane_)], 1}, pixel_.seed, slot, lane_,
+                              blocks_[kCachedSlots]);
+    } else {
+      sampler_.fill(pixel_, slot, first_sample_ + uint32_t(lane_ - first_lane_), 1,
+                    blocks_[kCachedSlots]);
+    }
   }
   // All of the batch's block, since they cost little more than one.
   void hash_samples() {
-    const uint32_t pixel_hash = hash_combine(hash_combine(hash32(pixel_.seed), pixel_.x), pixel_.y);
-    const uint32_t first = first_sample_ - first_sample_ % kSampleLanes;
-    for (uint32_t lane = 0; lane < kSampleLanes; ++lane) {
-      sample_hash_[lane] = hash_combine(pixel_hash, first + lane);
+    const uint32_t seed_hash = hash32(pixel_.seed);
+    if (scattered_) {
+      for (int lane = 0; lane < count_; ++lane) {
+        const SampleAddress& a = addresses_[size_t(lane)];
+        sample_hash_[lane] =
+            hash_combine(hash_combine(hash_combine(seed_hash, a.x), a.y), a.sample);
+      }
+    } else {
+      const uint32_t pixel_hash = hash_combine(hash_combine(seed_hash, pixel_.x), pixel_.y);
+      const uint32_t first = first_sample_ - first_sample_ % kSampleLanes;
+      for (uint32_t lane = 0; lane < kSampleLanes; ++lane) {
+        sample_hash_[lane] = hash_combine(pixel_hash, first + lane);
+      }
     }
     hashed_ = true;
   }
@@ -89,10 +132,12 @@ class PixelSamples {
 
   const Sampler& sampler_;
   int camera_dimensions_;
-  PixelKey pixel_;
-  uint32_t first_sample_ = 0;
+  bool scattered_ = false;
+  PixelKey pixel_;             // of a batch of one pixel; the seed of either
+  uint32_t first_sample_ = 0;  // likewise
+  std::array<SampleAddress, kSampleLanes> addresses_;  // of a scattered batch
+  int first_lane_ = 0;
   int count_ = 0;
-  uint32_t sample_ = 0;
   int lane_ = 0;
   uint32_t slot_[kSampleLanes] = {};         // where each sample of the batch is
   uint32_t extra_[kSampleLanes] = {};        // and how many extra numbers it has asked for there

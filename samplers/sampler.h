@@ -6,7 +6,8 @@
 // the samples (Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4), for the hash).
 //
 // No state is carried from one sample to the next: fill() is const and its result for a sample
-// does not depend on which other samples are filled with it (law 1).
+// does not depend on which other samples are filled with it (law 1). Early passes of a progressive
+// render want one sample each of many pixels: fill_scattered() gives them the same numbers.
 #pragma once
 
 #include <cstdint>
@@ -54,6 +55,13 @@ struct PixelKey {
   uint32_t seed = 0;
 };
 
+// Which sample of which pixel.
+struct SampleAddress {
+  uint32_t x = 0, y = 0;
+  uint32_t sample = 0;
+  bool operator==(const SampleAddress&) const = default;
+};
+
 // values[dimension][lane], lane = sample index modulo kSampleLanes.
 struct alignas(64) SlotBlock {
   float values[kSlotDimensions][kSampleLanes];
@@ -71,6 +79,11 @@ class Sampler {
   // wrap: first_sample % 16 + count <= 16. Thread-safe.
   virtual void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count,
                     SlotBlock& out, int dimensions = kSlotDimensions) const = 0;
+  // The same numbers for up to 16 samples of any pixels: writes samples[i] to lane first_lane + i.
+  // The default asks fill() for each alone, which is right for every sampler and fast for none.
+  virtual void fill_scattered(std::span<const SampleAddress> samples, uint32_t seed, uint32_t slot,
+                              int first_lane, SlotBlock& out,
+                              int dimensions = kSlotDimensions) const;
 
   // The factor on the value of `sample` when a pixel takes exactly `count` samples (sample <
   // count), for samplers whose points do not all stand for equal volumes. The mean over a pixel's

@@ -1,5 +1,6 @@
 #include "samplers/sobol_sampler.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 
@@ -144,7 +145,67 @@ void fill_pairs(const BlockOf& block_of, uint32_t slot, uint32_t first_sample, i
   }
 }
 
+// Sixteen samples of any pixels, each with its own stream and block.
+struct ScatteredLanes {
+  alignas(64) uint32_t stream_hash[kSampleLanes];
+  alignas(64) uint32_t block[kSampleLanes];     // within the stream
+  alignas(64) uint32_t in_block[kSampleLanes];  // which of its eight samples
+};
+
+// One pair of dimensions of a slot, as plan_blocks() and fill_blocks() have it; the loop vectorises
+// over the lanes.
+void fill_scattered_pair(const ScatteredLanes& lanes, uint32_t slot, int pair,
+                         float (&x)[kSampleLanes], float (&y)[kSampleLanes]) {
+  const bool natural = slot == 0 && pair == 0;
+  const uint32_t shuffle_salt = kShuffleSalt[size_t(pair)], order_salt = kOrderSalt[size_t(pair)];
+  const uint32_t salt_x = kScrambleSalt[size_t(2 * pair)];
+  const uint32_t salt_y = kScrambleSalt[size_t(2 * pair + 1)];
+  for (int i = 0; i < kSampleLanes; ++i) {
+    const uint32_t slot_hash = hash_combine(lanes.stream_hash[i], slot);
+    const uint32_t first = lanes.block[i] * kBlockSize;
+    const uint32_t shuffled = owen_sobol::shuffle_index(first, hash32(slot_hash ^ shuffle_salt));
+    const uint32_t shuffled_order = owen_sobol::random_order_of_8(
+        hash32(hash32(slot_hash ^ order_salt) ^ hash32(lanes.block[i] + 0x9e3779b9u)));
+    const uint32_t base = natural ? first : shuffled & ~(kBlockSize - 1);
+    const uint32_t order = natural ? kNaturalOrder : shuffled_order;
+    const uint32_t index = base | ((order >> (4 * lanes.in_block[i])) & 7u);
+    const uint32_t seed_x = hash32(slot_hash ^ salt_x), seed_y = hash32(slot_hash ^ salt_y);
+    x[i] = owen_sobol::reversed_to_unit_float(owen_sobol::permute(index, seed_x));
+    y[i] =
+        owen_sobol::reversed_to_unit_float(owen_sobol::permute(owen_sobol::pascal(index), seed_y));
+  }
+}
+
 }  // namespace
+
+void SobolSampler::fill_scattered(std::span<const SampleAddress> samples, uint32_t seed,
+                                  uint32_t slot, int first_lane, SlotBlock& out,
+                                  int dimensions) const {
+  assert(first_lane >= 0 && size_t(first_lane) + samples.size() <= size_t(kSampleLanes));
+  alignas(64) uint32_t x[kSampleLanes] = {}, y[kSampleLanes] = {}, half[kSampleLanes] = {};
+  ScatteredLanes lanes;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    x[i] = samples[i].x;
+    y[i] = samples[i].y;
+    half[i] = samples[i].sample / kBlockSize;
+    lanes.in_block[i] = samples[i].sample % kBlockSize;
+  }
+  for (size_t i = samples.size(); i < size_t(kSampleLanes); ++i) lanes.in_block[i] = 0;
+  const uint32_t seed_hash = hash32(seed);
+  const uint32_t second = streams_ == StreamCount::kTwo ? 1 : 0;
+  for (int i = 0; i < kSampleLanes; ++i) {
+    const uint32_t pixel_hash = hash_combine(hash_combine(seed_hash, x[i]), y[i]);
+    lanes.stream_hash[i] = hash_combine(pixel_hash, half[i] & second);
+    lanes.block[i] = half[i] >> second;
+  }
+  const int pairs = dimensions <= 2 ? 1 : kSlotDimensions / 2;
+  for (int p = 0; p < pairs; ++p) {
+    alignas(64) float pair_x[kSampleLanes], pair_y[kSampleLanes];
+    fill_scattered_pair(lanes, slot, p, pair_x, pair_y);
+    std::copy_n(pair_x, samples.size(), out.values[2 * p] + first_lane);
+    std::copy_n(pair_y, samples.size(), out.values[2 * p + 1] + first_lane);
+  }
+}
 
 void SobolSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count,
                         SlotBlock& out, int dimensions) const {

@@ -21,6 +21,8 @@ class SobolSampler final : public Sampler {
   explicit SobolSampler(const SamplerSettings& settings) : streams_(settings.streams) {}
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;
+  void fill_scattered(std::span<const SampleAddress> samples, uint32_t seed, uint32_t slot,
+                      int first_lane, SlotBlock& out, int dimensions) const override;
 
  private:
   StreamCount streams_;

@@ -14,6 +14,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "renderer/core/zeroed_array.h"
+
 namespace emberline::features {
 
 #ifdef EMBERLINE_PLAIN
@@ -60,6 +62,7 @@ struct NoVector {
   constexpr size_t size() const { return 0; }
   constexpr size_t capacity() const { return 0; }
   void assign(size_t, const T&) {}
+  void reset(size_t) {}
   void push_back(const T&) {}
   T* begin() const { return nullptr; }
   T* end() const { return nullptr; }
@@ -94,6 +97,8 @@ template <bool kBuilt, typename T, float kValue>
 using Value = std::conditional_t<kBuilt, T, detail::NoValue<T, kValue>>;
 template <bool kBuilt, typename T>
 using Vector = std::conditional_t<kBuilt, std::vector<T>, detail::NoVector<T>>;
+template <bool kBuilt, typename T>
+using Zeroed = std::conditional_t<kBuilt, ZeroedArray<T>, detail::NoVector<T>>;
 template <bool kBuilt, typename T>
 using Pointer = std::conditional_t<kBuilt, T*, detail::NoPointer<T>>;
 template <bool kBuilt, typename T>

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "renderer/core/names.h"
+#include "renderer/drivers/adaptive_driver.h"
 #include "renderer/drivers/bucket_driver.h"
 
 namespace emberline {
@@ -13,6 +14,10 @@ constexpr DriverEntry kDrivers[] = {
     {"bucket", "bucket after bucket, each finished, streamed out and released",
      [](const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
        return std::make_unique<BucketDriver>(settings);
+     }},
+    {"adaptive", "the whole frame, samples going where the error is",
+     [](const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
+       return std::make_unique<AdaptiveDriver>(settings);
      }},
 };
 

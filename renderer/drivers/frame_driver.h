@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "integrators/integrator.h"
+#include "renderer/drivers/adaptive/round_planner.h"
 #include "renderer/drivers/work_item.h"
 #include "renderer/film/film.h"
 #include "renderer/film/filter.h"
@@ -51,8 +53,27 @@ struct FrameCounters {
   void merge(const FrameCounters& other);
 };
 
+// The frame as it can be shown while it renders: complete at every moment, the pixels without
+// samples filled from their neighbours.
+class FramePicture {
+ public:
+  virtual ~FramePicture() = default;
+  // R G B A of every pixel of the window, interleaved, rows from its top.
+  virtual void resolve(std::span<float> rgba) const = 0;
+  virtual const FilmTile& film() const = 0;
+};
+
+// How far a progressive render has come.
+struct FrameProgress {
+  int pass = 0;             // how many have begun; the first brings every pixel its first sample
+  uint64_t samples = 0;     // so far
+  double completion = 0.0;  // of the first pass: pixels that have a sample, in [0, 1]
+  bool pass_finished = false;
+  std::optional<double> error_estimate;  // the driver's own, if it has made one
+};
+
 // How window, progress bar, writers and checkpoints see the frame; drivers know none of them.
-// Called from worker threads, concurrently.
+// Called from worker threads, concurrently, unless a function says otherwise.
 class FrameObserver {
  public:
   virtual ~FrameObserver() = default;
@@ -61,20 +82,34 @@ class FrameObserver {
   virtual void tile_finished(const FilmTile& tile) = 0;
   // Some more samples are done (about every millisecond of work).
   virtual void samples_finished(uint64_t /*count*/) {}
+  // A progressive driver pauses: from its own thread, while no worker renders, every few
+  // milliseconds. The picture may be looked at until the call returns.
+  virtual void picture_changed(const FrameProgress& /*progress*/, const FramePicture& /*picture*/) {
+  }
+  // Why a stop was requested, for the pixels that it cut short.
+  virtual PixelStop stop_cause() const { return PixelStop::kUser; }
 };
 
 class FrameDriver {
  public:
   virtual ~FrameDriver() = default;
-  // Renders the frame, on the calling thread's TBB arena. Returns early, with what there is
-  // delivered, soon after a stop is requested.
+  // Renders the frame, on the calling thread's TBB arena. Returns soon after a stop is requested.
   virtual FrameCounters render(const Frame& frame, FrameObserver& observer,
                                std::stop_token stop) = 0;
+  // Hands the observer the finished tiles of what render() kept in memory; to be called once after
+  // it. A driver that hands on every tile as it is finished keeps nothing.
+  virtual void deliver(FrameObserver& /*observer*/) {}
+  // The driver's estimate of the delivered frame's error: expected RMS error of the displayed
+  // picture, if it made one.
+  virtual std::optional<double> error_estimate() const { return std::nullopt; }
+  // What the driver holds beside its workers' tiles, for the report.
+  virtual uint64_t film_bytes() const { return 0; }
 };
 
 struct DriverSettings {
   int bucket_size = 64;
   std::string bucket_order = "hilbert";
+  AdaptiveSettings adaptive = {};
 };
 
 struct DriverEntry {

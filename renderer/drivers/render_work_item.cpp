@@ -45,81 +45,136 @@ RenderWorker::RenderWorker(const Frame& frame)
 
 RenderWorker::~RenderWorker() { restore_mode(saved_mode_); }
 
-void RenderWorker::trace_batch(int x, int y, uint32_t first_sample, int count) {
-  samples_.start_batch({uint32_t(x), uint32_t(y), frame_.seed}, first_sample, count);
-  Vec2f film[kSampleLanes];
+// Of one pixel, consecutive.
+void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
   for (int i = 0; i < count; ++i) {
-    samples_.start_sample(first_sample + uint32_t(i));
+    addresses_[i] = {uint32_t(x), uint32_t(y), first_sample + uint32_t(i)};
+  }
+  count_ = count;
+  samples_.start_batch({uint32_t(x), uint32_t(y), frame_.seed}, first_sample, count);
+}
+
+void RenderWorker::trace_batch() {
+  Vec2f film[kSampleLanes];
+  for (int i = 0; i < count_; ++i) {
+    samples_.start_sample(i);
     const FilterSample offset = frame_.filter.sample(
         {samples_.get(camera_dim::kPixelX), samples_.get(camera_dim::kPixelY)});
     weights_[i] = offset.weight;
-    film[i] = {float(x) + 0.5f + offset.offset.x, float(y) + 0.5f + offset.offset.y};
+    film[i] = {float(addresses_[i].x) + 0.5f + offset.offset.x,
+               float(addresses_[i].y) + 0.5f + offset.offset.y};
     values_[i] = SampleValue{};
   }
-  frame_.camera.rays({film, size_t(count)}, rays_);
+  const auto count = size_t(count_);
+  frame_.camera.rays({film, count}, rays_);
   const bool surface = frame_.aovs.contains(Aov::kAlbedo) || frame_.aovs.contains(Aov::kNormal) ||
                        frame_.aovs.contains(Aov::kDepth);
-  const SampleBatch batch{frame_.scene, frame_.camera, {rays_, size_t(count)},
-                          first_sample, surface,       frame_.aovs.contains(Aov::kId)};
-  frame_.integrator.estimate(batch, samples_, {values_, size_t(count)}, counters_.rays);
+  const SampleBatch batch{
+      frame_.scene, frame_.camera, {rays_, count}, surface, frame_.aovs.contains(Aov::kId)};
+  frame_.integrator.estimate(batch, samples_, {values_, count}, counters_.rays);
+}
+
+// False if the sample was NaN or infinite.
+bool RenderWorker::add(int lane, FilmTile& tile) {
+  const SampleAddress& a = addresses_[lane];
+  const int x = int(a.x), y = int(a.y);
+  if (tile.add(x, y, half_of(a.sample, frame_.streams), weights_[lane], values_[lane])) return true;
+  counters_.non_finite_samples++;
+  if (counters_.located.size() < FrameCounters::kLocatedLimit) {
+    counters_.located.push_back({x, y, a.sample});
+  }
+  return false;
+}
+
+// Traces the batch and adds it to the film, with what it cost. Samples of several pixels share the
+// cost evenly.
+void RenderWorker::add_batch(FilmTile& tile) {
+  using Clock = std::chrono::steady_clock;
+  const bool timed = frame_.aovs.contains(Aov::kTime);
+  const Clock::time_point start = timed ? Clock::now() : Clock::time_point{};
+  const uint64_t rays_before = counters_.rays.total();
+  trace_batch();
+  const bool costed = tile.rays() != nullptr;
+  const auto rays = uint32_t(counters_.rays.total() - rays_before);
+  for (int i = 0; i < count_; ++i) {
+    add(i, tile);
+    counters_.max_samples = std::max(counters_.max_samples, addresses_[i].sample + 1);
+    // The shares add up to the batch's rays.
+    const auto lane = uint32_t(i), count = uint32_t(count_);
+    if (costed) {
+      tile.add_rays(int(addresses_[i].x), int(addresses_[i].y),
+                    rays * (lane + 1) / count - rays * lane / count);
+    }
+  }
+  if (timed) {
+    const double share = std::chrono::duration<double>(Clock::now() - start).count() / count_;
+    for (int i = 0; i < count_; ++i) {
+      tile.add_time(int(addresses_[i].x), int(addresses_[i].y), share);
+    }
+  }
+  counters_.samples += uint64_t(count_);
+  count_ = 0;
+}
+
+void RenderWorker::flush_scattered(FilmTile& tile) {
+  if (count_ == 0) return;
+  samples_.start_batch({addresses_, size_t(count_)}, frame_.seed);
+  add_batch(tile);
 }
 
 bool RenderWorker::render(const WorkItem& item, FilmTile& tile, FrameObserver& observer,
                           const std::stop_token& stop) {
-  using Clock = std::chrono::steady_clock;
-  const bool timed = frame_.aovs.contains(Aov::kTime);
-  const uint32_t end = item.first_sample + item.sample_count;
   const bool had_samples = counters_.samples > 0;
-  uint32_t fewest = had_samples ? counters_.min_samples : item.sample_count;
   bool complete = true;
-  for (int y = item.pixels.y0; y < item.pixels.y1; ++y) {
-    uint64_t row_samples = 0, unreported = 0;
+  for (int y = item.pixels.y0; y < item.pixels.y1 && complete; ++y) {
+    row_.clear();
     for (int x = item.pixels.x0; x < item.pixels.x1; ++x) {
-      const Clock::time_point start = timed ? Clock::now() : Clock::time_point{};
-      uint32_t sample = item.first_sample;
-      while (sample < end) {
-        if (stop.stop_requested()) {
-          complete = false;
-          break;
-        }
-        // Batches end at multiples of 16, so a batch never straddles two blocks of the sampler.
-        const uint32_t block_end = (sample / kSampleLanes + 1) * uint32_t(kSampleLanes);
-        const int count = int(std::min(end, block_end) - sample);
-        trace_batch(x, y, sample, count);
-        for (int i = 0; i < count; ++i) {
-          const uint32_t k = sample + uint32_t(i);
-          if (!tile.add(x, y, half_of(k, frame_.streams), weights_[i], values_[i])) {
-            counters_.non_finite_samples++;
-            if (counters_.located.size() < FrameCounters::kLocatedLimit) {
-              counters_.located.push_back({x, y, k});
-            }
-          }
-        }
-        sample += uint32_t(count);
-      }
-      const uint32_t done = sample - item.first_sample;
-      row_samples += done;
-      unreported += done;
-      if (unreported >= kReportedSamples) {
-        observer.samples_finished(unreported);
-        unreported = 0;
-      }
-      fewest = std::min(fewest, done);
-      counters_.max_samples = std::max(counters_.max_samples, done);
-      if (timed) {
-        tile.add_time(x, y, std::chrono::duration<double>(Clock::now() - start).count());
-      }
+      row_.push_back({x, y, item.first_sample, item.sample_count});
     }
-    counters_.samples += row_samples;
-    observer.samples_finished(unreported);
+    complete = render(row_, tile, observer, stop);
   }
-  counters_.min_samples = fewest;
+  const uint32_t fewest = complete ? item.sample_count : tile.least_samples();
+  counters_.min_samples = had_samples ? std::min(counters_.min_samples, fewest) : fewest;
+  return complete;
+}
+
+bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, FrameObserver& observer,
+                          const std::stop_token& stop) {
+  uint64_t reported = counters_.samples;
+  bool complete = true;
+  count_ = 0;
+  for (size_t i = 0; i < list.size() && complete; ++i) {
+    const PixelWork& work = list[i];
+    const uint32_t end = work.first_sample + work.sample_count;
+    for (uint32_t sample = work.first_sample; sample < end && complete;) {
+      const uint32_t in_block = sample % kSampleLanes;
+      if (in_block == 0 && end - sample >= uint32_t(kSampleLanes)) {
+        flush_scattered(tile);  // may hold earlier samples of this pixel
+        begin_batch(work.x, work.y, sample, kSampleLanes);
+        add_batch(tile);
+        sample += uint32_t(kSampleLanes);
+      } else {
+        addresses_[count_++] = {uint32_t(work.x), uint32_t(work.y), sample++};
+        if (count_ == kSampleLanes) flush_scattered(tile);
+      }
+      if (count_ == 0) complete = !stop.stop_requested();
+    }
+    if (counters_.samples - reported >= kReportedSamples) {
+      observer.samples_finished(counters_.samples - reported);
+      reported = counters_.samples;
+    }
+  }
+  if (complete) flush_scattered(tile);
+  count_ = 0;
+  observer.samples_finished(counters_.samples - reported);
   counters_.stopped = counters_.stopped || !complete;
   return complete;
 }
 
 SampleValue RenderWorker::replay(int x, int y, uint32_t sample, Ray* camera_ray) {
-  trace_batch(x, y, sample, 1);
+  begin_batch(x, y, sample, 1);
+  trace_batch();
+  count_ = 0;
   if (camera_ray) *camera_ray = rays_[0];
   values_[0].radiance *= weights_[0];
   return values_[0];

@@ -1,7 +1,9 @@
 // The one place where sampler, camera, filter, integrator and film meet; every driver calls it.
 #pragma once
 
+#include <span>
 #include <stop_token>
+#include <vector>
 
 #include "renderer/drivers/frame_driver.h"
 
@@ -17,10 +19,16 @@ class RenderWorker {
   RenderWorker(const RenderWorker&) = delete;
   RenderWorker& operator=(const RenderWorker&) = delete;
 
-  // Adds the item's samples to `tile`, which covers item.pixels. Pixels are visited row by row,
-  // each with all its samples in index order. Stops between batches of 16 samples when asked to;
-  // returns false then.
+  // Adds the item's samples to `tile`, which covers item.pixels and holds no others. Pixels are
+  // visited row by row, each with all its samples in index order. Stops between batches of 16
+  // samples when asked to; returns false then.
   bool render(const WorkItem& item, FilmTile& tile, FrameObserver& observer,
+              const std::stop_token& stop);
+
+  // Adds the samples of a list of pixels, none of which is in it twice, to `tile`, which covers
+  // them. Each pixel's samples are added in index order; where a pixel wants few, samples of
+  // several pixels share a batch. Stops between batches when asked to; returns false then.
+  bool render(std::span<const PixelWork> list, FilmTile& tile, FrameObserver& observer,
               const std::stop_token& stop);
 
   // One sample alone, as render() would compute it.
@@ -29,11 +37,18 @@ class RenderWorker {
   const FrameCounters& counters() const { return counters_; }
 
  private:
-  void trace_batch(int x, int y, uint32_t first_sample, int count);
+  void begin_batch(int x, int y, uint32_t first_sample, int count);
+  void trace_batch();
+  bool add(int lane, FilmTile& tile);
+  void add_batch(FilmTile& tile);
+  void flush_scattered(FilmTile& tile);
 
   const Frame& frame_;
   PixelSamples samples_;
   FrameCounters counters_;
+  SampleAddress addresses_[kSampleLanes];  // of the batch under way
+  int count_ = 0;
+  std::vector<PixelWork> row_;  // of a WorkItem
   Ray rays_[kSampleLanes];
   float weights_[kSampleLanes];
   SampleValue values_[kSampleLanes];

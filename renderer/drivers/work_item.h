@@ -1,4 +1,4 @@
-// A schedule is data: drivers emit these, render_work_item carries them out, tests list them.
+// A schedule is data: drivers emit these, RenderWorker carries them out, tests list them.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +15,14 @@ struct WorkItem {
 
   uint64_t samples() const { return uint64_t(pixels.area()) * sample_count; }
   bool operator==(const WorkItem&) const = default;
+};
+
+// The same of one pixel, for schedules that leave pixels out or give each a count of its own.
+struct PixelWork {
+  int x = 0, y = 0;
+  uint32_t first_sample = 0;
+  uint32_t sample_count = 0;
+  bool operator==(const PixelWork&) const = default;
 };
 
 }  // namespace emberline

@@ -1,5 +1,7 @@
 #include "renderer/film/film.h"
 
+#include <algorithm>
+#include <cassert>
 #include <limits>
 
 #include "renderer/core/names.h"
@@ -30,6 +32,9 @@ const std::vector<AovEntry>& aov_table() {
       {Aov::kDepth, "Z", "depth of the first surface along the viewing axis"},
       {Aov::kId, "id", "instance seen by the pixel's first sample that hits one"},
       {Aov::kTime, "time", "seconds spent on the pixel"},
+      {Aov::kStop, "stop",
+       "why the pixel got no more samples: 1 --spp, 2 --noise-threshold, 3 --max-spp, 4 "
+       "--time-limit, 5 the user; 0 if it got none"},
   };
   return table;
 }
@@ -57,16 +62,20 @@ std::vector<FilmChannel> film_channels(const AovSet& aovs) {
   if (aovs.contains(Aov::kDepth)) add({"Z"});
   if (aovs.contains(Aov::kId)) add({"id"}, true);
   if (aovs.contains(Aov::kTime)) add({"time"});
+  if (aovs.contains(Aov::kStop)) add({"stop"}, true);
   return channels;
 }
 
 void FilmTile::reset(const Rect& rect) {
   rect_ = rect;
   const auto n = size_t(rect.area());
-  sums_.assign(n, PixelSums{});
-  if (aovs_.contains(Aov::kVariance)) squares_.assign(3 * n, 0.0);
-  if (wants_surface()) surfaces_.assign(n, SurfaceSums{});
-  if (aovs_.contains(Aov::kTime)) seconds_.assign(n, 0.0f);
+  sums_.reset(n);
+  shown_.reset(0);
+  if (aovs_.contains(Aov::kVariance) || extras_.squares) squares_.reset(3 * n);
+  if (extras_.rays) rays_.reset(n);
+  if (wants_surface()) surfaces_.reset(n);
+  if (aovs_.contains(Aov::kTime)) seconds_.reset(n);
+  if (aovs_.contains(Aov::kStop)) stops_.reset(n);
 }
 
 bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValue& value) {
@@ -100,9 +109,40 @@ void FilmTile::add_time(int x, int y, double seconds) {
   if (!seconds_.empty()) seconds_[index(x, y)] += float(seconds);
 }
 
+void FilmTile::add_rays(int x, int y, uint32_t rays) {
+  if (!rays_.empty()) rays_[index(x, y)] += rays;
+}
+
+void FilmTile::set_stop(int x, int y, PixelStop stop) {
+  if (!stops_.empty()) stops_[index(x, y)] = stop;
+}
+
+void FilmTile::show(int x, int y, const float* rgba) {
+  if (shown_.empty()) shown_.reset(sums_.size());
+  ShownValue& value = shown_[index(x, y)];
+  std::copy_n(rgba, 4, value.rgba);
+  value.set = true;
+}
+
+void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
+  const size_t i = index(x, y), j = from.index(x, y);
+  sums_[i] = from.sums_[j];
+  if (!squares_.empty()) std::copy_n(&from.squares_[3 * j], 3, &squares_[3 * i]);
+  if (!rays_.empty()) rays_[i] = from.rays_[j];
+  if (!surfaces_.empty()) surfaces_[i] = from.surfaces_[j];
+  if (!seconds_.empty()) seconds_[i] = from.seconds_[j];
+  if (!stops_.empty()) stops_[i] = from.stops_[j];
+}
+
 uint32_t FilmTile::sample_count(int x, int y) const {
   const PixelSums& sums = sums_[index(x, y)];
   return sums.count[0] + sums.count[1];
+}
+
+uint32_t FilmTile::least_samples() const {
+  uint32_t least = sums_.empty() ? 0 : std::numeric_limits<uint32_t>::max();
+  for (const PixelSums& sums : sums_) least = std::min(least, sums.count[0] + sums.count[1]);
+  return least;
 }
 
 Rgb FilmTile::mean(int x, int y) const {
@@ -127,8 +167,12 @@ double FilmTile::variance_of_mean(size_t i, size_t c) const {
 }
 
 void FilmTile::put_rgba(size_t i, float* out) const {
+  if (!shown_.empty() && shown_[i].set) {
+    std::copy_n(shown_[i].rgba, 4, out);
+    return;
+  }
   const PixelSums& sums = sums_[i];
-  const double n = double(sums.count[0]) + double(sums.count[1]);
+  const double n = sums.samples();
   const double scale = n > 0 ? 1.0 / n : 0.0;
   for (int c = 0; c < 3; ++c) out[c] = to_finite_float((sums.rgb[0][c] + sums.rgb[1][c]) * scale);
   // A filter with negative lobes may leave [0, 1]; coverage may not.
@@ -137,6 +181,11 @@ void FilmTile::put_rgba(size_t i, float* out) const {
 
 void FilmTile::resolve_rgba(std::vector<float>& out) const {
   out.resize(4 * sums_.size());
+  resolve_rgba(std::span(out));
+}
+
+void FilmTile::resolve_rgba(std::span<float> out) const {
+  assert(out.size() >= 4 * sums_.size());
   for (size_t i = 0; i < sums_.size(); ++i) put_rgba(i, &out[4 * i]);
 }
 
@@ -145,7 +194,7 @@ void FilmTile::resolve(std::vector<float>& out) const {
   out.resize(channels * sums_.size());
   for (size_t i = 0; i < sums_.size(); ++i) {
     const PixelSums& sums = sums_[i];
-    const double n = double(sums.count[0]) + double(sums.count[1]);
+    const double n = sums.samples();
     float* p = &out[channels * i];
     put_rgba(i, p);
     p += 4;
@@ -167,12 +216,15 @@ void FilmTile::resolve(std::vector<float>& out) const {
     }
     if (aovs_.contains(Aov::kId)) *p++ = float(sums.id);
     if (aovs_.contains(Aov::kTime)) *p++ = seconds_[i];
+    if (aovs_.contains(Aov::kStop)) *p++ = float(stops_[i]);
   }
 }
 
 uint64_t FilmTile::bytes() const {
   return sums_.capacity() * sizeof(PixelSums) + squares_.capacity() * sizeof(double) +
-         surfaces_.capacity() * sizeof(SurfaceSums) + seconds_.capacity() * sizeof(float);
+         rays_.capacity() * sizeof(uint32_t) + surfaces_.capacity() * sizeof(SurfaceSums) +
+         seconds_.capacity() * sizeof(float) + stops_.capacity() * sizeof(PixelStop) +
+         shown_.capacity() * sizeof(ShownValue);
 }
 
 }  // namespace emberline

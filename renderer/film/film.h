@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,11 +14,12 @@
 #include "renderer/core/features.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
+#include "renderer/core/zeroed_array.h"
 
 namespace emberline {
 
 // Channels beside R G B A and `samples`, made only when asked for.
-enum class Aov : uint8_t { kVariance, kAlbedo, kNormal, kDepth, kId, kTime };
+enum class Aov : uint8_t { kVariance, kAlbedo, kNormal, kDepth, kId, kTime, kStop };
 
 struct AovEntry {
   Aov aov;
@@ -38,6 +40,16 @@ class AovSet {
  private:
   static constexpr uint32_t bit(Aov aov) { return 1u << static_cast<uint32_t>(aov); }
   uint32_t bits_ = 0;
+};
+
+// Why a pixel got no more samples; the values of the `stop` channel.
+enum class PixelStop : uint8_t {
+  kNone = 0,       // none came: its value is its neighbours'
+  kBudget = 1,     // the samples asked for (--spp) were spent
+  kThreshold = 2,  // --noise-threshold was met
+  kMaximum = 3,    // --max-spp was reached
+  kTimeLimit = 4,  // --time-limit ended the frame
+  kUser = 5,       // so did a signal
 };
 
 struct FilmChannel {
@@ -67,39 +79,67 @@ struct SampleValue {
 // same value Cycles writes.
 inline constexpr float kBackgroundDepth = 1e10f;
 
+// What a driver wants accumulated for its own decisions, beside the channels.
+struct FilmExtras {
+  bool squares = false;  // of the radiance: the variance of a sample
+  bool rays = false;     // traced for a pixel: what its samples cost
+};
+
+// A pixel's sums over its samples, each times its filter weight.
+struct PixelSums {
+  double rgb[2][3];  // by stream
+  double alpha;
+  uint32_t count[2];
+  uint32_t non_finite;
+  uint32_t id;
+
+  double samples() const { return double(count[0]) + double(count[1]); }
+};
+
 class FilmTile {
  public:
-  explicit FilmTile(const AovSet& aovs) : aovs_(aovs) {}
+  explicit FilmTile(const AovSet& aovs, const FilmExtras& extras = {})
+      : aovs_(aovs), extras_(extras) {}
 
-  // Clears to no samples over `rect`; keeps its memory.
+  // Clears to no samples over `rect`; keeps its memory. Memory that is new is touched by the first
+  // sample alone: clearing a whole frame takes no time.
   void reset(const Rect& rect);
   const Rect& rect() const { return rect_; }
   const AovSet& aovs() const { return aovs_; }
+  const FilmExtras& extras() const { return extras_; }
 
   // Adds sample value x filter weight. `half` (0 or 1) is the stream the sample belongs to. Returns
   // false, and counts the sample as black and non-finite, if the value is NaN or infinite.
   bool add(int x, int y, int half, float filter_weight, const SampleValue& value);
   void add_time(int x, int y, double seconds);
+  void add_rays(int x, int y, uint32_t rays);
+  void set_stop(int x, int y, PixelStop stop);
 
   uint32_t sample_count(int x, int y) const;
+  uint32_t least_samples() const;  // of any pixel
   uint32_t non_finite(int x, int y) const { return sums_[index(x, y)].non_finite; }
   Rgb mean(int x, int y) const;
+
+  // By index, rows from rect().y0. The squares (three a pixel) and rays are null unless wanted.
+  const PixelSums& sums(size_t i) const { return sums_[i]; }
+  const double* squares() const { return squares_.begin(); }
+  const uint32_t* rays() const { return rays_.begin(); }
+
+  // Copies what a pixel of another tile with the same channels has gathered.
+  void copy_pixel(const FilmTile& from, int x, int y);
+  // What the pixel's R G B A are to be instead of the mean of its samples: its neighbours' where it
+  // has none, or another average of them. The other channels, and its count, stay what they are.
+  void show(int x, int y, const float* rgba);
 
   // The tile's channels in film_channels() order, interleaved, rows from rect().y0.
   void resolve(std::vector<float>& out) const;
   // R G B A only.
   void resolve_rgba(std::vector<float>& out) const;
+  void resolve_rgba(std::span<float> out) const;
 
   uint64_t bytes() const;
 
  private:
-  struct PixelSums {
-    double rgb[2][3];
-    double alpha;
-    uint32_t count[2];
-    uint32_t non_finite;
-    uint32_t id;
-  };
   struct SurfaceSums {
     double albedo[3];
     double normal[3];
@@ -118,11 +158,19 @@ class FilmTile {
   double variance_of_mean(size_t i, size_t channel) const;
 
   AovSet aovs_;
+  FilmExtras extras_;
   Rect rect_;
-  std::vector<PixelSums> sums_;
-  features::Vector<features::kAovs, double> squares_;        // 3 per pixel, with the variance AOV
-  features::Vector<features::kAovs, SurfaceSums> surfaces_;  // with albedo, N or Z
-  features::Vector<features::kAovs, float> seconds_;         // with time
+  ZeroedArray<PixelSums> sums_;
+  features::Zeroed<features::kAovs, double> squares_;        // 3 per pixel, if wanted
+  features::Zeroed<features::kAovs, uint32_t> rays_;         // if wanted
+  features::Zeroed<features::kAovs, SurfaceSums> surfaces_;  // with albedo, N or Z
+  features::Zeroed<features::kAovs, float> seconds_;         // with time
+  features::Zeroed<features::kAovs, PixelStop> stops_;       // with stop
+  struct ShownValue {
+    float rgba[4];
+    bool set;
+  };
+  ZeroedArray<ShownValue> shown_;  // from the first show() on
 };
 
 }  // namespace emberline

@@ -28,8 +28,8 @@ struct SampleNumbers {
     const uint32_t first = 16 * (batch % 4);
     samples.start_batch({batch / 4 % 1024, batch / 4096, 1}, first, kSampleLanes);
     float sum = 0;
-    for (uint32_t i = 0; i < uint32_t(kSampleLanes); ++i) {
-      samples.start_sample(first + i);
+    for (int i = 0; i < kSampleLanes; ++i) {
+      samples.start_sample(i);
       for (uint32_t slot = first_slot; slot < first_slot + slots; ++slot) {
         samples.start_slot(slot);
         for (int d = 0; d < kSlotDimensions; ++d) sum += samples.get(d);

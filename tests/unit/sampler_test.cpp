@@ -203,11 +203,38 @@ TEST_P(EverySampler, PixelSamplesReadsTheSameNumbers) {
   const PixelKey pixel{3, 4, 5};
   samples.start_batch(pixel, 18, 9);
   for (const uint32_t sample : {20u, 18u, 26u, 20u}) {
-    samples.start_sample(sample);
+    samples.start_sample(int(sample) - 18);
     for (const uint32_t slot : {0u, 3u, 7u, 8u, 40u, 1u}) {
       samples.start_slot(slot);
       const SlotNumbers expected = read_sample(*sampler, pixel, slot, sample);
       for (int d = 0; d < kSlotDimensions; ++d) ASSERT_EQ(samples.get(d), expected.u[d]);
+    }
+  }
+}
+
+// A batch of samples of many pixels gets the numbers that each has alone, at any slot, and the same
+// numbers beside the plan.
+TEST_P(EverySampler, ScatteredBatchesReadTheSameNumbers) {
+  const auto sampler = make();
+  std::vector<SampleAddress> addresses;
+  for (uint32_t i = 0; i < 13; ++i) {
+    addresses.push_back({100 + i / 2, 7 * (i % 3), i < 5 ? i * i : 1u << (2 * i)});
+  }
+  PixelSamples together(*sampler), alone(*sampler);
+  together.start_batch(addresses, 5);
+  for (const int i : {3, 0, 12, 7, 3}) {
+    const SampleAddress& a = addresses[size_t(i)];
+    together.start_sample(i);
+    alone.start_batch({a.x, a.y, 5}, a.sample, 1);
+    alone.start_sample(0);
+    for (const uint32_t slot : {0u, 3u, 7u, 8u, 40u, 1u}) {
+      together.start_slot(slot);
+      alone.start_slot(slot);
+      for (int d = 0; d < kSlotDimensions; ++d) {
+        ASSERT_EQ(together.get(d), alone.get(d)) << name() << ", lane " << i << ", slot " << slot;
+      }
+      ASSERT_EQ(together.extra_bits(), alone.extra_bits());
+      ASSERT_EQ(together.extra_bits(), alone.extra_bits());
     }
   }
 }

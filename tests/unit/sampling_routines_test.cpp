@@ -251,7 +251,8 @@ TEST(SamplingRoutines, ExtraNumbersInPairs) {
   uint32_t next = 0;
   EXPECT_TRUE(chi_square_test(
       [&](TestRandom&) -> std::optional<ChiSquarePoint> {
-        const uint32_t i = next++, sample = i & 15u;
+        const uint32_t i = next++;
+        const int sample = int(i & 15u);
         if (sample == 0) samples.start_batch({(i >> 4) % 64, (i >> 10), 1}, 0, kSampleLanes);
         samples.start_sample(sample);
         samples.start_slot(1 + i % 3);

@@ -1,0 +1,53 @@
+// An array that is all zero bits when it is made, and whose memory the system hands out page by
+// page on first use: a frame's film costs nothing until its first samples come, and then belongs to
+// the threads that bring them.
+#pragma once
+
+#include <cassert>
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <type_traits>
+
+namespace emberline {
+
+template <typename T>
+class ZeroedArray {
+  static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
+
+ public:
+  // `size` zeroes; keeps its memory where that suffices. Throws std::bad_alloc.
+  void reset(size_t size) {
+    if (size > capacity_) {
+      data_.reset();  // before the new memory is asked for
+      capacity_ = 0;
+      data_.reset(static_cast<T*>(std::calloc(size, sizeof(T))));
+      if (!data_) throw std::bad_alloc();
+      capacity_ = size;
+    } else if (size > 0) {
+      std::memset(static_cast<void*>(data_.get()), 0, size * sizeof(T));
+    }
+    size_ = size;
+  }
+
+  bool empty() const { return size_ == 0; }
+  size_t size() const { return size_; }
+  size_t capacity() const { return capacity_; }
+  T* begin() const { return data_.get(); }
+  T* end() const { return data_.get() + size_; }
+  T& operator[](size_t i) const {
+    assert(i < size_);
+    return data_.get()[i];
+  }
+
+ private:
+  struct Free {
+    void operator()(T* data) const { std::free(data); }
+  };
+  std::unique_ptr<T, Free> data_;
+  size_t size_ = 0, capacity_ = 0;
+};
+
+}  // namespace emberline

@@ -1,0 +1,74 @@
+#include "renderer/drivers/frame_film.h"
+
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+
+#include "renderer/core/parallel.h"
+#include "renderer/drivers/bucket_driver.h"
+#include "renderer/drivers/render_work_item.h"
+
+namespace emberline {
+
+SliceRunner::SliceRunner(const Frame& frame, FilmTile& film, FrameObserver& observer,
+                         std::stop_token stop)
+    : frame_(frame), film_(film), observer_(observer), stop_(std::move(stop)) {}
+
+bool SliceRunner::run(size_t parts, const Expand& expand) {
+  std::atomic<size_t> next{0};
+  std::atomic<bool> failed{false};
+  const auto work = [&] {
+    try {
+      RenderWorker worker(frame_);
+      std::vector<PixelWork> list;
+      while (!failed.load(std::memory_order_relaxed) && !stop_.stop_requested()) {
+        const size_t part = next.fetch_add(1, std::memory_order_relaxed);
+        if (part >= parts) break;
+        list.clear();
+        expand(part, list);
+        worker.render(list, film_, observer_, stop_);
+      }
+      const std::lock_guard lock(mutex_);
+      counters_.merge(worker.counters());
+    } catch (...) {
+      failed = true;
+      throw;
+    }
+  };
+  const int workers = std::max(1, tbb::this_task_arena::max_concurrency());
+  parallel_tasks(std::min(parts, size_t(workers)), [&](size_t) { work(); });
+  if (next.load() < parts) counters_.stopped = true;
+  return !counters_.stopped;
+}
+
+void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& observer) {
+  const FilmTile& film = picture.film();
+  const Rect& window = film.rect();
+  const std::vector<WorkItem> tiles =
+      bucket_schedule(window, tile_size, BucketOrder::kScanline, 0, 0);
+  // Resolved once and only if some pixel needs it.
+  std::vector<float> shown;
+  std::once_flag resolve;
+  parallel_each(tiles.size(), [&](size_t i) {
+    const Rect& rect = tiles[i].pixels;
+    FilmTile tile(film.aovs(), film.extras());
+    tile.reset(rect);
+    for (int y = rect.y0; y < rect.y1; ++y) {
+      for (int x = rect.x0; x < rect.x1; ++x) {
+        tile.copy_pixel(film, x, y);
+        if (film.sample_count(x, y) > 0) continue;
+        std::call_once(resolve, [&] {
+          shown.resize(4 * size_t(window.area()));
+          picture.resolve(shown);
+        });
+        tile.show(
+            x, y,
+            &shown[4 * (size_t(y - window.y0) * size_t(window.width()) + size_t(x - window.x0))]);
+      }
+    }
+    observer.tile_finished(tile);
+  });
+}
+
+}  // namespace emberline

@@ -1,0 +1,43 @@
+// What the progressive drivers share: the film of the whole window, and the workers that carry out
+// one slice of a schedule after another over it.
+#pragma once
+
+#include <functional>
+#include <mutex>
+#include <stop_token>
+#include <vector>
+
+#include "renderer/drivers/frame_driver.h"
+
+namespace emberline {
+
+// Carries out slices. Between two calls of run() no worker is at work, so that drivers decide and
+// observers look at a film that stands still.
+class SliceRunner {
+ public:
+  SliceRunner(const Frame& frame, FilmTile& film, FrameObserver& observer, std::stop_token stop);
+
+  // Writes the `part`-th part of a slice into an empty list; called from worker threads.
+  using Expand = std::function<void(size_t part, std::vector<PixelWork>& list)>;
+
+  // Carries out the slice's parts, in order as workers become free. No pixel may be in two parts.
+  // False if a stop was requested before all was done. Rethrows what an observer throws.
+  bool run(size_t parts, const Expand& expand);
+
+  // Of all slices so far, but for min_samples, which is the driver's to say.
+  const FrameCounters& counters() const { return counters_; }
+
+ private:
+  const Frame& frame_;
+  FilmTile& film_;
+  FrameObserver& observer_;
+  std::stop_token stop_;
+  std::mutex mutex_;
+  FrameCounters counters_;
+};
+
+// Hands the film to the observer as finished tiles of size x size pixels, aligned as the bucket
+// driver's. Pixels without samples are shown as `picture` has them.
+void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& observer);
+
+}  // namespace emberline

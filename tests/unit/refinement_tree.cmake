@@ -1,0 +1,2 @@
+emberline_test(refinement_tree_test SOURCES refinement_tree_test.cpp refinement_views_test.cpp LINK
+                   emberline_drivers nlohmann_json::nlohmann_json TBB::tbb)
