@@ -24,6 +24,24 @@ void refuse_adaptive_options(const RenderOptions& o, const std::string& reason) 
   if (o.unbiased) refuse("--unbiased");
 }
 
+// A sampler that has to know a pixel's count beforehand is of no use where the noise decides it.
+void refuse_fixed_counts(const std::string& sampler) {
+  std::string valid;
+  bool refused = false;
+  for (const SamplerEntry& entry : sampler_table()) {
+    if (entry.counts == SampleCounts::kAny) {
+      valid += (valid.empty() ? "" : ", ") + std::string(entry.name);
+    } else if (entry.name == sampler) {
+      refused = true;
+    }
+  }
+  if (!refused) return;
+  throw UsageError("--sampler: " + sampler +
+                   " needs to know each pixel's number of samples beforehand, which adaptive "
+                   "sampling does not; valid names are " +
+                   valid);
+}
+
 }  // namespace
 
 SamplingPlan plan_sampling(const RenderOptions& o) {
@@ -41,6 +59,7 @@ SamplingPlan plan_sampling(const RenderOptions& o) {
     plan.streams = static_cast<StreamCount>(o.streams.value_or(1));
     return plan;
   }
+  refuse_fixed_counts(o.sampler);
   AdaptiveSettings& a = plan.adaptive;
   a.estimator = o.estimator.empty() ? kDefaultEstimator : std::string_view(o.estimator);
   const EstimatorEntry& estimator = find_estimator(a.estimator);
