@@ -24,22 +24,22 @@ void refuse_adaptive_options(const RenderOptions& o, const std::string& reason) 
   if (o.unbiased) refuse("--unbiased");
 }
 
-// Samplers whose points depend on how many there will be.
-void refuse_fixed_counts(const std::string& name) {
+// A sampler that has to know a pixel's count beforehand is of no use where the noise decides it.
+void refuse_fixed_counts(const std::string& sampler) {
   std::string valid;
-  bool fixed = false;
+  bool refused = false;
   for (const SamplerEntry& entry : sampler_table()) {
     if (entry.counts == SampleCounts::kAny) {
       valid += (valid.empty() ? "" : ", ") + std::string(entry.name);
-    } else if (entry.name == name) {
-      fixed = true;
+    } else if (entry.name == sampler) {
+      refused = true;
     }
   }
-  if (!fixed) return;
-  throw UsageError(fmt::format(
-      "--sampler {}: its points are laid out for a number of samples that is known beforehand, and "
-      "adaptive sampling decides it on the way; valid are {}",
-      name, valid));
+  if (!refused) return;
+  throw UsageError("--sampler: " + sampler +
+                   " needs to know each pixel's number of samples beforehand, which adaptive "
+                   "sampling does not; valid names are " +
+                   valid);
 }
 
 }  // namespace
