@@ -36,9 +36,10 @@ void for_lanes(size_t begin, size_t end, const Body& body) {
   for (size_t lane = 0; i + lane < end; ++lane) body(i + lane, lane);
 }
 
-inline double sum_of_lanes(const float (&lanes)[kSumLanes]) {
+template <typename Lane>
+double sum_of_lanes(const Lane (&lanes)[kSumLanes]) {
   double sum = 0.0;
-  for (const float lane : lanes) sum += double(lane);
+  for (const Lane lane : lanes) sum += double(lane);
   return sum;
 }
 
