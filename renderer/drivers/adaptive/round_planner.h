@@ -69,7 +69,7 @@ class RoundPlanner {
   bool share_by_deviation();
   bool share_evenly();
   bool unfinished(size_t i) const;
-  float most_wanted(size_t i) const;
+  size_t limit_pixels(size_t begin, size_t end);
   void round_to_counts(float everywhere);
 
   AdaptiveSettings settings_;
