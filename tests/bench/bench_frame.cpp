@@ -66,6 +66,9 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--integrator", o.integrator, "integrator");
   app->add_option("--sampler", o.sampler, "sampler");
   app->add_option("--filter", o.filter, "pixel filter");
+  app->add_option("--driver", o.driver, "frame driver");
+  app->add_option("--bisection-axis", o.bisection_axis, "rows, columns or both");
+  app->add_option("--reconstruction", o.reconstruction, "duplicate or linear");
   add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels");
   add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise");
 }
@@ -86,18 +89,27 @@ BenchFrame::BenchFrame(const RenderOptions& options)
   build_s = wall_clock() - loaded;
 }
 
-FrameRun BenchFrame::run(int threads, uint32_t spp) const {
+FrameCounters BenchFrame::render(FrameDriver& driver, FrameObserver& observer, int threads,
+                                 uint32_t spp, const std::stop_token& stop) const {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
-  const auto driver = create_driver(options_.driver, {options_.bucket_size, options_.bucket_order});
   const Rect window{0, 0, options_.width, options_.height};
   const Frame frame{*scene_,  camera_,        *integrator_,      *sampler_,
                     *filter_, options_.width, options_.height,   window,
                     spp,      options_.seed,  StreamCount::kOne, AovSet{}};
-  NullObserver observer;
   tbb::task_arena arena(threads);
+  FrameCounters counters;
+  arena.execute([&] { counters = driver.render(frame, observer, stop); });
+  return counters;
+}
+
+FrameRun BenchFrame::run(int threads, uint32_t spp) const {
+  const auto driver =
+      create_driver(options_.driver, {options_.bucket_size, options_.bucket_order,
+                                      options_.bisection_axis, options_.reconstruction});
+  NullObserver observer;
   FrameRun run;
   const double wall = wall_clock(), cpu = process_cpu();
-  arena.execute([&] { run.counters = driver->render(frame, observer, {}); });
+  run.counters = render(*driver, observer, threads, spp, {});
   run.wall_s = wall_clock() - wall;
   run.cpu_s = process_cpu() - cpu;
   run.first_sample_s = observer.first() - wall;

@@ -32,6 +32,9 @@ class BenchFrame {
 
   // Renders into nothing: no file, no display.
   FrameRun run(int threads, uint32_t spp) const;
+  // The same with a driver of one's own, which `observer` watches.
+  FrameCounters render(FrameDriver& driver, FrameObserver& observer, int threads, uint32_t spp,
+                       const std::stop_token& stop) const;
 
   double load_s = 0, build_s = 0;
   const Scene& scene() const { return *scene_; }
