@@ -25,6 +25,10 @@ constexpr uint64_t kPartSamples = 1024;
 // a time: the schedule does not depend on the clock.
 constexpr uint64_t kSliceSamples = 64 * kPartSamples;
 
+// From so many samples a pixel on the picture changes slowly, and slices are four times as long:
+// where other programs share the machine, each pause waits for a thread that they hold up.
+constexpr uint32_t kSlowSamples = 16;
+
 // Of the frame, in the first pass.
 constexpr uint64_t kFirstPassSlices = 100;
 
@@ -73,10 +77,12 @@ uint64_t bisection_part_pixels(const SampleRange& samples, uint64_t frame_pixels
 
 size_t bisection_slice_end(const BisectionPass& pass, size_t first, uint64_t frame_pixels,
                            int threads) {
-  const bool first_pass = pass.samples().first_sample == 0;
-  const uint64_t most = first_pass
-                            ? frame_pixels / kFirstPassSlices
-                            : uint64_t(threads) * kSliceSamples / pass.samples().sample_count;
+  const SampleRange& samples = pass.samples();
+  const bool first_pass = samples.first_sample == 0;
+  const uint64_t slice_samples =
+      uint64_t(threads) * kSliceSamples * (samples.first_sample < kSlowSamples ? 1 : 4);
+  const uint64_t most =
+      first_pass ? frame_pixels / kFirstPassSlices : slice_samples / samples.sample_count;
   const size_t last = first_pass ? pass.first_part(pass.step_of(first) + 1) : pass.parts();
   uint64_t pixels = pass.pixels(first);
   size_t end = first + 1;
