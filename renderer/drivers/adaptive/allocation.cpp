@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "renderer/core/parallel.h"
 
@@ -39,18 +40,20 @@ void share_samples(std::span<const float> rates, std::span<const SampleBounds> b
   counts->resize(rates.size());
   // The sum grows with K; its logarithm is bracketed and halved, in which scale the sum bends
   // least.
-  float most_rate = 0.0f, most_count = 0.0f;
+  float most_rate = 0.0f, least_rate = std::numeric_limits<float>::max(), most_count = 0.0f;
   for (size_t i = 0; i < rates.size(); ++i) {
     most_rate = std::max(most_rate, rates[i]);
+    least_rate = std::min(least_rate, rates[i] > 0.0f ? rates[i] : least_rate);
     most_count = std::max(most_count, bounds[i].most);
   }
   float k = 0.0f;
   if (most_rate > 0.0f) {
-    float low = std::log2(std::max(1e-3f, most_count)) - std::log2(most_rate) - 24.0f;
-    float high = low + 48.0f;
+    const float most = std::log2(std::max(1e-3f, most_count));
+    float low = most - std::log2(most_rate) - 24.0f;
+    // Up to where the least of the rates too is at its most; powers of two that a float can hold.
+    float high = std::min(most - std::log2(least_rate) + 1.0f, 126.0f);
     // To a thousandth of the budget: stochastic rounding is coarser.
-    constexpr int kSteps = 15;
-    for (int step = 0; step < kSteps; ++step) {
+    while (high - low > 1e-3f) {
       const float middle = 0.5f * (low + high);
       (sum_of_shares(rates, bounds, std::exp2(middle)) < total ? low : high) = middle;
     }
