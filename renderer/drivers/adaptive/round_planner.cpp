@@ -103,13 +103,18 @@ bool RoundPlanner::share_by_deviation() {
   rates_.resize(pixels);
   bounds_.resize(pixels);
   size_t open = 0;
+  float largest_rate = 0.0f;
   for (size_t i = 0; i < pixels; ++i) {
     const auto have = float(targets_[i]);
     bounds_[i] = {have, unfinished(i) ? most_wanted(i) : have};
-    open += bounds_[i].most > have;
     rates_[i] = errors_.deviation[i] / std::sqrt(statistics_.cost[i]);
+    if (bounds_[i].most <= have) continue;
+    ++open;
+    largest_rate = std::max(largest_rate, rates_[i]);
   }
   if (open == 0) return false;
+  // That no noise has been seen yet does not mean that there is none.
+  if (largest_rate == 0.0f) std::ranges::fill(rates_, 1.0f);
   const double all = settings_.budget > 0 ? double(settings_.budget) * double(pixels)
                                           : std::numeric_limits<double>::infinity();
   share_samples(rates_, bounds_, all, &shares_);
@@ -119,8 +124,25 @@ bool RoundPlanner::share_by_deviation() {
     shares_[i] = std::min(shares_[i], kPixelGrowth * std::max(have, kLeastTrusted));
     more += double(shares_[i] - have);
   }
-  round_to_counts(float(kUniformShare * more / double(pixels)));
+  round_to_counts(keep_to_budget(float(kUniformShare * more / double(pixels))));
   return true;
+}
+
+// Shares and what goes `everywhere` may exceed together what is left of the budget: takes the same
+// part off all of them. Returns what is to go everywhere.
+float RoundPlanner::keep_to_budget(float everywhere) {
+  if (settings_.budget == 0) return everywhere;
+  double more = 0.0;
+  for (size_t i = 0; i < targets_.size(); ++i) {
+    more += double(std::max(shares_[i] - float(targets_[i]), everywhere));
+  }
+  const double left = double(settings_.budget) * double(targets_.size()) - spent_;
+  const auto part = float(std::min(1.0, left / more));
+  for (size_t i = 0; i < targets_.size(); ++i) {
+    const auto have = float(targets_[i]);
+    shares_[i] = have + part * (shares_[i] - have);
+  }
+  return part * everywhere;
 }
 
 // The samples that would bring the pixel to the threshold, or the most it may have.
@@ -129,7 +151,9 @@ float RoundPlanner::most_wanted(size_t i) const {
   if (settings_.threshold <= 0.0f) return most;
   const auto have = float(targets_[i]);
   const float ratio = std::min(errors_.error[i] / settings_.threshold, 1e6f);
-  return std::min(most, std::max(have * ratio * ratio * kThresholdMargin, have + 8.0f));
+  // At least a whole step, so that no rounding ends a pixel above the threshold.
+  const float least = have + float(count_step(have + 8.0f));
+  return std::min(most, std::max(have * ratio * ratio * kThresholdMargin, least));
 }
 
 // From shares to whole counts, with at least `everywhere` samples more for each pixel on average.
@@ -141,7 +165,9 @@ void RoundPlanner::round_to_counts(float everywhere) {
       const uint32_t have = targets_[i];
       const float u = to_unit_float(hash_combine(round_hash, uint32_t(i)));
       const float share = std::min(std::max(shares_[i], float(have) + everywhere), most);
-      uint32_t count = round_count(have, share, count_step(share), u);
+      // The most need not be a multiple of the step; rounded by chance it might never be met.
+      uint32_t count =
+          share < most ? round_count(have, share, count_step(share), u) : uint32_t(most);
       if (settings_.unbiased) count = std::max(count, have + 1);
       count = std::max(have, std::min(count, uint32_t(most)));
       if (i == recorded_) {

@@ -65,6 +65,7 @@ class RoundPlanner {
  private:
   bool share_by_deviation();
   bool share_evenly();
+  float keep_to_budget(float everywhere);
   bool unfinished(size_t i) const;
   float most_wanted(size_t i) const;
   void round_to_counts(float everywhere);
