@@ -2,8 +2,9 @@
 // "Antialiased Ray Tracing by Adaptive Progressive Refinement", with today's estimators beside
 // theirs).
 //
-// A first sample for every pixel, then the estimator's pilot, then rounds: at each barrier the
-// planner looks at the film and says how many samples every pixel is to have next.
+// A first sample for every pixel, in the order that the refinement tree finds for them; then the
+// estimator's pilot; then rounds: at each barrier the planner looks at the film and says how many
+// samples every pixel is to have next.
 #pragma once
 
 #include <memory>
@@ -34,13 +35,15 @@ class AdaptiveDriver final : public FrameDriver {
   FrameCounters render(const Frame& frame, FrameObserver& observer, std::stop_token stop) override;
   void deliver(FrameObserver& observer) override;
   std::optional<double> error_estimate() const override;
+  std::string explain(int x, int y) const override;
+  const FramePicture* picture() const override;
+  const RefinementTree* tree() const override;
   uint64_t film_bytes() const override;
 
  private:
   class Progress;  // a render under way, kept for deliver()
 
-  AdaptiveSettings settings_;
-  int tile_size_;
+  const DriverSettings settings_;
   std::unique_ptr<Progress> progress_;
 };
 

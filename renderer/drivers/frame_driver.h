@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "integrators/integrator.h"
+#include "renderer/drivers/adaptive/refinement_tree.h"
 #include "renderer/drivers/adaptive/round_planner.h"
 #include "renderer/drivers/work_item.h"
 #include "renderer/film/film.h"
@@ -39,6 +40,7 @@ struct Frame {
 struct NonFiniteSample {
   int x = 0, y = 0;
   uint32_t sample = 0;
+  uint32_t seed = 0;  // the frame's, or its round's
 };
 
 // What happened, summed over the frame.
@@ -103,6 +105,13 @@ class FrameDriver {
   // The driver's estimate of the delivered frame's error: expected RMS error of the displayed
   // picture, if it made one.
   virtual std::optional<double> error_estimate() const { return std::nullopt; }
+  // What decided the number of the pixel's samples, in lines for people; empty if nothing did.
+  virtual std::string explain(int /*x*/, int /*y*/) const { return {}; }
+  // What render() kept, as it can be shown; null for a driver that keeps nothing.
+  virtual const FramePicture* picture() const { return nullptr; }
+  // The tree by which the first samples were placed, if that is what the driver does and
+  // DriverSettings::keep_tree asked for it.
+  virtual const RefinementTree* tree() const { return nullptr; }
   // What the driver holds beside its workers' tiles, for the report.
   virtual uint64_t film_bytes() const { return 0; }
 };
@@ -113,6 +122,8 @@ struct DriverSettings {
   std::string bisection_axis = "both";
   std::string reconstruction = "duplicate";
   AdaptiveSettings adaptive = {};
+  std::optional<Vec2i> explained = {};  // the pixel that explain() will be asked about
+  bool keep_tree = false;               // tree() will be asked for
 };
 
 struct DriverEntry {

@@ -39,6 +39,12 @@ const std::vector<AovEntry>& aov_table() {
   return table;
 }
 
+std::string_view pixel_stop_name(PixelStop stop) {
+  constexpr std::string_view kNames[] = {"nothing",   "--spp",        "--noise-threshold",
+                                         "--max-spp", "--time-limit", "the user"};
+  return kNames[static_cast<size_t>(stop)];
+}
+
 AovSet AovSet::parse(std::string_view list) {
   AovSet set;
   while (!list.empty()) {

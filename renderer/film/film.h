@@ -51,6 +51,7 @@ enum class PixelStop : uint8_t {
   kTimeLimit = 4,  // --time-limit ended the frame
   kUser = 5,       // so did a signal
 };
+std::string_view pixel_stop_name(PixelStop stop);  // "--spp" and so on, for people
 
 struct FilmChannel {
   std::string name;

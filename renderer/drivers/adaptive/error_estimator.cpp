@@ -19,8 +19,10 @@ std::unique_ptr<ErrorEstimator> create(const EstimatorSettings& settings) {
 // A row of an estimator of the books, which gives unfinished pixels a batch at a time.
 template <typename Estimator>
 constexpr EstimatorEntry historical(std::string_view name, std::string_view summary,
-                                    StreamCount streams) {
-  return {name, summary, create<Estimator>, streams, Estimator::kFirstSamples, Estimator::kBatch};
+                                    StreamCount streams, bool rms_error = false) {
+  return {
+      name,     summary, create<Estimator>, streams, Estimator::kFirstSamples, Estimator::kBatch,
+      rms_error};
 }
 
 // The first row is the default.
@@ -28,7 +30,7 @@ constexpr EstimatorEntry kEstimators[] = {
     {"two-stream",
      "variance from two independent sample streams, pooled over neighbours; samples go where they "
      "lower the error most for their cost",
-     create<TwoStreamEstimator>, StreamCount::kTwo, 16, 0},
+     create<TwoStreamEstimator>, StreamCount::kTwo, 16, 0, true},
     historical<ContrastEstimator>(
         "contrast", "contrast between neighbouring pixels (Mitchell 1987)", StreamCount::kOne),
     historical<PainterSloanEstimator>(
@@ -38,7 +40,7 @@ constexpr EstimatorEntry kEstimators[] = {
         "chi-square", "upper bound on the variance of the pixel's mean (Lee et al. 1985)",
         StreamCount::kOne),
     historical<KajiyaEstimator>("kajiya", "difference of the pixel's two halves (Kajiya 1986)",
-                                StreamCount::kTwo),
+                                StreamCount::kTwo, true),
     historical<DammertzEstimator>(
         "dammertz", "difference of two half images over blocks (Dammertz et al. 2009)",
         StreamCount::kTwo),

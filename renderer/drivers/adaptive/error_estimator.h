@@ -46,6 +46,7 @@ struct EstimatorEntry {
   StreamCount streams;     // what its estimate needs
   uint32_t first_samples;  // of every pixel, before it is asked; its paper's figure
   uint32_t batch;  // samples that an unfinished pixel gets at a time; 0: shared by deviation
+  bool rms_error;  // its error is the expected RMS error of the pixel in the displayed picture
 };
 std::span<const EstimatorEntry> estimator_table();
 const EstimatorEntry& find_estimator(std::string_view name);  // throws UsageError

@@ -38,6 +38,8 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
 // Whole blocks of the sampler: pairs of dimensions are stratified by 8, streams alternate by 8.
 uint32_t count_step(float wanted) { return wanted < 64.0f ? 8 : 16; }
 
+constexpr double kUnlimited = 1e18;
+
 constexpr size_t kGrain = 8192;
 
 }  // namespace
@@ -53,12 +55,17 @@ RoundPlanner::RoundPlanner(const AdaptiveSettings& settings, int width, int heig
   const uint32_t pilot = pilot_samples(settings, entry_);
   targets_.assign(pixels, pilot);
   spent_ = double(pilot) * double(pixels);
-  round_mean_ = pilot;
+  round_weight_ = planned_mean_ = pilot;
+}
+
+uint32_t RoundPlanner::round_seed() const {
+  return settings_.unbiased && round_ > 0 ? hash_combine(seed_, uint32_t(round_)) : seed_;
 }
 
 void RoundPlanner::look(const FilmTile& film) {
   gather_statistics(film, &statistics_);
   estimator_->estimate(statistics_, settings_.allocation, &errors_);
+  if (!entry_.rms_error) return;
   double sum = 0.0;
   for (const float error : errors_.error) sum += double(error) * double(error);
   error_estimate_ = std::sqrt(sum / std::max(1.0, double(errors_.error.size())));
@@ -90,10 +97,11 @@ bool RoundPlanner::plan(const FilmTile& film) {
   if (more) more = entry_.batch > 0 ? share_evenly() : share_by_deviation();
   double total = 0.0;
   for (const uint32_t count : targets_) total += count;
-  round_mean_ = (total - spent_) / double(targets_.size());
-  more = more && total > spent_;
+  if (!more || total <= spent_) return false;
+  round_weight_ = settings_.unbiased ? planned_mean_ : (total - spent_) / double(targets_.size());
+  planned_mean_ += planned_mean_;
   spent_ = total;
-  return more;
+  return true;
 }
 
 // The share of the whole budget that is best by what is known now, of which the round goes as far
@@ -115,9 +123,10 @@ bool RoundPlanner::share_by_deviation() {
   if (open == 0) return false;
   // That no noise has been seen yet does not mean that there is none.
   if (largest_rate == 0.0f) std::ranges::fill(rates_, 1.0f);
-  const double all = settings_.budget > 0 ? double(settings_.budget) * double(pixels)
-                                          : std::numeric_limits<double>::infinity();
-  share_samples(rates_, bounds_, all, &shares_);
+  double all = settings_.budget > 0 ? double(settings_.budget) : double(kUnlimited);
+  // Rounds whose sizes are fixed beforehand: each brings as much as all before it.
+  if (settings_.unbiased) all = std::min(all, 2 * planned_mean_);
+  share_samples(rates_, bounds_, all * double(pixels), &shares_);
   double more = 0.0;
   for (size_t i = 0; i < pixels; ++i) {
     const auto have = float(targets_[i]);

@@ -52,8 +52,11 @@ class RoundPlanner {
   double error_estimate() const { return error_estimate_; }
   // Why the pixel would get no more if the frame ended now.
   PixelStop stop_of(size_t i) const;
-  // Samples of a pixel that the coming or present round was planned to bring on average.
-  double round_mean() const { return round_mean_; }
+  // What the round under way counts for in a mean over rounds (RoundAverages): with `unbiased` a
+  // number that the settings alone decide.
+  double round_weight() const { return round_weight_; }
+  // The seed of that round's samples: fresh ones for each round with `unbiased`.
+  uint32_t round_seed() const;
   int round() const { return round_; }
   const ErrorMap& errors() const { return errors_; }
 
@@ -76,7 +79,8 @@ class RoundPlanner {
   uint32_t seed_;
   double spent_ = 0.0;  // samples of the window
   int round_ = 0;
-  double round_mean_ = 0.0;
+  double round_weight_ = 0.0;
+  double planned_mean_ = 0.0;  // samples of a pixel up to the round under way, if unbiased
   double error_estimate_;
   std::vector<uint32_t> targets_;
   PixelStatistics statistics_;
