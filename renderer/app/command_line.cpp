@@ -209,6 +209,23 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
       ->needs(snapshots);
   app->add_option("--replay", o.replay, "compute one sample alone and print it")
       ->type_name("X,Y,SAMPLE");
+  app->add_option_function<std::string>(
+         "--explain",
+         [&o](const std::string& text) {
+           std::array<int, 2> v;
+           if (!parse_numbers(text, ',', v) || v[0] < 0 || v[1] < 0) {
+             throw CLI::ValidationError("--explain",
+                                        "'" + text + "' is not X,Y in whole pixels of the frame");
+           }
+           o.explained = Vec2i(v[0], v[1]);
+         },
+         "after an adaptive render, print what decided this pixel's samples")
+      ->type_name("X,Y");
+  app->add_option("--tree", o.trees,
+                  "the adaptive driver's refinement tree: leaves drawn over the picture (.png, "
+                  ".jpg), or .json. May be given more than once")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
   app->add_option("--display", o.display.display, "OpenColorIO display [the config's default]");
   app->add_option("--view", o.display.view, "OpenColorIO view [the display's default]");
   app->add_option("--look", o.display.look, "OpenColorIO look [none]");

@@ -63,6 +63,7 @@ void check_output_paths(const RenderOptions& options, const Rect& window) {
     take("-o", path);
   }
   if (!options.report.empty()) take("--report", options.report);
+  for (const std::string& path : options.trees) take("--tree", path);
 }
 
 FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,

@@ -110,27 +110,33 @@ void ProgressDisplay::run() {
 }
 
 std::string ProgressDisplay::line(uint64_t done, double elapsed) const {
-  const double fraction = total_ > 0 ? double(done) / double(total_) : 1.0;
+  const double rate = elapsed > 0 ? double(done) / elapsed : 0.0;
+  if (total_ == 0) {  // a threshold decides when it ends
+    return fmt::format("{:.1f} M samples  {}  ({:.2f} M samples/s)", double(done) * 1e-6,
+                       format_duration(elapsed), rate * 1e-6);
+  }
+  const double fraction = double(done) / double(total_);
   std::string text = fmt::format("{:5.1f} %  {}", 100 * fraction, format_duration(elapsed));
   if (done > 0 && done < total_) {
     text += ", " + format_duration(elapsed * (1 - fraction) / fraction) + " left";
   }
-  const double rate = elapsed > 0 ? double(done) / elapsed : 0.0;
   return text + fmt::format("  ({:.2f} M samples/s)", rate * 1e-6);
 }
 
 void ProgressDisplay::draw() {
-  const uint64_t done = std::min(done_.load(std::memory_order_relaxed), total_);
+  uint64_t done = done_.load(std::memory_order_relaxed);
+  if (total_ > 0) done = std::min(done, total_);
   const double elapsed = Seconds(std::chrono::steady_clock::now() - start_).count();
   if (terminal_) {
-    const double fraction = total_ > 0 ? double(done) / double(total_) : 1.0;
+    const double fraction = total_ > 0 ? double(done) / double(total_) : 0.0;
     std::fprintf(stderr, "\r%s\033[K",
                  bar_line(fraction, line(done, elapsed), terminal_columns()).c_str());
     std::fflush(stderr);
     return;
   }
-  // Piped into a farm's log: a line for every tenth, and a sign of life every minute.
-  const int tenth = total_ > 0 ? int(10 * done / total_) : 10;
+  // Piped into a farm's log: a line for every tenth (or ten seconds, where the end is
+  // not known), and a sign of life every minute.
+  const int tenth = total_ > 0 ? int(10 * done / total_) : int(elapsed / 10.0);
   if (tenth > last_tenth_ || elapsed > last_line_ + 60.0) {
     last_tenth_ = tenth;
     last_line_ = elapsed;

@@ -14,10 +14,12 @@
 #include "renderer/app/frame_setup.h"
 #include "renderer/app/outputs.h"
 #include "renderer/app/progress.h"
+#include "renderer/app/refinement_output.h"
 #include "renderer/app/replay.h"
 #include "renderer/app/report.h"
 #include "renderer/app/sampling_plan.h"
 #include "renderer/app/snapshots.h"
+#include "renderer/app/standard_output.h"
 #include "renderer/app/stop_signal.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -61,13 +63,13 @@ PixelFilter choose_filter(const RenderOptions& options) {
                                : PixelFilter::create(options.filter);
 }
 
-void warn_of_non_finite(const FrameCounters& counters) {
+void warn_of_non_finite(const RenderOptions& options, const FrameCounters& counters) {
   if (counters.non_finite_samples == 0) return;
   const NonFiniteSample& first = counters.located.front();
   log_warning(
       fmt::format("{} samples were NaN or infinite and count as black; the first is replayed "
-                  "with --replay {},{},{}",
-                  counters.non_finite_samples, first.x, first.y, first.sample));
+                  "with --replay {}",
+                  counters.non_finite_samples, replay_words(first, options.seed)));
 }
 
 void summarize(const RenderOptions& options, const RenderReport& report) {
@@ -97,9 +99,15 @@ int run_render(const RenderOptions& options) {
 
   // Whatever names or ranges are wrong is found before anything is loaded or written.
   const SamplingPlan sampling = plan_sampling(options);
-  const std::unique_ptr<FrameDriver> driver = create_driver(
-      options.driver, {options.bucket_size, options.bucket_order, options.bisection_axis,
-                       options.reconstruction, sampling.adaptive});
+  DriverSettings driver_settings;
+  driver_settings.bucket_size = options.bucket_size;
+  driver_settings.bucket_order = options.bucket_order;
+  driver_settings.bisection_axis = options.bisection_axis;
+  driver_settings.reconstruction = options.reconstruction;
+  driver_settings.adaptive = sampling.adaptive;
+  driver_settings.explained = options.explained;
+  driver_settings.keep_tree = !options.trees.empty();
+  const std::unique_ptr<FrameDriver> driver = create_driver(options.driver, driver_settings);
   const std::unique_ptr<Integrator> integrator = create_integrator(
       options.integrator, {.max_depth = options.max_depth, .transparent = options.transparent});
   const std::unique_ptr<Sampler> sampler = create_sampler(
@@ -116,6 +124,7 @@ int run_render(const RenderOptions& options) {
                                  options.display,
                                  options.transparent};
   check_output_paths(options, window);
+  check_refinement_options(options, window);
 
   // Likewise where nothing can be written: the files are opened before the scene is loaded, and
   // leave no trace if that fails.
@@ -124,6 +133,7 @@ int run_render(const RenderOptions& options) {
   std::optional<FrameOutputs> outputs;
   if (!options.replay) {
     if (!options.report.empty()) check_writable(options.report);
+    for (const std::string& path : options.trees) check_writable(path);
     if (!options.snapshots.empty()) snapshots.emplace(options, window);
     outputs.emplace(options.outputs, output_settings, stop);
   }
@@ -194,6 +204,9 @@ int run_render(const RenderOptions& options) {
   const Stopwatch write;
   arena.execute([&] { driver->deliver(*outputs); });
   outputs->finish();
+  write_refinement(options, *driver);
+  report.estimator = sampling.uniform ? "none" : std::string(sampling.adaptive.estimator);
+  report.error_estimate = driver->error_estimate();
   report.times.write_s = write.seconds();
   report.film_bytes = outputs->film_bytes() + driver->film_bytes();
   // After the frame itself, which is not lost if they cannot be written.
@@ -212,10 +225,11 @@ int run_render(const RenderOptions& options) {
   report.exit_code = snapshot_error ? kExitRenderFailed : by_user ? kExitStopped : kExitDone;
   report.times.wall_s = wall.seconds();
   report.times.cpu_s = process_cpu_seconds();
-  warn_of_non_finite(report.counters);
+  warn_of_non_finite(options, report.counters);
   if (!options.report.empty()) write_file_atomically(options.report, report_json(options, report));
   if (snapshot_error) throw *snapshot_error;
   summarize(options, report);
+  if (options.explained) print_result(driver->explain(options.explained->x, options.explained->y));
   return report.exit_code;
 }
 

@@ -66,6 +66,8 @@ struct RenderOptions {
   std::string reference;
   DisplaySettings display;
   std::optional<std::string> replay;  // X,Y,SAMPLE
+  std::optional<Vec2i> explained;     // a pixel of the frame
+  std::vector<std::string> trees;     // files of the refinement tree
   int threads = 0;                    // 0: all
 };
 

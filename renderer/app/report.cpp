@@ -90,11 +90,24 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
     add("look_from", fmt::format("{},{},{}", o.look_from->x, o.look_from->y, o.look_from->z));
     add("look_at", fmt::format("{},{},{}", o.look_at->x, o.look_at->y, o.look_at->z));
   }
+  if (o.driver == "adaptive" || o.noise_threshold) {
+    add("estimator", o.estimator.empty() ? std::string(kDefaultEstimator) : o.estimator);
+    add("allocation", o.allocation.empty() ? "display" : o.allocation);
+    add("unbiased", o.unbiased ? "yes" : "no");
+  }
+  if (o.noise_threshold) add("noise_threshold", fmt::format("{}", *o.noise_threshold));
+  if (o.min_spp) add("min_spp", std::to_string(*o.min_spp));
+  if (o.max_spp) add("max_spp", std::to_string(*o.max_spp));
   if (o.fov_y) add("fov_y", fmt::format("{}", *o.fov_y));
   for (const auto& [name, version] : library_versions()) {
     list.emplace_back("emberline:version:" + name, version);
   }
   return list;
+}
+
+std::string replay_words(const NonFiniteSample& sample, uint32_t seed) {
+  const std::string words = fmt::format("{},{},{}", sample.x, sample.y, sample.sample);
+  return sample.seed == seed ? words : words + fmt::format(" --seed {}", sample.seed);
 }
 
 std::string report_json(const RenderOptions& options, const RenderReport& r) {
@@ -130,7 +143,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
     located.push_back({{"x", s.x},
                        {"y", s.y},
                        {"sample", s.sample},
-                       {"replay", fmt::format("--replay {},{},{}", s.x, s.y, s.sample)}});
+                       {"replay", "--replay " + replay_words(s, options.seed)}});
   }
   json["numerics"] = {{"non_finite_samples", c.non_finite_samples},
                       {"located", located},
@@ -140,7 +153,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
                       {"singular_instances", r.repairs.singular_instances},
                       {"replaced_images", r.repairs.replaced_images}};
   // Uniform sampling decides nothing from an error estimate, so none is made.
-  json["error"] = {{"estimator", "none"}, {"estimate", nullptr}};
+  json["error"] = {{"estimator", r.estimator}, {"estimate", number_or_null(r.error_estimate)}};
   json["features"] = r.features;
   json["gltf"] = {{"used", r.coverage.used},
                   {"approximated", r.coverage.approximated},

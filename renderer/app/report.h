@@ -36,6 +36,8 @@ struct RenderReport {
   SceneMemory memory;
   uint64_t film_bytes = 0;
   std::vector<std::string> features;
+  std::string estimator = "none";
+  std::optional<double> error_estimate;
   CoverageReport coverage;
   LoadRepairs repairs;
   std::string camera;
@@ -51,6 +53,9 @@ struct RenderReport {
 // The keys are those of the design: time, samples, rays, memory, numerics, error, features, gltf,
 // passes; beside them settings, versions and output.
 std::string report_json(const RenderOptions& options, const RenderReport& report);
+
+// The words after --replay that compute the sample again: with --seed where it is not `seed`.
+std::string replay_words(const NonFiniteSample& sample, uint32_t seed);
 
 // Settings, versions and seed as strings: the EXR's header attributes.
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& options);

@@ -314,6 +314,8 @@ std::optional<double> AdaptiveDriver::error_estimate() const {
 
 std::string AdaptiveDriver::explain(int x, int y) const { return progress_->explain(x, y); }
 
+const FramePicture* AdaptiveDriver::picture() const { return progress_.get(); }
+
 const RefinementTree* AdaptiveDriver::tree() const {
   return settings_.keep_tree ? &progress_->tree() : nullptr;
 }

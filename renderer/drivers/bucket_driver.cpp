@@ -6,12 +6,14 @@
 #include <atomic>
 #include <bit>
 #include <exception>
+#include <limits>
 #include <mutex>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 #include "renderer/core/names.h"
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/render_work_item.h"
 
 namespace emberline {
@@ -182,10 +184,54 @@ int checked_bucket_size(int bucket_size) {
 
 BucketDriver::BucketDriver(const DriverSettings& settings)
     : bucket_size_(checked_bucket_size(settings.bucket_size)),
-      order_(parse_bucket_order(settings.bucket_order)) {}
+      order_(parse_bucket_order(settings.bucket_order)),
+      adaptive_(settings.adaptive) {}
+
+// Renders a bucket round by round until each of its pixels has met the settings' limits. The
+// estimates end at the bucket's edge: a pixel is judged with its neighbours in the same bucket.
+// False if stopped before.
+bool BucketDriver::render_adaptively(const Frame& frame, RenderWorker& worker, FilmTile& tile,
+                                     FrameObserver& observer, const std::stop_token& stop) const {
+  const Rect& rect = tile.rect();
+  const auto pixels = size_t(rect.area());
+  const auto x_of = [&](size_t i) { return rect.x0 + int(i % size_t(rect.width())); };
+  const auto y_of = [&](size_t i) { return rect.y0 + int(i / size_t(rect.width())); };
+  RoundPlanner planner(adaptive_, rect.width(), rect.height(), frame.seed);
+  RoundAverages averages;
+  std::vector<uint32_t> have(pixels, 0);
+  std::vector<PixelWork> list;
+  bool complete = true, more = true;
+  while (more) {
+    list.clear();
+    for (size_t i = 0; i < pixels; ++i) {
+      const uint32_t target = planner.targets()[i];
+      if (target > have[i]) list.push_back({x_of(i), y_of(i), have[i], target - have[i]});
+      have[i] = target;
+    }
+    worker.set_seed(planner.round_seed());
+    complete = worker.render(list, tile, observer, stop);
+    if (!complete) break;
+    if (adaptive_.unbiased) averages.add_round(tile, planner.round_weight());
+    // Isolated: while this thread waits for help with the plan, it must not begin another bucket.
+    tbb::this_task_arena::isolate([&] { more = planner.plan(tile); });
+  }
+  for (size_t i = 0; i < pixels; ++i) {
+    const uint32_t samples = tile.sample_count(x_of(i), y_of(i));
+    tile.set_stop(x_of(i), y_of(i),
+                  samples == 0        ? PixelStop::kNone
+                  : samples < have[i] ? observer.stop_cause()
+                                      : planner.stop_of(i));
+    if (averages.empty()) continue;
+    float rgba[4];
+    averages.resolve(i, rgba);
+    tile.show(x_of(i), y_of(i), rgba);
+  }
+  return complete;
+}
 
 FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
                                    std::stop_token stop) {
+  const bool adaptive = adaptive_.threshold > 0.0f;
   const std::vector<WorkItem> items =
       bucket_schedule(frame.window, bucket_size_, order_, frame.samples_per_pixel, frame.seed);
   // Workers take the next bucket from a counter rather than a share of the list in advance, so the
@@ -194,20 +240,28 @@ FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
   std::atomic<bool> failed{false};
   std::mutex merge_mutex;
   FrameCounters total;
+  uint32_t fewest = std::numeric_limits<uint32_t>::max();
   const auto work = [&] {
     try {
       RenderWorker worker(frame);
-      FilmTile tile(frame.aovs);
+      FilmTile tile(frame.aovs, {.squares = adaptive, .rays = adaptive});
+      uint32_t fewest_here = std::numeric_limits<uint32_t>::max();
       while (!failed.load(std::memory_order_relaxed) && !stop.stop_requested()) {
         const size_t i = next.fetch_add(1, std::memory_order_relaxed);
         if (i >= items.size()) break;
         tile.reset(items[i].pixels);
-        worker.render(items[i], tile, observer, stop);
-        mark_stops(tile, frame.samples_per_pixel, observer.stop_cause());
+        if (adaptive) {
+          render_adaptively(frame, worker, tile, observer, stop);
+          fewest_here = std::min(fewest_here, tile.least_samples());
+        } else {
+          worker.render(items[i], tile, observer, stop);
+          mark_stops(tile, frame.samples_per_pixel, observer.stop_cause());
+        }
         observer.tile_finished(tile);
       }
       const std::lock_guard lock(merge_mutex);
       total.merge(worker.counters());
+      fewest = std::min(fewest, fewest_here);
     } catch (...) {
       failed = true;  // the other workers need not finish a frame that is lost
       throw;
@@ -215,6 +269,7 @@ FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
   };
   const int workers = std::max(1, tbb::this_task_arena::max_concurrency());
   parallel_tasks(size_t(workers), [&](size_t) { work(); });
+  if (adaptive) total.min_samples = items.empty() ? 0 : fewest;
   if (next.load() < items.size()) {
     total.stopped = true;
     total.min_samples = 0;

@@ -1,5 +1,5 @@
 // `bucket`: the frame in buckets, each finished, then streamed out and let go, so that memory does
-// not grow with the frame.
+// not grow with the frame. With a noise threshold, each bucket goes on until its pixels meet it.
 #pragma once
 
 #include <string_view>
@@ -8,6 +8,8 @@
 #include "renderer/drivers/frame_driver.h"
 
 namespace emberline {
+
+class RenderWorker;
 
 enum class BucketOrder { kHilbert, kSpiral, kScanline, kRandom };
 
@@ -40,8 +42,12 @@ class BucketDriver final : public FrameDriver {
   FrameCounters render(const Frame& frame, FrameObserver& observer, std::stop_token stop) override;
 
  private:
+  bool render_adaptively(const Frame& frame, RenderWorker& worker, FilmTile& tile,
+                         FrameObserver& observer, const std::stop_token& stop) const;
+
   int bucket_size_;
   BucketOrder order_;
+  AdaptiveSettings adaptive_;  // in force if it has a threshold
 };
 
 }  // namespace emberline

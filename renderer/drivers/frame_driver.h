@@ -107,7 +107,10 @@ class FrameDriver {
   virtual std::optional<double> error_estimate() const { return std::nullopt; }
   // What decided the number of the pixel's samples, in lines for people; empty if nothing did.
   virtual std::string explain(int /*x*/, int /*y*/) const { return {}; }
-  // The refinement of the frame as it can be drawn, if the driver refines one.
+  // What render() kept, as it can be shown; null for a driver that keeps nothing.
+  virtual const FramePicture* picture() const { return nullptr; }
+  // The tree by which the first samples were placed, if that is what the driver does and
+  // DriverSettings::keep_tree asked for it.
   virtual const RefinementTree* tree() const { return nullptr; }
   // What the driver holds beside its workers' tiles, for the report.
   virtual uint64_t film_bytes() const { return 0; }
@@ -119,8 +122,8 @@ struct DriverSettings {
   std::string bisection_axis = "both";
   std::string reconstruction = "duplicate";
   AdaptiveSettings adaptive = {};
-  std::optional<Vec2i> explained;  // the pixel that explain() will be asked about
-  bool keep_tree = false;          // tree() will be asked for
+  std::optional<Vec2i> explained = {};  // the pixel that explain() will be asked about
+  bool keep_tree = false;               // tree() will be asked for
 };
 
 struct DriverEntry {

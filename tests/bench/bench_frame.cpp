@@ -99,9 +99,11 @@ FrameRun BenchFrame::run(int threads, uint32_t spp) const {
 
 FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& observer) const {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
-  const auto driver = create_driver(s.driver, {.bucket_size = options_.bucket_size,
-                                               .bucket_order = options_.bucket_order,
-                                               .adaptive = s.adaptive});
+  DriverSettings settings;
+  settings.bucket_size = options_.bucket_size;
+  settings.bucket_order = options_.bucket_order;
+  settings.adaptive = s.adaptive;
+  const auto driver = create_driver(s.driver, settings);
   const auto sampler =
       create_sampler(options_.sampler, {s.streams, s.spp, options_.width, options_.height});
   const Rect window{0, 0, options_.width, options_.height};

@@ -1,0 +1,76 @@
+#include "renderer/app/refinement_output.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+#include "io/atomic_file.h"
+#include "io/display.h"
+#include "io/image_output.h"
+#include "renderer/core/errors.h"
+#include "renderer/drivers/adaptive/refinement_views.h"
+
+namespace emberline {
+namespace {
+
+bool is_json(const std::string& path) { return path.ends_with(".json"); }
+
+ByteImage picture_with_leaves(const FrameDriver& driver, const DisplaySettings& display) {
+  const Rect& window = driver.picture()->film().rect();
+  const auto pixels = size_t(window.area());
+  std::vector<float> rgba(4 * pixels), rgb(3 * pixels);
+  driver.picture()->resolve(rgba);
+  for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgba[4 * i], 3, &rgb[3 * i]);
+  DisplayTransform(display).apply(rgb.data(), pixels);
+  // Over the displayed picture, where borders stand out alike against light and dark.
+  for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgb[3 * i], 3, &rgba[4 * i]);
+  draw_leaf_borders(*driver.tree(), rgba, window.width());
+  ByteImage image;
+  image.width = window.width();
+  image.height = window.height();
+  image.values.reserve(3 * pixels);
+  for (size_t i = 0; i < pixels; ++i) {
+    for (size_t c = 0; c < 3; ++c) {
+      const float value = std::clamp(rgba[4 * i + c], 0.0f, 1.0f);
+      image.values.push_back(uint8_t(std::lround(255 * value)));
+    }
+  }
+  return image;
+}
+
+}  // namespace
+
+void check_refinement_options(const RenderOptions& options, const Rect& window) {
+  const auto refuse = [&](const char* option) {
+    throw UsageError(
+        fmt::format("{}: only the adaptive driver decides how many samples a pixel "
+                    "gets; valid with --driver adaptive",
+                    option));
+  };
+  if (options.explained) {
+    if (options.driver != "adaptive") refuse("--explain");
+    if (!window.contains(options.explained->x, options.explained->y)) {
+      throw UsageError(fmt::format(
+          "--explain: pixel {},{} is outside the rendered pixels; valid is {} to {} and {} to {}",
+          options.explained->x, options.explained->y, window.x0, window.x1 - 1, window.y0,
+          window.y1 - 1));
+    }
+  }
+  if (!options.trees.empty() && options.driver != "adaptive") refuse("--tree");
+  for (const std::string& path : options.trees) {
+    if (!is_json(path)) image_format_of(path);
+  }
+}
+
+void write_refinement(const RenderOptions& options, const FrameDriver& driver) {
+  for (const std::string& path : options.trees) {
+    if (is_json(path)) {
+      write_file_atomically(path, refinement_json(*driver.tree()));
+    } else {
+      write_image(path, picture_with_leaves(driver, options.display));
+    }
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,18 @@
+// The adaptive driver's refinement tree as files.
+#pragma once
+
+#include <string>
+
+#include "renderer/app/render_options.h"
+#include "renderer/drivers/frame_driver.h"
+
+namespace emberline {
+
+// Throws UsageError for what --explain and --tree cannot do: another driver, a pixel outside the
+// window, an unknown suffix.
+void check_refinement_options(const RenderOptions& options, const Rect& window);
+
+// Writes each of options.trees. Throws RenderError.
+void write_refinement(const RenderOptions& options, const FrameDriver& driver);
+
+}  // namespace emberline
