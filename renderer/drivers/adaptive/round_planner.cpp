@@ -204,10 +204,12 @@ RoundPlanner::OpenPixels RoundPlanner::limit_pixels(size_t begin, size_t end) {
     const float most = is_unfinished(s, targets[i], error[i]) ? wanted : have;
     bounds[i].least = have;
     bounds[i].most = most;
-    const float rate = deviation[i] / std::sqrt(cost[i]);
-    rates[i] = rate;
     open[lane] += most > have ? 1u : 0u;
-    largest_rate[lane] = std::max(largest_rate[lane], most > have ? rate : 0.0f);
+    rates[i] = deviation[i] / std::sqrt(cost[i]);
+  });
+  for_lanes(begin, end, [&](size_t i, size_t lane) {
+    const float rate = bounds[i].most > bounds[i].least ? rates[i] : 0.0f;
+    largest_rate[lane] = std::max(largest_rate[lane], rate);
   });
   return {size_t(sum_of_lanes(open)), std::ranges::max(largest_rate)};
 }
@@ -225,11 +227,12 @@ void RoundPlanner::round_to_counts(float everywhere) {
     const float* shares = shares_.data();
     for (size_t i = begin; i < end; ++i) {
       const uint32_t have = targets[i];
-      const float u = to_unit_float(hash_combine(round_hash, uint32_t(i)));
       const float share = std::min(std::max(shares[i], float(have) + everywhere), most);
-      // The most need not be a multiple of the step; rounded by chance it might never be met.
-      const uint32_t rounded = round_count(have, share, count_step(share), u);
-      const uint32_t count = share < most ? rounded : most_count;
+      // The most need not be a multiple of the step; rounded by chance it might never be met, so it
+      // is always rounded up, and cut.
+      const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
+      const float u = share < most ? chance : 0.0f;
+      const uint32_t count = round_count(have, share, count_step(share), u);
       targets[i] = std::max(have, std::min(std::max(count, have + least_more), most_count));
     }
   });
