@@ -23,6 +23,7 @@ const std::vector<WrongValue>& wrong_values() {
   // reading with the others.
   static const Words kNotANumber = {"", "abc", "nan", "inf", "4x", "0x10", "1e999", " 4", "+-4"};
   static const auto numbers = [](const Words& more) { return Words{"nan"} + more; };
+  static const Words kAdaptive = {"--driver", "adaptive"};
   static const std::vector<WrongValue> rows = {
       {"--output", {"foo", "foo.tif", "exr", "", "."}, {".exr, .png, .jpg, .jpeg"}},
       {"--size",
@@ -49,6 +50,21 @@ const std::vector<WrongValue>& wrong_values() {
        {"jpg", ""},
        {"valid names are", "png, exr"},
        {"--driver", "bisection", "--snapshots", "shots"}},
+      {"--min-spp", numbers({"0", "-1", "16777217", "1.5"}), {"1 to 16777216"}, kAdaptive},
+      {"--max-spp", numbers({"0", "-1", "16777217", "1.5"}), {"1 to 16777216"}, kAdaptive},
+      {"--noise-threshold",
+       kNotANumber + Words{"0", "-1", "2", "1.01", "1e-7"},
+       {"1e-06 to 1"},
+       kAdaptive},
+      {"--estimator",
+       {"two-streams", "Kajiya", ""},
+       {"valid names are", "two-stream", "contrast", "painter-sloan", "chi-square", "kajiya",
+        "dammertz"},
+       kAdaptive},
+      {"--allocation",
+       {"l2", "MSE", ""},
+       {"valid names are", "display", "mse", "relmse"},
+       kAdaptive},
       {"--max-depth", numbers({"-1", "100001", "2.5"}), {"0 to 100000"}},
       {"--seed", numbers({"-1", "4294967296", "0.5"}), {"0 to 4294967295"}},
       {"--streams", numbers({"0", "3", "-1"}), {"1 to 2"}},

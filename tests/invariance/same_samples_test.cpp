@@ -6,42 +6,13 @@
 
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/render_work_item.h"
+#include "support/busy_scene.h"
 #include "support/render.h"
-#include "support/scenes.h"
 
 namespace emberline {
 namespace {
 
 using namespace test;
-
-// Something of everything: area lights enough for a light BVH, a point light, an environment, metal
-// and dielectric, instances (one mirrored), alpha coverage.
-std::unique_ptr<Scene> busy_scene() {
-  SceneBuilderForTests b;
-  MaterialDescription coat;
-  coat.base_color = {0.7f, 0.5f, 0.3f};
-  coat.metallic = 0.0f;
-  coat.roughness = 0.3f;
-  b.add_floor(4, 0, b.add_material(coat));
-  MaterialDescription veil = lambert({0.2f, 0.7f, 0.3f});
-  veil.alpha = 0.4f;
-  veil.alpha_mode = AlphaMode::kBlend;
-  veil.double_sided = true;
-  b.add_quad({-1, 0, 1}, {1, 0, 1}, {1, 1.5f, 1}, {-1, 1.5f, 1}, b.add_material(veil));
-  const int ball = b.add_mesh(
-      SceneBuilderForTests::sphere(0.5f, 12, b.add_material(metal({0.9f, 0.6f, 0.3f}, 0.35f))));
-  b.place(ball, translation(-0.8, 0.5, 0));
-  Mat44d mirrored = translation(0.8, 0.5, 0);
-  mirrored[0][0] = -1;
-  b.place(ball, mirrored);
-  b.place(b.add_mesh(SceneBuilderForTests::sphere(0.1f, 6, b.add_material(emitter(Rgb(20.0f))))),
-          translation(0, 2, -0.5));
-  b.add_point_light({2, 3, 1}, {3, 4, 5});
-  b.set_environment({0.2f, 0.25f, 0.3f});
-  return b.build();
-}
-
-CameraDescription busy_view() { return perspective({0.5, 1.2, 4}, {0, 0.5, 0}, 45); }
 
 RenderSettings base_settings(const std::string& sampler) {
   RenderSettings s;
@@ -55,24 +26,6 @@ RenderSettings base_settings(const std::string& sampler) {
   s.filter = "gaussian";
   s.aovs = "variance,albedo,N,Z,id";
   return s;
-}
-
-void expect_same_bits(const RenderedImage& a, const RenderedImage& b, const std::string& what) {
-  ASSERT_EQ(a.channels, b.channels);
-  const Rect common = a.window.intersect(b.window);
-  ASSERT_FALSE(common.empty());
-  size_t different = 0;
-  for (int y = common.y0; y < common.y1; ++y) {
-    for (int x = common.x0; x < common.x1; ++x) {
-      if (std::memcmp(a.pixel(x, y), b.pixel(x, y), a.channels.size() * sizeof(float)) != 0) {
-        if (different++ == 0) {
-          ADD_FAILURE() << what << ": pixel " << x << "," << y << " differs: R " << a.pixel(x, y)[0]
-                        << " against " << b.pixel(x, y)[0];
-        }
-      }
-    }
-  }
-  EXPECT_EQ(different, 0u) << what;
 }
 
 class SameSamples : public testing::TestWithParam<std::string> {
@@ -188,6 +141,46 @@ TEST_P(SameSamples, BisectionAndBucket) {
             expect_same_bits(image, bucket,
                              s.bisection_axis + ", " + std::to_string(threads) + " threads, " +
                                  std::to_string(spp) + " spp, streams " +
+                                 std::to_string(int(streams)));
+            EXPECT_EQ(image.counters.samples, bucket.counters.samples);
+            EXPECT_EQ(image.counters.rays.total(), bucket.counters.rays.total());
+            EXPECT_EQ(image.counters.min_samples, spp);
+            EXPECT_EQ(image.counters.max_samples, spp);
+            EXPECT_FALSE(image.counters.stopped);
+          }
+        }
+      }
+    }
+  }
+}
+
+// Adaptive sampling that has nothing to decide: the same samples as well. Not for samplers whose
+// points depend on how many there will be: the command refuses those.
+TEST_P(SameSamples, AdaptiveAndBucket) {
+  for (const SamplerEntry& entry : sampler_table()) {
+    if (entry.name == GetParam() && entry.counts != SampleCounts::kAny) GTEST_SKIP();
+  }
+  RenderSettings s = base_settings(GetParam());
+  s.aovs = "variance,albedo,N,Z,id";
+  for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
+    for (const uint32_t spp : {1u, 3u, 16u, 37u}) {
+      for (const Rect& crop : {Rect{}, Rect{11, 3, 30, 17}, Rect{36, 2, 37, 29}}) {
+        s.streams = streams;
+        s.spp = spp;
+        s.crop = crop;
+        s.driver = "bucket";
+        s.threads = 2;
+        const RenderedImage bucket = render(*scene_, busy_view(), s);
+        s.driver = "adaptive";
+        s.adaptive.budget = s.adaptive.min_samples = s.adaptive.max_samples = spp;
+        for (const EstimatorEntry& estimator : estimator_table()) {
+          s.adaptive.estimator = estimator.name;
+          for (const int threads : {1, 4}) {
+            s.threads = threads;
+            const RenderedImage image = render(*scene_, busy_view(), s);
+            expect_same_bits(image, bucket,
+                             std::string(estimator.name) + ", " + std::to_string(threads) +
+                                 " threads, " + std::to_string(spp) + " spp, streams " +
                                  std::to_string(int(streams)));
             EXPECT_EQ(image.counters.samples, bucket.counters.samples);
             EXPECT_EQ(image.counters.rays.total(), bucket.counters.rays.total());

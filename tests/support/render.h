@@ -1,12 +1,15 @@
 // Renders a frame in a test: into memory, through the same driver as the command.
 #pragma once
 
+#include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +35,7 @@ struct RenderSettings {
   std::string bucket_order = "hilbert";
   std::string bisection_axis = "both";
   std::string reconstruction = "duplicate";
+  AdaptiveSettings adaptive;  // of the adaptive driver, which looks at no spp
   int threads = 2;
   std::string aovs;
 };
@@ -42,6 +46,7 @@ struct RenderedImage {
   std::vector<std::string> channels;
   std::vector<float> values;
   FrameCounters counters;
+  std::optional<double> error_estimate;  // the driver's own
 
   const float* pixel(int x, int y) const {
     return &values[(size_t(y - window.y0) * size_t(window.width()) + size_t(x - window.x0)) *
@@ -91,16 +96,21 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   const AovSet aovs = AovSet::parse(s.aovs);
   for (const FilmChannel& c : film_channels(aovs)) image.channels.push_back(c.name);
   image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
-  const Frame frame{scene,    camera,       *integrator, *sampler, filter,    s.width,
-                    s.height, image.window, s.spp,       s.seed,   s.streams, aovs};
+  const bool adaptive = s.driver == "adaptive";
+  const Frame frame{scene,    camera,       *integrator,
+                    *sampler, filter,       s.width,
+                    s.height, image.window, adaptive ? s.adaptive.budget : s.spp,
+                    s.seed,   s.streams,    aovs,
+                    !adaptive};
   MemoryObserver observer(image);
   // An arena makes as many workers as asked for, on a machine with fewer cores too.
   tbb::task_arena arena(s.threads);
-  const auto driver =
-      create_driver(s.driver, {s.bucket_size, s.bucket_order, s.bisection_axis, s.reconstruction});
+  const auto driver = create_driver(
+      s.driver, {s.bucket_size, s.bucket_order, s.bisection_axis, s.reconstruction, s.adaptive});
   arena.execute([&] {
     image.counters = driver->render(frame, observer, {});
     driver->deliver(observer);
+    image.error_estimate = driver->error_estimate();
   });
 
   double sum = 0, sum2 = 0;
@@ -114,6 +124,26 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   image.standard_error =
       n > 1 ? std::sqrt(std::max(0.0, sum2 / n - image.mean * image.mean) / (n - 1)) : 0;
   return image;
+}
+
+// Where both have pixels, these have the same bits in every channel.
+inline void expect_same_bits(const RenderedImage& a, const RenderedImage& b,
+                             const std::string& what) {
+  ASSERT_EQ(a.channels, b.channels);
+  const Rect common = a.window.intersect(b.window);
+  ASSERT_FALSE(common.empty());
+  size_t different = 0;
+  for (int y = common.y0; y < common.y1; ++y) {
+    for (int x = common.x0; x < common.x1; ++x) {
+      if (std::memcmp(a.pixel(x, y), b.pixel(x, y), a.channels.size() * sizeof(float)) != 0) {
+        if (different++ == 0) {
+          ADD_FAILURE() << what << ": pixel " << x << "," << y << " differs: R " << a.pixel(x, y)[0]
+                        << " against " << b.pixel(x, y)[0];
+        }
+      }
+    }
+  }
+  EXPECT_EQ(different, 0u) << what;
 }
 
 }  // namespace emberline::test

@@ -55,7 +55,9 @@ float most_wanted(const AdaptiveSettings& s, float have, float error) {
   const float most = most_samples(s);
   if (s.threshold <= 0.0f) return most;
   const float ratio = std::min(error / s.threshold, 1e6f);
-  return std::min(most, std::max(have * ratio * ratio * kThresholdMargin, have + 8.0f));
+  // At least a whole step, so that no rounding ends a pixel above the threshold.
+  const float least = have + float(count_step(have + 8.0f));
+  return std::min(most, std::max(have * ratio * ratio * kThresholdMargin, least));
 }
 
 uint32_t hash_of_round(uint32_t seed, int round) {
@@ -136,9 +138,11 @@ bool RoundPlanner::share_by_deviation() {
   const size_t pixels = targets_.size();
   rates_.resize(pixels);
   bounds_.resize(pixels);
-  const size_t open =
+  const OpenPixels open =
       ordered_sum(pixels, [&](size_t begin, size_t end) { return limit_pixels(begin, end); });
-  if (open == 0) return false;
+  if (open.count == 0) return false;
+  // That no noise has been seen yet does not mean that there is none.
+  if (open.largest_rate == 0.0f) std::ranges::fill(rates_, 1.0f);
   double all = settings_.budget > 0 ? double(settings_.budget) : double(kUnlimited);
   // Rounds whose sizes are fixed beforehand: each brings as much as all before it.
   if (settings_.unbiased) all = std::min(all, 2 * planned_mean_);
@@ -154,13 +158,38 @@ bool RoundPlanner::share_by_deviation() {
     });
     return sum_of_lanes(lanes);
   });
-  round_to_counts(float(kUniformShare * more / double(pixels)));
+  round_to_counts(keep_to_budget(float(kUniformShare * more / double(pixels))));
   return true;
 }
 
-// Sets the rates and bounds of a part; how many of its pixels may get more. What the loop reads is
-// copied or held by pointers, so that it vectorises.
-size_t RoundPlanner::limit_pixels(size_t begin, size_t end) {
+// Shares and what goes `everywhere` may exceed together what is left of the budget: takes the same
+// part off all of them. Returns what is to go everywhere.
+float RoundPlanner::keep_to_budget(float everywhere) {
+  if (settings_.budget == 0) return everywhere;
+  const size_t pixels = targets_.size();
+  const uint32_t* targets = targets_.data();
+  float* shares = shares_.data();
+  const double more = ordered_sum(pixels, [&](size_t begin, size_t end) {
+    float lanes[kSumLanes] = {};
+    for_lanes(begin, end, [&](size_t i, size_t lane) {
+      lanes[lane] += std::max(shares[i] - float(targets[i]), everywhere);
+    });
+    return sum_of_lanes(lanes);
+  });
+  const double left = double(settings_.budget) * double(pixels) - spent_;
+  const auto part = float(std::min(1.0, left / more));
+  parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const auto have = float(targets[i]);
+      shares[i] = have + part * (shares[i] - have);
+    }
+  });
+  return part * everywhere;
+}
+
+// Sets the rates and bounds of a part, and tells of its pixels that may get more. What the loop
+// reads is copied or held by pointers, so that it vectorises.
+RoundPlanner::OpenPixels RoundPlanner::limit_pixels(size_t begin, size_t end) {
   const AdaptiveSettings s = settings_;
   const uint32_t* targets = targets_.data();
   const float *error = errors_.error.data(), *deviation = errors_.deviation.data(),
@@ -168,6 +197,7 @@ size_t RoundPlanner::limit_pixels(size_t begin, size_t end) {
   float* rates = rates_.data();
   SampleBounds* bounds = bounds_.data();
   uint32_t open[kSumLanes] = {};
+  float largest_rate[kSumLanes] = {};
   for_lanes(begin, end, [&](size_t i, size_t lane) {
     const auto have = float(targets[i]);
     const float wanted = most_wanted(s, have, error[i]);
@@ -177,7 +207,11 @@ size_t RoundPlanner::limit_pixels(size_t begin, size_t end) {
     open[lane] += most > have ? 1u : 0u;
     rates[i] = deviation[i] / std::sqrt(cost[i]);
   });
-  return size_t(sum_of_lanes(open));
+  for_lanes(begin, end, [&](size_t i, size_t lane) {
+    const float rate = bounds[i].most > bounds[i].least ? rates[i] : 0.0f;
+    largest_rate[lane] = std::max(largest_rate[lane], rate);
+  });
+  return {size_t(sum_of_lanes(open)), std::ranges::max(largest_rate)};
 }
 
 // From shares to whole counts, with at least `everywhere` samples more for each pixel on average.
@@ -193,8 +227,11 @@ void RoundPlanner::round_to_counts(float everywhere) {
     const float* shares = shares_.data();
     for (size_t i = begin; i < end; ++i) {
       const uint32_t have = targets[i];
-      const float u = to_unit_float(hash_combine(round_hash, uint32_t(i)));
       const float share = std::min(std::max(shares[i], float(have) + everywhere), most);
+      // The most need not be a multiple of the step; rounded by chance it might never be met, so it
+      // is always rounded up, and cut.
+      const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
+      const float u = share < most ? chance : 0.0f;
       const uint32_t count = round_count(have, share, count_step(share), u);
       targets[i] = std::max(have, std::min(std::max(count, have + least_more), most_count));
     }

@@ -1,0 +1,166 @@
+// Adaptive sampling from outside: what is refused, what a stop or a limit leaves, what the report
+// says of it.
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <numeric>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+class Adaptive : public CommandTest {
+ protected:
+  Words adaptive(const Words& more = {}) {
+    return render_words(Words{"--driver", "adaptive", "--spp", "16"} + more);
+  }
+  // The samples channel's sum, which the report must have as its total, with its least and most.
+  void expect_true_counts() {
+    const ExrPicture picture = read_exr(path("out.exr"));
+    const std::vector<float>& samples = picture.channels.at("samples");
+    const nlohmann::json json = read_json("r.json");
+    const double sum = std::accumulate(samples.begin(), samples.end(), 0.0);
+    EXPECT_GT(sum, 0.0);
+    EXPECT_EQ(json["samples"]["total"], uint64_t(sum));
+    EXPECT_EQ(json["samples"]["min"], uint64_t(*std::ranges::min_element(samples)));
+    EXPECT_EQ(json["samples"]["max"], uint64_t(*std::ranges::max_element(samples)));
+    EXPECT_EQ(json["rays"]["camera"], uint64_t(sum));
+    for (const char* channel : {"R", "G", "B", "A"}) {
+      for (const float value : picture.channels.at(channel)) ASSERT_TRUE(std::isfinite(value));
+    }
+  }
+};
+
+TEST_F(Adaptive, LimitsThatContradictEachOther) {
+  expect_failure(adaptive({"--min-spp", "9", "--max-spp", "8"}), 2,
+                 {"--min-spp 9", "--max-spp 8", "valid is 1 to 8"});
+  expect_failure(adaptive({"--min-spp", "17"}), 2, {"--min-spp 17", "--spp 16", "1 to 16"});
+  // Alike they are uniform sampling.
+  render(adaptive({"--min-spp", "16", "--max-spp", "16", "--report", path("r.json")}));
+  expect_true_counts();
+  EXPECT_EQ(read_json("r.json")["samples"]["max"], 16);
+}
+
+TEST_F(Adaptive, SamplersOfAFixedCountAreRefused) {
+  for (const char* name : {"stratified", "poisson_disk", "blue_noise"}) {
+    expect_failure(adaptive({"--sampler", name}), 2,
+                   {std::string("--sampler ") + name, "valid are", "sobol", "independent"});
+    expect_failure(render_words({"--sampler", name, "--noise-threshold", "0.1"}), 2,
+                   {std::string("--sampler ") + name, "valid are"});
+  }
+}
+
+TEST_F(Adaptive, AnEstimatorOfTwoStreamsNeedsTwo) {
+  for (const char* name : {"two-stream", "kajiya", "dammertz"}) {
+    expect_failure(adaptive({"--estimator", name, "--streams", "1"}), 2,
+                   {"--streams 1", name, "give 2"});
+  }
+  for (const char* name : {"contrast", "painter-sloan", "chi-square"}) {
+    for (const char* streams : {"1", "2"}) {
+      render(adaptive({"--estimator", name, "--streams", streams}));
+    }
+  }
+}
+
+TEST_F(Adaptive, OptionsThatMeanNothingToUniformSampling) {
+  const std::vector<Words> options = {{"--min-spp", "4"},
+                                      {"--max-spp", "4"},
+                                      {"--estimator", "kajiya"},
+                                      {"--allocation", "relmse"},
+                                      {"--unbiased"}};
+  for (const Words& option : options) {
+    for (const char* driver : {"bucket", "bisection"}) {
+      expect_failure(render_words(Words{"--driver", driver} + option), 2,
+                     {option[0], driver, "--driver adaptive"});
+    }
+  }
+  expect_failure(render_words({"--driver", "bisection", "--noise-threshold", "0.1"}), 2,
+                 {"--noise-threshold", "bisection", "--driver adaptive"});
+  expect_failure(adaptive({"--estimator", "kajiya", "--allocation", "mse"}), 2,
+                 {"--allocation", "kajiya", "two-stream"});
+}
+
+TEST_F(Adaptive, EveryEstimatorRendersAndReports) {
+  for (const char* name :
+       {"two-stream", "contrast", "painter-sloan", "chi-square", "kajiya", "dammertz"}) {
+    SCOPED_TRACE(name);
+    render(adaptive({"--estimator", name, "--size", "40x24", "--aov", "stop,variance", "--report",
+                     path("r.json")}));
+    expect_true_counts();
+    const nlohmann::json json = read_json("r.json");
+    EXPECT_EQ(json["error"]["estimator"], name);
+    EXPECT_EQ(json["stopped"], false);
+    EXPECT_NEAR(json["samples"]["mean"].get<double>(), 16.0, 0.7);
+  }
+}
+
+TEST_F(Adaptive, AThresholdIsReachedAndSaid) {
+  render(adaptive({"--spp", "100000", "--noise-threshold", "0.02", "--size", "40x24", "--aov",
+                   "stop", "--report", path("r.json")}));
+  expect_true_counts();
+  const nlohmann::json json = read_json("r.json");
+  EXPECT_LE(json["error"]["estimate"].get<double>(), 0.02);
+  EXPECT_LT(json["samples"]["mean"].get<double>(), 10000.0);
+  const ExrPicture picture = read_exr(path("out.exr"));
+  for (const float stop : picture.channels.at("stop")) ASSERT_EQ(stop, 2.0f);
+}
+
+TEST_F(Adaptive, TheSamePictureForAnyThreads) {
+  for (const char* name : {"two-stream", "dammertz"}) {
+    const Words frame = {"--estimator", name, "--size", "61x47", "--aov", "stop,variance"};
+    render(adaptive(frame + Words{"--threads", "1"}));
+    const ExrPicture one = read_exr(path("out.exr"));
+    for (const char* threads : {"2", "7"}) {
+      render(adaptive(frame + Words{"--threads", threads}));
+      EXPECT_EQ(first_difference(read_exr(path("out.exr")), one), "") << name << ", " << threads;
+    }
+  }
+}
+
+TEST_F(Adaptive, ASignalLeavesACompletePictureWithTrueCounts) {
+  // Soon, amid the first pass of a large frame; and later, amid a round of a small one.
+  for (const char* size : {"2048x1024", "128x96"}) {
+    for (const int signal : {SIGINT, SIGTERM}) {
+      SCOPED_TRACE(std::string(size) + ", signal " + std::to_string(signal));
+      Process process(adaptive({"--spp", "1000000", "--size", size, "--aov", "stop", "--verbose",
+                                "--report", path("r.json")}),
+                      {.folder = folder_.path()});
+      ASSERT_TRUE(process.wait_for_error("loaded in", 30 * kSlower)) << process.error_so_far();
+      ::usleep(useconds_t(500000 * kSlower));
+      process.send(signal);
+      const RunResult result = process.wait();
+      EXPECT_EQ(result.exit_code, 130) << result.describe();
+      EXPECT_NE(result.err.find("stopped after"), std::string::npos) << result.err;
+      expect_true_counts();
+      EXPECT_EQ(read_json("r.json")["stopped"], true);
+      EXPECT_EQ(read_json("r.json")["exit_code"], 130);
+      const ExrPicture picture = read_exr(path("out.exr"));
+      const std::vector<float>&samples = picture.channels.at("samples"),
+            &stops = picture.channels.at("stop");
+      size_t by_user = 0;
+      for (size_t i = 0; i < samples.size(); ++i) {
+        ASSERT_EQ(samples[i] == 0.0f, stops[i] == 0.0f) << "pixel " << i;
+        by_user += stops[i] == 5.0f;
+      }
+      EXPECT_GT(by_user, 0u);
+      EXPECT_EQ(files(), (Words{"out.exr", "r.json", "scene.glb"}));
+    }
+  }
+}
+
+TEST_F(Adaptive, ATimeLimitIsNoFailure) {
+  const RunResult result = render(adaptive({"--spp", "1000000", "--size", "128x96", "--aov", "stop",
+                                            "--time-limit", "0.5", "--report", path("r.json")}));
+  EXPECT_LT(result.seconds, 5.0 * kSlower);
+  expect_true_counts();
+  const nlohmann::json json = read_json("r.json");
+  EXPECT_EQ(json["exit_code"], 0);
+  EXPECT_LT(json["samples"]["mean"].get<double>(), 1e6);
+  const std::vector<float> stops = read_exr(path("out.exr")).channels.at("stop");
+  EXPECT_NE(std::ranges::find(stops, 4.0f), stops.end());
+}
+
+}  // namespace
+}  // namespace emberline::test

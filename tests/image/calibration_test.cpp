@@ -1,0 +1,44 @@
+// The error that an adaptive frame claims to have, against the one it has. The gallery's scenes at
+// three budgets are bench/calibration.py's, which takes an hour.
+#include <gtest/gtest.h>
+
+#include "image/picture_error.h"
+#include "support/busy_scene.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+class Calibration : public testing::TestWithParam<uint32_t> {};
+
+// Estimate and truth are means over six frames of 768 pixels.
+TEST_P(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
+  const auto scene = busy_scene();
+  RenderSettings s;
+  s.width = 32;
+  s.height = 24;
+  s.max_depth = 4;
+  const References references = render_references(*scene, busy_view(), s, 2048);
+  s.driver = "adaptive";
+  s.streams = StreamCount::kTwo;
+  s.adaptive.budget = GetParam();
+  double truth = 0, estimate = 0;
+  constexpr int kSeeds = 6;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    s.seed = uint32_t(seed);
+    const RenderedImage image = render(*scene, busy_view(), s);
+    truth += squared_display_error(image, references, image.window) /
+             (3.0 * s.width * s.height * kSeeds);
+    ASSERT_TRUE(image.error_estimate.has_value());
+    estimate += *image.error_estimate * *image.error_estimate / kSeeds;
+  }
+  const double ratio = std::sqrt(estimate / truth);
+  std::printf("  estimated %.5f, true %.5f: %.2f\n", std::sqrt(estimate), std::sqrt(truth), ratio);
+  EXPECT_GT(ratio, 0.8);
+  EXPECT_LT(ratio, 1.25);
+}
+INSTANTIATE_TEST_SUITE_P(Budget, Calibration, testing::Values(32u, 128u, 512u));
+
+}  // namespace
+}  // namespace emberline

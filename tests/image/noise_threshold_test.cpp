@@ -1,0 +1,137 @@
+// --noise-threshold T is a promise about the picture: its true error, block by block, is T or not
+// much more, in the scenes that mislead an estimate.
+#include <gtest/gtest.h>
+
+#include "image/picture_error.h"
+#include "renderer/core/hash.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+struct HardScene {
+  std::unique_ptr<Scene> scene;
+  CameraDescription view;
+  bool light_sampling = true;
+  int max_depth = 16;
+};
+
+// A room in two halves; all light in this one comes through the gap beside the partition, from one
+// small lamp that is not seen from anywhere in it.
+HardScene lamp_behind_a_corner() {
+  SceneBuilderForTests b;
+  const int wall = b.add_material(lambert(Rgb(0.7f)));
+  const int lamp = b.add_material(emitter(Rgb(30.0f)));
+  b.add_floor(2, 0, wall);
+  b.add_floor(2, 2, wall, false);
+  b.add_quad({-2, 0, -2}, {2, 0, -2}, {2, 2, -2}, {-2, 2, -2}, wall);  // back
+  b.add_quad({2, 0, 2}, {-2, 0, 2}, {-2, 2, 2}, {2, 2, 2}, wall);      // front
+  b.add_quad({-2, 0, 2}, {-2, 0, -2}, {-2, 2, -2}, {-2, 2, 2}, wall);  // left
+  b.add_quad({2, 0, -2}, {2, 0, 2}, {2, 2, 2}, {2, 2, -2}, wall);      // right
+  MaterialDescription both = lambert(Rgb(0.7f));
+  both.double_sided = true;
+  b.add_quad({-2, 0, 0}, {1, 0, 0}, {1, 2, 0}, {-2, 2, 0}, b.add_material(both));  // partition
+  b.add_quad({-1.2f, 1.95f, -1.2f}, {-1.0f, 1.95f, -1.2f}, {-1.0f, 1.95f, -1.0f},
+             {-1.2f, 1.95f, -1.0f}, lamp);
+  return {b.build(), perspective({1.8, 1.2, 1.8}, {-1, 0.8, 0.3}, 70), true, 5};
+}
+
+// Small bright dots over a floor, found by directions from the floor alone: most paths bring
+// nothing, some of them much, as with a caustic.
+HardScene dots_by_chance() {
+  SceneBuilderForTests b;
+  b.add_floor(3, 0, b.add_material(lambert(Rgb(0.6f))));
+  const int dot = b.add_material(emitter(Rgb(60.0f)));
+  for (uint32_t i = 0; i < 12; ++i) {
+    const float x = 3 * to_unit_float(hash_combine(1, i)) - 1.5f;
+    const float z = 3 * to_unit_float(hash_combine(2, i)) - 1.5f;
+    const float h = 0.4f + 0.5f * to_unit_float(hash_combine(3, i)), r = 0.03f;
+    b.add_quad({x - r, h, z - r}, {x + r, h, z - r}, {x + r, h, z + r}, {x - r, h, z + r}, dot);
+  }
+  return {b.build(), perspective({0, 2.0, 3}, {0, 0, 0}, 50), false, 2};
+}
+
+// Left nearly black in the sky's light, right grey: the display's curve is steepest where there is
+// least light.
+HardScene nearly_black_half() {
+  SceneBuilderForTests b;
+  const int coal = b.add_material(lambert(Rgb(0.003f))), grey = b.add_material(lambert(Rgb(0.5f)));
+  b.add_quad({-4, 0, 2}, {0, 0, 2}, {0, 0, -2}, {-4, 0, -2}, coal);
+  b.add_quad({0, 0, 2}, {4, 0, 2}, {4, 0, -2}, {0, 0, -2}, grey);
+  const int pillar = b.add_material(lambert(Rgb(0.3f)));
+  for (const float x : {-1.5f, -0.5f, 0.5f, 1.5f}) {
+    b.add_quad({x, 0, 0}, {x + 0.2f, 0, 0}, {x + 0.2f, 1, 0}, {x, 1, 0}, pillar);
+  }
+  b.set_environment(Rgb(0.8f));
+  return {b.build(), perspective({0, 2.2, 3}, {0, 0.2, 0}, 45)};
+}
+
+constexpr int kWidth = 48, kHeight = 32, kBlock = 16, kSeeds = 3;
+
+struct Measured {
+  double worst = 0, whole = 0;  // RMS errors over the threshold
+  double samples = 0;
+  std::string where;
+};
+
+// Every block is measured over three frames: 2304 values, so that the spread of noise that is
+// normal is 1.5 % of its RMS error.
+Measured measure(const HardScene& hard, float threshold, uint32_t reference_spp) {
+  RenderSettings s;
+  s.width = kWidth;
+  s.height = kHeight;
+  s.light_sampling = hard.light_sampling;
+  s.max_depth = hard.max_depth;
+  const References references = render_references(*hard.scene, hard.view, s, reference_spp);
+  s.driver = "adaptive";
+  s.streams = StreamCount::kTwo;
+  s.adaptive.threshold = threshold;
+  s.adaptive.max_samples = 16384;
+  std::vector<double> blocks((kWidth / kBlock) * (kHeight / kBlock), 0.0);
+  Measured m;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    s.seed = uint32_t(seed);
+    const RenderedImage image = render(*hard.scene, hard.view, s);
+    EXPECT_LT(image.counters.max_samples, 16384u) << "ended by --max-spp";
+    m.samples += double(image.counters.samples) / (kWidth * kHeight) / kSeeds;
+    for (size_t i = 0; i < blocks.size(); ++i) {
+      const int x = int(i) % (kWidth / kBlock) * kBlock, y = int(i) / (kWidth / kBlock) * kBlock;
+      blocks[i] += squared_display_error(image, references, {x, y, x + kBlock, y + kBlock});
+    }
+  }
+  double all = 0;
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    all += blocks[i];
+    const double rms = std::sqrt(std::max(0.0, blocks[i]) / (3.0 * kBlock * kBlock * kSeeds));
+    if (rms / double(threshold) <= m.worst) continue;
+    m.worst = rms / double(threshold);
+    m.where = std::to_string(i % (kWidth / kBlock)) + "," + std::to_string(i / (kWidth / kBlock));
+  }
+  m.whole = std::sqrt(all / (3.0 * kWidth * kHeight * kSeeds)) / double(threshold);
+  std::printf("  %.0f samples a pixel, error %.2f of the threshold, worst block (%s) %.2f\n",
+              m.samples, m.whole, m.where.c_str(), m.worst);
+  return m;
+}
+
+TEST(NoiseThreshold, LampBehindACorner) {
+  const Measured m = measure(lamp_behind_a_corner(), 0.03f, 1024);
+  EXPECT_LE(m.worst, 1.25) << "block " << m.where;
+  EXPECT_GE(m.whole, 0.5) << "twice as much work as asked for";
+}
+
+TEST(NoiseThreshold, DotsByChance) {
+  const Measured m = measure(dots_by_chance(), 0.04f, 4096);
+  EXPECT_LE(m.worst, 1.25) << "block " << m.where;
+  EXPECT_GE(m.whole, 0.5);
+}
+
+TEST(NoiseThreshold, NearlyBlackHalf) {
+  const Measured m = measure(nearly_black_half(), 0.01f, 1024);
+  EXPECT_LE(m.worst, 1.25) << "block " << m.where;
+  EXPECT_GE(m.whole, 0.4);
+}
+
+}  // namespace
+}  // namespace emberline

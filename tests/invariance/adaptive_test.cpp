@@ -1,0 +1,260 @@
+// Adaptive frames with real decisions: the same for any threads and any time they are made, true to
+// their counts, and complete whenever they are stopped.
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <atomic>
+
+#include "renderer/drivers/adaptive_driver.h"
+#include "renderer/drivers/render_work_item.h"
+#include "support/busy_scene.h"
+#include "support/render.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+RenderSettings settings_for(const EstimatorEntry& estimator) {
+  RenderSettings s;
+  s.driver = "adaptive";
+  s.width = 53;
+  s.height = 41;
+  s.aovs = "variance,albedo,N,Z,id,stop";
+  s.streams = estimator.streams;
+  s.adaptive.estimator = estimator.name;
+  s.adaptive.budget = 40;
+  return s;
+}
+
+constexpr size_t kSamples = 4, kStop = 15;  // channels
+
+class AdaptiveFrame : public testing::TestWithParam<std::string_view> {
+ protected:
+  static void SetUpTestSuite() { scene_ = busy_scene().release(); }
+  static void TearDownTestSuite() {
+    delete scene_;
+    scene_ = nullptr;
+  }
+  static RenderSettings settings() { return settings_for(find_estimator(GetParam())); }
+  static Scene* scene_;
+};
+Scene* AdaptiveFrame::scene_ = nullptr;
+
+uint64_t sum_of_counts(const RenderedImage& image) {
+  uint64_t total = 0;
+  for (size_t i = 0; i < image.values.size(); i += image.channels.size()) {
+    total += uint64_t(image.values[i + kSamples]);
+  }
+  return total;
+}
+
+TEST_P(AdaptiveFrame, AnyThreadsTwiceInARow) {
+  for (const float threshold : {0.0f, 0.03f}) {
+    RenderSettings s = settings();
+    s.adaptive.threshold = threshold;
+    s.threads = 1;
+    const RenderedImage reference = render(*scene_, busy_view(), s);
+    EXPECT_GT(reference.counters.max_samples, reference.counters.min_samples)
+        << "nothing was decided";
+    for (const int threads : {1, 2, 7, 7}) {
+      s.threads = threads;
+      const RenderedImage image = render(*scene_, busy_view(), s);
+      expect_same_bits(image, reference, std::to_string(threads) + " threads");
+      EXPECT_EQ(image.counters.samples, reference.counters.samples);
+      EXPECT_EQ(image.counters.rays.total(), reference.counters.rays.total());
+      EXPECT_EQ(image.error_estimate, reference.error_estimate);
+    }
+  }
+}
+
+TEST_P(AdaptiveFrame, CountsAddUp) {
+  const RenderSettings s = settings();
+  const RenderedImage image = render(*scene_, busy_view(), s);
+  uint32_t least = 1u << 30, most = 0;
+  for (int y = 0; y < s.height; ++y) {
+    for (int x = 0; x < s.width; ++x) {
+      const auto n = uint32_t(image.pixel(x, y)[kSamples]);
+      least = std::min(least, n);
+      most = std::max(most, n);
+      ASSERT_EQ(image.pixel(x, y)[kStop], float(PixelStop::kBudget)) << x << "," << y;
+    }
+  }
+  EXPECT_EQ(image.counters.samples, sum_of_counts(image));
+  EXPECT_EQ(image.counters.rays.camera, image.counters.samples);
+  EXPECT_EQ(image.counters.min_samples, least);
+  EXPECT_EQ(image.counters.max_samples, most);
+  EXPECT_NEAR(double(image.counters.samples) / double(image.window.area()), 40.0, 0.4);
+}
+
+// A pixel's samples are the first so many of its sequence, whatever rounds they came in: their
+// replays, added in index order to each stream, are the pixel to the last bit.
+TEST_P(AdaptiveFrame, ReplayedFromTheSamplesChannel) {
+  const RenderSettings s = settings();
+  const RenderedImage image = render(*scene_, busy_view(), s);
+  const Camera camera(busy_view(), s.width, s.height, scene_->origin(), scene_->scale());
+  const auto integrator = create_integrator("path", {.max_depth = s.max_depth});
+  const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
+  const PixelFilter filter = PixelFilter::create(s.filter);
+  const Frame frame{*scene_,  camera,       *integrator, *sampler, filter,    s.width,
+                    s.height, image.window, 0,           s.seed,   s.streams, AovSet::parse(s.aovs),
+                    false};
+  RenderWorker worker(frame);
+  for (int y = 3; y < s.height; y += 11) {
+    for (int x = 2; x < s.width; x += 13) {
+      const auto count = uint32_t(image.pixel(x, y)[kSamples]);
+      double sums[2][3] = {};
+      for (uint32_t k = 0; k < count; ++k) {
+        const Rgb value = worker.replay(x, y, k, nullptr).radiance;
+        const uint32_t stream = s.streams == StreamCount::kTwo ? (k >> 3) & 1u : 0u;
+        for (int c = 0; c < 3; ++c) sums[stream][c] += double(value[c]);
+      }
+      for (int c = 0; c < 3; ++c) {
+        ASSERT_EQ(float((sums[0][c] + sums[1][c]) * (1.0 / count)), image.pixel(x, y)[c])
+            << "emberline render --replay " << x << "," << y << ",0 to " << count - 1;
+      }
+    }
+  }
+}
+
+// A crop sees neither what is beyond its edge, which estimators pool, nor the whole frame's budget:
+// its counts may be others. What it renders are the same samples: where a count agrees, so do the
+// bits.
+TEST_P(AdaptiveFrame, ACropsSamplesAreTheFramesOwn) {
+  RenderSettings s = settings();
+  const RenderedImage whole = render(*scene_, busy_view(), s);
+  s.crop = {10, 8, 44, 33};
+  const RenderedImage crop = render(*scene_, busy_view(), s);
+  int agreeing = 0;
+  for (int y = s.crop.y0; y < s.crop.y1; ++y) {
+    for (int x = s.crop.x0; x < s.crop.x1; ++x) {
+      if (crop.pixel(x, y)[kSamples] != whole.pixel(x, y)[kSamples]) continue;
+      ++agreeing;
+      for (int c = 0; c < 3; ++c) ASSERT_EQ(crop.pixel(x, y)[c], whole.pixel(x, y)[c]);
+    }
+  }
+  EXPECT_GT(agreeing, 20);
+}
+
+// Requests a stop once so many samples are done, and looks at every picture on the way.
+class StopAfter final : public FrameObserver {
+ public:
+  StopAfter(MemoryObserver& image, uint64_t samples, const Rect& window)
+      : image_(image), samples_(samples), rgba_(4 * size_t(window.area())) {}
+  void tile_finished(const FilmTile& tile) override { image_.tile_finished(tile); }
+  void samples_finished(uint64_t count) override {
+    if ((done_ += count) >= samples_) stop_.request_stop();
+  }
+  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
+    EXPECT_GE(progress.samples, last_.samples);
+    EXPECT_GE(progress.completion, last_.completion);
+    EXPECT_GE(progress.pass, last_.pass);
+    EXPECT_EQ(progress.samples, done_.load());
+    last_ = progress;
+    picture.resolve(rgba_);
+    for (const float value : rgba_) ASSERT_TRUE(std::isfinite(value));
+  }
+  PixelStop stop_cause() const override { return PixelStop::kTimeLimit; }
+  std::stop_token token() const { return stop_.get_token(); }
+  const FrameProgress& last() const { return last_; }
+
+ private:
+  MemoryObserver& image_;
+  uint64_t samples_;
+  std::vector<float> rgba_;
+  std::atomic<uint64_t> done_{0};
+  std::stop_source stop_;
+  FrameProgress last_;
+};
+
+RenderedImage stop_after(const Scene& scene, const RenderSettings& s, uint64_t samples,
+                         FrameProgress* progress = nullptr) {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
+  const Camera camera(busy_view(), s.width, s.height, scene.origin(), scene.scale());
+  const auto integrator = create_integrator("path", {});
+  const auto sampler = create_sampler("sobol", {s.streams, 1, s.width, s.height});
+  const PixelFilter filter = PixelFilter::create("box");
+  RenderedImage image;
+  image.window = {3, 2, s.width - 4, s.height};
+  const AovSet aovs = AovSet::parse(s.aovs);
+  for (const FilmChannel& c : film_channels(aovs)) image.channels.push_back(c.name);
+  image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
+  const Frame frame{scene,        camera, *integrator, *sampler,  filter, s.width, s.height,
+                    image.window, 0,      s.seed,      s.streams, aovs,   false};
+  MemoryObserver memory(image);
+  StopAfter observer(memory, samples, image.window);
+  AdaptiveDriver driver({.bucket_size = 16, .adaptive = s.adaptive});
+  tbb::task_arena arena(s.threads);
+  arena.execute([&] {
+    image.counters = driver.render(frame, observer, observer.token());
+    driver.deliver(observer);
+  });
+  if (progress) *progress = observer.last();
+  return image;
+}
+
+TEST_P(AdaptiveFrame, StoppedAtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
+  RenderSettings s = settings();
+  FrameProgress progress;
+  const RenderedImage whole = stop_after(*scene_, s, uint64_t(1) << 40, &progress);
+  EXPECT_FALSE(whole.counters.stopped);
+  EXPECT_EQ(progress.samples, whole.counters.samples);
+  EXPECT_EQ(progress.completion, 1.0);
+  EXPECT_TRUE(progress.pass_finished);
+  for (const int threads : {1, 3}) {
+    s.threads = threads;
+    for (uint64_t samples = 1; samples < whole.counters.samples; samples += 400 + samples / 2) {
+      SCOPED_TRACE(std::to_string(threads) + " threads, after " + std::to_string(samples));
+      const RenderedImage image = stop_after(*scene_, s, samples);
+      uint32_t least = 1u << 30, most = 0;
+      for (int y = image.window.y0; y < image.window.y1; ++y) {
+        for (int x = image.window.x0; x < image.window.x1; ++x) {
+          const float* p = image.pixel(x, y);
+          const auto count = uint32_t(p[kSamples]);
+          least = std::min(least, count);
+          most = std::max(most, count);
+          if (count == 0) {
+            ASSERT_EQ(p[kStop], float(PixelStop::kNone));
+          } else {
+            ASSERT_TRUE(p[kStop] == float(PixelStop::kTimeLimit) ||
+                        p[kStop] == float(PixelStop::kBudget))
+                << p[kStop];
+          }
+          // The frame is lit everywhere, and what has no sample shows its neighbours'.
+          if (image.counters.samples >= uint64_t(image.window.area())) {
+            ASSERT_GT(p[3], 0.0f) << x << "," << y;
+          }
+          if (p[kSamples] == whole.pixel(x, y)[kSamples]) {
+            ASSERT_EQ(p[0], whole.pixel(x, y)[0]);
+          }
+        }
+      }
+      EXPECT_EQ(image.counters.samples, sum_of_counts(image));
+      EXPECT_EQ(image.counters.min_samples, least);
+      EXPECT_EQ(image.counters.max_samples, most);
+      EXPECT_TRUE(image.counters.stopped);
+    }
+  }
+}
+
+TEST_P(AdaptiveFrame, StoppedBeforeTheFirstSample) {
+  const RenderedImage image = stop_after(*scene_, settings(), 0);
+  EXPECT_TRUE(image.counters.stopped);
+  EXPECT_EQ(image.counters.samples, sum_of_counts(image));
+}
+
+std::vector<std::string_view> estimator_names() {
+  std::vector<std::string_view> names;
+  for (const EstimatorEntry& entry : estimator_table()) names.push_back(entry.name);
+  return names;
+}
+INSTANTIATE_TEST_SUITE_P(EveryEstimator, AdaptiveFrame, testing::ValuesIn(estimator_names()),
+                         [](const auto& p) {
+                           std::string name(p.param);
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,250 @@
+// Shares of a budget against the exact optimum, which sorting finds; and the rounding of shares to
+// counts.
+#include "renderer/drivers/adaptive/allocation.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "support/chi_square.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+struct Problem {
+  std::vector<float> rates;
+  std::vector<SampleBounds> bounds;
+  double total = 0;
+};
+
+std::vector<float> solve(const Problem& p) {
+  std::vector<float> counts;
+  share_samples(p.rates, p.bounds, p.total, &counts);
+  return counts;
+}
+
+double sum_of(const std::vector<float>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0);
+}
+
+double sum_at(const Problem& p, double k) {
+  double sum = 0;
+  for (size_t i = 0; i < p.rates.size(); ++i) {
+    sum += std::clamp(k * double(p.rates[i]), double(p.bounds[i].least), double(p.bounds[i].most));
+  }
+  return sum;
+}
+
+// K of the exact optimum: the sum is linear in K between the values at which a pixel meets one of
+// its bounds. Infinite where every pixel that can grow is at its most.
+double exact_k(const Problem& p) {
+  std::vector<double> ends = {0.0};
+  for (size_t i = 0; i < p.rates.size(); ++i) {
+    if (p.rates[i] <= 0.0f) continue;
+    ends.push_back(double(p.bounds[i].least) / double(p.rates[i]));
+    ends.push_back(double(p.bounds[i].most) / double(p.rates[i]));
+  }
+  std::ranges::sort(ends);
+  for (size_t e = 1; e < ends.size(); ++e) {
+    const double below = sum_at(p, ends[e - 1]), above = sum_at(p, ends[e]);
+    if (above < p.total) continue;
+    const double part = above > below ? (p.total - below) / (above - below) : 0.0;
+    return ends[e - 1] + std::max(0.0, part) * (ends[e] - ends[e - 1]);
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+// Rates over `decades` decades, one in eight of them zero; bounds of all kinds, some of them one
+// number; a total somewhere between the sums of the bounds.
+Problem random_problem(uint64_t seed, size_t pixels, double decades) {
+  TestRandom random(seed, 0);
+  Problem p;
+  double least = 0, most = 0;
+  for (size_t i = 0; i < pixels; ++i) {
+    const bool zero = random.next() < 0.125f;
+    p.rates.push_back(zero ? 0.0f : float(std::pow(10.0, decades * (random.next_double() - 0.5))));
+    SampleBounds b;
+    b.least = std::floor(64.0f * random.next() * random.next());
+    b.most = random.next() < 0.2f ? b.least : b.least + std::floor(1000.0f * random.next());
+    p.bounds.push_back(b);
+    least += double(b.least);
+    // A rate of zero stays at its least.
+    most += double(zero ? b.least : b.most);
+  }
+  p.total = least + (0.02 + 0.96 * random.next_double()) * (most - least);
+  return p;
+}
+
+TEST(ShareSamples, IsTheExactOptimum) {
+  for (uint64_t seed = 0; seed < 200; ++seed) {
+    SCOPED_TRACE("replay with random_problem(" + std::to_string(seed) + ", ...)");
+    const size_t pixels = 1 + size_t(seed) * 7;
+    const Problem p = random_problem(seed, pixels, 1.0 + double(seed % 6));
+    const std::vector<float> counts = solve(p);
+    const double k = exact_k(p);
+    EXPECT_NEAR(sum_of(counts), p.total, 1e-3 * p.total);
+    for (size_t i = 0; i < pixels; ++i) {
+      const double exact =
+          std::clamp(k * double(p.rates[i]), double(p.bounds[i].least), double(p.bounds[i].most));
+      // The bisection's own resolution: the sum's thousandth may lie in few pixels.
+      ASSERT_NEAR(double(counts[i]), exact, 2e-3 * exact + 1e-5) << "pixel " << i;
+    }
+  }
+}
+
+// Karush, Kuhn and Tucker: between its bounds a pixel's gain of one more sample, (rate / n)^2, is
+// everybody's; at its most it is no less, at its least no more.
+TEST(ShareSamples, NoSampleIsBetterElsewhere) {
+  for (uint64_t seed = 1000; seed < 1050; ++seed) {
+    const Problem p = random_problem(seed, 500, 4.0);
+    const std::vector<float> counts = solve(p);
+    double least_giver = 1e30, best_taker = 0;
+    for (size_t i = 0; i < counts.size(); ++i) {
+      if (p.rates[i] == 0.0f) continue;
+      const double gain = double(p.rates[i]) / double(counts[i]);
+      if (counts[i] > p.bounds[i].least) least_giver = std::min(least_giver, gain);
+      if (counts[i] < p.bounds[i].most) best_taker = std::max(best_taker, gain);
+    }
+    EXPECT_LE(best_taker, least_giver * 1.001) << "replay with random_problem(" << seed << ")";
+  }
+}
+
+// Neyman's optimum itself: no shift of samples between pixels lowers the sum of variance / n.
+TEST(ShareSamples, PerturbationsRaiseTheError) {
+  for (uint64_t seed = 2000; seed < 2020; ++seed) {
+    const Problem p = random_problem(seed, 300, 2.0);
+    const std::vector<float> counts = solve(p);
+    const auto error = [&](size_t i, double n) {
+      return double(p.rates[i]) * double(p.rates[i]) / std::max(n, 1e-9);
+    };
+    TestRandom random(seed, 1);
+    for (int trial = 0; trial < 2000; ++trial) {
+      const size_t i = random.bits() % counts.size(), j = random.bits() % counts.size();
+      if (i == j) continue;
+      const double room =
+          std::min(double(counts[i] - p.bounds[i].least), double(p.bounds[j].most - counts[j]));
+      const double moved = room * random.next_double();
+      const double before = error(i, double(counts[i])) + error(j, double(counts[j]));
+      const double after =
+          error(i, double(counts[i]) - moved) + error(j, double(counts[j]) + moved);
+      // To first order a shift between equals changes nothing; what floats and the bisection's
+      // thousandth leave.
+      ASSERT_GE(after, before * (1 - 1e-6)) << "seed " << seed << ", from " << i << " to " << j;
+    }
+  }
+}
+
+TEST(ShareSamples, AgainstEverySplitOfASmallBudget) {
+  // Sum of rate^2 / n over all whole splits of 60 samples: 36, 18 and 6 are in the rates' ratio.
+  const Problem p = {{6, 3, 1}, {{0, 100}, {0, 100}, {0, 100}}, 60};
+  double best = 1e30;
+  std::array<int, 3> split{};
+  for (int a = 1; a < 59; ++a) {
+    for (int b = 1; a + b < 60; ++b) {
+      const double error = 36.0 / a + 9.0 / b + 1.0 / (60 - a - b);
+      if (error < best) {
+        best = error;
+        split = {a, b, 60 - a - b};
+      }
+    }
+  }
+  EXPECT_EQ(split, (std::array{36, 18, 6}));
+  const std::vector<float> counts = solve(p);
+  for (size_t i = 0; i < 3; ++i) EXPECT_NEAR(counts[i], float(split[i]), 0.1f);
+}
+
+TEST(ShareSamples, AllAtTheirMostOrLeast) {
+  Problem p = random_problem(1, 5000, 6.0);
+  for (float& rate : p.rates) rate = std::max(rate, 1e-3f);
+  for (const double total : {1e12, std::numeric_limits<double>::infinity()}) {
+    p.total = total;
+    const std::vector<float> counts = solve(p);
+    for (size_t i = 0; i < counts.size(); ++i) ASSERT_EQ(counts[i], p.bounds[i].most);
+  }
+  for (const double total : {0.0, -1e12}) {
+    p.total = total;
+    const std::vector<float> counts = solve(p);
+    for (size_t i = 0; i < counts.size(); ++i) {
+      ASSERT_NEAR(counts[i], p.bounds[i].least, 0.01f) << "least " << p.bounds[i].least;
+    }
+  }
+}
+
+TEST(ShareSamples, ARateOfZeroStaysAtItsLeast) {
+  const Problem p = {{0, 1, 0, 1}, {{8, 100}, {8, 100}, {0, 100}, {16, 100}}, 100};
+  const std::vector<float> counts = solve(p);
+  EXPECT_EQ(counts[0], 8.0f);
+  EXPECT_EQ(counts[2], 0.0f);
+  EXPECT_NEAR(counts[1], 46.0f, 0.1f);
+  EXPECT_NEAR(counts[3], 46.0f, 0.1f);
+  const std::vector<float> none = solve({{0, 0}, {{8, 100}, {4, 100}}, 100});
+  EXPECT_EQ(none, (std::vector<float>{8, 4}));
+  EXPECT_TRUE(solve({}).empty());
+}
+
+// What a firefly next to a nearly black wall does to rates, and beyond.
+TEST(ShareSamples, HugeRangesOfRates) {
+  for (const double decades : {20.0, 40.0}) {
+    for (uint64_t seed = 3000; seed < 3030; ++seed) {
+      SCOPED_TRACE("replay with random_problem(" + std::to_string(seed) + ", 777, " +
+                   std::to_string(decades) + ")");
+      const Problem p = random_problem(seed, 777, decades);
+      const std::vector<float> counts = solve(p);
+      EXPECT_NEAR(sum_of(counts), p.total, 1e-3 * p.total);
+      for (size_t i = 0; i < counts.size(); ++i) {
+        ASSERT_GE(counts[i], p.bounds[i].least);
+        ASSERT_LE(counts[i], p.bounds[i].most);
+      }
+    }
+  }
+}
+
+TEST(ShareSamples, AnyThreads) {
+  const Problem p = random_problem(4000, 100'003, 6.0);
+  const std::vector<float> reference = solve(p);
+  for (const int threads : {1, 2, 7}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+    tbb::task_arena arena(threads);
+    arena.execute([&] { EXPECT_EQ(solve(p), reference) << threads << " threads"; });
+  }
+}
+
+TEST(RoundCount, KeepsTheExpectation) {
+  constexpr int kDraws = 4000;
+  for (const uint32_t step : {8u, 16u}) {
+    for (const uint32_t have : {0u, 1u, 4u, 7u, 8u, 16u, 100u, 1023u}) {
+      for (const float more : {0.01f, 0.7f, 3.0f, 8.0f, 11.5f, 16.0f, 333.25f}) {
+        const float wanted = float(have) + more;
+        double sum = 0;
+        for (int k = 0; k < kDraws; ++k) {
+          const float u = (float(k) + 0.5f) / kDraws;
+          const uint32_t count = round_count(have, wanted, step, u);
+          ASSERT_TRUE(count == have || (count > have && count % step == 0)) << count;
+          ASSERT_LT(std::abs(float(count) - wanted), float(step));
+          sum += count;
+        }
+        // The draws are evenly spread, so that the mean is off by at most half a step of theirs.
+        EXPECT_NEAR(sum / kDraws, double(wanted), double(step) / kDraws + 1e-6 * double(wanted))
+            << "have " << have << ", wanted " << wanted << ", step " << step;
+      }
+    }
+  }
+}
+
+TEST(RoundCount, NobodyLosesSamples) {
+  for (const float wanted : {-1.0f, 0.0f, 5.0f, 12.0f, std::numeric_limits<float>::quiet_NaN()}) {
+    for (const float u : {0.0f, 0.5f, 0.999f}) EXPECT_EQ(round_count(12, wanted, 8, u), 12u);
+  }
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,453 @@
+// Where the planner sends samples, on frames whose samples are made up: every decision without a
+// renderer.
+#include "renderer/drivers/adaptive/round_planner.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "unit/synthetic_frame.h"
+#include "unit/synthetic_pixels.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+using Sample = SyntheticFrame::Sample;
+
+// Noise of +-1.7 deviations about a mean: uniform, so that pixels' spreads are soon known.
+Sample noisy(TestRandom& random, float mean, float deviation, uint32_t rays = 2) {
+  return {mean + deviation * 3.4641016f * (random.next() - 0.5f), rays};
+}
+
+SyntheticFrame even_noise(int width, int height, uint64_t seed) {
+  return {width, height, seed,
+          [](int, int, TestRandom& random) { return noisy(random, 0.4f, 0.1f); }};
+}
+
+AdaptiveSettings of_budget(uint32_t budget, ErrorMetric allocation = ErrorMetric::kMse) {
+  AdaptiveSettings s;
+  s.budget = budget;
+  s.allocation = allocation;
+  return s;
+}
+
+TEST(RoundPlanner, StartsWithThePilot) {
+  const auto pilot = [](AdaptiveSettings s) {
+    const RoundPlanner planner(s, 5, 4, 1);
+    EXPECT_EQ(planner.targets().size(), 20u);
+    for (const uint32_t target : planner.targets()) EXPECT_EQ(target, planner.targets()[0]);
+    EXPECT_EQ(planner.round_weight(), double(planner.targets()[0]));
+    EXPECT_TRUE(std::isnan(planner.error_estimate()));
+    return planner.targets()[0];
+  };
+  // An eighth of the budget, 4 to 16.
+  EXPECT_EQ(pilot(of_budget(1)), 1u);
+  EXPECT_EQ(pilot(of_budget(16)), 4u);
+  EXPECT_EQ(pilot(of_budget(64)), 8u);
+  EXPECT_EQ(pilot(of_budget(4096)), 16u);
+  AdaptiveSettings s;
+  s.threshold = 0.01f;
+  EXPECT_EQ(pilot(s), 16u);
+  s.max_samples = 5;
+  EXPECT_EQ(pilot(s), 5u);
+  s.max_samples = 0;
+  s.min_samples = 33;
+  EXPECT_EQ(pilot(s), 33u);
+  for (const EstimatorEntry& entry : estimator_table()) {
+    if (entry.batch == 0) continue;
+    AdaptiveSettings historical = of_budget(64);
+    historical.estimator = entry.name;
+    EXPECT_EQ(pilot(historical), entry.first_samples) << entry.name;
+  }
+}
+
+// Nothing tells one pixel from another, so that none gets more, but for the rounding.
+TEST(RoundPlanner, AConstantImageSpendsEvenly) {
+  for (const float value : {0.0f, 0.5f, 1e4f}) {
+    for (const ErrorMetricEntry& metric : error_metric_table()) {
+      SCOPED_TRACE(std::to_string(value) + ", " + std::string(metric.name));
+      SyntheticFrame frame(64, 40, 1, [&](int, int, TestRandom&) { return Sample{value, 1}; });
+      RoundPlanner planner(of_budget(32, metric.metric), 64, 40, 7);
+      frame.render(planner);
+      const auto [least, most] = std::ranges::minmax_element(frame.counts());
+      EXPECT_LE(*most - *least, 16u);
+      // Seeing nothing is no reason to stop looking: a lamp may be too small for the pilot.
+      EXPECT_NEAR(frame.mean_count(), 32.0, 0.064);
+      EXPECT_LT(planner.error_estimate(), 1e-6);
+      for (size_t i = 0; i < 64 * 40; ++i) ASSERT_EQ(planner.stop_of(i), PixelStop::kBudget);
+    }
+  }
+}
+
+TEST(RoundPlanner, EvenNoiseSpendsAlmostEvenly) {
+  SyntheticFrame frame = even_noise(64, 64, 2);
+  RoundPlanner planner(of_budget(64), 64, 64, 7);
+  frame.render(planner);
+  double squares = 0;
+  for (const uint32_t n : frame.counts()) squares += double(n) * n;
+  const double mean = frame.mean_count();
+  EXPECT_NEAR(mean, 64.0, 0.128);
+  // Pooled streams have some 25 degrees of freedom, and rounding to 8 and 16 adds its part.
+  EXPECT_LT(std::sqrt(squares / (64 * 64) - mean * mean), 0.2 * mean);
+}
+
+// The disc is .7 % of the frame: by Neyman it should get everything but the uniform share.
+TEST(RoundPlanner, ALoneNoisyDiscGetsTenTimesTheMeanDensity) {
+  for (uint64_t seed = 1; seed <= 8; ++seed) {
+    for (const uint32_t budget : {16u, 64u}) {
+      SyntheticFrame frame(64, 64, seed, [](int x, int y, TestRandom& random) {
+        return std::hypot(x - 31.5, y - 20.5) <= 3.0 ? noisy(random, 2.0f, 1.0f) : Sample{0.1f, 2};
+      });
+      RoundPlanner planner(of_budget(budget), 64, 64, uint32_t(seed));
+      frame.render(planner);
+      double disc = 0, pixels = 0;
+      for (int y = 0; y < 64; ++y) {
+        for (int x = 0; x < 64; ++x) {
+          if (std::hypot(x - 31.5, y - 20.5) > 3.0) continue;
+          disc += frame.count(x, y);
+          ++pixels;
+        }
+      }
+      EXPECT_EQ(pixels, 32);
+      EXPECT_GE(disc / pixels, 10.0 * frame.mean_count()) << "seed " << seed << ", " << budget;
+      EXPECT_NEAR(frame.mean_count(), budget, std::max(0.002 * budget, 0.1));
+    }
+  }
+}
+
+// Frames of one in a thousand samples that is bright: what is hit by few draws none away from what
+// is hit by nobody yet.
+TEST(RoundPlanner, BudgetsAreMet) {
+  for (const uint32_t budget : {1u, 3u, 16u, 17u, 64u, 200u}) {
+    for (const ErrorMetricEntry& metric : error_metric_table()) {
+      SyntheticFrame frame(192, 108, budget, [](int x, int y, TestRandom& random) {
+        const float deviation = 0.3f * float(x) / 192.0f;
+        return random.next() < 1e-3f * float(y) ? Sample{20.0f, 9} : noisy(random, 0.5f, deviation);
+      });
+      RoundPlanner planner(of_budget(budget, metric.metric), 192, 108, 11);
+      int rounds = 0;
+      frame.render(planner, [&] { ++rounds; });
+      // Rounding by chance to multiples of 8 and 16, over 20736 pixels, leaves .06 at four
+      // deviations.
+      EXPECT_NEAR(frame.mean_count(), budget, std::max(0.002 * budget, 0.1))
+          << budget << ", " << metric.name;
+      EXPECT_LT(rounds, 40);
+      EXPECT_EQ(planner.round(), rounds + 1);
+    }
+  }
+}
+
+// No pixel gets more in a round than four times what it has, beside the uniform share.
+TEST(RoundPlanner, GrowthIsBounded) {
+  SyntheticFrame frame(48, 48, 3, [](int x, int, TestRandom& random) {
+    return noisy(random, 1.0f, x == 24 ? 1.0f : 0.001f);
+  });
+  RoundPlanner planner(of_budget(64), 48, 48, 5);
+  frame.render(planner, [&] {
+    for (size_t i = 0; i < frame.counts().size(); ++i) {
+      const double have = std::max(4u, frame.counts()[i]);
+      const double uniform = double(frame.counts()[i]) + 0.11 * planner.round_weight();
+      ASSERT_LT(planner.targets()[i], std::max(4 * have, uniform) + 16) << "pixel " << i;
+      ASSERT_GE(planner.targets()[i], frame.counts()[i]);
+    }
+  });
+}
+
+TEST(RoundPlanner, MostSamplesAreNeverExceeded) {
+  for (const EstimatorEntry& entry : estimator_table()) {
+    for (const uint32_t most : {1u, 7u, 37u, 100u}) {
+      for (const uint32_t budget : {0u, 50u}) {
+        SCOPED_TRACE(std::string(entry.name) + ", most " + std::to_string(most));
+        SyntheticFrame frame(32, 32, 4, [](int x, int, TestRandom& random) {
+          return noisy(random, 1.0f, x < 3 ? 1.0f : 0.01f);
+        });
+        AdaptiveSettings s = of_budget(budget);
+        s.estimator = entry.name;
+        s.max_samples = most;
+        RoundPlanner planner(s, 32, 32, 5);
+        frame.render(planner);
+        for (size_t i = 0; i < frame.counts().size(); ++i) {
+          ASSERT_LE(frame.counts()[i], most);
+          ASSERT_EQ(planner.stop_of(i),
+                    frame.counts()[i] == most ? PixelStop::kMaximum : PixelStop::kBudget);
+          // Without another limit everybody gets it.
+          if (budget == 0) {
+            ASSERT_EQ(frame.counts()[i], most);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(RoundPlanner, LeastAndMostAlikeIsUniform) {
+  for (const EstimatorEntry& entry : estimator_table()) {
+    for (const uint32_t n : {1u, 3u, 16u, 37u}) {
+      SyntheticFrame frame = even_noise(16, 16, 5);
+      AdaptiveSettings s = of_budget(n);
+      s.estimator = entry.name;
+      s.min_samples = s.max_samples = n;
+      RoundPlanner planner(s, 16, 16, 5);
+      frame.render(planner);
+      for (const uint32_t count : frame.counts()) ASSERT_EQ(count, n) << entry.name;
+    }
+  }
+}
+
+// A tenth of every round goes everywhere, so that what has been overlooked so far is found.
+TEST(RoundPlanner, PixelsThatSeemFinishedGetTheirShare) {
+  SyntheticFrame frame(64, 64, 6, [](int x, int, TestRandom& random) {
+    return x < 32 ? noisy(random, 0.5f, 0.2f) : Sample{0.5f, 2};
+  });
+  RoundPlanner planner(of_budget(256), 64, 64, 5);
+  frame.render(planner);
+  double quiet = 0;
+  // Beyond the reach of the noisy half's kernel.
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 36; x < 64; ++x) quiet += frame.count(x, y) / (64.0 * 28);
+  }
+  // 16 of the pilot and a tenth of the remaining 240.
+  EXPECT_NEAR(quiet, 16 + 24, 4);
+}
+
+TEST(RoundPlanner, AThresholdEndsPixelsAndNoneAboveItEnds) {
+  for (const EstimatorEntry& entry : estimator_table()) {
+    SCOPED_TRACE(entry.name);
+    SyntheticFrame frame(48, 32, 8, [](int x, int, TestRandom& random) {
+      return noisy(random, 0.4f, 0.02f + 0.2f * float(x) / 48.0f);
+    });
+    AdaptiveSettings s;
+    s.estimator = entry.name;
+    s.threshold = 0.02f;
+    s.max_samples = 1024;  // neighbours' contrast stays, however many samples
+    RoundPlanner planner(s, 48, 32, 5);
+    frame.render(planner, [&] {
+      for (size_t i = 0; i < frame.counts().size(); ++i) {
+        if (planner.errors().error[i] > s.threshold && frame.counts()[i] < s.max_samples) {
+          ASSERT_GT(planner.targets()[i], frame.counts()[i]) << "pixel " << i << " goes on";
+        }
+      }
+    });
+    for (size_t i = 0; i < frame.counts().size(); ++i) {
+      if (frame.counts()[i] == s.max_samples) continue;
+      ASSERT_LE(planner.errors().error[i], s.threshold) << "pixel " << i;
+      ASSERT_EQ(planner.stop_of(i), PixelStop::kThreshold);
+    }
+    if (entry.batch == 0) {
+      EXPECT_LE(planner.error_estimate(), 0.02);
+      EXPECT_LT(frame.mean_count(), 100.0);
+    }
+  }
+}
+
+// The samples that a threshold costs are those that it needs: error ~ deviation / sqrt(n) falls to
+// it and not far below.
+TEST(RoundPlanner, AThresholdIsMetAndNotMuchMore) {
+  SyntheticFrame frame = even_noise(64, 64, 9);
+  AdaptiveSettings s;
+  s.threshold = 0.005f;
+  RoundPlanner planner(s, 64, 64, 5);
+  frame.render(planner);
+  // display_value's slope at .4, times .1 per sample.
+  const double slope = double(display_value(0.401f) - display_value(0.399f)) / 0.002;
+  const double needed = std::pow(slope * 0.1 / 0.005, 2);
+  EXPECT_GT(frame.mean_count(), 0.9 * needed);
+  EXPECT_LT(frame.mean_count(), 1.5 * needed);
+}
+
+TEST(RoundPlanner, WhatNeverMeetsTheThresholdEndsAtItsMost) {
+  SyntheticFrame frame(32, 32, 10, [](int x, int, TestRandom& random) {
+    return x < 16 ? noisy(random, 0.4f, 0.3f) : Sample{0.4f, 2};
+  });
+  AdaptiveSettings s;
+  s.threshold = 1e-4f;
+  s.max_samples = 200;
+  RoundPlanner planner(s, 32, 32, 5);
+  frame.render(planner);
+  for (int y = 0; y < 32; ++y) {
+    for (int x = 0; x < 32; ++x) {
+      if (x >= 14 && x < 18) continue;  // the kernel reaches across
+      const size_t i = size_t(y) * 32 + size_t(x);
+      ASSERT_EQ(planner.stop_of(i), x < 16 ? PixelStop::kMaximum : PixelStop::kThreshold);
+      if (x < 16) {
+        ASSERT_EQ(frame.count(x, y), 200u);
+      } else {
+        ASSERT_LT(frame.count(x, y), 100u);
+      }
+    }
+  }
+}
+
+TEST(RoundPlanner, NoPixelIsFinishedBelowItsLeast) {
+  SyntheticFrame frame(16, 16, 11, [](int, int, TestRandom&) { return Sample{0.4f, 1}; });
+  AdaptiveSettings s;
+  s.threshold = 0.1f;
+  s.min_samples = 48;
+  RoundPlanner planner(s, 16, 16, 5);
+  frame.render(planner);
+  for (const uint32_t n : frame.counts()) ASSERT_EQ(n, 48u);
+}
+
+// n ~ 1 / sqrt(cost). The camera's ray costs .17 and any further one 1 (pixel_statistics.cpp).
+TEST(RoundPlanner, DearSamplesAreFewer) {
+  constexpr uint32_t kDear = 9;
+  SyntheticFrame frame(96, 48, 12, [](int x, int, TestRandom& random) {
+    return noisy(random, 0.4f, 0.1f, x < 48 ? 2 : kDear);
+  });
+  RoundPlanner planner(of_budget(400), 96, 48, 5);
+  frame.render(planner);
+  double cheap = 0, dear = 0;
+  for (int y = 0; y < 48; ++y) {
+    for (int x = 0; x < 96; ++x) (x < 48 ? cheap : dear) += frame.count(x, y);
+  }
+  // Less than that, as a pixel whose deviation was thought too large once keeps what it got. With
+  // samples in proportion to 1 / cost it would be 7.
+  const double expected = std::sqrt((0.17 + kDear - 1) / (0.17 + 1));
+  EXPECT_GT(cheap / dear, 0.85 * expected);
+  EXPECT_LT(cheap / dear, 1.02 * expected);
+}
+
+TEST(RoundPlanner, TheSamplesFollowTheDeviation) {
+  SyntheticFrame frame(96, 48, 13, [](int x, int, TestRandom& random) {
+    return noisy(random, 0.4f, x < 48 ? 0.03f : 0.12f);
+  });
+  RoundPlanner planner(of_budget(400), 96, 48, 5);
+  frame.render(planner);
+  double quiet = 0, loud = 0;
+  for (int y = 0; y < 48; ++y) {
+    for (int x = 0; x < 44; ++x) {
+      quiet += frame.count(x, y);
+      loud += frame.count(95 - x, y);
+    }
+  }
+  EXPECT_GT(loud / quiet, 0.8 * 4);  // for the reason above
+  EXPECT_LT(loud / quiet, 1.02 * 4);
+}
+
+TEST(RoundPlanner, UnbiasedLeavesNobodyOut) {
+  SyntheticFrame frame(64, 64, 14, [](int x, int y, TestRandom& random) {
+    return x == 5 && y == 5 ? noisy(random, 2.0f, 1.0f) : Sample{0.1f, 2};
+  });
+  AdaptiveSettings s = of_budget(32);
+  s.unbiased = true;
+  RoundPlanner planner(s, 64, 64, 5);
+  frame.render(planner, [&] {
+    for (size_t i = 0; i < frame.counts().size(); ++i) {
+      ASSERT_GT(planner.targets()[i], frame.counts()[i]) << "pixel " << i;
+    }
+  });
+}
+
+// Neither threads nor an earlier run in the same process have a say.
+TEST(RoundPlanner, TheSameForAnyThreads) {
+  for (const EstimatorEntry& entry : estimator_table()) {
+    for (const float threshold : {0.0f, 0.01f}) {
+      std::vector<std::vector<uint32_t>> reference;
+      for (const int threads : {1, 2, 7, 2}) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                        size_t(threads));
+        tbb::task_arena arena(threads);
+        arena.execute([&] {
+          SyntheticFrame frame(150, 101, 15, [](int x, int, TestRandom& random) {
+            return noisy(random, 0.4f, 0.002f * float(x));
+          });
+          AdaptiveSettings s;
+          s.estimator = entry.name;
+          s.budget = 40;
+          s.threshold = threshold;
+          RoundPlanner planner(s, 150, 101, 5);
+          std::vector<std::vector<uint32_t>> rounds;
+          const auto look = [&] {
+            rounds.emplace_back(planner.targets().begin(), planner.targets().end());
+          };
+          look();
+          frame.render(planner, look);
+          if (reference.empty()) reference = rounds;
+          EXPECT_GT(rounds.size(), 1u);
+          EXPECT_EQ(rounds, reference) << entry.name << ", " << threads << " threads";
+        });
+      }
+    }
+  }
+}
+
+// Samples that are not finite count as black, and so large that their squares overflow as large:
+// the frame goes on, and what the planner says of it is finite.
+TEST(RoundPlanner, NonFiniteSamplesStopNothing) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float infinity = std::numeric_limits<float>::infinity();
+  for (const EstimatorEntry& entry : estimator_table()) {
+    for (const float bad : {nan, infinity, -infinity, 3e38f, -3e38f}) {
+      for (const double part : {1.0, 0.1}) {
+        SCOPED_TRACE(std::string(entry.name) + ", " + std::to_string(bad));
+        SyntheticFrame frame(32, 32, 16, [&](int x, int y, TestRandom& random) {
+          const bool hit = x == 12 && y == 7 && random.next_double() < part;
+          return hit ? Sample{bad, 2} : noisy(random, 0.4f, 0.1f);
+        });
+        AdaptiveSettings s = of_budget(48, ErrorMetric::kDisplay);
+        s.estimator = entry.name;
+        RoundPlanner planner(s, 32, 32, 5);
+        frame.render(planner);
+        EXPECT_LE(frame.mean_count(), 48.8);  // 1024 roundings to 16
+        EXPECT_GT(frame.mean_count(), 47.0);
+        EXPECT_EQ(std::isfinite(planner.error_estimate()), entry.rms_error);
+        for (const float error : planner.errors().error) ASSERT_TRUE(error >= 0.0f);
+      }
+    }
+  }
+}
+
+// Of the historical estimators: the half with the larger errors gets a batch.
+TEST(RoundPlanner, BatchesGoToTheLargerErrors) {
+  for (const EstimatorEntry& entry : estimator_table()) {
+    if (entry.batch == 0) continue;
+    SCOPED_TRACE(entry.name);
+    SyntheticFrame frame(32, 32, 17, [](int x, int, TestRandom& random) {
+      return noisy(random, 0.4f, 0.01f * float(x));
+    });
+    AdaptiveSettings s = of_budget(100);
+    s.estimator = entry.name;
+    RoundPlanner planner(s, 32, 32, 5);
+    frame.render(planner, [&] {
+      std::vector<float> chosen, others;
+      for (size_t i = 0; i < frame.counts().size(); ++i) {
+        const uint32_t more = planner.targets()[i] - frame.counts()[i];
+        ASSERT_TRUE(more == 0 || more == entry.batch);
+        (more > 0 ? chosen : others).push_back(planner.errors().error[i]);
+      }
+      EXPECT_LE(chosen.size(), 512u);
+      EXPECT_GE(*std::ranges::min_element(chosen), *std::ranges::max_element(others));
+    });
+    EXPECT_NEAR(frame.mean_count(), 100.0, 0.2);
+    EXPECT_LE(frame.mean_count(), 100.0);
+  }
+}
+
+TEST(RoundPlanner, RecordsWhatWasThoughtOfAPixel) {
+  SyntheticFrame frame = even_noise(16, 16, 18);
+  RoundPlanner planner(of_budget(64), 16, 16, 5);
+  planner.record(37);
+  std::vector<uint32_t> targets;
+  frame.render(planner, [&] { targets.push_back(planner.targets()[37]); });
+  ASSERT_GE(planner.records().size(), targets.size());
+  uint32_t have = 8;
+  for (size_t r = 0; r < targets.size(); ++r) {
+    const RoundRecord& record = planner.records()[r];
+    EXPECT_EQ(record.round, int(r) + 1);
+    EXPECT_EQ(record.samples, have);
+    EXPECT_EQ(record.target, targets[r]);
+    EXPECT_GT(record.error, 0.0f);
+    EXPECT_NEAR(record.deviation, 0.1f, 0.05f);
+    EXPECT_NEAR(record.cost, 1.17f, 1e-6f);
+    have = targets[r];
+  }
+}
+
+}  // namespace
+}  // namespace emberline

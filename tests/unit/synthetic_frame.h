@@ -1,0 +1,79 @@
+// A frame whose samples are made up: what stands in for the renderer in tests of what decides where
+// samples go.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "renderer/drivers/adaptive/round_planner.h"
+#include "support/chi_square.h"
+
+namespace emberline::test {
+
+class SyntheticFrame {
+ public:
+  // Sample k of pixel (x, y): a pure function of them and of the random numbers, which are its own.
+  struct Sample {
+    float radiance = 0.0f;
+    uint32_t rays = 2;
+  };
+  using Draw = std::function<Sample(int x, int y, TestRandom& random)>;
+
+  SyntheticFrame(int width, int height, uint64_t seed, Draw draw)
+      : film_(AovSet{}, {.squares = true, .rays = true}),
+        width_(width),
+        seed_(seed),
+        draw_(std::move(draw)),
+        have_(size_t(width) * size_t(height), 0) {
+    film_.reset({0, 0, width, height});
+  }
+
+  // Adds samples in index order, streams in blocks of eight (samplers/sampler.h).
+  void bring_to(std::span<const uint32_t> targets) {
+    for (size_t i = 0; i < have_.size(); ++i) {
+      const int x = int(i % size_t(width_)), y = int(i / size_t(width_));
+      for (; have_[i] < targets[i]; ++have_[i]) {
+        TestRandom random(seed_, (uint64_t(i) << 32) + have_[i]);
+        const Sample sample = draw_(x, y, random);
+        film_.add(x, y, int((have_[i] >> 3) & 1u), 1.0f,
+                  {.radiance = Rgb(sample.radiance), .alpha = 1.0f, .first_hit = {}});
+        film_.add_rays(x, y, sample.rays);
+      }
+    }
+  }
+
+  // Pilot, then round after round until the planner has had enough. `look` sees each round's
+  // targets before it is carried out.
+  template <typename Look>
+  void render(RoundPlanner& planner, const Look& look) {
+    bring_to(planner.targets());
+    while (planner.plan(film_)) {
+      look();
+      bring_to(planner.targets());
+    }
+  }
+  void render(RoundPlanner& planner) {
+    render(planner, [] {});
+  }
+
+  const FilmTile& film() const { return film_; }
+  std::span<const uint32_t> counts() const { return have_; }
+  uint32_t count(int x, int y) const { return have_[size_t(y) * size_t(width_) + size_t(x)]; }
+  double mean_count() const {
+    double sum = 0;
+    for (const uint32_t n : have_) sum += n;
+    return sum / double(have_.size());
+  }
+
+ private:
+  FilmTile film_;
+  int width_;
+  uint64_t seed_;
+  Draw draw_;
+  std::vector<uint32_t> have_;
+};
+
+}  // namespace emberline::test
