@@ -1,8 +1,15 @@
 #include "samplers/sampler.h"
 
+#include <bit>
+
+#include "renderer/core/errors.h"
 #include "renderer/core/names.h"
+#include "samplers/blue_noise_sampler.h"
+#include "samplers/hierarchical_sampler.h"
 #include "samplers/independent_sampler.h"
+#include "samplers/poisson_disk_sampler.h"
 #include "samplers/sobol_sampler.h"
+#include "samplers/stratified_sampler.h"
 
 namespace emberline {
 namespace {
@@ -15,10 +22,28 @@ std::unique_ptr<Sampler> make(const SamplerSettings& settings) {
 // The first row is the default.
 constexpr SamplerEntry kSamplers[] = {
     {"sobol", "Owen-scrambled Sobol' pairs: the least noise for the same samples",
-     make<SobolSampler>},
-    {"independent", "plain random numbers: no stratification, the yardstick",
+     SampleCounts::kAny, make<SobolSampler>},
+    {"blue_noise", "one Sobol' sequence along a Z-order of the pixels: noise that the eye forgives",
+     SampleCounts::kPowerOfTwo, make<BlueNoiseSampler>},
+    {"stratified", "jitter: one random point in each of --spp equal cells", SampleCounts::kFixed,
+     make<StratifiedSampler>},
+    {"poisson_disk", "pairs that keep their distance: aliases become high-frequency noise",
+     SampleCounts::kAny, make<PoissonDiskSampler>},
+    {"hierarchical", "Kajiya's sequential uniform sampling over pixel, lens and time together",
+     SampleCounts::kAny, make<HierarchicalSampler>},
+    {"independent", "plain random numbers: no stratification, the yardstick", SampleCounts::kAny,
      make<IndependentSampler>},
 };
+
+void check_count(const SamplerEntry& entry, uint32_t samples) {
+  if (entry.counts != SampleCounts::kPowerOfTwo || std::has_single_bit(samples)) return;
+  const uint32_t below = std::bit_floor(samples);
+  throw UsageError("--spp: " + std::to_string(samples) + " is not a power of two, as --sampler " +
+                   std::string(entry.name) +
+                   " needs, whose pixels share one sequence in aligned pieces; valid are 1, 2, 4, "
+                   "8 and so on, the nearest " +
+                   std::to_string(below) + " and " + std::to_string(uint64_t(below) * 2));
+}
 
 }  // namespace
 
@@ -37,7 +62,9 @@ void Sampler::fill_scattered(std::span<const SampleAddress> samples, uint32_t se
 std::span<const SamplerEntry> sampler_table() { return kSamplers; }
 
 std::unique_ptr<Sampler> create_sampler(std::string_view name, const SamplerSettings& settings) {
-  return find_named(kSamplers, "--sampler", "sampler", name).create(settings);
+  const SamplerEntry& entry = find_named(kSamplers, "--sampler", "sampler", name);
+  check_count(entry, settings.samples_per_pixel);
+  return entry.create(settings);
 }
 
 }  // namespace emberline

@@ -22,7 +22,8 @@ inline constexpr int kSampleLanes = 16;    // samples filled together; an aligne
 inline constexpr int kSlotDimensions = 8;  // four pairs of dimensions per slot
 
 // The dimension plan. Pairs are stratified together; a pair is two neighbouring dimensions that
-// start at an even one.
+// start at an even one. Samplers may take the dimensions from 4 on, which are used one by one, as
+// single ones.
 namespace camera_dim {
 enum : int {
   kPixelX = 0,
@@ -83,21 +84,34 @@ class Sampler {
   virtual void fill_scattered(std::span<const SampleAddress> samples, uint32_t seed, uint32_t slot,
                               int first_lane, SlotBlock& out,
                               int dimensions = kSlotDimensions) const;
+
+  // The factor on the value of `sample` when a pixel takes exactly `count` samples (sample <
+  // count), for samplers whose points do not all stand for equal volumes. The mean over a pixel's
+  // samples is 1, so that the weighted sum is still divided by `count`. Thread-safe.
+  virtual float integration_weight(uint32_t /*sample*/, uint32_t /*count*/) const { return 1.0f; }
 };
+
+// How many samples a pixel may take: as many as one likes, known at any time; or exactly
+// SamplerSettings::samples_per_pixel, of any size or a power of two. Samples beyond a fixed count
+// are valid too: each further samples_per_pixel of them are a fresh randomisation.
+enum class SampleCounts : uint8_t { kAny, kFixed, kPowerOfTwo };
 
 struct SamplerSettings {
   StreamCount streams = StreamCount::kOne;
+  uint32_t samples_per_pixel = 64;  // at least 1; samplers of any count do not look at it
+  int width = 1, height = 1;        // of the frame in pixels, for those that spread error over it
 };
 
 // The table of samplers: feeds the factory, --help, the "valid names are" message and the tests.
 struct SamplerEntry {
   std::string_view name;
   std::string_view summary;
+  SampleCounts counts;
   std::unique_ptr<Sampler> (*create)(const SamplerSettings&);
 };
 std::span<const SamplerEntry> sampler_table();
 
-// Throws UsageError that lists the valid names.
+// Throws UsageError that lists the valid names, or says which counts the sampler can take.
 std::unique_ptr<Sampler> create_sampler(std::string_view name, const SamplerSettings& settings);
 
 }  // namespace emberline

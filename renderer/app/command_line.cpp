@@ -129,8 +129,29 @@ void add_sampling_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--sampler", o.sampler, table_help("sampler [sobol]", sampler_table()))
       ->type_name("NAME");
   add_number(app, "--streams", o.streams, 1, 2,
-             "independent sample streams per pixel: 1, or 2 for honest half images [1]");
-  add_number(app, "--spp", o.spp, 1u, kMaxSamples, "samples per pixel [64]");
+             "independent sample streams per pixel: 1, or 2 for honest half images [1, or what the "
+             "estimator needs]");
+  add_number(app, "--spp", o.spp, 1u, kMaxSamples,
+             "samples per pixel; with adaptive sampling on average [64, or no limit where a "
+             "threshold or --max-spp is given]");
+  add_number(app, "--noise-threshold", o.noise_threshold, 1e-6f, 1.0f,
+             "a pixel is finished when its expected RMS error in the displayed picture (0 to 1, "
+             "sRGB) is at most this: 0.02 shows noise, 0.005 hardly any, 0.002 (half a step of 8 "
+             "bits) none");
+  add_number(app, "--min-spp", o.min_spp, 1u, kMaxSamples,
+             "samples before a pixel may be finished [the estimator's]");
+  add_number(app, "--max-spp", o.max_spp, 1u, kMaxSamples,
+             "most samples of any pixel [4096 with a threshold and no --spp]");
+  app->add_option("--estimator", o.estimator,
+                  table_help(fmt::format("error estimator [{}]", kDefaultEstimator).c_str(),
+                             estimator_table()))
+      ->type_name("NAME");
+  app->add_option(
+         "--allocation", o.allocation,
+         table_help("error to be least for the time spent [display]", error_metric_table()))
+      ->type_name("NAME");
+  app->add_flag("--unbiased", o.unbiased,
+                "weigh rounds by plan, not by luck: no bias from adaptive stopping, more noise");
   add_number(app, "--time-limit", o.time_limit_s, kLeastTimeLimit, kMostTimeLimit,
              "stop rendering after so many seconds and write what there is [none]");
   add_number(app, "--max-depth", o.max_depth, 0, 100000,

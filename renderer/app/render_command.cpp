@@ -16,6 +16,7 @@
 #include "renderer/app/progress.h"
 #include "renderer/app/replay.h"
 #include "renderer/app/report.h"
+#include "renderer/app/sampling_plan.h"
 #include "renderer/app/snapshots.h"
 #include "renderer/app/stop_signal.h"
 #include "renderer/core/errors.h"
@@ -95,13 +96,15 @@ int run_render(const RenderOptions& options) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
 
   // Whatever names or ranges are wrong is found before anything is loaded or written.
+  const SamplingPlan sampling = plan_sampling(options);
   const std::unique_ptr<FrameDriver> driver = create_driver(
-      options.driver,
-      {options.bucket_size, options.bucket_order, options.bisection_axis, options.reconstruction});
+      options.driver, {options.bucket_size, options.bucket_order, options.bisection_axis,
+                       options.reconstruction, sampling.adaptive});
   const std::unique_ptr<Integrator> integrator = create_integrator(
       options.integrator, {.max_depth = options.max_depth, .transparent = options.transparent});
-  const auto streams = static_cast<StreamCount>(options.streams);
-  const std::unique_ptr<Sampler> sampler = create_sampler(options.sampler, {streams});
+  const std::unique_ptr<Sampler> sampler = create_sampler(
+      options.sampler,
+      {sampling.streams, std::max(1u, sampling.samples_per_pixel), options.width, options.height});
   const PixelFilter filter = choose_filter(options);
   const Rect window = choose_window(options);
   OutputSettings output_settings{options.width,
@@ -152,9 +155,11 @@ int run_render(const RenderOptions& options) {
       "loaded in {}, built in {}: {} triangles, {} instances", format_duration(report.times.load_s),
       format_duration(report.times.build_s), scene->triangle_count(), scene->instance_count()));
 
-  const Frame frame{*scene,      camera,        *integrator,    *sampler,
-                    filter,      options.width, options.height, window,
-                    options.spp, options.seed,  streams,        output_settings.aovs};
+  const Frame frame{*scene,          camera,           *integrator,
+                    *sampler,        filter,           options.width,
+                    options.height,  window,           sampling.samples_per_pixel,
+                    options.seed,    sampling.streams, output_settings.aovs,
+                    sampling.uniform};
   if (options.replay) return run_replay(frame, *options.replay);
 
   report.display = outputs->display_description();
@@ -163,7 +168,8 @@ int run_render(const RenderOptions& options) {
   tbb::task_arena arena(threads);
   RenderClock render;
   {
-    ProgressDisplay progress(uint64_t(window.area()) * options.spp, stop, options.time_limit_s);
+    ProgressDisplay progress(uint64_t(window.area()) * sampling.samples_per_pixel, stop,
+                             options.time_limit_s);
     std::atomic<bool> begun{false};
     outputs->on_samples([&](uint64_t count) {
       if (!begun.load(std::memory_order_relaxed) && !begun.exchange(true)) {

@@ -27,11 +27,16 @@ struct RenderOptions {
   std::string sampler = "sobol";
   std::string filter;  // one of filter_table()
   std::optional<float> filter_radius;
-  uint32_t spp = 64;
+  std::optional<uint32_t> spp;  // 64, if nothing else limits the samples
+  std::optional<uint32_t> min_spp, max_spp;
+  std::optional<float> noise_threshold;
+  std::string estimator;   // one of estimator_table()
+  std::string allocation;  // one of error_metric_table()
+  bool unbiased = false;
   std::optional<double> time_limit_s;
   int max_depth = 16;
   uint32_t seed = 0;
-  int streams = 1;
+  std::optional<int> streams;  // 1, or what the estimator needs
   int bucket_size = 64;
   std::string bucket_order = "hilbert";
   std::string bisection_axis = "both";

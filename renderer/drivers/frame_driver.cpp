@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "renderer/core/names.h"
+#include "renderer/drivers/adaptive_driver.h"
 #include "renderer/drivers/bisection_driver.h"
 #include "renderer/drivers/bucket_driver.h"
 
@@ -18,6 +19,11 @@ constexpr DriverEntry kDrivers[] = {
     {"bisection", "the whole frame at once, refined line between lines and pass after pass",
      [](const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
        return std::make_unique<BisectionDriver>(settings);
+     },
+     true},
+    {"adaptive", "the whole frame, samples going where the error is",
+     [](const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
+       return std::make_unique<AdaptiveDriver>(settings);
      },
      true},
 };

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "integrators/integrator.h"
+#include "renderer/drivers/adaptive/refinement_tree.h"
+#include "renderer/drivers/adaptive/round_planner.h"
 #include "renderer/drivers/work_item.h"
 #include "renderer/film/film.h"
 #include "renderer/film/filter.h"
@@ -26,17 +28,19 @@ struct Frame {
   const Sampler& sampler;
   const PixelFilter& filter;
   int width = 0, height = 0;
-  Rect window;  // what of it is rendered: the crop, or the whole
-  uint32_t samples_per_pixel = 1;
+  Rect window;                     // what of it is rendered: the crop, or the whole
+  uint32_t samples_per_pixel = 1;  // of every pixel; of adaptive sampling on average, or 0
   uint32_t seed = 0;
   StreamCount streams = StreamCount::kOne;
   AovSet aovs;
+  bool exact_counts = true;  // every pixel gets samples_per_pixel, and none more
 };
 
 // A sample that came out NaN or infinite: enough to replay it.
 struct NonFiniteSample {
   int x = 0, y = 0;
   uint32_t sample = 0;
+  uint32_t seed = 0;  // the frame's, or its round's
 };
 
 // What happened, summed over the frame.
@@ -98,6 +102,13 @@ class FrameDriver {
   // Hands the observer the finished tiles of what render() kept in memory; to be called once after
   // it. A driver that hands on every tile as it is finished keeps nothing.
   virtual void deliver(FrameObserver& /*observer*/) {}
+  // The driver's estimate of the delivered frame's error: expected RMS error of the displayed
+  // picture, if it made one.
+  virtual std::optional<double> error_estimate() const { return std::nullopt; }
+  // What decided the number of the pixel's samples, in lines for people; empty if nothing did.
+  virtual std::string explain(int /*x*/, int /*y*/) const { return {}; }
+  // The refinement of the frame as it can be drawn, if the driver refines one.
+  virtual const RefinementTree* tree() const { return nullptr; }
   // What the driver holds beside its workers' tiles, for the report.
   virtual uint64_t film_bytes() const { return 0; }
 };
@@ -107,6 +118,9 @@ struct DriverSettings {
   std::string bucket_order = "hilbert";
   std::string bisection_axis = "both";
   std::string reconstruction = "duplicate";
+  AdaptiveSettings adaptive = {};
+  std::optional<Vec2i> explained;  // the pixel that explain() will be asked about
+  bool keep_tree = false;          // tree() will be asked for
 };
 
 struct DriverEntry {

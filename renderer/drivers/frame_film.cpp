@@ -13,7 +13,7 @@ namespace emberline {
 
 SliceRunner::SliceRunner(const Frame& frame, FilmTile& film, FrameObserver& observer,
                          std::stop_token stop)
-    : frame_(frame), film_(film), observer_(observer), stop_(std::move(stop)) {}
+    : frame_(frame), film_(film), observer_(observer), stop_(std::move(stop)), seed_(frame.seed) {}
 
 bool SliceRunner::run(size_t parts, const Expand& expand) {
   std::atomic<size_t> next{0};
@@ -21,6 +21,7 @@ bool SliceRunner::run(size_t parts, const Expand& expand) {
   const auto work = [&] {
     try {
       RenderWorker worker(frame_);
+      worker.set_seed(seed_);
       std::vector<PixelWork> list;
       while (!failed.load(std::memory_order_relaxed) && !stop_.stop_requested()) {
         const size_t part = next.fetch_add(1, std::memory_order_relaxed);
@@ -42,7 +43,8 @@ bool SliceRunner::run(size_t parts, const Expand& expand) {
   return !counters_.stopped;
 }
 
-void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& observer) {
+void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& observer,
+                  bool all_shown) {
   const FilmTile& film = picture.film();
   const Rect& window = film.rect();
   const std::vector<WorkItem> tiles =
@@ -57,7 +59,7 @@ void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& obs
     for (int y = rect.y0; y < rect.y1; ++y) {
       for (int x = rect.x0; x < rect.x1; ++x) {
         tile.copy_pixel(film, x, y);
-        if (film.sample_count(x, y) > 0) continue;
+        if (!all_shown && film.sample_count(x, y) > 0) continue;
         std::call_once(resolve, [&] {
           shown.resize(4 * size_t(window.area()));
           picture.resolve(shown);

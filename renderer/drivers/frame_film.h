@@ -24,6 +24,9 @@ class SliceRunner {
   // False if a stop was requested before all was done. Rethrows what an observer throws.
   bool run(size_t parts, const Expand& expand);
 
+  // Draws the following slices' samples from another seed than the frame's.
+  void set_seed(uint32_t seed) { seed_ = seed; }
+
   // Of all slices so far, but for min_samples, which is the driver's to say.
   const FrameCounters& counters() const { return counters_; }
 
@@ -32,12 +35,15 @@ class SliceRunner {
   FilmTile& film_;
   FrameObserver& observer_;
   std::stop_token stop_;
+  uint32_t seed_;
   std::mutex mutex_;
   FrameCounters counters_;
 };
 
 // Hands the film to the observer as finished tiles of size x size pixels, aligned as the bucket
 // driver's. Pixels without samples are shown as `picture` has them.
-void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& observer);
+// With `all_shown`, so are all pixels.
+void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& observer,
+                  bool all_shown = false);
 
 }  // namespace emberline

@@ -41,7 +41,13 @@ int half_of(uint32_t sample, StreamCount streams) {
 }  // namespace
 
 RenderWorker::RenderWorker(const Frame& frame)
-    : frame_(frame), samples_(frame.sampler, kCameraDimensions), saved_mode_(flush_denormals()) {}
+    : frame_(frame),
+      seed_(frame.seed),
+      // Of a sampler that weighs its points, the first one's weight is 1 only if all are.
+      weighted_(frame.exact_counts &&
+                frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
+      samples_(frame.sampler, kCameraDimensions),
+      saved_mode_(flush_denormals()) {}
 
 RenderWorker::~RenderWorker() { restore_mode(saved_mode_); }
 
@@ -51,7 +57,7 @@ void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
     addresses_[i] = {uint32_t(x), uint32_t(y), first_sample + uint32_t(i)};
   }
   count_ = count;
-  samples_.start_batch({uint32_t(x), uint32_t(y), frame_.seed}, first_sample, count);
+  samples_.start_batch({uint32_t(x), uint32_t(y), seed_}, first_sample, count);
 }
 
 void RenderWorker::trace_batch() {
@@ -61,6 +67,10 @@ void RenderWorker::trace_batch() {
     const FilterSample offset = frame_.filter.sample(
         {samples_.get(camera_dim::kPixelX), samples_.get(camera_dim::kPixelY)});
     weights_[i] = offset.weight;
+    if (weighted_) {
+      weights_[i] *=
+          frame_.sampler.integration_weight(addresses_[i].sample, frame_.samples_per_pixel);
+    }
     film[i] = {float(addresses_[i].x) + 0.5f + offset.offset.x,
                float(addresses_[i].y) + 0.5f + offset.offset.y};
     values_[i] = SampleValue{};
@@ -81,7 +91,7 @@ bool RenderWorker::add(int lane, FilmTile& tile) {
   if (tile.add(x, y, half_of(a.sample, frame_.streams), weights_[lane], values_[lane])) return true;
   counters_.non_finite_samples++;
   if (counters_.located.size() < FrameCounters::kLocatedLimit) {
-    counters_.located.push_back({x, y, a.sample});
+    counters_.located.push_back({x, y, a.sample, seed_});
   }
   return false;
 }
@@ -118,7 +128,7 @@ void RenderWorker::add_batch(FilmTile& tile) {
 
 void RenderWorker::flush_scattered(FilmTile& tile) {
   if (count_ == 0) return;
-  samples_.start_batch({addresses_, size_t(count_)}, frame_.seed);
+  samples_.start_batch({addresses_, size_t(count_)}, seed_);
   add_batch(tile);
 }
 

@@ -19,6 +19,9 @@ class RenderWorker {
   RenderWorker(const RenderWorker&) = delete;
   RenderWorker& operator=(const RenderWorker&) = delete;
 
+  // Draws the following samples from another seed than the frame's.
+  void set_seed(uint32_t seed) { seed_ = seed; }
+
   // Adds the item's samples to `tile`, which covers item.pixels and holds no others. Pixels are
   // visited row by row, each with all its samples in index order. Stops between batches of 16
   // samples when asked to; returns false then.
@@ -44,6 +47,8 @@ class RenderWorker {
   void flush_scattered(FilmTile& tile);
 
   const Frame& frame_;
+  uint32_t seed_;
+  const bool weighted_;  // the sampler's points stand for unequal volumes
   PixelSamples samples_;
   FrameCounters counters_;
   SampleAddress addresses_[kSampleLanes];  // of the batch under way

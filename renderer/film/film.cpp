@@ -39,6 +39,12 @@ const std::vector<AovEntry>& aov_table() {
   return table;
 }
 
+std::string_view pixel_stop_name(PixelStop stop) {
+  constexpr std::string_view kNames[] = {"nothing",   "--spp",        "--noise-threshold",
+                                         "--max-spp", "--time-limit", "the user"};
+  return kNames[static_cast<size_t>(stop)];
+}
+
 AovSet AovSet::parse(std::string_view list) {
   AovSet set;
   while (!list.empty()) {
@@ -70,6 +76,7 @@ void FilmTile::reset(const Rect& rect) {
   rect_ = rect;
   const auto n = size_t(rect.area());
   sums_.reset(n);
+  shown_.reset(0);
   if (aovs_.contains(Aov::kVariance) || extras_.squares) squares_.reset(3 * n);
   if (extras_.rays) rays_.reset(n);
   if (wants_surface()) surfaces_.reset(n);
@@ -125,10 +132,10 @@ void FilmTile::mark_stop(int x, int y, uint32_t budget, PixelStop cut_short) {
 }
 
 void FilmTile::show(int x, int y, const float* rgba) {
-  PixelSums& sums = sums_[index(x, y)];
-  assert(sums.samples() == 0);
-  for (int c = 0; c < 3; ++c) sums.rgb[0][c] = double(rgba[c]);
-  sums.alpha = double(rgba[3]);
+  if (shown_.empty()) shown_.reset(sums_.size());
+  ShownValue& value = shown_[index(x, y)];
+  std::copy_n(rgba, 4, value.rgba);
+  value.set = true;
 }
 
 void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
@@ -174,9 +181,13 @@ double FilmTile::variance_of_mean(size_t i, size_t c) const {
 }
 
 void FilmTile::put_rgba(size_t i, float* out) const {
+  if (!shown_.empty() && shown_[i].set) {
+    std::copy_n(shown_[i].rgba, 4, out);
+    return;
+  }
   const PixelSums& sums = sums_[i];
   const double n = sums.samples();
-  const double scale = n > 0 ? 1.0 / n : 1.0;  // without samples, what show() put there
+  const double scale = n > 0 ? 1.0 / n : 0.0;
   for (int c = 0; c < 3; ++c) out[c] = to_finite_float((sums.rgb[0][c] + sums.rgb[1][c]) * scale);
   // A filter with negative lobes may leave [0, 1]; coverage may not.
   out[3] = float(std::clamp(sums.alpha * scale, 0.0, 1.0));
@@ -184,6 +195,11 @@ void FilmTile::put_rgba(size_t i, float* out) const {
 
 void FilmTile::resolve_rgba(std::vector<float>& out) const {
   out.resize(4 * sums_.size());
+  resolve_rgba(std::span(out));
+}
+
+void FilmTile::resolve_rgba(std::span<float> out) const {
+  assert(out.size() >= 4 * sums_.size());
   for (size_t i = 0; i < sums_.size(); ++i) put_rgba(i, &out[4 * i]);
 }
 
@@ -221,7 +237,8 @@ void FilmTile::resolve(std::vector<float>& out) const {
 uint64_t FilmTile::bytes() const {
   return sums_.capacity() * sizeof(PixelSums) + squares_.capacity() * sizeof(double) +
          rays_.capacity() * sizeof(uint32_t) + surfaces_.capacity() * sizeof(SurfaceSums) +
-         seconds_.capacity() * sizeof(float) + stops_.capacity() * sizeof(PixelStop);
+         seconds_.capacity() * sizeof(float) + stops_.capacity() * sizeof(PixelStop) +
+         shown_.capacity() * sizeof(ShownValue);
 }
 
 }  // namespace emberline

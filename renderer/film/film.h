@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,6 +51,7 @@ enum class PixelStop : uint8_t {
   kTimeLimit = 4,  // --time-limit ended the frame
   kUser = 5,       // so did a signal
 };
+std::string_view pixel_stop_name(PixelStop stop);  // "--spp" and so on, for people
 
 struct FilmChannel {
   std::string name;
@@ -135,13 +137,15 @@ class FilmTile {
 
   // Copies what a pixel of another tile with the same channels has gathered.
   void copy_pixel(const FilmTile& from, int x, int y);
-  // Gives a pixel without samples a value to be shown; its count stays 0.
+  // What the pixel's R G B A are to be instead of the mean of its samples: its neighbours' where it
+  // has none, or another average of them. The other channels, and its count, stay what they are.
   void show(int x, int y, const float* rgba);
 
   // The tile's channels in film_channels() order, interleaved, rows from rect().y0.
   void resolve(std::vector<float>& out) const;
   // R G B A only.
   void resolve_rgba(std::vector<float>& out) const;
+  void resolve_rgba(std::span<float> out) const;
 
   uint64_t bytes() const;
 
@@ -172,6 +176,11 @@ class FilmTile {
   features::Zeroed<features::kAovs, SurfaceSums> surfaces_;  // with albedo, N or Z
   features::Zeroed<features::kAovs, float> seconds_;         // with time
   features::Zeroed<features::kAovs, PixelStop> stops_;       // with stop
+  struct ShownValue {
+    float rgba[4];
+    bool set;
+  };
+  ZeroedArray<ShownValue> shown_;  // from the first show() on
 };
 
 }  // namespace emberline

@@ -77,7 +77,6 @@ BenchFrame::BenchFrame(const RenderOptions& options)
     : options_(options),
       integrator_(create_integrator(options.integrator, {.max_depth = options.max_depth,
                                                          .transparent = options.transparent})),
-      sampler_(create_sampler(options.sampler, {})),
       filter_(PixelFilter::create(options.filter)) {
   const double start = wall_clock();
   SceneDescription description = load_scene(options);
@@ -89,30 +88,39 @@ BenchFrame::BenchFrame(const RenderOptions& options)
   build_s = wall_clock() - loaded;
 }
 
-FrameCounters BenchFrame::render(FrameDriver& driver, FrameObserver& observer, int threads,
-                                 uint32_t spp, const std::stop_token& stop) const {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
-  const Rect window{0, 0, options_.width, options_.height};
-  const Frame frame{*scene_,  camera_,        *integrator_,      *sampler_,
-                    *filter_, options_.width, options_.height,   window,
-                    spp,      options_.seed,  StreamCount::kOne, AovSet{}};
-  tbb::task_arena arena(threads);
-  FrameCounters counters;
-  arena.execute([&] { counters = driver.render(frame, observer, stop); });
-  return counters;
+FrameRun BenchFrame::run(int threads, uint32_t spp) const {
+  NullObserver observer;
+  FrameSampling sampling;
+  sampling.driver = options_.driver;
+  sampling.spp = spp;
+  sampling.seed = options_.seed;
+  const double start = wall_clock();
+  FrameRun result = run(threads, sampling, observer);
+  result.first_sample_s = observer.first() - start;
+  return result;
 }
 
-FrameRun BenchFrame::run(int threads, uint32_t spp) const {
-  const auto driver =
-      create_driver(options_.driver, {options_.bucket_size, options_.bucket_order,
-                                      options_.bisection_axis, options_.reconstruction});
-  NullObserver observer;
+FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& observer,
+                         const std::stop_token& stop) const {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+  const auto driver = create_driver(s.driver, {.bucket_size = options_.bucket_size,
+                                               .bucket_order = options_.bucket_order,
+                                               .adaptive = s.adaptive});
+  const auto sampler =
+      create_sampler(options_.sampler, {s.streams, s.spp, options_.width, options_.height});
+  const Rect window{0, 0, options_.width, options_.height};
+  const Frame frame{
+      *scene_, camera_, *integrator_, *sampler,  *filter_, options_.width,        options_.height,
+      window,  s.spp,   s.seed,       s.streams, s.aovs,   s.driver != "adaptive"};
+  tbb::task_arena arena(threads);
   FrameRun run;
   const double wall = wall_clock(), cpu = process_cpu();
-  run.counters = render(*driver, observer, threads, spp, {});
-  run.wall_s = wall_clock() - wall;
+  arena.execute([&] { run.counters = driver->render(frame, observer, stop); });
+  run.returned = wall_clock();
+  run.wall_s = run.returned - wall;
   run.cpu_s = process_cpu() - cpu;
-  run.first_sample_s = observer.first() - wall;
+  arena.execute([&] { driver->deliver(observer); });
+  run.error_estimate = driver->error_estimate();
   return run;
 }
 

@@ -20,9 +20,21 @@ void add_frame_options(CLI::App* app, RenderOptions& options);
 
 struct FrameRun {
   double wall_s = 0;
+  double returned = 0;        // when: wall_clock() at the end of wall_s
   double cpu_s = 0;           // of the whole process
   double first_sample_s = 0;  // until the first progress report: one worker's first 2048 samples
   FrameCounters counters;
+  std::optional<double> error_estimate;  // the driver's own
+};
+
+// How a frame is sampled, apart from the sampler.
+struct FrameSampling {
+  std::string driver = "bucket";
+  uint32_t spp = 64;
+  uint32_t seed = 0;
+  StreamCount streams = StreamCount::kOne;
+  AdaptiveSettings adaptive;
+  AovSet aovs;
 };
 
 class BenchFrame {
@@ -32,12 +44,14 @@ class BenchFrame {
 
   // Renders into nothing: no file, no display.
   FrameRun run(int threads, uint32_t spp) const;
-  // The same with a driver of one's own, which `observer` watches.
-  FrameCounters render(FrameDriver& driver, FrameObserver& observer, int threads, uint32_t spp,
-                       const std::stop_token& stop) const;
+  // Renders into `observer`. Times are of the driver's render(), not of its deliver().
+  FrameRun run(int threads, const FrameSampling& sampling, FrameObserver& observer,
+               const std::stop_token& stop = {}) const;
 
   double load_s = 0, build_s = 0;
   const Scene& scene() const { return *scene_; }
+  int width() const { return options_.width; }
+  int height() const { return options_.height; }
   uint64_t pixels() const { return uint64_t(options_.width) * uint64_t(options_.height); }
 
  private:
@@ -45,7 +59,6 @@ class BenchFrame {
   std::unique_ptr<Scene> scene_;
   Camera camera_;
   std::unique_ptr<Integrator> integrator_;
-  std::unique_ptr<Sampler> sampler_;
   std::optional<PixelFilter> filter_;
 };
 

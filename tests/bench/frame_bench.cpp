@@ -66,8 +66,8 @@ bool undisturbed(const FrameRun& run, int threads) {
 uint32_t recordable_spp(const Options& options, const BenchFrame& frame, const FrameRun& run) {
   const double bytes = double(run.counters.rays.total()) * double(RayRecorder::bytes_per_ray());
   const double limit = options.record_mib * 1048576;
-  if (bytes <= limit) return options.frame.spp;
-  const double per_spp = bytes / options.frame.spp;
+  if (bytes <= limit) return *options.frame.spp;
+  const double per_spp = bytes / *options.frame.spp;
   auto spp = uint32_t(limit / per_spp);
   if (spp >= 16) spp -= spp % 16;  // whole batches of the sampler
   if (spp == 0) {
@@ -99,7 +99,7 @@ int run(const Options& options) {
   const BenchFrame frame(options.frame);
   const double started = process_age_seconds().value_or(0);
   const int threads = options.threads;
-  const uint32_t spp = options.frame.spp;
+  const uint32_t spp = *options.frame.spp;
 
   const FrameRun warm = frame.run(threads, spp);
   const uint32_t share_spp = recordable_spp(options, frame, warm);

@@ -52,5 +52,7 @@ void add_benchmark(const std::string& name, const Body& body, double items = 1) 
 void add_sampling_benchmarks();
 void add_shading_benchmarks();
 void add_lights_and_scene_benchmarks();
+void add_refinement_benchmarks();
+void add_error_map_benchmarks();
 
 }  // namespace emberline::bench

@@ -43,11 +43,15 @@ std::unique_ptr<Scene> busy_scene() {
 
 CameraDescription busy_view() { return perspective({0.5, 1.2, 4}, {0, 0.5, 0}, 45); }
 
-RenderSettings base_settings() {
+RenderSettings base_settings(const std::string& sampler) {
   RenderSettings s;
+  s.sampler = sampler;
   s.width = 37;  // primes, so that no bucket size divides them
   s.height = 29;
   s.spp = 20;  // a full block of 16 and a part
+  for (const SamplerEntry& entry : sampler_table()) {
+    if (entry.name == sampler && entry.counts == SampleCounts::kPowerOfTwo) s.spp = 32;
+  }
   s.filter = "gaussian";
   s.aovs = "variance,albedo,N,Z,id";
   return s;
@@ -83,8 +87,7 @@ class SameSamples : public testing::TestWithParam<std::string> {
 Scene* SameSamples::scene_ = nullptr;
 
 TEST_P(SameSamples, AnyThreadsOrderBucketSize) {
-  RenderSettings s = base_settings();
-  s.sampler = GetParam();
+  RenderSettings s = base_settings(GetParam());
   s.threads = 1;
   const RenderedImage reference = render(*scene_, busy_view(), s);
   EXPECT_GT(reference.mean, 0.05);
@@ -103,8 +106,7 @@ TEST_P(SameSamples, AnyThreadsOrderBucketSize) {
 }
 
 TEST_P(SameSamples, AnyCrop) {
-  RenderSettings s = base_settings();
-  s.sampler = GetParam();
+  RenderSettings s = base_settings(GetParam());
   const RenderedImage whole = render(*scene_, busy_view(), s);
   for (const Rect& crop : {Rect{0, 0, 5, 29}, Rect{11, 3, 30, 17}, Rect{36, 28, 37, 29}}) {
     s.crop = crop;
@@ -114,8 +116,7 @@ TEST_P(SameSamples, AnyCrop) {
 
 TEST_P(SameSamples, EveryIntegrator) {
   for (const IntegratorEntry& integrator : integrator_table()) {
-    RenderSettings s = base_settings();
-    s.sampler = GetParam();
+    RenderSettings s = base_settings(GetParam());
     s.integrator = std::string(integrator.name);
     s.threads = 1;
     const RenderedImage one = render(*scene_, busy_view(), s);
@@ -127,16 +128,14 @@ TEST_P(SameSamples, EveryIntegrator) {
 }
 
 TEST_P(SameSamples, AnotherBuildOfTheScene) {
-  RenderSettings s = base_settings();
-  s.sampler = GetParam();
+  RenderSettings s = base_settings(GetParam());
   const auto again = busy_scene();
   expect_same_bits(render(*again, busy_view(), s), render(*scene_, busy_view(), s),
                    "rebuilt scene");
 }
 
 TEST_P(SameSamples, SeedsDiffer) {
-  RenderSettings s = base_settings();
-  s.sampler = GetParam();
+  RenderSettings s = base_settings(GetParam());
   const RenderedImage a = render(*scene_, busy_view(), s);
   s.seed++;
   const RenderedImage b = render(*scene_, busy_view(), s);
@@ -145,12 +144,11 @@ TEST_P(SameSamples, SeedsDiffer) {
 
 // A sample replayed alone is the sample that the frame used: the mean of the replays is the pixel.
 TEST_P(SameSamples, ReplayedAlone) {
-  RenderSettings s = base_settings();
-  s.sampler = GetParam();
+  RenderSettings s = base_settings(GetParam());
   const RenderedImage image = render(*scene_, busy_view(), s);
   const Camera camera(busy_view(), s.width, s.height, scene_->origin(), scene_->scale());
   const auto integrator = create_integrator("path", {.max_depth = s.max_depth});
-  const auto sampler = create_sampler(s.sampler, {s.streams});
+  const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
   const PixelFilter filter = PixelFilter::create(s.filter);
   const Frame frame{*scene_, camera,  *integrator, *sampler,
                     filter,  s.width, s.height,    {0, 0, s.width, s.height},
@@ -170,8 +168,7 @@ TEST_P(SameSamples, ReplayedAlone) {
 
 // Line between lines and pass after pass, or bucket after bucket: the same samples.
 TEST_P(SameSamples, BisectionAndBucket) {
-  RenderSettings s = base_settings();
-  s.sampler = GetParam();
+  RenderSettings s = base_settings(GetParam());
   s.aovs = "variance,albedo,N,Z,id,stop";
   for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
     for (const uint32_t spp : {1u, 3u, 16u, 37u}) {

@@ -84,7 +84,7 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   const auto integrator = create_integrator(
       s.integrator,
       {.max_depth = s.max_depth, .transparent = s.transparent, .light_sampling = s.light_sampling});
-  const auto sampler = create_sampler(s.sampler, {s.streams});
+  const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
   const PixelFilter filter = PixelFilter::create(s.filter);
   RenderedImage image;
   image.window = s.crop.empty() ? Rect{0, 0, s.width, s.height} : s.crop;

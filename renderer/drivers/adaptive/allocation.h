@@ -1,0 +1,30 @@
+// How a round's samples are shared out. Pure functions of the pixels' state.
+//
+// The best share of a budget of time is n ~ deviation / sqrt(cost) (Neyman 1934, "On the Two
+// Different Aspects of the Representative Method", with costs): it makes the sum of variance / n
+// least for a given sum of n x cost. What is asked here as well: no pixel loses samples it has,
+// none is left out for good, none is trusted with more than its present samples can vouch for.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace emberline {
+
+// One pixel's bounds for the coming round: it may have from `least` to `most` samples after it.
+struct SampleBounds {
+  float least = 0.0f, most = 0.0f;
+};
+
+// Counts n_i = clamp(K x rate_i, least_i, most_i) with K such that their sum is `total`, or all at
+// `most` if that is less than the total, or all at `least` if that is more. Rates are >= 0 and
+// finite. In parallel, with the same result whatever the threads.
+void share_samples(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
+                   std::vector<float>* counts);
+
+// Rounds `wanted` up or down by chance (u in [0, 1)), so that its expectation is kept, to `have` or
+// a multiple of `step` above it; to `have` if less is wanted.
+uint32_t round_count(uint32_t have, float wanted, uint32_t step, float u);
+
+}  // namespace emberline

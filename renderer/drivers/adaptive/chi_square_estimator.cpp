@@ -1,0 +1,32 @@
+#include "renderer/drivers/adaptive/chi_square_estimator.h"
+
+#include <cmath>
+
+#include "renderer/drivers/adaptive/pixel_errors.h"
+#include "renderer/drivers/adaptive/quantiles.h"
+
+namespace emberline {
+namespace {
+
+// The bound over the plain estimate variance / n: s^2 / chi2 = (n - 1) / n variance / chi2.
+float bound_factor(float count) {
+  const double degrees = double(count) - 1.0;
+  return float(degrees / chi_square_quantile_05(degrees));
+}
+
+}  // namespace
+
+float chi_square_bound(float variance, float count) {
+  return variance / count * bound_factor(count);
+}
+
+void ChiSquareEstimator::estimate(const PixelStatistics& pixels, ErrorMetric, ErrorMap* out) const {
+  const auto pixel_error = [&](size_t i) {
+    const float n = pixels.count[i];
+    if (!(n >= float(kFirstSamples))) return kUnknownError;
+    return display_error_of_samples(pixels, i) * std::sqrt(bound_factor(n));
+  };
+  fill_errors(pixels, pixel_error, out);
+}
+
+}  // namespace emberline

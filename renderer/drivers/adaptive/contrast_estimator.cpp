@@ -1,0 +1,67 @@
+#include "renderer/drivers/adaptive/contrast_estimator.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "renderer/drivers/adaptive/pixel_errors.h"
+
+namespace emberline {
+namespace {
+
+constexpr float kLimits[3] = {0.4f, 0.3f, 0.6f};  // red, green, blue: Mitchell 1987
+
+// Extremes of a channel over three rows, with a pixel beyond each end of the row: entry x + 1 is
+// column x. Pixels without samples and beyond the window leave low above high.
+struct ColumnExtremes {
+  std::vector<float> low, high;
+
+  void clear(size_t width) {
+    low.assign(width + 2, 2.0f);
+    high.assign(width + 2, -1.0f);
+  }
+  void add_row(const float* mean, const float* count, size_t width) {
+    for (size_t x = 0; x < width; ++x) {
+      const float value = mean[x] > 0.0f ? std::min(mean[x], 1.0f) : 0.0f;  // as it is shown
+      const bool sampled = count[x] >= 1.0f;
+      low[x + 1] = std::min(low[x + 1], sampled ? value : 2.0f);
+      high[x + 1] = std::max(high[x + 1], sampled ? value : -1.0f);
+    }
+  }
+  // (max - min) / (max + min) over the columns beside x; 0 without light or samples.
+  float contrast(size_t x) const {
+    const float least = std::min({low[x], low[x + 1], low[x + 2]});
+    const float most = std::max({high[x], high[x + 1], high[x + 2]});
+    return most > 0.0f ? (most - least) / (most + least) : 0.0f;
+  }
+};
+
+// Raises `error` of a row's pixels to what one channel asks for.
+void add_channel(const PixelStatistics& pixels, size_t channel, size_t y, ColumnExtremes& columns,
+                 float* error) {
+  const auto width = size_t(pixels.width), height = size_t(pixels.height);
+  columns.clear(width);
+  for (size_t row = y > 0 ? y - 1 : 0; row < std::min(y + 2, height); ++row) {
+    columns.add_row(&pixels.mean[channel][row * width], &pixels.count[row * width], width);
+  }
+  const float scale = ContrastEstimator::kPaperThreshold / kLimits[channel];
+  for (size_t x = 0; x < width; ++x) error[x] = std::max(error[x], scale * columns.contrast(x));
+}
+
+}  // namespace
+
+void ContrastEstimator::estimate(const PixelStatistics& pixels, ErrorMetric, ErrorMap* out) const {
+  constexpr size_t kRows = 8;
+  // One sample has met one of all the paths of its pixel; that is not a mean yet.
+  fill_errors(
+      pixels, [&](size_t i) { return pixels.count[i] >= 2.0f ? 0.0f : kUnknownError; }, out);
+  const auto width = size_t(pixels.width);
+  parallel_ranges(size_t(pixels.height), kRows, [&](size_t begin, size_t end) {
+    ColumnExtremes columns;
+    for (size_t y = begin; y < end; ++y) {
+      for (size_t c = 0; c < 3; ++c) add_channel(pixels, c, y, columns, &out->error[y * width]);
+    }
+  });
+}
+
+}  // namespace emberline

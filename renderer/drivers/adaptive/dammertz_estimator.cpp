@@ -1,0 +1,147 @@
+#include "renderer/drivers/adaptive/dammertz_estimator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "renderer/core/rect.h"
+#include "renderer/drivers/adaptive/pixel_errors.h"
+
+namespace emberline {
+namespace {
+
+constexpr float kErrorPerDeviation = 2.7639532f;  // 2 sqrt(3) sqrt(2 / pi), see the header
+
+// Pixel errors as integers, in 2^-24: sums are exact, whatever their order, and a block of zeros is
+// zero. The largest is 256, so 2^31 pixels cannot overflow.
+constexpr float kUnits = 0x1p24f;
+constexpr float kMostPixelError = 256.0f;
+
+bool has_estimate(const PixelStatistics& pixels, size_t i) {
+  return pixels.second_count[i] >= 1.0f && pixels.count[i] - pixels.second_count[i] >= 1.0f;
+}
+
+// e_p; 0 where there is no light, no estimate, or nothing finite: one pixel must not hold up its
+// block.
+uint64_t pixel_error(const PixelStatistics& pixels, size_t i) {
+  constexpr float kLeastLight = 1e-8f;  // where a filter's negative lobes leave none
+  if (!has_estimate(pixels, i)) return 0;
+  float light = 0.0f, difference = 0.0f;
+  for (size_t c = 0; c < 3; ++c) {
+    light += pixels.mean[c][i];
+    difference += std::abs(pixels.stream_difference[c][i]);
+  }
+  // I - A is the part of the streams' difference that B weighs.
+  const float e = pixels.second_count[i] / pixels.count[i] * difference /
+                  std::sqrt(std::max(light, kLeastLight));
+  return std::isfinite(e) ? uint64_t(std::min(e, kMostPixelError) * kUnits) : 0;
+}
+
+// The sum of the pixel errors of any rectangle in four reads (Crow 1984, "Summed-Area Tables for
+// Texture Mapping"). Entry (x, y) holds the sum over [0, x) x [0, y).
+class ErrorSums {
+ public:
+  explicit ErrorSums(const PixelStatistics& pixels)
+      : pitch_(size_t(pixels.width) + 1), sums_(pitch_ * (size_t(pixels.height) + 1)) {
+    const auto width = size_t(pixels.width), height = size_t(pixels.height);
+    parallel_ranges(height, kRows, [&](size_t begin, size_t end) {
+      for (size_t y = begin; y < end; ++y) {
+        uint64_t* row = &sums_[(y + 1) * pitch_];
+        for (size_t x = 0; x < width; ++x) row[x + 1] = row[x] + pixel_error(pixels, y * width + x);
+      }
+    });
+    parallel_ranges(pitch_, kColumns, [&](size_t begin, size_t end) {
+      for (size_t y = 1; y <= height; ++y) {
+        const uint64_t* above = &sums_[(y - 1) * pitch_];
+        uint64_t* row = &sums_[y * pitch_];
+        for (size_t x = begin; x < end; ++x) row[x] += above[x];
+      }
+    });
+  }
+
+  uint64_t operator()(const Rect& r) const {
+    return at(r.x1, r.y1) - at(r.x0, r.y1) - at(r.x1, r.y0) + at(r.x0, r.y0);
+  }
+
+ private:
+  static constexpr size_t kRows = 8, kColumns = 256;
+  uint64_t at(int x, int y) const { return sums_[size_t(y) * pitch_ + size_t(x)]; }
+
+  size_t pitch_;
+  std::vector<uint64_t> sums_;
+};
+
+// e_b in the threshold's units.
+float block_error(const ErrorSums& sums, const Rect& block) {
+  const auto area = float(block.area());
+  const float mean = float(double(sums(block)) / double(kUnits)) / area;
+  return mean * std::sqrt(area / float(DammertzEstimator::kLeafPixels)) / kErrorPerDeviation;
+}
+
+// The part of `block` before `cut` on its longer axis.
+Rect first_part(const Rect& block, int cut) {
+  return block.width() >= block.height() ? Rect{block.x0, block.y0, cut, block.y1}
+                                         : Rect{block.x0, block.y0, block.x1, cut};
+}
+
+// The first cut that leaves half of the error, or more, before it; and something behind it.
+int median_cut(const ErrorSums& sums, const Rect& block) {
+  const bool across = block.width() >= block.height();
+  int low = (across ? block.x0 : block.y0) + 1, high = (across ? block.x1 : block.y1) - 1;
+  const uint64_t total = sums(block);
+  while (low < high) {
+    const int middle = low + (high - low) / 2;
+    if (2 * sums(first_part(block, middle)) >= total) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return low;
+}
+
+class BlockTree {
+ public:
+  BlockTree(const PixelStatistics& pixels, float threshold, std::vector<float>* error)
+      : sums_(pixels), threshold_(threshold), width_(size_t(pixels.width)), error_(error) {}
+
+  void judge(const Rect& block) {
+    const float error = block_error(sums_, block);
+    const bool noisy = threshold_ > 0.0f && error >= DammertzEstimator::kSplitLimit * threshold_;
+    if (error <= threshold_ || noisy || block.area() <= DammertzEstimator::kLeafPixels) {
+      fill(block, error);
+      return;
+    }
+    const int cut = median_cut(sums_, block);
+    const bool across = block.width() >= block.height();
+    judge(first_part(block, cut));
+    judge(across ? Rect{cut, block.y0, block.x1, block.y1}
+                 : Rect{block.x0, cut, block.x1, block.y1});
+  }
+
+ private:
+  // Pixels without an estimate stay unfinished, whatever their block.
+  void fill(const Rect& block, float error) {
+    for (int y = block.y0; y < block.y1; ++y) {
+      float* row = &(*error_)[size_t(y) * width_];
+      for (int x = block.x0; x < block.x1; ++x) row[x] = std::max(row[x], error);
+    }
+  }
+
+  ErrorSums sums_;
+  float threshold_;
+  size_t width_;
+  std::vector<float>* error_;
+};
+
+}  // namespace
+
+void DammertzEstimator::estimate(const PixelStatistics& pixels, ErrorMetric, ErrorMap* out) const {
+  fill_errors(
+      pixels, [&](size_t i) { return has_estimate(pixels, i) ? 0.0f : kUnknownError; }, out);
+  if (pixels.size() == 0) return;
+  BlockTree(pixels, threshold_, &out->error).judge({0, 0, pixels.width, pixels.height});
+}
+
+}  // namespace emberline

@@ -1,0 +1,55 @@
+// Error estimators: film state in, per-pixel error out. Pure functions, one pair of files each.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "renderer/drivers/adaptive/error_metric.h"
+#include "renderer/drivers/adaptive/pixel_statistics.h"
+#include "samplers/sampler.h"
+
+namespace emberline {
+
+// One entry per pixel of the statistics, in their order.
+struct ErrorMap {
+  // What is compared with --noise-threshold. For most estimators the expected RMS error of the
+  // pixel in display units (sRGB, [0, 1]), root of the mean over the channels; an estimator whose
+  // paper measures something else says so in its header. At most the threshold: finished.
+  std::vector<float> error;
+  // Standard deviation of one sample in the allocation's metric, root of the mean over channels, by
+  // which the next samples are shared out. Left empty by the historical estimators, which only say
+  // who is not finished yet: those share evenly.
+  std::vector<float> deviation;
+};
+
+class ErrorEstimator {
+ public:
+  virtual ~ErrorEstimator() = default;
+  // Fills `out` completely; no value is NaN or negative, whatever the statistics hold. The result
+  // depends on the statistics alone, not on threads or time.
+  virtual void estimate(const PixelStatistics& pixels, ErrorMetric allocation,
+                        ErrorMap* out) const = 0;
+};
+
+struct EstimatorSettings {
+  float threshold = 0.0f;  // --noise-threshold; 0: none
+};
+
+// The table of estimators: feeds the factory, --help, the "valid names are" message, the study.
+struct EstimatorEntry {
+  std::string_view name;
+  std::string_view summary;
+  std::unique_ptr<ErrorEstimator> (*create)(const EstimatorSettings&);
+  StreamCount streams;     // what its estimate needs
+  uint32_t first_samples;  // of every pixel, before it is asked; its paper's figure
+  uint32_t batch;  // samples that an unfinished pixel gets at a time; 0: shared by deviation
+  bool rms_error;  // its error is the expected RMS error of the pixel in the displayed picture
+};
+std::span<const EstimatorEntry> estimator_table();
+const EstimatorEntry& find_estimator(std::string_view name);  // throws UsageError
+inline constexpr std::string_view kDefaultEstimator = "two-stream";
+
+}  // namespace emberline

@@ -1,0 +1,71 @@
+#include "renderer/drivers/adaptive/painter_sloan_estimator.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "renderer/drivers/adaptive/pixel_errors.h"
+#include "renderer/drivers/adaptive/quantiles.h"
+
+namespace emberline {
+namespace {
+
+// The pixel and its edge neighbours, as far as they have samples.
+struct Neighbourhood {
+  std::array<size_t, 5> pixels;
+  size_t size = 0;
+};
+
+Neighbourhood neighbourhood(const PixelStatistics& statistics, size_t i) {
+  Neighbourhood result;
+  const auto add = [&](bool inside, size_t j) {
+    if (inside && statistics.count[j] >= 1.0f) result.pixels[result.size++] = j;
+  };
+  const auto width = size_t(statistics.width);
+  const size_t x = i % width;
+  add(true, i);
+  add(x > 0, i - 1);
+  add(x + 1 < width, i + 1);
+  add(i >= width, i - width);
+  add(i + width < statistics.size(), i + width);
+  return result;
+}
+
+// Deviation of the displayed means around a pixel, root of the mean over the channels.
+float external_deviation(const PixelStatistics& statistics, size_t i) {
+  const Neighbourhood around = neighbourhood(statistics, i);
+  if (around.size < 2) return 0.0f;
+  float spread = 0.0f;
+  for (const std::vector<float>& means : statistics.mean) {
+    float shown[5], sum = 0.0f;
+    for (size_t k = 0; k < around.size; ++k) {
+      shown[k] = display_value(means[around.pixels[k]]);
+      sum += shown[k];
+    }
+    const float mean = sum / float(around.size);
+    for (size_t k = 0; k < around.size; ++k) spread += (shown[k] - mean) * (shown[k] - mean);
+  }
+  return std::sqrt(spread / (3.0f * float(around.size - 1)));
+}
+
+float t_quantile(float count) { return float(student_t_quantile_975(double(count) - 1.0)); }
+
+}  // namespace
+
+float confidence_half_width(float variance, float count) {
+  return t_quantile(count) * std::sqrt(variance / count);
+}
+
+void PainterSloanEstimator::estimate(const PixelStatistics& pixels, ErrorMetric,
+                                     ErrorMap* out) const {
+  const auto pixel_error = [&](size_t i) {
+    const float n = pixels.count[i];
+    if (!(n >= 2.0f)) return kUnknownError;
+    const float interval = map_error(t_quantile(n) * display_error_of_samples(pixels, i));
+    if (n >= float(kFirstSamples)) return interval;
+    return std::max(interval, external_deviation(pixels, i));
+  };
+  fill_errors(pixels, pixel_error, out);
+}
+
+}  // namespace emberline

@@ -1,0 +1,41 @@
+// What the error estimators look at: the state of a window's pixels between two rounds, as planes
+// of floats. Estimators are pure functions of it, so that they are tested on synthetic images.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "renderer/film/film.h"
+
+namespace emberline {
+
+// Rows from the window's top, width x height entries a plane. Linear radiance, channels R, G, B.
+struct PixelStatistics {
+  int width = 0, height = 0;
+  std::vector<float> count;  // samples of the pixel, n
+  // Of them, those of the second of two sample streams (samplers/sampler.h); all 0 with one stream.
+  std::vector<float> second_count;
+  std::array<std::vector<float>, 3> mean;  // of all samples
+  // Difference of the two streams' means; 0 where one has no samples. Its expected square is the
+  // variance of a sample times (1/n_A + 1/n_B), whatever the samples of a stream owe to each other.
+  std::array<std::vector<float>, 3> stream_difference;
+  // Of a sample, as if the pixel's were independent: (sum of squares - n mean^2) / (n - 1), 0 for
+  // n < 2. Stratified samples' mean has less variance than this over n.
+  std::array<std::vector<float>, 3> variance;
+  // Of a sample, above 0. In rays beyond the camera's, and not in seconds, so that no decision
+  // depends on the clock.
+  std::vector<float> cost;
+
+  size_t size() const { return size_t(width) * size_t(height); }
+  void resize(int new_width, int new_height);
+};
+
+// relMSE's epsilon, (x - r)^2 / (r^2 + epsilon): a hundredth of the squared mean over pixels and
+// channels, as `compare` has it; 1e-6 for a black picture.
+float rel_mse_epsilon(const PixelStatistics& pixels);
+
+// Reads the film, which must have been made with both FilmExtras. In parallel, by rows.
+void gather_statistics(const FilmTile& film, PixelStatistics* out);
+
+}  // namespace emberline

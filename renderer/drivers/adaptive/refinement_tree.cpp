@@ -1,0 +1,378 @@
+#include "renderer/drivers/adaptive/refinement_tree.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cassert>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "renderer/core/color4.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/hash.h"
+#include "renderer/core/parallel.h"
+
+namespace emberline {
+namespace {
+
+constexpr uint32_t kNone = ~0u;
+constexpr int kLongestSide = 65536;                      // of RefinementTree::Cell
+constexpr int64_t kMostPixels = (int64_t(1) << 31) - 1;  // two node ids each
+
+// A round is the best leaves that hold this share of all leaves' priority: few while contrast is
+// concentrated, so that the next round can react; many when all look alike. Between these parts of
+// the leaves that can be split, so that a sample costs 16 evaluations of leaves at most;
+// and at least a 64th of all samples, or 64, which keeps the last rounds from being many and small.
+// README.md has what other values do to error and speed.
+constexpr double kRoundPriority = 0.25;
+constexpr size_t kSmallestPart = 16, kLargestPart = 4, kSmallestPartOfAll = 64;
+constexpr size_t kSmallestRound = 64;
+
+constexpr float kBrightest = 1e30f, kHighestExposure = 1e6f;
+
+// How many splits ahead a parent is fetched: it is seldom in the caches.
+constexpr size_t kAhead = 8;
+
+// Leaves that room is kept for from the start: those of a 4K frame.
+constexpr size_t kReserved = size_t(3840) * 2160;
+
+// Leaves per task when contrasts are computed: about 0.1 ms.
+constexpr size_t kGrain = 4096;
+
+constexpr bool is_leaf(uint32_t node) { return node % 2 == 0; }
+constexpr uint32_t leaf_node(uint32_t leaf) { return 2 * leaf; }
+constexpr uint32_t split_node(uint32_t split) { return 2 * split + 1; }
+
+// The bits of non-negative floats are ordered as they are. Without the last 20: eight buckets an
+// octave.
+size_t bucket_of(float priority) { return std::bit_cast<uint32_t>(priority) >> 20; }
+
+// By way of 32-bit integers, which GCC 12 converts as one; 16-bit ones it takes apart.
+using Int4 [[gnu::vector_size(16)]] = int32_t;
+Color4 to_color4(auto shade) {
+  return __builtin_convertvector(__builtin_convertvector(shade, Int4), Color4);
+}
+
+// Mean of the luminance's variance and the largest of the channels', from squares of shades.
+float weigh(Color4 variance) {
+  const float channels = std::max(variance[0], std::max(variance[1], variance[2]));
+  return 0.5f * (variance[3] + channels) * square(1.0f / 65535);
+}
+
+}  // namespace
+
+std::string_view refinement_phase_name(RefinementPhase phase) {
+  constexpr std::string_view kNames[] = {"coverage", "features", "pixel level", "finished"};
+  return kNames[size_t(phase)];
+}
+
+RefinementTree::RefinementTree(const Rect& window, const RefinementSettings& settings)
+    : window_(window), settings_(settings) {
+  assert(settings.coverage_area > 0 && settings.coverage_weight > 0);
+  assert(settings.exposure > 0 && settings.exposure <= kHighestExposure);
+  if (window.width() > kLongestSide || window.height() > kLongestSide ||
+      window.area() > kMostPixels) {
+    throw UsageError("a frame of " + std::to_string(window.width()) + "x" +
+                     std::to_string(window.height()) +
+                     " pixels is too large to be refined adaptively; the valid range is 65536 "
+                     "pixels a side and 2147483647 in all");
+  }
+  if (window.empty()) phase_ = RefinementPhase::kFinished;
+  const auto pixels = size_t(window.area());
+  owner_.resize(pixels, 0);
+  // So that growing costs no copies. Memory is taken when it is first written.
+  leaf_.reserve(std::min(pixels, kReserved));
+  shade_.reserve(std::min(pixels, kReserved));
+  split_.reserve(std::min(pixels, kReserved));
+}
+
+std::span<const Vec2i> RefinementTree::next_round(size_t limit) {
+  assert(wanted_.empty());
+  if (finished() || limit == 0) return {};
+  if (leaf_.empty()) {
+    wanted_.push_back(pixel_of(draw_pixel(root())));
+    return wanted_;
+  }
+  const PriorityBuckets buckets = sort_priorities();
+  const size_t count = std::min(limit, round_size(buckets));
+  choose(count, buckets);
+  wanted_.resize(count);
+  parallel_ranges(count, kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const Open& open = open_[chosen_[i]];
+      const auto [first, second] = halves(open.cell);
+      const bool sampled_first = first.contains(leaf_[open.leaf].pixel);
+      wanted_[i] = pixel_of(draw_pixel(sampled_first ? second : first));
+    }
+  });
+  return wanted_;
+}
+
+RefinementTree::PriorityBuckets RefinementTree::sort_priorities() const {
+  PriorityBuckets buckets;
+  for (const Open& open : open_) {
+    ++buckets.count[bucket_of(open.priority)];
+    buckets.sum[bucket_of(open.priority)] += double(open.priority);
+  }
+  return buckets;
+}
+
+size_t RefinementTree::round_size(const PriorityBuckets& buckets) const {
+  if (phase_ == RefinementPhase::kCoverage) return eligible_;
+  double wanted = 0;
+  for (const double sum : buckets.sum) wanted += kRoundPriority * sum;
+  size_t count = 0, i = kPriorityBuckets - 1;
+  for (; buckets.sum[i] < wanted; --i) {
+    count += buckets.count[i];
+    wanted -= buckets.sum[i];
+  }
+  if (wanted > 0) count += size_t(std::ceil(wanted / buckets.sum[i] * buckets.count[i]));
+  const size_t smallest =
+      std::max({kSmallestRound, open_.size() / kSmallestPart, leaf_.size() / kSmallestPartOfAll});
+  const size_t largest = std::max(smallest, open_.size() / kLargestPart);
+  return std::min(open_.size(), std::clamp(count, smallest, largest));
+}
+
+void RefinementTree::insert(std::span<const Rgb> values) {
+  assert(values.size() == wanted_.size());
+  if (wanted_.empty()) return;
+  if (leaf_.empty()) {
+    add_leaf(place_of(wanted_[0]), values[0]);
+    if (window_.area() > 1) open_.push_back({0, kNone, root(), 0.0f});
+  } else {
+    split_chosen(values);
+  }
+  chosen_.clear();
+  wanted_.clear();
+  ++rounds_;
+  evaluate();
+}
+
+// In place: the open leaves move back by the number of splits, which are as many leaves more at
+// most, so that what is written stays behind what is read.
+void RefinementTree::split_chosen(std::span<const Rgb> values) {
+  const size_t before = open_.size(), shift = chosen_.size();
+  open_.resize(before + shift);
+  std::copy_backward(open_.begin(), open_.begin() + std::ptrdiff_t(before), open_.end());
+  size_t written = 0, next = 0;
+  for (size_t position = 0; position < before; ++position) {
+    const Open open = open_[position + shift];
+    if (next == chosen_.size() || chosen_[next] != position) {
+      open_[written++] = open;
+      continue;
+    }
+    if (next + kAhead < shift) {
+      __builtin_prefetch(&split_[open_[chosen_[next + kAhead] + shift].parent], 1);
+    }
+    for (const Open& half : split(open, place_of(wanted_[next]), values[next])) {
+      if (half.cell.area() > 1) open_[written++] = half;
+    }
+    ++next;
+  }
+  open_.resize(written);
+}
+
+// The `count` most urgent of the open leaves into chosen_, ascending.
+void RefinementTree::choose(size_t count, const PriorityBuckets& buckets) {
+  size_t last_bucket = kPriorityBuckets - 1;  // the one in which the last of the best is found
+  size_t missing = count;
+  while (buckets.count[last_bucket] < missing) missing -= buckets.count[last_bucket--];
+
+  std::vector<uint64_t> keys;
+  keys.reserve(buckets.count[last_bucket]);
+  for (const Open& open : open_) {
+    if (bucket_of(open.priority) == last_bucket) keys.push_back(urgency(open));
+  }
+  const auto last = keys.begin() + std::ptrdiff_t(missing) - 1;
+  std::nth_element(keys.begin(), last, keys.end(), std::greater<>());
+  for (size_t i = 0; i < open_.size(); ++i) {
+    const size_t bucket = bucket_of(open_[i].priority);
+    if (bucket > last_bucket || (bucket == last_bucket && urgency(open_[i]) >= *last)) {
+      chosen_.push_back(uint32_t(i));
+    }
+  }
+}
+
+void RefinementTree::add_leaf(Place pixel, const Rgb& value) {
+  const Rgb finite = is_finite(value) ? value : Rgb(0.0f);
+  leaf_.push_back({finite, pixel});
+  shade_.push_back(shade(finite));
+}
+
+// The sample of the leaf keeps the half that holds it, the new one gets the other. Returns the
+// halves, the one with the smaller coordinates first.
+std::array<RefinementTree::Open, 2> RefinementTree::split(const Open& open, Place pixel,
+                                                          const Rgb& value) {
+  const auto made = uint32_t(split_.size()), fresh = uint32_t(leaf_.size());
+  add_leaf(pixel, value);
+  if (open.parent != kNone) {
+    uint32_t* const child = split_[open.parent].child;
+    child[child[0] == leaf_node(open.leaf) ? 0 : 1] = split_node(made);
+  }
+
+  const Color4 difference = to_color4(shade_[open.leaf]) - to_color4(shade_[fresh]);
+  const float v_cut = weigh(0.5f * difference * difference);
+  const auto [first, second] = halves(open.cell);
+  const bool fresh_first = first.contains(pixel);
+  own_cell(fresh_first ? first : second, fresh);
+  const uint32_t a = fresh_first ? fresh : open.leaf, b = fresh_first ? open.leaf : fresh;
+  split_.push_back(
+      {{leaf_node(a), leaf_node(b)}, v_cut, open.v_ext, 4 * rounds_ + uint32_t(phase_)});
+  return {Open{a, made, first, v_cut}, Open{b, made, second, v_cut}};
+}
+
+void RefinementTree::own_cell(const Cell& cell, uint32_t leaf) {
+  const size_t stride = size_t(window_.width());
+  uint32_t* row = owner_.data() + cell.y0 * stride + cell.x0;
+  for (int y = 0; y < cell.height(); ++y, row += stride) std::fill_n(row, cell.width(), leaf);
+}
+
+// Variances and priorities of the open leaves, and what phase they make.
+void RefinementTree::evaluate() {
+  const auto large = [&](const Open& o) { return o.cell.area() > settings_.coverage_area; };
+  const size_t too_large = phase_ == RefinementPhase::kCoverage
+                               ? size_t(std::ranges::count_if(open_, large))
+                               : 0;  // and never again: leaves only shrink
+  std::atomic<bool> features{false};
+  parallel_ranges(open_.size(), kGrain, [&](size_t begin, size_t end) {
+    bool seen = false;
+    for (size_t i = begin; i < end; ++i) {
+      Open& open = open_[i];
+      open.v_ext = external_variance(open.cell, open.leaf);
+      open.priority =
+          too_large > 0 && !large(open) ? 0.0f : priority(open.cell.area(), open.v_int, open.v_ext);
+      seen |= std::max(open.v_int, open.v_ext) >= settings_.feature_threshold;
+    }
+    if (seen) features.store(true, std::memory_order_relaxed);
+  });
+  eligible_ = too_large > 0 ? too_large : open_.size();
+  phase_ = open_.empty()   ? RefinementPhase::kFinished
+           : too_large > 0 ? RefinementPhase::kCoverage
+           : features      ? RefinementPhase::kFeatures
+                           : RefinementPhase::kPixelLevel;
+}
+
+// Variance of the leaf's value and those across the middles of its edges.
+float RefinementTree::external_variance(const Cell& c, uint32_t leaf) const {
+  const Color4 own = to_color4(shade_[leaf]);
+  const size_t stride = size_t(window_.width());
+  const uint32_t* const middle_row = owner_.data() + size_t(c.y0 + c.y_last) / 2 * stride;
+  const uint32_t* const middle_column = owner_.data() + (c.x0 + c.x_last) / 2;
+  Color4 sum = splat4(0.0f), squares = splat4(0.0f);
+  float count = 1;
+  const auto look = [&](const uint32_t* neighbour) {
+    const Color4 d = to_color4(shade_[*neighbour]) - own;
+    sum += d;
+    squares += d * d;
+    count += 1;
+  };
+  if (c.x0 > 0) look(middle_row + c.x0 - 1);
+  if (c.x_last + 1 < window_.width()) look(middle_row + c.x_last + 1);
+  if (c.y0 > 0) look(middle_column + (c.y0 - 1) * stride);
+  if (c.y_last + 1 < window_.height()) look(middle_column + (c.y_last + 1) * stride);
+  return count > 1 ? weigh((squares - sum * sum / count) / (count - 1)) : 0.0f;
+}
+
+RefinementTree::Shade RefinementTree::shade(const Rgb& value) const {
+  Color4 x = color4(value, luminance(value));
+  x = x > 0.0f ? x : splat4(0.0f);
+  x = x < kBrightest ? x : splat4(kBrightest);  // so that x * exposure and the quotient are finite
+  x *= settings_.exposure;
+  x /= 1.0f + x;
+  for (int i = 0; i < 4; ++i) x[i] = std::sqrt(x[i]);
+  return __builtin_convertvector(__builtin_convertvector(x * 65535.0f + 0.5f, Int4), Shade);
+}
+
+// Where a cell's sample is taken is a function of the seed and the cell alone, so that it does not
+// depend on what was split before.
+RefinementTree::Place RefinementTree::draw_pixel(const Cell& cell) const {
+  const uint64_t h = hash_combine64(hash64(settings_.seed), std::bit_cast<uint64_t>(cell));
+  const auto below = [](uint64_t bits, int count) {  // uniform to 2^-16 of itself
+    return uint16_t((bits & 0xffffffffu) * uint64_t(count) >> 32);
+  };
+  return {uint16_t(cell.x0 + below(h, cell.width())),
+          uint16_t(cell.y0 + below(h >> 32, cell.height()))};
+}
+
+Rect RefinementTree::rect_of(const Cell& cell) const {
+  return {window_.x0 + cell.x0, window_.y0 + cell.y0, window_.x0 + cell.x_last + 1,
+          window_.y0 + cell.y_last + 1};
+}
+
+RefinementLeaf RefinementTree::leaf(uint32_t leaf) const {
+  const Place place = leaf_[leaf].pixel;
+  Cell cell = root();
+  for (uint32_t node = root_node(); !is_leaf(node);) node = descend(node, place, cell);
+  return {rect_of(cell), pixel_of(place), leaf_[leaf].value};
+}
+
+uint32_t RefinementTree::descend(uint32_t split, Place place, Cell& cell) const {
+  const auto [first, second] = halves(cell);
+  const bool in_first = first.contains(place);
+  cell = in_first ? first : second;
+  return split_[split / 2].child[in_first ? 0 : 1];
+}
+
+std::vector<RefinementStep> RefinementTree::describe(int x, int y) const {
+  assert(window_.contains(x, y));
+  std::vector<RefinementStep> steps;
+  if (leaf_.empty()) return steps;
+  Cell cell = root();
+  float v_int = 0;
+  uint32_t node = root_node();
+  while (!is_leaf(node)) {
+    const Split& s = split_[node / 2];
+    steps.push_back({rect_of(cell), mean_over(rect_of(cell)), v_int, s.v_ext,
+                     priority(cell.area(), v_int, s.v_ext), RefinementPhase(s.when % 4), s.when / 4,
+                     false});
+    v_int = s.v_cut;
+    node = descend(node, place_of({x, y}), cell);
+  }
+  const float v_ext = external_variance(cell, node / 2);
+  const bool done = cell.area() == 1;
+  steps.push_back({rect_of(cell), leaf_[node / 2].value, v_int, v_ext,
+                   done ? 0.0f : priority(cell.area(), v_int, v_ext),
+                   done ? RefinementPhase::kFinished : phase_, rounds_, true});
+  return steps;
+}
+
+RefinementStep RefinementTree::describe(const Open& open) const {
+  return {rect_of(open.cell), value(open.leaf), open.v_int, open.v_ext,
+          open.priority,      phase_,           rounds_,    true};
+}
+
+std::vector<RefinementStep> RefinementTree::most_urgent(size_t most) const {
+  const auto urgency_of = [&](const Open& open) { return urgency(open); };
+  std::vector<Open> best(std::min(most, open_.size()));
+  std::ranges::partial_sort_copy(open_, best, std::greater<>(), urgency_of, urgency_of);
+  std::vector<RefinementStep> steps;
+  steps.reserve(best.size());
+  for (const Open& open : best) steps.push_back(describe(open));
+  return steps;
+}
+
+std::vector<size_t> RefinementTree::leaves_by_area() const {
+  std::vector<size_t> counts(leaf_.empty() ? 0 : 1, leaf_.size() - open_.size());
+  for (const Open& open : open_) {
+    const auto log2 = size_t(std::bit_width(uint64_t(open.cell.area())) - 1);
+    counts.resize(std::max(counts.size(), log2 + 1));
+    ++counts[log2];
+  }
+  return counts;
+}
+
+Rgb RefinementTree::mean_over(const Rect& rect) const {
+  Vec3d sum(0.0);
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    for (int x = rect.x0; x < rect.x1; ++x) sum += to_double(value(leaf_at(x, y)));
+  }
+  return to_float(sum / double(rect.area()));
+}
+
+size_t RefinementTree::node_bytes() const {
+  return leaf_.size() * (sizeof(Leaf) + sizeof(Shade)) + split_.size() * sizeof(Split) +
+         open_.size() * sizeof(Open);
+}
+
+}  // namespace emberline

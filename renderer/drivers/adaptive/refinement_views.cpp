@@ -1,0 +1,167 @@
+#include "renderer/drivers/adaptive/refinement_views.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "renderer/core/parallel.h"
+
+namespace emberline {
+namespace {
+
+// Rows per task of a picture: about 0.1 ms.
+constexpr size_t kRowGrain = 16;
+
+const Rgb kBorder(1.0f, 0.25f, 0.02f);  // orange: rare in pictures, seen on bright and dark
+constexpr float kBorderOpacity = 0.5f;
+
+// A level of the pull-push pyramid.
+struct Level {
+  int width = 0, height = 0;
+  std::vector<Rgb> color;
+  std::vector<uint8_t> known;
+
+  Level(int w, int h)
+      : width(w), height(h), color(size_t(w) * size_t(h), Rgb(0.0f)), known(color.size(), 0) {}
+  size_t index(int x, int y) const { return size_t(y) * size_t(width) + size_t(x); }
+};
+
+template <typename Body>
+void for_each_row(int rows, const Body& body) {
+  parallel_ranges(size_t(rows), kRowGrain, [&](size_t begin, size_t end) {
+    for (size_t y = begin; y < end; ++y) body(int(y));
+  });
+}
+
+Level samples_of(const RefinementTree& tree) {
+  Level level(tree.window().width(), tree.window().height());
+  for (uint32_t i = 0; i < tree.sample_count(); ++i) {
+    const Vec2i pixel = tree.sampled_pixel(i) - Vec2i(tree.window().x0, tree.window().y0);
+    level.color[level.index(pixel.x, pixel.y)] = tree.value(i);
+    level.known[level.index(pixel.x, pixel.y)] = 1;
+  }
+  return level;
+}
+
+// Mean of the known ones among 2 x 2 pixels; unknown if none is. As a running mean, which leaves
+// equal values as they are.
+Level pull(const Level& fine) {
+  Level coarse((fine.width + 1) / 2, (fine.height + 1) / 2);
+  for_each_row(coarse.height, [&](int y) {
+    for (int x = 0; x < coarse.width; ++x) {
+      Rgb mean(0.0f);
+      float count = 0;
+      for (int fy = 2 * y; fy < std::min(2 * y + 2, fine.height); ++fy) {
+        for (int fx = 2 * x; fx < std::min(2 * x + 2, fine.width); ++fx) {
+          const size_t i = fine.index(fx, fy);
+          if (fine.known[i]) mean += (fine.color[i] - mean) / ++count;
+        }
+      }
+      coarse.color[coarse.index(x, y)] = mean;
+      coarse.known[coarse.index(x, y)] = count > 0;
+    }
+  });
+  return coarse;
+}
+
+// Fills the holes of `fine` bilinearly. The centre of a fine pixel lies a quarter of a coarse pixel
+// beside the centre of the coarse one that holds it.
+void push(const Level& coarse, Level& fine) {
+  for_each_row(fine.height, [&](int y) {
+    const int y0 = y / 2, y1 = std::clamp(y % 2 == 0 ? y0 - 1 : y0 + 1, 0, coarse.height - 1);
+    for (int x = 0; x < fine.width; ++x) {
+      if (fine.known[fine.index(x, y)]) continue;
+      const int x0 = x / 2, x1 = std::clamp(x % 2 == 0 ? x0 - 1 : x0 + 1, 0, coarse.width - 1);
+      const auto row = [&](int cy) {
+        return lerp(coarse.color[coarse.index(x0, cy)], coarse.color[coarse.index(x1, cy)], 0.25f);
+      };
+      fine.color[fine.index(x, y)] = lerp(row(y0), row(y1), 0.25f);
+    }
+  });
+}
+
+}  // namespace
+
+void reconstruct_constant(const RefinementTree& tree, std::span<Rgb> picture) {
+  assert(picture.size() == size_t(tree.window().area()));
+  if (tree.sample_count() == 0) {
+    std::ranges::fill(picture, Rgb(0.0f));
+    return;
+  }
+  const size_t width = size_t(tree.window().width());
+  for_each_row(tree.window().height(), [&](int y) {
+    const uint32_t* const leaves = tree.leaf_map().data() + size_t(y) * width;
+    Rgb* const row = picture.data() + size_t(y) * width;
+    // By runs of one leaf: while the picture is coarse, one look at a value fills many pixels.
+    for (size_t x = 0; x < width;) {
+      const uint32_t leaf = leaves[x];
+      const Rgb value = tree.value(leaf);
+      do row[x++] = value;
+      while (x < width && leaves[x] == leaf);
+    }
+  });
+}
+
+void reconstruct_smooth(const RefinementTree& tree, std::span<Rgb> picture) {
+  assert(picture.size() == size_t(tree.window().area()));
+  if (picture.empty()) return;
+  std::vector<Level> levels;
+  levels.push_back(samples_of(tree));
+  while (levels.back().color.size() > 1) levels.push_back(pull(levels.back()));
+  for (size_t i = levels.size() - 1; i-- > 0;) push(levels[i + 1], levels[i]);
+  std::ranges::copy(levels[0].color, picture.begin());
+}
+
+void draw_leaf_borders(const RefinementTree& tree, std::span<float> rgba, int width) {
+  const int w = tree.window().width(), h = tree.window().height();
+  assert(width >= w && rgba.size() >= size_t(width) * size_t(h) * 4);
+  if (tree.sample_count() == 0) return;
+  const auto leaf = [&](int x, int y) {
+    return tree.leaf_map()[size_t(y) * size_t(w) + size_t(x)];
+  };
+  for_each_row(h, [&](int y) {
+    for (int x = 0; x < w; ++x) {
+      const auto same = [&](int nx, int ny) {
+        return nx >= 0 && nx < w && ny >= 0 && ny < h && leaf(nx, ny) == leaf(x, y);
+      };
+      const bool left = same(x - 1, y), above = same(x, y - 1);
+      const bool alone = !left && !above && !same(x + 1, y) && !same(x, y + 1);
+      if ((left && above) || alone) continue;
+      float* const pixel = rgba.data() + 4 * (size_t(y) * size_t(width) + size_t(x));
+      for (int c = 0; c < 3; ++c) pixel[c] = lerp(pixel[c], kBorder[c], kBorderOpacity);
+    }
+  });
+}
+
+std::string refinement_json(const RefinementTree& tree, size_t most_leaves) {
+  using Json = nlohmann::ordered_json;
+  const auto rect = [](const Rect& r) { return Json{r.x0, r.y0, r.x1, r.y1}; };
+  const RefinementSettings& settings = tree.settings();
+  Json json;
+  json["window"] = rect(tree.window());
+  json["phase"] = refinement_phase_name(tree.phase());
+  json["rounds"] = tree.rounds();
+  json["samples"] = tree.sample_count();
+  json["pixels"] = tree.window().area();
+  json["settings"] = {{"seed", settings.seed},
+                      {"coverage_area", settings.coverage_area},
+                      {"coverage_weight", settings.coverage_weight},
+                      {"feature_threshold", settings.feature_threshold},
+                      {"exposure", settings.exposure}};
+  json["leaves_by_area"] = tree.leaves_by_area();
+  json["open"] = tree.open_count();
+  json["next"] = Json::array();
+  for (const RefinementStep& leaf : tree.most_urgent(most_leaves)) {
+    json["next"].push_back({{"rect", rect(leaf.rect)},
+                            {"value", {leaf.mean.x, leaf.mean.y, leaf.mean.z}},
+                            {"v_int", leaf.v_int},
+                            {"v_ext", leaf.v_ext},
+                            {"priority", leaf.priority}});
+  }
+  return json.dump(1);
+}
+
+}  // namespace emberline

@@ -1,0 +1,40 @@
+#include "renderer/drivers/adaptive/round_averages.h"
+
+#include <algorithm>
+#include <cassert>
+#include <limits>
+
+#include "renderer/core/parallel.h"
+
+namespace emberline {
+
+void RoundAverages::add_round(const FilmTile& film, double weight) {
+  const auto pixels = size_t(film.rect().area());
+  if (rounds_.empty()) rounds_.resize(pixels, Pixel{});
+  constexpr size_t kGrain = 4096;
+  parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const PixelSums& film_sums = film.sums(i);
+      Pixel& pixel = rounds_[i];
+      const double samples = film_sums.samples();
+      assert(samples > pixel.samples);
+      for (size_t c = 0; c < 4; ++c) {
+        const double sum = c < 3 ? film_sums.rgb[0][c] + film_sums.rgb[1][c] : film_sums.alpha;
+        pixel.average[c] += weight * (sum - pixel.sums[c]) / (samples - pixel.samples);
+        pixel.sums[c] = sum;
+      }
+      pixel.samples = samples;
+    }
+  });
+  weight_ += weight;
+}
+
+void RoundAverages::resolve(size_t i, float* rgba) const {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  for (size_t c = 0; c < 4; ++c) {
+    rgba[c] = float(std::clamp(rounds_[i].average[c] / weight_, -kMost, kMost));
+  }
+  rgba[3] = std::clamp(rgba[3], 0.0f, 1.0f);
+}
+
+}  // namespace emberline

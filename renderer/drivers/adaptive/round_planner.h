@@ -1,0 +1,93 @@
+// Decides, between two rounds, how many samples each pixel of a window gets next. Everything is a
+// function of the film and the settings: neither threads nor the clock have a say.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "renderer/drivers/adaptive/allocation.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/film/film.h"
+
+namespace emberline {
+
+// Whichever limit is met first ends a pixel or the frame. 0: no such limit.
+struct AdaptiveSettings {
+  std::string_view estimator = kDefaultEstimator;
+  ErrorMetric allocation = ErrorMetric::kDisplay;
+  float threshold = 0.0f;    // of ErrorMap::error
+  uint32_t budget = 0;       // samples of a pixel, on average over the window
+  uint32_t min_samples = 0;  // before a pixel may be finished; 0: the estimator's choice
+  uint32_t max_samples = 0;  // of any pixel
+  bool unbiased = false;     // every pixel takes part in every round
+};
+
+// What was thought of one pixel when a round was planned.
+struct RoundRecord {
+  int round = 0;
+  uint32_t samples = 0;  // it had
+  float error = 0.0f;    // ErrorMap's
+  float deviation = 0.0f;
+  float cost = 0.0f;    // rays a sample
+  uint32_t target = 0;  // samples it was to have after the round
+};
+
+class RoundPlanner {
+ public:
+  // For a window of width x height pixels; `seed` decides the roundings.
+  RoundPlanner(const AdaptiveSettings& settings, int width, int height, uint32_t seed);
+
+  // How many samples each pixel is to have after the coming round; the same for all before the
+  // first plan().
+  std::span<const uint32_t> targets() const { return targets_; }
+  // Looks at a film that holds the targets' samples and sets the next. False if nothing is to come.
+  bool plan(const FilmTile& film);
+  // Looks only, for the error estimate of what there is.
+  void look(const FilmTile& film);
+
+  // Root of the mean square of the pixels' errors, as of the last look; NaN before it and for
+  // estimators whose error is no RMS error.
+  double error_estimate() const { return error_estimate_; }
+  // Why the pixel would get no more if the frame ended now.
+  PixelStop stop_of(size_t i) const;
+  // What the round under way counts for in a mean over rounds (RoundAverages): with `unbiased` a
+  // number that the settings alone decide.
+  double round_weight() const { return round_weight_; }
+  // The seed of that round's samples: fresh ones for each round with `unbiased`.
+  uint32_t round_seed() const;
+  int round() const { return round_; }
+  const ErrorMap& errors() const { return errors_; }
+
+  // Keeps records of one pixel, by index.
+  void record(size_t pixel) { recorded_ = pixel; }
+  std::span<const RoundRecord> records() const { return records_; }
+  uint64_t bytes() const;
+
+ private:
+  bool share_by_deviation();
+  bool share_evenly();
+  bool unfinished(size_t i) const;
+  float most_wanted(size_t i) const;
+  void round_to_counts(float everywhere);
+
+  AdaptiveSettings settings_;
+  const EstimatorEntry& entry_;
+  std::unique_ptr<ErrorEstimator> estimator_;
+  uint32_t seed_;
+  double spent_ = 0.0;  // samples of the window
+  int round_ = 0;
+  double round_weight_ = 0.0;
+  double planned_mean_ = 0.0;  // samples of a pixel up to the round under way, if unbiased
+  double error_estimate_;
+  std::vector<uint32_t> targets_;
+  PixelStatistics statistics_;
+  ErrorMap errors_;
+  std::vector<float> rates_, shares_;
+  std::vector<SampleBounds> bounds_;
+  size_t recorded_;
+  std::vector<RoundRecord> records_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,25 @@
+// `two-stream`, the default: the variance of a pixel's mean as the two independent streams of its
+// samples show it, pooled over the pixel's neighbours.
+//
+// Two numbers are at hand for the variance of one sample. The samples' own spread has as many
+// degrees of freedom as samples, but takes them for independent, which stratified ones are not: it
+// may be thousands of times too large. The squared difference of the streams' means is right
+// whatever the samples owe to each other, but has one degree of freedom. Both are pooled over 5 x 5
+// pixels, Gaussian, sigma 1.2 pixels; the second is the error estimate, and the first, drawn
+// towards it by their ratio, is what the allocation goes by. A pixel's own luck then decides little
+// about its own samples, which keeps the bias of adaptive sampling low (Kirk & Arvo 1991, "Unbiased
+// Sampling Techniques for Image Synthesis").
+#pragma once
+
+#include "renderer/drivers/adaptive/error_estimator.h"
+
+namespace emberline {
+
+class TwoStreamEstimator final : public ErrorEstimator {
+ public:
+  explicit TwoStreamEstimator(const EstimatorSettings&) {}
+  void estimate(const PixelStatistics& pixels, ErrorMetric allocation,
+                ErrorMap* out) const override;
+};
+
+}  // namespace emberline

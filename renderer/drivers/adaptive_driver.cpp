@@ -1,0 +1,323 @@
+#include "renderer/drivers/adaptive_driver.h"
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <iterator>
+#include <new>
+#include <optional>
+
+#include "renderer/core/errors.h"
+#include "renderer/drivers/adaptive/refinement_views.h"
+#include "renderer/drivers/adaptive/round_averages.h"
+#include "renderer/drivers/bisection_picture.h"
+#include "renderer/drivers/bucket_driver.h"
+#include "renderer/drivers/frame_film.h"
+
+namespace emberline {
+namespace {
+
+// About half a millisecond of work: many parts for each thread of a slice.
+constexpr uint64_t kPartSamples = 2048;
+// A slice ends in a barrier and a look by the observer: some milliseconds of work for each thread.
+constexpr size_t kPartsPerThread = 32;
+
+// The tree asks for the first of every so many pixels, and the others follow in tiles: by then it
+// has found where the picture's features are, and asking costs as much as a sample of a simple
+// scene.
+constexpr size_t kTreePart = 16;
+// But the estimator that is named after its authors has it go on to the end.
+constexpr std::string_view kTreeEstimator = "painter-sloan";
+constexpr size_t kTreePartPixels = 256;
+
+}  // namespace
+
+std::vector<uint32_t> tile_order(const Rect& window) {
+  constexpr int kTile = 16;
+  std::vector<uint32_t> order;
+  order.reserve(size_t(window.area()));
+  const int width = window.width(), height = window.height();
+  for (int tile_y = 0; tile_y < height; tile_y += kTile) {
+    for (int tile_x = 0; tile_x < width; tile_x += kTile) {
+      for (int y = tile_y; y < std::min(tile_y + kTile, height); ++y) {
+        for (int x = tile_x; x < std::min(tile_x + kTile, width); ++x) {
+          order.push_back(uint32_t(y) * uint32_t(width) + uint32_t(x));
+        }
+      }
+    }
+  }
+  return order;
+}
+
+std::vector<size_t> cut_into_parts(std::span<const uint32_t> order, std::span<const uint32_t> have,
+                                   std::span<const uint32_t> targets, uint64_t samples) {
+  std::vector<size_t> parts = {0};
+  uint64_t in_part = 0;
+  for (size_t k = 0; k < order.size(); ++k) {
+    if (in_part >= samples) {
+      parts.push_back(k);
+      in_part = 0;
+    }
+    in_part += targets[order[k]] - have[order[k]];
+  }
+  if (!order.empty()) parts.push_back(order.size());
+  return parts;
+}
+
+class AdaptiveDriver::Progress final : public FramePicture {
+ public:
+  Progress(const Frame& frame, const DriverSettings& settings, FrameObserver& observer,
+           std::stop_token stop)
+      : window_(frame.window),
+        settings_(settings),
+        smooth_(parse_reconstruction(settings.reconstruction) == Reconstruction::kLinear),
+        observer_(observer),
+        film_(frame.aovs, {.squares = true, .rays = true}),
+        runner_(frame, film_, observer, std::move(stop)),
+        planner_(settings.adaptive, frame.window.width(), frame.window.height(), frame.seed),
+        order_(tile_order(frame.window)),
+        have_(order_.size(), 0) {
+    film_.reset(frame.window);
+    if (settings.explained) {
+      planner_.record(index(settings.explained->x, settings.explained->y));
+    }
+    RefinementSettings refinement;
+    refinement.seed = frame.seed;
+    tree_.emplace(frame.window, refinement);
+  }
+
+  FrameCounters render() {
+    bool complete = cover() && bring_to(planner_.targets());
+    while (complete) {
+      if (settings_.adaptive.unbiased) averages_.add_round(film_, planner_.round_weight());
+      if (!planner_.plan(film_)) break;
+      runner_.set_seed(planner_.round_seed());
+      complete = bring_to(planner_.targets());
+    }
+    FrameCounters counters = runner_.counters();
+    if (!have_.empty()) {
+      const auto [least, most] = std::ranges::minmax_element(have_);
+      counters.min_samples = *least;
+      counters.max_samples = *most;
+    }
+    counters.stopped = !complete;
+    return counters;
+  }
+
+  // Fills in the stop channel and finds the error of what there is: both look at every pixel once
+  // more, for which a user who stopped the frame would not wait.
+  void finish() {
+    if (covered_) planner_.look(film_);
+    for (size_t i = 0; i < have_.size(); ++i) film_.set_stop(x_of(i), y_of(i), stop_of(i));
+  }
+
+  void resolve(std::span<float> rgba) const override {
+    film_.resolve_rgba(rgba);
+    if (!averages_.empty()) {
+      for (size_t i = 0; i < have_.size(); ++i) averages_.resolve(i, &rgba[4 * i]);
+    }
+    if (covered_ || tree_->sample_count() == 0) return;
+    // The film knows the colour of some more pixels than the tree, and alpha.
+    std::vector<Rgb> picture(have_.size());
+    if (smooth_) {
+      reconstruct_smooth(*tree_, picture);
+    } else {
+      reconstruct_constant(*tree_, picture);
+    }
+    for (size_t i = 0; i < have_.size(); ++i) {
+      if (film_.sums(i).samples() > 0) continue;
+      const Vec2i sampled = tree_->sampled_pixel(tree_->leaf_map()[i]);
+      std::copy_n(&picture[i].x, 3, &rgba[4 * i]);
+      rgba[4 * i + 3] = rgba[4 * index(sampled.x, sampled.y) + 3];
+    }
+  }
+  const FilmTile& film() const override { return film_; }
+  // Another average than that of all samples.
+  bool all_shown() const { return !averages_.empty(); }
+
+  std::optional<double> error_estimate() const {
+    const double estimate = planner_.error_estimate();
+    return estimate >= 0 ? std::optional(estimate) : std::nullopt;
+  }
+  const RefinementTree& tree() const { return *tree_; }
+  uint64_t bytes() const {
+    return film_.bytes() + planner_.bytes() + averages_.bytes() +
+           (tree_ ? tree_->node_bytes() + tree_->map_bytes() : 0) +
+           (order_.capacity() + have_.capacity()) * sizeof(uint32_t);
+  }
+  std::string explain(int x, int y) const;
+
+ private:
+  size_t index(int x, int y) const {
+    return size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0);
+  }
+  int x_of(size_t i) const { return window_.x0 + int(i % size_t(window_.width())); }
+  int y_of(size_t i) const { return window_.y0 + int(i / size_t(window_.width())); }
+
+  PixelStop stop_of(size_t i) const {
+    if (have_[i] == 0) return PixelStop::kNone;
+    const bool cut_short = !covered_ || have_[i] < planner_.targets()[i];
+    return runner_.counters().stopped && cut_short ? observer_.stop_cause() : planner_.stop_of(i);
+  }
+
+  // Brings every pixel its first sample; first those that the tree asks for.
+  bool cover() {
+    ++pass_;
+    const auto pixels = size_t(window_.area());
+    const bool whole = settings_.adaptive.estimator == kTreeEstimator;
+    const size_t refined = whole ? pixels : (pixels + kTreePart - 1) / kTreePart;
+    std::vector<Rgb> values;
+    while (!tree_->finished() && tree_->sample_count() < refined) {
+      const std::span<const Vec2i> wanted = tree_->next_round(refined - tree_->sample_count());
+      if (!render_first_samples(wanted)) return false;
+      values.clear();
+      for (const Vec2i& pixel : wanted) values.push_back(film_.mean(pixel.x, pixel.y));
+      tree_->insert(values);
+      report(double(tree_->sample_count()) / double(pixels), tree_->finished());
+    }
+    const std::vector<uint32_t> first(order_.size(), 1);
+    if (!bring_to(first)) return false;
+    covered_ = true;
+    if (!settings_.keep_tree && !settings_.explained) tree_.reset();
+    return true;
+  }
+
+  bool render_first_samples(std::span<const Vec2i> pixels) {
+    const size_t parts = (pixels.size() + kTreePartPixels - 1) / kTreePartPixels;
+    const bool complete = runner_.run(parts, [&](size_t part, std::vector<PixelWork>& list) {
+      const size_t end = std::min(pixels.size(), (part + 1) * kTreePartPixels);
+      for (size_t k = part * kTreePartPixels; k < end; ++k) {
+        list.push_back({pixels[k].x, pixels[k].y, 0, 1});
+      }
+    });
+    for (const Vec2i& p : pixels) have_[index(p.x, p.y)] = film_.sample_count(p.x, p.y);
+    return complete;
+  }
+
+  // Renders until each pixel has as many samples as `targets` says. False if stopped before.
+  bool bring_to(std::span<const uint32_t> targets) {
+    if (covered_) ++pass_;
+    const std::vector<size_t> parts = cut_into_parts(order_, have_, targets, kPartSamples);
+    const size_t part_count = parts.size() - 1;
+    const size_t slice = kPartsPerThread * size_t(tbb::this_task_arena::max_concurrency());
+    for (size_t begin = 0; begin < part_count; begin += slice) {
+      const size_t end = std::min(part_count, begin + slice);
+      const bool complete = runner_.run(end - begin, [&](size_t part, auto& list) {
+        for (size_t k = parts[begin + part]; k < parts[begin + part + 1]; ++k) {
+          const size_t i = order_[k];
+          if (targets[i] > have_[i]) {
+            list.push_back({x_of(i), y_of(i), have_[i], targets[i] - have_[i]});
+          }
+        }
+      });
+      for (size_t k = parts[begin]; k < parts[end]; ++k) {
+        const size_t i = order_[k];
+        have_[i] = complete ? targets[i] : film_.sample_count(x_of(i), y_of(i));
+      }
+      if (!complete) return false;
+      const auto samples = double(runner_.counters().samples);
+      report(std::min(1.0, samples / double(order_.size())), end == part_count);
+    }
+    return true;
+  }
+
+  void report(double completion, bool pass_finished) {
+    FrameProgress progress;
+    progress.pass = pass_;
+    progress.samples = runner_.counters().samples;
+    progress.completion = completion;
+    progress.pass_finished = pass_finished;
+    progress.error_estimate = error_estimate();
+    observer_.picture_changed(progress, *this);
+  }
+
+  const Rect window_;
+  const DriverSettings& settings_;
+  const bool smooth_;
+  FrameObserver& observer_;
+  FilmTile film_;
+  SliceRunner runner_;
+  RoundPlanner planner_;
+  RoundAverages averages_;
+  std::optional<RefinementTree> tree_;  // until every pixel has a sample, or kept
+  const std::vector<uint32_t> order_;
+  std::vector<uint32_t> have_;  // samples of each pixel
+  int pass_ = 0;
+  bool covered_ = false;  // every pixel has a sample
+};
+
+std::string AdaptiveDriver::Progress::explain(int x, int y) const {
+  const size_t i = index(x, y);
+  const Rgb mean = film_.mean(x, y);
+  std::string text = fmt::format("pixel {},{}: {} samples, ended by {}\n", x, y, have_[i],
+                                 pixel_stop_name(stop_of(i)));
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "mean {:.6g} {:.6g} {:.6g}\n", mean.x, mean.y, mean.z);
+  if (covered_) {
+    fmt::format_to(out, "error now {:.4g}{}\n", planner_.errors().error[i],
+                   settings_.adaptive.threshold > 0
+                       ? fmt::format(", threshold {:.4g}", settings_.adaptive.threshold)
+                       : "");
+  }
+  if (tree_) {
+    fmt::format_to(out,
+                   "refinement tree, from the window down to the leaf with this pixel\n"
+                   "  {:>24} {:>10} {:>10} {:>10} {:>6}  {}\n",
+                   "rectangle", "v_int", "v_ext", "priority", "round", "phase");
+    for (const RefinementStep& step : tree_->describe(x, y)) {
+      const Rect& r = step.rect;
+      fmt::format_to(out, "  {:>24} {:>10.3g} {:>10.3g} {:>10.3g} {:>6}  {}{}\n",
+                     fmt::format("{},{} {}x{}", r.x0, r.y0, r.width(), r.height()), step.v_int,
+                     step.v_ext, step.priority, step.round, refinement_phase_name(step.phase),
+                     step.leaf ? ", leaf" : "");
+    }
+  }
+  fmt::format_to(out, "rounds\n  {:>5} {:>8} {:>10} {:>10} {:>6} {:>8}\n", "round", "samples",
+                 "error", "deviation", "cost", "to have");
+  for (const RoundRecord& r : planner_.records()) {
+    fmt::format_to(out, "  {:>5} {:>8} {:>10.4g} {:>10.4g} {:>6.3g} {:>8}\n", r.round, r.samples,
+                   r.error, r.deviation, r.cost, r.target);
+  }
+  return text;
+}
+
+AdaptiveDriver::AdaptiveDriver(const DriverSettings& settings) : settings_(settings) {
+  find_estimator(settings.adaptive.estimator);
+  parse_reconstruction(settings.reconstruction);
+  checked_bucket_size(settings.bucket_size);
+}
+
+AdaptiveDriver::~AdaptiveDriver() = default;
+
+FrameCounters AdaptiveDriver::render(const Frame& frame, FrameObserver& observer,
+                                     std::stop_token stop) {
+  try {
+    progress_ = std::make_unique<Progress>(frame, settings_, observer, std::move(stop));
+  } catch (const std::bad_alloc&) {
+    throw RenderError(
+        fmt::format("not enough memory to hold a film of {}x{} pixels; --driver "
+                    "bucket needs no more for a larger frame",
+                    frame.window.width(), frame.window.height()));
+  }
+  return progress_->render();
+}
+
+void AdaptiveDriver::deliver(FrameObserver& observer) {
+  progress_->finish();
+  deliver_film(*progress_, settings_.bucket_size, observer, progress_->all_shown());
+}
+
+std::optional<double> AdaptiveDriver::error_estimate() const {
+  return progress_ ? progress_->error_estimate() : std::nullopt;
+}
+
+std::string AdaptiveDriver::explain(int x, int y) const { return progress_->explain(x, y); }
+
+const RefinementTree* AdaptiveDriver::tree() const {
+  return settings_.keep_tree ? &progress_->tree() : nullptr;
+}
+
+uint64_t AdaptiveDriver::film_bytes() const { return progress_ ? progress_->bytes() : 0; }
+
+}  // namespace emberline

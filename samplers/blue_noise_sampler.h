@@ -1,0 +1,36 @@
+// Blue-noise error over the frame (Ahmed & Wonka 2020, "Screen-space blue-noise diffusion of Monte
+// Carlo sampling error via hierarchical ordering of pixels", ACM TOG 39(6)).
+//
+// One Owen-scrambled Sobol' sequence serves all pixels: each takes an aligned piece of
+// samples_per_pixel points, in the order of a Z-curve whose base-4 digits are permuted at random,
+// by a hash of the digits above. So the four pixels of any aligned 2 x 2, 4 x 4, ... square share a
+// net: where one pixel's estimate is too bright, its neighbours' are too dark, and the error of
+// the frame lies in its high frequencies, which the eye (and any denoiser) averages away.
+//
+// Each pair of dimensions has its own permutations and scrambles. The set of a pixel's points in a
+// pair is the sequence's piece, in an order of the pixel's own: an Owen shuffle for the pixel pair,
+// so that each prefix of 2^m samples is a (0,m,2)-net; a random one for each other pair, else
+// strata of two pairs stay matched (see README.md).
+#pragma once
+
+#include "samplers/sampler.h"
+
+namespace emberline {
+
+class BlueNoiseSampler final : public Sampler {
+ public:
+  // samples_per_pixel: a power of two. The frame is cut into square tiles that one sequence of
+  // 2^32 points can serve; they are at least as large as the frame up to 8192 x 8192 at 64 samples
+  // (1024 x 1024 at 4096), and are randomised independently. With two streams each is a sequence of
+  // its own, with half the samples.
+  explicit BlueNoiseSampler(const SamplerSettings& settings);
+  void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
+            int dimensions) const override;
+
+ private:
+  StreamCount streams_;
+  uint32_t samples_;      // per pixel and stream
+  uint32_t tile_digits_;  // tiles are 2^tile_digits_ pixels wide and high
+};
+
+}  // namespace emberline

@@ -1,0 +1,69 @@
+// The refinement tree: a sample's share of growing it, and its pictures. On one thread, at 1280 x
+// 720, of a picture with edges everywhere and flat parts between them.
+#include <tbb/task_arena.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bench/parts.h"
+#include "renderer/drivers/adaptive/refinement_views.h"
+
+namespace emberline::bench {
+namespace {
+
+constexpr Rect kWindow = {0, 0, 1280, 720};
+
+// Tiles of 80 x 80 pixels with a disc in each: a fifth of the leaves lie on edges in the end.
+Rgb disc_picture(int x, int y) {
+  const int dx = x % 80 - 40, dy = y % 80 - 40;
+  return Rgb(dx * dx + dy * dy < 900 ? 0.8f : 0.1f + 1e-4f * float(x));
+}
+
+void refine(RefinementTree& tree, size_t samples) {
+  std::vector<Rgb> values;
+  while (!tree.finished() && tree.sample_count() < samples) {
+    values.clear();
+    for (const Vec2i& pixel : tree.next_round(samples - tree.sample_count())) {
+      values.push_back(disc_picture(pixel.x, pixel.y));
+    }
+    tree.insert(values);
+  }
+}
+
+void on_one_thread(const auto& body) { tbb::task_arena(1).execute(body); }
+
+}  // namespace
+
+void add_refinement_benchmarks() {
+  const auto pixels = size_t(kWindow.area());
+  for (const size_t part : {16, 4, 1}) {  // of the pixels are sampled
+    const std::string at = "/1_of_" + std::to_string(part);
+    const size_t samples = pixels / part;
+    add_benchmark(
+        "refinement/grow" + at,
+        [samples] {
+          size_t bytes = 0;
+          on_one_thread([&] {
+            RefinementTree tree(kWindow, {});
+            refine(tree, samples);
+            bytes = tree.node_bytes();
+          });
+          return bytes;
+        },
+        double(samples));
+    const auto tree = std::make_shared<RefinementTree>(kWindow, RefinementSettings{});
+    refine(*tree, samples);
+    for (const bool smooth : {false, true}) {
+      add_benchmark(std::string("refinement/") + (smooth ? "smooth" : "constant") + at,
+                    [tree, smooth, picture = std::vector<Rgb>(pixels)]() mutable {
+                      on_one_thread([&] {
+                        (smooth ? reconstruct_smooth : reconstruct_constant)(*tree, picture);
+                      });
+                      return picture[0].x;
+                    });
+    }
+  }
+}
+
+}  // namespace emberline::bench

@@ -1,0 +1,257 @@
+// How often the historical estimators are right, on pixels whose distribution is known; and how
+// much light their stopping rules lose. Pixel i of a test draws TestRandom(seed, i), with the seed
+// in the test, so that any pixel can be repeated alone. Shares and means are checked to 5 standard
+// deviations, a false alarm in 2e6 runs with other seeds each, plus what the text allows for.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "renderer/drivers/adaptive/chi_square_estimator.h"
+#include "renderer/drivers/adaptive/dammertz_estimator.h"
+#include "renderer/drivers/adaptive/kajiya_estimator.h"
+#include "renderer/drivers/adaptive/painter_sloan_estimator.h"
+#include "renderer/drivers/adaptive/quantiles.h"
+#include "unit/synthetic_pixels.h"
+
+namespace emberline {
+namespace {
+
+using test::drawn_pixels;
+using test::SamplePixel;
+using test::TestRandom;
+
+// Five standard deviations of the share of `count` draws that have probability `p`.
+double share_tolerance(double p, double count) { return 5 * std::sqrt(p * (1 - p) / count); }
+
+// ---- quantiles ---------------------------------------------------------------------------------
+
+TEST(Quantiles, ChiSquareAgreesWithTables) {
+  const std::pair<double, double> kTable[] = {{7, 2.16735},   {10, 3.94030},  {15, 7.26094},
+                                              {20, 10.85081}, {31, 19.28057}, {100, 77.92947}};
+  for (const auto& [degrees, value] : kTable) {
+    const double known = degrees < 31 ? 6e-3 : 2e-4;
+    EXPECT_NEAR(chi_square_quantile_05(degrees) / value, 1.0, known) << degrees;
+    EXPECT_LT(chi_square_quantile_05(degrees), value * (1 + 1e-6)) << degrees;  // the safe side
+  }
+}
+
+// The probability below the quantile, by the incomplete gamma function.
+TEST(Quantiles, ChiSquareLeavesFivePercent) {
+  for (const int degrees : {7, 15, 31, 63, 127, 1023, 65535}) {
+    const double below = 1 - test::chi_square_p_value(chi_square_quantile_05(degrees), degrees);
+    EXPECT_NEAR(below, 0.05, degrees < 31 ? 8e-4 : 1e-4) << degrees;
+  }
+}
+
+TEST(Quantiles, StudentAgreesWithTables) {
+  const std::pair<double, double> kTable[] = {
+      {1, 12.7062},  {2, 4.30265},  {3, 3.18245},  {4, 2.77645},  {5, 2.57058},   {7, 2.36462},
+      {10, 2.22814}, {15, 2.13145}, {30, 2.04227}, {60, 2.00030}, {120, 1.97993}, {1e6, 1.95997}};
+  for (const auto& [degrees, value] : kTable) {
+    EXPECT_NEAR(student_t_quantile_975(degrees) / value, 1.0, degrees < 7 ? 1.3e-3 : 3e-5)
+        << degrees;
+  }
+}
+
+// ---- calibration -------------------------------------------------------------------------------
+
+constexpr int kSide = 200;  // of the windows: 40,000 pixels
+constexpr double kPixels = kSide * kSide;
+
+// Slope of the sRGB curve in its bent part.
+double display_slope(double x) { return 1.055 / 2.4 * std::pow(x, 1 / 2.4 - 1); }
+
+template <typename Estimator>
+std::vector<float> errors_of(const PixelStatistics& pixels, float threshold = 0.01f) {
+  ErrorMap map;
+  Estimator({.threshold = threshold}).estimate(pixels, ErrorMetric::kDisplay, &map);
+  return map.error;
+}
+
+// Normal samples around .5, so that the display curve is straight over the noise of a mean.
+constexpr double kMean = 0.5, kDeviation = 0.05;
+PixelStatistics normal_pixels(uint32_t count, uint64_t seed) {
+  return drawn_pixels(kSide, kSide, count, seed, [](TestRandom& random) {
+    return kMean + kDeviation * test::draw_normal(random);
+  });
+}
+double true_error(uint32_t count) {
+  return display_slope(kMean) * kDeviation / std::sqrt(double(count));
+}
+
+// The share of pixels, of all in the window, for which holds(i).
+double share(const std::function<bool(size_t)>& holds) {
+  double count = 0;
+  for (size_t i = 0; i < size_t(kPixels); ++i) count += holds(i) ? 1 : 0;
+  return count / kPixels;
+}
+
+// The true variance is below the bound in 95 % of the pixels. .1 % for the quantile's own error.
+TEST(ChiSquareCalibration, TheBoundHoldsIn95Percent) {
+  for (const uint32_t n : {8u, 16u, 64u}) {
+    const PixelStatistics pixels = normal_pixels(n, 100 + n);
+    const auto bound = [&](size_t i) { return chi_square_bound(pixels.variance[0][i], float(n)); };
+    const double held = share([&](size_t i) { return kDeviation * kDeviation / n < bound(i); });
+    EXPECT_NEAR(held, 0.95, share_tolerance(0.95, kPixels) + 1e-3) << n << ", seed " << 100 + n;
+    // In display units; the slope at the pixel's mean, not the true one, may cost .2 %.
+    const std::vector<float> errors = errors_of<ChiSquareEstimator>(pixels);
+    const double shown = share([&](size_t i) { return true_error(n) < double(errors[i]); });
+    EXPECT_NEAR(shown, 0.95, share_tolerance(0.95, kPixels) + 3e-3) << n << ", seed " << 100 + n;
+  }
+}
+
+// The interval holds the true mean in 95 % of the pixels.
+TEST(PainterSloanCalibration, TheIntervalHoldsIn95Percent) {
+  for (const uint32_t n : {8u, 16u, 64u}) {
+    const PixelStatistics pixels = normal_pixels(n, 200 + n);
+    const auto width = [&](size_t i) {
+      return confidence_half_width(pixels.variance[0][i], float(n));
+    };
+    const double held = share(
+        [&](size_t i) { return std::abs(double(pixels.mean[0][i]) - kMean) <= double(width(i)); });
+    EXPECT_NEAR(held, 0.95, share_tolerance(0.95, kPixels)) << n << ", seed " << 200 + n;
+    const std::vector<float> errors = errors_of<PainterSloanEstimator>(pixels);
+    const double shown = share([&](size_t i) {
+      return std::abs(display_value(pixels.mean[0][i]) - display_value(float(kMean))) <= errors[i];
+    });
+    EXPECT_NEAR(shown, 0.95, share_tolerance(0.95, kPixels) + 2e-3) << n << ", seed " << 200 + n;
+  }
+}
+
+// The known fault: light that one sample in 50 meets. 85 % of the pixels have eight black samples
+// (.98^8) and intervals of no width, and only the rest may hold the truth.
+TEST(PainterSloanCalibration, RareLightHasNoInterval) {
+  constexpr uint64_t kSeed = 7;
+  const auto rare = [](TestRandom& random) { return random.next_double() < 0.02 ? 1.0 : 0.0; };
+  const std::vector<float> interval =
+      errors_of<PainterSloanEstimator>(drawn_pixels(kSide, kSide, 8, kSeed, rare));
+  const double black = std::pow(0.98, 8);
+  EXPECT_NEAR(share([&](size_t i) { return interval[i] == 0.0f; }), black,
+              share_tolerance(black, kPixels))
+      << "seed " << kSeed;
+}
+
+// One degree of freedom: right on average, below half the truth with probability erf(.5 / sqrt 2) =
+// 38 %, below a tenth with 8 %.
+TEST(KajiyaCalibration, OneDegreeOfFreedom) {
+  for (const uint32_t n : {16u, 24u, 64u}) {  // 24: two blocks of one stream, one of the other
+    const PixelStatistics pixels = normal_pixels(n, 300 + n);
+    double sum = 0;
+    for (size_t i = 0; i < pixels.size(); ++i) {
+      const float b = pixels.second_count[i];
+      sum += half_difference_variance(pixels.stream_difference[0][i], float(n) - b, b);
+    }
+    // The variance of chi-square with one degree of freedom is 2.
+    EXPECT_NEAR(sum / kPixels / (kDeviation * kDeviation / n), 1.0, 5 * std::sqrt(2.0 / kPixels))
+        << n << ", seed " << 300 + n;
+    const std::vector<float> errors = errors_of<KajiyaEstimator>(pixels);
+    for (const double part : {0.5, 0.1}) {
+      const double expected = std::erf(part / std::sqrt(2.0));
+      const double below = share([&](size_t i) { return errors[i] < part * true_error(n); });
+      EXPECT_NEAR(below, expected, share_tolerance(expected, kPixels) + 3e-3)
+          << n << ", seed " << 300 + n;
+    }
+  }
+}
+
+// Where the display curve is like the square root, a block of 16 pixels shows its standard error.
+// The window is kept whole here (far above 256 times the threshold), so that all pixels are pooled:
+// known to 5 sqrt(pi / 2 - 1) / 200 = 2 %, and the two curves' slopes differ by .6 % at .2.
+TEST(DammertzCalibration, TheThresholdIsAStandardErrorOfTheDisplay) {
+  constexpr uint64_t kSeed = 400;
+  constexpr double kGrey = 0.2, kNoise = 0.02;
+  constexpr uint32_t kCount = 16;
+  const PixelStatistics pixels = drawn_pixels(kSide, kSide, kCount, kSeed, [&](TestRandom& random) {
+    return kGrey + kNoise * test::draw_normal(random);
+  });
+  const double expected = display_slope(kGrey) * kNoise / std::sqrt(double(kCount)) *
+                          std::sqrt(kPixels / DammertzEstimator::kLeafPixels);
+  const std::vector<float> whole = errors_of<DammertzEstimator>(pixels, 1e-6f);
+  EXPECT_EQ(whole.front(), whole.back());
+  EXPECT_NEAR(whole[0] / expected, 1.0, 0.026) << "seed " << kSeed;
+}
+
+// ---- what stopping on one's own estimate loses -------------------------------------------------
+
+struct Light {
+  const char* name;
+  double mean;
+  double (*draw)(TestRandom&);
+};
+constexpr Light kLights[] = {
+    {"one in 10", 0.1, [](TestRandom& r) { return r.next_double() < 0.1 ? 1.0 : 0.0; }},
+    {"one in 50", 0.02, [](TestRandom& r) { return r.next_double() < 0.02 ? 1.0 : 0.0; }},
+    {"fireflies", 0.3, [](TestRandom& r) { return r.next_double() < 0.005 ? 20.2 : 0.2; }},
+    {"exponential", 0.5, [](TestRandom& r) { return -0.5 * std::log1p(-r.next_double()); }},
+};
+
+// Takes `batch` samples a time until the rule's variance of the mean is below .02^2. Linear light:
+// the rules are the estimators' own, without the display curve.
+using VarianceRule = double (*)(const SamplePixel&);
+constexpr double kTarget = 0.02;
+
+SamplePixel sample_until(VarianceRule rule, uint32_t batch, const Light& light, TestRandom random) {
+  constexpr uint32_t kMost = 20000;  // eight times what any of them needs to know its mean
+  SamplePixel pixel;
+  do {
+    for (uint32_t k = 0; k < batch; ++k) pixel.add(light.draw(random));
+  } while (rule(pixel) >= kTarget * kTarget && pixel.count() < kMost);
+  return pixel;
+}
+
+struct Loss {
+  double bias, tolerance;  // signed, of the mean; five standard errors
+};
+
+Loss light_lost(VarianceRule rule, uint32_t batch, const Light& light, uint64_t seed) {
+  constexpr int kRuns = 40000;
+  double sum = 0, squares = 0;
+  for (uint64_t i = 0; i < kRuns; ++i) {
+    const double x = sample_until(rule, batch, light, TestRandom(seed, i)).mean() / light.mean - 1;
+    sum += x;
+    squares += x * x;
+  }
+  const double mean = sum / kRuns;
+  return {mean, 5 * std::sqrt((squares / kRuns - mean * mean) / kRuns)};
+}
+
+// Expected losses: measured by another program with another generator, known to .6 %.
+void expect_losses(VarianceRule rule, uint32_t batch, uint64_t seed, const double (&expected)[4]) {
+  constexpr double kKnown = 0.006;
+  for (size_t i = 0; i < 4; ++i) {
+    const Loss loss = light_lost(rule, batch, kLights[i], seed + i);
+    EXPECT_NEAR(loss.bias, expected[i], loss.tolerance + kKnown)
+        << kLights[i].name << ", seed " << seed + i;
+  }
+}
+
+TEST(SelfStopping, ChiSquareLosesRareLight) {
+  const VarianceRule rule = [](const SamplePixel& p) {
+    return double(chi_square_bound(float(p.variance()), float(p.count())));
+  };
+  expect_losses(rule, ChiSquareEstimator::kBatch, 500, {-0.43, -0.80, -0.32, -0.002});
+  // Most of it is lost by the first test: eight samples without light, .9^8 of the pixels.
+  EXPECT_LT(light_lost(rule, 8, kLights[0], 500).bias, -std::pow(0.9, 8) + 0.02);
+}
+
+// The interval of 1.96 standard errors, the rule's half width over what it is for many samples.
+TEST(SelfStopping, PainterSloanLosesAsMuch) {
+  const VarianceRule rule = [](const SamplePixel& p) {
+    const double width = confidence_half_width(float(p.variance()), float(p.count())) / kNormal975;
+    return width * width;
+  };
+  expect_losses(rule, PainterSloanEstimator::kBatch, 510, {-0.44, -0.78, -0.32, -0.003});
+}
+
+TEST(SelfStopping, KajiyaLosesLessOfTheCommonAndMoreOfTheSmooth) {
+  const VarianceRule rule = [](const SamplePixel& p) {
+    const auto b = float(p.second_count());
+    return double(half_difference_variance(float(p.stream_difference()), float(p.count()) - b, b));
+  };
+  expect_losses(rule, KajiyaEstimator::kBatch, 520, {-0.094, -0.46, -0.257, -0.012});
+}
+
+}  // namespace
+}  // namespace emberline

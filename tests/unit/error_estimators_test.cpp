@@ -1,0 +1,453 @@
+// Error estimators on made-up pixels: what all must promise, and each against values found by hand.
+// How often they are right is in error_estimator_statistics_test.cpp.
+#include "renderer/drivers/adaptive/error_estimator.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <string>
+
+#include "renderer/core/errors.h"
+#include "renderer/drivers/adaptive/chi_square_estimator.h"
+#include "renderer/drivers/adaptive/contrast_estimator.h"
+#include "renderer/drivers/adaptive/dammertz_estimator.h"
+#include "renderer/drivers/adaptive/kajiya_estimator.h"
+#include "renderer/drivers/adaptive/painter_sloan_estimator.h"
+#include "unit/synthetic_pixels.h"
+
+namespace emberline {
+namespace {
+
+using test::constant_pixels;
+using test::drawn_pixels;
+using test::TestRandom;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kUnfinished = 1e3f;  // at least this: above any threshold a person asks for
+
+std::vector<float> errors(const ErrorEstimator& estimator, const PixelStatistics& pixels) {
+  ErrorMap map;
+  estimator.estimate(pixels, ErrorMetric::kDisplay, &map);
+  EXPECT_EQ(map.error.size(), pixels.size());
+  return map.error;
+}
+
+std::string test_name(const ::testing::TestParamInfo<EstimatorEntry>& info) {
+  std::string name(info.param.name);
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+// ---- what all promise --------------------------------------------------------------------------
+
+class EveryEstimator : public ::testing::TestWithParam<EstimatorEntry> {
+ protected:
+  std::vector<float> estimate(const PixelStatistics& pixels, float threshold = 0.01f) const {
+    return errors(*GetParam().create({.threshold = threshold}), pixels);
+  }
+};
+
+// Planes of values from `values`, each pixel's from its own random numbers.
+PixelStatistics planes_of(int width, int height, uint64_t seed, const std::vector<float>& values) {
+  PixelStatistics pixels = constant_pixels(width, height, 0.0f, 0.0f);
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    TestRandom random(seed, i);
+    const auto value = [&] { return values[random.bits() % values.size()]; };
+    for (auto* plane : {&pixels.count, &pixels.second_count, &pixels.cost}) (*plane)[i] = value();
+    for (size_t c = 0; c < 3; ++c) {
+      pixels.mean[c][i] = value();
+      pixels.variance[c][i] = value();
+      pixels.stream_difference[c][i] = value();
+    }
+  }
+  return pixels;
+}
+
+TEST_P(EveryEstimator, HostileStatisticsGiveFiniteErrors) {
+  const std::vector<float> values = {kNaN, kInfinity, -kInfinity, 0.0f,  1.0f,
+                                     2.0f, 16.0f,     1e30f,      -5.0f, 1e-40f};
+  for (const auto& [width, height] : {std::pair{0, 0}, {1, 1}, {1, 9}, {9, 1}, {61, 47}}) {
+    for (const float threshold : {0.0f, 0.02f}) {
+      for (const float error : estimate(planes_of(width, height, 5, values), threshold)) {
+        ASSERT_TRUE(std::isfinite(error) && error >= 0.0f) << error;
+      }
+    }
+  }
+}
+
+TEST_P(EveryEstimator, ThreadsDoNotMatter) {
+  const PixelStatistics pixels = drawn_pixels(
+      173, 91, 16, 3, [](TestRandom& random) { return random.next_double() < 0.2 ? 1.0 : 0.1; });
+  const std::vector<float> many = estimate(pixels);
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  EXPECT_EQ(many, estimate(pixels));
+}
+
+TEST_P(EveryEstimator, ReplacesWhatTheMapHeld) {
+  const PixelStatistics pixels = drawn_pixels(
+      40, 30, 16, 4, [](TestRandom& random) { return 0.2 + 0.1 * random.next_double(); });
+  const auto estimator = GetParam().create({.threshold = 0.01f});
+  ErrorMap fresh, used;
+  used.error.assign(7777, 123.0f);
+  used.deviation.assign(7777, 123.0f);
+  estimator->estimate(pixels, ErrorMetric::kDisplay, &fresh);
+  estimator->estimate(pixels, ErrorMetric::kDisplay, &used);
+  EXPECT_EQ(fresh.error, used.error);
+  EXPECT_EQ(fresh.deviation, used.deviation);
+  EXPECT_TRUE(GetParam().batch == 0 || fresh.deviation.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, EveryEstimator, ::testing::ValuesIn(estimator_table()), test_name);
+
+// Those of the books: one pixel, or one block, against a threshold, and a batch if it fails.
+std::vector<EstimatorEntry> historical_estimators() {
+  std::vector<EstimatorEntry> result;
+  for (const EstimatorEntry& entry : estimator_table()) {
+    if (entry.batch > 0) result.push_back(entry);
+  }
+  return result;
+}
+
+class HistoricalEstimator : public EveryEstimator {};
+
+TEST_P(HistoricalEstimator, PixelsWithoutSamplesAreUnfinished) {
+  PixelStatistics pixels = constant_pixels(8, 4, 0.5f, 16.0f);
+  pixels.count[9] = pixels.second_count[9] = 0.0f;
+  pixels.count[20] = 1.0f;
+  pixels.second_count[20] = 0.0f;
+  const std::vector<float> map = estimate(pixels);
+  for (size_t i = 0; i < map.size(); ++i) {
+    if (i == 9 || i == 20) {
+      EXPECT_GT(map[i], kUnfinished) << i;
+    } else {
+      EXPECT_EQ(map[i], 0.0f) << i;
+    }
+  }
+}
+
+TEST_P(HistoricalEstimator, ConstantsAreFinished) {
+  for (const float value : {0.0f, 1e-6f, 0.3f, 1.0f, 40.0f}) {
+    for (const float n : {float(GetParam().first_samples), 1024.0f}) {
+      for (const float threshold : {0.0f, 0.01f}) {
+        for (const float error : estimate(constant_pixels(37, 11, value, n), threshold)) {
+          ASSERT_EQ(error, 0.0f) << value << " " << n;
+        }
+      }
+    }
+  }
+}
+
+// What is not finite, or huge, does not spread: two pixels away all is as it was.
+TEST_P(HistoricalEstimator, ABadPixelStaysAlone) {
+  for (const float bad : {kNaN, kInfinity, -kInfinity}) {
+    PixelStatistics pixels = constant_pixels(9, 9, 0.5f, 16.0f);
+    constexpr size_t kCentre = 4 * 9 + 4;
+    for (size_t c = 0; c < 3; ++c) {
+      pixels.mean[c][kCentre] = bad;
+      pixels.variance[c][kCentre] = bad;
+      pixels.stream_difference[c][kCentre] = bad;
+    }
+    const std::vector<float> map = estimate(pixels);
+    for (int y = 0; y < 9; ++y) {
+      for (int x = 0; x < 9; ++x) {
+        if (std::abs(x - 4) > 1 || std::abs(y - 4) > 1) {
+          EXPECT_EQ(map[size_t(9 * y + x)], 0.0f) << bad << " at " << x << "," << y;
+        }
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, HistoricalEstimator, ::testing::ValuesIn(historical_estimators()),
+                         test_name);
+
+TEST(EstimatorTable, Names) {
+  std::set<std::string_view> names;
+  for (const EstimatorEntry& entry : estimator_table()) {
+    EXPECT_TRUE(names.insert(entry.name).second) << entry.name;
+    EXPECT_EQ(&find_estimator(entry.name), &entry);
+    EXPECT_GE(entry.first_samples, 2u);
+    // A pixel that is asked must have what its estimate needs: the second stream starts at 8.
+    EXPECT_TRUE(entry.streams == StreamCount::kOne || entry.first_samples >= 16) << entry.name;
+  }
+  try {
+    find_estimator("kajia");
+    FAIL() << "accepted an unknown name";
+  } catch (const UsageError& error) {
+    const std::string message = error.what();
+    EXPECT_EQ(message.find("--estimator: unknown estimator 'kajia' (did you mean 'kajiya'?)"), 0u)
+        << message;
+  }
+}
+
+// ---- each by hand ------------------------------------------------------------------------------
+
+// Where the display curve is straight. An error's weight is its slope over .001 to each side, half
+// of the lower of which is black here.
+constexpr float kDark = 5e-4f;
+constexpr double kCurveSlope = 12.92, kDarkSlope = 0.75 * kCurveSlope;
+
+// A dark pixel whose channels' samples have variances v, 2 v and 6 v: 3 v on average.
+PixelStatistics dark_pixel(float count, float variance) {
+  PixelStatistics pixels = constant_pixels(1, 1, kDark, count);
+  pixels.variance = {{{variance}, {2 * variance}, {6 * variance}}};
+  return pixels;
+}
+
+TEST(ChiSquareEstimator, ByHand) {
+  const ChiSquareEstimator estimator({});
+  // Tabulated quantiles: chi-square at .05 is 2.16735 for 7 degrees, 7.26094 for 15.
+  const double v = 1e-8;
+  EXPECT_NEAR(errors(estimator, dark_pixel(8, float(v)))[0],
+              kDarkSlope * std::sqrt(3 * v / 8 * 7 / 2.16735), 4e-3 * kDarkSlope * 1e-4);
+  EXPECT_NEAR(errors(estimator, dark_pixel(16, float(v)))[0],
+              kDarkSlope * std::sqrt(3 * v / 16 * 15 / 7.26094), 1e-3 * kDarkSlope * 1e-4);
+  EXPECT_GT(errors(estimator, dark_pixel(7, float(v)))[0], kUnfinished);
+  EXPECT_NEAR(chi_square_bound(1.0f, 101.0f), 100.0 / 101.0 / 77.9295, 1e-5);
+}
+
+TEST(PainterSloanEstimator, ByHand) {
+  const PainterSloanEstimator estimator({});
+  const double v = 1e-8;
+  EXPECT_NEAR(errors(estimator, dark_pixel(8, float(v)))[0],
+              kDarkSlope * 2.364624 * std::sqrt(3 * v / 8), 1e-6);
+  EXPECT_NEAR(errors(estimator, dark_pixel(4, float(v)))[0],  // alone: there is no neighbourhood
+              kDarkSlope * 3.182446 * std::sqrt(3 * v / 4), 1e-5);
+  EXPECT_NEAR(confidence_half_width(9.0f, 16.0f), 2.131450 * 0.75, 1e-5);
+}
+
+// With few samples the neighbourhood speaks: means of 1/4096 and of k/4096 beside it.
+TEST(PainterSloanEstimator, NeighbourhoodOfFewSamples) {
+  const PainterSloanEstimator estimator({});
+  constexpr float kUnit = 0x1p-12f;
+  PixelStatistics pixels = constant_pixels(3, 3, kUnit, 4.0f);
+  pixels.mean[0] = {9, 2, 9, 4, 1, 6, 9, 7, 9};  // corners do not count
+  for (float& mean : pixels.mean[0]) mean *= kUnit;
+  // Red 1, 2, 4, 6, 7: mean 4, squares 9 + 4 + 0 + 4 + 9 over 4; green and blue do not differ.
+  EXPECT_NEAR(errors(estimator, pixels)[4], kCurveSlope * kUnit * std::sqrt(26.0 / 4 / 3), 1e-7);
+  // On the edge there are three: 2 beside 9, 9 and 1.
+  EXPECT_NEAR(
+      errors(estimator, pixels)[1],
+      kCurveSlope * kUnit * std::sqrt((3.25 * 3.25 + 2 * 3.75 * 3.75 + 4.25 * 4.25) / 3 / 3), 1e-7);
+  // The window's sides are no neighbours: 4 beside 9, 9 and 1; 6 beside the same.
+  EXPECT_NEAR(
+      errors(estimator, pixels)[3],
+      kCurveSlope * kUnit * std::sqrt((1.75 * 1.75 + 2 * 3.25 * 3.25 + 4.75 * 4.75) / 3 / 3), 1e-7);
+  EXPECT_NEAR(
+      errors(estimator, pixels)[5],
+      kCurveSlope * kUnit * std::sqrt((0.25 * 0.25 + 2 * 2.75 * 2.75 + 5.25 * 5.25) / 3 / 3), 1e-7);
+  pixels.count[1] = 0.0f;  // 1, 4, 6, 7
+  EXPECT_NEAR(errors(estimator, pixels)[4], kCurveSlope * kUnit * std::sqrt(21.0 / 3 / 3), 1e-7);
+  pixels.count[4] = 8.0f;  // enough to judge by itself
+  EXPECT_EQ(errors(estimator, pixels)[4], 0.0f);
+}
+
+TEST(KajiyaEstimator, ByHand) {
+  PixelStatistics pixels = constant_pixels(1, 1, kDark, 32.0f);
+  pixels.second_count = {8.0f};
+  pixels.stream_difference = {{{1e-4f}, {-2e-4f}, {5e-4f}}};
+  // Variance of the mean of all: difference^2 times 24 * 8 / 32^2.
+  const double variance = (1 + 4 + 25) / 3.0 * 1e-8 * 24 * 8 / (32.0 * 32.0);
+  EXPECT_NEAR(errors(KajiyaEstimator({}), pixels)[0], kDarkSlope * std::sqrt(variance), 1e-6);
+  EXPECT_FLOAT_EQ(half_difference_variance(3.0f, 50.0f, 50.0f), 2.25f);
+  pixels.second_count = {32.0f};  // all in one stream
+  EXPECT_GT(errors(KajiyaEstimator({}), pixels)[0], kUnfinished);
+}
+
+// White with noise that leaves it: the display shows the part below 1, here from .9 on.
+TEST(KajiyaEstimator, NoiseThatLeavesWhiteIsSeen) {
+  PixelStatistics pixels = constant_pixels(1, 1, 1.1f, 16.0f);
+  for (auto& plane : pixels.stream_difference) plane = {0.4f};  // a standard error of .2
+  const double shown = 1.0 - (1.055 * std::pow(0.9, 1 / 2.4) - 0.055);
+  EXPECT_NEAR(errors(KajiyaEstimator({}), pixels)[0], shown / 2, 1e-4);
+}
+
+TEST(ContrastEstimator, ByHand) {
+  const ContrastEstimator estimator({});
+  PixelStatistics pixels = constant_pixels(6, 3, 0.3f, 8.0f);
+  pixels.mean[1][7] = 0.5f;  // green, column 1 of row 1
+  const std::vector<float> map = errors(estimator, pixels);
+  for (size_t i = 0; i < map.size(); ++i) {
+    const float expected = i % 6 <= 2 ? 0.02f * (0.2f / 0.8f) / 0.3f : 0.0f;
+    EXPECT_NEAR(map[i], expected, 1e-7f) << i;
+  }
+  // A darker pixel is seen from both sides too: .1 to .3.
+  pixels.mean[1][7] = 0.1f;
+  EXPECT_NEAR(errors(estimator, pixels)[6], 0.02f * 0.5f / 0.3f, 1e-7f);
+  EXPECT_NEAR(errors(estimator, pixels)[8], 0.02f * 0.5f / 0.3f, 1e-7f);
+  pixels.mean[1][7] = 0.5f;
+  // The same contrast weighs less in red, and least in blue.
+  std::swap(pixels.mean[0], pixels.mean[1]);
+  EXPECT_NEAR(errors(estimator, pixels)[7], 0.02f * 0.25f / 0.4f, 1e-7f);
+  std::swap(pixels.mean[0], pixels.mean[2]);
+  EXPECT_NEAR(errors(estimator, pixels)[7], 0.02f * 0.25f / 0.6f, 1e-7f);
+}
+
+TEST(ContrastEstimator, SeesWhatADisplayShows) {
+  const ContrastEstimator estimator({});
+  PixelStatistics pixels = constant_pixels(5, 1, 3.0f, 8.0f);
+  pixels.mean[1][2] = 9.0f;  // white beside white
+  EXPECT_EQ(errors(estimator, pixels)[2], 0.0f);
+  pixels.mean[1][2] = -1.0f;  // as black as 0
+  EXPECT_NEAR(errors(estimator, pixels)[1], 0.02f / 0.3f, 1e-7f);
+  pixels.count[2] = 0.0f;  // nothing there yet
+  EXPECT_EQ(errors(estimator, pixels)[1], 0.0f);
+  // The paper's limit is the paper's threshold: .65 to .35 is a contrast of .3.
+  pixels = constant_pixels(2, 1, 0.35f, 8.0f);
+  pixels.mean[1][1] = 0.65f;
+  EXPECT_NEAR(errors(estimator, pixels)[0], ContrastEstimator::kPaperThreshold, 1e-7f);
+}
+
+// ---- dammertz ----------------------------------------------------------------------------------
+
+constexpr double kErrorPerDeviation = 2 * 1.7320508075688772 * 0.7978845608028654;
+
+// A grey pixel of value .25 and streams +-d apart: e_p = 3 (d / 2) / sqrt(.75).
+double grey_error(double d) { return 1.5 * d / std::sqrt(0.75); }
+
+PixelStatistics grey_pixels(int width, int height, float difference) {
+  PixelStatistics pixels = constant_pixels(width, height, 0.25f, 16.0f);
+  for (auto& plane : pixels.stream_difference) plane.assign(pixels.size(), difference);
+  return pixels;
+}
+
+TEST(DammertzEstimator, OneBlock) {
+  PixelStatistics pixels = grey_pixels(4, 4, 0.01f);
+  pixels.stream_difference[1].assign(16, -0.01f);  // sizes count, not signs
+  const std::vector<float> map = errors(DammertzEstimator({.threshold = 0.5f}), pixels);
+  for (const float error : map) {
+    EXPECT_NEAR(error, grey_error(0.01) / kErrorPerDeviation, 1e-7);
+  }
+  // Uneven streams: I - A is the share of B times the difference.
+  pixels.second_count.assign(16, 4.0f);
+  EXPECT_NEAR(errors(DammertzEstimator({.threshold = 0.5f}), pixels)[0],
+              grey_error(0.01) / 2 / kErrorPerDeviation, 1e-7);
+}
+
+// The left 8 columns of 32 x 8 hold all the error; columns of it halve at their median.
+TEST(DammertzEstimator, SplitsWhereTheErrorIs) {
+  PixelStatistics pixels = grey_pixels(32, 8, 0.0f);
+  for (size_t y = 0; y < 8; ++y) {
+    for (size_t x = 0; x < 8; ++x) {
+      for (auto& plane : pixels.stream_difference) plane[y * 32 + x] = 0.01f;
+    }
+  }
+  const double e = grey_error(0.01) / kErrorPerDeviation;
+  // Whole: mean e / 4 times sqrt(256 / 16) = e. Left cut at column 4: e sqrt(32 / 16). Right cut:
+  // 28 columns, an e of 1/7 times sqrt(14).
+  const auto at_threshold = [&](double threshold) {
+    return errors(DammertzEstimator({.threshold = float(threshold)}), pixels);
+  };
+  std::vector<float> map = at_threshold(1.01 * e);  // finished as a whole
+  EXPECT_NEAR(map[0], e, 1e-5 * e);
+  EXPECT_NEAR(map[31], e, 1e-5 * e);
+  map = at_threshold(0.99 * e / 256);  // too noisy to be split
+  EXPECT_NEAR(map[0], e, 1e-5 * e);
+  EXPECT_NEAR(map[31], e, 1e-5 * e);
+  map = at_threshold(0.9 * e);  // split once; the left part again, down to 4 x 4
+  EXPECT_NEAR(map[0], e, 1e-5 * e);
+  EXPECT_NEAR(map[4], std::sqrt(14.0) / 7 * e, 1e-5 * e);
+  EXPECT_NEAR(map[31], std::sqrt(14.0) / 7 * e, 1e-5 * e);
+  map = at_threshold(0.0);  // no threshold: to the end, columns 4 and 5, then 6, then 7
+  EXPECT_NEAR(map[4], e, 1e-5 * e);
+  EXPECT_NEAR(map[6], std::sqrt(0.5) * e, 1e-5 * e);
+  EXPECT_NEAR(map[7], std::sqrt(0.5) * e, 1e-5 * e);
+  EXPECT_EQ(map[8], 0.0f);
+}
+
+// The rule in plain loops.
+class NaiveBlocks {
+ public:
+  NaiveBlocks(std::vector<uint64_t> errors, int width, double threshold)
+      : errors_(std::move(errors)), map_(errors_.size()), width_(width), threshold_(threshold) {}
+
+  const std::vector<double>& judge(const Rect& block) {
+    const auto area = double(block.area());
+    const double error =
+        double(sum(block)) * 0x1p-24 / area * std::sqrt(area / 16) / kErrorPerDeviation;
+    if (error <= threshold_ || error >= 256 * threshold_ || area <= 16) {
+      for (int y = block.y0; y < block.y1; ++y) {
+        for (int x = block.x0; x < block.x1; ++x) map_[size_t(y * width_ + x)] = error;
+      }
+      return map_;
+    }
+    Rect first = block, second = block;
+    int Rect::*const end = block.width() >= block.height() ? &Rect::x1 : &Rect::y1;
+    int Rect::*const begin = block.width() >= block.height() ? &Rect::x0 : &Rect::y0;
+    first.*end = first.*begin + 1;
+    while (first.*end < block.*end - 1 && 2 * sum(first) < sum(block)) ++(first.*end);
+    second.*begin = first.*end;
+    judge(first);
+    return judge(second);
+  }
+
+ private:
+  uint64_t sum(const Rect& block) const {
+    uint64_t total = 0;
+    for (int y = block.y0; y < block.y1; ++y) {
+      for (int x = block.x0; x < block.x1; ++x) total += errors_[size_t(y * width_ + x)];
+    }
+    return total;
+  }
+
+  std::vector<uint64_t> errors_;
+  std::vector<double> map_;
+  int width_;
+  double threshold_;
+};
+
+TEST(DammertzEstimator, AgreesWithTheRuleInPlainLoops) {
+  constexpr int kWidth = 53, kHeight = 37;
+  PixelStatistics pixels = grey_pixels(kWidth, kHeight, 0.0f);
+  std::vector<uint64_t> pixel_errors(pixels.size());
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    TestRandom random(11, i);
+    // Much noise on the left, hardly any on the right.
+    const double scale = i % kWidth < 20 ? 0.2 : 0.002;
+    const auto difference = float(scale * random.next_double());
+    for (auto& plane : pixels.stream_difference) plane[i] = difference;
+    // As the estimator rounds it.
+    pixel_errors[i] = uint64_t(0.5f * (3 * difference) / std::sqrt(0.75f) * 0x1p24f);
+  }
+  for (const float threshold : {1e-5f, 1e-4f, 0.001f, 0.004f, 0.02f, 0.2f}) {
+    NaiveBlocks naive(pixel_errors, kWidth, double(threshold));
+    const std::vector<double>& expected = naive.judge({0, 0, kWidth, kHeight});
+    const std::vector<float> map = errors(DammertzEstimator({.threshold = threshold}), pixels);
+    for (size_t i = 0; i < map.size(); ++i) {
+      ASSERT_NEAR(map[i], expected[i], 1e-5 * expected[i]) << i << " at " << threshold;
+    }
+  }
+}
+
+// A pixel without an estimate does not speak for its block; nor does NaN.
+TEST(DammertzEstimator, BlocksAreJudgedByWhatIsKnown) {
+  PixelStatistics pixels = grey_pixels(4, 4, 0.01f);
+  pixels.second_count[5] = 16.0f;  // none in the first
+  pixels.stream_difference[0][6] = kNaN;
+  const std::vector<float> map = errors(DammertzEstimator({.threshold = 0.5f}), pixels);
+  EXPECT_GT(map[5], kUnfinished);
+  EXPECT_NEAR(map[0], grey_error(0.01) / kErrorPerDeviation * 14 / 16, 1e-7);
+  EXPECT_EQ(map[6], map[0]);
+}
+
+// A pixel error counts as 256 at most, so that it cannot overflow; also where a filter's negative
+// lobes leave noise without light.
+TEST(DammertzEstimator, HugeErrorsAreCounted) {
+  for (const bool dark : {false, true}) {
+    PixelStatistics pixels = grey_pixels(4, 4, 0.0f);
+    for (size_t c = 0; c < 3; ++c) {
+      pixels.stream_difference[c][3] = dark ? 1.0f : 1e30f;
+      if (dark) pixels.mean[c][3] = 0.0f;
+    }
+    EXPECT_NEAR(errors(DammertzEstimator({.threshold = 0.5f}), pixels)[0],
+                256.0 / 16 / kErrorPerDeviation, 1e-5);
+  }
+}
+
+}  // namespace
+}  // namespace emberline

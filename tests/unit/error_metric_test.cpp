@@ -1,0 +1,113 @@
+// The display curve and the weights of errors, against their formulas.
+#include "renderer/drivers/adaptive/error_metric.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// IEC 61966-2-1 in double, clipped as a display clips.
+double exact_srgb(double x) {
+  if (!(x > 0)) return 0;
+  if (x >= 1) return 1;
+  return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+}
+
+// Every 997th float from 1e-6 to 2.
+template <typename Body>
+void for_each_brightness(const Body& body) {
+  const auto last = std::bit_cast<uint32_t>(2.0f);
+  for (auto bits = std::bit_cast<uint32_t>(1e-6f); bits < last; bits += 997) {
+    body(std::bit_cast<float>(bits));
+  }
+}
+
+TEST(DisplayValue, IsTheStandardsCurve) {
+  double worst = 0;
+  for_each_brightness([&](float x) {
+    worst = std::max(worst, std::abs(double(display_value(x)) - exact_srgb(double(x))));
+  });
+  EXPECT_LT(worst, 1e-4);
+  for (const float x : {0x1p-9f, 0x1p-4f, 0.5f, 1.0f}) {  // where the table is exact
+    EXPECT_NEAR(display_value(x), exact_srgb(double(x)), 1e-6) << x;
+  }
+}
+
+TEST(DisplayValue, NeverFalls) {
+  float before = 0.0f;
+  for_each_brightness([&](float x) {
+    ASSERT_GE(display_value(x), before) << x;
+    before = display_value(x);
+  });
+  EXPECT_EQ(before, 1.0f);
+}
+
+TEST(DisplayValue, ClipsWhatADisplayCannotShow) {
+  EXPECT_EQ(display_value(-1.0f), 0.0f);
+  EXPECT_EQ(display_value(-kInfinity), 0.0f);
+  EXPECT_EQ(display_value(0.0f), 0.0f);
+  EXPECT_EQ(display_value(kNaN), 0.0f);
+  EXPECT_EQ(display_value(1.0f), 1.0f);
+  EXPECT_EQ(display_value(1e30f), 1.0f);
+  EXPECT_EQ(display_value(kInfinity), 1.0f);
+  EXPECT_GT(display_value(1e-30f), 0.0f);
+}
+
+TEST(ErrorWeight, LinearMetrics) {
+  EXPECT_EQ(error_weight(ErrorMetric::kMse, 0.1f, 5.0f, 2.0f), 1.0f);
+  EXPECT_EQ(error_weight(ErrorMetric::kMse, 0.1f, kNaN, 2.0f), 1.0f);
+  EXPECT_FLOAT_EQ(error_weight(ErrorMetric::kRelMse, 0.25f, 0.5f, 9.0f), 2.0f);
+  EXPECT_FLOAT_EQ(error_weight(ErrorMetric::kRelMse, 0.25f, 0.0f, 0.0f), 4.0f);
+}
+
+// Squared slope of the curve over mean +- deviation, by the exact formula.
+TEST(ErrorWeight, DisplayIsTheSquaredSlope) {
+  for (const double mean : {0.001, 0.01, 0.1, 0.3, 0.7, 0.95, 1.05}) {
+    for (const double deviation : {0.01, 0.03, 0.1, 0.5}) {
+      const double slope =
+          (exact_srgb(mean + deviation) - exact_srgb(mean - deviation)) / (2 * deviation);
+      // Two values known to 1e-4 over the step.
+      EXPECT_NEAR(
+          std::sqrt(error_weight(ErrorMetric::kDisplay, 0.0f, float(mean), float(deviation))),
+          std::max(slope, double(kLeastDisplaySlope)), 1e-4 / deviation)
+          << mean << " +- " << deviation;
+    }
+  }
+  // A deviation finer than the table is taken as .001: half of what is below the mean is black.
+  EXPECT_NEAR(error_weight(ErrorMetric::kDisplay, 0.0f, 5e-4f, 1e-7f), 0.75 * 12.92 * 0.75 * 12.92,
+              1e-3);
+}
+
+TEST(ErrorWeight, ClippedWhiteCountsLittleButCounts) {
+  const float floor = kLeastDisplaySlope * kLeastDisplaySlope;
+  const auto weight = [](float mean, float deviation) {
+    return error_weight(ErrorMetric::kDisplay, 0.0f, mean, deviation);
+  };
+  EXPECT_EQ(weight(5.0f, 1.0f), floor);
+  EXPECT_EQ(weight(kInfinity, 1.0f), floor);
+  EXPECT_EQ(weight(-5.0f, 1.0f), floor);
+  EXPECT_EQ(weight(kNaN, 1.0f), floor);
+  EXPECT_GT(weight(5.0f, 4.9f), floor);  // noise that may leave white
+  EXPECT_EQ(weight(0.5f, kInfinity), floor);
+}
+
+TEST(ErrorMetricTable, Names) {
+  EXPECT_EQ(parse_error_metric("display"), ErrorMetric::kDisplay);
+  EXPECT_EQ(parse_error_metric("mse"), ErrorMetric::kMse);
+  EXPECT_EQ(parse_error_metric("relmse"), ErrorMetric::kRelMse);
+  EXPECT_THROW(parse_error_metric("rmse"), UsageError);
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,121 @@
+// What the estimators are told about a film, against sums done by hand.
+#include "renderer/drivers/adaptive/pixel_statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace emberline {
+namespace {
+
+FilmTile film_of(const Rect& window) {
+  FilmTile film(AovSet{}, {.squares = true, .rays = true});
+  film.reset(window);
+  return film;
+}
+
+void add(FilmTile* film, int x, int y, int stream, const Rgb& radiance) {
+  film->add(x, y, stream, 1.0f, {.radiance = radiance, .alpha = 1.0f, .first_hit = {}});
+}
+
+PixelStatistics gather(const FilmTile& film) {
+  PixelStatistics pixels;
+  gather_statistics(film, &pixels);
+  return pixels;
+}
+
+TEST(PixelStatistics, TwoStreams) {
+  FilmTile film = film_of({10, 20, 13, 22});
+  // Stream A holds 1, 3 and 5, stream B 2 and 6: mean 17/5, A - B = 3 - 4, sum of squares 75,
+  // variance (75 - 17^2 / 5) / 4.
+  for (const float x : {1.0f, 3.0f, 5.0f}) add(&film, 11, 21, 0, {x, 10 * x, 0});
+  for (const float x : {2.0f, 6.0f}) add(&film, 11, 21, 1, {x, 10 * x, 0});
+  film.add_rays(11, 21, 30);
+  const PixelStatistics pixels = gather(film);
+  ASSERT_EQ(pixels.width, 3);
+  ASSERT_EQ(pixels.height, 2);
+  constexpr size_t i = 4;  // column 1 of row 1
+  EXPECT_EQ(pixels.count[i], 5.0f);
+  EXPECT_EQ(pixels.second_count[i], 2.0f);
+  EXPECT_FLOAT_EQ(pixels.mean[0][i], 3.4f);
+  EXPECT_FLOAT_EQ(pixels.mean[1][i], 34.0f);
+  EXPECT_EQ(pixels.mean[2][i], 0.0f);
+  EXPECT_FLOAT_EQ(pixels.stream_difference[0][i], -1.0f);
+  EXPECT_FLOAT_EQ(pixels.stream_difference[1][i], -10.0f);
+  EXPECT_FLOAT_EQ(pixels.variance[0][i], 4.3f);
+  EXPECT_FLOAT_EQ(pixels.variance[1][i], 430.0f);
+  EXPECT_EQ(pixels.variance[2][i], 0.0f);
+  EXPECT_FLOAT_EQ(pixels.cost[i], 5.17f);  // 6 rays, of which the camera's costs .17
+}
+
+TEST(PixelStatistics, FewSamplesAreNotDividedByZero) {
+  FilmTile film = film_of({0, 0, 3, 1});
+  add(&film, 1, 0, 0, Rgb(4.0f));
+  add(&film, 2, 0, 0, Rgb(4.0f));
+  add(&film, 2, 0, 0, Rgb(8.0f));
+  const PixelStatistics pixels = gather(film);
+  EXPECT_EQ(pixels.count, (std::vector<float>{0, 1, 2}));
+  EXPECT_EQ(pixels.second_count, (std::vector<float>{0, 0, 0}));
+  for (size_t c = 0; c < 3; ++c) {
+    EXPECT_EQ(pixels.mean[c], (std::vector<float>{0, 4, 6}));
+    EXPECT_EQ(pixels.variance[c], (std::vector<float>{0, 0, 8}));
+    EXPECT_EQ(pixels.stream_difference[c], (std::vector<float>{0, 0, 0}));  // one stream only
+  }
+  EXPECT_EQ(pixels.cost, (std::vector<float>{1, 0.17f, 0.17f}));  // above 0 even without a ray
+}
+
+TEST(PixelStatistics, TheSecondStreamAloneHasNoDifference) {
+  FilmTile film = film_of({0, 0, 1, 1});
+  add(&film, 0, 0, 1, Rgb(4.0f));
+  const PixelStatistics pixels = gather(film);
+  EXPECT_EQ(pixels.second_count[0], 1.0f);
+  EXPECT_EQ(pixels.mean[0][0], 4.0f);
+  EXPECT_EQ(pixels.stream_difference[0][0], 0.0f);
+}
+
+TEST(PixelStatistics, HugeRadianceStaysFinite) {
+  FilmTile film = film_of({0, 0, 1, 1});
+  add(&film, 0, 0, 0, Rgb(3e38f));
+  add(&film, 0, 0, 1, Rgb(-3e38f));
+  const PixelStatistics pixels = gather(film);
+  EXPECT_EQ(pixels.mean[0][0], 0.0f);
+  EXPECT_EQ(pixels.stream_difference[0][0], 1e30f);
+  EXPECT_EQ(pixels.variance[0][0], 1e30f);
+}
+
+// Equal samples whose square is not a float's: what is left by rounding is no variance to speak of,
+// and never a negative one.
+TEST(PixelStatistics, EqualSamplesHaveNoVariance) {
+  FilmTile film = film_of({0, 0, 64, 1});
+  for (int x = 0; x < 64; ++x) {
+    for (int k = 0; k < 1000; ++k) add(&film, x, 0, k & 1, Rgb(0.1f + 0.37f * float(x)));
+  }
+  const PixelStatistics pixels = gather(film);
+  for (size_t x = 0; x < 64; ++x) {
+    EXPECT_GE(pixels.variance[0][x], 0.0f);
+    EXPECT_LT(pixels.variance[0][x], 1e-12f * pixels.mean[0][x] * pixels.mean[0][x]) << x;
+    EXPECT_NEAR(pixels.stream_difference[0][x], 0.0f, 1e-6f * pixels.mean[0][x]);
+  }
+}
+
+TEST(PixelStatistics, GatheringReplacesWhatWasThere) {
+  FilmTile film = film_of({0, 0, 2, 2});
+  PixelStatistics pixels;
+  pixels.resize(100, 3);
+  for (float& n : pixels.count) n = 7.0f;
+  gather_statistics(film, &pixels);
+  EXPECT_EQ(pixels.size(), 4u);
+  EXPECT_EQ(pixels.count, (std::vector<float>{0, 0, 0, 0}));
+}
+
+TEST(PixelStatistics, RelMseEpsilon) {
+  PixelStatistics pixels;
+  EXPECT_FLOAT_EQ(rel_mse_epsilon(pixels), 1e-6f);
+  pixels.resize(2, 1);
+  EXPECT_FLOAT_EQ(rel_mse_epsilon(pixels), 1e-6f);
+  pixels.mean = {{{1, 2}, {3, 4}, {5, 9}}};  // mean 4
+  EXPECT_FLOAT_EQ(rel_mse_epsilon(pixels), 0.16f);
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,128 @@
+// What the refinement tree takes for contrast: against variances computed by hand, and with
+// radiances of any kind.
+#include "renderer/drivers/adaptive/refinement_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "unit/refinement_pictures.h"
+
+namespace emberline {
+namespace {
+
+// A square root over x / (1 + x): what the header calls a display value.
+double display(double radiance) {
+  const double x = std::max(0.0, radiance);
+  return std::sqrt(x / (1 + x));
+}
+
+// Variance of values 0 .. n-1, channel by channel, weighed as the header says.
+double weighed_variance(const std::vector<Rgb>& values, double exposure = 1) {
+  const auto variance = [&](const std::function<double(const Rgb&)>& of) {
+    double mean = 0, sum = 0;
+    for (const Rgb& v : values) mean += of(v) / double(values.size());
+    for (const Rgb& v : values) sum += (of(v) - mean) * (of(v) - mean);
+    return values.size() > 1 ? sum / double(values.size() - 1) : 0.0;
+  };
+  double channels = 0;
+  for (int c = 0; c < 3; ++c) {
+    channels = std::max(channels, variance([&](const Rgb& v) { return display(exposure * v[c]); }));
+  }
+  return 0.5 *
+         (channels + variance([&](const Rgb& v) { return display(exposure * luminance(v)); }));
+}
+
+// Two leaves: both variances are those of two values.
+TEST(RefinementTree, VariancesOfTwoLeaves) {
+  const std::vector<std::pair<Rgb, Rgb>> cases = {{Rgb(0.2f), Rgb(0.7f)},
+                                                  {Rgb(0.0f), Rgb(0.0f, 0.0f, 1.0f)},
+                                                  {Rgb(1.0f, 0.0f, 0.0f), Rgb(0.0f, 1.0f, 0.0f)},
+                                                  {Rgb(-3.0f), Rgb(3e38f)}};
+  for (const float exposure : {1.0f, 0.25f, 4.0f}) {
+    for (const auto& [a, b] : cases) {
+      RefinementTree tree({0, 0, 4, 2}, {.seed = 9, .exposure = exposure});
+      refine(
+          tree, [&, a = a, b = b](int x, int) { return x < 2 ? a : b; }, 2);
+      const double v = weighed_variance({a, b}, exposure);
+      for (const RefinementStep& leaf : tree.most_urgent(9)) {
+        EXPECT_EQ(leaf.rect.area(), 4);
+        EXPECT_NEAR(leaf.v_int, v, 1e-4 * v);
+        EXPECT_NEAR(leaf.v_ext, v, 1e-4 * v);
+        EXPECT_NEAR(leaf.priority, 4 * (v + 1e-3), 1e-4 * 4 * (v + 1e-3));
+      }
+    }
+  }
+}
+
+// v_ext against the leaves across the middles of the edges, looked up by hand: inside, at borders
+// and corners, and a pixel away from them.
+TEST(RefinementTree, ExternalVarianceIsThatOfTheNeighbours) {
+  std::set<size_t> neighbours_seen;
+  for (const Rect& window : {Rect{10, 20, 110, 97}, Rect{0, 0, 7, 7}, Rect{0, 0, 3, 5},
+                             Rect{-2, -3, 4, 1}, Rect{0, 0, 1, 9}}) {
+    SCOPED_TRACE(name_of(window));
+    RefinementTree tree(window, {.seed = 10});
+    while (!tree.finished()) {
+      insert_round(tree, noise, 1 + size_t(window.area()) / 10);
+      for (const RefinementStep& leaf : tree.most_urgent(tree.open_count())) {
+        if (leaf.priority == 0) continue;  // not split in this phase
+        const Rect& r = leaf.rect;
+        const int x = r.x0 + (r.width() - 1) / 2, y = r.y0 + (r.height() - 1) / 2;
+        std::vector<Rgb> values = {leaf.mean};
+        for (const Vec2i& p :
+             {Vec2i(r.x0 - 1, y), Vec2i(r.x1, y), Vec2i(x, r.y0 - 1), Vec2i(x, r.y1)}) {
+          if (window.contains(p.x, p.y)) values.push_back(tree.value(tree.leaf_at(p.x, p.y)));
+        }
+        neighbours_seen.insert(values.size() - 1);
+        // Shades are rounded to 2^-16.
+        EXPECT_NEAR(leaf.v_ext, weighed_variance(values), 5e-5) << name_of(r);
+        EXPECT_NEAR(leaf.priority, double(r.area()) * (std::max(leaf.v_int, leaf.v_ext) + 1e-3),
+                    1e-5 * leaf.priority);
+      }
+    }
+  }
+  EXPECT_EQ(neighbours_seen, (std::set<size_t>{0, 1, 2, 3, 4}));
+}
+
+// What is not finite is black: the very tree of black samples.
+TEST(RefinementTree, NonFiniteValuesAreBlack) {
+  const float nan = std::nanf(""), infinity = INFINITY;
+  const Rgb bad[] = {Rgb(nan), Rgb(0.1f, infinity, 0.1f), Rgb(0.2f, 0.2f, -infinity),
+                     Rgb(1.0f, 1.0f, nan)};
+  const auto is_bad = [](int x, int y) { return noise(x, y).x < 0.1f; };
+  const Picture poisoned = [&](int x, int y) {
+    return is_bad(x, y) ? bad[(x + y) % 4] : test_picture(x, y);
+  };
+  const Picture black = [&](int x, int y) { return is_bad(x, y) ? Rgb(0.0f) : test_picture(x, y); };
+  RefinementTree a({0, 0, 97, 89}, {.seed = 14}), b({0, 0, 97, 89}, {.seed = 14});
+  while (!a.finished()) {
+    ASSERT_EQ(insert_round(a, poisoned), insert_round(b, black));
+    for (uint32_t i = 0; i < a.sample_count(); ++i) ASSERT_TRUE(is_finite(a.value(i)));
+  }
+}
+
+TEST(RefinementTree, LightsOfAnyBrightnessKeepPrioritiesFinite) {
+  const Picture bright = [](int x, int y) {
+    const float kind = noise(x, y).x;
+    return kind < 0.2f   ? Rgb(1e30f)
+           : kind < 0.3f ? Rgb(3e38f, 0.0f, 3e38f)
+           : kind < 0.4f ? Rgb(-1e30f)
+                         : Rgb(0.3f);
+  };
+  for (const float exposure : {1e-6f, 1.0f, 1e6f}) {
+    RefinementTree tree({0, 0, 97, 89}, {.seed = 15, .exposure = exposure});
+    while (!tree.finished()) {
+      insert_round(tree, bright);
+      for (const RefinementStep& leaf : tree.most_urgent(97 * 89)) {
+        ASSERT_GE(leaf.priority, 0);
+        // Variances of values in [0, 1] are at most 1/2 for two values, less for more.
+        ASSERT_LE(leaf.priority, 1.01 * double(leaf.rect.area()) * (0.5 + 1e-3));
+      }
+      ASSERT_TRUE(is_finite(tree.describe(0, 0)[0].mean));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,265 @@
+// The pictures made of a refinement tree, against what their definitions say pixel by pixel.
+#include "renderer/drivers/adaptive/refinement_views.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "unit/refinement_pictures.h"
+
+namespace emberline {
+namespace {
+
+std::vector<Rgb> constant(const RefinementTree& tree) {
+  std::vector<Rgb> picture(size_t(tree.window().area()), Rgb(-1.0f));
+  reconstruct_constant(tree, picture);
+  return picture;
+}
+
+std::vector<Rgb> smooth(const RefinementTree& tree) {
+  std::vector<Rgb> picture(size_t(tree.window().area()), Rgb(-1.0f));
+  reconstruct_smooth(tree, picture);
+  return picture;
+}
+
+double rmse(const std::vector<Rgb>& picture, int width, const Picture& reference) {
+  double sum = 0;
+  for (size_t i = 0; i < picture.size(); ++i) {
+    sum += square(double(picture[i].x) - reference(int(i) % width, int(i) / width).x);
+  }
+  return std::sqrt(sum / double(picture.size()));
+}
+
+// Without noise, gently curved, no edges.
+Rgb hills(int x, int y) {
+  return Rgb(0.5f + 0.2f * std::sin(0.05f * float(x)) * std::cos(0.04f * float(y)));
+}
+
+TEST(RefinementViews, ConstantHasTheValueOfTheLeaf) {
+  const Rect window = {-7, 3, 94, 70};
+  RefinementTree tree(window, {.seed = 1});
+  while (!tree.finished()) {
+    insert_round(tree, test_picture);
+    const std::vector<Rgb> picture = constant(tree);
+    size_t i = 0;
+    for (int y = window.y0; y < window.y1; ++y) {
+      for (int x = window.x0; x < window.x1; ++x) {
+        ASSERT_EQ(picture[i++], tree.value(tree.leaf_at(x, y))) << x << "," << y;
+      }
+    }
+  }
+}
+
+TEST(RefinementViews, BothGiveAConstantExactly) {
+  const Rgb value(0.1f, 0.7f, 12.3f);
+  for (const Rect& window : awkward_windows()) {
+    RefinementTree tree(window, {.seed = 2});
+    while (!tree.finished()) {
+      insert_round(tree, constant_picture(value));
+      for (const std::vector<Rgb>& picture : {constant(tree), smooth(tree)}) {
+        for (const Rgb& pixel : picture) ASSERT_EQ(pixel, value) << tree.sample_count();
+      }
+    }
+  }
+}
+
+TEST(RefinementViews, BothEndAsThePicture) {
+  for (const Rect& window : awkward_windows()) {
+    RefinementTree tree(window, {.seed = 3});
+    refine(tree, test_picture);
+    for (const std::vector<Rgb>& picture : {constant(tree), smooth(tree)}) {
+      size_t i = 0;
+      for (int y = window.y0; y < window.y1; ++y) {
+        for (int x = window.x0; x < window.x1; ++x) ASSERT_EQ(picture[i++], test_picture(x, y));
+      }
+    }
+  }
+}
+
+TEST(RefinementViews, BothAreBlackBeforeTheFirstSample) {
+  const RefinementTree tree({0, 0, 5, 4}, {});
+  for (const std::vector<Rgb>& picture : {constant(tree), smooth(tree)}) {
+    for (const Rgb& pixel : picture) EXPECT_EQ(pixel, Rgb(0.0f));
+  }
+  RefinementTree empty(Rect{}, {});
+  EXPECT_TRUE(constant(empty).empty());
+  EXPECT_TRUE(smooth(empty).empty());
+}
+
+// Samples stand as they are; all else lies between the least and the greatest of them: no black.
+TEST(RefinementViews, SmoothKeepsSamplesAndStaysBetweenThem) {
+  RefinementTree tree({0, 0, 101, 103}, {.seed = 4});
+  while (!tree.finished()) {
+    insert_round(tree, hills);
+    const std::vector<Rgb> picture = smooth(tree);
+    float low = 1, high = 0;
+    for (uint32_t i = 0; i < tree.sample_count(); ++i) {
+      const Vec2i p = tree.leaf(i).pixel;
+      ASSERT_EQ(picture[size_t(p.y * 101 + p.x)], tree.value(i));
+      low = std::min(low, tree.value(i).x);
+      high = std::max(high, tree.value(i).x);
+    }
+    for (const Rgb& pixel : picture) {
+      ASSERT_GE(pixel.x, low - 1e-6f);
+      ASSERT_LE(pixel.x, high + 1e-6f);
+    }
+  }
+}
+
+// Two samples among 4 x 1 pixels, one in each half: the hole beside the middle is three quarters
+// its own half's value, the outer one all of it.
+TEST(RefinementViews, SmoothIsBilinear) {
+  int inner_holes = 0;
+  for (uint32_t seed = 0; seed < 16; ++seed) {
+    RefinementTree tree({0, 0, 4, 1}, {.seed = seed});
+    refine(
+        tree, [](int x, int) { return Rgb(x < 2 ? 1.0f : 5.0f); }, 2);
+    std::vector<Rgb> expected = {Rgb(1.0f), Rgb(2.0f), Rgb(4.0f), Rgb(5.0f)};
+    for (uint32_t i = 0; i < 2; ++i) {
+      expected[size_t(tree.leaf(i).pixel.x)] = tree.value(i);
+      inner_holes += tree.leaf(i).pixel.x % 3 == 0;
+    }
+    EXPECT_EQ(smooth(tree), expected) << "seed " << seed;
+  }
+  EXPECT_GT(inner_holes, 0);
+}
+
+double largest_step(const std::vector<Rgb>& picture, int width) {
+  double largest = 0;
+  for (size_t i = 0; i + 1 < picture.size(); ++i) {
+    if (int(i + 1) % width != 0) {
+      largest = std::max(largest, std::abs(double(picture[i + 1].x) - picture[i].x));
+    }
+  }
+  return largest;
+}
+
+// On a picture without edges: clearly below the error of constant leaves, and below their steps.
+TEST(RefinementViews, SmoothIsSmooth) {
+  RefinementTree tree({0, 0, 256, 256}, {.seed = 5});
+  for (const size_t samples : {256, 2048, 16384}) {
+    refine(tree, hills, samples);
+    const std::vector<Rgb> leaves = constant(tree), interpolated = smooth(tree);
+    EXPECT_LT(rmse(interpolated, 256, hills), 0.6 * rmse(leaves, 256, hills)) << samples;
+    EXPECT_LT(largest_step(interpolated, 256), 0.8 * largest_step(leaves, 256)) << samples;
+  }
+}
+
+// What it is for: samples with noise of +-50 %, as a path tracer's, of a picture with edges.
+// Without noise the leaves know the edges better. README.md has the errors printed.
+TEST(RefinementViews, SmoothAveragesNoise) {
+  const Picture noisy = [](int x, int y) {
+    const uint32_t h = hash_combine(hash32(uint32_t(x)), uint32_t(y));
+    return test_picture(x, y) * (0.5f + to_unit_float(h));
+  };
+  struct Case {
+    const char* name;
+    Picture picture;
+    double samples_per_pixel, most;  // ratio of errors
+  };
+  for (const Case& c :
+       {Case{"without noise", test_picture, 0.0625, 1.2},
+        Case{"without noise", test_picture, 0.25, 1.5}, Case{"with noise", noisy, 0.0625, 0.85},
+        Case{"with noise", noisy, 0.25, 0.85}, Case{"with noise", noisy, 0.5, 0.92}}) {
+    double leaves = 0, interpolated = 0;
+    for (uint32_t seed = 0; seed < 8; ++seed) {
+      RefinementTree tree({0, 0, 256, 256}, {.seed = seed});
+      refine(tree, c.picture, size_t(c.samples_per_pixel * 65536));
+      leaves += rmse(constant(tree), 256, test_picture) / 8;
+      interpolated += rmse(smooth(tree), 256, test_picture) / 8;
+    }
+    EXPECT_LT(interpolated, c.most * leaves) << c.name << ", " << c.samples_per_pixel;
+    std::printf("%s, %.4f samples per pixel: constant %.4f, smooth %.4f\n", c.name,
+                c.samples_per_pixel, leaves, interpolated);
+  }
+}
+
+TEST(RefinementViews, SurviveLightsOfAnyBrightness) {
+  RefinementTree tree({0, 0, 61, 43}, {.seed = 6});
+  refine(
+      tree, [](int x, int y) { return Rgb((x + y) % 3 == 0 ? 1e30f : 0.2f); }, 500);
+  for (const std::vector<Rgb>& picture : {constant(tree), smooth(tree)}) {
+    for (const Rgb& pixel : picture) ASSERT_TRUE(is_finite(pixel));
+  }
+}
+
+TEST(RefinementViews, SameBitsForAnyNumberOfThreads) {
+  RefinementTree tree({0, 0, 201, 190}, {.seed = 7});
+  refine(tree, test_picture, 5000);
+  std::vector<std::vector<Rgb>> pictures[2];
+  for (const size_t threads : {1, 8}) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    pictures[0].push_back(constant(tree));
+    pictures[1].push_back(smooth(tree));
+  }
+  for (const auto& runs : pictures) EXPECT_EQ(runs[0], runs[1]);
+}
+
+// Changed are exactly the left columns and top rows of the leaves of two pixels or more, the
+// frame's own left and top border among them.
+TEST(RefinementViews, BordersAreTheLeaves) {
+  const Rect window = {4, 2, 65, 50};
+  constexpr int kStride = 70;  // the picture is wider than the window
+  RefinementTree tree(window, {.seed = 8});
+  std::vector<float> untouched(4 * kStride * 48, 0.25f);
+  std::vector<float> picture = untouched;
+  draw_leaf_borders(tree, picture, kStride);
+  EXPECT_EQ(picture, untouched) << "no leaf yet";
+  refine(tree, test_picture, 600);
+  draw_leaf_borders(tree, picture, kStride);
+  int drawn = 0;
+  for (int y = 0; y < 48; ++y) {
+    for (int x = 0; x < kStride; ++x) {
+      const float* const pixel = &picture[size_t(4 * (y * kStride + x))];
+      bool expected = false;
+      if (x < window.width()) {
+        const Rect r = tree.leaf(tree.leaf_at(x + 4, y + 2)).rect;
+        expected = r.area() > 1 && (r.x0 == x + 4 || r.y0 == y + 2);
+      }
+      ASSERT_EQ(pixel[0] != 0.25f, expected) << x << "," << y;
+      ASSERT_EQ(pixel[3], 0.25f) << "alpha";
+      if (expected) {
+        ASSERT_FLOAT_EQ(pixel[0], 0.5f * (0.25f + 1.0f));
+      }
+      drawn += expected;
+    }
+  }
+  EXPECT_GT(drawn, 500);
+}
+
+TEST(RefinementViews, JsonSaysWhatTheTreeIs) {
+  RefinementTree tree({4, 2, 65, 50}, {.seed = 9, .exposure = 2});
+  refine(tree, test_picture, 300);
+  const auto json = nlohmann::json::parse(refinement_json(tree, 10));
+  EXPECT_EQ(json["window"], (nlohmann::json{4, 2, 65, 50}));
+  EXPECT_EQ(json["phase"], "features");
+  EXPECT_EQ(json["rounds"], tree.rounds());
+  EXPECT_EQ(json["samples"], 300);
+  EXPECT_EQ(json["pixels"], 61 * 48);
+  EXPECT_EQ(json["settings"]["seed"], 9);
+  EXPECT_EQ(json["settings"]["exposure"], 2);
+  EXPECT_EQ(json["settings"]["coverage_area"], 256);
+  size_t leaves = 0;
+  for (const auto& count : json["leaves_by_area"]) leaves += count.get<size_t>();
+  EXPECT_EQ(leaves, 300u);
+  EXPECT_EQ(json["open"], tree.open_count());
+  ASSERT_EQ(json["next"].size(), 10u);
+  const std::vector<RefinementStep> urgent = tree.most_urgent(300);
+  for (size_t i = 0; i < 10; ++i) {
+    const auto& leaf = json["next"][i];
+    const Rect& r = urgent[i].rect;
+    EXPECT_EQ(leaf["rect"], (nlohmann::json{r.x0, r.y0, r.x1, r.y1}));
+    EXPECT_EQ(leaf["priority"].get<float>(), urgent[i].priority);
+    EXPECT_EQ(leaf["v_int"].get<float>(), urgent[i].v_int);
+    EXPECT_EQ(leaf["v_ext"].get<float>(), urgent[i].v_ext);
+    EXPECT_EQ(leaf["value"][1].get<float>(), urgent[i].mean.y);
+    if (i > 0) {
+      EXPECT_LE(urgent[i].priority, urgent[i - 1].priority);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace emberline
