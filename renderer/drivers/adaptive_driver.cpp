@@ -108,7 +108,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
   // Fills in the stop channel and finds the error of what there is: both look at every pixel once
   // more, for which a user who stopped the frame would not wait.
   void finish() {
-    if (covered_) planner_.look(film_);
+    if (covered_ && runner_.counters().stopped) planner_.look(film_);  // else plan() has
     for (size_t i = 0; i < have_.size(); ++i) film_.set_stop(x_of(i), y_of(i), stop_of(i));
   }
 

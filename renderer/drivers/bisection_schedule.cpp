@@ -10,6 +10,10 @@
 namespace emberline {
 namespace {
 
+// Pixels a side of what a square part lists together: 16 of them share a batch of samples, whose
+// camera rays are traced together and want to be near to each other.
+constexpr size_t kTile = 4;
+
 constexpr BisectionAxisEntry kAxes[] = {
     {"rows", "whole rows, as in the paper", BisectionAxis::kRows},
     {"columns", "whole columns", BisectionAxis::kColumns},
@@ -170,7 +174,7 @@ std::vector<SampleRange> bisection_passes(uint32_t samples_per_pixel) {
 
 BisectionPass::BisectionPass(std::span<const BisectionStep> steps, const Rect& window,
                              const SampleRange& samples, PartShape shape, uint64_t part_pixels)
-    : steps_(steps), window_(window), samples_(samples), first_parts_{0} {
+    : steps_(steps), window_(window), samples_(samples), shape_(shape), first_parts_{0} {
   assert(std::has_single_bit(part_pixels));
   for (const BisectionStep& step : steps) {
     const Blocks& blocks = blocks_.emplace_back(cut(step.added, shape, part_pixels));
@@ -202,10 +206,16 @@ uint64_t BisectionPass::pixels(size_t part) const {
 
 void BisectionPass::expand(size_t part, std::vector<PixelWork>& list) const {
   const Block b = block(part);
-  for (const int y : b.rows) {
-    for (const int x : b.columns) {
-      list.push_back(
-          {window_.x0 + x, window_.y0 + y, samples_.first_sample, samples_.sample_count});
+  const size_t width = b.columns.size(), height = b.rows.size();
+  const size_t tile = shape_ == PartShape::kSquare ? kTile : std::max(width, height);
+  for (size_t y0 = 0; y0 < height; y0 += tile) {
+    for (size_t x0 = 0; x0 < width; x0 += tile) {
+      for (size_t j = y0; j < std::min(y0 + tile, height); ++j) {
+        for (size_t i = x0; i < std::min(x0 + tile, width); ++i) {
+          list.push_back({window_.x0 + b.columns[i], window_.y0 + b.rows[j], samples_.first_sample,
+                          samples_.sample_count});
+        }
+      }
     }
   }
 }

@@ -88,7 +88,7 @@ class BisectionPass {
   size_t first_part(size_t step) const { return first_parts_[step]; }
   size_t step_of(size_t part) const;
   uint64_t pixels(size_t part) const;
-  // Appends the part's pixels: rows of the block from its top, each from the left.
+  // Appends the part's pixels: along its line, or, of a square part, tile by tile of 4 x 4.
   void expand(size_t part, std::vector<PixelWork>& list) const;
 
   // How a step is cut: block (i, j) is part first_part(step) + j * across + i.
@@ -108,6 +108,7 @@ class BisectionPass {
   std::span<const BisectionStep> steps_;
   Rect window_;
   SampleRange samples_;
+  PartShape shape_;
   std::vector<Blocks> blocks_;
   std::vector<size_t> first_parts_;  // one more than there are steps
 };

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <cmath>
 #include <exception>
 #include <limits>
 #include <mutex>
+#include <numeric>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
@@ -189,9 +191,9 @@ BucketDriver::BucketDriver(const DriverSettings& settings)
 
 // Renders a bucket round by round until each of its pixels has met the settings' limits. The
 // estimates end at the bucket's edge: a pixel is judged with its neighbours in the same bucket.
-// False if stopped before.
-bool BucketDriver::render_adaptively(const Frame& frame, RenderWorker& worker, FilmTile& tile,
-                                     FrameObserver& observer, const std::stop_token& stop) const {
+// Returns the estimate of its RMS error; NaN without one.
+double BucketDriver::render_adaptively(const Frame& frame, RenderWorker& worker, FilmTile& tile,
+                                       FrameObserver& observer, const std::stop_token& stop) const {
   const Rect& rect = tile.rect();
   const auto pixels = size_t(rect.area());
   const auto x_of = [&](size_t i) { return rect.x0 + int(i % size_t(rect.width())); };
@@ -200,7 +202,7 @@ bool BucketDriver::render_adaptively(const Frame& frame, RenderWorker& worker, F
   RoundAverages averages;
   std::vector<uint32_t> have(pixels, 0);
   std::vector<PixelWork> list;
-  bool complete = true, more = true;
+  bool more = true;
   while (more) {
     list.clear();
     for (size_t i = 0; i < pixels; ++i) {
@@ -209,8 +211,7 @@ bool BucketDriver::render_adaptively(const Frame& frame, RenderWorker& worker, F
       have[i] = target;
     }
     worker.set_seed(planner.round_seed());
-    complete = worker.render(list, tile, observer, stop);
-    if (!complete) break;
+    if (!worker.render(list, tile, observer, stop)) break;
     if (adaptive_.unbiased) averages.add_round(tile, planner.round_weight());
     // Isolated: while this thread waits for help with the plan, it must not begin another bucket.
     tbb::this_task_arena::isolate([&] { more = planner.plan(tile); });
@@ -226,7 +227,7 @@ bool BucketDriver::render_adaptively(const Frame& frame, RenderWorker& worker, F
     averages.resolve(i, rgba);
     tile.show(x_of(i), y_of(i), rgba);
   }
-  return complete;
+  return planner.error_estimate();
 }
 
 FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
@@ -241,6 +242,7 @@ FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
   std::mutex merge_mutex;
   FrameCounters total;
   uint32_t fewest = std::numeric_limits<uint32_t>::max();
+  std::vector<double> errors(adaptive ? items.size() : 0);  // summed in order, whoever brought them
   const auto work = [&] {
     try {
       RenderWorker worker(frame);
@@ -251,7 +253,8 @@ FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
         if (i >= items.size()) break;
         tile.reset(items[i].pixels);
         if (adaptive) {
-          render_adaptively(frame, worker, tile, observer, stop);
+          const double error = render_adaptively(frame, worker, tile, observer, stop);
+          errors[i] = square(error) * double(items[i].pixels.area());
           fewest_here = std::min(fewest_here, tile.least_samples());
         } else {
           worker.render(items[i], tile, observer, stop);
@@ -269,7 +272,12 @@ FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
   };
   const int workers = std::max(1, tbb::this_task_arena::max_concurrency());
   parallel_tasks(size_t(workers), [&](size_t) { work(); });
-  if (adaptive) total.min_samples = items.empty() ? 0 : fewest;
+  if (adaptive) {
+    total.min_samples = items.empty() ? 0 : fewest;
+    const double sum = std::accumulate(errors.begin(), errors.end(), 0.0);
+    const double rms = std::sqrt(sum / double(frame.window.area()));
+    if (rms >= 0.0) error_estimate_ = rms;
+  }
   if (next.load() < items.size()) {
     total.stopped = true;
     total.min_samples = 0;

@@ -40,14 +40,16 @@ class BucketDriver final : public FrameDriver {
   // Throws UsageError for a bucket size outside [1, 4096] or an unknown order.
   explicit BucketDriver(const DriverSettings& settings);
   FrameCounters render(const Frame& frame, FrameObserver& observer, std::stop_token stop) override;
+  std::optional<double> error_estimate() const override { return error_estimate_; }
 
  private:
-  bool render_adaptively(const Frame& frame, RenderWorker& worker, FilmTile& tile,
-                         FrameObserver& observer, const std::stop_token& stop) const;
+  double render_adaptively(const Frame& frame, RenderWorker& worker, FilmTile& tile,
+                           FrameObserver& observer, const std::stop_token& stop) const;
 
   int bucket_size_;
   BucketOrder order_;
   AdaptiveSettings adaptive_;  // in force if it has a threshold
+  std::optional<double> error_estimate_;
 };
 
 }  // namespace emberline

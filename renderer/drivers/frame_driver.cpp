@@ -33,6 +33,10 @@ constexpr DriverEntry kDrivers[] = {
 std::span<const DriverEntry> driver_table() { return kDrivers; }
 
 std::unique_ptr<FrameDriver> create_driver(std::string_view name, const DriverSettings& settings) {
+  // A misspelt name is an error even where the chosen driver would not look at it.
+  parse_bucket_order(settings.bucket_order);
+  parse_bisection_axis(settings.bisection_axis);
+  parse_reconstruction(settings.reconstruction);
   return find_named(kDrivers, "--driver", "driver", name).create(settings);
 }
 

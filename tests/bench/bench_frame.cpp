@@ -66,6 +66,9 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--integrator", o.integrator, "integrator");
   app->add_option("--sampler", o.sampler, "sampler");
   app->add_option("--filter", o.filter, "pixel filter");
+  app->add_option("--driver", o.driver, "frame driver");
+  app->add_option("--bisection-axis", o.bisection_axis, "rows, columns or both");
+  app->add_option("--reconstruction", o.reconstruction, "duplicate or linear");
   add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels");
   add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise");
 }
@@ -85,25 +88,17 @@ BenchFrame::BenchFrame(const RenderOptions& options)
   build_s = wall_clock() - loaded;
 }
 
-FrameRun BenchFrame::run(int threads, uint32_t spp) const {
-  NullObserver observer;
+FrameSampling BenchFrame::plain_sampling(uint32_t spp) const {
   FrameSampling sampling;
   sampling.driver = options_.driver;
   sampling.spp = spp;
   sampling.seed = options_.seed;
-  const double start = wall_clock();
-  FrameRun result = run(threads, sampling, observer);
-  result.first_sample_s = observer.first() - start;
-  return result;
+  return sampling;
 }
 
-FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& observer) const {
+FrameCounters BenchFrame::render(FrameDriver& driver, FrameObserver& observer, int threads,
+                                 const FrameSampling& s, const std::stop_token& stop) const {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
-  DriverSettings settings;
-  settings.bucket_size = options_.bucket_size;
-  settings.bucket_order = options_.bucket_order;
-  settings.adaptive = s.adaptive;
-  const auto driver = create_driver(s.driver, settings);
   const auto sampler =
       create_sampler(options_.sampler, {s.streams, s.spp, options_.width, options_.height});
   const Rect window{0, 0, options_.width, options_.height};
@@ -111,11 +106,39 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& obs
       *scene_, camera_, *integrator_, *sampler,  *filter_, options_.width,        options_.height,
       window,  s.spp,   s.seed,       s.streams, s.aovs,   s.driver != "adaptive"};
   tbb::task_arena arena(threads);
+  FrameCounters counters;
+  arena.execute([&] { counters = driver.render(frame, observer, stop); });
+  return counters;
+}
+
+FrameCounters BenchFrame::render(FrameDriver& driver, FrameObserver& observer, int threads,
+                                 uint32_t spp, const std::stop_token& stop) const {
+  return render(driver, observer, threads, plain_sampling(spp), stop);
+}
+
+FrameRun BenchFrame::run(int threads, uint32_t spp) const {
+  NullObserver observer;
+  const double start = wall_clock();
+  FrameRun result = run(threads, plain_sampling(spp), observer);
+  result.first_sample_s = observer.first() - start;
+  return result;
+}
+
+FrameRun BenchFrame::run(int threads, const FrameSampling& sampling,
+                         FrameObserver& observer) const {
+  DriverSettings settings;
+  settings.bucket_size = options_.bucket_size;
+  settings.bucket_order = options_.bucket_order;
+  settings.bisection_axis = options_.bisection_axis;
+  settings.reconstruction = options_.reconstruction;
+  settings.adaptive = sampling.adaptive;
+  const auto driver = create_driver(sampling.driver, settings);
   FrameRun run;
   const double wall = wall_clock(), cpu = process_cpu();
-  arena.execute([&] { run.counters = driver->render(frame, observer, {}); });
+  run.counters = render(*driver, observer, threads, sampling, {});
   run.wall_s = wall_clock() - wall;
   run.cpu_s = process_cpu() - cpu;
+  tbb::task_arena arena(threads);
   arena.execute([&] { driver->deliver(observer); });
   run.error_estimate = driver->error_estimate();
   return run;

@@ -45,6 +45,12 @@ class BenchFrame {
   FrameRun run(int threads, uint32_t spp) const;
   // Renders into `observer`. Times are of the driver's render(), not of its deliver().
   FrameRun run(int threads, const FrameSampling& sampling, FrameObserver& observer) const;
+  // The same with a driver of one's own, `sampling.driver` being its name.
+  FrameCounters render(FrameDriver& driver, FrameObserver& observer, int threads,
+                       const FrameSampling& sampling, const std::stop_token& stop) const;
+  FrameCounters render(FrameDriver& driver, FrameObserver& observer, int threads, uint32_t spp,
+                       const std::stop_token& stop) const;
+  FrameSampling plain_sampling(uint32_t spp) const;  // as the options have it
 
   double load_s = 0, build_s = 0;
   const Scene& scene() const { return *scene_; }

@@ -1,10 +1,12 @@
-// What an adaptive driver pays between two rounds: a whole frame's statistics and error map.
+// What an adaptive driver pays between two rounds: a whole frame's statistics, error map and plan.
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "bench/parts.h"
+#include "renderer/drivers/adaptive/allocation.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/drivers/adaptive/round_planner.h"
 
 namespace emberline::bench {
 namespace {
@@ -27,6 +29,39 @@ std::shared_ptr<const FilmTile> noisy_film() {
     }
   }
   return film;
+}
+
+// A budget of twice the samples there are, over rates that differ a thousandfold.
+void add_share_samples() {
+  constexpr size_t kPixels = size_t(kWidth) * kHeight;
+  std::vector<float> rates(kPixels);
+  std::vector<SampleBounds> bounds(kPixels);
+  for (size_t i = 0; i < kPixels; ++i) {
+    const float u = random_unit(3, uint32_t(i));
+    rates[i] = 1e-3f + u * u * u;
+    bounds[i] = {float(8 * (1 + i % 4)), 1024.0f};
+  }
+  add_benchmark(
+      "error_map/share_samples",
+      [rates, bounds, counts = std::vector<float>()]() mutable {
+        share_samples(rates, bounds, 40.0 * double(kPixels), &counts);
+        return counts[0];
+      },
+      double(kPixels));
+}
+
+// The whole of it: the second look and plan of a frame, so that its memory has been touched.
+void add_plan(const std::string& name, const AdaptiveSettings& settings,
+              const std::shared_ptr<const FilmTile>& film) {
+  benchmark::RegisterBenchmark(name.c_str(), [settings, film](benchmark::State& state) {
+    for (auto _ : state) {
+      state.PauseTiming();
+      RoundPlanner planner(settings, kWidth, kHeight, 1);
+      planner.plan(*film);
+      state.ResumeTiming();
+      benchmark::DoNotOptimize(planner.plan(*film));
+    }
+  });
 }
 
 }  // namespace
@@ -54,6 +89,9 @@ void add_error_map_benchmarks() {
         },
         kPixels);
   }
+  add_share_samples();
+  add_plan("error_map/look_and_plan/budget", {.budget = 256}, film);
+  add_plan("error_map/look_and_plan/threshold", {.threshold = 0.005f}, film);
 }
 
 }  // namespace emberline::bench

@@ -60,7 +60,10 @@ TEST_F(Report, HasEveryKeyOfTheDesign) {
       {"/settings", Type::object},
       {"/versions", Type::object},
       {"/output", Type::array},
+      {"/snapshots", Type::array},
+      {"/time/snapshots_s", Type::number_float},
       {"/stopped", Type::boolean},
+      {"/stop_cause", Type::null},
       {"/exit_code", Type::number_integer},
   };
   for (const auto& [pointer, type] : expected) {

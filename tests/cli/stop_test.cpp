@@ -77,6 +77,54 @@ TEST_F(Stop, FinishedPixelsAreTheWholeFramesOwn) {
   EXPECT_EQ(first_difference(read_exr(path("out.exr")), stopped), "");
 }
 
+// A limit is no accident: exit 0, with what there is; and every pixel says why it got no more.
+TEST_F(Stop, AtTheTimeLimit) {
+  for (const char* driver : {"bucket", "bisection"}) {
+    SCOPED_TRACE(driver);
+    const RunResult result = run(endless(
+        {"--driver", driver, "--time-limit", "0.3", "--aov", "stop", "--bucket-size", "16"}));
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    EXPECT_LT(result.seconds, 3.0 * kSlower);
+    EXPECT_NE(result.err.find("time limit"), std::string::npos) << result.err;
+    const nlohmann::json json = read_json("r.json");
+    EXPECT_EQ(json["stopped"], true);
+    EXPECT_EQ(json["stop_cause"], "time limit");
+    EXPECT_EQ(json["exit_code"], 0);
+    EXPECT_GE(json["time"]["render_s"].get<double>(), 0.3);
+    EXPECT_LT(json["time"]["render_s"].get<double>(), 0.3 + 1.0 * kSlower);
+    EXPECT_EQ(json["passes"].back()["samples"], json["samples"]["total"]);
+    const ExrPicture picture = read_exr(path("out.exr"));
+    const std::vector<float>& samples = picture.channels.at("samples");
+    const std::vector<float>& stops = picture.channels.at("stop");
+    for (size_t i = 0; i < samples.size(); ++i) {
+      ASSERT_EQ(stops[i], samples[i] == 0 ? 0.0f : samples[i] == 4096 ? 1.0f : 4.0f) << i;
+    }
+    const double sum = std::accumulate(samples.begin(), samples.end(), 0.0);
+    EXPECT_EQ(json["samples"]["total"], uint64_t(sum));
+  }
+}
+
+// A progressive frame is complete whenever it is stopped; bucket's are not.
+TEST_F(Stop, AProgressiveFrameHasNoHoles) {
+  Process process(endless({"--driver", "bisection"}), {.folder = folder_.path()});
+  ASSERT_TRUE(wait_until_rendering(process));
+  process.send(SIGINT);
+  const double sent = seconds();
+  EXPECT_EQ(process.wait().exit_code, 130);
+  EXPECT_LT(seconds() - sent, 2.0 * kSlower);
+  EXPECT_EQ(read_json("r.json")["stop_cause"], "user");
+  // A scene without a sky: alpha is 1 wherever a ray meets floor or lamp, and the picture's middle
+  // is floor.
+  const ExrPicture picture = read_exr(path("out.exr"));
+  for (int x = 0; x < 1024; ++x) ASSERT_GT(picture.at("A", x, 700), 0.0f) << x;
+}
+
+TEST_F(Stop, AFrameWithinItsTimeLimitIsNotStopped) {
+  render(render_words({"--time-limit", "50", "--report", path("r.json")}));
+  EXPECT_EQ(read_json("r.json")["stopped"], false);
+  EXPECT_TRUE(read_json("r.json")["stop_cause"].is_null());
+}
+
 TEST_F(Stop, ASecondSignalEndsAtOnceAndLeavesNothing) {
   write("out.exr", "last night's good frame");
   Process process(endless(), {.folder = folder_.path()});

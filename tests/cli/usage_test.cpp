@@ -39,6 +39,17 @@ const std::vector<WrongValue>& wrong_values() {
       {"--spp",
        kNotANumber + Words{"0", "-3", "1e12", "1.5", "16777217", "4294967297"},
        {"1 to 16777216"}},
+      {"--time-limit", kNotANumber + Words{"0", "-1", "1e10"}, {"0.001 to 1000000000"}},
+      {"--bisection-axis", {"row", "", "Both"}, {"valid names are", "rows, columns, both"}},
+      {"--reconstruction", {"cubic", ""}, {"valid names are", "duplicate, linear"}},
+      {"--snapshot-at",
+       {"", "1", "0%", "101%", "-1s", "nan%", "1%,", "1%,,2%", "0spp", "4 spp", "1e10s", "second"},
+       {"'first'", "100%"},
+       {"--driver", "bisection", "--snapshots", "shots"}},
+      {"--snapshot-format",
+       {"jpg", ""},
+       {"valid names are", "png, exr"},
+       {"--driver", "bisection", "--snapshots", "shots"}},
       {"--min-spp", numbers({"0", "-1", "16777217", "1.5"}), {"1 to 16777216"}, kAdaptive},
       {"--max-spp", numbers({"0", "-1", "16777217", "1.5"}), {"1 to 16777216"}, kAdaptive},
       {"--noise-threshold",
@@ -54,7 +65,6 @@ const std::vector<WrongValue>& wrong_values() {
        {"l2", "MSE", ""},
        {"valid names are", "display", "mse", "relmse"},
        kAdaptive},
-      {"--time-limit", kNotANumber + Words{"0", "-1", "1e10"}, {"0.001 to 1000000000"}},
       {"--max-depth", numbers({"-1", "100001", "2.5"}), {"0 to 100000"}},
       {"--seed", numbers({"-1", "4294967296", "0.5"}), {"0 to 4294967295"}},
       {"--streams", numbers({"0", "3", "-1"}), {"1 to 2"}},
@@ -105,6 +115,8 @@ const std::vector<WrongValue>& wrong_values() {
       // Free text: any name of a file may be given; what comes of it is told elsewhere.
       {"--env", {}, {}},
       {"--report", {}, {}},
+      {"--snapshots", {}, {}},
+      {"--reference", {}, {}},
   };
   return rows;
 }

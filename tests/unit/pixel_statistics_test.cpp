@@ -98,6 +98,32 @@ TEST(PixelStatistics, EqualSamplesHaveNoVariance) {
   }
 }
 
+// Pixels are read in blocks: each keeps to its own sums, whatever the film's size.
+TEST(PixelStatistics, EveryPixelOfAnySize) {
+  for (const int width : {1, 63, 64, 65, 150}) {
+    FilmTile film = film_of({5, 7, 5 + width, 10});
+    for (int i = 0; i < 3 * width; ++i) {
+      const int x = 5 + i % width, y = 7 + i / width;
+      // Both streams' means are i + 1 and i + 3, their sizes 1 and 2.
+      add(&film, x, y, 0, Rgb(float(i + 1)));
+      for (const int value : {i + 2, i + 4}) add(&film, x, y, 1, Rgb(float(value)));
+      film.add_rays(x, y, uint32_t(3 * (i + 1)));
+    }
+    const PixelStatistics pixels = gather(film);
+    for (int i = 0; i < 3 * width; ++i) {
+      const auto p = size_t(i);
+      ASSERT_EQ(pixels.count[p], 3.0f) << i << " of width " << width;
+      ASSERT_EQ(pixels.second_count[p], 2.0f);
+      ASSERT_FLOAT_EQ(pixels.cost[p], 0.17f + float(i)) << i << " of width " << width;
+      for (size_t c = 0; c < 3; ++c) {
+        ASSERT_FLOAT_EQ(pixels.mean[c][p], float(i) + 7.0f / 3) << i << " of width " << width;
+        ASSERT_FLOAT_EQ(pixels.stream_difference[c][p], -2.0f);
+        ASSERT_NEAR(pixels.variance[c][p], 7.0f / 3, 1e-4);
+      }
+    }
+  }
+}
+
 TEST(PixelStatistics, GatheringReplacesWhatWasThere) {
   FilmTile film = film_of({0, 0, 2, 2});
   PixelStatistics pixels;

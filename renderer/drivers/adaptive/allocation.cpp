@@ -5,32 +5,105 @@
 #include <limits>
 
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/adaptive/ordered_sum.h"
 
 namespace emberline {
 namespace {
 
-// Sums are made in parts of this many pixels and then in order, so that they do not depend on who
-// computed which part.
-constexpr size_t kPart = 8192;
-
-float share(float rate, const SampleBounds& b, float k) {
-  return std::clamp(k * rate, b.least, std::max(b.least, b.most));
+float share(float rate, float least, float most, float k) {
+  return std::min(std::max(k * rate, least), std::max(least, most));
 }
 
-double sum_of_shares(std::span<const float> rates, std::span<const SampleBounds> bounds, float k) {
-  const size_t parts = (rates.size() + kPart - 1) / kPart;
-  std::vector<double> sums(parts);
-  parallel_each(parts, [&](size_t part) {
-    const size_t begin = part * kPart, end = std::min(rates.size(), begin + kPart);
-    float lanes[16] = {};  // so that the loop vectorises; each holds the sum of at most 512 counts
-    for (size_t i = begin; i < end; ++i) lanes[i % 16] += share(rates[i], bounds[i], k);
-    double sum = 0.0;
-    for (const float lane : lanes) sum += double(lane);
-    sums[part] = sum;
+// What bounds K, and what no K goes beyond.
+struct Extent {
+  float most_rate = 0.0f, least_rate = std::numeric_limits<float>::max(), most_count = 0.0f;
+  double rates = 0.0;
+  double least = 0.0;  // the sum for K = 0
+  double most = 0.0;   // and for ever larger K
+
+  Extent& operator+=(const Extent& other) {
+    most_rate = std::max(most_rate, other.most_rate);
+    least_rate = std::min(least_rate, other.least_rate);  // of those above 0
+    most_count = std::max(most_count, other.most_count);
+    rates += other.rates;
+    least += other.least;
+    most += other.most;
+    return *this;
+  }
+};
+
+Extent extent_of_part(const float* rates, const SampleBounds* bounds, size_t begin, size_t end) {
+  struct Lanes {
+    float most_rate[kSumLanes] = {}, most_count[kSumLanes] = {}, least_rate[kSumLanes];
+    float rates[kSumLanes] = {}, least[kSumLanes] = {}, most[kSumLanes] = {};
+  } lanes;
+  std::ranges::fill(lanes.least_rate, std::numeric_limits<float>::max());
+  for_lanes(begin, end, [&](size_t i, size_t lane) {
+    const float rate = rates[i], least = bounds[i].least, most = std::max(least, bounds[i].most);
+    const bool grows = rate > 0.0f;
+    lanes.most_rate[lane] = std::max(lanes.most_rate[lane], rate);
+    lanes.least_rate[lane] = std::min(lanes.least_rate[lane], grows ? rate : 3e38f);
+    lanes.most_count[lane] = std::max(lanes.most_count[lane], most);
+    lanes.rates[lane] += rate;
+    lanes.least[lane] += least;
+    lanes.most[lane] += grows ? most : least;
   });
-  double total = 0.0;
-  for (const double sum : sums) total += sum;
-  return total;
+  return {std::ranges::max(lanes.most_rate),  std::ranges::min(lanes.least_rate),
+          std::ranges::max(lanes.most_count), sum_of_lanes(lanes.rates),
+          sum_of_lanes(lanes.least),          sum_of_lanes(lanes.most)};
+}
+
+// The sum of all shares for a K, and how fast it grows with K: the rates between their bounds.
+struct Shared {
+  double sum = 0.0, slope = 0.0;
+  Shared& operator+=(const Shared& other) {
+    sum += other.sum;
+    slope += other.slope;
+    return *this;
+  }
+};
+
+Shared shared_by_part(const float* rates, const SampleBounds* bounds, size_t begin, size_t end,
+                      float k) {
+  struct Lanes {
+    float sum[kSumLanes] = {}, slope[kSumLanes] = {};
+  } lanes;
+  for_lanes(begin, end, [&](size_t i, size_t lane) {
+    const float wanted = k * rates[i], least = bounds[i].least, most = bounds[i].most;
+    lanes.sum[lane] += share(rates[i], least, most, k);
+    lanes.slope[lane] += wanted > least && wanted < most ? rates[i] : 0.0f;
+  });
+  return {sum_of_lanes(lanes.sum), sum_of_lanes(lanes.slope)};
+}
+
+// K whose shares sum to `total`. The sum is made of straight pieces, so Newton's step is the answer
+// as soon as it stays on one; a step that leaves the bracket, and every fourth one, gives way to
+// halving the bracket in logarithm.
+float find_scale(std::span<const float> rates, std::span<const SampleBounds> bounds, double total) {
+  const Extent extent = ordered_sum(rates.size(), [&](size_t begin, size_t end) {
+    return extent_of_part(rates.data(), bounds.data(), begin, end);
+  });
+  if (!(extent.most_rate > 0.0f) || total <= extent.least) return 0.0f;
+  const double most_count = std::max(1e-3, double(extent.most_count));
+  // Up to where the least of the rates too is at its most; what a float can hold.
+  double high = std::min(2.0 * most_count / double(extent.least_rate), 0x1p126);
+  if (total >= extent.most) return float(high);
+  double low = 0x1p-24 * most_count / double(extent.most_rate);
+  double k = std::clamp(total / extent.rates, low, high);
+  // The rest of a thousandth is left to Newton's last step; stochastic rounding is coarser.
+  const double close = 1e-3 * total;
+  constexpr int kMostSteps = 100;
+  for (int step = 0; step < kMostSteps && high > low * (1 + 1e-6); ++step) {
+    const Shared shared = ordered_sum(rates.size(), [&](size_t begin, size_t end) {
+      return shared_by_part(rates.data(), bounds.data(), begin, end, float(k));
+    });
+    (shared.sum < total ? low : high) = k;
+    const double newton = k + (total - shared.sum) / shared.slope;
+    const bool inside = newton > low && newton < high;
+    if (std::abs(shared.sum - total) <= close) return float(inside ? newton : k);
+    k = inside && step % 4 != 3 ? newton : std::sqrt(low * high);
+  }
+  return float(k);
 }
 
 }  // namespace
@@ -38,38 +111,14 @@ double sum_of_shares(std::span<const float> rates, std::span<const SampleBounds>
 void share_samples(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
                    std::vector<float>* counts) {
   counts->resize(rates.size());
-  // The sum grows with K; its logarithm is bracketed and halved, in which scale the sum bends
-  // least.
-  float most_rate = 0.0f, least_rate = std::numeric_limits<float>::max(), most_count = 0.0f;
-  for (size_t i = 0; i < rates.size(); ++i) {
-    most_rate = std::max(most_rate, rates[i]);
-    least_rate = std::min(least_rate, rates[i] > 0.0f ? rates[i] : least_rate);
-    most_count = std::max(most_count, bounds[i].most);
-  }
-  float k = 0.0f;
-  if (most_rate > 0.0f) {
-    const float most = std::log2(std::max(1e-3f, most_count));
-    float low = most - std::log2(most_rate) - 24.0f;
-    // Up to where the least of the rates too is at its most; powers of two that a float can hold.
-    float high = std::min(most - std::log2(least_rate) + 1.0f, 126.0f);
-    // To a thousandth of the budget: stochastic rounding is coarser.
-    while (high - low > 1e-3f) {
-      const float middle = 0.5f * (low + high);
-      (sum_of_shares(rates, bounds, std::exp2(middle)) < total ? low : high) = middle;
-    }
-    k = std::exp2(low);
-  }
-  parallel_ranges(rates.size(), kPart, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) (*counts)[i] = share(rates[i], bounds[i], k);
+  const float k = find_scale(rates, bounds, total);
+  constexpr size_t kGrain = 8192;
+  parallel_ranges(rates.size(), kGrain, [&](size_t begin, size_t end) {
+    float* out = counts->data();
+    const float* rate = rates.data();
+    const SampleBounds* bound = bounds.data();
+    for (size_t i = begin; i < end; ++i) out[i] = share(rate[i], bound[i].least, bound[i].most, k);
   });
-}
-
-uint32_t round_count(uint32_t have, float wanted, uint32_t step, float u) {
-  if (!(wanted > float(have))) return have;
-  const auto lower = std::max(have, uint32_t(wanted) / step * step);
-  const uint32_t upper = (lower / step + 1) * step;
-  const float part = (wanted - float(lower)) / float(upper - lower);
-  return u < part ? upper : lower;
 }
 
 }  // namespace emberline

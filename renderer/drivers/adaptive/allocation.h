@@ -6,6 +6,8 @@
 // none is left out for good, none is trusted with more than its present samples can vouch for.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -24,7 +26,14 @@ void share_samples(std::span<const float> rates, std::span<const SampleBounds> b
                    std::vector<float>* counts);
 
 // Rounds `wanted` up or down by chance (u in [0, 1)), so that its expectation is kept, to `have` or
-// a multiple of `step` above it; to `have` if less is wanted.
-uint32_t round_count(uint32_t have, float wanted, uint32_t step, float u);
+// a multiple of `step`, a power of two, above it; to `have` if less is wanted, or NaN. Exact below
+// 2^24, in floats throughout so that loops vectorise.
+inline uint32_t round_count(uint32_t have, float wanted, uint32_t step, float u) {
+  const auto least = float(have), whole_step = float(step);
+  const float lower = std::max(least, std::floor(wanted / whole_step) * whole_step);
+  const float upper = (std::floor(lower / whole_step) + 1.0f) * whole_step;
+  const float rounded = u * (upper - lower) < wanted - lower ? upper : lower;
+  return wanted > least ? uint32_t(rounded) : have;
+}
 
 }  // namespace emberline

@@ -21,12 +21,12 @@ float chi_square_bound(float variance, float count) {
 }
 
 void ChiSquareEstimator::estimate(const PixelStatistics& pixels, ErrorMetric, ErrorMap* out) const {
-  const auto pixel_error = [&](size_t i) {
+  const auto bound = [&](size_t i, float error) {
     const float n = pixels.count[i];
     if (!(n >= float(kFirstSamples))) return kUnknownError;
-    return display_error_of_samples(pixels, i) * std::sqrt(bound_factor(n));
+    return error * std::sqrt(bound_factor(n));
   };
-  fill_errors(pixels, pixel_error, out);
+  fill_display_errors_of_samples(pixels, bound, out);
 }
 
 }  // namespace emberline

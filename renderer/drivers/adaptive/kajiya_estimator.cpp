@@ -10,14 +10,15 @@ float half_difference_variance(float difference, float first, float second) {
 }
 
 void KajiyaEstimator::estimate(const PixelStatistics& pixels, ErrorMetric, ErrorMap* out) const {
-  const auto pixel_error = [&](size_t i) {
+  const auto variance_of_mean = [&](size_t c, size_t i) {
     const float second = pixels.second_count[i], first = pixels.count[i] - second;
-    if (!(first >= 1.0f && second >= 1.0f)) return kUnknownError;
-    return display_error(pixels, i, [&](size_t c) {
-      return half_difference_variance(pixels.stream_difference[c][i], first, second);
-    });
+    return half_difference_variance(pixels.stream_difference[c][i], first, second);
   };
-  fill_errors(pixels, pixel_error, out);
+  const auto if_known = [&](size_t i, float error) {
+    const float second = pixels.second_count[i], first = pixels.count[i] - second;
+    return first >= 1.0f && second >= 1.0f ? error : kUnknownError;
+  };
+  fill_display_errors(pixels, variance_of_mean, if_known, out);
 }
 
 }  // namespace emberline

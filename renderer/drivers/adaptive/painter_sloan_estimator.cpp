@@ -58,14 +58,14 @@ float confidence_half_width(float variance, float count) {
 
 void PainterSloanEstimator::estimate(const PixelStatistics& pixels, ErrorMetric,
                                      ErrorMap* out) const {
-  const auto pixel_error = [&](size_t i) {
+  const auto half_interval = [&](size_t i, float error) {
     const float n = pixels.count[i];
     if (!(n >= 2.0f)) return kUnknownError;
-    const float interval = map_error(t_quantile(n) * display_error_of_samples(pixels, i));
+    const float interval = map_error(t_quantile(n) * error);
     if (n >= float(kFirstSamples)) return interval;
     return std::max(interval, external_deviation(pixels, i));
   };
-  fill_errors(pixels, pixel_error, out);
+  fill_display_errors_of_samples(pixels, half_interval, out);
 }
 
 }  // namespace emberline

@@ -18,27 +18,6 @@ inline float map_error(float error) {
   return error <= kUnknownError ? std::max(error, 0.0f) : kUnknownError;
 }
 
-// Standard error of the pixel's mean in display units (error_metric.h), root of the mean over the
-// channels; variance_of_mean(c) is channel c's, in linear radiance squared.
-template <typename VarianceOfMean>
-float display_error(const PixelStatistics& pixels, size_t i,
-                    const VarianceOfMean& variance_of_mean) {
-  float sum = 0.0f;
-  for (size_t c = 0; c < 3; ++c) {
-    const float variance = variance_of_mean(c);
-    const float weight =
-        error_weight(ErrorMetric::kDisplay, 0.0f, pixels.mean[c][i], std::sqrt(variance));
-    sum += weight * variance;
-  }
-  return std::sqrt(sum / 3.0f);
-}
-
-// The same from the pixel's sample variance; for n >= 2.
-inline float display_error_of_samples(const PixelStatistics& pixels, size_t i) {
-  const float per_sample = 1.0f / pixels.count[i];
-  return display_error(pixels, i, [&](size_t c) { return pixels.variance[c][i] * per_sample; });
-}
-
 // Fills the map with pixel_error(i) for each pixel and no deviations, in parallel.
 template <typename PixelError>
 void fill_errors(const PixelStatistics& pixels, const PixelError& pixel_error, ErrorMap* out) {
@@ -48,6 +27,42 @@ void fill_errors(const PixelStatistics& pixels, const PixelError& pixel_error, E
   parallel_ranges(pixels.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) out->error[i] = map_error(pixel_error(i));
   });
+}
+
+// Fills the map with finish(i, e) for each pixel and no deviations, in parallel; e is the standard
+// error of the pixel's mean in display units (error_metric.h), root of the mean over the channels,
+// and variance_of_mean(c, i) channel c's, in linear radiance squared. That is asked of every pixel,
+// those without samples too, in a loop that vectorises if it has no branch.
+template <typename VarianceOfMean, typename Finish>
+void fill_display_errors(const PixelStatistics& pixels, const VarianceOfMean& variance_of_mean,
+                         const Finish& finish, ErrorMap* out) {
+  constexpr size_t kGrain = 4096;
+  out->deviation.clear();
+  out->error.resize(pixels.size());
+  parallel_ranges(pixels.size(), kGrain, [&](size_t begin, size_t end) {
+    float* __restrict error = out->error.data();
+    std::fill(error + begin, error + end, 0.0f);
+    for (size_t c = 0; c < 3; ++c) {
+      const float* mean = pixels.mean[c].data();
+      for (size_t i = begin; i < end; ++i) {
+        const float variance = variance_of_mean(c, i);
+        error[i] += display_error_weight(mean[i], std::sqrt(variance)) * variance;
+      }
+    }
+    for (size_t i = begin; i < end; ++i) {
+      error[i] = map_error(finish(i, std::sqrt(error[i] * (1.0f / 3))));
+    }
+  });
+}
+
+// The same from the pixels' sample variances; for finish() to judge those with n < 2.
+template <typename Finish>
+void fill_display_errors_of_samples(const PixelStatistics& pixels, const Finish& finish,
+                                    ErrorMap* out) {
+  const auto variance_of_mean = [&](size_t c, size_t i) {
+    return pixels.variance[c][i] / pixels.count[i];
+  };
+  fill_display_errors(pixels, variance_of_mean, finish, out);
 }
 
 }  // namespace emberline

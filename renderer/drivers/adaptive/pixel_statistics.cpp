@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/adaptive/ordered_sum.h"
 
 namespace emberline {
 namespace {
@@ -17,21 +18,67 @@ float sample_cost(double rays) {
   return float(kCameraRay + std::max(0.0, rays - 1.0));
 }
 
-void gather_pixel(const FilmTile& film, size_t i, PixelStatistics* out) {
-  const PixelSums& sums = film.sums(i);
-  const double a = sums.count[0], b = sums.count[1], n = a + b;
-  out->count[i] = float(n);
-  out->second_count[i] = float(b);
-  const double per_sample = n > 0 ? 1 / n : 0.0, per_degree = n > 1 ? 1 / (n - 1) : 0.0;
-  const double per_a = a > 0 && b > 0 ? 1 / a : 0.0, per_b = a > 0 && b > 0 ? 1 / b : 0.0;
-  for (size_t c = 0; c < 3; ++c) {
-    const double sum = sums.rgb[0][c] + sums.rgb[1][c];
-    const double spread = film.squares()[3 * i + c] - sum * sum * per_sample;
-    out->mean[c][i] = to_float(sum * per_sample);
-    out->stream_difference[c][i] = to_float(sums.rgb[0][c] * per_a - sums.rgb[1][c] * per_b);
-    out->variance[c][i] = to_float(std::max(0.0, spread) * per_degree);
+// A few pixels' sums side by side, so that what is made of them vectorises: the film keeps a
+// pixel's sums together.
+struct Block {
+  static constexpr size_t kPixels = 64;
+  double count[2][kPixels], rgb[2][3][kPixels], squares[3][kPixels], rays[kPixels];
+
+  // `last` is the film's last pixel. The pixels a block ahead are asked for, which halves the time:
+  // a film is larger than caches are.
+  void load(const FilmTile& film, size_t first, size_t pixels, size_t last) {
+    for (size_t j = 0; j < pixels; ++j) {
+      const size_t ahead = std::min(first + j + kPixels, last);
+      __builtin_prefetch(&film.sums(ahead));
+      __builtin_prefetch(film.squares() + 3 * ahead);
+      const PixelSums& sums = film.sums(first + j);
+      const double* squares_of_pixel = film.squares() + 3 * (first + j);
+      for (size_t stream = 0; stream < 2; ++stream) {
+        count[stream][j] = sums.count[stream];
+        for (size_t c = 0; c < 3; ++c) rgb[stream][c][j] = sums.rgb[stream][c];
+      }
+      for (size_t c = 0; c < 3; ++c) squares[c][j] = squares_of_pixel[c];
+      rays[j] = film.rays()[first + j];
+    }
   }
-  out->cost[i] = n > 0 ? sample_cost(double(film.rays()[i]) * per_sample) : 1.0f;
+};
+
+// What the sums are multiplied by; 0 where there is nothing to divide by.
+struct Reciprocals {
+  double sample[Block::kPixels], degree[Block::kPixels], stream[2][Block::kPixels];
+
+  explicit Reciprocals(const Block& block) {
+    for (size_t j = 0; j < Block::kPixels; ++j) {
+      const double a = block.count[0][j], b = block.count[1][j], n = a + b;
+      const bool both = a > 0 && b > 0;
+      sample[j] = n > 0 ? 1 / n : 0.0;
+      degree[j] = n > 1 ? 1 / (n - 1) : 0.0;
+      stream[0][j] = both ? 1 / a : 0.0;
+      stream[1][j] = both ? 1 / b : 0.0;
+    }
+  }
+};
+
+void gather_counts(const Block& block, const Reciprocals& per, size_t pixels, float* __restrict n,
+                   float* __restrict second, float* __restrict cost) {
+  for (size_t j = 0; j < pixels; ++j) {
+    const double all = block.count[0][j] + block.count[1][j];
+    n[j] = float(all);
+    second[j] = float(block.count[1][j]);
+    cost[j] = all > 0 ? sample_cost(block.rays[j] * per.sample[j]) : 1.0f;
+  }
+}
+
+void gather_channel(const Block& block, const Reciprocals& per, size_t c, size_t pixels,
+                    float* __restrict mean, float* __restrict difference,
+                    float* __restrict variance) {
+  for (size_t j = 0; j < pixels; ++j) {
+    const double a = block.rgb[0][c][j], b = block.rgb[1][c][j], sum = a + b;
+    const double spread = block.squares[c][j] - sum * sum * per.sample[j];
+    mean[j] = to_float(sum * per.sample[j]);
+    difference[j] = to_float(a * per.stream[0][j] - b * per.stream[1][j]);
+    variance[j] = to_float(std::max(0.0, spread) * per.degree[j]);
+  }
 }
 
 }  // namespace
@@ -48,9 +95,14 @@ void PixelStatistics::resize(int new_width, int new_height) {
 }
 
 float rel_mse_epsilon(const PixelStatistics& pixels) {
-  double sum = 0.0;  // in one order, whatever the threads
+  double sum = 0.0;
   for (const std::vector<float>& plane : pixels.mean) {
-    for (const float value : plane) sum += double(value);
+    sum += ordered_sum(plane.size(), [&](size_t begin, size_t end) {
+      double lanes[kSumLanes] = {};
+      const float* values = plane.data();
+      for_lanes(begin, end, [&](size_t i, size_t lane) { lanes[lane] += double(values[i]); });
+      return sum_of_lanes(lanes);
+    });
   }
   const double mean = pixels.size() > 0 ? sum / (3 * double(pixels.size())) : 0.0;
   return float(std::max(1e-6, 0.01 * mean * mean));
@@ -60,7 +112,17 @@ void gather_statistics(const FilmTile& film, PixelStatistics* out) {
   out->resize(film.rect().width(), film.rect().height());
   constexpr size_t kGrain = 4096;
   parallel_ranges(out->size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) gather_pixel(film, i, out);
+    Block block = {};
+    for (size_t i = begin; i < end; i += Block::kPixels) {
+      const size_t pixels = std::min(Block::kPixels, end - i);
+      block.load(film, i, pixels, out->size() - 1);
+      const Reciprocals per(block);
+      gather_counts(block, per, pixels, &out->count[i], &out->second_count[i], &out->cost[i]);
+      for (size_t c = 0; c < 3; ++c) {
+        gather_channel(block, per, c, pixels, &out->mean[c][i], &out->stream_difference[c][i],
+                       &out->variance[c][i]);
+      }
+    }
   });
 }
 

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "renderer/core/hash.h"
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/adaptive/ordered_sum.h"
 
 namespace emberline {
 namespace {
@@ -38,6 +40,30 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
 // Whole blocks of the sampler: pairs of dimensions are stratified by 8, streams alternate by 8.
 uint32_t count_step(float wanted) { return wanted < 64.0f ? 8 : 16; }
 
+float most_samples(const AdaptiveSettings& s) {
+  return s.max_samples > 0 ? float(s.max_samples) : float(1u << 24);
+}
+
+bool is_unfinished(const AdaptiveSettings& s, uint32_t have, float error) {
+  const bool full = s.max_samples > 0 && have >= s.max_samples;
+  const bool good = s.threshold > 0.0f && error <= s.threshold && have >= s.min_samples;
+  return !full && !good;
+}
+
+// The samples that would bring the pixel to the threshold, or the most it may have.
+float most_wanted(const AdaptiveSettings& s, float have, float error) {
+  const float most = most_samples(s);
+  if (s.threshold <= 0.0f) return most;
+  const float ratio = std::min(error / s.threshold, 1e6f);
+  // At least a whole step, so that no rounding ends a pixel above the threshold.
+  const float least = have + float(count_step(have + 8.0f));
+  return std::min(most, std::max(have * ratio * ratio * kThresholdMargin, least));
+}
+
+uint32_t hash_of_round(uint32_t seed, int round) {
+  return hash_combine(hash_combine(hash32(seed), 0x7a11u), uint32_t(round));
+}
+
 constexpr double kUnlimited = 1e18;
 
 constexpr size_t kGrain = 8192;
@@ -66,15 +92,18 @@ void RoundPlanner::look(const FilmTile& film) {
   gather_statistics(film, &statistics_);
   estimator_->estimate(statistics_, settings_.allocation, &errors_);
   if (!entry_.rms_error) return;
-  double sum = 0.0;
-  for (const float error : errors_.error) sum += double(error) * double(error);
+  const double sum = ordered_sum(errors_.error.size(), [&](size_t begin, size_t end) {
+    double lanes[kSumLanes] = {};
+    const float* error = errors_.error.data();
+    for_lanes(begin, end,
+              [&](size_t i, size_t lane) { lanes[lane] += double(error[i]) * double(error[i]); });
+    return sum_of_lanes(lanes);
+  });
   error_estimate_ = std::sqrt(sum / std::max(1.0, double(errors_.error.size())));
 }
 
 bool RoundPlanner::unfinished(size_t i) const {
-  if (settings_.max_samples > 0 && targets_[i] >= settings_.max_samples) return false;
-  return !(settings_.threshold > 0.0f && errors_.error[i] <= settings_.threshold &&
-           targets_[i] >= settings_.min_samples);
+  return is_unfinished(settings_, targets_[i], errors_.error[i]);
 }
 
 PixelStop RoundPlanner::stop_of(size_t i) const {
@@ -95,8 +124,7 @@ bool RoundPlanner::plan(const FilmTile& film) {
   // Less than a rounding step for the frame, or for every thousandth pixel, is not worth a round.
   bool more = settings_.budget == 0 || left >= std::max(1.0, 8e-3 * double(targets_.size()));
   if (more) more = entry_.batch > 0 ? share_evenly() : share_by_deviation();
-  double total = 0.0;
-  for (const uint32_t count : targets_) total += count;
+  const auto total = double(std::accumulate(targets_.begin(), targets_.end(), uint64_t{0}));
   if (!more || total <= spent_) return false;
   round_weight_ = settings_.unbiased ? planned_mean_ : (total - spent_) / double(targets_.size());
   planned_mean_ += planned_mean_;
@@ -110,29 +138,26 @@ bool RoundPlanner::share_by_deviation() {
   const size_t pixels = targets_.size();
   rates_.resize(pixels);
   bounds_.resize(pixels);
-  size_t open = 0;
-  float largest_rate = 0.0f;
-  for (size_t i = 0; i < pixels; ++i) {
-    const auto have = float(targets_[i]);
-    bounds_[i] = {have, unfinished(i) ? most_wanted(i) : have};
-    rates_[i] = errors_.deviation[i] / std::sqrt(statistics_.cost[i]);
-    if (bounds_[i].most <= have) continue;
-    ++open;
-    largest_rate = std::max(largest_rate, rates_[i]);
-  }
-  if (open == 0) return false;
+  const OpenPixels open =
+      ordered_sum(pixels, [&](size_t begin, size_t end) { return limit_pixels(begin, end); });
+  if (open.count == 0) return false;
   // That no noise has been seen yet does not mean that there is none.
-  if (largest_rate == 0.0f) std::ranges::fill(rates_, 1.0f);
+  if (open.largest_rate == 0.0f) std::ranges::fill(rates_, 1.0f);
   double all = settings_.budget > 0 ? double(settings_.budget) : double(kUnlimited);
   // Rounds whose sizes are fixed beforehand: each brings as much as all before it.
   if (settings_.unbiased) all = std::min(all, 2 * planned_mean_);
   share_samples(rates_, bounds_, all * double(pixels), &shares_);
-  double more = 0.0;
-  for (size_t i = 0; i < pixels; ++i) {
-    const auto have = float(targets_[i]);
-    shares_[i] = std::min(shares_[i], kPixelGrowth * std::max(have, kLeastTrusted));
-    more += double(shares_[i] - have);
-  }
+  const double more = ordered_sum(pixels, [&](size_t begin, size_t end) {
+    float lanes[kSumLanes] = {};
+    float* shares = shares_.data();
+    const uint32_t* targets = targets_.data();
+    for_lanes(begin, end, [&](size_t i, size_t lane) {
+      const auto have = float(targets[i]);
+      shares[i] = std::min(shares[i], kPixelGrowth * std::max(have, kLeastTrusted));
+      lanes[lane] += shares[i] - have;
+    });
+    return sum_of_lanes(lanes);
+  });
   round_to_counts(keep_to_budget(float(kUniformShare * more / double(pixels))));
   return true;
 }
@@ -141,51 +166,81 @@ bool RoundPlanner::share_by_deviation() {
 // part off all of them. Returns what is to go everywhere.
 float RoundPlanner::keep_to_budget(float everywhere) {
   if (settings_.budget == 0) return everywhere;
-  double more = 0.0;
-  for (size_t i = 0; i < targets_.size(); ++i) {
-    more += double(std::max(shares_[i] - float(targets_[i]), everywhere));
-  }
-  const double left = double(settings_.budget) * double(targets_.size()) - spent_;
+  const size_t pixels = targets_.size();
+  const uint32_t* targets = targets_.data();
+  float* shares = shares_.data();
+  const double more = ordered_sum(pixels, [&](size_t begin, size_t end) {
+    float lanes[kSumLanes] = {};
+    for_lanes(begin, end, [&](size_t i, size_t lane) {
+      lanes[lane] += std::max(shares[i] - float(targets[i]), everywhere);
+    });
+    return sum_of_lanes(lanes);
+  });
+  const double left = double(settings_.budget) * double(pixels) - spent_;
   const auto part = float(std::min(1.0, left / more));
-  for (size_t i = 0; i < targets_.size(); ++i) {
-    const auto have = float(targets_[i]);
-    shares_[i] = have + part * (shares_[i] - have);
-  }
+  parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const auto have = float(targets[i]);
+      shares[i] = have + part * (shares[i] - have);
+    }
+  });
   return part * everywhere;
 }
 
-// The samples that would bring the pixel to the threshold, or the most it may have.
-float RoundPlanner::most_wanted(size_t i) const {
-  const float most = settings_.max_samples > 0 ? float(settings_.max_samples) : float(1u << 24);
-  if (settings_.threshold <= 0.0f) return most;
-  const auto have = float(targets_[i]);
-  const float ratio = std::min(errors_.error[i] / settings_.threshold, 1e6f);
-  // At least a whole step, so that no rounding ends a pixel above the threshold.
-  const float least = have + float(count_step(have + 8.0f));
-  return std::min(most, std::max(have * ratio * ratio * kThresholdMargin, least));
+// Sets the rates and bounds of a part, and tells of its pixels that may get more. What the loop
+// reads is copied or held by pointers, so that it vectorises.
+RoundPlanner::OpenPixels RoundPlanner::limit_pixels(size_t begin, size_t end) {
+  const AdaptiveSettings s = settings_;
+  const uint32_t* targets = targets_.data();
+  const float *error = errors_.error.data(), *deviation = errors_.deviation.data(),
+              *cost = statistics_.cost.data();
+  float* rates = rates_.data();
+  SampleBounds* bounds = bounds_.data();
+  uint32_t open[kSumLanes] = {};
+  float largest_rate[kSumLanes] = {};
+  for_lanes(begin, end, [&](size_t i, size_t lane) {
+    const auto have = float(targets[i]);
+    const float wanted = most_wanted(s, have, error[i]);
+    const float most = is_unfinished(s, targets[i], error[i]) ? wanted : have;
+    bounds[i].least = have;
+    bounds[i].most = most;
+    open[lane] += most > have ? 1u : 0u;
+    rates[i] = deviation[i] / std::sqrt(cost[i]);
+  });
+  for_lanes(begin, end, [&](size_t i, size_t lane) {
+    const float rate = bounds[i].most > bounds[i].least ? rates[i] : 0.0f;
+    largest_rate[lane] = std::max(largest_rate[lane], rate);
+  });
+  return {size_t(sum_of_lanes(open)), std::ranges::max(largest_rate)};
 }
 
 // From shares to whole counts, with at least `everywhere` samples more for each pixel on average.
 void RoundPlanner::round_to_counts(float everywhere) {
-  const uint32_t round_hash = hash_combine(hash_combine(hash32(seed_), 0x7a11u), uint32_t(round_));
-  const float most = settings_.max_samples > 0 ? float(settings_.max_samples) : float(1u << 24);
+  const uint32_t round_hash = hash_of_round(seed_, round_);
+  const float most = most_samples(settings_);
+  const auto most_count = uint32_t(most);
+  const uint32_t least_more = settings_.unbiased ? 1 : 0;
+  const bool recording = recorded_ < targets_.size();
+  const uint32_t recorded_had = recording ? targets_[recorded_] : 0;
   parallel_ranges(targets_.size(), kGrain, [&](size_t begin, size_t end) {
+    uint32_t* targets = targets_.data();
+    const float* shares = shares_.data();
     for (size_t i = begin; i < end; ++i) {
-      const uint32_t have = targets_[i];
-      const float u = to_unit_float(hash_combine(round_hash, uint32_t(i)));
-      const float share = std::min(std::max(shares_[i], float(have) + everywhere), most);
-      // The most need not be a multiple of the step; rounded by chance it might never be met.
-      uint32_t count =
-          share < most ? round_count(have, share, count_step(share), u) : uint32_t(most);
-      if (settings_.unbiased) count = std::max(count, have + 1);
-      count = std::max(have, std::min(count, uint32_t(most)));
-      if (i == recorded_) {
-        records_.push_back(
-            {round_, have, errors_.error[i], errors_.deviation[i], statistics_.cost[i], count});
-      }
-      targets_[i] = count;
+      const uint32_t have = targets[i];
+      const float share = std::min(std::max(shares[i], float(have) + everywhere), most);
+      // The most need not be a multiple of the step; rounded by chance it might never be met, so it
+      // is always rounded up, and cut.
+      const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
+      const float u = share < most ? chance : 0.0f;
+      const uint32_t count = round_count(have, share, count_step(share), u);
+      targets[i] = std::max(have, std::min(std::max(count, have + least_more), most_count));
     }
   });
+  if (recording) {
+    const size_t i = recorded_;
+    records_.push_back({round_, recorded_had, errors_.error[i], errors_.deviation[i],
+                        statistics_.cost[i], targets_[i]});
+  }
 }
 
 // Every unfinished pixel gets the same. Where only a budget is given, the half of the pixels with
@@ -198,8 +253,11 @@ bool RoundPlanner::share_evenly() {
   for (size_t i = 0; i < pixels; ++i) {
     if (unfinished(i)) open.push_back(uint32_t(i));
   }
+  // Equals in an order of their own for each round, so that no part of the window comes first.
+  const uint32_t round_hash = hash_of_round(seed_, round_);
   const auto larger_error = [&](uint32_t a, uint32_t b) {
-    return errors_.error[a] != errors_.error[b] ? errors_.error[a] > errors_.error[b] : a < b;
+    if (errors_.error[a] != errors_.error[b]) return errors_.error[a] > errors_.error[b];
+    return hash_combine(round_hash, a) < hash_combine(round_hash, b);
   };
   size_t chosen = open.size();
   if (settings_.threshold <= 0.0f) chosen = (chosen + 1) / 2;

@@ -2,6 +2,7 @@
 // function of the film and the settings: neither threads nor the clock have a say.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -70,7 +71,17 @@ class RoundPlanner {
   bool share_evenly();
   float keep_to_budget(float everywhere);
   bool unfinished(size_t i) const;
-  float most_wanted(size_t i) const;
+  // Those that may get more in the coming round.
+  struct OpenPixels {
+    size_t count = 0;
+    float largest_rate = 0.0f;
+    OpenPixels& operator+=(const OpenPixels& other) {
+      count += other.count;
+      largest_rate = std::max(largest_rate, other.largest_rate);
+      return *this;
+    }
+  };
+  OpenPixels limit_pixels(size_t begin, size_t end);
   void round_to_counts(float everywhere);
 
   AdaptiveSettings settings_;

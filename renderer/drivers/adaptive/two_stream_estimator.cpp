@@ -28,66 +28,170 @@ enum Plane : int {
   kPlanes = 12
 };
 
-// Rows of sums over the kernel's height, then over its width.
-class PooledRow {
+// One row of every plane.
+class PlaneRows {
  public:
-  explicit PooledRow(int width) : width_(width) {
-    for (auto* planes : {&vertical_, &pooled_}) {
-      for (auto& plane : *planes) plane.resize(size_t(width + 2 * kRadius));
-    }
-  }
-
-  void pool(const PixelStatistics& p, int y) {
-    for (auto& plane : vertical_) std::fill(plane.begin(), plane.end(), 0.0f);
-    for (int dy = -kRadius; dy <= kRadius; ++dy) {
-      if (y + dy >= 0 && y + dy < p.height) add_row(p, y + dy, kKernel[std::abs(dy)]);
-    }
-    for (int plane = 0; plane < kPlanes; ++plane) {
-      const float* in = vertical_[size_t(plane)].data() + kRadius;
-      float* out = pooled_[size_t(plane)].data();
-      for (int x = 0; x < width_; ++x) {
-        out[x] =
-            kKernel[2] * (in[x - 2] + in[x + 2]) + kKernel[1] * (in[x - 1] + in[x + 1]) + in[x];
-      }
-    }
-  }
-  float operator()(int plane, int x) const { return pooled_[size_t(plane)][size_t(x)]; }
+  explicit PlaneRows(size_t width) : width_(width), values_(width * kPlanes) {}
+  float* operator[](int plane) { return values_.data() + size_t(plane) * width_; }
+  const float* operator[](int plane) const { return values_.data() + size_t(plane) * width_; }
 
  private:
-  void add_row(const PixelStatistics& p, int y, float k) {
-    const size_t first = size_t(y) * size_t(width_);
-    const auto out = [&](int plane) { return vertical_[size_t(plane)].data() + kRadius; };
-    const float* count = &p.count[first];
-    const float* second = &p.second_count[first];
-    float *weight = out(kWeight), *freedom = out(kFreedom), *streams = out(kStreams);
-    for (int x = 0; x < width_; ++x) {
-      weight[x] += count[x] > 0.0f ? k : 0.0f;
-      freedom[x] += k * std::max(0.0f, count[x] - 1.0f);
-      streams[x] += second[x] > 0.0f ? k : 0.0f;
+  size_t width_;
+  std::vector<float> values_;
+};
+
+void pool_across(const float* in, int width, float* out) {
+  for (int x = 0; x < width; ++x) {
+    out[x] = kKernel[2] * (in[x - 2] + in[x + 2]) + kKernel[1] * (in[x - 1] + in[x + 1]) + in[x];
+  }
+}
+
+void pool_down(const std::array<const float*, 2 * kRadius + 1>& in, int width, float* out) {
+  const auto [a, b, c, d, e] = in;
+  for (int x = 0; x < width; ++x) {
+    out[x] = kKernel[2] * (a[x] + e[x]) + kKernel[1] * (b[x] + d[x]) + c[x];
+  }
+}
+
+// The rows of sums over the kernel's width, of which the sums over its height are made. Each is
+// made once and kept until it is no longer under the kernel; so rows are asked for from above.
+class PooledRows {
+ public:
+  PooledRows(const PixelStatistics& pixels, int first)
+      : pixels_(pixels),
+        next_(std::max(0, first - kRadius)),
+        raw_(size_t(pixels.width) + 2 * kRadius),
+        outside_(size_t(pixels.width)),
+        across_(kHeight, PlaneRows(size_t(pixels.width))),
+        pooled_(size_t(pixels.width)) {}
+
+  const PlaneRows& row(int y) {
+    for (; next_ <= std::min(y + kRadius, pixels_.height - 1); ++next_) add_row(next_);
+    std::array<const PlaneRows*, kHeight> under;
+    for (int i = 0; i < kHeight; ++i) {
+      const int from = y + i - kRadius;
+      const bool inside = from >= 0 && from < pixels_.height;
+      under[size_t(i)] = inside ? &across_[size_t(from % kHeight)] : &outside_;
     }
-    for (int c = 0; c < 3; ++c) {
-      const float* mean = &p.mean[size_t(c)][first];
-      const float* variance = &p.variance[size_t(c)][first];
-      const float* difference = &p.stream_difference[size_t(c)][first];
-      float *means = out(kMean + c), *spreads = out(kSpread + c),
-            *differences = out(kDifference + c);
-      for (int x = 0; x < width_; ++x) {
-        const float a = count[x] - second[x], b = second[x];
-        means[x] += k * mean[x];
-        spreads[x] += k * std::max(0.0f, count[x] - 1.0f) * variance[x];
-        // (A - B)^2 / (1/a + 1/b); the difference is 0 where there is no second stream.
-        differences[x] += k * difference[x] * difference[x] * (a * b / std::max(1.0f, a + b));
-      }
+    for (int plane = 0; plane < kPlanes; ++plane) {
+      const auto in = [&](size_t i) { return (*under[i])[plane]; };
+      pool_down({in(0), in(1), in(2), in(3), in(4)}, pixels_.width, pooled_[plane]);
     }
+    return pooled_;
   }
 
-  int width_;
-  std::array<std::vector<float>, kPlanes> vertical_, pooled_;
+ private:
+  static constexpr int kHeight = 2 * kRadius + 1;
+
+  void add_row(int y) {
+    const size_t first = size_t(y) * size_t(pixels_.width);
+    const float* count = &pixels_.count[first];
+    const float* second = &pixels_.second_count[first];
+    PlaneRows& out = across_[size_t(y % kHeight)];
+    const auto pool = [&](int plane, const auto& value) {
+      float* raw = raw_.data() + kRadius;  // with black margins
+      for (int x = 0; x < pixels_.width; ++x) raw[x] = value(x);
+      pool_across(raw, pixels_.width, out[plane]);
+    };
+    const auto freedom = [&](int x) { return std::max(0.0f, count[x] - 1.0f); };
+    pool(kWeight, [&](int x) { return count[x] > 0.0f ? 1.0f : 0.0f; });
+    pool(kFreedom, freedom);
+    pool(kStreams, [&](int x) { return second[x] > 0.0f ? 1.0f : 0.0f; });
+    for (int c = 0; c < 3; ++c) {
+      const float* variance = &pixels_.variance[size_t(c)][first];
+      const float* difference = &pixels_.stream_difference[size_t(c)][first];
+      pool_across(padded(&pixels_.mean[size_t(c)][first]), pixels_.width, out[kMean + c]);
+      pool(kSpread + c, [&](int x) { return freedom(x) * variance[x]; });
+      // (A - B)^2 / (1/a + 1/b); the difference is 0 where there is no second stream.
+      pool(kDifference + c, [&](int x) {
+        const float a = count[x] - second[x], b = second[x];
+        return difference[x] * difference[x] * (a * b / std::max(1.0f, a + b));
+      });
+    }
+  }
+  const float* padded(const float* row) {
+    std::copy(row, row + pixels_.width, raw_.data() + kRadius);
+    return raw_.data() + kRadius;
+  }
+
+  const PixelStatistics& pixels_;
+  int next_;                // row to be added
+  std::vector<float> raw_;  // of one plane, with margins of 0
+  PlaneRows outside_;       // 0, for rows outside the window
+  std::vector<PlaneRows> across_;
+  PlaneRows pooled_;
 };
 
 // A number that takes part in sums and roots: no NaN, not negative, not so large that its square
 // overflows.
 float tame(float x) { return x > 0.0f ? std::min(x, 1e18f) : 0.0f; }
+
+// Rows of what the three channels divide by.
+struct Reciprocals {
+  std::vector<float> count, weight, freedom, streams;
+  explicit Reciprocals(size_t width)
+      : count(width), weight(width), freedom(width), streams(width) {}
+
+  void set(const float* counts, const PlaneRows& pooled) {
+    invert(counts, 1.0f, &count);
+    invert(pooled[kWeight], 1e-6f, &weight);
+    // No stream, or no degree of freedom, gives a large number that is not asked for.
+    invert(pooled[kFreedom], 1e-6f, &freedom);
+    invert(pooled[kStreams], 1e-6f, &streams);
+  }
+
+ private:
+  static void invert(const float* in, float least, std::vector<float>* row) {
+    const size_t width = row->size();
+    float* out = row->data();
+    for (size_t x = 0; x < width; ++x) out[x] = 1.0f / std::max(least, in[x]);
+  }
+};
+
+// Adds a channel's squared errors and its part of the squared deviations to a row of the map. There
+// are too many rows for the loop to check that they do not overlap, as it would without __restrict.
+template <typename Weight>
+void add_channel(const PlaneRows& pooled, const Reciprocals& per, int c, const Weight& weight,
+                 float* __restrict error, float* __restrict deviation) {
+  const float *means = pooled[kMean + c], *spreads = pooled[kSpread + c],
+              *differences = pooled[kDifference + c];
+  const float *freedoms = pooled[kFreedom], *streams = pooled[kStreams];
+  const float *per_weight = per.weight.data(), *per_freedom = per.freedom.data(),
+              *per_stream = per.streams.data(), *per_count = per.count.data();
+  const size_t width = per.count.size();
+  for (size_t x = 0; x < width; ++x) {
+    const float mean = means[x] * per_weight[x];
+    const float spread = freedoms[x] > 0.0f ? tame(spreads[x] * per_freedom[x]) : 1.0f;
+    const float honest = streams[x] > 0.0f ? tame(differences[x] * per_stream[x]) : spread;
+    const float display = display_error_weight(mean, std::sqrt(spread * per_count[x]));
+    error[x] += display * honest * per_count[x];
+    deviation[x] += weight(mean, display) * (honest + kPrior * spread) * (1.0f / (1.0f + kPrior));
+  }
+}
+
+// weight(mean, display's weight) is the allocation's.
+template <typename Weight>
+void estimate_rows(const PixelStatistics& p, const Weight& weight, ErrorMap* out) {
+  const auto width = size_t(p.width);
+  constexpr size_t kRows = 16;
+  parallel_ranges(size_t(p.height), kRows, [&](size_t begin, size_t end) {
+    PooledRows rows(p, int(begin));
+    Reciprocals per(width);
+    for (size_t y = begin; y < end; ++y) {
+      const PlaneRows& pooled = rows.row(int(y));
+      per.set(&p.count[y * width], pooled);
+      float* error = &out->error[y * width];
+      float* deviation = &out->deviation[y * width];
+      std::fill(error, error + width, 0.0f);
+      std::fill(deviation, deviation + width, 0.0f);
+      for (int c = 0; c < 3; ++c) add_channel(pooled, per, c, weight, error, deviation);
+      for (size_t x = 0; x < width; ++x) {
+        error[x] = std::sqrt(error[x] * (1.0f / 3));
+        deviation[x] = std::sqrt(tame(deviation[x] * (1.0f / 3)));  // relmse of NaN is NaN
+      }
+    }
+  });
+}
 
 }  // namespace
 
@@ -95,34 +199,19 @@ void TwoStreamEstimator::estimate(const PixelStatistics& p, ErrorMetric allocati
                                   ErrorMap* out) const {
   out->error.resize(p.size());
   out->deviation.resize(p.size());
-  const float epsilon = rel_mse_epsilon(p);
-  constexpr size_t kRows = 8;
-  parallel_ranges(size_t(p.height), kRows, [&](size_t begin, size_t end) {
-    PooledRow row(p.width);
-    for (size_t y = begin; y < end; ++y) {
-      row.pool(p, int(y));
-      for (int x = 0; x < p.width; ++x) {
-        const size_t i = y * size_t(p.width) + size_t(x);
-        const float n = std::max(1.0f, p.count[i]);
-        const float freedom = row(kFreedom, x), streams = row(kStreams, x);
-        float error = 0.0f, variance = 0.0f;
-        for (int c = 0; c < 3; ++c) {
-          const float mean = row(kMean + c, x) / std::max(row(kWeight, x), 1e-6f);
-          const float spread = freedom > 0.0f ? tame(row(kSpread + c, x) / freedom) : 1.0f;
-          const float honest = streams > 0.0f ? tame(row(kDifference + c, x) / streams) : spread;
-          const float deviation = std::sqrt(spread / n);
-          const float display = error_weight(ErrorMetric::kDisplay, epsilon, mean, deviation);
-          error += display * honest / n;
-          const float weight = allocation == ErrorMetric::kDisplay
-                                   ? display
-                                   : error_weight(allocation, epsilon, mean, deviation);
-          variance += weight * (honest + kPrior * spread) / (1.0f + kPrior);
-        }
-        out->error[i] = std::sqrt(error / 3);
-        out->deviation[i] = std::sqrt(variance / 3);
-      }
+  switch (allocation) {
+    case ErrorMetric::kDisplay:
+      return estimate_rows(
+          p, [](float, float display) { return display; }, out);
+    case ErrorMetric::kMse:
+      return estimate_rows(
+          p, [](float, float) { return 1.0f; }, out);
+    case ErrorMetric::kRelMse: {
+      const float epsilon = rel_mse_epsilon(p);
+      const auto weight = [epsilon](float mean, float) { return 1.0f / (mean * mean + epsilon); };
+      return estimate_rows(p, weight, out);
     }
-  });
+  }
 }
 
 }  // namespace emberline

@@ -1,0 +1,46 @@
+// Sums over the pixels of a window, in parallel, that do not depend on who computed what.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "renderer/core/parallel.h"
+
+namespace emberline {
+
+// part_sum(begin, end) for fixed parts of [0, count), added in order with +=; Sum{} of nothing.
+template <typename PartSum>
+auto ordered_sum(size_t count, const PartSum& part_sum) {
+  constexpr size_t kPart = 8192;
+  std::vector<decltype(part_sum(size_t{}, size_t{}))> sums((count + kPart - 1) / kPart);
+  parallel_each(sums.size(), [&](size_t part) {
+    sums[part] = part_sum(part * kPart, std::min(count, (part + 1) * kPart));
+  });
+  typename decltype(sums)::value_type total{};
+  for (const auto& sum : sums) total += sum;
+  return total;
+}
+
+// A part's running values are kept in so many lanes, so that loops over them vectorise although the
+// order of float additions matters; each lane holds at most kPart / kSumLanes terms.
+inline constexpr size_t kSumLanes = 16;
+
+// body(i, lane) for [begin, end), lane = (i - begin) % kSumLanes.
+template <typename Body>
+void for_lanes(size_t begin, size_t end, const Body& body) {
+  size_t i = begin;
+  for (; i + kSumLanes <= end; i += kSumLanes) {
+    for (size_t lane = 0; lane < kSumLanes; ++lane) body(i + lane, lane);
+  }
+  for (size_t lane = 0; i + lane < end; ++lane) body(i + lane, lane);
+}
+
+template <typename Lane>
+double sum_of_lanes(const Lane (&lanes)[kSumLanes]) {
+  double sum = 0.0;
+  for (const Lane lane : lanes) sum += double(lane);
+  return sum;
+}
+
+}  // namespace emberline

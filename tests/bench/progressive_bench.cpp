@@ -1,0 +1,170 @@
+// How soon a progressive driver shows something, how soon it stops, and what it costs beside
+// `bucket`. Not a test; renderer/drivers/README.md has the figures.
+//
+//   progressive_bench SCENE --driver NAME [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z]
+//       [--size WxH] [--spp N] [--threads N] [--repetitions N]
+//
+// The two drivers are run in turn, again and again; ratios are those of neighbours, and medians are
+// shown with the extremes, so that other work on the machine falls on all alike.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <thread>
+
+#include "bench/bench_frame.h"
+#include "renderer/app/option_values.h"
+#include "renderer/core/errors.h"
+
+namespace emberline::bench {
+namespace {
+
+struct Options {
+  RenderOptions frame;
+  int threads = 2;
+  int repetitions = 5;
+};
+
+// Resolves the picture at some moments, as a window would, and takes the time of it.
+class Onlooker final : public FrameObserver {
+ public:
+  explicit Onlooker(uint64_t pixels) : rgba_(4 * pixels) {
+    std::ranges::fill(rgba_, 1.0f);  // a window has its memory when it asks for a picture
+  }
+  void tile_finished(const FilmTile& /*tile*/) override {}
+  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
+    if (next_ == kMoments || progress.completion < kCompletions[next_]) return;
+    const double before = wall_clock(), cpu_before = process_cpu();
+    picture.resolve(rgba_);
+    resolve_s_[next_] = wall_clock() - before;
+    resolve_cpu_s_[next_] = process_cpu() - cpu_before;
+    shown_s_[next_] = wall_clock() - start_ - looked_s_;
+    looked_s_ += next_ == 0 ? 0.0 : resolve_s_[next_];  // the first belongs to what was asked
+    ++next_;
+  }
+
+  static constexpr size_t kMoments = 5;
+  static constexpr double kCompletions[kMoments] = {0.0, 1.0 / 64, 0.25, 0.5, 1.0};
+  double shown_s(size_t moment) const { return shown_s_[moment]; }
+  double resolve_s(size_t moment) const { return resolve_s_[moment]; }
+  double resolve_cpu_s(size_t moment) const { return resolve_cpu_s_[moment]; }
+
+ private:
+  const double start_ = wall_clock();
+  std::vector<float> rgba_;
+  size_t next_ = 0;
+  double looked_s_ = 0;
+  double shown_s_[kMoments] = {}, resolve_s_[kMoments] = {}, resolve_cpu_s_[kMoments] = {};
+};
+
+class Nobody final : public FrameObserver {
+  void tile_finished(const FilmTile& /*tile*/) override {}
+};
+
+std::unique_ptr<FrameDriver> driver_of(const RenderOptions& o, const std::string& name) {
+  return create_driver(name, {o.bucket_size, o.bucket_order, o.bisection_axis, o.reconstruction});
+}
+
+void line(const std::string& name, const std::vector<double>& values, double scale,
+          const char* unit) {
+  const Spread s = spread(values);
+  fmt::print("{:<44}{:>9.4g}   {:.4g} to {:.4g}{}\n", name, s.median * scale, s.least * scale,
+             s.most * scale, unit);
+}
+
+void measure_pictures(const Options& options, const BenchFrame& frame) {
+  std::vector<double> shown[Onlooker::kMoments], resolve[Onlooker::kMoments],
+      resolve_cpu[Onlooker::kMoments];
+  for (int i = 0; i < options.repetitions; ++i) {
+    const auto driver = driver_of(options.frame, options.frame.driver);
+    Onlooker onlooker(frame.pixels());
+    frame.render(*driver, onlooker, options.threads, 1, {});
+    for (size_t m = 0; m < Onlooker::kMoments; ++m) {
+      shown[m].push_back(onlooker.shown_s(m));
+      resolve[m].push_back(onlooker.resolve_s(m));
+      resolve_cpu[m].push_back(onlooker.resolve_cpu_s(m));
+    }
+  }
+  const char* names[] = {"first pause", "1/64 of the pixels", "1/4", "1/2", "all"};
+  for (size_t m = 0; m < Onlooker::kMoments; ++m) {
+    line(fmt::format("picture after {}", names[m]), shown[m], 1e3, " ms");
+    line("  of it, resolving", resolve[m], 1e3, " ms");
+    line("  and its processor time, all threads", resolve_cpu[m], 1e3, " ms");
+  }
+}
+
+void measure_stops(const Options& options, const BenchFrame& frame) {
+  std::vector<double> latency;
+  for (int i = 0; i < 4 * options.repetitions; ++i) {
+    const auto driver = driver_of(options.frame, options.frame.driver);
+    Nobody nobody;
+    std::stop_source stop;
+    double requested = 0;
+    std::thread timer([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10 + 37 * i % 500));
+      requested = wall_clock();
+      stop.request_stop();
+    });
+    frame.render(*driver, nobody, options.threads, 1u << 20, stop.get_token());
+    const double returned = wall_clock();
+    timer.join();
+    latency.push_back(returned - requested);
+  }
+  line("from a stop request to the return", latency, 1e3, " ms");
+}
+
+void measure_overhead(const Options& options, const BenchFrame& frame) {
+  std::vector<double> cpu, wall;
+  const auto timed = [&](const std::string& name) {
+    const auto driver = driver_of(options.frame, name);
+    Nobody nobody;
+    FrameRun run;
+    const double wall_before = wall_clock(), cpu_before = process_cpu();
+    frame.render(*driver, nobody, options.threads, options.frame.spp, {});
+    run.wall_s = wall_clock() - wall_before;
+    run.cpu_s = process_cpu() - cpu_before;
+    return run;
+  };
+  for (int i = 0; i < options.repetitions; ++i) {
+    // First one, then the other is first.
+    const FrameRun before = i % 2 == 0 ? timed("bucket") : FrameRun{};
+    const FrameRun driver = timed(options.frame.driver);
+    const FrameRun bucket = i % 2 == 0 ? before : timed("bucket");
+    cpu.push_back(driver.cpu_s / bucket.cpu_s);
+    wall.push_back(driver.wall_s / bucket.wall_s);
+  }
+  const std::string spp =
+      fmt::format("{} spp, {} / bucket", options.frame.spp, options.frame.driver);
+  line(spp + ", processor time", cpu, 1, "");
+  line(spp + ", wall time", wall, 1, "");
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  options.frame.driver = "bisection";
+  options.frame.filter = "box";
+  CLI::App app("Times a progressive driver", "progressive_bench");
+  add_frame_options(&app, options.frame);
+  add_number(&app, "--threads", options.threads, 1, 4096, "worker threads");
+  add_number(&app, "--repetitions", options.repetitions, 1, 10000, "of everything");
+  CLI11_PARSE(app, argc, argv);
+  const BenchFrame frame(options.frame);
+  fmt::print("{}  {}x{}  {}  {} threads, medians of {}\n", options.frame.scene, options.frame.width,
+             options.frame.height, options.frame.driver, options.threads, options.repetitions);
+  measure_pictures(options, frame);
+  measure_stops(options, frame);
+  if (options.frame.spp > 1) measure_overhead(options, frame);
+  return 0;
+}
+
+}  // namespace
+}  // namespace emberline::bench
+
+int main(int argc, char** argv) {
+  try {
+    return emberline::bench::run(argc, argv);
+  } catch (const emberline::EmberlineError& error) {
+    fmt::print(stderr, "progressive_bench: {}\n", error.what());
+    return error.exit_code();
+  }
+}

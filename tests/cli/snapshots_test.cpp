@@ -1,0 +1,137 @@
+// --snapshots: what a progressive render showed on its way.
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+class Snapshots : public CommandTest {
+ protected:
+  Words progressive(const Words& more = {}) {
+    return render_words(Words{"--driver", "bisection", "--size", "96x64", "--snapshots",
+                              path("shots"), "--report", path("r.json")} +
+                        more);
+  }
+  Words shots() const {
+    Words names;
+    for (const auto& entry : std::filesystem::directory_iterator(path("shots"))) {
+      names.push_back(entry.path().filename().string());
+    }
+    std::ranges::sort(names);
+    return names;
+  }
+};
+
+TEST_F(Snapshots, TheUsualMomentsInOrder) {
+  render(progressive());
+  EXPECT_EQ(shots(),
+            (Words{"000_first.png", "001_0001pct.png", "002_0002pct.png", "003_0005pct.png",
+                   "004_0010pct.png", "005_0025pct.png", "006_0035pct.png", "007_0050pct.png",
+                   "008_0075pct.png", "009_0100pct.png", "refinement.gif"}));
+  const nlohmann::json list = read_json("r.json")["snapshots"];
+  ASSERT_EQ(list.size(), 10u);
+  const double percents[] = {0, 1, 2, 5, 10, 25, 35, 50, 75, 100};
+  double completion = 0, elapsed = 0;
+  for (size_t i = 0; i < list.size(); ++i) {
+    EXPECT_EQ(list[i]["file"], shots()[i]);
+    // A pause at least every hundredth of the frame.
+    EXPECT_GE(list[i]["completion"].get<double>(), percents[i] / 100);
+    EXPECT_LE(list[i]["completion"].get<double>(), percents[i] / 100 + 0.0101);
+    EXPECT_GE(list[i]["completion"].get<double>(), completion);
+    EXPECT_GE(list[i]["elapsed_s"].get<double>(), elapsed);
+    EXPECT_TRUE(list[i]["rmse"].is_null());
+    completion = list[i]["completion"];
+    elapsed = list[i]["elapsed_s"];
+    const BytePicture picture = read_bytes_picture(path("shots/" + shots()[i]));
+    EXPECT_EQ(picture.width, 96);
+    EXPECT_EQ(picture.height, 64);
+  }
+  EXPECT_EQ(list.back()["samples"], 96u * 64u);
+  EXPECT_LE(elapsed, read_json("r.json")["time"]["render_s"].get<double>());
+}
+
+TEST_F(Snapshots, TheAnimationHasAFrameForEach) {
+  render(progressive({"--snapshot-at", "first,10%,100%"}));
+  const auto gif = OIIO::ImageInput::open(path("shots/refinement.gif"));
+  ASSERT_TRUE(gif) << OIIO::geterror();
+  int frames = 0;
+  while (gif->seek_subimage(frames, 0)) {
+    EXPECT_EQ(gif->spec().width, 96);
+    EXPECT_EQ(gif->spec().height, 64);
+    ++frames;
+  }
+  EXPECT_EQ(frames, 3);
+}
+
+// Times, samples and fractions, in whatever order they are given; the last is the frame itself.
+TEST_F(Snapshots, MomentsOfEveryKind) {
+  render(progressive(
+      {"--spp", "8", "--snapshot-at", "8spp,2.5%,0.000001s,first", "--snapshot-format", "exr"}));
+  EXPECT_EQ(shots().size(), 9u);
+  const nlohmann::json list = read_json("r.json")["snapshots"];
+  ASSERT_EQ(list.size(), 4u);
+  EXPECT_EQ(list[0]["samples"], 1);
+  EXPECT_EQ(list[2]["file"], "002_0002.500pct.png");
+  EXPECT_EQ(list[3]["file"], "003_0008spp.png");
+  const ExrPicture last = read_exr(path("shots/003_0008spp.exr"));
+  const ExrPicture frame = read_exr(path("out.exr"));
+  for (const char* channel : {"R", "G", "B", "A"}) {
+    EXPECT_EQ(last.channels.at(channel), frame.channels.at(channel)) << channel;
+  }
+}
+
+TEST_F(Snapshots, AreMeasuredAgainstTheReference) {
+  render(render_words({"--size", "96x64", "--spp", "4", "-o", path("ref.exr")}));
+  render(progressive(
+      {"--spp", "4", "--snapshot-at", "first,50%,100%,4spp", "--reference", path("ref.exr")}));
+  const nlohmann::json list = read_json("r.json")["snapshots"];
+  ASSERT_EQ(list.size(), 4u);
+  EXPECT_GT(list[0]["rmse"].get<double>(), 0.0);
+  EXPECT_GT(list[0]["mse"].get<double>(), list[2]["mse"].get<double>());
+  // Law 2: the same samples.
+  for (const char* metric : {"rmse", "mse", "relmse"}) {
+    EXPECT_EQ(list[3][metric].get<double>(), 0.0) << metric;
+  }
+}
+
+TEST_F(Snapshots, WhatCannotBeIsSaidBeforeTheSceneIsLoaded) {
+  scene();
+  write("file", "irreplaceable");
+  const auto words = [&](const Words& more) {
+    return Words{"render", path("none.glb"), "-o", path("out.exr"), "--driver", "bisection"} + more;
+  };
+  expect_failure(words({"--driver", "bucket", "--snapshots", path("shots")}), 2,
+                 {"--snapshots", "bucket", "progressive"});
+  expect_failure(words({"--snapshots", path("file")}), 1, {"--snapshots", "file"});
+  expect_failure(words({"--snapshots", path("new/shots")}), 1, {"--snapshots", "new/shots"});
+  expect_failure(words({"--snapshots", path("shots"), "--reference", path("no.exr")}), 3,
+                 {"no.exr"});
+  for (const char* option : {"--snapshot-at", "--snapshot-format", "--reference"}) {
+    expect_failure(words({option, "x"}), 2, {option, "requires --snapshots"});
+  }
+  // Nor does a folder stay that was made for a render that cannot be.
+  expect_failure(words({"--snapshots", path("shots")}), 3, {"none.glb"});
+}
+
+TEST_F(Snapshots, AReferenceOfAnotherSizeIsRefused) {
+  render(render_words({"--size", "32x16", "-o", path("ref.exr")}));
+  expect_failure(progressive({"--reference", path("ref.exr")}), 3,
+                 {"ref.exr", "32 x 16", "96 x 64"});
+}
+
+TEST_F(Snapshots, AFolderThatMayNotBeWrittenTo) {
+  scene();
+  std::filesystem::create_directories(path("shots"));
+  using std::filesystem::perms;
+  std::filesystem::permissions(folder_.path(), perms::all);
+  std::filesystem::permissions(path("shots"), perms::owner_read | perms::owner_exec |
+                                                  perms::others_read | perms::others_exec);
+  expect_failure(progressive(), 1, {"shots"}, {.unprivileged = true});
+  std::filesystem::permissions(path("shots"), perms::owner_all);
+}
+
+}  // namespace
+}  // namespace emberline::test

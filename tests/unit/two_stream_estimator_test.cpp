@@ -1,0 +1,113 @@
+// The default estimator's row buffers and vector loops against its definition, pixel by pixel.
+#include "renderer/drivers/adaptive/two_stream_estimator.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "renderer/drivers/adaptive/error_metric.h"
+#include "unit/synthetic_pixels.h"
+
+namespace emberline::test {
+namespace {
+
+struct Judged {
+  double error = 0, deviation = 0;
+};
+
+// The header's definition in double: sums over the 5 x 5 pixels around (px, py).
+Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
+  constexpr double kSigma = 1.2, kPrior = 0.1;
+  double weight = 0, freedom = 0, streams = 0, mean[3] = {}, spread[3] = {}, difference[3] = {};
+  for (int y = std::max(0, py - 2); y <= std::min(p.height - 1, py + 2); ++y) {
+    for (int x = std::max(0, px - 2); x <= std::min(p.width - 1, px + 2); ++x) {
+      const size_t i = size_t(y) * size_t(p.width) + size_t(x);
+      const double k =
+          std::exp(-((x - px) * (x - px) + (y - py) * (y - py)) / (2 * kSigma * kSigma));
+      const double n = double(p.count[i]), b = double(p.second_count[i]), a = n - b;
+      weight += n > 0 ? k : 0;
+      freedom += k * std::max(0.0, n - 1);
+      streams += b > 0 ? k : 0;
+      for (size_t c = 0; c < 3; ++c) {
+        mean[c] += k * double(p.mean[c][i]);
+        spread[c] += k * std::max(0.0, n - 1) * double(p.variance[c][i]);
+        if (b > 0) difference[c] += k * std::pow(double(p.stream_difference[c][i]), 2) * a * b / n;
+      }
+    }
+  }
+  const size_t i = size_t(py) * size_t(p.width) + size_t(px);
+  const double n = std::max(1.0, double(p.count[i]));
+  Judged sum;
+  for (size_t c = 0; c < 3; ++c) {
+    const double own = freedom > 0 ? spread[c] / freedom : 1.0;
+    const double honest = streams > 0 ? difference[c] / streams : own;
+    const double value = mean[c] / std::max(weight, 1e-6);
+    const auto in = [&](ErrorMetric metric) {
+      return double(
+          error_weight(metric, rel_mse_epsilon(p), float(value), float(std::sqrt(own / n))));
+    };
+    sum.error += in(ErrorMetric::kDisplay)*honest / n / 3;
+    sum.deviation += in(allocation) * (honest + kPrior * own) / (1 + kPrior) / 3;
+  }
+  return {std::sqrt(sum.error), std::sqrt(sum.deviation)};
+}
+
+// Counts from 0 to 24, so that neighbours differ, and a stream or all samples are missing in some.
+PixelStatistics uneven_pixels(int width, int height) {
+  PixelStatistics pixels = constant_pixels(width, height, 0.0f, 0.0f);
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    TestRandom random(11, i);
+    const auto n = float(8 * (random.bits() % 4));
+    pixels.count[i] = n;
+    pixels.second_count[i] = random.bits() % 5 == 0 ? 0.0f : n / 2;
+    for (size_t c = 0; c < 3; ++c) {
+      if (n == 0.0f) continue;
+      pixels.mean[c][i] = float(random.next_double());
+      pixels.variance[c][i] = float(0.1 * random.next_double());
+      const bool two = pixels.second_count[i] > 0.0f;
+      pixels.stream_difference[c][i] = two ? float(0.1 * random.next_double() - 0.05) : 0.0f;
+    }
+  }
+  return pixels;
+}
+
+constexpr ErrorMetric kMetrics[] = {ErrorMetric::kDisplay, ErrorMetric::kMse, ErrorMetric::kRelMse};
+
+TEST(TwoStreamEstimator, IsItsDefinition) {
+  // Heights around the kernel's and around the rows that one thread takes.
+  for (const auto& [width, height] : {std::pair{1, 1}, {1, 9}, {9, 1}, {5, 3}, {37, 67}}) {
+    const PixelStatistics pixels = uneven_pixels(width, height);
+    for (const ErrorMetric metric : kMetrics) {
+      ErrorMap map;
+      TwoStreamEstimator({}).estimate(pixels, metric, &map);
+      for (size_t i = 0; i < pixels.size(); ++i) {
+        const Judged expected = judge(pixels, metric, int(i) % width, int(i) / width);
+        // The kernel's constants have six digits; a slope is a difference over .002 or more.
+        ASSERT_NEAR(double(map.error[i]), expected.error, 3e-4 * expected.error) << i;
+        ASSERT_NEAR(double(map.deviation[i]), expected.deviation, 3e-4 * expected.deviation) << i;
+      }
+    }
+  }
+}
+
+TEST(TwoStreamEstimator, DeviationsAreFiniteInEveryMetric) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity, 3e38f}) {
+    PixelStatistics pixels = uneven_pixels(40, 30);
+    pixels.mean[1][333] = pixels.variance[0][600] = pixels.stream_difference[2][900] = bad;
+    for (const ErrorMetric metric : kMetrics) {
+      ErrorMap map;
+      TwoStreamEstimator({}).estimate(pixels, metric, &map);
+      for (const float deviation : map.deviation) {
+        ASSERT_TRUE(std::isfinite(deviation) && deviation >= 0.0f) << deviation << " of " << bad;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace emberline::test
