@@ -44,7 +44,7 @@ TEST_F(Adaptive, LimitsThatContradictEachOther) {
 }
 
 TEST_F(Adaptive, SamplersOfAFixedCountAreRefused) {
-  for (const char* name : {"stratified", "poisson_disk", "blue_noise"}) {
+  for (const char* name : {"stratified", "blue_noise"}) {
     expect_failure(adaptive({"--sampler", name}), 2,
                    {std::string("--sampler ") + name, "valid are", "sobol", "independent"});
     expect_failure(render_words({"--sampler", name, "--noise-threshold", "0.1"}), 2,

@@ -28,7 +28,7 @@ RenderSettings settings_for(const EstimatorEntry& estimator) {
   return s;
 }
 
-constexpr size_t kSamples = 4, kStop = 15;  // channels
+constexpr size_t kSamples = 4, kStop = 16;  // channels
 
 class AdaptiveFrame : public testing::TestWithParam<std::string_view> {
  protected:
