@@ -116,19 +116,19 @@ Measured measure(const HardScene& hard, float threshold, uint32_t reference_spp)
 }
 
 TEST(NoiseThreshold, LampBehindACorner) {
-  const Measured m = measure(lamp_behind_a_corner(), 0.03f, 1024);
+  const Measured m = measure(lamp_behind_a_corner(), 0.012f, 1024);
   EXPECT_LE(m.worst, 1.25) << "block " << m.where;
   EXPECT_GE(m.whole, 0.5) << "twice as much work as asked for";
 }
 
 TEST(NoiseThreshold, DotsByChance) {
-  const Measured m = measure(dots_by_chance(), 0.04f, 4096);
+  const Measured m = measure(dots_by_chance(), 0.08f, 2048);
   EXPECT_LE(m.worst, 1.25) << "block " << m.where;
   EXPECT_GE(m.whole, 0.5);
 }
 
 TEST(NoiseThreshold, NearlyBlackHalf) {
-  const Measured m = measure(nearly_black_half(), 0.01f, 1024);
+  const Measured m = measure(nearly_black_half(), 0.005f, 1024);
   EXPECT_LE(m.worst, 1.25) << "block " << m.where;
   EXPECT_GE(m.whole, 0.4);
 }

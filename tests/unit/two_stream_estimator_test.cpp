@@ -46,9 +46,14 @@ Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
     const double own = freedom > 0 ? spread[c] / freedom : 1.0;
     const double honest = streams > 0 ? difference[c] / streams : own;
     const double value = mean[c] / std::max(weight, 1e-6);
-    const auto in = [&](ErrorMetric metric) {
+    const auto at = [&](ErrorMetric metric, double mean_value) {
       return double(
-          error_weight(metric, rel_mse_epsilon(p), float(value), float(std::sqrt(own / n))));
+          error_weight(metric, rel_mse_epsilon(p), float(mean_value), float(std::sqrt(own / n))));
+    };
+    // Of the display's weights, the larger at the pixel's own mean and at its neighbours'.
+    const auto in = [&](ErrorMetric metric) {
+      if (metric != ErrorMetric::kDisplay) return at(metric, value);
+      return std::max(at(metric, value), at(metric, double(p.mean[c][i])));
     };
     sum.error += in(ErrorMetric::kDisplay)*honest / n / 3;
     sum.deviation += in(allocation) * (honest + kPrior * own) / (1 + kPrior) / 3;

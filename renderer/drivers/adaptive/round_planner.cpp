@@ -7,6 +7,7 @@
 
 #include "renderer/core/hash.h"
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/adaptive/frame_error.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
 
 namespace emberline {
@@ -91,15 +92,7 @@ uint32_t RoundPlanner::round_seed() const {
 void RoundPlanner::look(const FilmTile& film) {
   gather_statistics(film, &statistics_);
   estimator_->estimate(statistics_, settings_.allocation, &errors_);
-  if (!entry_.rms_error) return;
-  const double sum = ordered_sum(errors_.error.size(), [&](size_t begin, size_t end) {
-    double lanes[kSumLanes] = {};
-    const float* error = errors_.error.data();
-    for_lanes(begin, end,
-              [&](size_t i, size_t lane) { lanes[lane] += double(error[i]) * double(error[i]); });
-    return sum_of_lanes(lanes);
-  });
-  error_estimate_ = std::sqrt(sum / std::max(1.0, double(errors_.error.size())));
+  if (entry_.rms_error) error_estimate_ = frame_error(statistics_);
 }
 
 bool RoundPlanner::unfinished(size_t i) const {

@@ -48,8 +48,8 @@ class RoundPlanner {
   // Looks only, for the error estimate of what there is.
   void look(const FilmTile& film);
 
-  // Root of the mean square of the pixels' errors, as of the last look; NaN before it and for
-  // estimators whose error is no RMS error.
+  // Of the whole window (frame_error.h), as of the last look; NaN before it and for estimators
+  // whose error is no RMS error.
   double error_estimate() const { return error_estimate_; }
   // Why the pixel would get no more if the frame ended now.
   PixelStop stop_of(size_t i) const;

@@ -151,8 +151,8 @@ struct Reciprocals {
 // Adds a channel's squared errors and its part of the squared deviations to a row of the map. There
 // are too many rows for the loop to check that they do not overlap, as it would without __restrict.
 template <typename Weight>
-void add_channel(const PlaneRows& pooled, const Reciprocals& per, int c, const Weight& weight,
-                 float* __restrict error, float* __restrict deviation) {
+void add_channel(const PlaneRows& pooled, const Reciprocals& per, const float* own_means, int c,
+                 const Weight& weight, float* __restrict error, float* __restrict deviation) {
   const float *means = pooled[kMean + c], *spreads = pooled[kSpread + c],
               *differences = pooled[kDifference + c];
   const float *freedoms = pooled[kFreedom], *streams = pooled[kStreams];
@@ -163,7 +163,10 @@ void add_channel(const PlaneRows& pooled, const Reciprocals& per, int c, const W
     const float mean = means[x] * per_weight[x];
     const float spread = freedoms[x] > 0.0f ? tame(spreads[x] * per_freedom[x]) : 1.0f;
     const float honest = streams[x] > 0.0f ? tame(differences[x] * per_stream[x]) : spread;
-    const float display = display_error_weight(mean, std::sqrt(spread * per_count[x]));
+    // At the pixel's own mean too: next to a lamp, that of the neighbours is clipped.
+    const float standard_error = std::sqrt(spread * per_count[x]);
+    const float display = std::max(display_error_weight(mean, standard_error),
+                                   display_error_weight(own_means[x], standard_error));
     error[x] += display * honest * per_count[x];
     deviation[x] += weight(mean, display) * (honest + kPrior * spread) * (1.0f / (1.0f + kPrior));
   }
@@ -184,7 +187,10 @@ void estimate_rows(const PixelStatistics& p, const Weight& weight, ErrorMap* out
       float* deviation = &out->deviation[y * width];
       std::fill(error, error + width, 0.0f);
       std::fill(deviation, deviation + width, 0.0f);
-      for (int c = 0; c < 3; ++c) add_channel(pooled, per, c, weight, error, deviation);
+      for (int c = 0; c < 3; ++c) {
+        const float* own_means = &p.mean[size_t(c)][y * width];
+        add_channel(pooled, per, own_means, c, weight, error, deviation);
+      }
       for (size_t x = 0; x < width; ++x) {
         error[x] = std::sqrt(error[x] * (1.0f / 3));
         deviation[x] = std::sqrt(tame(deviation[x] * (1.0f / 3)));  // relmse of NaN is NaN
