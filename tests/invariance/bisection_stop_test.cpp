@@ -149,6 +149,62 @@ TEST_F(BisectionStop, ProgressEndsWithTheWholeFrame) {
   EXPECT_EQ(progress.samples, 12 * uint64_t(image.window.area()));
 }
 
+// Requests a stop while a batch is under way.
+class StopsInBatch final : public Integrator {
+ public:
+  StopsInBatch(const Integrator& inner, int batch) : inner_(inner), batch_(batch) {}
+  void estimate(const SampleBatch& batch, PixelSamples& samples, std::span<SampleValue> values,
+                RayCounters& counters) const override {
+    inner_.estimate(batch, samples, values, counters);
+    if (++done_ == batch_) stop_.request_stop();
+  }
+  std::stop_token token() const { return stop_.get_token(); }
+  int done() const { return done_; }
+
+ private:
+  const Integrator& inner_;
+  int batch_;
+  mutable std::atomic<int> done_{0};
+  mutable std::stop_source stop_;
+};
+
+// In the last pass every batch may be the one after which the least count changes, and the very
+// last leaves nothing undone.
+TEST_F(BisectionStop, WithinTheLastPass) {
+  constexpr uint32_t kSpp = 64;  // the last pass has two batches for each pixel
+  const Rect window{0, 0, 9, 7};
+  const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), 9, 7, scene_->origin(),
+                      scene_->scale());
+  int all = 1 << 30;
+  for (int left = -1; left < 130; ++left) {  // the first time through counts the batches
+    const StopsInBatch integrator(*integrator_, left < 0 ? all : all - left);
+    RenderedImage image;
+    image.window = window;
+    for (const FilmChannel& c : film_channels({})) image.channels.push_back(c.name);
+    image.values.assign(size_t(window.area()) * image.channels.size(), 0.0f);
+    const Frame frame{*scene_, camera, integrator, *sampler_, filter_,           9,
+                      7,       window, kSpp,       1,         StreamCount::kOne, {}};
+    MemoryObserver observer(image);
+    BisectionDriver driver({});
+    tbb::task_arena arena(1);
+    FrameCounters counters;
+    arena.execute([&] {
+      counters = driver.render(frame, observer, integrator.token());
+      driver.deliver(observer);
+    });
+    if (left < 0) {
+      all = integrator.done();
+      continue;
+    }
+    uint32_t least = kSpp;
+    for (int y = 0; y < 7; ++y) {
+      for (int x = 0; x < 9; ++x) least = std::min(least, uint32_t(image.pixel(x, y)[4]));
+    }
+    ASSERT_EQ(counters.min_samples, least) << left << " batches before the end";
+    ASSERT_EQ(counters.stopped, left > 0) << left << " batches before the end";
+  }
+}
+
 // Paths of hundreds of bounces: a slice of them takes a second.
 TEST_F(BisectionStop, IsSoonInAHeavyScene) {
   SceneBuilderForTests b;
