@@ -56,7 +56,11 @@ Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
       return std::max(at(metric, value), at(metric, double(p.mean[c][i])));
     };
     sum.error += in(ErrorMetric::kDisplay)*honest / n / 3;
-    sum.deviation += in(allocation) * (honest + kPrior * own) / (1 + kPrior) / 3;
+    // The pixel's own spread by its degrees of freedom, its neighbours' by 128.
+    const double degrees = std::max(0.0, double(p.count[i]) - 1);
+    const double near = (128 * own + degrees * double(p.variance[c][i])) / (128 + degrees);
+    const double stratified = own > 0 ? (honest / own + kPrior) / (1 + kPrior) : 0.0;
+    sum.deviation += in(allocation)*near * stratified / 3;
   }
   return {std::sqrt(sum.error), std::sqrt(sum.deviation)};
 }

@@ -17,6 +17,9 @@ constexpr float kKernel[kRadius + 1] = {1.0f, 0.706648f, 0.249352f};
 // whose streams happen to agree from being thought finished.
 constexpr float kPrior = 0.1f;
 
+// What the neighbours' spread counts for beside the pixel's own, in degrees of freedom.
+constexpr float kPooledFreedom = 128.0f;
+
 // What is pooled: weighted sums and the weights' sums.
 enum Plane : int {
   kWeight,       // of the means: 1
@@ -148,16 +151,22 @@ struct Reciprocals {
   }
 };
 
+// One channel of a row of the statistics.
+struct OwnRow {
+  const float *count, *mean, *variance;
+};
+
 // Adds a channel's squared errors and its part of the squared deviations to a row of the map. There
 // are too many rows for the loop to check that they do not overlap, as it would without __restrict.
 template <typename Weight>
-void add_channel(const PlaneRows& pooled, const Reciprocals& per, const float* own_means, int c,
+void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& own, int c,
                  const Weight& weight, float* __restrict error, float* __restrict deviation) {
   const float *means = pooled[kMean + c], *spreads = pooled[kSpread + c],
               *differences = pooled[kDifference + c];
   const float *freedoms = pooled[kFreedom], *streams = pooled[kStreams];
   const float *per_weight = per.weight.data(), *per_freedom = per.freedom.data(),
               *per_stream = per.streams.data(), *per_count = per.count.data();
+  const float *own_count = own.count, *own_mean = own.mean, *own_variance = own.variance;
   const size_t width = per.count.size();
   for (size_t x = 0; x < width; ++x) {
     const float mean = means[x] * per_weight[x];
@@ -166,9 +175,13 @@ void add_channel(const PlaneRows& pooled, const Reciprocals& per, const float* o
     // At the pixel's own mean too: next to a lamp, that of the neighbours is clipped.
     const float standard_error = std::sqrt(spread * per_count[x]);
     const float display = std::max(display_error_weight(mean, standard_error),
-                                   display_error_weight(own_means[x], standard_error));
+                                   display_error_weight(own_mean[x], standard_error));
     error[x] += display * honest * per_count[x];
-    deviation[x] += weight(mean, display) * (honest + kPrior * spread) * (1.0f / (1.0f + kPrior));
+    const float freedom = std::max(0.0f, own_count[x] - 1.0f);
+    const float own_share = freedom / (freedom + kPooledFreedom);
+    const float near = spread + own_share * (tame(own_variance[x]) - spread);
+    const float stratified = (honest + kPrior * spread) / (std::max(spread, 1e-30f) * (1 + kPrior));
+    deviation[x] += weight(mean, display) * near * stratified;
   }
 }
 
@@ -188,8 +201,9 @@ void estimate_rows(const PixelStatistics& p, const Weight& weight, ErrorMap* out
       std::fill(error, error + width, 0.0f);
       std::fill(deviation, deviation + width, 0.0f);
       for (int c = 0; c < 3; ++c) {
-        const float* own_means = &p.mean[size_t(c)][y * width];
-        add_channel(pooled, per, own_means, c, weight, error, deviation);
+        const OwnRow own = {&p.count[y * width], &p.mean[size_t(c)][y * width],
+                            &p.variance[size_t(c)][y * width]};
+        add_channel(pooled, per, own, c, weight, error, deviation);
       }
       for (size_t x = 0; x < width; ++x) {
         error[x] = std::sqrt(error[x] * (1.0f / 3));

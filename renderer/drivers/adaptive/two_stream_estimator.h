@@ -5,9 +5,11 @@
 // degrees of freedom as samples, but takes them for independent, which stratified ones are not: it
 // may be thousands of times too large. The squared difference of the streams' means is right
 // whatever the samples owe to each other, but has one degree of freedom. Both are pooled over 5 x 5
-// pixels, Gaussian, sigma 1.2 pixels. The second is the error estimate; the allocation adds a tenth
-// of the first, so that streams that happen to agree do not end a pixel. Where no pixel nearby has
-// a second stream yet, the first stands in.
+// pixels, Gaussian, sigma 1.2 pixels. The second is the error estimate. The
+// allocation goes by the spread, the pixel's own weighing more the more samples it has, times what
+// stratification makes of it: the ratio of the second to the first among the neighbours, with a
+// tenth of the first added, so that streams that happen to agree do not end a pixel. Where no pixel
+// nearby has a second stream yet, the first stands in.
 //
 // Pooling means that a pixel's own luck decides little about its own samples, which keeps the bias
 // of adaptive sampling low (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis").
