@@ -96,15 +96,12 @@ BisectionDriver::BisectionDriver(const DriverSettings& settings)
       axis_(parse_bisection_axis(settings.bisection_axis)),
       reconstruction_(parse_reconstruction(settings.reconstruction)) {}
 
-FrameCounters BisectionDriver::render(const Frame& frame, FrameObserver& observer,
-                                      std::stop_token stop) {
+void BisectionDriver::prepare(const Frame& frame, const SampleRange& first_samples) {
   const Rect& window = frame.window;
-  const auto frame_pixels = uint64_t(window.area());
   samples_per_pixel_ = frame.samples_per_pixel;
-  const std::vector<SampleRange> passes = bisection_passes(samples_per_pixel_);
   steps_ = bisection_steps(window.width(), window.height(), axis_);
-  first_pass_.emplace(steps_, window, passes.front(), first_pass_shape(axis_),
-                      bisection_part_pixels(passes.front(), frame_pixels));
+  first_pass_.emplace(steps_, window, first_samples, first_pass_shape(axis_),
+                      bisection_part_pixels(first_samples, uint64_t(window.area())));
   film_.emplace(frame.aovs);
   try {
     film_->reset(window);
@@ -115,7 +112,14 @@ FrameCounters BisectionDriver::render(const Frame& frame, FrameObserver& observe
                     window.width(), window.height()));
   }
   picture_.emplace(steps_, *first_pass_, *film_, reconstruction_);
+}
 
+FrameCounters BisectionDriver::render(const Frame& frame, FrameObserver& observer,
+                                      std::stop_token stop) {
+  const Rect& window = frame.window;
+  const auto frame_pixels = uint64_t(window.area());
+  const std::vector<SampleRange> passes = bisection_passes(frame.samples_per_pixel);
+  prepare(frame, passes.front());
   const int threads = std::max(1, tbb::this_task_arena::max_concurrency());
   SliceRunner runner(frame, *film_, observer, stop);
   FrameProgress progress;

@@ -22,6 +22,7 @@ class BisectionDriver final : public FrameDriver {
   uint64_t film_bytes() const override { return film_ ? film_->bytes() : 0; }
 
  private:
+  void prepare(const Frame& frame, const SampleRange& first_samples);
   void mark_stops(PixelStop cut_short);
 
   int tile_size_;

@@ -88,17 +88,24 @@ BenchFrame::BenchFrame(const RenderOptions& options)
   build_s = wall_clock() - loaded;
 }
 
-FrameSampling BenchFrame::plain_sampling(uint32_t spp) const {
+FrameRun BenchFrame::run(int threads, uint32_t spp) const {
+  NullObserver observer;
   FrameSampling sampling;
   sampling.driver = options_.driver;
   sampling.spp = spp;
   sampling.seed = options_.seed;
-  return sampling;
+  const double start = wall_clock();
+  FrameRun result = run(threads, sampling, observer);
+  result.first_sample_s = observer.first() - start;
+  return result;
 }
 
-FrameCounters BenchFrame::render(FrameDriver& driver, FrameObserver& observer, int threads,
-                                 const FrameSampling& s, const std::stop_token& stop) const {
+FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& observer,
+                         const std::stop_token& stop) const {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+  const auto driver = create_driver(s.driver, {.bucket_size = options_.bucket_size,
+                                               .bucket_order = options_.bucket_order,
+                                               .adaptive = s.adaptive});
   const auto sampler =
       create_sampler(options_.sampler, {s.streams, s.spp, options_.width, options_.height});
   const Rect window{0, 0, options_.width, options_.height};
@@ -106,39 +113,12 @@ FrameCounters BenchFrame::render(FrameDriver& driver, FrameObserver& observer, i
       *scene_, camera_, *integrator_, *sampler,  *filter_, options_.width,        options_.height,
       window,  s.spp,   s.seed,       s.streams, s.aovs,   s.driver != "adaptive"};
   tbb::task_arena arena(threads);
-  FrameCounters counters;
-  arena.execute([&] { counters = driver.render(frame, observer, stop); });
-  return counters;
-}
-
-FrameCounters BenchFrame::render(FrameDriver& driver, FrameObserver& observer, int threads,
-                                 uint32_t spp, const std::stop_token& stop) const {
-  return render(driver, observer, threads, plain_sampling(spp), stop);
-}
-
-FrameRun BenchFrame::run(int threads, uint32_t spp) const {
-  NullObserver observer;
-  const double start = wall_clock();
-  FrameRun result = run(threads, plain_sampling(spp), observer);
-  result.first_sample_s = observer.first() - start;
-  return result;
-}
-
-FrameRun BenchFrame::run(int threads, const FrameSampling& sampling,
-                         FrameObserver& observer) const {
-  DriverSettings settings;
-  settings.bucket_size = options_.bucket_size;
-  settings.bucket_order = options_.bucket_order;
-  settings.bisection_axis = options_.bisection_axis;
-  settings.reconstruction = options_.reconstruction;
-  settings.adaptive = sampling.adaptive;
-  const auto driver = create_driver(sampling.driver, settings);
   FrameRun run;
   const double wall = wall_clock(), cpu = process_cpu();
-  run.counters = render(*driver, observer, threads, sampling, {});
-  run.wall_s = wall_clock() - wall;
+  arena.execute([&] { run.counters = driver->render(frame, observer, stop); });
+  run.returned = wall_clock();
+  run.wall_s = run.returned - wall;
   run.cpu_s = process_cpu() - cpu;
-  tbb::task_arena arena(threads);
   arena.execute([&] { driver->deliver(observer); });
   run.error_estimate = driver->error_estimate();
   return run;

@@ -20,6 +20,7 @@ void add_frame_options(CLI::App* app, RenderOptions& options);
 
 struct FrameRun {
   double wall_s = 0;
+  double returned = 0;        // when: wall_clock() at the end of wall_s
   double cpu_s = 0;           // of the whole process
   double first_sample_s = 0;  // until the first progress report: one worker's first 2048 samples
   FrameCounters counters;
@@ -44,13 +45,8 @@ class BenchFrame {
   // Renders into nothing: no file, no display.
   FrameRun run(int threads, uint32_t spp) const;
   // Renders into `observer`. Times are of the driver's render(), not of its deliver().
-  FrameRun run(int threads, const FrameSampling& sampling, FrameObserver& observer) const;
-  // The same with a driver of one's own, `sampling.driver` being its name.
-  FrameCounters render(FrameDriver& driver, FrameObserver& observer, int threads,
-                       const FrameSampling& sampling, const std::stop_token& stop) const;
-  FrameCounters render(FrameDriver& driver, FrameObserver& observer, int threads, uint32_t spp,
-                       const std::stop_token& stop) const;
-  FrameSampling plain_sampling(uint32_t spp) const;  // as the options have it
+  FrameRun run(int threads, const FrameSampling& sampling, FrameObserver& observer,
+               const std::stop_token& stop = {}) const;
 
   double load_s = 0, build_s = 0;
   const Scene& scene() const { return *scene_; }

@@ -23,6 +23,7 @@ struct Options {
   RenderOptions frame;
   int threads = 2;
   int repetitions = 5;
+  uint32_t spp() const { return frame.spp.value_or(64); }
 };
 
 // Resolves the picture at some moments, as a window would, and takes the time of it.
@@ -61,8 +62,11 @@ class Nobody final : public FrameObserver {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
-std::unique_ptr<FrameDriver> driver_of(const RenderOptions& o, const std::string& name) {
-  return create_driver(name, {o.bucket_size, o.bucket_order, o.bisection_axis, o.reconstruction});
+FrameSampling sampling_of(const std::string& driver, uint32_t spp) {
+  FrameSampling sampling;
+  sampling.driver = driver;
+  sampling.spp = spp;
+  return sampling;
 }
 
 void line(const std::string& name, const std::vector<double>& values, double scale,
@@ -76,9 +80,8 @@ void measure_pictures(const Options& options, const BenchFrame& frame) {
   std::vector<double> shown[Onlooker::kMoments], resolve[Onlooker::kMoments],
       resolve_cpu[Onlooker::kMoments];
   for (int i = 0; i < options.repetitions; ++i) {
-    const auto driver = driver_of(options.frame, options.frame.driver);
     Onlooker onlooker(frame.pixels());
-    frame.render(*driver, onlooker, options.threads, 1, {});
+    frame.run(options.threads, sampling_of(options.frame.driver, 1), onlooker);
     for (size_t m = 0; m < Onlooker::kMoments; ++m) {
       shown[m].push_back(onlooker.shown_s(m));
       resolve[m].push_back(onlooker.resolve_s(m));
@@ -96,7 +99,6 @@ void measure_pictures(const Options& options, const BenchFrame& frame) {
 void measure_stops(const Options& options, const BenchFrame& frame) {
   std::vector<double> latency;
   for (int i = 0; i < 4 * options.repetitions; ++i) {
-    const auto driver = driver_of(options.frame, options.frame.driver);
     Nobody nobody;
     std::stop_source stop;
     double requested = 0;
@@ -105,10 +107,10 @@ void measure_stops(const Options& options, const BenchFrame& frame) {
       requested = wall_clock();
       stop.request_stop();
     });
-    frame.render(*driver, nobody, options.threads, 1u << 20, stop.get_token());
-    const double returned = wall_clock();
+    const FrameRun run = frame.run(options.threads, sampling_of(options.frame.driver, 1u << 20),
+                                   nobody, stop.get_token());
     timer.join();
-    latency.push_back(returned - requested);
+    latency.push_back(run.returned - requested);
   }
   line("from a stop request to the return", latency, 1e3, " ms");
 }
@@ -116,14 +118,8 @@ void measure_stops(const Options& options, const BenchFrame& frame) {
 void measure_overhead(const Options& options, const BenchFrame& frame) {
   std::vector<double> cpu, wall;
   const auto timed = [&](const std::string& name) {
-    const auto driver = driver_of(options.frame, name);
     Nobody nobody;
-    FrameRun run;
-    const double wall_before = wall_clock(), cpu_before = process_cpu();
-    frame.render(*driver, nobody, options.threads, options.frame.spp, {});
-    run.wall_s = wall_clock() - wall_before;
-    run.cpu_s = process_cpu() - cpu_before;
-    return run;
+    return frame.run(options.threads, sampling_of(name, options.spp()), nobody);
   };
   for (int i = 0; i < options.repetitions; ++i) {
     // First one, then the other is first.
@@ -133,8 +129,7 @@ void measure_overhead(const Options& options, const BenchFrame& frame) {
     cpu.push_back(driver.cpu_s / bucket.cpu_s);
     wall.push_back(driver.wall_s / bucket.wall_s);
   }
-  const std::string spp =
-      fmt::format("{} spp, {} / bucket", options.frame.spp, options.frame.driver);
+  const std::string spp = fmt::format("{} spp, {} / bucket", options.spp(), options.frame.driver);
   line(spp + ", processor time", cpu, 1, "");
   line(spp + ", wall time", wall, 1, "");
 }
@@ -153,7 +148,7 @@ int run(int argc, char** argv) {
              options.frame.height, options.frame.driver, options.threads, options.repetitions);
   measure_pictures(options, frame);
   measure_stops(options, frame);
-  if (options.frame.spp > 1) measure_overhead(options, frame);
+  if (options.spp() > 1) measure_overhead(options, frame);
   return 0;
 }
 
