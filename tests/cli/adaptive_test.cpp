@@ -46,9 +46,9 @@ TEST_F(Adaptive, LimitsThatContradictEachOther) {
 TEST_F(Adaptive, SamplersOfAFixedCountAreRefused) {
   for (const char* name : {"stratified", "blue_noise"}) {
     expect_failure(adaptive({"--sampler", name}), 2,
-                   {std::string("--sampler ") + name, "valid are", "sobol", "independent"});
+                   {"--sampler", name, "valid names are", "sobol", "independent"});
     expect_failure(render_words({"--sampler", name, "--noise-threshold", "0.1"}), 2,
-                   {std::string("--sampler ") + name, "valid are"});
+                   {"--sampler", name, "valid names are"});
   }
 }
 

@@ -25,7 +25,8 @@ enum Plane : int {
   kSpread,       // three
   kStreams = 8,  // degrees of freedom of the streams' differences
   kDifference,   // three
-  kPlanes = 12
+  kSeen = 12,    // three: the differences as the display shows them
+  kPlanes = 15
 };
 
 // One row of every plane.
@@ -107,6 +108,14 @@ class PooledRows {
         const float a = count[x] - second[x], b = second[x];
         return difference[x] * difference[x] * (a * b / std::max(1.0f, a + b));
       });
+      // Each at its own mean: that of the neighbours may be clipped white, or steeply dark.
+      const float* mean = &pixels_.mean[size_t(c)][first];
+      pool(kSeen + c, [&](int x) {
+        const float n = std::max(1.0f, count[x]), b = second[x], a = n - b;
+        const float standard_error = std::sqrt(variance[x] / n);
+        return difference[x] * difference[x] * (a * b / n) *
+               display_error_weight(mean[x], standard_error);
+      });
     }
   }
   const float* padded(const float* row) {
@@ -148,13 +157,19 @@ struct Reciprocals {
   }
 };
 
+// Variances of a sample, of one channel: as the streams show it, as the samples' spread does, and
+// the former as displayed.
+struct Variances {
+  float honest, spread, seen;
+};
+
 // Adds a channel's squared errors and its part of the squared deviations to a row of the map. There
 // are too many rows for the loop to check that they do not overlap, as it would without __restrict.
-template <typename Weight>
-void add_channel(const PlaneRows& pooled, const Reciprocals& per, const float* own_means, int c,
-                 const Weight& weight, float* __restrict error, float* __restrict deviation) {
+template <typename Metric>
+void add_channel(const PlaneRows& pooled, const Reciprocals& per, int c, const Metric& metric,
+                 float* __restrict error, float* __restrict deviation) {
   const float *means = pooled[kMean + c], *spreads = pooled[kSpread + c],
-              *differences = pooled[kDifference + c];
+              *differences = pooled[kDifference + c], *seens = pooled[kSeen + c];
   const float *freedoms = pooled[kFreedom], *streams = pooled[kStreams];
   const float *per_weight = per.weight.data(), *per_freedom = per.freedom.data(),
               *per_stream = per.streams.data(), *per_count = per.count.data();
@@ -163,18 +178,16 @@ void add_channel(const PlaneRows& pooled, const Reciprocals& per, const float* o
     const float mean = means[x] * per_weight[x];
     const float spread = freedoms[x] > 0.0f ? tame(spreads[x] * per_freedom[x]) : 1.0f;
     const float honest = streams[x] > 0.0f ? tame(differences[x] * per_stream[x]) : spread;
-    // At the pixel's own mean too: next to a lamp, that of the neighbours is clipped.
-    const float standard_error = std::sqrt(spread * per_count[x]);
-    const float display = std::max(display_error_weight(mean, standard_error),
-                                   display_error_weight(own_means[x], standard_error));
-    error[x] += display * honest * per_count[x];
-    deviation[x] += weight(mean, display) * (honest + kPrior * spread) * (1.0f / (1.0f + kPrior));
+    const float display = display_error_weight(mean, std::sqrt(spread * per_count[x]));
+    const float seen = streams[x] > 0.0f ? tame(seens[x] * per_stream[x]) : display * spread;
+    error[x] += seen * per_count[x];
+    deviation[x] += metric(mean, display, Variances{honest, spread, seen});
   }
 }
 
-// weight(mean, display's weight) is the allocation's.
-template <typename Weight>
-void estimate_rows(const PixelStatistics& p, const Weight& weight, ErrorMap* out) {
+// metric(mean, display's weight, variances) is the allocation's squared deviation.
+template <typename Metric>
+void estimate_rows(const PixelStatistics& p, const Metric& metric, ErrorMap* out) {
   const auto width = size_t(p.width);
   constexpr size_t kRows = 16;
   parallel_ranges(size_t(p.height), kRows, [&](size_t begin, size_t end) {
@@ -187,10 +200,7 @@ void estimate_rows(const PixelStatistics& p, const Weight& weight, ErrorMap* out
       float* deviation = &out->deviation[y * width];
       std::fill(error, error + width, 0.0f);
       std::fill(deviation, deviation + width, 0.0f);
-      for (int c = 0; c < 3; ++c) {
-        const float* own_means = &p.mean[size_t(c)][y * width];
-        add_channel(pooled, per, own_means, c, weight, error, deviation);
-      }
+      for (int c = 0; c < 3; ++c) add_channel(pooled, per, c, metric, error, deviation);
       for (size_t x = 0; x < width; ++x) {
         error[x] = std::sqrt(error[x] * (1.0f / 3));
         deviation[x] = std::sqrt(tame(deviation[x] * (1.0f / 3)));  // relmse of NaN is NaN
@@ -205,17 +215,26 @@ void TwoStreamEstimator::estimate(const PixelStatistics& p, ErrorMetric allocati
                                   ErrorMap* out) const {
   out->error.resize(p.size());
   out->deviation.resize(p.size());
+  constexpr float kWhole = 1.0f / (1.0f + kPrior);
   switch (allocation) {
     case ErrorMetric::kDisplay:
       return estimate_rows(
-          p, [](float, float display) { return display; }, out);
+          p,
+          [](float, float display, const Variances& v) {
+            return (v.seen + kPrior * display * v.spread) * kWhole;
+          },
+          out);
     case ErrorMetric::kMse:
       return estimate_rows(
-          p, [](float, float) { return 1.0f; }, out);
+          p,
+          [](float, float, const Variances& v) { return (v.honest + kPrior * v.spread) * kWhole; },
+          out);
     case ErrorMetric::kRelMse: {
       const float epsilon = rel_mse_epsilon(p);
-      const auto weight = [epsilon](float mean, float) { return 1.0f / (mean * mean + epsilon); };
-      return estimate_rows(p, weight, out);
+      const auto metric = [epsilon](float mean, float, const Variances& v) {
+        return (v.honest + kPrior * v.spread) * kWhole / (mean * mean + epsilon);
+      };
+      return estimate_rows(p, metric, out);
     }
   }
 }

@@ -6,11 +6,10 @@
 // may be thousands of times too large. The squared difference of the streams' means is right
 // whatever the samples owe to each other, but has one degree of freedom. Both are pooled over 5 x 5
 // pixels, Gaussian, sigma 1.2 pixels; the second is the error estimate, and the first, drawn
-// towards it by their ratio, is what the allocation goes by. Where the display's curve is asked how
-// much of it is seen, the larger answer counts of those at the neighbours' mean and at the pixel's
-// own: beside a lamp the former is clipped white. A pixel's own luck then decides little
-// about its own samples, which keeps the bias of adaptive sampling low (Kirk & Arvo 1991, "Unbiased
-// Sampling Techniques for Image Synthesis").
+// towards it by their ratio, is what the allocation goes by. How much of its difference the display
+// shows, each pixel says before they are pooled: beside a lamp the neighbours' mean is clipped
+// white. A pixel's own luck then decides little about its own samples, which keeps the bias of
+// adaptive sampling low (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis").
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"
