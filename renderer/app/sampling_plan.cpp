@@ -84,6 +84,17 @@ SamplingPlan plan_sampling(const RenderOptions& o) {
   a.min_samples = o.min_spp.value_or(0);
   a.max_samples = o.max_spp.value_or(0);
   a.unbiased = o.unbiased;
+  if (o.unbiased && estimator.batch > 0) {
+    throw UsageError(fmt::format(
+        "--unbiased: every pixel must take part in every round, and the estimator {} leaves the "
+        "finished ones out; valid with {}",
+        estimator.name, kDefaultEstimator));
+  }
+  if (o.unbiased && o.max_spp) {
+    throw UsageError(
+        "--unbiased: every pixel must take part in every round, which --max-spp "
+        "forbids; leave it out, --spp limits the frame");
+  }
   if (o.min_spp && o.max_spp && *o.min_spp > *o.max_spp) {
     throw UsageError(fmt::format("--min-spp {} is above --max-spp {}; valid is 1 to {}", *o.min_spp,
                                  *o.max_spp, *o.max_spp));
@@ -94,7 +105,7 @@ SamplingPlan plan_sampling(const RenderOptions& o) {
   }
   if (o.spp) {
     a.budget = *o.spp;
-  } else if (a.threshold <= 0.0f && a.max_samples == 0) {
+  } else if (o.unbiased || (a.threshold <= 0.0f && a.max_samples == 0)) {
     a.budget = kDefaultSamples;
   } else if (a.max_samples == 0) {
     a.max_samples = std::max(kDefaultMostSamples, a.min_samples);

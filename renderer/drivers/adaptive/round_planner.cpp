@@ -116,11 +116,15 @@ bool RoundPlanner::plan(const FilmTile& film) {
   const double left = double(settings_.budget) * double(targets_.size()) - spent_;
   // Less than a rounding step for the frame, or for every thousandth pixel, is not worth a round.
   bool more = settings_.budget == 0 || left >= std::max(1.0, 8e-3 * double(targets_.size()));
+  // Rounds whose number and sizes are fixed beforehand: each brings as much as all before it.
+  const double planned = std::min(double(settings_.budget), 2 * planned_mean_);
+  if (settings_.unbiased) more = planned > planned_mean_;
   if (more) more = entry_.batch > 0 ? share_evenly() : share_by_deviation();
   const auto total = double(std::accumulate(targets_.begin(), targets_.end(), uint64_t{0}));
   if (!more || total <= spent_) return false;
-  round_weight_ = settings_.unbiased ? planned_mean_ : (total - spent_) / double(targets_.size());
-  planned_mean_ += planned_mean_;
+  round_weight_ =
+      settings_.unbiased ? planned - planned_mean_ : (total - spent_) / double(targets_.size());
+  planned_mean_ = planned;
   spent_ = total;
   return true;
 }
@@ -137,7 +141,6 @@ bool RoundPlanner::share_by_deviation() {
   // That no noise has been seen yet does not mean that there is none.
   if (open.largest_rate == 0.0f) std::ranges::fill(rates_, 1.0f);
   double all = settings_.budget > 0 ? double(settings_.budget) : double(kUnlimited);
-  // Rounds whose sizes are fixed beforehand: each brings as much as all before it.
   if (settings_.unbiased) all = std::min(all, 2 * planned_mean_);
   share_samples(rates_, bounds_, all * double(pixels), &shares_);
   const double more = ordered_sum(pixels, [&](size_t begin, size_t end) {
@@ -170,7 +173,7 @@ float RoundPlanner::keep_to_budget(float everywhere) {
     return sum_of_lanes(lanes);
   });
   const double left = double(settings_.budget) * double(pixels) - spent_;
-  const auto part = float(std::min(1.0, left / more));
+  const auto part = float(std::clamp(left / std::max(more, 1e-9), 0.0, 1.0));
   parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const auto have = float(targets[i]);

@@ -22,7 +22,8 @@ struct AdaptiveSettings {
   uint32_t budget = 0;       // samples of a pixel, on average over the window
   uint32_t min_samples = 0;  // before a pixel may be finished; 0: the estimator's choice
   uint32_t max_samples = 0;  // of any pixel
-  bool unbiased = false;     // every pixel takes part in every round
+  bool unbiased = false;     // every pixel takes part in every round; with a budget alone, and
+                             // with an estimator that shares by deviation
 };
 
 // What was thought of one pixel when a round was planned.

@@ -5,11 +5,14 @@
 // degrees of freedom as samples, but takes them for independent, which stratified ones are not: it
 // may be thousands of times too large. The squared difference of the streams' means is right
 // whatever the samples owe to each other, but has one degree of freedom. Both are pooled over 5 x 5
-// pixels, Gaussian, sigma 1.2 pixels; the second is the error estimate, and the first, drawn
-// towards it by their ratio, is what the allocation goes by. How much of its difference the display
-// shows, each pixel says before they are pooled: beside a lamp the neighbours' mean is clipped
-// white. A pixel's own luck then decides little about its own samples, which keeps the bias of
-// adaptive sampling low (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis").
+// pixels, Gaussian, sigma 1.2 pixels. The second is the error estimate; the allocation adds a tenth
+// of the first, so that streams that happen to agree do not end a pixel. Where no pixel nearby has
+// a second stream yet, the first stands in.
+//
+// Pooling means that a pixel's own luck decides little about its own samples, which keeps the bias
+// of adaptive sampling low (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis").
+// How much of its difference the display shows, each pixel says before they are pooled: beside a
+// lamp the neighbours' mean is clipped white, beside a shadow it is too dark.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"

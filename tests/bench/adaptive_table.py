@@ -1,0 +1,133 @@
+#!/usr/bin/env python3
+"""The table of what adaptive sampling gains, scene by scene (renderer/drivers/README.md).
+
+  adaptive_table.py --bench build/release/bin/adaptive_bench [--assets DIR] [--size 192x108]
+      [--seeds 2] [--out DIR] [--only NAME,...] [--print]
+
+Runs adaptive_bench on our scenes, and on FlightHelmet where DIR (which holds views.json) is given,
+keeps its figures in DIR/NAME.json and its references in DIR/NAME.bin, and prints the tables.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+SCENES = os.path.join(HERE, "..", "..", "scenes")
+ESTIMATORS = ["contrast", "painter-sloan", "chi-square", "kajiya", "dammertz"]
+OWN = ["two-stream/mse", "two-stream/relmse", "two-stream/display"]
+NAMES = {
+    "flight_helmet": "FlightHelmet",
+    "cornell_box": "Cornell box",
+    "teapot": "teapot",
+    "glass_metal": "glass still life",
+    "thin_wires": "thin wires",
+}
+
+
+def view_of(assets, scene):
+    with open(os.path.join(assets, "views.json")) as file:
+        view = json.load(file)[scene]
+    words = [os.path.join(assets, scene)]
+    for option, key in (("--look-from", "look_from"), ("--look-at", "look_at")):
+        words += [option, ",".join(str(x) for x in view[key])]
+    words += ["--fov-y", str(view["fov_y"]), "--env", os.path.join(assets, view["env"])]
+    return words
+
+
+def scene_words(name, options):
+    width, height = (int(n) for n in options.size.split("x"))
+    size = ["--size", options.size]
+    if name == "flight_helmet":
+        return view_of(options.assets, "scenes/flight_helmet/flight_helmet.gltf") + size
+    words = [os.path.join(SCENES, name + ".glb")]
+    if name == "thin_wires":
+        words += ["--env", os.path.join(SCENES, "dusk.hdr")]
+    if name == "cornell_box":  # made for a square
+        side = round((width * height) ** 0.5)
+        size = ["--size", f"{side}x{side}"]
+    return words + size
+
+
+def measure(name, options):
+    base = os.path.join(options.out, name)
+    command = [options.bench, *scene_words(name, options), "--cache", base + ".bin"]
+    command += ["--json", base + ".json", "--seeds", str(options.seeds)]
+    command += ["--budgets", options.budgets, "--methods", ",".join(OWN + ESTIMATORS)]
+    subprocess.run(command, check=True, stdout=sys.stderr)
+
+
+def gains(names, options):
+    """Equal-error time of uniform sampling over that of the method that aims at the same error."""
+    print("| scene | spp | mse: limit | gain | of it | relmse: limit | gain | of it |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    for name in names:
+        figures = load(name, options)
+        for budget in figures["methods"]:
+            cells = [NAMES[name], budget]
+            for error in ("mse", "relmse"):
+                limit = figures["limits"][budget][error]["independent"]
+                gain = figures["methods"][budget]["two-stream/" + error][error]["gain"]
+                cells += [f"{limit:.2f}", f"{gain:.2f}", f"{100 * gain / limit:.0f} %"]
+            print("| " + " | ".join(cells) + " |")
+
+
+def estimators(names, options):
+    methods = OWN + ESTIMATORS
+    budget = options.budgets.split(",")[-2 if "," in options.budgets else 0]
+    print(f"\n{budget} spp on average; gain in mse / in relmse; signed bias of the frame in per cent")
+    print("| scene | " + " | ".join(methods) + " |")
+    print("| --- |" + " --- |" * len(methods))
+    for name in names:
+        rows = load(name, options)["methods"][budget]
+        cells = []
+        for method in methods:
+            row = rows[method]
+            cells.append(f"{row['mse']['gain']:.2f} / {row['relmse']['gain']:.2f}; "
+                         f"{100 * row['bias']:+.2f} ± {100 * row['bias_se']:.2f}")
+        print("| " + " | ".join([NAMES[name]] + cells) + " |")
+
+
+def calibration(names, options):
+    print("\n| estimated over true RMS error of the display, two-stream/display | "
+          + " | ".join(options.budgets.split(",")) + " |")
+    print("| --- |" + " --- |" * len(options.budgets.split(",")))
+    for name in names:
+        methods = load(name, options)["methods"]
+        cells = [f"{methods[b]['two-stream/display']['calibration']:.2f}"
+                 for b in options.budgets.split(",")]
+        print("| " + " | ".join([NAMES[name]] + cells) + " |")
+
+
+def load(name, options):
+    with open(os.path.join(options.out, name + ".json")) as file:
+        return json.load(file)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bench", required=True)
+    parser.add_argument("--assets")
+    parser.add_argument("--size", default="192x108")
+    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--budgets", default="32,128,512")
+    parser.add_argument("--out", default="adaptive_table")
+    parser.add_argument("--only", default=",".join(NAMES))
+    parser.add_argument("--print", action="store_true", help="what is there, without measuring")
+    options = parser.parse_args()
+    os.makedirs(options.out, exist_ok=True)
+    names = [n for n in options.only.split(",") if n != "flight_helmet" or options.assets]
+    if not options.print:
+        for name in names:
+            measure(name, options)
+    names = [n for n in names if os.path.exists(os.path.join(options.out, n + ".json"))]
+    gains(names, options)
+    estimators(names, options)
+    calibration(names, options)
+
+
+if __name__ == "__main__":
+    main()
