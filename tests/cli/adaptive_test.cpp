@@ -82,6 +82,13 @@ TEST_F(Adaptive, OptionsThatMeanNothingToUniformSampling) {
                  {"--allocation", "kajiya", "two-stream"});
 }
 
+TEST_F(Adaptive, UnbiasedLeavesNoPixelOutOfARound) {
+  expect_failure(adaptive({"--unbiased", "--estimator", "kajiya"}), 2, {"--unbiased", "kajiya"});
+  expect_failure(adaptive({"--unbiased", "--max-spp", "64"}), 2, {"--unbiased", "--max-spp"});
+  render(adaptive({"--unbiased", "--size", "40x24", "--report", path("r.json")}));
+  expect_true_counts();
+}
+
 TEST_F(Adaptive, EveryEstimatorRendersAndReports) {
   for (const char* name :
        {"two-stream", "contrast", "painter-sloan", "chi-square", "kajiya", "dammertz"}) {
