@@ -142,12 +142,18 @@ void add_sampling_options(CLI::App* app, RenderOptions& o) {
              "samples before a pixel may be finished [the estimator's]");
   add_number(app, "--max-spp", o.max_spp, 1u, kMaxSamples,
              "most samples of any pixel [4096 with a threshold and no --spp]");
-  app->add_option("--estimator", o.estimator,
-                  table_help(fmt::format("error estimator [{}]", kDefaultEstimator).c_str(),
-                             estimator_table()))
+  // Looked up here, as an empty name would mean later that none was given.
+  app->add_option_function<std::string>(
+         "--estimator", [&o](const std::string& name) { o.estimator = find_estimator(name).name; },
+         table_help(fmt::format("error estimator [{}]", kDefaultEstimator).c_str(),
+                    estimator_table()))
       ->type_name("NAME");
-  app->add_option(
-         "--allocation", o.allocation,
+  app->add_option_function<std::string>(
+         "--allocation",
+         [&o](const std::string& name) {
+           parse_error_metric(name);
+           o.allocation = name;
+         },
          table_help("error to be least for the time spent [display]", error_metric_table()))
       ->type_name("NAME");
   app->add_flag("--unbiased", o.unbiased,

@@ -112,6 +112,10 @@ const std::vector<WrongValue>& wrong_values() {
       {"--replay", {"1,1", "1,1,1,1", "a,b,c", "1.5,1,1", "", "1,1,nan", "1 1 1"}, {"X,Y,SAMPLE"}},
       {"--replay", {"16,0,0", "0,16,0", "-1,0,0", "99999999999,0,0"}, {"outside", "16 x 16"}},
       {"--replay", {"1,1,-1", "0,0,99999999999", "0,0,16777216"}, {"0 to 16777215"}},
+      {"--explain", {"1", "a,b", "1,2,3", "", "-1,0", "1.5,2"}, {"X,Y"}, kAdaptive},
+      {"--explain", {"16,0", "0,16"}, {"outside", "0 to 15"}, kAdaptive},
+      {"--explain", {"1,1"}, {"--driver adaptive"}},
+      {"--tree", {"tree.json"}, {"--driver adaptive"}},
       // Free text: any name of a file may be given; what comes of it is told elsewhere.
       {"--env", {}, {}},
       {"--report", {}, {}},
@@ -155,7 +159,8 @@ INSTANTIATE_TEST_SUITE_P(Quarter, WrongValues, ::testing::Values(0u, 1u, 2u, 3u)
 TEST_F(Usage, EveryOptionHasARow) {
   const RunResult help = run({"render", "--help"});
   ASSERT_EQ(help.exit_code, 0);
-  std::set<std::string> with_row = {"--help", "--transparent", "--lenient", "--quiet", "--verbose"};
+  std::set<std::string> with_row = {"--help",     "--transparent", "--lenient",
+                                    "--unbiased", "--quiet",       "--verbose"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
   const std::vector<std::string> options = options_of_render(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;

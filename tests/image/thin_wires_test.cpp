@@ -90,8 +90,8 @@ class Budgets : public testing::TestWithParam<std::tuple<uint32_t, ErrorMetric>>
 
 // The plain mean of all samples loses light here: where four or eight first samples see nothing,
 // and the neighbours' neither, only the uniform share of each round goes on looking, and what is
-// seen late counts for little (Kirk & Arvo 1991). -20 % with 16 samples a pixel, of which 4 are the
-// first, -3 % with 64, of which 8 are.
+// seen late counts for little (Kirk & Arvo 1991). -19 % with 16 samples a pixel, of which 4 are the
+// first, -2 to -3 % with 64, of which 8 are.
 TEST_P(Budgets, DefaultLosesNoMoreThanIsKnown) {
   const auto [budget, metric] = GetParam();
   const auto scene = wires(1.0f);
@@ -122,7 +122,8 @@ INSTANTIATE_TEST_SUITE_P(ThinWires, Budgets,
                                           testing::Values(ErrorMetric::kDisplay,
                                                           ErrorMetric::kMse)));
 
-// A threshold ends pixels by what their own samples say, with 16 first ones: -1.2 %.
+// A threshold ends pixels by what they and their neighbours have seen, from 16 samples on: -3.6 %
+// at 32 samples a pixel.
 TEST(ThinWires, ThresholdLosesNoMoreThanIsKnown) {
   const auto scene = wires(1.0f);
   RenderSettings s = adaptive_settings();
@@ -131,24 +132,21 @@ TEST(ThinWires, ThresholdLosesNoMoreThanIsKnown) {
   double samples = 0;
   const Moments m = relative_errors(*scene, 1.0f, s, kSeeds, &samples);
   std::printf("  %s\n", describe(m, samples).c_str());
-  EXPECT_GT(m.mean(), -0.03) << describe(m, samples);
+  EXPECT_GT(m.mean(), -0.05) << describe(m, samples);
   EXPECT_LT(m.mean(), 4 * m.standard_error()) << describe(m, samples);
 }
 
-// Means over rounds are unbiased where the settings alone say how many rounds there are. A
-// threshold ends a frame as soon as its samples look good, which is a decision by the samples
-// again.
-TEST(ThinWires, UnbiasedWithAThresholdIsNot) {
+// Nor does a threshold's ending pixels bias means over rounds, whose number the budget decides.
+TEST(ThinWires, UnbiasedWithAThreshold) {
   const auto scene = wires(1.0f);
   RenderSettings s = adaptive_settings();
   s.adaptive.threshold = 0.05f;
-  s.adaptive.max_samples = 4096;
+  s.adaptive.budget = 64;
   s.adaptive.unbiased = true;
   double samples = 0;
-  const Moments m = relative_errors(*scene, 1.0f, s, kSeeds / 4, &samples);
+  const Moments m = relative_errors(*scene, 1.0f, s, kSeeds, &samples);
   std::printf("  %s\n", describe(m, samples).c_str());
-  EXPECT_GT(m.mean(), -0.2) << describe(m, samples);
-  EXPECT_LT(m.mean(), 4 * m.standard_error()) << describe(m, samples);
+  EXPECT_NEAR(m.mean(), 0.0, 4 * m.standard_error()) << describe(m, samples);
 }
 
 }  // namespace

@@ -22,7 +22,8 @@ struct Judged {
 // The header's definition in double: sums over the 5 x 5 pixels around (px, py).
 Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
   constexpr double kSigma = 1.2, kPrior = 0.1;
-  double weight = 0, freedom = 0, streams = 0, mean[3] = {}, spread[3] = {}, difference[3] = {};
+  double weight = 0, freedom = 0, streams = 0, mean[3] = {}, spread[3] = {}, difference[3] = {},
+         seen[3] = {};
   for (int y = std::max(0, py - 2); y <= std::min(p.height - 1, py + 2); ++y) {
     for (int x = std::max(0, px - 2); x <= std::min(p.width - 1, px + 2); ++x) {
       const size_t i = size_t(y) * size_t(p.width) + size_t(x);
@@ -35,7 +36,12 @@ Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
       for (size_t c = 0; c < 3; ++c) {
         mean[c] += k * double(p.mean[c][i]);
         spread[c] += k * std::max(0.0, n - 1) * double(p.variance[c][i]);
-        if (b > 0) difference[c] += k * std::pow(double(p.stream_difference[c][i]), 2) * a * b / n;
+        if (b == 0) continue;
+        const double squared = std::pow(double(p.stream_difference[c][i]), 2) * a * b / n;
+        difference[c] += k * squared;
+        seen[c] +=
+            k * squared *
+            double(display_error_weight(p.mean[c][i], std::sqrt(p.variance[c][i] / float(n))));
       }
     }
   }
@@ -46,21 +52,18 @@ Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
     const double own = freedom > 0 ? spread[c] / freedom : 1.0;
     const double honest = streams > 0 ? difference[c] / streams : own;
     const double value = mean[c] / std::max(weight, 1e-6);
-    const auto at = [&](ErrorMetric metric, double mean_value) {
-      return double(
-          error_weight(metric, rel_mse_epsilon(p), float(mean_value), float(std::sqrt(own / n))));
-    };
-    // Of the display's weights, the larger at the pixel's own mean and at its neighbours'.
     const auto in = [&](ErrorMetric metric) {
-      if (metric != ErrorMetric::kDisplay) return at(metric, value);
-      return std::max(at(metric, value), at(metric, double(p.mean[c][i])));
+      return double(
+          error_weight(metric, rel_mse_epsilon(p), float(value), float(std::sqrt(own / n))));
     };
-    sum.error += in(ErrorMetric::kDisplay)*honest / n / 3;
+    const double shown = streams > 0 ? seen[c] / streams : in(ErrorMetric::kDisplay)*own;
+    sum.error += shown / n / 3;
+    const double streamed = allocation == ErrorMetric::kDisplay ? shown : in(allocation)*honest;
     // The pixel's own spread by its degrees of freedom, its neighbours' by 128.
     const double degrees = std::max(0.0, double(p.count[i]) - 1);
     const double near = (128 * own + degrees * double(p.variance[c][i])) / (128 + degrees);
-    const double stratified = own > 0 ? (honest / own + kPrior) / (1 + kPrior) : 0.0;
-    sum.deviation += in(allocation)*near * stratified / 3;
+    const double wider = own > 0 ? near / own : 1.0;
+    sum.deviation += wider * (streamed + kPrior * in(allocation)*own) / (1 + kPrior) / 3;
   }
   return {std::sqrt(sum.error), std::sqrt(sum.deviation)};
 }

@@ -28,7 +28,8 @@ enum Plane : int {
   kSpread,       // three
   kStreams = 8,  // degrees of freedom of the streams' differences
   kDifference,   // three
-  kPlanes = 12
+  kSeen = 12,    // three: the differences as the display shows them
+  kPlanes = 15
 };
 
 // One row of every plane.
@@ -110,6 +111,14 @@ class PooledRows {
         const float a = count[x] - second[x], b = second[x];
         return difference[x] * difference[x] * (a * b / std::max(1.0f, a + b));
       });
+      // Each at its own mean: that of the neighbours may be clipped white, or steeply dark.
+      const float* mean = &pixels_.mean[size_t(c)][first];
+      pool(kSeen + c, [&](int x) {
+        const float n = std::max(1.0f, count[x]), b = second[x], a = n - b;
+        const float standard_error = std::sqrt(variance[x] / n);
+        return difference[x] * difference[x] * (a * b / n) *
+               display_error_weight(mean[x], standard_error);
+      });
     }
   }
   const float* padded(const float* row) {
@@ -151,43 +160,48 @@ struct Reciprocals {
   }
 };
 
-// One channel of a row of the statistics.
+// Variances of a sample, of one channel: as the streams show it, as the samples' spread does, and
+// the former as displayed.
+struct Variances {
+  float honest, spread, seen;
+};
+
+// The pixels' own counts, and spreads of one channel.
 struct OwnRow {
-  const float *count, *mean, *variance;
+  const float *count, *variance;
 };
 
 // Adds a channel's squared errors and its part of the squared deviations to a row of the map. There
 // are too many rows for the loop to check that they do not overlap, as it would without __restrict.
-template <typename Weight>
+template <typename Metric>
 void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& own, int c,
-                 const Weight& weight, float* __restrict error, float* __restrict deviation) {
+                 const Metric& metric, float* __restrict error, float* __restrict deviation) {
   const float *means = pooled[kMean + c], *spreads = pooled[kSpread + c],
-              *differences = pooled[kDifference + c];
+              *differences = pooled[kDifference + c], *seens = pooled[kSeen + c];
   const float *freedoms = pooled[kFreedom], *streams = pooled[kStreams];
   const float *per_weight = per.weight.data(), *per_freedom = per.freedom.data(),
               *per_stream = per.streams.data(), *per_count = per.count.data();
-  const float *own_count = own.count, *own_mean = own.mean, *own_variance = own.variance;
+  const float *own_count = own.count, *own_variance = own.variance;
   const size_t width = per.count.size();
   for (size_t x = 0; x < width; ++x) {
     const float mean = means[x] * per_weight[x];
     const float spread = freedoms[x] > 0.0f ? tame(spreads[x] * per_freedom[x]) : 1.0f;
     const float honest = streams[x] > 0.0f ? tame(differences[x] * per_stream[x]) : spread;
-    // At the pixel's own mean too: next to a lamp, that of the neighbours is clipped.
-    const float standard_error = std::sqrt(spread * per_count[x]);
-    const float display = std::max(display_error_weight(mean, standard_error),
-                                   display_error_weight(own_mean[x], standard_error));
-    error[x] += display * honest * per_count[x];
+    const float display = display_error_weight(mean, std::sqrt(spread * per_count[x]));
+    const float seen = streams[x] > 0.0f ? tame(seens[x] * per_stream[x]) : display * spread;
+    error[x] += seen * per_count[x];
+    // How much wider the pixel's own samples spread than its neighbours', as far as it can tell.
     const float freedom = std::max(0.0f, own_count[x] - 1.0f);
     const float own_share = freedom / (freedom + kPooledFreedom);
-    const float near = spread + own_share * (tame(own_variance[x]) - spread);
-    const float stratified = (honest + kPrior * spread) / (std::max(spread, 1e-30f) * (1 + kPrior));
-    deviation[x] += weight(mean, display) * near * stratified;
+    const float wider =
+        1.0f + own_share * (tame(own_variance[x]) / std::max(spread, 1e-30f) - 1.0f);
+    deviation[x] += wider * metric(mean, display, Variances{honest, spread, seen});
   }
 }
 
-// weight(mean, display's weight) is the allocation's.
-template <typename Weight>
-void estimate_rows(const PixelStatistics& p, const Weight& weight, ErrorMap* out) {
+// metric(mean, display's weight, variances) is the allocation's squared deviation.
+template <typename Metric>
+void estimate_rows(const PixelStatistics& p, const Metric& metric, ErrorMap* out) {
   const auto width = size_t(p.width);
   constexpr size_t kRows = 16;
   parallel_ranges(size_t(p.height), kRows, [&](size_t begin, size_t end) {
@@ -201,9 +215,8 @@ void estimate_rows(const PixelStatistics& p, const Weight& weight, ErrorMap* out
       std::fill(error, error + width, 0.0f);
       std::fill(deviation, deviation + width, 0.0f);
       for (int c = 0; c < 3; ++c) {
-        const OwnRow own = {&p.count[y * width], &p.mean[size_t(c)][y * width],
-                            &p.variance[size_t(c)][y * width]};
-        add_channel(pooled, per, own, c, weight, error, deviation);
+        const OwnRow own = {&p.count[y * width], &p.variance[size_t(c)][y * width]};
+        add_channel(pooled, per, own, c, metric, error, deviation);
       }
       for (size_t x = 0; x < width; ++x) {
         error[x] = std::sqrt(error[x] * (1.0f / 3));
@@ -219,17 +232,26 @@ void TwoStreamEstimator::estimate(const PixelStatistics& p, ErrorMetric allocati
                                   ErrorMap* out) const {
   out->error.resize(p.size());
   out->deviation.resize(p.size());
+  constexpr float kWhole = 1.0f / (1.0f + kPrior);
   switch (allocation) {
     case ErrorMetric::kDisplay:
       return estimate_rows(
-          p, [](float, float display) { return display; }, out);
+          p,
+          [](float, float display, const Variances& v) {
+            return (v.seen + kPrior * display * v.spread) * kWhole;
+          },
+          out);
     case ErrorMetric::kMse:
       return estimate_rows(
-          p, [](float, float) { return 1.0f; }, out);
+          p,
+          [](float, float, const Variances& v) { return (v.honest + kPrior * v.spread) * kWhole; },
+          out);
     case ErrorMetric::kRelMse: {
       const float epsilon = rel_mse_epsilon(p);
-      const auto weight = [epsilon](float mean, float) { return 1.0f / (mean * mean + epsilon); };
-      return estimate_rows(p, weight, out);
+      const auto metric = [epsilon](float mean, float, const Variances& v) {
+        return (v.honest + kPrior * v.spread) * kWhole / (mean * mean + epsilon);
+      };
+      return estimate_rows(p, metric, out);
     }
   }
 }

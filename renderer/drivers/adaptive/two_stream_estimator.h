@@ -13,8 +13,8 @@
 //
 // Pooling means that a pixel's own luck decides little about its own samples, which keeps the bias
 // of adaptive sampling low (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis").
-// How much of an error is seen in the display is asked at the neighbours' mean and at the pixel's
-// own, and the larger answer counts: beside a lamp the former is clipped white.
+// How much of its difference the display shows, each pixel says before they are pooled: beside a
+// lamp the neighbours' mean is clipped white, beside a shadow it is too dark.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"
