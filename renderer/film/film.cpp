@@ -169,9 +169,9 @@ double FilmTile::variance_of_mean(size_t i, size_t c) const {
   const PixelSums& sums = sums_[i];
   const double n0 = sums.count[0], n1 = sums.count[1], n = n0 + n1;
   if (n0 > 0 && n1 > 0) {
-    // Two independent streams: the mean of both has a quarter of the variance of their difference,
-    // whatever the samples of one stream owe to each other.
-    return square(sums.rgb[0][c] / n0 - sums.rgb[1][c] / n1) / 4;
+    // Two independent streams: the square of their means' difference is the variance of a sample
+    // times (1 / n0 + 1 / n1), whatever the samples of one stream owe to each other.
+    return square(sums.rgb[0][c] / n0 - sums.rgb[1][c] / n1) * (n0 * n1) / (n * n);
   }
   // One stream: as if its samples were independent, (sum of squares - n mean^2) / (n (n - 1)).
   // Non-finite samples count as the black they were added as.

@@ -48,7 +48,8 @@ TEST(RoundPlanner, StartsWithThePilot) {
   };
   // An eighth of the budget, 4 to 16.
   EXPECT_EQ(pilot(of_budget(1)), 1u);
-  EXPECT_EQ(pilot(of_budget(16)), 4u);
+  EXPECT_EQ(pilot(of_budget(5)), 5u);
+  EXPECT_EQ(pilot(of_budget(16)), 8u);
   EXPECT_EQ(pilot(of_budget(64)), 8u);
   EXPECT_EQ(pilot(of_budget(4096)), 16u);
   AdaptiveSettings s;

@@ -59,8 +59,8 @@ Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
     const double shown = streams > 0 ? seen[c] / streams : in(ErrorMetric::kDisplay)*own;
     sum.error += shown / n / 3;
     const double streamed = allocation == ErrorMetric::kDisplay ? shown : in(allocation)*honest;
-    // The pixel's own spread by its degrees of freedom, its neighbours' by 128.
-    const double degrees = std::max(0.0, double(p.count[i]) - 1);
+    // The pixel's own spread by its samples beyond 64, its neighbours' by 128.
+    const double degrees = std::max(0.0, double(p.count[i]) - 64);
     const double near = (128 * own + degrees * double(p.variance[c][i])) / (128 + degrees);
     const double wider = own > 0 ? near / own : 1.0;
     sum.deviation += wider * (streamed + kPrior * in(allocation)*own) / (1 + kPrior) / 3;
@@ -68,12 +68,13 @@ Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
   return {std::sqrt(sum.error), std::sqrt(sum.deviation)};
 }
 
-// Counts from 0 to 24, so that neighbours differ, and a stream or all samples are missing in some.
+// Counts from 0 to 24 and from 256 to 280, so that neighbours differ, and a stream or all samples
+// are missing in some.
 PixelStatistics uneven_pixels(int width, int height) {
   PixelStatistics pixels = constant_pixels(width, height, 0.0f, 0.0f);
   for (size_t i = 0; i < pixels.size(); ++i) {
     TestRandom random(11, i);
-    const auto n = float(8 * (random.bits() % 4));
+    const auto n = float(8 * (random.bits() % 4) + (random.bits() % 8 == 0 ? 256 : 0));
     pixels.count[i] = n;
     pixels.second_count[i] = random.bits() % 5 == 0 ? 0.0f : n / 2;
     for (size_t c = 0; c < 3; ++c) {

@@ -42,12 +42,13 @@ inline float display_value(float linear) {
 inline constexpr float kLeastDisplaySlope = 0.02f;
 
 // The squared slope of display_value() over mean +- deviation, so that clipped white and noise
-// about to leave it are told apart; at least kLeastDisplaySlope^2, so that no pixel counts for
+// about to leave it are told apart; at least least_slope^2, so that no pixel counts for
 // nothing. A deviation below .001 is taken for that: the slope is a difference of two floats.
-inline float display_error_weight(float mean, float deviation) {
+inline float display_error_weight(float mean, float deviation,
+                                  float least_slope = kLeastDisplaySlope) {
   const float d = std::max(deviation, 1e-3f);
   const float slope = (display_value(mean + d) - display_value(mean - d)) / (2 * d);
-  return std::max(slope * slope, kLeastDisplaySlope * kLeastDisplaySlope);
+  return std::max(slope * slope, least_slope * least_slope);
 }
 
 // The factor on a squared error of a channel whose value is `mean`, known to +- `deviation` (its

@@ -22,16 +22,17 @@ constexpr float kUniformShare = 0.1f;
 // Pixels whose error is to fall to the threshold get a little more than the estimate asks for.
 constexpr float kThresholdMargin = 1.05f;
 
-constexpr uint32_t kLeastPilot = 4, kMostPilot = 16;
+constexpr uint32_t kLeastPilot = 8, kMostPilot = 16;
 
-// Without a threshold the pilot is an eighth of the budget: what it spends on pixels that turn out
-// to need nothing is lost.
+// Without a threshold the pilot is an eighth of the budget, in whole blocks of the sampler: what it
+// spends on pixels that turn out to need nothing is lost, and what it overlooks in a wire thinner
+// than a pixel is seldom found later.
 uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   uint32_t samples = entry.first_samples;
   if (s.min_samples > 0) {
     samples = s.min_samples;
   } else if (entry.batch == 0 && s.threshold <= 0.0f) {
-    samples = std::clamp(s.budget / 8 / 4 * 4, kLeastPilot, kMostPilot);
+    samples = std::clamp(s.budget / 8 / 8 * 8, kLeastPilot, kMostPilot);
   }
   if (s.budget > 0) samples = std::min(samples, s.budget);
   if (s.max_samples > 0) samples = std::min(samples, s.max_samples);
