@@ -73,6 +73,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
         settings_(settings),
         smooth_(parse_reconstruction(settings.reconstruction) == Reconstruction::kLinear),
         observer_(observer),
+        stop_(stop),
         film_(frame.aovs, {.squares = true, .rays = true}),
         runner_(frame, film_, observer, std::move(stop)),
         planner_(settings.adaptive, frame.window.width(), frame.window.height(), frame.seed),
@@ -91,7 +92,10 @@ class AdaptiveDriver::Progress final : public FramePicture {
     bool complete = cover() && bring_to(planner_.targets());
     while (complete) {
       if (settings_.adaptive.unbiased) averages_.add_round(film_, planner_.round_weight());
-      if (!planner_.plan(film_)) break;
+      if (!planner_.plan(film_, stop_)) {
+        complete = !planner_.interrupted();
+        break;
+      }
       runner_.set_seed(planner_.round_seed());
       complete = bring_to(planner_.targets());
     }
@@ -101,14 +105,14 @@ class AdaptiveDriver::Progress final : public FramePicture {
       counters.min_samples = *least;
       counters.max_samples = *most;
     }
-    counters.stopped = !complete;
+    counters.stopped = stopped_ = !complete;
     return counters;
   }
 
   // Fills in the stop channel and finds the error of what there is: both look at every pixel once
   // more, for which a user who stopped the frame would not wait.
   void finish() {
-    if (covered_ && runner_.counters().stopped) planner_.look(film_);  // else plan() has
+    if (covered_ && stopped_) planner_.look(film_);  // else plan() has
     for (size_t i = 0; i < have_.size(); ++i) film_.set_stop(x_of(i), y_of(i), stop_of(i));
   }
 
@@ -157,8 +161,9 @@ class AdaptiveDriver::Progress final : public FramePicture {
 
   PixelStop stop_of(size_t i) const {
     if (have_[i] == 0) return PixelStop::kNone;
-    const bool cut_short = !covered_ || have_[i] < planner_.targets()[i];
-    return runner_.counters().stopped && cut_short ? observer_.stop_cause() : planner_.stop_of(i);
+    // Between two rounds it is as if all pixels were to get more.
+    const bool cut_short = !covered_ || planner_.interrupted() || have_[i] < planner_.targets()[i];
+    return stopped_ && cut_short ? observer_.stop_cause() : planner_.stop_of(i);
   }
 
   // Brings every pixel its first sample; first those that the tree asks for.
@@ -236,6 +241,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
   const DriverSettings& settings_;
   const bool smooth_;
   FrameObserver& observer_;
+  const std::stop_token stop_;
   FilmTile film_;
   SliceRunner runner_;
   RoundPlanner planner_;
@@ -245,6 +251,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
   std::vector<uint32_t> have_;  // samples of each pixel
   int pass_ = 0;
   bool covered_ = false;  // every pixel has a sample
+  bool stopped_ = false;  // before the work was done
 };
 
 std::string AdaptiveDriver::Progress::explain(int x, int y) const {

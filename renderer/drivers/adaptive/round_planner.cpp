@@ -90,10 +90,16 @@ uint32_t RoundPlanner::round_seed() const {
   return settings_.unbiased && round_ > 0 ? hash_combine(seed_, uint32_t(round_)) : seed_;
 }
 
-void RoundPlanner::look(const FilmTile& film) {
+void RoundPlanner::look(const FilmTile& film) { look(film, {}); }
+
+// False if a stop was requested: each step takes some milliseconds for a large frame.
+bool RoundPlanner::look(const FilmTile& film, const std::stop_token& stop) {
   gather_statistics(film, &statistics_);
+  if (stop.stop_requested()) return false;
   estimator_->estimate(statistics_, settings_.allocation, &errors_);
+  if (stop.stop_requested()) return false;
   if (entry_.rms_error) error_estimate_ = frame_error(statistics_);
+  return true;
 }
 
 bool RoundPlanner::unfinished(size_t i) const {
@@ -111,8 +117,9 @@ PixelStop RoundPlanner::stop_of(size_t i) const {
   return PixelStop::kBudget;
 }
 
-bool RoundPlanner::plan(const FilmTile& film) {
-  look(film);
+bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
+  interrupted_ = !look(film, stop);
+  if (interrupted_) return false;
   ++round_;
   const double left = double(settings_.budget) * double(targets_.size()) - spent_;
   // Less than a rounding step for the frame, or for every thousandth pixel, is not worth a round.

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "renderer/drivers/adaptive/allocation.h"
@@ -44,8 +45,11 @@ class RoundPlanner {
   // How many samples each pixel is to have after the coming round; the same for all before the
   // first plan().
   std::span<const uint32_t> targets() const { return targets_; }
-  // Looks at a film that holds the targets' samples and sets the next. False if nothing is to come.
-  bool plan(const FilmTile& film);
+  // Looks at a film that holds the targets' samples and sets the next. False if nothing is to come,
+  // or if a stop was requested meanwhile: the targets are then as before.
+  bool plan(const FilmTile& film, const std::stop_token& stop = {});
+  // A stop request cut the last plan() short.
+  bool interrupted() const { return interrupted_; }
   // Looks only, for the error estimate of what there is.
   void look(const FilmTile& film);
 
@@ -68,6 +72,7 @@ class RoundPlanner {
   uint64_t bytes() const;
 
  private:
+  bool look(const FilmTile& film, const std::stop_token& stop);
   bool share_by_deviation();
   bool share_evenly();
   float keep_to_budget(float everywhere);
@@ -91,6 +96,7 @@ class RoundPlanner {
   uint32_t seed_;
   double spent_ = 0.0;  // samples of the window
   int round_ = 0;
+  bool interrupted_ = false;
   double round_weight_ = 0.0;
   double planned_mean_ = 0.0;  // samples of a pixel up to the round under way, if unbiased
   double error_estimate_;
