@@ -6,15 +6,6 @@
 #include "io/image_output.h"
 
 namespace emberline {
-namespace {
-
-// Round to nearest; NaN becomes 0.
-uint8_t to_byte(float value) {
-  if (!(value > 0.0f)) return 0;
-  return value >= 1.0f ? 255 : uint8_t(value * 255.0f + 0.5f);
-}
-
-}  // namespace
 
 struct DisplayImageWriter::Impl {
   Impl(const std::string& path, const Rect& data_window)

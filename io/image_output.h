@@ -15,6 +15,12 @@ struct ByteImage {
   bool srgb = true;             // tag the file as sRGB
 };
 
+// A display value in [0, 1] as one of 256 steps, the nearest; clipped, NaN becomes 0.
+inline uint8_t to_byte(float value) {
+  if (!(value > 0.0f)) return 0;
+  return value >= 1.0f ? 255 : uint8_t(value * 255.0f + 0.5f);
+}
+
 // "png" or "jpeg" by the suffix of `path` (upper and lower case are alike). Throws UsageError that
 // lists the suffixes for any other.
 std::string image_format_of(const std::string& path);

@@ -136,8 +136,8 @@ void add_sampling_options(CLI::App* app, RenderOptions& o) {
              "threshold or --max-spp is given]");
   add_number(app, "--noise-threshold", o.noise_threshold, 1e-6f, 1.0f,
              "a pixel is finished when its expected RMS error in the displayed picture (0 to 1, "
-             "sRGB) is at most this: 0.02 shows noise, 0.005 hardly any, 0.002 (half a step of 8 "
-             "bits) none");
+             "sRGB) is at most this: 0.02 shows noise, 0.005 hardly any, 0.002 is half a step of "
+             "8 bits");
   add_number(app, "--min-spp", o.min_spp, 1u, kMaxSamples,
              "samples before a pixel may be finished [the estimator's]");
   add_number(app, "--max-spp", o.max_spp, 1u, kMaxSamples,
@@ -176,9 +176,9 @@ void add_sampling_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--bisection-axis", o.bisection_axis,
                   table_help("what --driver bisection halves [both]", bisection_axis_table()))
       ->type_name("NAME");
-  app->add_option(
-         "--reconstruction", o.reconstruction,
-         table_help("what its pixels without samples show [duplicate]", reconstruction_table()))
+  app->add_option("--reconstruction", o.reconstruction,
+                  table_help("what pixels without samples show, of progressive drivers [duplicate]",
+                             reconstruction_table()))
       ->type_name("NAME");
   add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all]");
 }

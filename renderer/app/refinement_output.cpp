@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 #include <vector>
 
 #include "io/atomic_file.h"
@@ -31,10 +31,7 @@ ByteImage picture_with_leaves(const FrameDriver& driver, const DisplaySettings& 
   image.height = window.height();
   image.values.reserve(3 * pixels);
   for (size_t i = 0; i < pixels; ++i) {
-    for (size_t c = 0; c < 3; ++c) {
-      const float value = std::clamp(rgba[4 * i + c], 0.0f, 1.0f);
-      image.values.push_back(uint8_t(std::lround(255 * value)));
-    }
+    for (size_t c = 0; c < 3; ++c) image.values.push_back(to_byte(rgba[4 * i + c]));
   }
   return image;
 }

@@ -95,9 +95,7 @@ ByteImage animation_frame(const std::vector<float>& rgba, const Rect& window,
     }
   }
   transform.apply(rgb.data(), rgb.size() / 3);
-  for (const float v : rgb) {
-    image.values.push_back(uint8_t(std::clamp(v, 0.0f, 1.0f) * 255.0f + 0.5f));
-  }
+  for (const float v : rgb) image.values.push_back(to_byte(v));
   return image;
 }
 

@@ -5,10 +5,8 @@
 
 #include <algorithm>
 #include <iterator>
-#include <new>
 #include <optional>
 
-#include "renderer/core/errors.h"
 #include "renderer/drivers/adaptive/refinement_views.h"
 #include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/bisection_picture.h"
@@ -79,7 +77,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
         planner_(settings.adaptive, frame.window.width(), frame.window.height(), frame.seed),
         order_(tile_order(frame.window)),
         have_(order_.size(), 0) {
-    film_.reset(frame.window);
+    reset_film(frame.window, &film_);
     if (settings.explained) {
       planner_.record(index(settings.explained->x, settings.explained->y));
     }
@@ -153,11 +151,9 @@ class AdaptiveDriver::Progress final : public FramePicture {
   std::string explain(int x, int y) const;
 
  private:
-  size_t index(int x, int y) const {
-    return size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0);
-  }
-  int x_of(size_t i) const { return window_.x0 + int(i % size_t(window_.width())); }
-  int y_of(size_t i) const { return window_.y0 + int(i / size_t(window_.width())); }
+  size_t index(int x, int y) const { return window_.index_of(x, y); }
+  int x_of(size_t i) const { return window_.x_of(i); }
+  int y_of(size_t i) const { return window_.y_of(i); }
 
   PixelStop stop_of(size_t i) const {
     if (have_[i] == 0) return PixelStop::kNone;
@@ -299,14 +295,7 @@ AdaptiveDriver::~AdaptiveDriver() = default;
 
 FrameCounters AdaptiveDriver::render(const Frame& frame, FrameObserver& observer,
                                      std::stop_token stop) {
-  try {
-    progress_ = std::make_unique<Progress>(frame, settings_, observer, std::move(stop));
-  } catch (const std::bad_alloc&) {
-    throw RenderError(
-        fmt::format("not enough memory to hold a film of {}x{} pixels; --driver "
-                    "bucket needs no more for a larger frame",
-                    frame.window.width(), frame.window.height()));
-  }
+  progress_ = std::make_unique<Progress>(frame, settings_, observer, std::move(stop));
   return progress_->render();
 }
 

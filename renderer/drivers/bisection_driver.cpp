@@ -1,11 +1,9 @@
 #include "renderer/drivers/bisection_driver.h"
 
-#include <fmt/format.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <bit>
-#include <new>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
@@ -103,14 +101,7 @@ void BisectionDriver::prepare(const Frame& frame, const SampleRange& first_sampl
   first_pass_.emplace(steps_, window, first_samples, first_pass_shape(axis_),
                       bisection_part_pixels(first_samples, uint64_t(window.area())));
   film_.emplace(frame.aovs);
-  try {
-    film_->reset(window);
-  } catch (const std::bad_alloc&) {
-    throw RenderError(
-        fmt::format("not enough memory to hold a film of {}x{} pixels; --driver "
-                    "bucket needs no more for a larger frame",
-                    window.width(), window.height()));
-  }
+  reset_film(window, &*film_);
   picture_.emplace(steps_, *first_pass_, *film_, reconstruction_);
 }
 

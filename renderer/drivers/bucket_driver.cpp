@@ -196,8 +196,6 @@ double BucketDriver::render_adaptively(const Frame& frame, RenderWorker& worker,
                                        FrameObserver& observer, const std::stop_token& stop) const {
   const Rect& rect = tile.rect();
   const auto pixels = size_t(rect.area());
-  const auto x_of = [&](size_t i) { return rect.x0 + int(i % size_t(rect.width())); };
-  const auto y_of = [&](size_t i) { return rect.y0 + int(i / size_t(rect.width())); };
   RoundPlanner planner(adaptive_, rect.width(), rect.height(), frame.seed);
   RoundAverages averages;
   std::vector<uint32_t> have(pixels, 0);
@@ -207,7 +205,7 @@ double BucketDriver::render_adaptively(const Frame& frame, RenderWorker& worker,
     list.clear();
     for (size_t i = 0; i < pixels; ++i) {
       const uint32_t target = planner.targets()[i];
-      if (target > have[i]) list.push_back({x_of(i), y_of(i), have[i], target - have[i]});
+      if (target > have[i]) list.push_back({rect.x_of(i), rect.y_of(i), have[i], target - have[i]});
       have[i] = target;
     }
     worker.set_seed(planner.round_seed());
@@ -217,15 +215,15 @@ double BucketDriver::render_adaptively(const Frame& frame, RenderWorker& worker,
     tbb::this_task_arena::isolate([&] { more = planner.plan(tile); });
   }
   for (size_t i = 0; i < pixels; ++i) {
-    const uint32_t samples = tile.sample_count(x_of(i), y_of(i));
-    tile.set_stop(x_of(i), y_of(i),
+    const uint32_t samples = tile.sample_count(rect.x_of(i), rect.y_of(i));
+    tile.set_stop(rect.x_of(i), rect.y_of(i),
                   samples == 0        ? PixelStop::kNone
                   : samples < have[i] ? observer.stop_cause()
                                       : planner.stop_of(i));
     if (averages.empty()) continue;
     float rgba[4];
     averages.resolve(i, rgba);
-    tile.show(x_of(i), y_of(i), rgba);
+    tile.show(rect.x_of(i), rect.y_of(i), rgba);
   }
   return planner.error_estimate();
 }

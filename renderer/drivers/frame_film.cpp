@@ -1,10 +1,13 @@
 #include "renderer/drivers/frame_film.h"
 
+#include <fmt/format.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
+#include <new>
 
+#include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/bucket_driver.h"
 #include "renderer/drivers/render_work_item.h"
@@ -43,6 +46,17 @@ bool SliceRunner::run(size_t parts, const Expand& expand) {
   return !counters_.stopped;
 }
 
+void reset_film(const Rect& window, FilmTile* film) {
+  try {
+    film->reset(window);
+  } catch (const std::bad_alloc&) {
+    throw RenderError(
+        fmt::format("not enough memory to hold a film of {}x{} pixels; --driver bucket needs no "
+                    "more for a larger frame",
+                    window.width(), window.height()));
+  }
+}
+
 void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& observer,
                   bool all_shown) {
   const FilmTile& film = picture.film();
@@ -64,9 +78,7 @@ void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& obs
           shown.resize(4 * size_t(window.area()));
           picture.resolve(shown);
         });
-        tile.show(
-            x, y,
-            &shown[4 * (size_t(y - window.y0) * size_t(window.width()) + size_t(x - window.x0))]);
+        tile.show(x, y, &shown[4 * window.index_of(x, y)]);
       }
     }
     observer.tile_finished(tile);

@@ -40,6 +40,9 @@ class SliceRunner {
   FrameCounters counters_;
 };
 
+// Makes the film ready for the window. Throws RenderError if there is not the memory for it.
+void reset_film(const Rect& window, FilmTile* film);
+
 // Hands the film to the observer as finished tiles of size x size pixels, aligned as the bucket
 // driver's. Pixels without samples are shown as `picture` has them.
 // With `all_shown`, so are all pixels.

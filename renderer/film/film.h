@@ -157,9 +157,7 @@ class FilmTile {
     uint32_t hits;
   };
 
-  size_t index(int x, int y) const {
-    return size_t(y - rect_.y0) * size_t(rect_.width()) + size_t(x - rect_.x0);
-  }
+  size_t index(int x, int y) const { return rect_.index_of(x, y); }
   bool wants_surface() const {
     return aovs_.contains(Aov::kAlbedo) || aovs_.contains(Aov::kNormal) ||
            aovs_.contains(Aov::kDepth);

@@ -159,18 +159,17 @@ TEST_P(SameSamples, BisectionAndBucket) {
   }
 }
 
-// Adaptive sampling that has nothing to decide: the same samples as well. Not for samplers whose
-// points depend on how many there will be, which the command refuses, nor for those that weigh
-// their points by how many there are, which adaptive frames cannot know.
-TEST_P(SameSamples, AdaptiveAndBucket) {
-  for (const SamplerEntry& entry : sampler_table()) {
-    if (entry.name == GetParam() && entry.counts != SampleCounts::kAny) GTEST_SKIP();
-  }
-  if (create_sampler(GetParam(), {})->integration_weight(0, 3) != 1.0f) GTEST_SKIP();
+// Adaptive sampling that has nothing to decide: the same samples as well. Samplers whose points
+// depend on how many there will be are refused there; one that weighs its points by how many there
+// are weighs them all alike at powers of two.
+class AdaptiveSameSamples : public SameSamples {};
+TEST_P(AdaptiveSameSamples, AdaptiveAndBucket) {
+  const bool weighs = create_sampler(GetParam(), {})->integration_weight(0, 3) != 1.0f;
+  const auto counts = weighs ? std::array{1u, 4u, 16u, 32u} : std::array{1u, 3u, 16u, 37u};
   RenderSettings s = base_settings(GetParam());
   s.aovs = "variance,albedo,N,Z,id";
   for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
-    for (const uint32_t spp : {1u, 3u, 16u, 37u}) {
+    for (const uint32_t spp : counts) {
       for (const Rect& crop : {Rect{}, Rect{11, 3, 30, 17}, Rect{36, 2, 37, 29}}) {
         s.streams = streams;
         s.spp = spp;
@@ -206,6 +205,16 @@ std::vector<std::string> sampler_names() {
   for (const SamplerEntry& entry : sampler_table()) names.emplace_back(entry.name);
   return names;
 }
+std::vector<std::string> samplers_of_any_count() {
+  std::vector<std::string> names;
+  for (const SamplerEntry& entry : sampler_table()) {
+    if (entry.counts == SampleCounts::kAny) names.emplace_back(entry.name);
+  }
+  return names;
+}
+INSTANTIATE_TEST_SUITE_P(EverySampler, AdaptiveSameSamples,
+                         testing::ValuesIn(samplers_of_any_count()),
+                         [](const auto& p) { return p.param; });
 INSTANTIATE_TEST_SUITE_P(EverySampler, SameSamples, testing::ValuesIn(sampler_names()),
                          [](const auto& p) { return p.param; });
 

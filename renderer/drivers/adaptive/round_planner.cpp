@@ -130,8 +130,7 @@ bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
   if (more) more = entry_.batch > 0 ? share_evenly() : share_by_deviation();
   const auto total = double(std::accumulate(targets_.begin(), targets_.end(), uint64_t{0}));
   if (!more || total <= spent_) return false;
-  round_weight_ =
-      settings_.unbiased ? planned - planned_mean_ : (total - spent_) / double(targets_.size());
+  round_weight_ = planned - planned_mean_;
   planned_mean_ = planned;
   spent_ = total;
   return true;

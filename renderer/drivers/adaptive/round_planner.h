@@ -58,7 +58,7 @@ class RoundPlanner {
   double error_estimate() const { return error_estimate_; }
   // Why the pixel would get no more if the frame ended now.
   PixelStop stop_of(size_t i) const;
-  // What the round under way counts for in a mean over rounds (RoundAverages): with `unbiased` a
+  // What the round under way counts for in a mean over rounds (RoundAverages), if `unbiased`: a
   // number that the settings alone decide.
   double round_weight() const { return round_weight_; }
   // The seed of that round's samples: fresh ones for each round with `unbiased`.
