@@ -10,6 +10,7 @@
 #include "renderer/drivers/render_work_item.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
+#include "support/stop_after.h"
 
 namespace emberline {
 namespace {
@@ -137,37 +138,6 @@ TEST_P(AdaptiveFrame, ACropsSamplesAreTheFramesOwn) {
   EXPECT_GT(agreeing, 20);
 }
 
-// Requests a stop once so many samples are done, and looks at every picture on the way.
-class StopAfter final : public FrameObserver {
- public:
-  StopAfter(MemoryObserver& image, uint64_t samples, const Rect& window)
-      : image_(image), samples_(samples), rgba_(4 * size_t(window.area())) {}
-  void tile_finished(const FilmTile& tile) override { image_.tile_finished(tile); }
-  void samples_finished(uint64_t count) override {
-    if ((done_ += count) >= samples_) stop_.request_stop();
-  }
-  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
-    EXPECT_GE(progress.samples, last_.samples);
-    EXPECT_GE(progress.completion, last_.completion);
-    EXPECT_GE(progress.pass, last_.pass);
-    EXPECT_EQ(progress.samples, done_.load());
-    last_ = progress;
-    picture.resolve(rgba_);
-    for (const float value : rgba_) ASSERT_TRUE(std::isfinite(value));
-  }
-  PixelStop stop_cause() const override { return PixelStop::kTimeLimit; }
-  std::stop_token token() const { return stop_.get_token(); }
-  const FrameProgress& last() const { return last_; }
-
- private:
-  MemoryObserver& image_;
-  uint64_t samples_;
-  std::vector<float> rgba_;
-  std::atomic<uint64_t> done_{0};
-  std::stop_source stop_;
-  FrameProgress last_;
-};
-
 RenderedImage stop_after(const Scene& scene, const RenderSettings& s, uint64_t samples,
                          FrameProgress* progress = nullptr) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
@@ -183,7 +153,7 @@ RenderedImage stop_after(const Scene& scene, const RenderSettings& s, uint64_t s
   const Frame frame{scene,        camera, *integrator, *sampler,  filter, s.width, s.height,
                     image.window, 0,      s.seed,      s.streams, aovs,   false};
   MemoryObserver memory(image);
-  StopAfter observer(memory, samples, image.window);
+  StopAfter observer(memory, samples, image.window, false);
   AdaptiveDriver driver({.bucket_size = 16, .adaptive = s.adaptive});
   tbb::task_arena arena(s.threads);
   arena.execute([&] {

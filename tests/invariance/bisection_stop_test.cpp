@@ -9,47 +9,12 @@
 #include "renderer/drivers/bisection_driver.h"
 #include "support/render.h"
 #include "support/scenes.h"
+#include "support/stop_after.h"
 
 namespace emberline {
 namespace {
 
 using namespace test;
-
-// Requests a stop once so many samples are done, and looks at every picture on the way.
-class StopAfter final : public FrameObserver {
- public:
-  StopAfter(MemoryObserver& image, uint64_t samples, const Rect& window)
-      : image_(image), samples_(samples), rgba_(4 * size_t(window.area())) {}
-
-  void tile_finished(const FilmTile& tile) override { image_.tile_finished(tile); }
-  void samples_finished(uint64_t count) override {
-    if ((done_ += count) >= samples_) stop_.request_stop();
-  }
-  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
-    EXPECT_GE(progress.samples, last_.samples);
-    EXPECT_GE(progress.completion, last_.completion);
-    EXPECT_GE(progress.pass, last_.pass);
-    EXPECT_EQ(progress.samples, done_.load());
-    last_ = progress;
-    ++pictures_;
-    picture.resolve(rgba_);
-    for (size_t i = 0; i < rgba_.size(); ++i) ASSERT_GT(rgba_[i], 0.0f) << "value " << i;
-  }
-  PixelStop stop_cause() const override { return PixelStop::kTimeLimit; }
-
-  std::stop_token token() const { return stop_.get_token(); }
-  const FrameProgress& last() const { return last_; }
-  int pictures() const { return pictures_; }
-
- private:
-  MemoryObserver& image_;
-  uint64_t samples_;
-  std::vector<float> rgba_;
-  std::atomic<uint64_t> done_{0};
-  std::stop_source stop_;
-  FrameProgress last_;
-  int pictures_ = 0;
-};
 
 // Bright everywhere: a grey floor under a white sky.
 std::unique_ptr<Scene> bright_scene() {
@@ -75,7 +40,7 @@ class BisectionStop : public testing::Test {
     const Frame frame{*scene_, camera,       *integrator_, *sampler_, filter_,           kWidth,
                       kHeight, image.window, spp,          1,         StreamCount::kOne, aovs};
     MemoryObserver memory(image);
-    StopAfter observer(memory, samples, image.window);
+    StopAfter observer(memory, samples, image.window, true);
     BisectionDriver driver({.bucket_size = 16, .bisection_axis = axis});
     tbb::task_arena arena(threads);
     arena.execute([&] {

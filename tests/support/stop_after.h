@@ -1,0 +1,59 @@
+// An observer that stops a progressive frame at a given moment.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <stop_token>
+#include <vector>
+
+#include "support/render.h"
+
+namespace emberline::test {
+
+// Requests a stop once so many samples are done, looks at every picture on the way, and keeps what
+// is delivered in `image`.
+class StopAfter final : public FrameObserver {
+ public:
+  // With `bright`, no value of any picture may be 0.
+  StopAfter(MemoryObserver& image, uint64_t samples, const Rect& window, bool bright)
+      : image_(image), samples_(samples), bright_(bright), rgba_(4 * size_t(window.area())) {}
+
+  void tile_finished(const FilmTile& tile) override { image_.tile_finished(tile); }
+  void samples_finished(uint64_t count) override {
+    if ((done_ += count) >= samples_) stop_.request_stop();
+  }
+  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
+    EXPECT_GE(progress.samples, last_.samples);
+    EXPECT_GE(progress.completion, last_.completion);
+    EXPECT_GE(progress.pass, last_.pass);
+    EXPECT_EQ(progress.samples, done_.load());
+    last_ = progress;
+    ++pictures_;
+    picture.resolve(rgba_);
+    for (size_t i = 0; i < rgba_.size(); ++i) {
+      ASSERT_TRUE(std::isfinite(rgba_[i])) << "value " << i;
+      if (bright_) {
+        ASSERT_GT(rgba_[i], 0.0f) << "value " << i;
+      }
+    }
+  }
+  PixelStop stop_cause() const override { return PixelStop::kTimeLimit; }
+
+  std::stop_token token() const { return stop_.get_token(); }
+  const FrameProgress& last() const { return last_; }
+  int pictures() const { return pictures_; }
+
+ private:
+  MemoryObserver& image_;
+  uint64_t samples_;
+  bool bright_;
+  std::vector<float> rgba_;
+  std::atomic<uint64_t> done_{0};
+  std::stop_source stop_;
+  FrameProgress last_;
+  int pictures_ = 0;
+};
+
+}  // namespace emberline::test
