@@ -9,24 +9,27 @@
 namespace emberline {
 namespace {
 
-// Of the values that are not 0: what lies above is shown as the brightest.
-constexpr double kQuantile = 0.995;
 // Ticks are products of doubles: a value so many steps outside is still inside.
 constexpr double kRounding = 1e-9;
 // Values whose logarithms are about to leave double's range are not told apart.
 constexpr double kSmallest = 1e-300;
 
-double upper_quantile(const Plane& plane) {
+// The least value that is at least as great as this part of `values`. 1000 of them, .995: the
+// 995th, five are above it.
+double quantile(std::vector<float> values, double part) {
+  const auto rank = std::max<ptrdiff_t>(0, ptrdiff_t(std::ceil(part * double(values.size()))) - 1);
+  std::ranges::nth_element(values, values.begin() + rank);
+  return double(values[size_t(rank)]);
+}
+
+template <typename Wanted>
+std::vector<float> finite_values(const Plane& plane, const Wanted& wanted) {
   std::vector<float> values;
   values.reserve(plane.values.size());
   for (const float value : plane.values) {
-    if (std::isfinite(value) && value != 0.0f) values.push_back(value);
+    if (std::isfinite(value) && wanted(value)) values.push_back(value);
   }
-  // 1000 values: the 995th, five are above it.
-  const auto rank =
-      std::max<ptrdiff_t>(0, ptrdiff_t(std::ceil(kQuantile * double(values.size()))) - 1);
-  std::ranges::nth_element(values, values.begin() + rank);
-  return double(values[size_t(rank)]);
+  return values;
 }
 
 ValueRange around(double value, bool logarithmic) {
@@ -47,19 +50,19 @@ double nice_step(double length, int parts) {
 
 }  // namespace
 
-ValueRange automatic_range(const Plane& plane, bool logarithmic) {
+ValueRange automatic_range(const Plane& plane, bool logarithmic, double bright) {
   const PlaneStatistics s = plane_statistics(plane);
   if (s.values == 0) return around(0.0, logarithmic);
   if (s.constant()) return around(s.minimum, logarithmic);
-  if (!logarithmic) {
-    const double least = std::min(0.0, s.minimum), most = upper_quantile(plane);
-    return {least, most > least ? most : std::max(0.0, s.maximum)};
+  if (logarithmic) {
+    std::vector<float> positive = finite_values(plane, [](float v) { return v > 0.0f; });
+    if (positive.empty()) return around(0.0, true);
+    const double least = quantile(std::move(positive), 1 - kBrightQuantile);
+    return least < s.maximum ? ValueRange{least, s.maximum} : around(s.maximum, true);
   }
-  double least = HUGE_VAL;
-  for (const float value : plane.values) {
-    if (value > 0.0f && std::isfinite(value)) least = std::min(least, double(value));
-  }
-  return least < s.maximum ? ValueRange{least, s.maximum} : around(s.maximum, true);
+  const double least = std::min(0.0, s.minimum);
+  const double most = quantile(finite_values(plane, [](float v) { return v != 0.0f; }), bright);
+  return {least, most > least ? most : std::max(0.0, s.maximum)};
 }
 
 ValueScale::ValueScale(const ValueRange& range, bool logarithmic)
