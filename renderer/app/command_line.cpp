@@ -39,6 +39,9 @@ std::string table_help(const char* what, const Table& table) {
 // rounding of the rebased scene is what limits the picture.
 constexpr double kFarthest = 1e15;
 
+// The ends of --range: squares stay finite in float.
+constexpr double kMostOfRange = 1e18;
+
 // --time-limit in seconds: a millisecond to thirty years.
 constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;
 
@@ -198,9 +201,10 @@ void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) 
               "--range",
               [&style](const std::string& text) {
                 std::array<double, 2> v;
-                if (!parse_numbers(text, ',', v) || !(v[0] < v[1])) {
+                if (!parse_numbers(text, ',', v) || !(v[0] < v[1]) || v[0] < -kMostOfRange ||
+                    v[1] > kMostOfRange) {
                   throw CLI::ValidationError(
-                      "--range", "'" + text + "' is not MIN,MAX with MIN less than MAX");
+                      "--range", "'" + text + "' is not MIN,MAX with MIN less than MAX, from -1e18 to 1e18");
                 }
                 style.range = ValueRange{v[0], v[1]};
               },

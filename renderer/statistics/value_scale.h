@@ -46,6 +46,7 @@ class ValueScale {
 
  private:
   std::vector<ScaleTick> linear_ticks(int most, double factor) const;
+  // Empty where there are not two such numbers.
   std::vector<double> decade_ticks(int most, double factor) const;
 
   ValueRange range_;
