@@ -204,7 +204,8 @@ void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) 
                 if (!parse_numbers(text, ',', v) || !(v[0] < v[1]) || v[0] < -kMostOfRange ||
                     v[1] > kMostOfRange) {
                   throw CLI::ValidationError(
-                      "--range", "'" + text + "' is not MIN,MAX with MIN less than MAX, from -1e18 to 1e18");
+                      "--range",
+                      "'" + text + "' is not MIN,MAX with MIN less than MAX, from -1e18 to 1e18");
                 }
                 style.range = ValueRange{v[0], v[1]};
               },

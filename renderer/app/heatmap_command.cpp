@@ -34,7 +34,7 @@ void check_channels(const std::string& path, const HeatmapQuantity& quantity,
 }  // namespace
 
 int run_heatmap(const HeatmapOptions& options) {
-  const HeatmapQuantity& quantity = find_heatmap_quantity(options.quantity);
+  const HeatmapQuantity& quantity = find_heatmap_quantity(options.quantity, "--of");
   const HeatmapQuantity* const asked[] = {&quantity};
   check_heatmap_style(options.style, asked);
   check_heatmap_format("-o", options.output, {});

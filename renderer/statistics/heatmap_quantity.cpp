@@ -66,8 +66,8 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
   return table;
 }
 
-const HeatmapQuantity& find_heatmap_quantity(std::string_view name) {
-  return find_named(heatmap_quantity_table(), "--heatmap-of", "quantity", name);
+const HeatmapQuantity& find_heatmap_quantity(std::string_view name, std::string_view option) {
+  return find_named(heatmap_quantity_table(), option, "quantity", name);
 }
 
 std::span<const Category> stop_categories() {

@@ -34,7 +34,9 @@ struct HeatmapQuantity {
 // frame_error.h; `error.estimate` of the report). With one stream samples count as independent: an
 // upper estimate. Pixels with fewer than two samples have no value.
 std::span<const HeatmapQuantity> heatmap_quantity_table();
-const HeatmapQuantity& find_heatmap_quantity(std::string_view name);  // throws UsageError
+// Throws UsageError, which starts with the option's name.
+const HeatmapQuantity& find_heatmap_quantity(std::string_view name,
+                                             std::string_view option = "--heatmap-of");
 
 // Why pixels got no more samples; colours of Okabe & Ito 2008, "Color Universal Design", of which
 // no two are equally light.
