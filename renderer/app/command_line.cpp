@@ -192,7 +192,11 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--aov", o.aovs, table_help("further EXR channels, a list", aov_table()))
       ->type_name("LIST")
       ->join(',');  // --aov albedo --aov N: both
-  app->add_option("--report", o.report, "write what was done, as JSON")->type_name("FILE");
+  app->add_option("--report", o.reports,
+                  "what was done: .html is a page with pictures and charts, any other name JSON. "
+                  "May be given more than once")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
   CLI::Option* snapshots =
       app->add_option("--snapshots", o.snapshots,
                       "progressive drivers: keep the picture at several moments of the render in "

@@ -17,6 +17,8 @@
 #include "renderer/app/refinement_output.h"
 #include "renderer/app/replay.h"
 #include "renderer/app/report.h"
+#include "renderer/app/report_page.h"
+#include "renderer/app/report_pictures.h"
 #include "renderer/app/sampling_plan.h"
 #include "renderer/app/snapshots.h"
 #include "renderer/app/standard_output.h"
@@ -44,6 +46,7 @@ class RenderClock {
  public:
   double seconds() const { return wall_.seconds() - left_out_s_; }
   double cpu_seconds() const { return process_cpu_seconds() - cpu_before_; }
+  double left_out_seconds() const { return left_out_s_; }
   template <typename Work>
   void leave_out(const Work& work) {
     const double wall = wall_.seconds(), cpu = process_cpu_seconds();
@@ -82,7 +85,7 @@ void summarize(const RenderOptions& options, const RenderReport& report) {
                        seconds > 0 ? double(c.rays.total()) / seconds * 1e-6 : 0.0,
                        double(peak_rss_bytes()) / 1048576));
   for (const std::string& path : options.outputs) log_info("wrote " + path);
-  if (!options.report.empty()) log_info("wrote " + options.report);
+  for (const std::string& path : options.reports) log_info("wrote " + path);
   if (!report.snapshots.empty()) {
     log_info(fmt::format("wrote {} snapshots to {}", report.snapshots.size(), options.snapshots));
   }
@@ -92,6 +95,8 @@ void summarize(const RenderOptions& options, const RenderReport& report) {
 }  // namespace
 
 int run_render(const RenderOptions& options) {
+  RenderReport report;
+  report.times.start_s = process_age_seconds();
   const Stopwatch wall;
   const int threads = options.threads > 0 ? options.threads
                                           : int(std::max(1u, std::thread::hardware_concurrency()));
@@ -131,16 +136,21 @@ int run_render(const RenderOptions& options) {
   StopRequest stop;
   std::optional<SnapshotRecorder> snapshots;
   std::optional<FrameOutputs> outputs;
+  std::optional<ReportPictures> pictures;
   if (!options.replay) {
-    if (!options.report.empty()) check_writable(options.report);
+    for (const std::string& path : options.reports) check_writable(path);
+    if (std::ranges::any_of(options.reports, is_page)) {
+      pictures.emplace(options.display, window, output_settings.aovs);
+    }
     for (const std::string& path : options.trees) check_writable(path);
     if (!options.snapshots.empty()) snapshots.emplace(options, window);
     outputs.emplace(options.outputs, output_settings, stop);
+    if (pictures) outputs->on_tile([&](const FilmTile& tile) { pictures->add(tile); });
   }
 
-  RenderReport report;
   report.window = window;
   report.threads = threads;
+  report.times.setup_s = wall.seconds();
   const Stopwatch load;
   SceneDescription description = load_scene(options);
   report.times.load_s = load.seconds();
@@ -196,6 +206,7 @@ int run_render(const RenderOptions& options) {
     arena.execute([&] { report.counters = driver->render(frame, *outputs, stop.token()); });
   }
   report.times.render_s = render.seconds();
+  report.times.snapshots_s = render.left_out_seconds();
   report.times.render_cpu_s = render.cpu_seconds();
   if (report.passes.empty() || report.passes.back().samples < report.counters.samples) {
     report.passes.push_back({report.times.render_s, report.counters.samples, std::nullopt});
@@ -208,7 +219,8 @@ int run_render(const RenderOptions& options) {
   report.estimator = sampling.uniform ? "none" : std::string(sampling.adaptive.estimator);
   report.error_estimate = driver->error_estimate();
   report.times.write_s = write.seconds();
-  report.film_bytes = outputs->film_bytes() + driver->film_bytes();
+  report.film_bytes =
+      outputs->film_bytes() + driver->film_bytes() + (pictures ? pictures->bytes() : 0);
   // After the frame itself, which is not lost if they cannot be written.
   std::optional<RenderError> snapshot_error;
   if (snapshots) {
@@ -218,7 +230,7 @@ int run_render(const RenderOptions& options) {
     } catch (const RenderError& error) {
       snapshot_error = error;
     }
-    report.times.snapshots_s = encode.seconds();
+    report.times.snapshots_s += encode.seconds();
   }
   report.stop_cause = stop.cause();
   const bool by_user = report.counters.stopped && stop.cause() == PixelStop::kUser;
@@ -226,7 +238,11 @@ int run_render(const RenderOptions& options) {
   report.times.wall_s = wall.seconds();
   report.times.cpu_s = process_cpu_seconds();
   warn_of_non_finite(options, report.counters);
-  if (!options.report.empty()) write_file_atomically(options.report, report_json(options, report));
+  report.warnings = warnings_so_far();
+  for (const std::string& path : options.reports) {
+    write_file_atomically(path, is_page(path) ? report_page(options, report, *pictures)
+                                              : report_json(options, report));
+  }
   if (snapshot_error) throw *snapshot_error;
   summarize(options, report);
   if (options.explained) print_result(driver->explain(options.explained->x, options.explained->y));

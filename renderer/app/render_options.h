@@ -59,7 +59,7 @@ struct RenderOptions {
 
   // Results.
   std::string aovs;
-  std::string report;
+  std::vector<std::string> reports;  // .html: a page; any other name: JSON
   std::string snapshots;  // a folder; empty: none
   std::optional<std::string> snapshot_at;
   std::string snapshot_format = "png";
