@@ -200,7 +200,10 @@ int run_render(const RenderOptions& options) {
     });
     outputs->on_picture([&](const FrameProgress& now, const FramePicture& picture) {
       const double elapsed = render.seconds();
-      if (now.pass_finished) report.passes.push_back({elapsed, now.samples, now.error_estimate});
+      // A driver looks at a finished pass when it plans the next one: what it estimates now is the
+      // error of the picture at the end of the last pass.
+      if (!report.passes.empty()) report.passes.back().error_estimate = now.error_estimate;
+      if (now.pass_finished) report.passes.push_back({elapsed, now.samples, std::nullopt});
       if (snapshots) render.leave_out([&] { snapshots->look(now, picture, elapsed); });
     });
     arena.execute([&] { report.counters = driver->render(frame, *outputs, stop.token()); });
@@ -218,6 +221,7 @@ int run_render(const RenderOptions& options) {
   write_refinement(options, *driver);
   report.estimator = sampling.uniform ? "none" : std::string(sampling.adaptive.estimator);
   report.error_estimate = driver->error_estimate();
+  report.passes.back().error_estimate = report.error_estimate;
   report.times.write_s = write.seconds();
   report.film_bytes =
       outputs->film_bytes() + driver->film_bytes() + (pictures ? pictures->bytes() : 0);

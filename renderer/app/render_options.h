@@ -60,7 +60,7 @@ struct RenderOptions {
   // Results.
   std::string aovs;
   std::vector<std::string> reports;  // .html: a page; any other name: JSON
-  std::string snapshots;  // a folder; empty: none
+  std::string snapshots;             // a folder; empty: none
   std::optional<std::string> snapshot_at;
   std::string snapshot_format = "png";
   std::string reference;

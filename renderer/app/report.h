@@ -30,9 +30,9 @@ struct RenderTimes {
 
 // What one pass over the frame brought.
 struct PassReport {
-  double elapsed_s = 0;  // since rendering began
-  uint64_t samples = 0;  // so far
-  std::optional<double> error_estimate;
+  double elapsed_s = 0;                  // since rendering began
+  uint64_t samples = 0;                  // so far
+  std::optional<double> error_estimate;  // of the picture at the end of this pass
 };
 
 struct RenderReport {

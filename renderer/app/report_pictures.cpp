@@ -76,7 +76,7 @@ void ReportPictures::add(const FilmTile& tile) {
     for (size_t m = 0; m < maps_.size(); ++m) {
       const float value = values[m * pixels + i];
       if (!std::isfinite(value) || (maps_[m].quantity->reasons && !first)) continue;
-      maps_[m].sums[target] += value;
+      maps_[m].sums[target] += maps_[m].quantity->rms ? value * value : value;
       ++maps_[m].counts[target];
     }
   }
@@ -99,8 +99,9 @@ std::vector<ReportPictures::Map> ReportPictures::maps() const {
   for (const MapSums& sums : maps_) {
     Plane plane{width_, height_, sums.sums};
     for (size_t i = 0; i < plane.values.size(); ++i) {
-      plane.values[i] = sums.counts[i] > 0 ? plane.values[i] / float(sums.counts[i])
-                                           : std::numeric_limits<float>::quiet_NaN();
+      const float mean = sums.counts[i] > 0 ? plane.values[i] / float(sums.counts[i])
+                                            : std::numeric_limits<float>::quiet_NaN();
+      plane.values[i] = sums.quantity->rms ? std::sqrt(mean) : mean;
     }
     maps.push_back({sums.quantity, std::move(plane)});
   }

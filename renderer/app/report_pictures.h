@@ -36,7 +36,8 @@ class ReportPictures {
 
   struct Map {
     const HeatmapQuantity* quantity;
-    Plane plane;  // means of the pixels that have a value; of reasons one pixel's
+    // Means (of errors: root mean squares) of the pixels that have a value; of reasons one pixel's.
+    Plane plane;
   };
   std::vector<Map> maps() const;
 

@@ -18,7 +18,7 @@ std::string readable_number(double value, int digits) {
   if (std::isinf(value)) return value > 0 ? "infinite" : "-infinite";
   // 12345 to three digits is 12345: a whole number's digits are not hidden behind an exponent.
   const double size = std::abs(value);
-  if (size >= std::pow(10.0, digits) && size < 1e9) return fmt::format("{:.0f}", value);
+  if (size >= std::pow(10.0, digits) - 0.5 && size < 1e9) return fmt::format("{:.0f}", value);
   return fmt::format("{:.{}g}", value, digits);
 }
 
@@ -46,6 +46,7 @@ std::string readable_seconds(double seconds) {
 }
 
 std::string readable_percent(double share) {
+  if (share > 0 && share < 0.5e-4) return "below 0.01 %";
   return fmt::format("{} %", readable_number(100 * share));
 }
 

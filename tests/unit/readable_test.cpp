@@ -45,7 +45,11 @@ TEST(Readable, Seconds) {
   EXPECT_EQ(readable_seconds(7505), "2 h 05 min");
 }
 
-TEST(Readable, Percent) { EXPECT_EQ(readable_percent(0.2534), "25.3 %"); }
+TEST(Readable, Percent) {
+  EXPECT_EQ(readable_percent(0.2534), "25.3 %");
+  EXPECT_EQ(readable_percent(0), "0 %");
+  EXPECT_EQ(readable_percent(3e-6), "below 0.01 %");
+}
 
 }  // namespace
 }  // namespace emberline
