@@ -185,7 +185,9 @@ TEST_F(Report, EstimatesBelongToTheirPasses) {
   EXPECT_TRUE(passes[0]["error_estimate"].is_null()) << passes;  // one sample a pixel
   for (size_t i = 1; i < passes.size(); ++i) {
     ASSERT_TRUE(passes[i]["error_estimate"].is_number()) << passes;
-    if (i > 1) EXPECT_LT(passes[i]["error_estimate"], passes[i - 1]["error_estimate"]);
+    if (i > 1) {
+      EXPECT_LT(passes[i]["error_estimate"], passes[i - 1]["error_estimate"]);
+    }
   }
 }
 
