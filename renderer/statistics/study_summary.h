@@ -25,7 +25,7 @@ struct Estimate {
 };
 
 // The quantile 0.975 of Student's t distribution. `degrees` at least 1. By bisection on the
-// distribution function, an incomplete beta function: right to 1e-9.
+// distribution function, which is a finite sum: right to 1e-9.
 double student_t_975(int degrees);
 
 // Nothing of an empty list. The geometric mean is of the positive values alone.
