@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <optional>
 #include <thread>
 
@@ -15,6 +14,7 @@
 #include "renderer/app/outputs.h"
 #include "renderer/app/progress.h"
 #include "renderer/app/refinement_output.h"
+#include "renderer/app/render_clock.h"
 #include "renderer/app/replay.h"
 #include "renderer/app/report.h"
 #include "renderer/app/report_page.h"
@@ -30,41 +30,6 @@
 
 namespace emberline {
 namespace {
-
-class Stopwatch {
- public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-// The time of rendering, without what is done for the onlookers meanwhile.
-class RenderClock {
- public:
-  double seconds() const { return wall_.seconds() - left_out_s_; }
-  double cpu_seconds() const { return process_cpu_seconds() - cpu_before_; }
-  double left_out_seconds() const { return left_out_s_; }
-  template <typename Work>
-  void leave_out(const Work& work) {
-    const double wall = wall_.seconds(), cpu = process_cpu_seconds();
-    work();
-    left_out_s_ += wall_.seconds() - wall;
-    cpu_before_ += process_cpu_seconds() - cpu;
-  }
-
- private:
-  Stopwatch wall_;
-  double cpu_before_ = process_cpu_seconds();
-  double left_out_s_ = 0;
-};
-
-PixelFilter choose_filter(const RenderOptions& options) {
-  return options.filter_radius ? PixelFilter::create(options.filter, *options.filter_radius)
-                               : PixelFilter::create(options.filter);
-}
 
 void warn_of_non_finite(const RenderOptions& options, const FrameCounters& counters) {
   if (counters.non_finite_samples == 0) return;
@@ -160,12 +125,8 @@ int run_render(const RenderOptions& options) {
   report.repairs = description.repairs;
 
   const Stopwatch build;
-  SceneBuildOptions build_options;
-  build_options.show_backfaces = options.show_backfaces;
-  build_options.unread_uv = std::ranges::any_of(integrator_table(), [&](const auto& entry) {
-    return entry.shows_uv && entry.name == options.integrator;
-  });
-  const std::unique_ptr<Scene> scene = build_scene(std::move(description), build_options);
+  const std::unique_ptr<Scene> scene =
+      build_scene(std::move(description), choose_build_options(options));
   const Camera camera(camera_description, options.width, options.height, scene->origin(),
                       scene->scale());
   report.times.build_s = build.seconds();
