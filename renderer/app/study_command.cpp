@@ -390,8 +390,8 @@ void Study::tell(const StudyRun& run) const {
     return;
   }
   const StudyCheckpoint& last = run.checkpoints.back();
-  log_info(fmt::format("{}: {:.4g} samples per pixel in {}, mse {:.4g}", what, last.mean_samples,
-                       format_duration(last.wall_s), last.error.mse));
+  log_info(fmt::format("{}: {:.4g} samples per pixel in {:.3g} s, mse {:.4g}", what,
+                       last.mean_samples, last.wall_s, last.error.mse));
 }
 
 // False if stopped.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -216,17 +217,35 @@ std::string text_of(const std::optional<Estimate>& e) {
   return text;
 }
 
+using Rows = std::vector<std::vector<std::string>>;
+
+// Columns as wide as their widest cell.
+std::string aligned(const Rows& rows) {
+  std::vector<size_t> widths(rows.front().size(), 0);
+  for (const auto& row : rows) {
+    for (size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    for (size_t c = 0; c < row.size(); ++c) {
+      const bool last = c + 1 == row.size();
+      text += last ? row[c] + "\n" : fmt::format("{:<{}}", row[c], widths[c] + 2);
+    }
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string study_csv(const StudyResults& results) {
   std::string text =
       "method,driver,estimator,allocation,unbiased,sampler,seed,status,reason,budget,samples,"
       "mean_samples";
+  const auto out = std::back_inserter(text);
   for (const StudyMetricEntry& metric : study_metric_table()) {
-    text += "," + std::string(metric.name);
+    fmt::format_to(out, ",{}", metric.name);
   }
   text += ",signed_bias,estimate,wall_s,cpu_s\n";
-  const auto out = std::back_inserter(text);
   for (const StudyRun& run : results.runs) {
     const StudyMethod& m = results.methods[run.method];
     const bool failed = run.status == StudyRunStatus::kFailed;
@@ -238,7 +257,7 @@ std::string study_csv(const StudyResults& results) {
     for (const StudyCheckpoint& c : run.checkpoints) {
       fmt::format_to(out, "{},{},{},{}", start, c.budget, c.samples, c.mean_samples);
       for (const StudyMetricEntry& metric : study_metric_table()) {
-        text += "," + csv_number(c.error.*metric.value);
+        fmt::format_to(out, ",{}", csv_number(c.error.*metric.value));
       }
       fmt::format_to(out, ",{},{},{},{}\n", csv_number(c.error.signed_bias), csv_number(c.estimate),
                      c.wall_s, c.cpu_s);
@@ -280,12 +299,8 @@ std::string study_table(const StudyResults& r) {
       "{}\n\n",
       s.budgets.back(), s.by_time ? "seconds" : "samples per pixel", s.seeds,
       s.seeds == 1 ? "" : "s", s.baseline);
-  const auto row = [&](const auto&... cells) {
-    std::string line;
-    ((line += fmt::format("{:<26}", cells)), ...);
-    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
-  };
-  row("method", "mse", "relmse", "speedup by mse", "speedup by relmse", "bias %");
+  Rows rows = {{"method", "mse", "relmse", "speedup by mse", "speedup by relmse", "bias %"}};
+  std::string failed_runs;
   const size_t last = s.budgets.size() - 1;
   for (size_t m = 0; m < r.methods.size(); ++m) {
     const auto error = [&](StudyMetric metric) -> std::optional<Estimate> {
@@ -298,20 +313,24 @@ std::string study_table(const StudyResults& r) {
     };
     const FailureCount failed = failures(r, m);
     if (failed.runs > 0 && !error(StudyMetric::kMse)) {
-      row(r.methods[m].name, "failed: " + failed.reason);
-      continue;
+      rows.push_back({r.methods[m].name, "failed"});
     }
+    if (failed.runs > 0) {
+      failed_runs += fmt::format("{}: {} run{} failed: {}\n", r.methods[m].name, failed.runs,
+                                 failed.runs == 1 ? "" : "s", failed.reason);
+    }
+    if (!error(StudyMetric::kMse)) continue;
     std::optional<Estimate> bias = signed_bias(r, m, last);
     if (bias) {
       bias->value *= 100;
       if (bias->low) *bias->low *= 100;
       if (bias->high) *bias->high *= 100;
     }
-    row(r.methods[m].name, text_of(error(StudyMetric::kMse)), text_of(error(StudyMetric::kRelMse)),
-        speedup(StudyMetric::kMse), speedup(StudyMetric::kRelMse), text_of(bias));
-    if (failed.runs > 0) row("", fmt::format("{} failed: {}", failed.runs, failed.reason));
+    rows.push_back({r.methods[m].name, text_of(error(StudyMetric::kMse)),
+                    text_of(error(StudyMetric::kRelMse)), speedup(StudyMetric::kMse),
+                    speedup(StudyMetric::kRelMse), text_of(bias)});
   }
-  return text;
+  return text + aligned(rows) + (failed_runs.empty() ? "" : "\n" + failed_runs);
 }
 
 std::string run_json(const StudyRun& run, std::string_view key) {

@@ -72,9 +72,9 @@ std::string StudyFolder::path(const std::string& name) const {
 void StudyFolder::begin(const std::string& key, bool restart) {
   key_ = key;
   const Json settings = read_object(path(kSettings));
-  if (settings.value("key", key) == key && !restart) {
-    if (settings.is_null())
-      write_file_atomically(path(kSettings), Json{{"key", key}}.dump() + "\n");
+  if (!settings.is_null() && settings.value("key", "") == key && !restart) return;
+  if (settings.is_null() && !restart) {
+    write_file_atomically(path(kSettings), Json{{"key", key}}.dump() + "\n");
     return;
   }
   if (!restart) {

@@ -1,5 +1,6 @@
 #include "renderer/statistics/convergence.h"
 
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -34,23 +35,28 @@ struct Errors {
   }
 };
 
-// Adds the errors of one pixel's means after each of counts()[first, last).
+// Adds the errors of one pixel's means of counts()[first .. last) samples, each with the weights
+// that the sampler gives them.
 void add_errors(const Sampler& sampler, const PixelKey& pixel, size_t first, size_t last,
                 Errors& errors) {
   const std::vector<uint32_t> all = counts();
-  double sums[kIntegrandCount] = {};
-  size_t next = first;
-  for_each_sample(sampler, pixel, 0, all[last - 1], [&](uint32_t k, const SlotNumbers& numbers) {
-    for (size_t i = 0; i < kIntegrandCount; ++i) {
-      sums[i] += kIntegrands[i].integrand.value(numbers);
-    }
-    if (k + 1 != all[next]) return;
-    for (size_t i = 0; i < kIntegrandCount; ++i) {
-      const double error = sums[i] / (k + 1) - kIntegrands[i].integrand.mean;
-      errors.squares[next * kIntegrandCount + i] += error * error;
-    }
-    ++next;
+  std::vector<std::array<double, kIntegrandCount>> values;
+  values.reserve(all[last - 1]);
+  for_each_sample(sampler, pixel, 0, all[last - 1], [&](uint32_t, const SlotNumbers& numbers) {
+    std::array<double, kIntegrandCount>& v = values.emplace_back();
+    for (size_t i = 0; i < kIntegrandCount; ++i) v[i] = kIntegrands[i].integrand.value(numbers);
   });
+  for (size_t n = first; n < last; ++n) {
+    std::array<double, kIntegrandCount> sums = {};
+    for (uint32_t k = 0; k < all[n]; ++k) {
+      const auto weight = double(sampler.integration_weight(k, all[n]));
+      for (size_t i = 0; i < kIntegrandCount; ++i) sums[i] += weight * values[k][i];
+    }
+    for (size_t i = 0; i < kIntegrandCount; ++i) {
+      const double error = sums[i] / all[n] - kIntegrands[i].integrand.mean;
+      errors.squares[n * kIntegrandCount + i] += error * error;
+    }
+  }
 }
 
 Errors measure(const SamplerEntry& entry, uint32_t pixels, uint32_t seed) {
