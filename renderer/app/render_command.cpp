@@ -50,6 +50,7 @@ void summarize(const RenderOptions& options, const RenderReport& report) {
                        seconds > 0 ? double(c.rays.total()) / seconds * 1e-6 : 0.0,
                        double(peak_rss_bytes()) / 1048576));
   for (const std::string& path : options.outputs) log_info("wrote " + path);
+  for (const std::string& path : options.heatmaps) log_info("wrote " + path);
   for (const std::string& path : options.reports) log_info("wrote " + path);
   if (!report.snapshots.empty()) {
     log_info(fmt::format("wrote {} snapshots to {}", report.snapshots.size(), options.snapshots));
@@ -92,7 +93,12 @@ int run_render(const RenderOptions& options) {
                                  AovSet::parse(options.aovs),
                                  settings_attributes(options),
                                  options.display,
-                                 options.transparent};
+                                 options.transparent,
+                                 heatmap_requests(options),
+                                 options.heatmap_style};
+  for (const HeatmapRequest& heatmap : output_settings.heatmaps) {
+    if (heatmap.quantity->aov) output_settings.aovs.insert(*heatmap.quantity->aov);
+  }
   check_output_paths(options, window);
   check_refinement_options(options, window);
 

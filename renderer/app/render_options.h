@@ -9,6 +9,7 @@
 #include "io/display.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
+#include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
 
@@ -59,6 +60,9 @@ struct RenderOptions {
 
   // Results.
   std::string aovs;
+  std::vector<std::string> heatmaps;    // files
+  std::vector<std::string> heatmap_of;  // of the n-th; samples if there are fewer
+  HeatmapStyle heatmap_style;
   std::vector<std::string> reports;  // .html: a page; any other name: JSON
   std::string snapshots;             // a folder; empty: none
   std::optional<std::string> snapshot_at;

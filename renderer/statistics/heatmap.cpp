@@ -85,15 +85,16 @@ std::vector<LegendItem> describe(const Plane& plane, const HeatmapSettings& sett
 
 BytePicture draw_heatmap(const Plane& plane, const HeatmapSettings& settings) {
   assert(plane.width > 0 && plane.height > 0);
-  const ValueScale scale(
-      settings.range ? *settings.range : automatic_range(plane, settings.logarithmic),
-      settings.logarithmic);
+  const ValueScale scale(settings.range
+                             ? *settings.range
+                             : automatic_range(plane, settings.logarithmic, settings.bright),
+                         settings.logarithmic);
   BytePicture picture;
   if (settings.plain) {
     picture = BytePicture(plane.width, plane.height, {0, 0, 0});
   } else {
     const PlaneStatistics s = plane_statistics(plane);
-    const ToldUnit unit = told_unit(settings.unit, std::max(std::abs(s.minimum), s.maximum));
+    const ToldUnit unit = told_unit(settings.unit, scale.range().most);
     const LegendBar bar{plane, scale, settings.colours, unit.factor};
     picture = frame_with_legend(plane.width, plane.height,
                                 describe(plane, settings, scale, s, unit), &bar);

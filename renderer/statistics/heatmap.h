@@ -30,8 +30,9 @@ struct HeatmapSettings {
   ColourMap colours = ColourMap::kGrey;
   std::optional<ValueRange> range;  // of the colours; least < most, with `logarithmic` least > 0
   bool logarithmic = false;
-  bool rms = false;    // the legend names the root of the mean square too
-  bool plain = false;  // no legend
+  double bright = kBrightQuantile;  // of an automatic range
+  bool rms = false;                 // the legend names the root of the mean square too
+  bool plain = false;               // no legend
 };
 
 // Neither side of the plane may be 0 (asserted).

@@ -15,8 +15,9 @@ constexpr Rgb8 kBackground = {30, 30, 30}, kLine = {140, 140, 140}, kTitle = {25
 
 // In units of the legend's scale: one pixel of a letter.
 constexpr int kPadding = 6, kLineGap = 5, kItemGap = 16, kSwatch = 9, kSwatchGap = 4;
-constexpr int kHistogramHeight = 26, kBarHeight = 9, kTickHeight = 3, kBinWidth = 2;
-constexpr int kLeastWidth = 220, kTickRoom = 60;
+constexpr int kHistogramHeight = 26, kBarHeight = 9, kTickHeight = 3;
+constexpr int kBinWidth = 2, kWidestBin = 8;
+constexpr int kLeastWidth = 220, kTickRoom = 48;
 
 // Two pixels to one of a letter at 1280x720, six at 3840x2160.
 int letter_scale(int width, int height) {
@@ -65,11 +66,11 @@ bool whole_numbers(const Plane& plane) {
                              [](float v) { return !std::isfinite(v) || v == std::round(v); });
 }
 
-// Bins over the scale, equally wide; `bins` of them, or fewer so that each holds as many whole
-// numbers as the next where the values are such.
+// Bins over the scale, equally wide. Of whole numbers each holds as many as the next and has its
+// first in its middle.
 struct Histogram {
   std::vector<uint64_t> counts;
-  double bin = 0;  // a bin's part of the scale
+  double first = 0, bin = 0;  // where the first begins and a bin's width, in parts of the scale
 };
 
 Histogram histogram_of(const LegendBar& bar, int bins) {
@@ -79,12 +80,13 @@ Histogram histogram_of(const LegendBar& bar, int bins) {
   h.bin = 1.0 / bins;
   if (!bar.scale.logarithmic() && whole_numbers(bar.plane)) {
     h.bin = std::ceil(length / bins) / length;
+    h.first = -0.5 / length;
   }
-  h.counts.assign(std::max<size_t>(1, size_t(std::ceil(1.0 / h.bin - 1e-9))), 0);
+  h.counts.assign(size_t(std::ceil((1.0 - h.first) / h.bin)), 0);
   for (const float value : bar.plane.values) {
     const double place = bar.scale.position(double(value));
     if (!(place >= 0.0 && place <= 1.0)) continue;
-    h.counts[std::min(size_t(place / h.bin), h.counts.size() - 1)]++;
+    h.counts[std::min(size_t((place - h.first) / h.bin), h.counts.size() - 1)]++;
   }
   return h;
 }
@@ -92,16 +94,16 @@ Histogram histogram_of(const LegendBar& bar, int bins) {
 void draw_histogram(BytePicture& picture, const LegendBar& bar, const Rect& area, int scale) {
   const Histogram h = histogram_of(bar, std::max(1, area.width() / (kBinWidth * scale)));
   const uint64_t most = *std::ranges::max_element(h.counts);
+  const double width = std::min(h.bin * area.width(), double(kWidestBin * scale));
   for (size_t i = 0; i < h.counts.size(); ++i) {
     if (h.counts[i] == 0) continue;
-    const auto edge = [&](double place) {
-      return area.x0 + int(std::lround(std::min(1.0, place) * area.width()));
-    };
+    const double middle = area.x0 + (h.first + (double(i) + 0.5) * h.bin) * area.width();
+    const int x0 = std::clamp(int(std::lround(middle - 0.5 * width)), area.x0, area.x1 - 1);
+    const int x1 = std::clamp(int(std::lround(middle + 0.5 * width)), x0 + 1, area.x1);
     // What is there is seen, be it one pixel.
     const double share = double(h.counts[i]) / double(most);
     const int height = std::max(scale, int(std::lround(share * area.height())));
-    const int x0 = edge(double(i) * h.bin), x1 = edge(double(i + 1) * h.bin);
-    picture.fill({x0, area.y1 - height, std::max(x1, x0 + 1), area.y1}, kHistogram);
+    picture.fill({x0, area.y1 - height, x1, area.y1}, kHistogram);
   }
 }
 

@@ -24,51 +24,50 @@ float display_error(const float* channels) {
 }  // namespace
 
 std::span<const HeatmapQuantity> heatmap_quantity_table() {
+  // A thread that was interrupted leaves its break in some pixel's time; on a busy machine in more
+  // than one of a hundred.
+  constexpr double kTimeBright = 0.95;
   static const std::vector<HeatmapQuantity> table = {
-      {"samples",
-       "samples per pixel: bright where many are",
-       "samples per pixel",
-       "",
-       std::nullopt,
-       {"samples"},
-       first_channel},
-      {"error",
-       "estimated RMS error of the pixel as displayed (sRGB, 0 to 1)",
-       "estimated error, RMS as displayed (0 to 1)",
-       "",
-       Aov::kVariance,
-       {"samples", "R", "G", "B", "variance.R", "variance.G", "variance.B"},
-       display_error,
-       false,
-       true},
-      {"stop",
-       "why each pixel got no more samples",
-       "what ended the pixel",
-       "",
-       Aov::kStop,
-       {"stop"},
-       first_channel,
-       true},
-      {"time",
-       "time spent on each pixel",
-       "time per pixel",
-       "s",
-       Aov::kTime,
-       {"time"},
-       first_channel},
-      {"non_finite",
-       "samples that were NaN or infinite",
-       "NaN or infinite samples per pixel",
-       "",
-       Aov::kNonFinite,
-       {"non_finite"},
-       first_channel},
+      {.name = "samples",
+       .summary = "samples per pixel: bright where many are",
+       .title = "samples per pixel",
+       .aov = std::nullopt,
+       .channels = {"samples"},
+       .value = first_channel},
+      {.name = "error",
+       .summary = "estimated RMS error of the pixel as displayed (sRGB, 0 to 1)",
+       .title = "estimated error, RMS as displayed (0 to 1)",
+       .aov = Aov::kVariance,
+       .channels = {"samples", "R", "G", "B", "variance.R", "variance.G", "variance.B"},
+       .value = display_error,
+       .rms = true},
+      {.name = "stop",
+       .summary = "why each pixel got no more samples",
+       .title = "what ended the pixel",
+       .aov = Aov::kStop,
+       .channels = {"stop"},
+       .value = first_channel,
+       .reasons = true},
+      {.name = "time",
+       .summary = "time spent on each pixel",
+       .title = "time per pixel",
+       .unit = "s",
+       .aov = Aov::kTime,
+       .channels = {"time"},
+       .value = first_channel,
+       .bright = kTimeBright},
+      {.name = "non_finite",
+       .summary = "samples that were NaN or infinite",
+       .title = "NaN or infinite samples per pixel",
+       .aov = Aov::kNonFinite,
+       .channels = {"non_finite"},
+       .value = first_channel},
   };
   return table;
 }
 
-const HeatmapQuantity& find_heatmap_quantity(std::string_view name) {
-  return find_named(heatmap_quantity_table(), "--heatmap-of", "quantity", name);
+const HeatmapQuantity& find_heatmap_quantity(std::string_view name, std::string_view option) {
+  return find_named(heatmap_quantity_table(), option, "quantity", name);
 }
 
 std::span<const Category> stop_categories() {
@@ -94,6 +93,7 @@ BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
   settings.colours = style.colours;
   settings.range = style.range;
   settings.logarithmic = style.logarithmic;
+  settings.bright = quantity.bright;
   settings.rms = quantity.rms;
   settings.plain = style.plain;
   return quantity.reasons ? draw_category_map(plane, stop_categories(), settings)

@@ -16,11 +16,12 @@ struct HeatmapQuantity {
   std::string_view name;  // "samples"; of the only channel of a file of raw values, too
   std::string_view summary;
   std::string_view title;  // in the picture
-  std::string_view unit;
+  std::string_view unit = {};
   std::optional<Aov> aov;                  // that must be rendered for it
   std::vector<std::string_view> channels;  // that it is computed from
   float (*value)(const float* channels);   // of a pixel, in that order; NaN: it has none
   bool reasons = false;                    // PixelStop values, no amounts
+  double bright = kBrightQuantile;         // of an automatic range, value_scale.h
   bool rms = false;                        // its root of the mean square says more than its mean
 };
 // The table behind --heatmap-of, its --help and its error message. The first is the default.
@@ -33,7 +34,9 @@ struct HeatmapQuantity {
 // frame_error.h; `error.estimate` of the report). With one stream samples count as independent: an
 // upper estimate. Pixels with fewer than two samples have no value.
 std::span<const HeatmapQuantity> heatmap_quantity_table();
-const HeatmapQuantity& find_heatmap_quantity(std::string_view name);  // throws UsageError
+// Throws UsageError, which starts with the option's name.
+const HeatmapQuantity& find_heatmap_quantity(std::string_view name,
+                                             std::string_view option = "--heatmap-of");
 
 // Why pixels got no more samples; colours of Okabe & Ito 2008, "Color Universal Design", of which
 // no two are equally light.

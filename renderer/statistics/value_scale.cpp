@@ -9,24 +9,29 @@
 namespace emberline {
 namespace {
 
-// Of the values that are not 0: what lies above is shown as the brightest.
-constexpr double kQuantile = 0.995;
+// Of the values above 0, at the dark end of a logarithmic range.
+constexpr double kDarkQuantile = 0.005;
 // Ticks are products of doubles: a value so many steps outside is still inside.
 constexpr double kRounding = 1e-9;
 // Values whose logarithms are about to leave double's range are not told apart.
 constexpr double kSmallest = 1e-300;
 
-double upper_quantile(const Plane& plane) {
+// The least value that is at least as great as this part of `values`. 1000 of them, .995: the
+// 995th, five are above it.
+double quantile(std::vector<float> values, double part) {
+  const auto rank = std::max<ptrdiff_t>(0, ptrdiff_t(std::ceil(part * double(values.size()))) - 1);
+  std::ranges::nth_element(values, values.begin() + rank);
+  return double(values[size_t(rank)]);
+}
+
+template <typename Wanted>
+std::vector<float> finite_values(const Plane& plane, const Wanted& wanted) {
   std::vector<float> values;
   values.reserve(plane.values.size());
   for (const float value : plane.values) {
-    if (std::isfinite(value) && value != 0.0f) values.push_back(value);
+    if (std::isfinite(value) && wanted(value)) values.push_back(value);
   }
-  // 1000 values: the 995th, five are above it.
-  const auto rank =
-      std::max<ptrdiff_t>(0, ptrdiff_t(std::ceil(kQuantile * double(values.size()))) - 1);
-  std::ranges::nth_element(values, values.begin() + rank);
-  return double(values[size_t(rank)]);
+  return values;
 }
 
 ValueRange around(double value, bool logarithmic) {
@@ -36,30 +41,32 @@ ValueRange around(double value, bool logarithmic) {
   return value > 0 ? ValueRange{0, 2 * value} : ValueRange{2 * value, 0};
 }
 
-// The least of 1, 2 or 5 times a power of ten that divides `length` into at most `parts`.
-double nice_step(double length, int parts) {
-  const double least = length / parts, power = std::pow(10.0, std::floor(std::log10(least)));
-  for (const double step : {power, 2 * power, 5 * power}) {
-    if (step * (1 + kRounding) >= least) return step;
+// The least of 1, 2 or 5 times a power of ten of which at most `most` multiples lie in the range.
+double nice_step(double least, double greatest, int most) {
+  double power = std::pow(10.0, std::floor(std::log10((greatest - least) / most)));
+  for (;; power *= 10) {
+    for (const double step : {power, 2 * power, 5 * power}) {
+      const double first = std::ceil(least / step - kRounding);
+      if (std::floor(greatest / step + kRounding) - first < most) return step;
+    }
   }
-  return 10 * power;
 }
 
 }  // namespace
 
-ValueRange automatic_range(const Plane& plane, bool logarithmic) {
+ValueRange automatic_range(const Plane& plane, bool logarithmic, double bright) {
   const PlaneStatistics s = plane_statistics(plane);
   if (s.values == 0) return around(0.0, logarithmic);
   if (s.constant()) return around(s.minimum, logarithmic);
-  if (!logarithmic) {
-    const double least = std::min(0.0, s.minimum), most = upper_quantile(plane);
-    return {least, most > least ? most : std::max(0.0, s.maximum)};
+  if (logarithmic) {
+    std::vector<float> positive = finite_values(plane, [](float v) { return v > 0.0f; });
+    if (positive.empty()) return around(0.0, true);
+    const double least = quantile(std::move(positive), kDarkQuantile);
+    return least < s.maximum ? ValueRange{least, s.maximum} : around(s.maximum, true);
   }
-  double least = HUGE_VAL;
-  for (const float value : plane.values) {
-    if (value > 0.0f && std::isfinite(value)) least = std::min(least, double(value));
-  }
-  return least < s.maximum ? ValueRange{least, s.maximum} : around(s.maximum, true);
+  const double least = std::min(0.0, s.minimum);
+  const double most = quantile(finite_values(plane, [](float v) { return v != 0.0f; }), bright);
+  return {least, most > least ? most : std::max(0.0, s.maximum)};
 }
 
 ValueScale::ValueScale(const ValueRange& range, bool logarithmic)
@@ -76,7 +83,7 @@ double ValueScale::position(double value) const {
 
 std::vector<ScaleTick> ValueScale::linear_ticks(int most, double factor) const {
   const double least = range_.least * factor, greatest = range_.most * factor;
-  const double step = nice_step(greatest - least, most - 1);
+  const double step = nice_step(least, greatest, most);
   const int decimals = std::max(0, -int(std::floor(std::log10(step) + kRounding)));
   std::vector<ScaleTick> ticks;
   for (double i = std::ceil(least / step - kRounding); i <= greatest / step + kRounding; ++i) {
@@ -103,6 +110,7 @@ std::vector<double> ValueScale::decade_ticks(int most, double factor) const {
     return ticks;
   };
   std::vector<double> ticks = gather({1, 2, 5}, 1);
+  if (ticks.size() < 2) return {};  // less than a factor of five
   for (int every = 1; int(ticks.size()) > most; ++every) ticks = gather({1}, every);
   return ticks;
 }
@@ -114,12 +122,12 @@ std::vector<ScaleTick> ValueScale::ticks(int most, double factor) const {
       ticks.push_back({value / factor, number_text(value)});
     }
   }
-  // Within less than a factor of five there may be no such number at all, or one.
-  return ticks.size() < 2 ? linear_ticks(most, factor) : ticks;
+  return ticks.empty() ? linear_ticks(most, factor) : ticks;
 }
 
 std::string number_text(double value) {
-  if (value == std::round(value) && std::abs(value) < 1e6) return fmt::format("{:.0f}", value);
+  if (value == std::round(value) && std::abs(value) < 1e6)
+    return fmt::format("{:.0f}", value + 0.0);
   return fmt::format("{:.4g}", value);
 }
 

@@ -13,11 +13,15 @@ struct ValueRange {
   double least = 0, most = 1;
 };
 
+// The quantile of the values, 0 left out, at the bright end of an automatic range: a few outliers
+// do not leave all else dark.
+inline constexpr double kBrightQuantile = 0.995;
+
 // The range for a plane's values if none is asked for. Linear: from 0 (or the least value, if that
-// is negative) to the 99.5 % quantile of the values that are not 0, so that a few outliers do not
-// leave all else dark. Logarithmic: from the least value above 0 to the greatest. A constant plane
-// is in the middle. Never empty; with `logarithmic` above 0.
-ValueRange automatic_range(const Plane& plane, bool logarithmic);
+// is negative) to the `bright` quantile of the values that are not 0. Logarithmic: from the 0.5 %
+// quantile of the values above 0 to the greatest. A constant plane is in the middle. Never empty;
+// with `logarithmic` above 0.
+ValueRange automatic_range(const Plane& plane, bool logarithmic, double bright = kBrightQuantile);
 
 struct ScaleTick {
   double value = 0;
@@ -42,6 +46,7 @@ class ValueScale {
 
  private:
   std::vector<ScaleTick> linear_ticks(int most, double factor) const;
+  // Empty where there are not two such numbers.
   std::vector<double> decade_ticks(int most, double factor) const;
 
   ValueRange range_;
