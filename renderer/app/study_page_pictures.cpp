@@ -19,7 +19,8 @@ namespace {
 
 // What a page shows of a picture at most; larger ones are averaged down.
 constexpr int kMostPixels = 1280;
-constexpr int kInARow = 4;
+// Side by side at most, and the width of the page that they share.
+constexpr int kInARow = 4, kPageWidth = 1300;
 
 struct MethodPictures {
   std::string name, caption;
@@ -62,14 +63,23 @@ std::optional<Plane> read_samples(const std::string& folder, const std::string& 
   }
 }
 
-MethodPictures read_method(const StudyMethod& method, const std::string& folder) {
+MethodPictures read_method(const StudyResults& results, size_t m, const std::string& folder) {
+  const StudyMethod& method = results.methods[m];
   const StudyMethod::Pictures& p = method.pictures;
-  return {method.name,
-          fmt::format("{}: {} samples a pixel in {}", method.name,
-                      readable_number(p.mean_samples, 4), readable_seconds(p.wall_s)),
-          read_picture(folder, p.png), read_picture(folder, p.flip_png),
-          read_samples(folder, p.exr)};
+  std::string caption = fmt::format("{}: {} samples a pixel in {}", method.name,
+                                    readable_number(p.mean_samples, 4), readable_seconds(p.wall_s));
+  const StudyRun* run = find_run(results, m, p.seed);
+  if (run && !run->checkpoints.empty()) {
+    const StudyError& error = run->checkpoints.back().error;
+    caption += fmt::format("; FLIP {}, relmse {}", readable_number(error.flip),
+                           readable_number(error.rel_mse));
+  }
+  return {method.name, std::move(caption), read_picture(folder, p.png),
+          read_picture(folder, p.flip_png), read_samples(folder, p.exr)};
 }
+
+// Small pictures leave room for more in a row.
+int in_a_row(int width) { return std::clamp(kPageWidth / std::max(1, width), 2, kInARow); }
 
 ByteImage reduced(const ByteImage& image) {
   const int factor = (std::max(image.width, image.height) + kMostPixels - 1) / kMostPixels;
@@ -146,7 +156,7 @@ void add_crops(HtmlPage& page, const StudyResults& results,
   }
 }
 
-void add_flip_maps(HtmlPage& page, const std::vector<MethodPictures>& methods) {
+void add_flip_maps(HtmlPage& page, const std::vector<MethodPictures>& methods, int width) {
   std::vector<PageFigure> figures;
   for (const MethodPictures& m : methods) {
     if (m.flip) figures.push_back(figure(reduced(*m.flip), "jpeg", m.name));
@@ -156,11 +166,11 @@ void add_flip_maps(HtmlPage& page, const std::vector<MethodPictures>& methods) {
   page.paragraph(
       "The difference that an observer sees who flips between picture and reference: black is "
       "none, bright is much (0 to 1).");
-  page.figures(figures);
+  page.figures(figures, in_a_row(width));
 }
 
 // All on one scale, so that they can be compared.
-void add_heatmaps(HtmlPage& page, const std::vector<MethodPictures>& methods) {
+void add_heatmaps(HtmlPage& page, const std::vector<MethodPictures>& methods, int width) {
   HeatmapStyle style;
   style.range = ValueRange{0, 0};
   for (const MethodPictures& m : methods) {
@@ -177,7 +187,7 @@ void add_heatmaps(HtmlPage& page, const std::vector<MethodPictures>& methods) {
         figure({.width = drawn.width, .height = drawn.height, .values = std::move(drawn.rgb)},
                "png", m.name));
   }
-  page.figures(figures);
+  page.figures(figures, in_a_row(width));
 }
 
 // Running sums over rows and columns: the sum of any rectangle from four of them (Crow 1984,
@@ -240,7 +250,9 @@ std::vector<Rect> most_different_squares(const ByteImage& picture, const ByteIma
 
 void add_study_pictures(HtmlPage& page, const StudyResults& results, const std::string& folder) {
   std::vector<MethodPictures> methods;
-  for (const StudyMethod& method : results.methods) methods.push_back(read_method(method, folder));
+  for (size_t m = 0; m < results.methods.size(); ++m) {
+    methods.push_back(read_method(results, m, folder));
+  }
   const std::optional<ByteImage> reference = read_picture(folder, results.reference.png);
 
   std::vector<PageFigure> figures;
@@ -258,10 +270,10 @@ void add_study_pictures(HtmlPage& page, const StudyResults& results, const std::
             : fmt::format("{} samples per pixel",
                           readable_number(results.settings.budgets.back(), 6))));
   }
-  page.figures(figures);
+  page.figures(figures, in_a_row(results.settings.width));
   if (reference) add_crops(page, results, methods, *reference);
-  add_flip_maps(page, methods);
-  add_heatmaps(page, methods);
+  add_flip_maps(page, methods, results.settings.width);
+  add_heatmaps(page, methods, results.settings.width);
 }
 
 }  // namespace emberline

@@ -28,7 +28,8 @@ bool any_checkpoint(const StudyResults& results) {
 std::string told(const Estimate& e, const StudyResults& results) {
   std::string text = readable_number(e.value);
   if (e.low && e.high) {
-    text += fmt::format(" [{}, {}]", readable_number(*e.low), readable_number(*e.high));
+    // Of one piece where a narrow page breaks the line: the space in it is U+00A0.
+    text += fmt::format(" [{},\u00a0{}]", readable_number(*e.low), readable_number(*e.high));
   }
   if (e.runs < results.settings.seeds) {
     text += fmt::format(" ({} of {} runs)", e.runs, results.settings.seeds);
@@ -68,7 +69,7 @@ PageCell speedup_cell(const StudyResults& results, size_t method, StudyMetric me
                       StudyAxis axis, size_t budget) {
   const auto speedup = equal_error_speedup(results, method, metric, axis, budget);
   if (!speedup) return "none";
-  return compared_cell(speedup->ratio, results, true, speedup->extrapolated > 0 ? " *" : "");
+  return compared_cell(speedup->ratio, results, true, speedup->extrapolated > 0 ? "\u00a0*" : "");
 }
 
 PageTable speedups_by_metric(const StudyResults& results, size_t budget, StudyAxis axis) {
@@ -157,9 +158,9 @@ PageTable slopes(const StudyResults& results, StudyAxis axis) {
 PageCell bias_cell(const StudyResults& results, size_t method, size_t budget) {
   const auto bias = signed_bias(results, method, budget);
   if (!bias) return "none";
-  std::string text = fmt::format("{:+.3f} %", 100 * bias->value);
+  std::string text = fmt::format("{:+.3f}\u00a0%", 100 * bias->value);
   if (!bias->low || !bias->high) return text;
-  text += fmt::format(" [{:+.3f}, {:+.3f}]", 100 * *bias->low, 100 * *bias->high);
+  text += fmt::format(" [{:+.3f},\u00a0{:+.3f}]", 100 * *bias->low, 100 * *bias->high);
   // Two standard errors of the reference's own sum may be in it.
   const double room = 2 * results.reference.noise_bias;
   const bool biased = *bias->low > room || *bias->high < -room;

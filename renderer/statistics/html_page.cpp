@@ -86,7 +86,7 @@ th, td { text-align: left; vertical-align: top; padding: 0.25rem 1.1rem 0.25rem 
 th { font-weight: 600; }
 tbody th { font-weight: 400; color: var(--faint); }
 td { overflow-wrap: anywhere; min-width: 3.5rem; }
-.n { text-align: right; white-space: nowrap; overflow-wrap: normal; }
+.n { text-align: right; overflow-wrap: normal; }
 .bad { color: var(--bad); font-weight: 600; }
 .good { color: var(--good); font-weight: 600; }
 .figures { display: grid; gap: 1.2rem; margin: 0.9rem 0; align-items: start;
@@ -97,11 +97,13 @@ figure img.pixels { width: 100%; image-rendering: pixelated; }
 figure svg { display: block; width: 100%; height: auto; max-width: 46rem; }
 figcaption { color: var(--faint); font-size: 0.86rem; margin-top: 0.35rem; }
 @media (max-width: 46rem) { .figures { grid-template-columns: minmax(0, 1fr); }
-  .figures.small { grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 0.7rem; } }
+  .figures.small { grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 0.7rem; }
+  table { font-size: 0.84rem; } th, td { padding-right: 0.7rem; } }
 @media print { :root { --page: #fff; --text: #000; --faint: #444; --line: #bbb; --block: #fff;
     --bad: #8a1f0e; --good: #064f37; color-scheme: light; }
   @page { margin: 14mm; }
-  body { padding: 0; max-width: none; font-size: 10.5pt; }
+  body { padding: 0; max-width: none; font-size: 10pt; }
+  table { font-size: 8.5pt; } th, td { padding-right: 0.7rem; min-width: 0; }
   h2, h3 { break-after: avoid; } tr { break-inside: avoid; } .wide { overflow: visible; }
   thead { display: table-header-group; } }
 )";
