@@ -214,8 +214,8 @@ void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) 
                 }
                 style.range = ValueRange{v[0], v[1]};
               },
-              "values at the ends of a heatmap's colours; times in seconds [0 to what all but the "
-              "greatest 0.5 % of the values above 0 reach]")
+              "values at the ends of a heatmap's colours; times in seconds [0 to what the "
+              "greatest 2 % of the values above 0 exceed]")
            ->type_name("MIN,MAX"));
   bind(app->add_flag("--log", style.logarithmic, "logarithmic scale for a heatmap"));
   bind(app->add_flag("--plain", style.plain, "a heatmap without its legend"));

@@ -197,7 +197,6 @@ Json methods_json(const StudyResults& results) {
                      {{"exr", m.pictures.exr},
                       {"png", m.pictures.png},
                       {"flip", m.pictures.flip_png},
-                      {"heatmap", m.pictures.heatmap_png},
                       {"seed", m.pictures.seed},
                       {"mean_samples", m.pictures.mean_samples},
                       {"wall_s", m.pictures.wall_s}}}});
@@ -294,6 +293,7 @@ std::string study_json(const StudyResults& results) {
 
 std::string study_table(const StudyResults& r) {
   const StudySettings& s = r.settings;
+  if (s.budgets.empty()) return "";
   std::string text = fmt::format(
       "at {} {}, 95 % intervals over {} seed{}; speedup at equal error in processor time, against "
       "{}\n\n",

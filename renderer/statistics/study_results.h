@@ -61,7 +61,7 @@ struct StudyMethod {
   // Of the first seed at the largest budget; names of files in the study's folder, empty where
   // there is none. The EXR has R G B A and `samples`, the FLIP picture is against the reference.
   struct Pictures {
-    std::string exr, png, flip_png, heatmap_png;
+    std::string exr, png, flip_png;
     uint32_t seed = 0;
     double mean_samples = 0, wall_s = 0;  // what it took
   } pictures;
