@@ -15,6 +15,7 @@
 #include "renderer/app/report.h"
 #include "renderer/app/snapshots.h"
 #include "renderer/app/standard_output.h"
+#include "renderer/app/study_command.h"
 #include "renderer/app/version.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -77,7 +78,7 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
            o.width = v[0];
            o.height = v[1];
          },
-         "frame in pixels [1280x720]")
+         fmt::format("frame in pixels [{}x{}]", o.width, o.height))
       ->type_name("WxH");
   app->add_option_function<std::string>(
          "--crop",
@@ -125,10 +126,35 @@ void add_light_options(CLI::App* app, RenderOptions& o) {
   app->add_flag("--lenient", o.lenient, "replace images that do not decode, with a warning");
 }
 
+// What every render has, whoever decides where its samples go.
+void add_integration_options(CLI::App* app, RenderOptions& o) {
+  app->add_option("--integrator", o.integrator, table_help("integrator [path]", integrator_table()))
+      ->type_name("NAME");
+  add_number(app, "--max-depth", o.max_depth, 0, 100000,
+             "scattering events; 1 is direct light only [16]");
+  app->add_option(
+         "--filter", o.filter,
+         table_help(fmt::format("pixel filter [{}]", kDefaultFilter).c_str(), filter_table()))
+      ->type_name("NAME");
+  add_number(app, "--filter-radius", o.filter_radius, 0.01f, PixelFilter::kMaxRadius,
+             "in pixels [the filter's]");
+  add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise [0]");
+  add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels [64]");
+  app->add_option("--bucket-order", o.bucket_order,
+                  table_help("order of the buckets [hilbert]", bucket_order_table()))
+      ->type_name("NAME");
+  app->add_option("--bisection-axis", o.bisection_axis,
+                  table_help("what --driver bisection halves [both]", bisection_axis_table()))
+      ->type_name("NAME");
+  app->add_option("--reconstruction", o.reconstruction,
+                  table_help("what pixels without samples show, of progressive drivers [duplicate]",
+                             reconstruction_table()))
+      ->type_name("NAME");
+  add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all]");
+}
+
 void add_sampling_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--driver", o.driver, table_help("frame driver [bucket]", driver_table()))
-      ->type_name("NAME");
-  app->add_option("--integrator", o.integrator, table_help("integrator [path]", integrator_table()))
       ->type_name("NAME");
   app->add_option("--sampler", o.sampler, table_help("sampler [sobol]", sampler_table()))
       ->type_name("NAME");
@@ -164,27 +190,6 @@ void add_sampling_options(CLI::App* app, RenderOptions& o) {
                 "weigh rounds by plan, not by luck: no bias from adaptive stopping, more noise");
   add_number(app, "--time-limit", o.time_limit_s, kLeastTimeLimit, kMostTimeLimit,
              "stop rendering after so many seconds and write what there is [none]");
-  add_number(app, "--max-depth", o.max_depth, 0, 100000,
-             "scattering events; 1 is direct light only [16]");
-  app->add_option(
-         "--filter", o.filter,
-         table_help(fmt::format("pixel filter [{}]", kDefaultFilter).c_str(), filter_table()))
-      ->type_name("NAME");
-  add_number(app, "--filter-radius", o.filter_radius, 0.01f, PixelFilter::kMaxRadius,
-             "in pixels [the filter's]");
-  add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise [0]");
-  add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels [64]");
-  app->add_option("--bucket-order", o.bucket_order,
-                  table_help("order of the buckets [hilbert]", bucket_order_table()))
-      ->type_name("NAME");
-  app->add_option("--bisection-axis", o.bisection_axis,
-                  table_help("what --driver bisection halves [both]", bisection_axis_table()))
-      ->type_name("NAME");
-  app->add_option("--reconstruction", o.reconstruction,
-                  table_help("what pixels without samples show, of progressive drivers [duplicate]",
-                             reconstruction_table()))
-      ->type_name("NAME");
-  add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all]");
 }
 
 // Of a heatmap's picture; on `render` they need a heatmap.
@@ -242,7 +247,11 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
       ->type_name("LIST")
       ->join(',');  // --aov albedo --aov N: both
   add_heatmap_options(app, o);
-  app->add_option("--report", o.report, "write what was done, as JSON")->type_name("FILE");
+  app->add_option("--report", o.reports,
+                  "what was done: .html is a page with pictures and charts, any other name JSON. "
+                  "May be given more than once")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
   CLI::Option* snapshots =
       app->add_option("--snapshots", o.snapshots,
                       "progressive drivers: keep the picture at several moments of the render in "
@@ -286,6 +295,51 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--view", o.display.view, "OpenColorIO view [the display's default]");
   app->add_option("--look", o.display.look, "OpenColorIO look [none]");
   add_number(app, "--exposure", o.display.exposure, -64.0f, 64.0f, "stops, for .png and .jpg [0]");
+}
+
+void add_study_options(CLI::App* app, StudyOptions& o) {
+  app->add_option("scene", o.frame.scene, "a .gltf or .glb file");
+  app->add_option("-o,--output", o.folder, "folder of the results; it is made if it is not there")
+      ->type_name("DIR");
+  app->add_option("--drivers", o.drivers,
+                  table_help("frame drivers, a list [bucket,bisection,adaptive]", driver_table()))
+      ->type_name("LIST");
+  app->add_option("--estimators", o.estimators,
+                  table_help(fmt::format("of the adaptive driver, a list of "
+                                         "ESTIMATOR[/ALLOCATION][/unbiased] [{}]",
+                                         kDefaultEstimator)
+                                 .c_str(),
+                             estimator_table()))
+      ->type_name("LIST");
+  app->add_option("--samplers", o.samplers,
+                  table_help("samplers, a list [sobol; of --convergence all]", sampler_table()))
+      ->type_name("LIST");
+  app->add_option("--spp", o.spp,
+                  "budgets: samples per pixel on average, ascending [1,2,4,8,16,32,64]")
+      ->type_name("LIST");
+  app->add_option("--seconds", o.seconds, "budgets: seconds of rendering instead, ascending")
+      ->type_name("LIST");
+  add_number(app, "--seeds", o.seeds, 1u, 10000u,
+             "runs of each method, from --seed on [5]; of --convergence pixels [2000]");
+  app->add_option("--baseline", o.baseline, "the method that others are compared with [the first]")
+      ->type_name("NAME");
+  app->add_flag("--separate", o.separate,
+                "render a frame of its own for every budget, also where one frame could be looked "
+                "at on its way");
+  CLI::Option* reference =
+      app->add_option("--reference", o.reference,
+                      "the true picture [one is rendered, in two halves, so that its own noise is "
+                      "taken out]")
+          ->type_name("FILE");
+  add_number(app, "--reference-spp", o.reference_spp, 2u, kMaxSamples,
+             "samples per pixel of the rendered reference [64 times the largest budget's]")
+      ->excludes(reference);
+  app->add_option("--cache", o.cache, "keep rendered references in this folder [DIR/reference]")
+      ->type_name("DIR")
+      ->excludes(reference);
+  app->add_flag("--restart", o.restart, "forget the runs that the folder has");
+  app->add_flag("--convergence", o.convergence,
+                "no scene: variance against number of samples, on integrals with known values");
 }
 
 std::vector<std::string> option_names(const CLI::App& app) {
@@ -372,6 +426,7 @@ int run_command_line(int argc, char** argv) {
   render_app->add_option("scene", render.scene, "a .gltf or .glb file")->required();
   add_result_options(render_app, render);
   add_sampling_options(render_app, render);
+  add_integration_options(render_app, render);
   add_frame_options(render_app, render);
   add_light_options(render_app, render);
   add_log_flags(render_app);
@@ -411,6 +466,18 @@ int run_command_line(int argc, char** argv) {
              "stops, for FLIP, SSIM and PSNR [0]");
   add_log_flags(compare_app);
 
+  StudyOptions study;
+  study.frame.filter = kDefaultFilter;
+  study.frame.width = 320;
+  study.frame.height = 180;
+  CLI::App* study_app =
+      root.add_subcommand("study", "speed against error of drivers, estimators and samplers");
+  add_study_options(study_app, study);
+  add_integration_options(study_app, study.frame);
+  add_frame_options(study_app, study.frame);
+  add_light_options(study_app, study.frame);
+  add_log_flags(study_app);
+
   try {
     root.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -419,7 +486,7 @@ int run_command_line(int argc, char** argv) {
     throw_usage(root, error);
   }
   set_log_level(quiet ? LogLevel::kQuiet : verbose ? LogLevel::kVerbose : LogLevel::kNormal);
-  render.command_line = quoted_command(argc, argv);
+  render.command_line = study.frame.command_line = quoted_command(argc, argv);
 
   if (version) {
     std::string text;
@@ -436,8 +503,19 @@ int run_command_line(int argc, char** argv) {
   if (info_app->parsed()) return run_info(info);
   if (heatmap_app->parsed()) return run_heatmap(heatmap);
   if (compare_app->parsed()) return run_compare(compare);
+  if (study_app->parsed()) {
+    if (study.convergence != study.frame.scene.empty()) {
+      throw UsageError(study.convergence ? "study --convergence needs no scene, but one is given"
+                                         : "study needs a scene: study SCENE -o DIR");
+    }
+    if (study.folder.empty() && !study.convergence) {
+      throw UsageError("study needs a folder for its results: -o DIR");
+    }
+    return run_study(study);
+  }
   throw UsageError(
-      "no command given; valid commands are render, info, heatmap, compare; see emberline --help");
+      "no command given; valid commands are render, info, heatmap, compare, study; see emberline "
+      "--help");
 }
 
 }  // namespace emberline

@@ -89,19 +89,6 @@ void print_table(const CompareOptions& options, const RgbImage& image,
   print_result(text);
 }
 
-void write_flip_picture(const std::string& path, const RgbImage& image,
-                        const std::vector<float>& flip, const std::vector<uint8_t>& masked) {
-  ByteImage picture;
-  picture.width = image.width;
-  picture.height = image.height;
-  picture.values.reserve(3 * flip.size());
-  for (size_t i = 0; i < flip.size(); ++i) {
-    const Rgb8 colour = colour_of(ColourMap::kMagma, masked[i] ? NAN : double(flip[i]));
-    picture.values.insert(picture.values.end(), colour.begin(), colour.end());
-  }
-  write_image(path, picture);
-}
-
 void write_difference_exr(const std::string& path, const CompareOptions& options,
                           const RgbImage& image, const RgbImage& reference,
                           const std::vector<float>& flip) {
@@ -135,6 +122,19 @@ void write_difference_exr(const std::string& path, const CompareOptions& options
 }
 
 }  // namespace
+
+void write_flip_picture(const std::string& path, const RgbImage& image,
+                        const std::vector<float>& flip, const std::vector<uint8_t>& masked) {
+  ByteImage picture;
+  picture.width = image.width;
+  picture.height = image.height;
+  picture.values.reserve(3 * flip.size());
+  for (size_t i = 0; i < flip.size(); ++i) {
+    const Rgb8 colour = colour_of(ColourMap::kMagma, masked[i] ? NAN : double(flip[i]));
+    picture.values.insert(picture.values.end(), colour.begin(), colour.end());
+  }
+  write_image(path, picture);
+}
 
 int run_compare(const CompareOptions& options) {
   const DifferenceKind kind = difference_kind(options.difference);

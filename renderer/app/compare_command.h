@@ -1,7 +1,11 @@
 // emberline compare: how far one picture is from another.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
+
+#include "renderer/statistics/error_metrics.h"
 
 namespace emberline {
 
@@ -28,5 +32,10 @@ struct CompareOptions {
 // InputError (unreadable, channels missing, sizes differ), UsageError (suffix of the difference
 // picture, exposure), RenderError (cannot write it).
 int run_compare(const CompareOptions& options);
+
+// The FLIP picture above: `flip` per pixel of a picture of that size, `masked` not 0 where it is
+// not finite. Throws UsageError for the suffix, RenderError.
+void write_flip_picture(const std::string& path, const RgbImage& image,
+                        const std::vector<float>& flip, const std::vector<uint8_t>& masked);
 
 }  // namespace emberline

@@ -6,12 +6,12 @@
 #include <charconv>
 #include <cmath>
 
+#include "integrators/integrator.h"
 #include "io/gltf.h"
 #include "io/image_input.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/scene/build_scene.h"
 #include "renderer/scene/camera.h"
 
 namespace emberline {
@@ -93,6 +93,20 @@ CameraDescription choose_camera(const RenderOptions& options, const SceneDescrip
     camera.fov_y = *options.fov_y * kPiD / 180.0;
   }
   return camera;
+}
+
+SceneBuildOptions choose_build_options(const RenderOptions& options) {
+  SceneBuildOptions build;
+  build.show_backfaces = options.show_backfaces;
+  build.unread_uv = std::ranges::any_of(integrator_table(), [&](const auto& entry) {
+    return entry.shows_uv && entry.name == options.integrator;
+  });
+  return build;
+}
+
+PixelFilter choose_filter(const RenderOptions& options) {
+  return options.filter_radius ? PixelFilter::create(options.filter, *options.filter_radius)
+                               : PixelFilter::create(options.filter);
 }
 
 Rect choose_window(const RenderOptions& options) {

@@ -5,6 +5,8 @@
 
 #include "renderer/app/render_options.h"
 #include "renderer/core/rect.h"
+#include "renderer/film/filter.h"
+#include "renderer/scene/build_scene.h"
 #include "renderer/scene/scene_description.h"
 
 namespace emberline {
@@ -14,6 +16,12 @@ SceneDescription load_scene(const RenderOptions& options);
 
 // The camera that the options choose. Throws UsageError that lists the file's cameras.
 CameraDescription choose_camera(const RenderOptions& options, const SceneDescription& scene);
+
+// What the integrator and the options want of the scene.
+SceneBuildOptions choose_build_options(const RenderOptions& options);
+
+// The pixel filter with the radius of the options, or its own. Throws UsageError.
+PixelFilter choose_filter(const RenderOptions& options);
 
 // The crop, or the whole frame. Throws UsageError for one outside the frame.
 Rect choose_window(const RenderOptions& options);

@@ -66,7 +66,7 @@ void check_output_paths(const RenderOptions& options, const Rect& window) {
     check_heatmap_format("--heatmap", path, window);
     take("--heatmap", path);
   }
-  if (!options.report.empty()) take("--report", options.report);
+  for (const std::string& path : options.reports) take("--report", path);
   for (const std::string& path : options.trees) take("--tree", path);
 }
 
@@ -114,10 +114,12 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
     tile.resolve_rgba(pixels);
     for (const auto& image : images_) image->write_tile(tile.rect(), pixels);
   }
+  if (on_tile_) on_tile_(tile);
   const uint64_t bytes = tile.bytes() + pixels.capacity() * sizeof(float);
   const std::lock_guard lock(mutex_);
   uint64_t& most = thread_bytes_[std::this_thread::get_id()];
   most = std::max(most, bytes);
+  if (on_pixels_) on_pixels_(tile.rect().area());
 }
 
 void FrameOutputs::samples_finished(uint64_t count) {

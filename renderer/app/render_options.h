@@ -63,8 +63,8 @@ struct RenderOptions {
   std::vector<std::string> heatmaps;    // files
   std::vector<std::string> heatmap_of;  // of the n-th; samples if there are fewer
   HeatmapStyle heatmap_style;
-  std::string report;
-  std::string snapshots;  // a folder; empty: none
+  std::vector<std::string> reports;  // .html: a page; any other name: JSON
+  std::string snapshots;             // a folder; empty: none
   std::optional<std::string> snapshot_at;
   std::string snapshot_format = "png";
   std::string reference;

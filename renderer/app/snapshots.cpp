@@ -8,8 +8,8 @@
 #include <system_error>
 
 #include "io/atomic_file.h"
-#include "io/exr_writer.h"
 #include "io/image_output.h"
+#include "renderer/app/exr_file.h"
 #include "renderer/app/option_values.h"
 #include "renderer/app/rgb_file.h"
 #include "renderer/core/errors.h"
@@ -204,22 +204,7 @@ void SnapshotRecorder::write_exr(const std::string& file, const std::vector<floa
   header.data_window = window_;
   header.tile_size = options_.bucket_size;
   for (const char* name : {"R", "G", "B", "A"}) header.channels.push_back({name});
-  ExrWriter writer(file, header);
-  const int size = header.tile_size;
-  std::vector<float> pixels;
-  for (int y = window_.y0; y < window_.y1; y += size) {
-    for (int x = window_.x0; x < window_.x1; x += size) {
-      const Rect tile = Rect{x, y, x + size, y + size}.intersect(window_);
-      pixels.clear();
-      for (int row = tile.y0; row < tile.y1; ++row) {
-        const auto first =
-            size_t(row - window_.y0) * size_t(window_.width()) + size_t(tile.x0 - window_.x0);
-        pixels.insert(pixels.end(), &rgba[4 * first], &rgba[4 * first] + 4 * size_t(tile.width()));
-      }
-      writer.write_tile(tile, pixels);
-    }
-  }
-  writer.finish();
+  write_exr_file(file, header, rgba);
 }
 
 void SnapshotRecorder::write_animation() const {

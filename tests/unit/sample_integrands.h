@@ -1,45 +1,16 @@
-// Integrands with exact means for the convergence tests of samplers, and the error of their means.
+// Further integrands with exact means for the convergence tests of samplers, and the error of their
+// means.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <vector>
 
-#include "renderer/core/vector.h"
+#include "renderer/statistics/integrands.h"
 #include "unit/sample_statistics.h"
 
 namespace emberline {
 
-inline constexpr double kPiDouble = std::numbers::pi;
-
-// Integrands over the numbers of the camera slot, with their exact means.
-struct Integrand {
-  const char* name;
-  double (*value)(const SlotNumbers&);
-  double mean;
-  double order;  // variance ~ N^-order with the sobol sampler
-};
-
-inline double smooth(const SlotNumbers& n) {
-  return double(n.u[0]) * n.u[0] * std::exp(double(n.u[1]));
-}
-// One third: its distance to the grid of N = 2^m strata is N-independent, so that the error is
-// exactly 2/9 / N^2 (one stratum in doubt, inside with probability 1/3 or 2/3).
-inline constexpr float kThird = 1.0f / 3.0f;
-inline double axis_edge(const SlotNumbers& n) { return n.u[0] < kThird ? 1.0 : 0.0; }
-inline double tilted_edge(const SlotNumbers& n) {
-  return n.u[1] < 0.3f + 0.37f * n.u[0] ? 1.0 : 0.0;
-}
-inline double disc(const SlotNumbers& n) {
-  const double x = n.u[0] - 0.5, y = n.u[1] - 0.5;
-  return x * x + y * y < 0.16 ? 1.0 : 0.0;
-}
-// Couples the pixel pair with the lens pair.
-inline double coupled(const SlotNumbers& n) {
-  const double x = n.u[0] - n.u[2], y = n.u[1] - n.u[3];
-  return std::exp(-4.0 * (x * x + y * y));
-}
 // Couples two pairs that are both shuffled.
 inline double coupled_shuffled(const SlotNumbers& n) {
   const double x = n.u[4] - n.u[2], y = n.u[5] - n.u[3];
@@ -57,10 +28,6 @@ inline double edge_and_shadow(const SlotNumbers& n) {
   return n.u[1] < 0.3f + 0.37f * n.u[0] && n.u[2] + n.u[3] < 0.8f + 0.4f * n.u[0] ? 1.0 : 0.0;
 }
 
-// Integral over the unit square of exp(-c (a - b)^2).
-inline double gauss_pair(double c) {
-  return std::sqrt(kPiDouble / c) * std::erf(std::sqrt(c)) - (1.0 - std::exp(-c)) / c;
-}
 // Integral over x of (0.3 + 0.37 x) * area(a + b < 0.8 + 0.4 x); the area is s^2 / 2 up to s = 1
 // (x = 1/2), then 1 - (2 - s)^2 / 2. Simpson's rule is exact for cubics, piece by piece.
 inline double edge_and_shadow_mean() {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "samplers/sampler.h"
+#include "samplers/slot_numbers.h"
 
 namespace emberline {
 
@@ -45,9 +46,6 @@ inline double slope(const std::vector<double>& x, const std::vector<double>& y) 
 }
 
 // The numbers of one sample in one slot, by the smallest fill there is.
-struct SlotNumbers {
-  float u[kSlotDimensions];
-};
 inline SlotNumbers read_sample(const Sampler& sampler, const PixelKey& pixel, uint32_t slot,
                                uint32_t sample) {
   SlotBlock block;
@@ -55,21 +53,6 @@ inline SlotNumbers read_sample(const Sampler& sampler, const PixelKey& pixel, ui
   SlotNumbers numbers;
   for (int d = 0; d < kSlotDimensions; ++d) numbers.u[d] = block.values[d][sample % kSampleLanes];
   return numbers;
-}
-
-// Calls visit(sample index, numbers) for samples 0 .. count - 1, read in batches of 16.
-template <typename Visit>
-void for_each_sample(const Sampler& sampler, const PixelKey& pixel, uint32_t slot, uint32_t count,
-                     Visit&& visit) {
-  SlotBlock block;
-  for (uint32_t first = 0; first < count; first += kSampleLanes) {
-    sampler.fill(pixel, slot, first, kSampleLanes, block);
-    for (uint32_t lane = 0; lane < kSampleLanes && first + lane < count; ++lane) {
-      SlotNumbers numbers;
-      for (int d = 0; d < kSlotDimensions; ++d) numbers.u[d] = block.values[d][lane];
-      visit(first + lane, numbers);
-    }
-  }
 }
 
 // How to see a failing sample again, for messages.

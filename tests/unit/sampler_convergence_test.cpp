@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/statistics/convergence.h"
 #include "samplers/owen_sobol.h"
 #include "unit/sample_integrands.h"
 
@@ -15,16 +16,9 @@ namespace emberline {
 namespace {
 
 TEST(SobolConvergence, OrdersAreTheTextbooks) {
-  const Integrand integrands[] = {
-      {"smooth", smooth, (std::numbers::e - 1.0) / 3.0, 2.9},
-      {"axis edge", axis_edge, kThird, 2.0},
-      {"tilted edge", tilted_edge, 0.3 + 0.37 / 2, 1.49},
-      {"disc", disc, 0.16 * kPiDouble, 1.57},
-      {"4D coupled, padded", coupled, square(gauss_pair(4.0)), 1.0},
-  };
   const auto sampler = create_sampler("sobol", {StreamCount::kOne});
   const std::vector<uint32_t> counts = {16, 32, 64, 128, 256, 512, 1024, 2048, 4096};
-  for (const Integrand& integrand : integrands) {
+  for (const auto& [integrand, stratified] : convergence_integrands()) {
     const std::vector<double> error = error_curve(*sampler, integrand, 2000, counts);
     std::vector<double> x, y;
     for (size_t i = 0; i < counts.size(); ++i) {

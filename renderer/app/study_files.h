@@ -1,0 +1,29 @@
+// What a study writes: its results as CSV and JSON, each finished run for a later start.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "renderer/statistics/study_results.h"
+
+namespace emberline {
+
+// One row for each checkpoint, and one for each failed run. Columns: method, driver, estimator,
+// allocation, unbiased, sampler, seed, status, reason, budget, samples, mean_samples, the metrics
+// by their names, signed_bias, estimate, wall_s, cpu_s. Numbers are written so that they are read
+// back exactly; what has no value is empty.
+std::string study_csv(const StudyResults& results);
+
+// All of it, and under "summary" for each method what study_summary.h makes of it.
+std::string study_json(const StudyResults& results);
+
+// For people: each method's error, slope, speedup and overhead at the largest budget.
+std::string study_table(const StudyResults& results);
+
+// A finished run. `key` names what it depends on; parse_run() gives nothing for text that is
+// damaged or has another key. The method's index is not kept.
+std::string run_json(const StudyRun& run, std::string_view key);
+std::optional<StudyRun> parse_run(std::string_view text, std::string_view key);
+
+}  // namespace emberline

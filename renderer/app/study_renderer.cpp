@@ -1,0 +1,225 @@
+#include "renderer/app/study_renderer.h"
+
+#include <algorithm>
+#include <mutex>
+
+#include "renderer/app/frame_setup.h"
+#include "renderer/app/render_clock.h"
+#include "renderer/app/sampling_plan.h"
+
+namespace emberline {
+
+// What one frame needs beside the scene.
+struct StudyRenderer::Sampling {
+  explicit Sampling(const RenderOptions& options)
+      : plan(plan_sampling(options)),
+        seed(options.seed),
+        driver(create_driver(options.driver, driver_settings(options, plan))),
+        sampler(create_sampler(options.sampler, {plan.streams, plan.samples_per_pixel,
+                                                 options.width, options.height})) {}
+
+  static DriverSettings driver_settings(const RenderOptions& options, const SamplingPlan& plan) {
+    DriverSettings settings;
+    settings.bucket_size = options.bucket_size;
+    settings.bucket_order = options.bucket_order;
+    settings.bisection_axis = options.bisection_axis;
+    settings.reconstruction = options.reconstruction;
+    settings.adaptive = plan.adaptive;
+    return settings;
+  }
+
+  SamplingPlan plan;
+  uint32_t seed;
+  std::unique_ptr<FrameDriver> driver;
+  std::unique_ptr<Sampler> sampler;
+};
+
+RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect& window) {
+  RgbImage image{window.width(), window.height(), {}};
+  image.rgb.reserve(values.size() / channels * 3);
+  for (size_t i = 0; i < values.size(); i += channels) {
+    image.rgb.insert(image.rgb.end(), &values[i], &values[i] + 3);
+  }
+  return image;
+}
+
+namespace {
+
+// Keeps the delivered tiles' channels.
+class TileKeeper : public FrameObserver {
+ public:
+  TileKeeper(const Rect& window, const AovSet& aovs,
+             const std::function<void(uint64_t)>& on_samples)
+      : window_(window), channels_(film_channels(aovs).size()), on_samples_(on_samples) {
+    values_.resize(size_t(window.area()) * channels_);
+  }
+  void tile_finished(const FilmTile& tile) override {
+    std::vector<float> pixels;
+    tile.resolve(pixels);
+    const Rect& r = tile.rect();
+    const size_t row = size_t(r.width()) * channels_;
+    const std::lock_guard lock(mutex_);
+    for (int y = r.y0; y < r.y1; ++y) {
+      std::copy_n(&pixels[size_t(y - r.y0) * row], row,
+                  &values_[window_.index_of(r.x0, y) * channels_]);
+    }
+  }
+  void samples_finished(uint64_t count) override {
+    if (on_samples_) on_samples_(count);
+  }
+  std::vector<float> take_values() { return std::move(values_); }
+
+ protected:
+  const Rect window_;
+
+ private:
+  const size_t channels_;
+  const std::function<void(uint64_t)>& on_samples_;
+  std::vector<float> values_;
+  std::mutex mutex_;
+};
+
+// Copies the picture where a budget is spent, and where a round ends.
+class ProgressiveKeeper final : public TileKeeper {
+ public:
+  // `keeps_rounds`: the driver may claim an error of them.
+  ProgressiveKeeper(const Rect& window, std::span<const double> budgets, bool by_time,
+                    bool keeps_rounds, const std::function<void(uint64_t)>& on_samples)
+      : TileKeeper(window, {}, on_samples),
+        budgets_(budgets),
+        by_time_(by_time),
+        keeps_rounds_(keeps_rounds) {}
+
+  void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
+    const double wall = clock.seconds(), cpu = clock.cpu_seconds();
+    clock.leave_out([&] {
+      claim(now);
+      keep(now, picture, wall, cpu);
+      if (now.pass_finished && keeps_rounds_) {
+        round_ = {now.samples, 0, to_rgb_image(rgba(picture), 4, window_)};
+      }
+      last_estimate_ = now.error_estimate;
+    });
+    if (by_time_ && pictures.size() == budgets_.size()) spent.request_stop();
+  }
+
+  // The claim about the last round, which a driver makes when it plans the next.
+  void claim(const FrameProgress& now) {
+    if (!round_ || !now.error_estimate || now.error_estimate == last_estimate_) return;
+    round_->estimate = *now.error_estimate;
+    claims.push_back(std::move(*round_));
+    round_.reset();
+  }
+
+  RenderClock clock;
+  std::vector<StudyPicture> pictures;
+  std::vector<ClaimedError> claims;
+  std::stop_source spent;
+
+ private:
+  void keep(const FrameProgress& now, const FramePicture& picture, double wall, double cpu) {
+    // With samples the last budget is that of the finished frame, which render_progressive() keeps.
+    const size_t here = by_time_ ? budgets_.size() : budgets_.size() - 1;
+    while (pictures.size() < here) {
+      const double budget = budgets_[pictures.size()];
+      const double spent_so_far = by_time_ ? wall : double(now.samples) / double(window_.area());
+      if (spent_so_far < budget) return;
+      pictures.push_back({budget, now.samples, wall, cpu, std::nullopt, with_counts(picture)});
+    }
+  }
+  std::vector<float> rgba(const FramePicture& picture) const {
+    std::vector<float> values(4 * size_t(window_.area()));
+    picture.resolve(values);
+    return values;
+  }
+  std::vector<float> with_counts(const FramePicture& picture) const {
+    const std::vector<float> colours = rgba(picture);
+    std::vector<float> values;
+    values.reserve(colours.size() / 4 * 5);
+    for (size_t i = 0; i < colours.size() / 4; ++i) {
+      values.insert(values.end(), &colours[4 * i], &colours[4 * i] + 4);
+      values.push_back(float(picture.film().sample_count(window_.x_of(i), window_.y_of(i))));
+    }
+    return values;
+  }
+
+  const std::span<const double> budgets_;
+  const bool by_time_;
+  const bool keeps_rounds_;
+  std::optional<ClaimedError> round_;  // of which nothing has been claimed yet
+  std::optional<double> last_estimate_;
+};
+
+}  // namespace
+
+StudyRenderer::StudyRenderer(const RenderOptions& frame)
+    : options_(frame),
+      window_(choose_window(frame)),
+      integrator_(create_integrator(
+          frame.integrator, {.max_depth = frame.max_depth, .transparent = frame.transparent})),
+      filter_(choose_filter(frame)) {
+  SceneDescription description = load_scene(frame);
+  const CameraDescription camera = choose_camera(frame, description);
+  scene_ = build_scene(std::move(description), choose_build_options(frame));
+  camera_ = Camera(camera, frame.width, frame.height, scene_->origin(), scene_->scale());
+}
+
+Frame StudyRenderer::frame(const Sampling& s, const AovSet& aovs) const {
+  return {*scene_,         camera_,        *integrator_,
+          *s.sampler,      filter_,        options_.width,
+          options_.height, window_,        s.plan.samples_per_pixel,
+          s.seed,          s.plan.streams, aovs,
+          s.plan.uniform};
+}
+
+std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, const AovSet& aovs,
+                                                  const std::stop_token& stop) const {
+  const Sampling sampling(options);
+  const Frame whole = frame(sampling, aovs);
+  TileKeeper keeper(window_, aovs, on_samples_);
+  StudyPicture picture;
+  const RenderClock clock;
+  const FrameCounters counters = sampling.driver->render(whole, keeper, stop);
+  picture.wall_s = clock.seconds();
+  picture.cpu_s = clock.cpu_seconds();
+  if (counters.stopped) return std::nullopt;
+  sampling.driver->deliver(keeper);
+  picture.samples = counters.samples;
+  picture.estimate = sampling.driver->error_estimate();
+  picture.values = keeper.take_values();
+  return picture;
+}
+
+ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
+                                                   std::span<const double> budgets, bool by_time,
+                                                   const std::stop_token& stop) const {
+  const Sampling sampling(options);
+  const Frame whole = frame(sampling, {});
+  ProgressiveKeeper keeper(window_, budgets, by_time, !sampling.plan.uniform, on_samples_);
+  const std::stop_callback pass_on(stop, [&] { keeper.spent.request_stop(); });
+  keeper.clock = RenderClock();
+  const FrameCounters counters = sampling.driver->render(whole, keeper, keeper.spent.get_token());
+  const double wall = keeper.clock.seconds(), cpu = keeper.clock.cpu_seconds();
+  ProgressiveFrame result;
+  result.stopped = stop.stop_requested();
+  if (result.stopped) return result;
+  result.pictures = std::move(keeper.pictures);
+  result.claims = std::move(keeper.claims);
+  if (!counters.stopped) {
+    // Finished before the last budget's time was over, or with the last budget's samples.
+    sampling.driver->deliver(keeper);
+    const std::optional<double> estimate = sampling.driver->error_estimate();
+    const std::vector<float> values = keeper.take_values();
+    while (result.pictures.size() < budgets.size()) {
+      result.pictures.push_back(
+          {budgets[result.pictures.size()], counters.samples, wall, cpu, estimate, values});
+    }
+    if (estimate) {
+      result.claims.push_back(
+          {counters.samples, *estimate, to_rgb_image(values, film_channels({}).size(), window_)});
+    }
+  }
+  return result;
+}
+
+}  // namespace emberline

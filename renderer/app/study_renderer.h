@@ -1,0 +1,81 @@
+// Renders the frame of a study again and again, by one method after another, into memory.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "integrators/integrator.h"
+#include "renderer/app/render_options.h"
+#include "renderer/drivers/frame_driver.h"
+#include "renderer/scene/camera.h"
+#include "renderer/scene/scene.h"
+#include "renderer/statistics/error_metrics.h"
+
+namespace emberline {
+
+// A frame as it was at some moment: interleaved channels, of the window.
+struct StudyPicture {
+  double budget = 0;
+  uint64_t samples = 0;
+  double wall_s = 0, cpu_s = 0;  // of rendering, without the copying of pictures
+  std::optional<double> estimate;
+  std::vector<float> values;  // R G B A samples; of a whole frame all of film_channels()
+};
+
+// The first three of a window's interleaved channels.
+RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect& window);
+
+// What a driver claimed of the picture at the end of a round, and that picture.
+struct ClaimedError {
+  uint64_t samples = 0;
+  double estimate = 0;
+  RgbImage picture;
+};
+
+struct ProgressiveFrame {
+  std::vector<StudyPicture> pictures;  // one for each budget that was reached
+  std::vector<ClaimedError> claims;
+  bool stopped = false;  // by the user
+};
+
+class StudyRenderer {
+ public:
+  // Loads and builds. Throws what the render command would.
+  explicit StudyRenderer(const RenderOptions& frame);
+
+  const Rect& window() const { return window_; }
+  uint64_t pixels() const { return uint64_t(window_.area()); }
+
+  // Called from any thread for every some samples.
+  void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }
+
+  // A whole frame with the driver, sampler, samples and seed of the options; nothing if a stop was
+  // requested. On the calling thread's arena, as is the other.
+  std::optional<StudyPicture> render(const RenderOptions& options, const AovSet& aovs,
+                                     const std::stop_token& stop) const;
+
+  // One frame of a progressive driver, with a picture at the first pause at which each of the
+  // budgets is spent: samples per pixel, or seconds. With samples, the last picture is the finished
+  // frame; with seconds the frame ends with the last budget.
+  ProgressiveFrame render_progressive(const RenderOptions& options, std::span<const double> budgets,
+                                      bool by_time, const std::stop_token& stop) const;
+
+ private:
+  struct Sampling;
+  Frame frame(const Sampling& sampling, const AovSet& aovs) const;
+
+  RenderOptions options_;
+  Rect window_;
+  std::unique_ptr<Integrator> integrator_;
+  PixelFilter filter_;
+  std::unique_ptr<Scene> scene_;
+  Camera camera_;
+  std::function<void(uint64_t)> on_samples_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,62 @@
+#include "renderer/statistics/neyman_limit.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <vector>
+
+namespace emberline {
+namespace {
+
+// Half of the interval over which the slope of the display's curve is taken, and its least value:
+// those of the adaptive driver's display metric.
+constexpr float kSlopeReach = 1e-3f;
+constexpr double kLeastSlope = 0.02;
+
+// The squared slope of the display's curve at each value of the picture.
+std::vector<double> display_weights(const RgbImage& mean) {
+  RgbImage low = mean, high = mean;
+  for (float& v : low.rgb) v -= kSlopeReach;
+  for (float& v : high.rgb) v += kSlopeReach;
+  const std::vector<uint8_t> all(mean.rgb.size() / 3, 0);
+  low = to_display(low, 0, all);
+  high = to_display(high, 0, all);
+  std::vector<double> weights(mean.rgb.size());
+  for (size_t i = 0; i < weights.size(); ++i) {
+    const double slope = (double(high.rgb[i]) - double(low.rgb[i])) / (2 * double(kSlopeReach));
+    weights[i] = std::max(slope * slope, kLeastSlope * kLeastSlope);
+  }
+  return weights;
+}
+
+}  // namespace
+
+double neyman_limit(std::span<const double> variance, std::span<const double> cost) {
+  assert(variance.size() == cost.size());
+  double v_sum = 0, c_sum = 0, root_sum = 0;
+  for (size_t i = 0; i < variance.size(); ++i) {
+    v_sum += variance[i];
+    c_sum += cost[i];
+    root_sum += std::sqrt(variance[i] * cost[i]);
+  }
+  return root_sum > 0 ? v_sum * c_sum / (root_sum * root_sum) : 1.0;
+}
+
+NeymanLimits neyman_limits(std::span<const float> variance, std::span<const float> seconds,
+                           const RgbImage& mean, double epsilon) {
+  const size_t pixels = seconds.size();
+  assert(variance.size() == 3 * pixels && mean.rgb.size() == 3 * pixels);
+  const std::vector<double> display = display_weights(mean);
+  const std::vector<double> cost(seconds.begin(), seconds.end());
+  std::vector<double> mse(pixels), rel_mse(pixels), shown(pixels);
+  for (size_t k = 0; k < 3 * pixels; ++k) {
+    const double v = std::max(0.0, double(variance[k])) / 3, m = double(mean.rgb[k]);
+    if (!std::isfinite(v) || !std::isfinite(m)) continue;
+    mse[k / 3] += v;
+    rel_mse[k / 3] += v / (m * m + epsilon);
+    shown[k / 3] += v * display[k];
+  }
+  return {neyman_limit(mse, cost), neyman_limit(rel_mse, cost), neyman_limit(shown, cost)};
+}
+
+}  // namespace emberline

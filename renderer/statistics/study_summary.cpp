@@ -1,0 +1,352 @@
+#include "renderer/statistics/study_summary.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+
+namespace emberline {
+namespace {
+
+// The probability that |t| is below sqrt(degrees) tan(angle): the finite sums of Abramowitz &
+// Stegun 1964, equations 26.7.3 (odd) and 26.7.4 (even).
+double student_t_central(int degrees, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  const bool odd = degrees % 2 == 1;
+  double term = odd ? c : 1.0, sum = 0;
+  for (int k = odd ? 1 : 0; k <= degrees - 2; k += 2) {
+    sum += term;
+    term *= c * c * (k + 1) / (k + 2);
+  }
+  return odd ? 2 / std::numbers::pi * (angle + s * sum) : s * sum;
+}
+
+struct LogPoint {
+  double position, error;
+};
+using LogCurve = std::vector<LogPoint>;
+
+// A run as a curve of logarithms, by ascending position; what has no logarithm is left out, and of
+// checkpoints at one position the last counts.
+LogCurve log_curve(const StudyRun& run, const StudyMetricEntry& metric, StudyAxis axis) {
+  LogCurve curve;
+  for (const StudyCheckpoint& checkpoint : run.checkpoints) {
+    const double at = position(checkpoint, axis), error = checkpoint.error.*metric.value;
+    if (!(at > 0 && error > 0 && std::isfinite(at) && std::isfinite(error))) continue;
+    const LogPoint point = {std::log(at), std::log(error)};
+    if (!curve.empty() && point.position <= curve.back().position) {
+      curve.back() = point;
+    } else {
+      curve.push_back(point);
+    }
+  }
+  return curve;
+}
+
+struct Crossing {
+  double value = 0;  // a logarithm
+  bool extrapolated = false;
+};
+
+double line(double x, double x0, double y0, double x1, double y1) {
+  return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
+}
+
+// Of a curve of one point: the slope that independent samples have.
+double expected_slope(const StudyMetricEntry& metric) { return metric.squared ? -1.0 : -0.5; }
+
+// Where the curve first comes down to the error. Nothing where it does not fall.
+std::optional<Crossing> position_at(const LogCurve& curve, double error,
+                                    const StudyMetricEntry& metric) {
+  if (curve.empty()) return std::nullopt;
+  if (curve.size() == 1) {
+    const double difference = error - curve[0].error;
+    return Crossing{curve[0].position + difference / expected_slope(metric),
+                    std::abs(difference) > 0};
+  }
+  size_t k = 0;
+  while (k + 2 < curve.size() && error < curve[k + 1].error) ++k;
+  const LogPoint &a = curve[k], &b = curve[k + 1];
+  if (!(b.error < a.error)) return std::nullopt;
+  return Crossing{line(error, a.error, a.position, b.error, b.position),
+                  error > a.error || error < b.error};
+}
+
+std::optional<Crossing> error_at(const LogCurve& curve, double at, const StudyMetricEntry& metric) {
+  if (curve.empty()) return std::nullopt;
+  if (curve.size() == 1) {
+    const double difference = at - curve[0].position;
+    return Crossing{curve[0].error + difference * expected_slope(metric), std::abs(difference) > 0};
+  }
+  size_t k = 0;
+  while (k + 2 < curve.size() && at > curve[k + 1].position) ++k;
+  const LogPoint &a = curve[k], &b = curve[k + 1];
+  return Crossing{line(at, a.position, a.error, b.position, b.error),
+                  at < a.position || at > b.position};
+}
+
+std::optional<double> fitted_slope(const LogCurve& curve) {
+  if (curve.size() < 2) return std::nullopt;
+  double mean_x = 0, mean_y = 0, xy = 0, xx = 0;
+  for (const LogPoint& p : curve) {
+    mean_x += p.position / double(curve.size());
+    mean_y += p.error / double(curve.size());
+  }
+  for (const LogPoint& p : curve) {
+    xy += (p.position - mean_x) * (p.error - mean_y);
+    xx += (p.position - mean_x) * (p.position - mean_x);
+  }
+  return xy / xx;
+}
+
+const StudyCheckpoint* checkpoint_at(const StudyRun& run, double budget) {
+  const auto found = std::ranges::find(run.checkpoints, budget, &StudyCheckpoint::budget);
+  return found == run.checkpoints.end() ? nullptr : &*found;
+}
+
+// Calls visit(checkpoint) for every finished run of the method that has reached the budget.
+void for_each_checkpoint(const StudyResults& results, size_t method, double budget,
+                         const std::function<void(const StudyCheckpoint&)>& visit) {
+  for (const StudyRun& run : results.runs) {
+    if (run.method != method || run.status != StudyRunStatus::kDone) continue;
+    if (const StudyCheckpoint* checkpoint = checkpoint_at(run, budget)) visit(*checkpoint);
+  }
+}
+
+// The same with the baseline's run of the same seed.
+void for_each_pair(
+    const StudyResults& results, size_t method, size_t budget,
+    const std::function<void(const StudyCheckpoint&, const StudyRun& baseline)>& visit) {
+  const std::optional<size_t> baseline = baseline_method(results);
+  if (!baseline || budget >= results.settings.budgets.size()) return;
+  for (const StudyRun& run : results.runs) {
+    if (run.method != method || run.status != StudyRunStatus::kDone) continue;
+    const StudyRun* other = find_run(results, *baseline, run.seed);
+    const StudyCheckpoint* checkpoint = checkpoint_at(run, results.settings.budgets[budget]);
+    if (other && checkpoint) visit(*checkpoint, *other);
+  }
+}
+
+// `to_result` takes the mean of the values back to what they were.
+std::optional<Estimate> student_interval(std::span<const double> values,
+                                         double (*to_result)(double)) {
+  if (values.empty()) return std::nullopt;
+  const auto n = double(values.size());
+  double mean = 0, squares = 0;
+  for (const double v : values) mean += v / n;
+  for (const double v : values) squares += (v - mean) * (v - mean);
+  Estimate estimate;
+  estimate.value = to_result(mean);
+  estimate.runs = values.size();
+  if (values.size() > 1) {
+    const double half = student_t_975(int(values.size()) - 1) * std::sqrt(squares / (n - 1) / n);
+    estimate.low = to_result(mean - half);
+    estimate.high = to_result(mean + half);
+  }
+  return estimate;
+}
+
+std::optional<Estimate> of_logarithms(std::span<const double> logarithms) {
+  return student_interval(logarithms, [](double x) { return std::exp(x); });
+}
+
+double geometric_mean(std::span<const double> values) {
+  const std::optional<Estimate> mean = geometric_mean_estimate(values);
+  return mean ? mean->value : 0.0;
+}
+
+}  // namespace
+
+double student_t_975(int degrees) {
+  assert(degrees >= 1);
+  double low = 0, high = std::numbers::pi / 2;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    (student_t_central(degrees, middle) < 0.95 ? low : high) = middle;
+  }
+  return std::sqrt(double(degrees)) * std::tan(low);
+}
+
+std::optional<Estimate> mean_estimate(std::span<const double> values) {
+  return student_interval(values, [](double x) { return x; });
+}
+
+std::optional<Estimate> geometric_mean_estimate(std::span<const double> values) {
+  std::vector<double> logarithms;
+  for (const double v : values) {
+    if (v > 0 && std::isfinite(v)) logarithms.push_back(std::log(v));
+  }
+  return of_logarithms(logarithms);
+}
+
+double position(const StudyCheckpoint& checkpoint, StudyAxis axis) {
+  switch (axis) {
+    case StudyAxis::kSamples:
+      return checkpoint.mean_samples;
+    case StudyAxis::kWall:
+      return checkpoint.wall_s;
+    case StudyAxis::kCpu:
+      return checkpoint.cpu_s;
+  }
+  return 0;
+}
+
+double CurvePoint::position(StudyAxis axis) const {
+  return axis == StudyAxis::kSamples ? mean_samples : axis == StudyAxis::kWall ? wall_s : cpu_s;
+}
+
+std::optional<size_t> baseline_method(const StudyResults& results) {
+  const auto found =
+      std::ranges::find(results.methods, results.settings.baseline, &StudyMethod::name);
+  if (found == results.methods.end()) return std::nullopt;
+  return size_t(found - results.methods.begin());
+}
+
+const StudyRun* find_run(const StudyResults& results, size_t method, uint32_t seed) {
+  const auto found = std::ranges::find_if(results.runs, [&](const StudyRun& run) {
+    return run.method == method && run.seed == seed && run.status == StudyRunStatus::kDone;
+  });
+  return found == results.runs.end() ? nullptr : &*found;
+}
+
+FailureCount failures(const StudyResults& results, size_t method) {
+  FailureCount count;
+  for (const StudyRun& run : results.runs) {
+    if (run.method != method || run.status != StudyRunStatus::kFailed) continue;
+    if (count.runs++ == 0) count.reason = run.reason;
+  }
+  return count;
+}
+
+std::vector<CurvePoint> study_curve(const StudyResults& results, size_t method,
+                                    StudyMetric metric) {
+  const StudyMetricEntry& entry = study_metric_entry(metric);
+  std::vector<CurvePoint> curve;
+  for (const double budget : results.settings.budgets) {
+    std::vector<double> samples, wall, cpu, errors;
+    for_each_checkpoint(results, method, budget, [&](const StudyCheckpoint& checkpoint) {
+      samples.push_back(checkpoint.mean_samples);
+      wall.push_back(checkpoint.wall_s);
+      cpu.push_back(checkpoint.cpu_s);
+      errors.push_back(checkpoint.error.*entry.value);
+    });
+    const std::optional<Estimate> error = geometric_mean_estimate(errors);
+    if (!error) continue;
+    curve.push_back(
+        {budget, geometric_mean(samples), geometric_mean(wall), geometric_mean(cpu), *error});
+  }
+  return curve;
+}
+
+std::optional<Estimate> signed_bias(const StudyResults& results, size_t method, size_t budget) {
+  std::vector<double> values;
+  for_each_checkpoint(
+      results, method, results.settings.budgets[budget],
+      [&](const StudyCheckpoint& checkpoint) { values.push_back(checkpoint.error.signed_bias); });
+  return mean_estimate(values);
+}
+
+std::optional<Estimate> error_slope(const StudyResults& results, size_t method, StudyMetric metric,
+                                    StudyAxis axis) {
+  std::vector<double> slopes;
+  for (const StudyRun& run : results.runs) {
+    if (run.method != method || run.status != StudyRunStatus::kDone) continue;
+    const std::optional<double> slope =
+        fitted_slope(log_curve(run, study_metric_entry(metric), axis));
+    if (slope) slopes.push_back(*slope);
+  }
+  return mean_estimate(slopes);
+}
+
+std::optional<Speedup> equal_error_speedup(const StudyResults& results, size_t method,
+                                           StudyMetric metric, StudyAxis axis, size_t budget) {
+  const StudyMetricEntry& entry = study_metric_entry(metric);
+  std::vector<double> logarithms;
+  size_t extrapolated = 0;
+  for_each_pair(results, method, budget,
+                [&](const StudyCheckpoint& checkpoint, const StudyRun& baseline) {
+                  const double error = checkpoint.error.*entry.value;
+                  const double at = position(checkpoint, axis);
+                  if (!(error > 0 && at > 0)) return;
+                  const std::optional<Crossing> crossing =
+                      position_at(log_curve(baseline, entry, axis), std::log(error), entry);
+                  if (!crossing) return;
+                  logarithms.push_back(crossing->value - std::log(at));
+                  if (crossing->extrapolated) ++extrapolated;
+                });
+  const std::optional<Estimate> ratio = of_logarithms(logarithms);
+  if (!ratio) return std::nullopt;
+  return Speedup{*ratio, extrapolated};
+}
+
+std::optional<Estimate> equal_position_error_ratio(const StudyResults& results, size_t method,
+                                                   StudyMetric metric, StudyAxis axis,
+                                                   size_t budget) {
+  const StudyMetricEntry& entry = study_metric_entry(metric);
+  std::vector<double> logarithms;
+  for_each_pair(results, method, budget,
+                [&](const StudyCheckpoint& checkpoint, const StudyRun& baseline) {
+                  const double error = checkpoint.error.*entry.value;
+                  const double at = position(checkpoint, axis);
+                  if (!(error > 0 && at > 0)) return;
+                  const std::optional<Crossing> other =
+                      error_at(log_curve(baseline, entry, axis), std::log(at), entry);
+                  if (other) logarithms.push_back(std::log(error) - other->value);
+                });
+  return of_logarithms(logarithms);
+}
+
+std::vector<CalibrationGroup> calibration(const StudyResults& results, size_t method) {
+  struct Values {
+    std::vector<double> samples, ratios;
+  };
+  std::map<long, Values> groups;  // by the nearest power of two
+  for (const StudyRun& run : results.runs) {
+    if (run.method != method || run.status != StudyRunStatus::kDone) continue;
+    for (const CalibrationPoint& point : run.calibration) {
+      if (!(point.mean_samples > 0 && point.estimate > 0 && point.true_rms > 0)) continue;
+      Values& values = groups[std::lround(std::log2(point.mean_samples))];
+      values.samples.push_back(point.mean_samples);
+      values.ratios.push_back(point.estimate / point.true_rms);
+    }
+  }
+  std::vector<CalibrationGroup> list;
+  for (const auto& [power, values] : groups) {
+    list.push_back({geometric_mean(values.samples), *geometric_mean_estimate(values.ratios)});
+  }
+  return list;
+}
+
+std::optional<Estimate> neyman_fraction(const StudyResults& results, size_t method,
+                                        StudyMetric metric, size_t budget) {
+  if (!results.limits) return std::nullopt;
+  double limit = 0;
+  if (metric == StudyMetric::kMse) limit = results.limits->mse;
+  if (metric == StudyMetric::kRelMse) limit = results.limits->rel_mse;
+  if (metric == StudyMetric::kDisplay) limit = results.limits->display;
+  if (!(limit > 0)) return std::nullopt;
+  const std::optional<Speedup> speedup =
+      equal_error_speedup(results, method, metric, StudyAxis::kCpu, budget);
+  if (!speedup) return std::nullopt;
+  Estimate fraction = speedup->ratio;
+  fraction.value /= limit;
+  if (fraction.low) *fraction.low /= limit;
+  if (fraction.high) *fraction.high /= limit;
+  return fraction;
+}
+
+std::optional<Estimate> overhead(const StudyResults& results, size_t method, size_t budget) {
+  std::vector<double> ratios;
+  for_each_pair(results, method, budget,
+                [&](const StudyCheckpoint& checkpoint, const StudyRun& baseline) {
+                  const StudyCheckpoint* other = checkpoint_at(baseline, checkpoint.budget);
+                  if (!other || !(other->cpu_s > 0) || checkpoint.samples == 0) return;
+                  ratios.push_back(checkpoint.cpu_s / double(checkpoint.samples) /
+                                   (other->cpu_s / double(other->samples)));
+                });
+  return geometric_mean_estimate(ratios);
+}
+
+}  // namespace emberline

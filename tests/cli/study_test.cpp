@@ -1,0 +1,347 @@
+// `emberline study`: what it writes, that it goes on where it was, and what it refuses. The sums
+// themselves are tested in tests/unit.
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <sstream>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+using Row = std::map<std::string, std::string>;
+
+std::string read_text(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+// One line of RFC 4180.
+std::vector<std::string> cells(const std::string& line) {
+  std::vector<std::string> list = {""};
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '"') {
+      quoted = !quoted;
+    } else if (c == ',' && !quoted) {
+      list.emplace_back();
+    } else {
+      list.back() += c;
+    }
+  }
+  return list;
+}
+
+class Study : public CommandTest {
+ protected:
+  Words study_words(const std::string& folder, const Words& more = {}) {
+    return Words{"study", scene(),  "-o",      path(folder), "--size",    "16x16",
+                 "--spp", "1,4,16", "--seeds", "2",          "--threads", "1"} +
+           more;
+  }
+  RunResult study(const Words& words) {
+    const RunResult result = run(words);
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    return result;
+  }
+  std::vector<Row> rows(const std::string& folder) const {
+    std::istringstream text(read_text(path(folder + "/study.csv")));
+    std::string line;
+    std::getline(text, line);
+    const std::vector<std::string> names = cells(line);
+    std::vector<Row> list;
+    while (std::getline(text, line)) {
+      const std::vector<std::string> values = cells(line);
+      EXPECT_EQ(values.size(), names.size()) << line;
+      Row& row = list.emplace_back();
+      for (size_t i = 0; i < std::min(names.size(), values.size()); ++i) row[names[i]] = values[i];
+    }
+    return list;
+  }
+  // Without the times, which no two runs share.
+  std::vector<Row> contents(const std::string& folder) const {
+    std::vector<Row> list = rows(folder);
+    for (Row& row : list) {
+      row.erase("wall_s");
+      row.erase("cpu_s");
+    }
+    return list;
+  }
+  bool exists(const std::string& name) const { return std::filesystem::exists(path(name)); }
+};
+
+TEST_F(Study, EveryDriverAndEstimatorWithAllItsFiles) {
+  const RunResult result = study(study_words(
+      "s", {"--estimators",
+            "two-stream,two-stream/mse,two-stream/relmse/unbiased,contrast,painter-sloan,"
+            "chi-square,kajiya,dammertz"}));
+  EXPECT_NE(result.out.find("adaptive/two-stream/mse"), std::string::npos) << result.out;
+  const std::vector<Row> list = rows("s");
+  ASSERT_EQ(list.size(), 10u * 2 * 3);
+  for (const Row& row : list) {
+    SCOPED_TRACE(row.at("method") + " seed " + row.at("seed") + " budget " + row.at("budget"));
+    EXPECT_EQ(row.at("status"), "done");
+    // Rounds of fixed sizes may leave part of a budget.
+    EXPECT_GE(std::stod(row.at("mean_samples")), 0.8 * std::stod(row.at("budget")));
+    EXPECT_EQ(std::stod(row.at("samples")), 256 * std::stod(row.at("mean_samples")));
+    EXPECT_GT(std::stod(row.at("relmse")), 0);
+    EXPECT_GT(std::stod(row.at("flip")), 0);
+    EXPECT_GT(std::stod(row.at("wall_s")), 0);
+    EXPECT_LT(std::abs(std::stod(row.at("signed_bias"))), 0.5);
+  }
+  const nlohmann::json json = read_json("s/study.json");
+  EXPECT_EQ(json["complete"], true);
+  EXPECT_EQ(json["settings"]["baseline"], "bucket");
+  EXPECT_EQ(json["reference"]["sampler"], "independent") << "another one than what is studied";
+  EXPECT_EQ(json["reference"]["samples_per_pixel"], 64 * 16);
+  EXPECT_GE(json["neyman_limits"]["mse"].get<double>(), 1.0);
+  EXPECT_EQ(json["summary"].size(), 10u);
+  EXPECT_NEAR(json["summary"][0]["metrics"]["mse"]["equal_error_speedup"]["samples"][1]["value"],
+              1.0, 1e-9);
+  for (const nlohmann::json& method : json["methods"]) {
+    const std::string exr = method["pictures"]["exr"], png = method["pictures"]["png"],
+                      flip = method["pictures"]["flip"];
+    const ExrPicture picture = read_exr(path("s/" + exr));
+    double samples = 0;
+    for (const float n : picture.channels.at("samples")) samples += double(n) / 256;
+    EXPECT_NEAR(samples, method["pictures"]["mean_samples"].get<double>(), 1e-6);
+    EXPECT_EQ(read_bytes_picture(path("s/" + png)).width, 16);
+    EXPECT_EQ(read_bytes_picture(path("s/" + flip)).width, 16);
+  }
+  EXPECT_EQ(read_bytes_picture(path("s/pictures/reference.png")).width, 16);
+  EXPECT_NE(read_text(path("s/study.html")).find("bisection"), std::string::npos);
+}
+
+// Law 2: equal samples, equal bits; so equal errors to the last digit.
+TEST_F(Study, UniformDriversHaveEqualErrorsAtEqualSamples) {
+  study(study_words("s", {"--drivers", "bucket,bisection", "--spp", "1,2,4,8"}));
+  const std::vector<Row> list = contents("s");
+  ASSERT_EQ(list.size(), 16u);
+  for (size_t i = 0; i < 4; ++i) {
+    for (const char* column : {"samples", "mse", "relmse", "flip", "signed_bias", "p95_display"}) {
+      EXPECT_EQ(list[i].at(column), list[4 + i].at(column)) << column << " at " << i;
+    }
+  }
+}
+
+// Against a picture that is given: the figures are those of `emberline compare`.
+TEST_F(Study, AGivenReferenceIsTakenForTheTruth) {
+  render(render_words({"--spp", "256", "-o", path("ref.exr"), "--seed", "99"}));
+  study(study_words("s", {"--reference", path("ref.exr"), "--drivers", "bucket,adaptive"}));
+  const nlohmann::json json = read_json("s/study.json");
+  EXPECT_TRUE(json["neyman_limits"].is_null());
+  EXPECT_EQ(json["reference"]["two_halves"], false);
+  for (size_t m = 0; m < 2; ++m) {
+    const std::string exr = json["methods"][m]["pictures"]["exr"];
+    const nlohmann::json compared =
+        nlohmann::json::parse(run({"compare", path("s/" + exr), path("ref.exr"), "--json"}).out);
+    const nlohmann::json& last = json["runs"][m]["checkpoints"].back();
+    for (const char* key : {"mse", "relmse", "relmse_trimmed", "flip", "signed_bias"}) {
+      EXPECT_NEAR(last[key].get<double>(), compared[key].get<double>(),
+                  1e-6 * std::abs(compared[key].get<double>()) + 1e-12)
+          << key << " of " << exr;
+    }
+  }
+}
+
+TEST_F(Study, BudgetsInSeconds) {
+  Words words = study_words("s", {"--seconds", "0.01,0.05", "--seeds", "1", "--reference-spp", "64",
+                                  "--samplers", "sobol,blue_noise"});
+  const auto spp = std::ranges::find(words, "--spp");
+  words.erase(spp, spp + 2);
+  study(words);
+  for (const Row& row : rows("s")) {
+    if (row.at("status") == "failed") continue;
+    SCOPED_TRACE(row.at("method") + " at " + row.at("budget"));
+    EXPECT_GE(std::stod(row.at("mean_samples")), 1.0);
+    // Frames that can be looked at on their way are stopped no sooner than they should.
+    if (row.at("method") == "adaptive/two-stream/sobol" || row.at("method") == "bisection/sobol") {
+      EXPECT_GE(std::stod(row.at("wall_s")), std::stod(row.at("budget")));
+    }
+  }
+}
+
+TEST_F(Study, AFailedMethodIsShownAsFailed) {
+  const RunResult result =
+      study(study_words("s", {"--drivers", "bucket,adaptive", "--samplers", "stratified"}));
+  EXPECT_NE(result.out.find("failed"), std::string::npos) << result.out;
+  size_t failed = 0;
+  for (const Row& row : rows("s")) {
+    if (row.at("status") != "failed") continue;
+    ++failed;
+    EXPECT_EQ(row.at("driver"), "adaptive");
+    EXPECT_NE(row.at("reason").find("stratified"), std::string::npos);
+    EXPECT_EQ(row.at("mse"), "");
+  }
+  EXPECT_EQ(failed, 2u);
+  EXPECT_EQ(read_json("s/study.json")["summary"][1]["failed_runs"], 2);
+  expect_failure(study_words("t", {"--drivers", "adaptive", "--samplers", "stratified"}), 2,
+                 {"no method is possible", "stratified"});
+}
+
+// Killed in mid-study, so that not even a signal handler runs.
+TEST_F(Study, GoesOnAfterItWasKilledToTheSameBits) {
+  const Words more = {"--spp", "1,4,64", "--size", "24x16", "--seeds", "4"};
+  study(study_words("whole", more));
+  {
+    Process process(study_words("killed", more), {.folder = folder_.path()});
+    ASSERT_TRUE(process.wait_for_error("3 of 12 runs", 30 * kSlower)) << process.error_so_far();
+    process.send(SIGKILL);
+    process.wait();
+  }
+  EXPECT_FALSE(exists("killed/study.csv"));
+  // A run whose file is damaged is made again.
+  size_t kept = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(path("killed/runs"))) {
+    if (kept++ == 0) write_text(entry.path().string(), "{\"seed\": 0");
+  }
+  EXPECT_GE(kept, 2u);
+  const RunResult result = study(study_words("killed", more));
+  EXPECT_EQ(result.err.find("rendering the reference"), std::string::npos) << result.err;
+  EXPECT_EQ(result.err.find("\n1 of 12 runs"), std::string::npos) << result.err;
+  EXPECT_EQ(contents("killed"), contents("whole"));
+}
+
+TEST_F(Study, ASignalWritesWhatThereIs) {
+  const Words more = {"--spp", "1,256", "--size", "96x64", "--seeds", "3", "--reference-spp", "32"};
+  Process process(study_words("s", more), {.folder = folder_.path()});
+  ASSERT_TRUE(process.wait_for_error("2 of 9 runs", 60 * kSlower)) << process.error_so_far();
+  process.send(SIGINT);
+  const RunResult result = process.wait();
+  EXPECT_EQ(result.exit_code, 130) << result.describe();
+  EXPECT_EQ(read_json("s/study.json")["complete"], false);
+  const size_t finished = rows("s").size();
+  EXPECT_GE(finished, 4u);
+  EXPECT_LT(finished, 18u);
+  study(study_words("s", more));
+  EXPECT_EQ(rows("s").size(), 18u);
+  EXPECT_EQ(read_json("s/study.json")["complete"], true);
+}
+
+TEST_F(Study, TheReferenceIsKeptAndADamagedOneMadeAnew) {
+  const Words cache = {"--cache", path("cache"), "--drivers", "bucket"};
+  EXPECT_NE(study(study_words("a", cache)).err.find("rendering the reference"), std::string::npos);
+  EXPECT_EQ(study(study_words("b", cache)).err.find("rendering the reference"), std::string::npos);
+  EXPECT_EQ(contents("a"), contents("b"));
+  // Another frame is another reference.
+  EXPECT_NE(
+      study(study_words("c", cache + Words{"--max-depth", "1"})).err.find("rendering the ref"),
+      std::string::npos);
+  // One byte in the middle of one half's pixels, and a note that says something else.
+  for (const char* suffix : {".exr", ".json"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(path("cache"))) {
+      if (entry.path().extension() != suffix) continue;
+      std::string bytes = read_text(entry.path().string());
+      bytes[bytes.size() * 3 / 4] = char(bytes[bytes.size() * 3 / 4] ^ 0x15);
+      write_text(entry.path().string(), bytes);
+    }
+    const RunResult again = study(study_words(std::string("d") + suffix, cache));
+    EXPECT_NE(again.err.find("rendered anew"), std::string::npos) << again.err;
+    EXPECT_EQ(contents("a"), contents(std::string("d") + suffix));
+  }
+}
+
+TEST_F(Study, AFolderHoldsOneStudy) {
+  const Words bucket = {"--drivers", "bucket"};
+  study(study_words("s", bucket));
+  const std::vector<Row> before = contents("s");
+  // More seeds and other drivers go on with it.
+  study(study_words("s", {"--drivers", "bucket,bisection", "--seeds", "3"}));
+  EXPECT_EQ(rows("s").size(), 18u);
+  for (const Words& other : {Words{"--spp", "1,2"}, Words{"--max-depth", "2"},
+                             Words{"--size", "16x8"}, Words{"--reference-spp", "99"}}) {
+    expect_failure(study_words("s", bucket + other), 2, {path("s"), "--restart"});
+  }
+  study(study_words("s", bucket + Words{"--spp", "1,2", "--restart"}));
+  EXPECT_EQ(rows("s").size(), 4u);
+}
+
+TEST_F(Study, WhatIsWrongIsSaidBeforeAnythingIsMade) {
+  render(render_words({"--size", "8x8", "-o", path("small.exr")}));
+  write("file", "not a folder");
+  struct Case {
+    Words words;
+    int exit_code;
+    Words says;
+  };
+  const Case cases[] = {
+      {{"--drivers", ""}, 2, {"--drivers", "valid names are bucket, bisection, adaptive"}},
+      {{"--drivers", "bucket,"}, 2, {"--drivers", "valid names are"}},
+      {{"--drivers", "bukket"}, 2, {"did you mean 'bucket'"}},
+      {{"--drivers", "bucket,bucket"}, 2, {"--drivers", "twice"}},
+      {{"--estimators", "kajia"}, 2, {"--estimators", "did you mean 'kajiya'"}},
+      {{"--estimators", "two-stream/l2"}, 2, {"--estimators", "display, mse, relmse"}},
+      {{"--estimators", "two-stream/mse/x/y"}, 2, {"--estimators", "ESTIMATOR[/ALLOCATION]"}},
+      {{"--samplers", "sobel"}, 2, {"--samplers", "did you mean 'sobol'"}},
+      {{"--spp", ""}, 2, {"--spp", "1 to 16777216"}},
+      {{"--spp", "0"}, 2, {"--spp", "1 to 16777216"}},
+      {{"--spp", "1,-2"}, 2, {"--spp", "'-2'"}},
+      {{"--spp", "1,nan"}, 2, {"--spp", "'nan'"}},
+      {{"--spp", "1.5"}, 2, {"--spp", "whole"}},
+      {{"--spp", "4,2"}, 2, {"--spp", "ascend"}},
+      {{"--spp", "2,2"}, 2, {"--spp", "ascend"}},
+      {{"--seconds", "1"}, 2, {"--seconds", "--spp"}},
+      {{"--seeds", "0"}, 2, {"--seeds", "1 to 10000"}},
+      {{"--seeds", "nan"}, 2, {"--seeds", "1 to 10000"}},
+      {{"--baseline", "adaptive"}, 2, {"--baseline", "bucket, bisection, adaptive/two-stream"}},
+      {{"--reference-spp", "1"}, 2, {"--reference-spp", "2 to"}},
+      {{"--reference-spp", "64", "--reference", "small.exr"}, 2, {"--reference"}},
+      {{"--integrator", "pth"}, 2, {"valid names are"}},
+      {{"--filter", "gauss"}, 2, {"valid names are"}},
+      {{"--crop", "0,0,17,16"}, 2, {"--crop", "inside"}},
+      {{"--camera", "nope"}, 2, {"--camera", "'main'"}},
+      {{"--convergence"}, 2, {"--convergence", "scene"}},
+      {{"--reference", path("none.exr")}, 3, {"none.exr"}},
+      {{"--reference", path("small.exr")}, 3, {"8 x 8", "16 x 16"}},
+      {{"-o", path("file")}, 1, {path("file")}},
+      {{"-o", "/proc/study"}, 1, {"/proc/study"}},
+  };
+  for (const Case& c : cases) {
+    SCOPED_TRACE(testing::PrintToString(c.words));
+    expect_failure(study_words("s", c.words), c.exit_code, c.says);
+    EXPECT_FALSE(exists("s"));
+  }
+  expect_failure({"study", path("none.glb"), "-o", path("s")}, 3, {"none.glb"});
+  expect_failure({"study", scene()}, 2, {"-o DIR"});
+  expect_failure({"study", "-o", path("s")}, 2, {"study SCENE"});
+  Words seconds = {"study", scene(), "-o", path("s"), "--seconds", "nan"};
+  for (const char* value : {"nan", "0", "-1", "inf", "2,1", "1,", ""}) {
+    seconds.back() = value;
+    expect_failure(seconds, 2, {"--seconds"});
+  }
+}
+
+TEST_F(Study, AFolderThatMayNotBeWrittenTo) {
+  scene();
+  std::filesystem::create_directories(path("s"));
+  using std::filesystem::perms;
+  std::filesystem::permissions(folder_.path(), perms::all);
+  std::filesystem::permissions(
+      path("s"), perms::owner_read | perms::owner_exec | perms::others_read | perms::others_exec);
+  expect_failure(study_words("s"), 1, {path("s")}, {.unprivileged = true});
+  std::filesystem::permissions(path("s"), perms::owner_all);
+}
+
+TEST_F(Study, ConvergenceOfSamplersAlone) {
+  const RunResult result = study({"study", "--convergence", "--samplers", "sobol,independent",
+                                  "--seeds", "300", "-o", path("s")});
+  EXPECT_NE(result.out.find("tilted edge"), std::string::npos) << result.out;
+  const nlohmann::json json = read_json("s/convergence.json");
+  ASSERT_EQ(json["curves"].size(), 10u);
+  for (const nlohmann::json& curve : json["curves"]) {
+    // 300 pixels know each of the nine variances to about 8 to 15 %, and the slope over a range of
+    // 256 to .04 or so.
+    EXPECT_NEAR(curve["order"].get<double>(), curve["expected_order"].get<double>(), 0.2) << curve;
+  }
+  std::istringstream csv(read_text(path("s/convergence.csv")));
+  size_t lines = 0;
+  for (std::string line; std::getline(csv, line);) ++lines;
+  EXPECT_EQ(lines, 1u + 10 * 9);
+}
+
+}  // namespace
+}  // namespace emberline::test

@@ -1,0 +1,110 @@
+// What a study writes: nothing is lost on the way to a file and back.
+#include "renderer/app/study_files.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace emberline {
+namespace {
+
+StudyRun awkward_run() {
+  StudyRun run;
+  run.seed = 4000000000u;
+  StudyCheckpoint& c = run.checkpoints.emplace_back();
+  c.budget = 0.1;
+  c.samples = (uint64_t(1) << 53) - 1;
+  c.mean_samples = 1.0 / 3;
+  c.wall_s = 1e-9;
+  c.cpu_s = 0.1 + 0.2;
+  c.error = {1e-300, 0.1, -1e-7, 5e-324, 0.25, -0.0, std::nan(""), 1.0 / 7};
+  c.estimate = 1.0 / 9;
+  run.calibration = {{16, 0.01, std::nan("")}, {32, 0.02, 0.03}};
+  return run;
+}
+
+TEST(StudyFiles, ARunComesBackAsItWas) {
+  const StudyRun run = awkward_run();
+  const std::string text = run_json(run, "the key");
+  const std::optional<StudyRun> back = parse_run(text, "the key");
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->seed, run.seed);
+  EXPECT_EQ(back->status, StudyRunStatus::kDone);
+  ASSERT_EQ(back->checkpoints.size(), 1u);
+  const StudyCheckpoint &a = run.checkpoints[0], &b = back->checkpoints[0];
+  EXPECT_EQ(a.budget, b.budget);
+  EXPECT_EQ(a.samples, b.samples);
+  EXPECT_EQ(a.mean_samples, b.mean_samples);
+  EXPECT_EQ(a.wall_s, b.wall_s);
+  EXPECT_EQ(a.cpu_s, b.cpu_s);
+  EXPECT_EQ(a.estimate, b.estimate);
+  EXPECT_EQ(a.error.signed_bias, b.error.signed_bias);
+  for (const StudyMetricEntry& metric : study_metric_table()) {
+    const double x = a.error.*metric.value, y = b.error.*metric.value;
+    EXPECT_TRUE(x == y || (std::isnan(x) && std::isnan(y))) << metric.name;
+  }
+  ASSERT_EQ(back->calibration.size(), 2u);
+  EXPECT_TRUE(std::isnan(back->calibration[0].true_rms));
+  EXPECT_EQ(back->calibration[1].true_rms, 0.03);
+}
+
+TEST(StudyFiles, DamagedRunsAndThoseOfOthersAreNotBelieved) {
+  const std::string text = run_json(awkward_run(), "the key");
+  EXPECT_FALSE(parse_run(text, "another key"));
+  for (size_t length = 0; length + 2 < text.size(); length += 7) {
+    EXPECT_FALSE(parse_run(text.substr(0, length), "the key")) << length;
+  }
+  for (const char* wrong :
+       {"[]", "null", "{}", "{\"key\": \"the key\"}", "{\"key\": \"the key\", \"seed\": \"x\"}"}) {
+    EXPECT_FALSE(parse_run(wrong, "the key")) << wrong;
+  }
+}
+
+StudyResults small_study() {
+  StudyResults r;
+  r.settings.budgets = {0.1};
+  r.settings.baseline = "a,b";
+  r.settings.seeds = 1;
+  r.methods.resize(2);
+  r.methods[0].name = "a,b";
+  r.methods[1].name = "c";
+  r.runs = {awkward_run(), StudyRun{}};
+  r.runs[1].method = 1;
+  r.runs[1].status = StudyRunStatus::kFailed;
+  r.runs[1].reason = "it said \"no\",\nand left";
+  return r;
+}
+
+TEST(StudyFiles, CsvHasARowForEachCheckpointAndFailure) {
+  const std::string csv = study_csv(small_study());
+  const size_t columns = size_t(std::count(csv.begin(), csv.begin() + long(csv.find('\n')), ','));
+  EXPECT_NE(csv.find("\n\"a,b\","), std::string::npos) << csv;
+  EXPECT_NE(csv.find("\"it said \"\"no\"\",\nand left\""), std::string::npos) << csv;
+  EXPECT_EQ(csv.find("nan"), std::string::npos) << "what has no value is empty";
+  const std::string failed = csv.substr(csv.find("\nc,") + 1);
+  // One comma and one line are within the quoted reason.
+  EXPECT_EQ(size_t(std::count(failed.begin(), failed.end(), ',')), columns + 1);
+}
+
+TEST(StudyFiles, JsonIsValidWhateverIsMissing) {
+  StudyResults results = small_study();
+  nlohmann::json json = nlohmann::json::parse(study_json(results));
+  EXPECT_TRUE(json["neyman_limits"].is_null());
+  EXPECT_EQ(json["summary"][1]["failed_runs"], 1);
+  EXPECT_TRUE(json["summary"][1]["signed_bias"][0].is_null());
+  EXPECT_EQ(json["runs"][0]["checkpoints"][0]["samples"], (uint64_t(1) << 53) - 1);
+  results.methods[0].name = "not UTF-8: \xff";
+  EXPECT_NO_THROW(nlohmann::json::parse(study_json(results)));
+  EXPECT_NO_THROW(nlohmann::json::parse(study_json({})));
+}
+
+TEST(StudyFiles, TheTableSaysWhatFailed) {
+  const std::string table = study_table(small_study());
+  EXPECT_NE(table.find("c: 1 run failed: it said"), std::string::npos) << table;
+}
+
+}  // namespace
+}  // namespace emberline
