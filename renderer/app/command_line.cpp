@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "renderer/app/compare_command.h"
+#include "renderer/app/heatmap_command.h"
 #include "renderer/app/info_command.h"
 #include "renderer/app/option_values.h"
 #include "renderer/app/render_command.h"
@@ -38,6 +39,9 @@ std::string table_help(const char* what, const Table& table) {
 // Far beyond any scene, near enough that squares of distances stay finite in double and float's
 // rounding of the rebased scene is what limits the picture.
 constexpr double kFarthest = 1e15;
+
+// The ends of --range: squares stay finite in float.
+constexpr double kMostOfRange = 1e18;
 
 // --time-limit in seconds: a millisecond to thirty years.
 constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;
@@ -188,6 +192,51 @@ void add_sampling_options(CLI::App* app, RenderOptions& o) {
              "stop rendering after so many seconds and write what there is [none]");
 }
 
+// Of a heatmap's picture; on `render` they need a heatmap.
+void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) {
+  const auto bind = [needed](CLI::Option* option) {
+    if (needed) option->needs(needed);
+  };
+  bind(app->add_option_function<std::string>(
+              "--colors",
+              [&style](const std::string& name) { style.colours = parse_colour_map(name); },
+              table_help("colours of a heatmap [grey]", colour_map_table()))
+           ->type_name("NAME"));
+  bind(app->add_option_function<std::string>(
+              "--range",
+              [&style](const std::string& text) {
+                std::array<double, 2> v;
+                if (!parse_numbers(text, ',', v) || !(v[0] < v[1]) || v[0] < -kMostOfRange ||
+                    v[1] > kMostOfRange) {
+                  throw CLI::ValidationError(
+                      "--range",
+                      "'" + text + "' is not MIN,MAX with MIN less than MAX, from -1e18 to 1e18");
+                }
+                style.range = ValueRange{v[0], v[1]};
+              },
+              "values at the ends of a heatmap's colours; times in seconds [0 to what the "
+              "greatest 2 % of the values above 0 exceed]")
+           ->type_name("MIN,MAX"));
+  bind(app->add_flag("--log", style.logarithmic, "logarithmic scale for a heatmap"));
+  bind(app->add_flag("--plain", style.plain, "a heatmap without its legend"));
+}
+
+void add_heatmap_options(CLI::App* app, RenderOptions& o) {
+  CLI::Option* heatmap =
+      app->add_option("--heatmap", o.heatmaps,
+                      "where the samples went, as a picture with legend: .png, .jpg; .exr: the "
+                      "numbers alone. May be given more than once")
+          ->type_name("FILE")
+          ->allow_extra_args(false);
+  app->add_option(
+         "--heatmap-of", o.heatmap_of,
+         table_help("what it shows, the n-th for the n-th [samples]", heatmap_quantity_table()))
+      ->type_name("NAME")
+      ->allow_extra_args(false)
+      ->needs(heatmap);
+  add_heatmap_style(app, o.heatmap_style, heatmap);
+}
+
 void add_result_options(CLI::App* app, RenderOptions& o) {
   app->add_option("-o,--output", o.outputs,
                   "picture: .exr linear with all channels, streamed; .png, .jpg through "
@@ -197,7 +246,12 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--aov", o.aovs, table_help("further EXR channels, a list", aov_table()))
       ->type_name("LIST")
       ->join(',');  // --aov albedo --aov N: both
-  app->add_option("--report", o.report, "write what was done, as JSON")->type_name("FILE");
+  add_heatmap_options(app, o);
+  app->add_option("--report", o.reports,
+                  "what was done: .html is a page with pictures and charts, any other name JSON. "
+                  "May be given more than once")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
   CLI::Option* snapshots =
       app->add_option("--snapshots", o.snapshots,
                       "progressive drivers: keep the picture at several moments of the render in "
@@ -384,6 +438,23 @@ int run_command_line(int argc, char** argv) {
   info_app->add_flag("--lenient", info.lenient, "replace images that do not decode");
   add_log_flags(info_app);
 
+  HeatmapOptions heatmap;
+  heatmap.quantity = heatmap_quantity_table().front().name;
+  CLI::App* heatmap_app = root.add_subcommand(
+      "heatmap", "sample density, error, reasons or time of a frame as a picture");
+  heatmap_app->add_option("image", heatmap.image, "an .exr that render wrote")->required();
+  heatmap_app
+      ->add_option("-o,--output", heatmap.output,
+                   "picture with legend: .png, .jpg; .exr: the numbers alone")
+      ->type_name("FILE")
+      ->required();
+  heatmap_app
+      ->add_option("--of", heatmap.quantity,
+                   table_help("what it shows [samples]", heatmap_quantity_table()))
+      ->type_name("NAME");
+  add_heatmap_style(heatmap_app, heatmap.style, nullptr);
+  add_log_flags(heatmap_app);
+
   CompareOptions compare;
   CLI::App* compare_app = root.add_subcommand("compare", "measure an image against a reference");
   compare_app->add_option("image", compare.image, "the image")->required();
@@ -430,6 +501,7 @@ int run_command_line(int argc, char** argv) {
     return run_render(render);
   }
   if (info_app->parsed()) return run_info(info);
+  if (heatmap_app->parsed()) return run_heatmap(heatmap);
   if (compare_app->parsed()) return run_compare(compare);
   if (study_app->parsed()) {
     if (study.convergence != study.frame.scene.empty()) {
@@ -442,7 +514,8 @@ int run_command_line(int argc, char** argv) {
     return run_study(study);
   }
   throw UsageError(
-      "no command given; valid commands are render, info, compare, study; see emberline --help");
+      "no command given; valid commands are render, info, heatmap, compare, study; see emberline "
+      "--help");
 }
 
 }  // namespace emberline

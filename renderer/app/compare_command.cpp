@@ -17,6 +17,7 @@
 #include "renderer/app/rgb_file.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
+#include "renderer/statistics/colour_map.h"
 #include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/flip.h"
 
@@ -88,29 +89,6 @@ void print_table(const CompareOptions& options, const RgbImage& image,
   print_result(text);
 }
 
-// The colour map magma (van der Walt & Smith 2015, CC0) at nine even steps; between them linear.
-constexpr std::array<std::array<uint8_t, 3>, 9> kMagma = {{{0x00, 0x00, 0x04},
-                                                           {0x1d, 0x11, 0x47},
-                                                           {0x51, 0x12, 0x7c},
-                                                           {0x82, 0x26, 0x81},
-                                                           {0xb6, 0x36, 0x79},
-                                                           {0xe6, 0x51, 0x64},
-                                                           {0xfb, 0x88, 0x61},
-                                                           {0xfe, 0xc2, 0x87},
-                                                           {0xfc, 0xfd, 0xbf}}};
-constexpr std::array<uint8_t, 3> kNonFiniteColour = {0, 255, 0};  // not a colour of magma
-
-std::array<uint8_t, 3> magma(float value) {
-  const double position = std::clamp(double(value), 0.0, 1.0) * (kMagma.size() - 1);
-  const size_t step = std::min(size_t(position), kMagma.size() - 2);
-  std::array<uint8_t, 3> colour{};
-  for (size_t c = 0; c < 3; ++c) {
-    colour[c] = uint8_t(std::lround(
-        std::lerp(double(kMagma[step][c]), double(kMagma[step + 1][c]), position - double(step))));
-  }
-  return colour;
-}
-
 void write_difference_exr(const std::string& path, const CompareOptions& options,
                           const RgbImage& image, const RgbImage& reference,
                           const std::vector<float>& flip) {
@@ -152,7 +130,7 @@ void write_flip_picture(const std::string& path, const RgbImage& image,
   picture.height = image.height;
   picture.values.reserve(3 * flip.size());
   for (size_t i = 0; i < flip.size(); ++i) {
-    const std::array<uint8_t, 3> colour = masked[i] ? kNonFiniteColour : magma(flip[i]);
+    const Rgb8 colour = colour_of(ColourMap::kMagma, masked[i] ? NAN : double(flip[i]));
     picture.values.insert(picture.values.end(), colour.begin(), colour.end());
   }
   write_image(path, picture);

@@ -62,13 +62,18 @@ void check_output_paths(const RenderOptions& options, const Rect& window) {
     check_format(path, window);
     take("-o", path);
   }
-  if (!options.report.empty()) take("--report", options.report);
+  for (const std::string& path : options.heatmaps) {
+    check_heatmap_format("--heatmap", path, window);
+    take("--heatmap", path);
+  }
+  for (const std::string& path : options.reports) take("--report", path);
   for (const std::string& path : options.trees) take("--tree", path);
 }
 
 FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                            const StopRequest& stop)
     : stop_(stop) {
+  const std::vector<FilmChannel> channels = film_channels(settings.aovs);
   for (const std::string& path : paths) {
     if (lower_suffix(path) == ".exr") {
       ExrHeader header;
@@ -76,7 +81,7 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
       header.height = settings.height;
       header.data_window = settings.window;
       header.tile_size = settings.tile_size;
-      for (const FilmChannel& channel : film_channels(settings.aovs)) {
+      for (const FilmChannel& channel : channels) {
         header.channels.push_back(
             {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
       }
@@ -88,22 +93,33 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
           path, settings.window, transform_, settings.transparent && lower_suffix(path) == ".png"));
     }
   }
+  std::vector<std::string> names;
+  for (const FilmChannel& channel : channels) names.push_back(channel.name);
+  const HeatmapFile::Frame frame{settings.width, settings.height, settings.window,
+                                 settings.attributes};
+  for (const HeatmapRequest& request : settings.heatmaps) {
+    heatmaps_.push_back(
+        std::make_unique<HeatmapFile>(request, settings.heatmap_style, frame, names));
+  }
 }
 
 void FrameOutputs::tile_finished(const FilmTile& tile) {
   thread_local std::vector<float> pixels;  // reused: no allocation per bucket
-  if (!exrs_.empty()) {
+  if (!exrs_.empty() || !heatmaps_.empty()) {
     tile.resolve(pixels);
     for (const auto& exr : exrs_) exr->write_tile(tile.rect(), pixels);
+    for (const auto& heatmap : heatmaps_) heatmap->write_tile(tile.rect(), pixels);
   }
   if (!images_.empty()) {
     tile.resolve_rgba(pixels);
     for (const auto& image : images_) image->write_tile(tile.rect(), pixels);
   }
+  if (on_tile_) on_tile_(tile);
   const uint64_t bytes = tile.bytes() + pixels.capacity() * sizeof(float);
   const std::lock_guard lock(mutex_);
   uint64_t& most = thread_bytes_[std::this_thread::get_id()];
   most = std::max(most, bytes);
+  if (on_pixels_) on_pixels_(tile.rect().area());
 }
 
 void FrameOutputs::samples_finished(uint64_t count) {
@@ -117,6 +133,7 @@ void FrameOutputs::picture_changed(const FrameProgress& progress, const FramePic
 void FrameOutputs::finish() {
   for (const auto& exr : exrs_) exr->finish();
   for (const auto& image : images_) image->finish();
+  for (const auto& heatmap : heatmaps_) heatmap->finish();
 }
 
 uint64_t FrameOutputs::film_bytes() const {
@@ -124,6 +141,7 @@ uint64_t FrameOutputs::film_bytes() const {
   uint64_t bytes = 0;
   for (const auto& [thread, most] : thread_bytes_) bytes += most;
   for (const auto& image : images_) bytes += image->bytes();
+  for (const auto& heatmap : heatmaps_) bytes += heatmap->bytes();
   return bytes;
 }
 

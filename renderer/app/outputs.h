@@ -12,6 +12,7 @@
 
 #include "io/display.h"
 #include "io/exr_writer.h"
+#include "renderer/app/heatmap_file.h"
 #include "renderer/app/render_options.h"
 #include "renderer/app/stop_request.h"
 #include "renderer/core/rect.h"
@@ -26,10 +27,13 @@ struct OutputSettings {
   AovSet aovs;
   std::vector<std::pair<std::string, std::string>> attributes;
   DisplaySettings display;
-  bool transparent = false;  // PNG gets an alpha channel
+  bool transparent = false;                   // PNG gets an alpha channel
+  std::vector<HeatmapRequest> heatmaps = {};  // whose channels are among `aovs`
+  HeatmapStyle heatmap_style = {};
 };
 
-// Passes finished tiles on to every file, and the count of samples to the progress display.
+// Passes finished tiles on to every file, heatmaps included, and the count of samples to the
+// progress display.
 class FrameOutputs final : public FrameObserver {
  public:
   // Opens the files at once, so that a path that cannot be written is known before the render and
@@ -39,6 +43,10 @@ class FrameOutputs final : public FrameObserver {
                const StopRequest& stop);
 
   void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }
+  // Told of a finished tile's number of pixels, from any thread.
+  void on_pixels(std::function<void(int64_t)> callback) { on_pixels_ = std::move(callback); }
+  // Called with every finished tile, from the thread that finished it.
+  void on_tile(std::function<void(const FilmTile&)> callback) { on_tile_ = std::move(callback); }
   using LookAtPicture = std::function<void(const FrameProgress&, const FramePicture&)>;
   void on_picture(LookAtPicture callback) { on_picture_ = std::move(callback); }
 
@@ -51,16 +59,19 @@ class FrameOutputs final : public FrameObserver {
   void finish();
 
   // What the film held at most, for the report: each thread's pixel sums and channels, and the
-  // pictures (.png, .jpg) that are kept until the end.
+  // pictures (.png, .jpg) and heatmaps that are kept until the end.
   uint64_t film_bytes() const;
   std::string display_description() const;
 
  private:
   std::vector<std::unique_ptr<ExrWriter>> exrs_;
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
+  std::vector<std::unique_ptr<HeatmapFile>> heatmaps_;
   std::shared_ptr<const DisplayTransform> transform_;
   const StopRequest& stop_;
   std::function<void(uint64_t)> on_samples_;
+  std::function<void(int64_t)> on_pixels_;
+  std::function<void(const FilmTile&)> on_tile_;
   LookAtPicture on_picture_;
   mutable std::mutex mutex_;
   std::map<std::thread::id, uint64_t> thread_bytes_;  // at most, of each thread that brought a tile

@@ -22,6 +22,7 @@ class RenderClock {
  public:
   double seconds() const { return wall_.seconds() - left_out_s_; }
   double cpu_seconds() const { return process_cpu_seconds() - cpu_before_; }
+  double left_out_seconds() const { return left_out_s_; }
   template <typename Work>
   void leave_out(const Work& work) {
     const double wall = wall_.seconds(), cpu = process_cpu_seconds();

@@ -17,6 +17,8 @@
 #include "renderer/app/render_clock.h"
 #include "renderer/app/replay.h"
 #include "renderer/app/report.h"
+#include "renderer/app/report_page.h"
+#include "renderer/app/report_pictures.h"
 #include "renderer/app/sampling_plan.h"
 #include "renderer/app/snapshots.h"
 #include "renderer/app/standard_output.h"
@@ -48,7 +50,8 @@ void summarize(const RenderOptions& options, const RenderReport& report) {
                        seconds > 0 ? double(c.rays.total()) / seconds * 1e-6 : 0.0,
                        double(peak_rss_bytes()) / 1048576));
   for (const std::string& path : options.outputs) log_info("wrote " + path);
-  if (!options.report.empty()) log_info("wrote " + options.report);
+  for (const std::string& path : options.heatmaps) log_info("wrote " + path);
+  for (const std::string& path : options.reports) log_info("wrote " + path);
   if (!report.snapshots.empty()) {
     log_info(fmt::format("wrote {} snapshots to {}", report.snapshots.size(), options.snapshots));
   }
@@ -58,6 +61,8 @@ void summarize(const RenderOptions& options, const RenderReport& report) {
 }  // namespace
 
 int run_render(const RenderOptions& options) {
+  RenderReport report;
+  report.times.start_s = process_age_seconds();
   const Stopwatch wall;
   const int threads = options.threads > 0 ? options.threads
                                           : int(std::max(1u, std::thread::hardware_concurrency()));
@@ -88,7 +93,12 @@ int run_render(const RenderOptions& options) {
                                  AovSet::parse(options.aovs),
                                  settings_attributes(options),
                                  options.display,
-                                 options.transparent};
+                                 options.transparent,
+                                 heatmap_requests(options),
+                                 options.heatmap_style};
+  for (const HeatmapRequest& heatmap : output_settings.heatmaps) {
+    if (heatmap.quantity->aov) output_settings.aovs.insert(*heatmap.quantity->aov);
+  }
   check_output_paths(options, window);
   check_refinement_options(options, window);
 
@@ -97,16 +107,21 @@ int run_render(const RenderOptions& options) {
   StopRequest stop;
   std::optional<SnapshotRecorder> snapshots;
   std::optional<FrameOutputs> outputs;
+  std::optional<ReportPictures> pictures;
   if (!options.replay) {
-    if (!options.report.empty()) check_writable(options.report);
+    for (const std::string& path : options.reports) check_writable(path);
+    if (std::ranges::any_of(options.reports, is_page)) {
+      pictures.emplace(options.display, window, output_settings.aovs);
+    }
     for (const std::string& path : options.trees) check_writable(path);
     if (!options.snapshots.empty()) snapshots.emplace(options, window);
     outputs.emplace(options.outputs, output_settings, stop);
+    if (pictures) outputs->on_tile([&](const FilmTile& tile) { pictures->add(tile); });
   }
 
-  RenderReport report;
   report.window = window;
   report.threads = threads;
+  report.times.setup_s = wall.seconds();
   const Stopwatch load;
   SceneDescription description = load_scene(options);
   report.times.load_s = load.seconds();
@@ -150,14 +165,23 @@ int run_render(const RenderOptions& options) {
       }
       progress.add(count);
     });
+    // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
+    if (options.driver == "bucket") {
+      outputs->on_pixels(
+          [&](int64_t pixels) { progress.add_share(double(pixels) / double(window.area())); });
+    }
     outputs->on_picture([&](const FrameProgress& now, const FramePicture& picture) {
       const double elapsed = render.seconds();
-      if (now.pass_finished) report.passes.push_back({elapsed, now.samples, now.error_estimate});
+      // A driver looks at a finished pass when it plans the next one: what it estimates now is the
+      // error of the picture at the end of the last pass.
+      if (!report.passes.empty()) report.passes.back().error_estimate = now.error_estimate;
+      if (now.pass_finished) report.passes.push_back({elapsed, now.samples, std::nullopt});
       if (snapshots) render.leave_out([&] { snapshots->look(now, picture, elapsed); });
     });
     arena.execute([&] { report.counters = driver->render(frame, *outputs, stop.token()); });
   }
   report.times.render_s = render.seconds();
+  report.times.snapshots_s = render.left_out_seconds();
   report.times.render_cpu_s = render.cpu_seconds();
   if (report.passes.empty() || report.passes.back().samples < report.counters.samples) {
     report.passes.push_back({report.times.render_s, report.counters.samples, std::nullopt});
@@ -169,8 +193,10 @@ int run_render(const RenderOptions& options) {
   write_refinement(options, *driver);
   report.estimator = sampling.uniform ? "none" : std::string(sampling.adaptive.estimator);
   report.error_estimate = driver->error_estimate();
+  report.passes.back().error_estimate = report.error_estimate;
   report.times.write_s = write.seconds();
-  report.film_bytes = outputs->film_bytes() + driver->film_bytes();
+  report.film_bytes =
+      outputs->film_bytes() + driver->film_bytes() + (pictures ? pictures->bytes() : 0);
   // After the frame itself, which is not lost if they cannot be written.
   std::optional<RenderError> snapshot_error;
   if (snapshots) {
@@ -180,7 +206,7 @@ int run_render(const RenderOptions& options) {
     } catch (const RenderError& error) {
       snapshot_error = error;
     }
-    report.times.snapshots_s = encode.seconds();
+    report.times.snapshots_s += encode.seconds();
   }
   report.stop_cause = stop.cause();
   const bool by_user = report.counters.stopped && stop.cause() == PixelStop::kUser;
@@ -188,7 +214,11 @@ int run_render(const RenderOptions& options) {
   report.times.wall_s = wall.seconds();
   report.times.cpu_s = process_cpu_seconds();
   warn_of_non_finite(options, report.counters);
-  if (!options.report.empty()) write_file_atomically(options.report, report_json(options, report));
+  report.warnings = warnings_so_far();
+  for (const std::string& path : options.reports) {
+    write_file_atomically(path, is_page(path) ? report_page(options, report, *pictures)
+                                              : report_json(options, report));
+  }
   if (snapshot_error) throw *snapshot_error;
   summarize(options, report);
   if (options.explained) print_result(driver->explain(options.explained->x, options.explained->y));

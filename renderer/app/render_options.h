@@ -9,6 +9,7 @@
 #include "io/display.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
+#include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
 
@@ -59,8 +60,11 @@ struct RenderOptions {
 
   // Results.
   std::string aovs;
-  std::string report;
-  std::string snapshots;  // a folder; empty: none
+  std::vector<std::string> heatmaps;    // files
+  std::vector<std::string> heatmap_of;  // of the n-th; samples if there are fewer
+  HeatmapStyle heatmap_style;
+  std::vector<std::string> reports;  // .html: a page; any other name: JSON
+  std::string snapshots;             // a folder; empty: none
   std::optional<std::string> snapshot_at;
   std::string snapshot_format = "png";
   std::string reference;

@@ -113,7 +113,9 @@ std::string replay_words(const NonFiniteSample& sample, uint32_t seed) {
 std::string report_json(const RenderOptions& options, const RenderReport& r) {
   Json json;
   const auto number_or_null = [](const std::optional<double>& x) { return x ? Json(*x) : Json(); };
-  json["time"] = {{"load_s", r.times.load_s},
+  json["time"] = {{"start_s", number_or_null(r.times.start_s)},
+                  {"setup_s", r.times.setup_s},
+                  {"load_s", r.times.load_s},
                   {"build_s", r.times.build_s},
                   {"render_s", r.times.render_s},
                   {"write_s", r.times.write_s},
@@ -154,6 +156,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
                       {"replaced_images", r.repairs.replaced_images}};
   // Uniform sampling decides nothing from an error estimate, so none is made.
   json["error"] = {{"estimator", r.estimator}, {"estimate", number_or_null(r.error_estimate)}};
+  json["warnings"] = r.warnings;
   json["features"] = r.features;
   json["gltf"] = {{"used", r.coverage.used},
                   {"approximated", r.coverage.approximated},

@@ -15,8 +15,13 @@
 namespace emberline {
 
 struct RenderTimes {
-  double load_s = 0, build_s = 0, render_s = 0, write_s = 0, wall_s = 0, cpu_s = 0;
-  double snapshots_s = 0;   // encoding and measuring them, after write_s
+  // Wall time from the command's beginning until its reports are written, and its parts; what they
+  // leave is less than 2 % of it. setup: reading options and --reference, opening the outputs.
+  double wall_s = 0, setup_s = 0, load_s = 0, build_s = 0, render_s = 0, write_s = 0;
+  double snapshots_s = 0;  // copying them, which render_s leaves out, and encoding and measuring
+  // Before wall_s: from the start of the process, the loading of its libraries.
+  std::optional<double> start_s;
+  double cpu_s = 0;         // processor time of the process
   double render_cpu_s = 0;  // processor time of the render_s
   // From the start of the process (loading the program's libraries included) until the first
   // samples were done: one worker's first 2048, about a millisecond. Absent if none ever were.
@@ -25,9 +30,9 @@ struct RenderTimes {
 
 // What one pass over the frame brought.
 struct PassReport {
-  double elapsed_s = 0;  // since rendering began
-  uint64_t samples = 0;  // so far
-  std::optional<double> error_estimate;
+  double elapsed_s = 0;                  // since rendering began
+  uint64_t samples = 0;                  // so far
+  std::optional<double> error_estimate;  // of the picture at the end of this pass
 };
 
 struct RenderReport {
@@ -38,6 +43,7 @@ struct RenderReport {
   std::vector<std::string> features;
   std::string estimator = "none";
   std::optional<double> error_estimate;
+  std::vector<std::string> warnings;  // as given to the user, in order
   CoverageReport coverage;
   LoadRepairs repairs;
   std::string camera;

@@ -5,29 +5,45 @@
 #include <filesystem>
 
 #include "io/atomic_file.h"
-#include "renderer/app/study_files.h"
+#include "renderer/app/study_page_pictures.h"
+#include "renderer/app/study_page_sections.h"
+#include "renderer/statistics/html_page.h"
 
 namespace emberline {
 namespace {
 
-std::string escaped(std::string_view text) {
-  std::string html;
-  for (const char c : text) {
-    html += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
+std::string summary(const StudySettings& s) {
+  std::string budgets = "no budget";
+  if (!s.budgets.empty()) {
+    budgets = fmt::format("{} to {} {}", study_budget_text(s, s.budgets.front()),
+                          study_budget_text(s, s.budgets.back()),
+                          s.by_time ? "of rendering" : "(samples per pixel)");
   }
-  return html;
+  return fmt::format("{} x {} pixels, {}, {} {}, {} {}", s.width, s.height, budgets, s.seeds,
+                     s.seeds == 1 ? "seed" : "seeds", s.threads,
+                     s.threads == 1 ? "thread" : "threads");
 }
 
 }  // namespace
 
+std::string study_page(const StudyResults& results, const std::string& folder) {
+  const std::string scene = std::filesystem::path(results.settings.scene).filename().string();
+  HtmlPage page("Speed against error: " + scene, summary(results.settings));
+  add_study_warnings(page, results);
+  add_study_speedups(page, results);
+  add_study_curves(page, results);
+  add_study_errors(page, results);
+  add_study_pictures(page, results, folder);
+  add_study_calibration(page, results);
+  add_study_limits(page, results);
+  add_study_runs(page, results);
+  add_study_settings(page, results);
+  return page.finish();
+}
+
 void write_study_page(const StudyResults& results, const std::string& folder) {
-  const std::string page = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title></head>\n"
-      "<body><h1>Speed against error: {0}</h1>\n<pre>{1}</pre>\n<p><code>{2}</code></p>\n"
-      "</body></html>\n",
-      escaped(results.settings.scene), escaped(study_table(results)),
-      escaped(results.settings.command_line));
-  write_file_atomically((std::filesystem::path(folder) / "study.html").string(), page);
+  write_file_atomically((std::filesystem::path(folder) / "study.html").string(),
+                        study_page(results, folder));
 }
 
 }  // namespace emberline

@@ -7,8 +7,11 @@
 
 namespace emberline {
 
-// Writes FOLDER/study.html, which appears whole or not at all. Pictures are read from the files
-// that `results` names in that folder; one that is missing is left out. Throws RenderError.
+// The page as one HTML file. Pictures are read from the files that `results` names in `folder`; one
+// that is missing is left out. Throws RenderError for a picture that cannot be encoded.
+std::string study_page(const StudyResults& results, const std::string& folder);
+
+// Writes it to FOLDER/study.html, which appears whole or not at all. Throws RenderError.
 void write_study_page(const StudyResults& results, const std::string& folder);
 
 }  // namespace emberline

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace emberline {
 namespace {
@@ -16,6 +17,7 @@ std::atomic<LogLevel> g_level{LogLevel::kNormal};
 struct LogState {
   std::mutex mutex;
   std::set<std::string, std::less<>> warned;
+  std::vector<std::string> warnings;  // the same, in order
   std::function<void()> before, after;
   std::shared_ptr<spdlog::logger> logger;
 
@@ -64,6 +66,7 @@ void log_warning(std::string_view message) {
     LogState& s = state();
     const std::lock_guard lock(s.mutex);
     if (!s.warned.emplace(message).second) return;
+    s.warnings.emplace_back(message);
   }
   if (g_level != LogLevel::kQuiet) write(spdlog::level::warn, "emberline: warning: ", message);
 }
@@ -74,6 +77,12 @@ void log_info(std::string_view message) {
 
 void log_verbose(std::string_view message) {
   if (g_level == LogLevel::kVerbose) write(spdlog::level::debug, "", message);
+}
+
+std::vector<std::string> warnings_so_far() {
+  LogState& s = state();
+  const std::lock_guard lock(s.mutex);
+  return s.warnings;
 }
 
 void set_log_interrupt(std::function<void()> before, std::function<void()> after) {

@@ -5,7 +5,9 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace emberline {
 
@@ -18,6 +20,9 @@ void log_error(std::string_view message);    // always shown: "emberline: error:
 void log_warning(std::string_view message);  // unless --quiet; each distinct text once per process
 void log_info(std::string_view message);     // unless --quiet
 void log_verbose(std::string_view message);  // with --verbose
+
+// Every text that log_warning has been given so far, in order: also those that --quiet kept back.
+std::vector<std::string> warnings_so_far();
 
 // Called around each message so that a progress line can get out of the way. Null to remove.
 void set_log_interrupt(std::function<void()> before, std::function<void()> after);

@@ -72,7 +72,8 @@ struct FrameProgress {
   uint64_t samples = 0;     // so far
   double completion = 0.0;  // of the first pass: pixels that have a sample, in [0, 1]
   bool pass_finished = false;
-  std::optional<double> error_estimate;  // the driver's own, if it has made one
+  // The driver's own, if it has made one: of the picture as it was at the end of the pass before.
+  std::optional<double> error_estimate;
 };
 
 // How window, progress bar, writers and checkpoints see the frame; drivers know none of them.

@@ -35,6 +35,7 @@ const std::vector<AovEntry>& aov_table() {
       {Aov::kStop, "stop",
        "why the pixel got no more samples: 1 --spp, 2 --noise-threshold, 3 --max-spp, 4 "
        "--time-limit, 5 the user; 0 if it got none"},
+      {Aov::kNonFinite, "non_finite", "samples that were NaN or infinite, counted as black"},
   };
   return table;
 }
@@ -69,6 +70,7 @@ std::vector<FilmChannel> film_channels(const AovSet& aovs) {
   if (aovs.contains(Aov::kId)) add({"id"}, true);
   if (aovs.contains(Aov::kTime)) add({"time"});
   if (aovs.contains(Aov::kStop)) add({"stop"}, true);
+  if (aovs.contains(Aov::kNonFinite)) add({"non_finite"}, true);
   return channels;
 }
 
@@ -231,6 +233,7 @@ void FilmTile::resolve(std::vector<float>& out) const {
     if (aovs_.contains(Aov::kId)) *p++ = float(sums.id);
     if (aovs_.contains(Aov::kTime)) *p++ = seconds_[i];
     if (aovs_.contains(Aov::kStop)) *p++ = float(stops_[i]);
+    if (aovs_.contains(Aov::kNonFinite)) *p++ = float(sums.non_finite);
   }
 }
 

@@ -19,7 +19,16 @@
 namespace emberline {
 
 // Channels beside R G B A and `samples`, made only when asked for.
-enum class Aov : uint8_t { kVariance, kAlbedo, kNormal, kDepth, kId, kTime, kStop };
+enum class Aov : uint8_t {
+  kVariance,
+  kAlbedo,
+  kNormal,
+  kDepth,
+  kId,
+  kTime,
+  kStop,
+  kNonFinite,
+};
 
 struct AovEntry {
   Aov aov;

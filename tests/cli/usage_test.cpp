@@ -24,6 +24,7 @@ const std::vector<WrongValue>& wrong_values() {
   static const Words kNotANumber = {"", "abc", "nan", "inf", "4x", "0x10", "1e999", " 4", "+-4"};
   static const auto numbers = [](const Words& more) { return Words{"nan"} + more; };
   static const Words kAdaptive = {"--driver", "adaptive"};
+  static const Words kHeatmap = {"--heatmap", "d.png"};
   static const std::vector<WrongValue> rows = {
       {"--output", {"foo", "foo.tif", "exr", "", "."}, {".exr, .png, .jpg, .jpeg"}},
       {"--size",
@@ -100,7 +101,20 @@ const std::vector<WrongValue>& wrong_values() {
        {"valid names are", "box", "gaussian", "blackman-harris", "mitchell"}},
       {"--aov",
        {"foo", "albedo,foo", "albedo N"},
-       {"valid names are", "variance", "albedo", "N", "Z", "id", "time"}},
+       {"valid names are", "variance", "albedo", "N", "Z", "id", "time", "stop", "non_finite"}},
+      {"--heatmap", {"foo", "foo.tif", ""}, {".exr, .png, .jpg, .jpeg"}},
+      {"--heatmap-of",
+       {"noise", "", "Samples"},
+       {"valid names are", "samples", "error", "stop", "time", "non_finite"},
+       kHeatmap},
+      {"--colors",
+       {"jet", "", "gray"},
+       {"valid names are", "grey, viridis, inferno, magma, turbo"},
+       kHeatmap},
+      {"--range",
+       {"", "1", "1,1", "2,1", "a,b", "1,2,3", "nan,1", "0,inf", "0,1e19"},
+       {"MIN,MAX"},
+       kHeatmap},
       {"--bucket-order",
        {"hilber", "", "rows"},
        {"valid names are", "hilbert", "spiral", "scanline", "random"}},
@@ -159,8 +173,8 @@ INSTANTIATE_TEST_SUITE_P(Quarter, WrongValues, ::testing::Values(0u, 1u, 2u, 3u)
 TEST_F(Usage, EveryOptionHasARow) {
   const RunResult help = run({"render", "--help"});
   ASSERT_EQ(help.exit_code, 0);
-  std::set<std::string> with_row = {"--help",     "--transparent", "--lenient",
-                                    "--unbiased", "--quiet",       "--verbose"};
+  std::set<std::string> with_row = {"--help",  "--transparent", "--lenient", "--unbiased",
+                                    "--quiet", "--verbose",     "--log",     "--plain"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
   const std::vector<std::string> options = options_of_render(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;
@@ -185,8 +199,9 @@ TEST_F(Usage, OptionsThatNeedEachOther) {
 }
 
 TEST_F(Usage, UnknownWordsListTheValidOnes) {
-  expect_failure({"rendr", scene()}, 2, {"unknown command 'rendr'", "render", "info", "compare"});
-  expect_failure({}, 2, {"render", "info", "compare", "--help"});
+  expect_failure({"rendr", scene()}, 2,
+                 {"unknown command 'rendr'", "render", "info", "heatmap", "compare"});
+  expect_failure({}, 2, {"render", "info", "heatmap", "compare", "--help"});
   expect_failure({"--vers"}, 2, {"unknown option '--vers'", "--version"});
   expect_failure(render_words({"--sppp", "3"}), 2,
                  {"unknown option '--sppp'", "did you mean '--spp'", "--bucket-order"});
@@ -215,7 +230,7 @@ TEST_F(Usage, AJpegTooLargeForItsFormatIsRefusedBeforeTheRender) {
 
 TEST_F(Usage, HelpAndVersion) {
   for (const Words& words : {Words{"--help"}, Words{"render", "--help"}, Words{"info", "-h"},
-                             Words{"compare", "--help"}}) {
+                             Words{"heatmap", "--help"}, Words{"compare", "--help"}}) {
     const RunResult result = run(words);
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_EQ(result.err, "");

@@ -26,7 +26,7 @@ TEST(Film, LongAccumulation) {
 
 // Law 4: counted, located by the caller, never in the mean.
 TEST(Film, NonFiniteSamples) {
-  FilmTile tile(AovSet::parse("variance"));
+  FilmTile tile(AovSet::parse("variance,non_finite"));
   tile.reset({2, 3, 4, 5});
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
@@ -40,6 +40,10 @@ TEST(Film, NonFiniteSamples) {
   std::vector<float> out;
   tile.resolve(out);
   for (const float v : out) EXPECT_TRUE(std::isfinite(v));
+  // The last of nine channels: of the pixels (2,3), (3,3), (2,4), (3,4).
+  ASSERT_EQ(out.size(), 4u * 9);
+  EXPECT_EQ(out[3 * 9 + 8], 2.0f);
+  EXPECT_EQ(out[2 * 9 + 8], 0.0f);
 }
 
 TEST(Film, VarianceOfTheMean) {

@@ -9,10 +9,6 @@
 namespace emberline {
 namespace {
 
-// Half of what the allocation counts clipped white for: with that, glints of the sun on thin wires,
-// thousands of times white, made the estimate 1.4 times the true error; with none, .7 times.
-constexpr float kLeastSlope = 0.5f * kLeastDisplaySlope;
-
 double squared_error_of_part(const PixelStatistics& p, size_t channel, size_t begin, size_t end) {
   const float *count = p.count.data(), *second = p.second_count.data(),
               *mean = p.mean[channel].data(), *variance = p.variance[channel].data(),
@@ -23,7 +19,7 @@ double squared_error_of_part(const PixelStatistics& p, size_t channel, size_t be
     const float n = std::max(1.0f, count[i]), b = second[i], a = n - b;
     const float streams = difference[i] * difference[i] * (a * b / n);
     const float of_mean = std::min(a > 0.0f && b > 0.0f ? streams : variance[i], kMost) / n;
-    lanes[lane] += display_error_weight(mean[i], std::sqrt(of_mean), kLeastSlope) * of_mean;
+    lanes[lane] += display_error_weight(mean[i], std::sqrt(of_mean), kLeastReportedSlope) * of_mean;
   });
   return sum_of_lanes(lanes);
 }

@@ -1,0 +1,58 @@
+#include "renderer/app/heatmap_command.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <system_error>
+
+#include "io/image_input.h"
+#include "renderer/app/heatmap_file.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+
+namespace emberline {
+namespace {
+
+std::string_view aov_name(Aov aov) {
+  for (const AovEntry& entry : aov_table()) {
+    if (entry.aov == aov) return entry.name;
+  }
+  return "";
+}
+
+void check_channels(const std::string& path, const HeatmapQuantity& quantity,
+                    const FloatImage& image) {
+  const std::string missing = QuantityPlane::missing_channel(quantity, image.channel_names);
+  if (missing.empty()) return;
+  const std::string remedy = quantity.aov
+                                 ? fmt::format("render it with --aov {}", aov_name(*quantity.aov))
+                                 : std::string("give an .exr that emberline render wrote");
+  throw InputError(path, fmt::format("no channel {}, which a heatmap of {} needs; {}", missing,
+                                     quantity.name, remedy));
+}
+
+}  // namespace
+
+int run_heatmap(const HeatmapOptions& options) {
+  const HeatmapQuantity& quantity = find_heatmap_quantity(options.quantity, "--of");
+  const HeatmapQuantity* const asked[] = {&quantity};
+  check_heatmap_style(options.style, asked);
+  check_heatmap_format("-o", options.output, {});
+  std::error_code ignored;
+  if (std::filesystem::equivalent(options.output, options.image, ignored)) {
+    throw UsageError("-o " + options.output + ": it is the picture itself; name another file");
+  }
+  const FloatImage image = read_float_image(options.image);
+  check_channels(options.image, quantity, image);
+  const Rect window{0, 0, image.width, image.height};
+  check_heatmap_format("-o", options.output, window);
+  HeatmapFile file({options.output, &quantity}, options.style,
+                   {image.width, image.height, window, {{"emberline.image", options.image}}},
+                   image.channel_names);
+  file.write_tile(window, image.values);
+  file.finish();
+  log_info("wrote " + options.output);
+  return kExitDone;
+}
+
+}  // namespace emberline

@@ -1,0 +1,134 @@
+#include "renderer/app/heatmap_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "io/image_output.h"
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+bool is_exr(const std::string& path) {
+  const std::string suffix = std::filesystem::path(path).extension().string();
+  return suffix.size() == 4 && std::ranges::equal(suffix, std::string_view(".exr"), {}, [](char c) {
+           return char(std::tolower(static_cast<unsigned char>(c)));
+         });
+}
+
+constexpr int kTileSize = 64;
+
+}  // namespace
+
+void check_heatmap_format(const std::string& option, const std::string& path, const Rect& window) {
+  if (is_exr(path)) return;
+  std::string format;
+  try {
+    format = image_format_of(path);
+  } catch (const UsageError&) {
+    throw UsageError(option + " " + path +
+                     ": unknown format; valid suffixes are .exr, .png, .jpg, .jpeg");
+  }
+  // What libjpeg holds (JPEG_MAX_DIMENSION, 65500) less the legend, which grows with the frame.
+  constexpr int kJpegLimit = 50000;
+  if (format == "jpeg" && std::max(window.width(), window.height()) > kJpegLimit) {
+    throw UsageError(
+        fmt::format("{} {}: JPEG holds heatmaps of at most {} pixels a side; write "
+                    ".exr or .png",
+                    option, path, kJpegLimit));
+  }
+}
+
+void check_heatmap_style(const HeatmapStyle& style,
+                         std::span<const HeatmapQuantity* const> quantities) {
+  if (style.range && style.logarithmic && !(style.range->least > 0)) {
+    throw UsageError(fmt::format(
+        "--range: {} has no logarithm; with --log the range begins above 0", style.range->least));
+  }
+  const HeatmapQuantity* amounts = nullptr;
+  for (const HeatmapQuantity* quantity : quantities) {
+    if (quantity->reasons) continue;
+    if (style.range && amounts && amounts != quantity) {
+      throw UsageError(fmt::format(
+          "--range: one range does not fit both {} and {}; make one of the pictures of the .exr, "
+          "with emberline heatmap",
+          amounts->name, quantity->name));
+    }
+    amounts = quantity;
+  }
+  if (!amounts && (style.range || style.logarithmic)) {
+    throw UsageError(fmt::format("{}: {} shows reasons, which have no scale",
+                                 style.range ? "--range" : "--log", quantities.front()->name));
+  }
+}
+
+std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
+  if (options.heatmap_of.size() > options.heatmaps.size()) {
+    throw UsageError(fmt::format(
+        "--heatmap-of {}: there is no --heatmap for it; the first belongs to the first, the second "
+        "to the second",
+        options.heatmap_of[options.heatmaps.size()]));
+  }
+  std::vector<HeatmapRequest> requests;
+  std::vector<const HeatmapQuantity*> quantities;
+  for (size_t i = 0; i < options.heatmaps.size(); ++i) {
+    const HeatmapQuantity& quantity = i < options.heatmap_of.size()
+                                          ? find_heatmap_quantity(options.heatmap_of[i])
+                                          : heatmap_quantity_table().front();
+    requests.push_back({options.heatmaps[i], &quantity});
+    quantities.push_back(&quantity);
+  }
+  if (!requests.empty()) check_heatmap_style(options.heatmap_style, quantities);
+  return requests;
+}
+
+HeatmapFile::HeatmapFile(const HeatmapRequest& request, const HeatmapStyle& style,
+                         const Frame& frame, std::span<const std::string> channels)
+    : style_(style), window_(frame.window), plane_(*request.quantity, channels, frame.window) {
+  if (is_exr(request.path)) {
+    ExrHeader header;
+    header.width = frame.width;
+    header.height = frame.height;
+    header.data_window = frame.window;
+    header.tile_size = kTileSize;
+    header.channels = {{std::string(request.quantity->name)}};
+    header.attributes = frame.attributes;
+    exr_ = std::make_unique<ExrWriter>(request.path, header);
+  } else {
+    picture_.emplace(request.path);
+  }
+}
+
+void HeatmapFile::write_exr() {
+  std::vector<float> pixels;
+  for (int y0 = window_.y0; y0 < window_.y1; y0 += kTileSize) {
+    for (int x0 = window_.x0; x0 < window_.x1; x0 += kTileSize) {
+      const Rect tile = Rect{x0, y0, x0 + kTileSize, y0 + kTileSize}.intersect(window_);
+      pixels.clear();
+      for (int y = tile.y0; y < tile.y1; ++y) {
+        const auto row = plane_.plane().values.begin() + ptrdiff_t(window_.index_of(tile.x0, y));
+        pixels.insert(pixels.end(), row, row + tile.width());
+      }
+      exr_->write_tile(tile, pixels);
+    }
+  }
+  exr_->finish();
+}
+
+void HeatmapFile::write_picture() {
+  BytePicture drawn = draw_quantity(plane_.quantity(), plane_.plane(), style_);
+  ByteImage image;
+  image.width = drawn.width;
+  image.height = drawn.height;
+  image.values = std::move(drawn.rgb);
+  const std::string& path = picture_->path();
+  const std::vector<unsigned char> bytes = encode_image(image, image_format_of(path), path);
+  picture_->write_at(bytes.data(), bytes.size(), 0);
+  picture_->commit();
+}
+
+void HeatmapFile::finish() { exr_ ? write_exr() : write_picture(); }
+
+}  // namespace emberline

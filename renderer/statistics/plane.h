@@ -1,0 +1,28 @@
+// A number for each pixel of a frame, and what can be said of them all.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace emberline {
+
+// Rows from the top. What is not finite is no value: it is counted and left out of all else.
+struct Plane {
+  int width = 0, height = 0;
+  std::vector<float> values;
+
+  float at(int x, int y) const { return values[size_t(y) * size_t(width) + size_t(x)]; }
+};
+
+struct PlaneStatistics {
+  uint64_t values = 0;                                 // pixels that have one
+  uint64_t no_value = 0;                               // and those that have none
+  uint64_t not_zero = 0;                               // of the values
+  double minimum = 0, mean = 0, maximum = 0, rms = 0;  // 0 without values
+
+  bool constant() const { return values > 0 && minimum == maximum; }
+};
+PlaneStatistics plane_statistics(const Plane& plane);
+
+}  // namespace emberline

@@ -1,0 +1,45 @@
+#include "renderer/statistics/quantity_plane.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+
+namespace emberline {
+namespace {
+
+constexpr size_t kMostChannels = 8;
+
+}  // namespace
+
+std::string QuantityPlane::missing_channel(const HeatmapQuantity& quantity,
+                                           std::span<const std::string> channels) {
+  for (const std::string_view needed : quantity.channels) {
+    if (std::ranges::find(channels, needed) == channels.end()) return std::string(needed);
+  }
+  return "";
+}
+
+QuantityPlane::QuantityPlane(const HeatmapQuantity& quantity, std::span<const std::string> channels,
+                             const Rect& window)
+    : quantity_(&quantity), channel_count_(channels.size()), window_(window) {
+  assert(missing_channel(quantity, channels).empty() && quantity.channels.size() <= kMostChannels);
+  for (const std::string_view needed : quantity.channels) {
+    sources_.push_back(size_t(std::ranges::find(channels, needed) - channels.begin()));
+  }
+  plane_.width = window.width();
+  plane_.height = window.height();
+  constexpr std::array<float, kMostChannels> kNoSamples{};
+  plane_.values.assign(size_t(window.area()), quantity.value(kNoSamples.data()));
+}
+
+void QuantityPlane::write_tile(const Rect& rect, std::span<const float> pixels) {
+  assert(rect == rect.intersect(window_) && pixels.size() >= size_t(rect.area()) * channel_count_);
+  std::array<float, kMostChannels> values{};
+  for (size_t i = 0; i < size_t(rect.area()); ++i) {
+    for (size_t c = 0; c < sources_.size(); ++c)
+      values[c] = pixels[i * channel_count_ + sources_[c]];
+    plane_.values[window_.index_of(rect.x_of(i), rect.y_of(i))] = quantity_->value(values.data());
+  }
+}
+
+}  // namespace emberline

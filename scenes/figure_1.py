@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""Makes gallery/figure_1_spheres.jpg and gallery/figure_1_teapot.jpg: picture left, sample density right.
+
+    figure_1.py [--emberline BINARY] [--out DIR] [--size WxH] [--threads N]
+
+The set-up of figure 1 of J. Painter and K. Sloan, "Antialiased ray tracing by adaptive progressive refinement", SIGGRAPH
+1989: direct light, every pixel refined until it is sure enough, density in grey. Needs oiiotool (Debian:
+openimageio-tools) to put the two side by side.
+"""
+
+import argparse
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+SCENES = ["spheres", "teapot"]
+# Error of a hundredth of the display's range. White from 400 samples a pixel on: the same scale in both.
+OPTIONS = ["--driver", "adaptive", "--integrator", "direct", "--noise-threshold", "0.01", "--range", "0,400"]
+BACKGROUND = "0.118,0.118,0.118"  # the legend's
+
+
+def png_size(path):
+    with open(path, "rb") as file:
+        return struct.unpack(">II", file.read(24)[16:24])
+
+
+def run(*words):
+    subprocess.run([str(word) for word in words], check=True)
+
+
+def make_figure(emberline, scene, size, threads, out):
+    with tempfile.TemporaryDirectory() as folder:
+        picture, density = pathlib.Path(folder) / "picture.png", pathlib.Path(folder) / "density.png"
+        run(emberline, "render", HERE / f"{scene}.glb", "-o", picture, "--heatmap", density, "--size", size,
+            "--threads", threads, "--quiet", *OPTIONS)
+        (left, _), (right, height) = png_size(picture), png_size(density)
+        both = f"{left + right}x{height}"
+        run("oiiotool", density, picture, "--create", both, 3, f"--fill:color={BACKGROUND}", both,
+            "--paste", "+0+0", "--paste", f"+{left}+0", "--eraseattrib", ".*", "--nosoftwareattrib",
+            "--attrib", "oiio:ColorSpace", "sRGB", "--compression", "jpeg:85", "-d", "uint8", "-o", out)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--emberline", type=pathlib.Path, default=HERE.parent / "build/release/bin/emberline")
+    parser.add_argument("--out", type=pathlib.Path, default=HERE / "gallery")
+    parser.add_argument("--size", default="800x450", help="of each half")
+    parser.add_argument("--threads", default="2")
+    options = parser.parse_args()
+    for scene in SCENES:
+        out = options.out / f"figure_1_{scene}.jpg"
+        make_figure(options.emberline, scene, options.size, options.threads, out)
+        print(f"wrote {out}")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except (subprocess.CalledProcessError, FileNotFoundError) as error:
+        sys.exit(f"figure_1.py: {error}")

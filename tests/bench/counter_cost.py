@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""What the report's counters cost: less than 1 % of processor time, or this exits with 1.
+
+    tests/bench/counter_cost.py [--build build/uncounted] [--pairs N] [-o TABLE.md]
+
+Builds the command a second time from a copy of the sources in which rays and each pixel's most
+samples are not counted, and renders with both in turn, on one thread, starting with either. Says the
+mean ratio of neighbours with its standard error; the limit holds for the mean less two of them, so
+that a shared machine's noise alone fails the limit once in 40 runs at most.
+"""
+import argparse
+import json
+import math
+import pathlib
+import random
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+LIMIT = 0.01
+FRAMES = {
+    "paths, Cornell box": ["cornell_box.glb", "--spp", "64"],
+    "paths, roughness spheres": ["roughness_spheres.glb", "--spp", "64", "--env", str(ROOT / "scenes/studio.hdr")],
+    "one ray a sample, Cornell box": ["cornell_box.glb", "--spp", "1024", "--integrator", "depth"],
+}
+# (file, what stands there, what counts nothing)
+EDITS = [
+    ("integrators/integrator.h",
+     "  uint64_t camera = 0;   // one per sample\n"
+     "  uint64_t scatter = 0;  // continued paths\n"
+     "  uint64_t shadow = 0;   // visibility of sampled lights\n",
+     "  struct Nothing {\n"
+     "    void operator++(int) {}\n"
+     "    void operator+=(uint64_t) {}\n"
+     "    operator uint64_t() const { return 0; }\n"
+     "  };\n"
+     "  Nothing camera, scatter, shadow;\n"),
+    ("renderer/drivers/render_work_item.cpp",
+     "    counters_.max_samples = std::max(counters_.max_samples, addresses_[i].sample + 1);\n", ""),
+    ("renderer/app/report.cpp", '{"camera", c.rays.camera}', '{"camera", uint64_t(c.rays.camera)}'),
+    ("renderer/app/report.cpp", '{"scatter", c.rays.scatter}', '{"scatter", uint64_t(c.rays.scatter)}'),
+    ("renderer/app/report.cpp", '{"shadow", c.rays.shadow}', '{"shadow", uint64_t(c.rays.shadow)}'),
+]
+
+
+def run(*command):
+    return subprocess.run([str(c) for c in command], check=True, capture_output=True, text=True).stdout
+
+
+def build(source, tree):
+    run("cmake", "-G", "Ninja", "-S", source, "-B", tree, "-DCMAKE_BUILD_TYPE=Release",
+        "-DCMAKE_CXX_FLAGS_RELEASE=-O3 -DNDEBUG")
+    run("cmake", "--build", tree, "--target", "emberline")
+    return tree / "bin/emberline"
+
+
+def uncounted_sources(folder):
+    if folder.exists():
+        shutil.rmtree(folder)
+    for name in run("git", "-C", ROOT, "ls-files").splitlines():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, folder / name)
+    for name, old, new in EDITS:
+        text = (folder / name).read_text()
+        if text.count(old) != 1:
+            sys.exit(f"counter_cost.py: {name} does not hold once: {old}")
+        (folder / name).write_text(text.replace(old, new))
+    return folder
+
+
+def seconds(program, words):
+    with tempfile.TemporaryDirectory() as out:
+        run(program, "render", ROOT / "scenes" / words[0], *words[1:], "-o", f"{out}/a.exr", "--size", "320x180",
+            "--threads", "1", "--quiet", "--report", f"{out}/a.json")
+        return json.loads(pathlib.Path(f"{out}/a.json").read_text())["time"]["render_cpu_s"]
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--build", type=pathlib.Path, default=ROOT / "build/uncounted")
+    p.add_argument("--pairs", type=int, default=9)
+    p.add_argument("-o", "--output", type=pathlib.Path)
+    options = p.parse_args()
+    folder = options.build.resolve()
+    programs = [build(ROOT, folder / "with"), build(uncounted_sources(folder / "source"), folder / "without")]
+    lines = ["| frame | processor s | with counters against without |", "| --- | --- | --- |"]
+    failed = False
+    for name, words in FRAMES.items():
+        ratios, times = [], []
+        for i in range(options.pairs):
+            order = [0, 1]
+            random.Random(i).shuffle(order)
+            pair = {which: seconds(programs[which], words) for which in order}
+            times.append(pair[0])
+            ratios.append(math.log(pair[0] / pair[1]))
+        mean, error = statistics.mean(ratios), statistics.stdev(ratios) / math.sqrt(len(ratios))
+        lines.append(f"| {name} | {statistics.median(times):.2f} | {100 * mean:+.2f} % +- {100 * error:.2f} % |")
+        failed = failed or mean - 2 * error > LIMIT
+    text = "\n".join(lines) + "\n"
+    print(text)
+    if options.output:
+        options.output.write_text(text)
+    if failed:
+        sys.exit(f"counter_cost.py: the counters cost more than {100 * LIMIT:.0f} %")
+
+
+main()

@@ -1,0 +1,253 @@
+// Heatmaps: beside a render and of its EXR afterwards, every quantity and format, and what is
+// refused. What the pictures show is tested in tests/unit.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+const Words kQuantities = {"samples", "error", "stop", "time", "non_finite"};
+const Words kAllChannels = {"--aov", "variance,stop,time,non_finite"};
+
+class Heatmap : public CommandTest {
+ protected:
+  Words of(const std::string& driver, const Words& more = {}) {
+    const Words streams =
+        driver == "adaptive" ? Words{"--spp", "16"} : Words{"--spp", "4", "--streams", "2"};
+    return render_words(Words{"--driver", driver, "--size", "40x24"} + streams + more);
+  }
+  // `emberline heatmap` of out.exr into the file.
+  void heatmap(const std::string& name, const Words& more) {
+    const RunResult result = run(Words{"heatmap", path("out.exr"), "-o", path(name)} + more);
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    EXPECT_EQ(result.out, "");
+  }
+  std::vector<unsigned char> bytes(const std::string& name) const {
+    const auto read = read_bytes(path(name));
+    return {read.begin(), read.end()};
+  }
+};
+
+TEST_F(Heatmap, OfEveryDriverAndQuantityNowAndLaterTheSame) {
+  for (const char* driver : {"bucket", "bisection", "adaptive"}) {
+    Words words = of(driver);
+    for (const std::string& quantity : kQuantities) {
+      words = words + Words{"--heatmap", path(quantity + ".png"), "--heatmap-of", quantity};
+    }
+    render(words);
+    const ExrPicture picture = read_exr(path("out.exr"));
+    for (const char* channel : {"variance.R", "stop", "time", "non_finite"}) {
+      EXPECT_TRUE(picture.channels.contains(channel)) << channel << " is not added by itself";
+    }
+    for (const std::string& quantity : kQuantities) {
+      SCOPED_TRACE(std::string(driver) + ", " + quantity);
+      heatmap("later.png", {"--of", quantity});
+      EXPECT_EQ(bytes(quantity + ".png"), bytes("later.png"));
+      const BytePicture drawn = read_bytes_picture(path("later.png"));
+      EXPECT_EQ(drawn.channels, 3);
+      EXPECT_GT(drawn.width, 40);
+      EXPECT_GT(drawn.height, 24);
+    }
+  }
+}
+
+TEST_F(Heatmap, ExrHasTheNumbersThemselves) {
+  Words words = of("adaptive");
+  for (const std::string& quantity : kQuantities) {
+    words = words + Words{"--heatmap", path(quantity + ".exr"), "--heatmap-of", quantity};
+  }
+  render(words);
+  const ExrPicture frame = read_exr(path("out.exr"));
+  for (const std::string& quantity : kQuantities) {
+    const ExrPicture heatmap = read_exr(path(quantity + ".exr"));
+    ASSERT_EQ(heatmap.channels.size(), 1u);
+    EXPECT_EQ(heatmap.types.at(quantity), "float");
+    if (quantity != "error") {
+      EXPECT_EQ(heatmap.channels.at(quantity), frame.channels.at(quantity));
+    }
+  }
+  // As the legend's RMS and the report have it.
+  double sum = 0;
+  const ExrPicture errors = read_exr(path("error.exr"));
+  for (const float error : errors.channels.at("error")) {
+    ASSERT_TRUE(error >= 0.0f && error < 1.0f);
+    sum += double(error) * double(error);
+  }
+  render(words + Words{"--report", path("r.json")});
+  const double estimate = read_json("r.json")["error"]["estimate"];
+  EXPECT_NEAR(std::sqrt(sum / (40 * 24)), estimate, 1e-4 * estimate);
+}
+
+TEST_F(Heatmap, ACropIsAPictureOfTheCrop) {
+  const Words crop = {"--crop", "5,3,33,20"};
+  render(of("bucket", crop + Words{"--heatmap", path("d.png"), "--plain", "--heatmap",
+                                   path("d.exr"), "--spp", "8", "--noise-threshold", "0.05"}));
+  const BytePicture drawn = read_bytes_picture(path("d.png"));
+  EXPECT_EQ(drawn.width, 28);
+  EXPECT_EQ(drawn.height, 17);
+  const ExrPicture raw = read_exr(path("d.exr")), frame = read_exr(path("out.exr"));
+  EXPECT_EQ(raw.data, (Rect{5, 3, 33, 20}));
+  EXPECT_EQ(raw.display, (Rect{0, 0, 40, 24}));
+  EXPECT_EQ(raw.channels.at("samples"), frame.channels.at("samples"));
+}
+
+TEST_F(Heatmap, AUniformRenderLooksUniform) {
+  for (const char* driver : {"bucket", "bisection"}) {
+    render(of(driver, {"--heatmap", path("d.png"), "--plain"}));
+    const BytePicture drawn = read_bytes_picture(path("d.png"));
+    EXPECT_EQ(drawn.width, 40);
+    for (const uint8_t value : drawn.values) ASSERT_EQ(value, 128);
+  }
+}
+
+TEST_F(Heatmap, TheStyleIsObeyed) {
+  render(of("adaptive", kAllChannels));
+  const ExrPicture frame = read_exr(path("out.exr"));
+  heatmap("grey.png", {"--plain", "--range", "0,64"});
+  const BytePicture grey = read_bytes_picture(path("grey.png"));
+  for (int y = 0; y < 24; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      const float samples = frame.at("samples", x, y);
+      ASSERT_EQ(int(grey.at(x, y)[0]), int(std::lround(255 * std::min(1.0, double(samples) / 64))));
+    }
+  }
+  // Each of them makes another picture of it.
+  std::vector<std::vector<unsigned char>> seen = {bytes("grey.png")};
+  for (const Words& style :
+       {Words{}, Words{"--log"}, Words{"--plain"}, Words{"--range", "1,100"},
+        Words{"--range", "1,100", "--log"}, Words{"--colors", "viridis"},
+        Words{"--colors", "inferno"}, Words{"--colors", "magma"}, Words{"--colors", "turbo"}}) {
+    heatmap("d.png", style);
+    EXPECT_EQ(std::ranges::count(seen, bytes("d.png")), 0);
+    seen.push_back(bytes("d.png"));
+  }
+  heatmap("d.jpg", {});
+  heatmap("d.JPEG", {});
+  EXPECT_EQ(read_bytes_picture(path("d.jpg")).width, read_bytes_picture(path("d.JPEG")).width);
+}
+
+TEST_F(Heatmap, TheSameForAnyThreads) {
+  Words words;
+  for (const char* quantity : {"samples", "error", "stop"}) {
+    words =
+        words + Words{"--heatmap", path(std::string(quantity) + ".png"), "--heatmap-of", quantity};
+  }
+  std::vector<std::vector<unsigned char>> first;
+  for (const char* threads : {"1", "2", "7"}) {
+    render(of("adaptive", words + Words{"--threads", threads}));
+    std::vector<std::vector<unsigned char>> now;
+    for (const char* quantity : {"samples", "error", "stop"}) {
+      now.push_back(bytes(std::string(quantity) + ".png"));
+    }
+    if (first.empty()) first = now;
+    EXPECT_EQ(now, first) << threads;
+  }
+}
+
+TEST_F(Heatmap, AStoppedRenderHasIts) {
+  for (const char* driver : {"bucket", "adaptive"}) {
+    SCOPED_TRACE(driver);
+    Process process(
+        {"render",        scene(),       "-o",           path("out.exr"), "--driver",
+         driver,          "--spp",       "100000",       "--size",        "512x512",
+         "--bucket-size", "8",           "--verbose",    "--heatmap",     path("d.png"),
+         "--heatmap",     path("s.png"), "--heatmap-of", "samples",       "--heatmap-of",
+         "stop"},
+        {.folder = folder_.path()});
+    ASSERT_TRUE(process.wait_for_error("loaded in", 30 * kSlower)) << process.error_so_far();
+    ::usleep(useconds_t(500000 * kSlower));
+    process.send(SIGINT);
+    const RunResult result = process.wait();
+    EXPECT_EQ(result.exit_code, 130) << result.describe();
+    EXPECT_EQ(files(), (Words{"d.png", "out.exr", "s.png", "scene.glb"}));
+    // What it shows is what the EXR has.
+    heatmap("later.png", {});
+    EXPECT_EQ(bytes("d.png"), bytes("later.png"));
+    heatmap("later.png", {"--of", "stop"});
+    EXPECT_EQ(bytes("s.png"), bytes("later.png"));
+    std::filesystem::remove(path("later.png"));
+  }
+}
+
+TEST_F(Heatmap, WhatIsHeldIsReported) {
+  render(of("bucket", {"--size", "400x300", "--spp", "1", "--report", path("a.json")}));
+  render(of("bucket", {"--size", "400x300", "--spp", "1", "--report", path("b.json"), "--heatmap",
+                       path("d.png")}));
+  const auto film = [&](const char* name) {
+    return read_json(name)["memory"]["film_bytes"].get<int64_t>();
+  };
+  EXPECT_NEAR(double(film("b.json") - film("a.json")), 4.0 * 400 * 300, 40000);
+}
+
+TEST_F(Heatmap, WrongStylesAndCounts) {
+  const Words d = {"--heatmap", path("d.png")}, e = {"--heatmap", path("e.png")};
+  expect_failure(render_words({"--heatmap-of", "error"}), 2, {"--heatmap-of requires --heatmap"});
+  for (const char* option : {"--log", "--plain"}) {
+    expect_failure(render_words({option}), 2, {option, "requires --heatmap"});
+  }
+  expect_failure(render_words(d + Words{"--heatmap-of", "samples", "--heatmap-of", "error"}), 2,
+                 {"--heatmap-of error", "no --heatmap for it"});
+  expect_failure(render_words(d + Words{"--log", "--range", "0,5"}), 2, {"--range", "--log"});
+  expect_failure(render_words(d + Words{"--heatmap-of", "stop", "--range", "0,5"}), 2,
+                 {"--range", "stop", "reasons"});
+  expect_failure(render_words(d + Words{"--heatmap-of", "stop", "--log"}), 2,
+                 {"--log", "stop", "reasons"});
+  expect_failure(render_words(d + e + Words{"--heatmap-of", "error", "--range", "0,5"}), 2,
+                 {"--range", "error and samples"});
+  expect_failure(render_words(d + d), 2, {"--heatmap", "d.png", "twice"});
+  expect_failure(render_words({"--heatmap", path("out.exr")}), 2, {"--heatmap", "twice"});
+  expect_failure(render_words({"--heatmap", scene()}), 2, {"--heatmap", "unknown format"});
+  expect_failure(render_words(d + Words{"--report", path("d.png")}), 2, {"--report", "twice"});
+  expect_failure(render_words({"--heatmap", path("d.jpg"), "--size", "50001x1"}), 2,
+                 {"--heatmap", "50000"});
+  // Two of one quantity may share a range.
+  render(render_words(d + e + Words{"--range", "0,5"}));
+  EXPECT_EQ(bytes("d.png"), bytes("e.png"));
+}
+
+TEST_F(Heatmap, APlaceThatCannotBeWrittenIsKnownBeforeTheRender) {
+  for (const char* name : {"missing/d.png", "missing/d.exr"}) {
+    expect_failure({"render", path("no scene.glb"), "-o", path("out.exr"), "--heatmap", path(name)},
+                   1, {name, "does not exist"});
+  }
+  write("d.png", "last night's");
+  expect_failure(render_words({"--heatmap", path("d.png"), "--report", path("missing/r.json")}), 1,
+                 {"missing/r.json"});
+  EXPECT_EQ(bytes("d.png").size(), 12u);
+}
+
+TEST_F(Heatmap, OfAFileThatHasNotWhatItNeeds) {
+  render(render_words());
+  const Words input = {"heatmap", path("out.exr")};
+  const std::pair<const char*, Words> missing[] = {{"error", {"variance.R", "--aov variance"}},
+                                                   {"stop", {"stop", "--aov stop"}},
+                                                   {"time", {"time", "--aov time"}},
+                                                   {"non_finite", {"--aov non_finite"}}};
+  for (const auto& [quantity, says] : missing) {
+    expect_failure(input + Words{"-o", path("d.png"), "--of", quantity}, 3,
+                   Words{"out.exr", "no channel"} + says);
+  }
+  render(render_words({"-o", path("out.png")}));
+  expect_failure({"heatmap", path("out.png"), "-o", path("d.png")}, 3,
+                 {"out.png", "no channel samples", "emberline render"});
+  expect_failure({"heatmap", path("none.exr"), "-o", path("d.png")}, 3, {"none.exr"});
+  expect_failure({"heatmap", scene(), "-o", path("d.png")}, 3, {"scene.glb"});
+  expect_failure(input + Words{"-o", path("out.exr")}, 2, {"-o", "out.exr", "itself"});
+  expect_failure(input + Words{"-o", path("d.tif")}, 2, {"-o", ".exr, .png, .jpg, .jpeg"});
+  expect_failure(input + Words{"-o", path("missing/d.png")}, 1, {"missing/d.png"});
+  expect_failure(input + Words{"-o", path("d.png"), "--of", "speed"}, 2,
+                 {"--of", "valid names are samples, error, stop, time, non_finite"});
+  expect_failure(input + Words{"-o", path("d.png"), "--colors", "jet"}, 2,
+                 {"--colors", "valid names are grey, viridis, inferno, magma, turbo"});
+  expect_failure(input + Words{"-o", path("d.png"), "--range", "2,1"}, 2, {"--range", "MIN,MAX"});
+  expect_failure(input + Words{"-o", path("d.png"), "--log", "--range", "-1,1"}, 2, {"--range"});
+  expect_failure(input, 2, {"-o"});
+}
+
+}  // namespace
+}  // namespace emberline::test

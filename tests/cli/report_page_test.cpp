@@ -1,0 +1,159 @@
+// --report FILE.html: a page that is well formed whatever its texts are, says what the JSON says,
+// and comes for stopped renders too.
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <sstream>
+
+#include "cli/command_test.h"
+#include "support/markup.h"
+
+namespace emberline::test {
+namespace {
+
+class ReportPage : public CommandTest {
+ protected:
+  ReadMarkup page(const std::string& name = "r.html") const {
+    std::ifstream file(path(name), std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    ReadMarkup read = read_markup(text.str());
+    EXPECT_EQ(read.fault, "");
+    EXPECT_EQ(read.count("script") + read.count("link"), 0u);
+    for (const Element& element : read.elements) {
+      if (element.name != "img") continue;
+      EXPECT_TRUE(element.attributes.at("src").starts_with("data:image/")) << element.name;
+      EXPECT_FALSE(element.attributes.at("alt").empty());
+    }
+    return read;
+  }
+  static void expect_text(const ReadMarkup& read, const std::string& text) {
+    EXPECT_NE(read.text.find(text), std::string::npos) << "not on the page: " << text;
+  }
+};
+
+std::string grouped(uint64_t count) {
+  std::string text = std::to_string(count);
+  for (size_t i = text.size(); i > 3; i -= 3) text.insert(i - 3, ",");
+  return text;
+}
+
+TEST_F(ReportPage, SaysWhatTheJsonSaysForEveryDriver) {
+  for (const char* driver : {"bucket", "bisection", "adaptive"}) {
+    SCOPED_TRACE(driver);
+    render(render_words({"--driver", driver, "--size", "40x24", "--spp", "16", "--report",
+                         path("r.json"), "--report", path("r.html")}));
+    const nlohmann::json json = read_json("r.json");
+    const ReadMarkup read = page();
+    for (const char* count : {"/samples/total", "/samples/min", "/samples/max", "/rays/camera",
+                              "/rays/scatter", "/rays/shadow", "/rays/total"}) {
+      expect_text(read, grouped(json.at(nlohmann::json::json_pointer(count)).get<uint64_t>()));
+    }
+    for (const auto& feature : json["features"]) expect_text(read, feature);
+    for (const auto& [name, version] : json["versions"].items()) expect_text(read, version);
+    expect_text(read, json["settings"]["command"]);
+    EXPECT_GE(read.count("img"), 2u);  // the picture and the samples
+    // Counts differ in an adaptive frame alone, and it alone has an estimate.
+    const bool adaptive = json["samples"]["min"] != json["samples"]["max"];
+    EXPECT_EQ(read.count("svg"), adaptive ? 2u : 0u);
+  }
+}
+
+TEST_F(ReportPage, MapsOfTheChannelsThatThereAre) {
+  render(render_words({"--report", path("a.html")}));
+  render(render_words({"--aov", "variance,time,stop", "--spp", "4", "--report", path("b.html")}));
+  EXPECT_EQ(page("b.html").count("img"), page("a.html").count("img") + 3);
+}
+
+// Estimates and true errors over time, where both are known.
+TEST_F(ReportPage, ErrorAgainstTime) {
+  render(render_words({"--size", "48x32", "--spp", "64", "-o", path("reference.exr")}));
+  render(render_words({"--size", "48x32", "--spp", "16", "--driver", "adaptive", "--seed", "3",
+                       "--snapshots", path("shots"), "--snapshot-at", "first,8spp,15spp",
+                       "--reference", path("reference.exr"), "--report", path("r.html"), "--report",
+                       path("r.json")}));
+  const ReadMarkup read = page();
+  EXPECT_EQ(read.count("polyline"), 2u);
+  expect_text(read, "measured against the reference");
+  for (const auto& snapshot : read_json("r.json")["snapshots"]) expect_text(read, snapshot["file"]);
+}
+
+TEST_F(ReportPage, OddNamesAreShownAsTheyAre) {
+  for (const std::string name : {"a<b>&\"c\".glb", "it's </title><script>.glb", "Küche 場面.glb",
+                                 "new\nline.glb", "no \xff utf-8.glb"}) {
+    SCOPED_TRACE(name);
+    GltfBuilder gltf = lamp_scene();
+    gltf.root["cameras"][0]["name"] = "<i>&amp;";
+    gltf.root["nodes"].back()["name"] = "<i>&amp;";
+    gltf.write_glb(path("scene.glb"));
+    const std::string odd = path(name);
+    std::error_code error;
+    std::filesystem::create_directories(std::filesystem::path(odd).parent_path(), error);
+    std::filesystem::copy_file(path("scene.glb"), odd, error);
+    ASSERT_FALSE(error) << error.message();
+    render({"render", odd, "-o", path("out.exr"), "--size", "16x16", "--spp", "1", "--report",
+            path("r.html")});
+    const ReadMarkup read = page();
+    EXPECT_EQ(read.count("b") + read.count("i"), 0u);
+    const auto seen = std::filesystem::path(odd).filename().string();
+    if (seen.find('\xff') == std::string::npos) expect_text(read, seen);
+    std::filesystem::remove(odd);
+  }
+}
+
+// The command on the page, given to a shell, renders the same picture again.
+TEST_F(ReportPage, TheCommandRepeatsTheRender) {
+  const std::string odd = "it's a \"scene\" & $HOME `x` \\.glb";
+  lamp_scene().write_glb(path(odd));
+  render({"render", path(odd), "-o", path("out.exr"), "--size", "24x16", "--spp", "3", "--seed",
+          "7", "--report", path("r.html")});
+  const ReadMarkup read = page();
+  const size_t begin = read.text.find("emberline render");
+  ASSERT_NE(begin, std::string::npos);
+  std::string command = read.text.substr(begin, read.text.find('\n', begin) - begin);
+  const ExrPicture first = read_exr(path("out.exr"));
+  std::filesystem::remove(path("out.exr"));
+  command.replace(0, std::string("emberline").size(), EMBERLINE_BINARY);
+  ASSERT_EQ(std::system((command + " 2>/dev/null").c_str()), 0) << command;
+  EXPECT_EQ(first_difference(read_exr(path("out.exr")), first), "");
+}
+
+TEST_F(ReportPage, AStoppedRenderHasOne) {
+  Process process({"render", scene(), "-o", path("out.exr"), "--size", "1024x1024", "--spp", "4096",
+                   "--verbose", "--bucket-size", "16", "--report", path("r.html")},
+                  {.folder = folder_.path()});
+  ASSERT_TRUE(process.wait_for_error("loaded in", 30 * kSlower));
+  ::usleep(useconds_t(300000 * kSlower));
+  process.send(SIGINT);
+  ASSERT_EQ(process.wait().exit_code, 130);
+  const ReadMarkup read = page();
+  expect_text(read, "stopped by the user");
+  expect_text(read, " without samples");
+
+  render(render_words({"--driver", "adaptive", "--size", "512x512", "--spp", "4096", "--time-limit",
+                       "0.5", "--report", path("limit.html")}));
+  expect_text(page("limit.html"), "stopped by the time limit");
+}
+
+// What the page keeps of a frame does not grow with it.
+TEST_F(ReportPage, OfALargeFrameTakesNoMoreMemory) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
+  render(render_words({"--size", "6000x4000", "--integrator", "albedo", "--quiet", "--report",
+                       path("r.json"), "--report", path("r.html")}));
+  const nlohmann::json json = read_json("r.json");
+  EXPECT_LT(json["memory"]["peak_rss_bytes"].get<double>(), 300e6);  // the pixels as float: 480 MB
+  const ReadMarkup read = page();
+  expect_text(read, "Each pixel here is the mean of 5 x 5 of the frame's.");
+  const auto image = std::ranges::find(read.elements, "img", &Element::name);
+  EXPECT_EQ(image->attributes.at("width"), "1200");
+  EXPECT_EQ(image->attributes.at("height"), "800");
+}
+
+TEST_F(ReportPage, NothingIsWrittenForAnUnknownView) {
+  expect_failure(render_words({"--report", path("r.html"), "--view", "none such"}), 2,
+                 {"none such"});
+}
+
+}  // namespace
+}  // namespace emberline::test

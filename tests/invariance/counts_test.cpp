@@ -1,0 +1,120 @@
+// The counters are exact: what the renderer says it traced is what arrives at Embree, counted there
+// by other means. The linker puts the functions below between the two (-Wl,--wrap).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+
+#include "renderer/scene/embree_api.h"
+#include "support/busy_scene.h"
+#include "support/glass_scenes.h"
+#include "support/render.h"
+
+namespace {
+
+std::atomic<uint64_t> intersections{0}, occlusions{0};
+
+}  // namespace
+
+extern "C" {
+#if EMBERLINE_EMBREE_MAJOR >= 4
+void __real_rtcIntersect1(RTCScene, RTCRayHit*, RTCIntersectArguments*);
+void __real_rtcOccluded1(RTCScene, RTCRay*, RTCOccludedArguments*);
+void __wrap_rtcIntersect1(RTCScene scene, RTCRayHit* ray, RTCIntersectArguments* arguments) {
+  intersections++;
+  __real_rtcIntersect1(scene, ray, arguments);
+}
+void __wrap_rtcOccluded1(RTCScene scene, RTCRay* ray, RTCOccludedArguments* arguments) {
+  occlusions++;
+  __real_rtcOccluded1(scene, ray, arguments);
+}
+#else
+void __real_rtcIntersect1(RTCScene, RTCIntersectContext*, RTCRayHit*);
+void __real_rtcOccluded1(RTCScene, RTCIntersectContext*, RTCRay*);
+void __wrap_rtcIntersect1(RTCScene scene, RTCIntersectContext* context, RTCRayHit* ray) {
+  intersections++;
+  __real_rtcIntersect1(scene, context, ray);
+}
+void __wrap_rtcOccluded1(RTCScene scene, RTCIntersectContext* context, RTCRay* ray) {
+  occlusions++;
+  __real_rtcOccluded1(scene, context, ray);
+}
+#endif
+}
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+RenderSettings settings_of(const std::string& driver) {
+  RenderSettings s;
+  s.driver = driver;
+  s.width = 37;
+  s.height = 29;
+  s.crop = {2, 1, 35, 28};
+  s.spp = 20;
+  s.adaptive.budget = 20;
+  if (driver == "adaptive") s.streams = StreamCount::kTwo;
+  return s;
+}
+
+RenderedImage counted(const Scene& scene, const RenderSettings& s) {
+  intersections = occlusions = 0;
+  return render(scene, busy_view(), s);
+}
+
+uint64_t sum_of_samples(const RenderedImage& image) {
+  const auto channel =
+      size_t(std::ranges::find(image.channels, "samples") - image.channels.begin());
+  uint64_t sum = 0;
+  for (size_t i = channel; i < image.values.size(); i += image.channels.size()) {
+    sum += uint64_t(image.values[i]);
+  }
+  return sum;
+}
+
+class Counts : public testing::TestWithParam<std::string> {};
+
+TEST_P(Counts, RaysAreThoseThatEmbreeIsAsked) {
+  const auto scene = busy_scene();
+  const RenderedImage image = counted(*scene, settings_of(GetParam()));
+  const RayCounters& rays = image.counters.rays;
+  EXPECT_GT(rays.scatter, 0u);
+  EXPECT_EQ(rays.camera + rays.scatter, intersections);
+  EXPECT_EQ(rays.shadow, occlusions);
+  EXPECT_EQ(rays.camera, image.counters.samples);
+  EXPECT_EQ(image.counters.samples, sum_of_samples(image));
+}
+
+// Panes between a lamp and what it lights are looked through with rays that find what they hit.
+TEST_P(Counts, ThroughPanesToo) {
+  SceneBuilderForTests b;
+  b.add_floor(4, 0, b.add_material(lambert(Rgb(0.5f))));
+  b.add_floor(4, 1.5f, b.add_material(glass(1.5f, 0.0f, false)));
+  b.add_point_light({0.5, 3, 0.2}, Rgb(10.0f));
+  const auto scene = b.build();
+  const RenderedImage image = counted(*scene, settings_of(GetParam()));
+  const RayCounters& rays = image.counters.rays;
+  EXPECT_GT(rays.camera + rays.scatter, 0u);
+  EXPECT_GT(rays.shadow, occlusions) << "no pane was looked through";
+  EXPECT_EQ(rays.total(), intersections + occlusions);
+}
+
+// An integrator that traces one ray a sample counts the samples.
+TEST_P(Counts, SamplesAreThoseThatWereTraced) {
+  const auto scene = busy_scene();
+  RenderSettings s = settings_of(GetParam());
+  s.integrator = "normal";
+  const RenderedImage image = counted(*scene, s);
+  EXPECT_EQ(image.counters.samples, intersections);
+  EXPECT_EQ(image.counters.samples, sum_of_samples(image));
+  EXPECT_EQ(occlusions, 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Drivers, Counts, testing::Values("bucket", "bisection", "adaptive"),
+                         [](const auto& test) { return test.param; });
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,120 @@
+// What heatmaps show: from channels to a number per pixel.
+#include "renderer/statistics/heatmap_quantity.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/core/display_error.h"
+#include "renderer/core/errors.h"
+#include "renderer/drivers/adaptive/frame_error.h"
+#include "renderer/statistics/quantity_plane.h"
+#include "unit/synthetic_pixels.h"
+
+namespace emberline::test {
+namespace {
+
+std::vector<std::string> names(const std::vector<FilmChannel>& channels) {
+  std::vector<std::string> list;
+  for (const FilmChannel& channel : channels) list.push_back(channel.name);
+  return list;
+}
+
+TEST(HeatmapQuantity, EveryOneIsMadeOfChannelsThatItsAovBrings) {
+  for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
+    EXPECT_EQ(&find_heatmap_quantity(quantity.name), &quantity);
+    AovSet aovs;
+    if (quantity.aov) aovs.insert(*quantity.aov);
+    EXPECT_EQ(QuantityPlane::missing_channel(quantity, names(film_channels(aovs))), "")
+        << quantity.name;
+    if (quantity.aov) {
+      EXPECT_NE(QuantityPlane::missing_channel(quantity, names(film_channels({}))), "");
+    }
+  }
+  EXPECT_THROW(find_heatmap_quantity("noise"), UsageError);
+}
+
+TEST(HeatmapQuantity, ErrorIsDeviationTimesTheCurvesSlope) {
+  const HeatmapQuantity& error = find_heatmap_quantity("error");
+  // Grey of .3, known to +- .01 in each channel; the slope there by a difference as wide.
+  const float grey[] = {64, .3f, .3f, .3f, 1e-4f, 1e-4f, 1e-4f};
+  const double slope = double(display_value(0.31f) - display_value(0.29f)) / 0.02;
+  EXPECT_NEAR(double(error.value(grey)), 0.01 * slope, 1e-5);
+  // One channel's error alone is pooled with the others' none.
+  const float red[] = {64, .3f, .3f, .3f, 1e-4f, 0, 0};
+  EXPECT_NEAR(double(error.value(red)), 0.01 * slope / std::sqrt(3.0), 1e-5);
+  // A lamp's noise is hardly seen, the same in the dark very much.
+  const float lamp[] = {64, 50, 50, 50, 1e-4f, 1e-4f, 1e-4f};
+  const float dark[] = {64, .002f, .002f, .002f, 1e-4f, 1e-4f, 1e-4f};
+  EXPECT_LT(error.value(lamp), 0.001f);
+  EXPECT_GT(error.value(dark), error.value(grey));
+  const float still[] = {64, .3f, .3f, .3f, 0, 0, 0};
+  EXPECT_EQ(error.value(still), 0.0f);
+}
+
+TEST(HeatmapQuantity, ErrorOfFewerThanTwoSamplesIsUnknown) {
+  const HeatmapQuantity& error = find_heatmap_quantity("error");
+  for (const float samples : {0.0f, 1.0f}) {
+    const float channels[] = {samples, .3f, .3f, .3f, 0, 0, 0};
+    EXPECT_TRUE(std::isnan(error.value(channels)));
+  }
+}
+
+// The map's RMS is the estimate that the adaptive driver makes of the whole frame.
+TEST(HeatmapQuantity, RmsOfTheErrorIsTheFramesEstimate) {
+  const PixelStatistics pixels = drawn_pixels(
+      64, 48, 32, 7, [](TestRandom& random) { return 0.3 + 0.1 * draw_normal(random); });
+  const HeatmapQuantity& error = find_heatmap_quantity("error");
+  double sum = 0;
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    const float n = pixels.count[i], b = pixels.second_count[i], a = n - b;
+    float channels[7] = {n};
+    for (size_t c = 0; c < 3; ++c) {
+      const float difference = pixels.stream_difference[c][i];
+      channels[1 + c] = pixels.mean[c][i];
+      channels[4 + c] = difference * difference * a * b / (n * n);
+    }
+    sum += square(double(error.value(channels)));
+  }
+  const double estimate = frame_error(pixels);
+  EXPECT_NEAR(std::sqrt(sum / double(pixels.size())), estimate, 1e-5 * estimate);
+}
+
+TEST(QuantityPlane, GathersTilesInAnyOrder) {
+  const Rect window{10, 20, 15, 24};
+  const std::vector<std::string> channels = {"R", "samples"};
+  QuantityPlane gathered(find_heatmap_quantity("samples"), channels, window);
+  for (const Rect& tile : {Rect{12, 20, 15, 22}, Rect{10, 22, 15, 24}, Rect{10, 20, 12, 22}}) {
+    std::vector<float> pixels;
+    for (int y = tile.y0; y < tile.y1; ++y) {
+      for (int x = tile.x0; x < tile.x1; ++x) {
+        pixels.insert(pixels.end(), {-1.0f, float(100 * y + x)});
+      }
+    }
+    gathered.write_tile(tile, pixels);
+  }
+  const Plane& plane = gathered.plane();
+  EXPECT_EQ(plane.width, 5);
+  EXPECT_EQ(plane.height, 4);
+  for (int y = 0; y < 4; ++y) {
+    for (int x = 0; x < 5; ++x) EXPECT_EQ(plane.at(x, y), float(100 * (y + 20) + x + 10));
+  }
+}
+
+TEST(QuantityPlane, PixelsThatNeverComeHaveNoSamples) {
+  const std::vector<std::string> all =
+      names(film_channels(AovSet::parse("variance,time,stop,non_finite")));
+  for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
+    const QuantityPlane plane(quantity, all, {0, 0, 2, 2});
+    const float value = plane.plane().values[3];
+    if (quantity.name == "error") {
+      EXPECT_TRUE(std::isnan(value));
+    } else {
+      EXPECT_EQ(value, 0.0f) << quantity.name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace emberline::test
