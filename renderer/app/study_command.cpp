@@ -326,6 +326,7 @@ std::optional<ProgressiveFrame> Study::render(const PlannedMethod& method, uint3
         frame_options(method, samples_for(method, budget), seed), {}, stop_.token());
     if (!picture) return std::nullopt;
     picture->budget = budget;
+    frame.non_finite_samples += picture->non_finite_samples;
     if (picture->estimate) {
       frame.claims.push_back({picture->samples, *picture->estimate,
                               to_rgb_image(picture->values, 5, renderer_.window())});
@@ -338,6 +339,7 @@ std::optional<ProgressiveFrame> Study::render(const PlannedMethod& method, uint3
 StudyRun Study::measure(const ProgressiveFrame& frame) const {
   const auto pixels = double(renderer_.pixels());
   StudyRun run;
+  run.non_finite_samples = frame.non_finite_samples;
   for (const StudyPicture& picture : frame.pictures) {
     StudyCheckpoint& c = run.checkpoints.emplace_back();
     c.budget = picture.budget;

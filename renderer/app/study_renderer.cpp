@@ -1,11 +1,15 @@
 #include "renderer/app/study_renderer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <mutex>
 
 #include "renderer/app/frame_setup.h"
 #include "renderer/app/render_clock.h"
+#include "renderer/app/report.h"
 #include "renderer/app/sampling_plan.h"
+#include "renderer/core/log.h"
 
 namespace emberline {
 
@@ -44,6 +48,16 @@ RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect
 }
 
 namespace {
+
+void warn_of_non_finite(const RenderOptions& o, const FrameCounters& counters) {
+  if (counters.non_finite_samples == 0) return;
+  log_warning(fmt::format(
+      "{} samples were NaN or infinite and count as black; the first is replayed by render with "
+      "--driver {}{} --sampler {} --seed {} --replay {}",
+      counters.non_finite_samples, o.driver,
+      o.estimator.empty() ? "" : " --estimator " + o.estimator, o.sampler, o.seed,
+      replay_words(counters.located.front(), o.seed)));
+}
 
 // Keeps the delivered tiles' channels.
 class TileKeeper : public FrameObserver {
@@ -183,6 +197,8 @@ std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, 
   picture.wall_s = clock.seconds();
   picture.cpu_s = clock.cpu_seconds();
   if (counters.stopped) return std::nullopt;
+  warn_of_non_finite(options, counters);
+  picture.non_finite_samples = counters.non_finite_samples;
   sampling.driver->deliver(keeper);
   picture.samples = counters.samples;
   picture.estimate = sampling.driver->error_estimate();
@@ -203,6 +219,8 @@ ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
   ProgressiveFrame result;
   result.stopped = stop.stop_requested();
   if (result.stopped) return result;
+  warn_of_non_finite(options, counters);
+  result.non_finite_samples = counters.non_finite_samples;
   result.pictures = std::move(keeper.pictures);
   result.claims = std::move(keeper.claims);
   if (!counters.stopped) {
