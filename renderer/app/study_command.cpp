@@ -45,7 +45,7 @@ constexpr uint32_t kReferenceSeed = 0x40000000u, kWarmUpSeed = 0x80000000u;
 // A warm-up is long enough to tell the pace from, and no longer than that.
 constexpr double kWarmUpSeconds = 0.3, kWarmUpShare = 0.1;
 constexpr uint32_t kMostWarmUpSamples = 1024;
-// How much more than its pace says a frame that ends by time may render.
+// How many more samples than its pace says a frame gets that ends when its time is over.
 constexpr double kPaceMargin = 4;
 
 uint32_t to_samples(double samples) {
@@ -313,7 +313,9 @@ std::vector<size_t> Study::order(uint32_t seed) const {
 // Nothing if stopped.
 std::optional<ProgressiveFrame> Study::render(const PlannedMethod& method, uint32_t seed) const {
   if (!method.separate) {
-    const double most = largest_budget(method) * (plan_.by_time ? kPaceMargin : 1.0);
+    // An adaptive frame has to know what it may spend.
+    const bool ends_by_time = plan_.by_time && method.method.estimator.empty();
+    const double most = largest_budget(method) * (ends_by_time ? kPaceMargin : 1.0);
     ProgressiveFrame frame =
         renderer_.render_progressive(frame_options(method, to_samples(std::ceil(most)), seed),
                                      plan_.budgets, plan_.by_time, stop_.token());

@@ -64,8 +64,9 @@ class StudyRenderer {
                                      const std::stop_token& stop) const;
 
   // One frame of a progressive driver, with a picture at the first pause at which each of the
-  // budgets is spent: samples per pixel, or seconds. With samples, the last picture is the finished
-  // frame; with seconds the frame ends with the last budget.
+  // budgets is spent: samples per pixel, or seconds. The last picture is the finished frame; but
+  // uniform sampling whose budgets are seconds ends with the last of them. A frame that finishes
+  // sooner is the picture of all further budgets.
   ProgressiveFrame render_progressive(const RenderOptions& options, std::span<const double> budgets,
                                       bool by_time, const std::stop_token& stop) const;
 
