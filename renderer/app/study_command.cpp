@@ -29,7 +29,6 @@
 #include "renderer/app/study_renderer.h"
 #include "renderer/app/study_settings.h"
 #include "renderer/core/errors.h"
-#include "renderer/core/hash.h"
 #include "renderer/core/log.h"
 #include "renderer/statistics/study_summary.h"
 
@@ -75,7 +74,6 @@ class Study {
   uint32_t samples_for(const PlannedMethod& method, double budget) const;
   void find_finished_runs();
   uint64_t samples_to_come() const;
-  std::vector<size_t> order(uint32_t seed) const;
   bool make_runs();
   std::optional<StudyRun> make_run(size_t method, uint32_t seed);
   std::optional<ProgressiveFrame> render(const PlannedMethod& method, uint32_t seed) const;
@@ -299,17 +297,6 @@ uint64_t Study::samples_to_come() const {
   return uint64_t(samples) * renderer_.pixels();
 }
 
-// The methods in an order of the seed's own (Fisher-Yates), so that no method always comes after
-// the same other one, or when the machine has grown warm.
-std::vector<size_t> Study::order(uint32_t seed) const {
-  std::vector<size_t> methods(plan_.methods.size());
-  for (size_t i = 0; i < methods.size(); ++i) methods[i] = i;
-  for (size_t i = methods.size(); i > 1; --i) {
-    std::swap(methods[i - 1], methods[hash_combine64(seed, i) % i]);
-  }
-  return methods;
-}
-
 // Nothing if stopped.
 std::optional<ProgressiveFrame> Study::render(const PlannedMethod& method, uint32_t seed) const {
   if (!method.separate) {
@@ -402,7 +389,7 @@ void Study::tell(const StudyRun& run) const {
 bool Study::make_runs() {
   for (uint32_t k = 0; k < seeds_; ++k) {
     const uint32_t seed = options_.frame.seed + k;
-    for (const size_t m : order(seed)) {
+    for (const size_t m : study_order(plan_.methods.size(), seed)) {
       if (!plan_.methods[m].impossible.empty() || find_run(results_, m, seed)) continue;
       const std::optional<StudyRun> run = make_run(m, seed);
       if (!run) return false;
