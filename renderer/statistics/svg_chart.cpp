@@ -343,7 +343,6 @@ Markup line_chart(const LineChart& chart) {
 
 Markup histogram_chart(const Histogram& histogram) {
   const AxisScale x_scale = histogram.x.scale, y_scale = histogram.y.scale;
-  const bool log = y_scale == AxisScale::kLog;
   std::vector<double> xs, ys;
   std::vector<Histogram::Bar> bars;
   for (const Histogram::Bar& bar : histogram.bars) {
@@ -355,8 +354,6 @@ Markup histogram_chart(const Histogram& histogram) {
     xs.insert(xs.end(), {bar.from, bar.to});
     ys.push_back(bar.count);
   }
-  // So that a count of 1 has a height.
-  if (log && !ys.empty()) ys.push_back(0.7);
   const Frame frame =
       make_frame(histogram.width, histogram.height, AxisRange(x_scale, xs, histogram.x.from_zero),
                  AxisRange(y_scale, ys, true), 0);
