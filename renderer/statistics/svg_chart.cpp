@@ -103,8 +103,10 @@ int place_legend(std::vector<LegendEntry>& entries, double left, double right) {
 Frame make_frame(int width, int height, const AxisRange& x, const AxisRange& y, int legend_lines) {
   double labels = 0;
   for (const AxisTick& tick : y.ticks()) labels = std::max(labels, text_width(tick.label));
+  double last = 0;  // may stand half outside the plot
+  for (const AxisTick& tick : x.ticks()) last = std::max(last, text_width(tick.label));
   return {kLine + labels + 14,
-          width - 14.0,
+          width - std::max(14.0, last / 2 + 2),
           kLine + 12,
           height - 2 * kLine - 10 - legend_lines * kLine,
           x,
