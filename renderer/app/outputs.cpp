@@ -119,6 +119,7 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   const std::lock_guard lock(mutex_);
   uint64_t& most = thread_bytes_[std::this_thread::get_id()];
   most = std::max(most, bytes);
+  if (on_pixels_) on_pixels_(tile.rect().area());
 }
 
 void FrameOutputs::samples_finished(uint64_t count) {

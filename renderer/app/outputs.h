@@ -43,6 +43,8 @@ class FrameOutputs final : public FrameObserver {
                const StopRequest& stop);
 
   void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }
+  // Told of a finished tile's number of pixels, from any thread.
+  void on_pixels(std::function<void(int64_t)> callback) { on_pixels_ = std::move(callback); }
   // Called with every finished tile, from the thread that finished it.
   void on_tile(std::function<void(const FilmTile&)> callback) { on_tile_ = std::move(callback); }
   using LookAtPicture = std::function<void(const FrameProgress&, const FramePicture&)>;
@@ -68,6 +70,7 @@ class FrameOutputs final : public FrameObserver {
   std::shared_ptr<const DisplayTransform> transform_;
   const StopRequest& stop_;
   std::function<void(uint64_t)> on_samples_;
+  std::function<void(int64_t)> on_pixels_;
   std::function<void(const FilmTile&)> on_tile_;
   LookAtPicture on_picture_;
   mutable std::mutex mutex_;

@@ -109,15 +109,20 @@ void ProgressDisplay::run() {
   }
 }
 
+double ProgressDisplay::fraction(uint64_t done) const {
+  if (total_ > 0) return double(done) / double(total_);
+  return std::min(1.0, share_.load(std::memory_order_relaxed));
+}
+
 std::string ProgressDisplay::line(uint64_t done, double elapsed) const {
   const double rate = elapsed > 0 ? double(done) / elapsed : 0.0;
-  if (total_ == 0) {  // a threshold decides when it ends
+  const double fraction = this->fraction(done);
+  if (total_ == 0 && fraction == 0) {  // a threshold decides when it ends
     return fmt::format("{:.1f} M samples  {}  ({:.2f} M samples/s)", double(done) * 1e-6,
                        format_duration(elapsed), rate * 1e-6);
   }
-  const double fraction = double(done) / double(total_);
   std::string text = fmt::format("{:5.1f} %  {}", 100 * fraction, format_duration(elapsed));
-  if (done > 0 && done < total_) {
+  if (fraction > 0 && fraction < 1) {
     text += ", " + format_duration(elapsed * (1 - fraction) / fraction) + " left";
   }
   return text + fmt::format("  ({:.2f} M samples/s)", rate * 1e-6);
@@ -128,15 +133,15 @@ void ProgressDisplay::draw() {
   if (total_ > 0) done = std::min(done, total_);
   const double elapsed = Seconds(std::chrono::steady_clock::now() - start_).count();
   if (terminal_) {
-    const double fraction = total_ > 0 ? double(done) / double(total_) : 0.0;
     std::fprintf(stderr, "\r%s\033[K",
-                 bar_line(fraction, line(done, elapsed), terminal_columns()).c_str());
+                 bar_line(fraction(done), line(done, elapsed), terminal_columns()).c_str());
     std::fflush(stderr);
     return;
   }
   // Piped into a farm's log: a line for every tenth (or ten seconds, where the end is
   // not known), and a sign of life every minute.
-  const int tenth = total_ > 0 ? int(10 * done / total_) : int(elapsed / 10.0);
+  const double known = fraction(done);
+  const int tenth = known > 0 || total_ > 0 ? int(10 * known) : int(elapsed / 10.0);
   if (tenth > last_tenth_ || elapsed > last_line_ + 60.0) {
     last_tenth_ = tenth;
     last_line_ = elapsed;

@@ -26,15 +26,19 @@ class ProgressDisplay {
 
   // Any thread.
   void add(uint64_t samples) { done_.fetch_add(samples, std::memory_order_relaxed); }
+  // Where the samples are not known beforehand: a part of the whole work, of 1, is done.
+  void add_share(double share) { share_.fetch_add(share, std::memory_order_relaxed); }
 
  private:
   void run();
   void stop_if_asked();
   void draw();
+  double fraction(uint64_t done) const;  // of the whole; 0 where that is not known
   std::string line(uint64_t done, double elapsed) const;
 
   const uint64_t total_;
   std::atomic<uint64_t> done_{0};
+  std::atomic<double> share_{0.0};
   StopRequest& stop_;
   const std::optional<double> time_limit_s_;
   const std::chrono::steady_clock::time_point start_;

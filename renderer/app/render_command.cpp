@@ -165,6 +165,11 @@ int run_render(const RenderOptions& options) {
       }
       progress.add(count);
     });
+    // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
+    if (options.driver == "bucket") {
+      outputs->on_pixels(
+          [&](int64_t pixels) { progress.add_share(double(pixels) / double(window.area())); });
+    }
     outputs->on_picture([&](const FrameProgress& now, const FramePicture& picture) {
       const double elapsed = render.seconds();
       // A driver looks at a finished pass when it plans the next one: what it estimates now is the

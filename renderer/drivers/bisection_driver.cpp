@@ -24,7 +24,7 @@ constexpr uint64_t kPartSamples = 4096;
 // a time: the schedule does not depend on the clock.
 constexpr uint64_t kSliceSamples = 16 * kPartSamples;
 
-// From so many samples a pixel on the picture changes slowly, and slices are four times as long:
+// From so many samples a pixel on the picture changes slowly, and slices are eight times as long:
 // where other programs share the machine, each pause waits for a thread that they hold up.
 constexpr uint32_t kSlowSamples = 16;
 
@@ -79,7 +79,7 @@ size_t bisection_slice_end(const BisectionPass& pass, size_t first, uint64_t fra
   const SampleRange& samples = pass.samples();
   const bool first_pass = samples.first_sample == 0;
   const uint64_t slice_samples =
-      uint64_t(threads) * kSliceSamples * (samples.first_sample < kSlowSamples ? 1 : 4);
+      uint64_t(threads) * kSliceSamples * (samples.first_sample < kSlowSamples ? 1 : 8);
   const uint64_t most =
       first_pass ? frame_pixels / kFirstPassSlices : slice_samples / samples.sample_count;
   const size_t last = first_pass ? pass.first_part(pass.step_of(first) + 1) : pass.parts();

@@ -63,26 +63,30 @@ void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& obs
   const Rect& window = film.rect();
   const std::vector<WorkItem> tiles =
       bucket_schedule(window, tile_size, BucketOrder::kScanline, 0, 0);
-  // Resolved once and only if some pixel needs it.
+  // Before the workers begin: one that waits for help with it must not begin a tile that needs it.
   std::vector<float> shown;
-  std::once_flag resolve;
-  parallel_each(tiles.size(), [&](size_t i) {
-    const Rect& rect = tiles[i].pixels;
-    FilmTile tile(film.aovs(), film.extras());
-    tile.reset(rect);
-    for (int y = rect.y0; y < rect.y1; ++y) {
-      for (int x = rect.x0; x < rect.x1; ++x) {
-        tile.copy_pixel(film, x, y);
-        if (!all_shown && film.sample_count(x, y) > 0) continue;
-        std::call_once(resolve, [&] {
-          shown.resize(4 * size_t(window.area()));
-          picture.resolve(shown);
-        });
-        tile.show(x, y, &shown[4 * window.index_of(x, y)]);
+  if (all_shown || film.least_samples() == 0) {
+    shown.resize(4 * size_t(window.area()));
+    picture.resolve(shown);
+  }
+  std::atomic<size_t> next{0};
+  const auto work = [&](size_t /*worker*/) {
+    FilmTile tile(film.aovs(), film.extras());  // one each: its memory serves again and again
+    for (size_t i = next++; i < tiles.size(); i = next++) {
+      const Rect& rect = tiles[i].pixels;
+      tile.reset(rect);
+      for (int y = rect.y0; y < rect.y1; ++y) {
+        for (int x = rect.x0; x < rect.x1; ++x) {
+          tile.copy_pixel(film, x, y);
+          if (!all_shown && film.sample_count(x, y) > 0) continue;
+          tile.show(x, y, &shown[4 * window.index_of(x, y)]);
+        }
       }
+      observer.tile_finished(tile);
     }
-    observer.tile_finished(tile);
-  });
+  };
+  const int workers = std::max(1, tbb::this_task_arena::max_concurrency());
+  parallel_tasks(std::min(tiles.size(), size_t(workers)), work);
 }
 
 }  // namespace emberline

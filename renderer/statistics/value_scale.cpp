@@ -126,9 +126,9 @@ std::vector<ScaleTick> ValueScale::ticks(int most, double factor) const {
 }
 
 std::string number_text(double value) {
-  if (value == std::round(value) && std::abs(value) < 1e6)
-    return fmt::format("{:.0f}", value + 0.0);
-  return fmt::format("{:.4g}", value);
+  const double size = std::abs(value);
+  const bool whole = size < 1e6 && (size >= 1e3 || value == std::round(value));
+  return whole ? fmt::format("{:.0f}", value + 0.0) : fmt::format("{:.4g}", value);
 }
 
 ToldUnit told_unit(const std::string& unit, double size) {

@@ -53,8 +53,8 @@ class ValueScale {
   bool logarithmic_;
 };
 
-// To four significant digits without trailing zeros: "64", "0.0312", "1.5e-07"; whole numbers below
-// a million whole.
+// To four significant digits without trailing zeros: "64", "0.0312", "1.5e-07"; from a thousand to
+// a million to the nearest whole number.
 std::string number_text(double value);
 
 // The unit in which a value of this size is told and the factor to it: seconds as "ms" or "us",

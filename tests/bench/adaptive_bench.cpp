@@ -9,6 +9,9 @@
 // expectation is the squared error without the references' own noise. Gains are of processor time
 // to equal error: how much longer uniform sampling needs for the method's error, along its own
 // curve of error against time.
+// Where adaptive sampling gives a pixel more samples than a reference has, those products are
+// noisier than what they measure. Beside them stands the spread between the frames of several
+// seeds, which needs no reference but does not see a bias.
 //
 // The limit is Neyman's: with variance v of a sample and cost c of a sample (both per pixel, from
 // the references), mean(v) mean(c) / mean(sqrt(v c))^2. v is once the spread of samples, as if they
@@ -197,32 +200,64 @@ double neyman_limit(const Floats& variance, const Reference& r, int error) {
   return v_sum * c_sum / (root_sum * root_sum);
 }
 
-Measured run(const BenchFrame& frame, const Options& o, const FrameSampling& s,
-             const Reference& reference, Floats* rgb = nullptr) {
+struct Run {
+  Measured measured;
+  Floats rgb;
+};
+
+Run run(const BenchFrame& frame, const Options& o, const FrameSampling& s,
+        const Reference& reference) {
   ImageObserver image(frame, s.aovs);
   const FrameRun frame_run = frame.run(o.threads, s, image);
-  const Floats picture = image.rgb();
+  Floats picture = image.rgb();
   Measured m = measure(picture, reference);
   m.cpu = frame_run.cpu_s;
   m.counters = frame_run.counters;
   if (frame_run.error_estimate) {
     m.calibration = *frame_run.error_estimate / std::sqrt(std::max(1e-30, m.error[kDisplay]));
   }
-  if (rgb) *rgb = picture;
-  return m;
+  return {m, std::move(picture)};
+}
+
+// The errors' variance part, from how far the frames of different seeds are from their mean.
+std::array<double, kErrors> variance_between(const std::vector<Run>& runs, const Reference& r) {
+  std::array<double, kErrors> sums{};
+  if (runs.size() < 2) return sums;
+  const double n = double(runs.size());
+  for (size_t i = 0; i < r.a.size(); ++i) {
+    double mean = 0, shown_mean = 0;
+    for (const Run& run : runs) {
+      mean += double(run.rgb[i]) / n;
+      shown_mean += double(display_value(run.rgb[i])) / n;
+    }
+    double squares = 0, shown_squares = 0;
+    for (const Run& run : runs) {
+      squares += square(double(run.rgb[i]) - mean);
+      shown_squares += square(double(display_value(run.rgb[i])) - shown_mean);
+    }
+    const double reference = 0.5 * (double(r.a[i]) + double(r.b[i]));
+    sums[kMse] += squares;
+    sums[kRelMse] += squares * weight_of(kRelMse, reference, r.epsilon);
+    sums[kDisplay] += shown_squares;
+  }
+  for (double& sum : sums) sum /= (n - 1) * double(r.a.size());
+  return sums;
 }
 
 struct Mean {
   Measured mean;
+  std::array<double, kErrors> variance{};  // between the seeds; 0 with one
   double bias_se = 0;
   double samples = 0, rays = 0;
 };
 
-Mean average(const std::vector<Measured>& runs) {
+Mean average(const std::vector<Run>& runs, const Reference& reference) {
   Mean out;
+  out.variance = variance_between(runs, reference);
   const double n = double(runs.size());
   double squares = 0;
-  for (const Measured& m : runs) {
+  for (const Run& run : runs) {
+    const Measured& m = run.measured;
     for (size_t e = 0; e < kErrors; ++e) out.mean.error[e] += m.error[e] / n;
     out.mean.bias += m.bias / n;
     out.mean.cpu += m.cpu / n;
@@ -238,11 +273,13 @@ Mean average(const std::vector<Measured>& runs) {
 }
 
 // The time at which uniform sampling reaches `error`, along straight lines between its budgets in
-// logarithms, continued beyond them.
-double uniform_time(const std::map<uint32_t, Mean>& uniform, int error_index, double error) {
+// logarithms, continued beyond them. `error_of` tells a budget's.
+template <typename ErrorOf>
+double uniform_time(const std::map<uint32_t, Mean>& uniform, const ErrorOf& error_of,
+                    double error) {
   std::vector<std::pair<double, double>> curve;  // log error, log time
   for (const auto& [spp, m] : uniform) {
-    curve.push_back({std::log(m.mean.error[size_t(error_index)]), std::log(m.mean.cpu)});
+    curve.push_back({std::log(error_of(m)), std::log(m.mean.cpu)});
   }
   if (curve.size() == 1) return std::exp(curve[0].second + curve[0].first - std::log(error));
   size_t k = 0;
@@ -277,14 +314,14 @@ int run_bench(int argc, char** argv) {
   for (const std::string& text : split(o.budgets)) {
     const auto budget = uint32_t(std::stoul(text));
     Floats variance(reference.variance.size(), 0.0f);
-    std::vector<Measured> uniform_runs;
-    std::map<std::string, std::vector<Measured>> runs;
+    std::vector<Run> uniform_runs;
+    std::map<std::string, std::vector<Run>> runs;
     for (uint32_t seed = 0; seed < o.seeds; ++seed) {
       FrameSampling s;
       s.spp = budget;
       s.seed = seed;
-      Floats rgb;
-      uniform_runs.push_back(run(frame, o, s, reference, &rgb));
+      uniform_runs.push_back(run(frame, o, s, reference));
+      const Floats& rgb = uniform_runs.back().rgb;
       for (size_t i = 0; i < rgb.size(); ++i) {
         variance[i] +=
             (rgb[i] - reference.a[i]) * (rgb[i] - reference.b[i]) * float(budget) / float(o.seeds);
@@ -304,8 +341,8 @@ int run_bench(int argc, char** argv) {
         runs[method].push_back(run(frame, o, s, reference));
       }
     }
-    uniform[budget] = average(uniform_runs);
-    for (const auto& [method, list] : runs) methods[budget][method] = average(list);
+    uniform[budget] = average(uniform_runs, reference);
+    for (const auto& [method, list] : runs) methods[budget][method] = average(list, reference);
     for (int e = 0; e < kErrors; ++e) {
       json["limits"][text][kErrorNames[e]] = {
           {"independent", neyman_limit(reference.variance, reference, e)},
@@ -331,15 +368,23 @@ int run_bench(int argc, char** argv) {
       Json row;
       for (int e = 0; e < kErrors; ++e) {
         const double error = m.mean.error[size_t(e)];
-        const double gain = uniform_time(uniform, e, error) / m.mean.cpu;
+        const double time = uniform_time(
+            uniform, [&](const Mean& x) { return x.mean.error[size_t(e)]; }, error);
+        const double spread_time = uniform_time(
+            uniform, [&](const Mean& x) { return x.variance[size_t(e)]; }, m.variance[size_t(e)]);
+        const double gain = time / m.mean.cpu, spread_gain = spread_time / m.mean.cpu;
         // The same with rays for time: for machines that are busy.
-        const double ray_gain = uniform_time(uniform, e, error) / u.mean.cpu / (m.rays / u.rays);
-        fmt::print(" | {} x{:.3f} gain {:.3f} ({:.3f})", kErrorNames[e],
-                   error / u.mean.error[size_t(e)], gain, ray_gain);
+        const double ray_gain = time / u.mean.cpu / (m.rays / u.rays);
+        const double spread_ray_gain = spread_time / u.mean.cpu / (m.rays / u.rays);
+        fmt::print(" | {} x{:.3f} gain {:.3f} ({:.3f}) by spread {:.3f} ({:.3f})", kErrorNames[e],
+                   error / u.mean.error[size_t(e)], gain, ray_gain, spread_gain, spread_ray_gain);
         row[kErrorNames[e]] = {{"error", error},
                                {"uniform", u.mean.error[size_t(e)]},
                                {"gain", gain},
-                               {"ray_gain", ray_gain}};
+                               {"ray_gain", ray_gain},
+                               {"variance", m.variance[size_t(e)]},
+                               {"spread_gain", spread_gain},
+                               {"spread_ray_gain", spread_ray_gain}};
       }
       fmt::print(" | bias {:+.2f} +- {:.2f} % | calibration {:.2f}\n", 100 * m.mean.bias,
                  100 * m.bias_se, m.mean.calibration);

@@ -32,6 +32,15 @@ TEST_F(Progress, PlainLinesInALog) {
   EXPECT_NE(result.err.find("rendered 2560000 samples"), std::string::npos) << result.err;
 }
 
+// How many samples a threshold takes is not known beforehand, but how many buckets are finished.
+TEST_F(Progress, BucketsUnderAThresholdTellTheTimeLeft) {
+  const RunResult result = run(render_words({"--size", "400x400", "--noise-threshold", "0.002",
+                                             "--bucket-size", "16", "--max-spp", "256"}));
+  ASSERT_EQ(result.exit_code, 0) << result.describe();
+  EXPECT_TRUE(std::regex_search(result.err, std::regex(R"(rendering +[0-9.]+ %.* left )")))
+      << result.err;
+}
+
 // The lines that a terminal shows one over the other, without what clears them.
 Words drawn_lines(const std::string& text) {
   Words lines;

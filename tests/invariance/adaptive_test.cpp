@@ -5,6 +5,7 @@
 #include <tbb/task_arena.h>
 
 #include <atomic>
+#include <limits>
 
 #include "renderer/drivers/adaptive_driver.h"
 #include "renderer/drivers/render_work_item.h"
@@ -212,6 +213,57 @@ TEST_P(AdaptiveFrame, StoppedBeforeTheFirstSample) {
   const RenderedImage image = stop_after(*scene_, settings(), 0);
   EXPECT_TRUE(image.counters.stopped);
   EXPECT_EQ(image.counters.samples, sum_of_counts(image));
+}
+
+// One sample in 8192 is NaN, decided by its own numbers.
+class SometimesNan final : public Integrator {
+ public:
+  void estimate(const SampleBatch& /*batch*/, PixelSamples& samples, std::span<SampleValue> values,
+                RayCounters& counters) const override {
+    for (size_t i = 0; i < values.size(); ++i) {
+      samples.resume_sample(int(i));
+      samples.start_slot(1);
+      const float u = samples.get(0);
+      values[i].radiance = Rgb(u < 0x1p-13f ? std::numeric_limits<float>::quiet_NaN() : u);
+      counters.camera++;
+    }
+  }
+};
+
+class Nobody final : public FrameObserver {
+  void tile_finished(const FilmTile& /*tile*/) override {}
+};
+
+// Law 4 with --unbiased, whose rounds draw their samples from seeds of their own: what is reported
+// of a sample that was not finite is enough to compute it again.
+TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
+  const auto scene = busy_scene();
+  RenderSettings s = settings_for(find_estimator(kDefaultEstimator));
+  s.adaptive.unbiased = true;
+  const Camera camera(busy_view(), s.width, s.height, scene->origin(), scene->scale());
+  const SometimesNan integrator;
+  const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
+  const PixelFilter filter = PixelFilter::create(s.filter);
+  const Rect window{0, 0, s.width, s.height};
+  const Frame frame{*scene,    camera,   integrator, *sampler,          filter,
+                    s.width,   s.height, window,     s.adaptive.budget, s.seed,
+                    s.streams, AovSet{}, false};
+  DriverSettings settings;
+  settings.adaptive = s.adaptive;
+  Nobody nobody;
+  const FrameCounters counters = create_driver("adaptive", settings)->render(frame, nobody, {});
+  ASSERT_FALSE(counters.located.empty());
+  size_t of_later_rounds = 0;
+  for (const NonFiniteSample& at : counters.located) {
+    RenderWorker worker(frame);
+    worker.set_seed(at.seed);
+    EXPECT_TRUE(std::isnan(worker.replay(at.x, at.y, at.sample, nullptr).radiance.x));
+    of_later_rounds += at.seed != s.seed;
+    if (at.seed == s.seed) continue;
+    worker.set_seed(s.seed);
+    EXPECT_FALSE(std::isnan(worker.replay(at.x, at.y, at.sample, nullptr).radiance.x));
+  }
+  EXPECT_GT(of_later_rounds, 0u);
 }
 
 std::vector<std::string_view> estimator_names() {

@@ -117,7 +117,9 @@ TEST(RoundPlanner, ALoneNoisyDiscGetsTenTimesTheMeanDensity) {
       }
       EXPECT_EQ(pixels, 32);
       EXPECT_GE(disc / pixels, 10.0 * frame.mean_count()) << "seed " << seed << ", " << budget;
-      EXPECT_NEAR(frame.mean_count(), budget, std::max(0.002 * budget, 0.1));
+      // The disc's counts, 2000 or more of 64, are rounded by chance to multiples of 256: 32 pixels
+      // of a deviation of 128 or less, over 4096 pixels, leave .7 at four deviations.
+      EXPECT_NEAR(frame.mean_count(), budget, budget == 64 ? 0.7 : 0.2);
     }
   }
 }

@@ -155,6 +155,8 @@ TEST(NumberText, FourDigits) {
   EXPECT_EQ(number_text(63.9876), "63.99");
   EXPECT_EQ(number_text(0.031234), "0.03123");
   EXPECT_EQ(number_text(123456), "123456");
+  EXPECT_EQ(number_text(96820.4), "96820");
+  EXPECT_EQ(number_text(999.96), "1000");
   EXPECT_EQ(number_text(0), "0");
   EXPECT_EQ(number_text(-0.0), "0");
   EXPECT_EQ(number_text(1.5e-7), "1.5e-07");
