@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "renderer/app/compare_command.h"
@@ -13,6 +12,7 @@
 #include "renderer/app/option_values.h"
 #include "renderer/app/render_command.h"
 #include "renderer/app/report.h"
+#include "renderer/app/shell_quote.h"
 #include "renderer/app/snapshots.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/app/study_command.h"
@@ -382,27 +382,6 @@ std::vector<std::string> option_names(const CLI::App& app) {
   throw UsageError(what);
 }
 
-// The command line as it can be pasted back into a shell.
-std::string quoted_command(int argc, char** argv) {
-  std::string text = "emberline";
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view argument = argv[i];
-    const bool plain = !argument.empty() && std::ranges::all_of(argument, [](unsigned char c) {
-      return std::isalnum(c) || c >= 0x80 ||
-             std::string_view("-_=+,./:@%").find(char(c)) != std::string_view::npos;
-    });
-    text += ' ';
-    if (plain) {
-      text += argument;
-      continue;
-    }
-    text += '\'';
-    for (const char c : argument) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    text += '\'';
-  }
-  return text;
-}
-
 }  // namespace
 
 int run_command_line(int argc, char** argv) {
@@ -486,7 +465,7 @@ int run_command_line(int argc, char** argv) {
     throw_usage(root, error);
   }
   set_log_level(quiet ? LogLevel::kQuiet : verbose ? LogLevel::kVerbose : LogLevel::kNormal);
-  render.command_line = study.frame.command_line = quoted_command(argc, argv);
+  render.command_line = study.frame.command_line = shell_command(argc, argv);
 
   if (version) {
     std::string text;

@@ -4,33 +4,12 @@
 
 #include <algorithm>
 
+#include "renderer/core/utf8.h"
+
 namespace emberline {
 namespace {
 
 constexpr std::string_view kReplacement = "\xef\xbf\xbd";  // U+FFFD
-
-// Length in bytes of the well-formed UTF-8 sequence at the beginning of `text`; 0 if there is none
-// (Unicode 15, table 3-7: no overlong forms, no surrogates, nothing beyond U+10FFFF).
-size_t sequence_length(std::string_view text) {
-  const auto byte = [&](size_t i) {
-    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
-  };
-  const auto follows = [&](size_t i, unsigned least = 0x80, unsigned most = 0xbf) {
-    return byte(i) >= least && byte(i) <= most;
-  };
-  const unsigned b = byte(0);
-  if (b < 0x80) return 1;
-  if (b >= 0xc2 && b <= 0xdf) return follows(1) ? 2 : 0;
-  if (b >= 0xe0 && b <= 0xef) {
-    const bool second = follows(1, b == 0xe0 ? 0xa0 : 0x80, b == 0xed ? 0x9f : 0xbf);
-    return second && follows(2) ? 3 : 0;
-  }
-  if (b >= 0xf0 && b <= 0xf4) {
-    const bool second = follows(1, b == 0xf0 ? 0x90 : 0x80, b == 0xf4 ? 0x8f : 0xbf);
-    return second && follows(2) && follows(3) ? 4 : 0;
-  }
-  return 0;
-}
 
 std::string_view escaped(char c) {
   switch (c) {
@@ -50,10 +29,7 @@ std::string_view escaped(char c) {
 }
 
 bool forbidden_control(std::string_view sequence) {
-  const auto c = static_cast<unsigned char>(sequence[0]);
-  if (sequence.size() == 1) return (c < 0x20 && c != '\t' && c != '\n') || c == 0x7f;
-  // U+0080 to U+009F.
-  return sequence.size() == 2 && c == 0xc2 && static_cast<unsigned char>(sequence[1]) < 0xa0;
+  return is_control(sequence) && sequence != "\t" && sequence != "\n";
 }
 
 // One file: the reader's light or dark, phone to desk, and paper.
@@ -125,7 +101,7 @@ std::string escape_html(std::string_view text) {
   std::string html;
   html.reserve(text.size());
   while (!text.empty()) {
-    const size_t length = sequence_length(text);
+    const size_t length = utf8_length(text);
     const std::string_view sequence = text.substr(0, std::max<size_t>(length, 1));
     const std::string_view entity = escaped(sequence[0]);
     html += length == 0 || forbidden_control(sequence) ? kReplacement

@@ -35,7 +35,7 @@ class ReportPage : public CommandTest {
 
 std::string grouped(uint64_t count) {
   std::string text = std::to_string(count);
-  for (size_t i = text.size(); i > 3; i -= 3) text.insert(i - 3, ",");
+  for (size_t i = text.size(); i > 3; i -= 3) text.insert(i - 3, 1, ',');
   return text;
 }
 
@@ -104,19 +104,21 @@ TEST_F(ReportPage, OddNamesAreShownAsTheyAre) {
 
 // The command on the page, given to a shell, renders the same picture again.
 TEST_F(ReportPage, TheCommandRepeatsTheRender) {
-  const std::string odd = "it's a \"scene\" & $HOME `x` \\.glb";
-  lamp_scene().write_glb(path(odd));
-  render({"render", path(odd), "-o", path("out.exr"), "--size", "24x16", "--spp", "3", "--seed",
-          "7", "--report", path("r.html")});
-  const ReadMarkup read = page();
-  const size_t begin = read.text.find("emberline render");
-  ASSERT_NE(begin, std::string::npos);
-  std::string command = read.text.substr(begin, read.text.find('\n', begin) - begin);
-  const ExrPicture first = read_exr(path("out.exr"));
-  std::filesystem::remove(path("out.exr"));
-  command.replace(0, std::string("emberline").size(), EMBERLINE_BINARY);
-  ASSERT_EQ(std::system((command + " 2>/dev/null").c_str()), 0) << command;
-  EXPECT_EQ(first_difference(read_exr(path("out.exr")), first), "");
+  for (const std::string odd : {"it's a \"scene\" & $HOME `x` \\.glb", "line\nand \xff.glb"}) {
+    SCOPED_TRACE(odd);
+    lamp_scene().write_glb(path(odd));
+    render({"render", path(odd), "-o", path("out.exr"), "--size", "24x16", "--spp", "3", "--seed",
+            "7", "--report", path("r.html")});
+    const ReadMarkup read = page();
+    const size_t begin = read.text.find("emberline render");
+    ASSERT_NE(begin, std::string::npos);
+    std::string command = read.text.substr(begin, read.text.find('\n', begin) - begin);
+    const ExrPicture first = read_exr(path("out.exr"));
+    std::filesystem::remove(path("out.exr"));
+    command.replace(0, std::string("emberline").size(), EMBERLINE_BINARY);
+    ASSERT_EQ(std::system((command + " 2>/dev/null").c_str()), 0) << command;
+    EXPECT_EQ(first_difference(read_exr(path("out.exr")), first), "");
+  }
 }
 
 TEST_F(ReportPage, AStoppedRenderHasOne) {
