@@ -10,6 +10,7 @@ cmake --build --preset release --target emberline
 
 mkdir -p out
 build/release/bin/emberline render scenes/teapot.glb \
-  -o out/teapot.exr -o out/teapot.png --spp 128 --report out/teapot.json "$@"
+  -o out/teapot.exr -o out/teapot.png --spp 128 --report out/teapot.json --report out/teapot.html "$@"
 echo
-echo "Pictures: out/teapot.png (look at it), out/teapot.exr (linear); what it took: out/teapot.json"
+echo "Pictures: out/teapot.png (look at it), out/teapot.exr (linear)"
+echo "What it took: out/teapot.html (in a browser), out/teapot.json"

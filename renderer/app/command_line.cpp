@@ -395,8 +395,8 @@ int run_command_line(int argc, char** argv) {
 
   bool quiet = false, verbose = false;
   const auto add_log_flags = [&](CLI::App* app) {
-    CLI::Option* q = app->add_flag("--quiet", quiet, "errors only");
-    app->add_flag("--verbose", verbose, "say what is built and why")->excludes(q);
+    CLI::Option* q = app->add_flag("-q,--quiet", quiet, "errors only");
+    app->add_flag("-v,--verbose", verbose, "say what is built and why")->excludes(q);
   };
 
   RenderOptions render;

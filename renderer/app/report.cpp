@@ -201,6 +201,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   for (const auto& [name, version] : library_versions()) versions[name] = version;
   json["versions"] = versions;
   json["output"] = options.outputs;
+  json["heatmaps"] = options.heatmaps;
   json["stopped"] = c.stopped;
   json["stop_cause"] = !c.stopped                              ? Json()
                        : r.stop_cause == PixelStop::kTimeLimit ? Json("time limit")

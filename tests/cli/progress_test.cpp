@@ -82,6 +82,7 @@ TEST_F(Progress, ATerminalWithoutCursorGetsPlainLines) {
 }
 
 TEST_F(Progress, QuietIsSilent) {
+  EXPECT_EQ(render(long_render({"-q", "-o", path("q.png")})).err, "");
   const RunResult piped = render(long_render({"--quiet", "-o", path("a.png")}));
   EXPECT_EQ(piped.err, "");
   const RunResult terminal = run(long_render({"--quiet"}), {.terminal_columns = 80});

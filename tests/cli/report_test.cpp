@@ -65,6 +65,7 @@ TEST_F(Report, HasEveryKeyOfTheDesign) {
       {"/settings", Type::object},
       {"/versions", Type::object},
       {"/output", Type::array},
+      {"/heatmaps", Type::array},
       {"/snapshots", Type::array},
       {"/time/snapshots_s", Type::number_float},
       {"/stopped", Type::boolean},
