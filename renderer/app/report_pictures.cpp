@@ -63,15 +63,22 @@ void ReportPictures::add(const FilmTile& tile) {
   const std::vector<float> values = mapped(film);
   const Rect& rect = tile.rect();
   const size_t stride = film_channels_.size(), pixels = size_t(rect.area());
+  std::map<uint32_t, uint64_t> counts;
+  auto count = counts.end();  // neighbours mostly have equal counts
+  for (size_t i = 0; i < pixels; ++i) {
+    const uint32_t samples = tile.sample_count(rect.x_of(i), rect.y_of(i));
+    if (count == counts.end() || count->first != samples) count = counts.try_emplace(samples).first;
+    ++count->second;
+  }
   // Tiles share pixels here where the frame is reduced.
   const std::lock_guard lock(mutex_);
+  for (const auto& [samples, number] : counts) pixels_by_samples_[samples] += number;
   for (size_t i = 0; i < pixels; ++i) {
     const int x = rect.x_of(i), y = rect.y_of(i);
     const int u = x - window_.x0, v = y - window_.y0;
     const size_t target = size_t(v / factor_) * size_t(width_) + size_t(u / factor_);
     for (size_t c = 0; c < 3; ++c) rgb_[3 * target + c] += film[i * stride + c];
     ++count_[target];
-    ++pixels_by_samples_[tile.sample_count(x, y)];
     const bool first = u % factor_ == 0 && v % factor_ == 0;
     for (size_t m = 0; m < maps_.size(); ++m) {
       const float value = values[m * pixels + i];
