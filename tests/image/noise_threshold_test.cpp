@@ -78,14 +78,16 @@ struct Measured {
 
 // Every block is measured over three frames: 2304 values, so that the spread of noise that is
 // normal is 1.5 % of its RMS error.
-Measured measure(const HardScene& hard, float threshold, uint32_t reference_spp) {
+Measured measure(const std::string& driver, const HardScene& hard, float threshold,
+                 uint32_t reference_spp) {
   RenderSettings s;
   s.width = kWidth;
   s.height = kHeight;
   s.light_sampling = hard.light_sampling;
   s.max_depth = hard.max_depth;
   const References references = render_references(*hard.scene, hard.view, s, reference_spp);
-  s.driver = "adaptive";
+  s.driver = driver;
+  s.bucket_size = 16;
   s.streams = StreamCount::kTwo;
   s.adaptive.threshold = threshold;
   s.adaptive.max_samples = 65536;
@@ -115,23 +117,29 @@ Measured measure(const HardScene& hard, float threshold, uint32_t reference_spp)
   return m;
 }
 
-TEST(NoiseThreshold, LampBehindACorner) {
-  const Measured m = measure(lamp_behind_a_corner(), 0.012f, 1024);
+// Of the whole frame, and of each bucket by itself, whose estimates end at its edge.
+class NoiseThreshold : public testing::TestWithParam<const char*> {};
+
+TEST_P(NoiseThreshold, LampBehindACorner) {
+  const Measured m = measure(GetParam(), lamp_behind_a_corner(), 0.012f, 1024);
   EXPECT_LE(m.worst, 1.25) << "block " << m.where;
   EXPECT_GE(m.whole, 0.5) << "twice as much work as asked for";
 }
 
-TEST(NoiseThreshold, DotsByChance) {
-  const Measured m = measure(dots_by_chance(), 0.08f, 2048);
+TEST_P(NoiseThreshold, DotsByChance) {
+  const Measured m = measure(GetParam(), dots_by_chance(), 0.08f, 2048);
   EXPECT_LE(m.worst, 1.25) << "block " << m.where;
   EXPECT_GE(m.whole, 0.5);
 }
 
-TEST(NoiseThreshold, NearlyBlackHalf) {
-  const Measured m = measure(nearly_black_half(), 0.01f, 1024);
+TEST_P(NoiseThreshold, NearlyBlackHalf) {
+  const Measured m = measure(GetParam(), nearly_black_half(), 0.01f, 1024);
   EXPECT_LE(m.worst, 1.25) << "block " << m.where;
   EXPECT_GE(m.whole, 0.4);
 }
+
+INSTANTIATE_TEST_SUITE_P(Drivers, NoiseThreshold, testing::Values("adaptive", "bucket"),
+                         [](const auto& p) { return std::string(p.param); });
 
 }  // namespace
 }  // namespace emberline

@@ -266,6 +266,32 @@ TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
   EXPECT_GT(of_later_rounds, 0u);
 }
 
+// Each bucket decides from its own pixels: who renders it, and when, changes nothing.
+TEST(BucketUnderAThreshold, AnyThreadsAndOrder) {
+  const auto scene = busy_scene();
+  for (const char* estimator : {"two-stream", "kajiya"}) {
+    RenderSettings s = settings_for(find_estimator(estimator));
+    s.driver = "bucket";
+    s.adaptive.budget = 0;
+    s.adaptive.threshold = 0.04f;
+    s.adaptive.max_samples = 200;
+    s.threads = 1;
+    const RenderedImage reference = render(*scene, busy_view(), s);
+    EXPECT_GT(reference.counters.max_samples, 2 * reference.counters.min_samples) << estimator;
+    EXPECT_EQ(reference.counters.samples, sum_of_counts(reference));
+    for (const BucketOrderEntry& order : bucket_order_table()) {
+      s.bucket_order = std::string(order.name);
+      s.threads = 3;
+      const RenderedImage image = render(*scene, busy_view(), s);
+      expect_same_bits(image, reference, s.bucket_order + ", " + estimator);
+      // The buckets' errors are added in the order in which they come.
+      ASSERT_TRUE(image.error_estimate && reference.error_estimate);
+      EXPECT_NEAR(*image.error_estimate, *reference.error_estimate,
+                  1e-12 * *reference.error_estimate);
+    }
+  }
+}
+
 std::vector<std::string_view> estimator_names() {
   std::vector<std::string_view> names;
   for (const EstimatorEntry& entry : estimator_table()) names.push_back(entry.name);

@@ -35,7 +35,8 @@ struct RenderSettings {
   std::string bucket_order = "hilbert";
   std::string bisection_axis = "both";
   std::string reconstruction = "duplicate";
-  AdaptiveSettings adaptive;  // of the adaptive driver, which looks at no spp
+  AdaptiveSettings adaptive;  // of the adaptive driver, which looks at no spp; with a threshold
+                              // also of the bucket driver
   int threads = 2;
   std::string aovs;
 };
@@ -96,7 +97,7 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   const AovSet aovs = AovSet::parse(s.aovs);
   for (const FilmChannel& c : film_channels(aovs)) image.channels.push_back(c.name);
   image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
-  const bool adaptive = s.driver == "adaptive";
+  const bool adaptive = s.driver == "adaptive" || s.adaptive.threshold > 0.0f;
   const Frame frame{scene,    camera,       *integrator,
                     *sampler, filter,       s.width,
                     s.height, image.window, adaptive ? s.adaptive.budget : s.spp,
