@@ -58,6 +58,70 @@ void summarize(const RenderOptions& options, const RenderReport& report) {
   for (const std::string& feature : report.features) log_verbose("built: " + feature);
 }
 
+DriverSettings driver_settings(const RenderOptions& options, const SamplingPlan& sampling) {
+  DriverSettings settings;
+  settings.bucket_size = options.bucket_size;
+  settings.bucket_order = options.bucket_order;
+  settings.bisection_axis = options.bisection_axis;
+  settings.reconstruction = options.reconstruction;
+  settings.adaptive = sampling.adaptive;
+  settings.explained = options.explained;
+  settings.keep_tree = !options.trees.empty();
+  return settings;
+}
+
+// With the channels that the heatmaps need.
+OutputSettings settings_of_outputs(const RenderOptions& options, const Rect& window) {
+  OutputSettings settings{options.width,
+                          options.height,
+                          window,
+                          options.bucket_size,
+                          AovSet::parse(options.aovs),
+                          settings_attributes(options),
+                          options.display,
+                          options.transparent,
+                          heatmap_requests(options),
+                          options.heatmap_style};
+  for (const HeatmapRequest& heatmap : settings.heatmaps) {
+    if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
+  }
+  return settings;
+}
+
+// Renders while progress is shown, passes are noted and snapshots taken.
+FrameCounters render_frame(const RenderOptions& options, const Frame& frame, FrameDriver& driver,
+                           FrameOutputs& outputs, SnapshotRecorder* snapshots, StopRequest& stop,
+                           const Stopwatch& wall, RenderClock& render, RenderReport* report) {
+  const auto pixels = double(frame.window.area());
+  ProgressDisplay progress(uint64_t(frame.window.area()) * frame.samples_per_pixel, stop,
+                           options.time_limit_s);
+  std::atomic<bool> begun{false};
+  outputs.on_samples([&](uint64_t count) {
+    if (!begun.load(std::memory_order_relaxed) && !begun.exchange(true)) {
+      report->times.first_sample_s = process_age_seconds().value_or(wall.seconds());
+      report->times.first_sample_cpu_s = process_cpu_seconds();
+    }
+    progress.add(count);
+  });
+  // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
+  if (options.driver == "bucket") {
+    outputs.on_pixels([&](int64_t finished) { progress.add_share(double(finished) / pixels); });
+  }
+  outputs.on_picture([&](const FrameProgress& now, const FramePicture& picture) {
+    const double elapsed = render.seconds();
+    // A driver looks at a finished pass when it plans the next one: what it estimates now is the
+    // error of the picture at the end of the last pass.
+    if (!report->passes.empty()) report->passes.back().error_estimate = now.error_estimate;
+    if (now.pass_finished) report->passes.push_back({elapsed, now.samples, std::nullopt});
+    if (snapshots) render.leave_out([&] { snapshots->look(now, picture, elapsed); });
+  });
+  const FrameCounters counters = driver.render(frame, outputs, stop.token());
+  outputs.on_samples({});
+  outputs.on_pixels({});
+  outputs.on_picture({});
+  return counters;
+}
+
 }  // namespace
 
 int run_render(const RenderOptions& options) {
@@ -70,15 +134,8 @@ int run_render(const RenderOptions& options) {
 
   // Whatever names or ranges are wrong is found before anything is loaded or written.
   const SamplingPlan sampling = plan_sampling(options);
-  DriverSettings driver_settings;
-  driver_settings.bucket_size = options.bucket_size;
-  driver_settings.bucket_order = options.bucket_order;
-  driver_settings.bisection_axis = options.bisection_axis;
-  driver_settings.reconstruction = options.reconstruction;
-  driver_settings.adaptive = sampling.adaptive;
-  driver_settings.explained = options.explained;
-  driver_settings.keep_tree = !options.trees.empty();
-  const std::unique_ptr<FrameDriver> driver = create_driver(options.driver, driver_settings);
+  const std::unique_ptr<FrameDriver> driver =
+      create_driver(options.driver, driver_settings(options, sampling));
   const std::unique_ptr<Integrator> integrator = create_integrator(
       options.integrator, {.max_depth = options.max_depth, .transparent = options.transparent});
   const std::unique_ptr<Sampler> sampler = create_sampler(
@@ -86,19 +143,7 @@ int run_render(const RenderOptions& options) {
       {sampling.streams, std::max(1u, sampling.samples_per_pixel), options.width, options.height});
   const PixelFilter filter = choose_filter(options);
   const Rect window = choose_window(options);
-  OutputSettings output_settings{options.width,
-                                 options.height,
-                                 window,
-                                 options.bucket_size,
-                                 AovSet::parse(options.aovs),
-                                 settings_attributes(options),
-                                 options.display,
-                                 options.transparent,
-                                 heatmap_requests(options),
-                                 options.heatmap_style};
-  for (const HeatmapRequest& heatmap : output_settings.heatmaps) {
-    if (heatmap.quantity->aov) output_settings.aovs.insert(*heatmap.quantity->aov);
-  }
+  const OutputSettings output_settings = settings_of_outputs(options, window);
   check_output_paths(options, window);
   check_refinement_options(options, window);
 
@@ -154,32 +199,10 @@ int run_render(const RenderOptions& options) {
   // An arena of its own: the limit above cannot give more threads than the machine has cores.
   tbb::task_arena arena(threads);
   RenderClock render;
-  {
-    ProgressDisplay progress(uint64_t(window.area()) * sampling.samples_per_pixel, stop,
-                             options.time_limit_s);
-    std::atomic<bool> begun{false};
-    outputs->on_samples([&](uint64_t count) {
-      if (!begun.load(std::memory_order_relaxed) && !begun.exchange(true)) {
-        report.times.first_sample_s = process_age_seconds().value_or(wall.seconds());
-        report.times.first_sample_cpu_s = process_cpu_seconds();
-      }
-      progress.add(count);
-    });
-    // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
-    if (options.driver == "bucket") {
-      outputs->on_pixels(
-          [&](int64_t pixels) { progress.add_share(double(pixels) / double(window.area())); });
-    }
-    outputs->on_picture([&](const FrameProgress& now, const FramePicture& picture) {
-      const double elapsed = render.seconds();
-      // A driver looks at a finished pass when it plans the next one: what it estimates now is the
-      // error of the picture at the end of the last pass.
-      if (!report.passes.empty()) report.passes.back().error_estimate = now.error_estimate;
-      if (now.pass_finished) report.passes.push_back({elapsed, now.samples, std::nullopt});
-      if (snapshots) render.leave_out([&] { snapshots->look(now, picture, elapsed); });
-    });
-    arena.execute([&] { report.counters = driver->render(frame, *outputs, stop.token()); });
-  }
+  arena.execute([&] {
+    report.counters = render_frame(options, frame, *driver, *outputs,
+                                   snapshots ? &*snapshots : nullptr, stop, wall, render, &report);
+  });
   report.times.render_s = render.seconds();
   report.times.snapshots_s = render.left_out_seconds();
   report.times.render_cpu_s = render.cpu_seconds();
