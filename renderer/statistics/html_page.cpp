@@ -63,6 +63,7 @@ th { font-weight: 600; }
 tbody th { font-weight: 400; color: var(--faint); }
 td { overflow-wrap: anywhere; min-width: 3.5rem; }
 .n { text-align: right; overflow-wrap: normal; }
+.k { white-space: nowrap; }
 .bad { color: var(--bad); font-weight: 600; }
 .good { color: var(--good); font-weight: 600; }
 .figures { display: grid; gap: 1.2rem; margin: 0.9rem 0; align-items: start;
@@ -84,6 +85,24 @@ figcaption { color: var(--faint); font-size: 0.86rem; margin-top: 0.35rem; }
   thead { display: table-header-group; } }
 )";
 
+// Browsers may break a line after any hyphen, that of "2.37e-06" too: words with one are kept
+// whole.
+std::string number_markup(std::string_view text) {
+  std::string html;
+  while (!text.empty()) {
+    const size_t length = std::min(text.find(' '), text.size());
+    const std::string_view word = text.substr(0, length);
+    const bool hyphened = word.find('-') != std::string_view::npos;
+    html += hyphened ? fmt::format(R"(<span class="k">{}</span>)", escape_html(word))
+                     : escape_html(word);
+    text.remove_prefix(length);
+    if (text.empty()) break;
+    html += ' ';
+    text.remove_prefix(1);
+  }
+  return html;
+}
+
 std::string cell_markup(const PageCell& cell, bool head, bool number) {
   std::string classes = number ? "n" : "";
   if (cell.tone != PageCell::Tone::kPlain) {
@@ -92,7 +111,8 @@ std::string cell_markup(const PageCell& cell, bool head, bool number) {
   }
   const std::string attribute = classes.empty() ? "" : fmt::format(R"( class="{}")", classes);
   return head ? fmt::format(R"(<th scope="row"{}>{}</th>)", attribute, escape_html(cell.text))
-              : fmt::format("<td{}>{}</td>", attribute, escape_html(cell.text));
+              : fmt::format("<td{}>{}</td>", attribute,
+                            number ? number_markup(cell.text) : escape_html(cell.text));
 }
 
 }  // namespace

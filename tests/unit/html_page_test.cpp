@@ -126,6 +126,16 @@ TEST(HtmlPage, TablesFillShortRowsAndLeaveOutAnEmptyHead) {
             std::string::npos);
 }
 
+TEST(HtmlPage, NumbersAreNotBrokenAtTheirHyphens) {
+  HtmlPage page("t");
+  page.table({"", {{""}, {"", true}, {""}}, {{"a-b", "2e-06 [1e-06, <3] -", "c-d e"}}});
+  const std::string html = page.finish();
+  EXPECT_EQ(read_markup(html).fault, "");
+  EXPECT_NE(html.find("<span class=\"k\">2e-06</span> <span class=\"k\">[1e-06,</span> &lt;3] "
+                      "<span class=\"k\">-</span></td><td>c-d e</td>"),
+            std::string::npos);
+}
+
 TEST(HtmlPage, NothingForEmptyListsAndFigures) {
   HtmlPage page("t");
   const std::string before = page.finish();
