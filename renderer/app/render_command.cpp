@@ -14,6 +14,7 @@
 #include "renderer/app/outputs.h"
 #include "renderer/app/progress.h"
 #include "renderer/app/refinement_output.h"
+#include "renderer/app/remote_viewer.h"
 #include "renderer/app/render_clock.h"
 #include "renderer/app/replay.h"
 #include "renderer/app/report.h"
@@ -116,7 +117,6 @@ int run_render(const RenderOptions& options) {
     for (const std::string& path : options.trees) check_writable(path);
     if (!options.snapshots.empty()) snapshots.emplace(options, window);
     outputs.emplace(options.outputs, output_settings, stop);
-    if (pictures) outputs->on_tile([&](const FilmTile& tile) { pictures->add(tile); });
   }
 
   report.window = window;
@@ -149,6 +149,12 @@ int run_render(const RenderOptions& options) {
                     sampling.uniform};
   if (options.replay) return run_replay(frame, *options.replay);
 
+  std::optional<RemoteViewer> viewer;
+  if (options.viewer) viewer.emplace(options, window, threads);
+  outputs->on_tile([&](const FilmTile& tile) {
+    if (pictures) pictures->add(tile);
+    if (viewer) viewer->add(tile);
+  });
   report.display = outputs->display_description();
   const GracefulStop graceful;
   // An arena of its own: the limit above cannot give more threads than the machine has cores.
@@ -177,6 +183,7 @@ int run_render(const RenderOptions& options) {
       if (!report.passes.empty()) report.passes.back().error_estimate = now.error_estimate;
       if (now.pass_finished) report.passes.push_back({elapsed, now.samples, std::nullopt});
       if (snapshots) render.leave_out([&] { snapshots->look(now, picture, elapsed); });
+      if (viewer) viewer->look(picture, elapsed);
     });
     arena.execute([&] { report.counters = driver->render(frame, *outputs, stop.token()); });
   }
@@ -191,12 +198,13 @@ int run_render(const RenderOptions& options) {
   arena.execute([&] { driver->deliver(*outputs); });
   outputs->finish();
   write_refinement(options, *driver);
+  if (viewer) viewer->finish(stop.cause());
   report.estimator = sampling.uniform ? "none" : std::string(sampling.adaptive.estimator);
   report.error_estimate = driver->error_estimate();
   report.passes.back().error_estimate = report.error_estimate;
   report.times.write_s = write.seconds();
-  report.film_bytes =
-      outputs->film_bytes() + driver->film_bytes() + (pictures ? pictures->bytes() : 0);
+  report.film_bytes = outputs->film_bytes() + driver->film_bytes() +
+                      (pictures ? pictures->bytes() : 0) + (viewer ? viewer->bytes() : 0);
   // After the frame itself, which is not lost if they cannot be written.
   std::optional<RenderError> snapshot_error;
   if (snapshots) {
