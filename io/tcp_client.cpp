@@ -38,8 +38,8 @@ AddressList look_up(const std::string& host, uint16_t port, int flags) {
   hints.ai_flags = flags | AI_NUMERICSERV;
   addrinfo* list = nullptr;
   const int error = getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &list);
-  if (error == EAI_SYSTEM) throw RenderError(words(errno));
-  if (error != 0) throw RenderError(gai_strerror(error));
+  if (error == EAI_SYSTEM) throw RenderError("cannot find the host: " + words(errno));
+  if (error != 0) throw RenderError(std::string("cannot find the host: ") + gai_strerror(error));
   return {list, freeaddrinfo};
 }
 
@@ -53,7 +53,7 @@ AddressList look_up_name(const std::string& host, uint16_t port, double until,
   const double began = now();
   while (answer.wait_for(std::chrono::milliseconds(kPollMs)) != std::future_status::ready) {
     if (now() > until || !keep_waiting(now() - began))
-      throw RenderError("nobody tells the address of that name");
+      throw RenderError("cannot find the host: no answer in time");
   }
   return answer.get();
 }
@@ -77,7 +77,7 @@ TcpClient::TcpClient(const std::string& host, uint16_t port, double timeout_s,
   for (const addrinfo* address = list.get(); address; address = address->ai_next) {
     if (connect_to(address, until)) return;
   }
-  throw RenderError(words(last_error_));
+  throw RenderError("cannot connect: " + words(last_error_));
 }
 
 TcpClient::~TcpClient() {

@@ -17,7 +17,8 @@ class TcpClient {
   using KeepWaiting = std::function<bool(double)>;
 
   // Connects to the first of the host's addresses that answers, all of them within `timeout_s`.
-  // Throws RenderError that says in a few words what went wrong: "Connection refused".
+  // Throws RenderError that says in a few words what went wrong: "cannot connect:
+  // Connection refused".
   TcpClient(const std::string& host, uint16_t port, double timeout_s, KeepWaiting keep_waiting);
   ~TcpClient();
   TcpClient(const TcpClient&) = delete;

@@ -136,14 +136,18 @@ void TevStream::run() {
     fault = error.what();
   }
   open_ = false;
+  bool rendering = false;
   {
     const std::lock_guard lock(mutex_);
     waiting_.clear();
     order_.clear();
-    if (fault.empty() || abandoned_) return;
+    if (abandoned_) return;
+    rendering = !ended_;
   }
-  log_warning(fmt::format("--display {}: {}; the render goes on without this viewer",
-                          address_.url(), fault));
+  if (fault.empty()) return;
+  log_warning(fmt::format(
+      "--display {}: {}; {}", address_.url(), fault,
+      rendering ? "the render goes on without this viewer" : "it does not show the whole picture"));
 }
 
 uint64_t TevStream::most_bytes() const {
