@@ -220,6 +220,10 @@ FloatImage read_float_image(const std::string& path) try {
   FloatImage image;
   image.width = spec.width;
   image.height = spec.height;
+  const int x = spec.x - spec.full_x, y = spec.y - spec.full_y;
+  image.data_window = {x, y, x + spec.width, y + spec.height};
+  image.frame_width = spec.full_width;
+  image.frame_height = spec.full_height;
   image.channel_names.assign(spec.channelnames.begin(), spec.channelnames.end());
   const size_t channels = size_t(spec.nchannels);
   image.values.resize(size_t(spec.width) * size_t(spec.height) * channels);

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "renderer/core/rect.h"
 #include "renderer/scene/scene_description.h"
 
 namespace emberline {
@@ -26,6 +27,8 @@ std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t*
 // Integer formats are decoded from sRGB to linear. Data window only.
 struct FloatImage {
   int width = 0, height = 0;
+  Rect data_window;                       // these pixels, counted from the frame's corner
+  int frame_width = 0, frame_height = 0;  // the display window
   std::vector<std::string> channel_names;
   std::vector<float> values;  // interleaved
   int channels() const { return int(channel_names.size()); }

@@ -2,9 +2,7 @@
 
 namespace emberline {
 
-void write_exr_file(const std::string& path, const ExrHeader& header,
-                    std::span<const float> values) {
-  ExrWriter writer(path, header);
+void write_exr_window(ExrWriter& writer, const ExrHeader& header, std::span<const float> values) {
   const Rect& window = header.data_window;
   const size_t channels = header.channels.size();
   const int size = header.tile_size;
@@ -21,6 +19,12 @@ void write_exr_file(const std::string& path, const ExrHeader& header,
       writer.write_tile(tile, pixels);
     }
   }
+}
+
+void write_exr_file(const std::string& path, const ExrHeader& header,
+                    std::span<const float> values) {
+  ExrWriter writer(path, header);
+  write_exr_window(writer, header, values);
   writer.finish();
 }
 

@@ -10,9 +10,11 @@
 
 namespace emberline {
 
-// `header` says everything but what is in the pixels; `values` holds its channels, interleaved, for
-// every pixel of its data window, rows from the top. The file appears whole or not at all. Throws
-// RenderError.
+// Writes `values`, which hold the channels of `header`, interleaved, for every pixel of its data
+// window, rows from the top, into a file that was begun with that header. finish() is left to do.
+void write_exr_window(ExrWriter& writer, const ExrHeader& header, std::span<const float> values);
+
+// The same as a file of its own, which appears whole or not at all. Throws RenderError.
 void write_exr_file(const std::string& path, const ExrHeader& header,
                     std::span<const float> values);
 

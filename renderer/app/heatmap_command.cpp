@@ -44,11 +44,12 @@ int run_heatmap(const HeatmapOptions& options) {
   }
   const FloatImage image = read_float_image(options.image);
   check_channels(options.image, quantity, image);
-  const Rect window{0, 0, image.width, image.height};
+  const Rect& window = image.data_window;
   check_heatmap_format("-o", options.output, window);
-  HeatmapFile file({options.output, &quantity}, options.style,
-                   {image.width, image.height, window, {{"emberline.image", options.image}}},
-                   image.channel_names);
+  HeatmapFile file(
+      {options.output, &quantity}, options.style,
+      {image.frame_width, image.frame_height, window, {{"emberline.image", options.image}}},
+      image.channel_names);
   file.write_tile(window, image.values);
   file.finish();
   log_info("wrote " + options.output);

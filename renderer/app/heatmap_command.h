@@ -14,7 +14,7 @@ struct HeatmapOptions {
   HeatmapStyle style;
 };
 
-// Writes what `render --heatmap` would have written for the frame: the same bytes as .png or .jpg.
+// Writes what `render --heatmap` would have written for the frame: the same pixels.
 // Returns kExitDone. Throws UsageError (names, style, suffix, output and input one file),
 // InputError (unreadable, channels missing), RenderError (cannot write).
 int run_heatmap(const HeatmapOptions& options);

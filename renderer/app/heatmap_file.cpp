@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "io/image_output.h"
+#include "renderer/app/exr_file.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
@@ -17,8 +18,6 @@ bool is_exr(const std::string& path) {
            return char(std::tolower(static_cast<unsigned char>(c)));
          });
 }
-
-constexpr int kTileSize = 64;
 
 }  // namespace
 
@@ -86,34 +85,21 @@ std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
 
 HeatmapFile::HeatmapFile(const HeatmapRequest& request, const HeatmapStyle& style,
                          const Frame& frame, std::span<const std::string> channels)
-    : style_(style), window_(frame.window), plane_(*request.quantity, channels, frame.window) {
+    : style_(style), plane_(*request.quantity, channels, frame.window) {
   if (is_exr(request.path)) {
-    ExrHeader header;
-    header.width = frame.width;
-    header.height = frame.height;
-    header.data_window = frame.window;
-    header.tile_size = kTileSize;
-    header.channels = {{std::string(request.quantity->name)}};
-    header.attributes = frame.attributes;
-    exr_ = std::make_unique<ExrWriter>(request.path, header);
+    header_.width = frame.width;
+    header_.height = frame.height;
+    header_.data_window = frame.window;
+    header_.channels = {{std::string(request.quantity->name)}};
+    header_.attributes = frame.attributes;
+    exr_ = std::make_unique<ExrWriter>(request.path, header_);
   } else {
     picture_.emplace(request.path);
   }
 }
 
 void HeatmapFile::write_exr() {
-  std::vector<float> pixels;
-  for (int y0 = window_.y0; y0 < window_.y1; y0 += kTileSize) {
-    for (int x0 = window_.x0; x0 < window_.x1; x0 += kTileSize) {
-      const Rect tile = Rect{x0, y0, x0 + kTileSize, y0 + kTileSize}.intersect(window_);
-      pixels.clear();
-      for (int y = tile.y0; y < tile.y1; ++y) {
-        const auto row = plane_.plane().values.begin() + ptrdiff_t(window_.index_of(tile.x0, y));
-        pixels.insert(pixels.end(), row, row + tile.width());
-      }
-      exr_->write_tile(tile, pixels);
-    }
-  }
+  write_exr_window(*exr_, header_, plane_.plane().values);
   exr_->finish();
 }
 

@@ -64,8 +64,8 @@ class HeatmapFile {
   void write_picture();
 
   HeatmapStyle style_;
-  Rect window_;
   QuantityPlane plane_;
+  ExrHeader header_;  // of exr_
   std::unique_ptr<ExrWriter> exr_;
   std::optional<AtomicFile> picture_;
 };

@@ -195,18 +195,18 @@ void add_error_chart(HtmlPage& page, const RenderOptions& o, const RenderReport&
         "each snapshot is measured.");
     return;
   }
-  const size_t most = std::max(estimated.points.size(), measured.points.size());
+  double first = INFINITY, last = 0;
   for (ChartSeries* series : {&estimated, &measured}) {
     series->style = series == &estimated ? 0 : 1;
-    if (!series->points.empty()) chart.series.push_back(*series);
+    if (series->points.empty()) continue;
+    first = std::min(first, series->points.front().x);
+    last = std::max(last, series->points.back().x);
+    chart.series.push_back(*series);
   }
   if (o.noise_threshold) {
-    ChartSeries threshold{"--noise-threshold of a pixel", {}, 4};
+    const double y = double(*o.noise_threshold);
+    ChartSeries threshold{"--noise-threshold of a pixel", {{first, y}, {last, y}}, 4};
     threshold.markers = false;
-    const ChartSeries& wide = estimated.points.size() == most ? estimated : measured;
-    for (const ChartPoint& point : {wide.points.front(), wide.points.back()}) {
-      threshold.points.push_back({point.x, double(*o.noise_threshold)});
-    }
     chart.series.push_back(threshold);
   }
   page.figures(std::vector<PageFigure>{

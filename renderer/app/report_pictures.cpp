@@ -97,11 +97,14 @@ ByteImage ReportPictures::picture() const {
 std::vector<ReportPictures::Map> ReportPictures::maps() const {
   std::vector<Map> maps;
   for (const MapSums& sums : maps_) {
+    // Where no tile came the channels are 0, as in the EXR.
+    const std::vector<float> zeros(sums.channels.size(), 0.0f);
+    const float untouched = sums.quantity->value(zeros.data());
     Plane plane{width_, height_, sums.sums};
     for (size_t i = 0; i < plane.values.size(); ++i) {
       const float mean = sums.counts[i] > 0 ? plane.values[i] / float(sums.counts[i])
                                             : std::numeric_limits<float>::quiet_NaN();
-      plane.values[i] = sums.quantity->rms ? std::sqrt(mean) : mean;
+      plane.values[i] = count_[i] == 0 ? untouched : sums.quantity->rms ? std::sqrt(mean) : mean;
     }
     maps.push_back({sums.quantity, std::move(plane)});
   }

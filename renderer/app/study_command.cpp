@@ -29,7 +29,6 @@
 #include "renderer/app/study_renderer.h"
 #include "renderer/app/study_settings.h"
 #include "renderer/core/errors.h"
-#include "renderer/core/hash.h"
 #include "renderer/core/log.h"
 #include "renderer/statistics/study_summary.h"
 
@@ -45,7 +44,7 @@ constexpr uint32_t kReferenceSeed = 0x40000000u, kWarmUpSeed = 0x80000000u;
 // A warm-up is long enough to tell the pace from, and no longer than that.
 constexpr double kWarmUpSeconds = 0.3, kWarmUpShare = 0.1;
 constexpr uint32_t kMostWarmUpSamples = 1024;
-// How much more than its pace says a frame that ends by time may render.
+// How many more samples than its pace says a frame gets that ends when its time is over.
 constexpr double kPaceMargin = 4;
 
 uint32_t to_samples(double samples) {
@@ -75,7 +74,6 @@ class Study {
   uint32_t samples_for(const PlannedMethod& method, double budget) const;
   void find_finished_runs();
   uint64_t samples_to_come() const;
-  std::vector<size_t> order(uint32_t seed) const;
   bool make_runs();
   std::optional<StudyRun> make_run(size_t method, uint32_t seed);
   std::optional<ProgressiveFrame> render(const PlannedMethod& method, uint32_t seed) const;
@@ -299,21 +297,12 @@ uint64_t Study::samples_to_come() const {
   return uint64_t(samples) * renderer_.pixels();
 }
 
-// The methods in an order of the seed's own (Fisher-Yates), so that no method always comes after
-// the same other one, or when the machine has grown warm.
-std::vector<size_t> Study::order(uint32_t seed) const {
-  std::vector<size_t> methods(plan_.methods.size());
-  for (size_t i = 0; i < methods.size(); ++i) methods[i] = i;
-  for (size_t i = methods.size(); i > 1; --i) {
-    std::swap(methods[i - 1], methods[hash_combine64(seed, i) % i]);
-  }
-  return methods;
-}
-
 // Nothing if stopped.
 std::optional<ProgressiveFrame> Study::render(const PlannedMethod& method, uint32_t seed) const {
   if (!method.separate) {
-    const double most = largest_budget(method) * (plan_.by_time ? kPaceMargin : 1.0);
+    // An adaptive frame has to know what it may spend.
+    const bool ends_by_time = plan_.by_time && method.method.estimator.empty();
+    const double most = largest_budget(method) * (ends_by_time ? kPaceMargin : 1.0);
     ProgressiveFrame frame =
         renderer_.render_progressive(frame_options(method, to_samples(std::ceil(most)), seed),
                                      plan_.budgets, plan_.by_time, stop_.token());
@@ -326,6 +315,7 @@ std::optional<ProgressiveFrame> Study::render(const PlannedMethod& method, uint3
         frame_options(method, samples_for(method, budget), seed), {}, stop_.token());
     if (!picture) return std::nullopt;
     picture->budget = budget;
+    frame.non_finite_samples += picture->non_finite_samples;
     if (picture->estimate) {
       frame.claims.push_back({picture->samples, *picture->estimate,
                               to_rgb_image(picture->values, 5, renderer_.window())});
@@ -338,6 +328,7 @@ std::optional<ProgressiveFrame> Study::render(const PlannedMethod& method, uint3
 StudyRun Study::measure(const ProgressiveFrame& frame) const {
   const auto pixels = double(renderer_.pixels());
   StudyRun run;
+  run.non_finite_samples = frame.non_finite_samples;
   for (const StudyPicture& picture : frame.pictures) {
     StudyCheckpoint& c = run.checkpoints.emplace_back();
     c.budget = picture.budget;
@@ -398,7 +389,7 @@ void Study::tell(const StudyRun& run) const {
 bool Study::make_runs() {
   for (uint32_t k = 0; k < seeds_; ++k) {
     const uint32_t seed = options_.frame.seed + k;
-    for (const size_t m : order(seed)) {
+    for (const size_t m : study_order(plan_.methods.size(), seed)) {
       if (!plan_.methods[m].impossible.empty() || find_run(results_, m, seed)) continue;
       const std::optional<StudyRun> run = make_run(m, seed);
       if (!run) return false;

@@ -68,7 +68,8 @@ StudyCheckpoint read_checkpoint(const Json& json) {
 Json run_object(const StudyRun& run) {
   Json json = {{"seed", run.seed},
                {"status", run.status == StudyRunStatus::kDone ? "done" : "failed"},
-               {"reason", run.reason}};
+               {"reason", run.reason},
+               {"non_finite_samples", run.non_finite_samples}};
   json["checkpoints"] = Json::array();
   for (const StudyCheckpoint& c : run.checkpoints) {
     json["checkpoints"].push_back(checkpoint_json(c));
@@ -347,6 +348,7 @@ std::optional<StudyRun> parse_run(std::string_view text, std::string_view key) {
     run.seed = json.at("seed");
     run.status = json.at("status") == "done" ? StudyRunStatus::kDone : StudyRunStatus::kFailed;
     run.reason = json.at("reason");
+    run.non_finite_samples = json.at("non_finite_samples");
     for (const Json& c : json.at("checkpoints")) run.checkpoints.push_back(read_checkpoint(c));
     for (const Json& p : json.at("calibration")) {
       run.calibration.push_back(

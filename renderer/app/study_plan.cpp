@@ -9,6 +9,7 @@
 #include "renderer/app/option_values.h"
 #include "renderer/app/sampling_plan.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/hash.h"
 #include "renderer/core/names.h"
 #include "renderer/drivers/frame_driver.h"
 
@@ -155,6 +156,15 @@ std::string reference_sampler(const std::vector<std::string>& studied) {
 
 std::vector<std::string> parse_samplers(const std::string& list) {
   return parse_names(list, "--samplers", "sampler", sampler_table());
+}
+
+std::vector<size_t> study_order(size_t methods, uint32_t seed) {
+  std::vector<size_t> order(methods);
+  for (size_t i = 0; i < methods; ++i) order[i] = i;
+  for (size_t i = methods; i > 1; --i) {  // Fisher-Yates
+    std::swap(order[i - 1], order[hash_combine64(seed, i) % i]);
+  }
+  return order;
 }
 
 RenderOptions frame_options(const PlannedMethod& method, uint32_t samples, uint32_t seed) {

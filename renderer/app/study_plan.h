@@ -37,6 +37,10 @@ StudyPlan plan_study(const StudyOptions& options);
 // The names of a list of samplers; throws as plan_study() does.
 std::vector<std::string> parse_samplers(const std::string& list);
 
+// 0 .. methods - 1 in the order in which a seed renders them: one of its own for each seed, so that
+// no method always comes after the same other one, or when the machine has grown warm.
+std::vector<size_t> study_order(size_t methods, uint32_t seed);
+
 // The options of one frame of a method. `samples` is what a pixel gets, on average with adaptive
 // sampling; rounded down to what the sampler can take.
 RenderOptions frame_options(const PlannedMethod& method, uint32_t samples, uint32_t seed);

@@ -1,11 +1,15 @@
 #include "renderer/app/study_renderer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <mutex>
 
 #include "renderer/app/frame_setup.h"
 #include "renderer/app/render_clock.h"
+#include "renderer/app/report.h"
 #include "renderer/app/sampling_plan.h"
+#include "renderer/core/log.h"
 
 namespace emberline {
 
@@ -45,6 +49,16 @@ RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect
 
 namespace {
 
+void warn_of_non_finite(const RenderOptions& o, const FrameCounters& counters) {
+  if (counters.non_finite_samples == 0) return;
+  log_warning(fmt::format(
+      "{} samples were NaN or infinite and count as black; the first is replayed by render with "
+      "--driver {}{} --sampler {} --seed {} --replay {}",
+      counters.non_finite_samples, o.driver,
+      o.estimator.empty() ? "" : " --estimator " + o.estimator, o.sampler, o.seed,
+      replay_words(counters.located.front(), o.seed)));
+}
+
 // Keeps the delivered tiles' channels.
 class TileKeeper : public FrameObserver {
  public:
@@ -82,25 +96,25 @@ class TileKeeper : public FrameObserver {
 // Copies the picture where a budget is spent, and where a round ends.
 class ProgressiveKeeper final : public TileKeeper {
  public:
-  // `keeps_rounds`: the driver may claim an error of them.
-  ProgressiveKeeper(const Rect& window, std::span<const double> budgets, bool by_time,
-                    bool keeps_rounds, const std::function<void(uint64_t)>& on_samples)
+  // With `uniform` sampling there are no rounds of which an error could be claimed.
+  ProgressiveKeeper(const Rect& window, std::span<const double> budgets, bool by_time, bool uniform,
+                    const std::function<void(uint64_t)>& on_samples)
       : TileKeeper(window, {}, on_samples),
         budgets_(budgets),
         by_time_(by_time),
-        keeps_rounds_(keeps_rounds) {}
+        uniform_(uniform) {}
 
   void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
     const double wall = clock.seconds(), cpu = clock.cpu_seconds();
     clock.leave_out([&] {
       claim(now);
       keep(now, picture, wall, cpu);
-      if (now.pass_finished && keeps_rounds_) {
+      if (now.pass_finished && !uniform_) {
         round_ = {now.samples, 0, to_rgb_image(rgba(picture), 4, window_)};
       }
       last_estimate_ = now.error_estimate;
     });
-    if (by_time_ && pictures.size() == budgets_.size()) spent.request_stop();
+    if (pictures.size() == budgets_.size()) spent.request_stop();
   }
 
   // The claim about the last round, which a driver makes when it plans the next.
@@ -118,8 +132,8 @@ class ProgressiveKeeper final : public TileKeeper {
 
  private:
   void keep(const FrameProgress& now, const FramePicture& picture, double wall, double cpu) {
-    // With samples the last budget is that of the finished frame, which render_progressive() keeps.
-    const size_t here = by_time_ ? budgets_.size() : budgets_.size() - 1;
+    // Else the last is the finished frame, which render_progressive() keeps.
+    const size_t here = by_time_ && uniform_ ? budgets_.size() : budgets_.size() - 1;
     while (pictures.size() < here) {
       const double budget = budgets_[pictures.size()];
       const double spent_so_far = by_time_ ? wall : double(now.samples) / double(window_.area());
@@ -145,7 +159,7 @@ class ProgressiveKeeper final : public TileKeeper {
 
   const std::span<const double> budgets_;
   const bool by_time_;
-  const bool keeps_rounds_;
+  const bool uniform_;
   std::optional<ClaimedError> round_;  // of which nothing has been claimed yet
   std::optional<double> last_estimate_;
 };
@@ -183,6 +197,8 @@ std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, 
   picture.wall_s = clock.seconds();
   picture.cpu_s = clock.cpu_seconds();
   if (counters.stopped) return std::nullopt;
+  warn_of_non_finite(options, counters);
+  picture.non_finite_samples = counters.non_finite_samples;
   sampling.driver->deliver(keeper);
   picture.samples = counters.samples;
   picture.estimate = sampling.driver->error_estimate();
@@ -195,7 +211,7 @@ ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
                                                    const std::stop_token& stop) const {
   const Sampling sampling(options);
   const Frame whole = frame(sampling, {});
-  ProgressiveKeeper keeper(window_, budgets, by_time, !sampling.plan.uniform, on_samples_);
+  ProgressiveKeeper keeper(window_, budgets, by_time, sampling.plan.uniform, on_samples_);
   const std::stop_callback pass_on(stop, [&] { keeper.spent.request_stop(); });
   keeper.clock = RenderClock();
   const FrameCounters counters = sampling.driver->render(whole, keeper, keeper.spent.get_token());
@@ -203,10 +219,11 @@ ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
   ProgressiveFrame result;
   result.stopped = stop.stop_requested();
   if (result.stopped) return result;
+  warn_of_non_finite(options, counters);
+  result.non_finite_samples = counters.non_finite_samples;
   result.pictures = std::move(keeper.pictures);
   result.claims = std::move(keeper.claims);
   if (!counters.stopped) {
-    // Finished before the last budget's time was over, or with the last budget's samples.
     sampling.driver->deliver(keeper);
     const std::optional<double> estimate = sampling.driver->error_estimate();
     const std::vector<float> values = keeper.take_values();

@@ -24,7 +24,8 @@ struct StudyPicture {
   uint64_t samples = 0;
   double wall_s = 0, cpu_s = 0;  // of rendering, without the copying of pictures
   std::optional<double> estimate;
-  std::vector<float> values;  // R G B A samples; of a whole frame all of film_channels()
+  std::vector<float> values;        // R G B A samples; of a whole frame all of film_channels()
+  uint64_t non_finite_samples = 0;  // of a whole frame
 };
 
 // The first three of a window's interleaved channels.
@@ -40,6 +41,7 @@ struct ClaimedError {
 struct ProgressiveFrame {
   std::vector<StudyPicture> pictures;  // one for each budget that was reached
   std::vector<ClaimedError> claims;
+  uint64_t non_finite_samples = 0;
   bool stopped = false;  // by the user
 };
 
@@ -54,14 +56,17 @@ class StudyRenderer {
   // Called from any thread for every some samples.
   void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }
 
+  // Samples that are not finite are warned of, with what replays the first.
+
   // A whole frame with the driver, sampler, samples and seed of the options; nothing if a stop was
   // requested. On the calling thread's arena, as is the other.
   std::optional<StudyPicture> render(const RenderOptions& options, const AovSet& aovs,
                                      const std::stop_token& stop) const;
 
   // One frame of a progressive driver, with a picture at the first pause at which each of the
-  // budgets is spent: samples per pixel, or seconds. With samples, the last picture is the finished
-  // frame; with seconds the frame ends with the last budget.
+  // budgets is spent: samples per pixel, or seconds. The last picture is the finished frame; but
+  // uniform sampling whose budgets are seconds ends with the last of them. A frame that finishes
+  // sooner is the picture of all further budgets.
   ProgressiveFrame render_progressive(const RenderOptions& options, std::span<const double> budgets,
                                       bool by_time, const std::stop_token& stop) const;
 

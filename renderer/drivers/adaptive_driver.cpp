@@ -4,22 +4,25 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <bit>
 #include <iterator>
 #include <optional>
 
+#include "renderer/core/parallel.h"
 #include "renderer/drivers/adaptive/refinement_views.h"
 #include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/bucket_driver.h"
 #include "renderer/drivers/frame_film.h"
+#include "samplers/owen_sobol.h"
 
 namespace emberline {
 namespace {
 
-// About half a millisecond of work: many parts for each thread of a slice.
-constexpr uint64_t kPartSamples = 2048;
+// About a millisecond of work: many parts for each thread of a slice.
+constexpr uint64_t kPartSamples = 4096;
 // A slice ends in a barrier and a look by the observer: some milliseconds of work for each thread.
-constexpr size_t kPartsPerThread = 32;
+constexpr size_t kPartsPerThread = 16;
 
 // The tree asks for the first of every so many pixels, and the others follow in tiles: by then it
 // has found where the picture's features are, and asking costs as much as a sample of a simple
@@ -61,6 +64,33 @@ std::vector<size_t> cut_into_parts(std::span<const uint32_t> order, std::span<co
   }
   if (!order.empty()) parts.push_back(order.size());
   return parts;
+}
+
+std::vector<uint32_t> parts_by_gain(std::span<const size_t> parts, std::span<const uint32_t> order,
+                                    std::span<const uint32_t> have,
+                                    std::span<const uint32_t> targets,
+                                    std::span<const float> gain) {
+  const size_t count = parts.size() - 1;
+  std::vector<double> rates(count);
+  parallel_each(count, [&](size_t part) {
+    double sum = 0;
+    uint64_t samples = 0;
+    for (size_t k = parts[part]; k < parts[part + 1]; ++k) {
+      const size_t i = order[k];
+      sum += double(gain[i]);
+      samples += targets[i] - have[i];
+    }
+    rates[part] = samples > 0 ? sum / double(samples) : 0.0;
+  });
+  std::vector<uint32_t> sorted;
+  sorted.reserve(count);
+  const auto bits = uint32_t(std::bit_width(count));
+  for (uint32_t i = 0; sorted.size() < count; ++i) {  // van der Corput's order
+    const uint32_t part = bits > 0 ? owen_sobol::reverse_bits(i) >> (32 - bits) : 0;
+    if (part < count) sorted.push_back(part);
+  }
+  std::ranges::stable_sort(sorted, std::ranges::greater(), [&](uint32_t p) { return rates[p]; });
+  return sorted;
 }
 
 class AdaptiveDriver::Progress final : public FramePicture {
@@ -201,20 +231,25 @@ class AdaptiveDriver::Progress final : public FramePicture {
     if (covered_) ++pass_;
     const std::vector<size_t> parts = cut_into_parts(order_, have_, targets, kPartSamples);
     const size_t part_count = parts.size() - 1;
+    planner_.expected_gains(have_, targets, &gains_);
+    const std::vector<uint32_t> turns = parts_by_gain(parts, order_, have_, targets, gains_);
     const size_t slice = kPartsPerThread * size_t(tbb::this_task_arena::max_concurrency());
     for (size_t begin = 0; begin < part_count; begin += slice) {
       const size_t end = std::min(part_count, begin + slice);
       const bool complete = runner_.run(end - begin, [&](size_t part, auto& list) {
-        for (size_t k = parts[begin + part]; k < parts[begin + part + 1]; ++k) {
+        const size_t turn = turns[begin + part];
+        for (size_t k = parts[turn]; k < parts[turn + 1]; ++k) {
           const size_t i = order_[k];
           if (targets[i] > have_[i]) {
             list.push_back({x_of(i), y_of(i), have_[i], targets[i] - have_[i]});
           }
         }
       });
-      for (size_t k = parts[begin]; k < parts[end]; ++k) {
-        const size_t i = order_[k];
-        have_[i] = complete ? targets[i] : film_.sample_count(x_of(i), y_of(i));
+      for (size_t part = begin; part < end; ++part) {
+        for (size_t k = parts[turns[part]]; k < parts[turns[part] + 1]; ++k) {
+          const size_t i = order_[k];
+          have_[i] = complete ? targets[i] : film_.sample_count(x_of(i), y_of(i));
+        }
       }
       if (!complete) return false;
       const auto samples = double(runner_.counters().samples);
@@ -245,6 +280,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
   std::optional<RefinementTree> tree_;  // until every pixel has a sample, or kept
   const std::vector<uint32_t> order_;
   std::vector<uint32_t> have_;  // samples of each pixel
+  std::vector<float> gains_;    // expected of this round's
   int pass_ = 0;
   bool covered_ = false;  // every pixel has a sample
   bool stopped_ = false;  // before the work was done

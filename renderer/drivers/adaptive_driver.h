@@ -27,6 +27,14 @@ std::vector<uint32_t> tile_order(const Rect& window);
 std::vector<size_t> cut_into_parts(std::span<const uint32_t> order, std::span<const uint32_t> have,
                                    std::span<const uint32_t> targets, uint64_t samples);
 
+// The parts in the order of what their samples are expected to bring: a picture that is looked at,
+// or stopped, amid a round has had its worst places seen to. gain[i] is the squared error that the
+// samples of pixel i in this round take away; a part's rank is the sum over its pixels by its
+// samples. Equal parts come in van der Corput's order, spread over the frame.
+std::vector<uint32_t> parts_by_gain(std::span<const size_t> parts, std::span<const uint32_t> order,
+                                    std::span<const uint32_t> have,
+                                    std::span<const uint32_t> targets, std::span<const float> gain);
+
 class AdaptiveDriver final : public FrameDriver {
  public:
   // Throws UsageError for settings that make no sense together.

@@ -32,7 +32,8 @@ struct HeatmapQuantity {
 // one difference per pixel: single pixels scatter (one degree of freedom), and their RMS, which the
 // legend tells, is what the adaptive driver estimates for the whole frame (drivers/adaptive/
 // frame_error.h; `error.estimate` of the report). With one stream samples count as independent: an
-// upper estimate. Pixels with fewer than two samples have no value.
+// upper estimate. The curve counts as straight over the error, so that a single pixel's may
+// exceed 1. Pixels with fewer than two samples have no value.
 std::span<const HeatmapQuantity> heatmap_quantity_table();
 // Throws UsageError, which starts with the option's name.
 const HeatmapQuantity& find_heatmap_quantity(std::string_view name,

@@ -95,6 +95,7 @@ struct StudyRun {
   std::string reason;                        // of a failure, one line
   std::vector<StudyCheckpoint> checkpoints;  // by budget, ascending; none if it failed
   std::vector<CalibrationPoint> calibration;
+  uint64_t non_finite_samples = 0;  // that were NaN or infinite, and count as black
 };
 
 struct StudyReference {

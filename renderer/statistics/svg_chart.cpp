@@ -103,8 +103,10 @@ int place_legend(std::vector<LegendEntry>& entries, double left, double right) {
 Frame make_frame(int width, int height, const AxisRange& x, const AxisRange& y, int legend_lines) {
   double labels = 0;
   for (const AxisTick& tick : y.ticks()) labels = std::max(labels, text_width(tick.label));
+  double last = 0;  // may stand half outside the plot
+  for (const AxisTick& tick : x.ticks()) last = std::max(last, text_width(tick.label));
   return {kLine + labels + 14,
-          width - 14.0,
+          width - std::max(14.0, last / 2 + 2),
           kLine + 12,
           height - 2 * kLine - 10 - legend_lines * kLine,
           x,
@@ -343,7 +345,6 @@ Markup line_chart(const LineChart& chart) {
 
 Markup histogram_chart(const Histogram& histogram) {
   const AxisScale x_scale = histogram.x.scale, y_scale = histogram.y.scale;
-  const bool log = y_scale == AxisScale::kLog;
   std::vector<double> xs, ys;
   std::vector<Histogram::Bar> bars;
   for (const Histogram::Bar& bar : histogram.bars) {
@@ -355,8 +356,6 @@ Markup histogram_chart(const Histogram& histogram) {
     xs.insert(xs.end(), {bar.from, bar.to});
     ys.push_back(bar.count);
   }
-  // So that a count of 1 has a height.
-  if (log && !ys.empty()) ys.push_back(0.7);
   const Frame frame =
       make_frame(histogram.width, histogram.height, AxisRange(x_scale, xs, histogram.x.from_zero),
                  AxisRange(y_scale, ys, true), 0);

@@ -58,7 +58,7 @@ struct Histogram {
     double count = 0;
   };
   std::string title;
-  ChartAxis x, y;  // y begins at 0, or on a logarithmic axis below 1
+  ChartAxis x, y;  // y begins at 0, or on a logarithmic axis below the least count
   std::vector<Bar> bars;
   int width = 560, height = 300;
 };

@@ -6,6 +6,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "renderer/statistics/chart_axis.h"
+
 namespace emberline {
 namespace {
 
@@ -41,15 +43,14 @@ ValueRange around(double value, bool logarithmic) {
   return value > 0 ? ValueRange{0, 2 * value} : ValueRange{2 * value, 0};
 }
 
-// The least of 1, 2 or 5 times a power of ten of which at most `most` multiples lie in the range.
-double nice_step(double least, double greatest, int most) {
-  double power = std::pow(10.0, std::floor(std::log10((greatest - least) / most)));
-  for (;; power *= 10) {
-    for (const double step : {power, 2 * power, 5 * power}) {
-      const double first = std::ceil(least / step - kRounding);
-      if (std::floor(greatest / step + kRounding) - first < most) return step;
-    }
-  }
+// A step of round numbers of which at most `most` multiples lie in the range.
+double tick_step(double least, double greatest, int most) {
+  double step = nice_step(greatest - least, most + 1);
+  const auto multiples = [&] {
+    return std::floor(greatest / step + kRounding) - std::ceil(least / step - kRounding) + 1;
+  };
+  while (multiples() > most) step = nice_step(1.5 * step, 1);  // the next larger
+  return step;
 }
 
 }  // namespace
@@ -83,7 +84,7 @@ double ValueScale::position(double value) const {
 
 std::vector<ScaleTick> ValueScale::linear_ticks(int most, double factor) const {
   const double least = range_.least * factor, greatest = range_.most * factor;
-  const double step = nice_step(least, greatest, most);
+  const double step = tick_step(least, greatest, most);
   const int decimals = std::max(0, -int(std::floor(std::log10(step) + kRounding)));
   std::vector<ScaleTick> ticks;
   for (double i = std::ceil(least / step - kRounding); i <= greatest / step + kRounding; ++i) {

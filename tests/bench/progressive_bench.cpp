@@ -66,6 +66,8 @@ FrameSampling sampling_of(const std::string& driver, uint32_t spp) {
   FrameSampling sampling;
   sampling.driver = driver;
   sampling.spp = spp;
+  sampling.adaptive.budget = spp;
+  if (driver == "adaptive") sampling.streams = find_estimator(sampling.adaptive.estimator).streams;
   return sampling;
 }
 

@@ -1,5 +1,5 @@
 // Where adaptive samples go: to silhouettes, to the boundaries of shadows, to detail of textures,
-// in the scenes of Painter & Sloan's figure 1, set up as scenes/figure_1.py sets them up.
+// in the scenes of Painter & Sloan's figure 1, set up as scenes/make_heatmaps.py sets them up.
 //
 // The features are found in another render, uniform and of another seed: silhouettes where
 // neighbours show other objects, other depths or other faces; texture where their albedo differs on

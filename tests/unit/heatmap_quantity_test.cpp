@@ -61,24 +61,28 @@ TEST(HeatmapQuantity, ErrorOfFewerThanTwoSamplesIsUnknown) {
   }
 }
 
-// The map's RMS is the estimate that the adaptive driver makes of the whole frame.
+// The map's RMS is the estimate that the adaptive driver makes of the whole frame: in the middle of
+// the curve, in the dark, and in clipped white.
 TEST(HeatmapQuantity, RmsOfTheErrorIsTheFramesEstimate) {
-  const PixelStatistics pixels = drawn_pixels(
-      64, 48, 32, 7, [](TestRandom& random) { return 0.3 + 0.1 * draw_normal(random); });
   const HeatmapQuantity& error = find_heatmap_quantity("error");
-  double sum = 0;
-  for (size_t i = 0; i < pixels.size(); ++i) {
-    const float n = pixels.count[i], b = pixels.second_count[i], a = n - b;
-    float channels[7] = {n};
-    for (size_t c = 0; c < 3; ++c) {
-      const float difference = pixels.stream_difference[c][i];
-      channels[1 + c] = pixels.mean[c][i];
-      channels[4 + c] = difference * difference * a * b / (n * n);
+  for (const double level : {0.3, 0.001, 5.0}) {
+    const PixelStatistics pixels = drawn_pixels(64, 48, 32, 7, [level](TestRandom& random) {
+      return level * (1 + 0.3 * draw_normal(random));
+    });
+    double sum = 0;
+    for (size_t i = 0; i < pixels.size(); ++i) {
+      const float n = pixels.count[i], b = pixels.second_count[i], a = n - b;
+      float channels[7] = {n};
+      for (size_t c = 0; c < 3; ++c) {
+        const float difference = pixels.stream_difference[c][i];
+        channels[1 + c] = pixels.mean[c][i];
+        channels[4 + c] = difference * difference * a * b / (n * n);
+      }
+      sum += square(double(error.value(channels)));
     }
-    sum += square(double(error.value(channels)));
+    const double estimate = frame_error(pixels);
+    EXPECT_NEAR(std::sqrt(sum / double(pixels.size())), estimate, 1e-5 * estimate) << level;
   }
-  const double estimate = frame_error(pixels);
-  EXPECT_NEAR(std::sqrt(sum / double(pixels.size())), estimate, 1e-5 * estimate);
 }
 
 TEST(QuantityPlane, GathersTilesInAnyOrder) {

@@ -122,6 +122,8 @@ TEST(HtmlPage, TablesFillShortRowsAndLeaveOutAnEmptyHead) {
   EXPECT_EQ(read.count("thead"), 0u);
   EXPECT_EQ(read.count("td"), 4u);
   EXPECT_EQ(read.count("th"), 2u);  // the rows' own
+  EXPECT_NE(page.finish().find("<th scope=\"row\">b</th><td class=\"n\">1</td><td>2</td>"),
+            std::string::npos);
 }
 
 TEST(HtmlPage, NothingForEmptyListsAndFigures) {

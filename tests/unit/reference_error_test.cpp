@@ -57,6 +57,19 @@ TEST(ReferenceError, ProductsOfTwoHalvesAreFreeOfTheReferencesNoise) {
   }
 }
 
+// The truth itself has no error, however noisy the halves: but for what the display's curve makes
+// of their noise, the products of display values cancel too.
+TEST(ReferenceError, TheTruthHasHardlyAnyErrorOnTheDisplay) {
+  const ReferencePicture halves(picture(1, 0.02), picture(2, 0.02));
+  StudyReference reference;
+  halves.describe(&reference);
+  const StudyError error = halves.measure(picture(3, 0));
+  // The products' mean has a deviation of twice the noise over sqrt(9216).
+  EXPECT_NEAR(error.display_mse, 0, 0.15 * reference.noise_display_mse);
+  EXPECT_NEAR(error.mse, 0, 0.15 * reference.noise_mse);
+  EXPECT_NEAR(error.rel_mse, 0, 0.5 * reference.noise_rel_mse);
+}
+
 TEST(ReferenceError, ItsOwnNoiseIsThatOfTheMean) {
   const ReferencePicture halves(picture(1, 0.3), picture(2, 0.3));
   StudyReference reference;

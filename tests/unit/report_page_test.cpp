@@ -143,6 +143,8 @@ TEST(ReportPictures, PixelsThatNeverCameAreCountedAsWithoutSamples) {
   EXPECT_EQ(pictures.pixels_by_samples(),
             (std::map<uint32_t, uint64_t>{{0, uint64_t(kWindow.area())}}));
   for (const uint8_t value : pictures.picture().values) EXPECT_EQ(value, 0);
+  const auto maps = pictures.maps();
+  for (const float value : maps[0].plane.values) EXPECT_EQ(value, 0.0f);
 }
 
 // A frame too large for a page: means over squares, and exact counts all the same.

@@ -333,6 +333,26 @@ TEST(RoundPlanner, TheSamplesFollowTheDeviation) {
   EXPECT_LT(loud / quiet, 1.02 * 4);
 }
 
+// v / n before, v / m after: the difference, of a variance that is known.
+TEST(RoundPlanner, GainsAreTheVarianceThatGoes) {
+  SyntheticFrame frame = even_noise(48, 48, 3);
+  RoundPlanner planner(of_budget(400), 48, 48, 5);
+  std::vector<uint32_t> have(48 * 48, 100), targets(48 * 48, 400);
+  targets[7] = 100;
+  std::vector<float> gains;
+  planner.expected_gains(have, targets, &gains);
+  EXPECT_EQ(gains, std::vector<float>(48 * 48, 0.0f)) << "nothing has been seen yet";
+  frame.render(planner);
+  planner.expected_gains(have, targets, &gains);
+  EXPECT_EQ(gains[7], 0.0f);
+  double mean = 0;
+  for (const float gain : gains) mean += double(gain) / double(gains.size());
+  // Three channels of a deviation of 0.1, as the metric weighs them; 2304 estimates of it.
+  const double variance = square(double(planner.errors().deviation[8]));
+  EXPECT_NEAR(gains[8], variance / 100 - variance / 400, 1e-6 * variance);
+  EXPECT_NEAR(mean, 0.01 * (1.0 / 100 - 1.0 / 400), 0.1 * 0.01 * (1.0 / 100 - 1.0 / 400));
+}
+
 TEST(RoundPlanner, UnbiasedLeavesNobodyOut) {
   SyntheticFrame frame(64, 64, 14, [](int x, int y, TestRandom& random) {
     return x == 5 && y == 5 ? noisy(random, 2.0f, 1.0f) : Sample{0.1f, 2};

@@ -23,6 +23,7 @@ StudyRun awkward_run() {
   c.error = {1e-300, 0.1, -1e-7, 5e-324, 0.25, -0.0, std::nan(""), 1.0 / 7};
   c.estimate = 1.0 / 9;
   run.calibration = {{16, 0.01, std::nan("")}, {32, 0.02, 0.03}};
+  run.non_finite_samples = 3;
   return run;
 }
 
@@ -49,6 +50,7 @@ TEST(StudyFiles, ARunComesBackAsItWas) {
   ASSERT_EQ(back->calibration.size(), 2u);
   EXPECT_TRUE(std::isnan(back->calibration[0].true_rms));
   EXPECT_EQ(back->calibration[1].true_rms, 0.03);
+  EXPECT_EQ(back->non_finite_samples, 3u);
 }
 
 TEST(StudyFiles, DamagedRunsAndThoseOfOthersAreNotBelieved) {

@@ -145,6 +145,37 @@ TEST(StudySummary, InterpolatesInLogarithms) {
               2 * std::sqrt(2) / 8, 1e-12);
 }
 
+// The baseline falls by 4 from 1 to 2 samples, by 2 from 2 to 4 and by 8 from 4 to 8: each place is
+// read from the piece it lies in.
+TEST(StudySummary, ReadsABentCurvePieceByPiece) {
+  StudyResults r = study_of({{1, 1, 1e-3}, {1, 1, 1e-3}}, 1);
+  const double bent[] = {1, 1.0 / 4, 1.0 / 8, 1.0 / 64};
+  for (size_t k = 0; k < 4; ++k) r.runs[0].checkpoints[k].error = error_of(bent[k]);
+  const double middle = std::sqrt(2.0);
+  for (StudyCheckpoint& c : r.runs[1].checkpoints) c.mean_samples *= middle;  // between the others
+  const double between[] = {0.5, std::sqrt(1.0 / 32), std::sqrt(1.0 / 512)};
+  for (size_t k = 0; k < 3; ++k) {
+    const double error = r.runs[1].checkpoints[k].error.mse;
+    EXPECT_NEAR(equal_position_error_ratio(r, 1, StudyMetric::kMse, StudyAxis::kSamples, k)->value,
+                error / between[k], 1e-9);
+    r.runs[1].checkpoints[k].error = error_of(between[k]);
+    EXPECT_NEAR(equal_error_speedup(r, 1, StudyMetric::kMse, StudyAxis::kSamples, k)->ratio.value,
+                1, 1e-9);
+  }
+}
+
+// Budgets so close that the same picture was there for both.
+TEST(StudySummary, OfCheckpointsAtOnePositionTheLastCounts) {
+  StudyResults r = study_of({{3, 1, 1e-3}, {1, 1, 1e-3}}, 1);
+  r.runs[0].checkpoints[1] = r.runs[0].checkpoints[0];
+  r.runs[0].checkpoints[1].budget = 2;
+  EXPECT_NEAR(error_slope(r, 0, StudyMetric::kMse, StudyAxis::kSamples)->value, -1, 1e-9);
+  EXPECT_NEAR(equal_error_speedup(r, 1, StudyMetric::kMse, StudyAxis::kSamples, 0)->ratio.value, 3,
+              1e-9);
+  EXPECT_NEAR(equal_position_error_ratio(r, 1, StudyMetric::kMse, StudyAxis::kSamples, 0)->value,
+              1 / 3.0, 1e-9);
+}
+
 TEST(StudySummary, ABaselineOfOneCheckpointFallsAsIndependentSamplesDo) {
   const StudyResults r = study_of({{4, 1, 1e-3}, {1, 1, 1e-3}}, 2, {8});
   const Speedup s = *equal_error_speedup(r, 1, StudyMetric::kMse, StudyAxis::kSamples, 0);
@@ -221,6 +252,7 @@ TEST(StudySummary, CalibrationByPowersOfTwo) {
   EXPECT_NEAR(groups[0].ratio.value, 1, 1e-9);
   EXPECT_EQ(groups[0].ratio.runs, 2u);
   EXPECT_EQ(groups[1].ratio.runs, 1u);
+  EXPECT_DOUBLE_EQ(groups[1].mean_samples, 32) << "of the points that have a ratio";
 }
 
 TEST(StudySummary, FractionOfTheNeymanLimit) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <clocale>
 #include <cmath>
 #include <set>
@@ -110,6 +111,21 @@ TEST(LineChart, IntervalsStayInThePlot) {
     // 10 to 5 takes up a good part of the height.
     EXPECT_GT(line[3].second - line[0].second, 0.3 * chart.height);
     EXPECT_EQ(read.count("polygon"), spread == ChartSpread::kBand ? 1u : 0u);
+  }
+}
+
+// A letter takes about 7 units: no number along the axis leaves the picture.
+TEST(LineChart, LabelsStayInThePicture) {
+  for (const double most : {4500.0, 9e5, 1e-3, 7e8}) {
+    const LineChart chart = chart_of({{most / 100, 1}, {most, 2e5}});
+    const std::string svg = line_chart(chart).html;
+    const AxisRange range(AxisScale::kLinear, std::vector{most / 100, most});
+    const std::string label = range.ticks().back().label;
+    const size_t at = svg.find(">" + label + "</text>");
+    ASSERT_NE(at, std::string::npos) << label << svg;
+    const double x = std::stod(svg.substr(svg.rfind("x=\"", at) + 3));
+    const auto letters = std::ranges::count_if(label, [](char c) { return (c & 0xc0) != 0x80; });
+    EXPECT_LE(x + 7.0 * double(letters) / 2, chart.width) << label;
   }
 }
 

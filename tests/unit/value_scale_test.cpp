@@ -48,11 +48,11 @@ TEST(PlaneStatistics, OfOneValueIsThatValue) {
 TEST(AutomaticRange, LeavesOutTheGreatestTwoPercent) {
   std::vector<float> values(2000, 0.0f);
   for (size_t i = 0; i < 1000; ++i) values[2 * i] = float(i + 1);
-  values[0] = kInf;  // 999 that are not 0: 2 to 1000
+  for (size_t i = 0; i < 50; ++i) values[2 * i] = kInf;  // 950 that are not 0: 51 to 1000
   const ValueRange range = automatic_range(row(values), false);
   EXPECT_EQ(range.least, 0);
   EXPECT_EQ(range.most, 981);
-  EXPECT_EQ(automatic_range(row(values), false, 0.5).most, 501);
+  EXPECT_EQ(automatic_range(row(values), false, 0.5).most, 525);
   EXPECT_EQ(automatic_range(row({1, 2, 3}), false).most, 3);
 }
 

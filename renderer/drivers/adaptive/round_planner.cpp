@@ -123,6 +123,21 @@ PixelStop RoundPlanner::stop_of(size_t i) const {
   return PixelStop::kBudget;
 }
 
+// Estimators that go by batches tell an error and no variance of a sample.
+void RoundPlanner::expected_gains(std::span<const uint32_t> have, std::span<const uint32_t> targets,
+                                  std::vector<float>* gains) const {
+  gains->assign(have.size(), 0.0f);
+  if (errors_.error.empty()) return;
+  parallel_ranges(have.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      if (targets[i] <= have[i]) continue;
+      const float now = entry_.batch > 0 ? square(errors_.error[i])
+                                         : square(errors_.deviation[i]) / float(have[i]);
+      (*gains)[i] = now * (1.0f - float(have[i]) / float(targets[i]));
+    }
+  });
+}
+
 bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
   interrupted_ = !look(film, stop);
   if (interrupted_) return false;

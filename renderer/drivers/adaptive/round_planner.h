@@ -50,6 +50,10 @@ class RoundPlanner {
   bool plan(const FilmTile& film, const std::stop_token& stop = {});
   // A stop request cut the last plan() short.
   bool interrupted() const { return interrupted_; }
+  // The part of each pixel's squared error that going from `have` samples to `targets` is expected
+  // to take away, by the last look; all 0 before it.
+  void expected_gains(std::span<const uint32_t> have, std::span<const uint32_t> targets,
+                      std::vector<float>* gains) const;
   // Looks only, for the error estimate of what there is.
   void look(const FilmTile& film);
 

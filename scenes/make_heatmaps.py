@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Makes gallery/figure_1_spheres.jpg and gallery/figure_1_teapot.jpg: picture left, sample density right.
+"""Makes the gallery's heatmaps: figure_1_spheres.jpg and figure_1_teapot.jpg (picture left, sample density right), and
+heatmaps.jpg (samples, reasons, time and error of one frame).
 
-    figure_1.py [--emberline BINARY] [--out DIR] [--size WxH] [--threads N]
+    make_heatmaps.py [--emberline BINARY] [--out DIR] [--size WxH] [--threads N]
 
-The set-up of figure 1 of J. Painter and K. Sloan, "Antialiased ray tracing by adaptive progressive refinement", SIGGRAPH
-1989: direct light, every pixel refined until it is sure enough, density in grey. Needs oiiotool (Debian:
-openimageio-tools) to put the two side by side.
+The former two have the set-up of figure 1 of J. Painter and K. Sloan, "Antialiased ray tracing by adaptive
+progressive refinement", SIGGRAPH 1989: direct light, every pixel refined until it is sure enough, density in grey.
+Needs oiiotool (Debian: openimageio-tools) to put pictures side by side.
 """
 
 import argparse
@@ -19,6 +20,12 @@ HERE = pathlib.Path(__file__).resolve().parent
 SCENES = ["spheres", "teapot"]
 # Error of a hundredth of the display's range. White from 400 samples a pixel on: the same scale in both.
 OPTIONS = ["--driver", "adaptive", "--integrator", "direct", "--noise-threshold", "0.01", "--range", "0,400"]
+# Of the other: quantity and style.
+FRAME = ["--driver", "adaptive", "--noise-threshold", "0.02", "--max-spp", "256", "--size", "640x360"]
+HEATMAPS = [["samples", "--colors", "viridis"], ["stop"], ["time", "--colors", "turbo"],
+            ["error", "--log", "--colors", "inferno"]]
+JPEG = ["--eraseattrib", ".*", "--nosoftwareattrib", "--attrib", "oiio:ColorSpace", "sRGB", "--compression", "jpeg:85",
+        "-d", "uint8", "-o"]
 BACKGROUND = "0.118,0.118,0.118"  # the legend's
 
 
@@ -39,25 +46,37 @@ def make_figure(emberline, scene, size, threads, out):
         (left, _), (right, height) = png_size(picture), png_size(density)
         both = f"{left + right}x{height}"
         run("oiiotool", density, picture, "--create", both, 3, f"--fill:color={BACKGROUND}", both,
-            "--paste", "+0+0", "--paste", f"+{left}+0", "--eraseattrib", ".*", "--nosoftwareattrib",
-            "--attrib", "oiio:ColorSpace", "sRGB", "--compression", "jpeg:85", "-d", "uint8", "-o", out)
+            "--paste", "+0+0", "--paste", f"+{left}+0", *JPEG, out)
+
+
+def make_heatmaps(emberline, threads, out):
+    with tempfile.TemporaryDirectory() as folder:
+        frame = pathlib.Path(folder) / "frame.exr"
+        run(emberline, "render", HERE / "spheres.glb", "-o", frame, "--aov", "variance,stop,time", "--threads", threads,
+            "--quiet", *FRAME)
+        pictures = [pathlib.Path(folder) / f"{of[0]}.png" for of in HEATMAPS]
+        for picture, of in zip(pictures, HEATMAPS):
+            run(emberline, "heatmap", frame, "-o", picture, "--quiet", "--of", *of)
+        run("oiiotool", *pictures, "--mosaic:pad=8", "2x2", *JPEG, out)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--emberline", type=pathlib.Path, default=HERE.parent / "build/release/bin/emberline")
     parser.add_argument("--out", type=pathlib.Path, default=HERE / "gallery")
-    parser.add_argument("--size", default="800x450", help="of each half")
+    parser.add_argument("--size", default="800x450", help="of each half of the figures")
     parser.add_argument("--threads", default="2")
     options = parser.parse_args()
     for scene in SCENES:
         out = options.out / f"figure_1_{scene}.jpg"
         make_figure(options.emberline, scene, options.size, options.threads, out)
         print(f"wrote {out}")
+    make_heatmaps(options.emberline, options.threads, options.out / "heatmaps.jpg")
+    print(f"wrote {options.out / 'heatmaps.jpg'}")
 
 
 if __name__ == "__main__":
     try:
         main()
     except (subprocess.CalledProcessError, FileNotFoundError) as error:
-        sys.exit(f"figure_1.py: {error}")
+        sys.exit(f"make_heatmaps.py: {error}")
