@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <ctime>
+#include <exception>
 #include <utility>
 
 #include "io/tcp_client.h"
-#include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 
 namespace emberline {
@@ -132,7 +132,7 @@ void TevStream::run() {
   std::string fault;
   try {
     send_all();
-  } catch (const RenderError& error) {
+  } catch (const std::exception& error) {  // a viewer is no reason to end
     fault = error.what();
   }
   open_ = false;

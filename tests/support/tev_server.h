@@ -128,13 +128,13 @@ class TevServer {
  public:
   struct Manners {
     bool ipv6 = false;
-    bool reads = true;  // else it accepts and lets everything lie
+    bool reads = true;  // else it accepts and lets everything lie until read_on()
     size_t closes_after = std::numeric_limits<size_t>::max();  // bytes
     useconds_t pause_us = 0;                                   // before each look at the socket
   };
 
   TevServer() : TevServer(Manners()) {}
-  explicit TevServer(const Manners& manners) : manners_(manners) {
+  explicit TevServer(const Manners& manners) : manners_(manners), reads_(manners.reads) {
     listener_ = ::socket(manners.ipv6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (!manners.reads || manners.pause_us > 0) {
       // What the system takes for a reader that does not read is little then.
@@ -168,6 +168,8 @@ class TevServer {
     return (manners_.ipv6 ? "tev://[::1]:" : "tev://127.0.0.1:") + std::to_string(port_);
   }
 
+  void read_on() { reads_ = true; }
+
   // Waits for the connection's end. What was wrong with the packets, or "".
   std::string wait() {
     if (thread_.joinable()) thread_.join();
@@ -192,7 +194,7 @@ class TevServer {
     if (!readable(listener_)) return;
     const int socket = ::accept(listener_, nullptr, nullptr);
     connected_ = true;
-    while (!manners_.reads && !stop_) ::usleep(10000);
+    while (!reads_ && !stop_) ::usleep(1000);
     std::vector<unsigned char> bytes(1 << 16), pending;
     for (size_t total = 0; readable(socket);) {
       ::usleep(manners_.pause_us);
@@ -228,7 +230,7 @@ class TevServer {
   const Manners manners_;
   int listener_ = -1;
   int port_ = 0;
-  std::atomic<bool> stop_{false}, connected_{false};
+  std::atomic<bool> reads_, stop_{false}, connected_{false};
   TevImages images_;
   std::string fault_;
   std::thread thread_;
