@@ -291,7 +291,23 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
                   ".jpg), or .json. May be given more than once")
       ->type_name("FILE")
       ->allow_extra_args(false);
-  app->add_option("--display", o.display.display, "OpenColorIO display [the config's default]");
+  app->add_option_function<std::vector<std::string>>(
+         "--display",
+         [&o](const std::vector<std::string>& values) {
+           for (const std::string& value : values) {
+             if (is_tev_url(value)) {
+               o.viewer = parse_tev_url(value);
+             } else {
+               o.display.display = value;
+             }
+           }
+         },
+         fmt::format("OpenColorIO display [the config's default]; or tev://HOST:PORT: show the "
+                     "picture in the viewer tev while it renders (port {} unless given). May be "
+                     "given once for each",
+                     TevAddress::kDefaultPort))
+      ->type_name("NAME|URL")
+      ->allow_extra_args(false);
   app->add_option("--view", o.display.view, "OpenColorIO view [the display's default]");
   app->add_option("--look", o.display.look, "OpenColorIO look [none]");
   add_number(app, "--exposure", o.display.exposure, -64.0f, 64.0f, "stops, for .png and .jpg [0]");

@@ -14,6 +14,7 @@
 #include "renderer/app/outputs.h"
 #include "renderer/app/progress.h"
 #include "renderer/app/refinement_output.h"
+#include "renderer/app/remote_viewer.h"
 #include "renderer/app/render_clock.h"
 #include "renderer/app/replay.h"
 #include "renderer/app/report.h"
@@ -88,10 +89,11 @@ OutputSettings settings_of_outputs(const RenderOptions& options, const Rect& win
   return settings;
 }
 
-// Renders while progress is shown, passes are noted and snapshots taken.
+// Renders while progress is shown, passes are noted, snapshots taken and a viewer kept informed.
 FrameCounters render_frame(const RenderOptions& options, const Frame& frame, FrameDriver& driver,
-                           FrameOutputs& outputs, SnapshotRecorder* snapshots, StopRequest& stop,
-                           const Stopwatch& wall, RenderClock& render, RenderReport* report) {
+                           FrameOutputs& outputs, SnapshotRecorder* snapshots, RemoteViewer* viewer,
+                           StopRequest& stop, const Stopwatch& wall, RenderClock& render,
+                           RenderReport* report) {
   const auto pixels = double(frame.window.area());
   ProgressDisplay progress(uint64_t(frame.window.area()) * frame.samples_per_pixel, stop,
                            options.time_limit_s);
@@ -114,6 +116,7 @@ FrameCounters render_frame(const RenderOptions& options, const Frame& frame, Fra
     if (!report->passes.empty()) report->passes.back().error_estimate = now.error_estimate;
     if (now.pass_finished) report->passes.push_back({elapsed, now.samples, std::nullopt});
     if (snapshots) render.leave_out([&] { snapshots->look(now, picture, elapsed); });
+    if (viewer) viewer->look(picture, elapsed);
   });
   const FrameCounters counters = driver.render(frame, outputs, stop.token());
   outputs.on_samples({});
@@ -161,7 +164,6 @@ int run_render(const RenderOptions& options) {
     for (const std::string& path : options.trees) check_writable(path);
     if (!options.snapshots.empty()) snapshots.emplace(options, window);
     outputs.emplace(options.outputs, output_settings, stop);
-    if (pictures) outputs->on_tile([&](const FilmTile& tile) { pictures->add(tile); });
   }
 
   report.window = window;
@@ -194,14 +196,21 @@ int run_render(const RenderOptions& options) {
                     sampling.uniform};
   if (options.replay) return run_replay(frame, *options.replay);
 
+  std::optional<RemoteViewer> viewer;
+  if (options.viewer) viewer.emplace(options, window, threads);
+  outputs->on_tile([&](const FilmTile& tile) {
+    if (pictures) pictures->add(tile);
+    if (viewer) viewer->add(tile);
+  });
   report.display = outputs->display_description();
   const GracefulStop graceful;
   // An arena of its own: the limit above cannot give more threads than the machine has cores.
   tbb::task_arena arena(threads);
   RenderClock render;
   arena.execute([&] {
-    report.counters = render_frame(options, frame, *driver, *outputs,
-                                   snapshots ? &*snapshots : nullptr, stop, wall, render, &report);
+    report.counters =
+        render_frame(options, frame, *driver, *outputs, snapshots ? &*snapshots : nullptr,
+                     viewer ? &*viewer : nullptr, stop, wall, render, &report);
   });
   report.times.render_s = render.seconds();
   report.times.snapshots_s = render.left_out_seconds();
@@ -214,12 +223,13 @@ int run_render(const RenderOptions& options) {
   arena.execute([&] { driver->deliver(*outputs); });
   outputs->finish();
   write_refinement(options, *driver);
+  if (viewer) viewer->finish(stop.cause());
   report.estimator = sampling.uniform ? "none" : std::string(sampling.adaptive.estimator);
   report.error_estimate = driver->error_estimate();
   report.passes.back().error_estimate = report.error_estimate;
   report.times.write_s = write.seconds();
-  report.film_bytes =
-      outputs->film_bytes() + driver->film_bytes() + (pictures ? pictures->bytes() : 0);
+  report.film_bytes = outputs->film_bytes() + driver->film_bytes() +
+                      (pictures ? pictures->bytes() : 0) + (viewer ? viewer->bytes() : 0);
   // After the frame itself, which is not lost if they cannot be written.
   std::optional<RenderError> snapshot_error;
   if (snapshots) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/display.h"
+#include "io/tev_protocol.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 #include "renderer/statistics/heatmap_quantity.h"
@@ -69,6 +70,7 @@ struct RenderOptions {
   std::string snapshot_format = "png";
   std::string reference;
   DisplaySettings display;
+  std::optional<TevAddress> viewer;   // that watches
   std::optional<std::string> replay;  // X,Y,SAMPLE
   std::optional<Vec2i> explained;     // a pixel of the frame
   std::vector<std::string> trees;     // files of the refinement tree

@@ -1,0 +1,126 @@
+#include "io/tcp_client.h"
+
+#include <netdb.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <future>
+#include <limits>
+#include <memory>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+constexpr int kPollMs = 20;
+
+using AddressList = std::unique_ptr<addrinfo, void (*)(addrinfo*)>;
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::string words(int error) { return std::generic_category().message(error); }
+
+// Throws RenderError.
+AddressList look_up(const std::string& host, uint16_t port, int flags) {
+  addrinfo hints = {};
+  hints.ai_family = AF_UNSPEC;
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = flags | AI_NUMERICSERV;
+  addrinfo* list = nullptr;
+  const int error = getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &list);
+  if (error == EAI_SYSTEM) throw RenderError("cannot find the host: " + words(errno));
+  if (error != 0) throw RenderError(std::string("cannot find the host: ") + gai_strerror(error));
+  return {list, freeaddrinfo};
+}
+
+// Asking for a name cannot be called off and may take the system half a minute. So it is asked for
+// on a thread that nobody waits for when it takes too long; it holds nothing of ours.
+AddressList look_up_name(const std::string& host, uint16_t port, double until,
+                         const TcpClient::KeepWaiting& keep_waiting) {
+  std::packaged_task<AddressList()> task([host, port] { return look_up(host, port, 0); });
+  std::future<AddressList> answer = task.get_future();
+  std::thread(std::move(task)).detach();
+  const double began = now();
+  while (answer.wait_for(std::chrono::milliseconds(kPollMs)) != std::future_status::ready) {
+    if (now() > until || !keep_waiting(now() - began))
+      throw RenderError("cannot find the host: no answer in time");
+  }
+  return answer.get();
+}
+
+AddressList addresses(const std::string& host, uint16_t port, double until,
+                      const TcpClient::KeepWaiting& keep_waiting) {
+  try {
+    return look_up(host, port, AI_NUMERICHOST);  // no question to anybody
+  } catch (const RenderError&) {
+    return look_up_name(host, port, until, keep_waiting);
+  }
+}
+
+}  // namespace
+
+TcpClient::TcpClient(const std::string& host, uint16_t port, double timeout_s,
+                     KeepWaiting keep_waiting)
+    : keep_waiting_(std::move(keep_waiting)) {
+  const double until = now() + timeout_s;
+  const AddressList list = addresses(host, port, until, keep_waiting_);
+  for (const addrinfo* address = list.get(); address; address = address->ai_next) {
+    if (connect_to(address, until)) return;
+  }
+  throw RenderError("cannot connect: " + words(last_error_));
+}
+
+TcpClient::~TcpClient() {
+  if (socket_ >= 0) close(socket_);
+}
+
+bool TcpClient::connect_to(const void* address, double until) {
+  const auto& a = *static_cast<const addrinfo*>(address);
+  socket_ = socket(a.ai_family, a.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, a.ai_protocol);
+  last_error_ = socket_ < 0 ? errno : 0;
+  if (socket_ >= 0 && connect(socket_, a.ai_addr, a.ai_addrlen) != 0) last_error_ = errno;
+  if (last_error_ == EINPROGRESS) {
+    socklen_t size = sizeof last_error_;
+    if (wait_for(POLLOUT, until) == 0) {
+      last_error_ = ETIMEDOUT;
+    } else {
+      getsockopt(socket_, SOL_SOCKET, SO_ERROR, &last_error_, &size);
+    }
+  }
+  if (last_error_ == 0) return true;
+  if (socket_ >= 0) close(std::exchange(socket_, -1));
+  return false;
+}
+
+// What of `events`, or what else, has come; 0 when the wait is over without.
+short TcpClient::wait_for(short events, double until) const {
+  const double began = now();
+  pollfd ready = {socket_, events, 0};
+  for (double time = began; time <= until && keep_waiting_(time - began); time = now()) {
+    if (poll(&ready, 1, kPollMs) > 0) return ready.revents;
+  }
+  return 0;
+}
+
+void TcpClient::send(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const short ready = wait_for(POLLOUT | POLLRDHUP, std::numeric_limits<double>::infinity());
+    if (ready == 0) throw RenderError("it takes no more of the picture");
+    if (ready & POLLRDHUP) throw RenderError("it closed the connection");
+    const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (sent > 0) bytes = bytes.subspan(size_t(sent));
+    if (sent < 0 && errno != EAGAIN && errno != EINTR) throw RenderError(words(errno));
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,158 @@
+#include "io/tev_stream.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+#include <exception>
+#include <utility>
+
+#include "io/tcp_client.h"
+#include "renderer/core/log.h"
+
+namespace emberline {
+namespace {
+
+constexpr double kConnectSeconds = 5.0;
+
+// Larger rectangles go in pieces, so that a piece is soon through and soon shown, and fits in the
+// 1 MiB that tev has for a packet at first.
+constexpr int kPiece = 128;  // pixels a side: 256 KiB
+
+double thread_cpu_seconds() {
+  timespec t = {};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+template <typename Use>
+void for_each_tile(const Rect& window, int size, const Use& use) {
+  for (int y = window.y0; y < window.y1; y += size) {
+    for (int x = window.x0; x < window.x1; x += size) {
+      use(Rect{x, y, x + size, y + size}.intersect(window));
+    }
+  }
+}
+
+}  // namespace
+
+TevStream::TevStream(const TevAddress& address, Image image)
+    : address_(address), image_(std::move(image)), thread_([this] { run(); }) {}
+
+TevStream::~TevStream() {
+  {
+    const std::lock_guard lock(mutex_);
+    abandoned_ = true;
+  }
+  end();
+}
+
+void TevStream::finish(const Patience& patience) {
+  {
+    const std::lock_guard lock(mutex_);
+    patience_ = patience;
+  }
+  end();
+}
+
+void TevStream::end() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+    ended_at_ = std::chrono::steady_clock::now();
+  }
+  wake_.notify_all();
+  thread_.join();
+}
+
+void TevStream::add(const Rect& rect, std::vector<float> rgba) {
+  if (!open()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    put({rect, rect, std::make_shared<const std::vector<float>>(std::move(rgba))});
+  }
+  wake_.notify_all();
+}
+
+void TevStream::add_picture(const Rect& window, int tile_size, std::vector<float> rgba) {
+  if (!open()) return;
+  const auto shared = std::make_shared<const std::vector<float>>(std::move(rgba));
+  {
+    const std::lock_guard lock(mutex_);
+    for_each_tile(window, tile_size, [&](const Rect& rect) { put({rect, window, shared}); });
+  }
+  wake_.notify_all();
+}
+
+void TevStream::put(Part part) {
+  const Key key = {part.rect.x0, part.rect.y0, part.rect.x1, part.rect.y1};
+  const uint64_t bytes = uint64_t(part.rect.area()) * 4 * sizeof(float);
+  const auto [place, added] = waiting_.insert_or_assign(key, std::move(part));
+  if (!added) return;
+  order_.push_back(place->first);
+  waiting_bytes_ += bytes;
+  most_bytes_ = std::max(most_bytes_, waiting_bytes_);
+}
+
+// The next part, as soon as there is one; false when there will be none.
+bool TevStream::take(Part& part) {
+  std::unique_lock lock(mutex_);
+  wake_.wait(lock, [this] { return ended_ || !order_.empty(); });
+  if (abandoned_ || order_.empty()) return false;
+  auto node = waiting_.extract(order_.front());
+  order_.pop_front();
+  part = std::move(node.mapped());
+  waiting_bytes_ -= uint64_t(part.rect.area()) * 4 * sizeof(float);
+  return true;
+}
+
+bool TevStream::patient(double waited_s) const {
+  const std::lock_guard lock(mutex_);
+  if (!ended_) return true;
+  const double since_end =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - ended_at_).count();
+  return !abandoned_ && since_end < patience_.whole_s &&
+         std::min(waited_s, since_end) < patience_.stalled_s;
+}
+
+void TevStream::send_all() {
+  TcpClient viewer(address_.host, address_.port, kConnectSeconds,
+                   [this](double waited_s) { return patient(waited_s); });
+  viewer.send(tev_create_image(image_.name, image_.width, image_.height));
+  for (Part part; take(part);) {
+    for_each_tile(part.rect, kPiece, [&](const Rect& piece) {
+      viewer.send(tev_update_image(image_.name, piece, *part.rgba, part.layout));
+    });
+    cpu_s_.store(thread_cpu_seconds(), std::memory_order_relaxed);
+  }
+}
+
+void TevStream::run() {
+  std::string fault;
+  try {
+    send_all();
+  } catch (const std::exception& error) {  // a viewer is no reason to end
+    fault = error.what();
+  }
+  open_ = false;
+  bool rendering = false;
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_.clear();
+    order_.clear();
+    if (abandoned_) return;
+    rendering = !ended_;
+  }
+  if (fault.empty()) return;
+  log_warning(fmt::format(
+      "--display {}: {}; {}", address_.url(), fault,
+      rendering ? "the render goes on without this viewer" : "it does not show the whole picture"));
+}
+
+uint64_t TevStream::most_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return most_bytes_;
+}
+
+}  // namespace emberline

@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""What `--display tev://...` costs a render: less than 2 %, or this exits with 1.
+
+    tests/bench/viewer_cost.py [--emberline PROGRAM] [--pairs N] [--only WORD] [-o TABLE.md]
+
+Renders with and without a viewer in turn, starting with either; the viewer is another process that
+reads and forgets. On one thread, so that the processor time of the render holds all of its costs: the
+pauses of progressive drivers, during which no other thread would work either, the sending thread, and
+the system's part in it. Says the mean ratio of neighbours with its standard error; the limit holds for
+the mean less two of them, so that a shared machine's noise alone fails it once in 40 runs at most.
+"""
+import argparse
+import json
+import math
+import multiprocessing
+import pathlib
+import random
+import socket
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+LIMIT = 0.02
+PATHS = ["teapot.glb", "--spp", "8"]
+ONE_RAY = ["cornell_box.glb", "--spp", "32", "--integrator", "depth"]
+FRAMES = {
+    "bucket, paths, teapot": PATHS,
+    "bucket, one ray a sample, Cornell box": ONE_RAY,
+    "bisection, paths, teapot": PATHS + ["--driver", "bisection"],
+    "bisection, one ray a sample, Cornell box": ONE_RAY + ["--driver", "bisection"],
+    "adaptive, paths, teapot": PATHS + ["--driver", "adaptive"],
+}
+
+
+def read_and_forget(listener, received):
+    while True:
+        connection, _ = listener.accept()
+        with connection:
+            while chunk := connection.recv(1 << 20):
+                received.value += len(chunk)
+
+
+def cpu_seconds(program, words, url):
+    with tempfile.TemporaryDirectory() as out:
+        viewer = ["--display", url] if url else []
+        subprocess.run([program, "render", ROOT / "scenes" / words[0], *words[1:], "-o", f"{out}/a.exr",
+                        "--size", "640x360", "--threads", "1", "--report", f"{out}/a.json", *viewer],
+                       check=True, capture_output=True)
+        report = json.loads(pathlib.Path(f"{out}/a.json").read_text())
+        if report["warnings"]:
+            sys.exit(f"viewer_cost.py: {report['warnings']}")
+        return report["time"]["render_cpu_s"]
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--emberline", type=pathlib.Path, default=ROOT / "build/release/bin/emberline")
+    p.add_argument("--pairs", type=int, default=9)
+    p.add_argument("--only", default="", help="frames whose names hold this")
+    p.add_argument("-o", "--output", type=pathlib.Path)
+    options = p.parse_args()
+    listener = socket.create_server(("127.0.0.1", 0))
+    url = "tev://127.0.0.1:%d" % listener.getsockname()[1]
+    received = multiprocessing.Value("Q", 0)
+    multiprocessing.Process(target=read_and_forget, args=(listener, received), daemon=True).start()
+    picture = 640 * 360 * 16
+    lines = ["| frame | processor s | pictures sent | with a viewer against without |", "| --- | --- | --- | --- |"]
+    failed = False
+    for name, words in FRAMES.items():
+        if options.only not in name:
+            continue
+        ratios, times = [], []
+        before = received.value
+        for i in range(options.pairs):
+            order = [None, url]
+            random.Random(i).shuffle(order)
+            pair = {which: cpu_seconds(options.emberline, words, which) for which in order}
+            times.append(pair[None])
+            ratios.append(math.log(pair[url] / pair[None]))
+        mean, error = statistics.mean(ratios), statistics.stdev(ratios) / math.sqrt(len(ratios))
+        pictures = (received.value - before) / options.pairs / picture
+        lines.append(f"| {name} | {statistics.median(times):.2f} | {pictures:.1f} | "
+                     f"{100 * mean:+.2f} % +- {100 * error:.2f} % |")
+        failed = failed or mean - 2 * error > LIMIT
+    text = "\n".join(lines) + "\n"
+    print(text)
+    if options.output:
+        options.output.write_text(text)
+    if failed:
+        sys.exit(f"viewer_cost.py: a viewer costs more than {100 * LIMIT:.0f} %")
+
+
+main()

@@ -1,0 +1,217 @@
+// `--display tev://HOST:PORT`: what a viewer gets is the file's picture, and nothing that a viewer
+// does holds up or changes the render.
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+
+#include "cli/command_test.h"
+#include "support/tev_server.h"
+
+namespace emberline::test {
+namespace {
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+constexpr const char* kChannels[] = {"R", "G", "B", "A"};
+
+// Bit for bit the file's in its data window, black elsewhere.
+void expect_same_picture(const TevImage& image, const ExrPicture& file) {
+  ASSERT_EQ((Rect{0, 0, image.width, image.height}), file.display);
+  ASSERT_EQ(image.channels, Words(std::begin(kChannels), std::end(kChannels)));
+  for (const char* channel : kChannels) {
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        const float expected = file.data.contains(x, y) ? file.at(channel, x, y) : 0.0f;
+        const float shown = image.at(channel, x, y);
+        ASSERT_EQ(std::memcmp(&shown, &expected, sizeof shown), 0)
+            << channel << " of " << x << "," << y << ": " << shown << ", file " << expected;
+      }
+    }
+  }
+}
+
+class RemoteViewer : public CommandTest {
+ protected:
+  Words frame(const std::string& url, const Words& more = {}) {
+    return Words{"render", scene(), "-o",        "out.exr", "--size",   "150x100",
+                 "--spp",  "4",     "--display", url,       "--report", "r.json"} +
+           more;
+  }
+  ExrPicture file() const { return read_exr(path("out.exr")); }
+
+  // Exit code 0, and a warning that names the viewer as the only line beside the usual ones.
+  void expect_one_warning(const RunResult& result, const std::string& url,
+                          const std::string& what) {
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    const Words lines = result.error_lines();
+    EXPECT_EQ(std::ranges::count_if(
+                  lines, [](const auto& l) { return l.find("warning") != std::string::npos; }),
+              1)
+        << result.err;
+    EXPECT_NE(result.err.find("emberline: warning: --display " + url + ": "), std::string::npos)
+        << result.err;
+    EXPECT_NE(result.err.find(what), std::string::npos) << result.err;
+    EXPECT_EQ(read_json("r.json")["warnings"].size(), 1u);
+  }
+};
+
+TEST_F(RemoteViewer, GetsTheFilesPicture) {
+  const Words variants[] = {
+      {},
+      {"--crop", "37,20,140,91"},
+      {"--bucket-size", "7", "--bucket-order", "random"},
+      {"--bucket-size", "300", "--size", "280x270", "--spp", "1"},
+      {"--noise-threshold", "0.05", "--unbiased", "--bucket-size", "32"},
+      {"--driver", "bisection"},
+      {"--driver", "bisection", "--crop", "37,20,140,91", "--bucket-size", "5"},
+      {"--driver", "adaptive"},
+      {"--driver", "adaptive", "--unbiased", "--crop", "37,20,140,91", "--bucket-size", "16"},
+      {"--transparent", "--threads", "1"},
+  };
+  for (const Words& variant : variants) {
+    SCOPED_TRACE(variant.empty() ? "" : variant.front() + " " + variant[1]);
+    TevServer server;
+    const RunResult result = render(frame(server.url(), variant));
+    EXPECT_EQ(server.wait(), "");
+    EXPECT_EQ(result.err.find("warning"), std::string::npos) << result.err;
+    ASSERT_EQ(server.images().size(), 1u);
+    EXPECT_EQ(server.images().begin()->first, "out.exr (scene.glb)");
+    expect_same_picture(server.image(), file());
+  }
+}
+
+TEST_F(RemoteViewer, GetsEveryBucketOnce) {
+  TevServer server;
+  render(frame(server.url(), {"--bucket-size", "50"}));
+  EXPECT_EQ(server.wait(), "");
+  EXPECT_EQ(server.image().updates.size(), 6u);
+}
+
+TEST_F(RemoteViewer, SeesAProgressiveFrameGrow) {
+  for (const char* driver : {"bisection", "adaptive"}) {
+    SCOPED_TRACE(driver);
+    TevServer server;
+    render(frame(server.url(), {"--driver", driver, "--spp", "1000000", "--time-limit", "1.5"}));
+    EXPECT_EQ(server.wait(), "");
+    const TevImage& image = server.image();
+    // 3 x 2 tiles a picture: the first at once, the last at the end, and some between, though not
+    // more than one each tenth of a second.
+    EXPECT_GE(image.updates.size(), 6u * 4) << "4 pictures";
+    EXPECT_LE(image.updates.size(), 6u * (2 + 15 * size_t(kSlower)));
+    expect_same_picture(image, file());
+  }
+}
+
+TEST_F(RemoteViewer, StandsBesideTheDisplayOfThePng) {
+  render(frame("sRGB", {"-o", "plain.png", "--view", "ACES"}));
+  const ExrPicture without = file();
+  TevServer server;
+  render(frame(server.url(), {"-o", "seen.png", "--view", "ACES", "--display", "sRGB"}));
+  EXPECT_EQ(server.wait(), "");
+  EXPECT_EQ(read_bytes_picture(path("seen.png")).values,
+            read_bytes_picture(path("plain.png")).values);
+  EXPECT_EQ(first_difference(without, file()), "");
+  expect_same_picture(server.image(), file());
+  // In the other order, too; a name that is wrong stays wrong.
+  expect_failure(
+      {"render", scene(), "-o", "a.png", "--display", "nope", "--display", "tev://localhost"}, 2,
+      {"unknown display", "nope", "sRGB"});
+}
+
+TEST_F(RemoteViewer, OfTwoTheLastCounts) {
+  TevServer first, last;
+  render(frame(first.url(), {"--display", last.url()}));
+  EXPECT_EQ(last.wait(), "");
+  EXPECT_FALSE(first.connected());
+  expect_same_picture(last.image(), file());
+}
+
+TEST_F(RemoteViewer, ThatIsNotThereCostsAWarning) {
+  std::string url;
+  {
+    const TevServer server;
+    url = server.url();
+  }
+  expect_one_warning(run(frame(url)), url, "cannot connect");
+  EXPECT_EQ(file().at("samples", 149, 99), 4.0f);
+  expect_one_warning(run(frame("tev://no-such-host.invalid")), "tev://no-such-host.invalid:14158",
+                     "cannot find the host");
+  const RunResult quiet = run(frame(url, {"--quiet"}));
+  EXPECT_EQ(quiet.exit_code, 0);
+  EXPECT_EQ(quiet.err, "");
+}
+
+TEST_F(RemoteViewer, ThatClosesCostsAWarning) {
+  for (const char* driver : {"bucket", "bisection"}) {
+    SCOPED_TRACE(driver);
+    TevServer server({.closes_after = 60000});
+    const RunResult result = run(frame(server.url(), {"--size", "400x300", "--bucket-size", "16",
+                                                      "--spp", "16", "--driver", driver}));
+    expect_one_warning(result, server.url(), "");
+    const std::vector<float>& samples = file().channels.at("samples");
+    EXPECT_TRUE(std::ranges::all_of(samples, [](float s) { return s == 16.0f; }));
+  }
+}
+
+TEST_F(RemoteViewer, ThatDoesNotReadHoldsNothingUp) {
+  for (const char* driver : {"bucket", "bisection", "adaptive"}) {
+    SCOPED_TRACE(driver);
+    const Words work = {"--size", "1024x1024", "--spp", "2", "--driver", driver};
+    const RunResult alone = render(frame("sRGB", work));
+    const ExrPicture without = file();
+    TevServer server({.reads = false});
+    const RunResult result = run(frame(server.url(), work));
+    expect_one_warning(result, server.url(), "takes no more");
+    // The second that it is given to come to, and what two runs on a busy machine may differ by.
+    EXPECT_LT(result.seconds, 1.5 * alone.seconds + 2.0 * kSlower) << alone.seconds;
+    EXPECT_EQ(first_difference(file(), without), "");
+    const nlohmann::json time = read_json("r.json")["time"];
+    EXPECT_GE(time["write_s"].get<double>(), 1.0) << "the wait is no rendering";
+  }
+}
+
+TEST_F(RemoteViewer, ThatDoesNotReadDoesNotDelayAStop) {
+  for (const char* driver : {"bucket", "bisection"}) {
+    SCOPED_TRACE(driver);
+    TevServer server({.reads = false});
+    Process process(frame(server.url(), {"--size", "1024x1024", "--spp", "4096", "--verbose",
+                                         "--bucket-size", "16", "--driver", driver}),
+                    {.folder = folder_.path()});
+    ASSERT_TRUE(process.wait_for_error("loaded in", 30 * kSlower));
+    ::usleep(useconds_t(1000000 * kSlower));
+    process.send(SIGINT);
+    const double sent = seconds();
+    EXPECT_EQ(process.wait().exit_code, 130);
+    EXPECT_LT(seconds() - sent, 2.0 * kSlower);
+    // Less than the second that a viewer has when nobody waits.
+    EXPECT_LT(read_json("r.json")["time"]["write_s"].get<double>(), 1.0 * kSlower);
+  }
+}
+
+TEST_F(RemoteViewer, OfAStoppedFrameGetsWhatIsWritten) {
+  TevServer server;
+  Process process(frame(server.url(), {"--size", "1024x1024", "--spp", "256", "--verbose",
+                                       "--bucket-size", "16"}),
+                  {.folder = folder_.path()});
+  ASSERT_TRUE(process.wait_for_error("loaded in", 30 * kSlower));
+  ::usleep(useconds_t(500000 * kSlower));
+  process.send(SIGINT);
+  EXPECT_EQ(process.wait().exit_code, 130);
+  EXPECT_EQ(server.wait(), "");
+  expect_same_picture(server.image(), file());
+}
+
+TEST_F(RemoteViewer, IsNotBotheredByWhatCannotBeRendered) {
+  TevServer server;
+  write("broken.glb", "no scene");
+  expect_failure({"render", path("broken.glb"), "-o", "a.exr", "--display", server.url()}, 3,
+                 {"broken.glb"});
+  EXPECT_FALSE(server.connected());
+}
+
+}  // namespace
+}  // namespace emberline::test

@@ -1,0 +1,239 @@
+// A viewer for tests: listens as tev does, and makes images of the packets it gets. Its decoder is
+// written from tev's published layout, not from our encoder.
+#pragma once
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "renderer/core/rect.h"
+
+namespace emberline::test {
+
+struct TevImage {
+  int width = 0, height = 0;
+  std::vector<std::string> channels;
+  std::map<std::string, std::vector<float>> values;  // rows of the whole image from the top
+  std::vector<Rect> updates;                         // as they came
+
+  float at(const std::string& channel, int x, int y) const {
+    return values.at(channel)[size_t(y) * size_t(width) + size_t(x)];
+  }
+};
+
+// Takes numbers and strings off the front of a packet. Throws std::runtime_error at its end.
+class TevPacketReader {
+ public:
+  explicit TevPacketReader(const std::vector<unsigned char>& bytes) : bytes_(bytes) {}
+
+  int64_t integer(int size) {
+    uint64_t value = 0;
+    for (int i = 0; i < size; ++i) value |= uint64_t(byte()) << (8 * i);
+    return size == 4 ? int64_t(int32_t(uint32_t(value))) : int64_t(value);
+  }
+  std::string string() {
+    std::string text;
+    for (unsigned char c; (c = byte()) != 0;) text += char(c);
+    return text;
+  }
+  float number_at(size_t index) const {  // of the floats that begin here
+    if (at_ + 4 * index + 4 > bytes_.size()) throw std::runtime_error("too few values");
+    float value;
+    std::memcpy(&value, &bytes_[at_ + 4 * index], 4);
+    return value;
+  }
+  size_t rest() const { return bytes_.size() - at_; }
+  unsigned char byte() {
+    if (at_ >= bytes_.size()) throw std::runtime_error("a packet ends too soon");
+    return bytes_[at_++];
+  }
+
+ private:
+  const std::vector<unsigned char>& bytes_;
+  size_t at_ = 0;
+};
+
+using TevImages = std::map<std::string, TevImage>;
+
+inline void decode_create(TevPacketReader& packet, TevImages& images) {
+  packet.byte();  // focus
+  TevImage& image = images[packet.string()] = {};
+  image.width = int(packet.integer(4));
+  image.height = int(packet.integer(4));
+  for (int64_t n = packet.integer(4); n > 0; --n) {
+    image.channels.push_back(packet.string());
+    image.values[image.channels.back()].resize(size_t(image.width) * size_t(image.height));
+  }
+  if (packet.rest() != 0) throw std::runtime_error("CreateImage is too long");
+}
+
+inline void decode_update(TevPacketReader& packet, TevImages& images) {
+  packet.byte();  // focus
+  TevImage& image = images.at(packet.string());
+  std::vector<std::string> channels(size_t(packet.integer(4)));
+  for (std::string& channel : channels) channel = packet.string();
+  const int x = int(packet.integer(4)), y = int(packet.integer(4));
+  const int width = int(packet.integer(4)), height = int(packet.integer(4));
+  const Rect rect{x, y, x + width, y + height};
+  if (rect.empty() || rect.intersect({0, 0, image.width, image.height}) != rect) {
+    throw std::runtime_error("an update reaches out of its image");
+  }
+  image.updates.push_back(rect);
+  std::vector<int64_t> offsets(channels.size()), strides(channels.size());
+  for (int64_t& offset : offsets) offset = packet.integer(8);
+  for (int64_t& stride : strides) stride = packet.integer(8);
+  for (size_t c = 0; c < channels.size(); ++c) {
+    std::vector<float>& values = image.values.at(channels[c]);
+    for (int64_t i = 0; i < rect.area(); ++i) {
+      const size_t place =
+          size_t(rect.y_of(size_t(i))) * size_t(image.width) + size_t(rect.x_of(size_t(i)));
+      values[place] = packet.number_at(size_t(offsets[c] + i * strides[c]));
+    }
+  }
+  if (packet.rest() != channels.size() * size_t(rect.area()) * 4) {
+    throw std::runtime_error("an update has another number of values than pixels");
+  }
+}
+
+// One packet, its length included. Throws std::exception for one that tev would not understand.
+inline void decode_tev_packet(const std::vector<unsigned char>& bytes, TevImages& images) {
+  TevPacketReader packet(bytes);
+  if (uint64_t(packet.integer(4)) != bytes.size()) throw std::runtime_error("a wrong length");
+  switch (packet.byte()) {
+    case 4:
+      return decode_create(packet, images);
+    case 6:
+      return decode_update(packet, images);
+    default:
+      throw std::runtime_error("an unknown type of packet");
+  }
+}
+
+// Serves one connection, on a thread of its own, until the other side closes it.
+class TevServer {
+ public:
+  struct Manners {
+    bool ipv6 = false;
+    bool reads = true;  // else it accepts and lets everything lie until read_on()
+    size_t closes_after = std::numeric_limits<size_t>::max();  // bytes
+    useconds_t pause_us = 0;                                   // before each look at the socket
+  };
+
+  TevServer() : TevServer(Manners()) {}
+  explicit TevServer(const Manners& manners) : manners_(manners), reads_(manners.reads) {
+    listener_ = ::socket(manners.ipv6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (!manners.reads || manners.pause_us > 0) {
+      // What the system takes for a reader that does not read is little then.
+      const int size = 4096;
+      ::setsockopt(listener_, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
+    }
+    sockaddr_in6 v6 = {};
+    v6.sin6_family = AF_INET6;
+    v6.sin6_addr = in6addr_loopback;
+    sockaddr_in v4 = {};
+    v4.sin_family = AF_INET;
+    v4.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    auto* address =
+        manners.ipv6 ? reinterpret_cast<sockaddr*>(&v6) : reinterpret_cast<sockaddr*>(&v4);
+    socklen_t size = manners.ipv6 ? sizeof v6 : sizeof v4;
+    if (::bind(listener_, address, size) != 0 || ::listen(listener_, 1) != 0) return;
+    ::getsockname(listener_, address, &size);
+    port_ = ntohs(manners.ipv6 ? v6.sin6_port : v4.sin_port);
+    thread_ = std::thread([this] { serve(); });
+  }
+  ~TevServer() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+    if (listener_ >= 0) ::close(listener_);
+  }
+  TevServer(const TevServer&) = delete;
+  TevServer& operator=(const TevServer&) = delete;
+
+  int port() const { return port_; }  // 0 if there is no such network here
+  std::string url() const {
+    return (manners_.ipv6 ? "tev://[::1]:" : "tev://127.0.0.1:") + std::to_string(port_);
+  }
+
+  void read_on() { reads_ = true; }
+
+  // Waits for the connection's end. What was wrong with the packets, or "".
+  std::string wait() {
+    if (thread_.joinable()) thread_.join();
+    return fault_;
+  }
+  // After wait().
+  const TevImages& images() const { return images_; }
+  // The only one.
+  const TevImage& image() const { return images_.begin()->second; }
+  bool connected() const { return connected_; }
+
+ private:
+  bool readable(int socket) const {
+    pollfd ready = {socket, POLLIN, 0};
+    while (!stop_) {
+      if (::poll(&ready, 1, 10) > 0) return true;
+    }
+    return false;
+  }
+
+  void serve() {
+    if (!readable(listener_)) return;
+    const int socket = ::accept(listener_, nullptr, nullptr);
+    connected_ = true;
+    while (!reads_ && !stop_) ::usleep(1000);
+    std::vector<unsigned char> bytes(1 << 16), pending;
+    for (size_t total = 0; readable(socket);) {
+      ::usleep(manners_.pause_us);
+      const ssize_t n = ::recv(socket, bytes.data(), bytes.size(), 0);
+      if (n <= 0) break;
+      total += size_t(n);
+      if (total >= manners_.closes_after) break;
+      pending.insert(pending.end(), bytes.begin(), bytes.begin() + n);
+      decode(pending);
+    }
+    if (!pending.empty() && fault_.empty()) fault_ = "the last packet is not whole";
+    ::close(socket);
+  }
+
+  // Takes the whole packets off the front.
+  void decode(std::vector<unsigned char>& pending) {
+    size_t at = 0;
+    while (fault_.empty() && pending.size() - at >= 4) {
+      uint32_t length;
+      std::memcpy(&length, &pending[at], 4);
+      if (pending.size() - at < length) break;
+      try {
+        decode_tev_packet(
+            {pending.begin() + ptrdiff_t(at), pending.begin() + ptrdiff_t(at + length)}, images_);
+      } catch (const std::exception& error) {
+        fault_ = error.what();
+      }
+      at += length;
+    }
+    pending.erase(pending.begin(), pending.begin() + ptrdiff_t(at));
+  }
+
+  const Manners manners_;
+  int listener_ = -1;
+  int port_ = 0;
+  std::atomic<bool> reads_, stop_{false}, connected_{false};
+  TevImages images_;
+  std::string fault_;
+  std::thread thread_;
+};
+
+}  // namespace emberline::test
