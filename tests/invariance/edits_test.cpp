@@ -100,6 +100,12 @@ const NamedEdit kEdits[] = {
        material(e, kLampMaterial).emission = Rgb(0.0f);
        material(e, kPanelMaterial).emission = Rgb(1.0f);
      }},
+    // As many emitters as before, in no other surface.
+    {"emitters_leave_the_panel", EditClass::kMaterial,
+     [](SceneEdits& e) {
+       material(e, kLampMaterial).emission = Rgb(0.0f);
+       material(e, kNeonMaterial).emission = {4, 2, 8};
+     }},
     // Back faces are seen through a clear surface, and only through one.
     {"transmission_on", EditClass::kMaterial,
      [](SceneEdits& e) { material(e, kShellMaterial).transmission = 0.8f; }},
@@ -237,6 +243,9 @@ TEST(EditsTest, TheLastLightTurnedOffIsDarkness) {
   EditableScene scene(lamp);
   scene.set(off);
   EXPECT_EQ(picture(scene.scene(), 2).rgb(20, 20), Rgb(0.0f));
+  for (uint32_t i = 0; i < scene.scene().instance_count(); ++i) {
+    EXPECT_EQ(scene.scene().emitter_index(i, 0), Scene::kNoEmitter);
+  }
   apply(off, lamp);
   expect_same_bits(picture(*build_scene(lamp, {}), 2), picture(scene.scene(), 2), "built dark");
 }

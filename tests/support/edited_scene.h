@@ -104,6 +104,7 @@ inline SceneDescription edited_scene() {
   return b.description;
 }
 
-inline CameraDescription edited_view() { return perspective({0.3, 1.3, 4.5}, {0, 0.6, 0}, 45); }
+// Sees all of it, the lamp in its panel as well.
+inline CameraDescription edited_view() { return perspective({0.3, 1.3, 4.5}, {0, 1, 0}, 45); }
 
 }  // namespace emberline::test
