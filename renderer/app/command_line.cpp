@@ -419,6 +419,11 @@ int run_command_line(int argc, char** argv) {
   render.filter = kDefaultFilter;
   CLI::App* render_app = root.add_subcommand("render", "render a scene to pictures");
   render_app->add_option("scene", render.scene, "a .gltf or .glb file")->required();
+  render_app
+      ->add_option("--edits", render.edits,
+                   "change view, lights, environment and materials as this .json file says; its "
+                   "view gives way to --camera, --look-from and --fov-y")
+      ->type_name("FILE");
   add_result_options(render_app, render);
   add_sampling_options(render_app, render);
   add_integration_options(render_app, render);

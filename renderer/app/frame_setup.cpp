@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "integrators/integrator.h"
+#include "io/edits_file.h"
 #include "io/gltf.h"
 #include "io/image_input.h"
 #include "renderer/core/constants.h"
@@ -39,7 +40,20 @@ const CameraDescription& find_camera(const std::string& wanted, const SceneDescr
   throw UsageError("--camera: no camera '" + wanted + "'; " + camera_list(scene));
 }
 
+void warn_of_repaired(const std::string& file, uint64_t texels) {
+  if (texels == 0) return;
+  log_warning(fmt::format("{}: {} texel values were NaN, infinite or negative and count as black",
+                          file, texels));
+}
+
 }  // namespace
+
+SceneEdits load_edits(const RenderOptions& options) {
+  if (options.edits.empty()) return {};
+  SceneEdits edits = read_edits(options.edits);
+  warn_of_repaired(edits.environment.file, edits.environment.repaired_texels);
+  return edits;
+}
 
 SceneDescription load_scene(const RenderOptions& options) {
   SceneDescription scene = load_gltf(options.scene, {.lenient = options.lenient});
@@ -49,11 +63,7 @@ SceneDescription load_scene(const RenderOptions& options) {
     uint64_t repaired = 0;
     environment.image = read_environment(options.environment, &repaired);
     scene.repairs.non_finite_texels += repaired;
-    if (repaired > 0) {
-      log_warning(
-          fmt::format("{}: {} texel values were NaN, infinite or negative and count as black",
-                      options.environment, repaired));
-    }
+    warn_of_repaired(options.environment, repaired);
     environment.strength = options.environment_strength;
     environment.rotation_degrees = options.environment_rotation;
     scene.environment = std::move(environment);
@@ -93,6 +103,22 @@ CameraDescription choose_camera(const RenderOptions& options, const SceneDescrip
     camera.fov_y = *options.fov_y * kPiD / 180.0;
   }
   return camera;
+}
+
+CameraDescription choose_camera(const RenderOptions& options, const SceneDescription& scene,
+                                const SceneEdits& edits) {
+  const bool edited = edits.camera != CameraEdit{};
+  const bool asked = !options.camera.empty() || options.look_from || options.fov_y;
+  if (!edited || asked) {
+    if (edited) {
+      log_info("the view is the command line's, and not that of " + edits.camera.place);
+    }
+    return choose_camera(options, scene);
+  }
+  const double aspect = double(options.width) / options.height;
+  return edited_camera(
+      edits, scene,
+      scene.cameras.empty() ? framing_camera(world_bounds(scene), aspect) : scene.cameras.front());
 }
 
 SceneBuildOptions choose_build_options(const RenderOptions& options) {

@@ -8,14 +8,22 @@
 #include "renderer/film/filter.h"
 #include "renderer/scene/build_scene.h"
 #include "renderer/scene/scene_description.h"
+#include "renderer/scene/scene_edits.h"
 
 namespace emberline {
 
 // Loads the scene, puts the environment of the options into it.
 SceneDescription load_scene(const RenderOptions& options);
 
+// The edits of the options, or none. Throws InputError.
+SceneEdits load_edits(const RenderOptions& options);
+
 // The camera that the options choose. Throws UsageError that lists the file's cameras.
 CameraDescription choose_camera(const RenderOptions& options, const SceneDescription& scene);
+// The same with edits: theirs, unless the command line asks for a view of its own. Throws
+// InputError for edits that do not fit the scene.
+CameraDescription choose_camera(const RenderOptions& options, const SceneDescription& scene,
+                                const SceneEdits& edits);
 
 // What the integrator and the options want of the scene.
 SceneBuildOptions choose_build_options(const RenderOptions& options);

@@ -50,6 +50,9 @@ void check_output_paths(const RenderOptions& options, const Rect& window) {
   if (!options.environment.empty()) {
     taken.emplace_back(same_spelling(options.environment), "it is the file of --env");
   }
+  if (!options.edits.empty()) {
+    taken.emplace_back(same_spelling(options.edits), "it is the file of --edits");
+  }
   const auto take = [&taken](const std::string& option, const std::string& path) {
     const std::filesystem::path file = same_spelling(path);
     for (const auto& [other, what] : taken) {

@@ -170,9 +170,11 @@ int run_render(const RenderOptions& options) {
   report.threads = threads;
   report.times.setup_s = wall.seconds();
   const Stopwatch load;
+  const SceneEdits edits = load_edits(options);
   SceneDescription description = load_scene(options);
+  if (!options.edits.empty()) apply(edits, description);
   report.times.load_s = load.seconds();
-  const CameraDescription camera_description = choose_camera(options, description);
+  const CameraDescription camera_description = choose_camera(options, description, edits);
   report.camera = camera_description.name;
   report.coverage = description.coverage;
   report.repairs = description.repairs;

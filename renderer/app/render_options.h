@@ -20,6 +20,7 @@ inline constexpr uint32_t kMaxSamples = 1u << 24;
 
 struct RenderOptions {
   std::string scene;
+  std::string edits;  // a file of them; empty: none
   std::vector<std::string> outputs;
   std::string command_line;  // for the records
 

@@ -99,6 +99,7 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
   if (o.min_spp) add("min_spp", std::to_string(*o.min_spp));
   if (o.max_spp) add("max_spp", std::to_string(*o.max_spp));
   if (o.fov_y) add("fov_y", fmt::format("{}", *o.fov_y));
+  if (!o.edits.empty()) add("edits", o.edits);
   for (const auto& [name, version] : library_versions()) {
     list.emplace_back("emberline:version:" + name, version);
   }

@@ -77,29 +77,42 @@ double row_weight(int row, int height) {
 }  // namespace
 
 EnvironmentLight::EnvironmentLight(const Rgb& constant)
-    : constant_(constant), mean_luminance_(luminance(constant)) {}
+    : map_constant_(constant), map_mean_luminance_(luminance(constant)) {
+  adjust(1.0f, Rgb(1.0f), 0.0f);
+}
 
 EnvironmentLight::EnvironmentLight(std::shared_ptr<const Image> image, float strength,
                                    float rotation_degrees, const EnvironmentLightSettings& settings)
-    : image_(std::move(image)), strength_(strength) {
+    : image_(std::move(image)) {
   assert(image_ && image_->channels == 3 && image_->width > 0 && image_->height > 0);
   assert(image_->type == TexelType::kHalf || image_->type == TexelType::kFloat);
   width_ = image_->width;
   height_ = image_->height;
   half_ = image_->type == TexelType::kHalf;
   texels_ = image_->texels.data();
+  column_scale_ = float(width_ / (2.0 * kPiD));
+  row_scale_ = float(height_ / kPiD);
+  build_tables(settings.mis_compensation);
+  adjust(strength, Rgb(1.0f), rotation_degrees);
+}
+
+EnvironmentLight::~EnvironmentLight() = default;
+
+void EnvironmentLight::adjust(float strength, const Rgb& tint, float rotation_degrees) {
+  factor_ = tint * strength;
+  constant_ = map_constant_ * factor_;
+  // What the tint makes of a grey map. Exactly 1 without any; how bright a coloured map gets is not
+  // worth reading it again for, as it only weighs this light against others.
+  const double tinted = double(luminance(tint)) / double(luminance(Rgb(1.0f)));
+  mean_luminance_ = map_mean_luminance_ * double(strength) * tinted;
+  if (!(mean_luminance_ > 0)) mean_luminance_ = 0;
   // Turning the map by +90 degrees brings what was at +X (phi = 0) to -Z (phi = -90): a direction
   // looks up the angle phi + rotation. The offset is in [0, width), so that columns are within
   // one width of the map on either side.
   double turns = 0.5 + double(rotation_degrees) / 360.0;
   turns -= std::floor(turns);
-  column_scale_ = float(width_ / (2.0 * kPiD));
   column_offset_ = float(turns * width_ - 0.5);
-  row_scale_ = float(height_ / kPiD);
-  build_tables(settings.mis_compensation);
 }
-
-EnvironmentLight::~EnvironmentLight() = default;
 
 void EnvironmentLight::build_tables(float mis_compensation) {
   const size_t width = size_t(width_), height = size_t(height_);
@@ -131,11 +144,8 @@ void EnvironmentLight::build_tables(float mis_compensation) {
     solid += row_weight(int(row), height_) * double(width);
   }
   const double mean = sum / solid;
-  mean_luminance_ = mean * strength_;
-  if (!(mean_luminance_ > 0)) {
-    mean_luminance_ = 0;
-    return;
-  }
+  if (!(mean > 0)) return;
+  map_mean_luminance_ = mean;
 
   column_sums_.resize(height * (width + 1));
   column_guides_.resize(height * column_guide_words_);
@@ -249,7 +259,7 @@ inline void EnvironmentLight::prefetch(const Places& p, size_t i) const {
 }
 
 Rgb EnvironmentLight::radiance_at(const Places& p, size_t i) const {
-  return to_rgb(corners(p, i).interpolate(p.to_column1[i], p.to_row1[i]) * strength_);
+  return to_rgb(corners(p, i).interpolate(p.to_column1[i], p.to_row1[i]) * color4(factor_));
 }
 
 Rgb EnvironmentLight::radiance_and_pdf_at(const Places& p, size_t i, float* pdf) const {
@@ -260,7 +270,7 @@ Rgb EnvironmentLight::radiance_and_pdf_at(const Places& p, size_t i, float* pdf)
   const float density = lerp(row_density_[size_t(p.row0[i])] * upper,
                              row_density_[size_t(p.row1[i])] * lower, p.to_row1[i]);
   *pdf = std::max(density, 0.0f) / std::max(p.sin_theta[i], kLeastSine);
-  return to_rgb(c.interpolate(p.to_column1[i], p.to_row1[i]) * strength_);
+  return to_rgb(c.interpolate(p.to_column1[i], p.to_row1[i]) * color4(factor_));
 }
 
 void EnvironmentLight::radiance(std::span<const Vec3f> directions, Rgb* out) const {

@@ -50,6 +50,10 @@ class EnvironmentLight {
                    const EnvironmentLightSettings& settings = {});
   ~EnvironmentLight();
 
+  // Another strength, tint and rotation of the same map, to the bits of a new light with them, and
+  // without its cost: the tables depend on none of the three. Not thread-safe.
+  void adjust(float strength, const Rgb& tint, float rotation_degrees);
+
   Rgb radiance(const Vec3f& direction) const;
   // Up to kRayBatch directions at once, so that the angles vectorise.
   void radiance(std::span<const Vec3f> directions, Rgb* out) const;
@@ -61,6 +65,7 @@ class EnvironmentLight {
   void radiance_and_pdf(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
   Rgb radiance_and_pdf(const Vec3f& direction, float* pdf) const;
 
+  const Image* image() const { return image_.get(); }              // null: constant
   bool black() const { return mean_luminance_ == 0.0; }            // no radiance anywhere
   float mean_luminance() const { return float(mean_luminance_); }  // over the sphere
   float power(float scene_radius) const;  // luminance of the flux through a disk of that radius
@@ -89,14 +94,16 @@ class EnvironmentLight {
   }
   void build_tables(float mis_compensation);
 
-  Rgb constant_ = Rgb(0.0f);  // radiance, if there is no image
+  Rgb map_constant_ = Rgb(0.0f);  // if there is no image
+  Rgb constant_ = Rgb(0.0f);      // radiance: the same, adjusted
   std::shared_ptr<const Image> image_;
   const void* texels_ = nullptr;
   bool half_ = false;
   int width_ = 0, height_ = 0;
-  float strength_ = 1.0f;
+  Rgb factor_ = Rgb(1.0f);  // strength and tint
   float column_scale_ = 0.0f, column_offset_ = 0.0f, row_scale_ = 0.0f;
-  double mean_luminance_ = 0.0;
+  double map_mean_luminance_ = 0.0;
+  double mean_luminance_ = 0.0;  // with strength and tint
 
   // Column sums of all rows, width + 1 words each, and their guide tables; then the rows' own.
   // See fixed_cdf.h. A density is looked up not in them but where the radiance is, in the texels

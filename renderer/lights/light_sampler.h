@@ -35,6 +35,8 @@ struct PointLight {
   Vec3f direction;                           // spot, directional: the way the light travels; unit
   Rgb intensity;                             // W/sr (candela), or irradiance (lux) for directional
   float cos_inner = 1.0f, cos_outer = 0.0f;  // spot: glTF's angular falloff between them
+
+  bool operator==(const PointLight&) const = default;
 };
 
 // Where the illumination is asked for.

@@ -14,13 +14,28 @@ struct SceneBuildOptions {
   bool bvh = true;
   // True: texture coordinates that no material reads are kept, for the integrator that shows them.
   bool unread_uv = false;
+  // True: update_scene may be called. Vertex attributes that no material reads are kept, as are
+  // the tables of an environment that is off, and the BVH's filter asks before it culls.
+  bool editable = false;
   LightSamplerSettings lights;
 };
 
 // Takes the description over: its arrays become the scene's. Uses TBB. Throws InputError for a
-// scene that cannot be placed in float's range, RenderError when memory runs out. A description
-// without any light gets a white environment, and a warning.
+// scene that cannot be placed in float's range, RenderError when memory runs out. The description
+// goes through add_default_light first.
 std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuildOptions& options);
+
+// Puts other materials, lights and another environment onto a scene, which then renders the same
+// bits as one built from `description`; the BVH stays as it is. The description differs from the
+// scene's in what SceneEdits change and in nothing else; its geometry is not looked at (an outline
+// will do). `options` are those it was built with, editable. Nobody may use the scene meanwhile.
+// Uses TBB. Throws InputError for a texture that cannot be, and has then changed nothing.
+void update_scene(Scene& scene, const SceneDescription& description,
+                  const SceneBuildOptions& options);
+
+// Gives a description without any light a plain white environment, and a warning, unless it may be
+// dark or everything placed is unlit. From then on it may be dark: calling it again does nothing.
+void add_default_light(SceneDescription& description);
 
 // Bounds of all placed geometry, world space; empty (min > max) without geometry.
 struct WorldBounds {

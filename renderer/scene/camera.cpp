@@ -74,14 +74,15 @@ void Camera::rays(std::span<const Vec2f> film, Ray* out) const {
   }
 }
 
-Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at) {
+Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at, const Vec3d& upwards) {
   Vec3d back = from - at;
   if (!(back.length2() > 0)) {
     throw UsageError("--look-from and --look-at are the same point; move one of them");
   }
   back.normalize();
-  Vec3d right = Vec3d(0, 1, 0).cross(back);
-  if (right.length2() < 1e-12) right = Vec3d(1, 0, 0);  // straight up or down: -Z is up
+  Vec3d right = upwards.normalized().cross(back);
+  if (right.length2() < 1e-12) right = Vec3d(0, 1, 0).cross(back);
+  if (right.length2() < 1e-12) right = Vec3d(1, 0, 0);  // straight up or down
   right.normalize();
   const Vec3d up = back.cross(right);
   Mat44d m;

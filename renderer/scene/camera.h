@@ -41,8 +41,8 @@ class Camera {
   Vec3f per_x_ = Vec3f(0.0f), per_y_ = Vec3f(0.0f);
 };
 
-// Camera-to-world from a viewpoint; `up` is +Y unless the view is along it. Throws UsageError when
-// from and at coincide.
-Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at);
+// Camera-to-world from a viewpoint. `up` is any direction; along it +Y takes its place, and
+// straight up or down the picture's right is +X. Throws UsageError when from and at coincide.
+Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at, const Vec3d& up = Vec3d(0.0, 1.0, 0.0));
 
 }  // namespace emberline

@@ -23,16 +23,22 @@ void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
   log_verbose(std::string("Embree: ") + message);
 }
 
+// Whether back faces are culled: for good, or as the mesh says at the moment.
+enum class Culling { kNever, kAlways, kAsked };
+
 // Called by Embree for every candidate hit of a geometry that has back faces to hide or coverage,
 // in the version that asks for no more than that. A pure function of ray, triangle and key, so that
 // traversal order cannot show.
-template <bool kCulls, bool kCovers>
+template <Culling kCulling, bool kCovers>
 void filter(const RTCFilterFunctionNArguments* arguments) {
   int* valid = arguments->valid;
   const unsigned n = arguments->N;
+  const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
+  const bool culls =
+      kCulling == Culling::kAlways || (kCulling == Culling::kAsked && record.mesh->cull_backfaces);
   for (unsigned i = 0; i < n; ++i) {
     if (valid[i] != -1) continue;
-    if constexpr (kCulls) {
+    if (culls) {
       // Both in the mesh's own space, where counter-clockwise is the front even under a mirroring
       // instance (glTF 2.0, section 3.7.4: a negative determinant flips the winding).
       const float facing =
@@ -45,7 +51,6 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
       }
     }
     if constexpr (kCovers) {
-      const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
       const Mesh& mesh = *record.mesh;
       const auto* context = reinterpret_cast<const embree::RayContext*>(arguments->context);
       const uint32_t primitive = RTCHitN_primID(arguments->hit, n, i);
@@ -57,6 +62,23 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
       }
     }
   }
+}
+
+template <bool kCovers>
+RTCFilterFunctionN filter_for(Culling culling) {
+  switch (culling) {
+    case Culling::kNever:
+      return filter<Culling::kNever, kCovers>;
+    case Culling::kAlways:
+      return filter<Culling::kAlways, kCovers>;
+    case Culling::kAsked:
+      return filter<Culling::kAsked, kCovers>;
+  }
+  return nullptr;
+}
+
+RTCFilterFunctionN choose_filter(Culling culling, bool covers) {
+  return covers ? filter_for<true>(culling) : filter_for<false>(culling);
 }
 
 }  // namespace
@@ -120,12 +142,13 @@ RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                              mesh.triangles.data(), 0, sizeof(mesh.triangles[0]),
                              mesh.triangles.size());
-  if (mesh.cull_backfaces || mesh.has_coverage) {
+  if (mesh.cull_backfaces || mesh.culling_may_change || mesh.has_coverage) {
     records.push_back(std::make_unique<GeometryRecord>(GeometryRecord{&mesh, instance}));
     rtcSetGeometryUserData(geometry, records.back().get());
-    const RTCFilterFunctionN chosen = !mesh.has_coverage    ? filter<true, false>
-                                      : mesh.cull_backfaces ? filter<true, true>
-                                                            : filter<false, true>;
+    const Culling culling = mesh.culling_may_change ? Culling::kAsked
+                            : mesh.cull_backfaces   ? Culling::kAlways
+                                                    : Culling::kNever;
+    const RTCFilterFunctionN chosen = choose_filter(culling, mesh.has_coverage);
     rtcSetGeometryIntersectFilterFunction(geometry, chosen);
     rtcSetGeometryOccludedFilterFunction(geometry, chosen);
   }
@@ -144,6 +167,7 @@ RTCScene Geometry::add_mesh_scene(const Mesh& mesh) {
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
   build_bvh(scene);
+  ++bvh_builds;
   check();
   return scene;
 }
@@ -170,6 +194,7 @@ void Geometry::add_instance(RTCScene mesh_scene, const Affine& transform, uint32
 
 void Geometry::commit() {
   build_bvh(top);
+  ++bvh_builds;
   check();
 }
 

@@ -42,6 +42,7 @@ struct Geometry {
   RTCScene top = nullptr;
   std::vector<RTCScene> mesh_scenes;
   std::vector<std::unique_ptr<GeometryRecord>> records;
+  uint32_t bvh_builds = 0;
 
  private:
   std::atomic<int64_t> monitored_bytes_{0};  // as Embree's memory monitor says

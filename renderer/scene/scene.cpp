@@ -93,6 +93,8 @@ using scene_detail::make_ray;
 using scene_detail::plane_error;
 using scene_detail::transform_point;
 
+uint32_t Scene::bvh_builds() const { return geometry_ ? geometry_->bvh_builds : 0; }
+
 Scene::Scene() = default;
 Scene::~Scene() = default;
 

@@ -1,5 +1,6 @@
 // What this frame needs of a scene, ready to be traced: geometry in an Embree BVH, compiled
-// materials, the light sampler. Built by build_scene; immutable and thread-safe afterwards.
+// materials, the light sampler. Built by build_scene; immutable and thread-safe afterwards, but for
+// update_scene where it was built for that.
 //
 // Internal space: internal = (world - origin()) * scale(). A scene far from the world's origin is
 // moved there in double precision before it is rounded to float; one of extreme size is scaled by
@@ -74,6 +75,7 @@ struct Mesh {
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
+  bool culling_may_change = false;  // by an update
   // Whether the material reads what interpolate_attributes finds.
   features::Flag<features::kTextures || features::kVertexColors> has_attributes = false;
   features::Flag<features::kCoverage> has_coverage = false;
@@ -149,11 +151,15 @@ class Scene {
   size_t instance_count() const { return instances_.size(); }
 
   const SceneMemory& memory() const { return memory_; }
+  // How often a BVH over the scene's geometry was built: one per instanced mesh and one over all.
+  // No update adds to it. (Emitters that lie in other surfaces have one of their own besides.)
+  uint32_t bvh_builds() const;
   // What was built and why, a phrase each, for the report.
   const std::vector<std::string>& features() const { return features_; }
 
  private:
   friend class SceneBuilder;
+  friend class SceneDresser;
   Scene();
   void prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const;
   void interpolate(const scene_detail::Mesh& mesh, const scene_detail::Instance& instance,
@@ -163,6 +169,7 @@ class Scene {
   std::vector<scene_detail::Instance> instances_;
   std::unique_ptr<scene_detail::Geometry> geometry_;
   std::unique_ptr<MaterialSet> materials_;
+  std::shared_ptr<EnvironmentLight> environment_;  // lights_ holds it too, unless it is black
   std::unique_ptr<LightSampler> lights_;
   std::unique_ptr<scene_detail::FlushEmitters> flush_;  // null without any
   features::Flag<features::kCoverage> has_coverage_ = false;

@@ -141,6 +141,7 @@ struct EnvironmentDescription {
   Rgb constant = Rgb(1.0f);            // radiance if there is no image
   std::shared_ptr<const Image> image;  // kHalf or kFloat, 3 channels
   float strength = 1.0f;
+  Rgb tint = Rgb(1.0f);  // multiplies the radiance, as strength does
   float rotation_degrees = 0.0f;
 };
 
@@ -174,6 +175,7 @@ struct SceneDescription {
   std::vector<PunctualLightDescription> lights;
   std::vector<CameraDescription> cameras;
   std::optional<EnvironmentDescription> environment;
+  bool may_be_dark = false;  // true: without any light there is none, and nobody is warned
   CoverageReport coverage;
   LoadRepairs repairs;
 };

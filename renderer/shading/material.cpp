@@ -188,6 +188,15 @@ Rgb Material::mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes
   return emission_ * t.mean_over_triangle(uv_of(t, a0), uv_of(t, a1), uv_of(t, a2));
 }
 
+bool Material::emits_like(const Material& other) const {
+  if (!is_emissive_ && !other.is_emissive_) return true;
+  const Texture* a = emission_texture_ ? &*emission_texture_ : nullptr;
+  const Texture* b = other.emission_texture_ ? &*other.emission_texture_ : nullptr;
+  return is_emissive_ == other.is_emissive_ && emission_ == other.emission_ &&
+         (a && b ? a->same_use(*b) : a == b) &&
+         (double_sided_ || has_transmission()) == (other.double_sided_ || other.has_transmission());
+}
+
 float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
   if (alpha_mode_ == AlphaMode::kOpaque) return 1.0f;
   float alpha = alpha_ * a.color.w;

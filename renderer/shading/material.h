@@ -88,6 +88,8 @@ class Material {
     return needs_uv() || vertex_colors || alpha_mode() != AlphaMode::kOpaque;
   }
   bool is_emissive() const { return is_emissive_; }  // belongs among the lights; never if unlit
+  // Whether the lights made of the two are the same: their mean_emission() and their sides.
+  bool emits_like(const Material& other) const;
   bool has_emission_texture() const { return emission_texture_ != nullptr; }
   bool has_normal_map() const { return normal_texture_ != nullptr; }  // needs tangents
   bool double_sided() const { return double_sided_; }

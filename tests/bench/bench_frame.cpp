@@ -73,7 +73,7 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
   add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise");
 }
 
-BenchFrame::BenchFrame(const RenderOptions& options)
+BenchFrame::BenchFrame(const RenderOptions& options, const SceneBuildOptions& build)
     : options_(options),
       integrator_(create_integrator(options.integrator, {.max_depth = options.max_depth,
                                                          .transparent = options.transparent})),
@@ -82,7 +82,7 @@ BenchFrame::BenchFrame(const RenderOptions& options)
   SceneDescription description = load_scene(options);
   const CameraDescription view = choose_camera(options, description);
   const double loaded = wall_clock();
-  scene_ = build_scene(std::move(description), {});
+  scene_ = build_scene(std::move(description), build);
   camera_ = Camera(view, options.width, options.height, scene_->origin(), scene_->scale());
   load_s = loaded - start;
   build_s = wall_clock() - loaded;

@@ -11,6 +11,7 @@
 #include "bench/clocks.h"
 #include "renderer/app/render_options.h"
 #include "renderer/drivers/frame_driver.h"
+#include "renderer/scene/build_scene.h"
 #include "renderer/scene/camera.h"
 
 namespace emberline::bench {
@@ -40,7 +41,7 @@ struct FrameSampling {
 class BenchFrame {
  public:
   // Loads and builds; throws what the command would report.
-  explicit BenchFrame(const RenderOptions& options);
+  explicit BenchFrame(const RenderOptions& options, const SceneBuildOptions& build = {});
 
   // Renders into nothing: no file, no display.
   FrameRun run(int threads, uint32_t spp) const;

@@ -136,6 +136,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--tree", {"tree.json"}, {"--driver adaptive"}},
       // Free text: any name of a file may be given; what comes of it is told elsewhere.
       {"--env", {}, {}},
+      {"--edits", {}, {}},
       {"--report", {}, {}},
       {"--snapshots", {}, {}},
       {"--reference", {}, {}},
@@ -226,6 +227,9 @@ TEST_F(Usage, PathsThatWouldDestroyEachOther) {
   write("sky.exr", "irreplaceable");
   expect_failure({"render", scene(), "-o", path("sky.exr"), "--env", path("sky.exr")}, 2,
                  {"-o", "--env"});
+  write("shot.json", "hours of work");
+  expect_failure(render_words({"--edits", path("shot.json"), "--report", path("shot.json")}), 2,
+                 {"--report", "--edits"});
 }
 
 TEST_F(Usage, AJpegTooLargeForItsFormatIsRefusedBeforeTheRender) {

@@ -5,7 +5,7 @@ import sys
 
 # Folder -> folders it may include from, itself left out. Files named alone are exceptions.
 CORE = ["renderer/core"]
-DESCRIPTION = ["renderer/scene/scene_description.h"]
+DESCRIPTION = ["renderer/scene/scene_description.h", "renderer/scene/scene_edits.h"]
 ALLOWED = {
     "renderer/core": [],
     "samplers": CORE,

@@ -1,0 +1,37 @@
+// Edits of a scene as a small JSON file beside it ("sidecar"), for people to read and change:
+//
+//   {
+//     "emberline_edits": 1,
+//     "camera": {"file_camera": {"name": "main", "index": 0}, "fov_y": 35,
+//                "look_from": [0, 1, 4], "look_at": [0, 0.5, 0], "up": [0, 1, 0]},
+//     "environment": {"file": "studio.hdr", "strength": 1, "rotation": 30},
+//     "lights": [{"kind": "punctual", "name": "Key", "index": 0,
+//                 "intensity": 2, "color": [1, 0.9, 0.8], "on": true},
+//                {"kind": "material", "name": "neon", "on": false},
+//                {"kind": "environment", "intensity": 0.5}],
+//     "materials": [{"name": "glass", "index": 3, "base_color": [1, 1, 1], "roughness": 0.1,
+//                    "metallic": 0, "emission": [0, 0, 0], "transmission": 1, "normal_scale": 1}]
+//   }
+//
+// Only the version is required. Colours are linear Rec. 709, angles degrees, lengths metres. What
+// the members mean is in renderer/scene/scene_edits.h.
+#pragma once
+
+#include <string>
+
+#include "renderer/scene/scene_edits.h"
+
+namespace emberline {
+
+inline constexpr int kEditsVersion = 1;
+
+// Throws InputError (file, JSON pointer, what was expected) for a file that is not there or not
+// JSON, another version, a member that does not exist, is given twice, or is out of its range. An
+// environment file is read as well; a relative one is looked for beside the edits.
+SceneEdits read_edits(const std::string& path);
+
+// Reading it gives the same edits, bit for bit. A relative environment file is written relative to
+// the folder of `path`. Throws RenderError.
+void write_edits(const std::string& path, const SceneEdits& edits);
+
+}  // namespace emberline

@@ -1,0 +1,41 @@
+// A built scene that follows edits without building its BVH anew: what a window renders.
+//
+// An edited scene renders the same bits as one built from the edited description. What of a
+// material the BVH knows is its filter (geometry.h): whether back faces are culled, which
+// transmission switches off, and whether there is coverage, which no edit changes. Here the filter
+// asks the mesh for the first at every candidate hit, so that neither touches the BVH.
+#pragma once
+
+#include <memory>
+
+#include "renderer/scene/build_scene.h"
+#include "renderer/scene/scene_edits.h"
+
+namespace emberline {
+
+class EditableScene {
+ public:
+  // Builds the description without edits; throws as build_scene does. Attributes of vertices that
+  // no material reads yet are kept, for the edit that makes one read them.
+  explicit EditableScene(SceneDescription description, SceneBuildOptions options = {});
+
+  // The whole of what differs from the file from now on: pass the edits of before to undo. Says how
+  // far the change reached. Nobody else may use scene() meanwhile. Throws as apply() does, and
+  // InputError for a texture that an edit brings into use and that cannot be; all is then as it
+  // was.
+  EditClass set(const SceneEdits& edits);
+
+  const Scene& scene() const { return *scene_; }
+  const SceneEdits& edits() const { return edits_; }
+  // The file's lists, which EditTarget counts in; and the same with the edits made.
+  const SceneDescription& original() const { return original_; }
+  const SceneDescription& edited() const { return edited_; }
+
+ private:
+  SceneBuildOptions options_;
+  SceneDescription original_, edited_;  // outlines
+  SceneEdits edits_;
+  std::unique_ptr<Scene> scene_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,256 @@
+#include "renderer/scene/scene_dresser.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "renderer/core/errors.h"
+#include "renderer/lights/environment_light.h"
+#include "renderer/scene/flush_emitters.h"
+#include "renderer/scene/geometry.h"
+
+namespace emberline {
+
+using scene_detail::Instance;
+using scene_detail::Mesh;
+
+namespace {
+
+template <typename Vector>
+uint64_t vector_bytes(const Vector& v) {
+  return v.capacity() * sizeof(*v.begin());
+}
+
+std::string megabytes(uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / 1048576); }
+
+// Whether both lie in the same surfaces, as FlushEmitters sees it.
+bool lie_alike(const EmissiveTriangle& a, const EmissiveTriangle& b) {
+  return a.instance == b.instance && a.primitive == b.primitive && a.two_sided == b.two_sided &&
+         is_black(a.mean_radiance) == is_black(b.mean_radiance);
+}
+
+}  // namespace
+
+// Which materials some placed triangle has.
+std::vector<bool> SceneDresser::worn_materials() const {
+  std::vector<bool> worn(description_.materials.size(), false);
+  for (const Instance& instance : scene_.instances_) {
+    const int material = description_.meshes[instance.mesh].material;
+    if (material >= 0 && !scene_.meshes_[instance.mesh].triangles.empty()) {
+      worn[size_t(material)] = true;
+    }
+  }
+  return worn;
+}
+
+void SceneDresser::put_on_materials() {
+  auto materials = std::make_unique<MaterialSet>(description_, worn_materials());
+  previous_ = std::exchange(scene_.materials_, std::move(materials));
+  relit_.assign(scene_.meshes_.size(), false);
+  scene_.has_coverage_ = false;
+  scene_.has_transmission_ = false;
+  for (const Instance& instance : scene_.instances_) {
+    Mesh& mesh = scene_.meshes_[instance.mesh];
+    const int index = description_.meshes[instance.mesh].material;
+    const Material& material = (*scene_.materials_)[index];
+    if (!mesh.material || !mesh.material->emits_like(material)) relit_[instance.mesh] = true;
+    mesh.material = &material;
+    mesh.material_index = uint32_t(index < 0 ? int(description_.materials.size()) : index);
+    mesh.has_attributes = material.reads_attributes(!mesh.colors.empty()) ||
+                          (options_.unread_uv && !mesh.uv_sets.empty());
+    const bool single_sided = !options_.show_backfaces && !material.double_sided();
+    mesh.cull_backfaces = single_sided && !material.has_transmission();
+    mesh.culling_may_change = single_sided && options_.editable;
+    mesh.has_coverage = material.has_alpha(!mesh.colors.empty());
+    if (mesh.has_coverage) scene_.has_coverage_ = true;
+    if (material.has_transmission()) scene_.has_transmission_ = true;
+  }
+}
+
+bool SceneDresser::emitters_changed() const {
+  return !scene_.lights_ || std::ranges::find(relit_, true) != relit_.end();
+}
+
+void SceneDresser::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>& triangles) {
+  const Instance& instance = scene_.instances_[i];
+  const Mesh& mesh = scene_.meshes_[instance.mesh];
+  const Material& material = *mesh.material;
+  for (uint32_t p = 0; p < mesh.triangles.size(); ++p) {
+    const std::array<Vec3d, 3> corners = scene_detail::placed_corners(mesh, instance, p);
+    EmissiveTriangle t;
+    t.p0 = to_float(corners[0]);
+    t.p1 = to_float(corners[1]);
+    t.p2 = to_float(corners[2]);
+    if (instance.mirrored) std::swap(t.p1, t.p2);
+    using scene_detail::interpolate_attributes;
+    t.mean_radiance = material.mean_emission(interpolate_attributes(mesh, p, 0.0f, 0.0f),
+                                             interpolate_attributes(mesh, p, 1.0f, 0.0f),
+                                             interpolate_attributes(mesh, p, 0.0f, 1.0f));
+    t.two_sided = material.double_sided() || material.has_transmission() || options_.show_backfaces;
+    t.instance = i;
+    t.primitive = p;
+    triangles.push_back(t);
+  }
+}
+
+std::vector<EmissiveTriangle> SceneDresser::collect_emitters() {
+  size_t total = 0;
+  for (const Instance& instance : scene_.instances_) {
+    const Mesh& mesh = scene_.meshes_[instance.mesh];
+    if (mesh.material->is_emissive()) total += mesh.triangles.size();
+  }
+  // The light BVH numbers its nodes with 30 bits.
+  if (total >= size_t(1) << 30) {
+    throw InputError(description_.file, "more than 2^30 emissive triangles");
+  }
+  std::vector<EmissiveTriangle> triangles;
+  triangles.reserve(total);
+  for (uint32_t i = 0; i < scene_.instances_.size(); ++i) {
+    Instance& instance = scene_.instances_[i];
+    const Mesh& mesh = scene_.meshes_[instance.mesh];
+    const uint32_t before = std::exchange(instance.first_emitter, Scene::kNoEmitter);
+    if (!mesh.material->is_emissive()) continue;
+    instance.first_emitter = uint32_t(triangles.size());
+    if (relit_[instance.mesh]) {
+      collect_emitters_of(i, triangles);
+    } else {  // the mean of an emissive texture over a triangle is not taken twice
+      const auto old = scene_.lights_->triangles().begin() + before;
+      triangles.insert(triangles.end(), old, old + std::ptrdiff_t(mesh.triangles.size()));
+    }
+  }
+  return triangles;
+}
+
+PointLight SceneDresser::place_light(const PunctualLightDescription& source) const {
+  PointLight light;
+  const Mat44d& m = source.to_world;
+  const Vec3d position(m[3][0], m[3][1], m[3][2]);
+  light.position = to_float((position - scene_.origin_) * scene_.scale_);
+  light.direction = normalize_or(to_float(-Vec3d(m[2][0], m[2][1], m[2][2])), Vec3f(0, 0, -1));
+  light.intensity = source.intensity;
+  if (source.type == PunctualType::kDirectional) {
+    light.type = PointLightType::kDirectional;
+  } else {
+    light.type =
+        source.type == PunctualType::kSpot ? PointLightType::kSpot : PointLightType::kPoint;
+    // Intensity over internal distance squared must be intensity over world distance squared.
+    light.intensity *= float(scene_.scale_ * scene_.scale_);
+    light.cos_inner = std::cos(source.inner_cone);
+    light.cos_outer = std::cos(source.outer_cone);
+  }
+  return light;
+}
+
+// Whether the light sampler has to be told: one that shines on is adjusted behind its back.
+bool SceneDresser::set_environment() {
+  std::shared_ptr<EnvironmentLight>& light = scene_.environment_;
+  const EnvironmentLight* before = light.get();
+  const bool shone = light && !light->black();
+  if (const auto& e = description_.environment) {
+    if (!e->image) {
+      light = std::make_shared<EnvironmentLight>(e->constant);
+    } else if (!light || light->image() != e->image.get()) {
+      light = std::make_shared<EnvironmentLight>(e->image, 1.0f, 0.0f);
+    }
+    light->adjust(e->strength, e->tint, e->rotation_degrees);
+  } else {
+    light.reset();
+  }
+  return light.get() != before || shone != (light && !light->black());
+}
+
+void SceneDresser::light() {
+  std::vector<PointLight> points;
+  points.reserve(description_.lights.size());
+  for (const PunctualLightDescription& light : description_.lights) {
+    if (!is_black(light.intensity)) points.push_back(place_light(light));
+  }
+  const bool other_environment = set_environment();
+  const bool other_emitters = emitters_changed();
+  if (other_emitters || other_environment || points != scene_.lights_->points()) {
+    std::vector<EmissiveTriangle> before;
+    if (scene_.lights_) before = scene_.lights_->triangles();
+    LightSampler lights(other_emitters ? collect_emitters() : std::move(before), std::move(points),
+                        scene_.environment_, options_.lights);
+    if (scene_.lights_) {
+      *scene_.lights_ = std::move(lights);  // in its place: flush_ refers to its triangles
+    } else {
+      scene_.lights_ = std::make_unique<LightSampler>(std::move(lights));
+    }
+    if (other_emitters) find_flush_emitters(before);
+  }
+  if (!options_.editable && scene_.environment_ && scene_.environment_->black()) {
+    scene_.environment_.reset();
+  }
+}
+
+void SceneDresser::find_flush_emitters(const std::vector<EmissiveTriangle>& before) {
+  if (!options_.bvh) return;  // it is what finds them
+  const std::vector<EmissiveTriangle>& triangles = scene_.lights_->triangles();
+  if (std::ranges::equal(before, triangles, lie_alike)) return;
+  scene_.flush_ = scene_detail::FlushEmitters::find(scene_.meshes_, scene_.instances_,
+                                                    *scene_.geometry_, triangles);
+  scene_.geometry_->check();
+}
+
+void SceneDresser::account() {
+  scene_.memory_ = {};
+  SceneMemory& memory = scene_.memory_;
+  bool culls = false, masks = false, blends = false;
+  memory.geometry_bytes += vector_bytes(scene_.meshes_);
+  for (const Mesh& mesh : scene_.meshes_) {
+    memory.geometry_bytes += vector_bytes(mesh.positions) + vector_bytes(mesh.triangles) +
+                             vector_bytes(mesh.normals) + vector_bytes(mesh.tangents) +
+                             vector_bytes(mesh.colors) + vector_bytes(mesh.uv_sets);
+    for (const auto& set : mesh.uv_sets) memory.geometry_bytes += vector_bytes(set);
+    if (mesh.triangles.empty()) continue;
+    culls = culls || mesh.cull_backfaces;
+    if (!mesh.has_coverage) continue;
+    (mesh.material->alpha_mode() == AlphaMode::kMask ? masks : blends) = true;
+  }
+  memory.geometry_bytes += vector_bytes(scene_.instances_);
+  if (scene_.geometry_) {
+    memory.geometry_bytes += scene_.geometry_->record_bytes();
+    memory.bvh_bytes = scene_.geometry_->embree_bytes();
+  }
+  memory.texture_bytes = scene_.materials_->bytes();
+  if (scene_.environment_) memory.texture_bytes += scene_.environment_->bytes();
+  memory.geometry_bytes += scene_.lights_->bytes();
+  list_features(culls, masks, blends);
+}
+
+void SceneDresser::list_features(bool culls, bool masks, bool blends) {
+  std::vector<std::string>& features = scene_.features_;
+  features.clear();
+  if (scene_.origin_ != Vec3d(0.0)) {
+    features.push_back(fmt::format("rebasing (origin {:.6g}, {:.6g}, {:.6g})", scene_.origin_.x,
+                                   scene_.origin_.y, scene_.origin_.z));
+  }
+  if (scene_.scale_ != 1.0) features.push_back(fmt::format("rescaling (x {:.6g})", scene_.scale_));
+  const auto instanced = std::ranges::count_if(scene_.instances_, [&](const Instance& instance) {
+    return instance.transformed && !scene_.meshes_[instance.mesh].triangles.empty();
+  });
+  if (instanced > 0) features.push_back(fmt::format("instancing ({} instances)", instanced));
+  if (const auto& e = description_.environment) {
+    features.push_back(
+        e->image ? fmt::format("environment map ({} x {})", e->image->width, e->image->height)
+                 : std::string("constant environment"));
+  }
+  if (!scene_.lights_->empty()) features.push_back("lights: " + scene_.lights_->describe());
+  if (scene_.flush_) {
+    features.push_back(
+        fmt::format("flush emitters ({} triangles lie in another surface)", scene_.flush_->size()));
+  }
+  if (culls) features.push_back("back-face culling (single-sided materials)");
+  if (masks || blends) {
+    features.push_back(std::string("alpha coverage (") + (masks ? "mask" : "") +
+                       (masks && blends ? ", " : "") + (blends ? "blend)" : ")"));
+  }
+  for (const std::string& feature : scene_.materials_->features()) features.push_back(feature);
+  features.push_back(
+      fmt::format("BVH, {} triangles placed{}", scene_.triangle_count_,
+                  options_.bvh ? fmt::format(" ({})", megabytes(scene_.memory_.bvh_bytes)) : ""));
+}
+
+}  // namespace emberline

@@ -1,0 +1,44 @@
+// What of a scene an edit may change, materials and lights, put onto geometry that is already
+// placed: the second half of build_scene, and all of update_scene. Private to this folder.
+#pragma once
+
+#include <vector>
+
+#include "renderer/scene/build_scene.h"
+
+namespace emberline {
+
+class SceneDresser {
+ public:
+  // Of the description, the geometry is not looked at: an outline (scene_edits.h) will do. All
+  // three outlive the dresser.
+  SceneDresser(Scene& scene, const SceneDescription& description, const SceneBuildOptions& options)
+      : scene_(scene), description_(description), options_(options) {}
+
+  // Compiles the materials and says of every mesh what it has of its own. Throws InputError, and
+  // has then changed nothing.
+  void put_on_materials();
+  // Emitters, lights and environment of those materials, after the BVH. What a scene already has
+  // and has not changed stays. Throws InputError for too many emitters.
+  void light();
+  // Memory and features, last.
+  void account();
+
+ private:
+  std::vector<bool> worn_materials() const;
+  bool emitters_changed() const;
+  std::vector<EmissiveTriangle> collect_emitters();
+  void collect_emitters_of(uint32_t instance, std::vector<EmissiveTriangle>& triangles);
+  PointLight place_light(const PunctualLightDescription& source) const;
+  bool set_environment();
+  void find_flush_emitters(const std::vector<EmissiveTriangle>& before);
+  void list_features(bool culls, bool masks, bool blends);
+
+  Scene& scene_;
+  const SceneDescription& description_;
+  const SceneBuildOptions& options_;
+  std::unique_ptr<MaterialSet> previous_;  // kept while the meshes' emission is compared
+  std::vector<bool> relit_;                // per mesh: emits otherwise than it did
+};
+
+}  // namespace emberline

@@ -1,0 +1,119 @@
+// --edits: a scene's look changed beside its file.
+#include "cli/command_test.h"
+#include "support/encoded_images.h"
+
+namespace emberline::test {
+namespace {
+
+class EditsOption : public CommandTest {
+ protected:
+  // Of scene.glb with these edits, a JSON object without its version.
+  ExrPicture edited(nlohmann::json edits, const Words& more = {}) {
+    edits["emberline_edits"] = 1;
+    write("shot.json", edits.dump());
+    return picture(Words{"--edits", path("shot.json")} + more);
+  }
+  ExrPicture picture(const Words& more = {}) {
+    result_ = render(render_words(Words{"--spp", "4"} + more));
+    return read_exr(path("out.exr"));
+  }
+  void expect_refused(const std::string& text, const Words& says) {
+    write("shot.json", text);
+    expect_failure(render_words({"--edits", path("shot.json"), "--report", path("r.json")}), 3,
+                   Words{"shot.json"} + says);
+  }
+  RunResult result_;
+};
+
+TEST_F(EditsOption, GiveThePictureOfAFileThatWasChanged) {
+  const ExrPicture seen = edited({{"materials",
+                                   {{{"name", "matte"},
+                                     {"base_color", {0.1, 0.6, 0.2}},
+                                     {"roughness", 0.25},
+                                     {"metallic", 1}}}},
+                                  {"lights",
+                                   {{{"kind", "material"},
+                                     {"name", "lamp"},
+                                     {"intensity", 0.5},
+                                     {"color", {1, 0.5, 0.25}}}}}});
+  EXPECT_EQ(seen.attributes.at("emberline:edits"), path("shot.json"));
+  GltfBuilder gltf = lamp_scene();
+  nlohmann::json& matte = gltf.root["materials"][0]["pbrMetallicRoughness"];
+  matte["baseColorFactor"] = {0.1, 0.6, 0.2, 1};
+  matte["roughnessFactor"] = 0.25;
+  matte["metallicFactor"] = 1;
+  gltf.root["materials"][1]["emissiveFactor"] = {0.5, 0.9f * 0.25f, 0.8f * 0.125f};
+  gltf.write_glb(path("scene.glb"));
+  EXPECT_EQ(first_difference(seen, picture()), "");
+}
+
+TEST_F(EditsOption, WithoutAnyNothingChanges) {
+  const ExrPicture plain = picture();
+  EXPECT_EQ(first_difference(plain, edited(nlohmann::json::object())), "");
+}
+
+TEST_F(EditsOption, TheLastLampOffIsDark) {
+  const ExrPicture dark =
+      edited({{"lights", {{{"kind", "material"}, {"name", "lamp"}, {"on", false}}}}});
+  for (const char* channel : {"R", "G", "B"}) {
+    for (const float value : dark.channels.at(channel)) ASSERT_EQ(value, 0.0f);
+  }
+  EXPECT_EQ(result_.err.find("warning"), std::string::npos) << result_.err;
+}
+
+TEST_F(EditsOption, TheWhiteSurroundingsOfAnUnlitFileAreALight) {
+  unlit_scene().write_glb(path("scene.glb"));
+  const ExrPicture seen =
+      edited({{"lights", {{{"kind", "environment"}, {"intensity", 3}, {"color", {1, 0.5, 0}}}}}});
+  EXPECT_EQ(seen.at("R", 8, 0), 3.0f);
+  EXPECT_EQ(seen.at("G", 8, 0), 1.5f);
+  EXPECT_EQ(seen.at("B", 8, 0), 0.0f);
+}
+
+TEST_F(EditsOption, AnEnvironmentBesideThemReplacesTheCommandLines) {
+  write_image(path("grey.exr"), OIIO::ImageSpec(8, 4, 3, OIIO::TypeDesc::FLOAT),
+              std::vector<float>(8 * 4 * 3, 0.25f));
+  write_image(path("bright.exr"), OIIO::ImageSpec(8, 4, 3, OIIO::TypeDesc::FLOAT),
+              std::vector<float>(8 * 4 * 3, 2.0f));
+  const Words bright = {"--env", path("bright.exr")};
+  EXPECT_EQ(edited({{"environment", {{"strength", 0.5}}}}, bright).at("R", 8, 0), 1.0f);
+  const nlohmann::json grey = {{"environment", {{"file", "grey.exr"}, {"strength", 2}}}};
+  EXPECT_EQ(edited(grey, bright).at("R", 8, 0), 0.5f);
+}
+
+TEST_F(EditsOption, AViewGivesWayToTheCommandLines) {
+  const Words words = {"--look-from", "1,2,3", "--look-at", "0,0.5,0", "--fov-y", "35"};
+  const nlohmann::json view = {
+      {"camera", {{"look_from", {1, 2, 3}}, {"look_at", {0, 0.5, 0}}, {"fov_y", 35}}}};
+  const ExrPicture seen = edited(view);
+  EXPECT_EQ(first_difference(seen, picture(words)), "");
+  const ExrPicture main = picture({"--camera", "main"});
+  EXPECT_NE(first_difference(seen, main), "");
+  EXPECT_EQ(first_difference(edited(view, {"--camera", "main"}), main), "");
+  EXPECT_NE(result_.err.find("shot.json#/camera"), std::string::npos) << result_.err;
+  EXPECT_EQ(first_difference(edited({{"camera", {{"file_camera", {{"index", 0}}}}}}), main), "");
+}
+
+TEST_F(EditsOption, AreRefusedInOneLine) {
+  expect_refused("{", {"parse error"});
+  expect_refused("{}", {"emberline_edits"});
+  expect_refused(R"({"emberline_edits": 9})", {"#/emberline_edits", "9"});
+  expect_refused(R"({"emberline_edits": 1, "material": []})", {"#/material", "'materials'"});
+  expect_refused(R"({"emberline_edits": 1, "materials": [{"name": "mat", "roughness": 1}]})",
+                 {"#/materials/0", "'mat'", "0 'matte'", "1 'lamp'"});
+  expect_refused(R"({"emberline_edits": 1, "materials": [{"index": 0, "roughness": 2}]})",
+                 {"#/materials/0/roughness", "0 to 1"});
+  expect_refused(R"({"emberline_edits": 1, "lights": [{"kind": "punctual", "index": 0}]})",
+                 {"#/lights/0", "no lights"});
+  expect_refused(R"({"emberline_edits": 1, "environment": {"rotation": 90}})",
+                 {"#/environment", "no environment"});
+  expect_refused(R"({"emberline_edits": 1, "environment": {"file": "gone.hdr"}})",
+                 {"#/environment/file", "gone.hdr"});
+  expect_refused(R"({"emberline_edits": 1, "camera": {"file_camera": {"name": "B"}}})",
+                 {"#/camera/file_camera", "'B'", "0 'main'"});
+  expect_failure(render_words({"--edits", path("nowhere.json")}), 3, {"nowhere.json"});
+  expect_failure(render_words({"--edits"}), 2, {"--edits", "FILE"});
+}
+
+}  // namespace
+}  // namespace emberline::test

@@ -1,0 +1,287 @@
+// An edited scene renders what one built with the same edits does, to the bit, and none of its BVHs
+// is built again for it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "renderer/scene/editable_scene.h"
+#include "support/edited_scene.h"
+#include "support/render.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+struct NamedEdit {
+  const char* name;
+  EditClass reach;
+  void (*make)(SceneEdits& edits);
+};
+
+void PrintTo(const NamedEdit& edit, std::ostream* out) { *out << edit.name; }
+
+MaterialEdit& material(SceneEdits& edits, int index) {
+  MaterialEdit& edit = edits.materials.emplace_back();
+  edit.target.index = index;
+  return edit;
+}
+
+LightEdit& light(SceneEdits& edits, EditedLight kind, int index) {
+  LightEdit& edit = edits.lights.emplace_back();
+  edit.kind = kind;
+  edit.target.index = index;
+  return edit;
+}
+
+const NamedEdit kEdits[] = {
+    {"punctual_intensity", EditClass::kLight,
+     [](SceneEdits& e) { light(e, EditedLight::kPunctual, 1).intensity = 3.0f; }},
+    {"punctual_color", EditClass::kLight,
+     [](SceneEdits& e) {
+       light(e, EditedLight::kPunctual, 0).color = {1, 0.2f, 0};
+     }},
+    {"punctual_off", EditClass::kLight,
+     [](SceneEdits& e) { light(e, EditedLight::kPunctual, 0).on = false; }},
+    {"lamp_intensity", EditClass::kLight,
+     [](SceneEdits& e) { light(e, EditedLight::kMaterial, kLampMaterial).intensity = 0.3f; }},
+    {"lamp_off", EditClass::kLight,
+     [](SceneEdits& e) { light(e, EditedLight::kMaterial, kLampMaterial).on = false; }},
+    {"environment_light", EditClass::kLight,
+     [](SceneEdits& e) {
+       light(e, EditedLight::kEnvironment, -1).color = {0.2f, 0.5f, 2.0f};
+       e.lights.back().intensity = 1.7f;
+     }},
+    {"environment_off", EditClass::kLight,
+     [](SceneEdits& e) { light(e, EditedLight::kEnvironment, -1).on = false; }},
+    {"environment_turned", EditClass::kLight,
+     [](SceneEdits& e) { e.environment.rotation_degrees = 77.0f; }},
+    {"environment_strength", EditClass::kLight,
+     [](SceneEdits& e) { e.environment.strength = 0.37f; }},
+    {"environment_file", EditClass::kLight,
+     [](SceneEdits& e) {
+       e.environment.file = "other.hdr";
+       e.environment.image = patterned_sky(5.0f);
+     }},
+    {"all_lights_off", EditClass::kLight,
+     [](SceneEdits& e) {
+       light(e, EditedLight::kPunctual, 0).on = false;
+       light(e, EditedLight::kPunctual, 1).on = false;
+       light(e, EditedLight::kMaterial, kLampMaterial).on = false;
+       light(e, EditedLight::kEnvironment, -1).on = false;
+     }},
+    {"base_color", EditClass::kMaterial,
+     [](SceneEdits& e) {
+       material(e, kBallMaterial).base_color = {0.1f, 0.9f, 0.2f};
+     }},
+    {"roughness", EditClass::kMaterial,
+     [](SceneEdits& e) { material(e, kFloorMaterial).roughness = 0.9f; }},
+    {"metallic", EditClass::kMaterial,
+     [](SceneEdits& e) { material(e, kShellMaterial).metallic = 1.0f; }},
+    // Brings tangents and texture coordinates into use that nothing read.
+    {"normal_map_on", EditClass::kMaterial,
+     [](SceneEdits& e) { material(e, kFloorMaterial).normal_scale = 1.0f; }},
+    // Makes a lamp of triangles that were none, with a texture that was not read.
+    {"emission_on", EditClass::kMaterial,
+     [](SceneEdits& e) {
+       material(e, kNeonMaterial).emission = {4, 2, 8};
+     }},
+    {"emission_off", EditClass::kMaterial,
+     [](SceneEdits& e) { material(e, kLampMaterial).emission = Rgb(0.0f); }},
+    {"emission_scaled", EditClass::kMaterial,
+     [](SceneEdits& e) {
+       material(e, kNeonMaterial).emission = {4, 2, 8};
+       light(e, EditedLight::kMaterial, kNeonMaterial).intensity = 0.5f;
+     }},
+    // The other surface becomes the lamp: what lies in what is asked anew.
+    {"emitters_change_places", EditClass::kMaterial,
+     [](SceneEdits& e) {
+       material(e, kLampMaterial).emission = Rgb(0.0f);
+       material(e, kPanelMaterial).emission = Rgb(1.0f);
+     }},
+    // As many emitters as before, in no other surface.
+    {"emitters_leave_the_panel", EditClass::kMaterial,
+     [](SceneEdits& e) {
+       material(e, kLampMaterial).emission = Rgb(0.0f);
+       material(e, kNeonMaterial).emission = {4, 2, 8};
+     }},
+    // Back faces are seen through a clear surface, and only through one.
+    {"transmission_on", EditClass::kMaterial,
+     [](SceneEdits& e) { material(e, kShellMaterial).transmission = 0.8f; }},
+    {"transmission_off", EditClass::kMaterial,
+     [](SceneEdits& e) { material(e, kGlassMaterial).transmission = 0.0f; }},
+    {"veil", EditClass::kMaterial,
+     [](SceneEdits& e) {
+       material(e, kVeilMaterial).base_color = {1, 0, 0};
+     }},
+    {"many", EditClass::kMaterial,
+     [](SceneEdits& e) {
+       material(e, kShellMaterial).transmission = 1.0f;
+       material(e, kNeonMaterial).emission = {1, 2, 3};
+       material(e, kFloorMaterial).normal_scale = 0.5f;
+       light(e, EditedLight::kPunctual, 1).on = false;
+       e.environment.rotation_degrees = -120.0f;
+     }},
+};
+
+SceneEdits made(const NamedEdit& edit) {
+  SceneEdits edits;
+  edit.make(edits);
+  return edits;
+}
+
+RenderedImage picture(const Scene& scene, int threads) {
+  RenderSettings s;
+  s.width = 41;
+  s.height = 31;
+  s.spp = 4;
+  s.max_depth = 5;
+  s.threads = threads;
+  s.aovs = "albedo,N,Z,id";
+  return render(scene, edited_view(), s);
+}
+
+std::unique_ptr<Scene> built(const SceneEdits& edits) {
+  SceneDescription description = edited_scene();
+  apply(edits, description);
+  return build_scene(std::move(description), {});
+}
+
+// The features but the BVH's, whose size is another with a filter on every single-sided mesh.
+std::vector<std::string> features(const Scene& scene) {
+  std::vector<std::string> list = scene.features();
+  list.pop_back();
+  return list;
+}
+
+bool differ(const RenderedImage& a, const RenderedImage& b) { return a.values != b.values; }
+
+class Edits : public testing::TestWithParam<NamedEdit> {};
+
+TEST_P(Edits, GiveTheBitsOfASceneBuiltWithThem) {
+  const SceneEdits edits = made(GetParam());
+  const RenderedImage unedited = picture(*build_scene(edited_scene(), {}), 2);
+  const std::unique_ptr<Scene> fresh = built(edits);
+  const RenderedImage expected = picture(*fresh, 2);
+  EXPECT_TRUE(differ(expected, unedited)) << "the edit is not seen";
+
+  EditableScene scene(edited_scene());
+  const uint32_t builds = scene.scene().bvh_builds();
+  EXPECT_EQ(scene.set(edits), GetParam().reach);
+  for (const int threads : {1, 2, 7}) {
+    expect_same_bits(picture(scene.scene(), threads), expected,
+                     std::to_string(threads) + " threads");
+  }
+  EXPECT_EQ(features(scene.scene()), features(*fresh));
+  EXPECT_EQ(scene.scene().lights().describe(), fresh->lights().describe());
+
+  EXPECT_EQ(scene.set({}), GetParam().reach);
+  expect_same_bits(picture(scene.scene(), 2), unedited, "undone");
+  EXPECT_EQ(scene.set(edits), GetParam().reach);
+  expect_same_bits(picture(scene.scene(), 2), expected, "done again");
+  EXPECT_EQ(scene.scene().bvh_builds(), builds);
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, Edits, testing::ValuesIn(kEdits),
+                         [](const auto& edit) { return std::string(edit.param.name); });
+
+TEST(EditsTest, OneBvhPerInstancedMeshAndOneOverAll) {
+  EXPECT_EQ(EditableScene(edited_scene()).scene().bvh_builds(), 2u);
+  EXPECT_EQ(built({})->bvh_builds(), 2u);
+}
+
+TEST(EditsTest, AnEditableSceneRendersWhatAnyOtherDoes) {
+  const std::vector<std::string> list = features(*build_scene(edited_scene(), {}));
+  EXPECT_TRUE(std::ranges::any_of(list, [](const std::string& feature) {
+    return feature.starts_with("flush emitters");
+  })) << "the lamp is not in the panel: the tests above say less than they should";
+  for (const int threads : {1, 3}) {
+    expect_same_bits(picture(EditableScene(edited_scene()).scene(), threads),
+                     picture(*build_scene(edited_scene(), {}), threads), "unedited");
+  }
+}
+
+// Hundreds of edits on top of one another leave no trace but the last. std::mt19937 of seed 1.
+TEST(EditsTest, AStormOfEdits) {
+  EditableScene scene(edited_scene());
+  const uint32_t builds = scene.scene().bvh_builds();
+  std::mt19937 random(1);
+  SceneEdits edits;
+  for (int i = 0; i < 300; ++i) {
+    edits = made(kEdits[random() % std::size(kEdits)]);
+    scene.set(edits);
+    if (i % 60 != 59) continue;
+    expect_same_bits(picture(scene.scene(), 2), picture(*built(edits), 2),
+                     "after edit " + std::to_string(i));
+  }
+  scene.set({});
+  expect_same_bits(picture(scene.scene(), 2), picture(*built({}), 2), "all undone");
+  EXPECT_EQ(scene.scene().bvh_builds(), builds);
+}
+
+// The camera is no part of the scene: nothing of it is touched.
+TEST(EditsTest, ACameraEditLeavesTheScene) {
+  EditableScene scene(edited_scene());
+  const LightSampler* lights = &scene.scene().lights();
+  const Material* material = &scene.scene().material_of(0);
+  SceneEdits edits;
+  edits.camera.fov_y_degrees = 20.0;
+  EXPECT_EQ(scene.set(edits), EditClass::kCamera);
+  EXPECT_EQ(&scene.scene().lights(), lights);
+  EXPECT_EQ(&scene.scene().material_of(0), material);
+  EXPECT_EQ(scene.set(edits), EditClass::kNone);
+}
+
+// A lamp that is turned off leaves the dark behind, not the white sky of scenes without light.
+TEST(EditsTest, TheLastLightTurnedOffIsDarkness) {
+  SceneDescription lamp = edited_scene();
+  lamp.environment.reset();
+  lamp.lights.clear();
+  SceneEdits off;
+  light(off, EditedLight::kMaterial, kLampMaterial).on = false;
+  EditableScene scene(lamp);
+  scene.set(off);
+  EXPECT_EQ(picture(scene.scene(), 2).rgb(20, 20), Rgb(0.0f));
+  for (uint32_t i = 0; i < scene.scene().instance_count(); ++i) {
+    EXPECT_EQ(scene.scene().emitter_index(i, 0), Scene::kNoEmitter);
+  }
+  apply(off, lamp);
+  expect_same_bits(picture(*build_scene(lamp, {}), 2), picture(scene.scene(), 2), "built dark");
+}
+
+// The sky that such a scene is given is there to be edited, and the default material as well.
+TEST(EditsTest, WhatTheFileLeavesToItsReaderIsEditable) {
+  SceneBuilderForTests b;
+  b.add_floor(3, 0, -1);
+  EditableScene scene(b.description);
+  const RenderedImage white = picture(scene.scene(), 2);
+  expect_same_bits(white, picture(*b.build(), 2), "unedited");
+  SceneEdits edits;
+  MaterialEdit& floor = edits.materials.emplace_back();
+  floor.target.name = kDefaultMaterialName;
+  floor.base_color = Rgb(0.1f, 0.2f, 0.3f);
+  light(edits, EditedLight::kEnvironment, -1).intensity = 2.0f;
+  EXPECT_EQ(scene.set(edits), EditClass::kMaterial);
+  SceneDescription description = b.description;
+  apply(edits, description);
+  const RenderedImage edited = picture(scene.scene(), 2);
+  expect_same_bits(edited, picture(*build_scene(description, {}), 2), "edited");
+  EXPECT_TRUE(differ(edited, white));
+}
+
+// A refused edit changes nothing.
+TEST(EditsTest, ARefusedEditLeavesTheSceneAsItWas) {
+  EditableScene scene(edited_scene());
+  const SceneEdits before = made(kEdits[0]);
+  scene.set(before);
+  const RenderedImage seen = picture(scene.scene(), 2);
+  SceneEdits refused = before;
+  material(refused, 99).roughness = 0.5f;
+  EXPECT_THROW(scene.set(refused), std::exception);
+  EXPECT_EQ(scene.edits(), before);
+  expect_same_bits(picture(scene.scene(), 2), seen, "after the refusal");
+}
+
+}  // namespace
+}  // namespace emberline

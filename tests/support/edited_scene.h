@@ -1,0 +1,110 @@
+// A scene with everything that an edit can reach, for tests of edits.
+#pragma once
+
+#include "renderer/scene/scene_edits.h"
+#include "support/scenes.h"
+
+namespace emberline::test {
+
+// Bytes of a pattern, so that neighbouring texels differ in every channel.
+inline std::shared_ptr<const Image> patterned_image(int size, int channels, int low = 0) {
+  auto image = std::make_shared<Image>();
+  image->name = "pattern";
+  image->width = image->height = size;
+  image->channels = channels;
+  for (int i = 0; i < size * size * channels; ++i) {
+    image->texels.push_back(std::byte(low + i * 37 % (256 - low)));
+  }
+  return image;
+}
+
+// A sky with a bright half, in floats.
+inline std::shared_ptr<const Image> patterned_sky(float bright) {
+  constexpr int kWidth = 16, kHeight = 8;
+  auto image = std::make_shared<Image>();
+  image->width = kWidth;
+  image->height = kHeight;
+  image->channels = 3;
+  image->type = TexelType::kFloat;
+  std::vector<float> texels;
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    const float value = i % kWidth < kWidth / 2 ? bright : 0.1f;
+    for (const float c : {value, 0.5f * value, 0.25f * value}) texels.push_back(c);
+  }
+  image->texels.resize(texels.size() * sizeof(float));
+  std::memcpy(image->texels.data(), texels.data(), image->texels.size());
+  return image;
+}
+
+// Materials by number: what the scene is edited by.
+enum EditedMaterial {
+  kFloorMaterial,  // coat, normal map of strength 0
+  kBallMaterial,   // rough metal; two instances, one mirrored
+  kGlassMaterial,  // clear, single-sided: seen from behind as long as it is
+  kShellMaterial,  // opaque, single-sided and open: its back is not seen
+  kNeonMaterial,   // emissive texture, switched off
+  kLampMaterial,   // shines, flush with the panel
+  kPanelMaterial,
+  kVeilMaterial,  // alpha blended
+};
+
+inline SceneDescription edited_scene() {
+  SceneBuilderForTests b;
+  b.description.file = "edited.glb";
+  b.description.images = {patterned_image(8, 3), patterned_image(8, 3, 96)};
+  const auto add = [&](const char* name, MaterialDescription m) {
+    m.name = name;
+    return b.add_material(m);
+  };
+  MaterialDescription coat = lambert({0.7f, 0.5f, 0.3f});
+  coat.roughness = 0.3f;
+  coat.specular = 1.0f;
+  coat.normal_texture.image = 1;
+  coat.normal_scale = 0.0f;
+  add("floor", coat);
+  add("ball", metal({0.9f, 0.6f, 0.3f}, 0.4f));
+  MaterialDescription glass = lambert(Rgb(0.9f));
+  glass.specular = 1.0f;
+  glass.roughness = 0.2f;
+  glass.transmission = 1.0f;
+  add("glass", glass);
+  add("shell", lambert({0.3f, 0.6f, 0.8f}));
+  MaterialDescription neon = lambert(Rgb(0.2f));
+  neon.emission_texture.image = 0;
+  add("neon", neon);
+  add("lamp", emitter(Rgb(6.0f)));
+  add("lamp", lambert(Rgb(0.5f)));  // the panel, of the same name as the lamp in it
+  MaterialDescription veil = lambert({0.2f, 0.7f, 0.3f});
+  veil.alpha = 0.4f;
+  veil.alpha_mode = AlphaMode::kBlend;
+  veil.double_sided = true;
+  add("veil", veil);
+
+  b.add_floor(4, 0, kFloorMaterial);
+  MeshDescription& floor = b.description.meshes.back();
+  floor.normals.assign(4, Vec3f(0, 1, 0));
+  floor.tangents.assign(4, Vec4f(1, 0, 0, 1));
+  const int ball = b.add_mesh(SceneBuilderForTests::sphere(0.4f, 8, kBallMaterial));
+  b.place(ball, translation(-1.2, 0.4, 0.6));
+  Mat44d mirrored = translation(1.2, 0.4, 0.6);
+  mirrored[0][0] = -1;
+  b.place(ball, mirrored);
+  b.place(b.add_mesh(SceneBuilderForTests::sphere(0.45f, 8, kGlassMaterial, false, true)),
+          translation(0.1, 0.45, 1.2));
+  b.add_quad({0.4f, 0, -0.6f}, {-0.4f, 0, -0.6f}, {-0.4f, 1, -0.6f}, {0.4f, 1, -0.6f},
+             kShellMaterial);  // faces away from the camera
+  b.add_quad({-2, 0, -1}, {-1, 0, -1}, {-1, 1, -1}, {-2, 1, -1}, kNeonMaterial);
+  b.add_floor(0.3f, 2.5f, kLampMaterial, false);
+  b.add_floor(1.5f, 2.5f, kPanelMaterial, false);
+  b.add_quad({1, 0, -1}, {2, 0, -1}, {2, 1.2f, -1}, {1, 1.2f, -1}, kVeilMaterial);
+  b.add_point_light({2, 3, 1}, {3, 4, 5});
+  b.add_point_light({-2, 2, 2}, {2, 1, 1});
+  b.description.lights[0].name = b.description.lights[1].name = "spot";
+  b.set_environment(patterned_sky(1.5f));
+  return b.description;
+}
+
+// Sees all of it, the lamp in its panel as well.
+inline CameraDescription edited_view() { return perspective({0.3, 1.3, 4.5}, {0, 1, 0}, 45); }
+
+}  // namespace emberline::test

@@ -1,0 +1,2 @@
+emberline_test(scene_edits_test SOURCES scene_edits_test.cpp edits_file_test.cpp
+  LINK emberline_scene emberline_io OpenImageIO::OpenImageIO)
