@@ -200,10 +200,12 @@ int run_render(const RenderOptions& options) {
 
   std::optional<RemoteViewer> viewer;
   if (options.viewer) viewer.emplace(options, window, threads);
-  outputs->on_tile([&](const FilmTile& tile) {
-    if (pictures) pictures->add(tile);
-    if (viewer) viewer->add(tile);
-  });
+  if (pictures || viewer) {
+    outputs->on_tile([&](const FilmTile& tile) {
+      if (pictures) pictures->add(tile);
+      if (viewer) viewer->add(tile);
+    });
+  }
   report.display = outputs->display_description();
   const GracefulStop graceful;
   // An arena of its own: the limit above cannot give more threads than the machine has cores.
