@@ -30,41 +30,47 @@ double now() {
 
 std::string words(int error) { return std::generic_category().message(error); }
 
-// Throws RenderError.
-AddressList look_up(const std::string& host, uint16_t port, int flags) {
+struct Answer {
+  AddressList list;
+  std::string fault;  // in its place
+};
+
+Answer look_up(const std::string& host, uint16_t port, int flags) {
   addrinfo hints = {};
   hints.ai_family = AF_UNSPEC;
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = flags | AI_NUMERICSERV;
   addrinfo* list = nullptr;
   const int error = getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &list);
-  if (error == EAI_SYSTEM) throw RenderError("cannot find the host: " + words(errno));
-  if (error != 0) throw RenderError(std::string("cannot find the host: ") + gai_strerror(error));
-  return {list, freeaddrinfo};
+  const std::string fault = error == 0            ? ""
+                            : error == EAI_SYSTEM ? words(errno)
+                                                  : gai_strerror(error);
+  return {AddressList(list, freeaddrinfo), fault};
 }
 
 // Asking for a name cannot be called off and may take the system half a minute. So it is asked for
 // on a thread that nobody waits for when it takes too long; it holds nothing of ours.
-AddressList look_up_name(const std::string& host, uint16_t port, double until,
-                         const TcpClient::KeepWaiting& keep_waiting) {
-  std::packaged_task<AddressList()> task([host, port] { return look_up(host, port, 0); });
-  std::future<AddressList> answer = task.get_future();
+Answer look_up_name(const std::string& host, uint16_t port, double until,
+                    const TcpClient::KeepWaiting& keep_waiting) {
+  std::packaged_task<Answer()> task([host, port] { return look_up(host, port, 0); });
+  std::future<Answer> answer = task.get_future();
   std::thread(std::move(task)).detach();
   const double began = now();
   while (answer.wait_for(std::chrono::milliseconds(kPollMs)) != std::future_status::ready) {
-    if (now() > until || !keep_waiting(now() - began))
-      throw RenderError("cannot find the host: no answer in time");
+    if (now() > until || !keep_waiting(now() - began)) {
+      return {AddressList(nullptr, freeaddrinfo), "no answer in time"};
+    }
   }
   return answer.get();
 }
 
+// Throws RenderError.
 AddressList addresses(const std::string& host, uint16_t port, double until,
                       const TcpClient::KeepWaiting& keep_waiting) {
-  try {
-    return look_up(host, port, AI_NUMERICHOST);  // no question to anybody
-  } catch (const RenderError&) {
-    return look_up_name(host, port, until, keep_waiting);
-  }
+  Answer answer = look_up(host, port, AI_NUMERICHOST);  // no question to anybody
+  if (!answer.list) answer = look_up_name(host, port, until, keep_waiting);
+  if (!answer.list) throw RenderError("cannot find the host: " + answer.fault);
+  return std::move(answer.list);
 }
 
 }  // namespace

@@ -157,6 +157,7 @@ TEST(TevStream, AbandonedItIsGoneAtOnceWithoutAWord) {
     ASSERT_TRUE(wait_for_connection(server));
     const Rect window{0, 0, 2048, 2048};
     stream.add_picture(window, 64, pixels(window, 1));
+    ::usleep(200000);  // until it is in the middle of sending
   }
   EXPECT_LT(seconds() - began, 1.5);
   EXPECT_FALSE(warned_of(server.url()));
