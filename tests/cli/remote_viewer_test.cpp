@@ -152,7 +152,7 @@ TEST_F(RemoteViewer, ThatClosesCostsAWarning) {
     const RunResult result = run(frame(server.url(), {"--size", "400x300", "--bucket-size", "16",
                                                       "--spp", "16", "--driver", driver}));
     expect_one_warning(result, server.url(), "");
-    const std::vector<float>& samples = file().channels.at("samples");
+    const std::vector<float> samples = file().channels.at("samples");
     EXPECT_TRUE(std::ranges::all_of(samples, [](float s) { return s == 16.0f; }));
   }
 }
