@@ -127,7 +127,7 @@ TEST(SceneEdits, MaterialFactorsAreReplaced) {
   EXPECT_EQ(m.normal_scale, -0.7f);
   EXPECT_EQ(m.emission, Rgb(8.0f));
   // What is not named stays.
-  const MaterialDescription& untouched =
+  const MaterialDescription untouched =
       edited_by(edits_of(material_edit(kBallMaterial))).materials[kBallMaterial];
   EXPECT_EQ(untouched.roughness, 0.4f);
   EXPECT_EQ(untouched.base_color, Rgb(0.9f, 0.6f, 0.3f));
