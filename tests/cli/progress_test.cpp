@@ -34,8 +34,10 @@ TEST_F(Progress, PlainLinesInALog) {
 
 // How many samples a threshold takes is not known beforehand, but how many buckets are finished.
 TEST_F(Progress, BucketsUnderAThresholdTellTheTimeLeft) {
-  const RunResult result = run(render_words({"--size", "400x400", "--noise-threshold", "0.002",
-                                             "--bucket-size", "16", "--max-spp", "256"}));
+  // Without --spp, which would be a budget.
+  const RunResult result =
+      run({"render", scene(), "-o", path("out.exr"), "--size", "300x300", "--noise-threshold",
+           "0.00001", "--max-spp", "64", "--bucket-size", "16"});
   ASSERT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_TRUE(std::regex_search(result.err, std::regex(R"(rendering +[0-9.]+ %.* left )")))
       << result.err;
