@@ -204,7 +204,12 @@ TEST_F(BisectionStop, IsSoonInAHeavyScene) {
     EXPECT_TRUE(counters.stopped);
     least = std::min(least, std::chrono::duration<double>(returned - requested).count());
   }
-  EXPECT_LT(least, 0.010) << "seconds from the request to the return";
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+  constexpr double kMost = 0.1;  // sanitized code is several times slower
+#else
+  constexpr double kMost = 0.01;
+#endif
+  EXPECT_LT(least, kMost) << "seconds from the request to the return";
 }
 
 }  // namespace
