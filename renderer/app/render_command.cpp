@@ -59,18 +59,6 @@ void summarize(const RenderOptions& options, const RenderReport& report) {
   for (const std::string& feature : report.features) log_verbose("built: " + feature);
 }
 
-DriverSettings driver_settings(const RenderOptions& options, const SamplingPlan& sampling) {
-  DriverSettings settings;
-  settings.bucket_size = options.bucket_size;
-  settings.bucket_order = options.bucket_order;
-  settings.bisection_axis = options.bisection_axis;
-  settings.reconstruction = options.reconstruction;
-  settings.adaptive = sampling.adaptive;
-  settings.explained = options.explained;
-  settings.keep_tree = !options.trees.empty();
-  return settings;
-}
-
 // With the channels that the heatmaps need.
 OutputSettings settings_of_outputs(const RenderOptions& options, const Rect& window) {
   OutputSettings settings{options.width,

@@ -114,4 +114,16 @@ SamplingPlan plan_sampling(const RenderOptions& o) {
   return plan;
 }
 
+DriverSettings driver_settings(const RenderOptions& options, const SamplingPlan& plan) {
+  DriverSettings settings;
+  settings.bucket_size = options.bucket_size;
+  settings.bucket_order = options.bucket_order;
+  settings.bisection_axis = options.bisection_axis;
+  settings.reconstruction = options.reconstruction;
+  settings.adaptive = plan.adaptive;
+  settings.explained = options.explained;
+  settings.keep_tree = !options.trees.empty();
+  return settings;
+}
+
 }  // namespace emberline

@@ -4,6 +4,7 @@
 
 #include "renderer/app/render_options.h"
 #include "renderer/drivers/adaptive/round_planner.h"
+#include "renderer/drivers/frame_driver.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -17,5 +18,8 @@ struct SamplingPlan {
 
 // Throws UsageError that names the option, the reason and what is valid.
 SamplingPlan plan_sampling(const RenderOptions& options);
+
+// What create_driver() is told.
+DriverSettings driver_settings(const RenderOptions& options, const SamplingPlan& plan);
 
 }  // namespace emberline

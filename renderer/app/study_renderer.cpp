@@ -22,16 +22,6 @@ struct StudyRenderer::Sampling {
         sampler(create_sampler(options.sampler, {plan.streams, plan.samples_per_pixel,
                                                  options.width, options.height})) {}
 
-  static DriverSettings driver_settings(const RenderOptions& options, const SamplingPlan& plan) {
-    DriverSettings settings;
-    settings.bucket_size = options.bucket_size;
-    settings.bucket_order = options.bucket_order;
-    settings.bisection_axis = options.bisection_axis;
-    settings.reconstruction = options.reconstruction;
-    settings.adaptive = plan.adaptive;
-    return settings;
-  }
-
   SamplingPlan plan;
   uint32_t seed;
   std::unique_ptr<FrameDriver> driver;

@@ -17,9 +17,13 @@
 #include "renderer/app/option_values.h"
 #include "renderer/core/errors.h"
 #include "renderer/scene/editable_scene.h"
+#include "support/edits.h"
 
 namespace emberline::bench {
 namespace {
+
+using test::light;
+using test::material;
 
 void line(const std::string& name, const std::vector<double>& seconds) {
   if (seconds.empty()) return;
@@ -44,19 +48,6 @@ std::vector<double> time_edits(EditableScene& scene, size_t count, int repetitio
     }
   }
   return seconds;
-}
-
-MaterialEdit& material(SceneEdits& edits, int index) {
-  MaterialEdit& edit = edits.materials.emplace_back();
-  edit.target.index = index;
-  return edit;
-}
-
-LightEdit& light(SceneEdits& edits, EditedLight kind, int index) {
-  LightEdit& edit = edits.lights.emplace_back();
-  edit.kind = kind;
-  edit.target.index = index;
-  return edit;
 }
 
 void time_all_edits(const RenderOptions& options, int repetitions) {

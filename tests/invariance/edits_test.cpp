@@ -7,6 +7,7 @@
 
 #include "renderer/scene/editable_scene.h"
 #include "support/edited_scene.h"
+#include "support/edits.h"
 #include "support/render.h"
 
 namespace emberline {
@@ -21,19 +22,6 @@ struct NamedEdit {
 };
 
 void PrintTo(const NamedEdit& edit, std::ostream* out) { *out << edit.name; }
-
-MaterialEdit& material(SceneEdits& edits, int index) {
-  MaterialEdit& edit = edits.materials.emplace_back();
-  edit.target.index = index;
-  return edit;
-}
-
-LightEdit& light(SceneEdits& edits, EditedLight kind, int index) {
-  LightEdit& edit = edits.lights.emplace_back();
-  edit.kind = kind;
-  edit.target.index = index;
-  return edit;
-}
 
 const NamedEdit kEdits[] = {
     {"punctual_intensity", EditClass::kLight,

@@ -1,0 +1,21 @@
+// Adds edits of the things with an index, for tests and timings of edits.
+#pragma once
+
+#include "renderer/scene/scene_edits.h"
+
+namespace emberline::test {
+
+inline MaterialEdit& material(SceneEdits& edits, int index) {
+  MaterialEdit& edit = edits.materials.emplace_back();
+  edit.target.index = index;
+  return edit;
+}
+
+inline LightEdit& light(SceneEdits& edits, EditedLight kind, int index) {
+  LightEdit& edit = edits.lights.emplace_back();
+  edit.kind = kind;
+  edit.target.index = index;
+  return edit;
+}
+
+}  // namespace emberline::test
