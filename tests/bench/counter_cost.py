@@ -10,14 +10,13 @@ that a shared machine's noise alone fails the limit once in 40 runs at most.
 """
 import argparse
 import json
-import math
 import pathlib
-import random
 import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
+
+from pairs import cost_of
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 LIMIT = 0.01
@@ -85,19 +84,13 @@ def main():
     p.add_argument("-o", "--output", type=pathlib.Path)
     options = p.parse_args()
     folder = options.build.resolve()
-    programs = [build(ROOT, folder / "with"), build(uncounted_sources(folder / "source"), folder / "without")]
+    programs = {True: build(ROOT, folder / "with"),
+                False: build(uncounted_sources(folder / "source"), folder / "without")}
     lines = ["| frame | processor s | with counters against without |", "| --- | --- | --- |"]
     failed = False
     for name, words in FRAMES.items():
-        ratios, times = [], []
-        for i in range(options.pairs):
-            order = [0, 1]
-            random.Random(i).shuffle(order)
-            pair = {which: seconds(programs[which], words) for which in order}
-            times.append(pair[0])
-            ratios.append(math.log(pair[0] / pair[1]))
-        mean, error = statistics.mean(ratios), statistics.stdev(ratios) / math.sqrt(len(ratios))
-        lines.append(f"| {name} | {statistics.median(times):.2f} | {100 * mean:+.2f} % +- {100 * error:.2f} % |")
+        time, mean, error = cost_of(options.pairs, lambda which, words=words: seconds(programs[which], words))
+        lines.append(f"| {name} | {time:.2f} | {100 * mean:+.2f} % +- {100 * error:.2f} % |")
         failed = failed or mean - 2 * error > LIMIT
     text = "\n".join(lines) + "\n"
     print(text)

@@ -11,15 +11,14 @@ the mean less two of them, so that a shared machine's noise alone fails it once 
 """
 import argparse
 import json
-import math
 import multiprocessing
 import pathlib
-import random
 import socket
-import statistics
 import subprocess
 import sys
 import tempfile
+
+from pairs import cost_of
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 LIMIT = 0.02
@@ -71,17 +70,12 @@ def main():
     for name, words in FRAMES.items():
         if options.only not in name:
             continue
-        ratios, times = [], []
         before = received.value
-        for i in range(options.pairs):
-            order = [None, url]
-            random.Random(i).shuffle(order)
-            pair = {which: cpu_seconds(options.emberline, words, which) for which in order}
-            times.append(pair[None])
-            ratios.append(math.log(pair[url] / pair[None]))
-        mean, error = statistics.mean(ratios), statistics.stdev(ratios) / math.sqrt(len(ratios))
+        time, mean, error = cost_of(
+            options.pairs,
+            lambda which, words=words: cpu_seconds(options.emberline, words, url if which else None))
         pictures = (received.value - before) / options.pairs / picture
-        lines.append(f"| {name} | {statistics.median(times):.2f} | {pictures:.1f} | "
+        lines.append(f"| {name} | {time:.2f} | {pictures:.1f} | "
                      f"{100 * mean:+.2f} % +- {100 * error:.2f} % |")
         failed = failed or mean - 2 * error > LIMIT
     text = "\n".join(lines) + "\n"

@@ -1,0 +1,18 @@
+"""Two programs timed in turn, for the scripts that say what something costs."""
+import math
+import random
+import statistics
+
+
+def cost_of(pairs, seconds):
+    """`seconds(which)` times a run with it (True) or without (False); each pair begins with either.
+    Returns the median without it, the mean logarithm of the ratio with : without and its standard
+    error."""
+    ratios, times = [], []
+    for i in range(pairs):
+        order = [True, False]
+        random.Random(i).shuffle(order)
+        pair = {which: seconds(which) for which in order}
+        times.append(pair[False])
+        ratios.append(math.log(pair[True] / pair[False]))
+    return statistics.median(times), statistics.mean(ratios), statistics.stdev(ratios) / math.sqrt(len(ratios))
