@@ -1,4 +1,4 @@
-// The command line: subcommands, options, their ranges and help.
+// The command line: subcommands, and what is wrong with one in our words.
 #pragma once
 
 namespace emberline {

@@ -1,0 +1,24 @@
+// What each subcommand can be told: options, ranges, defaults and help.
+#pragma once
+
+#include "renderer/app/compare_command.h"
+#include "renderer/app/heatmap_command.h"
+#include "renderer/app/info_command.h"
+#include "renderer/app/render_options.h"
+#include "renderer/app/study_command.h"
+
+namespace CLI {
+class App;
+}
+
+namespace emberline {
+
+// Each sets the defaults that the command line has, and binds the options, which must live until
+// the arguments are parsed.
+void add_render_options(CLI::App* app, RenderOptions& options);
+void add_info_options(CLI::App* app, InfoOptions& options);
+void add_heatmap_options(CLI::App* app, HeatmapOptions& options);
+void add_compare_options(CLI::App* app, CompareOptions& options);
+void add_study_options(CLI::App* app, StudyOptions& options);
+
+}  // namespace emberline
