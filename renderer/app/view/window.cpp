@@ -109,7 +109,7 @@ class Window::Impl {
   double pause() const;
   bool due(double now) const;
   void draw(double now);
-  void read_back();
+  std::string screenshot_file();
   void take_screenshot(const std::string& path);
   void finish_screenshot();
   void follow_options(double now);
@@ -138,7 +138,7 @@ class Window::Impl {
   std::array<int, 4> windowed_ = {};
   std::future<void> screenshot_;
   std::string screenshot_name_;
-  bool closing_ = false;
+  bool closing_ = false, wanted_screenshot_ = false;
   int screenshots_ = 0;
 };
 
@@ -303,21 +303,21 @@ void Window::Impl::draw(double now) {
   glClearColor(0.1f, 0.1f, 0.1f, 1.0f);
   glClear(GL_COLOR_BUFFER_BIT);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
-  if (bench_.want_screenshot) read_back();
+  if (std::exchange(bench_.want_screenshot, false)) take_screenshot(screenshot_file());
+  if (std::exchange(wanted_screenshot_, false)) take_screenshot(options_.screenshot);
   glfwSwapBuffers(window_.get());
 
   bench_.note_drawn(picture_.drawn());
   set_title();
 }
 
-// The window's own picture, into a file of the scene's name.
-void Window::Impl::read_back() {
-  bench_.want_screenshot = false;
+std::string Window::Impl::screenshot_file() {
   const std::string stem =
       bench_.scene() ? std::filesystem::path(bench_.load_status().path).stem().string() : "window";
-  take_screenshot(fmt::format("{}-window-{}.png", stem, ++screenshots_));
+  return fmt::format("{}-window-{}.png", stem, ++screenshots_);
 }
 
+// Before the buffers are swapped: what was drawn is undefined afterwards.
 void Window::Impl::take_screenshot(const std::string& path) {
   if (screenshot_.valid()) return;  // one after the other
   ByteImage image;
@@ -363,10 +363,8 @@ void Window::Impl::follow_options(double now) {
       failed || (options_.screenshot_after_s > 0.0 ? now >= ready_s_ + options_.screenshot_after_s
                                                    : picture->finished);
   if (!wanted) return;
-  draw(now);  // with this picture's numbers in the status line
-  glReadBuffer(GL_FRONT);
-  take_screenshot(options_.screenshot);
-  glReadBuffer(GL_BACK);
+  wanted_screenshot_ = true;
+  draw(now);
 }
 
 void Window::Impl::set_title() {
