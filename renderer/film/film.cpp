@@ -173,6 +173,16 @@ Rgb FilmTile::mean(int x, int y) const {
   return {rgba[0], rgba[1], rgba[2]};
 }
 
+std::optional<Rgb> FilmTile::variance(int x, int y) const {
+  const size_t i = index(x, y);
+  const PixelSums& sums = sums_[i];
+  const bool two_streams = sums.count[0] > 0 && sums.count[1] > 0;
+  if (!two_streams && (squares_.empty() || sums.samples() < 2.0)) return std::nullopt;
+  Rgb result;
+  for (int c = 0; c < 3; ++c) result[c] = to_finite_float(variance_of_mean(i, size_t(c)));
+  return result;
+}
+
 double FilmTile::variance_of_mean(size_t i, size_t c) const {
   const PixelSums& sums = sums_[i];
   const double n0 = sums.count[0], n1 = sums.count[1], n = n0 + n1;
