@@ -74,6 +74,12 @@ std::vector<FilmChannel> film_channels(const AovSet& aovs) {
   return channels;
 }
 
+std::vector<std::string> film_channel_names(const AovSet& aovs) {
+  std::vector<std::string> names;
+  for (const FilmChannel& channel : film_channels(aovs)) names.push_back(channel.name);
+  return names;
+}
+
 void FilmTile::reset(const Rect& rect) {
   rect_ = rect;
   const auto n = size_t(rect.area());

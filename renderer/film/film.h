@@ -69,6 +69,7 @@ struct FilmChannel {
 };
 // R G B A samples, then the AOVs in table order.
 std::vector<FilmChannel> film_channels(const AovSet& aovs);
+std::vector<std::string> film_channel_names(const AovSet& aovs);
 
 // What the first surface along a camera ray says; filled by the integrator when AOVs ask for it.
 struct FirstHit {
