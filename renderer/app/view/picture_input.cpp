@@ -105,7 +105,7 @@ void PictureInput::wheel(double steps, int modifiers) {
   if (modifiers & GLFW_MOD_CONTROL) {
     bench_.placement.zoom_to(bench_.placement.zoom() * std::pow(kWheelZoom, steps), position_);
   } else {
-    bench_.dolly(steps);
+    bench_.dolly_by(steps);
   }
 }
 
@@ -133,7 +133,7 @@ void PictureInput::lost_focus() { held_ = {}; }
 bool PictureInput::flying() const { return std::ranges::find(held_, true) != held_.end(); }
 
 void PictureInput::fly(double seconds) {
-  if (flying()) bench_.fly(held_, seconds, fast_);
+  if (flying()) bench_.fly_along(held_, seconds, fast_);
 }
 
 std::optional<Rect> PictureInput::dragged_region() const {

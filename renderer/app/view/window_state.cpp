@@ -54,7 +54,8 @@ std::string window_state_file() {
 
 WindowState read_window_state(const std::string& path) {
   WindowState state;
-  if (path.empty() || !std::filesystem::exists(path)) return state;
+  std::error_code unknown;
+  if (path.empty() || !std::filesystem::is_regular_file(path, unknown)) return state;
   std::ifstream file(path);
   const Json json = Json::parse(file, nullptr, false);
   if (!json.is_object()) {

@@ -21,8 +21,10 @@ constexpr size_t kMostMessages = 200;
 constexpr float kExposureStep = 0.25f;  // stops
 constexpr double kTurnPerPixel = 0.25;  // degrees of the environment
 constexpr double kZoomStep = std::numbers::sqrt2;
-// Scene radii a second: a room is crossed in a second or two.
-constexpr double kFlightSpeed = 0.5, kFastFlight = 4.0;
+constexpr double kTurnPerHeight = 3.0;  // radians of an orbit, by a drag over the frame's height
+constexpr double kDollyStep = 0.88;     // of the distance, by one step of the wheel
+// Distances to what is looked at, a second.
+constexpr double kFlightSpeed = 0.6, kFastFlight = 4.0;
 
 bool has_suffix(const std::string& path, std::initializer_list<const char*> suffixes) {
   std::string suffix = std::filesystem::path(path).extension().string();
@@ -100,7 +102,7 @@ void Workbench::take_scene() {
   edits_ = sent_edits_ = saved_edits_ = session_.edits();
   solo_.reset();
   sent_solo_.reset();
-  history_.reset(edits_);
+  history_ = EditHistory(edits_);
   bookmarks_ = {};
   material_ = -1;
   clicked_.reset();
@@ -154,10 +156,15 @@ void Workbench::gesture_goes_on(bool held) {
 void Workbench::note_drawn(const std::shared_ptr<const ShownPicture>& picture) {
   if (!picture) return;
   latency.shown(*picture, now());
-  if (!journal.is_open() || picture == noted_) return;
-  noted_ = picture;
+  if (!journal.is_open()) return;
   const Vec2f corner = placement.to_screen(Vec2f(0.0f));
-  journal.write("picture", {{"edit", picture->edit},
+  const nlohmann::json place = {{"at", {corner.x, corner.y}}, {"zoom", placement.zoom()}};
+  if (corner != noted_corner_ || placement.zoom() != noted_zoom_) journal.write("placed", place);
+  noted_corner_ = corner;
+  noted_zoom_ = placement.zoom();
+  if (picture == noted_) return;
+  noted_ = picture;
+  nlohmann::json members = {{"edit", picture->edit},
                             {"serial", picture->serial},
                             {"size", {picture->width, picture->height}},
                             {"filled", picture->filled},
@@ -166,14 +173,15 @@ void Workbench::note_drawn(const std::shared_ptr<const ShownPicture>& picture) {
                             {"samples", picture->samples},
                             {"driver", picture->driver},
                             {"buckets", picture->in_progress.size()},
-                            {"at", {corner.x, corner.y}},
-                            {"zoom", placement.zoom()}});
+                            {"legend", picture->overlay_legend}};
+  members.update(place);
+  journal.write("picture", members);
 }
 
 void Workbench::change(const SceneEdits& edits, std::string_view what) {
   if (!scene_ || edits == edits_) return;
   edits_ = edits;
-  history_.change(edits, std::string(what));
+  history_.record(edits, std::string(what));
   send_edits();
   if (edits_ == edits) latency.asked(session_.edit(), std::string(what), now());
 }
@@ -196,7 +204,7 @@ void Workbench::send_edits() {
     session_.set_edits(edits_, solo_);
     sent_edits_ = edits_;
     sent_solo_ = solo_;
-    journal.write("edit", {{"edit", session_.edit()}});
+    journal_edits();
   } catch (const InputError& error) {
     say(Message::Level::kError, error.what());
     edits_ = sent_edits_;
@@ -204,73 +212,88 @@ void Workbench::send_edits() {
   }
 }
 
+void Workbench::journal_edits() {
+  journal.write("edit", {{"edit", session_.edit()}});
+  const std::optional<Vec3d>& from = edits_.camera.look_from;
+  const nlohmann::json camera = from ? nlohmann::json{from->x, from->y, from->z} : nlohmann::json();
+  journal.write("edits", {{"camera", camera},
+                          {"lights", edits_.lights.size()},
+                          {"materials", edits_.materials.size()}});
+}
+
 void Workbench::change(const ViewSettings& settings) {
   settings_ = settings;
   session_.set_settings(settings);
   latency.asked(session_.edit(), "settings", now());
+  nlohmann::json region;
+  if (const std::optional<Rect>& r = settings.region) region = {r->x0, r->y0, r->x1, r->y1};
+  journal.write("settings", {{"edit", session_.edit()},
+                             {"driver", settings.render.driver},
+                             {"overlay", int(settings.overlay)},
+                             {"paused", settings.paused},
+                             {"region", region}});
 }
 
 // ---- navigation
 
 ViewCamera Workbench::camera() const {
-  const CameraDescription seen =
-      scene_ ? edited_camera(edits_, scene_->outline, scene_->camera) : CameraDescription();
-  return ViewCamera(seen, pivot_, scene_ ? scene_->radius : 1.0);
+  return view_of(edited_camera(edits_, scene_->outline, scene_->camera), pivot_, scene_->radius);
+}
+
+void Workbench::change_view(const ViewCamera& view) {
+  pivot_ = view.pivot;
+  change_camera(edit_of(view, edits_.camera), "camera");
 }
 
 void Workbench::navigate(Drag drag, const Vec2f& pixels) {
   if (!scene_) return;
   const double height = settings_.render.height;
-  const Vec2d part(pixels.x / height, pixels.y / height);
-  ViewCamera view = camera();
+  const double x = pixels.x / height, y = pixels.y / height;
+  const ViewCamera view = camera();
   switch (drag) {
     case Drag::kOrbit:
-      view.orbit(part);
-      break;
+      return change_view(orbit(view, -kTurnPerHeight * x, kTurnPerHeight * y));
     case Drag::kPan:
-      view.pan(part);
-      break;
+      return change_view(pan(view, x, y));
     case Drag::kDolly:
-      view.dolly(4.0 * part.y);
-      break;
+      return change_view(dolly(view, std::exp2(2.0 * y)));
     case Drag::kLookAround:
-      view.look_around(part);
-      break;
-    case Drag::kTurnEnvironment: {
-      SceneEdits edits = edits_;
-      const auto& own = scene_->outline.environment;
-      const float before =
-          edits.environment.rotation_degrees.value_or(own ? own->rotation_degrees : 0.0f);
-      edits.environment.rotation_degrees =
-          float(std::remainder(before + kTurnPerPixel * pixels.x, 360.0));
-      return change(edits, "environment rotation");
-    }
+      return change_view(turn(view, view.fov_y * x, view.fov_y * y));
+    case Drag::kTurnEnvironment:
+      return turn_environment(kTurnPerPixel * pixels.x);
     case Drag::kRegion:
     case Drag::kMovePicture:
       return;
   }
-  change_camera(view.edit(edits_.camera), "camera");
 }
 
-void Workbench::dolly(double steps) {
-  if (!scene_) return;
-  ViewCamera view = camera();
-  view.dolly(steps);
-  change_camera(view.edit(edits_.camera), "camera");
+void Workbench::turn_environment(double degrees) {
+  const std::optional<EnvironmentDescription>& own = scene_->outline.environment;
+  SceneEdits edits = edits_;
+  EnvironmentEdit& edit = edits.environment;
+  if (!own && edit.file.empty()) {
+    return say(Message::Level::kNote, "the scene has no environment that could be turned");
+  }
+  const float before = edit.rotation_degrees.value_or(own ? own->rotation_degrees : 0.0f);
+  edit.rotation_degrees = float(std::remainder(before + degrees, 360.0));
+  change(edits, "environment rotation");
 }
 
-void Workbench::fly(const std::array<bool, 6>& held, double seconds, bool fast) {
+void Workbench::dolly_by(double steps) {
+  if (scene_) change_view(dolly(camera(), std::pow(kDollyStep, steps)));
+}
+
+void Workbench::fly_along(const std::array<bool, 6>& held, double seconds, bool fast) {
   if (!scene_) return;
   const auto along = [&](Flight forth, Flight back) {
     return double(held[size_t(forth)]) - double(held[size_t(back)]);
   };
-  const double way = kFlightSpeed * scene_->radius * seconds * (fast ? kFastFlight : 1.0);
-  const Vec3d moved(along(Flight::kRight, Flight::kLeft), along(Flight::kUp, Flight::kDown),
-                    along(Flight::kForward, Flight::kBack));
-  ViewCamera view = camera();
-  view.fly(moved * way);
-  pivot_ = view.pivot();
-  change_camera(view.edit(edits_.camera), "camera");
+  const ViewCamera view = camera();
+  // In proportion to what is looked at, so that one slows down on coming near.
+  const double way = kFlightSpeed * view.distance * seconds * (fast ? kFastFlight : 1.0);
+  change_view(fly(view, way * along(Flight::kRight, Flight::kLeft),
+                  way * along(Flight::kUp, Flight::kDown),
+                  way * along(Flight::kForward, Flight::kBack)));
 }
 
 void Workbench::orbit_around(const Vec2i& pixel) {
@@ -312,7 +335,7 @@ void Workbench::refresh_inspection() {
   }
   if (is_at(pivot_pixel_)) {
     if (inspection_->id != 0) {
-      pivot_ = inspection_->position;
+      change_view(look_towards(camera(), inspection_->position));
       say(Message::Level::kNote, "orbiting around this point");
     }
     pivot_pixel_.reset();
@@ -370,13 +393,10 @@ void Workbench::act(Action action, int number) {
     case Action::kRestart:
       settings.render.seed += 1;
       return change(settings);
-    case Action::kFrameAll: {
+    case Action::kFrameAll:
       if (!scene_) return;
-      ViewCamera view = camera();
-      view.frame(scene_->center, scene_->radius, settings.render.width, settings.render.height);
-      pivot_ = scene_->center;
-      return change_camera(view.edit(edits_.camera), "frame all");
-    }
+      return change_view(frame_all(camera(), scene_->center, scene_->radius,
+                                   double(settings.render.width) / settings.render.height));
     case Action::kResetCamera:
       if (scene_) pivot_ = scene_->center;
       return change_camera(CameraEdit(), "reset camera");

@@ -79,10 +79,9 @@ class Workbench {
   std::string problem() const { return session_.problem(); }
 
   // ---- navigation
-  ViewCamera camera() const;
   void navigate(Drag drag, const Vec2f& pixels);  // of the mouse, in the picture's own pixels
-  void dolly(double steps);                       // of the wheel, towards the scene
-  void fly(const std::array<bool, 6>& held, double seconds, bool fast);
+  void dolly_by(double steps);                    // of the wheel, towards the scene
+  void fly_along(const std::array<bool, 6>& held, double seconds, bool fast);
   void orbit_around(const Vec2i& pixel);
   const std::array<std::optional<CameraEdit>, 9>& bookmarks() const { return bookmarks_; }
 
@@ -126,9 +125,13 @@ class Workbench {
     std::function<void()> after;
   };
 
+  ViewCamera camera() const;
+  void change_view(const ViewCamera& view);
+  void turn_environment(double degrees);
   void take_scene();
   bool take_picture();
   void send_edits();
+  void journal_edits();
   void finish_saves();
   void refresh_inspection();
   void save_edits();
@@ -141,6 +144,8 @@ class Workbench {
   DisplayNames display_names_;
   std::shared_ptr<const OpenScene> scene_;
   std::shared_ptr<const ShownPicture> picture_, noted_;
+  Vec2f noted_corner_ = Vec2f(0.0f);
+  double noted_zoom_ = 0.0;
   LoadStatus load_status_;
   std::string problem_;
 
