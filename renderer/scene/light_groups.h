@@ -16,7 +16,6 @@
 
 #include "renderer/film/light_group_values.h"
 #include "renderer/film/light_mix.h"
-#include "renderer/lights/light_sampler.h"
 #include "renderer/scene/scene_edits.h"
 
 namespace emberline {
