@@ -13,8 +13,10 @@
 
 namespace emberline {
 
-SceneDescription load_gltf(const std::string& path, const GltfOptions& options) try {
-  GltfDocument document = open_gltf_document(path);
+SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
+                           LoadProgress& progress) try {
+  progress.begin(LoadStage::kReading);
+  GltfDocument document = open_gltf_document(path, progress);
   load_gltf_buffers(document);
   check_gltf_accessors(document);
   check_gltf_nodes(document);

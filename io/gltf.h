@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "renderer/core/load_progress.h"
 #include "renderer/scene/scene_description.h"
 
 namespace emberline {
@@ -17,6 +18,8 @@ struct GltfOptions {
 // extensionsRequired that is not honoured, no geometry. Never allocates by a count that the file's
 // own size does not bear out. What was repaired or ignored is in the result and warned of once.
 // Images are decoded in parallel (TBB). Not reentrant with log hooks; otherwise thread-safe.
-SceneDescription load_gltf(const std::string& path, const GltfOptions& options);
+// Throws Cancelled if `progress` says so, before anything else that there is to throw.
+SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
+                           LoadProgress& progress = LoadProgress::unwatched());
 
 }  // namespace emberline

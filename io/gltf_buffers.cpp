@@ -29,8 +29,8 @@ ByteSpan load_buffer(GltfDocument& document, size_t i) {
     if (is_data_uri(uri)) {
       document.storage.push_back(decode_data_uri(uri, uri_place));
     } else {
-      document.storage.push_back(
-          read_whole_file(resolve_uri(uri, document.directory, uri_place), uri_place));
+      document.storage.push_back(read_whole_file(resolve_uri(uri, document.directory, uri_place),
+                                                 uri_place, *document.progress));
       document.total_bytes += document.storage.back().size();
     }
     bytes = document.storage.back();
@@ -76,6 +76,7 @@ void load_gltf_buffers(GltfDocument& document) {
   document.views.resize(views.size());
   std::vector<std::exception_ptr> errors(views.size());
   parallel_each(views.size(), [&](size_t i) {
+    document.progress->check();
     const std::string place = document.place("/bufferViews/" + std::to_string(i));
     try {
       if (const json* compressed = meshopt_extension(views[i])) {

@@ -222,11 +222,12 @@ const nlohmann::json& GltfDocument::array(const char* name) const {
   return found ? *found : empty;
 }
 
-GltfDocument open_gltf_document(const std::string& path) {
+GltfDocument open_gltf_document(const std::string& path, LoadProgress& progress) {
   GltfDocument document;
+  document.progress = &progress;
   document.file = path;
   document.directory = std::filesystem::path(path).parent_path();
-  document.storage.push_back(read_whole_file(path, path));
+  document.storage.push_back(read_whole_file(path, path, progress));
   const ByteSpan bytes = document.storage.back();
   document.total_bytes = bytes.size();
   if (bytes.empty()) throw InputError(path, "the file is empty");

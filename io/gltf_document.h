@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/load_progress.h"
+
 namespace emberline {
 
 using ByteSpan = std::span<const uint8_t>;
@@ -30,7 +32,8 @@ struct GltfAccessor {
 };
 
 struct GltfDocument {
-  std::string file;  // as the user gave it
+  LoadProgress* progress = &LoadProgress::unwatched();  // of whoever waits for the scene
+  std::string file;                                     // as the user gave it
   std::filesystem::path directory;
   // Passed check_schema: what this loader reads has the right type, every index is in range, and
   // numbers that must be whole are stored as integers.
@@ -52,7 +55,7 @@ struct GltfDocument {
 };
 
 // Reads the file, checks its framing, its JSON and extensionsRequired. Throws InputError.
-GltfDocument open_gltf_document(const std::string& path);
+GltfDocument open_gltf_document(const std::string& path, LoadProgress& progress);
 
 // Fetches the buffers, decompresses EXT_meshopt_compression views and fills `views`.
 void load_gltf_buffers(GltfDocument& document);

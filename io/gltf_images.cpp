@@ -30,7 +30,8 @@ std::shared_ptr<const Image> decode(const GltfDocument& document, int index, uin
     if (is_data_uri(uri)) {
       owned = decode_data_uri(uri, uri_place);
     } else {
-      owned = read_whole_file(resolve_uri(uri, document.directory, uri_place), uri_place);
+      owned = read_whole_file(resolve_uri(uri, document.directory, uri_place), uri_place,
+                              *document.progress);
       name = uri;
     }
     encoded = owned;
@@ -39,7 +40,8 @@ std::shared_ptr<const Image> decode(const GltfDocument& document, int index, uin
   }
   const std::string label = name.empty() ? place : place + " (" + shortened(name) + ")";
   // Nobody else has seen it yet.
-  auto image = std::const_pointer_cast<Image>(decode_image(encoded, label, non_finite));
+  auto image =
+      std::const_pointer_cast<Image>(decode_image(encoded, label, non_finite, *document.progress));
   image->name = name.empty() ? "#" + pointer : name;
   return image;
 }
@@ -79,13 +81,16 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
     }
   }
 
+  document.progress->begin(LoadStage::kImages, wanted.size());
   std::vector<DecodedImage> decoded(wanted.size());
   parallel_each(wanted.size(), [&](size_t i) {
+    document.progress->check();
     try {
       decoded[i].image = decode(document, wanted[i], &decoded[i].non_finite);
     } catch (...) {
       decoded[i].error = std::current_exception();
     }
+    document.progress->advance();
   });
 
   int flat_normal = -1;

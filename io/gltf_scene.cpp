@@ -217,7 +217,9 @@ void SceneGraphReader::load_meshes() {
     const size_t count = document_.json.at("meshes")[uses_[u].mesh].at("primitives").size();
     for (size_t p = 0; p < count; ++p) tasks.push_back({u, p, {}, nullptr});
   }
+  document_.progress->begin(LoadStage::kMeshes, tasks.size());
   parallel_each(tasks.size(), [&](size_t i) {
+    document_.progress->check();
     Task& task = tasks[i];
     try {
       const MeshUse& use = uses_[task.use];
@@ -231,6 +233,7 @@ void SceneGraphReader::load_meshes() {
     } catch (...) {
       task.error = std::current_exception();
     }
+    document_.progress->advance();
   });
   for (Task& task : tasks) {
     // The first in file order, so that the message does not depend on timing.

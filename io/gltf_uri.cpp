@@ -183,7 +183,8 @@ std::filesystem::path resolve_uri(std::string_view uri, const std::filesystem::p
   return directory / relative;
 }
 
-std::vector<uint8_t> read_whole_file(const std::filesystem::path& path, const std::string& place) {
+std::vector<uint8_t> read_whole_file(const std::filesystem::path& path, const std::string& place,
+                                     const LoadProgress& progress) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   const std::string name = path.string();
@@ -207,9 +208,14 @@ std::vector<uint8_t> read_whole_file(const std::filesystem::path& path, const st
   const uintmax_t size = std::filesystem::file_size(path, error);
   if (error) throw InputError(place, "cannot read " + shortened(name) + ": " + error.message());
   std::vector<uint8_t> bytes(size);
-  stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
-  if (uintmax_t(stream.gcount()) != size) {
-    throw InputError(place, "cannot read all of " + shortened(name));
+  // In parts of some milliseconds from a disk, between which it can be called off.
+  constexpr uintmax_t kPart = uintmax_t(8) << 20;
+  for (uintmax_t at = 0; at < size; at += kPart) {
+    progress.check();
+    const auto part = std::streamsize(std::min(kPart, size - at));
+    if (!stream.read(reinterpret_cast<char*>(bytes.data() + at), part)) {
+      throw InputError(place, "cannot read all of " + shortened(name));
+    }
   }
   return bytes;
 }

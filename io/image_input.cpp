@@ -99,15 +99,27 @@ void check_size(const oiio::ImageSpec& spec, int channels, oiio::TypeDesc type, 
   }
 }
 
-// `channels` channels from `first_channel` of an open image, in `type`.
-void read_texels(oiio::ImageInput& input, int first_channel, Image& image,
-                 const std::string& place) {
+// `image.channels` channels from `first_channel` of an open image, some megabytes of rows at a
+// time: between them it can be called off.
+void read_texels(oiio::ImageInput& input, int first_channel, Image& image, const std::string& place,
+                 const LoadProgress& progress) {
+  constexpr size_t kPart = size_t(4) << 20;
   const oiio::TypeDesc type = oiio_type(image.type);
   image.texels.resize(size_t(image.width) * size_t(image.height) * size_t(image.channels) *
                       type.size());
-  if (!input.read_image(0, 0, first_channel, first_channel + image.channels, type,
-                        image.texels.data())) {
-    throw InputError(place, "the image does not decode: " + one_line(input.geterror()));
+  const int last_channel = first_channel + image.channels;
+  const size_t row_bytes = size_t(image.width) * size_t(image.channels) * type.size();
+  const bool tiled = input.spec().tile_width > 0;
+  const int part = tiled ? image.height : int(std::max(size_t(1), kPart / row_bytes));
+  for (int row = 0; row < image.height; row += part) {
+    progress.check();
+    const int y = input.spec().y + row, end = std::min(y + part, input.spec().y + image.height);
+    std::byte* texels = image.texels.data() + size_t(row) * row_bytes;
+    if (!(tiled ? input.read_image(0, 0, first_channel, last_channel, type, texels)
+                : input.read_scanlines(0, 0, y, end, input.spec().z, first_channel, last_channel,
+                                       type, texels))) {
+      throw InputError(place, "the image does not decode: " + one_line(input.geterror()));
+    }
   }
 }
 
@@ -122,7 +134,8 @@ std::unique_ptr<oiio::ImageInput> open_file(const std::string& path) {
 }  // namespace
 
 std::shared_ptr<const Image> decode_image(std::span<const uint8_t> encoded,
-                                          const std::string& place, uint64_t* non_finite) try {
+                                          const std::string& place, uint64_t* non_finite,
+                                          const LoadProgress& progress) try {
   if (encoded.empty()) throw InputError(place, "the image is empty");
   const std::string format = sniff_format(encoded);
   if (format.empty()) {
@@ -152,7 +165,7 @@ std::shared_ptr<const Image> decode_image(std::span<const uint8_t> encoded,
   check_size(spec, image->channels, oiio_type(image->type), kMostBytes, place);
   image->width = spec.width;
   image->height = spec.height;
-  read_texels(*input, 0, *image, place);
+  read_texels(*input, 0, *image, place, progress);
   input->close();
   // The WebP reader (OpenImageIO 2.4) multiplies whatever the hint says; EXR is so by convention.
   const bool has_alpha = spec.alpha_channel == image->channels - 1 && image->channels % 2 == 0;
@@ -164,7 +177,8 @@ std::shared_ptr<const Image> decode_image(std::span<const uint8_t> encoded,
   throw InputError(place, "no memory to decode the image");
 }
 
-std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t* repaired) try {
+std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t* repaired,
+                                              const LoadProgress& progress) try {
   auto input = open_file(path);
   const oiio::ImageSpec& spec = input->spec();
   const bool is_half = spec.format == oiio::TypeDesc::HALF;
@@ -196,7 +210,7 @@ std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t*
   check_size(spec, 3, oiio_type(image->type), int64_t(1) << 34, path);
   image->width = spec.width;
   image->height = spec.height;
-  read_texels(*input, first, *image, path);
+  read_texels(*input, first, *image, path, progress);
   input->close();
   if (grey) expand_grey(*image);
   const uint64_t count = repair_texels(*image, TexelRange::kRadiance);

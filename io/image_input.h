@@ -1,4 +1,4 @@
-// Images in, through OpenImageIO.
+// Images in, through OpenImageIO. Reading one ends with Cancelled where `progress` says so.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "renderer/core/load_progress.h"
 #include "renderer/core/rect.h"
 #include "renderer/scene/scene_description.h"
 
@@ -16,12 +17,15 @@ namespace emberline {
 // and not premultiplying alpha. Throws InputError naming `place`. Non-finite texels become 0 and
 // are counted in *non_finite.
 std::shared_ptr<const Image> decode_image(std::span<const uint8_t> encoded,
-                                          const std::string& place, uint64_t* non_finite);
+                                          const std::string& place, uint64_t* non_finite,
+                                          const LoadProgress& progress = LoadProgress::unwatched());
 
 // Reads a latitude-longitude environment map (.hdr, .exr; 3 channels; half if the file is half,
 // else float). NaN, infinite and negative texels become 0, finite ones beyond the type's range are
 // clamped to it; all are counted. Throws InputError.
-std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t* repaired);
+std::shared_ptr<const Image> read_environment(
+    const std::string& path, uint64_t* repaired,
+    const LoadProgress& progress = LoadProgress::unwatched());
 
 // A float image with named channels, for `compare` and the tests: any format OpenImageIO reads.
 // Integer formats are decoded from sRGB to linear. Data window only.

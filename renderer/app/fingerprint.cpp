@@ -43,7 +43,7 @@ std::string hexadecimal(uint64_t value) { return fmt::format("{:016x}", value); 
 uint64_t file_fingerprint(const std::string& path) { return of_file(path, 0); }
 
 uint64_t scene_fingerprint(const std::string& path) {
-  const GltfDocument document = open_gltf_document(path);
+  const GltfDocument document = open_gltf_document(path, LoadProgress::unwatched());
   uint64_t hash = of_file(path, 0);
   for (const char* list : {"buffers", "images"}) {
     for (const nlohmann::json& item : document.array(list)) {

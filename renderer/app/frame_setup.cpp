@@ -55,13 +55,14 @@ SceneEdits load_edits(const RenderOptions& options) {
   return edits;
 }
 
-SceneDescription load_scene(const RenderOptions& options) {
-  SceneDescription scene = load_gltf(options.scene, {.lenient = options.lenient});
+SceneDescription load_scene(const RenderOptions& options, LoadProgress& progress) {
+  SceneDescription scene = load_gltf(options.scene, {.lenient = options.lenient}, progress);
   if (!options.environment.empty()) {
+    progress.begin(LoadStage::kEnvironment);
     EnvironmentDescription environment;
     environment.file = options.environment;
     uint64_t repaired = 0;
-    environment.image = read_environment(options.environment, &repaired);
+    environment.image = read_environment(options.environment, &repaired, progress);
     scene.repairs.non_finite_texels += repaired;
     warn_of_repaired(options.environment, repaired);
     environment.strength = options.environment_strength;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "renderer/app/render_options.h"
+#include "renderer/core/load_progress.h"
 #include "renderer/core/rect.h"
 #include "renderer/film/filter.h"
 #include "renderer/scene/build_scene.h"
@@ -12,8 +13,9 @@
 
 namespace emberline {
 
-// Loads the scene, puts the environment of the options into it.
-SceneDescription load_scene(const RenderOptions& options);
+// Loads the scene, puts the environment of the options into it. Throws InputError, and Cancelled.
+SceneDescription load_scene(const RenderOptions& options,
+                            LoadProgress& progress = LoadProgress::unwatched());
 
 // The edits of the options, or none. Throws InputError.
 SceneEdits load_edits(const RenderOptions& options);

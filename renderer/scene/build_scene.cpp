@@ -47,20 +47,26 @@ std::array<Vec3d, 3> normal_rows(const Mat44d& m) {
 
 class SceneBuilder {
  public:
-  SceneBuilder(SceneDescription description, const SceneBuildOptions& options)
-      : description_(std::move(description)), options_(options), scene_(new Scene()) {}
+  SceneBuilder(SceneDescription description, const SceneBuildOptions& options,
+               LoadProgress& progress)
+      : description_(std::move(description)),
+        options_(options),
+        progress_(progress),
+        scene_(new Scene()) {}
 
   std::unique_ptr<Scene> build() {
     require_features(description_);
     add_default_light(description_);
+    progress_.begin(LoadStage::kBvh);
     choose_space();
     place_meshes();
-    SceneDresser dresser(*scene_, description_, options_);
+    SceneDresser dresser(*scene_, description_, options_, progress_);
     dresser.put_on_materials();
     if (!options_.editable) drop_unread_attributes();
     if (options_.bvh) build_geometry();
     dresser.light();
     dresser.account();
+    progress_.finish();
     return std::move(scene_);
   }
 
@@ -75,6 +81,7 @@ class SceneBuilder {
 
   SceneDescription description_;
   SceneBuildOptions options_;
+  LoadProgress& progress_;
   std::unique_ptr<Scene> scene_;
   std::vector<uint32_t> uses_;  // instances per mesh
 };
@@ -120,6 +127,7 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
   const Mat44d& m = placed.to_world;
   const bool mirrored = determinant3(m) < 0;
   for (size_t i = 0; i + 1 < mesh.positions.size(); ++i) {
+    if (i % 65536 == 0) progress_.check();
     const Vec3d world = transform_point(m, to_double(mesh.positions[i]));
     mesh.positions[i] = to_float((world - scene_->origin_) * scene_->scale_);
   }
@@ -146,6 +154,7 @@ void SceneBuilder::place_meshes() {
   scene.meshes_.resize(description_.meshes.size());
   scene.instances_.resize(description_.instances.size());
   for (size_t i = 0; i < scene.instances_.size(); ++i) {
+    progress_.check();
     const InstanceDescription& placed = description_.instances[i];
     const auto mesh_index = size_t(placed.mesh);
     Mesh& mesh = scene.meshes_[mesh_index];
@@ -185,6 +194,9 @@ void SceneBuilder::build_geometry() {
   Scene& scene = *scene_;
   scene.geometry_ = std::make_unique<scene_detail::Geometry>();
   scene_detail::Geometry& geometry = *scene.geometry_;
+  uint64_t items = scene.instances_.size();
+  for (const Mesh& mesh : scene.meshes_) items += mesh.triangles.size();
+  progress_.begin(LoadStage::kBvh, items);
   std::vector<RTCScene> mesh_scenes(scene.meshes_.size(), nullptr);
   for (uint32_t i = 0; i < scene.instances_.size(); ++i) {
     const Instance& instance = scene.instances_[i];
@@ -194,21 +206,22 @@ void SceneBuilder::build_geometry() {
       geometry.add_mesh(mesh, i);
     } else {
       RTCScene& mesh_scene = mesh_scenes[instance.mesh];
-      if (!mesh_scene) mesh_scene = geometry.add_mesh_scene(mesh);
+      if (!mesh_scene) mesh_scene = geometry.add_mesh_scene(mesh, progress_);
       geometry.add_instance(mesh_scene, instance.to_internal, i);
     }
   }
-  geometry.commit();
+  geometry.commit(progress_);
 }
 
-std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuildOptions& options) {
-  return SceneBuilder(std::move(description), options).build();
+std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuildOptions& options,
+                                   LoadProgress& progress) {
+  return SceneBuilder(std::move(description), options, progress).build();
 }
 
 void update_scene(Scene& scene, const SceneDescription& description,
                   const SceneBuildOptions& options) {
   assert(options.editable);
-  SceneDresser dresser(scene, description, options);
+  SceneDresser dresser(scene, description, options, LoadProgress::unwatched());
   dresser.put_on_materials();
   dresser.light();
   dresser.account();

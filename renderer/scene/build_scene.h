@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "renderer/core/load_progress.h"
 #include "renderer/scene/scene.h"
 #include "renderer/scene/scene_description.h"
 
@@ -22,8 +23,9 @@ struct SceneBuildOptions {
 
 // Takes the description over: its arrays become the scene's. Uses TBB. Throws InputError for a
 // scene that cannot be placed in float's range, RenderError when memory runs out. The description
-// goes through add_default_light first.
-std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuildOptions& options);
+// goes through add_default_light first. Throws Cancelled if `progress` says so.
+std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuildOptions& options,
+                                   LoadProgress& progress = LoadProgress::unwatched());
 
 // Puts other materials, lights and another environment onto a scene, which then renders the same
 // bits as one built from `description`; the BVH stays as it is. The description differs from the

@@ -4,13 +4,14 @@
 
 namespace emberline {
 
-EditableScene::EditableScene(SceneDescription description, SceneBuildOptions options)
+EditableScene::EditableScene(SceneDescription description, SceneBuildOptions options,
+                             LoadProgress& progress)
     : options_(options) {
   options_.editable = true;
   apply({}, description);  // the light and the material that the file leaves to its reader
   original_ = outline(description);
   edited_ = original_;
-  scene_ = build_scene(std::move(description), options_);
+  scene_ = build_scene(std::move(description), options_, progress);
 }
 
 EditClass EditableScene::set(const SceneEdits& edits) {

@@ -17,7 +17,8 @@ class EditableScene {
  public:
   // Builds the description without edits; throws as build_scene does. Attributes of vertices that
   // no material reads yet are kept, for the edit that makes one read them.
-  explicit EditableScene(SceneDescription description, SceneBuildOptions options = {});
+  explicit EditableScene(SceneDescription description, SceneBuildOptions options = {},
+                         LoadProgress& progress = LoadProgress::unwatched());
 
   // The whole of what differs from the file from now on: pass the edits of before to undo. Says how
   // far the change reached. Nobody else may use scene() meanwhile. Throws as apply() does, and

@@ -114,7 +114,8 @@ FlushEmitters::~FlushEmitters() {
 std::unique_ptr<FlushEmitters> FlushEmitters::find(const std::vector<Mesh>& meshes,
                                                    const std::vector<Instance>& instances,
                                                    const Geometry& geometry,
-                                                   const std::vector<EmissiveTriangle>& emitters) {
+                                                   const std::vector<EmissiveTriangle>& emitters,
+                                                   LoadProgress& progress) {
   std::unique_ptr<FlushEmitters> found(new FlushEmitters(meshes, instances, emitters));
   const float radius = 4.0f * largest_plane_error(meshes, instances);
   std::mutex mutex;
@@ -151,6 +152,7 @@ std::unique_ptr<FlushEmitters> FlushEmitters::find(const std::vector<Mesh>& mesh
         offset = std::max(offset, reach);
       }
     }
+    progress.advance(end - begin);
   });
   if (found->offsets_.empty()) return nullptr;
   found->build(geometry);
@@ -183,7 +185,7 @@ void FlushEmitters::build(const Geometry& geometry) {
     scene_ = rtcNewScene(geometry.device);
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
     rtcAttachGeometry(scene_, triangles);
-    build_bvh(scene_);
+    build_bvh(scene_, LoadProgress::unwatched(), n);
   }
   rtcReleaseGeometry(triangles);
 }

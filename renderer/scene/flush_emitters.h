@@ -21,11 +21,12 @@ class FlushEmitters {
  public:
   // Null if there are none. The arguments must outlive the result; `geometry` is committed. Asks
   // what lies at four points of each emitting triangle (at one, if they are many): an overlap that
-  // spares them is not seen.
+  // spares them is not seen. Throws Cancelled.
   static std::unique_ptr<FlushEmitters> find(const std::vector<Mesh>& meshes,
                                              const std::vector<Instance>& instances,
                                              const Geometry& geometry,
-                                             const std::vector<EmissiveTriangle>& emitters);
+                                             const std::vector<EmissiveTriangle>& emitters,
+                                             LoadProgress& progress);
   ~FlushEmitters();
   FlushEmitters(const FlushEmitters&) = delete;
   FlushEmitters& operator=(const FlushEmitters&) = delete;

@@ -81,15 +81,32 @@ RTCFilterFunctionN choose_filter(Culling culling, bool covers) {
   return covers ? filter_for<true>(culling) : filter_for<false>(culling);
 }
 
+// What Embree is given to call while it builds.
+struct WatchedBuild {
+  LoadProgress& progress;
+  uint64_t items;
+
+  static bool go_on(void* user, double share) {
+    const auto& self = *static_cast<const WatchedBuild*>(user);
+    self.progress.partly(self.items, share);
+    return !self.progress.cancelled();
+  }
+};
+
 }  // namespace
 
 // ThreadSanitizer sees what Embree's threads allocate and free, but not how Embree orders them:
 // under it the calling thread builds alone. Tracing is not touched.
-void build_bvh(RTCScene scene) {
+void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
 #ifdef EMBERLINE_THREAD_SANITIZER
   const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
 #endif
+  WatchedBuild watched{progress, items};
+  if (progress.watched()) rtcSetSceneProgressMonitorFunction(scene, WatchedBuild::go_on, &watched);
   rtcCommitScene(scene);
+  if (progress.watched()) rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+  progress.check();  // a build that was called off is no step forward
+  progress.advance(items);
 }
 
 bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
@@ -157,7 +174,7 @@ RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
   return geometry;
 }
 
-RTCScene Geometry::add_mesh_scene(const Mesh& mesh) {
+RTCScene Geometry::add_mesh_scene(const Mesh& mesh, LoadProgress& progress) {
   RTCScene scene = rtcNewScene(device);
   mesh_scenes.push_back(scene);
   object_bytes_ += embree::kSceneObjectBytes;
@@ -166,7 +183,7 @@ RTCScene Geometry::add_mesh_scene(const Mesh& mesh) {
   RTCGeometry geometry = make_triangles(mesh, 0);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
-  build_bvh(scene);
+  build_bvh(scene, progress, mesh.triangles.size());
   ++bvh_builds;
   check();
   return scene;
@@ -176,6 +193,7 @@ void Geometry::add_mesh(const Mesh& mesh, uint32_t instance) {
   RTCGeometry geometry = make_triangles(mesh, instance);
   rtcAttachGeometryByID(top, geometry, instance);
   rtcReleaseGeometry(geometry);
+  top_items_ += 1 + mesh.triangles.size();
 }
 
 void Geometry::add_instance(RTCScene mesh_scene, const Affine& transform, uint32_t instance) {
@@ -190,10 +208,11 @@ void Geometry::add_instance(RTCScene mesh_scene, const Affine& transform, uint32
   rtcAttachGeometryByID(top, geometry, instance);
   rtcReleaseGeometry(geometry);
   object_bytes_ += embree::kInstanceObjectBytes;
+  ++top_items_;
 }
 
-void Geometry::commit() {
-  build_bvh(top);
+void Geometry::commit(LoadProgress& progress) {
+  build_bvh(top, progress, top_items_);
   ++bvh_builds;
   check();
 }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "renderer/core/load_progress.h"
 #include "renderer/scene/embree_api.h"
 #include "renderer/scene/scene.h"
 
@@ -25,11 +26,11 @@ struct Geometry {
   Geometry& operator=(const Geometry&) = delete;
 
   // A BVH over one mesh, for instances. The mesh must stay where it is.
-  RTCScene add_mesh_scene(const Mesh& mesh);
+  RTCScene add_mesh_scene(const Mesh& mesh, LoadProgress& progress);
   // Top level: the geometry's id is the instance's index.
   void add_mesh(const Mesh& mesh, uint32_t instance);
   void add_instance(RTCScene mesh_scene, const Affine& transform, uint32_t instance);
-  void commit();
+  void commit(LoadProgress& progress);
 
   // What Embree holds: BVHs, and its objects for meshes, instances and scenes.
   uint64_t embree_bytes() const;
@@ -45,6 +46,7 @@ struct Geometry {
   uint32_t bvh_builds = 0;
 
  private:
+  uint64_t top_items_ = 0;                   // of `top`, as LoadProgress counts them
   std::atomic<int64_t> monitored_bytes_{0};  // as Embree's memory monitor says
   uint64_t object_bytes_ = 0;                // what it does not say; see embree_api.h
   RTCGeometry make_triangles(const Mesh& mesh, uint32_t instance);
@@ -78,7 +80,8 @@ inline std::array<Vec3d, 3> placed_corners(const Mesh& mesh, const Instance& ins
 float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive);
 float largest_plane_error(const Mesh& mesh, const Instance& instance);
 
-void build_bvh(RTCScene scene);
+// `items`: what `progress` counts as being in the scene. Throws Cancelled.
+void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items);
 
 RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max);
 

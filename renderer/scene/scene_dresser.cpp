@@ -77,6 +77,7 @@ void SceneDresser::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>
   const Mesh& mesh = scene_.meshes_[instance.mesh];
   const Material& material = *mesh.material;
   for (uint32_t p = 0; p < mesh.triangles.size(); ++p) {
+    if (p % 1024 == 0) progress_.check();  // a mean takes up to some microseconds
     const std::array<Vec3d, 3> corners = scene_detail::placed_corners(mesh, instance, p);
     EmissiveTriangle t;
     t.p0 = to_float(corners[0]);
@@ -106,6 +107,7 @@ std::vector<EmissiveTriangle> SceneDresser::collect_emitters() {
   }
   std::vector<EmissiveTriangle> triangles;
   triangles.reserve(total);
+  progress_.begin(LoadStage::kLights, 2 * total);  // and once more for what they lie in
   for (uint32_t i = 0; i < scene_.instances_.size(); ++i) {
     Instance& instance = scene_.instances_[i];
     const Mesh& mesh = scene_.meshes_[instance.mesh];
@@ -118,6 +120,7 @@ std::vector<EmissiveTriangle> SceneDresser::collect_emitters() {
       const auto old = scene_.lights_->triangles().begin() + before;
       triangles.insert(triangles.end(), old, old + std::ptrdiff_t(mesh.triangles.size()));
     }
+    progress_.advance(mesh.triangles.size());
   }
   return triangles;
 }
@@ -161,6 +164,7 @@ bool SceneDresser::set_environment() {
 }
 
 void SceneDresser::light() {
+  progress_.begin(LoadStage::kLights);
   std::vector<PointLight> points;
   points.reserve(description_.lights.size());
   for (const PunctualLightDescription& light : description_.lights) {
@@ -190,7 +194,7 @@ void SceneDresser::find_flush_emitters(const std::vector<EmissiveTriangle>& befo
   const std::vector<EmissiveTriangle>& triangles = scene_.lights_->triangles();
   if (std::ranges::equal(before, triangles, lie_alike)) return;
   scene_.flush_ = scene_detail::FlushEmitters::find(scene_.meshes_, scene_.instances_,
-                                                    *scene_.geometry_, triangles);
+                                                    *scene_.geometry_, triangles, progress_);
   scene_.geometry_->check();
 }
 

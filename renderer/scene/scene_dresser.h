@@ -11,9 +11,10 @@ namespace emberline {
 class SceneDresser {
  public:
   // Of the description, the geometry is not looked at: an outline (scene_edits.h) will do. All
-  // three outlive the dresser.
-  SceneDresser(Scene& scene, const SceneDescription& description, const SceneBuildOptions& options)
-      : scene_(scene), description_(description), options_(options) {}
+  // four outlive the dresser.
+  SceneDresser(Scene& scene, const SceneDescription& description, const SceneBuildOptions& options,
+               LoadProgress& progress)
+      : scene_(scene), description_(description), options_(options), progress_(progress) {}
 
   // Compiles the materials and says of every mesh what it has of its own. Throws InputError, and
   // has then changed nothing.
@@ -37,6 +38,7 @@ class SceneDresser {
   Scene& scene_;
   const SceneDescription& description_;
   const SceneBuildOptions& options_;
+  LoadProgress& progress_;
   std::unique_ptr<MaterialSet> previous_;  // kept while the meshes' emission is compared
   std::vector<bool> relit_;                // per mesh: emits otherwise than it did
 };

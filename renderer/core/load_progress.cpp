@@ -1,0 +1,96 @@
+#include "renderer/core/load_progress.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace emberline {
+namespace {
+
+struct StageInfo {
+  const char* name;
+  bool counted;  // the items are things that people know
+  double end;    // the share of a load that is over when the stage is
+};
+
+// Chosen by us, so that a bar runs about evenly where images are what takes time, as in most files.
+constexpr StageInfo kStages[] = {
+    {"reading", false, 0.1},     {"meshes", true, 0.25}, {"images", true, 0.6},
+    {"environment", false, 0.7}, {"BVH", false, 0.9},    {"lights", false, 1.0},
+};
+
+// Reports that move a bar by less than this are left out.
+constexpr double kLeastStep = 1.0 / 256.0;
+
+const StageInfo& info(LoadStage stage) { return kStages[size_t(stage)]; }
+
+double start_of(LoadStage stage) {
+  return stage == LoadStage::kReading ? 0.0 : kStages[size_t(stage) - 1].end;
+}
+
+}  // namespace
+
+LoadProgress::LoadProgress(Report report, std::stop_token stop)
+    : watched_(report || stop.stop_possible()),
+      report_(std::move(report)),
+      stop_(std::move(stop)) {}
+
+LoadProgress& LoadProgress::unwatched() {
+  static LoadProgress nobody{Report()};
+  return nobody;
+}
+
+void LoadProgress::begin(LoadStage stage, uint64_t items) {
+  if (!watched_) return;
+  check();
+  const std::lock_guard lock(mutex_);
+  stage_ = stage;
+  items_ = items;
+  done_ = 0;
+  report_share(0.0);
+}
+
+void LoadProgress::advance(uint64_t items) {
+  if (!watched_) return;
+  {
+    const std::lock_guard lock(mutex_);
+    done_ += items;
+    report_share(items_ > 0 ? double(done_) / double(items_) : 0.0);
+  }
+  check();
+}
+
+void LoadProgress::partly(uint64_t items, double share) noexcept {
+  if (!watched_) return;
+  const std::lock_guard lock(mutex_);
+  if (items_ > 0) report_share((double(done_) + double(items) * share) / double(items_));
+}
+
+void LoadProgress::finish() {
+  if (!watched_) return;
+  const std::lock_guard lock(mutex_);
+  stage_ = LoadStage::kLights;
+  items_ = 0;
+  report_share(1.0);
+}
+
+void LoadProgress::report_share(double share) {
+  if (!report_) return;
+  const StageInfo& stage = info(stage_);
+  const double start = start_of(stage_);
+  const double fraction =
+      std::max(fraction_, start + (stage.end - start) * std::clamp(share, 0.0, 1.0));
+  const bool ends = fraction == 1.0 && fraction_ < 1.0;
+  if (stage_ == reported_ && !ends && fraction < fraction_ + kLeastStep) return;
+  reported_ = stage_;
+  fraction_ = fraction;
+  std::string text = stage.name;
+  if (stage.counted && items_ > 0) {
+    text += ' ';
+    text += std::to_string(std::min(done_ + 1, items_));
+    text += " of ";
+    text += std::to_string(items_);
+  }
+  report_(text, fraction);
+}
+
+}  // namespace emberline
