@@ -139,6 +139,7 @@ class Scene {
   SurfaceAttributes emitter_attributes(const EmissiveTriangle& triangle,
                                        const Vec2f& barycentric) const;
   const Material& material_of(uint32_t instance) const;
+  uint32_t material_index_of(uint32_t instance) const;  // as in SurfaceInteraction
   // `offset` of SurfaceInteraction for any point of a triangle.
   float surface_offset(uint32_t instance, uint32_t primitive) const;
 

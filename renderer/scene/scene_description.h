@@ -124,6 +124,9 @@ struct PunctualLightDescription {
   Mat44d to_world;
 };
 
+// Those that do are a scene's point lights, in the order of the description.
+inline bool shines(const PunctualLightDescription& light) { return !is_black(light.intensity); }
+
 struct CameraDescription {
   std::string name;
   bool orthographic = false;

@@ -168,7 +168,7 @@ void SceneDresser::light() {
   std::vector<PointLight> points;
   points.reserve(description_.lights.size());
   for (const PunctualLightDescription& light : description_.lights) {
-    if (!is_black(light.intensity)) points.push_back(place_light(light));
+    if (shines(light)) points.push_back(place_light(light));
   }
   const bool other_environment = set_environment();
   const bool other_emitters = emitters_changed();
