@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cctype>
 #include <filesystem>
 #include <string_view>
 
 #include "io/atomic_file.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 
 namespace emberline {
 namespace {
@@ -29,9 +29,7 @@ std::string one_line(std::string text) {
 }  // namespace
 
 std::string image_format_of(const std::string& path) {
-  std::string suffix = std::filesystem::path(path).extension().string();
-  std::ranges::transform(suffix, suffix.begin(),
-                         [](unsigned char c) { return char(std::tolower(c)); });
+  const std::string suffix = lower_suffix(path);
   if (suffix == ".png") return "png";
   if (suffix == ".jpg" || suffix == ".jpeg") return "jpeg";
   throw UsageError("cannot tell the picture's format from \"" + path +

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
@@ -17,6 +16,7 @@
 #include "renderer/app/rgb_file.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 #include "renderer/statistics/colour_map.h"
 #include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/flip.h"
@@ -48,9 +48,7 @@ enum class DifferenceKind { kNone, kPicture, kExr };
 
 DifferenceKind difference_kind(const std::string& path) {
   if (path.empty()) return DifferenceKind::kNone;
-  std::string suffix = std::filesystem::path(path).extension().string();
-  std::ranges::transform(suffix, suffix.begin(),
-                         [](unsigned char c) { return char(std::tolower(c)); });
+  const std::string suffix = lower_suffix(path);
   if (suffix == ".exr") return DifferenceKind::kExr;
   if (suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg") return DifferenceKind::kPicture;
   throw UsageError("cannot tell the difference picture's format from \"" + path +

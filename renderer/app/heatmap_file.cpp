@@ -8,16 +8,12 @@
 #include "io/image_output.h"
 #include "renderer/app/exr_file.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 
 namespace emberline {
 namespace {
 
-bool is_exr(const std::string& path) {
-  const std::string suffix = std::filesystem::path(path).extension().string();
-  return suffix.size() == 4 && std::ranges::equal(suffix, std::string_view(".exr"), {}, [](char c) {
-           return char(std::tolower(static_cast<unsigned char>(c)));
-         });
-}
+bool is_exr(const std::string& path) { return lower_suffix(path) == ".exr"; }
 
 }  // namespace
 

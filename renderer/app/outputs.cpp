@@ -3,23 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <system_error>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 
 namespace emberline {
 namespace {
-
-std::string lower_suffix(const std::string& path) {
-  const size_t dot = path.find_last_of("./");
-  if (dot == std::string::npos || path[dot] != '.') return "";
-  std::string suffix = path.substr(dot);
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                 [](unsigned char c) { return char(std::tolower(c)); });
-  return suffix;
-}
 
 void check_format(const std::string& path, const Rect& window) {
   const std::string suffix = lower_suffix(path);
@@ -76,7 +67,6 @@ void check_output_paths(const RenderOptions& options, const Rect& window) {
 FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                            const StopRequest& stop)
     : stop_(stop) {
-  const std::vector<FilmChannel> channels = film_channels(settings.aovs);
   for (const std::string& path : paths) {
     if (lower_suffix(path) == ".exr") {
       ExrHeader header;
@@ -84,7 +74,7 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
       header.height = settings.height;
       header.data_window = settings.window;
       header.tile_size = settings.tile_size;
-      for (const FilmChannel& channel : channels) {
+      for (const FilmChannel& channel : film_channels(settings.aovs)) {
         header.channels.push_back(
             {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
       }
@@ -96,8 +86,7 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
           path, settings.window, transform_, settings.transparent && lower_suffix(path) == ".png"));
     }
   }
-  std::vector<std::string> names;
-  for (const FilmChannel& channel : channels) names.push_back(channel.name);
+  const std::vector<std::string> names = film_channel_names(settings.aovs);
   const HeatmapFile::Frame frame{settings.width, settings.height, settings.window,
                                  settings.attributes};
   for (const HeatmapRequest& request : settings.heatmaps) {

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
 
+#include "renderer/core/file_suffix.h"
 #include "renderer/statistics/html_page.h"
 #include "renderer/statistics/readable.h"
 #include "renderer/statistics/svg_chart.h"
@@ -394,9 +394,7 @@ void add_settings(HtmlPage& page, const RenderOptions& o, const RenderReport& r)
 }  // namespace
 
 bool is_page(std::string_view path) {
-  std::string suffix = std::filesystem::path(path).extension().string();
-  std::ranges::transform(suffix, suffix.begin(),
-                         [](unsigned char c) { return char(std::tolower(c)); });
+  const std::string suffix = lower_suffix(path);
   return suffix == ".html" || suffix == ".htm";
 }
 

@@ -5,22 +5,9 @@
 #include <limits>
 #include <optional>
 
+#include "renderer/statistics/quantity_plane.h"
+
 namespace emberline {
-namespace {
-
-// Where the film has the channels of a quantity; nothing if it lacks one.
-std::optional<std::vector<size_t>> find_channels(const HeatmapQuantity& quantity,
-                                                 const std::vector<FilmChannel>& film) {
-  std::vector<size_t> places;
-  for (const std::string_view name : quantity.channels) {
-    const auto found = std::ranges::find(film, name, &FilmChannel::name);
-    if (found == film.end()) return std::nullopt;
-    places.push_back(size_t(found - film.begin()));
-  }
-  return places;
-}
-
-}  // namespace
 
 ReportPictures::ReportPictures(const DisplaySettings& display, const Rect& window,
                                const AovSet& aovs)
@@ -29,13 +16,13 @@ ReportPictures::ReportPictures(const DisplaySettings& display, const Rect& windo
       factor_((std::max(window.width(), window.height()) + kMostPixels - 1) / kMostPixels),
       width_((window.width() + factor_ - 1) / factor_),
       height_((window.height() + factor_ - 1) / factor_),
-      film_channels_(film_channels(aovs)) {
+      film_channels_(film_channel_names(aovs)) {
   const size_t pixels = size_t(width_) * size_t(height_);
   rgb_.assign(3 * pixels, 0.0f);
   count_.assign(pixels, 0);
   for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
     if (quantity.aov && !aovs.contains(*quantity.aov)) continue;
-    const auto channels = find_channels(quantity, film_channels_);
+    const auto channels = QuantityPlane::find_channels(quantity, film_channels_);
     if (!channels) continue;
     maps_.push_back(
         {&quantity, *channels, std::vector<float>(pixels, 0.0f), std::vector<uint32_t>(pixels, 0)});

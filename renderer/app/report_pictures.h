@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "io/display.h"
@@ -60,7 +61,7 @@ class ReportPictures {
   DisplayTransform transform_;
   Rect window_;
   int factor_, width_, height_;
-  std::vector<FilmChannel> film_channels_;
+  std::vector<std::string> film_channels_;
   std::mutex mutex_;
   std::vector<float> rgb_;       // sums
   std::vector<uint32_t> count_;  // pixels that came

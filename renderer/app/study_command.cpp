@@ -317,8 +317,9 @@ std::optional<ProgressiveFrame> Study::render(const PlannedMethod& method, uint3
     picture->budget = budget;
     frame.non_finite_samples += picture->non_finite_samples;
     if (picture->estimate) {
-      frame.claims.push_back({picture->samples, *picture->estimate,
-                              to_rgb_image(picture->values, 5, renderer_.window())});
+      frame.claims.push_back(
+          {picture->samples, *picture->estimate,
+           to_rgb_image(picture->values, kStudyPictureChannels, renderer_.window())});
     }
     frame.pictures.push_back(std::move(*picture));
   }
@@ -337,7 +338,8 @@ StudyRun Study::measure(const ProgressiveFrame& frame) const {
     c.wall_s = picture.wall_s;
     c.cpu_s = picture.cpu_s;
     c.estimate = picture.estimate;
-    c.error = reference_.picture->measure(to_rgb_image(picture.values, 5, renderer_.window()));
+    c.error = reference_.picture->measure(
+        to_rgb_image(picture.values, kStudyPictureChannels, renderer_.window()));
   }
   for (const ClaimedError& claim : frame.claims) {
     const double square = reference_.picture->measure(claim.picture).display_mse;

@@ -53,12 +53,12 @@ void StudyPictures::write(const std::string& id, const StudyPicture& picture,
   exr.channels.push_back({"samples", ChannelType::kUint});
   write_exr_file(folder_.path(files.exr), exr, picture.values);
   std::vector<float> rgba;
-  rgba.reserve(picture.values.size() / 5 * 4);
-  for (size_t i = 0; i < picture.values.size(); i += 5) {
+  rgba.reserve(picture.values.size() / kStudyPictureChannels * 4);
+  for (size_t i = 0; i < picture.values.size(); i += kStudyPictureChannels) {
     rgba.insert(rgba.end(), &picture.values[i], &picture.values[i] + 4);
   }
   write_png(files.png, std::move(rgba));
-  const RgbImage rgb = to_rgb_image(picture.values, 5, window_);
+  const RgbImage rgb = to_rgb_image(picture.values, kStudyPictureChannels, window_);
   write_flip_picture(folder_.path(files.flip_png), rgb, reference.flip(rgb),
                      non_finite_pixels(rgb, reference.mean()));
 }

@@ -19,6 +19,9 @@
 namespace emberline {
 
 // A frame as it was at some moment: interleaved channels, of the window.
+// Of a picture on its way; a finished frame may have more behind them.
+inline constexpr size_t kStudyPictureChannels = 5;  // R G B A samples
+
 struct StudyPicture {
   double budget = 0;
   uint64_t samples = 0;

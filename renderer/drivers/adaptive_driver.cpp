@@ -262,6 +262,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
     FrameProgress progress;
     progress.pass = pass_;
     progress.samples = runner_.counters().samples;
+    progress.rays = runner_.counters().rays.total();
     progress.completion = completion;
     progress.pass_finished = pass_finished;
     progress.error_estimate = error_estimate();

@@ -137,6 +137,7 @@ FrameCounters BisectionDriver::render(const Frame& frame, FrameObserver& observe
         return counters;
       }
       progress.samples = runner.counters().samples;
+      progress.rays = runner.counters().rays.total();
       progress.completion = std::min(1.0, double(progress.samples) / double(frame_pixels));
       progress.pass_finished = end == pass.parts();
       observer.picture_changed(progress, *picture_);

@@ -19,6 +19,7 @@ class BisectionDriver final : public FrameDriver {
   // Throws RenderError where the film does not fit into memory.
   FrameCounters render(const Frame& frame, FrameObserver& observer, std::stop_token stop) override;
   void deliver(FrameObserver& observer) override;
+  const FramePicture* picture() const override { return picture_ ? &*picture_ : nullptr; }
   uint64_t film_bytes() const override { return film_ ? film_->bytes() : 0; }
 
  private:

@@ -250,6 +250,7 @@ FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
         const size_t i = next.fetch_add(1, std::memory_order_relaxed);
         if (i >= items.size()) break;
         tile.reset(items[i].pixels);
+        observer.tile_begun(items[i].pixels);
         if (adaptive) {
           const double error = render_adaptively(frame, worker, tile, observer, stop);
           errors[i] = square(error) * double(items[i].pixels.area());

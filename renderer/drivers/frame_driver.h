@@ -70,6 +70,7 @@ class FramePicture {
 struct FrameProgress {
   int pass = 0;             // how many have begun; the first brings every pixel its first sample
   uint64_t samples = 0;     // so far
+  uint64_t rays = 0;        // likewise
   double completion = 0.0;  // of the first pass: pixels that have a sample, in [0, 1]
   bool pass_finished = false;
   // The driver's own, if it has made one: of the picture as it was at the end of the pass before.
@@ -81,6 +82,8 @@ struct FrameProgress {
 class FrameObserver {
  public:
   virtual ~FrameObserver() = default;
+  // A driver that finishes one part of the frame after another begins with these pixels.
+  virtual void tile_begun(const Rect& /*pixels*/) {}
   // All samples of the tile's pixels are in; the tile is reused after the call returns. May throw:
   // the frame is then abandoned and render() rethrows.
   virtual void tile_finished(const FilmTile& tile) = 0;

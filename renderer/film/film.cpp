@@ -74,6 +74,12 @@ std::vector<FilmChannel> film_channels(const AovSet& aovs) {
   return channels;
 }
 
+std::vector<std::string> film_channel_names(const AovSet& aovs) {
+  std::vector<std::string> names;
+  for (const FilmChannel& channel : film_channels(aovs)) names.push_back(channel.name);
+  return names;
+}
+
 void FilmTile::reset(const Rect& rect) {
   rect_ = rect;
   const auto n = size_t(rect.area());
@@ -165,6 +171,16 @@ Rgb FilmTile::mean(int x, int y) const {
   float rgba[4];
   put_rgba(index(x, y), rgba);
   return {rgba[0], rgba[1], rgba[2]};
+}
+
+std::optional<Rgb> FilmTile::variance(int x, int y) const {
+  const size_t i = index(x, y);
+  const PixelSums& sums = sums_[i];
+  const bool two_streams = sums.count[0] > 0 && sums.count[1] > 0;
+  if (!two_streams && (squares_.empty() || sums.samples() < 2.0)) return std::nullopt;
+  Rgb result;
+  for (int c = 0; c < 3; ++c) result[c] = to_finite_float(variance_of_mean(i, size_t(c)));
+  return result;
 }
 
 double FilmTile::variance_of_mean(size_t i, size_t c) const {

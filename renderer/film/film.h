@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -68,6 +69,7 @@ struct FilmChannel {
 };
 // R G B A samples, then the AOVs in table order.
 std::vector<FilmChannel> film_channels(const AovSet& aovs);
+std::vector<std::string> film_channel_names(const AovSet& aovs);
 
 // What the first surface along a camera ray says; filled by the integrator when AOVs ask for it.
 struct FirstHit {
@@ -136,7 +138,13 @@ class FilmTile {
   uint32_t sample_count(int x, int y) const;
   uint32_t least_samples() const;  // of any pixel
   uint32_t non_finite(int x, int y) const { return sums_[index(x, y)].non_finite; }
+  PixelStop stop(int x, int y) const {
+    return stops_.empty() ? PixelStop::kNone : stops_[index(x, y)];
+  }
   Rgb mean(int x, int y) const;
+  // Of the pixel's mean, as the `variance` channel has it. Nothing where the film cannot tell: with
+  // fewer than two samples, or neither two streams nor squares.
+  std::optional<Rgb> variance(int x, int y) const;
   void rgba(int x, int y, float* out) const { put_rgba(index(x, y), out); }
 
   // By index, rows from rect().y0. The squares (three a pixel) and rays are null unless wanted.

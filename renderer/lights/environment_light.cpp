@@ -99,8 +99,8 @@ EnvironmentLight::EnvironmentLight(std::shared_ptr<const Image> image, float str
 EnvironmentLight::~EnvironmentLight() = default;
 
 void EnvironmentLight::adjust(float strength, const Rgb& tint, float rotation_degrees) {
-  factor_ = tint * strength;
-  constant_ = map_constant_ * factor_;
+  factor_ = color4(tint * strength);
+  constant_ = map_constant_ * (tint * strength);
   // What the tint makes of a grey map. Exactly 1 without any; how bright a coloured map gets is not
   // worth reading it again for, as it only weighs this light against others.
   const double tinted = double(luminance(tint)) / double(luminance(Rgb(1.0f)));
@@ -259,7 +259,7 @@ inline void EnvironmentLight::prefetch(const Places& p, size_t i) const {
 }
 
 Rgb EnvironmentLight::radiance_at(const Places& p, size_t i) const {
-  return to_rgb(corners(p, i).interpolate(p.to_column1[i], p.to_row1[i]) * color4(factor_));
+  return to_rgb(corners(p, i).interpolate(p.to_column1[i], p.to_row1[i]) * factor_);
 }
 
 Rgb EnvironmentLight::radiance_and_pdf_at(const Places& p, size_t i, float* pdf) const {
@@ -270,7 +270,7 @@ Rgb EnvironmentLight::radiance_and_pdf_at(const Places& p, size_t i, float* pdf)
   const float density = lerp(row_density_[size_t(p.row0[i])] * upper,
                              row_density_[size_t(p.row1[i])] * lower, p.to_row1[i]);
   *pdf = std::max(density, 0.0f) / std::max(p.sin_theta[i], kLeastSine);
-  return to_rgb(c.interpolate(p.to_column1[i], p.to_row1[i]) * color4(factor_));
+  return to_rgb(c.interpolate(p.to_column1[i], p.to_row1[i]) * factor_);
 }
 
 void EnvironmentLight::radiance(std::span<const Vec3f> directions, Rgb* out) const {

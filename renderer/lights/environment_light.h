@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "renderer/core/color4.h"
 #include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
 
@@ -100,7 +101,7 @@ class EnvironmentLight {
   const void* texels_ = nullptr;
   bool half_ = false;
   int width_ = 0, height_ = 0;
-  Rgb factor_ = Rgb(1.0f);  // strength and tint
+  Color4 factor_ = color4(Rgb(1.0f));  // strength and tint
   float column_scale_ = 0.0f, column_offset_ = 0.0f, row_scale_ = 0.0f;
   double map_mean_luminance_ = 0.0;
   double mean_luminance_ = 0.0;  // with strength and tint

@@ -213,6 +213,18 @@ void apply(const SceneEdits& edits, SceneDescription& description) {
   EditApplication(edits, description).apply();
 }
 
+size_t edited_light(const LightEdit& edit, const SceneDescription& description) {
+  switch (edit.kind) {
+    case EditedLight::kPunctual:
+      return find_target(edit.target, "light", description.lights);
+    case EditedLight::kMaterial:
+      return find_target(edit.target, "material", description.materials);
+    case EditedLight::kEnvironment:
+      break;
+  }
+  return 0;
+}
+
 CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription& description,
                                 CameraDescription camera) {
   const CameraEdit& edit = edits.camera;

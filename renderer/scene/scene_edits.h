@@ -118,6 +118,10 @@ EditClass classify(const SceneEdits& before, const SceneEdits& after);
 void apply(const SceneEdits& edits, SceneDescription& description);
 inline constexpr const char* kDefaultMaterialName = "default material";
 
+// The index of the light, or of the material, that an edit means; 0 for the environment. Throws
+// InputError for one that is not there.
+size_t edited_light(const LightEdit& edit, const SceneDescription& description);
+
 // The view that `edits` make of `camera`, which is what is looked through without them. Throws
 // InputError for a camera that is not there, a field of view for an orthographic one, and a view
 // from where it looks at.

@@ -19,13 +19,22 @@ std::string QuantityPlane::missing_channel(const HeatmapQuantity& quantity,
   return "";
 }
 
+std::optional<std::vector<size_t>> QuantityPlane::find_channels(
+    const HeatmapQuantity& quantity, std::span<const std::string> channels) {
+  std::vector<size_t> places;
+  for (const std::string_view needed : quantity.channels) {
+    const auto found = std::ranges::find(channels, needed);
+    if (found == channels.end()) return std::nullopt;
+    places.push_back(size_t(found - channels.begin()));
+  }
+  return places;
+}
+
 QuantityPlane::QuantityPlane(const HeatmapQuantity& quantity, std::span<const std::string> channels,
                              const Rect& window)
     : quantity_(&quantity), channel_count_(channels.size()), window_(window) {
   assert(missing_channel(quantity, channels).empty() && quantity.channels.size() <= kMostChannels);
-  for (const std::string_view needed : quantity.channels) {
-    sources_.push_back(size_t(std::ranges::find(channels, needed) - channels.begin()));
-  }
+  sources_ = find_channels(quantity, channels).value();
   plane_.width = window.width();
   plane_.height = window.height();
   constexpr std::array<float, kMostChannels> kNoSamples{};

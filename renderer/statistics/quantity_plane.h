@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +24,11 @@ class QuantityPlane {
   // The first channel that the quantity needs and that is not among `channels`; empty if none.
   static std::string missing_channel(const HeatmapQuantity& quantity,
                                      std::span<const std::string> channels);
+
+  // Where the channels that the quantity needs are among `channels`, in its own order; nothing if
+  // one is missing.
+  static std::optional<std::vector<size_t>> find_channels(const HeatmapQuantity& quantity,
+                                                          std::span<const std::string> channels);
 
   // `pixels` holds rect.area() x channels floats, interleaved, rows from rect.y0; `rect` lies in
   // the window. Thread-safe for disjoint rectangles.

@@ -15,21 +15,15 @@
 namespace emberline::test {
 namespace {
 
-std::vector<std::string> names(const std::vector<FilmChannel>& channels) {
-  std::vector<std::string> list;
-  for (const FilmChannel& channel : channels) list.push_back(channel.name);
-  return list;
-}
-
 TEST(HeatmapQuantity, EveryOneIsMadeOfChannelsThatItsAovBrings) {
   for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
     EXPECT_EQ(&find_heatmap_quantity(quantity.name), &quantity);
     AovSet aovs;
     if (quantity.aov) aovs.insert(*quantity.aov);
-    EXPECT_EQ(QuantityPlane::missing_channel(quantity, names(film_channels(aovs))), "")
+    EXPECT_EQ(QuantityPlane::missing_channel(quantity, film_channel_names(aovs)), "")
         << quantity.name;
     if (quantity.aov) {
-      EXPECT_NE(QuantityPlane::missing_channel(quantity, names(film_channels({}))), "");
+      EXPECT_NE(QuantityPlane::missing_channel(quantity, film_channel_names({})), "");
     }
   }
   EXPECT_THROW(find_heatmap_quantity("noise"), UsageError);
@@ -108,7 +102,7 @@ TEST(QuantityPlane, GathersTilesInAnyOrder) {
 
 TEST(QuantityPlane, PixelsThatNeverComeHaveNoSamples) {
   const std::vector<std::string> all =
-      names(film_channels(AovSet::parse("variance,time,stop,non_finite")));
+      film_channel_names(AovSet::parse("variance,time,stop,non_finite"));
   for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
     const QuantityPlane plane(quantity, all, {0, 0, 2, 2});
     const float value = plane.plane().values[3];

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "renderer/core/file_suffix.h"
+
 namespace emberline {
 namespace {
 
@@ -32,6 +34,14 @@ TEST(Names, MessageListsAndSuggests) {
             "unknown integrator ''; valid names are path, direct, ambient_occlusion");
   EXPECT_EQ(unknown_name_message("integrator", std::string(100000, 'x'), kNames).find("did you"),
             std::string::npos);
+}
+
+TEST(FileSuffix, IsWhatFollowsTheLastDotOfTheNameItself) {
+  EXPECT_EQ(lower_suffix("shots/A.010.EXR"), ".exr");
+  EXPECT_EQ(lower_suffix("a.b/frame"), "");
+  EXPECT_EQ(lower_suffix(".exr"), "");
+  EXPECT_EQ(lower_suffix("frame."), ".");
+  EXPECT_EQ(lower_suffix(""), "");
 }
 
 }  // namespace

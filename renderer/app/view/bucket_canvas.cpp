@@ -1,0 +1,52 @@
+#include "renderer/app/view/bucket_canvas.h"
+
+#include <algorithm>
+
+#include "renderer/drivers/frame_film.h"
+
+namespace emberline {
+
+BucketCanvas::BucketCanvas(const Rect& window, const AovSet& aovs, bool averages,
+                           const ShownPicture* before)
+    : film_(aovs), averages_(averages) {
+  reset_film(window, &film_);
+  const size_t values = 4 * size_t(window.area());
+  if (before && before->width == window.width() && before->height == window.height()) {
+    rgba_ = before->rgba;
+  }
+  rgba_.resize(values);
+  rgba8_.resize(values);
+}
+
+void BucketCanvas::finish(const FilmTile& tile, const std::shared_ptr<const Grading>& grading) {
+  const Rect& rect = tile.rect();
+  const Rect& window = film_.rect();
+  const size_t row = 4 * size_t(rect.width());
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    const size_t first = 4 * window.index_of(rect.x0, y);
+    for (int x = rect.x0; x < rect.x1; ++x) {
+      film_.copy_pixel(tile, x, y);
+      float* shown = &rgba_[4 * window.index_of(x, y)];
+      tile.rgba(x, y, shown);
+      if (averages_) film_.show(x, y, shown);
+      samples_ += tile.sample_count(x, y);
+    }
+    if (grading && grading == grading_)
+      grading->grade_run({&rgba_[first], row}, {&rgba8_[first], row});
+  }
+  pixels_ += rect.area();
+  std::erase(in_progress_, rect);
+}
+
+std::span<const uint8_t> BucketCanvas::rgba8(const std::shared_ptr<const Grading>& grading) {
+  if (grading != grading_) {
+    // On this thread alone: it must not begin another bucket while it waits for help.
+    grading->grade_run(rgba_, rgba8_);
+    grading_ = grading;
+  }
+  return rgba8_;
+}
+
+void BucketCanvas::resolve(std::span<float> rgba) const { std::ranges::copy(rgba_, rgba.begin()); }
+
+}  // namespace emberline

@@ -1,0 +1,65 @@
+#include "renderer/app/view/frame_tools.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "renderer/app/frame_setup.h"
+#include "renderer/app/view/overlay_picture.h"
+
+namespace emberline {
+namespace {
+
+// All options that a frame's samples depend on.
+auto sampling_of(const RenderOptions& o) {
+  return std::tie(o.driver, o.integrator, o.sampler, o.filter, o.filter_radius, o.spp, o.min_spp,
+                  o.max_spp, o.noise_threshold, o.estimator, o.allocation, o.unbiased,
+                  o.time_limit_s, o.max_depth, o.seed, o.streams, o.bucket_size, o.bucket_order,
+                  o.bisection_axis, o.reconstruction, o.width, o.height, o.transparent, o.threads);
+}
+
+}  // namespace
+
+RenderOptions main_options(const ViewSettings& settings) {
+  RenderOptions options = settings.render;
+  if (options.driver == kLiveDriver) options.driver = "adaptive";
+  if (options.filter.empty()) options.filter = kDefaultFilter;
+  options.crop.reset();
+  options.explained.reset();
+  options.trees.clear();
+  if (settings.overlay == ViewOverlay::kTree) options.trees = {"shown"};
+  const bool ends_itself = options.noise_threshold || options.max_spp || options.driver == "bucket";
+  if (!options.spp && !ends_itself) options.spp = kViewSamples;
+  return options;
+}
+
+AovSet wanted_aovs(const ViewSettings& settings) {
+  AovSet aovs = AovSet::parse(settings.render.aovs);
+  if (const std::optional<Aov> aov = overlay_aov(settings.overlay)) aovs.insert(*aov);
+  return aovs;
+}
+
+bool frames_serve(const ViewSettings& a, const ViewSettings& b) {
+  if (sampling_of(a.render) != sampling_of(b.render) || a.region != b.region ||
+      a.light_groups != b.light_groups) {
+    return false;
+  }
+  if (b.overlay == ViewOverlay::kTree && a.overlay != ViewOverlay::kTree) return false;
+  const AovSet have = wanted_aovs(a), wanted = wanted_aovs(b);
+  return std::ranges::all_of(aov_table(), [&](const AovEntry& entry) {
+    return have.contains(entry.aov) || !wanted.contains(entry.aov);
+  });
+}
+
+FrameTools::FrameTools(const ViewSettings& settings)
+    : options(main_options(settings)),
+      live(settings.render.driver == kLiveDriver),
+      plan(plan_sampling(options)),
+      drivers(driver_settings(options, plan)),
+      aovs(wanted_aovs(settings)),
+      integrator(create_integrator(options.integrator, {.max_depth = options.max_depth,
+                                                        .transparent = options.transparent})),
+      sampler(create_sampler(options.sampler, {plan.streams, std::max(1u, plan.samples_per_pixel),
+                                               options.width, options.height})),
+      filter(choose_filter(options)) {}
+
+}  // namespace emberline

@@ -1,0 +1,76 @@
+#include "renderer/app/view/picture_files.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "renderer/app/exr_file.h"
+#include "renderer/app/heatmap_file.h"
+#include "renderer/app/report.h"
+#include "renderer/app/view/overlay_picture.h"
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+bool has_suffix(const std::string& path, std::string_view suffix) {
+  const std::string own = std::filesystem::path(path).extension().string();
+  return std::ranges::equal(
+      own, suffix, {}, [](char c) { return char(std::tolower(static_cast<unsigned char>(c))); });
+}
+
+Rect window_of(const FilmCopy& film) { return {0, 0, film.width, film.height}; }
+
+ExrHeader header_of(const FilmCopy& film) {
+  ExrHeader header;
+  header.width = film.width;
+  header.height = film.height;
+  header.data_window = window_of(film);
+  for (const FilmChannel& channel : film_channels(film.aovs)) {
+    header.channels.push_back(
+        {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
+  }
+  header.attributes = settings_attributes(film.options);
+  return header;
+}
+
+}  // namespace
+
+void write_picture(const std::string& path, const FilmCopy& film, const DisplaySettings& display) {
+  if (has_suffix(path, ".exr")) {
+    write_exr_file(path, header_of(film), film.channels);
+    return;
+  }
+  const size_t channels = film_channels(film.aovs).size(), pixels = film.channels.size() / channels;
+  std::vector<float> rgba(4 * pixels);
+  for (size_t i = 0; i < pixels; ++i) std::copy_n(&film.channels[channels * i], 4, &rgba[4 * i]);
+  DisplayImageWriter writer(path, window_of(film), std::make_shared<DisplayTransform>(display),
+                            film.options.transparent && has_suffix(path, ".png"));
+  writer.write_tile(window_of(film), rgba);
+  writer.finish();
+}
+
+const HeatmapQuantity& heatmap_of(ViewOverlay overlay) {
+  const HeatmapQuantity* quantity = overlay_quantity(overlay);
+  if (!quantity) throw UsageError("this overlay is no heatmap; save the picture instead");
+  return *quantity;
+}
+
+void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay overlay) {
+  const HeatmapQuantity& quantity = heatmap_of(overlay);
+  const Rect window = window_of(film);
+  check_heatmap_format("heatmap", path, window);
+  std::vector<std::string> names;
+  for (const FilmChannel& channel : film_channels(film.aovs)) names.push_back(channel.name);
+  const std::string missing = QuantityPlane::missing_channel(quantity, names);
+  if (!missing.empty()) {
+    throw RenderError(path + ": the frame was rendered without the channel " + missing +
+                      "; show that overlay, then save it");
+  }
+  HeatmapFile file({path, &quantity}, film.options.heatmap_style,
+                   {film.width, film.height, window, settings_attributes(film.options)}, names);
+  file.write_tile(window, film.channels);
+  file.finish();
+}
+
+}  // namespace emberline

@@ -1,0 +1,81 @@
+#include "renderer/app/view/scene_loader.h"
+
+#include <new>
+#include <utility>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+
+SceneLoader::SceneLoader(std::function<void()> wake) : wake_(std::move(wake)) {}
+
+void SceneLoader::load(const RenderOptions& options) {
+  uint64_t number;
+  std::shared_ptr<LoadedScene> unseen;  // that nobody took; freed by the thread
+  {
+    const std::lock_guard lock(mutex_);
+    number = ++number_;
+    unseen = std::move(loaded_);
+    status_ = {LoadStatus::State::kLoading, options.scene, "waiting", 0.0, {}};
+  }
+  thread_.post([this, options, number, unseen = std::move(unseen)]() mutable {
+    unseen.reset();
+    load_now(options, number);
+  });
+}
+
+void SceneLoader::cancel() {
+  const std::lock_guard lock(mutex_);
+  if (status_.state != LoadStatus::State::kLoading) return;
+  ++number_;
+  status_.state = LoadStatus::State::kCancelled;
+}
+
+LoadStatus SceneLoader::poll(std::shared_ptr<LoadedScene>* arrived) {
+  const std::lock_guard lock(mutex_);
+  *arrived = std::move(loaded_);
+  return status_;
+}
+
+void SceneLoader::report(uint64_t number, const std::function<void(LoadStatus&)>& change) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (number != number_) return;
+    change(status_);
+  }
+  wake_();
+}
+
+void SceneLoader::load_now(const RenderOptions& options, uint64_t number) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (number != number_) return;  // a newer one follows, or none is wanted
+  }
+  const auto fail = [&](const std::string& error) {
+    report(number, [&](LoadStatus& status) {
+      status.state = LoadStatus::State::kFailed;
+      status.error = error;
+    });
+  };
+  try {
+    std::shared_ptr<LoadedScene> scene =
+        load_for_view(options, [&](const std::string& stage, double fraction) {
+          report(number, [&](LoadStatus& status) {
+            status.stage = stage;
+            status.fraction = fraction;
+          });
+        });
+    report(number, [&](LoadStatus& status) {
+      status.state = LoadStatus::State::kReady;
+      status.stage.clear();
+      status.fraction = 1.0;
+      loaded_ = std::move(scene);
+    });
+  } catch (const EmberlineError& error) {
+    fail(error.what());
+  } catch (const std::bad_alloc&) {
+    fail(options.scene + ": not enough memory to load it");
+  }
+}
+
+}  // namespace emberline

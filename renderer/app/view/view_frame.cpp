@@ -1,0 +1,350 @@
+#include "renderer/app/view/view_frame.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "renderer/app/view/overlay_picture.h"
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+// The first picture of an edit is shown as soon as one pixel in so many has its sample, which a
+// frame of 1280 x 720 reaches in 10 to 20 ms on two cores; of a slow scene after so many seconds,
+// with what there is then.
+constexpr double kFirstCoverage = 1.0 / 64;
+constexpr double kFirstPatience_s = 0.012;
+
+// Later ones follow no faster than the eye takes them in, and cost no more than a share of the
+// time: a good one while the artist is still looking for what the edit has done, then one that is
+// not felt (`render` with the same driver is at most 7 % faster, issue of the window).
+constexpr double kLeastInterval_s = 1.0 / 30;
+constexpr double kLively_s = 1.0;
+constexpr double kLivelyShare = 0.2;
+constexpr double kCalmShare = 0.015;
+
+// Samples that the region gets before the rest of the frame gets any.
+constexpr uint32_t kRegionSamples = 16;
+
+Rect frame_of(const RenderOptions& options) { return {0, 0, options.width, options.height}; }
+
+Camera camera_of(const ViewOrder& order) {
+  const LoadedScene& scene = *order.scene;
+  const int width = order.settings.render.width, height = order.settings.render.height;
+  const Scene& built = scene.scene.scene();
+  return {edited_camera(order.edits, scene.edit_lists, scene.camera(width, height)), width, height,
+          built.origin(), built.scale()};
+}
+
+double to_seconds(ViewClock::duration time) { return std::chrono::duration<double>(time).count(); }
+
+// Takes the tiles of a frame that is kept as a whole.
+class Nobody final : public FrameObserver {
+ public:
+  explicit Nobody(PixelStop cause) : cause_(cause) {}
+  void tile_finished(const FilmTile& /*tile*/) override {}
+  PixelStop stop_cause() const override { return cause_; }
+
+ private:
+  PixelStop cause_;
+};
+
+}  // namespace
+
+ViewFrame::ViewFrame(ViewOrder order, const FrameTools& tools, PictureBoard& board,
+                     std::shared_ptr<StopRequest> stop, const std::atomic<ViewOverlay>& overlay,
+                     Pause pause)
+    : order_(std::move(order)),
+      tools_(tools),
+      board_(board),
+      stop_(std::move(stop)),
+      overlay_(overlay),
+      pause_(std::move(pause)),
+      window_(frame_of(order_.settings.render)),
+      camera_(camera_of(order_)) {}
+
+ViewFrame::~ViewFrame() = default;
+
+void ViewFrame::render(std::optional<Vec2i> explained) {
+  explained_ = explained;
+  if (order_.settings.region) render_region();
+  if (tools_.live && stop_->cause() == PixelStop::kNone) {
+    render_stage(Stage::kFirst, first_, "bisection", window_, 1);
+  }
+  if (stop_->cause() != PixelStop::kNone) return;
+  if (tools_.options.driver == "bucket") {
+    canvas_.emplace(window_, tools_.aovs, tools_.plan.adaptive.unbiased, board_.picture().get());
+    readable_ = &*canvas_;
+    shown_driver_ = nullptr;
+  }
+  const FrameCounters counters = render_stage(Stage::kMain, main_, tools_.options.driver, window_,
+                                              tools_.plan.samples_per_pixel);
+  if (!counters.stopped || stop_->cause() == PixelStop::kTimeLimit) finish(counters);
+}
+
+// A frame of its own, so that each of its pixels gets the samples that it would get anyway.
+void ViewFrame::render_region() {
+  const Rect region = order_.settings.region->intersect(window_);
+  if (region.empty()) return;
+  render_stage(Stage::kRegion, region_, "bisection", region, kRegionSamples);
+}
+
+FrameCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<FrameDriver>& driver,
+                                      const std::string& name, const Rect& window,
+                                      uint32_t samples_per_pixel) {
+  const bool main = stage == Stage::kMain;
+  stage_ = stage;
+  stage_name_ = name;
+  DriverSettings settings = tools_.drivers;
+  if (main) settings.explained = explained_;
+  driver = create_driver(name, settings);
+  const Frame frame{order_.scene->scene.scene(),
+                    camera_,
+                    *tools_.integrator,
+                    *tools_.sampler,
+                    tools_.filter,
+                    window_.width(),
+                    window_.height(),
+                    window,
+                    samples_per_pixel,
+                    tools_.options.seed,
+                    tools_.plan.streams,
+                    tools_.aovs,
+                    !main || tools_.plan.uniform};
+  return driver->render(frame, *this, stop_->token());
+}
+
+void ViewFrame::finish(const FrameCounters& counters) {
+  if (tools_.aovs.contains(Aov::kStop) && !canvas_) {
+    Nobody nobody(stop_->cause());
+    main_->deliver(nobody);  // why each pixel stopped is known from here on
+  }
+  finished_ = true;
+  if (!first_) {  // else the time was over before this driver had every pixel
+    progress_.samples = counters.samples;
+    progress_.rays = counters.rays.total();
+    progress_.error_estimate = main_->error_estimate();
+  }
+  show();
+}
+
+double ViewFrame::seconds() const { return to_seconds(ViewClock::now() - started_ - waited_); }
+
+void ViewFrame::picture_changed(const FrameProgress& progress, const FramePicture& picture) {
+  const bool as_good = stage_ != Stage::kMain || !first_ || progress.completion >= 1.0;
+  bool shown_now = false;
+  if (as_good) {
+    readable_ = &picture;
+    progress_ = progress;
+    shown_name_ = stage_name_;
+    shown_driver_ = stage_ == Stage::kRegion  ? region_.get()
+                    : stage_ == Stage::kFirst ? first_.get()
+                                              : main_.get();
+    if (stage_ == Stage::kMain) first_.reset();
+    shown_now = due();
+    if (shown_now) show();
+  }
+  check_time_limit();
+  pause_(shown_now);
+}
+
+void ViewFrame::tile_begun(const Rect& pixels) {
+  const std::unique_lock lock = canvas_->lock();
+  canvas_->begin(pixels);
+  look_at_canvas();
+}
+
+void ViewFrame::tile_finished(const FilmTile& tile) {
+  const std::shared_ptr<const Grading> grading = board_.grading();
+  const std::unique_lock lock = canvas_->lock();
+  canvas_->finish(tile, grading);
+  look_at_canvas();
+}
+
+void ViewFrame::look_at_canvas() {
+  shown_name_ = stage_name_;
+  progress_.pass = 1;
+  progress_.samples = canvas_->samples();
+  progress_.completion = canvas_->completion();
+  const bool shown_now = due();
+  if (shown_now) show();
+  check_time_limit();
+  pause_(shown_now);
+}
+
+void ViewFrame::check_time_limit() {
+  const std::optional<double>& limit = tools_.options.time_limit_s;
+  if (limit && stage_ == Stage::kMain && seconds() >= *limit) stop_->request(PixelStop::kTimeLimit);
+}
+
+bool ViewFrame::due() const {
+  const double now = seconds();
+  if (!shown_) return progress_.completion >= kFirstCoverage || now >= kFirstPatience_s;
+  if (stage_ != Stage::kRegion && progress_.completion >= 1.0 && !complete_shown_) return true;
+  const double share = now < kLively_s ? kLivelyShare : kCalmShare;
+  return now >= shown_at_s_ + std::max(kLeastInterval_s, cost_s_ / share);
+}
+
+void ViewFrame::show_again() {
+  if (readable_) show();
+}
+
+void ViewFrame::show() {
+  const ViewClock::time_point begun = ViewClock::now();
+  std::shared_ptr<const Grading> grading = board_.grading();
+  if (!grading) return;
+  const std::shared_ptr<ShownPicture> picture = board_.blank();
+  const size_t values = 4 * size_t(window_.area());
+  picture->rgba.resize(values);
+  picture->rgba8.resize(values);
+  resolve_whole(picture->rgba);
+  picture->overlay_legend = draw(grading, picture->rgba, picture->rgba8);
+  picture->edit = order_.edit;
+  picture->width = window_.width();
+  picture->height = window_.height();
+  picture->complete = stage_ != Stage::kRegion && progress_.completion >= 1.0;
+  picture->filled = picture->complete || (stage_ != Stage::kRegion && !canvas_);
+  picture->finished = finished_;
+  picture->in_progress.clear();
+  if (canvas_) picture->in_progress = canvas_->in_progress();
+  picture->progress = progress_;
+  picture->samples = progress_.samples;
+  picture->rays = progress_.rays;
+  picture->rendering_s = seconds();
+  picture->driver = shown_name_;
+  const ViewClock::time_point ended = ViewClock::now();
+  picture->elapsed_s = to_seconds(ended - order_.posted);
+  complete_shown_ = complete_shown_ || picture->complete;
+  board_.publish(picture, std::move(grading));
+  shown_ = true;
+  shown_at_s_ = seconds();
+  cost_s_ = to_seconds(ended - begun);
+}
+
+std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
+                            std::span<const float> rgba, std::span<uint8_t> rgba8) {
+  const ViewOverlay overlay = overlay_.load();
+  if (const HeatmapQuantity* quantity = overlay_quantity(overlay)) {
+    // A frame that lacks the channel is about to be replaced by one that has it.
+    if (!quantity->aov || tools_.aovs.contains(*quantity->aov)) {
+      const FilmCopy film = copy();
+      std::vector<std::string> names;
+      for (const FilmChannel& channel : film_channels(film.aovs)) names.push_back(channel.name);
+      return draw_overlay(*quantity, names, film.channels, window_, tools_.options.heatmap_style,
+                          rgba8);
+    }
+  }
+  if (overlay == ViewOverlay::kTree && shown_driver_ && shown_driver_->tree()) {
+    draw_tree(*shown_driver_->tree(), *grading, rgba, window_.width(), rgba8);
+    return "leaves of the refinement tree";
+  }
+  if (canvas_) {
+    std::ranges::copy(canvas_->rgba8(grading), rgba8.begin());
+  } else {
+    grading->grade(rgba, window_.width(), rgba8);
+  }
+  return {};
+}
+
+const FilmTile* ViewFrame::region_film() const {
+  return region_ && region_->picture() ? &region_->picture()->film() : nullptr;
+}
+
+const FilmTile& ViewFrame::film_of(int x, int y) const {
+  const FilmTile& film = readable_->film();
+  const FilmTile* region = region_film();
+  if (!region || !region->rect().contains(x, y)) return film;
+  const bool better =
+      !film.rect().contains(x, y) || region->sample_count(x, y) > film.sample_count(x, y);
+  return better ? *region : film;
+}
+
+void ViewFrame::resolve_whole(std::span<float> rgba) const {
+  if (stage_ != Stage::kRegion) {
+    readable_->resolve(rgba);
+  } else {
+    const std::shared_ptr<const ShownPicture> before = board_.picture();
+    const bool fits =
+        before && before->width == window_.width() && before->height == window_.height();
+    if (fits) {
+      std::ranges::copy(before->rgba, rgba.begin());
+    } else {
+      std::ranges::fill(rgba, 0.0f);
+    }
+  }
+  const FilmTile* film = region_film();
+  if (!film) return;
+  const Rect& region = film->rect();
+  std::vector<float> inside(4 * size_t(region.area()));
+  region_->picture()->resolve(inside);
+  for (int y = region.y0; y < region.y1; ++y) {
+    for (int x = region.x0; x < region.x1; ++x) {
+      if (stage_ != Stage::kRegion && &film_of(x, y) != film) continue;
+      std::copy_n(&inside[4 * region.index_of(x, y)], 4, &rgba[4 * window_.index_of(x, y)]);
+    }
+  }
+}
+
+FilmCopy ViewFrame::copy() const {
+  FilmCopy result{window_.width(), window_.height(), tools_.aovs, {}, tools_.options};
+  result.options.scene = order_.scene->open->outline.file;
+  result.options.driver = shown_name_;
+  const size_t count = film_channels(tools_.aovs).size();
+  result.channels.resize(count * size_t(window_.area()));
+  std::vector<float> values, rgba(4 * size_t(window_.area()));
+  const auto put = [&](const FilmTile& film) {
+    film.resolve(values);
+    const Rect& rect = film.rect();
+    for (int y = rect.y0; y < rect.y1; ++y) {
+      for (int x = rect.x0; x < rect.x1; ++x) {
+        if (&film_of(x, y) != &film) continue;
+        std::copy_n(&values[count * rect.index_of(x, y)], count,
+                    &result.channels[count * window_.index_of(x, y)]);
+      }
+    }
+  };
+  put(readable_->film());
+  if (const FilmTile* region = region_film()) put(*region);
+  if (canvas_) return result;  // where no bucket is, there is nothing of this frame to be shown
+  resolve_whole(rgba);
+  for (size_t i = 0; i < size_t(window_.area()); ++i) {
+    std::copy_n(&rgba[4 * i], 4, &result.channels[count * i]);
+  }
+  return result;
+}
+
+PixelInspection ViewFrame::look_at(int x, int y) const {
+  PixelInspection result;
+  result.x = x;
+  result.y = y;
+  result.edit = order_.edit;
+  if (!readable_) return result;
+  const FilmTile& film = film_of(x, y);
+  if (!film.rect().contains(x, y)) return result;
+  result.known = true;
+  result.samples = film.sample_count(x, y);
+  result.non_finite = film.non_finite(x, y);
+  result.variance = film.variance(x, y);
+  result.stop = film.stop(x, y);
+  if (shown_driver_ && &film == &readable_->film())
+    result.explanation = shown_driver_->explain(x, y);
+
+  const Scene& scene = order_.scene->scene.scene();
+  const SceneDescription& outline = order_.scene->open->outline;
+  const Ray ray = camera_.ray({float(x) + 0.5f, float(y) + 0.5f});
+  SurfaceHit hit;
+  if (!scene.intersect(ray, 0, &hit)) return result;
+  SurfaceInteraction surface;
+  scene.interaction(hit, &surface);
+  result.id = hit.instance + 1;
+  const InstanceDescription& instance = outline.instances[hit.instance];
+  result.object =
+      instance.name.empty() ? outline.meshes[size_t(instance.mesh)].name : instance.name;
+  if (surface.material_index < outline.materials.size()) {
+    result.material = int(surface.material_index);
+  }
+  result.position = to_double(surface.position) / scene.scale() + scene.origin();
+  return result;
+}
+
+}  // namespace emberline

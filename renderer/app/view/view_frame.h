@@ -1,0 +1,127 @@
+// One frame of a session: from an edit to the last sample or to the edit that ends it.
+//
+// It goes through stages, each a driver with a film of its own: the region, if there is one; of
+// `live` a first sample for every pixel by bisection; then the driver that goes on. The picture
+// changes from one film to the next when the next is as good everywhere.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "renderer/app/stop_request.h"
+#include "renderer/app/view/bucket_canvas.h"
+#include "renderer/app/view/frame_tools.h"
+#include "renderer/app/view/loaded_scene.h"
+#include "renderer/app/view/picture_board.h"
+#include "renderer/drivers/frame_driver.h"
+#include "renderer/scene/camera.h"
+
+namespace emberline {
+
+using ViewClock = std::chrono::steady_clock;
+
+// What is to be rendered: everything that was edited and set, as of one moment.
+struct ViewOrder {
+  uint64_t edit = 0;
+  ViewClock::time_point posted;
+  std::shared_ptr<LoadedScene> scene;
+  SceneEdits edits;
+  ViewSettings settings;
+};
+
+// A copy of what a film holds, that files can be made of.
+struct FilmCopy {
+  int width = 0, height = 0;
+  AovSet aovs;
+  std::vector<float> channels;  // in film_channels() order, interleaved; pixels without samples
+                                // have R G B A as shown
+  RenderOptions options;        // that it was rendered by
+};
+
+class ViewFrame final : private FrameObserver {
+ public:
+  // Called while the frame stands still, between two slices: may read the frame, and may wait.
+  // `shown`: whether the newest picture is of this very moment.
+  using Pause = std::function<void(bool shown)>;
+
+  // All that is given must outlive the frame; the scene has the order's edits, and nobody changes
+  // it. `overlay` may change while the frame renders. Throws what is wrong with the view.
+  ViewFrame(ViewOrder order, const FrameTools& tools, PictureBoard& board,
+            std::shared_ptr<StopRequest> stop, const std::atomic<ViewOverlay>& overlay,
+            Pause pause);
+  ~ViewFrame() override;
+
+  // On the calling thread's TBB arena. Throws UsageError and RenderError.
+  void render(std::optional<Vec2i> explained);
+
+  // What follows, from the pause or after render().
+  void show_again();
+  const ViewOrder& order() const { return order_; }
+  bool readable() const { return readable_ != nullptr; }
+  // A region's film is no picture of the frame.
+  bool whole() const { return readable_ && stage_ != Stage::kRegion; }
+  FilmCopy copy() const;
+  PixelInspection look_at(int x, int y) const;
+  // Time spent waiting in a pause is nobody's pace.
+  void leave_out(ViewClock::duration waited) { waited_ += waited; }
+
+  bool has_shown() const { return shown_; }
+
+ private:
+  enum class Stage : uint8_t { kRegion, kFirst, kMain };
+
+  void tile_begun(const Rect& pixels) override;
+  void tile_finished(const FilmTile& tile) override;
+  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override;
+  PixelStop stop_cause() const override { return stop_->cause(); }
+
+  void render_region();
+  FrameCounters render_stage(Stage stage, std::unique_ptr<FrameDriver>& driver,
+                             const std::string& name, const Rect& window,
+                             uint32_t samples_per_pixel);
+  void finish(const FrameCounters& counters);
+  void look_at_canvas();
+  void check_time_limit();
+  double seconds() const;  // of rendering, pauses left out
+  bool due() const;
+  void show();
+  std::string draw(const std::shared_ptr<const Grading>& grading, std::span<const float> rgba,
+                   std::span<uint8_t> rgba8);
+  void resolve_whole(std::span<float> rgba) const;
+  const FilmTile* region_film() const;
+  const FilmTile& film_of(int x, int y) const;  // that a pixel is shown from
+
+  const ViewOrder order_;
+  const FrameTools& tools_;
+  PictureBoard& board_;
+  const std::shared_ptr<StopRequest> stop_;
+  const std::atomic<ViewOverlay>& overlay_;
+  const Pause pause_;
+  const Rect window_;
+  const Camera camera_;
+
+  Stage stage_ = Stage::kMain;
+  std::string stage_name_;  // its driver's
+  std::optional<Vec2i> explained_;
+  std::unique_ptr<FrameDriver> region_, first_, main_;
+  std::optional<BucketCanvas> canvas_;
+  // What is shown and looked at, from which driver, and how far that is.
+  const FramePicture* readable_ = nullptr;
+  const FrameDriver* shown_driver_ = nullptr;
+  std::string shown_name_;
+  FrameProgress progress_;
+  bool finished_ = false;
+
+  // When pictures are due.
+  const ViewClock::time_point started_ = ViewClock::now();
+  ViewClock::duration waited_{0};
+  bool shown_ = false, complete_shown_ = false;
+  double shown_at_s_ = 0, cost_s_ = 0;
+};
+
+}  // namespace emberline

@@ -1,0 +1,88 @@
+// The thread of a session that renders: takes the newest order, renders it until a newer one comes,
+// and does at its pauses what others want of the film.
+#pragma once
+
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "renderer/app/view/view_frame.h"
+
+namespace emberline {
+
+class ViewRenderer {
+ public:
+  explicit ViewRenderer(PictureBoard& board);
+  // Stops the frame and waits for that. What copies are still asked for get a RenderError.
+  ~ViewRenderer();
+  ViewRenderer(const ViewRenderer&) = delete;
+  ViewRenderer& operator=(const ViewRenderer&) = delete;
+
+  // Everything here may be called from any thread and waits for nothing but a lock.
+
+  // Replaces an order that has not begun. A patient one lets the frame under way show its first
+  // picture before it is ended.
+  void post(ViewOrder order, bool patient);
+  void set_paused(bool paused);
+  // Shows the newest state of the film, with this overlay.
+  void set_overlay(ViewOverlay overlay);
+  void show_again();
+
+  // The film as it stands, at the next pause of a frame of which there is something to be seen.
+  std::future<FilmCopy> copy();
+  // From the next pause on, inspection() knows this pixel, and is brought up to date with each
+  // picture.
+  void inspect(std::optional<Vec2i> pixel);
+  std::optional<PixelInspection> inspection() const;
+
+  uint64_t bvh_builds() const { return bvh_builds_.load(); }
+
+ private:
+  void work();
+  std::optional<ViewOrder> next_order();
+  void render(ViewOrder order);
+  void prepare(const ViewOrder& order);
+  void pause(bool shown);
+  void serve(std::unique_lock<std::mutex>& lock);
+  bool wanted() const;  // by serve()
+
+  PictureBoard& board_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable news_;
+  std::optional<ViewOrder> order_;
+  bool patient_ = false;
+  bool ending_ = false, paused_ = false;
+  std::shared_ptr<StopRequest> stop_;  // of the frame under way
+  bool frame_shown_ = false;           // it has shown a picture
+  bool show_again_ = false;
+  std::optional<Vec2i> pixel_;
+  bool pixel_asked_ = false;
+  std::optional<PixelInspection> inspection_;
+  std::vector<std::promise<FilmCopy>> copies_;
+
+  std::atomic<ViewOverlay> overlay_{ViewOverlay::kNone};
+  std::atomic<uint64_t> bvh_builds_{0};
+
+  // The thread's own.
+  std::optional<FrameTools> tools_;
+  std::optional<ViewSettings> tools_for_;
+  std::unique_ptr<ViewFrame> frame_;
+  EnvironmentEdit read_environment_;  // the last one read from a file
+  std::optional<tbb::global_control> limit_;
+  std::optional<tbb::task_arena> arena_;
+  int threads_ = 0;
+
+  std::thread thread_;
+};
+
+}  // namespace emberline

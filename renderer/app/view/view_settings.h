@@ -1,0 +1,39 @@
+// How a RenderSession renders and shows: plain values, of which the window changes a copy.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "renderer/app/render_options.h"
+#include "renderer/core/rect.h"
+
+namespace emberline {
+
+// What is drawn instead of, or over, the picture. All but the tree come from channels of the film
+// (renderer/statistics/heatmap_quantity.h); the stop reasons are known when a frame has ended.
+enum class ViewOverlay : uint8_t { kNone, kSamples, kError, kStop, kTime, kNonFinite, kTree };
+
+// The driver that a window begins with: bisection until every pixel has a sample, then adaptive.
+// Besides, all names of driver_table() are valid.
+inline constexpr const char* kLiveDriver = "live";
+
+// Samples a pixel where RenderOptions::spp says nothing and no threshold ends the frame: the
+// picture goes on getting better while somebody looks at it. Buckets, of which each is brought to
+// its end before the next begins, keep to what `render` gives them.
+inline constexpr uint32_t kViewSamples = 4096;
+
+struct ViewSettings {
+  // Driver, integrator, sampler, filter, estimator, limits, threads, seed, size, surroundings: as
+  // `render` takes them. What it says of outputs, reports and snapshots means nothing here, nor do
+  // `scene` and `edits`, which are open()'s; `display` is the next member's.
+  RenderOptions render;
+  DisplaySettings display;
+  ViewOverlay overlay = ViewOverlay::kNone;
+  // Every light's contribution is kept apart, so that an edit of its intensity or colour needs no
+  // new ray.
+  bool light_groups = false;
+  std::optional<Rect> region;  // of the frame: gets its samples first
+  bool paused = false;         // the frame stands still; what it has is kept
+};
+
+}  // namespace emberline

@@ -1,0 +1,21 @@
+// What a file is to hold is told by the end of its name.
+#pragma once
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace emberline {
+
+// From the last dot of the file's own name on, in lower case: ".exr" of "shots/A.010.EXR". Empty
+// without a dot, and for a name that only begins with one.
+inline std::string lower_suffix(std::string_view path) {
+  std::string suffix = std::filesystem::path(path).extension().string();
+  std::ranges::transform(suffix, suffix.begin(),
+                         [](unsigned char c) { return char(std::tolower(c)); });
+  return suffix;
+}
+
+}  // namespace emberline
