@@ -357,6 +357,9 @@ void add_render_options(CLI::App* app, RenderOptions& o) {
                   "change view, lights, environment and materials as this .json file says; its "
                   "view gives way to --camera, --look-from and --fov-y")
       ->type_name("FILE");
+  app->add_option("--variant", o.variant,
+                  "materials of this variant, by name or index [the file's default]")
+      ->type_name("NAME|INDEX");
   add_result_options(app, o);
   add_sampling_options(app, o);
   add_integration_options(app, o);
