@@ -189,6 +189,12 @@ void add_edits(CLI::App* app, RenderOptions& o) {
       ->type_name("FILE");
 }
 
+void add_variant(CLI::App* app, RenderOptions& o) {
+  app->add_option("--variant", o.variant,
+                  "materials of this variant, by name or index [the file's default]")
+      ->type_name("NAME|INDEX");
+}
+
 // Of a heatmap's picture; on `render` they need a heatmap.
 void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) {
   const auto bind = [needed](CLI::Option* option) {
@@ -401,6 +407,7 @@ void add_render_options(CLI::App* app, RenderOptions& o) {
   o.filter = kDefaultFilter;
   app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
   add_edits(app, o);
+  add_variant(app, o);
   add_result_options(app, o);
   add_sampling_options(app, o);
   add_integration_options(app, o);
