@@ -1,4 +1,4 @@
-#include "renderer/app/view/file_dialog.h"
+#include "renderer/app/view/window/file_dialog.h"
 
 #include <imgui.h>
 #include <imgui_stdlib.h>
@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "renderer/app/view/theme.h"
+#include "renderer/app/view/window/theme.h"
 #include "renderer/core/file_suffix.h"
 
 namespace emberline {

@@ -1,4 +1,4 @@
-#include "renderer/app/view/workbench.h"
+#include "renderer/app/view/window/workbench.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/edits_file.h"
-#include "renderer/app/view/edit_entries.h"
+#include "renderer/app/view/window/edit_entries.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"

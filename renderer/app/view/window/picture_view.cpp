@@ -1,4 +1,4 @@
-#include "renderer/app/view/picture_view.h"
+#include "renderer/app/view/window/picture_view.h"
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/app/view/edit_entries.h"
-#include "renderer/app/view/theme.h"
+#include "renderer/app/view/window/edit_entries.h"
+#include "renderer/app/view/window/theme.h"
 #include "renderer/film/film.h"
 #include "renderer/statistics/heatmap_quantity.h"
 #include "renderer/statistics/readable.h"
