@@ -17,6 +17,7 @@ class Interface {
   void draw(Workbench& bench, float width, float height);
   // Whether the point belongs to a window or menu that lies over the picture.
   bool covers(const Vec2f& point) const;
+  bool popup_open() const { return popup_; }  // a menu, list or dialog, which has the keyboard
 
  private:
   void draw_menu(Workbench& bench);

@@ -152,7 +152,7 @@ Window::Impl::Impl(const ViewOptions& options)
       bench_(options, state_, [] { glfwPostEmptyEvent(); }),
       input_(
           bench_, [this](const Vec2f& point) { return interface_.covers(point); },
-          [] { return ImGui::GetIO().WantTextInput; }) {
+          [this] { return ImGui::GetIO().WantTextInput || interface_.popup_open(); }) {
   bench_.copy_text = [this](const std::string& text) {
     glfwSetClipboardString(window_.get(), text.c_str());
   };

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "io/edits_file.h"
 #include "renderer/app/view/window/edit_entries.h"
@@ -135,8 +136,13 @@ bool Workbench::update() {
     news = true;
     if (!problem.empty()) say(Message::Level::kError, problem);
   }
+  const auto shown = [&] {
+    return inspection_ ? std::tuple(inspection_->known, inspection_->samples, inspection_->radiance)
+                       : std::tuple(false, 0u, Rgb(0.0f));
+  };
+  const auto before_look = shown();
   refresh_inspection();
-  return news;
+  return news || shown() != before_look || std::exchange(news_, false);
 }
 
 bool Workbench::take_picture() {
@@ -508,6 +514,7 @@ void Workbench::say(Message::Level level, const std::string& text) {
   if (!messages_.empty() && messages_.back().text == text) messages_.pop_back();
   messages_.push_back({level, text, now()});
   if (messages_.size() > kMostMessages) messages_.pop_front();
+  news_ = true;
   constexpr std::array kNames = {"note", "warning", "error"};
   journal.write("message", {{"level", kNames[size_t(level)]}, {"text", text}});
 }

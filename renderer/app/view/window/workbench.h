@@ -162,6 +162,7 @@ class Workbench {
   std::optional<PixelInspection> inspection_;
   int material_ = -1;
 
+  bool news_ = false;
   std::deque<Message> messages_;
   std::vector<PendingSave> saves_;
 };
