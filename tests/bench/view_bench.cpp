@@ -9,18 +9,16 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
 #include <functional>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "bench/bench_frame.h"
 #include "renderer/app/option_values.h"
-#include "renderer/app/view/render_session.h"
 #include "renderer/core/errors.h"
 #include "support/edits.h"
+#include "support/session_owner.h"
 
 namespace emberline::bench {
 namespace {
@@ -32,56 +30,6 @@ struct Options {
   int repetitions = 3;
 };
 
-// A session and the thread that owns it, which sleeps until there is news, as a window does.
-class Owner {
- public:
-  explicit Owner(const ViewSettings& settings) : session(settings) {
-    session.on_change([this] {
-      {
-        const std::lock_guard lock(mutex_);
-        news_ = true;
-      }
-      changed_.notify_one();
-    });
-  }
-  ~Owner() { session.on_change({}); }
-
-  // Until `done`, looked at after each piece of news. False after so many seconds.
-  bool wait(double seconds, const std::function<bool()>& done) {
-    const double end = wall_clock() + seconds;
-    while (!done()) {
-      const double left = end - wall_clock();
-      if (left <= 0) return false;
-      std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, std::chrono::duration<double>(left), [&] { return news_; });
-      news_ = false;
-    }
-    return true;
-  }
-  void open(const std::string& scene) {
-    session.open(scene);
-    const bool ready = wait(600, [&] {
-      const LoadStatus status = session.load_status();
-      if (status.state == LoadStatus::State::kFailed) throw RenderError(status.error);
-      return status.state == LoadStatus::State::kReady;
-    });
-    if (!ready || !wait(60, [&] { return session.picture() != nullptr; })) {
-      throw RenderError("no picture of " + scene);
-    }
-  }
-  bool shows(uint64_t edit) const {
-    const auto picture = session.picture();
-    return picture && picture->edit >= edit && picture->filled;
-  }
-
-  RenderSession session;
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  bool news_ = false;
-};
-
 void line(const std::string& name, std::vector<double> values, const char* unit = "ms",
           double scale = 1e3) {
   if (values.empty()) return;
@@ -91,6 +39,8 @@ void line(const std::string& name, std::vector<double> values, const char* unit 
              scale * spread(values).median, unit, scale * p95, scale * values.front(),
              scale * values.back(), values.size());
 }
+
+using test::SessionOwner;
 
 using MakeEdit = std::function<void(SceneEdits&, int)>;
 
@@ -127,7 +77,7 @@ std::vector<EditKind> edit_kinds(const OpenScene& scene) {
 }
 
 // Edits of a scene that stands still, at moments that a frame's stages do not know.
-void measure_edits(const Options& options, Owner& owner) {
+void measure_edits(const Options& options, SessionOwner& owner) {
   RenderSession& session = owner.session;
   std::vector<double> all, all_waits, all_coverage;
   const auto scene = session.scene();
@@ -153,7 +103,7 @@ void measure_edits(const Options& options, Owner& owner) {
 }
 
 // As a mouse drags: sixty edits a second.
-void measure_drag(const Options& options, Owner& owner) {
+void measure_drag(const Options& options, SessionOwner& owner) {
   RenderSession& session = owner.session;
   const auto scene = session.scene();
   const EditKind camera = edit_kinds(*scene).front();
@@ -195,7 +145,7 @@ void measure_drag(const Options& options, Owner& owner) {
   fmt::print("{:<46}{:>8.1f} a second\n", "  pictures", double(pictures) / dragged_s);
 }
 
-void measure_display(const Options& options, Owner& owner) {
+void measure_display(const Options& options, SessionOwner& owner) {
   RenderSession& session = owner.session;
   std::vector<double> seconds, waits;
   for (int i = 0; i < options.edits; ++i) {
@@ -214,7 +164,7 @@ void measure_display(const Options& options, Owner& owner) {
 }
 
 // How late a thread that sleeps gets its turn while the others render.
-void measure_wakes(const Options& /*options*/, Owner& /*owner*/) {
+void measure_wakes(const Options& /*options*/, SessionOwner& /*owner*/) {
   std::vector<double> late;
   for (int i = 0; i < 400; ++i) {
     const double due = wall_clock() + 0.005;
@@ -242,7 +192,7 @@ void measure_pace(const Options& options, const std::string& driver) {
   if (driver == "adaptive") sampling.streams = find_estimator(sampling.adaptive.estimator).streams;
   std::vector<double> ratios;
   for (int i = 0; i < options.repetitions; ++i) {
-    double paces[2];
+    double paces[2] = {};
     for (int turn = 0; turn < 2; ++turn) {
       if ((i + turn) % 2 == 0) {
         std::stop_source stop;
@@ -257,7 +207,7 @@ void measure_pace(const Options& options, const std::string& driver) {
       } else {
         ViewSettings settings;
         settings.render = frame;
-        Owner owner(settings);
+        SessionOwner owner(settings);
         owner.open(frame.scene);
         owner.wait(2 * options.idle_s,
                    [&] { return owner.session.picture()->rendering_s >= options.idle_s; });
@@ -284,7 +234,7 @@ int run(int argc, char** argv) {
   {
     ViewSettings settings;
     settings.render = options.frame;
-    Owner owner(settings);
+    SessionOwner owner(settings);
     owner.open(options.frame.scene);
     measure_edits(options, owner);
     measure_drag(options, owner);

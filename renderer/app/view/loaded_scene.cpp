@@ -5,12 +5,14 @@
 #include <utility>
 
 #include "renderer/app/frame_setup.h"
-#include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 
 namespace emberline {
 namespace {
+
+// What choose_camera gives --look-from where nothing else is said, in degrees.
+constexpr double kLookFromFov = 40.0;
 
 // What edits count in. It has its light and its default material already, so that instances and
 // meshes, of which there may be hundreds of thousands, are not needed for that.
@@ -56,21 +58,18 @@ CameraDescription LoadedScene::camera(int width, int height) const {
   return fitted;
 }
 
-std::shared_ptr<LoadedScene> load_for_view(const RenderOptions& options,
-                                           const LoadProgress& progress) {
+std::shared_ptr<LoadedScene> load_for_view(const RenderOptions& options, LoadProgress& progress) {
   const size_t warned = warnings_so_far().size();
-  progress("reading", 0.0);
   SceneEdits edits = load_edits(options);
-  SceneDescription description = load_scene(options);
+  SceneDescription description = load_scene(options, progress);
   auto open = std::make_shared<OpenScene>();
   open->camera = choose_camera(options, description);
   open->bounds = world_bounds(description);
   if (!open->bounds.empty()) open->center = open->bounds.center();
   if (open->bounds.radius() > 0.0) open->radius = open->bounds.radius();
-  progress("BVH", 0.6);
   SceneBuildOptions build = choose_build_options(options);
   build.unread_uv = true;  // the integrator may be changed for one that shows them
-  EditableScene scene(std::move(description), build);
+  EditableScene scene(std::move(description), build, progress);
   open->outline = scene.original();
   open->features = scene.scene().features();
   const std::vector<std::string> warnings = warnings_so_far();
@@ -120,8 +119,11 @@ SceneEdits with_view(const SceneEdits& edits, const RenderOptions& options,
     view.look_from = options.look_from;
     view.look_at = options.look_at;
   }
-  if ((options.look_from || options.fov_y) && !view.fov_y_degrees && !base.orthographic) {
-    view.fov_y_degrees = base.fov_y * 180.0 / kPiD;
+  if (!view.fov_y_degrees) {
+    view.fov_y_degrees = options.fov_y;
+    if (options.look_from && options.camera.empty() && !options.fov_y) {
+      view.fov_y_degrees = kLookFromFov;
+    }
   }
   return result;
 }

@@ -228,8 +228,7 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
     // A frame that lacks the channel is about to be replaced by one that has it.
     if (!quantity->aov || tools_.aovs.contains(*quantity->aov)) {
       const FilmCopy film = copy();
-      std::vector<std::string> names;
-      for (const FilmChannel& channel : film_channels(film.aovs)) names.push_back(channel.name);
+      const std::vector<std::string> names = film_channel_names(film.aovs);
       return draw_overlay(*quantity, names, film.channels, window_, tools_.options.heatmap_style,
                           rgba8);
     }

@@ -174,18 +174,15 @@ void ViewRenderer::pause(bool shown) {
   frame_->leave_out(ViewClock::now() - begun);
 }
 
-void ViewRenderer::prepare(const ViewOrder& order) {
-  const ViewSettings& settings = order.settings;
-  const bool serves =
-      tools_ && frames_serve(*tools_for_, settings) && frames_serve(settings, *tools_for_);
-  if (!serves) {
-    tools_.reset();
-    tools_.emplace(settings);
-    tools_for_ = settings;
-  }
-  const int threads = settings.render.threads > 0
-                          ? settings.render.threads
-                          : int(std::max(1u, std::thread::hardware_concurrency()));
+// Null if those of the frame before will do.
+std::unique_ptr<FrameTools> ViewRenderer::tools_for(const ViewSettings& settings) const {
+  const bool serve =
+      tools_ && frames_serve(tools_settings_, settings) && frames_serve(settings, tools_settings_);
+  return serve ? nullptr : std::make_unique<FrameTools>(settings);
+}
+
+void ViewRenderer::set_threads(int wanted) {
+  const int threads = wanted > 0 ? wanted : int(std::max(1u, std::thread::hardware_concurrency()));
   if (threads == threads_) return;
   threads_ = threads;
   arena_.reset();
@@ -194,21 +191,23 @@ void ViewRenderer::prepare(const ViewOrder& order) {
   arena_.emplace(threads);
 }
 
-void ViewRenderer::render(ViewOrder order) {
-  frame_.reset();  // which looks at tools and scene
-  prepare(order);
-  EnvironmentEdit& environment = order.edits.environment;
-  if (!environment.file.empty() && !environment.image) {
-    if (read_environment_.file != environment.file) {
-      uint64_t repaired = 0;
-      read_environment_.image = read_environment(environment.file, &repaired);
-      read_environment_.repaired_texels = repaired;
-      read_environment_.file = environment.file;
-    }
-    environment.image = read_environment_.image;
-    environment.repaired_texels = read_environment_.repaired_texels;
+void ViewRenderer::read_environment(EnvironmentEdit& edit) {
+  if (edit.file.empty() || edit.image) return;
+  if (environment_.file != edit.file) {
+    uint64_t repaired = 0;
+    environment_.image = emberline::read_environment(edit.file, &repaired);
+    environment_.repaired_texels = repaired;
+    environment_.file = edit.file;
   }
-  EditableScene& scene = order.scene->scene;
+  edit.image = environment_.image;
+  edit.repaired_texels = environment_.repaired_texels;
+}
+
+// Until nothing can go wrong any more the frame of before stays, to be looked at and saved.
+void ViewRenderer::render(ViewOrder order) {
+  std::unique_ptr<FrameTools> tools = tools_for(order.settings);
+  set_threads(order.settings.render.threads);
+  read_environment(order.edits.environment);
   std::optional<Vec2i> pixel;
   std::shared_ptr<StopRequest> stop;
   {
@@ -217,8 +216,14 @@ void ViewRenderer::render(ViewOrder order) {
     stop = stop_;
   }
   arena_->execute([&] {
+    EditableScene& scene = order.scene->scene;
     scene.set(order.edits);
     bvh_builds_ = scene.scene().bvh_builds();
+    frame_.reset();  // which looks at the tools, and may be the last to hold a scene
+    if (tools) {
+      tools_ = std::move(tools);
+      tools_settings_ = order.settings;
+    }
     frame_ = std::make_unique<ViewFrame>(std::move(order), *tools_, board_, stop, overlay_,
                                          [this](bool shown) { pause(shown); });
     board_.set_problem("");

@@ -50,7 +50,9 @@ class ViewRenderer {
   void work();
   std::optional<ViewOrder> next_order();
   void render(ViewOrder order);
-  void prepare(const ViewOrder& order);
+  std::unique_ptr<FrameTools> tools_for(const ViewSettings& settings) const;
+  void set_threads(int wanted);
+  void read_environment(EnvironmentEdit& edit);
   void pause(bool shown);
   void serve(std::unique_lock<std::mutex>& lock);
   bool wanted() const;  // by serve()
@@ -74,10 +76,10 @@ class ViewRenderer {
   std::atomic<uint64_t> bvh_builds_{0};
 
   // The thread's own.
-  std::optional<FrameTools> tools_;
-  std::optional<ViewSettings> tools_for_;
+  std::unique_ptr<FrameTools> tools_;
+  ViewSettings tools_settings_;  // that they were made for
   std::unique_ptr<ViewFrame> frame_;
-  EnvironmentEdit read_environment_;  // the last one read from a file
+  EnvironmentEdit environment_;  // the last one read from a file
   std::optional<tbb::global_control> limit_;
   std::optional<tbb::task_arena> arena_;
   int threads_ = 0;
