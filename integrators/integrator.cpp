@@ -17,13 +17,15 @@ constexpr IntegratorEntry kIntegrators[] = {
     {"path", "path tracing: all light, to --max-depth",
      [](const IntegratorSettings& settings) -> std::unique_ptr<Integrator> {
        return std::make_unique<PathIntegrator>(settings);
-     }},
+     },
+     false, true},
     {"direct", "direct light only: path with a depth of 1",
      [](const IntegratorSettings& settings) -> std::unique_ptr<Integrator> {
        IntegratorSettings direct = settings;
        direct.max_depth = 1;
        return std::make_unique<PathIntegrator>(direct);
-     }},
+     },
+     false, true},
     {"ambient_occlusion", "openness of the hemisphere, ignoring lights and materials",
      [](const IntegratorSettings& settings) -> std::unique_ptr<Integrator> {
        return std::make_unique<AmbientOcclusionIntegrator>(settings);

@@ -6,9 +6,12 @@
 #include <span>
 #include <string_view>
 
+#include "renderer/core/features.h"
 #include "renderer/core/ray.h"
 #include "renderer/film/film.h"
+#include "renderer/film/light_group_values.h"
 #include "renderer/scene/camera.h"
+#include "renderer/scene/light_groups.h"
 #include "renderer/scene/scene.h"
 #include "samplers/pixel_samples.h"
 
@@ -40,6 +43,10 @@ struct SampleBatch {
   std::span<const Ray> rays;
   bool surface_aovs = false;  // fill SampleValue::first_hit
   bool hit_id = false;        // fill first_hit.id alone
+  // Where the radiance comes from, if that is asked for: both or neither. The values arrive without
+  // light; what is added there adds up to SampleValue::radiance.
+  const LightGroups* light_groups = nullptr;
+  features::Pointer<features::kLightGroups, LightGroupValues> light_values = nullptr;
 };
 
 class Integrator {
@@ -58,6 +65,7 @@ struct IntegratorEntry {
   std::string_view summary;
   std::unique_ptr<Integrator> (*create)(const IntegratorSettings&);
   bool shows_uv = false;  // texture coordinates are looked at even if no material reads them
+  bool tells_lights_apart = false;  // fills SampleBatch::light_values
 };
 std::span<const IntegratorEntry> integrator_table();
 

@@ -45,9 +45,9 @@ Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& 
 
 }  // namespace
 
-template <bool kGlass>
-PathBatch<kGlass>::PathBatch(const IntegratorSettings& settings, const SampleBatch& batch,
-                             PixelSamples& samples, RayCounters& counters)
+template <bool kGlass, bool kGroups>
+PathBatch<kGlass, kGroups>::PathBatch(const IntegratorSettings& settings, const SampleBatch& batch,
+                                      PixelSamples& samples, RayCounters& counters)
     : settings_(settings),
       batch_(batch),
       scene_(batch.scene),
@@ -58,8 +58,8 @@ PathBatch<kGlass>::PathBatch(const IntegratorSettings& settings, const SampleBat
   assert(batch.rays.size() <= size_t(kRayBatch));
 }
 
-template <bool kGlass>
-void PathBatch<kGlass>::trace(std::span<SampleValue> values) {
+template <bool kGlass, bool kGroups>
+void PathBatch<kGlass, kGroups>::trace(std::span<SampleValue> values) {
   find_first_hits(values);
   const LaneList hit = alive_;
   for (uint32_t depth = 0; !alive_.empty(); ++depth) {
@@ -71,13 +71,13 @@ void PathBatch<kGlass>::trace(std::span<SampleValue> values) {
   for (const int lane : hit) values[size_t(lane)].radiance = paths_[lane].radiance;
 }
 
-template <bool kGlass>
-bool PathBatch<kGlass>::intersect(const Ray& ray, SurfaceHit* hit) {
+template <bool kGlass, bool kGroups>
+bool PathBatch<kGlass, kGroups>::intersect(const Ray& ray, SurfaceHit* hit) {
   return scene_.intersect(ray, coverage_key(scene_, samples_), hit);
 }
 
-template <bool kGlass>
-void PathBatch<kGlass>::find_first_hits(std::span<SampleValue> values) {
+template <bool kGlass, bool kGroups>
+void PathBatch<kGlass, kGroups>::find_first_hits(std::span<SampleValue> values) {
   LaneList missed;
   const int count = int(batch_.rays.size());
   counters_.camera += uint64_t(count);
@@ -98,8 +98,9 @@ void PathBatch<kGlass>::find_first_hits(std::span<SampleValue> values) {
   if (lights_.environment() && !settings_.transparent) see_background(missed, values);
 }
 
-template <bool kGlass>
-void PathBatch<kGlass>::see_background(const LaneList& missed, std::span<SampleValue> values) {
+template <bool kGlass, bool kGroups>
+void PathBatch<kGlass, kGroups>::see_background(const LaneList& missed,
+                                                std::span<SampleValue> values) {
   Vec3f directions[kRayBatch];
   Rgb radiance[kRayBatch];
   for (int i = 0; i < missed.size(); ++i) {
@@ -109,12 +110,17 @@ void PathBatch<kGlass>::see_background(const LaneList& missed, std::span<SampleV
   for (int i = 0; i < missed.size(); ++i) {
     values[size_t(missed[i])].radiance = radiance[i];
     values[size_t(missed[i])].alpha = 1.0f;
+    if constexpr (kGroups) {
+      batch_.light_values->add(missed[i], batch_.light_groups->of_environment(), Rgb(1.0f),
+                               radiance[i]);
+    }
   }
 }
 
 // What the path went through on its way to the point.
-template <bool kGlass>
-void PathBatch<kGlass>::cross_medium(uint32_t depth, const ShadedPoint& point, Path* path) const {
+template <bool kGlass, bool kGroups>
+void PathBatch<kGlass, kGroups>::cross_medium(uint32_t depth, const ShadedPoint& point,
+                                              Path* path) const {
   // A back face met outside of any solid means that the camera stands in one.
   if (!path->interior.solid && point.frame.back_facing) {
     path->interior.solid = solid_material(point);
@@ -128,8 +134,8 @@ void PathBatch<kGlass>::cross_medium(uint32_t depth, const ShadedPoint& point, P
 
 // From hits to surfaces, materials and BSDFs; adds what the surfaces emit. Ends the paths that may
 // not scatter.
-template <bool kGlass>
-void PathBatch<kGlass>::shade(uint32_t depth, std::span<SampleValue> values) {
+template <bool kGlass, bool kGroups>
+void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> values) {
   for (const int lane : alive_) {
     find_surface(scene_, paths_[lane].ray, paths_[lane].hit, &points_.emplace(lane));
   }
@@ -152,15 +158,23 @@ void PathBatch<kGlass>::shade(uint32_t depth, std::span<SampleValue> values) {
     if (depth == 0) {
       fill_first_hit(batch_, point, bsdfs_[lane].albedo(), &values[size_t(lane)].first_hit);
     }
-    path.radiance += path.throughput * surface_emission(path, point);
+    const Rgb emitted = surface_emission(path, point);
+    path.radiance += path.throughput * emitted;
+    if constexpr (kGroups) {
+      if (!is_black(emitted)) {
+        batch_.light_values->add(lane,
+                                 batch_.light_groups->of_material(point.surface.material_index),
+                                 path.throughput, emitted);
+      }
+    }
     path.last.query = {point.surface.position, point.frame.shading.normal,
                        kGlass && bsdfs_[lane].transmits_non_delta()};
     return !point.surface.material->unlit() && depth < uint32_t(settings_.max_depth);
   });
 }
 
-template <bool kGlass>
-Rgb PathBatch<kGlass>::surface_emission(const Path& path, const ShadedPoint& point) const {
+template <bool kGlass, bool kGroups>
+Rgb PathBatch<kGlass, kGroups>::surface_emission(const Path& path, const ShadedPoint& point) const {
   const Rgb& emission = point.material.emission;
   if (!path.last.light_sampled || is_black(emission)) return emission;
   const uint32_t emitter = scene_.emitter_index(path.hit.instance, path.hit.primitive);
@@ -171,8 +185,8 @@ Rgb PathBatch<kGlass>::surface_emission(const Path& path, const ShadedPoint& poi
 }
 
 // One sampled light per vertex, weighted against the BSDF sample that follows.
-template <bool kGlass>
-void PathBatch<kGlass>::sample_lights() {
+template <bool kGlass, bool kGroups>
+void PathBatch<kGlass, kGroups>::sample_lights() {
   LaneList connected;
   LightRequest requests[kRayBatch];
   LightSample* samples[kRayBatch] = {};
@@ -194,8 +208,8 @@ void PathBatch<kGlass>::sample_lights() {
 }
 
 // What would arrive if nothing were in the way; false: nothing.
-template <bool kGlass>
-bool PathBatch<kGlass>::connect(int lane) {
+template <bool kGlass, bool kGroups>
+bool PathBatch<kGlass, kGroups>::connect(int lane) {
   const ShadedPoint& point = points_[lane];
   Connection& c = connections_[lane];
   if (c.light.kind == LightKind::kNone || !(c.light.pdf > 0.0f)) return false;
@@ -212,8 +226,8 @@ bool PathBatch<kGlass>::connect(int lane) {
   return !is_black(c.radiance);
 }
 
-template <bool kGlass>
-void PathBatch<kGlass>::add_connection(int lane) {
+template <bool kGlass, bool kGroups>
+void PathBatch<kGlass, kGroups>::add_connection(int lane) {
   Connection& c = connections_[lane];
   samples_.resume_sample(lane);
   counters_.shadow++;
@@ -230,13 +244,17 @@ void PathBatch<kGlass>::add_connection(int lane) {
   if constexpr (kGlass) c.scattered *= absorption(scene_, c.solid, c.light.distance);
   Path& path = paths_[lane];
   // balance / pdf = 1 / (pdf + other); a point-like light has no other technique.
-  path.radiance += path.throughput * (c.scattered * c.radiance /
-                                      (c.light.delta ? c.light.pdf : c.light.pdf + c.bsdf_pdf));
+  const Rgb arriving =
+      c.scattered * c.radiance / (c.light.delta ? c.light.pdf : c.light.pdf + c.bsdf_pdf);
+  path.radiance += path.throughput * arriving;
+  if constexpr (kGroups) {
+    batch_.light_values->add(lane, group_of(c.light), path.throughput, arriving);
+  }
 }
 
 // Chooses the path's next ray; false: it ends here.
-template <bool kGlass>
-bool PathBatch<kGlass>::scatter(uint32_t depth, int lane) {
+template <bool kGlass, bool kGroups>
+bool PathBatch<kGlass, kGroups>::scatter(uint32_t depth, int lane) {
   Path& path = paths_[lane];
   const ShadedPoint& point = points_[lane];
   samples_.resume_sample(lane);
@@ -264,8 +282,8 @@ bool PathBatch<kGlass>::scatter(uint32_t depth, int lane) {
   return true;
 }
 
-template <bool kGlass>
-void PathBatch<kGlass>::follow_rays() {
+template <bool kGlass, bool kGroups>
+void PathBatch<kGlass, kGroups>::follow_rays() {
   LaneList missed;
   counters_.scatter += uint64_t(alive_.size());
   alive_.filter([&](int lane) {
@@ -277,8 +295,8 @@ void PathBatch<kGlass>::follow_rays() {
   if (lights_.environment() && !missed.empty()) see_environment(missed);
 }
 
-template <bool kGlass>
-void PathBatch<kGlass>::see_environment(const LaneList& missed) {
+template <bool kGlass, bool kGroups>
+void PathBatch<kGlass, kGroups>::see_environment(const LaneList& missed) {
   Vec3f directions[kRayBatch];
   Rgb radiance[kRayBatch];
   float pdf[kRayBatch];
@@ -291,10 +309,25 @@ void PathBatch<kGlass>::see_environment(const LaneList& missed) {
       radiance[i] *= balance(path.last.bsdf_pdf, light_pdf);
     }
     path.radiance += path.throughput * radiance[i];
+    if constexpr (kGroups) {
+      batch_.light_values->add(missed[i], batch_.light_groups->of_environment(), path.throughput,
+                               radiance[i]);
+    }
   }
 }
 
-template class PathBatch<false>;
-template class PathBatch<true>;
+template <bool kGlass, bool kGroups>
+uint32_t PathBatch<kGlass, kGroups>::group_of(const LightSample& light) const {
+  const LightGroups& groups = *batch_.light_groups;
+  if (light.kind == LightKind::kPoint) return groups.of_point(light.index);
+  if (light.kind == LightKind::kEnvironment) return groups.of_environment();
+  const EmissiveTriangle& triangle = lights_.triangles()[light.index];
+  return groups.of_material(scene_.material_index_of(triangle.instance));
+}
+
+template class PathBatch<false, false>;
+template class PathBatch<true, false>;
+template class PathBatch<false, true>;
+template class PathBatch<true, true>;
 
 }  // namespace emberline

@@ -17,9 +17,10 @@
 
 namespace emberline {
 
-// kGlass: some material lets light pass. The program holds both, and a scene without glass pays
-// nothing for what the paths of others remember.
-template <bool kGlass>
+// kGlass: some material lets light pass. kGroups: each light group's share is kept apart, and the
+// radiance has the bits that it has without. The program holds all four, and a frame without glass
+// or groups pays nothing for what the paths of others remember.
+template <bool kGlass, bool kGroups>
 class PathBatch {
  public:
   PathBatch(const IntegratorSettings& settings, const SampleBatch& batch, PixelSamples& samples,
@@ -65,6 +66,7 @@ class PathBatch {
   bool scatter(uint32_t depth, int lane);
   void follow_rays();
   void see_environment(const LaneList& missed);
+  uint32_t group_of(const LightSample& light) const;
 
   const IntegratorSettings& settings_;
   const SampleBatch& batch_;

@@ -6,10 +6,17 @@ namespace emberline {
 
 void PathIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
                               std::span<SampleValue> values, RayCounters& counters) const {
-  if (batch.scene.has_transmission()) {
-    PathBatch<true>(settings_, batch, samples, counters).trace(values);
+  const bool glass = batch.scene.has_transmission();
+  if (batch.light_values) {
+    if (glass) {
+      PathBatch<true, true>(settings_, batch, samples, counters).trace(values);
+    } else {
+      PathBatch<false, true>(settings_, batch, samples, counters).trace(values);
+    }
+  } else if (glass) {
+    PathBatch<true, false>(settings_, batch, samples, counters).trace(values);
   } else {
-    PathBatch<false>(settings_, batch, samples, counters).trace(values);
+    PathBatch<false, false>(settings_, batch, samples, counters).trace(values);
   }
 }
 

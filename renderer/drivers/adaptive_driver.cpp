@@ -102,7 +102,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
         smooth_(parse_reconstruction(settings.reconstruction) == Reconstruction::kLinear),
         observer_(observer),
         stop_(stop),
-        film_(frame.aovs, {.squares = true, .rays = true}),
+        film_(frame.aovs, frame.with_light_groups({.squares = true, .rays = true})),
         runner_(frame, film_, observer, std::move(stop)),
         planner_(settings.adaptive, frame.window.width(), frame.window.height(), frame.seed),
         order_(tile_order(frame.window)),
@@ -144,30 +144,22 @@ class AdaptiveDriver::Progress final : public FramePicture {
     for (size_t i = 0; i < have_.size(); ++i) film_.set_stop(x_of(i), y_of(i), stop_of(i));
   }
 
-  void resolve(std::span<float> rgba) const override {
-    const auto width = size_t(window_.width());
-    parallel_each(size_t(window_.height()), [&](size_t row) {
-      for (size_t i = row * width; i < (row + 1) * width; ++i) {
-        film_.rgba(x_of(i), y_of(i), &rgba[4 * i]);
-      }
-    });
-    if (!averages_.empty()) {
-      for (size_t i = 0; i < have_.size(); ++i) averages_.resolve(i, &rgba[4 * i]);
-    }
-    if (covered_ || tree_->sample_count() == 0) return;
-    // The film knows the colour of some more pixels than the tree, and alpha.
-    std::vector<Rgb> picture(have_.size());
-    if (smooth_) {
-      reconstruct_smooth(*tree_, picture);
+  // Mixed, an unbiased frame is the mean of all its samples: rounds are not kept by light group.
+  void resolve(std::span<float> rgba, const LightMix* mix) const override {
+    if (mix) {
+      relight(film_, *mix, rgba);
     } else {
-      reconstruct_constant(*tree_, picture);
+      const auto width = size_t(window_.width());
+      parallel_each(size_t(window_.height()), [&](size_t row) {
+        for (size_t i = row * width; i < (row + 1) * width; ++i) {
+          film_.rgba(x_of(i), y_of(i), &rgba[4 * i]);
+        }
+      });
+      if (!averages_.empty()) {
+        for (size_t i = 0; i < have_.size(); ++i) averages_.resolve(i, &rgba[4 * i]);
+      }
     }
-    for (size_t i = 0; i < have_.size(); ++i) {
-      if (film_.sums(i).samples() > 0) continue;
-      const Vec2i sampled = tree_->sampled_pixel(tree_->leaf_map()[i]);
-      std::copy_n(&picture[i].x, 3, &rgba[4 * i]);
-      rgba[4 * i + 3] = rgba[4 * index(sampled.x, sampled.y) + 3];
-    }
+    if (!covered_ && tree_->sample_count() > 0) fill_from_tree(rgba);
   }
   const FilmTile& film() const override { return film_; }
   // Another average than that of all samples.
@@ -195,6 +187,34 @@ class AdaptiveDriver::Progress final : public FramePicture {
     // Between two rounds it is as if all pixels were to get more.
     const bool cut_short = !covered_ || planner_.interrupted() || have_[i] < planner_.targets()[i];
     return stopped_ && cut_short ? observer_.stop_cause() : planner_.stop_of(i);
+  }
+
+  // Pixels without samples, from those that the tree has asked for, as `rgba` shows them. The film
+  // knows the colour of some more pixels than the tree.
+  void fill_from_tree(std::span<float> rgba) const {
+    const auto sampled_for = [&](uint32_t leaf) {
+      const Vec2i pixel = tree_->sampled_pixel(leaf);
+      return &rgba[4 * index(pixel.x, pixel.y)];
+    };
+    std::vector<Rgb> smooth;
+    if (smooth_) {
+      std::vector<Rgb> values;
+      values.reserve(tree_->sample_count());
+      for (uint32_t leaf = 0; leaf < tree_->sample_count(); ++leaf) {
+        const float* value = sampled_for(leaf);
+        values.emplace_back(value[0], value[1], value[2]);
+      }
+      smooth.resize(have_.size());
+      reconstruct_smooth_of(*tree_, values, smooth);
+    }
+    constexpr size_t kGrain = 4096;
+    parallel_ranges(have_.size(), kGrain, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        if (film_.sums(i).samples() > 0) continue;
+        std::copy_n(sampled_for(tree_->leaf_map()[i]), 4, &rgba[4 * i]);
+        if (smooth_) std::copy_n(&smooth[i].x, 3, &rgba[4 * i]);
+      }
+    });
   }
 
   // Brings every pixel its first sample; first those that the tree asks for.

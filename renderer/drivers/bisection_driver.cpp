@@ -100,7 +100,7 @@ void BisectionDriver::prepare(const Frame& frame, const SampleRange& first_sampl
   steps_ = bisection_steps(window.width(), window.height(), axis_);
   first_pass_.emplace(steps_, window, first_samples, first_pass_shape(axis_),
                       bisection_part_pixels(first_samples, uint64_t(window.area())));
-  film_.emplace(frame.aovs);
+  film_.emplace(frame.aovs, frame.with_light_groups({}));
   reset_film(window, &*film_);
   picture_.emplace(steps_, *first_pass_, *film_, reconstruction_);
 }

@@ -101,7 +101,8 @@ std::vector<BisectionPicture::RowState> BisectionPicture::row_states() const {
 // Makes rows of the picture, one after the other, from rows of the film.
 class BisectionPicture::RowReader {
  public:
-  explicit RowReader(const FilmTile& film) : film_(film), width_(size_t(film.rect().width())) {}
+  RowReader(const FilmTile& film, const LightMix* mix)
+      : film_(film), mix_(mix), width_(size_t(film.rect().width())) {}
 
   void row(const View& view, int y, float* out) {
     const LineBlend& rows = view.rows[size_t(y)];
@@ -138,7 +139,12 @@ class BisectionPicture::RowReader {
   };
 
   void read(int x, int y, float* out) const {
-    film_.rgba(film_.rect().x0 + x, film_.rect().y0 + y, out);
+    const int film_x = film_.rect().x0 + x, film_y = film_.rect().y0 + y;
+    if (mix_) {
+      film_.light_groups().relit(film_.rect().index_of(film_x, film_y), *mix_, out);
+    } else {
+      film_.rgba(film_x, film_y, out);
+    }
   }
 
   // A row of the film, its gaps filled.
@@ -172,16 +178,18 @@ class BisectionPicture::RowReader {
   }
 
   const FilmTile& film_;
+  const LightMix* mix_;
   size_t width_;
   const View* view_ = nullptr;
   Source single_;  // the row that was last copied, and where to
   Held held_[2];
 };
 
-void BisectionPicture::resolve(std::span<float> rgba) const {
+void BisectionPicture::resolve(std::span<float> rgba, const LightMix* mix) const {
   const auto width = size_t(film_.rect().width()), height = size_t(film_.rect().height());
   assert(rgba.size() == kChannels * width * height);
   const size_t done = coverage_.complete_steps;
+  if (mix && done == steps_.size()) return relight(film_, *mix, rgba);
   const PixelLattice coarse_lattice =
       done > 0 ? steps_[done - 1].complete : sampled_of_first_step();
   if (coarse_lattice.pixels() == 0) {
@@ -201,7 +209,7 @@ void BisectionPicture::resolve(std::span<float> rgba) const {
   // Rows enough that the one above is there to be copied, few enough for every thread to get some.
   constexpr size_t kGrain = 16;
   parallel_ranges(height, kGrain, [&](size_t begin, size_t end) {
-    RowReader from_coarse(film_), from_fine(film_);
+    RowReader from_coarse(film_, mix), from_fine(film_, mix);
     std::vector<float> fine_row;
     for (size_t y = begin; y < end; ++y) {
       float* out = &rgba[kChannels * width * y];
@@ -217,7 +225,7 @@ void BisectionPicture::resolve(std::span<float> rgba) const {
       from_coarse.row(coarse, int(y), out);
       if (state == RowState::kEmpty) continue;
       fine_row.resize(kChannels * width);
-      RowReader(film_).row(fine, int(y), fine_row.data());
+      RowReader(film_, mix).row(fine, int(y), fine_row.data());
       from_coarse.forget();
       for (size_t x = 0; x < width; ++x) {
         if (!pixel_sampled(x, fine.rows[y])) continue;

@@ -53,7 +53,7 @@ class BisectionPicture final : public FramePicture {
   // A pixel is shown from the lattice of the step under way where that has the samples it needs,
   // else from the lattice of the last complete step. Black if there is no sample at all. Uses the
   // calling thread's TBB arena.
-  void resolve(std::span<float> rgba) const override;
+  void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return film_; }
 
  private:

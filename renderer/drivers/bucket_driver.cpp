@@ -244,7 +244,7 @@ FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
   const auto work = [&] {
     try {
       RenderWorker worker(frame);
-      FilmTile tile(frame.aovs, {.squares = adaptive, .rays = adaptive});
+      FilmTile tile(frame.aovs, frame.with_light_groups({.squares = adaptive, .rays = adaptive}));
       uint32_t fewest_here = std::numeric_limits<uint32_t>::max();
       while (!failed.load(std::memory_order_relaxed) && !stop.stop_requested()) {
         const size_t i = next.fetch_add(1, std::memory_order_relaxed);

@@ -17,6 +17,7 @@
 #include "renderer/drivers/work_item.h"
 #include "renderer/film/film.h"
 #include "renderer/film/filter.h"
+#include "renderer/film/light_mix.h"
 
 namespace emberline {
 
@@ -34,6 +35,14 @@ struct Frame {
   StreamCount streams = StreamCount::kOne;
   AovSet aovs;
   bool exact_counts = true;  // every pixel gets samples_per_pixel, and none more
+  // Of the scene as it is built: what each of them gives is kept apart, if the integrator tells
+  // lights apart (IntegratorEntry). Null: it is not, and costs nothing.
+  features::Pointer<features::kLightGroups, const LightGroups> light_groups = nullptr;
+
+  FilmExtras with_light_groups(FilmExtras extras) const {
+    if (light_groups) extras.light_groups = light_groups->size();
+    return extras;
+  }
 };
 
 // A sample that came out NaN or infinite: enough to replay it.
@@ -61,8 +70,9 @@ struct FrameCounters {
 class FramePicture {
  public:
   virtual ~FramePicture() = default;
-  // R G B A of every pixel of the window, interleaved, rows from its top.
-  virtual void resolve(std::span<float> rgba) const = 0;
+  // R G B A of every pixel of the window, interleaved, rows from its top. With a mix, of a frame
+  // with light groups, under other lights: each group times its weight (renderer/film/light_mix.h).
+  virtual void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const = 0;
   virtual const FilmTile& film() const = 0;
 };
 

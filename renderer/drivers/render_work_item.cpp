@@ -47,6 +47,7 @@ RenderWorker::RenderWorker(const Frame& frame)
       weighted_(frame.exact_counts &&
                 frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
       samples_(frame.sampler, kCameraDimensions),
+      light_values_(frame.light_groups ? frame.light_groups->size() : 0),
       saved_mode_(flush_denormals()) {}
 
 RenderWorker::~RenderWorker() { restore_mode(saved_mode_); }
@@ -79,8 +80,13 @@ void RenderWorker::trace_batch() {
   frame_.camera.rays({film, count}, rays_);
   const bool surface = frame_.aovs.contains(Aov::kAlbedo) || frame_.aovs.contains(Aov::kNormal) ||
                        frame_.aovs.contains(Aov::kDepth);
-  const SampleBatch batch{
+  SampleBatch batch{
       frame_.scene, frame_.camera, {rays_, count}, surface, frame_.aovs.contains(Aov::kId)};
+  if (frame_.light_groups) {
+    light_values_.clear();
+    batch.light_groups = frame_.light_groups;
+    batch.light_values = &light_values_;
+  }
   frame_.integrator.estimate(batch, samples_, {values_, count}, counters_.rays);
 }
 
@@ -93,7 +99,18 @@ bool RenderWorker::add(int lane, FilmTile& tile) {
   if (counters_.located.size() < FrameCounters::kLocatedLimit) {
     counters_.located.push_back({x, y, a.sample, seed_});
   }
+  // It counts as black for the light groups, too.
+  values_[lane].alpha = 0.0f;
+  light_values_.clear(lane);
   return false;
+}
+
+// Of a batch that the film has taken.
+void RenderWorker::add_lights(FilmTile& tile) const {
+  for (int i = 0; i < count_; ++i) {
+    tile.add_lights(int(addresses_[i].x), int(addresses_[i].y), weights_[i], values_[i].alpha,
+                    light_values_, i);
+  }
 }
 
 // Traces the batch and adds it to the film, with what it cost. Samples of several pixels share the
@@ -116,6 +133,7 @@ void RenderWorker::add_batch(FilmTile& tile) {
                     rays * (lane + 1) / count - rays * lane / count);
     }
   }
+  if (frame_.light_groups) add_lights(tile);
   if (timed) {
     const double share = std::chrono::duration<double>(Clock::now() - start).count() / count_;
     for (int i = 0; i < count_; ++i) {
@@ -167,6 +185,7 @@ bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, Frame
         // Neighbours in the list may be far apart in a frame's film: 2 % of a FlightHelmet frame of
         // 32 samples a pixel, in passes of 1, 1, 2, 4 and so on, was spent waiting for it.
         tile.prefetch(work.x, work.y);
+        if (frame_.light_groups) tile.prefetch_lights(work.x, work.y);
         addresses_[count_++] = {uint32_t(work.x), uint32_t(work.y), sample++};
         if (count_ == kSampleLanes) flush_scattered(tile);
       }

@@ -44,6 +44,7 @@ class RenderWorker {
   void trace_batch();
   bool add(int lane, FilmTile& tile);
   void add_batch(FilmTile& tile);
+  void add_lights(FilmTile& tile) const;
   void flush_scattered(FilmTile& tile);
 
   const Frame& frame_;
@@ -57,6 +58,7 @@ class RenderWorker {
   Ray rays_[kSampleLanes];
   float weights_[kSampleLanes];
   SampleValue values_[kSampleLanes];
+  LightGroupValues light_values_;
   unsigned saved_mode_;
 };
 

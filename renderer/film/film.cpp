@@ -90,6 +90,7 @@ void FilmTile::reset(const Rect& rect) {
   if (wants_surface()) surfaces_.reset(n);
   if (aovs_.contains(Aov::kTime)) seconds_.reset(n);
   if (aovs_.contains(Aov::kStop)) stops_.reset(n);
+  light_groups_.reset(n);
 }
 
 bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValue& value) {
@@ -154,6 +155,7 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   if (!surfaces_.empty()) surfaces_[i] = from.surfaces_[j];
   if (!seconds_.empty()) seconds_[i] = from.seconds_[j];
   if (!stops_.empty()) stops_[i] = from.stops_[j];
+  if (!light_groups_.empty()) light_groups_.copy(from.light_groups_, j, i);
 }
 
 uint32_t FilmTile::sample_count(int x, int y) const {
@@ -257,7 +259,7 @@ uint64_t FilmTile::bytes() const {
   return sums_.capacity() * sizeof(PixelSums) + squares_.capacity() * sizeof(double) +
          rays_.capacity() * sizeof(uint32_t) + surfaces_.capacity() * sizeof(SurfaceSums) +
          seconds_.capacity() * sizeof(float) + stops_.capacity() * sizeof(PixelStop) +
-         shown_.capacity() * sizeof(ShownValue);
+         shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes();
 }
 
 }  // namespace emberline

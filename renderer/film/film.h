@@ -16,6 +16,7 @@
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
+#include "renderer/film/light_group_sums.h"
 
 namespace emberline {
 
@@ -95,6 +96,7 @@ inline constexpr float kBackgroundDepth = 1e10f;
 struct FilmExtras {
   bool squares = false;  // of the radiance: the variance of a sample
   bool rays = false;     // traced for a pixel: what its samples cost
+  int light_groups = 0;  // what each of so many gave: 24 bytes a pixel for each, and 24 more
 };
 
 // A pixel's sums over its samples, each times its filter weight.
@@ -111,7 +113,7 @@ struct PixelSums {
 class FilmTile {
  public:
   explicit FilmTile(const AovSet& aovs, const FilmExtras& extras = {})
-      : aovs_(aovs), extras_(extras) {}
+      : aovs_(aovs), extras_(extras), light_groups_(extras.light_groups) {}
 
   // Clears to no samples over `rect`; keeps its memory. Memory that is new is touched by the first
   // sample alone: clearing a whole frame takes no time.
@@ -128,6 +130,13 @@ class FilmTile {
     const char* sums = reinterpret_cast<const char*>(&sums_[index(x, y)]);
     __builtin_prefetch(sums, 1);
     __builtin_prefetch(sums + sizeof(PixelSums) - 1, 1);
+  }
+  void prefetch_lights(int x, int y) const { light_groups_.prefetch(index(x, y)); }
+  // What the light groups gave to the sample of a lane, which add() was given as well; nothing at
+  // all, and alpha 0, for one that it refused.
+  void add_lights(int x, int y, float filter_weight, float alpha, const LightGroupValues& values,
+                  int lane) {
+    light_groups_.add(index(x, y), filter_weight, alpha, values, lane);
   }
   void add_time(int x, int y, double seconds);
   void add_rays(int x, int y, uint32_t rays);
@@ -151,6 +160,7 @@ class FilmTile {
   const PixelSums& sums(size_t i) const { return sums_[i]; }
   const double* squares() const { return squares_.begin(); }
   const uint32_t* rays() const { return rays_.begin(); }
+  const LightGroupSums& light_groups() const { return light_groups_; }
 
   // Copies what a pixel of another tile with the same channels has gathered.
   void copy_pixel(const FilmTile& from, int x, int y);
@@ -191,6 +201,7 @@ class FilmTile {
   features::Zeroed<features::kAovs, SurfaceSums> surfaces_;  // with albedo, N or Z
   features::Zeroed<features::kAovs, float> seconds_;         // with time
   features::Zeroed<features::kAovs, PixelStop> stops_;       // with stop
+  LightGroupSums light_groups_;
   struct ShownValue {
     float rgba[4];
     bool set;

@@ -219,6 +219,10 @@ const Material& Scene::material_of(uint32_t instance) const {
   return *meshes_[instances_[instance].mesh].material;
 }
 
+uint32_t Scene::material_index_of(uint32_t instance) const {
+  return meshes_[instances_[instance].mesh].material_index;
+}
+
 float Scene::surface_offset(uint32_t instance_index, uint32_t primitive) const {
   const Instance& instance = instances_[instance_index];
   const float error = plane_error(meshes_[instance.mesh], instance, primitive);

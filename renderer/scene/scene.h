@@ -75,7 +75,8 @@ struct Mesh {
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
-  bool culling_may_change = false;  // by an update
+  bool culling_may_change = false;  // by an update, as may the coverage
+  features::Flag<features::kCoverage> coverage_may_change = false;
   // Whether the material reads what interpolate_attributes finds.
   features::Flag<features::kTextures || features::kVertexColors> has_attributes = false;
   features::Flag<features::kCoverage> has_coverage = false;
@@ -139,6 +140,7 @@ class Scene {
   SurfaceAttributes emitter_attributes(const EmissiveTriangle& triangle,
                                        const Vec2f& barycentric) const;
   const Material& material_of(uint32_t instance) const;
+  uint32_t material_index_of(uint32_t instance) const;  // as in SurfaceInteraction
   // `offset` of SurfaceInteraction for any point of a triangle.
   float surface_offset(uint32_t instance, uint32_t primitive) const;
 

@@ -163,6 +163,35 @@ void measure_display(const Options& options, SessionOwner& owner) {
   line("  set_settings(), on the owner's thread", waits);
 }
 
+// A light that is turned up and down with light groups, thirty times a second, while the frame is
+// still being rendered.
+void measure_lights(const Options& options) {
+  ViewSettings settings;
+  settings.render = options.frame;
+  settings.light_groups = true;
+  SessionOwner owner(settings);
+  owner.open(options.frame.scene);
+  RenderSession& session = owner.session;
+  if (!session.scene()->outline.environment) return;
+  owner.wait(3, [] { return false; });
+  std::vector<double> seconds;
+  uint64_t samples = session.picture()->samples;
+  size_t anew = 0;
+  for (int i = 0; i < options.edits; ++i) {
+    SceneEdits edits;
+    test::light(edits, EditedLight::kEnvironment, -1).intensity = 1.0f + 0.01f * float(i + 1);
+    const double start = wall_clock();
+    session.set_edits(edits);
+    owner.wait(10, [&] { return owner.shows(session.edit()); });
+    seconds.push_back(wall_clock() - start);
+    if (session.picture()->samples < samples) ++anew;
+    samples = session.picture()->samples;
+    owner.wait(1.0 / 30 - seconds.back(), [] { return false; });
+  }
+  line("light groups: intensity, next picture", seconds);
+  fmt::print("  of them rendered anew: {}\n", anew);
+}
+
 // How late a thread that sleeps gets its turn while the others render.
 void measure_wakes(const Options& /*options*/, SessionOwner& /*owner*/) {
   std::vector<double> late;
@@ -241,6 +270,7 @@ int run(int argc, char** argv) {
     measure_display(options, owner);
     measure_wakes(options, owner);
   }
+  measure_lights(options);
   if (options.repetitions > 0) {
     for (const char* driver : {"bisection", "adaptive"}) measure_pace(options, driver);
   }

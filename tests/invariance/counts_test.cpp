@@ -8,7 +8,9 @@
 
 #include "renderer/scene/embree_api.h"
 #include "support/busy_scene.h"
+#include "support/edited_scene.h"
 #include "support/glass_scenes.h"
+#include "support/grouped_scene.h"
 #include "support/render.h"
 
 namespace {
@@ -100,6 +102,31 @@ TEST_P(Counts, ThroughPanesToo) {
   EXPECT_GT(rays.camera + rays.scatter, 0u);
   EXPECT_GT(rays.shadow, occlusions) << "no pane was looked through";
   EXPECT_EQ(rays.total(), intersections + occlusions);
+}
+
+// Other intensities and colours of lights take no ray: neither to know nor to show them. Nor does
+// it take one more to keep the lights apart.
+TEST_P(Counts, OtherLightsTakeNoRays) {
+  const GroupedScene lit(edited_scene());
+  const RenderSettings s = settings_of(GetParam());
+  const RenderedImage plain = counted(lit.scene.scene(), s);
+  const uint64_t asked = intersections + occlusions;
+  EXPECT_GT(asked, 0u);
+  intersections = occlusions = 0;
+  render(lit.scene.scene(), busy_view(), s, &lit.groups, [&](const FramePicture* picture) {
+    EXPECT_EQ(intersections + occlusions, asked);
+    if (!picture) return;  // nothing is kept
+    std::vector<float> rgba(4 * size_t(s.crop.area()));
+    SceneEdits edits;
+    for (int i = 0; i < 20; ++i) {
+      light(edits, EditedLight::kPunctual, 0).intensity = float(i);
+      const std::optional<LightMix> mix = lit.groups.mix(edits);
+      ASSERT_TRUE(mix);
+      picture->resolve(rgba, &*mix);
+      edits.lights.clear();
+    }
+  });
+  EXPECT_EQ(intersections + occlusions, asked);
 }
 
 // An integrator that traces one ray a sample counts the samples.

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -48,10 +49,15 @@ struct RenderedImage {
   std::vector<float> values;
   FrameCounters counters;
   std::optional<double> error_estimate;  // the driver's own
+  int light_groups = 0;
+  std::vector<Rgb> lights;  // mean of each light group, by pixel, then by group
 
   const float* pixel(int x, int y) const {
     return &values[(size_t(y - window.y0) * size_t(window.width()) + size_t(x - window.x0)) *
                    channels.size()];
+  }
+  const Rgb& light(size_t pixel, int group) const {
+    return lights[pixel * size_t(light_groups) + size_t(group)];
   }
   Rgb rgb(int x, int y) const { return {pixel(x, y)[0], pixel(x, y)[1], pixel(x, y)[2]}; }
 
@@ -75,16 +81,28 @@ class MemoryObserver final : public FrameObserver {
                          size_t(r.x0 - image_.window.x0)) *
                         channels;
       std::copy_n(&pixels[from], size_t(r.width()) * channels, &image_.values[to]);
+      for (int x = r.x0; x < r.x1 && image_.light_groups > 0; ++x) keep_lights(tile, x, y);
     }
   }
 
  private:
+  void keep_lights(const FilmTile& tile, int x, int y) {
+    const auto groups = size_t(image_.light_groups);
+    for (size_t g = 0; g < groups; ++g) {
+      image_.lights[image_.window.index_of(x, y) * groups + g] =
+          tile.light_groups().mean(tile.rect().index_of(x, y), int(g));
+    }
+  }
+
   RenderedImage& image_;
   std::mutex mutex_;
 };
 
+// With `groups`, what each light gave is kept apart. `look`, if given, sees the driver's picture in
+// the end; a driver that keeps none has null.
 inline RenderedImage render(const Scene& scene, const CameraDescription& view,
-                            const RenderSettings& s) {
+                            const RenderSettings& s, const LightGroups* groups = nullptr,
+                            const std::function<void(const FramePicture*)>& look = {}) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
   const auto integrator = create_integrator(
@@ -98,11 +116,15 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   for (const FilmChannel& c : film_channels(aovs)) image.channels.push_back(c.name);
   image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
   const bool adaptive = s.driver == "adaptive" || s.adaptive.threshold > 0.0f;
-  const Frame frame{scene,    camera,       *integrator,
-                    *sampler, filter,       s.width,
-                    s.height, image.window, adaptive ? s.adaptive.budget : s.spp,
-                    s.seed,   s.streams,    aovs,
-                    !adaptive};
+  const Frame frame{scene,     camera,       *integrator,
+                    *sampler,  filter,       s.width,
+                    s.height,  image.window, adaptive ? s.adaptive.budget : s.spp,
+                    s.seed,    s.streams,    aovs,
+                    !adaptive, groups};
+  if (groups) {
+    image.light_groups = groups->size();
+    image.lights.resize(size_t(image.window.area()) * size_t(groups->size()));
+  }
   MemoryObserver observer(image);
   // An arena makes as many workers as asked for, on a machine with fewer cores too.
   tbb::task_arena arena(s.threads);
@@ -112,6 +134,7 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
     image.counters = driver->render(frame, observer, {});
     driver->deliver(observer);
     image.error_estimate = driver->error_estimate();
+    if (look) look(driver->picture());
   });
 
   double sum = 0, sum2 = 0;

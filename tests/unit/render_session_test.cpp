@@ -242,6 +242,51 @@ TEST_F(RenderSessionTest, SoloIsTheEditsWithEveryOtherLightOff) {
   expect_same_bits(session.picture()->rgba, alone, "solo");
 }
 
+// The Cornell box has one lamp: twice as bright it is twice the picture, without a sample.
+TEST_F(RenderSessionTest, LightGroupsFollowALightWithoutASample) {
+  ViewSettings view = settings("live", 16);
+  view.light_groups = true;
+  SessionOwner owner(view);
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  RenderSession& session = owner.session;
+  const auto before = session.picture();
+  RenderOptions options = settings("adaptive", 16).render;
+  options.scene = scene("cornell_box");
+  expect_same_bits(before->rgba, rendered(options), "before any edit");
+  const auto& materials = session.scene()->outline.materials;
+  const auto lamp = std::ranges::find_if(
+      materials, [](const MaterialDescription& m) { return !is_black(m.emission); });
+  ASSERT_NE(lamp, materials.end());
+  SceneEdits edits;
+  LightEdit& light = test::light(edits, EditedLight::kMaterial, int(lamp - materials.begin()));
+  for (const float intensity : {2.0f, 0.0f, 0.5f}) {
+    light.intensity = intensity;
+    session.set_edits(edits);
+    ASSERT_TRUE(owner.wait(30, [&] { return session.picture()->edit == session.edit(); }));
+    const auto picture = session.picture();
+    EXPECT_TRUE(picture->finished) << "it was rendered anew";
+    EXPECT_EQ(picture->samples, before->samples);
+    for (size_t i = 0; i < picture->rgba.size(); ++i) {
+      const float expected = before->rgba[i] * (i % 4 < 3 ? intensity : 1.0f);
+      ASSERT_NEAR(picture->rgba[i], expected, 1e-4f * expected + 1e-6f) << i;
+    }
+    session.save(path("relit.exr")).get();
+    expect_same_bits(rgba_of(path("relit.exr")), picture->rgba, "saved");
+  }
+  // Off, and off from the beginning of a frame: on again without a sample.
+  light.on = false;
+  edits.camera = some_edits().camera;
+  session.set_edits(edits);
+  ASSERT_TRUE(finishes(owner));
+  light.on = true;
+  light.intensity = 1.0f;
+  session.set_edits(edits);
+  ASSERT_TRUE(owner.wait(30, [&] { return session.picture()->edit == session.edit(); }));
+  EXPECT_TRUE(session.picture()->finished);
+  EXPECT_GT(*std::ranges::max_element(session.picture()->rgba), 0.5f);
+}
+
 TEST_F(RenderSessionTest, ReadsAnEnvironmentThatAnEditNames) {
   // A picture of ours as the surroundings: any latitude-longitude map will do.
   RenderOptions options = settings("bucket", 1).render;

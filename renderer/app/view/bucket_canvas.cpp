@@ -47,6 +47,8 @@ std::span<const uint8_t> BucketCanvas::rgba8(const std::shared_ptr<const Grading
   return rgba8_;
 }
 
-void BucketCanvas::resolve(std::span<float> rgba) const { std::ranges::copy(rgba_, rgba.begin()); }
+void BucketCanvas::resolve(std::span<float> rgba, const LightMix* /*mix*/) const {
+  std::ranges::copy(rgba_, rgba.begin());
+}
 
 }  // namespace emberline

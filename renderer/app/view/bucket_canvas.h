@@ -31,8 +31,8 @@ class BucketCanvas final : public FramePicture {
   // As displayed. Each bucket is graded once, when it comes, unless the grading changes.
   std::span<const uint8_t> rgba8(const std::shared_ptr<const Grading>& grading);
 
-  // With the picture of before where no bucket is yet.
-  void resolve(std::span<float> rgba) const override;
+  // With the picture of before where no bucket is yet; buckets are not mixed.
+  void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return film_; }
 
  private:

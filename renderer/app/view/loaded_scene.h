@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "renderer/app/render_options.h"
 #include "renderer/app/view/open_scene.h"

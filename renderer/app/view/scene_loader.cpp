@@ -17,7 +17,7 @@ void SceneLoader::load(const RenderOptions& options) {
     const std::lock_guard lock(mutex_);
     number = ++number_;
     stop_.request_stop();
-    stop_ = std::stop_source();
+    stop_ = {};
     stop = stop_.get_token();
     unseen = std::move(loaded_);
     status_ = {LoadStatus::State::kLoading, options.scene, "waiting", 0.0, {}};
@@ -51,8 +51,7 @@ void SceneLoader::report(uint64_t number, const std::function<void(LoadStatus&)>
   wake_();
 }
 
-void SceneLoader::load_now(const RenderOptions& options, uint64_t number,
-                           const std::stop_token& stop) {
+void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::stop_token stop) {
   {
     const std::lock_guard lock(mutex_);
     if (number != number_) return;  // a newer one follows, or none is wanted
@@ -71,7 +70,7 @@ void SceneLoader::load_now(const RenderOptions& options, uint64_t number,
             status.fraction = fraction;
           });
         },
-        stop);
+        std::move(stop));
     std::shared_ptr<LoadedScene> scene = load_for_view(options, progress);
     report(number, [&](LoadStatus& status) {
       status.state = LoadStatus::State::kReady;
@@ -79,7 +78,8 @@ void SceneLoader::load_now(const RenderOptions& options, uint64_t number,
       status.fraction = 1.0;
       loaded_ = std::move(scene);
     });
-  } catch (const Cancelled&) {  // whoever asked for that knows
+  } catch (const Cancelled&) {
+    // Whoever called it off has said so in the status.
   } catch (const EmberlineError& error) {
     fail(error.what());
   } catch (const std::bad_alloc&) {

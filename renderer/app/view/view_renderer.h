@@ -29,9 +29,10 @@ class ViewRenderer {
 
   // Everything here may be called from any thread and waits for nothing but a lock.
 
-  // Replaces an order that has not begun. A patient one lets the frame under way show its first
-  // picture before it is ended.
-  void post(ViewOrder order, bool patient);
+  // Replaces an order that has not begun. One in which only edits differ from the order before lets
+  // the frame under way show its first picture before it is ended, and does not end it where its
+  // light groups are enough.
+  void post(ViewOrder order, bool only_edits);
   void set_paused(bool paused);
   // Shows the newest state of the film, with this overlay.
   void set_overlay(ViewOverlay overlay);
@@ -56,6 +57,9 @@ class ViewRenderer {
   void pause(bool shown);
   void serve(std::unique_lock<std::mutex>& lock);
   bool wanted() const;  // by serve()
+  bool stands_still() const;
+  std::optional<LightMix> mix_of(const ViewOrder& order) const;
+  static std::shared_ptr<const LightGroups> dress(const ViewOrder& order, const FrameTools& tools);
 
   PictureBoard& board_;
 
@@ -71,6 +75,10 @@ class ViewRenderer {
   bool pixel_asked_ = false;
   std::optional<PixelInspection> inspection_;
   std::vector<std::promise<FilmCopy>> copies_;
+  std::shared_ptr<const LightGroups> groups_;  // of the frame that there is
+  std::shared_ptr<LoadedScene> groups_scene_;
+  std::optional<Relighting> relighting_;
+  ViewClock::time_point relit_until_;  // the frame stands still: the hand is still at the slider
 
   std::atomic<ViewOverlay> overlay_{ViewOverlay::kNone};
   std::atomic<uint64_t> bvh_builds_{0};

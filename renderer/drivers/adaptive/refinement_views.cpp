@@ -36,11 +36,11 @@ void for_each_row(int rows, const Body& body) {
   });
 }
 
-Level samples_of(const RefinementTree& tree) {
+Level samples_of(const RefinementTree& tree, std::span<const Rgb> values) {
   Level level(tree.window().width(), tree.window().height());
   for (uint32_t i = 0; i < tree.sample_count(); ++i) {
     const Vec2i pixel = tree.sampled_pixel(i) - Vec2i(tree.window().x0, tree.window().y0);
-    level.color[level.index(pixel.x, pixel.y)] = tree.value(i);
+    level.color[level.index(pixel.x, pixel.y)] = values[i];
     level.known[level.index(pixel.x, pixel.y)] = 1;
   }
   return level;
@@ -106,10 +106,18 @@ void reconstruct_constant(const RefinementTree& tree, std::span<Rgb> picture) {
 }
 
 void reconstruct_smooth(const RefinementTree& tree, std::span<Rgb> picture) {
-  assert(picture.size() == size_t(tree.window().area()));
+  std::vector<Rgb> values;
+  values.reserve(tree.sample_count());
+  for (uint32_t i = 0; i < tree.sample_count(); ++i) values.push_back(tree.value(i));
+  reconstruct_smooth_of(tree, values, picture);
+}
+
+void reconstruct_smooth_of(const RefinementTree& tree, std::span<const Rgb> values,
+                           std::span<Rgb> picture) {
+  assert(picture.size() == size_t(tree.window().area()) && values.size() == tree.sample_count());
   if (picture.empty()) return;
   std::vector<Level> levels;
-  levels.push_back(samples_of(tree));
+  levels.push_back(samples_of(tree, values));
   while (levels.back().color.size() > 1) levels.push_back(pull(levels.back()));
   for (size_t i = levels.size() - 1; i-- > 0;) push(levels[i + 1], levels[i]);
   std::ranges::copy(levels[0].color, picture.begin());

@@ -25,6 +25,9 @@ void reconstruct_constant(const RefinementTree& tree, std::span<Rgb> picture);
 // from the next coarser level, bilinearly. A constant comes out exactly. Black before the first
 // sample.
 void reconstruct_smooth(const RefinementTree& tree, std::span<Rgb> picture);
+// The same of other values than the tree's, one for each of its leaves.
+void reconstruct_smooth_of(const RefinementTree& tree, std::span<const Rgb> values,
+                           std::span<Rgb> picture);
 
 // Draws the borders of the leaves, half transparent, over a picture of the window: interleaved
 // RGBA, `width` pixels a row, its first pixel the window's corner; alpha stays. Leaves of a single

@@ -1,0 +1,179 @@
+#include "renderer/scene/light_groups.h"
+
+#include <algorithm>
+#include <cassert>
+#include <limits>
+
+namespace emberline {
+namespace {
+
+constexpr float kMost = std::numeric_limits<float>::max();
+constexpr float kLeast = std::numeric_limits<float>::min();
+
+// By material: whether some placed mesh has it.
+std::vector<bool> worn_materials(const SceneDescription& description) {
+  std::vector<bool> worn(description.materials.size(), false);
+  for (const InstanceDescription& instance : description.instances) {
+    const int material = description.meshes[size_t(instance.mesh)].material;
+    if (material >= 0) worn[size_t(material)] = true;
+  }
+  return worn;
+}
+
+// What a LightEdit may change, and what apply() asks of a description. Materials that nothing
+// wears are dark.
+SceneDescription lights_of(const SceneDescription& description, const std::vector<bool>& worn) {
+  SceneDescription lights;
+  lights.file = description.file;
+  lights.lights = description.lights;
+  lights.materials = description.materials;
+  for (size_t i = 0; i < worn.size(); ++i) {
+    if (!worn[i]) lights.materials[i].emission = Rgb(0.0f);
+  }
+  lights.environment = description.environment;
+  lights.may_be_dark = true;
+  return lights;
+}
+
+Rgb radiance_of(const EnvironmentDescription& e) { return e.tint * e.strength; }
+
+// Whether the two differ in radiance_of() alone.
+bool same_sky(const std::optional<EnvironmentDescription>& a,
+              const std::optional<EnvironmentDescription>& b) {
+  if (!a || !b) return a.has_value() == b.has_value();
+  return a->image == b->image && a->constant == b->constant &&
+         a->rotation_degrees == b->rotation_degrees;
+}
+
+// What `before` is multiplied by to be `after`; nullopt if that can't be said: it was dark, or at
+// an end of float's range, where products are cut off.
+std::optional<float> ratio(float before, float after) {
+  if (before == after) return 1.0f;
+  if (!(before >= kLeast && before < kMost && after < kMost)) return std::nullopt;
+  const double quotient = double(after) / double(before);
+  return quotient < double(kMost) ? std::optional(float(quotient)) : std::nullopt;
+}
+
+std::optional<Rgb> ratio(const Rgb& before, const Rgb& after) {
+  Rgb result;
+  for (int c = 0; c < 3; ++c) {
+    const std::optional<float> channel = ratio(before[c], after[c]);
+    if (!channel) return std::nullopt;
+    result[c] = *channel;
+  }
+  return result;
+}
+
+// What it emits as a light; an unlit material shows its base colour and is none.
+Rgb emission_of(const MaterialDescription& material) {
+  return material.unlit ? Rgb(0.0f) : material.emission;
+}
+
+}  // namespace
+
+LightGroups::LightGroups(const SceneDescription& original, const SceneEdits& baseline)
+    : baseline_(baseline) {
+  assert(original.may_be_dark && "not through apply()");
+  const std::vector<bool> worn = worn_materials(original);
+  original_ = lights_of(original, worn);
+  built_ = original_;
+  apply(baseline_, built_);
+  for (size_t i = 0; i < built_.lights.size(); ++i) {
+    const PunctualLightDescription& light = built_.lights[i];
+    of_light_.push_back(add(EditedLight::kPunctual, {light.name, int(i), {}}, light.intensity));
+    if (shines(light)) of_point_.push_back(of_light_.back());
+  }
+  for (size_t i = 0; i < worn.size(); ++i) {
+    const MaterialDescription& material = built_.materials[i];
+    of_material_.push_back(worn[i] && material.unlit
+                               ? kOthers
+                               : add(EditedLight::kMaterial, {material.name, int(i), {}},
+                                     worn[i] ? material.emission : Rgb(0.0f)));
+  }
+  of_material_.push_back(kNone);  // the default material
+  if (built_.environment) {
+    of_environment_ = add(EditedLight::kEnvironment, {}, radiance_of(*built_.environment));
+  }
+  number_others();
+}
+
+uint8_t LightGroups::add(EditedLight kind, EditTarget target, const Rgb& radiance) {
+  if (is_black(radiance)) return kNone;
+  if (list_.size() == kMostLightGroups - 1) return kOthers;
+  const bool around = kind == EditedLight::kEnvironment;
+  std::string name = around ? "environment" : target.name;
+  list_.push_back({std::move(name), kind, std::move(target), true});
+  return uint8_t(list_.size() - 1);
+}
+
+// Once the others are told apart.
+void LightGroups::number_others() {
+  const auto number = uint8_t(list_.size());
+  bool any = false;
+  const auto replace = [&](uint8_t& group) {
+    if (group != kOthers) return;
+    group = number;
+    any = true;
+  };
+  std::ranges::for_each(of_light_, replace);
+  std::ranges::for_each(of_point_, replace);
+  std::ranges::for_each(of_material_, replace);
+  replace(of_environment_);
+  if (any) list_.push_back({"others", EditedLight::kPunctual, {}, false});
+}
+
+std::optional<LightMix> LightGroups::mix(const SceneEdits& edits) const {
+  if (edits.camera != baseline_.camera || edits.materials != baseline_.materials) {
+    return std::nullopt;
+  }
+  SceneDescription edited = original_;
+  apply(edits, edited);
+  if (!same_sky(built_.environment, edited.environment)) return std::nullopt;
+
+  std::vector<Rgb> weights(list_.size(), Rgb(1.0f));
+  const auto weigh = [&](uint8_t group, const Rgb& before, const Rgb& after) {
+    const std::optional<Rgb> weight = ratio(before, after);
+    if (!weight) return false;
+    if (group == kNone) return true;  // dark then and now
+    weights[group] = *weight;
+    return list_[group].editable || *weight == Rgb(1.0f);
+  };
+  for (size_t i = 0; i < edited.lights.size(); ++i) {
+    if (!weigh(of_light_[i], built_.lights[i].intensity, edited.lights[i].intensity)) {
+      return std::nullopt;
+    }
+  }
+  for (size_t i = 0; i < edited.materials.size(); ++i) {
+    const Rgb before = emission_of(built_.materials[i]), after = emission_of(edited.materials[i]);
+    if (!weigh(of_material_[i], before, after)) return std::nullopt;
+  }
+  if (edited.environment &&
+      !weigh(of_environment_, radiance_of(*built_.environment), radiance_of(*edited.environment))) {
+    return std::nullopt;
+  }
+  return LightMix(weights);
+}
+
+uint64_t LightGroups::bytes() const {
+  return list_.capacity() * sizeof(LightGroup) +
+         (original_.materials.capacity() + built_.materials.capacity()) *
+             sizeof(MaterialDescription) +
+         (original_.lights.capacity() + built_.lights.capacity()) *
+             sizeof(PunctualLightDescription);
+}
+
+SceneEdits neutral_baseline(const SceneEdits& edits) {
+  SceneEdits baseline = edits;
+  for (LightEdit& light : baseline.lights) {
+    light.on = true;
+    if (!(light.intensity > 0.0f)) light.intensity = 1.0f;
+    const float brightest = max_component(light.color);
+    for (int c = 0; c < 3; ++c) {
+      if (!(light.color[c] > 0.0f)) light.color[c] = brightest > 0.0f ? brightest : 1.0f;
+    }
+  }
+  if (baseline.environment.strength == 0.0f) baseline.environment.strength = 1.0f;
+  return baseline;
+}
+
+}  // namespace emberline

@@ -1,0 +1,536 @@
+// Light groups: what each light gave adds up to the picture, whose bits do not change for it; it is
+// what the light gives alone; and mixing it is what rendering with edited lights would be.
+//
+// Statistical tests have fixed seeds and repeat themselves exactly: --gtest_filter=NAME replays
+// one.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "renderer/scene/light_groups.h"
+#include "support/busy_scene.h"
+#include "support/edited_scene.h"
+#include "support/glass_scenes.h"
+#include "support/grouped_scene.h"
+#include "support/render.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+enum Part { kMatt, kRed, kTube, kPane, kGlass };
+
+// Two lamps, a spot of the file that is dark, an emissive tube and a sky, over matt surfaces.
+SceneDescription lit_scene() {
+  SceneBuilderForTests b;
+  const auto add = [&](const char* name, MaterialDescription m) {
+    m.name = name;
+    return b.add_material(m);
+  };
+  add("matt", lambert(Rgb(0.7f, 0.6f, 0.5f)));
+  add("red", lambert(Rgb(0.8f, 0.1f, 0.1f)));
+  add("tube", emitter(Rgb(3.0f, 2.5f, 2.0f)));
+  add("stored away", emitter(Rgb(1.0f)));
+  b.add_floor(4, 0, kMatt);
+  b.add_quad({-1.5f, 0, -1}, {1.5f, 0, -1}, {1.5f, 1.5f, -1}, {-1.5f, 1.5f, -1}, kRed);
+  b.place(b.add_mesh(SceneBuilderForTests::sphere(0.2f, 8, kTube)), translation(-0.8, 0.6, 0.3));
+  b.place(b.add_mesh(SceneBuilderForTests::sphere(0.4f, 8, kMatt)), translation(0.7, 0.4, 0.2));
+  b.add_point_light({2, 2.5, 1}, {5, 4, 3});
+  b.add_point_light({0, 1, 3}, Rgb(0.0f));
+  b.add_point_light({-2, 2, 2}, {1, 2, 4});
+  b.description.lights[0].name = "key";
+  b.description.lights[1].name = "dark";
+  b.description.lights[2].name = "fill";
+  b.set_environment(patterned_sky(1.5f));
+  return b.description;
+}
+CameraDescription lit_view() { return perspective({0.3, 1.3, 4.0}, {0, 0.5, 0}, 45); }
+
+// The same behind a pane, and with a ball of glass.
+SceneDescription glazed_scene() {
+  SceneBuilderForTests b;
+  b.description = lit_scene();
+  b.description.materials[3] = glass(1.5f, 0.0f, false);
+  b.add_material(glass(1.5f, 0.0f));
+  b.add_quad({-3, 0, 1.5f}, {3, 0, 1.5f}, {3, 3, 1.5f}, {-3, 3, 1.5f}, kPane);
+  b.place(b.add_mesh(SceneBuilderForTests::sphere(0.35f, 12, kGlass, false, true)),
+          translation(0, 0.35, 0.8));
+  return b.description;
+}
+
+RenderSettings settings(int max_depth = 5) {
+  RenderSettings s;
+  s.width = 41;
+  s.height = 31;
+  s.spp = 16;
+  s.max_depth = max_depth;
+  return s;
+}
+
+std::vector<std::string> names(const LightGroups& groups) {
+  std::vector<std::string> list;
+  for (const LightGroup& group : groups.list()) list.push_back(group.name);
+  return list;
+}
+
+TEST(LightGroups, AreTheLightsThatShine) {
+  const GroupedScene lit(lit_scene());
+  EXPECT_EQ(names(lit.groups), (std::vector<std::string>{"key", "fill", "tube", "environment"}));
+  EXPECT_EQ(lit.groups.list()[1].kind, EditedLight::kPunctual);
+  EXPECT_EQ(lit.groups.list()[1].target.index, 2);
+  EXPECT_EQ(lit.groups.list()[2].kind, EditedLight::kMaterial);
+  EXPECT_EQ(lit.groups.list()[2].target.index, int(kTube));
+
+  SceneEdits edits;
+  light(edits, EditedLight::kPunctual, 0).on = false;
+  material(edits, kRed).emission = Rgb(1.0f);
+  const GroupedScene edited(lit_scene(), edits);
+  EXPECT_EQ(names(edited.groups), (std::vector<std::string>{"fill", "red", "tube", "environment"}));
+}
+
+TEST(LightGroups, UnlitMaterialsAreAmongAllOthers) {
+  SceneDescription scene = lit_scene();
+  scene.materials[kRed].unlit = true;
+  const GroupedScene lit(scene);
+  ASSERT_EQ(lit.groups.size(), 5);
+  EXPECT_EQ(lit.groups.list().back().name, "others");
+  EXPECT_FALSE(lit.groups.list().back().editable);
+  EXPECT_EQ(lit.groups.of_material(kRed), 4u);
+  SceneEdits edits;  // of no effect on what is unlit
+  light(edits, EditedLight::kMaterial, kRed).intensity = 3.0f;
+  const std::optional<LightMix> mix = lit.groups.mix(edits);
+  ASSERT_TRUE(mix);
+  for (size_t g = 0; g < mix->size(); ++g) EXPECT_EQ((*mix)[g], Rgb(1.0f));
+}
+
+TEST(LightGroups, OfTooManyTheLastAreOne) {
+  SceneDescription scene = lit_scene();
+  for (int i = 0; i < 80; ++i) scene.lights.push_back(scene.lights[0]);
+  const GroupedScene many(scene);
+  ASSERT_EQ(many.groups.size(), kMostLightGroups);
+  EXPECT_FALSE(many.groups.list().back().editable);
+  const auto others = uint32_t(kMostLightGroups - 1);
+  EXPECT_EQ(many.groups.of_point(62), 62u);  // 0 and 2, then the 80
+  EXPECT_EQ(many.groups.of_point(63), others);
+  EXPECT_EQ(many.groups.of_environment(), others);
+  SceneEdits alone;
+  light(alone, EditedLight::kPunctual, 20).intensity = 2.0f;
+  EXPECT_TRUE(many.groups.mix(alone));
+  light(alone, EditedLight::kPunctual, 82).intensity = 2.0f;
+  EXPECT_FALSE(many.groups.mix(alone)) << "one of all others was edited";
+
+  RenderSettings s = settings();
+  s.spp = 1;
+  const RenderedImage image = render(many.scene.scene(), lit_view(), s, &many.groups);
+  Rgb sum(0.0f);
+  for (int g = 0; g < image.light_groups; ++g) sum += image.light(600, g);
+  EXPECT_NEAR(sum.x, rgb_of(image)[600].x, 1e-5f * sum.x);
+}
+
+struct Case {
+  const char* name;
+  SceneDescription (*scene)();
+  CameraDescription (*view)();
+};
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+class Groups : public testing::TestWithParam<Case> {
+ protected:
+  const GroupedScene lit_{GetParam().scene()};
+  RenderedImage image(const RenderSettings& s) const {
+    return render(lit_.scene.scene(), GetParam().view(), s, &lit_.groups);
+  }
+  RenderedImage image_without(const RenderSettings& s) const {
+    return render(lit_.scene.scene(), GetParam().view(), s);
+  }
+};
+
+// Laws 2 and 3: whoever asks for groups gets the same picture, and the same groups from any driver.
+TEST_P(Groups, ChangeNoBitOfThePicture) {
+  for (const char* integrator : {"path", "direct"}) {
+    for (const char* filter : {"box", "mitchell"}) {
+      for (const bool transparent : {false, true}) {
+        RenderSettings s = settings();
+        s.spp = 20;  // a batch, and a part of one
+        s.integrator = integrator;
+        s.filter = filter;
+        s.transparent = transparent;
+        s.threads = 1;
+        s.aovs = "variance,albedo,N,Z,id";
+        const RenderedImage expected = image_without(s);
+        const RenderedImage first = image(s);
+        expect_same_bits(first, expected, "with groups");
+        EXPECT_EQ(first.counters.rays.total(), expected.counters.rays.total());
+        for (const char* driver : {"bucket", "bisection", "adaptive"}) {
+          for (const int threads : {1, 2, 5}) {
+            s.driver = driver;
+            s.threads = threads;
+            s.bucket_size = threads == 5 ? 7 : 16;
+            s.adaptive.budget = s.adaptive.min_samples = s.adaptive.max_samples = s.spp;
+            const RenderedImage other = image(s);
+            const std::string what = std::string(integrator) + ", " + filter + ", " + driver +
+                                     ", " + std::to_string(threads) + " threads";
+            expect_same_bits(other, expected, what);
+            EXPECT_EQ(other.lights, first.lights) << what;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST_P(Groups, AddUpToThePicture) {
+  for (const char* filter : {"box", "mitchell"}) {
+    RenderSettings s = settings();
+    s.filter = filter;
+    const RenderedImage frame = image(s);
+    const std::vector<Rgb> whole = rgb_of(frame);
+    for (size_t i = 0; i < whole.size(); ++i) {
+      Rgb sum(0.0f), size(0.0f);
+      for (int g = 0; g < frame.light_groups; ++g) {
+        sum += frame.light(i, g);
+        for (int c = 0; c < 3; ++c) size[c] += std::abs(frame.light(i, g)[c]);
+      }
+      for (int c = 0; c < 3; ++c) {
+        ASSERT_NEAR(sum[c], whole[i][c], 1e-5f * size[c]) << filter << ", pixel " << i;
+      }
+    }
+  }
+}
+
+// 4 groups x 4 quarters x 3 channels, each below 4 standard errors: a false alarm in 300 seeds.
+TEST_P(Groups, AreWhatEachLightGivesAlone) {
+  const RenderSettings s = settings();
+  const RenderedImage together = image(s);
+  for (int g = 0; g < lit_.groups.size(); ++g) {
+    const LightGroup& group = lit_.groups.list()[size_t(g)];
+    EditableScene alone(GetParam().scene());
+    alone.set(all_off_but(lit_.groups, g));
+    RenderSettings other = s;
+    other.seed = 77;
+    const std::vector<Rgb> expected = rgb_of(render(alone.scene(), GetParam().view(), other));
+    EXPECT_GT(expected[600].x + expected[900].x, 0.0f) << group.name << " gives nothing";
+    for (const double z : deviations(light_of(together, g), expected, s.width)) {
+      EXPECT_LT(std::abs(z), 4.0) << group.name;
+    }
+  }
+}
+
+// 12 quarters and channels x 2: a false alarm in 600 seeds.
+TEST_P(Groups, MixedAreAFrameOfEditedLights) {
+  SceneEdits edits;
+  light(edits, EditedLight::kPunctual, 0).color = {0.2f, 1.0f, 3.0f};
+  edits.lights.back().intensity = 0.7f;
+  light(edits, EditedLight::kPunctual, 2).on = false;
+  light(edits, EditedLight::kMaterial, kTube).intensity = 2.5f;
+  light(edits, EditedLight::kEnvironment, -1).color = {0.5f, 0.0f, 1.5f};
+  edits.environment.strength = 0.6f;
+  const std::optional<LightMix> mix = lit_.groups.mix(edits);
+  ASSERT_TRUE(mix);
+  EditableScene fresh(GetParam().scene());
+  EXPECT_EQ(fresh.set(edits), EditClass::kLight);
+  for (const char* driver : {"bisection", "adaptive"}) {
+    RenderSettings s = settings();
+    s.driver = driver;
+    s.adaptive.budget = s.adaptive.min_samples = s.adaptive.max_samples = s.spp;
+    std::vector<float> rgba(4 * size_t(s.width * s.height));
+    const RenderedImage unmixed =
+        render(lit_.scene.scene(), GetParam().view(), s, &lit_.groups,
+               [&](const FramePicture* picture) { picture->resolve(rgba, &*mix); });
+    RenderSettings other = s;
+    other.seed = 78;
+    const RenderedImage expected = render(fresh.scene(), GetParam().view(), other);
+    for (const double z : deviations(rgb_of(rgba), rgb_of(expected), s.width)) {
+      EXPECT_LT(std::abs(z), 4.0) << driver;
+    }
+    for (size_t i = 0; i < rgba.size() / 4; ++i) {
+      ASSERT_NEAR(rgba[4 * i + 3], unmixed.values[5 * i + 3], 1e-5) << "alpha";
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, Groups,
+                         testing::Values(Case{"matt", lit_scene, lit_view},
+                                         Case{"glazed", glazed_scene, lit_view}),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+// Emissive textures, instances, coverage, a lamp flush in another surface.
+TEST(LightGroups, OfASceneWithEverything) {
+  const GroupedScene lit(edited_scene());
+  const RenderSettings s = settings();
+  const RenderedImage frame = render(lit.scene.scene(), edited_view(), s, &lit.groups);
+  expect_same_bits(frame, render(lit.scene.scene(), edited_view(), s), "with groups");
+  const std::vector<Rgb> whole = rgb_of(frame);
+  for (size_t i = 0; i < whole.size(); ++i) {
+    Rgb sum(0.0f);
+    for (int g = 0; g < frame.light_groups; ++g) sum += frame.light(i, g);
+    for (int c = 0; c < 3; ++c) ASSERT_NEAR(sum[c], whole[i][c], 1e-5f * sum[c]) << "pixel " << i;
+  }
+}
+
+// A point light of intensity I at height h over a matt plane of albedo a, seen from above: at the
+// distance r from its foot the radiance is a / pi x I h / (h^2 + r^2)^(3/2). The other lamp's light
+// is in its own group. 2 lamps x 12: a false alarm in 600 seeds.
+TEST(LightGroups, AreTheClosedFormOverAMattPlane) {
+  SceneBuilderForTests b;
+  b.add_floor(2, 0, b.add_material(lambert(Rgb(0.6f, 0.5f, 0.4f))));
+  const Vec3d places[] = {{0.3, 1.0, 0.2}, {-0.5, 1.5, -0.4}};
+  const Rgb intensities[] = {{3, 2, 1}, {1, 4, 9}};
+  for (int i = 0; i < 2; ++i) b.add_point_light(places[i], intensities[i]);
+  const GroupedScene lit(b.description);
+  RenderSettings s = settings(1);
+  s.width = s.height = 32;
+  s.spp = 64;
+  const RenderedImage frame =
+      render(lit.scene.scene(), orthographic({0, 5, 0}, {0, 0, 1e-9}, 1.0), s, &lit.groups);
+  ASSERT_EQ(frame.light_groups, 2);
+  // Which way the picture lies is the corner's to say.
+  const Camera camera(orthographic({0, 5, 0}, {0, 0, 1e-9}, 1.0), s.width, s.height,
+                      lit.scene.scene().origin(), lit.scene.scene().scale());
+  for (int g = 0; g < 2; ++g) {
+    std::vector<Rgb> expected;
+    for (int i = 0; i < s.width * s.height; ++i) {
+      const Vec2f film(float(i % s.width) + 0.5f, float(i / s.width) + 0.5f);
+      Ray ray;
+      camera.rays({&film, 1}, &ray);
+      const Vec3d foot = to_double(ray.origin) -
+                         to_double(ray.direction) * (double(ray.origin.y) / ray.direction.y);
+      const Vec3d to_light = places[g] - foot;
+      const double form = to_light.y / std::pow(to_light.length2(), 1.5) / kPiD;
+      expected.push_back(Rgb(0.6f, 0.5f, 0.4f) * intensities[g] * float(form));
+    }
+    for (const double z : deviations(light_of(frame, g), expected, s.width)) {
+      EXPECT_LT(std::abs(z), 4.0) << "lamp " << g;
+    }
+    // And that is not for want of precision: the noise itself is small.
+    for (size_t i = 0; i < expected.size(); i += 97) {
+      EXPECT_NEAR(frame.light(i, g).y, expected[i].y, 0.3f * expected[i].y);
+    }
+  }
+}
+
+TEST(LightGroups, WhatTakesNewRays) {
+  SceneEdits baseline;
+  light(baseline, EditedLight::kPunctual, 0).on = false;
+  light(baseline, EditedLight::kPunctual, 2).color = {1, 0, 1};
+  const GroupedScene lit(lit_scene(), baseline);
+  const auto mixes = [&](auto edit) {
+    SceneEdits edits = baseline;
+    edit(edits);
+    return lit.groups.mix(edits).has_value();
+  };
+  EXPECT_TRUE(mixes([](SceneEdits&) {}));
+  EXPECT_TRUE(mixes([](SceneEdits& e) { e.lights[1].intensity = 7.0f; }));
+  EXPECT_TRUE(mixes([](SceneEdits& e) { e.lights[1].on = false; }));
+  EXPECT_TRUE(mixes([](SceneEdits& e) { e.lights[0].color = Rgb(0.1f); })) << "it is off";
+  EXPECT_TRUE(mixes([](SceneEdits& e) { e.environment.strength = 2.0f; }));
+  EXPECT_TRUE(mixes([](SceneEdits& e) { e.environment.strength = 0.0f; }));
+  EXPECT_TRUE(mixes([](SceneEdits& e) { light(e, EditedLight::kMaterial, kRed).intensity = 9; }))
+      << "it does not emit";
+  EXPECT_TRUE(mixes([](SceneEdits& e) { light(e, EditedLight::kPunctual, 1).intensity = 9; }))
+      << "it is dark in the file";
+  EXPECT_TRUE(mixes([](SceneEdits& e) { light(e, EditedLight::kMaterial, 3).intensity = 9; }))
+      << "nothing wears it";
+  EXPECT_FALSE(mixes([](SceneEdits& e) { e.lights[0].on = true; }));
+  EXPECT_FALSE(mixes([](SceneEdits& e) { e.lights[1].color = Rgb(1.0f); })) << "green was 0";
+  EXPECT_FALSE(mixes([](SceneEdits& e) { e.environment.rotation_degrees = 1.0f; }));
+  EXPECT_FALSE(mixes([](SceneEdits& e) { e.environment.image = patterned_sky(2.0f); }));
+  EXPECT_FALSE(mixes([](SceneEdits& e) { material(e, kRed).roughness = 0.2f; }));
+  EXPECT_FALSE(mixes([](SceneEdits& e) { material(e, kTube).emission = Rgb(2.0f); }));
+  EXPECT_FALSE(mixes([](SceneEdits& e) { e.camera.fov_y_degrees = 20.0; }));
+  EXPECT_THROW(mixes([](SceneEdits& e) { light(e, EditedLight::kPunctual, 99); }), std::exception);
+}
+
+TEST(LightGroups, WeightsAreRatios) {
+  SceneEdits baseline;
+  light(baseline, EditedLight::kPunctual, 2).color = {1, 2, 4};
+  baseline.environment.strength = 2.0f;
+  const GroupedScene lit(lit_scene(), baseline);
+  SceneEdits edits = baseline;
+  edits.lights[0].intensity = 3.0f;
+  edits.lights[0].color = {1, 1, 0};
+  edits.environment.strength = 0.5f;
+  light(edits, EditedLight::kEnvironment, -1).color = {1, 2, 3};
+  const std::optional<LightMix> mix = lit.groups.mix(edits);
+  ASSERT_TRUE(mix);
+  EXPECT_EQ((*mix)[0], Rgb(1.0f));              // key
+  EXPECT_EQ((*mix)[1], Rgb(3.0f, 1.5f, 0.0f));  // fill
+  EXPECT_EQ((*mix)[2], Rgb(1.0f));              // tube
+  EXPECT_EQ((*mix)[3], Rgb(0.25f, 0.5f, 0.75f));
+}
+
+// Whatever is off comes back from a neutral baseline, and shows what was asked for until then.
+TEST(LightGroups, ANeutralBaselineGivesAllLightsBack) {
+  SceneEdits dim;
+  light(dim, EditedLight::kPunctual, 0).on = false;
+  dim.lights.back().intensity = 0.3f;
+  light(dim, EditedLight::kPunctual, 2).intensity = 0.0f;
+  light(dim, EditedLight::kMaterial, kTube).color = {0, 0.5f, 0};
+  light(dim, EditedLight::kEnvironment, -1).color = Rgb(0.0f);
+  dim.environment.strength = 0.0f;
+  const SceneEdits baseline = neutral_baseline(dim);
+  EXPECT_TRUE(baseline.lights[0].on);
+  EXPECT_EQ(baseline.lights[0].intensity, 0.3f);
+  EXPECT_EQ(baseline.lights[2].color, Rgb(0.5f));
+  const GroupedScene lit(lit_scene(), baseline);
+  EXPECT_EQ(lit.groups.size(), 4);
+  const std::optional<LightMix> dimmed = lit.groups.mix(dim);
+  ASSERT_TRUE(dimmed);
+  EXPECT_EQ((*dimmed)[0], Rgb(0.0f));
+  EXPECT_EQ((*dimmed)[1], Rgb(0.0f));
+  EXPECT_EQ((*dimmed)[2], Rgb(0.0f, 1.0f, 0.0f));
+  EXPECT_EQ((*dimmed)[3], Rgb(0.0f));
+  EXPECT_TRUE(lit.groups.mix({})) << "the file's own lights";
+  EXPECT_EQ(neutral_baseline({}), SceneEdits{});
+}
+
+// Looks at every picture of a frame under way: with all weights 1 it is the unmixed one, with all
+// weights 2 twice as bright, and as complete.
+class Onlooker final : public FrameObserver {
+ public:
+  Onlooker(int groups, const Rect& window)
+      : same_(std::vector<Rgb>(size_t(groups), Rgb(1.0f))),
+        twice_(std::vector<Rgb>(size_t(groups), Rgb(2.0f))),
+        plain_(4 * size_t(window.area())),
+        mixed_(plain_) {}
+  void tile_finished(const FilmTile&) override {}
+  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
+    ++pictures;
+    picture.resolve(plain_);
+    picture.resolve(mixed_, &same_);
+    expect_factor(1.0f, progress.completion);
+    picture.resolve(mixed_, &twice_);
+    expect_factor(2.0f, progress.completion);
+  }
+  int pictures = 0;
+
+ private:
+  void expect_factor(float factor, double completion) {
+    for (size_t i = 0; i < plain_.size(); ++i) {
+      const float expected = plain_[i] * (i % 4 == 3 ? 1.0f : factor);
+      ASSERT_NEAR(mixed_[i], expected, 1e-5f * expected + 1e-7f) << i << " at " << completion;
+    }
+  }
+  LightMix same_, twice_;
+  std::vector<float> plain_, mixed_;
+};
+
+TEST(LightGroups, MixIncompletePictures) {
+  const GroupedScene lit(lit_scene());
+  const RenderSettings s = settings();
+  const Scene& scene = lit.scene.scene();
+  const Camera camera(lit_view(), s.width, s.height, scene.origin(), scene.scale());
+  const auto integrator = create_integrator("path", {.max_depth = 3});
+  const auto sampler = create_sampler("sobol", {StreamCount::kOne, 4, s.width, s.height});
+  const PixelFilter filter = PixelFilter::create("box");
+  const Rect window{3, 2, s.width, s.height};
+  const Frame frame{scene,  camera, *integrator, *sampler,          filter,   s.width, s.height,
+                    window, 4,      1,           StreamCount::kOne, AovSet(), true,    &lit.groups};
+  for (const char* name : {"bisection", "adaptive"}) {
+    for (const char* reconstruction : {"duplicate", "linear"}) {
+      DriverSettings how;
+      how.reconstruction = reconstruction;
+      how.adaptive.budget = 4;
+      Onlooker onlooker(lit.groups.size(), window);
+      create_driver(name, how)->render(frame, onlooker, {});
+      EXPECT_GE(onlooker.pictures, 5) << name;
+    }
+  }
+}
+
+// ---- the sums -------------------------------------------------------------------------------
+
+FilmTile film_of(int groups, int width = 1) {
+  FilmTile film(AovSet{}, {.light_groups = groups});
+  film.reset({0, 0, width, 1});
+  return film;
+}
+
+// A float sum of .1 is off by 1e-4 after 10,000 samples, and by a third after 2^25.
+TEST(LightGroupFilm, LongAccumulation) {
+  FilmTile film = film_of(2);
+  LightGroupValues values(2);
+  values.add(0, 1, Rgb(1.0f), Rgb(0.1f));
+  for (uint32_t i = 0; i < 1u << 24; ++i) film.add_lights(0, 0, 1.0f, 0.25f, values, 0);
+  EXPECT_NEAR(film.light_groups().mean(0, 1).y, 0.1f, 0.1e-6f);
+  EXPECT_EQ(film.light_groups().mean(0, 0), Rgb(0.0f));
+  float rgba[4];
+  relight(film, LightMix(std::vector<Rgb>{Rgb(5.0f), Rgb(1.0f, 2.0f, 0.0f)}), rgba);
+  EXPECT_NEAR(rgba[0], 0.1f, 1e-6f);
+  EXPECT_NEAR(rgba[1], 0.2f, 1e-6f);
+  EXPECT_EQ(rgba[2], 0.0f);
+  EXPECT_NEAR(rgba[3], 0.25f, 1e-6f);
+}
+
+TEST(LightGroupFilm, StaysFinite) {
+  FilmTile film = film_of(1, 2);
+  LightGroupValues values(1);
+  values.add(0, 0, Rgb(1.0f), Rgb(3e38f, 1.0f, 0.0f));
+  for (int i = 0; i < 3; ++i) film.add_lights(1, 0, 1.0f, 1.0f, values, 0);
+  float rgba[8];
+  relight(film, LightMix(std::vector<Rgb>{Rgb(100.0f)}), rgba);
+  for (const float value : rgba) EXPECT_TRUE(std::isfinite(value));
+  EXPECT_FLOAT_EQ(rgba[5], 100.0f);
+  EXPECT_EQ(rgba[0], 0.0f) << "no sample";
+  EXPECT_EQ(rgba[3], 0.0f);
+}
+
+TEST(LightGroupFilm, IsCopiedAndCounted) {
+  const FilmTile none(AovSet{});
+  FilmTile from = film_of(2, 3), to(AovSet{}, from.extras());
+  to.reset({1, 0, 3, 1});
+  LightGroupValues values(2);
+  values.add(3, 0, Rgb(2.0f), Rgb(1, 2, 3));
+  values.add(3, 0, Rgb(1.0f), Rgb(1, 0, 0));
+  from.add(2, 0, 0, 1.0f, {Rgb(3, 4, 6), 1.0f, {}});
+  from.add_lights(2, 0, 0.5f, 1.0f, values, 3);
+  to.copy_pixel(from, 2, 0);
+  EXPECT_EQ(to.light_groups().mean(1, 0), Rgb(1.5f, 2, 3));
+  EXPECT_EQ(to.light_groups().mean(0, 0), Rgb(0.0f));
+  // 24 bytes for each of two groups and the samples.
+  EXPECT_EQ(film_of(2, 1000).bytes() - film_of(0, 1000).bytes(), 72000u + 8u);
+}
+
+// Law 4: a sample that is NaN or infinite is black in all groups, and counts.
+class Faulty final : public Integrator {
+ public:
+  void estimate(const SampleBatch& batch, PixelSamples&, std::span<SampleValue> values,
+                RayCounters&) const override {
+    for (size_t i = 0; i < batch.rays.size(); ++i) {
+      const bool bad = i % 4 == 1;
+      values[i].radiance = Rgb(bad ? std::numeric_limits<float>::quiet_NaN() : 3.0f);
+      values[i].alpha = 1.0f;
+      batch.light_values->add(int(i), 0, Rgb(1.0f), Rgb(1.0f));
+      batch.light_values->add(int(i), 1, Rgb(1.0f), values[i].radiance - Rgb(1.0f));
+    }
+  }
+};
+
+TEST(LightGroupFilm, ABadSampleIsBlackInAllGroups) {
+  const GroupedScene lit(lit_scene());
+  const RenderSettings s = settings();
+  const Scene& scene = lit.scene.scene();
+  const Camera camera(lit_view(), 8, 8, scene.origin(), scene.scale());
+  const Faulty faulty;
+  const auto sampler = create_sampler("sobol", {StreamCount::kOne, 16, 8, 8});
+  const PixelFilter filter = PixelFilter::create("box");
+  const Frame frame{scene,        camera, faulty, *sampler,          filter,   8,    8,
+                    {0, 0, 8, 8}, 16,     1,      StreamCount::kOne, AovSet(), true, &lit.groups};
+  class Look final : public FrameObserver {
+    void tile_finished(const FilmTile& tile) override {
+      EXPECT_EQ(tile.non_finite(3, 3), 4u);
+      const size_t i = tile.rect().index_of(3, 3);
+      EXPECT_FLOAT_EQ(tile.light_groups().mean(i, 0).x, 0.75f);
+      EXPECT_FLOAT_EQ(tile.light_groups().mean(i, 1).x, 1.5f);
+      float rgba[4 * 64];
+      relight(tile, LightMix(std::vector<Rgb>(4, Rgb(1.0f))), rgba);
+      EXPECT_FLOAT_EQ(rgba[4 * i], tile.mean(3, 3).x);
+      EXPECT_FLOAT_EQ(rgba[4 * i + 3], 0.75f);
+    }
+  } look;
+  create_driver("bucket", {})->render(frame, look, {});
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,83 @@
+// A rendered frame's lights told apart, for tests of light groups.
+#pragma once
+
+#include <vector>
+
+#include "renderer/scene/editable_scene.h"
+#include "renderer/scene/light_groups.h"
+#include "support/edits.h"
+#include "support/render.h"
+
+namespace emberline::test {
+
+// A scene, its lights as `baseline` sets them, and their groups.
+struct GroupedScene {
+  explicit GroupedScene(SceneDescription description, const SceneEdits& baseline = {})
+      : scene(std::move(description)), groups((scene.set(baseline), scene.original()), baseline) {}
+  EditableScene scene;
+  LightGroups groups;
+};
+
+// Turns one light of a list off, or all but one.
+inline void turn_off(SceneEdits& edits, const LightGroup& group) {
+  light(edits, group.kind, group.target.index).on = false;
+}
+inline SceneEdits all_off_but(const LightGroups& groups, int kept) {
+  SceneEdits edits;
+  for (int g = 0; g < groups.size(); ++g) {
+    if (g != kept) turn_off(edits, groups.list()[size_t(g)]);
+  }
+  return edits;
+}
+
+// How far the mean of differences between two frames' pixels is from 0, in its standard errors, for
+// each quarter of the frame and each channel. Pixels are independent and their differences as often
+// positive as negative if the frames have one expectation, so each is below 4 but for 1 in 15,000
+// (a sum divided by the root of its terms' squares has no longer tails than the normal).
+inline std::vector<double> deviations(const std::vector<Rgb>& a, const std::vector<Rgb>& b,
+                                      int width) {
+  const size_t height = a.size() / size_t(width);
+  double sums[4][3] = {}, squares[4][3] = {};
+  for (size_t i = 0; i < a.size(); ++i) {
+    const size_t x = i % size_t(width), y = i / size_t(width);
+    const size_t quarter = 2 * (2 * y / height) + 2 * x / size_t(width);
+    for (int c = 0; c < 3; ++c) {
+      const double difference = double(a[i][c]) - double(b[i][c]);
+      sums[quarter][c] += difference;
+      squares[quarter][c] += square(difference);
+    }
+  }
+  std::vector<double> result;
+  for (int q = 0; q < 4; ++q) {
+    for (int c = 0; c < 3; ++c) {
+      result.push_back(squares[q][c] > 0 ? sums[q][c] / std::sqrt(squares[q][c]) : 0.0);
+    }
+  }
+  return result;
+}
+
+inline std::vector<Rgb> rgb_of(const RenderedImage& image) {
+  std::vector<Rgb> pixels;
+  for (size_t i = 0; i < image.values.size(); i += image.channels.size()) {
+    pixels.emplace_back(image.values[i], image.values[i + 1], image.values[i + 2]);
+  }
+  return pixels;
+}
+
+inline std::vector<Rgb> rgb_of(const std::vector<float>& rgba) {
+  std::vector<Rgb> pixels;
+  for (size_t i = 0; i < rgba.size(); i += 4) {
+    pixels.emplace_back(rgba[i], rgba[i + 1], rgba[i + 2]);
+  }
+  return pixels;
+}
+
+inline std::vector<Rgb> light_of(const RenderedImage& image, int group) {
+  std::vector<Rgb> pixels;
+  for (size_t i = 0; i < size_t(image.window.area()); ++i) {
+    pixels.push_back(image.light(i, group));
+  }
+  return pixels;
+}
+
+}  // namespace emberline::test
