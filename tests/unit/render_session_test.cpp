@@ -7,7 +7,7 @@
 #include <set>
 #include <thread>
 
-#include "io/edits_file.h"
+#include "renderer/app/view/grading.h"
 #include "unit/session_fixture.h"
 
 namespace emberline {

@@ -59,7 +59,7 @@ const Pose kPoses[] = {
 
 class ViewCameraTest : public ::testing::TestWithParam<Pose> {};
 INSTANTIATE_TEST_SUITE_P(Poses, ViewCameraTest, ::testing::ValuesIn(kPoses),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& pose) { return pose.param.name; });
 
 // At the size of a room, of a micrometre and of a thousand kilometres.
 TEST_P(ViewCameraTest, LooksLikeTheCameraThatItComesFrom) {
