@@ -104,6 +104,28 @@ TEST(LightGroups, UnlitMaterialsAreAmongAllOthers) {
   for (size_t g = 0; g < mix->size(); ++g) EXPECT_EQ((*mix)[g], Rgb(1.0f));
 }
 
+TEST(LightGroups, OfDarknessAreNone) {
+  SceneDescription scene = lit_scene();
+  scene.environment->strength = 0.0f;
+  scene.lights.clear();
+  scene.materials[kTube].emission = Rgb(0.0f);
+  scene.may_be_dark = true;
+  const GroupedScene dark(scene);
+  EXPECT_EQ(dark.groups.size(), 0);
+  RenderSettings s = settings();
+  s.driver = "bisection";
+  std::vector<float> rgba(4 * size_t(s.width * s.height), 1.0f);
+  const RenderedImage image =
+      render(dark.scene.scene(), lit_view(), s, &dark.groups, [&](const FramePicture* picture) {
+        const std::optional<LightMix> mix = dark.groups.mix({});
+        ASSERT_TRUE(mix);
+        picture->resolve(rgba, &*mix);
+      });
+  for (size_t i = 0; i < rgba.size(); ++i) {
+    EXPECT_EQ(rgba[i], i % 4 == 3 ? image.values[i / 4 * 5 + 3] : 0.0f);
+  }
+}
+
 TEST(LightGroups, OfTooManyTheLastAreOne) {
   SceneDescription scene = lit_scene();
   for (int i = 0; i < 80; ++i) scene.lights.push_back(scene.lights[0]);
@@ -489,7 +511,7 @@ TEST(LightGroupFilm, IsCopiedAndCounted) {
   EXPECT_EQ(to.light_groups().mean(1, 0), Rgb(1.5f, 2, 3));
   EXPECT_EQ(to.light_groups().mean(0, 0), Rgb(0.0f));
   // 24 bytes for each of two groups and the samples.
-  EXPECT_EQ(film_of(2, 1000).bytes() - film_of(0, 1000).bytes(), 72000u + 8u);
+  EXPECT_EQ(film_of(2, 1000).bytes() - film_of(-1, 1000).bytes(), 72000u + 8u);
 }
 
 // Law 4: a sample that is NaN or infinite is black in all groups, and counts.
