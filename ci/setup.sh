@@ -8,7 +8,9 @@ packages=(
   libopenimageio-dev openimageio-tools libopenexr-dev libopencolorio-dev
   libtinygltf-dev libdraco-dev libmeshoptimizer-dev
   libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev
+  libglfw3-dev libimgui-dev
   libgtest-dev libgmock-dev libbenchmark-dev
+  xvfb xdotool libgl1-mesa-dri
 )
 
 missing=()

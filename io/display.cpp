@@ -149,11 +149,72 @@ Source find_source(const ocio::ConstConfigRcPtr& config, const std::string& plac
   return {space->getName(), false};
 }
 
+// The config in use, and what messages call it.
+struct UsedConfig {
+  ocio::ConstConfigRcPtr config;
+  std::string place;
+  bool built_in = false;
+};
+
+UsedConfig used_config() {
+  const char* const variable = std::getenv("OCIO");
+  if (!variable || !*variable) {
+    return {built_in_config(), "the built-in OpenColorIO config", true};
+  }
+  try {
+    return {ocio::Config::CreateFromFile(variable), variable, false};
+  } catch (const ocio::Exception& error) {
+    throw InputError(variable, one_line(error.what()) + " (named by $OCIO)");
+  }
+}
+
+void put_first(std::vector<std::string>& names, const std::string& first) {
+  const auto found = std::ranges::find(names, first);
+  if (found != names.end()) std::rotate(names.begin(), found, found + 1);
+}
+
+std::vector<std::string> views_of(const ocio::ConstConfigRcPtr& config,
+                                  const std::string& display) {
+  std::vector<std::string> views;
+  for (int i = 0; i < config->getNumViews(display.c_str()); ++i) {
+    views.emplace_back(config->getView(display.c_str(), i));
+  }
+  return views;
+}
+
+std::vector<std::string> displays_of(const ocio::ConstConfigRcPtr& config) {
+  std::vector<std::string> displays;
+  for (int i = 0; i < config->getNumDisplays(); ++i) displays.emplace_back(config->getDisplay(i));
+  return displays;
+}
+
+std::vector<std::string> looks_of(const ocio::ConstConfigRcPtr& config) {
+  std::vector<std::string> looks;
+  for (int i = 0; i < config->getNumLooks(); ++i) {
+    looks.emplace_back(config->getLookNameByIndex(i));
+  }
+  return looks;
+}
+
 float bounded(float value) {
   return std::isnan(value) ? 0.0f : std::clamp(value, -kLargestHalf, kLargestHalf);
 }
 
 }  // namespace
+
+DisplayNames display_names() {
+  const ocio::ConstConfigRcPtr config = used_config().config;
+  DisplayNames names;
+  std::vector<std::string> displays = displays_of(config);
+  put_first(displays, config->getDefaultDisplay());
+  for (const std::string& display : displays) {
+    std::vector<std::string> views = views_of(config, display);
+    put_first(views, config->getDefaultView(display.c_str()));
+    names.displays.push_back({display, std::move(views)});
+  }
+  names.looks = looks_of(config);
+  return names;
+}
 
 struct DisplayTransform::Impl {
   float scale = 1.0f;                    // 2^exposure
@@ -174,27 +235,16 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings) {
   auto impl = std::make_unique<Impl>();
   impl->scale = std::exp2(settings.exposure);
 
-  const char* const variable = std::getenv("OCIO");
-  const bool built_in = !variable || !*variable;
-  const std::string place = built_in ? "the built-in OpenColorIO config" : variable;
+  const auto [config, place, built_in] = used_config();
   try {
-    const ocio::ConstConfigRcPtr config =
-        built_in ? built_in_config() : ocio::Config::CreateFromFile(variable);
     const Source source = find_source(config, place);
 
-    std::vector<std::string> displays, views, looks;
-    for (int i = 0; i < config->getNumDisplays(); ++i) displays.emplace_back(config->getDisplay(i));
-    const std::string display =
-        find_name("display", place, settings.display, displays, config->getDefaultDisplay());
-    for (int i = 0; i < config->getNumViews(display.c_str()); ++i) {
-      views.emplace_back(config->getView(display.c_str(), i));
-    }
-    const std::string view = find_name("view", "display \"" + display + "\"", settings.view, views,
-                                       config->getDefaultView(display.c_str()));
-    for (int i = 0; i < config->getNumLooks(); ++i) {
-      looks.emplace_back(config->getLookNameByIndex(i));
-    }
-    const std::string look = find_name("look", place, settings.look, looks, "");
+    const std::string display = find_name("display", place, settings.display, displays_of(config),
+                                          config->getDefaultDisplay());
+    const std::string view =
+        find_name("view", "display \"" + display + "\"", settings.view, views_of(config, display),
+                  config->getDefaultView(display.c_str()));
+    const std::string look = find_name("look", place, settings.look, looks_of(config), "");
 
     const ocio::DisplayViewTransformRcPtr transform = ocio::DisplayViewTransform::Create();
     transform->setSrc(source.space.c_str());

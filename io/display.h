@@ -18,6 +18,18 @@ struct DisplaySettings {
   float exposure = 0.0f;  // stops, before the view
 };
 
+// What DisplaySettings can name, as the config in use spells it; the defaults first.
+struct DisplayNames {
+  struct Display {
+    std::string name;
+    std::vector<std::string> views;
+  };
+  std::vector<Display> displays;
+  std::vector<std::string> looks;
+};
+// Throws InputError when $OCIO is set but cannot be read.
+DisplayNames display_names();
+
 // The transform from linear Rec. 709 to a display.
 //
 // With $OCIO unset or empty it is built from OpenColorIO's built-in transforms, without any file:

@@ -338,9 +338,10 @@ SceneEdits read_edits(const std::string& path) {
   const Reader root(json, path + "#");
   if (!json.is_object()) root.expected("an object");
   check_version(root);  // before the members: another version may have others
-  root.object({"emberline_edits", "camera", "environment", "lights", "materials"});
+  root.object({"emberline_edits", "camera", "variant", "environment", "lights", "materials"});
   SceneEdits edits;
   if (root.has("camera")) edits.camera = read_camera(root["camera"]);
+  if (root.has("variant")) edits.variant = read_target(root["variant"].object({"name", "index"}));
   if (root.has("environment")) {
     edits.environment = read_environment_edit(root["environment"], path);
   }
@@ -361,6 +362,7 @@ void write_edits(const std::string& path, const SceneEdits& edits) {
     if (!value.empty()) json[name] = std::move(value);
   };
   put("camera", camera_json(edits.camera));
+  if (edits.variant) put("variant", target_json(*edits.variant));
   put("environment", environment_json(edits.environment, path));
   Json lights = Json::array(), materials = Json::array();
   for (const LightEdit& edit : edits.lights) lights.push_back(light_json(edit));

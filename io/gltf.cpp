@@ -8,6 +8,7 @@
 #include "io/gltf_material.h"
 #include "io/gltf_model.h"
 #include "io/gltf_scene.h"
+#include "io/gltf_variants.h"
 #include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
 
@@ -32,6 +33,8 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
     report_ignored(path, "animations (at rest)", scene.coverage);
   }
   scene.materials = read_materials(document, *model, options, scene.coverage);
+  scene.variants = read_variants(document);
+  scene.variants_read = options.variants;
   load_scene_graph(document, *model, scene);
   load_images(document, options, scene);
   return scene;

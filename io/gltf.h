@@ -11,6 +11,9 @@ namespace emberline {
 struct GltfOptions {
   // An image that does not decode becomes a neutral colour and a warning instead of an error.
   bool lenient = false;
+  // True: what the meshes wear in any of the file's variants is read as well, images and vertex
+  // attributes included, so that SceneEdits can choose one. Otherwise their names alone.
+  bool variants = false;
 };
 
 // Reads `path`. Throws InputError (file, JSON pointer, what to do) for anything unusable: missing

@@ -21,13 +21,13 @@ constexpr ExtensionInfo kExtensions[] = {
     {"KHR_materials_ior", kHonoured, ""},
     {"KHR_materials_transmission", kHonoured, ""},
     {"KHR_materials_unlit", kHonoured, ""},
+    {"KHR_materials_variants", kHonoured, ""},
     // The mesh itself is the solid; thickness texture is for renderers that have none.
     {"KHR_materials_volume", kHonoured, ""},
     {"KHR_mesh_quantization", kHonoured, ""},
     {"KHR_meshopt_compression", kHonoured, ""},
     {"KHR_texture_transform", kHonoured, ""},
 
-    {"KHR_materials_variants", kApproximated, "default variant shown"},
     {"KHR_materials_specular", kApproximated, "a tinted reflection is taken as grey"},
     {"KHR_materials_pbrSpecularGlossiness", kApproximatedIfOptional,
      "converted to metallic-roughness, its specular texture is ignored"},

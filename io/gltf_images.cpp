@@ -70,6 +70,7 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
   std::vector<char> worn(scene.materials.size(), 0);
   for (const MeshDescription& mesh : scene.meshes) {
     if (mesh.material >= 0) worn[size_t(mesh.material)] = 1;
+    for (const VariantMaterial& other : mesh.variant_materials) worn[size_t(other.material)] = 1;
   }
   for (size_t m = 0; m < scene.materials.size(); ++m) {
     for (TextureRef* slot : texture_slots(scene.materials[m])) {

@@ -6,11 +6,11 @@
 
 namespace emberline {
 
-// Decodes the glTF images that the materials of scene.meshes name (TextureRef::image holds glTF
-// indices on entry), fills scene.images and renumbers the references. Images of materials that no
-// mesh wears are not read, those materials lose their textures.
-// Counts and warns of repairs. Throws InputError for an image that is missing or does not decode,
-// unless options.lenient: then it becomes white, or a flat normal where a normal map is wanted.
+// Decodes the glTF images that the materials of scene.meshes, in all variants, name
+// (TextureRef::image holds glTF indices on entry), fills scene.images and renumbers the references.
+// Images of materials that no mesh wears are not read, those materials lose their textures. Counts
+// and warns of repairs. Throws InputError for an image that is missing or does not decode, unless
+// options.lenient: then it becomes white, or a flat normal where a normal map is wanted.
 void load_images(const GltfDocument& document, const GltfOptions& options, SceneDescription& scene);
 
 }  // namespace emberline

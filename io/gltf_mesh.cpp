@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "io/gltf_deform.h"
 #include "io/gltf_material.h"
@@ -118,32 +119,29 @@ void drop_unused_vertices(MeshDescription& mesh) {
   }
 }
 
-int last_used_uv_set(const MaterialDescription& material) {
-  int last = 0;
-  for (const TextureRef* texture : texture_slots(material)) {
-    if (texture->image >= 0) last = std::max(last, texture->uv_set);
+using Materials = std::span<const MaterialDescription* const>;
+
+std::set<int> used_uv_sets(Materials materials) {
+  std::set<int> used;
+  for (const MaterialDescription* material : materials) {
+    for (const TextureRef* texture : texture_slots(*material)) {
+      if (texture->image >= 0) used.insert(texture->uv_set);
+    }
   }
-  return last;
+  return used;
 }
 
-bool uses_uv_set(const MaterialDescription& material, int set) {
-  for (const TextureRef* texture : texture_slots(material)) {
-    if (texture->image >= 0 && texture->uv_set == set) return true;
-  }
-  return false;
-}
-
-// UV sets that the material names; those the primitive lacks become (0, 0) everywhere.
-void read_uv_sets(const PrimitiveReader& reader, const MaterialDescription& material,
-                  LoadedMesh& loaded) {
+// UV sets that the materials name; those the primitive lacks become (0, 0) everywhere.
+void read_uv_sets(const PrimitiveReader& reader, Materials materials, LoadedMesh& loaded) {
   MeshDescription& mesh = loaded.mesh;
-  const int last = last_used_uv_set(material);
+  const std::set<int> used = used_uv_sets(materials);
+  const int last = used.empty() ? 0 : *used.rbegin();
   for (int set = 0; set <= last; ++set) {
     const std::string name = "TEXCOORD_" + std::to_string(set);
     std::vector<Vec2f> uv;
-    if (reader.has(name) && (set == 0 || uses_uv_set(material, set))) {
+    if (reader.has(name) && (set == 0 || used.contains(set))) {
       uv = to_vectors<Vec2f>(reader.floats(name, 2));
-    } else if (uses_uv_set(material, set)) {
+    } else if (used.contains(set)) {
       uv.assign(mesh.positions.size(), Vec2f(0.0f));
       loaded.ignored.push_back("textures on " + mesh.name + ", which has no " + name);
     }
@@ -168,6 +166,21 @@ void read_colors(const PrimitiveReader& reader, MeshDescription& mesh) {
   }
 }
 
+// The normal map that tangents are for: the first. Null without any.
+const TextureRef* find_normal_map(Materials materials, LoadedMesh& loaded) {
+  const TextureRef* found = nullptr;
+  for (const MaterialDescription* material : materials) {
+    const TextureRef& texture = material->normal_texture;
+    if (texture.image < 0) continue;
+    if (!found) found = &texture;
+    if (texture.uv_set == found->uv_set && texture.uv_transform == found->uv_transform) continue;
+    loaded.approximated.push_back("normal maps of variants on " + loaded.mesh.name +
+                                  ", which are laid out otherwise than its first");
+    break;
+  }
+  return found;
+}
+
 void normalise_directions(MeshDescription& mesh) {
   for (Vec3f& n : mesh.normals) n = normalize_or(n, Vec3f(0.0f));
   for (size_t i = 0; i < mesh.tangents.size(); ++i) {
@@ -181,7 +194,7 @@ void normalise_directions(MeshDescription& mesh) {
 }  // namespace
 
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
-                          const MeshPose& pose, const MaterialDescription& material) {
+                          const MeshPose& pose, Materials materials) {
   const json& mesh_object = document.json.at("meshes")[mesh_index];
   const json& primitive = mesh_object.at("primitives")[primitive_index];
   const std::string pointer =
@@ -211,11 +224,11 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   }
   if (reader.has("NORMAL")) mesh.normals = to_vectors<Vec3f>(reader.floats("NORMAL", 3));
   // Specification 3.7.2.1: without normals the supplied tangents are void.
-  const bool normal_mapped = material.normal_texture.image >= 0;
-  if (normal_mapped && !mesh.normals.empty() && reader.has("TANGENT")) {
+  const TextureRef* normal_map = find_normal_map(materials, loaded);
+  if (normal_map && !mesh.normals.empty() && reader.has("TANGENT")) {
     mesh.tangents = to_vectors<Vec4f>(reader.floats("TANGENT", 4));
   }
-  read_uv_sets(reader, material, loaded);
+  read_uv_sets(reader, materials, loaded);
   read_colors(reader, mesh);
   if (reader.has("COLOR_1")) loaded.ignored.push_back("COLOR_1");
 
@@ -227,7 +240,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   drop_bad_triangles(mesh, loaded.repairs);
   drop_unused_vertices(mesh);
   normalise_directions(mesh);
-  if (normal_mapped && mesh.tangents.empty()) generate_tangents(mesh, material.normal_texture);
+  if (normal_map && mesh.tangents.empty()) generate_tangents(mesh, *normal_map);
   return loaded;
 }
 

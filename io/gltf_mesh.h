@@ -1,6 +1,7 @@
 // One glTF primitive as a MeshDescription.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,12 +22,13 @@ struct MeshPose {
 struct LoadedMesh {
   MeshDescription mesh;  // without triangles when nothing survived
   LoadRepairs repairs;
-  std::vector<std::string> ignored;  // for the coverage report
+  std::vector<std::string> ignored, approximated;  // for the coverage report
 };
 
-// `material` is what the primitive is shaded with; it decides which UV sets are kept (0 always)
-// and whether tangents are needed. Throws InputError. Thread-safe.
+// `materials` are all that the primitive may be shaded with, its own first; they decide which UV
+// sets are kept (0 always) and whether tangents are needed. Throws InputError. Thread-safe.
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh, size_t primitive,
-                          const MeshPose& pose, const MaterialDescription& material);
+                          const MeshPose& pose,
+                          std::span<const MaterialDescription* const> materials);
 
 }  // namespace emberline

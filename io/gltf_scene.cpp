@@ -8,6 +8,7 @@
 #include "io/gltf_mesh.h"
 #include "io/gltf_node_objects.h"
 #include "io/gltf_transform.h"
+#include "io/gltf_variants.h"
 #include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -57,6 +58,7 @@ class SceneGraphReader {
   size_t find_use(size_t mesh, MeshPose pose);
   void check_budget() const;
   void load_meshes();
+  LoadedMesh load_primitive_of(const MeshUse& use, size_t primitive) const;
   void place_meshes();
   void report();
 
@@ -205,6 +207,26 @@ void SceneGraphReader::check_budget() const {
   }
 }
 
+LoadedMesh SceneGraphReader::load_primitive_of(const MeshUse& use, size_t index) const {
+  static const MaterialDescription default_material;
+  const json& primitive = document_.json.at("meshes")[use.mesh].at("primitives")[index];
+  std::vector<VariantMaterial> others;
+  if (scene_.variants_read) {
+    others = read_variant_materials(
+        document_, primitive,
+        "/meshes/" + std::to_string(use.mesh) + "/primitives/" + std::to_string(index));
+  }
+  const int own = primitive.value("material", -1);
+  std::vector<const MaterialDescription*> materials = {own >= 0 ? &scene_.materials[size_t(own)]
+                                                                : &default_material};
+  for (const VariantMaterial& other : others) {
+    materials.push_back(&scene_.materials[size_t(other.material)]);
+  }
+  LoadedMesh loaded = load_primitive(document_, use.mesh, index, use.pose, materials);
+  loaded.mesh.variant_materials = std::move(others);
+  return loaded;
+}
+
 void SceneGraphReader::load_meshes() {
   check_budget();
   struct Task {
@@ -222,14 +244,7 @@ void SceneGraphReader::load_meshes() {
     document_.progress->check();
     Task& task = tasks[i];
     try {
-      const MeshUse& use = uses_[task.use];
-      const json& primitive =
-          document_.json.at("meshes")[use.mesh].at("primitives")[task.primitive];
-      const int material = primitive.value("material", -1);
-      static const MaterialDescription default_material;
-      task.result =
-          load_primitive(document_, use.mesh, task.primitive, use.pose,
-                         material >= 0 ? scene_.materials[size_t(material)] : default_material);
+      task.result = load_primitive_of(uses_[task.use], task.primitive);
     } catch (...) {
       task.error = std::current_exception();
     }
@@ -240,6 +255,9 @@ void SceneGraphReader::load_meshes() {
     if (task.error) std::rethrow_exception(task.error);
     for (const std::string& what : task.result.ignored) {
       report_ignored(document_.file, what, scene_.coverage);
+    }
+    for (const std::string& what : task.result.approximated) {
+      report_approximated(document_.file, what, scene_.coverage);
     }
     scene_.repairs.degenerate_triangles += task.result.repairs.degenerate_triangles;
     scene_.repairs.non_finite_triangles += task.result.repairs.non_finite_triangles;

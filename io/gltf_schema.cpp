@@ -166,7 +166,12 @@ constexpr Property kMaterial[] = {string("name"),
 
 constexpr Property kDraco[] = {required(index("bufferView", "/bufferViews")),
                                required(to("attributes", Kind::kIndexMap, nullptr))};
-constexpr Property kPrimitiveExtensions[] = {object("KHR_draco_mesh_compression", kDraco)};
+constexpr Property kVariantMapping[] = {
+    required(index("material", "/materials")),
+    required(to("variants", Kind::kIndices, "/extensions/KHR_materials_variants/variants"))};
+constexpr Property kVariantMappings[] = {required(objects("mappings", kVariantMapping))};
+constexpr Property kPrimitiveExtensions[] = {object("KHR_draco_mesh_compression", kDraco),
+                                             object("KHR_materials_variants", kVariantMappings)};
 constexpr Property kPrimitive[] = {required(to("attributes", Kind::kIndexMap, "/accessors")),
                                    index("indices", "/accessors"),
                                    index("material", "/materials"),
@@ -208,7 +213,10 @@ constexpr Property kSpot[] = {number("innerConeAngle"), number("outerConeAngle")
 constexpr Property kLight[] = {string("name"),  numbers("color", 3),      number("intensity", 0),
                                number("range"), required(string("type")), object("spot", kSpot)};
 constexpr Property kLights[] = {required(objects("lights", kLight))};
-constexpr Property kRootExtensions[] = {object("KHR_lights_punctual", kLights)};
+constexpr Property kVariant[] = {required(string("name"))};
+constexpr Property kVariants[] = {required(objects("variants", kVariant))};
+constexpr Property kRootExtensions[] = {object("KHR_lights_punctual", kLights),
+                                        object("KHR_materials_variants", kVariants)};
 
 constexpr Property kAsset[] = {required(string("version")), string("minVersion"),
                                string("generator")};

@@ -76,6 +76,11 @@ int run_command_line(int argc, char** argv) {
   add_render_options(render_app, render);
   add_log_flags(render_app);
 
+  ViewOptions view;
+  CLI::App* view_app = root.add_subcommand("view", "the interactive window");
+  add_view_options(view_app, view);
+  add_log_flags(view_app);
+
   InfoOptions info;
   CLI::App* info_app = root.add_subcommand("info", "what is in a scene and what becomes of it");
   add_info_options(info_app, info);
@@ -106,7 +111,8 @@ int run_command_line(int argc, char** argv) {
     throw_usage(root, error);
   }
   set_log_level(quiet ? LogLevel::kQuiet : verbose ? LogLevel::kVerbose : LogLevel::kNormal);
-  render.command_line = study.frame.command_line = shell_command(argc, argv);
+  render.command_line = view.render.command_line = study.frame.command_line =
+      shell_command(argc, argv);
 
   if (version) {
     std::string text;
@@ -120,6 +126,7 @@ int run_command_line(int argc, char** argv) {
     }
     return run_render(render);
   }
+  if (view_app->parsed()) return run_view(view);
   if (info_app->parsed()) return run_info(info);
   if (heatmap_app->parsed()) return run_heatmap(heatmap);
   if (compare_app->parsed()) return run_compare(compare);
@@ -134,7 +141,8 @@ int run_command_line(int argc, char** argv) {
     return run_study(study);
   }
   throw UsageError(
-      "no command given; valid commands are render, info, heatmap, compare, study; see emberline "
+      "no command given; valid commands are render, view, info, heatmap, compare, study; see "
+      "emberline "
       "--help");
 }
 

@@ -182,6 +182,19 @@ void add_sampling_options(CLI::App* app, RenderOptions& o) {
              "stop rendering after so many seconds and write what there is [none]");
 }
 
+void add_edits(CLI::App* app, RenderOptions& o) {
+  app->add_option("--edits", o.edits,
+                  "change view, lights, environment and materials as this .json file says; its "
+                  "view gives way to --camera, --look-from and --fov-y")
+      ->type_name("FILE");
+}
+
+void add_variant(CLI::App* app, RenderOptions& o) {
+  app->add_option("--variant", o.variant,
+                  "materials of this variant, by name or index [the file's default]")
+      ->type_name("NAME|INDEX");
+}
+
 // Of a heatmap's picture; on `render` they need a heatmap.
 void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) {
   const auto bind = [needed](CLI::Option* option) {
@@ -225,6 +238,12 @@ void add_heatmaps(CLI::App* app, RenderOptions& o) {
       ->allow_extra_args(false)
       ->needs(heatmap);
   add_heatmap_style(app, o.heatmap_style, heatmap);
+}
+
+void add_grading(CLI::App* app, DisplaySettings& o) {
+  app->add_option("--view", o.view, "OpenColorIO view [the display's default]");
+  app->add_option("--look", o.look, "OpenColorIO look [none]");
+  add_number(app, "--exposure", o.exposure, -64.0f, 64.0f, "stops, for .png and .jpg [0]");
 }
 
 void add_result_options(CLI::App* app, RenderOptions& o) {
@@ -301,9 +320,43 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
                      TevAddress::kDefaultPort))
       ->type_name("NAME|URL")
       ->allow_extra_args(false);
-  app->add_option("--view", o.display.view, "OpenColorIO view [the display's default]");
-  app->add_option("--look", o.display.look, "OpenColorIO look [none]");
-  add_number(app, "--exposure", o.display.exposure, -64.0f, 64.0f, "stops, for .png and .jpg [0]");
+  add_grading(app, o.display);
+}
+
+// What the window itself is told, beside the render in it.
+void add_window_options(CLI::App* app, ViewOptions& o) {
+  app->add_option("--window", "size of the window [as last time]")
+      ->type_name("WxH")
+      ->each([&o](const std::string& text) {
+        std::array<int, 2> v;
+        if (!parse_numbers(text, 'x', v) || v[0] < 320 || v[1] < 240 || v[0] > 16384 ||
+            v[1] > 16384) {
+          throw CLI::ValidationError("--window", "'" + text + "' is not WxH from 320x240 on");
+        }
+        o.window_size = Vec2i(v[0], v[1]);
+      });
+  add_number(app, "--ui-scale", o.interface_scale, 0.5f, 4.0f,
+             "size of letters and panels [the screen's]");
+  CLI::Option* screenshot =
+      app->add_option("--screenshot", o.screenshot,
+                      "write a picture of the window when the frame is done, and close")
+          ->type_name("FILE");
+  add_number(app, "--screenshot-after", o.screenshot_after_s, 0.001, 1e6,
+             "not when the frame is done, but so many seconds after its first pass")
+      ->needs(screenshot);
+  CLI::Option* measure =
+      app->add_option("--measure", o.measure,
+                      "play edits, write how long each took to be on the screen, and close")
+          ->type_name("FILE")
+          ->excludes(screenshot);
+  app->add_option("--measure-script", o.measure_script,
+                  "the edits, a .json file [orbits, lights, materials and environment in turn]")
+      ->type_name("FILE")
+      ->needs(measure);
+  app->add_option("--journal", o.journal, "what the window does, a line of JSON each")
+      ->type_name("FILE");
+  app->add_flag("--forget", o.forget,
+                "neither read nor write the size and the panels of the window");
 }
 
 void add_study_choices(CLI::App* app, StudyOptions& o) {
@@ -356,15 +409,29 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
 void add_render_options(CLI::App* app, RenderOptions& o) {
   o.filter = kDefaultFilter;
   app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
-  app->add_option("--edits", o.edits,
-                  "change view, lights, environment and materials as this .json file says; its "
-                  "view gives way to --camera, --look-from and --fov-y")
-      ->type_name("FILE");
+  add_edits(app, o);
+  add_variant(app, o);
   add_result_options(app, o);
   add_sampling_options(app, o);
   add_integration_options(app, o);
   add_frame_options(app, o);
   add_light_options(app, o);
+}
+
+void add_view_options(CLI::App* app, ViewOptions& o) {
+  RenderOptions& r = o.render;
+  r.filter = kDefaultFilter;
+  r.driver = "live";
+  app->add_option("scene", r.scene, "a .gltf or .glb file [one is opened in the window]");
+  add_edits(app, r);
+  add_window_options(app, o);
+  add_sampling_options(app, r);
+  add_integration_options(app, r);
+  add_frame_options(app, r);
+  add_light_options(app, r);
+  app->add_option("--display", r.display.display, "OpenColorIO display [the config's default]")
+      ->type_name("NAME");
+  add_grading(app, r.display);
 }
 
 void add_info_options(CLI::App* app, InfoOptions& o) {

@@ -6,6 +6,7 @@
 #include "renderer/app/info_command.h"
 #include "renderer/app/render_options.h"
 #include "renderer/app/study_command.h"
+#include "renderer/app/view/view_command.h"
 
 namespace CLI {
 class App;
@@ -16,6 +17,7 @@ namespace emberline {
 // Each sets the defaults that the command line has, and binds the options, which must live until
 // the arguments are parsed.
 void add_render_options(CLI::App* app, RenderOptions& options);
+void add_view_options(CLI::App* app, ViewOptions& options);
 void add_info_options(CLI::App* app, InfoOptions& options);
 void add_heatmap_options(CLI::App* app, HeatmapOptions& options);
 void add_compare_options(CLI::App* app, CompareOptions& options);

@@ -18,26 +18,27 @@
 namespace emberline {
 namespace {
 
-std::string camera_list(const SceneDescription& scene) {
-  if (scene.cameras.empty()) return "the file has none";
+template <class Named>
+std::string list_names(const std::vector<Named>& list) {
+  if (list.empty()) return "the file has none";
   std::string text = "the file has ";
-  for (size_t i = 0; i < scene.cameras.size(); ++i) {
-    text += fmt::format("{}{} '{}'", i ? ", " : "", i, scene.cameras[i].name);
+  for (size_t i = 0; i < list.size(); ++i) {
+    text += fmt::format("{}{} '{}'", i ? ", " : "", i, list[i].name);
   }
   return text;
 }
 
-const CameraDescription& find_camera(const std::string& wanted, const SceneDescription& scene) {
-  for (const CameraDescription& camera : scene.cameras) {
-    if (camera.name == wanted) return camera;
-  }
+// The index of what an option calls by name or index.
+template <class Named>
+size_t find_named(const char* what, const std::string& wanted, const std::vector<Named>& list) {
+  const auto named = std::ranges::find(list, wanted, &Named::name);
+  if (named != list.end()) return size_t(named - list.begin());
   size_t index = 0;
   const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
-  if (error == std::errc() && end == wanted.data() + wanted.size() &&
-      index < scene.cameras.size()) {
-    return scene.cameras[index];
+  if (error == std::errc() && end == wanted.data() + wanted.size() && index < list.size()) {
+    return index;
   }
-  throw UsageError("--camera: no camera '" + wanted + "'; " + camera_list(scene));
+  throw UsageError(fmt::format("--{0}: no {0} '{1}'; {2}", what, wanted, list_names(list)));
 }
 
 void warn_of_repaired(const std::string& file, uint64_t texels) {
@@ -55,8 +56,10 @@ SceneEdits load_edits(const RenderOptions& options) {
   return edits;
 }
 
-SceneDescription load_scene(const RenderOptions& options, LoadProgress& progress) {
-  SceneDescription scene = load_gltf(options.scene, {.lenient = options.lenient}, progress);
+SceneDescription load_scene(const RenderOptions& options, LoadProgress& progress, bool variants) {
+  SceneDescription scene = load_gltf(
+      options.scene, {.lenient = options.lenient, .variants = variants || !options.variant.empty()},
+      progress);
   if (!options.environment.empty()) {
     progress.begin(LoadStage::kEnvironment);
     EnvironmentDescription environment;
@@ -72,11 +75,21 @@ SceneDescription load_scene(const RenderOptions& options, LoadProgress& progress
   return scene;
 }
 
+void choose_variant(const RenderOptions& options, const SceneDescription& scene,
+                    SceneEdits& edits) {
+  if (options.variant.empty()) return;
+  if (edits.variant) {
+    log_info("the variant is the command line's, and not that of " + edits.variant->place);
+  }
+  const size_t index = find_named("variant", options.variant, scene.variants);
+  edits.variant = EditTarget{scene.variants[index].name, int(index), "--variant"};
+}
+
 CameraDescription choose_camera(const RenderOptions& options, const SceneDescription& scene) {
   const double aspect = double(options.width) / options.height;
   CameraDescription camera;
   if (!options.camera.empty()) {
-    camera = find_camera(options.camera, scene);
+    camera = scene.cameras[find_named("camera", options.camera, scene.cameras)];
   } else if (options.look_from || scene.cameras.empty()) {
     camera = framing_camera(world_bounds(scene), aspect);
     if (!options.look_from) log_info("the file has no camera; framing the whole scene");

@@ -13,12 +13,18 @@
 
 namespace emberline {
 
-// Loads the scene, puts the environment of the options into it. Throws InputError, and Cancelled.
-SceneDescription load_scene(const RenderOptions& options,
-                            LoadProgress& progress = LoadProgress::unwatched());
-
 // The edits of the options, or none. Throws InputError.
 SceneEdits load_edits(const RenderOptions& options);
+
+// Loads the scene, puts the environment of the options into it; `variants` as in GltfOptions, and
+// true as well where the options choose one. Throws InputError, and Cancelled.
+SceneDescription load_scene(const RenderOptions& options,
+                            LoadProgress& progress = LoadProgress::unwatched(),
+                            bool variants = false);
+
+// The variant that the options choose takes the place of that of `edits`. Throws UsageError that
+// lists the file's.
+void choose_variant(const RenderOptions& options, const SceneDescription& scene, SceneEdits& edits);
 
 // The camera that the options choose. Throws UsageError that lists the file's cameras.
 CameraDescription choose_camera(const RenderOptions& options, const SceneDescription& scene);

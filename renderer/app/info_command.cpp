@@ -31,6 +31,12 @@ Json describe_images(const SceneDescription& scene) {
   return list;
 }
 
+Json describe_variants(const SceneDescription& scene) {
+  Json list = Json::array();
+  for (const VariantDescription& variant : scene.variants) list.push_back({{"name", variant.name}});
+  return list;
+}
+
 Json describe_lights(const SceneDescription& scene) {
   static constexpr const char* kTypes[] = {"point", "spot", "directional"};
   Json list = Json::array();
@@ -73,6 +79,7 @@ Json describe(const SceneDescription& scene) {
   json["bounds"] = {{"min", {bounds.min.x, bounds.min.y, bounds.min.z}},
                     {"max", {bounds.max.x, bounds.max.y, bounds.max.z}}};
   json["materials"] = scene.materials.size();
+  json["variants"] = describe_variants(scene);
   json["images"] = describe_images(scene);
   json["lights"] = describe_lights(scene);
   json["cameras"] = describe_cameras(scene);
@@ -121,6 +128,7 @@ std::string as_text(const Json& j) {
     print("image {} x {} x {} {}  {}\n", image["width"].get<int>(), image["height"].get<int>(),
           image["channels"].get<int>(), plain(image["type"]), plain(image["name"]));
   }
+  for (const Json& variant : j["variants"]) print("variant '{}'\n", plain(variant["name"]));
   for (const Json& camera : j["cameras"]) {
     print("camera '{}' {}\n", plain(camera["name"]), plain(camera["type"]));
   }

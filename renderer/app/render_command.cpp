@@ -160,9 +160,11 @@ int run_render(const RenderOptions& options) {
   report.threads = threads;
   report.times.setup_s = wall.seconds();
   const Stopwatch load;
-  const SceneEdits edits = load_edits(options);
-  SceneDescription description = load_scene(options);
-  if (!options.edits.empty() || options.light_groups) apply(edits, description);
+  SceneEdits edits = load_edits(options);
+  SceneDescription description =
+      load_scene(options, LoadProgress::unwatched(), edits.variant.has_value());
+  choose_variant(options, description, edits);
+  if (edits != SceneEdits() || options.light_groups) apply(edits, description);
   report.times.load_s = load.seconds();
   const CameraDescription camera_description = choose_camera(options, description, edits);
   report.camera = camera_description.name;

@@ -20,7 +20,8 @@ inline constexpr uint32_t kMaxSamples = 1u << 24;
 
 struct RenderOptions {
   std::string scene;
-  std::string edits;  // a file of them; empty: none
+  std::string edits;    // a file of them; empty: none
+  std::string variant;  // name or index; empty: the file's own materials
   std::vector<std::string> outputs;
   std::string command_line;  // for the records
 

@@ -100,6 +100,7 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
   if (o.max_spp) add("max_spp", std::to_string(*o.max_spp));
   if (o.fov_y) add("fov_y", fmt::format("{}", *o.fov_y));
   if (!o.edits.empty()) add("edits", o.edits);
+  if (!o.variant.empty()) add("variant", o.variant);
   for (const auto& [name, version] : library_versions()) {
     list.emplace_back("emberline:version:" + name, version);
   }

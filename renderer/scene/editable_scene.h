@@ -2,8 +2,9 @@
 //
 // An edited scene renders the same bits as one built from the edited description. What of a
 // material the BVH knows is its filter (geometry.h): whether back faces are culled, which
-// transmission switches off, and whether there is coverage, which no edit changes. Here the filter
-// asks the mesh for the first at every candidate hit, so that neither touches the BVH.
+// transmission switches off, and whether there is coverage, which comes and goes with variants.
+// Here the filter asks the mesh at every candidate hit for what may change, so that none of it
+// touches the BVH.
 #pragma once
 
 #include <memory>
@@ -15,7 +16,8 @@ namespace emberline {
 
 class EditableScene {
  public:
-  // Builds the description without edits; throws as build_scene does. Attributes of vertices that
+  // Builds the description without edits; throws as build_scene does. For variants to be chosen,
+  // load it with GltfOptions::variants. Attributes of vertices that
   // no material reads yet are kept, for the edit that makes one read them.
   explicit EditableScene(SceneDescription description, SceneBuildOptions options = {},
                          LoadProgress& progress = LoadProgress::unwatched());

@@ -23,19 +23,27 @@ void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
   log_verbose(std::string("Embree: ") + message);
 }
 
-// Whether back faces are culled: for good, or as the mesh says at the moment.
-enum class Culling { kNever, kAlways, kAsked };
+// Whether back faces are culled, or there is coverage: for good, or as the mesh says at the moment.
+enum class Answer { kNever, kAlways, kAsked };
+
+Answer answer(bool now, bool may_change) {
+  return may_change ? Answer::kAsked : now ? Answer::kAlways : Answer::kNever;
+}
+
+bool holds(Answer answer, bool now) {
+  return answer == Answer::kAlways || (answer == Answer::kAsked && now);
+}
 
 // Called by Embree for every candidate hit of a geometry that has back faces to hide or coverage,
 // in the version that asks for no more than that. A pure function of ray, triangle and key, so that
 // traversal order cannot show.
-template <Culling kCulling, bool kCovers>
+template <Answer kCulls, Answer kCovers>
 void filter(const RTCFilterFunctionNArguments* arguments) {
   int* valid = arguments->valid;
   const unsigned n = arguments->N;
   const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
-  const bool culls =
-      kCulling == Culling::kAlways || (kCulling == Culling::kAsked && record.mesh->cull_backfaces);
+  const bool culls = holds(kCulls, record.mesh->cull_backfaces);
+  const bool covers = holds(kCovers, record.mesh->has_coverage);
   for (unsigned i = 0; i < n; ++i) {
     if (valid[i] != -1) continue;
     if (culls) {
@@ -50,7 +58,7 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
         continue;
       }
     }
-    if constexpr (kCovers) {
+    if (covers) {
       const Mesh& mesh = *record.mesh;
       const auto* context = reinterpret_cast<const embree::RayContext*>(arguments->context);
       const uint32_t primitive = RTCHitN_primID(arguments->hit, n, i);
@@ -64,21 +72,29 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-template <bool kCovers>
-RTCFilterFunctionN filter_for(Culling culling) {
-  switch (culling) {
-    case Culling::kNever:
-      return filter<Culling::kNever, kCovers>;
-    case Culling::kAlways:
-      return filter<Culling::kAlways, kCovers>;
-    case Culling::kAsked:
-      return filter<Culling::kAsked, kCovers>;
+template <Answer kCovers>
+RTCFilterFunctionN filter_for(Answer culls) {
+  switch (culls) {
+    case Answer::kNever:
+      return filter<Answer::kNever, kCovers>;
+    case Answer::kAlways:
+      return filter<Answer::kAlways, kCovers>;
+    case Answer::kAsked:
+      return filter<Answer::kAsked, kCovers>;
   }
   return nullptr;
 }
 
-RTCFilterFunctionN choose_filter(Culling culling, bool covers) {
-  return covers ? filter_for<true>(culling) : filter_for<false>(culling);
+RTCFilterFunctionN choose_filter(Answer culls, Answer covers) {
+  switch (covers) {
+    case Answer::kNever:
+      return filter_for<Answer::kNever>(culls);
+    case Answer::kAlways:
+      return filter_for<Answer::kAlways>(culls);
+    case Answer::kAsked:
+      return filter_for<Answer::kAsked>(culls);
+  }
+  return nullptr;
 }
 
 // What Embree is given to call while it builds.
@@ -159,13 +175,12 @@ RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                              mesh.triangles.data(), 0, sizeof(mesh.triangles[0]),
                              mesh.triangles.size());
-  if (mesh.cull_backfaces || mesh.culling_may_change || mesh.has_coverage) {
+  const Answer culls = answer(mesh.cull_backfaces, mesh.culling_may_change);
+  const Answer covers = answer(mesh.has_coverage, mesh.coverage_may_change);
+  if (culls != Answer::kNever || covers != Answer::kNever) {
     records.push_back(std::make_unique<GeometryRecord>(GeometryRecord{&mesh, instance}));
     rtcSetGeometryUserData(geometry, records.back().get());
-    const Culling culling = mesh.culling_may_change ? Culling::kAsked
-                            : mesh.cull_backfaces   ? Culling::kAlways
-                                                    : Culling::kNever;
-    const RTCFilterFunctionN chosen = choose_filter(culling, mesh.has_coverage);
+    const RTCFilterFunctionN chosen = choose_filter(culls, covers);
     rtcSetGeometryIntersectFilterFunction(geometry, chosen);
     rtcSetGeometryOccludedFilterFunction(geometry, chosen);
   }

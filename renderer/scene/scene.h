@@ -75,7 +75,8 @@ struct Mesh {
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
-  bool culling_may_change = false;  // by an update
+  bool culling_may_change = false;  // by an update, as may the coverage
+  features::Flag<features::kCoverage> coverage_may_change = false;
   // Whether the material reads what interpolate_attributes finds.
   features::Flag<features::kTextures || features::kVertexColors> has_attributes = false;
   features::Flag<features::kCoverage> has_coverage = false;

@@ -88,6 +88,14 @@ struct MaterialDescription {
 // ---- geometry
 // ------------------------------------------------------------------------------------
 
+// What a mesh wears in one variant.
+struct VariantMaterial {
+  int variant = -1;  // into SceneDescription::variants
+  int material = -1;
+
+  bool operator==(const VariantMaterial&) const = default;
+};
+
 // A triangle mesh with one material (one glTF primitive, strips and fans already unrolled).
 // positions, and every attribute that is present, have one entry per vertex.
 struct MeshDescription {
@@ -99,6 +107,13 @@ struct MeshDescription {
   std::vector<std::vector<Vec2f>> uv_sets;  // each empty or full
   std::vector<Vec4f> colors;                // COLOR_0 linear rgba; empty: white
   int material = -1;                        // -1: glTF's default material
+  // By growing variant; in those that are absent the mesh wears `material`.
+  std::vector<VariantMaterial> variant_materials;
+};
+
+// KHR_materials_variants: a set of materials that the meshes may wear instead of their own.
+struct VariantDescription {
+  std::string name;
 };
 
 // A mesh placed in the world. Nodes are flattened at load; transforms keep double precision so
@@ -173,6 +188,9 @@ struct SceneDescription {
   std::string generator;  // asset.generator
   std::vector<std::shared_ptr<const Image>> images;
   std::vector<MaterialDescription> materials;
+  std::vector<VariantDescription> variants;
+  // Whether the meshes' variant_materials, and what those materials need, have been read.
+  bool variants_read = false;
   std::vector<MeshDescription> meshes;
   std::vector<InstanceDescription> instances;
   std::vector<PunctualLightDescription> lights;

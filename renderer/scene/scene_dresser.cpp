@@ -44,6 +44,24 @@ std::vector<bool> SceneDresser::worn_materials() const {
   return worn;
 }
 
+// What the BVH's filter has to ask the mesh about: whatever another material may answer otherwise.
+// Transmission, which any edit may switch on, makes back faces seen; sides and coverage come with
+// the materials of variants.
+void SceneDresser::foresee_changes(Mesh& mesh, const MeshDescription& source) const {
+  if (!options_.editable) return;
+  const auto look_at = [&](int index) {
+    static const MaterialDescription default_material;
+    const MaterialDescription& material =
+        index < 0 ? default_material : description_.materials[size_t(index)];
+    if (!options_.show_backfaces && !material.double_sided) mesh.culling_may_change = true;
+    if (material.alpha_mode != AlphaMode::kOpaque && !source.variant_materials.empty()) {
+      mesh.coverage_may_change = true;
+    }
+  };
+  look_at(source.material);
+  for (const VariantMaterial& other : source.variant_materials) look_at(other.material);
+}
+
 void SceneDresser::put_on_materials() {
   auto materials = std::make_unique<MaterialSet>(description_, worn_materials());
   previous_ = std::exchange(scene_.materials_, std::move(materials));
@@ -52,8 +70,10 @@ void SceneDresser::put_on_materials() {
   scene_.has_transmission_ = false;
   for (const Instance& instance : scene_.instances_) {
     Mesh& mesh = scene_.meshes_[instance.mesh];
-    const int index = description_.meshes[instance.mesh].material;
+    const MeshDescription& source = description_.meshes[instance.mesh];
+    const int index = source.material;
     const Material& material = (*scene_.materials_)[index];
+    if (!mesh.material) foresee_changes(mesh, source);
     if (!mesh.material || !mesh.material->emits_like(material)) relit_[instance.mesh] = true;
     mesh.material = &material;
     mesh.material_index = uint32_t(index < 0 ? int(description_.materials.size()) : index);
@@ -61,7 +81,6 @@ void SceneDresser::put_on_materials() {
                           (options_.unread_uv && !mesh.uv_sets.empty());
     const bool single_sided = !options_.show_backfaces && !material.double_sided();
     mesh.cull_backfaces = single_sided && !material.has_transmission();
-    mesh.culling_may_change = single_sided && options_.editable;
     mesh.has_coverage = material.has_alpha(!mesh.colors.empty());
     if (mesh.has_coverage) scene_.has_coverage_ = true;
     if (material.has_transmission()) scene_.has_transmission_ = true;

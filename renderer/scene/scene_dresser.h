@@ -27,6 +27,7 @@ class SceneDresser {
 
  private:
   std::vector<bool> worn_materials() const;
+  void foresee_changes(scene_detail::Mesh& mesh, const MeshDescription& source) const;
   bool emitters_changed() const;
   std::vector<EmissiveTriangle> collect_emitters();
   void collect_emitters_of(uint32_t instance, std::vector<EmissiveTriangle>& triangles);

@@ -78,6 +78,7 @@ class EditApplication {
   }
 
   void apply() {
+    put_on_variant();
     edit_environment();
     for (size_t i = 0; i < edits_.materials.size(); ++i) edit_material(i);
     for (size_t i = 0; i < edits_.lights.size(); ++i) edit_light(i);
@@ -85,6 +86,7 @@ class EditApplication {
 
  private:
   void check_targets();
+  void put_on_variant();
   void edit_environment();
   void edit_material(size_t edit);
   void edit_light(size_t edit);
@@ -92,6 +94,7 @@ class EditApplication {
   const SceneEdits& edits_;
   SceneDescription& scene_;
   std::vector<size_t> lights_, materials_;  // what each edit means
+  int variant_ = -1;
 };
 
 void EditApplication::check_targets() {
@@ -103,6 +106,12 @@ void EditApplication::check_targets() {
     }
     return index;
   };
+  if (edits_.variant) {
+    variant_ = int(find_target(*edits_.variant, "variant", scene_.variants));
+    if (!scene_.variants_read) {
+      refuse(edits_.variant->place, "the scene was loaded without its variants' materials");
+    }
+  }
   const EnvironmentEdit& environment = edits_.environment;
   const bool lit_around = scene_.environment.has_value() || environment.image;
   constexpr const char* kNoEnvironment = "the scene has no environment; give one by its \"file\"";
@@ -129,6 +138,14 @@ void EditApplication::check_targets() {
         lights_.push_back(0);
         break;
     }
+  }
+}
+
+void EditApplication::put_on_variant() {
+  for (MeshDescription& mesh : scene_.meshes) {
+    const auto other =
+        std::ranges::find(mesh.variant_materials, variant_, &VariantMaterial::variant);
+    if (other != mesh.variant_materials.end()) mesh.material = other->material;
   }
 }
 
@@ -181,7 +198,9 @@ void EditApplication::edit_light(size_t i) {
 }  // namespace
 
 EditClass classify(const SceneEdits& before, const SceneEdits& after) {
-  if (before.materials != after.materials) return EditClass::kMaterial;
+  if (before.materials != after.materials || before.variant != after.variant) {
+    return EditClass::kMaterial;
+  }
   if (before.lights != after.lights || before.environment != after.environment) {
     return EditClass::kLight;
   }
@@ -236,6 +255,8 @@ SceneDescription outline(const SceneDescription& description) {
   result.generator = description.generator;
   result.images = description.images;
   result.materials = description.materials;
+  result.variants = description.variants;
+  result.variants_read = description.variants_read;
   result.instances = description.instances;
   result.lights = description.lights;
   result.cameras = description.cameras;
@@ -248,6 +269,7 @@ SceneDescription outline(const SceneDescription& description) {
     MeshDescription& kept = result.meshes.emplace_back();
     kept.name = mesh.name;
     kept.material = mesh.material;
+    kept.variant_materials = mesh.variant_materials;
   }
   return result;
 }

@@ -17,9 +17,9 @@
 
 namespace emberline {
 
-// One of the file's lights, materials or cameras. The name finds it where one alone has that name,
-// wherever the file now lists it; the index tells those of equal name apart, and finds one without
-// a name.
+// One of the file's lights, materials, cameras or variants. The name finds it where one alone has
+// that name, wherever the file now lists it; the index tells those of equal name apart, and finds
+// one without a name.
 struct EditTarget {
   std::string name;
   int index = -1;     // into the description's list; -1: the name alone
@@ -86,6 +86,8 @@ struct MaterialEdit {
 
 struct SceneEdits {
   CameraEdit camera;
+  // Of SceneDescription::variants; absent: the meshes wear their own materials.
+  std::optional<EditTarget> variant;
   std::vector<LightEdit> lights;
   EnvironmentEdit environment;
   std::vector<MaterialEdit> materials;
@@ -105,9 +107,14 @@ EditClass classify(const SceneEdits& before, const SceneEdits& after);
 // dark. glTF's default material, where a placed mesh has it, becomes one more of
 // `description.materials`, last and named kDefaultMaterialName.
 //
+// A variant is put on first, so that materials are edited by what they are called in the file.
+// Whether a scene has any light is asked of the file's own materials: the light of a variant comes
+// on top of the white environment that a file without light is given.
+//
 // Throws InputError (the edit's place, the valid names) for a target that is not there, or that
-// two edits name, and for an environment edit where there is no environment; the description is
-// then as it was. Values are taken as they are: edits_file.h holds a file's to their ranges.
+// two edits name, for a variant of a description that was loaded without what they wear, and for an
+// environment edit where there is no environment; the description is then as it was. Values are
+// taken as they are: edits_file.h holds a file's to their ranges.
 void apply(const SceneEdits& edits, SceneDescription& description);
 inline constexpr const char* kDefaultMaterialName = "default material";
 

@@ -120,6 +120,7 @@ const std::vector<WrongValue>& wrong_values() {
        {"valid names are", "hilbert", "spiral", "scanline", "random"}},
       {"--backfaces", {"maybe", ""}, {"valid names are", "cull", "show"}},
       {"--camera", {"nope", "1", "-1", "0.0"}, {"no camera", "0 'main'"}},
+      {"--variant", {"nope", "0", "-1"}, {"no variant", "the file has none"}},
       {"--display", {"Rec.2020"}, {"valid names are", "sRGB"}, {"-o", "a.png"}},
       {"--display",
        {"tev:", "tev://", "tev://host:99999", "tev://host:0", "tev://host:", "tev://::1:1",

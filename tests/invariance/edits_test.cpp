@@ -23,6 +23,10 @@ struct NamedEdit {
 
 void PrintTo(const NamedEdit& edit, std::ostream* out) { *out << edit.name; }
 
+void choose(SceneEdits& edits, EditedVariant variant) {
+  edits.variant = EditTarget{"", variant, ""};
+}
+
 const NamedEdit kEdits[] = {
     {"punctual_intensity", EditClass::kLight,
      [](SceneEdits& e) { light(e, EditedLight::kPunctual, 1).intensity = 3.0f; }},
@@ -103,6 +107,19 @@ const NamedEdit kEdits[] = {
      [](SceneEdits& e) {
        material(e, kVeilMaterial).base_color = {1, 0, 0};
      }},
+    {"variant_of_a_material", EditClass::kMaterial, [](SceneEdits& e) { choose(e, kGoldenFloor); }},
+    {"variant_brings_coverage", EditClass::kMaterial,
+     [](SceneEdits& e) { choose(e, kVeiledBall); }},
+    {"variant_takes_coverage", EditClass::kMaterial, [](SceneEdits& e) { choose(e, kSolidVeil); }},
+    {"variant_moves_the_lamps", EditClass::kMaterial,
+     [](SceneEdits& e) { choose(e, kSwappedLamps); }},
+    {"variant_is_clear", EditClass::kMaterial, [](SceneEdits& e) { choose(e, kClearShell); }},
+    {"variant_with_edits", EditClass::kMaterial,
+     [](SceneEdits& e) {
+       choose(e, kSwappedLamps);
+       material(e, kPanelMaterial).base_color = {0.9f, 0.1f, 0.1f};
+       light(e, EditedLight::kMaterial, kLampMaterial).intensity = 0.5f;
+     }},
     {"many", EditClass::kMaterial,
      [](SceneEdits& e) {
        material(e, kShellMaterial).transmission = 1.0f;
@@ -112,6 +129,12 @@ const NamedEdit kEdits[] = {
        e.environment.rotation_degrees = -120.0f;
      }},
 };
+
+SceneDescription varied_scene() {
+  SceneDescription scene = edited_scene();
+  add_variants(scene);
+  return scene;
+}
 
 SceneEdits made(const NamedEdit& edit) {
   SceneEdits edits;
@@ -131,7 +154,7 @@ RenderedImage picture(const Scene& scene, int threads) {
 }
 
 std::unique_ptr<Scene> built(const SceneEdits& edits) {
-  SceneDescription description = edited_scene();
+  SceneDescription description = varied_scene();
   apply(edits, description);
   return build_scene(std::move(description), {});
 }
@@ -149,12 +172,12 @@ class Edits : public testing::TestWithParam<NamedEdit> {};
 
 TEST_P(Edits, GiveTheBitsOfASceneBuiltWithThem) {
   const SceneEdits edits = made(GetParam());
-  const RenderedImage unedited = picture(*build_scene(edited_scene(), {}), 2);
+  const RenderedImage unedited = picture(*build_scene(varied_scene(), {}), 2);
   const std::unique_ptr<Scene> fresh = built(edits);
   const RenderedImage expected = picture(*fresh, 2);
   EXPECT_TRUE(differ(expected, unedited)) << "the edit is not seen";
 
-  EditableScene scene(edited_scene());
+  EditableScene scene(varied_scene());
   const uint32_t builds = scene.scene().bvh_builds();
   EXPECT_EQ(scene.set(edits), GetParam().reach);
   for (const int threads : {1, 2, 7}) {
@@ -175,24 +198,24 @@ INSTANTIATE_TEST_SUITE_P(Each, Edits, testing::ValuesIn(kEdits),
                          [](const auto& edit) { return std::string(edit.param.name); });
 
 TEST(EditsTest, OneBvhPerInstancedMeshAndOneOverAll) {
-  EXPECT_EQ(EditableScene(edited_scene()).scene().bvh_builds(), 2u);
+  EXPECT_EQ(EditableScene(varied_scene()).scene().bvh_builds(), 2u);
   EXPECT_EQ(built({})->bvh_builds(), 2u);
 }
 
 TEST(EditsTest, AnEditableSceneRendersWhatAnyOtherDoes) {
-  const std::vector<std::string> list = features(*build_scene(edited_scene(), {}));
+  const std::vector<std::string> list = features(*build_scene(varied_scene(), {}));
   EXPECT_TRUE(std::ranges::any_of(list, [](const std::string& feature) {
     return feature.starts_with("flush emitters");
   })) << "the lamp is not in the panel: the tests above say less than they should";
   for (const int threads : {1, 3}) {
-    expect_same_bits(picture(EditableScene(edited_scene()).scene(), threads),
-                     picture(*build_scene(edited_scene(), {}), threads), "unedited");
+    expect_same_bits(picture(EditableScene(varied_scene()).scene(), threads),
+                     picture(*build_scene(varied_scene(), {}), threads), "unedited");
   }
 }
 
 // Hundreds of edits on top of one another leave no trace but the last. std::mt19937 of seed 1.
 TEST(EditsTest, AStormOfEdits) {
-  EditableScene scene(edited_scene());
+  EditableScene scene(varied_scene());
   const uint32_t builds = scene.scene().bvh_builds();
   std::mt19937 random(1);
   SceneEdits edits;
@@ -210,7 +233,7 @@ TEST(EditsTest, AStormOfEdits) {
 
 // The camera is no part of the scene: nothing of it is touched.
 TEST(EditsTest, ACameraEditLeavesTheScene) {
-  EditableScene scene(edited_scene());
+  EditableScene scene(varied_scene());
   const LightSampler* lights = &scene.scene().lights();
   const Material* material = &scene.scene().material_of(0);
   SceneEdits edits;
@@ -223,7 +246,7 @@ TEST(EditsTest, ACameraEditLeavesTheScene) {
 
 // A lamp that is turned off leaves the dark behind, not the white sky of scenes without light.
 TEST(EditsTest, TheLastLightTurnedOffIsDarkness) {
-  SceneDescription lamp = edited_scene();
+  SceneDescription lamp = varied_scene();
   lamp.environment.reset();
   lamp.lights.clear();
   SceneEdits off;
@@ -260,7 +283,7 @@ TEST(EditsTest, WhatTheFileLeavesToItsReaderIsEditable) {
 
 // A refused edit changes nothing.
 TEST(EditsTest, ARefusedEditLeavesTheSceneAsItWas) {
-  EditableScene scene(edited_scene());
+  EditableScene scene(varied_scene());
   const SceneEdits before = made(kEdits[0]);
   scene.set(before);
   const RenderedImage seen = picture(scene.scene(), 2);

@@ -104,6 +104,29 @@ inline SceneDescription edited_scene() {
   return b.description;
 }
 
+// Variants of it, by number. Each changes what the BVH's filter or the lights go by.
+enum EditedVariant {
+  kGoldenFloor,
+  kVeiledBall,    // coverage where there was none, on an instanced mesh
+  kSolidVeil,     // and none where there was; its back is no longer seen
+  kSwappedLamps,  // the panel shines, and the ball; the lamp does not
+  kClearShell,    // seen from behind
+};
+
+inline void add_variants(SceneDescription& scene) {
+  scene.variants = {
+      {"golden floor"}, {"veiled ball"}, {"solid veil"}, {"swapped lamps"}, {"clear shell"}};
+  scene.variants_read = true;
+  // Meshes are in the order of their materials.
+  scene.meshes[kFloorMaterial].variant_materials = {{kGoldenFloor, kBallMaterial}};
+  scene.meshes[kBallMaterial].variant_materials = {{kVeiledBall, kVeilMaterial},
+                                                   {kSwappedLamps, kLampMaterial}};
+  scene.meshes[kVeilMaterial].variant_materials = {{kSolidVeil, kFloorMaterial}};
+  scene.meshes[kLampMaterial].variant_materials = {{kSwappedLamps, kPanelMaterial}};
+  scene.meshes[kPanelMaterial].variant_materials = {{kSwappedLamps, kLampMaterial}};
+  scene.meshes[kShellMaterial].variant_materials = {{kClearShell, kGlassMaterial}};
+}
+
 // Sees all of it, the lamp in its panel as well.
 inline CameraDescription edited_view() { return perspective({0.3, 1.3, 4.5}, {0, 1, 0}, 45); }
 

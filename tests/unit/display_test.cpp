@@ -231,5 +231,29 @@ colorspaces:
   expect_error<InputError>([] { DisplayTransform({}); }, "scene_linear");
 }
 
+TEST_F(DisplayTest, NamesOfTheBuiltInConfigStartWithTheDefaults) {
+  const DisplayNames names = display_names();
+  ASSERT_EQ(names.displays.size(), 1u);
+  EXPECT_EQ(names.displays[0].name, "sRGB");
+  EXPECT_EQ(names.displays[0].views, (std::vector<std::string>{"sRGB", "ACES", "Raw"}));
+  EXPECT_TRUE(names.looks.empty());
+}
+
+TEST_F(DisplayTest, EveryNameThatIsListedCanBeUsed) {
+  for (const DisplayNames::Display& display : display_names().displays) {
+    for (const std::string& view : display.views) {
+      DisplaySettings settings;
+      settings.display = display.name;
+      settings.view = view;
+      EXPECT_NO_THROW(DisplayTransform{settings}) << display.name << " / " << view;
+    }
+  }
+}
+
+TEST_F(DisplayTest, NamesOfAConfigThatIsNotThereAreAnInputError) {
+  setenv("OCIO", path("missing.ocio").c_str(), 1);
+  EXPECT_THROW(display_names(), InputError);
+}
+
 }  // namespace
 }  // namespace emberline

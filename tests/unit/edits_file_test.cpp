@@ -38,6 +38,7 @@ SceneEdits everything() {
   edits.camera.look_at = Vec3d(1.0 / 3.0, 2, 3);
   edits.camera.up = Vec3d(0.1, 0.9, -0.2);
   edits.camera.fov_y_degrees = 33.3;
+  edits.variant = EditTarget{"beach", 3, ""};
   edits.environment.strength = 0.1f;
   edits.environment.rotation_degrees = -123.4f;
   LightEdit& light = edits.lights.emplace_back();
@@ -127,6 +128,9 @@ TEST_F(EditsFile, SaysWhatIsWrongAndWhere) {
       {R"("environment": {"strength": -1})", {"#/environment/strength: ", "-1"}},
       {R"("environment": {"file": 1})", {"#/environment/file: ", "text"}},
       {R"("environment": {"file": "nowhere.hdr"})", {"#/environment/file: ", "nowhere.hdr"}},
+      {R"("variant": "beach")", {"#/variant: ", "object"}},
+      {R"("variant": {})", {"#/variant: ", "name", "index"}},
+      {R"("variant": {"index": -1})", {"#/variant/index: ", "-1"}},
       {R"("lights": {})", {"#/lights: ", "array"}},
       {R"("lights": [{"name": "Key"}])", {"#/lights/0: ", "kind"}},
       {R"("lights": [{"kind": "spot", "name": "Key"}])",

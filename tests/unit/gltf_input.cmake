@@ -8,8 +8,10 @@ emberline_test(gltf_input_test
     gltf_material_test.cpp
     gltf_scene_test.cpp
     gltf_tangents_test.cpp
+    gltf_variants_test.cpp
   LINK
     emberline_io
+    emberline_scene
     OpenImageIO::OpenImageIO
     draco::draco
     meshoptimizer::meshoptimizer

@@ -180,6 +180,29 @@ TEST(SceneEdits, WhatIsNotThereIsRefusedWithTheValidNames) {
   expect_words(refusal(turned, skyless), {"no environment", "file"});
 }
 
+TEST(SceneEdits, AVariantPutsOnWhatTheMeshesWearInIt) {
+  SceneDescription scene = edited_scene();
+  add_variants(scene);
+  SceneEdits edits;
+  edits.variant = EditTarget{"", kVeiledBall, ""};
+  edits.materials.push_back(material_edit(kVeilMaterial));
+  edits.materials.back().roughness = 0.25f;
+  EXPECT_EQ(classify({}, edits), EditClass::kMaterial);
+  SceneEdits other = edits;
+  other.variant->index = kSwappedLamps;
+  EXPECT_EQ(classify(edits, other), EditClass::kMaterial);
+  apply(edits, scene);
+  EXPECT_EQ(scene.meshes[1].material, kVeilMaterial);
+  EXPECT_EQ(scene.meshes[0].material, kFloorMaterial);
+  EXPECT_EQ(scene.materials[kVeilMaterial].roughness, 0.25f);
+
+  edits.variant = EditTarget{"beach", -1, "shot.json#/variant"};
+  expect_words(refusal(edits), {"shot.json#/variant: ", "no variant 'beach'", "has no variants"});
+  scene = edited_scene();
+  add_variants(scene);
+  expect_words(refusal(edits, scene), {"no variant 'beach'", "1 'veiled ball'"});
+}
+
 TEST(SceneEdits, ARefusalLeavesTheDescriptionAsItWas) {
   SceneEdits edits = edits_of(light_edit(EditedLight::kPunctual, 0));
   edits.lights[0].intensity = 5.0f;

@@ -56,21 +56,18 @@ CameraDescription LoadedScene::camera(int width, int height) const {
   return fitted;
 }
 
-std::shared_ptr<LoadedScene> load_for_view(const RenderOptions& options,
-                                           const LoadProgress& progress) {
+std::shared_ptr<LoadedScene> load_for_view(const RenderOptions& options, LoadProgress& progress) {
   const size_t warned = warnings_so_far().size();
-  progress("reading", 0.0);
   SceneEdits edits = load_edits(options);
-  SceneDescription description = load_scene(options);
+  SceneDescription description = load_scene(options, progress);
   auto open = std::make_shared<OpenScene>();
   open->camera = choose_camera(options, description);
   open->bounds = world_bounds(description);
   if (!open->bounds.empty()) open->center = open->bounds.center();
   if (open->bounds.radius() > 0.0) open->radius = open->bounds.radius();
-  progress("BVH", 0.6);
   SceneBuildOptions build = choose_build_options(options);
   build.unread_uv = true;  // the integrator may be changed for one that shows them
-  EditableScene scene(std::move(description), build);
+  EditableScene scene(std::move(description), build, progress);
   open->outline = scene.original();
   open->features = scene.scene().features();
   const std::vector<std::string> warnings = warnings_so_far();

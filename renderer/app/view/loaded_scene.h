@@ -1,12 +1,11 @@
 // A scene as a session holds it: built, with what the window lists of it.
 #pragma once
 
-#include <functional>
 #include <memory>
-#include <string>
 
 #include "renderer/app/render_options.h"
 #include "renderer/app/view/open_scene.h"
+#include "renderer/core/load_progress.h"
 #include "renderer/scene/editable_scene.h"
 
 namespace emberline {
@@ -22,13 +21,9 @@ struct LoadedScene {
   CameraDescription camera(int width, int height) const;
 };
 
-// Told what is being done, for people, and the share of the whole that is done.
-using LoadProgress = std::function<void(const std::string& stage, double fraction)>;
-
 // Reads the options' scene, surroundings and edits, and builds it so that it can be edited. Throws
-// what `render` would report.
-std::shared_ptr<LoadedScene> load_for_view(const RenderOptions& options,
-                                           const LoadProgress& progress);
+// what `render` would report, and Cancelled.
+std::shared_ptr<LoadedScene> load_for_view(const RenderOptions& options, LoadProgress& progress);
 
 // Throws InputError for edits that do not fit the scene; looks at no file.
 void check_edits(const SceneEdits& edits, const LoadedScene& scene);

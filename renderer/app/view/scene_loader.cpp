@@ -11,16 +11,20 @@ SceneLoader::SceneLoader(std::function<void()> wake) : wake_(std::move(wake)) {}
 
 void SceneLoader::load(const RenderOptions& options) {
   uint64_t number;
+  std::stop_token stop;
   std::shared_ptr<LoadedScene> unseen;  // that nobody took; freed by the thread
   {
     const std::lock_guard lock(mutex_);
     number = ++number_;
+    stop_.request_stop();
+    stop_ = {};
+    stop = stop_.get_token();
     unseen = std::move(loaded_);
     status_ = {LoadStatus::State::kLoading, options.scene, "waiting", 0.0, {}};
   }
-  thread_.post([this, options, number, unseen = std::move(unseen)]() mutable {
+  thread_.post([this, options, number, stop, unseen = std::move(unseen)]() mutable {
     unseen.reset();
-    load_now(options, number);
+    load_now(options, number, stop);
   });
 }
 
@@ -28,6 +32,7 @@ void SceneLoader::cancel() {
   const std::lock_guard lock(mutex_);
   if (status_.state != LoadStatus::State::kLoading) return;
   ++number_;
+  stop_.request_stop();
   status_.state = LoadStatus::State::kCancelled;
 }
 
@@ -46,7 +51,7 @@ void SceneLoader::report(uint64_t number, const std::function<void(LoadStatus&)>
   wake_();
 }
 
-void SceneLoader::load_now(const RenderOptions& options, uint64_t number) {
+void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::stop_token stop) {
   {
     const std::lock_guard lock(mutex_);
     if (number != number_) return;  // a newer one follows, or none is wanted
@@ -58,19 +63,23 @@ void SceneLoader::load_now(const RenderOptions& options, uint64_t number) {
     });
   };
   try {
-    std::shared_ptr<LoadedScene> scene =
-        load_for_view(options, [&](const std::string& stage, double fraction) {
+    LoadProgress progress(
+        [&](const std::string& stage, double fraction) {
           report(number, [&](LoadStatus& status) {
             status.stage = stage;
             status.fraction = fraction;
           });
-        });
+        },
+        std::move(stop));
+    std::shared_ptr<LoadedScene> scene = load_for_view(options, progress);
     report(number, [&](LoadStatus& status) {
       status.state = LoadStatus::State::kReady;
       status.stage.clear();
       status.fraction = 1.0;
       loaded_ = std::move(scene);
     });
+  } catch (const Cancelled&) {
+    // Whoever called it off has said so in the status.
   } catch (const EmberlineError& error) {
     fail(error.what());
   } catch (const std::bad_alloc&) {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 
 #include "renderer/app/view/loaded_scene.h"
 #include "renderer/app/view/task_thread.h"
@@ -22,13 +23,14 @@ class SceneLoader {
   LoadStatus poll(std::shared_ptr<LoadedScene>* arrived);
 
  private:
-  void load_now(const RenderOptions& options, uint64_t number);
+  void load_now(const RenderOptions& options, uint64_t number, std::stop_token stop);
   // Changes the status if that load is still the one that counts.
   void report(uint64_t number, const std::function<void(LoadStatus&)>& change);
 
   const std::function<void()> wake_;
   std::mutex mutex_;
-  uint64_t number_ = 0;  // of the newest load; cancelling counts as one
+  uint64_t number_ = 0;    // of the newest load; cancelling counts as one
+  std::stop_source stop_;  // of the same load
   LoadStatus status_;
   std::shared_ptr<LoadedScene> loaded_;
   TaskThread thread_;  // last: its tasks use all of the above

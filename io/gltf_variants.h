@@ -1,0 +1,21 @@
+// KHR_materials_variants: other materials for the same meshes, chosen for the whole file at once.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/gltf_document.h"
+#include "renderer/scene/scene_description.h"
+
+namespace emberline {
+
+// The file's variants, in its order, which is what `variant` of VariantMaterial counts.
+std::vector<VariantDescription> read_variants(const GltfDocument& document);
+
+// What a primitive wears in which variant, by growing `variant`; in those that are absent it wears
+// its own material. `pointer` is the primitive's. Throws InputError for a variant given twice.
+std::vector<VariantMaterial> read_variant_materials(const GltfDocument& document,
+                                                    const nlohmann::json& primitive,
+                                                    const std::string& pointer);
+
+}  // namespace emberline

@@ -1,0 +1,53 @@
+// Rows of a panel: what a value is called on the left, and on the right the widget that changes it,
+// as wide as the panel. All return whether the value was changed.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/core/vector.h"
+
+namespace emberline::widgets {
+
+// `edited`: the value is not the file's; its name is then in the accent colour, and a click on the
+// name with the right button calls for the file's: Row::reset.
+struct Row {
+  const char* name;
+  const char* help = nullptr;  // shown over the name
+  bool edited = false;
+  bool* reset = nullptr;
+};
+
+bool slide(const Row& row, float& value, float least, float most, const char* format,
+           bool logarithmic = false);
+bool slide(const Row& row, int& value, int least, int most, bool logarithmic = false);
+bool colour(const Row& row, Rgb& value, bool hdr = false);
+bool check(const Row& row, bool& value);
+void text(const Row& row, const std::string& value);
+
+// One of a table's names; `first` is what an empty value means, and can be chosen then.
+struct Choice {
+  std::string_view name, summary;
+};
+bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
+            const char* empty_means = nullptr);
+
+template <typename Table>
+std::vector<Choice> choices_of(const Table& table) {
+  std::vector<Choice> choices;
+  for (const auto& entry : table) choices.push_back({entry.name, entry.summary});
+  return choices;
+}
+
+// A heading between groups of rows.
+void heading(const char* text);
+// Help over what was drawn last.
+void help(const std::string& text);
+// A line of text, broken where the panel ends.
+void paragraph(const std::string& text);
+
+}  // namespace emberline::widgets

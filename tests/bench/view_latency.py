@@ -1,0 +1,73 @@
+"""From an edit to its first picture on the screen, through the real window on a virtual display; and what the window
+costs a render that nobody touches.
+
+    python3 tests/bench/view_latency.py build/release/bin/emberline SCENE [further words for `emberline view`]
+
+Needs xvfb. Software OpenGL draws with the render's own cores, which a graphics card would leave alone.
+"""
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "view"))
+import display as screens  # noqa: E402
+
+
+def measure(binary, words, size):
+    screen = screens.Display(*size)
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            report = pathlib.Path(folder) / "measured.json"
+            subprocess.run([binary, "view", *words, "--forget", "--window", f"{size[0]}x{size[1]}", "--measure", str(report)],
+                           env=screen.environment, check=True)
+            return json.loads(report.read_text())
+    finally:
+        screen.close()
+
+
+def render_pace(binary, words, driver, seconds):
+    """Samples a second of `render` with the same driver and no window."""
+    with tempfile.TemporaryDirectory() as folder:
+        report = pathlib.Path(folder) / "r.json"
+        subprocess.run([binary, "render", *words, "--driver", driver, "--spp", "4096", "--time-limit", str(seconds), "-q",
+                        "-o", str(pathlib.Path(folder) / "r.exr"), "--report", str(report)], check=True)
+        told = json.loads(report.read_text())
+        return told["samples"]["total"] / told["time"]["render_s"]
+
+
+def row(name, summary):
+    cells = []
+    for key in ("first_picture_ms", "every_pixel_ms"):
+        value = summary[key]
+        cells += [f"{value['median']:.1f}", f"{value['p95']:.1f}"] if value else ["-", "-"]
+    print(f"| {name} | {summary['first_picture_ms']['count']} | " + " | ".join(cells) + " |")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("binary")
+    parser.add_argument("--window", default="1640x860")
+    parser.add_argument("--pace", action="store_true", help="also render without a window, to compare the pace")
+    arguments, words = parser.parse_known_args()
+    result = measure(arguments.binary, words, tuple(int(n) for n in arguments.window.split("x")))
+    print("| edit | count | first picture: median ms | 95 % ms | every pixel: median ms | 95 % ms |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    row("all", result["edits_ms"])
+    for kind, summary in sorted(result["by_kind"].items()):
+        row(kind, summary)
+    busy = result["window_busy_ms"]
+    print(f"\nthe window's thread is busy at a time: median {busy['median']:.1f} ms, 95 % {busy['p95']:.1f} ms, "
+          f"most {busy['most']:.1f} ms")
+    pace = result["idle"]["samples_per_s"]
+    print(f"while nobody touches it: {pace / 1e6:.3f} M samples/s")
+    if arguments.pace:
+        driver = "adaptive" if result["driver"] == "live" else result["driver"]
+        alone = render_pace(arguments.binary, words, driver, 8)
+        print(f"`render --driver {driver}`: {alone / 1e6:.3f} M samples/s; the window has {100 * pace / alone:.1f} % of it")
+
+
+if __name__ == "__main__":
+    main()

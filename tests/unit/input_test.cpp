@@ -1,0 +1,64 @@
+// The table of shortcuts: what the window lists is what its keys do.
+#include "renderer/app/view/input.h"
+
+#include <gtest/gtest.h>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <set>
+
+namespace emberline {
+namespace {
+
+TEST(Input, NoKeyMeansTwoThings) {
+  std::set<std::pair<int, int>> taken;
+  for (const Shortcut& entry : shortcut_table()) {
+    EXPECT_TRUE(taken.insert({entry.key, entry.modifiers}).second) << entry.keys;
+  }
+  for (const FlightKey& entry : flight_table()) {
+    EXPECT_TRUE(taken.insert({entry.key, 0}).second) << entry.keys;
+  }
+  std::set<std::pair<int, int>> drags;
+  for (const DragGesture& entry : drag_table()) {
+    EXPECT_TRUE(drags.insert({entry.button, entry.modifiers}).second) << entry.keys;
+  }
+}
+
+TEST(Input, EveryActionIsListedOnce) {
+  std::set<Action> listed;
+  for (const Shortcut& entry : shortcut_table()) {
+    if (!entry.listed) continue;
+    EXPECT_TRUE(listed.insert(entry.action).second) << entry.keys;
+    EXPECT_FALSE(entry.keys.empty());
+    EXPECT_FALSE(entry.effect.empty()) << entry.keys;
+    EXPECT_EQ(keys_of(entry.action), entry.keys);
+  }
+  EXPECT_EQ(listed.size(), size_t(Action::kMessages) + 1);
+}
+
+TEST(Input, ModifiersAreNamedAsTheyAre) {
+  for (const Shortcut& entry : shortcut_table()) {
+    if (!entry.listed) continue;
+    EXPECT_EQ(entry.keys.find("Ctrl+") != std::string_view::npos,
+              (entry.modifiers & GLFW_MOD_CONTROL) != 0)
+        << entry.keys;
+    EXPECT_EQ(entry.keys.find("Shift+") != std::string_view::npos,
+              (entry.modifiers & GLFW_MOD_SHIFT) != 0)
+        << entry.keys;
+  }
+}
+
+TEST(Input, FindsShortcutsAndDrags) {
+  ASSERT_TRUE(find_shortcut(GLFW_KEY_Z, GLFW_MOD_CONTROL));
+  EXPECT_EQ(find_shortcut(GLFW_KEY_Z, GLFW_MOD_CONTROL)->action, Action::kUndo);
+  EXPECT_EQ(find_shortcut(GLFW_KEY_Z, GLFW_MOD_CONTROL | GLFW_MOD_SHIFT)->action, Action::kRedo);
+  EXPECT_EQ(find_shortcut(GLFW_KEY_7, 0)->number, 7);
+  EXPECT_FALSE(find_shortcut(GLFW_KEY_Z, GLFW_MOD_ALT));
+  EXPECT_EQ(find_drag(GLFW_MOUSE_BUTTON_LEFT, 0)->drag, Drag::kOrbit);
+  EXPECT_EQ(find_drag(GLFW_MOUSE_BUTTON_RIGHT, GLFW_MOD_SHIFT)->drag, Drag::kTurnEnvironment);
+  EXPECT_FALSE(find_drag(GLFW_MOUSE_BUTTON_RIGHT, GLFW_MOD_ALT));
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,12 @@
+emberline_test(view_interface_test
+  SOURCES
+    edit_entries_test.cpp
+    edit_latency_test.cpp
+    histogram_test.cpp
+    picture_placement_test.cpp
+    window_state_test.cpp
+  LINK emberline_view)
+
+if(EMBERLINE_HAS_WINDOW)
+  emberline_test(input_test SOURCES input_test.cpp LINK emberline_window glfw)
+endif()

@@ -1,0 +1,329 @@
+"""The window as its user meets it: on a virtual screen, with real keys and a real mouse."""
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+import display as screens
+
+BINARY, SCENES = None, None
+SKIPPED = 77  # what ctest takes for "not run"
+SIZE = (160, 90)
+
+
+def scene(name="cornell_box"):
+    return SCENES / f"{name}.glb"
+
+
+def small(*more, driver="bisection", spp=4):
+    """A frame that is finished in a moment."""
+    words = [scene(), "--size", f"{SIZE[0]}x{SIZE[1]}", "--driver", driver]
+    return words + (["--spp", spp] if spp else []) + list(more)
+
+
+class WindowTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.display = screens.Display()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.display.close()
+
+    def window(self, *words, **options):
+        window = screens.Window(self.display, BINARY, *words, **options)
+        self.addCleanup(window.close)
+        return window
+
+    def finished(self, *words, **options):
+        """A window whose frame is done, and that has the keyboard."""
+        window = self.window(*(words or small()), **options)
+        window.wait_until_finished()
+        window.focus()
+        return window
+
+    def rendered(self, folder, suffix, *more):
+        file = folder / f"reference.{suffix}"
+        subprocess.run([BINARY, "render", scene(), "--size", f"{SIZE[0]}x{SIZE[1]}", "--spp", "4", "-q",
+                        "-o", str(file), *map(str, more)], check=True)
+        return file
+
+    # ---- the picture
+
+    def test_shows_what_render_writes(self):
+        window = self.finished()
+        window.key("z")  # one to one
+        time.sleep(0.3)
+        width, height, rows = window.screenshot()
+        self.assertEqual((width, height), (1000, 640))
+        picture = window.last("placed")
+        self.assertEqual(picture["zoom"], 1)
+        left, top = (int(value) for value in picture["at"])
+        shown = [rows[top + y][3 * left:3 * (left + SIZE[0])] for y in range(SIZE[1])]
+        _, _, expected = screens.read_png(self.rendered(window.folder, "png"))
+        worst = max(abs(a - b) for s, e in zip(shown, expected) for a, b in zip(s, e))
+        self.assertLessEqual(worst, 1, "the window's pixels are not those of `render`")
+        self.assertGreater(len({bytes(r[3 * x:3 * x + 3]) for r in shown for x in range(SIZE[0])}), 1000)
+
+    def test_value_under_the_cursor_is_the_films(self):
+        window = self.finished()
+        exr = self.rendered(window.folder, "exr")
+        for x, y in ((80, 45), (31, 60), (120, 20)):
+            since = window.mark()
+            window.move_to_pixel(x, y)
+            time.sleep(0.3)
+            window.key("ctrl+c")
+            told = window.wait_for("pixel", since=since)
+            self.assertEqual((told["x"], told["y"]), (x, y))
+            text = subprocess.run(["oiiotool", str(exr), "--ch", "R,G,B", "--cut", f"1x1+{x}+{y}", "--dumpdata"],
+                                  check=True, capture_output=True, text=True).stdout
+            expected = [float(word) for word in text.split("):")[-1].split()]
+            for told_value, value in zip(told["rgb"], expected):
+                self.assertAlmostEqual(told_value, value, delta=1e-5 * max(1, abs(value)))
+            self.assertTrue(told["known"])
+            self.assertEqual(told["samples"], 4)
+
+    def test_a_click_selects_the_material(self):
+        window = self.finished()
+        since = window.mark()
+        window.move_to_pixel(80, 85)  # the floor
+        window.display.xdotool("click", 1)
+        self.assertGreaterEqual(window.wait_for("select", since=since)["material"], 0)
+
+    def test_overlay_appears_and_goes(self):
+        window = self.finished()
+        before = window.screenshot()
+        since = window.mark()
+        window.key("o")
+        self.assertIn("samples", window.wait_for("picture", lambda e: e["legend"], since)["legend"])
+        self.assertNotEqual(window.screenshot()[2], before[2])
+        for _ in range(6):
+            window.key("o")
+            time.sleep(0.2)
+        since = window.mark()
+        window.key("F5")
+        self.assertEqual(window.wait_until_finished(since)["legend"], "")
+
+    def test_live_driver_goes_on_with_adaptive_sampling(self):
+        window = self.window(*small(driver="live", spp=None))
+        window.wait_for("picture", lambda e: e["driver"] == "bisection")
+        window.wait_for("picture", lambda e: e["driver"] == "adaptive" and e["complete"])
+        window.focus()
+        self.assertEqual(window.end(), 0)
+
+    def test_buckets_are_outlined_and_not_in_the_pixels(self):
+        window = self.window(*small("--bucket-size", 16, driver="bucket", spp=512))
+        window.wait_for("picture", lambda e: e["buckets"] > 0)
+        window.wait_until_finished()
+        self.assertEqual(window.last("picture")["buckets"], 0)
+
+    # ---- hands
+
+    def test_orbit_and_one_undo(self):
+        window = self.finished()
+        before = window.last("picture")["edit"]
+        start = window.screenshot()[2]
+        since = window.mark()
+        window.drag((80, 20), steps=40)
+        last = window.wait_until_finished(since)
+        self.assertGreater(last["edit"], before)
+        self.assertNotEqual(self.picture_rows(window, window.screenshot()), self.picture_rows(window, (0, 0, start)))
+        self.assertIsNotNone(window.last("edits")["camera"])
+        since = window.mark()
+        window.key("ctrl+z")
+        window.wait_for("edits", lambda e: e["camera"] is None, since)
+        window.wait_until_finished(since)
+        self.assertEqual(self.picture_rows(window, window.screenshot()), self.picture_rows(window, (0, 0, start)))
+        since = window.mark()
+        window.key("ctrl+shift+z")
+        window.wait_for("edits", lambda e: e["camera"] is not None, since)
+
+    def picture_rows(self, window, shot):
+        """The rows of the picture, away from its edges and from notes along the lower one."""
+        picture = window.last("placed")
+        left, top = (int(value) for value in picture["at"])
+        zoom = picture["zoom"]
+        return [shot[2][top + int(y * zoom)][3 * (left + 10):3 * (left + 300)] for y in range(5, 45)]
+
+    def test_keys_fly_and_reset(self):
+        window = self.finished()
+        since = window.mark()
+        window.display.xdotool("keydown", "w", "sleep", "0.4", "keyup", "w")
+        window.wait_for("edits", lambda e: e["camera"] is not None, since)
+        since = window.mark()
+        window.key("r")
+        window.wait_for("edits", lambda e: e["camera"] is None, since)
+
+    def test_wheel_dollies_and_control_zooms(self):
+        window = self.finished()
+        since = window.mark()
+        window.move_to_pixel(80, 45)
+        window.display.xdotool("click", 4)
+        window.wait_for("edits", lambda e: e["camera"] is not None, since)
+        zoom = window.last("placed")["zoom"]
+        since = window.mark()
+        window.display.xdotool("keydown", "ctrl", "click", 4, "keyup", "ctrl")
+        window.wait_for("placed", lambda e: e["zoom"] > zoom, since)
+
+    def test_region_and_pause(self):
+        window = self.finished()
+        since = window.mark()
+        window.drag((60, 40), key="ctrl")
+        region = window.wait_for("settings", lambda e: e["region"], since)["region"]
+        self.assertEqual(region[:2], [80, 45])
+        since = window.mark()
+        window.key("Escape")
+        window.wait_for("settings", lambda e: not e["region"], since)
+        window.key("space")
+        window.wait_for("settings", lambda e: e["paused"], since)
+
+    def test_saves_edits_that_render_takes(self):
+        box = pathlib.Path(self.window_folder()) / "box.glb"
+        shutil.copy(scene(), box)
+        window = self.window(box, *small()[1:])
+        window.wait_until_finished()
+        window.focus()
+        since = window.mark()
+        window.drag((-60, 10))
+        window.wait_until_finished(since)
+        window.key("ctrl+s")
+        window.wait_for("message", lambda e: "edits saved" in e["text"], since)
+        edits = box.with_suffix(".edits.json")
+        self.assertTrue(edits.exists())
+        exr = window.folder / "edited.exr"
+        subprocess.run([BINARY, "render", str(box), "--size", "160x90", "--spp", "4", "-q", "--edits", str(edits),
+                        "-o", str(exr)], check=True)
+        window.move_to_pixel(70, 50)
+        time.sleep(0.3)
+        since = window.mark()
+        window.key("ctrl+c")
+        told = window.wait_for("pixel", since=since)
+        text = subprocess.run(["oiiotool", str(exr), "--ch", "R,G,B", "--cut", "1x1+70+50", "--dumpdata"],
+                              check=True, capture_output=True, text=True).stdout
+        for told_value, value in zip(told["rgb"], (float(word) for word in text.split("):")[-1].split())):
+            self.assertAlmostEqual(told_value, value, delta=1e-5 * max(1, abs(value)))
+
+    def window_folder(self):
+        import tempfile
+        folder = tempfile.mkdtemp(prefix="emberline-view-")
+        self.addCleanup(shutil.rmtree, folder, True)
+        return folder
+
+    # ---- storms
+
+    def test_storm_of_edits(self):
+        window = self.finished()
+        generator = random.Random(1)
+        since = window.mark()
+        for _ in range(4):
+            window.drag((generator.randint(-200, 200), generator.randint(-80, 80)), steps=150)
+        window.wait_until_finished(since)
+        time.sleep(1)
+        edit = window.last("edit")["edit"]
+        window.wait_for("picture", lambda e: e["edit"] >= edit and e["finished"], since)
+        self.assertEqual(window.end(), 0)
+
+    def test_storm_of_sizes(self):
+        window = self.finished()
+        number = window.focus()
+        generator = random.Random(2)
+        words = []
+        for _ in range(60):
+            words += ["windowsize", number, generator.randint(320, 1200), generator.randint(240, 780)]
+        self.display.xdotool(*words)
+        self.display.xdotool("windowsize", "--sync", number, 900, 600)
+        time.sleep(0.5)
+        width, height, _ = window.screenshot()
+        self.assertEqual((width, height), (900, 600))
+        self.assertEqual(window.end(), 0)
+
+    def test_closing_while_it_loads(self):
+        for delay in (0.0, 0.05, 0.2, 0.4):
+            window = self.window(scene("teapot"), "--env", SCENES / "studio.hdr", "--size", "1280x720")
+            time.sleep(delay)
+            self.assertIn(window.end(signal.SIGTERM), (0, 130, -signal.SIGTERM))
+
+    def test_closing_while_it_renders(self):
+        window = self.window(scene("teapot"), "--size", "1280x720")
+        window.wait_for("picture")
+        window.focus()
+        self.assertEqual(window.end(), 0)
+
+    # ---- what goes wrong
+
+    def test_no_display(self):
+        environment = {k: v for k, v in self.display.environment.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+        for name in (None, ":919"):
+            run = subprocess.run([BINARY, "view", str(scene())], capture_output=True, text=True, timeout=60,
+                                 env=dict(environment, **({"DISPLAY": name} if name else {})))
+            self.assertEqual(run.returncode, 1)
+            self.assertEqual(run.stdout, "")
+            self.assertEqual(len(run.stderr.splitlines()), 1, run.stderr)
+            self.assertIn("no window can be opened", run.stderr)
+
+    def test_a_bad_scene_leaves_the_old_one_and_says_why(self):
+        window = self.finished()
+        bad = window.folder / "bad.glb"
+        bad.write_bytes(b"not a scene")
+        before = window.last("picture")["serial"]
+        since = window.mark()
+        window.key("ctrl+o")
+        time.sleep(0.5)
+        window.key("ctrl+a")
+        window.type(str(bad))
+        window.key("Return")
+        message = window.wait_for("message", lambda e: e["level"] == "error", since)
+        self.assertIn("bad.glb", message["text"])
+        self.assertGreaterEqual(window.last("picture")["serial"], before)
+        self.assertIsNone(next((e for e in window.events[since:] if e["event"] == "scene"), None))
+        since = window.mark()
+        window.key("F5")
+        window.wait_until_finished(since)
+        self.assertEqual(window.end(), 0)
+
+    def test_a_bad_scene_at_the_start_keeps_the_window_open(self):
+        window = self.window("/nonexistent.glb")
+        self.assertIn("nonexistent", window.wait_for("message", lambda e: e["level"] == "error")["text"])
+        window.focus()
+        self.assertEqual(window.end(), 0)
+
+    def test_a_combination_that_makes_no_sense_is_said(self):
+        window = self.window(*small("--sampler", "poisson_disk", driver="adaptive"))
+        window.wait_for("message", lambda e: e["level"] == "error" and "poisson_disk" in e["text"])
+        window.focus()
+        self.assertEqual(window.end(), 0)
+
+    # ---- what it writes
+
+    def test_remembers_its_size(self):
+        window = self.finished(size=(777, 555))
+        config = window.folder / "config" / "emberline" / "view.json"
+        self.assertEqual(window.end(), 0)
+        self.assertIn('"width": 777', config.read_text())
+        self.assertIn("cornell_box.glb", config.read_text())
+
+    def test_measures_a_script(self):
+        folder = pathlib.Path(self.window_folder())
+        script = folder / "script.json"
+        script.write_text('[{"at_s": 0.2, "edit": {"orbit": [20, 0]}}, {"at_s": 0.5, "edit": {"light": 0, "intensity": 2}}]')
+        window = self.window(*small(spp=None), "--measure", folder / "m.json", "--measure-script", script)
+        self.assertEqual(window.process.wait(screens.PATIENCE_S), 0)
+        import json
+        result = json.loads((folder / "m.json").read_text())
+        self.assertTrue(result["complete"])
+        self.assertEqual([e["what"] for e in result["edits"]], ["camera", "light"])
+        self.assertTrue(all(e["first_picture_ms"] > 0 for e in result["edits"]))
+        self.assertGreater(result["idle"]["samples_per_s"], 0)
+
+
+if __name__ == "__main__":
+    BINARY, SCENES = sys.argv[1], pathlib.Path(sys.argv[2])
+    absent = screens.missing_programs()
+    if absent:
+        print(f"NOT RUN: {', '.join(absent)} not installed; ci/setup.sh installs what these tests need")
+        sys.exit(SKIPPED)
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)
