@@ -255,6 +255,9 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--aov", o.aovs, table_help("further EXR channels, a list", aov_table()))
       ->type_name("LIST")
       ->join(',');  // --aov albedo --aov N: both
+  app->add_flag("--light-groups", o.light_groups,
+                "a layer light.NAME of the EXR for each light, emissive material and the "
+                "environment: what it gives alone. They add up to R G B");
   add_heatmaps(app, o);
   app->add_option("--report", o.reports,
                   "what was done: .html is a page with pictures and charts, any other name JSON. "

@@ -63,6 +63,7 @@ struct RenderOptions {
 
   // Results.
   std::string aovs;
+  bool light_groups = false;            // layers of the EXR
   std::vector<std::string> heatmaps;    // files
   std::vector<std::string> heatmap_of;  // of the n-th; samples if there are fewer
   HeatmapStyle heatmap_style;

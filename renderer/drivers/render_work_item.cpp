@@ -146,6 +146,11 @@ void RenderWorker::add_batch(FilmTile& tile) {
 
 void RenderWorker::flush_scattered(FilmTile& tile) {
   if (count_ == 0) return;
+  if (frame_.light_groups) {
+    for (int i = 0; i < count_; ++i) {
+      tile.prefetch_lights(int(addresses_[i].x), int(addresses_[i].y));
+    }
+  }
   samples_.start_batch({addresses_, size_t(count_)}, seed_);
   add_batch(tile);
 }
@@ -185,7 +190,6 @@ bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, Frame
         // Neighbours in the list may be far apart in a frame's film: 2 % of a FlightHelmet frame of
         // 32 samples a pixel, in passes of 1, 1, 2, 4 and so on, was spent waiting for it.
         tile.prefetch(work.x, work.y);
-        if (frame_.light_groups) tile.prefetch_lights(work.x, work.y);
         addresses_[count_++] = {uint32_t(work.x), uint32_t(work.y), sample++};
         if (count_ == kSampleLanes) flush_scattered(tile);
       }
