@@ -51,7 +51,8 @@ struct RenderOptions {
   std::optional<Rect> crop;
   std::string camera;  // name or index; empty: the file's first, or one that frames the scene
   std::optional<Vec3d> look_from, look_at;
-  std::optional<double> fov_y;  // degrees
+  std::optional<double> fov_y;                   // degrees
+  std::optional<double> f_stop, focus_distance;  // metres; absent: a pinhole
 
   // Surroundings.
   std::string environment;
