@@ -1,4 +1,4 @@
-#include "renderer/app/view/window.h"
+#include "renderer/app/view/window/window.h"
 
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
@@ -14,12 +14,12 @@
 
 #include "io/image_output.h"
 #include "renderer/app/stop_signal.h"
-#include "renderer/app/view/measurement.h"
-#include "renderer/app/view/panels.h"
-#include "renderer/app/view/picture_input.h"
-#include "renderer/app/view/picture_view.h"
-#include "renderer/app/view/theme.h"
-#include "renderer/app/view/workbench.h"
+#include "renderer/app/view/window/measurement.h"
+#include "renderer/app/view/window/panels.h"
+#include "renderer/app/view/window/picture_input.h"
+#include "renderer/app/view/window/picture_view.h"
+#include "renderer/app/view/window/theme.h"
+#include "renderer/app/view/window/workbench.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 

@@ -1,4 +1,4 @@
-#include "renderer/app/view/file_dialog.h"
+#include "renderer/app/view/window/file_dialog.h"
 
 #include <imgui.h>
 #include <imgui_stdlib.h>
@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "renderer/app/view/theme.h"
+#include "renderer/app/view/window/theme.h"
+#include "renderer/core/file_suffix.h"
 
 namespace emberline {
 namespace {
@@ -45,8 +46,7 @@ void FileDialog::enter(const std::string& folder) {
     if (name.starts_with('.')) continue;
     if (entry.is_directory(unknown)) {
       entries_.push_back({name, true});
-    } else if (std::ranges::find(suffixes_, lower(entry.path().extension().string())) !=
-               suffixes_.end()) {
+    } else if (std::ranges::find(suffixes_, lower_suffix(name)) != suffixes_.end()) {
       entries_.push_back({name, false});
     }
   }

@@ -1,11 +1,11 @@
-#include "renderer/app/view/measurement.h"
+#include "renderer/app/view/window/measurement.h"
 
 #include <algorithm>
 #include <fstream>
 #include <map>
 
 #include "io/atomic_file.h"
-#include "renderer/app/view/edit_entries.h"
+#include "renderer/app/view/window/edit_entries.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

@@ -1,4 +1,4 @@
-#include "renderer/app/view/edit_latency.h"
+#include "renderer/app/view/window/edit_latency.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 // the region, the values of pixels when they are large. None of it is ever in the pixels.
 #pragma once
 
-#include "renderer/app/view/picture_texture.h"
-#include "renderer/app/view/workbench.h"
+#include "renderer/app/view/window/picture_texture.h"
+#include "renderer/app/view/window/workbench.h"
 
 namespace emberline {
 

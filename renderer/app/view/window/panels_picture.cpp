@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <array>
 
-#include "renderer/app/view/histogram.h"
-#include "renderer/app/view/panels.h"
-#include "renderer/app/view/theme.h"
-#include "renderer/app/view/widgets.h"
+#include "renderer/app/view/window/panels.h"
+#include "renderer/app/view/window/theme.h"
+#include "renderer/app/view/window/widgets.h"
+#include "renderer/app/view/window/window.histogram.h"
 #include "renderer/drivers/bucket_driver.h"
 #include "renderer/drivers/frame_driver.h"
+#include "renderer/statistics/colour_map.h"
 #include "renderer/statistics/readable.h"
 #include "samplers/sampler.h"
 
@@ -154,6 +155,14 @@ bool choose_overlay(ViewSettings& settings) {
   return true;
 }
 
+bool choose_heatmap_style(HeatmapStyle& style) {
+  std::string colours(colour_map_table()[size_t(style.colours)].name);
+  bool changed = widgets::choose({"Colours"}, colours, widgets::choices_of(colour_map_table()));
+  if (changed) style.colours = parse_colour_map(colours);
+  changed |= widgets::check({"Logarithmic"}, style.logarithmic);
+  return changed;
+}
+
 bool choose_display(DisplaySettings& display, const DisplayNames& names) {
   bool changed = false;
   std::vector<widgets::Choice> displays, views, looks;
@@ -237,12 +246,12 @@ void draw_display(Workbench& bench) {
   }
   changed |= choose_display(settings.display, bench.display_names());
   changed |= choose_overlay(settings);
-  if (changed) bench.change(settings);
-  if (settings.overlay != ViewOverlay::kNone && bench.picture()) {
-    ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
-    widgets::paragraph(bench.picture()->overlay_legend);
-    ImGui::PopStyleColor();
+  const ViewOverlay overlay = settings.overlay;
+  if (overlay != ViewOverlay::kNone && overlay != ViewOverlay::kTree &&
+      overlay != ViewOverlay::kStop) {
+    changed |= choose_heatmap_style(settings.render.heatmap_style);
   }
+  if (changed) bench.change(settings);
   widgets::heading("Histogram, as displayed");
   draw_histogram(bench);
   widgets::heading("Compare");

@@ -1,4 +1,4 @@
-#include "renderer/app/view/theme.h"
+#include "renderer/app/view/window/theme.h"
 
 #include <imgui.h>
 

@@ -1,8 +1,8 @@
-#include "renderer/app/view/journal.h"
+#include "renderer/app/view/window/journal.h"
 
 #include <nlohmann/json.hpp>
 
-#include "renderer/app/view/workbench.h"
+#include "renderer/app/view/window/workbench.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

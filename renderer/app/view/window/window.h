@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "renderer/app/view/view_command.h"
+#include "renderer/app/view/window/view_command.h"
 
 namespace emberline {
 

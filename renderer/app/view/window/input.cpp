@@ -1,4 +1,4 @@
-#include "renderer/app/view/input.h"
+#include "renderer/app/view/window/input.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

@@ -1,4 +1,4 @@
-#include "renderer/app/view/panels.h"
+#include "renderer/app/view/window/panels.h"
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "renderer/app/view/theme.h"
-#include "renderer/app/view/widgets.h"
+#include "renderer/app/view/window/theme.h"
+#include "renderer/app/view/window/widgets.h"
 #include "renderer/statistics/readable.h"
 
 namespace emberline {

@@ -17,14 +17,14 @@
 
 #include "io/display.h"
 #include "renderer/app/view/edit_history.h"
-#include "renderer/app/view/edit_latency.h"
-#include "renderer/app/view/input.h"
-#include "renderer/app/view/journal.h"
-#include "renderer/app/view/picture_placement.h"
 #include "renderer/app/view/render_session.h"
 #include "renderer/app/view/view_camera.h"
-#include "renderer/app/view/view_command.h"
-#include "renderer/app/view/window_state.h"
+#include "renderer/app/view/window/edit_latency.h"
+#include "renderer/app/view/window/input.h"
+#include "renderer/app/view/window/journal.h"
+#include "renderer/app/view/window/picture_placement.h"
+#include "renderer/app/view/window/view_command.h"
+#include "renderer/app/view/window/window_state.h"
 
 namespace emberline {
 

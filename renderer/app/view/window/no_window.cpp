@@ -1,5 +1,5 @@
 // In place of the window where its libraries were not found when Emberline was built.
-#include "renderer/app/view/view_command.h"
+#include "renderer/app/view/window/view_command.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

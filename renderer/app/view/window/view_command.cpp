@@ -1,6 +1,6 @@
-#include "renderer/app/view/view_command.h"
+#include "renderer/app/view/window/view_command.h"
 
-#include "renderer/app/view/window.h"
+#include "renderer/app/view/window/window.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

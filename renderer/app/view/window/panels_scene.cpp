@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <numbers>
 
-#include "renderer/app/view/edit_entries.h"
-#include "renderer/app/view/panels.h"
-#include "renderer/app/view/theme.h"
-#include "renderer/app/view/widgets.h"
+#include "renderer/app/view/window/edit_entries.h"
+#include "renderer/app/view/window/panels.h"
+#include "renderer/app/view/window/theme.h"
+#include "renderer/app/view/window/widgets.h"
 
 namespace emberline {
 namespace {
@@ -194,6 +194,35 @@ void list_materials(Workbench& bench) {
   ImGui::EndListBox();
 }
 
+void choose_variant(Workbench& bench) {
+  const auto& variants = bench.scene()->outline.variants;
+  if (variants.empty()) return;
+  std::vector<std::string> names;
+  for (int i = 0; i < int(variants.size()); ++i) {
+    names.push_back(shown_name(variants[size_t(i)].name, "variant", i));
+  }
+  std::vector<widgets::Choice> choices;
+  for (const std::string& name : names) choices.push_back({name, ""});
+  SceneEdits edits = bench.edits();
+  std::string chosen;
+  if (edits.variant && edits.variant->index >= 0 && size_t(edits.variant->index) < names.size()) {
+    chosen = names[size_t(edits.variant->index)];
+  } else if (edits.variant) {
+    chosen = edits.variant->name;
+  }
+  if (!widgets::choose({"Variant", "a set of materials that the file offers"}, chosen, choices,
+                       "the file's own")) {
+    return;
+  }
+  const auto found = std::ranges::find(names, chosen);
+  edits.variant.reset();
+  if (found != names.end()) {
+    const auto i = size_t(found - names.begin());
+    edits.variant = EditTarget{variants[i].name, int(i), ""};
+  }
+  bench.change(edits, "variant");
+}
+
 }  // namespace
 
 void draw_lights(Workbench& bench) {
@@ -213,6 +242,7 @@ void draw_lights(Workbench& bench) {
 void draw_materials(Workbench& bench) {
   if (!bench.scene()) return;
   const SceneDescription& outline = bench.scene()->outline;
+  choose_variant(bench);
   list_materials(bench);
   const int index = bench.selected_material();
   if (index < 0 || size_t(index) >= outline.materials.size()) {

@@ -1,4 +1,4 @@
-#include "renderer/app/view/workbench.h"
+#include "renderer/app/view/window/workbench.h"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "io/edits_file.h"
-#include "renderer/app/view/edit_entries.h"
+#include "renderer/app/view/window/edit_entries.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/statistics/readable.h"
 
@@ -26,16 +27,11 @@ constexpr double kDollyStep = 0.88;     // of the distance, by one step of the w
 // Distances to what is looked at, a second.
 constexpr double kFlightSpeed = 0.6, kFastFlight = 4.0;
 
-bool has_suffix(const std::string& path, std::initializer_list<const char*> suffixes) {
-  std::string suffix = std::filesystem::path(path).extension().string();
-  std::ranges::transform(suffix, suffix.begin(), [](unsigned char c) { return char(tolower(c)); });
-  return std::ranges::find(suffixes, suffix) != suffixes.end();
-}
-
 ViewSettings first_settings(const ViewOptions& options) {
   ViewSettings settings;
   settings.render = options.render;
   settings.display = options.render.display;
+  settings.render.heatmap_style.colours = ColourMap::kViridis;
   return settings;
 }
 
@@ -69,14 +65,15 @@ void Workbench::open(const std::string& scene) {
 }
 
 void Workbench::open_dropped(const std::string& path) {
-  if (has_suffix(path, {".hdr", ".exr"})) {
+  const std::string suffix = lower_suffix(path);
+  if (suffix == ".hdr" || suffix == ".exr") {
     if (!scene_) return say(Message::Level::kError, path + ": open a scene first, then its light");
     SceneEdits edits = edits_;
     edits.environment.file = path;
     edits.environment.image.reset();
     return change(edits, "environment file");
   }
-  if (has_suffix(path, {".json"})) {
+  if (suffix == ".json") {
     if (!scene_) return say(Message::Level::kError, path + ": open a scene first, then its edits");
     try {
       change(read_edits(path), "edits file");

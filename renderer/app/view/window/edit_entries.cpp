@@ -1,4 +1,4 @@
-#include "renderer/app/view/edit_entries.h"
+#include "renderer/app/view/window/edit_entries.h"
 
 #include <algorithm>
 

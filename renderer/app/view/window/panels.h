@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "renderer/app/view/file_dialog.h"
-#include "renderer/app/view/workbench.h"
+#include "renderer/app/view/window/file_dialog.h"
+#include "renderer/app/view/window/workbench.h"
 #include "renderer/core/rect.h"
 
 namespace emberline {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <optional>
 
-#include "renderer/app/view/workbench.h"
+#include "renderer/app/view/window/workbench.h"
 
 namespace emberline {
 

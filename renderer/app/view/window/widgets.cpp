@@ -1,10 +1,10 @@
-#include "renderer/app/view/widgets.h"
+#include "renderer/app/view/window/widgets.h"
 
 #include <imgui.h>
 
 #include <algorithm>
 
-#include "renderer/app/view/theme.h"
+#include "renderer/app/view/window/theme.h"
 
 namespace emberline::widgets {
 namespace {

@@ -1,4 +1,4 @@
-#include "renderer/app/view/picture_view.h"
+#include "renderer/app/view/window/picture_view.h"
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/app/view/edit_entries.h"
-#include "renderer/app/view/theme.h"
+#include "renderer/app/view/window/edit_entries.h"
+#include "renderer/app/view/window/theme.h"
 #include "renderer/film/film.h"
+#include "renderer/statistics/heatmap_quantity.h"
 #include "renderer/statistics/readable.h"
 
 namespace emberline {
@@ -86,6 +87,35 @@ void draw_label(ImDrawList& list, const ImVec2& at, const std::string& text) {
   list.AddText(at, ImGui::GetColorU32(ImGuiCol_Text), text.c_str());
 }
 
+// What the colours of an overlay mean, over the upper edge of the picture.
+void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& picture) {
+  const ViewOverlay overlay = bench.settings().overlay;
+  if (overlay == ViewOverlay::kNone || picture.overlay_legend.empty()) return;
+  const float em = ImGui::GetFontSize();
+  const Rect& area = bench.placement.area();
+  ImVec2 at(float(area.x0) + em, float(area.y0) + em);
+  draw_label(list, at, picture.overlay_legend);
+  at.y += 1.8f * em;
+  if (overlay == ViewOverlay::kStop) {
+    for (const Category& category : stop_categories()) {
+      draw_label(list, {at.x + 1.6f * em, at.y}, category.name);
+      const Rgb8& c = category.colour;
+      list.AddRectFilled(at, {at.x + em, at.y + em}, IM_COL32(c[0], c[1], c[2], 255));
+      at.y += 1.7f * em;
+    }
+  } else if (overlay != ViewOverlay::kTree) {
+    constexpr int kSteps = 64;
+    const float width = 14.0f * em;
+    for (int i = 0; i < kSteps; ++i) {
+      const Rgb8 c = colour_of(bench.settings().render.heatmap_style.colours, (i + 0.5) / kSteps);
+      list.AddRectFilled({at.x + width * float(i) / kSteps, at.y},
+                         {at.x + width * float(i + 1) / kSteps, at.y + 0.7f * em},
+                         IM_COL32(c[0], c[1], c[2], 255));
+    }
+    list.AddRect({at.x - 1, at.y - 1}, {at.x + width + 1, at.y + 0.7f * em + 1}, kShadow);
+  }
+}
+
 // A to the left of the line, B to its right.
 void draw_wipe(const Workbench& bench, ImDrawList& list, const PictureTexture& snapshot, int width,
                int height) {
@@ -136,6 +166,7 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   if (bench.wipe && !snapshot_.empty()) draw_wipe(bench, list, snapshot_, width, height);
   for (const Rect& bucket : drawn_->in_progress) draw_bucket(bench, list, bucket);
   if (bench.placement.zoom() >= kValuesZoom) draw_values(bench, list, *drawn_);
+  draw_legend(bench, list, *drawn_);
   const ImU32 ink = IM_COL32(255, 255, 255, 220);
   if (bench.settings().region) draw_rect(bench, list, *bench.settings().region, ink);
   if (dragged_region) draw_rect(bench, list, *dragged_region, colour(accent_colour()));

@@ -1,4 +1,4 @@
-#include "renderer/app/view/window_state.h"
+#include "renderer/app/view/window/window_state.h"
 
 #include <algorithm>
 #include <cstdlib>

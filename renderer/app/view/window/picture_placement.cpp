@@ -1,4 +1,4 @@
-#include "renderer/app/view/picture_placement.h"
+#include "renderer/app/view/window/picture_placement.h"
 
 #include <algorithm>
 #include <cmath>

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/app/view/workbench.h"
+#include "renderer/app/view/window/workbench.h"
 
 namespace emberline {
 

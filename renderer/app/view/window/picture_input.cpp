@@ -1,4 +1,4 @@
-#include "renderer/app/view/picture_input.h"
+#include "renderer/app/view/window/picture_input.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

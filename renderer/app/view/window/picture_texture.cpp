@@ -1,4 +1,4 @@
-#include "renderer/app/view/picture_texture.h"
+#include "renderer/app/view/window/picture_texture.h"
 
 #include <GLFW/glfw3.h>
 
