@@ -292,6 +292,10 @@ void DisplayTransform::apply(float* rgb, size_t pixel_count) const {
   for (size_t i = 0; i < count; ++i) rgb[i] = bounded(rgb[i]);
 }
 
+bool DisplayTransform::mixes_channels() const {
+  return impl_->to_aces || impl_->to_display->hasChannelCrosstalk();
+}
+
 std::string DisplayTransform::describe() const { return impl_->description; }
 
 bool DisplayTransform::is_srgb() const { return impl_->srgb; }

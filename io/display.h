@@ -54,6 +54,9 @@ class DisplayTransform {
   // (infinity too) as its largest, so that the result is finite whatever comes in.
   void apply(float* rgb, size_t pixel_count) const;
 
+  // Whether a channel of the result depends on the others of the pixel.
+  bool mixes_channels() const;
+
   // "built-in: sRGB / ACES", for headers and reports.
   std::string describe() const;
 

@@ -149,7 +149,12 @@ class AdaptiveDriver::Progress final : public FramePicture {
     if (mix) {
       relight(film_, *mix, rgba);
     } else {
-      film_.resolve_rgba(rgba);
+      const auto width = size_t(window_.width());
+      parallel_each(size_t(window_.height()), [&](size_t row) {
+        for (size_t i = row * width; i < (row + 1) * width; ++i) {
+          film_.rgba(x_of(i), y_of(i), &rgba[4 * i]);
+        }
+      });
       if (!averages_.empty()) {
         for (size_t i = 0; i < have_.size(); ++i) averages_.resolve(i, &rgba[4 * i]);
       }

@@ -9,18 +9,16 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
 #include <functional>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "bench/bench_frame.h"
 #include "renderer/app/option_values.h"
-#include "renderer/app/view/render_session.h"
 #include "renderer/core/errors.h"
 #include "support/edits.h"
+#include "support/session_owner.h"
 
 namespace emberline::bench {
 namespace {
@@ -32,56 +30,6 @@ struct Options {
   int repetitions = 3;
 };
 
-// A session and the thread that owns it, which sleeps until there is news, as a window does.
-class Owner {
- public:
-  explicit Owner(const ViewSettings& settings) : session(settings) {
-    session.on_change([this] {
-      {
-        const std::lock_guard lock(mutex_);
-        news_ = true;
-      }
-      changed_.notify_one();
-    });
-  }
-  ~Owner() { session.on_change({}); }
-
-  // Until `done`, looked at after each piece of news. False after so many seconds.
-  bool wait(double seconds, const std::function<bool()>& done) {
-    const double end = wall_clock() + seconds;
-    while (!done()) {
-      const double left = end - wall_clock();
-      if (left <= 0) return false;
-      std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, std::chrono::duration<double>(left), [&] { return news_; });
-      news_ = false;
-    }
-    return true;
-  }
-  void open(const std::string& scene) {
-    session.open(scene);
-    const bool ready = wait(600, [&] {
-      const LoadStatus status = session.load_status();
-      if (status.state == LoadStatus::State::kFailed) throw RenderError(status.error);
-      return status.state == LoadStatus::State::kReady;
-    });
-    if (!ready || !wait(60, [&] { return session.picture() != nullptr; })) {
-      throw RenderError("no picture of " + scene);
-    }
-  }
-  bool shows(uint64_t edit) const {
-    const auto picture = session.picture();
-    return picture && picture->edit >= edit && picture->filled;
-  }
-
-  RenderSession session;
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  bool news_ = false;
-};
-
 void line(const std::string& name, std::vector<double> values, const char* unit = "ms",
           double scale = 1e3) {
   if (values.empty()) return;
@@ -91,6 +39,8 @@ void line(const std::string& name, std::vector<double> values, const char* unit 
              scale * spread(values).median, unit, scale * p95, scale * values.front(),
              scale * values.back(), values.size());
 }
+
+using test::SessionOwner;
 
 using MakeEdit = std::function<void(SceneEdits&, int)>;
 
@@ -127,7 +77,7 @@ std::vector<EditKind> edit_kinds(const OpenScene& scene) {
 }
 
 // Edits of a scene that stands still, at moments that a frame's stages do not know.
-void measure_edits(const Options& options, Owner& owner) {
+void measure_edits(const Options& options, SessionOwner& owner) {
   RenderSession& session = owner.session;
   std::vector<double> all, all_waits, all_coverage;
   const auto scene = session.scene();
@@ -153,7 +103,7 @@ void measure_edits(const Options& options, Owner& owner) {
 }
 
 // As a mouse drags: sixty edits a second.
-void measure_drag(const Options& options, Owner& owner) {
+void measure_drag(const Options& options, SessionOwner& owner) {
   RenderSession& session = owner.session;
   const auto scene = session.scene();
   const EditKind camera = edit_kinds(*scene).front();
@@ -195,7 +145,7 @@ void measure_drag(const Options& options, Owner& owner) {
   fmt::print("{:<46}{:>8.1f} a second\n", "  pictures", double(pictures) / dragged_s);
 }
 
-void measure_display(const Options& options, Owner& owner) {
+void measure_display(const Options& options, SessionOwner& owner) {
   RenderSession& session = owner.session;
   std::vector<double> seconds, waits;
   for (int i = 0; i < options.edits; ++i) {
@@ -213,8 +163,37 @@ void measure_display(const Options& options, Owner& owner) {
   line("  set_settings(), on the owner's thread", waits);
 }
 
+// A light that is turned up and down with light groups, thirty times a second, while the frame is
+// still being rendered.
+void measure_lights(const Options& options) {
+  ViewSettings settings;
+  settings.render = options.frame;
+  settings.light_groups = true;
+  SessionOwner owner(settings);
+  owner.open(options.frame.scene);
+  RenderSession& session = owner.session;
+  if (!session.scene()->outline.environment) return;
+  owner.wait(3, [] { return false; });
+  std::vector<double> seconds;
+  uint64_t samples = session.picture()->samples;
+  size_t anew = 0;
+  for (int i = 0; i < options.edits; ++i) {
+    SceneEdits edits;
+    test::light(edits, EditedLight::kEnvironment, -1).intensity = 1.0f + 0.01f * float(i + 1);
+    const double start = wall_clock();
+    session.set_edits(edits);
+    owner.wait(10, [&] { return owner.shows(session.edit()); });
+    seconds.push_back(wall_clock() - start);
+    if (session.picture()->samples < samples) ++anew;
+    samples = session.picture()->samples;
+    owner.wait(1.0 / 30 - seconds.back(), [] { return false; });
+  }
+  line("light groups: intensity, next picture", seconds);
+  fmt::print("  of them rendered anew: {}\n", anew);
+}
+
 // How late a thread that sleeps gets its turn while the others render.
-void measure_wakes(const Options& /*options*/, Owner& /*owner*/) {
+void measure_wakes(const Options& /*options*/, SessionOwner& /*owner*/) {
   std::vector<double> late;
   for (int i = 0; i < 400; ++i) {
     const double due = wall_clock() + 0.005;
@@ -242,7 +221,7 @@ void measure_pace(const Options& options, const std::string& driver) {
   if (driver == "adaptive") sampling.streams = find_estimator(sampling.adaptive.estimator).streams;
   std::vector<double> ratios;
   for (int i = 0; i < options.repetitions; ++i) {
-    double paces[2];
+    double paces[2] = {};
     for (int turn = 0; turn < 2; ++turn) {
       if ((i + turn) % 2 == 0) {
         std::stop_source stop;
@@ -257,7 +236,7 @@ void measure_pace(const Options& options, const std::string& driver) {
       } else {
         ViewSettings settings;
         settings.render = frame;
-        Owner owner(settings);
+        SessionOwner owner(settings);
         owner.open(frame.scene);
         owner.wait(2 * options.idle_s,
                    [&] { return owner.session.picture()->rendering_s >= options.idle_s; });
@@ -284,13 +263,14 @@ int run(int argc, char** argv) {
   {
     ViewSettings settings;
     settings.render = options.frame;
-    Owner owner(settings);
+    SessionOwner owner(settings);
     owner.open(options.frame.scene);
     measure_edits(options, owner);
     measure_drag(options, owner);
     measure_display(options, owner);
     measure_wakes(options, owner);
   }
+  measure_lights(options);
   if (options.repetitions > 0) {
     for (const char* driver : {"bisection", "adaptive"}) measure_pace(options, driver);
   }

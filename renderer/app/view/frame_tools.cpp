@@ -17,6 +17,12 @@ auto sampling_of(const RenderOptions& o) {
                   o.bisection_axis, o.reconstruction, o.width, o.height, o.transparent, o.threads);
 }
 
+bool tells_lights_apart(const std::string& integrator) {
+  return std::ranges::any_of(integrator_table(), [&](const IntegratorEntry& entry) {
+    return entry.name == integrator && entry.tells_lights_apart;
+  });
+}
+
 }  // namespace
 
 RenderOptions main_options(const ViewSettings& settings) {
@@ -53,6 +59,8 @@ bool frames_serve(const ViewSettings& a, const ViewSettings& b) {
 FrameTools::FrameTools(const ViewSettings& settings)
     : options(main_options(settings)),
       live(settings.render.driver == kLiveDriver),
+      light_groups(settings.light_groups && options.driver != "bucket" &&
+                   tells_lights_apart(options.integrator)),
       plan(plan_sampling(options)),
       drivers(driver_settings(options, plan)),
       aovs(wanted_aovs(settings)),

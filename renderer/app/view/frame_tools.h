@@ -29,6 +29,7 @@ struct FrameTools {
 
   RenderOptions options;
   bool live;
+  bool light_groups;  // asked for, and possible
   SamplingPlan plan;
   DriverSettings drivers;
   AovSet aovs;

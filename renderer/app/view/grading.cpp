@@ -32,15 +32,26 @@ bool same_colour(const float* a, const float* b) {
 Grading::Grading(const DisplaySettings& settings)
     : settings_(at_exposure(settings, settings.exposure)),
       transform_(std::make_shared<const DisplayTransform>(at_exposure(settings, 0.0f))),
+      table_(DisplayTable::make(*transform_)),
       scale_(std::exp2(settings.exposure)) {}
 
 Grading::Grading(const Grading& other, float exposure)
     : settings_(at_exposure(other.settings_, exposure)),
       transform_(other.transform_),
+      table_(other.table_),
       scale_(std::exp2(exposure)) {}
 
 void Grading::grade_run(std::span<const float> rgba, std::span<uint8_t> rgba8) const {
   const size_t pixels = rgba.size() / 4;
+  if (table_) {
+    for (size_t i = 0; i < pixels; ++i) {
+      for (size_t c = 0; c < 3; ++c) {
+        rgba8[4 * i + c] = table_->byte(c, rgba[4 * i + c] * scale_);
+      }
+      rgba8[4 * i + 3] = 255;
+    }
+    return;
+  }
   thread_local std::vector<float> rgb;  // of the pixels that differ from the one before
   rgb.clear();
   for (size_t i = 0; i < pixels; ++i) {

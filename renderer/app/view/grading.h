@@ -5,7 +5,7 @@
 #include <memory>
 #include <span>
 
-#include "io/display.h"
+#include "renderer/app/view/display_table.h"
 
 namespace emberline {
 
@@ -34,6 +34,7 @@ class Grading {
  private:
   DisplaySettings settings_;
   std::shared_ptr<const DisplayTransform> transform_;  // at exposure 0
+  std::shared_ptr<const DisplayTable> table_;          // null where it cannot be one
   float scale_;
 };
 

@@ -5,18 +5,22 @@
 #include <utility>
 
 #include "renderer/app/frame_setup.h"
-#include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 
 namespace emberline {
 namespace {
 
+// What choose_camera gives --look-from where nothing else is said, in degrees.
+constexpr double kLookFromFov = 40.0;
+
 // What edits count in. It has its light and its default material already, so that instances and
 // meshes, of which there may be hundreds of thousands, are not needed for that.
 SceneDescription lists_of(const SceneDescription& outline) {
   SceneDescription lists;
   lists.materials = outline.materials;
+  lists.variants = outline.variants;
+  lists.variants_read = outline.variants_read;
   lists.lights = outline.lights;
   lists.cameras = outline.cameras;
   lists.environment = outline.environment;
@@ -117,8 +121,11 @@ SceneEdits with_view(const SceneEdits& edits, const RenderOptions& options,
     view.look_from = options.look_from;
     view.look_at = options.look_at;
   }
-  if ((options.look_from || options.fov_y) && !view.fov_y_degrees && !base.orthographic) {
-    view.fov_y_degrees = base.fov_y * 180.0 / kPiD;
+  if (!view.fov_y_degrees) {
+    view.fov_y_degrees = options.fov_y;
+    if (options.look_from && options.camera.empty() && !options.fov_y) {
+      view.fov_y_degrees = kLookFromFov;
+    }
   }
   return result;
 }

@@ -1,7 +1,6 @@
 #include "renderer/app/view/picture_files.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
 
 #include "renderer/app/exr_file.h"
@@ -9,15 +8,10 @@
 #include "renderer/app/report.h"
 #include "renderer/app/view/overlay_picture.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 
 namespace emberline {
 namespace {
-
-bool has_suffix(const std::string& path, std::string_view suffix) {
-  const std::string own = std::filesystem::path(path).extension().string();
-  return std::ranges::equal(
-      own, suffix, {}, [](char c) { return char(std::tolower(static_cast<unsigned char>(c))); });
-}
 
 Rect window_of(const FilmCopy& film) { return {0, 0, film.width, film.height}; }
 
@@ -37,7 +31,7 @@ ExrHeader header_of(const FilmCopy& film) {
 }  // namespace
 
 void write_picture(const std::string& path, const FilmCopy& film, const DisplaySettings& display) {
-  if (has_suffix(path, ".exr")) {
+  if (lower_suffix(path) == ".exr") {
     write_exr_file(path, header_of(film), film.channels);
     return;
   }
@@ -45,7 +39,7 @@ void write_picture(const std::string& path, const FilmCopy& film, const DisplayS
   std::vector<float> rgba(4 * pixels);
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&film.channels[channels * i], 4, &rgba[4 * i]);
   DisplayImageWriter writer(path, window_of(film), std::make_shared<DisplayTransform>(display),
-                            film.options.transparent && has_suffix(path, ".png"));
+                            film.options.transparent && lower_suffix(path) == ".png");
   writer.write_tile(window_of(film), rgba);
   writer.finish();
 }
@@ -60,8 +54,7 @@ void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay ov
   const HeatmapQuantity& quantity = heatmap_of(overlay);
   const Rect window = window_of(film);
   check_heatmap_format("heatmap", path, window);
-  std::vector<std::string> names;
-  for (const FilmChannel& channel : film_channels(film.aovs)) names.push_back(channel.name);
+  const std::vector<std::string> names = film_channel_names(film.aovs);
   const std::string missing = QuantityPlane::missing_channel(quantity, names);
   if (!missing.empty()) {
     throw RenderError(path + ": the frame was rendered without the channel " + missing +

@@ -35,6 +35,7 @@ class RenderSession::Impl {
     ++edit;
     rendered_settings = settings;
     if (!scene) return;
+    board.set_problem("");  // what it said was of the edit before
     SceneEdits effective = solo ? with_solo(edits, *solo, *scene) : edits;
     renderer.post({edit, ViewClock::now(), scene, std::move(effective), settings},
                   patient && settings.render.driver != "bucket");

@@ -110,7 +110,8 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<FrameDriver>&
                     tools_.options.seed,
                     tools_.plan.streams,
                     tools_.aovs,
-                    !main || tools_.plan.uniform};
+                    !main || tools_.plan.uniform,
+                    groups_.get()};
   return driver->render(frame, *this, stop_->token());
 }
 
@@ -189,6 +190,18 @@ void ViewFrame::show_again() {
   if (readable_) show();
 }
 
+void ViewFrame::set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix) {
+  groups_ = std::move(groups);
+  mix_ = std::move(mix);
+}
+
+void ViewFrame::relight(const Relighting& lights) {
+  order_.edit = lights.edit;
+  order_.posted = lights.posted;
+  mix_ = lights.mix;
+  show();
+}
+
 void ViewFrame::show() {
   const ViewClock::time_point begun = ViewClock::now();
   std::shared_ptr<const Grading> grading = board_.grading();
@@ -228,8 +241,7 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
     // A frame that lacks the channel is about to be replaced by one that has it.
     if (!quantity->aov || tools_.aovs.contains(*quantity->aov)) {
       const FilmCopy film = copy();
-      std::vector<std::string> names;
-      for (const FilmChannel& channel : film_channels(film.aovs)) names.push_back(channel.name);
+      const std::vector<std::string> names = film_channel_names(film.aovs);
       return draw_overlay(*quantity, names, film.channels, window_, tools_.options.heatmap_style,
                           rgba8);
     }
@@ -261,7 +273,7 @@ const FilmTile& ViewFrame::film_of(int x, int y) const {
 
 void ViewFrame::resolve_whole(std::span<float> rgba) const {
   if (stage_ != Stage::kRegion) {
-    readable_->resolve(rgba);
+    readable_->resolve(rgba, mix_ ? &*mix_ : nullptr);
   } else {
     const std::shared_ptr<const ShownPicture> before = board_.picture();
     const bool fits =
@@ -276,7 +288,7 @@ void ViewFrame::resolve_whole(std::span<float> rgba) const {
   if (!film) return;
   const Rect& region = film->rect();
   std::vector<float> inside(4 * size_t(region.area()));
-  region_->picture()->resolve(inside);
+  region_->picture()->resolve(inside, mix_ ? &*mix_ : nullptr);
   for (int y = region.y0; y < region.y1; ++y) {
     for (int x = region.x0; x < region.x1; ++x) {
       if (stage_ != Stage::kRegion && &film_of(x, y) != film) continue;

@@ -34,6 +34,13 @@ struct ViewOrder {
   ViewSettings settings;
 };
 
+// The newest order of a frame whose light groups are enough for it.
+struct Relighting {
+  uint64_t edit = 0;
+  ViewClock::time_point posted;
+  LightMix mix;
+};
+
 // A copy of what a film holds, that files can be made of.
 struct FilmCopy {
   int width = 0, height = 0;
@@ -54,6 +61,8 @@ class ViewFrame final : private FrameObserver {
   ViewFrame(ViewOrder order, const FrameTools& tools, PictureBoard& board,
             std::shared_ptr<StopRequest> stop, const std::atomic<ViewOverlay>& overlay,
             Pause pause);
+  // Before render(): keeps the lights apart, and shows them so mixed; without a mix, as they are.
+  void set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix);
   ~ViewFrame() override;
 
   // On the calling thread's TBB arena. Throws UsageError and RenderError.
@@ -61,6 +70,7 @@ class ViewFrame final : private FrameObserver {
 
   // What follows, from the pause or after render().
   void show_again();
+  void relight(const Relighting& lights);
   const ViewOrder& order() const { return order_; }
   bool readable() const { return readable_ != nullptr; }
   // A region's film is no picture of the frame.
@@ -96,7 +106,7 @@ class ViewFrame final : private FrameObserver {
   const FilmTile* region_film() const;
   const FilmTile& film_of(int x, int y) const;  // that a pixel is shown from
 
-  const ViewOrder order_;
+  ViewOrder order_;
   const FrameTools& tools_;
   PictureBoard& board_;
   const std::shared_ptr<StopRequest> stop_;
@@ -116,6 +126,8 @@ class ViewFrame final : private FrameObserver {
   std::string shown_name_;
   FrameProgress progress_;
   bool finished_ = false;
+  std::shared_ptr<const LightGroups> groups_;
+  std::optional<LightMix> mix_;
 
   // When pictures are due.
   const ViewClock::time_point started_ = ViewClock::now();

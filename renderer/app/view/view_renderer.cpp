@@ -11,6 +11,10 @@
 namespace emberline {
 namespace {
 
+// After a picture under other lights the frame stands still for a moment, so that the next one does
+// not have to wait for a pause: late in a frame they are a tenth of a second apart.
+constexpr auto kRelitPause = std::chrono::milliseconds(150);
+
 std::exception_ptr nothing_to_copy() {
   return std::make_exception_ptr(
       RenderError("there is no picture to be saved yet; wait for the first one"));
@@ -31,15 +35,35 @@ ViewRenderer::~ViewRenderer() {
   for (std::promise<FilmCopy>& copy : copies_) copy.set_exception(nothing_to_copy());
 }
 
-void ViewRenderer::post(ViewOrder order, bool patient) {
+void ViewRenderer::post(ViewOrder order, bool only_edits) {
+  std::optional<LightMix> mix;
+  if (only_edits) mix = mix_of(order);
   {
     const std::lock_guard lock(mutex_);
-    // An order that is replaced before it begins hands on that it could not wait.
-    patient_ = patient && (!order_ || patient_);
-    order_ = std::move(order);
-    if (stop_ && (!patient_ || frame_shown_)) stop_->request(PixelStop::kUser);
+    if (mix && !order_) {
+      relighting_ = Relighting{order.edit, order.posted, std::move(*mix)};
+    } else {
+      relighting_.reset();
+      // An order that is replaced before it begins hands on that it could not wait.
+      patient_ = only_edits && (!order_ || patient_);
+      order_ = std::move(order);
+      if (stop_ && (!patient_ || frame_shown_)) stop_->request(PixelStop::kUser);
+    }
   }
   news_.notify_all();
+}
+
+// How the frame that there is becomes that of the order, if it can.
+std::optional<LightMix> ViewRenderer::mix_of(const ViewOrder& order) const {
+  std::shared_ptr<const LightGroups> groups;
+  const EnvironmentEdit& environment = order.edits.environment;
+  if (!environment.file.empty() && !environment.image) return std::nullopt;  // not read yet
+  {
+    const std::lock_guard lock(mutex_);
+    if (order_ || groups_scene_ != order.scene) return std::nullopt;
+    groups = groups_;
+  }
+  return groups ? groups->mix(order.edits) : std::nullopt;
 }
 
 void ViewRenderer::set_paused(bool paused) {
@@ -110,6 +134,8 @@ std::optional<ViewOrder> ViewRenderer::next_order() {
     if (order_) {
       stop_ = std::make_shared<StopRequest>();
       frame_shown_ = false;
+      groups_.reset();  // until they are those of the new frame, nothing can be mixed
+      relighting_.reset();
       return std::exchange(order_, std::nullopt);
     }
     if (wanted()) {
@@ -124,17 +150,23 @@ std::optional<ViewOrder> ViewRenderer::next_order() {
 
 bool ViewRenderer::wanted() const {
   if (!frame_ || !frame_->readable()) return false;
-  return show_again_ || pixel_asked_ || (!copies_.empty() && frame_->whole());
+  return show_again_ || relighting_ || pixel_asked_ || (!copies_.empty() && frame_->whole());
 }
 
 void ViewRenderer::serve(std::unique_lock<std::mutex>& lock) {
   const bool show = std::exchange(show_again_, false);
+  const std::optional<Relighting> lights = std::exchange(relighting_, std::nullopt);
+  if (lights) relit_until_ = ViewClock::now() + kRelitPause;
   pixel_asked_ = false;
   const std::optional<Vec2i> pixel = pixel_;
   std::vector<std::promise<FilmCopy>> copies;
   if (frame_->whole()) copies.swap(copies_);
   lock.unlock();
-  if (show) frame_->show_again();
+  if (lights) {
+    frame_->relight(*lights);
+  } else if (show) {
+    frame_->show_again();
+  }
   for (std::promise<FilmCopy>& copy : copies) {
     try {
       copy.set_value(frame_->copy());
@@ -161,31 +193,35 @@ void ViewRenderer::pause(bool shown) {
     }
   }
   if (wanted()) serve(lock);
-  if (!paused_ || !frame_shown_) return;
+  if (!stands_still()) return;
   const ViewClock::time_point begun = ViewClock::now();
-  show_again_ = show_again_ || !shown;  // what stands still is seen as it is
-  while (paused_ && stop_->cause() == PixelStop::kNone) {
+  show_again_ = show_again_ || (paused_ && !shown);  // what stands still is seen as it is
+  while (stands_still()) {
     if (wanted()) {
       serve(lock);
-    } else {
+    } else if (paused_) {
       news_.wait(lock);
+    } else {
+      news_.wait_until(lock, relit_until_);
     }
   }
   frame_->leave_out(ViewClock::now() - begun);
 }
 
-void ViewRenderer::prepare(const ViewOrder& order) {
-  const ViewSettings& settings = order.settings;
-  const bool serves =
-      tools_ && frames_serve(*tools_for_, settings) && frames_serve(settings, *tools_for_);
-  if (!serves) {
-    tools_.reset();
-    tools_.emplace(settings);
-    tools_for_ = settings;
-  }
-  const int threads = settings.render.threads > 0
-                          ? settings.render.threads
-                          : int(std::max(1u, std::thread::hardware_concurrency()));
+bool ViewRenderer::stands_still() const {
+  if (stop_->cause() != PixelStop::kNone || !frame_shown_) return false;
+  return paused_ || ViewClock::now() < relit_until_;
+}
+
+// Null if those of the frame before will do.
+std::unique_ptr<FrameTools> ViewRenderer::tools_for(const ViewSettings& settings) const {
+  const bool serve =
+      tools_ && frames_serve(tools_settings_, settings) && frames_serve(settings, tools_settings_);
+  return serve ? nullptr : std::make_unique<FrameTools>(settings);
+}
+
+void ViewRenderer::set_threads(int wanted) {
+  const int threads = wanted > 0 ? wanted : int(std::max(1u, std::thread::hardware_concurrency()));
   if (threads == threads_) return;
   threads_ = threads;
   arena_.reset();
@@ -194,21 +230,37 @@ void ViewRenderer::prepare(const ViewOrder& order) {
   arena_.emplace(threads);
 }
 
-void ViewRenderer::render(ViewOrder order) {
-  frame_.reset();  // which looks at tools and scene
-  prepare(order);
-  EnvironmentEdit& environment = order.edits.environment;
-  if (!environment.file.empty() && !environment.image) {
-    if (read_environment_.file != environment.file) {
-      uint64_t repaired = 0;
-      read_environment_.image = read_environment(environment.file, &repaired);
-      read_environment_.repaired_texels = repaired;
-      read_environment_.file = environment.file;
-    }
-    environment.image = read_environment_.image;
-    environment.repaired_texels = read_environment_.repaired_texels;
+void ViewRenderer::read_environment(EnvironmentEdit& edit) {
+  if (edit.file.empty() || edit.image) return;
+  if (environment_.file != edit.file) {
+    uint64_t repaired = 0;
+    environment_.image = emberline::read_environment(edit.file, &repaired);
+    environment_.repaired_texels = repaired;
+    environment_.file = edit.file;
   }
+  edit.image = environment_.image;
+  edit.repaired_texels = environment_.repaired_texels;
+}
+
+// Edits the scene. With light groups, to what can be mixed to be the order's; null without.
+std::shared_ptr<const LightGroups> ViewRenderer::dress(const ViewOrder& order,
+                                                       const FrameTools& tools) {
   EditableScene& scene = order.scene->scene;
+  if (tools.light_groups) {
+    const SceneEdits baseline = neutral_baseline(order.edits);
+    scene.set(baseline);
+    auto groups = std::make_shared<const LightGroups>(scene.original(), baseline);
+    if (groups->mix(order.edits)) return groups;
+  }
+  scene.set(order.edits);
+  return nullptr;
+}
+
+// Until nothing can go wrong any more the frame of before stays, to be looked at and saved.
+void ViewRenderer::render(ViewOrder order) {
+  std::unique_ptr<FrameTools> tools = tools_for(order.settings);
+  set_threads(order.settings.render.threads);
+  read_environment(order.edits.environment);
   std::optional<Vec2i> pixel;
   std::shared_ptr<StopRequest> stop;
   {
@@ -217,10 +269,24 @@ void ViewRenderer::render(ViewOrder order) {
     stop = stop_;
   }
   arena_->execute([&] {
-    scene.set(order.edits);
-    bvh_builds_ = scene.scene().bvh_builds();
+    const std::shared_ptr<const LightGroups> groups = dress(order, tools ? *tools : *tools_);
+    std::optional<LightMix> mix;
+    if (groups && order.scene->scene.edits() != order.edits) mix = groups->mix(order.edits);
+    bvh_builds_ = order.scene->scene.scene().bvh_builds();
+    std::shared_ptr<LoadedScene> scene_before = order.scene;  // freed here, if it was the last
+    {
+      const std::lock_guard lock(mutex_);
+      groups_ = groups;
+      groups_scene_.swap(scene_before);
+    }
+    frame_.reset();  // which looks at the tools, and may be the last to hold a scene
+    if (tools) {
+      tools_ = std::move(tools);
+      tools_settings_ = order.settings;
+    }
     frame_ = std::make_unique<ViewFrame>(std::move(order), *tools_, board_, stop, overlay_,
                                          [this](bool shown) { pause(shown); });
+    frame_->set_lights(groups, std::move(mix));
     board_.set_problem("");
     frame_->render(pixel);
   });

@@ -29,9 +29,10 @@ class ViewRenderer {
 
   // Everything here may be called from any thread and waits for nothing but a lock.
 
-  // Replaces an order that has not begun. A patient one lets the frame under way show its first
-  // picture before it is ended.
-  void post(ViewOrder order, bool patient);
+  // Replaces an order that has not begun. One in which only edits differ from the order before lets
+  // the frame under way show its first picture before it is ended, and does not end it where its
+  // light groups are enough.
+  void post(ViewOrder order, bool only_edits);
   void set_paused(bool paused);
   // Shows the newest state of the film, with this overlay.
   void set_overlay(ViewOverlay overlay);
@@ -50,10 +51,15 @@ class ViewRenderer {
   void work();
   std::optional<ViewOrder> next_order();
   void render(ViewOrder order);
-  void prepare(const ViewOrder& order);
+  std::unique_ptr<FrameTools> tools_for(const ViewSettings& settings) const;
+  void set_threads(int wanted);
+  void read_environment(EnvironmentEdit& edit);
   void pause(bool shown);
   void serve(std::unique_lock<std::mutex>& lock);
   bool wanted() const;  // by serve()
+  bool stands_still() const;
+  std::optional<LightMix> mix_of(const ViewOrder& order) const;
+  static std::shared_ptr<const LightGroups> dress(const ViewOrder& order, const FrameTools& tools);
 
   PictureBoard& board_;
 
@@ -69,15 +75,19 @@ class ViewRenderer {
   bool pixel_asked_ = false;
   std::optional<PixelInspection> inspection_;
   std::vector<std::promise<FilmCopy>> copies_;
+  std::shared_ptr<const LightGroups> groups_;  // of the frame that there is
+  std::shared_ptr<LoadedScene> groups_scene_;
+  std::optional<Relighting> relighting_;
+  ViewClock::time_point relit_until_;  // the frame stands still: the hand is still at the slider
 
   std::atomic<ViewOverlay> overlay_{ViewOverlay::kNone};
   std::atomic<uint64_t> bvh_builds_{0};
 
   // The thread's own.
-  std::optional<FrameTools> tools_;
-  std::optional<ViewSettings> tools_for_;
+  std::unique_ptr<FrameTools> tools_;
+  ViewSettings tools_settings_;  // that they were made for
   std::unique_ptr<ViewFrame> frame_;
-  EnvironmentEdit read_environment_;  // the last one read from a file
+  EnvironmentEdit environment_;  // the last one read from a file
   std::optional<tbb::global_control> limit_;
   std::optional<tbb::task_arena> arena_;
   int threads_ = 0;

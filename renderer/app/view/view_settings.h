@@ -29,8 +29,10 @@ struct ViewSettings {
   RenderOptions render;
   DisplaySettings display;
   ViewOverlay overlay = ViewOverlay::kNone;
-  // Every light's contribution is kept apart, so that an edit of its intensity or colour needs no
-  // new ray.
+  // Every light's contribution is kept apart, so that an edit of its intensity or colour, its
+  // switch and solo need no new ray. Not of buckets, nor with integrators that do not tell lights
+  // apart. Lights that are off are sampled all the same; a picture mixed so has other noise than
+  // `render`.
   bool light_groups = false;
   std::optional<Rect> region;  // of the frame: gets its samples first
   bool paused = false;         // the frame stands still; what it has is kept

@@ -1,0 +1,72 @@
+// The thread that owns a session, as a window's does: it sleeps until there is news.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <string>
+
+#include "renderer/app/view/render_session.h"
+#include "renderer/core/errors.h"
+
+namespace emberline::test {
+
+class SessionOwner {
+ public:
+  explicit SessionOwner(const ViewSettings& settings) : session(settings) {
+    session.on_change([this] {
+      {
+        const std::lock_guard lock(mutex_);
+        news_ = true;
+      }
+      changed_.notify_one();
+    });
+  }
+  ~SessionOwner() { session.on_change({}); }
+  SessionOwner(const SessionOwner&) = delete;
+  SessionOwner& operator=(const SessionOwner&) = delete;
+
+  // Until `done`, which is looked at after each piece of news. False after so many seconds.
+  bool wait(double seconds, const std::function<bool()>& done) {
+    using Clock = std::chrono::steady_clock;
+    const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                        std::chrono::duration<double>(seconds));
+    while (!done()) {
+      if (Clock::now() >= end) return false;
+      std::unique_lock lock(mutex_);
+      changed_.wait_until(lock, end, [&] { return news_; });
+      news_ = false;
+    }
+    return true;
+  }
+
+  // Loads a scene and waits for its first picture. Throws RenderError if there is none.
+  void open(const std::string& scene, const std::string& edits = {}) {
+    session.open(scene, edits);
+    wait(600, [&] { return session.load_status().state != LoadStatus::State::kLoading; });
+    const LoadStatus status = session.load_status();
+    if (status.state != LoadStatus::State::kReady) throw RenderError(status.error);
+    if (!wait(60, [&] { return shows(session.edit()); })) {
+      throw RenderError("no picture of " + scene + ": " + session.problem());
+    }
+  }
+  // Whether the whole picture shows this edit.
+  bool shows(uint64_t edit) const {
+    const auto picture = session.picture();
+    return picture && picture->edit >= edit && picture->filled;
+  }
+  bool finished() const {
+    const auto picture = session.picture();
+    return picture && picture->edit == session.edit() && picture->finished;
+  }
+
+  RenderSession session;
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool news_ = false;
+};
+
+}  // namespace emberline::test

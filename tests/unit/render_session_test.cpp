@@ -1,0 +1,518 @@
+// What a session shows: the right samples, of the newest edit, with what belongs to them.
+#include "renderer/app/view/render_session.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <thread>
+
+#include "renderer/app/view/grading.h"
+#include "unit/session_fixture.h"
+
+namespace emberline {
+namespace {
+
+using test::SessionOwner;
+
+class RenderSessionTest : public SessionFixture {};
+
+TEST_F(RenderSessionTest, HasNothingBeforeAScene) {
+  SessionOwner owner(settings("live"));
+  RenderSession& session = owner.session;
+  EXPECT_EQ(session.scene(), nullptr);
+  EXPECT_EQ(session.picture(), nullptr);
+  EXPECT_EQ(session.load_status().state, LoadStatus::State::kNone);
+  EXPECT_FALSE(session.inspect(1, 1).has_value());
+  session.set_edits(some_edits());
+  EXPECT_EQ(session.edits(), SceneEdits{});
+}
+
+TEST_F(RenderSessionTest, LoadsAndRendersToTheEnd) {
+  SessionOwner owner(settings("bisection", 8));
+  owner.open(scene("cornell_box"));
+  ASSERT_NE(owner.session.scene(), nullptr);
+  EXPECT_FALSE(owner.session.scene()->outline.materials.empty());
+  EXPECT_GT(owner.session.scene()->radius, 0.0);
+  EXPECT_EQ(owner.session.load_status().fraction, 1.0);
+  ASSERT_TRUE(finishes(owner));
+  const auto picture = owner.session.picture();
+  EXPECT_TRUE(picture->filled && picture->complete);
+  EXPECT_EQ(picture->samples, 8u * 48 * 32);
+  EXPECT_GT(picture->rays, picture->samples);
+  EXPECT_EQ(picture->rgba.size(), 4u * 48 * 32);
+  EXPECT_EQ(picture->rgba8.size(), 4u * 48 * 32);
+  EXPECT_EQ(picture->driver, "bisection");
+  EXPECT_EQ(owner.session.problem(), "");
+}
+
+// The samples are those of the command, whichever driver brings them.
+TEST_F(RenderSessionTest, ShowsTheBitsOfTheCommand) {
+  for (const char* driver : {"bisection", "bucket", "adaptive"}) {
+    const ViewSettings view = settings(driver, 8);
+    SessionOwner owner(view);
+    owner.open(scene("cornell_box"));
+    ASSERT_TRUE(finishes(owner)) << driver;
+    RenderOptions options = view.render;
+    options.scene = scene("cornell_box");
+    expect_same_bits(owner.session.picture()->rgba, rendered(options), driver);
+    if (options.driver == "bisection") {
+      options.driver = "bucket";
+      expect_same_bits(owner.session.picture()->rgba, rendered(options), "against buckets");
+    }
+  }
+}
+
+TEST_F(RenderSessionTest, SavedEditsGiveTheCommandTheSameBits) {
+  SessionOwner owner(settings("bisection", 8));
+  owner.open(scene("cornell_box"));
+  owner.session.set_edits(some_edits());
+  ASSERT_TRUE(finishes(owner));
+  owner.session.save_edits(path("look.json")).get();
+  RenderOptions options = owner.session.settings().render;
+  options.scene = scene("cornell_box");
+  options.driver = "bucket";
+  const std::vector<float> without = rendered(options);
+  options.edits = path("look.json");
+  const std::vector<float> with = rendered(options);
+  expect_same_bits(owner.session.picture()->rgba, with, "saved edits");
+  EXPECT_NE(with, without);
+  // And a session that opens them shows the same.
+  SessionOwner other(settings("bisection", 8));
+  other.open(scene("cornell_box"), path("look.json"));
+  EXPECT_EQ(other.session.edits(), owner.session.edits());
+  ASSERT_TRUE(finishes(other));
+  expect_same_bits(other.session.picture()->rgba, with, "opened edits");
+}
+
+// A view that the command line chose is no edit; saved edits say it all the same.
+TEST_F(RenderSessionTest, SavedEditsStateTheViewOfTheOptions) {
+  ViewSettings view = settings("bisection", 4);
+  view.render.look_from = Vec3d(-300, 250, 600);
+  view.render.look_at = Vec3d(-278, 273, -200);
+  view.render.fov_y = 35.0;
+  SessionOwner owner(view);
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  owner.session.save_edits(path("look.json")).get();
+  RenderOptions options = settings("bucket", 4).render;
+  options.scene = scene("cornell_box");
+  options.edits = path("look.json");
+  expect_same_bits(owner.session.picture()->rgba, rendered(options), "the view");
+}
+
+TEST_F(RenderSessionTest, LiveShowsBisectionAndThenAdaptive) {
+  SessionOwner owner(settings("live", 16));
+  RenderSession& session = owner.session;
+  session.open(scene("cornell_box"));
+  std::vector<std::string> drivers;
+  bool complete = false;
+  uint64_t serial = 0;
+  ASSERT_TRUE(owner.wait(120, [&] {
+    session.load_status();
+    const auto picture = session.picture();
+    if (!picture || picture->serial == serial) return false;
+    EXPECT_GT(picture->serial, serial);
+    serial = picture->serial;
+    EXPECT_TRUE(picture->filled);
+    EXPECT_TRUE(picture->complete || !complete) << "a pixel lost its sample";
+    complete = picture->complete;
+    if (drivers.empty() || drivers.back() != picture->driver) drivers.push_back(picture->driver);
+    return picture->finished;
+  }));
+  EXPECT_EQ(drivers.back(), "adaptive");
+  EXPECT_LE(drivers.size(), 2u);
+  if (drivers.size() == 2) {
+    EXPECT_EQ(drivers.front(), "bisection");
+  }
+  RenderOptions options = settings("adaptive", 16).render;
+  options.scene = scene("cornell_box");
+  expect_same_bits(session.picture()->rgba, rendered(options), "live");
+}
+
+TEST_F(RenderSessionTest, RendersEveryDriverIntegratorAndSampler) {
+  SessionOwner owner(settings("live"));
+  owner.open(scene("cornell_box"));
+  RenderSession& session = owner.session;
+  std::vector<std::string> drivers = {"live"};
+  for (const DriverEntry& entry : driver_table()) drivers.emplace_back(entry.name);
+  for (const std::string& driver : drivers) {
+    for (const IntegratorEntry& integrator : integrator_table()) {
+      ViewSettings view = settings(driver, 2);
+      view.render.integrator = integrator.name;
+      session.set_settings(view);
+      ASSERT_TRUE(owner.wait(60, [&] { return owner.shows(session.edit()); }))
+          << driver << " " << integrator.name << ": " << session.problem();
+    }
+    for (const SamplerEntry& sampler : sampler_table()) {
+      ViewSettings view = settings(driver, 4);
+      view.render.sampler = sampler.name;
+      session.set_settings(view);
+      ASSERT_TRUE(
+          owner.wait(60, [&] { return owner.shows(session.edit()) || !session.problem().empty(); }))
+          << driver << " " << sampler.name;
+      const bool adaptive = driver == "live" || driver == "adaptive";
+      const bool fixed = sampler.counts != SampleCounts::kAny;
+      EXPECT_EQ(!session.problem().empty(), adaptive && fixed) << session.problem();
+    }
+  }
+}
+
+TEST_F(RenderSessionTest, SaysWhatMakesNoSenseAndGoesOnWhenItIsMended) {
+  SessionOwner owner(settings("bisection", 4));
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  const auto before = owner.session.picture();
+  ViewSettings view = settings("bisection", 4);
+  view.render.noise_threshold = 0.01f;
+  owner.session.set_settings(view);
+  ASSERT_TRUE(owner.wait(30, [&] { return !owner.session.problem().empty(); }));
+  EXPECT_NE(owner.session.problem().find("--noise-threshold"), std::string::npos);
+  EXPECT_EQ(owner.session.picture(), before);
+  view.render.driver = "adaptive";
+  owner.session.set_settings(view);
+  ASSERT_TRUE(owner.wait(30, [&] { return owner.shows(owner.session.edit()); }));
+  EXPECT_EQ(owner.session.problem(), "");
+}
+
+TEST_F(RenderSessionTest, RefusedEditsLeaveAllAsItWas) {
+  SessionOwner owner(settings("bisection", 2));
+  owner.open(scene("cornell_box"));
+  owner.session.set_edits(some_edits());
+  const uint64_t edit = owner.session.edit();
+  SceneEdits wrong;
+  test::material(wrong, 999);
+  EXPECT_THROW(owner.session.set_edits(wrong), InputError);
+  SceneEdits nowhere;
+  nowhere.camera.look_from = nowhere.camera.look_at = Vec3d(1.0);
+  EXPECT_THROW(owner.session.set_edits(nowhere), InputError);
+  LightEdit solo;
+  solo.target.index = 99;
+  EXPECT_THROW(owner.session.set_edits({}, solo), InputError);
+  EXPECT_EQ(owner.session.edits(), some_edits());
+  EXPECT_EQ(owner.session.edit(), edit);
+  ASSERT_TRUE(finishes(owner));
+}
+
+TEST_F(RenderSessionTest, NoEditBuildsABvh) {
+  SessionOwner owner(settings("bisection", 1));
+  owner.open(scene("cornell_box"));
+  const uint64_t builds = owner.session.bvh_builds();
+  EXPECT_GT(builds, 0u);
+  for (int i = 1; i < 5; ++i) {
+    owner.session.set_edits(some_edits(0.2f * float(i)));
+    ASSERT_TRUE(finishes(owner));
+  }
+  EXPECT_EQ(owner.session.bvh_builds(), builds);
+}
+
+TEST_F(RenderSessionTest, SoloIsTheEditsWithEveryOtherLightOff) {
+  SessionOwner owner(settings("bisection", 4));
+  owner.open(scene("mis_plates"));
+  RenderSession& session = owner.session;
+  // Two of its lamps, by their own materials.
+  std::vector<int> lamps;
+  const auto& materials = session.scene()->outline.materials;
+  for (size_t i = 0; i < materials.size(); ++i) {
+    if (!is_black(materials[i].emission)) lamps.push_back(int(i));
+  }
+  ASSERT_GE(lamps.size(), 2u);
+  SceneEdits dimmed;
+  LightEdit& edit = test::light(dimmed, EditedLight::kMaterial, lamps[1]);
+  edit.intensity = 0.5f;
+  edit.on = false;  // solo shines all the same
+  LightEdit solo;
+  solo.kind = EditedLight::kMaterial;
+  solo.target.index = lamps[1];
+  session.set_edits(dimmed, solo);
+  EXPECT_EQ(session.edits(), dimmed);
+  ASSERT_TRUE(finishes(owner));
+  const std::vector<float> alone = session.picture()->rgba;
+  SceneEdits explicitly;
+  for (const int lamp : lamps) {
+    LightEdit& other = test::light(explicitly, EditedLight::kMaterial, lamp);
+    other.on = lamp == lamps[1];
+    other.intensity = lamp == lamps[1] ? 0.5f : 1.0f;
+  }
+  if (session.scene()->outline.environment) {
+    test::light(explicitly, EditedLight::kEnvironment, -1).on = false;
+  }
+  session.set_edits(explicitly);
+  ASSERT_TRUE(finishes(owner));
+  expect_same_bits(session.picture()->rgba, alone, "solo");
+}
+
+// The Cornell box has one lamp: twice as bright it is twice the picture, without a sample.
+TEST_F(RenderSessionTest, LightGroupsFollowALightWithoutASample) {
+  ViewSettings view = settings("live", 16);
+  view.light_groups = true;
+  SessionOwner owner(view);
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  RenderSession& session = owner.session;
+  const auto before = session.picture();
+  RenderOptions options = settings("adaptive", 16).render;
+  options.scene = scene("cornell_box");
+  expect_same_bits(before->rgba, rendered(options), "before any edit");
+  const auto& materials = session.scene()->outline.materials;
+  const auto lamp = std::ranges::find_if(
+      materials, [](const MaterialDescription& m) { return !is_black(m.emission); });
+  ASSERT_NE(lamp, materials.end());
+  SceneEdits edits;
+  LightEdit& light = test::light(edits, EditedLight::kMaterial, int(lamp - materials.begin()));
+  for (const float intensity : {2.0f, 0.0f, 0.5f}) {
+    light.intensity = intensity;
+    session.set_edits(edits);
+    ASSERT_TRUE(owner.wait(30, [&] { return session.picture()->edit == session.edit(); }));
+    const auto picture = session.picture();
+    EXPECT_TRUE(picture->finished) << "it was rendered anew";
+    EXPECT_EQ(picture->samples, before->samples);
+    for (size_t i = 0; i < picture->rgba.size(); ++i) {
+      const float expected = before->rgba[i] * (i % 4 < 3 ? intensity : 1.0f);
+      ASSERT_NEAR(picture->rgba[i], expected, 1e-4f * expected + 1e-6f) << i;
+    }
+    session.save(path("relit.exr")).get();
+    expect_same_bits(rgba_of(path("relit.exr")), picture->rgba, "saved");
+  }
+  // Off, and off from the beginning of a frame: on again without a sample.
+  light.on = false;
+  edits.camera = some_edits().camera;
+  session.set_edits(edits);
+  ASSERT_TRUE(finishes(owner));
+  light.on = true;
+  light.intensity = 1.0f;
+  session.set_edits(edits);
+  ASSERT_TRUE(owner.wait(30, [&] { return session.picture()->edit == session.edit(); }));
+  EXPECT_TRUE(session.picture()->finished);
+  EXPECT_GT(*std::ranges::max_element(session.picture()->rgba), 0.5f);
+}
+
+TEST_F(RenderSessionTest, ReadsAnEnvironmentThatAnEditNames) {
+  // A picture of ours as the surroundings: any latitude-longitude map will do.
+  RenderOptions options = settings("bucket", 1).render;
+  options.scene = scene("cornell_box");
+  options.filter = kDefaultFilter;
+  options.outputs = {path("sky.exr")};
+  ASSERT_EQ(run_render(options), 0);
+  SessionOwner owner(settings("bisection", 2));
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  const std::vector<float> before = owner.session.picture()->rgba;
+  SceneEdits edits;
+  edits.environment.file = path("sky.exr");
+  owner.session.set_edits(edits);
+  ASSERT_TRUE(finishes(owner)) << owner.session.problem();
+  EXPECT_NE(owner.session.picture()->rgba, before);
+  edits.environment.file = path("none.exr");
+  owner.session.set_edits(edits);
+  ASSERT_TRUE(owner.wait(30, [&] { return !owner.session.problem().empty(); }));
+  EXPECT_NE(owner.session.problem().find("none.exr"), std::string::npos);
+}
+
+TEST_F(RenderSessionTest, AnotherExposureNeedsNoSample) {
+  SessionOwner owner(settings("bisection", 4));
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  const auto before = owner.session.picture();
+  ViewSettings view = owner.session.settings();
+  view.display.exposure = 2.0f;
+  owner.session.set_settings(view);
+  ASSERT_TRUE(owner.wait(30, [&] { return owner.session.picture()->serial > before->serial; }));
+  const auto after = owner.session.picture();
+  expect_same_bits(after->rgba, before->rgba, "linear picture");
+  EXPECT_EQ(after->edit, before->edit);
+  EXPECT_EQ(after->edit, owner.session.edit());
+  EXPECT_TRUE(after->finished);
+  std::vector<uint8_t> expected(after->rgba.size());
+  Grading(view.display).grade(after->rgba, after->width, expected);
+  EXPECT_EQ(after->rgba8, expected);
+  EXPECT_NE(after->rgba8, before->rgba8);
+}
+
+TEST_F(RenderSessionTest, AnUnknownViewIsAProblemAndTheOneBeforeStays) {
+  ViewSettings view = settings("bisection", 4);
+  view.display.view = "Film noir";
+  SessionOwner owner(view);
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  EXPECT_NE(owner.session.problem().find("Film noir"), std::string::npos);
+  view.display.view = "ACES";
+  const uint64_t serial = owner.session.picture()->serial;
+  owner.session.set_settings(view);
+  ASSERT_TRUE(owner.wait(30, [&] { return owner.session.picture()->serial > serial; }));
+  EXPECT_EQ(owner.session.problem(), "");
+}
+
+TEST_F(RenderSessionTest, OverlaysStandInThePicturesPlace) {
+  SessionOwner owner(settings("adaptive", 16));
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  const std::vector<float> rgba = owner.session.picture()->rgba;
+  std::set<std::vector<uint8_t>> seen = {owner.session.picture()->rgba8};
+  for (const ViewOverlay overlay :
+       {ViewOverlay::kSamples, ViewOverlay::kError, ViewOverlay::kStop, ViewOverlay::kTime,
+        ViewOverlay::kNonFinite, ViewOverlay::kTree}) {
+    ViewSettings view = owner.session.settings();
+    view.overlay = overlay;
+    const uint64_t serial = owner.session.picture()->serial;
+    owner.session.set_settings(view);
+    ASSERT_TRUE(owner.wait(60, [&] {
+      return owner.session.picture()->serial > serial && owner.finished() &&
+             !owner.session.picture()->overlay_legend.empty();
+    })) << int(overlay);
+    const auto picture = owner.session.picture();
+    expect_same_bits(picture->rgba, rgba, "the picture below");
+    EXPECT_TRUE(seen.insert(picture->rgba8).second) << "no other than before: " << int(overlay);
+  }
+}
+
+TEST_F(RenderSessionTest, AnOverlayWhoseChannelIsThereNeedsNoSample) {
+  SessionOwner owner(settings("bisection", 4));
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  const uint64_t edit = owner.session.edit();
+  ViewSettings view = owner.session.settings();
+  view.overlay = ViewOverlay::kSamples;
+  owner.session.set_settings(view);
+  EXPECT_EQ(owner.session.edit(), edit);
+  ASSERT_TRUE(owner.wait(
+      30, [&] { return owner.session.picture()->overlay_legend.ends_with("samples per pixel"); }));
+  view.overlay = ViewOverlay::kError;
+  owner.session.set_settings(view);
+  EXPECT_EQ(owner.session.edit(), edit + 1);
+}
+
+TEST_F(RenderSessionTest, InspectsWhatTheFilmHolds) {
+  SessionOwner owner(settings("adaptive", 16));
+  owner.open(scene("spheres"));
+  ASSERT_TRUE(finishes(owner));
+  RenderSession& session = owner.session;
+  const auto picture = session.picture();
+  bool hit = false;
+  for (int y = 1; y < 32; y += 6) {
+    for (int x = 1; x < 48; x += 6) {
+      ASSERT_TRUE(session.inspect(x, y).has_value());
+      std::optional<PixelInspection> pixel;
+      ASSERT_TRUE(owner.wait(30, [&] {
+        pixel = session.inspect(x, y);
+        return pixel->known;
+      }));
+      const float* rgba = &picture->rgba[4 * size_t(y * 48 + x)];
+      EXPECT_EQ(pixel->radiance, Rgb(rgba[0], rgba[1], rgba[2]));
+      EXPECT_EQ(pixel->alpha, rgba[3]);
+      EXPECT_GE(pixel->samples, 1u);
+      EXPECT_TRUE(pixel->variance.has_value());
+      EXPECT_NE(pixel->explanation.find("samples"), std::string::npos);
+      hit = hit || pixel->id > 0;
+      EXPECT_EQ(pixel->id > 0, pixel->material >= 0);
+      EXPECT_EQ(pixel->id > 0, !pixel->object.empty());
+      if (pixel->id > 0) {
+        EXPECT_LT(size_t(pixel->material), session.scene()->outline.materials.size());
+        EXPECT_LE((pixel->position - session.scene()->center).length(),
+                  1.001 * session.scene()->radius);
+      }
+    }
+  }
+  EXPECT_TRUE(hit);
+  EXPECT_FALSE(session.inspect(48, 0).has_value());
+  EXPECT_FALSE(session.inspect(0, -1).has_value());
+  session.end_inspection();
+}
+
+TEST_F(RenderSessionTest, APausedFrameStandsStillAndGoesOn) {
+  ViewSettings view = settings("bisection", 64);
+  view.paused = true;
+  SessionOwner owner(view);
+  owner.open(scene("cornell_box"));
+  RenderSession& session = owner.session;
+  // A pixel can be asked about, and an edit shows itself, before anything goes on.
+  ASSERT_TRUE(owner.wait(30, [&] {
+    const auto pixel = session.inspect(20, 20);
+    return pixel && pixel->known;
+  }));
+  session.set_edits(some_edits());
+  ASSERT_TRUE(owner.wait(30, [&] { return owner.shows(session.edit()); }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  const auto picture = session.picture();
+  EXPECT_FALSE(picture->finished);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  EXPECT_EQ(session.picture(), picture);
+  session.save(path("paused.exr")).get();
+  expect_same_bits(rgba_of(path("paused.exr")), picture->rgba, "what stands still");
+  view.paused = false;
+  session.set_settings(view);
+  EXPECT_EQ(session.edit(), picture->edit);
+  ASSERT_TRUE(finishes(owner));
+  view.render.driver = "bucket";
+  SessionOwner other(view);
+  other.open(scene("cornell_box"));
+  other.session.set_edits(some_edits());
+  ASSERT_TRUE(finishes(other));
+  expect_same_bits(session.picture()->rgba, other.session.picture()->rgba, "after the pause");
+}
+
+TEST_F(RenderSessionTest, TheRegionComesFirstWithTheSameSamples) {
+  SessionOwner owner(settings("bisection", 32));
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  const std::vector<float> whole = owner.session.picture()->rgba;
+  ViewSettings view = owner.session.settings();
+  view.region = Rect{10, 5, 30, 40};  // beyond the frame's lower edge
+  owner.session.set_settings(view);
+  bool region_alone = false;
+  uint64_t serial = 0;
+  ASSERT_TRUE(owner.wait(60, [&] {
+    const auto picture = owner.session.picture();
+    if (picture->serial == serial || picture->edit < owner.session.edit()) return false;
+    serial = picture->serial;
+    if (!picture->filled) {
+      region_alone = true;
+      for (int x = 0; x < 10; ++x) {  // outside it is as it was
+        EXPECT_EQ(std::memcmp(&picture->rgba[4 * size_t(x)], &whole[4 * size_t(x)], 16), 0);
+      }
+    }
+    return picture->finished;
+  }));
+  EXPECT_TRUE(region_alone);
+  expect_same_bits(owner.session.picture()->rgba, whole, "with a region");
+}
+
+TEST_F(RenderSessionTest, BucketsAppearOneByOneOverThePictureOfBefore) {
+  SessionOwner owner(settings("bisection", 1));
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  ViewSettings view = settings("bucket", 256);
+  owner.session.set_settings(view);
+  bool outlined = false, partial = false;
+  uint64_t serial = 0;
+  ASSERT_TRUE(owner.wait(120, [&] {
+    const auto picture = owner.session.picture();
+    if (picture->serial == serial || picture->edit < owner.session.edit()) return false;
+    serial = picture->serial;
+    outlined = outlined || !picture->in_progress.empty();
+    partial = partial || !picture->filled;
+    for (const Rect& rect : picture->in_progress) {
+      EXPECT_EQ(rect, rect.intersect({0, 0, 48, 32}));
+    }
+    return picture->finished;
+  }));
+  EXPECT_TRUE(outlined);
+  EXPECT_TRUE(partial);
+  EXPECT_TRUE(owner.session.picture()->in_progress.empty());
+  EXPECT_EQ(owner.session.picture()->samples, 256u * 48 * 32);
+  std::vector<uint8_t> expected(owner.session.picture()->rgba.size());
+  Grading({}).grade(owner.session.picture()->rgba, 48, expected);
+  EXPECT_EQ(owner.session.picture()->rgba8, expected) << "outlines never in the pixels";
+}
+
+TEST_F(RenderSessionTest, EndsAtTheTimeLimit) {
+  ViewSettings view = settings("live");
+  view.render.time_limit_s = 0.3;
+  SessionOwner owner(view);
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  EXPECT_LT(owner.session.picture()->rendering_s, 5.0);
+}
+
+}  // namespace
+}  // namespace emberline

@@ -1,0 +1,89 @@
+// Files that a session writes in the background.
+#include <gtest/gtest.h>
+
+#include "renderer/core/errors.h"
+#include "unit/session_fixture.h"
+
+namespace emberline {
+namespace {
+
+using test::SessionOwner;
+
+class SessionFilesTest : public SessionFixture {};
+
+TEST_F(SessionFilesTest, SavesThePictureWithItsChannels) {
+  ViewSettings view = settings("bisection", 8);
+  view.render.aovs = "variance,N,stop";
+  SessionOwner owner(view);
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  owner.session.save(path("saved.exr")).get();
+  RenderOptions options = view.render;
+  options.scene = scene("cornell_box");
+  options.driver = "bucket";
+  expect_same_bits(owner.session.picture()->rgba, rendered(options), "as shown");
+  // All of its channels are those of the command.
+  const FloatImage saved = read_float_image(path("saved.exr"));
+  const FloatImage expected = read_float_image(path("rendered.exr"));
+  EXPECT_EQ(saved.channel_names, expected.channel_names);
+  expect_same_bits(saved.values, expected.values, "saved");
+}
+
+TEST_F(SessionFilesTest, SavesPicturesAsTheCommandDoes) {
+  ViewSettings view = settings("bisection", 4);
+  view.display.exposure = 1.0f;
+  SessionOwner owner(view);
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  RenderOptions options = view.render;
+  options.scene = scene("cornell_box");
+  options.display = view.display;
+  options.filter = kDefaultFilter;
+  for (const char* name : {"a.png", "a.jpg"}) {
+    owner.session.save(path(name)).get();
+    options.outputs = {path("command-" + std::string(name))};
+    ASSERT_EQ(run_render(options), 0);
+    EXPECT_EQ(slurp(path(name)), slurp(options.outputs.front())) << name;
+  }
+}
+
+TEST_F(SessionFilesTest, SavesHeatmapsAndTheirValues) {
+  SessionOwner owner(settings("adaptive", 16));
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  owner.session.save_heatmap(path("samples.png"), ViewOverlay::kSamples).get();
+  owner.session.save_heatmap(path("samples.exr"), ViewOverlay::kSamples).get();
+  EXPECT_GT(slurp(path("samples.png")).size(), 100u);
+  const FloatImage values = read_float_image(path("samples.exr"));
+  double sum = 0;
+  for (const float value : values.values) sum += double(value);
+  EXPECT_EQ(sum, double(owner.session.picture()->samples));
+  expect_error<RenderError>(
+      [&] { owner.session.save_heatmap(path("time.png"), ViewOverlay::kTime).get(); }, "time");
+  EXPECT_THROW(owner.session.save_heatmap(path("tree.png"), ViewOverlay::kTree), UsageError);
+}
+
+TEST_F(SessionFilesTest, SaysWhatCannotBeWritten) {
+  SessionOwner owner(settings("bisection", 1));
+  EXPECT_THROW(owner.session.save(path("early.exr")).get(), RenderError);
+  owner.open(scene("cornell_box"));
+  EXPECT_THROW(owner.session.save(path("no/such/folder.exr")).get(), RenderError);
+  EXPECT_THROW(owner.session.save(path("picture.bmp")).get(), UsageError);
+  EXPECT_THROW(owner.session.save_edits(path("no/such/folder.json")).get(), RenderError);
+  EXPECT_TRUE(contents().empty());
+}
+
+// Nobody has to wait for a file, and it is written all the same.
+TEST_F(SessionFilesTest, WritesWhatNobodyWaitsFor) {
+  {
+    SessionOwner owner(settings("live"));
+    owner.open(scene("cornell_box"));
+    for (int i = 0; i < 3; ++i) owner.session.save(path(std::to_string(i) + ".png"));
+    owner.session.save_edits(path("edits.json"));
+    owner.wait(30, [&] { return contents().size() == 4; });
+  }
+  EXPECT_EQ(contents(), (std::vector<std::string>{"0.png", "1.png", "2.png", "edits.json"}));
+}
+
+}  // namespace
+}  // namespace emberline
