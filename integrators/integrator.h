@@ -45,7 +45,7 @@ struct SampleBatch {
   bool hit_id = false;        // fill first_hit.id alone
   // Where the radiance comes from, if that is asked for: both or neither. The values arrive without
   // light; what is added there adds up to SampleValue::radiance.
-  const LightGroups* light_groups = nullptr;
+  features::Pointer<features::kLightGroups, const LightGroups> light_groups = nullptr;
   features::Pointer<features::kLightGroups, LightGroupValues> light_values = nullptr;
 };
 

@@ -29,6 +29,7 @@ namespace fs = std::filesystem;
 constexpr double kFarthest = 1e15;
 constexpr double kBrightest = 1e9;
 constexpr double kMostTurns = 36000.0;  // degrees
+constexpr double kMostOfLens = 1e9;     // f-numbers, to either side: scenes come in any size
 constexpr double kMostNormalScale = 1000.0;
 
 struct KindName {
@@ -124,7 +125,7 @@ EditTarget read_target(const Reader& entry) {
 }
 
 CameraEdit read_camera(const Reader& entry) {
-  entry.object({"file_camera", "look_from", "look_at", "up", "fov_y"});
+  entry.object({"file_camera", "look_from", "look_at", "up", "fov_y", "f_stop", "focus_distance"});
   CameraEdit edit;
   edit.place = entry.place();
   if (entry.has("file_camera")) {
@@ -145,6 +146,10 @@ CameraEdit read_camera(const Reader& entry) {
     if (!(edit.up.length2() > 0)) entry["up"].expected("a direction");
   }
   if (entry.has("fov_y")) edit.fov_y_degrees = entry["fov_y"].number(0.05, 179.9);
+  if (entry.has("f_stop")) edit.f_stop = entry["f_stop"].number(1.0 / kMostOfLens, kMostOfLens);
+  if (entry.has("focus_distance")) {
+    edit.focus_distance = entry["focus_distance"].number(1.0 / kFarthest, kFarthest);
+  }
   return edit;
 }
 
@@ -292,6 +297,8 @@ Json camera_json(const CameraEdit& edit) {
     json["up"] = vector(edit.up);
   }
   if (edit.fov_y_degrees) json["fov_y"] = *edit.fov_y_degrees;
+  if (edit.f_stop) json["f_stop"] = *edit.f_stop;
+  if (edit.focus_distance) json["focus_distance"] = *edit.focus_distance;
   return json;
 }
 

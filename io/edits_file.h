@@ -3,7 +3,8 @@
 //   {
 //     "emberline_edits": 1,
 //     "camera": {"file_camera": {"name": "main", "index": 0}, "fov_y": 35,
-//                "look_from": [0, 1, 4], "look_at": [0, 0.5, 0], "up": [0, 1, 0]},
+//                "look_from": [0, 1, 4], "look_at": [0, 0.5, 0], "up": [0, 1, 0],
+//                "f_stop": 2.8, "focus_distance": 4},
 //     "variant": {"name": "beach", "index": 1},
 //     "environment": {"file": "studio.hdr", "strength": 1, "rotation": 30},
 //     "lights": [{"kind": "punctual", "name": "Key", "index": 0,

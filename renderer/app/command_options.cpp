@@ -33,6 +33,9 @@ constexpr double kFarthest = 1e15;
 // The ends of --range: squares stay finite in float.
 constexpr double kMostOfRange = 1e18;
 
+// --f-stop, to either side: scenes come in any size.
+constexpr double kMostOfLens = 1e9;
+
 // --time-limit in seconds: a millisecond to thirty years.
 constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;
 
@@ -90,6 +93,10 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
   at->needs(from);
   add_number(app, "--fov-y", o.fov_y, 0.05, 179.9,
              "vertical field of view in degrees [the camera's, or 40]");
+  add_number(app, "--f-stop", o.f_stop, 1.0 / kMostOfLens, kMostOfLens,
+             "f-number of a lens, for film 24 mm high [a pinhole: all is sharp]");
+  add_number(app, "--focus-distance", o.focus_distance, 1.0 / kFarthest, kFarthest,
+             "metres along the view to what is sharp [that of --look-at]");
 }
 
 void add_light_options(CLI::App* app, RenderOptions& o) {
@@ -255,6 +262,9 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--aov", o.aovs, table_help("further EXR channels, a list", aov_table()))
       ->type_name("LIST")
       ->join(',');  // --aov albedo --aov N: both
+  app->add_flag("--light-groups", o.light_groups,
+                "a layer light.NAME of the EXR for each light, emissive material and the "
+                "environment: what it gives alone. They add up to R G B");
   add_heatmaps(app, o);
   app->add_option("--report", o.reports,
                   "what was done: .html is a page with pictures and charts, any other name JSON. "

@@ -6,7 +6,7 @@
 #include "renderer/app/info_command.h"
 #include "renderer/app/render_options.h"
 #include "renderer/app/study_command.h"
-#include "renderer/app/view/view_command.h"
+#include "renderer/app/view/window/view_command.h"
 
 namespace CLI {
 class App;

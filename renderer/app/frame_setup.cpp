@@ -47,6 +47,55 @@ void warn_of_repaired(const std::string& file, uint64_t texels) {
                           file, texels));
 }
 
+CameraDescription choose_view(const RenderOptions& options, const SceneDescription& scene) {
+  const double aspect = double(options.width) / options.height;
+  CameraDescription camera;
+  if (!options.camera.empty()) {
+    camera = scene.cameras[find_named("camera", options.camera, scene.cameras)];
+  } else if (options.look_from || scene.cameras.empty()) {
+    camera = framing_camera(world_bounds(scene), aspect);
+    if (!options.look_from) log_info("the file has no camera; framing the whole scene");
+  } else {
+    camera = scene.cameras.front();
+  }
+  if (options.look_from) {
+    camera.name = "--look-from";
+    camera.orthographic = false;
+    camera.to_world = look_at_matrix(*options.look_from, *options.look_at);
+    if (options.camera.empty()) camera.fov_y = 40.0 * kPiD / 180.0;
+  }
+  if (camera.aspect && !options.look_from && std::abs(*camera.aspect / aspect - 1.0) > 0.01) {
+    // The vertical angle rules, as glTF has it; what is seen at the sides differs.
+    log_info(fmt::format(
+        "camera '{}' was made for {:.3g} : 1, the frame has {:.3g} : 1; "
+        "--size {}x{} would match",
+        camera.name, *camera.aspect, aspect,
+        std::max(1, int(std::lround(options.height * *camera.aspect))), options.height));
+  }
+  if (options.fov_y) {
+    if (camera.orthographic) {
+      throw UsageError("--fov-y: camera '" + camera.name + "' is orthographic and has no angle");
+    }
+    camera.fov_y = *options.fov_y * kPiD / 180.0;
+  }
+  if (options.look_from) {
+    camera.focus_distance = (*options.look_at - *options.look_from).length();
+  }
+  return camera;
+}
+
+void put_on_lens(const RenderOptions& options, CameraDescription& camera) {
+  if (options.focus_distance) camera.focus_distance = *options.focus_distance;
+  if (!options.f_stop) return;
+  if (camera.orthographic) {
+    throw UsageError("--f-stop: camera '" + camera.name + "' is orthographic and has no lens");
+  }
+  if (!(camera.focus_distance > 0)) {
+    throw UsageError("--f-stop: what shall be sharp? Give --focus-distance, or --look-at");
+  }
+  camera.lens_radius = lens_radius(*options.f_stop, camera.fov_y);
+}
+
 }  // namespace
 
 SceneEdits load_edits(const RenderOptions& options) {
@@ -86,36 +135,8 @@ void choose_variant(const RenderOptions& options, const SceneDescription& scene,
 }
 
 CameraDescription choose_camera(const RenderOptions& options, const SceneDescription& scene) {
-  const double aspect = double(options.width) / options.height;
-  CameraDescription camera;
-  if (!options.camera.empty()) {
-    camera = scene.cameras[find_named("camera", options.camera, scene.cameras)];
-  } else if (options.look_from || scene.cameras.empty()) {
-    camera = framing_camera(world_bounds(scene), aspect);
-    if (!options.look_from) log_info("the file has no camera; framing the whole scene");
-  } else {
-    camera = scene.cameras.front();
-  }
-  if (options.look_from) {
-    camera.name = "--look-from";
-    camera.orthographic = false;
-    camera.to_world = look_at_matrix(*options.look_from, *options.look_at);
-    if (options.camera.empty()) camera.fov_y = 40.0 * kPiD / 180.0;
-  }
-  if (camera.aspect && !options.look_from && std::abs(*camera.aspect / aspect - 1.0) > 0.01) {
-    // The vertical angle rules, as glTF has it; what is seen at the sides differs.
-    log_info(fmt::format(
-        "camera '{}' was made for {:.3g} : 1, the frame has {:.3g} : 1; "
-        "--size {}x{} would match",
-        camera.name, *camera.aspect, aspect,
-        std::max(1, int(std::lround(options.height * *camera.aspect))), options.height));
-  }
-  if (options.fov_y) {
-    if (camera.orthographic) {
-      throw UsageError("--fov-y: camera '" + camera.name + "' is orthographic and has no angle");
-    }
-    camera.fov_y = *options.fov_y * kPiD / 180.0;
-  }
+  CameraDescription camera = choose_view(options, scene);
+  put_on_lens(options, camera);
   return camera;
 }
 
@@ -130,9 +151,11 @@ CameraDescription choose_camera(const RenderOptions& options, const SceneDescrip
     return choose_camera(options, scene);
   }
   const double aspect = double(options.width) / options.height;
-  return edited_camera(
+  CameraDescription camera = edited_camera(
       edits, scene,
       scene.cameras.empty() ? framing_camera(world_bounds(scene), aspect) : scene.cameras.front());
+  put_on_lens(options, camera);
+  return camera;
 }
 
 SceneBuildOptions choose_build_options(const RenderOptions& options) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "renderer/app/light_layers.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 
@@ -34,6 +35,8 @@ std::filesystem::path same_spelling(const std::string& path) {
 }
 
 }  // namespace
+
+bool is_exr(const std::string& path) { return lower_suffix(path) == ".exr"; }
 
 void check_output_paths(const RenderOptions& options, const Rect& window) {
   std::vector<std::pair<std::filesystem::path, std::string>> taken = {
@@ -68,7 +71,7 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
                            const StopRequest& stop)
     : stop_(stop) {
   for (const std::string& path : paths) {
-    if (lower_suffix(path) == ".exr") {
+    if (is_exr(path)) {
       ExrHeader header;
       header.width = settings.width;
       header.height = settings.height;
@@ -79,7 +82,7 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
             {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
       }
       header.attributes = settings.attributes;
-      exrs_.push_back(std::make_unique<ExrWriter>(path, header));
+      exrs_.push_back({path, header, std::make_unique<ExrWriter>(path, header)});
     } else {
       if (!transform_) transform_ = std::make_shared<DisplayTransform>(settings.display);
       images_.push_back(std::make_unique<DisplayImageWriter>(
@@ -95,12 +98,25 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
   }
 }
 
+void FrameOutputs::add_light_layers(const std::vector<std::string>& names) {
+  light_layers_ = true;
+  for (ExrOutput& exr : exrs_) {
+    for (const std::string& name : names) {
+      for (const char* channel : {".R", ".G", ".B"})
+        exr.header.channels.push_back({name + channel});
+    }
+    exr.writer.reset();  // takes its file with it
+    exr.writer = std::make_unique<ExrWriter>(exr.path, exr.header);
+  }
+}
+
 void FrameOutputs::tile_finished(const FilmTile& tile) {
   thread_local std::vector<float> pixels;  // reused: no allocation per bucket
   if (!exrs_.empty() || !heatmaps_.empty()) {
     tile.resolve(pixels);
-    for (const auto& exr : exrs_) exr->write_tile(tile.rect(), pixels);
     for (const auto& heatmap : heatmaps_) heatmap->write_tile(tile.rect(), pixels);
+    if (light_layers_) append_light_layers(tile, pixels);
+    for (const ExrOutput& exr : exrs_) exr.writer->write_tile(tile.rect(), pixels);
   }
   if (!images_.empty()) {
     tile.resolve_rgba(pixels);
@@ -123,7 +139,7 @@ void FrameOutputs::picture_changed(const FrameProgress& progress, const FramePic
 }
 
 void FrameOutputs::finish() {
-  for (const auto& exr : exrs_) exr->finish();
+  for (const ExrOutput& exr : exrs_) exr.writer->finish();
   for (const auto& image : images_) image->finish();
   for (const auto& heatmap : heatmaps_) heatmap->finish();
 }

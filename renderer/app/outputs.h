@@ -55,6 +55,10 @@ class FrameOutputs final : public FrameObserver {
   void picture_changed(const FrameProgress& progress, const FramePicture& picture) override;
   PixelStop stop_cause() const override { return stop_.cause(); }
 
+  // Adds a layer for each light group of the frame to the EXR files, by these names. To be called
+  // before the first tile. Throws RenderError for a file that cannot be begun anew.
+  void add_light_layers(const std::vector<std::string>& names);
+
   // Completes and renames the files. Throws RenderError.
   void finish();
 
@@ -64,7 +68,13 @@ class FrameOutputs final : public FrameObserver {
   std::string display_description() const;
 
  private:
-  std::vector<std::unique_ptr<ExrWriter>> exrs_;
+  struct ExrOutput {
+    std::string path;
+    ExrHeader header;
+    std::unique_ptr<ExrWriter> writer;
+  };
+  std::vector<ExrOutput> exrs_;
+  bool light_layers_ = false;
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
   std::vector<std::unique_ptr<HeatmapFile>> heatmaps_;
   std::shared_ptr<const DisplayTransform> transform_;
@@ -76,6 +86,8 @@ class FrameOutputs final : public FrameObserver {
   mutable std::mutex mutex_;
   std::map<std::thread::id, uint64_t> thread_bytes_;  // at most, of each thread that brought a tile
 };
+
+bool is_exr(const std::string& path);
 
 // Throws UsageError for what is wrong with the names alone: an unknown suffix, one file named
 // twice, an input that would be overwritten, a frame larger than the format holds.

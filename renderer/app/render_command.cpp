@@ -11,6 +11,7 @@
 
 #include "io/atomic_file.h"
 #include "renderer/app/frame_setup.h"
+#include "renderer/app/light_layers.h"
 #include "renderer/app/outputs.h"
 #include "renderer/app/progress.h"
 #include "renderer/app/refinement_output.h"
@@ -137,6 +138,7 @@ int run_render(const RenderOptions& options) {
   const OutputSettings output_settings = settings_of_outputs(options, window);
   check_output_paths(options, window);
   check_refinement_options(options, window);
+  check_light_layers(options);
 
   // Likewise where nothing can be written: the files are opened before the scene is loaded, and
   // leave no trace if that fails.
@@ -162,13 +164,15 @@ int run_render(const RenderOptions& options) {
   SceneDescription description =
       load_scene(options, LoadProgress::unwatched(), edits.variant.has_value());
   choose_variant(options, description, edits);
-  if (edits != SceneEdits()) apply(edits, description);
+  if (edits != SceneEdits() || options.light_groups) apply(edits, description);
   report.times.load_s = load.seconds();
   const CameraDescription camera_description = choose_camera(options, description, edits);
   report.camera = camera_description.name;
   report.coverage = description.coverage;
   report.repairs = description.repairs;
 
+  std::optional<LightGroups> groups;
+  if (options.light_groups) groups.emplace(outline(description));
   const Stopwatch build;
   const std::unique_ptr<Scene> scene =
       build_scene(std::move(description), choose_build_options(options));
@@ -177,15 +181,28 @@ int run_render(const RenderOptions& options) {
   report.times.build_s = build.seconds();
   report.features = scene->features();
   report.memory = scene->memory();
+  if (groups) {
+    report.features.push_back(describe(*groups));
+    if (outputs) outputs->add_light_layers(light_layer_names(groups->list()));
+  }
   log_verbose(fmt::format(
       "loaded in {}, built in {}: {} triangles, {} instances", format_duration(report.times.load_s),
       format_duration(report.times.build_s), scene->triangle_count(), scene->instance_count()));
 
-  const Frame frame{*scene,          camera,           *integrator,
-                    *sampler,        filter,           options.width,
-                    options.height,  window,           sampling.samples_per_pixel,
-                    options.seed,    sampling.streams, output_settings.aovs,
-                    sampling.uniform};
+  const Frame frame{*scene,
+                    camera,
+                    *integrator,
+                    *sampler,
+                    filter,
+                    options.width,
+                    options.height,
+                    window,
+                    sampling.samples_per_pixel,
+                    options.seed,
+                    sampling.streams,
+                    output_settings.aovs,
+                    sampling.uniform,
+                    groups ? &*groups : nullptr};
   if (options.replay) return run_replay(frame, *options.replay);
 
   std::optional<RemoteViewer> viewer;

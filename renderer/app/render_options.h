@@ -51,7 +51,8 @@ struct RenderOptions {
   std::optional<Rect> crop;
   std::string camera;  // name or index; empty: the file's first, or one that frames the scene
   std::optional<Vec3d> look_from, look_at;
-  std::optional<double> fov_y;  // degrees
+  std::optional<double> fov_y;                   // degrees
+  std::optional<double> f_stop, focus_distance;  // metres; absent: a pinhole
 
   // Surroundings.
   std::string environment;
@@ -63,6 +64,7 @@ struct RenderOptions {
 
   // Results.
   std::string aovs;
+  bool light_groups = false;            // layers of the EXR
   std::vector<std::string> heatmaps;    // files
   std::vector<std::string> heatmap_of;  // of the n-th; samples if there are fewer
   HeatmapStyle heatmap_style;

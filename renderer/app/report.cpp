@@ -99,6 +99,8 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
   if (o.min_spp) add("min_spp", std::to_string(*o.min_spp));
   if (o.max_spp) add("max_spp", std::to_string(*o.max_spp));
   if (o.fov_y) add("fov_y", fmt::format("{}", *o.fov_y));
+  if (o.f_stop) add("f_stop", fmt::format("{}", *o.f_stop));
+  if (o.focus_distance) add("focus_distance", fmt::format("{}", *o.focus_distance));
   if (!o.edits.empty()) add("edits", o.edits);
   if (!o.variant.empty()) add("variant", o.variant);
   for (const auto& [name, version] : library_versions()) {

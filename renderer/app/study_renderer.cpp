@@ -162,7 +162,7 @@ StudyRenderer::StudyRenderer(const RenderOptions& frame)
       integrator_(create_integrator(
           frame.integrator, {.max_depth = frame.max_depth, .transparent = frame.transparent})),
       filter_(choose_filter(frame)) {
-  SceneDescription description = load_scene(frame);
+  SceneDescription description = load_scene(frame, LoadProgress::unwatched(), false);
   const CameraDescription camera = choose_camera(frame, description);
   scene_ = build_scene(std::move(description), choose_build_options(frame));
   camera_ = Camera(camera, frame.width, frame.height, scene_->origin(), scene_->scale());

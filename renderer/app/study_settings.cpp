@@ -34,6 +34,8 @@ Settings settings_without_files(const RenderOptions& o) {
     add("look-at", point(*o.look_at));
   }
   if (o.fov_y) add("fov-y", fmt::format("{}", *o.fov_y));
+  if (o.f_stop) add("f-stop", fmt::format("{}", *o.f_stop));
+  if (o.focus_distance) add("focus-distance", fmt::format("{}", *o.focus_distance));
   if (!o.environment.empty()) {
     add("env-strength", fmt::format("{}", o.environment_strength));
     add("env-rotation", fmt::format("{}", o.environment_rotation));

@@ -1,8 +1,8 @@
 // What this program is built with. The program that people run has everything; a scene pays only
 // for what it uses (law 3), and the benchmark that shows it (tests/bench/README.md, "What is
 // unused") compares it with one built for plain scenes alone (cmake -DEMBERLINE_PLAIN=ON): opaque,
-// without textures, vertex colours, instances, point lights, environment, light BVH, AOVs or light
-// groups.
+// without textures, vertex colours, instances, point lights, environment, lens, light BVH, AOVs or
+// light groups.
 //
 // A feature is switched off where its data is declared, with the types below: they hold nothing and
 // say "no" at compile time, so that the code that asks them is left out without being touched.
@@ -36,6 +36,7 @@ inline constexpr bool kLightBvh = kAll;
 inline constexpr bool kAovs = kAll;
 inline constexpr bool kLightGroups = kAll;
 inline constexpr bool kOrthographic = kAll;
+inline constexpr bool kLens = kAll;
 
 namespace detail {
 

@@ -57,6 +57,25 @@ void reset_film(const Rect& window, FilmTile* film) {
   }
 }
 
+namespace {
+
+// What each light group gives to each pixel of an incomplete picture, by pixel, then by group.
+std::vector<Rgb> shown_lights(const FramePicture& picture, size_t groups) {
+  const auto pixels = size_t(picture.film().rect().area());
+  std::vector<Rgb> lights(groups * pixels);
+  std::vector<float> rgba(4 * pixels);
+  for (size_t g = 0; g < groups; ++g) {
+    std::vector<Rgb> weights(groups, Rgb(0.0f));
+    weights[g] = Rgb(1.0f);
+    const LightMix alone(weights);
+    picture.resolve(rgba, &alone);
+    for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgba[4 * i], 3, &lights[groups * i + g].x);
+  }
+  return lights;
+}
+
+}  // namespace
+
 void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& observer,
                   bool all_shown) {
   const FilmTile& film = picture.film();
@@ -69,6 +88,9 @@ void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& obs
     shown.resize(4 * size_t(window.area()));
     picture.resolve(shown);
   }
+  const auto groups = size_t(std::max(0, film.extras().light_groups));
+  std::vector<Rgb> lights;
+  if (!all_shown && !shown.empty() && groups > 0) lights = shown_lights(picture, groups);
   std::atomic<size_t> next{0};
   const auto work = [&](size_t /*worker*/) {
     FilmTile tile(film.aovs(), film.extras());  // one each: its memory serves again and again
@@ -79,7 +101,10 @@ void deliver_film(const FramePicture& picture, int tile_size, FrameObserver& obs
         for (int x = rect.x0; x < rect.x1; ++x) {
           tile.copy_pixel(film, x, y);
           if (!all_shown && film.sample_count(x, y) > 0) continue;
-          tile.show(x, y, &shown[4 * window.index_of(x, y)]);
+          const size_t pixel = window.index_of(x, y);
+          tile.show(x, y, &shown[4 * pixel]);
+          if (lights.empty()) continue;
+          tile.show_lights(x, y, std::span(lights).subspan(groups * pixel, groups));
         }
       }
       observer.tile_finished(tile);

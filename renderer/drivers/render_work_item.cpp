@@ -10,8 +10,8 @@
 namespace emberline {
 namespace {
 
-// What trace_batch asks slot 0 for: kPixelX and kPixelY.
-constexpr int kCameraDimensions = 2;
+// What trace_batch asks slot 0 for: kPixelX and kPixelY, and with a lens kLensX and kLensY.
+int camera_dimensions(const Camera& camera) { return camera.has_lens() ? 4 : 2; }
 
 // Samples between two reports of progress: about a millisecond of work.
 constexpr uint64_t kReportedSamples = 2048;
@@ -46,7 +46,7 @@ RenderWorker::RenderWorker(const Frame& frame)
       // Of a sampler that weighs its points, the first one's weight is 1 only if all are.
       weighted_(frame.exact_counts &&
                 frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
-      samples_(frame.sampler, kCameraDimensions),
+      samples_(frame.sampler, camera_dimensions(frame.camera)),
       light_values_(frame.light_groups ? frame.light_groups->size() : 0),
       saved_mode_(flush_denormals()) {}
 
@@ -59,6 +59,16 @@ void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
   }
   count_ = count;
   samples_.start_batch({uint32_t(x), uint32_t(y), seed_}, first_sample, count);
+}
+
+// Of a lens, which only some frames have: the samples' numbers a second time.
+void RenderWorker::make_lens_rays(std::span<const Vec2f> film) {
+  Vec2f lens[kSampleLanes];
+  for (int i = 0; i < count_; ++i) {
+    samples_.start_sample(i);
+    lens[i] = {samples_.get(camera_dim::kLensX), samples_.get(camera_dim::kLensY)};
+  }
+  frame_.camera.rays(film, {lens, film.size()}, rays_);
 }
 
 void RenderWorker::trace_batch() {
@@ -77,7 +87,11 @@ void RenderWorker::trace_batch() {
     values_[i] = SampleValue{};
   }
   const auto count = size_t(count_);
-  frame_.camera.rays({film, count}, rays_);
+  if (frame_.camera.has_lens()) {
+    make_lens_rays({film, count});
+  } else {
+    frame_.camera.rays({film, count}, rays_);
+  }
   const bool surface = frame_.aovs.contains(Aov::kAlbedo) || frame_.aovs.contains(Aov::kNormal) ||
                        frame_.aovs.contains(Aov::kDepth);
   SampleBatch batch{
@@ -146,6 +160,11 @@ void RenderWorker::add_batch(FilmTile& tile) {
 
 void RenderWorker::flush_scattered(FilmTile& tile) {
   if (count_ == 0) return;
+  if (frame_.light_groups) {
+    for (int i = 0; i < count_; ++i) {
+      tile.prefetch_lights(int(addresses_[i].x), int(addresses_[i].y));
+    }
+  }
   samples_.start_batch({addresses_, size_t(count_)}, seed_);
   add_batch(tile);
 }
@@ -185,7 +204,6 @@ bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, Frame
         // Neighbours in the list may be far apart in a frame's film: 2 % of a FlightHelmet frame of
         // 32 samples a pixel, in passes of 1, 1, 2, 4 and so on, was spent waiting for it.
         tile.prefetch(work.x, work.y);
-        if (frame_.light_groups) tile.prefetch_lights(work.x, work.y);
         addresses_[count_++] = {uint32_t(work.x), uint32_t(work.y), sample++};
         if (count_ == kSampleLanes) flush_scattered(tile);
       }

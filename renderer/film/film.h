@@ -96,7 +96,8 @@ inline constexpr float kBackgroundDepth = 1e10f;
 struct FilmExtras {
   bool squares = false;  // of the radiance: the variance of a sample
   bool rays = false;     // traced for a pixel: what its samples cost
-  int light_groups = 0;  // what each of so many gave: 24 bytes a pixel for each, and 24 more
+  // What each of so many groups gave: 24 bytes a pixel for each, and 24 more. -1: not kept apart.
+  int light_groups = -1;
 };
 
 // A pixel's sums over its samples, each times its filter weight.
@@ -167,6 +168,10 @@ class FilmTile {
   // What the pixel's R G B A are to be instead of the mean of its samples: its neighbours' where it
   // has none, or another average of them. The other channels, and its count, stay what they are.
   void show(int x, int y, const float* rgba);
+  // The same of the means of the light groups, for a pixel that has no samples.
+  void show_lights(int x, int y, std::span<const Rgb> means) {
+    light_groups_.show(index(x, y), means);
+  }
 
   // The tile's channels in film_channels() order, interleaved, rows from rect().y0.
   void resolve(std::vector<float>& out) const;

@@ -25,7 +25,7 @@ Color4 load4(const float* p) {
 
 void LightGroupSums::reset(size_t pixels) {
   // The last group of the last pixel is read four floats at a time.
-  const size_t size = groups_ > 0 ? pixels * stride() + 1 : 0;
+  const size_t size = groups_ >= 0 ? pixels * stride() + 1 : 0;
   sums_.reset(size);
   rests_.reset(size);
 }
@@ -57,6 +57,13 @@ void LightGroupSums::add(size_t pixel, float filter_weight, float alpha,
     const size_t at = first + 3 * (group + 1);
     for (int c = 0; c < 3; ++c) add_to(at + size_t(c), radiance[c] * filter_weight);
   });
+}
+
+void LightGroupSums::show(size_t pixel, std::span<const Rgb> means) {
+  assert(means.size() == size_t(groups_) && sums_[pixel * stride()] == 0.0f);
+  float* sums = &sums_[pixel * stride()];
+  sums[0] = 1.0f;
+  for (size_t g = 0; g < means.size(); ++g) std::copy_n(&means[g].x, 3, &sums[3 * (g + 1)]);
 }
 
 void LightGroupSums::copy(const LightGroupSums& from, size_t from_pixel, size_t pixel) {

@@ -12,6 +12,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
@@ -23,6 +24,7 @@ class LightMix;
 
 class LightGroupSums {
  public:
+  // -1: there are none to be kept. 0: nothing shines, but pictures can be mixed.
   explicit LightGroupSums(int groups) : groups_(groups) {}
 
   // Clears to no samples of so many pixels; memory that is new is touched by the first sample.
@@ -34,6 +36,8 @@ class LightGroupSums {
   // A pixel's samples have one owner, and come in index order.
   void add(size_t pixel, float filter_weight, float alpha, const LightGroupValues& values,
            int lane);
+  // Makes these the means of a pixel that has no samples.
+  void show(size_t pixel, std::span<const Rgb> means);
   void copy(const LightGroupSums& from, size_t from_pixel, size_t pixel);
 
   // Mean over the pixel's samples; 0 without any.

@@ -1,8 +1,10 @@
 #include "renderer/scene/camera.h"
 
+#include <algorithm>
 #include <cassert>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/warps.h"
 #include "renderer/scene/scene_description.h"
 
 namespace emberline {
@@ -47,6 +49,15 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   corner_ = to_float(up * half_height - right * half_width + (orthographic_ ? Vec3d(0.0) : axis));
   per_x_ = to_float(right * (2 * half_width / width));
   per_y_ = to_float(up * (-2 * half_height / height));
+  if (description.lens_radius > 0 && !orthographic_) {
+    if (!(description.focus_distance > 0)) {
+      throw InputError("camera '" + description.name + "'", "its lens has no distance of focus");
+    }
+    lens_ = true;
+    lens_x_ = to_float(right * (description.lens_radius * scale));
+    lens_y_ = to_float(up * (description.lens_radius * scale));
+    per_focus_ = float(1.0 / (description.focus_distance * scale));
+  }
 }
 
 void Camera::rays(std::span<const Vec2f> film, Ray* out) const {
@@ -72,6 +83,34 @@ void Camera::rays(std::span<const Vec2f> film, Ray* out) const {
     const Vec3f d(dx[i], dy[i], dz[i]);
     out[i] = orthographic_ ? Ray{position_ + d, axis_} : Ray{position_, d};
   }
+}
+
+void Camera::rays(std::span<const Vec2f> film, std::span<const Vec2f> lens, Ray* out) const {
+  assert(lens_ && lens.size() == film.size() && film.size() <= size_t(kRayBatch));
+  Vec2f points[kRayBatch], through[kRayBatch];
+  std::ranges::fill(points, Vec2f(0.0f));
+  std::ranges::fill(through, Vec2f(0.0f));
+  std::ranges::copy(film, points);
+  std::ranges::copy(lens, through);
+  Ray rays[kRayBatch];
+  for (int i = 0; i < kRayBatch; ++i) {  // all lanes always, as above
+    const Vec2f disk = square_to_disk(through[i]);
+    const Vec3f origin = position_ + (lens_x_ * disk.x + lens_y_ * disk.y);
+    // As rounding left it, so that far from the origin, too, rays meet in the plane of focus.
+    const Vec3f shift = origin - position_;
+    // The axial part of the pinhole's direction is 1: this is the way to the plane of focus over
+    // its distance, which may be infinite.
+    const Vec3f pinhole = corner_ + per_x_ * points[i].x + per_y_ * points[i].y;
+    const Vec3f direction = pinhole - shift * per_focus_;
+    rays[i] = {origin, direction * (1.0f / std::sqrt(dot(direction, direction)))};
+  }
+  std::copy_n(rays, film.size(), out);
+}
+
+double lens_radius(double f_stop, double fov_y_radians) {
+  constexpr double kGateHeight = 0.024;  // metres
+  const double focal_length = 0.5 * kGateHeight / std::tan(0.5 * fov_y_radians);
+  return 0.5 * focal_length / f_stop;
 }
 
 Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at, const Vec3d& upwards) {

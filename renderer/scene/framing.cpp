@@ -45,6 +45,7 @@ CameraDescription framing_camera(const WorldBounds& bounds, double aspect) {
   const Vec3d direction = Vec3d(0.45, 0.35, 1.0).normalized();
   const Vec3d at = bounds.empty() ? Vec3d(0.0) : bounds.center();
   camera.to_world = look_at_matrix(at + direction * distance, at);
+  camera.focus_distance = distance;
   return camera;
 }
 

@@ -27,6 +27,8 @@ SceneDescription lights_of(const SceneDescription& description, const std::vecto
   lights.file = description.file;
   lights.lights = description.lights;
   lights.materials = description.materials;
+  lights.variants = description.variants;
+  lights.variants_read = description.variants_read;
   for (size_t i = 0; i < worn.size(); ++i) {
     if (!worn[i]) lights.materials[i].emission = Rgb(0.0f);
   }
@@ -74,10 +76,11 @@ Rgb emission_of(const MaterialDescription& material) {
 LightGroups::LightGroups(const SceneDescription& original, const SceneEdits& baseline)
     : baseline_(baseline) {
   assert(original.may_be_dark && "not through apply()");
-  const std::vector<bool> worn = worn_materials(original);
+  SceneDescription built = outline(original);
+  apply(baseline_, built);
+  const std::vector<bool> worn = worn_materials(built);
   original_ = lights_of(original, worn);
-  built_ = original_;
-  apply(baseline_, built_);
+  built_ = lights_of(built, worn);
   for (size_t i = 0; i < built_.lights.size(); ++i) {
     const PunctualLightDescription& light = built_.lights[i];
     of_light_.push_back(add(EditedLight::kPunctual, {light.name, int(i), {}}, light.intensity));
@@ -123,7 +126,8 @@ void LightGroups::number_others() {
 }
 
 std::optional<LightMix> LightGroups::mix(const SceneEdits& edits) const {
-  if (edits.camera != baseline_.camera || edits.materials != baseline_.materials) {
+  if (edits.camera != baseline_.camera || edits.variant != baseline_.variant ||
+      edits.materials != baseline_.materials) {
     return std::nullopt;
   }
   SceneDescription edited = original_;

@@ -149,7 +149,10 @@ struct CameraDescription {
   std::optional<double> aspect;     // width / height, perspective; absent: from the frame
   double x_mag = 1.0, y_mag = 1.0;  // half extents, orthographic
   double z_near = 0.0;
-  Mat44d to_world;  // looks along -Z, +Y up; scale in it is ignored
+  // A thin lens, perspective only; no file has one.
+  double lens_radius = 0.0;     // metres; 0: a pinhole
+  double focus_distance = 0.0;  // metres along the axis to the plane that is sharp; > 0 with a lens
+  Mat44d to_world;              // looks along -Z, +Y up; scale in it is ignored
 };
 
 // A latitude-longitude environment: u = 0.5 + atan2(z, x) / 2 pi, top row +Y. Positive

@@ -195,6 +195,22 @@ void EditApplication::edit_light(size_t i) {
   }
 }
 
+void edit_lens(const CameraEdit& edit, CameraDescription& camera) {
+  if (edit.focus_distance) {
+    camera.focus_distance = *edit.focus_distance;
+  } else if (edit.look_from && edit.look_at) {
+    camera.focus_distance = (*edit.look_at - *edit.look_from).length();
+  }
+  if (!edit.f_stop) return;
+  if (camera.orthographic) {
+    refuse(edit.place, "camera '" + camera.name + "' is orthographic and has no \"f_stop\"");
+  }
+  if (!(camera.focus_distance > 0)) {
+    refuse(edit.place, "\"f_stop\" needs a \"focus_distance\", or a \"look_at\" to focus on");
+  }
+  camera.lens_radius = lens_radius(*edit.f_stop, camera.fov_y);
+}
+
 }  // namespace
 
 EditClass classify(const SceneEdits& before, const SceneEdits& after) {
@@ -246,6 +262,7 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
     }
     camera.fov_y = *edit.fov_y_degrees * kPiD / 180.0;
   }
+  edit_lens(edit, camera);
   return camera;
 }
 

@@ -37,11 +37,15 @@ struct CameraEdit {
   std::optional<Vec3d> look_from, look_at;
   Vec3d up = Vec3d(0.0, 1.0, 0.0);      // with them; any length but 0
   std::optional<double> fov_y_degrees;  // vertical, of a perspective view
-  std::string place;                    // for messages
+  // A lens instead of a pinhole (lens_radius in camera.h), and what it is focused on in metres
+  // along the axis; where that is absent, on look_at.
+  std::optional<double> f_stop, focus_distance;
+  std::string place;  // for messages
 
   bool operator==(const CameraEdit& other) const {
     return camera == other.camera && look_from == other.look_from && look_at == other.look_at &&
-           up == other.up && fov_y_degrees == other.fov_y_degrees;
+           up == other.up && fov_y_degrees == other.fov_y_degrees && f_stop == other.f_stop &&
+           focus_distance == other.focus_distance;
   }
 };
 
@@ -123,7 +127,8 @@ inline constexpr const char* kDefaultMaterialName = "default material";
 size_t edited_light(const LightEdit& edit, const SceneDescription& description);
 
 // The view that `edits` make of `camera`, which is what is looked through without them. Throws
-// InputError for a camera that is not there, a field of view for an orthographic one, and a view
+// InputError for a camera that is not there, a field of view or a lens for an orthographic one, a
+// lens that is focused nowhere, and a view
 // from where it looks at.
 CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription& description,
                                 CameraDescription camera);

@@ -73,7 +73,8 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
   add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise");
 }
 
-BenchFrame::BenchFrame(const RenderOptions& options, const SceneBuildOptions& build)
+BenchFrame::BenchFrame(const RenderOptions& options, const SceneBuildOptions& build,
+                       const std::function<void(SceneDescription&)>& change)
     : options_(options),
       integrator_(create_integrator(options.integrator, {.max_depth = options.max_depth,
                                                          .transparent = options.transparent})),
@@ -81,6 +82,7 @@ BenchFrame::BenchFrame(const RenderOptions& options, const SceneBuildOptions& bu
   const double start = wall_clock();
   SceneDescription description = load_scene(options);
   const CameraDescription view = choose_camera(options, description);
+  if (change) change(description);
   const double loaded = wall_clock();
   scene_ = build_scene(std::move(description), build);
   camera_ = Camera(view, options.width, options.height, scene_->origin(), scene_->scale());
@@ -101,7 +103,8 @@ FrameRun BenchFrame::run(int threads, uint32_t spp) const {
 }
 
 FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& observer,
-                         const std::stop_token& stop) const {
+                         const std::stop_token& stop,
+                         const std::function<void(const FrameDriver&)>& look) const {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
   const auto driver = create_driver(s.driver, {.bucket_size = options_.bucket_size,
                                                .bucket_order = options_.bucket_order,
@@ -110,8 +113,8 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& obs
       create_sampler(options_.sampler, {s.streams, s.spp, options_.width, options_.height});
   const Rect window{0, 0, options_.width, options_.height};
   const Frame frame{
-      *scene_, camera_, *integrator_, *sampler,  *filter_, options_.width,        options_.height,
-      window,  s.spp,   s.seed,       s.streams, s.aovs,   s.driver != "adaptive"};
+      *scene_, camera_, *integrator_, *sampler,  *filter_, options_.width,         options_.height,
+      window,  s.spp,   s.seed,       s.streams, s.aovs,   s.driver != "adaptive", s.light_groups};
   tbb::task_arena arena(threads);
   FrameRun run;
   const double wall = wall_clock(), cpu = process_cpu();
@@ -121,6 +124,7 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& obs
   run.cpu_s = process_cpu() - cpu;
   arena.execute([&] { driver->deliver(observer); });
   run.error_estimate = driver->error_estimate();
+  if (look) arena.execute([&] { look(*driver); });
   return run;
 }
 

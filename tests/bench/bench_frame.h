@@ -3,6 +3,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,18 +37,23 @@ struct FrameSampling {
   StreamCount streams = StreamCount::kOne;
   AdaptiveSettings adaptive;
   AovSet aovs;
+  const LightGroups* light_groups = nullptr;
 };
 
 class BenchFrame {
  public:
-  // Loads and builds; throws what the command would report.
-  explicit BenchFrame(const RenderOptions& options, const SceneBuildOptions& build = {});
+  // Loads and builds; throws what the command would report. `change`, if given, has its way with
+  // the scene in between.
+  explicit BenchFrame(const RenderOptions& options, const SceneBuildOptions& build = {},
+                      const std::function<void(SceneDescription&)>& change = {});
 
   // Renders into nothing: no file, no display.
   FrameRun run(int threads, uint32_t spp) const;
-  // Renders into `observer`. Times are of the driver's render(), not of its deliver().
+  // Renders into `observer`. Times are of the driver's render(), not of its deliver(). `look`, if
+  // given, sees what the driver has kept.
   FrameRun run(int threads, const FrameSampling& sampling, FrameObserver& observer,
-               const std::stop_token& stop = {}) const;
+               const std::stop_token& stop = {},
+               const std::function<void(const FrameDriver&)>& look = {}) const;
 
   double load_s = 0, build_s = 0;
   const Scene& scene() const { return *scene_; }

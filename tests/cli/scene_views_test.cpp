@@ -112,7 +112,41 @@ TEST_F(Views, CamerasAreChosenByNameOrIndex) {
   EXPECT_EQ(first_difference(second, picture(render_words({"--camera", "1"}))), "");
   expect_failure(render_words({"--camera", "2"}), 2, {"0 'main'", "1 'side on'"});
   expect_failure(render_words({"--camera", "1", "--fov-y", "30"}), 2, {"--fov-y", "orthographic"});
+  expect_failure(render_words({"--camera", "1", "--f-stop", "2", "--focus-distance", "3"}), 2,
+                 {"--f-stop", "orthographic"});
   EXPECT_NE(first_difference(first, picture(render_words({"--fov-y", "20"}))), "");
+}
+
+TEST_F(Views, ALensIsFocusedOnWhatIsLookedAt) {
+  scene();
+  const Words view = {"--look-from", "0,1,3", "--look-at", "0,0.5,0", "--spp", "16"};
+  const ExrPicture sharp = picture(render_words(view));
+  const ExrPicture seen = picture(render_words(view + Words{"--f-stop", "0.05"}));
+  EXPECT_NE(first_difference(sharp, seen), "");
+  EXPECT_EQ(seen.attributes.at("emberline:f_stop"), "0.05");
+  const std::string distance = "3.0413812651491097";  // of (0, 1, 3) from (0, 0.5, 0)
+  EXPECT_EQ(
+      first_difference(seen, picture(render_words(
+                                 view + Words{"--f-stop", "0.05", "--focus-distance", distance}))),
+      "");
+  EXPECT_NE(
+      first_difference(
+          seen, picture(render_words(view + Words{"--f-stop", "0.05", "--focus-distance", "1"}))),
+      "");
+  // A stop without end is a pinhole, to what rounding makes of it; and a focus is none without.
+  EXPECT_EQ(first_difference(sharp, picture(render_words(view + Words{"--focus-distance", "1"}))),
+            "");
+  write("shot.json", R"({"emberline_edits": 1, "camera": {"look_from": [0, 1, 3],
+      "look_at": [0, 0.5, 0], "fov_y": 40, "f_stop": 0.05}})");
+  const Words edits = {"--spp", "16", "--edits", path("shot.json")};
+  EXPECT_EQ(first_difference(seen, picture(render_words(edits))), "");
+  // The command line's lens on the view of the edits.
+  EXPECT_EQ(first_difference(picture(render_words(view + Words{"--f-stop", "1"})),
+                             picture(render_words(edits + Words{"--f-stop", "1"}))),
+            "");
+  write("shot.json", R"({"emberline_edits": 1, "camera": {"f_stop": 2}})");
+  expect_failure(render_words({"--edits", path("shot.json")}), 3,
+                 {"shot.json#/camera", "focus_distance"});
 }
 
 TEST_F(Views, AnOrthographicCameraKeepsSizes) {

@@ -73,6 +73,8 @@ const std::vector<WrongValue>& wrong_values() {
       {"--threads", numbers({"0", "-1", "4097"}), {"1 to 4096"}},
       {"--filter-radius", numbers({"0", "-1", "33"}), {"0.01 to 32"}},
       {"--fov-y", kNotANumber + Words{"0", "-10", "180"}, {"0.05 to 179.9"}},
+      {"--f-stop", kNotANumber + Words{"0", "-2.8", "1e10"}, {"1e-09 to 1000000000"}},
+      {"--focus-distance", kNotANumber + Words{"0", "-1", "1e16"}, {"1e-15 to 1000000000000000"}},
       {"--exposure", numbers({"-65", "65"}), {"-64 to 64"}},
       {"--env-strength", numbers({"-1", "1e10"}), {"0 to 1000000000"}, {"--env", "sky.hdr"}},
       {"--env-rotation", numbers({"36001"}), {"-36000 to 36000"}, {"--env", "sky.hdr"}},
@@ -200,6 +202,7 @@ TEST_F(Usage, OptionsThatNeedEachOther) {
   expect_failure(render_words({"--look-at", "1,2,3"}), 2, {"--look-at requires --look-from"});
   expect_failure(render_words({"--env-strength", "2"}), 2, {"--env-strength requires --env"});
   expect_failure(render_words({"--env-rotation", "2"}), 2, {"--env-rotation requires --env"});
+  expect_failure(render_words({"--f-stop", "2.8"}), 2, {"--f-stop", "--focus-distance"});
   expect_failure(render_words({"--quiet", "--verbose"}), 2, {"--quiet", "--verbose"});
   expect_failure({"render", scene()}, 2, {"-o"});
 }

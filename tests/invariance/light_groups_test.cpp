@@ -104,6 +104,28 @@ TEST(LightGroups, UnlitMaterialsAreAmongAllOthers) {
   for (size_t g = 0; g < mix->size(); ++g) EXPECT_EQ((*mix)[g], Rgb(1.0f));
 }
 
+TEST(LightGroups, OfDarknessAreNone) {
+  SceneDescription scene = lit_scene();
+  scene.environment->strength = 0.0f;
+  scene.lights.clear();
+  scene.materials[kTube].emission = Rgb(0.0f);
+  scene.may_be_dark = true;
+  const GroupedScene dark(scene);
+  EXPECT_EQ(dark.groups.size(), 0);
+  RenderSettings s = settings();
+  s.driver = "bisection";
+  std::vector<float> rgba(4 * size_t(s.width * s.height), 1.0f);
+  const RenderedImage image =
+      render(dark.scene.scene(), lit_view(), s, &dark.groups, [&](const FramePicture* picture) {
+        const std::optional<LightMix> mix = dark.groups.mix({});
+        ASSERT_TRUE(mix);
+        picture->resolve(rgba, &*mix);
+      });
+  for (size_t i = 0; i < rgba.size(); ++i) {
+    EXPECT_EQ(rgba[i], i % 4 == 3 ? image.values[i / 4 * 5 + 3] : 0.0f);
+  }
+}
+
 TEST(LightGroups, OfTooManyTheLastAreOne) {
   SceneDescription scene = lit_scene();
   for (int i = 0; i < 80; ++i) scene.lights.push_back(scene.lights[0]);
@@ -257,16 +279,43 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Groups,
 
 // Emissive textures, instances, coverage, a lamp flush in another surface.
 TEST(LightGroups, OfASceneWithEverything) {
-  const GroupedScene lit(edited_scene());
-  const RenderSettings s = settings();
-  const RenderedImage frame = render(lit.scene.scene(), edited_view(), s, &lit.groups);
-  expect_same_bits(frame, render(lit.scene.scene(), edited_view(), s), "with groups");
-  const std::vector<Rgb> whole = rgb_of(frame);
-  for (size_t i = 0; i < whole.size(); ++i) {
-    Rgb sum(0.0f);
-    for (int g = 0; g < frame.light_groups; ++g) sum += frame.light(i, g);
-    for (int c = 0; c < 3; ++c) ASSERT_NEAR(sum[c], whole[i][c], 1e-5f * sum[c]) << "pixel " << i;
+  SceneDescription scene = edited_scene();
+  add_variants(scene);
+  SceneEdits plain, swapped;
+  swapped.variant = EditTarget{"", kSwappedLamps, ""};
+  for (const SceneEdits& edits : {plain, swapped}) {
+    const GroupedScene lit(scene, edits);
+    EXPECT_EQ(names(lit.groups), (std::vector<std::string>{"spot", "spot", "lamp", "environment"}));
+    EXPECT_FALSE(lit.groups.mix(edits.variant ? plain : swapped)) << "another variant";
+    const RenderSettings s = settings();
+    const RenderedImage frame = render(lit.scene.scene(), edited_view(), s, &lit.groups);
+    expect_same_bits(frame, render(lit.scene.scene(), edited_view(), s), "with groups");
+    const std::vector<Rgb> whole = rgb_of(frame);
+    for (size_t i = 0; i < whole.size(); ++i) {
+      Rgb sum(0.0f);
+      for (int g = 0; g < frame.light_groups; ++g) sum += frame.light(i, g);
+      for (int c = 0; c < 3; ++c) ASSERT_NEAR(sum[c], whole[i][c], 1e-5f * sum[c]) << i;
+    }
   }
+}
+
+// A variant's lamp is a light where the variant is worn, and nowhere else.
+TEST(LightGroups, AreThoseOfTheVariantThatIsWorn) {
+  SceneDescription scene = lit_scene();
+  scene.variants = {{"lit"}};
+  scene.variants_read = true;
+  scene.meshes[1].variant_materials = {{0, 3}};  // the red quad wears what was stored away
+  SceneEdits lit;
+  lit.variant = EditTarget{"", 0, ""};
+  const GroupedScene worn(scene, lit);
+  ASSERT_EQ(worn.groups.size(), 5);
+  EXPECT_EQ(worn.groups.list()[3].name, "stored away");
+  EXPECT_EQ(worn.groups.of_material(3), 3u);
+  SceneEdits brighter = lit;
+  light(brighter, EditedLight::kMaterial, 3).intensity = 2.0f;
+  const std::optional<LightMix> mix = worn.groups.mix(brighter);
+  ASSERT_TRUE(mix);
+  EXPECT_EQ((*mix)[3], Rgb(2.0f));
 }
 
 // A point light of intensity I at height h over a matt plane of albedo a, seen from above: at the
@@ -489,7 +538,7 @@ TEST(LightGroupFilm, IsCopiedAndCounted) {
   EXPECT_EQ(to.light_groups().mean(1, 0), Rgb(1.5f, 2, 3));
   EXPECT_EQ(to.light_groups().mean(0, 0), Rgb(0.0f));
   // 24 bytes for each of two groups and the samples.
-  EXPECT_EQ(film_of(2, 1000).bytes() - film_of(0, 1000).bytes(), 72000u + 8u);
+  EXPECT_EQ(film_of(2, 1000).bytes() - film_of(-1, 1000).bytes(), 72000u + 8u);
 }
 
 // Law 4: a sample that is NaN or infinite is black in all groups, and counts.

@@ -97,26 +97,57 @@ TEST_P(SameSamples, SeedsDiffer) {
   EXPECT_NE(0, std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(float)));
 }
 
+CameraDescription lens_view() {
+  CameraDescription view = busy_view();
+  view.lens_radius = 0.2;
+  view.focus_distance = 3.0;
+  return view;
+}
+
+// The samples of a lens as well.
+TEST_P(SameSamples, ThroughALens) {
+  RenderSettings s = base_settings(GetParam());
+  s.threads = 1;
+  const RenderedImage reference = render(*scene_, lens_view(), s);
+  const RenderedImage pinhole = render(*scene_, busy_view(), s);
+  EXPECT_NE(reference.values, pinhole.values);
+  for (const int threads : {2, 7}) {
+    s.threads = threads;
+    for (const int size : {1, 7, 64}) {
+      s.driver = "bucket";
+      s.bucket_size = size;
+      expect_same_bits(render(*scene_, lens_view(), s), reference,
+                       "buckets of " + std::to_string(size));
+    }
+    s.driver = "bisection";
+    expect_same_bits(render(*scene_, lens_view(), s), reference, "bisection");
+  }
+  s.crop = Rect{11, 3, 30, 17};
+  expect_same_bits(render(*scene_, lens_view(), s), reference, "crop");
+}
+
 // A sample replayed alone is the sample that the frame used: the mean of the replays is the pixel.
 TEST_P(SameSamples, ReplayedAlone) {
-  RenderSettings s = base_settings(GetParam());
-  const RenderedImage image = render(*scene_, busy_view(), s);
-  const Camera camera(busy_view(), s.width, s.height, scene_->origin(), scene_->scale());
-  const auto integrator = create_integrator("path", {.max_depth = s.max_depth});
-  const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
-  const PixelFilter filter = PixelFilter::create(s.filter);
-  const Frame frame{*scene_, camera,  *integrator, *sampler,
-                    filter,  s.width, s.height,    {0, 0, s.width, s.height},
-                    s.spp,   s.seed,  s.streams,   AovSet::parse(s.aovs)};
-  RenderWorker worker(frame);
-  for (const auto& [x, y] : {std::pair{3, 4}, std::pair{20, 14}, std::pair{30, 20}}) {
-    double sum[3] = {0, 0, 0};
-    for (uint32_t k = 0; k < s.spp; ++k) {
-      const Rgb value = worker.replay(x, y, k, nullptr).radiance;
-      for (int c = 0; c < 3; ++c) sum[c] += double(value[c]);
-    }
-    for (int c = 0; c < 3; ++c) {
-      EXPECT_EQ(float(sum[c] * (1.0 / s.spp)), image.pixel(x, y)[c]) << x << "," << y;
+  for (const CameraDescription& view : {busy_view(), lens_view()}) {
+    RenderSettings s = base_settings(GetParam());
+    const RenderedImage image = render(*scene_, view, s);
+    const Camera camera(view, s.width, s.height, scene_->origin(), scene_->scale());
+    const auto integrator = create_integrator("path", {.max_depth = s.max_depth});
+    const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
+    const PixelFilter filter = PixelFilter::create(s.filter);
+    const Frame frame{*scene_, camera,  *integrator, *sampler,
+                      filter,  s.width, s.height,    {0, 0, s.width, s.height},
+                      s.spp,   s.seed,  s.streams,   AovSet::parse(s.aovs)};
+    RenderWorker worker(frame);
+    for (const auto& [x, y] : {std::pair{3, 4}, std::pair{20, 14}, std::pair{30, 20}}) {
+      double sum[3] = {0, 0, 0};
+      for (uint32_t k = 0; k < s.spp; ++k) {
+        const Rgb value = worker.replay(x, y, k, nullptr).radiance;
+        for (int c = 0; c < 3; ++c) sum[c] += double(value[c]);
+      }
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_EQ(float(sum[c] * (1.0 / s.spp)), image.pixel(x, y)[c]) << x << "," << y;
+      }
     }
   }
 }
@@ -198,6 +229,16 @@ TEST_P(AdaptiveSameSamples, AdaptiveAndBucket) {
       }
     }
   }
+}
+
+TEST_P(AdaptiveSameSamples, ThroughALens) {
+  RenderSettings s = base_settings(GetParam());
+  s.spp = 16;
+  const RenderedImage bucket = render(*scene_, lens_view(), s);
+  s.driver = "adaptive";
+  s.adaptive.budget = s.adaptive.min_samples = s.adaptive.max_samples = s.spp;
+  s.threads = 4;
+  expect_same_bits(render(*scene_, lens_view(), s), bucket, "adaptive");
 }
 
 std::vector<std::string> sampler_names() {

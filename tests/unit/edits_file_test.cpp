@@ -38,6 +38,8 @@ SceneEdits everything() {
   edits.camera.look_at = Vec3d(1.0 / 3.0, 2, 3);
   edits.camera.up = Vec3d(0.1, 0.9, -0.2);
   edits.camera.fov_y_degrees = 33.3;
+  edits.camera.f_stop = 2.8;
+  edits.camera.focus_distance = 1.0 / 7.0;
   edits.variant = EditTarget{"beach", 3, ""};
   edits.environment.strength = 0.1f;
   edits.environment.rotation_degrees = -123.4f;
@@ -116,6 +118,8 @@ TEST_F(EditsFile, SaysWhatIsWrongAndWhere) {
       {R"("camera": 3)", {"#/camera: ", "object"}},
       {R"("camera": {"fov": 30})", {"#/camera/fov: ", ", fov_y"}},
       {R"("camera": {"fov_y": 180})", {"#/camera/fov_y: ", "0.05", "179.9", "180"}},
+      {R"("camera": {"f_stop": 0})", {"#/camera/f_stop: ", "1e-09", "0"}},
+      {R"("camera": {"focus_distance": -3})", {"#/camera/focus_distance: ", "-3"}},
       {R"("camera": {"look_from": [0, 1, 2]})", {"#/camera: ", "look_at"}},
       {R"("camera": {"look_from": [0, 1], "look_at": [0, 0, 0]})", {"#/camera/look_from: ", "3"}},
       {R"("camera": {"look_from": [0, 1, 2], "look_at": [0, "a", 0]})",

@@ -1,4 +1,4 @@
-#include "renderer/app/view/histogram.h"
+#include "renderer/app/view/window/window.histogram.h"
 
 #include <gtest/gtest.h>
 

@@ -262,6 +262,27 @@ TEST(SceneEdits, AViewReplacesWhatItNames) {
   }
 }
 
+TEST(SceneEdits, ALensIsOfTheEditedView) {
+  const SceneDescription scene = edited_scene();
+  SceneEdits edits;
+  edits.camera.f_stop = 2.0;
+  EXPECT_THROW(edited_camera(edits, scene, edited_view()), InputError) << "focused nowhere";
+  EXPECT_THROW(edited_camera(edits, scene, orthographic({0, 9, 0}, {0, 0, 0}, 2)), InputError);
+  edits.camera.focus_distance = 3.0;
+  edits.camera.fov_y_degrees = 60.0;
+  CameraDescription camera = edited_camera(edits, scene, edited_view());
+  EXPECT_EQ(camera.focus_distance, 3.0);
+  EXPECT_DOUBLE_EQ(camera.lens_radius, lens_radius(2.0, kPiD / 3));
+  EXPECT_EQ(classify({}, edits), EditClass::kCamera);
+  edits.camera.focus_distance.reset();
+  edits.camera.look_from = Vec3d(1, 2, 3);
+  edits.camera.look_at = Vec3d(1, 2, 0.5);
+  camera = edited_camera(edits, scene, edited_view());
+  EXPECT_EQ(camera.focus_distance, 2.5);
+  edits.camera.f_stop.reset();
+  EXPECT_EQ(edited_camera(edits, scene, edited_view()).lens_radius, 0.0);
+}
+
 TEST(SceneEdits, AnyDirectionCanBeUp) {
   for (const Vec3d& up : {Vec3d(0, 1, 0), Vec3d(1, 0, 0), Vec3d(0, -3, 4)}) {
     for (const Vec3d& back : {Vec3d(0, 1, 0), Vec3d(1, 0, 0), Vec3d(0, -0.6, 0.8)}) {

@@ -5,7 +5,7 @@ emberline_test(view_interface_test
     histogram_test.cpp
     picture_placement_test.cpp
     window_state_test.cpp
-  LINK emberline_view)
+  LINK emberline_window_parts)
 
 if(EMBERLINE_HAS_WINDOW)
   emberline_test(input_test SOURCES input_test.cpp LINK emberline_window glfw)

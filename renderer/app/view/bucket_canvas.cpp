@@ -7,8 +7,8 @@
 namespace emberline {
 
 BucketCanvas::BucketCanvas(const Rect& window, const AovSet& aovs, bool averages,
-                           const ShownPicture* before)
-    : film_(aovs), averages_(averages) {
+                           const ShownPicture* before, const FilmExtras& extras)
+    : film_(aovs, extras), averages_(averages) {
   reset_film(window, &film_);
   const size_t values = 4 * size_t(window.area());
   if (before && before->width == window.width() && before->height == window.height()) {
@@ -47,8 +47,12 @@ std::span<const uint8_t> BucketCanvas::rgba8(const std::shared_ptr<const Grading
   return rgba8_;
 }
 
-void BucketCanvas::resolve(std::span<float> rgba, const LightMix* /*mix*/) const {
+void BucketCanvas::resolve(std::span<float> rgba, const LightMix* mix) const {
   std::ranges::copy(rgba_, rgba.begin());
+  if (!mix) return;
+  for (size_t i = 0; i < rgba_.size() / 4; ++i) {
+    if (film_.sums(i).samples() > 0) film_.light_groups().relit(i, *mix, &rgba[4 * i]);
+  }
 }
 
 }  // namespace emberline

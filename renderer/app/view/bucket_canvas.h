@@ -18,8 +18,10 @@ namespace emberline {
 class BucketCanvas final : public FramePicture {
  public:
   // Begins as `before`, where that is of the same size, and else black: buckets appear over it.
-  // `averages`: tiles may show something else than the means of their sums.
-  BucketCanvas(const Rect& window, const AovSet& aovs, bool averages, const ShownPicture* before);
+  // `averages`: tiles may show something else than the means of their sums. `extras`: of the tiles
+  // that come, as far as they are to be kept.
+  BucketCanvas(const Rect& window, const AovSet& aovs, bool averages, const ShownPicture* before,
+               const FilmExtras& extras = {});
 
   std::unique_lock<std::mutex> lock() { return std::unique_lock(mutex_); }
 
@@ -31,7 +33,7 @@ class BucketCanvas final : public FramePicture {
   // As displayed. Each bucket is graded once, when it comes, unless the grading changes.
   std::span<const uint8_t> rgba8(const std::shared_ptr<const Grading>& grading);
 
-  // With the picture of before where no bucket is yet; buckets are not mixed.
+  // With the picture of before where no bucket is yet; mixed on the calling thread alone.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return film_; }
 

@@ -19,6 +19,8 @@ constexpr double kLookFromFov = 40.0;
 SceneDescription lists_of(const SceneDescription& outline) {
   SceneDescription lists;
   lists.materials = outline.materials;
+  lists.variants = outline.variants;
+  lists.variants_read = outline.variants_read;
   lists.lights = outline.lights;
   lists.cameras = outline.cameras;
   lists.environment = outline.environment;

@@ -1,0 +1,228 @@
+#include "renderer/app/view/window/picture_view.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/app/view/window/edit_entries.h"
+#include "renderer/app/view/window/theme.h"
+#include "renderer/film/film.h"
+#include "renderer/statistics/heatmap_quantity.h"
+#include "renderer/statistics/readable.h"
+
+namespace emberline {
+namespace {
+
+constexpr double kPixelZoom = 2.0;    // from here on pixels are squares
+constexpr double kValuesZoom = 28.0;  // from here on their values are written into them
+constexpr ImU32 kGround = IM_COL32(24, 24, 25, 255);
+constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 160);
+
+ImU32 colour(const ImVec4& value, float alpha = 1.0f) {
+  return ImGui::GetColorU32(ImVec4(value.x, value.y, value.z, alpha));
+}
+
+ImVec2 corner(const Workbench& bench, float x, float y) {
+  const Vec2f at = bench.placement.to_screen(Vec2f(x, y));
+  return {at.x, at.y};
+}
+
+// Light on dark, so that it can be seen on any picture.
+void outline(ImDrawList& list, const ImVec2& a, const ImVec2& b, ImU32 ink) {
+  list.AddRect({a.x - 1, a.y - 1}, {b.x + 1, b.y + 1}, kShadow);
+  list.AddRect(a, b, ink);
+}
+
+void draw_rect(const Workbench& bench, ImDrawList& list, const Rect& rect, ImU32 ink) {
+  outline(list, corner(bench, float(rect.x0), float(rect.y0)),
+          corner(bench, float(rect.x1), float(rect.y1)), ink);
+}
+
+// Four short corners: a bucket under way, as renderers have long drawn it.
+void draw_bucket(const Workbench& bench, ImDrawList& list, const Rect& rect) {
+  const ImVec2 a = corner(bench, float(rect.x0), float(rect.y0));
+  const ImVec2 b = corner(bench, float(rect.x1), float(rect.y1));
+  const float arm = 0.3f * std::min(b.x - a.x, b.y - a.y);
+  const ImU32 ink = colour(accent_colour());
+  for (const auto& [x, dx] : {std::pair{a.x, arm}, std::pair{b.x, -arm}}) {
+    for (const auto& [y, dy] : {std::pair{a.y, arm}, std::pair{b.y, -arm}}) {
+      list.AddLine({x, y}, {x + dx, y}, ink, 2.0f);
+      list.AddLine({x, y}, {x, y + dy}, ink, 2.0f);
+    }
+  }
+}
+
+// The linear values of the pixels in sight, into them.
+void draw_values(const Workbench& bench, ImDrawList& list, const ShownPicture& picture) {
+  const Rect& area = bench.placement.area();
+  const Vec2f first = bench.placement.to_picture(Vec2f(float(area.x0), float(area.y0)));
+  const Vec2f last = bench.placement.to_picture(Vec2f(float(area.x1), float(area.y1)));
+  const Rect seen = Rect{int(std::floor(first.x)), int(std::floor(first.y)), int(std::ceil(last.x)),
+                         int(std::ceil(last.y))}
+                        .intersect({0, 0, picture.width, picture.height});
+  const float size = 0.26f * float(bench.placement.zoom());
+  for (int y = seen.y0; y < seen.y1; ++y) {
+    for (int x = seen.x0; x < seen.x1; ++x) {
+      const size_t i = 4 * (size_t(y) * size_t(picture.width) + size_t(x));
+      const uint8_t* const shown = &picture.rgba8[i];
+      const bool light = 2 * shown[0] + 5 * shown[1] + shown[2] > 8 * 110;
+      const ImVec2 at = corner(bench, float(x), float(y));
+      for (int c = 0; c < 3; ++c) {
+        const std::string text = fmt::format("{:.3g}", picture.rgba[i + size_t(c)]);
+        list.AddText(ImGui::GetFont(), size,
+                     {at.x + 0.12f * size, at.y + float(c) * 1.15f * size + 0.2f * size},
+                     light ? IM_COL32(0, 0, 0, 255) : IM_COL32(255, 255, 255, 255), text.c_str());
+      }
+    }
+  }
+}
+
+void draw_label(ImDrawList& list, const ImVec2& at, const std::string& text) {
+  const float pad = 0.3f * ImGui::GetFontSize();
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  list.AddRectFilled({at.x - pad, at.y - pad}, {at.x + size.x + pad, at.y + size.y + pad},
+                     IM_COL32(20, 20, 20, 200), pad);
+  list.AddText(at, ImGui::GetColorU32(ImGuiCol_Text), text.c_str());
+}
+
+// What the colours of an overlay mean, over the upper edge of the picture.
+void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& picture) {
+  const ViewOverlay overlay = bench.settings().overlay;
+  if (overlay == ViewOverlay::kNone || picture.overlay_legend.empty()) return;
+  const float em = ImGui::GetFontSize();
+  const Rect& area = bench.placement.area();
+  ImVec2 at(float(area.x0) + em, float(area.y0) + em);
+  draw_label(list, at, picture.overlay_legend);
+  at.y += 1.8f * em;
+  if (overlay == ViewOverlay::kStop) {
+    for (const Category& category : stop_categories()) {
+      draw_label(list, {at.x + 1.6f * em, at.y}, category.name);
+      const Rgb8& c = category.colour;
+      list.AddRectFilled(at, {at.x + em, at.y + em}, IM_COL32(c[0], c[1], c[2], 255));
+      at.y += 1.7f * em;
+    }
+  } else if (overlay != ViewOverlay::kTree) {
+    constexpr int kSteps = 64;
+    const float width = 14.0f * em;
+    for (int i = 0; i < kSteps; ++i) {
+      const Rgb8 c = colour_of(bench.settings().render.heatmap_style.colours, (i + 0.5) / kSteps);
+      list.AddRectFilled({at.x + width * float(i) / kSteps, at.y},
+                         {at.x + width * float(i + 1) / kSteps, at.y + 0.7f * em},
+                         IM_COL32(c[0], c[1], c[2], 255));
+    }
+    list.AddRect({at.x - 1, at.y - 1}, {at.x + width + 1, at.y + 0.7f * em + 1}, kShadow);
+  }
+}
+
+// A to the left of the line, B to its right.
+void draw_wipe(const Workbench& bench, ImDrawList& list, const PictureTexture& snapshot, int width,
+               int height) {
+  const float x = bench.wipe_place * float(width);
+  const ImVec2 a = corner(bench, x, 0.0f), b = corner(bench, float(width), float(height));
+  list.AddImage(snapshot.id(), a, b, {bench.wipe_place, 0.0f}, {1.0f, 1.0f});
+  list.AddLine({a.x, a.y}, {a.x, b.y}, kShadow, 3.0f);
+  list.AddLine({a.x, a.y}, {a.x, b.y}, colour(accent_colour()), 1.0f);
+  const float gap = ImGui::GetFontSize();
+  const float top = std::max(a.y, float(bench.placement.area().y0)) + gap;
+  draw_label(list, {a.x - 2.0f * gap, top}, "A");
+  draw_label(list, {a.x + 1.3f * gap, top}, "B");
+}
+
+void row(const char* name, const std::string& value) {
+  ImGui::TextColored(quiet_colour(), "%s", name);
+  ImGui::SameLine(6.5f * ImGui::GetFontSize());
+  ImGui::TextUnformatted(value.c_str());
+}
+
+}  // namespace
+
+void PictureView::upload(const Workbench& bench) {
+  const std::shared_ptr<const ShownPicture>& picture = bench.picture();
+  if (picture && picture != drawn_) {
+    picture_.upload(picture->width, picture->height, picture->rgba8);
+    drawn_ = picture;
+  }
+  if (bench.snapshot && bench.snapshot != drawn_snapshot_) {
+    snapshot_.upload(bench.snapshot->width, bench.snapshot->height, bench.snapshot->rgba8);
+    drawn_snapshot_ = bench.snapshot;
+  }
+}
+
+void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_region) {
+  upload(bench);
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const Rect& area = bench.placement.area();
+  list.AddRectFilled({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)}, kGround);
+  if (!drawn_ || picture_.empty()) return;
+  const int width = drawn_->width, height = drawn_->height;
+  const bool pixels = bench.placement.zoom() >= kPixelZoom;
+  picture_.show_pixels(pixels);
+  snapshot_.show_pixels(pixels);
+
+  list.PushClipRect({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)});
+  list.AddImage(picture_.id(), corner(bench, 0, 0), corner(bench, float(width), float(height)));
+  if (bench.wipe && !snapshot_.empty()) draw_wipe(bench, list, snapshot_, width, height);
+  for (const Rect& bucket : drawn_->in_progress) draw_bucket(bench, list, bucket);
+  if (bench.placement.zoom() >= kValuesZoom) draw_values(bench, list, *drawn_);
+  draw_legend(bench, list, *drawn_);
+  const ImU32 ink = IM_COL32(255, 255, 255, 220);
+  if (bench.settings().region) draw_rect(bench, list, *bench.settings().region, ink);
+  if (dragged_region) draw_rect(bench, list, *dragged_region, colour(accent_colour()));
+  if (const auto& pixel = bench.pointed_pixel(); pixel && pixels) {
+    draw_rect(bench, list, {pixel->x, pixel->y, pixel->x + 1, pixel->y + 1}, ink);
+  }
+  list.PopClipRect();
+}
+
+void draw_inspector(const Workbench& bench) {
+  if (!bench.show_inspector || !bench.inspection()) return;
+  const PixelInspection& pixel = *bench.inspection();
+  const Vec2f at = bench.placement.to_screen(Vec2f(float(pixel.x + 1), float(pixel.y + 1)));
+  const float gap = ImGui::GetFontSize();
+  const Rect& area = bench.placement.area();
+  // To the side where there is room.
+  const bool left = at.x + 18.0f * gap > float(area.x1),
+             above = at.y + 13.0f * gap > float(area.y1);
+  ImGui::SetNextWindowPos({at.x + (left ? -gap : gap), at.y + (above ? -gap : gap)},
+                          ImGuiCond_Always, {left ? 1.0f : 0.0f, above ? 1.0f : 0.0f});
+  ImGui::SetNextWindowBgAlpha(0.88f);
+  ImGui::Begin("##inspector", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
+                   ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings |
+                   ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
+  row("pixel", fmt::format("{}, {}", pixel.x, pixel.y));
+  row("R G B",
+      fmt::format("{:.4g}  {:.4g}  {:.4g}", pixel.radiance.x, pixel.radiance.y, pixel.radiance.z));
+  if (pixel.alpha != 1.0f) row("alpha", readable_number(pixel.alpha));
+  row("samples", pixel.known ? readable_count(pixel.samples) : "…");
+  if (pixel.known && pixel.variance) {
+    const Rgb& v = *pixel.variance;
+    row("std. error",
+        fmt::format("{:.2g}  {:.2g}  {:.2g}", std::sqrt(v.x), std::sqrt(v.y), std::sqrt(v.z)));
+  }
+  if (pixel.known && pixel.non_finite > 0) row("not finite", readable_count(pixel.non_finite));
+  if (pixel.known && pixel.stop != PixelStop::kNone) {
+    row("ended by", std::string(pixel_stop_name(pixel.stop)));
+  }
+  if (pixel.known) {
+    row("object",
+        pixel.id == 0 ? "background" : fmt::format("{}  (id {})", pixel.object, pixel.id));
+  }
+  if (pixel.known && pixel.material >= 0 && bench.scene()) {
+    const auto& materials = bench.scene()->outline.materials;
+    if (size_t(pixel.material) < materials.size()) {
+      row("material",
+          shown_name(materials[size_t(pixel.material)].name, "material", pixel.material));
+    }
+  }
+  if (!pixel.explanation.empty()) {
+    ImGui::PushTextWrapPos(26.0f * gap);
+    ImGui::TextColored(quiet_colour(), "%s", pixel.explanation.c_str());
+    ImGui::PopTextWrapPos();
+  }
+  ImGui::End();
+}
+
+}  // namespace emberline

@@ -1,0 +1,515 @@
+#include "renderer/app/view/window/workbench.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "io/edits_file.h"
+#include "renderer/app/view/window/edit_entries.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
+#include "renderer/core/log.h"
+#include "renderer/statistics/readable.h"
+
+namespace emberline {
+namespace {
+
+constexpr size_t kMostMessages = 200;
+constexpr float kExposureStep = 0.25f;  // stops
+constexpr double kTurnPerPixel = 0.25;  // degrees of the environment
+constexpr double kZoomStep = std::numbers::sqrt2;
+constexpr double kTurnPerHeight = 3.0;  // radians of an orbit, by a drag over the frame's height
+constexpr double kDollyStep = 0.88;     // of the distance, by one step of the wheel
+// Distances to what is looked at, a second.
+constexpr double kFlightSpeed = 0.6, kFastFlight = 4.0;
+
+ViewSettings first_settings(const ViewOptions& options) {
+  ViewSettings settings;
+  settings.render = options.render;
+  settings.display = options.render.display;
+  settings.render.heatmap_style.colours = ColourMap::kViridis;
+  return settings;
+}
+
+}  // namespace
+
+double Workbench::now() {
+  using Seconds = std::chrono::duration<double>;
+  static const auto start = std::chrono::steady_clock::now();
+  return Seconds(std::chrono::steady_clock::now() - start).count();
+}
+
+Workbench::Workbench(const ViewOptions& options, WindowState& state, std::function<void()> wake)
+    : window(state),
+      show_inspector(state.inspector),
+      options_(options),
+      session_(first_settings(options)),
+      display_names_(emberline::display_names()),
+      settings_(session_.settings()) {
+  if (!options.journal.empty()) journal.open(options.journal);
+  session_.on_change(std::move(wake));
+  if (!options.render.scene.empty()) open(options.render.scene);
+}
+
+Workbench::~Workbench() { session_.on_change({}); }
+
+// ---- what is open
+
+void Workbench::open(const std::string& scene) {
+  const bool first = !scene_ && scene == options_.render.scene;
+  session_.open(scene, first ? options_.render.edits : std::string());
+}
+
+void Workbench::open_dropped(const std::string& path) {
+  const std::string suffix = lower_suffix(path);
+  if (suffix == ".hdr" || suffix == ".exr") {
+    if (!scene_) return say(Message::Level::kError, path + ": open a scene first, then its light");
+    SceneEdits edits = edits_;
+    edits.environment.file = path;
+    edits.environment.image.reset();
+    return change(edits, "environment file");
+  }
+  if (suffix == ".json") {
+    if (!scene_) return say(Message::Level::kError, path + ": open a scene first, then its edits");
+    try {
+      change(read_edits(path), "edits file");
+      edits_file_ = path;
+    } catch (const EmberlineError& error) {
+      say(Message::Level::kError, error.what());
+    }
+    return;
+  }
+  open(path);
+}
+
+void Workbench::take_scene() {
+  const LoadStatus before = std::exchange(load_status_, session_.load_status());
+  if (load_status_.state == LoadStatus::State::kFailed &&
+      (before.state != load_status_.state || before.error != load_status_.error)) {
+    say(Message::Level::kError, load_status_.error);
+  }
+  std::shared_ptr<const OpenScene> scene = session_.scene();
+  if (scene == scene_) return;
+  const bool first = !scene_;
+  scene_ = std::move(scene);
+  edits_ = sent_edits_ = saved_edits_ = session_.edits();
+  solo_.reset();
+  sent_solo_.reset();
+  history_ = EditHistory(edits_);
+  bookmarks_ = {};
+  material_ = -1;
+  clicked_.reset();
+  pivot_ = scene_->center;
+  edits_file_ = first ? options_.render.edits : std::string();
+  if (edits_file_.empty()) edits_file_ = suggested_edits_file();
+  window.remember_scene(load_status_.path);
+  for (const std::string& warning : scene_->warnings) say(Message::Level::kWarning, warning);
+  journal.write("scene", {{"file", load_status_.path},
+                          {"materials", scene_->outline.materials.size()},
+                          {"lights", list_lights(scene_->outline, edits_).size()}});
+  latency.asked(session_.edit(), "open", now());
+}
+
+std::string Workbench::suggested_edits_file() const {
+  std::filesystem::path file = load_status_.path;
+  return file.replace_extension(".edits.json").string();
+}
+
+// ---- each time the window wakes up
+
+bool Workbench::update() {
+  const LoadStatus before = load_status_;
+  take_scene();
+  bool news = before.state != load_status_.state || before.fraction != load_status_.fraction ||
+              before.stage != load_status_.stage;
+  news |= take_picture();
+  send_edits();
+  finish_saves();
+  const std::string problem = session_.problem();
+  if (problem != problem_) {
+    problem_ = problem;
+    news = true;
+    if (!problem.empty()) say(Message::Level::kError, problem);
+  }
+  refresh_inspection();
+  return news;
+}
+
+bool Workbench::take_picture() {
+  std::shared_ptr<const ShownPicture> picture = session_.picture();
+  if (picture == picture_) return false;
+  picture_ = std::move(picture);
+  return true;
+}
+
+void Workbench::gesture_goes_on(bool held) {
+  if (!held) history_.end_gesture();
+}
+
+void Workbench::note_drawn(const std::shared_ptr<const ShownPicture>& picture) {
+  if (!picture) return;
+  latency.shown(*picture, now());
+  if (!journal.is_open()) return;
+  const Vec2f corner = placement.to_screen(Vec2f(0.0f));
+  const nlohmann::json place = {{"at", {corner.x, corner.y}}, {"zoom", placement.zoom()}};
+  if (corner != noted_corner_ || placement.zoom() != noted_zoom_) journal.write("placed", place);
+  noted_corner_ = corner;
+  noted_zoom_ = placement.zoom();
+  if (picture == noted_) return;
+  noted_ = picture;
+  nlohmann::json members = {{"edit", picture->edit},
+                            {"serial", picture->serial},
+                            {"size", {picture->width, picture->height}},
+                            {"filled", picture->filled},
+                            {"complete", picture->complete},
+                            {"finished", picture->finished},
+                            {"samples", picture->samples},
+                            {"driver", picture->driver},
+                            {"buckets", picture->in_progress.size()},
+                            {"legend", picture->overlay_legend}};
+  members.update(place);
+  journal.write("picture", members);
+}
+
+void Workbench::change(const SceneEdits& edits, std::string_view what) {
+  if (!scene_ || edits == edits_) return;
+  edits_ = edits;
+  history_.record(edits, std::string(what));
+  send_edits();
+  if (edits_ == edits) latency.asked(session_.edit(), std::string(what), now());
+}
+
+void Workbench::change_camera(const CameraEdit& camera, std::string_view what) {
+  SceneEdits edits = edits_;
+  edits.camera = camera;
+  change(edits, what);
+}
+
+void Workbench::set_solo(const std::optional<LightEdit>& solo) {
+  solo_ = solo;
+  send_edits();
+}
+
+// The session takes edits together that come faster than pictures.
+void Workbench::send_edits() {
+  if (!scene_ || (edits_ == sent_edits_ && solo_ == sent_solo_)) return;
+  try {
+    session_.set_edits(edits_, solo_);
+    sent_edits_ = edits_;
+    sent_solo_ = solo_;
+    journal_edits();
+  } catch (const InputError& error) {
+    say(Message::Level::kError, error.what());
+    edits_ = sent_edits_;
+    solo_ = sent_solo_;
+  }
+}
+
+void Workbench::journal_edits() {
+  journal.write("edit", {{"edit", session_.edit()}});
+  const std::optional<Vec3d>& from = edits_.camera.look_from;
+  const nlohmann::json camera = from ? nlohmann::json{from->x, from->y, from->z} : nlohmann::json();
+  journal.write("edits", {{"camera", camera},
+                          {"lights", edits_.lights.size()},
+                          {"materials", edits_.materials.size()}});
+}
+
+void Workbench::change(const ViewSettings& settings) {
+  settings_ = settings;
+  session_.set_settings(settings);
+  latency.asked(session_.edit(), "settings", now());
+  nlohmann::json region;
+  if (const std::optional<Rect>& r = settings.region) region = {r->x0, r->y0, r->x1, r->y1};
+  journal.write("settings", {{"edit", session_.edit()},
+                             {"driver", settings.render.driver},
+                             {"overlay", int(settings.overlay)},
+                             {"paused", settings.paused},
+                             {"region", region}});
+}
+
+// ---- navigation
+
+ViewCamera Workbench::camera() const {
+  return view_of(edited_camera(edits_, scene_->outline, scene_->camera), pivot_, scene_->radius);
+}
+
+void Workbench::change_view(const ViewCamera& view) {
+  pivot_ = view.pivot;
+  change_camera(edit_of(view, edits_.camera), "camera");
+}
+
+void Workbench::navigate(Drag drag, const Vec2f& pixels) {
+  if (!scene_) return;
+  const double height = settings_.render.height;
+  const double x = pixels.x / height, y = pixels.y / height;
+  const ViewCamera view = camera();
+  switch (drag) {
+    case Drag::kOrbit:
+      return change_view(orbit(view, -kTurnPerHeight * x, kTurnPerHeight * y));
+    case Drag::kPan:
+      return change_view(pan(view, x, y));
+    case Drag::kDolly:
+      return change_view(dolly(view, std::exp2(2.0 * y)));
+    case Drag::kLookAround:
+      return change_view(turn(view, view.fov_y * x, view.fov_y * y));
+    case Drag::kTurnEnvironment:
+      return turn_environment(kTurnPerPixel * pixels.x);
+    case Drag::kRegion:
+    case Drag::kMovePicture:
+      return;
+  }
+}
+
+void Workbench::turn_environment(double degrees) {
+  const std::optional<EnvironmentDescription>& own = scene_->outline.environment;
+  SceneEdits edits = edits_;
+  EnvironmentEdit& edit = edits.environment;
+  if (!own && edit.file.empty()) {
+    return say(Message::Level::kNote, "the scene has no environment that could be turned");
+  }
+  const float before = edit.rotation_degrees.value_or(own ? own->rotation_degrees : 0.0f);
+  edit.rotation_degrees = float(std::remainder(before + degrees, 360.0));
+  change(edits, "environment rotation");
+}
+
+void Workbench::dolly_by(double steps) {
+  if (scene_) change_view(dolly(camera(), std::pow(kDollyStep, steps)));
+}
+
+void Workbench::fly_along(const std::array<bool, 6>& held, double seconds, bool fast) {
+  if (!scene_) return;
+  const auto along = [&](Flight forth, Flight back) {
+    return double(held[size_t(forth)]) - double(held[size_t(back)]);
+  };
+  const ViewCamera view = camera();
+  // In proportion to what is looked at, so that one slows down on coming near.
+  const double way = kFlightSpeed * view.distance * seconds * (fast ? kFastFlight : 1.0);
+  change_view(fly(view, way * along(Flight::kRight, Flight::kLeft),
+                  way * along(Flight::kUp, Flight::kDown),
+                  way * along(Flight::kForward, Flight::kBack)));
+}
+
+void Workbench::orbit_around(const Vec2i& pixel) {
+  pivot_pixel_ = pixel;
+  refresh_inspection();
+}
+
+// ---- the pixel under the cursor
+
+void Workbench::point_at(const std::optional<Vec2i>& pixel) {
+  pointed_ = pixel;
+  refresh_inspection();
+}
+
+void Workbench::select_at(const Vec2i& pixel) {
+  clicked_ = pixel;
+  point_at(pixel);
+}
+
+void Workbench::refresh_inspection() {
+  if (!pointed_ || (!show_inspector && !clicked_ && !pivot_pixel_)) {
+    if (inspection_) session_.end_inspection();
+    inspection_.reset();
+    return;
+  }
+  inspection_ = session_.inspect(pointed_->x, pointed_->y);
+  if (!inspection_ || !inspection_->known) return;
+  const auto is_at = [&](const std::optional<Vec2i>& pixel) {
+    return pixel && pixel->x == inspection_->x && pixel->y == inspection_->y;
+  };
+  if (is_at(clicked_)) {
+    material_ = inspection_->material;
+    show_material = material_ >= 0;
+    clicked_.reset();
+    journal.write("select", {{"x", inspection_->x},
+                             {"y", inspection_->y},
+                             {"material", material_},
+                             {"id", inspection_->id}});
+  }
+  if (is_at(pivot_pixel_)) {
+    if (inspection_->id != 0) {
+      change_view(look_towards(camera(), inspection_->position));
+      say(Message::Level::kNote, "orbiting around this point");
+    }
+    pivot_pixel_.reset();
+  }
+}
+
+void Workbench::copy_pixel() {
+  if (!inspection_) return;
+  const PixelInspection& p = *inspection_;
+  const std::string text =
+      fmt::format("pixel {},{}: {} {} {} alpha {} samples {}", p.x, p.y, p.radiance.x, p.radiance.y,
+                  p.radiance.z, p.alpha, p.samples);
+  if (copy_text) copy_text(text);
+  journal.write("pixel", {{"x", p.x},
+                          {"y", p.y},
+                          {"rgb", {p.radiance.x, p.radiance.y, p.radiance.z}},
+                          {"alpha", p.alpha},
+                          {"samples", p.samples},
+                          {"known", p.known},
+                          {"id", p.id},
+                          {"material", p.material}});
+  say(Message::Level::kNote, "copied: " + text);
+}
+
+// ---- actions
+
+void Workbench::act(Action action, int number) {
+  ViewSettings settings = settings_;
+  switch (action) {
+    case Action::kOpen:
+      ask_for_scene = true;
+      return;
+    case Action::kSaveEdits:
+      return save_edits();
+    case Action::kSavePicture:
+      ask_for_picture_file = true;
+      return;
+    case Action::kScreenshot:
+      want_screenshot = true;
+      return;
+    case Action::kQuit:
+      quit = true;
+      return;
+    case Action::kUndo:
+      if (can_undo()) edits_ = history_.undo();
+      return send_edits();
+    case Action::kRedo:
+      if (can_redo()) edits_ = history_.redo();
+      return send_edits();
+    case Action::kResetEdits:
+      return change(SceneEdits(), "reset");
+    case Action::kPause:
+      settings.paused = !settings.paused;
+      return change(settings);
+    case Action::kRestart:
+      settings.render.seed += 1;
+      return change(settings);
+    case Action::kFrameAll:
+      if (!scene_) return;
+      return change_view(frame_all(camera(), scene_->center, scene_->radius,
+                                   double(settings.render.width) / settings.render.height));
+    case Action::kResetCamera:
+      if (scene_) pivot_ = scene_->center;
+      return change_camera(CameraEdit(), "reset camera");
+    case Action::kRecallBookmark:
+      if (const auto& camera = bookmarks_[size_t(number - 1)]) {
+        return change_camera(*camera, "bookmark");
+      }
+      return say(Message::Level::kNote,
+                 fmt::format("bookmark {} is empty; Ctrl+{} stores the view", number, number));
+    case Action::kStoreBookmark:
+      if (!scene_) return;
+      bookmarks_[size_t(number - 1)] = edits_.camera;
+      return say(Message::Level::kNote, fmt::format("stored as bookmark {}", number));
+    case Action::kZoomFit:
+      return placement.fit();
+    case Action::kZoomOne: {
+      if (!placement.fitted()) return placement.fit();
+      const Rect& area = placement.area();
+      return placement.zoom_to(
+          1.0, Vec2f(0.5f * float(area.x0 + area.x1), 0.5f * float(area.y0 + area.y1)));
+    }
+    case Action::kZoomIn:
+    case Action::kZoomOut: {
+      const Rect& area = placement.area();
+      const double factor = action == Action::kZoomIn ? kZoomStep : 1.0 / kZoomStep;
+      return placement.zoom_to(placement.zoom() * factor, Vec2f(0.5f * float(area.x0 + area.x1),
+                                                                0.5f * float(area.y0 + area.y1)));
+    }
+    case Action::kExposureUp:
+      settings.display.exposure += kExposureStep;
+      return change(settings);
+    case Action::kExposureDown:
+      settings.display.exposure -= kExposureStep;
+      return change(settings);
+    case Action::kNextOverlay:
+      return next_overlay();
+    case Action::kInspector:
+      window.inspector = show_inspector = !show_inspector;
+      return refresh_inspection();
+    case Action::kCopyPixel:
+      return copy_pixel();
+    case Action::kStoreSnapshot:
+      snapshot = picture_;
+      if (snapshot) say(Message::Level::kNote, "kept as B; V wipes between A and B");
+      return;
+    case Action::kWipe:
+      if (!snapshot) return say(Message::Level::kNote, "B keeps a picture to compare with first");
+      wipe = !wipe;
+      return;
+    case Action::kClearRegion:
+      if (solo_) set_solo(std::nullopt);
+      if (!settings.region) return;
+      settings.region.reset();
+      return change(settings);
+    case Action::kPanels:
+      window.panels = !window.panels;
+      return;
+    case Action::kFullScreen:
+      full_screen = !full_screen;
+      return;
+    case Action::kShortcuts:
+      show_shortcuts = !show_shortcuts;
+      return;
+    case Action::kMessages:
+      show_messages = !show_messages;
+      return;
+  }
+}
+
+void Workbench::next_overlay() {
+  ViewSettings settings = settings_;
+  const int count = int(ViewOverlay::kTree) + 1;
+  settings.overlay = ViewOverlay((int(settings.overlay) + 1) % count);
+  change(settings);
+}
+
+// ---- saving
+
+void Workbench::save_edits() {
+  if (!scene_) return;
+  saves_.push_back({session_.save_edits(edits_file_), "edits saved: " + edits_file_,
+                    [this, saved = edits_] { saved_edits_ = saved; }});
+}
+
+void Workbench::save_picture(const std::string& path) {
+  saves_.push_back({session_.save(path), "picture saved: " + path, {}});
+}
+
+void Workbench::save_heatmap(const std::string& path, ViewOverlay quantity) {
+  try {
+    saves_.push_back({session_.save_heatmap(path, quantity), "heatmap saved: " + path, {}});
+  } catch (const EmberlineError& error) {
+    say(Message::Level::kError, error.what());
+  }
+}
+
+void Workbench::finish_saves() {
+  std::erase_if(saves_, [&](PendingSave& save) {
+    if (save.done.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+    try {
+      save.done.get();
+      if (save.after) save.after();
+      say(Message::Level::kNote, save.what);
+    } catch (const std::exception& error) {
+      say(Message::Level::kError, error.what());
+    }
+    return true;
+  });
+}
+
+void Workbench::say(Message::Level level, const std::string& text) {
+  if (!messages_.empty() && messages_.back().text == text) messages_.pop_back();
+  messages_.push_back({level, text, now()});
+  if (messages_.size() > kMostMessages) messages_.pop_front();
+  constexpr std::array kNames = {"note", "warning", "error"};
+  journal.write("message", {{"level", kNames[size_t(level)]}, {"text", text}});
+}
+
+}  // namespace emberline

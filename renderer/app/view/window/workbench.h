@@ -1,0 +1,169 @@
+// All that the window is about, without a window: the session, the edits and their history, what
+// is selected, how the picture lies, what was asked for and what came of it. Panels and input read
+// and change it; nothing here draws.
+//
+// Used by the window's thread alone; nothing here blocks it.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <functional>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/display.h"
+#include "renderer/app/view/edit_history.h"
+#include "renderer/app/view/render_session.h"
+#include "renderer/app/view/view_camera.h"
+#include "renderer/app/view/window/edit_latency.h"
+#include "renderer/app/view/window/input.h"
+#include "renderer/app/view/window/journal.h"
+#include "renderer/app/view/window/picture_placement.h"
+#include "renderer/app/view/window/view_command.h"
+#include "renderer/app/view/window/window_state.h"
+
+namespace emberline {
+
+struct Message {
+  enum class Level : uint8_t { kNote, kWarning, kError } level = Level::kNote;
+  std::string text;
+  double time_s = 0.0;  // Workbench::now()
+};
+
+class Workbench {
+ public:
+  Workbench(const ViewOptions& options, WindowState& state, std::function<void()> wake);
+  ~Workbench();
+
+  // Seconds on the window's clock.
+  static double now();
+  // Takes in what the session has brought, sends it what was asked for. Once for each time that the
+  // window wakes up. True if there is something new to be seen.
+  bool update();
+  // A slider or the mouse is held: what is changed until it is let go is one step of undo.
+  void gesture_goes_on(bool held);
+
+  // The picture is on the screen.
+  void note_drawn(const std::shared_ptr<const ShownPicture>& picture);
+
+  // ---- what is open
+  void open(const std::string& scene);
+  // A scene, or an environment or edits for the one that is open: whatever was dropped.
+  void open_dropped(const std::string& path);
+  const std::shared_ptr<const OpenScene>& scene() const { return scene_; }
+  const LoadStatus& load_status() const { return load_status_; }
+  const std::shared_ptr<const ShownPicture>& picture() const { return picture_; }
+  RenderSession& session() { return session_; }
+
+  // ---- edits
+  const SceneEdits& edits() const { return edits_; }
+  // `what` names the control: changes of one control while it is held are one step of undo.
+  void change(const SceneEdits& edits, std::string_view what);
+  void change_camera(const CameraEdit& camera, std::string_view what);
+  void set_solo(const std::optional<LightEdit>& solo);
+  const std::optional<LightEdit>& solo() const { return solo_; }
+  bool can_undo() const { return history_.can_undo(); }
+  bool can_redo() const { return history_.can_redo(); }
+  bool unsaved() const { return scene_ && !(edits_ == saved_edits_); }
+  // Where Ctrl+S writes to.
+  std::string edits_file() const { return edits_file_; }
+
+  // ---- how it is rendered and shown
+  const ViewSettings& settings() const { return settings_; }
+  void change(const ViewSettings& settings);
+  const DisplayNames& display_names() const { return display_names_; }
+  std::string problem() const { return session_.problem(); }
+
+  // ---- navigation
+  void navigate(Drag drag, const Vec2f& pixels);  // of the mouse, in the picture's own pixels
+  void dolly_by(double steps);                    // of the wheel, towards the scene
+  void fly_along(const std::array<bool, 6>& held, double seconds, bool fast);
+  void orbit_around(const Vec2i& pixel);
+  const std::array<std::optional<CameraEdit>, 9>& bookmarks() const { return bookmarks_; }
+
+  void act(Action action, int number = 0);
+
+  // ---- the pixel under the cursor, and what was clicked
+  void point_at(const std::optional<Vec2i>& pixel);
+  const std::optional<Vec2i>& pointed_pixel() const { return pointed_; }
+  const std::optional<PixelInspection>& inspection() const { return inspection_; }
+  void select_at(const Vec2i& pixel);
+  int selected_material() const { return material_; }
+  void select_material(int material) { material_ = material; }
+
+  // ---- saving; in the background
+  void save_picture(const std::string& path);
+  void save_heatmap(const std::string& path, ViewOverlay quantity);
+
+  // ---- messages
+  void say(Message::Level level, const std::string& text);
+  const std::deque<Message>& messages() const { return messages_; }
+
+  // Plain state of the interface, which the panels change as they like.
+  WindowState& window;
+  PicturePlacement placement;
+  std::shared_ptr<const ShownPicture> snapshot;  // B
+  bool show_material = false;                    // its tab is to be opened
+  bool wipe = false;
+  float wipe_place = 0.5f;  // share of the picture's width that shows A
+  bool show_shortcuts = false, show_messages = false, show_inspector = true;
+  bool ask_for_scene = false, ask_for_picture_file = false;  // a dialog is to be opened
+  bool quit = false, full_screen = false, want_screenshot = false;
+  std::function<void(const std::string&)> copy_text;  // to the clipboard
+
+  EditLatency latency;
+  Journal journal;
+
+ private:
+  struct PendingSave {
+    std::future<void> done;
+    std::string what;
+    std::function<void()> after;
+  };
+
+  ViewCamera camera() const;
+  void change_view(const ViewCamera& view);
+  void turn_environment(double degrees);
+  void take_scene();
+  bool take_picture();
+  void send_edits();
+  void journal_edits();
+  void finish_saves();
+  void refresh_inspection();
+  void save_edits();
+  void next_overlay();
+  void copy_pixel();
+  std::string suggested_edits_file() const;
+
+  ViewOptions options_;
+  RenderSession session_;
+  DisplayNames display_names_;
+  std::shared_ptr<const OpenScene> scene_;
+  std::shared_ptr<const ShownPicture> picture_, noted_;
+  Vec2f noted_corner_ = Vec2f(0.0f);
+  double noted_zoom_ = 0.0;
+  LoadStatus load_status_;
+  std::string problem_;
+
+  SceneEdits edits_, sent_edits_, saved_edits_;
+  std::optional<LightEdit> solo_, sent_solo_;
+  EditHistory history_;
+  std::string edits_file_;
+  ViewSettings settings_;
+  bool settings_changed_ = false;
+
+  std::array<std::optional<CameraEdit>, 9> bookmarks_;
+  Vec3d pivot_ = Vec3d(0.0);
+  std::optional<Vec2i> pointed_, clicked_, pivot_pixel_;
+  std::optional<PixelInspection> inspection_;
+  int material_ = -1;
+
+  std::deque<Message> messages_;
+  std::vector<PendingSave> saves_;
+};
+
+}  // namespace emberline

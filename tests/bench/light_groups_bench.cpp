@@ -1,0 +1,148 @@
+// What light groups cost, and how soon a picture is shown under other lights. Not a test;
+// integrators/README.md and renderer/film/README.md have the figures.
+//
+//   light_groups_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH]
+//       [--lamps N] [--spp N] [--threads N] [--repetitions N]
+//
+// To the scene's own lights come N point lights on a circle above it. The frame with groups and the
+// frame without are run in turn, starting with either: ratios are those of neighbours.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+
+#include "bench/bench_frame.h"
+#include "renderer/app/option_values.h"
+#include "renderer/core/constants.h"
+#include "renderer/core/errors.h"
+#include "renderer/scene/light_groups.h"
+#include "renderer/scene/scene_edits.h"
+#include "support/edits.h"
+
+namespace emberline::bench {
+namespace {
+
+struct Options {
+  RenderOptions frame;
+  int lamps = 7;
+  int threads = 2;
+  int repetitions = 9;
+};
+
+class Nobody final : public FrameObserver {
+  void tile_finished(const FilmTile& /*tile*/) override {}
+};
+
+// Around the scene at twice its radius, as bright as a sky of radiance 1 / N in its middle.
+void add_lamps(int count, SceneDescription& scene) {
+  const WorldBounds bounds = world_bounds(scene);
+  const double distance = bounds.empty() ? 1.0 : 2.0 * bounds.radius();
+  const Vec3d center = bounds.empty() ? Vec3d(0.0) : bounds.center();
+  for (int i = 0; i < count; ++i) {
+    PunctualLightDescription lamp;
+    lamp.name = fmt::format("lamp {}", i);
+    lamp.intensity = Rgb(float(kPiD * distance * distance / count));
+    const double angle = 2 * kPiD * i / count;
+    const Vec3d place =
+        center + Vec3d(std::cos(angle), 1.0, std::sin(angle)) * (distance / std::sqrt(2.0));
+    for (int c = 0; c < 3; ++c) lamp.to_world[3][c] = place[c];
+    scene.lights.push_back(lamp);
+  }
+}
+
+void line(const std::string& name, const std::vector<double>& seconds) {
+  const Spread s = spread(seconds);
+  fmt::print("{:<44}{:>9.3f} ms   {:.3f} to {:.3f}\n", name, 1e3 * s.median, 1e3 * s.least,
+             1e3 * s.most);
+}
+
+void measure_cost(const Options& options, const BenchFrame& frame, const LightGroups& groups) {
+  double sum = 0, squares = 0;
+  std::vector<double> without;
+  for (int i = 0; i < options.repetitions; ++i) {
+    double cpu[2];
+    for (const bool first : {true, false}) {
+      const bool grouped = first == (i % 2 == 0);
+      FrameSampling sampling;
+      sampling.driver = options.frame.driver;
+      sampling.spp = options.frame.spp.value_or(16);
+      sampling.adaptive.budget = sampling.spp;
+      if (grouped) sampling.light_groups = &groups;
+      Nobody nobody;
+      cpu[grouped] = frame.run(options.threads, sampling, nobody).cpu_s;
+    }
+    without.push_back(cpu[0]);
+    const double ratio = std::log(cpu[1] / cpu[0]);
+    sum += ratio;
+    squares += ratio * ratio;
+  }
+  const double n = options.repetitions, mean = sum / n;
+  const double error = n > 1 ? std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1)) : 0.0;
+  fmt::print("{}: {:.3f} s of processor time, with groups {:+.2f} % +- {:.2f} %, {} pairs\n",
+             options.frame.driver, spread(without).median, 100 * mean, 100 * error,
+             options.repetitions);
+}
+
+// From an edit to R G B A: whether it can be mixed, how, and the picture.
+void measure_relight(const Options& options, const BenchFrame& frame, const LightGroups& groups) {
+  FrameSampling sampling;
+  sampling.driver = options.frame.driver;
+  sampling.spp = sampling.adaptive.budget = 4;
+  sampling.light_groups = &groups;
+  std::vector<float> rgba(4 * frame.pixels(), 1.0f);
+  std::vector<double> mixing, mixed, plain;
+  Nobody nobody;
+  const auto look = [&](const FrameDriver& driver) {
+    fmt::print("{} light groups, film {:.1f} MiB\n", groups.size(),
+               double(driver.film_bytes()) / 1048576);
+    for (int i = 0; i < 10 * options.repetitions; ++i) {
+      SceneEdits edits;
+      const LightGroup& group = groups.list()[size_t(i) % groups.list().size()];
+      test::light(edits, group.kind, group.target.index).intensity = float(i % 3);
+      const double start = wall_clock();
+      const std::optional<LightMix> mix = groups.mix(edits);
+      const double known = wall_clock();
+      driver.picture()->resolve(rgba, &*mix);
+      const double shown = wall_clock();
+      driver.picture()->resolve(rgba);
+      mixing.push_back(known - start);
+      mixed.push_back(shown - known);
+      plain.push_back(wall_clock() - shown);
+    }
+  };
+  frame.run(options.threads, sampling, nobody, {}, look);
+  line("from an edit to its weights", mixing);
+  line("from weights to the picture", mixed);
+  line("the picture without weights", plain);
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  options.frame.driver = "bisection";
+  options.frame.filter = "box";
+  CLI::App app("Times light groups", "light_groups_bench");
+  add_frame_options(&app, options.frame);
+  add_number(&app, "--lamps", options.lamps, 0, 60, "point lights more than the scene has");
+  add_number(&app, "--threads", options.threads, 1, 4096, "worker threads");
+  add_number(&app, "--repetitions", options.repetitions, 2, 10000, "of everything");
+  CLI11_PARSE(app, argc, argv);
+  std::optional<LightGroups> groups;
+  const BenchFrame frame(options.frame, {}, [&](SceneDescription& scene) {
+    apply({}, scene);
+    add_lamps(options.lamps, scene);
+    groups.emplace(outline(scene));
+  });
+  measure_relight(options, frame, *groups);
+  measure_cost(options, frame, *groups);
+  return 0;
+}
+
+}  // namespace
+}  // namespace emberline::bench
+
+int main(int argc, char** argv) try {
+  return emberline::bench::run(argc, argv);
+} catch (const emberline::EmberlineError& error) {
+  fmt::print(stderr, "light_groups_bench: {}\n", error.what());
+  return error.exit_code();
+}

@@ -1,0 +1,95 @@
+// --light-groups: what each light gave, as layers of the EXR.
+#include <cmath>
+
+#include "cli/command_test.h"
+#include "support/encoded_images.h"
+
+namespace emberline::test {
+namespace {
+
+class LightGroupsOption : public CommandTest {
+ protected:
+  // The lamp, a second material that shines and is called the same, and a grey sky.
+  void SetUp() override {
+    GltfBuilder gltf = lamp_scene();
+    const int second =
+        gltf.push("materials", {{"name", "lamp"}, {"emissiveFactor", {0.1, 0.2, 0.9}}});
+    add_quad(gltf, {-1.5f, 0.2f, -1}, {0.7f, 0, 0}, {0, 0.7f, 0}, second);
+    gltf.push("materials", {{"name", "kept dark"}, {"emissiveFactor", {0, 0, 0}}});
+    gltf.write_glb(path("scene.glb"));
+    write_image(path("grey.exr"), OIIO::ImageSpec(8, 4, 3, OIIO::TypeDesc::FLOAT),
+                std::vector<float>(8 * 4 * 3, 0.25f));
+  }
+  Words words(const Words& more) {
+    return render_words(Words{"--env", path("grey.exr"), "--spp", "8"} + more);
+  }
+  ExrPicture picture(const Words& more) {
+    render(words(more));
+    return read_exr(path("out.exr"));
+  }
+};
+
+// That the layers add up, in every pixel.
+void expect_sums(const ExrPicture& picture, const Words& layers) {
+  for (const char* channel : {"R", "G", "B"}) {
+    const std::vector<float>& whole = picture.channels.at(channel);
+    for (size_t i = 0; i < whole.size(); ++i) {
+      float sum = 0.0f;
+      for (const std::string& layer : layers) {
+        sum += picture.channels.at("light." + layer + "." + channel)[i];
+      }
+      ASSERT_NEAR(sum, whole[i], 1e-5f * whole[i]) << channel << ", pixel " << i;
+    }
+  }
+}
+
+TEST_F(LightGroupsOption, AreLayersThatAddUp) {
+  const Words layers = {"lamp", "lamp_2", "environment"};
+  const ExrPicture plain = picture({"--aov", "albedo"});
+  for (const char* driver : {"bucket", "bisection"}) {
+    const ExrPicture seen =
+        picture({"--aov", "albedo", "--light-groups", "--driver", driver, "--bucket-size", "7"});
+    ASSERT_EQ(seen.channels.size(), plain.channels.size() + 9) << driver;
+    expect_sums(seen, layers);
+    for (const auto& [name, values] : plain.channels) {
+      EXPECT_EQ(seen.channels.at(name), values) << driver << ", " << name;
+    }
+  }
+}
+
+TEST_F(LightGroupsOption, AreWhatTheEditsLeaveOn) {
+  write("shot.json", nlohmann::json({{"emberline_edits", 1},
+                                     {"lights",
+                                      {{{"kind", "material"}, {"index", 1}, {"on", false}},
+                                       {{"kind", "environment"}, {"intensity", 2}}}}})
+                         .dump());
+  const ExrPicture seen = picture({"--light-groups", "--edits", path("shot.json")});
+  EXPECT_EQ(seen.channels.size(), 5u + 6);
+  expect_sums(seen, {"lamp", "environment"});
+  // The background is the sky alone.
+  EXPECT_EQ(seen.at("light.environment.G", 8, 0), seen.at("G", 8, 0));
+  EXPECT_EQ(seen.at("light.lamp.G", 8, 0), 0.0f);
+}
+
+// A progressive frame that is stopped shows neighbours' samples where there are none: the layers
+// do, too.
+TEST_F(LightGroupsOption, AddUpInAStoppedFrame) {
+  render(words({"--light-groups", "--driver", "bisection", "--size", "1600x1200", "--spp", "1",
+                "--time-limit", "0.02"}));
+  const ExrPicture stopped = read_exr(path("out.exr"));
+  const std::vector<float>& samples = stopped.channels.at("samples");
+  ASSERT_NE(std::ranges::find(samples, 0.0f), samples.end()) << "the frame was finished";
+  expect_sums(stopped, {"lamp", "lamp_2", "environment"});
+}
+
+TEST_F(LightGroupsOption, IsRefusedWhereThereAreNone) {
+  expect_failure(words({"--light-groups", "--integrator", "normal"}), 2,
+                 {"--light-groups", "normal", "path, direct"});
+  expect_failure(words({"--light-groups", "--driver", "adaptive", "--unbiased"}), 2,
+                 {"--light-groups", "--unbiased"});
+  expect_failure({"render", scene(), "-o", path("out.png"), "--light-groups"}, 2,
+                 {"--light-groups", ".exr"});
+}
+
+}  // namespace
+}  // namespace emberline::test
