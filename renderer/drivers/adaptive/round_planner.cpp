@@ -45,9 +45,11 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
 // Whole blocks of the sampler: pairs of dimensions are stratified by 8, streams alternate by 8. Of
 // many samples, a quarter of the power of two below: what a Sobol' sequence has at 12, 14 or 16
 // times a power of two is better stratified than in between (FlightHelmet needs .88 of the
-// time to equal MSE at 128 samples a pixel, .91 at 512; the Cornell box .96, .98).
-uint32_t count_step(float wanted) {
-  return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / 4);
+// time to equal MSE at 128 samples a pixel, .91 at 512; the Cornell box .96, .98). Where a pixel is
+// judged by the halves of its samples, a half of it: at other counts it is not looked at again.
+uint32_t count_step(float wanted, bool halves) {
+  const uint32_t steps = halves ? 2 : 4;
+  return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);
 }
 
 float most_samples(const AdaptiveSettings& s) {
@@ -61,12 +63,12 @@ bool is_unfinished(const AdaptiveSettings& s, uint32_t have, float error) {
 }
 
 // The samples that would bring the pixel to the threshold, or the most it may have.
-float most_wanted(const AdaptiveSettings& s, float have, float error) {
+float most_wanted(const AdaptiveSettings& s, float have, float error, bool halves) {
   const float most = most_samples(s);
   if (s.threshold <= 0.0f) return most;
   const float ratio = std::min(error / s.threshold, 1e6f);
   // At least a whole step, so that no rounding ends a pixel above the threshold.
-  const float least = have + float(count_step(have + 8.0f));
+  const float least = have + float(count_step(have + 8.0f, halves));
   return std::min(most, std::max(have * ratio * ratio * kThresholdMargin, least));
 }
 
@@ -254,6 +256,7 @@ float RoundPlanner::keep_to_budget(float everywhere) {
 // reads is copied or held by pointers, so that it vectorises.
 RoundPlanner::OpenPixels RoundPlanner::limit_pixels(size_t begin, size_t end) {
   const AdaptiveSettings s = settings_;
+  const bool halves = entry_.halves;
   const uint32_t* targets = targets_.data();
   const float *error = errors_.error.data(), *deviation = errors_.deviation.data(),
               *cost = statistics_.cost.data();
@@ -263,7 +266,7 @@ RoundPlanner::OpenPixels RoundPlanner::limit_pixels(size_t begin, size_t end) {
   float largest_rate[kSumLanes] = {};
   for_lanes(begin, end, [&](size_t i, size_t lane) {
     const auto have = float(targets[i]);
-    const float wanted = most_wanted(s, have, error[i]);
+    const float wanted = most_wanted(s, have, error[i], halves);
     const float most = is_unfinished(s, targets[i], error[i]) ? wanted : have;
     bounds[i].least = have;
     bounds[i].most = most;
@@ -303,13 +306,17 @@ void RoundPlanner::round_to_counts(float everywhere) {
   const float most = most_samples(settings_);
   const auto most_count = uint32_t(most);
   const uint32_t least_more = settings_.unbiased ? 1 : 0;
+  const bool doubling = doubles();
   set_targets([&](size_t i, uint32_t have, float wanted) {
-    const float share = std::min(std::max(wanted, float(have) + everywhere), most);
+    // Nor does what goes everywhere more than double a count: of two parts of which one is small, a
+    // bright sample in the other hardly shows.
+    const float cap = doubling ? std::min(most, next_power_of_two(float(have))) : most;
+    const float share = std::min(std::max(wanted, float(have) + everywhere), cap);
     // The most need not be a multiple of the step; rounded by chance it might never be met, so it
     // is always rounded up, and cut.
     const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
     const float u = share < most ? chance : 0.0f;
-    const uint32_t count = round_count(have, share, count_step(share), u);
+    const uint32_t count = round_count(have, share, count_step(share, entry_.halves), u);
     return std::max(have, std::min(std::max(count, have + least_more), most_count));
   });
 }
