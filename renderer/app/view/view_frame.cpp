@@ -22,8 +22,8 @@ constexpr double kFirstPatience_s = 0.012;
 // not felt (`render` with the same driver is at most 7 % faster, issue of the window).
 constexpr double kLeastInterval_s = 1.0 / 30;
 constexpr double kLively_s = 1.0;
-constexpr double kLivelyShare = 0.2;
-constexpr double kCalmShare = 0.015;
+constexpr double kLivelyShare = 0.1;
+constexpr double kCalmShare = 0.01;
 
 // Samples that the region gets before the rest of the frame gets any.
 constexpr uint32_t kRegionSamples = 16;
