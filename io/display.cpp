@@ -231,6 +231,10 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings) {
     ocio::SetLoggingFunction([](const char* message) { log_verbose(one_line(message)); });
   });
   if (!std::isfinite(settings.exposure)) throw UsageError("--exposure: not a finite number");
+  // OpenColorIO 2.1 keeps what it reads of the environment in one string for all threads, and a
+  // window makes transforms for the screen and for files at once (found by ThreadSanitizer).
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
 
   auto impl = std::make_unique<Impl>();
   impl->scale = std::exp2(settings.exposure);
