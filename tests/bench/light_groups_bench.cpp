@@ -51,6 +51,7 @@ void add_lamps(int count, SceneDescription& scene) {
 }
 
 void line(const std::string& name, const std::vector<double>& seconds) {
+  if (seconds.empty()) return;
   const Spread s = spread(seconds);
   fmt::print("{:<44}{:>9.3f} ms   {:.3f} to {:.3f}\n", name, 1e3 * s.median, 1e3 * s.least,
              1e3 * s.most);
@@ -93,6 +94,7 @@ void measure_relight(const Options& options, const BenchFrame& frame, const Ligh
   std::vector<double> mixing, mixed, plain;
   Nobody nobody;
   const auto look = [&](const FrameDriver& driver) {
+    if (!driver.picture()) return;  // it keeps none
     fmt::print("{} light groups, film {:.1f} MiB\n", groups.size(),
                double(driver.film_bytes()) / 1048576);
     for (int i = 0; i < 10 * options.repetitions; ++i) {
