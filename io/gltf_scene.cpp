@@ -184,8 +184,9 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   }
 }
 
-// Primitives may share accessors, so that a small file could ask for any number of triangles. The
-// allowance is chosen by us: sharing sixty-fourfold is unheard of.
+// Primitives may share accessors, so that a small file could ask for any number of triangles; and
+// skinned nodes a primitive, whose variants count as an index each. The allowance is chosen by us:
+// sharing sixty-fourfold is unheard of.
 void SceneGraphReader::check_budget() const {
   uint64_t backed = document_.total_bytes;
   for (const GltfAccessor& accessor : document_.accessors) {
@@ -194,6 +195,7 @@ void SceneGraphReader::check_budget() const {
   uint64_t indices = 0;
   for (const MeshUse& use : uses_) {
     for (const json& primitive : document_.json.at("meshes")[use.mesh].at("primitives")) {
+      indices += variant_material_count(primitive);
       // A Draco stream vouches for its own count.
       if (find_extension(primitive, "KHR_draco_mesh_compression")) continue;
       const json* member = find_member(primitive, "indices");

@@ -21,6 +21,16 @@ std::vector<VariantDescription> read_variants(const GltfDocument& document) {
   return variants;
 }
 
+uint64_t variant_material_count(const nlohmann::json& primitive) {
+  const nlohmann::json* extension = find_extension(primitive, kExtension);
+  if (!extension) return 0;
+  uint64_t count = 0;
+  for (const nlohmann::json& mapping : extension->at("mappings")) {
+    count += mapping.at("variants").size();
+  }
+  return count;
+}
+
 std::vector<VariantMaterial> read_variant_materials(const GltfDocument& document,
                                                     const nlohmann::json& primitive,
                                                     const std::string& pointer) {
