@@ -319,7 +319,7 @@ std::string AdaptiveDriver::Progress::explain(int x, int y) const {
                                  pixel_stop_name(stop_of(i)));
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "mean {:.6g} {:.6g} {:.6g}\n", mean.x, mean.y, mean.z);
-  if (covered_) {
+  if (!planner_.errors().error.empty()) {  // there was a round to plan
     fmt::format_to(out, "error now {:.4g}{}\n", planner_.errors().error[i],
                    settings_.adaptive.threshold > 0
                        ? fmt::format(", threshold {:.4g}", settings_.adaptive.threshold)

@@ -119,7 +119,8 @@ class FrameDriver {
   // The driver's estimate of the delivered frame's error: expected RMS error of the displayed
   // picture, if it made one.
   virtual std::optional<double> error_estimate() const { return std::nullopt; }
-  // What decided the number of the pixel's samples, in lines for people; empty if nothing did.
+  // What decided the number of the pixel's samples, in lines for people; empty if nothing did. At a
+  // pause, or after render().
   virtual std::string explain(int /*x*/, int /*y*/) const { return {}; }
   // What render() kept, as it can be shown; null for a driver that keeps nothing.
   virtual const FramePicture* picture() const { return nullptr; }

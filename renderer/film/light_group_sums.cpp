@@ -6,7 +6,6 @@
 #include <cstring>
 #include <limits>
 
-#include "renderer/core/color4.h"
 #include "renderer/film/light_group_values.h"
 #include "renderer/film/light_mix.h"
 
@@ -21,6 +20,10 @@ Color4 load4(const float* p) {
   return four;
 }
 
+// Three floats: the fourth is the next pixel's, which may be another thread's.
+Color4 load3(const float* p) { return Color4{p[0], p[1], p[2], 0.0f}; }
+void store3(Color4 value, float* p) { std::memcpy(p, &value, 3 * sizeof(float)); }
+
 }  // namespace
 
 void LightGroupSums::reset(size_t pixels) {
@@ -30,32 +33,33 @@ void LightGroupSums::reset(size_t pixels) {
   rests_.reset(size);
 }
 
-void LightGroupSums::add_to(size_t at, float value) {
-  float& sum = sums_[at];
-  float& rest = rests_[at];
+void LightGroupSums::add_to(size_t at, Color4 value) {
+  const Color4 sum = load3(&sums_[at]);
   // Knuth's exact sum (The Art of Computer Programming, volume 2, section 4.2.2, theorem B), and
   // Dekker's of a large and a small number: whatever they are, the pair holds their sum.
-  const float rounded = sum + value;
-  const float of_value = rounded - sum;
-  const float left_out = (sum - (rounded - of_value)) + (value - of_value) + rest;
-  const float total = rounded + left_out;
-  if (!(std::abs(total) <= kMost)) {  // finite samples may add up to more than a float holds
-    sum = std::clamp(rounded, -kMost, kMost);
-    rest = 0.0f;
-    return;
+  const Color4 rounded = sum + value;
+  const Color4 of_value = rounded - sum;
+  const Color4 left_out = (sum - (rounded - of_value)) + (value - of_value) + load3(&rests_[at]);
+  Color4 total = rounded + left_out;
+  Color4 rest = left_out - (total - rounded);
+  if (!(std::abs(total[0] + total[1] + total[2]) <= kMost)) [[unlikely]] {
+    // Finite samples may add up to more than a float holds.
+    for (int c = 0; c < 3; ++c) {
+      if (std::abs(total[c]) <= kMost) continue;
+      total[c] = std::clamp(rounded[c], -kMost, kMost);
+      rest[c] = 0.0f;
+    }
   }
-  sum = total;
-  rest = left_out - (total - rounded);
+  store3(total, &sums_[at]);
+  store3(rest, &rests_[at]);
 }
 
 void LightGroupSums::add(size_t pixel, float filter_weight, float alpha,
                          const LightGroupValues& values, int lane) {
   const size_t first = pixel * stride();
-  add_to(first, 1.0f);
-  add_to(first + 1, alpha * filter_weight);
+  add_to(first, Color4{1.0f, alpha * filter_weight, 0.0f, 0.0f});
   values.for_each(lane, [&](size_t group, const Rgb& radiance) {
-    const size_t at = first + 3 * (group + 1);
-    for (int c = 0; c < 3; ++c) add_to(at + size_t(c), radiance[c] * filter_weight);
+    add_to(first + 3 * (group + 1), color4(radiance * filter_weight));
   });
 }
 

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <span>
 
+#include "renderer/core/color4.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
 
@@ -51,7 +52,7 @@ class LightGroupSums {
  private:
   // Per pixel: three of (samples, alpha, unused), then three of each group.
   size_t stride() const { return 3 * (size_t(groups_) + 1); }
-  void add_to(size_t at, float value);
+  void add_to(size_t at, Color4 value);
 
   int groups_;
   ZeroedArray<float> sums_, rests_;

@@ -17,7 +17,8 @@ import sys
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENES = os.path.join(HERE, "..", "..", "scenes")
 ESTIMATORS = ["contrast", "painter-sloan", "chi-square", "kajiya", "dammertz"]
-OWN = ["two-stream/mse", "two-stream/relmse", "two-stream/display"]
+OWN = [estimator + "/" + metric for estimator in ("two-stream", "nested")
+       for metric in ("mse", "relmse", "display")]
 NAMES = {
     "flight_helmet": "FlightHelmet",
     "cornell_box": "Cornell box",
@@ -74,6 +75,20 @@ def gains(names, options):
             print("| " + " | ".join(cells) + " |")
 
 
+def nested(names, options):
+    """The two that share by deviation side by side, in rays: for machines that are busy."""
+    print("\n| scene | spp | mse: two-stream | nested | relmse: two-stream | nested | bias: two-stream | nested | calibration |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    for name in names:
+        for budget, rows in load(name, options)["methods"].items():
+            cells = [NAMES[name], budget]
+            for error in ("mse", "relmse"):
+                cells += [f"{rows[m + '/' + error][error]['ray_gain']:.2f}" for m in ("two-stream", "nested")]
+            for row in (rows["two-stream/relmse"], rows["nested/relmse"]):
+                cells.append(f"{100 * row['bias']:+.2f} ± {100 * row['bias_se']:.2f}")
+            print("| " + " | ".join(cells + [f"{rows['nested/display']['calibration']:.2f}"]) + " |")
+
+
 def estimators(names, options):
     methods = OWN + ESTIMATORS
     budget = options.budgets.split(",")[-2 if "," in options.budgets else 0]
@@ -125,6 +140,7 @@ def main():
             measure(name, options)
     names = [n for n in names if os.path.exists(os.path.join(options.out, n + ".json"))]
     gains(names, options)
+    nested(names, options)
     estimators(names, options)
     calibration(names, options)
 

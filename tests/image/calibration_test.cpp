@@ -10,10 +10,11 @@ namespace {
 
 using namespace test;
 
-class Calibration : public testing::TestWithParam<uint32_t> {};
+class Calibration : public testing::TestWithParam<std::tuple<const char*, uint32_t>> {};
 
 // Estimate and truth are means over six frames of 768 pixels.
 TEST_P(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
+  const auto [estimator, budget] = GetParam();
   const auto scene = busy_scene();
   RenderSettings s;
   s.width = 32;
@@ -21,8 +22,9 @@ TEST_P(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
   s.max_depth = 4;
   const References references = render_references(*scene, busy_view(), s, 2048);
   s.driver = "adaptive";
-  s.streams = StreamCount::kTwo;
-  s.adaptive.budget = GetParam();
+  s.adaptive.estimator = estimator;
+  s.streams = find_estimator(estimator).streams;
+  s.adaptive.budget = budget;
   double truth = 0, estimate = 0;
   constexpr int kSeeds = 6;
   for (int seed = 0; seed < kSeeds; ++seed) {
@@ -38,7 +40,9 @@ TEST_P(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
   EXPECT_GT(ratio, 0.8);
   EXPECT_LT(ratio, 1.25);
 }
-INSTANTIATE_TEST_SUITE_P(Budget, Calibration, testing::Values(32u, 128u, 512u));
+INSTANTIATE_TEST_SUITE_P(Budget, Calibration,
+                         testing::Combine(testing::Values("two-stream", "nested"),
+                                          testing::Values(32u, 128u, 512u)));
 
 }  // namespace
 }  // namespace emberline

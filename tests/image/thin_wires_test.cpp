@@ -66,10 +66,11 @@ std::string describe(const Moments& m, double samples) {
          " samples a pixel";
 }
 
-RenderSettings adaptive_settings() {
+RenderSettings adaptive_settings(std::string_view estimator) {
   RenderSettings s;
   s.driver = "adaptive";
-  s.streams = StreamCount::kTwo;
+  s.adaptive.estimator = estimator;
+  s.streams = find_estimator(estimator).streams;
   return s;
 }
 
@@ -86,16 +87,16 @@ TEST(ThinWires, UniformSamplingFindsTheirLight) {
   EXPECT_LT(m.standard_error(), 0.01);
 }
 
-class Budgets : public testing::TestWithParam<std::tuple<uint32_t, ErrorMetric>> {};
+class Budgets : public testing::TestWithParam<std::tuple<const char*, uint32_t, ErrorMetric>> {};
 
 // The plain mean of all samples loses light here: where four or eight first samples see nothing,
 // and the neighbours' neither, only the uniform share of each round goes on looking, and what is
 // seen late counts for little (Kirk & Arvo 1991). -19 % with 16 samples a pixel, of which 4 are the
 // first, -2 to -3 % with 64, of which 8 are.
-TEST_P(Budgets, DefaultLosesNoMoreThanIsKnown) {
-  const auto [budget, metric] = GetParam();
+TEST_P(Budgets, LosesNoMoreThanIsKnown) {
+  const auto [estimator, budget, metric] = GetParam();
   const auto scene = wires(1.0f);
-  RenderSettings s = adaptive_settings();
+  RenderSettings s = adaptive_settings(estimator);
   s.adaptive.budget = budget;
   s.adaptive.allocation = metric;
   double samples = 0;
@@ -107,9 +108,10 @@ TEST_P(Budgets, DefaultLosesNoMoreThanIsKnown) {
 
 TEST_P(Budgets, Unbiased) {
   const auto scene = wires(1.0f);
-  RenderSettings s = adaptive_settings();
-  s.adaptive.budget = std::get<0>(GetParam());
-  s.adaptive.allocation = std::get<1>(GetParam());
+  const auto [estimator, budget, metric] = GetParam();
+  RenderSettings s = adaptive_settings(estimator);
+  s.adaptive.budget = budget;
+  s.adaptive.allocation = metric;
   s.adaptive.unbiased = true;
   double samples = 0;
   const Moments m = relative_errors(*scene, 1.0f, s, kSeeds, &samples);
@@ -117,16 +119,18 @@ TEST_P(Budgets, Unbiased) {
   EXPECT_NEAR(m.mean(), 0.0, 4 * m.standard_error()) << describe(m, samples);
 }
 
-INSTANTIATE_TEST_SUITE_P(ThinWires, Budgets,
-                         testing::Combine(testing::Values(16u, 64u),
-                                          testing::Values(ErrorMetric::kDisplay,
-                                                          ErrorMetric::kMse)));
+INSTANTIATE_TEST_SUITE_P(
+    ThinWires, Budgets,
+    testing::Combine(testing::Values("two-stream", "nested"), testing::Values(16u, 64u),
+                     testing::Values(ErrorMetric::kDisplay, ErrorMetric::kMse)));
 
 // A threshold ends pixels by what they and their neighbours have seen, from 16 samples on: -3.6 %
 // at 32 samples a pixel.
-TEST(ThinWires, ThresholdLosesNoMoreThanIsKnown) {
+class Estimators : public testing::TestWithParam<const char*> {};
+
+TEST_P(Estimators, ThresholdLosesNoMoreThanIsKnown) {
   const auto scene = wires(1.0f);
-  RenderSettings s = adaptive_settings();
+  RenderSettings s = adaptive_settings(GetParam());
   s.adaptive.threshold = 0.05f;
   s.adaptive.max_samples = 4096;
   double samples = 0;
@@ -137,9 +141,9 @@ TEST(ThinWires, ThresholdLosesNoMoreThanIsKnown) {
 }
 
 // Nor does a threshold's ending pixels bias means over rounds, whose number the budget decides.
-TEST(ThinWires, UnbiasedWithAThreshold) {
+TEST_P(Estimators, UnbiasedWithAThreshold) {
   const auto scene = wires(1.0f);
-  RenderSettings s = adaptive_settings();
+  RenderSettings s = adaptive_settings(GetParam());
   s.adaptive.threshold = 0.05f;
   s.adaptive.budget = 64;
   s.adaptive.unbiased = true;
@@ -148,6 +152,8 @@ TEST(ThinWires, UnbiasedWithAThreshold) {
   std::printf("  %s\n", describe(m, samples).c_str());
   EXPECT_NEAR(m.mean(), 0.0, 4 * m.standard_error()) << describe(m, samples);
 }
+
+INSTANTIATE_TEST_SUITE_P(ThinWires, Estimators, testing::Values("two-stream", "nested"));
 
 }  // namespace
 }  // namespace emberline

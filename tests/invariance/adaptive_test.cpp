@@ -139,6 +139,31 @@ TEST_P(AdaptiveFrame, ACropsSamplesAreTheFramesOwn) {
   EXPECT_GT(agreeing, 20);
 }
 
+// With one stream, and whatever was decided, each pixel is that of the uniform frame of as many
+// samples.
+TEST(NestedFrame, EachPixelIsTheUniformFramesOfItsCount) {
+  const auto scene = busy_scene();
+  RenderSettings s = settings_for(find_estimator("nested"));
+  s.aovs = "variance,albedo,N,Z,id";
+  const RenderedImage adaptive = render(*scene, busy_view(), s);
+  s.driver = "bucket";
+  size_t compared = 0;
+  for (uint32_t spp = 8; spp <= adaptive.counters.max_samples; spp *= 2) {
+    s.spp = spp;
+    const RenderedImage uniform = render(*scene, busy_view(), s);
+    for (int y = 0; y < s.height; ++y) {
+      for (int x = 0; x < s.width; ++x) {
+        const float* pixel = adaptive.pixel(x, y);
+        if (pixel[kSamples] != float(spp)) continue;
+        ASSERT_TRUE(std::equal(pixel, pixel + adaptive.channels.size(), uniform.pixel(x, y)))
+            << x << "," << y << " of " << spp;
+        ++compared;
+      }
+    }
+  }
+  EXPECT_EQ(compared, size_t(s.width) * size_t(s.height)) << "counts are powers of two";
+}
+
 RenderedImage stop_after(const Scene& scene, const RenderSettings& s, uint64_t samples,
                          FrameProgress* progress = nullptr) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));

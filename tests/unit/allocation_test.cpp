@@ -246,5 +246,62 @@ TEST(RoundCount, NobodyLosesSamples) {
   }
 }
 
+// Rates over four decades, counts from 8 to 64 to begin with.
+Problem doublings(uint64_t seed, double samples) {
+  Problem p;
+  for (size_t i = 0; i < 5000; ++i) {
+    TestRandom random(seed, i);
+    p.rates.push_back(float(std::pow(10.0, 4 * random.next_double() - 2)));
+    p.bounds.push_back({float(8u << random.bits() % 4), 65536.0f});
+  }
+  p.total = samples * 5000;
+  return p;
+}
+
+TEST(ShareDoublings, CountsArePowersOfTwoWithinTheTotal) {
+  for (uint64_t seed = 1; seed <= 20; ++seed) {
+    const Problem p = doublings(seed, 40.0 * double(seed));
+    std::vector<float> counts;
+    share_doublings(p.rates, p.bounds, p.total, &counts);
+    for (size_t i = 0; i < counts.size(); ++i) {
+      ASSERT_EQ(std::exp2(std::round(std::log2(counts[i]))), counts[i]);
+      ASSERT_GE(counts[i], p.bounds[i].least);
+      ASSERT_LE(counts[i], p.bounds[i].most);
+    }
+    // One pixel more, the largest, is 65536 of 200000 to 4000000.
+    EXPECT_LE(sum_of(counts), p.total);
+    EXPECT_GE(sum_of(counts), 0.99 * p.total - 65536) << seed;
+  }
+}
+
+// Variance rate^2 / n: a pixel's last doubling took rate^2 / n away for n / 2 samples, its next
+// would take rate^2 / 2n for n. No doubling that was left out is worth more than one that was not.
+TEST(ShareDoublings, NoOtherDoublingsAreWorthMore) {
+  for (uint64_t seed = 1; seed <= 20; ++seed) {
+    const Problem p = doublings(seed, 40.0 * double(seed));
+    std::vector<float> counts;
+    share_doublings(p.rates, p.bounds, p.total, &counts);
+    double least_taken = 1e30, most_left = 0;
+    for (size_t i = 0; i < counts.size(); ++i) {
+      const double n = double(counts[i]), worth = square(double(p.rates[i]) / n);
+      if (counts[i] > p.bounds[i].least) least_taken = std::min(least_taken, 2 * worth);
+      if (counts[i] < p.bounds[i].most) most_left = std::max(most_left, worth / 2);
+    }
+    EXPECT_GT(least_taken, 0.999 * most_left) << seed;
+  }
+}
+
+TEST(ShareDoublings, BoundsThatSettleEverything) {
+  const std::vector<float> rates = {1.0f, 0.0f, 3.0f};
+  const std::vector<SampleBounds> bounds = {{8, 100}, {8, 100}, {32, 20}};
+  std::vector<float> counts;
+  share_doublings(rates, bounds, 0.0, &counts);
+  EXPECT_EQ(counts, (std::vector<float>{8, 8, 32}));
+  share_doublings(rates, bounds, 1e18, &counts);
+  EXPECT_EQ(counts, (std::vector<float>{100, 8, 32}));
+  share_doublings(std::vector<float>(3, 0.0f), bounds, 1e6, &counts);
+  EXPECT_EQ(counts, (std::vector<float>{8, 8, 32}));
+}
+
 }  // namespace
 }  // namespace emberline

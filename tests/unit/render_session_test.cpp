@@ -88,8 +88,8 @@ TEST_F(RenderSessionTest, SavedEditsGiveTheCommandTheSameBits) {
 // A view that the command line chose is no edit; saved edits say it all the same.
 TEST_F(RenderSessionTest, SavedEditsStateTheViewOfTheOptions) {
   ViewSettings view = settings("bisection", 4);
-  view.render.look_from = Vec3d(-300, 250, 600);
-  view.render.look_at = Vec3d(-278, 273, -200);
+  view.render.look_from = Vec3d(300, 250, -700);
+  view.render.look_at = Vec3d(278, 273, 200);
   view.render.fov_y = 35.0;
   SessionOwner owner(view);
   owner.open(scene("cornell_box"));

@@ -6,6 +6,7 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -365,6 +366,91 @@ TEST(RoundPlanner, UnbiasedLeavesNobodyOut) {
       ASSERT_GT(planner.targets()[i], frame.counts()[i]) << "pixel " << i;
     }
   });
+}
+
+AdaptiveSettings nested_of_budget(uint32_t budget) {
+  AdaptiveSettings s = of_budget(budget);
+  s.estimator = "nested";
+  return s;
+}
+
+// Where one pixel is like another, a power of two is shared out evenly, so that the frame is a
+// uniform one but for a few pixels: error x samples, mean(1 / n) mean(n), stays within a hundredth
+// of its least.
+TEST(RoundPlannerOfDoublings, WhereNothingIsToGainNothingIsLost) {
+  for (const bool noise : {false, true}) {
+    for (const uint32_t budget : {16u, 32u, 128u, 512u}) {
+      SyntheticFrame frame =
+          noise ? even_noise(64, 64, 2) : SyntheticFrame(64, 64, 2, [](int, int, TestRandom&) {
+            return Sample{0.5f, 2};
+          });
+      RoundPlanner planner(nested_of_budget(budget), 64, 64, 7);
+      frame.render(planner);
+      double inverse = 0;
+      for (const uint32_t n : frame.counts()) {
+        ASSERT_TRUE(std::has_single_bit(n)) << n;
+        inverse += 1.0 / n / (64 * 64);
+      }
+      EXPECT_NEAR(frame.mean_count(), budget, 0.01 * budget) << noise;
+      EXPECT_LT(inverse * frame.mean_count(), noise ? 1.03 : 1.01) << noise << ", " << budget;
+    }
+  }
+}
+
+TEST(RoundPlannerOfDoublings, OtherBudgetsAreMixed) {
+  for (const uint32_t budget : {20u, 48u, 100u}) {
+    SyntheticFrame frame = even_noise(64, 64, 3);
+    RoundPlanner planner(nested_of_budget(budget), 64, 64, 7);
+    frame.render(planner);
+    EXPECT_NEAR(frame.mean_count(), budget, 0.02 * budget);
+    EXPECT_LE(frame.mean_count(), budget + 0.1);
+  }
+}
+
+// As the share that goes to every pixel, whatever is known, does for the default.
+TEST(RoundPlannerOfDoublings, PixelsThatSeemFinishedGetTheirShare) {
+  SyntheticFrame frame(64, 64, 6, [](int x, int, TestRandom& random) {
+    return x < 32 ? noisy(random, 0.5f, 0.2f) : Sample{0.5f, 2};
+  });
+  RoundPlanner planner(nested_of_budget(256), 64, 64, 5);
+  frame.render(planner);
+  double quiet = 0;
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 36; x < 64; ++x) quiet += frame.count(x, y) / (64.0 * 28);
+  }
+  EXPECT_NEAR(quiet, 16 + 24, 6);
+}
+
+// Rounds to the nearest power of two spread the ratio of two deviations, 4, over 2.8 to 5.7.
+TEST(RoundPlannerOfDoublings, TheSamplesFollowTheDeviation) {
+  SyntheticFrame frame(96, 48, 13, [](int x, int, TestRandom& random) {
+    return noisy(random, 0.4f, x < 48 ? 0.03f : 0.12f);
+  });
+  RoundPlanner planner(nested_of_budget(400), 96, 48, 5);
+  frame.render(planner);
+  double quiet = 0, loud = 0;
+  for (int y = 0; y < 48; ++y) {
+    for (int x = 0; x < 44; ++x) {
+      quiet += frame.count(x, y);
+      loud += frame.count(95 - x, y);
+    }
+  }
+  EXPECT_GT(loud / quiet, 2.7);
+  EXPECT_LT(loud / quiet, 5.8);
+}
+
+// Under a threshold alone there are steps in between, and no more is spent than the default spends.
+TEST(RoundPlannerOfDoublings, AThresholdIsMetAndNotMuchMore) {
+  SyntheticFrame frame = even_noise(64, 64, 9);
+  AdaptiveSettings s;
+  s.estimator = "nested";
+  s.threshold = 0.005f;
+  RoundPlanner planner(s, 64, 64, 5);
+  frame.render(planner);
+  const double slope = double(display_value(0.401f) - display_value(0.399f)) / 0.002;
+  const double needed = std::pow(slope * 0.1 / 0.005, 2);
+  EXPECT_GT(frame.mean_count(), 0.9 * needed);
+  EXPECT_LT(frame.mean_count(), 1.6 * needed);
 }
 
 // Neither threads nor an earlier run in the same process have a say.

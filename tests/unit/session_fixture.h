@@ -70,8 +70,8 @@ class SessionFixture : public OutputFolder {
   // Something of everything that an edit of the Cornell box can reach.
   static SceneEdits some_edits(float amount = 1.0f) {
     SceneEdits edits;
-    edits.camera.look_from = Vec3d(-278 + 10 * double(amount), 273, 700);
-    edits.camera.look_at = Vec3d(-278, 273, -200);
+    edits.camera.look_from = Vec3d(278 + 10 * double(amount), 273, -700);
+    edits.camera.look_at = Vec3d(278, 273, 200);
     edits.camera.fov_y_degrees = 39.0;
     test::material(edits, 0).base_color = Rgb(0.2f, 0.4f * amount, 0.6f);
     return edits;

@@ -1,5 +1,7 @@
 #include "renderer/app/view/view_frame.h"
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -162,7 +164,13 @@ void ViewFrame::tile_finished(const FilmTile& tile) {
   look_at_canvas();
 }
 
+// Isolated: a thread that waits for help with the picture must not begin another bucket, and ask
+// for the canvas that it holds.
 void ViewFrame::look_at_canvas() {
+  tbb::this_task_arena::isolate([&] { canvas_changed(); });
+}
+
+void ViewFrame::canvas_changed() {
   shown_name_ = stage_name_;
   progress_.pass = 1;
   progress_.samples = canvas_->samples();
@@ -250,7 +258,7 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
     draw_tree(*shown_driver_->tree(), *grading, rgba, window_.width(), rgba8);
     return "leaves of the refinement tree";
   }
-  if (canvas_) {
+  if (canvas_ && !region_ && !mix_) {
     std::ranges::copy(canvas_->rgba8(grading), rgba8.begin());
   } else {
     grading->grade(rgba, window_.width(), rgba8);

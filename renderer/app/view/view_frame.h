@@ -96,6 +96,7 @@ class ViewFrame final : private FrameObserver {
                              uint32_t samples_per_pixel);
   void finish(const FrameCounters& counters);
   void look_at_canvas();
+  void canvas_changed();
   void check_time_limit();
   double seconds() const;  // of rendering, pauses left out
   bool due() const;

@@ -1,8 +1,10 @@
 #include "renderer/drivers/adaptive/allocation.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
@@ -106,7 +108,68 @@ float find_scale(std::span<const float> rates, std::span<const SampleBounds> bou
   return float(k);
 }
 
+// From sqrt(1/2) to sqrt(2) times itself.
+float nearest_power_of_two(float x) {
+  return std::bit_cast<float>(std::bit_cast<uint32_t>(x * std::numbers::sqrt2_v<float>) &
+                              0x7f800000u);
+}
+
+float doubled_share(float rate, float least, float most, float k) {
+  return std::min(std::max(nearest_power_of_two(k * rate), least), std::max(least, most));
+}
+
+double sum_of_doublings(std::span<const float> rates, std::span<const SampleBounds> bounds,
+                        float k) {
+  return ordered_sum(rates.size(), [&](size_t begin, size_t end) {
+    float lanes[kSumLanes] = {};
+    const float* rate = rates.data();
+    const SampleBounds* bound = bounds.data();
+    for_lanes(begin, end, [&](size_t i, size_t lane) {
+      lanes[lane] += doubled_share(rate[i], bound[i].least, bound[i].most, k);
+    });
+    return sum_of_lanes(lanes);
+  });
+}
+
+// The sum is a staircase in K, so no step is Newton's: between two K of which one gives too much,
+// halving their ratio.
+float find_doubling_scale(std::span<const float> rates, std::span<const SampleBounds> bounds,
+                          double total) {
+  const Extent extent = ordered_sum(rates.size(), [&](size_t begin, size_t end) {
+    return extent_of_part(rates.data(), bounds.data(), begin, end);
+  });
+  if (!(extent.most_rate > 0.0f) || total <= extent.least) return 0.0f;
+  const double highest = std::min(4.0 * double(extent.most_count) / double(extent.least_rate),
+                                  0x1p126 / double(extent.most_rate));
+  if (total >= extent.most) return float(highest);
+  double low = std::min(total / extent.rates, highest), high = low;
+  while (sum_of_doublings(rates, bounds, float(low)) > total) low /= 2;
+  while (high < highest && sum_of_doublings(rates, bounds, float(high)) <= total) high *= 2;
+  const double close = 1e-3 * total;
+  while (high > low * (1 + 1e-4)) {
+    const double k = std::sqrt(low * high), sum = sum_of_doublings(rates, bounds, float(k));
+    (sum <= total ? low : high) = k;
+    if (sum <= total && sum > total - close) break;
+  }
+  return float(low);
+}
+
 }  // namespace
+
+void share_doublings(std::span<const float> rates, std::span<const SampleBounds> bounds,
+                     double total, std::vector<float>* counts) {
+  counts->resize(rates.size());
+  const float k = find_doubling_scale(rates, bounds, total);
+  constexpr size_t kGrain = 8192;
+  parallel_ranges(rates.size(), kGrain, [&](size_t begin, size_t end) {
+    float* out = counts->data();
+    const float* rate = rates.data();
+    const SampleBounds* bound = bounds.data();
+    for (size_t i = begin; i < end; ++i) {
+      out[i] = doubled_share(rate[i], bound[i].least, bound[i].most, k);
+    }
+  });
+}
 
 void share_samples(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
                    std::vector<float>* counts) {

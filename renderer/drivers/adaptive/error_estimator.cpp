@@ -5,6 +5,7 @@
 #include "renderer/drivers/adaptive/contrast_estimator.h"
 #include "renderer/drivers/adaptive/dammertz_estimator.h"
 #include "renderer/drivers/adaptive/kajiya_estimator.h"
+#include "renderer/drivers/adaptive/nested_estimator.h"
 #include "renderer/drivers/adaptive/painter_sloan_estimator.h"
 #include "renderer/drivers/adaptive/two_stream_estimator.h"
 
@@ -31,6 +32,10 @@ constexpr EstimatorEntry kEstimators[] = {
      "variance from two independent sample streams, pooled over neighbours; samples go where they "
      "lower the error most for their cost",
      create<TwoStreamEstimator>, StreamCount::kTwo, 16, 0, true},
+    {"nested",
+     "variance from what the last doubling of one sample stream has brought, pooled over "
+     "neighbours; counts are powers of two, as well stratified as uniform ones",
+     create<NestedEstimator>, StreamCount::kOne, 16, 0, true, true},
     historical<ContrastEstimator>(
         "contrast", "contrast between neighbouring pixels (Mitchell 1987)", StreamCount::kOne),
     historical<PainterSloanEstimator>(

@@ -45,8 +45,9 @@ struct EstimatorEntry {
   std::unique_ptr<ErrorEstimator> (*create)(const EstimatorSettings&);
   StreamCount streams;     // what its estimate needs
   uint32_t first_samples;  // of every pixel, before it is asked; its paper's figure
-  uint32_t batch;  // samples that an unfinished pixel gets at a time; 0: shared by deviation
-  bool rms_error;  // its error is the expected RMS error of the pixel in the displayed picture
+  uint32_t batch;       // samples that an unfinished pixel gets at a time; 0: shared by deviation
+  bool rms_error;       // its error is the expected RMS error of the pixel in the displayed picture
+  bool halves = false;  // the statistics are to hold halves (SampleHalves) in the place of streams
 };
 std::span<const EstimatorEntry> estimator_table();
 const EstimatorEntry& find_estimator(std::string_view name);  // throws UsageError

@@ -24,6 +24,8 @@ constexpr float kUniformShare = 0.1f;
 constexpr float kThresholdMargin = 1.05f;
 
 constexpr uint32_t kLeastPilot = 8, kMostPilot = 16;
+// An estimator that goes by halves looks when the pilot has so many samples, and at every doubling.
+constexpr uint32_t kFirstHalf = 8;
 
 // Without a threshold the pilot is an eighth of the budget, in whole blocks of the sampler: what it
 // spends on pixels that turn out to need nothing is lost, and what it overlooks in a wire thinner
@@ -43,9 +45,11 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
 // Whole blocks of the sampler: pairs of dimensions are stratified by 8, streams alternate by 8. Of
 // many samples, a quarter of the power of two below: what a Sobol' sequence has at 12, 14 or 16
 // times a power of two is better stratified than in between (FlightHelmet needs .88 of the
-// time to equal MSE at 128 samples a pixel, .91 at 512; the Cornell box .96, .98).
-uint32_t count_step(float wanted) {
-  return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / 4);
+// time to equal MSE at 128 samples a pixel, .91 at 512; the Cornell box .96, .98). Where a pixel is
+// judged by the halves of its samples, a half of it: at other counts it is not looked at again.
+uint32_t count_step(float wanted, bool halves) {
+  const uint32_t steps = halves ? 2 : 4;
+  return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);
 }
 
 float most_samples(const AdaptiveSettings& s) {
@@ -59,18 +63,28 @@ bool is_unfinished(const AdaptiveSettings& s, uint32_t have, float error) {
 }
 
 // The samples that would bring the pixel to the threshold, or the most it may have.
-float most_wanted(const AdaptiveSettings& s, float have, float error) {
+float most_wanted(const AdaptiveSettings& s, float have, float error, bool halves) {
   const float most = most_samples(s);
   if (s.threshold <= 0.0f) return most;
   const float ratio = std::min(error / s.threshold, 1e6f);
   // At least a whole step, so that no rounding ends a pixel above the threshold.
-  const float least = have + float(count_step(have + 8.0f));
+  const float least = have + float(count_step(have + 8.0f, halves));
   return std::min(most, std::max(have * ratio * ratio * kThresholdMargin, least));
+}
+
+// Pixels whose rates are equal, as in a black frame, do not double all at once: their rates are
+// spread by up to a sixteenth, as if by pixels' luck, which is larger.
+float unequal(float rate, uint32_t seed, size_t i) {
+  constexpr float kSpread = 1.0f / 16;
+  return rate * (1.0f + kSpread * to_unit_float(hash_combine(seed, uint32_t(i))));
 }
 
 uint32_t hash_of_round(uint32_t seed, int round) {
   return hash_combine(hash_combine(hash32(seed), 0x7a11u), uint32_t(round));
 }
+
+// Above `have`, below 2^24.
+float next_power_of_two(float have) { return float(std::bit_ceil(uint32_t(have) + 1)); }
 
 constexpr double kUnlimited = 1e18;
 
@@ -84,12 +98,14 @@ RoundPlanner::RoundPlanner(const AdaptiveSettings& settings, int width, int heig
       estimator_(entry_.create({settings.threshold})),
       seed_(seed),
       error_estimate_(std::numeric_limits<double>::quiet_NaN()),
+      halves_(settings.unbiased ? SampleParts::kEveryLook : SampleParts::kPowersOfTwo),
       recorded_(std::numeric_limits<size_t>::max()) {
   const size_t pixels = size_t(width) * size_t(height);
-  const uint32_t pilot = pilot_samples(settings, entry_);
-  targets_.assign(pixels, pilot);
-  spent_ = double(pilot) * double(pixels);
-  round_weight_ = planned_mean_ = pilot;
+  pilot_ = pilot_samples(settings, entry_);
+  const uint32_t first = entry_.halves ? std::min(pilot_, kFirstHalf) : pilot_;
+  targets_.assign(pixels, first);
+  spent_ = double(first) * double(pixels);
+  round_weight_ = planned_mean_ = first;
 }
 
 uint32_t RoundPlanner::round_seed() const {
@@ -102,6 +118,7 @@ void RoundPlanner::look(const FilmTile& film) { look(film, {}); }
 bool RoundPlanner::look(const FilmTile& film, const std::stop_token& stop) {
   gather_statistics(film, &statistics_);
   if (stop.stop_requested()) return false;
+  if (entry_.halves) halves_.look(&statistics_);
   estimator_->estimate(statistics_, settings_.allocation, &errors_);
   if (stop.stop_requested()) return false;
   if (entry_.rms_error) error_estimate_ = frame_error(statistics_);
@@ -148,12 +165,19 @@ bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
   // Rounds whose number and sizes are fixed beforehand: each brings as much as all before it.
   const double planned = std::min(double(settings_.budget), 2 * planned_mean_);
   if (settings_.unbiased) more = planned > planned_mean_;
-  if (more) more = entry_.batch > 0 ? share_evenly() : share_by_deviation();
+  if (more && !grow_pilot()) more = entry_.batch > 0 ? share_evenly() : share_by_deviation();
   const auto total = double(std::accumulate(targets_.begin(), targets_.end(), uint64_t{0}));
   if (!more || total <= spent_) return false;
   round_weight_ = planned - planned_mean_;
   planned_mean_ = planned;
   spent_ = total;
+  return true;
+}
+
+// Doubles all counts until they are the pilot's.
+bool RoundPlanner::grow_pilot() {
+  if (!doubles() || targets_.empty() || targets_[0] >= pilot_) return false;
+  std::ranges::fill(targets_, std::min(pilot_, 2 * targets_[0]));
   return true;
 }
 
@@ -167,23 +191,40 @@ bool RoundPlanner::share_by_deviation() {
       ordered_sum(pixels, [&](size_t begin, size_t end) { return limit_pixels(begin, end); });
   if (open.count == 0) return false;
   // That no noise has been seen yet does not mean that there is none.
-  if (open.largest_rate == 0.0f) std::ranges::fill(rates_, 1.0f);
+  if (open.largest_rate == 0.0f) {
+    for (size_t i = 0; i < pixels; ++i) rates_[i] = doubles() ? unequal(1.0f, seed_, i) : 1.0f;
+  }
   double all = settings_.budget > 0 ? double(settings_.budget) : double(kUnlimited);
   if (settings_.unbiased) all = std::min(all, 2 * planned_mean_);
-  share_samples(rates_, bounds_, all * double(pixels), &shares_);
+  share_whole_budget(all * double(pixels));
+  const bool doubling = doubles();
   const double more = ordered_sum(pixels, [&](size_t begin, size_t end) {
     float lanes[kSumLanes] = {};
     float* shares = shares_.data();
     const uint32_t* targets = targets_.data();
     for_lanes(begin, end, [&](size_t i, size_t lane) {
       const auto have = float(targets[i]);
-      shares[i] = std::min(shares[i], kPixelGrowth * std::max(have, kLeastTrusted));
+      const float trusted = kPixelGrowth * std::max(have, kLeastTrusted);
+      shares[i] = std::min(shares[i], doubling ? next_power_of_two(have) : trusted);
       lanes[lane] += shares[i] - have;
     });
     return sum_of_lanes(lanes);
   });
-  round_to_counts(keep_to_budget(float(kUniformShare * more / double(pixels))));
+  const auto everywhere = float(kUniformShare * more / double(pixels));
+  if (doubling && settings_.budget > 0) {
+    round_to_doublings(everywhere);
+  } else {
+    round_to_counts(keep_to_budget(everywhere));
+  }
   return true;
+}
+
+// Where counts double, none can be cut down a little for what is to go everywhere: that part of
+// what is left is kept back. Under a threshold alone a pixel stops where it meets it, be that
+// between two powers of two.
+void RoundPlanner::share_whole_budget(double total) {
+  if (!doubles() || settings_.budget == 0) return share_samples(rates_, bounds_, total, &shares_);
+  share_doublings(rates_, bounds_, total - kUniformShare * (total - spent_), &shares_);
 }
 
 // Shares and what goes `everywhere` may exceed together what is left of the budget: takes the same
@@ -215,6 +256,7 @@ float RoundPlanner::keep_to_budget(float everywhere) {
 // reads is copied or held by pointers, so that it vectorises.
 RoundPlanner::OpenPixels RoundPlanner::limit_pixels(size_t begin, size_t end) {
   const AdaptiveSettings s = settings_;
+  const bool halves = entry_.halves;
   const uint32_t* targets = targets_.data();
   const float *error = errors_.error.data(), *deviation = errors_.deviation.data(),
               *cost = statistics_.cost.data();
@@ -224,18 +266,38 @@ RoundPlanner::OpenPixels RoundPlanner::limit_pixels(size_t begin, size_t end) {
   float largest_rate[kSumLanes] = {};
   for_lanes(begin, end, [&](size_t i, size_t lane) {
     const auto have = float(targets[i]);
-    const float wanted = most_wanted(s, have, error[i]);
+    const float wanted = most_wanted(s, have, error[i], halves);
     const float most = is_unfinished(s, targets[i], error[i]) ? wanted : have;
     bounds[i].least = have;
     bounds[i].most = most;
     open[lane] += most > have ? 1u : 0u;
     rates[i] = deviation[i] / std::sqrt(cost[i]);
   });
+  if (doubles()) {
+    for (size_t i = begin; i < end; ++i) rates[i] = unequal(rates[i], seed_, i);
+  }
   for_lanes(begin, end, [&](size_t i, size_t lane) {
     const float rate = bounds[i].most > bounds[i].least ? rates[i] : 0.0f;
     largest_rate[lane] = std::max(largest_rate[lane], rate);
   });
   return {size_t(sum_of_lanes(open)), std::ranges::max(largest_rate)};
+}
+
+// Sets each pixel's target to count_of(i, have, share), and keeps the record.
+template <typename CountOf>
+void RoundPlanner::set_targets(const CountOf& count_of) {
+  const bool recording = recorded_ < targets_.size();
+  const uint32_t recorded_had = recording ? targets_[recorded_] : 0;
+  parallel_ranges(targets_.size(), kGrain, [&](size_t begin, size_t end) {
+    uint32_t* targets = targets_.data();
+    const float* shares = shares_.data();
+    for (size_t i = begin; i < end; ++i) targets[i] = count_of(i, targets[i], shares[i]);
+  });
+  if (recording) {
+    const size_t i = recorded_;
+    records_.push_back({round_, recorded_had, errors_.error[i], errors_.deviation[i],
+                        statistics_.cost[i], targets_[i]});
+  }
 }
 
 // From shares to whole counts, with at least `everywhere` samples more for each pixel on average.
@@ -244,27 +306,34 @@ void RoundPlanner::round_to_counts(float everywhere) {
   const float most = most_samples(settings_);
   const auto most_count = uint32_t(most);
   const uint32_t least_more = settings_.unbiased ? 1 : 0;
-  const bool recording = recorded_ < targets_.size();
-  const uint32_t recorded_had = recording ? targets_[recorded_] : 0;
-  parallel_ranges(targets_.size(), kGrain, [&](size_t begin, size_t end) {
-    uint32_t* targets = targets_.data();
-    const float* shares = shares_.data();
-    for (size_t i = begin; i < end; ++i) {
-      const uint32_t have = targets[i];
-      const float share = std::min(std::max(shares[i], float(have) + everywhere), most);
-      // The most need not be a multiple of the step; rounded by chance it might never be met, so it
-      // is always rounded up, and cut.
-      const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
-      const float u = share < most ? chance : 0.0f;
-      const uint32_t count = round_count(have, share, count_step(share), u);
-      targets[i] = std::max(have, std::min(std::max(count, have + least_more), most_count));
-    }
+  const bool doubling = doubles();
+  set_targets([&](size_t i, uint32_t have, float wanted) {
+    // Nor does what goes everywhere more than double a count: of two parts of which one is small, a
+    // bright sample in the other hardly shows.
+    const float cap = doubling ? std::min(most, next_power_of_two(float(have))) : most;
+    const float share = std::min(std::max(wanted, float(have) + everywhere), cap);
+    // The most need not be a multiple of the step; rounded by chance it might never be met, so it
+    // is always rounded up, and cut.
+    const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
+    const float u = share < most ? chance : 0.0f;
+    const uint32_t count = round_count(have, share, count_step(share, entry_.halves), u);
+    return std::max(have, std::min(std::max(count, have + least_more), most_count));
   });
-  if (recording) {
-    const size_t i = recorded_;
-    records_.push_back({round_, recorded_had, errors_.error[i], errors_.deviation[i],
-                        statistics_.cost[i], targets_[i]});
-  }
+}
+
+// Shares are whole counts already; of the pixels that get none, so many double by chance that each
+// gets `everywhere` samples more on average.
+void RoundPlanner::round_to_doublings(float everywhere) {
+  const uint32_t round_hash = hash_of_round(seed_, round_);
+  const float most = most_samples(settings_);
+  set_targets([&](size_t i, uint32_t have, float share) {
+    const auto now = float(have);
+    const float next = std::min(next_power_of_two(now), most);
+    const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
+    const bool found = chance * (next - now) < everywhere;
+    // A threshold or --max-spp may end a share between two samples.
+    return std::max(have, uint32_t(std::ceil(found ? std::max(share, next) : share)));
+  });
 }
 
 // Every unfinished pixel gets the same. Where only a budget is given, the half of the pixels with
@@ -306,7 +375,8 @@ bool RoundPlanner::share_evenly() {
 
 uint64_t RoundPlanner::bytes() const {
   // Statistics have twelve planes, the map two.
-  return targets_.capacity() * sizeof(uint32_t) + 12 * statistics_.size() * sizeof(float) +
+  return halves_.bytes() + targets_.capacity() * sizeof(uint32_t) +
+         12 * statistics_.size() * sizeof(float) +
          (errors_.error.capacity() + errors_.deviation.capacity() + rates_.capacity() +
           shares_.capacity()) *
              sizeof(float) +

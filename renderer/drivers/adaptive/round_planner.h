@@ -11,6 +11,7 @@
 
 #include "renderer/drivers/adaptive/allocation.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/drivers/adaptive/sample_halves.h"
 #include "renderer/film/film.h"
 
 namespace emberline {
@@ -77,7 +78,9 @@ class RoundPlanner {
 
  private:
   bool look(const FilmTile& film, const std::stop_token& stop);
+  bool grow_pilot();
   bool share_by_deviation();
+  void share_whole_budget(double total);
   bool share_evenly();
   float keep_to_budget(float everywhere);
   bool unfinished(size_t i) const;
@@ -92,7 +95,11 @@ class RoundPlanner {
     }
   };
   OpenPixels limit_pixels(size_t begin, size_t end);
+  template <typename CountOf>
+  void set_targets(const CountOf& count_of);
   void round_to_counts(float everywhere);
+  void round_to_doublings(float everywhere);
+  bool doubles() const { return entry_.halves && !settings_.unbiased; }
 
   AdaptiveSettings settings_;
   const EstimatorEntry& entry_;
@@ -101,11 +108,13 @@ class RoundPlanner {
   double spent_ = 0.0;  // samples of the window
   int round_ = 0;
   bool interrupted_ = false;
+  uint32_t pilot_ = 0;
   double round_weight_ = 0.0;
   double planned_mean_ = 0.0;  // samples of a pixel up to the round under way, if unbiased
   double error_estimate_;
   std::vector<uint32_t> targets_;
   PixelStatistics statistics_;
+  SampleHalves halves_;  // if the estimator goes by them
   ErrorMap errors_;
   std::vector<float> rates_, shares_;
   std::vector<SampleBounds> bounds_;

@@ -1,0 +1,56 @@
+#include "renderer/drivers/adaptive/sample_halves.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "renderer/core/parallel.h"
+
+namespace emberline {
+namespace {
+
+// Blocks of 8 samples are the least that are stratified in all their dimensions.
+constexpr float kLeastPart = 8.0f;
+
+uint32_t significand(float count) { return std::bit_cast<uint32_t>(count) & 0x7fffffu; }
+bool is_power_of_two(float count) { return significand(count) == 0; }
+bool is_half_step(float count) { return (significand(count) & 0x3fffffu) == 0; }
+
+}  // namespace
+
+void SampleHalves::look(PixelStatistics* pixels) {
+  const size_t size = pixels->size();
+  for (auto* plane : {&count_, &weight_}) plane->resize(size);
+  for (size_t c = 0; c < 3; ++c) {
+    mean_[c].resize(size);
+    difference_[c].resize(size);
+  }
+  constexpr size_t kGrain = 4096;
+  parallel_ranges(size, kGrain, [&](size_t begin, size_t end) { look_at(begin, end, pixels); });
+}
+
+// A part's mean is what all samples' has moved by: M = (a M1 + b M2) / n, so M1 - M2 = (M1 - M) n /
+// b. Worked: of 8 samples 1, then 8 samples 3, M = 2 and M1 - M2 = (1 - 2) 16 / 8 = -2.
+void SampleHalves::look_at(size_t begin, size_t end, PixelStatistics* pixels) {
+  const bool every_look = parts_ == SampleParts::kEveryLook;
+  for (size_t i = begin; i < end; ++i) {
+    const float n = pixels->count[i], a = count_[i], b = n - a;
+    if (b >= kLeastPart && (every_look || is_half_step(n))) {
+      const bool second = a > 0.0f, first = every_look || is_power_of_two(n);
+      if (second) weight_[i] = a * b / n;
+      for (size_t c = 0; c < 3; ++c) {
+        const float mean = pixels->mean[c][i];
+        if (second) difference_[c][i] = (mean_[c][i] - mean) * (n / b);
+        if (first) mean_[c][i] = mean;
+      }
+      if (first) count_[i] = n;
+    }
+    const float scale = n > 0.0f ? std::sqrt(4.0f * weight_[i] / n) : 0.0f;
+    pixels->second_count[i] = weight_[i] > 0.0f ? 0.5f * n : 0.0f;
+    for (size_t c = 0; c < 3; ++c) pixels->stream_difference[c][i] = scale * difference_[c][i];
+  }
+}
+
+uint64_t SampleHalves::bytes() const { return 8 * count_.capacity() * sizeof(float); }
+
+}  // namespace emberline
