@@ -15,7 +15,7 @@
 namespace emberline {
 namespace {
 
-constexpr float kLeastPanel = 18.0f, kMostPanel = 40.0f;  // in heights of a line
+constexpr float kLeastPanel = 22.0f, kMostPanel = 45.0f;  // in heights of a line
 constexpr double kNoticeTime_s = 6.0, kErrorTime_s = 60.0;
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoTitleBar |
@@ -192,7 +192,7 @@ void Interface::draw_side_panel(Workbench& bench, float top, float width, float 
   ImGui::SetNextWindowPos({width - wanted, top});
   ImGui::SetNextWindowSize({wanted, bottom - top});
   ImGui::Begin("##panel", nullptr, kFixed | ImGuiWindowFlags_NoScrollbar);
-  if (ImGui::BeginTabBar("##tabs", ImGuiTabBarFlags_FittingPolicyScroll)) {
+  if (ImGui::BeginTabBar("##tabs", ImGuiTabBarFlags_FittingPolicyResizeDown)) {
     for (int i = 0; i < int(kTabs.size()); ++i) {
       const bool remembered = !tab_chosen_ && i == bench.window.panel_tab;
       const bool picked = i == kMaterialsTab && std::exchange(bench.show_material, false);
@@ -350,19 +350,25 @@ void shortcut_heading(std::string_view text) {
   ImGui::TextColored(quiet_colour(), "%.*s", int(text.size()), text.data());
 }
 
-void list_keys() {
+// The groups up to that of the picture, or from there on: two columns of about equal length.
+void list_keys(bool second_half) {
   std::string_view group;
+  bool in_second = false;
   for (const Shortcut& entry : shortcut_table()) {
-    if (!entry.listed) continue;
+    in_second |= entry.group == "Picture";
+    if (!entry.listed || in_second != second_half) continue;
     if (entry.group != group) shortcut_heading(group = entry.group);
     shortcut_row(entry.keys, entry.effect);
   }
 }
 
-void list_gestures() {
+void list_mouse() {
   shortcut_heading("Mouse");
   for (const DragGesture& entry : drag_table()) shortcut_row(entry.keys, entry.effect);
   for (const ListedGesture& entry : listed_gestures()) shortcut_row(entry.keys, entry.effect);
+}
+
+void list_flight() {
   shortcut_heading("Fly");
   for (const FlightKey& entry : flight_table()) shortcut_row(entry.keys, entry.effect);
 }
@@ -381,12 +387,14 @@ void Interface::draw_shortcuts(Workbench& bench) {
     if (ImGui::BeginTable("##halves", 2)) {
       ImGui::TableNextColumn();
       if (ImGui::BeginTable("##keys", 2, ImGuiTableFlags_SizingFixedFit)) {
-        list_keys();
+        list_keys(false);
+        list_flight();
         ImGui::EndTable();
       }
       ImGui::TableNextColumn();
       if (ImGui::BeginTable("##mouse", 2, ImGuiTableFlags_SizingFixedFit)) {
-        list_gestures();
+        list_mouse();
+        list_keys(true);
         ImGui::EndTable();
       }
       ImGui::EndTable();

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 
+#include "renderer/app/view/window/histogram.h"
 #include "renderer/app/view/window/panels.h"
 #include "renderer/app/view/window/theme.h"
 #include "renderer/app/view/window/widgets.h"
-#include "renderer/app/view/window/histogram.h"
 #include "renderer/drivers/bucket_driver.h"
 #include "renderer/drivers/frame_driver.h"
 #include "renderer/statistics/colour_map.h"

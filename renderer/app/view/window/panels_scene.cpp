@@ -19,6 +19,7 @@ using widgets::Row;
 
 constexpr float kLeastIntensity = 0.01f, kMostIntensity = 100.0f;
 constexpr float kMostEmission = 1000.0f;
+constexpr double kFirstStop = 2.8;  // of a lens that is switched on
 
 bool same_light(const std::optional<LightEdit>& solo, const LightEdit& edit) {
   return solo && solo->kind == edit.kind && solo->target == edit.target;
@@ -290,6 +291,30 @@ void choose_file_camera(Workbench& bench) {
   bench.change_camera(edit, "file camera");
 }
 
+void draw_lens(Workbench& bench) {
+  CameraEdit edit = bench.edits().camera;
+  bool lens = edit.f_stop.has_value();
+  if (widgets::check({"Lens", "depth of field; else a pinhole, and all is sharp"}, lens)) {
+    edit.f_stop = lens ? std::optional<double>(kFirstStop) : std::nullopt;
+    edit.focus_distance = lens ? std::optional<double>(bench.focus_distance()) : std::nullopt;
+    bench.change_camera(edit, "lens");
+  }
+  if (!edit.f_stop) return;
+  auto stop = float(*edit.f_stop);
+  if (widgets::slide({"Aperture", "a smaller number is a larger opening, and less is sharp"}, stop,
+                     0.5f, 64.0f, "f/%.2g", true)) {
+    edit.f_stop = double(stop);
+    bench.change_camera(edit, "aperture");
+  }
+  auto focus = float(bench.focus_distance());
+  const auto radius = float(bench.scene()->radius);
+  if (widgets::slide({"Focus", "metres; a double click on the picture focuses there"}, focus,
+                     0.01f * radius, 20.0f * radius, "%.3g m", true)) {
+    edit.focus_distance = double(focus);
+    bench.change_camera(edit, "focus");
+  }
+}
+
 void draw_bookmarks(Workbench& bench) {
   const float spacing = 0.5f * ImGui::GetStyle().ItemInnerSpacing.x;
   const float side = (ImGui::GetContentRegionAvail().x - 8.0f * spacing) / 9.0f;
@@ -335,6 +360,7 @@ void draw_camera(Workbench& bench) {
       bench.change_camera(edit, "field of view");
     }
   }
+  if (!seen.orthographic) draw_lens(bench);
   const auto& m = seen.to_world;
   widgets::text({"Position"}, fmt::format("{:.4g}  {:.4g}  {:.4g}", m[3][0], m[3][1], m[3][2]));
   widgets::text({"Direction"}, fmt::format("{:.3f}  {:.3f}  {:.3f}", -m[2][0], -m[2][1], -m[2][2]));

@@ -11,7 +11,7 @@ struct WindowState {
   int width = 1440, height = 860;  // of the window, screen coordinates
   bool maximized = false;
   bool panels = true;
-  float panel_width = 22.0f;  // in heights of a line of text
+  float panel_width = 27.0f;  // in heights of a line of text
   int panel_tab = 0;
   bool inspector = true;
   std::vector<std::string> recent_scenes;  // newest first, absolute paths

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <tuple>
 
 #include "io/edits_file.h"
@@ -299,6 +300,21 @@ void Workbench::fly_along(const std::array<bool, 6>& held, double seconds, bool 
                   way * along(Flight::kForward, Flight::kBack)));
 }
 
+double Workbench::focus_distance() const {
+  return edits_.camera.focus_distance.value_or(camera().distance);
+}
+
+// Orbits around the point from now on, and a lens is focused there.
+void Workbench::look_at(const Vec3d& point) {
+  const ViewCamera view = look_towards(camera(), point);
+  pivot_ = view.pivot;
+  CameraEdit edit = edit_of(view, edits_.camera);
+  edit.focus_distance.reset();
+  change_camera(edit, "look at");
+  say(Message::Level::kNote,
+      edit.f_stop ? "orbiting around this point, and focused on it" : "orbiting around this point");
+}
+
 void Workbench::orbit_around(const Vec2i& pixel) {
   pivot_pixel_ = pixel;
   refresh_inspection();
@@ -338,8 +354,7 @@ void Workbench::refresh_inspection() {
   }
   if (is_at(pivot_pixel_)) {
     if (inspection_->id != 0) {
-      change_view(look_towards(camera(), inspection_->position));
-      say(Message::Level::kNote, "orbiting around this point");
+      look_at(inspection_->position);
     }
     pivot_pixel_.reset();
   }

@@ -83,6 +83,7 @@ class Workbench {
   void dolly_by(double steps);                    // of the wheel, towards the scene
   void fly_along(const std::array<bool, 6>& held, double seconds, bool fast);
   void orbit_around(const Vec2i& pixel);
+  double focus_distance() const;  // of a lens, metres; where none is set, to what is orbited
   const std::array<std::optional<CameraEdit>, 9>& bookmarks() const { return bookmarks_; }
 
   void act(Action action, int number = 0);
@@ -127,6 +128,7 @@ class Workbench {
 
   ViewCamera camera() const;
   void change_view(const ViewCamera& view);
+  void look_at(const Vec3d& point);
   void turn_environment(double degrees);
   void take_scene();
   bool take_picture();
