@@ -280,6 +280,7 @@ class WindowTest(unittest.TestCase):
         self.assertIn("bad.glb", message["text"])
         self.assertGreaterEqual(window.last("picture")["serial"], before)
         self.assertIsNone(next((e for e in window.events[since:] if e["event"] == "scene"), None))
+        time.sleep(0.5)  # until the dialog, which has the keyboard, is gone from the screen
         since = window.mark()
         window.key("F5")
         window.wait_until_finished(since)
