@@ -217,11 +217,6 @@ void draw_inspector(const Workbench& bench) {
           shown_name(materials[size_t(pixel.material)].name, "material", pixel.material));
     }
   }
-  if (!pixel.explanation.empty()) {
-    ImGui::PushTextWrapPos(26.0f * gap);
-    ImGui::TextColored(quiet_colour(), "%s", pixel.explanation.c_str());
-    ImGui::PopTextWrapPos();
-  }
   ImGui::End();
 }
 
