@@ -432,10 +432,17 @@ void add_view_options(CLI::App* app, ViewOptions& o) {
   app->add_option("scene", r.scene, "a .gltf or .glb file [one is opened in the window]");
   add_edits(app, r);
   add_window_options(app, o);
+  add_variant(app, r);
   add_sampling_options(app, r);
+  app->get_option("--driver")
+      ->description(
+          table_help("frame driver [live: bisection until every pixel has a sample, then adaptive]",
+                     driver_table()));
   add_integration_options(app, r);
   add_frame_options(app, r);
   add_light_options(app, r);
+  app->add_flag("--light-groups", r.light_groups,
+                "keep what each light gives apart: changes of lights then need no new ray");
   app->add_option("--display", r.display.display, "OpenColorIO display [the config's default]")
       ->type_name("NAME");
   add_grading(app, r.display);

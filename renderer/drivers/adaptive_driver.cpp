@@ -24,6 +24,9 @@ constexpr uint64_t kPartSamples = 4096;
 // A slice ends in a barrier and a look by the observer: some milliseconds of work for each thread.
 constexpr size_t kPartsPerThread = 16;
 
+// Samples of a pixel on the way to the pilot.
+constexpr uint32_t kPilotStep = 4;
+
 // The tree asks for the first of every so many pixels, and the others follow in tiles: by then it
 // has found where the picture's features are, and asking costs as much as a sample of a simple
 // scene.
@@ -117,7 +120,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
   }
 
   FrameCounters render() {
-    bool complete = cover() && bring_to(planner_.targets());
+    bool complete = cover() && render_pilot();
     while (complete) {
       if (settings_.adaptive.unbiased) averages_.add_round(film_, planner_.round_weight());
       if (!planner_.plan(film_, stop_)) {
@@ -125,6 +128,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
         break;
       }
       runner_.set_seed(planner_.round_seed());
+      ++pass_;
       complete = bring_to(planner_.targets());
     }
     FrameCounters counters = runner_.counters();
@@ -251,9 +255,20 @@ class AdaptiveDriver::Progress final : public FramePicture {
     return complete;
   }
 
+  // In two steps: else, for as long as the pilot takes, pixels with all of it would stand beside
+  // pixels with one sample, which looks like dirt on the picture.
+  bool render_pilot() {
+    ++pass_;
+    const std::span<const uint32_t> pilot = planner_.targets();
+    if (!pilot.empty() && pilot[0] >= 2 * kPilotStep) {  // the same for all pixels
+      const std::vector<uint32_t> step(pilot.size(), kPilotStep);
+      if (!bring_to(step, false)) return false;
+    }
+    return bring_to(pilot);
+  }
+
   // Renders until each pixel has as many samples as `targets` says. False if stopped before.
-  bool bring_to(std::span<const uint32_t> targets) {
-    if (covered_) ++pass_;
+  bool bring_to(std::span<const uint32_t> targets, bool ends_pass = true) {
     const std::vector<size_t> parts = cut_into_parts(order_, have_, targets, kPartSamples);
     const size_t part_count = parts.size() - 1;
     planner_.expected_gains(have_, targets, &gains_);
@@ -278,7 +293,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
       }
       if (!complete) return false;
       const auto samples = double(runner_.counters().samples);
-      report(std::min(1.0, samples / double(order_.size())), end == part_count);
+      report(std::min(1.0, samples / double(order_.size())), ends_pass && end == part_count);
     }
     return true;
   }

@@ -64,6 +64,7 @@ std::shared_ptr<LoadedScene> load_for_view(const RenderOptions& options, LoadPro
   const size_t warned = warnings_so_far().size();
   SceneEdits edits = load_edits(options);
   SceneDescription description = load_scene(options, progress);
+  choose_variant(options, description, edits);
   auto open = std::make_shared<OpenScene>();
   open->camera = choose_camera(options, description);
   open->bounds = world_bounds(description);

@@ -224,10 +224,12 @@ void ViewRenderer::set_threads(int wanted) {
   const int threads = wanted > 0 ? wanted : int(std::max(1u, std::thread::hardware_concurrency()));
   if (threads == threads_) return;
   threads_ = threads;
+  polite_.reset();
   arena_.reset();
   limit_.reset();
   limit_.emplace(tbb::global_control::max_allowed_parallelism, size_t(threads));
   arena_.emplace(threads);
+  polite_.emplace(*arena_);
 }
 
 void ViewRenderer::read_environment(EnvironmentEdit& edit) {

@@ -15,6 +15,7 @@
 #include <thread>
 #include <vector>
 
+#include "renderer/app/view/polite_workers.h"
 #include "renderer/app/view/view_frame.h"
 
 namespace emberline {
@@ -90,6 +91,7 @@ class ViewRenderer {
   EnvironmentEdit environment_;  // the last one read from a file
   std::optional<tbb::global_control> limit_;
   std::optional<tbb::task_arena> arena_;
+  std::optional<PoliteWorkers> polite_;
   int threads_ = 0;
 
   std::thread thread_;

@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <numbers>
 
+#include "integrators/integrator.h"
 #include "renderer/app/view/window/edit_entries.h"
 #include "renderer/app/view/window/panels.h"
 #include "renderer/app/view/window/theme.h"
 #include "renderer/app/view/window/widgets.h"
+#include "renderer/core/names.h"
 
 namespace emberline {
 namespace {
@@ -224,10 +226,28 @@ void choose_variant(Workbench& bench) {
   bench.change(edits, "variant");
 }
 
+// Changing lights without a new ray, or rendering anew as a final frame would.
+void choose_light_groups(Workbench& bench) {
+  ViewSettings settings = bench.settings();
+  const RenderOptions& options = settings.render;
+  const IntegratorEntry& integrator =
+      find_named(integrator_table(), "--integrator", "integrator", options.integrator);
+  ImGui::BeginDisabled(options.driver == "bucket" || !integrator.tells_lights_apart);
+  if (widgets::check({"Instant relighting",
+                      "keeps what each light gives apart: intensity, colour, switches and solo "
+                      "then change the finished picture without a new ray. Not with the driver "
+                      "bucket. Other noise than a final frame's"},
+                     settings.light_groups)) {
+    bench.change(settings);
+  }
+  ImGui::EndDisabled();
+}
+
 }  // namespace
 
 void draw_lights(Workbench& bench) {
   if (!bench.scene()) return;
+  choose_light_groups(bench);
   const std::vector<ListedLight> lights = list_lights(bench.scene()->outline, bench.edits());
   if (bench.solo()) {
     ImGui::TextColored(accent_colour(), "Only one light shines.");

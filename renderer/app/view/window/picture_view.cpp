@@ -157,7 +157,10 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   list.AddRectFilled({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)}, kGround);
   if (!drawn_ || picture_.empty()) return;
   const int width = drawn_->width, height = drawn_->height;
-  const bool pixels = bench.placement.zoom() >= kPixelZoom;
+  // Pixel for pixel there is nothing to be interpolated, which an OpenGL in software would do
+  // nevertheless.
+  const double zoom = bench.placement.zoom();
+  const bool pixels = zoom >= kPixelZoom || zoom == 1.0;
   picture_.show_pixels(pixels);
   snapshot_.show_pixels(pixels);
 

@@ -33,6 +33,7 @@ ViewSettings first_settings(const ViewOptions& options) {
   ViewSettings settings;
   settings.render = options.render;
   settings.display = options.render.display;
+  settings.light_groups = options.render.light_groups;
   settings.render.heatmap_style.colours = ColourMap::kViridis;
   return settings;
 }
