@@ -181,8 +181,9 @@ INSTANTIATE_TEST_SUITE_P(Quarter, WrongValues, ::testing::Values(0u, 1u, 2u, 3u)
 TEST_F(Usage, EveryOptionHasARow) {
   const RunResult help = run({"render", "--help"});
   ASSERT_EQ(help.exit_code, 0);
-  std::set<std::string> with_row = {"--help",  "--transparent", "--lenient", "--unbiased",
-                                    "--quiet", "--verbose",     "--log",     "--plain"};
+  std::set<std::string> with_row = {"--help",     "--transparent",  "--lenient",
+                                    "--unbiased", "--light-groups", "--quiet",
+                                    "--verbose",  "--log",          "--plain"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
   const std::vector<std::string> options = options_of_render(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;

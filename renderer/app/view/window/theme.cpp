@@ -69,7 +69,7 @@ void set_colours(ImGuiStyle& style) {
   colours[ImGuiCol_Button] = grey(0.25f);
   colours[ImGuiCol_ButtonHovered] = grey(0.32f);
   colours[ImGuiCol_ButtonActive] = tinted(0.6f);
-  colours[ImGuiCol_Header] = grey(0.22f);
+  colours[ImGuiCol_Header] = tinted(0.3f);  // the row that is chosen
   colours[ImGuiCol_HeaderHovered] = grey(0.28f);
   colours[ImGuiCol_HeaderActive] = tinted(0.5f);
   colours[ImGuiCol_Separator] = grey(0.25f);
