@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <future>
 #include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 #include "io/image_output.h"
 #include "renderer/app/stop_signal.h"
@@ -106,6 +108,11 @@ class Window::Impl {
  private:
   void listen();
   void set_theme();
+  struct KeyEvent {
+    int key, scancode, action, modifiers;
+  };
+  void tell_imgui(const KeyEvent& event);
+  void tell_late_releases();
   double pause() const;
   bool due(double now) const;
   void draw(double now);
@@ -130,6 +137,8 @@ class Window::Impl {
   PictureInput input_;
   std::optional<Measurement> measurement_;
 
+  std::vector<int> pressed_;             // since the last frame
+  std::vector<KeyEvent> late_releases_;  // of those
   bool news_ = true, urgent_ = false;
   int frames_owed_ = kFramesAfterInput;
   double drawn_s_ = -1e9, flown_s_ = 0.0, ready_s_ = -1.0;
@@ -205,7 +214,7 @@ void Window::Impl::listen() {
   });
   glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int scancode, int action, int modifiers) {
     auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
-    ImGui_ImplGlfw_KeyCallback(w, key, scancode, action, modifiers);
+    self.tell_imgui({key, scancode, action, modifiers});
     self.input_.key(key, action != GLFW_RELEASE, action == GLFW_REPEAT, modifiers);
     self.frames_owed_ = kFramesAfterInput;
   });
@@ -234,6 +243,25 @@ void Window::Impl::listen() {
     ImGui_ImplOpenGL3_CreateFontsTexture();
     self.frames_owed_ = kFramesAfterInput;
   });
+}
+
+// ImGui looks at the keys once a frame, and would miss one that is pressed and let go in between:
+// its release waits for the frame to be over.
+void Window::Impl::tell_imgui(const KeyEvent& event) {
+  if (event.action == GLFW_RELEASE && std::ranges::find(pressed_, event.key) != pressed_.end()) {
+    late_releases_.push_back(event);
+    return;
+  }
+  if (event.action == GLFW_PRESS) pressed_.push_back(event.key);
+  ImGui_ImplGlfw_KeyCallback(window_.get(), event.key, event.scancode, event.action,
+                             event.modifiers);
+}
+
+void Window::Impl::tell_late_releases() {
+  pressed_.clear();
+  if (late_releases_.empty()) return;
+  for (const KeyEvent& event : std::exchange(late_releases_, {})) tell_imgui(event);
+  frames_owed_ = kFramesAfterInput;
 }
 
 void Window::Impl::run() {
@@ -297,6 +325,7 @@ void Window::Impl::draw(double now) {
   picture_.draw(bench_, input_.dragged_region());
   draw_inspector(bench_);
   ImGui::Render();
+  tell_late_releases();
   bench_.gesture_goes_on(ImGui::IsAnyItemActive() || input_.dragging() || input_.flying());
 
   glViewport(0, 0, pixels_x, pixels_y);
