@@ -42,6 +42,15 @@ void refuse_fixed_counts(const std::string& sampler) {
                    valid);
 }
 
+// The estimators that say how much a sample would bring, and not only which pixels are finished.
+std::string sharing_estimators() {
+  std::string names;
+  for (const EstimatorEntry& entry : estimator_table()) {
+    if (entry.batch == 0) names += (names.empty() ? "" : ", ") + std::string(entry.name);
+  }
+  return names;
+}
+
 }  // namespace
 
 SamplingPlan plan_sampling(const RenderOptions& o) {
@@ -69,7 +78,7 @@ SamplingPlan plan_sampling(const RenderOptions& o) {
       throw UsageError(fmt::format(
           "--allocation: the estimator {} only tells which pixels are finished, and the others "
           "share evenly; valid with {}",
-          estimator.name, kDefaultEstimator));
+          estimator.name, sharing_estimators()));
     }
   }
   plan.streams = estimator.streams;
@@ -88,7 +97,7 @@ SamplingPlan plan_sampling(const RenderOptions& o) {
     throw UsageError(fmt::format(
         "--unbiased: every pixel must take part in every round, and the estimator {} leaves the "
         "finished ones out; valid with {}",
-        estimator.name, kDefaultEstimator));
+        estimator.name, sharing_estimators()));
   }
   if (o.unbiased && o.max_spp) {
     throw UsageError(
