@@ -157,11 +157,9 @@ class AdaptiveDriver::Progress final : public FramePicture {
       parallel_each(size_t(window_.height()), [&](size_t row) {
         for (size_t i = row * width; i < (row + 1) * width; ++i) {
           film_.rgba(x_of(i), y_of(i), &rgba[4 * i]);
+          if (!averages_.empty()) averages_.resolve(i, &rgba[4 * i]);
         }
       });
-      if (!averages_.empty()) {
-        for (size_t i = 0; i < have_.size(); ++i) averages_.resolve(i, &rgba[4 * i]);
-      }
     }
     if (!covered_ && tree_->sample_count() > 0) fill_from_tree(rgba);
   }

@@ -8,6 +8,7 @@
 
 #include "renderer/app/frame_setup.h"
 #include "renderer/app/option_values.h"
+#include "renderer/core/errors.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline::bench {
@@ -126,6 +127,13 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& obs
   run.error_estimate = driver->error_estimate();
   if (look) arena.execute([&] { look(*driver); });
   return run;
+}
+
+int run_program(const char* name, int (*run)(int argc, char** argv), int argc, char** argv) try {
+  return run(argc, argv);
+} catch (const EmberlineError& error) {
+  fmt::print(stderr, "{}: {}\n", name, error.what());
+  return error.exit_code();
 }
 
 }  // namespace emberline::bench

@@ -17,6 +17,9 @@
 
 namespace emberline::bench {
 
+// A benchmark's main(): says what is wrong with scene or options, and ends as `emberline` would.
+int run_program(const char* name, int (*run)(int argc, char** argv), int argc, char** argv);
+
 // The options of `emberline render` that choose scene, view, light and sampling.
 void add_frame_options(CLI::App* app, RenderOptions& options);
 

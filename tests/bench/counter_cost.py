@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 
-from pairs import cost_of
+from pairs import cost_of, finish
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 LIMIT = 0.01
@@ -92,12 +92,7 @@ def main():
         time, mean, error = cost_of(options.pairs, lambda which, words=words: seconds(programs[which], words))
         lines.append(f"| {name} | {time:.2f} | {100 * mean:+.2f} % +- {100 * error:.2f} % |")
         failed = failed or mean - 2 * error > LIMIT
-    text = "\n".join(lines) + "\n"
-    print(text)
-    if options.output:
-        options.output.write_text(text)
-    if failed:
-        sys.exit(f"counter_cost.py: the counters cost more than {100 * LIMIT:.0f} %")
+    finish(lines, options.output, f"counter_cost.py: the counters cost more than {100 * LIMIT:.0f} %" if failed else None)
 
 
 main()

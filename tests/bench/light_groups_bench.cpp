@@ -142,9 +142,6 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace emberline::bench
 
-int main(int argc, char** argv) try {
-  return emberline::bench::run(argc, argv);
-} catch (const emberline::EmberlineError& error) {
-  fmt::print(stderr, "light_groups_bench: {}\n", error.what());
-  return error.exit_code();
+int main(int argc, char** argv) {
+  return emberline::bench::run_program("light_groups_bench", emberline::bench::run, argc, argv);
 }

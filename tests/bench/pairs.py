@@ -2,6 +2,7 @@
 import math
 import random
 import statistics
+import sys
 
 
 def cost_of(pairs, seconds):
@@ -16,3 +17,13 @@ def cost_of(pairs, seconds):
         times.append(pair[False])
         ratios.append(math.log(pair[True] / pair[False]))
     return statistics.median(times), statistics.mean(ratios), statistics.stdev(ratios) / math.sqrt(len(ratios))
+
+
+def finish(lines, output, complaint):
+    """Prints the table, writes it to `output` if that is given, and ends with `complaint` if there is one."""
+    text = "\n".join(lines) + "\n"
+    print(text)
+    if output:
+        output.write_text(text)
+    if complaint:
+        sys.exit(complaint)

@@ -158,10 +158,5 @@ int run(int argc, char** argv) {
 }  // namespace emberline::bench
 
 int main(int argc, char** argv) {
-  try {
-    return emberline::bench::run(argc, argv);
-  } catch (const emberline::EmberlineError& error) {
-    fmt::print(stderr, "progressive_bench: {}\n", error.what());
-    return error.exit_code();
-  }
+  return emberline::bench::run_program("progressive_bench", emberline::bench::run, argc, argv);
 }

@@ -280,9 +280,6 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace emberline::bench
 
-int main(int argc, char** argv) try {
-  return emberline::bench::run(argc, argv);
-} catch (const emberline::EmberlineError& error) {
-  fmt::print(stderr, "view_bench: {}\n", error.what());
-  return error.exit_code();
+int main(int argc, char** argv) {
+  return emberline::bench::run_program("view_bench", emberline::bench::run, argc, argv);
 }

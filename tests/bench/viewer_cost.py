@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 
-from pairs import cost_of
+from pairs import cost_of, finish
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 LIMIT = 0.02
@@ -78,12 +78,7 @@ def main():
         lines.append(f"| {name} | {time:.2f} | {pictures:.1f} | "
                      f"{100 * mean:+.2f} % +- {100 * error:.2f} % |")
         failed = failed or mean - 2 * error > LIMIT
-    text = "\n".join(lines) + "\n"
-    print(text)
-    if options.output:
-        options.output.write_text(text)
-    if failed:
-        sys.exit(f"viewer_cost.py: a viewer costs more than {100 * LIMIT:.0f} %")
+    finish(lines, options.output, f"viewer_cost.py: a viewer costs more than {100 * LIMIT:.0f} %" if failed else None)
 
 
 main()

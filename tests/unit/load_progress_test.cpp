@@ -214,7 +214,7 @@ TEST(LoadProgressOfEmbree, ABuildIsToldOfAndCalledOffWithin) {
 }
 
 // Called off from another thread at moments spread over the whole of it. Under a second, where the
-// header says 50 ms: machines that run tests are busy.
+// header says 100 ms as a rule: machines that run tests are busy.
 TEST_F(LoadProgressTest, IsCalledOffAtOnce) {
   using Clock = std::chrono::steady_clock;
   const auto seconds_since = [](Clock::time_point start) {

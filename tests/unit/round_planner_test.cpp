@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "unit/synthetic_frame.h"
+#include "unit/planned_frames.h"
 #include "unit/synthetic_pixels.h"
 
 namespace emberline {
@@ -20,23 +20,6 @@ namespace {
 
 using namespace test;
 using Sample = SyntheticFrame::Sample;
-
-// Noise of +-1.7 deviations about a mean: uniform, so that pixels' spreads are soon known.
-Sample noisy(TestRandom& random, float mean, float deviation, uint32_t rays = 2) {
-  return {mean + deviation * 3.4641016f * (random.next() - 0.5f), rays};
-}
-
-SyntheticFrame even_noise(int width, int height, uint64_t seed) {
-  return {width, height, seed,
-          [](int, int, TestRandom& random) { return noisy(random, 0.4f, 0.1f); }};
-}
-
-AdaptiveSettings of_budget(uint32_t budget, ErrorMetric allocation = ErrorMetric::kMse) {
-  AdaptiveSettings s;
-  s.budget = budget;
-  s.allocation = allocation;
-  return s;
-}
 
 TEST(RoundPlanner, StartsWithThePilot) {
   const auto pilot = [](AdaptiveSettings s) {
@@ -206,18 +189,8 @@ TEST(RoundPlanner, LeastAndMostAlikeIsUniform) {
 
 // A tenth of every round goes everywhere, so that what has been overlooked so far is found.
 TEST(RoundPlanner, PixelsThatSeemFinishedGetTheirShare) {
-  SyntheticFrame frame(64, 64, 6, [](int x, int, TestRandom& random) {
-    return x < 32 ? noisy(random, 0.5f, 0.2f) : Sample{0.5f, 2};
-  });
-  RoundPlanner planner(of_budget(256), 64, 64, 5);
-  frame.render(planner);
-  double quiet = 0;
-  // Beyond the reach of the noisy half's kernel.
-  for (int y = 0; y < 64; ++y) {
-    for (int x = 36; x < 64; ++x) quiet += frame.count(x, y) / (64.0 * 28);
-  }
   // 16 of the pilot and a tenth of the remaining 240.
-  EXPECT_NEAR(quiet, 16 + 24, 4);
+  EXPECT_NEAR(samples_beside_noise(of_budget(256)), 16 + 24, 4);
 }
 
 TEST(RoundPlanner, AThresholdEndsPixelsAndNoneAboveItEnds) {
@@ -253,16 +226,11 @@ TEST(RoundPlanner, AThresholdEndsPixelsAndNoneAboveItEnds) {
 // The samples that a threshold costs are those that it needs: error ~ deviation / sqrt(n) falls to
 // it and not far below.
 TEST(RoundPlanner, AThresholdIsMetAndNotMuchMore) {
-  SyntheticFrame frame = even_noise(64, 64, 9);
   AdaptiveSettings s;
   s.threshold = 0.005f;
-  RoundPlanner planner(s, 64, 64, 5);
-  frame.render(planner);
-  // display_value's slope at .4, times .1 per sample.
-  const double slope = double(display_value(0.401f) - display_value(0.399f)) / 0.002;
-  const double needed = std::pow(slope * 0.1 / 0.005, 2);
-  EXPECT_GT(frame.mean_count(), 0.9 * needed);
-  EXPECT_LT(frame.mean_count(), 1.5 * needed);
+  const double spent = spent_over_needed(s);
+  EXPECT_GT(spent, 0.9);
+  EXPECT_LT(spent, 1.5);
 }
 
 TEST(RoundPlanner, WhatNeverMeetsTheThresholdEndsAtItsMost) {
@@ -318,20 +286,9 @@ TEST(RoundPlanner, DearSamplesAreFewer) {
 }
 
 TEST(RoundPlanner, TheSamplesFollowTheDeviation) {
-  SyntheticFrame frame(96, 48, 13, [](int x, int, TestRandom& random) {
-    return noisy(random, 0.4f, x < 48 ? 0.03f : 0.12f);
-  });
-  RoundPlanner planner(of_budget(400), 96, 48, 5);
-  frame.render(planner);
-  double quiet = 0, loud = 0;
-  for (int y = 0; y < 48; ++y) {
-    for (int x = 0; x < 44; ++x) {
-      quiet += frame.count(x, y);
-      loud += frame.count(95 - x, y);
-    }
-  }
-  EXPECT_GT(loud / quiet, 0.8 * 4);  // for the reason above
-  EXPECT_LT(loud / quiet, 1.02 * 4);
+  const double ratio = counts_at_four_times_the_noise(of_budget(400));
+  EXPECT_GT(ratio, 0.8 * 4);  // for the reason above
+  EXPECT_LT(ratio, 1.02 * 4);
 }
 
 // v / n before, v / m after: the difference, of a variance that is known.
@@ -366,91 +323,6 @@ TEST(RoundPlanner, UnbiasedLeavesNobodyOut) {
       ASSERT_GT(planner.targets()[i], frame.counts()[i]) << "pixel " << i;
     }
   });
-}
-
-AdaptiveSettings nested_of_budget(uint32_t budget) {
-  AdaptiveSettings s = of_budget(budget);
-  s.estimator = "nested";
-  return s;
-}
-
-// Where one pixel is like another, a power of two is shared out evenly, so that the frame is a
-// uniform one but for a few pixels: error x samples, mean(1 / n) mean(n), stays within a hundredth
-// of its least.
-TEST(RoundPlannerOfDoublings, WhereNothingIsToGainNothingIsLost) {
-  for (const bool noise : {false, true}) {
-    for (const uint32_t budget : {16u, 32u, 128u, 512u}) {
-      SyntheticFrame frame =
-          noise ? even_noise(64, 64, 2) : SyntheticFrame(64, 64, 2, [](int, int, TestRandom&) {
-            return Sample{0.5f, 2};
-          });
-      RoundPlanner planner(nested_of_budget(budget), 64, 64, 7);
-      frame.render(planner);
-      double inverse = 0;
-      for (const uint32_t n : frame.counts()) {
-        ASSERT_TRUE(std::has_single_bit(n)) << n;
-        inverse += 1.0 / n / (64 * 64);
-      }
-      EXPECT_NEAR(frame.mean_count(), budget, 0.01 * budget) << noise;
-      EXPECT_LT(inverse * frame.mean_count(), noise ? 1.03 : 1.01) << noise << ", " << budget;
-    }
-  }
-}
-
-TEST(RoundPlannerOfDoublings, OtherBudgetsAreMixed) {
-  for (const uint32_t budget : {20u, 48u, 100u}) {
-    SyntheticFrame frame = even_noise(64, 64, 3);
-    RoundPlanner planner(nested_of_budget(budget), 64, 64, 7);
-    frame.render(planner);
-    EXPECT_NEAR(frame.mean_count(), budget, 0.02 * budget);
-    EXPECT_LE(frame.mean_count(), budget + 0.1);
-  }
-}
-
-// As the share that goes to every pixel, whatever is known, does for the default.
-TEST(RoundPlannerOfDoublings, PixelsThatSeemFinishedGetTheirShare) {
-  SyntheticFrame frame(64, 64, 6, [](int x, int, TestRandom& random) {
-    return x < 32 ? noisy(random, 0.5f, 0.2f) : Sample{0.5f, 2};
-  });
-  RoundPlanner planner(nested_of_budget(256), 64, 64, 5);
-  frame.render(planner);
-  double quiet = 0;
-  for (int y = 0; y < 64; ++y) {
-    for (int x = 36; x < 64; ++x) quiet += frame.count(x, y) / (64.0 * 28);
-  }
-  EXPECT_NEAR(quiet, 16 + 24, 6);
-}
-
-// Rounds to the nearest power of two spread the ratio of two deviations, 4, over 2.8 to 5.7.
-TEST(RoundPlannerOfDoublings, TheSamplesFollowTheDeviation) {
-  SyntheticFrame frame(96, 48, 13, [](int x, int, TestRandom& random) {
-    return noisy(random, 0.4f, x < 48 ? 0.03f : 0.12f);
-  });
-  RoundPlanner planner(nested_of_budget(400), 96, 48, 5);
-  frame.render(planner);
-  double quiet = 0, loud = 0;
-  for (int y = 0; y < 48; ++y) {
-    for (int x = 0; x < 44; ++x) {
-      quiet += frame.count(x, y);
-      loud += frame.count(95 - x, y);
-    }
-  }
-  EXPECT_GT(loud / quiet, 2.7);
-  EXPECT_LT(loud / quiet, 5.8);
-}
-
-// Under a threshold alone there are steps in between, and no more is spent than the default spends.
-TEST(RoundPlannerOfDoublings, AThresholdIsMetAndNotMuchMore) {
-  SyntheticFrame frame = even_noise(64, 64, 9);
-  AdaptiveSettings s;
-  s.estimator = "nested";
-  s.threshold = 0.005f;
-  RoundPlanner planner(s, 64, 64, 5);
-  frame.render(planner);
-  const double slope = double(display_value(0.401f) - display_value(0.399f)) / 0.002;
-  const double needed = std::pow(slope * 0.1 / 0.005, 2);
-  EXPECT_GT(frame.mean_count(), 0.9 * needed);
-  EXPECT_LT(frame.mean_count(), 1.6 * needed);
 }
 
 // Neither threads nor an earlier run in the same process have a say.

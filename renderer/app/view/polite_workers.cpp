@@ -12,7 +12,7 @@ void lower_priority() {
 #if defined(__linux__)
   // A third of the time beside a thread of ordinary priority, all of it beside none. The window's
   // drawing took 12.1 ms with it, 11.4 at 10 and 15.1 at 0 (medians, OpenGL in software, two
-  // cores); at 10 a picture would come ten times as late when another program is busy.
+  // cores); 10 would leave a tenth of the time beside another program that is busy.
   constexpr int kNice = 5;
   const auto thread = id_t(gettid());
   if (getpriority(PRIO_PROCESS, thread) < kNice) {

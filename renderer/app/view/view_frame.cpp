@@ -19,7 +19,7 @@ constexpr double kFirstPatience_s = 0.012;
 
 // Later ones follow no faster than the eye takes them in, and cost no more than a share of the
 // time: a good one while the artist is still looking for what the edit has done, then one that is
-// not felt (`render` with the same driver is at most 7 % faster, issue of the window).
+// not felt: `render` with the same driver is at most 7 % faster.
 constexpr double kLeastInterval_s = 1.0 / 30;
 constexpr double kLively_s = 1.0;
 constexpr double kLivelyShare = 0.1;

@@ -1,0 +1,71 @@
+// Frames that every way of planning is tried on, and what it makes of them.
+#pragma once
+
+#include <cmath>
+
+#include "unit/synthetic_frame.h"
+#include "unit/synthetic_pixels.h"
+
+namespace emberline::test {
+
+// Noise of +-1.7 deviations about a mean: uniform, so that pixels' spreads are soon known.
+inline SyntheticFrame::Sample noisy(TestRandom& random, float mean, float deviation,
+                                    uint32_t rays = 2) {
+  return {mean + deviation * 3.4641016f * (random.next() - 0.5f), rays};
+}
+
+inline SyntheticFrame even_noise(int width, int height, uint64_t seed) {
+  return {width, height, seed,
+          [](int, int, TestRandom& random) { return noisy(random, 0.4f, 0.1f); }};
+}
+
+inline AdaptiveSettings of_budget(uint32_t budget, ErrorMetric allocation = ErrorMetric::kMse) {
+  AdaptiveSettings s;
+  s.budget = budget;
+  s.allocation = allocation;
+  return s;
+}
+
+// Samples of a pixel without noise, in a frame of which one half is noisy.
+inline double samples_beside_noise(const AdaptiveSettings& settings) {
+  SyntheticFrame frame(64, 64, 6, [](int x, int, TestRandom& random) {
+    return x < 32 ? noisy(random, 0.5f, 0.2f) : SyntheticFrame::Sample{0.5f, 2};
+  });
+  RoundPlanner planner(settings, 64, 64, 5);
+  frame.render(planner);
+  double quiet = 0;
+  // Beyond the reach of the noisy half's kernel.
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 36; x < 64; ++x) quiet += frame.count(x, y) / (64.0 * 28);
+  }
+  return quiet;
+}
+
+// How many times as many samples a half gets whose deviation is four times the other's.
+inline double counts_at_four_times_the_noise(const AdaptiveSettings& settings) {
+  SyntheticFrame frame(96, 48, 13, [](int x, int, TestRandom& random) {
+    return noisy(random, 0.4f, x < 48 ? 0.03f : 0.12f);
+  });
+  RoundPlanner planner(settings, 96, 48, 5);
+  frame.render(planner);
+  double quiet = 0, loud = 0;
+  for (int y = 0; y < 48; ++y) {
+    for (int x = 0; x < 44; ++x) {
+      quiet += frame.count(x, y);
+      loud += frame.count(95 - x, y);
+    }
+  }
+  return loud / quiet;
+}
+
+// Samples of a frame of even noise, over those that bring its error to the threshold.
+inline double spent_over_needed(const AdaptiveSettings& settings) {
+  SyntheticFrame frame = even_noise(64, 64, 9);
+  RoundPlanner planner(settings, 64, 64, 5);
+  frame.render(planner);
+  // display_value's slope at .4, times .1 per sample.
+  const double slope = double(display_value(0.401f) - display_value(0.399f)) / 0.002;
+  return frame.mean_count() / std::pow(slope * 0.1 / double(settings.threshold), 2);
+}
+
+}  // namespace emberline::test
