@@ -13,12 +13,7 @@ float to_float(double x) { return float(std::clamp(x, -1e30, 1e30)); }
 
 // The camera's ray leads to little work when it meets nothing; every further one brings a surface
 // to be shaded with it.
-float sample_cost(double rays) {
-  // Medians on FlightHelmet and a Cornell box: 50 to 60 ns for a sample that sees the sky, 300 to
-  // 400 more for each ray beyond the camera's.
-  constexpr double kCameraRay = 0.17;
-  return float(kCameraRay + std::max(0.0, rays - 1.0));
-}
+float sample_cost(double rays) { return float(double(kCameraRayCost) + std::max(0.0, rays - 1.0)); }
 
 // A few pixels' sums side by side, so that what is made of them vectorises: the film keeps a
 // pixel's sums together.

@@ -23,6 +23,15 @@ constexpr float kUniformShare = 0.1f;
 // Pixels whose error is to fall to the threshold get a little more than the estimate asks for.
 constexpr float kThresholdMargin = 1.05f;
 
+// Samples that met no noise at all say little as long as they are few: what is lit by a caustic, or
+// through a gap, is black until a path finds the light. So many samples of a window are an answer,
+// or so many times a pixel's pilot: in 95 % of the cases one in 44 000 has shown itself (three over
+// their number).
+constexpr uint64_t kNoiselessSamples = 1 << 17;
+constexpr uint32_t kNoiselessGrowth = 64;
+// An error below this part of the threshold is none but that of sums.
+constexpr float kNoNoise = 1e-6f;
+
 constexpr uint32_t kLeastPilot = 8, kMostPilot = 16;
 // An estimator that goes by halves looks when the pilot has so many samples, and at every doubling.
 constexpr uint32_t kFirstHalf = 8;
@@ -187,9 +196,10 @@ bool RoundPlanner::share_by_deviation() {
   const size_t pixels = targets_.size();
   rates_.resize(pixels);
   bounds_.resize(pixels);
+  shares_.resize(pixels);
   const OpenPixels open =
       ordered_sum(pixels, [&](size_t begin, size_t end) { return limit_pixels(begin, end); });
-  if (open.count == 0) return false;
+  if (open.count == 0) return doubt_the_noiseless();
   // That no noise has been seen yet does not mean that there is none.
   if (open.largest_rate == 0.0f) {
     for (size_t i = 0; i < pixels; ++i) rates_[i] = doubles() ? unequal(1.0f, seed_, i) : 1.0f;
@@ -216,6 +226,28 @@ bool RoundPlanner::share_by_deviation() {
   } else {
     round_to_counts(keep_to_budget(everywhere));
   }
+  return true;
+}
+
+// Every pixel meets the threshold. Those that trace light and have met none of its noise,
+// neighbours included, double their samples while there are few of them: a bucket of 16 x 16
+// pixels, black after its pilot, was left black where its light came by one path in 4000. Larger
+// windows have samples enough to begin with.
+bool RoundPlanner::doubt_the_noiseless() {
+  const auto noiseless = [&](size_t i) {
+    return errors_.error[i] <= kNoNoise * settings_.threshold &&
+           statistics_.cost[i] > kCameraRayCost;
+  };
+  uint64_t samples = 0;
+  for (size_t i = 0; i < targets_.size(); ++i) samples += noiseless(i) ? targets_[i] : 0;
+  const bool affordable =
+      settings_.budget == 0 ||
+      spent_ + double(samples) <= double(settings_.budget) * double(targets_.size());
+  if (settings_.threshold <= 0.0f || samples >= kNoiselessSamples || !affordable) return false;
+  const auto most = std::min(uint32_t(most_samples(settings_)), kNoiselessGrowth * pilot_);
+  set_targets([&](size_t i, uint32_t have, float) {
+    return noiseless(i) ? std::max(have, std::min(2 * have, most)) : have;
+  });
   return true;
 }
 

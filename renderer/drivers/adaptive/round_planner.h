@@ -82,6 +82,7 @@ class RoundPlanner {
   bool share_by_deviation();
   void share_whole_budget(double total);
   bool share_evenly();
+  bool doubt_the_noiseless();
   float keep_to_budget(float everywhere);
   bool unfinished(size_t i) const;
   // Those that may get more in the coming round.
