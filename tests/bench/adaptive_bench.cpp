@@ -1,7 +1,7 @@
 // What adaptive sampling gains on one scene, against uniform sampling and against the Neyman limit.
 //
 //   adaptive_bench SCENE [view and light as in frame_bench] [--size WxH] [--budgets 32,128,512]
-//       [--methods two-stream/mse,two-stream/relmse,...] [--seeds N] [--reference-spp N]
+//       [--methods nested/mse,nested/relmse,...] [--seeds N] [--reference-spp N]
 //       [--cache FILE] [--json FILE]
 //
 // Each method's frame and a uniform one of the same budget are rendered in turn, for each seed.
@@ -45,7 +45,7 @@ using Floats = std::vector<float>;
 struct Options {
   RenderOptions frame;
   std::string budgets = "32,128,512";
-  std::string methods = "two-stream/mse,two-stream/relmse,two-stream/display";
+  std::string methods = "nested/mse,nested/relmse,nested/display";
   uint32_t seeds = 4, reference_spp = 2048;
   int threads = 0;
   std::string cache, json;

@@ -2,7 +2,7 @@
 """The table of what adaptive sampling gains, scene by scene (renderer/drivers/README.md).
 
   adaptive_table.py --bench build/release/bin/adaptive_bench [--assets DIR] [--size 192x108]
-      [--seeds 2] [--out DIR] [--only NAME,...] [--print]
+      [--seeds 2] [--out DIR] [--only NAME,...] [--methods NAME,...] [--print]
 
 Runs adaptive_bench on our scenes, and on FlightHelmet where DIR (which holds views.json) is given,
 keeps its figures in DIR/NAME.json and its references in DIR/NAME.bin, and prints the tables.
@@ -17,7 +17,8 @@ import sys
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENES = os.path.join(HERE, "..", "..", "scenes")
 ESTIMATORS = ["contrast", "painter-sloan", "chi-square", "kajiya", "dammertz"]
-OWN = [estimator + "/" + metric for estimator in ("two-stream", "nested")
+DEFAULT = "nested"
+OWN = [estimator + "/" + metric for estimator in (DEFAULT, "two-stream")
        for metric in ("mse", "relmse", "display")]
 NAMES = {
     "flight_helmet": "FlightHelmet",
@@ -56,7 +57,7 @@ def measure(name, options):
     base = os.path.join(options.out, name)
     command = [options.bench, *scene_words(name, options), "--cache", base + ".bin"]
     command += ["--json", base + ".json", "--seeds", str(options.seeds)]
-    command += ["--budgets", options.budgets, "--methods", ",".join(OWN + ESTIMATORS)]
+    command += ["--budgets", options.budgets, "--methods", options.methods]
     subprocess.run(command, check=True, stdout=sys.stderr)
 
 
@@ -70,15 +71,15 @@ def gains(names, options):
             cells = [NAMES[name], budget]
             for error in ("mse", "relmse"):
                 limit = figures["limits"][budget][error]["independent"]
-                gain = figures["methods"][budget]["two-stream/" + error][error]["gain"]
+                gain = figures["methods"][budget][DEFAULT + "/" + error][error]["gain"]
                 cells += [f"{limit:.2f}", f"{gain:.2f}", f"{100 * gain / limit:.0f} %"]
             print("| " + " | ".join(cells) + " |")
 
 
-def nested(names, options):
-    """The two that share by deviation side by side, in rays: for machines that are busy."""
-    print("\n| scene | spp | mse: two-stream | nested | relmse: two-stream | nested | bias: two-stream | nested | calibration |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+def side_by_side(names, options):
+    """The two that share by deviation, in rays: for machines that are busy."""
+    print("\n| scene | spp | mse: two-stream | nested | relmse: two-stream | nested | bias: two-stream | nested |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for name in names:
         for budget, rows in load(name, options)["methods"].items():
             cells = [NAMES[name], budget]
@@ -86,11 +87,11 @@ def nested(names, options):
                 cells += [f"{rows[m + '/' + error][error]['ray_gain']:.2f}" for m in ("two-stream", "nested")]
             for row in (rows["two-stream/relmse"], rows["nested/relmse"]):
                 cells.append(f"{100 * row['bias']:+.2f} ± {100 * row['bias_se']:.2f}")
-            print("| " + " | ".join(cells + [f"{rows['nested/display']['calibration']:.2f}"]) + " |")
+            print("| " + " | ".join(cells) + " |")
 
 
 def estimators(names, options):
-    methods = OWN + ESTIMATORS
+    methods = options.methods.split(",")
     budget = options.budgets.split(",")[-2 if "," in options.budgets else 0]
     print(f"\n{budget} spp on average; gain in mse / in relmse; signed bias of the frame in per cent")
     print("| scene | " + " | ".join(methods) + " |")
@@ -106,12 +107,12 @@ def estimators(names, options):
 
 
 def calibration(names, options):
-    print("\n| estimated over true RMS error of the display, two-stream/display | "
+    print(f"\n| estimated over true RMS error of the display, {DEFAULT}/display | "
           + " | ".join(options.budgets.split(",")) + " |")
     print("| --- |" + " --- |" * len(options.budgets.split(",")))
     for name in names:
         methods = load(name, options)["methods"]
-        cells = [f"{methods[b]['two-stream/display']['calibration']:.2f}"
+        cells = [f"{methods[b][DEFAULT + '/display']['calibration']:.2f}"
                  for b in options.budgets.split(",")]
         print("| " + " | ".join([NAMES[name]] + cells) + " |")
 
@@ -131,6 +132,8 @@ def main():
     parser.add_argument("--budgets", default="32,128,512")
     parser.add_argument("--out", default="adaptive_table")
     parser.add_argument("--only", default=",".join(NAMES))
+    parser.add_argument("--methods", default=",".join(OWN + ESTIMATORS),
+                        help="with the default's own three among them")
     parser.add_argument("--print", action="store_true", help="what is there, without measuring")
     options = parser.parse_args()
     os.makedirs(options.out, exist_ok=True)
@@ -140,7 +143,8 @@ def main():
             measure(name, options)
     names = [n for n in names if os.path.exists(os.path.join(options.out, n + ".json"))]
     gains(names, options)
-    nested(names, options)
+    if set(OWN) <= set(options.methods.split(",")):
+        side_by_side(names, options)
     estimators(names, options)
     calibration(names, options)
 

@@ -2,7 +2,7 @@
 the displayed picture, for the gallery's scenes and several budgets, with adaptive_bench.
 
     python3 tests/bench/calibration.py build/release/bin/adaptive_bench [--size 96x54] [--seeds 8]
-        [--reference-spp 4096] [--budgets 32,128,512] [--methods two-stream/display] [--scenes a,b]
+        [--reference-spp 4096] [--budgets 32,128,512] [--methods nested/display] [--scenes a,b]
 
 The truth is the mean of the products of the frame's differences to two independent references, so
 that the references' own noise drops out. Goal: .8 to 1.25. Exit status 1 if a ratio is outside.
@@ -36,7 +36,7 @@ def main():
     parser.add_argument("bench")
     parser.add_argument("--size", default="96x54")
     parser.add_argument("--budgets", default="32,128,512")
-    parser.add_argument("--methods", default="two-stream/display")
+    parser.add_argument("--methods", default="nested/display")
     parser.add_argument("--scenes", default=",".join(GALLERY))
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--reference-spp", type=int, default=4096)

@@ -2,6 +2,8 @@
 // three budgets are bench/calibration.py's, which takes an hour.
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "image/picture_error.h"
 #include "support/busy_scene.h"
 
@@ -10,7 +12,7 @@ namespace {
 
 using namespace test;
 
-class Calibration : public testing::TestWithParam<std::tuple<const char*, uint32_t>> {};
+class Calibration : public testing::TestWithParam<std::tuple<std::string, uint32_t>> {};
 
 // Estimate and truth are means over six frames of 768 pixels.
 TEST_P(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
@@ -41,7 +43,8 @@ TEST_P(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
   EXPECT_LT(ratio, 1.25);
 }
 INSTANTIATE_TEST_SUITE_P(Budget, Calibration,
-                         testing::Combine(testing::Values("two-stream", "nested"),
+                         testing::Combine(testing::Values(std::string("two-stream"),
+                                                          std::string("nested")),
                                           testing::Values(32u, 128u, 512u)));
 
 }  // namespace

@@ -2,6 +2,8 @@
 // much more, in the scenes that mislead an estimate.
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "image/picture_error.h"
 #include "renderer/core/hash.h"
 #include "support/scenes.h"
@@ -78,7 +80,7 @@ struct Measured {
 
 // Every block is measured over three frames: 2304 values, so that the spread of noise that is
 // normal is 1.5 % of its RMS error.
-using Method = std::tuple<const char*, const char*>;  // driver, estimator
+using Method = std::tuple<std::string, std::string>;  // driver, estimator
 
 Measured measure(const Method& method, const HardScene& hard, float threshold,
                  uint32_t reference_spp) {

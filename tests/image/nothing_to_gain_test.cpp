@@ -50,7 +50,7 @@ TEST_P(NothingToGain, NestedLosesLessThanThreePerCent) {
   EXPECT_LT(ratio, 1.03);
   EXPECT_GT(ratio, 0.9);
 }
-INSTANTIATE_TEST_SUITE_P(Budget, NothingToGain, testing::Values(16u, 32u, 128u));
+INSTANTIATE_TEST_SUITE_P(Budget, NothingToGain, testing::Values(16u, 32u, 48u, 128u));
 
 }  // namespace
 }  // namespace emberline

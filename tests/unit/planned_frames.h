@@ -19,8 +19,10 @@ inline SyntheticFrame even_noise(int width, int height, uint64_t seed) {
           [](int, int, TestRandom& random) { return noisy(random, 0.4f, 0.1f); }};
 }
 
+// With two streams, whose counts are free; `nested` goes by steps (step_planner_test.cpp).
 inline AdaptiveSettings of_budget(uint32_t budget, ErrorMetric allocation = ErrorMetric::kMse) {
   AdaptiveSettings s;
+  s.estimator = "two-stream";
   s.budget = budget;
   s.allocation = allocation;
   return s;
@@ -56,6 +58,20 @@ inline double counts_at_four_times_the_noise(const AdaptiveSettings& settings) {
     }
   }
   return loud / quiet;
+}
+
+// How many times as many samples a half gets whose samples cost 1.17 where the other's cost 8.17.
+inline double counts_at_a_seventh_of_the_cost(const AdaptiveSettings& settings) {
+  SyntheticFrame frame(96, 48, 12, [](int x, int, TestRandom& random) {
+    return noisy(random, 0.4f, 0.1f, x < 48 ? 2 : 9);
+  });
+  RoundPlanner planner(settings, 96, 48, 5);
+  frame.render(planner);
+  double cheap = 0, dear = 0;
+  for (int y = 0; y < 48; ++y) {
+    for (int x = 0; x < 96; ++x) (x < 48 ? cheap : dear) += frame.count(x, y);
+  }
+  return cheap / dear;
 }
 
 // Samples of a frame of even noise, over those that bring its error to the threshold.

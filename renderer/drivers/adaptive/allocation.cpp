@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
@@ -108,24 +107,29 @@ float find_scale(std::span<const float> rates, std::span<const SampleBounds> bou
   return float(k);
 }
 
-// From sqrt(1/2) to sqrt(2) times itself.
-float nearest_power_of_two(float x) {
-  return std::bit_cast<float>(std::bit_cast<uint32_t>(x * std::numbers::sqrt2_v<float>) &
-                              0x7f800000u);
+// Powers of two, better stratified, stand for what is 1/1.23 to 1.3 times them; their one and a
+// half for the rest. With powers of two alone, errors are 2 to 5 % larger (teapot and Cornell box,
+// 32 and 48 samples, either metric); with the same share for both, a frame where there is nothing
+// to gain has 5 % more error than a uniform one at 32 samples, 2 to 3 % so.
+float nearest_step(float x) {
+  constexpr float kToHalfStep = 1.3f, kToPower = 1.62f;
+  const auto bits = std::bit_cast<uint32_t>(x);
+  const auto power = std::bit_cast<float>(bits & 0x7f800000u);
+  const auto ratio = std::bit_cast<float>((bits & 0x7fffffu) | 0x3f800000u);
+  return (ratio < kToHalfStep ? 1.0f : ratio < kToPower ? 1.5f : 2.0f) * power;
 }
 
-float doubled_share(float rate, float least, float most, float k) {
-  return std::min(std::max(nearest_power_of_two(k * rate), least), std::max(least, most));
+float stepped_share(float rate, float least, float most, float k) {
+  return std::min(std::max(nearest_step(k * rate), least), std::max(least, most));
 }
 
-double sum_of_doublings(std::span<const float> rates, std::span<const SampleBounds> bounds,
-                        float k) {
+double sum_of_steps(std::span<const float> rates, std::span<const SampleBounds> bounds, float k) {
   return ordered_sum(rates.size(), [&](size_t begin, size_t end) {
     float lanes[kSumLanes] = {};
     const float* rate = rates.data();
     const SampleBounds* bound = bounds.data();
     for_lanes(begin, end, [&](size_t i, size_t lane) {
-      lanes[lane] += doubled_share(rate[i], bound[i].least, bound[i].most, k);
+      lanes[lane] += stepped_share(rate[i], bound[i].least, bound[i].most, k);
     });
     return sum_of_lanes(lanes);
   });
@@ -133,8 +137,8 @@ double sum_of_doublings(std::span<const float> rates, std::span<const SampleBoun
 
 // The sum is a staircase in K, so no step is Newton's: between two K of which one gives too much,
 // halving their ratio.
-float find_doubling_scale(std::span<const float> rates, std::span<const SampleBounds> bounds,
-                          double total) {
+float find_step_scale(std::span<const float> rates, std::span<const SampleBounds> bounds,
+                      double total) {
   const Extent extent = ordered_sum(rates.size(), [&](size_t begin, size_t end) {
     return extent_of_part(rates.data(), bounds.data(), begin, end);
   });
@@ -143,11 +147,11 @@ float find_doubling_scale(std::span<const float> rates, std::span<const SampleBo
                                   0x1p126 / double(extent.most_rate));
   if (total >= extent.most) return float(highest);
   double low = std::min(total / extent.rates, highest), high = low;
-  while (sum_of_doublings(rates, bounds, float(low)) > total) low /= 2;
-  while (high < highest && sum_of_doublings(rates, bounds, float(high)) <= total) high *= 2;
+  while (sum_of_steps(rates, bounds, float(low)) > total) low /= 2;
+  while (high < highest && sum_of_steps(rates, bounds, float(high)) <= total) high *= 2;
   const double close = 1e-3 * total;
   while (high > low * (1 + 1e-4)) {
-    const double k = std::sqrt(low * high), sum = sum_of_doublings(rates, bounds, float(k));
+    const double k = std::sqrt(low * high), sum = sum_of_steps(rates, bounds, float(k));
     (sum <= total ? low : high) = k;
     if (sum <= total && sum > total - close) break;
   }
@@ -156,17 +160,17 @@ float find_doubling_scale(std::span<const float> rates, std::span<const SampleBo
 
 }  // namespace
 
-void share_doublings(std::span<const float> rates, std::span<const SampleBounds> bounds,
-                     double total, std::vector<float>* counts) {
+void share_steps(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
+                 std::vector<float>* counts) {
   counts->resize(rates.size());
-  const float k = find_doubling_scale(rates, bounds, total);
+  const float k = find_step_scale(rates, bounds, total);
   constexpr size_t kGrain = 8192;
   parallel_ranges(rates.size(), kGrain, [&](size_t begin, size_t end) {
     float* out = counts->data();
     const float* rate = rates.data();
     const SampleBounds* bound = bounds.data();
     for (size_t i = begin; i < end; ++i) {
-      out[i] = doubled_share(rate[i], bound[i].least, bound[i].most, k);
+      out[i] = stepped_share(rate[i], bound[i].least, bound[i].most, k);
     }
   });
 }

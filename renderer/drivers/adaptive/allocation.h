@@ -25,12 +25,12 @@ struct SampleBounds {
 void share_samples(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
                    std::vector<float>* counts);
 
-// The same with each K x rate_i rounded to the power of two that is nearest in ratio, and with the
-// largest such K whose counts sum to no more than `total` (to a part in ten thousand of K). A pixel
-// so goes from n to 2n samples once what that is expected to bring, variance / 2n, for its cost is
-// worth as much as everybody else's.
-void share_doublings(std::span<const float> rates, std::span<const SampleBounds> bounds,
-                     double total, std::vector<float>* counts);
+// The same with each K x rate_i rounded to a power of two or one and a half times one, whichever is
+// near in ratio, and with the largest such K whose counts sum to no more than `total` (to a part in
+// ten thousand of K). A pixel so goes from one such count n to the next, m, once what that is
+// expected to bring for its samples, variance / (n m), is worth about as much as everybody else's.
+void share_steps(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
+                 std::vector<float>* counts);
 
 // Rounds `wanted` up or down by chance (u in [0, 1)), so that its expectation is kept, to `have` or
 // a multiple of `step`, a power of two, above it; to `have` if less is wanted, or NaN. Exact below

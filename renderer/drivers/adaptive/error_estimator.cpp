@@ -28,14 +28,14 @@ constexpr EstimatorEntry historical(std::string_view name, std::string_view summ
 
 // The first row is the default.
 constexpr EstimatorEntry kEstimators[] = {
+    {"nested",
+     "variance from what the last doubling of one sample stream has brought, pooled over "
+     "neighbours; counts are powers of two and half again, as well stratified as uniform ones",
+     create<NestedEstimator>, StreamCount::kOne, 16, 0, true, true},
     {"two-stream",
      "variance from two independent sample streams, pooled over neighbours; samples go where they "
      "lower the error most for their cost",
      create<TwoStreamEstimator>, StreamCount::kTwo, 16, 0, true},
-    {"nested",
-     "variance from what the last doubling of one sample stream has brought, pooled over "
-     "neighbours; counts are powers of two, as well stratified as uniform ones",
-     create<NestedEstimator>, StreamCount::kOne, 16, 0, true, true},
     historical<ContrastEstimator>(
         "contrast", "contrast between neighbouring pixels (Mitchell 1987)", StreamCount::kOne),
     historical<PainterSloanEstimator>(

@@ -51,6 +51,6 @@ struct EstimatorEntry {
 };
 std::span<const EstimatorEntry> estimator_table();
 const EstimatorEntry& find_estimator(std::string_view name);  // throws UsageError
-inline constexpr std::string_view kDefaultEstimator = "two-stream";
+inline constexpr std::string_view kDefaultEstimator = "nested";
 
 }  // namespace emberline

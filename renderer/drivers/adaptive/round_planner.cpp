@@ -222,7 +222,7 @@ bool RoundPlanner::share_by_deviation() {
   });
   const auto everywhere = float(kUniformShare * more / double(pixels));
   if (doubling && settings_.budget > 0) {
-    round_to_doublings(everywhere);
+    round_to_steps(everywhere);
   } else {
     round_to_counts(keep_to_budget(everywhere));
   }
@@ -251,12 +251,11 @@ bool RoundPlanner::doubt_the_noiseless() {
   return true;
 }
 
-// Where counts double, none can be cut down a little for what is to go everywhere: that part of
-// what is left is kept back. Under a threshold alone a pixel stops where it meets it, be that
-// between two powers of two.
+// Where counts go by steps, none can be cut down a little for what is to go everywhere: that part
+// of what is left is kept back.
 void RoundPlanner::share_whole_budget(double total) {
   if (!doubles() || settings_.budget == 0) return share_samples(rates_, bounds_, total, &shares_);
-  share_doublings(rates_, bounds_, total - kUniformShare * (total - spent_), &shares_);
+  share_steps(rates_, bounds_, total - kUniformShare * (total - spent_), &shares_);
 }
 
 // Shares and what goes `everywhere` may exceed together what is left of the budget: takes the same
@@ -355,7 +354,7 @@ void RoundPlanner::round_to_counts(float everywhere) {
 
 // Shares are whole counts already; of the pixels that get none, so many double by chance that each
 // gets `everywhere` samples more on average.
-void RoundPlanner::round_to_doublings(float everywhere) {
+void RoundPlanner::round_to_steps(float everywhere) {
   const uint32_t round_hash = hash_of_round(seed_, round_);
   const float most = most_samples(settings_);
   set_targets([&](size_t i, uint32_t have, float share) {

@@ -99,7 +99,7 @@ class RoundPlanner {
   template <typename CountOf>
   void set_targets(const CountOf& count_of);
   void round_to_counts(float everywhere);
-  void round_to_doublings(float everywhere);
+  void round_to_steps(float everywhere);
   bool doubles() const { return entry_.halves && !settings_.unbiased; }
 
   AdaptiveSettings settings_;

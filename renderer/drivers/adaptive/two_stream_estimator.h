@@ -1,5 +1,5 @@
-// `two-stream`, the default: the variance of a pixel's mean as the two independent streams of its
-// samples show it, pooled over the pixel's neighbours.
+// `two-stream`: the variance of a pixel's mean as the two independent streams of its samples show
+// it, pooled over the pixel's neighbours.
 //
 // Two numbers are at hand for the variance of one sample. The samples' own spread has as many
 // degrees of freedom as samples, but takes them for independent, which stratified ones are not: it

@@ -1,0 +1,119 @@
+// Where the planner sends samples if counts go by steps, powers of two and half again (`nested`),
+// on frames whose samples are made up.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "unit/planned_frames.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+using Sample = SyntheticFrame::Sample;
+
+AdaptiveSettings nested_of_budget(uint32_t budget) {
+  AdaptiveSettings s = of_budget(budget);
+  s.estimator = "nested";
+  return s;
+}
+
+// Half the pilot tells the other half how it differs.
+TEST(RoundPlannerOfSteps, ThePilotComesInTwoHalves) {
+  const auto pilots = [](const AdaptiveSettings& s) {
+    SyntheticFrame frame = even_noise(8, 8, 1);
+    RoundPlanner planner(s, 8, 8, 1);
+    const uint32_t first = planner.targets()[0];
+    frame.bring_to(planner.targets());
+    planner.plan(frame.film());
+    return std::pair(first, std::ranges::min(planner.targets()));
+  };
+  EXPECT_EQ(pilots(nested_of_budget(4096)), std::pair(8u, 16u));
+  EXPECT_EQ(pilots(nested_of_budget(64)).first, 8u);
+  EXPECT_EQ(pilots(nested_of_budget(5)).first, 5u);
+  AdaptiveSettings s = nested_of_budget(0);
+  s.threshold = 0.01f;
+  EXPECT_EQ(pilots(s), std::pair(8u, 16u));
+  s.min_samples = 64;
+  EXPECT_EQ(pilots(s), std::pair(8u, 16u));
+}
+
+// Where one pixel is like another, a power of two is shared out evenly, so that the frame is a
+// uniform one but for a few pixels: error x samples, mean(1 / n) mean(n), stays within a hundredth
+// of its least, and within three where pixels' estimates differ by their noise.
+TEST(RoundPlannerOfSteps, WhereNothingIsToGainNothingIsLost) {
+  for (const bool noise : {false, true}) {
+    for (const uint32_t budget : {16u, 32u, 128u, 512u}) {
+      SyntheticFrame frame =
+          noise ? even_noise(64, 64, 2) : SyntheticFrame(64, 64, 2, [](int, int, TestRandom&) {
+            return Sample{0.5f, 2};
+          });
+      RoundPlanner planner(nested_of_budget(budget), 64, 64, 7);
+      frame.render(planner);
+      double inverse = 0;
+      for (const uint32_t n : frame.counts()) {
+        ASSERT_TRUE(std::has_single_bit(n) || (n % 3 == 0 && std::has_single_bit(n / 3))) << n;
+        inverse += 1.0 / n / (64 * 64);
+      }
+      EXPECT_NEAR(frame.mean_count(), budget, 0.01 * budget) << noise;
+      EXPECT_LT(inverse * frame.mean_count(), noise ? 1.03 : 1.01) << noise << ", " << budget;
+    }
+  }
+}
+
+TEST(RoundPlannerOfSteps, OtherBudgetsAreMixed) {
+  for (const uint32_t budget : {20u, 48u, 100u}) {
+    SyntheticFrame frame = even_noise(64, 64, 3);
+    RoundPlanner planner(nested_of_budget(budget), 64, 64, 7);
+    frame.render(planner);
+    EXPECT_NEAR(frame.mean_count(), budget, 0.02 * budget);
+    EXPECT_LE(frame.mean_count(), budget + 0.1);
+  }
+}
+
+// As the share that goes to every pixel, whatever is known, does for the default.
+TEST(RoundPlannerOfSteps, PixelsThatSeemFinishedGetTheirShare) {
+  EXPECT_NEAR(samples_beside_noise(nested_of_budget(256)), 16 + 24, 6);
+}
+
+// Counts rounded to steps spread the ratio of two deviations, 4, over 3 to 5.3.
+TEST(RoundPlannerOfSteps, TheSamplesFollowTheDeviation) {
+  const double ratio = counts_at_four_times_the_noise(nested_of_budget(400));
+  EXPECT_GT(ratio, 2.9);
+  EXPECT_LT(ratio, 5.4);
+}
+
+TEST(RoundPlannerOfSteps, DearSamplesAreFewer) {
+  const double expected = std::sqrt(8.17 / 1.17);
+  const double ratio = counts_at_a_seventh_of_the_cost(nested_of_budget(400));
+  EXPECT_GT(ratio, 0.75 * expected);
+  EXPECT_LT(ratio, 1.1 * expected);
+}
+
+// Three channels of a deviation of .1. What was thought too much is looked at again, what was
+// thought too little is not, so the mean of all is somewhat low.
+TEST(RoundPlannerOfSteps, TheVarianceIsSeen) {
+  SyntheticFrame frame = even_noise(48, 48, 3);
+  RoundPlanner planner(nested_of_budget(400), 48, 48, 5);
+  frame.render(planner);
+  double mean = 0;
+  for (const float d : planner.errors().deviation) mean += double(d) * double(d) / (48 * 48);
+  EXPECT_GT(mean, 0.8 * 0.01);
+  EXPECT_LT(mean, 1.05 * 0.01);
+}
+
+// Under a threshold alone there are steps in between, and no more is spent than the default spends.
+TEST(RoundPlannerOfSteps, AThresholdIsMetAndNotMuchMore) {
+  AdaptiveSettings s;
+  s.estimator = "nested";
+  s.threshold = 0.005f;
+  const double spent = spent_over_needed(s);
+  EXPECT_GT(spent, 0.9);
+  EXPECT_LT(spent, 1.6);
+}
+
+}  // namespace
+}  // namespace emberline
