@@ -85,6 +85,31 @@ TEST_F(RenderSessionTest, SavedEditsGiveTheCommandTheSameBits) {
   expect_same_bits(other.session.picture()->rgba, with, "opened edits");
 }
 
+// A view without perspective, and one in a mirror.
+TEST_F(RenderSessionTest, SavedEditsKeepTheKindOfView) {
+  SessionOwner owner(settings("bisection", 4));
+  owner.open(scene("cornell_box"));
+  std::vector<float> before;
+  for (const bool orthographic : {false, true}) {
+    SceneEdits edits = some_edits();
+    edits.camera.mirrored = true;
+    if (orthographic) {
+      edits.camera.fov_y_degrees.reset();
+      edits.camera.orthographic_height = 600.0 / 7.0;
+    }
+    owner.session.set_edits(edits);
+    ASSERT_TRUE(finishes(owner));
+    owner.session.save_edits(path("look.json")).get();
+    RenderOptions options = settings("bucket", 4).render;
+    options.scene = scene("cornell_box");
+    options.edits = path("look.json");
+    const std::vector<float> seen = owner.session.picture()->rgba;
+    expect_same_bits(seen, rendered(options), orthographic ? "orthographic" : "mirrored");
+    EXPECT_NE(seen, before);
+    before = seen;
+  }
+}
+
 // A view that the command line chose is no edit; saved edits say it all the same.
 TEST_F(RenderSessionTest, SavedEditsStateTheViewOfTheOptions) {
   ViewSettings view = settings("bisection", 4);

@@ -1,8 +1,10 @@
 """The window as its user meets it: on a virtual screen, with real keys and a real mouse."""
+import json
 import pathlib
 import random
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -23,6 +25,20 @@ def small(*more, driver="bisection", spp=4):
     """A frame that is finished in a moment."""
     words = [scene(), "--size", f"{SIZE[0]}x{SIZE[1]}", "--driver", driver]
     return words + (["--spp", spp] if spp else []) + list(more)
+
+
+def with_camera(source, target, camera, scale):
+    """A copy of a scene file whose camera is another, under a node of that scale."""
+    data = source.read_bytes()
+    length, = struct.unpack_from("<I", data, 12)
+    gltf = json.loads(data[20:20 + length])
+    gltf["cameras"] = [camera]
+    next(n for n in gltf["nodes"] if "camera" in n)["scale"] = scale
+    text = json.dumps(gltf).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + length:]
+    target.write_bytes(struct.pack("<4sIIII", b"glTF", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A)
+                       + text + rest)
 
 
 class WindowTest(unittest.TestCase):
@@ -190,6 +206,10 @@ class WindowTest(unittest.TestCase):
         since = window.mark()
         window.drag((-60, 10))
         window.wait_until_finished(since)
+        self.expect_saved_edits_to_render_alike(window, box)
+
+    def expect_saved_edits_to_render_alike(self, window, box):
+        since = window.mark()
         window.key("ctrl+s")
         window.wait_for("message", lambda e: "edits saved" in e["text"], since)
         edits = box.with_suffix(".edits.json")
@@ -206,6 +226,43 @@ class WindowTest(unittest.TestCase):
                               check=True, capture_output=True, text=True).stdout
         for told_value, value in zip(told["rgb"], (float(word) for word in text.split("):")[-1].split())):
             self.assertAlmostEqual(told_value, value, delta=1e-5 * max(1, abs(value)))
+
+    def test_moving_an_orthographic_mirrored_camera_keeps_its_kind(self):
+        box = pathlib.Path(self.window_folder()) / "flat.glb"
+        with_camera(scene(), box, {"type": "orthographic", "name": "flat", "orthographic": {
+            "xmag": 270, "ymag": 270, "znear": 0.1, "zfar": 5000}}, [-1, 1, 1])
+        window = self.window(box, *small()[1:])
+        window.wait_until_finished()
+        window.focus()
+        heights = []
+        for move in (lambda: window.drag((30, 10)), lambda: window.drag((20, -15), key="shift"),
+                     lambda: window.drag((10, 5), button=3), lambda: window.display.xdotool("click", 4),
+                     lambda: window.key("f")):
+            since = window.mark()
+            move()
+            told = window.wait_for("edits", lambda e: e["camera"], since)
+            window.wait_until_finished(since)
+            told = window.last("edits")
+            self.assertTrue(told["mirrored"])
+            heights.append(told["orthographic_height"])
+        self.assertTrue(all(abs(h - 540) < 1e-9 for h in heights[:3]), heights)
+        self.assertLess(heights[3], 500)
+        since = window.mark()
+        window.key("ctrl+z")
+        self.assertEqual(window.wait_for("edits", since=since)["orthographic_height"], heights[3])
+        since = window.mark()
+        window.key("ctrl+1")  # a bookmark, another view, and back
+        window.drag((30, 30))
+        window.key("f")
+        window.wait_for("edits", lambda e: abs(e["orthographic_height"] - heights[4]) < 1e-9, since)
+        since = window.mark()
+        window.key("1")
+        self.assertEqual(window.wait_for("edits", since=since)["orthographic_height"], heights[3])
+        window.wait_until_finished(since)
+        self.expect_saved_edits_to_render_alike(window, box)
+        since = window.mark()
+        window.key("r")
+        self.assertIsNone(window.wait_for("edits", since=since)["orthographic_height"])
 
     def window_folder(self):
         import tempfile
@@ -313,7 +370,6 @@ class WindowTest(unittest.TestCase):
         script.write_text('[{"at_s": 0.2, "edit": {"orbit": [20, 0]}}, {"at_s": 0.5, "edit": {"light": 0, "intensity": 2}}]')
         window = self.window(*small(spp=None), "--measure", folder / "m.json", "--measure-script", script)
         self.assertEqual(window.process.wait(screens.PATIENCE_S), 0)
-        import json
         result = json.loads((folder / "m.json").read_text())
         self.assertTrue(result["complete"])
         self.assertEqual([e["what"] for e in result["edits"]], ["camera", "light"])

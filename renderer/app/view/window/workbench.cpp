@@ -107,6 +107,7 @@ void Workbench::take_scene() {
   material_ = -1;
   clicked_.reset();
   pivot_ = scene_->center;
+  fov_before_ = kOrdinaryFov;
   edits_file_ = first ? options_.render.edits : std::string();
   if (edits_file_.empty()) edits_file_ = suggested_edits_file();
   window.remember_scene(load_status_.path);
@@ -220,8 +221,11 @@ void Workbench::send_edits() {
 void Workbench::journal_edits() {
   journal.write("edit", {{"edit", session_.edit()}});
   const std::optional<Vec3d>& from = edits_.camera.look_from;
+  const std::optional<double>& height = edits_.camera.orthographic_height;
   const nlohmann::json camera = from ? nlohmann::json{from->x, from->y, from->z} : nlohmann::json();
   journal.write("edits", {{"camera", camera},
+                          {"orthographic_height", height ? nlohmann::json(*height) : nullptr},
+                          {"mirrored", edits_.camera.mirrored},
                           {"lights", edits_.lights.size()},
                           {"materials", edits_.materials.size()}});
 }
@@ -245,9 +249,9 @@ ViewCamera Workbench::camera() const {
   return view_of(edited_camera(edits_, scene_->outline, scene_->camera), pivot_, scene_->radius);
 }
 
-void Workbench::change_view(const ViewCamera& view) {
+void Workbench::change_view(const ViewCamera& view, std::string_view what) {
   pivot_ = view.pivot;
-  change_camera(edit_of(view, edits_.camera), "camera");
+  change_camera(edit_of(view, edits_.camera), what);
 }
 
 void Workbench::navigate(Drag drag, const Vec2f& pixels) {
@@ -263,7 +267,7 @@ void Workbench::navigate(Drag drag, const Vec2f& pixels) {
     case Drag::kDolly:
       return change_view(dolly(view, std::exp2(2.0 * y)));
     case Drag::kLookAround:
-      return change_view(turn(view, view.fov_y * x, view.fov_y * y));
+      return change_view(turn(view, view.frame_angle() * x, view.frame_angle() * y));
     case Drag::kTurnEnvironment:
       return turn_environment(kTurnPerPixel * pixels.x);
     case Drag::kRegion:
@@ -295,7 +299,7 @@ void Workbench::fly_along(const std::array<bool, 6>& held, double seconds, bool 
   };
   const ViewCamera view = camera();
   // In proportion to what is looked at, so that one slows down on coming near.
-  const double way = kFlightSpeed * view.distance * seconds * (fast ? kFastFlight : 1.0);
+  const double way = kFlightSpeed * view.reach() * seconds * (fast ? kFastFlight : 1.0);
   change_view(fly(view, way * along(Flight::kRight, Flight::kLeft),
                   way * along(Flight::kUp, Flight::kDown),
                   way * along(Flight::kForward, Flight::kBack)));
@@ -319,6 +323,22 @@ void Workbench::look_at(const Vec3d& point) {
 void Workbench::orbit_around(const Vec2i& pixel) {
   pivot_pixel_ = pixel;
   refresh_inspection();
+}
+
+void Workbench::set_orthographic(bool orthographic) {
+  if (!scene_) return;
+  const ViewCamera view = camera();
+  if (view.orthographic == orthographic) return;
+  if (orthographic) fov_before_ = view.fov_y;
+  change_view(orthographic ? without_perspective(view) : with_perspective(view, fov_before_),
+              "projection");
+}
+
+void Workbench::set_mirrored(bool mirrored) {
+  if (!scene_) return;
+  ViewCamera view = camera();
+  view.mirrored = mirrored;
+  change_view(view, "mirrored");
 }
 
 // ---- the pixel under the cursor

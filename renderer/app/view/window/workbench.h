@@ -83,6 +83,9 @@ class Workbench {
   void dolly_by(double steps);                    // of the wheel, towards the scene
   void fly_along(const std::array<bool, 6>& held, double seconds, bool fast);
   void orbit_around(const Vec2i& pixel);
+  // What is orbited keeps its size. Perspective comes back with the angle that it last had here.
+  void set_orthographic(bool orthographic);
+  void set_mirrored(bool mirrored);
   double focus_distance() const;  // of a lens, metres; where none is set, to what is orbited
   const std::array<std::optional<CameraEdit>, 9>& bookmarks() const { return bookmarks_; }
 
@@ -127,7 +130,7 @@ class Workbench {
   };
 
   ViewCamera camera() const;
-  void change_view(const ViewCamera& view);
+  void change_view(const ViewCamera& view, std::string_view what = "camera");
   void look_at(const Vec3d& point);
   void turn_environment(double degrees);
   void take_scene();
@@ -160,6 +163,7 @@ class Workbench {
 
   std::array<std::optional<CameraEdit>, 9> bookmarks_;
   Vec3d pivot_ = Vec3d(0.0);
+  double fov_before_ = kOrdinaryFov;  // it became orthographic
   std::optional<Vec2i> pointed_, clicked_, pivot_pixel_;
   std::optional<PixelInspection> inspection_;
   int material_ = -1;
