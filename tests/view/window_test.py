@@ -103,6 +103,32 @@ class WindowTest(unittest.TestCase):
             self.assertTrue(told["known"])
             self.assertEqual(told["samples"], 4)
 
+    def test_explains_a_pixel(self):
+        window = self.finished(*small(driver="adaptive", spp=64))
+        window.move_to_pixel(120, 20)
+        since = window.mark()
+        window.key("F3")
+        first = window.wait_for("explanation", since=since)
+        self.assertEqual((first["x"], first["y"]), (120, 20))
+        self.assertIn("ended by --spp", first["text"])
+        self.assertNotIn("rounds", first["text"])
+        since = window.mark()
+        window.key("F5")
+        window.wait_for("explanation", lambda e: "so far" in e["text"], since)
+        window.wait_for("explanation", lambda e: "ended by --spp" in e["text"] and "rounds\n" in e["text"], since)
+        # It stays with that pixel while the cursor goes elsewhere, until another is clicked.
+        since = window.mark()
+        window.move_to_pixel(150, 10)
+        time.sleep(0.5)
+        self.assertFalse([e for e in window.events[since:] if e["event"] == "explanation"])
+        window.display.xdotool("click", 1)
+        told = window.wait_for("explanation", since=since)
+        self.assertEqual((told["x"], told["y"]), (150, 10))
+        before = window.screenshot()
+        window.key("F3")
+        time.sleep(0.3)
+        self.assertNotEqual(window.screenshot()[2], before[2])
+
     def test_a_click_selects_the_material(self):
         window = self.finished()
         since = window.mark()
@@ -270,6 +296,46 @@ class WindowTest(unittest.TestCase):
         self.addCleanup(shutil.rmtree, folder, True)
         return folder
 
+    def choose_in_dialog(self, window, path):
+        time.sleep(0.5)
+        window.key("ctrl+a")
+        window.type(str(path))
+        window.key("Return")
+
+    def test_an_environment_can_be_opened_and_taken_back(self):
+        window = self.finished()
+        start = self.picture_rows(window, window.screenshot())
+        since = window.mark()
+        window.key("ctrl+o")
+        self.choose_in_dialog(window, SCENES / "dusk.hdr")
+        edits = window.wait_for("edits", lambda e: e["environment"], since)
+        self.assertEqual(edits["environment"], str(SCENES / "dusk.hdr"))
+        window.wait_until_finished(since)
+        time.sleep(0.5)  # until the dialog is gone
+        self.assertNotEqual(self.picture_rows(window, window.screenshot()), start)
+        since = window.mark()
+        window.key("ctrl+z")
+        window.wait_for("edits", lambda e: not e["environment"], since)
+
+    def test_reloading_keeps_the_edits(self):
+        box = pathlib.Path(self.window_folder()) / "box.glb"
+        shutil.copy(scene(), box)
+        window = self.window(box, *small()[1:])
+        window.wait_until_finished()
+        window.focus()
+        since = window.mark()
+        window.drag((60, 10))
+        window.wait_until_finished(since)
+        camera = window.last("edits")["camera"]
+        materials = window.last("scene")["materials"]
+        shutil.copy(scene("spheres"), box)
+        since = window.mark()
+        window.key("ctrl+r")
+        window.wait_for("scene", lambda e: e["materials"] != materials, since)
+        self.assertEqual(window.wait_for("edits", since=since)["camera"], camera)
+        window.wait_until_finished(since)
+        self.assertEqual(window.end(), 0)
+
     # ---- storms
 
     def test_storm_of_edits(self):
@@ -329,10 +395,7 @@ class WindowTest(unittest.TestCase):
         before = window.last("picture")["serial"]
         since = window.mark()
         window.key("ctrl+o")
-        time.sleep(0.5)
-        window.key("ctrl+a")
-        window.type(str(bad))
-        window.key("Return")
+        self.choose_in_dialog(window, bad)
         message = window.wait_for("message", lambda e: e["level"] == "error", since)
         self.assertIn("bad.glb", message["text"])
         self.assertGreaterEqual(window.last("picture")["serial"], before)

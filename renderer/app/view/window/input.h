@@ -12,6 +12,7 @@ namespace emberline {
 // What a key, a menu entry or a button asks for.
 enum class Action {
   kOpen,
+  kReload,
   kSaveEdits,
   kSavePicture,
   kScreenshot,
@@ -33,6 +34,7 @@ enum class Action {
   kExposureDown,
   kNextOverlay,
   kInspector,
+  kExplain,
   kCopyPixel,
   kStoreSnapshot,
   kWipe,

@@ -63,18 +63,22 @@ Workbench::~Workbench() { session_.on_change({}); }
 // ---- what is open
 
 void Workbench::open(const std::string& scene) {
+  reloading_ = false;
   const bool first = !scene_ && scene == options_.render.scene;
   session_.open(scene, first ? options_.render.edits : std::string());
+}
+
+void Workbench::reload() {
+  if (!scene_) return;
+  session_.open(scene_->outline.file);
+  reloading_ = true;
 }
 
 void Workbench::open_dropped(const std::string& path) {
   const std::string suffix = lower_suffix(path);
   if (suffix == ".hdr" || suffix == ".exr") {
     if (!scene_) return say(Message::Level::kError, path + ": open a scene first, then its light");
-    SceneEdits edits = edits_;
-    edits.environment.file = path;
-    edits.environment.image.reset();
-    return change(edits, "environment file");
+    return set_environment(path);
   }
   if (suffix == ".json") {
     if (!scene_) return say(Message::Level::kError, path + ": open a scene first, then its edits");
@@ -98,24 +102,38 @@ void Workbench::take_scene() {
   std::shared_ptr<const OpenScene> scene = session_.scene();
   if (scene == scene_) return;
   const bool first = !scene_;
+  const bool again = std::exchange(reloading_, false);
+  const SceneEdits before_edits = edits_, saved = saved_edits_;
   scene_ = std::move(scene);
   edits_ = sent_edits_ = saved_edits_ = session_.edits();
   solo_.reset();
   sent_solo_.reset();
   history_ = EditHistory(edits_);
-  bookmarks_ = {};
+  if (!again) bookmarks_ = {};
   material_ = -1;
   clicked_.reset();
+  picked_.reset();
   pivot_ = scene_->center;
   fov_before_ = kOrdinaryFov;
-  edits_file_ = first ? options_.render.edits : std::string();
+  if (!again) edits_file_ = first ? options_.render.edits : std::string();
   if (edits_file_.empty()) edits_file_ = suggested_edits_file();
   window.remember_scene(load_status_.path);
   for (const std::string& warning : scene_->warnings) say(Message::Level::kWarning, warning);
   journal.write("scene", {{"file", load_status_.path},
                           {"materials", scene_->outline.materials.size()},
                           {"lights", list_lights(scene_->outline, edits_).size()}});
+  if (again) {
+    saved_edits_ = saved;
+    take_back_edits(before_edits);
+  }
   latency.asked(session_.edit(), "open", now());
+}
+
+// Edits that no longer fit the file are left out, and the session says why.
+void Workbench::take_back_edits(const SceneEdits& edits) {
+  edits_ = edits;
+  send_edits();
+  history_ = EditHistory(edits_);
 }
 
 std::string Workbench::suggested_edits_file() const {
@@ -145,6 +163,7 @@ bool Workbench::update() {
   };
   const auto before_look = shown();
   refresh_inspection();
+  news |= refresh_explanation();
   return news || shown() != before_look || std::exchange(news_, false);
 }
 
@@ -198,6 +217,28 @@ void Workbench::change_camera(const CameraEdit& camera, std::string_view what) {
   change(edits, what);
 }
 
+void Workbench::set_environment(const std::string& file) {
+  SceneEdits edits = edits_;
+  edits.environment.file = file;
+  edits.environment.image.reset();
+  edits.environment.repaired_texels = 0;
+  change(edits, "environment file");
+}
+
+void Workbench::clear_environment() {
+  SceneEdits edits = edits_;
+  EnvironmentEdit& edit = edits.environment;
+  edit.file.clear();
+  edit.image.reset();
+  edit.repaired_texels = 0;
+  if (scene_ && !scene_->outline.environment) {  // nothing is left that could be edited
+    edit = {};
+    std::erase_if(edits.lights,
+                  [](const LightEdit& light) { return light.kind == EditedLight::kEnvironment; });
+  }
+  change(edits, "environment file");
+}
+
 void Workbench::set_solo(const std::optional<LightEdit>& solo) {
   solo_ = solo;
   send_edits();
@@ -226,6 +267,7 @@ void Workbench::journal_edits() {
   journal.write("edits", {{"camera", camera},
                           {"orthographic_height", height ? nlohmann::json(*height) : nullptr},
                           {"mirrored", edits_.camera.mirrored},
+                          {"environment", edits_.environment.file},
                           {"lights", edits_.lights.size()},
                           {"materials", edits_.materials.size()}});
 }
@@ -349,7 +391,8 @@ void Workbench::point_at(const std::optional<Vec2i>& pixel) {
 }
 
 void Workbench::select_at(const Vec2i& pixel) {
-  clicked_ = pixel;
+  clicked_ = picked_ = pixel;
+  refresh_explanation();
   point_at(pixel);
 }
 
@@ -381,6 +424,48 @@ void Workbench::refresh_inspection() {
   }
 }
 
+// The panel comes with the pixel under the cursor; without one, with that of before.
+void Workbench::explain() {
+  show_explanation = !show_explanation;
+  if (show_explanation && pointed_) picked_ = pointed_;
+  refresh_explanation();
+}
+
+// True if there is something new to be seen.
+bool Workbench::refresh_explanation() {
+  session_.pick(show_explanation ? picked_ : std::nullopt);
+  std::optional<PixelInspection> now = session_.picked();
+  const auto seen = [](const std::optional<PixelInspection>& p) {
+    return p ? std::tuple(p->known, p->x, p->y, p->samples, p->explanation)
+             : std::tuple(false, -1, -1, 0u, std::string());
+  };
+  const bool news = seen(now) != seen(explanation_);
+  explanation_ = std::move(now);
+  if (news && explanation_ && explanation_->known) {
+    journal.write("explanation", {{"x", explanation_->x},
+                                  {"y", explanation_->y},
+                                  {"samples", explanation_->samples},
+                                  {"text", explanation_text()}});
+  }
+  return news;
+}
+
+std::string Workbench::explanation_text() const {
+  if (!explanation_ || !explanation_->known) return {};
+  const PixelInspection& p = *explanation_;
+  if (!p.explanation.empty()) return p.explanation;
+  return fmt::format("pixel {},{}: {} samples\nmean {:.6g} {:.6g} {:.6g}\n", p.x, p.y, p.samples,
+                     p.radiance.x, p.radiance.y, p.radiance.z);
+}
+
+void Workbench::copy_explanation() {
+  const std::string text = explanation_text();
+  if (text.empty()) return;
+  if (copy_text) copy_text(text);
+  journal.write("copied", {{"text", text}});
+  say(Message::Level::kNote, "copied: why the pixel is done");
+}
+
 void Workbench::copy_pixel() {
   if (!inspection_) return;
   const PixelInspection& p = *inspection_;
@@ -407,6 +492,8 @@ void Workbench::act(Action action, int number) {
     case Action::kOpen:
       ask_for_scene = true;
       return;
+    case Action::kReload:
+      return reload();
     case Action::kSaveEdits:
       return save_edits();
     case Action::kSavePicture:
@@ -475,6 +562,8 @@ void Workbench::act(Action action, int number) {
     case Action::kInspector:
       window.inspector = show_inspector = !show_inspector;
       return refresh_inspection();
+    case Action::kExplain:
+      return explain();
     case Action::kCopyPixel:
       return copy_pixel();
     case Action::kStoreSnapshot:
