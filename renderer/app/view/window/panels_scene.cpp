@@ -103,13 +103,23 @@ void draw_environment(Workbench& bench) {
   EnvironmentEdit& edit = edits.environment;
   if (!own && edit.file.empty()) {
     ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
-    widgets::paragraph("No environment. Drop an .hdr or .exr file onto the window.");
+    widgets::paragraph("No environment. Choose an .hdr or .exr file, or drop one here.");
     ImGui::PopStyleColor();
+    if (ImGui::Button("Choose…", {-FLT_MIN, 0.0f})) bench.ask_for_environment = true;
     return;
   }
   const std::string file = edit.file.empty() ? (own ? own->file : "") : edit.file;
   const std::string name = std::filesystem::path(file).filename().string();
-  widgets::text({"File", file.c_str()}, name.empty() ? "constant colour" : name);
+  widgets::text({"File", file.c_str(), !edit.file.empty()},
+                name.empty() ? "constant colour" : name);
+  const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+  if (ImGui::Button("Choose…", {half, 0.0f})) bench.ask_for_environment = true;
+  ImGui::SameLine();
+  ImGui::BeginDisabled(edit.file.empty());
+  if (ImGui::Button(own ? "As opened" : "Take away", {half, 0.0f})) {
+    bench.clear_environment();
+  }
+  ImGui::EndDisabled();
 
   float strength = edit.strength.value_or(own ? own->strength : 1.0f);
   bool reset = false;
