@@ -290,6 +290,25 @@ class WindowTest(unittest.TestCase):
         window.key("r")
         self.assertIsNone(window.wait_for("edits", since=since)["orthographic_height"])
 
+    def test_a_key_changes_the_projection_and_what_is_orbited_keeps_its_size(self):
+        window = self.finished()
+        since = window.mark()
+        window.drag((30, 10))
+        window.wait_until_finished(since)
+        camera = window.last("edits")["camera"]
+        since = window.mark()
+        window.key("p")
+        flat = window.wait_for("edits", lambda e: e["orthographic_height"], since)
+        self.assertEqual(flat["camera"], camera)
+        since = window.mark()
+        window.key("p")
+        deep = window.wait_for("edits", lambda e: not e["orthographic_height"], since)
+        for back, there in zip(deep["camera"], camera):
+            self.assertAlmostEqual(back, there, delta=1e-6 * 1000)
+        since = window.mark()
+        window.key("ctrl+z")
+        self.assertEqual(window.wait_for("edits", since=since)["orthographic_height"], flat["orthographic_height"])
+
     def window_folder(self):
         import tempfile
         folder = tempfile.mkdtemp(prefix="emberline-view-")

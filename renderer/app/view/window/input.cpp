@@ -33,6 +33,8 @@ constexpr std::array kShortcuts = {
 
     Shortcut{Action::kFrameAll, GLFW_KEY_F, 0, "Camera", "F", "frame the whole scene"},
     Shortcut{Action::kResetCamera, GLFW_KEY_R, 0, "Camera", "R", "back to the file's camera"},
+    Shortcut{Action::kOrthographic, GLFW_KEY_P, 0, "Camera", "P",
+             "orthographic, and perspective again"},
     Shortcut{Action::kRecallBookmark, GLFW_KEY_1, 0, "Camera", "1 to 9", "go to a bookmark", 1},
     Shortcut{Action::kRecallBookmark, GLFW_KEY_2, 0, "Camera", "2", "", 2, false},
     Shortcut{Action::kRecallBookmark, GLFW_KEY_3, 0, "Camera", "3", "", 3, false},

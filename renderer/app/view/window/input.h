@@ -24,6 +24,7 @@ enum class Action {
   kRestart,
   kFrameAll,
   kResetCamera,
+  kOrthographic,
   kRecallBookmark,  // number 1 to 9: Shortcut::number
   kStoreBookmark,
   kZoomFit,

@@ -173,6 +173,7 @@ void Interface::draw_menu(Workbench& bench) {
   if (ImGui::BeginMenu("Camera")) {
     menu_entry(bench, "Frame all", Action::kFrameAll, open);
     menu_entry(bench, "Reset", Action::kResetCamera, open);
+    menu_entry(bench, "Orthographic", Action::kOrthographic, open, bench.orthographic());
     ImGui::EndMenu();
   }
   if (ImGui::BeginMenu("View")) {

@@ -526,6 +526,8 @@ void Workbench::act(Action action, int number) {
     case Action::kResetCamera:
       if (scene_) pivot_ = scene_->center;
       return change_camera(CameraEdit(), "reset camera");
+    case Action::kOrthographic:
+      return set_orthographic(!orthographic());
     case Action::kRecallBookmark:
       if (const auto& camera = bookmarks_[size_t(number - 1)]) {
         return change_camera(*camera, "bookmark");

@@ -92,6 +92,7 @@ class Workbench {
   void orbit_around(const Vec2i& pixel);
   // What is orbited keeps its size. Perspective comes back with the angle that it last had here.
   void set_orthographic(bool orthographic);
+  bool orthographic() const { return scene_ && camera().orthographic; }
   void set_mirrored(bool mirrored);
   double focus_distance() const;  // of a lens, metres; where none is set, to what is orbited
   const std::array<std::optional<CameraEdit>, 9>& bookmarks() const { return bookmarks_; }
