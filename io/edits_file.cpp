@@ -125,7 +125,8 @@ EditTarget read_target(const Reader& entry) {
 }
 
 CameraEdit read_camera(const Reader& entry) {
-  entry.object({"file_camera", "look_from", "look_at", "up", "fov_y", "f_stop", "focus_distance"});
+  entry.object({"file_camera", "look_from", "look_at", "up", "mirrored", "fov_y",
+                "orthographic_height", "f_stop", "focus_distance"});
   CameraEdit edit;
   edit.place = entry.place();
   if (entry.has("file_camera")) {
@@ -144,6 +145,21 @@ CameraEdit read_camera(const Reader& entry) {
     }
     edit.up = entry["up"].vector(-1.0, 1.0);
     if (!(edit.up.length2() > 0)) entry["up"].expected("a direction");
+  }
+  if (entry.has("mirrored")) {
+    if (!edit.look_from) {
+      throw InputError(entry["mirrored"].place(),
+                       "it is for a view with \"look_from\" and \"look_at\"");
+    }
+    edit.mirrored = entry["mirrored"].boolean();
+  }
+  if (entry.has("orthographic_height")) {
+    for (const char* const other : {"fov_y", "f_stop"}) {
+      if (!entry.has(other)) continue;
+      throw InputError(entry[other].place(),
+                       "an orthographic view, with \"orthographic_height\", has none");
+    }
+    edit.orthographic_height = entry["orthographic_height"].number(1.0 / kFarthest, kFarthest);
   }
   if (entry.has("fov_y")) edit.fov_y_degrees = entry["fov_y"].number(0.05, 179.9);
   if (entry.has("f_stop")) edit.f_stop = entry["f_stop"].number(1.0 / kMostOfLens, kMostOfLens);
@@ -295,7 +311,9 @@ Json camera_json(const CameraEdit& edit) {
     json["look_from"] = vector(*edit.look_from);
     json["look_at"] = vector(*edit.look_at);
     json["up"] = vector(edit.up);
+    if (edit.mirrored) json["mirrored"] = true;
   }
+  if (edit.orthographic_height) json["orthographic_height"] = *edit.orthographic_height;
   if (edit.fov_y_degrees) json["fov_y"] = *edit.fov_y_degrees;
   if (edit.f_stop) json["f_stop"] = *edit.f_stop;
   if (edit.focus_distance) json["focus_distance"] = *edit.focus_distance;

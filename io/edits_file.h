@@ -4,7 +4,7 @@
 //     "emberline_edits": 1,
 //     "camera": {"file_camera": {"name": "main", "index": 0}, "fov_y": 35,
 //                "look_from": [0, 1, 4], "look_at": [0, 0.5, 0], "up": [0, 1, 0],
-//                "f_stop": 2.8, "focus_distance": 4},
+//                "mirrored": false, "f_stop": 2.8, "focus_distance": 4},
 //     "variant": {"name": "beach", "index": 1},
 //     "environment": {"file": "studio.hdr", "strength": 1, "rotation": 30},
 //     "lights": [{"kind": "punctual", "name": "Key", "index": 0,
@@ -15,7 +15,8 @@
 //                    "metallic": 0, "emission": [0, 0, 0], "transmission": 1, "normal_scale": 1}]
 //   }
 //
-// Only the version is required. Colours are linear Rec. 709, angles degrees, lengths metres. What
+// Only the version is required. An orthographic view has "orthographic_height" in place of "fov_y"
+// and "f_stop". Colours are linear Rec. 709, angles degrees, lengths metres. What
 // the members mean is in renderer/scene/scene_edits.h.
 #pragma once
 

@@ -60,7 +60,7 @@ CameraDescription choose_view(const RenderOptions& options, const SceneDescripti
   }
   if (options.look_from) {
     camera.name = "--look-from";
-    camera.orthographic = false;
+    if (options.fov_y) camera.orthographic = false;
     camera.to_world = look_at_matrix(*options.look_from, *options.look_at);
     if (options.camera.empty()) camera.fov_y = 40.0 * kPiD / 180.0;
   }

@@ -138,6 +138,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
       counters.max_samples = *most;
     }
     counters.stopped = stopped_ = !complete;
+    ended_ = true;
     return counters;
   }
 
@@ -178,11 +179,19 @@ class AdaptiveDriver::Progress final : public FramePicture {
            (order_.capacity() + have_.capacity()) * sizeof(uint32_t);
   }
   std::string explain(int x, int y) const;
+  void follow(int x, int y) {
+    if (ended_ || planner_.recorded() == index(x, y)) return;
+    planner_.record(index(x, y));
+    followed_from_ = planner_.round();
+  }
 
  private:
   size_t index(int x, int y) const { return window_.index_of(x, y); }
   int x_of(size_t i) const { return window_.x_of(i); }
   int y_of(size_t i) const { return window_.y_of(i); }
+
+  // What becomes of the pixel, or has: the end of explain()'s first line.
+  std::string fate_of(size_t i) const;
 
   PixelStop stop_of(size_t i) const {
     if (have_[i] == 0) return PixelStop::kNone;
@@ -321,15 +330,25 @@ class AdaptiveDriver::Progress final : public FramePicture {
   std::vector<uint32_t> have_;  // samples of each pixel
   std::vector<float> gains_;    // expected of this round's
   int pass_ = 0;
-  bool covered_ = false;  // every pixel has a sample
-  bool stopped_ = false;  // before the work was done
+  bool covered_ = false;   // every pixel has a sample
+  bool stopped_ = false;   // before the work was done
+  bool ended_ = false;     // render() is over
+  int followed_from_ = 0;  // the round in which the recorded pixel was asked for; 0: before all
 };
+
+std::string AdaptiveDriver::Progress::fate_of(size_t i) const {
+  if (ended_) return fmt::format("ended by {}", pixel_stop_name(stop_of(i)));
+  if (!covered_) return "so far: every pixel gets its first";
+  const uint32_t target = planner_.targets()[i];
+  if (planner_.round() == 0) return fmt::format("so far: every pixel gets {}", target);
+  return fmt::format("so far: {} by the end of round {}", target, planner_.round());
+}
 
 std::string AdaptiveDriver::Progress::explain(int x, int y) const {
   const size_t i = index(x, y);
   const Rgb mean = film_.mean(x, y);
-  std::string text = fmt::format("pixel {},{}: {} samples, ended by {}\n", x, y, have_[i],
-                                 pixel_stop_name(stop_of(i)));
+  std::string text = fmt::format("pixel {},{}: {} sample{}, {}\n", x, y, have_[i],
+                                 have_[i] == 1 ? "" : "s", fate_of(i));
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "mean {:.6g} {:.6g} {:.6g}\n", mean.x, mean.y, mean.z);
   if (!planner_.errors().error.empty()) {  // there was a round to plan
@@ -351,8 +370,11 @@ std::string AdaptiveDriver::Progress::explain(int x, int y) const {
                      step.leaf ? ", leaf" : "");
     }
   }
-  fmt::format_to(out, "rounds\n  {:>5} {:>8} {:>10} {:>10} {:>6} {:>8}\n", "round", "samples",
-                 "error", "deviation", "cost", "to have");
+  if (planner_.recorded() != i || planner_.records().empty()) return text;
+  const bool late = followed_from_ > 0;
+  fmt::format_to(out, "rounds{}\n  {:>5} {:>8} {:>10} {:>10} {:>6} {:>8}\n",
+                 late ? fmt::format(" since it was asked for, in round {}", followed_from_) : "",
+                 "round", "samples", "error", "deviation", "cost", "to have");
   for (const RoundRecord& r : planner_.records()) {
     fmt::format_to(out, "  {:>5} {:>8} {:>10.4g} {:>10.4g} {:>6.3g} {:>8}\n", r.round, r.samples,
                    r.error, r.deviation, r.cost, r.target);
@@ -384,6 +406,8 @@ std::optional<double> AdaptiveDriver::error_estimate() const {
 }
 
 std::string AdaptiveDriver::explain(int x, int y) const { return progress_->explain(x, y); }
+
+void AdaptiveDriver::follow(int x, int y) { progress_->follow(x, y); }
 
 const FramePicture* AdaptiveDriver::picture() const { return progress_.get(); }
 

@@ -44,6 +44,7 @@ class AdaptiveDriver final : public FrameDriver {
   void deliver(FrameObserver& observer) override;
   std::optional<double> error_estimate() const override;
   std::string explain(int x, int y) const override;
+  void follow(int x, int y) override;
   const FramePicture* picture() const override;
   const RefinementTree* tree() const override;
   uint64_t film_bytes() const override;

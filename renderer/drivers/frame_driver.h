@@ -119,9 +119,12 @@ class FrameDriver {
   // The driver's estimate of the delivered frame's error: expected RMS error of the displayed
   // picture, if it made one.
   virtual std::optional<double> error_estimate() const { return std::nullopt; }
-  // What decided the number of the pixel's samples, in lines for people; empty if nothing did. At a
-  // pause, or after render().
+  // What decided the number of the pixel's samples, in lines for people, or what does so far; empty
+  // if nothing did. At a pause, or after render().
   virtual std::string explain(int /*x*/, int /*y*/) const { return {}; }
+  // At a pause: explain() will be asked about this pixel instead of the settings', and has to tell
+  // of it what happens from here on.
+  virtual void follow(int /*x*/, int /*y*/) {}
   // What render() kept, as it can be shown; null for a driver that keeps nothing.
   virtual const FramePicture* picture() const { return nullptr; }
   // The tree by which the first samples were placed, if that is what the driver does and

@@ -195,6 +195,22 @@ void EditApplication::edit_light(size_t i) {
   }
 }
 
+// Frames of any shape take their width from the height, so that the file's ratio means nothing.
+void make_orthographic(double height, CameraDescription& camera) {
+  camera.orthographic = true;
+  camera.aspect.reset();
+  camera.x_mag = camera.y_mag = 0.5 * height;
+  camera.lens_radius = 0.0;
+}
+
+Mat44d view_matrix(const CameraEdit& edit) {
+  Mat44d m = look_at_matrix(*edit.look_from, *edit.look_at, edit.up);
+  if (edit.mirrored) {
+    for (int c = 0; c < 3; ++c) m[0][c] = -m[0][c];  // the picture's right edge
+  }
+  return m;
+}
+
 void edit_lens(const CameraEdit& edit, CameraDescription& camera) {
   if (edit.focus_distance) {
     camera.focus_distance = *edit.focus_distance;
@@ -254,8 +270,9 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
     camera.name = "edited view";
     camera.orthographic = false;
     camera.aspect.reset();  // of the frame
-    camera.to_world = look_at_matrix(*edit.look_from, *edit.look_at, edit.up);
+    camera.to_world = view_matrix(edit);
   }
+  if (edit.orthographic_height) make_orthographic(*edit.orthographic_height, camera);
   if (edit.fov_y_degrees) {
     if (camera.orthographic) {
       refuse(edit.place, "camera '" + camera.name + "' is orthographic and has no \"fov_y\"");

@@ -33,10 +33,15 @@ struct EditTarget {
 // A view. What is absent stays as the command line or the file has it.
 struct CameraEdit {
   std::optional<EditTarget> camera;  // of SceneDescription::cameras
-  // World space, metres, together or not at all: a perspective view from here instead.
+  // World space, metres, together or not at all: a view from here instead, in perspective unless
+  // orthographic_height says otherwise.
   std::optional<Vec3d> look_from, look_at;
   Vec3d up = Vec3d(0.0, 1.0, 0.0);      // with them; any length but 0
+  bool mirrored = false;                // with them: left and right are exchanged
   std::optional<double> fov_y_degrees;  // vertical, of a perspective view
+  // The view is orthographic, whatever the camera was, and shows so many metres from its lower edge
+  // to its upper one. Not with fov_y_degrees or f_stop.
+  std::optional<double> orthographic_height;
   // A lens instead of a pinhole (lens_radius in camera.h), and what it is focused on in metres
   // along the axis; where that is absent, on look_at.
   std::optional<double> f_stop, focus_distance;
@@ -44,7 +49,8 @@ struct CameraEdit {
 
   bool operator==(const CameraEdit& other) const {
     return camera == other.camera && look_from == other.look_from && look_at == other.look_at &&
-           up == other.up && fov_y_degrees == other.fov_y_degrees && f_stop == other.f_stop &&
+           up == other.up && mirrored == other.mirrored && fov_y_degrees == other.fov_y_degrees &&
+           orthographic_height == other.orthographic_height && f_stop == other.f_stop &&
            focus_distance == other.focus_distance;
   }
 };
@@ -128,8 +134,7 @@ size_t edited_light(const LightEdit& edit, const SceneDescription& description);
 
 // The view that `edits` make of `camera`, which is what is looked through without them. Throws
 // InputError for a camera that is not there, a field of view or a lens for an orthographic one, a
-// lens that is focused nowhere, and a view
-// from where it looks at.
+// lens that is focused nowhere, and a view from where it looks at.
 CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription& description,
                                 CameraDescription camera);
 

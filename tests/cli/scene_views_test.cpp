@@ -170,6 +170,28 @@ TEST_F(Views, AnOrthographicCameraKeepsSizes) {
   }
 }
 
+TEST_F(Views, AnOrthographicCameraCanBeSeenFromElsewhere) {
+  GltfBuilder gltf;
+  add_quad(gltf, {-0.5f, -0.5f, -3}, {1, 0, 0}, {0, 1, 0}, -1);
+  gltf.push("cameras", {{"name", "flat"},
+                        {"type", "orthographic"},
+                        {"orthographic", {{"xmag", 2}, {"ymag", 2}, {"znear", 0}, {"zfar", 99}}}});
+  gltf.add_to_scene(gltf.push("nodes", {{"camera", 0}}));
+  gltf.write_glb(path("scene.glb"));
+  const Words shifted = {"--size",        "32x32",       "--filter", "box",
+                         "--transparent", "--camera",    "flat",     "--look-at",
+                         "1,0,0",         "--look-from", "1,0,20"};
+  EXPECT_EQ(coverage(picture(render_words(shifted))), (Rect{4, 12, 12, 20}));
+  // An angle asks for a perspective: at the distance of 23, of 2 atan(2 / 23), it shows the same.
+  const Words angle = {"--fov-y", "9.93920"};
+  EXPECT_EQ(coverage(picture(render_words(shifted + angle))), (Rect{4, 12, 12, 20}));
+  write("shot.json", R"({"emberline_edits": 1, "camera": {"look_from": [1, 0, 20],
+      "look_at": [1, 0, 0], "orthographic_height": 4, "mirrored": true}})");
+  const Words edits = {"--size",        "32x32",   "--filter",       "box",
+                       "--transparent", "--edits", path("shot.json")};
+  EXPECT_EQ(coverage(picture(render_words(edits))), (Rect{20, 12, 28, 20}));
+}
+
 TEST_F(Views, TheCommandLinesOwnCamera) {
   // From straight above, which leaves "up" to be chosen: the floor fills the frame.
   const ExrPicture above =

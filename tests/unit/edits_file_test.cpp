@@ -64,7 +64,18 @@ SceneEdits everything() {
   return edits;
 }
 
+SceneEdits flat_and_mirrored() {
+  SceneEdits edits;
+  edits.camera.look_from = Vec3d(0.1, 0.2, 0.3);
+  edits.camera.look_at = Vec3d(1.0 / 3.0, 2, 3);
+  edits.camera.mirrored = true;
+  edits.camera.orthographic_height = 1e-6 / 7.0;
+  return edits;
+}
+
 TEST_F(EditsFile, ComesBackAsItWas) {
+  write_edits(path("flat.json"), flat_and_mirrored());
+  EXPECT_EQ(read_edits(path("flat.json")), flat_and_mirrored());
   write_edits(path("shot.json"), everything());
   EXPECT_EQ(read_edits(path("shot.json")), everything());
   write_edits(path("none.json"), {});
@@ -127,6 +138,14 @@ TEST_F(EditsFile, SaysWhatIsWrongAndWhere) {
       {R"("camera": {"up": [0, 1, 0]})", {"#/camera: ", "up"}},
       {R"("camera": {"look_from": [0, 1, 2], "look_at": [0, 0, 0], "up": [0, 0, 0]})",
        {"#/camera/up: ", "direction"}},
+      {R"("camera": {"mirrored": true})", {"#/camera/mirrored: ", "look_from"}},
+      {R"("camera": {"look_from": [0, 1, 2], "look_at": [0, 0, 0], "mirrored": 1})",
+       {"#/camera/mirrored: ", "true or false"}},
+      {R"("camera": {"orthographic_height": 0})", {"#/camera/orthographic_height: ", "1e-15"}},
+      {R"("camera": {"orthographic_height": 2, "fov_y": 30})",
+       {"#/camera/fov_y: ", "orthographic_height"}},
+      {R"("camera": {"orthographic_height": 2, "f_stop": 3})",
+       {"#/camera/f_stop: ", "orthographic_height"}},
       {R"("camera": {"file_camera": {}})", {"#/camera/file_camera: ", "name", "index"}},
       {R"("environment": {"rotate": 3})", {"#/environment/rotate: ", ", rotation"}},
       {R"("environment": {"strength": -1})", {"#/environment/strength: ", "-1"}},

@@ -262,6 +262,35 @@ TEST(SceneEdits, AViewReplacesWhatItNames) {
   }
 }
 
+TEST(SceneEdits, AViewIsOrthographicAndMirroredWhereItSaysSo) {
+  const SceneDescription scene = edited_scene();
+  const CameraDescription plan = orthographic({0, 9, 0}, {0, 0, 0}, 2);
+  SceneEdits edits;
+  edits.camera.orthographic_height = 3.0;
+  CameraDescription camera = edited_camera(edits, scene, plan);
+  EXPECT_EQ(camera.y_mag, 1.5);
+  EXPECT_EQ(camera.to_world, plan.to_world);
+  EXPECT_TRUE(edited_camera(edits, scene, edited_view()).orthographic);
+  EXPECT_EQ(classify({}, edits), EditClass::kCamera);
+  edits.camera.look_from = Vec3d(1, 2, 3);
+  edits.camera.look_at = Vec3d(1, 2, 0);
+  edits.camera.mirrored = true;
+  CameraDescription lens = edited_view();
+  lens.lens_radius = 0.1;
+  camera = edited_camera(edits, scene, lens);
+  EXPECT_TRUE(camera.orthographic);
+  EXPECT_EQ(camera.y_mag, 1.5);
+  EXPECT_EQ(camera.lens_radius, 0.0);
+  EXPECT_LT(camera.to_world.determinant(), 0.0);
+  EXPECT_EQ(camera.to_world[0][0], -1.0);
+  EXPECT_EQ(camera.to_world[2][2], 1.0);
+  edits.camera.fov_y_degrees = 30.0;
+  EXPECT_THROW(edited_camera(edits, scene, plan), InputError);
+  edits.camera.fov_y_degrees.reset();
+  edits.camera.f_stop = 2.0;
+  EXPECT_THROW(edited_camera(edits, scene, plan), InputError);
+}
+
 TEST(SceneEdits, ALensIsOfTheEditedView) {
   const SceneDescription scene = edited_scene();
   SceneEdits edits;

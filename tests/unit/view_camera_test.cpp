@@ -38,8 +38,46 @@ void expect_same_picture(const CameraDescription& a, const CameraDescription& b,
     expect_near(row(a.to_world, i).normalized(), row(b.to_world, i).normalized(), 1e-9, "axis");
   }
   expect_near(row(a.to_world, 3), row(b.to_world, 3), 1e-9 * scale, "eye");
-  EXPECT_NEAR(a.fov_y, b.fov_y, 1e-12);
+  EXPECT_EQ(a.to_world.determinant() < 0, b.to_world.determinant() < 0) << "mirroring";
+  EXPECT_EQ(a.orthographic, b.orthographic);
+  if (a.orthographic) {
+    EXPECT_NEAR(a.y_mag, b.y_mag, 1e-12 * a.y_mag);
+  } else {
+    EXPECT_NEAR(a.fov_y, b.fov_y, 1e-12);
+  }
 }
+
+// The kinds of camera that a file can have.
+struct Kind {
+  const char* name;
+  bool orthographic, mirrored;
+};
+const Kind kKinds[] = {{"perspective", false, false},
+                       {"mirrored perspective", false, true},
+                       {"orthographic", true, false},
+                       {"mirrored orthographic", true, true}};
+
+CameraDescription of_kind(CameraDescription camera, const Kind& kind, double half_height) {
+  camera.orthographic = kind.orthographic;
+  camera.y_mag = half_height;
+  // As a node under a scale of (-1, 1, 1) has it.
+  for (int c = 0; c < 3 && kind.mirrored; ++c) camera.to_world[0][c] = -camera.to_world[0][c];
+  return camera;
+}
+
+// Where the renderer's ray through a point of the frame, in frame heights from its middle to the
+// right and down, meets the plane of the pivot, in units of the scene.
+Vec3d point_at_pivot(const ViewCamera& view, double right, double down, double unit) {
+  constexpr int kSide = 100;
+  const Camera camera(camera_of(edit_of(view)), kSide, kSide, view.pivot, 1.0 / unit);
+  const Ray ray = camera.ray({float(kSide * (0.5 + right)), float(kSide * (0.5 + down))});
+  const Vec3d from = to_double(ray.origin), along = to_double(ray.direction);
+  const Vec3d back = view.axes().back;
+  return from - along * (from.dot(back) / along.dot(back));
+}
+
+// Of a direction, what is across +Y: the eye of an orbit and the horizon go along it.
+Vec3d level_part(const Vec3d& v) { return {v.x, 0.0, v.z}; }
 
 struct Pose {
   const char* name;
@@ -64,10 +102,64 @@ INSTANTIATE_TEST_SUITE_P(Poses, ViewCameraTest, ::testing::ValuesIn(kPoses),
 // At the size of a room, of a micrometre and of a thousand kilometres.
 TEST_P(ViewCameraTest, LooksLikeTheCameraThatItComesFrom) {
   for (const double scale : {1.0, 1e-6, 1e6}) {
-    const CameraDescription camera =
-        camera_at(GetParam().from * scale, GetParam().at * scale, GetParam().up);
-    const ViewCamera view = view_of(camera, Vec3d(0.3, 0.1, -0.2) * scale, scale);
-    expect_same_picture(camera, camera_of(edit_of(view)), 10 * scale);
+    for (const Kind& kind : kKinds) {
+      SCOPED_TRACE(kind.name);
+      const CameraDescription camera =
+          of_kind(camera_at(GetParam().from * scale, GetParam().at * scale, GetParam().up), kind,
+                  1.3 * scale);
+      const ViewCamera view = view_of(camera, Vec3d(0.3, 0.1, -0.2) * scale, scale);
+      expect_same_picture(camera, camera_of(edit_of(view)), 10 * scale);
+    }
+  }
+}
+
+// What a hand does leaves an orthographic camera orthographic and a mirrored one mirrored.
+TEST_P(ViewCameraTest, EveryMoveKeepsTheKind) {
+  for (const Kind& kind : kKinds) {
+    SCOPED_TRACE(kind.name);
+    const ViewCamera view =
+        view_of(of_kind(camera_at(GetParam().from, GetParam().at, GetParam().up), kind, 1.3),
+                Vec3d(0.3, 0.1, -0.2), 1.0);
+    const Vec3d point = view.pivot + view.axes().right * 0.2 + view.axes().up * 0.1;
+    for (const ViewCamera& moved :
+         {orbit(view, 0.3, 0.1), turn(view, 0.2, 0.1), pan(view, 0.1, 0.2), dolly(view, 0.7),
+          fly(view, 1, 2, 3), look_towards(view, point), with_pivot_at(view, point),
+          frame_all(view, Vec3d(0.0), 1.0, 1.5)}) {
+      const CameraDescription camera = camera_of(edit_of(moved));
+      EXPECT_EQ(camera.orthographic, kind.orthographic);
+      EXPECT_EQ(camera.to_world.determinant() < 0, kind.mirrored);
+    }
+  }
+}
+
+// Whichever way the picture is turned, mirrored or projected: what the hand takes hold of stays
+// under it, and to the right is to the right in the picture.
+TEST_P(ViewCameraTest, TheScenesMoveIsTheHandsInThePicture) {
+  for (const double scale : {1.0, 1e-6, 1e6}) {
+    for (const Kind& kind : kKinds) {
+      SCOPED_TRACE(std::string(kind.name) + " at " + std::to_string(scale));
+      const ViewCamera view =
+          view_of(of_kind(camera_at(GetParam().from * scale, GetParam().at * scale, GetParam().up),
+                          kind, 1.3 * scale),
+                  Vec3d(0.3, 0.1, -0.2) * scale, scale);
+      const ViewCamera panned = pan(view, 0.1, 0.2);
+      const Vec3d shift = (panned.pivot - view.pivot) / scale;
+      expect_near(point_at_pivot(panned, 0.15, 0.1, scale) + shift,
+                  point_at_pivot(view, 0.05, -0.1, scale), 1e-4, "panned");
+      const Vec3d right = point_at_pivot(view, 0.1, 0, scale).normalized();
+      const Vec3d up = point_at_pivot(view, 0, -0.1, scale).normalized();
+      expect_near(view.axes().right, right, 1e-4, "right");
+      expect_near(view.axes().up, up, 1e-4, "up");
+      const ViewCamera flown = fly(view, 0.1 * scale, 0.2 * scale, 0.0);
+      expect_near((flown.eye() - view.eye()) / scale, right * 0.1 + up * 0.2, 1e-4, "flown");
+      // Small angles: the eye goes to the picture's right, or turns to its left. A turntable has
+      // its own right where it is looked at from straight above, or upside down.
+      if (level_part(view.axes().back).length() < 0.1 || view.axes().up.y < 0) continue;
+      const Vec3d orbited = orbit(view, 0.01, 0.0).eye() - view.eye();
+      EXPECT_GT(orbited.dot(level_part(right)), 0.0) << "orbited";
+      const Vec3d turned = turn(view, 0.01, 0.0).axes().back - view.axes().back;
+      EXPECT_GT(turned.dot(level_part(right)), 0.0) << "turned";
+    }
   }
 }
 
@@ -143,9 +235,98 @@ TEST(ViewCamera, FliesAlongThePicturesAxes) {
 
 TEST(ViewCamera, KeepsTheAngleInItsRange) {
   const ViewCamera view;
-  EXPECT_EQ(with_fov(view, 1.0).fov_y, 1.0);
-  EXPECT_EQ(with_fov(view, -1.0).fov_y, kLeastFov);
-  EXPECT_EQ(with_fov(view, 10.0).fov_y, kMostFov);
+  EXPECT_EQ(with_perspective(view, 1.0).fov_y, 1.0);
+  EXPECT_EQ(with_perspective(view, -1.0).fov_y, kLeastFov);
+  EXPECT_EQ(with_perspective(view, 10.0).fov_y, kMostFov);
+}
+
+TEST_P(ViewCameraTest, AChangeOfKindKeepsWhatIsOrbited) {
+  for (const double scale : {1.0, 1e-6, 1e6}) {
+    for (const bool mirrored : {false, true}) {
+      const Kind kind{"perspective", false, mirrored};
+      const ViewCamera view =
+          view_of(of_kind(camera_at(GetParam().from * scale, GetParam().at * scale, GetParam().up),
+                          kind, 0),
+                  Vec3d(0.3, 0.1, -0.2) * scale, scale);
+      const ViewCamera flat = without_perspective(view);
+      EXPECT_TRUE(camera_of(edit_of(flat)).orthographic);
+      EXPECT_EQ(flat.eye(), view.eye());
+      for (const double right : {-0.4, 0.0, 0.3}) {
+        expect_near(point_at_pivot(flat, right, 0.2, scale),
+                    point_at_pivot(view, right, 0.2, scale), 1e-4, "at the pivot");
+      }
+      const ViewCamera back = with_perspective(flat, view.fov_y);
+      EXPECT_FALSE(camera_of(edit_of(back)).orthographic);
+      expect_near(back.eye() / scale, view.eye() / scale, 1e-12, "and back");
+      // What was enlarged meanwhile is nearer then.
+      EXPECT_NEAR(with_perspective(dolly(flat, 0.5), view.fov_y).distance, 0.5 * view.distance,
+                  1e-12 * view.distance);
+    }
+  }
+}
+
+TEST(ViewCamera, AnOrthographicOneIsEnlargedInsteadOfComingNearer) {
+  const Kind flat{"orthographic", true, false};
+  const ViewCamera view =
+      view_of(of_kind(camera_at({0, 0, 50}, Vec3d(0.0)), flat, 2.0), Vec3d(0.0), 1.0);
+  EXPECT_EQ(view.distance, 50.0);
+  ViewCamera near = view, far = view;
+  EXPECT_EQ(dolly(view, 0.5).half_height, 1.0);
+  EXPECT_EQ(dolly(view, 0.5).eye(), view.eye());
+  for (int i = 0; i < 500; ++i) {
+    near = fly(dolly(near, 0.5), 0, 0, 0.1);
+    far = dolly(far, 2.0);
+  }
+  EXPECT_EQ(near.half_height, view.least_distance);
+  EXPECT_GT(near.half_height, 0.0);
+  EXPECT_EQ(far.half_height, view.most_distance);
+  EXPECT_EQ(far.eye(), view.eye());
+  EXPECT_LT(fly(view, 0, 0, 1.0).half_height, 2.0);
+  EXPECT_EQ(fly(view, 0, 0, 1.0).eye(), view.eye());
+}
+
+// Its direction stays, and all of the sphere is before the eye, wherever that was.
+TEST(ViewCamera, FramesEverythingWithoutPerspective) {
+  const Kind flat{"orthographic", true, true};
+  for (const double scale : {1.0, 1e-6, 1e6}) {
+    const ViewCamera view =
+        view_of(of_kind(camera_at(Vec3d(0.1, 0, 0) * scale, {0, 0, 0}), flat, 0.01 * scale),
+                Vec3d(0.0), 2 * scale);
+    for (const double aspect : {0.5, 1.0, 16.0 / 9}) {
+      const ViewCamera all = frame_all(view, {0, 0, 0}, 2 * scale, aspect);
+      EXPECT_GT(all.half_height * std::min(1.0, aspect), 2.0 * scale);
+      EXPECT_LT(all.half_height * std::min(1.0, aspect), 2.2 * scale);
+      EXPECT_GT(all.distance, 2.0 * scale);
+      expect_near(all.axes().back, view.axes().back, 1e-12, "direction");
+    }
+  }
+}
+
+TEST(ViewCamera, AnOrthographicOneIsShiftedToAPoint) {
+  const Kind flat{"orthographic", true, false};
+  const ViewCamera view =
+      view_of(of_kind(camera_at({0, 0, 5}, Vec3d(0.0)), flat, 2.0), Vec3d(0.0), 1.0);
+  const ViewCamera moved = look_towards(view, {0.5, 1, 2});
+  EXPECT_EQ(moved.pivot, Vec3d(0.5, 1, 2));
+  expect_near(moved.eye(), {0.5, 1, 5}, 1e-12, "eye");
+  expect_near(moved.axes().back, {0, 0, 1}, 1e-12, "direction");
+  EXPECT_EQ(moved.half_height, 2.0);
+}
+
+// A lens has no place in it, and a kind that an edit changes takes the other's members away.
+TEST(ViewCamera, AnEditSaysOneKind) {
+  CameraEdit before;
+  before.f_stop = 2.0;
+  before.focus_distance = 3.0;
+  before.fov_y_degrees = 30.0;
+  ViewCamera view = without_perspective(ViewCamera());
+  const CameraEdit flat = edit_of(view, before);
+  EXPECT_FALSE(flat.f_stop || flat.focus_distance || flat.fov_y_degrees);
+  EXPECT_EQ(flat.orthographic_height, view.frame_height());
+  const CameraEdit deep = edit_of(with_perspective(view, 0.5), flat);
+  EXPECT_FALSE(deep.orthographic_height);
+  EXPECT_DOUBLE_EQ(*deep.fov_y_degrees, 0.5 * 180 / kPiD);
+  EXPECT_EQ(edit_of(ViewCamera(), before).f_stop, 2.0);
 }
 
 TEST(ViewCamera, LooksTowardsAPoint) {
@@ -156,6 +337,12 @@ TEST(ViewCamera, LooksTowardsAPoint) {
   EXPECT_NEAR(moved.distance, 4.0, 1e-12);
   const ViewCamera same = look_towards(view, view.eye());
   EXPECT_EQ(same.pivot, view.pivot);
+  // Straight down, with the roll that there was.
+  ViewCamera rolled = view;
+  rolled.roll = 0.3;
+  const ViewCamera down = look_towards(rolled, view.eye() - Vec3d(0, 5, 0));
+  EXPECT_NEAR(down.azimuth, view.azimuth, 1e-12);
+  EXPECT_EQ(down.roll, 0.3);
 }
 
 TEST(ViewCamera, TakesAPivotWithoutMoving) {
@@ -176,17 +363,6 @@ TEST(ViewCamera, FramesEverything) {
     EXPECT_LT(outline, edge);
     EXPECT_GT(outline, 0.9 * edge);
   }
-}
-
-// Its extent at the scene's centre is that of the camera that has no perspective.
-TEST(ViewCamera, GivesAnOrthographicCameraAPerspective) {
-  CameraDescription camera = camera_at({0, 0, 50}, Vec3d(0.0));
-  camera.orthographic = true;
-  camera.y_mag = 1.5;
-  const ViewCamera view = view_of(camera, {0, 0, 1}, 2.0);
-  expect_near(view.pivot, {0, 0, 1}, 1e-12, "pivot");
-  EXPECT_NEAR(view.distance * std::tan(view.fov_y / 2), 1.5, 1e-12);
-  expect_near(view.axes().back, {0, 0, 1}, 1e-12, "back");
 }
 
 TEST(ViewCamera, PivotsBeforeTheEyeWhereTheSceneIsBehindIt) {

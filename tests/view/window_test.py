@@ -1,8 +1,10 @@
 """The window as its user meets it: on a virtual screen, with real keys and a real mouse."""
+import json
 import pathlib
 import random
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -23,6 +25,20 @@ def small(*more, driver="bisection", spp=4):
     """A frame that is finished in a moment."""
     words = [scene(), "--size", f"{SIZE[0]}x{SIZE[1]}", "--driver", driver]
     return words + (["--spp", spp] if spp else []) + list(more)
+
+
+def with_camera(source, target, camera, scale):
+    """A copy of a scene file whose camera is another, under a node of that scale."""
+    data = source.read_bytes()
+    length, = struct.unpack_from("<I", data, 12)
+    gltf = json.loads(data[20:20 + length])
+    gltf["cameras"] = [camera]
+    next(n for n in gltf["nodes"] if "camera" in n)["scale"] = scale
+    text = json.dumps(gltf).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + length:]
+    target.write_bytes(struct.pack("<4sIIII", b"glTF", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A)
+                       + text + rest)
 
 
 class WindowTest(unittest.TestCase):
@@ -86,6 +102,32 @@ class WindowTest(unittest.TestCase):
                 self.assertAlmostEqual(told_value, value, delta=1e-5 * max(1, abs(value)))
             self.assertTrue(told["known"])
             self.assertEqual(told["samples"], 4)
+
+    def test_explains_a_pixel(self):
+        window = self.finished(*small(driver="adaptive", spp=64))
+        window.move_to_pixel(120, 20)
+        since = window.mark()
+        window.key("F3")
+        first = window.wait_for("explanation", since=since)
+        self.assertEqual((first["x"], first["y"]), (120, 20))
+        self.assertIn("ended by --spp", first["text"])
+        self.assertNotIn("rounds", first["text"])
+        since = window.mark()
+        window.key("F5")
+        window.wait_for("explanation", lambda e: "so far" in e["text"], since)
+        window.wait_for("explanation", lambda e: "ended by --spp" in e["text"] and "rounds\n" in e["text"], since)
+        # It stays with that pixel while the cursor goes elsewhere, until another is clicked.
+        since = window.mark()
+        window.move_to_pixel(150, 10)
+        time.sleep(0.5)
+        self.assertFalse([e for e in window.events[since:] if e["event"] == "explanation"])
+        window.display.xdotool("click", 1)
+        told = window.wait_for("explanation", since=since)
+        self.assertEqual((told["x"], told["y"]), (150, 10))
+        before = window.screenshot()
+        window.key("F3")
+        time.sleep(0.3)
+        self.assertNotEqual(window.screenshot()[2], before[2])
 
     def test_a_click_selects_the_material(self):
         window = self.finished()
@@ -190,6 +232,10 @@ class WindowTest(unittest.TestCase):
         since = window.mark()
         window.drag((-60, 10))
         window.wait_until_finished(since)
+        self.expect_saved_edits_to_render_alike(window, box)
+
+    def expect_saved_edits_to_render_alike(self, window, box):
+        since = window.mark()
         window.key("ctrl+s")
         window.wait_for("message", lambda e: "edits saved" in e["text"], since)
         edits = box.with_suffix(".edits.json")
@@ -207,11 +253,107 @@ class WindowTest(unittest.TestCase):
         for told_value, value in zip(told["rgb"], (float(word) for word in text.split("):")[-1].split())):
             self.assertAlmostEqual(told_value, value, delta=1e-5 * max(1, abs(value)))
 
+    def test_moving_an_orthographic_mirrored_camera_keeps_its_kind(self):
+        box = pathlib.Path(self.window_folder()) / "flat.glb"
+        with_camera(scene(), box, {"type": "orthographic", "name": "flat", "orthographic": {
+            "xmag": 270, "ymag": 270, "znear": 0.1, "zfar": 5000}}, [-1, 1, 1])
+        window = self.window(box, *small()[1:])
+        window.wait_until_finished()
+        window.focus()
+        heights = []
+        for move in (lambda: window.drag((30, 10)), lambda: window.drag((20, -15), key="shift"),
+                     lambda: window.drag((10, 5), button=3), lambda: window.display.xdotool("click", 4),
+                     lambda: window.key("f")):
+            since = window.mark()
+            move()
+            told = window.wait_for("edits", lambda e: e["camera"], since)
+            window.wait_until_finished(since)
+            told = window.last("edits")
+            self.assertTrue(told["mirrored"])
+            heights.append(told["orthographic_height"])
+        self.assertTrue(all(abs(h - 540) < 1e-9 for h in heights[:3]), heights)
+        self.assertLess(heights[3], 500)
+        since = window.mark()
+        window.key("ctrl+z")
+        self.assertEqual(window.wait_for("edits", since=since)["orthographic_height"], heights[3])
+        since = window.mark()
+        window.key("ctrl+1")  # a bookmark, another view, and back
+        window.drag((30, 30))
+        window.key("f")
+        window.wait_for("edits", lambda e: abs(e["orthographic_height"] - heights[4]) < 1e-9, since)
+        since = window.mark()
+        window.key("1")
+        self.assertEqual(window.wait_for("edits", since=since)["orthographic_height"], heights[3])
+        window.wait_until_finished(since)
+        self.expect_saved_edits_to_render_alike(window, box)
+        since = window.mark()
+        window.key("r")
+        self.assertIsNone(window.wait_for("edits", since=since)["orthographic_height"])
+
+    def test_a_key_changes_the_projection_and_what_is_orbited_keeps_its_size(self):
+        window = self.finished()
+        since = window.mark()
+        window.drag((30, 10))
+        window.wait_until_finished(since)
+        camera = window.last("edits")["camera"]
+        since = window.mark()
+        window.key("p")
+        flat = window.wait_for("edits", lambda e: e["orthographic_height"], since)
+        self.assertEqual(flat["camera"], camera)
+        since = window.mark()
+        window.key("p")
+        deep = window.wait_for("edits", lambda e: not e["orthographic_height"], since)
+        for back, there in zip(deep["camera"], camera):
+            self.assertAlmostEqual(back, there, delta=1e-6 * 1000)
+        since = window.mark()
+        window.key("ctrl+z")
+        self.assertEqual(window.wait_for("edits", since=since)["orthographic_height"], flat["orthographic_height"])
+
     def window_folder(self):
         import tempfile
         folder = tempfile.mkdtemp(prefix="emberline-view-")
         self.addCleanup(shutil.rmtree, folder, True)
         return folder
+
+    def choose_in_dialog(self, window, path):
+        time.sleep(0.5)
+        window.key("ctrl+a")
+        window.type(str(path))
+        window.key("Return")
+
+    def test_an_environment_can_be_opened_and_taken_back(self):
+        window = self.finished()
+        start = self.picture_rows(window, window.screenshot())
+        since = window.mark()
+        window.key("ctrl+o")
+        self.choose_in_dialog(window, SCENES / "dusk.hdr")
+        edits = window.wait_for("edits", lambda e: e["environment"], since)
+        self.assertEqual(edits["environment"], str(SCENES / "dusk.hdr"))
+        window.wait_until_finished(since)
+        time.sleep(0.5)  # until the dialog is gone
+        self.assertNotEqual(self.picture_rows(window, window.screenshot()), start)
+        since = window.mark()
+        window.key("ctrl+z")
+        window.wait_for("edits", lambda e: not e["environment"], since)
+
+    def test_reloading_keeps_the_edits(self):
+        box = pathlib.Path(self.window_folder()) / "box.glb"
+        shutil.copy(scene(), box)
+        window = self.window(box, *small()[1:])
+        window.wait_until_finished()
+        window.focus()
+        since = window.mark()
+        window.drag((60, 10))
+        window.wait_until_finished(since)
+        camera = window.last("edits")["camera"]
+        materials = window.last("scene")["materials"]
+        shutil.copy(scene("spheres"), box)
+        since = window.mark()
+        window.key("ctrl+r")
+        window.wait_for("scene", lambda e: e["materials"] != materials, since)
+        self.assertEqual(window.wait_for("edits", since=since)["camera"], camera)
+        window.wait_until_finished(since)
+        self.assertEqual(window.end(), 0)
 
     # ---- storms
 
@@ -272,10 +414,7 @@ class WindowTest(unittest.TestCase):
         before = window.last("picture")["serial"]
         since = window.mark()
         window.key("ctrl+o")
-        time.sleep(0.5)
-        window.key("ctrl+a")
-        window.type(str(bad))
-        window.key("Return")
+        self.choose_in_dialog(window, bad)
         message = window.wait_for("message", lambda e: e["level"] == "error", since)
         self.assertIn("bad.glb", message["text"])
         self.assertGreaterEqual(window.last("picture")["serial"], before)
@@ -313,7 +452,6 @@ class WindowTest(unittest.TestCase):
         script.write_text('[{"at_s": 0.2, "edit": {"orbit": [20, 0]}}, {"at_s": 0.5, "edit": {"light": 0, "intensity": 2}}]')
         window = self.window(*small(spp=None), "--measure", folder / "m.json", "--measure-script", script)
         self.assertEqual(window.process.wait(screens.PATIENCE_S), 0)
-        import json
         result = json.loads((folder / "m.json").read_text())
         self.assertTrue(result["complete"])
         self.assertEqual([e["what"] for e in result["edits"]], ["camera", "light"])

@@ -109,9 +109,10 @@ SceneEdits with_view(const SceneEdits& edits, const RenderOptions& options,
                      const LoadedScene& scene) {
   SceneEdits result = edits;
   CameraEdit& view = result.camera;
+  if (view.camera) return result;  // in place of all that the options say of the view
   const CameraDescription& base = scene.open->camera;
   const std::vector<CameraDescription>& cameras = scene.open->outline.cameras;
-  if (!options.camera.empty() && !view.camera) {
+  if (!options.camera.empty()) {
     const auto same = std::ranges::find(cameras, options.look_from ? options.camera : base.name,
                                         &CameraDescription::name);
     if (same != cameras.end()) {
@@ -122,11 +123,13 @@ SceneEdits with_view(const SceneEdits& edits, const RenderOptions& options,
     view.look_from = options.look_from;
     view.look_at = options.look_at;
   }
-  if (!view.fov_y_degrees) {
+  if (view.fov_y_degrees || view.orthographic_height) return result;
+  if (options.look_from && base.orthographic) {
+    view.orthographic_height = 2.0 * base.y_mag;
+  } else if (options.fov_y) {
     view.fov_y_degrees = options.fov_y;
-    if (options.look_from && options.camera.empty() && !options.fov_y) {
-      view.fov_y_degrees = kLookFromFov;
-    }
+  } else if (options.look_from && options.camera.empty()) {
+    view.fov_y_degrees = kLookFromFov;
   }
   return result;
 }

@@ -11,6 +11,8 @@
 namespace emberline {
 namespace {
 
+using Look = ViewRenderer::Look;
+
 bool same_display(const DisplaySettings& a, const DisplaySettings& b) {
   return a.display == b.display && a.view == b.view && a.look == b.look && a.exposure == b.exposure;
 }
@@ -69,13 +71,31 @@ class RenderSession::Impl {
     return result;
   }
 
+  // What the newest picture shows of the pixel, with all else that is known of it there.
+  std::optional<PixelInspection> look(Look look, const Vec2i& at) const {
+    const std::shared_ptr<const ShownPicture> picture = board.picture();
+    if (!picture || !Rect{0, 0, picture->width, picture->height}.contains(at.x, at.y)) {
+      return std::nullopt;
+    }
+    PixelInspection result;
+    const std::optional<PixelInspection> known = renderer.inspection(look);
+    if (known && known->edit == picture->edit && Vec2i(known->x, known->y) == at) result = *known;
+    result.x = at.x;
+    result.y = at.y;
+    result.edit = picture->edit;
+    const float* rgba = &picture->rgba[4 * (size_t(at.y) * size_t(picture->width) + size_t(at.x))];
+    result.radiance = {rgba[0], rgba[1], rgba[2]};
+    result.alpha = rgba[3];
+    return result;
+  }
+
   ViewSettings settings;
   ViewSettings rendered_settings;  // of the newest order
   uint64_t edit = 0;
   std::shared_ptr<LoadedScene> scene;
   SceneEdits edits;
   std::optional<LightEdit> solo;
-  std::optional<Vec2i> inspected;
+  std::optional<Vec2i> inspected, picked;
 
   // In the order of their use: each may still call those before it while it ends.
   PictureBoard board;
@@ -155,28 +175,28 @@ void RenderSession::on_change(std::function<void()> wake) {
 
 std::optional<PixelInspection> RenderSession::inspect(int x, int y) {
   Impl& session = *impl_;
-  const std::shared_ptr<const ShownPicture> picture = session.board.picture();
-  if (!picture || !Rect{0, 0, picture->width, picture->height}.contains(x, y)) return std::nullopt;
-  PixelInspection result;
-  const std::optional<PixelInspection> known = session.renderer.inspection();
-  if (session.inspected != Vec2i(x, y)) {
+  const std::optional<PixelInspection> known = session.look(Look::kPointed, {x, y});
+  if (known && session.inspected != Vec2i(x, y)) {
     session.inspected = Vec2i(x, y);
-    session.renderer.inspect(session.inspected);
-  } else if (known && known->edit == picture->edit) {
-    result = *known;
+    session.renderer.inspect(Look::kPointed, session.inspected);
   }
-  result.x = x;
-  result.y = y;
-  result.edit = picture->edit;
-  const float* rgba = &picture->rgba[4 * (size_t(y) * size_t(picture->width) + size_t(x))];
-  result.radiance = {rgba[0], rgba[1], rgba[2]};
-  result.alpha = rgba[3];
-  return result;
+  return known;
 }
 
 void RenderSession::end_inspection() {
   impl_->inspected.reset();
-  impl_->renderer.inspect(std::nullopt);
+  impl_->renderer.inspect(Look::kPointed, std::nullopt);
+}
+
+void RenderSession::pick(const std::optional<Vec2i>& pixel) {
+  if (impl_->picked == pixel) return;
+  impl_->picked = pixel;
+  impl_->renderer.inspect(Look::kPicked, pixel);
+}
+
+std::optional<PixelInspection> RenderSession::picked() const {
+  if (!impl_->picked) return std::nullopt;
+  return impl_->look(Look::kPicked, *impl_->picked);
 }
 
 std::future<void> RenderSession::save(const std::string& path) {

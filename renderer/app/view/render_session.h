@@ -75,6 +75,11 @@ class RenderSession {
   std::optional<PixelInspection> inspect(int x, int y);
   // No pixel is looked at any more.
   void end_inspection();
+  // The pixel that is explained until another is, whatever inspect() looks at: frames that begin
+  // from now on keep its whole history, the one under way from here on.
+  void pick(const std::optional<Vec2i>& pixel);
+  // As inspect() does, of that pixel.
+  std::optional<PixelInspection> picked() const;
 
   // The picture as it stands, with its channels: .exr, .png, .jpg. In the background; the returned
   // future, which may be dropped, throws RenderError or UsageError.

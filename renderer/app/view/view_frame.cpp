@@ -98,7 +98,8 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<FrameDriver>&
   stage_ = stage;
   stage_name_ = name;
   DriverSettings settings = tools_.drivers;
-  if (main) settings.explained = explained_;
+  const bool in_frame = explained_ && window.contains(explained_->x, explained_->y);
+  if (main && in_frame) settings.explained = explained_;
   driver = create_driver(name, settings);
   const Frame frame{order_.scene->scene.scene(),
                     camera_,
@@ -333,7 +334,7 @@ FilmCopy ViewFrame::copy() const {
   return result;
 }
 
-PixelInspection ViewFrame::look_at(int x, int y) const {
+PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
   PixelInspection result;
   result.x = x;
   result.y = y;
@@ -346,8 +347,10 @@ PixelInspection ViewFrame::look_at(int x, int y) const {
   result.non_finite = film.non_finite(x, y);
   result.variance = film.variance(x, y);
   result.stop = film.stop(x, y);
-  if (shown_driver_ && &film == &readable_->film())
+  if (explained && shown_driver_ && &film == &readable_->film()) {
+    shown_driver_->follow(x, y);
     result.explanation = shown_driver_->explain(x, y);
+  }
 
   const Scene& scene = order_.scene->scene.scene();
   const SceneDescription& outline = order_.scene->open->outline;

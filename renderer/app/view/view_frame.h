@@ -65,7 +65,8 @@ class ViewFrame final : private FrameObserver {
   void set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix);
   ~ViewFrame() override;
 
-  // On the calling thread's TBB arena. Throws UsageError and RenderError.
+  // On the calling thread's TBB arena; of `explained`, all will be known that look_at() can tell.
+  // Throws UsageError and RenderError.
   void render(std::optional<Vec2i> explained);
 
   // What follows, from the pause or after render().
@@ -76,7 +77,8 @@ class ViewFrame final : private FrameObserver {
   // A region's film is no picture of the frame.
   bool whole() const { return readable_ && stage_ != Stage::kRegion; }
   FilmCopy copy() const;
-  PixelInspection look_at(int x, int y) const;
+  // With the driver's explanation, if asked for.
+  PixelInspection look_at(int x, int y, bool explained) const;
   // Time spent waiting in a pause is nobody's pace.
   void leave_out(ViewClock::duration waited) { waited_ += waited; }
 
@@ -123,7 +125,7 @@ class ViewFrame final : private FrameObserver {
   std::optional<BucketCanvas> canvas_;
   // What is shown and looked at, from which driver, and how far that is.
   const FramePicture* readable_ = nullptr;
-  const FrameDriver* shown_driver_ = nullptr;
+  FrameDriver* shown_driver_ = nullptr;
   std::string shown_name_;
   FrameProgress progress_;
   bool finished_ = false;

@@ -97,19 +97,17 @@ std::future<FilmCopy> ViewRenderer::copy() {
   return result;
 }
 
-void ViewRenderer::inspect(std::optional<Vec2i> pixel) {
+void ViewRenderer::inspect(Look look, std::optional<Vec2i> pixel) {
   {
     const std::lock_guard lock(mutex_);
-    pixel_ = pixel;
-    pixel_asked_ = pixel.has_value();
-    inspection_.reset();
+    look_of(look) = {pixel, pixel.has_value(), std::nullopt};
   }
   if (pixel) news_.notify_all();
 }
 
-std::optional<PixelInspection> ViewRenderer::inspection() const {
+std::optional<PixelInspection> ViewRenderer::inspection(Look look) const {
   const std::lock_guard lock(mutex_);
-  return inspection_;
+  return looks_[size_t(look)].found;
 }
 
 void ViewRenderer::work() {
@@ -150,15 +148,16 @@ std::optional<ViewOrder> ViewRenderer::next_order() {
 
 bool ViewRenderer::wanted() const {
   if (!frame_ || !frame_->readable()) return false;
-  return show_again_ || relighting_ || pixel_asked_ || (!copies_.empty() && frame_->whole());
+  const bool looked_for = std::ranges::any_of(looks_, &LookedAt::asked);
+  return show_again_ || relighting_ || looked_for || (!copies_.empty() && frame_->whole());
 }
 
 void ViewRenderer::serve(std::unique_lock<std::mutex>& lock) {
   const bool show = std::exchange(show_again_, false);
   const std::optional<Relighting> lights = std::exchange(relighting_, std::nullopt);
   if (lights) relit_until_ = ViewClock::now() + kRelitPause;
-  pixel_asked_ = false;
-  const std::optional<Vec2i> pixel = pixel_;
+  for (LookedAt& look : looks_) look.asked = false;
+  const std::array<LookedAt, 2> looks = looks_;
   std::vector<std::promise<FilmCopy>> copies;
   if (frame_->whole()) copies.swap(copies_);
   lock.unlock();
@@ -174,11 +173,16 @@ void ViewRenderer::serve(std::unique_lock<std::mutex>& lock) {
       copy.set_exception(std::current_exception());
     }
   }
-  std::optional<PixelInspection> found;
-  if (pixel) found = frame_->look_at(pixel->x, pixel->y);
+  std::array<std::optional<PixelInspection>, 2> found;
+  for (size_t i = 0; i < looks.size(); ++i) {
+    if (const auto& pixel = looks[i].pixel) {
+      found[i] = frame_->look_at(pixel->x, pixel->y, Look(i) == Look::kPicked);
+    }
+  }
   lock.lock();
-  if (found && pixel_ == pixel) {
-    inspection_ = std::move(found);
+  for (size_t i = 0; i < looks.size(); ++i) {
+    if (!found[i] || looks_[i].pixel != looks[i].pixel) continue;
+    looks_[i].found = std::move(found[i]);
     board_.wake();
   }
 }
@@ -186,7 +190,7 @@ void ViewRenderer::serve(std::unique_lock<std::mutex>& lock) {
 void ViewRenderer::pause(bool shown) {
   std::unique_lock lock(mutex_);
   if (shown) {
-    pixel_asked_ = pixel_.has_value();
+    ask_again();
     if (!frame_shown_) {
       frame_shown_ = true;
       if (order_) stop_->request(PixelStop::kUser);
@@ -206,6 +210,10 @@ void ViewRenderer::pause(bool shown) {
     }
   }
   frame_->leave_out(ViewClock::now() - begun);
+}
+
+void ViewRenderer::ask_again() {
+  for (LookedAt& look : looks_) look.asked = look.pixel.has_value();
 }
 
 bool ViewRenderer::stands_still() const {
@@ -263,11 +271,11 @@ void ViewRenderer::render(ViewOrder order) {
   std::unique_ptr<FrameTools> tools = tools_for(order.settings);
   set_threads(order.settings.render.threads);
   read_environment(order.edits.environment);
-  std::optional<Vec2i> pixel;
+  std::optional<Vec2i> explained;
   std::shared_ptr<StopRequest> stop;
   {
     const std::lock_guard lock(mutex_);
-    pixel = pixel_;
+    explained = look_of(Look::kPicked).pixel;
     stop = stop_;
   }
   arena_->execute([&] {
@@ -290,8 +298,10 @@ void ViewRenderer::render(ViewOrder order) {
                                          [this](bool shown) { pause(shown); });
     frame_->set_lights(groups, std::move(mix));
     board_.set_problem("");
-    frame_->render(pixel);
+    frame_->render(explained);
   });
+  const std::lock_guard lock(mutex_);
+  ask_again();  // of the last samples there was no pause
 }
 
 }  // namespace emberline

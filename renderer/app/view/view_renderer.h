@@ -5,6 +5,7 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <array>
 #include <atomic>
 #include <condition_variable>
 #include <future>
@@ -41,14 +42,22 @@ class ViewRenderer {
 
   // The film as it stands, at the next pause of a frame of which there is something to be seen.
   std::future<FilmCopy> copy();
+  // Two pixels that are looked at side by side. The picked one is explained as well.
+  enum class Look : uint8_t { kPointed, kPicked };
   // From the next pause on, inspection() knows this pixel, and is brought up to date with each
   // picture.
-  void inspect(std::optional<Vec2i> pixel);
-  std::optional<PixelInspection> inspection() const;
+  void inspect(Look look, std::optional<Vec2i> pixel);
+  std::optional<PixelInspection> inspection(Look look) const;
 
   uint64_t bvh_builds() const { return bvh_builds_.load(); }
 
  private:
+  struct LookedAt {
+    std::optional<Vec2i> pixel;
+    bool asked = false;
+    std::optional<PixelInspection> found;
+  };
+
   void work();
   std::optional<ViewOrder> next_order();
   void render(ViewOrder order);
@@ -58,6 +67,8 @@ class ViewRenderer {
   void pause(bool shown);
   void serve(std::unique_lock<std::mutex>& lock);
   bool wanted() const;  // by serve()
+  void ask_again();     // what is known of the pixels that are looked at
+  LookedAt& look_of(Look look) { return looks_[size_t(look)]; }
   bool stands_still() const;
   std::optional<LightMix> mix_of(const ViewOrder& order) const;
   static std::shared_ptr<const LightGroups> dress(const ViewOrder& order, const FrameTools& tools);
@@ -72,9 +83,7 @@ class ViewRenderer {
   std::shared_ptr<StopRequest> stop_;  // of the frame under way
   bool frame_shown_ = false;           // it has shown a picture
   bool show_again_ = false;
-  std::optional<Vec2i> pixel_;
-  bool pixel_asked_ = false;
-  std::optional<PixelInspection> inspection_;
+  std::array<LookedAt, 2> looks_;  // by Look
   std::vector<std::promise<FilmCopy>> copies_;
   std::shared_ptr<const LightGroups> groups_;  // of the frame that there is
   std::shared_ptr<LoadedScene> groups_scene_;

@@ -138,6 +138,11 @@ bool RoundPlanner::unfinished(size_t i) const {
   return is_unfinished(settings_, targets_[i], errors_.error[i]);
 }
 
+void RoundPlanner::record(size_t pixel) {
+  if (pixel != recorded_) records_.clear();
+  recorded_ = pixel;
+}
+
 PixelStop RoundPlanner::stop_of(size_t i) const {
   if (settings_.threshold > 0.0f && !errors_.error.empty() &&
       errors_.error[i] <= settings_.threshold) {

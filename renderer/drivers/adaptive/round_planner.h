@@ -71,8 +71,9 @@ class RoundPlanner {
   int round() const { return round_; }
   const ErrorMap& errors() const { return errors_; }
 
-  // Keeps records of one pixel, by index.
-  void record(size_t pixel) { recorded_ = pixel; }
+  // Keeps records of one pixel, by index, from here on; those of another are dropped.
+  void record(size_t pixel);
+  size_t recorded() const { return recorded_; }
   std::span<const RoundRecord> records() const { return records_; }
   uint64_t bytes() const;
 

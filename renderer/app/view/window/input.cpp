@@ -13,6 +13,8 @@ constexpr int kShift = GLFW_MOD_SHIFT, kControl = GLFW_MOD_CONTROL, kAlt = GLFW_
 
 constexpr std::array kShortcuts = {
     Shortcut{Action::kOpen, GLFW_KEY_O, kControl, "File", "Ctrl+O", "open a scene"},
+    Shortcut{Action::kReload, GLFW_KEY_R, kControl, "File", "Ctrl+R",
+             "read the scene's file anew; edits stay"},
     Shortcut{Action::kSaveEdits, GLFW_KEY_S, kControl, "File", "Ctrl+S", "save the edits"},
     Shortcut{Action::kSavePicture, GLFW_KEY_S, kControl | kShift, "File", "Ctrl+Shift+S",
              "save the picture or a heatmap"},
@@ -31,6 +33,8 @@ constexpr std::array kShortcuts = {
 
     Shortcut{Action::kFrameAll, GLFW_KEY_F, 0, "Camera", "F", "frame the whole scene"},
     Shortcut{Action::kResetCamera, GLFW_KEY_R, 0, "Camera", "R", "back to the file's camera"},
+    Shortcut{Action::kOrthographic, GLFW_KEY_P, 0, "Camera", "P",
+             "orthographic, and perspective again"},
     Shortcut{Action::kRecallBookmark, GLFW_KEY_1, 0, "Camera", "1 to 9", "go to a bookmark", 1},
     Shortcut{Action::kRecallBookmark, GLFW_KEY_2, 0, "Camera", "2", "", 2, false},
     Shortcut{Action::kRecallBookmark, GLFW_KEY_3, 0, "Camera", "3", "", 3, false},
@@ -63,6 +67,7 @@ constexpr std::array kShortcuts = {
     Shortcut{Action::kExposureDown, GLFW_KEY_LEFT_BRACKET, 0, "Picture", "[", "darker by 1/4 stop"},
     Shortcut{Action::kNextOverlay, GLFW_KEY_O, 0, "Picture", "O", "next overlay"},
     Shortcut{Action::kInspector, GLFW_KEY_I, 0, "Picture", "I", "pixel values beside the cursor"},
+    Shortcut{Action::kExplain, GLFW_KEY_F3, 0, "Picture", "F3", "why is this pixel done?"},
     Shortcut{Action::kCopyPixel, GLFW_KEY_C, kControl, "Picture", "Ctrl+C",
              "copy the values of the pixel"},
     Shortcut{Action::kStoreSnapshot, GLFW_KEY_B, 0, "Picture", "B", "keep the picture as B"},
@@ -101,7 +106,7 @@ constexpr std::array kDrags = {
 constexpr std::array kListed = {
     ListedGesture{"Wheel", "dolly"},
     ListedGesture{"Ctrl+wheel", "zoom the picture"},
-    ListedGesture{"Click", "select the material, show the pixel"},
+    ListedGesture{"Click", "select the material; choose the pixel that F3 explains"},
     ListedGesture{"Double click", "orbit around this point"},
     ListedGesture{"Shift while flying", "four times as fast"},
 };

@@ -12,6 +12,7 @@ namespace emberline {
 // What a key, a menu entry or a button asks for.
 enum class Action {
   kOpen,
+  kReload,
   kSaveEdits,
   kSavePicture,
   kScreenshot,
@@ -23,6 +24,7 @@ enum class Action {
   kRestart,
   kFrameAll,
   kResetCamera,
+  kOrthographic,
   kRecallBookmark,  // number 1 to 9: Shortcut::number
   kStoreBookmark,
   kZoomFit,
@@ -33,6 +35,7 @@ enum class Action {
   kExposureDown,
   kNextOverlay,
   kInspector,
+  kExplain,
   kCopyPixel,
   kStoreSnapshot,
   kWipe,

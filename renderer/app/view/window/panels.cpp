@@ -47,6 +47,18 @@ void menu_entry(Workbench& bench, const char* name, Action action, bool enabled 
   if (ImGui::MenuItem(name, keys.c_str(), ticked, enabled)) bench.act(action);
 }
 
+// What is decided while a file is read: a change reads the open one anew.
+void choose_loading(Workbench& bench) {
+  ViewSettings settings = bench.settings();
+  bool changed =
+      ImGui::MenuItem("Go on without images that cannot be read", "", &settings.render.lenient);
+  changed |=
+      ImGui::MenuItem("Show one-sided surfaces from behind", "", &settings.render.show_backfaces);
+  if (!changed) return;
+  bench.change(settings);
+  bench.reload();
+}
+
 // What the status line says, from left to right: what is at work, how far, how fast.
 std::vector<std::string> status(const Workbench& bench) {
   std::vector<std::string> parts;
@@ -110,6 +122,7 @@ void Interface::draw(Workbench& bench, float width, float height) {
   draw_notice(bench);
   draw_shortcuts(bench);
   draw_messages(bench);
+  draw_explanation(bench);
   draw_dialogs(bench);
   popup_ = ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
 }
@@ -137,6 +150,11 @@ void Interface::draw_menu(Workbench& bench) {
       }
       ImGui::EndMenu();
     }
+    menu_entry(bench, "Reload", Action::kReload, open);
+    if (ImGui::BeginMenu("Loading")) {
+      choose_loading(bench);
+      ImGui::EndMenu();
+    }
     ImGui::Separator();
     menu_entry(bench, "Save edits", Action::kSaveEdits, open);
     menu_entry(bench, "Save picture…", Action::kSavePicture, open);
@@ -155,6 +173,7 @@ void Interface::draw_menu(Workbench& bench) {
   if (ImGui::BeginMenu("Camera")) {
     menu_entry(bench, "Frame all", Action::kFrameAll, open);
     menu_entry(bench, "Reset", Action::kResetCamera, open);
+    menu_entry(bench, "Orthographic", Action::kOrthographic, open, bench.orthographic());
     ImGui::EndMenu();
   }
   if (ImGui::BeginMenu("View")) {
@@ -165,6 +184,7 @@ void Interface::draw_menu(Workbench& bench) {
     menu_entry(bench, "Wipe A / B", Action::kWipe, bench.snapshot != nullptr, bench.wipe);
     menu_entry(bench, "Next overlay", Action::kNextOverlay, open);
     menu_entry(bench, "Pixel values", Action::kInspector, true, bench.show_inspector);
+    menu_entry(bench, "Why is this pixel done?", Action::kExplain, open, bench.show_explanation);
     ImGui::Separator();
     menu_entry(bench, "Panels", Action::kPanels, true, bench.window.panels);
     menu_entry(bench, "Full screen", Action::kFullScreen, true, bench.full_screen);
@@ -433,6 +453,11 @@ void Interface::draw_dialogs(Workbench& bench) {
   const std::string& scene = bench.load_status().path;
   if (std::exchange(bench.ask_for_scene, false)) open_dialog_.open(scene);
   open_dialog_.draw([&](const std::string& path) { bench.open_dropped(path); });
+  if (std::exchange(bench.ask_for_environment, false)) {
+    const std::string& now = bench.edits().environment.file;
+    environment_dialog_.open(now.empty() ? scene : now);
+  }
+  environment_dialog_.draw([&](const std::string& path) { bench.set_environment(path); });
   if (std::exchange(bench.ask_for_picture_file, false)) {
     const std::filesystem::path stem = std::filesystem::path(scene).stem();
     const bool heatmap = bench.settings().overlay != ViewOverlay::kNone;

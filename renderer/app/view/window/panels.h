@@ -25,6 +25,7 @@ class Interface {
   void draw_status_line(const Workbench& bench, float width, float height);
   void draw_shortcuts(Workbench& bench);
   void draw_messages(Workbench& bench);
+  void draw_explanation(Workbench& bench);
   void draw_notice(Workbench& bench);
   void draw_loading(Workbench& bench);
   void draw_welcome(Workbench& bench);
@@ -32,6 +33,7 @@ class Interface {
   void take_place();  // of the window that is being drawn
 
   FileDialog open_dialog_{"Open", "Open", {".gltf", ".glb", ".hdr", ".exr", ".json"}};
+  FileDialog environment_dialog_{"Environment", "Choose", {".hdr", ".exr"}};
   FileDialog save_dialog_{"Save picture", "Save", {".exr", ".png", ".jpg", ".jpeg"}};
   std::vector<Rect> floating_;
   bool popup_ = false;

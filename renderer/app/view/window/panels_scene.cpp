@@ -3,6 +3,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -21,7 +22,8 @@ using widgets::Row;
 
 constexpr float kLeastIntensity = 0.01f, kMostIntensity = 100.0f;
 constexpr float kMostEmission = 1000.0f;
-constexpr double kFirstStop = 2.8;  // of a lens that is switched on
+constexpr double kFirstStop = 2.8;                           // of a lens that is switched on
+constexpr float kLeastHeight = 1e-3f, kMostHeight = 100.0f;  // orthographic, in radii of the scene
 
 bool same_light(const std::optional<LightEdit>& solo, const LightEdit& edit) {
   return solo && solo->kind == edit.kind && solo->target == edit.target;
@@ -101,13 +103,23 @@ void draw_environment(Workbench& bench) {
   EnvironmentEdit& edit = edits.environment;
   if (!own && edit.file.empty()) {
     ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
-    widgets::paragraph("No environment. Drop an .hdr or .exr file onto the window.");
+    widgets::paragraph("No environment. Choose an .hdr or .exr file, or drop one here.");
     ImGui::PopStyleColor();
+    if (ImGui::Button("Choose…", {-FLT_MIN, 0.0f})) bench.ask_for_environment = true;
     return;
   }
   const std::string file = edit.file.empty() ? (own ? own->file : "") : edit.file;
   const std::string name = std::filesystem::path(file).filename().string();
-  widgets::text({"File", file.c_str()}, name.empty() ? "constant colour" : name);
+  widgets::text({"File", file.c_str(), !edit.file.empty()},
+                name.empty() ? "constant colour" : name);
+  const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+  if (ImGui::Button("Choose…", {half, 0.0f})) bench.ask_for_environment = true;
+  ImGui::SameLine();
+  ImGui::BeginDisabled(edit.file.empty());
+  if (ImGui::Button(own ? "As opened" : "Take away", {half, 0.0f})) {
+    bench.clear_environment();
+  }
+  ImGui::EndDisabled();
 
   float strength = edit.strength.value_or(own ? own->strength : 1.0f);
   bool reset = false;
@@ -311,6 +323,43 @@ void choose_file_camera(Workbench& bench) {
   bench.change_camera(edit, "file camera");
 }
 
+void choose_projection(Workbench& bench, const CameraDescription& seen) {
+  constexpr std::string_view kPerspective = "perspective", kOrthographic = "orthographic";
+  constexpr std::array kChoices = {
+      widgets::Choice{kPerspective, "what is farther away is smaller"},
+      widgets::Choice{kOrthographic, "sizes do not depend on the distance; without a lens"}};
+  std::string chosen(seen.orthographic ? kOrthographic : kPerspective);
+  if (widgets::choose({"Projection", "what is orbited keeps its size on a change"}, chosen,
+                      kChoices)) {
+    bench.set_orthographic(chosen == kOrthographic);
+  }
+}
+
+void slide_fov(Workbench& bench, const CameraDescription& seen) {
+  CameraEdit edit = bench.edits().camera;
+  auto fov = float(seen.fov_y * 180.0 / std::numbers::pi);
+  bool reset = false;
+  const bool moved =
+      widgets::slide({"Field of view", "vertical", edit.fov_y_degrees.has_value(), &reset}, fov,
+                     1.0f, 150.0f, "%.1f°");
+  if (moved) edit.fov_y_degrees = double(fov);
+  if (reset) edit.fov_y_degrees.reset();
+  if (moved || reset) bench.change_camera(edit, "field of view");
+}
+
+// Without "back to the file's", which has a height for some cameras only.
+void slide_height(Workbench& bench, const CameraDescription& seen) {
+  const auto radius = float(bench.scene()->radius);
+  CameraEdit edit = bench.edits().camera;
+  auto height = float(2.0 * seen.y_mag);
+  if (widgets::slide({"Height", "metres from the picture's lower edge to its upper one",
+                      edit.orthographic_height.has_value()},
+                     height, kLeastHeight * radius, kMostHeight * radius, "%.4g m", true)) {
+    edit.orthographic_height = double(height);
+    bench.change_camera(edit, "height");
+  }
+}
+
 void draw_lens(Workbench& bench) {
   CameraEdit edit = bench.edits().camera;
   bool lens = edit.f_stop.has_value();
@@ -364,23 +413,17 @@ void draw_camera(Workbench& bench) {
   const SceneEdits& edits = bench.edits();
   const CameraDescription seen =
       edited_camera(edits, bench.scene()->outline, bench.scene()->camera);
+  choose_projection(bench, seen);
   if (seen.orthographic) {
-    widgets::text({"Projection"}, "orthographic");
+    slide_height(bench, seen);
   } else {
-    auto fov = float(seen.fov_y * 180.0 / std::numbers::pi);
-    bool reset = false;
-    CameraEdit edit = edits.camera;
-    if (widgets::slide({"Field of view", "vertical", edit.fov_y_degrees.has_value(), &reset}, fov,
-                       1.0f, 150.0f, "%.1f°")) {
-      edit.fov_y_degrees = double(fov);
-      bench.change_camera(edit, "field of view");
-    }
-    if (reset) {
-      edit.fov_y_degrees.reset();
-      bench.change_camera(edit, "field of view");
-    }
+    slide_fov(bench, seen);
+    draw_lens(bench);
   }
-  if (!seen.orthographic) draw_lens(bench);
+  bool mirrored = seen.to_world.determinant() < 0;
+  if (widgets::check({"Mirrored", "left and right exchanged"}, mirrored)) {
+    bench.set_mirrored(mirrored);
+  }
   const auto& m = seen.to_world;
   widgets::text({"Position"}, fmt::format("{:.4g}  {:.4g}  {:.4g}", m[3][0], m[3][1], m[3][2]));
   widgets::text({"Direction"}, fmt::format("{:.3f}  {:.3f}  {:.3f}", -m[2][0], -m[2][1], -m[2][2]));

@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kPixelZoom = 2.0;    // from here on pixels are squares
 constexpr double kValuesZoom = 28.0;  // from here on their values are written into them
+constexpr float kLeastMark = 9.0f;    // around the picked pixel
 constexpr ImU32 kGround = IM_COL32(24, 24, 25, 255);
 constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 160);
 
@@ -38,6 +39,14 @@ void outline(ImDrawList& list, const ImVec2& a, const ImVec2& b, ImU32 ink) {
 void draw_rect(const Workbench& bench, ImDrawList& list, const Rect& rect, ImU32 ink) {
   outline(list, corner(bench, float(rect.x0), float(rect.y0)),
           corner(bench, float(rect.x1), float(rect.y1)), ink);
+}
+
+// A pixel that is smaller than can be seen: a frame around it, with room.
+void draw_picked(const Workbench& bench, ImDrawList& list, const Vec2i& pixel) {
+  const ImVec2 a = corner(bench, float(pixel.x), float(pixel.y));
+  const ImVec2 b = corner(bench, float(pixel.x + 1), float(pixel.y + 1));
+  const float room = std::max(0.0f, 0.5f * (kLeastMark - (b.x - a.x)));
+  outline(list, {a.x - room, a.y - room}, {b.x + room, b.y + room}, IM_COL32_WHITE);
 }
 
 // Four short corners: a bucket under way, as renderers have long drawn it.
@@ -173,6 +182,9 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   const ImU32 ink = IM_COL32(255, 255, 255, 220);
   if (bench.settings().region) draw_rect(bench, list, *bench.settings().region, ink);
   if (dragged_region) draw_rect(bench, list, *dragged_region, colour(accent_colour()));
+  if (const auto& pixel = bench.picked_pixel(); pixel && bench.show_explanation) {
+    draw_picked(bench, list, *pixel);
+  }
   if (const auto& pixel = bench.pointed_pixel(); pixel && pixels) {
     draw_rect(bench, list, {pixel->x, pixel->y, pixel->x + 1, pixel->y + 1}, ink);
   }

@@ -11,13 +11,16 @@ namespace {
 
 constexpr float kFontSize = 15.0f;  // pixels, at scale 1
 
-// Where DejaVu Sans lies on Debian, Fedora, Arch and openSUSE: it has the letters of most scripts
+constexpr float kFixedSize = 0.9f;  // of that, where letters are all as wide
+
+// Where DejaVu lies on Debian, Fedora, Arch and openSUSE: its Sans has the letters of most scripts
 // that names in scenes are written in, which ImGui's own font has not.
-constexpr std::array kFontFiles = {
-    "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
-    "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
-    "/usr/share/fonts/TTF/DejaVuSans.ttf",
-    "/usr/share/fonts/truetype/DejaVuSans.ttf",
+constexpr std::array kFontFolders = {
+    "/usr/share/fonts/truetype/dejavu",
+    "/usr/share/fonts/dejavu-sans-fonts",
+    "/usr/share/fonts/dejavu-sans-mono-fonts",
+    "/usr/share/fonts/TTF",
+    "/usr/share/fonts/truetype",
 };
 
 // Latin with its extensions, Greek, Cyrillic, punctuation, super- and subscripts, arrows, and the
@@ -26,20 +29,28 @@ constexpr std::array<ImWchar, 17> kGlyphRanges = {0x0020, 0x024F, 0x0370, 0x03FF
                                                   0x2010, 0x2044, 0x2070, 0x209F, 0x2190, 0x2193,
                                                   0x2200, 0x226F, 0x25A0, 0x25FF, 0};
 
-void load_font(float pixels, float pixels_per_unit) {
-  ImGuiIO& io = ImGui::GetIO();
-  io.Fonts->Clear();
-  io.FontGlobalScale = 1.0f / pixels_per_unit;
-  for (const char* file : kFontFiles) {
+// The font of that name, or ImGui's own, whose letters are all as wide.
+void add_font(const char* name, float pixels, const ImWchar* glyph_ranges) {
+  ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
+  for (const char* folder : kFontFolders) {
+    const std::filesystem::path file = std::filesystem::path(folder) / name;
     if (!std::filesystem::exists(file)) continue;
     ImFontConfig config;
     config.OversampleH = 2;
     config.OversampleV = 1;
-    if (io.Fonts->AddFontFromFileTTF(file, pixels, &config, kGlyphRanges.data())) return;
+    if (fonts.AddFontFromFileTTF(file.c_str(), pixels, &config, glyph_ranges)) return;
   }
-  ImFontConfig config;  // ImGui's own, of 13 pixels: sharp at whole multiples alone
+  ImFontConfig config;  // of 13 pixels: sharp at whole multiples alone
   config.SizePixels = 13.0f * std::max(1.0f, std::round(pixels / 13.0f));
-  io.Fonts->AddFontDefault(&config);
+  fonts.AddFontDefault(&config);
+}
+
+void load_fonts(float pixels, float pixels_per_unit) {
+  ImGuiIO& io = ImGui::GetIO();
+  io.Fonts->Clear();
+  io.FontGlobalScale = 1.0f / pixels_per_unit;
+  add_font("DejaVuSans.ttf", pixels, kGlyphRanges.data());
+  add_font("DejaVuSansMono.ttf", std::round(kFixedSize * pixels), nullptr);
 }
 
 ImVec4 grey(float level, float alpha = 1.0f) { return {level, level, level * 1.02f, alpha}; }
@@ -91,6 +102,8 @@ ImVec4 warning_colour() { return {0.94f, 0.89f, 0.36f, 1.0f}; }
 ImVec4 error_colour() { return {1.0f, 0.52f, 0.38f, 1.0f}; }
 ImVec4 quiet_colour() { return grey(0.60f); }
 
+ImFont* fixed_font() { return ImGui::GetIO().Fonts->Fonts.back(); }
+
 void apply_theme(float scale, float pixels_per_unit) {
   ImGuiStyle style;
   set_colours(style);
@@ -109,7 +122,7 @@ void apply_theme(float scale, float pixels_per_unit) {
   style.PopupBorderSize = 1.0f;
   style.ScaleAllSizes(scale);
   ImGui::GetStyle() = style;
-  load_font(std::round(kFontSize * scale * pixels_per_unit), pixels_per_unit);
+  load_fonts(std::round(kFontSize * scale * pixels_per_unit), pixels_per_unit);
 }
 
 }  // namespace emberline

@@ -2,6 +2,7 @@
 // accent, and letters that can be read.
 #pragma once
 
+struct ImFont;
 struct ImVec4;
 
 namespace emberline {
@@ -18,5 +19,8 @@ ImVec4 accent_colour();
 ImVec4 warning_colour();
 ImVec4 error_colour();
 ImVec4 quiet_colour();  // what matters less than the rest
+
+// Of letters that are all as wide, for tables in text: Latin alone.
+ImFont* fixed_font();
 
 }  // namespace emberline

@@ -63,18 +63,22 @@ Workbench::~Workbench() { session_.on_change({}); }
 // ---- what is open
 
 void Workbench::open(const std::string& scene) {
+  reloading_ = false;
   const bool first = !scene_ && scene == options_.render.scene;
   session_.open(scene, first ? options_.render.edits : std::string());
+}
+
+void Workbench::reload() {
+  if (!scene_) return;
+  session_.open(scene_->outline.file);
+  reloading_ = true;
 }
 
 void Workbench::open_dropped(const std::string& path) {
   const std::string suffix = lower_suffix(path);
   if (suffix == ".hdr" || suffix == ".exr") {
     if (!scene_) return say(Message::Level::kError, path + ": open a scene first, then its light");
-    SceneEdits edits = edits_;
-    edits.environment.file = path;
-    edits.environment.image.reset();
-    return change(edits, "environment file");
+    return set_environment(path);
   }
   if (suffix == ".json") {
     if (!scene_) return say(Message::Level::kError, path + ": open a scene first, then its edits");
@@ -98,23 +102,38 @@ void Workbench::take_scene() {
   std::shared_ptr<const OpenScene> scene = session_.scene();
   if (scene == scene_) return;
   const bool first = !scene_;
+  const bool again = std::exchange(reloading_, false);
+  const SceneEdits before_edits = edits_, saved = saved_edits_;
   scene_ = std::move(scene);
   edits_ = sent_edits_ = saved_edits_ = session_.edits();
   solo_.reset();
   sent_solo_.reset();
   history_ = EditHistory(edits_);
-  bookmarks_ = {};
+  if (!again) bookmarks_ = {};
   material_ = -1;
   clicked_.reset();
+  picked_.reset();
   pivot_ = scene_->center;
-  edits_file_ = first ? options_.render.edits : std::string();
+  fov_before_ = kOrdinaryFov;
+  if (!again) edits_file_ = first ? options_.render.edits : std::string();
   if (edits_file_.empty()) edits_file_ = suggested_edits_file();
   window.remember_scene(load_status_.path);
   for (const std::string& warning : scene_->warnings) say(Message::Level::kWarning, warning);
   journal.write("scene", {{"file", load_status_.path},
                           {"materials", scene_->outline.materials.size()},
                           {"lights", list_lights(scene_->outline, edits_).size()}});
+  if (again) {
+    saved_edits_ = saved;
+    take_back_edits(before_edits);
+  }
   latency.asked(session_.edit(), "open", now());
+}
+
+// Edits that no longer fit the file are left out, and the session says why.
+void Workbench::take_back_edits(const SceneEdits& edits) {
+  edits_ = edits;
+  send_edits();
+  history_ = EditHistory(edits_);
 }
 
 std::string Workbench::suggested_edits_file() const {
@@ -144,6 +163,7 @@ bool Workbench::update() {
   };
   const auto before_look = shown();
   refresh_inspection();
+  news |= refresh_explanation();
   return news || shown() != before_look || std::exchange(news_, false);
 }
 
@@ -197,6 +217,28 @@ void Workbench::change_camera(const CameraEdit& camera, std::string_view what) {
   change(edits, what);
 }
 
+void Workbench::set_environment(const std::string& file) {
+  SceneEdits edits = edits_;
+  edits.environment.file = file;
+  edits.environment.image.reset();
+  edits.environment.repaired_texels = 0;
+  change(edits, "environment file");
+}
+
+void Workbench::clear_environment() {
+  SceneEdits edits = edits_;
+  EnvironmentEdit& edit = edits.environment;
+  edit.file.clear();
+  edit.image.reset();
+  edit.repaired_texels = 0;
+  if (scene_ && !scene_->outline.environment) {  // nothing is left that could be edited
+    edit = {};
+    std::erase_if(edits.lights,
+                  [](const LightEdit& light) { return light.kind == EditedLight::kEnvironment; });
+  }
+  change(edits, "environment file");
+}
+
 void Workbench::set_solo(const std::optional<LightEdit>& solo) {
   solo_ = solo;
   send_edits();
@@ -220,8 +262,12 @@ void Workbench::send_edits() {
 void Workbench::journal_edits() {
   journal.write("edit", {{"edit", session_.edit()}});
   const std::optional<Vec3d>& from = edits_.camera.look_from;
+  const std::optional<double>& height = edits_.camera.orthographic_height;
   const nlohmann::json camera = from ? nlohmann::json{from->x, from->y, from->z} : nlohmann::json();
   journal.write("edits", {{"camera", camera},
+                          {"orthographic_height", height ? nlohmann::json(*height) : nullptr},
+                          {"mirrored", edits_.camera.mirrored},
+                          {"environment", edits_.environment.file},
                           {"lights", edits_.lights.size()},
                           {"materials", edits_.materials.size()}});
 }
@@ -245,9 +291,9 @@ ViewCamera Workbench::camera() const {
   return view_of(edited_camera(edits_, scene_->outline, scene_->camera), pivot_, scene_->radius);
 }
 
-void Workbench::change_view(const ViewCamera& view) {
+void Workbench::change_view(const ViewCamera& view, std::string_view what) {
   pivot_ = view.pivot;
-  change_camera(edit_of(view, edits_.camera), "camera");
+  change_camera(edit_of(view, edits_.camera), what);
 }
 
 void Workbench::navigate(Drag drag, const Vec2f& pixels) {
@@ -263,7 +309,7 @@ void Workbench::navigate(Drag drag, const Vec2f& pixels) {
     case Drag::kDolly:
       return change_view(dolly(view, std::exp2(2.0 * y)));
     case Drag::kLookAround:
-      return change_view(turn(view, view.fov_y * x, view.fov_y * y));
+      return change_view(turn(view, view.frame_angle() * x, view.frame_angle() * y));
     case Drag::kTurnEnvironment:
       return turn_environment(kTurnPerPixel * pixels.x);
     case Drag::kRegion:
@@ -295,7 +341,7 @@ void Workbench::fly_along(const std::array<bool, 6>& held, double seconds, bool 
   };
   const ViewCamera view = camera();
   // In proportion to what is looked at, so that one slows down on coming near.
-  const double way = kFlightSpeed * view.distance * seconds * (fast ? kFastFlight : 1.0);
+  const double way = kFlightSpeed * view.reach() * seconds * (fast ? kFastFlight : 1.0);
   change_view(fly(view, way * along(Flight::kRight, Flight::kLeft),
                   way * along(Flight::kUp, Flight::kDown),
                   way * along(Flight::kForward, Flight::kBack)));
@@ -321,6 +367,22 @@ void Workbench::orbit_around(const Vec2i& pixel) {
   refresh_inspection();
 }
 
+void Workbench::set_orthographic(bool orthographic) {
+  if (!scene_) return;
+  const ViewCamera view = camera();
+  if (view.orthographic == orthographic) return;
+  if (orthographic) fov_before_ = view.fov_y;
+  change_view(orthographic ? without_perspective(view) : with_perspective(view, fov_before_),
+              "projection");
+}
+
+void Workbench::set_mirrored(bool mirrored) {
+  if (!scene_) return;
+  ViewCamera view = camera();
+  view.mirrored = mirrored;
+  change_view(view, "mirrored");
+}
+
 // ---- the pixel under the cursor
 
 void Workbench::point_at(const std::optional<Vec2i>& pixel) {
@@ -329,7 +391,8 @@ void Workbench::point_at(const std::optional<Vec2i>& pixel) {
 }
 
 void Workbench::select_at(const Vec2i& pixel) {
-  clicked_ = pixel;
+  clicked_ = picked_ = pixel;
+  refresh_explanation();
   point_at(pixel);
 }
 
@@ -361,6 +424,48 @@ void Workbench::refresh_inspection() {
   }
 }
 
+// The panel comes with the pixel under the cursor; without one, with that of before.
+void Workbench::explain() {
+  show_explanation = !show_explanation;
+  if (show_explanation && pointed_) picked_ = pointed_;
+  refresh_explanation();
+}
+
+// True if there is something new to be seen.
+bool Workbench::refresh_explanation() {
+  session_.pick(show_explanation ? picked_ : std::nullopt);
+  std::optional<PixelInspection> now = session_.picked();
+  const auto seen = [](const std::optional<PixelInspection>& p) {
+    return p ? std::tuple(p->known, p->x, p->y, p->samples, p->explanation)
+             : std::tuple(false, -1, -1, 0u, std::string());
+  };
+  const bool news = seen(now) != seen(explanation_);
+  explanation_ = std::move(now);
+  if (news && explanation_ && explanation_->known) {
+    journal.write("explanation", {{"x", explanation_->x},
+                                  {"y", explanation_->y},
+                                  {"samples", explanation_->samples},
+                                  {"text", explanation_text()}});
+  }
+  return news;
+}
+
+std::string Workbench::explanation_text() const {
+  if (!explanation_ || !explanation_->known) return {};
+  const PixelInspection& p = *explanation_;
+  if (!p.explanation.empty()) return p.explanation;
+  return fmt::format("pixel {},{}: {} samples\nmean {:.6g} {:.6g} {:.6g}\n", p.x, p.y, p.samples,
+                     p.radiance.x, p.radiance.y, p.radiance.z);
+}
+
+void Workbench::copy_explanation() {
+  const std::string text = explanation_text();
+  if (text.empty()) return;
+  if (copy_text) copy_text(text);
+  journal.write("copied", {{"text", text}});
+  say(Message::Level::kNote, "copied: why the pixel is done");
+}
+
 void Workbench::copy_pixel() {
   if (!inspection_) return;
   const PixelInspection& p = *inspection_;
@@ -387,6 +492,8 @@ void Workbench::act(Action action, int number) {
     case Action::kOpen:
       ask_for_scene = true;
       return;
+    case Action::kReload:
+      return reload();
     case Action::kSaveEdits:
       return save_edits();
     case Action::kSavePicture:
@@ -419,6 +526,8 @@ void Workbench::act(Action action, int number) {
     case Action::kResetCamera:
       if (scene_) pivot_ = scene_->center;
       return change_camera(CameraEdit(), "reset camera");
+    case Action::kOrthographic:
+      return set_orthographic(!orthographic());
     case Action::kRecallBookmark:
       if (const auto& camera = bookmarks_[size_t(number - 1)]) {
         return change_camera(*camera, "bookmark");
@@ -455,6 +564,8 @@ void Workbench::act(Action action, int number) {
     case Action::kInspector:
       window.inspector = show_inspector = !show_inspector;
       return refresh_inspection();
+    case Action::kExplain:
+      return explain();
     case Action::kCopyPixel:
       return copy_pixel();
     case Action::kStoreSnapshot:

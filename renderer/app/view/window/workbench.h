@@ -52,6 +52,9 @@ class Workbench {
 
   // ---- what is open
   void open(const std::string& scene);
+  // Reads the scene's file again, with the settings' options of loading as they now are; edits,
+  // bookmarks and the file of the edits stay, their history does not.
+  void reload();
   // A scene, or an environment or edits for the one that is open: whatever was dropped.
   void open_dropped(const std::string& path);
   const std::shared_ptr<const OpenScene>& scene() const { return scene_; }
@@ -64,6 +67,10 @@ class Workbench {
   // `what` names the control: changes of one control while it is held are one step of undo.
   void change(const SceneEdits& edits, std::string_view what);
   void change_camera(const CameraEdit& camera, std::string_view what);
+  // Of an environment that takes the place of the scene's; what was edited of that one stays.
+  void set_environment(const std::string& file);
+  // The environment that was opened with the scene, or none.
+  void clear_environment();
   void set_solo(const std::optional<LightEdit>& solo);
   const std::optional<LightEdit>& solo() const { return solo_; }
   bool can_undo() const { return history_.can_undo(); }
@@ -83,6 +90,10 @@ class Workbench {
   void dolly_by(double steps);                    // of the wheel, towards the scene
   void fly_along(const std::array<bool, 6>& held, double seconds, bool fast);
   void orbit_around(const Vec2i& pixel);
+  // What is orbited keeps its size. Perspective comes back with the angle that it last had here.
+  void set_orthographic(bool orthographic);
+  bool orthographic() const { return scene_ && camera().orthographic; }
+  void set_mirrored(bool mirrored);
   double focus_distance() const;  // of a lens, metres; where none is set, to what is orbited
   const std::array<std::optional<CameraEdit>, 9>& bookmarks() const { return bookmarks_; }
 
@@ -93,6 +104,12 @@ class Workbench {
   const std::optional<Vec2i>& pointed_pixel() const { return pointed_; }
   const std::optional<PixelInspection>& inspection() const { return inspection_; }
   void select_at(const Vec2i& pixel);
+  // The pixel whose explanation is shown, if that is wanted: the last one that was clicked.
+  const std::optional<Vec2i>& picked_pixel() const { return picked_; }
+  const std::optional<PixelInspection>& explanation() const { return explanation_; }
+  // As its panel shows it; empty while nothing is known.
+  std::string explanation_text() const;
+  void copy_explanation();
   int selected_material() const { return material_; }
   void select_material(int material) { material_ = material; }
 
@@ -112,7 +129,9 @@ class Workbench {
   bool wipe = false;
   float wipe_place = 0.5f;  // share of the picture's width that shows A
   bool show_shortcuts = false, show_messages = false, show_inspector = true;
-  bool ask_for_scene = false, ask_for_picture_file = false;  // a dialog is to be opened
+  bool show_explanation = false;
+  bool ask_for_scene = false, ask_for_picture_file = false,
+       ask_for_environment = false;  // a dialog is to be opened
   bool quit = false, full_screen = false, want_screenshot = false;
   std::function<void(const std::string&)> copy_text;  // to the clipboard
 
@@ -127,15 +146,18 @@ class Workbench {
   };
 
   ViewCamera camera() const;
-  void change_view(const ViewCamera& view);
+  void change_view(const ViewCamera& view, std::string_view what = "camera");
   void look_at(const Vec3d& point);
   void turn_environment(double degrees);
   void take_scene();
+  void take_back_edits(const SceneEdits& edits);
   bool take_picture();
   void send_edits();
   void journal_edits();
   void finish_saves();
   void refresh_inspection();
+  bool refresh_explanation();
+  void explain();
   void save_edits();
   void next_overlay();
   void copy_pixel();
@@ -152,6 +174,7 @@ class Workbench {
   std::string problem_;
 
   SceneEdits edits_, sent_edits_, saved_edits_;
+  bool reloading_ = false;
   std::optional<LightEdit> solo_, sent_solo_;
   EditHistory history_;
   std::string edits_file_;
@@ -160,8 +183,9 @@ class Workbench {
 
   std::array<std::optional<CameraEdit>, 9> bookmarks_;
   Vec3d pivot_ = Vec3d(0.0);
-  std::optional<Vec2i> pointed_, clicked_, pivot_pixel_;
-  std::optional<PixelInspection> inspection_;
+  double fov_before_ = kOrdinaryFov;  // it became orthographic
+  std::optional<Vec2i> pointed_, clicked_, pivot_pixel_, picked_;
+  std::optional<PixelInspection> inspection_, explanation_;
   int material_ = -1;
 
   bool news_ = false;
