@@ -30,8 +30,8 @@ class LoadProgress {
   // most, from the threads that load, one call at a time; must not throw.
   using Report = std::function<void(const std::string& stage, double fraction)>;
 
-  // `stop` may be asked from any thread. The load then ends with Cancelled, as a
-  // rule within 100 ms, between pieces of Embree's work on millions of triangles later.
+  // `stop` may be asked from any thread. The load then ends with Cancelled: within 40 ms, but
+  // up to 250 at the beginning of a BVH of millions of triangles (renderer/scene/README.md).
   explicit LoadProgress(Report report, std::stop_token stop = {});
   LoadProgress(const LoadProgress&) = delete;
   LoadProgress& operator=(const LoadProgress&) = delete;

@@ -281,9 +281,9 @@ class AdaptiveDriver::Progress final : public FramePicture {
     planner_.expected_gains(have_, targets, &gains_);
     const std::vector<uint32_t> turns = parts_by_gain(parts, order_, have_, targets, gains_);
     const size_t slice = kPartsPerThread * size_t(tbb::this_task_arena::max_concurrency());
-    for (size_t begin = 0; begin < part_count; begin += slice) {
-      const size_t end = std::min(part_count, begin + slice);
-      const bool complete = runner_.run(end - begin, [&](size_t part, auto& list) {
+    for (size_t begin = 0, end; begin < part_count; begin = end) {
+      size_t count = std::min(slice, part_count - begin);
+      const bool complete = runner_.run_until_wanted(count, [&](size_t part, auto& list) {
         const size_t turn = turns[begin + part];
         for (size_t k = parts[turn]; k < parts[turn + 1]; ++k) {
           const size_t i = order_[k];
@@ -292,6 +292,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
           }
         }
       });
+      end = begin + count;
       for (size_t part = begin; part < end; ++part) {
         for (size_t k = parts[turns[part]]; k < parts[turns[part] + 1]; ++k) {
           const size_t i = order_[k];

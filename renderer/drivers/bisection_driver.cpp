@@ -126,9 +126,13 @@ FrameCounters BisectionDriver::render(const Frame& frame, FrameObserver& observe
     const BisectionPass& pass = later_pass ? *later_pass : *first_pass_;
     for (size_t begin = 0, end; begin < pass.parts(); begin = end) {
       end = bisection_slice_end(pass, begin, frame_pixels, threads);
-      const bool complete = runner.run(end - begin, [&](size_t part, std::vector<PixelWork>& list) {
+      size_t count = end - begin;
+      const auto expand = [&](size_t part, std::vector<PixelWork>& list) {
         pass.expand(begin + part, list);
-      });
+      };
+      const bool complete = later_pass ? runner.run_until_wanted(count, expand)
+                                       : runner.run(count, expand);  // its slices are short
+      end = begin + count;
       if (!later_pass) picture_->set_coverage(coverage(pass, begin, end, complete));
       if (!complete) {
         FrameCounters counters = runner.counters();

@@ -103,6 +103,10 @@ class FrameObserver {
   // milliseconds. The picture may be looked at until the call returns.
   virtual void picture_changed(const FrameProgress& /*progress*/, const FramePicture& /*picture*/) {
   }
+  // Somebody waits for picture_changed(): a progressive driver then pauses after the parts that
+  // are under way, some milliseconds of work, instead of after a slice of them. Asked from worker
+  // threads after each part; what is rendered is the same.
+  virtual bool picture_wanted() const { return false; }
   // Why a stop was requested, for the pixels that it cut short.
   virtual PixelStop stop_cause() const { return PixelStop::kUser; }
 };

@@ -19,6 +19,17 @@ SliceRunner::SliceRunner(const Frame& frame, FilmTile& film, FrameObserver& obse
     : frame_(frame), film_(film), observer_(observer), stop_(std::move(stop)), seed_(frame.seed) {}
 
 bool SliceRunner::run(size_t parts, const Expand& expand) {
+  carry_out(parts, expand, false);
+  return !counters_.stopped;
+}
+
+bool SliceRunner::run_until_wanted(size_t& parts, const Expand& expand) {
+  parts = carry_out(parts, expand, true);
+  return !counters_.stopped;
+}
+
+// How many parts were begun, each of which is done unless a stop was requested.
+size_t SliceRunner::carry_out(size_t parts, const Expand& expand, bool until_wanted) {
   std::atomic<size_t> next{0};
   std::atomic<bool> failed{false};
   const auto work = [&] {
@@ -32,6 +43,7 @@ bool SliceRunner::run(size_t parts, const Expand& expand) {
         list.clear();
         expand(part, list);
         worker.render(list, film_, observer_, stop_);
+        if (until_wanted && observer_.picture_wanted()) break;
       }
       const std::lock_guard lock(mutex_);
       counters_.merge(worker.counters());
@@ -42,8 +54,9 @@ bool SliceRunner::run(size_t parts, const Expand& expand) {
   };
   const int workers = std::max(1, tbb::this_task_arena::max_concurrency());
   parallel_tasks(std::min(parts, size_t(workers)), [&](size_t) { work(); });
-  if (next.load() < parts) counters_.stopped = true;
-  return !counters_.stopped;
+  const size_t begun = std::min(parts, next.load());
+  if (begun < parts && stop_.stop_requested()) counters_.stopped = true;
+  return begun;
 }
 
 void reset_film(const Rect& window, FilmTile* film) {

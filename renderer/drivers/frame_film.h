@@ -24,6 +24,10 @@ class SliceRunner {
   // False if a stop was requested before all was done. Rethrows what an observer throws.
   bool run(size_t parts, const Expand& expand);
 
+  // The same, but ends with the parts that are under way when the observer wants the picture:
+  // `parts`, not 0, becomes the number of those that are done, always the first ones.
+  bool run_until_wanted(size_t& parts, const Expand& expand);
+
   // Draws the following slices' samples from another seed than the frame's.
   void set_seed(uint32_t seed) { seed_ = seed; }
 
@@ -31,6 +35,8 @@ class SliceRunner {
   const FrameCounters& counters() const { return counters_; }
 
  private:
+  size_t carry_out(size_t parts, const Expand& expand, bool until_wanted);
+
   const Frame& frame_;
   FilmTile& film_;
   FrameObserver& observer_;

@@ -126,25 +126,32 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
   adopt(source, mesh);
   const Mat44d& m = placed.to_world;
   const bool mirrored = determinant3(m) < 0;
-  for (size_t i = 0; i + 1 < mesh.positions.size(); ++i) {
-    if (i % 65536 == 0) progress_.check();
+  const auto for_each = [&](size_t count, const auto& change) {
+    for (size_t i = 0; i < count; ++i) {
+      if (i % 65536 == 0) progress_.check();
+      change(i);
+    }
+  };
+  for_each(mesh.positions.size() - 1, [&](size_t i) {
     const Vec3d world = transform_point(m, to_double(mesh.positions[i]));
     mesh.positions[i] = to_float((world - scene_->origin_) * scene_->scale_);
-  }
+  });
   if (mirrored) {
     for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
   }
   const std::array<Vec3d, 3> rows = normal_rows(m);
-  for (Vec3f& n : mesh.normals) {
+  for_each(mesh.normals.size(), [&](size_t i) {
+    Vec3f& n = mesh.normals[i];
     n = normalize_or(
         to_float(rows[0] * double(n.x) + rows[1] * double(n.y) + rows[2] * double(n.z)),
         Vec3f(0.0f));
-  }
-  for (Vec4f& t : mesh.tangents) {
+  });
+  for_each(mesh.tangents.size(), [&](size_t i) {
+    Vec4f& t = mesh.tangents[i];
     const Vec3f direction =
         normalize_or(to_float(transform_vector(m, Vec3d(t.x, t.y, t.z))), Vec3f(0.0f));
     t = Vec4f(direction.x, direction.y, direction.z, mirrored ? -t.w : t.w);
-  }
+  });
 }
 
 void SceneBuilder::place_meshes() {

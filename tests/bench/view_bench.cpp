@@ -163,8 +163,8 @@ void measure_display(const Options& options, SessionOwner& owner) {
   line("  set_settings(), on the owner's thread", waits);
 }
 
-// A light that is turned up and down with light groups, thirty times a second, while the frame is
-// still being rendered.
+// With light groups, while the frame is still being rendered: a light that is turned up and down
+// thirty times a second; and one that is touched now and then, which nothing was waiting for.
 void measure_lights(const Options& options) {
   ViewSettings settings;
   settings.render = options.frame;
@@ -174,21 +174,30 @@ void measure_lights(const Options& options) {
   RenderSession& session = owner.session;
   if (!session.scene()->outline.environment) return;
   owner.wait(3, [] { return false; });
-  std::vector<double> seconds;
-  uint64_t samples = session.picture()->samples;
   size_t anew = 0;
-  for (int i = 0; i < options.edits; ++i) {
+  float intensity = 1.0f;
+  const auto edit = [&] {
     SceneEdits edits;
-    test::light(edits, EditedLight::kEnvironment, -1).intensity = 1.0f + 0.01f * float(i + 1);
+    test::light(edits, EditedLight::kEnvironment, -1).intensity = intensity += 0.01f;
+    const uint64_t samples = session.picture()->samples;
     const double start = wall_clock();
     session.set_edits(edits);
     owner.wait(10, [&] { return owner.shows(session.edit()); });
-    seconds.push_back(wall_clock() - start);
+    const double seconds = wall_clock() - start;
     if (session.picture()->samples < samples) ++anew;
-    samples = session.picture()->samples;
-    owner.wait(1.0 / 30 - seconds.back(), [] { return false; });
+    return seconds;
+  };
+  std::vector<double> dragged, single;
+  for (int i = 0; i < options.edits; ++i) {
+    dragged.push_back(edit());
+    owner.wait(1.0 / 30 - dragged.back(), [] { return false; });
   }
-  line("light groups: intensity, next picture", seconds);
+  for (int i = 0; i < options.edits; ++i) {
+    owner.wait(0.25 + 1e-3 * (137 * i % 500), [] { return false; });
+    single.push_back(edit());
+  }
+  line("light groups: intensity, next picture", dragged);
+  line("  … the first one after a while", single);
   fmt::print("  of them rendered anew: {}\n", anew);
 }
 

@@ -55,12 +55,13 @@ class Nobody final : public FrameObserver {
 
 ViewFrame::ViewFrame(ViewOrder order, const FrameTools& tools, PictureBoard& board,
                      std::shared_ptr<StopRequest> stop, const std::atomic<ViewOverlay>& overlay,
-                     Pause pause)
+                     const std::atomic<bool>& hurry, Pause pause)
     : order_(std::move(order)),
       tools_(tools),
       board_(board),
       stop_(std::move(stop)),
       overlay_(overlay),
+      hurry_(hurry),
       pause_(std::move(pause)),
       window_(frame_of(order_.settings.render)),
       camera_(camera_of(order_)) {}

@@ -57,10 +57,11 @@ class ViewFrame final : private FrameObserver {
   using Pause = std::function<void(bool shown)>;
 
   // All that is given must outlive the frame; the scene has the order's edits, and nobody changes
-  // it. `overlay` may change while the frame renders. Throws what is wrong with the view.
+  // it. `overlay` and `hurry`, that somebody waits for the next pause, may change while the frame
+  // renders. Throws what is wrong with the view.
   ViewFrame(ViewOrder order, const FrameTools& tools, PictureBoard& board,
             std::shared_ptr<StopRequest> stop, const std::atomic<ViewOverlay>& overlay,
-            Pause pause);
+            const std::atomic<bool>& hurry, Pause pause);
   // Before render(): keeps the lights apart, and shows them so mixed; without a mix, as they are.
   void set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix);
   ~ViewFrame() override;
@@ -90,6 +91,7 @@ class ViewFrame final : private FrameObserver {
   void tile_begun(const Rect& pixels) override;
   void tile_finished(const FilmTile& tile) override;
   void picture_changed(const FrameProgress& progress, const FramePicture& picture) override;
+  bool picture_wanted() const override { return hurry_.load(std::memory_order_relaxed); }
   PixelStop stop_cause() const override { return stop_->cause(); }
 
   void render_region();
@@ -114,6 +116,7 @@ class ViewFrame final : private FrameObserver {
   PictureBoard& board_;
   const std::shared_ptr<StopRequest> stop_;
   const std::atomic<ViewOverlay>& overlay_;
+  const std::atomic<bool>& hurry_;
   const Pause pause_;
   const Rect window_;
   const Camera camera_;

@@ -12,7 +12,8 @@ namespace emberline {
 namespace {
 
 // After a picture under other lights the frame stands still for a moment, so that the next one does
-// not have to wait for a pause: late in a frame they are a tenth of a second apart.
+// not have to wait for a pause: one that is asked for comes after some milliseconds of work, and
+// later where a driver plans its next round.
 constexpr auto kRelitPause = std::chrono::milliseconds(150);
 
 std::exception_ptr nothing_to_copy() {
@@ -42,6 +43,7 @@ void ViewRenderer::post(ViewOrder order, bool only_edits) {
     const std::lock_guard lock(mutex_);
     if (mix && !order_) {
       relighting_ = Relighting{order.edit, order.posted, std::move(*mix)};
+      hurry_ = true;
     } else {
       relighting_.reset();
       // An order that is replaced before it begins hands on that it could not wait.
@@ -83,6 +85,7 @@ void ViewRenderer::show_again() {
   {
     const std::lock_guard lock(mutex_);
     show_again_ = true;
+    hurry_ = true;
   }
   news_.notify_all();
 }
@@ -189,6 +192,7 @@ void ViewRenderer::serve(std::unique_lock<std::mutex>& lock) {
 
 void ViewRenderer::pause(bool shown) {
   std::unique_lock lock(mutex_);
+  hurry_ = false;
   if (shown) {
     ask_again();
     if (!frame_shown_) {
@@ -294,7 +298,7 @@ void ViewRenderer::render(ViewOrder order) {
       tools_ = std::move(tools);
       tools_settings_ = order.settings;
     }
-    frame_ = std::make_unique<ViewFrame>(std::move(order), *tools_, board_, stop, overlay_,
+    frame_ = std::make_unique<ViewFrame>(std::move(order), *tools_, board_, stop, overlay_, hurry_,
                                          [this](bool shown) { pause(shown); });
     frame_->set_lights(groups, std::move(mix));
     board_.set_problem("");

@@ -211,7 +211,9 @@ void Interface::draw_side_panel(Workbench& bench, float top, float width, float 
   const float wanted = std::min(bench.window.panel_width * em, most);
   ImGui::SetNextWindowPos({width - wanted, top});
   ImGui::SetNextWindowSize({wanted, bottom - top});
-  ImGui::Begin("##panel", nullptr, kFixed | ImGuiWindowFlags_NoScrollbar);
+  // Its ground is what the window is cleared to: nothing more to be drawn.
+  ImGui::Begin("##panel", nullptr,
+               kFixed | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoBackground);
   if (ImGui::BeginTabBar("##tabs", ImGuiTabBarFlags_FittingPolicyResizeDown)) {
     for (int i = 0; i < int(kTabs.size()); ++i) {
       const bool remembered = !tab_chosen_ && i == bench.window.panel_tab;

@@ -16,7 +16,7 @@ class PictureTexture {
 
   // Rows from the top, four bytes a pixel. Memory on the card is kept while the size is.
   void upload(int width, int height, const std::vector<uint8_t>& rgba8);
-  // Single pixels, instead of a smooth transition between them, when it is drawn enlarged.
+  // Single pixels, instead of a smooth transition between them: drawn enlarged, or one to one.
   void show_pixels(bool pixels);
 
   bool empty() const { return width_ == 0; }
@@ -25,6 +25,9 @@ class PictureTexture {
   void* id() const;  // an ImTextureID
 
  private:
+  void set_filter() const;
+
+  std::vector<uint32_t> words_;  // the picture in the card's order, while it is handed over
   unsigned name_ = 0;
   int width_ = 0, height_ = 0;
   bool pixels_ = false;

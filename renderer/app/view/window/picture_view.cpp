@@ -139,6 +139,19 @@ void draw_wipe(const Workbench& bench, ImDrawList& list, const PictureTexture& s
   draw_label(list, {a.x + 1.3f * gap, top}, "B");
 }
 
+// Around the picture from `a` to `b`, not under it: an OpenGL in software would draw it twice.
+void draw_ground(ImDrawList& list, const Rect& area, const ImVec2& a, const ImVec2& b) {
+  const ImVec2 first(float(area.x0), float(area.y0)), last(float(area.x1), float(area.y1));
+  const float top = std::clamp(a.y, first.y, last.y), bottom = std::clamp(b.y, first.y, last.y);
+  const auto fill = [&](float x0, float y0, float x1, float y1) {
+    if (x0 < x1 && y0 < y1) list.AddRectFilled({x0, y0}, {x1, y1}, kGround);
+  };
+  fill(first.x, first.y, last.x, top);
+  fill(first.x, bottom, last.x, last.y);
+  fill(first.x, top, std::clamp(a.x, first.x, last.x), bottom);
+  fill(std::clamp(b.x, first.x, last.x), top, last.x, bottom);
+}
+
 void row(const char* name, const std::string& value) {
   ImGui::TextColored(quiet_colour(), "%s", name);
   ImGui::SameLine(6.5f * ImGui::GetFontSize());
@@ -163,8 +176,10 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   upload(bench);
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const Rect& area = bench.placement.area();
-  list.AddRectFilled({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)}, kGround);
-  if (!drawn_ || picture_.empty()) return;
+  if (!drawn_ || picture_.empty()) {
+    list.AddRectFilled({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)}, kGround);
+    return;
+  }
   const int width = drawn_->width, height = drawn_->height;
   // Pixel for pixel there is nothing to be interpolated, which an OpenGL in software would do
   // nevertheless.
@@ -173,8 +188,12 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   picture_.show_pixels(pixels);
   snapshot_.show_pixels(pixels);
 
+  const ImVec2 a = corner(bench, 0, 0), b = corner(bench, float(width), float(height));
+  draw_ground(list, area, a, b);
   list.PushClipRect({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)});
-  list.AddImage(picture_.id(), corner(bench, 0, 0), corner(bench, float(width), float(height)));
+  plain_.begin(list);
+  list.AddImage(picture_.id(), a, b);
+  PlainShader::end(list);
   if (bench.wipe && !snapshot_.empty()) draw_wipe(bench, list, snapshot_, width, height);
   for (const Rect& bucket : drawn_->in_progress) draw_bucket(bench, list, bucket);
   if (bench.placement.zoom() >= kValuesZoom) draw_values(bench, list, *drawn_);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/app/view/window/picture_texture.h"
+#include "renderer/app/view/window/plain_shader.h"
 #include "renderer/app/view/window/workbench.h"
 
 namespace emberline {
@@ -19,6 +20,7 @@ class PictureView {
   void upload(const Workbench& bench);
 
   PictureTexture picture_, snapshot_;
+  PlainShader plain_;
   std::shared_ptr<const ShownPicture> drawn_, drawn_snapshot_;
 };
 

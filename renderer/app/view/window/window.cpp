@@ -58,6 +58,10 @@ using WindowHandle = std::unique_ptr<GLFWwindow, DestroyWindow>;
 WindowHandle open_window(const ViewOptions& options, const WindowState& state, float scale) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 0);
+  // What is drawn has no depth, and nothing of the screen shines through it.
+  for (const int bits : {GLFW_DEPTH_BITS, GLFW_STENCIL_BITS, GLFW_ALPHA_BITS}) {
+    glfwWindowHint(bits, 0);
+  }
   glfwWindowHint(GLFW_MAXIMIZED, state.maximized && !options.window_size);
   glfwWindowHintString(GLFW_X11_CLASS_NAME, "emberline");
   glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "emberline");
@@ -329,7 +333,8 @@ void Window::Impl::draw(double now) {
   bench_.gesture_goes_on(ImGui::IsAnyItemActive() || input_.dragging() || input_.flying());
 
   glViewport(0, 0, pixels_x, pixels_y);
-  glClearColor(0.1f, 0.1f, 0.1f, 1.0f);
+  const ImVec4& ground = ImGui::GetStyleColorVec4(ImGuiCol_WindowBg);  // of the side panel
+  glClearColor(ground.x, ground.y, ground.z, 1.0f);
   glClear(GL_COLOR_BUFFER_BIT);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   if (std::exchange(bench_.want_screenshot, false)) take_screenshot(screenshot_file());
