@@ -126,6 +126,36 @@ TEST_F(RenderSessionTest, SavedEditsStateTheViewOfTheOptions) {
   expect_same_bits(owner.session.picture()->rgba, rendered(options), "the view");
 }
 
+// So is their lens, which keeps its f-number when the angle of view changes.
+TEST_F(RenderSessionTest, SavedEditsStateTheLensOfTheOptions) {
+  ViewSettings view = settings("bisection", 4);
+  view.render.look_from = Vec3d(300, 250, -700);
+  view.render.look_at = Vec3d(278, 273, 200);
+  view.render.f_stop = 0.001;  // the box is half a kilometre wide
+  view.render.focus_distance = 800.0;
+  SessionOwner owner(view);
+  owner.open(scene("cornell_box"));
+  ASSERT_TRUE(finishes(owner));
+  RenderOptions options = view.render;
+  options.driver = "bucket";
+  options.scene = scene("cornell_box");
+  expect_same_bits(owner.session.picture()->rgba, rendered(options), "as opened");
+  SceneEdits edits = owner.session.edits();
+  edits.camera.fov_y_degrees = 25.0;
+  owner.session.set_edits(edits);
+  ASSERT_TRUE(finishes(owner));
+  owner.session.save_edits(path("look.json")).get();
+  options.fov_y = 25.0;
+  const std::vector<float> expected = rendered(options);
+  expect_same_bits(owner.session.picture()->rgba, expected, "another angle");
+  options = settings("bucket", 4).render;
+  options.scene = scene("cornell_box");
+  options.edits = path("look.json");
+  expect_same_bits(rendered(options), expected, "saved");
+  options.f_stop = 1e6;
+  EXPECT_NE(rendered(options), expected) << "too small a lens to be seen";
+}
+
 TEST_F(RenderSessionTest, LiveShowsBisectionAndThenAdaptive) {
   SessionOwner owner(settings("live", 16));
   RenderSession& session = owner.session;

@@ -50,6 +50,17 @@ SceneDescription applied(SceneEdits edits, const LoadedScene& scene) {
   return lists;
 }
 
+// A lens that the options ask for comes first among the edits: the artist changes it like any, it
+// keeps its f-number when the angle changes, and it is saved.
+void choose_lens(RenderOptions& options, CameraEdit& edit) {
+  const bool asked = options.f_stop || options.focus_distance;
+  if (asked && edit.place.empty()) edit.place = "--f-stop";
+  if (options.f_stop) edit.f_stop = std::exchange(options.f_stop, std::nullopt);
+  if (options.focus_distance) {
+    edit.focus_distance = std::exchange(options.focus_distance, std::nullopt);
+  }
+}
+
 }  // namespace
 
 CameraDescription LoadedScene::camera(int width, int height) const {
@@ -60,11 +71,12 @@ CameraDescription LoadedScene::camera(int width, int height) const {
   return fitted;
 }
 
-std::shared_ptr<LoadedScene> load_for_view(const RenderOptions& options, LoadProgress& progress) {
+std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& progress) {
   const size_t warned = warnings_so_far().size();
   SceneEdits edits = load_edits(options);
   SceneDescription description = load_scene(options, progress);
   choose_variant(options, description, edits);
+  choose_lens(options, edits.camera);
   auto open = std::make_shared<OpenScene>();
   open->camera = choose_camera(options, description);
   open->bounds = world_bounds(description);

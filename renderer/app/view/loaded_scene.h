@@ -12,7 +12,7 @@ namespace emberline {
 
 struct LoadedScene {
   std::shared_ptr<const OpenScene> open;
-  SceneEdits edits;             // of the edits' file
+  SceneEdits edits;             // of the edits' file; the options' variant and lens
   EditableScene scene;          // the rendering thread's
   SceneDescription edit_lists;  // what edits count in, and no more: cheap to copy
 
@@ -23,7 +23,7 @@ struct LoadedScene {
 
 // Reads the options' scene, surroundings and edits, and builds it so that it can be edited. Throws
 // what `render` would report, and Cancelled.
-std::shared_ptr<LoadedScene> load_for_view(const RenderOptions& options, LoadProgress& progress);
+std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& progress);
 
 // Throws InputError for edits that do not fit the scene; looks at no file.
 void check_edits(const SceneEdits& edits, const LoadedScene& scene);
