@@ -138,6 +138,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
       counters.max_samples = *most;
     }
     counters.stopped = stopped_ = !complete;
+    ended_ = true;
     return counters;
   }
 
@@ -164,6 +165,10 @@ class AdaptiveDriver::Progress final : public FramePicture {
     if (!covered_ && tree_->sample_count() > 0) fill_from_tree(rgba);
   }
   const FilmTile& film() const override { return film_; }
+  PixelStop stop_so_far(int x, int y) const override {
+    const size_t i = index(x, y);
+    return ended_ ? stop_of(i) : planner_.stop_so_far(i, have_[i]);
+  }
   // Another average than that of all samples.
   bool all_shown() const { return !averages_.empty(); }
 
@@ -322,14 +327,17 @@ class AdaptiveDriver::Progress final : public FramePicture {
   std::vector<float> gains_;    // expected of this round's
   int pass_ = 0;
   bool covered_ = false;  // every pixel has a sample
+  bool ended_ = false;
   bool stopped_ = false;  // before the work was done
 };
 
 std::string AdaptiveDriver::Progress::explain(int x, int y) const {
   const size_t i = index(x, y);
   const Rgb mean = film_.mean(x, y);
-  std::string text = fmt::format("pixel {},{}: {} samples, ended by {}\n", x, y, have_[i],
-                                 pixel_stop_name(stop_of(i)));
+  const PixelStop stop = stop_so_far(x, y);
+  std::string text =
+      fmt::format("pixel {},{}: {} samples, {}{}\n", x, y, have_[i],
+                  stop == PixelStop::kGoingOn ? "" : "ended by ", pixel_stop_name(stop));
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "mean {:.6g} {:.6g} {:.6g}\n", mean.x, mean.y, mean.z);
   if (!planner_.errors().error.empty()) {  // there was a round to plan

@@ -36,6 +36,10 @@ class BucketCanvas final : public FramePicture {
   // With the picture of before where no bucket is yet; mixed on the calling thread alone.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return film_; }
+  // kNone for a bucket that is there, if its tiles have no `stop` channel.
+  PixelStop stop_so_far(int x, int y) const override {
+    return film_.sample_count(x, y) > 0 ? film_.stop(x, y) : PixelStop::kGoingOn;
+  }
 
  private:
   std::mutex mutex_;

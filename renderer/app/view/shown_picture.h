@@ -47,7 +47,7 @@ struct PixelInspection {
   uint32_t samples = 0;
   std::optional<Rgb> variance;  // of the mean, where the film has it: adaptive, or error overlay
   uint32_t non_finite = 0;      // samples that counted as black
-  PixelStop stop = PixelStop::kNone;  // of a frame that has ended
+  PixelStop stop = PixelStop::kNone;  // as far as it is known; kGoingOn where more may come
   uint32_t id = 0;                    // 1 + instance; 0: background
   std::string object;                 // its node, or its mesh
   int material = -1;                  // into OpenScene::outline's materials; -1: nothing hit

@@ -7,6 +7,7 @@
 
 #include "renderer/app/view/overlay_picture.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
@@ -50,6 +51,14 @@ class Nobody final : public FrameObserver {
  private:
   PixelStop cause_;
 };
+
+void put_channel(std::string_view name, std::span<const float> values, FilmCopy* copy) {
+  const std::vector<std::string> names = film_channel_names(copy->aovs);
+  const auto channel = size_t(std::ranges::find(names, name) - names.begin());
+  for (size_t i = 0; i < values.size(); ++i) {
+    copy->channels[names.size() * i + channel] = values[i];
+  }
+}
 
 }  // namespace
 
@@ -118,9 +127,9 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<FrameDriver>&
 }
 
 void ViewFrame::finish(const FrameCounters& counters) {
-  if (tools_.aovs.contains(Aov::kStop) && !canvas_) {
+  if (counters.stopped && !canvas_) {
     Nobody nobody(stop_->cause());
-    main_->deliver(nobody);  // why each pixel stopped is known from here on
+    main_->deliver(nobody);  // looks at what has come since it last decided anything
   }
   finished_ = true;
   if (!first_) {  // else the time was over before this driver had every pixel
@@ -245,6 +254,11 @@ void ViewFrame::show() {
 std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
                             std::span<const float> rgba, std::span<uint8_t> rgba8) {
   const ViewOverlay overlay = overlay_.load();
+  if (overlay == ViewOverlay::kStop) {
+    if (const std::vector<float> reasons = stops(); !reasons.empty()) {
+      return draw_stops(reasons, window_, rgba8);
+    }
+  }
   if (const HeatmapQuantity* quantity = overlay_quantity(overlay)) {
     // A frame that lacks the channel is about to be replaced by one that has it.
     if (!quantity->aov || tools_.aovs.contains(*quantity->aov)) {
@@ -305,8 +319,28 @@ void ViewFrame::resolve_whole(std::span<float> rgba) const {
   }
 }
 
+// Only the last stage brings a pixel to its end.
+PixelStop ViewFrame::stop_at(int x, int y) const {
+  const bool last = canvas_ || shown_driver_ == main_.get();
+  const PixelStop stop = last ? readable_->stop_so_far(x, y) : PixelStop::kGoingOn;
+  if (!finished_ || stop != PixelStop::kGoingOn) return stop;
+  return film_of(x, y).sample_count(x, y) > 0 ? stop_->cause() : PixelStop::kNone;
+}
+
+std::vector<float> ViewFrame::stops() const {
+  if (canvas_ && !tools_.aovs.contains(Aov::kStop)) return {};
+  const auto width = size_t(window_.width());
+  std::vector<float> stops(size_t(window_.area()));
+  parallel_each(size_t(window_.height()), [&](size_t row) {
+    for (size_t i = row * width; i < (row + 1) * width; ++i) {
+      stops[i] = float(stop_at(window_.x_of(i), window_.y_of(i)));
+    }
+  });
+  return stops;
+}
+
 FilmCopy ViewFrame::copy() const {
-  FilmCopy result{window_.width(), window_.height(), tools_.aovs, {}, tools_.options};
+  FilmCopy result{window_.width(), window_.height(), tools_.aovs, {}, stops(), tools_.options};
   result.options.scene = order_.scene->open->outline.file;
   result.options.driver = shown_name_;
   const size_t count = film_channels(tools_.aovs).size();
@@ -325,6 +359,7 @@ FilmCopy ViewFrame::copy() const {
   };
   put(readable_->film());
   if (const FilmTile* region = region_film()) put(*region);
+  if (tools_.aovs.contains(Aov::kStop)) put_channel("stop", result.stops, &result);
   if (canvas_) return result;  // where no bucket is, there is nothing of this frame to be shown
   resolve_whole(rgba);
   for (size_t i = 0; i < size_t(window_.area()); ++i) {
@@ -345,7 +380,7 @@ PixelInspection ViewFrame::look_at(int x, int y) const {
   result.samples = film.sample_count(x, y);
   result.non_finite = film.non_finite(x, y);
   result.variance = film.variance(x, y);
-  result.stop = film.stop(x, y);
+  result.stop = stop_at(x, y);
   if (shown_driver_ && &film == &readable_->film())
     result.explanation = shown_driver_->explain(x, y);
 

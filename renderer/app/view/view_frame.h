@@ -47,6 +47,7 @@ struct FilmCopy {
   AovSet aovs;
   std::vector<float> channels;  // in film_channels() order, interleaved; pixels without samples
                                 // have R G B A as shown
+  std::vector<float> stops;     // PixelStop; empty where it is not known
   RenderOptions options;        // that it was rendered by
 };
 
@@ -106,6 +107,8 @@ class ViewFrame final : private FrameObserver {
   void resolve_whole(std::span<float> rgba) const;
   const FilmTile* region_film() const;
   const FilmTile& film_of(int x, int y) const;  // that a pixel is shown from
+  PixelStop stop_at(int x, int y) const;
+  std::vector<float> stops() const;
 
   ViewOrder order_;
   const FrameTools& tools_;

@@ -141,7 +141,7 @@ constexpr std::array kOverlays = {
     widgets::Choice{"none", ""},
     widgets::Choice{"samples", "samples per pixel"},
     widgets::Choice{"error", "estimated error of each pixel as displayed"},
-    widgets::Choice{"stop", "what ended each pixel; known when the frame has ended"},
+    widgets::Choice{"stop", "what has ended each pixel so far"},
     widgets::Choice{"time", "time spent on each pixel"},
     widgets::Choice{"not finite", "samples that were NaN or infinite, and count as black"},
     widgets::Choice{"tree", "how the adaptive driver divided the frame for its first samples"}};

@@ -207,7 +207,8 @@ void draw_inspector(const Workbench& bench) {
   }
   if (pixel.known && pixel.non_finite > 0) row("not finite", readable_count(pixel.non_finite));
   if (pixel.known && pixel.stop != PixelStop::kNone) {
-    row("ended by", std::string(pixel_stop_name(pixel.stop)));
+    row(pixel.stop == PixelStop::kGoingOn ? "" : "ended by",
+        std::string(pixel_stop_name(pixel.stop)));
   }
   if (pixel.known) {
     row("object",
