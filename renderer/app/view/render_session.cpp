@@ -147,6 +147,14 @@ std::shared_ptr<const ShownPicture> RenderSession::picture() const {
   return impl_->board.picture();
 }
 
+void RenderSession::compare_with(std::shared_ptr<const ShownPicture> kept) {
+  impl_->board.compare_with(std::move(kept));
+}
+
+std::shared_ptr<const ShownPicture> RenderSession::compared() const {
+  return impl_->board.compared();
+}
+
 std::string RenderSession::problem() const { return impl_->board.problem(); }
 
 void RenderSession::on_change(std::function<void()> wake) {

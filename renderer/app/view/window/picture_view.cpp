@@ -117,17 +117,18 @@ void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& p
 }
 
 // A to the left of the line, B to its right.
-void draw_wipe(const Workbench& bench, ImDrawList& list, const PictureTexture& snapshot, int width,
+void draw_wipe(const Workbench& bench, ImDrawList& list, const PictureTexture& kept, int width,
                int height) {
   const float x = bench.wipe_place * float(width);
   const ImVec2 a = corner(bench, x, 0.0f), b = corner(bench, float(width), float(height));
-  list.AddImage(snapshot.id(), a, b, {bench.wipe_place, 0.0f}, {1.0f, 1.0f});
+  list.AddImage(kept.id(), a, b, {bench.wipe_place, 0.0f}, {1.0f, 1.0f});
   list.AddLine({a.x, a.y}, {a.x, b.y}, kShadow, 3.0f);
   list.AddLine({a.x, a.y}, {a.x, b.y}, colour(accent_colour()), 1.0f);
   const float gap = ImGui::GetFontSize();
   const float top = std::max(a.y, float(bench.placement.area().y0)) + gap;
-  draw_label(list, {a.x - 2.0f * gap, top}, "A");
-  draw_label(list, {a.x + 1.3f * gap, top}, "B");
+  const std::string left = "A  now";
+  draw_label(list, {a.x - 1.3f * gap - ImGui::CalcTextSize(left.c_str()).x, top}, left);
+  draw_label(list, {a.x + 1.3f * gap, top}, bench.kept.graded_as_a ? "B  kept" : "B  as kept");
 }
 
 void row(const char* name, const std::string& value) {
@@ -144,9 +145,10 @@ void PictureView::upload(const Workbench& bench) {
     picture_.upload(picture->width, picture->height, picture->rgba8);
     drawn_ = picture;
   }
-  if (bench.snapshot && bench.snapshot != drawn_snapshot_) {
-    snapshot_.upload(bench.snapshot->width, bench.snapshot->height, bench.snapshot->rgba8);
-    drawn_snapshot_ = bench.snapshot;
+  const std::shared_ptr<const ShownPicture>& b = bench.picture_b();
+  if (bench.wipe && b && b != drawn_b_) {
+    picture_b_.upload(b->width, b->height, b->rgba8);
+    drawn_b_ = b;
   }
 }
 
@@ -162,11 +164,11 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   const double zoom = bench.placement.zoom();
   const bool pixels = zoom >= kPixelZoom || zoom == 1.0;
   picture_.show_pixels(pixels);
-  snapshot_.show_pixels(pixels);
+  picture_b_.show_pixels(pixels);
 
   list.PushClipRect({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)});
   list.AddImage(picture_.id(), corner(bench, 0, 0), corner(bench, float(width), float(height)));
-  if (bench.wipe && !snapshot_.empty()) draw_wipe(bench, list, snapshot_, width, height);
+  if (bench.wipe && !picture_b_.empty()) draw_wipe(bench, list, picture_b_, width, height);
   for (const Rect& bucket : drawn_->in_progress) draw_bucket(bench, list, bucket);
   if (bench.placement.zoom() >= kValuesZoom) draw_values(bench, list, *drawn_);
   draw_legend(bench, list, *drawn_);
