@@ -100,6 +100,8 @@ void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& p
     for (const Category& category : stop_categories()) {
       draw_label(list, {at.x + 1.6f * em, at.y}, category.name);
       const Rgb8& c = category.colour;
+      list.AddRectFilled({at.x - 3, at.y - 3}, {at.x + em + 3, at.y + em + 3},
+                         IM_COL32(20, 20, 20, 200));  // on pixels of its own colour
       list.AddRectFilled(at, {at.x + em, at.y + em}, IM_COL32(c[0], c[1], c[2], 255));
       at.y += 1.7f * em;
     }
