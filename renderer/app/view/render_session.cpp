@@ -30,15 +30,14 @@ class RenderSession::Impl {
     renderer.set_paused(settings.paused);
   }
 
-  // Edits of a drag wait for the picture of the one before; buckets are no picture.
+  // Edits of a drag wait for the picture of the one before.
   void post(bool patient) {
     ++edit;
     rendered_settings = settings;
     if (!scene) return;
     board.set_problem("");  // what it said was of the edit before
     SceneEdits effective = solo ? with_solo(edits, *solo, *scene) : edits;
-    renderer.post({edit, ViewClock::now(), scene, std::move(effective), settings},
-                  patient && settings.render.driver != "bucket");
+    renderer.post({edit, ViewClock::now(), scene, std::move(effective), settings}, patient);
   }
 
   void adopt(std::shared_ptr<LoadedScene> loaded) {

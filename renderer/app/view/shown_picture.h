@@ -18,8 +18,8 @@ struct ShownPicture {
   uint64_t serial = 0;  // grows from picture to picture
   int width = 0, height = 0;
   // Two notions of complete. `filled`: all that is shown is of this edit, if partly neighbours'
-  // samples; else the picture of before shows where there is nothing yet. `complete`: every pixel
-  // has a sample of its own.
+  // samples; else, while a region has its turn, the picture of before shows around it. `complete`:
+  // every pixel has a sample of its own; of buckets, all of its samples.
   bool filled = false;
   bool complete = false;
   bool finished = false;          // nothing more will come
@@ -31,7 +31,7 @@ struct ShownPicture {
   uint64_t rays = 0;           // likewise; of a bucket frame, when it has finished
   double elapsed_s = 0.0;      // since the edit
   double rendering_s = 0.0;    // of this frame, pauses left out: rays / rendering_s is the pace
-  std::string driver;          // which one is at work: of `live`, "bisection" or "adaptive"
+  std::string driver;          // which one is at work: of `live` and `bucket`, "bisection" first
   std::string overlay_legend;  // what the colours run from and to: "1 to 64 samples per pixel"
 };
 

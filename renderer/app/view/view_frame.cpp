@@ -29,6 +29,11 @@ constexpr double kCalmShare = 0.01;
 // Samples that the region gets before the rest of the frame gets any.
 constexpr uint32_t kRegionSamples = 16;
 
+// Of the samples of a frame of buckets, what its first picture may cost, which is no part of them;
+// those that a threshold ends are taken to have the fewest that an estimator judges by.
+constexpr double kFirstPictureShare = 0.01;
+constexpr uint32_t kLeastJudged = 16;
+
 Rect frame_of(const RenderOptions& options) { return {0, 0, options.width, options.height}; }
 
 Camera camera_of(const ViewOrder& order) {
@@ -79,15 +84,12 @@ ViewFrame::~ViewFrame() = default;
 void ViewFrame::render(std::optional<Vec2i> explained) {
   explained_ = explained;
   if (order_.settings.region) render_region();
-  if (tools_.live && stop_->cause() == PixelStop::kNone) {
+  const bool buckets = tools_.options.driver == "bucket";
+  if ((tools_.live || buckets) && stop_->cause() == PixelStop::kNone) {
     render_stage(Stage::kFirst, first_, "bisection", window_, 1);
   }
   if (stop_->cause() != PixelStop::kNone) return;
-  if (tools_.options.driver == "bucket") {
-    canvas_.emplace(window_, tools_.aovs, tools_.plan.adaptive.unbiased, board_.picture().get());
-    readable_ = &*canvas_;
-    shown_driver_ = nullptr;
-  }
+  if (buckets) begin_buckets();
   const FrameCounters counters = render_stage(Stage::kMain, main_, tools_.options.driver, window_,
                                               tools_.plan.samples_per_pixel);
   if (!counters.stopped || stop_->cause() == PixelStop::kTimeLimit) finish(counters);
@@ -123,7 +125,34 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<FrameDriver>&
                     tools_.aovs,
                     !main || tools_.plan.uniform,
                     groups_.get()};
-  return driver->render(frame, *this, stop_->token());
+  stage_end_ = std::stop_source();
+  const std::stop_callback with_the_frame(stop_->token(), [this] { stage_end_.request_stop(); });
+  return driver->render(frame, *this, stage_end_.get_token());
+}
+
+// Buckets come over what the first picture shows.
+void ViewFrame::begin_buckets() {
+  std::vector<float> rgba(4 * size_t(window_.area()));
+  resolve_whole(rgba);
+  readable_ = nullptr;
+  shown_driver_ = nullptr;
+  first_.reset();
+  progress_ = {};
+  canvas_.emplace(window_, tools_.aovs, tools_.plan.adaptive.unbiased, std::move(rgba));
+  readable_ = &*canvas_;
+}
+
+// Buckets need no more of it than a picture that a hand can follow.
+bool ViewFrame::first_is_enough() const {
+  if (stage_ != Stage::kFirst || tools_.live || !shown_) return false;
+  const uint32_t samples = std::max(tools_.plan.samples_per_pixel, kLeastJudged);
+  return progress_.completion >= kFirstPictureShare * double(samples);
+}
+
+// Of buckets only they count: samples of the first picture are let go.
+bool ViewFrame::complete() const {
+  const bool counts = stage_ == Stage::kMain || (stage_ == Stage::kFirst && tools_.live);
+  return counts && progress_.completion >= 1.0;
 }
 
 void ViewFrame::finish(const FrameCounters& counters) {
@@ -158,6 +187,7 @@ void ViewFrame::picture_changed(const FrameProgress& progress, const FramePictur
   }
   check_time_limit();
   pause_(shown_now);
+  if (first_is_enough()) stage_end_.request_stop();
 }
 
 void ViewFrame::tile_begun(const Rect& pixels) {
@@ -184,7 +214,7 @@ void ViewFrame::canvas_changed() {
   progress_.pass = 1;
   progress_.samples = canvas_->samples();
   progress_.completion = canvas_->completion();
-  const bool shown_now = due();
+  const bool shown_now = stop_->cause() == PixelStop::kNone && due();  // else nobody waits for it
   if (shown_now) show();
   check_time_limit();
   pause_(shown_now);
@@ -198,7 +228,7 @@ void ViewFrame::check_time_limit() {
 bool ViewFrame::due() const {
   const double now = seconds();
   if (!shown_) return progress_.completion >= kFirstCoverage || now >= kFirstPatience_s;
-  if (stage_ != Stage::kRegion && progress_.completion >= 1.0 && !complete_shown_) return true;
+  if (complete() && !complete_shown_) return true;
   const double share = now < kLively_s ? kLivelyShare : kCalmShare;
   return now >= shown_at_s_ + std::max(kLeastInterval_s, cost_s_ / share);
 }
@@ -232,8 +262,8 @@ void ViewFrame::show() {
   picture->edit = order_.edit;
   picture->width = window_.width();
   picture->height = window_.height();
-  picture->complete = stage_ != Stage::kRegion && progress_.completion >= 1.0;
-  picture->filled = picture->complete || (stage_ != Stage::kRegion && !canvas_);
+  picture->complete = complete();
+  picture->filled = stage_ != Stage::kRegion;
   picture->finished = finished_;
   picture->in_progress.clear();
   if (canvas_) picture->in_progress = canvas_->in_progress();
