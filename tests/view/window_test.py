@@ -147,6 +147,16 @@ class WindowTest(unittest.TestCase):
         window.wait_until_finished()
         self.assertEqual(window.last("picture")["buckets"], 0)
 
+    def test_a_drag_shows_pictures_before_there_is_a_bucket(self):
+        window = self.window(*small("--bucket-size", 160, driver="bucket", spp=16384))
+        window.wait_for("picture", lambda e: e["buckets"] > 0)  # the one, for a minute and more
+        window.focus()
+        since = window.mark()
+        window.drag((80, 20), steps=40)
+        edited = window.wait_for("edit", since=since)["edit"]
+        picture = window.wait_for("picture", lambda e: e["edit"] >= edited, since, seconds=20)
+        self.assertEqual((picture["driver"], picture["filled"], picture["complete"]), ("bisection", True, False))
+
     # ---- hands
 
     def test_orbit_and_one_undo(self):

@@ -31,7 +31,7 @@ constexpr uint32_t kRegionSamples = 16;
 
 // Of the samples of a frame of buckets, what its first picture may cost, which is no part of them;
 // those that a threshold ends are taken to have the fewest that an estimator judges by.
-constexpr double kFirstPictureShare = 0.01;
+constexpr double kFirstPictureShare = 0.005;
 constexpr uint32_t kLeastJudged = 16;
 
 Rect frame_of(const RenderOptions& options) { return {0, 0, options.width, options.height}; }
