@@ -87,6 +87,9 @@ TEST_F(SessionBucketTest, ADragShowsPictures) {
     pictures += picture->driver == "bisection";
   }
   EXPECT_EQ(pictures, 10u);
+  // What it has come to is shown when the bucket begins, not when it ends.
+  ASSERT_TRUE(owner.wait(10, [&] { return !session.picture()->in_progress.empty(); }));
+  EXPECT_EQ(session.picture()->driver, "bucket");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "renderer/app/view/overlay_picture.h"
@@ -140,6 +141,7 @@ void ViewFrame::begin_buckets() {
   progress_ = {};
   canvas_.emplace(window_, tools_.aovs, tools_.plan.adaptive.unbiased, std::move(rgba));
   readable_ = &*canvas_;
+  shown_at_s_ = -std::numeric_limits<double>::infinity();  // else it might be a bucket's time ago
 }
 
 // Buckets need no more of it than a picture that a hand can follow.
