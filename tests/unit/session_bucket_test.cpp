@@ -77,16 +77,13 @@ TEST_F(SessionBucketTest, ADragShowsPictures) {
   SessionOwner owner(view);
   owner.open(scene("cornell_box"));
   RenderSession& session = owner.session;
-  size_t pictures = 0;
   for (int i = 1; i <= 10; ++i) {
     session.set_edits(some_edits(0.1f * float(i)));
     ASSERT_TRUE(owner.wait(10, [&] { return owner.shows(session.edit()); })) << i;
     const auto picture = session.picture();
     EXPECT_LT(picture->elapsed_s, 2.0) << i << ": it waited for a bucket";
     EXPECT_FALSE(picture->complete);
-    pictures += picture->driver == "bisection";
   }
-  EXPECT_EQ(pictures, 10u);
   // What it has come to is shown when the bucket begins, not when it ends.
   ASSERT_TRUE(owner.wait(10, [&] { return !session.picture()->in_progress.empty(); }));
   EXPECT_EQ(session.picture()->driver, "bucket");
