@@ -165,6 +165,10 @@ class AdaptiveDriver::Progress final : public FramePicture {
     if (!covered_ && tree_->sample_count() > 0) fill_from_tree(rgba);
   }
   const FilmTile& film() const override { return film_; }
+  PixelStop stop_so_far(int x, int y) const override {
+    const size_t i = index(x, y);
+    return ended_ ? stop_of(i) : planner_.stop_so_far(i, have_[i]);
+  }
   // Another average than that of all samples.
   bool all_shown() const { return !averages_.empty(); }
 
@@ -342,6 +346,11 @@ std::string AdaptiveDriver::Progress::fate_of(size_t i) const {
   if (!covered_) return "so far: every pixel gets its first";
   const uint32_t target = planner_.targets()[i];
   if (planner_.round() == 0) return fmt::format("so far: every pixel gets {}", target);
+  const PixelStop stop = planner_.stop_so_far(i, have_[i]);
+  if (stop != PixelStop::kGoingOn) {
+    return fmt::format("so far ended by {}; what goes everywhere may bring more",
+                       pixel_stop_name(stop));
+  }
   return fmt::format("so far: {} by the end of round {}", target, planner_.round());
 }
 

@@ -102,7 +102,7 @@ void BisectionDriver::prepare(const Frame& frame, const SampleRange& first_sampl
                       bisection_part_pixels(first_samples, uint64_t(window.area())));
   film_.emplace(frame.aovs, frame.with_light_groups({}));
   reset_film(window, &*film_);
-  picture_.emplace(steps_, *first_pass_, *film_, reconstruction_);
+  picture_.emplace(steps_, *first_pass_, *film_, reconstruction_, samples_per_pixel_);
 }
 
 FrameCounters BisectionDriver::render(const Frame& frame, FrameObserver& observer,

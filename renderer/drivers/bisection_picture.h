@@ -44,9 +44,9 @@ std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
 // Looks at a film that stands still while resolve() runs. Everything it refers to must outlive it.
 class BisectionPicture final : public FramePicture {
  public:
-  // `first_pass` says how the steps are cut into parts.
+  // `first_pass` says how the steps are cut into parts; a pixel is to get `samples_per_pixel`.
   BisectionPicture(std::span<const BisectionStep> steps, const BisectionPass& first_pass,
-                   const FilmTile& film, Reconstruction reconstruction);
+                   const FilmTile& film, Reconstruction reconstruction, uint32_t samples_per_pixel);
 
   void set_coverage(const BisectionCoverage& coverage) { coverage_ = coverage; }
 
@@ -55,6 +55,7 @@ class BisectionPicture final : public FramePicture {
   // calling thread's TBB arena.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return film_; }
+  PixelStop stop_so_far(int x, int y) const override;
 
  private:
   // How the rows and columns of the picture come from a lattice.
@@ -74,6 +75,7 @@ class BisectionPicture final : public FramePicture {
   const BisectionPass& first_pass_;
   const FilmTile& film_;
   Reconstruction reconstruction_;
+  const uint32_t samples_per_pixel_;
   BisectionCoverage coverage_;
 };
 

@@ -74,6 +74,9 @@ class FramePicture {
   // with light groups, under other lights: each group times its weight (renderer/film/light_mix.h).
   virtual void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const = 0;
   virtual const FilmTile& film() const = 0;
+  // Why the pixel of the window gets no more samples, as far as the driver has decided that by now;
+  // kGoingOn for the others, also where a stop request has cut them short.
+  virtual PixelStop stop_so_far(int x, int y) const = 0;
 };
 
 // How far a progressive render has come.

@@ -34,15 +34,15 @@ const std::vector<AovEntry>& aov_table() {
       {Aov::kTime, "time", "seconds spent on the pixel"},
       {Aov::kStop, "stop",
        "why the pixel got no more samples: 1 --spp, 2 --noise-threshold, 3 --max-spp, 4 "
-       "--time-limit, 5 the user; 0 if it got none"},
+       "--time-limit, 5 the user, 6 it was to get more when a window saved it; 0 if it got none"},
       {Aov::kNonFinite, "non_finite", "samples that were NaN or infinite, counted as black"},
   };
   return table;
 }
 
 std::string_view pixel_stop_name(PixelStop stop) {
-  constexpr std::string_view kNames[] = {"nothing",   "--spp",        "--noise-threshold",
-                                         "--max-spp", "--time-limit", "the user"};
+  constexpr std::string_view kNames[] = {
+      "nothing", "--spp", "--noise-threshold", "--max-spp", "--time-limit", "the user", "going on"};
   return kNames[static_cast<size_t>(stop)];
 }
 

@@ -61,6 +61,7 @@ enum class PixelStop : uint8_t {
   kMaximum = 3,    // --max-spp was reached
   kTimeLimit = 4,  // --time-limit ended the frame
   kUser = 5,       // so did a signal
+  kGoingOn = 6,    // none of these yet: of a frame that is looked at while it renders
 };
 std::string_view pixel_stop_name(PixelStop stop);  // "--spp" and so on, for people
 

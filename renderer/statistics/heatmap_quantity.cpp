@@ -81,6 +81,7 @@ std::span<const Category> stop_categories() {
       category(PixelStop::kMaximum, {240, 228, 66}),
       category(PixelStop::kTimeLimit, {204, 121, 167}),
       category(PixelStop::kUser, {213, 94, 0}),
+      category(PixelStop::kGoingOn, {72, 72, 72}),
   };
   return categories;
 }

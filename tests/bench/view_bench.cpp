@@ -3,7 +3,7 @@
 // and how much of a driver's pace is left. Not a test; renderer/app/view/README.md has the figures.
 //
 //   view_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH] [--edits N]
-//       [--idle SECONDS] [--repetitions N]
+//       [--driver NAME] [--idle SECONDS] [--repetitions N]
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -258,6 +258,38 @@ void measure_pace(const Options& options, const std::string& driver) {
   line("pace of " + driver + " against the driver alone", ratios, "%", 100);
 }
 
+// How much longer a whole frame of buckets takes in a session, first picture included, than the
+// driver alone.
+void measure_buckets(const Options& options) {
+  RenderOptions frame = options.frame;
+  frame.driver = "bucket";
+  frame.spp = 64;
+  const BenchFrame bench(frame);
+  const int threads = int(std::max(1u, std::thread::hardware_concurrency()));
+  FrameSampling sampling;
+  sampling.driver = frame.driver;
+  sampling.spp = *frame.spp;
+  std::vector<double> ratios;
+  for (int i = 0; i < options.repetitions; ++i) {
+    double seconds[2] = {};
+    for (int turn = 0; turn < 2; ++turn) {
+      if ((i + turn) % 2 == 0) {
+        Nobody nobody;
+        seconds[0] = bench.run(threads, sampling, nobody).wall_s;
+      } else {
+        ViewSettings settings;
+        settings.render = frame;
+        SessionOwner owner(settings);
+        owner.open(frame.scene);
+        owner.wait(600, [&] { return owner.finished(); });
+        seconds[1] = owner.session.picture()->rendering_s;
+      }
+    }
+    ratios.push_back(seconds[1] / seconds[0]);
+  }
+  line("a frame of buckets, time against the driver's", ratios, "%", 100);
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Times a session behind a window", "view_bench");
   Options options;
@@ -282,6 +314,7 @@ int run(int argc, char** argv) {
   measure_lights(options);
   if (options.repetitions > 0) {
     for (const char* driver : {"bisection", "adaptive"}) measure_pace(options, driver);
+    measure_buckets(options);
   }
   return 0;
 }

@@ -27,7 +27,7 @@ class Unfinished {
         steps_(bisection_steps(window.width(), window.height(), axis)),
         pass_(steps_, window, {0, 1}, shape_of(axis), 4),
         film_(AovSet{}),
-        picture_(steps_, pass_, film_, reconstruction),
+        picture_(steps_, pass_, film_, reconstruction, 1),
         value_(value) {
     film_.reset(window);
   }

@@ -590,34 +590,6 @@ TEST_F(RenderSessionTest, TheRegionComesFirstWithTheSameSamples) {
   expect_same_bits(owner.session.picture()->rgba, whole, "with a region");
 }
 
-TEST_F(RenderSessionTest, BucketsAppearOneByOneOverThePictureOfBefore) {
-  SessionOwner owner(settings("bisection", 1));
-  owner.open(scene("cornell_box"));
-  ASSERT_TRUE(finishes(owner));
-  ViewSettings view = settings("bucket", 256);
-  owner.session.set_settings(view);
-  bool outlined = false, partial = false;
-  uint64_t serial = 0;
-  ASSERT_TRUE(owner.wait(120, [&] {
-    const auto picture = owner.session.picture();
-    if (picture->serial == serial || picture->edit < owner.session.edit()) return false;
-    serial = picture->serial;
-    outlined = outlined || !picture->in_progress.empty();
-    partial = partial || !picture->filled;
-    for (const Rect& rect : picture->in_progress) {
-      EXPECT_EQ(rect, rect.intersect({0, 0, 48, 32}));
-    }
-    return picture->finished;
-  }));
-  EXPECT_TRUE(outlined);
-  EXPECT_TRUE(partial);
-  EXPECT_TRUE(owner.session.picture()->in_progress.empty());
-  EXPECT_EQ(owner.session.picture()->samples, 256u * 48 * 32);
-  std::vector<uint8_t> expected(owner.session.picture()->rgba.size());
-  Grading({}).grade(owner.session.picture()->rgba, 48, expected);
-  EXPECT_EQ(owner.session.picture()->rgba8, expected) << "outlines never in the pixels";
-}
-
 TEST_F(RenderSessionTest, EndsAtTheTimeLimit) {
   ViewSettings view = settings("live");
   view.render.time_limit_s = 0.3;

@@ -233,6 +233,37 @@ TEST(RoundPlanner, AThresholdIsMetAndNotMuchMore) {
   EXPECT_LT(spent, 1.5);
 }
 
+// Before the end it is known which pixels are to go on and which are not, but for what goes
+// everywhere; at the end, of all of them.
+TEST(RoundPlanner, TellsWhichPixelsHaveEndedWhileOthersGoOn) {
+  SyntheticFrame frame(48, 32, 10, [](int x, int, TestRandom& random) {
+    return noisy(random, 0.4f, 0.01f * float(x));
+  });
+  AdaptiveSettings s;
+  s.threshold = 0.01f;
+  s.max_samples = 200;
+  RoundPlanner planner(s, 48, 32, 5);
+  ASSERT_EQ(planner.stop_so_far(0, planner.targets()[0]), PixelStop::kGoingOn) << "not looked at";
+  size_t mixed = 0;
+  frame.render(planner, [&] {
+    size_t going_on = 0;
+    for (size_t i = 0; i < frame.counts().size(); ++i) {
+      const uint32_t have = frame.counts()[i];
+      const PixelStop stop = planner.stop_so_far(i, have);
+      const bool good = planner.errors().error[i] <= s.threshold;
+      ASSERT_EQ(stop, good          ? PixelStop::kThreshold
+                      : have == 200 ? PixelStop::kMaximum
+                                    : PixelStop::kGoingOn);
+      going_on += stop == PixelStop::kGoingOn;
+    }
+    mixed += going_on > 0 && going_on < frame.counts().size();
+  });
+  EXPECT_GT(mixed, 0u);
+  for (size_t i = 0; i < frame.counts().size(); ++i) {
+    ASSERT_EQ(planner.stop_so_far(i, frame.counts()[i]), planner.stop_of(i)) << i;
+  }
+}
+
 TEST(RoundPlanner, WhatNeverMeetsTheThresholdEndsAtItsMost) {
   SyntheticFrame frame(32, 32, 10, [](int x, int, TestRandom& random) {
     return x < 16 ? noisy(random, 0.4f, 0.3f) : Sample{0.4f, 1};

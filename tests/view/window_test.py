@@ -150,6 +150,32 @@ class WindowTest(unittest.TestCase):
         window.key("F5")
         self.assertEqual(window.wait_until_finished(since)["legend"], "")
 
+    def halves(self, window):
+        """Mean grey of the left and of the right half of the picture."""
+        left, top = (int(value) for value in window.last("placed")["at"])
+        zoom = window.last("placed")["zoom"]
+        _, _, rows = window.screenshot()
+        def mean(x0, x1):
+            spans = [rows[top + int(y * zoom)][3 * (left + int(x0 * zoom)):3 * (left + int(x1 * zoom))]
+                     for y in range(30, SIZE[1] - 20)]  # clear of labels and notes
+            return sum(sum(s) for s in spans) / sum(len(s) for s in spans)
+        return mean(10, SIZE[0] // 2 - 10), mean(SIZE[0] // 2 + 10, SIZE[0] - 10)
+
+    def test_both_sides_of_a_wipe_have_the_exposure_of_now(self):
+        window = self.finished()
+        window.key("b")
+        window.key("v")
+        time.sleep(0.3)
+        before = self.halves(window)
+        since = window.mark()
+        for _ in range(4):
+            window.key("bracketright")
+        window.wait_for("kept", lambda e: e["graded_as_a"], since)
+        time.sleep(0.5)
+        after = self.halves(window)
+        for half in (0, 1):
+            self.assertGreater(after[half], before[half] + 10, f"half {half} of {before}, {after}")
+
     def test_live_driver_goes_on_with_adaptive_sampling(self):
         window = self.window(*small(driver="live", spp=None))
         window.wait_for("picture", lambda e: e["driver"] == "bisection")
@@ -162,6 +188,16 @@ class WindowTest(unittest.TestCase):
         window.wait_for("picture", lambda e: e["buckets"] > 0)
         window.wait_until_finished()
         self.assertEqual(window.last("picture")["buckets"], 0)
+
+    def test_a_drag_shows_pictures_before_there_is_a_bucket(self):
+        window = self.window(*small("--bucket-size", 160, driver="bucket", spp=16384))
+        window.wait_for("picture", lambda e: e["buckets"] > 0)  # the one, for a minute and more
+        window.focus()
+        since = window.mark()
+        window.drag((80, 20), steps=40)
+        edited = window.wait_for("edit", since=since)["edit"]
+        picture = window.wait_for("picture", lambda e: e["edit"] >= edited, since, seconds=20)
+        self.assertEqual((picture["driver"], picture["filled"], picture["complete"]), ("bisection", True, False))
 
     # ---- hands
 

@@ -1,21 +1,19 @@
 #include "renderer/app/view/bucket_canvas.h"
 
 #include <algorithm>
+#include <cassert>
+#include <utility>
 
 #include "renderer/drivers/frame_film.h"
 
 namespace emberline {
 
 BucketCanvas::BucketCanvas(const Rect& window, const AovSet& aovs, bool averages,
-                           const ShownPicture* before, const FilmExtras& extras)
-    : film_(aovs, extras), averages_(averages) {
+                           std::vector<float> before, const FilmExtras& extras)
+    : film_(aovs, extras), averages_(averages), rgba_(std::move(before)) {
   reset_film(window, &film_);
-  const size_t values = 4 * size_t(window.area());
-  if (before && before->width == window.width() && before->height == window.height()) {
-    rgba_ = before->rgba;
-  }
-  rgba_.resize(values);
-  rgba8_.resize(values);
+  assert(rgba_.size() == 4 * size_t(window.area()));
+  rgba8_.resize(rgba_.size());
 }
 
 void BucketCanvas::finish(const FilmTile& tile, const std::shared_ptr<const Grading>& grading) {

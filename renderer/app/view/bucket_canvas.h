@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "renderer/app/view/grading.h"
-#include "renderer/app/view/shown_picture.h"
 #include "renderer/drivers/frame_driver.h"
 
 namespace emberline {
@@ -17,10 +16,10 @@ namespace emberline {
 // else here wants it held.
 class BucketCanvas final : public FramePicture {
  public:
-  // Begins as `before`, where that is of the same size, and else black: buckets appear over it.
+  // Buckets appear over `before`: R G B A of each pixel, rows from the top.
   // `averages`: tiles may show something else than the means of their sums. `extras`: of the tiles
   // that come, as far as they are to be kept.
-  BucketCanvas(const Rect& window, const AovSet& aovs, bool averages, const ShownPicture* before,
+  BucketCanvas(const Rect& window, const AovSet& aovs, bool averages, std::vector<float> before,
                const FilmExtras& extras = {});
 
   std::unique_lock<std::mutex> lock() { return std::unique_lock(mutex_); }
@@ -33,9 +32,13 @@ class BucketCanvas final : public FramePicture {
   // As displayed. Each bucket is graded once, when it comes, unless the grading changes.
   std::span<const uint8_t> rgba8(const std::shared_ptr<const Grading>& grading);
 
-  // With the picture of before where no bucket is yet; mixed on the calling thread alone.
+  // With what was there before where no bucket is yet; mixed on the calling thread alone.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return film_; }
+  // kNone for a bucket that is there, if its tiles have no `stop` channel.
+  PixelStop stop_so_far(int x, int y) const override {
+    return film_.sample_count(x, y) > 0 ? film_.stop(x, y) : PixelStop::kGoingOn;
+  }
 
  private:
   std::mutex mutex_;

@@ -40,7 +40,10 @@ RenderOptions main_options(const ViewSettings& settings) {
 
 AovSet wanted_aovs(const ViewSettings& settings) {
   AovSet aovs = AovSet::parse(settings.render.aovs);
-  if (const std::optional<Aov> aov = overlay_aov(settings.overlay)) aovs.insert(*aov);
+  // Why a pixel has ended a driver says that has its whole frame before it; buckets say it once.
+  const bool told = settings.overlay == ViewOverlay::kStop && settings.render.driver != "bucket";
+  const std::optional<Aov> aov = overlay_aov(settings.overlay);
+  if (aov && !told) aovs.insert(*aov);
   return aovs;
 }
 

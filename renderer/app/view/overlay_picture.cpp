@@ -7,6 +7,7 @@
 #include "io/image_output.h"
 #include "renderer/drivers/adaptive/refinement_views.h"
 #include "renderer/statistics/quantity_plane.h"
+#include "renderer/statistics/readable.h"
 
 namespace emberline {
 namespace {
@@ -69,6 +70,15 @@ std::string draw_overlay(const HeatmapQuantity& quantity, std::span<const std::s
     rgba8[4 * i + 3] = 255;
   }
   return words;
+}
+
+std::string draw_stops(std::span<const float> stops, const Rect& window, std::span<uint8_t> rgba8) {
+  const std::vector<std::string> name = {"stop"};
+  std::string words =
+      draw_overlay(*overlay_quantity(ViewOverlay::kStop), name, stops, window, {}, rgba8);
+  const auto going_on = std::ranges::count(stops, float(PixelStop::kGoingOn));
+  if (going_on == 0) return words;
+  return words + "; " + readable_percent(double(going_on) / double(stops.size())) + " going on";
 }
 
 void draw_tree(const RefinementTree& tree, const Grading& grading, std::span<const float> rgba,

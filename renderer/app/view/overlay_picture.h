@@ -27,6 +27,10 @@ std::string draw_overlay(const HeatmapQuantity& quantity, std::span<const std::s
                          std::span<const float> channels, const Rect& window,
                          const HeatmapStyle& style, std::span<uint8_t> rgba8);
 
+// The same of reasons alone, PixelStop values of each pixel of the window, which may be those of a
+// frame that goes on: the words say how much of it does.
+std::string draw_stops(std::span<const float> stops, const Rect& window, std::span<uint8_t> rgba8);
+
 // The picture as displayed, with the borders of the tree's leaves over it.
 void draw_tree(const RefinementTree& tree, const Grading& grading, std::span<const float> rgba,
                int width, std::span<uint8_t> rgba8);

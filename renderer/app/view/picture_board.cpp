@@ -36,6 +36,7 @@ void PictureBoard::set_display(const DisplaySettings& settings) {
     }
     change_display(settings);
     regrade();
+    regrade_compared();
   });
 }
 
@@ -82,9 +83,7 @@ void PictureBoard::regrade() {
       old = picture_;
       grading = grading_;
     }
-    const std::shared_ptr<ShownPicture> fresh = blank();
-    *fresh = *old;
-    grading->grade(fresh->rgba, fresh->width, fresh->rgba8);
+    const std::shared_ptr<ShownPicture> fresh = graded(*old, *grading);
     {
       const std::lock_guard lock(mutex_);
       if (picture_ != old) continue;  // a newer one came meanwhile
@@ -95,6 +94,51 @@ void PictureBoard::regrade() {
     wake();
     return;
   }
+}
+
+void PictureBoard::regrade_compared() {
+  std::shared_ptr<const ShownPicture> kept;
+  std::shared_ptr<const Grading> grading;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!kept_ || !grading_ || (compared_ && compared_grading_ == grading_)) return;
+    kept = kept_;
+    grading = grading_;
+  }
+  const bool overlay = !kept->overlay_legend.empty();
+  std::shared_ptr<const ShownPicture> fresh = overlay ? kept : graded(*kept, *grading);
+  {
+    const std::lock_guard lock(mutex_);
+    if (kept_ != kept) return;  // the newer one has its own task
+    compared_.swap(fresh);      // that of before is let go outside of the lock
+    compared_grading_ = std::move(grading);
+  }
+  wake();
+}
+
+std::shared_ptr<ShownPicture> PictureBoard::graded(const ShownPicture& old,
+                                                   const Grading& grading) {
+  std::shared_ptr<ShownPicture> fresh = blank();
+  *fresh = old;
+  grading.grade(fresh->rgba, fresh->width, fresh->rgba8);
+  return fresh;
+}
+
+void PictureBoard::compare_with(std::shared_ptr<const ShownPicture> kept) {
+  std::shared_ptr<const ShownPicture> before;  // let go outside of the lock
+  {
+    const std::lock_guard lock(mutex_);
+    if (kept_ == kept) return;
+    kept_ = std::move(kept);
+    before = std::move(compared_);
+    if (!kept_) return;
+  }
+  grader_.post([this] { regrade_compared(); });
+}
+
+std::shared_ptr<const ShownPicture> PictureBoard::compared() const {
+  const std::lock_guard lock(mutex_);
+  return compared_;
 }
 
 std::shared_ptr<const Grading> PictureBoard::grading() {

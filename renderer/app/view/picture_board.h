@@ -34,6 +34,11 @@ class PictureBoard {
   void publish(std::shared_ptr<ShownPicture> picture, std::shared_ptr<const Grading> grading);
   std::shared_ptr<const ShownPicture> picture() const;
 
+  // A picture of before, graded as the newest one is; in the background, and anew whenever the
+  // display settings change. With an overlay it stays as it is. Null: none.
+  void compare_with(std::shared_ptr<const ShownPicture> kept);
+  std::shared_ptr<const ShownPicture> compared() const;  // null until it has been graded
+
   // Of rendering; an empty text takes it back.
   void set_problem(const std::string& text);
   std::string problem() const;
@@ -46,6 +51,8 @@ class PictureBoard {
 
   void change_display(const DisplaySettings& settings);
   void regrade();
+  void regrade_compared();
+  std::shared_ptr<ShownPicture> graded(const ShownPicture& old, const Grading& grading);
 
   const std::shared_ptr<Spare> spare_;
   mutable std::mutex mutex_;
@@ -55,6 +62,8 @@ class PictureBoard {
   std::shared_ptr<const ShownPicture> picture_;
   std::shared_ptr<const Grading> picture_grading_;  // what `picture_` was graded by
   uint64_t serial_ = 0;
+  std::shared_ptr<const ShownPicture> kept_, compared_;  // as given, and as graded
+  std::shared_ptr<const Grading> compared_grading_;
   std::string render_problem_, display_problem_;
   DisplaySettings wanted_;  // the newest, so that those between are left out
 

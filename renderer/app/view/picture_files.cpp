@@ -54,7 +54,10 @@ void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay ov
   const HeatmapQuantity& quantity = heatmap_of(overlay);
   const Rect window = window_of(film);
   check_heatmap_format("heatmap", path, window);
-  const std::vector<std::string> names = film_channel_names(film.aovs);
+  // Stop reasons are known without the channel, and while the frame goes on.
+  const bool reasons = quantity.reasons && !film.stops.empty();
+  const std::vector<std::string> names =
+      reasons ? std::vector<std::string>{"stop"} : film_channel_names(film.aovs);
   const std::string missing = QuantityPlane::missing_channel(quantity, names);
   if (!missing.empty()) {
     throw RenderError(path + ": the frame was rendered without the channel " + missing +
@@ -62,7 +65,7 @@ void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay ov
   }
   HeatmapFile file({path, &quantity}, film.options.heatmap_style,
                    {film.width, film.height, window, settings_attributes(film.options)}, names);
-  file.write_tile(window, film.channels);
+  file.write_tile(window, reasons ? film.stops : film.channels);
   file.finish();
 }
 

@@ -32,15 +32,14 @@ class RenderSession::Impl {
     renderer.set_paused(settings.paused);
   }
 
-  // Edits of a drag wait for the picture of the one before; buckets are no picture.
+  // Edits of a drag wait for the picture of the one before.
   void post(bool patient) {
     ++edit;
     rendered_settings = settings;
     if (!scene) return;
     board.set_problem("");  // what it said was of the edit before
     SceneEdits effective = solo ? with_solo(edits, *solo, *scene) : edits;
-    renderer.post({edit, ViewClock::now(), scene, std::move(effective), settings},
-                  patient && settings.render.driver != "bucket");
+    renderer.post({edit, ViewClock::now(), scene, std::move(effective), settings}, patient);
   }
 
   void adopt(std::shared_ptr<LoadedScene> loaded) {
@@ -165,6 +164,14 @@ uint64_t RenderSession::bvh_builds() const { return impl_->renderer.bvh_builds()
 
 std::shared_ptr<const ShownPicture> RenderSession::picture() const {
   return impl_->board.picture();
+}
+
+void RenderSession::compare_with(std::shared_ptr<const ShownPicture> kept) {
+  impl_->board.compare_with(std::move(kept));
+}
+
+std::shared_ptr<const ShownPicture> RenderSession::compared() const {
+  return impl_->board.compared();
 }
 
 std::string RenderSession::problem() const { return impl_->board.problem(); }

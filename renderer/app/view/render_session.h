@@ -62,6 +62,12 @@ class RenderSession {
 
   // The newest picture; null before the first.
   std::shared_ptr<const ShownPicture> picture() const;
+  // A picture of before, to be looked at beside the newest: its light, graded in the background by
+  // the display settings of now, whatever those are. Null: none any more. One with an overlay stays
+  // as it is.
+  void compare_with(std::shared_ptr<const ShownPicture> kept);
+  // Null until it has been graded, after which on_change() is called.
+  std::shared_ptr<const ShownPicture> compared() const;
   // Why there is none of the newest edit, in the words of the command line; empty while all is
   // well.
   std::string problem() const;

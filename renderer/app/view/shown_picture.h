@@ -18,8 +18,8 @@ struct ShownPicture {
   uint64_t serial = 0;  // grows from picture to picture
   int width = 0, height = 0;
   // Two notions of complete. `filled`: all that is shown is of this edit, if partly neighbours'
-  // samples; else the picture of before shows where there is nothing yet. `complete`: every pixel
-  // has a sample of its own.
+  // samples; else, while a region has its turn, the picture of before shows around it. `complete`:
+  // every pixel has a sample of its own; of buckets, all of its samples.
   bool filled = false;
   bool complete = false;
   bool finished = false;          // nothing more will come
@@ -31,7 +31,7 @@ struct ShownPicture {
   uint64_t rays = 0;           // likewise; of a bucket frame, when it has finished
   double elapsed_s = 0.0;      // since the edit
   double rendering_s = 0.0;    // of this frame, pauses left out: rays / rendering_s is the pace
-  std::string driver;          // which one is at work: of `live`, "bisection" or "adaptive"
+  std::string driver;          // which one is at work: of `live` and `bucket`, "bisection" first
   std::string overlay_legend;  // what the colours run from and to: "1 to 64 samples per pixel"
 };
 
@@ -47,7 +47,7 @@ struct PixelInspection {
   uint32_t samples = 0;
   std::optional<Rgb> variance;  // of the mean, where the film has it: adaptive, or error overlay
   uint32_t non_finite = 0;      // samples that counted as black
-  PixelStop stop = PixelStop::kNone;  // of a frame that has ended
+  PixelStop stop = PixelStop::kNone;  // as far as it is known; kGoingOn where more may come
   uint32_t id = 0;                    // 1 + instance; 0: background
   std::string object;                 // its node, or its mesh
   int material = -1;                  // into OpenScene::outline's materials; -1: nothing hit

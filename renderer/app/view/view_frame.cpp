@@ -3,10 +3,12 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "renderer/app/view/overlay_picture.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
@@ -27,6 +29,11 @@ constexpr double kCalmShare = 0.01;
 
 // Samples that the region gets before the rest of the frame gets any.
 constexpr uint32_t kRegionSamples = 16;
+
+// Of the samples of a frame of buckets, what its first picture may cost, which is no part of them;
+// those that a threshold ends are taken to have the fewest that an estimator judges by.
+constexpr double kFirstPictureShare = 0.005;
+constexpr uint32_t kLeastJudged = 16;
 
 Rect frame_of(const RenderOptions& options) { return {0, 0, options.width, options.height}; }
 
@@ -51,6 +58,14 @@ class Nobody final : public FrameObserver {
   PixelStop cause_;
 };
 
+void put_channel(std::string_view name, std::span<const float> values, FilmCopy* copy) {
+  const std::vector<std::string> names = film_channel_names(copy->aovs);
+  const auto channel = size_t(std::ranges::find(names, name) - names.begin());
+  for (size_t i = 0; i < values.size(); ++i) {
+    copy->channels[names.size() * i + channel] = values[i];
+  }
+}
+
 }  // namespace
 
 ViewFrame::ViewFrame(ViewOrder order, const FrameTools& tools, PictureBoard& board,
@@ -71,15 +86,12 @@ ViewFrame::~ViewFrame() = default;
 void ViewFrame::render(std::optional<Vec2i> explained) {
   explained_ = explained;
   if (order_.settings.region) render_region();
-  if (tools_.live && stop_->cause() == PixelStop::kNone) {
+  const bool buckets = tools_.options.driver == "bucket";
+  if ((tools_.live || buckets) && stop_->cause() == PixelStop::kNone) {
     render_stage(Stage::kFirst, first_, "bisection", window_, 1);
   }
   if (stop_->cause() != PixelStop::kNone) return;
-  if (tools_.options.driver == "bucket") {
-    canvas_.emplace(window_, tools_.aovs, tools_.plan.adaptive.unbiased, board_.picture().get());
-    readable_ = &*canvas_;
-    shown_driver_ = nullptr;
-  }
+  if (buckets) begin_buckets();
   const FrameCounters counters = render_stage(Stage::kMain, main_, tools_.options.driver, window_,
                                               tools_.plan.samples_per_pixel);
   if (!counters.stopped || stop_->cause() == PixelStop::kTimeLimit) finish(counters);
@@ -116,13 +128,41 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<FrameDriver>&
                     tools_.aovs,
                     !main || tools_.plan.uniform,
                     groups_.get()};
-  return driver->render(frame, *this, stop_->token());
+  stage_end_ = std::stop_source();
+  const std::stop_callback with_the_frame(stop_->token(), [this] { stage_end_.request_stop(); });
+  return driver->render(frame, *this, stage_end_.get_token());
+}
+
+// Buckets come over what the first picture shows.
+void ViewFrame::begin_buckets() {
+  std::vector<float> rgba(4 * size_t(window_.area()));
+  resolve_whole(rgba);
+  readable_ = nullptr;
+  shown_driver_ = nullptr;
+  first_.reset();
+  progress_ = {};
+  canvas_.emplace(window_, tools_.aovs, tools_.plan.adaptive.unbiased, std::move(rgba));
+  readable_ = &*canvas_;
+  shown_at_s_ = -std::numeric_limits<double>::infinity();  // else it might be a bucket's time ago
+}
+
+// Buckets need no more of it than a picture that a hand can follow.
+bool ViewFrame::first_is_enough() const {
+  if (stage_ != Stage::kFirst || tools_.live || !shown_) return false;
+  const uint32_t samples = std::max(tools_.plan.samples_per_pixel, kLeastJudged);
+  return progress_.completion >= kFirstPictureShare * double(samples);
+}
+
+// Of buckets only they count: samples of the first picture are let go.
+bool ViewFrame::complete() const {
+  const bool counts = stage_ == Stage::kMain || (stage_ == Stage::kFirst && tools_.live);
+  return counts && progress_.completion >= 1.0;
 }
 
 void ViewFrame::finish(const FrameCounters& counters) {
-  if (tools_.aovs.contains(Aov::kStop) && !canvas_) {
+  if (counters.stopped && !canvas_) {
     Nobody nobody(stop_->cause());
-    main_->deliver(nobody);  // why each pixel stopped is known from here on
+    main_->deliver(nobody);  // looks at what has come since it last decided anything
   }
   finished_ = true;
   if (!first_) {  // else the time was over before this driver had every pixel
@@ -151,6 +191,7 @@ void ViewFrame::picture_changed(const FrameProgress& progress, const FramePictur
   }
   check_time_limit();
   pause_(shown_now);
+  if (first_is_enough()) stage_end_.request_stop();
 }
 
 void ViewFrame::tile_begun(const Rect& pixels) {
@@ -177,7 +218,7 @@ void ViewFrame::canvas_changed() {
   progress_.pass = 1;
   progress_.samples = canvas_->samples();
   progress_.completion = canvas_->completion();
-  const bool shown_now = due();
+  const bool shown_now = stop_->cause() == PixelStop::kNone && due();  // else nobody waits for it
   if (shown_now) show();
   check_time_limit();
   pause_(shown_now);
@@ -191,7 +232,7 @@ void ViewFrame::check_time_limit() {
 bool ViewFrame::due() const {
   const double now = seconds();
   if (!shown_) return progress_.completion >= kFirstCoverage || now >= kFirstPatience_s;
-  if (stage_ != Stage::kRegion && progress_.completion >= 1.0 && !complete_shown_) return true;
+  if (complete() && !complete_shown_) return true;
   const double share = now < kLively_s ? kLivelyShare : kCalmShare;
   return now >= shown_at_s_ + std::max(kLeastInterval_s, cost_s_ / share);
 }
@@ -225,8 +266,8 @@ void ViewFrame::show() {
   picture->edit = order_.edit;
   picture->width = window_.width();
   picture->height = window_.height();
-  picture->complete = stage_ != Stage::kRegion && progress_.completion >= 1.0;
-  picture->filled = picture->complete || (stage_ != Stage::kRegion && !canvas_);
+  picture->complete = complete();
+  picture->filled = stage_ != Stage::kRegion;
   picture->finished = finished_;
   picture->in_progress.clear();
   if (canvas_) picture->in_progress = canvas_->in_progress();
@@ -247,6 +288,11 @@ void ViewFrame::show() {
 std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
                             std::span<const float> rgba, std::span<uint8_t> rgba8) {
   const ViewOverlay overlay = overlay_.load();
+  if (overlay == ViewOverlay::kStop) {
+    if (const std::vector<float> reasons = stops(); !reasons.empty()) {
+      return draw_stops(reasons, window_, rgba8);
+    }
+  }
   if (const HeatmapQuantity* quantity = overlay_quantity(overlay)) {
     // A frame that lacks the channel is about to be replaced by one that has it.
     if (!quantity->aov || tools_.aovs.contains(*quantity->aov)) {
@@ -307,8 +353,28 @@ void ViewFrame::resolve_whole(std::span<float> rgba) const {
   }
 }
 
+// Only the last stage brings a pixel to its end.
+PixelStop ViewFrame::stop_at(int x, int y) const {
+  const bool last = canvas_ || shown_driver_ == main_.get();
+  const PixelStop stop = last ? readable_->stop_so_far(x, y) : PixelStop::kGoingOn;
+  if (!finished_ || stop != PixelStop::kGoingOn) return stop;
+  return film_of(x, y).sample_count(x, y) > 0 ? stop_->cause() : PixelStop::kNone;
+}
+
+std::vector<float> ViewFrame::stops() const {
+  if (canvas_ && !tools_.aovs.contains(Aov::kStop)) return {};
+  const auto width = size_t(window_.width());
+  std::vector<float> stops(size_t(window_.area()));
+  parallel_each(size_t(window_.height()), [&](size_t row) {
+    for (size_t i = row * width; i < (row + 1) * width; ++i) {
+      stops[i] = float(stop_at(window_.x_of(i), window_.y_of(i)));
+    }
+  });
+  return stops;
+}
+
 FilmCopy ViewFrame::copy() const {
-  FilmCopy result{window_.width(), window_.height(), tools_.aovs, {}, tools_.options};
+  FilmCopy result{window_.width(), window_.height(), tools_.aovs, {}, stops(), tools_.options};
   result.options.scene = order_.scene->open->outline.file;
   result.options.driver = shown_name_;
   const size_t count = film_channels(tools_.aovs).size();
@@ -327,6 +393,7 @@ FilmCopy ViewFrame::copy() const {
   };
   put(readable_->film());
   if (const FilmTile* region = region_film()) put(*region);
+  if (tools_.aovs.contains(Aov::kStop)) put_channel("stop", result.stops, &result);
   if (canvas_) return result;  // where no bucket is, there is nothing of this frame to be shown
   resolve_whole(rgba);
   for (size_t i = 0; i < size_t(window_.area()); ++i) {
@@ -347,7 +414,7 @@ PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
   result.samples = film.sample_count(x, y);
   result.non_finite = film.non_finite(x, y);
   result.variance = film.variance(x, y);
-  result.stop = film.stop(x, y);
+  result.stop = stop_at(x, y);
   if (explained && shown_driver_ && &film == &readable_->film()) {
     shown_driver_->follow(x, y);
     result.explanation = shown_driver_->explain(x, y);

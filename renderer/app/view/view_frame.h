@@ -1,8 +1,9 @@
 // One frame of a session: from an edit to the last sample or to the edit that ends it.
 //
 // It goes through stages, each a driver with a film of its own: the region, if there is one; of
-// `live` a first sample for every pixel by bisection; then the driver that goes on. The picture
-// changes from one film to the next when the next is as good everywhere.
+// `live` a first sample for every pixel by bisection, of `bucket` a first picture likewise; then
+// the driver that goes on. The picture changes from one film to the next when the next is as good
+// everywhere; buckets replace the first picture one by one.
 #pragma once
 
 #include <atomic>
@@ -10,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -47,6 +49,7 @@ struct FilmCopy {
   AovSet aovs;
   std::vector<float> channels;  // in film_channels() order, interleaved; pixels without samples
                                 // have R G B A as shown
+  std::vector<float> stops;     // PixelStop; empty where it is not known
   RenderOptions options;        // that it was rendered by
 };
 
@@ -98,6 +101,9 @@ class ViewFrame final : private FrameObserver {
   FrameCounters render_stage(Stage stage, std::unique_ptr<FrameDriver>& driver,
                              const std::string& name, const Rect& window,
                              uint32_t samples_per_pixel);
+  void begin_buckets();
+  bool first_is_enough() const;
+  bool complete() const;
   void finish(const FrameCounters& counters);
   void look_at_canvas();
   void canvas_changed();
@@ -110,6 +116,8 @@ class ViewFrame final : private FrameObserver {
   void resolve_whole(std::span<float> rgba) const;
   const FilmTile* region_film() const;
   const FilmTile& film_of(int x, int y) const;  // that a pixel is shown from
+  PixelStop stop_at(int x, int y) const;
+  std::vector<float> stops() const;
 
   ViewOrder order_;
   const FrameTools& tools_;
@@ -123,6 +131,7 @@ class ViewFrame final : private FrameObserver {
 
   Stage stage_ = Stage::kMain;
   std::string stage_name_;  // its driver's
+  std::stop_source stage_end_;
   std::optional<Vec2i> explained_;
   std::unique_ptr<FrameDriver> region_, first_, main_;
   std::optional<BucketCanvas> canvas_;

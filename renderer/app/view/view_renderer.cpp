@@ -193,14 +193,12 @@ void ViewRenderer::serve(std::unique_lock<std::mutex>& lock) {
 void ViewRenderer::pause(bool shown) {
   std::unique_lock lock(mutex_);
   hurry_ = false;
-  if (shown) {
-    ask_again();
-    if (!frame_shown_) {
-      frame_shown_ = true;
-      if (order_) stop_->request(PixelStop::kUser);
-    }
-  }
+  if (shown) ask_again();
   if (wanted()) serve(lock);
+  if (!frame_shown_ && frame_->has_shown()) {  // in its own time, or because somebody asked
+    frame_shown_ = true;
+    if (order_) stop_->request(PixelStop::kUser);
+  }
   if (!stands_still()) return;
   const ViewClock::time_point begun = ViewClock::now();
   show_again_ = show_again_ || (paused_ && !shown);  // what stands still is seen as it is

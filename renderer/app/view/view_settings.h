@@ -10,7 +10,7 @@
 namespace emberline {
 
 // What is drawn instead of, or over, the picture. All but the tree come from channels of the film
-// (renderer/statistics/heatmap_quantity.h); the stop reasons are known when a frame has ended.
+// (renderer/statistics/heatmap_quantity.h); why pixels have ended is told while others go on.
 enum class ViewOverlay : uint8_t { kNone, kSamples, kError, kStop, kTime, kNonFinite, kTree };
 
 // The driver that a window begins with: bisection until every pixel has a sample, then adaptive.

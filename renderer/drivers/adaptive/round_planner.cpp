@@ -154,6 +154,12 @@ PixelStop RoundPlanner::stop_of(size_t i) const {
   return PixelStop::kBudget;
 }
 
+PixelStop RoundPlanner::stop_so_far(size_t i, uint32_t have) const {
+  constexpr float kUnknown = std::numeric_limits<float>::infinity();
+  const float error = errors_.error.empty() ? kUnknown : errors_.error[i];
+  return is_unfinished(settings_, have, error) ? PixelStop::kGoingOn : stop_of(i);
+}
+
 // Estimators that go by batches tell an error and no variance of a sample.
 void RoundPlanner::expected_gains(std::span<const uint32_t> have, std::span<const uint32_t> targets,
                                   std::vector<float>* gains) const {

@@ -63,6 +63,9 @@ class RoundPlanner {
   double error_estimate() const { return error_estimate_; }
   // Why the pixel would get no more if the frame ended now.
   PixelStop stop_of(size_t i) const;
+  // The same for a frame that goes on, of a pixel that has `have` samples by now: the limit that it
+  // had met at the last look, or kGoingOn. What a round brings everywhere it may get all the same.
+  PixelStop stop_so_far(size_t i, uint32_t have) const;
   // What the round under way counts for in a mean over rounds (RoundAverages), if `unbiased`: a
   // number that the settings alone decide.
   double round_weight() const { return round_weight_; }

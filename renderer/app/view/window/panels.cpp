@@ -181,7 +181,7 @@ void Interface::draw_menu(Workbench& bench) {
     menu_entry(bench, "One to one", Action::kZoomOne);
     ImGui::Separator();
     menu_entry(bench, "Keep as B", Action::kStoreSnapshot, open);
-    menu_entry(bench, "Wipe A / B", Action::kWipe, bench.snapshot != nullptr, bench.wipe);
+    menu_entry(bench, "Wipe A / B", Action::kWipe, bench.kept.picture != nullptr, bench.wipe);
     menu_entry(bench, "Next overlay", Action::kNextOverlay, open);
     menu_entry(bench, "Pixel values", Action::kInspector, true, bench.show_inspector);
     menu_entry(bench, "Why is this pixel done?", Action::kExplain, open, bench.show_explanation);

@@ -141,7 +141,7 @@ constexpr std::array kOverlays = {
     widgets::Choice{"none", ""},
     widgets::Choice{"samples", "samples per pixel"},
     widgets::Choice{"error", "estimated error of each pixel as displayed"},
-    widgets::Choice{"stop", "what ended each pixel; known when the frame has ended"},
+    widgets::Choice{"stop", "what has ended each pixel so far"},
     widgets::Choice{"time", "time spent on each pixel"},
     widgets::Choice{"not finite", "samples that were NaN or infinite, and count as black"},
     widgets::Choice{"tree", "how the adaptive driver divided the frame for its first samples"}};
@@ -187,17 +187,51 @@ bool choose_display(DisplaySettings& display, const DisplayNames& names) {
   return changed;
 }
 
+std::string samples_of(const ShownPicture& picture) {
+  const double pixels = double(picture.width) * double(picture.height);
+  return fmt::format("{:.1f} samples/px", double(picture.samples) / pixels);
+}
+
+std::string words_of(const DisplaySettings& display) {
+  std::string words = fmt::format("exposure {:+.2f}", display.exposure);
+  if (!display.view.empty()) words += ", " + display.view;
+  if (!display.look.empty()) words += ", " + display.look;
+  return words;
+}
+
+// What the sides are: one that has another exposure must not pass for another light.
+void draw_sides(Workbench& bench) {
+  const KeptPicture& kept = bench.kept;
+  if (!kept.picture || !bench.picture()) return;
+  const bool overlay = !kept.picture->overlay_legend.empty();
+  ImGui::BeginDisabled(overlay);
+  widgets::check({"Grade B as A", "off: B keeps exposure, view and look that it was kept with"},
+                 bench.kept.graded_as_a);
+  ImGui::EndDisabled();
+  ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
+  widgets::paragraph("A, left: the picture of now, " + samples_of(*bench.picture()) + ", " +
+                     words_of(bench.settings().display));
+  widgets::paragraph(fmt::format("B, right: kept {} ago, {}, {}",
+                                 readable_seconds(Workbench::now() - kept.time_s),
+                                 samples_of(*kept.picture),
+                                 overlay            ? "with its overlay"
+                                 : kept.graded_as_a ? "graded as A"
+                                                    : words_of(kept.display) + " as it was kept"));
+  ImGui::PopStyleColor();
+}
+
 void draw_comparison(Workbench& bench) {
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
   if (ImGui::Button("Keep as B", {half, 0.0f})) bench.act(Action::kStoreSnapshot);
   ImGui::SameLine();
-  ImGui::BeginDisabled(!bench.snapshot);
+  ImGui::BeginDisabled(!bench.kept.picture);
   if (ImGui::Button(bench.wipe ? "End wipe" : "Wipe A / B", {half, 0.0f})) bench.act(Action::kWipe);
   if (bench.wipe) {
     float place = 100.0f * bench.wipe_place;
     if (widgets::slide({"Wipe"}, place, 0.0f, 100.0f, "%.0f %%")) bench.wipe_place = 0.01f * place;
   }
   ImGui::EndDisabled();
+  draw_sides(bench);
 }
 
 }  // namespace

@@ -109,6 +109,8 @@ void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& p
     for (const Category& category : stop_categories()) {
       draw_label(list, {at.x + 1.6f * em, at.y}, category.name);
       const Rgb8& c = category.colour;
+      list.AddRectFilled({at.x - 3, at.y - 3}, {at.x + em + 3, at.y + em + 3},
+                         IM_COL32(20, 20, 20, 200));  // on pixels of its own colour
       list.AddRectFilled(at, {at.x + em, at.y + em}, IM_COL32(c[0], c[1], c[2], 255));
       at.y += 1.7f * em;
     }
@@ -126,17 +128,18 @@ void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& p
 }
 
 // A to the left of the line, B to its right.
-void draw_wipe(const Workbench& bench, ImDrawList& list, const PictureTexture& snapshot, int width,
+void draw_wipe(const Workbench& bench, ImDrawList& list, const PictureTexture& kept, int width,
                int height) {
   const float x = bench.wipe_place * float(width);
   const ImVec2 a = corner(bench, x, 0.0f), b = corner(bench, float(width), float(height));
-  list.AddImage(snapshot.id(), a, b, {bench.wipe_place, 0.0f}, {1.0f, 1.0f});
+  list.AddImage(kept.id(), a, b, {bench.wipe_place, 0.0f}, {1.0f, 1.0f});
   list.AddLine({a.x, a.y}, {a.x, b.y}, kShadow, 3.0f);
   list.AddLine({a.x, a.y}, {a.x, b.y}, colour(accent_colour()), 1.0f);
   const float gap = ImGui::GetFontSize();
   const float top = std::max(a.y, float(bench.placement.area().y0)) + gap;
-  draw_label(list, {a.x - 2.0f * gap, top}, "A");
-  draw_label(list, {a.x + 1.3f * gap, top}, "B");
+  const std::string left = "A  now";
+  draw_label(list, {a.x - 1.3f * gap - ImGui::CalcTextSize(left.c_str()).x, top}, left);
+  draw_label(list, {a.x + 1.3f * gap, top}, bench.kept.graded_as_a ? "B  kept" : "B  as kept");
 }
 
 // Around the picture from `a` to `b`, not under it: an OpenGL in software would draw it twice.
@@ -166,9 +169,10 @@ void PictureView::upload(const Workbench& bench) {
     picture_.upload(picture->width, picture->height, picture->rgba8);
     drawn_ = picture;
   }
-  if (bench.snapshot && bench.snapshot != drawn_snapshot_) {
-    snapshot_.upload(bench.snapshot->width, bench.snapshot->height, bench.snapshot->rgba8);
-    drawn_snapshot_ = bench.snapshot;
+  const std::shared_ptr<const ShownPicture>& b = bench.picture_b();
+  if (bench.wipe && b && b != drawn_b_) {
+    picture_b_.upload(b->width, b->height, b->rgba8);
+    drawn_b_ = b;
   }
 }
 
@@ -186,7 +190,7 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   const double zoom = bench.placement.zoom();
   const bool pixels = zoom >= kPixelZoom || zoom == 1.0;
   picture_.show_pixels(pixels);
-  snapshot_.show_pixels(pixels);
+  picture_b_.show_pixels(pixels);
 
   const ImVec2 a = corner(bench, 0, 0), b = corner(bench, float(width), float(height));
   draw_ground(list, area, a, b);
@@ -194,7 +198,7 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   plain_.begin(list);
   list.AddImage(picture_.id(), a, b);
   PlainShader::end(list);
-  if (bench.wipe && !snapshot_.empty()) draw_wipe(bench, list, snapshot_, width, height);
+  if (bench.wipe && !picture_b_.empty()) draw_wipe(bench, list, picture_b_, width, height);
   for (const Rect& bucket : drawn_->in_progress) draw_bucket(bench, list, bucket);
   if (bench.placement.zoom() >= kValuesZoom) draw_values(bench, list, *drawn_);
   draw_legend(bench, list, *drawn_);
@@ -238,7 +242,8 @@ void draw_inspector(const Workbench& bench) {
   }
   if (pixel.known && pixel.non_finite > 0) row("not finite", readable_count(pixel.non_finite));
   if (pixel.known && pixel.stop != PixelStop::kNone) {
-    row("ended by", std::string(pixel_stop_name(pixel.stop)));
+    row(pixel.stop == PixelStop::kGoingOn ? "" : "ended by",
+        std::string(pixel_stop_name(pixel.stop)));
   }
   if (pixel.known) {
     row("object",

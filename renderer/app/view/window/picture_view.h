@@ -19,9 +19,9 @@ class PictureView {
  private:
   void upload(const Workbench& bench);
 
-  PictureTexture picture_, snapshot_;
+  PictureTexture picture_, picture_b_;
   PlainShader plain_;
-  std::shared_ptr<const ShownPicture> drawn_, drawn_snapshot_;
+  std::shared_ptr<const ShownPicture> drawn_, drawn_b_;
 };
 
 // Beside the cursor: what is known of the pixel under it.

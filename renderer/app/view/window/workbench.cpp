@@ -149,6 +149,7 @@ bool Workbench::update() {
   bool news = before.state != load_status_.state || before.fraction != load_status_.fraction ||
               before.stage != load_status_.stage;
   news |= take_picture();
+  news |= take_picture_b();
   send_edits();
   finish_saves();
   const std::string problem = session_.problem();
@@ -171,6 +172,18 @@ bool Workbench::take_picture() {
   std::shared_ptr<const ShownPicture> picture = session_.picture();
   if (picture == picture_) return false;
   picture_ = std::move(picture);
+  return true;
+}
+
+bool Workbench::take_picture_b() {
+  session_.compare_with(kept.graded_as_a ? kept.picture : nullptr);
+  std::shared_ptr<const ShownPicture> graded = kept.graded_as_a ? session_.compared() : nullptr;
+  std::shared_ptr<const ShownPicture> picture = graded ? std::move(graded) : kept.picture;
+  if (picture == picture_b_) return false;
+  picture_b_ = std::move(picture);
+  if (journal.is_open()) {
+    journal.write("kept", {{"serial", picture_b_->serial}, {"graded_as_a", kept.graded_as_a}});
+  }
   return true;
 }
 
@@ -569,11 +582,14 @@ void Workbench::act(Action action, int number) {
     case Action::kCopyPixel:
       return copy_pixel();
     case Action::kStoreSnapshot:
-      snapshot = picture_;
-      if (snapshot) say(Message::Level::kNote, "kept as B; V wipes between A and B");
-      return;
+      if (!picture_) return;
+      kept.picture = picture_;
+      kept.display = settings_.display;
+      kept.time_s = now();
+      return say(Message::Level::kNote, "kept as B; V wipes between A and B");
     case Action::kWipe:
-      if (!snapshot) return say(Message::Level::kNote, "B keeps a picture to compare with first");
+      if (!kept.picture)
+        return say(Message::Level::kNote, "B keeps a picture to compare with first");
       wipe = !wipe;
       return;
     case Action::kClearRegion:

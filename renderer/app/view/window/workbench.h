@@ -34,6 +34,14 @@ struct Message {
   double time_s = 0.0;  // Workbench::now()
 };
 
+// A picture that was set aside to be compared with: B.
+struct KeptPicture {
+  std::shared_ptr<const ShownPicture> picture;  // null: none
+  DisplaySettings display;                      // that it was kept with
+  double time_s = 0.0;                          // when; Workbench::now()
+  bool graded_as_a = true;                      // shown by the display settings of now
+};
+
 class Workbench {
  public:
   Workbench(const ViewOptions& options, WindowState& state, std::function<void()> wake);
@@ -60,6 +68,8 @@ class Workbench {
   const std::shared_ptr<const OpenScene>& scene() const { return scene_; }
   const LoadStatus& load_status() const { return load_status_; }
   const std::shared_ptr<const ShownPicture>& picture() const { return picture_; }
+  // B as it is to be shown; null if nothing is kept.
+  const std::shared_ptr<const ShownPicture>& picture_b() const { return picture_b_; }
   RenderSession& session() { return session_; }
 
   // ---- edits
@@ -124,8 +134,8 @@ class Workbench {
   // Plain state of the interface, which the panels change as they like.
   WindowState& window;
   PicturePlacement placement;
-  std::shared_ptr<const ShownPicture> snapshot;  // B
-  bool show_material = false;                    // its tab is to be opened
+  KeptPicture kept;
+  bool show_material = false;  // its tab is to be opened
   bool wipe = false;
   float wipe_place = 0.5f;  // share of the picture's width that shows A
   bool show_shortcuts = false, show_messages = false, show_inspector = true;
@@ -152,6 +162,7 @@ class Workbench {
   void take_scene();
   void take_back_edits(const SceneEdits& edits);
   bool take_picture();
+  bool take_picture_b();
   void send_edits();
   void journal_edits();
   void finish_saves();
@@ -167,7 +178,7 @@ class Workbench {
   RenderSession session_;
   DisplayNames display_names_;
   std::shared_ptr<const OpenScene> scene_;
-  std::shared_ptr<const ShownPicture> picture_, noted_;
+  std::shared_ptr<const ShownPicture> picture_, noted_, picture_b_;
   Vec2f noted_corner_ = Vec2f(0.0f);
   double noted_zoom_ = 0.0;
   LoadStatus load_status_;
