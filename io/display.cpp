@@ -7,7 +7,9 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <mutex>
+#include <system_error>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -160,6 +162,11 @@ UsedConfig used_config() {
   const char* const variable = std::getenv("OCIO");
   if (!variable || !*variable) {
     return {built_in_config(), "the built-in OpenColorIO config", true};
+  }
+  // OpenColorIO's reader would tell less, and leak.
+  std::error_code not_there;
+  if (std::filesystem::is_directory(variable, not_there)) {
+    throw InputError(variable, "is a directory and no OpenColorIO config (named by $OCIO)");
   }
   try {
     return {ocio::Config::CreateFromFile(variable), variable, false};

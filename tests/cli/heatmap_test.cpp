@@ -57,7 +57,7 @@ TEST_F(Heatmap, OfEveryDriverAndQuantityNowAndLaterTheSame) {
 }
 
 TEST_F(Heatmap, ExrHasTheNumbersThemselves) {
-  Words words = of("adaptive");
+  Words words = of("adaptive", {"--estimator", "two-stream"});
   for (const std::string& quantity : kQuantities) {
     words = words + Words{"--heatmap", path(quantity + ".exr"), "--heatmap-of", quantity};
   }
@@ -81,6 +81,19 @@ TEST_F(Heatmap, ExrHasTheNumbersThemselves) {
   render(words + Words{"--report", path("r.json")});
   const double estimate = read_json("r.json")["error"]["estimate"];
   EXPECT_NEAR(std::sqrt(sum / (40 * 24)), estimate, 1e-4 * estimate);
+}
+
+// A film of one stream knows its samples' spread alone, as if they were independent: no less than
+// what the report says, which knows what the last doubling has changed, and no more than twice.
+TEST_F(Heatmap, ErrorsOfOneStreamAreAnUpperBound) {
+  render(of("adaptive", {"--heatmap", path("error.exr"), "--heatmap-of", "error", "--report",
+                         path("r.json")}));
+  double sum = 0;
+  const ExrPicture errors = read_exr(path("error.exr"));
+  for (const float error : errors.channels.at("error")) sum += double(error) * double(error);
+  const double estimate = read_json("r.json")["error"]["estimate"];
+  EXPECT_GT(std::sqrt(sum / (40 * 24)), 0.95 * estimate);
+  EXPECT_LT(std::sqrt(sum / (40 * 24)), 2 * estimate);
 }
 
 TEST_F(Heatmap, ACropIsAPictureOfTheCrop) {

@@ -76,7 +76,8 @@ TEST_F(ReportPage, ErrorAgainstTime) {
   const ReadMarkup read = page();
   EXPECT_EQ(read.count("polyline"), 2u);
   expect_text(read, "measured against the reference");
-  for (const auto& snapshot : read_json("r.json")["snapshots"]) expect_text(read, snapshot["file"]);
+  const auto report = read_json("r.json");
+  for (const auto& snapshot : report["snapshots"]) expect_text(read, snapshot["file"]);
 }
 
 TEST_F(ReportPage, OddNamesAreShownAsTheyAre) {

@@ -186,10 +186,12 @@ TEST_F(Report, EstimatesBelongToTheirPasses) {
   EXPECT_TRUE(passes[0]["error_estimate"].is_null()) << passes;  // one sample a pixel
   for (size_t i = 1; i < passes.size(); ++i) {
     ASSERT_TRUE(passes[i]["error_estimate"].is_number()) << passes;
+    // A last round of few samples may change it by less than its noise.
     if (i > 1) {
-      EXPECT_LT(passes[i]["error_estimate"], passes[i - 1]["error_estimate"]);
+      EXPECT_LT(passes[i]["error_estimate"], 1.01 * double(passes[i - 1]["error_estimate"]));
     }
   }
+  EXPECT_LT(passes.back()["error_estimate"], 0.3 * double(passes[1]["error_estimate"]));
 }
 
 TEST_F(Report, WarningsAreKeptQuietOrNot) {

@@ -88,7 +88,7 @@ TEST_P(WantedPicture, ComesSoonerWithTheSameSamples) {
 
 INSTANTIATE_TEST_SUITE_P(ProgressiveDrivers, WantedPicture,
                          testing::Values("bisection", "adaptive"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& driver) { return std::string(driver.param); });
 
 }  // namespace
 }  // namespace emberline

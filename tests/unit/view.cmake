@@ -2,7 +2,7 @@ emberline_test(view_arithmetic_test
   SOURCES view_camera_test.cpp edit_history_test.cpp grading_test.cpp
   LINK emberline_view)
 emberline_test(render_session_test TIMEOUT 300
-  SOURCES render_session_test.cpp session_storm_test.cpp session_files_test.cpp
+  SOURCES render_session_test.cpp session_storm_test.cpp session_edits_test.cpp session_files_test.cpp
           session_overlay_test.cpp session_comparison_test.cpp session_bucket_test.cpp
   LINK emberline_view)
 target_compile_definitions(render_session_test
