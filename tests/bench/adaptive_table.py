@@ -61,6 +61,15 @@ def measure(name, options):
     subprocess.run(command, check=True, stdout=sys.stderr)
 
 
+def gain_of(name, row, error):
+    """Along uniform sampling's own curve. Two uniform frames of the wires meet the rare glints too
+    seldom for a curve: there error is taken to fall as 1/N."""
+    figures = row[error]
+    if name == "thin_wires":
+        return figures["uniform"] / figures["error"] / row["time_ratio"]
+    return figures["gain"]
+
+
 def gains(names, options):
     """Equal-error time of uniform sampling over that of the method that aims at the same error."""
     print("| scene | spp | mse: limit | gain | of it | relmse: limit | gain | of it |")
@@ -71,7 +80,7 @@ def gains(names, options):
             cells = [NAMES[name], budget]
             for error in ("mse", "relmse"):
                 limit = figures["limits"][budget][error]["independent"]
-                gain = figures["methods"][budget][DEFAULT + "/" + error][error]["gain"]
+                gain = gain_of(name, figures["methods"][budget][DEFAULT + "/" + error], error)
                 cells += [f"{limit:.2f}", f"{gain:.2f}", f"{100 * gain / limit:.0f} %"]
             print("| " + " | ".join(cells) + " |")
 
@@ -92,7 +101,7 @@ def side_by_side(names, options):
 
 def estimators(names, options):
     methods = options.methods.split(",")
-    budget = options.budgets.split(",")[-2 if "," in options.budgets else 0]
+    budget = options.budgets.split(",")[0]
     print(f"\n{budget} spp on average; gain in mse / in relmse; signed bias of the frame in per cent")
     print("| scene | " + " | ".join(methods) + " |")
     print("| --- |" + " --- |" * len(methods))
@@ -101,7 +110,7 @@ def estimators(names, options):
         cells = []
         for method in methods:
             row = rows[method]
-            cells.append(f"{row['mse']['gain']:.2f} / {row['relmse']['gain']:.2f}; "
+            cells.append(f"{gain_of(name, row, 'mse'):.2f} / {gain_of(name, row, 'relmse'):.2f}; "
                          f"{100 * row['bias']:+.2f} ± {100 * row['bias_se']:.2f}")
         print("| " + " | ".join([NAMES[name]] + cells) + " |")
 

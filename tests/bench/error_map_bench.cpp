@@ -1,6 +1,7 @@
 // What an adaptive driver pays between two rounds: a whole frame's statistics, error map and plan.
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bench/parts.h"
@@ -90,8 +91,11 @@ void add_error_map_benchmarks() {
         kPixels);
   }
   add_share_samples();
-  add_plan("error_map/look_and_plan/budget", {.budget = 256}, film);
-  add_plan("error_map/look_and_plan/threshold", {.threshold = 0.005f}, film);
+  for (const std::string_view estimator : {"nested", "two-stream"}) {
+    const std::string name = "error_map/look_and_plan/" + std::string(estimator);
+    add_plan(name + "/budget", {.estimator = estimator, .budget = 256}, film);
+    add_plan(name + "/threshold", {.estimator = estimator, .threshold = 0.005f}, film);
+  }
 }
 
 }  // namespace emberline::bench

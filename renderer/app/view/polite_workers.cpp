@@ -10,9 +10,10 @@ namespace {
 
 void lower_priority() {
 #if defined(__linux__)
-  // A third of the time beside a thread of ordinary priority, all of it beside none. The window's
-  // drawing took 12.1 ms with it, 11.4 at 10 and 15.1 at 0 (medians, OpenGL in software, two
-  // cores); 10 would leave a tenth of the time beside another program that is busy.
+  // A third of the time beside a thread of ordinary priority, all of it beside none. Where the
+  // window's drawing took 15.1 ms at 0 it took 12.1 with it and 11.4 at 10 (medians, OpenGL in
+  // software, two cores, every pixel shaded); 10 would leave a tenth of the time beside another
+  // program that is busy.
   constexpr int kNice = 5;
   const auto thread = id_t(gettid());
   if (getpriority(PRIO_PROCESS, thread) < kNice) {
