@@ -35,6 +35,10 @@ void draw_text(const Workbench& bench) {
     widgets::paragraph("Click on the picture to choose a pixel.");
   } else if (text.empty()) {
     widgets::paragraph("Waiting for the first samples of this pixel.");
+  } else if (bench.explanation()->explanation.empty() &&
+             bench.settings().render.driver == kLiveDriver) {
+    widgets::paragraph(
+        "The first picture: a sample for every pixel. What follows decides by pixel.");
   } else if (bench.explanation()->explanation.empty()) {
     widgets::paragraph(
         "This driver gives every pixel as many samples as any other. The adaptive one decides "

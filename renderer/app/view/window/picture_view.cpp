@@ -226,10 +226,7 @@ void draw_inspector(const Workbench& bench) {
   ImGui::SetNextWindowPos({at.x + (left ? -gap : gap), at.y + (above ? -gap : gap)},
                           ImGuiCond_Always, {left ? 1.0f : 0.0f, above ? 1.0f : 0.0f});
   ImGui::SetNextWindowBgAlpha(0.88f);
-  ImGui::Begin("##inspector", nullptr,
-               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
-                   ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings |
-                   ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
+  ImGui::BeginTooltip();  // in front of every panel
   row("pixel", fmt::format("{}, {}", pixel.x, pixel.y));
   row("R G B",
       fmt::format("{:.4g}  {:.4g}  {:.4g}", pixel.radiance.x, pixel.radiance.y, pixel.radiance.z));
@@ -256,7 +253,7 @@ void draw_inspector(const Workbench& bench) {
           shown_name(materials[size_t(pixel.material)].name, "material", pixel.material));
     }
   }
-  ImGui::End();
+  ImGui::EndTooltip();
 }
 
 }  // namespace emberline
