@@ -86,8 +86,8 @@ TEST_F(Heatmap, ExrHasTheNumbersThemselves) {
 // A film of one stream knows its samples' spread alone, as if they were independent: no less than
 // what the report says, which knows what the last doubling has changed, and no more than twice.
 TEST_F(Heatmap, ErrorsOfOneStreamAreAnUpperBound) {
-  render(of("adaptive", {"--heatmap", path("error.exr"), "--heatmap-of", "error", "--report",
-                         path("r.json")}));
+  render(of("adaptive",
+            {"--heatmap", path("error.exr"), "--heatmap-of", "error", "--report", path("r.json")}));
   double sum = 0;
   const ExrPicture errors = read_exr(path("error.exr"));
   for (const float error : errors.channels.at("error")) sum += double(error) * double(error);
