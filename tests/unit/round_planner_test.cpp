@@ -287,57 +287,6 @@ TEST(RoundPlanner, WhatNeverMeetsTheThresholdEndsAtItsMost) {
   }
 }
 
-// Samples of each pixel of a small window in which nothing but `rest` is ever met, under a
-// threshold.
-double samples_without_noise(const Sample& rest, int size, const AdaptiveSettings& settings) {
-  SyntheticFrame frame(size, size, 10, [&](int, int, TestRandom&) { return rest; });
-  RoundPlanner planner(settings, size, size, 5);
-  frame.render(planner);
-  return frame.mean_count();
-}
-
-TEST(RoundPlanner, NoNoiseIsNoAnswerUntilThereAreSamplesEnough) {
-  for (const char* estimator : {"two-stream", "nested"}) {
-    SCOPED_TRACE(estimator);
-    AdaptiveSettings s;
-    s.estimator = estimator;
-    s.threshold = 0.02f;
-    const Sample black = {0.0f, 2};
-    EXPECT_EQ(samples_without_noise(black, 16, s), 512.0);  // 2^17 samples of the window
-    EXPECT_EQ(samples_without_noise(black, 4, s), 1024.0);  // 64 times the pilot
-    EXPECT_EQ(samples_without_noise(black, 128, s), 16.0);  // enough from the start
-    EXPECT_EQ(samples_without_noise({0.4f, 3}, 16, s), 512.0);
-    // No light is looked for behind a camera's ray that meets nothing, or a lamp.
-    EXPECT_EQ(samples_without_noise({0.4f, 1}, 16, s), 16.0);
-    s.max_samples = 100;
-    EXPECT_EQ(samples_without_noise(black, 16, s), 100.0);
-    s.max_samples = 0;
-    s.budget = 40;
-    EXPECT_EQ(samples_without_noise(black, 16, s), 32.0);  // 64 would be too many
-  }
-}
-
-// One path in 4000 finds the light: in a quarter of the windows of 16 x 16 pixels, none of the
-// pilot's. False alarms: one window of 40 misses it in 2^17 samples with a chance of e^-32.
-TEST(RoundPlanner, LightThatFewPathsFindIsNotLeftOut) {
-  AdaptiveSettings s;
-  s.threshold = 0.05f;
-  for (const char* estimator : {"two-stream", "nested"}) {
-    s.estimator = estimator;
-    for (uint64_t seed = 0; seed < 40; ++seed) {
-      SyntheticFrame frame(16, 16, seed, [](int, int, TestRandom& random) {
-        return Sample{random.next() < 1.0f / 4000 ? 40.0f : 0.0f, 2};
-      });
-      RoundPlanner planner(s, 16, 16, 5);
-      frame.render(planner);
-      double light = 0;
-      for (size_t i = 0; i < 256; ++i)
-        light += frame.film().sums(i).rgb[0][0] + frame.film().sums(i).rgb[1][0];
-      ASSERT_GT(light, 0.0) << estimator << ", seed " << seed;
-    }
-  }
-}
-
 TEST(RoundPlanner, NoPixelIsFinishedBelowItsLeast) {
   SyntheticFrame frame(16, 16, 11, [](int, int, TestRandom&) { return Sample{0.4f, 1}; });
   AdaptiveSettings s;

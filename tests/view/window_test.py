@@ -259,12 +259,17 @@ class WindowTest(unittest.TestCase):
         window.key("space")
         window.wait_for("settings", lambda e: e["paused"], since)
 
-    def test_saves_edits_that_render_takes(self):
+    def window_of_a_copy(self):
+        """Of a scene that edits are saved beside, and that may be replaced."""
         box = pathlib.Path(self.window_folder()) / "box.glb"
         shutil.copy(scene(), box)
         window = self.window(box, *small()[1:])
         window.wait_until_finished()
         window.focus()
+        return box, window
+
+    def test_saves_edits_that_render_takes(self):
+        box, window = self.window_of_a_copy()
         since = window.mark()
         window.drag((-60, 10))
         window.wait_until_finished(since)
@@ -373,11 +378,7 @@ class WindowTest(unittest.TestCase):
         window.wait_for("edits", lambda e: not e["environment"], since)
 
     def test_reloading_keeps_the_edits(self):
-        box = pathlib.Path(self.window_folder()) / "box.glb"
-        shutil.copy(scene(), box)
-        window = self.window(box, *small()[1:])
-        window.wait_until_finished()
-        window.focus()
+        box, window = self.window_of_a_copy()
         since = window.mark()
         window.drag((60, 10))
         window.wait_until_finished(since)

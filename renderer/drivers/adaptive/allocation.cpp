@@ -108,7 +108,7 @@ float find_scale(std::span<const float> rates, std::span<const SampleBounds> bou
 }
 
 // Powers of two, better stratified, stand for what is 1/1.23 to 1.3 times them; their one and a
-// half for the rest. With powers of two alone, errors are 2 to 5 % larger (teapot and Cornell box,
+// half for the rest. With powers of two alone, errors are 2 to 3 % larger (teapot and Cornell box,
 // 32 and 48 samples, either metric); with the same share for both, a frame where there is nothing
 // to gain has 5 % more error than a uniform one at 32 samples, 2 to 3 % so.
 float nearest_step(float x) {
