@@ -1,0 +1,108 @@
+// A film's sums of what each light gave: as long and as large as frames become, copied, counted,
+// and free of what is not finite.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "renderer/film/light_mix.h"
+#include "support/grouped_scene.h"
+#include "support/lit_scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+FilmTile film_of(int groups, int width = 1) {
+  FilmTile film(AovSet{}, {.light_groups = groups});
+  film.reset({0, 0, width, 1});
+  return film;
+}
+
+// A float sum of .1 is off by 1e-4 after 10,000 samples, and by a third after 2^25.
+TEST(LightGroupFilm, LongAccumulation) {
+  FilmTile film = film_of(2);
+  LightGroupValues values(2);
+  values.add(0, 1, Rgb(1.0f), Rgb(0.1f));
+  for (uint32_t i = 0; i < 1u << 24; ++i) film.add_lights(0, 0, 1.0f, 0.25f, values, 0);
+  EXPECT_NEAR(film.light_groups().mean(0, 1).y, 0.1f, 0.1e-6f);
+  EXPECT_EQ(film.light_groups().mean(0, 0), Rgb(0.0f));
+  float rgba[4];
+  relight(film, LightMix(std::vector<Rgb>{Rgb(5.0f), Rgb(1.0f, 2.0f, 0.0f)}), rgba);
+  EXPECT_NEAR(rgba[0], 0.1f, 1e-6f);
+  EXPECT_NEAR(rgba[1], 0.2f, 1e-6f);
+  EXPECT_EQ(rgba[2], 0.0f);
+  EXPECT_NEAR(rgba[3], 0.25f, 1e-6f);
+}
+
+TEST(LightGroupFilm, StaysFinite) {
+  FilmTile film = film_of(1, 2);
+  LightGroupValues values(1);
+  values.add(0, 0, Rgb(1.0f), Rgb(3e38f, 1.0f, 0.0f));
+  for (int i = 0; i < 3; ++i) film.add_lights(1, 0, 1.0f, 1.0f, values, 0);
+  float rgba[8];
+  relight(film, LightMix(std::vector<Rgb>{Rgb(100.0f)}), rgba);
+  for (const float value : rgba) EXPECT_TRUE(std::isfinite(value));
+  EXPECT_FLOAT_EQ(rgba[5], 100.0f);
+  EXPECT_EQ(rgba[0], 0.0f) << "no sample";
+  EXPECT_EQ(rgba[3], 0.0f);
+}
+
+TEST(LightGroupFilm, IsCopiedAndCounted) {
+  const FilmTile none(AovSet{});
+  FilmTile from = film_of(2, 3), to(AovSet{}, from.extras());
+  to.reset({1, 0, 3, 1});
+  LightGroupValues values(2);
+  values.add(3, 0, Rgb(2.0f), Rgb(1, 2, 3));
+  values.add(3, 0, Rgb(1.0f), Rgb(1, 0, 0));
+  from.add(2, 0, 0, 1.0f, {Rgb(3, 4, 6), 1.0f, {}});
+  from.add_lights(2, 0, 0.5f, 1.0f, values, 3);
+  to.copy_pixel(from, 2, 0);
+  EXPECT_EQ(to.light_groups().mean(1, 0), Rgb(1.5f, 2, 3));
+  EXPECT_EQ(to.light_groups().mean(0, 0), Rgb(0.0f));
+  // 24 bytes for each of two groups and the samples.
+  EXPECT_EQ(film_of(2, 1000).bytes() - film_of(-1, 1000).bytes(), 72000u + 8u);
+}
+
+// Law 4: a sample that is NaN or infinite is black in all groups, and counts.
+class Faulty final : public Integrator {
+ public:
+  void estimate(const SampleBatch& batch, PixelSamples&, std::span<SampleValue> values,
+                RayCounters&) const override {
+    for (size_t i = 0; i < batch.rays.size(); ++i) {
+      const bool bad = i % 4 == 1;
+      values[i].radiance = Rgb(bad ? std::numeric_limits<float>::quiet_NaN() : 3.0f);
+      values[i].alpha = 1.0f;
+      batch.light_values->add(int(i), 0, Rgb(1.0f), Rgb(1.0f));
+      batch.light_values->add(int(i), 1, Rgb(1.0f), values[i].radiance - Rgb(1.0f));
+    }
+  }
+};
+
+TEST(LightGroupFilm, ABadSampleIsBlackInAllGroups) {
+  const GroupedScene lit(lit_scene());
+  const Scene& scene = lit.scene.scene();
+  const Camera camera(lit_view(), 8, 8, scene.origin(), scene.scale());
+  const Faulty faulty;
+  const auto sampler = create_sampler("sobol", {StreamCount::kOne, 16, 8, 8});
+  const PixelFilter filter = PixelFilter::create("box");
+  const Frame frame{scene,        camera, faulty, *sampler,          filter,   8,    8,
+                    {0, 0, 8, 8}, 16,     1,      StreamCount::kOne, AovSet(), true, &lit.groups};
+  class Look final : public FrameObserver {
+    void tile_finished(const FilmTile& tile) override {
+      EXPECT_EQ(tile.non_finite(3, 3), 4u);
+      const size_t i = tile.rect().index_of(3, 3);
+      EXPECT_FLOAT_EQ(tile.light_groups().mean(i, 0).x, 0.75f);
+      EXPECT_FLOAT_EQ(tile.light_groups().mean(i, 1).x, 1.5f);
+      float rgba[4 * 64];
+      relight(tile, LightMix(std::vector<Rgb>(4, Rgb(1.0f))), rgba);
+      EXPECT_FLOAT_EQ(rgba[4 * i], tile.mean(3, 3).x);
+      EXPECT_FLOAT_EQ(rgba[4 * i + 3], 0.75f);
+    }
+  } look;
+  create_driver("bucket", {})->render(frame, look, {});
+}
+
+}  // namespace
+}  // namespace emberline
