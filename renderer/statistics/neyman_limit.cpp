@@ -31,15 +31,19 @@ std::vector<double> display_weights(const RgbImage& mean) {
 
 }  // namespace
 
-double neyman_limit(std::span<const double> variance, std::span<const double> cost) {
-  assert(variance.size() == cost.size());
+double neyman_limit(std::span<const double> variance, std::span<const double> cost, double slope) {
+  assert(variance.size() == cost.size() && slope > 0);
+  const double root = 1 / (1 + slope), n = double(variance.size());
   double v_sum = 0, c_sum = 0, root_sum = 0;
   for (size_t i = 0; i < variance.size(); ++i) {
     v_sum += variance[i];
     c_sum += cost[i];
-    root_sum += std::sqrt(variance[i] * cost[i]);
+    root_sum += std::pow(variance[i], root) * std::pow(cost[i], slope * root);
   }
-  return root_sum > 0 ? v_sum * c_sum / (root_sum * root_sum) : 1.0;
+  if (!(root_sum > 0)) return 1.0;
+  // Means, so that no power overflows.
+  const double uniform = v_sum / n * std::pow(c_sum / n, slope);
+  return std::pow(uniform / std::pow(root_sum / n, 1 + slope), 1 / slope);
 }
 
 NeymanLimits neyman_limits(std::span<const float> variance, std::span<const float> seconds,

@@ -6,6 +6,14 @@
 //   mean(v) mean(c) / mean(sqrt(v c))^2   (at least 1, by Cauchy and Schwarz)
 //
 // times less cost for the same error, or as much less error for the same cost.
+//
+// Stratified samples do better than independent ones: where error falls as v_i / n^a, the best
+// numbers are in proportion to (v_i / c_i)^(1 / (1 + a)), found as Neyman's are, and the cost of an
+// error is
+//
+//   (mean(v) mean(c)^a / mean(v^(1 / (1 + a)) c^(a / (1 + a)))^(1 + a))^(1 / a)
+//
+// times less than with the same number for every pixel.
 #pragma once
 
 #include <span>
@@ -15,8 +23,10 @@
 
 namespace emberline {
 
-// The ratio above; 1 where nothing varies or nothing costs. Sizes equal; values not negative.
-double neyman_limit(std::span<const double> variance, std::span<const double> cost);
+// The ratio of costs above; 1 where nothing varies or nothing costs. Sizes equal; values not
+// negative; `slope`, the a above, is more than 0.
+double neyman_limit(std::span<const double> variance, std::span<const double> cost,
+                    double slope = 1.0);
 
 // `variance` of one sample of each channel (3 a pixel), `seconds` one sample takes, `mean` the
 // picture. The variance of a pixel is the mean over channels of weight x variance; the weights are

@@ -13,9 +13,11 @@
 // noisier than what they measure. Beside them stands the spread between the frames of several
 // seeds, which needs no reference but does not see a bias.
 //
+// Uniform sampling's curve is of the errors of many frames (adaptive_errors.h).
+//
 // The limit is Neyman's: with variance v of a sample and cost c of a sample (both per pixel, from
-// the references), mean(v) mean(c) / mean(sqrt(v c))^2. v is once the spread of samples, as if they
-// were independent, and once the variance that the uniform frames of the budget really have.
+// the references), mean(v) mean(c) / mean(sqrt(v c))^2, as if samples were independent. The second
+// one is of the errors that the uniform frames really have, which fall as their curve does there.
 #include <fmt/format.h>
 #include <fmt/os.h>
 
@@ -26,21 +28,17 @@
 #include <cstdlib>
 #include <fstream>
 #include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
 
-#include "bench/bench_frame.h"
+#include "bench/adaptive_errors.h"
 #include "renderer/app/option_values.h"
-#include "renderer/core/errors.h"
-#include "renderer/drivers/adaptive/error_metric.h"
 
 namespace emberline::bench {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Floats = std::vector<float>;
 
 struct Options {
   RenderOptions frame;
@@ -58,105 +56,6 @@ std::vector<std::string> split(const std::string& list) {
   return parts;
 }
 
-// Keeps a frame's channels, interleaved.
-class ImageObserver final : public FrameObserver {
- public:
-  ImageObserver(const BenchFrame& frame, const AovSet& aovs)
-      : width_(frame.width()), channels_(film_channels(aovs).size()) {
-    values.resize(frame.pixels() * channels_);
-  }
-  void tile_finished(const FilmTile& tile) override {
-    std::vector<float> pixels;
-    tile.resolve(pixels);
-    const Rect& r = tile.rect();
-    const std::lock_guard lock(mutex_);
-    for (int y = r.y0; y < r.y1; ++y) {
-      const size_t row = size_t(r.width()) * channels_;
-      std::copy_n(&pixels[size_t(y - r.y0) * row], row,
-                  &values[(size_t(y) * size_t(width_) + size_t(r.x0)) * channels_]);
-    }
-  }
-  Floats plane(size_t channel) const {
-    Floats out(values.size() / channels_);
-    for (size_t i = 0; i < out.size(); ++i) out[i] = values[i * channels_ + channel];
-    return out;
-  }
-  Floats rgb() const {
-    Floats out;
-    for (size_t i = 0; i < values.size(); i += channels_) {
-      out.insert(out.end(), &values[i], &values[i] + 3);
-    }
-    return out;
-  }
-  Floats values;
-
- private:
-  const int width_;
-  const size_t channels_;
-  std::mutex mutex_;
-};
-
-struct Reference {
-  Floats a, b;         // rgb
-  Floats variance;     // of a sample, rgb
-  Floats cost;         // seconds a sample
-  double epsilon = 0;  // of relMSE
-};
-
-Reference make_reference(const BenchFrame& frame, const Options& o) {
-  Reference r;
-  const size_t n = frame.pixels();
-  if (std::ifstream in(o.cache, std::ios::binary); in) {
-    for (auto [plane, size] :
-         {std::pair{&r.a, 3 * n}, {&r.b, 3 * n}, {&r.variance, 3 * n}, {&r.cost, n}}) {
-      plane->resize(size);
-      in.read(reinterpret_cast<char*>(plane->data()), std::streamsize(size * sizeof(float)));
-    }
-    if (!in || in.peek() != EOF) throw RenderError(o.cache + ": not of this frame; remove it");
-  } else {
-    FrameSampling s;
-    s.spp = o.reference_spp;
-    s.aovs = AovSet::parse("variance,time");
-    const auto spp = float(o.reference_spp);
-    for (const uint32_t half : {0u, 1u}) {
-      s.seed = 0x5eed0u + half;
-      ImageObserver image(frame, s.aovs);
-      frame.run(o.threads, s, image);
-      (half == 0 ? r.a : r.b) = image.rgb();
-      const Floats seconds = image.plane(8);
-      r.variance.resize(3 * n);
-      r.cost.resize(n, 1e30f);
-      for (size_t i = 0; i < n; ++i) {
-        for (size_t c = 0; c < 3; ++c) {
-          r.variance[3 * i + c] += 0.5f * spp * image.values[9 * i + 5 + c];
-        }
-        // The less disturbed of the two.
-        r.cost[i] = std::min(r.cost[i], seconds[i] / spp);
-      }
-    }
-    if (!o.cache.empty()) {
-      std::ofstream out(o.cache, std::ios::binary);
-      for (const Floats* plane : {&r.a, &r.b, &r.variance, &r.cost}) {
-        out.write(reinterpret_cast<const char*>(plane->data()),
-                  std::streamsize(plane->size() * sizeof(float)));
-      }
-    }
-  }
-  double sum = 0;
-  for (size_t i = 0; i < 3 * n; ++i) sum += double(r.a[i]) + double(r.b[i]);
-  r.epsilon = 0.01 * std::pow(sum / (6 * double(n)), 2);
-  return r;
-}
-
-enum Error : int { kMse, kRelMse, kDisplay, kErrors };
-constexpr const char* kErrorNames[] = {"mse", "relmse", "display"};
-
-double weight_of(int error, double mean, double epsilon) {
-  if (error == kRelMse) return 1 / (mean * mean + epsilon);
-  if (error == kDisplay) return double(error_weight(ErrorMetric::kDisplay, 0, float(mean), 1e-3f));
-  return 1;
-}
-
 struct Measured {
   std::array<double, kErrors> error{};
   double bias = 0;  // signed, of the frame's sum
@@ -171,7 +70,7 @@ Measured measure(const Floats& x, const Reference& r) {
     const double a = double(r.a[i]), b = double(r.b[i]), v = double(x[i]);
     const double mean = (a + b) / 2;
     m.error[kMse] += (v - a) * (v - b);
-    m.error[kRelMse] += (v - a) * (v - b) * weight_of(kRelMse, mean, r.epsilon);
+    m.error[kRelMse] += (v - a) * (v - b) * r.weight(kRelMse, i);
     const double shown = double(display_value(x[i]));
     m.error[kDisplay] +=
         (shown - double(display_value(r.a[i]))) * (shown - double(display_value(r.b[i])));
@@ -181,23 +80,6 @@ Measured measure(const Floats& x, const Reference& r) {
   for (double& e : m.error) e /= double(x.size());
   m.bias = (sum - sum_reference) / sum_reference;
   return m;
-}
-
-// mean(v) mean(c) / mean(sqrt(v c))^2, v per pixel the mean over channels of weight x variance.
-double neyman_limit(const Floats& variance, const Reference& r, int error) {
-  double v_sum = 0, c_sum = 0, root_sum = 0;
-  const size_t n = r.cost.size();
-  for (size_t i = 0; i < n; ++i) {
-    double v = 0;
-    for (size_t c = 0; c < 3; ++c) {
-      const double mean = 0.5 * (double(r.a[3 * i + c]) + double(r.b[3 * i + c]));
-      v += std::max(0.0, double(variance[3 * i + c])) * weight_of(error, mean, r.epsilon) / 3;
-    }
-    v_sum += v;
-    c_sum += double(r.cost[i]);
-    root_sum += std::sqrt(v * double(r.cost[i]));
-  }
-  return v_sum * c_sum / (root_sum * root_sum);
 }
 
 struct Run {
@@ -235,9 +117,8 @@ std::array<double, kErrors> variance_between(const std::vector<Run>& runs, const
       squares += square(double(run.rgb[i]) - mean);
       shown_squares += square(double(display_value(run.rgb[i])) - shown_mean);
     }
-    const double reference = 0.5 * (double(r.a[i]) + double(r.b[i]));
     sums[kMse] += squares;
-    sums[kRelMse] += squares * weight_of(kRelMse, reference, r.epsilon);
+    sums[kRelMse] += squares * r.weight(kRelMse, i);
     sums[kDisplay] += shown_squares;
   }
   for (double& sum : sums) sum /= (n - 1) * double(r.a.size());
@@ -272,21 +153,71 @@ Mean average(const std::vector<Run>& runs, const Reference& reference) {
   return out;
 }
 
-// The time at which uniform sampling reaches `error`, along straight lines between its budgets in
-// logarithms, continued beyond them. `error_of` tells a budget's.
-template <typename ErrorOf>
-double uniform_time(const std::map<uint32_t, Mean>& uniform, const ErrorOf& error_of,
-                    double error) {
-  std::vector<std::pair<double, double>> curve;  // log error, log time
-  for (const auto& [spp, m] : uniform) {
-    curve.push_back({std::log(error_of(m)), std::log(m.mean.cpu)});
+// Uniform sampling's errors and processor time at each budget.
+class UniformCurve {
+ public:
+  struct Point {
+    std::array<double, kErrors> error;
+    double cpu;
+  };
+  std::map<uint32_t, Point> points;
+
+  // How fast an error falls at a budget: as samples^-slope to the next one, as to the last one at
+  // the end of the curve. As 1 / samples where there is no curve.
+  double slope(uint32_t budget, Error error) const {
+    if (points.size() == 1) return 1.0;
+    auto next = std::next(points.find(budget));
+    if (next == points.end()) --next;
+    const auto& [spp, point] = *next;
+    const auto& [spp_before, before] = *std::prev(next);
+    return std::log(before.error[error] / point.error[error]) /
+           std::log(double(spp) / double(spp_before));
   }
-  if (curve.size() == 1) return std::exp(curve[0].second + curve[0].first - std::log(error));
-  size_t k = 0;
-  while (k + 2 < curve.size() && std::log(error) < curve[k + 1].first) ++k;
-  const auto [e0, t0] = curve[k];
-  const auto [e1, t1] = curve[k + 1];
-  return std::exp(t0 + (t1 - t0) * (std::log(error) - e0) / (e1 - e0));
+
+  // When it reaches a value, along straight lines in logarithms, continued beyond the last.
+  double time(Error error, double value) const {
+    auto from = points.begin();
+    while (std::next(from) != points.end() && std::next(std::next(from)) != points.end() &&
+           value < std::next(from)->second.error[error]) {
+      ++from;
+    }
+    const auto& [budget, point] = *from;
+    return point.cpu * std::pow(point.error[error] / value, 1 / slope(budget, error));
+  }
+};
+
+// A method is ESTIMATOR/ALLOCATION[/unbiased].
+FrameSampling adaptive_sampling(const std::string& method, uint32_t budget, uint32_t seed) {
+  std::stringstream parts(method);
+  std::string estimator, allocation, unbiased;
+  std::getline(parts, estimator, '/');
+  std::getline(parts, allocation, '/');
+  std::getline(parts, unbiased, '/');
+  FrameSampling s;
+  s.driver = "adaptive";
+  s.spp = budget;
+  s.seed = seed;
+  s.adaptive.estimator = find_estimator(estimator).name;
+  s.streams = find_estimator(estimator).streams;
+  if (!allocation.empty()) s.adaptive.allocation = parse_error_metric(allocation);
+  s.adaptive.budget = budget;
+  s.adaptive.unbiased = unbiased == "unbiased";
+  return s;
+}
+
+// In processor time and, for machines that are busy, in rays; by the error and by the spread.
+Json gains(const Mean& m, const Mean& uniform, const UniformCurve& curve, uint32_t budget,
+           Error e) {
+  const double error = m.mean.error[e], spread = m.variance[e];
+  const double time = curve.time(e, error), spread_time = curve.time(e, spread);
+  const double rays = uniform.mean.cpu * m.rays / uniform.rays;
+  return {{"error", error},
+          {"uniform", curve.points.at(budget).error[e]},
+          {"variance", spread},
+          {"gain", time / m.mean.cpu},
+          {"ray_gain", time / rays},
+          {"spread_gain", spread_time / m.mean.cpu},
+          {"spread_ray_gain", spread_time / rays}};
 }
 
 int run_bench(int argc, char** argv) {
@@ -307,13 +238,14 @@ int run_bench(int argc, char** argv) {
   if (o.threads == 0) o.threads = int(std::max(1u, std::thread::hardware_concurrency()));
 
   const BenchFrame frame(o.frame);
-  const Reference reference = make_reference(frame, o);
+  const Reference reference = make_reference(frame, o.reference_spp, o.threads, o.cache);
   std::map<uint32_t, Mean> uniform;
   std::map<uint32_t, std::map<std::string, Mean>> methods;
-  Json json;
+  std::map<uint32_t, UniformErrors> errors;
+  UniformCurve curve;
   for (const std::string& text : split(o.budgets)) {
     const auto budget = uint32_t(std::stoul(text));
-    Floats variance(reference.variance.size(), 0.0f);
+    errors[budget] = measure_uniform(frame, budget, o.threads, o.cache);
     std::vector<Run> uniform_runs;
     std::map<std::string, std::vector<Run>> runs;
     for (uint32_t seed = 0; seed < o.seeds; ++seed) {
@@ -321,70 +253,44 @@ int run_bench(int argc, char** argv) {
       s.spp = budget;
       s.seed = seed;
       uniform_runs.push_back(run(frame, o, s, reference));
-      const Floats& rgb = uniform_runs.back().rgb;
-      for (size_t i = 0; i < rgb.size(); ++i) {
-        variance[i] +=
-            (rgb[i] - reference.a[i]) * (rgb[i] - reference.b[i]) * float(budget) / float(o.seeds);
-      }
       for (const std::string& method : split(o.methods)) {
-        std::stringstream parts(method);
-        std::string estimator, allocation, unbiased;
-        std::getline(parts, estimator, '/');
-        std::getline(parts, allocation, '/');
-        std::getline(parts, unbiased, '/');
-        s.driver = "adaptive";
-        s.adaptive.estimator = find_estimator(estimator).name;
-        s.streams = find_estimator(estimator).streams;
-        if (!allocation.empty()) s.adaptive.allocation = parse_error_metric(allocation);
-        s.adaptive.budget = budget;
-        s.adaptive.unbiased = unbiased == "unbiased";
-        runs[method].push_back(run(frame, o, s, reference));
+        runs[method].push_back(run(frame, o, adaptive_sampling(method, budget, seed), reference));
       }
     }
     uniform[budget] = average(uniform_runs, reference);
     for (const auto& [method, list] : runs) methods[budget][method] = average(list, reference);
-    for (int e = 0; e < kErrors; ++e) {
-      json["limits"][text][kErrorNames[e]] = {
-          {"independent", neyman_limit(reference.variance, reference, e)},
-          {"measured", neyman_limit(variance, reference, e)}};
+    curve.points[budget].cpu = uniform[budget].mean.cpu;
+    for (const Error e : {kMse, kRelMse, kDisplay}) {
+      curve.points[budget].error[e] = mean_error(errors[budget], reference, e);
     }
   }
+  Json json;
   for (const auto& [budget, u] : uniform) {
-    fmt::print(
-        "\n{} spp: uniform mse {:.4g} relmse {:.4g} display rms {:.4g}, {:.3g} s, bias {:+.2f} +- "
-        "{:.2f} %\n",
-        budget, u.mean.error[kMse], u.mean.error[kRelMse], std::sqrt(u.mean.error[kDisplay]),
-        u.mean.cpu, 100 * u.mean.bias, 100 * u.bias_se);
-    for (int e = 0; e < kErrors; ++e) {
-      const Json& limit = json["limits"][std::to_string(budget)][kErrorNames[e]];
-      fmt::print("  limit {:<8} {:.3f} (as measured {:.3f})\n", kErrorNames[e],
-                 limit["independent"].get<double>(), limit["measured"].get<double>());
+    Json& limits = json["limits"][std::to_string(budget)];
+    fmt::print("\n{} spp: uniform {:.3g} s, bias {:+.2f} +- {:.2f} %\n", budget, u.mean.cpu,
+               100 * u.mean.bias, 100 * u.bias_se);
+    for (const Error e : {kMse, kRelMse, kDisplay}) {
+      const double slope = curve.slope(budget, e);
+      const Json& limit = limits[kErrorNames[e]] = {
+          {"independent", independent_limit(reference, e)},
+          {"stratified", stratified_limit(errors[budget], budget, reference, e, slope)},
+          {"slope", slope}};
+      fmt::print("  {:<8} error {:.4g} ({:.4g}) falls as samples^-{:.2f}; limit {:.3f}, {:.3f}\n",
+                 kErrorNames[e], curve.points[budget].error[e], u.mean.error[e], slope,
+                 limit["independent"].get<double>(), limit["stratified"].get<double>());
     }
     for (const auto& [method, m] : methods[budget]) {
-      fmt::print("  {:<24} spp {:.1f} max {} time x{:.3f} rays x{:.3f} us/ray x{:.3f}", method,
-                 m.samples / double(frame.pixels()), m.mean.counters.max_samples,
-                 m.mean.cpu / u.mean.cpu, m.rays / u.rays,
-                 m.mean.cpu / u.mean.cpu * u.rays / m.rays);
       Json row;
-      for (int e = 0; e < kErrors; ++e) {
-        const double error = m.mean.error[size_t(e)];
-        const double time = uniform_time(
-            uniform, [&](const Mean& x) { return x.mean.error[size_t(e)]; }, error);
-        const double spread_time = uniform_time(
-            uniform, [&](const Mean& x) { return x.variance[size_t(e)]; }, m.variance[size_t(e)]);
-        const double gain = time / m.mean.cpu, spread_gain = spread_time / m.mean.cpu;
-        // The same with rays for time: for machines that are busy.
-        const double ray_gain = time / u.mean.cpu / (m.rays / u.rays);
-        const double spread_ray_gain = spread_time / u.mean.cpu / (m.rays / u.rays);
-        fmt::print(" | {} x{:.3f} gain {:.3f} ({:.3f}) by spread {:.3f} ({:.3f})", kErrorNames[e],
-                   error / u.mean.error[size_t(e)], gain, ray_gain, spread_gain, spread_ray_gain);
-        row[kErrorNames[e]] = {{"error", error},
-                               {"uniform", u.mean.error[size_t(e)]},
-                               {"gain", gain},
-                               {"ray_gain", ray_gain},
-                               {"variance", m.variance[size_t(e)]},
-                               {"spread_gain", spread_gain},
-                               {"spread_ray_gain", spread_ray_gain}};
+      fmt::print("  {:<24} spp {:.1f} max {} time x{:.3f} rays x{:.3f}", method,
+                 m.samples / double(frame.pixels()), m.mean.counters.max_samples,
+                 m.mean.cpu / u.mean.cpu, m.rays / u.rays);
+      for (const Error e : {kMse, kRelMse, kDisplay}) {
+        row[kErrorNames[e]] = gains(m, u, curve, budget, e);
+        fmt::print(" | {} x{:.3f} gain {:.3f} ({:.3f}) by spread {:.3f}", kErrorNames[e],
+                   m.mean.error[e] / curve.points[budget].error[e],
+                   row[kErrorNames[e]]["gain"].get<double>(),
+                   row[kErrorNames[e]]["ray_gain"].get<double>(),
+                   row[kErrorNames[e]]["spread_gain"].get<double>());
       }
       fmt::print(" | bias {:+.2f} +- {:.2f} % | calibration {:.2f}\n", 100 * m.mean.bias,
                  100 * m.bias_se, m.mean.calibration);

@@ -62,7 +62,7 @@ def measure(name, options):
 
 
 def gain_of(name, row, error):
-    """Along uniform sampling's own curve. Two uniform frames of the wires meet the rare glints too
+    """Along uniform sampling's own curve. Even many uniform frames of the wires meet the rare glints too
     seldom for a curve: there error is taken to fall as 1/N."""
     figures = row[error]
     if name == "thin_wires":
@@ -72,16 +72,22 @@ def gain_of(name, row, error):
 
 def gains(names, options):
     """Equal-error time of uniform sampling over that of the method that aims at the same error."""
-    print("| scene | spp | mse: limit | gain | of it | relmse: limit | gain | of it |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    two_streams = set(OWN) <= set(options.methods.split(","))
+    heads = [f"{error}: limit | as is | gain" + (" | `two-stream`" if two_streams else "") for error in ("MSE", "relMSE")]
+    print("| scene | spp | " + " | ".join(heads) + " |")
+    print("| --- | --- |" + " --- |" * (8 if two_streams else 6))
     for name in names:
         figures = load(name, options)
-        for budget in figures["methods"]:
+        for budget, rows in figures["methods"].items():
             cells = [NAMES[name], budget]
             for error in ("mse", "relmse"):
-                limit = figures["limits"][budget][error]["independent"]
-                gain = gain_of(name, figures["methods"][budget][DEFAULT + "/" + error], error)
-                cells += [f"{limit:.2f}", f"{gain:.2f}", f"{100 * gain / limit:.0f} %"]
+                limit = figures["limits"][budget][error]
+                gain = gain_of(name, rows[DEFAULT + "/" + error], error)
+                cells += [f"{limit['independent']:.2f}", f"{limit['stratified']:.2f}",
+                          f"**{gain:.2f}** ({100 * gain / limit['independent']:.0f}, "
+                          f"{100 * gain / limit['stratified']:.0f} %)"]
+                if two_streams:
+                    cells.append(f"{gain_of(name, rows['two-stream/' + error], error):.2f}")
             print("| " + " | ".join(cells) + " |")
 
 

@@ -144,17 +144,21 @@ TEST(NeymanLimit, ClosedForms) {
               1e-12);
 }
 
-// The limit is what the best allocation has, found by trying them.
+// The limit is what the best allocation has, found by trying them: of errors v / n^a, for
+// stratified samples too.
 TEST(NeymanLimit, IsTheLeastErrorOfAnyAllocation) {
   const std::vector<double> v = {1, 9, 4}, c = {2, 1, 5};
-  double least = 1e30;
-  for (double s = 0.01; s < 0.98; s += 0.005) {  // shares of the cost
-    for (double t = 0.01; s + t < 0.99; t += 0.005) {
-      least = std::min(least, v[0] * c[0] / s + v[1] * c[1] / t + v[2] * c[2] / (1 - s - t));
+  for (const double a : {1.0, 1.5, 2.0}) {
+    const auto error = [&](size_t i, double share) { return v[i] * std::pow(c[i] / share, a); };
+    double least = 1e30;
+    for (double s = 0.01; s < 0.98; s += 0.005) {  // shares of a cost of 1
+      for (double t = 0.01; s + t < 0.99; t += 0.005) {
+        least = std::min(least, error(0, s) + error(1, t) + error(2, 1 - s - t));
+      }
     }
+    const double uniform = (v[0] + v[1] + v[2]) * std::pow(c[0] + c[1] + c[2], a);
+    EXPECT_NEAR(neyman_limit(v, c, a), std::pow(uniform / least, 1 / a), 1e-3) << a;
   }
-  const double uniform = (v[0] + v[1] + v[2]) * (c[0] + c[1] + c[2]);
-  EXPECT_NEAR(neyman_limit(v, c), uniform / least, 1e-3);
 }
 
 TEST(NeymanLimit, MetricsWeighTheVariance) {
