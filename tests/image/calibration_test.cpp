@@ -12,11 +12,11 @@ namespace {
 
 using namespace test;
 
-class Calibration : public testing::TestWithParam<std::tuple<std::string, uint32_t>> {};
+class Calibration : public testing::TestWithParam<std::tuple<std::string, uint32_t, bool>> {};
 
 // Estimate and truth are means over six frames of 768 pixels.
 TEST_P(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
-  const auto [estimator, budget] = GetParam();
+  const auto [estimator, budget, unbiased] = GetParam();
   const auto scene = busy_scene();
   RenderSettings s;
   s.width = 32;
@@ -27,6 +27,7 @@ TEST_P(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
   s.adaptive.estimator = estimator;
   s.streams = find_estimator(estimator).streams;
   s.adaptive.budget = budget;
+  s.adaptive.unbiased = unbiased;
   double truth = 0, estimate = 0;
   constexpr int kSeeds = 6;
   for (int seed = 0; seed < kSeeds; ++seed) {
@@ -45,7 +46,7 @@ TEST_P(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
 INSTANTIATE_TEST_SUITE_P(Budget, Calibration,
                          testing::Combine(testing::Values(std::string("two-stream"),
                                                           std::string("nested")),
-                                          testing::Values(32u, 128u, 512u)));
+                                          testing::Values(32u, 128u, 512u), testing::Bool()));
 
 }  // namespace
 }  // namespace emberline
