@@ -95,9 +95,8 @@ TEST_F(Heatmap, ErrorsOfOneStreamAreTheReports) {
       of("adaptive", {"--spp", "40", "--estimator", "two-stream"}),
       of("adaptive", {"--spp", "40", "--unbiased"}),
       of("adaptive", {"--spp", "40", "--unbiased", "--estimator", "two-stream"}),
-      render_words(Words{"--size", "40x24", "--max-spp", "256"} + threshold),
-      render_words(Words{"--size", "40x24", "--max-spp", "256", "--bucket-size", "16"} +
-                   threshold)};
+      of("bucket", Words{"--spp", "64", "--streams", "1"} + threshold),
+      of("bucket", Words{"--spp", "64", "--streams", "1", "--bucket-size", "16"} + threshold)};
   for (const Words& words : cases) {
     SCOPED_TRACE(testing::PrintToString(words));
     render(words + Words{"--heatmap", path("error.exr"), "--heatmap-of", "error", "--report",
