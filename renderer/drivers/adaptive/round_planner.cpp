@@ -144,7 +144,9 @@ void RoundPlanner::tell_variances(FilmTile* film) const {
   const bool averaged = !worth_.empty();
   parallel_ranges(p.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      if (p.count[i] < 2.0f || (p.second_count[i] <= 0.0f && !averaged)) continue;
+      // Of one stream without two parts the film itself has the spread.
+      const bool parted = p.second_count[i] > 0.0f || film->sums(i).count[1] > 0;
+      if (p.count[i] < 2.0f || !(parted || averaged)) continue;
       // The film divides by the count that it has by now.
       const double scale = averaged ? film->sums(i).samples() / double(worth_[i]) : 1.0;
       Rgb variance;
