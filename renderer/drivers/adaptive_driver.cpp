@@ -105,12 +105,16 @@ class AdaptiveDriver::Progress final : public FramePicture {
         smooth_(parse_reconstruction(settings.reconstruction) == Reconstruction::kLinear),
         observer_(observer),
         stop_(stop),
-        film_(frame.aovs, frame.with_light_groups({.squares = true, .rays = true})),
+        film_(frame.aovs, frame.with_light_groups({.squares = true,
+                                                   .rays = true,
+                                                   .sample_variance = RoundPlanner::knows_variances(
+                                                       settings.adaptive)})),
         runner_(frame, film_, observer, std::move(stop)),
         planner_(settings.adaptive, frame.window.width(), frame.window.height(), frame.seed),
         order_(tile_order(frame.window)),
         have_(order_.size(), 0) {
     reset_film(frame.window, &film_);
+    if (settings.adaptive.unbiased) planner_.set_averages(&averages_);
     if (settings.explained) {
       planner_.record(index(settings.explained->x, settings.explained->y));
     }
@@ -123,10 +127,10 @@ class AdaptiveDriver::Progress final : public FramePicture {
     bool complete = cover() && render_pilot();
     while (complete) {
       if (settings_.adaptive.unbiased) averages_.add_round(film_, planner_.round_weight());
-      if (!planner_.plan(film_, stop_)) {
-        complete = !planner_.interrupted();
-        break;
-      }
+      const bool more = planner_.plan(film_, stop_);
+      complete = !planner_.interrupted();
+      if (complete) planner_.tell_variances(&film_);
+      if (!more) break;
       runner_.set_seed(planner_.round_seed());
       ++pass_;
       complete = bring_to(planner_.targets());
@@ -145,7 +149,10 @@ class AdaptiveDriver::Progress final : public FramePicture {
   // Fills in the stop channel and finds the error of what there is: both look at every pixel once
   // more, for which a user who stopped the frame would not wait.
   void finish() {
-    if (covered_ && stopped_) planner_.look(film_);  // else plan() has
+    if (covered_ && stopped_) {  // else plan() has
+      planner_.look(film_);
+      planner_.tell_variances(&film_);
+    }
     for (size_t i = 0; i < have_.size(); ++i) film_.set_stop(x_of(i), y_of(i), stop_of(i));
   }
 

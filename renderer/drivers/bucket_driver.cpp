@@ -198,6 +198,7 @@ double BucketDriver::render_adaptively(const Frame& frame, RenderWorker& worker,
   const auto pixels = size_t(rect.area());
   RoundPlanner planner(adaptive_, rect.width(), rect.height(), frame.seed);
   RoundAverages averages;
+  if (adaptive_.unbiased) planner.set_averages(&averages);
   std::vector<uint32_t> have(pixels, 0);
   std::vector<PixelWork> list;
   bool more = true;
@@ -211,9 +212,10 @@ double BucketDriver::render_adaptively(const Frame& frame, RenderWorker& worker,
     worker.set_seed(planner.round_seed());
     if (!worker.render(list, tile, observer, stop)) break;
     if (adaptive_.unbiased) averages.add_round(tile, planner.round_weight());
-    // Isolated: while this thread waits for help with the plan, it must not begin another bucket.
+    // Isolated: while this thread waits for help, it must not begin another bucket.
     tbb::this_task_arena::isolate([&] { more = planner.plan(tile); });
   }
+  tbb::this_task_arena::isolate([&] { planner.tell_variances(&tile); });
   for (size_t i = 0; i < pixels; ++i) {
     const uint32_t samples = tile.sample_count(rect.x_of(i), rect.y_of(i));
     tile.set_stop(rect.x_of(i), rect.y_of(i),
@@ -244,7 +246,11 @@ FrameCounters BucketDriver::render(const Frame& frame, FrameObserver& observer,
   const auto work = [&] {
     try {
       RenderWorker worker(frame);
-      FilmTile tile(frame.aovs, frame.with_light_groups({.squares = adaptive, .rays = adaptive}));
+      FilmTile tile(frame.aovs,
+                    frame.with_light_groups(
+                        {.squares = adaptive,
+                         .rays = adaptive,
+                         .sample_variance = adaptive && RoundPlanner::knows_variances(adaptive_)}));
       uint32_t fewest_here = std::numeric_limits<uint32_t>::max();
       while (!failed.load(std::memory_order_relaxed) && !stop.stop_requested()) {
         const size_t i = next.fetch_add(1, std::memory_order_relaxed);

@@ -25,8 +25,9 @@ bool is_finite(const FirstHit& hit) {
 const std::vector<AovEntry>& aov_table() {
   static const std::vector<AovEntry> table = {
       {Aov::kVariance, "variance",
-       "variance of the pixel's mean: from the two streams with --streams 2; else as if samples "
-       "were independent, an upper estimate for stratified ones"},
+       "variance of the pixel's mean: of adaptive frames what their last doubling has shown, from "
+       "the two streams with two-stream or --streams 2; else as if samples were independent, an "
+       "upper estimate for stratified ones"},
       {Aov::kAlbedo, "albedo", "directional albedo of the first surface"},
       {Aov::kNormal, "N", "shading normal of the first surface, world axes"},
       {Aov::kDepth, "Z", "depth of the first surface along the viewing axis"},
@@ -90,6 +91,7 @@ void FilmTile::reset(const Rect& rect) {
   if (wants_surface()) surfaces_.reset(n);
   if (aovs_.contains(Aov::kTime)) seconds_.reset(n);
   if (aovs_.contains(Aov::kStop)) stops_.reset(n);
+  if (takes_sample_variance()) sample_variances_.reset(n);
   light_groups_.reset(n);
 }
 
@@ -132,6 +134,13 @@ void FilmTile::set_stop(int x, int y, PixelStop stop) {
   if (!stops_.empty()) stops_[index(x, y)] = stop;
 }
 
+void FilmTile::set_sample_variance(size_t i, const Rgb& variance) {
+  assert(emberline::is_finite(variance));
+  if (!sample_variances_.empty()) {
+    sample_variances_[i] = {{variance.x, variance.y, variance.z}, true};
+  }
+}
+
 void FilmTile::mark_stop(int x, int y, uint32_t budget, PixelStop cut_short) {
   const uint32_t samples = sample_count(x, y);
   set_stop(x, y,
@@ -155,6 +164,7 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   if (!surfaces_.empty()) surfaces_[i] = from.surfaces_[j];
   if (!seconds_.empty()) seconds_[i] = from.seconds_[j];
   if (!stops_.empty()) stops_[i] = from.stops_[j];
+  if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
   if (!light_groups_.empty()) light_groups_.copy(from.light_groups_, j, i);
 }
 
@@ -179,7 +189,8 @@ std::optional<Rgb> FilmTile::variance(int x, int y) const {
   const size_t i = index(x, y);
   const PixelSums& sums = sums_[i];
   const bool two_streams = sums.count[0] > 0 && sums.count[1] > 0;
-  if (!two_streams && (squares_.empty() || sums.samples() < 2.0)) return std::nullopt;
+  if (!knows_sample_variance(i) && !two_streams && (squares_.empty() || sums.samples() < 2.0))
+    return std::nullopt;
   Rgb result;
   for (int c = 0; c < 3; ++c) result[c] = to_finite_float(variance_of_mean(i, size_t(c)));
   return result;
@@ -188,6 +199,7 @@ std::optional<Rgb> FilmTile::variance(int x, int y) const {
 double FilmTile::variance_of_mean(size_t i, size_t c) const {
   const PixelSums& sums = sums_[i];
   const double n0 = sums.count[0], n1 = sums.count[1], n = n0 + n1;
+  if (knows_sample_variance(i)) return double(sample_variances_[i].rgb[c]) / n;
   if (n0 > 0 && n1 > 0) {
     // Two independent streams: the square of their means' difference is the variance of a sample
     // times (1 / n0 + 1 / n1), whatever the samples of one stream owe to each other.
@@ -259,6 +271,7 @@ uint64_t FilmTile::bytes() const {
   return sums_.capacity() * sizeof(PixelSums) + squares_.capacity() * sizeof(double) +
          rays_.capacity() * sizeof(uint32_t) + surfaces_.capacity() * sizeof(SurfaceSums) +
          seconds_.capacity() * sizeof(float) + stops_.capacity() * sizeof(PixelStop) +
+         sample_variances_.capacity() * sizeof(SampleVariance) +
          shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes();
 }
 

@@ -97,6 +97,8 @@ inline constexpr float kBackgroundDepth = 1e10f;
 struct FilmExtras {
   bool squares = false;  // of the radiance: the variance of a sample
   bool rays = false;     // traced for a pixel: what its samples cost
+  // Room for set_sample_variance(), if the `variance` channel is asked for: 16 bytes a pixel.
+  bool sample_variance = false;
   // What each of so many groups gave: 24 bytes a pixel for each, and 24 more. -1: not kept apart.
   int light_groups = -1;
 };
@@ -143,6 +145,14 @@ class FilmTile {
   void add_time(int x, int y, double seconds);
   void add_rays(int x, int y, uint32_t rays);
   void set_stop(int x, int y, PixelStop stop);
+  // Whether set_sample_variance() keeps what it is told.
+  bool takes_sample_variance() const {
+    return extras_.sample_variance && aovs_.contains(Aov::kVariance);
+  }
+  // Of pixel i, which has samples; R G B, finite: the variance that over the pixel's count is that
+  // of its mean, from a driver that knows more of it than the film. It stands while samples are
+  // added, until the next; what they bring is then taken to be as noisy as those before.
+  void set_sample_variance(size_t i, const Rgb& variance);
   // By its count: kBudget if that is all of `budget`, kNone if it is 0, else `cut_short`.
   void mark_stop(int x, int y, uint32_t budget, PixelStop cut_short);
 
@@ -153,8 +163,9 @@ class FilmTile {
     return stops_.empty() ? PixelStop::kNone : stops_[index(x, y)];
   }
   Rgb mean(int x, int y) const;
-  // Of the pixel's mean, as the `variance` channel has it. Nothing where the film cannot tell: with
-  // fewer than two samples, or neither two streams nor squares.
+  // Of the pixel's mean, as the `variance` channel has it: what the driver has told, else from the
+  // difference of two streams, else as if samples were independent. Nothing where none of it is
+  // known: with fewer than two samples, or neither two streams nor squares.
   std::optional<Rgb> variance(int x, int y) const;
   void rgba(int x, int y, float* out) const { put_rgba(index(x, y), out); }
 
@@ -196,6 +207,9 @@ class FilmTile {
            aovs_.contains(Aov::kDepth);
   }
   void put_rgba(size_t i, float* out) const;
+  bool knows_sample_variance(size_t i) const {
+    return !sample_variances_.empty() && sample_variances_[i].known;
+  }
   double variance_of_mean(size_t i, size_t channel) const;
 
   AovSet aovs_;
@@ -207,6 +221,11 @@ class FilmTile {
   features::Zeroed<features::kAovs, SurfaceSums> surfaces_;  // with albedo, N or Z
   features::Zeroed<features::kAovs, float> seconds_;         // with time
   features::Zeroed<features::kAovs, PixelStop> stops_;       // with stop
+  struct SampleVariance {
+    float rgb[3];
+    bool known;
+  };
+  features::Zeroed<features::kAovs, SampleVariance> sample_variances_;  // if taken
   LightGroupSums light_groups_;
   struct ShownValue {
     float rgba[4];

@@ -28,12 +28,13 @@ struct HeatmapQuantity {
 //
 // `error` is the expected RMS error of the pixel in the displayed picture (sRGB, [0, 1]), root of
 // the mean over R, G and B: sqrt(mean(w v)), v the channel's variance of the mean and w the squared
-// slope of the display's curve where the pixel is (display_error.h). With --streams 2 it comes from
-// one difference per pixel: single pixels scatter (one degree of freedom), and their RMS, which the
-// legend tells, is what the adaptive driver estimates for the whole frame (drivers/adaptive/
-// frame_error.h; `error.estimate` of the report). With one stream samples count as independent: an
-// upper estimate. The curve counts as straight over the error, so that a single pixel's may
-// exceed 1. Pixels with fewer than two samples have no value.
+// slope of the display's curve where the pixel is (display_error.h). In frames by the estimators
+// nested and two-stream, and in any with --streams 2, it comes from one difference per pixel, of
+// two halves or two streams: single pixels scatter (one degree of freedom), and their RMS, which
+// the legend tells, is what the adaptive driver estimates for the whole frame (drivers/adaptive/
+// frame_error.h; `error.estimate` of the report). Else, as in uniform frames, samples count as
+// independent: an upper estimate. The curve counts as straight over the error, so that a single
+// pixel's may exceed 1. Pixels with fewer than two samples have no value.
 std::span<const HeatmapQuantity> heatmap_quantity_table();
 // Throws UsageError, which starts with the option's name.
 const HeatmapQuantity& find_heatmap_quantity(std::string_view name,

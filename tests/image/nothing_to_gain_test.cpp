@@ -1,34 +1,21 @@
-// Where no pixel needs more samples than another, adaptive sampling should cost nothing: a matt
-// floor that fills the frame under a lamp, which stratification renders so well that two streams of
-// half the samples are half as bad again as one of all.
+// Where no pixel needs more samples than another, adaptive sampling should cost nothing.
 #include <gtest/gtest.h>
 
+#include "image/lit_floor.h"
 #include "image/picture_error.h"
-#include "support/scenes.h"
 
 namespace emberline {
 namespace {
 
 using namespace test;
 
-std::unique_ptr<Scene> lit_floor() {
-  SceneBuilderForTests b;
-  b.add_floor(8, 0, b.add_material(lambert(Rgb(0.5f))));
-  const int lamp = b.add_material(emitter(Rgb(4.0f)));
-  b.add_quad({-1, 4, -1}, {1, 4, -1}, {1, 4, 1}, {-1, 4, 1}, lamp);
-  return b.build();
-}
-
 class NothingToGain : public testing::TestWithParam<uint32_t> {};
 
 // Most pixels are the uniform frame's own, so the ratio is surer than either error.
 TEST_P(NothingToGain, NestedLosesLessThanThreePerCent) {
   const auto scene = lit_floor();
-  const CameraDescription view = perspective({0, 2.5, 3}, {0, 0, 0}, 40);
-  RenderSettings s;
-  s.width = 48;
-  s.height = 32;
-  s.max_depth = 3;
+  const CameraDescription view = lit_floor_view();
+  RenderSettings s = lit_floor_settings();
   const References references = render_references(*scene, view, s, 4096);
   double uniform = 0, adaptive = 0, samples = 0;
   constexpr int kSeeds = 4;

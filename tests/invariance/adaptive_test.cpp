@@ -31,7 +31,7 @@ RenderSettings settings_for(const EstimatorEntry& estimator) {
   return s;
 }
 
-constexpr size_t kSamples = 4, kStop = 16;  // channels
+constexpr size_t kSamples = 4, kVariance = 5, kStop = 16;  // channels
 
 class AdaptiveFrame : public testing::TestWithParam<std::string_view> {
  protected:
@@ -150,7 +150,7 @@ uint32_t next_step(uint32_t count) {
 TEST(NestedFrame, EachPixelIsTheUniformFramesOfItsCount) {
   const auto scene = busy_scene();
   RenderSettings s = settings_for(find_estimator("nested"));
-  s.aovs = "variance,albedo,N,Z,id";
+  s.aovs = "albedo,N,Z,id";
   const RenderedImage adaptive = render(*scene, busy_view(), s);
   s.driver = "bucket";
   size_t compared = 0;
@@ -168,6 +168,22 @@ TEST(NestedFrame, EachPixelIsTheUniformFramesOfItsCount) {
     }
   }
   EXPECT_EQ(compared, size_t(s.width) * size_t(s.height)) << "counts are steps";
+}
+
+// That it is looked at by halves changes nothing of the picture.
+TEST(NestedFrame, ThePictureIsTheSameWithItsVariance) {
+  const auto scene = busy_scene();
+  RenderSettings s = settings_for(find_estimator("nested"));
+  s.aovs = "";
+  const RenderedImage without = render(*scene, busy_view(), s);
+  s.aovs = "variance";
+  const RenderedImage with = render(*scene, busy_view(), s);
+  for (int y = 0; y < s.height; ++y) {
+    for (int x = 0; x < s.width; ++x) {
+      ASSERT_TRUE(std::equal(without.pixel(x, y), without.pixel(x, y) + 5, with.pixel(x, y)));
+    }
+  }
+  EXPECT_EQ(without.error_estimate, with.error_estimate);
 }
 
 RenderedImage stop_after(const Scene& scene, const RenderSettings& s, uint64_t samples,
@@ -222,6 +238,9 @@ TEST_P(AdaptiveFrame, StoppedAtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
             ASSERT_TRUE(p[kStop] == float(PixelStop::kTimeLimit) ||
                         p[kStop] == float(PixelStop::kBudget))
                 << p[kStop];
+          }
+          for (size_t c = kVariance; c < kVariance + 3; ++c) {
+            ASSERT_TRUE(std::isfinite(p[c]) && p[c] >= 0.0f) << p[c] << " of " << count;
           }
           // The frame is lit everywhere, and what has no sample shows its neighbours'.
           if (image.counters.samples >= uint64_t(image.window.area())) {

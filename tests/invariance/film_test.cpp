@@ -67,6 +67,45 @@ TEST(Film, VarianceFromTwoStreams) {
   EXPECT_FLOAT_EQ(out[5], 4.0f);  // (2 - 6)^2 / 4
 }
 
+// What a driver tells of a pixel stands before what the film makes of its sums, over the count of
+// the moment; only of that pixel, and only until the film is cleared.
+TEST(Film, VarianceAsTheDriverTellsIt) {
+  FilmTile tile(AovSet::parse("variance"), {.sample_variance = true});
+  tile.reset({0, 0, 2, 1});
+  for (int x = 0; x < 2; ++x) {
+    for (const float v : {1.0f, 2.0f, 4.0f, 9.0f}) tile.add(x, 0, 0, 1.0f, grey(v));
+  }
+  tile.set_sample_variance(1, {8, 2, 0});
+  EXPECT_NEAR(tile.variance(0, 0)->x, 38.0 / 12, 1e-6);
+  EXPECT_EQ(*tile.variance(1, 0), Rgb(2, 0.5f, 0));
+  for (int i = 0; i < 4; ++i) tile.add(1, 0, 0, 1.0f, grey(4));
+  EXPECT_EQ(*tile.variance(1, 0), Rgb(1, 0.25f, 0));
+  EXPECT_EQ(tile.mean(1, 0), Rgb(4));
+
+  FilmTile copy(AovSet::parse("variance"), tile.extras());
+  copy.reset({1, 0, 2, 1});
+  copy.copy_pixel(tile, 1, 0);
+  EXPECT_EQ(copy.variance(1, 0), tile.variance(1, 0));
+  std::vector<float> out;
+  copy.resolve(out);
+  EXPECT_EQ(Rgb(out[5], out[6], out[7]), Rgb(1, 0.25f, 0));
+
+  tile.reset({0, 0, 2, 1});
+  EXPECT_FALSE(tile.variance(1, 0).has_value());
+}
+
+// Law 3: only where the channel is asked for, and only by a driver that has something to tell.
+TEST(Film, RoomForToldVariancesIsNoneWhereNoneIsTold) {
+  const auto bytes = [](const char* aovs, bool told) {
+    FilmTile tile(AovSet::parse(aovs), {.sample_variance = told});
+    tile.reset({0, 0, 100, 10});
+    tile.set_sample_variance(7, Rgb(1));
+    return tile.bytes();
+  };
+  EXPECT_EQ(bytes("", true), bytes("", false));
+  EXPECT_EQ(bytes("variance", true) - bytes("variance", false), 16u * 1000);
+}
+
 // Law 4 in what is written, too: the square of a large radiance is no float.
 TEST(Film, VarianceStaysFinite) {
   FilmTile tile(AovSet::parse("variance"));

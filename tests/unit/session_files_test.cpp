@@ -29,6 +29,26 @@ TEST_F(SessionFilesTest, SavesThePictureWithItsChannels) {
   expect_same_bits(saved.values, expected.values, "saved");
 }
 
+// What adaptive frames know of their variance, too, also when it comes with their buckets.
+TEST_F(SessionFilesTest, SavesTheVarianceOfAdaptiveFrames) {
+  ViewSettings adaptive = settings("adaptive", 40), bucket = settings("bucket");
+  bucket.render.noise_threshold = 0.05f;
+  bucket.render.max_spp = 64;
+  for (ViewSettings& view : {std::ref(adaptive), std::ref(bucket)}) {
+    SCOPED_TRACE(view.render.driver);
+    view.render.aovs = "variance";
+    SessionOwner owner(view);
+    owner.open(scene("cornell_box"));
+    ASSERT_TRUE(finishes(owner));
+    owner.session.save(path("saved.exr")).get();
+    RenderOptions options = view.render;
+    options.scene = scene("cornell_box");
+    rendered(options);
+    expect_same_bits(read_float_image(path("saved.exr")).values,
+                     read_float_image(path("rendered.exr")).values, "saved");
+  }
+}
+
 TEST_F(SessionFilesTest, SavesPicturesAsTheCommandDoes) {
   ViewSettings view = settings("bisection", 4);
   view.display.exposure = 1.0f;

@@ -141,7 +141,9 @@ void ViewFrame::begin_buckets() {
   shown_driver_ = nullptr;
   first_.reset();
   progress_ = {};
-  canvas_.emplace(window_, tools_.aovs, tools_.plan.adaptive.unbiased, std::move(rgba));
+  const bool told = !tools_.plan.uniform && RoundPlanner::knows_variances(tools_.plan.adaptive);
+  canvas_.emplace(window_, tools_.aovs, tools_.plan.adaptive.unbiased, std::move(rgba),
+                  FilmExtras{.sample_variance = told});
   readable_ = &*canvas_;
   shown_at_s_ = -std::numeric_limits<double>::infinity();  // else it might be a bucket's time ago
 }

@@ -9,16 +9,15 @@
 namespace emberline {
 namespace {
 
-double squared_error_of_part(const PixelStatistics& p, size_t channel, size_t begin, size_t end) {
+double squared_error_of_part(const PixelStatistics& p, const float* worth, size_t channel,
+                             size_t begin, size_t end) {
   const float *count = p.count.data(), *second = p.second_count.data(),
               *mean = p.mean[channel].data(), *variance = p.variance[channel].data(),
               *difference = p.stream_difference[channel].data();
-  constexpr float kMost = 1e18f;  // so that sums stay finite
   float lanes[kSumLanes] = {};
   for_lanes(begin, end, [&](size_t i, size_t lane) {
-    const float n = std::max(1.0f, count[i]), b = second[i], a = n - b;
-    const float streams = difference[i] * difference[i] * (a * b / n);
-    const float of_mean = std::min(a > 0.0f && b > 0.0f ? streams : variance[i], kMost) / n;
+    const float of_mean =
+        sample_variance(count[i], second[i], difference[i], variance[i]) / std::max(1.0f, worth[i]);
     lanes[lane] += display_error_weight(mean[i], std::sqrt(of_mean), kLeastReportedSlope) * of_mean;
   });
   return sum_of_lanes(lanes);
@@ -26,10 +25,11 @@ double squared_error_of_part(const PixelStatistics& p, size_t channel, size_t be
 
 }  // namespace
 
-double frame_error(const PixelStatistics& pixels) {
+double frame_error(const PixelStatistics& pixels, std::span<const float> worth) {
+  const float* counts = worth.empty() ? pixels.count.data() : worth.data();
   const double sum = ordered_sum(pixels.size(), [&](size_t begin, size_t end) {
     double of_part = 0.0;
-    for (size_t c = 0; c < 3; ++c) of_part += squared_error_of_part(pixels, c, begin, end);
+    for (size_t c = 0; c < 3; ++c) of_part += squared_error_of_part(pixels, counts, c, begin, end);
     return of_part;
   });
   return std::sqrt(sum / std::max(1.0, 3 * double(pixels.size())));

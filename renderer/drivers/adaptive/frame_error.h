@@ -1,9 +1,22 @@
 // How large the error of the whole window is, for the report: what no stopping rule goes by.
 #pragma once
 
+#include <algorithm>
+#include <span>
+
 #include "renderer/drivers/adaptive/pixel_statistics.h"
 
 namespace emberline {
+
+// Of a sample of a pixel, such that over the pixel's count it is that of its mean: from the
+// difference of two streams' means, or of two halves', where there are two; else from the samples'
+// `spread`, as if they were independent. So limited that sums over a frame stay finite.
+inline float sample_variance(float count, float second_count, float difference, float spread) {
+  constexpr float kMost = 1e18f;
+  const float n = std::max(1.0f, count), b = second_count, a = n - b;
+  const float streams = difference * difference * (a * b / n);
+  return std::min(a > 0.0f && b > 0.0f ? streams : spread, kMost);
+}
 
 // Expected RMS error of the window as it is displayed (sRGB, [0, 1]), over pixels and channels:
 // from each pixel's own two streams, at its own mean. One pixel's difference says little, but the
@@ -11,6 +24,9 @@ namespace emberline {
 // needs it, noise beside a highlight would be weighed by the steep curve of the shadow next to it,
 // and what is next to a lamp as clipped. Where there is no second stream, as if samples were
 // independent. Finite. The same for any threads.
-double frame_error(const PixelStatistics& pixels);
+//
+// `worth`, if not empty: how many samples of a plain mean each pixel is as sure as (RoundAverages),
+// instead of its count.
+double frame_error(const PixelStatistics& pixels, std::span<const float> worth = {});
 
 }  // namespace emberline

@@ -16,14 +16,15 @@ void RoundAverages::add_round(const FilmTile& film, double weight) {
     for (size_t i = begin; i < end; ++i) {
       const PixelSums& film_sums = film.sums(i);
       Pixel& pixel = rounds_[i];
-      const double samples = film_sums.samples();
-      assert(samples > pixel.samples);
+      const double samples = film_sums.samples(), fresh = samples - pixel.samples;
+      assert(fresh > 0);
       for (size_t c = 0; c < 4; ++c) {
         const double sum = c < 3 ? film_sums.rgb[0][c] + film_sums.rgb[1][c] : film_sums.alpha;
-        pixel.average[c] += weight * (sum - pixel.sums[c]) / (samples - pixel.samples);
+        pixel.average[c] += weight * (sum - pixel.sums[c]) / fresh;
         pixel.sums[c] = sum;
       }
       pixel.samples = samples;
+      pixel.noise += weight * weight / fresh;
     }
   });
   weight_ += weight;

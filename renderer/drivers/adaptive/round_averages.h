@@ -23,6 +23,9 @@ class RoundAverages {
   bool empty() const { return rounds_.empty(); }
   // R G B A of pixel i of the film. Finite.
   void resolve(size_t i, float* rgba) const;
+  // How many samples of a plain mean are as sure as pixel i's average, if the variance of a round's
+  // mean falls as 1 / n: W^2 / sum(w^2 / n). All of the pixel's where they came as the weights are.
+  double worth(size_t i) const { return weight_ * weight_ / rounds_[i].noise; }
   uint64_t bytes() const { return rounds_.capacity() * sizeof(Pixel); }
 
  private:
@@ -30,6 +33,7 @@ class RoundAverages {
     std::array<double, 4> average;  // times the weights so far
     std::array<double, 4> sums;     // of all samples up to the last round
     double samples;
+    double noise;  // sum of w^2 / n
   };
   std::vector<Pixel> rounds_;
   double weight_ = 0.0;

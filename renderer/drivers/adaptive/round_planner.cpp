@@ -130,8 +130,34 @@ bool RoundPlanner::look(const FilmTile& film, const std::stop_token& stop) {
   if (entry_.halves) halves_.look(&statistics_);
   estimator_->estimate(statistics_, settings_.allocation, &errors_);
   if (stop.stop_requested()) return false;
-  if (entry_.rms_error) error_estimate_ = frame_error(statistics_);
+  if (averages_ && !averages_->empty()) {
+    worth_.resize(statistics_.size());
+    for (size_t i = 0; i < worth_.size(); ++i) worth_[i] = float(averages_->worth(i));
+  }
+  if (entry_.rms_error) error_estimate_ = frame_error(statistics_, worth_);
   return true;
+}
+
+void RoundPlanner::tell_variances(FilmTile* film) const {
+  if (!knows_variances(settings_) || !film->takes_sample_variance()) return;
+  const PixelStatistics& p = statistics_;
+  const bool averaged = !worth_.empty();
+  parallel_ranges(p.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      // Of one stream without two parts the film itself has the spread.
+      const bool parted = p.second_count[i] > 0.0f || film->sums(i).count[1] > 0;
+      if (p.count[i] < 2.0f || !(parted || averaged)) continue;
+      // The film divides by the count that it has by now.
+      const double scale = averaged ? film->sums(i).samples() / double(worth_[i]) : 1.0;
+      Rgb variance;
+      for (size_t c = 0; c < 3; ++c) {
+        const float of_sample = sample_variance(p.count[i], p.second_count[i],
+                                                p.stream_difference[c][i], p.variance[c][i]);
+        variance[int(c)] = float(scale * double(of_sample));
+      }
+      film->set_sample_variance(i, variance);
+    }
+  });
 }
 
 bool RoundPlanner::unfinished(size_t i) const {
@@ -418,7 +444,7 @@ bool RoundPlanner::share_evenly() {
 uint64_t RoundPlanner::bytes() const {
   // Statistics have twelve planes, the map two.
   return halves_.bytes() + targets_.capacity() * sizeof(uint32_t) +
-         12 * statistics_.size() * sizeof(float) +
+         worth_.capacity() * sizeof(float) + 12 * statistics_.size() * sizeof(float) +
          (errors_.error.capacity() + errors_.deviation.capacity() + rates_.capacity() +
           shares_.capacity()) *
              sizeof(float) +

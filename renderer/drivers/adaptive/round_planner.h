@@ -11,6 +11,7 @@
 
 #include "renderer/drivers/adaptive/allocation.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/adaptive/sample_halves.h"
 #include "renderer/film/film.h"
 
@@ -43,6 +44,10 @@ class RoundPlanner {
   // For a window of width x height pixels; `seed` decides the roundings.
   RoundPlanner(const AdaptiveSettings& settings, int width, int height, uint32_t seed);
 
+  // What the picture shows, from its first round on, instead of the plain means of all samples:
+  // what is told of errors is then told of this. Outlives the planner.
+  void set_averages(const RoundAverages* averages) { averages_ = averages; }
+
   // How many samples each pixel is to have after the coming round; the same for all before the
   // first plan().
   std::span<const uint32_t> targets() const { return targets_; }
@@ -57,6 +62,14 @@ class RoundPlanner {
                       std::vector<float>* gains) const;
   // Looks only, for the error estimate of what there is.
   void look(const FilmTile& film);
+
+  // Whether tell_variances() has something to tell that a film does not know.
+  static bool knows_variances(const AdaptiveSettings& settings) {
+    return find_estimator(settings.estimator).halves || settings.unbiased;
+  }
+  // Tells the film, pixel by pixel, the variances behind error_estimate(), as of the last look;
+  // nothing of pixels of which the film itself knows as much. Not while samples are added.
+  void tell_variances(FilmTile* film) const;
 
   // Of the whole window (frame_error.h), as of the last look; NaN before it and for estimators
   // whose error is no RMS error.
@@ -118,6 +131,8 @@ class RoundPlanner {
   double planned_mean_ = 0.0;  // samples of a pixel up to the round under way, if unbiased
   double error_estimate_;
   std::vector<uint32_t> targets_;
+  const RoundAverages* averages_ = nullptr;
+  std::vector<float> worth_;  // of the averages, once there are some
   PixelStatistics statistics_;
   SampleHalves halves_;  // if the estimator goes by them
   ErrorMap errors_;

@@ -1,0 +1,86 @@
+// What the `variance` channel says of a stratified frame, against the squared error that it has.
+#include <gtest/gtest.h>
+
+#include "image/lit_floor.h"
+#include "image/picture_error.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+constexpr int kSeeds = 4;
+constexpr size_t kVariance = 5;  // the channel, after R G B A samples
+
+// Means over the pixels, R, G, B and the seeds.
+struct Found {
+  double truth = 0, told = 0;
+};
+
+Found measure(const Scene& scene, RenderSettings s, const References& references) {
+  s.aovs = "variance";
+  Found found;
+  const double terms = 3.0 * s.width * s.height * kSeeds;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    s.seed = uint32_t(seed);
+    const RenderedImage image = render(scene, lit_floor_view(), s);
+    for (int y = 0; y < s.height; ++y) {
+      for (int x = 0; x < s.width; ++x) {
+        for (size_t c = 0; c < 3; ++c) {
+          const float* p = image.pixel(x, y);
+          const double to_a = double(p[c]) - double(references.a.pixel(x, y)[c]);
+          const double to_b = double(p[c]) - double(references.b.pixel(x, y)[c]);
+          found.truth += to_a * to_b / terms;
+          found.told += double(p[kVariance + c]) / terms;
+        }
+      }
+    }
+  }
+  return found;
+}
+
+class VarianceChannel : public testing::TestWithParam<uint32_t> {
+ protected:
+  Found uniform(uint32_t spp) const {
+    RenderSettings s = lit_floor_settings();
+    s.spp = spp;
+    return measure(*scene_, s, references_);
+  }
+  Found nested(const AdaptiveSettings& adaptive) const {
+    RenderSettings s = lit_floor_settings();
+    s.driver = "adaptive";
+    s.adaptive = adaptive;
+    s.adaptive.estimator = "nested";
+    return measure(*scene_, s, references_);
+  }
+
+  const std::unique_ptr<Scene> scene_ = lit_floor();
+  const References references_ =
+      render_references(*scene_, lit_floor_view(), lit_floor_settings(), 4096);
+};
+
+// Where every pixel ends at n samples, the halves expect V(n/2) - V(n) (nested_estimator.h), which
+// uniform frames of n/2 and n samples know without them. 6144 pixels, whose squares of one degree
+// of freedom leave 3 % of noise in a mean.
+TEST_P(VarianceChannel, OfHalvesIsWhatTheLastDoublingBrings) {
+  const uint32_t n = GetParam();
+  const Found half = uniform(n / 2), whole = uniform(n), halves = nested({.max_samples = n});
+  EXPECT_EQ(halves.truth, whole.truth) << "the same samples";
+  const double expected = half.truth - whole.truth;
+  std::printf("  told %.3g, V(n/2) - V(n) %.3g, V(n) %.3g; by the samples' spread %.3g\n",
+              halves.told, expected, whole.truth, whole.told);
+  EXPECT_NEAR(halves.told, expected, 0.15 * expected);
+  EXPECT_GT(whole.told, 3 * whole.truth) << "no scene to tell the two by";
+}
+
+// And where the planner shares a budget out.
+TEST_P(VarianceChannel, OfABudgetIsAboveTheTruthByLessThanTwice) {
+  const Found found = nested({.budget = GetParam()});
+  std::printf("  told over true: %.2f\n", found.told / found.truth);
+  EXPECT_GT(found.told, 1.0 * found.truth);
+  EXPECT_LT(found.told, 2.0 * found.truth);
+}
+INSTANTIATE_TEST_SUITE_P(Samples, VarianceChannel, testing::Values(32u, 128u));
+
+}  // namespace
+}  // namespace emberline
