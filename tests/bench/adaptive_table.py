@@ -20,6 +20,8 @@ ESTIMATORS = ["contrast", "painter-sloan", "chi-square", "kajiya", "dammertz"]
 DEFAULT = "nested"
 OWN = [estimator + "/" + metric for estimator in (DEFAULT, "two-stream")
        for metric in ("mse", "relmse", "display")]
+# Of each of the two references: where few pixels get most samples, more than they have got.
+REFERENCE_SAMPLES = {"flight_helmet": 16384, "thin_wires": 16384}
 NAMES = {
     "flight_helmet": "FlightHelmet",
     "cornell_box": "Cornell box",
@@ -57,6 +59,7 @@ def measure(name, options):
     base = os.path.join(options.out, name)
     command = [options.bench, *scene_words(name, options), "--cache", base + ".bin"]
     command += ["--json", base + ".json", "--seeds", str(options.seeds)]
+    command += ["--reference-spp", str(REFERENCE_SAMPLES.get(name, 2048))]
     command += ["--budgets", options.budgets, "--methods", options.methods]
     subprocess.run(command, check=True, stdout=sys.stderr)
 
