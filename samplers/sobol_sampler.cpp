@@ -145,6 +145,27 @@ void fill_pairs(const BlockOf& block_of, uint32_t slot, uint32_t first_sample, i
   }
 }
 
+template <int kBlocks>
+void fill_whole(const Block (&blocks)[kBlocks], uint32_t slot, int first_lane, SlotBlock& out,
+                int dimensions) {
+  if (dimensions <= 2) {
+    fill_blocks(plan_blocks<1>(blocks, slot), first_lane, out);
+  } else {
+    fill_blocks(plan_blocks<kSlotDimensions / 2>(blocks, slot), first_lane, out);
+  }
+}
+
+// Whether eight samples are one block of a pixel, in order.
+bool is_whole_block(const SampleAddress* samples) {
+  const SampleAddress& first = samples[0];
+  uint32_t different = first.sample % kBlockSize;
+  for (uint32_t i = 0; i < kBlockSize; ++i) {
+    const SampleAddress& a = samples[i];
+    different |= (a.x ^ first.x) | (a.y ^ first.y) | (a.sample ^ (first.sample + i));
+  }
+  return different == 0;
+}
+
 // Sixteen samples of any pixels, each with its own stream and block.
 struct ScatteredLanes {
   alignas(64) uint32_t stream_hash[kSampleLanes];
@@ -176,12 +197,35 @@ void fill_scattered_pair(const ScatteredLanes& lanes, uint32_t slot, int pair,
   }
 }
 
+// The `half`-th eight samples of a pixel; worked: with two streams, samples 40..47 are half 5,
+// which is block 2 of stream 1.
+Block block_of(uint32_t pixel_hash, uint32_t half, StreamCount streams) {
+  if (streams == StreamCount::kOne) return {hash_combine(pixel_hash, 0), half};
+  return {hash_combine(pixel_hash, half & 1u), half >> 1};
+}
+
 }  // namespace
 
 void SobolSampler::fill_scattered(std::span<const SampleAddress> samples, uint32_t seed,
                                   uint32_t slot, int first_lane, SlotBlock& out,
                                   int dimensions) const {
   assert(first_lane >= 0 && size_t(first_lane) + samples.size() <= size_t(kSampleLanes));
+  const uint32_t seed_hash = hash32(seed);
+  // The second half of the first 16 samples, and what adaptive sampling adds by eights, are whole
+  // blocks: what their samples have in common is made once.
+  const auto first_block = [&](const SampleAddress& a) {
+    const uint32_t pixel_hash = hash_combine(hash_combine(seed_hash, a.x), a.y);
+    return block_of(pixel_hash, a.sample / kBlockSize, streams_);
+  };
+  if (samples.size() == 2 * kBlockSize && is_whole_block(&samples[0]) &&
+      is_whole_block(&samples[kBlockSize])) {
+    const Block blocks[] = {first_block(samples[0]), first_block(samples[kBlockSize])};
+    return fill_whole(blocks, slot, first_lane, out, dimensions);
+  }
+  if (samples.size() == kBlockSize && is_whole_block(&samples[0])) {
+    const Block blocks[] = {first_block(samples[0])};
+    return fill_whole(blocks, slot, first_lane, out, dimensions);
+  }
   alignas(64) uint32_t x[kSampleLanes] = {}, y[kSampleLanes] = {}, half[kSampleLanes] = {};
   ScatteredLanes lanes;
   for (size_t i = 0; i < samples.size(); ++i) {
@@ -191,7 +235,6 @@ void SobolSampler::fill_scattered(std::span<const SampleAddress> samples, uint32
     lanes.in_block[i] = samples[i].sample % kBlockSize;
   }
   for (size_t i = samples.size(); i < size_t(kSampleLanes); ++i) lanes.in_block[i] = 0;
-  const uint32_t seed_hash = hash32(seed);
   const uint32_t second = streams_ == StreamCount::kTwo ? 1 : 0;
   for (int i = 0; i < kSampleLanes; ++i) {
     const uint32_t pixel_hash = hash_combine(hash_combine(seed_hash, x[i]), y[i]);
@@ -211,17 +254,12 @@ void SobolSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sam
                         SlotBlock& out, int dimensions) const {
   assert(count >= 1 && first_sample % kSampleLanes + uint32_t(count) <= kSampleLanes);
   const uint32_t pixel_hash = hash_combine(hash_combine(hash32(pixel.seed), pixel.x), pixel.y);
-  // The `half`-th eight samples of the pixel; worked: with two streams, samples 40..47 are half 5,
-  // which is block 2 of stream 1.
-  const auto block_of = [&](uint32_t half) -> Block {
-    if (streams_ == StreamCount::kOne) return {hash_combine(pixel_hash, 0), half};
-    return {hash_combine(pixel_hash, half & 1u), half >> 1};
-  };
+  const auto block = [&](uint32_t half) { return block_of(pixel_hash, half, streams_); };
   // A pinhole's camera asks for the pixel's pair alone.
   if (dimensions <= 2) {
-    fill_pairs<1>(block_of, slot, first_sample, count, out);
+    fill_pairs<1>(block, slot, first_sample, count, out);
   } else {
-    fill_pairs<kSlotDimensions / 2>(block_of, slot, first_sample, count, out);
+    fill_pairs<kSlotDimensions / 2>(block, slot, first_sample, count, out);
   }
 }
 

@@ -43,12 +43,15 @@ void RemoteViewer::add(const FilmTile& tile) {
   stream_.add(tile.rect(), std::move(rgba));
 }
 
-void RemoteViewer::look(const FramePicture& picture, double elapsed_s) {
-  if (!stream_.open()) return;
+bool RemoteViewer::wanted(double elapsed_s) const {
+  if (!stream_.open()) return false;
+  if (!shown_) return true;
   const double cost_s = paused_s_ + stream_.cpu_seconds() / threads_;
-  if (shown_ && (elapsed_s < shown_at_s_ + kLeastInterval || cost_s > kMostShare * elapsed_s)) {
-    return;
-  }
+  return elapsed_s >= shown_at_s_ + kLeastInterval && cost_s <= kMostShare * elapsed_s;
+}
+
+void RemoteViewer::look(const FramePicture& picture, double elapsed_s) {
+  if (!wanted(elapsed_s)) return;
   const Stopwatch pause;
   std::vector<float> rgba(4 * size_t(window_.area()));
   picture.resolve(rgba);

@@ -107,10 +107,20 @@ FrameCounters render_frame(const RenderOptions& options, const Frame& frame, Fra
     if (snapshots) render.leave_out([&] { snapshots->look(now, picture, elapsed); });
     if (viewer) viewer->look(picture, elapsed);
   });
+  if (snapshots || viewer) {
+    const auto wanted = [=, &render] {
+      const double elapsed = render.seconds();
+      return (snapshots && snapshots->wanted(elapsed)) || (viewer && viewer->wanted(elapsed));
+    };
+    outputs.on_wanted(wanted, [=]() -> std::optional<uint64_t> {
+      return snapshots ? snapshots->wanted_at() : std::nullopt;
+    });
+  }
   const FrameCounters counters = driver.render(frame, outputs, stop.token());
   outputs.on_samples({});
   outputs.on_pixels({});
   outputs.on_picture({});
+  outputs.on_wanted({}, {});
   return counters;
 }
 

@@ -197,6 +197,25 @@ void SnapshotRecorder::look(const FrameProgress& progress, const FramePicture& p
   });
 }
 
+bool SnapshotRecorder::wanted(double elapsed_s) const {
+  return std::ranges::any_of(waiting_, [&](const SnapshotMoment& moment) {
+    return moment.unit == Unit::kSeconds && elapsed_s >= moment.value;
+  });
+}
+
+std::optional<uint64_t> SnapshotRecorder::wanted_at() const {
+  const auto area = double(window_.area());
+  std::optional<uint64_t> least;
+  for (const SnapshotMoment& moment : waiting_) {
+    if (moment.unit == Unit::kSeconds) continue;
+    const double samples = moment.unit == Unit::kSamplesPerPixel  ? moment.value * area
+                           : moment.unit == Unit::kPercentCovered ? moment.value / 100.0 * area
+                                                                  : 1.0;
+    least = std::min(least.value_or(uint64_t(-1)), uint64_t(std::ceil(samples)));
+  }
+  return least;
+}
+
 void SnapshotRecorder::write_exr(const std::string& file, const std::vector<float>& rgba) const {
   ExrHeader header;
   header.width = options_.width;

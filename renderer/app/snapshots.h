@@ -17,7 +17,8 @@
 
 namespace emberline {
 
-// When a snapshot is due: at the driver's first pause at which this much has been reached.
+// When a snapshot is due: at the driver's first pause at which this much has been reached, which it
+// makes for it with the next part of its work.
 struct SnapshotMoment {
   enum class Unit : uint8_t { kFirstPause, kPercentCovered, kSeconds, kSamplesPerPixel };
   Unit unit = Unit::kFirstPause;
@@ -61,6 +62,11 @@ class SnapshotRecorder {
 
   // Copies the picture if a snapshot is due, `elapsed_s` into the rendering.
   void look(const FrameProgress& progress, const FramePicture& picture, double elapsed_s);
+
+  // What FrameObserver asks, on any thread while look() is not called: whether a moment has come,
+  // and the number of samples of the next one that goes by samples.
+  bool wanted(double elapsed_s) const;
+  std::optional<uint64_t> wanted_at() const;
 
   // Encodes and writes what was copied. Throws RenderError.
   std::vector<SnapshotReport> write() const;

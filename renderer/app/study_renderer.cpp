@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 
 #include "renderer/app/frame_setup.h"
@@ -107,6 +108,14 @@ class ProgressiveKeeper final : public TileKeeper {
     if (pictures.size() == budgets_.size()) spent.request_stop();
   }
 
+  bool picture_wanted() const override {
+    return by_time_ && pictures.size() < here() && clock.seconds() >= budgets_[pictures.size()];
+  }
+  std::optional<uint64_t> picture_wanted_at() const override {
+    if (by_time_ || pictures.size() >= here()) return std::nullopt;
+    return uint64_t(std::ceil(budgets_[pictures.size()] * double(window_.area())));
+  }
+
   // The claim about the last round, which a driver makes when it plans the next.
   void claim(const FrameProgress& now) {
     if (!round_ || !now.error_estimate || now.error_estimate == last_estimate_) return;
@@ -121,10 +130,12 @@ class ProgressiveKeeper final : public TileKeeper {
   std::stop_source spent;
 
  private:
+  // How many pictures are kept here; the last may be the finished frame's, which
+  // render_progressive() keeps.
+  size_t here() const { return by_time_ && uniform_ ? budgets_.size() : budgets_.size() - 1; }
+
   void keep(const FrameProgress& now, const FramePicture& picture, double wall, double cpu) {
-    // Else the last is the finished frame, which render_progressive() keeps.
-    const size_t here = by_time_ && uniform_ ? budgets_.size() : budgets_.size() - 1;
-    while (pictures.size() < here) {
+    while (pictures.size() < here()) {
       const double budget = budgets_[pictures.size()];
       const double spent_so_far = by_time_ ? wall : double(now.samples) / double(window_.area());
       if (spent_so_far < budget) return;

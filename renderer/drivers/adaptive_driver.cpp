@@ -19,10 +19,8 @@
 namespace emberline {
 namespace {
 
-// About a millisecond of work: many parts for each thread of a slice.
+// About a millisecond of work: what a picture that is wanted waits for.
 constexpr uint64_t kPartSamples = 4096;
-// A slice ends in a barrier and a look by the observer: some milliseconds of work for each thread.
-constexpr size_t kPartsPerThread = 16;
 
 // Samples of a pixel on the way to the pilot.
 constexpr uint32_t kPilotStep = 4;
@@ -291,9 +289,8 @@ class AdaptiveDriver::Progress final : public FramePicture {
     const size_t part_count = parts.size() - 1;
     planner_.expected_gains(have_, targets, &gains_);
     const std::vector<uint32_t> turns = parts_by_gain(parts, order_, have_, targets, gains_);
-    const size_t slice = kPartsPerThread * size_t(tbb::this_task_arena::max_concurrency());
     for (size_t begin = 0, end; begin < part_count; begin = end) {
-      size_t count = std::min(slice, part_count - begin);
+      size_t count = parts_until_wanted(parts, std::span(turns).subspan(begin), targets);
       const bool complete = runner_.run_until_wanted(count, [&](size_t part, auto& list) {
         const size_t turn = turns[begin + part];
         for (size_t k = parts[turn]; k < parts[turn + 1]; ++k) {
@@ -304,10 +301,15 @@ class AdaptiveDriver::Progress final : public FramePicture {
         }
       });
       end = begin + count;
-      for (size_t part = begin; part < end; ++part) {
-        for (size_t k = parts[turns[part]]; k < parts[turns[part] + 1]; ++k) {
-          const size_t i = order_[k];
-          have_[i] = complete ? targets[i] : film_.sample_count(x_of(i), y_of(i));
+      parallel_each(count, [&](size_t part) {
+        const size_t turn = turns[begin + part];
+        for (size_t k = parts[turn]; k < parts[turn + 1]; ++k)
+          have_[order_[k]] = targets[order_[k]];
+      });
+      for (const size_t part : runner_.cut_short()) {
+        const size_t turn = turns[begin + part];
+        for (size_t k = parts[turn]; k < parts[turn + 1]; ++k) {
+          have_[order_[k]] = film_.sample_count(x_of(order_[k]), y_of(order_[k]));
         }
       }
       if (!complete) return false;
@@ -315,6 +317,21 @@ class AdaptiveDriver::Progress final : public FramePicture {
       report(std::min(1.0, samples / double(order_.size())), ends_pass && end == part_count);
     }
     return true;
+  }
+
+  // How many of a round's parts, in the order of `turns`, come before the next pause: all, unless a
+  // picture is wanted at some number of samples.
+  size_t parts_until_wanted(std::span<const size_t> parts, std::span<const uint32_t> turns,
+                            std::span<const uint32_t> targets) const {
+    const std::optional<uint64_t> wanted = runner_.samples_until_wanted();
+    if (!wanted) return turns.size();
+    size_t end = 0;
+    for (uint64_t samples = 0; end < turns.size() && samples < *wanted; ++end) {
+      for (size_t k = parts[turns[end]]; k < parts[turns[end] + 1]; ++k) {
+        samples += targets[order_[k]] - have_[order_[k]];
+      }
+    }
+    return end;
   }
 
   void report(double completion, bool pass_finished) {

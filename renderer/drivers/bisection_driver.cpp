@@ -1,7 +1,5 @@
 #include "renderer/drivers/bisection_driver.h"
 
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <bit>
 
@@ -18,15 +16,6 @@ namespace {
 // with 4096, 2.6 % with 16384: a part is also what stays together in the frame, and so in the
 // caches.
 constexpr uint64_t kPartSamples = 4096;
-
-// Samples of a slice after the first pass, per thread: 16 ms of work at 4 million a second, against
-// some 20 us for the pause and half a part for the threads that wait for the last. A count and not
-// a time: the schedule does not depend on the clock.
-constexpr uint64_t kSliceSamples = 16 * kPartSamples;
-
-// From so many samples a pixel on the picture changes slowly, and slices are eight times as long:
-// where other programs share the machine, each pause waits for a thread that they hold up.
-constexpr uint32_t kSlowSamples = 16;
 
 // Of the frame, in the first pass.
 constexpr uint64_t kFirstPassSlices = 100;
@@ -54,11 +43,12 @@ BisectionCoverage coverage(const BisectionPass& pass, size_t begin, size_t end, 
 }
 
 // The least count of any pixel when a pass was stopped within the slice [begin, end): all pixels of
-// later slices are without its samples. Only the last slice has to be looked at.
-uint32_t least_samples(const BisectionPass& pass, size_t begin, size_t end, const FilmTile& film) {
+// later parts are without its samples, and of those before only what was cut short lacks any.
+uint32_t least_samples(const BisectionPass& pass, size_t begin, size_t end,
+                       std::span<const size_t> cut_short, const FilmTile& film) {
   if (end < pass.parts()) return pass.samples().first_sample;
   std::vector<PixelWork> list;
-  for (size_t part = begin; part < end; ++part) pass.expand(part, list);
+  for (const size_t part : cut_short) pass.expand(begin + part, list);
   uint32_t least = pass.samples().first_sample + pass.samples().sample_count;
   for (const PixelWork& work : list) least = std::min(least, film.sample_count(work.x, work.y));
   return least;
@@ -75,17 +65,20 @@ uint64_t bisection_part_pixels(const SampleRange& samples, uint64_t frame_pixels
 }
 
 size_t bisection_slice_end(const BisectionPass& pass, size_t first, uint64_t frame_pixels,
-                           int threads) {
+                           std::optional<uint64_t> samples_wanted) {
   const SampleRange& samples = pass.samples();
   const bool first_pass = samples.first_sample == 0;
-  const uint64_t slice_samples =
-      uint64_t(threads) * kSliceSamples * (samples.first_sample < kSlowSamples ? 1 : 8);
-  const uint64_t most =
-      first_pass ? frame_pixels / kFirstPassSlices : slice_samples / samples.sample_count;
+  const uint64_t most = first_pass ? frame_pixels / kFirstPassSlices : frame_pixels;
+  if (!first_pass && !samples_wanted) return pass.parts();
   const size_t last = first_pass ? pass.first_part(pass.step_of(first) + 1) : pass.parts();
+  const auto enough = [&](uint64_t pixels) {
+    return samples_wanted && pixels * samples.sample_count >= *samples_wanted;
+  };
   uint64_t pixels = pass.pixels(first);
   size_t end = first + 1;
-  while (end < last && pixels + pass.pixels(end) <= most) pixels += pass.pixels(end++);
+  while (end < last && !enough(pixels) && pixels + pass.pixels(end) <= most) {
+    pixels += pass.pixels(end++);
+  }
   return end;
 }
 
@@ -111,7 +104,6 @@ FrameCounters BisectionDriver::render(const Frame& frame, FrameObserver& observe
   const auto frame_pixels = uint64_t(window.area());
   const std::vector<SampleRange> passes = bisection_passes(frame.samples_per_pixel);
   prepare(frame, passes.front());
-  const int threads = std::max(1, tbb::this_task_arena::max_concurrency());
   SliceRunner runner(frame, *film_, observer, stop);
   FrameProgress progress;
   for (const SampleRange& samples : passes) {
@@ -125,7 +117,7 @@ FrameCounters BisectionDriver::render(const Frame& frame, FrameObserver& observe
     }
     const BisectionPass& pass = later_pass ? *later_pass : *first_pass_;
     for (size_t begin = 0, end; begin < pass.parts(); begin = end) {
-      end = bisection_slice_end(pass, begin, frame_pixels, threads);
+      end = bisection_slice_end(pass, begin, frame_pixels, runner.samples_until_wanted());
       size_t count = end - begin;
       const auto expand = [&](size_t part, std::vector<PixelWork>& list) {
         pass.expand(begin + part, list);
@@ -136,7 +128,7 @@ FrameCounters BisectionDriver::render(const Frame& frame, FrameObserver& observe
       if (!later_pass) picture_->set_coverage(coverage(pass, begin, end, complete));
       if (!complete) {
         FrameCounters counters = runner.counters();
-        counters.min_samples = least_samples(pass, begin, end, *film_);
+        counters.min_samples = least_samples(pass, begin, end, runner.cut_short(), *film_);
         counters.stopped = counters.min_samples < samples_per_pixel_;
         return counters;
       }

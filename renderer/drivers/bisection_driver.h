@@ -38,10 +38,11 @@ class BisectionDriver final : public FrameDriver {
 };
 
 // Where the slice that begins with part `first` ends; between slices the frame can be looked at.
-// In the first pass a slice lies within a step and has at most a hundredth of the frame's pixels
-// (or one part); in later ones it has enough samples that the pause costs `threads` workers little.
+// It ends with the part that brings `samples_wanted` samples, if any, or before. In the first pass
+// it lies within a step and has at most a hundredth of the frame's pixels (or one part); later
+// passes are a slice each, because every pause costs half a part for the threads that wait.
 size_t bisection_slice_end(const BisectionPass& pass, size_t first, uint64_t frame_pixels,
-                           int threads);
+                           std::optional<uint64_t> samples_wanted);
 
 // How many pixels of a pass make a part: a power of two.
 uint64_t bisection_part_pixels(const SampleRange& samples, uint64_t frame_pixels);

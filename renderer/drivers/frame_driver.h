@@ -102,14 +102,19 @@ class FrameObserver {
   virtual void tile_finished(const FilmTile& tile) = 0;
   // Some more samples are done (about every millisecond of work).
   virtual void samples_finished(uint64_t /*count*/) {}
-  // A progressive driver pauses: from its own thread, while no worker renders, every few
-  // milliseconds. The picture may be looked at until the call returns.
+  // A progressive driver pauses: from its own thread, while no worker renders. That is often in its
+  // first pass, and then at the end of each pass or where a picture is wanted. The picture may be
+  // looked at until the call returns.
   virtual void picture_changed(const FrameProgress& /*progress*/, const FramePicture& /*picture*/) {
   }
   // Somebody waits for picture_changed(): a progressive driver then pauses after the parts that
   // are under way, some milliseconds of work, instead of after a slice of them. Asked from worker
   // threads after each part; what is rendered is the same.
   virtual bool picture_wanted() const { return false; }
+  // The least number of the frame's samples at which the next picture is wanted: a progressive
+  // driver then pauses with the part that reaches it, for whatever number of threads. Asked at
+  // pauses.
+  virtual std::optional<uint64_t> picture_wanted_at() const { return std::nullopt; }
   // Why a stop was requested, for the pixels that it cut short.
   virtual PixelStop stop_cause() const { return PixelStop::kUser; }
 };

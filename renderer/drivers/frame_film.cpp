@@ -28,8 +28,15 @@ bool SliceRunner::run_until_wanted(size_t& parts, const Expand& expand) {
   return !counters_.stopped;
 }
 
+std::optional<uint64_t> SliceRunner::samples_until_wanted() const {
+  const std::optional<uint64_t> wanted = observer_.picture_wanted_at();
+  if (!wanted) return std::nullopt;
+  return *wanted > counters_.samples ? *wanted - counters_.samples : 1;
+}
+
 // How many parts were begun, each of which is done unless a stop was requested.
 size_t SliceRunner::carry_out(size_t parts, const Expand& expand, bool until_wanted) {
+  cut_short_.clear();
   std::atomic<size_t> next{0};
   std::atomic<bool> failed{false};
   const auto work = [&] {
@@ -37,16 +44,18 @@ size_t SliceRunner::carry_out(size_t parts, const Expand& expand, bool until_wan
       RenderWorker worker(frame_);
       worker.set_seed(seed_);
       std::vector<PixelWork> list;
+      std::optional<size_t> cut_short;
       while (!failed.load(std::memory_order_relaxed) && !stop_.stop_requested()) {
         const size_t part = next.fetch_add(1, std::memory_order_relaxed);
         if (part >= parts) break;
         list.clear();
         expand(part, list);
-        worker.render(list, film_, observer_, stop_);
+        if (!worker.render(list, film_, observer_, stop_)) cut_short = part;
         if (until_wanted && observer_.picture_wanted()) break;
       }
       const std::lock_guard lock(mutex_);
       counters_.merge(worker.counters());
+      if (cut_short) cut_short_.push_back(*cut_short);
     } catch (...) {
       failed = true;
       throw;

@@ -4,6 +4,8 @@
 
 #include <functional>
 #include <mutex>
+#include <optional>
+#include <span>
 #include <stop_token>
 #include <vector>
 
@@ -28,6 +30,14 @@ class SliceRunner {
   // `parts`, not 0, becomes the number of those that are done, always the first ones.
   bool run_until_wanted(size_t& parts, const Expand& expand);
 
+  // Those of the last slice's parts that a stop request may have ended before all was done: at most
+  // one of each worker.
+  std::span<const size_t> cut_short() const { return cut_short_; }
+
+  // How many samples the next slice is to bring, at least 1, if a picture is wanted at some number
+  // of them (FrameObserver::picture_wanted_at).
+  std::optional<uint64_t> samples_until_wanted() const;
+
   // Draws the following slices' samples from another seed than the frame's.
   void set_seed(uint32_t seed) { seed_ = seed; }
 
@@ -44,6 +54,7 @@ class SliceRunner {
   uint32_t seed_;
   std::mutex mutex_;
   FrameCounters counters_;
+  std::vector<size_t> cut_short_;
 };
 
 // Makes the film ready for the window. Throws RenderError if there is not the memory for it.

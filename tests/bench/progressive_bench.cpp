@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <thread>
 
@@ -43,6 +44,10 @@ class Onlooker final : public FrameObserver {
     looked_s_ += next_ == 0 ? 0.0 : resolve_s_[next_];  // the first belongs to what was asked
     ++next_;
   }
+  std::optional<uint64_t> picture_wanted_at() const override {
+    if (next_ == kMoments) return std::nullopt;
+    return uint64_t(std::ceil(kCompletions[next_] * double(rgba_.size() / 4)));
+  }
 
   static constexpr size_t kMoments = 5;
   static constexpr double kCompletions[kMoments] = {0.0, 1.0 / 64, 0.25, 0.5, 1.0};
@@ -59,7 +64,15 @@ class Onlooker final : public FrameObserver {
 };
 
 class Nobody final : public FrameObserver {
+ public:
   void tile_finished(const FilmTile& /*tile*/) override {}
+  void picture_changed(const FrameProgress& /*now*/, const FramePicture& /*picture*/) override {
+    ++pauses_;
+  }
+  int pauses() const { return pauses_; }
+
+ private:
+  int pauses_ = 0;
 };
 
 FrameSampling sampling_of(const std::string& driver, uint32_t spp) {
@@ -118,10 +131,12 @@ void measure_stops(const Options& options, const BenchFrame& frame) {
 }
 
 void measure_overhead(const Options& options, const BenchFrame& frame) {
-  std::vector<double> cpu, wall;
+  std::vector<double> cpu, wall, pauses;
   const auto timed = [&](const std::string& name) {
     Nobody nobody;
-    return frame.run(options.threads, sampling_of(name, options.spp()), nobody);
+    const FrameRun run = frame.run(options.threads, sampling_of(name, options.spp()), nobody);
+    if (name == options.frame.driver) pauses.push_back(nobody.pauses());
+    return run;
   };
   for (int i = 0; i < options.repetitions; ++i) {
     // First one, then the other is first.
@@ -134,6 +149,7 @@ void measure_overhead(const Options& options, const BenchFrame& frame) {
   const std::string spp = fmt::format("{} spp, {} / bucket", options.spp(), options.frame.driver);
   line(spp + ", processor time", cpu, 1, "");
   line(spp + ", wall time", wall, 1, "");
+  line("pauses of a frame that nobody looks at", pauses, 1, "");
 }
 
 int run(int argc, char** argv) {

@@ -2,6 +2,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <set>
 
 #include "cli/command_test.h"
 
@@ -81,6 +82,37 @@ TEST_F(Snapshots, MomentsOfEveryKind) {
   for (const char* channel : {"R", "G", "B", "A"}) {
     EXPECT_EQ(last.channels.at(channel), frame.channels.at(channel)) << channel;
   }
+}
+
+// Passes double, the last of these is the latter half of the frame; snapshots amid them come with
+// the next part of the work.
+TEST_F(Snapshots, ComeInTimeHoweverLongThePass) {
+  render(progressive({"--spp", "128", "--snapshot-at", "20spp,33spp,100spp"}));
+  const nlohmann::json list = read_json("r.json")["snapshots"];
+  ASSERT_EQ(list.size(), 3u);
+  constexpr uint64_t kPixels = 96 * 64, kPart = 4096;
+  const uint64_t wanted[] = {20 * kPixels, 33 * kPixels, 100 * kPixels};
+  for (size_t i = 0; i < list.size(); ++i) {
+    EXPECT_GE(list[i]["samples"].get<uint64_t>(), wanted[i]);
+    EXPECT_LT(list[i]["samples"].get<uint64_t>(), wanted[i] + kPart);
+  }
+}
+
+// Without being asked for, pauses would come at most twice in these .4 s, where passes end. A busy
+// machine may be late for some.
+TEST_F(Snapshots, ComeAtTheirTimes) {
+  const std::string times = "0.2s,0.25s,0.3s,0.35s,0.4s,0.45s,0.5s,0.55s,0.6s";
+  render(progressive(
+      {"--spp", "65536", "--time-limit", "1", "--threads", "1", "--snapshot-at", times}));
+  const nlohmann::json list = read_json("r.json")["snapshots"];
+  ASSERT_EQ(list.size(), 9u);
+  std::set<double> pauses;
+  for (size_t i = 0; i < list.size(); ++i) {
+    const double elapsed = list[i]["elapsed_s"];
+    EXPECT_GE(elapsed, 0.2 + 0.05 * double(i) - 1e-9);
+    pauses.insert(elapsed);
+  }
+  EXPECT_GE(pauses.size(), 5u);
 }
 
 TEST_F(Snapshots, AreMeasuredAgainstTheReference) {

@@ -152,6 +152,17 @@ TEST_F(Study, UniformDriversHaveEqualErrorsAtEqualSamples) {
   }
 }
 
+// Amid a pass, with the part of at most 4096 samples that spends the budget.
+TEST_F(Study, CheckpointsComeWhereTheirBudgetIsSpent) {
+  study(study_words("s", {"--drivers", "bisection", "--size", "64x64", "--spp", "20,25,50,64",
+                          "--seeds", "1", "--reference-spp", "64"}));
+  for (const Row& row : rows("s")) {
+    const double samples = std::stod(row.at("samples")), budget = std::stod(row.at("budget"));
+    EXPECT_GE(samples, budget * 64 * 64);
+    EXPECT_LT(samples, budget * 64 * 64 + 4096);
+  }
+}
+
 // Against a picture that is given: the figures are those of `emberline compare`.
 TEST_F(Study, AGivenReferenceIsTakenForTheTruth) {
   render(render_words({"--spp", "256", "-o", path("ref.exr"), "--seed", "99"}));

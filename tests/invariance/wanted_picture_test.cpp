@@ -11,28 +11,44 @@ namespace {
 
 using namespace test;
 
+struct Wants {
+  bool always = false;
+  std::vector<uint64_t> at = {};
+};
+
 class Impatient final : public FrameObserver {
  public:
-  Impatient(RenderedImage& image, bool always) : memory_(image), always_(always) {}
+  Impatient(RenderedImage& image, const Wants& wants) : memory_(image), wants_(wants) {}
   void tile_finished(const FilmTile& tile) override { memory_.tile_finished(tile); }
-  bool picture_wanted() const override { return always_; }
+  bool picture_wanted() const override { return wants_.always; }
+  std::optional<uint64_t> picture_wanted_at() const override {
+    if (arrived_.size() == wants_.at.size()) return std::nullopt;
+    return wants_.at[arrived_.size()];
+  }
   void picture_changed(const FrameProgress& progress, const FramePicture& /*picture*/) override {
     EXPECT_GE(progress.samples, samples_);
     most_between_ = std::max(most_between_, progress.samples - samples_);
     samples_ = progress.samples;
+    while (arrived_.size() < wants_.at.size() && samples_ >= wants_.at[arrived_.size()]) {
+      arrived_.push_back(samples_);
+    }
   }
   // Samples from one pause to the next.
   uint64_t most_between() const { return most_between_; }
+  // Those at which the pictures came that were wanted at some number of them.
+  const std::vector<uint64_t>& arrived() const { return arrived_; }
 
  private:
   MemoryObserver memory_;
-  const bool always_;
+  const Wants wants_;
   uint64_t samples_ = 0, most_between_ = 0;
+  std::vector<uint64_t> arrived_;
 };
 
 class WantedPicture : public testing::TestWithParam<const char*> {
  protected:
-  RenderedImage render(bool wanted, int threads, uint64_t* most_between) const {
+  RenderedImage render(const Wants& wants, int threads, uint64_t* most_between,
+                       std::vector<uint64_t>* arrived = nullptr) const {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
     const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), kWidth, kHeight, scene_->origin(),
                         scene_->scale());
@@ -43,7 +59,7 @@ class WantedPicture : public testing::TestWithParam<const char*> {
     const Frame frame{*scene_, camera,       *integrator_, *sampler_, filter_,           kWidth,
                       kHeight, image.window, kSpp,         1,         StreamCount::kTwo, {},
                       false};
-    Impatient observer(image, wanted);
+    Impatient observer(image, wants);
     DriverSettings settings;
     settings.adaptive.budget = kSpp;
     const std::unique_ptr<FrameDriver> driver = create_driver(GetParam(), settings);
@@ -53,6 +69,7 @@ class WantedPicture : public testing::TestWithParam<const char*> {
       driver->deliver(observer);
     });
     *most_between = observer.most_between();
+    if (arrived) *arrived = observer.arrived();
     return image;
   }
 
@@ -71,18 +88,37 @@ class WantedPicture : public testing::TestWithParam<const char*> {
   PixelFilter filter_ = PixelFilter::create("box");
 };
 
+constexpr uint64_t kPart = 4096;
+
 TEST_P(WantedPicture, ComesSoonerWithTheSameSamples) {
-  constexpr uint64_t kPart = 4096;
   for (const int threads : {1, 2}) {
     SCOPED_TRACE(threads);
     uint64_t patient = 0, wanted = 0;
-    const RenderedImage expected = render(false, threads, &patient);
-    const RenderedImage image = render(true, threads, &wanted);
+    const RenderedImage expected = render({}, threads, &patient);
+    const RenderedImage image = render({.always = true}, threads, &wanted);
     EXPECT_FALSE(image.counters.stopped);
     EXPECT_EQ(image.counters.samples, expected.counters.samples);
     EXPECT_EQ(image.values, expected.values);
-    EXPECT_GE(patient, uint64_t(threads) * 16 * kPart - kPart) << "a slice of parts";
+    EXPECT_GE(patient, 16u * kWidth * kHeight) << "a pass, or a round";
     EXPECT_LE(wanted, uint64_t(threads) * 2 * kPart) << "a part for each thread, or little more";
+  }
+}
+
+TEST_P(WantedPicture, ComesWithThePartThatBringsTheSamples) {
+  Wants wants;
+  for (uint64_t samples = 500; samples < 60u * kWidth * kHeight; samples += 500 + samples / 3) {
+    wants.at.push_back(samples);
+  }
+  uint64_t most_between = 0;
+  std::vector<uint64_t> one, arrived;
+  const RenderedImage expected = render({}, 1, &most_between);
+  render(wants, 1, &most_between, &one);
+  const RenderedImage image = render(wants, 2, &most_between, &arrived);
+  EXPECT_EQ(image.values, expected.values);
+  EXPECT_EQ(arrived, one) << "whatever the threads";
+  ASSERT_EQ(arrived.size(), wants.at.size());
+  for (size_t i = 0; i < arrived.size(); ++i) {
+    EXPECT_LT(arrived[i], wants.at[i] + kPart + 4 * kSpp) << "a part, whose last pixel is not cut";
   }
 }
 

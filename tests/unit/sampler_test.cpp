@@ -239,6 +239,41 @@ TEST_P(EverySampler, ScatteredBatchesReadTheSameNumbers) {
   }
 }
 
+// Likewise where they are whole blocks of eight, which may be made together, or nearly so.
+TEST_P(EverySampler, ScatteredBlocksReadTheSameNumbers) {
+  const auto sampler = make();
+  const auto eight = [](uint32_t x, uint32_t y, uint32_t first) {
+    std::vector<SampleAddress> list;
+    for (uint32_t i = 0; i < 8; ++i) list.push_back({x, y, first + i});
+    return list;
+  };
+  const auto both = [](std::vector<SampleAddress> a, const std::vector<SampleAddress>& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+  };
+  std::vector<SampleAddress> swapped = both(eight(3, 9, 16), eight(4, 9, 16));
+  std::swap(swapped[2], swapped[13]);
+  PixelSamples together(*sampler), alone(*sampler);
+  for (const std::vector<SampleAddress>& addresses :
+       {eight(5, 6, 8), eight(5, 6, 4), both(eight(5, 6, 8), eight(6, 6, 8)),
+        both(eight(5, 6, 24), eight(9, 1, 16)), both(eight(5, 6, 8), eight(6, 6, 9)), swapped}) {
+    together.start_batch(addresses, 5);
+    for (int i = 0; i < int(addresses.size()); ++i) {
+      const SampleAddress& a = addresses[size_t(i)];
+      together.start_sample(i);
+      alone.start_batch({a.x, a.y, 5}, a.sample, 1);
+      alone.start_sample(0);
+      for (const uint32_t slot : {0u, 3u, 40u}) {
+        together.start_slot(slot);
+        alone.start_slot(slot);
+        for (int d = 0; d < kSlotDimensions; ++d) {
+          ASSERT_EQ(together.get(d), alone.get(d)) << name() << ", lane " << i << ", slot " << slot;
+        }
+      }
+    }
+  }
+}
+
 // Not a benchmark: prints the speed for the README, and fails when the batch no longer vectorises,
 // which is a ratio that other load on the machine does not change.
 TEST_P(EverySampler, BatchIsMuchCheaperThanItsSamples) {

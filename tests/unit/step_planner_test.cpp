@@ -64,6 +64,21 @@ TEST(RoundPlannerOfSteps, WhereNothingIsToGainNothingIsLost) {
   }
 }
 
+// A round looks at every pixel: what steps leave of the budget is not worth one.
+TEST(RoundPlannerOfSteps, NoRoundIsForCrumbs) {
+  for (const uint32_t budget : {32u, 128u, 512u}) {
+    for (const uint64_t seed : {2, 3, 4}) {
+      SyntheticFrame frame = even_noise(64, 64, seed);
+      RoundPlanner planner(nested_of_budget(budget), 64, 64, 7);
+      double least_left = budget;
+      frame.render(planner,
+                   [&] { least_left = std::min(least_left, budget - frame.mean_count()); });
+      EXPECT_GE(least_left, budget / 500.0) << budget;
+      EXPECT_GE(frame.mean_count(), 0.99 * budget) << budget;
+    }
+  }
+}
+
 TEST(RoundPlannerOfSteps, OtherBudgetsAreMixed) {
   for (const uint32_t budget : {20u, 48u, 100u}) {
     SyntheticFrame frame = even_noise(64, 64, 3);

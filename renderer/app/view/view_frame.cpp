@@ -3,6 +3,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -191,9 +192,22 @@ void ViewFrame::picture_changed(const FrameProgress& progress, const FramePictur
     shown_now = due();
     if (shown_now) show();
   }
+  showable_ = as_good && (shown_ || !shown_now);
   check_time_limit();
   pause_(shown_now);
   if (first_is_enough()) stage_end_.request_stop();
+}
+
+// What is asked here changes at pauses alone.
+bool ViewFrame::picture_wanted() const {
+  if (hurry_.load(std::memory_order_relaxed)) return true;
+  const double now = seconds();
+  return (showable_ && due_by_time(now)) || time_is_over(now);
+}
+
+std::optional<uint64_t> ViewFrame::picture_wanted_at() const {
+  if (shown_ || !showable_) return std::nullopt;
+  return uint64_t(std::ceil(kFirstCoverage * double(window_.area())));
 }
 
 void ViewFrame::tile_begun(const Rect& pixels) {
@@ -226,17 +240,25 @@ void ViewFrame::canvas_changed() {
   pause_(shown_now);
 }
 
-void ViewFrame::check_time_limit() {
+bool ViewFrame::time_is_over(double now_s) const {
   const std::optional<double>& limit = tools_.options.time_limit_s;
-  if (limit && stage_ == Stage::kMain && seconds() >= *limit) stop_->request(PixelStop::kTimeLimit);
+  return limit && stage_ == Stage::kMain && now_s >= *limit;
+}
+
+void ViewFrame::check_time_limit() {
+  if (time_is_over(seconds())) stop_->request(PixelStop::kTimeLimit);
 }
 
 bool ViewFrame::due() const {
-  const double now = seconds();
-  if (!shown_) return progress_.completion >= kFirstCoverage || now >= kFirstPatience_s;
-  if (complete() && !complete_shown_) return true;
-  const double share = now < kLively_s ? kLivelyShare : kCalmShare;
-  return now >= shown_at_s_ + std::max(kLeastInterval_s, cost_s_ / share);
+  if (!shown_ && progress_.completion >= kFirstCoverage) return true;
+  if (shown_ && complete() && !complete_shown_) return true;
+  return due_by_time(seconds());
+}
+
+bool ViewFrame::due_by_time(double now_s) const {
+  if (!shown_) return now_s >= kFirstPatience_s;
+  const double share = now_s < kLively_s ? kLivelyShare : kCalmShare;
+  return now_s >= shown_at_s_ + std::max(kLeastInterval_s, cost_s_ / share);
 }
 
 void ViewFrame::show_again() {

@@ -94,7 +94,8 @@ class ViewFrame final : private FrameObserver {
   void tile_begun(const Rect& pixels) override;
   void tile_finished(const FilmTile& tile) override;
   void picture_changed(const FrameProgress& progress, const FramePicture& picture) override;
-  bool picture_wanted() const override { return hurry_.load(std::memory_order_relaxed); }
+  bool picture_wanted() const override;
+  std::optional<uint64_t> picture_wanted_at() const override;
   PixelStop stop_cause() const override { return stop_->cause(); }
 
   void render_region();
@@ -107,9 +108,11 @@ class ViewFrame final : private FrameObserver {
   void finish(const FrameCounters& counters);
   void look_at_canvas();
   void canvas_changed();
+  bool time_is_over(double now_s) const;
   void check_time_limit();
   double seconds() const;  // of rendering, pauses left out
   bool due() const;
+  bool due_by_time(double now_s) const;
   void show();
   std::string draw(const std::shared_ptr<const Grading>& grading, std::span<const float> rgba,
                    std::span<uint8_t> rgba8);
@@ -148,6 +151,7 @@ class ViewFrame final : private FrameObserver {
   const ViewClock::time_point started_ = ViewClock::now();
   ViewClock::duration waited_{0};
   bool shown_ = false, complete_shown_ = false;
+  bool showable_ = true;  // what the driver has, which may be less than what is shown
   double shown_at_s_ = 0, cost_s_ = 0;
 };
 

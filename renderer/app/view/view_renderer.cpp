@@ -72,6 +72,7 @@ void ViewRenderer::set_paused(bool paused) {
   {
     const std::lock_guard lock(mutex_);
     paused_ = paused;
+    hurry_ = true;
   }
   news_.notify_all();
 }
@@ -95,6 +96,7 @@ std::future<FilmCopy> ViewRenderer::copy() {
   {
     const std::lock_guard lock(mutex_);
     result = copies_.emplace_back().get_future();
+    hurry_ = true;
   }
   news_.notify_all();
   return result;
@@ -104,6 +106,7 @@ void ViewRenderer::inspect(Look look, std::optional<Vec2i> pixel) {
   {
     const std::lock_guard lock(mutex_);
     look_of(look) = {pixel, pixel.has_value(), std::nullopt};
+    if (pixel) hurry_ = true;
   }
   if (pixel) news_.notify_all();
 }

@@ -91,7 +91,7 @@ class ViewRenderer {
   ViewClock::time_point relit_until_;  // the frame stands still: the hand is still at the slider
 
   std::atomic<ViewOverlay> overlay_{ViewOverlay::kNone};
-  std::atomic<bool> hurry_{false};  // a picture without a new sample is waited for
+  std::atomic<bool> hurry_{false};  // somebody waits for the next pause
   std::atomic<uint64_t> bvh_builds_{0};
 
   // The thread's own.

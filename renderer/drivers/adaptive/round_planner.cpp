@@ -20,6 +20,8 @@ constexpr float kPixelGrowth = 4.0f, kLeastTrusted = 4.0f;
 // The share of each round that goes everywhere, whatever is known: what has been overlooked so far
 // is found in the end.
 constexpr float kUniformShare = 0.1f;
+// The part of the budget that is worth a round.
+constexpr double kLeastRound = 1.0 / 500;
 // Pixels whose error is to fall to the threshold get a little more than the estimate asks for.
 constexpr float kThresholdMargin = 1.05f;
 
@@ -206,8 +208,11 @@ bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
   if (interrupted_) return false;
   ++round_;
   const double left = double(settings_.budget) * double(targets_.size()) - spent_;
-  // Less than a rounding step for the frame, or for every thousandth pixel, is not worth a round.
-  bool more = settings_.budget == 0 || left >= std::max(1.0, 8e-3 * double(targets_.size()));
+  // Less than a rounding step for the frame, or for every thousandth pixel, or a five hundredth of
+  // the budget is not worth a round: of what counts by steps leave of it, the last rounds planned
+  // for all pixels and brought one in a thousand its samples.
+  const double least = std::max(8e-3, kLeastRound * double(settings_.budget));
+  bool more = settings_.budget == 0 || left >= std::max(1.0, least * double(targets_.size()));
   // Rounds whose number and sizes are fixed beforehand: each brings as much as all before it.
   const double planned = std::min(double(settings_.budget), 2 * planned_mean_);
   if (settings_.unbiased) more = planned > planned_mean_;
