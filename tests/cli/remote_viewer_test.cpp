@@ -187,8 +187,8 @@ TEST_F(RemoteViewer, ThatDoesNotReadDoesNotDelayAStop) {
     const double sent = seconds();
     EXPECT_EQ(process.wait().exit_code, 130);
     EXPECT_LT(seconds() - sent, 2.0 * kSlower);
-    // Less than the second that a viewer has when nobody waits. A larger frame takes that long to be
-    // compressed on a slow machine.
+    // Less than the second that a viewer has when nobody waits. A larger frame takes that long to
+    // be compressed on a slow machine.
     EXPECT_LT(read_json("r.json")["time"]["write_s"].get<double>(), 1.0 * kSlower);
   }
 }
