@@ -163,15 +163,17 @@ class UniformCurve {
   std::map<uint32_t, Point> points;
 
   // How fast an error falls at a budget: as samples^-slope to the next one, as to the last one at
-  // the end of the curve. As 1 / samples where there is no curve.
+  // the end of the curve. As 1 / samples where there is no curve; and always a little, though a few
+  // frames of rare glints may say that it rises.
   double slope(uint32_t budget, Error error) const {
     if (points.size() == 1) return 1.0;
     auto next = std::next(points.find(budget));
     if (next == points.end()) --next;
     const auto& [spp, point] = *next;
     const auto& [spp_before, before] = *std::prev(next);
-    return std::log(before.error[error] / point.error[error]) /
-           std::log(double(spp) / double(spp_before));
+    constexpr double kLeastSlope = 0.1;
+    return std::max(kLeastSlope, std::log(before.error[error] / point.error[error]) /
+                                     std::log(double(spp) / double(spp_before)));
   }
 
   // When it reaches a value, along straight lines in logarithms, continued beyond the last.

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/moments.h"
 #include "renderer/drivers/adaptive/error_metric.h"
 #include "renderer/statistics/neyman_limit.h"
 
@@ -70,21 +71,11 @@ std::vector<double> weigh(const UniformErrors& uniform, const Reference& r, Erro
   return weigh(uniform.shown, r, kMse);
 }
 
-// Running sums of squares about the mean (Welford 1962).
-struct ErrorSpread {
-  Floats mean, squares;
-  explicit ErrorSpread(size_t size) : mean(size), squares(size) {}
-  void add(size_t i, float x, int count) {
-    const float before = x - mean[i];
-    mean[i] += before / float(count);
-    squares[i] += before * (x - mean[i]);
-  }
-  Floats variance(int count) const {
-    Floats out = squares;
-    for (float& v : out) v /= float(count - 1);
-    return out;
-  }
-};
+Floats variances(const std::vector<Moments>& spread) {
+  Floats out(spread.size());
+  for (size_t i = 0; i < out.size(); ++i) out[i] = float(spread[i].variance());
+  return out;
+}
 
 }  // namespace
 
@@ -118,21 +109,20 @@ UniformErrors measure_uniform(const BenchFrame& frame, uint32_t spp, int threads
   const size_t n = 3 * frame.pixels();
   const std::string file = cache.empty() ? cache : cache + "." + std::to_string(spp);
   if (read_planes(file, {{&out.linear, n}, {&out.shown, n}})) return out;
-  ErrorSpread linear(n), shown(n);
-  const int frames = uniform_frames(spp);
-  for (int count = 1; count <= frames; ++count) {
+  std::vector<Moments> linear(n), shown(n);
+  for (int i = 0; i < uniform_frames(spp); ++i) {
     FrameSampling s;
     s.spp = spp;
-    s.seed = 0xf4a3e0u + uint32_t(count);
+    s.seed = 0xf4a3e1u + uint32_t(i);
     ImageObserver image(frame, s.aovs);
     frame.run(threads, s, image);
     const Floats rgb = image.rgb();
-    for (size_t i = 0; i < n; ++i) {
-      linear.add(i, rgb[i], count);
-      shown.add(i, display_value(rgb[i]), count);
+    for (size_t k = 0; k < n; ++k) {
+      linear[k].add(double(rgb[k]));
+      shown[k].add(double(display_value(rgb[k])));
     }
   }
-  out = {linear.variance(frames), shown.variance(frames)};
+  out = {variances(linear), variances(shown)};
   write_planes(file, {&out.linear, &out.shown});
   return out;
 }

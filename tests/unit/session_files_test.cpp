@@ -9,24 +9,29 @@ namespace {
 
 using test::SessionOwner;
 
-class SessionFilesTest : public SessionFixture {};
+class SessionFilesTest : public SessionFixture {
+ protected:
+  // That a session of the Cornell box shows, and saves with all channels, what the command renders.
+  void expect_as_rendered(const ViewSettings& view, RenderOptions options) {
+    SessionOwner owner(view);
+    owner.open(scene("cornell_box"));
+    ASSERT_TRUE(finishes(owner));
+    owner.session.save(path("saved.exr")).get();
+    options.scene = scene("cornell_box");
+    expect_same_bits(owner.session.picture()->rgba, rendered(options), "as shown");
+    const FloatImage saved = read_float_image(path("saved.exr"));
+    const FloatImage expected = read_float_image(path("rendered.exr"));
+    EXPECT_EQ(saved.channel_names, expected.channel_names);
+    expect_same_bits(saved.values, expected.values, "saved");
+  }
+};
 
 TEST_F(SessionFilesTest, SavesThePictureWithItsChannels) {
   ViewSettings view = settings("bisection", 8);
   view.render.aovs = "variance,N,stop";
-  SessionOwner owner(view);
-  owner.open(scene("cornell_box"));
-  ASSERT_TRUE(finishes(owner));
-  owner.session.save(path("saved.exr")).get();
   RenderOptions options = view.render;
-  options.scene = scene("cornell_box");
   options.driver = "bucket";
-  expect_same_bits(owner.session.picture()->rgba, rendered(options), "as shown");
-  // All of its channels are those of the command.
-  const FloatImage saved = read_float_image(path("saved.exr"));
-  const FloatImage expected = read_float_image(path("rendered.exr"));
-  EXPECT_EQ(saved.channel_names, expected.channel_names);
-  expect_same_bits(saved.values, expected.values, "saved");
+  expect_as_rendered(view, options);
 }
 
 // What adaptive frames know of their variance, too, also when it comes with their buckets.
@@ -37,15 +42,7 @@ TEST_F(SessionFilesTest, SavesTheVarianceOfAdaptiveFrames) {
   for (ViewSettings& view : {std::ref(adaptive), std::ref(bucket)}) {
     SCOPED_TRACE(view.render.driver);
     view.render.aovs = "variance";
-    SessionOwner owner(view);
-    owner.open(scene("cornell_box"));
-    ASSERT_TRUE(finishes(owner));
-    owner.session.save(path("saved.exr")).get();
-    RenderOptions options = view.render;
-    options.scene = scene("cornell_box");
-    rendered(options);
-    expect_same_bits(read_float_image(path("saved.exr")).values,
-                     read_float_image(path("rendered.exr")).values, "saved");
+    expect_as_rendered(view, view.render);
   }
 }
 
