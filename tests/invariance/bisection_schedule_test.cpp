@@ -76,7 +76,23 @@ TEST(BisectionOrder, OneNewLineAtMostBetweenTwoOld) {
   }
 }
 
-class BisectionScheduleOf : public testing::TestWithParam<BisectionAxis> {};
+class BisectionScheduleOf : public testing::TestWithParam<BisectionAxis> {
+ protected:
+  // check(pass, pixels of the window) for the passes of 300 samples over each window.
+  template <typename Check>
+  void for_each_pass(const Check& check) const {
+    for (const Rect& window : kWindows) {
+      const auto steps = bisection_steps(window.width(), window.height(), GetParam());
+      const auto pixels = uint64_t(window.area());
+      for (const SampleRange& samples : bisection_passes(300)) {
+        check(BisectionPass(steps, window, samples, PartShape::kSquare,
+                            bisection_part_pixels(samples, pixels)),
+              pixels);
+        if (HasFatalFailure()) return;
+      }
+    }
+  }
+};
 
 TEST_P(BisectionScheduleOf, StepsCoverEveryPixelOnce) {
   for (const Rect& window : kWindows) {
@@ -154,51 +170,39 @@ TEST_P(BisectionScheduleOf, PassesCoverEveryPixelOnceInTheOrderOfTheSteps) {
 }
 
 TEST_P(BisectionScheduleOf, SlicesPauseOftenAtFirst) {
-  for (const Rect& window : kWindows) {
-    const auto steps = bisection_steps(window.width(), window.height(), GetParam());
-    const auto pixels = uint64_t(window.area());
-    for (const SampleRange& samples : bisection_passes(300)) {
-      const BisectionPass pass(steps, window, samples, PartShape::kSquare,
-                               bisection_part_pixels(samples, pixels));
-      for (size_t begin = 0, end; begin < pass.parts(); begin = end) {
-        end = bisection_slice_end(pass, begin, pixels, std::nullopt);
-        ASSERT_GT(end, begin);
-        ASSERT_LE(end, pass.parts());
-        if (samples.first_sample > 0) {
-          ASSERT_EQ(end, pass.parts()) << "later passes are a slice each";
-          continue;
-        }
-        ASSERT_EQ(pass.step_of(begin), pass.step_of(end - 1));
-        uint64_t in_slice = 0;
-        for (size_t part = begin; part < end; ++part) in_slice += pass.pixels(part);
-        ASSERT_TRUE(end == begin + 1 || in_slice <= pixels / 100) << in_slice;
+  for_each_pass([](const BisectionPass& pass, uint64_t pixels) {
+    for (size_t begin = 0, end; begin < pass.parts(); begin = end) {
+      end = bisection_slice_end(pass, begin, pixels, std::nullopt);
+      ASSERT_GT(end, begin);
+      ASSERT_LE(end, pass.parts());
+      if (pass.samples().first_sample > 0) {
+        ASSERT_EQ(end, pass.parts()) << "later passes are a slice each";
+        continue;
       }
+      ASSERT_EQ(pass.step_of(begin), pass.step_of(end - 1));
+      uint64_t in_slice = 0;
+      for (size_t part = begin; part < end; ++part) in_slice += pass.pixels(part);
+      ASSERT_TRUE(end == begin + 1 || in_slice <= pixels / 100) << in_slice;
     }
-  }
+  });
 }
 
 TEST_P(BisectionScheduleOf, SlicesEndWhereAPictureIsWanted) {
-  for (const Rect& window : kWindows) {
-    const auto steps = bisection_steps(window.width(), window.height(), GetParam());
-    const auto pixels = uint64_t(window.area());
-    for (const SampleRange& samples : bisection_passes(300)) {
-      const BisectionPass pass(steps, window, samples, PartShape::kSquare,
-                               bisection_part_pixels(samples, pixels));
-      for (size_t begin = 0; begin < pass.parts(); begin += 1 + begin / 2) {
-        const size_t unasked = bisection_slice_end(pass, begin, pixels, std::nullopt);
-        for (uint64_t wanted = 1; wanted < 2 * pixels * samples.sample_count; wanted *= 3) {
-          const size_t end = bisection_slice_end(pass, begin, pixels, wanted);
-          ASSERT_GT(end, begin);
-          ASSERT_LE(end, unasked);
-          uint64_t before_last = 0;
-          for (size_t part = begin; part + 1 < end; ++part) before_last += pass.pixels(part);
-          const uint64_t in_slice = before_last + pass.pixels(end - 1);
-          ASSERT_LT(before_last * samples.sample_count, wanted) << "a part too many";
-          ASSERT_TRUE(end == unasked || in_slice * samples.sample_count >= wanted);
-        }
+  for_each_pass([](const BisectionPass& pass, uint64_t pixels) {
+    for (size_t begin = 0; begin < pass.parts(); begin += 1 + begin / 2) {
+      const size_t unasked = bisection_slice_end(pass, begin, pixels, std::nullopt);
+      for (uint64_t wanted = 1; wanted < 2 * pixels * pass.samples().sample_count; wanted *= 3) {
+        const size_t end = bisection_slice_end(pass, begin, pixels, wanted);
+        ASSERT_GT(end, begin);
+        ASSERT_LE(end, unasked);
+        uint64_t before_last = 0;
+        for (size_t part = begin; part + 1 < end; ++part) before_last += pass.pixels(part);
+        const uint64_t in_slice = before_last + pass.pixels(end - 1);
+        ASSERT_LT(before_last * pass.samples().sample_count, wanted) << "a part too many";
+        ASSERT_TRUE(end == unasked || in_slice * pass.samples().sample_count >= wanted);
       }
     }
-  }
+  });
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryAxis, BisectionScheduleOf,
