@@ -8,8 +8,8 @@
 #include <filesystem>
 
 #include "renderer/core/file_suffix.h"
+#include "renderer/core/readable.h"
 #include "renderer/statistics/html_page.h"
-#include "renderer/statistics/readable.h"
 #include "renderer/statistics/svg_chart.h"
 
 namespace emberline {

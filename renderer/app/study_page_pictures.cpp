@@ -10,8 +10,8 @@
 #include "io/gltf_uri.h"
 #include "io/image_input.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/readable.h"
 #include "renderer/statistics/heatmap_quantity.h"
-#include "renderer/statistics/readable.h"
 #include "renderer/statistics/study_summary.h"
 
 namespace emberline {

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "renderer/statistics/readable.h"
+#include "renderer/core/readable.h"
 #include "renderer/statistics/study_summary.h"
 #include "renderer/statistics/svg_chart.h"
 

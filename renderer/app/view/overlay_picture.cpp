@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "io/image_output.h"
+#include "renderer/core/readable.h"
 #include "renderer/drivers/adaptive/refinement_views.h"
 #include "renderer/statistics/quantity_plane.h"
-#include "renderer/statistics/readable.h"
 
 namespace emberline {
 namespace {

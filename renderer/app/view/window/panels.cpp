@@ -10,7 +10,7 @@
 
 #include "renderer/app/view/window/theme.h"
 #include "renderer/app/view/window/widgets.h"
-#include "renderer/statistics/readable.h"
+#include "renderer/core/readable.h"
 
 namespace emberline {
 namespace {

@@ -9,10 +9,10 @@
 #include "renderer/app/view/window/panels.h"
 #include "renderer/app/view/window/theme.h"
 #include "renderer/app/view/window/widgets.h"
+#include "renderer/core/readable.h"
 #include "renderer/drivers/bucket_driver.h"
 #include "renderer/drivers/frame_driver.h"
 #include "renderer/statistics/colour_map.h"
-#include "renderer/statistics/readable.h"
 #include "samplers/sampler.h"
 
 namespace emberline {

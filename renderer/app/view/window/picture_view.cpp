@@ -8,9 +8,9 @@
 
 #include "renderer/app/view/window/edit_entries.h"
 #include "renderer/app/view/window/theme.h"
+#include "renderer/core/readable.h"
 #include "renderer/film/film.h"
 #include "renderer/statistics/heatmap_quantity.h"
-#include "renderer/statistics/readable.h"
 
 namespace emberline {
 namespace {

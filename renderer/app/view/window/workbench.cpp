@@ -15,7 +15,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
-#include "renderer/statistics/readable.h"
+#include "renderer/core/readable.h"
 
 namespace emberline {
 namespace {

@@ -1,4 +1,4 @@
-#include "renderer/statistics/readable.h"
+#include "renderer/core/readable.h"
 
 #include <fmt/format.h>
 
