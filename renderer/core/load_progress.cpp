@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "renderer/core/errors.h"
+#include "renderer/core/readable.h"
+
 namespace emberline {
 namespace {
 
@@ -27,16 +30,32 @@ double start_of(LoadStage stage) {
   return stage == LoadStage::kReading ? 0.0 : kStages[size_t(stage) - 1].end;
 }
 
+// Later ones than the clock can count to: none.
+std::optional<std::chrono::steady_clock::time_point> deadline(std::optional<double> timeout_s) {
+  using Clock = std::chrono::steady_clock;
+  if (!timeout_s || !(*timeout_s < 1e9)) return std::nullopt;
+  return Clock::now() +
+         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*timeout_s));
+}
+
 }  // namespace
 
-LoadProgress::LoadProgress(Report report, std::stop_token stop)
-    : watched_(report || stop.stop_possible()),
+LoadProgress::LoadProgress(Report report, std::stop_token stop, LoadLimits limits)
+    : watched_(report || stop.stop_possible() || limits.timeout_s),
       report_(std::move(report)),
-      stop_(std::move(stop)) {}
+      stop_(std::move(stop)),
+      limits_(std::move(limits)),
+      deadline_(deadline(limits_.timeout_s)) {}
 
 LoadProgress& LoadProgress::unwatched() {
   static LoadProgress nobody{Report()};
   return nobody;
+}
+
+void LoadProgress::throw_end() const {
+  if (stop_.stop_requested()) throw Cancelled();
+  throw InputError(limits_.scene, "loading took longer than " +
+                                      readable_seconds(*limits_.timeout_s) + " (--load-timeout)");
 }
 
 void LoadProgress::begin(LoadStage stage, uint64_t items) {

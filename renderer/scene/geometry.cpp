@@ -105,7 +105,7 @@ struct WatchedBuild {
   static bool go_on(void* user, double share) {
     const auto& self = *static_cast<const WatchedBuild*>(user);
     self.progress.partly(self.items, share);
-    return !self.progress.cancelled();
+    return !self.progress.ends();
   }
 };
 

@@ -1,0 +1,81 @@
+#include "renderer/core/memory_budget.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/readable.h"
+
+namespace emberline {
+
+std::string_view name_of(MemoryPart part) {
+  static constexpr std::string_view kNames[kMemoryParts] = {"file", "geometry", "textures",
+                                                            "bvh",  "lights",   "film"};
+  return kNames[size_t(part)];
+}
+
+const std::shared_ptr<MemoryBudget>& MemoryBudget::unlimited() {
+  static const auto budget = std::make_shared<MemoryBudget>(kUnlimited);
+  return budget;
+}
+
+bool MemoryBudget::try_reserve(MemoryPart part, uint64_t bytes) noexcept {
+  if (limit_ == kUnlimited) return true;
+  uint64_t before = reserved_.load(std::memory_order_relaxed);
+  do {
+    if (bytes > limit_ - before) return false;
+  } while (!reserved_.compare_exchange_weak(before, before + bytes, std::memory_order_relaxed));
+  parts_[size_t(part)].fetch_add(bytes, std::memory_order_relaxed);
+  uint64_t peak = peak_.load(std::memory_order_relaxed);
+  while (peak < before + bytes &&
+         !peak_.compare_exchange_weak(peak, before + bytes, std::memory_order_relaxed)) {
+  }
+  return true;
+}
+
+void MemoryBudget::reserve(MemoryPart part, uint64_t bytes, const std::string& place) {
+  if (!try_reserve(part, bytes)) refuse(part, bytes, place);
+}
+
+void MemoryBudget::give_back(MemoryPart part, uint64_t bytes) noexcept {
+  if (limit_ == kUnlimited) return;
+  parts_[size_t(part)].fetch_sub(bytes, std::memory_order_relaxed);
+  reserved_.fetch_sub(bytes, std::memory_order_relaxed);
+}
+
+void MemoryBudget::refuse(MemoryPart part, uint64_t bytes, const std::string& place) const {
+  throw InputError(
+      place,
+      fmt::format("needs {} of memory ({}), and {} of the limit of {} are left; "
+                  "--memory-limit raises it",
+                  readable_bytes(bytes), name_of(part),
+                  readable_bytes(limit_ - std::min(limit_, reserved())), readable_bytes(limit_)));
+}
+
+MemoryReservation& MemoryReservation::operator=(MemoryReservation&& other) noexcept {
+  if (this == &other) return *this;
+  release();
+  budget_ = std::move(other.budget_);
+  part_ = other.part_;
+  bytes_ = std::exchange(other.bytes_, 0);
+  return *this;
+}
+
+void MemoryReservation::add(uint64_t bytes, const std::string& place) {
+  if (!budget_) return;
+  budget_->reserve(part_, bytes, place);
+  bytes_ += bytes;
+}
+
+void MemoryReservation::release() noexcept {
+  if (budget_) budget_->give_back(part_, std::exchange(bytes_, 0));
+}
+
+uint64_t bytes_of(uint64_t count, uint64_t size) {
+  uint64_t bytes = 0;
+  return __builtin_mul_overflow(count, size, &bytes) ? UINT64_MAX : bytes;
+}
+
+}  // namespace emberline

@@ -1,0 +1,97 @@
+#include "renderer/core/memory_budget.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+#include <vector>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/load_progress.h"
+
+namespace emberline {
+namespace {
+
+std::string refusal(MemoryBudget& budget, MemoryPart part, uint64_t bytes) {
+  try {
+    budget.reserve(part, bytes, "scene.glb#/images/0");
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.exit_code(), kExitInput);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(MemoryBudget, SaysWhoWantedHowMuchOfWhat) {
+  MemoryBudget budget(uint64_t(2) << 30);
+  budget.reserve(MemoryPart::kFile, uint64_t(1) << 29, "scene.glb");
+  EXPECT_EQ(refusal(budget, MemoryPart::kTextures, uint64_t(47) << 26),
+            "scene.glb#/images/0: needs 2.94 GiB of memory (textures), and 1.5 GiB of the limit of "
+            "2 GiB are left; --memory-limit raises it");
+  EXPECT_EQ(budget.reserved(), uint64_t(1) << 29) << "what is refused is not reserved";
+  EXPECT_EQ(refusal(budget, MemoryPart::kTextures, uint64_t(3) << 29), "");
+  EXPECT_NE(refusal(budget, MemoryPart::kBvh, 1), "");
+  EXPECT_EQ(budget.reserved(MemoryPart::kTextures), uint64_t(3) << 29);
+}
+
+TEST(MemoryBudget, CountsThatOverflowAreTooMuch) {
+  MemoryBudget budget(1000);
+  budget.reserve(MemoryPart::kFile, 10, "");
+  EXPECT_NE(refusal(budget, MemoryPart::kFile, UINT64_MAX - 5), "");
+  EXPECT_EQ(bytes_of(uint64_t(1) << 40, uint64_t(1) << 30), UINT64_MAX);
+  EXPECT_EQ(bytes_of(3, 7), 21u);
+}
+
+TEST(MemoryBudget, GivesBackWhatWasForAWhile) {
+  const auto budget = std::make_shared<MemoryBudget>(1000);
+  {
+    MemoryReservation first(budget, MemoryPart::kFile, 600, "a");
+    EXPECT_THROW(MemoryReservation(budget, MemoryPart::kFile, 600, "b"), InputError);
+    EXPECT_THROW(first.add(401, "a"), InputError);
+    MemoryReservation second(std::move(first));
+    second.add(400, "a");
+    EXPECT_EQ(budget->reserved(), 1000u);
+  }
+  EXPECT_EQ(budget->reserved(), 0u);
+  EXPECT_EQ(budget->reserved(MemoryPart::kFile), 0u);
+  EXPECT_EQ(budget->peak(), 1000u);
+}
+
+TEST(MemoryBudget, OfManyThreadsNoneGetsMoreThanThereIs) {
+  const auto budget = std::make_shared<MemoryBudget>(1000);
+  std::atomic<int> granted{0};
+  {
+    std::vector<std::jthread> threads;
+    for (int t = 0; t < 4; ++t) {
+      threads.emplace_back([&] {
+        for (int i = 0; i < 1000; ++i) granted += budget->try_reserve(MemoryPart::kBvh, 7);
+      });
+    }
+  }
+  EXPECT_EQ(granted, 1000 / 7);
+  EXPECT_EQ(budget->reserved(), 994u);
+}
+
+TEST(MemoryBudget, UnlimitedRefusesNothing) {
+  EXPECT_TRUE(MemoryBudget::unlimited()->try_reserve(MemoryPart::kFilm, UINT64_MAX));
+  EXPECT_TRUE(MemoryBudget::unlimited()->try_reserve(MemoryPart::kFilm, UINT64_MAX));
+  EXPECT_EQ(LoadProgress::unwatched().budget(), MemoryBudget::unlimited());
+}
+
+TEST(LoadLimits, ALoadThatTakesLongerEnds) {
+  LoadLimits limits;
+  limits.timeout_s = 0.01;
+  limits.scene = "scene.glb";
+  LoadProgress progress({}, {}, limits);
+  progress.check();
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_TRUE(progress.ends());
+  try {
+    progress.begin(LoadStage::kMeshes);
+    ADD_FAILURE() << "went on";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "scene.glb: loading took longer than 10 ms (--load-timeout)");
+  }
+}
+
+}  // namespace
+}  // namespace emberline
