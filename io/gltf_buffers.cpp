@@ -5,6 +5,7 @@
 #include "io/gltf_document.h"
 #include "io/gltf_meshopt.h"
 #include "io/gltf_uri.h"
+#include "io/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
 
@@ -29,8 +30,9 @@ ByteSpan load_buffer(GltfDocument& document, size_t i) {
     if (is_data_uri(uri)) {
       document.storage.push_back(decode_data_uri(uri, uri_place));
     } else {
-      document.storage.push_back(read_whole_file(resolve_uri(uri, document.directory, uri_place),
-                                                 uri_place, *document.progress));
+      document.storage.push_back(
+          InputFile(resolve_uri(uri, document.directory, uri_place), uri_place)
+              .read_all(*document.progress));
       document.total_bytes += document.storage.back().size();
     }
     bytes = document.storage.back();

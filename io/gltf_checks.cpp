@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "io/gltf_document.h"
-#include "io/gltf_uri.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {

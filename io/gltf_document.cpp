@@ -4,9 +4,10 @@
 
 #include "io/gltf_extensions.h"
 #include "io/gltf_schema.h"
-#include "io/gltf_uri.h"
+#include "io/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {
@@ -227,7 +228,7 @@ GltfDocument open_gltf_document(const std::string& path, LoadProgress& progress)
   document.progress = &progress;
   document.file = path;
   document.directory = std::filesystem::path(path).parent_path();
-  document.storage.push_back(read_whole_file(path, path, progress));
+  document.storage.push_back(InputFile(path).read_all(progress));
   const ByteSpan bytes = document.storage.back();
   document.total_bytes = bytes.size();
   if (bytes.empty()) throw InputError(path, "the file is empty");

@@ -6,8 +6,8 @@
 #include <draco/metadata/metadata_decoder.h>
 
 #include "io/gltf_accessor.h"
-#include "io/gltf_uri.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "io/gltf_uri.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {

@@ -6,9 +6,11 @@
 #include "io/gltf_material.h"
 #include "io/gltf_uri.h"
 #include "io/image_input.h"
+#include "io/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {
@@ -30,8 +32,8 @@ std::shared_ptr<const Image> decode(const GltfDocument& document, int index, uin
     if (is_data_uri(uri)) {
       owned = decode_data_uri(uri, uri_place);
     } else {
-      owned = read_whole_file(resolve_uri(uri, document.directory, uri_place), uri_place,
-                              *document.progress);
+      owned = InputFile(resolve_uri(uri, document.directory, uri_place), uri_place)
+                  .read_all(*document.progress);
       name = uri;
     }
     encoded = owned;

@@ -6,10 +6,10 @@
 
 #include "io/gltf_extensions.h"
 #include "io/gltf_specular_glossiness.h"
-#include "io/gltf_uri.h"
 #include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <meshoptimizer.h>
 
-#include "io/gltf_uri.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {

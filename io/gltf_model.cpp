@@ -2,9 +2,9 @@
 
 #include <limits>
 
-#include "io/gltf_uri.h"
 #include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "io/gltf_uri.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {

@@ -1,11 +1,10 @@
 #include "io/gltf_uri.h"
 
 #include <array>
-#include <cerrno>
 #include <cstring>
-#include <fstream>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {
@@ -80,12 +79,6 @@ bool is_mime_token(std::string_view text) {
 }
 
 }  // namespace
-
-std::string shortened(std::string_view text) {
-  constexpr size_t kLongest = 80;
-  if (text.size() <= kLongest) return std::string(text);
-  return std::string(text.substr(0, kLongest)) + "...";
-}
 
 bool is_data_uri(std::string_view uri) { return uri.substr(0, 5) == "data:"; }
 
@@ -181,43 +174,6 @@ std::filesystem::path resolve_uri(std::string_view uri, const std::filesystem::p
                                 " is an absolute path; copy the file beside the scene");
   }
   return directory / relative;
-}
-
-std::vector<uint8_t> read_whole_file(const std::filesystem::path& path, const std::string& place,
-                                     const LoadProgress& progress) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  const std::string name = path.string();
-  // The scene itself is its own place; what it refers to is named as well.
-  const std::string of = name == place ? "" : ": " + shortened(name);
-  if (status.type() == std::filesystem::file_type::none) {
-    throw InputError(place, "cannot look at the file" + of + ": " + error.message());
-  }
-  if (!std::filesystem::exists(status)) throw InputError(place, "file not found" + of);
-  if (std::filesystem::is_directory(status)) {
-    throw InputError(place, "is a directory, not a file" + of);
-  }
-  if (!std::filesystem::is_regular_file(status)) {
-    throw InputError(place, "is not a regular file" + of);
-  }
-  errno = 0;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) {
-    throw InputError(place, "cannot open " + shortened(name) + ": " + std::strerror(errno));
-  }
-  const uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) throw InputError(place, "cannot read " + shortened(name) + ": " + error.message());
-  std::vector<uint8_t> bytes(size);
-  // In parts of some milliseconds from a disk, between which it can be called off.
-  constexpr uintmax_t kPart = uintmax_t(8) << 20;
-  for (uintmax_t at = 0; at < size; at += kPart) {
-    progress.check();
-    const auto part = std::streamsize(std::min(kPart, size - at));
-    if (!stream.read(reinterpret_cast<char*>(bytes.data() + at), part)) {
-      throw InputError(place, "cannot read all of " + shortened(name));
-    }
-  }
-  return bytes;
 }
 
 }  // namespace emberline

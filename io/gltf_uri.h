@@ -7,8 +7,6 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/core/load_progress.h"
-
 namespace emberline {
 
 bool is_data_uri(std::string_view uri);
@@ -24,13 +22,5 @@ std::string decode_percent(std::string_view text, const std::string& place);
 // a scene that needs them would render differently elsewhere.
 std::filesystem::path resolve_uri(std::string_view uri, const std::filesystem::path& directory,
                                   const std::string& place);
-
-// The whole file. Throws InputError naming `place` when it is missing, a directory or unreadable,
-// and Cancelled.
-std::vector<uint8_t> read_whole_file(const std::filesystem::path& path, const std::string& place,
-                                     const LoadProgress& progress = LoadProgress::unwatched());
-
-// A URI cut to a length that fits a message.
-std::string shortened(std::string_view text);
 
 }  // namespace emberline

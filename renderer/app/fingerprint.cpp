@@ -9,6 +9,7 @@
 
 #include "io/gltf_document.h"
 #include "io/gltf_uri.h"
+#include "io/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 
@@ -16,7 +17,7 @@ namespace emberline {
 namespace {
 
 uint64_t of_file(const std::filesystem::path& path, uint64_t seed) {
-  const std::vector<uint8_t> bytes = read_whole_file(path, path.string());
+  const std::vector<uint8_t> bytes = InputFile(path).read_all();
   return fingerprint(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()),
                      seed);
 }

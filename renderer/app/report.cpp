@@ -6,10 +6,10 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "io/input_file.h"
 #include "io/versions.h"
 #include "renderer/app/version.h"
 #include "renderer/scene/embree_version.h"
@@ -21,7 +21,7 @@ using Json = nlohmann::ordered_json;
 uint64_t peak_rss_bytes() {
   // Not getrusage: its peak lives through exec, so that a render started by a large program (an
   // artist's scene editor) would report that program's memory.
-  std::ifstream status("/proc/self/status");
+  std::istringstream status(read_kernel_text("/proc/self/status"));
   for (std::string line; std::getline(status, line);) {
     if (line.starts_with("VmHWM:")) return std::strtoull(line.c_str() + 6, nullptr, 10) * 1024;
   }
@@ -38,9 +38,7 @@ double process_cpu_seconds() {
 }
 
 std::optional<double> process_age_seconds() {
-  std::ifstream file("/proc/self/stat");
-  std::string text;
-  std::getline(file, text);
+  const std::string text = read_kernel_text("/proc/self/stat");
   // The second field, the name in parentheses, may hold anything; `starttime` is field 22, in clock
   // ticks since boot (proc(5)).
   const size_t name_end = text.rfind(')');

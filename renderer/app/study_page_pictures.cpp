@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <optional>
 
-#include "io/gltf_uri.h"
 #include "io/image_input.h"
+#include "io/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/readable.h"
 #include "renderer/statistics/heatmap_quantity.h"
@@ -34,7 +34,7 @@ std::optional<ByteImage> read_picture(const std::string& folder, const std::stri
   try {
     const std::string path = (std::filesystem::path(folder) / name).string();
     uint64_t repaired = 0;
-    const auto file = decode_image(read_whole_file(path, path), path, &repaired);
+    const auto file = decode_image(InputFile(path).read_all(), path, &repaired);
     if (file->type != TexelType::kUint8 || file->channels < 3) return std::nullopt;
     ByteImage image{.width = file->width, .height = file->height, .values = {}};
     const auto channels = size_t(file->channels);

@@ -216,7 +216,7 @@ TEST_F(Absurd, GarbageForImages) {
 TEST_F(Absurd, PathsThatAreNoFiles) {
   expect_input_error(folder_ / "missing.glb", {"file not found"});
   expect_input_error(folder_.path().string(), {"is a directory"});
-  expect_input_error("/dev/null", {"is not a regular file"});
+  expect_input_error("/dev/null", {"is a device, not a regular file"});
   expect_input_error(std::string(300, 'x'), {"File name too long"});
 }
 

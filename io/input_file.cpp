@@ -1,0 +1,159 @@
+#include "io/input_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
+
+namespace emberline {
+namespace {
+
+// Some milliseconds from a disk; between them a load can be called off.
+constexpr uint64_t kPart = uint64_t(8) << 20;
+
+std::string system_message(int error) { return std::generic_category().message(error); }
+
+// O_NONBLOCK: opening a pipe must not wait for its other end. It changes nothing for regular files.
+int open_to_read(const std::filesystem::path& path) {
+  int descriptor = -1;
+  do {
+    descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  } while (descriptor < 0 && errno == EINTR);
+  return descriptor;
+}
+
+const char* kind_of(mode_t mode) {
+  if (S_ISDIR(mode)) return "is a directory, not a file";
+  if (S_ISFIFO(mode)) return "is a pipe, not a regular file";
+  if (S_ISSOCK(mode)) return "is a socket, not a regular file";
+  return "is a device, not a regular file";
+}
+
+}  // namespace
+
+InputFile::InputFile(const std::filesystem::path& path, const std::string& place)
+    : InputFile(-1, path, place) {
+  // Looked at before it is opened: a device may do things when it is.
+  struct stat status = {};
+  if (::stat(path.c_str(), &status) != 0) {
+    const int error = errno;
+    throw InputError(place_,
+                     error == ENOENT || error == ENOTDIR
+                         ? "file not found" + about()
+                         : "cannot look at the file" + about() + ": " + system_message(error));
+  }
+  if (!S_ISREG(status.st_mode)) throw InputError(place_, kind_of(status.st_mode) + about());
+  descriptor_ = open_to_read(path);
+  if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0) {
+    throw InputError(place_, "cannot open the file" + about() + ": " + system_message(errno));
+  }
+  if (!S_ISREG(status.st_mode)) throw InputError(place_, kind_of(status.st_mode) + about());
+  size_ = uint64_t(status.st_size);
+  identity_ = {uint64_t(status.st_dev), uint64_t(status.st_ino)};
+}
+
+InputFile::InputFile(int descriptor, const std::filesystem::path& path, const std::string& place)
+    : descriptor_(descriptor), name_(path.string()), place_(place) {}
+
+std::optional<InputFile> InputFile::open_if_there(const std::filesystem::path& path) {
+  if (!file_identity(path)) return std::nullopt;
+  return InputFile(path);
+}
+
+InputFile::InputFile(InputFile&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)),
+      name_(std::move(other.name_)),
+      place_(std::move(other.place_)),
+      size_(other.size_),
+      identity_(other.identity_) {}
+
+InputFile& InputFile::operator=(InputFile&& other) noexcept {
+  std::swap(descriptor_, other.descriptor_);
+  std::swap(name_, other.name_);
+  std::swap(place_, other.place_);
+  std::swap(size_, other.size_);
+  std::swap(identity_, other.identity_);
+  return *this;
+}
+
+InputFile::~InputFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+std::string InputFile::about() const { return name_ == place_ ? "" : ": " + shortened(name_); }
+
+int64_t InputFile::try_read(uint64_t offset, uint64_t count, void* bytes) const noexcept {
+  auto* next = static_cast<uint8_t*>(bytes);
+  uint64_t done = 0;
+  while (done < count) {
+    const ssize_t got =
+        ::pread(descriptor_, next + done, size_t(count - done), off_t(offset + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return -1;
+    if (got == 0) break;
+    done += uint64_t(got);
+  }
+  return int64_t(done);
+}
+
+void InputFile::read(uint64_t offset, uint64_t count, void* bytes,
+                     const LoadProgress& progress) const {
+  auto* next = static_cast<uint8_t*>(bytes);
+  while (count > 0) {
+    progress.check();
+    const uint64_t part = std::min(count, kPart);
+    const int64_t got = try_read(offset, part, next);
+    if (got < 0)
+      throw InputError(place_, "cannot read the file" + about() + ": " + system_message(errno));
+    if (uint64_t(got) < part) {
+      throw InputError(place_, "the file has become shorter while it was read" + about());
+    }
+    next += part;
+    offset += part;
+    count -= part;
+  }
+}
+
+std::vector<uint8_t> InputFile::read_all(const LoadProgress& progress) const {
+  std::vector<uint8_t> bytes(size_);
+  read(0, size_, bytes.data(), progress);
+  return bytes;
+}
+
+std::string InputFile::read_text() const {
+  std::string text(size_, '\0');
+  read(0, size_, text.data());
+  return text;
+}
+
+std::optional<FileIdentity> file_identity(const std::filesystem::path& path) {
+  struct stat status = {};
+  if (::stat(path.c_str(), &status) != 0) return std::nullopt;
+  return FileIdentity{uint64_t(status.st_dev), uint64_t(status.st_ino)};
+}
+
+std::string read_kernel_text(const char* path) {
+  std::string text;
+  const int descriptor = open_to_read(path);
+  if (descriptor < 0) return text;
+  text.resize(size_t(64) << 10);
+  size_t size = 0;
+  while (size < text.size()) {
+    const ssize_t got = ::read(descriptor, text.data() + size, text.size() - size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) break;
+    size += size_t(got);
+  }
+  ::close(descriptor);
+  text.resize(size);
+  return text;
+}
+
+}  // namespace emberline

@@ -1,0 +1,80 @@
+// The door through which files are read: what is no regular file is refused, at once.
+#include "io/input_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "renderer/core/errors.h"
+#include "support/gltf_builder.h"
+
+namespace emberline {
+namespace {
+
+using test::TempFolder;
+using test::write_text;
+
+std::string message_of(const std::string& path, const std::string& place) {
+  try {
+    InputFile(path, place);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "opened";
+}
+
+TEST(InputFile, ReadsAllAndRanges) {
+  const TempFolder folder;
+  write_text(folder / "a", "0123456789");
+  const InputFile file(folder / "a");
+  EXPECT_EQ(file.size(), 10u);
+  EXPECT_EQ(file.read_text(), "0123456789");
+  EXPECT_EQ(file.read_all().size(), 10u);
+  char part[3];
+  file.read(4, 3, part);
+  EXPECT_EQ(std::string(part, 3), "456");
+  EXPECT_EQ(file.try_read(8, 3, part), 2);
+  EXPECT_EQ(file.try_read(99, 3, part), 0);
+}
+
+// A pipe would wait for a writer, /dev/zero would never end.
+TEST(InputFile, RefusesWhatIsNoRegularFile) {
+  const TempFolder folder;
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  EXPECT_NE(message_of(folder / "pipe", "a#/b").find("a#/b: is a pipe"), std::string::npos);
+  EXPECT_NE(message_of("/dev/zero", "/dev/zero").find("/dev/zero: is a device"), std::string::npos);
+  EXPECT_NE(message_of(folder.path(), "x").find("x: is a directory"), std::string::npos);
+  EXPECT_NE(message_of(folder / "none", "x").find("x: file not found: "), std::string::npos);
+  ASSERT_EQ(::symlink((folder / "loop").c_str(), (folder / "loop").c_str()), 0);
+  EXPECT_NE(message_of(folder / "loop", "x").find("x: cannot look at the file"), std::string::npos);
+  EXPECT_FALSE(InputFile::open_if_there(folder / "none"));
+}
+
+TEST(InputFile, NoticesThatTheFileBecameShorter) {
+  const TempFolder folder;
+  write_text(folder / "a", "0123456789");
+  const InputFile file(folder / "a");
+  ASSERT_EQ(::truncate((folder / "a").c_str(), 4), 0);
+  EXPECT_THROW(file.read_all(), InputError);
+}
+
+TEST(InputFile, IdentityIsThatOfTheFileAndNotOfItsName) {
+  const TempFolder folder;
+  write_text(folder / "a", "a");
+  write_text(folder / "b", "a");
+  ASSERT_EQ(::link((folder / "a").c_str(), (folder / "hard").c_str()), 0);
+  ASSERT_EQ(::symlink("a", (folder / "soft").c_str()), 0);
+  const FileIdentity a = InputFile(folder / "a").identity();
+  EXPECT_EQ(file_identity(folder / "hard"), a);
+  EXPECT_EQ(file_identity(folder / "soft"), a);
+  EXPECT_NE(file_identity(folder / "b"), a);
+  EXPECT_FALSE(file_identity(folder / "none"));
+}
+
+TEST(InputFile, KernelTextsHaveNoSize) {
+  EXPECT_NE(read_kernel_text("/proc/self/status").find("VmHWM:"), std::string::npos);
+  EXPECT_EQ(read_kernel_text("/proc/self/none"), "");
+}
+
+}  // namespace
+}  // namespace emberline
