@@ -6,14 +6,13 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <initializer_list>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string_view>
 
 #include "io/atomic_file.h"
 #include "io/image_input.h"
+#include "io/json_input.h"
+#include "io/json_reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 
@@ -40,91 +39,22 @@ constexpr KindName kKinds[] = {{"punctual", EditedLight::kPunctual},
                                {"material", EditedLight::kMaterial},
                                {"environment", EditedLight::kEnvironment}};
 
-std::string shortened_dump(const Json& value) {
-  const std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
-  return text.size() <= 40 ? text : text.substr(0, 37) + "...";
-}
+float factor(const JsonReader& entry, double most) { return float(entry.number(0.0, most)); }
+Rgb color(const JsonReader& entry, double most) { return to_float(entry.vector(0.0, most)); }
+int index(const JsonReader& entry) { return int(entry.whole(0, std::numeric_limits<int>::max())); }
 
-// A value of the file and where it stands: what is read of it is checked as it is read.
-class Reader {
- public:
-  Reader(const Json& json, std::string place) : json_(json), place_(std::move(place)) {}
-
-  const std::string& place() const { return place_; }
-
-  // An object with none but these members.
-  const Reader& object(std::initializer_list<std::string_view> members) const {
-    if (!json_.is_object()) expected("an object");
-    for (const auto& [key, value] : json_.items()) {
-      if (std::ranges::find(members, key) != members.end()) continue;
-      throw InputError(place_ + "/" + key,
-                       unknown_name_message("member", key, {members.begin(), members.size()}));
-    }
-    return *this;
-  }
-  bool has(const char* member) const { return json_.contains(member); }
-  Reader operator[](const char* member) const {
-    return {json_.at(member), place_ + "/" + std::string(member)};
-  }
-  std::vector<Reader> array() const {
-    if (!json_.is_array()) expected("an array");
-    std::vector<Reader> elements;
-    for (size_t i = 0; i < json_.size(); ++i) {
-      elements.emplace_back(json_[i], place_ + "/" + std::to_string(i));
-    }
-    return elements;
-  }
-
-  double number(double least, double most) const {
-    const double value = json_.is_number() ? json_.get<double>() : std::nan("");
-    if (!(value >= least && value <= most)) {
-      expected(fmt::format("a number from {} to {}", least, most));
-    }
-    return value;
-  }
-  float factor(double most) const { return float(number(0.0, most)); }
-  int index() const {
-    if (!json_.is_number_integer() || json_ < 0 || json_ > std::numeric_limits<int>::max()) {
-      expected("an index: a whole number from 0");
-    }
-    return json_.get<int>();
-  }
-  bool boolean() const {
-    if (!json_.is_boolean()) expected("true or false");
-    return json_.get<bool>();
-  }
-  std::string text() const {
-    if (!json_.is_string()) expected("a text");
-    return json_.get<std::string>();
-  }
-  Vec3d vector(double least, double most) const {
-    if (!json_.is_array() || json_.size() != 3) expected("an array of 3 numbers");
-    const std::vector<Reader> c = array();
-    return {c[0].number(least, most), c[1].number(least, most), c[2].number(least, most)};
-  }
-  Rgb color(double most) const { return to_float(vector(0.0, most)); }
-
-  [[noreturn]] void expected(const std::string& what) const {
-    throw InputError(place_, "expected " + what + ", found " + shortened_dump(json_));
-  }
-
- private:
-  const Json& json_;
-  std::string place_;  // "file#/json/pointer"
-};
-
-EditTarget read_target(const Reader& entry) {
+EditTarget read_target(const JsonReader& entry) {
   EditTarget target;
   target.place = entry.place();
   if (entry.has("name")) target.name = entry["name"].text();
-  if (entry.has("index")) target.index = entry["index"].index();
+  if (entry.has("index")) target.index = index(entry["index"]);
   if (target.name.empty() && target.index < 0) {
     throw InputError(entry.place(), "expected a \"name\" or an \"index\", or both");
   }
   return target;
 }
 
-CameraEdit read_camera(const Reader& entry) {
+CameraEdit read_camera(const JsonReader& entry) {
   entry.object({"file_camera", "look_from", "look_at", "up", "mirrored", "fov_y",
                 "orthographic_height", "f_stop", "focus_distance"});
   CameraEdit edit;
@@ -169,11 +99,11 @@ CameraEdit read_camera(const Reader& entry) {
   return edit;
 }
 
-EnvironmentEdit read_environment_edit(const Reader& entry, const std::string& path) {
+EnvironmentEdit read_environment_edit(const JsonReader& entry, const std::string& path) {
   entry.object({"file", "strength", "rotation"});
   EnvironmentEdit edit;
   edit.place = entry.place();
-  if (entry.has("strength")) edit.strength = entry["strength"].factor(kBrightest);
+  if (entry.has("strength")) edit.strength = factor(entry["strength"], kBrightest);
   if (entry.has("rotation")) {
     edit.rotation_degrees = float(entry["rotation"].number(-kMostTurns, kMostTurns));
   }
@@ -189,10 +119,9 @@ EnvironmentEdit read_environment_edit(const Reader& entry, const std::string& pa
   return edit;
 }
 
-LightEdit read_light(const Reader& entry) {
+LightEdit read_light(const JsonReader& entry) {
   entry.object({"kind", "name", "index", "intensity", "color", "on"});
   LightEdit edit;
-  if (!entry.has("kind")) throw InputError(entry.place(), "\"kind\" is missing");
   const std::string kind = entry["kind"].text();
   const auto* named = std::ranges::find(kKinds, kind, &KindName::name);
   if (named == std::end(kKinds)) {
@@ -209,77 +138,38 @@ LightEdit read_light(const Reader& entry) {
       throw InputError(entry.place(), "there is one environment, without \"name\" or \"index\"");
     }
   }
-  if (entry.has("intensity")) edit.intensity = entry["intensity"].factor(kBrightest);
-  if (entry.has("color")) edit.color = entry["color"].color(kBrightest);
+  if (entry.has("intensity")) edit.intensity = factor(entry["intensity"], kBrightest);
+  if (entry.has("color")) edit.color = color(entry["color"], kBrightest);
   if (entry.has("on")) edit.on = entry["on"].boolean();
   return edit;
 }
 
-MaterialEdit read_material(const Reader& entry) {
+MaterialEdit read_material(const JsonReader& entry) {
   entry.object({"name", "index", "base_color", "roughness", "metallic", "emission", "transmission",
                 "normal_scale"});
   MaterialEdit edit;
   edit.target = read_target(entry);
-  if (entry.has("base_color")) edit.base_color = entry["base_color"].color(1.0);
-  if (entry.has("roughness")) edit.roughness = entry["roughness"].factor(1.0);
-  if (entry.has("metallic")) edit.metallic = entry["metallic"].factor(1.0);
-  if (entry.has("emission")) edit.emission = entry["emission"].color(kBrightest);
-  if (entry.has("transmission")) edit.transmission = entry["transmission"].factor(1.0);
+  if (entry.has("base_color")) edit.base_color = color(entry["base_color"], 1.0);
+  if (entry.has("roughness")) edit.roughness = factor(entry["roughness"], 1.0);
+  if (entry.has("metallic")) edit.metallic = factor(entry["metallic"], 1.0);
+  if (entry.has("emission")) edit.emission = color(entry["emission"], kBrightest);
+  if (entry.has("transmission")) edit.transmission = factor(entry["transmission"], 1.0);
   if (entry.has("normal_scale")) {
     edit.normal_scale = float(entry["normal_scale"].number(-kMostNormalScale, kMostNormalScale));
   }
   return edit;
 }
 
-// JSON lets a later member of the same name win in silence: the one that somebody forgot about.
-class DuplicateFinder {
- public:
-  explicit DuplicateFinder(const std::string& file) : file_(file) {}
-  bool operator()(int /*depth*/, Json::parse_event_t event, Json& parsed) {
-    if (event == Json::parse_event_t::object_start) members_.emplace_back();
-    if (event == Json::parse_event_t::object_end) members_.pop_back();
-    if (event == Json::parse_event_t::key) {
-      const std::string key = parsed.get<std::string>();
-      if (std::ranges::find(members_.back(), key) != members_.back().end()) {
-        throw InputError(file_, "member \"" + key + "\" stands twice in one object");
-      }
-      members_.back().push_back(key);
-    }
-    return true;
-  }
-
- private:
-  const std::string& file_;
-  std::vector<std::vector<std::string>> members_;  // so far, of the objects that are open
-};
-
-Json parse(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) {
-    throw InputError(path, "cannot be read; is it there, a file, and not empty?");
-  }
-  try {
-    return Json::parse(text.str(), DuplicateFinder(path));
-  } catch (const Json::parse_error& error) {
-    // "[json.exception.parse_error.101] parse error at line 3, column 7: ..."
-    const std::string_view what = error.what();
-    const size_t end = what.find("] ");
-    throw InputError(path,
-                     std::string(end == std::string_view::npos ? what : what.substr(end + 2)));
-  }
-}
-
-void check_version(const Reader& root) {
+void check_version(const JsonReader& root) {
   if (!root.has("emberline_edits")) {
     throw InputError(root.place(), fmt::format("\"emberline_edits\": {} is missing: not a file of "
                                                "edits",
                                                kEditsVersion));
   }
-  const Reader version = root["emberline_edits"];
-  if (version.index() != kEditsVersion) {
+  const JsonReader version = root["emberline_edits"];
+  if (index(version) != kEditsVersion) {
     throw InputError(version.place(), fmt::format("version {} of edits; this program reads {}",
-                                                  version.index(), kEditsVersion));
+                                                  index(version), kEditsVersion));
   }
 }
 
@@ -359,9 +249,8 @@ Json material_json(const MaterialEdit& edit) {
 }  // namespace
 
 SceneEdits read_edits(const std::string& path) {
-  const Json json = parse(path);
-  const Reader root(json, path + "#");
-  if (!json.is_object()) root.expected("an object");
+  const nlohmann::json json = read_json(path);
+  const JsonReader root(json, path);
   check_version(root);  // before the members: another version may have others
   root.object({"emberline_edits", "camera", "variant", "environment", "lights", "materials"});
   SceneEdits edits;
@@ -371,11 +260,13 @@ SceneEdits read_edits(const std::string& path) {
     edits.environment = read_environment_edit(root["environment"], path);
   }
   if (root.has("lights")) {
-    for (const Reader& entry : root["lights"].array()) edits.lights.push_back(read_light(entry));
+    const JsonReader lights = root["lights"];
+    for (size_t i = 0; i < lights.size(); ++i) edits.lights.push_back(read_light(lights[i]));
   }
   if (root.has("materials")) {
-    for (const Reader& entry : root["materials"].array()) {
-      edits.materials.push_back(read_material(entry));
+    const JsonReader materials = root["materials"];
+    for (size_t i = 0; i < materials.size(); ++i) {
+      edits.materials.push_back(read_material(materials[i]));
     }
   }
   return edits;

@@ -5,6 +5,7 @@
 #include "io/gltf_extensions.h"
 #include "io/gltf_schema.h"
 #include "io/input_file.h"
+#include "io/json_input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/shortened.h"
@@ -13,107 +14,6 @@ namespace emberline {
 namespace {
 
 using nlohmann::json;
-
-// glTF's own nesting stops near ten; extras may go deeper. Readers behind us recurse.
-constexpr size_t kDeepestJson = 256;
-
-// Walks the text without keeping it, to find where it breaks: the parser itself knows lines only.
-class JsonLocator final : public json::json_sax_t {
- public:
-  bool null() override { return value(); }
-  bool boolean(bool) override { return value(); }
-  bool number_integer(json::number_integer_t) override { return value(); }
-  bool number_unsigned(json::number_unsigned_t) override { return value(); }
-  bool number_float(json::number_float_t, const std::string&) override { return value(); }
-  bool string(std::string&) override { return value(); }
-  bool binary(json::binary_t&) override { return value(); }
-  bool start_object(std::size_t) override { return open(false); }
-  bool end_object() override { return close(); }
-  bool start_array(std::size_t) override { return open(true); }
-  bool end_array() override { return close(); }
-  bool key(std::string& name) override {
-    levels_.back().key = name;
-    levels_.back().has_key = true;
-    return true;
-  }
-  bool parse_error(std::size_t position, const std::string&,
-                   const nlohmann::detail::exception& error) override {
-    // 406 is a number that overflows double; its text is in the message.
-    if (error.id == 406) {
-      message = "a number is too large to be finite";
-    } else {
-      message =
-          "not valid JSON near byte " + std::to_string(position) + syntax_detail(error.what());
-    }
-    return false;
-  }
-
-  std::string pointer() const {
-    std::string text;
-    for (const Level& level : levels_) {
-      if (!level.is_array && !level.has_key) break;
-      text += '/';
-      if (level.is_array) {
-        text += std::to_string(level.index);
-        continue;
-      }
-      for (const char c : level.key) {
-        text += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
-      }
-    }
-    return shortened(text);
-  }
-
-  std::string message;
-
- private:
-  struct Level {
-    bool is_array;
-    bool has_key = false;
-    size_t index = 0;
-    std::string key;
-  };
-
-  // "[json.exception...] parse error at line 1, column 2: syntax error while ... - X" -> ": X"
-  static std::string syntax_detail(const std::string& what) {
-    const size_t dash = what.find(" - ");
-    const size_t end = what.find(';', dash);
-    if (dash == std::string::npos) return "";
-    std::string detail = ": ";
-    for (const char c : what.substr(dash + 3, end - dash - 3)) {
-      detail += uint8_t(c) < 0x20 || uint8_t(c) > 0x7e ? '?' : c;
-    }
-    return shortened(detail);
-  }
-
-  bool value() {
-    if (!levels_.empty() && levels_.back().is_array) ++levels_.back().index;
-    return true;
-  }
-  bool open(bool is_array) {
-    if (levels_.size() >= kDeepestJson) {
-      message = "JSON nested deeper than " + std::to_string(kDeepestJson) + " levels";
-      return false;
-    }
-    levels_.push_back({is_array, false, 0, {}});
-    return true;
-  }
-  bool close() {
-    levels_.pop_back();
-    return value();
-  }
-
-  std::vector<Level> levels_;
-};
-
-json parse_json(ByteSpan text, const std::string& file) {
-  JsonLocator locator;
-  if (!json::sax_parse(text.begin(), text.end(), &locator)) {
-    const std::string pointer = locator.pointer();
-    throw InputError(pointer.empty() ? file : file + "#" + pointer, locator.message);
-  }
-  return json::parse(text.begin(), text.end());
-}
 
 uint32_t read_u32(ByteSpan bytes, size_t offset) {
   return uint32_t(bytes[offset]) | uint32_t(bytes[offset + 1]) << 8 |
@@ -244,7 +144,9 @@ GltfDocument open_gltf_document(const std::string& path, LoadProgress& progress)
       throw InputError(path, "not a glTF file (neither GLB nor a JSON object)");
     }
   }
-  document.json = parse_json(text, path);
+  document.json =
+      parse_json(std::string_view(reinterpret_cast<const char*>(text.data()), text.size()), path,
+                 DuplicateMembers::kWarnedOf, progress, &document.json_memory);
   check_schema(document.json, path);
   check_version(document);
   check_required_extensions(document);

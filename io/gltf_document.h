@@ -38,6 +38,7 @@ struct GltfDocument {
   // Passed check_schema: what this loader reads has the right type, every index is in range, and
   // numbers that must be whole are stored as integers.
   nlohmann::json json;
+  MemoryReservation json_memory;
   ByteSpan binary_chunk;  // of a .glb
   bool has_binary_chunk = false;
   std::vector<ByteSpan> views;  // one per bufferView, decompressed; valid while the document lives

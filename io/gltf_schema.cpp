@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "io/json_input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/shortened.h"
 
@@ -267,16 +268,7 @@ class Checker {
   class Step {
    public:
     Step(std::string& pointer, const std::string& name) : pointer_(pointer), size_(pointer.size()) {
-      pointer_ += '/';
-      for (const char c : name) {
-        if (c == '~') {
-          pointer_ += "~0";
-        } else if (c == '/') {
-          pointer_ += "~1";
-        } else {
-          pointer_ += c;
-        }
-      }
+      append_member(pointer_, name);
     }
     ~Step() { pointer_.resize(size_); }
     Step(const Step&) = delete;

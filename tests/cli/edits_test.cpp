@@ -95,7 +95,10 @@ TEST_F(EditsOption, AViewGivesWayToTheCommandLines) {
 }
 
 TEST_F(EditsOption, AreRefusedInOneLine) {
-  expect_refused("{", {"parse error"});
+  expect_refused("{", {"not valid JSON near byte 2"});
+  expect_refused(std::string(100000, '['), {"nested deeper than 256 levels"});
+  expect_refused(R"({"emberline_edits": 1, "environment": {"rotation": 1e400}})",
+                 {"#/environment/rotation", "too large"});
   expect_refused("{}", {"emberline_edits"});
   expect_refused(R"({"emberline_edits": 9})", {"#/emberline_edits", "9"});
   expect_refused(R"({"emberline_edits": 1, "material": []})", {"#/material", "'materials'"});

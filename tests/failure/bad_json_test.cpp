@@ -1,6 +1,9 @@
 // Members that are missing, of the wrong type or out of range: the message names each by its
 // pointer.
+#include <algorithm>
+
 #include "failure/bad_input.h"
+#include "renderer/core/log.h"
 
 namespace emberline {
 namespace {
@@ -207,6 +210,23 @@ TEST(BadJson, TextThatIsNoJson) {
     test::write_text(folder / "a.gltf", text);
     expect_input_error(folder / "a.gltf", {expected});
   }
+}
+
+// A file in the wild may have one; a reader that takes the first and one that takes the last see
+// two different scenes.
+TEST(BadJson, AMemberThatStandsTwiceIsWarnedOf) {
+  const TempFolder folder;
+  std::string text = rich_scene().document("data.bin").dump();
+  rich_scene().write_gltf(folder / "good.gltf");
+  const size_t at = text.find("\"scene\":0");
+  ASSERT_NE(at, std::string::npos);
+  text.insert(at, "\"scene\":99,");
+  test::write_text(folder / "a.gltf", text);
+  EXPECT_EQ(load_gltf(folder / "a.gltf", {}).meshes.size(), 1u);
+  const std::vector<std::string> warnings = warnings_so_far();
+  EXPECT_EQ(std::ranges::count(warnings, folder / "a.gltf#/scene: the member stands twice in one "
+                                                  "object; the last counts"),
+            1);
 }
 
 TEST(BadJson, DeeplyNestedJsonIsRefused) {

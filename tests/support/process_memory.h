@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <fstream>
+#include <string>
 
 namespace emberline::test {
 
@@ -29,5 +30,25 @@ struct ProcessMemory {
     return {resident - o.resident, allocated - o.allocated};
   }
 };
+
+// The most pages that the process has had since the last reset_peak(). A sanitizer has its own.
+inline void reset_peak() {
+  malloc_trim(0);
+  std::ofstream("/proc/self/clear_refs") << 5;
+}
+inline double peak_resident_bytes() {
+  std::ifstream status("/proc/self/status");
+  std::string word;
+  while (status >> word && word != "VmHWM:") {
+  }
+  double kilobytes = 0;
+  status >> kilobytes;
+  return 1024 * kilobytes;
+}
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
 
 }  // namespace emberline::test

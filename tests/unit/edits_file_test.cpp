@@ -169,7 +169,10 @@ TEST_F(EditsFile, SaysWhatIsWrongAndWhere) {
        {"#/materials/1/roughness: ", "0 to 1", "1.1"}},
       {R"("materials": [{"index": 0, "roughnes": 1}])",
        {"#/materials/0/roughnes: ", "did you mean 'roughness'"}},
-      {R"("materials": [{"index": 0, "roughness": 1, "roughness": 0}])", {"roughness", "twice"}},
+      {R"("materials": [{"index": 0, "roughness": 1, "roughness": 0}])",
+       {"#/materials/0/roughness: ", "twice"}},
+      {R"("environment": {"rotation": 1e400})", {"#/environment/rotation: ", "too large"}},
+      {R"("lights": [{"kind": "punctual", "index": })", {"#/lights/0/index: ", "JSON"}},
       {R"("materials": [{"index": 0, "emission": [1e300, 0, 0]}])", {"#/materials/0/emission/0: "}},
   };
   for (const Wrong& wrong : wrongs) {
@@ -181,6 +184,16 @@ TEST_F(EditsFile, SaysWhatIsWrongAndWhere) {
     }
     EXPECT_NE(message.find("shot.json"), std::string::npos) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+}
+
+// What overflowed the stack.
+TEST_F(EditsFile, NestedTooDeeplyIsRefused) {
+  for (const int depth : {257, 100000, 1000000}) {
+    const std::string message =
+        refusal("{\"emberline_edits\": 1, \"lights\": " + std::string(size_t(depth), '['));
+    EXPECT_NE(message.find("nested deeper than 256 levels"), std::string::npos) << message;
+    EXPECT_LT(message.size(), 400u) << message;
   }
 }
 

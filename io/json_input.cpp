@@ -1,0 +1,208 @@
+#include "io/json_input.h"
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "io/input_file.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/core/shortened.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+
+// glTF's own nesting stops near ten; extras may go deeper.
+constexpr size_t kDeepestJson = 256;
+
+constexpr size_t kLargestSidecar = size_t(16) << 20;
+
+constexpr const char* kTwice = "the member stands twice in one object";
+
+// What a document takes, at most, with libstdc++ and a 64-bit malloc. An element of an array stands
+// in it while it grows to twice its size, and then in the list from which nlohmann's destructor
+// works, which grows likewise.
+constexpr uint64_t kElementBytes = 5 * sizeof(json);
+constexpr uint64_t kContainerBytes = 64;
+constexpr uint64_t kMemberBytes = 112;  // a node of the map: its name and its value
+constexpr uint64_t kStringBytes = 48;   // and its text
+
+// After so much more of it memory is reserved, and asked whether the load was called off: some
+// milliseconds.
+constexpr uint64_t kBytesBetweenChecks = uint64_t(1) << 20;
+
+// Takes the parser's events, makes the document of them, and knows at which place of it the text
+// breaks: the parser itself knows bytes only.
+class DocumentBuilder final : public json::json_sax_t {
+ public:
+  DocumentBuilder(const std::string& file, DuplicateMembers duplicates,
+                  const LoadProgress& progress)
+      : file_(file),
+        duplicates_(duplicates),
+        progress_(progress),
+        memory_(progress.budget(), MemoryPart::kFile) {}
+
+  bool null() override { return leaf(nullptr); }
+  bool boolean(bool value) override { return leaf(value); }
+  bool number_integer(json::number_integer_t value) override { return leaf(value); }
+  bool number_unsigned(json::number_unsigned_t value) override { return leaf(value); }
+  bool number_float(json::number_float_t value, const std::string&) override { return leaf(value); }
+  bool string(std::string& value) override {
+    count(kStringBytes + value.size());
+    return leaf(value);
+  }
+  bool binary(json::binary_t&) override { return false; }  // JSON has none
+  bool start_object(std::size_t) override { return open(json::object()); }
+  bool end_object() override { return close(); }
+  bool start_array(std::size_t) override { return open(json::array()); }
+  bool end_array() override { return close(); }
+  bool key(std::string& name) override {
+    count(kMemberBytes + name.size());
+    Level& level = levels_.back();
+    const auto [member, is_new] = level.value->emplace(name, nullptr);
+    level.name = &member.key();
+    level.member = &*member;
+    return is_new || duplicate();
+  }
+  bool parse_error(std::size_t position, const std::string&,
+                   const nlohmann::detail::exception& error) override {
+    // 406 is a number that overflows double; its text is in the message.
+    throw InputError(place(), error.id == 406
+                                  ? "a number is too large to be finite"
+                                  : "not valid JSON near byte " + std::to_string(position) +
+                                        syntax_detail(error.what()));
+  }
+
+  json take() {
+    if (duplicates_found_ > 0) {
+      const size_t others = duplicates_found_ - 1;
+      log_warning(first_duplicate_ + ": " + kTwice + "; the last counts" +
+                  (others ? ", as it does for " + std::to_string(others) + " more" : ""));
+    }
+    return std::move(root_);
+  }
+  MemoryReservation take_memory() {
+    memory_.add(counted_, file_);
+    return std::move(memory_);
+  }
+
+ private:
+  // An array or object that is not closed yet. What stands in it stays where it is: of an array
+  // nothing but the last element is open.
+  struct Level {
+    json* value;
+    const std::string* name = nullptr;  // of the latest member
+    json* member = nullptr;
+  };
+
+  // "[json.exception...] parse error at line 1, column 2: syntax error while ... - X" -> ": X"
+  static std::string syntax_detail(const std::string& what) {
+    const size_t dash = what.find(" - ");
+    const size_t end = what.find(';', dash);
+    if (dash == std::string::npos) return "";
+    std::string detail = ": ";
+    for (const char c : what.substr(dash + 3, end - dash - 3)) {
+      detail += uint8_t(c) < 0x20 || uint8_t(c) > 0x7e ? '?' : c;
+    }
+    return shortened(detail);
+  }
+
+  // "file#/json/pointer" of the value that is being read.
+  std::string place() const {
+    std::string pointer;
+    for (const Level& level : levels_) {
+      if (level.value->is_array()) {
+        // The innermost array's next element; of those around it the last, which is open.
+        pointer += '/' + std::to_string(level.value->size() - (&level != &levels_.back()));
+      } else if (level.name) {
+        append_member(pointer, *level.name);
+      }
+    }
+    return pointer.empty() ? file_ : file_ + "#" + shortened(pointer);
+  }
+
+  bool duplicate() {
+    if (duplicates_ == DuplicateMembers::kRefused) {
+      throw InputError(place(), kTwice);
+    }
+    if (++duplicates_found_ == 1) first_duplicate_ = place();
+    return true;
+  }
+
+  void count(uint64_t bytes) {
+    counted_ += bytes;
+    if (counted_ < kBytesBetweenChecks) return;
+    progress_.check();
+    memory_.add(counted_, file_);
+    counted_ = 0;
+  }
+  json* put(json&& value) {
+    count(kElementBytes);
+    if (levels_.empty()) return &(root_ = std::move(value));
+    const Level& level = levels_.back();
+    if (!level.value->is_array()) return &(*level.member = std::move(value));
+    level.value->push_back(std::move(value));
+    return &level.value->back();
+  }
+  bool leaf(json&& value) {
+    put(std::move(value));
+    return true;
+  }
+  bool open(json&& value) {
+    if (levels_.size() >= kDeepestJson) {
+      throw InputError(place(),
+                       "JSON nested deeper than " + std::to_string(kDeepestJson) + " levels");
+    }
+    count(kContainerBytes);
+    levels_.push_back({put(std::move(value))});
+    return true;
+  }
+  bool close() {
+    levels_.pop_back();
+    return true;
+  }
+
+  const std::string& file_;
+  const DuplicateMembers duplicates_;
+  const LoadProgress& progress_;
+  MemoryReservation memory_;
+  uint64_t counted_ = 0;  // and not reserved yet
+  json root_;
+  std::vector<Level> levels_;
+  size_t duplicates_found_ = 0;
+  std::string first_duplicate_;
+};
+
+}  // namespace
+
+json parse_json(std::string_view text, const std::string& file, DuplicateMembers duplicates,
+                const LoadProgress& progress, MemoryReservation* memory) {
+  DocumentBuilder builder(file, duplicates, progress);
+  json::sax_parse(text.begin(), text.end(), &builder);  // what is wrong is thrown by the builder
+  if (memory) *memory = builder.take_memory();
+  return builder.take();
+}
+
+json read_json(const std::string& path) {
+  const InputFile file(path);
+  if (file.size() > kLargestSidecar) {
+    throw InputError(path, "has more than " + std::to_string(kLargestSidecar >> 20) + " MiB");
+  }
+  return parse_json(file.read_text(), path);
+}
+
+void append_member(std::string& pointer, std::string_view name) {
+  pointer += '/';
+  for (const char c : name) {
+    if (c == '~') {
+      pointer += "~0";
+    } else if (c == '/') {
+      pointer += "~1";
+    } else {
+      pointer += c;
+    }
+  }
+}
+
+}  // namespace emberline

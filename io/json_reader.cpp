@@ -1,0 +1,100 @@
+#include "io/json_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "io/json_input.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/names.h"
+
+namespace emberline {
+
+using nlohmann::json;
+
+JsonReader JsonReader::member(std::string_view name, const json& value) const {
+  std::string pointer = pointer_;
+  append_member(pointer, name);
+  return {value, file_, std::move(pointer)};
+}
+
+const JsonReader& JsonReader::object(std::initializer_list<std::string_view> members) const {
+  if (!json_.is_object()) expected("an object");
+  for (const auto& [name, value] : json_.items()) {
+    if (std::ranges::find(members, name) != members.end()) continue;
+    throw InputError(member(name, value).place(),
+                     unknown_name_message("member", name, {members.begin(), members.size()}));
+  }
+  return *this;
+}
+
+bool JsonReader::has(const char* member) const { return json_.contains(member); }
+
+JsonReader JsonReader::operator[](const std::string& name) const {
+  if (!json_.is_object()) expected("an object");
+  const auto found = json_.find(name);
+  if (found == json_.end()) {
+    throw InputError(place(), "the required member \"" + name + "\" is missing");
+  }
+  return member(name, *found);
+}
+
+std::vector<std::string> JsonReader::members() const {
+  if (!json_.is_object()) expected("an object");
+  std::vector<std::string> names;
+  for (const auto& [name, value] : json_.items()) names.push_back(name);
+  return names;
+}
+
+size_t JsonReader::size() const {
+  if (!json_.is_array()) expected("an array");
+  return json_.size();
+}
+
+JsonReader JsonReader::operator[](size_t element) const {
+  return member(std::to_string(element), json_.at(element));
+}
+
+bool JsonReader::null() const { return json_.is_null(); }
+
+double JsonReader::number(double least, double most) const {
+  const double value = json_.is_number() ? json_.get<double>() : std::nan("");
+  if (!(value >= least && value <= most)) {
+    expected(fmt::format("a number from {} to {}", least, most));
+  }
+  return value;
+}
+
+uint64_t JsonReader::whole(uint64_t least, uint64_t most) const {
+  if (!json_.is_number_unsigned() || json_ < least || json_ > most) {
+    expected(fmt::format("a whole number from {} to {}", least, most));
+  }
+  return json_.get<uint64_t>();
+}
+
+bool JsonReader::boolean() const {
+  if (!json_.is_boolean()) expected("true or false");
+  return json_.get<bool>();
+}
+
+std::string JsonReader::text() const {
+  if (!json_.is_string()) expected("a text");
+  return json_.get<std::string>();
+}
+
+Vec3d JsonReader::vector(double least, double most) const {
+  if (!json_.is_array() || json_.size() != 3) expected("an array of 3 numbers");
+  const auto component = [&](size_t i) { return (*this)[i].number(least, most); };
+  return {component(0), component(1), component(2)};
+}
+
+void JsonReader::expected(const std::string& what) const {
+  constexpr size_t kLongest = 40;
+  std::string found = json_.dump(-1, ' ', false, json::error_handler_t::replace);
+  if (found.size() > kLongest) found = found.substr(0, kLongest - 3) + "...";
+  throw InputError(place(), "expected " + what + ", found " + found);
+}
+
+}  // namespace emberline

@@ -1,0 +1,53 @@
+// Reading a JSON document whose members are known: what is read is checked as it is read.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+// A value of a document and where it stands. Every function but place(), has() and null() throws
+// InputError with the file, the JSON pointer and what was expected there.
+class JsonReader {
+ public:
+  // `document` and `file` have to outlive this and all readers that come of it.
+  JsonReader(const nlohmann::json& document, const std::string& file)
+      : JsonReader(document, file, "") {}
+
+  std::string place() const { return pointer_.empty() ? file_ : file_ + "#" + pointer_; }
+
+  // An object with none but these members.
+  const JsonReader& object(std::initializer_list<std::string_view> members) const;
+  bool has(const char* member) const;  // no object has none
+  JsonReader operator[](const std::string& member) const;
+  std::vector<std::string> members() const;  // names
+  size_t size() const;                       // of an array
+  JsonReader operator[](size_t element) const;
+
+  bool null() const;
+  double number(double least, double most) const;
+  uint64_t whole(uint64_t least, uint64_t most) const;
+  bool boolean() const;
+  std::string text() const;
+  Vec3d vector(double least, double most) const;
+
+  [[noreturn]] void expected(const std::string& what) const;
+
+ private:
+  JsonReader(const nlohmann::json& value, const std::string& file, std::string pointer)
+      : json_(value), file_(file), pointer_(std::move(pointer)) {}
+  JsonReader member(std::string_view name, const nlohmann::json& value) const;
+
+  const nlohmann::json& json_;
+  const std::string& file_;
+  std::string pointer_;
+};
+
+}  // namespace emberline
