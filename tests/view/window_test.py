@@ -176,6 +176,27 @@ class WindowTest(unittest.TestCase):
         for half in (0, 1):
             self.assertGreater(after[half], before[half] + 10, f"half {half} of {before}, {after}")
 
+    def test_a_wipe_shows_both_pictures(self):
+        window = self.finished()
+        before = window.screenshot()[2]
+        window.key("b")
+        since = window.mark()
+        window.key("o")
+        window.wait_for("picture", lambda e: e["legend"], since)
+        window.key("v")
+        time.sleep(0.3)
+        after = window.screenshot()[2]
+        left, top = (int(value) for value in window.last("placed")["at"])
+        zoom = window.last("placed")["zoom"]
+
+        def difference(x0, x1):
+            span = slice(3 * (left + int(x0 * zoom)), 3 * (left + int(x1 * zoom)))
+            rows = range(top + int(20 * zoom), top + int(70 * zoom))  # clear of labels and notes
+            pairs = [pair for y in rows for pair in zip(before[y][span], after[y][span])]
+            return sum(abs(a - b) for a, b in pairs) / len(pairs)
+        self.assertGreater(difference(10, SIZE[0] // 2 - 10), 20)  # the overlay
+        self.assertLess(difference(SIZE[0] // 2 + 10, SIZE[0] - 10), 1)  # the picture of before
+
     def test_live_driver_goes_on_with_adaptive_sampling(self):
         window = self.window(*small(driver="live", spp=None))
         window.wait_for("picture", lambda e: e["driver"] == "bisection")

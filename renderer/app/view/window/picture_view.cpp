@@ -127,12 +127,10 @@ void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& p
   }
 }
 
-// A to the left of the line, B to its right.
-void draw_wipe(const Workbench& bench, ImDrawList& list, const PictureTexture& kept, int width,
-               int height) {
+// The line of the wipe, and which side is which.
+void draw_wipe(const Workbench& bench, ImDrawList& list, int width, int height) {
   const float x = bench.wipe_place * float(width);
   const ImVec2 a = corner(bench, x, 0.0f), b = corner(bench, float(width), float(height));
-  list.AddImage(kept.id(), a, b, {bench.wipe_place, 0.0f}, {1.0f, 1.0f});
   list.AddLine({a.x, a.y}, {a.x, b.y}, kShadow, 3.0f);
   list.AddLine({a.x, a.y}, {a.x, b.y}, colour(accent_colour()), 1.0f);
   const float gap = ImGui::GetFontSize();
@@ -195,10 +193,16 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   const ImVec2 a = corner(bench, 0, 0), b = corner(bench, float(width), float(height));
   draw_ground(list, area, a, b);
   list.PushClipRect({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)});
+  // A to the left of the wipe, B to its right, neither under the other: llvmpipe, Mesa's OpenGL in
+  // software, leaves out the upper of two pictures where nothing else is drawn.
+  const bool wipe = bench.wipe && !picture_b_.empty();
+  const float place = wipe ? bench.wipe_place : 1.0f;
+  const float line = wipe ? corner(bench, place * float(width), 0.0f).x : b.x;
   plain_.begin(list);
-  list.AddImage(picture_.id(), a, b);
+  list.AddImage(picture_.id(), a, {line, b.y}, {0.0f, 0.0f}, {place, 1.0f});
+  if (wipe) list.AddImage(picture_b_.id(), {line, a.y}, b, {place, 0.0f}, {1.0f, 1.0f});
   PlainShader::end(list);
-  if (bench.wipe && !picture_b_.empty()) draw_wipe(bench, list, picture_b_, width, height);
+  if (wipe) draw_wipe(bench, list, width, height);
   for (const Rect& bucket : drawn_->in_progress) draw_bucket(bench, list, bucket);
   if (bench.placement.zoom() >= kValuesZoom) draw_values(bench, list, *drawn_);
   draw_legend(bench, list, *drawn_);
