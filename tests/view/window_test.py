@@ -398,6 +398,21 @@ class WindowTest(unittest.TestCase):
         window.key("ctrl+z")
         window.wait_for("edits", lambda e: not e["environment"], since)
 
+    def test_escape_closes_a_dialog_and_nothing_else(self):
+        window = self.finished()
+        since = window.mark()
+        window.drag((60, 40), key="ctrl")
+        window.wait_for("settings", lambda e: e["region"], since)
+        window.key("ctrl+o")
+        time.sleep(0.5)
+        window.type("f")  # a letter of the name
+        window.key("Escape")
+        time.sleep(0.5)
+        since = window.mark()
+        window.key("f")  # the whole scene
+        window.wait_for("edits", lambda e: e["camera"], since)
+        self.assertTrue(window.last("settings")["region"])
+
     def test_reloading_keeps_the_edits(self):
         box, window = self.window_of_a_copy()
         since = window.mark()

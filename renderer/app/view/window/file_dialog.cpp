@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "renderer/app/view/window/theme.h"
 #include "renderer/core/file_suffix.h"
@@ -56,9 +57,9 @@ void FileDialog::enter(const std::string& folder) {
 }
 
 void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
-  const bool appears = opening_;
-  if (opening_) ImGui::OpenPopup(title_);
-  opening_ = false;
+  const bool appears = std::exchange(opening_, false);
+  const bool cancelled = std::exchange(cancelled_, false);
+  if (appears) ImGui::OpenPopup(title_);
   const float em = ImGui::GetFontSize();
   const ImVec2 screen = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({0.5f * screen.x, 0.5f * screen.y}, ImGuiCond_Appearing, {0.5f, 0.5f});
@@ -96,10 +97,7 @@ void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
   ImGui::SameLine();
   done |= ImGui::Button(verb_, {6.0f * em, 0.0f});
   ImGui::SameLine();
-  if (ImGui::Button("Cancel", {6.0f * em, 0.0f}) ||
-      ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) {
-    ImGui::CloseCurrentPopup();
-  }
+  if (ImGui::Button("Cancel", {6.0f * em, 0.0f}) || cancelled) ImGui::CloseCurrentPopup();
   std::error_code failed;
   const fs::path whole = fs::path(folder_) / name_;  // an absolute name replaces the folder
   if (done && !name_.empty() && fs::is_directory(whole, failed)) {

@@ -14,6 +14,8 @@ class FileDialog {
   FileDialog(const char* title, const char* verb, std::vector<std::string> suffixes);
 
   void open(const std::string& path);
+  // Closes it, if it is open, when it is drawn next.
+  void cancel() { cancelled_ = true; }
   // Draws it while it is open; calls `chosen` with the path. Each frame.
   void draw(const std::function<void(const std::string&)>& chosen);
 
@@ -29,7 +31,7 @@ class FileDialog {
   std::vector<std::string> suffixes_;
   std::string folder_, name_;
   std::vector<Entry> entries_;
-  bool opening_ = false;
+  bool opening_ = false, cancelled_ = false;
 };
 
 }  // namespace emberline

@@ -138,6 +138,10 @@ void Interface::take_place() {
   floating_.push_back({int(at.x), int(at.y), int(at.x + size.x), int(at.y + size.y)});
 }
 
+void Interface::cancel_dialogs() {
+  for (FileDialog* dialog : {&open_dialog_, &environment_dialog_, &save_dialog_}) dialog->cancel();
+}
+
 void Interface::draw_menu(Workbench& bench) {
   if (!ImGui::BeginMainMenuBar()) return;
   const bool open = bench.scene() != nullptr;

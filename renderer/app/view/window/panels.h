@@ -18,6 +18,7 @@ class Interface {
   // Whether the point belongs to a window or menu that lies over the picture.
   bool covers(const Vec2f& point) const;
   bool popup_open() const { return popup_; }  // a menu, list or dialog, which has the keyboard
+  void cancel_dialogs();                      // as their button does
 
  private:
   void draw_menu(Workbench& bench);

@@ -16,6 +16,7 @@
 
 #include "io/image_output.h"
 #include "renderer/app/stop_signal.h"
+#include "renderer/app/view/window/imgui_input.h"
 #include "renderer/app/view/window/measurement.h"
 #include "renderer/app/view/window/panels.h"
 #include "renderer/app/view/window/picture_input.h"
@@ -112,11 +113,6 @@ class Window::Impl {
  private:
   void listen();
   void set_theme();
-  struct KeyEvent {
-    int key, scancode, action, modifiers;
-  };
-  void tell_imgui(const KeyEvent& event);
-  void tell_late_releases();
   double pause() const;
   bool due(double now) const;
   void draw(double now);
@@ -141,8 +137,8 @@ class Window::Impl {
   PictureInput input_;
   std::optional<Measurement> measurement_;
 
-  std::vector<int> pressed_;             // since the last frame
-  std::vector<KeyEvent> late_releases_;  // of those
+  GLFWcursorposfun imgui_moved_ = nullptr;  // none before ImGui 1.87, which asks GLFW itself
+  ImGuiInput imgui_input_;
   bool news_ = true, urgent_ = false;
   int frames_owed_ = kFramesAfterInput;
   double drawn_s_ = -1e9, flown_s_ = 0.0, ready_s_ = -1.0;
@@ -197,8 +193,9 @@ void Window::Impl::listen() {
     self.input_.button(button, action == GLFW_PRESS, modifiers);
     self.frames_owed_ = kFramesAfterInput;
   });
-  glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
+  imgui_moved_ = glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
     auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
+    if (self.imgui_moved_) self.imgui_moved_(w, x, y);
     self.input_.moved(Vec2f(float(x), float(y)));
     self.frames_owed_ = std::max(self.frames_owed_, 2);
   });
@@ -218,7 +215,8 @@ void Window::Impl::listen() {
   });
   glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int scancode, int action, int modifiers) {
     auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
-    self.tell_imgui({key, scancode, action, modifiers});
+    self.imgui_input_.key(w, key, scancode, action, modifiers);
+    if (key == GLFW_KEY_ESCAPE && action == GLFW_PRESS) self.interface_.cancel_dialogs();
     self.input_.key(key, action != GLFW_RELEASE, action == GLFW_REPEAT, modifiers);
     self.frames_owed_ = kFramesAfterInput;
   });
@@ -243,29 +241,9 @@ void Window::Impl::listen() {
     if (self.options_.interface_scale) return;
     self.scale_ = std::max(x, y);
     self.set_theme();
-    ImGui_ImplOpenGL3_DestroyFontsTexture();
-    ImGui_ImplOpenGL3_CreateFontsTexture();
+    ImGui_ImplOpenGL3_DestroyDeviceObjects();  // the next frame makes them anew, with the fonts
     self.frames_owed_ = kFramesAfterInput;
   });
-}
-
-// ImGui looks at the keys once a frame, and would miss one that is pressed and let go in between:
-// its release waits for the frame to be over.
-void Window::Impl::tell_imgui(const KeyEvent& event) {
-  if (event.action == GLFW_RELEASE && std::ranges::find(pressed_, event.key) != pressed_.end()) {
-    late_releases_.push_back(event);
-    return;
-  }
-  if (event.action == GLFW_PRESS) pressed_.push_back(event.key);
-  ImGui_ImplGlfw_KeyCallback(window_.get(), event.key, event.scancode, event.action,
-                             event.modifiers);
-}
-
-void Window::Impl::tell_late_releases() {
-  pressed_.clear();
-  if (late_releases_.empty()) return;
-  for (const KeyEvent& event : std::exchange(late_releases_, {})) tell_imgui(event);
-  frames_owed_ = kFramesAfterInput;
 }
 
 void Window::Impl::run() {
@@ -329,7 +307,7 @@ void Window::Impl::draw(double now) {
   picture_.draw(bench_, input_.dragged_region());
   draw_inspector(bench_);
   ImGui::Render();
-  tell_late_releases();
+  if (imgui_input_.end_frame()) frames_owed_ = kFramesAfterInput;
   bench_.gesture_goes_on(ImGui::IsAnyItemActive() || input_.dragging() || input_.flying());
 
   glViewport(0, 0, pixels_x, pixels_y);
