@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <future>
 #include <nlohmann/json.hpp>
@@ -43,6 +44,13 @@ std::string last_glfw_error = "no display";
 struct Glfw {
   Glfw() {
     glfwSetErrorCallback([](int, const char* description) { last_glfw_error = description; });
+#ifdef GLFW_PLATFORM_X11
+    // GLFW 3.4 and later look for Wayland first, whose library says on standard error what it
+    // misses.
+    if (!std::getenv("WAYLAND_DISPLAY") && !std::getenv("WAYLAND_SOCKET")) {
+      glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
+    }
+#endif
     if (!glfwInit()) {
       throw RenderError("no window can be opened: " + last_glfw_error +
                         "; `emberline render` needs no display");
