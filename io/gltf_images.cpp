@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-std::shared_ptr<const Image> decode(const GltfDocument& document, int index, uint64_t* non_finite) {
+DecodedImage decode(const GltfDocument& document, int index, bool lenient) {
   const json& object = document.json.at("images")[size_t(index)];
   const std::string pointer = "/images/" + std::to_string(index);
   const std::string place = document.place(pointer);
@@ -41,11 +41,10 @@ std::shared_ptr<const Image> decode(const GltfDocument& document, int index, uin
     throw InputError(place, "the image has neither a uri nor a bufferView");
   }
   const std::string label = name.empty() ? place : place + " (" + shortened(name) + ")";
+  DecodedImage decoded = decode_image(encoded, label, lenient, *document.progress);
   // Nobody else has seen it yet.
-  auto image =
-      std::const_pointer_cast<Image>(decode_image(encoded, label, non_finite, *document.progress));
-  image->name = name.empty() ? "#" + pointer : name;
-  return image;
+  std::const_pointer_cast<Image>(decoded.image)->name = name.empty() ? "#" + pointer : name;
+  return decoded;
 }
 
 std::shared_ptr<const Image> one_texel(const std::string& name, std::array<uint8_t, 3> rgb) {
@@ -56,12 +55,6 @@ std::shared_ptr<const Image> one_texel(const std::string& name, std::array<uint8
   for (const uint8_t value : rgb) image->texels.push_back(std::byte(value));
   return image;
 }
-
-struct DecodedImage {
-  std::shared_ptr<const Image> image;
-  uint64_t non_finite = 0;
-  std::exception_ptr error;
-};
 
 }  // namespace
 
@@ -86,27 +79,32 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
 
   document.progress->begin(LoadStage::kImages, wanted.size());
   std::vector<DecodedImage> decoded(wanted.size());
+  std::vector<std::exception_ptr> errors(wanted.size());
   parallel_each(wanted.size(), [&](size_t i) {
     document.progress->check();
     try {
-      decoded[i].image = decode(document, wanted[i], &decoded[i].non_finite);
+      decoded[i] = decode(document, wanted[i], options.lenient);
     } catch (...) {
-      decoded[i].error = std::current_exception();
+      errors[i] = std::current_exception();
     }
     document.progress->advance();
   });
 
   int flat_normal = -1;
   for (size_t i = 0; i < wanted.size(); ++i) {
-    DecodedImage& result = decoded[i];
-    scene.repairs.non_finite_texels += result.non_finite;
-    if (!result.error) {
-      scene.images.push_back(result.image);
+    scene.repairs.non_finite_texels += decoded[i].non_finite;
+    if (!errors[i]) {
+      if (decoded[i].cut_short) {
+        log_warning(document.place("/images/" + std::to_string(wanted[i])) + " (" +
+                    shortened(decoded[i].image->name) +
+                    "): the JPEG is cut short; what is missing is grey");
+      }
+      scene.images.push_back(decoded[i].image);
       continue;
     }
-    if (!options.lenient) std::rethrow_exception(result.error);
+    if (!options.lenient) std::rethrow_exception(errors[i]);
     try {
-      std::rethrow_exception(result.error);
+      std::rethrow_exception(errors[i]);
     } catch (const InputError& error) {
       log_warning(std::string(error.what()) + "; a neutral colour takes its place");
     }
@@ -116,7 +114,7 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
   }
   for (MaterialDescription& material : scene.materials) {
     int& index = material.normal_texture.image;
-    if (index < 0 || !decoded[size_t(index)].error) continue;
+    if (index < 0 || !errors[size_t(index)]) continue;
     if (flat_normal < 0) {
       flat_normal = int(scene.images.size());
       // 128 and not 127: (128/255) * 2 - 1 = 0.004, the common encoding of "straight up".

@@ -3,10 +3,13 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstring>
 #include <new>
 
+#include "io/encoded_image.h"
+#include "io/input_file.h"
 #include "io/texel_repair.h"
 #include "renderer/core/errors.h"
 
@@ -15,39 +18,20 @@ namespace {
 
 namespace oiio = OIIO;
 
-// Chosen by us: what an image may ask for before a byte of it is decoded. The largest panoramas
-// in use are 32k wide.
-constexpr int kLargestSide = 65536;
-constexpr int64_t kMostBytes = int64_t(1) << 31;
+// Chosen by us: what an image may announce. The largest panoramas in use are 32k wide.
+constexpr int64_t kLargestSide = 65536;
+constexpr int kMostChannels = 4096;
+// Where a data window may lie: sums stay far from overflow.
+constexpr int64_t kFarthestCorner = int64_t(1) << 24;
 
-// OpenImageIO's name for the format, from the first bytes; empty for anything else. The suffix or
-// media type of an image says less: exporters get it wrong.
-std::string sniff_format(std::span<const uint8_t> bytes) {
-  const auto starts_with = [&](std::string_view magic, size_t offset = 0) {
-    return bytes.size() >= offset + magic.size() &&
-           std::memcmp(bytes.data() + offset, magic.data(), magic.size()) == 0;
-  };
-  if (starts_with("\x89PNG\r\n\x1a\n")) return "png";
-  if (starts_with("\xff\xd8\xff")) return "jpeg";
-  if (starts_with("RIFF") && starts_with("WEBP", 8)) return "webp";
-  if (starts_with("\x76\x2f\x31\x01")) return "openexr";
-  if (starts_with("#?")) return "hdr";
-  return "";
-}
+constexpr std::array kTextureFormats = {ImageFormat::kPng, ImageFormat::kJpeg, ImageFormat::kWebp,
+                                        ImageFormat::kExr, ImageFormat::kHdr};
+constexpr std::array kEnvironmentFormats = {ImageFormat::kExr, ImageFormat::kHdr};
+constexpr std::array kPictureFormats = {ImageFormat::kExr,  ImageFormat::kHdr,  ImageFormat::kPng,
+                                        ImageFormat::kJpeg, ImageFormat::kWebp, ImageFormat::kTiff};
 
-// A PNG that ends early makes libpng jump out of OpenImageIO's reader past its destructors, so the
-// chunks (PNG specification section 5.3: length, type, data, CRC) are walked first.
-void check_png_is_whole(std::span<const uint8_t> bytes, const std::string& place) {
-  size_t offset = 8;
-  while (bytes.size() - offset >= 12) {
-    const uint64_t length = uint64_t(bytes[offset]) << 24 | uint64_t(bytes[offset + 1]) << 16 |
-                            uint64_t(bytes[offset + 2]) << 8 | bytes[offset + 3];
-    if (length > bytes.size() - offset - 12) break;
-    if (std::memcmp(&bytes[offset + 4], "IEND", 4) == 0) return;
-    offset += size_t(length) + 12;
-  }
-  throw InputError(place, "the image does not decode: the PNG is truncated");
-}
+using Bytes = std::span<const uint8_t>;
+using Formats = std::span<const ImageFormat>;
 
 // OpenImageIO's message as one line.
 std::string one_line(std::string text) {
@@ -56,6 +40,38 @@ std::string one_line(std::string text) {
   }
   while (!text.empty() && text.back() == ' ') text.pop_back();
   return text.empty() ? "unknown reason" : text.substr(0, 200);
+}
+
+// OpenImageIO's name of a reader.
+const char* reader_name(ImageFormat format) {
+  switch (format) {
+    case ImageFormat::kPng:
+      return "png";
+    case ImageFormat::kJpeg:
+      return "jpeg";
+    case ImageFormat::kWebp:
+      return "webp";
+    case ImageFormat::kExr:
+      return "openexr";
+    case ImageFormat::kHdr:
+      return "hdr";
+    default:
+      return "tiff";
+  }
+}
+
+ImageFormat expect_format(Bytes bytes, Formats allowed, const std::string& place) {
+  const ImageFormat format = sniff_image_format(bytes);
+  if (std::ranges::find(allowed, format) != allowed.end()) return format;
+  std::string names;
+  for (size_t i = 0; i < allowed.size(); ++i) {
+    names += i == 0 ? "" : i + 1 < allowed.size() ? ", " : " or ";
+    names += name_of(allowed[i]);
+  }
+  throw InputError(place, (format == ImageFormat::kNone
+                               ? "the image is not "
+                               : "the image is " + std::string(name_of(format)) + ", not ") +
+                              names);
 }
 
 TexelType texel_type(oiio::TypeDesc format) {
@@ -85,102 +101,246 @@ oiio::TypeDesc oiio_type(TexelType type) {
   return oiio::TypeDesc::FLOAT;
 }
 
-void check_size(const oiio::ImageSpec& spec, int channels, oiio::TypeDesc type, int64_t most_bytes,
-                const std::string& place) {
-  const std::string size = std::to_string(spec.width) + " x " + std::to_string(spec.height);
-  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1) {
-    throw InputError(place, "the image is empty or not two-dimensional (" + size + ")");
-  }
-  const int64_t bytes = int64_t(spec.width) * spec.height * channels * int64_t(type.size());
-  if (spec.width > kLargestSide || spec.height > kLargestSide || bytes > most_bytes) {
+void check_sides(int64_t width, int64_t height, const std::string& place) {
+  const std::string size = std::to_string(width) + " x " + std::to_string(height);
+  if (width < 1 || height < 1) throw InputError(place, "the image is empty (" + size + ")");
+  if (width > kLargestSide || height > kLargestSide) {
     throw InputError(place, "the image is too large (" + size + "; at most " +
-                                std::to_string(kLargestSide) + " pixels a side and " +
-                                std::to_string(most_bytes >> 20) + " MiB)");
+                                std::to_string(kLargestSide) + " pixels a side)");
   }
 }
 
-// `image.channels` channels from `first_channel` of an open image, some megabytes of rows at a
-// time: between them it can be called off.
-void read_texels(oiio::ImageInput& input, int first_channel, Image& image, const std::string& place,
-                 const LoadProgress& progress) {
-  constexpr size_t kPart = size_t(4) << 20;
-  const oiio::TypeDesc type = oiio_type(image.type);
-  image.texels.resize(size_t(image.width) * size_t(image.height) * size_t(image.channels) *
-                      type.size());
-  const int last_channel = first_channel + image.channels;
-  const size_t row_bytes = size_t(image.width) * size_t(image.channels) * type.size();
-  const bool tiled = input.spec().tile_width > 0;
-  const int part = tiled ? image.height : int(std::max(size_t(1), kPart / row_bytes));
-  for (int row = 0; row < image.height; row += part) {
-    progress.check();
-    const int y = input.spec().y + row, end = std::min(y + part, input.spec().y + image.height);
-    std::byte* texels = image.texels.data() + size_t(row) * row_bytes;
-    if (!(tiled ? input.read_image(0, 0, first_channel, last_channel, type, texels)
-                : input.read_scanlines(0, 0, y, end, input.spec().z, first_channel, last_channel,
-                                       type, texels))) {
-      throw InputError(place, "the image does not decode: " + one_line(input.geterror()));
+// A file, read where it lies.
+class FileProxy final : public oiio::Filesystem::IOProxy {
+ public:
+  explicit FileProxy(InputFile file) : IOProxy("", Read), file_(std::move(file)) {}
+  const char* proxytype() const override { return "file"; }
+  size_t size() const override { return size_t(file_.size()); }
+  size_t pread(void* bytes, size_t count, int64_t offset) override {
+    return size_t(std::max<int64_t>(0, file_.try_read(uint64_t(offset), count, bytes)));
+  }
+  size_t read(void* bytes, size_t count) override {
+    const size_t got = pread(bytes, count, m_pos);
+    m_pos += int64_t(got);
+    return got;
+  }
+
+ private:
+  InputFile file_;
+};
+
+// An image as OpenImageIO sees it, whose pixels are still to be decoded.
+class OpenImage {
+ public:
+  // `bytes` outlive it.
+  OpenImage(Bytes bytes, Formats allowed, const std::string& place, const LoadProgress& progress)
+      : place_(place), progress_(progress) {
+    open_bytes(bytes, allowed);
+  }
+  // EXR and HDR are read from the file as they are decoded, so that a large frame is not in memory
+  // twice; PNG, JPEG, WebP and TIFF in whole.
+  OpenImage(const std::string& path, Formats allowed, const LoadProgress& progress)
+      : place_(path), progress_(progress) {
+    InputFile file(path);
+    std::array<uint8_t, 12> magic = {};
+    const int64_t got = file.try_read(0, magic.size(), magic.data());
+    if (got <= 0) throw InputError(place_, "the image is empty");
+    const ImageFormat format = expect_format(Bytes(magic).first(size_t(got)), allowed, place_);
+    if (format == ImageFormat::kExr || format == ImageFormat::kHdr) {
+      open_in_place(format, std::make_unique<FileProxy>(std::move(file)));
+    } else {
+      const MemoryReservation encoded(progress.budget(), MemoryPart::kFile, file.size(), place_);
+      open_bytes(file.read_all(progress), allowed);
     }
   }
-}
 
-std::unique_ptr<oiio::ImageInput> open_file(const std::string& path) {
-  oiio::ImageSpec hints;
-  hints["oiio:UnassociatedAlpha"] = 1;
-  auto input = oiio::ImageInput::open(path, &hints);
-  if (!input) throw InputError(path, "cannot read the image: " + one_line(oiio::geterror()));
-  return input;
+  const oiio::ImageSpec& spec() const { return input_->spec(); }
+  bool cut_short() const { return cut_short_; }
+  const std::string& place() const { return place_; }
+
+  // Where the pixels are in the picture.
+  Rect data_window() const {
+    const oiio::ImageSpec& s = spec();
+    const int64_t x = int64_t(s.x) - s.full_x, y = int64_t(s.y) - s.full_y;
+    check_sides(s.full_width, s.full_height, place_);
+    if (std::max(std::abs(x), std::abs(y)) > kFarthestCorner) {
+      throw InputError(place_, "its pixels lie far outside its frame");
+    }
+    return {int(x), int(y), int(x) + s.width, int(y) + s.height};
+  }
+
+  // `channels` channels from `first` on, interleaved, rows from the top, the data window alone.
+  void read(int first, int channels, oiio::TypeDesc type, std::byte* texels) {
+    constexpr size_t kPart = size_t(4) << 20;  // between them it can be called off
+    const oiio::ImageSpec& s = spec();
+    const size_t pixel = size_t(channels) * type.size(), row = size_t(s.width) * pixel;
+    const bool tiled = s.tile_width > 0;
+    const int part = tiled ? s.height : int(std::max(size_t(1), kPart / row));
+    const int last = first + channels;
+    for (int y = 0; y < s.height; y += part) {
+      progress_.check();
+      const int begin = s.y + y, end = std::min(begin + part, s.y + s.height);
+      std::byte* out = texels + size_t(y) * row;
+      if (!(tiled ? input_->read_image(0, 0, first, last, type, out)
+                  : input_->read_scanlines(0, 0, begin, end, s.z, first, last, type, out))) {
+        throw InputError(place_, "the image does not decode: " + one_line(input_->geterror()));
+      }
+    }
+    input_->close();
+    turn_upright(texels, pixel);
+  }
+
+ private:
+  void open_bytes(Bytes bytes, Formats allowed) {
+    if (bytes.empty()) throw InputError(place_, "the image is empty");
+    const ImageFormat format = expect_format(bytes, allowed, place_);
+    if (format == ImageFormat::kExr || format == ImageFormat::kHdr) {
+      return open_in_place(format, std::make_unique<oiio::Filesystem::IOMemReader>(
+                                       const_cast<uint8_t*>(bytes.data()), bytes.size()));
+    }
+    clean_.add(bytes.size(), place_);
+    if (format == ImageFormat::kTiff) {
+      bytes_.assign(bytes.begin(), bytes.end());
+      clean_tiff(bytes_, place_);
+    } else {
+      CleanImage clean = clean_image(format, bytes, place_);
+      bytes_ = std::move(clean.bytes);
+      header_ = clean.header;
+      cut_short_ = clean.cut_short;
+      check_sides(header_.width, header_.height, place_);
+    }
+    proxy_ = std::make_unique<oiio::Filesystem::IOMemReader>(bytes_.data(), bytes_.size());
+    open(format);
+  }
+
+  void open_in_place(ImageFormat format, std::unique_ptr<oiio::Filesystem::IOProxy> proxy) {
+    proxy_ = std::move(proxy);
+    const ReadBytes read = [this](uint64_t offset, size_t count, uint8_t* bytes) {
+      return offset < proxy_->size() ? proxy_->pread(bytes, count, int64_t(offset)) : 0;
+    };
+    header_ = format == ImageFormat::kExr ? read_exr_header(read, proxy_->size(), place_)
+                                          : read_hdr_header(read, proxy_->size(), place_);
+    check_sides(header_.width, header_.height, place_);
+    if (header_.orientation > 4) {
+      throw InputError(place_, "the image is stored by columns; save it by rows");
+    }
+    open(format);
+  }
+
+  void open(ImageFormat format) {
+    decoder_.add(uint64_t(header_.width) * uint64_t(header_.height) *
+                     uint64_t(header_.decoder_bytes_per_pixel),
+                 place_);
+    const char* const reader = reader_name(format);
+    input_ = oiio::ImageInput::create(reader);
+    if (!input_ || !input_->supports("ioproxy") || !input_->set_ioproxy(proxy_.get())) {
+      oiio::geterror();  // or it would greet the next caller
+      throw InputError(place_, "this OpenImageIO cannot read " + std::string(name_of(format)));
+    }
+    oiio::ImageSpec hints, opened;
+    hints["oiio:UnassociatedAlpha"] = 1;
+    if (!input_->open(std::string("image.") + reader, opened, hints)) {
+      throw InputError(place_, "the image does not decode: " + one_line(input_->geterror()));
+    }
+    const oiio::ImageSpec& s = spec();
+    check_sides(s.width, s.height, place_);
+    if (s.depth > 1 || s.nchannels < 1 || s.nchannels > kMostChannels || s.deep) {
+      throw InputError(place_, "the image is not a flat picture of 1 to " +
+                                   std::to_string(kMostChannels) + " channels");
+    }
+    if (format == ImageFormat::kTiff) {
+      header_.orientation = s.get_int_attribute("Orientation", 1);
+      // Strips and tiles may be as large as the image.
+      decoder_.add(uint64_t(s.image_bytes(true)), place_);
+    }
+  }
+
+  // Of rows as they are stored.
+  void turn_upright(std::byte* texels, size_t pixel) const {
+    const oiio::ImageSpec& s = spec();
+    const size_t width = size_t(s.width), height = size_t(s.height), row = width * pixel;
+    const int turn = header_.orientation;
+    if (turn == 3 || turn == 4) {
+      for (size_t y = 0; y < height / 2; ++y) {
+        std::swap_ranges(texels + y * row, texels + (y + 1) * row, texels + (height - 1 - y) * row);
+      }
+    }
+    if (turn != 2 && turn != 3) return;
+    for (size_t y = 0; y < height; ++y) {
+      std::byte* const line = texels + y * row;
+      for (size_t x = 0; x < width / 2; ++x) {
+        std::swap_ranges(line + x * pixel, line + (x + 1) * pixel, line + (width - 1 - x) * pixel);
+      }
+    }
+  }
+
+  const std::string place_;
+  const LoadProgress& progress_;
+  MemoryReservation clean_{progress_.budget(), MemoryPart::kFile};
+  MemoryReservation decoder_{progress_.budget(), MemoryPart::kTextures};
+  ImageHeader header_;
+  bool cut_short_ = false;
+  std::vector<uint8_t> bytes_;  // what the decoder reads, unless it reads where they lie
+  std::unique_ptr<oiio::Filesystem::IOProxy> proxy_;
+  std::unique_ptr<oiio::ImageInput> input_;  // after what it reads, so that it goes first
+};
+
+// Decodes channels of a picture that has to be there in full; what lies outside its frame is left
+// out.
+void read_frame(OpenImage& input, int first, Image& image, const LoadProgress& progress) {
+  const oiio::ImageSpec& spec = input.spec();
+  const oiio::TypeDesc type = oiio_type(image.type);
+  const Rect data = input.data_window(), frame{0, 0, spec.full_width, spec.full_height};
+  if (data.intersect(frame) != frame) {
+    throw InputError(input.place(),
+                     "its pixels do not fill its frame: " + std::to_string(data.width()) + " x " +
+                         std::to_string(data.height()) + " from (" + std::to_string(data.x0) +
+                         ", " + std::to_string(data.y0) + ") in " + std::to_string(frame.width()) +
+                         " x " + std::to_string(frame.height()));
+  }
+  const size_t pixel = size_t(image.channels) * type.size();
+  const size_t bytes = size_t(data.area()) * pixel;
+  progress.budget()->reserve(MemoryPart::kTextures, bytes, input.place());
+  image.texels.resize(bytes);
+  input.read(first, image.channels, type, image.texels.data());
+  image.width = frame.width();
+  image.height = frame.height();
+  if (data == frame) return;
+  const size_t row = size_t(frame.width()) * pixel;
+  for (int y = 0; y < frame.height(); ++y) {
+    const std::byte* source = image.texels.data() + data.index_of(0, y) * pixel;
+    std::copy(source, source + row, image.texels.data() + size_t(y) * row);
+  }
+  image.texels.resize(size_t(frame.area()) * pixel);
 }
 
 }  // namespace
 
-std::shared_ptr<const Image> decode_image(std::span<const uint8_t> encoded,
-                                          const std::string& place, uint64_t* non_finite,
-                                          const LoadProgress& progress) try {
-  if (encoded.empty()) throw InputError(place, "the image is empty");
-  const std::string format = sniff_format(encoded);
-  if (format.empty()) {
-    throw InputError(place, "the image is not PNG, JPEG, WebP, EXR or HDR");
+DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place, bool lenient,
+                          const LoadProgress& progress) try {
+  OpenImage input(encoded, kTextureFormats, place, progress);
+  if (input.cut_short() && !lenient) {
+    throw InputError(place, "the JPEG is cut short; --lenient takes what is there");
   }
-  if (format == "png") check_png_is_whole(encoded, place);
-  auto input = oiio::ImageInput::create(format);
-  if (!input) {
-    oiio::geterror();  // or it would greet the next caller
-    throw InputError(place, "this OpenImageIO cannot read " + format + " images");
-  }
-  oiio::ImageSpec hints;
-  hints["oiio:UnassociatedAlpha"] = 1;
-  oiio::ImageSpec spec;
-  oiio::Filesystem::IOMemReader reader(const_cast<uint8_t*>(encoded.data()), encoded.size());
-  if (!input->supports("ioproxy") || !input->set_ioproxy(&reader)) {
-    throw InputError(place, "this OpenImageIO cannot read " + format + " images from memory");
-  }
-  if (!input->open("image." + format, spec, hints)) {
-    throw InputError(place, "the image does not decode: " + one_line(input->geterror()));
-  }
-
+  const oiio::ImageSpec spec = input.spec();
   auto image = std::make_shared<Image>();
   image->name = place;
   image->type = texel_type(spec.format);
   image->channels = std::min(spec.nchannels, 4);
-  check_size(spec, image->channels, oiio_type(image->type), kMostBytes, place);
-  image->width = spec.width;
-  image->height = spec.height;
-  read_texels(*input, 0, *image, place, progress);
-  input->close();
+  read_frame(input, 0, *image, progress);
   // The WebP reader (OpenImageIO 2.4) multiplies whatever the hint says; EXR is so by convention.
   const bool has_alpha = spec.alpha_channel == image->channels - 1 && image->channels % 2 == 0;
   if (has_alpha && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0) unpremultiply(*image);
   const uint64_t repaired = repair_texels(*image, TexelRange::kFinite);
-  if (non_finite) *non_finite += repaired;
-  return image;
+  return {std::move(image), repaired, input.cut_short()};
 } catch (const std::bad_alloc&) {
   throw InputError(place, "no memory to decode the image");
 }
 
 std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t* repaired,
                                               const LoadProgress& progress) try {
-  auto input = open_file(path);
-  const oiio::ImageSpec& spec = input->spec();
+  OpenImage input(path, kEnvironmentFormats, progress);
+  const oiio::ImageSpec& spec = input.spec();
   const bool is_half = spec.format == oiio::TypeDesc::HALF;
   if (!is_half && spec.format != oiio::TypeDesc::FLOAT) {
     throw InputError(path, "an environment needs half or float texels (.exr or .hdr), this has " +
@@ -206,12 +366,7 @@ std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t*
   image->name = path;
   image->type = is_half ? TexelType::kHalf : TexelType::kFloat;
   image->channels = grey ? 1 : 3;
-  // A 32k float map is 6 GiB: allowed, the user named this file.
-  check_size(spec, 3, oiio_type(image->type), int64_t(1) << 34, path);
-  image->width = spec.width;
-  image->height = spec.height;
-  read_texels(*input, first, *image, path, progress);
-  input->close();
+  read_frame(input, first, *image, progress);
   if (grey) expand_grey(*image);
   const uint64_t count = repair_texels(*image, TexelRange::kRadiance);
   if (repaired) *repaired += count;
@@ -227,23 +382,23 @@ int FloatImage::find_channel(const std::string& name) const {
   return -1;
 }
 
-FloatImage read_float_image(const std::string& path) try {
-  auto input = open_file(path);
-  const oiio::ImageSpec spec = input->spec();
-  check_size(spec, spec.nchannels, oiio::TypeDesc::FLOAT, int64_t(1) << 36, path);
+FloatImage read_float_image(const std::string& path, const LoadProgress& progress) try {
+  OpenImage input(path, kPictureFormats, progress);
+  if (input.cut_short()) throw InputError(path, "the JPEG is cut short");
+  const oiio::ImageSpec spec = input.spec();
   FloatImage image;
   image.width = spec.width;
   image.height = spec.height;
-  const int x = spec.x - spec.full_x, y = spec.y - spec.full_y;
-  image.data_window = {x, y, x + spec.width, y + spec.height};
+  image.data_window = input.data_window();
   image.frame_width = spec.full_width;
   image.frame_height = spec.full_height;
   image.channel_names.assign(spec.channelnames.begin(), spec.channelnames.end());
   const size_t channels = size_t(spec.nchannels);
-  image.values.resize(size_t(spec.width) * size_t(spec.height) * channels);
-  if (!input->read_image(0, 0, 0, spec.nchannels, oiio::TypeDesc::FLOAT, image.values.data())) {
-    throw InputError(path, "the image does not decode: " + one_line(input->geterror()));
-  }
+  const size_t count = size_t(spec.width) * size_t(spec.height) * channels;
+  progress.budget()->reserve(MemoryPart::kTextures, count * sizeof(float), path);
+  image.values.resize(count);
+  input.read(0, spec.nchannels, oiio::TypeDesc::FLOAT,
+             reinterpret_cast<std::byte*>(image.values.data()));
   for (size_t c = 0; c < channels; ++c) {
     const oiio::TypeDesc type = spec.channelformat(int(c));
     const bool is_float = type.is_floating_point();

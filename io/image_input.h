@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "renderer/core/load_progress.h"
 #include "renderer/core/rect.h"
@@ -13,22 +14,28 @@
 
 namespace emberline {
 
-// Decodes an encoded image held in memory (PNG, JPEG, WebP, EXR, HDR, ...), keeping its bit depth
-// and not premultiplying alpha. Throws InputError naming `place`. Non-finite texels become 0 and
-// are counted in *non_finite.
-std::shared_ptr<const Image> decode_image(std::span<const uint8_t> encoded,
-                                          const std::string& place, uint64_t* non_finite,
-                                          const LoadProgress& progress = LoadProgress::unwatched());
+struct DecodedImage {
+  std::shared_ptr<const Image> image;
+  uint64_t non_finite = 0;  // texels that were, and became 0
+  bool cut_short = false;   // a JPEG that ends early: grey from there on
+};
+
+// Decodes an encoded image held in memory (PNG, JPEG, WebP, EXR, HDR: whatever its name says),
+// keeping its bit depth and not premultiplying alpha. Colour profiles and other metadata are not
+// read. Throws InputError naming `place`; for a JPEG that ends early, too, unless `lenient`.
+DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place,
+                          bool lenient = false,
+                          const LoadProgress& progress = LoadProgress::unwatched());
 
 // Reads a latitude-longitude environment map (.hdr, .exr; 3 channels; half if the file is half,
-// else float). NaN, infinite and negative texels become 0, finite ones beyond the type's range are
-// clamped to it; all are counted. Throws InputError.
+// else float), whose pixels fill its frame. NaN, infinite and negative texels become 0, finite ones
+// beyond the type's range are clamped to it; all are counted. Throws InputError.
 std::shared_ptr<const Image> read_environment(
     const std::string& path, uint64_t* repaired,
     const LoadProgress& progress = LoadProgress::unwatched());
 
-// A float image with named channels, for `compare` and the tests: any format OpenImageIO reads.
-// Integer formats are decoded from sRGB to linear. Data window only.
+// A float image with named channels, for `compare`, `heatmap` and the tests: EXR, HDR, PNG, JPEG,
+// WebP, TIFF. Integer formats are decoded from sRGB to linear. Data window only.
 struct FloatImage {
   int width = 0, height = 0;
   Rect data_window;                       // these pixels, counted from the frame's corner
@@ -39,6 +46,7 @@ struct FloatImage {
   // Channel index by name ("R", "albedo.G"), -1 if absent.
   int find_channel(const std::string& name) const;
 };
-FloatImage read_float_image(const std::string& path);
+FloatImage read_float_image(const std::string& path,
+                            const LoadProgress& progress = LoadProgress::unwatched());
 
 }  // namespace emberline

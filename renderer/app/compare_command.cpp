@@ -17,6 +17,7 @@
 #include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
+#include "renderer/core/log.h"
 #include "renderer/statistics/colour_map.h"
 #include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/flip.h"
@@ -144,15 +145,14 @@ int run_compare(const CompareOptions& options) {
       throw UsageError("-o: " + options.difference + " is one of the pictures compared");
     }
   }
-  const RgbImage image = read_rgb(options.image);
-  const RgbImage reference = read_rgb(options.reference);
-  if (image.width != reference.width || image.height != reference.height) {
-    throw InputError(
-        options.image,
-        fmt::format("{} x {} pixels, but {} has {} x {}; only pictures of the same size "
-                    "can be compared",
-                    image.width, image.height, options.reference, reference.width,
-                    reference.height));
+  const RgbFile file = read_rgb(options.image);
+  const RgbImage& image = file.pixels;
+  const RgbImage reference = reference_pixels(read_rgb(options.reference), options.image,
+                                              file.window, file.frame_width, file.frame_height);
+  if (!file.is_whole_frame()) {
+    const Rect& w = file.window;
+    log_info(fmt::format("compared are the pixels that {} has: --crop {},{},{},{}", options.image,
+                         w.x0, w.y0, w.x1, w.y1));
   }
 
   const ErrorMetrics metrics = compare_images(image, reference, {options.exposure});

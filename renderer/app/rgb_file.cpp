@@ -3,13 +3,23 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <utility>
+#include <vector>
 
 #include "io/image_input.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
+namespace {
 
-RgbImage read_rgb(const std::string& path) {
+std::string describe(const Rect& window, int frame_width, int frame_height) {
+  return fmt::format("{} x {} pixels from ({}, {}) of a frame of {} x {}", window.width(),
+                     window.height(), window.x0, window.y0, frame_width, frame_height);
+}
+
+}  // namespace
+
+RgbFile read_rgb(const std::string& path) {
   const FloatImage file = read_float_image(path);
   std::array<size_t, 3> source{};
   for (size_t c = 0; c < 3; ++c) {
@@ -25,13 +35,44 @@ RgbImage read_rgb(const std::string& path) {
     source[c] = size_t(found);
   }
   const size_t pixels = size_t(file.width) * size_t(file.height);
-  RgbImage image{file.width, file.height, std::vector<float>(3 * pixels)};
+  RgbFile result{path,
+                 {file.width, file.height, std::vector<float>(3 * pixels)},
+                 file.data_window,
+                 file.frame_width,
+                 file.frame_height};
   for (size_t i = 0; i < pixels; ++i) {
     for (size_t c = 0; c < 3; ++c) {
-      image.rgb[3 * i + c] = file.values[i * size_t(file.channels()) + source[c]];
+      result.pixels.rgb[3 * i + c] = file.values[i * size_t(file.channels()) + source[c]];
     }
   }
-  return image;
+  return result;
+}
+
+RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect& window,
+                          int frame_width, int frame_height) {
+  const bool same_frame =
+      reference.frame_width == frame_width && reference.frame_height == frame_height;
+  const bool whole = window == Rect{0, 0, frame_width, frame_height};
+  if (same_frame && reference.window == window) return std::move(reference.pixels);
+  if (same_frame && reference.window.intersect(window) == window) {
+    RgbImage part{window.width(), window.height(), {}};
+    for (int y = window.y0; y < window.y1; ++y) {
+      const auto row =
+          reference.pixels.rgb.begin() + int64_t(3 * reference.window.index_of(window.x0, y));
+      part.rgb.insert(part.rgb.end(), row, row + 3 * window.width());
+    }
+    return part;
+  }
+  const bool same_size =
+      reference.pixels.width == window.width() && reference.pixels.height == window.height();
+  if (!same_frame && same_size && (whole || reference.is_whole_frame())) {
+    return std::move(reference.pixels);
+  }
+  throw InputError(
+      reference.path,
+      fmt::format("has {}, but {} has {}; a reference has the same pixels or more",
+                  describe(reference.window, reference.frame_width, reference.frame_height), what,
+                  describe(window, frame_width, frame_height)));
 }
 
 }  // namespace emberline

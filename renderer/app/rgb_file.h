@@ -3,12 +3,29 @@
 
 #include <string>
 
+#include "renderer/core/rect.h"
 #include "renderer/statistics/error_metrics.h"
 
 namespace emberline {
 
+// Pixels of a frame, and where in it they lie. A .png knows no frame but itself.
+struct RgbFile {
+  std::string path;
+  RgbImage pixels;
+  Rect window;
+  int frame_width = 0, frame_height = 0;
+
+  bool is_whole_frame() const { return window == Rect{0, 0, frame_width, frame_height}; }
+};
+
 // Linear; the data window only. Throws InputError for a file that cannot be read or lacks one of
 // the three channels.
-RgbImage read_rgb(const std::string& path);
+RgbFile read_rgb(const std::string& path);
+
+// Of a reference the pixels that `window` of a frame is to be measured against: those at the same
+// place of a frame of the same size; or, where one of the two knows no frame but itself, all of
+// them, if they are as many. Throws InputError, which calls the picture to be measured `what`.
+RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect& window,
+                          int frame_width, int frame_height);
 
 }  // namespace emberline

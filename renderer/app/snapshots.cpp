@@ -136,14 +136,9 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& win
                      "end; choose a progressive driver");
   }
   if (!options.reference.empty()) {
-    reference_ = read_rgb(options.reference);
-    if (reference_->width != window.width() || reference_->height != window.height()) {
-      throw InputError(
-          options.reference,
-          fmt::format("has {} x {} pixels, but the frame to be measured against it "
-                      "has {} x {}",
-                      reference_->width, reference_->height, window.width(), window.height()));
-    }
+    reference_ =
+        reference_pixels(read_rgb(options.reference), "the frame to be measured against it", window,
+                         options.width, options.height);
   }
   std::error_code error;
   made_folder_ = std::filesystem::create_directory(options.snapshots, error);

@@ -98,15 +98,9 @@ class Study {
 // Of --reference, before anything takes time.
 std::optional<RgbImage> read_reference(const StudyOptions& options) {
   if (options.reference.empty()) return std::nullopt;
-  RgbImage image = read_rgb(options.reference);
-  const Rect window = choose_window(options.frame);
-  if (image.width != window.width() || image.height != window.height()) {
-    throw InputError(options.reference,
-                     fmt::format("has {} x {} pixels, but the frame to be measured against it "
-                                 "has {} x {}",
-                                 image.width, image.height, window.width(), window.height()));
-  }
-  return image;
+  const RenderOptions& frame = options.frame;
+  return reference_pixels(read_rgb(options.reference), "the frame to be measured against it",
+                          choose_window(frame), frame.width, frame.height);
 }
 
 Study::Study(const StudyOptions& options, const StudyPlan& plan, int threads)

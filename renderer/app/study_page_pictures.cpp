@@ -33,8 +33,7 @@ std::optional<ByteImage> read_picture(const std::string& folder, const std::stri
   if (name.empty()) return std::nullopt;
   try {
     const std::string path = (std::filesystem::path(folder) / name).string();
-    uint64_t repaired = 0;
-    const auto file = decode_image(InputFile(path).read_all(), path, &repaired);
+    const auto file = decode_image(InputFile(path).read_all(), path).image;
     if (file->type != TexelType::kUint8 || file->channels < 3) return std::nullopt;
     ByteImage image{.width = file->width, .height = file->height, .values = {}};
     const auto channels = size_t(file->channels);

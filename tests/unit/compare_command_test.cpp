@@ -89,6 +89,45 @@ TEST_F(CompareTest, EqualPicturesHaveNullPsnr) {
   EXPECT_EQ(json["ssim"], 1);
 }
 
+// The same place of the same frame is compared, whatever part of it either file holds.
+TEST_F(CompareTest, CropsAreComparedWhereTheyLie) {
+  const auto write_part = [&](const std::string& name, const Rect& window, int width, int height) {
+    ExrHeader header;
+    header.width = width;
+    header.height = height;
+    header.data_window = window;
+    header.channels = {{"R"}, {"G"}, {"B"}};
+    std::vector<float> pixels;
+    for (int y = window.y0; y < window.y1; ++y) {
+      for (int x = window.x0; x < window.x1; ++x) {
+        pixels.insert(pixels.end(), {float(x), float(y), float(x * y)});
+      }
+    }
+    ExrWriter writer(path(name), header);
+    writer.write_tile(window, pixels);
+    writer.finish();
+    return path(name);
+  };
+  const std::string whole = write_part("whole.exr", {0, 0, 9, 7}, 9, 7);
+  const std::string crop = write_part("crop.exr", {2, 3, 5, 6}, 9, 7);
+  const std::string elsewhere = write_part("elsewhere.exr", {3, 3, 6, 6}, 9, 7);
+  const std::string other_frame = write_part("other.exr", {2, 3, 5, 6}, 10, 7);
+  CompareOptions options;
+  options.json = true;
+  options.image = crop;
+  options.reference = whole;
+  const auto json = nlohmann::json::parse(stdout_of(options));
+  EXPECT_EQ(json["width"], 3);
+  EXPECT_EQ(json["different_pixels"], 0);
+  for (const std::string& reference : {elsewhere, other_frame}) {
+    options.reference = reference;
+    EXPECT_THROW(run_compare(options), InputError) << reference;
+  }
+  options.image = whole;
+  options.reference = crop;
+  EXPECT_THROW(run_compare(options), InputError);
+}
+
 TEST_F(CompareTest, TableNamesFilesAndMetrics) {
   CompareOptions options;
   options.image = write_exr("a.exr", 2, 1, {"R", "G", "B"},

@@ -20,7 +20,9 @@ using test::TempFolder;
 
 std::shared_ptr<const Image> decode(const std::vector<uint8_t>& encoded,
                                     uint64_t* non_finite = nullptr) {
-  return decode_image(encoded, "place", non_finite);
+  const DecodedImage decoded = decode_image(encoded, "place");
+  if (non_finite) *non_finite += decoded.non_finite;
+  return decoded.image;
 }
 
 template <class T>
@@ -144,9 +146,7 @@ TEST(ImageInput, DecompressionBombsAreRefused) {
     return png;
   };
   const std::string message = message_of(announce(60000, 60000));
-  // OpenImageIO 3 itself asks whether so few bytes can hold so many pixels.
-  EXPECT_TRUE(message.find("too large (60000 x 60000") != std::string::npos ||
-              message.find("malicious header") != std::string::npos)
+  EXPECT_NE(message.find("60000 x 60000 pixels are announced, which"), std::string::npos)
       << message;
   EXPECT_NE(message_of(announce(70000, 1)).find("too large"), std::string::npos);
   EXPECT_NE(message_of(announce(0, 5)), "no error");
@@ -228,7 +228,7 @@ TEST(ReadEnvironment, GreyIsExpandedOthersAreErrors) {
   test::write_image<float>(folder / "two.exr", two, {1, 2, 3, 4});
   EXPECT_NE(message(folder / "two.exr").find("1, 3 or 4 channels"), std::string::npos);
   test::write_bytes(folder / "a.png", test::small_png());
-  EXPECT_NE(message(folder / "a.png").find("needs half or float"), std::string::npos);
+  EXPECT_NE(message(folder / "a.png").find("is PNG, not EXR or HDR"), std::string::npos);
   EXPECT_NE(message(folder / "none.hdr").find("none.hdr"), std::string::npos);
   test::write_text(folder / "text.hdr", "not a picture");
   EXPECT_NE(message(folder / "text.hdr"), "no error");
@@ -238,6 +238,52 @@ TEST(ReadEnvironment, GreyIsExpandedOthersAreErrors) {
   cut.resize(cut.size() / 2);
   test::write_bytes(folder / "cut.exr", cut);
   EXPECT_NE(message(folder / "cut.exr"), "no error");
+}
+
+TEST(ReadEnvironment, TheFrameIsWhatIsRead) {
+  const TempFolder folder;
+  ImageSpec spec(4, 2, 3, TypeDesc::FLOAT);
+  std::vector<float> values(4 * 2 * 3);
+  for (size_t i = 0; i < values.size(); ++i) values[i] = float(i / 3);
+  // Two pixels more than the frame on the left, one row more above.
+  spec.x = -2;
+  spec.y = -1;
+  spec.full_width = 2;
+  spec.full_height = 1;
+  test::write_image<float>(folder / "overscan.exr", spec, values);
+  const auto image = read_environment(folder / "overscan.exr", nullptr);
+  EXPECT_EQ(image->width, 2);
+  EXPECT_EQ(image->height, 1);
+  EXPECT_EQ(texels<float>(*image), (std::vector<float>{6, 6, 6, 7, 7, 7}));
+  spec.full_width = 5;
+  test::write_image<float>(folder / "crop.exr", spec, values);
+  try {
+    read_environment(folder / "crop.exr", nullptr);
+    ADD_FAILURE() << "read";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("4 x 2 from (-2, -1) in 5 x 1"), std::string::npos)
+        << error.what();
+  }
+}
+
+// Radiance files say which way their rows and columns run.
+TEST(ReadEnvironment, HdrIsTurnedUpright) {
+  const TempFolder folder;
+  const auto write = [&](const std::string& resolution) {
+    // Flat pixels: fewer than eight columns are never run-length encoded. Value 2^(e - 136) * m.
+    std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n" + resolution + "\n";
+    for (int i = 0; i < 4; ++i) text += std::string(3, char(128)) + char(129 + i);
+    test::write_text(folder / "a.hdr", text);
+    const auto values = texels<float>(*read_environment(folder / "a.hdr", nullptr));
+    std::vector<int> order;
+    for (size_t i = 0; i < values.size(); i += 3) order.push_back(int(std::log2(values[i])));
+    return order;
+  };
+  EXPECT_EQ(write("-Y 2 +X 2"), (std::vector<int>{0, 1, 2, 3}));
+  EXPECT_EQ(write("+Y 2 +X 2"), (std::vector<int>{2, 3, 0, 1}));
+  EXPECT_EQ(write("-Y 2 -X 2"), (std::vector<int>{1, 0, 3, 2}));
+  EXPECT_EQ(write("+Y 2 -X 2"), (std::vector<int>{3, 2, 1, 0}));
+  EXPECT_THROW(write("+X 2 +Y 2"), InputError);
 }
 
 TEST(ReadFloatImage, NamesChannelsAndDecodesSrgb) {

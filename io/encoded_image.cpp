@@ -1,0 +1,435 @@
+#include "io/encoded_image.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstring>
+#include <optional>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+using Bytes = std::span<const uint8_t>;
+
+// DEFLATE's best ratio: 258 bytes out of two bits (RFC 1951; zlib's technical notes).
+constexpr int kDeflateRatio = 1032;
+// A progressive JPEG goes over all its pixels with every scan; writers make some ten of them, and
+// what the format allows is far below this.
+constexpr int kMostScans = 500;
+constexpr size_t kMostExrHeader = size_t(16) << 20, kMostHdrHeader = size_t(64) << 10;
+
+bool starts_with(Bytes bytes, std::string_view magic, size_t offset = 0) {
+  return bytes.size() >= offset + magic.size() &&
+         std::memcmp(bytes.data() + offset, magic.data(), magic.size()) == 0;
+}
+
+uint32_t big_endian(Bytes bytes, size_t offset, size_t count) {
+  uint32_t value = 0;
+  for (size_t i = 0; i < count; ++i) value = value << 8 | bytes[offset + i];
+  return value;
+}
+
+uint32_t little_endian(Bytes bytes, size_t offset, size_t count) {
+  uint32_t value = 0;
+  for (size_t i = count; i-- > 0;) value = value << 8 | bytes[offset + i];
+  return value;
+}
+
+[[noreturn]] void throw_truncated(const char* format, const std::string& place) {
+  throw InputError(place,
+                   std::string("the image does not decode: the ") + format + " is truncated");
+}
+
+// Throws unless the pixels can be in the bytes: a header costs nothing, an image does.
+void check_bears_out(const ImageHeader& header, double needed, uint64_t bytes,
+                     const std::string& place) {
+  if (needed <= double(bytes)) return;
+  throw InputError(place, "the image does not decode: " + std::to_string(header.width) + " x " +
+                              std::to_string(header.height) + " pixels are announced, which " +
+                              std::to_string(bytes) + " bytes cannot hold");
+}
+
+void append(std::vector<uint8_t>& out, Bytes bytes) {
+  const size_t end = out.size();
+  out.resize(end + bytes.size());
+  std::memcpy(out.data() + end, bytes.data(), bytes.size());
+}
+
+// Chunks are length, type, data, CRC (PNG specification, section 5.3). Kept are those that decide
+// samples.
+CleanImage clean_png(Bytes bytes, const std::string& place) {
+  constexpr std::array<std::string_view, 5> kKept = {"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
+  constexpr std::array<int, 7> kSamples = {1, 0, 3, 1, 2, 0, 4};  // by colour type
+  CleanImage clean;
+  clean.bytes.reserve(bytes.size());
+  append(clean.bytes, bytes.first(8));
+  int64_t compressed = 0, row_bits = 0;
+  for (size_t offset = 8; bytes.size() - offset >= 12;) {
+    const uint64_t length = big_endian(bytes, offset, 4);
+    if (length > bytes.size() - offset - 12) break;
+    const Bytes chunk = bytes.subspan(offset, size_t(length) + 12);
+    offset += chunk.size();
+    const auto is = [&](std::string_view type) { return starts_with(chunk, type, 4); };
+    if (!std::ranges::any_of(kKept, is)) continue;
+    append(clean.bytes, chunk);
+    if (is("IHDR") && length >= 13 && row_bits == 0) {
+      const int depth = chunk[16], colour = chunk[17];
+      const bool interlaced = chunk[20] != 0;
+      clean.header.width = big_endian(chunk, 8, 4);
+      clean.header.height = big_endian(chunk, 12, 4);
+      row_bits = clean.header.width * depth * (colour < 7 ? kSamples[size_t(colour)] : 4);
+      // Interlaced images are decoded whole, beside the result; at most 4 x 16 bits.
+      clean.header.decoder_bytes_per_pixel = interlaced ? 8 : 0;
+    }
+    if (is("IDAT")) compressed += int64_t(length);
+    if (!is("IEND")) continue;
+    const int64_t row = row_bits / 8 + 1;
+    check_bears_out(clean.header, double(row) * double(clean.header.height) / kDeflateRatio,
+                    uint64_t(compressed) + kDeflateRatio, place);
+    return clean;
+  }
+  throw_truncated("PNG", place);
+}
+
+// The end of a scan's entropy-coded data: the next marker that is not a restart (ITU-T T.81,
+// section B.1.1.2).
+size_t end_of_scan(Bytes bytes, size_t offset) {
+  while (offset + 1 < bytes.size()) {
+    const void* found = std::memchr(&bytes[offset], 0xff, bytes.size() - 1 - offset);
+    if (!found) break;
+    offset = size_t(static_cast<const uint8_t*>(found) - bytes.data());
+    const uint8_t next = bytes[offset + 1];
+    if (next != 0x00 && next != 0xff && (next < 0xd0 || next > 0xd7)) return offset;
+    offset += next == 0xff ? 1 : 2;
+  }
+  return bytes.size();
+}
+
+// Baseline, extended and progressive frames, Huffman or arithmetic: C0 to CF but for the tables.
+bool begins_frame(uint8_t marker) {
+  return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+}
+
+// Of a frame header: size, and the fewest bits that its blocks take.
+void read_frame_header(Bytes segment, ImageHeader* header, int64_t* least_bits) {
+  if (segment.size() < 10) return;
+  const size_t components = segment[9];
+  header->height = big_endian(segment, 5, 2);
+  header->width = big_endian(segment, 7, 2);
+  int64_t across = 8, down = 8;  // pixels of a minimum coded unit, which takes a bit at least
+  for (size_t c = 0; c < components && 12 + 3 * c <= segment.size(); ++c) {
+    across = std::max<int64_t>(across, 8 * (segment[11 + 3 * c] >> 4));
+    down = std::max<int64_t>(down, 8 * (segment[11 + 3 * c] & 15));
+  }
+  *least_bits = (header->width / across) * (header->height / down);
+  // Progressive images keep all coefficients: 16 bits for each component.
+  const uint8_t marker = segment[1];
+  const bool progressive = marker == 0xc2 || marker == 0xc6 || marker == 0xca || marker == 0xce;
+  header->decoder_bytes_per_pixel = progressive ? 2 * int(components) : 0;
+}
+
+CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
+  CleanImage clean;
+  clean.bytes.reserve(bytes.size());
+  append(clean.bytes, bytes.first(2));
+  int64_t least_bits = 0;
+  int scans = 0;
+  size_t offset = 2;
+  clean.cut_short = true;
+  while (offset + 4 <= bytes.size() || (offset + 2 <= bytes.size() && bytes[offset + 1] == 0xd9)) {
+    if (bytes[offset] != 0xff) {
+      ++offset;  // decoders skip what stands between segments
+      continue;
+    }
+    const uint8_t marker = bytes[offset + 1];
+    if (marker == 0xff || marker == 0x00 || marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8)) {
+      offset += marker == 0xff ? 1 : 2;  // fill bytes; markers without a segment
+      continue;
+    }
+    if (marker == 0xd9) {
+      append(clean.bytes, bytes.subspan(offset, 2));
+      clean.cut_short = false;
+      break;
+    }
+    const size_t length = big_endian(bytes, offset + 2, 2) + size_t(2);
+    if (length < 4 || length > bytes.size() - offset) break;
+    Bytes segment = bytes.subspan(offset, length);
+    offset += length;
+    const bool application = marker >= 0xe0 && marker <= 0xef;
+    const bool kept =
+        application ? (marker == 0xe0 && starts_with(segment, std::string_view("JFIF\0", 5), 4)) ||
+                          (marker == 0xee && starts_with(segment, "Adobe", 4))
+                    : marker < 0xf0;  // JPG extensions and comments are above
+    if (!kept) continue;
+    if (begins_frame(marker) && clean.header.width == 0) {
+      read_frame_header(segment, &clean.header, &least_bits);
+    }
+    append(clean.bytes, segment);
+    if (marker != 0xda) continue;
+    if (++scans > kMostScans) {
+      throw InputError(place, "the image does not decode: the JPEG has more than " +
+                                  std::to_string(kMostScans) + " scans");
+    }
+    const size_t end = end_of_scan(bytes, offset);
+    append(clean.bytes, bytes.subspan(offset, end - offset));
+    offset = end;
+  }
+  if (scans == 0) throw_truncated("JPEG", place);
+  check_bears_out(clean.header, double(least_bits) / 8, bytes.size(), place);
+  if (clean.cut_short) append(clean.bytes, std::array<uint8_t, 2>{0xff, 0xd9});
+  return clean;
+}
+
+// RIFF chunks (RFC 9649, section 2.3). A still image: VP8 or VP8L, with VP8X and ALPH before it
+// where there is alpha.
+CleanImage clean_webp(Bytes bytes, const std::string& place) {
+  constexpr std::array<std::string_view, 4> kKept = {"VP8X", "ALPH", "VP8 ", "VP8L"};
+  constexpr uint8_t kAlphaFlag = 0x10, kAnimationFlag = 0x02;
+  CleanImage clean;
+  clean.bytes.reserve(bytes.size());
+  append(clean.bytes, bytes.first(12));
+  // Beside the result its reader keeps the decoded picture, and VP8L a second one.
+  clean.header.decoder_bytes_per_pixel = 8;
+  const uint64_t announced = uint64_t(little_endian(bytes, 4, 4)) + 8;
+  if (announced > bytes.size()) throw_truncated("WebP", place);
+  bool has_picture = false;
+  for (size_t offset = 12; announced >= offset + 8 && !has_picture;) {
+    const uint64_t length = little_endian(bytes, offset + 4, 4), padded = length + (length & 1);
+    if (length > announced - offset - 8) throw_truncated("WebP", place);
+    const size_t size = size_t(std::min(padded + 8, announced - offset));
+    const Bytes chunk = bytes.subspan(offset, size);
+    offset += size;
+    const auto is = [&](std::string_view type) { return starts_with(chunk, type); };
+    if (!std::ranges::any_of(kKept, is)) continue;
+    const size_t at = clean.bytes.size();
+    append(clean.bytes, chunk);
+    if (is("VP8X") && length >= 10) {
+      if (chunk[8] & kAnimationFlag) {
+        throw InputError(place, "animated WebP is not supported; save one frame of it");
+      }
+      clean.bytes[at + 8] = uint8_t(chunk[8] & kAlphaFlag);  // of the rest nothing is left
+      clean.header.width = int64_t(little_endian(chunk, 12, 3)) + 1;
+      clean.header.height = int64_t(little_endian(chunk, 15, 3)) + 1;
+    } else if (is("VP8 ") && length >= 10) {  // RFC 6386, section 9.1
+      clean.header.width = little_endian(chunk, 14, 2) & 0x3fff;
+      clean.header.height = little_endian(chunk, 16, 2) & 0x3fff;
+      has_picture = true;
+    } else if (is("VP8L") && length >= 5) {  // RFC 9649, section 3.4
+      const uint32_t bits = little_endian(chunk, 9, 4);
+      clean.header.width = int64_t(bits & 0x3fff) + 1;
+      clean.header.height = int64_t(bits >> 14 & 0x3fff) + 1;
+      has_picture = true;
+    }
+  }
+  if (!has_picture) throw_truncated("WebP", place);
+  const uint32_t size = uint32_t(clean.bytes.size() - 8);
+  for (size_t i = 0; i < 4; ++i) clean.bytes[4 + i] = uint8_t(size >> (8 * i));
+  return clean;
+}
+
+// Reads ahead in a header whose length is known when it has been read.
+class HeaderReader {
+ public:
+  HeaderReader(const ReadBytes& read, size_t most, const char* format, const std::string& place)
+      : read_(read), most_(most), format_(format), place_(place) {}
+
+  uint64_t offset() const { return offset_; }
+  void skip(uint64_t count) {
+    offset_ += count;
+    if (offset_ > most_) {
+      throw InputError(place_, std::string("the image does not decode: the header of the ") +
+                                   format_ + " is longer than " + std::to_string(most_) + " bytes");
+    }
+  }
+  uint8_t byte() {
+    if (offset_ < begin_ || offset_ >= begin_ + buffer_.size()) {
+      buffer_.resize(4096);
+      begin_ = offset_;
+      buffer_.resize(read_(begin_, buffer_.size(), buffer_.data()));
+      if (buffer_.empty()) throw_truncated(format_, place_);
+    }
+    const uint8_t value = buffer_[size_t(offset_ - begin_)];
+    skip(1);
+    return value;
+  }
+  uint32_t word() {  // little endian
+    uint32_t value = 0;
+    for (int i = 0; i < 4; ++i) value |= uint32_t(byte()) << (8 * i);
+    return value;
+  }
+  std::string until(char end) {
+    std::string text;
+    for (char c = char(byte()); c != end; c = char(byte())) text += c;
+    return text;
+  }
+
+ private:
+  const ReadBytes& read_;
+  const size_t most_;
+  const char* format_;
+  const std::string& place_;
+  std::vector<uint8_t> buffer_;
+  uint64_t begin_ = 0, offset_ = 0;
+};
+
+// "-Y 512" -> its sign and letter, and 512.
+struct HdrAxis {
+  char sign = 0, letter = 0;
+  int64_t size = 0;
+};
+
+std::optional<HdrAxis> read_hdr_axis(std::string_view& text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  if (text.size() < 4 || text[2] != ' ') return std::nullopt;
+  HdrAxis axis{text[0], text[1], 0};
+  text.remove_prefix(2);
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), axis.size);
+  if (error != std::errc() || (axis.sign != '-' && axis.sign != '+') || axis.size < 0 ||
+      axis.size > INT32_MAX) {
+    return std::nullopt;
+  }
+  text.remove_prefix(size_t(end - text.data()));
+  return axis;
+}
+
+struct TagWidths {
+  bool big_endian;
+  uint32_t read(Bytes bytes, size_t offset, size_t count) const {
+    return big_endian ? emberline::big_endian(bytes, offset, count)
+                      : little_endian(bytes, offset, count);
+  }
+};
+
+}  // namespace
+
+ImageFormat sniff_image_format(Bytes bytes) {
+  if (starts_with(bytes, "\x89PNG\r\n\x1a\n")) return ImageFormat::kPng;
+  if (starts_with(bytes, "\xff\xd8\xff")) return ImageFormat::kJpeg;
+  if (starts_with(bytes, "RIFF") && starts_with(bytes, "WEBP", 8)) return ImageFormat::kWebp;
+  if (starts_with(bytes, "\x76\x2f\x31\x01")) return ImageFormat::kExr;
+  if (starts_with(bytes, "#?")) return ImageFormat::kHdr;
+  if (starts_with(bytes, std::string_view("II*\0", 4)) ||
+      starts_with(bytes, std::string_view("MM\0*", 4))) {
+    return ImageFormat::kTiff;
+  }
+  return ImageFormat::kNone;
+}
+
+std::string_view name_of(ImageFormat format) {
+  constexpr std::array<std::string_view, 7> kNames = {"none", "PNG", "JPEG", "WebP",
+                                                      "EXR",  "HDR", "TIFF"};
+  return kNames[size_t(format)];
+}
+
+CleanImage clean_image(ImageFormat format, Bytes bytes, const std::string& place) {
+  if (format == ImageFormat::kPng) return clean_png(bytes, place);
+  if (format == ImageFormat::kJpeg) return clean_jpeg(bytes, place);
+  return clean_webp(bytes, place);
+}
+
+// TIFF 6.0, section 2: 12 bytes an entry, in ascending order, then the next directory's offset.
+void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
+  constexpr std::array<uint32_t, 7> kDropped = {
+      700,    // XMP
+      33723,  // IPTC
+      34377,  // Photoshop's
+      34665,  // EXIF
+      34675,  // ICC profile
+      34853,  // GPS
+      40965,  // Interoperability
+  };
+  constexpr size_t kEntry = 12;
+  if (bytes.size() < 8) throw_truncated("TIFF", place);
+  const TagWidths tags{bytes[0] == 'M'};
+  const size_t directory = tags.read(bytes, 4, 4);
+  if (directory > bytes.size() - 2) throw_truncated("TIFF", place);
+  const size_t count = tags.read(bytes, directory, 2);
+  if ((bytes.size() - directory - 2) / kEntry < count) throw_truncated("TIFF", place);
+  uint8_t* const entries = &bytes[directory + 2];
+  size_t kept = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const uint32_t tag = tags.read(bytes, directory + 2 + i * kEntry, 2);
+    if (std::ranges::find(kDropped, tag) != kDropped.end()) continue;
+    std::memmove(entries + kept++ * kEntry, entries + i * kEntry, kEntry);
+  }
+  // No directory follows: other pages are not read.
+  const size_t end = directory + 2 + kept * kEntry;
+  std::memset(&bytes[end], 0, std::min<size_t>(4, bytes.size() - end));
+  bytes[directory] = uint8_t(tags.big_endian ? kept >> 8 : kept);
+  bytes[directory + 1] = uint8_t(tags.big_endian ? kept : kept >> 8);
+}
+
+// OpenEXR File Layout: magic, version and flags, then attributes (name, type, size, value) up to an
+// empty name; of several parts one header each up to an empty one.
+ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::string& place) {
+  constexpr uint32_t kDeep = 0x800, kMultiPart = 0x1000;
+  HeaderReader reader(read, kMostExrHeader, "EXR", place);
+  reader.skip(4);
+  const uint32_t flags = reader.word();
+  if (flags & kDeep) throw InputError(place, "deep EXR is not supported; flatten it");
+  ImageHeader header;
+  while (true) {
+    int64_t width = 0, height = 0, tile_width = 0, tile_height = 0;
+    bool empty = true;
+    for (std::string name = reader.until('\0'); !name.empty(); name = reader.until('\0')) {
+      empty = false;
+      reader.until('\0');  // type
+      const uint32_t length = reader.word();
+      const uint64_t next = reader.offset() + length;
+      if (next > size) throw_truncated("EXR", place);
+      if (name == "dataWindow" && length == 16) {
+        const auto x0 = int32_t(reader.word()), y0 = int32_t(reader.word());
+        const auto x1 = int32_t(reader.word()), y1 = int32_t(reader.word());
+        width = int64_t(x1) - x0 + 1;
+        height = int64_t(y1) - y0 + 1;
+      } else if (name == "tiles" && length == 9) {
+        tile_width = reader.word();
+        tile_height = reader.word();
+      }
+      reader.skip(next - reader.offset());
+    }
+    if (empty && (flags & kMultiPart)) break;
+    // Each tile, or 256 rows at most, has eight bytes in a table of offsets, and eight of its own.
+    const int64_t across = tile_width > 0 ? (width + tile_width - 1) / tile_width : 1;
+    const int64_t down = (height + (tile_height > 0 ? tile_height : 256) - 1) /
+                         (tile_height > 0 ? tile_height : 256);
+    if (width > 0 && height > 0) {
+      ImageHeader part;
+      part.width = width;
+      part.height = height;
+      check_bears_out(part, 16.0 * double(across) * double(down), size, place);
+      if (header.width == 0) header = part;
+    }
+    if (!(flags & kMultiPart)) break;
+  }
+  return header;
+}
+
+// G. Ward, "Real Pixels" (Graphics Gems II, 1991): lines of text, an empty one, the resolution.
+ImageHeader read_hdr_header(const ReadBytes& read, uint64_t size, const std::string& place) {
+  HeaderReader reader(read, kMostHdrHeader, "HDR", place);
+  while (!reader.until('\n').empty()) {
+  }
+  const std::string line = reader.until('\n');
+  std::string_view text = line;
+  const std::optional<HdrAxis> first = read_hdr_axis(text), second = read_hdr_axis(text);
+  const bool rows = first && second && first->letter == 'Y' && second->letter == 'X';
+  const bool columns = first && second && first->letter == 'X' && second->letter == 'Y';
+  if (!rows && !columns) {
+    throw InputError(place, "the image does not decode: the HDR has no resolution line");
+  }
+  ImageHeader header;
+  header.width = (rows ? second : first)->size;
+  header.height = (rows ? first : second)->size;
+  const bool mirrored = second->sign == '-', upwards = first->sign == '+';
+  header.orientation = columns ? 5 : upwards ? (mirrored ? 3 : 4) : (mirrored ? 2 : 1);
+  // A row is flat, or four bytes and then runs of at most 127 for each of four channels.
+  const int64_t row = std::min(4 * header.width, 4 + 8 * ((header.width + 126) / 127));
+  check_bears_out(header, double(row) * double(header.height), size, place);
+  return header;
+}
+
+}  // namespace emberline

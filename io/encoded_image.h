@@ -1,0 +1,53 @@
+// Encoded images before they are decoded: which format, which size, and the stream that a decoder
+// gets to see. Decoders are large and meet bytes from anywhere, so they are handed as little as the
+// pixels need: no colour profiles (glTF 2.0 section 3.8.3 says to ignore them), EXIF, XMP, IPTC,
+// comments or thumbnails, nothing behind the image, and no announced size that the bytes cannot
+// hold. All functions throw InputError at `place`.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace emberline {
+
+enum class ImageFormat : uint8_t { kNone, kPng, kJpeg, kWebp, kExr, kHdr, kTiff };
+
+// From the first 12 bytes; suffixes and media types say less: exporters get them wrong.
+ImageFormat sniff_image_format(std::span<const uint8_t> bytes);
+std::string_view name_of(ImageFormat format);  // "PNG"
+
+// What the header announces, before anything is decoded.
+struct ImageHeader {
+  int64_t width = 0, height = 0;
+  // Memory that the decoder takes for each pixel beside its result, at most.
+  int decoder_bytes_per_pixel = 0;
+  // As in TIFF and EXIF: 1 rows from the top, 2 mirrored, 3 turned by half, 4 rows from the bottom;
+  // 5 to 8 columns instead of rows.
+  int orientation = 1;
+};
+
+// Bytes of a file or of memory: up to `count` from `offset` on; how many there were.
+using ReadBytes = std::function<size_t(uint64_t offset, size_t count, uint8_t* bytes)>;
+
+// PNG, JPEG and WebP: the size, and the same stream with what the pixels need alone.
+struct CleanImage {
+  ImageHeader header;
+  std::vector<uint8_t> bytes;
+  bool cut_short = false;  // a JPEG without an end; the others are refused
+};
+CleanImage clean_image(ImageFormat format, std::span<const uint8_t> bytes,
+                       const std::string& place);
+
+// TIFF: the tags of profiles and other metadata taken out of the first directory, in place.
+void clean_tiff(std::span<uint8_t> bytes, const std::string& place);
+
+// EXR and HDR are read where they lie; their headers hold nothing that decoders stumble over, but
+// their sizes are checked. Deep and multi-part EXR files are refused.
+ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::string& place);
+ImageHeader read_hdr_header(const ReadBytes& read, uint64_t size, const std::string& place);
+
+}  // namespace emberline

@@ -1,0 +1,217 @@
+// Images whose pixels are honest and whose metadata is not, images that announce more than they
+// hold, and files of formats that nobody asked for.
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "io/encoded_image.h"
+#include "io/image_input.h"
+#include "renderer/core/errors.h"
+#include "support/metadata_images.h"
+
+namespace emberline {
+namespace {
+
+using OIIO::ImageSpec;
+using OIIO::TypeDesc;
+using test::ByteList;
+using test::operator+;
+using test::TempFolder;
+
+template <class Read>
+std::string message_of(const Read& read) {
+  try {
+    read();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string decode_message(const ByteList& encoded) {
+  return message_of([&] { decode_image(encoded, "place"); });
+}
+
+#define EXPECT_SAYS(message, part) EXPECT_NE((message).find(part), std::string::npos) << (message)
+
+// OpenImageIO 2.4 parses colour profiles with tables that threads share without a lock (its issue
+// 3756) and believes their offsets (its pull request 4557): a scene with a dozen such textures died
+// in a third of its runs.
+TEST(HostileImages, MetadataIsNotReadOnAnyThread) {
+  const std::vector<ByteList> images = test::images_with_hostile_metadata();
+  ASSERT_EQ(images.size(), 60u);
+  const DecodedImage jpeg = decode_image(test::small_jpeg(), "jpeg");
+  const DecodedImage png = decode_image(test::small_png(), "png");
+  std::vector<std::thread> threads;
+  std::vector<std::string> faults(4);
+  for (size_t t = 0; t < faults.size(); ++t) {
+    threads.emplace_back([&, t] {
+      for (size_t round = 0; round < 20; ++round) {
+        for (size_t i = 0; i < images.size(); ++i) {
+          const size_t index = (i + 15 * t) % images.size();
+          const bool is_png = images[index][0] == 0x89;
+          const std::string place = "image " + std::to_string(index);
+          try {
+            const DecodedImage decoded = decode_image(images[index], place);
+            if (decoded.image->texels != (is_png ? png : jpeg).image->texels) faults[t] = place;
+          } catch (const InputError& error) {
+            faults[t] = error.what();
+          }
+        }
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const std::string& fault : faults) EXPECT_EQ(fault, "");
+}
+
+TEST(HostileImages, DecodersSeeNoMetadata) {
+  for (const ByteList& image : test::images_with_hostile_metadata()) {
+    const CleanImage clean = clean_image(sniff_image_format(image), image, "place");
+    const std::string text(clean.bytes.begin(), clean.bytes.end());
+    for (const char* name :
+         {"ICC_PROFILE", "acsp", "Exif", "ns.adobe", "Photoshop", "iCCP", "zTXt"}) {
+      EXPECT_EQ(text.find(name), std::string::npos) << name;
+    }
+  }
+}
+
+// What changes samples stays: Adobe's segment says whether three components are YCbCr or RGB, tRNS
+// makes colours transparent.
+TEST(HostileImages, WhatDecidesSamplesIsKept) {
+  const ByteList adobe = test::jpeg_segment(
+      0xee, test::bytes_of("Adobe") + ByteList{0, 100, 0, 0, 0, 0, 0});  // transform 0: RGB
+  const ByteList jpeg = test::small_jpeg();
+  ByteList without_jfif(jpeg.begin(), jpeg.begin() + 2);
+  ASSERT_EQ(jpeg[3], 0xe0);
+  without_jfif.insert(without_jfif.end(), jpeg.begin() + 4 + jpeg[4] * 256 + jpeg[5], jpeg.end());
+  const auto as_rgb = decode_image(test::with_segments(without_jfif, adobe), "rgb");
+  const auto as_ycbcr = decode_image(jpeg, "ycbcr");
+  EXPECT_NE(as_rgb.image->texels, as_ycbcr.image->texels);
+
+  ImageSpec grey(1, 1, 1, TypeDesc::UINT8);
+  const ByteList png = test::encode_image<uint8_t>("png", grey, {7});
+  const auto clear = decode_image(test::with_chunks(png, test::png_chunk("tRNS", {0, 7})), "png");
+  EXPECT_EQ(clear.image->channels, 2);
+  EXPECT_EQ(clear.image->texels[1], std::byte(0));
+}
+
+TEST(HostileImages, ACutJpegIsRefusedOrNamed) {
+  const std::vector<uint8_t> noise = [] {
+    std::mt19937 random(1);
+    std::vector<uint8_t> texels(64 * 64 * 3);
+    for (uint8_t& texel : texels) texel = uint8_t(random());
+    return texels;
+  }();
+  const ByteList jpeg =
+      test::encode_image<uint8_t>("jpg", ImageSpec(64, 64, 3, TypeDesc::UINT8), noise);
+  const ByteList behind = jpeg + ByteList(1000, 0xff);
+  EXPECT_EQ(decode_message(behind), "no error");  // what stands behind an image is no part of it
+  int taken = 0;
+  for (size_t size = 2; size < jpeg.size(); size += 37) {
+    const ByteList cut(jpeg.begin(), jpeg.begin() + long(size));
+    EXPECT_EQ(decode_message(cut).rfind("place: ", 0), 0u) << size;
+    try {
+      EXPECT_TRUE(decode_image(cut, "place", true).cut_short);
+      ++taken;
+    } catch (const InputError&) {
+      EXPECT_LT(size, jpeg.size() / 2);  // not even a header
+    }
+  }
+  EXPECT_GT(taken, 10);
+  ByteList cut = jpeg;
+  cut.resize(jpeg.size() / 2);
+  EXPECT_SAYS(decode_message(cut), "cut short; --lenient");
+}
+
+// "#?RADIANCE", a size, and nothing: gigabytes were taken for it.
+TEST(HostileImages, HeadersAreHeldAgainstTheBytesBehindThem) {
+  const TempFolder folder;
+  const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
+  test::write_text(folder / "a.hdr", head + "-Y 20000 +X 30000\n" + std::string(8000, '\2'));
+  const auto read = [&] { read_environment(folder / "a.hdr", nullptr); };
+  EXPECT_SAYS(message_of(read), "30000 x 20000 pixels are announced, which 80");
+  test::write_text(folder / "a.hdr", head + "-Y 99999999999 +X 4\n");
+  EXPECT_SAYS(message_of(read), "no resolution line");
+  test::write_text(folder / "a.hdr", "#?RADIANCE\n" + std::string(1 << 20, 'x'));
+  EXPECT_SAYS(message_of(read), "header of the HDR is longer than");
+
+  ByteList jpeg = test::small_jpeg();
+  for (size_t i = 0; i + 8 < jpeg.size(); ++i) {
+    if (jpeg[i] != 0xff || jpeg[i + 1] != 0xc0) continue;
+    jpeg[i + 5] = jpeg[i + 6] = jpeg[i + 7] = jpeg[i + 8] = 0xf0;  // height, width
+  }
+  EXPECT_SAYS(decode_message(jpeg), "bytes cannot hold");
+  EXPECT_EQ(decode_message(test::small_png()), "no error");
+}
+
+// The budget is asked before a byte of the image is decoded.
+TEST(HostileImages, SizesAreHeldAgainstTheBudget) {
+  const auto budget = std::make_shared<MemoryBudget>(uint64_t(1) << 20);
+  LoadProgress progress({}, {}, {.memory = budget, .timeout_s = {}, .scene = {}});
+  const ByteList webp = test::encode_image<uint8_t>(
+      "webp", ImageSpec(1024, 1024, 4, TypeDesc::UINT8), ByteList(size_t(1) << 22, 9));
+  ASSERT_LT(webp.size(), 10000u);
+  const std::string message = message_of([&] { decode_image(webp, "place", false, progress); });
+  EXPECT_SAYS(message, "--memory-limit");
+  EXPECT_EQ(budget->reserved(), 0u);
+}
+
+TEST(HostileImages, OnlyKnownFormatsAreOpened) {
+  const TempFolder folder;
+  const auto read = [&](const char* name) {
+    return message_of([&] { read_float_image(folder / name); });
+  };
+  test::write_text(folder / "a.iff", "FOR4\0\0\0\10CIMG");
+  test::write_text(folder / "a.dpx", "SDPX and more of it");
+  test::write_text(folder / "a.exr", "GIF89a and more of it");
+  for (const char* name : {"a.iff", "a.dpx", "a.exr"}) {
+    EXPECT_SAYS(read(name), "the image is not EXR, HDR, PNG, JPEG, WebP or TIFF");
+  }
+  test::write_bytes(folder / "a.png", test::small_png());
+  EXPECT_SAYS(message_of([&] { read_environment(folder / "a.png", nullptr); }),
+              "the image is PNG, not EXR or HDR");
+  const ByteList tiff =
+      test::encode_image<uint8_t>("tif", ImageSpec(1, 1, 3, TypeDesc::UINT8), {255, 255, 255});
+  EXPECT_SAYS(decode_message(tiff), "the image is TIFF, not PNG");
+}
+
+// OpenImageIO reads options out of such names.
+TEST(HostileImages, NamesAreOnlyNames) {
+  const TempFolder folder;
+  for (const char* name : {"a?subimage=3.exr", "a&b.exr", "a b\n.exr"}) {
+    test::write_bytes(
+        folder / name,
+        test::encode_image<float>("exr", ImageSpec(2, 1, 3, TypeDesc::FLOAT), {1, 2, 3, 4, 5, 6}));
+    EXPECT_EQ(read_float_image(folder / name).values, (std::vector<float>{1, 2, 3, 4, 5, 6}));
+  }
+}
+
+TEST(HostileImages, DeepExrIsRefused) {
+  ByteList exr = test::encode_image<float>("exr", ImageSpec(1, 1, 3, TypeDesc::FLOAT), {1, 2, 3});
+  exr[5] |= 0x08;
+  EXPECT_SAYS(decode_message(exr), "deep EXR is not supported");
+}
+
+// A profile, EXIF and the rest are taken out of a TIFF's directory.
+TEST(HostileImages, TiffKeepsItsPixels) {
+  const TempFolder folder;
+  ImageSpec spec(2, 1, 3, TypeDesc::UINT16);
+  spec.attribute("Exif:FNumber", 2.8f);
+  spec.attribute("ICCProfile", TypeDesc(TypeDesc::UINT8, 240),
+                 test::icc_profile(3, 200, 16).data());
+  test::write_image<uint16_t>(folder / "a.tif", spec, {0, 65535, 0, 65535, 0, 65535});
+  const ByteList before = test::read_bytes(folder / "a.tif");
+  ByteList after = before;
+  clean_tiff(after, "place");
+  EXPECT_NE(after, before);
+  EXPECT_EQ(read_float_image(folder / "a.tif").values, (std::vector<float>{0, 1, 0, 1, 0, 1}));
+  for (size_t size = 0; size < before.size(); size += 3) {
+    ByteList cut(before.begin(), before.begin() + long(size));
+    test::write_bytes(folder / "cut.tif", cut);
+    EXPECT_NE(message_of([&] { read_float_image(folder / "cut.tif"); }), "") << size;
+  }
+}
+
+}  // namespace
+}  // namespace emberline
