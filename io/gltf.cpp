@@ -17,7 +17,7 @@ namespace emberline {
 SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
                            LoadProgress& progress) try {
   progress.begin(LoadStage::kReading);
-  GltfDocument document = open_gltf_document(path, progress);
+  GltfDocument document = open_gltf_document(path, options.resource_root, progress);
   load_gltf_buffers(document);
   check_gltf_accessors(document);
   check_gltf_nodes(document);
@@ -37,6 +37,7 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
   scene.variants_read = options.variants;
   load_scene_graph(document, *model, scene);
   load_images(document, options, scene);
+  scene.files = document.files();
   return scene;
 } catch (const std::bad_alloc&) {
   throw InputError(path, "there is not enough memory to load it");

@@ -14,6 +14,9 @@ struct GltfOptions {
   // True: what the meshes wear in any of the file's variants is read as well, images and vertex
   // attributes included, so that SceneEdits can choose one. Otherwise their names alone.
   bool variants = false;
+  // The files that the scene refers to lie in this folder or below, links followed; empty: in the
+  // scene's own.
+  std::string resource_root = {};
 };
 
 // Reads `path`. Throws InputError (file, JSON pointer, what to do) for anything unusable: missing

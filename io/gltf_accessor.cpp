@@ -33,6 +33,15 @@ void check_zeros(const GltfDocument& document, const GltfAccessor& accessor,
                               " elements without data, more than the size of the file bears out");
 }
 
+// Its elements, `stride` apart.
+const uint8_t* accessor_bytes(const GltfDocument& document, const GltfAccessor& accessor) {
+  if (accessor.count == 0) return nullptr;
+  const uint64_t element_size = uint64_t(accessor.component_size) * uint64_t(accessor.components);
+  return document
+      .bytes(accessor.view, accessor.offset, (accessor.count - 1) * accessor.stride + element_size)
+      .data();
+}
+
 // Calls visit(element, bytes) for each sparse replacement, in file order.
 template <class Visit>
 void for_each_sparse(const GltfDocument& document, const GltfAccessor& accessor,
@@ -41,8 +50,10 @@ void for_each_sparse(const GltfDocument& document, const GltfAccessor& accessor,
   if (sparse.count == 0) return;
   const size_t index_size = sparse.index_type == 5121 ? 1 : sparse.index_type == 5123 ? 2 : 4;
   const size_t element_size = size_t(accessor.component_size * accessor.components);
-  const uint8_t* indices = document.views[size_t(sparse.index_view)].data() + sparse.index_offset;
-  const uint8_t* values = document.views[size_t(sparse.value_view)].data() + sparse.value_offset;
+  const uint8_t* indices =
+      document.bytes(sparse.index_view, sparse.index_offset, sparse.count * index_size).data();
+  const uint8_t* values =
+      document.bytes(sparse.value_view, sparse.value_offset, sparse.count * element_size).data();
   for (size_t i = 0; i < sparse.count; ++i) {
     const uint32_t element = read_unsigned(indices + i * index_size, sparse.index_type);
     if (element >= accessor.count) {
@@ -101,7 +112,7 @@ std::vector<float> read_floats(const GltfDocument& document, int index, int comp
     }
   };
   if (accessor.view >= 0) {
-    const uint8_t* bytes = document.views[size_t(accessor.view)].data() + accessor.offset;
+    const uint8_t* bytes = accessor_bytes(document, accessor);
     const size_t element_size = size_t(components) * sizeof(float);
     if (type == 5126 && accessor.stride == element_size) {
       std::memcpy(values.data(), bytes, values.size() * sizeof(float));
@@ -124,7 +135,7 @@ std::vector<uint32_t> read_indices(const GltfDocument& document, int index,
   check_zeros(document, accessor, place);
   std::vector<uint32_t> values(accessor.count, 0);
   if (accessor.view >= 0) {
-    const uint8_t* bytes = document.views[size_t(accessor.view)].data() + accessor.offset;
+    const uint8_t* bytes = accessor_bytes(document, accessor);
     for (size_t i = 0; i < accessor.count; ++i) {
       values[i] = read_unsigned(bytes + i * accessor.stride, type);
     }

@@ -48,15 +48,15 @@ int checked_component_size(const json& object, const std::string& place) {
 
 // Throws unless `count` elements of `size` bytes, `stride` apart, lie within the view. All are at
 // most 2^53 and the stride below 2^16; the first test keeps the product below 2^63.
-void check_reach(const ByteSpan view, uint64_t offset, uint64_t count, uint64_t stride,
+void check_reach(const GltfView& view, uint64_t offset, uint64_t count, uint64_t stride,
                  uint64_t size, const std::string& place) {
-  const bool absurd = count > view.size();
+  const bool absurd = count > view.size;
   if (count == 0) return;
-  if (absurd || offset + (count - 1) * stride + size > view.size()) {
+  if (absurd || offset + (count - 1) * stride + size > view.size) {
     throw InputError(place, std::to_string(count) + " elements of " + std::to_string(size) +
                                 " bytes from offset " + std::to_string(offset) +
-                                " do not fit into the buffer view of " +
-                                std::to_string(view.size()) + " bytes");
+                                " do not fit into the buffer view of " + std::to_string(view.size) +
+                                " bytes");
   }
 }
 

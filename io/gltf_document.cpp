@@ -1,6 +1,8 @@
 #include "io/gltf_document.h"
 
+#include <array>
 #include <cstring>
+#include <filesystem>
 
 #include "io/gltf_extensions.h"
 #include "io/gltf_schema.h"
@@ -24,59 +26,66 @@ constexpr uint32_t kGlbMagic = 0x46546C67;   // "glTF"
 constexpr uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
 constexpr uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
 
-// Specification section 4.4. Returns the JSON text and notes the binary chunk.
-ByteSpan split_glb(ByteSpan bytes, GltfDocument& document) {
+// Specification section 4.4. Returns the JSON text and notes the binary chunk; what it holds stays
+// in the file.
+std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document) {
+  // The specification has two chunks, extensions may add more; a file of empty ones is an attack.
+  constexpr int kMostChunks = 1000;
   const std::string& file = document.file;
   const auto sizes = [](uint64_t needed, uint64_t found) {
     return std::to_string(needed) + " bytes announced, " + std::to_string(found) + " found";
   };
-  if (bytes.size() < 12) {
+  if (input.size() < 12) {
     throw InputError(file, "truncated GLB: the header takes 12 bytes, the file has " +
-                               std::to_string(bytes.size()));
+                               std::to_string(input.size()));
   }
-  const uint32_t version = read_u32(bytes, 4);
+  std::array<uint8_t, 12> header;
+  input.read(0, header.size(), header.data());
+  const uint32_t version = read_u32(header, 4);
   if (version != 2) {
     throw InputError(
         file, "GLB container version " + std::to_string(version) + " is not supported, only 2 is");
   }
-  const uint64_t length = read_u32(bytes, 8);
-  if (length > bytes.size()) {
-    throw InputError(file, "truncated GLB: " + sizes(length, bytes.size()));
+  const uint64_t length = read_u32(header, 8);
+  if (length > input.size()) {
+    throw InputError(file, "truncated GLB: " + sizes(length, input.size()));
   }
   if (length < 20) {
     throw InputError(file, "the GLB announces " + std::to_string(length) +
                                " bytes, which leaves no room for a JSON chunk");
   }
-  if (length < bytes.size()) {
-    log_warning(file + ": " + std::to_string(bytes.size() - length) +
+  if (length < input.size()) {
+    log_warning(file + ": " + std::to_string(input.size() - length) +
                 " bytes behind the end of the GLB are ignored");
   }
-  bytes = bytes.first(length);
 
-  ByteSpan text;
-  size_t offset = 12;
+  std::vector<uint8_t> text;
+  uint64_t offset = 12;
   for (int chunk = 0; offset < length; ++chunk) {
     if (length - offset < 8) throw InputError(file, "truncated GLB: incomplete chunk header");
-    const uint64_t chunk_length = read_u32(bytes, offset);
-    const uint32_t type = read_u32(bytes, offset + 4);
+    if (chunk == kMostChunks) {
+      throw InputError(file, "the GLB has more than " + std::to_string(kMostChunks) + " chunks");
+    }
+    input.read(offset, 8, header.data());
+    const uint64_t chunk_length = read_u32(header, 0);
+    const uint32_t type = read_u32(header, 4);
     offset += 8;
     if (chunk_length > length - offset) {
       throw InputError(file,
                        "GLB chunk " + std::to_string(chunk) +
                            " does not fit into the file: " + sizes(chunk_length, length - offset));
     }
-    const ByteSpan content = bytes.subspan(offset, chunk_length);
     if (chunk == 0) {
       if (type != kJsonChunk) throw InputError(file, "the first GLB chunk is not JSON");
-      text = content;
-    } else if (type == kBinChunk && !document.has_binary_chunk) {
-      document.binary_chunk = content;
-      document.has_binary_chunk = true;
+      text.resize(chunk_length);
+      input.read(offset, chunk_length, text.data(), *document.progress);
+    } else if (type == kBinChunk && !document.binary_chunk) {
+      document.binary_chunk = {offset, chunk_length};
     }
     offset += chunk_length;
   }
   // Padding should be spaces; some writers use zeros.
-  while (!text.empty() && text.back() == 0) text = text.first(text.size() - 1);
+  while (!text.empty() && text.back() == 0) text.pop_back();
   return text;
 }
 
@@ -123,24 +132,31 @@ const nlohmann::json& GltfDocument::array(const char* name) const {
   return found ? *found : empty;
 }
 
-GltfDocument open_gltf_document(const std::string& path, LoadProgress& progress) {
+GltfDocument open_gltf_document(const std::string& path, const std::string& resource_root,
+                                LoadProgress& progress) {
   GltfDocument document;
   document.progress = &progress;
   document.file = path;
-  document.directory = std::filesystem::path(path).parent_path();
-  document.storage.push_back(InputFile(path).read_all(progress));
-  const ByteSpan bytes = document.storage.back();
-  document.total_bytes = bytes.size();
-  if (bytes.empty()) throw InputError(path, "the file is empty");
+  const std::filesystem::path directory = std::filesystem::path(path).parent_path();
+  document.resources.directory = directory.empty() ? "." : directory;
+  document.resources.root =
+      resource_root.empty() ? document.resources.directory : std::filesystem::path(resource_root);
+  const InputFile input(path);
+  document.opened_->list.push_back({path, input.identity()});
+  document.total_bytes = input.size();
+  if (input.size() == 0) throw InputError(path, "the file is empty");
 
-  ByteSpan text = bytes;
-  if (bytes.size() >= 4 && read_u32(bytes, 0) == kGlbMagic) {
-    text = split_glb(bytes, document);
+  std::vector<uint8_t> text;
+  std::array<uint8_t, 4> magic = {};
+  input.try_read(0, magic.size(), magic.data());
+  if (read_u32(magic, 0) == kGlbMagic) {
+    text = read_glb(input, document);
   } else {
+    text = input.read_all(progress);
     const auto is_space = [](uint8_t c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
-    size_t start = bytes.size() >= 3 && std::memcmp(bytes.data(), "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
-    while (start < bytes.size() && is_space(bytes[start])) ++start;
-    if (start == bytes.size() || bytes[start] != '{') {
+    size_t start = text.size() >= 3 && std::memcmp(text.data(), "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+    while (start < text.size() && is_space(text[start])) ++start;
+    if (start == text.size() || text[start] != '{') {
       throw InputError(path, "not a glTF file (neither GLB nor a JSON object)");
     }
   }
@@ -150,11 +166,19 @@ GltfDocument open_gltf_document(const std::string& path, LoadProgress& progress)
   check_schema(document.json, path);
   check_version(document);
   check_required_extensions(document);
-  if (!document.has_binary_chunk && text.data() == bytes.data()) {
-    // Nothing of a .gltf is needed once it is parsed.
-    document.storage.clear();
-  }
   return document;
+}
+
+InputFile GltfDocument::open_resource(const std::string& uri, const std::string& uri_place) const {
+  InputFile resource(resolve_uri(uri, resources, uri_place), uri_place);
+  const std::lock_guard lock(opened_->mutex);
+  opened_->list.push_back({uri, resource.identity()});
+  return resource;
+}
+
+std::vector<NamedFile> GltfDocument::files() const {
+  const std::lock_guard lock(opened_->mutex);
+  return opened_->list;
 }
 
 }  // namespace emberline

@@ -3,17 +3,27 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
+#include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
-#include <span>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "io/gltf_buffers.h"
+#include "io/gltf_uri.h"
+#include "io/input_file.h"
+#include "renderer/core/file_identity.h"
 #include "renderer/core/load_progress.h"
 
 namespace emberline {
 
-using ByteSpan = std::span<const uint8_t>;
+// Bytes of a buffer, or decoded ones.
+struct GltfView {
+  int buffer = -1;
+  uint64_t offset = 0, size = 0;
+  std::vector<uint8_t> decoded;  // where there is no buffer
+};
 
 // An accessor whose reach has been checked: every element lies inside its buffer view, or is zero.
 struct GltfAccessor {
@@ -34,31 +44,52 @@ struct GltfAccessor {
 struct GltfDocument {
   LoadProgress* progress = &LoadProgress::unwatched();  // of whoever waits for the scene
   std::string file;                                     // as the user gave it
-  std::filesystem::path directory;
+  ResourceFolder resources;
   // Passed check_schema: what this loader reads has the right type, every index is in range, and
   // numbers that must be whole are stored as integers.
   nlohmann::json json;
   MemoryReservation json_memory;
-  ByteSpan binary_chunk;  // of a .glb
-  bool has_binary_chunk = false;
-  std::vector<ByteSpan> views;  // one per bufferView, decompressed; valid while the document lives
+  struct BinaryChunk {
+    uint64_t offset = 0, size = 0;
+  };
+  std::optional<BinaryChunk> binary_chunk;  // of a .glb: where it is in the file
+  std::vector<std::unique_ptr<GltfBuffer>> buffers;
+  std::vector<GltfView> views;  // one per bufferView, decompressed, inside its buffer
   std::vector<GltfAccessor> accessors;
   std::vector<int> parents;     // per node, -1 for roots; acyclic
   std::vector<int> node_order;  // every node, parents before children
   uint64_t total_bytes = 0;     // of the file and its buffers: what counts are held against
   uint64_t most_zeros = 0;      // the longest accessor without data that is believed
-  std::vector<std::vector<uint8_t>> storage;
 
   // "file#/json/pointer", for InputError.
   std::string place(const std::string& pointer) const { return file + "#" + pointer; }
   // The array `name`, or an empty one.
   const nlohmann::json& array(const char* name) const;
+  // Bytes of a view, or all of it. They lie in it, and live as long as the document. Thread-safe.
+  // Throws InputError, Cancelled.
+  ByteSpan bytes(int view, uint64_t offset, uint64_t length) const;
+  ByteSpan bytes(int view) const;
+  // A file that the scene refers to, which is noted in `files`. Thread-safe. Throws InputError.
+  InputFile open_resource(const std::string& uri, const std::string& uri_place) const;
+  // Every file that was opened so far, the scene first.
+  std::vector<NamedFile> files() const;
+
+ private:
+  struct OpenedFiles {
+    std::mutex mutex;
+    std::vector<NamedFile> list;
+  };
+  std::unique_ptr<OpenedFiles> opened_ = std::make_unique<OpenedFiles>();
+  friend GltfDocument open_gltf_document(const std::string& path, const std::string& resource_root,
+                                         LoadProgress& progress);
 };
 
-// Reads the file, checks its framing, its JSON and extensionsRequired. Throws InputError.
-GltfDocument open_gltf_document(const std::string& path, LoadProgress& progress);
+// Reads the file, checks its framing, its JSON and extensionsRequired. `resource_root` as in
+// GltfOptions. Throws InputError.
+GltfDocument open_gltf_document(const std::string& path, const std::string& resource_root,
+                                LoadProgress& progress);
 
-// Fetches the buffers, decompresses EXT_meshopt_compression views and fills `views`.
+// Opens the buffers, decompresses EXT_meshopt_compression views and fills `views`.
 void load_gltf_buffers(GltfDocument& document);
 
 // Fill `accessors`, `parents` and `node_order`, or throw InputError (gltf_checks.cpp); the others

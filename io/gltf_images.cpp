@@ -6,7 +6,6 @@
 #include "io/gltf_material.h"
 #include "io/gltf_uri.h"
 #include "io/image_input.h"
-#include "io/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
@@ -25,15 +24,14 @@ DecodedImage decode(const GltfDocument& document, int index, bool lenient) {
   std::vector<uint8_t> owned;
   ByteSpan encoded;
   if (const json* view = find_member(object, "bufferView")) {
-    encoded = document.views[view->get<size_t>()];
+    encoded = document.bytes(view->get<int>());
   } else if (const json* uri_member = find_member(object, "uri")) {
     const std::string& uri = uri_member->get_ref<const std::string&>();
     const std::string uri_place = place + "/uri";
     if (is_data_uri(uri)) {
       owned = decode_data_uri(uri, uri_place);
     } else {
-      owned = InputFile(resolve_uri(uri, document.directory, uri_place), uri_place)
-                  .read_all(*document.progress);
+      owned = document.open_resource(uri, uri_place).read_all(*document.progress);
       name = uri;
     }
     encoded = owned;

@@ -28,7 +28,7 @@ PrimitiveReader::PrimitiveReader(const GltfDocument& document, const json& primi
   const json* index_accessor = find_member(primitive, "indices");
   if (!index_accessor) throw InputError(place, "a Draco primitive needs an indices accessor");
   const uint64_t index_count = document.accessors[index_accessor->get<size_t>()].count;
-  draco_ = decode_draco(document.views[extension->at("bufferView").get<size_t>()], requests,
+  draco_ = decode_draco(document.bytes(extension->at("bufferView").get<int>()), requests,
                         index_count, place);
   vertex_count_ = draco_->vertex_count;
   if (!draco_->attributes.contains("POSITION")) {

@@ -1,5 +1,6 @@
 #include "io/gltf_uri.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 
@@ -157,7 +158,7 @@ std::string decode_percent(std::string_view text, const std::string& place) {
   return decoded;
 }
 
-std::filesystem::path resolve_uri(std::string_view uri, const std::filesystem::path& directory,
+std::filesystem::path resolve_uri(std::string_view uri, const ResourceFolder& folder,
                                   const std::string& place) {
   if (uri.empty()) throw InputError(place, "empty URI");
   if (has_scheme(uri)) {
@@ -173,7 +174,21 @@ std::filesystem::path resolve_uri(std::string_view uri, const std::filesystem::p
     throw InputError(place, "the URI " + shortened(uri) +
                                 " is an absolute path; copy the file beside the scene");
   }
-  return directory / relative;
+  std::error_code error;
+  const std::filesystem::path file =
+      std::filesystem::weakly_canonical(folder.directory / relative, error);
+  const std::filesystem::path root = std::filesystem::weakly_canonical(folder.root, error);
+  if (error) {
+    throw InputError(place, "cannot look at the file " + shortened(uri) + ": " + error.message());
+  }
+  const auto [in_root, in_file] = std::mismatch(root.begin(), root.end(), file.begin(), file.end());
+  const bool ends_in_slash = in_root != root.end() && in_root->empty();
+  if (in_root != root.end() && !ends_in_slash) {
+    throw InputError(place, "the URI " + shortened(uri) + " leads out of the scene's folder, to " +
+                                shortened(file.string()) +
+                                "; --resource-root DIR allows what is in DIR");
+  }
+  return file;
 }
 
 }  // namespace emberline

@@ -18,9 +18,14 @@ std::vector<uint8_t> decode_data_uri(std::string_view uri, const std::string& pl
 // "a%20b" -> "a b". Throws InputError for a stray % and for %00.
 std::string decode_percent(std::string_view text, const std::string& place);
 
-// The file that a relative reference means. Absolute paths and other schemes (http:) are errors:
-// a scene that needs them would render differently elsewhere.
-std::filesystem::path resolve_uri(std::string_view uri, const std::filesystem::path& directory,
+// Where the files are that a scene refers to: relative to `directory`, and inside `root`.
+struct ResourceFolder {
+  std::filesystem::path directory, root;
+};
+
+// The file that a relative reference means, links followed. Absolute paths, other schemes (http:)
+// and whatever lies outside the root are errors: a scene is not to read, say, a user's keys.
+std::filesystem::path resolve_uri(std::string_view uri, const ResourceFolder& folder,
                                   const std::string& place);
 
 }  // namespace emberline

@@ -99,6 +99,13 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
              "metres along the view to what is sharp [that of --look-at]");
 }
 
+void add_loading_options(CLI::App* app, bool& lenient, std::string& resource_root) {
+  app->add_flag("--lenient", lenient, "replace images that do not decode, with a warning");
+  app->add_option("--resource-root", resource_root,
+                  "the scene may refer to files in this folder and below [its own folder]")
+      ->type_name("DIR");
+}
+
 void add_light_options(CLI::App* app, RenderOptions& o) {
   CLI::Option* env = app->add_option("--env", o.environment, "latitude-longitude environment map")
                          ->type_name("FILE");
@@ -120,7 +127,7 @@ void add_light_options(CLI::App* app, RenderOptions& o) {
          },
          "single-sided faces seen from behind: cull (as glTF says) or show [cull]")
       ->type_name("cull|show");
-  app->add_flag("--lenient", o.lenient, "replace images that do not decode, with a warning");
+  add_loading_options(app, o.lenient, o.resource_root);
 }
 
 // What every render has, whoever decides where its samples go.
@@ -451,7 +458,7 @@ void add_view_options(CLI::App* app, ViewOptions& o) {
 void add_info_options(CLI::App* app, InfoOptions& o) {
   app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
   app->add_flag("--json", o.json, "machine-readable");
-  app->add_flag("--lenient", o.lenient, "replace images that do not decode");
+  add_loading_options(app, o.lenient, o.resource_root);
 }
 
 void add_heatmap_options(CLI::App* app, HeatmapOptions& o) {

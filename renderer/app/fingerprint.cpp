@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cstring>
-#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "io/gltf_document.h"
 #include "io/gltf_uri.h"
@@ -16,22 +16,34 @@
 namespace emberline {
 namespace {
 
-uint64_t of_file(const std::filesystem::path& path, uint64_t seed) {
-  const std::vector<uint8_t> bytes = InputFile(path).read_all();
-  return fingerprint(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()),
-                     seed);
+// Adds whole words of eight bytes, the last filled with zeros.
+uint64_t add_words(uint64_t hash, const void* bytes, size_t size) {
+  const auto* next = static_cast<const uint8_t*>(bytes);
+  for (size_t i = 0; i < size; i += 8) {
+    uint64_t word = 0;
+    std::memcpy(&word, next + i, std::min<size_t>(8, size - i));
+    hash = hash_combine64(hash, word);
+  }
+  return hash;
+}
+
+// As fingerprint() of what it holds, which is never in memory as a whole.
+uint64_t of_file(const InputFile& file, uint64_t seed) {
+  constexpr uint64_t kPart = uint64_t(1) << 20;  // whole words
+  std::vector<uint8_t> part(std::min(kPart, file.size()));
+  uint64_t hash = hash_combine64(seed, file.size());
+  for (uint64_t at = 0; at < file.size(); at += kPart) {
+    const uint64_t size = std::min(kPart, file.size() - at);
+    file.read(at, size, part.data());
+    hash = add_words(hash, part.data(), size);
+  }
+  return hash;
 }
 
 }  // namespace
 
 uint64_t fingerprint(std::string_view bytes, uint64_t seed) {
-  uint64_t hash = hash_combine64(seed, bytes.size());
-  for (size_t i = 0; i < bytes.size(); i += 8) {
-    uint64_t word = 0;
-    std::memcpy(&word, bytes.data() + i, std::min<size_t>(8, bytes.size() - i));
-    hash = hash_combine64(hash, word);
-  }
-  return hash;
+  return add_words(hash_combine64(seed, bytes.size()), bytes.data(), bytes.size());
 }
 
 uint64_t fingerprint(std::span<const float> values, uint64_t seed) {
@@ -41,18 +53,17 @@ uint64_t fingerprint(std::span<const float> values, uint64_t seed) {
 
 std::string hexadecimal(uint64_t value) { return fmt::format("{:016x}", value); }
 
-uint64_t file_fingerprint(const std::string& path) { return of_file(path, 0); }
+uint64_t file_fingerprint(const std::string& path) { return of_file(InputFile(path), 0); }
 
-uint64_t scene_fingerprint(const std::string& path) {
-  const GltfDocument document = open_gltf_document(path, LoadProgress::unwatched());
-  uint64_t hash = of_file(path, 0);
+uint64_t scene_fingerprint(const std::string& path, const std::string& resource_root) {
+  const GltfDocument document = open_gltf_document(path, resource_root, LoadProgress::unwatched());
+  uint64_t hash = file_fingerprint(path);
   for (const char* list : {"buffers", "images"}) {
     for (const nlohmann::json& item : document.array(list)) {
       const nlohmann::json* uri = find_member(item, "uri");
       if (!uri || is_data_uri(uri->get_ref<const std::string&>())) continue;
       try {
-        hash = of_file(resolve_uri(uri->get_ref<const std::string&>(), document.directory, path),
-                       hash);
+        hash = of_file(document.open_resource(uri->get_ref<const std::string&>(), path), hash);
       } catch (const InputError&) {
         hash = hash_combine64(hash, 0);
       }

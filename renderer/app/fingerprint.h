@@ -17,7 +17,8 @@ std::string hexadecimal(uint64_t value);  // 16 digits
 uint64_t file_fingerprint(const std::string& path);
 
 // Of a .gltf or .glb file and of every buffer and image file that it names; one that is missing
-// counts too (--lenient). Throws InputError for a scene that cannot be read.
-uint64_t scene_fingerprint(const std::string& path);
+// counts too (--lenient). `resource_root` as in GltfOptions. Throws InputError for a scene that
+// cannot be read.
+uint64_t scene_fingerprint(const std::string& path, const std::string& resource_root = {});
 
 }  // namespace emberline

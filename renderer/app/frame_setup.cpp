@@ -106,9 +106,11 @@ SceneEdits load_edits(const RenderOptions& options) {
 }
 
 SceneDescription load_scene(const RenderOptions& options, LoadProgress& progress, bool variants) {
-  SceneDescription scene = load_gltf(
-      options.scene, {.lenient = options.lenient, .variants = variants || !options.variant.empty()},
-      progress);
+  SceneDescription scene = load_gltf(options.scene,
+                                     {.lenient = options.lenient,
+                                      .variants = variants || !options.variant.empty(),
+                                      .resource_root = options.resource_root},
+                                     progress);
   if (!options.environment.empty()) {
     progress.begin(LoadStage::kEnvironment);
     EnvironmentDescription environment;

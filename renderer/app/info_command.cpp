@@ -148,7 +148,8 @@ std::string as_text(const Json& j) {
 }  // namespace
 
 int run_info(const InfoOptions& options) {
-  SceneDescription scene = load_gltf(options.scene, {.lenient = options.lenient});
+  SceneDescription scene = load_gltf(
+      options.scene, {.lenient = options.lenient, .resource_root = options.resource_root});
   Json json = describe(scene);
   SceneBuildOptions build_options;
   build_options.bvh = false;

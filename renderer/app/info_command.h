@@ -9,6 +9,7 @@ struct InfoOptions {
   std::string scene;
   bool json = false;
   bool lenient = false;
+  std::string resource_root;  // as in RenderOptions
 };
 
 // Prints to stdout. Returns the exit code. Throws EmberlineError.

@@ -20,8 +20,9 @@ inline constexpr uint32_t kMaxSamples = 1u << 24;
 
 struct RenderOptions {
   std::string scene;
-  std::string edits;    // a file of them; empty: none
-  std::string variant;  // name or index; empty: the file's own materials
+  std::string resource_root;  // what the scene may refer to; empty: its own folder
+  std::string edits;          // a file of them; empty: none
+  std::string variant;        // name or index; empty: the file's own materials
   std::vector<std::string> outputs;
   std::string command_line;  // for the records
 

@@ -75,7 +75,7 @@ Settings frame_settings(const RenderOptions& options) {
 std::string frame_key(const RenderOptions& options) {
   Json json = as_json(settings_without_files(options));
   json["version"] = kEmberlineVersion;
-  json["scene"] = hexadecimal(scene_fingerprint(options.scene));
+  json["scene"] = hexadecimal(scene_fingerprint(options.scene, options.resource_root));
   if (!options.environment.empty()) {
     json["env"] = hexadecimal(file_fingerprint(options.environment));
   }

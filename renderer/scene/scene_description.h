@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/file_identity.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
@@ -188,7 +189,8 @@ struct LoadRepairs {
 
 struct SceneDescription {
   std::string file;
-  std::string generator;  // asset.generator
+  std::vector<NamedFile> files;  // all that were read for it, the scene first
+  std::string generator;         // asset.generator
   std::vector<std::shared_ptr<const Image>> images;
   std::vector<MaterialDescription> materials;
   std::vector<VariantDescription> variants;

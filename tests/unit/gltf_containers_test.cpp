@@ -64,7 +64,8 @@ TEST(GltfContainers, RelativePathsAndPercentEncoding) {
   test::write_bytes(folder / "data/with space & 100%.bin", gltf.bin);
   test::write_text(folder / "scenes/deep/a.gltf",
                    gltf.document("../../data/with%20space%20&%20100%25.bin").dump());
-  EXPECT_EQ(load_gltf(folder / "scenes/deep/a.gltf", {}).meshes.size(), 1u);
+  EXPECT_EQ(
+      load_gltf(folder / "scenes/deep/a.gltf", {.resource_root = folder.path()}).meshes.size(), 1u);
   // UTF-8 stands for itself, escaped or not.
   test::write_bytes(folder / "gr\xC3\xBCn.bin", gltf.bin);
   test::write_text(folder / "b.gltf", gltf.document("gr%C3%BCn.bin").dump());

@@ -1,0 +1,90 @@
+// Which files a scene can make the program read: those in its own folder and below. And how much of
+// them.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "failure/bad_input.h"
+#include "io/gltf.h"
+#include "io/input_file.h"
+#include "support/process_memory.h"
+
+namespace emberline {
+namespace {
+
+namespace fs = std::filesystem;
+using test::expect_input_error;
+using test::GltfBuilder;
+using test::TempFolder;
+
+class Resources : public ::testing::Test {
+ protected:
+  // A triangle whose buffer is at `uri`, beside or outside "scenes/", where it stands.
+  std::string scene(const std::string& uri) {
+    GltfBuilder gltf;
+    gltf.add_triangle();
+    const std::string path = gltf.write_gltf(folder_ / "scenes/a.gltf");
+    nlohmann::json root = nlohmann::json::parse(test::read_bytes(path));
+    fs::copy_file(folder_ / ("scenes/" + root["buffers"][0]["uri"].get<std::string>()),
+                  folder_ / "outside.bin", fs::copy_options::overwrite_existing);
+    root["buffers"][0]["uri"] = uri;
+    test::write_text(path, root.dump());
+    return path;
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(Resources, OutsideTheFolderAreRefused) {
+  for (const char* uri : {"../outside.bin", "%2e%2e/outside.bin", "..%2Foutside.bin",
+                          "x/../../outside.bin", "../../../../../../../../etc/passwd"}) {
+    expect_input_error(scene(uri),
+                       {"#/buffers/0/uri", "leads out of the scene's folder", "--resource-root"});
+  }
+  expect_input_error(scene("/etc/passwd"), {"#/buffers/0/uri", "absolute path"});
+  expect_input_error(scene("file:///etc/passwd"), {"#/buffers/0/uri", "not relative"});
+}
+
+TEST_F(Resources, LinksAreFollowedBeforeTheyAreJudged) {
+  const std::string path = scene("link.bin");
+  ASSERT_EQ(::symlink("../outside.bin", (folder_ / "scenes/link.bin").c_str()), 0);
+  expect_input_error(path, {"leads out of the scene's folder", "outside.bin"});
+  fs::create_directory(folder_ / "scenes/sub");
+  fs::rename(folder_ / "outside.bin", folder_ / "scenes/sub/inside.bin");
+  fs::remove(folder_ / "scenes/link.bin");
+  ASSERT_EQ(::symlink("sub/inside.bin", (folder_ / "scenes/link.bin").c_str()), 0);
+  EXPECT_EQ(load_gltf(path, {}).meshes.size(), 1u);
+}
+
+TEST_F(Resources, ARootWidensThem) {
+  const std::string path = scene("../outside.bin");
+  const SceneDescription read = load_gltf(path, {.resource_root = folder_.path().string()});
+  ASSERT_EQ(read.files.size(), 2u);
+  EXPECT_EQ(read.files[0].identity, *file_identity(path));
+  EXPECT_EQ(read.files[1].identity, *file_identity(folder_ / "outside.bin"));
+  EXPECT_EQ(load_gltf(path, {.resource_root = folder_.path().string() + "/"}).meshes.size(), 1u);
+  expect_input_error(path, {"leads out of"}, {.resource_root = folder_ / "scenes"});
+  expect_input_error(path, {"leads out of"}, {.resource_root = folder_ / "scene"});
+}
+
+// Of a buffer of three gigabytes the triangle's bytes are read, and nothing else of it costs
+// anything.
+TEST_F(Resources, BuffersAreReadAsFarAsTheyAreUsed) {
+  const std::string path = scene("large.bin");
+  fs::rename(folder_ / "outside.bin", folder_ / "scenes/large.bin");
+  constexpr uint64_t kSize = uint64_t(3) << 30;
+  ASSERT_EQ(::truncate((folder_ / "scenes/large.bin").c_str(), off_t(kSize)), 0);
+  nlohmann::json root = nlohmann::json::parse(test::read_bytes(path));
+  root["buffers"][0]["byteLength"] = kSize;
+  root["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 0}, {"byteLength", kSize}});
+  test::write_text(path, root.dump());
+  const auto budget = std::make_shared<MemoryBudget>(uint64_t(64) << 20);
+  LoadProgress progress({}, {}, {.memory = budget, .timeout_s = {}, .scene = {}});
+  const test::ProcessMemory before = test::ProcessMemory::now();
+  EXPECT_EQ(load_gltf(path, {}, progress).meshes.size(), 1u);
+  EXPECT_LT(budget->peak(), uint64_t(1) << 20);
+  EXPECT_LT((test::ProcessMemory::now() - before).resident, double(16 << 20));
+}
+
+}  // namespace
+}  // namespace emberline
