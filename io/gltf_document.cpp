@@ -28,7 +28,8 @@ constexpr uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
 
 // Specification section 4.4. Returns the JSON text and notes the binary chunk; what it holds stays
 // in the file.
-std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document) {
+std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
+                              MemoryReservation& text_memory) {
   // The specification has two chunks, extensions may add more; a file of empty ones is an attack.
   constexpr int kMostChunks = 1000;
   const std::string& file = document.file;
@@ -77,6 +78,7 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document) {
     }
     if (chunk == 0) {
       if (type != kJsonChunk) throw InputError(file, "the first GLB chunk is not JSON");
+      text_memory.add(chunk_length, file);
       text.resize(chunk_length);
       input.read(offset, chunk_length, text.data(), *document.progress);
     } else if (type == kBinChunk && !document.binary_chunk) {
@@ -146,12 +148,14 @@ GltfDocument open_gltf_document(const std::string& path, const std::string& reso
   document.total_bytes = input.size();
   if (input.size() == 0) throw InputError(path, "the file is empty");
 
+  MemoryReservation text_memory(progress.budget(), MemoryPart::kFile);
   std::vector<uint8_t> text;
   std::array<uint8_t, 4> magic = {};
   input.try_read(0, magic.size(), magic.data());
   if (read_u32(magic, 0) == kGlbMagic) {
-    text = read_glb(input, document);
+    text = read_glb(input, document, text_memory);
   } else {
+    text_memory.add(input.size(), path);
     text = input.read_all(progress);
     const auto is_space = [](uint8_t c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
     size_t start = text.size() >= 3 && std::memcmp(text.data(), "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;

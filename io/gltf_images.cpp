@@ -21,6 +21,7 @@ DecodedImage decode(const GltfDocument& document, int index, bool lenient) {
   const std::string pointer = "/images/" + std::to_string(index);
   const std::string place = document.place(pointer);
   std::string name = object.value("name", "");
+  MemoryReservation memory(document.progress->budget(), MemoryPart::kFile);
   std::vector<uint8_t> owned;
   ByteSpan encoded;
   if (const json* view = find_member(object, "bufferView")) {
@@ -31,7 +32,9 @@ DecodedImage decode(const GltfDocument& document, int index, bool lenient) {
     if (is_data_uri(uri)) {
       owned = decode_data_uri(uri, uri_place);
     } else {
-      owned = document.open_resource(uri, uri_place).read_all(*document.progress);
+      const InputFile file = document.open_resource(uri, uri_place);
+      memory.add(file.size(), uri_place);
+      owned = file.read_all(*document.progress);
       name = uri;
     }
     encoded = owned;
