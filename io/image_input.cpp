@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <new>
 
 #include "io/encoded_image.h"
@@ -119,14 +120,30 @@ class FileProxy final : public oiio::Filesystem::IOProxy {
   size_t pread(void* bytes, size_t count, int64_t offset) override {
     return size_t(std::max<int64_t>(0, file_.try_read(uint64_t(offset), count, bytes)));
   }
+  // In order and on one thread. Readers of HDR ask for single bytes.
   size_t read(void* bytes, size_t count) override {
-    const size_t got = pread(bytes, count, m_pos);
-    m_pos += int64_t(got);
+    size_t got = 0;
+    while (got < count) {
+      if (m_pos < begin_ || m_pos >= begin_ + int64_t(buffer_.size())) {
+        buffer_.resize(kBuffer);
+        begin_ = m_pos;
+        buffer_.resize(pread(buffer_.data(), kBuffer, begin_));
+        if (buffer_.empty()) break;
+      }
+      const size_t at = size_t(m_pos - begin_), part = std::min(count - got, buffer_.size() - at);
+      std::memcpy(static_cast<std::byte*>(bytes) + got, buffer_.data() + at, part);
+      got += part;
+      m_pos += int64_t(part);
+    }
     return got;
   }
 
  private:
+  static constexpr size_t kBuffer = size_t(64) << 10;
+
   InputFile file_;
+  std::vector<std::byte> buffer_;
+  int64_t begin_ = 0;
 };
 
 // An image as OpenImageIO sees it, whose pixels are still to be decoded.
