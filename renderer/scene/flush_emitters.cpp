@@ -2,93 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
-
-#include "renderer/core/parallel.h"
+#include <utility>
 
 namespace emberline::scene_detail {
 namespace {
 
-// From here on triangles are small against what they could lie in, and only their middles are asked
-// about: 0.3 us each of one core, a third of what the light BVH takes to build. Chosen by us.
-constexpr size_t kManyEmitters = 1 << 16;
-
-uint64_t key_of(uint32_t instance, uint32_t primitive) {
-  return uint64_t(instance) << 32 | primitive;
-}
-
-struct Corners {
-  Vec3d p0, p1, p2;
-
-  Vec3d normal() const {  // unit, or 0
-    const Vec3d n = (p1 - p0).cross(p2 - p0);
-    const double length = n.length();
-    return length > 0 ? n / length : Vec3d(0.0);
-  }
-  // Largest distance of a corner of `other` from this one's plane.
-  double distance_to(const Corners& other) const {
-    const Vec3d n = normal();
-    return std::max({std::abs((other.p0 - p0).dot(n)), std::abs((other.p1 - p0).dot(n)),
-                     std::abs((other.p2 - p0).dot(n))});
-  }
-  // Whether `p`, all but in the plane, lies in the triangle.
-  bool holds(const Vec3d& p) const {
-    constexpr double kSlack = -1e-9;  // of the triangle: well above double's rounding
-    const Vec3d e1 = p1 - p0, e2 = p2 - p0, d = p - p0, n = e1.cross(e2);
-    const double scale = 1.0 / n.length2();
-    const double u = d.cross(e2).dot(n) * scale, v = e1.cross(d).dot(n) * scale;
-    return u >= kSlack && v >= kSlack && u + v <= 1.0 - kSlack;
-  }
-};
-
-Corners corners_of(const EmissiveTriangle& t) {
-  return {to_double(t.p0), to_double(t.p1), to_double(t.p2)};
-}
-
-Corners corners_of(const Mesh& mesh, const Instance& instance, uint32_t primitive) {
-  const std::array<Vec3d, 3> p = placed_corners(mesh, instance, primitive);
-  return {p[0], p[1], p[2]};
-}
-
-// One point of one emitter, asking for the triangles that it lies in.
-struct Question {
-  const std::vector<Mesh>& meshes;
-  const std::vector<Instance>& instances;
-  const EmissiveTriangle& emitter;
-  Corners corners;
-  Vec3d point;
-  float error;         // of the emitter's plane
-  float reach = 0.0f;  // the answer
-  std::vector<std::pair<uint64_t, float>> surfaces;
-};
-
-bool answer(RTCPointQueryFunctionArguments* arguments) {
-  Question& q = *static_cast<Question*>(arguments->userPtr);
-  const uint32_t instance =
-      arguments->context->instStackSize > 0 ? arguments->context->instID[0] : arguments->geomID;
-  const uint32_t primitive = arguments->primID;
-  if (instance == q.emitter.instance && primitive == q.emitter.primitive) return false;
-  const Instance& placed = q.instances[instance];
-  const Mesh& mesh = q.meshes[placed.mesh];
-  const Corners other = corners_of(mesh, placed, primitive);
-  if (!(other.normal().length2() > 0) || !other.holds(q.point)) return false;
-  const float error = plane_error(mesh, placed, primitive) + q.error;
-  // Of two triangles the plane of the smaller one says little about the far end of the larger.
-  if (!(std::min(other.distance_to(q.corners), q.corners.distance_to(other)) <= double(error))) {
-    return false;
-  }
-  // The planes lie that far apart, and Embree may see either that far from where it lies.
-  q.reach = std::max(q.reach, 2.0f * error);
-  q.surfaces.emplace_back(key_of(instance, primitive), 2.0f * error);
-  return false;  // the radius stays
-}
-
-float largest_plane_error(const std::vector<Mesh>& meshes, const std::vector<Instance>& instances) {
-  float largest = 0.0f;
-  for (const Instance& instance : instances) {
-    largest = std::max(largest, largest_plane_error(meshes[instance.mesh], instance));
-  }
-  return largest;
+Vec3f unit_normal(const EmissiveTriangle& t) {  // or 0
+  const Vec3d p0 = to_double(t.p0);
+  const Vec3d n = (to_double(t.p1) - p0).cross(to_double(t.p2) - p0);
+  const double length = n.length();
+  return length > 0 ? to_float(n / length) : Vec3f(0.0f);
 }
 
 struct FlushContext {
@@ -104,8 +27,12 @@ struct FlushContext {
 
 FlushEmitters::FlushEmitters(const std::vector<Mesh>& meshes,
                              const std::vector<Instance>& instances,
-                             const std::vector<EmissiveTriangle>& emitters)
-    : meshes_(meshes), instances_(instances), emitters_(emitters), reach_(emitters.size(), 0.0f) {}
+                             const std::vector<EmissiveTriangle>& emitters, FlushSurfaces found)
+    : meshes_(meshes),
+      instances_(instances),
+      emitters_(emitters),
+      reach_(std::move(found.reach)),
+      offsets_(std::move(found.offsets)) {}
 
 FlushEmitters::~FlushEmitters() {
   if (scene_) rtcReleaseScene(scene_);
@@ -116,45 +43,10 @@ std::unique_ptr<FlushEmitters> FlushEmitters::find(const std::vector<Mesh>& mesh
                                                    const Geometry& geometry,
                                                    const std::vector<EmissiveTriangle>& emitters,
                                                    LoadProgress& progress) {
-  std::unique_ptr<FlushEmitters> found(new FlushEmitters(meshes, instances, emitters));
-  const float radius = 4.0f * largest_plane_error(meshes, instances);
-  std::mutex mutex;
-  parallel_ranges(emitters.size(), 64, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const EmissiveTriangle& e = emitters[i];
-      if (is_black(e.mean_radiance)) continue;
-      Question question{meshes, instances, e, corners_of(e), {}, 0.0f, 0.0f, {}};
-      if (!(question.corners.normal().length2() > 0)) continue;
-      question.error =
-          plane_error(meshes[instances[e.instance].mesh], instances[e.instance], e.primitive);
-      const Corners& c = question.corners;
-      const Vec3d middle = (c.p0 + c.p1 + c.p2) / 3.0;
-      const Vec3d points[] = {middle, c.p0 * 0.97 + middle * 0.03, c.p1 * 0.97 + middle * 0.03,
-                              c.p2 * 0.97 + middle * 0.03};
-      for (const Vec3d& point : std::span(points, emitters.size() > kManyEmitters ? 1 : 4)) {
-        question.point = point;
-        RTCPointQuery query;
-        query.x = float(point.x);
-        query.y = float(point.y);
-        query.z = float(point.z);
-        query.time = 0.0f;
-        query.radius = radius;
-        RTCPointQueryContext context;
-        rtcInitPointQueryContext(&context);
-        rtcPointQuery(geometry.top, &query, &context, answer, &question);
-      }
-      if (question.reach == 0.0f) continue;
-      found->reach_[i] = question.reach;
-      question.surfaces.emplace_back(key_of(e.instance, e.primitive), question.reach);
-      const std::lock_guard lock(mutex);
-      for (const auto& [key, reach] : question.surfaces) {
-        float& offset = found->offsets_[key];
-        offset = std::max(offset, reach);
-      }
-    }
-    progress.advance(end - begin);
-  });
-  if (found->offsets_.empty()) return nullptr;
+  FlushSurfaces surfaces = find_flush_surfaces(meshes, instances, emitters, progress);
+  if (surfaces.offsets.empty()) return nullptr;
+  std::unique_ptr<FlushEmitters> found(
+      new FlushEmitters(meshes, instances, emitters, std::move(surfaces)));
   found->build(geometry);
   return found;
 }
@@ -191,7 +83,7 @@ void FlushEmitters::build(const Geometry& geometry) {
 }
 
 float FlushEmitters::offset(uint32_t instance, uint32_t primitive) const {
-  const auto found = offsets_.find(key_of(instance, primitive));
+  const auto found = offsets_.find(surface_key(instance, primitive));
   return found == offsets_.end() ? 0.0f : found->second;
 }
 
@@ -206,7 +98,7 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
     const uint32_t index = self.members_[RTCHitN_primID(arguments->hit, arguments->N, i)];
     if (index >= context.best.emitter) continue;
     const EmissiveTriangle& e = self.emitters_[index];
-    const float facing = dot(context.direction, Vec3f(corners_of(e).normal()));
+    const float facing = dot(context.direction, unit_normal(e));
     if (!e.two_sided && facing >= 0.0f) continue;
     const float t = RTCRayN_tfar(arguments->ray, arguments->N, i);
     if (!(std::abs((t - context.t) * facing) <= self.reach_[index])) continue;

@@ -13,15 +13,14 @@
 #include <unordered_map>
 #include <vector>
 
-#include "renderer/scene/geometry.h"
+#include "renderer/scene/flush_search.h"
 
 namespace emberline::scene_detail {
 
 class FlushEmitters {
  public:
-  // Null if there are none. The arguments must outlive the result; `geometry` is committed. Asks
-  // what lies at four points of each emitting triangle (at one, if they are many): an overlap that
-  // spares them is not seen. Throws Cancelled.
+  // Null if there are none. The arguments must outlive the result; `geometry` is committed. As
+  // find_flush_surfaces says. Throws Cancelled.
   static std::unique_ptr<FlushEmitters> find(const std::vector<Mesh>& meshes,
                                              const std::vector<Instance>& instances,
                                              const Geometry& geometry,
@@ -47,19 +46,18 @@ class FlushEmitters {
 
  private:
   FlushEmitters(const std::vector<Mesh>& meshes, const std::vector<Instance>& instances,
-                const std::vector<EmissiveTriangle>& emitters);
+                const std::vector<EmissiveTriangle>& emitters, FlushSurfaces found);
   void build(const Geometry& geometry);
   static void keep_lowest(const RTCFilterFunctionNArguments* arguments);
 
   const std::vector<Mesh>& meshes_;
   const std::vector<Instance>& instances_;
   const std::vector<EmissiveTriangle>& emitters_;
-  // Per emitter: bound of the distance at which Embree may see it and what it lies in; 0: not one.
-  std::vector<float> reach_;
+  std::vector<float> reach_;  // as in FlushSurfaces, and offsets_
   float longest_reach_ = 0.0f;
-  std::unordered_map<uint64_t, float> offsets_;  // (instance, primitive)
-  std::vector<uint32_t> members_;                // the emitter of each triangle of scene_
-  RTCScene scene_ = nullptr;                     // the members alone
+  std::unordered_map<uint64_t, float> offsets_;
+  std::vector<uint32_t> members_;  // the emitter of each triangle of scene_
+  RTCScene scene_ = nullptr;       // the members alone
 };
 
 }  // namespace emberline::scene_detail

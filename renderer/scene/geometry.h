@@ -76,9 +76,9 @@ inline std::array<Vec3d, 3> placed_corners(const Mesh& mesh, const Instance& ins
 }
 
 // Bound of the distance between a triangle's plane and where Embree or Scene::interaction sees it,
-// internal space; and the largest of a mesh's triangles.
+// internal space; and that of triangles with no coordinate beyond `largest`.
 float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive);
-float largest_plane_error(const Mesh& mesh, const Instance& instance);
+float plane_error(float largest, const Instance& instance);
 
 // `items`: what `progress` counts as being in the scene. Throws Cancelled.
 void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items);

@@ -72,15 +72,11 @@ float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive
   for (const uint32_t i : mesh.triangles[primitive]) {
     magnitude = std::max(magnitude, max_abs_component(mesh.positions[i]));
   }
-  if (instance.transformed) {
-    magnitude = transformed_magnitude(instance.to_internal, Vec3f(magnitude));
-  }
-  return kOffsetUlps * magnitude;
+  return plane_error(magnitude, instance);
 }
 
-float largest_plane_error(const Mesh& mesh, const Instance& instance) {
-  float magnitude = 0.0f;
-  for (const Vec3f& p : mesh.positions) magnitude = std::max(magnitude, max_abs_component(p));
+float plane_error(float largest, const Instance& instance) {
+  float magnitude = largest;
   if (instance.transformed) {
     magnitude = transformed_magnitude(instance.to_internal, Vec3f(magnitude));
   }

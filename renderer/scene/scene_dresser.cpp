@@ -126,7 +126,7 @@ std::vector<EmissiveTriangle> SceneDresser::collect_emitters() {
   }
   std::vector<EmissiveTriangle> triangles;
   triangles.reserve(total);
-  progress_.begin(LoadStage::kLights, 2 * total);  // and once more for what they lie in
+  progress_.begin(LoadStage::kLights, total);
   for (uint32_t i = 0; i < scene_.instances_.size(); ++i) {
     Instance& instance = scene_.instances_[i];
     const Mesh& mesh = scene_.meshes_[instance.mesh];

@@ -1,0 +1,84 @@
+// Points of emitters in a tree, for surfaces that look for those within their reach. Private to
+// this folder.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "renderer/core/vector.h"
+
+namespace emberline::scene_detail {
+
+struct EmitterPoint {
+  Vec3d position;
+  float error;  // of its triangle's plane
+  uint32_t emitter;
+};
+
+// What points are looked for: those in the box and by the plane, both `margin` and twice a point's
+// error wider. A normal of 0 is no plane.
+struct PointSearch {
+  Vec3f lower, upper;
+  Vec3d plane, normal;
+  float margin;
+};
+
+// Immutable, thread-safe, and the same for the same points.
+class EmitterPoints {
+ public:
+  explicit EmitterPoints(std::vector<EmitterPoint> points);
+
+  bool empty() const { return points_.empty(); }
+  // Calls visit(point) for all that are looked for, and some others, in the order of the tree;
+  // until it returns false, which is what this returns then.
+  template <typename Visit>
+  bool visit(const PointSearch& search, const Visit& visit) const;
+
+ private:
+  struct Node {
+    Vec3f lower, upper;  // of the points, twice their errors wider
+    uint32_t begin, end;
+    uint32_t right = 0;  // the left child comes next; 0: a leaf
+  };
+  uint32_t build(uint32_t begin, uint32_t end);
+  static bool meet(const Node& node, const PointSearch& s) {
+    double distance = 0.0, half = double(s.margin);
+    for (int c = 0; c < 3; ++c) {
+      if (node.lower[c] > s.upper[c] + s.margin || node.upper[c] < s.lower[c] - s.margin) {
+        return false;
+      }
+      const double lower = double(node.lower[c]), upper = double(node.upper[c]);
+      distance += s.normal[c] * (0.5 * (lower + upper) - s.plane[c]);
+      half += std::abs(s.normal[c]) * 0.5 * (upper - lower);
+    }
+    return std::abs(distance) <= half;
+  }
+
+  std::vector<EmitterPoint> points_;
+  std::vector<Node> nodes_;
+};
+
+template <typename Visit>
+bool EmitterPoints::visit(const PointSearch& search, const Visit& visit) const {
+  if (nodes_.empty()) return true;
+  uint32_t stack[64];
+  int waiting = 0;
+  stack[waiting++] = 0;
+  while (waiting > 0) {
+    const uint32_t index = stack[--waiting];
+    const Node& node = nodes_[index];
+    if (!meet(node, search)) continue;
+    if (node.right != 0) {
+      stack[waiting++] = node.right;
+      stack[waiting++] = index + 1;
+      continue;
+    }
+    for (uint32_t i = node.begin; i < node.end; ++i) {
+      if (!visit(points_[i])) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace emberline::scene_detail

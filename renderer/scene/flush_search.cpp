@@ -1,0 +1,300 @@
+#include "renderer/scene/flush_search.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <mutex>
+
+#include "renderer/core/log.h"
+#include "renderer/core/parallel.h"
+#include "renderer/scene/emitter_points.h"
+
+namespace emberline::scene_detail {
+namespace {
+
+// From here on triangles are small against what they could lie in, and only their middles are asked
+// about. Chosen by us.
+constexpr size_t kManyEmitters = 1 << 16;
+
+// Triangles around emitters that are looked at, and so many at a time. Chosen by us: some seconds.
+constexpr uint64_t kMostTriangles = uint64_t(1) << 26;
+constexpr size_t kPiece = 4096;
+// Points that are looked at, beside so many for each triangle, and of a piece at most. Chosen by
+// us: an ordinary triangle meets some ten, a wall all the lamps that it carries.
+constexpr uint64_t kMostVisits = uint64_t(1) << 24, kVisitsOfEach = 32, kMostOfPiece = 1 << 22;
+
+using Corners = std::array<Vec3d, 3>;
+
+Vec3d unit_normal(const Corners& c) {  // or 0
+  const Vec3d n = (c[1] - c[0]).cross(c[2] - c[0]);
+  const double length = n.length();
+  return length > 0 ? n / length : Vec3d(0.0);
+}
+
+Corners corners_of(const EmissiveTriangle& t) {
+  return {to_double(t.p0), to_double(t.p1), to_double(t.p2)};
+}
+
+// Middle first, then near the corners.
+std::array<Vec3d, 4> points_of(const Corners& c) {
+  const Vec3d middle = (c[0] + c[1] + c[2]) / 3.0;
+  return {middle, c[0] * 0.97 + middle * 0.03, c[1] * 0.97 + middle * 0.03,
+          c[2] * 0.97 + middle * 0.03};
+}
+
+struct Plane {
+  Vec3d point, normal;
+  double distance(const Vec3d& p) const { return std::abs((p - point).dot(normal)); }
+  // Of the corner that is furthest away.
+  double distance(const Corners& c) const {
+    return std::max({distance(c[0]), distance(c[1]), distance(c[2])});
+  }
+};
+
+// What an emitter may lie in.
+class Surface {
+ public:
+  explicit Surface(const Corners& corners)
+      : corners_(corners),
+        plane_{corners[0], unit_normal(corners)},
+        e1_(corners[1] - corners[0]),
+        e2_(corners[2] - corners[0]),
+        n_(e1_.cross(e2_)),
+        scale_(1.0 / n_.length2()) {}
+
+  const Plane& plane() const { return plane_; }
+  // Whether an emitter lies in it by `point` of its own; `error` is the sum of both planes'.
+  bool holds(const EmissiveTriangle& emitter, const Vec3d& point, double error) const {
+    // Specks smaller than the error are in every plane through them.
+    if (!(plane_.distance(point) <= 2.0 * error) || !covers(point)) return false;
+    // Of two triangles the plane of the smaller one says little about the far end of the larger.
+    const Corners corners = corners_of(emitter);
+    if (plane_.distance(corners) <= error) return true;
+    return Plane{corners[0], unit_normal(corners)}.distance(corners_) <= error;
+  }
+
+ private:
+  bool covers(const Vec3d& p) const {
+    constexpr double kSlack = -1e-9;  // of the triangle: well above double's rounding
+    const Vec3d d = p - plane_.point;
+    const double u = d.cross(e2_).dot(n_) * scale_, v = e1_.cross(d).dot(n_) * scale_;
+    return u >= kSlack && v >= kSlack && u + v <= 1.0 - kSlack;
+  }
+
+  Corners corners_;
+  Plane plane_;
+  Vec3d e1_, e2_, n_;
+  double scale_;
+};
+
+struct Box {
+  Vec3f lower = Vec3f(std::numeric_limits<float>::max());
+  Vec3f upper = Vec3f(std::numeric_limits<float>::lowest());
+  void add(const Vec3d& p) {
+    for (int c = 0; c < 3; ++c) {
+      lower[c] = std::min(lower[c], float(p[c]));
+      upper[c] = std::max(upper[c], float(p[c]));
+    }
+  }
+  float largest_coordinate() const {
+    return std::max(max_abs_component(lower), max_abs_component(upper));
+  }
+};
+
+Box bounds_of(const Mesh& mesh) {
+  Box box;
+  // The last entry of positions is padding.
+  for (size_t i = 0; i + 1 < mesh.positions.size(); ++i) box.add(to_double(mesh.positions[i]));
+  return box;
+}
+
+Box placed_bounds(const Box& mesh, const Instance& instance) {
+  if (!instance.transformed) return mesh;
+  Box box;
+  for (int corner = 0; corner < 8; ++corner) {
+    box.add(transform_point(instance.to_internal, Vec3d(corner & 1 ? mesh.upper.x : mesh.lower.x,
+                                                        corner & 2 ? mesh.upper.y : mesh.lower.y,
+                                                        corner & 4 ? mesh.upper.z : mesh.lower.z)));
+  }
+  return box;
+}
+
+class FlushSearch {
+ public:
+  FlushSearch(const std::vector<Mesh>& meshes, const std::vector<Instance>& instances,
+              const std::vector<EmissiveTriangle>& emitters, LoadProgress& progress)
+      : meshes_(meshes),
+        instances_(instances),
+        emitters_(emitters),
+        progress_(progress),
+        points_(emitter_points()),
+        found_{std::vector<float>(emitters.size(), 0.0f), {}} {}
+
+  FlushSurfaces find() {
+    if (points_.empty()) return std::move(found_);
+    const std::vector<Piece> pieces = pieces_near_emitters();
+    const uint64_t visits = most_visits(pieces);
+    parallel_each(pieces.size(), [&](size_t i) {
+      progress_.check();
+      look_from(pieces[i], visits);
+    });
+    for (size_t i = 0; i < emitters_.size(); ++i) {
+      if (found_.reach[i] > 0.0f) {
+        note(surface_key(emitters_[i].instance, emitters_[i].primitive), found_.reach[i]);
+      }
+    }
+    return std::move(found_);
+  }
+
+ private:
+  // Of the triangles of a placed mesh.
+  struct Piece {
+    uint32_t instance;
+    uint32_t begin, end;
+  };
+
+  EmitterPoints emitter_points() const;
+  std::vector<Piece> pieces_near_emitters() const;
+  uint64_t most_visits(const std::vector<Piece>& pieces) const;
+  // Calls visit(triangle, surface, error, point) for what may lie in the piece's triangles, until
+  // it returns false.
+  template <typename Visit>
+  void visit_points(const Piece& piece, const Visit& visit) const;
+  void look_from(const Piece& piece, uint64_t visits_left);
+  void note(uint64_t key, float reach) {
+    float& offset = found_.offsets[key];
+    offset = std::max(offset, reach);
+  }
+
+  const std::vector<Mesh>& meshes_;
+  const std::vector<Instance>& instances_;
+  const std::vector<EmissiveTriangle>& emitters_;
+  LoadProgress& progress_;
+  const EmitterPoints points_;
+  std::mutex mutex_;
+  FlushSurfaces found_;
+};
+
+EmitterPoints FlushSearch::emitter_points() const {
+  const size_t of_each = emitters_.size() > kManyEmitters ? 1 : 4;
+  std::vector<EmitterPoint> points;
+  points.reserve(emitters_.size() * of_each);
+  for (uint32_t i = 0; i < emitters_.size(); ++i) {
+    if (i % 65536 == 0) progress_.check();
+    const EmissiveTriangle& e = emitters_[i];
+    const Corners corners = corners_of(e);
+    if (is_black(e.mean_radiance) || !(unit_normal(corners).length2() > 0)) continue;
+    const Instance& instance = instances_[e.instance];
+    const float error = plane_error(meshes_[instance.mesh], instance, e.primitive);
+    const std::array<Vec3d, 4> all = points_of(corners);
+    for (size_t k = 0; k < of_each; ++k) points.push_back({all[k], error, i});
+  }
+  return EmitterPoints(std::move(points));
+}
+
+std::vector<FlushSearch::Piece> FlushSearch::pieces_near_emitters() const {
+  std::vector<Box> bounds(meshes_.size());
+  parallel_each(meshes_.size(), [&](size_t i) {
+    progress_.check();
+    bounds[i] = bounds_of(meshes_[i]);
+  });
+  std::vector<Piece> pieces;
+  uint64_t triangles = 0;
+  for (uint32_t i = 0; i < instances_.size(); ++i) {
+    if (i % 1024 == 0) progress_.check();
+    const Instance& instance = instances_[i];
+    const size_t count = meshes_[instance.mesh].triangles.size();
+    if (count == 0) continue;
+    const Box box = placed_bounds(bounds[instance.mesh], instance);
+    const float error = plane_error(bounds[instance.mesh].largest_coordinate(), instance);
+    const auto end_at_first = [](const EmitterPoint&) { return false; };
+    if (points_.visit({box.lower, box.upper, Vec3d(0.0), Vec3d(0.0), 2.0f * error}, end_at_first)) {
+      continue;
+    }
+    triangles += count;
+    if (triangles > kMostTriangles) {
+      log_warning(
+          "lamps that lie in other surfaces may be missed: too many triangles are near lamps");
+      break;
+    }
+    for (size_t begin = 0; begin < count; begin += kPiece) {
+      pieces.push_back({i, uint32_t(begin), uint32_t(std::min(count, begin + kPiece))});
+    }
+  }
+  return pieces;
+}
+
+template <typename Visit>
+void FlushSearch::visit_points(const Piece& piece, const Visit& visit) const {
+  const Instance& instance = instances_[piece.instance];
+  const Mesh& mesh = meshes_[instance.mesh];
+  for (uint32_t t = piece.begin; t < piece.end; ++t) {
+    const Corners corners = placed_corners(mesh, instance, t);
+    const Surface surface(corners);
+    if (!(surface.plane().normal.length2() > 0)) continue;
+    const float error = plane_error(mesh, instance, t);
+    Box box;
+    for (const Vec3d& p : corners) box.add(p);
+    const bool all = points_.visit(
+        {box.lower, box.upper, surface.plane().point, surface.plane().normal, 2.0f * error},
+        [&](const EmitterPoint& point) { return visit(t, surface, error, point); });
+    if (!all) return;
+  }
+}
+
+// How many visits a piece may make, so that all are no more than there may be. The same for any
+// number of threads.
+uint64_t FlushSearch::most_visits(const std::vector<Piece>& pieces) const {
+  std::vector<uint64_t> counts(pieces.size(), 0);
+  parallel_each(pieces.size(), [&](size_t i) {
+    progress_.check();
+    visit_points(pieces[i], [&](uint32_t, const Surface&, float, const EmitterPoint&) {
+      return ++counts[i] < kMostOfPiece;
+    });
+  });
+  std::ranges::sort(counts);
+  uint64_t left = kMostVisits + kVisitsOfEach * kPiece * pieces.size();
+  for (size_t i = 0; i < counts.size(); ++i) {
+    const uint64_t share = left / (counts.size() - i);
+    if (counts[i] > share) return share;
+    left -= counts[i];
+  }
+  return kMostOfPiece;
+}
+
+void FlushSearch::look_from(const Piece& piece, uint64_t visits_left) {
+  std::map<uint32_t, float> surfaces;
+  visit_points(piece,
+               [&](uint32_t t, const Surface& surface, float error, const EmitterPoint& point) {
+                 const EmissiveTriangle& e = emitters_[point.emitter];
+                 const bool same = e.instance == piece.instance && e.primitive == t;
+                 if (!same && surface.holds(e, point.position, double(error + point.error))) {
+                   // The planes lie that far apart, and Embree may see either that far from where
+                   // it lies.
+                   const float reach = 2.0f * (error + point.error);
+                   float& most = surfaces[t];
+                   most = std::max(most, reach);
+                   const std::atomic_ref<float> longest(found_.reach[point.emitter]);
+                   float before = longest.load(std::memory_order_relaxed);
+                   while (before < reach && !longest.compare_exchange_weak(before, reach)) {
+                   }
+                 }
+                 return --visits_left > 0;
+               });
+  const std::lock_guard lock(mutex_);
+  for (const auto& [t, reach] : surfaces) note(surface_key(piece.instance, t), reach);
+}
+
+}  // namespace
+
+FlushSurfaces find_flush_surfaces(const std::vector<Mesh>& meshes,
+                                  const std::vector<Instance>& instances,
+                                  const std::vector<EmissiveTriangle>& emitters,
+                                  LoadProgress& progress) {
+  return FlushSearch(meshes, instances, emitters, progress).find();
+}
+
+}  // namespace emberline::scene_detail
