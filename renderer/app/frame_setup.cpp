@@ -13,7 +13,6 @@
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/scene/camera.h"
 
 namespace emberline {
 namespace {
@@ -158,6 +157,18 @@ CameraDescription choose_camera(const RenderOptions& options, const SceneDescrip
       scene.cameras.empty() ? framing_camera(world_bounds(scene), aspect) : scene.cameras.front());
   put_on_lens(options, camera);
   return camera;
+}
+
+Camera create_camera(const RenderOptions& options, const CameraDescription& camera,
+                     const Scene& scene) {
+  try {
+    return {camera, options.width, options.height, scene.origin(), scene.scale(), scene.farthest()};
+  } catch (const InputError& error) {
+    if (options.look_from || options.fov_y || options.f_stop || options.focus_distance) {
+      throw UsageError(error.what());
+    }
+    throw;
+  }
 }
 
 SceneBuildOptions choose_build_options(const RenderOptions& options) {

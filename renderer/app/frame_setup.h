@@ -8,6 +8,7 @@
 #include "renderer/core/rect.h"
 #include "renderer/film/filter.h"
 #include "renderer/scene/build_scene.h"
+#include "renderer/scene/camera.h"
 #include "renderer/scene/scene_description.h"
 #include "renderer/scene/scene_edits.h"
 
@@ -34,6 +35,11 @@ CameraDescription choose_camera(const RenderOptions& options, const SceneDescrip
 // line's lens goes onto either. Throws InputError for edits that do not fit the scene.
 CameraDescription choose_camera(const RenderOptions& options, const SceneDescription& scene,
                                 const SceneEdits& edits);
+
+// It in the options' frame of a scene. Throws UsageError where the command line's view or lens
+// cannot be rendered, InputError where the file's cannot.
+Camera create_camera(const RenderOptions& options, const CameraDescription& camera,
+                     const Scene& scene);
 
 // What the integrator and the options want of the scene.
 SceneBuildOptions choose_build_options(const RenderOptions& options);

@@ -28,7 +28,6 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/scene/build_scene.h"
-#include "renderer/scene/camera.h"
 
 namespace emberline {
 namespace {
@@ -186,8 +185,7 @@ int run_render(const RenderOptions& options) {
   const Stopwatch build;
   const std::unique_ptr<Scene> scene =
       build_scene(std::move(description), choose_build_options(options));
-  const Camera camera(camera_description, options.width, options.height, scene->origin(),
-                      scene->scale());
+  const Camera camera = create_camera(options, camera_description, *scene);
   report.times.build_s = build.seconds();
   report.features = scene->features();
   report.memory = scene->memory();

@@ -176,7 +176,7 @@ StudyRenderer::StudyRenderer(const RenderOptions& frame)
   SceneDescription description = load_scene(frame, LoadProgress::unwatched(), false);
   const CameraDescription camera = choose_camera(frame, description);
   scene_ = build_scene(std::move(description), choose_build_options(frame));
-  camera_ = Camera(camera, frame.width, frame.height, scene_->origin(), scene_->scale());
+  camera_ = create_camera(frame, camera, *scene_);
 }
 
 Frame StudyRenderer::frame(const Sampling& s, const AovSet& aovs) const {

@@ -12,6 +12,11 @@ inline constexpr int kRayBatch = 16;
 
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+// The largest coordinate of an origin or an unnormalised direction. Embree takes them up to 1.84e18
+// (FLT_LARGE of kernels/common/ray.h, 3.13 and 4), and where its assertions are built in, as in
+// Debian's, ends the process over others; float squares them up to 1.8e19.
+inline constexpr double kFarthestOrigin = 1e18;
+
 // Points origin + t * direction for t in [0, t_max], in the scene's internal space (rebased, see
 // scene.h). Origins are already offset from the surface they leave, so there is no t_min.
 struct Ray {

@@ -27,20 +27,33 @@ double determinant3(const Mat44d& m) {
       .dot(Vec3d(m[1][0], m[1][1], m[1][2]).cross(Vec3d(m[2][0], m[2][1], m[2][2])));
 }
 
-// Inverse transpose of the linear part up to a positive factor: the cofactor matrix, with the
-// determinant's sign so that a mirror keeps the front side in front.
-std::array<Vec3d, 3> normal_rows(const Mat44d& m) {
+std::array<Vec3d, 3> cofactors(const Mat44d& m) {
   const Vec3d x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]),
       z(m[2][0], m[2][1], m[2][2]);
-  std::array<Vec3d, 3> rows = {y.cross(z), z.cross(x), x.cross(y)};
-  // Scaled to a largest entry of 1: cofactors of a 1e-6 transform are 1e-12.
+  return {y.cross(z), z.cross(x), x.cross(y)};
+}
+
+double largest_entry(const std::array<Vec3d, 3>& rows) {
   double largest = 0;
   for (const Vec3d& r : rows) {
     for (int c = 0; c < 3; ++c) largest = std::max(largest, std::abs(r[c]));
   }
-  const double factor = (determinant3(m) < 0 ? -1.0 : 1.0) / largest;
+  return largest;
+}
+
+// Inverse transpose of the linear part up to a positive factor: the cofactor matrix, with the
+// determinant's sign so that a mirror keeps the front side in front.
+std::array<Vec3d, 3> normal_rows(const Mat44d& m) {
+  std::array<Vec3d, 3> rows = cofactors(m);
+  // Scaled to a largest entry of 1: cofactors of a 1e-6 transform are 1e-12.
+  const double factor = (determinant3(m) < 0 ? -1.0 : 1.0) / largest_entry(rows);
   for (Vec3d& r : rows) r *= factor;
   return rows;
+}
+
+// By how much at most the inverse lengthens a vector's largest coordinate.
+double inverse_growth(const Mat44d& m) {
+  return 3.0 * largest_entry(cofactors(m)) / std::abs(determinant3(m));
 }
 
 }  // namespace
@@ -73,6 +86,7 @@ class SceneBuilder {
  private:
   void choose_space();
   void place_meshes();
+  void limit_origins(const InstanceDescription& placed);
   void bake(MeshDescription& source, const InstanceDescription& placed, Mesh& mesh);
   void adopt(MeshDescription& source, Mesh& mesh);
   void drop_unread_attributes();
@@ -154,6 +168,22 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
   });
 }
 
+// In an instance's own space origins must be such as Embree takes, too.
+void SceneBuilder::limit_origins(const InstanceDescription& placed) {
+  const Mat44d& m = placed.to_world;
+  const double growth = inverse_growth(m) / scene_->scale_;
+  const Vec3d at = (Vec3d(m[3][0], m[3][1], m[3][2]) - scene_->origin_) * scene_->scale_;
+  const double away = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
+  scene_->farthest_ = std::min(scene_->farthest_, kFarthestOrigin / growth - away);
+  // Rays within the scene must be possible, from any side of it; and Embree must be able to invert
+  // the transform, in float.
+  const double volume = std::abs(determinant3(m)) * std::pow(scene_->scale_, 3.0);
+  if (scene_->farthest_ > 4.0 * double(scene_->radius_) && volume > 1e-36 && volume < 1e36) return;
+  throw InputError(description_.file, "an instance of mesh '" +
+                                          description_.meshes[size_t(placed.mesh)].name +
+                                          "' is scaled so far that no ray can be traced in it");
+}
+
 void SceneBuilder::place_meshes() {
   Scene& scene = *scene_;
   uses_.assign(description_.meshes.size(), 0);
@@ -175,6 +205,7 @@ void SceneBuilder::place_meshes() {
       instance.transformed = true;
       instance.mirrored = determinant3(placed.to_world) < 0;
       instance.to_internal = to_internal(placed.to_world);
+      limit_origins(placed);
       const std::array<Vec3d, 3> rows = normal_rows(placed.to_world);
       instance.normal_transform = {to_float(rows[0]), to_float(rows[1]), to_float(rows[2]),
                                    Vec3f(0.0f)};

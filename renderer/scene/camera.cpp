@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/warps.h"
 #include "renderer/scene/scene_description.h"
@@ -12,24 +13,28 @@ namespace {
 
 Vec3d row(const Mat44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
 
+double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+// Whether it can be normalised.
+bool is_direction(const Vec3d& v) { return v.length2() > 0 && std::isfinite(v.length2()); }
+
 }  // namespace
 
 Camera::Camera(const CameraDescription& description, int width, int height, const Vec3d& origin,
-               double scale)
+               double scale, double farthest)
     : orthographic_(description.orthographic) {
+  const auto require = [&](bool holds, const char* what) {
+    if (!holds) throw InputError("camera '" + description.name + "'", what);
+  };
   const Mat44d& m = description.to_world;
   // Scale in the node's transform is not the camera's business (glTF 2.0, section 3.10.1), shear
   // neither: rebuild an orthonormal frame around the viewing axis.
   const Vec3d back = row(m, 2);
   const Vec3d up_hint = row(m, 1);
-  if (!(back.length2() > 0) || !(up_hint.length2() > 0)) {
-    throw InputError("camera '" + description.name + "'", "its transform has no direction");
-  }
+  require(is_direction(back) && is_direction(up_hint), "its transform has no direction");
   const Vec3d axis = -back.normalized();
   const Vec3d right_raw = axis.cross(up_hint.normalized());
-  if (!(right_raw.length2() > 1e-24)) {
-    throw InputError("camera '" + description.name + "'", "its transform is flat");
-  }
+  require(right_raw.length2() > 1e-24, "its transform is flat");
   // A mirrored node shows a mirrored picture.
   const double handed = m.determinant() < 0 ? -1.0 : 1.0;
   const Vec3d up = right_raw.normalized().cross(axis);
@@ -44,19 +49,36 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
     half_height = std::tan(description.fov_y / 2);
     half_width = half_height * width / height;
   }
-  position_ = to_float((row(m, 3) - origin) * scale);
+  const Vec3d position = (row(m, 3) - origin) * scale;
+  const double lens_radius = orthographic_ ? 0.0 : description.lens_radius * scale;
+  // The sum bounds every coordinate of an origin. Comparisons are false for NaN.
+  const double extent = orthographic_ ? half_width + half_height : lens_radius;
+  require(largest(position) + extent <= farthest,
+          "it is too far from the scene, or too wide, for rays to be traced from there");
+  // What a pixel is apart must be more than nothing in float; of directions float holds the
+  // squares.
+  constexpr double kLeast = 1e-30;
+  require(half_height / height >= kLeast && half_width / width >= kLeast,
+          "what it shows is too small to be told apart");
+  require(orthographic_ || half_width + half_height <= kFarthestOrigin,
+          "its field of view is too wide");
+  position_ = to_float(position);
   axis_ = to_float(axis);
   corner_ = to_float(up * half_height - right * half_width + (orthographic_ ? Vec3d(0.0) : axis));
   per_x_ = to_float(right * (2 * half_width / width));
   per_y_ = to_float(up * (-2 * half_height / height));
   if (description.lens_radius > 0 && !orthographic_) {
-    if (!(description.focus_distance > 0)) {
-      throw InputError("camera '" + description.name + "'", "its lens has no distance of focus");
-    }
+    require(description.focus_distance > 0, "its lens has no distance of focus");
+    const double focus = description.focus_distance * scale;
+    // Towards a point in focus: float squares that, and of the lens's points keeps more than this.
+    require(lens_radius / focus <= kFarthestOrigin && focus > kLeast,
+            "its lens is too large for its distance of focus");
+    require(largest(position) * kFloatUnit <= 0.25 * focus,
+            "it is too far from the scene to be in focus at that distance");
     lens_ = true;
-    lens_x_ = to_float(right * (description.lens_radius * scale));
-    lens_y_ = to_float(up * (description.lens_radius * scale));
-    per_focus_ = float(1.0 / (description.focus_distance * scale));
+    lens_x_ = to_float(right * lens_radius);
+    lens_y_ = to_float(up * lens_radius);
+    per_focus_ = float(1.0 / focus);
   }
 }
 
@@ -74,7 +96,8 @@ void Camera::rays(std::span<const Vec2f> film, Ray* out) const {
     const float ox = corner_.x + per_x_.x * x[i] + per_y_.x * y[i];
     const float oy = corner_.y + per_x_.y * x[i] + per_y_.y * y[i];
     const float oz = corner_.z + per_x_.z * x[i] + per_y_.z * y[i];
-    const float scale = keep + (1.0f - keep) / std::sqrt(ox * ox + oy * oy + oz * oz);
+    // An orthographic offset may be 0, which must not become NaN.
+    const float scale = keep + (1.0f - keep) / std::sqrt(keep + (ox * ox + oy * oy + oz * oz));
     dx[i] = ox * scale;
     dy[i] = oy * scale;
     dz[i] = oz * scale;

@@ -22,10 +22,11 @@ class Camera {
  public:
   Camera() = default;
   // width x height: the frame in pixels. `origin` and `scale` are the scene's rebasing: internal =
-  // (world - origin) * scale. Throws InputError for a camera without a direction, or with a lens
-  // that is focused nowhere.
+  // (world - origin) * scale; `farthest` is where its rays may start (Scene::farthest). Throws
+  // InputError for a camera without a direction, with a lens that is focused nowhere, and for one
+  // whose rays float cannot hold.
   Camera(const CameraDescription& description, int width, int height, const Vec3d& origin,
-         double scale);
+         double scale, double farthest = kFarthestOrigin);
 
   // film: continuous pixel coordinates, (0, 0) the frame's top-left corner, y downwards. Up to
   // kRayBatch at once, so that the arithmetic vectorises; a ray does not depend on its neighbours.

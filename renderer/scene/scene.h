@@ -148,6 +148,9 @@ class Scene {
 
   const Vec3d& origin() const { return origin_; }
   double scale() const { return scale_; }
+  // Coordinates of points, internal, that rays may start from or go to: Embree takes them into the
+  // space of every instance.
+  double farthest() const { return farthest_; }
   float radius() const { return radius_; }  // internal, of the geometry's bounds
   uint64_t triangle_count() const { return triangle_count_; }
   size_t instance_count() const { return instances_.size(); }
@@ -178,6 +181,7 @@ class Scene {
   features::Flag<features::kTransmission> has_transmission_ = false;
   Vec3d origin_ = Vec3d(0.0);
   double scale_ = 1.0;
+  double farthest_ = kFarthestOrigin;
   float radius_ = 0.0f;
   uint64_t triangle_count_ = 0;
   SceneMemory memory_;

@@ -149,6 +149,12 @@ PointLight SceneDresser::place_light(const PunctualLightDescription& source) con
   const Mat44d& m = source.to_world;
   const Vec3d position(m[3][0], m[3][1], m[3][2]);
   light.position = to_float((position - scene_.origin_) * scene_.scale_);
+  if (source.type != PunctualType::kDirectional &&
+      !(double(max_abs_component(light.position)) <= scene_.farthest_)) {
+    throw InputError(description_.file, "light '" + source.name +
+                                            "' is too far from the scene for rays to be traced to "
+                                            "it");
+  }
   light.direction = normalize_or(to_float(-Vec3d(m[2][0], m[2][1], m[2][2])), Vec3f(0, 0, -1));
   light.intensity = source.intensity;
   if (source.type == PunctualType::kDirectional) {

@@ -42,8 +42,12 @@ Camera camera_of(const ViewOrder& order) {
   const LoadedScene& scene = *order.scene;
   const int width = order.settings.render.width, height = order.settings.render.height;
   const Scene& built = scene.scene.scene();
-  return {edited_camera(order.edits, scene.edit_lists, scene.camera(width, height)), width, height,
-          built.origin(), built.scale()};
+  return {edited_camera(order.edits, scene.edit_lists, scene.camera(width, height)),
+          width,
+          height,
+          built.origin(),
+          built.scale(),
+          built.farthest()};
 }
 
 double to_seconds(ViewClock::duration time) { return std::chrono::duration<double>(time).count(); }
