@@ -26,13 +26,6 @@ uint32_t read_unsigned(const uint8_t* bytes, int component_type) {
   }
 }
 
-void check_zeros(const GltfDocument& document, const GltfAccessor& accessor,
-                 const std::string& place) {
-  if (accessor.view >= 0 || accessor.count <= document.most_zeros) return;
-  throw InputError(place, "its accessor announces " + std::to_string(accessor.count) +
-                              " elements without data, more than the size of the file bears out");
-}
-
 // Its elements, `stride` apart.
 const uint8_t* accessor_bytes(const GltfDocument& document, const GltfAccessor& accessor) {
   if (accessor.count == 0) return nullptr;
@@ -67,6 +60,13 @@ void for_each_sparse(const GltfDocument& document, const GltfAccessor& accessor,
 
 }  // namespace
 
+void check_zeros(const GltfDocument& document, int index, const std::string& place) {
+  const GltfAccessor& accessor = document.accessors[size_t(index)];
+  if (accessor.view >= 0 || accessor.count <= document.most_zeros) return;
+  throw InputError(place, "its accessor announces " + std::to_string(accessor.count) +
+                              " elements without data, more than the size of the file bears out");
+}
+
 float read_component(const uint8_t* bytes, int component_type, bool normalized) {
   switch (component_type) {
     case 5120: {
@@ -95,15 +95,16 @@ float read_component(const uint8_t* bytes, int component_type, bool normalized) 
 }
 
 std::vector<float> read_floats(const GltfDocument& document, int index, int components,
-                               const std::string& place) {
+                               const std::string& place, const std::vector<uint32_t>* elements) {
   const GltfAccessor& accessor = document.accessors[size_t(index)];
   if (accessor.components != components) {
     throw InputError(place, "accessor " + std::to_string(index) + " has " +
                                 std::to_string(accessor.components) + " components, expected " +
                                 std::to_string(components));
   }
-  check_zeros(document, accessor, place);
-  std::vector<float> values(accessor.count * uint64_t(components), 0.0f);
+  check_zeros(document, index, place);
+  const size_t count = elements ? elements->size() : accessor.count;
+  std::vector<float> values(count * size_t(components), 0.0f);
   const int type = accessor.component_type;
   const auto convert = [&](size_t element, const uint8_t* bytes) {
     float* out = values.data() + element * size_t(components);
@@ -114,13 +115,21 @@ std::vector<float> read_floats(const GltfDocument& document, int index, int comp
   if (accessor.view >= 0) {
     const uint8_t* bytes = accessor_bytes(document, accessor);
     const size_t element_size = size_t(components) * sizeof(float);
-    if (type == 5126 && accessor.stride == element_size) {
+    if (!elements && type == 5126 && accessor.stride == element_size) {
       std::memcpy(values.data(), bytes, values.size() * sizeof(float));
     } else {
-      for (size_t i = 0; i < accessor.count; ++i) convert(i, bytes + i * accessor.stride);
+      for (size_t i = 0; i < count; ++i) {
+        convert(i, bytes + (elements ? (*elements)[i] : i) * accessor.stride);
+      }
     }
   }
-  for_each_sparse(document, accessor, place, convert);
+  for_each_sparse(document, accessor, place, [&](uint32_t element, const uint8_t* bytes) {
+    if (!elements) return convert(element, bytes);
+    const auto found = std::ranges::lower_bound(*elements, element);
+    if (found != elements->end() && *found == element) {
+      convert(size_t(found - elements->begin()), bytes);
+    }
+  });
   return values;
 }
 
@@ -132,7 +141,7 @@ std::vector<uint32_t> read_indices(const GltfDocument& document, int index,
     throw InputError(
         place, "accessor " + std::to_string(index) + " does not hold unsigned integer scalars");
   }
-  check_zeros(document, accessor, place);
+  check_zeros(document, index, place);
   std::vector<uint32_t> values(accessor.count, 0);
   if (accessor.view >= 0) {
     const uint8_t* bytes = accessor_bytes(document, accessor);

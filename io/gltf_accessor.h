@@ -6,12 +6,18 @@
 
 namespace emberline {
 
+// Throws InputError naming `place` if the accessor stands for more zeros than the size of the file
+// bears out.
+void check_zeros(const GltfDocument& document, int accessor, const std::string& place);
+
 // All elements, components interleaved. Integers are normalised if the accessor says so
 // (specification section 3.11: signed c / (2^(n-1) - 1), at least -1), else kept as numbers.
 // Sparse values are applied. Throws InputError naming `place` if the accessor does not have
 // `components` components or its count is not borne out by data.
+// `elements`: these alone, growing numbers below the accessor's count.
 std::vector<float> read_floats(const GltfDocument& document, int accessor, int components,
-                               const std::string& place);
+                               const std::string& place,
+                               const std::vector<uint32_t>* elements = nullptr);
 
 // Scalars of an unsigned integer type: vertex indices.
 std::vector<uint32_t> read_indices(const GltfDocument& document, int accessor,

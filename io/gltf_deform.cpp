@@ -44,7 +44,7 @@ Vec3f transform_direction(const Vec3f& v, const Mat44d& m) {
 
 void apply_morph_targets(const PrimitiveReader& reader, const GltfDocument& document,
                          const json& primitive, const std::string& pointer,
-                         const std::vector<double>& weights, MeshDescription& mesh) {
+                         std::span<const double> weights, MeshDescription& mesh) {
   const json* targets = find_member(primitive, "targets");
   const size_t target_count = targets ? targets->size() : 0;
   if (target_count == 0) return;
@@ -86,8 +86,7 @@ void apply_morph_targets(const PrimitiveReader& reader, const GltfDocument& docu
 }
 
 void apply_skin(const PrimitiveReader& reader, const GltfDocument& document,
-                const std::string& pointer, const std::vector<Mat44d>& joints,
-                MeshDescription& mesh) {
+                const std::string& pointer, std::span<const Mat44d> joints, MeshDescription& mesh) {
   if (joints.empty()) return;
   std::vector<Mat44d> blended(mesh.positions.size(), Mat44d(0.0));
   std::vector<double> sums(mesh.positions.size(), 0.0);
@@ -101,8 +100,9 @@ void apply_skin(const PrimitiveReader& reader, const GltfDocument& document,
       if (weight == 0.0f) continue;
       if (!(indices[i] >= 0.0f && indices[i] < float(joints.size()))) {
         throw InputError(document.place(pointer + "/attributes/JOINTS_" + suffix),
-                         "vertex " + std::to_string(i / 4) + " names a joint that the skin's " +
-                             std::to_string(joints.size()) + " joints do not include");
+                         "vertex " + std::to_string(reader.file_vertex(i / 4)) +
+                             " names a joint that the skin's " + std::to_string(joints.size()) +
+                             " joints do not include");
       }
       blended[i / 4] += joints[size_t(indices[i])] * double(weight);
       sums[i / 4] += double(weight);

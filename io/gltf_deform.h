@@ -1,6 +1,8 @@
 // Morph targets and skins at the file's rest pose.
 #pragma once
 
+#include <span>
+
 #include "io/gltf_primitive.h"
 #include "renderer/scene/scene_description.h"
 
@@ -10,12 +12,11 @@ namespace emberline {
 // (specification section 3.7.2.2). Throws InputError for more weights than targets.
 void apply_morph_targets(const PrimitiveReader& reader, const GltfDocument& document,
                          const nlohmann::json& primitive, const std::string& pointer,
-                         const std::vector<double>& weights, MeshDescription& mesh);
+                         std::span<const double> weights, MeshDescription& mesh);
 
 // Linear blend skinning (section 3.7.3.3) with the given bind-to-instance matrices; nothing when
 // there are none. Throws InputError for a joint out of range.
 void apply_skin(const PrimitiveReader& reader, const GltfDocument& document,
-                const std::string& pointer, const std::vector<Mat44d>& joints,
-                MeshDescription& mesh);
+                const std::string& pointer, std::span<const Mat44d> joints, MeshDescription& mesh);
 
 }  // namespace emberline

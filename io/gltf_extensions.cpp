@@ -41,14 +41,13 @@ constexpr ExtensionInfo kExtensions[] = {
     {"KHR_texture_basisu", kIgnored, "the fallback image is used"},
 };
 
-void add_once(std::vector<std::string>& list, const std::string& text) {
-  if (std::find(list.begin(), list.end(), text) == list.end()) list.push_back(text);
-}
-
-std::vector<std::string> names_in(const GltfDocument& document, const char* key) {
-  std::vector<std::string> names;
-  for (const auto& name : document.array(key)) add_once(names, name.get<std::string>());
-  return names;
+// False: it is there already, or the list is full, which its last entry says. A hostile file may
+// name any number of things.
+bool add_once(std::vector<std::string>& list, const std::string& text) {
+  constexpr size_t kLongest = 100;
+  if (std::ranges::find(list, text) != list.end() || list.size() > kLongest) return false;
+  list.push_back(list.size() < kLongest ? text : "more that is not listed");
+  return list.size() <= kLongest;
 }
 
 }  // namespace
@@ -74,31 +73,30 @@ void check_required_extensions(const GltfDocument& document) {
 }
 
 void report_ignored(const std::string& file, const std::string& what, CoverageReport& coverage) {
-  add_once(coverage.ignored, what);
-  log_warning(file + ": ignored: " + what);
+  if (add_once(coverage.ignored, what)) log_warning(file + ": ignored: " + what);
 }
 
 void report_approximated(const std::string& file, const std::string& what,
                          CoverageReport& coverage) {
-  add_once(coverage.approximated, what);
-  log_warning(file + ": approximated: " + what);
+  if (add_once(coverage.approximated, what)) log_warning(file + ": approximated: " + what);
 }
 
 void report_extensions(const GltfDocument& document, CoverageReport& coverage) {
-  std::vector<std::string> names = names_in(document, "extensionsUsed");
-  for (const std::string& name : names_in(document, "extensionsRequired")) add_once(names, name);
-  for (const std::string& name : names) {
-    const ExtensionInfo* info = find_extension_info(name);
-    if (info && info->support == kHonoured) {
-      add_once(coverage.used, name);
-      continue;
-    }
-    const std::string text = info ? name + " (" + std::string(info->remark) + ")" : shortened(name);
-    if (!info || info->support == kIgnored) {
-      add_once(coverage.ignored, name);
-      log_warning(document.file + ": ignored: " + text);
-    } else {
-      report_approximated(document.file, text, coverage);
+  for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+    for (const auto& element : document.array(list)) {
+      const std::string& name = element.get_ref<const std::string&>();
+      const ExtensionInfo* info = find_extension_info(name);
+      if (info && info->support == kHonoured) {
+        add_once(coverage.used, name);
+        continue;
+      }
+      const std::string text =
+          info ? name + " (" + std::string(info->remark) + ")" : shortened(name);
+      if (info && info->support != kIgnored) {
+        report_approximated(document.file, text, coverage);
+      } else if (add_once(coverage.ignored, name)) {
+        log_warning(document.file + ": ignored: " + text);
+      }
     }
   }
 }

@@ -12,11 +12,9 @@ namespace emberline {
 
 // The file's rest pose of one use of a mesh.
 struct MeshPose {
-  std::vector<double> weights;  // of the morph targets; empty: all 0
+  std::span<const double> weights;  // of the morph targets; empty: all 0
   // Bind space to the instance's space, row vectors, one per joint; empty: no skin.
-  std::vector<Mat44d> joints;
-
-  bool operator==(const MeshPose&) const = default;
+  std::span<const Mat44d> joints;
 };
 
 struct LoadedMesh {

@@ -1,5 +1,6 @@
 #include "io/gltf_primitive.h"
 
+#include <algorithm>
 #include <numeric>
 
 #include "io/gltf_accessor.h"
@@ -16,6 +17,8 @@ PrimitiveReader::PrimitiveReader(const GltfDocument& document, const json& primi
   const json* extension = find_extension(primitive, "KHR_draco_mesh_compression");
   if (!extension) {
     vertex_count_ = announced;
+    indices_ = read_corners();
+    choose_vertices();
     return;
   }
   const std::string place = document.place(pointer_ + "/extensions/KHR_draco_mesh_compression");
@@ -31,6 +34,7 @@ PrimitiveReader::PrimitiveReader(const GltfDocument& document, const json& primi
   draco_ = decode_draco(document.bytes(extension->at("bufferView").get<int>()), requests,
                         index_count, place);
   vertex_count_ = draco_->vertex_count;
+  indices_ = std::move(draco_->indices);
   if (!draco_->attributes.contains("POSITION")) {
     throw InputError(place, "the Draco data has no positions");
   }
@@ -59,12 +63,7 @@ std::vector<float> PrimitiveReader::floats(const std::string& attribute, int com
       return found->second;
     }
   }
-  std::vector<float> values = read_floats(document_, accessor(attribute), components, place);
-  if (values.size() != vertex_count_ * uint64_t(components)) {
-    throw InputError(place, std::to_string(values.size() / size_t(components)) + " elements for " +
-                                std::to_string(vertex_count_) + " vertices");
-  }
-  return values;
+  return read(accessor(attribute), components, place);
 }
 
 std::vector<float> PrimitiveReader::target_floats(size_t target, const std::string& attribute,
@@ -74,18 +73,36 @@ std::vector<float> PrimitiveReader::target_floats(size_t target, const std::stri
   if (!member) return {};
   const std::string place =
       document_.place(pointer_ + "/targets/" + std::to_string(target) + "/" + attribute);
-  std::vector<float> values = read_floats(document_, member->get<int>(), components, place);
-  if (values.size() != vertex_count_ * uint64_t(components)) {
-    throw InputError(place, std::to_string(values.size() / size_t(components)) + " elements for " +
-                                std::to_string(vertex_count_) + " vertices");
-  }
-  return values;
+  return read(member->get<int>(), components, place);
 }
 
-std::vector<uint32_t> PrimitiveReader::indices() const {
-  if (draco_) return draco_->indices;
+std::vector<float> PrimitiveReader::read(int index, int components,
+                                         const std::string& place) const {
+  const uint64_t count = document_.accessors[size_t(index)].count;
+  if (count != vertex_count_) {
+    throw InputError(place, std::to_string(count) + " elements for " +
+                                std::to_string(vertex_count_) + " vertices");
+  }
+  return read_floats(document_, index, components, place, used_.empty() ? nullptr : &used_);
+}
+
+// A few triangles each of thousands of primitives may name one accessor of a million vertices.
+void PrimitiveReader::choose_vertices() {
+  constexpr uint64_t kFew = 4;  // a quarter: below, sorting costs less than reading all
+  if (indices_.empty() || indices_.size() > vertex_count_ / kFew) return;
+  used_ = indices_;
+  std::ranges::sort(used_);
+  used_.erase(std::unique(used_.begin(), used_.end()), used_.end());
+  for (uint32_t& index : indices_) {
+    index = uint32_t(std::ranges::lower_bound(used_, index) - used_.begin());
+  }
+}
+
+std::vector<uint32_t> PrimitiveReader::read_corners() const {
   const json* member = find_member(primitive_, "indices");
   if (!member) {
+    check_zeros(document_, accessor("POSITION"),
+                document_.place(pointer_ + "/attributes/POSITION"));
     std::vector<uint32_t> all(vertex_count_);
     std::iota(all.begin(), all.end(), 0u);
     return all;

@@ -24,19 +24,27 @@ class PrimitiveReader {
   std::vector<float> target_floats(size_t target, const std::string& attribute,
                                    int components) const;
 
-  uint64_t vertex_count() const { return vertex_count_; }
-  // Corner indices in drawing order, checked to be below vertex_count(). Without an index accessor
-  // 0, 1, 2...
-  std::vector<uint32_t> indices() const;
+  // Those that are read: all, or, of accessors that hold far more than the primitive draws, the
+  // ones that its indices name.
+  uint64_t vertex_count() const { return used_.empty() ? vertex_count_ : used_.size(); }
+  // Their number in the file.
+  uint64_t file_vertex(size_t i) const { return used_.empty() ? i : used_[i]; }
+  // Corner indices in drawing order, below vertex_count(). Without an index accessor 0, 1, 2...
+  const std::vector<uint32_t>& indices() const { return indices_; }
 
  private:
   int accessor(const std::string& attribute) const;
+  std::vector<uint32_t> read_corners() const;
+  void choose_vertices();
+  std::vector<float> read(int accessor, int components, const std::string& place) const;
 
   const GltfDocument& document_;
   const nlohmann::json& primitive_;
   std::string pointer_;
   std::optional<DracoPrimitive> draco_;
-  uint64_t vertex_count_ = 0;
+  uint64_t vertex_count_ = 0;  // in the file
+  std::vector<uint32_t> indices_;
+  std::vector<uint32_t> used_;  // growing; empty: all
 };
 
 }  // namespace emberline

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <exception>
+#include <map>
+#include <numeric>
 
 #include "io/gltf_accessor.h"
 #include "io/gltf_extensions.h"
@@ -18,6 +20,19 @@ namespace emberline {
 namespace {
 
 using nlohmann::json;
+
+// What the file says of a mesh's morph targets: the weights of nodes that have none of their own.
+struct MorphDefaults {
+  bool morphs = false;
+  std::vector<double> weights;
+};
+
+// A skin at rest. The first joint's position is kept apart in double, for scenes far from the
+// origin; the joints' matrices lead to a space around it.
+struct SkinPose {
+  Vec3d origin;
+  std::vector<Mat44d> joints;
+};
 
 // A mesh in one pose; all its primitives.
 struct MeshUse {
@@ -40,8 +55,9 @@ class SceneGraphReader {
       : document_(document),
         model_(model),
         scene_(scene),
-        world_(world_transforms(document, model)),
-        plain_use_(model.nodes.empty() ? 0 : document.array("meshes").size(), -1) {}
+        world_(world_transforms(document, model)) {
+    for (const json& mesh : document.array("meshes")) morphs_.push_back(morph_defaults(mesh));
+  }
 
   void read() {
     for (const size_t node : nodes_in_scene()) read_node(node);
@@ -54,9 +70,11 @@ class SceneGraphReader {
   std::vector<size_t> nodes_in_scene() const;
   void read_node(size_t node);
   void read_mesh_node(size_t node);
-  MeshPose rest_pose(size_t node, size_t mesh, Mat44d* to_world);
-  size_t find_use(size_t mesh, MeshPose pose);
+  static MorphDefaults morph_defaults(const json& mesh);
+  const SkinPose& skin_pose(int skin);
+  size_t find_use(size_t node);
   void check_budget() const;
+  uint64_t count_elements(const json& primitive, std::span<const double> weights) const;
   void load_meshes();
   LoadedMesh load_primitive_of(const MeshUse& use, size_t primitive) const;
   void place_meshes();
@@ -66,8 +84,11 @@ class SceneGraphReader {
   const tinygltf::Model& model_;
   SceneDescription& scene_;
   const std::vector<Mat44d> world_;
+  std::vector<MorphDefaults> morphs_;  // per mesh
+  std::map<int, SkinPose> skins_;      // those that nodes wear
   std::vector<MeshUse> uses_;
-  std::vector<int> plain_use_;  // per mesh: its use without a skin or weights of a node, or -1
+  // By mesh and skin: the uses without weights of a node.
+  std::map<std::pair<int, int>, size_t> shared_uses_;
   std::vector<Placement> placements_;
 };
 
@@ -107,66 +128,77 @@ void SceneGraphReader::read_node(size_t node) {
   }
 }
 
-MeshPose SceneGraphReader::rest_pose(size_t node, size_t mesh, Mat44d* to_world) {
-  const tinygltf::Node& source = model_.nodes[node];
-  const json& mesh_object = document_.json.at("meshes")[mesh];
-  MeshPose pose;
-  pose.weights = source.weights;
-  if (pose.weights.empty()) pose.weights = mesh_object.value("weights", std::vector<double>());
-  const bool morphs = std::any_of(
-      mesh_object.at("primitives").begin(), mesh_object.at("primitives").end(),
-      [](const json& primitive) { return !primitive.value("targets", json::array()).empty(); });
-  if (morphs) {
-    report_approximated(document_.file, "morph targets (evaluated at the file's rest pose)",
-                        scene_.coverage);
-  } else {
-    pose.weights.clear();
-  }
-  if (source.skin < 0) return pose;
+MorphDefaults SceneGraphReader::morph_defaults(const json& mesh) {
+  const json& primitives = mesh.at("primitives");
+  const bool morphs = std::any_of(primitives.begin(), primitives.end(), [](const json& primitive) {
+    const json* targets = find_member(primitive, "targets");
+    return targets && !targets->empty();
+  });
+  if (!morphs) return {};
+  return {true, mesh.value("weights", std::vector<double>())};
+}
 
-  report_approximated(document_.file, "skin (evaluated at the file's rest pose)", scene_.coverage);
-  const tinygltf::Skin& skin = model_.skins[size_t(source.skin)];
+const SkinPose& SceneGraphReader::skin_pose(int index) {
+  const auto [entry, is_new] = skins_.try_emplace(index);
+  SkinPose& pose = entry->second;
+  if (!is_new) return pose;
+  const tinygltf::Skin& skin = model_.skins[size_t(index)];
+  const std::string place = document_.place("/skins/" + std::to_string(index));
   std::vector<float> inverse_bind;
   if (skin.inverseBindMatrices >= 0) {
-    inverse_bind = read_floats(
-        document_, skin.inverseBindMatrices, 16,
-        document_.place("/skins/" + std::to_string(source.skin) + "/inverseBindMatrices"));
+    std::vector<uint32_t> of_joints(skin.joints.size());
+    std::iota(of_joints.begin(), of_joints.end(), 0u);
+    inverse_bind = read_floats(document_, skin.inverseBindMatrices, 16,
+                               place + "/inverseBindMatrices", &of_joints);
   }
   // Joints place the vertices in the world, the node's own transform does not count (section
-  // 3.7.3.3). The first joint's position is kept apart in double, for scenes far from the origin.
+  // 3.7.3.3).
   const Mat44d& first = world_[size_t(skin.joints[0])];
-  const Vec3d origin(first[3][0], first[3][1], first[3][2]);
-  *to_world = Mat44d();
-  to_world->setTranslation(origin);
+  pose.origin = Vec3d(first[3][0], first[3][1], first[3][2]);
   Mat44d from_origin;
-  from_origin.setTranslation(-origin);
+  from_origin.setTranslation(-pose.origin);
   for (size_t j = 0; j < skin.joints.size(); ++j) {
     Mat44d bind;
     for (int e = 0; e < 16 && !inverse_bind.empty(); ++e) {
       bind[e / 4][e % 4] = inverse_bind[j * 16 + size_t(e)];
     }
     pose.joints.push_back(bind * world_[size_t(skin.joints[j])] * from_origin);
-    check_transform(pose.joints.back(), document_.place("/skins/" + std::to_string(source.skin) +
-                                                        "/joints/" + std::to_string(j)));
+    check_transform(pose.joints.back(), place + "/joints/" + std::to_string(j));
   }
   return pose;
 }
 
-size_t SceneGraphReader::find_use(size_t mesh, MeshPose pose) {
-  const json& mesh_object = document_.json.at("meshes")[mesh];
-  const bool plain =
-      pose.joints.empty() &&
-      (pose.weights.empty() || pose.weights == mesh_object.value("weights", std::vector<double>()));
-  if (plain && plain_use_[mesh] >= 0) return size_t(plain_use_[mesh]);
-  uses_.push_back({mesh, std::move(pose), {}});
-  if (plain) plain_use_[mesh] = int(uses_.size() - 1);
+size_t SceneGraphReader::find_use(size_t node) {
+  const tinygltf::Node& source = model_.nodes[node];
+  const MorphDefaults& morphs = morphs_[size_t(source.mesh)];
+  if (morphs.morphs) {
+    report_approximated(document_.file, "morph targets (evaluated at the file's rest pose)",
+                        scene_.coverage);
+  }
+  if (source.skin >= 0) {
+    report_approximated(document_.file, "skin (evaluated at the file's rest pose)",
+                        scene_.coverage);
+  }
+  // A skin's joints say where the mesh is, so nodes that share it share the mesh in its pose.
+  const bool own_weights =
+      morphs.morphs && !source.weights.empty() && source.weights != morphs.weights;
+  const std::pair key(source.mesh, source.skin);
+  if (!own_weights && shared_uses_.contains(key)) return shared_uses_.at(key);
+  MeshPose pose;
+  pose.weights = own_weights ? source.weights : morphs.weights;
+  if (source.skin >= 0) pose.joints = skin_pose(source.skin).joints;
+  uses_.push_back({size_t(source.mesh), pose, {}});
+  if (!own_weights) shared_uses_.emplace(key, uses_.size() - 1);
   return uses_.size() - 1;
 }
 
 void SceneGraphReader::read_mesh_node(size_t node) {
-  const size_t mesh = size_t(model_.nodes[node].mesh);
+  const size_t use = find_use(node);
   Mat44d to_world = world_[node];
-  const size_t use = find_use(mesh, rest_pose(node, mesh, &to_world));
+  if (const int skin = model_.nodes[node].skin; skin >= 0) {
+    to_world = Mat44d();
+    to_world.setTranslation(skin_pose(skin).origin);
+  }
   const json& object = document_.json.at("nodes")[node];
   if (const json* instancing = find_extension(object, "EXT_mesh_gpu_instancing")) {
     for (const Mat44d& local : read_instance_transforms(document_, *instancing, node)) {
@@ -184,29 +216,55 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   }
 }
 
-// Primitives may share accessors, so that a small file could ask for any number of triangles; and
-// skinned nodes a primitive, whose variants count as an index each. The allowance is chosen by us:
-// sharing sixty-fourfold is unheard of.
+// Primitives and morph targets may share accessors, so that a small file could ask for any number
+// of vertices; and nodes a primitive, in poses of their own. What is read of each is held against
+// what there is; variants count as an index each. The allowance is chosen by us: sharing
+// sixty-fourfold is unheard of.
 void SceneGraphReader::check_budget() const {
   uint64_t backed = document_.total_bytes;
   for (const GltfAccessor& accessor : document_.accessors) {
     if (accessor.view >= 0) backed += accessor.count;
   }
-  uint64_t indices = 0;
+  uint64_t elements = 0;
   for (const MeshUse& use : uses_) {
     for (const json& primitive : document_.json.at("meshes")[use.mesh].at("primitives")) {
-      indices += variant_material_count(primitive);
-      // A Draco stream vouches for its own count.
-      if (find_extension(primitive, "KHR_draco_mesh_compression")) continue;
-      const json* member = find_member(primitive, "indices");
-      if (!member) member = find_member(primitive.at("attributes"), "POSITION");
-      if (member) indices += document_.accessors[member->get<size_t>()].count;
+      elements += count_elements(primitive, use.pose.weights);
     }
   }
-  if (indices > (uint64_t(1) << 22) + backed * 64) {
-    throw InputError(document_.file, "the meshes add up to " + std::to_string(indices) +
-                                         " indices, more than the size of the file bears out");
+  if (elements > (uint64_t(1) << 22) + backed * 64) {
+    throw InputError(document_.file, "the meshes add up to " + std::to_string(elements) +
+                                         " vertices and indices, more than the size of the file "
+                                         "bears out");
   }
+}
+
+// Elements of accessors that reading the primitive in a pose takes.
+uint64_t SceneGraphReader::count_elements(const json& primitive,
+                                          std::span<const double> weights) const {
+  const auto accessor = [&](const json& index) -> const GltfAccessor& {
+    return document_.accessors[index.get<size_t>()];
+  };
+  uint64_t elements = variant_material_count(primitive);
+  const json* indices = find_member(primitive, "indices");
+  // A Draco stream vouches for its own count.
+  const bool is_draco = find_extension(primitive, "KHR_draco_mesh_compression");
+  const uint64_t corners = indices && !is_draco ? accessor(*indices).count : UINT64_MAX;
+  if (corners != UINT64_MAX) elements += corners;
+  const auto add = [&](const json& attributes) {
+    for (const json& attribute : attributes) {
+      const GltfAccessor& source = accessor(attribute);
+      if (is_draco && source.view < 0) continue;
+      // Indices that name few vertices have few read (PrimitiveReader).
+      const uint64_t most = corners <= UINT64_MAX / 4 ? corners * 4 : UINT64_MAX;
+      elements += std::min(source.count, most) + source.sparse.count;
+    }
+  };
+  add(primitive.at("attributes"));
+  const json* targets = find_member(primitive, "targets");
+  for (size_t t = 0; targets && t < std::min(targets->size(), weights.size()); ++t) {
+    if (weights[t] != 0.0) add((*targets)[t]);
+  }
+  return elements;
 }
 
 LoadedMesh SceneGraphReader::load_primitive_of(const MeshUse& use, size_t index) const {

@@ -2,12 +2,38 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "io/gltf.h"
 #include "renderer/core/errors.h"
 #include "support/gltf_builder.h"
 
 namespace emberline::test {
+
+// Address space is capped while it lives, so that an allocation by an unchecked count shows.
+class MemoryLimit {
+ public:
+  explicit MemoryLimit(uint64_t bytes) {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    getrlimit(RLIMIT_AS, &before_);
+    rlimit limited = before_;
+    limited.rlim_cur = std::min<rlim_t>(bytes, before_.rlim_max);
+    setrlimit(RLIMIT_AS, &limited);
+    active_ = true;
+#else
+    (void)bytes;  // sanitizers reserve terabytes of addresses
+#endif
+  }
+  ~MemoryLimit() {
+    if (active_) setrlimit(RLIMIT_AS, &before_);
+  }
+  MemoryLimit(const MemoryLimit&) = delete;
+  MemoryLimit& operator=(const MemoryLimit&) = delete;
+
+ private:
+  rlimit before_{};
+  bool active_ = false;
+};
 
 // Loading must throw InputError with one line that begins with the file's name and contains every
 // one of `parts`.

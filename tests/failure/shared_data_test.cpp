@@ -1,0 +1,93 @@
+// Small files in which many things name the same data: what they cost grows with the file's size,
+// not with its square.
+#include <ctime>
+
+#include "failure/bad_input.h"
+#include "renderer/core/log.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+using test::GltfBuilder;
+using test::MemoryLimit;
+using test::TempFolder;
+
+// Seconds of processor time that loading takes, with room for the program but not for a copy of the
+// data for each use.
+double load_seconds(const GltfBuilder& gltf) {
+  const TempFolder folder;
+  const std::string path = gltf.write_glb(folder / "a.glb");
+  const MemoryLimit limit(uint64_t(4) << 30);
+  const std::clock_t start = std::clock();
+  EXPECT_FALSE(load_gltf(path, {}).instances.empty());
+  return double(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+// The square of what each test repeats is worth a minute and more of processor time, or more memory
+// than there is. Sanitizers take some of the ten seconds.
+constexpr double kMost = 10.0;
+
+TEST(SharedData, NodesInOneSkin) {
+  constexpr int kCount = 8000;
+  GltfBuilder gltf;
+  const int mesh = gltf.add_triangle();
+  json& attributes = gltf.primitive(mesh)["attributes"];
+  attributes["JOINTS_0"] = gltf.add_accessor<uint8_t>("VEC4", std::vector<uint8_t>(12, 0));
+  attributes["WEIGHTS_0"] = gltf.add_accessor<float>("VEC4", std::vector<float>(12, 0.25f));
+  json joints = json::array();
+  for (int i = 0; i < kCount; ++i) {
+    const int node = gltf.add_mesh_node(mesh);
+    gltf.root["nodes"][size_t(node)]["skin"] = 0;
+    joints.push_back(node);
+  }
+  gltf.push("skins", {{"joints", joints}});
+  EXPECT_LT(load_seconds(gltf), kMost);
+}
+
+TEST(SharedData, NodesWithTheWeightsOfTheirMesh) {
+  constexpr int kCount = 30000;
+  GltfBuilder gltf;
+  const int mesh = gltf.add_triangle();
+  gltf.root["meshes"][0]["weights"] = std::vector<double>(kCount, 0.0);
+  gltf.primitive(mesh)["targets"] = std::vector<json>(kCount, json::object());
+  for (int i = 0; i < kCount; ++i) gltf.add_mesh_node(mesh);
+  EXPECT_LT(load_seconds(gltf), kMost);
+}
+
+TEST(SharedData, TrianglesOfOneVertexBuffer) {
+  GltfBuilder gltf;
+  const int mesh = gltf.add_triangle();
+  std::vector<float> positions(3 * 500000);
+  for (size_t i = 0; i < positions.size(); ++i) positions[i] = float(i % 7);
+  const int p = gltf.add_accessor<float>("VEC3", positions);
+  const json triangle = {{"attributes", {{"POSITION", p}}}, {"indices", 1}};
+  for (int i = 0; i < 20000; ++i)
+    gltf.root["meshes"][size_t(mesh)]["primitives"].push_back(triangle);
+  EXPECT_LT(load_seconds(gltf), kMost);
+}
+
+TEST(SharedData, MorphTargetsOfOneAccessor) {
+  GltfBuilder gltf;
+  const int mesh = gltf.add_mesh(
+      {{"attributes",
+        {{"POSITION", gltf.add_accessor<float>("VEC3", std::vector<float>(3 * 100000, 1.0f))}}}});
+  gltf.add_mesh_node(mesh);
+  gltf.root["meshes"][0]["weights"] = std::vector<double>(20000, 1.0);
+  gltf.primitive(mesh)["targets"] = std::vector<json>(20000, {{"POSITION", 0}});
+  test::expect_input_error(gltf,
+                           {"vertices and indices, more than the size of the file bears out"});
+}
+
+TEST(SharedData, NamesOfExtensionsThatNobodyKnows) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  json& names = gltf.root["extensionsUsed"];
+  for (int i = 0; i < 200000; ++i) names.push_back("EXT_of_nobody_" + std::to_string(i));
+  set_log_level(LogLevel::kQuiet);
+  EXPECT_LT(load_seconds(gltf), kMost);
+  set_log_level(LogLevel::kNormal);
+}
+
+}  // namespace
+}  // namespace emberline
