@@ -124,7 +124,8 @@ void load_gltf_buffers(GltfDocument& document) {
           source.offset, source.offset + source.size, *document.progress);
       GltfView& view = document.views[i];
       view.size = views[i].at("byteLength").get<uint64_t>();
-      view.decoded = decode_meshopt_view(*compressed, encoded, view.size, inner);
+      view.decoded =
+          decode_meshopt_view(*compressed, encoded, view.size, inner, *document.progress);
     } catch (...) {
       errors[i] = std::current_exception();
     }

@@ -1,9 +1,13 @@
 #include "io/gltf_draco.h"
 
 #include <draco/compression/config/compression_shared.h>
-#include <draco/compression/decode.h>
+#include <draco/compression/config/decoder_options.h>
+#include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
+#include <draco/compression/mesh/mesh_sequential_decoder.h>
 #include <draco/core/varint_decoding.h>
 #include <draco/metadata/metadata_decoder.h>
+
+#include <optional>
 
 #include "io/gltf_accessor.h"
 #include "renderer/core/errors.h"
@@ -19,8 +23,12 @@ constexpr uint64_t kMostPerByte = 256;
 
 // Draco allocates by the counts in its header before it reads what they count, so they are looked
 // at first. Layout: Draco bitstream specification 2.2, "Decode header", "Decode metadata",
-// "Decode connectivity data". Returns false for a stream that ends before its counts.
-bool peek_counts(ByteSpan encoded, uint64_t* faces, uint64_t* points, const std::string& place) {
+// "Decode connectivity data". Nothing for a stream that ends before its counts.
+struct DracoCounts {
+  uint8_t method = 0;
+  uint64_t faces = 0, points = 0;
+};
+std::optional<DracoCounts> peek_counts(ByteSpan encoded, const std::string& place) {
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(encoded.data()), encoded.size());
   char magic[5];
@@ -29,7 +37,7 @@ bool peek_counts(ByteSpan encoded, uint64_t* faces, uint64_t* points, const std:
   if (!buffer.Decode(magic, sizeof(magic)) || std::string_view(magic, 5) != "DRACO" ||
       !buffer.Decode(&major) || !buffer.Decode(&minor) || !buffer.Decode(&type) ||
       !buffer.Decode(&method) || !buffer.Decode(&flags)) {
-    return false;
+    return {};
   }
   if (major != 2 || minor != 2) {
     throw InputError(place, "Draco bitstream version " + std::to_string(major) + "." +
@@ -42,22 +50,59 @@ bool peek_counts(ByteSpan encoded, uint64_t* faces, uint64_t* points, const std:
   if (flags & METADATA_FLAG_MASK) {
     draco::GeometryMetadata metadata;
     draco::MetadataDecoder decoder;
-    if (!decoder.DecodeGeometryMetadata(&buffer, &metadata)) return false;
+    if (!decoder.DecodeGeometryMetadata(&buffer, &metadata)) return {};
   }
   uint32_t face_count = 0, point_count = 0;
   if (method == draco::MESH_EDGEBREAKER_ENCODING) {
     uint8_t traversal = 0;
     if (!buffer.Decode(&traversal) || !draco::DecodeVarint(&point_count, &buffer) ||
         !draco::DecodeVarint(&face_count, &buffer)) {
-      return false;
+      return {};
     }
   } else if (!draco::DecodeVarint(&face_count, &buffer) ||
              !draco::DecodeVarint(&point_count, &buffer)) {
-    return false;
+    return {};
   }
-  *faces = face_count;
-  *points = point_count;
-  return true;
+  return DracoCounts{method, face_count, point_count};
+}
+
+// A decoder of Draco's that asks for the attributes' memory between their descriptions and their
+// values: a value may cost no bit at all, and a stream may hold any number of attributes.
+template <class MeshDecoder>
+class BudgetedDecoder final : public MeshDecoder {
+ public:
+  BudgetedDecoder(MemoryReservation& memory, const std::string& place)
+      : memory_(memory), place_(place) {}
+
+ protected:
+  bool DecodeAllAttributes() override {
+    uint64_t bytes_per_point = 0;
+    for (int i = 0; i < this->point_cloud()->num_attributes(); ++i) {
+      const draco::PointAttribute& attribute = *this->point_cloud()->attribute(i);
+      // Quantised as int32, as values, and numbered.
+      const int64_t component = draco::DataTypeLength(attribute.data_type()) + 4;
+      bytes_per_point += uint64_t(attribute.num_components()) * uint64_t(component) + 4;
+    }
+    memory_.add(bytes_of(this->point_cloud()->num_points(), bytes_per_point), place_);
+    return MeshDecoder::DecodeAllAttributes();
+  }
+
+ private:
+  MemoryReservation& memory_;
+  const std::string& place_;
+};
+
+template <class MeshDecoder>
+std::unique_ptr<draco::Mesh> decode_mesh(ByteSpan encoded, MemoryReservation& memory,
+                                         const std::string& place) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(encoded.data()), encoded.size());
+  auto mesh = std::make_unique<draco::Mesh>();
+  const draco::Status status = BudgetedDecoder<MeshDecoder>(memory, place)
+                                   .Decode(draco::DecoderOptions(), &buffer, mesh.get());
+  if (status.ok()) return mesh;
+  throw InputError(place,
+                   "the Draco data does not decode: " + shortened(status.error_msg_string()));
 }
 
 int component_type(draco::DataType type) {
@@ -111,11 +156,11 @@ std::vector<float> read_attribute(const draco::Mesh& mesh, const DracoRequest& r
 }  // namespace
 
 DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& requests,
-                            uint64_t announced_indices, const std::string& place) {
-  uint64_t faces = 0, points = 0;
-  if (!peek_counts(encoded, &faces, &points, place)) {
-    throw InputError(place, "the Draco data is truncated or corrupt");
-  }
+                            uint64_t announced_indices, const std::string& place,
+                            const LoadProgress& progress) {
+  const std::optional<DracoCounts> counts = peek_counts(encoded, place);
+  if (!counts) throw InputError(place, "the Draco data is truncated or corrupt");
+  const auto [method, faces, points] = *counts;
   const uint64_t most = encoded.size() * kMostPerByte;
   if (faces > most || points > most || faces * 3 > announced_indices) {
     throw InputError(place, "the Draco data announces " + std::to_string(faces) + " faces and " +
@@ -123,17 +168,14 @@ DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& r
                                 std::to_string(announced_indices) + " indices in " +
                                 std::to_string(encoded.size()) + " bytes");
   }
+  // The faces, a table of corners and the stacks of its traversal: roughly, in bytes.
+  MemoryReservation memory(progress.budget(), MemoryPart::kGeometry, faces * 128 + points * 32,
+                           place);
   std::unique_ptr<draco::Mesh> mesh;
   try {
-    draco::DecoderBuffer buffer;
-    buffer.Init(reinterpret_cast<const char*>(encoded.data()), encoded.size());
-    draco::Decoder decoder;
-    auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-    if (!decoded.ok()) {
-      throw InputError(place, "the Draco data does not decode: " +
-                                  shortened(decoded.status().error_msg_string()));
-    }
-    mesh = std::move(decoded).value();
+    mesh = method == draco::MESH_EDGEBREAKER_ENCODING
+               ? decode_mesh<draco::MeshEdgebreakerDecoder>(encoded, memory, place)
+               : decode_mesh<draco::MeshSequentialDecoder>(encoded, memory, place);
   } catch (const std::bad_alloc&) {
     throw InputError(place, "the Draco data asks for more memory than there is");
   } catch (const std::length_error&) {

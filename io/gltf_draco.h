@@ -21,8 +21,10 @@ struct DracoPrimitive {
 };
 
 // Throws InputError naming `place` for a corrupt stream, one that announces more than its size
-// bears out or more than `announced_indices`, and for missing attributes.
+// bears out, more than `announced_indices` or more than the memory budget of `progress` has left,
+// and for missing attributes.
 DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& requests,
-                            uint64_t announced_indices, const std::string& place);
+                            uint64_t announced_indices, const std::string& place,
+                            const LoadProgress& progress = LoadProgress::unwatched());
 
 }  // namespace emberline

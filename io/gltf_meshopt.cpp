@@ -20,7 +20,8 @@ uint64_t least_encoded_size(const std::string& mode, uint64_t count, uint64_t st
 }  // namespace
 
 std::vector<uint8_t> decode_meshopt_view(const nlohmann::json& extension, ByteSpan encoded,
-                                         uint64_t byte_length, const std::string& place) {
+                                         uint64_t byte_length, const std::string& place,
+                                         const LoadProgress& progress) {
   const uint64_t count = extension.at("count").get<uint64_t>();
   const uint64_t stride = extension.at("byteStride").get<uint64_t>();
   const std::string mode = extension.at("mode").get<std::string>();
@@ -48,6 +49,7 @@ std::vector<uint8_t> decode_meshopt_view(const nlohmann::json& extension, ByteSp
                                 " bytes");
   }
 
+  progress.budget()->reserve(MemoryPart::kFile, count * stride, place);
   std::vector<uint8_t> decoded(count * stride);
   int status = 0;
   if (attributes) {

@@ -32,7 +32,7 @@ PrimitiveReader::PrimitiveReader(const GltfDocument& document, const json& primi
   if (!index_accessor) throw InputError(place, "a Draco primitive needs an indices accessor");
   const uint64_t index_count = document.accessors[index_accessor->get<size_t>()].count;
   draco_ = decode_draco(document.bytes(extension->at("bufferView").get<int>()), requests,
-                        index_count, place);
+                        index_count, place, *document.progress);
   vertex_count_ = draco_->vertex_count;
   indices_ = std::move(draco_->indices);
   if (!draco_->attributes.contains("POSITION")) {

@@ -1,0 +1,100 @@
+// Compressed views that unfold to far more than they take: refused by the memory budget before
+// anything is decoded.
+#include "failure/bad_input.h"
+#include "support/compressed_gltf.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+using test::GltfBuilder;
+using test::TempFolder;
+
+std::string refusal(const GltfBuilder& gltf, uint64_t budget) {
+  const TempFolder folder;
+  const std::string path = gltf.write_glb(folder / "a.glb");
+  LoadProgress progress({}, {}, {std::make_shared<MemoryBudget>(budget), std::nullopt, path});
+  try {
+    load_gltf(path, {}, progress);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+// A grid that costs a bit or two a vertex, with attributes that are the same everywhere and so cost
+// nothing at all.
+std::vector<uint8_t> draco_bomb(int side, int attributes) {
+  draco::Mesh mesh;
+  const auto count = uint32_t(side * side);
+  mesh.set_num_points(count);
+  const auto add = [&](draco::GeometryAttribute::Type type, int components) {
+    draco::GeometryAttribute attribute;
+    attribute.Init(type, nullptr, uint8_t(components), draco::DT_FLOAT32, false,
+                   int64_t(sizeof(float)) * components, 0);
+    return mesh.AddAttribute(attribute, true, count);
+  };
+  const int position = add(draco::GeometryAttribute::POSITION, 3);
+  for (int i = 0; i < attributes; ++i) {
+    const int constant = add(draco::GeometryAttribute::GENERIC, 64);
+    const std::vector<float> zeros(64, 0.0f);
+    for (uint32_t p = 0; p < count; ++p) {
+      mesh.attribute(constant)->SetAttributeValue(draco::AttributeValueIndex(p), zeros.data());
+    }
+  }
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      const float p[3] = {float(x), float(y), 0.0f};
+      const auto index = draco::AttributeValueIndex(uint32_t(y * side + x));
+      mesh.attribute(position)->SetAttributeValue(index, p);
+      if (x + 1 == side || y + 1 == side) continue;
+      const auto corner = [&](int dx, int dy) {
+        return draco::PointIndex(uint32_t((y + dy) * side + x + dx));
+      };
+      mesh.AddFace({corner(0, 0), corner(1, 0), corner(0, 1)});
+      mesh.AddFace({corner(1, 0), corner(1, 1), corner(0, 1)});
+    }
+  }
+  draco::Encoder encoder;
+  encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, 11);
+  encoder.SetAttributeQuantization(draco::GeometryAttribute::GENERIC, 8);
+  draco::EncoderBuffer encoded;
+  EXPECT_TRUE(encoder.EncodeMeshToBuffer(mesh, &encoded).ok());
+  return {encoded.data(), encoded.data() + encoded.size()};
+}
+
+TEST(CompressedBombs, DracoAttributesThatCostNothing) {
+  constexpr int kSide = 64, kAttributes = 20;
+  const std::vector<uint8_t> stream = draco_bomb(kSide, kAttributes);
+  GltfBuilder gltf;
+  const int indices = gltf.push(
+      "accessors",
+      {{"componentType", 5125}, {"count", 6 * (kSide - 1) * (kSide - 1)}, {"type", "SCALAR"}});
+  const int positions =
+      gltf.push("accessors", {{"componentType", 5126}, {"count", kSide * kSide}, {"type", "VEC3"}});
+  const json draco = {{"bufferView", gltf.add_view(stream)}, {"attributes", {{"POSITION", 0}}}};
+  gltf.add_mesh_node(gltf.add_mesh({{"attributes", {{"POSITION", positions}}},
+                                    {"indices", indices},
+                                    {"extensions", {{"KHR_draco_mesh_compression", draco}}}}));
+  // 4,096 vertices x 20 attributes x 64 numbers, twice: 42 MB. The mesh alone takes 2.
+  ASSERT_LT(stream.size(), 20000u);
+  const std::string message = refusal(gltf, uint64_t(16) << 20);
+  EXPECT_NE(message.find("KHR_draco_mesh_compression"), std::string::npos) << message;
+  EXPECT_NE(message.find("memory"), std::string::npos) << message;
+  EXPECT_EQ(refusal(gltf, uint64_t(512) << 20), "no error");
+}
+
+TEST(CompressedBombs, ViewsOfOneMeshoptStream) {
+  GltfBuilder gltf = test::meshopt_triangle(false);
+  const int first =
+      test::add_meshopt_view(gltf, test::encode_vertices(std::vector<float>(256 * 1024, 0.0f), 64));
+  const json view = gltf.root["bufferViews"][size_t(first)];
+  for (int i = 0; i < 300; ++i) gltf.root["bufferViews"].push_back(view);
+  gltf.root["buffers"][1]["byteLength"] = 1 << 20;
+  const std::string message = refusal(gltf, uint64_t(64) << 20);
+  EXPECT_NE(message.find("#/bufferViews/"), std::string::npos) << message;
+  EXPECT_NE(message.find("memory"), std::string::npos) << message;
+}
+
+}  // namespace
+}  // namespace emberline
