@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs what Emberline builds with, on Debian 12 or later: only what is missing, quietly.
+# Installs what Emberline builds with, and the packages that are named, on Debian 12 or later: only
+# what is missing, quietly.
 set -euo pipefail
 
 packages=(
@@ -11,6 +12,7 @@ packages=(
   libglfw3-dev libimgui-dev
   libgtest-dev libgmock-dev libbenchmark-dev
   xvfb xdotool libgl1-mesa-dri
+  "$@"
 )
 
 missing=()

@@ -14,7 +14,7 @@ namespace emberline::test {
 template <class T>
 void write_image(const std::string& path, const OIIO::ImageSpec& spec,
                  const std::vector<T>& texels) {
-  const OIIO::TypeDesc type(OIIO::TypeDesc::BASETYPE(OIIO::BaseTypeFromC<T>::value));
+  const auto type = OIIO::TypeDesc(OIIO::TypeDesc::BASETYPE(OIIO::BaseTypeFromC<T>::value));
   auto output = OIIO::ImageOutput::create(path);
   if (!output || !output->open(path, spec) || !output->write_image(type, texels.data()) ||
       !output->close()) {

@@ -1,0 +1,102 @@
+#!/usr/bin/env bash
+# Fuzzes the readers (tests/fuzz):
+#
+#   ci/fuzz.sh [--assets DIR] SECONDS [TARGET...]   run the targets, or all, for SECONDS together
+#   ci/fuzz.sh [--assets DIR] --coverage            what the inputs found so far reach, by folder
+#
+# DIR, or $EMBERLINE_ASSETS, holds files to begin with, besides those that make_seeds writes. The
+# inputs that reach something new are kept in build/fuzz/corpus for the next run. Findings stand in
+# build/fuzz/findings; exit code 1 says that there are some.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+all=(gltf image draco meshopt environment frame edits display)
+assets=${EMBERLINE_ASSETS:-}
+seconds='' coverage=no targets=()
+usage() {
+  echo "usage: ci/fuzz.sh [--assets DIR] SECONDS|--coverage [TARGET...]; targets are ${all[*]}" >&2
+  exit 2
+}
+while [ $# -gt 0 ]; do
+  case $1 in
+    --assets) [ $# -gt 1 ] || usage; assets=$2; shift ;;
+    --coverage) coverage=yes seconds=0 ;;
+    *) if [ -z "$seconds" ]; then seconds=$1; else targets+=("$1"); fi ;;
+  esac
+  shift
+done
+[[ $seconds =~ ^[0-9]+$ ]] || usage
+[ ${#targets[@]} -gt 0 ] || targets=("${all[@]}")
+for target in "${targets[@]}"; do [[ " ${all[*]} " == *" $target "* ]] || usage; done
+
+ci/setup.sh clang-14 llvm-14 libclang-rt-14-dev zlib1g-dev dpkg-dev
+out=$PWD/build/fuzz
+mkdir -p "$out/corpus" "$out/logs" "$out/findings"
+
+# The sources of the decoders that are compiled with the targets (tests/fuzz/CMakeLists.txt).
+fetch_sources() {
+  local folder=$out/sources lists
+  [ -d "$folder/draco" ] && [ -d "$folder/meshoptimizer" ] && return
+  lists=$folder/apt
+  mkdir -p "$lists/partial"
+  sed -s 's/^Types: deb$/Types: deb-src/' /etc/apt/sources.list.d/debian.sources >"$folder/debian.sources"
+  local apt=(apt-get -o Dir::Etc::SourceList="$folder/debian.sources" -o Dir::Etc::SourceParts=/dev/null
+             -o Dir::State::Lists="$lists" -o APT::Sandbox::User=root)
+  "${apt[@]}" update
+  (cd "$folder" && "${apt[@]}" source --download-only draco meshoptimizer)
+  for name in draco meshoptimizer; do
+    rm -rf "${folder:?}/$name"
+    dpkg-source -x "$folder/$name"_*.dsc "$folder/$name"
+  done
+}
+quietly() {
+  "$@" >"$out/logs/build.log" 2>&1 || { tail -n 30 "$out/logs/build.log" >&2; exit 1; }
+}
+quietly fetch_sources
+preset=fuzz
+[ $coverage = no ] || preset=fuzz-coverage
+quietly cmake --preset $preset -DEMBERLINE_FUZZ_SOURCES="$out/sources"
+quietly cmake --build --preset $preset
+bin=$PWD/build/$preset/bin
+
+export TMPDIR
+TMPDIR=$(mktemp -d /dev/shm/fuzz-XXXXXX)
+trap 'rm -rf "$TMPDIR"' EXIT
+rm -rf "$out/seeds"
+ASAN_OPTIONS=detect_leaks=0 "$bin/make_seeds" "$out/seeds" ${assets:+"$assets"}
+
+if [ $coverage = yes ]; then
+  profiles=() objects=()
+  for target in "${targets[@]}"; do
+    mkdir -p "$out/corpus/$target"
+    LLVM_PROFILE_FILE=$TMPDIR/$target.profraw "$bin/fuzz_$target" -runs=0 "$out/corpus/$target" \
+      "$out/seeds/$target" >"$out/logs/$target-coverage.log" 2>&1
+    profiles+=("$TMPDIR/$target.profraw")
+    objects+=(-object "$bin/fuzz_$target")
+  done
+  llvm-profdata-14 merge -o "$out/coverage.profdata" "${profiles[@]}"
+  llvm-cov-14 export -summary-only -instr-profile "$out/coverage.profdata" "${objects[@]}" |
+    python3 tests/fuzz/coverage_by_folder.py "$PWD" "$out/sources"
+  exit
+fi
+
+# Slower than this (AddressSanitizer takes some four fifths of it) or more memory is a finding. Leaks
+# are not looked for: OpenColorIO keeps some of its own.
+limits=(-timeout=25 -rss_limit_mb=4000 -malloc_limit_mb=1500 -max_len=20000)
+export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
+status=0
+for target in "${targets[@]}"; do
+  mkdir -p "$out/corpus/$target"
+  end=$((SECONDS + seconds / ${#targets[@]}))
+  while [ $SECONDS -lt $end ]; do
+    log=$out/logs/$target-$(date +%Y%m%d-%H%M%S).log
+    TIMEFORMAT='cpu: %U + %S s'
+    { time "$bin/fuzz_$target" "${limits[@]}" -max_total_time=$((end - SECONDS)) -print_final_stats=1 \
+      -artifact_prefix="$out/findings/$target-" "$out/corpus/$target" "$out/seeds/$target"; } >"$log" 2>&1 || {
+      status=1
+      echo "$target: finding: $(grep -m1 -E 'SUMMARY|broken promise' "$log" || tail -n 1 "$log") ($log)"
+    }
+    echo "$target: $(sed -n 's/^stat::number_of_executed_units: */executions: /p' "$log"), $(tail -n 1 "$log"), $(grep -oE 'cov: [0-9]+ ft: [0-9]+' "$log" | tail -n 1)"
+  done
+done
+exit $status

@@ -1,0 +1,19 @@
+// A scene, .gltf or .glb (json_mutator.h keeps the frame of the latter whole). The one file that it
+// can refer to is itself.
+#include "io/gltf.h"
+
+#include "fuzz/fuzz.h"
+#include "support/sound_scene.h"
+
+using namespace emberline;
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  const std::string path = fuzz::write_input(data, size, "scene.gltf");
+  GltfOptions options;
+  options.lenient = options.variants = size % 2 == 1;
+  fuzz::allow_errors([&] {
+    LoadProgress progress({}, {}, fuzz::small_limits(path));
+    fuzz::require_none(test::find_flaw(load_gltf(path, options, progress)));
+  });
+  return 0;
+}

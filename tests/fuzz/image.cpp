@@ -1,0 +1,16 @@
+// A texture, embedded or beside the scene: PNG, JPEG, WebP, EXR, HDR.
+#include "io/image_input.h"
+
+#include "fuzz/fuzz.h"
+#include "support/sound_scene.h"
+
+using namespace emberline;
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  fuzz::allow_errors([&] {
+    const LoadProgress progress({}, {}, fuzz::small_limits("image"));
+    const auto image = decode_image({data, size}, "image", size % 2 == 1, progress).image;
+    fuzz::require_none(test::find_flaw(*image));
+  });
+  return 0;
+}

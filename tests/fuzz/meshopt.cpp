@@ -1,0 +1,24 @@
+// A compressed buffer view. The last eight bytes are its description: mode, filter, stride - 1,
+// none, count (little-endian).
+#include "fuzz/fuzz.h"
+#include "io/gltf_meshopt.h"
+
+using namespace emberline;
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  if (size < 8) return 0;
+  const uint8_t* said = data + size - 8;
+  static constexpr const char* kModes[] = {"ATTRIBUTES", "TRIANGLES", "INDICES", "other"};
+  static constexpr const char* kFilters[] = {"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL"};
+  const uint64_t stride = said[2] + uint64_t(1);
+  const uint64_t count = said[4] | uint64_t(said[5]) << 8 | uint64_t(said[6]) << 16;
+  const nlohmann::json extension = {{"mode", kModes[said[0] % 4]},
+                                    {"filter", kFilters[said[1] % 4]},
+                                    {"byteStride", stride},
+                                    {"count", count}};
+  fuzz::allow_errors([&] {
+    const auto decoded = decode_meshopt_view(extension, {data, size - 8}, count * stride, "view");
+    fuzz::require_none(decoded.size() == count * stride ? "" : "size");
+  });
+  return 0;
+}

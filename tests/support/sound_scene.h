@@ -1,0 +1,75 @@
+// What load_gltf promises of a scene that it returns.
+#pragma once
+
+#include <string>
+
+#include "io/gltf_material.h"
+#include "renderer/core/vector.h"
+
+namespace emberline::test {
+
+// Which promise an image breaks; empty: none.
+inline std::string find_flaw(const Image& image) {
+  const size_t texel = image.type == TexelType::kUint8   ? 1
+                       : image.type == TexelType::kFloat ? 4
+                                                         : 2;
+  if (image.width < 1 || image.height < 1) return "an image without pixels";
+  if (image.channels < 1 || image.channels > 4) return "an image's channels";
+  const size_t count = size_t(image.width) * size_t(image.height) * size_t(image.channels);
+  return image.texels.size() == count * texel ? "" : "an image's size";
+}
+
+inline std::string find_flaw(const MeshDescription& mesh, const SceneDescription& scene) {
+  const size_t count = mesh.positions.size();
+  const auto whole = [&](const auto& values) { return values.empty() || values.size() == count; };
+  const auto is_material = [&](int i) { return i >= 0 && size_t(i) < scene.materials.size(); };
+  if (mesh.triangles.empty()) return "a mesh without triangles";
+  for (const auto& triangle : mesh.triangles) {
+    for (const uint32_t v : triangle) {
+      if (v >= count) return "a triangle's index";
+    }
+  }
+  if (!whole(mesh.normals) || !whole(mesh.tangents) || !whole(mesh.colors)) return "an attribute";
+  for (const auto& uv : mesh.uv_sets) {
+    if (!whole(uv)) return "a UV set";
+  }
+  for (const Vec3f& p : mesh.positions) {
+    if (!is_finite(p)) return "a position that is not finite";
+  }
+  for (const Vec3f& n : mesh.normals) {
+    if (!is_finite(n)) return "a normal that is not finite";
+  }
+  for (const Vec4f& t : mesh.tangents) {
+    if (!is_finite(Vec3f(t.x, t.y, t.z))) return "a tangent that is not finite";
+  }
+  if (mesh.material != -1 && !is_material(mesh.material)) return "a mesh's material";
+  for (const VariantMaterial& worn : mesh.variant_materials) {
+    if (!is_material(worn.material)) return "a variant's material";
+    if (worn.variant < 0 || size_t(worn.variant) >= scene.variants.size()) return "a variant";
+  }
+  return "";
+}
+
+inline std::string find_flaw(const SceneDescription& scene) {
+  if (scene.instances.empty()) return "an empty scene";
+  for (const InstanceDescription& instance : scene.instances) {
+    if (instance.mesh < 0 || size_t(instance.mesh) >= scene.meshes.size()) return "an instance";
+    for (int i = 0; i < 16; ++i) {
+      if (!std::isfinite(instance.to_world[i / 4][i % 4])) return "an instance's transform";
+    }
+  }
+  for (const MeshDescription& mesh : scene.meshes) {
+    if (const std::string flaw = find_flaw(mesh, scene); !flaw.empty()) return flaw;
+  }
+  for (const auto& image : scene.images) {
+    if (const std::string flaw = find_flaw(*image); !flaw.empty()) return flaw;
+  }
+  for (const MaterialDescription& m : scene.materials) {
+    for (const TextureRef* slot : texture_slots(m)) {
+      if (slot->image >= int(scene.images.size())) return "a material's image";
+    }
+  }
+  return "";
+}
+
+}  // namespace emberline::test
