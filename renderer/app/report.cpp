@@ -60,6 +60,24 @@ std::vector<std::pair<std::string, std::string>> library_versions() {
   return versions;
 }
 
+std::string instruction_sets() {
+#if defined(__AVX512F__) && defined(__AVX512BW__) && defined(__AVX512CD__) && \
+    defined(__AVX512DQ__) && defined(__AVX512VL__)
+  const char* own = "x86-64-v4";
+#elif defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
+  const char* own = "x86-64-v3";
+#elif defined(__SSE4_2__)
+  const char* own = "x86-64-v2";
+#elif defined(__x86_64__)
+  const char* own = "x86-64";
+#elif defined(__aarch64__)
+  const char* own = "aarch64";
+#else
+  const char* own = "unknown";
+#endif
+  return fmt::format("{}, Embree {}", own, embree_instruction_set());
+}
+
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& o) {
   std::vector<std::pair<std::string, std::string>> list = {
       {"emberline:command", o.command_line},
@@ -101,6 +119,7 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
   if (o.focus_distance) add("focus_distance", fmt::format("{}", *o.focus_distance));
   if (!o.edits.empty()) add("edits", o.edits);
   if (!o.variant.empty()) add("variant", o.variant);
+  add("instruction_sets", instruction_sets());
   for (const auto& [name, version] : library_versions()) {
     list.emplace_back("emberline:version:" + name, version);
   }

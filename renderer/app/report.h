@@ -74,5 +74,7 @@ std::optional<double> process_age_seconds();
 
 // "embree" -> "3.13.5" and so on, for what this binary runs with.
 std::vector<std::pair<std::string, std::string>> library_versions();
+// What this binary was compiled for, and what Embree uses on this machine: "x86-64-v3, Embree AVX".
+std::string instruction_sets();
 
 }  // namespace emberline

@@ -251,17 +251,39 @@ void Geometry::check() {
 
 namespace emberline {
 
-std::string embree_version() {
+namespace {
+
+// What a device says of itself, if there can be one.
+template <class Describe>
+std::string ask_embree(const Describe& describe) {
   RTCDevice device = rtcNewDevice(nullptr);
   if (!device) return "unknown";
-  const auto part = [&](RTCDeviceProperty property) {
-    return std::to_string(rtcGetDeviceProperty(device, property));
-  };
-  const std::string version = part(RTC_DEVICE_PROPERTY_VERSION_MAJOR) + "." +
-                              part(RTC_DEVICE_PROPERTY_VERSION_MINOR) + "." +
-                              part(RTC_DEVICE_PROPERTY_VERSION_PATCH);
+  const std::string answer = describe(
+      [device](RTCDeviceProperty property) { return rtcGetDeviceProperty(device, property); });
   rtcReleaseDevice(device);
-  return version;
+  return answer;
+}
+
+}  // namespace
+
+std::string embree_version() {
+  return ask_embree([](const auto& property) {
+    return std::to_string(property(RTC_DEVICE_PROPERTY_VERSION_MAJOR)) + "." +
+           std::to_string(property(RTC_DEVICE_PROPERTY_VERSION_MINOR)) + "." +
+           std::to_string(property(RTC_DEVICE_PROPERTY_VERSION_PATCH));
+  });
+}
+
+std::string embree_instruction_set() {
+  return ask_embree([](const auto& property) -> std::string {
+    if (property(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)) return "AVX-512";
+    if (property(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED)) return "AVX";
+#ifdef __aarch64__
+    return "Neon";
+#else
+    return "SSE";
+#endif
+  });
 }
 
 }  // namespace emberline

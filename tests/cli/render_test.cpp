@@ -81,6 +81,9 @@ TEST_F(Render, TheHeaderSaysHowTheFrameWasMade) {
   for (const char* library : {"emberline", "embree", "openexr", "openimageio", "opencolorio"}) {
     EXPECT_TRUE(attributes.contains(std::string("emberline:version:") + library)) << library;
   }
+  const std::string& sets = attributes.at("emberline:instruction_sets");
+  EXPECT_NE(sets.find(", Embree "), std::string::npos) << sets;
+  EXPECT_EQ(sets.find("unknown"), std::string::npos) << sets;
   // The command can be pasted into a shell.
   const std::string& command = attributes.at("emberline:command");
   EXPECT_TRUE(command.starts_with("emberline render ")) << command;
