@@ -2,12 +2,14 @@
 #include <new>
 
 #include "renderer/app/command_line.h"
+#include "renderer/app/standard_output.h"
 #include "renderer/app/stop_signal.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 
 int main(int argc, char** argv) {
   using namespace emberline;
+  replace_closed_streams();
   install_stop_handlers();
   try {
     return run_command_line(argc, argv);

@@ -125,5 +125,22 @@ TEST_F(OutputErrors, ResultsThatDoNotArriveAreErrors) {
   }
 }
 
+// A daemon or "2>&-" leaves descriptors free: no output may become one of the standard streams.
+TEST_F(OutputErrors, ClosedStreamsDoNotLeadIntoThePicture) {
+  const Words words = render_words({"--threads", "1", "--verbose"});
+  render(words);
+  const std::vector<unsigned char> expected = read_bytes(path("out.exr"));
+  for (const std::vector<int>& closed :
+       {std::vector{0}, {1}, {2}, {0, 1}, {0, 2}, {1, 2}, {0, 1, 2}}) {
+    SCOPED_TRACE(::testing::PrintToString(closed));
+    std::filesystem::remove(path("out.exr"));
+    const RunResult result = run(words, {.closed = closed});
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    EXPECT_EQ(read_bytes(path("out.exr")), expected);
+  }
+  EXPECT_EQ(files(), (Words{"out.exr", "scene.glb"}));
+  expect_failure({"info", scene()}, 1, {"standard output"}, {.closed = {1}});
+}
+
 }  // namespace
 }  // namespace emberline::test

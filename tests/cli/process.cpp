@@ -102,6 +102,7 @@ void Process::run_child(const std::vector<std::string>& arguments, int binary) {
   std::vector<char*> argv = {const_cast<char*>("emberline")};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
+  for (const int descriptor : options_.closed) ::close(descriptor);
   ::syscall(SYS_execveat, binary, "", argv.data(), environ, AT_EMPTY_PATH);
   ::_exit(126);
 }
