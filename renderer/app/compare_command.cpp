@@ -18,6 +18,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
+#include "renderer/core/utf8.h"
 #include "renderer/statistics/colour_map.h"
 #include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/flip.h"
@@ -71,8 +72,8 @@ void print_json(const RgbImage& image, const ErrorMetrics& metrics) {
 
 void print_table(const CompareOptions& options, const RgbImage& image,
                  const ErrorMetrics& metrics) {
-  std::string text = fmt::format("{}\nagainst {}\n{} x {} pixels\n\n", options.image,
-                                 options.reference, image.width, image.height);
+  std::string text = fmt::format("{}\nagainst {}\n{} x {} pixels\n\n", printable(options.image),
+                                 printable(options.reference), image.width, image.height);
   const auto line = [&](const char* key, const std::string& value, const std::string& meaning) {
     fmt::format_to(std::back_inserter(text), "{:<17}{:>14}   {}\n", key, value, meaning);
   };

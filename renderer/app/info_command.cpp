@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +9,7 @@
 #include "renderer/app/standard_output.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/utf8.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
@@ -95,13 +95,7 @@ Json describe(const SceneDescription& scene) {
   return json;
 }
 
-// A name of the file as it may go to a terminal: without control characters.
-std::string plain(const Json& name) {
-  std::string text = name.get<std::string>();
-  std::ranges::replace_if(
-      text, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
-  return text;
-}
+std::string plain(const Json& name) { return printable(name.get<std::string>()); }
 
 void append_list(std::string& text, const char* title, const Json& names) {
   if (names.empty()) return;

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/utf8.h"
+
 namespace emberline {
 namespace {
 
@@ -34,20 +36,11 @@ LogState& state() {
   return s;
 }
 
-// Control characters of a hostile file name must not reach the terminal, nor break "one line".
-std::string one_line(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  }
-  return out;
-}
-
 void write(spdlog::level::level_enum level, std::string_view prefix, std::string_view message) {
   LogState& s = state();
   const std::lock_guard lock(s.mutex);
   if (s.before) s.before();
-  s.logger->log(level, "{}{}", prefix, one_line(message));
+  s.logger->log(level, "{}{}", prefix, printable(message));
   s.logger->flush();
   if (s.after) s.after();
 }

@@ -1,4 +1,5 @@
-// Messages to the person at the terminal, on stderr. Thread-safe.
+// Messages to the person at the terminal, on stderr. Thread-safe. Each is one line, whatever the
+// names in it hold: control characters are spelled out (utf8.h).
 //
 // Results (info, compare --json) go to stdout and do not pass through here. A progress bar that
 // shares the terminal is cleared before a message and redrawn after it.

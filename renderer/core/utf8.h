@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 namespace emberline {
@@ -36,5 +37,9 @@ inline bool is_control(std::string_view sequence) {
   if (sequence.size() == 1) return c < 0x20 || c == 0x7f;
   return sequence.size() == 2 && c == 0xc2 && static_cast<unsigned char>(sequence[1]) < 0xa0;
 }
+
+// `text` on one line, and without anything that a terminal obeys: control characters and bytes that
+// are no UTF-8 become \n, \r, \t or \x1b. For names from outside, which may hold any bytes.
+std::string printable(std::string_view text);
 
 }  // namespace emberline

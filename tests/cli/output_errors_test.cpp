@@ -142,5 +142,17 @@ TEST_F(OutputErrors, ClosedStreamsDoNotLeadIntoThePicture) {
   expect_failure({"info", scene()}, 1, {"standard output"}, {.closed = {1}});
 }
 
+// A name from outside cannot make a line of its own, nor move the cursor.
+TEST_F(OutputErrors, NamesWithControlCharactersStayOnTheirLine) {
+  expect_failure(
+      {"render", path("a\nemberline: error: b\x1b[2J\r\xc2\x9b.glb"), "-o", path("out.exr")}, 3,
+      {"a\\nemberline: error: b\\x1b[2J\\r\\xc2\\x9b.glb"});
+  scene();
+  const RunResult result = run(render_words({"-o", path("b\n\x1bK.png")}));
+  EXPECT_EQ(result.exit_code, 0) << result.describe();
+  EXPECT_NE(result.err.find("b\\n\\x1bK.png\n"), std::string::npos) << result.err;
+  EXPECT_EQ(result.err.find('\x1b'), std::string::npos) << result.err;
+}
+
 }  // namespace
 }  // namespace emberline::test
