@@ -1,6 +1,7 @@
 #include "io/atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,6 +12,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 #include <system_error>
 
 #include "renderer/core/errors.h"
@@ -69,21 +71,82 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
-// Opens a new file beside `target`; its name ends in the process id so that two renders into one
-// folder do not meet, and in a number when a killed process of the same id left one behind.
-int open_beside(const std::string& target, mode_t mode, std::string* temporary) {
+// What the name of a temporary file of `target` begins with; the process's id and, if need be,
+// "-<number>" follow.
+std::string temporary_stem(const std::string& target) {
   const std::filesystem::path path(target);
-  // Leaves room for the suffix: a target's name may use all of NAME_MAX.
+  // Leaves room for the rest: a target's name may use all of NAME_MAX.
   const std::string name = path.filename().string().substr(0, NAME_MAX - 32);
-  const std::string stem =
-      (path.parent_path() / name).string() + ".part-" + std::to_string(getpid());
+  return (path.parent_path() / name).string() + ".part-";
+}
+
+// A positive number as to_string writes it.
+bool is_number(std::string_view text) {
+  return !text.empty() && text.size() <= 10 && text.front() != '0' &&
+         std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+// Whether `path` still names the file that is open.
+bool is_name_of(const std::string& path, int descriptor) {
+  struct stat named = {}, opened = {};
+  return ::lstat(path.c_str(), &named) == 0 && ::fstat(descriptor, &opened) == 0 &&
+         named.st_dev == opened.st_dev && named.st_ino == opened.st_ino;
+}
+
+// Opens and locks a new file beside `target`. The lock tells other runs that it is in use. The
+// process's id keeps two renders into one folder apart; a number follows where it does not.
+int open_beside(const std::string& target, mode_t mode, std::string* temporary) {
+  const std::string stem = temporary_stem(target) + std::to_string(getpid());
   for (int attempt = 0; attempt < 1000; ++attempt) {
     *temporary = attempt == 0 ? stem : stem + "-" + std::to_string(attempt);
     const int descriptor =
         ::open(temporary->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
-    if (descriptor >= 0 || errno != EEXIST) return descriptor;
+    if (descriptor < 0 && errno == EEXIST) continue;
+    if (descriptor < 0) return descriptor;
+    // Before it was locked another run may have taken it for a stale one. A file system without
+    // locks is as good: nobody can lock the file there, so nobody removes it.
+    const bool taken = ::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    struct stat status = {};
+    const bool removed = ::fstat(descriptor, &status) == 0 && status.st_nlink == 0;
+    if (!taken && !removed) return descriptor;
+    ::close(descriptor);
   }
+  errno = EEXIST;
   return -1;
+}
+
+// Removes the file if no run has it in use, and if it is one that a run of this user can have left
+// behind: regular, without other names. What cannot be locked stays.
+void remove_if_stale(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) return;
+  struct stat status = {};
+  if (::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) && status.st_nlink == 1 &&
+      status.st_uid == ::geteuid() && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0 &&
+      is_name_of(path, descriptor)) {
+    ::unlink(path.c_str());
+  }
+  ::close(descriptor);
+}
+
+// What killed runs have left of `target`.
+void remove_stale_files(const std::string& target) {
+  const std::filesystem::path stem(temporary_stem(target));
+  const std::string begin = stem.filename().string();
+  std::error_code error;
+  std::filesystem::directory_iterator entry(folder_of(target), error), end;
+  for (; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (!name.starts_with(begin)) continue;
+    const std::string_view rest = std::string_view(name).substr(begin.size());
+    const size_t dash = rest.find('-');
+    const bool ours = is_number(rest.substr(0, dash)) &&
+                      (dash == std::string_view::npos || is_number(rest.substr(dash + 1)));
+    std::error_code ignored;
+    if (ours && std::filesystem::is_regular_file(entry->symlink_status(ignored))) {
+      remove_if_stale(entry->path().string());
+    }
+  }
 }
 
 bool is_pipe_or_device(const std::string& path) {
@@ -104,6 +167,7 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolve_l
     fail(path_, "it ends in a slash; name a file", 0);
   }
 
+  remove_stale_files(target_);
   descriptor_ = open_beside(target_, 0666, &temporary_);
   if (descriptor_ < 0) {
     const int error = errno;
@@ -122,12 +186,13 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolve_l
 AtomicFile::~AtomicFile() { discard(); }
 
 void AtomicFile::discard() noexcept {
+  if (!temporary_.empty()) {  // while it is locked: nobody else removes it, or takes its name
+    ::unlink(temporary_.c_str());
+    forget_unfinished(temporary_);
+    temporary_.clear();
+  }
   if (descriptor_ >= 0) ::close(descriptor_);
   descriptor_ = -1;
-  if (temporary_.empty()) return;
-  ::unlink(temporary_.c_str());
-  forget_unfinished(temporary_);
-  temporary_.clear();
 }
 
 int AtomicFile::try_write_at(const void* bytes, size_t count, uint64_t offset) noexcept {
@@ -151,14 +216,18 @@ void AtomicFile::write_at(const void* bytes, size_t count, uint64_t offset) {
 void AtomicFile::commit() {
   // EINVAL: a file system that cannot flush says so; that is not a loss of data.
   int error = ::fsync(descriptor_) != 0 && errno != EINVAL ? errno : 0;
-  // Some network file systems report a full disk only here.
+  // Some network file systems report a full disk only when a descriptor is closed. The other one
+  // holds the lock until the file has its name.
+  const int locked = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
   if (::close(descriptor_) != 0 && error == 0) error = errno;
-  descriptor_ = -1;
+  descriptor_ = locked;
   if (error == 0 && ::rename(temporary_.c_str(), target_.c_str()) != 0) error = errno;
   if (error != 0) {
     discard();
     fail(path_, "finishing the file failed", error);
   }
+  if (locked >= 0) ::close(locked);
+  descriptor_ = -1;
   forget_unfinished(temporary_);
   temporary_.clear();
 

@@ -12,6 +12,10 @@ namespace emberline {
 // target's place in commit(). Destroyed without commit() it leaves nothing behind, and what stood
 // under the target's name before is untouched.
 //
+// It is locked (flock) while it is in use. One of the same target and user that nobody holds is
+// what a killed run has left: whoever writes that target next removes it. Where a file system has
+// no locks, such files stay.
+//
 // A target that is a symbolic link stays one: the file it points to is replaced. The permissions
 // of a replaced file are kept. All errors are RenderError, one line that names the target.
 class AtomicFile {

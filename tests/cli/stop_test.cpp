@@ -139,6 +139,28 @@ TEST_F(Stop, ASecondSignalEndsAtOnceAndLeavesNothing) {
   EXPECT_EQ(read_bytes(path("out.exr")).size(), 23u);
 }
 
+// A farm kills without asking; the next run of the frame tidies up, but not after a living one.
+TEST_F(Stop, WhatKilledRunsLeftIsRemovedByTheNext) {
+  Process living(endless({"-o", path("out.png")}), {.folder = folder_.path()});
+  ASSERT_TRUE(wait_until_rendering(living)) << living.error_so_far();
+  const Words in_use = files();
+  for (int i = 0; i < 2; ++i) {
+    Process killed(endless({"-o", path("out.png")}), {.folder = folder_.path()});
+    ASSERT_TRUE(wait_until_rendering(killed)) << killed.error_so_far();
+    killed.send(SIGKILL);
+    killed.wait();
+  }
+  EXPECT_GT(files().size(), in_use.size());
+  render(render_words({"-o", path("out.png")}));
+  Words expected = in_use + Words{"out.exr", "out.png"};
+  std::ranges::sort(expected);
+  EXPECT_EQ(files(), expected);
+  living.send(SIGINT);
+  EXPECT_EQ(living.wait().exit_code, 130);
+  EXPECT_EQ(files(), (Words{"out.exr", "out.png", "r.json", "scene.glb"}));
+  EXPECT_EQ(read_exr(path("out.exr")).data.width(), 1024);
+}
+
 TEST_F(Stop, AHugeFrameStopsAsFast) {
   Process process(endless({"--size", "16384x16384"}), {.folder = folder_.path()});
   ASSERT_TRUE(wait_until_rendering(process));

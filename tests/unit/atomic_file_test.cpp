@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <thread>
+#include <vector>
 
 #include "renderer/core/errors.h"
 #include "unit/output_folder.h"
@@ -41,6 +45,57 @@ TEST_F(AtomicFileTest, LeftoversAndLongNamesAreNoObstacle) {
   const std::string name(255, 'n');
   write_file_atomically(path(name), "y");
   EXPECT_EQ(slurp(path(name)), "y");
+}
+
+// What a killed run has left goes when its target is written again; what only looks like it stays.
+TEST_F(AtomicFileTest, StaleFilesOfTheTargetAreRemoved) {
+  const auto leave = [this](const std::string& name) { std::ofstream(path(name)) << "left"; };
+  for (const char* name : {"a.part-4711", "a.part-1", "a.part-4711-2"}) leave(name);
+  std::vector<std::string> others = {"b.part-1",  "a.part-x",   "a.part-007", "a.part-12-",
+                                     "a.part-1a", "a.part-1.x", "xa.part-1",  "a.part-"};
+  for (const std::string& name : others) leave(name);
+  fs::create_directory(path("a.part-5"));
+  fs::create_symlink("xa.part-1", path("a.part-6"));
+  leave("a.part-7");
+  fs::create_hard_link(path("a.part-7"), path("kept"));
+  others.insert(others.end(), {"a", "a.part-5", "a.part-6", "a.part-7", "kept"});
+  std::ranges::sort(others);
+  write_file_atomically(path("a"), "x");
+  EXPECT_EQ(contents(), others);
+}
+
+TEST_F(AtomicFileTest, AFileInUseStays) {
+  AtomicFile first(path("a"));
+  first.write_at("first", 5, 0);
+  write_file_atomically(path("a"), "second");
+  EXPECT_EQ(slurp(path("a")), "second");
+  first.commit();
+  EXPECT_EQ(slurp(path("a")), "first");
+  EXPECT_EQ(contents(), std::vector<std::string>{"a"});
+}
+
+// Each writer looks for stale files while others create, lock, rename and remove theirs.
+TEST_F(AtomicFileTest, WritersOfOneTargetDoNotTakeEachOthersFiles) {
+  std::atomic<int> failed{0};
+  {
+    std::vector<std::jthread> writers;
+    for (int writer = 0; writer < 4; ++writer) {
+      writers.emplace_back([&, writer] {
+        for (int i = 0; i < 100; ++i) {
+          try {
+            AtomicFile file(path("a"));
+            file.write_at("whole", 5, 0);
+            if ((i + writer) % 3 != 0) file.commit();
+          } catch (const RenderError&) {
+            ++failed;
+          }
+        }
+      });
+    }
+  }
+  EXPECT_EQ(failed, 0);
+  EXPECT_EQ(slurp(path("a")), "whole");
+  EXPECT_EQ(contents(), std::vector<std::string>{"a"});
 }
 
 TEST_F(AtomicFileTest, DevicesAreWrittenDirectly) {
