@@ -17,9 +17,10 @@ std::atomic<int> g_signals{0};
 std::atomic<int> g_graceful{0};
 static_assert(std::atomic<int>::is_always_lock_free);
 
-void on_signal(int) {
+void on_signal(int signal) {
   const int count = ++g_signals;
-  if (g_graceful != 0 && count == 1) return;
+  // The kernel says every second that the processor time (ulimit -t) is spent: no impatience.
+  if (g_graceful != 0 && (count == 1 || signal == SIGXCPU)) return;
   remove_unfinished_files();
   _exit(kExitStopped);
 }
@@ -33,20 +34,19 @@ void set_action(int signal, void (*handler)(int)) {
 }  // namespace
 
 void install_stop_handlers() {
-  set_action(SIGINT, on_signal);
-  set_action(SIGTERM, on_signal);
-  struct sigaction hangup = {};
-  sigaction(SIGHUP, nullptr, &hangup);
-  if (hangup.sa_handler != SIG_IGN) set_action(SIGHUP, on_signal);  // else: nohup means it
-  set_action(SIGXFSZ, SIG_IGN);
+  for (const int signal : {SIGINT, SIGTERM}) set_action(signal, on_signal);
+  for (const int signal : {SIGHUP, SIGQUIT, SIGXCPU}) {
+    struct sigaction inherited = {};
+    sigaction(signal, nullptr, &inherited);
+    // Ignored from the start: nohup, or a shell's background job, means it.
+    if (inherited.sa_handler != SIG_IGN) set_action(signal, on_signal);
+  }
+  for (const int signal : {SIGPIPE, SIGXFSZ}) set_action(signal, SIG_IGN);
 }
 
 bool stop_signalled() { return g_signals > 0; }
 
-GracefulStop::GracefulStop() {
-  set_action(SIGPIPE, SIG_IGN);
-  g_graceful = 1;
-}
+GracefulStop::GracefulStop() { g_graceful = 1; }
 
 GracefulStop::~GracefulStop() { g_graceful = 0; }
 

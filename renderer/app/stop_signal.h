@@ -1,18 +1,18 @@
-// Ctrl-C, SIGTERM and a closed terminal as a request to stop: while a frame renders, the first one
-// lets it write what there is; a second one, or one at any other time, ends the process at once,
-// with exit code 130 and without leaving unfinished files.
+// Signals that ask for the end: Ctrl-C, Ctrl-\, SIGTERM, a closed terminal, processor time that is
+// spent. While a frame renders, the first one lets it write what there is; a second one, or one at
+// any other time, ends the process at once, with exit code 130 and without leaving unfinished
+// files.
 #pragma once
 
 namespace emberline {
 
-// Also makes a write past the file size limit (ulimit -f) an error like any other instead of a
-// signal that kills the process.
+// Also makes a write past the file size limit (ulimit -f) and one into a pipe that nobody reads any
+// more errors like any other, instead of signals that kill the process.
 void install_stop_handlers();
 
 bool stop_signalled();
 
-// While one lives, a first signal is a request. One at a time. A log that nobody reads any more
-// (a closed pipe) does not end the process either.
+// While one lives, a first signal is a request. One at a time.
 class GracefulStop {
  public:
   GracefulStop();

@@ -87,7 +87,10 @@ Process::Process(const std::vector<std::string>& arguments, const RunOptions& op
 
 // Between fork and exec: what the settings ask for, then the program.
 void Process::run_child(const std::vector<std::string>& arguments, int binary) {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_DFL);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGXCPU, SIGPIPE, SIGXFSZ}) {
+    std::signal(signal, SIG_DFL);
+  }
+  if (options_.ignored_signal) std::signal(options_.ignored_signal, SIG_IGN);
   if (!options_.folder.empty() && ::chdir(options_.folder.c_str()) != 0) ::_exit(126);
   ::unsetenv("OCIO");
   ::setenv("TERM", "xterm", 1);

@@ -26,6 +26,7 @@ struct RunOptions {
   uint64_t file_size_limit = 0;     // RLIMIT_FSIZE in bytes; 0: none
   int terminal_columns = 0;         // > 0: stderr is a terminal of this width
   std::vector<int> closed = {};     // descriptors of the standard streams that are closed
+  int ignored_signal = 0;           // one that is ignored from the start, as nohup does
   bool stderr_reader_gone = false;  // stderr is a pipe that nobody reads
   bool unprivileged = false;        // as user 65534 when the tests run as root
 };

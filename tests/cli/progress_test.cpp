@@ -109,6 +109,11 @@ TEST_F(Progress, ALogNobodyReadsDoesNotEndTheRender) {
   const RunResult result = run(long_render(), {.stderr_reader_gone = true});
   EXPECT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_EQ(files(), (Words{"out.exr", "scene.glb"}));
+  // While it loads, too.
+  const RunResult loading =
+      run(render_words({"--verbose", "-o", path("b.png")}), {.stderr_reader_gone = true});
+  EXPECT_EQ(loading.exit_code, 0) << loading.describe();
+  EXPECT_EQ(files(), (Words{"b.png", "out.exr", "scene.glb"}));
 }
 
 }  // namespace

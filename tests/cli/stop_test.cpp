@@ -1,4 +1,4 @@
-// Ctrl-C and its kin: what there is is written, and soon.
+// Ctrl-C and the like: what there is is written, and soon.
 #include <unistd.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ class Stop : public CommandTest {
 };
 
 TEST_F(Stop, WhatThereIsIsWrittenWithItsTrueCounts) {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGXCPU}) {
     SCOPED_TRACE(signal);
     // Small buckets, so that some are finished soon: 64 samples of 16 x 16 pixels.
     Process process(endless({"--bucket-size", "16", "--spp", "64", "--size", "2048x2048", "-o",
@@ -159,6 +159,28 @@ TEST_F(Stop, WhatKilledRunsLeftIsRemovedByTheNext) {
   EXPECT_EQ(living.wait().exit_code, 130);
   EXPECT_EQ(files(), (Words{"out.exr", "out.png", "r.json", "scene.glb"}));
   EXPECT_EQ(read_exr(path("out.exr")).data.width(), 1024);
+}
+
+// The kernel repeats it each second until the hard limit kills.
+TEST_F(Stop, ProcessorTimeThatIsSpentTwiceIsNoImpatience) {
+  Process process(endless(), {.folder = folder_.path()});
+  ASSERT_TRUE(wait_until_rendering(process));
+  process.send(SIGXCPU);
+  process.send(SIGXCPU);
+  EXPECT_EQ(process.wait().exit_code, 130);
+  EXPECT_EQ(files(), (Words{"out.exr", "r.json", "scene.glb"}));
+}
+
+TEST_F(Stop, AnIgnoredSignalStaysIgnored) {
+  for (const int signal : {SIGHUP, SIGQUIT}) {
+    SCOPED_TRACE(signal);
+    Process process(endless({"--time-limit", "1"}),
+                    {.folder = folder_.path(), .ignored_signal = signal});
+    ASSERT_TRUE(wait_until_rendering(process));
+    process.send(signal);
+    EXPECT_EQ(process.wait().exit_code, 0);
+    EXPECT_EQ(read_json("r.json")["stop_cause"], "time limit");
+  }
 }
 
 TEST_F(Stop, AHugeFrameStopsAsFast) {
