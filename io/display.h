@@ -88,6 +88,7 @@ class DisplayImageWriter {
   // lies in the data window. Thread-safe for disjoint rectangles.
   void write_tile(const Rect& rect, const std::vector<float>& rgba);
 
+  const std::string& path() const;
   // What is held from construction on: the picture.
   uint64_t bytes() const;
 

@@ -61,6 +61,8 @@ void DisplayImageWriter::write_tile(const Rect& rect, const std::vector<float>& 
   }
 }
 
+const std::string& DisplayImageWriter::path() const { return impl_->file.path(); }
+
 uint64_t DisplayImageWriter::bytes() const { return impl_->image.values.capacity(); }
 
 void DisplayImageWriter::finish() {

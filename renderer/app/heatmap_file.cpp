@@ -81,7 +81,7 @@ std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
 
 HeatmapFile::HeatmapFile(const HeatmapRequest& request, const HeatmapStyle& style,
                          const Frame& frame, std::span<const std::string> channels)
-    : style_(style), plane_(*request.quantity, channels, frame.window) {
+    : path_(request.path), style_(style), plane_(*request.quantity, channels, frame.window) {
   if (is_exr(request.path)) {
     header_.width = frame.width;
     header_.height = frame.height;

@@ -53,6 +53,7 @@ class HeatmapFile {
   void write_tile(const Rect& rect, std::span<const float> pixels) {
     plane_.write_tile(rect, pixels);
   }
+  const std::string& path() const { return path_; }
   // Held from construction on: four bytes a pixel.
   uint64_t bytes() const { return plane_.bytes(); }
 
@@ -63,6 +64,7 @@ class HeatmapFile {
   void write_exr();
   void write_picture();
 
+  std::string path_;
   HeatmapStyle style_;
   QuantityPlane plane_;
   ExrHeader header_;  // of exr_

@@ -9,6 +9,7 @@
 #include "renderer/app/light_layers.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
+#include "renderer/core/log.h"
 
 namespace emberline {
 namespace {
@@ -82,7 +83,10 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
             {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
       }
       header.attributes = settings.attributes;
-      exrs_.push_back({path, header, std::make_unique<ExrWriter>(path, header)});
+      ExrOutput& exr = exrs_.emplace_back();
+      exr.path = path;
+      exr.header = header;
+      exr.writer = std::make_unique<ExrWriter>(path, header);
     } else {
       if (!transform_) transform_ = std::make_shared<DisplayTransform>(settings.display);
       images_.push_back(std::make_unique<DisplayImageWriter>(
@@ -116,7 +120,17 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
     tile.resolve(pixels);
     for (const auto& heatmap : heatmaps_) heatmap->write_tile(tile.rect(), pixels);
     if (light_layers_) append_light_layers(tile, pixels);
-    for (const ExrOutput& exr : exrs_) exr.writer->write_tile(tile.rect(), pixels);
+    for (ExrOutput& exr : exrs_) {
+      if (exr.failed) continue;
+      try {
+        exr.writer->write_tile(tile.rect(), pixels);
+      } catch (const RenderError& error) {
+        exr.failed = true;
+        if (rendered_) continue;
+        if (nothing_left()) throw;
+        log_warning(std::string(error.what()) + "; the frame goes on for the other files");
+      }
+    }
   }
   if (!images_.empty()) {
     tile.resolve_rgba(pixels);
@@ -138,10 +152,16 @@ void FrameOutputs::picture_changed(const FrameProgress& progress, const FramePic
   if (on_picture_) on_picture_(progress, picture);
 }
 
-void FrameOutputs::finish() {
-  for (const ExrOutput& exr : exrs_) exr.writer->finish();
-  for (const auto& image : images_) image->finish();
-  for (const auto& heatmap : heatmaps_) heatmap->finish();
+bool FrameOutputs::nothing_left() const {
+  return images_.empty() && heatmaps_.empty() &&
+         std::ranges::all_of(exrs_, [](const ExrOutput& exr) { return exr.failed.load(); });
+}
+
+void FrameOutputs::finish(WriteAttempts& attempts) {
+  for (const ExrOutput& exr : exrs_) attempts.attempt(exr.path, [&] { exr.writer->finish(); });
+  for (const auto& image : images_) attempts.attempt(image->path(), [&] { image->finish(); });
+  for (const auto& heatmap : heatmaps_)
+    attempts.attempt(heatmap->path(), [&] { heatmap->finish(); });
 }
 
 uint64_t FrameOutputs::film_bytes() const {

@@ -1,6 +1,8 @@
 // The files a frame is written to while it renders.
 #pragma once
 
+#include <atomic>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -16,6 +18,7 @@
 #include "renderer/app/heatmap_file.h"
 #include "renderer/app/render_options.h"
 #include "renderer/app/stop_request.h"
+#include "renderer/app/write_attempts.h"
 #include "renderer/core/rect.h"
 #include "renderer/drivers/frame_driver.h"
 
@@ -57,6 +60,8 @@ class FrameOutputs final : public FrameObserver {
     wanted_at_ = std::move(at);
   }
 
+  // A file that cannot be written (a full disk) is named by finish(); throws RenderError when it is
+  // the last one, so that nobody renders for nothing.
   void tile_finished(const FilmTile& tile) override;
   void samples_finished(uint64_t count) override;
   void picture_changed(const FrameProgress& progress, const FramePicture& picture) override;
@@ -70,8 +75,11 @@ class FrameOutputs final : public FrameObserver {
   // before the first tile. Throws RenderError for a file that cannot be begun anew.
   void add_light_layers(const std::vector<std::string>& names);
 
-  // Completes and renames the files. Throws RenderError.
-  void finish();
+  // From now on tiles are those of a frame that is rendered, and that is not given up any more when
+  // no file can be written: see tile_finished.
+  void rendering_ended() { rendered_ = true; }
+  // Completes and renames the files, each for itself.
+  void finish(WriteAttempts& attempts);
 
   // What the film held at most, for the report: each thread's pixel sums and channels, and the
   // pictures (.png, .jpg) and heatmaps that are kept until the end.
@@ -83,9 +91,13 @@ class FrameOutputs final : public FrameObserver {
     std::string path;
     ExrHeader header;
     std::unique_ptr<ExrWriter> writer;
+    std::atomic<bool> failed{false};
   };
-  std::vector<ExrOutput> exrs_;
+  bool nothing_left() const;  // to write a tile to
+
+  std::deque<ExrOutput> exrs_;  // of which none moves
   bool light_layers_ = false;
+  bool rendered_ = false;
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
   std::vector<std::unique_ptr<HeatmapFile>> heatmaps_;
   std::shared_ptr<const DisplayTransform> transform_;

@@ -60,13 +60,16 @@ void check_refinement_options(const RenderOptions& options, const Rect& window) 
   }
 }
 
-void write_refinement(const RenderOptions& options, const FrameDriver& driver) {
+void write_refinement(const RenderOptions& options, const FrameDriver& driver,
+                      WriteAttempts& attempts) {
   for (const std::string& path : options.trees) {
-    if (is_json(path)) {
-      write_file_atomically(path, refinement_json(*driver.tree()));
-    } else {
-      write_image(path, picture_with_leaves(driver, options.display));
-    }
+    attempts.attempt(path, [&] {
+      if (is_json(path)) {
+        write_file_atomically(path, refinement_json(*driver.tree()));
+      } else {
+        write_image(path, picture_with_leaves(driver, options.display));
+      }
+    });
   }
 }
 

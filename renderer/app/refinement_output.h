@@ -4,6 +4,7 @@
 #include <string>
 
 #include "renderer/app/render_options.h"
+#include "renderer/app/write_attempts.h"
 #include "renderer/drivers/frame_driver.h"
 
 namespace emberline {
@@ -12,7 +13,8 @@ namespace emberline {
 // window, an unknown suffix.
 void check_refinement_options(const RenderOptions& options, const Rect& window);
 
-// Writes each of options.trees. Throws RenderError.
-void write_refinement(const RenderOptions& options, const FrameDriver& driver);
+// Writes each of options.trees.
+void write_refinement(const RenderOptions& options, const FrameDriver& driver,
+                      WriteAttempts& attempts);
 
 }  // namespace emberline

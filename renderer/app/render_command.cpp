@@ -41,7 +41,8 @@ void warn_of_non_finite(const RenderOptions& options, const FrameCounters& count
                   counters.non_finite_samples, replay_words(first, options.seed)));
 }
 
-void summarize(const RenderOptions& options, const RenderReport& report) {
+void summarize(const RenderOptions& options, const RenderReport& report,
+               const std::vector<std::string>& written) {
   const FrameCounters& c = report.counters;
   const double seconds = report.times.render_s;
   log_info(fmt::format("{} {} samples in {} ({:.2f} M samples/s, {:.2f} M rays/s), {:.0f} MiB",
@@ -50,12 +51,11 @@ void summarize(const RenderOptions& options, const RenderReport& report) {
                        seconds > 0 ? double(c.samples) / seconds * 1e-6 : 0.0,
                        seconds > 0 ? double(c.rays.total()) / seconds * 1e-6 : 0.0,
                        double(peak_rss_bytes()) / 1048576));
-  for (const std::string& path : options.outputs) log_info("wrote " + path);
-  for (const std::string& path : options.heatmaps) log_info("wrote " + path);
-  for (const std::string& path : options.reports) log_info("wrote " + path);
-  if (!report.snapshots.empty()) {
-    log_info(fmt::format("wrote {} snapshots to {}", report.snapshots.size(), options.snapshots));
-  }
+  for (const std::string& path : written) log_info("wrote " + path);
+  const auto snapshots = std::ranges::count_if(
+      report.snapshots, [](const SnapshotReport& snapshot) { return !snapshot.file.empty(); });
+  if (snapshots > 0)
+    log_info(fmt::format("wrote {} snapshots to {}", snapshots, options.snapshots));
   for (const std::string& feature : report.features) log_verbose("built: " + feature);
 }
 
@@ -239,9 +239,11 @@ int run_render(const RenderOptions& options) {
   }
 
   const Stopwatch write;
+  WriteAttempts attempts, snapshot_attempts;
+  outputs->rendering_ended();
   arena.execute([&] { driver->deliver(*outputs); });
-  outputs->finish();
-  write_refinement(options, *driver);
+  outputs->finish(attempts);
+  write_refinement(options, *driver, attempts);
   if (viewer) viewer->finish(stop.cause());
   report.estimator = sampling.uniform ? "none" : std::string(sampling.adaptive.estimator);
   report.error_estimate = driver->error_estimate();
@@ -249,30 +251,31 @@ int run_render(const RenderOptions& options) {
   report.times.write_s = write.seconds();
   report.film_bytes = outputs->film_bytes() + driver->film_bytes() +
                       (pictures ? pictures->bytes() : 0) + (viewer ? viewer->bytes() : 0);
-  // After the frame itself, which is not lost if they cannot be written.
-  std::optional<RenderError> snapshot_error;
   if (snapshots) {
     const Stopwatch encode;
-    try {
-      arena.execute([&] { report.snapshots = snapshots->write(); });
-    } catch (const RenderError& error) {
-      snapshot_error = error;
-    }
+    arena.execute([&] { report.snapshots = snapshots->write(snapshot_attempts); });
     report.times.snapshots_s += encode.seconds();
   }
   report.stop_cause = stop.cause();
   const bool by_user = report.counters.stopped && stop.cause() == PixelStop::kUser;
-  report.exit_code = snapshot_error ? kExitRenderFailed : by_user ? kExitStopped : kExitDone;
+  report.failed_outputs = attempts.failed();
+  report.failed_outputs.insert(report.failed_outputs.end(), snapshot_attempts.failed().begin(),
+                               snapshot_attempts.failed().end());
+  report.exit_code = !report.failed_outputs.empty() ? kExitRenderFailed
+                     : by_user                      ? kExitStopped
+                                                    : kExitDone;
   report.times.wall_s = wall.seconds();
   report.times.cpu_s = process_cpu_seconds();
   warn_of_non_finite(options, report.counters);
   report.warnings = warnings_so_far();
   for (const std::string& path : options.reports) {
-    write_file_atomically(path, is_page(path) ? report_page(options, report, *pictures)
-                                              : report_json(options, report));
+    const bool written = attempts.attempt(path, [&] {
+      write_file_atomically(path, is_page(path) ? report_page(options, report, *pictures)
+                                                : report_json(options, report));
+    });
+    if (!written) report.exit_code = kExitRenderFailed;
   }
-  if (snapshot_error) throw *snapshot_error;
-  summarize(options, report);
+  summarize(options, report, attempts.written());
   if (options.explained) print_result(driver->explain(options.explained->x, options.explained->y));
   return report.exit_code;
 }

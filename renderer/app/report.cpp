@@ -194,7 +194,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
     snapshots.push_back({{"completion", s.completion},
                          {"samples", s.samples},
                          {"elapsed_s", s.elapsed_s},
-                         {"file", s.file},
+                         {"file", s.file.empty() ? Json() : Json(s.file)},
                          {"rmse", number_or_null(s.rmse)},
                          {"mse", number_or_null(s.mse)},
                          {"relmse", number_or_null(s.rel_mse)}});
@@ -223,6 +223,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["versions"] = versions;
   json["output"] = options.outputs;
   json["heatmaps"] = options.heatmaps;
+  json["failed_outputs"] = r.failed_outputs;
   json["stopped"] = c.stopped;
   json["stop_cause"] = !c.stopped                              ? Json()
                        : r.stop_cause == PixelStop::kTimeLimit ? Json("time limit")

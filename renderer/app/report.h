@@ -53,6 +53,7 @@ struct RenderReport {
   std::vector<PassReport> passes;
   std::vector<SnapshotReport> snapshots;
   PixelStop stop_cause = PixelStop::kNone;
+  std::vector<std::string> failed_outputs;  // files that could not be written; reports aside
   int exit_code = 0;
 };
 

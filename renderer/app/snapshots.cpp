@@ -233,17 +233,22 @@ void SnapshotRecorder::write_animation() const {
       file, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
-std::vector<SnapshotReport> SnapshotRecorder::write() const {
+std::vector<SnapshotReport> SnapshotRecorder::write(WriteAttempts& attempts) const {
   std::vector<SnapshotReport> reports;
   for (const Snapshot& snapshot : taken_) {
     const std::string name = fmt::format("{:03}_{}", reports.size(), label(snapshot.moment));
-    DisplayImageWriter png(path(name + ".png"), window_, transform_, options_.transparent);
-    png.write_tile(window_, *snapshot.rgba);
-    png.finish();
-    if (format_ == SnapshotFormat::kExr) write_exr(path(name + ".exr"), *snapshot.rgba);
+    const std::string picture = path(name + ".png"), exr = path(name + ".exr");
+    const bool written = attempts.attempt(picture, [&] {
+      DisplayImageWriter png(picture, window_, transform_, options_.transparent);
+      png.write_tile(window_, *snapshot.rgba);
+      png.finish();
+    });
+    if (format_ == SnapshotFormat::kExr) {
+      attempts.attempt(exr, [&] { write_exr(exr, *snapshot.rgba); });
+    }
 
     SnapshotReport& report = reports.emplace_back();
-    report.file = name + ".png";
+    if (written) report.file = name + ".png";
     report.completion = snapshot.progress.completion;
     report.samples = snapshot.progress.samples;
     report.elapsed_s = snapshot.elapsed_s;
@@ -254,7 +259,7 @@ std::vector<SnapshotReport> SnapshotRecorder::write() const {
     report.mse = error.mse;
     report.rel_mse = error.rel_mse;
   }
-  if (!taken_.empty()) write_animation();
+  if (!taken_.empty()) attempts.attempt(path(kAnimation), [&] { write_animation(); });
   return reports;
 }
 

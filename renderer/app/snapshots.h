@@ -11,6 +11,7 @@
 
 #include "io/display.h"
 #include "renderer/app/render_options.h"
+#include "renderer/app/write_attempts.h"
 #include "renderer/core/rect.h"
 #include "renderer/drivers/frame_driver.h"
 #include "renderer/statistics/error_metrics.h"
@@ -41,7 +42,7 @@ struct SnapshotFormatEntry {
 std::span<const SnapshotFormatEntry> snapshot_format_table();
 
 struct SnapshotReport {
-  std::string file;         // in the folder of --snapshots
+  std::string file;         // in the folder of --snapshots; empty: it could not be written
   double completion = 0.0;  // of the first pass, in [0, 1]
   uint64_t samples = 0;     // of the frame, so far
   double elapsed_s = 0.0;   // of rendering, without what earlier snapshots took
@@ -68,8 +69,8 @@ class SnapshotRecorder {
   bool wanted(double elapsed_s) const;
   std::optional<uint64_t> wanted_at() const;
 
-  // Encodes and writes what was copied. Throws RenderError.
-  std::vector<SnapshotReport> write() const;
+  // Encodes, writes and measures what was copied.
+  std::vector<SnapshotReport> write(WriteAttempts& attempts) const;
 
  private:
   struct Snapshot {

@@ -28,6 +28,7 @@
 #include "renderer/app/study_reference.h"
 #include "renderer/app/study_renderer.h"
 #include "renderer/app/study_settings.h"
+#include "renderer/app/write_attempts.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/statistics/study_summary.h"
@@ -79,7 +80,7 @@ class Study {
   std::optional<ProgressiveFrame> render(const PlannedMethod& method, uint32_t seed) const;
   StudyRun measure(const ProgressiveFrame& frame) const;
   void tell(const StudyRun& run) const;
-  void write_results();
+  bool write_results();
 
   const StudyOptions& options_;
   const StudyPlan& plan_;
@@ -396,7 +397,8 @@ bool Study::make_runs() {
   return true;
 }
 
-void Study::write_results() {
+// False if one of the files could not be written.
+bool Study::write_results() {
   std::ranges::sort(results_.runs, {},
                     [](const StudyRun& run) { return std::pair(run.seed, run.method); });
   for (size_t m = 0; m < plan_.methods.size(); ++m) {
@@ -408,10 +410,17 @@ void Study::write_results() {
     pictures.mean_samples = first->checkpoints.back().mean_samples;
     pictures.wall_s = first->checkpoints.back().wall_s;
   }
-  write_file_atomically(folder_.path("study.csv"), study_csv(results_));
-  write_file_atomically(folder_.path("study.json"), study_json(results_));
-  write_study_page(results_, options_.folder);
-  log_info("wrote " + folder_.path("study.html") + ", study.json, study.csv and pictures");
+  WriteAttempts attempts;
+  const auto write = [&](const char* name, std::string (*text)(const StudyResults&)) {
+    const std::string path = folder_.path(name);
+    attempts.attempt(path, [&] { write_file_atomically(path, text(results_)); });
+  };
+  write("study.csv", study_csv);
+  write("study.json", study_json);
+  attempts.attempt(folder_.path("study.html"),
+                   [&] { write_study_page(results_, options_.folder); });
+  for (const std::string& path : attempts.written()) log_info("wrote " + path);
+  return attempts.failed().empty();
 }
 
 int Study::run() {
@@ -439,8 +448,9 @@ int Study::run() {
     log_info("stopped before there was a reference; the same command goes on");
     return kExitStopped;
   }
-  write_results();
+  const bool written = write_results();
   print_result(study_table(results_));
+  if (!written) return kExitRenderFailed;
   if (!results_.complete) return kExitStopped;
   const bool any = std::ranges::any_of(
       results_.runs, [](const StudyRun& run) { return run.status == StudyRunStatus::kDone; });

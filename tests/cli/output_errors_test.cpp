@@ -3,6 +3,8 @@
 #include <sys/mount.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "cli/command_test.h"
 
 namespace emberline::test {
@@ -74,6 +76,45 @@ TEST_F(OutputErrors, ADiskThatFillsUp) {
         1, {name, "File too large"}, {.file_size_limit = 1500});
     const auto bytes = read_bytes(path(name));
     EXPECT_EQ(std::string(bytes.begin(), bytes.end()), kOld) << name;
+  }
+}
+
+// One file that cannot be written takes no other with it, whether that shows while the frame
+// renders (an EXR's tiles) or at its end; each is named, and the report knows.
+TEST_F(OutputErrors, WhatCanBeWrittenIs) {
+  for (const char* driver : {"bucket", "adaptive"}) {
+    SCOPED_TRACE(driver);
+    const bool adaptive = std::string(driver) == "adaptive";
+    Words words = {"render",      scene(),       "-o",      path("a.exr"), "-o",
+                   path("b.png"), "--size",      "200x200", "--spp",       "4",
+                   "--driver",    driver,        "--quiet", "--heatmap",   path("h.png"),
+                   "--report",    path("r.json")};
+    words = words + kNoisy;
+    if (adaptive) {
+      words = words +
+              Words{"--tree", path("t.json"), "--snapshots", path("s"), "--snapshot-at", "first"};
+    }
+    // The heatmap and the report fit; the pictures do not.
+    const RunResult result = run(words, {.file_size_limit = 12000});
+    EXPECT_EQ(result.exit_code, 1) << result.describe();
+    Words failed;
+    for (const std::string& line : result.error_lines()) {
+      EXPECT_TRUE(line.starts_with("emberline: error: cannot write " + path(""))) << line;
+      EXPECT_TRUE(line.ends_with("File too large")) << line;
+      const size_t begin = line.find(path(""));
+      failed.push_back(line.substr(begin, line.find(": ", begin) - begin));
+    }
+    EXPECT_EQ(std::ranges::count(failed, path("a.exr")), 1) << result.err;
+    EXPECT_EQ(std::ranges::count(failed, path("b.png")), 1) << result.err;
+    const nlohmann::json report = read_json("r.json");
+    EXPECT_EQ(report["exit_code"], 1);
+    EXPECT_EQ(report["failed_outputs"], failed);
+    EXPECT_GT(report["samples"]["total"], 0);
+    EXPECT_TRUE(std::filesystem::exists(path("h.png")));
+    for (const std::string& name : files()) {
+      EXPECT_EQ(name.find(".part"), std::string::npos) << name;
+      EXPECT_EQ(std::ranges::count(failed, path(name)), 0) << name;
+    }
   }
 }
 
