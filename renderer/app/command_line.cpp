@@ -8,6 +8,7 @@
 #include "renderer/app/report.h"
 #include "renderer/app/shell_quote.h"
 #include "renderer/app/standard_output.h"
+#include "renderer/app/worker_threads.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 
@@ -127,9 +128,6 @@ int run_command_line(int argc, char** argv) {
     return run_render(render);
   }
   if (view_app->parsed()) return run_view(view);
-  if (info_app->parsed()) return run_info(info);
-  if (heatmap_app->parsed()) return run_heatmap(heatmap);
-  if (compare_app->parsed()) return run_compare(compare);
   if (study_app->parsed()) {
     if (study.convergence != study.frame.scene.empty()) {
       throw UsageError(study.convergence ? "study --convergence needs no scene, but one is given"
@@ -140,6 +138,11 @@ int run_command_line(int argc, char** argv) {
     }
     return run_study(study);
   }
+  // These have no --threads.
+  const WorkerThreads workers(0);
+  if (info_app->parsed()) return run_info(info);
+  if (heatmap_app->parsed()) return run_heatmap(heatmap);
+  if (compare_app->parsed()) return run_compare(compare);
   throw UsageError(
       "no command given; valid commands are render, view, info, heatmap, compare, study; see "
       "emberline "

@@ -1,13 +1,11 @@
 #include "renderer/app/render_command.h"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
 #include <optional>
-#include <thread>
 
 #include "io/atomic_file.h"
 #include "renderer/app/frame_setup.h"
@@ -25,6 +23,7 @@
 #include "renderer/app/snapshots.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/app/stop_signal.h"
+#include "renderer/app/worker_threads.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/scene/build_scene.h"
@@ -129,9 +128,6 @@ int run_render(const RenderOptions& options) {
   RenderReport report;
   report.times.start_s = process_age_seconds();
   const Stopwatch wall;
-  const int threads = options.threads > 0 ? options.threads
-                                          : int(std::max(1u, std::thread::hardware_concurrency()));
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
 
   // Whatever names or ranges are wrong is found before anything is loaded or written.
   const SamplingPlan sampling = plan_sampling(options);
@@ -148,6 +144,8 @@ int run_render(const RenderOptions& options) {
   check_output_paths(options, window);
   check_refinement_options(options, window);
   check_light_layers(options);
+  const WorkerThreads workers(options.threads);
+  const int threads = workers.count();
 
   // Likewise where nothing can be written: the files are opened before the scene is loaded, and
   // leave no trace if that fails.

@@ -1,7 +1,6 @@
 #include "renderer/app/study_command.h"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -9,7 +8,6 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
-#include <thread>
 
 #include "io/atomic_file.h"
 #include "renderer/app/convergence_command.h"
@@ -28,6 +26,7 @@
 #include "renderer/app/study_reference.h"
 #include "renderer/app/study_renderer.h"
 #include "renderer/app/study_settings.h"
+#include "renderer/app/worker_threads.h"
 #include "renderer/app/write_attempts.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -461,13 +460,10 @@ int Study::run() {
 }  // namespace
 
 int run_study(const StudyOptions& given) {
+  const WorkerThreads workers(given.frame.threads);
   if (given.convergence) return run_convergence(given);
   StudyOptions options = given;
-  const int threads = options.frame.threads > 0
-                          ? options.frame.threads
-                          : int(std::max(1u, std::thread::hardware_concurrency()));
-  options.frame.threads = threads;
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+  const int threads = options.frame.threads = workers.count();
   const StudyPlan plan = plan_study(options);
   tbb::task_arena arena(threads);
   return arena.execute([&] { return Study(options, plan, threads).run(); });

@@ -99,7 +99,14 @@ void Process::run_child(const std::vector<std::string>& arguments, int binary) {
     const rlimit limit = {options_.file_size_limit, options_.file_size_limit};
     ::setrlimit(RLIMIT_FSIZE, &limit);
   }
-  if (options_.unprivileged && ::getuid() == 0 && (::setgid(65534) != 0 || ::setuid(65534) != 0)) {
+  uid_t user = 65534;
+  if (options_.process_limit > 0) {
+    const rlimit limit = {options_.process_limit, options_.process_limit};
+    ::setrlimit(RLIMIT_NPROC, &limit);
+    user = 100000 + uid_t(::getpid());  // the limit counts all that a user runs
+  }
+  const bool other_user = options_.unprivileged || options_.process_limit > 0;
+  if (other_user && ::getuid() == 0 && (::setgid(65534) != 0 || ::setuid(user) != 0)) {
     ::_exit(126);
   }
   std::vector<char*> argv = {const_cast<char*>("emberline")};

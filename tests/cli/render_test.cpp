@@ -1,7 +1,11 @@
 // What `emberline render` writes: files, channels, header; and that pixels do not depend on how
 // the work is shared out (law 2), seen from outside.
+#include <unistd.h>
+
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <thread>
 
 #include "cli/command_test.h"
 
@@ -217,6 +221,36 @@ TEST_F(Render, ARubbishOcioConfigIsNamed) {
   // Nothing needs it when only linear pixels are written; empty counts as unset.
   render(render_words(), {.environment = {{"OCIO", "rubbish.ocio"}}});
   render(render_words({"-o", path("a.png")}), {.environment = {{"OCIO", ""}}});
+}
+
+// TBB would end the process from within a thread that starts another in vain.
+TEST_F(Render, FewerThreadsThanTheSystemStartsAreUsed) {
+  if (::getuid() != 0) GTEST_SKIP() << "limits count all that a user runs; root can become another";
+  scene();
+  std::filesystem::permissions(folder_.path(), std::filesystem::perms::all);
+  // Libraries start threads of their own, as many as there are cores.
+  const uint64_t limit = 40 + 4 * std::max(1u, std::thread::hardware_concurrency());
+  for (const char* command : {"render", "study"}) {
+    SCOPED_TRACE(command);
+    expect_failure({command, scene(), "-o", path("out.exr"), "--threads", "4096"}, 1,
+                   {"--threads 4096", "no more than", "lower --threads"}, {.process_limit = limit});
+  }
+  // Each run is another user, who may not write over the others' files.
+  const auto words = [this](const std::string& output) {
+    return Words{"render", scene(), "-o", path(output), "--size", "16x16", "--spp", "1"};
+  };
+  render(words("a.exr") + Words{"--threads", "4"}, {.process_limit = limit});
+  // A limit that leaves one worker: what is not asked for is fewer where it must be.
+  const std::string err =
+      run(words("b.exr") + Words{"--threads", "4096"}, {.process_limit = limit}).err;
+  const std::string before = "no more than ";
+  const uint64_t most = std::stoull(err.substr(err.find(before) + before.size()));
+  const uint64_t tight = limit - most + 1;
+  render(words("b.exr") + Words{"--report", path("r.json")}, {.process_limit = tight});
+  EXPECT_EQ(read_json("r.json")["settings"]["threads"], 1);
+  const RunResult info = run({"info", scene()}, {.process_limit = tight});
+  EXPECT_EQ(info.exit_code, 0) << info.describe();
+  expect_failure(words("c.exr"), 1, {"ulimit -u"}, {.process_limit = tight - 1});
 }
 
 }  // namespace

@@ -234,14 +234,13 @@ std::unique_ptr<FrameTools> ViewRenderer::tools_for(const ViewSettings& settings
 }
 
 void ViewRenderer::set_threads(int wanted) {
-  const int threads = wanted > 0 ? wanted : int(std::max(1u, std::thread::hardware_concurrency()));
-  if (threads == threads_) return;
-  threads_ = threads;
+  if (workers_ && wanted == threads_) return;
   polite_.reset();
   arena_.reset();
-  limit_.reset();
-  limit_.emplace(tbb::global_control::max_allowed_parallelism, size_t(threads));
-  arena_.emplace(threads);
+  workers_.reset();
+  workers_.emplace(wanted);
+  threads_ = wanted;
+  arena_.emplace(workers_->count());
   polite_.emplace(*arena_);
 }
 

@@ -2,7 +2,6 @@
 // and does at its pauses what others want of the film.
 #pragma once
 
-#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <array>
@@ -18,6 +17,7 @@
 
 #include "renderer/app/view/polite_workers.h"
 #include "renderer/app/view/view_frame.h"
+#include "renderer/app/worker_threads.h"
 
 namespace emberline {
 
@@ -99,10 +99,10 @@ class ViewRenderer {
   ViewSettings tools_settings_;  // that they were made for
   std::unique_ptr<ViewFrame> frame_;
   EnvironmentEdit environment_;  // the last one read from a file
-  std::optional<tbb::global_control> limit_;
+  std::optional<WorkerThreads> workers_;
   std::optional<tbb::task_arena> arena_;
   std::optional<PoliteWorkers> polite_;
-  int threads_ = 0;
+  int threads_ = 0;  // that workers_ were asked for
 
   std::thread thread_;
 };

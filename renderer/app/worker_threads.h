@@ -1,0 +1,34 @@
+// The threads a command works with.
+#pragma once
+
+#include <tbb/global_control.h>
+
+#include <exception>
+#include <string>
+
+namespace emberline {
+
+// While one lives, TBB's loops use so many threads. TBB starts them as work comes, in threads of
+// its own, and a thread that the system refuses then ends the process; so it is tried beforehand.
+class WorkerThreads {
+ public:
+  // 0: one for each of the machine's cores, or as many as the system lets start, with a warning.
+  // Throws RenderError when more are asked for than that.
+  explicit WorkerThreads(int wanted);
+
+  int count() const { return count_; }
+
+ private:
+  int count_;
+  tbb::global_control limit_;
+};
+
+// The system may refuse a thread all the same, when others have started theirs meanwhile. TBB then
+// throws, in the thread that works or in one of its own, where it ends the process: with one line,
+// after this call, and without unfinished files.
+void install_refused_thread_handler();
+
+// The message for an error that is about a refused thread; `error`'s own for any other.
+std::string message_of(const std::exception& error);
+
+}  // namespace emberline

@@ -1,0 +1,63 @@
+// Threads that the system refuses.
+#include "renderer/app/worker_threads.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <tbb/task_arena.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <iterator>
+#include <thread>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/core/parallel.h"
+
+namespace emberline {
+namespace {
+
+// Becomes a user who may run so many threads more than there are: libraries have started some.
+void limit_threads(rlim_t more) {
+  const std::filesystem::directory_iterator threads("/proc/self/task");
+  const auto there = rlim_t(std::distance(begin(threads), end(threads)));
+  const rlimit limit = {there + more, there + more};
+  ASSERT_EQ(::setrlimit(RLIMIT_NPROC, &limit), 0);
+  ASSERT_EQ(::setuid(200000 + uid_t(::getpid())), 0);
+}
+
+TEST(WorkerThreads, AsManyAsAskedFor) {
+  EXPECT_EQ(WorkerThreads(3).count(), 3);
+  EXPECT_EQ(WorkerThreads(0).count(), int(std::max(1u, std::thread::hardware_concurrency())));
+}
+
+// Whether the thread that works needs the one that is refused (the second), or one of TBB's own
+// does.
+TEST(WorkerThreads, AThreadThatTbbIsRefusedIsOneLine) {
+  if (::getuid() != 0) GTEST_SKIP() << "limits count all that a user runs; root can become another";
+  ::testing::GTEST_FLAG(death_test_style) = "threadsafe";
+  const auto use_eight = [](rlim_t more) {
+    install_refused_thread_handler();
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 8);
+    limit_threads(more);
+    tbb::task_arena arena(8);
+    try {
+      arena.execute([] {
+        parallel_tasks(64,
+                       [](size_t) { std::this_thread::sleep_for(std::chrono::milliseconds(50)); });
+      });
+    } catch (const std::exception& error) {
+      log_error(message_of(error));
+      ::_exit(kExitRenderFailed);
+    }
+  };
+  for (const rlim_t more : {1, 2}) {
+    EXPECT_EXIT(use_eight(more), ::testing::ExitedWithCode(kExitRenderFailed),
+                "^emberline: error: .*lower --threads\n$");
+  }
+}
+
+}  // namespace
+}  // namespace emberline
