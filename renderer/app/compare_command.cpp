@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -13,6 +12,7 @@
 
 #include "io/exr_writer.h"
 #include "io/image_output.h"
+#include "renderer/app/file_register.h"
 #include "renderer/app/rgb_file.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
@@ -139,11 +139,11 @@ void write_flip_picture(const std::string& path, const RgbImage& image,
 int run_compare(const CompareOptions& options) {
   const DifferenceKind kind = difference_kind(options.difference);
   if (!std::isfinite(options.exposure)) throw UsageError("the exposure is not a finite number");
-  for (const std::string& input : {options.image, options.reference}) {
-    std::error_code ignored;
-    if (!options.difference.empty() &&
-        std::filesystem::equivalent(options.difference, input, ignored)) {
-      throw UsageError("-o: " + options.difference + " is one of the pictures compared");
+  if (!options.difference.empty()) {
+    FileRegister files;
+    files.write("-o", options.difference);
+    for (const std::string& input : {options.image, options.reference}) {
+      files.read(input, "it is one of the pictures compared");
     }
   }
   const RgbFile file = read_rgb(options.image);

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-#include <system_error>
-
 #include "io/image_input.h"
+#include "renderer/app/file_register.h"
 #include "renderer/app/heatmap_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -38,10 +36,9 @@ int run_heatmap(const HeatmapOptions& options) {
   const HeatmapQuantity* const asked[] = {&quantity};
   check_heatmap_style(options.style, asked);
   check_heatmap_format("-o", options.output, {});
-  std::error_code ignored;
-  if (std::filesystem::equivalent(options.output, options.image, ignored)) {
-    throw UsageError("-o " + options.output + ": it is the picture itself; name another file");
-  }
+  FileRegister files;
+  files.read(options.image, "it is the picture itself");
+  files.write("-o", options.output);
   const FloatImage image = read_float_image(options.image);
   check_channels(options.image, quantity, image);
   const Rect& window = image.data_window;

@@ -3,8 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <system_error>
+#include <cstdlib>
 
 #include "renderer/app/light_layers.h"
 #include "renderer/core/errors.h"
@@ -28,44 +27,36 @@ void check_format(const std::string& path, const Rect& window) {
   }
 }
 
-// Two spellings of one file compare equal, whether it exists yet or not.
-std::filesystem::path same_spelling(const std::string& path) {
-  std::error_code error;
-  const std::filesystem::path canonical = std::filesystem::weakly_canonical(path, error);
-  return error ? std::filesystem::path(path) : canonical;
-}
-
 }  // namespace
 
 bool is_exr(const std::string& path) { return lower_suffix(path) == ".exr"; }
 
-void check_output_paths(const RenderOptions& options, const Rect& window) {
-  std::vector<std::pair<std::filesystem::path, std::string>> taken = {
-      {same_spelling(options.scene), "it is the scene"}};
-  if (!options.environment.empty()) {
-    taken.emplace_back(same_spelling(options.environment), "it is the file of --env");
-  }
-  if (!options.edits.empty()) {
-    taken.emplace_back(same_spelling(options.edits), "it is the file of --edits");
-  }
-  const auto take = [&taken](const std::string& option, const std::string& path) {
-    const std::filesystem::path file = same_spelling(path);
-    for (const auto& [other, what] : taken) {
-      if (other == file)
-        throw UsageError(option + " " + path + ": " + what + "; name another file");
-    }
-    taken.emplace_back(file, "it is written twice");
+void register_inputs(const RenderOptions& options, FileRegister& files) {
+  files.read(options.scene, "it is the scene");
+  const auto read = [&files](const std::string& path, const char* option) {
+    if (!path.empty()) files.read(path, std::string("it is the file of ") + option);
   };
+  read(options.environment, "--env");
+  read(options.edits, "--edits");
+  read(options.reference, "--reference");
+  if (const char* config = std::getenv("OCIO")) read(config, "$OCIO");
+}
+
+void check_output_paths(const RenderOptions& options, const Rect& window, FileRegister& files) {
+  register_inputs(options, files);
   for (const std::string& path : options.outputs) {
     check_format(path, window);
-    take("-o", path);
+    files.write("-o", path);
   }
   for (const std::string& path : options.heatmaps) {
     check_heatmap_format("--heatmap", path, window);
-    take("--heatmap", path);
+    files.write("--heatmap", path);
   }
-  for (const std::string& path : options.reports) take("--report", path);
-  for (const std::string& path : options.trees) take("--tree", path);
+  for (const std::string& path : options.reports) files.write("--report", path);
+  for (const std::string& path : options.trees) files.write("--tree", path);
+  if (!options.snapshots.empty()) {
+    files.write_in("--snapshots", options.snapshots, is_snapshot_name);
+  }
 }
 
 FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,

@@ -15,8 +15,10 @@
 
 #include "io/display.h"
 #include "io/exr_writer.h"
+#include "renderer/app/file_register.h"
 #include "renderer/app/heatmap_file.h"
 #include "renderer/app/render_options.h"
+#include "renderer/app/snapshots.h"
 #include "renderer/app/stop_request.h"
 #include "renderer/app/write_attempts.h"
 #include "renderer/core/rect.h"
@@ -114,8 +116,12 @@ class FrameOutputs final : public FrameObserver {
 
 bool is_exr(const std::string& path);
 
-// Throws UsageError for what is wrong with the names alone: an unknown suffix, one file named
-// twice, an input that would be overwritten, a frame larger than the format holds.
-void check_output_paths(const RenderOptions& options, const Rect& window);
+// Enters the files that the options name for reading.
+void register_inputs(const RenderOptions& options, FileRegister& files);
+
+// Enters what the options read and write. Throws UsageError for what is wrong with the names alone:
+// an unknown suffix, one file named twice, an input that would be overwritten, a frame larger than
+// the format holds.
+void check_output_paths(const RenderOptions& options, const Rect& window, FileRegister& files);
 
 }  // namespace emberline

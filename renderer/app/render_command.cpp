@@ -141,7 +141,8 @@ int run_render(const RenderOptions& options) {
   const PixelFilter filter = choose_filter(options);
   const Rect window = choose_window(options);
   const OutputSettings output_settings = settings_of_outputs(options, window);
-  check_output_paths(options, window);
+  FileRegister files;
+  check_output_paths(options, window, files);
   check_refinement_options(options, window);
   check_light_layers(options);
   const WorkerThreads workers(options.threads);
@@ -170,6 +171,10 @@ int run_render(const RenderOptions& options) {
   SceneEdits edits = load_edits(options);
   SceneDescription description =
       load_scene(options, LoadProgress::unwatched(), edits.variant.has_value());
+  if (!edits.environment.file.empty()) {
+    files.read(edits.environment.file, "it is the environment of --edits");
+  }
+  files.read(description.files, "the scene reads");
   choose_variant(options, description, edits);
   if (edits != SceneEdits() || options.light_groups) apply(edits, description);
   report.times.load_s = load.seconds();

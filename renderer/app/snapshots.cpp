@@ -122,6 +122,12 @@ std::vector<SnapshotMoment> parse_snapshot_moments(std::string_view list) {
   return moments;
 }
 
+bool is_snapshot_name(const std::string& name) {
+  const size_t number = name.find_first_not_of("0123456789");
+  const bool numbered = number >= 3 && number != std::string::npos && name[number] == '_';
+  return name == kAnimation || numbered;
+}
+
 SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& window)
     : options_(options),
       window_(window),

@@ -41,6 +41,9 @@ struct SnapshotFormatEntry {
 };
 std::span<const SnapshotFormatEntry> snapshot_format_table();
 
+// A file that a recorder may write into its folder: "003_0010pct.png", "refinement.gif".
+bool is_snapshot_name(const std::string& name);
+
 struct SnapshotReport {
   std::string file;         // in the folder of --snapshots; empty: it could not be written
   double completion = 0.0;  // of the first pass, in [0, 1]

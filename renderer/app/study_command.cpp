@@ -12,6 +12,7 @@
 #include "io/atomic_file.h"
 #include "renderer/app/convergence_command.h"
 #include "renderer/app/frame_setup.h"
+#include "renderer/app/outputs.h"
 #include "renderer/app/progress.h"
 #include "renderer/app/render_clock.h"
 #include "renderer/app/report.h"
@@ -53,7 +54,7 @@ uint32_t to_samples(double samples) {
 
 class Study {
  public:
-  Study(const StudyOptions& options, const StudyPlan& plan, int threads);
+  Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& files, int threads);
   int run();
 
  private:
@@ -103,13 +104,13 @@ std::optional<RgbImage> read_reference(const StudyOptions& options) {
                           choose_window(frame), frame.width, frame.height);
 }
 
-Study::Study(const StudyOptions& options, const StudyPlan& plan, int threads)
+Study::Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& files, int threads)
     : options_(options),
       plan_(plan),
       seeds_(options.seeds.value_or(kDefaultSeeds)),
       given_reference_(read_reference(options)),
       folder_(options.folder),
-      renderer_(options.frame),
+      renderer_(options.frame, files),
       pictures_(folder_, options.frame, renderer_.window()),
       frame_key_(frame_key(options.frame)) {
   folder_.begin(study_key(frame_key_, options, plan), options.restart);
@@ -465,8 +466,12 @@ int run_study(const StudyOptions& given) {
   StudyOptions options = given;
   const int threads = options.frame.threads = workers.count();
   const StudyPlan plan = plan_study(options);
+  FileRegister files;
+  files.write_below("-o", options.folder);
+  register_inputs(options.frame, files);
+  if (!options.reference.empty()) files.read(options.reference, "the file of --reference is in it");
   tbb::task_arena arena(threads);
-  return arena.execute([&] { return Study(options, plan, threads).run(); });
+  return arena.execute([&] { return Study(options, plan, files, threads).run(); });
 }
 
 }  // namespace emberline

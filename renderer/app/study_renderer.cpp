@@ -167,13 +167,14 @@ class ProgressiveKeeper final : public TileKeeper {
 
 }  // namespace
 
-StudyRenderer::StudyRenderer(const RenderOptions& frame)
+StudyRenderer::StudyRenderer(const RenderOptions& frame, FileRegister& files)
     : options_(frame),
       window_(choose_window(frame)),
       integrator_(create_integrator(
           frame.integrator, {.max_depth = frame.max_depth, .transparent = frame.transparent})),
       filter_(choose_filter(frame)) {
   SceneDescription description = load_scene(frame, LoadProgress::unwatched(), false);
+  files.read(description.files, "the scene reads");
   const CameraDescription camera = choose_camera(frame, description);
   scene_ = build_scene(std::move(description), choose_build_options(frame));
   camera_ = create_camera(frame, camera, *scene_);

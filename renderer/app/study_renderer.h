@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "integrators/integrator.h"
+#include "renderer/app/file_register.h"
 #include "renderer/app/render_options.h"
 #include "renderer/drivers/frame_driver.h"
 #include "renderer/scene/camera.h"
@@ -50,8 +51,8 @@ struct ProgressiveFrame {
 
 class StudyRenderer {
  public:
-  // Loads and builds. Throws what the render command would.
-  explicit StudyRenderer(const RenderOptions& frame);
+  // Loads and builds. Enters what the scene reads. Throws what the render command would.
+  StudyRenderer(const RenderOptions& frame, FileRegister& files);
 
   const Rect& window() const { return window_; }
   uint64_t pixels() const { return uint64_t(window_.area()); }

@@ -151,6 +151,62 @@ TEST_F(OutputErrors, TheReportsPlaceIsCheckedBeforeTheRender) {
   expect_failure(render_words({"--report", path("r.json")}), 1, {"r.json", "folder"});
 }
 
+// One file is one file, however it is spelt.
+TEST_F(OutputErrors, NoOutputTakesAnInputsPlaceOrAnothersUnderAnyName) {
+  namespace fs = std::filesystem;
+  scene();
+  fs::create_directories(path("sub"));
+  fs::create_directories(path("shots"));
+  fs::create_symlink(".", path("here"));
+  write("edits.json", "{}");
+  fs::create_hard_link(path("edits.json"), path("hard.json"));
+  render(render_words());
+  fs::copy_file(path("out.exr"), path("sky.exr"));
+  fs::copy_file(path("out.exr"), path("shots/000_first.exr"));
+  fs::create_symlink("sky.exr", path("link.exr"));
+  write("old.exr", kOld);
+  fs::create_symlink("old.exr", path("new.exr"));
+  const Words frame = {"render", path("scene.glb"), "--size", "8x8", "--spp", "1"};
+  const auto refused = [&](const Words& more, const Words& parts) {
+    expect_failure(frame + more, 2, parts + Words{"name another file"});
+  };
+  refused({"-o", path("a.exr"), "--report", path("sub/../scene.glb")}, {"--report", "the scene"});
+  refused({"-o", path("link.exr"), "--env", path("here/sky.exr")}, {"-o", "--env"});
+  refused({"-o", path("a.exr"), "--edits", path("edits.json"), "--report", path("hard.json")},
+          {"--report", "hard.json", "--edits"});
+  refused({"-o", path("a.exr"), "--report", path("here/here/a.exr")},
+          {"--report", "written twice"});
+  refused({"-o", path("new.exr"), "--heatmap", path("old.exr")}, {"--heatmap", "written twice"});
+  refused({"-o", path("a.exr"), "-o", path("A.exr")}, {"A.exr", "written twice"});
+  const Words shots = {"--driver", "bisection", "--snapshots", path("shots"), "-o"};
+  refused(shots + Words{path("shots/003_0010pct.png")}, {"--snapshots", "written twice"});
+  refused(shots + Words{path("b.exr"), "--reference", path("here/shots/000_first.exr")},
+          {"--reference"});
+  expect_failure({"compare", path("out.exr"), path("sky.exr"), "-o", path("link.exr")}, 2,
+                 {"link.exr", "one of the pictures compared"});
+  expect_failure({"heatmap", path("sky.exr"), "-o", path("here/link.exr")}, 2, {"picture itself"});
+  expect_failure({"study", path("scene.glb"), "-o", path("here")}, 2, {"-o", "the scene"});
+  // What the scene refers to is known when it is read.
+  GltfBuilder textured = lamp_scene();
+  textured.push("images", {{"uri", "sub/b.png"}});
+  textured.push("textures", {{"source", 0}});
+  textured.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+  textured.write_gltf(path("t.gltf"), "t.bin");
+  render(render_words({"-o", path("sub/b.png")}));
+  fs::create_hard_link(path("sub/b.png"), path("c.png"));
+  for (const Words& words :
+       {Words{"-o", path("here/c.png")}, Words{"-o", path("c.exr"), "--report", path("t.bin")},
+        Words{"-o", path("c.exr"), "--heatmap", path("sub/b.png")}}) {
+    expect_failure(Words{"render", path("t.gltf"), "--size", "8x8", "--spp", "1"} + words, 2,
+                   {words.back(), "the scene reads", "name another file"});
+  }
+  EXPECT_EQ(std::string(kOld).size(), read_bytes(path("old.exr")).size());
+  // What is its own file may have any name, and a device is nobody's.
+  render(frame + Words{"-o", path("a.exr"), "-o", path("sub/a.exr"), "--report", "/dev/null",
+                       "--report", "/dev/null"});
+  render(frame + shots + Words{path("shots/final.exr"), "--snapshot-at", "first"});
+}
+
 TEST_F(OutputErrors, AReportThatCannotBeFinished) {
   const RunResult result = run(render_words({"--quiet", "--report", "/dev/full"}));
   EXPECT_EQ(result.exit_code, 1);
