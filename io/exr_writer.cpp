@@ -96,6 +96,11 @@ struct ExrWriter::Impl {
   static int64_t write_bytes(exr_const_context_t, void* user, const void* bytes, uint64_t count,
                              uint64_t offset, exr_stream_error_func_ptr_t) {
     Impl* self = static_cast<Impl*>(user);
+    if (!self->header_written) {
+      std::string& text = self->header_bytes;
+      text.resize(std::max(text.size(), size_t(offset + count)));
+      std::memcpy(text.data() + offset, bytes, count);
+    }
     const int error = self->file.try_write_at(bytes, count, offset);
     if (error == 0) return int64_t(count);
     if (self->write_error == 0) self->write_error = error;
@@ -151,6 +156,8 @@ struct ExrWriter::Impl {
   int tiles_x = 0, tiles_y = 0;
   AtomicFile file;
   exr_context_t context = nullptr;
+  bool header_written = false;
+  std::string header_bytes;  // as they are in the file
 
   std::mutex mutex;           // guards what follows and the writing calls on `context`
   int write_error = 0;        // errno of the first failed write
@@ -197,6 +204,7 @@ void ExrWriter::Impl::write_header() {
     check(exr_attr_set_string(context, kPart, name.c_str(), value.c_str()));
   }
   check(exr_write_header(context));
+  header_written = true;
 }
 
 void ExrWriter::Impl::encode_tile(int tile_x, int tile_y, const Rect& rect, const float* pixels) {
@@ -291,6 +299,24 @@ void ExrWriter::write_tile(const Rect& rect, const std::vector<float>& pixels) {
     self.written[index] = true;
   }
   self.encode_tile(tile_x, tile_y, rect, pixels.data());
+}
+
+void ExrWriter::set_attribute(const std::string& name, const std::string& value) {
+  Impl& self = *impl_;
+  // In the file an attribute is its name, its type, the length of its value (four bytes, the lowest
+  // first) and its value, name and type ended by a zero byte (OpenEXR, "File Layout"). No value of
+  // ours has a zero byte, so the sequence occurs once.
+  const std::string begin = name + '\0' + "string" + '\0';
+  const size_t at = self.header_bytes.find(begin);
+  assert(at != std::string::npos && "an attribute of the header");
+  size_t length = 0;
+  for (size_t i = 4; i-- > 0;) {
+    length = length << 8 | static_cast<unsigned char>(self.header_bytes[at + begin.size() + i]);
+  }
+  assert(value.size() <= length);
+  std::string padded = value;
+  padded.resize(length, ' ');
+  self.file.write_at(padded.data(), length, at + begin.size() + 4);
 }
 
 void ExrWriter::finish() {

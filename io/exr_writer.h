@@ -51,6 +51,11 @@ class ExrWriter {
   // Thread-safe. Throws RenderError (disk full); after that every call throws the same.
   void write_tile(const Rect& rect, const std::vector<float>& pixels);
 
+  // Replaces the value of one of the header's attributes, which is known only now: it is padded
+  // with blanks to the length that the attribute had, and no longer than that. Before finish().
+  // Throws RenderError.
+  void set_attribute(const std::string& name, const std::string& value);
+
   // Tiles never written are filled with 0 (a stopped render stays readable). Call once, when no
   // thread writes any more. Throws RenderError; nothing is left behind then.
   void finish();

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <new>
 
@@ -410,6 +411,10 @@ FloatImage read_float_image(const std::string& path, const LoadProgress& progres
   image.frame_width = spec.full_width;
   image.frame_height = spec.full_height;
   image.channel_names.assign(spec.channelnames.begin(), spec.channelnames.end());
+  if (spec.get_string_attribute("emberline:complete") == "false") {
+    const std::string samples = spec.get_string_attribute("emberline:samples");
+    image.stopped_after = std::strtoull(samples.c_str(), nullptr, 10);
+  }
   const size_t channels = size_t(spec.nchannels);
   const size_t count = size_t(spec.width) * size_t(spec.height) * channels;
   progress.budget()->reserve(MemoryPart::kTextures, count * sizeof(float), path);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,6 +43,9 @@ struct FloatImage {
   int frame_width = 0, frame_height = 0;  // the display window
   std::vector<std::string> channel_names;
   std::vector<float> values;  // interleaved
+  // The frame was stopped before it was complete, as its header says (renderer/app/outputs.h): the
+  // samples there.
+  std::optional<uint64_t> stopped_after;
   int channels() const { return int(channel_names.size()); }
   // Channel index by name ("R", "albedo.G"), -1 if absent.
   int find_channel(const std::string& name) const;

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "io/image_input.h"
 #include "renderer/app/file_register.h"
 #include "renderer/app/heatmap_file.h"
+#include "renderer/app/rgb_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 
@@ -39,7 +39,7 @@ int run_heatmap(const HeatmapOptions& options) {
   FileRegister files;
   files.read(options.image, "it is the picture itself");
   files.write("-o", options.output);
-  const FloatImage image = read_float_image(options.image);
+  const FloatImage image = read_frame(options.image);
   check_channels(options.image, quantity, image);
   const Rect& window = image.data_window;
   check_heatmap_format("-o", options.output, window);

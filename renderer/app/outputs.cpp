@@ -13,6 +13,10 @@
 namespace emberline {
 namespace {
 
+constexpr const char* kCompleteAttribute = "emberline:complete";
+constexpr const char* kSamplesAttribute = "emberline:samples";
+constexpr size_t kMostDigits = 20;  // of a number of 64 bits
+
 void check_format(const std::string& path, const Rect& window) {
   const std::string suffix = lower_suffix(path);
   // libjpeg's own limit (JPEG_MAX_DIMENSION), which it enforces by ending the process.
@@ -74,6 +78,8 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
             {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
       }
       header.attributes = settings.attributes;
+      header.attributes.emplace_back(kCompleteAttribute, "false");
+      header.attributes.emplace_back(kSamplesAttribute, std::string(kMostDigits, ' '));
       ExrOutput& exr = exrs_.emplace_back();
       exr.path = path;
       exr.header = header;
@@ -148,8 +154,14 @@ bool FrameOutputs::nothing_left() const {
          std::ranges::all_of(exrs_, [](const ExrOutput& exr) { return exr.failed.load(); });
 }
 
-void FrameOutputs::finish(WriteAttempts& attempts) {
-  for (const ExrOutput& exr : exrs_) attempts.attempt(exr.path, [&] { exr.writer->finish(); });
+void FrameOutputs::finish(const FrameState& state, WriteAttempts& attempts) {
+  for (const ExrOutput& exr : exrs_) {
+    attempts.attempt(exr.path, [&] {
+      exr.writer->set_attribute(kCompleteAttribute, state.complete ? "true" : "false");
+      exr.writer->set_attribute(kSamplesAttribute, std::to_string(state.samples));
+      exr.writer->finish();
+    });
+  }
   for (const auto& image : images_) attempts.attempt(image->path(), [&] { image->finish(); });
   for (const auto& heatmap : heatmaps_)
     attempts.attempt(heatmap->path(), [&] { heatmap->finish(); });

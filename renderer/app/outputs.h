@@ -38,6 +38,14 @@ struct OutputSettings {
   HeatmapStyle heatmap_style = {};
 };
 
+// What an EXR's header says of its frame: "emberline:complete" is "true " or "false", and
+// "emberline:samples" their number, with blanks behind it. It is known when the header has long
+// been written, so there is room for it.
+struct FrameState {
+  bool complete = false;
+  uint64_t samples = 0;
+};
+
 // Passes finished tiles on to every file, heatmaps included, and the count of samples to the
 // progress display.
 class FrameOutputs final : public FrameObserver {
@@ -80,8 +88,9 @@ class FrameOutputs final : public FrameObserver {
   // From now on tiles are those of a frame that is rendered, and that is not given up any more when
   // no file can be written: see tile_finished.
   void rendering_ended() { rendered_ = true; }
-  // Completes and renames the files, each for itself.
-  void finish(WriteAttempts& attempts);
+  // Completes and renames the files, each for itself. What became of the frame goes into the EXR's
+  // header.
+  void finish(const FrameState& state, WriteAttempts& attempts);
 
   // What the film held at most, for the report: each thread's pixel sums and channels, and the
   // pictures (.png, .jpg) and heatmaps that are kept until the end.

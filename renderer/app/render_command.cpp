@@ -26,6 +26,7 @@
 #include "renderer/app/worker_threads.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/names.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
@@ -74,6 +75,15 @@ OutputSettings settings_of_outputs(const RenderOptions& options, const Rect& win
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
   }
   return settings;
+}
+
+// A time limit ends a frame as --spp does, but where the driver finishes it part by part: then
+// parts of it have nothing.
+bool is_complete(const RenderOptions& options, const FrameCounters& counters,
+                 const StopRequest& stop) {
+  if (!counters.stopped) return true;
+  return stop.cause() == PixelStop::kTimeLimit &&
+         find_named(driver_table(), "--driver", "driver", options.driver).progressive;
 }
 
 // Renders while progress is shown, passes are noted, snapshots taken and a viewer kept informed.
@@ -245,7 +255,7 @@ int run_render(const RenderOptions& options) {
   WriteAttempts attempts, snapshot_attempts;
   outputs->rendering_ended();
   arena.execute([&] { driver->deliver(*outputs); });
-  outputs->finish(attempts);
+  outputs->finish({is_complete(options, report.counters, stop), report.counters.samples}, attempts);
   write_refinement(options, *driver, attempts);
   if (viewer) viewer->finish(stop.cause());
   report.estimator = sampling.uniform ? "none" : std::string(sampling.adaptive.estimator);

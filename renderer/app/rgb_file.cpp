@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/image_input.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/log.h"
 
 namespace emberline {
 namespace {
@@ -19,8 +19,17 @@ std::string describe(const Rect& window, int frame_width, int frame_height) {
 
 }  // namespace
 
+FloatImage read_frame(const std::string& path) {
+  FloatImage image = read_float_image(path);
+  if (image.stopped_after) {
+    log_warning(fmt::format("{}: the frame was stopped before it was complete, at {} samples", path,
+                            *image.stopped_after));
+  }
+  return image;
+}
+
 RgbFile read_rgb(const std::string& path) {
-  const FloatImage file = read_float_image(path);
+  const FloatImage file = read_frame(path);
   std::array<size_t, 3> source{};
   for (size_t c = 0; c < 3; ++c) {
     const int found = file.find_channel(std::string(1, "RGB"[c]));

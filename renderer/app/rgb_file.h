@@ -1,12 +1,17 @@
-// R, G and B of a picture file, for whatever measures one against another.
+// Picture files, for whatever shows their channels or measures R, G and B against another's.
 #pragma once
 
 #include <string>
 
+#include "io/image_input.h"
 #include "renderer/core/rect.h"
 #include "renderer/statistics/error_metrics.h"
 
 namespace emberline {
+
+// All channels of a picture; warns of a frame that was stopped before it was complete. Throws
+// InputError.
+FloatImage read_frame(const std::string& path);
 
 // Pixels of a frame, and where in it they lie. A .png knows no frame but itself.
 struct RgbFile {

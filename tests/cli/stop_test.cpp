@@ -23,6 +23,12 @@ class Stop : public CommandTest {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
         .count();
   }
+  // "emberline:complete" and "emberline:samples" of the header, which has blanks behind them.
+  static std::pair<std::string, uint64_t> state_of(const ExrPicture& picture) {
+    const std::string& complete = picture.attributes.at("emberline:complete");
+    return {complete.substr(0, complete.find(' ')),
+            std::stoull(picture.attributes.at("emberline:samples"))};
+  }
   // Until the scene is loaded and some of the picture is done.
   static bool wait_until_rendering(Process& process) {
     const bool loaded = process.wait_for_error("loaded in", 30 * kSlower);
@@ -52,12 +58,13 @@ TEST_F(Stop, WhatThereIsIsWrittenWithItsTrueCounts) {
     EXPECT_GT(sum, 0.0);
     EXPECT_LT(sum, 64.0 * 2048 * 2048);
     EXPECT_EQ(json["samples"]["total"], uint64_t(sum));
+    EXPECT_EQ(state_of(picture), std::pair(std::string("false"), uint64_t(sum)));
     EXPECT_EQ(json["samples"]["min"], uint64_t(*std::ranges::min_element(samples)));
     EXPECT_EQ(json["samples"]["max"], uint64_t(*std::ranges::max_element(samples)));
     EXPECT_EQ(json["stopped"], true);
     EXPECT_EQ(json["exit_code"], 130);
-    EXPECT_EQ(files(), (Words{"out.exr", "out.png", "r.json", "scene.glb"}));
     EXPECT_EQ(read_bytes_picture(path("out.png")).width, 2048);
+    EXPECT_EQ(files(), (Words{"out.exr", "out.png", "r.json", "scene.glb"}));
   }
 }
 
@@ -101,6 +108,9 @@ TEST_F(Stop, AtTheTimeLimit) {
     }
     const double sum = std::accumulate(samples.begin(), samples.end(), 0.0);
     EXPECT_EQ(json["samples"]["total"], uint64_t(sum));
+    // Buckets that never came are holes; a progressive frame is what the limit allows.
+    const bool holes = std::string(driver) == "bucket";
+    EXPECT_EQ(state_of(picture), std::pair(std::string(holes ? "false" : "true"), uint64_t(sum)));
   }
 }
 
@@ -117,6 +127,23 @@ TEST_F(Stop, AProgressiveFrameHasNoHoles) {
   // is floor.
   const ExrPicture picture = read_exr(path("out.exr"));
   for (int x = 0; x < 1024; ++x) ASSERT_GT(picture.at("A", x, 700), 0.0f) << x;
+}
+
+TEST_F(Stop, WhoReadsAStoppedFrameIsTold) {
+  Process process(endless({"--driver", "bisection", "--size", "64x64", "--spp", "1000000"}),
+                  {.folder = folder_.path()});
+  ASSERT_TRUE(wait_until_rendering(process));
+  process.send(SIGINT);
+  ASSERT_EQ(process.wait().exit_code, 130);
+  const auto [complete, samples] = state_of(read_exr(path("out.exr")));
+  const std::string told = "out.exr: the frame was stopped before it was complete, at " +
+                           std::to_string(samples) + " samples";
+  for (const Words& words : {Words{"compare", path("out.exr"), path("out.exr")},
+                             Words{"heatmap", path("out.exr"), "-o", path("out.png")}}) {
+    const RunResult shown = run(words);
+    EXPECT_EQ(shown.exit_code, 0) << shown.describe();
+    EXPECT_NE(shown.err.find(told), std::string::npos) << shown.err;
+  }
 }
 
 TEST_F(Stop, AFrameWithinItsTimeLimitIsNotStopped) {
@@ -198,6 +225,7 @@ TEST_F(Stop, AHugeFrameStopsAsFast) {
 TEST_F(Stop, AFrameThatNobodyStopsIsNotStopped) {
   render(render_words({"--report", path("r.json")}));
   EXPECT_EQ(read_json("r.json")["stopped"], false);
+  EXPECT_EQ(state_of(read_exr(path("out.exr"))), std::pair(std::string("true"), uint64_t(16 * 16)));
 }
 
 }  // namespace

@@ -142,6 +142,27 @@ TEST_F(ExrWriterTest, HeaderSaysWhatTheFrameIs) {
   EXPECT_TRUE(file.isComplete());
 }
 
+TEST_F(ExrWriterTest, AttributesThatAreKnownAtTheEnd) {
+  ExrHeader header = cropped_header();
+  header.attributes = {{"first", "one"},
+                       {"emberline:complete", "false"},
+                       {"emberline:samples", std::string(8, ' ')},
+                       {"last", "emberline:complete"}};
+  ExrWriter writer(path("a.exr"), header);
+  for (const Rect& rect : tiles_of(header)) writer.write_tile(rect, tile_pixels(header, rect));
+  writer.set_attribute("emberline:samples", "1234");
+  writer.set_attribute("emberline:complete", "true");
+  writer.finish();
+  Imf::TiledInputFile file(path("a.exr").c_str());
+  const auto value = [&](const char* name) {
+    return file.header().typedAttribute<Imf::StringAttribute>(name).value();
+  };
+  EXPECT_EQ(value("first"), "one");
+  EXPECT_EQ(value("emberline:complete"), "true ");
+  EXPECT_EQ(value("emberline:samples"), "1234    ");
+  EXPECT_EQ(value("last"), "emberline:complete");
+}
+
 TEST_F(ExrWriterTest, MissingTilesAreZero) {
   const ExrHeader header = cropped_header();
   const std::vector<Rect> tiles = tiles_of(header);
