@@ -7,12 +7,13 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <mutex>
-#include <system_error>
+#include <string_view>
 
+#include "io/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/readable.h"
 
 namespace emberline {
 namespace {
@@ -21,6 +22,9 @@ namespace ocio = OCIO_NAMESPACE;
 
 // Largest finite half: what a display transform may rely on (its tables are indexed by half).
 constexpr float kLargestHalf = 65504.0f;
+
+// Of a config: those of studios have some megabytes, archives with their tables a hundred.
+constexpr uint64_t kLargestConfig = uint64_t(256) << 20;
 
 // Names under which configs in use keep "linear light, Rec. 709 primaries, D65": the ACES configs
 // of OpenColorIO 2, those of OpenColorIO 1 (ACES 1.0.3 to 1.2), Blender's, and older studio ones.
@@ -163,10 +167,13 @@ UsedConfig used_config() {
   if (!variable || !*variable) {
     return {built_in_config(), "the built-in OpenColorIO config", true};
   }
-  // OpenColorIO's reader would tell less, and leak.
-  std::error_code not_there;
-  if (std::filesystem::is_directory(variable, not_there)) {
-    throw InputError(variable, "is a directory and no OpenColorIO config (named by $OCIO)");
+  // OpenColorIO's reader would wait for a pipe, read a device for ever, and leak on a directory.
+  if (!std::string_view(variable).starts_with("ocio://")) {  // a config within the library
+    const InputFile file(variable, "$OCIO");
+    if (file.size() > kLargestConfig) {
+      throw InputError(variable, "is too large for an OpenColorIO config: " +
+                                     readable_bytes(file.size()) + " (named by $OCIO)");
+    }
   }
   try {
     return {ocio::Config::CreateFromFile(variable), variable, false};

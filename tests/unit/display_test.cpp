@@ -2,11 +2,13 @@
 #include "io/display.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 
@@ -229,6 +231,18 @@ colorspaces:
     name: odd
 )");
   expect_error<InputError>([] { DisplayTransform({}); }, "scene_linear");
+}
+
+// OpenColorIO would wait for the pipe, and read the device until memory is full.
+TEST_F(DisplayTest, OcioConfigsAreRegularFilesOfSomeSize) {
+  ASSERT_EQ(mkfifo(path("pipe.ocio").c_str(), 0600), 0);
+  std::ofstream(path("huge.ocio")) << "ocio_profile_version: 2\n";
+  std::filesystem::resize_file(path("huge.ocio"), uintmax_t(1) << 40);  // takes no space
+  for (const std::string& name :
+       {path("pipe.ocio"), path("huge.ocio"), path("."), std::string("/dev/zero")}) {
+    setenv("OCIO", name.c_str(), 1);
+    expect_error<InputError>([] { DisplayTransform({}); }, name);
+  }
 }
 
 TEST_F(DisplayTest, NamesOfTheBuiltInConfigStartWithTheDefaults) {
