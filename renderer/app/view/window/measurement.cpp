@@ -1,10 +1,11 @@
 #include "renderer/app/view/window/measurement.h"
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 
 #include "io/atomic_file.h"
+#include "io/json_input.h"
+#include "io/json_reader.h"
 #include "renderer/app/view/window/edit_entries.h"
 #include "renderer/core/errors.h"
 
@@ -20,6 +21,8 @@ constexpr double kBetweenEdits_s = 0.25;
 constexpr double kWarmUp_s = 1.0;
 // After the last edit: until its picture has settled, and how long the pace is then taken.
 constexpr double kSettling_s = 2.0, kIdle_s = 6.0;
+// Of a script: a day.
+constexpr double kLongest_s = 86400.0;
 
 Json milliseconds(std::vector<double> seconds) {
   const auto ms = [&](double q) { return 1e3 * quantile(seconds, q); };
@@ -55,18 +58,12 @@ Measurement::Measurement(const ViewOptions& options, Workbench& bench)
     : file_(options.measure), scene_(options.render.scene), bench_(bench) {
   if (options.measure_script.empty()) return;
   scripted_ = true;
-  std::ifstream file(options.measure_script);
-  if (!file) throw InputError(options.measure_script, "cannot be read");
-  const Json json = Json::parse(file, nullptr, false);
-  if (!json.is_array()) throw InputError(options.measure_script, "not a JSON list of steps");
-  for (size_t i = 0; i < json.size(); ++i) {
-    const Json& step = json[i];
-    if (!step.is_object() || !step.contains("at_s") || !step["at_s"].is_number() ||
-        !step.contains("edit") || !step["edit"].is_object()) {
-      throw InputError(options.measure_script + "#/" + std::to_string(i),
-                       "a step is {\"at_s\": seconds, \"edit\": {...}}");
-    }
-    steps_.push_back({step["at_s"].get<double>(), step["edit"]});
+  const Json json = read_json(options.measure_script);
+  const JsonReader script(json, options.measure_script);
+  for (size_t i = 0; i < script.size(); ++i) {
+    const JsonReader step = script[i].object({"at_s", "edit"});
+    step["edit"].members();  // an object: what is in it is said when its time has come
+    steps_.push_back({step["at_s"].number(0.0, kLongest_s), json[i]["edit"]});
   }
   std::ranges::stable_sort(steps_, {}, &Step::at_s);
 }

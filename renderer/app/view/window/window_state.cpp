@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
+#include "io/json_input.h"
+#include "io/json_reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 
@@ -19,13 +20,13 @@ constexpr float kLeastPanel = 12.0f, kMostPanel = 60.0f;
 constexpr int kMostTab = 32;
 
 template <typename T>
-void read_number(const Json& json, const char* name, T& value, T least, T most) {
+void read_number(const nlohmann::json& json, const char* name, T& value, T least, T most) {
   if (!json.contains(name) || !json[name].is_number()) return;
   const double number = json[name].template get<double>();
   if (number >= double(least) && number <= double(most)) value = T(number);
 }
 
-void read_flag(const Json& json, const char* name, bool& value) {
+void read_flag(const nlohmann::json& json, const char* name, bool& value) {
   if (json.contains(name) && json[name].is_boolean()) value = json[name].get<bool>();
 }
 
@@ -56,10 +57,12 @@ WindowState read_window_state(const std::string& path) {
   WindowState state;
   std::error_code unknown;
   if (path.empty() || !std::filesystem::is_regular_file(path, unknown)) return state;
-  std::ifstream file(path);
-  const Json json = Json::parse(file, nullptr, false);
-  if (!json.is_object()) {
-    log_warning(path + ": not a JSON object; the window opens as if it were the first time");
+  nlohmann::json json;
+  try {
+    json = read_json(path);
+    JsonReader(json, path).members();
+  } catch (const InputError& error) {
+    log_warning(std::string(error.what()) + "; the window opens as if it were the first time");
     return state;
   }
   read_number(json, "width", state.width, kLeastSide, kMostSide);
@@ -70,7 +73,7 @@ WindowState read_window_state(const std::string& path) {
   read_number(json, "panel_tab", state.panel_tab, 0, kMostTab);
   read_flag(json, "inspector", state.inspector);
   if (json.contains("recent_scenes") && json["recent_scenes"].is_array()) {
-    for (const Json& scene : json["recent_scenes"]) {
+    for (const nlohmann::json& scene : json["recent_scenes"]) {
       if (scene.is_string()) state.recent_scenes.push_back(scene.get<std::string>());
     }
     if (state.recent_scenes.size() > WindowState::kMostRecent) {
