@@ -1,6 +1,7 @@
 #include "renderer/app/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "renderer/app/command_options.h"
 #include "renderer/app/option_values.h"
@@ -53,6 +54,18 @@ std::vector<std::string> option_names(const CLI::App& app) {
                      app->get_name() + " --help");
   }
   throw UsageError(what);
+}
+
+// An empty text (`--env "$UNSET"`) would mean later that the option was not given. Lists, and names
+// that the option's help lists, are looked up, which says what is valid.
+void refuse_empty_values(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options()) {
+    const std::string type = option->get_type_name(), name = option->get_name(false, true);
+    const bool looked_up =
+        type == "LIST" || option->get_description().find('\n') != std::string::npos;
+    if (looked_up || std::ranges::find(option->results(), "") == option->results().end()) continue;
+    throw UsageError(name + " needs a value, and the one given is empty: " + name + " " + type);
+  }
 }
 
 }  // namespace
@@ -111,6 +124,7 @@ int run_command_line(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     throw_usage(root, error);
   }
+  for (const CLI::App* app : root.get_subcommands()) refuse_empty_values(*app);
   set_log_level(quiet ? LogLevel::kQuiet : verbose ? LogLevel::kVerbose : LogLevel::kNormal);
   render.command_line = view.render.command_line = study.frame.command_line =
       shell_command(argc, argv);

@@ -9,6 +9,7 @@
 #include "renderer/app/option_values.h"
 #include "renderer/app/snapshots.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/names.h"
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/bucket_driver.h"
@@ -24,6 +25,19 @@ std::string table_help(const char* what, const Table& table) {
     text += fmt::format("\n  {}: {}", entry.name, entry.summary);
   }
   return text;
+}
+
+// An option whose value is a name of `table`, looked up at once: not when the scene has been
+// loaded.
+template <typename Table, typename Target>
+CLI::Option* add_name(CLI::App* app, const std::string& option, Target& target, const char* kind,
+                      const char* help, const Table& table) {
+  return app->add_option(option, target, table_help(help, table))
+      ->type_name("NAME")
+      ->check([=](const std::string& name) {
+        find_named(table, option, kind, name);
+        return std::string();
+      });
 }
 
 // Far beyond any scene, near enough that squares of distances stay finite in double and float's
@@ -132,36 +146,29 @@ void add_light_options(CLI::App* app, RenderOptions& o) {
 
 // What every render has, whoever decides where its samples go.
 void add_integration_options(CLI::App* app, RenderOptions& o) {
-  app->add_option("--integrator", o.integrator, table_help("integrator [path]", integrator_table()))
-      ->type_name("NAME");
+  add_name(app, "--integrator", o.integrator, "integrator", "integrator [path]",
+           integrator_table());
   add_number(app, "--max-depth", o.max_depth, 0, 100000,
              "scattering events; 1 is direct light only [16]");
-  app->add_option(
-         "--filter", o.filter,
-         table_help(fmt::format("pixel filter [{}]", kDefaultFilter).c_str(), filter_table()))
-      ->type_name("NAME");
+  add_name(app, "--filter", o.filter, "filter",
+           fmt::format("pixel filter [{}]", kDefaultFilter).c_str(), filter_table());
   add_number(app, "--filter-radius", o.filter_radius, 0.01f, PixelFilter::kMaxRadius,
              "in pixels [the filter's]");
   add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise [0]");
   add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels [64]");
-  app->add_option("--bucket-order", o.bucket_order,
-                  table_help("order of the buckets [hilbert]", bucket_order_table()))
-      ->type_name("NAME");
-  app->add_option("--bisection-axis", o.bisection_axis,
-                  table_help("what --driver bisection halves [both]", bisection_axis_table()))
-      ->type_name("NAME");
-  app->add_option("--reconstruction", o.reconstruction,
-                  table_help("what pixels without samples show, of progressive drivers [duplicate]",
-                             reconstruction_table()))
-      ->type_name("NAME");
+  add_name(app, "--bucket-order", o.bucket_order, "order", "order of the buckets [hilbert]",
+           bucket_order_table());
+  add_name(app, "--bisection-axis", o.bisection_axis, "axis",
+           "what --driver bisection halves [both]", bisection_axis_table());
+  add_name(app, "--reconstruction", o.reconstruction, "reconstruction",
+           "what pixels without samples show, of progressive drivers [duplicate]",
+           reconstruction_table());
   add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all]");
 }
 
 void add_sampling_options(CLI::App* app, RenderOptions& o) {
-  app->add_option("--driver", o.driver, table_help("frame driver [bucket]", driver_table()))
-      ->type_name("NAME");
-  app->add_option("--sampler", o.sampler, table_help("sampler [sobol]", sampler_table()))
-      ->type_name("NAME");
+  add_name(app, "--driver", o.driver, "driver", "frame driver [bucket]", driver_table());
+  add_name(app, "--sampler", o.sampler, "sampler", "sampler [sobol]", sampler_table());
   add_number(app, "--streams", o.streams, 1, 2,
              "independent sample streams per pixel: 1, or 2 for honest half images [1, or what the "
              "estimator needs]");
@@ -268,7 +275,10 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
       ->allow_extra_args(false);
   app->add_option("--aov", o.aovs, table_help("further EXR channels, a list", aov_table()))
       ->type_name("LIST")
-      ->join(',');  // --aov albedo --aov N: both
+      ->join(',')  // --aov albedo --aov N: both
+      ->check([](const std::string& list) {
+        return list.empty() ? "needs a value, and the one given is empty: --aov LIST" : "";
+      });
   app->add_flag("--light-groups", o.light_groups,
                 "a layer light.NAME of the EXR for each light, emissive material and the "
                 "environment: what it gives alone. They add up to R G B");
@@ -290,9 +300,8 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
                               kDefaultSnapshotMoments))
       ->type_name("LIST")
       ->needs(snapshots);
-  app->add_option("--snapshot-format", o.snapshot_format,
-                  table_help("what is written of each [png]", snapshot_format_table()))
-      ->type_name("NAME")
+  add_name(app, "--snapshot-format", o.snapshot_format, "format", "what is written of each [png]",
+           snapshot_format_table())
       ->needs(snapshots);
   app->add_option("--reference", o.reference,
                   "measure each snapshot against this picture, into the report")

@@ -26,7 +26,7 @@ const std::vector<WrongValue>& wrong_values() {
   static const Words kAdaptive = {"--driver", "adaptive"};
   static const Words kHeatmap = {"--heatmap", "d.png"};
   static const std::vector<WrongValue> rows = {
-      {"--output", {"foo", "foo.tif", "exr", "", "."}, {".exr, .png, .jpg, .jpeg"}},
+      {"--output", {"foo", "foo.tif", "exr", "."}, {".exr, .png, .jpg, .jpeg"}},
       {"--size",
        {"0x0", "-1", "1e9", "16", "16x", "x16", "-4x4", "16x16x1", "1.5x2", "65537x1", "nanx4",
         "99999999999x1", "16X16", "16x16 ", ""},
@@ -104,7 +104,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--aov",
        {"foo", "albedo,foo", "albedo N"},
        {"valid names are", "variance", "albedo", "N", "Z", "id", "time", "stop", "non_finite"}},
-      {"--heatmap", {"foo", "foo.tif", ""}, {".exr, .png, .jpg, .jpeg"}},
+      {"--heatmap", {"foo", "foo.tif"}, {".exr, .png, .jpg, .jpeg"}},
       {"--heatmap-of",
        {"noise", "", "Samples"},
        {"valid names are", "samples", "error", "stop", "time", "non_finite"},
@@ -148,20 +148,30 @@ const std::vector<WrongValue>& wrong_values() {
 }
 
 // The name a message uses for it.
-std::string spoken(const std::string& option) { return option == "--output" ? "-o" : option; }
+std::string spoken(const std::string& option) {
+  return option == "--output" || option == "--difference" ? "-o" : option;
+}
 
-std::vector<std::string> options_of_render(const std::string& help) {
-  std::vector<std::string> names;
+struct HelpedOption {
+  std::string name;  // the long one
+  bool has_value;
+};
+
+std::vector<HelpedOption> options_in(const std::string& help) {
+  std::vector<HelpedOption> options;
   std::istringstream lines(help);
   for (std::string line; std::getline(lines, line);) {
     // "  -o,--output FILE ...": names stand behind two spaces, long ones alone behind ten in newer
     // CLI11; help texts further in.
     const size_t name = line.find_first_not_of(' ');
     if (name > 10 || line[name] != '-') continue;
-    const size_t at = line.find("--");
-    names.push_back(line.substr(at, line.find_first_of(" ,", at) - at));
+    const size_t at = line.find("--"), end = std::min(line.size(), line.find_first_of(" ,", at));
+    // "--quiet Excludes: --verbose" takes none.
+    const std::string next = line.substr(end, line.find(' ', end + 1) - end);
+    const bool has_value = next.size() > 1 && next.back() != ':';
+    options.push_back({line.substr(at, end - at), has_value});
   }
-  return names;
+  return options;
 }
 
 // Shared out over four tests, which ctest runs side by side.
@@ -185,11 +195,36 @@ TEST_F(Usage, EveryOptionHasARow) {
                                     "--unbiased", "--light-groups", "--quiet",
                                     "--verbose",  "--log",          "--plain"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
-  const std::vector<std::string> options = options_of_render(help.out);
+  const std::vector<HelpedOption> options = options_in(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;
-  for (const std::string& option : options) {
-    EXPECT_TRUE(with_row.contains(option)) << option << " has no row in wrong_values()";
+  for (const HelpedOption& option : options) {
+    EXPECT_TRUE(with_row.contains(option.name)) << option.name << " has no row in wrong_values()";
   }
+}
+
+// As scripts give it: --env "$UNSET".
+TEST_F(Usage, NoOptionTakesAnEmptyValueForNone) {
+  write("a.exr", "");
+  const Words commands[] = {render_words(),
+                            {"view", scene()},
+                            {"heatmap", path("a.exr"), "-o", path("b.png")},
+                            {"compare", path("a.exr"), path("a.exr")},
+                            {"study", scene(), "-o", path("s")}};
+  for (const Words& words : commands) {
+    size_t values = 0;
+    for (const HelpedOption& option : options_in(run({words[0], "--help"}).out)) {
+      if (!option.has_value) continue;
+      ++values;
+      expect_failure(words + Words{option.name, ""}, 2, {spoken(option.name)});
+    }
+    EXPECT_GE(values, words[0] == "compare" ? 2u : words[0] == "heatmap" ? 4u : 20u) << words[0];
+  }
+  for (const Words& words : {Words{"render", "", "-o", path("a.png")}, Words{"view", ""},
+                             Words{"info", ""}, Words{"study", "", "-o", path("s")}}) {
+    expect_failure(words, 2, {"scene needs a value"});
+  }
+  expect_failure({"heatmap", "", "-o", path("a.png")}, 2, {"image needs a value"});
+  expect_failure({"compare", path("a.exr"), ""}, 2, {"reference needs a value"});
 }
 
 TEST_F(Usage, AnOptionWithoutItsValueSaysWhatItNeeds) {
