@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "io/atomic_file.h"
 #include "renderer/app/standard_output.h"
+#include "renderer/app/study_folder.h"
 #include "renderer/app/study_plan.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -18,6 +19,9 @@ namespace {
 
 // Enough for the order to within a tenth, as the tests of the samplers have it.
 constexpr uint32_t kDefaultPixels = 2000;
+
+constexpr const char* kCsv = "convergence.csv";
+constexpr const char* kJson = "convergence.json";
 
 using Curves = std::vector<ConvergenceCurve>;
 
@@ -76,13 +80,10 @@ int run_convergence(const StudyOptions& options) {
   } else {
     for (const SamplerEntry& entry : sampler_table()) samplers.emplace_back(entry.name);
   }
-  const auto file = [&](const char* name) {
-    return (std::filesystem::path(options.folder) / name).string();
-  };
+  std::optional<OwnedFolder> folder;
   if (!options.folder.empty()) {
-    std::error_code error;
-    std::filesystem::create_directories(options.folder, error);
-    check_writable(file("convergence.csv"));
+    folder.emplace(options.folder, study_folder_kind());
+    folder->claim(std::vector<std::string>{kCsv, kJson});
   }
   const uint32_t pixels = options.seeds.value_or(kDefaultPixels), seed = options.frame.seed;
   Curves curves;
@@ -92,9 +93,9 @@ int run_convergence(const StudyOptions& options) {
       curves.push_back(std::move(curve));
     }
   }
-  if (!options.folder.empty()) {
-    write_file_atomically(file("convergence.csv"), csv(curves));
-    write_file_atomically(file("convergence.json"), json(curves, pixels, seed));
+  if (folder) {
+    write_file_atomically(folder->path(kCsv), csv(curves));
+    write_file_atomically(folder->path(kJson), json(curves, pixels, seed));
   }
   print_result("variance of the mean of N samples, ~ N^-order\n\n" + table(curves));
   return kExitDone;

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
-#include <system_error>
 
 #include "io/atomic_file.h"
 #include "io/image_output.h"
@@ -146,27 +146,22 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& win
         reference_pixels(read_rgb(options.reference), "the frame to be measured against it", window,
                          options.width, options.height);
   }
-  std::error_code error;
-  made_folder_ = std::filesystem::create_directory(options.snapshots, error);
-  if (error || !std::filesystem::is_directory(options.snapshots)) {
-    throw RenderError("--snapshots " + options.snapshots + ": cannot make that folder: " +
-                      (error ? error.message() : "there is a file of that name"));
-  }
-  try {
-    check_writable(path(kAnimation));
-  } catch (...) {
-    if (made_folder_) std::filesystem::remove(options.snapshots, error);
-    throw;
+  folder_.emplace(options.snapshots, OwnedFolderKind{"--snapshots", "emberline-snapshots.json"});
+  for (const std::string& name : folder_->entries()) {
+    if (may_write(name)) folder_->check(std::array{name});
   }
 }
 
-SnapshotRecorder::~SnapshotRecorder() {
-  std::error_code ignored;  // what is not empty stays
-  if (made_folder_) std::filesystem::remove(options_.snapshots, ignored);
-}
-
-std::string SnapshotRecorder::path(const std::string& name) const {
-  return (std::filesystem::path(options_.snapshots) / name).string();
+// "003_0005pct.png" of some moment, whichever place it will have among those taken.
+bool SnapshotRecorder::may_write(const std::string& name) const {
+  if (name == kAnimation) return true;
+  const size_t digits = name.find_first_not_of("0123456789");
+  if (digits == std::string::npos || digits < 3 || name[digits] != '_') return false;
+  const std::filesystem::path rest = name.substr(digits + 1);
+  if (rest.extension() != ".png" && rest.extension() != ".exr") return false;
+  return std::ranges::any_of(waiting_, [&](const SnapshotMoment& moment) {
+    return label(moment) + rest.extension().string() == rest.string();
+  });
 }
 
 bool SnapshotRecorder::due(const SnapshotMoment& moment, const FrameProgress& progress,
@@ -233,24 +228,34 @@ void SnapshotRecorder::write_animation() const {
   for (const Snapshot& snapshot : taken_) {
     frames.push_back(animation_frame(*snapshot.rgba, window_, *transform_));
   }
-  const std::string file = path(kAnimation);
+  const std::string file = folder_->path(kAnimation);
   const std::vector<unsigned char> bytes = encode_animation(frames, kFrameSeconds, file);
   write_file_atomically(
       file, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
-std::vector<SnapshotReport> SnapshotRecorder::write(WriteAttempts& attempts) const {
-  std::vector<SnapshotReport> reports;
+std::vector<SnapshotReport> SnapshotRecorder::write(WriteAttempts& attempts) {
+  const bool exr = format_ == SnapshotFormat::kExr;
+  std::vector<std::string> names, files = {kAnimation};
   for (const Snapshot& snapshot : taken_) {
-    const std::string name = fmt::format("{:03}_{}", reports.size(), label(snapshot.moment));
-    const std::string picture = path(name + ".png"), exr = path(name + ".exr");
+    names.push_back(fmt::format("{:03}_{}", names.size(), label(snapshot.moment)));
+    files.push_back(names.back() + ".png");
+    if (exr) files.push_back(names.back() + ".exr");
+  }
+  std::vector<SnapshotReport> reports;
+  const auto claim = [&] { folder_->claim(files); };
+  if (taken_.empty() || !attempts.attempt(folder_->path(), claim)) return reports;
+  for (const Snapshot& snapshot : taken_) {
+    const std::string& name = names[reports.size()];
+    const std::string picture = folder_->path(name + ".png");
     const bool written = attempts.attempt(picture, [&] {
       DisplayImageWriter png(picture, window_, transform_, options_.transparent);
       png.write_tile(window_, *snapshot.rgba);
       png.finish();
     });
-    if (format_ == SnapshotFormat::kExr) {
-      attempts.attempt(exr, [&] { write_exr(exr, *snapshot.rgba); });
+    if (exr) {
+      const std::string values = folder_->path(name + ".exr");
+      attempts.attempt(values, [&] { write_exr(values, *snapshot.rgba); });
     }
 
     SnapshotReport& report = reports.emplace_back();
@@ -265,7 +270,7 @@ std::vector<SnapshotReport> SnapshotRecorder::write(WriteAttempts& attempts) con
     report.mse = error.mse;
     report.rel_mse = error.rel_mse;
   }
-  if (!taken_.empty()) attempts.attempt(path(kAnimation), [&] { write_animation(); });
+  attempts.attempt(folder_->path(kAnimation), [&] { write_animation(); });
   return reports;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/display.h"
+#include "renderer/app/owned_folder.h"
 #include "renderer/app/render_options.h"
 #include "renderer/app/write_attempts.h"
 #include "renderer/core/rect.h"
@@ -57,12 +58,11 @@ struct SnapshotReport {
 class SnapshotRecorder {
  public:
   // Everything that can be wrong with the options is found here. Makes the folder if it does not
-  // exist. Throws UsageError, RenderError for a folder that cannot be written to, InputError for a
-  // reference that cannot be read or has another size than the window.
+  // exist; one that it made and left empty is removed in the end. Throws UsageError, also for a
+  // folder with a file of someone else under a name that a snapshot may get, RenderError for a
+  // folder that cannot be written to, InputError for a reference that cannot be read or has another
+  // size than the window.
   SnapshotRecorder(const RenderOptions& options, const Rect& window);
-  ~SnapshotRecorder();  // removes a folder that it made and left empty
-  SnapshotRecorder(const SnapshotRecorder&) = delete;
-  SnapshotRecorder& operator=(const SnapshotRecorder&) = delete;
 
   // Copies the picture if a snapshot is due, `elapsed_s` into the rendering.
   void look(const FrameProgress& progress, const FramePicture& picture, double elapsed_s);
@@ -73,7 +73,7 @@ class SnapshotRecorder {
   std::optional<uint64_t> wanted_at() const;
 
   // Encodes, writes and measures what was copied.
-  std::vector<SnapshotReport> write(WriteAttempts& attempts) const;
+  std::vector<SnapshotReport> write(WriteAttempts& attempts);
 
  private:
   struct Snapshot {
@@ -84,7 +84,7 @@ class SnapshotRecorder {
   };
 
   bool due(const SnapshotMoment& moment, const FrameProgress& progress, double elapsed_s) const;
-  std::string path(const std::string& name) const;
+  bool may_write(const std::string& name) const;
   void write_exr(const std::string& file, const std::vector<float>& rgba) const;
   void write_animation() const;
 
@@ -95,7 +95,7 @@ class SnapshotRecorder {
   std::vector<Snapshot> taken_;
   std::shared_ptr<const DisplayTransform> transform_;
   std::optional<RgbImage> reference_;
-  bool made_folder_ = false;
+  std::optional<OwnedFolder> folder_;
 };
 
 }  // namespace emberline

@@ -65,6 +65,7 @@ class Study {
     uint32_t half_samples = 0;
   };
 
+  std::vector<std::string> file_names() const;
   void describe_settings(int threads);
   void prepare_pace();
   double warm_up(const PlannedMethod& method) const;
@@ -113,13 +114,27 @@ Study::Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& f
       renderer_(options.frame, files),
       pictures_(folder_, options.frame, renderer_.window()),
       frame_key_(frame_key(options.frame)) {
-  folder_.begin(study_key(frame_key_, options, plan), options.restart);
+  folder_.begin(study_key(frame_key_, options, plan), file_names(), options.restart);
   if (!options.cache.empty()) {
     std::error_code error;
     std::filesystem::create_directories(options.cache, error);
     check_writable((std::filesystem::path(options.cache) / "reference.json").string());
   }
   describe_settings(threads);
+}
+
+// All that it will write, but for settings, pace and the reference's halves.
+std::vector<std::string> Study::file_names() const {
+  std::vector<std::string> names = {"study.csv", "study.json", "study.html",
+                                    StudyPictures::kReferenceExr, StudyPictures::kReferencePng};
+  for (const PlannedMethod& method : plan_.methods) {
+    const StudyMethod::Pictures pictures = StudyPictures::names(method.id);
+    names.insert(names.end(), {pictures.exr, pictures.png, pictures.flip_png});
+    for (uint32_t k = 0; k < seeds_; ++k) {
+      names.push_back(StudyFolder::run_name(method.id, options_.frame.seed + k));
+    }
+  }
+  return names;
 }
 
 void Study::describe_settings(int threads) {
@@ -226,6 +241,13 @@ void Study::find_reference() {
     request.options.seed = info.seeds[half] = options_.frame.seed + kReferenceSeed + half;
     request.folder = options_.cache.empty() ? folder_.path("reference") : options_.cache;
     request.key = reference_key(frame_key_, request.options);
+    if (options_.cache.empty()) {
+      std::vector<std::string> files = reference_files(request);
+      for (std::string& file : files) file.insert(0, "reference/");
+      folder_.claim(files);
+    } else {
+      check_cached_files(request);
+    }
     reference_.halves[half] = read_reference_half(request, renderer_.window());
   }
 }

@@ -17,8 +17,12 @@ using Json = nlohmann::ordered_json;
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 Json number(const std::optional<double>& value) { return value ? number(*value) : Json(); }
-double read_number(const Json& json) {
-  return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
+
+double read_finite(const JsonReader& value) {
+  return value.number(-std::numeric_limits<double>::max(), std::numeric_limits<double>::max());
+}
+double read_number(const JsonReader& value) {
+  return value.null() ? std::numeric_limits<double>::quiet_NaN() : read_finite(value);
 }
 
 std::string csv_number(double value) {
@@ -50,18 +54,18 @@ Json checkpoint_json(const StudyCheckpoint& c) {
   return json;
 }
 
-StudyCheckpoint read_checkpoint(const Json& json) {
+StudyCheckpoint read_checkpoint(const JsonReader& entry) {
   StudyCheckpoint c;
-  c.budget = json.at("budget");
-  c.samples = json.at("samples");
-  c.mean_samples = json.at("mean_samples");
-  c.wall_s = json.at("wall_s");
-  c.cpu_s = json.at("cpu_s");
+  c.budget = read_finite(entry["budget"]);
+  c.samples = entry["samples"].whole(0, std::numeric_limits<uint64_t>::max());
+  c.mean_samples = read_finite(entry["mean_samples"]);
+  c.wall_s = read_finite(entry["wall_s"]);
+  c.cpu_s = read_finite(entry["cpu_s"]);
   for (const StudyMetricEntry& metric : study_metric_table()) {
-    c.error.*metric.value = read_number(json.at(std::string(metric.name)));
+    c.error.*metric.value = read_number(entry[std::string(metric.name)]);
   }
-  c.error.signed_bias = read_number(json.at("signed_bias"));
-  if (!json.at("estimate").is_null()) c.estimate = json.at("estimate").get<double>();
+  c.error.signed_bias = read_number(entry["signed_bias"]);
+  if (!entry["estimate"].null()) c.estimate = read_finite(entry["estimate"]);
   return c;
 }
 
@@ -340,24 +344,25 @@ std::string run_json(const StudyRun& run, std::string_view key) {
   return dumped(json);
 }
 
-std::optional<StudyRun> parse_run(std::string_view text, std::string_view key) {
-  try {
-    const Json json = Json::parse(text);
-    if (json.at("key") != key) return std::nullopt;
-    StudyRun run;
-    run.seed = json.at("seed");
-    run.status = json.at("status") == "done" ? StudyRunStatus::kDone : StudyRunStatus::kFailed;
-    run.reason = json.at("reason");
-    run.non_finite_samples = json.at("non_finite_samples");
-    for (const Json& c : json.at("checkpoints")) run.checkpoints.push_back(read_checkpoint(c));
-    for (const Json& p : json.at("calibration")) {
-      run.calibration.push_back(
-          {p.at("mean_samples"), p.at("estimate"), read_number(p.at("true_rms"))});
-    }
-    return run;
-  } catch (const Json::exception&) {
-    return std::nullopt;
+StudyRun parse_run(const JsonReader& root, std::string_view key) {
+  if (root["key"].text() != key) root["key"].expected("the key of this study");
+  StudyRun run;
+  run.seed = uint32_t(root["seed"].whole(0, std::numeric_limits<uint32_t>::max()));
+  if (root["status"].text() != "done") root["status"].expected("\"done\"");
+  run.reason = root["reason"].text();
+  run.non_finite_samples =
+      root["non_finite_samples"].whole(0, std::numeric_limits<uint64_t>::max());
+  const JsonReader checkpoints = root["checkpoints"], calibration = root["calibration"];
+  if (checkpoints.size() == 0) checkpoints.expected("at least one checkpoint");
+  for (size_t i = 0; i < checkpoints.size(); ++i) {
+    run.checkpoints.push_back(read_checkpoint(checkpoints[i]));
   }
+  for (size_t i = 0; i < calibration.size(); ++i) {
+    const JsonReader point = calibration[i];
+    run.calibration.push_back({read_finite(point["mean_samples"]), read_finite(point["estimate"]),
+                               read_number(point["true_rms"])});
+  }
+  return run;
 }
 
 }  // namespace emberline

@@ -1,10 +1,10 @@
 // What a study writes: its results as CSV and JSON, each finished run for a later start.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 
+#include "io/json_reader.h"
 #include "renderer/statistics/study_results.h"
 
 namespace emberline {
@@ -21,9 +21,9 @@ std::string study_json(const StudyResults& results);
 // For people: each method's error, slope, speedup and overhead at the largest budget.
 std::string study_table(const StudyResults& results);
 
-// A finished run. `key` names what it depends on; parse_run() gives nothing for text that is
+// A finished run. `key` names what it depends on; parse_run() throws InputError for one that is
 // damaged or has another key. The method's index is not kept.
 std::string run_json(const StudyRun& run, std::string_view key);
-std::optional<StudyRun> parse_run(std::string_view text, std::string_view key);
+StudyRun parse_run(const JsonReader& root, std::string_view key);
 
 }  // namespace emberline

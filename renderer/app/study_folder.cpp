@@ -3,106 +3,97 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "io/atomic_file.h"
+#include "io/json_input.h"
+#include "io/json_reader.h"
 #include "renderer/app/study_files.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/log.h"
 
 namespace emberline {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kSettings = "settings.json";
 constexpr const char* kPace = "pace.json";
 constexpr const char* kRuns = "runs";
 
-std::optional<std::string> read_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return std::nullopt;
-  return std::string(std::istreambuf_iterator<char>(file), {});
+// What `read` makes of a file of ours; nothing if it is not there, or damaged: `instead` then says
+// what is done about that.
+template <typename Value>
+std::optional<Value> read_kept(const std::string& path, const char* instead,
+                               Value (*read)(const JsonReader& root, std::string_view key),
+                               const std::string& key) {
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  try {
+    const nlohmann::json json = read_json(path);
+    return read(JsonReader(json, path), key);
+  } catch (const InputError& error) {
+    log_info(std::string(error.what()) + "; " + instead);
+    return std::nullopt;
+  }
 }
 
-// Null for a file that is not there or no JSON object.
-Json read_object(const std::string& path) {
-  const std::optional<std::string> text = read_text(path);
-  Json json = text ? Json::parse(*text, nullptr, false) : Json();
-  return json.is_object() ? json : Json();
+StudyPace parse_pace(const JsonReader& root, std::string_view key) {
+  if (root["key"].text() != key) root["key"].expected("the key of this study");
+  StudyPace pace;
+  pace.reference_spp =
+      uint32_t(root["reference_spp"].whole(0, std::numeric_limits<uint32_t>::max()));
+  const JsonReader paces = root["samples_per_s"];
+  for (const std::string& id : paces.members()) {
+    pace.samples_per_s[id] = paces[id].number(0, std::numeric_limits<float>::max());
+  }
+  return pace;
 }
 
 }  // namespace
 
-StudyFolder::StudyFolder(const std::string& path) : path_(path) {
-  for (const char* name : {"", kRuns, "pictures", "reference"}) {
-    const std::string folder = (fs::path(path_) / name).string();
-    std::error_code error;
-    if (fs::create_directories(folder, error)) made_.push_back(folder);
-    if (error || !fs::is_directory(folder)) {
-      remove_empty();
-      throw RenderError("-o " + folder + ": cannot make that folder: " +
-                        (error ? error.message() : "there is a file of that name"));
-    }
-    try {
-      check_writable((fs::path(folder) / "study.csv").string());
-    } catch (...) {
-      remove_empty();
-      throw;
-    }
-  }
+OwnedFolderKind study_folder_kind() {
+  return {"-o", "emberline-study.json", {kRuns, "pictures", "reference"}, true};
 }
 
-StudyFolder::~StudyFolder() { remove_empty(); }
+StudyFolder::StudyFolder(const std::string& path) : folder_(path, study_folder_kind()) {}
 
-void StudyFolder::remove_empty() {
-  std::error_code ignored;  // what is not empty stays
-  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) {
-    fs::remove(*folder, ignored);
-  }
+std::string StudyFolder::run_name(const std::string& id, uint32_t seed) {
+  return fmt::format("{}/{}_{}.json", kRuns, id, seed);
 }
 
-std::string StudyFolder::path(const std::string& name) const {
-  return (fs::path(path_) / name).string();
-}
-
-void StudyFolder::begin(const std::string& key, bool restart) {
+void StudyFolder::begin(const std::string& key, std::vector<std::string> files, bool restart) {
   key_ = key;
-  const Json settings = read_object(path(kSettings));
-  if (!settings.is_null() && settings.value("key", "") == key && !restart) return;
-  if (settings.is_null() && !restart) {
-    write_file_atomically(path(kSettings), Json{{"key", key}}.dump() + "\n");
-    return;
+  const std::string settings = path(kSettings);
+  bool known = false;
+  if (!restart && std::filesystem::exists(settings)) {
+    try {
+      const nlohmann::json json = read_json(settings);
+      known = JsonReader(json, settings)["key"].text() == key;
+    } catch (const InputError& error) {
+      throw EmberlineError(error.exit_code(),
+                           std::string(error.what()) + "; give --restart to begin the study anew");
+    }
+    if (!known) {
+      throw UsageError("-o " + folder_.path() +
+                       ": holds a study of another frame, budgets or settings; name another "
+                       "folder, or give --restart to replace it");
+    }
   }
-  if (!restart) {
-    throw UsageError("-o " + path_ +
-                     ": holds a study of another frame, budgets or settings; name another folder, "
-                     "or give --restart to replace it");
+  files.insert(files.end(), {kSettings, kPace});
+  folder_.check(files);
+  if (restart) {
+    const std::set<std::string> ours = folder_.files();
+    for (const std::string& name : ours) {
+      if (name == kPace || name.starts_with(std::string(kRuns) + "/")) folder_.remove(name);
+    }
   }
-  std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(path(kRuns), ignored)) {
-    fs::remove(entry.path(), ignored);
-  }
-  fs::remove(path(kPace), ignored);
-  write_file_atomically(path(kSettings), Json{{"key", key}}.dump() + "\n");
+  folder_.claim(files);
+  if (!known) write_file_atomically(settings, Json{{"key", key}}.dump() + "\n");
 }
 
 std::optional<StudyPace> StudyFolder::read_pace() const {
-  try {
-    const Json json = read_object(path(kPace));
-    if (json.is_null() || json.at("key") != key_) return std::nullopt;
-    StudyPace pace;
-    pace.reference_spp = json.at("reference_spp");
-    for (const auto& [id, value] : json.at("samples_per_s").items()) {
-      pace.samples_per_s[id] = value;
-    }
-    return pace;
-  } catch (const Json::exception&) {
-    return std::nullopt;
-  }
+  return read_kept(path(kPace), "the pace is measured again", parse_pace, key_);
 }
 
 void StudyFolder::write_pace(const StudyPace& pace) const {
@@ -112,17 +103,12 @@ void StudyFolder::write_pace(const StudyPace& pace) const {
   write_file_atomically(path(kPace), json.dump(1) + "\n");
 }
 
-std::string StudyFolder::run_path(const std::string& id, uint32_t seed) const {
-  return path(fmt::format("{}/{}_{}.json", kRuns, id, seed));
-}
-
 std::optional<StudyRun> StudyFolder::read_run(const std::string& id, uint32_t seed) const {
-  const std::optional<std::string> text = read_text(run_path(id, seed));
-  return text ? parse_run(*text, key_) : std::nullopt;
+  return read_kept(path(run_name(id, seed)), "the run is made again", parse_run, key_);
 }
 
 void StudyFolder::write_run(const std::string& id, const StudyRun& run) const {
-  write_file_atomically(run_path(id, run.seed), run_json(run, key_));
+  write_file_atomically(path(run_name(id, run.seed)), run_json(run, key_));
 }
 
 }  // namespace emberline

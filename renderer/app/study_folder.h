@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/app/owned_folder.h"
 #include "renderer/statistics/study_results.h"
 
 namespace emberline {
@@ -17,36 +18,33 @@ struct StudyPace {
   uint32_t reference_spp = 0;
 };
 
+OwnedFolderKind study_folder_kind();
+
 // Every file appears whole or not at all. Functions that write throw RenderError.
 class StudyFolder {
  public:
-  // Makes the folder and those in it. Throws RenderError where that cannot be done or nothing can
-  // be written there.
+  // Throws as OwnedFolder's constructor does.
   explicit StudyFolder(const std::string& path);
-  ~StudyFolder();  // removes what it made and nobody has filled
-  StudyFolder(const StudyFolder&) = delete;
-  StudyFolder& operator=(const StudyFolder&) = delete;
 
   // Holds the folder to one study: throws UsageError if it has runs of another key, unless
-  // `restart`, which forgets them.
-  void begin(const std::string& key, bool restart);
+  // `restart`, which removes them, and InputError for settings that are damaged. `files` are all
+  // that the study will write beside its settings and pace, none of which may be someone else's.
+  void begin(const std::string& key, std::vector<std::string> files, bool restart);
+  void claim(const std::vector<std::string>& files) { folder_.claim(files); }
 
-  std::string path(const std::string& name) const;
+  std::string path(const std::string& name) const { return folder_.path(name); }
+  static std::string run_name(const std::string& id, uint32_t seed);
 
   std::optional<StudyPace> read_pace() const;
   void write_pace(const StudyPace& pace) const;
 
-  // By the method's id; nothing if that run is not finished, or damaged.
+  // By the method's id; nothing if that run is not finished, or damaged, which is then said.
   std::optional<StudyRun> read_run(const std::string& id, uint32_t seed) const;
   void write_run(const std::string& id, const StudyRun& run) const;
 
  private:
-  void remove_empty();
-  std::string run_path(const std::string& id, uint32_t seed) const;
-
-  std::string path_;
+  OwnedFolder folder_;
   std::string key_;
-  std::vector<std::string> made_;  // folders, in the order in which they were made
 };
 
 }  // namespace emberline

@@ -64,8 +64,8 @@ void StudyPictures::write(const std::string& id, const StudyPicture& picture,
 }
 
 void StudyPictures::write_reference(const ReferencePicture& reference, StudyReference* out) const {
-  out->exr = "pictures/reference.exr";
-  out->png = "pictures/reference.png";
+  out->exr = kReferenceExr;
+  out->png = kReferencePng;
   ExrHeader exr = header();
   for (const char* name : {"R", "G", "B"}) exr.channels.push_back({name});
   write_exr_file(folder_.path(out->exr), exr, reference.mean().rgb);

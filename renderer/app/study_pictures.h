@@ -17,6 +17,8 @@ class StudyPictures {
   // `frame` says how large frame and window are.
   StudyPictures(const StudyFolder& folder, const RenderOptions& frame, const Rect& window);
 
+  static constexpr const char* kReferenceExr = "pictures/reference.exr";
+  static constexpr const char* kReferencePng = "pictures/reference.png";
   // The names of a method's files, by its id. Whether they are there is another question.
   static StudyMethod::Pictures names(const std::string& id);
   bool exist(const std::string& id) const;

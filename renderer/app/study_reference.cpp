@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "io/atomic_file.h"
 #include "io/image_input.h"
+#include "io/input_file.h"
+#include "io/json_input.h"
+#include "io/json_reader.h"
 #include "renderer/app/exr_file.h"
 #include "renderer/app/fingerprint.h"
 #include "renderer/core/errors.h"
@@ -21,19 +22,32 @@ using Json = nlohmann::ordered_json;
 // R G B A samples variance.R variance.G variance.B time
 constexpr size_t kChannels = 9, kVariance = 5, kTime = 8;
 
+constexpr const char* kAttribute = "emberline:study_reference";
+
 std::string base_name(const ReferenceRequest& request) {
-  return (std::filesystem::path(request.folder) /
-          ("reference_" + hexadecimal(fingerprint(request.key))))
-      .string();
+  return "reference_" + hexadecimal(fingerprint(request.key));
+}
+std::string base_path(const ReferenceRequest& request) {
+  return (std::filesystem::path(request.folder) / base_name(request)).string();
 }
 
-// What the note beside the pixels says, if it is there and of this frame.
-std::optional<std::string> noted_checksum(const ReferenceRequest& request) {
-  std::ifstream file(base_name(request) + ".json");
-  if (!file) return std::nullopt;
-  const Json note = Json::parse(file, nullptr, false);
-  if (!note.is_object() || note.value("key", "") != request.key) return std::nullopt;
-  return note.value("checksum", "");
+// The checksum in the note beside the pixels. Throws InputError for a note that is damaged or of
+// another frame.
+std::string noted_checksum(const ReferenceRequest& request) {
+  const std::string file = base_path(request) + ".json";
+  const nlohmann::json json = read_json(file);
+  const JsonReader note(json, file);
+  if (note["key"].text() != request.key) note["key"].expected("the key of this frame");
+  return note["checksum"].text();
+}
+
+// Whether the header of a picture names it as a half.
+bool has_attribute(const std::string& path) {
+  constexpr size_t kHeader = 65536;
+  const InputFile file(path);
+  std::string text(std::min<uint64_t>(kHeader, file.size()), '\0');
+  file.read(0, text.size(), text.data());
+  return text.find(kAttribute) != std::string::npos;
 }
 
 std::optional<ReferenceHalf> read_channels(const std::string& path, const Rect& window) {
@@ -53,20 +67,48 @@ std::optional<ReferenceHalf> read_channels(const std::string& path, const Rect& 
 
 }  // namespace
 
+std::vector<std::string> reference_files(const ReferenceRequest& request) {
+  return {base_name(request) + ".exr", base_name(request) + ".json"};
+}
+
+void check_cached_files(const ReferenceRequest& request) {
+  const std::string picture = base_path(request) + ".exr", note = base_path(request) + ".json";
+  const bool ours = [&] {
+    try {
+      return has_attribute(picture);
+    } catch (const InputError&) {
+      // The note alone may be left.
+    }
+    try {
+      return !noted_checksum(request).empty();
+    } catch (const InputError&) {
+      return false;
+    }
+  }();
+  for (const std::string& file : {picture, note}) {
+    std::error_code unknown;
+    const std::filesystem::file_status status = std::filesystem::symlink_status(file, unknown);
+    if (!std::filesystem::exists(status)) continue;
+    if (ours && std::filesystem::is_regular_file(status)) continue;
+    throw UsageError("--cache " + file + ": is no reference of a study, and would be replaced; " +
+                     "move it away or name another folder");
+  }
+}
+
 AovSet study_reference_aovs() { return AovSet::parse("variance,time"); }
 
 std::optional<ReferenceHalf> read_reference_half(const ReferenceRequest& request,
                                                  const Rect& window) {
-  const std::string path = base_name(request) + ".exr";
+  const std::string path = base_path(request) + ".exr";
   if (!std::filesystem::exists(path)) return std::nullopt;
   try {
-    const std::optional<std::string> checksum = noted_checksum(request);
+    const std::string checksum = noted_checksum(request);
     std::optional<ReferenceHalf> half = read_channels(path, window);
-    if (half && checksum && hexadecimal(fingerprint(*half)) == *checksum) return half;
-  } catch (const InputError&) {
-    // As any other damage.
+    if (half && hexadecimal(fingerprint(*half)) == checksum) return half;
+    log_info(path + ": damaged, or of another frame; it is rendered anew");
+  } catch (const InputError& error) {
+    log_info(std::string(error.what()) + "; " + path + " is rendered anew");
   }
-  log_info(path + ": damaged, or of another frame; it is rendered anew");
   return std::nullopt;
 }
 
@@ -83,9 +125,9 @@ std::optional<ReferenceHalf> render_reference_half(const StudyRenderer& renderer
   for (const FilmChannel& channel : film_channels(study_reference_aovs())) {
     header.channels.push_back({channel.name});
   }
-  header.attributes = {{"emberline:study_reference", request.key}};
+  header.attributes = {{kAttribute, request.key}};
   // The note last: pixels without one are not believed.
-  const std::string base = base_name(request);
+  const std::string base = base_path(request);
   write_exr_file(base + ".exr", header, picture->values);
   const Json note = {{"key", request.key}, {"checksum", hexadecimal(fingerprint(picture->values))}};
   write_file_atomically(base + ".json", note.dump(1) + "\n");

@@ -25,6 +25,13 @@ struct ReferenceRequest {
 using ReferenceHalf = std::vector<float>;
 AovSet study_reference_aovs();
 
+// The names of its files in that folder.
+std::vector<std::string> reference_files(const ReferenceRequest& request);
+
+// Of a folder that several studies share: throws UsageError where these files are there and are no
+// half of any reference, which would be lost.
+void check_cached_files(const ReferenceRequest& request);
+
 // A half that was kept; nothing if there is none, or only a damaged one or one of something else,
 // which is then said.
 std::optional<ReferenceHalf> read_reference_half(const ReferenceRequest& request,

@@ -21,6 +21,7 @@ class Snapshots : public CommandTest {
     for (const auto& entry : std::filesystem::directory_iterator(path("shots"))) {
       names.push_back(entry.path().filename().string());
     }
+    std::erase(names, "emberline-snapshots.json");  // the list of what is ours
     std::ranges::sort(names);
     return names;
   }
@@ -28,10 +29,10 @@ class Snapshots : public CommandTest {
 
 TEST_F(Snapshots, TheUsualMomentsInOrder) {
   render(progressive());
-  EXPECT_EQ(shots(),
-            (Words{"000_first.png", "001_0001pct.png", "002_0002pct.png", "003_0005pct.png",
-                   "004_0010pct.png", "005_0025pct.png", "006_0035pct.png", "007_0050pct.png",
-                   "008_0075pct.png", "009_0100pct.png", "refinement.gif"}));
+  EXPECT_EQ(shots(), (Words{"000_first.png", "001_0001pct.png", "002_0002pct.png",
+                            "003_0005pct.png", "004_0010pct.png", "005_0025pct.png",
+                            "006_0035pct.png", "007_0050pct.png", "008_0075pct.png",
+                            "009_0100pct.png", "emberline-snapshots.json", "refinement.gif"}));
   const nlohmann::json list = read_json("r.json")["snapshots"];
   ASSERT_EQ(list.size(), 10u);
   const double percents[] = {0, 1, 2, 5, 10, 25, 35, 50, 75, 100};
@@ -146,6 +147,21 @@ TEST_F(Snapshots, WhatCannotBeIsSaidBeforeTheSceneIsLoaded) {
   }
   // Nor does a folder stay that was made for a render that cannot be.
   expect_failure(words({"--snapshots", path("shots")}), 3, {"none.glb"});
+}
+
+TEST_F(Snapshots, ReplaceTheirOwnAndNothingElse) {
+  write("shots/notes.txt", "irreplaceable");
+  const Words words = progressive({"--snapshot-at", "first,50%"});
+  render(words);
+  render(words);
+  EXPECT_EQ(shots(), (Words{"000_first.png", "001_0050pct.png", "notes.txt", "refinement.gif"}));
+  for (const char* name : {"refinement.gif", "007_0050pct.png", "000_first.exr"}) {
+    const std::string folder = std::string("of_") + name;
+    write(folder + "/" + name, "irreplaceable");
+    expect_failure(progressive({"--snapshot-at", "first,50%", "--snapshots", path(folder)}), 2,
+                   {"--snapshots", name, "move it away"});
+    EXPECT_EQ(read_bytes(path(folder + "/" + name)).size(), 13u);
+  }
 }
 
 TEST_F(Snapshots, AReferenceOfAnotherSizeIsRefused) {

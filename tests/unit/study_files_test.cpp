@@ -6,7 +6,11 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
+
+#include "io/json_input.h"
+#include "renderer/core/errors.h"
 
 namespace emberline {
 namespace {
@@ -27,10 +31,22 @@ StudyRun awkward_run() {
   return run;
 }
 
+// Nothing for what is refused; `*message` says why.
+std::optional<StudyRun> read_back(const std::string& text, std::string_view key,
+                                  std::string* message = nullptr) {
+  const std::string file = "run.json";
+  try {
+    const nlohmann::json json = parse_json(text, file);
+    return parse_run(JsonReader(json, file), key);
+  } catch (const InputError& error) {
+    if (message) *message = error.what();
+    return std::nullopt;
+  }
+}
+
 TEST(StudyFiles, ARunComesBackAsItWas) {
   const StudyRun run = awkward_run();
-  const std::string text = run_json(run, "the key");
-  const std::optional<StudyRun> back = parse_run(text, "the key");
+  const std::optional<StudyRun> back = read_back(run_json(run, "the key"), "the key");
   ASSERT_TRUE(back);
   EXPECT_EQ(back->seed, run.seed);
   EXPECT_EQ(back->status, StudyRunStatus::kDone);
@@ -53,15 +69,34 @@ TEST(StudyFiles, ARunComesBackAsItWas) {
   EXPECT_EQ(back->non_finite_samples, 3u);
 }
 
-TEST(StudyFiles, DamagedRunsAndThoseOfOthersAreNotBelieved) {
+TEST(StudyFiles, DamagedRunsAndThoseOfOthersAreRefusedByPlace) {
   const std::string text = run_json(awkward_run(), "the key");
-  EXPECT_FALSE(parse_run(text, "another key"));
+  std::string message;
+  EXPECT_FALSE(read_back(text, "another key", &message));
+  EXPECT_NE(message.find("run.json#/key: expected the key of this study"), std::string::npos);
   for (size_t length = 0; length + 2 < text.size(); length += 7) {
-    EXPECT_FALSE(parse_run(text.substr(0, length), "the key")) << length;
+    EXPECT_FALSE(read_back(text.substr(0, length), "the key")) << length;
   }
-  for (const char* wrong :
-       {"[]", "null", "{}", "{\"key\": \"the key\"}", "{\"key\": \"the key\", \"seed\": \"x\"}"}) {
-    EXPECT_FALSE(parse_run(wrong, "the key")) << wrong;
+  for (const char* wrong : {"[]", "null", "{}", "{\"key\": \"the key\"}"}) {
+    EXPECT_FALSE(read_back(wrong, "the key")) << wrong;
+  }
+  const std::pair<const char*, nlohmann::json> damages[] = {
+      {"/seed", "x"},
+      {"/seed", 4294967296},
+      {"/seed", -1},
+      {"/status", "failed"},
+      {"/reason", 3},
+      {"/checkpoints", nlohmann::json::array()},
+      {"/checkpoints", 1},
+      {"/checkpoints/0/mse", "x"},
+      {"/checkpoints/0/samples", 0.5},
+      {"/calibration/1", {1}},
+      {"/calibration/1/estimate", nullptr}};
+  for (const auto& [pointer, value] : damages) {
+    nlohmann::json json = nlohmann::json::parse(text);
+    json[nlohmann::json::json_pointer(pointer)] = value;
+    EXPECT_FALSE(read_back(json.dump(), "the key", &message)) << pointer << " = " << value;
+    EXPECT_TRUE(message.starts_with(std::string("run.json#") + pointer + ": ")) << message;
   }
 }
 
