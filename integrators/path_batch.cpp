@@ -159,7 +159,7 @@ void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> va
       fill_first_hit(batch_, point, bsdfs_[lane].albedo(), &values[size_t(lane)].first_hit);
     }
     const Rgb emitted = surface_emission(path, point);
-    path.radiance += path.throughput * emitted;
+    path.radiance = fma(path.throughput, emitted, path.radiance);
     if constexpr (kGroups) {
       if (!is_black(emitted)) {
         batch_.light_values->add(lane,
@@ -246,7 +246,7 @@ void PathBatch<kGlass, kGroups>::add_connection(int lane) {
   // balance / pdf = 1 / (pdf + other); a point-like light has no other technique.
   const Rgb arriving =
       c.scattered * c.radiance / (c.light.delta ? c.light.pdf : c.light.pdf + c.bsdf_pdf);
-  path.radiance += path.throughput * arriving;
+  path.radiance = fma(path.throughput, arriving, path.radiance);
   if constexpr (kGroups) {
     batch_.light_values->add(lane, group_of(c.light), path.throughput, arriving);
   }
@@ -308,7 +308,7 @@ void PathBatch<kGlass, kGroups>::see_environment(const LaneList& missed) {
       const float light_pdf = pdf[i] * lights_.environment_probability(path.last.query);
       radiance[i] *= balance(path.last.bsdf_pdf, light_pdf);
     }
-    path.radiance += path.throughput * radiance[i];
+    path.radiance = fma(path.throughput, radiance[i], path.radiance);
     if constexpr (kGroups) {
       batch_.light_values->add(missed[i], batch_.light_groups->of_environment(), path.throughput,
                                radiance[i]);

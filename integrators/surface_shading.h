@@ -15,7 +15,7 @@ struct ShadedPoint {
   Vec3f wo;                // towards the viewer, unit
   MaterialPoint material;  // the material's values here
 
-  SurfaceBsdf bsdf() const {
+  [[gnu::always_inline]] SurfaceBsdf bsdf() const {
     return {material.bsdf, frame.shading.to_local(wo),
             frame.shading.to_local(frame.geometric_normal)};
   }

@@ -16,14 +16,16 @@ struct ShadingFrame {
     const float sign = std::copysign(1.0f, n.z);
     const float a = -1.0f / (sign + n.z);
     const float b = n.x * n.y * a;
-    return {Vec3f(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x),
-            Vec3f(b, sign + n.y * n.y * a, -n.y), n};
+    return {Vec3f(fma(sign * n.x * n.x, a, 1.0f), sign * b, -sign * n.x),
+            Vec3f(b, fma(n.y * n.y, a, sign), -n.y), n};
   }
 
-  Vec3f to_local(const Vec3f& v) const {
+  [[gnu::always_inline]] Vec3f to_local(const Vec3f& v) const {
     return {dot(v, tangent), dot(v, bitangent), dot(v, normal)};
   }
-  Vec3f to_world(const Vec3f& v) const { return tangent * v.x + bitangent * v.y + normal * v.z; }
+  [[gnu::always_inline]] Vec3f to_world(const Vec3f& v) const {
+    return fma(normal, v.z, fma(bitangent, v.y, tangent * v.x));
+  }
 };
 
 }  // namespace emberline

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 namespace emberline {
 
@@ -21,22 +22,52 @@ using Vec4f = Imath::V4f;
 using Mat44d = Imath::M44d;  // row vectors: p' = p * M, translation in the last row
 using Rgb = Imath::V3f;
 
-inline float dot(const Vec3f& a, const Vec3f& b) { return a.dot(b); }
-inline double dot(const Vec3d& a, const Vec3d& b) { return a.dot(b); }
-inline Vec3f cross(const Vec3f& a, const Vec3f& b) { return a.cross(b); }
-inline Vec3d cross(const Vec3d& a, const Vec3d& b) { return a.cross(b); }
+// a * b + c, rounded once. The compiler is told not to fuse by itself (-ffp-contract=off): a
+// picture's bits must not depend on what it inlines. So hot code says where it pays, with these and
+// with the products of vectors below; Imath's own operators round every product. Always inlined,
+// with what is made of them: GCC takes std::fma for a call until long after it has decided what to
+// inline.
+[[gnu::always_inline]] inline float fma(float a, float b, float c) { return std::fma(a, b, c); }
+[[gnu::always_inline]] inline double fma(double a, double b, double c) { return std::fma(a, b, c); }
+[[gnu::always_inline]] inline Vec2f fma(const Vec2f& a, float b, const Vec2f& c) {
+  return {fma(a.x, b, c.x), fma(a.y, b, c.y)};
+}
+template <class T>
+[[gnu::always_inline]] inline Imath::Vec3<T> fma(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b,
+                                                 const Imath::Vec3<T>& c) {
+  return {fma(a.x, b.x, c.x), fma(a.y, b.y, c.y), fma(a.z, b.z, c.z)};
+}
+template <class T>
+[[gnu::always_inline]] inline Imath::Vec3<T> fma(const Imath::Vec3<T>& a, std::type_identity_t<T> b,
+                                                 const Imath::Vec3<T>& c) {
+  return {fma(a.x, b, c.x), fma(a.y, b, c.y), fma(a.z, b, c.z)};
+}
+[[gnu::always_inline]] inline Vec4f fma(const Vec4f& a, float b, const Vec4f& c) {
+  return {fma(a.x, b, c.x), fma(a.y, b, c.y), fma(a.z, b, c.z), fma(a.w, b, c.w)};
+}
+
+template <class T>
+[[gnu::always_inline]] inline T dot(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b) {
+  return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x));
+}
+template <class T>
+[[gnu::always_inline]] inline Imath::Vec3<T> cross(const Imath::Vec3<T>& a,
+                                                   const Imath::Vec3<T>& b) {
+  return {fma(a.y, b.z, -(a.z * b.y)), fma(a.z, b.x, -(a.x * b.z)), fma(a.x, b.y, -(a.y * b.x))};
+}
 
 inline Vec3d to_double(const Vec3f& v) { return {v.x, v.y, v.z}; }
 inline Vec3f to_float(const Vec3d& v) { return {float(v.x), float(v.y), float(v.z)}; }
 // An affine matrix's image of a point; Imath's own divides by w.
 inline Vec3d transform_point(const Mat44d& m, const Vec3d& p) {
-  return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
-          p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
-          p.x * m[0][2] + p.y * m[1][2] + p.z * m[2][2] + m[3][2]};
+  const auto row = [&m](int i) { return Vec3d(m[i][0], m[i][1], m[i][2]); };
+  return fma(row(0), p.x, fma(row(1), p.y, fma(row(2), p.z, row(3))));
 }
 
 // Rec. 709 luminance (ITU-R BT.709-6, section 3).
-inline float luminance(const Rgb& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
+[[gnu::always_inline]] inline float luminance(const Rgb& c) {
+  return dot(c, Rgb(0.2126f, 0.7152f, 0.0722f));
+}
 inline float max_component(const Vec3f& v) { return std::max(v.x, std::max(v.y, v.z)); }
 inline float max_abs_component(const Vec3f& v) {
   return std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z)));
@@ -49,21 +80,25 @@ inline bool is_finite(const Vec3f& v) {
 // Unit vector along v; `fallback` when v is too short to have a direction (its squared length
 // underflows float) or is not finite.
 inline Vec3f normalize_or(const Vec3f& v, const Vec3f& fallback) {
-  const float short_length2 = v.x * v.x + v.y * v.y + v.z * v.z;
+  const float short_length2 = dot(v, v);
   if (short_length2 > 1e-20f && short_length2 < 1e20f) {  // far from float's limits: the usual case
     return v * (1.0f / std::sqrt(short_length2));
   }
-  const double length2 = double(v.x) * v.x + double(v.y) * v.y + double(v.z) * v.z;
+  const double length2 = dot(to_double(v), to_double(v));
   if (!(length2 > 1e-60) || !std::isfinite(length2)) return fallback;
   const double scale = 1.0 / std::sqrt(length2);
   return {float(v.x * scale), float(v.y * scale), float(v.z * scale)};
 }
-inline Vec3f normalize(const Vec3f& v) { return v * (1.0f / std::sqrt(dot(v, v))); }
+[[gnu::always_inline]] inline Vec3f normalize(const Vec3f& v) {
+  return v * (1.0f / std::sqrt(dot(v, v)));
+}
 
 inline float square(float x) { return x * x; }
 inline double square(double x) { return x * x; }
-inline float lerp(float a, float b, float t) { return a + (b - a) * t; }
-inline Rgb lerp(const Rgb& a, const Rgb& b, float t) { return a + (b - a) * t; }
+[[gnu::always_inline]] inline float lerp(float a, float b, float t) { return fma(b - a, t, a); }
+[[gnu::always_inline]] inline Rgb lerp(const Rgb& a, const Rgb& b, float t) {
+  return fma(b - a, t, a);
+}
 inline float safe_sqrt(float x) { return std::sqrt(std::max(0.0f, x)); }
 
 }  // namespace emberline

@@ -108,7 +108,10 @@ bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValu
   sums.alpha += double(value.alpha * filter_weight);
   if (sums.id == 0) sums.id = value.first_hit.id;
   if (!squares_.empty()) {
-    for (int c = 0; c < 3; ++c) squares_[3 * i + size_t(c)] += square(double(weighted[c]));
+    for (int c = 0; c < 3; ++c) {
+      double& sum = squares_[3 * i + size_t(c)];
+      sum = fma(double(weighted[c]), double(weighted[c]), sum);
+    }
   }
   if (!surfaces_.empty() && value.first_hit.hit) {
     SurfaceSums& surface = surfaces_[i];

@@ -92,7 +92,7 @@ void LightGroupSums::relit(size_t pixel, const LightMix& mix, float* rgba) const
   for (size_t group = 0; group < mix.size(); ++group) {
     sums += 3;
     // The fourth float is the next group's, and of no interest.
-    sum += load4(sums) * splat4(scale) * mix.data()[group];
+    sum = fma(load4(sums) * splat4(scale), mix.data()[group], sum);
   }
   for (int c = 0; c < 3; ++c) rgba[c] = std::clamp(sum[c], -kMost, kMost);
   rgba[3] = alpha;

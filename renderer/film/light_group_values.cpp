@@ -10,7 +10,7 @@ void LightGroupValues::add(int lane, uint32_t group, const Rgb& throughput, cons
     lit_[lane] |= bit;
     value = Rgb(0.0f);
   }
-  value += throughput * radiance;
+  value = fma(throughput, radiance, value);
 }
 
 }  // namespace emberline

@@ -27,10 +27,8 @@ class LightGroupValues {
   }
   void clear(int lane) { lit_[lane] = 0; }
 
-  // Adds throughput x radiance to what the group gave the lane's sample. Not inlined: the caller
-  // adds the same product to the sample's whole radiance, and a product that both shared would no
-  // longer be fused with that addition, which would then round otherwise than without groups.
-  [[gnu::noinline]] void add(int lane, uint32_t group, const Rgb& throughput, const Rgb& radiance);
+  // Adds throughput x radiance to what the group gave the lane's sample.
+  void add(int lane, uint32_t group, const Rgb& throughput, const Rgb& radiance);
 
   // body(group, radiance) for each group that reached the sample, in ascending order.
   template <typename Body>

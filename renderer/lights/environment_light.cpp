@@ -26,7 +26,7 @@ namespace {
 constexpr float kLeastSine = 1e-7f;
 
 // Angles are computed in whole groups of so many lanes, used or not: a loop of fixed length
-// vectorises, and has no remainder that rounds otherwise.
+// vectorises.
 constexpr size_t kGroup = 8;
 static_assert(kRayBatch % kGroup == 0);
 
@@ -215,12 +215,12 @@ void EnvironmentLight::find_places(std::span<const Vec3f> directions, Places* ou
   alignas(64) float column[kRayBatch], row[kRayBatch];
   for (size_t first = 0; first < directions.size(); first += kGroup) {
     for (size_t i = first; i < first + kGroup; ++i) {
-      const float sine = std::sqrt(x[i] * x[i] + z[i] * z[i]);
+      const float sine = std::sqrt(fma(x[i], x[i], z[i] * z[i]));
       // acos(y) would lose the rows near the poles: its error there is the root of a float's.
       const float theta = fast_atan2(sine, y[i]);
       const float phi = fast_atan2(z[i], x[i]);
-      column[i] = at_least(phi * column_scale_ + column_offset_, least_column);
-      row[i] = at_least(theta * row_scale_ - 0.5f, -1.0f);
+      column[i] = at_least(fma(phi, column_scale_, column_offset_), least_column);
+      row[i] = at_least(fma(theta, row_scale_, -0.5f), -1.0f);
       out->sin_theta[i] = sine;
     }
   }
@@ -232,8 +232,8 @@ struct EnvironmentLight::Corners {
 
   Color4 interpolate(float s, float t) const {
     // Products, not differences: a weight of -1e-8 beside a sun would be negative light.
-    return upper0 * ((1.0f - s) * (1.0f - t)) + upper1 * (s * (1.0f - t)) +
-           lower0 * ((1.0f - s) * t) + lower1 * (s * t);
+    const Color4 upper = fma(upper1, s * (1.0f - t), upper0 * ((1.0f - s) * (1.0f - t)));
+    return fma(lower1, s * t, fma(lower0, (1.0f - s) * t, upper));
   }
 };
 

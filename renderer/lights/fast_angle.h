@@ -17,11 +17,11 @@ inline float fast_atan2(float y, float x) {
   const float q = smaller / std::max(larger, std::numeric_limits<float>::min());
   const float t = q * q, t2 = t * t, t4 = t2 * t2;
   // Estrin's scheme: the chain of dependent operations is half of Horner's.
-  const float p01 = 0.999999881f - 0.333318114f * t;
-  const float p23 = 0.199669614f - 0.140032902f * t;
-  const float p45 = 0.0986886546f - 0.0588297546f * t;
-  const float p67 = 0.0237805191f - 0.00455979211f * t;
-  float angle = q * ((p01 + t2 * p23) + t4 * (p45 + t2 * p67));
+  const float p01 = std::fma(-0.333318114f, t, 0.999999881f);
+  const float p23 = std::fma(-0.140032902f, t, 0.199669614f);
+  const float p45 = std::fma(-0.0588297546f, t, 0.0986886546f);
+  const float p67 = std::fma(-0.00455979211f, t, 0.0237805191f);
+  float angle = q * std::fma(t4, std::fma(t2, p67, p45), std::fma(t2, p23, p01));
   angle = ay > ax ? kPi / 2 - angle : angle;
   angle = x < 0.0f ? kPi - angle : angle;
   return std::copysign(angle, y);

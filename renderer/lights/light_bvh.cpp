@@ -10,6 +10,8 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/core/color4.h"
+
 namespace emberline {
 namespace {
 
@@ -27,11 +29,11 @@ struct ScaledQuery {
   bool both_sides;
 };
 
-// Both children of a pair in the lower two of four lanes (vector types of GCC and Clang).
-using Lanes = float __attribute__((vector_size(16)));
+// Both children of a pair in the lower two of four lanes.
+using Lanes = Color4;
 using LaneMask = int32_t __attribute__((vector_size(16)));
 
-Lanes all(float x) { return Lanes{x, x, x, x}; }
+Lanes all(float x) { return splat4(x); }
 template <class T>
 Lanes load(const T* two) {
   return Lanes{float(two[0]), float(two[1]), 1.0f, 1.0f};
@@ -45,16 +47,20 @@ Lanes sqrt(Lanes x) {
 #endif
 }
 
+Lanes dot(Lanes ax, Lanes ay, Lanes az, Lanes bx, Lanes by, Lanes bz) {
+  return fma(az, bz, fma(ay, by, ax * bx));
+}
+
 // cos(max(0, a - b)) from cosines and sines of angles in [0, pi].
 Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
-  return cos_a > cos_b ? all(1.0f) : cos_a * cos_b + sin_a * sin_b;
+  return cos_a > cos_b ? all(1.0f) : fma(cos_a, cos_b, sin_a * sin_b);
 }
 
 // Bounds of the irradiance from the emitters below each child, up to a factor common to all.
 Lanes importances(const LightBvhPair& pair, const ScaledQuery& query) {
   const Lanes x = query.point.x - load(pair.center[0]), y = query.point.y - load(pair.center[1]),
               z = query.point.z - load(pair.center[2]);
-  const Lanes d2 = x * x + y * y + z * z;
+  const Lanes d2 = dot(x, y, z, x, y, z);
   const Lanes radius{std::bit_cast<float>(uint32_t(pair.radius[0]) << 16),
                      std::bit_cast<float>(uint32_t(pair.radius[1]) << 16), 1.0f, 1.0f};
   const Lanes radius2 = radius * radius, zero = all(0.0f);
@@ -68,24 +74,25 @@ Lanes importances(const LightBvhPair& pair, const ScaledQuery& query) {
 
   // How far the query is outside the cone of full intensity, at best.
   const Lanes axis_x = load(pair.axis[0]), axis_y = load(pair.axis[1]), axis_z = load(pair.axis[2]);
-  const Lanes length2 = axis_x * axis_x + axis_y * axis_y + axis_z * axis_z;
+  const Lanes length2 = dot(axis_x, axis_y, axis_z, axis_x, axis_y, axis_z);
   const Lanes scale = 1.0f / sqrt(length2) * inverse_d;
-  const Lanes along = axis_x * x + axis_y * y + axis_z * z;
+  const Lanes along = dot(axis_x, axis_y, axis_z, x, y, z);
   const LaneMask two_sided{pair.link[0] & LightBvhChild::kTwoSided ? -1 : 0,
                            pair.link[1] & LightBvhChild::kTwoSided ? -1 : 0, 0, 0};
   const Lanes cos_w = (two_sided ? max(along, -along) : along) * scale;
-  const Lanes sin_w = sqrt(max(zero, d2 * length2 - along * along)) * scale;
+  const Lanes sin_w = sqrt(max(zero, fma(d2, length2, -(along * along)))) * scale;
   const Lanes cos_o = load(pair.cos_theta_o) * (1.0f / 32767.0f);
-  const Lanes sin_o = sqrt(max(zero, 1.0f - cos_o * cos_o));
-  const Lanes cos_x = cos_w < cos_o ? cos_w * cos_o + sin_w * sin_o : all(1.0f);
-  const Lanes sin_x = cos_w < cos_o ? sin_w * cos_o - cos_w * sin_o : zero;
+  const Lanes sin_o = sqrt(max(zero, fma(-cos_o, cos_o, all(1.0f))));
+  const Lanes cos_x = cos_w < cos_o ? fma(cos_w, cos_o, sin_w * sin_o) : all(1.0f);
+  const Lanes sin_x = cos_w < cos_o ? fma(sin_w, cos_o, -(cos_w * sin_o)) : zero;
   const Lanes cos_emitted = cos_difference(cos_x, sin_x, cos_u, sin_u) + kCosineSlack;
   const Lanes cos_e = load(pair.cos_theta_e) * (1.0f / 32767.0f);
 
   // How far the sphere is from the query's normal, at best.
-  const Lanes below = query.normal.x * x + query.normal.y * y + query.normal.z * z;
+  const Lanes below =
+      dot(all(query.normal.x), all(query.normal.y), all(query.normal.z), x, y, z);
   const Lanes cos_i = (query.both_sides ? max(below, -below) : -below) * inverse_d;
-  const Lanes sin_i = sqrt(max(zero, d2 - below * below)) * inverse_d;
+  const Lanes sin_i = sqrt(max(zero, fma(-below, below, d2))) * inverse_d;
   const Lanes cos_received = cos_difference(cos_i, sin_i, cos_u, sin_u) + kCosineSlack;
 
   const Lanes cosines =

@@ -10,9 +10,9 @@
 namespace emberline {
 namespace {
 
-double length(const Vec3d& v) { return std::sqrt(dot(v, v)); }
+[[gnu::always_inline]] inline double length(const Vec3d& v) { return std::sqrt(dot(v, v)); }
 
-Vec3d unit(const Vec3d& v) {
+[[gnu::always_inline]] inline Vec3d unit(const Vec3d& v) {
   const double l = length(v);
   return l > 0 ? v * (1.0 / l) : Vec3d(0.0);  // one division in place of three
 }
@@ -39,22 +39,22 @@ Vec3d sample_direction(const SeenTriangle& t, const Vec2f& u) {
   const double sin_half = std::sin(half), cos_half = std::cos(half);
   const double sin_area = 2.0 * sin_half * cos_half, one_minus_cos_area = 2.0 * sin_half * sin_half;
   const double cos_area = 1.0 - one_minus_cos_area;
-  const double s = sin_area * cos_alpha - cos_area * sin_alpha;
-  const double c = cos_area * cos_alpha + sin_area * sin_alpha;
-  const double du = sin_area * sin_alpha - one_minus_cos_area * cos_alpha;  // c - cos alpha
-  const double dv = sin_area * cos_alpha +
-                    sin_alpha * (one_minus_cos_area - one_minus_cos_c);  // s + sin alpha cos c
-  const double denominator = (dv * s + du * c) * sin_alpha;
-  const double numerator = (dv * c - du * s) * cos_alpha - dv;
+  const double s = fma(sin_area, cos_alpha, -(cos_area * sin_alpha));
+  const double c = fma(cos_area, cos_alpha, sin_area * sin_alpha);
+  // c - cos alpha, and s + sin alpha cos c.
+  const double du = fma(sin_area, sin_alpha, -(one_minus_cos_area * cos_alpha));
+  const double dv = fma(sin_area, cos_alpha, sin_alpha * (one_minus_cos_area - one_minus_cos_c));
+  const double denominator = fma(dv, s, du * c) * sin_alpha;
+  const double numerator = fma(fma(dv, c, -(du * s)), cos_alpha, -dv);
   const double q = denominator != 0 ? std::clamp(numerator / denominator, -1.0, 1.0) : 1.0;
-  const Vec3d toward_c = unit(t.c - t.a * dot(t.c, t.a));
-  const Vec3d end = t.a * q + toward_c * std::sqrt(std::max(0.0, (1.0 - q) * (1.0 + q)));
+  const Vec3d toward_c = unit(fma(t.a, -dot(t.c, t.a), t.c));
+  const Vec3d end = fma(toward_c, std::sqrt(std::max(0.0, (1.0 - q) * (1.0 + q))), t.a * q);
 
   // Along the arc from b to that point, uniform in the height above b.
   const Vec3d end_chord = end - t.b;
   const double h = double(u.y) * 0.5 * dot(end_chord, end_chord);  // 1 - cos of the arc from b
-  const Vec3d toward_end = unit(end - t.b * dot(end, t.b));
-  return t.b * (1.0 - h) + toward_end * std::sqrt(std::max(0.0, h * (2.0 - h)));
+  const Vec3d toward_end = unit(fma(t.b, -dot(end, t.b), end));
+  return fma(toward_end, std::sqrt(std::max(0.0, h * (2.0 - h))), t.b * (1.0 - h));
 }
 
 // Barycentric weights of p1 and p2 where the ray along w meets the triangle's plane.
@@ -111,8 +111,8 @@ TriangleSample sample_triangle(const SeenTriangle& t, const Vec3f& point, const 
   if (!(t.area > 0)) return result;
   result.barycentric =
       t.spherical() ? intersect_plane(t, sample_direction(t, u)) : square_to_triangle(u);
-  const Vec3d to_light =
-      t.to_p0 + t.edge1 * double(result.barycentric.x) + t.edge2 * double(result.barycentric.y);
+  const Vec3d to_light = fma(t.edge2, double(result.barycentric.y),
+                             fma(t.edge1, double(result.barycentric.x), t.to_p0));
   const double distance = length(to_light);
   if (!(distance > 0)) return result;
   result.position = Vec3f(Vec3d(point) + to_light);

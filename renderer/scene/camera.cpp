@@ -84,7 +84,7 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
 
 void Camera::rays(std::span<const Vec2f> film, Ray* out) const {
   assert(film.size() <= size_t(kRayBatch));
-  // All lanes always, used or not: a loop of fixed length has no remainder that rounds otherwise.
+  // All lanes always, used or not: a loop of fixed length vectorises.
   alignas(64) float x[kRayBatch] = {}, y[kRayBatch] = {};
   for (size_t i = 0; i < film.size(); ++i) {
     x[i] = film[i].x;
@@ -93,14 +93,12 @@ void Camera::rays(std::span<const Vec2f> film, Ray* out) const {
   alignas(64) float dx[kRayBatch], dy[kRayBatch], dz[kRayBatch];
   const float keep = orthographic_ ? 1.0f : 0.0f;
   for (int i = 0; i < kRayBatch; ++i) {
-    const float ox = corner_.x + per_x_.x * x[i] + per_y_.x * y[i];
-    const float oy = corner_.y + per_x_.y * x[i] + per_y_.y * y[i];
-    const float oz = corner_.z + per_x_.z * x[i] + per_y_.z * y[i];
+    const Vec3f o = fma(per_y_, y[i], fma(per_x_, x[i], corner_));
     // An orthographic offset may be 0, which must not become NaN.
-    const float scale = keep + (1.0f - keep) / std::sqrt(keep + (ox * ox + oy * oy + oz * oz));
-    dx[i] = ox * scale;
-    dy[i] = oy * scale;
-    dz[i] = oz * scale;
+    const float scale = keep + (1.0f - keep) / std::sqrt(keep + dot(o, o));
+    dx[i] = o.x * scale;
+    dy[i] = o.y * scale;
+    dz[i] = o.z * scale;
   }
   for (size_t i = 0; i < film.size(); ++i) {
     const Vec3f d(dx[i], dy[i], dz[i]);
@@ -118,13 +116,13 @@ void Camera::rays(std::span<const Vec2f> film, std::span<const Vec2f> lens, Ray*
   Ray rays[kRayBatch];
   for (int i = 0; i < kRayBatch; ++i) {  // all lanes always, as above
     const Vec2f disk = square_to_disk(through[i]);
-    const Vec3f origin = position_ + (lens_x_ * disk.x + lens_y_ * disk.y);
+    const Vec3f origin = position_ + fma(lens_y_, disk.y, lens_x_ * disk.x);
     // As rounding left it, so that far from the origin, too, rays meet in the plane of focus.
     const Vec3f shift = origin - position_;
     // The axial part of the pinhole's direction is 1: this is the way to the plane of focus over
     // its distance, which may be infinite.
-    const Vec3f pinhole = corner_ + per_x_ * points[i].x + per_y_ * points[i].y;
-    const Vec3f direction = pinhole - shift * per_focus_;
+    const Vec3f pinhole = fma(per_y_, points[i].y, fma(per_x_, points[i].x, corner_));
+    const Vec3f direction = fma(shift, -per_focus_, pinhole);
     rays[i] = {origin, direction * (1.0f / std::sqrt(dot(direction, direction)))};
   }
   std::copy_n(rays, film.size(), out);

@@ -49,11 +49,12 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
     if (culls) {
       // Both in the mesh's own space, where counter-clockwise is the front even under a mirroring
       // instance (glTF 2.0, section 3.7.4: a negative determinant flips the winding).
-      const float facing =
-          RTCHitN_Ng_x(arguments->hit, n, i) * RTCRayN_dir_x(arguments->ray, n, i) +
-          RTCHitN_Ng_y(arguments->hit, n, i) * RTCRayN_dir_y(arguments->ray, n, i) +
-          RTCHitN_Ng_z(arguments->hit, n, i) * RTCRayN_dir_z(arguments->ray, n, i);
-      if (facing >= 0.0f) {
+      const Vec3f normal(RTCHitN_Ng_x(arguments->hit, n, i), RTCHitN_Ng_y(arguments->hit, n, i),
+                         RTCHitN_Ng_z(arguments->hit, n, i));
+      const Vec3f direction(RTCRayN_dir_x(arguments->ray, n, i),
+                            RTCRayN_dir_y(arguments->ray, n, i),
+                            RTCRayN_dir_z(arguments->ray, n, i));
+      if (dot(normal, direction) >= 0.0f) {
         valid[i] = 0;
         continue;
       }
@@ -135,17 +136,15 @@ bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, f
 
 SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v) {
   const std::array<uint32_t, 3>& index = mesh.triangles[primitive];
-  const float w = 1.0f - u - v;
   SurfaceAttributes attributes;
   const size_t sets = std::min(mesh.uv_sets.size(), size_t(kMaxUvSets));
   for (size_t s = 0; s < sets; ++s) {
     const std::vector<Vec2f>& uv = mesh.uv_sets[s];
-    if (!uv.empty()) attributes.uv[s] = uv[index[0]] * w + uv[index[1]] * u + uv[index[2]] * v;
+    if (!uv.empty()) attributes.uv[s] = interpolate_vertices(uv, index, u, v);
   }
   if (!mesh.colors.empty()) {
     attributes.has_color = true;
-    attributes.color =
-        mesh.colors[index[0]] * w + mesh.colors[index[1]] * u + mesh.colors[index[2]] * v;
+    attributes.color = interpolate_vertices(mesh.colors, index, u, v);
   }
   return attributes;
 }

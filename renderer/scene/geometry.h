@@ -52,6 +52,14 @@ struct Geometry {
   RTCGeometry make_triangles(const Mesh& mesh, uint32_t instance);
 };
 
+// What a triangle's vertices say, at barycentric (u, v).
+template <class Values>
+[[gnu::always_inline]] inline auto interpolate_vertices(const Values& values,
+                                                        const std::array<uint32_t, 3>& index,
+                                                        float u, float v) {
+  return fma(values[index[2]], v, fma(values[index[1]], u, values[index[0]] * (1.0f - u - v)));
+}
+
 // Texture coordinates and colour at barycentric (u, v) of a triangle.
 SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v);
 
@@ -60,8 +68,8 @@ bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, f
              uint32_t coverage_key);
 
 inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
-  return to_double(m.x) * p.x + to_double(m.y) * p.y + to_double(m.z) * p.z +
-         to_double(m.translation);
+  return fma(to_double(m.x), p.x,
+             fma(to_double(m.y), p.y, fma(to_double(m.z), p.z, to_double(m.translation))));
 }
 
 // A placed triangle's corners in internal space.

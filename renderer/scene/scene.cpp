@@ -18,8 +18,8 @@ namespace {
 // leak and no self-hit where fixed epsilons fail; see README.md, "Ray offsets".
 constexpr float kOffsetUlps = 4.0f * 0x1p-23f;
 
-Vec3f transform_vector(const Affine& m, const Vec3f& v) {
-  return m.x * v.x + m.y * v.y + m.z * v.z;
+[[gnu::always_inline]] inline Vec3f transform_vector(const Affine& m, const Vec3f& v) {
+  return fma(m.z, v.z, fma(m.y, v.y, m.x * v.x));
 }
 
 // |M| |p| + |t|: the size of the terms that were added up, hence of their rounding errors.
@@ -85,6 +85,7 @@ float plane_error(float largest, const Instance& instance) {
 
 }  // namespace scene_detail
 
+using scene_detail::interpolate_vertices;
 using scene_detail::make_ray;
 using scene_detail::plane_error;
 using scene_detail::transform_point;
@@ -143,9 +144,7 @@ void Scene::interpolate(const Mesh& mesh, const Instance& instance, const Surfac
   s.tangent = Vec4f(0.0f);
   if (mesh.tangents.empty()) return;
   const std::array<uint32_t, 3>& index = mesh.triangles[hit.primitive];
-  const float w = 1.0f - hit.u - hit.v;
-  const Vec4f t = mesh.tangents[index[0]] * w + mesh.tangents[index[1]] * hit.u +
-                  mesh.tangents[index[2]] * hit.v;
+  const Vec4f t = interpolate_vertices(mesh.tangents, index, hit.u, hit.v);
   Vec3f direction(t.x, t.y, t.z);
   float handedness = mesh.tangents[index[0]].w;
   if (instance.transformed) {
@@ -170,28 +169,27 @@ void Scene::interaction(const SurfaceHit& hit, SurfaceInteraction* out) const {
   const Vec3d v0 = to_double(p0);
   const Vec3d e1 = to_double(p1) - v0;
   const Vec3d e2 = to_double(p2) - v0;
-  Vec3d position = v0 + e1 * double(hit.u) + e2 * double(hit.v);
-  Vec3d normal = e1.cross(e2);
+  Vec3d position = fma(e2, double(hit.v), fma(e1, double(hit.u), v0));
+  Vec3d normal = cross(e1, e2);
   if (instance.transformed) {
     const Affine& m = instance.to_internal;
     position = transform_point(m, position);
     const Affine& nt = instance.normal_transform;
-    normal = to_double(nt.x) * normal.x + to_double(nt.y) * normal.y + to_double(nt.z) * normal.z;
+    normal =
+        fma(to_double(nt.z), normal.z, fma(to_double(nt.y), normal.y, to_double(nt.x) * normal.x));
   }
   s.position = to_float(position);
   s.offset = surface_offset(hit.instance, hit.primitive);
-  double length2 = normal.length2();
+  double length2 = dot(normal, normal);
   if (!(length2 > 0)) [[unlikely]] {
     normal = normal_of_collapsed(e1, e2);
-    length2 = normal.length2();
+    length2 = dot(normal, normal);
   }
   s.geometric_normal = to_float(normal * (1.0 / std::sqrt(length2)));
 
   s.shading_normal = s.geometric_normal;
   if (!mesh.normals.empty()) {
-    const float w = 1.0f - hit.u - hit.v;
-    Vec3f n = mesh.normals[index[0]] * w + mesh.normals[index[1]] * hit.u +
-              mesh.normals[index[2]] * hit.v;
+    Vec3f n = interpolate_vertices(mesh.normals, index, hit.u, hit.v);
     if (instance.transformed) n = transform_vector(instance.normal_transform, n);
     s.shading_normal = normalize_or(n, s.geometric_normal);
   }

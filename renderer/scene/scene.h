@@ -51,9 +51,11 @@ struct SurfaceInteraction {
 
 // Moves a ray's origin off the surface to the side `direction` goes to. The distance is an error
 // bound, not a tuned epsilon: 4 ulp of the largest coordinate that entered the computation.
-inline Vec3f offset_ray_origin(const Vec3f& position, const Vec3f& geometric_normal, float offset,
-                               const Vec3f& direction) {
-  return position + geometric_normal * (dot(direction, geometric_normal) < 0.0f ? -offset : offset);
+[[gnu::always_inline]] inline Vec3f offset_ray_origin(const Vec3f& position,
+                                                      const Vec3f& geometric_normal, float offset,
+                                                      const Vec3f& direction) {
+  return fma(geometric_normal, dot(direction, geometric_normal) < 0.0f ? -offset : offset,
+             position);
 }
 
 struct SceneMemory {

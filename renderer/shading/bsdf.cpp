@@ -13,15 +13,15 @@ namespace {
 float pow5(float x) { return square(square(x)) * x; }
 
 // Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering". f90 is 1 in plain glTF.
-Color4 schlick(Color4 f0, float f90, float cos_d) { return f0 + (f90 - f0) * pow5(1.0f - cos_d); }
+Color4 schlick(Color4 f0, float f90, float cos_d) { return fma(f90 - f0, pow5(1.0f - cos_d), f0); }
 
 // Colour of the light that leaves after two or more bounces between microfacets: every bounce has
 // the cosine-weighted mean Fresnel F, a share `loss` of it goes on to the next. Kulla & Conty 2017,
 // "Revisiting Physically Based Shading at Imageworks", with F^2 for the two bounces at least (Hill
 // 2018, "A Multi-Faceted Exploration, Part 3").
 Color4 multiple_fresnel(Color4 f0, Color4 f90, float loss) {
-  const Color4 f = f0 + (f90 - f0) * (1.0f / 21.0f);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
-  return f * f * (1.0f - loss) / (1.0f - f * loss);
+  const Color4 f = fma(f90 - f0, 1.0f / 21.0f, f0);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
+  return f * f * (1.0f - loss) / fma(-f, loss, splat4(1.0f));
 }
 
 // A lobe with a small share of the albedo is picked more often than that, up to these limits: the
@@ -65,11 +65,11 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
                    std::min(1.0f, parameters.specular_tint * square((ior - 1.0f) / (ior + 1.0f)));
   const Color4 pure = color4(parameters.base_color, dielectric_f0_);
   const Color4 pure90{1.0f, 1.0f, 1.0f, dielectric_f90_};
-  f0_ = dielectric_f0_ * through + pure * metallic;
-  const Color4 f90 = dielectric_f90_ * through + pure90 * metallic;
+  f0_ = fma(pure, metallic, splat4(dielectric_f0_ * through));
+  const Color4 f90 = fma(pure90, metallic, splat4(dielectric_f90_ * through));
   f90_ = f90[0];
   const SpecularAlbedo::Value at_wo = table_.at(wo.z);
-  const Color4 single = f0_ * (1.0f - at_wo.loss) + (f90 - f0_) * at_wo.schlick;
+  const Color4 single = fma(f90 - f0_, at_wo.schlick, f0_ * (1.0f - at_wo.loss));
   albedo_ = single;
   const float loss = table_.average_loss();
   if (f90_ == 0.0f) {  // no interface: a bare Lambertian base
@@ -79,20 +79,18 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
     specular_ = SpecularKind::kGgx;
     const Color4 fms = multiple_fresnel(pure, pure90, loss);
     dielectric_multiple_ = fms[3];
-    const Color4 multiple = fms[3] * through + fms * metallic;
+    const Color4 multiple = fma(fms, metallic, splat4(fms[3] * through));
     multiple_ = multiple * (at_wo.loss / loss);
-    albedo_ += multiple * at_wo.loss;
+    albedo_ = fma(multiple, at_wo.loss, albedo_);
     has_cosine_ = true;
   }
   if (through > 0.0f) {
-    const float average = dielectric_f0_ * (1.0f - loss) +
-                          (dielectric_f90_ - dielectric_f0_) * table_.average_schlick() +
-                          dielectric_multiple_ * loss;
+    const float average = dielectric_reflectance(loss, table_.average_schlick());
     // Nothing gets through a dielectric that reflects everything.
     if (average < 1.0f - 1e-5f) {
       const float enters = through * std::max(0.0f, 1.0f - albedo_[3]);
       diffuse_ = pure * (enters / (1.0f - average));
-      albedo_ += pure * enters;
+      albedo_ = fma(pure, enters, albedo_);
       has_cosine_ = true;
     }
   }
@@ -108,17 +106,15 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo,
   bent_ = geometric_normal.z < 1.0f;
 }
 
-inline Color4 SurfaceBsdf::eval_cosine(const Vec3f& wi) const {
+[[gnu::always_inline]] inline Color4 SurfaceBsdf::eval_cosine(const Vec3f& wi) const {
   const SpecularAlbedo::Value at_wi = table_.at(wi.z);
-  const float reflected = dielectric_f0_ * (1.0f - at_wi.loss) +
-                          (dielectric_f90_ - dielectric_f0_) * at_wi.schlick +
-                          dielectric_multiple_ * at_wi.loss;
+  const float reflected = dielectric_reflectance(at_wi.loss, at_wi.schlick);
   float scale = wi.z * kInvPi;
   if (bent_) scale *= terminator_factor(dot(wi, geometric_normal_), terminator_alpha2_);
-  return (multiple_ * at_wi.loss + diffuse_ * std::max(0.0f, 1.0f - reflected)) * scale;
+  return fma(diffuse_, std::max(0.0f, 1.0f - reflected), multiple_ * at_wi.loss) * scale;
 }
 
-inline Color4 SurfaceBsdf::eval_and_pdf4(const Vec3f& wi, float* pdf) const {
+[[gnu::always_inline]] inline Color4 SurfaceBsdf::eval_and_pdf4(const Vec3f& wi, float* pdf) const {
   Color4 value = splat4(0.0f);
   float density = 0.0f;
   if (!below_surface(wi)) {
@@ -129,7 +125,7 @@ inline Color4 SurfaceBsdf::eval_and_pdf4(const Vec3f& wi, float* pdf) const {
     }
     if (has_cosine_) {
       value += eval_cosine(wi);
-      density += (1.0f - specular_pick_) * wi.z * kInvPi;
+      density = fma(1.0f - specular_pick_, wi.z * kInvPi, density);
     }
   }
   *pdf = density;
@@ -153,8 +149,8 @@ float SurfaceBsdf::pdf(const Vec3f& wi) const {
     return density;
   }
   if (below_surface(wi)) return 0.0f;
-  float density = has_cosine_ ? (1.0f - specular_pick_) * wi.z * kInvPi : 0.0f;
-  if (specular_ == SpecularKind::kGgx) density += specular_pick_ * ggx_.evaluate(wi).pdf;
+  float density = specular_ == SpecularKind::kGgx ? specular_pick_ * ggx_.evaluate(wi).pdf : 0.0f;
+  if (has_cosine_) density = fma(1.0f - specular_pick_, wi.z * kInvPi, density);
   return density;
 }
 
@@ -162,7 +158,7 @@ BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
   return clear_ ? sample_clear(u_lobe, u) : sample_opaque(u);
 }
 
-inline BsdfSample SurfaceBsdf::sample_opaque(const Vec2f& u) const {
+[[gnu::always_inline]] inline BsdfSample SurfaceBsdf::sample_opaque(const Vec2f& u) const {
   BsdfSample result;
   // The lobes divide the unit square between them: points that are well spread over it stay so over
   // each part, where a coin apart would leave each lobe a random selection of them.

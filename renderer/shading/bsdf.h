@@ -81,6 +81,12 @@ class SurfaceBsdf {
 
   // f |wi.z| of the diffuse base and of multiple scattering: one cosine lobe for sampling.
   Color4 eval_cosine(const Vec3f& wi) const;
+  // What the dielectric interface sends back of the light at the angle that the two belong to.
+  float dielectric_reflectance(float loss, float schlick) const {
+    const float single =
+        fma(dielectric_f90_ - dielectric_f0_, schlick, dielectric_f0_ * (1 - loss));
+    return fma(dielectric_multiple_, loss, single);
+  }
   Color4 eval_and_pdf4(const Vec3f& wi, float* pdf) const;
   BsdfSample sample_opaque(const Vec2f& u) const;
 
@@ -88,11 +94,11 @@ class SurfaceBsdf {
   void add_clear_part(const BsdfParameters& parameters);
   Rgb eval_and_pdf_clear(const Vec3f& wi, float* pdf) const;
   BsdfSample sample_clear(float u_lobe, const Vec2f& u) const;
-  bool on_wrong_side(const Vec3f& wi, bool transmitted) const {
+  [[gnu::always_inline]] bool on_wrong_side(const Vec3f& wi, bool transmitted) const {
     return bent_ && !(dot(wi, geometric_normal_) * (transmitted ? -1.0f : 1.0f) > 0.0f);
   }
 
-  bool below_surface(const Vec3f& wi) const {
+  [[gnu::always_inline]] bool below_surface(const Vec3f& wi) const {
     return !(wi.z > 0.0f) || (bent_ && !(dot(wi, geometric_normal_) > 0.0f));
   }
 

@@ -25,10 +25,10 @@ class GgxReflection {
   GgxReflection(float alpha, const Vec3f& wo) : wo_(wo), alpha_(alpha) {
     alpha2_ = square(alpha);
     inv_alpha2_ = 1.0f / alpha2_;
-    const float sin2 = square(wo.x) + square(wo.y);
-    t_ = std::sqrt(alpha2_ * sin2 + square(wo.z));
+    const float sin2 = fma(wo.x, wo.x, square(wo.y));
+    t_ = std::sqrt(fma(alpha2_, sin2, square(wo.z)));
     const float s2 = square(1.0f + std::sqrt(sin2));
-    k_ = (1.0f - alpha2_) * s2 / (s2 + alpha2_ * square(wo.z));
+    k_ = (1.0f - alpha2_) * s2 / fma(alpha2_, square(wo.z), s2);
   }
 
   // u in [0, 1)^2 to a reflected direction; wi.z <= 0: rejected by the caller (no energy there).
@@ -41,12 +41,12 @@ class GgxReflection {
   Vec3f sample(float sin_phi, float cos_phi, float u) const {
     const float scale = 1.0f / t_;
     const Vec3f o(alpha_ * wo_.x * scale, alpha_ * wo_.y * scale, wo_.z * scale);
-    const float one_minus_z = u * (1.0f + k_ * o.z);
+    const float one_minus_z = u * fma(k_, o.z, 1.0f);
     const float r = safe_sqrt(one_minus_z * (2.0f - one_minus_z));
     // The microfacet normal, not normalised; its z is >= 0 because k <= 1.
-    const Vec3f m(alpha_ * (r * cos_phi + o.x), alpha_ * (r * sin_phi + o.y),
+    const Vec3f m(alpha_ * fma(r, cos_phi, o.x), alpha_ * fma(r, sin_phi, o.y),
                   std::max(0.0f, 1.0f - one_minus_z + o.z));
-    return m * (2.0f * dot(wo_, m) / dot(m, m)) - wo_;
+    return fma(m, 2.0f * dot(wo_, m) / dot(m, m), -wo_);
   }
 
   struct Value {
@@ -55,15 +55,14 @@ class GgxReflection {
     float cos_d;        // wo.h
   };
   // wi.z > 0.
-  Value evaluate(const Vec3f& wi) const {
+  [[gnu::always_inline]] Value evaluate(const Vec3f& wi) const {
     const Vec3f h = wo_ + wi;  // |h| = 2 wo.h for unit wo and wi
-    const float xy2 = square(h.x) + square(h.y);
-    const float z2 = square(h.z);
-    const float length2 = xy2 + z2;
-    const float ratio = length2 / (xy2 * inv_alpha2_ + z2);
+    const float xy2 = fma(h.x, h.x, square(h.y));
+    const float length2 = fma(h.z, h.z, xy2);
+    const float ratio = length2 / fma(xy2, inv_alpha2_, square(h.z));
     const float d = kInvPi * inv_alpha2_ * square(ratio);
-    const float t_i = std::sqrt(alpha2_ + (1.0f - alpha2_) * square(wi.z));
-    return {0.5f * d * wi.z / (wi.z * t_ + wo_.z * t_i), 0.5f * d / (k_ * wo_.z + t_),
+    const float t_i = std::sqrt(fma(1.0f - alpha2_, square(wi.z), alpha2_));
+    return {0.5f * d * wi.z / fma(wi.z, t_, wo_.z * t_i), 0.5f * d / fma(k_, wo_.z, t_),
             std::min(1.0f, 0.5f * std::sqrt(length2))};
   }
 

@@ -163,9 +163,9 @@ void Material::apply_textures(const SurfaceAttributes& a, float u_texture, Rgb& 
   out.has_normal_map = normal_texture_ != nullptr;
   if (out.has_normal_map) {
     const Vec4f texel = normal_texture_->lookup(uv_of(*normal_texture_, a), u_texture);
-    out.normal = normalize_or(Vec3f((texel.x * 2.0f - 1.0f) * normal_scale_,
-                                    (texel.y * 2.0f - 1.0f) * normal_scale_, texel.z * 2.0f - 1.0f),
-                              Vec3f(0.0f, 0.0f, 1.0f));
+    const Vec3f n = fma(Vec3f(texel.x, texel.y, texel.z), 2.0f, Vec3f(-1.0f));
+    out.normal =
+        normalize_or(Vec3f(n.x * normal_scale_, n.y * normal_scale_, n.z), Vec3f(0.0f, 0.0f, 1.0f));
   }
 }
 

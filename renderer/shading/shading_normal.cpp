@@ -13,7 +13,8 @@ Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
     if (unit == Vec3f(0.0f)) return normal;
     return normalize_or(ShadingFrame::from_normal(unit).to_world(map_normal), unit);
   }
-  return normalize_or(t * map_normal.x + b * (sign * map_normal.y) + normal * map_normal.z, normal);
+  const Vec3f along_t = t * map_normal.x;
+  return normalize_or(fma(normal, map_normal.z, fma(b, sign * map_normal.y, along_t)), normal);
 }
 
 namespace {
@@ -23,16 +24,16 @@ namespace {
 // wo has length r; reflection about an in-plane normal turns it into another vector of length r,
 // so the limit is R = (sqrt(r^2 - floor^2), floor), and the normal is the bisector of the two.
 Vec3f tilt(const Vec3f& ng, const Vec3f& n, const Vec3f& wo, float floor) {
-  Vec3f across = n - ng * dot(n, ng);
-  across -= ng * dot(across, ng);  // twice is enough (Kahan): the first difference may cancel
+  Vec3f across = fma(ng, -dot(n, ng), n);
+  across = fma(ng, -dot(across, ng), across);  // twice is enough (Kahan): the first difference may cancel
   const float length2 = dot(across, across);
   if (!(length2 > 1e-30f)) return ng;
   const Vec3f x = across * (1.0f / std::sqrt(length2));
   const float a = dot(wo, x), c = dot(wo, ng);
-  const float rest = safe_sqrt(square(a) + (c - floor) * (c + floor));  // sqrt(r^2 - floor^2)
+  const float rest = safe_sqrt(fma(a, a, (c - floor) * (c + floor)));  // sqrt(r^2 - floor^2)
   // a + rest, without cancellation when a < 0.
   const float sum = a >= 0.0f ? a + rest : (c - floor) * (c + floor) / (rest - a);
-  return normalize_or(x * sum + ng * (c + floor), ng);
+  return normalize_or(fma(x, sum, ng * (c + floor)), ng);
 }
 
 }  // namespace
@@ -48,7 +49,7 @@ SurfaceFrame make_surface_frame(const Vec3f& face_normal, const Vec3f& vertex_no
   const float cos_o = dot(wo, ng);
   const float floor = std::min(0.9f * cos_o, 0.01f);
   const float cos_n = dot(n, ng), cos_no = dot(n, wo);
-  const bool keeps_mirror_above = 2.0f * cos_no * cos_n - cos_o >= floor;  // R.ng
+  const bool keeps_mirror_above = fma(2.0f * cos_no, cos_n, -cos_o) >= floor;  // R.ng
   if (!(cos_n > 0.0f && cos_no > 0.0f && keeps_mirror_above)) n = tilt(ng, n, wo, floor);
 
   result.geometric_normal = ng;

@@ -58,7 +58,7 @@ inline float terminator_factor(float cos_geometric, float alpha2) {
   if (!(cos_geometric > 0.0f)) return 0.0f;
   const float cos2 = square(cos_geometric);
   const float tan2 = std::max(0.0f, 1.0f - cos2) / cos2;
-  return 2.0f / (1.0f + std::sqrt(1.0f + alpha2 * tan2));
+  return 2.0f / (1.0f + std::sqrt(fma(alpha2, tan2, 1.0f)));
 }
 
 }  // namespace emberline

@@ -41,7 +41,7 @@ class SpecularAlbedo {
     const Node* b = a + kColumns;
     const float loss = lerp(lerp(a[0].loss, a[1].loss, f), lerp(b[0].loss, b[1].loss, f), y_);
     const float rest = lerp(lerp(a[0].rest, a[1].rest, f), lerp(b[0].rest, b[1].rest, f), y_);
-    return {loss, rest + m5 * (1.0f - loss)};
+    return {loss, fma(m5, 1.0f - loss, rest)};
   }
 
   // Cosine-weighted averages over the hemisphere of the values that at() returns:

@@ -95,17 +95,17 @@ bool Texture::same_use(const Texture& o) const {
 Vec2f Texture::transformed(const Vec2f& uv) const {
   if (!has_transform_) return uv;
   const auto& m = transform_;
-  return {m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]};
+  return {fma(m[0], uv.x, fma(m[1], uv.y, m[2])), fma(m[3], uv.x, fma(m[4], uv.y, m[5]))};
 }
 
 // Texel i's centre lies at (i + 0.5) / size.
 Texture::Taps Texture::taps(float coordinate, int size, WrapMode wrap) const {
-  const float position = fold(coordinate, wrap) * float(size);  // [0, size]
+  const float folded = fold(coordinate, wrap);
   if (nearest_) {
-    const int i = std::min(int(position), size - 1);
+    const int i = std::min(int(folded * float(size)), size - 1);
     return {i, i, 0.0f};
   }
-  const float shifted = position - 0.5f;
+  const float shifted = fma(folded, float(size), -0.5f);
   const float lower = std::floor(shifted);
   int first = int(lower);  // [-1, size - 1]
   int second = first + 1;  // [0, size]
@@ -203,11 +203,10 @@ Vec4f Texture::bilinear(const Vec2f& uv) const {
   const Taps s = taps(at.x, width_, wrap_s_);
   const Taps t = taps(at.y, height_, wrap_t_);
   if (nearest_) return texel(s.first, t.first);
-  const Vec4f top =
-      texel(s.first, t.first) * (1.0f - s.fraction) + texel(s.second, t.first) * s.fraction;
-  const Vec4f bottom =
-      texel(s.first, t.second) * (1.0f - s.fraction) + texel(s.second, t.second) * s.fraction;
-  return top * (1.0f - t.fraction) + bottom * t.fraction;
+  const auto row = [&](int y) {
+    return fma(texel(s.second, y), s.fraction, texel(s.first, y) * (1.0f - s.fraction));
+  };
+  return fma(row(t.second), t.fraction, row(t.first) * (1.0f - t.fraction));
 }
 
 float Texture::alpha_texel(int x, int y) const {

@@ -18,12 +18,12 @@ float mean(const Rgb& c) { return (c.x + c.y + c.z) * (1.0f / 3.0f); }
 }  // namespace
 
 float fresnel_dielectric(float cos_i, float eta) {
-  const float sin2_t = (1.0f - square(cos_i)) / square(eta);
+  const float sin2_t = fma(-cos_i, cos_i, 1.0f) / square(eta);
   if (sin2_t >= 1.0f) return 1.0f;
   const float cos_t = safe_sqrt(1.0f - sin2_t);
-  const float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
-  const float perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-  return 0.5f * (square(parallel) + square(perpendicular));
+  const float parallel = fma(eta, cos_i, -cos_t) / fma(eta, cos_i, cos_t);
+  const float perpendicular = fma(-eta, cos_t, cos_i) / fma(eta, cos_t, cos_i);
+  return 0.5f * fma(parallel, parallel, square(perpendicular));
 }
 
 Rgb attenuation_coefficient(const Rgb& color, float distance) {
@@ -57,7 +57,7 @@ TransmissionLobe::TransmissionLobe(const TransmissionParameters& p, const Vec3f&
   }
   delta_ = alpha_ < kMirrorAlpha || straight;
   if (delta_) return;
-  t_ = std::sqrt(alpha2_ * (square(wo.x) + square(wo.y)) + square(wo.z));
+  t_ = std::sqrt(fma(alpha2_, fma(wo.x, wo.x, square(wo.y)), square(wo.z)));
   const float albedo = thin_ || mirror_only_ ? 1.0f - SpecularAlbedo(p.roughness).at(wo.z).loss
                                              : refraction_albedo(wo.z, p.roughness, eta_);
   compensation_ = 1.0f / albedo;
@@ -78,16 +78,17 @@ float TransmissionLobe::reflect_pick(float reflectance) const {
 
 bool TransmissionLobe::refract(const Vec3f& m, float cos_d, Vec3f* wi) const {
   const float inverse = 1.0f / eta_;
-  const float sin2_t = (1.0f - square(cos_d)) * square(inverse);
+  const float sin2_t = fma(-cos_d, cos_d, 1.0f) * square(inverse);
   if (sin2_t >= 1.0f) return false;
   // Out of a dense medium the terms are large and cancel: the length needs repair.
-  *wi = normalize(wo_ * -inverse + m * (cos_d * inverse - safe_sqrt(1.0f - sin2_t)));
+  const float along_m = fma(cos_d, inverse, -safe_sqrt(1.0f - sin2_t));
+  *wi = normalize(fma(m, along_m, wo_ * -inverse));
   return true;
 }
 
 Rgb TransmissionLobe::albedo() const {
   const float f = reflectance(wo_.z);
-  return Rgb(f) + tint_ * (1.0f - f);
+  return fma(tint_, 1.0f - f, Rgb(f));
 }
 
 Rgb TransmissionLobe::eval_and_pdf(const Vec3f& wi, float* pdf) const {
@@ -97,16 +98,16 @@ Rgb TransmissionLobe::eval_and_pdf(const Vec3f& wi, float* pdf) const {
   const bool transmitted = wi.z < 0.0f;
   const bool bends = transmitted && !thin_;
   // The microfacet normal, not normalised, on wo's side (see ggx.h for the numerics).
-  Vec3f h = bends ? -(wo_ + wi * eta_) : wo_ + Vec3f(wi.x, wi.y, mu_i);
+  Vec3f h = bends ? -fma(wi, eta_, wo_) : wo_ + Vec3f(wi.x, wi.y, mu_i);
   if (h.z < 0.0f) h = -h;
-  const float xy2 = square(h.x) + square(h.y), z2 = square(h.z), length2 = xy2 + z2;
+  const float xy2 = fma(h.x, h.x, square(h.y)), z2 = square(h.z), length2 = xy2 + z2;
   if (!(length2 > 0.0f) || !(z2 > 0.0f)) return Rgb(0.0f);
   const float inverse_length = 1.0f / std::sqrt(length2);
   const float cos_d = std::min(1.0f, dot(wo_, h) * inverse_length);
   if (!(cos_d > 0.0f)) return Rgb(0.0f);
   const float d = kInvPi / alpha2_ * square(length2 / (xy2 / alpha2_ + z2));
-  const float t_i = std::sqrt(alpha2_ + (1.0f - alpha2_) * square(mu_i));
-  const float smith = mu_i / (mu_i * t_ + wo_.z * t_i);  // G2 / (2 |wo.z|)
+  const float t_i = std::sqrt(fma(1.0f - alpha2_, square(mu_i), alpha2_));
+  const float smith = mu_i / fma(mu_i, t_, wo_.z * t_i);  // G2 / (2 |wo.z|)
   const float reflected = reflectance(cos_d);
   const float pick = reflect_pick(reflected);
   if (!bends) {
@@ -133,7 +134,7 @@ BsdfSample TransmissionLobe::sample(float u_lobe, const Vec2f& u) const {
     const Vec3f o(alpha_ * wo_.x * scale, alpha_ * wo_.y * scale, wo_.z * scale);
     const float one_minus_z = u.y * (1.0f + o.z);
     const float r = safe_sqrt(one_minus_z * (2.0f - one_minus_z));
-    m = normalize_or(Vec3f(alpha_ * (r * cosine + o.x), alpha_ * (r * sine + o.y),
+    m = normalize_or(Vec3f(alpha_ * fma(r, cosine, o.x), alpha_ * fma(r, sine, o.y),
                            std::max(0.0f, 1.0f - one_minus_z + o.z)),
                      m);
   }
@@ -143,7 +144,7 @@ BsdfSample TransmissionLobe::sample(float u_lobe, const Vec2f& u) const {
   const float pick = reflect_pick(reflected);
   const bool transmits = !(u_lobe < pick);
   if (!transmits || thin_) {
-    result.wi = m * (2.0f * cos_d) - wo_;
+    result.wi = fma(m, 2.0f * cos_d, -wo_);
     if (!(result.wi.z > 0.0f)) return result;
     if (transmits) result.wi.z = -result.wi.z;
   } else if (!refract(m, cos_d, &result.wi) || !(result.wi.z < 0.0f)) {

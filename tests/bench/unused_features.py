@@ -29,7 +29,7 @@ def run(*command):
 
 def build(tree, plain, extra):
     run("cmake", "-G", "Ninja", "-S", ROOT, "-B", tree, "-DCMAKE_BUILD_TYPE=Release",
-        "-DCMAKE_CXX_FLAGS_RELEASE=-O3 -DNDEBUG", "-DEMBERLINE_NATIVE=OFF", "-DCMAKE_CXX_FLAGS=-march=x86-64-v3",
+        "-DCMAKE_CXX_FLAGS_RELEASE=-O3 -DNDEBUG", "-DEMBERLINE_NATIVE=OFF",
         "-DEMBERLINE_LTO=OFF", *extra,
         f"-DEMBERLINE_PLAIN={'ON' if plain else 'OFF'}")
     run("cmake", "--build", tree, "--target", "plain_scene_bench")
