@@ -144,6 +144,23 @@ void add_light_options(CLI::App* app, RenderOptions& o) {
   add_loading_options(app, o.lenient, o.resource_root);
 }
 
+void add_limits(CLI::App* app, LimitOptions& o) {
+  app->add_option_function<std::string>(
+         "--memory-limit",
+         [&o](const std::string& text) {
+           o.memory_bytes = parse_size(text);
+           if (!o.memory_bytes) {
+             throw CLI::ValidationError("--memory-limit",
+                                        "'" + text + "' is not a size, such as 8G, 500M or 4096");
+           }
+         },
+         "turn away what needs more memory: bytes, or with K, M, G, T powers of 1024 of them "
+         "[three quarters of what the machine or its container has]")
+      ->type_name("SIZE");
+  add_number(app, "--load-timeout", o.load_timeout_s, kLeastTimeLimit, kMostTimeLimit,
+             "give up loading and building after so many seconds [never]");
+}
+
 // What every render has, whoever decides where its samples go.
 void add_integration_options(CLI::App* app, RenderOptions& o) {
   add_name(app, "--integrator", o.integrator, "integrator", "integrator [path]",
@@ -164,6 +181,7 @@ void add_integration_options(CLI::App* app, RenderOptions& o) {
            "what pixels without samples show, of progressive drivers [duplicate]",
            reconstruction_table());
   add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all]");
+  add_limits(app, o.limits);
 }
 
 void add_sampling_options(CLI::App* app, RenderOptions& o) {
@@ -468,6 +486,7 @@ void add_info_options(CLI::App* app, InfoOptions& o) {
   app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
   app->add_flag("--json", o.json, "machine-readable");
   add_loading_options(app, o.lenient, o.resource_root);
+  add_limits(app, o.limits);
 }
 
 void add_heatmap_options(CLI::App* app, HeatmapOptions& o) {

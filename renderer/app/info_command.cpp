@@ -142,12 +142,14 @@ std::string as_text(const Json& j) {
 }  // namespace
 
 int run_info(const InfoOptions& options) {
-  SceneDescription scene = load_gltf(
-      options.scene, {.lenient = options.lenient, .resource_root = options.resource_root});
+  LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
+  SceneDescription scene =
+      load_gltf(options.scene, {.lenient = options.lenient, .resource_root = options.resource_root},
+                progress);
   Json json = describe(scene);
   SceneBuildOptions build_options;
   build_options.bvh = false;
-  json["features"] = build_scene(std::move(scene), build_options)->features();
+  json["features"] = build_scene(std::move(scene), build_options, progress)->features();
   print_result(options.json ? json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"
                             : as_text(json));
   return kExitDone;

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "renderer/app/run_limits.h"
+
 namespace emberline {
 
 struct InfoOptions {
@@ -10,6 +12,7 @@ struct InfoOptions {
   bool json = false;
   bool lenient = false;
   std::string resource_root;  // as in RenderOptions
+  LimitOptions limits;
 };
 
 // Prints to stdout. Returns the exit code. Throws EmberlineError.

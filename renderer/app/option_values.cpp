@@ -1,5 +1,6 @@
 #include "renderer/app/option_values.h"
 
+#include <cctype>
 #include <charconv>
 #include <cmath>
 
@@ -26,6 +27,21 @@ std::optional<double> parse_real(std::string_view text) {
 }
 
 std::optional<int64_t> parse_whole(std::string_view text) { return from_whole_text<int64_t>(text); }
+
+std::optional<uint64_t> parse_size(std::string_view text) {
+  constexpr std::string_view kUnits = "KMGT";
+  double factor = 1.0;
+  if (!text.empty()) {
+    const size_t unit = kUnits.find(char(std::toupper(static_cast<unsigned char>(text.back()))));
+    if (unit != std::string_view::npos) {
+      factor = std::exp2(10.0 * double(unit + 1));
+      text.remove_suffix(1);
+    }
+  }
+  const std::optional<double> number = parse_real(text);
+  if (!number || !(*number * factor >= 1.0) || !(*number * factor < 0x1p63)) return std::nullopt;
+  return uint64_t(*number * factor);
+}
 
 std::string unknown_word_message(const char* kind, const std::string& word,
                                  const std::vector<std::string>& valid) {

@@ -47,6 +47,9 @@ bool parse_numbers(std::string_view text, char separator, std::array<T, kCount>&
   return true;
 }
 
+// "8G", "1.5M", "4096": bytes, or with K, M, G or T powers of 1024 of them; at least 1.
+std::optional<uint64_t> parse_size(std::string_view text);
+
 // An option whose value is one number in [min, max]. `Target` is the number or an optional of it.
 template <typename T, typename Target>
 CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, T min, T max,

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "io/atomic_file.h"
+#include "renderer/app/frame_memory.h"
 #include "renderer/app/frame_setup.h"
 #include "renderer/app/light_layers.h"
 #include "renderer/app/outputs.h"
@@ -136,6 +137,7 @@ FrameCounters render_frame(const RenderOptions& options, const Frame& frame, Fra
 
 int run_render(const RenderOptions& options) {
   RenderReport report;
+  const uint64_t memory_before = peak_rss_bytes();
   report.times.start_s = process_age_seconds();
   const Stopwatch wall;
 
@@ -158,6 +160,11 @@ int run_render(const RenderOptions& options) {
   const WorkerThreads workers(options.threads);
   const int threads = workers.count();
 
+  const LoadLimits limits = limits_of(options.limits, options.scene);
+  if (!options.replay) {
+    reserve_frame(frame_bytes(options, output_settings, *driver), window, *limits.memory);
+  }
+
   // Likewise where nothing can be written: the files are opened before the scene is loaded, and
   // leave no trace if that fails.
   StopRequest stop;
@@ -178,9 +185,9 @@ int run_render(const RenderOptions& options) {
   report.threads = threads;
   report.times.setup_s = wall.seconds();
   const Stopwatch load;
+  LoadProgress progress({}, {}, limits);
   SceneEdits edits = load_edits(options);
-  SceneDescription description =
-      load_scene(options, LoadProgress::unwatched(), edits.variant.has_value());
+  SceneDescription description = load_scene(options, progress, edits.variant.has_value());
   if (!edits.environment.file.empty()) {
     files.read(edits.environment.file, "it is the environment of --edits");
   }
@@ -197,12 +204,18 @@ int run_render(const RenderOptions& options) {
   if (options.light_groups) groups.emplace(outline(description));
   const Stopwatch build;
   const std::unique_ptr<Scene> scene =
-      build_scene(std::move(description), choose_build_options(options));
+      build_scene(std::move(description), choose_build_options(options), progress);
   const Camera camera = create_camera(options, camera_description, *scene);
   report.times.build_s = build.seconds();
   report.features = scene->features();
   report.memory = scene->memory();
+  report.budget = limits.memory;
+  check_growth(memory_before, *limits.memory, options.scene);
   if (groups) {
+    if (driver->bytes_per_pixel(output_settings.aovs) > 0) {
+      reserve_frame(bytes_of(uint64_t(window.area()), 24 * (groups->list().size() + 1)), window,
+                    *limits.memory);
+    }
     report.features.push_back(describe(*groups));
     if (outputs) outputs->add_light_layers(light_layer_names(groups->list()));
   }

@@ -8,6 +8,7 @@
 
 #include "io/display.h"
 #include "io/tev_protocol.h"
+#include "renderer/app/run_limits.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 #include "renderer/statistics/heatmap_quantity.h"
@@ -80,6 +81,7 @@ struct RenderOptions {
   std::optional<Vec2i> explained;     // a pixel of the frame
   std::vector<std::string> trees;     // files of the refinement tree
   int threads = 0;                    // 0: all
+  LimitOptions limits;
 };
 
 }  // namespace emberline

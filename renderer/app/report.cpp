@@ -160,7 +160,9 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
                     {"geometry_bytes", r.memory.geometry_bytes},
                     {"bvh_bytes", r.memory.bvh_bytes},
                     {"texture_bytes", r.memory.texture_bytes},
-                    {"film_bytes", r.film_bytes}};
+                    {"film_bytes", r.film_bytes},
+                    {"limit_bytes", r.budget->limit()},
+                    {"most_reserved_bytes", r.budget->peak()}};
   Json located = Json::array();
   for (const NonFiniteSample& s : c.located) {
     located.push_back({{"x", s.x},

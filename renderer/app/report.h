@@ -40,6 +40,7 @@ struct RenderReport {
   FrameCounters counters;
   SceneMemory memory;
   uint64_t film_bytes = 0;
+  std::shared_ptr<const MemoryBudget> budget;  // what was allowed, and reserved of it
   std::vector<std::string> features;
   std::string estimator = "none";
   std::optional<double> error_estimate;

@@ -173,10 +173,11 @@ StudyRenderer::StudyRenderer(const RenderOptions& frame, FileRegister& files)
       integrator_(create_integrator(
           frame.integrator, {.max_depth = frame.max_depth, .transparent = frame.transparent})),
       filter_(choose_filter(frame)) {
-  SceneDescription description = load_scene(frame, LoadProgress::unwatched(), false);
+  LoadProgress progress({}, {}, limits_of(frame.limits, frame.scene));
+  SceneDescription description = load_scene(frame, progress, false);
   files.read(description.files, "the scene reads");
   const CameraDescription camera = choose_camera(frame, description);
-  scene_ = build_scene(std::move(description), choose_build_options(frame));
+  scene_ = build_scene(std::move(description), choose_build_options(frame), progress);
   camera_ = create_camera(frame, camera, *scene_);
 }
 

@@ -36,7 +36,7 @@ bool MemoryBudget::try_reserve(MemoryPart part, uint64_t bytes) noexcept {
 }
 
 void MemoryBudget::reserve(MemoryPart part, uint64_t bytes, const std::string& place) {
-  if (!try_reserve(part, bytes)) refuse(part, bytes, place);
+  if (!try_reserve(part, bytes)) throw InputError(place, refusal(part, bytes));
 }
 
 void MemoryBudget::give_back(MemoryPart part, uint64_t bytes) noexcept {
@@ -45,13 +45,11 @@ void MemoryBudget::give_back(MemoryPart part, uint64_t bytes) noexcept {
   reserved_.fetch_sub(bytes, std::memory_order_relaxed);
 }
 
-void MemoryBudget::refuse(MemoryPart part, uint64_t bytes, const std::string& place) const {
-  throw InputError(
-      place,
-      fmt::format("needs {} of memory ({}), and {} of the limit of {} are left; "
-                  "--memory-limit raises it",
-                  readable_bytes(bytes), name_of(part),
-                  readable_bytes(limit_ - std::min(limit_, reserved())), readable_bytes(limit_)));
+std::string MemoryBudget::refusal(MemoryPart part, uint64_t bytes) const {
+  return fmt::format(
+      "needs {} of memory ({}), and {} of the limit of {} are left; --memory-limit raises it",
+      readable_bytes(bytes), name_of(part), readable_bytes(limit_ - std::min(limit_, reserved())),
+      readable_bytes(limit_));
 }
 
 MemoryReservation& MemoryReservation::operator=(MemoryReservation&& other) noexcept {

@@ -36,8 +36,8 @@ class MemoryBudget {
   // False instead of an exception: for callbacks.
   bool try_reserve(MemoryPart part, uint64_t bytes) noexcept;
   void give_back(MemoryPart part, uint64_t bytes) noexcept;
-  // The error of reserve().
-  [[noreturn]] void refuse(MemoryPart part, uint64_t bytes, const std::string& place) const;
+  // What reserve() says beside the place.
+  std::string refusal(MemoryPart part, uint64_t bytes) const;
 
   uint64_t limit() const { return limit_; }
   uint64_t reserved() const { return reserved_.load(std::memory_order_relaxed); }

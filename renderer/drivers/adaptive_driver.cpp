@@ -94,6 +94,15 @@ std::vector<uint32_t> parts_by_gain(std::span<const size_t> parts, std::span<con
   return sorted;
 }
 
+namespace {
+
+FilmExtras film_extras(const AdaptiveSettings& settings) {
+  return {
+      .squares = true, .rays = true, .sample_variance = RoundPlanner::knows_variances(settings)};
+}
+
+}  // namespace
+
 class AdaptiveDriver::Progress final : public FramePicture {
  public:
   Progress(const Frame& frame, const DriverSettings& settings, FrameObserver& observer,
@@ -103,10 +112,7 @@ class AdaptiveDriver::Progress final : public FramePicture {
         smooth_(parse_reconstruction(settings.reconstruction) == Reconstruction::kLinear),
         observer_(observer),
         stop_(stop),
-        film_(frame.aovs, frame.with_light_groups({.squares = true,
-                                                   .rays = true,
-                                                   .sample_variance = RoundPlanner::knows_variances(
-                                                       settings.adaptive)})),
+        film_(frame.aovs, frame.with_light_groups(film_extras(settings.adaptive))),
         runner_(frame, film_, observer, std::move(stop)),
         planner_(settings.adaptive, frame.window.width(), frame.window.height(), frame.seed),
         order_(tile_order(frame.window)),
@@ -447,6 +453,16 @@ const FramePicture* AdaptiveDriver::picture() const { return progress_.get(); }
 
 const RefinementTree* AdaptiveDriver::tree() const {
   return settings_.keep_tree ? &progress_->tree() : nullptr;
+}
+
+uint64_t AdaptiveDriver::bytes_per_pixel(const AovSet& aovs) const {
+  // What Progress::bytes() adds up: the planner's planes and halves, order and counts, and the tree
+  // at its largest, with two nodes for each sample. tests/cli/limits_test.cpp compares the two.
+  constexpr uint64_t kPlanner = 28 * sizeof(float), kOrder = 2 * sizeof(uint32_t);
+  constexpr uint64_t kTree = 2 * 36 + sizeof(uint32_t);
+  constexpr uint64_t kAverages = 10 * sizeof(double);
+  return film_bytes_per_pixel(aovs, film_extras(settings_.adaptive)) + kPlanner + kOrder + kTree +
+         (settings_.adaptive.unbiased ? kAverages : 0);
 }
 
 uint64_t AdaptiveDriver::film_bytes() const { return progress_ ? progress_->bytes() : 0; }

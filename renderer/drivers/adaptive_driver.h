@@ -47,6 +47,7 @@ class AdaptiveDriver final : public FrameDriver {
   void follow(int x, int y) override;
   const FramePicture* picture() const override;
   const RefinementTree* tree() const override;
+  uint64_t bytes_per_pixel(const AovSet& aovs) const override;
   uint64_t film_bytes() const override;
 
  private:

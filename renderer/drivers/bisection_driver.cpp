@@ -56,6 +56,10 @@ uint32_t least_samples(const BisectionPass& pass, size_t begin, size_t end,
 
 }  // namespace
 
+uint64_t BisectionDriver::bytes_per_pixel(const AovSet& aovs) const {
+  return film_bytes_per_pixel(aovs, {});
+}
+
 uint64_t bisection_part_pixels(const SampleRange& samples, uint64_t frame_pixels) {
   const uint64_t pixels =
       std::bit_floor(std::max<uint64_t>(1, kPartSamples / samples.sample_count));

@@ -20,6 +20,7 @@ class BisectionDriver final : public FrameDriver {
   FrameCounters render(const Frame& frame, FrameObserver& observer, std::stop_token stop) override;
   void deliver(FrameObserver& observer) override;
   const FramePicture* picture() const override { return picture_ ? &*picture_ : nullptr; }
+  uint64_t bytes_per_pixel(const AovSet& aovs) const override;
   uint64_t film_bytes() const override { return film_ ? film_->bytes() : 0; }
 
  private:

@@ -142,6 +142,9 @@ class FrameDriver {
   // The tree by which the first samples were placed, if that is what the driver does and
   // DriverSettings::keep_tree asked for it.
   virtual const RefinementTree* tree() const { return nullptr; }
+  // What render() and deliver() will hold of each pixel of a frame beside their workers' tiles, at
+  // most; with light groups 24 for each and 24 more.
+  virtual uint64_t bytes_per_pixel(const AovSet& /*aovs*/) const { return 0; }
   // What the driver holds beside its workers' tiles, for the report.
   virtual uint64_t film_bytes() const { return 0; }
 };

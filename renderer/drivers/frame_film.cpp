@@ -68,6 +68,12 @@ size_t SliceRunner::carry_out(size_t parts, const Expand& expand, bool until_wan
   return begun;
 }
 
+uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras) {
+  FilmTile pixel(aovs, extras);
+  pixel.reset({0, 0, 1, 1});
+  return pixel.bytes() + 4 * sizeof(float);
+}
+
 void reset_film(const Rect& window, FilmTile* film) {
   try {
     film->reset(window);

@@ -57,6 +57,9 @@ class SliceRunner {
   std::vector<size_t> cut_short_;
 };
 
+// What a film holds of a pixel, in bytes, and deliver_film() on top where it fills in.
+uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras);
+
 // Makes the film ready for the window. Throws RenderError if there is not the memory for it.
 void reset_film(const Rect& window, FilmTile* film);
 

@@ -12,9 +12,10 @@ namespace emberline {
 
 struct LoadedScene {
   std::shared_ptr<const OpenScene> open;
-  SceneEdits edits;             // of the edits' file; the options' variant and lens
-  EditableScene scene;          // the rendering thread's
-  SceneDescription edit_lists;  // what edits count in, and no more: cheap to copy
+  SceneEdits edits;               // of the edits' file; the options' variant and lens
+  EditableScene scene;            // the rendering thread's
+  SceneDescription edit_lists;    // what edits count in, and no more: cheap to copy
+  MemoryReservation memory = {};  // its share of what the window may take
 
   // The view without edits in a frame of this size: a camera that frames the scene fits itself to
   // the frame, as the command line's does.

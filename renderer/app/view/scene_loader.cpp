@@ -63,6 +63,10 @@ void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::s
     });
   };
   try {
+    // What is open stays until the new scene has come: that gets what is left.
+    LoadLimits limits = limits_of(options.limits, options.scene);
+    if (!memory_) memory_ = limits.memory;
+    limits.memory = std::make_shared<MemoryBudget>(memory_->limit() - memory_->reserved());
     LoadProgress progress(
         [&](const std::string& stage, double fraction) {
           report(number, [&](LoadStatus& status) {
@@ -70,8 +74,10 @@ void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::s
             status.fraction = fraction;
           });
         },
-        std::move(stop));
+        std::move(stop), limits);
     std::shared_ptr<LoadedScene> scene = load_for_view(options, progress);
+    scene->memory =
+        MemoryReservation(memory_, MemoryPart::kGeometry, limits.memory->reserved(), options.scene);
     report(number, [&](LoadStatus& status) {
       status.state = LoadStatus::State::kReady;
       status.stage.clear();

@@ -33,7 +33,8 @@ class SceneLoader {
   std::stop_source stop_;  // of the same load
   LoadStatus status_;
   std::shared_ptr<LoadedScene> loaded_;
-  TaskThread thread_;  // last: its tasks use all of the above
+  std::shared_ptr<MemoryBudget> memory_;  // of all scenes there are; the loader's thread's
+  TaskThread thread_;                     // last: its tasks use all of the above
 };
 
 }  // namespace emberline

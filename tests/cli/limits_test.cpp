@@ -1,0 +1,97 @@
+// --memory-limit and --load-timeout: what is too much is refused before it is taken, and what is
+// reserved is about what is taken.
+#include <cmath>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+class Limits : public CommandTest {
+ protected:
+  // A grid of n x n vertices that is drawn.
+  std::string grid(int n) {
+    GltfBuilder gltf = lamp_scene();
+    std::vector<float> positions;
+    std::vector<uint32_t> indices;
+    for (int y = 0; y < n; ++y) {
+      for (int x = 0; x < n; ++x) {
+        positions.insert(positions.end(), {float(x) / float(n), 0.1f, float(y) / float(n)});
+        if (x + 1 == n || y + 1 == n) continue;
+        const auto at = uint32_t(y * n + x), below = at + uint32_t(n);
+        for (const uint32_t i : {at, below, at + 1, at + 1, below, below + 1}) indices.push_back(i);
+      }
+    }
+    const int points = gltf.add_accessor<float>("VEC3", positions);
+    gltf.add_mesh_node(
+        gltf.add_mesh({{"attributes", {{"POSITION", points}}},
+                       {"indices", gltf.add_accessor<uint32_t>("SCALAR", indices)}}));
+    return gltf.write_glb(path("grid.glb"));
+  }
+
+  struct Figures {
+    double reserved, peak, film;
+  };
+  Figures figures(const std::string& file, const Words& more) {
+    render(Words{"render", file, "-o", path("out.exr"), "--spp", "2", "--threads", "2", "--report",
+                 path("r.json")} +
+           more);
+    const nlohmann::json memory = read_json("r.json")["memory"];
+    return {memory["most_reserved_bytes"], memory["peak_rss_bytes"], memory["film_bytes"]};
+  }
+};
+
+TEST_F(Limits, WhatIsReservedIsWhatIsTaken) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
+  const Words small = {"--size", "16x16"};
+  const std::string plain = scene(), large = grid(500);
+  const Figures none = figures(plain, small);
+  const struct {
+    const char* what;
+    std::string file;
+    Words words;
+  } rows[] = {
+      {"triangles", large, small},
+      {"a film", plain, {"--size", "1500x1000", "--driver", "bisection"}},
+      {"an adaptive film", plain, {"--size", "900x800", "--driver", "adaptive"}},
+      {"a picture", plain, {"--size", "4000x3000", "--spp", "1", "-o", path("p.png")}},
+  };
+  for (const auto& row : rows) {
+    const Figures f = figures(row.file, row.words);
+    const double taken = f.peak - none.peak, reserved = f.reserved - none.reserved;
+    EXPECT_GT(reserved, 30e6) << row.what;
+    // Eight megabytes are what one run differs from another by.
+    EXPECT_LT(taken, 1.1 * reserved + 8e6) << row.what;
+    EXPECT_LT(reserved, 3.0 * taken + 8e6) << row.what;
+  }
+  for (const char* driver : {"bisection", "adaptive"}) {
+    const Figures f = figures(plain, {"--size", "300x200", "--driver", driver});
+    EXPECT_LE(f.film - none.film, f.reserved - none.reserved) << driver;
+  }
+}
+
+TEST_F(Limits, AFrameThatIsTooLargeIsRefusedBeforeTheLoad) {
+  for (const Words& more : {Words{"-o", path("a.png")}, Words{"--driver", "bisection"},
+                            Words{"--driver", "adaptive"}, Words{"--heatmap", path("h.png")}}) {
+    expect_failure(render_words(Words{"--size", "65536x65536", "--memory-limit", "1G"} + more), 2,
+                   {"--size", "65536x65536", "limit of 1 GiB", "--memory-limit"});
+  }
+}
+
+TEST_F(Limits, ASceneThatIsTooLargeIsRefused) {
+  const std::string file = grid(300);
+  for (const char* command : {"render", "info"}) {
+    Words words = {command, file, "--memory-limit", "2M"};
+    if (words[0] == "render") words = words + Words{"-o", path("out.exr")};
+    expect_failure(words, 3, {"grid.glb", "of the limit of 2 MiB are left", "--memory-limit"});
+  }
+}
+
+TEST_F(Limits, ALoadThatTakesTooLongIsGivenUp) {
+  const std::string file = grid(300);
+  expect_failure({"render", file, "-o", path("out.exr"), "--load-timeout", "0.001"}, 3,
+                 {"grid.glb", "loading took longer than 1 ms (--load-timeout)"});
+}
+
+}  // namespace
+}  // namespace emberline::test
