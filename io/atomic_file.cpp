@@ -255,25 +255,26 @@ void check_writable(const std::string& path) {
 }
 
 void write_file_atomically(const std::string& path, std::string_view bytes) {
-  if (is_pipe_or_device(path)) {
-    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
-    if (descriptor < 0) fail(path, "cannot open it", errno);
-    int error = 0;
-    while (!bytes.empty() && error == 0) {
-      const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-      if (written >= 0) {
-        bytes.remove_prefix(size_t(written));
-      } else if (errno != EINTR) {
-        error = errno;
-      }
-    }
-    ::close(descriptor);
-    if (error) fail(path, "writing failed", error);
-    return;
-  }
+  if (is_pipe_or_device(path)) return GrowingFile(path).append(bytes);
   AtomicFile file(path);
   file.write_at(bytes.data(), bytes.size(), 0);
   file.commit();
+}
+
+GrowingFile::GrowingFile(const std::string& path)
+    : path_(path),
+      descriptor_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666)) {
+  if (descriptor_ < 0) fail(path_, "cannot open it", errno);
+}
+
+GrowingFile::~GrowingFile() { ::close(descriptor_); }
+
+void GrowingFile::append(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+    if (written < 0 && errno != EINTR) fail(path_, "writing failed", errno);
+    if (written > 0) bytes.remove_prefix(size_t(written));
+  }
 }
 
 }  // namespace emberline

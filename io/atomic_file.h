@@ -58,4 +58,20 @@ void remove_unfinished_files() noexcept;
 // renamed onto and is written to directly. Throws RenderError.
 void write_file_atomically(const std::string& path, std::string_view bytes);
 
+// A file that others follow while it grows: empty at first, and what is appended is there at once.
+// All errors are RenderError, one line that names the file.
+class GrowingFile {
+ public:
+  explicit GrowingFile(const std::string& path);
+  ~GrowingFile();
+  GrowingFile(const GrowingFile&) = delete;
+  GrowingFile& operator=(const GrowingFile&) = delete;
+
+  void append(std::string_view bytes);
+
+ private:
+  std::string path_;
+  int descriptor_ = -1;
+};
+
 }  // namespace emberline

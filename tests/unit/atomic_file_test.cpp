@@ -105,5 +105,17 @@ TEST_F(AtomicFileTest, DevicesAreWrittenDirectly) {
                             "No space left on device");
 }
 
+TEST_F(AtomicFileTest, GrowingFilesCanBeFollowed) {
+  write_file_atomically(path("log"), "of before\n");
+  GrowingFile log(path("log"));
+  EXPECT_EQ(slurp(path("log")), "");
+  log.append("one\n");
+  log.append("two\n");
+  EXPECT_EQ(slurp(path("log")), "one\ntwo\n");
+  GrowingFile full("/dev/full");
+  expect_error<RenderError>([&] { full.append("x"); }, "No space left on device");
+  expect_error<RenderError>([&] { GrowingFile folder(path("")); }, "Is a directory");
+}
+
 }  // namespace
 }  // namespace emberline

@@ -520,6 +520,15 @@ class WindowTest(unittest.TestCase):
         self.assertIn('"width": 777', config.read_text())
         self.assertIn("cornell_box.glb", config.read_text())
 
+    def test_a_journal_that_cannot_be_written_is_said_once(self):
+        folder = pathlib.Path(self.window_folder())
+        run = subprocess.run([BINARY, "view", *map(str, small()), "--journal", "/dev/full", "--screenshot",
+                              str(folder / "window.png")], capture_output=True, text=True,
+                             env=dict(self.display.environment, XDG_CONFIG_HOME=str(folder)), timeout=screens.PATIENCE_S)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual(run.stderr.count("the journal ends here: cannot write /dev/full"), 1, run.stderr)
+        self.assertGreater(screens.read_png(folder / "window.png")[0], 0)
+
     def test_measures_a_script(self):
         folder = pathlib.Path(self.window_folder())
         script = folder / "script.json"

@@ -2,9 +2,11 @@
 // tests.
 #pragma once
 
-#include <fstream>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+
+#include "io/atomic_file.h"
 
 namespace emberline {
 
@@ -12,12 +14,13 @@ class Journal {
  public:
   // Throws RenderError for a file that cannot be written.
   void open(const std::string& path);
-  bool is_open() const { return file_.is_open(); }
-  // {"t": seconds, "event": event, ...members}, flushed, so that a reader can follow.
+  bool is_open() const { return file_.has_value(); }
+  // {"t": seconds, "event": event, ...members}, at once, so that a reader can follow. Where that
+  // fails, it is said and the journal closed: the window goes on.
   void write(const char* event, const nlohmann::json& members);
 
  private:
-  std::ofstream file_;
+  std::optional<GrowingFile> file_;
 };
 
 }  // namespace emberline
