@@ -1,0 +1,55 @@
+"""Fails when a file is opened elsewhere than in io/input_file.cpp (to read) or io/atomic_file.cpp (to
+write): what is checked there, is checked for every file."""
+import pathlib
+import re
+import sys
+
+DOORS = {"io/input_file.cpp", "io/atomic_file.cpp"}
+# Ways to a file by its name: C++ streams, C, the system, and the libraries that we use.
+OPENS = re.compile(
+    r"\b(?:std::)?[io]?fstream\b"
+    r"|\b(?:f|fd|fre|p)open(?:64)?\s*\("
+    r"|(?<![\w>])::(?:open|openat|creat|mkstemp)(?:64)?\s*\("
+    r"|ImageInput::open|ImageOutput::open|ImageBuf\b|ImageCache\b|TextureSystem\b"
+    r"|(?:Input|Output)File\s*\([^)]*\.c_str\(\)"
+    r"|AddFontFromFileTTF\b|CreateFromFile\b|SaveIniSettingsToDisk\b"
+    r"|\bstbi?_(?:load|write)|LoadASCIIFromFile\b|LoadBinaryFromFile\b"
+)
+# What may stand elsewhere, with the reason.
+ALLOWED = {
+    # A config of OpenColorIO names further files (LUTs), which only it can find. The config itself is
+    # looked at through InputFile first.
+    "io/display.cpp": ["CreateFromFile"],
+    # For tinygltf's header, whose functions on files are not called.
+    "io/tiny_gltf_build.cpp": ["fstream"],
+    # /dev/null for standard streams that are closed, before anything else is opened.
+    "renderer/app/standard_output.cpp": ["::open("],
+}
+COMMENT = re.compile(r"//.*$")
+
+
+def main(root):
+    failures = []
+    used = set()
+    for folder in ("renderer", "integrators", "samplers", "io"):
+        for source in sorted((root / folder).rglob("*")):
+            name = source.relative_to(root).as_posix()
+            if source.suffix not in (".h", ".cpp") or name in DOORS:
+                continue
+            for number, line in enumerate(source.read_text().splitlines(), 1):
+                found = OPENS.search(COMMENT.sub("", line))
+                if not found:
+                    continue
+                if found.group(0) in ALLOWED.get(name, ()):
+                    used.add((name, found.group(0)))
+                    continue
+                failures.append(f"{name}:{number}: opens a file by itself: {found.group(0)}")
+    for name, words in ALLOWED.items():
+        failures += [f"{name}: no longer has {w}; take it out of ALLOWED"
+                     for w in words if (name, w) not in used]
+    print("\n".join(failures) or "every file goes through one door")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(pathlib.Path(sys.argv[1])))
