@@ -23,6 +23,8 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
   check_gltf_nodes(document);
   check_gltf_skins(document);
   check_gltf_cameras_and_lights(document);
+  const MemoryReservation model_memory(progress.budget(), MemoryPart::kFile,
+                                       gltf_model_bytes(document), path);
   const auto model = parse_gltf_model(document);
 
   SceneDescription scene;
@@ -32,6 +34,9 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
   if (!model->animations.empty() || !document.array("animations").empty()) {
     report_ignored(path, "animations (at rest)", scene.coverage);
   }
+  progress.budget()->reserve(
+      MemoryPart::kGeometry,
+      bytes_of(document.array("materials").size(), sizeof(MaterialDescription)), path);
   scene.materials = read_materials(document, *model, options, scene.coverage);
   scene.variants = read_variants(document);
   scene.variants_read = options.variants;

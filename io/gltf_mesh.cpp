@@ -135,7 +135,9 @@ std::set<int> used_uv_sets(Materials materials) {
 void read_uv_sets(const PrimitiveReader& reader, Materials materials, LoadedMesh& loaded) {
   MeshDescription& mesh = loaded.mesh;
   const std::set<int> used = used_uv_sets(materials);
-  const int last = used.empty() ? 0 : *used.rbegin();
+  // Materials that name higher ones are refused where they are compiled, if anything wears them.
+  constexpr int kMostSets = 16;
+  const int last = used.empty() ? 0 : std::min(*used.rbegin(), kMostSets);
   for (int set = 0; set <= last; ++set) {
     const std::string name = "TEXCOORD_" + std::to_string(set);
     std::vector<Vec2f> uv;
@@ -191,6 +193,41 @@ void normalise_directions(MeshDescription& mesh) {
   }
 }
 
+// An upper bound of what load_primitive holds at any time, result included, from what the primitive
+// announces.
+uint64_t announced_bytes(const GltfDocument& document, const PrimitiveReader& reader,
+                         const json& primitive, const MeshPose& pose, Materials materials,
+                         bool tangents_made) {
+  const uint64_t vertices = reader.vertex_count();
+  uint64_t per_vertex = sizeof(Vec3f) + sizeof(Vec4f) + sizeof(uint32_t);  // and one list of floats
+  if (reader.has("NORMAL")) per_vertex += sizeof(Vec3f);
+  if (reader.has("TANGENT")) per_vertex += sizeof(Vec4f);
+  if (reader.has("COLOR_0")) per_vertex += sizeof(Vec4f);
+  per_vertex += sizeof(Vec2f) * (1 + used_uv_sets(materials).size());
+  if (!pose.joints.empty()) per_vertex += sizeof(Mat44d) + sizeof(double) + sizeof(Vec4f);
+  // generate_tangents: its groups, and up to twice as many vertices.
+  if (tangents_made) per_vertex = 2 * per_vertex + 256;
+  const json* member = find_member(primitive, "indices");
+  const uint64_t indices = member ? document.accessors[member->get<size_t>()].count : vertices;
+  const bool list = primitive.value("mode", int(kTriangles)) == kTriangles;
+  uint64_t per_index = sizeof(uint32_t) + sizeof(Triangle) / (list ? 3 : 1);
+  // Flat faces with a normal map have vertices of their own.
+  if (tangents_made && !reader.has("NORMAL")) per_index += per_vertex;
+  return bytes_of(vertices, per_vertex) + bytes_of(indices, per_index);
+}
+
+template <class Vector>
+uint64_t held_bytes(const Vector& vector) {
+  return vector.capacity() * sizeof(vector[0]);
+}
+
+uint64_t held_bytes(const MeshDescription& mesh) {
+  uint64_t bytes = held_bytes(mesh.positions) + held_bytes(mesh.triangles) +
+                   held_bytes(mesh.normals) + held_bytes(mesh.tangents) + held_bytes(mesh.colors);
+  for (const auto& uv : mesh.uv_sets) bytes += held_bytes(uv);
+  return bytes;
+}
+
 }  // namespace
 
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
@@ -218,14 +255,19 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   }
 
   const PrimitiveReader reader(document, primitive, pointer);
+  const TextureRef* normal_map = find_normal_map(materials, loaded);
+  // Specification 3.7.2.1: without normals the supplied tangents are void.
+  const bool has_tangents = normal_map && reader.has("NORMAL") && reader.has("TANGENT");
+  MemoryReservation memory(
+      document.progress->budget(), MemoryPart::kGeometry,
+      announced_bytes(document, reader, primitive, pose, materials, normal_map && !has_tangents),
+      document.place(pointer));
   mesh.positions = to_vectors<Vec3f>(reader.floats("POSITION", 3));
   if (mesh.positions.size() >= UINT32_MAX) {
     throw InputError(document.place(pointer), "more vertices than 32 bits can number");
   }
   if (reader.has("NORMAL")) mesh.normals = to_vectors<Vec3f>(reader.floats("NORMAL", 3));
-  // Specification 3.7.2.1: without normals the supplied tangents are void.
-  const TextureRef* normal_map = find_normal_map(materials, loaded);
-  if (normal_map && !mesh.normals.empty() && reader.has("TANGENT")) {
+  if (has_tangents) {
     mesh.tangents = to_vectors<Vec4f>(reader.floats("TANGENT", 4));
   }
   read_uv_sets(reader, materials, loaded);
@@ -241,6 +283,10 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   drop_unused_vertices(mesh);
   normalise_directions(mesh);
   if (normal_map && mesh.tangents.empty()) generate_tangents(mesh, *normal_map);
+  // The rest was for the time of reading.
+  memory.release();
+  document.progress->budget()->reserve(MemoryPart::kGeometry, held_bytes(mesh),
+                                       document.place(pointer));
   return loaded;
 }
 

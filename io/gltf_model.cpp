@@ -37,6 +37,22 @@ void drop_extensions(json& value) {
 
 }  // namespace
 
+uint64_t gltf_model_bytes(const GltfDocument& document) {
+  constexpr std::pair<const char*, size_t> kArrays[] = {
+      {"scenes", sizeof(tinygltf::Scene)},       {"nodes", sizeof(tinygltf::Node)},
+      {"materials", sizeof(tinygltf::Material)}, {"textures", sizeof(tinygltf::Texture)},
+      {"samplers", sizeof(tinygltf::Sampler)},   {"cameras", sizeof(tinygltf::Camera)},
+      {"skins", sizeof(tinygltf::Skin)}};
+  uint64_t objects = 0;
+  for (const auto& [name, size] : kArrays) objects += bytes_of(document.array(name).size(), size);
+  if (const json* lights = find_extension(document.json, "KHR_lights_punctual")) {
+    objects += bytes_of(lights->at("lights").size(), sizeof(tinygltf::Light));
+  }
+  // Vectors grow by doubling. And the values that are passed on, what tinygltf makes of their text,
+  // and the text.
+  return 2 * objects + document.json_memory.bytes() / 4 * 9;
+}
+
 std::shared_ptr<const tinygltf::Model> parse_gltf_model(const GltfDocument& document) {
   json reduced = json::object();
   const json& asset = document.json.at("asset");

@@ -14,4 +14,7 @@ namespace emberline {
 // because version 2.7 follows indices and offsets of those without looking. Throws InputError.
 std::shared_ptr<const tinygltf::Model> parse_gltf_model(const GltfDocument& document);
 
+// About what that takes, and its making; for a budget.
+uint64_t gltf_model_bytes(const GltfDocument& document);
+
 }  // namespace emberline

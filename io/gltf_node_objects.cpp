@@ -28,6 +28,8 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
     ++scene.repairs.singular_instances;
     return;
   }
+  document.progress->budget()->reserve(
+      MemoryPart::kGeometry, 2 * sizeof(CameraDescription) + node_name(model, node).size(), place);
   CameraDescription camera;
   camera.name = source.name.empty() ? node_name(model, node) : source.name;
   camera.to_world = to_world;
@@ -61,6 +63,9 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
   const std::string place =
       document.place("/extensions/KHR_lights_punctual/lights/" + std::to_string(index));
 
+  document.progress->budget()->reserve(
+      MemoryPart::kLights, 2 * sizeof(PunctualLightDescription) + node_name(model, node).size(),
+      place);
   PunctualLightDescription light;
   light.name = source.name.empty() ? node_name(model, node) : source.name;
   light.to_world = to_world;
@@ -103,6 +108,12 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
   const json& attributes = extension.at("attributes");
   size_t count = 0;
   bool counted = false;
+  MemoryReservation memory(document.progress->budget(), MemoryPart::kGeometry);
+  if (!attributes.empty()) {
+    // Ten floats, and the matrix of them.
+    const uint64_t first = document.accessors[attributes.begin().value().get<size_t>()].count;
+    memory.add(bytes_of(first, 10 * sizeof(float) + sizeof(Mat44d)), place);
+  }
   const auto read = [&](const char* name, int components) -> std::vector<float> {
     const json* member = find_member(attributes, name);
     if (!member) return {};
@@ -128,6 +139,7 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
   std::vector<Mat44d> transforms;
   transforms.reserve(count);
   for (size_t i = 0; i < count; ++i) {
+    if (i % 65536 == 0) document.progress->check();
     Vec3d translation(0.0), scale(1.0);
     std::array<double, 4> rotation = {0.0, 0.0, 0.0, 1.0};
     for (int c = 0; c < 3; ++c) {

@@ -335,6 +335,8 @@ void SceneGraphReader::place_meshes() {
     throw InputError(document_.file, std::to_string(count) +
                                          " instances, more than the size of the file bears out");
   }
+  document_.progress->budget()->reserve(
+      MemoryPart::kGeometry, bytes_of(count, sizeof(InstanceDescription)), document_.file);
   scene_.instances.reserve(count);
   for (const Placement& placement : placements_) {
     const std::string place = document_.place("/nodes/" + std::to_string(placement.node));

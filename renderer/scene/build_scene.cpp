@@ -188,6 +188,11 @@ void SceneBuilder::place_meshes() {
   Scene& scene = *scene_;
   uses_.assign(description_.meshes.size(), 0);
   for (const InstanceDescription& placed : description_.instances) uses_[size_t(placed.mesh)]++;
+  MemoryBudget& budget = *progress_.budget();
+  budget.reserve(MemoryPart::kGeometry, bytes_of(description_.meshes.size(), sizeof(Mesh)),
+                 description_.file);
+  budget.reserve(MemoryPart::kGeometry, bytes_of(description_.instances.size(), sizeof(Instance)),
+                 description_.file);
   scene.meshes_.resize(description_.meshes.size());
   scene.instances_.resize(description_.instances.size());
   for (size_t i = 0; i < scene.instances_.size(); ++i) {
@@ -230,7 +235,7 @@ void SceneBuilder::drop_unread_attributes() {
 
 void SceneBuilder::build_geometry() {
   Scene& scene = *scene_;
-  scene.geometry_ = std::make_unique<scene_detail::Geometry>();
+  scene.geometry_ = std::make_unique<scene_detail::Geometry>(progress_.budget(), description_.file);
   scene_detail::Geometry& geometry = *scene.geometry_;
   uint64_t items = scene.instances_.size();
   for (const Mesh& mesh : scene.meshes_) items += mesh.triangles.size();

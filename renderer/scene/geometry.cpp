@@ -14,11 +14,6 @@
 namespace emberline::scene_detail {
 namespace {
 
-bool count_memory(void* user, ssize_t bytes, bool /*post*/) {
-  static_cast<std::atomic<int64_t>*>(user)->fetch_add(bytes, std::memory_order_relaxed);
-  return true;
-}
-
 void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
   log_verbose(std::string("Embree: ") + message);
 }
@@ -149,13 +144,31 @@ SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, f
   return attributes;
 }
 
-Geometry::Geometry() {
+// Embree ends the build with RTC_ERROR_OUT_OF_MEMORY where this says no.
+bool Geometry::count_memory(void* user, ssize_t bytes, bool /*post*/) {
+  auto& self = *static_cast<Geometry*>(user);
+  if (bytes > 0 && !self.budget_->try_reserve(MemoryPart::kBvh, uint64_t(bytes))) {
+    self.refused_bytes_ = uint64_t(bytes);
+    return false;
+  }
+  if (bytes < 0) self.budget_->give_back(MemoryPart::kBvh, uint64_t(-bytes));
+  self.monitored_bytes_.fetch_add(bytes, std::memory_order_relaxed);
+  return true;
+}
+
+void Geometry::add_object_bytes(uint64_t bytes) {
+  budget_->reserve(MemoryPart::kBvh, bytes, place_);
+  object_bytes_ += bytes;
+}
+
+Geometry::Geometry(std::shared_ptr<MemoryBudget> budget, std::string place)
+    : budget_(std::move(budget)), place_(std::move(place)) {
+  add_object_bytes(embree::kSceneObjectBytes);
   device = rtcNewDevice(nullptr);
   if (!device) throw RenderError("Embree could not be started on this machine");
   rtcSetDeviceErrorFunction(device, on_error, nullptr);
-  rtcSetDeviceMemoryMonitorFunction(device, count_memory, &monitored_bytes_);
+  rtcSetDeviceMemoryMonitorFunction(device, count_memory, this);
   top = rtcNewScene(device);
-  object_bytes_ += embree::kSceneObjectBytes;
   rtcSetSceneFlags(top, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(top, RTC_BUILD_QUALITY_HIGH);
 }
@@ -164,9 +177,11 @@ Geometry::~Geometry() {
   if (top) rtcReleaseScene(top);
   for (const RTCScene scene : mesh_scenes) rtcReleaseScene(scene);
   if (device) rtcReleaseDevice(device);
+  budget_->give_back(MemoryPart::kBvh, object_bytes_);
 }
 
 RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
+  add_object_bytes(embree::kTriangleObjectBytes);
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   // The last entry of positions is padding for Embree's 16-byte reads, not a vertex.
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -184,14 +199,13 @@ RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
     rtcSetGeometryOccludedFilterFunction(geometry, chosen);
   }
   rtcCommitGeometry(geometry);
-  object_bytes_ += embree::kTriangleObjectBytes;
   return geometry;
 }
 
 RTCScene Geometry::add_mesh_scene(const Mesh& mesh, LoadProgress& progress) {
+  add_object_bytes(embree::kSceneObjectBytes);
   RTCScene scene = rtcNewScene(device);
   mesh_scenes.push_back(scene);
-  object_bytes_ += embree::kSceneObjectBytes;
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
   RTCGeometry geometry = make_triangles(mesh, 0);
@@ -211,6 +225,7 @@ void Geometry::add_mesh(const Mesh& mesh, uint32_t instance) {
 }
 
 void Geometry::add_instance(RTCScene mesh_scene, const Affine& transform, uint32_t instance) {
+  add_object_bytes(embree::kInstanceObjectBytes);
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
   rtcSetGeometryInstancedScene(geometry, mesh_scene);
   const float columns[12] = {
@@ -221,7 +236,6 @@ void Geometry::add_instance(RTCScene mesh_scene, const Affine& transform, uint32
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(top, geometry, instance);
   rtcReleaseGeometry(geometry);
-  object_bytes_ += embree::kInstanceObjectBytes;
   ++top_items_;
 }
 
@@ -242,6 +256,9 @@ uint64_t Geometry::record_bytes() const {
 void Geometry::check() {
   const RTCError error = rtcGetDeviceError(device);
   if (error == RTC_ERROR_NONE) return;
+  if (const uint64_t bytes = refused_bytes_.exchange(0)) {
+    throw InputError(place_, budget_->refusal(MemoryPart::kBvh, bytes));
+  }
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw RenderError("out of memory while building the BVH");
   throw RenderError("Embree error " + std::to_string(int(error)) + " while building the BVH");
 }

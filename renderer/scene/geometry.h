@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "renderer/core/load_progress.h"
@@ -20,7 +21,8 @@ struct GeometryRecord {
 };
 
 struct Geometry {
-  Geometry();
+  // Embree's memory is taken from the budget, block by block; `place` is named when that is spent.
+  Geometry(std::shared_ptr<MemoryBudget> budget, std::string place);
   ~Geometry();
   Geometry(const Geometry&) = delete;
   Geometry& operator=(const Geometry&) = delete;
@@ -36,7 +38,8 @@ struct Geometry {
   uint64_t embree_bytes() const;
   uint64_t record_bytes() const;
 
-  // Throws RenderError if Embree has reported a failure since the last call.
+  // Throws RenderError if Embree has reported a failure since the last call, InputError if that was
+  // for the budget.
   void check();
 
   RTCDevice device = nullptr;
@@ -46,9 +49,14 @@ struct Geometry {
   uint32_t bvh_builds = 0;
 
  private:
-  uint64_t top_items_ = 0;                   // of `top`, as LoadProgress counts them
+  uint64_t top_items_ = 0;  // of `top`, as LoadProgress counts them
+  const std::shared_ptr<MemoryBudget> budget_;
+  const std::string place_;
   std::atomic<int64_t> monitored_bytes_{0};  // as Embree's memory monitor says
+  std::atomic<uint64_t> refused_bytes_{0};   // a block that the budget had no room for
   uint64_t object_bytes_ = 0;                // what it does not say; see embree_api.h
+  static bool count_memory(void* user, ssize_t bytes, bool post);
+  void add_object_bytes(uint64_t bytes);
   RTCGeometry make_triangles(const Mesh& mesh, uint32_t instance);
 };
 

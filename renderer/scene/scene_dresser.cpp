@@ -62,7 +62,17 @@ void SceneDresser::foresee_changes(Mesh& mesh, const MeshDescription& source) co
   for (const VariantMaterial& other : source.variant_materials) look_at(other.material);
 }
 
+void SceneDresser::reserve_lights(uint64_t count) const {
+  // The light, its node of the light BVH and what that is built from, its points in the search for
+  // flush emitters.
+  constexpr uint64_t kLightBytes = 400;
+  progress_.budget()->reserve(MemoryPart::kLights, bytes_of(count, kLightBytes), description_.file);
+}
+
 void SceneDresser::put_on_materials() {
+  progress_.budget()->reserve(MemoryPart::kTextures,
+                              bytes_of(description_.materials.size(), sizeof(Material)),
+                              description_.file);
   auto materials = std::make_unique<MaterialSet>(description_, worn_materials());
   previous_ = std::exchange(scene_.materials_, std::move(materials));
   relit_.assign(scene_.meshes_.size(), false);
@@ -124,6 +134,7 @@ std::vector<EmissiveTriangle> SceneDresser::collect_emitters() {
   if (total >= size_t(1) << 30) {
     throw InputError(description_.file, "more than 2^30 emissive triangles");
   }
+  reserve_lights(total);
   std::vector<EmissiveTriangle> triangles;
   triangles.reserve(total);
   progress_.begin(LoadStage::kLights, total);
@@ -179,6 +190,10 @@ bool SceneDresser::set_environment() {
     if (!e->image) {
       light = std::make_shared<EnvironmentLight>(e->constant);
     } else if (!light || light->image() != e->image.get()) {
+      // Two numbers for each texel, of what is sampled.
+      const uint64_t texels = bytes_of(uint64_t(e->image->width), uint64_t(e->image->height));
+      progress_.budget()->reserve(MemoryPart::kLights, bytes_of(texels, 2 * sizeof(uint32_t)),
+                                  e->file);
       light = std::make_shared<EnvironmentLight>(e->image, 1.0f, 0.0f);
     }
     light->adjust(e->strength, e->tint, e->rotation_degrees);
@@ -190,6 +205,7 @@ bool SceneDresser::set_environment() {
 
 void SceneDresser::light() {
   progress_.begin(LoadStage::kLights);
+  reserve_lights(description_.lights.size());
   std::vector<PointLight> points;
   points.reserve(description_.lights.size());
   for (const PunctualLightDescription& light : description_.lights) {

@@ -31,6 +31,7 @@ class SceneDresser {
   bool emitters_changed() const;
   std::vector<EmissiveTriangle> collect_emitters();
   void collect_emitters_of(uint32_t instance, std::vector<EmissiveTriangle>& triangles);
+  void reserve_lights(uint64_t count) const;
   PointLight place_light(const PunctualLightDescription& source) const;
   bool set_environment();
   void find_flush_emitters(const std::vector<EmissiveTriangle>& before);
