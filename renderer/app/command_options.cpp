@@ -40,6 +40,10 @@ CLI::Option* add_name(CLI::App* app, const std::string& option, Target& target, 
       });
 }
 
+struct NamedDriver {
+  std::string_view name, summary;
+};
+
 // Far beyond any scene, near enough that squares of distances stay finite in double and float's
 // rounding of the rebased scene is what limits the picture.
 constexpr double kFarthest = 1e15;
@@ -185,7 +189,6 @@ void add_integration_options(CLI::App* app, RenderOptions& o) {
 }
 
 void add_sampling_options(CLI::App* app, RenderOptions& o) {
-  add_name(app, "--driver", o.driver, "driver", "frame driver [bucket]", driver_table());
   add_name(app, "--sampler", o.sampler, "sampler", "sampler [sobol]", sampler_table());
   add_number(app, "--streams", o.streams, 1, 2,
              "independent sample streams per pixel: 1, or 2 for honest half images [1, or what the "
@@ -453,6 +456,7 @@ void add_render_options(CLI::App* app, RenderOptions& o) {
   add_edits(app, o);
   add_variant(app, o);
   add_result_options(app, o);
+  add_name(app, "--driver", o.driver, "driver", "frame driver [bucket]", driver_table());
   add_sampling_options(app, o);
   add_integration_options(app, o);
   add_frame_options(app, o);
@@ -462,16 +466,16 @@ void add_render_options(CLI::App* app, RenderOptions& o) {
 void add_view_options(CLI::App* app, ViewOptions& o) {
   RenderOptions& r = o.render;
   r.filter = kDefaultFilter;
-  r.driver = "live";
+  r.driver = kLiveDriver;
   app->add_option("scene", r.scene, "a .gltf or .glb file [one is opened in the window]");
   add_edits(app, r);
   add_window_options(app, o);
   add_variant(app, r);
+  std::vector<NamedDriver> drivers = {
+      {kLiveDriver, "bisection until every pixel has a sample, then adaptive"}};
+  for (const DriverEntry& entry : driver_table()) drivers.push_back({entry.name, entry.summary});
+  add_name(app, "--driver", r.driver, "driver", "frame driver [live]", drivers);
   add_sampling_options(app, r);
-  app->get_option("--driver")
-      ->description(
-          table_help("frame driver [live: bisection until every pixel has a sample, then adaptive]",
-                     driver_table()));
   add_integration_options(app, r);
   add_frame_options(app, r);
   add_light_options(app, r);
@@ -500,6 +504,7 @@ void add_heatmap_options(CLI::App* app, HeatmapOptions& o) {
                   table_help("what it shows [samples]", heatmap_quantity_table()))
       ->type_name("NAME");
   add_heatmap_style(app, o.style, nullptr);
+  add_limits(app, o.limits);
 }
 
 void add_compare_options(CLI::App* app, CompareOptions& o) {
@@ -509,6 +514,7 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
   app->add_option("-o,--difference", o.difference,
                   "difference picture: FLIP as .png, signed difference as .exr");
   add_number(app, "--exposure", o.exposure, -64.0f, 64.0f, "stops, for FLIP, SSIM and PSNR [0]");
+  add_limits(app, o.limits);
 }
 
 void add_study_options(CLI::App* app, StudyOptions& o) {

@@ -19,6 +19,10 @@ namespace emberline {
 // float on its way to the file, counts to 2^24 exactly.
 inline constexpr uint32_t kMaxSamples = 1u << 24;
 
+// The driver that a window begins with, beside those of driver_table(): bisection until every pixel
+// has a sample, then adaptive.
+inline constexpr const char* kLiveDriver = "live";
+
 struct RenderOptions {
   std::string scene;
   std::string resource_root;  // what the scene may refer to; empty: its own folder

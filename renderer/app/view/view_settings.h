@@ -13,10 +13,6 @@ namespace emberline {
 // (renderer/statistics/heatmap_quantity.h); why pixels have ended is told while others go on.
 enum class ViewOverlay : uint8_t { kNone, kSamples, kError, kStop, kTime, kNonFinite, kTree };
 
-// The driver that a window begins with: bisection until every pixel has a sample, then adaptive.
-// Besides, all names of driver_table() are valid.
-inline constexpr const char* kLiveDriver = "live";
-
 // Samples a pixel where RenderOptions::spp says nothing and no threshold ends the frame: the
 // picture goes on getting better while somebody looks at it. Buckets, of which each is brought to
 // its end before the next begins, keep to what `render` gives them.
