@@ -99,7 +99,8 @@ CameraEdit read_camera(const JsonReader& entry) {
   return edit;
 }
 
-EnvironmentEdit read_environment_edit(const JsonReader& entry, const std::string& path) {
+EnvironmentEdit read_environment_edit(const JsonReader& entry, const std::string& path,
+                                      const LoadProgress& progress) {
   entry.object({"file", "strength", "rotation"});
   EnvironmentEdit edit;
   edit.place = entry.place();
@@ -111,7 +112,7 @@ EnvironmentEdit read_environment_edit(const JsonReader& entry, const std::string
     const fs::path file = entry["file"].text();
     edit.file = (file.is_absolute() ? file : fs::path(path).parent_path() / file).string();
     try {
-      edit.image = read_environment(edit.file, &edit.repaired_texels);
+      edit.image = read_environment(edit.file, &edit.repaired_texels, progress);
     } catch (const InputError& error) {
       throw InputError(entry["file"].place(), error.what());
     }
@@ -248,7 +249,7 @@ Json material_json(const MaterialEdit& edit) {
 
 }  // namespace
 
-SceneEdits read_edits(const std::string& path) {
+SceneEdits read_edits(const std::string& path, const LoadProgress& progress) {
   const nlohmann::json json = read_json(path);
   const JsonReader root(json, path);
   check_version(root);  // before the members: another version may have others
@@ -257,7 +258,7 @@ SceneEdits read_edits(const std::string& path) {
   if (root.has("camera")) edits.camera = read_camera(root["camera"]);
   if (root.has("variant")) edits.variant = read_target(root["variant"].object({"name", "index"}));
   if (root.has("environment")) {
-    edits.environment = read_environment_edit(root["environment"], path);
+    edits.environment = read_environment_edit(root["environment"], path, progress);
   }
   if (root.has("lights")) {
     const JsonReader lights = root["lights"];

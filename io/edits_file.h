@@ -22,6 +22,7 @@
 
 #include <string>
 
+#include "renderer/core/load_progress.h"
 #include "renderer/scene/scene_edits.h"
 
 namespace emberline {
@@ -31,7 +32,8 @@ inline constexpr int kEditsVersion = 1;
 // Throws InputError (file, JSON pointer, what was expected) for a file that is not there or not
 // JSON, another version, a member that does not exist, is given twice, or is out of its range. An
 // environment file is read as well; a relative one is looked for beside the edits.
-SceneEdits read_edits(const std::string& path);
+SceneEdits read_edits(const std::string& path,
+                      const LoadProgress& progress = LoadProgress::unwatched());
 
 // Reading it gives the same edits, bit for bit. A relative environment file is written relative to
 // the folder of `path`. Throws RenderError.

@@ -146,9 +146,10 @@ int run_compare(const CompareOptions& options) {
       files.read(input, "it is one of the pictures compared");
     }
   }
-  const RgbFile file = read_rgb(options.image);
+  const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
+  const RgbFile file = read_rgb(options.image, progress);
   const RgbImage& image = file.pixels;
-  const RgbImage reference = reference_pixels(read_rgb(options.reference), options.image,
+  const RgbImage reference = reference_pixels(read_rgb(options.reference, progress), options.image,
                                               file.window, file.frame_width, file.frame_height);
   if (!file.is_whole_frame()) {
     const Rect& w = file.window;
@@ -156,6 +157,8 @@ int run_compare(const CompareOptions& options) {
                          w.x0, w.y0, w.x1, w.y1));
   }
 
+  progress.budget()->reserve(MemoryPart::kFilm, bytes_of(image.rgb.size() / 3, kComparisonBytesPerPixel),
+                             "the metrics of " + options.image);
   const ErrorMetrics metrics = compare_images(image, reference, {options.exposure});
   if (kind != DifferenceKind::kNone) {
     const std::vector<uint8_t> masked = non_finite_pixels(image, reference);

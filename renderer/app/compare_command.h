@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/app/run_limits.h"
 #include "renderer/statistics/error_metrics.h"
 
 namespace emberline {
@@ -15,6 +16,7 @@ struct CompareOptions {
   bool json = false;       // to stdout, instead of a table
   std::string difference;  // empty: none; .png/.jpg: FLIP in false colour; .exr: image - reference
   float exposure = 0.0f;   // stops, for PSNR, SSIM, FLIP and the FLIP picture
+  LimitOptions limits;
 };
 
 // Reads both pictures (whatever OpenImageIO reads; 8-bit ones as sRGB, channels R, G and B), prints

@@ -97,9 +97,9 @@ void put_on_lens(const RenderOptions& options, CameraDescription& camera) {
 
 }  // namespace
 
-SceneEdits load_edits(const RenderOptions& options) {
+SceneEdits load_edits(const RenderOptions& options, const LoadProgress& progress) {
   if (options.edits.empty()) return {};
-  SceneEdits edits = read_edits(options.edits);
+  SceneEdits edits = read_edits(options.edits, progress);
   warn_of_repaired(edits.environment.file, edits.environment.repaired_texels);
   return edits;
 }

@@ -15,7 +15,7 @@
 namespace emberline {
 
 // The edits of the options, or none. Throws InputError.
-SceneEdits load_edits(const RenderOptions& options);
+SceneEdits load_edits(const RenderOptions& options, const LoadProgress& progress);
 
 // Loads the scene, puts the environment of the options into it. `variants` as in GltfOptions, for
 // those who edit it; where the options choose one, they are read in any case. Throws InputError,

@@ -39,7 +39,8 @@ int run_heatmap(const HeatmapOptions& options) {
   FileRegister files;
   files.read(options.image, "it is the picture itself");
   files.write("-o", options.output);
-  const FloatImage image = read_frame(options.image);
+  const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
+  const FloatImage image = read_frame(options.image, progress);
   check_channels(options.image, quantity, image);
   const Rect& window = image.data_window;
   check_heatmap_format("-o", options.output, window);

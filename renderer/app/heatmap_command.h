@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "renderer/app/run_limits.h"
 #include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
@@ -12,6 +13,7 @@ struct HeatmapOptions {
   std::string output;
   std::string quantity;  // one of heatmap_quantity_table()
   HeatmapStyle style;
+  LimitOptions limits;
 };
 
 // Writes what `render --heatmap` would have written for the frame: the same pixels.

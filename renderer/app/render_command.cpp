@@ -165,6 +165,7 @@ int run_render(const RenderOptions& options) {
     reserve_frame(frame_bytes(options, output_settings, *driver), window, *limits.memory);
   }
 
+  LoadProgress progress({}, {}, limits);
   // Likewise where nothing can be written: the files are opened before the scene is loaded, and
   // leave no trace if that fails.
   StopRequest stop;
@@ -177,7 +178,7 @@ int run_render(const RenderOptions& options) {
       pictures.emplace(options.display, window, output_settings.aovs);
     }
     for (const std::string& path : options.trees) check_writable(path);
-    if (!options.snapshots.empty()) snapshots.emplace(options, window);
+    if (!options.snapshots.empty()) snapshots.emplace(options, window, progress);
     outputs.emplace(options.outputs, output_settings, stop);
   }
 
@@ -185,8 +186,7 @@ int run_render(const RenderOptions& options) {
   report.threads = threads;
   report.times.setup_s = wall.seconds();
   const Stopwatch load;
-  LoadProgress progress({}, {}, limits);
-  SceneEdits edits = load_edits(options);
+  SceneEdits edits = load_edits(options, progress);
   SceneDescription description = load_scene(options, progress, edits.variant.has_value());
   if (!edits.environment.file.empty()) {
     files.read(edits.environment.file, "it is the environment of --edits");

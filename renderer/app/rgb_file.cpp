@@ -19,8 +19,8 @@ std::string describe(const Rect& window, int frame_width, int frame_height) {
 
 }  // namespace
 
-FloatImage read_frame(const std::string& path) {
-  FloatImage image = read_float_image(path);
+FloatImage read_frame(const std::string& path, const LoadProgress& progress) {
+  FloatImage image = read_float_image(path, progress);
   if (image.stopped_after) {
     log_warning(fmt::format("{}: the frame was stopped before it was complete, at {} samples", path,
                             *image.stopped_after));
@@ -28,8 +28,8 @@ FloatImage read_frame(const std::string& path) {
   return image;
 }
 
-RgbFile read_rgb(const std::string& path) {
-  const FloatImage file = read_frame(path);
+RgbFile read_rgb(const std::string& path, const LoadProgress& progress) {
+  const FloatImage file = read_frame(path, progress);
   std::array<size_t, 3> source{};
   for (size_t c = 0; c < 3; ++c) {
     const int found = file.find_channel(std::string(1, "RGB"[c]));
@@ -44,6 +44,7 @@ RgbFile read_rgb(const std::string& path) {
     source[c] = size_t(found);
   }
   const size_t pixels = size_t(file.width) * size_t(file.height);
+  progress.budget()->reserve(MemoryPart::kTextures, bytes_of(pixels, 3 * sizeof(float)), path);
   RgbFile result{path,
                  {file.width, file.height, std::vector<float>(3 * pixels)},
                  file.data_window,
@@ -54,6 +55,7 @@ RgbFile read_rgb(const std::string& path) {
       result.pixels.rgb[3 * i + c] = file.values[i * size_t(file.channels()) + source[c]];
     }
   }
+  progress.budget()->give_back(MemoryPart::kTextures, file.values.size() * sizeof(float));
   return result;
 }
 

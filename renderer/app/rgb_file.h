@@ -11,7 +11,7 @@ namespace emberline {
 
 // All channels of a picture; warns of a frame that was stopped before it was complete. Throws
 // InputError.
-FloatImage read_frame(const std::string& path);
+FloatImage read_frame(const std::string& path, const LoadProgress& progress);
 
 // Pixels of a frame, and where in it they lie. A .png knows no frame but itself.
 struct RgbFile {
@@ -25,7 +25,7 @@ struct RgbFile {
 
 // Linear; the data window only. Throws InputError for a file that cannot be read or lacks one of
 // the three channels.
-RgbFile read_rgb(const std::string& path);
+RgbFile read_rgb(const std::string& path, const LoadProgress& progress);
 
 // Of a reference the pixels that `window` of a frame is to be measured against: those at the same
 // place of a frame of the same size; or, where one of the two knows no frame but itself, all of

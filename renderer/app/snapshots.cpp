@@ -128,7 +128,8 @@ bool is_snapshot_name(const std::string& name) {
   return name == kAnimation || numbered;
 }
 
-SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& window)
+SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& window,
+                                   const LoadProgress& progress)
     : options_(options),
       window_(window),
       format_(find_named(kFormats, "--snapshot-format", "format", options.snapshot_format).format),
@@ -143,7 +144,7 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& win
   }
   if (!options.reference.empty()) {
     reference_ =
-        reference_pixels(read_rgb(options.reference), "the frame to be measured against it", window,
+        reference_pixels(read_rgb(options.reference, progress), "the frame to be measured against it", window,
                          options.width, options.height);
   }
   folder_.emplace(options.snapshots, OwnedFolderKind{"--snapshots", "emberline-snapshots.json"});

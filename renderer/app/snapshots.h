@@ -62,7 +62,7 @@ class SnapshotRecorder {
   // folder with a file of someone else under a name that a snapshot may get, RenderError for a
   // folder that cannot be written to, InputError for a reference that cannot be read or has another
   // size than the window.
-  SnapshotRecorder(const RenderOptions& options, const Rect& window);
+  SnapshotRecorder(const RenderOptions& options, const Rect& window, const LoadProgress& progress);
 
   // Copies the picture if a snapshot is due, `elapsed_s` into the rendering.
   void look(const FrameProgress& progress, const FramePicture& picture, double elapsed_s);

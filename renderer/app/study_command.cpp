@@ -11,6 +11,7 @@
 
 #include "io/atomic_file.h"
 #include "renderer/app/convergence_command.h"
+#include "renderer/app/frame_memory.h"
 #include "renderer/app/frame_setup.h"
 #include "renderer/app/outputs.h"
 #include "renderer/app/progress.h"
@@ -65,6 +66,7 @@ class Study {
     uint32_t half_samples = 0;
   };
 
+  void reserve_frames();
   std::vector<std::string> file_names() const;
   void describe_settings(int threads);
   void prepare_pace();
@@ -86,6 +88,7 @@ class Study {
   const StudyOptions& options_;
   const StudyPlan& plan_;
   const uint32_t seeds_;
+  const LoadLimits limits_;
   std::optional<RgbImage> given_reference_;
   StudyFolder folder_;
   StudyRenderer renderer_;
@@ -98,10 +101,10 @@ class Study {
 };
 
 // Of --reference, before anything takes time.
-std::optional<RgbImage> read_reference(const StudyOptions& options) {
+std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLimits& limits) {
   if (options.reference.empty()) return std::nullopt;
   const RenderOptions& frame = options.frame;
-  return reference_pixels(read_rgb(options.reference), "the frame to be measured against it",
+  return reference_pixels(read_rgb(options.reference, LoadProgress({}, {}, limits)), "the frame to be measured against it",
                           choose_window(frame), frame.width, frame.height);
 }
 
@@ -109,11 +112,13 @@ Study::Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& f
     : options_(options),
       plan_(plan),
       seeds_(options.seeds.value_or(kDefaultSeeds)),
-      given_reference_(read_reference(options)),
+      limits_(limits_of(options.frame.limits, options.frame.scene)),
+      given_reference_(read_reference(options, limits_)),
       folder_(options.folder),
-      renderer_(options.frame, files),
+      renderer_(options.frame, limits_, files),
       pictures_(folder_, options.frame, renderer_.window()),
       frame_key_(frame_key(options.frame)) {
+  reserve_frames();
   folder_.begin(study_key(frame_key_, options, plan), file_names(), options.restart);
   if (!options.cache.empty()) {
     std::error_code error;
@@ -121,6 +126,21 @@ Study::Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& f
     check_writable((std::filesystem::path(options.cache) / "reference.json").string());
   }
   describe_settings(threads);
+}
+
+void Study::reserve_frames() {
+  uint64_t most = 0;
+  for (const PlannedMethod& method : plan_.methods) {
+    if (!method.impossible.empty()) continue;
+    most = std::max(most, renderer_.frame_bytes(frame_options(method, 1, options_.frame.seed),
+                                                plan_.budgets.size()));
+  }
+  // Halves, their pictures and the mean, linear and displayed.
+  const uint64_t reference =
+      2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
+  const uint64_t references =
+      bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
+  reserve_frame(most + references, renderer_.window(), *limits_.memory);
 }
 
 // All that it will write, but for settings, pace and the reference's halves.

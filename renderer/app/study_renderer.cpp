@@ -167,18 +167,24 @@ class ProgressiveKeeper final : public TileKeeper {
 
 }  // namespace
 
-StudyRenderer::StudyRenderer(const RenderOptions& frame, FileRegister& files)
+StudyRenderer::StudyRenderer(const RenderOptions& frame, const LoadLimits& limits,
+                             FileRegister& files)
     : options_(frame),
       window_(choose_window(frame)),
       integrator_(create_integrator(
           frame.integrator, {.max_depth = frame.max_depth, .transparent = frame.transparent})),
       filter_(choose_filter(frame)) {
-  LoadProgress progress({}, {}, limits_of(frame.limits, frame.scene));
+  LoadProgress progress({}, {}, limits);
   SceneDescription description = load_scene(frame, progress, false);
   files.read(description.files, "the scene reads");
   const CameraDescription camera = choose_camera(frame, description);
   scene_ = build_scene(std::move(description), choose_build_options(frame), progress);
   camera_ = create_camera(frame, camera, *scene_);
+}
+
+uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets) const {
+  const uint64_t floats = film_channels({}).size() + budgets * kStudyPictureChannels;
+  return bytes_of(pixels(), Sampling(options).driver->bytes_per_pixel({}) + floats * sizeof(float));
 }
 
 Frame StudyRenderer::frame(const Sampling& s, const AovSet& aovs) const {

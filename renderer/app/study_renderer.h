@@ -52,10 +52,14 @@ struct ProgressiveFrame {
 class StudyRenderer {
  public:
   // Loads and builds. Enters what the scene reads. Throws what the render command would.
-  StudyRenderer(const RenderOptions& frame, FileRegister& files);
+  StudyRenderer(const RenderOptions& frame, const LoadLimits& limits, FileRegister& files);
 
   const Rect& window() const { return window_; }
   uint64_t pixels() const { return uint64_t(window_.area()); }
+
+  // What a frame takes while it is rendered and measured, but for the pictures of claims: as many as
+  // an adaptive frame has rounds.
+  uint64_t frame_bytes(const RenderOptions& options, size_t budgets) const;
 
   // Called from any thread for every some samples.
   void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }

@@ -73,7 +73,7 @@ CameraDescription LoadedScene::camera(int width, int height) const {
 
 std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& progress) {
   const size_t warned = warnings_so_far().size();
-  SceneEdits edits = load_edits(options);
+  SceneEdits edits = load_edits(options, progress);
   SceneDescription description = load_scene(options, progress);
   choose_variant(options, description, edits);
   choose_lens(options, edits.camera);
