@@ -162,7 +162,7 @@ TEST_F(OutputErrors, NoOutputTakesAnInputsPlaceOrAnothersUnderAnyName) {
   fs::create_hard_link(path("edits.json"), path("hard.json"));
   render(render_words());
   fs::copy_file(path("out.exr"), path("sky.exr"));
-  fs::copy_file(path("out.exr"), path("shots/reference.exr"));
+  fs::copy_file(path("out.exr"), path("shots/000_first.exr"));
   fs::create_symlink("sky.exr", path("link.exr"));
   write("old.exr", kOld);
   fs::create_symlink("old.exr", path("new.exr"));
@@ -180,7 +180,7 @@ TEST_F(OutputErrors, NoOutputTakesAnInputsPlaceOrAnothersUnderAnyName) {
   refused({"-o", path("a.exr"), "-o", path("A.exr")}, {"A.exr", "written twice"});
   const Words shots = {"--driver", "bisection", "--snapshots", path("shots"), "-o"};
   refused(shots + Words{path("shots/003_0010pct.png")}, {"--snapshots", "written twice"});
-  refused(shots + Words{path("b.exr"), "--reference", path("here/shots/reference.exr")},
+  refused(shots + Words{path("b.exr"), "--reference", path("here/shots/000_first.exr")},
           {"--reference"});
   expect_failure({"compare", path("out.exr"), path("sky.exr"), "-o", path("link.exr")}, 2,
                  {"link.exr", "one of the pictures compared"});
@@ -204,6 +204,7 @@ TEST_F(OutputErrors, NoOutputTakesAnInputsPlaceOrAnothersUnderAnyName) {
   // What is its own file may have any name, and a device is nobody's.
   render(frame + Words{"-o", path("a.exr"), "-o", path("sub/a.exr"), "--report", "/dev/null",
                        "--report", "/dev/null"});
+  fs::remove(path("shots/000_first.exr"));
   render(frame + shots + Words{path("shots/final.exr"), "--snapshot-at", "first"});
 }
 
