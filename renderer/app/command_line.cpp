@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <exception>
+#include <new>
 
 #include "renderer/app/command_options.h"
 #include "renderer/app/option_values.h"
@@ -9,6 +11,7 @@
 #include "renderer/app/report.h"
 #include "renderer/app/shell_quote.h"
 #include "renderer/app/standard_output.h"
+#include "renderer/app/stop_signal.h"
 #include "renderer/app/worker_threads.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -161,6 +164,24 @@ int run_command_line(int argc, char** argv) {
       "no command given; valid commands are render, view, info, heatmap, compare, study; see "
       "emberline "
       "--help");
+}
+
+int run_program(int argc, char** argv) {
+  replace_closed_streams();
+  install_stop_handlers();
+  install_refused_thread_handler();
+  try {
+    return run_command_line(argc, argv);
+  } catch (const EmberlineError& error) {
+    log_error(error.what());
+    return error.exit_code();
+  } catch (const std::bad_alloc&) {
+    log_error("out of memory; render a smaller frame (--size, --crop) or fewer textures");
+    return kExitRenderFailed;
+  } catch (const std::exception& error) {
+    log_error(message_of(error));
+    return kExitRenderFailed;
+  }
 }
 
 }  // namespace emberline

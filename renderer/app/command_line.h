@@ -7,4 +7,7 @@ namespace emberline {
 // command line and whatever the subcommand throws.
 int run_command_line(int argc, char** argv);
 
+// All that main() does: the streams and signals, the command line, and one line for what is thrown.
+int run_program(int argc, char** argv);
+
 }  // namespace emberline

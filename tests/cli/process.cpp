@@ -11,9 +11,12 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <sstream>
 #include <stdexcept>
+
+#include "renderer/app/command_line.h"
 
 #ifndef AT_EMPTY_PATH
 #define AT_EMPTY_PATH 0x1000
@@ -73,6 +76,7 @@ Process::Process(const std::vector<std::string>& arguments, const RunOptions& op
     ::close(out_);
     out_ = ::open(options_.stdout_path.c_str(), O_WRONLY | O_CLOEXEC);
   }
+  std::fflush(nullptr);
   pid_ = ::fork();
   if (pid_ == 0) {
     ::dup2(out_, STDOUT_FILENO);
@@ -113,6 +117,11 @@ void Process::run_child(const std::vector<std::string>& arguments, int binary) {
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   for (const int descriptor : options_.closed) ::close(descriptor);
+  if (options_.forked) {
+    const int code = run_program(int(arguments.size()) + 1, argv.data());
+    std::fflush(nullptr);
+    ::_exit(code);
+  }
   ::syscall(SYS_execveat, binary, "", argv.data(), environ, AT_EMPTY_PATH);
   ::_exit(126);
 }

@@ -29,7 +29,9 @@ struct RunOptions {
   std::vector<int> closed = {};     // descriptors of the standard streams that are closed
   int ignored_signal = 0;           // one that is ignored from the start, as nohup does
   bool stderr_reader_gone = false;  // stderr is a pipe that nobody reads
-  bool unprivileged = false;        // as user 65534 when the tests run as root
+  bool forked = false;        // a fork of the test, which has the program's code: it starts at
+                              // once, where the program's libraries take .3 s to load
+  bool unprivileged = false;  // as user 65534 when the tests run as root
 };
 
 struct RunResult {

@@ -29,10 +29,10 @@ class Snapshots : public CommandTest {
 
 TEST_F(Snapshots, TheUsualMomentsInOrder) {
   render(progressive());
-  EXPECT_EQ(shots(), (Words{"000_first.png", "001_0001pct.png", "002_0002pct.png",
-                            "003_0005pct.png", "004_0010pct.png", "005_0025pct.png",
-                            "006_0035pct.png", "007_0050pct.png", "008_0075pct.png",
-                            "009_0100pct.png", "refinement.gif"}));
+  EXPECT_EQ(shots(),
+            (Words{"000_first.png", "001_0001pct.png", "002_0002pct.png", "003_0005pct.png",
+                   "004_0010pct.png", "005_0025pct.png", "006_0035pct.png", "007_0050pct.png",
+                   "008_0075pct.png", "009_0100pct.png", "refinement.gif"}));
   const nlohmann::json list = read_json("r.json")["snapshots"];
   ASSERT_EQ(list.size(), 10u);
   const double percents[] = {0, 1, 2, 5, 10, 25, 35, 50, 75, 100};

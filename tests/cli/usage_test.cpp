@@ -179,19 +179,14 @@ std::vector<HelpedOption> options_in(const std::string& help) {
   return options;
 }
 
-// Shared out over four tests, which ctest runs side by side.
-class WrongValues : public Usage, public ::testing::WithParamInterface<size_t> {};
-
-TEST_P(WrongValues, NameTheOptionAndWhatIsValid) {
-  const auto& rows = wrong_values();
-  for (size_t i = GetParam(); i < rows.size(); i += 4) {
-    for (const std::string& value : rows[i].values) {
-      expect_failure(render_words(rows[i].with + Words{rows[i].option, value}), 2,
-                     Words{spoken(rows[i].option)} + rows[i].says);
+TEST_F(Usage, WrongValuesNameTheOptionAndWhatIsValid) {
+  for (const WrongValue& row : wrong_values()) {
+    for (const std::string& value : row.values) {
+      expect_failure(render_words(row.with + Words{row.option, value}), 2,
+                     Words{spoken(row.option)} + row.says, {.forked = true});
     }
   }
 }
-INSTANTIATE_TEST_SUITE_P(Quarter, WrongValues, ::testing::Values(0u, 1u, 2u, 3u));
 
 TEST_F(Usage, EveryOptionHasARow) {
   const RunResult help = run({"render", "--help"});
@@ -207,11 +202,8 @@ TEST_F(Usage, EveryOptionHasARow) {
   }
 }
 
-// As scripts give it: --env "$UNSET". Every option of every command, shared out over eight tests:
-// each is a start of the program.
-class EmptyValues : public Usage, public ::testing::WithParamInterface<size_t> {};
-
-TEST_P(EmptyValues, AreNotTakenForNone) {
+// As scripts give it: --env "$UNSET". Every option of every command.
+TEST_F(Usage, EmptyValuesAreNotTakenForNone) {
   write("a.exr", "");
   const Words commands[] = {render_words(),
                             {"view", scene()},
@@ -220,14 +212,14 @@ TEST_P(EmptyValues, AreNotTakenForNone) {
                             {"study", scene(), "-o", path("s")}};
   for (const Words& words : commands) {
     size_t values = 0;
-    for (const HelpedOption& option : options_in(run({words[0], "--help"}).out)) {
-      if (!option.has_value || values++ % 8 != GetParam()) continue;
-      expect_failure(words + Words{option.name, ""}, 2, {spoken(option.name)});
+    for (const HelpedOption& option : options_in(run({words[0], "--help"}, {.forked = true}).out)) {
+      if (!option.has_value) continue;
+      ++values;
+      expect_failure(words + Words{option.name, ""}, 2, {spoken(option.name)}, {.forked = true});
     }
     EXPECT_GE(values, words[0] == "compare" ? 2u : words[0] == "heatmap" ? 4u : 20u) << words[0];
   }
 }
-INSTANTIATE_TEST_SUITE_P(Eighth, EmptyValues, ::testing::Range<size_t>(0, 8));
 
 TEST_F(Usage, NoNameMayBeEmpty) {
   for (const Words& words : {Words{"render", "", "-o", path("a.png")}, Words{"view", ""},
