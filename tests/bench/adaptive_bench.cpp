@@ -33,6 +33,7 @@
 #include <thread>
 
 #include "bench/adaptive_errors.h"
+#include "bench/frame_benches.h"
 #include "renderer/app/option_values.h"
 
 namespace emberline::bench {
@@ -222,7 +223,9 @@ Json gains(const Mean& m, const Mean& uniform, const UniformCurve& curve, uint32
           {"spread_ray_gain", spread_time / rays}};
 }
 
-int run_bench(int argc, char** argv) {
+}  // namespace
+
+int run_adaptive_bench(int argc, char** argv) {
   Options o;
   o.frame.filter = std::string(kDefaultFilter);
   o.frame.width = 320;
@@ -308,14 +311,4 @@ int run_bench(int argc, char** argv) {
   return 0;
 }
 
-}  // namespace
 }  // namespace emberline::bench
-
-int main(int argc, char** argv) {
-  try {
-    return emberline::bench::run_bench(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "adaptive_bench: %s\n", error.what());
-    return EXIT_FAILURE;
-  }
-}

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "bench/bench_frame.h"
+#include "bench/frame_benches.h"
 #include "renderer/app/frame_setup.h"
 #include "renderer/app/option_values.h"
 #include "renderer/core/errors.h"
@@ -116,7 +117,9 @@ void time_frames(const RenderOptions& options, int repetitions) {
              spread(seconds).median, s.median, s.least, s.most);
 }
 
-int run(int argc, char** argv) {
+}  // namespace
+
+int run_edits_bench(int argc, char** argv) {
   CLI::App app("Times edits of a scene", "edits_bench");
   RenderOptions options;
   options.filter = kDefaultFilter;
@@ -130,9 +133,4 @@ int run(int argc, char** argv) {
   return 0;
 }
 
-}  // namespace
 }  // namespace emberline::bench
-
-int main(int argc, char** argv) {
-  return emberline::bench::run_program("edits_bench", emberline::bench::run, argc, argv);
-}

@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "bench/bench_frame.h"
+#include "bench/frame_benches.h"
 #include "renderer/app/option_values.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
@@ -118,7 +119,9 @@ void measure_relight(const Options& options, const BenchFrame& frame, const Ligh
   line("the picture without weights", plain);
 }
 
-int run(int argc, char** argv) {
+}  // namespace
+
+int run_light_groups_bench(int argc, char** argv) {
   Options options;
   options.frame.driver = "bisection";
   options.frame.filter = "box";
@@ -139,9 +142,4 @@ int run(int argc, char** argv) {
   return 0;
 }
 
-}  // namespace
 }  // namespace emberline::bench
-
-int main(int argc, char** argv) {
-  return emberline::bench::run_program("light_groups_bench", emberline::bench::run, argc, argv);
-}

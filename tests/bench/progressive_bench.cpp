@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "bench/bench_frame.h"
+#include "bench/frame_benches.h"
 #include "renderer/app/option_values.h"
 #include "renderer/core/errors.h"
 
@@ -152,7 +153,9 @@ void measure_overhead(const Options& options, const BenchFrame& frame) {
   line("pauses of a frame that nobody looks at", pauses, 1, "");
 }
 
-int run(int argc, char** argv) {
+}  // namespace
+
+int run_progressive_bench(int argc, char** argv) {
   Options options;
   options.frame.driver = "bisection";
   options.frame.filter = "box";
@@ -170,9 +173,4 @@ int run(int argc, char** argv) {
   return 0;
 }
 
-}  // namespace
 }  // namespace emberline::bench
-
-int main(int argc, char** argv) {
-  return emberline::bench::run_program("progressive_bench", emberline::bench::run, argc, argv);
-}

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "bench/bench_frame.h"
+#include "bench/frame_benches.h"
 #include "renderer/app/option_values.h"
 #include "renderer/core/errors.h"
 #include "support/edits.h"
@@ -290,7 +291,9 @@ void measure_buckets(const Options& options) {
   line("a frame of buckets, time against the driver's", ratios, "%", 100);
 }
 
-int run(int argc, char** argv) {
+}  // namespace
+
+int run_view_bench(int argc, char** argv) {
   CLI::App app("Times a session behind a window", "view_bench");
   Options options;
   options.frame.driver = kLiveDriver;
@@ -319,9 +322,4 @@ int run(int argc, char** argv) {
   return 0;
 }
 
-}  // namespace
 }  // namespace emberline::bench
-
-int main(int argc, char** argv) {
-  return emberline::bench::run_program("view_bench", emberline::bench::run, argc, argv);
-}
