@@ -20,7 +20,7 @@ namespace {
 
 using namespace test;
 
-constexpr int kWidth = 320, kHeight = 180;
+constexpr int kDensityWidth = 320, kDensityHeight = 180;
 
 enum Feature { kSilhouette, kShadow, kTexture, kFlat, kFeatures };
 constexpr const char* kNames[kFeatures] = {"silhouettes", "shadow boundaries", "texture", "flat"};
@@ -38,8 +38,8 @@ PictureScene load(const std::string& name) {
 
 RenderSettings direct_light() {
   RenderSettings s;
-  s.width = kWidth;
-  s.height = kHeight;
+  s.width = kDensityWidth;
+  s.height = kDensityHeight;
   s.integrator = "direct";
   s.filter = kDefaultFilter;
   s.bucket_size = 64;
@@ -87,10 +87,12 @@ Feature between(const Surfaces& s, int x0, int y0, int x1, int y1) {
 // The feature of every pixel; kFeatures for those too near to one to be flat.
 std::vector<Feature> find_features(const RenderedImage& image) {
   const Surfaces s(image);
-  std::vector<Feature> found(size_t(kWidth) * kHeight, kFlat);
-  const auto at = [&](int x, int y) -> Feature& { return found[size_t(y) * kWidth + size_t(x)]; };
-  for (int y = 0; y + 1 < kHeight; ++y) {
-    for (int x = 0; x + 1 < kWidth; ++x) {
+  std::vector<Feature> found(size_t(kDensityWidth) * kDensityHeight, kFlat);
+  const auto at = [&](int x, int y) -> Feature& {
+    return found[size_t(y) * kDensityWidth + size_t(x)];
+  };
+  for (int y = 0; y + 1 < kDensityHeight; ++y) {
+    for (int x = 0; x + 1 < kDensityWidth; ++x) {
       for (const auto& [dx, dy] : {std::pair(1, 0), std::pair(0, 1)}) {
         const Feature feature = between(s, x, y, x + dx, y + dy);
         at(x, y) = std::min(at(x, y), feature);
@@ -100,11 +102,11 @@ std::vector<Feature> find_features(const RenderedImage& image) {
   }
   constexpr int kFar = 4;
   const std::vector<Feature> edges = found;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      for (int v = std::max(0, y - kFar); v <= std::min(kHeight - 1, y + kFar); ++v) {
-        for (int u = std::max(0, x - kFar); u <= std::min(kWidth - 1, x + kFar); ++u) {
-          const bool near = edges[size_t(v) * kWidth + size_t(u)] != kFlat;
+  for (int y = 0; y < kDensityHeight; ++y) {
+    for (int x = 0; x < kDensityWidth; ++x) {
+      for (int v = std::max(0, y - kFar); v <= std::min(kDensityHeight - 1, y + kFar); ++v) {
+        for (int u = std::max(0, x - kFar); u <= std::min(kDensityWidth - 1, x + kFar); ++u) {
+          const bool near = edges[size_t(v) * kDensityWidth + size_t(u)] != kFlat;
           if (near && at(x, y) == kFlat) at(x, y) = kFeatures;
         }
       }
@@ -120,7 +122,7 @@ std::array<double, kFeatures> densities(const std::vector<Feature>& features,
   std::array<size_t, kFeatures> pixels{};
   for (size_t i = 0; i < features.size(); ++i) {
     if (features[i] == kFeatures) continue;
-    mean[features[i]] += double(image.pixel(int(i % kWidth), int(i / kWidth))[4]);
+    mean[features[i]] += double(image.pixel(int(i % kDensityWidth), int(i / kDensityWidth))[4]);
     pixels[features[i]]++;
   }
   for (size_t f = 0; f < kFeatures; ++f) {

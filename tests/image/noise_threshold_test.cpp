@@ -70,7 +70,7 @@ HardScene nearly_black_half() {
   return {b.build(), perspective({0, 2.2, 3}, {0, 0.2, 0}, 45)};
 }
 
-constexpr int kWidth = 48, kHeight = 32, kBlock = 16, kSeeds = 3;
+constexpr int kCornerWidth = 48, kCornerHeight = 32, kBlock = 16, kCornerSeeds = 3;
 
 struct Measured {
   double worst = 0, whole = 0;  // RMS errors over the threshold
@@ -86,8 +86,8 @@ Measured measure(const Method& method, const HardScene& hard, float threshold,
                  uint32_t reference_spp) {
   const auto [driver, estimator] = method;
   RenderSettings s;
-  s.width = kWidth;
-  s.height = kHeight;
+  s.width = kCornerWidth;
+  s.height = kCornerHeight;
   s.light_sampling = hard.light_sampling;
   s.max_depth = hard.max_depth;
   const References references = render_references(*hard.scene, hard.view, s, reference_spp);
@@ -97,27 +97,30 @@ Measured measure(const Method& method, const HardScene& hard, float threshold,
   s.streams = find_estimator(estimator).streams;
   s.adaptive.threshold = threshold;
   s.adaptive.max_samples = 65536;
-  std::vector<double> blocks((kWidth / kBlock) * (kHeight / kBlock), 0.0);
+  std::vector<double> blocks((kCornerWidth / kBlock) * (kCornerHeight / kBlock), 0.0);
   Measured m;
-  for (int seed = 0; seed < kSeeds; ++seed) {
+  for (int seed = 0; seed < kCornerSeeds; ++seed) {
     s.seed = uint32_t(seed);
     const RenderedImage image = render(*hard.scene, hard.view, s);
     EXPECT_LT(image.counters.max_samples, 65536u) << "ended by --max-spp";
-    m.samples += double(image.counters.samples) / (kWidth * kHeight) / kSeeds;
+    m.samples += double(image.counters.samples) / (kCornerWidth * kCornerHeight) / kCornerSeeds;
     for (size_t i = 0; i < blocks.size(); ++i) {
-      const int x = int(i) % (kWidth / kBlock) * kBlock, y = int(i) / (kWidth / kBlock) * kBlock;
+      const int x = int(i) % (kCornerWidth / kBlock) * kBlock,
+                y = int(i) / (kCornerWidth / kBlock) * kBlock;
       blocks[i] += squared_display_error(image, references, {x, y, x + kBlock, y + kBlock});
     }
   }
   double all = 0;
   for (size_t i = 0; i < blocks.size(); ++i) {
     all += blocks[i];
-    const double rms = std::sqrt(std::max(0.0, blocks[i]) / (3.0 * kBlock * kBlock * kSeeds));
+    const double rms = std::sqrt(std::max(0.0, blocks[i]) / (3.0 * kBlock * kBlock * kCornerSeeds));
     if (rms / double(threshold) <= m.worst) continue;
     m.worst = rms / double(threshold);
-    m.where = std::to_string(i % (kWidth / kBlock)) + "," + std::to_string(i / (kWidth / kBlock));
+    m.where = std::to_string(i % (kCornerWidth / kBlock)) + "," +
+              std::to_string(i / (kCornerWidth / kBlock));
   }
-  m.whole = std::sqrt(all / (3.0 * kWidth * kHeight * kSeeds)) / double(threshold);
+  m.whole =
+      std::sqrt(all / (3.0 * kCornerWidth * kCornerHeight * kCornerSeeds)) / double(threshold);
   std::printf("  %.0f samples a pixel, error %.2f of the threshold, worst block (%s) %.2f\n",
               m.samples, m.whole, m.where.c_str(), m.worst);
   return m;

@@ -9,7 +9,7 @@ namespace {
 
 using namespace test;
 
-constexpr int kSeeds = 4;
+constexpr int kVarianceSeeds = 4;
 constexpr size_t kVariance = 5;  // the channel, after R G B A samples
 
 // Means over the pixels, R, G, B and the seeds.
@@ -20,8 +20,8 @@ struct Found {
 Found measure(const Scene& scene, RenderSettings s, const References& references) {
   s.aovs = "variance";
   Found found;
-  const double terms = 3.0 * s.width * s.height * kSeeds;
-  for (int seed = 0; seed < kSeeds; ++seed) {
+  const double terms = 3.0 * s.width * s.height * kVarianceSeeds;
+  for (int seed = 0; seed < kVarianceSeeds; ++seed) {
     s.seed = uint32_t(seed);
     const RenderedImage image = render(scene, lit_floor_view(), s);
     for (int y = 0; y < s.height; ++y) {

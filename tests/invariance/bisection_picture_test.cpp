@@ -69,13 +69,13 @@ class Unfinished {
 
 float number(int x, int y) { return float(1 + x + 1000 * y); }
 
-const Rect kWindows[] = {{0, 0, 37, 29}, {5, 9, 118, 40}, {0, 0, 1, 97},
-                         {3, 5, 98, 6},  {0, 0, 1, 1},    {2, 2, 130, 66}};
+const Rect kPictureWindows[] = {{0, 0, 37, 29}, {5, 9, 118, 40}, {0, 0, 1, 97},
+                                {3, 5, 98, 6},  {0, 0, 1, 1},    {2, 2, 130, 66}};
 
 // Along one axis: the nearest sampled pixel of the same column (or row), the lower of two.
 TEST(BisectionPicture, LinesShowTheNearest) {
   for (const bool rows : {true, false}) {
-    for (const Rect& window : kWindows) {
+    for (const Rect& window : kPictureWindows) {
       const BisectionAxis axis = rows ? BisectionAxis::kRows : BisectionAxis::kColumns;
       const size_t parts =
           Unfinished(window, axis, Reconstruction::kDuplicate, number).pass_.parts();
@@ -115,7 +115,7 @@ TEST(BisectionPicture, ALatticeShowsTheNearestColumnAndRow) {
     }
     return best;
   };
-  for (const Rect& window : kWindows) {
+  for (const Rect& window : kPictureWindows) {
     const auto steps = bisection_steps(window.width(), window.height(), BisectionAxis::kBoth);
     for (size_t step = 0; step < steps.size(); ++step) {
       Unfinished frame(window, BisectionAxis::kBoth, Reconstruction::kDuplicate, number);
@@ -136,7 +136,7 @@ TEST(BisectionPicture, ALatticeShowsTheNearestColumnAndRow) {
 // it has some, and none is farther from it than the last complete step left it.
 TEST(BisectionPicture, IsCompleteAtEveryMoment) {
   for (const BisectionAxisEntry& axis : bisection_axis_table()) {
-    for (const Rect& window : kWindows) {
+    for (const Rect& window : kPictureWindows) {
       const size_t parts =
           Unfinished(window, axis.axis, Reconstruction::kDuplicate, number).pass_.parts();
       for (size_t done = 1; done <= parts; done += 1 + done / 4) {
@@ -170,7 +170,7 @@ TEST(BisectionPicture, IsCompleteAtEveryMoment) {
 TEST(BisectionPicture, LinearBlendsAreExactForARamp) {
   const auto ramp = [](int x, int y) { return 1.0f + 0.25f * float(x) + 2.0f * float(y); };
   for (const BisectionAxisEntry& axis : bisection_axis_table()) {
-    for (const Rect& window : kWindows) {
+    for (const Rect& window : kPictureWindows) {
       const auto steps = bisection_steps(window.width(), window.height(), axis.axis);
       for (size_t step = 0; step < steps.size(); ++step) {
         Unfinished frame(window, axis.axis, Reconstruction::kLinear, ramp);

@@ -19,12 +19,12 @@ RenderSettings camera_settings() {
 }
 
 // E / pi at the origin; a one-sided lamp that faces down, on a floor of 2 km.
-double exact_radiance() {
+double floor_radiance() {
   return polygon_irradiance({{-.5, 1.2, -.3}, {.9, 1.2, -.3}, {.9, 1.2, .7}, {-.5, 1.2, .7}},
                             Vec3d(0.0), Vec3d(0, 1, 0)) /
          kPiD;
 }
-std::unique_ptr<Scene> lit_floor() {
+std::unique_ptr<Scene> square_over_floor() {
   SceneBuilderForTests b;
   b.add_quad({-.5f, 1.2f, -.3f}, {.9f, 1.2f, -.3f}, {.9f, 1.2f, .7f}, {-.5f, 1.2f, .7f},
              b.add_material(emitter(Rgb(1.0f))));
@@ -47,9 +47,9 @@ CameraDescription at_angle(bool perspective_camera, double degrees, double dista
 }
 
 TEST(Cameras, GrazingAndFar) {
-  const auto scene = lit_floor();
+  const auto scene = square_over_floor();
   const RenderSettings s = camera_settings();
-  const double exact = exact_radiance();
+  const double exact = floor_radiance();
   for (const bool is_perspective : {true, false}) {
     const std::string kind = is_perspective ? "perspective" : "orthographic";
     // The spot is 1e-5 across the view, so 1e-5 / cos 89.9 = 6e-3 along it.
@@ -69,15 +69,15 @@ TEST(Cameras, GrazingAndFar) {
 // 179 degrees: the frame is 229 wide at a distance of 1. Its middle pixels of 1e5 across are 2.3e-3
 // each; a film coordinate of 5e4 has steps of 1/256 pixel, which does not matter here.
 TEST(Cameras, WideAngle) {
-  const auto scene = lit_floor();
+  const auto scene = square_over_floor();
   RenderSettings s = camera_settings();
   s.width = s.height = 100'000;
   s.crop = {49'996, 49'996, 50'004, 50'004};
-  expect_exact(render(*scene, perspective({.1, .8, .1}, {0, 0, 0}, 179), s), exact_radiance(),
+  expect_exact(render(*scene, perspective({.1, .8, .1}, {0, 0, 0}, 179), s), floor_radiance(),
                spot(1.5e-2), s, {"29", "179 degrees, 1e5 x 1e5 pixels"});
   // And a narrow one, 1e-4 degrees.
   expect_exact(render(*scene, perspective({.1, .8, .1}, {0, 0, 0}, 1e-4), camera_settings()),
-               exact_radiance(), 1e-5, camera_settings(), {"29", "1e-4 degrees"});
+               floor_radiance(), 1e-5, camera_settings(), {"29", "1e-4 degrees"});
 }
 
 // A pixel far out in a frame 1e5 wide: an edge a fraction .3 into it. The film coordinate is a
@@ -103,7 +103,7 @@ TEST(Cameras, LastPixelOfAWideFrame) {
 
 // A frame of one pixel; samples from 2^31 on are as good as the first.
 TEST(Cameras, OnePixelAndLateSamples) {
-  const auto scene = lit_floor();
+  const auto scene = square_over_floor();
   RenderSettings s = camera_settings();
   s.width = s.height = 1;
   s.spp = 65536;
@@ -113,7 +113,7 @@ TEST(Cameras, OnePixelAndLateSamples) {
   many.spp = 64;
   const CameraDescription view = orthographic({.1, .8, .1}, {0, 0, 0}, 1e-4);
   const double error = render(*scene, view, many).standard_error;  // of as many samples
-  const double exact = exact_radiance();
+  const double exact = floor_radiance();
   expect_case({"E25", "frame of one pixel"},
               {exact, render(*scene, view, s).mean, error, 1e-5 * exact}, replay(s));
 

@@ -18,7 +18,7 @@ void add_slab(SceneBuilderForTests& b, int material, float top, float bottom) {
 }
 
 // Looks along `theta` from the vertical, down from above or up from below, off the diagonals.
-CameraDescription from_angle(double theta, bool above) {
+CameraDescription seen_at(double theta, bool above) {
   const Vec3d direction(std::sin(theta), above ? std::cos(theta) : -std::cos(theta), 0.3e-3);
   const Vec3d at(7.3, above ? 0.0 : -0.1, 3.1);
   return orthographic(at + direction * 5.0, at, 1e-3);
@@ -48,12 +48,11 @@ TEST(AbsorbingSlab, AtFourAngles) {
     const double a = std::pow(.5, d / half_distance / std::sqrt(1 - square(std::sin(theta) / eta)));
     const RenderSettings s = optics_settings();
     const std::string at = " at " + std::to_string(theta);
-    expect_exact(render(*scene, from_angle(theta, true), s),
+    expect_exact(render(*scene, seen_at(theta, true), s),
                  r + square(1 - r) * r * a * a / (1 - r * r * a * a), 1e-5, s,
                  {"13", "absorbing slab, reflected" + at});
-    expect_exact(render(*scene, from_angle(theta, false), s),
-                 square(1 - r) * a / (1 - r * r * a * a), 1e-5, s,
-                 {"13", "absorbing slab, passed" + at});
+    expect_exact(render(*scene, seen_at(theta, false), s), square(1 - r) * a / (1 - r * r * a * a),
+                 1e-5, s, {"13", "absorbing slab, passed" + at});
   }
 }
 
@@ -70,8 +69,8 @@ TEST(GlassInAFurnace, ToLimitedDepth) {
       RenderSettings s = optics_settings();
       s.max_depth = k;
       const double r = fresnel(theta, 1.5);
-      expect_exact(render(*scene, from_angle(theta, true), s), 1 - (1 - r) * std::pow(r, k - 1),
-                   1e-5, s,
+      expect_exact(render(*scene, seen_at(theta, true), s), 1 - (1 - r) * std::pow(r, k - 1), 1e-5,
+                   s,
                    {"14", "slab in a furnace to depth " + std::to_string(k) + " at " +
                               std::to_string(theta)});
     }
@@ -89,7 +88,7 @@ TEST(GlassInAFurnace, IndexOneShellIsInvisible) {
   add_slab(b, none, -.25f, -.3f);
   b.set_environment(upper_half());
   const RenderSettings s = optics_settings();
-  expect_exact(render(*b.build(), from_angle(theta, true), s), exact, 1e-5, s,
+  expect_exact(render(*b.build(), seen_at(theta, true), s), exact, 1e-5, s,
                {"14", "slab between layers of index 1"});
 }
 
@@ -103,9 +102,9 @@ TEST(NestedGlass, OfTheSameIndexIsInvisible) {
   b.set_environment(upper_half());
   const auto scene = b.build();
   const RenderSettings s = optics_settings();
-  expect_exact(render(*scene, from_angle(theta, true), s), exact, 1e-5, s,
+  expect_exact(render(*scene, seen_at(theta, true), s), exact, 1e-5, s,
                {"14", "slab in a slab of the same index, reflected"});
-  expect_exact(render(*scene, from_angle(theta, false), s), 1 - exact, 1e-5, s,
+  expect_exact(render(*scene, seen_at(theta, false), s), 1 - exact, 1e-5, s,
                {"14", "slab in a slab of the same index, passed"});
 }
 
@@ -130,9 +129,9 @@ TEST(NestedGlass, FacesBendByTheRatio) {
     const auto scene = b.build();
     const RenderSettings s = optics_settings();
     const std::string what = inner > outer ? ", dense in thin" : ", thin in dense";
-    expect_exact(render(*scene, from_angle(theta, true), s), reflected, 1e-5, s,
+    expect_exact(render(*scene, seen_at(theta, true), s), reflected, 1e-5, s,
                  {"14", "slab in a slab, reflected" + what});
-    expect_exact(render(*scene, from_angle(theta, false), s), 1 - reflected, 1e-5, s,
+    expect_exact(render(*scene, seen_at(theta, false), s), 1 - reflected, 1e-5, s,
                  {"14", "slab in a slab, passed" + what});
   }
 }
@@ -147,8 +146,8 @@ TEST(NestedGlass, TheOuterAbsorbsBeforeAndAfter) {
   add_slab(b, b.add_material(glass(1.0f, 0)), -.1f, -.2f);
   b.set_environment(upper_half());
   const RenderSettings s = optics_settings();
-  expect_exact(render(*b.build(), from_angle(.4, false), s), std::pow(.5, 2 / std::cos(.4)), 1e-5,
-               s, {"26", "absorbing slab around a clear one"});
+  expect_exact(render(*b.build(), seen_at(.4, false), s), std::pow(.5, 2 / std::cos(.4)), 1e-5, s,
+               {"26", "absorbing slab around a clear one"});
 }
 
 // An index within 1e-6 of that of air; 1e-3 is where the lobe changes its formula. R is below
@@ -159,7 +158,7 @@ TEST(Glass, IndexNextToOne) {
     add_slab(b, b.add_material(glass(1 + difference, 0)), 0, -.1f);
     b.set_environment(upper_half());
     const RenderSettings s = optics_settings();
-    expect_exact(render(*b.build(), from_angle(.3, false), s), 1.0, 1e-6, s,
+    expect_exact(render(*b.build(), seen_at(.3, false), s), 1.0, 1e-6, s,
                  {"E22", "index 1 + " + std::to_string(1e6 * double(difference)) + "e-6"});
   }
 }

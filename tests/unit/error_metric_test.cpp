@@ -14,8 +14,8 @@
 namespace emberline {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinite = std::numeric_limits<float>::infinity();
 
 // IEC 61966-2-1 in double, clipped as a display clips.
 double exact_srgb(double x) {
@@ -52,18 +52,18 @@ TEST(DisplayValue, NeverFalls) {
 
 TEST(DisplayValue, ClipsWhatADisplayCannotShow) {
   EXPECT_EQ(display_value(-1.0f), 0.0f);
-  EXPECT_EQ(display_value(-kInfinity), 0.0f);
+  EXPECT_EQ(display_value(-kInfinite), 0.0f);
   EXPECT_EQ(display_value(0.0f), 0.0f);
-  EXPECT_EQ(display_value(kNaN), 0.0f);
+  EXPECT_EQ(display_value(kNoNumber), 0.0f);
   EXPECT_EQ(display_value(1.0f), 1.0f);
   EXPECT_EQ(display_value(1e30f), 1.0f);
-  EXPECT_EQ(display_value(kInfinity), 1.0f);
+  EXPECT_EQ(display_value(kInfinite), 1.0f);
   EXPECT_GT(display_value(1e-30f), 0.0f);
 }
 
 TEST(ErrorWeight, LinearMetrics) {
   EXPECT_EQ(error_weight(ErrorMetric::kMse, 0.1f, 5.0f, 2.0f), 1.0f);
-  EXPECT_EQ(error_weight(ErrorMetric::kMse, 0.1f, kNaN, 2.0f), 1.0f);
+  EXPECT_EQ(error_weight(ErrorMetric::kMse, 0.1f, kNoNumber, 2.0f), 1.0f);
   EXPECT_FLOAT_EQ(error_weight(ErrorMetric::kRelMse, 0.25f, 0.5f, 9.0f), 2.0f);
   EXPECT_FLOAT_EQ(error_weight(ErrorMetric::kRelMse, 0.25f, 0.0f, 0.0f), 4.0f);
 }
@@ -92,11 +92,11 @@ TEST(ErrorWeight, ClippedWhiteCountsLittleButCounts) {
     return error_weight(ErrorMetric::kDisplay, 0.0f, mean, deviation);
   };
   EXPECT_EQ(weight(5.0f, 1.0f), floor);
-  EXPECT_EQ(weight(kInfinity, 1.0f), floor);
+  EXPECT_EQ(weight(kInfinite, 1.0f), floor);
   EXPECT_EQ(weight(-5.0f, 1.0f), floor);
-  EXPECT_EQ(weight(kNaN, 1.0f), floor);
+  EXPECT_EQ(weight(kNoNumber, 1.0f), floor);
   EXPECT_GT(weight(5.0f, 4.9f), floor);  // noise that may leave white
-  EXPECT_EQ(weight(0.5f, kInfinity), floor);
+  EXPECT_EQ(weight(0.5f, kInfinite), floor);
 }
 
 TEST(ErrorMetricTable, Names) {

@@ -16,7 +16,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 using Colour = std::array<double, 3>;
 
-RgbImage constant(int width, int height, float r, float g, float b) {
+RgbImage flat_picture(int width, int height, float r, float g, float b) {
   RgbImage image{width, height, {}};
   for (int i = 0; i < width * height; ++i) image.rgb.insert(image.rgb.end(), {r, g, b});
   return image;
@@ -182,12 +182,13 @@ TEST(Flip, BlackAgainstWhite) {
   // at 0.4 of that, 16.5106: 0.95 + 0.05 (25.1189 - 16.5106) / (41.2766 - 16.5106) = 0.967379.
   const double expected = colour_error(100.0);
   EXPECT_NEAR(expected, 0.967379, 1e-6);
-  const std::vector<float> map = flip_map(constant(40, 30, 0, 0, 0), constant(40, 30, 1, 1, 1));
+  const std::vector<float> map =
+      flip_map(flat_picture(40, 30, 0, 0, 0), flat_picture(40, 30, 1, 1, 1));
   for (const float value : map) ASSERT_NEAR(double(value), expected, 1e-5);
 }
 
 TEST(Flip, GreenAgainstBlueIsTheWorst) {
-  EXPECT_NEAR(mean(flip_map(constant(9, 9, 0, 1, 0), constant(9, 9, 0, 0, 1))), 1.0, 1e-5);
+  EXPECT_NEAR(mean(flip_map(flat_picture(9, 9, 0, 1, 0), flat_picture(9, 9, 0, 0, 1))), 1.0, 1e-5);
 }
 
 TEST(Flip, ConstantColours) {
@@ -199,9 +200,9 @@ TEST(Flip, ConstantColours) {
         return hunt_lab({decode(double(c[0])), decode(double(c[1])), decode(double(c[2]))});
       };
       const double expected = colour_error(colour_distance(lab(a), lab(b)));
-      EXPECT_NEAR(
-          mean(flip_map(constant(7, 5, a[0], a[1], a[2]), constant(7, 5, b[0], b[1], b[2]))),
-          expected, 2e-4);
+      EXPECT_NEAR(mean(flip_map(flat_picture(7, 5, a[0], a[1], a[2]),
+                                flat_picture(7, 5, b[0], b[1], b[2]))),
+                  expected, 2e-4);
     }
   }
 }
@@ -241,8 +242,8 @@ TEST(Flip, IsSymmetricAndInRange) {
 
 TEST(Flip, EdgesCountMoreThanTheirColour) {
   // The same step in grey, once as a flat difference and once as an edge that only one picture has.
-  const RgbImage grey = constant(40, 40, 0.5f, 0.5f, 0.5f);
-  RgbImage flat = constant(40, 40, 0.6f, 0.6f, 0.6f), edge = flat;
+  const RgbImage grey = flat_picture(40, 40, 0.5f, 0.5f, 0.5f);
+  RgbImage flat = flat_picture(40, 40, 0.6f, 0.6f, 0.6f), edge = flat;
   for (int y = 0; y < 40; ++y) {
     for (int x = 0; x < 20; ++x) {
       for (int c = 0; c < 3; ++c) edge.rgb[size_t(3 * (y * 40 + x) + c)] = 0.5f;

@@ -1,9 +1,9 @@
 // Draco and meshopt streams, written with their own encoders.
 #include <gtest/gtest.h>
 
-#include "io/gltf.h"
 #include "renderer/core/errors.h"
 #include "support/compressed_gltf.h"
+#include "support/loaded_gltf.h"
 
 namespace emberline {
 namespace {
@@ -14,25 +14,11 @@ using test::add_meshopt_view;
 using test::draco_square;
 using test::encode_vertices;
 using test::GltfBuilder;
+using test::load;
 using test::meshopt_triangle;
-using test::TempFolder;
+using test::message_of;
 
-SceneDescription load(const GltfBuilder& gltf) {
-  const TempFolder folder;
-  return load_gltf(gltf.write_glb(folder / "a.glb"), {});
-}
-
-std::string message_of(const GltfBuilder& gltf) {
-  try {
-    load(gltf);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
-// ---- Draco
-// -----------------------------------------------------------------------------------------
+// ---- Draco ---------------------------------------------------------------------------------
 
 TEST(GltfDraco, BothEncodingsWithAndWithoutMetadata) {
   for (const int method :

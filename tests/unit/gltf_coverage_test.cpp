@@ -3,20 +3,14 @@
 
 #include <algorithm>
 
-#include "io/gltf.h"
 #include "renderer/core/errors.h"
-#include "support/gltf_builder.h"
+#include "support/loaded_gltf.h"
 
 namespace emberline {
 namespace {
 
 using test::GltfBuilder;
-using test::TempFolder;
-
-SceneDescription load(const GltfBuilder& gltf) {
-  const TempFolder folder;
-  return load_gltf(gltf.write_glb(folder / "a.glb"), {});
-}
+using test::load;
 
 bool contains(const std::vector<std::string>& list, const std::string& text) {
   return std::find(list.begin(), list.end(), text) != list.end();

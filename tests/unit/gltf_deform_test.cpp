@@ -3,30 +3,15 @@
 
 #include <cmath>
 
-#include "io/gltf.h"
-#include "renderer/core/errors.h"
-#include "support/gltf_builder.h"
+#include "support/loaded_gltf.h"
 
 namespace emberline {
 namespace {
 
 using nlohmann::json;
 using test::GltfBuilder;
-using test::TempFolder;
-
-SceneDescription load(const GltfBuilder& gltf) {
-  const TempFolder folder;
-  return load_gltf(gltf.write_glb(folder / "a.glb"), {});
-}
-
-std::string message_of(const GltfBuilder& gltf) {
-  try {
-    load(gltf);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
+using test::load;
+using test::message_of;
 
 Vec3d world_position(const SceneDescription& scene, size_t instance, size_t vertex) {
   const InstanceDescription& i = scene.instances.at(instance);
@@ -35,7 +20,7 @@ Vec3d world_position(const SceneDescription& scene, size_t instance, size_t vert
   return out;
 }
 
-void expect_near(const Vec3d& a, const Vec3d& b, double tolerance = 1e-6) {
+void expect_close(const Vec3d& a, const Vec3d& b, double tolerance = 1e-6) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], tolerance) << a << " against " << b;
 }
 
@@ -116,15 +101,15 @@ class GltfSkin : public testing::Test {
 
 TEST_F(GltfSkin, JointsPlaceTheVertices) {
   const SceneDescription scene = load(gltf_);
-  expect_near(world_position(scene, 0, 0), Vec3d(0, 0, 5));
+  expect_close(world_position(scene, 0, 0), Vec3d(0, 0, 5));
   // (1, 0, 0) is joint 1's own origin.
-  expect_near(world_position(scene, 0, 1), Vec3d(1, 0, 5));
+  expect_close(world_position(scene, 0, 1), Vec3d(1, 0, 5));
   // (0, 1, 0): by joint 0 (0, 1, 5); by joint 1 (-1, 1, 0) turned to (-1, -1, 0), so (0, -1, 5).
-  expect_near(world_position(scene, 0, 2), Vec3d(0, 0.8 - 0.2, 5));
+  expect_close(world_position(scene, 0, 2), Vec3d(0, 0.8 - 0.2, 5));
   const MeshDescription& mesh = scene.meshes[0];
-  expect_near(Vec3d(mesh.normals[1]), Vec3d(0, 1, 0));  // +x turned
+  expect_close(Vec3d(mesh.normals[1]), Vec3d(0, 1, 0));  // +x turned
   const double length = std::hypot(0.2, 0.8);
-  expect_near(Vec3d(mesh.normals[2]), Vec3d(-0.2 / length, 0.8 / length, 0));
+  expect_close(Vec3d(mesh.normals[2]), Vec3d(-0.2 / length, 0.8 / length, 0));
   ASSERT_EQ(scene.coverage.approximated.size(), 1u);
   EXPECT_EQ(scene.coverage.approximated[0].rfind("skin", 0), 0u);
 }
@@ -132,13 +117,13 @@ TEST_F(GltfSkin, JointsPlaceTheVertices) {
 TEST_F(GltfSkin, FarFromTheOriginNothingIsRounded) {
   gltf_.root["nodes"][size_t(first_)]["translation"] = {1e8, 0.25, 5};
   const SceneDescription scene = load(gltf_);
-  expect_near(world_position(scene, 0, 1), Vec3d(1e8 + 1, 0.25, 5), 1e-7);
+  expect_close(world_position(scene, 0, 1), Vec3d(1e8 + 1, 0.25, 5), 1e-7);
 }
 
 TEST_F(GltfSkin, WithoutInverseBindMatricesTheyAreIdentity) {
   gltf_.root["skins"][0].erase("inverseBindMatrices");
   const SceneDescription scene = load(gltf_);
-  expect_near(world_position(scene, 0, 1), Vec3d(1, 1, 5));
+  expect_close(world_position(scene, 0, 1), Vec3d(1, 1, 5));
 }
 
 TEST_F(GltfSkin, BadCountsAndJointsAreErrors) {

@@ -3,30 +3,15 @@
 
 #include <limits>
 
-#include "io/gltf.h"
-#include "renderer/core/errors.h"
-#include "support/gltf_builder.h"
+#include "support/loaded_gltf.h"
 
 namespace emberline {
 namespace {
 
 using test::GltfBuilder;
-using test::TempFolder;
+using test::load;
+using test::message_of;
 using Triangle = std::array<uint32_t, 3>;
-
-SceneDescription load(const GltfBuilder& gltf) {
-  const TempFolder folder;
-  return load_gltf(gltf.write_glb(folder / "a.glb"), {});
-}
-
-std::string message_of(const GltfBuilder& gltf) {
-  try {
-    load(gltf);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 // A triangle whose positions are integers; without normalisation they are coordinates.
 template <class T>

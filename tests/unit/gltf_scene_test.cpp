@@ -3,30 +3,15 @@
 
 #include <cmath>
 
-#include "io/gltf.h"
-#include "renderer/core/errors.h"
-#include "support/gltf_builder.h"
+#include "support/loaded_gltf.h"
 
 namespace emberline {
 namespace {
 
 using nlohmann::json;
 using test::GltfBuilder;
-using test::TempFolder;
-
-SceneDescription load(const GltfBuilder& gltf) {
-  const TempFolder folder;
-  return load_gltf(gltf.write_glb(folder / "a.glb"), {});
-}
-
-std::string message_of(const GltfBuilder& gltf) {
-  try {
-    load(gltf);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
+using test::load;
+using test::message_of;
 
 Vec3d transformed(const Mat44d& m, const Vec3d& p) {
   Vec3d out;
@@ -34,7 +19,7 @@ Vec3d transformed(const Mat44d& m, const Vec3d& p) {
   return out;
 }
 
-void expect_near(const Vec3d& a, const Vec3d& b) {
+void expect_equal(const Vec3d& a, const Vec3d& b) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-12) << a << " against " << b;
 }
 
@@ -45,7 +30,7 @@ TEST(GltfScene, TranslationRotationScaleInThatOrder) {
   gltf.root["nodes"][0].update(
       {{"translation", {10, 20, 30}}, {"rotation", {0, 0, h, h}}, {"scale", {2, 3, 4}}});
   // (1, 1, 1) is scaled to (2, 3, 4), turned by 90 degrees about z to (-3, 2, 4), then moved.
-  expect_near(transformed(load(gltf).instances[0].to_world, Vec3d(1.0)), Vec3d(7, 22, 34));
+  expect_equal(transformed(load(gltf).instances[0].to_world, Vec3d(1.0)), Vec3d(7, 22, 34));
 }
 
 TEST(GltfScene, AMatrixIsColumnMajor) {
@@ -53,7 +38,7 @@ TEST(GltfScene, AMatrixIsColumnMajor) {
   gltf.add_triangle();
   // x -> y, y -> -x, then + (5, 6, 7).
   gltf.root["nodes"][0]["matrix"] = {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1};
-  expect_near(transformed(load(gltf).instances[0].to_world, Vec3d(1, 2, 3)), Vec3d(3, 7, 10));
+  expect_equal(transformed(load(gltf).instances[0].to_world, Vec3d(1, 2, 3)), Vec3d(3, 7, 10));
 }
 
 TEST(GltfScene, ParentsApplyAfterChildrenInDoublePrecision) {
@@ -156,7 +141,7 @@ TEST(GltfScene, GpuInstances) {
   const SceneDescription scene = load(gltf);
   EXPECT_EQ(scene.meshes.size(), 1u);
   ASSERT_EQ(scene.instances.size(), 2u);
-  expect_near(transformed(scene.instances[0].to_world, Vec3d(1, 0, 0)), Vec3d(102, 0, 0));
+  expect_equal(transformed(scene.instances[0].to_world, Vec3d(1, 0, 0)), Vec3d(102, 0, 0));
   const Vec3d p = transformed(scene.instances[1].to_world, Vec3d(1, 0, 0));
   EXPECT_NEAR(p.x, 100, 1e-6);
   EXPECT_NEAR(p.y, 4, 1e-6);

@@ -31,14 +31,14 @@ json& mappings(GltfBuilder& gltf) {
   return gltf.primitive()["extensions"]["KHR_materials_variants"]["mappings"];
 }
 
-SceneDescription load(const GltfBuilder& gltf, bool variants = true) {
+SceneDescription load_varied(const GltfBuilder& gltf, bool variants = true) {
   const TempFolder folder;
   return load_gltf(gltf.write_glb(folder / "a.glb"), {.variants = variants});
 }
 
 std::string refusal(const GltfBuilder& gltf) {
   try {
-    load(gltf);
+    load_varied(gltf);
   } catch (const InputError& error) {
     return error.what();
   }
@@ -46,7 +46,7 @@ std::string refusal(const GltfBuilder& gltf) {
 }
 
 TEST(GltfVariants, AreReadPerMesh) {
-  const SceneDescription scene = load(varied());
+  const SceneDescription scene = load_varied(varied());
   EXPECT_EQ(scene.coverage.used, std::vector<std::string>{"KHR_materials_variants"});
   ASSERT_EQ(scene.variants.size(), 3u);
   EXPECT_EQ(scene.variants[2].name, "late");
@@ -61,7 +61,7 @@ TEST(GltfVariants, OnlyNamesAreReadWhereNobodyChooses) {
   GltfBuilder gltf = varied();
   add_texture(gltf, {'n', 'o', 'n', 'e'});
   gltf.root["materials"][1]["emissiveTexture"]["index"] = 0;
-  SceneDescription scene = load(gltf, false);  // the image is not looked at
+  SceneDescription scene = load_varied(gltf, false);  // the image is not looked at
   EXPECT_EQ(scene.variants.size(), 3u);
   EXPECT_TRUE(scene.meshes[0].variant_materials.empty());
   EXPECT_TRUE(scene.images.empty());
@@ -83,7 +83,7 @@ TEST(GltfVariants, WhatAnyOfThemNeedsIsThere) {
   for (int i = 0; i < 3; ++i) add_texture(gltf, small_png());
   gltf.root["materials"][1]["normalTexture"] = {{"index", 1}, {"texCoord", 2}};
   gltf.root["materials"][2]["emissiveTexture"]["index"] = 2;
-  const SceneDescription scene = load(gltf);
+  const SceneDescription scene = load_varied(gltf);
   EXPECT_EQ(scene.images.size(), 1u);
   EXPECT_EQ(scene.materials[1].normal_texture.image, 0);
   const MeshDescription& mesh = scene.meshes[0];
@@ -91,7 +91,7 @@ TEST(GltfVariants, WhatAnyOfThemNeedsIsThere) {
   EXPECT_FALSE(mesh.uv_sets[2].empty());
   EXPECT_TRUE(mesh.uv_sets[1].empty());
   EXPECT_EQ(mesh.tangents.size(), 3u);
-  EXPECT_TRUE(load(gltf, false).meshes[0].tangents.empty());
+  EXPECT_TRUE(load_varied(gltf, false).meshes[0].tangents.empty());
 }
 
 // One mesh has one set of tangents.
@@ -101,9 +101,9 @@ TEST(GltfVariants, NormalMapsThatLieOtherwiseAreNamed) {
       gltf.add_accessor<float>("VEC2", {0, 0, 1, 0, 0, 1});
   add_texture(gltf, small_png());
   for (int m : {0, 1}) gltf.root["materials"][size_t(m)]["normalTexture"]["index"] = 0;
-  EXPECT_TRUE(load(gltf).coverage.approximated.empty());
+  EXPECT_TRUE(load_varied(gltf).coverage.approximated.empty());
   gltf.root["materials"][1]["normalTexture"]["extensions"]["KHR_texture_transform"]["rotation"] = 1;
-  const std::vector<std::string> named = load(gltf).coverage.approximated;
+  const std::vector<std::string> named = load_varied(gltf).coverage.approximated;
   ASSERT_EQ(named.size(), 1u);
   EXPECT_NE(named[0].find("normal maps of variants on mesh 0/0"), std::string::npos) << named[0];
 }

@@ -100,12 +100,12 @@ TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
 // What every row of the table has to keep, whatever it does better.
 class EverySamplersError : public testing::TestWithParam<std::string> {};
 
-std::vector<std::string> all_names() {
+std::vector<std::string> names_of_all_samplers() {
   std::vector<std::string> names;
   for (const SamplerEntry& entry : sampler_table()) names.emplace_back(entry.name);
   return names;
 }
-INSTANTIATE_TEST_SUITE_P(Table, EverySamplersError, testing::ValuesIn(all_names()),
+INSTANTIATE_TEST_SUITE_P(Table, EverySamplersError, testing::ValuesIn(names_of_all_samplers()),
                          [](const auto& test) { return test.param; });
 
 TEST_P(EverySamplersError, CoupledPairsAreNoWorseThanRandom) {
