@@ -157,7 +157,8 @@ int run_compare(const CompareOptions& options) {
                          w.x0, w.y0, w.x1, w.y1));
   }
 
-  progress.budget()->reserve(MemoryPart::kFilm, bytes_of(image.rgb.size() / 3, kComparisonBytesPerPixel),
+  progress.budget()->reserve(MemoryPart::kFilm,
+                             bytes_of(image.rgb.size() / 3, kComparisonBytesPerPixel),
                              "the metrics of " + options.image);
   const ErrorMetrics metrics = compare_images(image, reference, {options.exposure});
   if (kind != DifferenceKind::kNone) {

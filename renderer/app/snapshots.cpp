@@ -143,9 +143,9 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& win
                      "end; choose a progressive driver");
   }
   if (!options.reference.empty()) {
-    reference_ =
-        reference_pixels(read_rgb(options.reference, progress), "the frame to be measured against it", window,
-                         options.width, options.height);
+    reference_ = reference_pixels(read_rgb(options.reference, progress),
+                                  "the frame to be measured against it", window, options.width,
+                                  options.height);
   }
   folder_.emplace(options.snapshots, OwnedFolderKind{"--snapshots", "emberline-snapshots.json"});
   for (const std::string& name : folder_->entries()) {

@@ -104,8 +104,9 @@ class Study {
 std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLimits& limits) {
   if (options.reference.empty()) return std::nullopt;
   const RenderOptions& frame = options.frame;
-  return reference_pixels(read_rgb(options.reference, LoadProgress({}, {}, limits)), "the frame to be measured against it",
-                          choose_window(frame), frame.width, frame.height);
+  return reference_pixels(read_rgb(options.reference, LoadProgress({}, {}, limits)),
+                          "the frame to be measured against it", choose_window(frame), frame.width,
+                          frame.height);
 }
 
 Study::Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& files, int threads)
@@ -138,8 +139,7 @@ void Study::reserve_frames() {
   // Halves, their pictures and the mean, linear and displayed.
   const uint64_t reference =
       2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
-  const uint64_t references =
-      bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
+  const uint64_t references = bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
   reserve_frame(most + references, renderer_.window(), *limits_.memory);
 }
 

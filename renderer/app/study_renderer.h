@@ -57,8 +57,8 @@ class StudyRenderer {
   const Rect& window() const { return window_; }
   uint64_t pixels() const { return uint64_t(window_.area()); }
 
-  // What a frame takes while it is rendered and measured, but for the pictures of claims: as many as
-  // an adaptive frame has rounds.
+  // What a frame takes while it is rendered and measured, but for the pictures of claims: as many
+  // as an adaptive frame has rounds.
   uint64_t frame_bytes(const RenderOptions& options, size_t budgets) const;
 
   // Called from any thread for every some samples.
