@@ -134,6 +134,9 @@ int run_program(const char* name, int (*run)(int argc, char** argv), int argc, c
 } catch (const EmberlineError& error) {
   fmt::print(stderr, "{}: {}\n", name, error.what());
   return error.exit_code();
+} catch (const std::exception& error) {
+  fmt::print(stderr, "{}: {}\n", name, error.what());
+  return 1;
 }
 
 }  // namespace emberline::bench

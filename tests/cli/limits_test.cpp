@@ -87,6 +87,37 @@ TEST_F(Limits, ASceneThatIsTooLargeIsRefused) {
   }
 }
 
+TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
+  render(render_words({"--size", "700x600"}));
+  const std::string large = path("large.exr");
+  std::filesystem::rename(path("out.exr"), large);
+  const std::string left = "of the limit of 8 MiB are left";
+  expect_failure({"compare", large, large, "--memory-limit", "8M"}, 3, {"large.exr", left});
+  expect_failure({"heatmap", large, "-o", path("h.png"), "--memory-limit", "8M"}, 3,
+                 {"large.exr", left});
+  // What they take when they are not refused.
+  for (const Words& words : {Words{"compare", large, large, "-o", path("d.png")},
+                             Words{"heatmap", large, "-o", path("h.png")}}) {
+    const RunResult result = run(words + Words{"--memory-limit", "60M"});
+    EXPECT_EQ(result.exit_code, 0) << words[0] << ": " << result.err;
+  }
+  // Other pictures that a run reads: an environment, one that edits name, a reference.
+  write("dim.json",
+        nlohmann::json{{"emberline_edits", 1}, {"environment", {{"file", "large.exr"}}}}.dump());
+  for (const Words& more : {Words{"--env", large}, Words{"--edits", path("dim.json")}}) {
+    expect_failure(render_words(more + Words{"--memory-limit", "8M"}), 3, {"large.exr", left});
+  }
+  expect_failure({"study", scene(), "-o", path("s"), "--size", "700x600", "--spp", "1",
+                  "--reference", large, "--memory-limit", "8M"},
+                 3, {"large.exr", left});
+}
+
+TEST_F(Limits, AStudyWhoseFramesAreTooLargeIsRefusedBeforeItsFolderIsMade) {
+  expect_failure({"study", scene(), "-o", path("s"), "--size", "20000x20000", "--spp", "1",
+                  "--reference-spp", "2", "--memory-limit", "1G"},
+                 2, {"--size", "20000x20000", "limit of 1 GiB", "--memory-limit"});
+}
+
 TEST_F(Limits, ALoadThatTakesTooLongIsGivenUp) {
   const std::string file = grid(300);
   expect_failure({"render", file, "-o", path("out.exr"), "--load-timeout", "0.001"}, 3,

@@ -1,21 +1,13 @@
 // Direct light whose irradiance has a closed form: the published rectangle, and the sides of a
 // light; emitter_shapes_test.cpp has all other shapes. The receiver is a Lambert floor of albedo 1
 // seen from straight above, so that the picture is E / pi.
-#include "closed_form.h"
+#include "receiver.h"
 #include "support/scenes.h"
 
 namespace emberline {
 namespace {
 
 using namespace test;
-
-RenderSettings direct_settings() {
-  RenderSettings s;
-  s.width = s.height = 8;
-  s.spp = 1024;
-  s.max_depth = 1;
-  return s;
-}
 
 // The receiver and a camera that looks at a spot of 1e-4 around `at`, too small for E to change.
 RenderedImage irradiance_at(SceneBuilderForTests& b, const Vec3d& at, const RenderSettings& s,
@@ -48,7 +40,7 @@ TEST(AreaLight, Rectangle) {
   SceneBuilderForTests b;
   b.add_quad({-.5f, 1.2f, -.3f}, {.9f, 1.2f, -.3f}, {.9f, 1.2f, .7f}, {-.5f, 1.2f, .7f},
              b.add_material(emitter(Rgb(1.0f))));
-  const RenderSettings s = direct_settings();
+  const RenderSettings s = direct_light_settings();
   expect_exact(irradiance_at(b, Vec3d(0.0), s), exact / kPiD, 1e-5, s, {"6", "rectangle"});
 }
 
@@ -57,7 +49,7 @@ TEST(AreaLight, RectangleByBsdfSampling) {
   SceneBuilderForTests b;
   b.add_quad({-.5f, 1.2f, -.3f}, {.9f, 1.2f, -.3f}, {.9f, 1.2f, .7f}, {-.5f, 1.2f, .7f},
              b.add_material(emitter(Rgb(1.0f))));
-  RenderSettings s = direct_settings();
+  RenderSettings s = direct_light_settings();
   s.light_sampling = false;
   s.spp = 4096;
   expect_exact(irradiance_at(b, Vec3d(0.0), s), 0.683537 / kPiD, 1e-5, s, {"6", "rectangle, BSDF"});
@@ -71,7 +63,7 @@ TEST(AreaLight, Sides) {
     m.double_sided = two_sided;
     const int material = b.add_material(m);
     b.add_floor(.5f, 1.0f, material, /*up=*/true);  // turns its back on the receiver
-    const RenderSettings s = direct_settings();
+    const RenderSettings s = direct_light_settings();
     const std::vector<Vec3d> corners = {{-.5, 1, -.5}, {.5, 1, -.5}, {.5, 1, .5}, {-.5, 1, .5}};
     const double exact = two_sided ? lambert_polygon(corners, Vec3d(0.0)) : 0.0;
     expect_exact(irradiance_at(b, Vec3d(0.0), s), exact / kPiD, 1e-5, s,

@@ -2,21 +2,13 @@
 // inside it.
 #include <cstring>
 
-#include "closed_form.h"
+#include "receiver.h"
 #include "support/scenes.h"
 
 namespace emberline {
 namespace {
 
 using namespace test;
-
-RenderSettings one_bounce_settings() {
-  RenderSettings s;
-  s.width = s.height = 8;
-  s.spp = 1024;
-  s.max_depth = 1;
-  return s;
-}
 
 // A square of half size h around `center`, facing n, cut into n x n quads.
 MeshDescription tilted_square(const Vec3f& center, const Vec3f& n, float h, int cuts,
@@ -65,7 +57,7 @@ TEST(LightPaths, LargeTiltedEmitterDoesNotShadeItself) {
       b.place(b.add_mesh(
           tilted_square(center - n * distance, n, 0.01f, 1, b.add_material(lambert(Rgb(1.0f))))));
       const auto scene = b.build();
-      RenderSettings s = one_bounce_settings();
+      RenderSettings s = direct_light_settings();
       s.light_sampling = light_sampling;
       const Vec3f receiver = center - n * distance;
       const Vec3d at(receiver.x, receiver.y, receiver.z);
@@ -108,7 +100,7 @@ TEST(LightPaths, BlendedEmitterIsSampledAsItIsSeen) {
     b.add_quad({-1, 1, -1}, {1, 1, -1}, {1, 1, 1}, {-1, 1, 1}, material);
     b.add_floor(10, 0, b.add_material(lambert(Rgb(1.0f))));
     const auto scene = b.build();
-    RenderSettings s = one_bounce_settings();
+    RenderSettings s = direct_light_settings();
     s.light_sampling = light_sampling;
     s.spp = 4096;
     return render(*scene, orthographic({.2, .5, .1}, {.2, 0, .1}, 1e-4), s);
@@ -141,7 +133,7 @@ TEST(LightPaths, PointLightShinesThroughThinPanes) {
     }
     b.add_point_light({1, 3, 0}, Rgb(9.0f));
     const auto scene = b.build();
-    const RenderSettings s = one_bounce_settings();
+    const RenderSettings s = direct_light_settings();
     const double r = square(0.5 / 2.5);
     const double exact = std::pow(0.8 * (1 - r), panes) / kPiD;
     expect_exact(render(*scene, orthographic({1, .5, 0}, {1, 0, 0}, 1e-3), s), exact, 1e-4, s,
@@ -166,7 +158,7 @@ TEST(LightPaths, AbsorptionOnEveryLeg) {
     b.add_quad({-.05f, 2, -.05f}, {.05f, 2, -.05f}, {.05f, 2, .05f}, {-.05f, 2, .05f},
                b.add_material(emitter(Rgb(400.0f))));
     const auto scene = b.build();
-    RenderSettings s = one_bounce_settings();
+    RenderSettings s = direct_light_settings();
     s.light_sampling = light_sampling;
     s.max_depth = 2;  // through the surface, then at the plate
     s.spp = light_sampling ? 1024 : 65536;
@@ -193,7 +185,7 @@ TEST(LightPaths, CameraInsideASolid) {
   b.add_floor(50, -3, solid, /*up=*/false);
   b.set_environment(Rgb(1.0f));
   const auto scene = b.build();
-  const RenderSettings s = one_bounce_settings();
+  const RenderSettings s = direct_light_settings();
   expect_exact(render(*scene, orthographic({.3, 1, .1}, {.3, 2, .1}, 1e-3), s), 0.25, 1e-5, s,
                {"26", "camera inside, two metres of glass above"});
 }

@@ -12,6 +12,7 @@
 #include "io/display.h"
 #include "io/image_output.h"
 #include "renderer/core/errors.h"
+#include "support/srgb.h"
 #include "unit/output_folder.h"
 
 namespace emberline {
@@ -25,12 +26,6 @@ class PictureTest : public OutputFolder {
     OutputFolder::SetUp();
   }
 };
-
-// IEC 61966-2-1.
-double srgb(double x) {
-  x = std::clamp(x, 0.0, 1.0);
-  return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-}
 
 struct ReadBack {
   OIIO::ImageSpec spec;
@@ -87,7 +82,7 @@ TEST_F(PictureTest, PngWithAlphaIsUnassociated) {
       ASSERT_EQ(picture.values[4 * i + 3], std::lround(alpha * 255));
       for (size_t c = 0; c < 3; ++c) {
         const double colour = alpha > 0 ? double(pixel[c]) / alpha : 0.0;
-        ASSERT_NEAR(picture.values[4 * i + c], srgb(colour) * 255, 0.51) << x << "," << y;
+        ASSERT_NEAR(picture.values[4 * i + c], test::srgb(colour) * 255, 0.51) << x << "," << y;
       }
     }
   }
@@ -103,7 +98,7 @@ TEST_F(PictureTest, PngWithoutAlphaIsOverBlack) {
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x, ++i) {
       for (size_t c = 0; c < 3; ++c) {
-        ASSERT_NEAR(picture.values[3 * i + c], srgb(double(test_pixel(x, y)[c])) * 255, 0.51);
+        ASSERT_NEAR(picture.values[3 * i + c], test::srgb(double(test_pixel(x, y)[c])) * 255, 0.51);
       }
     }
   }
@@ -123,9 +118,9 @@ TEST_F(PictureTest, JpegIsCloseAndHasNoAlpha) {
   ASSERT_EQ(picture.spec.nchannels, 3);
   EXPECT_EQ(std::string(picture.spec.get_string_attribute("jpeg:subsampling", "4:4:4")), "4:4:4");
   for (size_t i = 0; i < 64 * 48; ++i) {
-    ASSERT_NEAR(picture.values[3 * i + 0], srgb(0.5) * 255, 3.0);
-    ASSERT_NEAR(picture.values[3 * i + 1], srgb(0.2) * 255, 3.0);
-    ASSERT_NEAR(picture.values[3 * i + 2], srgb(0.1) * 255, 3.0);
+    ASSERT_NEAR(picture.values[3 * i + 0], test::srgb(0.5) * 255, 3.0);
+    ASSERT_NEAR(picture.values[3 * i + 1], test::srgb(0.2) * 255, 3.0);
+    ASSERT_NEAR(picture.values[3 * i + 2], test::srgb(0.1) * 255, 3.0);
   }
 }
 

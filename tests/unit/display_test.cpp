@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "renderer/core/errors.h"
+#include "support/srgb.h"
 #include "unit/output_folder.h"
 
 namespace emberline {
@@ -49,12 +50,6 @@ std::array<float, 3> shown(const DisplaySettings& settings, float r, float g, fl
   return rgb;
 }
 
-// IEC 61966-2-1.
-double srgb_curve(double x) {
-  x = std::clamp(x, 0.0, 1.0);
-  return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-}
-
 TEST_F(DisplayTest, SrgbIsTheStandardCurve) {
   std::vector<float> values;
   for (int i = 0; i <= 3000; ++i) values.push_back(float(i) / 2500.0f - 0.1f);
@@ -63,7 +58,7 @@ TEST_F(DisplayTest, SrgbIsTheStandardCurve) {
   DisplayTransform({}).apply(result.data(), result.size() / 3);
   for (size_t i = 0; i < values.size(); ++i) {
     // OpenColorIO derives the slope of the linear part from gamma and offset (12.9232).
-    ASSERT_NEAR(result[i], srgb_curve(double(values[i])), 2e-5) << values[i];
+    ASSERT_NEAR(result[i], test::srgb(double(values[i])), 2e-5) << values[i];
   }
   EXPECT_EQ(std::lround(shown({}, 0.18f, 0.18f, 0.18f)[1] * 255), 118);  // 117.6
   EXPECT_NEAR(shown({}, 1.0f, 1.0f, 1.0f)[0], 1.0f, 1e-6);
@@ -73,9 +68,9 @@ TEST_F(DisplayTest, SrgbIsTheStandardCurve) {
 TEST_F(DisplayTest, ExposureIsInStops) {
   const auto shifted = shown(with_view("sRGB", 1.5f), 0.1f, 0.02f, 0.3f);
   const double scale = std::pow(2.0, 1.5);
-  EXPECT_NEAR(shifted[0], srgb_curve(0.1 * scale), 2e-5);
-  EXPECT_NEAR(shifted[1], srgb_curve(0.02 * scale), 2e-5);
-  EXPECT_NEAR(shifted[2], srgb_curve(0.3 * scale), 2e-5);
+  EXPECT_NEAR(shifted[0], test::srgb(0.1 * scale), 2e-5);
+  EXPECT_NEAR(shifted[1], test::srgb(0.02 * scale), 2e-5);
+  EXPECT_NEAR(shifted[2], test::srgb(0.3 * scale), 2e-5);
   EXPECT_NEAR(shown(with_view("raw", -2.0f), 8.0f, 4.0f, 2.0f)[0], 2.0f, 1e-6);
 }
 
@@ -88,7 +83,7 @@ TEST_F(DisplayTest, AcesShowsMiddleGreyAtATenthOfPeak) {
   // ACES 1.0: the rendering transform takes 0.18 to 4.8 of 48 cd/m2, the video output scales 0.02
   // to 48 onto 0 to 1 and compensates for the dim surround with an exponent of 0.9811.
   const auto grey = shown(with_view("ACES"), 0.18f, 0.18f, 0.18f);
-  EXPECT_NEAR(grey[0], srgb_curve(std::pow((4.8 - 0.02) / (48.0 - 0.02), 0.9811)), 1e-3);
+  EXPECT_NEAR(grey[0], test::srgb(std::pow((4.8 - 0.02) / (48.0 - 0.02), 0.9811)), 1e-3);
   // Neutral stays neutral: D65 is adapted to the ACES white and back.
   EXPECT_NEAR(grey[0], grey[1], 2e-3);
   EXPECT_NEAR(grey[2], grey[1], 2e-3);

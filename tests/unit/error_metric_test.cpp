@@ -7,22 +7,12 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "renderer/core/errors.h"
+#include "support/srgb.h"
 
 namespace emberline {
 namespace {
-
-constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInfinite = std::numeric_limits<float>::infinity();
-
-// IEC 61966-2-1 in double, clipped as a display clips.
-double exact_srgb(double x) {
-  if (!(x > 0)) return 0;
-  if (x >= 1) return 1;
-  return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-}
 
 // Every 997th float from 1e-6 to 2.
 template <typename Body>
@@ -36,7 +26,7 @@ void for_each_brightness(const Body& body) {
 TEST(DisplayValue, IsTheStandardsCurve) {
   double worst = 0;
   for_each_brightness([&](float x) {
-    worst = std::max(worst, std::abs(double(display_value(x)) - exact_srgb(double(x))));
+    worst = std::max(worst, std::abs(double(display_value(x)) - test::srgb(double(x))));
   });
   EXPECT_LT(worst, 1e-6);
 }
@@ -52,18 +42,18 @@ TEST(DisplayValue, NeverFalls) {
 
 TEST(DisplayValue, ClipsWhatADisplayCannotShow) {
   EXPECT_EQ(display_value(-1.0f), 0.0f);
-  EXPECT_EQ(display_value(-kInfinite), 0.0f);
+  EXPECT_EQ(display_value(-INFINITY), 0.0f);
   EXPECT_EQ(display_value(0.0f), 0.0f);
-  EXPECT_EQ(display_value(kNoNumber), 0.0f);
+  EXPECT_EQ(display_value(NAN), 0.0f);
   EXPECT_EQ(display_value(1.0f), 1.0f);
   EXPECT_EQ(display_value(1e30f), 1.0f);
-  EXPECT_EQ(display_value(kInfinite), 1.0f);
+  EXPECT_EQ(display_value(INFINITY), 1.0f);
   EXPECT_GT(display_value(1e-30f), 0.0f);
 }
 
 TEST(ErrorWeight, LinearMetrics) {
   EXPECT_EQ(error_weight(ErrorMetric::kMse, 0.1f, 5.0f, 2.0f), 1.0f);
-  EXPECT_EQ(error_weight(ErrorMetric::kMse, 0.1f, kNoNumber, 2.0f), 1.0f);
+  EXPECT_EQ(error_weight(ErrorMetric::kMse, 0.1f, NAN, 2.0f), 1.0f);
   EXPECT_FLOAT_EQ(error_weight(ErrorMetric::kRelMse, 0.25f, 0.5f, 9.0f), 2.0f);
   EXPECT_FLOAT_EQ(error_weight(ErrorMetric::kRelMse, 0.25f, 0.0f, 0.0f), 4.0f);
 }
@@ -73,7 +63,7 @@ TEST(ErrorWeight, DisplayIsTheSquaredSlope) {
   for (const double mean : {0.001, 0.01, 0.1, 0.3, 0.7, 0.95, 1.05}) {
     for (const double deviation : {0.01, 0.03, 0.1, 0.5}) {
       const double slope =
-          (exact_srgb(mean + deviation) - exact_srgb(mean - deviation)) / (2 * deviation);
+          (test::srgb(mean + deviation) - test::srgb(mean - deviation)) / (2 * deviation);
       // Two values known to 1e-6 over the step.
       EXPECT_NEAR(
           std::sqrt(error_weight(ErrorMetric::kDisplay, 0.0f, float(mean), float(deviation))),
@@ -92,11 +82,11 @@ TEST(ErrorWeight, ClippedWhiteCountsLittleButCounts) {
     return error_weight(ErrorMetric::kDisplay, 0.0f, mean, deviation);
   };
   EXPECT_EQ(weight(5.0f, 1.0f), floor);
-  EXPECT_EQ(weight(kInfinite, 1.0f), floor);
+  EXPECT_EQ(weight(INFINITY, 1.0f), floor);
   EXPECT_EQ(weight(-5.0f, 1.0f), floor);
-  EXPECT_EQ(weight(kNoNumber, 1.0f), floor);
+  EXPECT_EQ(weight(NAN, 1.0f), floor);
   EXPECT_GT(weight(5.0f, 4.9f), floor);  // noise that may leave white
-  EXPECT_EQ(weight(0.5f, kInfinite), floor);
+  EXPECT_EQ(weight(0.5f, INFINITY), floor);
 }
 
 TEST(ErrorMetricTable, Names) {

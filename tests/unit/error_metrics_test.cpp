@@ -10,18 +10,15 @@
 #include <random>
 
 #include "renderer/statistics/ssim.h"
+#include "support/constant_picture.h"
 
 namespace emberline {
 namespace {
 
+using test::constant_picture;
+
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-RgbImage constant(int width, int height, float r, float g, float b) {
-  RgbImage image{width, height, {}};
-  for (int i = 0; i < width * height; ++i) image.rgb.insert(image.rgb.end(), {r, g, b});
-  return image;
-}
 
 RgbImage noise(int width, int height, unsigned seed, float low = 0.0f, float high = 1.0f) {
   std::mt19937 random(seed);
@@ -50,8 +47,8 @@ TEST(ErrorMetrics, EqualImages) {
 
 TEST(ErrorMetrics, ConstantOffset) {
   // x = 3/4, r = 1/2 in all channels: exact in binary.
-  const ErrorMetrics metrics =
-      compare_images(constant(16, 12, 0.75f, 0.75f, 0.75f), constant(16, 12, 0.5f, 0.5f, 0.5f));
+  const ErrorMetrics metrics = compare_images(constant_picture(16, 12, 0.75f, 0.75f, 0.75f),
+                                              constant_picture(16, 12, 0.5f, 0.5f, 0.5f));
   EXPECT_EQ(metrics.mse, 0.0625);
   EXPECT_EQ(metrics.rmse, 0.25);
   EXPECT_EQ(metrics.max_absolute, 0.25);
@@ -66,7 +63,8 @@ TEST(ErrorMetrics, ConstantOffset) {
 
 TEST(ErrorMetrics, ChannelsAndSign) {
   // Differences +1, -2, +3 from r = 1, 4, 5: sum 2 of 10; squares 1 + 4 + 9 over 3.
-  const ErrorMetrics metrics = compare_images(constant(3, 3, 2, 2, 8), constant(3, 3, 1, 4, 5));
+  const ErrorMetrics metrics =
+      compare_images(constant_picture(3, 3, 2, 2, 8), constant_picture(3, 3, 1, 4, 5));
   EXPECT_DOUBLE_EQ(metrics.mse, 14.0 / 3.0);
   EXPECT_DOUBLE_EQ(metrics.signed_bias, 0.2);
   EXPECT_EQ(metrics.max_absolute, 3);
@@ -77,8 +75,8 @@ TEST(ErrorMetrics, ChannelsAndSign) {
 }
 
 TEST(ErrorMetrics, BlackReference) {
-  const RgbImage black = constant(12, 12, 0, 0, 0);
-  const ErrorMetrics metrics = compare_images(constant(12, 12, 0.1f, 0.1f, 0.1f), black);
+  const RgbImage black = constant_picture(12, 12, 0, 0, 0);
+  const ErrorMetrics metrics = compare_images(constant_picture(12, 12, 0.1f, 0.1f, 0.1f), black);
   EXPECT_EQ(metrics.signed_bias, double(kInfinity));
   EXPECT_EQ(metrics.rel_mse_epsilon, 0.01);
   EXPECT_NEAR(metrics.rel_mse, 1.0, 1e-6);
@@ -87,8 +85,8 @@ TEST(ErrorMetrics, BlackReference) {
 
 TEST(ErrorMetrics, TrimmingLeavesOutTheWorstThousandth) {
   // 2000 pixels: the worst two go. One firefly, one half as bad, the others off by 1/8.
-  RgbImage image = constant(50, 40, 1.125f, 1.125f, 1.125f);
-  const RgbImage reference = constant(50, 40, 1, 1, 1);
+  RgbImage image = constant_picture(50, 40, 1.125f, 1.125f, 1.125f);
+  const RgbImage reference = constant_picture(50, 40, 1, 1, 1);
   for (size_t c = 0; c < 3; ++c) {
     image.rgb[3 * 777 + c] = 1001.0f;
     image.rgb[3 * 1500 + c] = 501.0f;
@@ -132,7 +130,7 @@ TEST(ErrorMetrics, NonFinitePixelsAreCountedAndLeftOut) {
 }
 
 TEST(ErrorMetrics, NothingFinite) {
-  const RgbImage bad = constant(4, 4, kNaN, 0, 0);
+  const RgbImage bad = constant_picture(4, 4, kNaN, 0, 0);
   const ErrorMetrics metrics = compare_images(bad, bad);
   EXPECT_EQ(metrics.non_finite, 16u);
   EXPECT_EQ(metrics.different_pixels, 0u);  // bit for bit the same
@@ -143,8 +141,8 @@ TEST(ErrorMetrics, NothingFinite) {
 
 TEST(ErrorMetrics, HugeAndTinyValues) {
   const float largest = std::numeric_limits<float>::max();
-  const ErrorMetrics metrics =
-      compare_images(constant(12, 12, largest, 1e-40f, 0), constant(12, 12, -largest, 0, 0));
+  const ErrorMetrics metrics = compare_images(constant_picture(12, 12, largest, 1e-40f, 0),
+                                              constant_picture(12, 12, -largest, 0, 0));
   EXPECT_TRUE(std::isfinite(metrics.mse));
   EXPECT_TRUE(std::isfinite(metrics.rel_mse));
   EXPECT_DOUBLE_EQ(metrics.max_absolute, 2 * double(largest));

@@ -14,6 +14,7 @@
 #include "renderer/core/hash.h"
 #include "support/chi_square.h"
 #include "unit/sample_statistics.h"
+#include "unit/table_names.h"
 
 namespace emberline {
 namespace {
@@ -28,17 +29,13 @@ class EveryFilter : public testing::TestWithParam<std::string> {
   }
   PixelFilter filter() const { return PixelFilter::create(GetParam()); }
 };
-std::vector<std::string> all_names() {
-  std::vector<std::string> names;
-  for (const FilterEntry& entry : filter_table()) names.emplace_back(entry.name);
-  return names;
-}
 std::string test_name(const testing::TestParamInfo<std::string>& test) {
   std::string name = test.param;
   std::erase(name, '-');
   return name;
 }
-INSTANTIATE_TEST_SUITE_P(Table, EveryFilter, testing::ValuesIn(all_names()), test_name);
+INSTANTIATE_TEST_SUITE_P(Table, EveryFilter, testing::ValuesIn(test::names_of(filter_table())),
+                         test_name);
 
 Vec2f random_point(uint32_t i) {
   const uint64_t bits = hash64(0xf117e4u + uint64_t(i));

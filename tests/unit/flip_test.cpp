@@ -10,17 +10,15 @@
 #include <cmath>
 #include <random>
 
+#include "support/constant_picture.h"
+
 namespace emberline {
 namespace {
 
+using test::constant_picture;
+
 constexpr double kPi = 3.14159265358979323846;
 using Colour = std::array<double, 3>;
-
-RgbImage flat_picture(int width, int height, float r, float g, float b) {
-  RgbImage image{width, height, {}};
-  for (int i = 0; i < width * height; ++i) image.rgb.insert(image.rgb.end(), {r, g, b});
-  return image;
-}
 
 double mean(const std::vector<float>& map) {
   double sum = 0;
@@ -183,12 +181,13 @@ TEST(Flip, BlackAgainstWhite) {
   const double expected = colour_error(100.0);
   EXPECT_NEAR(expected, 0.967379, 1e-6);
   const std::vector<float> map =
-      flip_map(flat_picture(40, 30, 0, 0, 0), flat_picture(40, 30, 1, 1, 1));
+      flip_map(constant_picture(40, 30, 0, 0, 0), constant_picture(40, 30, 1, 1, 1));
   for (const float value : map) ASSERT_NEAR(double(value), expected, 1e-5);
 }
 
 TEST(Flip, GreenAgainstBlueIsTheWorst) {
-  EXPECT_NEAR(mean(flip_map(flat_picture(9, 9, 0, 1, 0), flat_picture(9, 9, 0, 0, 1))), 1.0, 1e-5);
+  EXPECT_NEAR(mean(flip_map(constant_picture(9, 9, 0, 1, 0), constant_picture(9, 9, 0, 0, 1))), 1.0,
+              1e-5);
 }
 
 TEST(Flip, ConstantColours) {
@@ -200,8 +199,8 @@ TEST(Flip, ConstantColours) {
         return hunt_lab({decode(double(c[0])), decode(double(c[1])), decode(double(c[2]))});
       };
       const double expected = colour_error(colour_distance(lab(a), lab(b)));
-      EXPECT_NEAR(mean(flip_map(flat_picture(7, 5, a[0], a[1], a[2]),
-                                flat_picture(7, 5, b[0], b[1], b[2]))),
+      EXPECT_NEAR(mean(flip_map(constant_picture(7, 5, a[0], a[1], a[2]),
+                                constant_picture(7, 5, b[0], b[1], b[2]))),
                   expected, 2e-4);
     }
   }
@@ -242,8 +241,8 @@ TEST(Flip, IsSymmetricAndInRange) {
 
 TEST(Flip, EdgesCountMoreThanTheirColour) {
   // The same step in grey, once as a flat difference and once as an edge that only one picture has.
-  const RgbImage grey = flat_picture(40, 40, 0.5f, 0.5f, 0.5f);
-  RgbImage flat = flat_picture(40, 40, 0.6f, 0.6f, 0.6f), edge = flat;
+  const RgbImage grey = constant_picture(40, 40, 0.5f, 0.5f, 0.5f);
+  RgbImage flat = constant_picture(40, 40, 0.6f, 0.6f, 0.6f), edge = flat;
   for (int y = 0; y < 40; ++y) {
     for (int x = 0; x < 20; ++x) {
       for (int c = 0; c < 3; ++c) edge.rgb[size_t(3 * (y * 40 + x) + c)] = 0.5f;

@@ -71,14 +71,14 @@ Chosen chosen_of_a_constant(uint32_t seed) {
 
 TEST(RoundPlanner, EqualErrorsAreServedAllOverTheWindow) {
   const Chosen one = chosen_of_a_constant(1), other = chosen_of_a_constant(2);
-  constexpr int kPixels = kSize * kSize;
-  EXPECT_EQ(one.all, kPixels / 2);
+  constexpr int kWindowPixels = kSize * kSize;
+  EXPECT_EQ(one.all, kWindowPixels / 2);
   // Half of the chosen in each half: a standard deviation of 8, five of them (6e-7).
-  EXPECT_NEAR(one.upper, kPixels / 4, 40);
-  EXPECT_NEAR(other.upper, kPixels / 4, 40);
+  EXPECT_NEAR(one.upper, kWindowPixels / 4, 40);
+  EXPECT_NEAR(other.upper, kWindowPixels / 4, 40);
   int both = 0;
-  for (size_t i = 0; i < size_t(kPixels); ++i) both += one.pixels[i] && other.pixels[i];
-  EXPECT_NEAR(both, kPixels / 4, 40);
+  for (size_t i = 0; i < size_t(kWindowPixels); ++i) both += one.pixels[i] && other.pixels[i];
+  EXPECT_NEAR(both, kWindowPixels / 4, 40);
   EXPECT_EQ(one.pixels, chosen_of_a_constant(1).pixels);
 }
 

@@ -114,12 +114,12 @@ TEST(SampleHalves, TheSamplersHalvesAreNested) {
       {"smooth off the camera", 0.25, [](double, double, double u, double v) { return u * v; }},
       {"product", 0.0625, [](double x, double y, double u, double v) { return x * y * u * v; }}};
   const auto sampler = create_sampler("sobol", {});
-  constexpr uint32_t kPixels = 20000;
+  constexpr uint32_t kPixelsTried = 20000;
   for (const Integrand& f : integrands) {
     for (const uint32_t n : {16u, 32u, 64u}) {
       Moments products;
       Moments half, whole;
-      for (uint32_t p = 0; p < kPixels; ++p) {
+      for (uint32_t p = 0; p < kPixelsTried; ++p) {
         double sums[2] = {0, 0};
         for (uint32_t first = 0; first < n; first += kSampleLanes) {
           SlotBlock camera, surface;

@@ -11,6 +11,7 @@
 #include "renderer/statistics/convergence.h"
 #include "samplers/owen_sobol.h"
 #include "unit/sample_integrands.h"
+#include "unit/table_names.h"
 
 namespace emberline {
 namespace {
@@ -100,12 +101,8 @@ TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
 // What every row of the table has to keep, whatever it does better.
 class EverySamplersError : public testing::TestWithParam<std::string> {};
 
-std::vector<std::string> names_of_all_samplers() {
-  std::vector<std::string> names;
-  for (const SamplerEntry& entry : sampler_table()) names.emplace_back(entry.name);
-  return names;
-}
-INSTANTIATE_TEST_SUITE_P(Table, EverySamplersError, testing::ValuesIn(names_of_all_samplers()),
+INSTANTIATE_TEST_SUITE_P(Table, EverySamplersError,
+                         testing::ValuesIn(test::names_of(sampler_table())),
                          [](const auto& test) { return test.param; });
 
 TEST_P(EverySamplersError, CoupledPairsAreNoWorseThanRandom) {

@@ -15,6 +15,7 @@
 #include "renderer/core/errors.h"
 #include "samplers/pixel_samples.h"
 #include "unit/sample_statistics.h"
+#include "unit/table_names.h"
 
 namespace emberline {
 namespace {
@@ -30,13 +31,8 @@ class EverySampler : public testing::TestWithParam<std::tuple<std::string, Strea
   }
 };
 
-std::vector<std::string> all_names() {
-  std::vector<std::string> names;
-  for (const SamplerEntry& entry : sampler_table()) names.emplace_back(entry.name);
-  return names;
-}
 INSTANTIATE_TEST_SUITE_P(Table, EverySampler,
-                         testing::Combine(testing::ValuesIn(all_names()),
+                         testing::Combine(testing::ValuesIn(test::names_of(sampler_table())),
                                           testing::Values(StreamCount::kOne, StreamCount::kTwo)),
                          [](const auto& test) {
                            return std::get<0>(test.param) +
@@ -308,7 +304,8 @@ TEST(SamplerTable, UnknownNameListsTheValidOnes) {
     FAIL() << "accepted an unknown name";
   } catch (const UsageError& error) {
     std::string valid;
-    for (const std::string& name : all_names()) valid += (valid.empty() ? "" : ", ") + name;
+    for (const std::string& name : test::names_of(sampler_table()))
+      valid += (valid.empty() ? "" : ", ") + name;
     EXPECT_EQ(error.what(),
               "--sampler: unknown sampler 'sobel' (did you mean 'sobol'?); "
               "valid names are " +
