@@ -189,69 +189,69 @@ Json vector(const Vec3d& v) { return {v.x, v.y, v.z}; }
 Json color(const Rgb& c) { return {number(c.x), number(c.y), number(c.z)}; }
 
 Json target_json(const EditTarget& target) {
-  Json json = Json::object();
-  if (!target.name.empty()) json["name"] = target.name;
-  if (target.index >= 0) json["index"] = target.index;
-  return json;
+  Json object = Json::object();
+  if (!target.name.empty()) object["name"] = target.name;
+  if (target.index >= 0) object["index"] = target.index;
+  return object;
 }
 
 Json camera_json(const CameraEdit& edit) {
-  Json json = Json::object();
-  if (edit.camera) json["file_camera"] = target_json(*edit.camera);
+  Json object = Json::object();
+  if (edit.camera) object["file_camera"] = target_json(*edit.camera);
   if (edit.look_from && edit.look_at) {
-    json["look_from"] = vector(*edit.look_from);
-    json["look_at"] = vector(*edit.look_at);
-    json["up"] = vector(edit.up);
-    if (edit.mirrored) json["mirrored"] = true;
+    object["look_from"] = vector(*edit.look_from);
+    object["look_at"] = vector(*edit.look_at);
+    object["up"] = vector(edit.up);
+    if (edit.mirrored) object["mirrored"] = true;
   }
-  if (edit.orthographic_height) json["orthographic_height"] = *edit.orthographic_height;
-  if (edit.fov_y_degrees) json["fov_y"] = *edit.fov_y_degrees;
-  if (edit.f_stop) json["f_stop"] = *edit.f_stop;
-  if (edit.focus_distance) json["focus_distance"] = *edit.focus_distance;
-  return json;
+  if (edit.orthographic_height) object["orthographic_height"] = *edit.orthographic_height;
+  if (edit.fov_y_degrees) object["fov_y"] = *edit.fov_y_degrees;
+  if (edit.f_stop) object["f_stop"] = *edit.f_stop;
+  if (edit.focus_distance) object["focus_distance"] = *edit.focus_distance;
+  return object;
 }
 
 Json environment_json(const EnvironmentEdit& edit, const std::string& path) {
-  Json json = Json::object();
+  Json object = Json::object();
   if (!edit.file.empty()) {
     const fs::path file = edit.file;
-    json["file"] = file.is_absolute()
-                       ? file.string()
-                       : fs::proximate(file, fs::absolute(path).parent_path()).generic_string();
+    object["file"] = file.is_absolute()
+                         ? file.string()
+                         : fs::proximate(file, fs::absolute(path).parent_path()).generic_string();
   }
-  if (edit.strength) json["strength"] = number(*edit.strength);
-  if (edit.rotation_degrees) json["rotation"] = number(*edit.rotation_degrees);
-  return json;
+  if (edit.strength) object["strength"] = number(*edit.strength);
+  if (edit.rotation_degrees) object["rotation"] = number(*edit.rotation_degrees);
+  return object;
 }
 
 Json light_json(const LightEdit& edit) {
-  Json json = {{"kind", std::ranges::find(kKinds, edit.kind, &KindName::kind)->name}};
-  json.update(target_json(edit.target));
-  json["intensity"] = number(edit.intensity);
-  json["color"] = color(edit.color);
-  json["on"] = edit.on;
-  return json;
+  Json object = {{"kind", std::ranges::find(kKinds, edit.kind, &KindName::kind)->name}};
+  object.update(target_json(edit.target));
+  object["intensity"] = number(edit.intensity);
+  object["color"] = color(edit.color);
+  object["on"] = edit.on;
+  return object;
 }
 
 Json material_json(const MaterialEdit& edit) {
-  Json json = target_json(edit.target);
-  const auto put = [&json](const char* name, const std::optional<float>& value) {
-    if (value) json[name] = number(*value);
+  Json object = target_json(edit.target);
+  const auto put = [&object](const char* name, const std::optional<float>& value) {
+    if (value) object[name] = number(*value);
   };
-  if (edit.base_color) json["base_color"] = color(*edit.base_color);
+  if (edit.base_color) object["base_color"] = color(*edit.base_color);
   put("roughness", edit.roughness);
   put("metallic", edit.metallic);
-  if (edit.emission) json["emission"] = color(*edit.emission);
+  if (edit.emission) object["emission"] = color(*edit.emission);
   put("transmission", edit.transmission);
   put("normal_scale", edit.normal_scale);
-  return json;
+  return object;
 }
 
 }  // namespace
 
 SceneEdits read_edits(const std::string& path, const LoadProgress& progress) {
-  const nlohmann::json json = read_json(path);
-  const JsonReader root(json, path);
+  const nlohmann::json object = read_json(path);
+  const JsonReader root(object, path);
   check_version(root);  // before the members: another version may have others
   root.object({"emberline_edits", "camera", "variant", "environment", "lights", "materials"});
   SceneEdits edits;
@@ -274,9 +274,9 @@ SceneEdits read_edits(const std::string& path, const LoadProgress& progress) {
 }
 
 void write_edits(const std::string& path, const SceneEdits& edits) {
-  Json json = {{"emberline_edits", kEditsVersion}};
-  const auto put = [&json](const char* name, Json value) {
-    if (!value.empty()) json[name] = std::move(value);
+  Json object = {{"emberline_edits", kEditsVersion}};
+  const auto put = [&object](const char* name, Json value) {
+    if (!value.empty()) object[name] = std::move(value);
   };
   put("camera", camera_json(edits.camera));
   if (edits.variant) put("variant", target_json(*edits.variant));
@@ -286,7 +286,7 @@ void write_edits(const std::string& path, const SceneEdits& edits) {
   for (const MaterialEdit& edit : edits.materials) materials.push_back(material_json(edit));
   put("lights", std::move(lights));
   put("materials", std::move(materials));
-  write_file_atomically(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  write_file_atomically(path, object.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace emberline

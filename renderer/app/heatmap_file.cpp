@@ -11,11 +11,6 @@
 #include "renderer/core/file_suffix.h"
 
 namespace emberline {
-namespace {
-
-bool is_exr(const std::string& path) { return lower_suffix(path) == ".exr"; }
-
-}  // namespace
 
 void check_heatmap_format(const std::string& option, const std::string& path, const Rect& window) {
   if (is_exr(path)) return;

@@ -8,6 +8,7 @@
 #include "integrators/integrator.h"
 #include "renderer/app/outputs.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 
 namespace emberline {
 namespace {

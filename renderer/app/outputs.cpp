@@ -33,8 +33,6 @@ void check_format(const std::string& path, const Rect& window) {
 
 }  // namespace
 
-bool is_exr(const std::string& path) { return lower_suffix(path) == ".exr"; }
-
 void register_inputs(const RenderOptions& options, FileRegister& files) {
   files.read(options.scene, "it is the scene");
   const auto read = [&files](const std::string& path, const char* option) {

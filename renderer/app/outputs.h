@@ -123,8 +123,6 @@ class FrameOutputs final : public FrameObserver {
   std::map<std::thread::id, uint64_t> thread_bytes_;  // at most, of each thread that brought a tile
 };
 
-bool is_exr(const std::string& path);
-
 // Enters the files that the options name for reading.
 void register_inputs(const RenderOptions& options, FileRegister& files);
 

@@ -18,4 +18,6 @@ inline std::string lower_suffix(std::string_view path) {
   return suffix;
 }
 
+inline bool is_exr(const std::string& path) { return lower_suffix(path) == ".exr"; }
+
 }  // namespace emberline

@@ -21,6 +21,10 @@ const std::shared_ptr<MemoryBudget>& MemoryBudget::unlimited() {
   return budget;
 }
 
+std::shared_ptr<MemoryBudget> MemoryBudget::rest() const {
+  return std::make_shared<MemoryBudget>(limit_ == kUnlimited ? kUnlimited : limit_ - reserved());
+}
+
 bool MemoryBudget::try_reserve(MemoryPart part, uint64_t bytes) noexcept {
   if (limit_ == kUnlimited) return true;
   uint64_t before = reserved_.load(std::memory_order_relaxed);

@@ -39,6 +39,9 @@ class MemoryBudget {
   // What reserve() says beside the place.
   std::string refusal(MemoryPart part, uint64_t bytes) const;
 
+  // A budget of its own with what is left, for a load whose share is known when it is through.
+  std::shared_ptr<MemoryBudget> rest() const;
+
   uint64_t limit() const { return limit_; }
   uint64_t reserved() const { return reserved_.load(std::memory_order_relaxed); }
   uint64_t reserved(MemoryPart part) const {
@@ -71,6 +74,9 @@ class MemoryReservation {
   void add(uint64_t bytes, const std::string& place);
   void release() noexcept;
   uint64_t bytes() const { return bytes_; }
+  const std::shared_ptr<MemoryBudget>& budget() const {
+    return budget_ ? budget_ : MemoryBudget::unlimited();
+  }
 
  private:
   std::shared_ptr<MemoryBudget> budget_;

@@ -188,7 +188,7 @@ Kernels make_kernels(double pixels_per_degree) {
 }
 
 // One channel of the picture as the filters see it: beyond the border, the border's value.
-struct Plane {
+struct Channel {
   int width, height;
   std::vector<float> values;
 
@@ -217,18 +217,18 @@ void add_filtered_row(const std::vector<double>& padded, const Taps& taps,
   }
 }
 
-std::vector<double> filter(const Plane& plane, int y, const Taps& down, const Taps& along) {
+std::vector<double> filter(const Channel& plane, int y, const Taps& down, const Taps& along) {
   std::vector<double> padded, out(size_t(plane.width), 0.0);
   plane.filter_column(y, down, int(along.size() / 2), padded);
   add_filtered_row(padded, along, out);
   return out;
 }
 
-using Opponent = std::array<Plane, 3>;  // Y, Cx, Cz
+using Opponent = std::array<Channel, 3>;  // Y, Cx, Cz
 
 Opponent to_opponent(const RgbImage& picture) {
   Opponent planes;
-  for (Plane& plane : planes) {
+  for (Channel& plane : planes) {
     plane = {picture.width, picture.height, std::vector<float>(picture.rgb.size() / 3)};
   }
   for_each_row(picture.height, [&](int y) {
@@ -264,7 +264,7 @@ struct Features {
 };
 
 // Section 4.2: strength of edges and points in luminance, in [0, sqrt 2].
-std::vector<Features> feature_row(const Plane& luminance, int y, const Kernels& k) {
+std::vector<Features> feature_row(const Channel& luminance, int y, const Kernels& k) {
   const std::vector<double> edge_x = filter(luminance, y, k.smooth, k.edge);
   const std::vector<double> edge_y = filter(luminance, y, k.edge, k.smooth);
   const std::vector<double> point_x = filter(luminance, y, k.smooth, k.point);

@@ -29,14 +29,14 @@ TEST_P(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
   s.adaptive.budget = budget;
   s.adaptive.unbiased = unbiased;
   double truth = 0, estimate = 0;
-  constexpr int kSeeds = 6;
-  for (int seed = 0; seed < kSeeds; ++seed) {
+  constexpr int kFrames = 6;
+  for (int seed = 0; seed < kFrames; ++seed) {
     s.seed = uint32_t(seed);
     const RenderedImage image = render(*scene, busy_view(), s);
     truth += squared_display_error(image, references, image.window) /
-             (3.0 * s.width * s.height * kSeeds);
+             (3.0 * s.width * s.height * kFrames);
     ASSERT_TRUE(image.error_estimate.has_value());
-    estimate += *image.error_estimate * *image.error_estimate / kSeeds;
+    estimate += *image.error_estimate * *image.error_estimate / kFrames;
   }
   const double ratio = std::sqrt(estimate / truth);
   std::printf("  estimated %.5f, true %.5f: %.2f\n", std::sqrt(estimate), std::sqrt(truth), ratio);

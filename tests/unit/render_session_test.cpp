@@ -136,6 +136,46 @@ TEST_F(RenderSessionTest, SaysWhatMakesNoSenseAndGoesOnWhenItIsMended) {
   EXPECT_EQ(owner.session.problem(), "");
 }
 
+// Films, pictures and environments of a window count in the limit that its scene was loaded under.
+TEST_F(RenderSessionTest, KeepsToTheMemoryLimitWithFramesAndEnvironments) {
+  ViewSettings small = settings("bucket", 1);
+  small.render.limits.memory_bytes = 16 << 20;
+  ViewSettings large = small;
+  large.render.width = 1000;
+  large.render.height = 800;
+  RenderOptions sky = large.render;
+  sky.limits = {};
+  sky.max_depth = 1;
+  sky.scene = scene("cornell_box");
+  sky.filter = kDefaultFilter;
+  sky.outputs = {path("sky.exr")};
+  ASSERT_EQ(run_render(sky), 0);
+
+  SessionOwner owner(small);
+  owner.open(scene("cornell_box"));
+  const auto problem_with = [&](const std::string& text) {
+    return owner.wait(30, [&] {
+      const std::string problem = owner.session.problem();
+      return problem.find(text) != std::string::npos &&
+             problem.find("of the limit of 16 MiB are left") != std::string::npos;
+    });
+  };
+  for (const char* driver : {"bucket", "bisection", "adaptive", "live"}) {
+    large.render.driver = driver;
+    owner.session.set_settings(large);
+    EXPECT_TRUE(problem_with("a frame of 1000x800 pixels")) << owner.session.problem();
+    owner.session.set_settings(small);
+    EXPECT_TRUE(finishes(owner));
+    EXPECT_EQ(owner.session.problem(), "");
+  }
+  SceneEdits edits;
+  edits.environment.file = path("sky.exr");
+  owner.session.set_edits(edits);
+  EXPECT_TRUE(problem_with("sky.exr")) << owner.session.problem();
+  owner.session.set_edits({});
+  EXPECT_TRUE(finishes(owner));
+}
+
 // The Cornell box has one lamp: twice as bright it is twice the picture, without a sample.
 TEST_F(RenderSessionTest, LightGroupsFollowALightWithoutASample) {
   ViewSettings view = settings("live", 16);

@@ -66,7 +66,7 @@ void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::s
     // What is open stays until the new scene has come: that gets what is left.
     LoadLimits limits = limits_of(options.limits, options.scene);
     if (!memory_) memory_ = limits.memory;
-    limits.memory = std::make_shared<MemoryBudget>(memory_->limit() - memory_->reserved());
+    limits.memory = memory_->rest();
     LoadProgress progress(
         [&](const std::string& stage, double fraction) {
           report(number, [&](LoadStatus& status) {

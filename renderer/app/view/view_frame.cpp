@@ -1,5 +1,6 @@
 #include "renderer/app/view/view_frame.h"
 
+#include <fmt/format.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include "renderer/app/view/overlay_picture.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/frame_film.h"
 
 namespace emberline {
 namespace {
@@ -35,6 +37,10 @@ constexpr uint32_t kRegionSamples = 16;
 // those that a threshold ends are taken to have the fewest that an estimator judges by.
 constexpr double kFirstPictureShare = 0.005;
 constexpr uint32_t kLeastJudged = 16;
+
+// Linear and graded, that the board keeps: the newest, one being drawn, one to compare with as it
+// was and as it is graded now.
+constexpr uint64_t kPictures = 4;
 
 Rect frame_of(const RenderOptions& options) { return {0, 0, options.width, options.height}; }
 
@@ -84,12 +90,14 @@ ViewFrame::ViewFrame(ViewOrder order, const FrameTools& tools, PictureBoard& boa
       hurry_(hurry),
       pause_(std::move(pause)),
       window_(frame_of(order_.settings.render)),
-      camera_(camera_of(order_)) {}
+      camera_(camera_of(order_)),
+      memory_(order_.scene->memory.budget(), MemoryPart::kFilm) {}
 
 ViewFrame::~ViewFrame() = default;
 
 void ViewFrame::render(std::optional<Vec2i> explained) {
   explained_ = explained;
+  reserve(window_, kPictures * (4 * sizeof(float) + 4));
   if (order_.settings.region) render_region();
   const bool buckets = tools_.options.driver == "bucket";
   if ((tools_.live || buckets) && stop_->cause() == PixelStop::kNone) {
@@ -100,6 +108,11 @@ void ViewFrame::render(std::optional<Vec2i> explained) {
   const FrameCounters counters = render_stage(Stage::kMain, main_, tools_.options.driver, window_,
                                               tools_.plan.samples_per_pixel);
   if (!counters.stopped || stop_->cause() == PixelStop::kTimeLimit) finish(counters);
+}
+
+void ViewFrame::reserve(const Rect& pixels, uint64_t bytes_per_pixel) {
+  memory_.add(bytes_of(uint64_t(pixels.area()), bytes_per_pixel),
+              fmt::format("a frame of {}x{} pixels", window_.width(), window_.height()));
 }
 
 // A frame of its own, so that each of its pixels gets the samples that it would get anyway.
@@ -119,6 +132,8 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<FrameDriver>&
   const bool in_frame = explained_ && window.contains(explained_->x, explained_->y);
   if (main && in_frame) settings.explained = explained_;
   driver = create_driver(name, settings);
+  const uint64_t lights = groups_ ? 24 * (groups_->list().size() + 1) : 0;
+  if (const uint64_t film = driver->bytes_per_pixel(tools_.aovs)) reserve(window, film + lights);
   const Frame frame{order_.scene->scene.scene(),
                     camera_,
                     *tools_.integrator,
@@ -140,15 +155,16 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<FrameDriver>&
 
 // Buckets come over what the first picture shows.
 void ViewFrame::begin_buckets() {
+  const bool told = !tools_.plan.uniform && RoundPlanner::knows_variances(tools_.plan.adaptive);
+  const FilmExtras extras{.sample_variance = told};
+  reserve(window_, film_bytes_per_pixel(tools_.aovs, extras) + 4 * sizeof(float) + 4);
   std::vector<float> rgba(4 * size_t(window_.area()));
   resolve_whole(rgba);
   readable_ = nullptr;
   shown_driver_ = nullptr;
   first_.reset();
   progress_ = {};
-  const bool told = !tools_.plan.uniform && RoundPlanner::knows_variances(tools_.plan.adaptive);
-  canvas_.emplace(window_, tools_.aovs, tools_.plan.adaptive.unbiased, std::move(rgba),
-                  FilmExtras{.sample_variance = told});
+  canvas_.emplace(window_, tools_.aovs, tools_.plan.adaptive.unbiased, std::move(rgba), extras);
   readable_ = &*canvas_;
   shown_at_s_ = -std::numeric_limits<double>::infinity();  // else it might be a bucket's time ago
 }

@@ -103,6 +103,7 @@ class ViewFrame final : private FrameObserver {
                              const std::string& name, const Rect& window,
                              uint32_t samples_per_pixel);
   void begin_buckets();
+  void reserve(const Rect& pixels, uint64_t bytes_per_pixel);
   bool first_is_enough() const;
   bool complete() const;
   void finish(const FrameCounters& counters);
@@ -138,6 +139,7 @@ class ViewFrame final : private FrameObserver {
   std::optional<Vec2i> explained_;
   std::unique_ptr<FrameDriver> region_, first_, main_;
   std::optional<BucketCanvas> canvas_;
+  MemoryReservation memory_;  // of films and pictures
   // What is shown and looked at, from which driver, and how far that is.
   const FramePicture* readable_ = nullptr;
   FrameDriver* shown_driver_ = nullptr;

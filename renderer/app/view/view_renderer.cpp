@@ -244,11 +244,19 @@ void ViewRenderer::set_threads(int wanted) {
   polite_.emplace(*arena_);
 }
 
-void ViewRenderer::read_environment(EnvironmentEdit& edit) {
+void ViewRenderer::read_environment(ViewOrder& order) {
+  EnvironmentEdit& edit = order.edits.environment;
   if (edit.file.empty() || edit.image) return;
   if (environment_.file != edit.file) {
+    const std::shared_ptr<MemoryBudget>& window = order.scene->memory.budget();
+    LoadLimits limits;
+    limits.memory = window->rest();
+    LoadProgress progress({}, {}, limits);
     uint64_t repaired = 0;
-    environment_.image = emberline::read_environment(edit.file, &repaired);
+    auto image = emberline::read_environment(edit.file, &repaired, progress);
+    environment_memory_ =
+        MemoryReservation(window, MemoryPart::kTextures, limits.memory->reserved(), edit.file);
+    environment_.image = std::move(image);
     environment_.repaired_texels = repaired;
     environment_.file = edit.file;
   }
@@ -274,7 +282,7 @@ std::shared_ptr<const LightGroups> ViewRenderer::dress(const ViewOrder& order,
 void ViewRenderer::render(ViewOrder order) {
   std::unique_ptr<FrameTools> tools = tools_for(order.settings);
   set_threads(order.settings.render.threads);
-  read_environment(order.edits.environment);
+  read_environment(order);
   std::optional<Vec2i> explained;
   std::shared_ptr<StopRequest> stop;
   {

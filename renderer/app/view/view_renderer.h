@@ -63,7 +63,7 @@ class ViewRenderer {
   void render(ViewOrder order);
   std::unique_ptr<FrameTools> tools_for(const ViewSettings& settings) const;
   void set_threads(int wanted);
-  void read_environment(EnvironmentEdit& edit);
+  void read_environment(ViewOrder& order);
   void pause(bool shown);
   void serve(std::unique_lock<std::mutex>& lock);
   bool wanted() const;  // by serve()
@@ -99,6 +99,7 @@ class ViewRenderer {
   ViewSettings tools_settings_;  // that they were made for
   std::unique_ptr<ViewFrame> frame_;
   EnvironmentEdit environment_;  // the last one read from a file
+  MemoryReservation environment_memory_;
   std::optional<WorkerThreads> workers_;
   std::optional<tbb::task_arena> arena_;
   std::optional<PoliteWorkers> polite_;
