@@ -22,7 +22,10 @@ const std::shared_ptr<MemoryBudget>& MemoryBudget::unlimited() {
 }
 
 std::shared_ptr<MemoryBudget> MemoryBudget::rest() const {
-  return std::make_shared<MemoryBudget>(limit_ == kUnlimited ? kUnlimited : limit_ - reserved());
+  auto rest = std::make_shared<MemoryBudget>(limit_);
+  rest->before_ = reserved();
+  rest->reserved_ = rest->before_;
+  return rest;
 }
 
 bool MemoryBudget::try_reserve(MemoryPart part, uint64_t bytes) noexcept {

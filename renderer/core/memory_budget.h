@@ -39,8 +39,10 @@ class MemoryBudget {
   // What reserve() says beside the place.
   std::string refusal(MemoryPart part, uint64_t bytes) const;
 
-  // A budget of its own with what is left, for a load whose share is known when it is through.
+  // A budget of its own with the same limit, in which what is reserved here is gone: for a load,
+  // which reserves here what it took() when it is through.
   std::shared_ptr<MemoryBudget> rest() const;
+  uint64_t took() const { return reserved() - before_; }
 
   uint64_t limit() const { return limit_; }
   uint64_t reserved() const { return reserved_.load(std::memory_order_relaxed); }
@@ -51,6 +53,7 @@ class MemoryBudget {
 
  private:
   const uint64_t limit_;
+  uint64_t before_ = 0;
   std::atomic<uint64_t> reserved_{0}, peak_{0};
   std::array<std::atomic<uint64_t>, kMemoryParts> parts_{};
 };

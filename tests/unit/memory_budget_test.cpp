@@ -56,6 +56,18 @@ TEST(MemoryBudget, GivesBackWhatWasForAWhile) {
   EXPECT_EQ(budget->peak(), 1000u);
 }
 
+TEST(MemoryBudget, TheRestHasTheSameLimitAndKnowsWhatItTook) {
+  MemoryBudget whole(1000);
+  whole.reserve(MemoryPart::kGeometry, 300, "a.gltf");
+  const std::shared_ptr<MemoryBudget> rest = whole.rest();
+  EXPECT_EQ(rest->limit(), 1000u);
+  EXPECT_EQ(rest->took(), 0u);
+  EXPECT_FALSE(rest->try_reserve(MemoryPart::kTextures, 701));
+  EXPECT_TRUE(rest->try_reserve(MemoryPart::kTextures, 700));
+  EXPECT_EQ(rest->took(), 700u);
+  EXPECT_EQ(whole.reserved(), 300u);
+}
+
 TEST(MemoryBudget, OfManyThreadsNoneGetsMoreThanThereIs) {
   const auto budget = std::make_shared<MemoryBudget>(1000);
   std::atomic<int> granted{0};

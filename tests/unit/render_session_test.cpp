@@ -139,10 +139,10 @@ TEST_F(RenderSessionTest, SaysWhatMakesNoSenseAndGoesOnWhenItIsMended) {
 // Films, pictures and environments of a window count in the limit that its scene was loaded under.
 TEST_F(RenderSessionTest, KeepsToTheMemoryLimitWithFramesAndEnvironments) {
   ViewSettings small = settings("bucket", 1);
-  small.render.limits.memory_bytes = 16 << 20;
+  small.render.limits.memory_bytes = 8 << 20;
   ViewSettings large = small;
-  large.render.width = 1000;
-  large.render.height = 800;
+  large.render.width = 1600;
+  large.render.height = 1000;
   RenderOptions sky = large.render;
   sky.limits = {};
   sky.max_depth = 1;
@@ -157,13 +157,13 @@ TEST_F(RenderSessionTest, KeepsToTheMemoryLimitWithFramesAndEnvironments) {
     return owner.wait(30, [&] {
       const std::string problem = owner.session.problem();
       return problem.find(text) != std::string::npos &&
-             problem.find("of the limit of 16 MiB are left") != std::string::npos;
+             problem.find("of the limit of 8 MiB are left") != std::string::npos;
     });
   };
   for (const char* driver : {"bucket", "bisection", "adaptive", "live"}) {
     large.render.driver = driver;
     owner.session.set_settings(large);
-    EXPECT_TRUE(problem_with("a frame of 1000x800 pixels")) << owner.session.problem();
+    EXPECT_TRUE(problem_with("a frame of 1600x1000 pixels")) << owner.session.problem();
     owner.session.set_settings(small);
     EXPECT_TRUE(finishes(owner));
     EXPECT_EQ(owner.session.problem(), "");

@@ -77,7 +77,7 @@ void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::s
         std::move(stop), limits);
     std::shared_ptr<LoadedScene> scene = load_for_view(options, progress);
     scene->memory =
-        MemoryReservation(memory_, MemoryPart::kGeometry, limits.memory->reserved(), options.scene);
+        MemoryReservation(memory_, MemoryPart::kGeometry, limits.memory->took(), options.scene);
     report(number, [&](LoadStatus& status) {
       status.state = LoadStatus::State::kReady;
       status.stage.clear();

@@ -255,7 +255,7 @@ void ViewRenderer::read_environment(ViewOrder& order) {
     uint64_t repaired = 0;
     auto image = emberline::read_environment(edit.file, &repaired, progress);
     environment_memory_ =
-        MemoryReservation(window, MemoryPart::kTextures, limits.memory->reserved(), edit.file);
+        MemoryReservation(window, MemoryPart::kTextures, limits.memory->took(), edit.file);
     environment_.image = std::move(image);
     environment_.repaired_texels = repaired;
     environment_.file = edit.file;

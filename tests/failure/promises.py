@@ -1,0 +1,32 @@
+"""Every test that README.md's table of promises names is there.
+
+promises.py TESTS     TESTS: the folder of all tests
+"""
+import pathlib
+import re
+import sys
+
+
+def main():
+    tests = pathlib.Path(sys.argv[1])
+    there = {match.groups() for source in tests.rglob("*.cpp")
+             for match in re.finditer(r"\bTEST(?:_[FP])?\(\s*(\w+),\s*(\w+)\)", source.read_text())}
+    text = (tests / "failure" / "README.md").read_text()
+    rows = [line for line in text[text.index("## Promises"):].splitlines() if line.startswith("| ")][2:]
+    missing = []
+    for row in rows:
+        suite = ""
+        # `Suite.Test`, `AnotherOfThatSuite`, `Suite.*`
+        names = re.findall(r"`([^`]+)`", row.rstrip("| ").split("|")[-1])
+        for name in names:
+            suite, test = name.split(".") if "." in name else (suite, name)
+            if not any(s == suite and test in ("*", t) for s, t in there):
+                missing.append(f"{suite}.{test}")
+        if not names:
+            missing.append(f"a test in the row {row}")
+    for name in missing:
+        print(f"README.md names {name}, which is not there", file=sys.stderr)
+    return 1 if missing or len(rows) < 20 else 0
+
+
+sys.exit(main())
