@@ -222,7 +222,7 @@ uint64_t held_bytes(const Vector& vector) {
 }
 
 uint64_t held_bytes(const MeshDescription& mesh) {
-  uint64_t bytes = held_bytes(mesh.positions) + held_bytes(mesh.triangles) +
+  uint64_t bytes = mesh.name.capacity() + held_bytes(mesh.positions) + held_bytes(mesh.triangles) +
                    held_bytes(mesh.normals) + held_bytes(mesh.tangents) + held_bytes(mesh.colors);
   for (const auto& uv : mesh.uv_sets) bytes += held_bytes(uv);
   return bytes;

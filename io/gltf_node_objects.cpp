@@ -28,10 +28,11 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
     ++scene.repairs.singular_instances;
     return;
   }
-  document.progress->budget()->reserve(
-      MemoryPart::kGeometry, 2 * sizeof(CameraDescription) + node_name(model, node).size(), place);
+  // Of any number of nodes, with a name as long as the file.
   CameraDescription camera;
   camera.name = source.name.empty() ? node_name(model, node) : source.name;
+  document.progress->budget()->reserve(
+      MemoryPart::kGeometry, 2 * sizeof(CameraDescription) + camera.name.capacity(), place);
   camera.to_world = to_world;
   if (source.type == "perspective") {
     const tinygltf::PerspectiveCamera& lens = source.perspective;
@@ -63,11 +64,10 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
   const std::string place =
       document.place("/extensions/KHR_lights_punctual/lights/" + std::to_string(index));
 
-  document.progress->budget()->reserve(
-      MemoryPart::kLights, 2 * sizeof(PunctualLightDescription) + node_name(model, node).size(),
-      place);
   PunctualLightDescription light;
   light.name = source.name.empty() ? node_name(model, node) : source.name;
+  document.progress->budget()->reserve(
+      MemoryPart::kLights, 2 * sizeof(PunctualLightDescription) + light.name.capacity(), place);
   light.to_world = to_world;
   if (source.type == "spot") {
     light.type = PunctualType::kSpot;
@@ -102,13 +102,12 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
 }
 
 std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const json& extension,
-                                             size_t node) {
+                                             size_t node, MemoryReservation& memory) {
   const std::string place =
       document.place("/nodes/" + std::to_string(node) + "/extensions/EXT_mesh_gpu_instancing");
   const json& attributes = extension.at("attributes");
   size_t count = 0;
   bool counted = false;
-  MemoryReservation memory(document.progress->budget(), MemoryPart::kGeometry);
   if (!attributes.empty()) {
     // Ten floats, and the matrix of them.
     const uint64_t first = document.accessors[attributes.begin().value().get<size_t>()].count;

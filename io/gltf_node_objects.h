@@ -16,8 +16,10 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
 void read_punctual_light(const GltfDocument& document, const tinygltf::Model& model, size_t node,
                          const Mat44d& to_world, SceneDescription& scene);
 
-// EXT_mesh_gpu_instancing: one transform per instance, relative to the node.
+// EXT_mesh_gpu_instancing: one transform per instance, relative to the node. What they take is
+// added to `memory`.
 std::vector<Mat44d> read_instance_transforms(const GltfDocument& document,
-                                             const nlohmann::json& extension, size_t node);
+                                             const nlohmann::json& extension, size_t node,
+                                             MemoryReservation& memory);
 
 }  // namespace emberline

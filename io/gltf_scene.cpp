@@ -1,6 +1,7 @@
 #include "io/gltf_scene.h"
 
 #include <algorithm>
+#include <deque>
 #include <exception>
 #include <map>
 #include <numeric>
@@ -55,7 +56,8 @@ class SceneGraphReader {
       : document_(document),
         model_(model),
         scene_(scene),
-        world_(world_transforms(document, model)) {
+        world_(world_transforms(document, model)),
+        placements_memory_(document.progress->budget(), MemoryPart::kGeometry) {
     for (const json& mesh : document.array("meshes")) morphs_.push_back(morph_defaults(mesh));
   }
 
@@ -89,7 +91,8 @@ class SceneGraphReader {
   std::vector<MeshUse> uses_;
   // By mesh and skin: the uses without weights of a node.
   std::map<std::pair<int, int>, size_t> shared_uses_;
-  std::vector<Placement> placements_;
+  std::deque<Placement> placements_;  // whose memory is its elements'
+  MemoryReservation placements_memory_;
 };
 
 // Depth first, in file order, without recursion: hierarchies may be any number of levels deep.
@@ -200,20 +203,21 @@ void SceneGraphReader::read_mesh_node(size_t node) {
     to_world.setTranslation(skin_pose(skin).origin);
   }
   const json& object = document_.json.at("nodes")[node];
+  const std::string place = document_.place("/nodes/" + std::to_string(node));
+  MemoryReservation instances_memory(document_.progress->budget(), MemoryPart::kGeometry);
+  std::vector<Mat44d> instances = {to_world};
   if (const json* instancing = find_extension(object, "EXT_mesh_gpu_instancing")) {
-    for (const Mat44d& local : read_instance_transforms(document_, *instancing, node)) {
-      placements_.push_back({use, node, local * to_world});
-    }
-  } else {
-    placements_.push_back({use, node, to_world});
+    instances = read_instance_transforms(document_, *instancing, node, instances_memory);
+    for (Mat44d& instance : instances) instance *= to_world;
   }
   // A few nodes and a few primitives can multiply to more than memory holds.
   const size_t most = (size_t(1) << 20) + size_t(document_.total_bytes);
-  if (placements_.size() > most) {
-    throw InputError(document_.place("/nodes/" + std::to_string(node)),
-                     "more than " + std::to_string(most) +
-                         " instances, more than the size of the file bears out");
+  if (placements_.size() + instances.size() > most) {
+    throw InputError(place, "more than " + std::to_string(most) +
+                                " instances, more than the size of the file bears out");
   }
+  placements_memory_.add(bytes_of(instances.size(), sizeof(Placement)), place);
+  for (const Mat44d& instance : instances) placements_.push_back({use, node, instance});
 }
 
 // Primitives and morph targets may share accessors, so that a small file could ask for any number
@@ -328,15 +332,20 @@ void SceneGraphReader::load_meshes() {
 }
 
 void SceneGraphReader::place_meshes() {
-  uint64_t count = 0;
-  for (const Placement& placement : placements_) count += uses_[placement.use].loaded.size();
+  uint64_t count = 0, name_bytes = 0;
+  for (const Placement& placement : placements_) {
+    const size_t meshes = uses_[placement.use].loaded.size();
+    count += meshes;
+    name_bytes += bytes_of(meshes, node_name(model_, placement.node).capacity());
+  }
   const uint64_t most = (uint64_t(1) << 20) + document_.total_bytes;
   if (count > most) {
     throw InputError(document_.file, std::to_string(count) +
                                          " instances, more than the size of the file bears out");
   }
-  document_.progress->budget()->reserve(
-      MemoryPart::kGeometry, bytes_of(count, sizeof(InstanceDescription)), document_.file);
+  document_.progress->budget()->reserve(MemoryPart::kGeometry,
+                                        bytes_of(count, sizeof(InstanceDescription)) + name_bytes,
+                                        document_.file);
   scene_.instances.reserve(count);
   for (const Placement& placement : placements_) {
     const std::string place = document_.place("/nodes/" + std::to_string(placement.node));

@@ -314,6 +314,26 @@ def long_name_of_many(rng, length):
     return g
 
 
+@bomb(("meshes",), ("nodes",), ("lights",))
+def long_name_of_its_uses(rng, kind):
+    """A megabyte that each of many primitives, instances or lamps would be called."""
+    g = Gltf()
+    name, count = "n" * (1 << 20), 1000
+    if kind == "meshes":
+        g.root["meshes"][0]["name"] = name
+        g.root["meshes"][0]["primitives"].append("@@")
+        g.splice("@@", many('{"attributes":{"POSITION":0}}', count))
+    elif kind == "nodes":
+        g.root["extensionsUsed"].append("EXT_mesh_gpu_instancing")
+        g.node(mesh=0, name=name, extensions={"EXT_mesh_gpu_instancing": {"attributes": {
+            "TRANSLATION": g.accessor("VEC3", 5126, count)}}})
+    else:
+        g.root["extensions"]["KHR_lights_punctual"]["lights"][0]["name"] = name
+        for _ in range(count):
+            g.node(extensions={"KHR_lights_punctual": {"light": 0}})
+    return g
+
+
 # ---- accessors -----------------------------------------------------------------------------------
 
 
