@@ -60,4 +60,17 @@ inline void expect_input_error(const GltfBuilder& gltf, const std::vector<std::s
   expect_input_error(gltf.write_glb(folder / "a.glb"), parts, options);
 }
 
+// What loading says within such a budget; "no error" if nothing.
+inline std::string refusal(const GltfBuilder& gltf, uint64_t budget) {
+  const TempFolder folder;
+  const std::string path = gltf.write_glb(folder / "a.glb");
+  LoadProgress progress({}, {}, {std::make_shared<MemoryBudget>(budget), std::nullopt, path});
+  try {
+    load_gltf(path, {}, progress);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
 }  // namespace emberline::test

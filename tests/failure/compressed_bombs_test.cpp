@@ -8,19 +8,6 @@ namespace {
 
 using nlohmann::json;
 using test::GltfBuilder;
-using test::TempFolder;
-
-std::string refusal(const GltfBuilder& gltf, uint64_t budget) {
-  const TempFolder folder;
-  const std::string path = gltf.write_glb(folder / "a.glb");
-  LoadProgress progress({}, {}, {std::make_shared<MemoryBudget>(budget), std::nullopt, path});
-  try {
-    load_gltf(path, {}, progress);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 // A grid that costs a bit or two a vertex, with attributes that are the same everywhere and so cost
 // nothing at all.
@@ -78,10 +65,10 @@ TEST(CompressedBombs, DracoAttributesThatCostNothing) {
                                     {"extensions", {{"KHR_draco_mesh_compression", draco}}}}));
   // 4,096 vertices x 20 attributes x 64 numbers, twice: 42 MB. The mesh alone takes 2.
   ASSERT_LT(stream.size(), 20000u);
-  const std::string message = refusal(gltf, uint64_t(16) << 20);
+  const std::string message = test::refusal(gltf, uint64_t(16) << 20);
   EXPECT_NE(message.find("KHR_draco_mesh_compression"), std::string::npos) << message;
   EXPECT_NE(message.find("memory"), std::string::npos) << message;
-  EXPECT_EQ(refusal(gltf, uint64_t(512) << 20), "no error");
+  EXPECT_EQ(test::refusal(gltf, uint64_t(512) << 20), "no error");
 }
 
 TEST(CompressedBombs, ViewsOfOneMeshoptStream) {
@@ -91,7 +78,7 @@ TEST(CompressedBombs, ViewsOfOneMeshoptStream) {
   const json view = gltf.root["bufferViews"][size_t(first)];
   for (int i = 0; i < 300; ++i) gltf.root["bufferViews"].push_back(view);
   gltf.root["buffers"][1]["byteLength"] = 1 << 20;
-  const std::string message = refusal(gltf, uint64_t(64) << 20);
+  const std::string message = test::refusal(gltf, uint64_t(64) << 20);
   EXPECT_NE(message.find("#/bufferViews/"), std::string::npos) << message;
   EXPECT_NE(message.find("memory"), std::string::npos) << message;
 }

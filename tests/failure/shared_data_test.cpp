@@ -89,5 +89,53 @@ TEST(SharedData, NamesOfExtensionsThatNobodyKnows) {
   set_log_level(LogLevel::kNormal);
 }
 
+// A megabyte that each of hundreds of objects would be called.
+TEST(SharedData, NamesThatManyObjectsCopyCount) {
+  const std::string name(size_t(1) << 20, 'n');
+  constexpr int kCount = 200;
+  GltfBuilder cameras, lamps, meshes, nodes;
+  for (GltfBuilder* gltf : {&cameras, &lamps, &meshes, &nodes}) gltf->add_triangle();
+  cameras.push(
+      "cameras",
+      {{"name", name}, {"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}}}});
+  lamps.root["extensionsUsed"] = {"KHR_lights_punctual"};
+  lamps.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"name", name}, {"type", "point"}}};
+  meshes.root["meshes"][0]["name"] = name;
+  nodes.root["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+  const int places = nodes.add_accessor<float>("VEC3", std::vector<float>(3 * kCount, 1.0f));
+  const int node = nodes.add_mesh_node(0);
+  nodes.root["nodes"][size_t(node)]["name"] = name;
+  nodes.root["nodes"][size_t(node)]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+      {"TRANSLATION", places}};
+  for (int i = 0; i < kCount; ++i) {
+    json& camera = cameras.root["nodes"][size_t(cameras.add_mesh_node(0))];
+    camera["camera"] = 0;
+    json& lamp = lamps.root["nodes"][size_t(lamps.add_mesh_node(0))];
+    lamp["extensions"]["KHR_lights_punctual"]["light"] = 0;
+    meshes.root["meshes"][0]["primitives"].push_back(meshes.primitive(0));
+  }
+  for (const GltfBuilder* gltf : {&cameras, &lamps, &meshes, &nodes}) {
+    EXPECT_NE(test::refusal(*gltf, uint64_t(100) << 20).find("--memory-limit"), std::string::npos);
+    EXPECT_EQ(test::refusal(*gltf, uint64_t(1) << 30), "no error");
+  }
+}
+
+// More than half of what they take is there before the first instance is.
+TEST(SharedData, PlacementsCountWhileTheyAreGathered) {
+  constexpr int kCount = 10000;
+  GltfBuilder gltf;
+  const int mesh = gltf.add_triangle();
+  const int places = gltf.add_accessor<float>("VEC3", std::vector<float>(3 * kCount, 1.0f));
+  gltf.root["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+  for (int i = 0; i < 20; ++i) {
+    json& node = gltf.root["nodes"][size_t(gltf.add_mesh_node(mesh))];
+    node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {{"TRANSLATION", places}};
+  }
+  // 200,000 of 144 bytes.
+  const std::string message = test::refusal(gltf, uint64_t(20) << 20);
+  EXPECT_NE(message.find("#/nodes/1"), std::string::npos) << message;
+  EXPECT_EQ(test::refusal(gltf, uint64_t(128) << 20), "no error");
+}
+
 }  // namespace
 }  // namespace emberline
