@@ -250,8 +250,8 @@ Json material_json(const MaterialEdit& edit) {
 }  // namespace
 
 SceneEdits read_edits(const std::string& path, const LoadProgress& progress) {
-  const nlohmann::json object = read_json(path);
-  const JsonReader root(object, path);
+  const nlohmann::json document = read_json(path);
+  const JsonReader root(document, path);
   check_version(root);  // before the members: another version may have others
   root.object({"emberline_edits", "camera", "variant", "environment", "lights", "materials"});
   SceneEdits edits;

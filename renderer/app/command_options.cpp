@@ -118,7 +118,8 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
 }
 
 void add_loading_options(CLI::App* app, bool& lenient, std::string& resource_root) {
-  app->add_flag("--lenient", lenient, "take images that are cut short, replace those that do not decode; with warnings");
+  app->add_flag("--lenient", lenient,
+                "take images that are cut short, replace those that do not decode; with warnings");
   app->add_option("--resource-root", resource_root,
                   "the scene may refer to files in this folder and below [its own folder]")
       ->type_name("DIR");
