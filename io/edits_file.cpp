@@ -250,7 +250,7 @@ Json material_json(const MaterialEdit& edit) {
 }  // namespace
 
 SceneEdits read_edits(const std::string& path, const LoadProgress& progress) {
-  const nlohmann::json document = read_json(path);
+  const nlohmann::json document = read_json(path, progress);
   const JsonReader root(document, path);
   check_version(root);  // before the members: another version may have others
   root.object({"emberline_edits", "camera", "variant", "environment", "lights", "materials"});

@@ -184,12 +184,12 @@ json parse_json(std::string_view text, const std::string& file, DuplicateMembers
   return builder.take();
 }
 
-json read_json(const std::string& path) {
+json read_json(const std::string& path, const LoadProgress& progress) {
   const InputFile file(path);
   if (file.size() > kLargestSidecar) {
     throw InputError(path, "has more than " + std::to_string(kLargestSidecar >> 20) + " MiB");
   }
-  return parse_json(file.read_text(), path);
+  return parse_json(file.read_text(), path, DuplicateMembers::kRefused, progress);
 }
 
 void append_member(std::string& pointer, std::string_view name) {

@@ -26,8 +26,10 @@ nlohmann::json parse_json(std::string_view text, const std::string& file,
                           const LoadProgress& progress = LoadProgress::unwatched(),
                           MemoryReservation* memory = nullptr);
 
-// A file that people or this program write beside a scene: of 16 MiB at most. Throws InputError.
-nlohmann::json read_json(const std::string& path);
+// A file that people or this program write beside a scene: of 16 MiB at most, within the budget.
+// Throws InputError.
+nlohmann::json read_json(const std::string& path,
+                         const LoadProgress& progress = LoadProgress::unwatched());
 
 // Appends a member's name to a JSON pointer (RFC 6901).
 void append_member(std::string& pointer, std::string_view name);
