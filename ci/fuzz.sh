@@ -2,6 +2,7 @@
 # Fuzzes the readers (tests/fuzz):
 #
 #   ci/fuzz.sh [--assets DIR] SECONDS [TARGET...]   run the targets, or all, for SECONDS together
+#   EMBERLINE_JOBS                                  how many at once (default: one per processor)
 #   ci/fuzz.sh [--assets DIR] --coverage            what the inputs found so far reach, by folder
 #
 # DIR, or $EMBERLINE_ASSETS, holds files to begin with, besides those that make_seeds writes. The
@@ -11,7 +12,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 all=(gltf image draco meshopt environment frame edits display)
-assets=${EMBERLINE_ASSETS:-}
+assets=${EMBERLINE_ASSETS:-} jobs=${EMBERLINE_JOBS:-$(nproc)}
 seconds='' coverage=no targets=()
 usage() {
   echo "usage: ci/fuzz.sh [--assets DIR] SECONDS|--coverage [TARGET...]; targets are ${all[*]}" >&2
@@ -84,10 +85,10 @@ fi
 # are not looked for: OpenColorIO keeps some of its own.
 limits=(-timeout=25 -rss_limit_mb=4000 -malloc_limit_mb=1500 -max_len=20000)
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
-status=0
-for target in "${targets[@]}"; do
+seconds=$((seconds / ${#targets[@]}))
+fuzz() {
+  local target=$1 end=$((SECONDS + seconds)) log status=0
   mkdir -p "$out/corpus/$target"
-  end=$((SECONDS + seconds / ${#targets[@]}))
   while [ $SECONDS -lt $end ]; do
     log=$out/logs/$target-$(date +%Y%m%d-%H%M%S).log
     TIMEFORMAT='cpu: %U + %S s'
@@ -98,5 +99,12 @@ for target in "${targets[@]}"; do
     }
     echo "$target: $(sed -n 's/^stat::number_of_executed_units: */executions: /p' "$log"), $(tail -n 1 "$log"), $(grep -oE 'cov: [0-9]+ ft: [0-9]+' "$log" | tail -n 1)"
   done
+  return $status
+}
+status=0
+for target in "${targets[@]}"; do
+  while [ "$(jobs -pr | wc -l)" -ge "$jobs" ]; do wait -n || status=1; done
+  fuzz "$target" &
 done
+while [ -n "$(jobs -p)" ]; do wait -n || status=1; done
 exit $status

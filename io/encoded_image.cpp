@@ -236,8 +236,9 @@ class HeaderReader {
       : read_(read), most_(most), format_(format), place_(place) {}
 
   uint64_t offset() const { return offset_; }
-  void skip(uint64_t count) {
-    offset_ += count;
+  void skip(uint64_t count) { go_to(offset_ + count); }
+  void go_to(uint64_t offset) {
+    offset_ = offset;
     if (offset_ > most_) {
       throw InputError(place_, std::string("the image does not decode: the header of the ") +
                                    format_ + " is longer than " + std::to_string(most_) + " bytes");
@@ -293,6 +294,60 @@ std::optional<HdrAxis> read_hdr_axis(std::string_view& text) {
   }
   text.remove_prefix(size_t(end - text.data()));
   return axis;
+}
+
+// OpenEXR reads a value of a type that it knows by its type and not by the size before it; with a
+// wrong size it would read on elsewhere than this reader, which stands at the value.
+void check_exr_value(HeaderReader& reader, std::string_view type, uint32_t length,
+                     const std::string& place) {
+  struct Fixed {
+    std::string_view type;
+    uint32_t length;
+  };
+  constexpr std::array<Fixed, 24> kFixed = {{
+      {"box2f", 16},
+      {"box2i", 16},
+      {"chromaticities", 32},
+      {"compression", 1},
+      {"deepImageState", 1},
+      {"double", 8},
+      {"envmap", 1},
+      {"float", 4},
+      {"int", 4},
+      {"keycode", 28},
+      {"lineOrder", 1},
+      {"m33d", 72},
+      {"m33f", 36},
+      {"m44d", 128},
+      {"m44f", 64},
+      {"rational", 8},
+      {"tiledesc", 9},
+      {"timecode", 8},
+      {"v2d", 16},
+      {"v2f", 8},
+      {"v2i", 8},
+      {"v3d", 24},
+      {"v3f", 12},
+      {"v3i", 12},
+  }};
+  const uint64_t end = reader.offset() + length;
+  bool sound = true;
+  if (type == "chlist") {
+    while (!reader.until('\0').empty()) reader.skip(16);
+    sound = reader.offset() == end;
+  } else if (type == "stringvector") {
+    while (reader.offset() < end) reader.skip(reader.word());
+    sound = reader.offset() == end;
+  } else if (type == "preview") {
+    const double width = reader.word(), height = reader.word();
+    sound = length == 8 + 4 * width * height;
+  } else if (const auto known = std::ranges::find(kFixed, type, &Fixed::type);
+             known != kFixed.end()) {
+    sound = length == known->length;
+  }
+  if (sound) return;
+  throw InputError(place, "the image does not decode: the EXR's header has a value of type " +
+                              std::string(type) + " of a wrong size");
 }
 
 struct TagWidths {
@@ -376,10 +431,12 @@ ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::str
     bool empty = true;
     for (std::string name = reader.until('\0'); !name.empty(); name = reader.until('\0')) {
       empty = false;
-      reader.until('\0');  // type
+      const std::string type = reader.until('\0');
       const uint32_t length = reader.word();
-      const uint64_t next = reader.offset() + length;
+      const uint64_t value = reader.offset(), next = value + length;
       if (next > size) throw_truncated("EXR", place);
+      check_exr_value(reader, type, length, place);
+      reader.go_to(value);
       if (name == "dataWindow" && length == 16) {
         const auto x0 = int32_t(reader.word()), y0 = int32_t(reader.word());
         const auto x1 = int32_t(reader.word()), y1 = int32_t(reader.word());
@@ -389,7 +446,7 @@ ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::str
         tile_width = reader.word();
         tile_height = reader.word();
       }
-      reader.skip(next - reader.offset());
+      reader.go_to(next);
     }
     if (empty && (flags & kMultiPart)) break;
     // Each tile, or 256 rows at most, has eight bytes in a table of offsets, and eight of its own.

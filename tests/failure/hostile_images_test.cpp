@@ -193,6 +193,53 @@ TEST(HostileImages, DeepExrIsRefused) {
   EXPECT_SAYS(decode_message(exr), "deep EXR is not supported");
 }
 
+// OpenEXR believed the type and we the size, so that what a value hid behind its true end was read
+// as another one: here a text of 1.9 GB. Found by tests/fuzz.
+TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
+  const ByteList exr =
+      test::encode_image<float>("exr", ImageSpec(1, 1, 3, TypeDesc::FLOAT), {1, 2, 3});
+  const auto word = [](uint32_t value) {
+    return ByteList{uint8_t(value), uint8_t(value >> 8), uint8_t(value >> 16),
+                    uint8_t(value >> 24)};
+  };
+  const auto name = [](const std::string& text) { return test::bytes_of(text) + ByteList{0}; };
+  const auto value = [&](const std::string& type, const ByteList& bytes) {
+    return name("a " + type) + name(type) + word(uint32_t(bytes.size())) + bytes;
+  };
+  // The header ends with a table of one offset, of the row that ends the file.
+  const auto with = [&](const ByteList& attributes) {
+    ByteList out = exr;
+    out.insert(out.begin() + 8, attributes.begin(), attributes.end());
+    const ByteList offset = word(uint32_t(out.size() - 20));
+    std::copy(offset.begin(), offset.end(), out.end() - 28);
+    return out;
+  };
+  const ByteList hidden = name("y") + name("string") + word(0x70000000);
+  const ByteList channel = name("Z") + word(2) + word(0) + word(1) + word(1);
+  const std::vector<std::pair<std::string, ByteList>> wrong = {
+      {"box2i", ByteList(16, 0) + hidden},
+      {"int", word(1) + hidden},
+      {"v3i", ByteList(8, 0)},
+      {"m44d", ByteList(72, 0)},
+      {"chlist", channel + ByteList{0} + hidden},
+      {"chlist", channel},
+      {"preview", word(1) + word(1) + word(0) + hidden},
+      {"preview", word(1u << 31) + word(1u << 31)},
+      {"stringvector", word(0x70000000) + hidden},
+      {"stringvector", word(1) + ByteList{'a', 0}},
+  };
+  for (const auto& [type, bytes] : wrong) {
+    const std::string message = decode_message(with(value(type, bytes)));
+    EXPECT_TRUE(message.find("a value of type " + type + " of a wrong size") != message.npos ||
+                message.find("the header of the EXR is longer") != message.npos)
+        << message;
+  }
+  const ByteList right =
+      value("v3i", ByteList(12, 0)) + value("preview", word(1) + word(1) + word(0)) +
+      value("stringvector", word(1) + ByteList{'a'}) + value("ours", ByteList(5, 7));
+  EXPECT_EQ(decode_message(with(right)), "no error");
+}
+
 // A profile, EXIF and the rest are taken out of a TIFF's directory.
 TEST(HostileImages, TiffKeepsItsPixels) {
   const TempFolder folder;
