@@ -112,6 +112,15 @@ TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
                  3, {"large.exr", left});
 }
 
+// As a tree, JSON takes many times the file's bytes.
+TEST_F(Limits, ADocumentOfEditsCounts) {
+  std::string arrays = "[]";
+  for (int i = 1; i < 400'000; ++i) arrays += ",[]";
+  write("edits.json", R"({"emberline_edits": 1, "lights": [)" + arrays + "]}");
+  expect_failure(render_words({"--edits", path("edits.json"), "--memory-limit", "8M"}), 3,
+                 {"edits.json", "of the limit of 8 MiB are left"});
+}
+
 TEST_F(Limits, AStudyWhoseFramesAreTooLargeIsRefusedBeforeItsFolderIsMade) {
   expect_failure({"study", scene(), "-o", path("s"), "--size", "20000x20000", "--spp", "1",
                   "--reference-spp", "2", "--memory-limit", "1G"},
