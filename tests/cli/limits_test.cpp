@@ -52,9 +52,9 @@ TEST_F(Limits, WhatIsReservedIsWhatIsTaken) {
     Words words;
   } rows[] = {
       {"triangles", large, small},
-      {"a film", plain, {"--size", "1500x1000", "--driver", "bisection"}},
-      {"an adaptive film", plain, {"--size", "900x800", "--driver", "adaptive"}},
-      {"a picture", plain, {"--size", "4000x3000", "--spp", "1", "-o", path("p.png")}},
+      {"a film", plain, {"--size", "800x600", "--driver", "bisection"}},
+      {"an adaptive film", plain, {"--size", "500x400", "--driver", "adaptive"}},
+      {"a picture", plain, {"--size", "2700x2000", "--spp", "1", "-o", path("p.png")}},
   };
   for (const auto& row : rows) {
     const Figures f = figures(row.file, row.words);
