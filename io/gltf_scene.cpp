@@ -154,6 +154,7 @@ const SkinPose& SceneGraphReader::skin_pose(int index) {
     inverse_bind = read_floats(document_, skin.inverseBindMatrices, 16,
                                place + "/inverseBindMatrices", &of_joints);
   }
+  pose.joints.reserve(skin.joints.size());
   // Joints place the vertices in the world, the node's own transform does not count (section
   // 3.7.3.3).
   const Mat44d& first = world_[size_t(skin.joints[0])];

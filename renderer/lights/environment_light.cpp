@@ -11,6 +11,7 @@
 #include "renderer/core/branch_free.h"
 #include "renderer/core/color4.h"
 #include "renderer/core/constants.h"
+#include "renderer/core/memory_budget.h"
 #include "renderer/core/parallel.h"
 #include "renderer/core/ray.h"
 #include "renderer/core/warps.h"
@@ -97,6 +98,10 @@ EnvironmentLight::EnvironmentLight(std::shared_ptr<const Image> image, float str
 }
 
 EnvironmentLight::~EnvironmentLight() = default;
+
+uint64_t EnvironmentLight::table_bytes(const Image& image) {
+  return bytes_of(bytes_of(uint64_t(image.width), uint64_t(image.height)), 2 * sizeof(uint32_t));
+}
 
 void EnvironmentLight::adjust(float strength, const Rgb& tint, float rotation_degrees) {
   factor_ = color4(tint * strength);

@@ -50,6 +50,8 @@ class EnvironmentLight {
   EnvironmentLight(std::shared_ptr<const Image> image, float strength, float rotation_degrees,
                    const EnvironmentLightSettings& settings = {});
   ~EnvironmentLight();
+  // What sampling an image takes beside its texels: two numbers for each of them.
+  static uint64_t table_bytes(const Image& image);
 
   // Another strength, tint and rotation of the same map, to the bits of a new light with them, and
   // without its cost: the tables depend on none of the three. Not thread-safe.

@@ -190,9 +190,7 @@ bool SceneDresser::set_environment() {
     if (!e->image) {
       light = std::make_shared<EnvironmentLight>(e->constant);
     } else if (!light || light->image() != e->image.get()) {
-      // Two numbers for each texel, of what is sampled.
-      const uint64_t texels = bytes_of(uint64_t(e->image->width), uint64_t(e->image->height));
-      progress_.budget()->reserve(MemoryPart::kLights, bytes_of(texels, 2 * sizeof(uint32_t)),
+      progress_.budget()->reserve(MemoryPart::kLights, EnvironmentLight::table_bytes(*e->image),
                                   e->file);
       light = std::make_shared<EnvironmentLight>(e->image, 1.0f, 0.0f);
     }

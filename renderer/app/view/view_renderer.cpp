@@ -7,6 +7,7 @@
 
 #include "io/image_input.h"
 #include "renderer/core/errors.h"
+#include "renderer/lights/environment_light.h"
 
 namespace emberline {
 namespace {
@@ -254,8 +255,9 @@ void ViewRenderer::read_environment(ViewOrder& order) {
     LoadProgress progress({}, {}, limits);
     uint64_t repaired = 0;
     auto image = emberline::read_environment(edit.file, &repaired, progress);
-    environment_memory_ =
-        MemoryReservation(window, MemoryPart::kTextures, limits.memory->took(), edit.file);
+    MemoryReservation memory(window, MemoryPart::kTextures, limits.memory->took(), edit.file);
+    memory.add(EnvironmentLight::table_bytes(*image), edit.file);
+    environment_memory_ = std::move(memory);
     environment_.image = std::move(image);
     environment_.repaired_texels = repaired;
     environment_.file = edit.file;
