@@ -134,8 +134,8 @@ TEST(StudyFiles, JsonIsValidWhateverIsMissing) {
   EXPECT_TRUE(json["summary"][1]["signed_bias"][0].is_null());
   EXPECT_EQ(json["runs"][0]["checkpoints"][0]["samples"], (uint64_t(1) << 53) - 1);
   results.methods[0].name = "not UTF-8: \xff";
-  EXPECT_NO_THROW(nlohmann::json::parse(study_json(results)));
-  EXPECT_NO_THROW(nlohmann::json::parse(study_json({})));
+  EXPECT_TRUE(nlohmann::json::accept(study_json(results)));
+  EXPECT_TRUE(nlohmann::json::accept(study_json({})));
 }
 
 TEST(StudyFiles, TheTableSaysWhatFailed) {
