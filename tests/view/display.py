@@ -18,6 +18,10 @@ def missing_programs():
     return [name for name in ("Xvfb", "xdotool") if shutil.which(name) is None]
 
 
+# By name xdotool would press alt with them where the keyboard map has them on five levels.
+FUNCTION_KEYS = {f"F{i + 1}": code for i, code in enumerate([*range(67, 77), 95, 96])}
+
+
 class Display:
     """An X server of its own, with OpenGL in software."""
 
@@ -110,7 +114,7 @@ class Window:
         return window
 
     def key(self, *keys):
-        self.display.xdotool("key", *keys)
+        self.display.xdotool("key", *(FUNCTION_KEYS.get(key, key) for key in keys))
 
     def type(self, text):
         self.display.xdotool("type", "--delay", "5", text)
