@@ -83,7 +83,7 @@ fi
 
 # Slower than this (AddressSanitizer takes some four fifths of it) or more memory is a finding. Leaks
 # are not looked for: OpenColorIO keeps some of its own.
-limits=(-timeout=25 -rss_limit_mb=4000 -malloc_limit_mb=1500 -max_len=20000)
+limits=(-timeout=25 -rss_limit_mb=2000 -malloc_limit_mb=300 -max_len=20000)
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
 seconds=$((seconds / ${#targets[@]}))
 fuzz() {

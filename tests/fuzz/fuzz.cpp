@@ -35,7 +35,7 @@ void allow_errors(const std::function<void()>& read) try {
 }
 
 LoadLimits small_limits(const std::string& path) {
-  return {std::make_shared<MemoryBudget>(uint64_t(1) << 30), std::nullopt, path};
+  return {std::make_shared<MemoryBudget>(uint64_t(1) << 27), std::nullopt, path};
 }
 
 std::string write_input(const uint8_t* data, size_t size, const char* name) {
