@@ -184,7 +184,7 @@ TEST_F(Study, AGivenReferenceIsTakenForTheTruth) {
 }
 
 TEST_F(Study, BudgetsInSeconds) {
-  const std::string seconds = std::to_string(0.05 * kSlower) + "," + std::to_string(0.1 * kSlower);
+  const std::string seconds = std::to_string(0.01 * kSlower) + "," + std::to_string(0.05 * kSlower);
   Words words = study_words("s", {"--seconds", seconds, "--seeds", "1", "--reference-spp", "64",
                                   "--samplers", "sobol,blue_noise"});
   const auto spp = std::ranges::find(words, "--spp");
