@@ -147,6 +147,23 @@ class FileProxy final : public oiio::Filesystem::IOProxy {
   int64_t begin_ = 0;
 };
 
+// OpenImageIO's own (2.4, 3.1) takes an offset just below zero for one of the buffer.
+class MemoryProxy final : public oiio::Filesystem::IOMemReader {
+ public:
+  using IOMemReader::IOMemReader;
+  size_t pread(void* bytes, size_t count, int64_t offset) override {
+    if (offset < 0 || uint64_t(offset) >= size()) return 0;
+    const size_t got = std::min(count, size() - size_t(offset));
+    std::memcpy(bytes, m_buf.data() + offset, got);
+    return got;
+  }
+  size_t read(void* bytes, size_t count) override {
+    const size_t got = pread(bytes, count, m_pos);
+    m_pos += int64_t(got);
+    return got;
+  }
+};
+
 // An image as OpenImageIO sees it, whose pixels are still to be decoded.
 class OpenImage {
  public:
@@ -213,8 +230,8 @@ class OpenImage {
     if (bytes.empty()) throw InputError(place_, "the image is empty");
     const ImageFormat format = expect_format(bytes, allowed, place_);
     if (format == ImageFormat::kExr || format == ImageFormat::kHdr) {
-      return open_in_place(format, std::make_unique<oiio::Filesystem::IOMemReader>(
-                                       const_cast<uint8_t*>(bytes.data()), bytes.size()));
+      return open_in_place(
+          format, std::make_unique<MemoryProxy>(const_cast<uint8_t*>(bytes.data()), bytes.size()));
     }
     clean_.add(bytes.size(), place_);
     if (format == ImageFormat::kTiff) {
@@ -227,7 +244,7 @@ class OpenImage {
       cut_short_ = clean.cut_short;
       check_sides(header_.width, header_.height, place_);
     }
-    proxy_ = std::make_unique<oiio::Filesystem::IOMemReader>(bytes_.data(), bytes_.size());
+    proxy_ = std::make_unique<MemoryProxy>(bytes_.data(), bytes_.size());
     open(format);
   }
 

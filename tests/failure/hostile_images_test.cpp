@@ -1,7 +1,11 @@
 // Images whose pixels are honest and whose metadata is not, images that announce more than they
 // hold, and files of formats that nobody asked for.
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
+#include <cstring>
+#include <limits>
 #include <thread>
 
 #include "io/encoded_image.h"
@@ -238,6 +242,37 @@ TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
       value("v3i", ByteList(12, 0)) + value("preview", word(1) + word(1) + word(0)) +
       value("stringvector", word(1) + ByteList{'a'}) + value("ours", ByteList(5, 7));
   EXPECT_EQ(decode_message(with(right)), "no error");
+}
+
+// A row's offset of -1 was read just before the buffer (OpenImageIO's IOMemReader). Found by
+// tests/fuzz.
+TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
+  const TempFolder folder;
+  ImageSpec spec(4, 1, 3, TypeDesc::FLOAT);
+  spec.attribute("compression", "none");
+  ByteList exr = test::encode_image<float>("exr", spec, std::vector<float>(12, 1.0f));
+  constexpr size_t kRow = 8 + 12 * sizeof(float), kOffset = 8;
+  // Behind a page that nobody may read.
+  const size_t page = size_t(::sysconf(_SC_PAGESIZE));
+  ASSERT_LT(exr.size(), page);
+  auto* const pages = static_cast<uint8_t*>(
+      ::mmap(nullptr, 2 * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+  ASSERT_NE(pages, MAP_FAILED);
+  ASSERT_EQ(::mprotect(pages, page, PROT_NONE), 0);
+  const int64_t size = int64_t(exr.size());
+  for (const int64_t offset :
+       {int64_t(-1), int64_t(-2), int64_t(-4), int64_t(-8), int64_t(-100), -size, size - 1, size,
+        size + 1, int64_t(1) << 40, std::numeric_limits<int64_t>::min(),
+        std::numeric_limits<int64_t>::max()}) {
+    SCOPED_TRACE(offset);
+    std::memcpy(exr.data() + exr.size() - kRow - kOffset, &offset, sizeof(offset));
+    std::ranges::copy(exr, pages + page);
+    const std::span<const uint8_t> guarded(pages + page, exr.size());
+    EXPECT_SAYS(message_of([&] { decode_image(guarded, "place"); }), "place");
+    test::write_bytes(folder / "a.exr", exr);
+    EXPECT_SAYS(message_of([&] { read_float_image(folder / "a.exr"); }), "a.exr");
+  }
+  ::munmap(pages, 2 * page);
 }
 
 // A profile, EXIF and the rest are taken out of a TIFF's directory.
