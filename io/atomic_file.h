@@ -58,6 +58,21 @@ void remove_unfinished_files() noexcept;
 // renamed onto and is written to directly. Throws RenderError.
 void write_file_atomically(const std::string& path, std::string_view bytes);
 
+// Tells other runs that a folder is in use, until it is destroyed or the process ends (flock).
+class FolderLock {
+ public:
+  FolderLock() = default;
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+  // False where another run has told so. A file system without locks keeps nobody out. Once.
+  bool take(const std::string& folder);
+
+ private:
+  int descriptor_ = -1;
+};
+
 // A file that others follow while it grows: empty at first, and what is appended is there at once.
 // All errors are RenderError, one line that names the file.
 class GrowingFile {

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "io/atomic_file.h"
 #include "io/json_input.h"
 #include "io/json_reader.h"
 #include "renderer/core/errors.h"
@@ -33,7 +32,9 @@ bool is_folder(const std::string& path) {
 
 OwnedFolder::OwnedFolder(const std::string& path, OwnedFolderKind kind)
     : path_(path), kind_(std::move(kind)) {
-  if (is_folder(path_)) {
+  const bool existed = is_folder(path_);
+  if (existed) {
+    lock();  // before the list is read, which another run may be adding to
     check_subfolders();
     const fs::file_type marker = type_of(this->path(kind_.marker));
     if (marker == fs::file_type::regular) {
@@ -47,11 +48,19 @@ OwnedFolder::OwnedFolder(const std::string& path, OwnedFolderKind kind)
   }
   try {
     make_folder(path_, kind_.exclusive);
+    if (!existed) lock();
     check_writable(this->path(kind_.marker));
   } catch (...) {
     remove_empty();
     throw;
   }
+}
+
+void OwnedFolder::lock() {
+  if (lock_.take(path_)) return;
+  made_.clear();  // what was made is the other's by now
+  throw UsageError(kind_.option + " " + path_ +
+                   ": another run is writing into it; wait for its end, or name another folder");
 }
 
 OwnedFolder::~OwnedFolder() { remove_empty(); }

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "io/atomic_file.h"
+
 namespace emberline {
 
 struct OwnedFolderKind {
@@ -23,8 +25,9 @@ struct OwnedFolderKind {
 
 class OwnedFolder {
  public:
-  // Makes the folder. Throws UsageError for one that is not ours to fill, RenderError for one that
-  // cannot be made or written to, and InputError for a marker that is damaged.
+  // Makes the folder, which is its own while it lives. Throws UsageError for one that is not ours
+  // to fill or that another run is filling, RenderError for one that cannot be made or written to,
+  // and InputError for a marker that is damaged.
   OwnedFolder(const std::string& path, OwnedFolderKind kind);
   ~OwnedFolder();  // removes the folders that it made and nobody has filled
   OwnedFolder(const OwnedFolder&) = delete;
@@ -48,6 +51,7 @@ class OwnedFolder {
   void check_subfolders() const;
   void check_empty() const;
   void read_marker();
+  void lock();
   void make_folder(const std::string& folder, bool with_parents);
   void remove_empty();
 
@@ -55,6 +59,7 @@ class OwnedFolder {
   OwnedFolderKind kind_;
   std::set<std::string> files_;
   std::vector<std::string> made_;  // folders, in the order in which they were made
+  FolderLock lock_;
 };
 
 }  // namespace emberline

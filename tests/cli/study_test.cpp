@@ -3,76 +3,11 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <fstream>
-#include <iterator>
-#include <map>
-#include <sstream>
 
-#include "cli/command_test.h"
+#include "cli/study_fixture.h"
 
 namespace emberline::test {
 namespace {
-
-using Row = std::map<std::string, std::string>;
-
-std::string read_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
-
-// One line of RFC 4180.
-std::vector<std::string> cells(const std::string& line) {
-  std::vector<std::string> list = {""};
-  bool quoted = false;
-  for (const char c : line) {
-    if (c == '"') {
-      quoted = !quoted;
-    } else if (c == ',' && !quoted) {
-      list.emplace_back();
-    } else {
-      list.back() += c;
-    }
-  }
-  return list;
-}
-
-class Study : public CommandTest {
- protected:
-  Words study_words(const std::string& folder, const Words& more = {}) {
-    return Words{"study", scene(),  "-o",      path(folder), "--size",    "16x16",
-                 "--spp", "1,4,16", "--seeds", "2",          "--threads", "1"} +
-           more;
-  }
-  RunResult study(const Words& words) {
-    const RunResult result = run(words);
-    EXPECT_EQ(result.exit_code, 0) << result.describe();
-    return result;
-  }
-  std::vector<Row> rows(const std::string& folder) const {
-    std::istringstream text(read_text(path(folder + "/study.csv")));
-    std::string line;
-    std::getline(text, line);
-    const std::vector<std::string> names = cells(line);
-    std::vector<Row> list;
-    while (std::getline(text, line)) {
-      const std::vector<std::string> values = cells(line);
-      EXPECT_EQ(values.size(), names.size()) << line;
-      Row& row = list.emplace_back();
-      for (size_t i = 0; i < std::min(names.size(), values.size()); ++i) row[names[i]] = values[i];
-    }
-    return list;
-  }
-  // Without the times, which no two runs share.
-  std::vector<Row> contents(const std::string& folder) const {
-    std::vector<Row> list = rows(folder);
-    for (Row& row : list) {
-      row.erase("wall_s");
-      row.erase("cpu_s");
-    }
-    return list;
-  }
-  bool exists(const std::string& name) const { return std::filesystem::exists(path(name)); }
-};
 
 TEST_F(Study, EveryDriverAndEstimatorWithAllItsFiles) {
   const RunResult result = study(study_words(
@@ -281,153 +216,6 @@ TEST_F(Study, TheReferenceIsKeptAndADamagedOneMadeAnew) {
   }
 }
 
-TEST_F(Study, AFolderHoldsOneStudy) {
-  const Words bucket = {"--drivers", "bucket"};
-  study(study_words("s", bucket));
-  const std::vector<Row> before = contents("s");
-  // More seeds and other drivers go on with it.
-  study(study_words("s", {"--drivers", "bucket,bisection", "--seeds", "3"}));
-  const std::vector<Row> after = contents("s");
-  EXPECT_EQ(after.size(), 18u);
-  for (const Row& row : before) EXPECT_EQ(std::ranges::count(after, row), 1);
-  for (const Words& other : {Words{"--spp", "1,2"}, Words{"--max-depth", "2"},
-                             Words{"--size", "16x8"}, Words{"--reference-spp", "99"}}) {
-    expect_failure(study_words("s", bucket + other), 2, {path("s"), "--restart"});
-  }
-  study(study_words("s", bucket + Words{"--spp", "1,2", "--restart"}));
-  EXPECT_EQ(rows("s").size(), 4u);
-}
-
-// --restart replaces what the study made, and nothing else.
-TEST_F(Study, RestartTouchesNothingOfOthers) {
-  const Words bucket = {"--drivers", "bucket"}, other = {"--spp", "1,2", "--restart"};
-  study(study_words("s", bucket));
-  const Words foreign = {"runs/notes.txt", "runs/bucket-sobol_0.json.bak", "runs/thesis.json",
-                         "pictures/me.png", "notes.txt"};
-  for (const std::string& name : foreign) write("s/" + name, "irreplaceable");
-  std::filesystem::create_directories(path("s/runs/folder"));
-  study(study_words("s", bucket + other));
-  EXPECT_EQ(rows("s").size(), 4u);
-  for (const std::string& name : foreign) {
-    EXPECT_EQ(read_text(path("s/" + name)), "irreplaceable") << name;
-  }
-  EXPECT_TRUE(exists("s/runs/folder"));
-}
-
-TEST_F(Study, AFolderOfSomeoneElseIsNotUsed) {
-  scene();
-  // By name alone, also with a name of ours.
-  for (const char* name : {"settings.json", "runs/a.json", ".hidden", "study.csv"}) {
-    const std::string folder = std::string("of_") + std::filesystem::path(name).stem().string();
-    write(folder + "/" + name, "{\"key\": \"theirs\"}");
-    for (const Words& more : {Words{}, Words{"--restart"}}) {
-      expect_failure(study_words(folder, more), 2, {path(folder), "emberline-study.json", "new"});
-    }
-    EXPECT_EQ(read_text(path(folder + "/" + name)), "{\"key\": \"theirs\"}");
-    expect_failure({"study", "--convergence", "--seeds", "3", "-o", path(folder)}, 2,
-                   {path(folder), "emberline-study.json"});
-  }
-  // Beside a study: a file under a name that another one would write.
-  study(study_words("s", {"--drivers", "bucket"}));
-  write("s/pictures/bisection-sobol.exr", "irreplaceable");
-  expect_failure(study_words("s", {"--drivers", "bisection"}), 2,
-                 {path("s/pictures/bisection-sobol.exr"), "move it away"});
-  // Where links would lead out of the folder.
-  std::filesystem::create_directories(path("elsewhere"));
-  std::filesystem::create_directories(path("linked"));
-  std::filesystem::copy(path("s/emberline-study.json"), path("linked/emberline-study.json"));
-  std::filesystem::create_symlink(path("elsewhere"), path("linked/runs"));
-  expect_failure(study_words("linked", {"--drivers", "bucket"}), 2,
-                 {path("linked/runs"), "symbolic link"});
-  std::filesystem::remove(path("linked/runs"));
-  write("precious.csv", "irreplaceable");
-  std::filesystem::create_symlink(path("precious.csv"), path("linked/study.csv"));
-  expect_failure(study_words("linked", {"--drivers", "bucket", "--restart"}), 2,
-                 {path("linked/study.csv"), "move it away"});
-  std::filesystem::create_symlink(path("nowhere"), path("dangling"));
-  expect_failure(study_words("dangling"), 1, {path("dangling"), "cannot make that folder"});
-}
-
-// A folder that came from someone else, with a list that names what is not in it.
-TEST_F(Study, AForgedListRemovesNothing) {
-  study(study_words("s", {"--drivers", "bucket"}));
-  write("precious.txt", "irreplaceable");
-  write("outer/runs/precious.json", "irreplaceable");
-  write("s/mine.txt", "irreplaceable");
-  std::filesystem::create_directory_symlink(path("outer/runs"), path("s/outer"));
-  std::filesystem::create_symlink(path("precious.txt"), path("s/runs/link.json"));
-  nlohmann::json marker = read_json("s/emberline-study.json");
-  for (const std::string& name :
-       {std::string("../precious.txt"), path("precious.txt"),
-        std::string("runs/../../precious.txt"), std::string("runs/../mine.txt"),
-        std::string("outer/precious.json"), std::string("runs/link.json"), std::string("runs/"),
-        std::string("runs/."), std::string("runs"), std::string(".."), std::string(""),
-        std::string("runs//x")}) {
-    marker["files"].push_back(name);
-  }
-  write("s/emberline-study.json", marker.dump());
-  study(study_words("s", {"--drivers", "bucket", "--spp", "1,2", "--restart"}));
-  for (const char* name : {"precious.txt", "outer/runs/precious.json", "s/mine.txt"}) {
-    EXPECT_EQ(read_text(path(name)), "irreplaceable") << name;
-  }
-  EXPECT_TRUE(std::filesystem::is_symlink(path("s/runs/link.json")));
-  EXPECT_TRUE(exists("s/runs"));
-  // And one that is no list is said to be none.
-  for (const auto& [text, says] :
-       {std::pair{"{\"emberline_folder\": 1, \"files\": [3]}", "#/files/0: "},
-        {"{\"emberline_folder\": 2, \"files\": []}", "#/emberline_folder: "},
-        {"[", "not valid JSON"}}) {
-    write("s/emberline-study.json", text);
-    expect_failure(study_words("s", {"--restart"}), 3, {path("s/emberline-study.json"), says});
-  }
-}
-
-TEST_F(Study, DamagedFilesAreNamedByPlace) {
-  const Words bucket = study_words("s", {"--drivers", "bucket"});
-  study(bucket);
-  const std::vector<Row> before = contents("s");
-  const std::string settings = read_text(path("s/settings.json"));
-  for (const auto& [text, says] :
-       {std::pair{"{\"key\": 3}", "#/key: expected a text, found 3"},
-        {"{}", "the required member \"key\" is missing"},
-        {"{\"key\": \"a\", \"key\": \"b\"}", "#/key: the member stands twice"},
-        {"", "not valid JSON"}}) {
-    write("s/settings.json", text);
-    expect_failure(bucket, 3, {path("s/settings.json"), says, "--restart"});
-    EXPECT_EQ(read_text(path("s/settings.json")), text);
-  }
-  write("s/settings.json", settings);
-  nlohmann::json run = read_json("s/runs/bucket-sobol_0.json");
-  run["checkpoints"][1]["mse"] = "small";
-  write("s/runs/bucket-sobol_0.json", run.dump());
-  write("s/runs/bucket-sobol_1.json", std::string(100000, '['));
-  write("s/pace.json", "{\"key\": 1e400}");
-  const RunResult again = study(bucket);
-  for (const char* says :
-       {"runs/bucket-sobol_0.json#/checkpoints/1/mse: expected a number", "the run is made again",
-        "nested deeper than 256", "pace.json#/key: a number is too large", "measured again"}) {
-    EXPECT_NE(again.err.find(says), std::string::npos) << says << ": " << again.err;
-  }
-  EXPECT_EQ(contents("s"), before);
-}
-
-TEST_F(Study, ACacheKeepsWhatIsNotOurs) {
-  const Words cache = study_words("a", {"--drivers", "bucket", "--cache", path("cache")});
-  study(cache);
-  Words names;
-  for (const auto& entry : std::filesystem::directory_iterator(path("cache"))) {
-    names.push_back(entry.path().filename().string());
-  }
-  ASSERT_EQ(names.size(), 4u);
-  for (const std::string& name : names) write("cache/" + name, "irreplaceable");
-  const RunResult refused = run(cache);
-  EXPECT_EQ(refused.exit_code, 2) << refused.describe();
-  EXPECT_NE(refused.err.find("--cache"), std::string::npos) << refused.err;
-  for (const std::string& name : names) {
-    EXPECT_EQ(read_text(path("cache/" + name)), "irreplaceable") << name;
-  }
-}
-
 TEST_F(Study, WhatIsWrongIsSaidBeforeAnythingIsMade) {
   render(render_words({"--size", "8x8", "-o", path("small.exr")}));
   write("file", "not a folder");
@@ -481,17 +269,6 @@ TEST_F(Study, WhatIsWrongIsSaidBeforeAnythingIsMade) {
     seconds.back() = value;
     expect_failure(seconds, 2, {"--seconds"});
   }
-}
-
-TEST_F(Study, AFolderThatMayNotBeWrittenTo) {
-  scene();
-  std::filesystem::create_directories(path("s"));
-  using std::filesystem::perms;
-  std::filesystem::permissions(folder_.path(), perms::all);
-  std::filesystem::permissions(
-      path("s"), perms::owner_read | perms::owner_exec | perms::others_read | perms::others_exec);
-  expect_failure(study_words("s"), 1, {path("s")}, {.unprivileged = true});
-  std::filesystem::permissions(path("s"), perms::owner_all);
 }
 
 TEST_F(Study, ConvergenceOfSamplersAlone) {
