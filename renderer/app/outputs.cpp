@@ -34,7 +34,7 @@ void check_format(const std::string& path, const Rect& window) {
 }  // namespace
 
 void register_inputs(const RenderOptions& options, FileRegister& files) {
-  files.read(options.scene, "it is the scene");
+  if (!options.scene.empty()) files.read(options.scene, "it is the scene");
   const auto read = [&files](const std::string& path, const char* option) {
     if (!path.empty()) files.read(path, std::string("it is the file of ") + option);
   };

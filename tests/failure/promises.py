@@ -11,6 +11,9 @@ def main():
     tests = pathlib.Path(sys.argv[1])
     there = {match.groups() for source in tests.rglob("*.cpp")
              for match in re.finditer(r"\bTEST(?:_[FP])?\(\s*(\w+),\s*(\w+)\)", source.read_text())}
+    for source in tests.rglob("*_test.py"):
+        suite = re.search(r"^class (\w+)\(unittest", source.read_text(), re.M)
+        there |= {(suite[1], name) for name in re.findall(r"def (test_\w+)", source.read_text())}
     text = (tests / "failure" / "README.md").read_text()
     rows = [line for line in text[text.index("## Promises"):].splitlines() if line.startswith("| ")][2:]
     missing = []

@@ -46,6 +46,36 @@ TEST_F(SessionFilesTest, SavesTheVarianceOfAdaptiveFrames) {
   }
 }
 
+TEST_F(SessionFilesTest, NothingThatIsOpenIsReplaced) {
+  const auto copy = [&](const std::string& from, const char* name) {
+    std::filesystem::copy_file(from, path(name));
+    return path(name);
+  };
+  ViewSettings view = settings("bisection", 1);
+  view.render.environment = copy(std::string(EMBERLINE_SCENES) + "/dusk.hdr", "sky.hdr");
+  const std::string scene = copy(this->scene("cornell_box"), "box.glb");
+  const std::string edited = copy(view.render.environment, "edited.hdr");
+  SessionOwner owner(view);
+  owner.open(scene);
+  ASSERT_TRUE(finishes(owner));
+  SceneEdits edits = owner.session.edits();
+  edits.environment.file = edited;
+  owner.session.set_edits(edits);
+  for (const std::string& input : {scene, view.render.environment, edited}) {
+    SCOPED_TRACE(input);
+    const auto size = std::filesystem::file_size(input);
+    for (const char* name : {"saved.png", "saved.exr"}) {
+      std::filesystem::create_hard_link(input, path(name));
+      EXPECT_THROW(owner.session.save(path(name)).get(), UsageError);
+      EXPECT_THROW(owner.session.save_heatmap(path(name), ViewOverlay::kSamples).get(), UsageError);
+      std::filesystem::remove(path(name));
+    }
+    EXPECT_THROW(owner.session.save_edits(input).get(), UsageError);
+    EXPECT_EQ(std::filesystem::file_size(input), size);
+  }
+  owner.session.save_edits(path("look.json")).get();
+}
+
 TEST_F(SessionFilesTest, SavesPicturesAsTheCommandDoes) {
   ViewSettings view = settings("bisection", 4);
   view.display.exposure = 1.0f;

@@ -315,6 +315,46 @@ class WindowTest(unittest.TestCase):
         for told_value, value in zip(told["rgb"], (float(word) for word in text.split("):")[-1].split())):
             self.assertAlmostEqual(told_value, value, delta=1e-5 * max(1, abs(value)))
 
+    def save_picture_as(self, window, name):
+        window.key("ctrl+shift+s")
+        self.choose_in_dialog(window, name)
+
+    def test_saving_replaces_nothing_unasked(self):
+        box, window = self.window_of_a_copy()
+        mine = box.with_suffix(".edits.json")
+        mine.write_text("last week's")
+        since = window.mark()
+        window.key("ctrl+s")
+        told = window.wait_for("message", lambda e: "edits saved" in e["text"], since)
+        self.assertEqual(told["text"], f"edits saved: {box.with_name('box-2.edits.json')}")
+        self.assertEqual(mine.read_text(), "last week's")
+        picture = box.with_name("frame.png")
+        picture.write_text("last week's")
+        since = window.mark()
+        self.save_picture_as(window, picture)
+        time.sleep(1)
+        self.assertEqual(picture.read_text(), "last week's")
+        window.key("Return")  # the dialog asks whether it may
+        window.wait_for("message", lambda e: "picture saved" in e["text"], since)
+        self.assertEqual(screens.read_png(picture)[0], SIZE[0])
+        # What the scene is made of stays, under any name.
+        other = box.with_name("other.png")
+        other.hardlink_to(box)
+        before = box.read_bytes()
+        since = window.mark()
+        self.save_picture_as(window, other)
+        time.sleep(1)
+        window.key("Return")
+        told = window.wait_for("message", lambda e: "other.png" in e["text"], since)
+        self.assertIn("the scene reads", told["text"])
+        self.assertEqual(other.read_bytes(), before)
+        for option in ("--journal", "--measure", "--screenshot"):
+            run = subprocess.run([BINARY, "view", str(box), option, str(other)], capture_output=True, text=True,
+                                 env=self.display.environment, timeout=screens.PATIENCE_S)
+            self.assertEqual((run.returncode, run.stderr.count("\n")), (2, 1), run.stderr)
+            self.assertIn("it is the scene", run.stderr)
+            self.assertEqual(other.read_bytes(), before)
+
     def test_moving_an_orthographic_mirrored_camera_keeps_its_kind(self):
         box = pathlib.Path(self.window_folder()) / "flat.glb"
         with_camera(scene(), box, {"type": "orthographic", "name": "flat", "orthographic": {

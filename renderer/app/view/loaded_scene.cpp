@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "io/input_file.h"
 #include "renderer/app/frame_setup.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -79,6 +80,10 @@ std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& 
   choose_lens(options, edits.camera);
   auto open = std::make_shared<OpenScene>();
   open->camera = choose_camera(options, description);
+  open->inputs = description.files;
+  if (const auto environment = file_identity(options.environment)) {
+    open->inputs.push_back({options.environment, *environment});
+  }
   open->bounds = world_bounds(description);
   if (!open->bounds.empty()) open->center = open->bounds.center();
   if (open->bounds.radius() > 0.0) open->radius = open->bounds.radius();

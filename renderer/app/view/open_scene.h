@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/file_identity.h"
 #include "renderer/core/vector.h"
 #include "renderer/scene/build_scene.h"
 #include "renderer/scene/scene_description.h"
@@ -30,6 +31,7 @@ struct OpenScene {
   WorldBounds bounds;                 // of the geometry; empty (min > max) without any
   Vec3d center = Vec3d(0.0);          // of those bounds
   double radius = 1.0;                // > 0, without geometry too
+  std::vector<NamedFile> inputs;      // that it was read from, an environment of its own too
   std::vector<std::string> features;  // what was built and why
   std::vector<std::string> warnings;  // that loading and building it gave
 };

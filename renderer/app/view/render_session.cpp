@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "io/edits_file.h"
+#include "renderer/app/file_register.h"
 #include "renderer/app/view/picture_files.h"
 #include "renderer/app/view/scene_loader.h"
 #include "renderer/app/view/view_renderer.h"
@@ -51,17 +52,22 @@ class RenderSession::Impl {
 
   // `write` gets the film as it stands now, on the writing thread.
   template <typename Write>
-  std::future<void> save(Write write) {
+  std::future<void> save(const std::string& path, Write write) {
     auto film = std::make_shared<std::future<FilmCopy>>(renderer.copy());
-    return later([film, write] { write(film->get()); });
+    return later(path, [film, write] { write(film->get()); });
   }
-  template <typename Work>
-  std::future<void> later(Work work) {
+  // `write` writes to `path`, unless that is a file that something open was read from.
+  template <typename Write>
+  std::future<void> later(const std::string& path, Write write) {
     auto done = std::make_shared<std::promise<void>>();
     std::future<void> result = done->get_future();
-    writer.post([done, work] {
+    writer.post([=, open = scene ? scene->open : nullptr, environment = edits.environment.file] {
       try {
-        work();
+        FileRegister files;
+        files.write("saving to", path);
+        if (open) files.read(open->inputs, "the scene reads");
+        if (!environment.empty()) files.read(environment, "it is the environment of the edits");
+        write();
         done->set_value();
       } catch (...) {
         done->set_exception(std::current_exception());
@@ -207,7 +213,7 @@ std::optional<PixelInspection> RenderSession::picked() const {
 }
 
 std::future<void> RenderSession::save(const std::string& path) {
-  return impl_->save([path, display = impl_->settings.display](const FilmCopy& film) {
+  return impl_->save(path, [path, display = impl_->settings.display](const FilmCopy& film) {
     write_picture(path, film, display);
   });
 }
@@ -215,13 +221,13 @@ std::future<void> RenderSession::save(const std::string& path) {
 std::future<void> RenderSession::save_heatmap(const std::string& path, ViewOverlay quantity) {
   heatmap_of(quantity);
   return impl_->save(
-      [path, quantity](const FilmCopy& film) { write_heatmap(path, film, quantity); });
+      path, [path, quantity](const FilmCopy& film) { write_heatmap(path, film, quantity); });
 }
 
 std::future<void> RenderSession::save_edits(const std::string& path) {
   const SceneEdits edits =
       impl_->scene ? with_view(impl_->edits, impl_->settings.render, *impl_->scene) : impl_->edits;
-  return impl_->later([path, edits] { write_edits(path, edits); });
+  return impl_->later(path, [path, edits] { write_edits(path, edits); });
 }
 
 }  // namespace emberline

@@ -88,7 +88,8 @@ class RenderSession {
   std::optional<PixelInspection> picked() const;
 
   // The picture as it stands, with its channels: .exr, .png, .jpg. In the background; the returned
-  // future, which may be dropped, throws RenderError or UsageError.
+  // future, which may be dropped, throws RenderError or UsageError, that for a file of the scene's
+  // too.
   std::future<void> save(const std::string& path);
   // Throws UsageError at once for an overlay that is none of a heatmap.
   std::future<void> save_heatmap(const std::string& path, ViewOverlay quantity);

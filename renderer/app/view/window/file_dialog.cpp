@@ -22,19 +22,22 @@ std::string lower(std::string text) {
 
 }  // namespace
 
-FileDialog::FileDialog(const char* title, const char* verb, std::vector<std::string> suffixes)
-    : title_(title), verb_(verb), suffixes_(std::move(suffixes)) {}
+FileDialog::FileDialog(const char* title, const char* verb, Purpose purpose,
+                       std::vector<std::string> suffixes)
+    : title_(title), verb_(verb), purpose_(purpose), suffixes_(std::move(suffixes)) {}
 
 void FileDialog::open(const std::string& path) {
   std::error_code failed;
   fs::path whole = fs::absolute(path.empty() ? "." : path, failed).lexically_normal();
   name_.clear();
+  replaced_.clear();
   if (!fs::is_directory(whole, failed)) {
     name_ = whole.filename().string();
     whole = whole.parent_path();
   }
   enter(whole.string());
   opening_ = true;
+  ++openings_;
 }
 
 void FileDialog::enter(const std::string& folder) {
@@ -54,6 +57,14 @@ void FileDialog::enter(const std::string& folder) {
   std::ranges::sort(entries_, [](const Entry& a, const Entry& b) {
     return a.folder != b.folder ? a.folder : lower(a.name) < lower(b.name);
   });
+}
+
+bool FileDialog::agreed(const std::string& path) {
+  std::error_code unknown;
+  if (purpose_ == Purpose::kRead || path == replaced_ || !fs::exists(path, unknown)) return true;
+  replaced_ = path;
+  asked_ = true;
+  return false;
 }
 
 void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
@@ -90,21 +101,26 @@ void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
     }
     ImGui::EndListBox();
   }
+  std::error_code failed;
+  fs::path whole = fs::path(folder_) / name_;  // an absolute name replaces the folder
+  const bool asking = !replaced_.empty() && whole == replaced_;
   const float buttons = 13.0f * em;
   ImGui::SetNextItemWidth(-buttons);
-  if (appears) ImGui::SetKeyboardFocusHere();
+  if (appears || std::exchange(asked_, false)) ImGui::SetKeyboardFocusHere();
+  ImGui::PushID(openings_);  // another field each time, so that its text is selected
   done |= ImGui::InputText("##name", &name_, ImGuiInputTextFlags_EnterReturnsTrue);
+  ImGui::PopID();
   ImGui::SameLine();
-  done |= ImGui::Button(verb_, {6.0f * em, 0.0f});
+  done |= ImGui::Button(asking ? "Replace" : verb_, {6.0f * em, 0.0f});
   ImGui::SameLine();
   if (ImGui::Button("Cancel", {6.0f * em, 0.0f}) || cancelled) ImGui::CloseCurrentPopup();
-  std::error_code failed;
-  const fs::path whole = fs::path(folder_) / name_;  // an absolute name replaces the folder
+  if (asking) ImGui::TextColored(warning_colour(), "A file of that name is there.");
+  whole = fs::path(folder_) / name_;
   if (done && !name_.empty() && fs::is_directory(whole, failed)) {
     next = whole.string();
     done = false;
   }
-  if (done && !name_.empty()) {
+  if (done && !name_.empty() && agreed(whole.string())) {
     chosen(whole.string());
     ImGui::CloseCurrentPopup();
   }

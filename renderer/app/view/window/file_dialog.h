@@ -2,6 +2,7 @@
 // library has none.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -10,9 +11,16 @@ namespace emberline {
 
 class FileDialog {
  public:
-  // `suffixes`: of the files that are listed, lower case. `path`: where to begin, a file or folder.
-  FileDialog(const char* title, const char* verb, std::vector<std::string> suffixes);
+  enum class Purpose : uint8_t {
+    kRead,
+    kWrite,  // a file that is there is chosen only once the dialog has asked
+  };
 
+  // `suffixes`: of the files that are listed, lower case.
+  FileDialog(const char* title, const char* verb, Purpose purpose,
+             std::vector<std::string> suffixes);
+
+  // `path`: where to begin, a file or folder.
   void open(const std::string& path);
   // Closes it, if it is open, when it is drawn next.
   void cancel() { cancelled_ = true; }
@@ -25,13 +33,18 @@ class FileDialog {
     bool folder = false;
   };
   void enter(const std::string& folder);
+  // Whether `path` can be chosen: not before it was asked for twice where it would be replaced.
+  bool agreed(const std::string& path);
 
   const char* title_;
   const char* verb_;
+  Purpose purpose_;
   std::vector<std::string> suffixes_;
   std::string folder_, name_;
+  std::string replaced_;  // is there, as the dialog says; whole path
   std::vector<Entry> entries_;
-  bool opening_ = false, cancelled_ = false;
+  int openings_ = 0;
+  bool opening_ = false, cancelled_ = false, asked_ = false;
 };
 
 }  // namespace emberline

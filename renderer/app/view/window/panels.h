@@ -33,9 +33,12 @@ class Interface {
   void draw_dialogs(Workbench& bench);
   void take_place();  // of the window that is being drawn
 
-  FileDialog open_dialog_{"Open", "Open", {".gltf", ".glb", ".hdr", ".exr", ".json"}};
-  FileDialog environment_dialog_{"Environment", "Choose", {".hdr", ".exr"}};
-  FileDialog save_dialog_{"Save picture", "Save", {".exr", ".png", ".jpg", ".jpeg"}};
+  FileDialog open_dialog_{
+      "Open", "Open", FileDialog::Purpose::kRead, {".gltf", ".glb", ".hdr", ".exr", ".json"}};
+  FileDialog environment_dialog_{
+      "Environment", "Choose", FileDialog::Purpose::kRead, {".hdr", ".exr"}};
+  FileDialog save_dialog_{
+      "Save picture", "Save", FileDialog::Purpose::kWrite, {".exr", ".png", ".jpg", ".jpeg"}};
   std::vector<Rect> floating_;
   bool popup_ = false;
   bool tab_chosen_ = false;

@@ -3,7 +3,6 @@
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
-#include <fmt/format.h>
 #include <imgui.h>
 
 #include <algorithm>
@@ -17,6 +16,7 @@
 
 #include "io/image_output.h"
 #include "renderer/app/stop_signal.h"
+#include "renderer/app/view/window/free_file.h"
 #include "renderer/app/view/window/imgui_input.h"
 #include "renderer/app/view/window/measurement.h"
 #include "renderer/app/view/window/panels.h"
@@ -156,7 +156,6 @@ class Window::Impl {
   std::future<void> screenshot_;
   std::string screenshot_name_;
   bool closing_ = false, wanted_screenshot_ = false;
-  int screenshots_ = 0;
 };
 
 Window::Impl::Impl(const ViewOptions& options)
@@ -334,7 +333,7 @@ void Window::Impl::draw(double now) {
 std::string Window::Impl::screenshot_file() {
   const std::string stem =
       bench_.scene() ? std::filesystem::path(bench_.load_status().path).stem().string() : "window";
-  return fmt::format("{}-window-{}.png", stem, ++screenshots_);
+  return free_file(stem + "-window", ".png");
 }
 
 // Before the buffers are swapped: what was drawn is undefined afterwards.

@@ -12,6 +12,7 @@
 
 #include "io/edits_file.h"
 #include "renderer/app/view/window/edit_entries.h"
+#include "renderer/app/view/window/free_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
@@ -111,7 +112,6 @@ void Workbench::take_scene() {
   pivot_ = scene_->center;
   fov_before_ = kOrdinaryFov;
   if (!again) edits_file_ = first ? options_.render.edits : std::string();
-  if (edits_file_.empty()) edits_file_ = suggested_edits_file();
   window.remember_scene(load_status_.path);
   for (const std::string& warning : scene_->warnings) say(Message::Level::kWarning, warning);
   journal.write("scene", {{"file", load_status_.path},
@@ -131,9 +131,10 @@ void Workbench::take_back_edits(const SceneEdits& edits) {
   history_ = EditHistory(edits_);
 }
 
-std::string Workbench::suggested_edits_file() const {
-  std::filesystem::path file = load_status_.path;
-  return file.replace_extension(".edits.json").string();
+std::string Workbench::edits_file() const {
+  if (!edits_file_.empty()) return edits_file_;
+  std::filesystem::path scene = scene_->outline.file;
+  return free_file(scene.replace_extension().string(), ".edits.json");
 }
 
 // ---- each time the window wakes up
@@ -419,6 +420,7 @@ void Workbench::next_overlay() {
 
 void Workbench::save_edits() {
   if (!scene_) return;
+  edits_file_ = edits_file();
   saves_.push_back({session_.save_edits(edits_file_), "edits saved: " + edits_file_,
                     [this, saved = edits_] { saved_edits_ = saved; }});
 }

@@ -86,8 +86,6 @@ class Workbench {
   bool can_undo() const { return history_.can_undo(); }
   bool can_redo() const { return history_.can_redo(); }
   bool unsaved() const { return scene_ && !(edits_ == saved_edits_); }
-  // Where Ctrl+S writes to.
-  std::string edits_file() const { return edits_file_; }
 
   // ---- how it is rendered and shown
   const ViewSettings& settings() const { return settings_; }
@@ -170,9 +168,9 @@ class Workbench {
   bool refresh_explanation();
   void explain();
   void save_edits();
+  std::string edits_file() const;  // that they came from or went to, or else a new one's name
   void next_overlay();
   void copy_pixel();
-  std::string suggested_edits_file() const;
 
   ViewOptions options_;
   RenderSession session_;
@@ -188,7 +186,7 @@ class Workbench {
   bool reloading_ = false;
   std::optional<LightEdit> solo_, sent_solo_;
   EditHistory history_;
-  std::string edits_file_;
+  std::string edits_file_;  // empty: none yet
   ViewSettings settings_;
   bool settings_changed_ = false;
 
