@@ -1,8 +1,5 @@
 #include "io/image_input.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +8,7 @@
 #include <new>
 
 #include "io/encoded_image.h"
+#include "io/image_library.h"
 #include "io/input_file.h"
 #include "io/texel_repair.h"
 #include "renderer/core/errors.h"
@@ -18,13 +16,13 @@
 namespace emberline {
 namespace {
 
-namespace oiio = OIIO;
-
 // Chosen by us: what an image may announce. The largest panoramas in use are 32k wide.
 constexpr int64_t kLargestSide = 65536;
 constexpr int kMostChannels = 4096;
 // Where a data window may lie: sums stay far from overflow.
 constexpr int64_t kFarthestCorner = int64_t(1) << 24;
+
+constexpr const char* kDoesNotDecode = "the image does not decode: ";
 
 constexpr std::array kTextureFormats = {ImageFormat::kPng, ImageFormat::kJpeg, ImageFormat::kWebp,
                                         ImageFormat::kExr, ImageFormat::kHdr};
@@ -34,15 +32,6 @@ constexpr std::array kPictureFormats = {ImageFormat::kExr,  ImageFormat::kHdr,  
 
 using Bytes = std::span<const uint8_t>;
 using Formats = std::span<const ImageFormat>;
-
-// OpenImageIO's message as one line.
-std::string one_line(std::string text) {
-  for (char& c : text) {
-    if (uint8_t(c) < 0x20) c = ' ';
-  }
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text.empty() ? "unknown reason" : text.substr(0, 200);
-}
 
 // OpenImageIO's name of a reader.
 const char* reader_name(ImageFormat format) {
@@ -76,31 +65,28 @@ ImageFormat expect_format(Bytes bytes, Formats allowed, const std::string& place
                               names);
 }
 
-TexelType texel_type(oiio::TypeDesc format) {
-  switch (format.basetype) {
-    case oiio::TypeDesc::UINT8:
+TexelType texel_type(SampleType type) {
+  switch (type) {
+    case SampleType::kUint8:
       return TexelType::kUint8;
-    case oiio::TypeDesc::UINT16:
+    case SampleType::kUint16:
       return TexelType::kUint16;
-    case oiio::TypeDesc::HALF:
+    case SampleType::kHalf:
       return TexelType::kHalf;
     default:
       return TexelType::kFloat;
   }
 }
 
-oiio::TypeDesc oiio_type(TexelType type) {
-  switch (type) {
-    case TexelType::kUint8:
-      return oiio::TypeDesc::UINT8;
-    case TexelType::kUint16:
-      return oiio::TypeDesc::UINT16;
-    case TexelType::kHalf:
-      return oiio::TypeDesc::HALF;
-    case TexelType::kFloat:
-      return oiio::TypeDesc::FLOAT;
-  }
-  return oiio::TypeDesc::FLOAT;
+SampleType sample_type(TexelType type) {
+  constexpr std::array kTypes = {SampleType::kUint8, SampleType::kUint16, SampleType::kHalf,
+                                 SampleType::kFloat};
+  return kTypes[size_t(type)];
+}
+
+size_t bytes_of(SampleType type) {
+  if (type == SampleType::kUint8) return 1;
+  return type == SampleType::kUint16 || type == SampleType::kHalf ? 2 : 4;
 }
 
 void check_sides(int64_t width, int64_t height, const std::string& place) {
@@ -113,58 +99,35 @@ void check_sides(int64_t width, int64_t height, const std::string& place) {
 }
 
 // A file, read where it lies.
-class FileProxy final : public oiio::Filesystem::IOProxy {
+class FileSource final : public ByteSource {
  public:
-  explicit FileProxy(InputFile file) : IOProxy("", Read), file_(std::move(file)) {}
-  const char* proxytype() const override { return "file"; }
-  size_t size() const override { return size_t(file_.size()); }
-  size_t pread(void* bytes, size_t count, int64_t offset) override {
-    return size_t(std::max<int64_t>(0, file_.try_read(uint64_t(offset), count, bytes)));
-  }
-  // In order and on one thread. Readers of HDR ask for single bytes.
-  size_t read(void* bytes, size_t count) override {
-    size_t got = 0;
-    while (got < count) {
-      if (m_pos < begin_ || m_pos >= begin_ + int64_t(buffer_.size())) {
-        buffer_.resize(kBuffer);
-        begin_ = m_pos;
-        buffer_.resize(pread(buffer_.data(), kBuffer, begin_));
-        if (buffer_.empty()) break;
-      }
-      const size_t at = size_t(m_pos - begin_), part = std::min(count - got, buffer_.size() - at);
-      std::memcpy(static_cast<std::byte*>(bytes) + got, buffer_.data() + at, part);
-      got += part;
-      m_pos += int64_t(part);
-    }
-    return got;
+  explicit FileSource(InputFile file) : file_(std::move(file)) {}
+  uint64_t size() const override { return file_.size(); }
+  size_t read(uint64_t offset, size_t count, void* bytes) override {
+    return size_t(std::max<int64_t>(0, file_.try_read(offset, count, bytes)));
   }
 
  private:
-  static constexpr size_t kBuffer = size_t(64) << 10;
-
   InputFile file_;
-  std::vector<std::byte> buffer_;
-  int64_t begin_ = 0;
 };
 
-// OpenImageIO's own (2.4, 3.1) takes an offset just below zero for one of the buffer.
-class MemoryProxy final : public oiio::Filesystem::IOMemReader {
+class MemorySource final : public ByteSource {
  public:
-  using IOMemReader::IOMemReader;
-  size_t pread(void* bytes, size_t count, int64_t offset) override {
-    if (offset < 0 || uint64_t(offset) >= size()) return 0;
-    const size_t got = std::min(count, size() - size_t(offset));
-    std::memcpy(bytes, m_buf.data() + offset, got);
+  explicit MemorySource(Bytes bytes) : bytes_(bytes) {}
+  uint64_t size() const override { return bytes_.size(); }
+  size_t read(uint64_t offset, size_t count, void* bytes) override {
+    if (offset >= bytes_.size()) return 0;
+    const size_t got = std::min(count, bytes_.size() - size_t(offset));
+    std::memcpy(bytes, bytes_.data() + offset, got);
     return got;
   }
-  size_t read(void* bytes, size_t count) override {
-    const size_t got = pread(bytes, count, m_pos);
-    m_pos += int64_t(got);
-    return got;
-  }
+  Bytes memory() const override { return bytes_; }
+
+ private:
+  Bytes bytes_;
 };
 
-// An image as OpenImageIO sees it, whose pixels are still to be decoded.
+// An image whose pixels are still to be decoded.
 class OpenImage {
  public:
   // `bytes` outlive it.
@@ -182,20 +145,21 @@ class OpenImage {
     if (got <= 0) throw InputError(place_, "the image is empty");
     const ImageFormat format = expect_format(Bytes(magic).first(size_t(got)), allowed, place_);
     if (format == ImageFormat::kExr || format == ImageFormat::kHdr) {
-      open_in_place(format, std::make_unique<FileProxy>(std::move(file)));
+      open_in_place(format, std::make_unique<FileSource>(std::move(file)));
     } else {
       const MemoryReservation encoded(progress.budget(), MemoryPart::kFile, file.size(), place_);
       open_bytes(file.read_all(progress), allowed);
     }
   }
 
-  const oiio::ImageSpec& spec() const { return input_->spec(); }
+  const ImageLayout& layout() const { return layout_; }
+  std::string attribute(const char* name) const { return decoder_->attribute(name); }
   bool cut_short() const { return cut_short_; }
   const std::string& place() const { return place_; }
 
   // Where the pixels are in the picture.
   Rect data_window() const {
-    const oiio::ImageSpec& s = spec();
+    const ImageLayout& s = layout_;
     const int64_t x = int64_t(s.x) - s.full_x, y = int64_t(s.y) - s.full_y;
     check_sides(s.full_width, s.full_height, place_);
     if (std::max(std::abs(x), std::abs(y)) > kFarthestCorner) {
@@ -205,23 +169,18 @@ class OpenImage {
   }
 
   // `channels` channels from `first` on, interleaved, rows from the top, the data window alone.
-  void read(int first, int channels, oiio::TypeDesc type, std::byte* texels) {
+  void read(int first, int channels, SampleType type, std::byte* texels) {
     constexpr size_t kPart = size_t(4) << 20;  // between them it can be called off
-    const oiio::ImageSpec& s = spec();
-    const size_t pixel = size_t(channels) * type.size(), row = size_t(s.width) * pixel;
-    const bool tiled = s.tile_width > 0;
-    const int part = tiled ? s.height : int(std::max(size_t(1), kPart / row));
-    const int last = first + channels;
+    const ImageLayout& s = layout_;
+    const size_t pixel = size_t(channels) * bytes_of(type), row = size_t(s.width) * pixel;
+    const int part = s.tiled ? s.height : int(std::max(size_t(1), kPart / row));
     for (int y = 0; y < s.height; y += part) {
       progress_.check();
-      const int begin = s.y + y, end = std::min(begin + part, s.y + s.height);
-      std::byte* out = texels + size_t(y) * row;
-      if (!(tiled ? input_->read_image(0, 0, first, last, type, out)
-                  : input_->read_scanlines(0, 0, begin, end, s.z, first, last, type, out))) {
-        throw InputError(place_, "the image does not decode: " + one_line(input_->geterror()));
-      }
+      const std::string error = decoder_->read(y, std::min(y + part, s.height), first,
+                                               first + channels, type, texels + size_t(y) * row);
+      if (!error.empty()) throw InputError(place_, kDoesNotDecode + error);
     }
-    input_->close();
+    decoder_.reset();
     turn_upright(texels, pixel);
   }
 
@@ -230,8 +189,7 @@ class OpenImage {
     if (bytes.empty()) throw InputError(place_, "the image is empty");
     const ImageFormat format = expect_format(bytes, allowed, place_);
     if (format == ImageFormat::kExr || format == ImageFormat::kHdr) {
-      return open_in_place(
-          format, std::make_unique<MemoryProxy>(const_cast<uint8_t*>(bytes.data()), bytes.size()));
+      return open_in_place(format, std::make_unique<MemorySource>(bytes));
     }
     clean_.add(bytes.size(), place_);
     if (format == ImageFormat::kTiff) {
@@ -244,17 +202,17 @@ class OpenImage {
       cut_short_ = clean.cut_short;
       check_sides(header_.width, header_.height, place_);
     }
-    proxy_ = std::make_unique<MemoryProxy>(bytes_.data(), bytes_.size());
+    source_ = std::make_unique<MemorySource>(bytes_);
     open(format);
   }
 
-  void open_in_place(ImageFormat format, std::unique_ptr<oiio::Filesystem::IOProxy> proxy) {
-    proxy_ = std::move(proxy);
+  void open_in_place(ImageFormat format, std::unique_ptr<ByteSource> source) {
+    source_ = std::move(source);
     const ReadBytes read = [this](uint64_t offset, size_t count, uint8_t* bytes) {
-      return offset < proxy_->size() ? proxy_->pread(bytes, count, int64_t(offset)) : 0;
+      return source_->read(offset, count, bytes);
     };
-    header_ = format == ImageFormat::kExr ? read_exr_header(read, proxy_->size(), place_)
-                                          : read_hdr_header(read, proxy_->size(), place_);
+    header_ = format == ImageFormat::kExr ? read_exr_header(read, source_->size(), place_)
+                                          : read_hdr_header(read, source_->size(), place_);
     check_sides(header_.width, header_.height, place_);
     if (header_.orientation > 4) {
       throw InputError(place_, "the image is stored by columns; save it by rows");
@@ -263,36 +221,29 @@ class OpenImage {
   }
 
   void open(ImageFormat format) {
-    decoder_.add(uint64_t(header_.width) * uint64_t(header_.height) *
-                     uint64_t(header_.decoder_bytes_per_pixel),
-                 place_);
-    const char* const reader = reader_name(format);
-    input_ = oiio::ImageInput::create(reader);
-    if (!input_ || !input_->supports("ioproxy") || !input_->set_ioproxy(proxy_.get())) {
-      oiio::geterror();  // or it would greet the next caller
-      throw InputError(place_, "this OpenImageIO cannot read " + std::string(name_of(format)));
-    }
-    oiio::ImageSpec hints, opened;
-    hints["oiio:UnassociatedAlpha"] = 1;
-    if (!input_->open(std::string("image.") + reader, opened, hints)) {
-      throw InputError(place_, "the image does not decode: " + one_line(input_->geterror()));
-    }
-    const oiio::ImageSpec& s = spec();
+    decoding_.add(uint64_t(header_.width) * uint64_t(header_.height) *
+                      uint64_t(header_.decoder_bytes_per_pixel),
+                  place_);
+    std::string error;
+    decoder_ = image_library().open(reader_name(format), *source_, error);
+    if (!decoder_) throw InputError(place_, kDoesNotDecode + error);
+    layout_ = decoder_->layout();
+    const ImageLayout& s = layout_;
     check_sides(s.width, s.height, place_);
-    if (s.depth > 1 || s.nchannels < 1 || s.nchannels > kMostChannels || s.deep) {
+    if (s.depth > 1 || s.channels() < 1 || s.channels() > kMostChannels || s.deep) {
       throw InputError(place_, "the image is not a flat picture of 1 to " +
                                    std::to_string(kMostChannels) + " channels");
     }
     if (format == ImageFormat::kTiff) {
-      header_.orientation = s.get_int_attribute("Orientation", 1);
+      header_.orientation = s.orientation;
       // Strips and tiles may be as large as the image.
-      decoder_.add(uint64_t(s.image_bytes(true)), place_);
+      decoding_.add(layout_.bytes, place_);
     }
   }
 
   // Of rows as they are stored.
   void turn_upright(std::byte* texels, size_t pixel) const {
-    const oiio::ImageSpec& s = spec();
+    const ImageLayout& s = layout_;
     const size_t width = size_t(s.width), height = size_t(s.height), row = width * pixel;
     const int turn = header_.orientation;
     if (turn == 3 || turn == 4) {
@@ -312,20 +263,21 @@ class OpenImage {
   const std::string place_;
   const LoadProgress& progress_;
   MemoryReservation clean_{progress_.budget(), MemoryPart::kFile};
-  MemoryReservation decoder_{progress_.budget(), MemoryPart::kTextures};
+  MemoryReservation decoding_{progress_.budget(), MemoryPart::kTextures};
   ImageHeader header_;
   bool cut_short_ = false;
   std::vector<uint8_t> bytes_;  // what the decoder reads, unless it reads where they lie
-  std::unique_ptr<oiio::Filesystem::IOProxy> proxy_;
-  std::unique_ptr<oiio::ImageInput> input_;  // after what it reads, so that it goes first
+  std::unique_ptr<ByteSource> source_;
+  std::unique_ptr<ImageDecoder> decoder_;  // after what it reads, so that it goes first
+  ImageLayout layout_;
 };
 
 // Decodes channels of a picture that has to be there in full; what lies outside its frame is left
 // out.
 void read_frame(OpenImage& input, int first, Image& image, const LoadProgress& progress) {
-  const oiio::ImageSpec& spec = input.spec();
-  const oiio::TypeDesc type = oiio_type(image.type);
-  const Rect data = input.data_window(), frame{0, 0, spec.full_width, spec.full_height};
+  const ImageLayout& layout = input.layout();
+  const SampleType type = sample_type(image.type);
+  const Rect data = input.data_window(), frame{0, 0, layout.full_width, layout.full_height};
   if (data.intersect(frame) != frame) {
     throw InputError(input.place(),
                      "its pixels do not fill its frame: " + std::to_string(data.width()) + " x " +
@@ -333,7 +285,7 @@ void read_frame(OpenImage& input, int first, Image& image, const LoadProgress& p
                          ", " + std::to_string(data.y0) + ") in " + std::to_string(frame.width()) +
                          " x " + std::to_string(frame.height()));
   }
-  const size_t pixel = size_t(image.channels) * type.size();
+  const size_t pixel = size_t(image.channels) * bytes_of(type);
   const size_t bytes = size_t(data.area()) * pixel;
   progress.budget()->reserve(MemoryPart::kTextures, bytes, input.place());
   image.texels.resize(bytes);
@@ -357,15 +309,15 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
   if (input.cut_short() && !lenient) {
     throw InputError(place, "the JPEG is cut short; --lenient takes what is there");
   }
-  const oiio::ImageSpec spec = input.spec();
+  const ImageLayout layout = input.layout();
   auto image = std::make_shared<Image>();
   image->name = place;
-  image->type = texel_type(spec.format);
-  image->channels = std::min(spec.nchannels, 4);
+  image->type = texel_type(layout.type);
+  image->channels = std::min(layout.channels(), 4);
   read_frame(input, 0, *image, progress);
   // The WebP reader (OpenImageIO 2.4) multiplies whatever the hint says; EXR is so by convention.
-  const bool has_alpha = spec.alpha_channel == image->channels - 1 && image->channels % 2 == 0;
-  if (has_alpha && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0) unpremultiply(*image);
+  const bool has_alpha = layout.alpha_channel == image->channels - 1 && image->channels % 2 == 0;
+  if (has_alpha && layout.premultiplied) unpremultiply(*image);
   const uint64_t repaired = repair_texels(*image, TexelRange::kFinite);
   return {std::move(image), repaired, input.cut_short()};
 } catch (const std::bad_alloc&) {
@@ -375,27 +327,27 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
 std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t* repaired,
                                               const LoadProgress& progress) try {
   OpenImage input(path, kEnvironmentFormats, progress);
-  const oiio::ImageSpec& spec = input.spec();
-  const bool is_half = spec.format == oiio::TypeDesc::HALF;
-  if (!is_half && spec.format != oiio::TypeDesc::FLOAT) {
+  const ImageLayout& layout = input.layout();
+  const bool is_half = layout.type == SampleType::kHalf;
+  if (!is_half && layout.type != SampleType::kFloat) {
     throw InputError(path, "an environment needs half or float texels (.exr or .hdr), this has " +
-                               std::string(spec.format.c_str()));
+                               layout.type_name);
   }
   // Colour first, wherever it stands; alpha and the rest are left out.
   int first = 0;
-  const int red = spec.channelindex("R");
-  if (spec.nchannels >= 3) {
-    if (red >= 0 && (spec.channelindex("G") != red + 1 || spec.channelindex("B") != red + 2)) {
+  const int red = layout.find_channel("R");
+  if (layout.channels() >= 3) {
+    if (red >= 0 && (layout.find_channel("G") != red + 1 || layout.find_channel("B") != red + 2)) {
       throw InputError(path, "the channels R, G and B do not stand together");
     }
-    if (red < 0 && (spec.channelindex("RY") >= 0 || spec.channelindex("BY") >= 0)) {
+    if (red < 0 && (layout.find_channel("RY") >= 0 || layout.find_channel("BY") >= 0)) {
       throw InputError(path, "luminance-chroma EXR is not supported, save it as RGB");
     }
     first = std::max(red, 0);
-  } else if (spec.nchannels == 2 && spec.alpha_channel != 1) {
+  } else if (layout.channels() == 2 && layout.alpha_channel != 1) {
     throw InputError(path, "an environment needs 1, 3 or 4 channels, this has 2");
   }
-  const bool grey = spec.nchannels < 3;
+  const bool grey = layout.channels() < 3;
 
   auto image = std::make_shared<Image>();
   image->name = path;
@@ -420,30 +372,30 @@ int FloatImage::find_channel(const std::string& name) const {
 FloatImage read_float_image(const std::string& path, const LoadProgress& progress) try {
   OpenImage input(path, kPictureFormats, progress);
   if (input.cut_short()) throw InputError(path, "the JPEG is cut short");
-  const oiio::ImageSpec spec = input.spec();
+  const ImageLayout layout = input.layout();
   FloatImage image;
-  image.width = spec.width;
-  image.height = spec.height;
+  image.width = layout.width;
+  image.height = layout.height;
   image.data_window = input.data_window();
-  image.frame_width = spec.full_width;
-  image.frame_height = spec.full_height;
-  image.channel_names.assign(spec.channelnames.begin(), spec.channelnames.end());
-  if (spec.get_string_attribute("emberline:complete") == "false") {
-    const std::string samples = spec.get_string_attribute("emberline:samples");
+  image.frame_width = layout.full_width;
+  image.frame_height = layout.full_height;
+  image.channel_names = layout.channel_names;
+  if (input.attribute("emberline:complete") == "false") {
+    const std::string samples = input.attribute("emberline:samples");
     image.stopped_after = std::strtoull(samples.c_str(), nullptr, 10);
   }
-  const size_t channels = size_t(spec.nchannels);
-  const size_t count = size_t(spec.width) * size_t(spec.height) * channels;
+  const size_t channels = size_t(layout.channels());
+  const size_t count = size_t(layout.width) * size_t(layout.height) * channels;
   progress.budget()->reserve(MemoryPart::kTextures, count * sizeof(float), path);
   image.values.resize(count);
-  input.read(0, spec.nchannels, oiio::TypeDesc::FLOAT,
+  input.read(0, layout.channels(), SampleType::kFloat,
              reinterpret_cast<std::byte*>(image.values.data()));
   for (size_t c = 0; c < channels; ++c) {
-    const oiio::TypeDesc type = spec.channelformat(int(c));
-    const bool is_float = type.is_floating_point();
+    const SampleType type = layout.channel_types[c];
+    const bool is_float = type == SampleType::kHalf || type == SampleType::kFloat;
     // A counter channel of an EXR (UINT) comes scaled to [0, 1]; undone exactly up to 2^24.
-    const bool is_counter = type == oiio::TypeDesc::UINT32;
-    if (is_float || (int(c) == spec.alpha_channel && !is_counter)) continue;
+    const bool is_counter = type == SampleType::kUint32;
+    if (is_float || (int(c) == layout.alpha_channel && !is_counter)) continue;
     for (size_t i = c; i < image.values.size(); i += channels) {
       image.values[i] = is_counter ? float(std::round(double(image.values[i]) * 0x1p32))
                                    : srgb_to_linear(image.values[i]);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "cli/command_test.h"
+#include "support/embedded_images.h"
 #include "support/encoded_images.h"
 
 namespace emberline::test {

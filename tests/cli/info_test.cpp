@@ -1,6 +1,6 @@
 // `emberline info`: what is in a scene, as text and as JSON.
 #include "cli/command_test.h"
-#include "support/encoded_images.h"
+#include "support/embedded_images.h"
 
 namespace emberline::test {
 namespace {

@@ -3,7 +3,6 @@
 
 #include <limits>
 
-#include "support/encoded_images.h"
 
 namespace emberline {
 namespace {

@@ -4,7 +4,6 @@
 
 #include <limits>
 
-#include "support/encoded_images.h"
 
 namespace emberline {
 namespace {

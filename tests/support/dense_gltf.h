@@ -1,7 +1,7 @@
 // A small glTF with much in it, to be spoilt by tests of bad input.
 #pragma once
 
-#include "support/encoded_images.h"
+#include "support/embedded_images.h"
 
 namespace emberline::test {
 

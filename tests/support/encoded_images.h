@@ -32,18 +32,4 @@ std::vector<uint8_t> encode_image(const std::string& suffix, const OIIO::ImageSp
   return read_bytes(path);
 }
 
-// A 2 x 2 RGB PNG: red, green / blue, white.
-inline std::vector<uint8_t> small_png() {
-  OIIO::ImageSpec spec(2, 2, 3, OIIO::TypeDesc::UINT8);
-  return encode_image<uint8_t>("png", spec, {255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255});
-}
-
-// A texture of an embedded image in `gltf`; returns the texture's index.
-inline int add_texture(GltfBuilder& gltf, const std::vector<uint8_t>& encoded,
-                       const std::string& media_type = "image/png") {
-  const int image =
-      gltf.push("images", {{"bufferView", gltf.add_view(encoded)}, {"mimeType", media_type}});
-  return gltf.push("textures", {{"source", image}});
-}
-
 }  // namespace emberline::test

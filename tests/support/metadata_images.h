@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "support/embedded_images.h"
 #include "support/encoded_images.h"
 
 namespace emberline::test {

@@ -3,7 +3,7 @@
 
 #include "io/gltf.h"
 #include "renderer/core/errors.h"
-#include "support/encoded_images.h"
+#include "support/embedded_images.h"
 
 namespace emberline {
 namespace {

@@ -5,18 +5,16 @@ emberline_test(gltf_input_test
     gltf_coverage_test.cpp
     gltf_deform_test.cpp
     gltf_geometry_test.cpp
-    gltf_material_test.cpp
     gltf_scene_test.cpp
     gltf_tangents_test.cpp
     gltf_variants_test.cpp
   LINK
     emberline_io
     emberline_scene
-    OpenImageIO::OpenImageIO
     draco::draco
     meshoptimizer::meshoptimizer
     nlohmann_json::nlohmann_json)
 
 emberline_test(image_input_test
-  SOURCES image_input_test.cpp
+  SOURCES image_input_test.cpp gltf_material_test.cpp
   LINK emberline_io OpenImageIO::OpenImageIO nlohmann_json::nlohmann_json)

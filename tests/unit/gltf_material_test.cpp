@@ -5,6 +5,7 @@
 
 #include "io/gltf.h"
 #include "renderer/core/errors.h"
+#include "support/embedded_images.h"
 #include "support/encoded_images.h"
 
 namespace emberline {

@@ -5,7 +5,7 @@
 
 #include "io/gltf.h"
 #include "io/gltf_tangents.h"
-#include "support/encoded_images.h"
+#include "support/embedded_images.h"
 
 namespace emberline {
 namespace {

@@ -4,7 +4,7 @@
 #include "io/gltf.h"
 #include "renderer/core/errors.h"
 #include "renderer/scene/scene_edits.h"
-#include "support/encoded_images.h"
+#include "support/embedded_images.h"
 
 namespace emberline::test {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "io/exr_writer.h"
 #include "renderer/core/errors.h"
+#include "support/embedded_images.h"
 #include "support/encoded_images.h"
 
 namespace emberline {

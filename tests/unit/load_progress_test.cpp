@@ -11,6 +11,7 @@
 #include "renderer/app/frame_setup.h"
 #include "renderer/core/errors.h"
 #include "renderer/scene/editable_scene.h"
+#include "support/embedded_images.h"
 #include "support/encoded_images.h"
 #include "support/render.h"
 #include "support/scenes.h"

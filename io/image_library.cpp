@@ -1,0 +1,55 @@
+#include "io/image_library.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+
+int ImageLayout::find_channel(const std::string& name) const {
+  const auto found = std::ranges::find(channel_names, name);
+  return found == channel_names.end() ? -1 : int(found - channel_names.begin());
+}
+
+#ifdef EMBERLINE_IMAGES_LINKED
+
+const ImageLibrary& image_library() { return *emberline_image_library(EMBERLINE_VERSION); }
+
+#else
+
+namespace {
+
+// From the program's own folder, or else where the system looks.
+void* load() {
+  constexpr const char* kName = "libemberline_images.so";
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  const std::filesystem::path beside = program.parent_path().parent_path() / "lib" / kName;
+  void* const library = error ? nullptr : ::dlopen(beside.c_str(), RTLD_NOW | RTLD_LOCAL);
+  return library ? library : ::dlopen(kName, RTLD_NOW | RTLD_LOCAL);
+}
+
+const ImageLibrary& find() {
+  void* const library = load();
+  if (!library) throw RenderError(std::string("no images can be read or written: ") + ::dlerror());
+  const auto entry = reinterpret_cast<decltype(&emberline_image_library)>(
+      ::dlsym(library, "emberline_image_library"));
+  const ImageLibrary* const found = entry ? entry(EMBERLINE_VERSION) : nullptr;
+  if (!found) throw RenderError("libemberline_images.so is of another version than this program");
+  return *found;
+}
+
+}  // namespace
+
+const ImageLibrary& image_library() {
+  static const ImageLibrary& library = find();
+  return library;
+}
+
+#endif
+
+}  // namespace emberline

@@ -1,0 +1,79 @@
+// OpenImageIO behind an interface: what decodes and encodes images.
+//
+// It brings some 240 libraries along, whose loading takes half a second of processor time. So it is
+// reached through a library of its own (openimageio.cpp), which is loaded for the first image.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/image_output.h"
+
+namespace emberline {
+
+// Encoded bytes, wherever they are. For one thread at a time.
+class ByteSource {
+ public:
+  virtual ~ByteSource() = default;
+  virtual uint64_t size() const = 0;
+  // As many of these bytes as there are.
+  virtual size_t read(uint64_t offset, size_t count, void* bytes) = 0;
+  // All of them, if they are in memory.
+  virtual std::span<const uint8_t> memory() const { return {}; }
+};
+
+enum class SampleType : uint8_t { kUint8, kUint16, kUint32, kHalf, kFloat, kOther };
+
+// What an encoded image says it holds; nothing of it is checked.
+struct ImageLayout {
+  int x = 0, y = 0, width = 0, height = 0, depth = 0;  // the data window
+  int full_x = 0, full_y = 0, full_width = 0, full_height = 0;
+  bool tiled = false, deep = false;
+  std::vector<std::string> channel_names;
+  std::vector<SampleType> channel_types;
+  SampleType type = SampleType::kOther;  // of all channels, or that which holds them all
+  std::string type_name;
+  int alpha_channel = -1;
+  bool premultiplied = false;  // whatever was asked for
+  int orientation = 1;         // as in EXIF and TIFF
+  uint64_t bytes = 0;          // of its pixels, as they are stored
+
+  int channels() const { return int(channel_names.size()); }
+  int find_channel(const std::string& name) const;  // -1 if absent
+};
+
+class ImageDecoder {
+ public:
+  virtual ~ImageDecoder() = default;
+  virtual const ImageLayout& layout() const = 0;
+  virtual std::string attribute(const char* name) const = 0;  // a text, else empty
+  // Channels [first, last) of rows [begin, end), counted from the data window's first, interleaved,
+  // converted; of a tiled image of all rows. Nothing, or why it failed.
+  virtual std::string read(int begin, int end, int first, int last, SampleType type,
+                           std::byte* out) = 0;
+};
+
+// Thread-safe.
+class ImageLibrary {
+ public:
+  virtual ~ImageLibrary() = default;
+  // `format` is "png", "jpeg", "webp", "openexr", "hdr" or "tiff"; alpha is not multiplied where
+  // the reader obeys. Null: `error` says why. `source` outlives the decoder.
+  virtual std::unique_ptr<ImageDecoder> open(const std::string& format, ByteSource& source,
+                                             std::string& error) const = 0;
+  // "png" or "jpeg" of one picture, "gif" of any number of one size. Nothing, or why it failed.
+  virtual std::string encode(const std::string& format, std::span<const ByteImage> pictures,
+                             double picture_s, std::vector<unsigned char>& encoded) const = 0;
+};
+
+// Throws RenderError where the library is not beside the program, or not of this version.
+const ImageLibrary& image_library();
+
+// What the library exports: null for another version than its own.
+extern "C" const ImageLibrary* emberline_image_library(const char* version);
+
+}  // namespace emberline

@@ -1,0 +1,235 @@
+// The image library: OpenImageIO, and nothing of ours but the interface.
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+#include "io/image_library.h"
+
+namespace emberline {
+namespace {
+
+namespace oiio = OIIO;
+
+// Its message as one line.
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if (uint8_t(c) < 0x20) c = ' ';
+  }
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  return text.empty() ? "unknown reason" : text.substr(0, 200);
+}
+
+SampleType sample_type(oiio::TypeDesc type) {
+  switch (type.basetype) {
+    case oiio::TypeDesc::UINT8:
+      return SampleType::kUint8;
+    case oiio::TypeDesc::UINT16:
+      return SampleType::kUint16;
+    case oiio::TypeDesc::UINT32:
+      return SampleType::kUint32;
+    case oiio::TypeDesc::HALF:
+      return SampleType::kHalf;
+    case oiio::TypeDesc::FLOAT:
+      return SampleType::kFloat;
+    default:
+      return SampleType::kOther;
+  }
+}
+
+oiio::TypeDesc oiio_type(SampleType type) {
+  switch (type) {
+    case SampleType::kUint8:
+      return oiio::TypeDesc::UINT8;
+    case SampleType::kUint16:
+      return oiio::TypeDesc::UINT16;
+    case SampleType::kUint32:
+      return oiio::TypeDesc::UINT32;
+    case SampleType::kHalf:
+      return oiio::TypeDesc::HALF;
+    default:
+      return oiio::TypeDesc::FLOAT;
+  }
+}
+
+// Bytes that are read where they lie.
+class SourceProxy final : public oiio::Filesystem::IOProxy {
+ public:
+  explicit SourceProxy(ByteSource& source) : IOProxy("", Read), source_(source) {}
+  const char* proxytype() const override { return "file"; }
+  size_t size() const override { return size_t(source_.size()); }
+  size_t pread(void* bytes, size_t count, int64_t offset) override {
+    return offset < 0 ? 0 : source_.read(uint64_t(offset), count, bytes);
+  }
+  // In order and on one thread. Readers of HDR ask for single bytes.
+  size_t read(void* bytes, size_t count) override {
+    size_t got = 0;
+    while (got < count) {
+      if (m_pos < begin_ || m_pos >= begin_ + int64_t(buffer_.size())) {
+        buffer_.resize(kBuffer);
+        begin_ = m_pos;
+        buffer_.resize(pread(buffer_.data(), kBuffer, begin_));
+        if (buffer_.empty()) break;
+      }
+      const size_t at = size_t(m_pos - begin_), part = std::min(count - got, buffer_.size() - at);
+      std::memcpy(static_cast<std::byte*>(bytes) + got, buffer_.data() + at, part);
+      got += part;
+      m_pos += int64_t(part);
+    }
+    return got;
+  }
+
+ private:
+  static constexpr size_t kBuffer = size_t(64) << 10;
+
+  ByteSource& source_;
+  std::vector<std::byte> buffer_;
+  int64_t begin_ = 0;
+};
+
+// OpenImageIO's own (2.4, 3.1) takes an offset just below zero for one of the buffer. The reader of
+// JPEG takes the buffer itself.
+class MemoryProxy final : public oiio::Filesystem::IOMemReader {
+ public:
+  explicit MemoryProxy(ByteSource& source)
+      : IOMemReader(const_cast<uint8_t*>(source.memory().data()), source.memory().size()),
+        source_(source) {}
+  size_t pread(void* bytes, size_t count, int64_t offset) override {
+    return offset < 0 ? 0 : source_.read(uint64_t(offset), count, bytes);
+  }
+  size_t read(void* bytes, size_t count) override {
+    const size_t got = pread(bytes, count, m_pos);
+    m_pos += int64_t(got);
+    return got;
+  }
+
+ private:
+  ByteSource& source_;
+};
+
+class Decoder final : public ImageDecoder {
+ public:
+  // Empty if all is well.
+  std::string open(const std::string& format, ByteSource& source) {
+    if (source.memory().empty()) {
+      proxy_ = std::make_unique<SourceProxy>(source);
+    } else {
+      proxy_ = std::make_unique<MemoryProxy>(source);
+    }
+    input_ = oiio::ImageInput::create(format);
+    if (!input_ || !input_->supports("ioproxy") || !input_->set_ioproxy(proxy_.get())) {
+      oiio::geterror();  // or it would greet the next caller
+      return "this OpenImageIO cannot read " + format;
+    }
+    oiio::ImageSpec hints, opened;
+    hints["oiio:UnassociatedAlpha"] = 1;
+    if (!input_->open("image." + format, opened, hints)) return one_line(input_->geterror());
+    const oiio::ImageSpec& s = input_->spec();
+    layout_ = {.x = s.x,
+               .y = s.y,
+               .width = s.width,
+               .height = s.height,
+               .depth = s.depth,
+               .full_x = s.full_x,
+               .full_y = s.full_y,
+               .full_width = s.full_width,
+               .full_height = s.full_height,
+               .tiled = s.tile_width > 0,
+               .deep = s.deep,
+               .channel_names = {s.channelnames.begin(), s.channelnames.end()},
+               .channel_types = {},
+               .type = sample_type(s.format),
+               .type_name = s.format.c_str(),
+               .alpha_channel = s.alpha_channel,
+               .premultiplied = s.get_int_attribute("oiio:UnassociatedAlpha") == 0,
+               .orientation = s.get_int_attribute("Orientation", 1),
+               .bytes = uint64_t(s.image_bytes(true))};
+    layout_.channel_names.resize(size_t(std::max(0, s.nchannels)));
+    for (int c = 0; c < s.nchannels; ++c) {
+      layout_.channel_types.push_back(sample_type(s.channelformat(c)));
+    }
+    return "";
+  }
+  ~Decoder() override {
+    if (input_) input_->close();
+  }
+
+  const ImageLayout& layout() const override { return layout_; }
+  std::string attribute(const char* name) const override {
+    return std::string(input_->spec().get_string_attribute(name));
+  }
+  std::string read(int begin, int end, int first, int last, SampleType type,
+                   std::byte* out) override {
+    const oiio::ImageSpec& s = input_->spec();
+    const oiio::TypeDesc as = oiio_type(type);
+    const bool done = layout_.tiled ? input_->read_image(0, 0, first, last, as, out)
+                                    : input_->read_scanlines(0, 0, s.y + begin, s.y + end, s.z,
+                                                             first, last, as, out);
+    return done ? "" : one_line(input_->geterror());
+  }
+
+ private:
+  ImageLayout layout_;
+  std::unique_ptr<oiio::Filesystem::IOProxy> proxy_;
+  std::unique_ptr<oiio::ImageInput> input_;  // after what it reads, so that it goes first
+};
+
+oiio::ImageSpec spec_of(const std::string& format, const ByteImage& picture, double picture_s) {
+  const bool alpha = format == "png";  // what the format cannot hold is stepped over
+  oiio::ImageSpec spec(picture.width, picture.height,
+                       picture.channels == 4 && !alpha ? 3 : picture.channels,
+                       oiio::TypeDesc::UINT8);
+  spec.attribute("oiio:UnassociatedAlpha", 1);  // as we give it; else it would be divided again
+  if (picture.srgb && format != "gif") spec.attribute("oiio:ColorSpace", "sRGB");
+  if (format == "jpeg") {
+    spec.attribute("Compression", "jpeg:95");
+    spec.attribute("jpeg:subsampling", "4:4:4");
+  }
+  if (format == "gif") {
+    // A picture's duration is kept in hundredths of a second.
+    const int rate[2] = {100, std::max(1, int(picture_s * 100 + 0.5))};
+    spec.attribute("FramesPerSecond", oiio::TypeRational, rate);
+    spec.attribute("oiio:Movie", 1);
+  }
+  return spec;
+}
+
+class OpenImageIo final : public ImageLibrary {
+ public:
+  std::unique_ptr<ImageDecoder> open(const std::string& format, ByteSource& source,
+                                     std::string& error) const override {
+    auto decoder = std::make_unique<Decoder>();
+    error = decoder->open(format, source);
+    if (!error.empty()) return nullptr;
+    return decoder;
+  }
+
+  std::string encode(const std::string& format, std::span<const ByteImage> pictures,
+                     double picture_s, std::vector<unsigned char>& encoded) const override {
+    oiio::Filesystem::IOVecOutput sink(encoded);
+    const std::unique_ptr<oiio::ImageOutput> output = oiio::ImageOutput::create(format);
+    if (!output) return "OpenImageIO has no " + format + " writer";
+    bool done = output->set_ioproxy(&sink);
+    for (const ByteImage& picture : pictures) {
+      const auto mode = &picture == &pictures.front() ? oiio::ImageOutput::Create
+                                                      : oiio::ImageOutput::AppendSubimage;
+      done = done && output->open("picture." + format, spec_of(format, picture, picture_s), mode) &&
+             output->write_image(oiio::TypeDesc::UINT8, picture.values.data(),
+                                 oiio::stride_t(picture.channels));
+    }
+    return done && output->close() ? "" : one_line(output->geterror());
+  }
+};
+
+}  // namespace
+
+extern "C" const ImageLibrary* emberline_image_library(const char* version) {
+  static const OpenImageIo library;
+  return std::string_view(version) == EMBERLINE_VERSION ? &library : nullptr;
+}
+
+}  // namespace emberline
