@@ -149,6 +149,24 @@ void remove_stale_files(const std::string& target) {
   }
 }
 
+// The number of our own descriptor that a name such as /dev/stdout stands for; -1 for others. What
+// it leads to is written by others, too, who would go on with a file that has lost its name.
+int descriptor_of(const std::string& path) {
+  std::error_code error;
+  std::filesystem::path at = std::filesystem::absolute(path, error);
+  for (int links = 0; links < 40 && !error; ++links) {
+    const std::string name = at.filename().string();
+    const std::string folder = std::filesystem::canonical(at.parent_path(), error).string();
+    if (error) break;
+    if (folder == "/proc/" + std::to_string(::getpid()) + "/fd") {
+      return is_number(name) ? std::atoi(name.c_str()) : name == "0" ? 0 : -1;
+    }
+    if (!std::filesystem::is_symlink(std::filesystem::symlink_status(at, error))) break;
+    at = at.parent_path() / std::filesystem::read_symlink(at, error);
+  }
+  return -1;
+}
+
 bool is_pipe_or_device(const std::string& path) {
   struct stat status = {};
   return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
@@ -158,6 +176,7 @@ bool is_pipe_or_device(const std::string& path) {
 
 AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolve_links(path)) {
   if (path.empty()) throw RenderError("cannot write: the output path is empty");
+  if (descriptor_of(path) >= 0) fail(path_, "it is open already; name a file", 0);
   struct stat status = {};
   const bool exists = ::stat(target_.c_str(), &status) == 0;
   if (exists && S_ISDIR(status.st_mode)) fail(path_, "it is a folder; name a file", 0);
@@ -247,7 +266,11 @@ void remove_unfinished_files() noexcept {
 }
 
 void check_writable(const std::string& path) {
-  if (!is_pipe_or_device(path)) {
+  if (const int descriptor = descriptor_of(path); descriptor >= 0) {
+    const int flags = ::fcntl(descriptor, F_GETFL);
+    if (flags < 0) fail(path, "it is not open", errno);
+    if ((flags & O_ACCMODE) == O_RDONLY) fail(path, "it is open for reading only", 0);
+  } else if (!is_pipe_or_device(path)) {
     AtomicFile file(path);
   } else if (::access(path.c_str(), W_OK) != 0) {
     fail(path, "cannot open it", errno);
@@ -255,7 +278,7 @@ void check_writable(const std::string& path) {
 }
 
 void write_file_atomically(const std::string& path, std::string_view bytes) {
-  if (is_pipe_or_device(path)) return GrowingFile(path).append(bytes);
+  if (is_pipe_or_device(path) || descriptor_of(path) >= 0) return GrowingFile(path).append(bytes);
   AtomicFile file(path);
   file.write_at(bytes.data(), bytes.size(), 0);
   file.commit();
@@ -270,9 +293,11 @@ bool FolderLock::take(const std::string& folder) {
   return ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
 }
 
-GrowingFile::GrowingFile(const std::string& path)
-    : path_(path),
-      descriptor_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666)) {
+GrowingFile::GrowingFile(const std::string& path) : path_(path) {
+  const int own = descriptor_of(path);
+  descriptor_ =
+      own >= 0 ? ::fcntl(own, F_DUPFD_CLOEXEC, 0)
+               : ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666);
   if (descriptor_ < 0) fail(path_, "cannot open it", errno);
 }
 

@@ -54,8 +54,9 @@ void check_writable(const std::string& path);
 // the process: async-signal-safe.
 void remove_unfinished_files() noexcept;
 
-// Writes the whole of `bytes` as above. A target that is a pipe or a device (/dev/stdout) cannot be
-// renamed onto and is written to directly. Throws RenderError.
+// Writes the whole of `bytes` as above. A target that is a pipe or a device cannot be renamed onto
+// and is written to directly, as is an open descriptor (/dev/stdout), wherever it leads. Throws
+// RenderError.
 void write_file_atomically(const std::string& path, std::string_view bytes);
 
 // Tells other runs that a folder is in use, until it is destroyed or the process ends (flock).

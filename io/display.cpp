@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "io/input_file.h"
+#include "io/ocio_config.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
@@ -160,6 +161,7 @@ struct UsedConfig {
   ocio::ConstConfigRcPtr config;
   std::string place;
   bool built_in = false;
+  std::vector<std::string> tables = {};  // files that it names
 };
 
 UsedConfig used_config() {
@@ -174,9 +176,12 @@ UsedConfig used_config() {
       throw InputError(variable, "is too large for an OpenColorIO config: " +
                                      readable_bytes(file.size()) + " (named by $OCIO)");
     }
+    check_ocio_aliases(file.read_text(), variable);
   }
   try {
-    return {ocio::Config::CreateFromFile(variable), variable, false};
+    UsedConfig used{ocio::Config::CreateFromFile(variable), variable};
+    used.tables = check_ocio_config(used.config, variable);
+    return used;
   } catch (const ocio::Exception& error) {
     throw InputError(variable, one_line(error.what()) + " (named by $OCIO)");
   }
@@ -230,6 +235,14 @@ DisplayNames display_names() {
   return names;
 }
 
+std::vector<std::string> display_tables() {
+  try {
+    return used_config().tables;
+  } catch (const InputError&) {
+    return {};  // whoever needs it says so
+  }
+}
+
 struct DisplayTransform::Impl {
   float scale = 1.0f;                    // 2^exposure
   ocio::ConstCPUProcessorRcPtr to_aces;  // may be null
@@ -253,7 +266,7 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings) {
   auto impl = std::make_unique<Impl>();
   impl->scale = std::exp2(settings.exposure);
 
-  const auto [config, place, built_in] = used_config();
+  const auto [config, place, built_in, tables] = used_config();
   try {
     const Source source = find_source(config, place);
 

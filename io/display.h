@@ -30,6 +30,9 @@ struct DisplayNames {
 // Throws InputError when $OCIO is set but cannot be read.
 DisplayNames display_names();
 
+// The files that the config of $OCIO names and that are there; none without, or if it is damaged.
+std::vector<std::string> display_tables();
+
 // The transform from linear Rec. 709 to a display.
 //
 // With $OCIO unset or empty it is built from OpenColorIO's built-in transforms, without any file:

@@ -17,7 +17,15 @@ using Bytes = std::span<const uint8_t>;
 constexpr int kDeflateRatio = 1032;
 // A progressive JPEG goes over all its pixels with every scan; writers make some ten of them, and
 // what the format allows is far below this.
-constexpr int kMostScans = 500;
+constexpr int kMostScans = 500, kScansOfAnySize = 20;
+constexpr int64_t kMostScannedBlocks = int64_t(1) << 26;
+// WebP's lossless and TIFF's various codes have no best ratio: one colour of any size takes some
+// bytes. What pictures reach is far below this; so large ones are decoded of hardly any bytes.
+constexpr int64_t kFreePixels = int64_t(1) << 24, kPixelsPerByte = 16384;
+// A header's values are looked up one by one; the largest in use have some hundreds.
+constexpr int kMostExrAttributes = 4000;
+// A tile is decoded whole, also where the picture is smaller.
+constexpr int64_t kLargestTile = 4096;
 constexpr size_t kMostExrHeader = size_t(16) << 20, kMostHdrHeader = size_t(64) << 10;
 
 bool starts_with(Bytes bytes, std::string_view magic, size_t offset = 0) {
@@ -49,6 +57,21 @@ void check_bears_out(const ImageHeader& header, double needed, uint64_t bytes,
   throw InputError(place, "the image does not decode: " + std::to_string(header.width) + " x " +
                               std::to_string(header.height) + " pixels are announced, which " +
                               std::to_string(bytes) + " bytes cannot hold");
+}
+
+void check_bears_out_any_code(const ImageHeader& header, uint64_t bytes, const std::string& place) {
+  const double pixels = double(header.width) * double(header.height);
+  check_bears_out(header, (pixels - double(kFreePixels)) / double(kPixelsPerByte), bytes, place);
+}
+
+void check_tile(const ImageHeader& header, int64_t width, int64_t height,
+                const std::string& place) {
+  if (width <= std::max(header.width, kLargestTile) &&
+      height <= std::max(header.height, kLargestTile)) {
+    return;
+  }
+  throw InputError(place, "the image does not decode: its tiles of " + std::to_string(width) +
+                              " x " + std::to_string(height) + " are larger than it is");
 }
 
 void append(std::vector<uint8_t>& out, Bytes bytes) {
@@ -168,9 +191,10 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
     }
     append(clean.bytes, segment);
     if (marker != 0xda) continue;
-    if (++scans > kMostScans) {
+    const int64_t blocks = clean.header.width * clean.header.height / 64;
+    if (++scans > kMostScans || (scans > kScansOfAnySize && scans * blocks > kMostScannedBlocks)) {
       throw InputError(place, "the image does not decode: the JPEG has more than " +
-                                  std::to_string(kMostScans) + " scans");
+                                  std::to_string(scans - 1) + " scans");
     }
     const size_t end = end_of_scan(bytes, offset);
     append(clean.bytes, bytes.subspan(offset, end - offset));
@@ -224,6 +248,7 @@ CleanImage clean_webp(Bytes bytes, const std::string& place) {
     }
   }
   if (!has_picture) throw_truncated("WebP", place);
+  check_bears_out_any_code(clean.header, bytes.size(), place);
   const uint32_t size = uint32_t(clean.bytes.size() - 8);
   for (size_t i = 0; i < 4; ++i) clean.bytes[4 + i] = uint8_t(size >> (8 * i));
   return clean;
@@ -297,9 +322,10 @@ std::optional<HdrAxis> read_hdr_axis(std::string_view& text) {
 }
 
 // OpenEXR reads a value of a type that it knows by its type and not by the size before it; with a
-// wrong size it would read on elsewhere than this reader, which stands at the value.
+// wrong size it would read on elsewhere than this reader, which stands at the value. Counts the
+// channels of a list.
 void check_exr_value(HeaderReader& reader, std::string_view type, uint32_t length,
-                     const std::string& place) {
+                     int64_t* channels, const std::string& place) {
   struct Fixed {
     std::string_view type;
     uint32_t length;
@@ -333,7 +359,10 @@ void check_exr_value(HeaderReader& reader, std::string_view type, uint32_t lengt
   const uint64_t end = reader.offset() + length;
   bool sound = true;
   if (type == "chlist") {
-    while (!reader.until('\0').empty()) reader.skip(16);
+    while (!reader.until('\0').empty()) {
+      reader.skip(16);
+      ++*channels;
+    }
     sound = reader.offset() == end;
   } else if (type == "stringvector") {
     while (reader.offset() < end) reader.skip(reader.word());
@@ -404,12 +433,22 @@ void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
   const size_t count = tags.read(bytes, directory, 2);
   if ((bytes.size() - directory - 2) / kEntry < count) throw_truncated("TIFF", place);
   uint8_t* const entries = &bytes[directory + 2];
+  ImageHeader header;
+  int64_t tile_width = 0, tile_height = 0;
   size_t kept = 0;
   for (size_t i = 0; i < count; ++i) {
-    const uint32_t tag = tags.read(bytes, directory + 2 + i * kEntry, 2);
+    const size_t entry = directory + 2 + i * kEntry;
+    const uint32_t tag = tags.read(bytes, entry, 2);
+    const int64_t value = tags.read(bytes, entry + 8, tags.read(bytes, entry + 2, 2) == 3 ? 2 : 4);
+    if (tag == 256) header.width = value;
+    if (tag == 257) header.height = value;
+    if (tag == 322) tile_width = value;
+    if (tag == 323) tile_height = value;
     if (std::ranges::find(kDropped, tag) != kDropped.end()) continue;
     std::memmove(entries + kept++ * kEntry, entries + i * kEntry, kEntry);
   }
+  check_bears_out_any_code(header, bytes.size(), place);
+  check_tile(header, tile_width, tile_height, place);
   // No directory follows: other pages are not read.
   const size_t end = directory + 2 + kept * kEntry;
   std::memset(&bytes[end], 0, std::min<size_t>(4, bytes.size() - end));
@@ -427,15 +466,18 @@ ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::str
   if (flags & kDeep) throw InputError(place, "deep EXR is not supported; flatten it");
   ImageHeader header;
   while (true) {
-    int64_t width = 0, height = 0, tile_width = 0, tile_height = 0;
-    bool empty = true;
+    int64_t width = 0, height = 0, tile_width = 0, tile_height = 0, channels = 0;
+    int attributes = 0;
     for (std::string name = reader.until('\0'); !name.empty(); name = reader.until('\0')) {
-      empty = false;
+      if (++attributes > kMostExrAttributes) {
+        throw InputError(place, "the image does not decode: the EXR's header has more than " +
+                                    std::to_string(kMostExrAttributes) + " values");
+      }
       const std::string type = reader.until('\0');
       const uint32_t length = reader.word();
       const uint64_t value = reader.offset(), next = value + length;
       if (next > size) throw_truncated("EXR", place);
-      check_exr_value(reader, type, length, place);
+      check_exr_value(reader, type, length, &channels, place);
       reader.go_to(value);
       if (name == "dataWindow" && length == 16) {
         const auto x0 = int32_t(reader.word()), y0 = int32_t(reader.word());
@@ -448,7 +490,7 @@ ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::str
       }
       reader.go_to(next);
     }
-    if (empty && (flags & kMultiPart)) break;
+    if (attributes == 0 && (flags & kMultiPart)) break;
     // Each tile, or 256 rows at most, has eight bytes in a table of offsets, and eight of its own.
     const int64_t across = tile_width > 0 ? (width + tile_width - 1) / tile_width : 1;
     const int64_t down = (height + (tile_height > 0 ? tile_height : 256) - 1) /
@@ -458,6 +500,9 @@ ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::str
       part.width = width;
       part.height = height;
       check_bears_out(part, 16.0 * double(across) * double(down), size, place);
+      check_tile(part, tile_width, tile_height, place);
+      part.tile_bytes =
+          uint64_t(tile_width) * uint64_t(tile_height) * uint64_t(channels) * sizeof(float);
       if (header.width == 0) header = part;
     }
     if (!(flags & kMultiPart)) break;

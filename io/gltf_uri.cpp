@@ -174,10 +174,11 @@ std::filesystem::path resolve_uri(std::string_view uri, const ResourceFolder& fo
     throw InputError(place, "the URI " + shortened(uri) +
                                 " is an absolute path; copy the file beside the scene");
   }
-  std::error_code error;
+  std::error_code error, root_error;
   const std::filesystem::path file =
       std::filesystem::weakly_canonical(folder.directory / relative, error);
-  const std::filesystem::path root = std::filesystem::weakly_canonical(folder.root, error);
+  const std::filesystem::path root = std::filesystem::weakly_canonical(folder.root, root_error);
+  if (!error) error = root_error;
   if (error) {
     throw InputError(place, "cannot look at the file " + shortened(uri) + ": " + error.message());
   }

@@ -173,7 +173,7 @@ class OpenImage {
     constexpr size_t kPart = size_t(4) << 20;  // between them it can be called off
     const ImageLayout& s = layout_;
     const size_t pixel = size_t(channels) * bytes_of(type), row = size_t(s.width) * pixel;
-    const int part = s.tiled ? s.height : int(std::max(size_t(1), kPart / row));
+    const int part = s.tile_width > 0 ? s.height : int(std::max(size_t(1), kPart / row));
     for (int y = 0; y < s.height; y += part) {
       progress_.check();
       const std::string error = decoder_->read(y, std::min(y + part, s.height), first,
@@ -222,7 +222,8 @@ class OpenImage {
 
   void open(ImageFormat format) {
     decoding_.add(uint64_t(header_.width) * uint64_t(header_.height) *
-                      uint64_t(header_.decoder_bytes_per_pixel),
+                          uint64_t(header_.decoder_bytes_per_pixel) +
+                      header_.tile_bytes,
                   place_);
     std::string error;
     decoder_ = image_library().open(reader_name(format), *source_, error);
@@ -237,7 +238,9 @@ class OpenImage {
     if (format == ImageFormat::kTiff) {
       header_.orientation = s.orientation;
       // Strips and tiles may be as large as the image.
-      decoding_.add(layout_.bytes, place_);
+      const uint64_t tile =
+          uint64_t(s.tile_width) * uint64_t(s.tile_height) * uint64_t(s.channels()) * sizeof(float);
+      decoding_.add(std::max(s.bytes, tile), place_);
     }
   }
 

@@ -32,7 +32,8 @@ enum class SampleType : uint8_t { kUint8, kUint16, kUint32, kHalf, kFloat, kOthe
 struct ImageLayout {
   int x = 0, y = 0, width = 0, height = 0, depth = 0;  // the data window
   int full_x = 0, full_y = 0, full_width = 0, full_height = 0;
-  bool tiled = false, deep = false;
+  int tile_width = 0, tile_height = 0;  // 0: in rows
+  bool deep = false;
   std::vector<std::string> channel_names;
   std::vector<SampleType> channel_types;
   SampleType type = SampleType::kOther;  // of all channels, or that which holds them all

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cstring>
+#include <exception>
+#include <new>
 #include <string_view>
 #include <utility>
 
@@ -127,7 +129,10 @@ class Decoder final : public ImageDecoder {
     }
     oiio::ImageSpec hints, opened;
     hints["oiio:UnassociatedAlpha"] = 1;
-    if (!input_->open("image." + format, opened, hints)) return one_line(input_->geterror());
+    const std::string error = caught([&] {
+      return input_->open("image." + format, opened, hints) ? "" : one_line(input_->geterror());
+    });
+    if (!error.empty()) return error;
     const oiio::ImageSpec& s = input_->spec();
     layout_ = {.x = s.x,
                .y = s.y,
@@ -138,7 +143,8 @@ class Decoder final : public ImageDecoder {
                .full_y = s.full_y,
                .full_width = s.full_width,
                .full_height = s.full_height,
-               .tiled = s.tile_width > 0,
+               .tile_width = std::max(0, s.tile_width),
+               .tile_height = std::max(0, s.tile_height),
                .deep = s.deep,
                .channel_names = {s.channelnames.begin(), s.channelnames.end()},
                .channel_types = {},
@@ -164,15 +170,32 @@ class Decoder final : public ImageDecoder {
   }
   std::string read(int begin, int end, int first, int last, SampleType type,
                    std::byte* out) override {
-    const oiio::ImageSpec& s = input_->spec();
-    const oiio::TypeDesc as = oiio_type(type);
-    const bool done = layout_.tiled ? input_->read_image(0, 0, first, last, as, out)
-                                    : input_->read_scanlines(0, 0, s.y + begin, s.y + end, s.z,
-                                                             first, last, as, out);
-    return done ? "" : one_line(input_->geterror());
+    return caught([&] { return read_rows(begin, end, first, last, type, out); });
   }
 
  private:
+  // An exception's words, but for a lack of memory.
+  template <typename Work>
+  static std::string caught(const Work& work) {
+    try {
+      return work();
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception& error) {
+      return one_line(error.what());
+    }
+  }
+
+  std::string read_rows(int begin, int end, int first, int last, SampleType type,
+                        std::byte* out) const {
+    const oiio::ImageSpec& s = input_->spec();
+    const oiio::TypeDesc as = oiio_type(type);
+    const bool done = layout_.tile_width > 0 ? input_->read_image(0, 0, first, last, as, out)
+                                             : input_->read_scanlines(0, 0, s.y + begin, s.y + end,
+                                                                      s.z, first, last, as, out);
+    return done ? "" : one_line(input_->geterror());
+  }
+
   ImageLayout layout_;
   std::unique_ptr<oiio::Filesystem::IOProxy> proxy_;
   std::unique_ptr<oiio::ImageInput> input_;  // after what it reads, so that it goes first

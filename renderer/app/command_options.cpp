@@ -48,8 +48,14 @@ struct NamedDriver {
 // rounding of the rebased scene is what limits the picture.
 constexpr double kFarthest = 1e15;
 
-// The ends of --range: squares stay finite in float.
-constexpr double kMostOfRange = 1e18;
+// The ends of --range: squares stay finite in float, and steps between them are told apart.
+constexpr double kMostOfRange = 1e18, kLeastOfRange = 1e-30, kNearestOfRange = 1e-6;
+
+bool is_value_range(double least, double most) {
+  const double greatest = std::max(std::abs(least), std::abs(most));
+  return greatest <= kMostOfRange && greatest >= kLeastOfRange &&
+         most - least >= kNearestOfRange * greatest;
+}
 
 // --f-stop, to either side: scenes come in any size.
 constexpr double kMostOfLens = 1e9;
@@ -252,11 +258,11 @@ void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) 
               "--range",
               [&style](const std::string& text) {
                 std::array<double, 2> v;
-                if (!parse_numbers(text, ',', v) || !(v[0] < v[1]) || v[0] < -kMostOfRange ||
-                    v[1] > kMostOfRange) {
+                if (!parse_numbers(text, ',', v) || !is_value_range(v[0], v[1])) {
                   throw CLI::ValidationError(
-                      "--range",
-                      "'" + text + "' is not MIN,MAX with MIN less than MAX, from -1e18 to 1e18");
+                      "--range", "'" + text +
+                                     "' is not MIN,MAX with MIN less than MAX by a millionth at "
+                                     "least, from -1e18 to 1e18");
                 }
                 style.range = ValueRange{v[0], v[1]};
               },

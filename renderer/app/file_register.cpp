@@ -24,6 +24,16 @@ bool is_pipe_or_device(const fs::path& path) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
+// Where a chain of links leads, to what is not there yet, too.
+fs::path without_links(fs::path path) {
+  constexpr int kMostLinks = 40;  // as the system follows
+  std::error_code error;
+  for (int i = 0; i < kMostLinks && fs::is_symlink(fs::symlink_status(path, error)); ++i) {
+    path = path.parent_path() / fs::read_symlink(path, error);
+  }
+  return path;
+}
+
 [[noreturn]] void refuse(const std::string& option, const std::string& path,
                          const std::string& what) {
   throw UsageError(option + " " + path + ": " + what + "; name another file");
@@ -34,7 +44,7 @@ bool is_pipe_or_device(const fs::path& path) {
 FileRegister::Place FileRegister::place_of(const fs::path& path) {
   std::error_code error;
   Place place;
-  place.path = fs::weakly_canonical(fs::absolute(path, error), error);
+  place.path = fs::weakly_canonical(without_links(fs::absolute(path, error)), error);
   if (error) place.path = path;
   if (!place.path.has_filename()) place.path = place.path.parent_path();
   place.file = file_identity(place.path);

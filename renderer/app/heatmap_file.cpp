@@ -33,9 +33,10 @@ void check_heatmap_format(const std::string& option, const std::string& path, co
 
 void check_heatmap_style(const HeatmapStyle& style,
                          std::span<const HeatmapQuantity* const> quantities) {
-  if (style.range && style.logarithmic && !(style.range->least > 0)) {
-    throw UsageError(fmt::format(
-        "--range: {} has no logarithm; with --log the range begins above 0", style.range->least));
+  constexpr double kLeastOfLogarithm = 1e-30;
+  if (style.range && style.logarithmic && !(style.range->least >= kLeastOfLogarithm)) {
+    throw UsageError(fmt::format("--range: with --log the range begins at {} at least, not at {}",
+                                 kLeastOfLogarithm, style.range->least));
   }
   const HeatmapQuantity* amounts = nullptr;
   for (const HeatmapQuantity* quantity : quantities) {

@@ -41,7 +41,11 @@ void register_inputs(const RenderOptions& options, FileRegister& files) {
   read(options.environment, "--env");
   read(options.edits, "--edits");
   read(options.reference, "--reference");
-  if (const char* config = std::getenv("OCIO")) read(config, "$OCIO");
+  if (const char* config = std::getenv("OCIO")) {
+    read(config, "$OCIO");
+    for (const std::string& table : display_tables())
+      files.read(table, "the config of $OCIO reads it");
+  }
 }
 
 void check_output_paths(const RenderOptions& options, const Rect& window, FileRegister& files) {

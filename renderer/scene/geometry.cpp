@@ -156,6 +156,15 @@ bool Geometry::count_memory(void* user, ssize_t bytes, bool /*post*/) {
   return true;
 }
 
+// Null where there can be none. After one that failed (no memory) Embree 3.13 makes devices whose
+// release never returns.
+static RTCDevice new_device() {
+  static std::atomic<bool> failed{false};
+  RTCDevice device = failed ? nullptr : rtcNewDevice(nullptr);
+  if (!device) failed = true;
+  return device;
+}
+
 void Geometry::add_object_bytes(uint64_t bytes) {
   budget_->reserve(MemoryPart::kBvh, bytes, place_);
   object_bytes_ += bytes;
@@ -164,7 +173,7 @@ void Geometry::add_object_bytes(uint64_t bytes) {
 Geometry::Geometry(std::shared_ptr<MemoryBudget> budget, std::string place)
     : budget_(std::move(budget)), place_(std::move(place)) {
   add_object_bytes(embree::kSceneObjectBytes);
-  device = rtcNewDevice(nullptr);
+  device = new_device();
   if (!device) throw RenderError("Embree could not be started on this machine");
   rtcSetDeviceErrorFunction(device, on_error, nullptr);
   rtcSetDeviceMemoryMonitorFunction(device, count_memory, this);
@@ -272,7 +281,7 @@ namespace {
 // What a device says of itself, if there can be one.
 template <class Describe>
 std::string ask_embree(const Describe& describe) {
-  RTCDevice device = rtcNewDevice(nullptr);
+  RTCDevice device = scene_detail::new_device();
   if (!device) return "unknown";
   const std::string answer = describe(
       [device](RTCDeviceProperty property) { return rtcGetDeviceProperty(device, property); });

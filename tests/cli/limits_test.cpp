@@ -41,6 +41,14 @@ class Limits : public CommandTest {
   }
 };
 
+// After a device that failed Embree makes one whose release does not return.
+TEST_F(Limits, TooLittleMemoryForEmbreeIsSaid) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer needs more itself";
+  for (const uint64_t limit : {64, 96}) {
+    expect_failure(render_words(), 1, {}, {.data_limit = limit << 20});
+  }
+}
+
 TEST_F(Limits, WhatIsReservedIsWhatIsTaken) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const Words small = {"--size", "16x16"};

@@ -178,6 +178,12 @@ TEST_F(OutputErrors, NoOutputTakesAnInputsPlaceOrAnothersUnderAnyName) {
           {"--report", "written twice"});
   refused({"-o", path("new.exr"), "--heatmap", path("old.exr")}, {"--heatmap", "written twice"});
   refused({"-o", path("a.exr"), "-o", path("A.exr")}, {"A.exr", "written twice"});
+  fs::create_symlink("here/a.exr", path("dangling.json"));
+  fs::create_symlink("dangling.json", path("sub/chain.json"));
+  for (const char* name : {"dangling.json", "here/dangling.json"}) {
+    refused({"-o", path("a.exr"), "--report", path(name)}, {"--report", "written twice"});
+    refused({"-o", path("a.exr"), "--tree", path(name)}, {"--tree", "written twice"});
+  }
   const Words shots = {"--driver", "bisection", "--snapshots", path("shots"), "-o"};
   refused(shots + Words{path("shots/003_0010pct.png")}, {"--snapshots", "written twice"});
   refused(shots + Words{path("b.exr"), "--reference", path("here/shots/000_first.exr")},
@@ -201,11 +207,41 @@ TEST_F(OutputErrors, NoOutputTakesAnInputsPlaceOrAnothersUnderAnyName) {
                    {words.back(), "the scene reads", "name another file"});
   }
   EXPECT_EQ(std::string(kOld).size(), read_bytes(path("old.exr")).size());
+  write("table.cube", "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n");
+  write("config.ocio", R"(ocio_profile_version: 2
+search_path: "."
+roles: {default: lin, scene_linear: lin}
+file_rules: [!<Rule> {name: Default, colorspace: default}]
+displays: {sRGB: [!<View> {name: V, colorspace: out}]}
+colorspaces:
+  - !<ColorSpace> {name: lin}
+  - !<ColorSpace> {name: out, from_reference: !<FileTransform> {src: table.cube}}
+)");
+  expect_failure(frame + Words{"-o", path("c.png"), "--report", path("here/table.cube")}, 2,
+                 {"--report", "$OCIO reads it"}, {.environment = {{"OCIO", path("config.ocio")}}});
   // What is its own file may have any name, and a device is nobody's.
   render(frame + Words{"-o", path("a.exr"), "-o", path("sub/a.exr"), "--report", "/dev/null",
                        "--report", "/dev/null"});
   fs::remove(path("shots/000_first.exr"));
   render(frame + shots + Words{path("shots/final.exr"), "--snapshot-at", "first"});
+}
+
+// A log that a shell appends to, or another program: a file in its place would take what is in it.
+TEST_F(OutputErrors, AnOpenStreamIsWrittenToAndNotReplaced) {
+  write("log", "what was there\n");
+  for (const char* name : {"/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"}) {
+    const RunResult result =
+        run(render_words({"--quiet", "--report", name}), {.stdout_path = path("log")});
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+  }
+  const std::vector<uint8_t> bytes = read_bytes(path("log"));
+  const std::string text(bytes.begin(), bytes.end());
+  EXPECT_TRUE(text.starts_with("what was there\n{")) << text;
+  EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}'));
+  std::filesystem::create_symlink("/dev/stdout", path("stream.png"));
+  expect_failure(render_words({"-o", path("stream.png")}), 1, {"stream.png", "open already"});
+  expect_failure(render_words({"--report", "/dev/fd/7"}), 1, {"/dev/fd/7"});
+  expect_failure(render_words({"--report", "/dev/stdin"}), 1, {"/dev/stdin"});
 }
 
 TEST_F(OutputErrors, AReportThatCannotBeFinished) {

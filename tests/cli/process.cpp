@@ -16,8 +16,6 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "renderer/app/command_line.h"
-
 #ifndef AT_EMPTY_PATH
 #define AT_EMPTY_PATH 0x1000
 #endif
@@ -74,7 +72,7 @@ Process::Process(const std::vector<std::string>& arguments, const RunOptions& op
   if (binary < 0 || out_ < 0 || err_ < 0) throw std::runtime_error("cannot run " EMBERLINE_BINARY);
   if (!options_.stdout_path.empty()) {
     ::close(out_);
-    out_ = ::open(options_.stdout_path.c_str(), O_WRONLY | O_CLOEXEC);
+    out_ = ::open(options_.stdout_path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   }
   std::fflush(nullptr);
   pid_ = ::fork();
@@ -103,6 +101,10 @@ void Process::run_child(const std::vector<std::string>& arguments, int binary) {
     const rlimit limit = {options_.file_size_limit, options_.file_size_limit};
     ::setrlimit(RLIMIT_FSIZE, &limit);
   }
+  if (options_.data_limit > 0) {
+    const rlimit limit = {options_.data_limit, options_.data_limit};
+    ::setrlimit(RLIMIT_DATA, &limit);
+  }
   uid_t user = 65534;
   if (options_.process_limit > 0) {
     const rlimit limit = {options_.process_limit, options_.process_limit};
@@ -117,11 +119,6 @@ void Process::run_child(const std::vector<std::string>& arguments, int binary) {
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   for (const int descriptor : options_.closed) ::close(descriptor);
-  if (options_.forked) {
-    const int code = run_program(int(arguments.size()) + 1, argv.data());
-    std::fflush(nullptr);
-    ::_exit(code);
-  }
   ::syscall(SYS_execveat, binary, "", argv.data(), environ, AT_EMPTY_PATH);
   ::_exit(126);
 }

@@ -24,14 +24,13 @@ struct RunOptions {
   std::string stdout_path = {};                         // instead of capturing it
   double timeout_s = 60 * kSlower;  // then it is killed and the run counts as hung
   uint64_t file_size_limit = 0;     // RLIMIT_FSIZE in bytes; 0: none
+  uint64_t data_limit = 0;          // RLIMIT_DATA in bytes; 0: none
   uint64_t process_limit = 0;       // RLIMIT_NPROC, as a user of its own; needs root; 0: none
   int terminal_columns = 0;         // > 0: stderr is a terminal of this width
   std::vector<int> closed = {};     // descriptors of the standard streams that are closed
   int ignored_signal = 0;           // one that is ignored from the start, as nohup does
   bool stderr_reader_gone = false;  // stderr is a pipe that nobody reads
-  bool forked = false;        // a fork of the test, which has the program's code: it starts at
-                              // once, where the program's libraries take .3 s to load
-  bool unprivileged = false;  // as user 65534 when the tests run as root
+  bool unprivileged = false;        // as user 65534 when the tests run as root
 };
 
 struct RunResult {

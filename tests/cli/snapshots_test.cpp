@@ -99,8 +99,8 @@ TEST_F(Snapshots, ComeInTimeHoweverLongThePass) {
   }
 }
 
-// Without being asked for, pauses would come at most twice: each pass takes twice as long as the one
-// before, and the last time is three times the first. A busy machine may be late for some.
+// Without being asked for, pauses would come at most twice: each pass takes twice as long as the
+// one before, and the last time is three times the first. A busy machine may be late for some.
 TEST_F(Snapshots, ComeAtTheirTimes) {
   const auto time = [](size_t i) { return (0.2 + 0.05 * double(i)) * kSlower; };
   std::string times;

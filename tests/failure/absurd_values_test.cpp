@@ -3,7 +3,6 @@
 
 #include <limits>
 
-
 namespace emberline {
 namespace {
 

@@ -275,6 +275,85 @@ TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
   ::munmap(pages, 2 * page);
 }
 
+// A tile is decoded whole: of 8 x 8 pixels gigabytes.
+TEST(HostileImages, TilesAreHeldAgainstTheBudgetAndTheImage) {
+  const TempFolder folder;
+  const auto budget = std::make_shared<MemoryBudget>(uint64_t(32) << 20);
+  for (const char* suffix : {"exr", "tif"}) {
+    SCOPED_TRACE(suffix);
+    const std::string path = folder / (std::string("tiled.") + suffix);
+    ImageSpec spec(32, 32, 3, TypeDesc::FLOAT);
+    spec.tile_width = spec.tile_height = 16;
+    const ByteList honest =
+        test::encode_image<float>(suffix, spec, std::vector<float>(32 * 32 * 3, 0.5f));
+    const auto message = [&](uint32_t side, const LoadLimits& limits) {
+      ByteList image = honest;
+      const std::string_view text(reinterpret_cast<const char*>(image.data()), image.size());
+      if (std::string_view(suffix) == "exr") {
+        const size_t at = text.find("tiledesc") + 13;
+        std::memcpy(&image[at], &side, 4);
+        std::memcpy(&image[at + 4], &side, 4);
+      } else {
+        for (const char* tag : {"\x42\x01", "\x43\x01"}) {  // 322, 323: SHORT becomes LONG
+          const size_t at = text.find(std::string(tag, 2) + std::string("\3\0\1\0\0\0", 6));
+          EXPECT_NE(at, text.npos);
+          image[at + 2] = 4;
+          std::memcpy(&image[at + 8], &side, 4);
+        }
+      }
+      test::write_bytes(path, image);
+      return message_of([&] { read_float_image(path, LoadProgress({}, {}, limits)); });
+    };
+    EXPECT_EQ(message(16, {}), "no error");
+    for (const uint32_t side : {4097u, 13000u, 32768u, 0x7ffffff0u}) {
+      EXPECT_SAYS(message(side, {}), "larger than it is");
+    }
+    EXPECT_SAYS(message(4096, {.memory = budget, .timeout_s = {}, .scene = {}}), "--memory-limit");
+    EXPECT_EQ(budget->reserved(), 0u);
+  }
+}
+
+// What takes time with each, and what a file needs of them.
+TEST(HostileImages, WhatIsGoneOverAgainAndAgainIsBounded) {
+  // Values of an EXR's header are looked up one by one.
+  ByteList exr = test::encode_image<float>("exr", ImageSpec(1, 1, 3, TypeDesc::FLOAT), {1, 2, 3});
+  ByteList values;
+  for (int i = 0; i < 5000; ++i) {
+    values = values + test::bytes_of("v" + std::to_string(i)) + ByteList{0} +
+             test::bytes_of("int") + ByteList{0, 4, 0, 0, 0, 1, 0, 0, 0};
+  }
+  exr.insert(exr.begin() + 8, values.begin(), values.end());
+  EXPECT_SAYS(decode_message(exr), "more than 4000 values");
+  // All pixels of a progressive JPEG with each scan.
+  ImageSpec spec(16, 16, 3, TypeDesc::UINT8);
+  spec.attribute("jpeg:progressive", 1);
+  ByteList jpeg = test::encode_image<uint8_t>("jpg", spec, std::vector<uint8_t>(16 * 16 * 3, 99));
+  size_t last = 0, frame = 0;
+  for (size_t i = 0; i + 1 < jpeg.size(); ++i) {
+    if (jpeg[i] == 0xff && jpeg[i + 1] == 0xda) last = i;
+    if (jpeg[i] == 0xff && jpeg[i + 1] == 0xc2) frame = i;
+  }
+  ASSERT_GT(frame, 0u);
+  const ByteList scan(jpeg.begin() + ptrdiff_t(last), jpeg.end() - 2);
+  for (int i = 0; i < 30; ++i) jpeg.insert(jpeg.end() - 2, scan.begin(), scan.end());
+  EXPECT_EQ(decode_message(jpeg).find("scans"), std::string::npos);
+  for (const size_t at : {frame + 5, frame + 7}) {  // height, width
+    jpeg[at] = 0x40;
+    jpeg[at + 1] = 0;
+  }
+  EXPECT_SAYS(decode_message(jpeg), "more than 20 scans");
+  // A WebP of one colour is as short for any size.
+  ImageSpec lossless(4, 4, 3, TypeDesc::UINT8);
+  lossless.attribute("compression", "lossless");
+  ByteList webp = test::encode_image<uint8_t>("webp", lossless, ByteList(4 * 4 * 3, 7));
+  const std::string_view text(reinterpret_cast<const char*>(webp.data()), webp.size());
+  const size_t size = text.find("VP8L") + 9;
+  ASSERT_LT(size, webp.size());
+  webp[size] = webp[size + 1] = webp[size + 2] = 0xff;
+  webp[size + 3] |= 0x0f;
+  EXPECT_SAYS(decode_message(webp), "16384 x 16384 pixels are announced");
+}
+
 // A profile, EXIF and the rest are taken out of a TIFF's directory.
 TEST(HostileImages, TiffKeepsItsPixels) {
   const TempFolder folder;

@@ -240,6 +240,58 @@ TEST_F(DisplayTest, OcioConfigsAreRegularFilesOfSomeSize) {
   }
 }
 
+// OpenColorIO 2.1 follows each of these without end.
+TEST_F(DisplayTest, OcioConfigsLeadNowhereForEver) {
+  const auto with = [&](const std::string& transform) {
+    use_config(R"(ocio_profile_version: 2
+search_path: "."
+roles: {default: raw, scene_linear: lin}
+file_rules: [!<Rule> {name: Default, colorspace: default}]
+displays: {sRGB: [!<View> {name: V, colorspace: out}]}
+looks: [!<Look> {name: l, process_space: lin, transform: !<LookTransform> {src: lin, dst: lin, looks: +m}},
+        !<Look> {name: m, process_space: lin, transform: !<CDLTransform> {slope: [1, 2, 1]}}]
+colorspaces:
+  - !<ColorSpace> {name: lin}
+  - !<ColorSpace> {name: raw, isdata: true}
+  - !<ColorSpace> {name: other, from_reference: !<ColorSpaceTransform> {src: lin, dst: out}}
+  - !<ColorSpace>
+    name: out
+    from_reference: )" +
+               transform + "\n");
+  };
+  ASSERT_EQ(mkfifo(path("pipe.cube").c_str(), 0600), 0);
+  std::ofstream(path("huge.cube")) << "LUT_3D_SIZE 2\n";
+  std::filesystem::resize_file(path("huge.cube"), uintmax_t(1) << 40);
+  std::string doubled =
+      "!<GroupTransform> {children: [&a0 !<MatrixTransform> {offset: [1, 0, 0, 0]}";
+  for (int i = 1; i < 30; ++i) {
+    const std::string last = "*a" + std::to_string(i - 1);
+    doubled +=
+        ", &a" + std::to_string(i) + " !<GroupTransform> {children: [" + last + "," + last + "]}";
+  }
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {"!<ColorSpaceTransform> {src: out, dst: lin}", "\"out\" leads back to itself"},
+      {"!<ColorSpaceTransform> {src: lin, dst: other}", "leads back to itself"},
+      {"!<DisplayViewTransform> {src: lin, display: sRGB, view: V}", "leads back to itself"},
+      {"!<FileTransform> {src: pipe.cube}", "not a regular file"},
+      {"!<FileTransform> {src: /dev/zero}", "not a regular file"},
+      {"!<FileTransform> {src: huge.cube}", "too large"},
+      {doubled + "]}", "YAML aliases"},
+  };
+  for (const auto& [transform, says] : wrong) {
+    with(transform);
+    expect_error<InputError>([] { DisplayTransform({}); }, says);
+    expect_error<InputError>([] { display_names(); }, says);
+    EXPECT_TRUE(display_tables().empty());
+  }
+  with(
+      "!<GroupTransform> {children: [!<LookTransform> {src: lin, dst: lin, looks: +l}, "
+      "!<ColorSpaceTransform> {src: lin, dst: raw}, !<FileTransform> {src: my.cube}]}");
+  std::ofstream(path("my.cube")) << "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n";
+  EXPECT_NO_THROW(DisplayTransform({}));
+  EXPECT_EQ(display_tables(), std::vector<std::string>{path("my.cube")});
+}
+
 TEST_F(DisplayTest, NamesOfTheBuiltInConfigStartWithTheDefaults) {
   const DisplayNames names = display_names();
   ASSERT_EQ(names.displays.size(), 1u);

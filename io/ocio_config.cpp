@@ -1,0 +1,192 @@
+#include "io/ocio_config.h"
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <map>
+
+#include "io/input_file.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/readable.h"
+
+namespace emberline {
+namespace {
+
+namespace ocio = OCIO_NAMESPACE;
+
+// A hundred times what configs in use come to.
+constexpr double kMostTransforms = 1e5;
+// Calls nest as references do.
+constexpr int kDeepest = 200;
+// Tables of studios have some ten megabytes.
+constexpr uint64_t kLargestTable = uint64_t(64) << 20;
+// Each can triple what a config unfolds to; those of studios have none.
+constexpr int kMostAliases = 16;
+
+class ConfigWalk {
+ public:
+  ConfigWalk(const ocio::ConstConfigRcPtr& config, const std::string& place)
+      : config_(config), place_(place) {}
+
+  std::vector<std::string> files() {
+    constexpr auto kSpaces = ocio::SEARCH_REFERENCE_SPACE_ALL;
+    const int spaces = config_->getNumColorSpaces(kSpaces, ocio::COLORSPACE_ALL);
+    for (int i = 0; i < spaces; ++i) {
+      space(config_->getColorSpaceNameByIndex(kSpaces, ocio::COLORSPACE_ALL, i));
+    }
+    for (int i = 0; i < config_->getNumLooks(); ++i) look(config_->getLookNameByIndex(i));
+    for (int i = 0; i < config_->getNumViewTransforms(); ++i) {
+      view_transform(config_->getViewTransformNameByIndex(i));
+    }
+    for (int i = 0; i < config_->getNumNamedTransforms(ocio::NAMEDTRANSFORM_ALL); ++i) {
+      named(config_->getNamedTransformNameByIndex(ocio::NAMEDTRANSFORM_ALL, i));
+    }
+    return std::move(files_);
+  }
+
+ private:
+  // How many transforms something of that name comes to, counted once.
+  double once(const std::string& name, const std::function<double()>& count) {
+    const auto [entry, fresh] = counts_.try_emplace(name, -1.0);
+    if (!fresh && entry->second < 0) throw InputError(place_, name + " leads back to itself");
+    if (!fresh) return entry->second;
+    if (++depth_ > kDeepest) {
+      throw InputError(
+          place_, name + " is reached through more than " + std::to_string(kDeepest) + " others");
+    }
+    const double total = count();
+    --depth_;
+    if (total > kMostTransforms) {
+      throw InputError(place_, name + " comes to more than " +
+                                   std::to_string(int(kMostTransforms)) + " transforms");
+    }
+    return counts_[name] = total;
+  }
+
+  double space(const std::string& name) {
+    const ocio::ConstColorSpaceRcPtr found = config_->getColorSpace(name.c_str());
+    if (!found) return named(name);
+    return once("the colour space \"" + std::string(found->getName()) + "\"", [&] {
+      return transform(found->getTransform(ocio::COLORSPACE_DIR_TO_REFERENCE)) +
+             transform(found->getTransform(ocio::COLORSPACE_DIR_FROM_REFERENCE));
+    });
+  }
+
+  double named(const std::string& name) {
+    const ocio::ConstNamedTransformRcPtr found = config_->getNamedTransform(name.c_str());
+    if (!found) return 0;
+    return once("the named transform \"" + std::string(found->getName()) + "\"", [&] {
+      return transform(found->getTransform(ocio::TRANSFORM_DIR_FORWARD)) +
+             transform(found->getTransform(ocio::TRANSFORM_DIR_INVERSE));
+    });
+  }
+
+  double look(const std::string& name) {
+    const ocio::ConstLookRcPtr found = config_->getLook(name.c_str());
+    if (!found) return 0;
+    return once("the look \"" + name + "\"", [&] {
+      return transform(found->getTransform()) + transform(found->getInverseTransform()) +
+             space(found->getProcessSpace());
+    });
+  }
+
+  // "a, +b | -c": names of looks with directions, and alternatives.
+  double looks(const char* text) {
+    double total = 0;
+    std::string name;
+    for (const char* c = text ? text : "";; ++c) {
+      if (*c && !std::strchr(",:|+- \t", *c)) {
+        name += *c;
+        continue;
+      }
+      if (!name.empty()) total += look(name);
+      name.clear();
+      if (!*c) return total;
+    }
+  }
+
+  double view_transform(const std::string& name) {
+    const ocio::ConstViewTransformRcPtr found = config_->getViewTransform(name.c_str());
+    if (!found) return 0;
+    return once("the view transform \"" + name + "\"", [&] {
+      return transform(found->getTransform(ocio::VIEWTRANSFORM_DIR_TO_REFERENCE)) +
+             transform(found->getTransform(ocio::VIEWTRANSFORM_DIR_FROM_REFERENCE));
+    });
+  }
+
+  double view(const char* display, const char* name) {
+    return once("the view \"" + std::string(display) + " / " + name + "\"", [&] {
+      const std::string shown = config_->getDisplayViewColorSpaceName(display, name);
+      return space(shown == "<USE_DISPLAY_NAME>" ? display : shown) +
+             view_transform(config_->getDisplayViewTransformName(display, name)) +
+             looks(config_->getDisplayViewLooks(display, name));
+    });
+  }
+
+  double transform(const ocio::ConstTransformRcPtr& one) {
+    if (!one) return 0;
+    if (const auto group = ocio::DynamicPtrCast<const ocio::GroupTransform>(one)) {
+      double total = 1;
+      for (int i = 0; i < group->getNumTransforms(); ++i)
+        total += transform(group->getTransform(i));
+      return total;
+    }
+    if (const auto between = ocio::DynamicPtrCast<const ocio::ColorSpaceTransform>(one)) {
+      return 1 + space(between->getSrc()) + space(between->getDst());
+    }
+    if (const auto look = ocio::DynamicPtrCast<const ocio::LookTransform>(one)) {
+      return 1 + space(look->getSrc()) + space(look->getDst()) + looks(look->getLooks());
+    }
+    if (const auto shown = ocio::DynamicPtrCast<const ocio::DisplayViewTransform>(one)) {
+      return 1 + space(shown->getSrc()) + view(shown->getDisplay(), shown->getView());
+    }
+    if (const auto file = ocio::DynamicPtrCast<const ocio::FileTransform>(one)) {
+      check_file(file->getSrc());
+    }
+    return 1;
+  }
+
+  // One that is not there is OpenColorIO's to report, if it is needed.
+  void check_file(const char* name) {
+    std::string path;
+    try {
+      path = config_->getCurrentContext()->resolveFileLocation(name);
+    } catch (const ocio::Exception&) {
+      return;
+    }
+    if (std::ranges::find(files_, path) != files_.end()) return;
+    const InputFile file(path, "the OpenColorIO config " + place_);
+    if (file.size() > kLargestTable) {
+      throw InputError(
+          place_, path + " is too large for a table of colours: " + readable_bytes(file.size()));
+    }
+    files_.push_back(path);
+  }
+
+  const ocio::ConstConfigRcPtr& config_;
+  const std::string& place_;
+  std::map<std::string, double> counts_;  // below 0: under way
+  int depth_ = 0;
+  std::vector<std::string> files_;
+};
+
+}  // namespace
+
+std::vector<std::string> check_ocio_config(const ocio::ConstConfigRcPtr& config,
+                                           const std::string& place) {
+  return ConfigWalk(config, place).files();
+}
+
+void check_ocio_aliases(const std::string& text, const std::string& place) {
+  int aliases = 0;
+  for (size_t i = 0; i + 1 < text.size(); ++i) {
+    const bool begins = i == 0 || std::strchr(" \t\n\r[,{:", text[i - 1]);
+    if (text[i] == '*' && begins && !std::strchr(" \t\n\r*", text[i + 1])) ++aliases;
+  }
+  if (aliases > kMostAliases) {
+    throw InputError(place, "has more than " + std::to_string(kMostAliases) +
+                                " YAML aliases (*name); write out what they stand for");
+  }
+}
+
+}  // namespace emberline
