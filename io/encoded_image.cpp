@@ -21,7 +21,7 @@ constexpr int kMostScans = 500, kScansOfAnySize = 20;
 constexpr int64_t kMostScannedBlocks = int64_t(1) << 26;
 // WebP's lossless and TIFF's various codes have no best ratio: one colour of any size takes some
 // bytes. What pictures reach is far below this; so large ones are decoded of hardly any bytes.
-constexpr int64_t kFreePixels = int64_t(1) << 24, kPixelsPerByte = 16384;
+constexpr int64_t kFreePixels = int64_t(1) << 26, kPixelsPerByte = 16384;
 // A header's values are looked up one by one; the largest in use have some hundreds.
 constexpr int kMostExrAttributes = 4000;
 // A tile is decoded whole, also where the picture is smaller.
