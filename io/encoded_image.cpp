@@ -501,8 +501,9 @@ ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::str
       part.height = height;
       check_bears_out(part, 16.0 * double(across) * double(down), size, place);
       check_tile(part, tile_width, tile_height, place);
+      // Decoded, and in a buffer of its code.
       part.tile_bytes =
-          uint64_t(tile_width) * uint64_t(tile_height) * uint64_t(channels) * sizeof(float);
+          2 * uint64_t(tile_width) * uint64_t(tile_height) * uint64_t(channels) * sizeof(float);
       if (header.width == 0) header = part;
     }
     if (!(flags & kMultiPart)) break;

@@ -1,11 +1,15 @@
 #include "io/image_library.h"
 
 #include <dlfcn.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cstdlib>
 #include <filesystem>
 #include <system_error>
 
+#include "io/input_file.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
@@ -18,10 +22,22 @@ int ImageLayout::find_channel(const std::string& name) const {
 #ifdef EMBERLINE_IMAGES_LINKED
 
 const ImageLibrary& image_library() { return *emberline_image_library(EMBERLINE_VERSION); }
+uint64_t image_library_bytes() { return 0; }
 
 #else
 
 namespace {
+
+std::atomic<uint64_t> g_bytes{0};
+
+// Resident memory, proc(5).
+uint64_t resident_bytes() {
+  const std::string text = read_kernel_text("/proc/self/statm");
+  const size_t space = text.find(' ');
+  return space == std::string::npos
+             ? 0
+             : std::strtoull(text.c_str() + space, nullptr, 10) * uint64_t(::sysconf(_SC_PAGESIZE));
+}
 
 // From the program's own folder, or else where the system looks.
 void* load() {
@@ -34,16 +50,21 @@ void* load() {
 }
 
 const ImageLibrary& find() {
+  const uint64_t before = resident_bytes();
   void* const library = load();
   if (!library) throw RenderError(std::string("no images can be read or written: ") + ::dlerror());
   const auto entry = reinterpret_cast<decltype(&emberline_image_library)>(
       ::dlsym(library, "emberline_image_library"));
   const ImageLibrary* const found = entry ? entry(EMBERLINE_VERSION) : nullptr;
   if (!found) throw RenderError("libemberline_images.so is of another version than this program");
+  const uint64_t after = resident_bytes();
+  g_bytes = after > before ? after - before : 0;
   return *found;
 }
 
 }  // namespace
+
+uint64_t image_library_bytes() { return g_bytes; }
 
 const ImageLibrary& image_library() {
   static const ImageLibrary& library = find();

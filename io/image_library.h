@@ -74,6 +74,9 @@ class ImageLibrary {
 // Throws RenderError where the library is not beside the program, or not of this version.
 const ImageLibrary& image_library();
 
+// What loading it has taken so far: some hundred megabytes or, before it is loaded, nothing.
+uint64_t image_library_bytes();
+
 // What the library exports: null for another version than its own.
 extern "C" const ImageLibrary* emberline_image_library(const char* version);
 

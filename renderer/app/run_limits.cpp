@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "io/image_library.h"
 #include "io/input_file.h"
 #include "renderer/app/report.h"
 #include "renderer/core/errors.h"
@@ -52,10 +53,10 @@ std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::p
 }
 
 void check_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene) {
-  constexpr uint64_t kLibraries = uint64_t(64) << 20;  // Embree's and TBB's threads, OpenImageIO
-  const uint64_t now = peak_rss_bytes();
-  if (now < before + kLibraries) return;
-  const uint64_t growth = now - before - kLibraries;
+  constexpr uint64_t kThreads = uint64_t(64) << 20;  // Embree's and TBB's
+  const uint64_t now = peak_rss_bytes(), libraries = kThreads + image_library_bytes();
+  if (now < before + libraries) return;
+  const uint64_t growth = now - before - libraries;
   if (growth <= budget.limit() || growth - budget.limit() <= budget.limit() / 10) return;
   throw InputError(scene, "took " + readable_bytes(growth) + " of memory, more than the limit of " +
                               readable_bytes(budget.limit()) + "; --memory-limit raises it");

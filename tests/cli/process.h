@@ -8,15 +8,9 @@
 #include <string>
 #include <vector>
 
-namespace emberline::test {
+#include "support/sanitized.h"
 
-// Times are stretched by this, and bounds on memory not held, under a sanitizer.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr double kSlower = 10.0;
-#else
-inline constexpr double kSlower = 1.0;
-#endif
-inline constexpr bool kSanitized = kSlower > 1.0;
+namespace emberline::test {
 
 struct RunOptions {
   std::string folder = {};                              // to run in; empty: the test's own

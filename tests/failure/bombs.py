@@ -5,7 +5,7 @@ bombs.py EMBERLINE [--only NAME] [--keep DIR] [--list]
 Each case is written by a function of a seeded generator, rendered with --memory-limit in a process of
 its own, and must end by itself with exit code 0, 2 or 3 (and then one line), within kSeconds of
 processor time, and with a peak of resident memory no more than the limit and a tenth above that of a
-plain scene.
+plain scene with an image, whose decoders take some hundred megabytes to load.
 """
 import argparse
 import base64
@@ -226,6 +226,17 @@ def meshes_without_their_uv(rng, count):
 PNG = base64.b64encode(bytes.fromhex(
     "89504e470d0a1a0a0000000d49484452000000010000000108060000001f15c4890000000d49444154789c6360f8ffbf1e000501"
     "027fa5b6d5c50000000049454e44ae426082")).decode()
+
+
+def with_image():
+    g = Gltf()
+    g.root["images"] = [{"uri": "data:image/png;base64," + PNG}]
+    g.root["textures"] = [{"source": 0}]
+    g.root["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    primitive = g.root["meshes"][0]["primitives"][0]
+    primitive["material"] = 0
+    primitive["attributes"]["TEXCOORD_0"] = g.floats("VEC2", [0, 0, 1, 0, 0, 1])
+    return g
 
 
 # ---- deep ----------------------------------------------------------------------------------------
@@ -757,7 +768,7 @@ def main():
         folder = options.keep or temporary
         os.makedirs(folder, exist_ok=True)
         path = os.path.join(folder, "plain.glb")
-        Gltf().write(path)
+        with_image().write(path)
         code, text, _, plain = run(program, folder, path)
         if code != 0:
             sys.exit(f"the plain scene ended with {code}: {text}")

@@ -8,6 +8,7 @@
 
 #include "renderer/drivers/bisection_driver.h"
 #include "support/render.h"
+#include "support/sanitized.h"
 #include "support/scenes.h"
 #include "support/stop_after.h"
 
@@ -204,12 +205,7 @@ TEST_F(BisectionStop, IsSoonInAHeavyScene) {
     EXPECT_TRUE(counters.stopped);
     least = std::min(least, std::chrono::duration<double>(returned - requested).count());
   }
-#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-  constexpr double kMost = 0.1;  // sanitized code is several times slower
-#else
-  constexpr double kMost = 0.01;
-#endif
-  EXPECT_LT(least, kMost) << "seconds from the request to the return";
+  EXPECT_LT(least, 0.01 * test::kSlower) << "seconds from the request to the return";
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "renderer/app/view/render_session.h"
 #include "renderer/core/errors.h"
+#include "support/sanitized.h"
 
 namespace emberline::test {
 
@@ -31,7 +32,7 @@ class SessionOwner {
   bool wait(double seconds, const std::function<bool()>& done) {
     using Clock = std::chrono::steady_clock;
     const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                        std::chrono::duration<double>(seconds));
+                                        std::chrono::duration<double>(kSlower * seconds));
     while (!done()) {
       if (Clock::now() >= end) return false;
       std::unique_lock lock(mutex_);
