@@ -223,9 +223,13 @@ def meshes_without_their_uv(rng, count):
     return g
 
 
-PNG = base64.b64encode(bytes.fromhex(
-    "89504e470d0a1a0a0000000d49484452000000010000000108060000001f15c4890000000d49444154789c6360f8ffbf1e000501"
-    "027fa5b6d5c50000000049454e44ae426082")).decode()
+def png_chunk(kind, data):
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+# One white pixel.
+PNG = base64.b64encode(b"\x89PNG\r\n\x1a\n" + png_chunk(b"IHDR", struct.pack(">IIBBBBB", 1, 1, 8, 2, 0, 0, 0))
+                       + png_chunk(b"IDAT", zlib.compress(b"\0\xff\xff\xff")) + png_chunk(b"IEND", b"")).decode()
 
 
 def with_image():
@@ -665,12 +669,9 @@ def frames_of_drivers(rng, driver, size):
 
 
 def png(width, height, depth, colour):
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
     rows = zlib.compress(bytes(1 << 20), 9)
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)) +
-            chunk(b"IDAT", rows) + chunk(b"IEND", b""))
+    return (b"\x89PNG\r\n\x1a\n" + png_chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)) +
+            png_chunk(b"IDAT", rows) + png_chunk(b"IEND", b""))
 
 
 @bomb((16, 16, 8), (4096, 4096, 8), (16384, 16384, 16), (30000, 30000, 8), (65535, 65535, 16), (2147483647, 1, 8))
