@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 
+#include "io/encoded_checks.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
@@ -19,14 +20,10 @@ constexpr int kDeflateRatio = 1032;
 // what the format allows is far below this.
 constexpr int kMostScans = 500, kScansOfAnySize = 20;
 constexpr int64_t kMostScannedBlocks = int64_t(1) << 26;
-// WebP's lossless and TIFF's various codes have no best ratio: one colour of any size takes some
-// bytes. What pictures reach is far below this; so large ones are decoded of hardly any bytes.
+// The codes of lossless WebP and of TIFF have no best ratio: a picture of one colour takes some
+// bytes at any size. Up to 8192 x 8192 such ones are taken; beyond, the ratio of no real picture
+// is not believed.
 constexpr int64_t kFreePixels = int64_t(1) << 26, kPixelsPerByte = 16384;
-// A header's values are looked up one by one; the largest in use have some hundreds.
-constexpr int kMostExrAttributes = 4000;
-// A tile is decoded whole, also where the picture is smaller.
-constexpr int64_t kLargestTile = 4096;
-constexpr size_t kMostExrHeader = size_t(16) << 20, kMostHdrHeader = size_t(64) << 10;
 
 bool starts_with(Bytes bytes, std::string_view magic, size_t offset = 0) {
   return bytes.size() >= offset + magic.size() &&
@@ -45,33 +42,9 @@ uint32_t little_endian(Bytes bytes, size_t offset, size_t count) {
   return value;
 }
 
-[[noreturn]] void throw_truncated(const char* format, const std::string& place) {
-  throw InputError(place,
-                   std::string("the image does not decode: the ") + format + " is truncated");
-}
-
-// Throws unless the pixels can be in the bytes: a header costs nothing, an image does.
-void check_bears_out(const ImageHeader& header, double needed, uint64_t bytes,
-                     const std::string& place) {
-  if (needed <= double(bytes)) return;
-  throw InputError(place, "the image does not decode: " + std::to_string(header.width) + " x " +
-                              std::to_string(header.height) + " pixels are announced, which " +
-                              std::to_string(bytes) + " bytes cannot hold");
-}
-
 void check_bears_out_any_code(const ImageHeader& header, uint64_t bytes, const std::string& place) {
   const double pixels = double(header.width) * double(header.height);
   check_bears_out(header, (pixels - double(kFreePixels)) / double(kPixelsPerByte), bytes, place);
-}
-
-void check_tile(const ImageHeader& header, int64_t width, int64_t height,
-                const std::string& place) {
-  if (width <= std::max(header.width, kLargestTile) &&
-      height <= std::max(header.height, kLargestTile)) {
-    return;
-  }
-  throw InputError(place, "the image does not decode: its tiles of " + std::to_string(width) +
-                              " x " + std::to_string(height) + " are larger than it is");
 }
 
 void append(std::vector<uint8_t>& out, Bytes bytes) {
@@ -254,131 +227,6 @@ CleanImage clean_webp(Bytes bytes, const std::string& place) {
   return clean;
 }
 
-// Reads ahead in a header whose length is known when it has been read.
-class HeaderReader {
- public:
-  HeaderReader(const ReadBytes& read, size_t most, const char* format, const std::string& place)
-      : read_(read), most_(most), format_(format), place_(place) {}
-
-  uint64_t offset() const { return offset_; }
-  void skip(uint64_t count) { go_to(offset_ + count); }
-  void go_to(uint64_t offset) {
-    offset_ = offset;
-    if (offset_ > most_) {
-      throw InputError(place_, std::string("the image does not decode: the header of the ") +
-                                   format_ + " is longer than " + std::to_string(most_) + " bytes");
-    }
-  }
-  uint8_t byte() {
-    if (offset_ < begin_ || offset_ >= begin_ + buffer_.size()) {
-      buffer_.resize(4096);
-      begin_ = offset_;
-      buffer_.resize(read_(begin_, buffer_.size(), buffer_.data()));
-      if (buffer_.empty()) throw_truncated(format_, place_);
-    }
-    const uint8_t value = buffer_[size_t(offset_ - begin_)];
-    skip(1);
-    return value;
-  }
-  uint32_t word() {  // little endian
-    uint32_t value = 0;
-    for (int i = 0; i < 4; ++i) value |= uint32_t(byte()) << (8 * i);
-    return value;
-  }
-  std::string until(char end) {
-    std::string text;
-    for (char c = char(byte()); c != end; c = char(byte())) text += c;
-    return text;
-  }
-
- private:
-  const ReadBytes& read_;
-  const size_t most_;
-  const char* format_;
-  const std::string& place_;
-  std::vector<uint8_t> buffer_;
-  uint64_t begin_ = 0, offset_ = 0;
-};
-
-// "-Y 512" -> its sign and letter, and 512.
-struct HdrAxis {
-  char sign = 0, letter = 0;
-  int64_t size = 0;
-};
-
-std::optional<HdrAxis> read_hdr_axis(std::string_view& text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  if (text.size() < 4 || text[2] != ' ') return std::nullopt;
-  HdrAxis axis{text[0], text[1], 0};
-  text.remove_prefix(2);
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), axis.size);
-  if (error != std::errc() || (axis.sign != '-' && axis.sign != '+') || axis.size < 0 ||
-      axis.size > INT32_MAX) {
-    return std::nullopt;
-  }
-  text.remove_prefix(size_t(end - text.data()));
-  return axis;
-}
-
-// OpenEXR reads a value of a type that it knows by its type and not by the size before it; with a
-// wrong size it would read on elsewhere than this reader, which stands at the value. Counts the
-// channels of a list.
-void check_exr_value(HeaderReader& reader, std::string_view type, uint32_t length,
-                     int64_t* channels, const std::string& place) {
-  struct Fixed {
-    std::string_view type;
-    uint32_t length;
-  };
-  constexpr std::array<Fixed, 24> kFixed = {{
-      {"box2f", 16},
-      {"box2i", 16},
-      {"chromaticities", 32},
-      {"compression", 1},
-      {"deepImageState", 1},
-      {"double", 8},
-      {"envmap", 1},
-      {"float", 4},
-      {"int", 4},
-      {"keycode", 28},
-      {"lineOrder", 1},
-      {"m33d", 72},
-      {"m33f", 36},
-      {"m44d", 128},
-      {"m44f", 64},
-      {"rational", 8},
-      {"tiledesc", 9},
-      {"timecode", 8},
-      {"v2d", 16},
-      {"v2f", 8},
-      {"v2i", 8},
-      {"v3d", 24},
-      {"v3f", 12},
-      {"v3i", 12},
-  }};
-  const uint64_t end = reader.offset() + length;
-  bool sound = true;
-  if (type == "chlist") {
-    while (!reader.until('\0').empty()) {
-      reader.skip(16);
-      ++*channels;
-    }
-    sound = reader.offset() == end;
-  } else if (type == "stringvector") {
-    while (reader.offset() < end) reader.skip(reader.word());
-    sound = reader.offset() == end;
-  } else if (type == "preview") {
-    const double width = reader.word(), height = reader.word();
-    sound = length == 8 + 4 * width * height;
-  } else if (const auto known = std::ranges::find(kFixed, type, &Fixed::type);
-             known != kFixed.end()) {
-    sound = length == known->length;
-  }
-  if (sound) return;
-  throw InputError(place, "the image does not decode: the EXR's header has a value of type " +
-                              std::string(type) + " of a wrong size");
-}
-
 struct TagWidths {
   bool big_endian;
   uint32_t read(Bytes bytes, size_t offset, size_t count) const {
@@ -454,85 +302,6 @@ void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
   std::memset(&bytes[end], 0, std::min<size_t>(4, bytes.size() - end));
   bytes[directory] = uint8_t(tags.big_endian ? kept >> 8 : kept);
   bytes[directory + 1] = uint8_t(tags.big_endian ? kept : kept >> 8);
-}
-
-// OpenEXR File Layout: magic, version and flags, then attributes (name, type, size, value) up to an
-// empty name; of several parts one header each up to an empty one.
-ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::string& place) {
-  constexpr uint32_t kDeep = 0x800, kMultiPart = 0x1000;
-  HeaderReader reader(read, kMostExrHeader, "EXR", place);
-  reader.skip(4);
-  const uint32_t flags = reader.word();
-  if (flags & kDeep) throw InputError(place, "deep EXR is not supported; flatten it");
-  ImageHeader header;
-  while (true) {
-    int64_t width = 0, height = 0, tile_width = 0, tile_height = 0, channels = 0;
-    int attributes = 0;
-    for (std::string name = reader.until('\0'); !name.empty(); name = reader.until('\0')) {
-      if (++attributes > kMostExrAttributes) {
-        throw InputError(place, "the image does not decode: the EXR's header has more than " +
-                                    std::to_string(kMostExrAttributes) + " values");
-      }
-      const std::string type = reader.until('\0');
-      const uint32_t length = reader.word();
-      const uint64_t value = reader.offset(), next = value + length;
-      if (next > size) throw_truncated("EXR", place);
-      check_exr_value(reader, type, length, &channels, place);
-      reader.go_to(value);
-      if (name == "dataWindow" && length == 16) {
-        const auto x0 = int32_t(reader.word()), y0 = int32_t(reader.word());
-        const auto x1 = int32_t(reader.word()), y1 = int32_t(reader.word());
-        width = int64_t(x1) - x0 + 1;
-        height = int64_t(y1) - y0 + 1;
-      } else if (name == "tiles" && length == 9) {
-        tile_width = reader.word();
-        tile_height = reader.word();
-      }
-      reader.go_to(next);
-    }
-    if (attributes == 0 && (flags & kMultiPart)) break;
-    // Each tile, or 256 rows at most, has eight bytes in a table of offsets, and eight of its own.
-    const int64_t across = tile_width > 0 ? (width + tile_width - 1) / tile_width : 1;
-    const int64_t down = (height + (tile_height > 0 ? tile_height : 256) - 1) /
-                         (tile_height > 0 ? tile_height : 256);
-    if (width > 0 && height > 0) {
-      ImageHeader part;
-      part.width = width;
-      part.height = height;
-      check_bears_out(part, 16.0 * double(across) * double(down), size, place);
-      check_tile(part, tile_width, tile_height, place);
-      // Decoded, and in a buffer of its code.
-      part.tile_bytes =
-          2 * uint64_t(tile_width) * uint64_t(tile_height) * uint64_t(channels) * sizeof(float);
-      if (header.width == 0) header = part;
-    }
-    if (!(flags & kMultiPart)) break;
-  }
-  return header;
-}
-
-// G. Ward, "Real Pixels" (Graphics Gems II, 1991): lines of text, an empty one, the resolution.
-ImageHeader read_hdr_header(const ReadBytes& read, uint64_t size, const std::string& place) {
-  HeaderReader reader(read, kMostHdrHeader, "HDR", place);
-  while (!reader.until('\n').empty()) {
-  }
-  const std::string line = reader.until('\n');
-  std::string_view text = line;
-  const std::optional<HdrAxis> first = read_hdr_axis(text), second = read_hdr_axis(text);
-  const bool rows = first && second && first->letter == 'Y' && second->letter == 'X';
-  const bool columns = first && second && first->letter == 'X' && second->letter == 'Y';
-  if (!rows && !columns) {
-    throw InputError(place, "the image does not decode: the HDR has no resolution line");
-  }
-  ImageHeader header;
-  header.width = (rows ? second : first)->size;
-  header.height = (rows ? first : second)->size;
-  const bool mirrored = second->sign == '-', upwards = first->sign == '+';
-  header.orientation = columns ? 5 : upwards ? (mirrored ? 3 : 4) : (mirrored ? 2 : 1);
-  // A row is flat, or four bytes and then runs of at most 127 for each of four channels.
-  const int64_t row = std::min(4 * header.width, 4 + 8 * ((header.width + 126) / 127));
-  check_bears_out(header, double(row) * double(header.height), size, place);
-  return header;
 }
 
 }  // namespace emberline

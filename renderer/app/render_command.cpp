@@ -28,6 +28,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/names.h"
+#include "renderer/film/light_group_sums.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
@@ -213,8 +214,8 @@ int run_render(const RenderOptions& options) {
   check_growth(memory_before, *limits.memory, options.scene);
   if (groups) {
     if (driver->bytes_per_pixel(output_settings.aovs) > 0) {
-      reserve_frame(bytes_of(uint64_t(window.area()), 24 * (groups->list().size() + 1)), window,
-                    *limits.memory);
+      const uint64_t bytes = LightGroupSums::bytes_per_pixel(groups->list().size());
+      reserve_frame(bytes_of(uint64_t(window.area()), bytes), window, *limits.memory);
     }
     report.features.push_back(describe(*groups));
     if (outputs) outputs->add_light_layers(light_layer_names(groups->list()));

@@ -47,6 +47,7 @@ class LightGroupSums {
   void relit(size_t pixel, const LightMix& mix, float* rgba) const;
   void prefetch(size_t pixel) const;
 
+  static uint64_t bytes_per_pixel(size_t groups) { return 2 * 3 * (groups + 1) * sizeof(float); }
   uint64_t bytes() const { return (sums_.capacity() + rests_.capacity()) * sizeof(float); }
 
  private:

@@ -7,6 +7,7 @@
 
 #include "support/compressed_gltf.h"
 #include "support/dense_gltf.h"
+#include "support/encoded_images.h"
 
 namespace fs = std::filesystem;
 using namespace emberline::test;

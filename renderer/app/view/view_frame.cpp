@@ -12,6 +12,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/frame_film.h"
+#include "renderer/film/light_group_sums.h"
 
 namespace emberline {
 namespace {
@@ -132,7 +133,7 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<FrameDriver>&
   const bool in_frame = explained_ && window.contains(explained_->x, explained_->y);
   if (main && in_frame) settings.explained = explained_;
   driver = create_driver(name, settings);
-  const uint64_t lights = groups_ ? 24 * (groups_->list().size() + 1) : 0;
+  const uint64_t lights = groups_ ? LightGroupSums::bytes_per_pixel(groups_->list().size()) : 0;
   if (const uint64_t film = driver->bytes_per_pixel(tools_.aovs)) reserve(window, film + lights);
   const Frame frame{order_.scene->scene.scene(),
                     camera_,

@@ -1,0 +1,19 @@
+// What the readers of headers and of streams check alike. For io/encoded_*.cpp alone.
+#pragma once
+
+#include <string>
+
+#include "io/encoded_image.h"
+
+namespace emberline {
+
+[[noreturn]] void throw_truncated(const char* format, const std::string& place);
+
+// Throws unless the pixels can be in the bytes: a header costs nothing, an image does.
+void check_bears_out(const ImageHeader& header, double needed, uint64_t bytes,
+                     const std::string& place);
+
+// A tile is decoded whole, also where the picture is smaller. Throws for larger ones than 4096.
+void check_tile(const ImageHeader& header, int64_t width, int64_t height, const std::string& place);
+
+}  // namespace emberline
