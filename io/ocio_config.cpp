@@ -116,9 +116,10 @@ class ConfigWalk {
 
   double view(const char* display, const char* name) {
     return once("the view \"" + std::string(display) + " / " + name + "\"", [&] {
-      const std::string shown = config_->getDisplayViewColorSpaceName(display, name);
+      const auto text = [](const char* c) { return std::string(c ? c : ""); };
+      const std::string shown = text(config_->getDisplayViewColorSpaceName(display, name));
       return space(shown == "<USE_DISPLAY_NAME>" ? display : shown) +
-             view_transform(config_->getDisplayViewTransformName(display, name)) +
+             view_transform(text(config_->getDisplayViewTransformName(display, name))) +
              looks(config_->getDisplayViewLooks(display, name));
     });
   }

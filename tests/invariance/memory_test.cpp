@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/image_library.h"
 #include "renderer/app/outputs.h"
 #include "support/process_memory.h"
 #include "support/render.h"
@@ -204,6 +205,7 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   const AovSet aovs;
   const Frame frame{*scene, camera, *integrator, *sampler,          filter, kWidth, kHeight,
                     window, 1,      1,           StreamCount::kOne, aovs};
+  image_library();  // which is no part of a film
   const double before = ProcessMemory::now().resident;
   OutputSettings settings;
   settings.width = kWidth;
