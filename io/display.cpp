@@ -165,6 +165,11 @@ struct UsedConfig {
 };
 
 UsedConfig used_config() {
+  // OpenColorIO's remarks go the way of all messages; its errors come as exceptions.
+  static std::once_flag logging;
+  std::call_once(logging, [] {
+    ocio::SetLoggingFunction([](const char* message) { log_verbose(one_line(message)); });
+  });
   const char* const variable = std::getenv("OCIO");
   if (!variable || !*variable) {
     return {built_in_config(), "the built-in OpenColorIO config", true};
@@ -252,11 +257,6 @@ struct DisplayTransform::Impl {
 };
 
 DisplayTransform::DisplayTransform(const DisplaySettings& settings) {
-  // OpenColorIO's remarks go the way of all messages; its errors come as exceptions.
-  static std::once_flag logging;
-  std::call_once(logging, [] {
-    ocio::SetLoggingFunction([](const char* message) { log_verbose(one_line(message)); });
-  });
   if (!std::isfinite(settings.exposure)) throw UsageError("--exposure: not a finite number");
   // OpenColorIO 2.1 keeps what it reads of the environment in one string for all threads, and a
   // window makes transforms for the screen and for files at once (found by ThreadSanitizer).

@@ -45,8 +45,8 @@ void* load() {
   std::error_code error;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
   const std::filesystem::path beside = program.parent_path().parent_path() / "lib" / kName;
-  void* const library = error ? nullptr : ::dlopen(beside.c_str(), RTLD_LAZY | RTLD_LOCAL);
-  return library ? library : ::dlopen(kName, RTLD_LAZY | RTLD_LOCAL);
+  const bool there = !error && std::filesystem::exists(beside, error);
+  return ::dlopen(there ? beside.c_str() : kName, RTLD_LAZY | RTLD_LOCAL);
 }
 
 const ImageLibrary& find() {

@@ -63,22 +63,26 @@ class ConfigWalk {
     return counts_[name] = total;
   }
 
+  // Of something that has a transform for each of two directions.
+  template <typename Thing, typename Direction>
+  double both(const std::string& name, const Thing& thing, Direction there, Direction back) {
+    return once(name, [&] {
+      return transform(thing.getTransform(there)) + transform(thing.getTransform(back));
+    });
+  }
+
   double space(const std::string& name) {
     const ocio::ConstColorSpaceRcPtr found = config_->getColorSpace(name.c_str());
     if (!found) return named(name);
-    return once("the colour space \"" + std::string(found->getName()) + "\"", [&] {
-      return transform(found->getTransform(ocio::COLORSPACE_DIR_TO_REFERENCE)) +
-             transform(found->getTransform(ocio::COLORSPACE_DIR_FROM_REFERENCE));
-    });
+    return both("the colour space \"" + std::string(found->getName()) + "\"", *found,
+                ocio::COLORSPACE_DIR_TO_REFERENCE, ocio::COLORSPACE_DIR_FROM_REFERENCE);
   }
 
   double named(const std::string& name) {
     const ocio::ConstNamedTransformRcPtr found = config_->getNamedTransform(name.c_str());
     if (!found) return 0;
-    return once("the named transform \"" + std::string(found->getName()) + "\"", [&] {
-      return transform(found->getTransform(ocio::TRANSFORM_DIR_FORWARD)) +
-             transform(found->getTransform(ocio::TRANSFORM_DIR_INVERSE));
-    });
+    return both("the named transform \"" + std::string(found->getName()) + "\"", *found,
+                ocio::TRANSFORM_DIR_FORWARD, ocio::TRANSFORM_DIR_INVERSE);
   }
 
   double look(const std::string& name) {
@@ -108,10 +112,8 @@ class ConfigWalk {
   double view_transform(const std::string& name) {
     const ocio::ConstViewTransformRcPtr found = config_->getViewTransform(name.c_str());
     if (!found) return 0;
-    return once("the view transform \"" + name + "\"", [&] {
-      return transform(found->getTransform(ocio::VIEWTRANSFORM_DIR_TO_REFERENCE)) +
-             transform(found->getTransform(ocio::VIEWTRANSFORM_DIR_FROM_REFERENCE));
-    });
+    return both("the view transform \"" + name + "\"", *found, ocio::VIEWTRANSFORM_DIR_TO_REFERENCE,
+                ocio::VIEWTRANSFORM_DIR_FROM_REFERENCE);
   }
 
   double view(const char* display, const char* name) {

@@ -3,12 +3,10 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cstring>
 #include <exception>
 #include <new>
 #include <string_view>
-#include <utility>
 
 #include "io/image_library.h"
 
