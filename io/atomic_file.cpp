@@ -12,8 +12,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "renderer/core/errors.h"
 
@@ -58,12 +60,10 @@ void forget_unfinished(const std::string& name) noexcept {
                     (error ? ": " + std::generic_category().message(error) : ""));
 }
 
-// The file that `path` names once symbolic links are followed; `path` itself when nothing is there
-// yet, or when the link dangles.
-std::string resolve_links(const std::string& path) {
+std::optional<std::string> real_path(const std::string& path) {
   const std::unique_ptr<char, decltype(&std::free)> resolved(::realpath(path.c_str(), nullptr),
                                                              &std::free);
-  return resolved ? std::string(resolved.get()) : path;
+  return resolved ? std::optional<std::string>(resolved.get()) : std::nullopt;
 }
 
 std::string folder_of(const std::string& path) {
@@ -71,13 +71,23 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
+// The file that `path` names once symbolic links are followed. Where there is none yet, or the link
+// dangles, its name in the folder that is meant now: links to that may change while a frame
+// renders.
+std::string resolve_links(const std::string& path) {
+  if (const std::optional<std::string> file = real_path(path)) return *file;
+  const std::optional<std::string> folder = real_path(folder_of(path));
+  const std::filesystem::path name = std::filesystem::path(path).filename();
+  return folder && !name.empty() ? (std::filesystem::path(*folder) / name).string() : path;
+}
+
 // What the name of a temporary file of `target` begins with; the process's id and, if need be,
-// "-<number>" follow.
+// "-<number>" follow. Stale ones are removed, so it is a name that nobody else gives to files.
 std::string temporary_stem(const std::string& target) {
   const std::filesystem::path path(target);
   // Leaves room for the rest: a target's name may use all of NAME_MAX.
   const std::string name = path.filename().string().substr(0, NAME_MAX - 32);
-  return (path.parent_path() / name).string() + ".part-";
+  return (path.parent_path() / name).string() + ".emberline.part-";
 }
 
 // A positive number as to_string writes it.
@@ -149,22 +159,32 @@ void remove_stale_files(const std::string& target) {
   }
 }
 
-// The number of our own descriptor that a name such as /dev/stdout stands for; -1 for others. What
-// it leads to is written by others, too, who would go on with a file that has lost its name.
+constexpr int kNoDescriptor = -1, kDescriptorOfAnother = -2;
+
+// The number of the descriptor in such a folder, "/proc/<process>[/task/<thread>]/fd".
+int descriptor_in(const std::filesystem::path& folder, const std::string& name) {
+  const std::vector<std::string> parts(folder.begin(), folder.end());
+  if (parts.size() < 4 || parts[1] != "proc" || parts.back() != "fd") return kNoDescriptor;
+  if (!is_number(name) && name != "0") return kNoDescriptor;
+  if (parts[2] != std::to_string(::getpid())) return kDescriptorOfAnother;
+  return std::atoi(name.c_str());
+}
+
+// What a name such as /dev/stdout stands for: a number of our own, or one of the two above. What it
+// leads to is written by others, too, who would go on with a file that has lost its name.
 int descriptor_of(const std::string& path) {
   std::error_code error;
   std::filesystem::path at = std::filesystem::absolute(path, error);
   for (int links = 0; links < 40 && !error; ++links) {
     const std::string name = at.filename().string();
-    const std::string folder = std::filesystem::canonical(at.parent_path(), error).string();
+    const std::filesystem::path folder = std::filesystem::canonical(at.parent_path(), error);
     if (error) break;
-    if (folder == "/proc/" + std::to_string(::getpid()) + "/fd") {
-      return is_number(name) ? std::atoi(name.c_str()) : name == "0" ? 0 : -1;
-    }
+    const int descriptor = descriptor_in(folder, name);
+    if (descriptor != kNoDescriptor) return descriptor;
     if (!std::filesystem::is_symlink(std::filesystem::symlink_status(at, error))) break;
     at = at.parent_path() / std::filesystem::read_symlink(at, error);
   }
-  return -1;
+  return kNoDescriptor;
 }
 
 bool is_pipe_or_device(const std::string& path) {
@@ -176,9 +196,10 @@ bool is_pipe_or_device(const std::string& path) {
 
 AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolve_links(path)) {
   if (path.empty()) throw RenderError("cannot write: the output path is empty");
-  if (descriptor_of(path) >= 0) fail(path_, "it is open already; name a file", 0);
+  if (descriptor_of(path) != kNoDescriptor) fail(path_, "it is open already; name a file", 0);
   struct stat status = {};
   const bool exists = ::stat(target_.c_str(), &status) == 0;
+  if (!exists && errno == ENAMETOOLONG) fail(path_, "cannot create it", errno);
   if (exists && S_ISDIR(status.st_mode)) fail(path_, "it is a folder; name a file", 0);
   if (exists && !S_ISREG(status.st_mode)) fail(path_, "it is not a regular file", 0);
   if (exists && ::access(target_.c_str(), W_OK) != 0) fail(path_, "it is write-protected", errno);
@@ -295,6 +316,9 @@ bool FolderLock::take(const std::string& folder) {
 
 GrowingFile::GrowingFile(const std::string& path) : path_(path) {
   const int own = descriptor_of(path);
+  if (own == kDescriptorOfAnother && !is_pipe_or_device(path)) {
+    fail(path_, "another process has it open; name a file", 0);
+  }
   descriptor_ =
       own >= 0 ? ::fcntl(own, F_DUPFD_CLOEXEC, 0)
                : ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666);

@@ -8,9 +8,9 @@
 
 namespace emberline {
 
-// A file under a temporary name in its target's folder ("out.exr.part-<pid>"), which takes the
-// target's place in commit(). Destroyed without commit() it leaves nothing behind, and what stood
-// under the target's name before is untouched.
+// A file under a temporary name in its target's folder ("out.exr.emberline.part-<pid>"), which
+// takes the target's place in commit(). Destroyed without commit() it leaves nothing behind, and
+// what stood under the target's name before is untouched.
 //
 // It is locked (flock) while it is in use. One of the same target and user that nobody holds is
 // what a killed run has left: whoever writes that target next removes it. Where a file system has

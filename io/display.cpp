@@ -307,6 +307,11 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings) {
     if (!built_in) impl->description += " (from " + source.space + ")";
   } catch (const ocio::Exception& error) {
     throw InputError(place, one_line(error.what()) + (built_in ? "" : " (named by $OCIO)"));
+  } catch (const EmberlineError&) {
+    throw;
+  } catch (const std::exception& error) {  // of a number that it does not check
+    throw InputError(place, "OpenColorIO fails at a variable of the environment, OCIO_...: " +
+                                one_line(error.what()));
   }
   impl_ = std::move(impl);
 }

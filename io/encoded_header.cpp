@@ -140,6 +140,12 @@ void check_exr_value(HeaderReader& reader, std::string_view type, uint32_t lengt
                               std::string(type) + " of a wrong size");
 }
 
+// ImfCompression.h, by number: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA, DWAB.
+uint64_t rows_coded_together(uint8_t compression) {
+  constexpr std::array<uint64_t, 10> kRows = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
+  return compression < kRows.size() ? kRows[compression] : 256;
+}
+
 }  // namespace
 
 [[noreturn]] void throw_truncated(const char* format, const std::string& place) {
@@ -176,6 +182,7 @@ ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::str
   ImageHeader header;
   while (true) {
     int64_t width = 0, height = 0, tile_width = 0, tile_height = 0, channels = 0;
+    uint8_t compression = 0;
     int attributes = 0;
     for (std::string name = reader.until('\0'); !name.empty(); name = reader.until('\0')) {
       if (++attributes > kMostExrAttributes) {
@@ -193,6 +200,8 @@ ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::str
         const auto x1 = int32_t(reader.word()), y1 = int32_t(reader.word());
         width = int64_t(x1) - x0 + 1;
         height = int64_t(y1) - y0 + 1;
+      } else if (name == "compression" && length == 1) {
+        compression = reader.byte();
       } else if (name == "tiles" && length == 9) {
         tile_width = reader.word();
         tile_height = reader.word();
@@ -210,9 +219,10 @@ ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::str
       part.height = height;
       check_bears_out(part, 16.0 * double(across) * double(down), size, place);
       check_tile(part, tile_width, tile_height, place);
-      // Decoded, and in a buffer of its code.
-      part.tile_bytes =
-          2 * uint64_t(tile_width) * uint64_t(tile_height) * uint64_t(channels) * sizeof(float);
+      // Decoded, and in a buffer of its code: all channels, whichever are wanted.
+      const uint64_t pixels = tile_width > 0 ? uint64_t(tile_width) * uint64_t(tile_height)
+                                             : uint64_t(width) * rows_coded_together(compression);
+      part.tile_bytes = 2 * pixels * uint64_t(channels) * sizeof(float);
       if (header.width == 0) header = part;
     }
     if (!(flags & kMultiPart)) break;

@@ -108,10 +108,11 @@ bool begins_frame(uint8_t marker) {
   return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
 }
 
-// Of a frame header: size, and the fewest bits that its blocks take.
-void read_frame_header(Bytes segment, ImageHeader* header, int64_t* least_bits) {
+// Of a frame header: size, components, and the fewest bits that its blocks take.
+void read_frame_header(Bytes segment, ImageHeader* header, size_t* components_out,
+                       int64_t* least_bits) {
   if (segment.size() < 10) return;
-  const size_t components = segment[9];
+  const size_t components = *components_out = segment[9];
   header->height = big_endian(segment, 5, 2);
   header->width = big_endian(segment, 7, 2);
   int64_t across = 8, down = 8;  // pixels of a minimum coded unit, which takes a bit at least
@@ -120,7 +121,7 @@ void read_frame_header(Bytes segment, ImageHeader* header, int64_t* least_bits) 
     down = std::max<int64_t>(down, 8 * (segment[11 + 3 * c] & 15));
   }
   *least_bits = (header->width / across) * (header->height / down);
-  // Progressive images keep all coefficients: 16 bits for each component.
+  // Decoders of progressive images keep all coefficients: 16 bits for each component.
   const uint8_t marker = segment[1];
   const bool progressive = marker == 0xc2 || marker == 0xc6 || marker == 0xca || marker == 0xce;
   header->decoder_bytes_per_pixel = progressive ? 2 * int(components) : 0;
@@ -131,6 +132,7 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
   clean.bytes.reserve(bytes.size());
   append(clean.bytes, bytes.first(2));
   int64_t least_bits = 0;
+  size_t components = 0;
   int scans = 0;
   size_t offset = 2;
   clean.cut_short = true;
@@ -160,10 +162,14 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
                     : marker < 0xf0;  // JPG extensions and comments are above
     if (!kept) continue;
     if (begins_frame(marker) && clean.header.width == 0) {
-      read_frame_header(segment, &clean.header, &least_bits);
+      read_frame_header(segment, &clean.header, &components, &least_bits);
     }
     append(clean.bytes, segment);
     if (marker != 0xda) continue;
+    // So do those whose components come one after the other.
+    if (segment.size() > 4 && segment[4] < components) {
+      clean.header.decoder_bytes_per_pixel = 2 * int(components);
+    }
     const int64_t blocks = clean.header.width * clean.header.height / 64;
     if (++scans > kMostScans || (scans > kScansOfAnySize && scans * blocks > kMostScannedBlocks)) {
       throw InputError(place, "the image does not decode: the JPEG has more than " +

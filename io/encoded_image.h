@@ -25,7 +25,7 @@ struct ImageHeader {
   int64_t width = 0, height = 0;
   // Memory that the decoder takes for each pixel beside its result, at most.
   int decoder_bytes_per_pixel = 0;
-  uint64_t tile_bytes = 0;  // and for a tile: an EXR's
+  uint64_t tile_bytes = 0;  // and for a tile, or the rows that are coded together: an EXR's
   // As in TIFF and EXIF: 1 rows from the top, 2 mirrored, 3 turned by half, 4 rows from the bottom;
   // 5 to 8 columns instead of rows.
   int orientation = 1;

@@ -231,6 +231,10 @@ class OpenImage {
     layout_ = decoder_->layout();
     const ImageLayout& s = layout_;
     check_sides(s.width, s.height, place_);
+    // What was checked is what is decoded: a reader may take the header's end to be elsewhere.
+    if (format != ImageFormat::kTiff && (s.width != header_.width || s.height != header_.height)) {
+      throw InputError(place_, std::string(kDoesNotDecode) + "its header is ambiguous");
+    }
     if (s.depth > 1 || s.channels() < 1 || s.channels() > kMostChannels || s.deep) {
       throw InputError(place_, "the image is not a flat picture of 1 to " +
                                    std::to_string(kMostChannels) + " channels");

@@ -1,6 +1,8 @@
 #include "io/image_library.h"
 
 #include <dlfcn.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -39,6 +41,41 @@ uint64_t resident_bytes() {
              : std::strtoull(text.c_str() + space, nullptr, 10) * uint64_t(::sysconf(_SC_PAGESIZE));
 }
 
+// A library that ends early would end the program where it is mapped: its section headers, which
+// stand last (ELF-64), are in it.
+void check_whole(const std::string& path) {
+  const InputFile file(path);
+  uint8_t header[64] = {};
+  const auto number = [&](size_t offset, size_t count) {
+    uint64_t value = 0;
+    for (size_t i = 0; i < count; ++i) value |= uint64_t(header[offset + i]) << (8 * i);
+    return value;
+  };
+  const bool read = file.try_read(0, sizeof header, header) == int64_t(sizeof header);
+  const uint64_t sections = number(0x28, 8), size = number(0x3a, 2), count = number(0x3c, 2);
+  if (!read || sections > file.size() || size * count > file.size() - sections) {
+    throw RenderError("no images can be read or written: " + path + " is damaged");
+  }
+}
+
+// What it brings along fails at no given place where there is too little memory: its libraries'
+// own beginnings end the program, or wait for ever. So the room is asked for first.
+void check_room() {
+  constexpr size_t kRoom = size_t(700) << 20;
+  rlimit space = {}, data = {};
+  ::getrlimit(RLIMIT_AS, &space);
+  ::getrlimit(RLIMIT_DATA, &data);
+  if (space.rlim_cur == RLIM_INFINITY && data.rlim_cur == RLIM_INFINITY) return;
+  void* const room = ::mmap(nullptr, kRoom, PROT_READ | PROT_WRITE,
+                            MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (room == MAP_FAILED) {
+    throw RenderError(
+        "no images can be read or written: their library needs 700 MiB of address space, more than "
+        "the limits of this shell leave (ulimit -v, ulimit -d)");
+  }
+  ::munmap(room, kRoom);
+}
+
 // From the program's own folder, or else where the system looks.
 void* load() {
   constexpr const char* kName = "libemberline_images.so";
@@ -46,6 +83,8 @@ void* load() {
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
   const std::filesystem::path beside = program.parent_path().parent_path() / "lib" / kName;
   const bool there = !error && std::filesystem::exists(beside, error);
+  if (there) check_whole(beside.string());
+  check_room();
   return ::dlopen(there ? beside.c_str() : kName, RTLD_LAZY | RTLD_LOCAL);
 }
 

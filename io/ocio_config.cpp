@@ -1,9 +1,11 @@
 #include "io/ocio_config.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <functional>
 #include <map>
+#include <string_view>
 
 #include "io/input_file.h"
 #include "renderer/core/errors.h"
@@ -163,7 +165,28 @@ class ConfigWalk {
       throw InputError(
           place_, path + " is too large for a table of colours: " + readable_bytes(file.size()));
     }
+    check_references(file, path);
     files_.push_back(path);
+  }
+
+  // Tables in XML (CTF, CLF) can name others, which OpenColorIO then opens whatever they are: a
+  // device, a pipe, themselves twice. No config needs it: a GroupTransform says the same. XML's own
+  // entities could hide such a name.
+  void check_references(const InputFile& file, const std::string& path) {
+    std::array<char, 64> begin;
+    const int64_t read = file.try_read(0, begin.size(), begin.data());
+    const std::string_view head(begin.data(), size_t(std::max<int64_t>(0, read)));
+    const size_t first =
+        head.find_first_not_of(std::string_view("\0\xef\xbb\xbf\xff\xfe \t\r\n", 10));
+    if (first == std::string_view::npos || head[first] != '<') return;
+    std::string text = file.read_text();
+    std::erase(text, '\0');  // of UTF-16
+    for (const char* unwanted : {"<Reference", "<!DOCTYPE"}) {
+      if (text.find(unwanted) == std::string::npos) continue;
+      throw InputError(place_,
+                       path + ": \"" + unwanted +
+                           "\" is not supported; let the config name the tables themselves");
+    }
   }
 
   const ocio::ConstConfigRcPtr& config_;

@@ -26,6 +26,7 @@ constexpr SnapshotFormatEntry kFormats[] = {
 };
 
 constexpr const char* kAnimation = "refinement.gif";
+constexpr const char* kMarker = "emberline-snapshots.json";
 
 SnapshotMoment parse_moment(std::string_view text) {
   if (text == "first") return {};
@@ -125,7 +126,7 @@ std::vector<SnapshotMoment> parse_snapshot_moments(std::string_view list) {
 bool is_snapshot_name(const std::string& name) {
   const size_t number = name.find_first_not_of("0123456789");
   const bool numbered = number >= 3 && number != std::string::npos && name[number] == '_';
-  return name == kAnimation || numbered;
+  return name == kAnimation || name == kMarker || numbered;
 }
 
 SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& window,
@@ -147,7 +148,7 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& win
                                   "the frame to be measured against it", window, options.width,
                                   options.height);
   }
-  folder_.emplace(options.snapshots, OwnedFolderKind{"--snapshots", "emberline-snapshots.json"});
+  folder_.emplace(options.snapshots, OwnedFolderKind{"--snapshots", kMarker});
   for (const std::string& name : folder_->entries()) {
     if (may_write(name)) folder_->check(std::array{name});
   }

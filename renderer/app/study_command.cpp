@@ -118,9 +118,9 @@ Study::Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& f
       folder_(options.folder),
       renderer_(options.frame, limits_, files),
       pictures_(folder_, options.frame, renderer_.window()),
-      frame_key_(frame_key(options.frame)) {
+      frame_key_(frame_key(options.frame, limits_)) {
   reserve_frames();
-  folder_.begin(study_key(frame_key_, options, plan), file_names(), options.restart);
+  folder_.begin(study_key(frame_key_, options, plan, limits_), file_names(), options.restart);
   if (!options.cache.empty()) {
     std::error_code error;
     std::filesystem::create_directories(options.cache, error);

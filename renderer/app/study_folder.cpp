@@ -7,8 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
+#include "io/input_file.h"
 #include "io/json_input.h"
 #include "io/json_reader.h"
+#include "renderer/app/render_options.h"
 #include "renderer/app/study_files.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -28,7 +30,7 @@ template <typename Value>
 std::optional<Value> read_kept(const std::string& path, const char* instead,
                                Value (*read)(const JsonReader& root, std::string_view key),
                                const std::string& key) {
-  if (!std::filesystem::exists(path)) return std::nullopt;
+  if (!file_identity(path)) return std::nullopt;
   try {
     const nlohmann::json json = read_json(path);
     return read(JsonReader(json, path), key);
@@ -41,8 +43,7 @@ std::optional<Value> read_kept(const std::string& path, const char* instead,
 StudyPace parse_pace(const JsonReader& root, std::string_view key) {
   if (root["key"].text() != key) root["key"].expected("the key of this study");
   StudyPace pace;
-  pace.reference_spp =
-      uint32_t(root["reference_spp"].whole(0, std::numeric_limits<uint32_t>::max()));
+  pace.reference_spp = uint32_t(root["reference_spp"].whole(0, kMaxSamples));
   const JsonReader paces = root["samples_per_s"];
   for (const std::string& id : paces.members()) {
     pace.samples_per_s[id] = paces[id].number(0, std::numeric_limits<float>::max());
@@ -66,7 +67,7 @@ void StudyFolder::begin(const std::string& key, std::vector<std::string> files, 
   key_ = key;
   const std::string settings = path(kSettings);
   bool known = false;
-  if (!restart && std::filesystem::exists(settings)) {
+  if (!restart && file_identity(settings)) {
     try {
       const nlohmann::json json = read_json(settings);
       known = JsonReader(json, settings)["key"].text() == key;

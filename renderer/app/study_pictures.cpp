@@ -1,7 +1,6 @@
 #include "renderer/app/study_pictures.h"
 
-#include <filesystem>
-
+#include "io/input_file.h"
 #include "renderer/app/compare_command.h"
 #include "renderer/app/exr_file.h"
 
@@ -25,7 +24,7 @@ StudyMethod::Pictures StudyPictures::names(const std::string& id) {
 bool StudyPictures::exist(const std::string& id) const {
   const StudyMethod::Pictures pictures = names(id);
   for (const std::string& name : {pictures.exr, pictures.png, pictures.flip_png}) {
-    if (!std::filesystem::exists(folder_.path(name))) return false;
+    if (!file_identity(folder_.path(name))) return false;
   }
   return true;
 }

@@ -100,7 +100,7 @@ AovSet study_reference_aovs() { return AovSet::parse("variance,time"); }
 std::optional<ReferenceHalf> read_reference_half(const ReferenceRequest& request,
                                                  const Rect& window) {
   const std::string path = base_path(request) + ".exr";
-  if (!std::filesystem::exists(path)) return std::nullopt;
+  if (!file_identity(path)) return std::nullopt;
   try {
     const std::string checksum = noted_checksum(request);
     std::optional<ReferenceHalf> half = read_channels(path, window);

@@ -72,12 +72,13 @@ Settings frame_settings(const RenderOptions& options) {
   return list;
 }
 
-std::string frame_key(const RenderOptions& options) {
+std::string frame_key(const RenderOptions& options, const LoadLimits& limits) {
+  LoadProgress progress({}, {}, limits);
   Json json = as_json(settings_without_files(options));
   json["version"] = kEmberlineVersion;
-  json["scene"] = hexadecimal(scene_fingerprint(options.scene, options.resource_root));
+  json["scene"] = hexadecimal(scene_fingerprint(options.scene, options.resource_root, progress));
   if (!options.environment.empty()) {
-    json["env"] = hexadecimal(file_fingerprint(options.environment));
+    json["env"] = hexadecimal(file_fingerprint(options.environment, progress));
   }
   return line(json);
 }
@@ -91,7 +92,7 @@ std::string reference_key(const std::string& frame_key, const RenderOptions& hal
 }
 
 std::string study_key(const std::string& frame_key, const StudyOptions& options,
-                      const StudyPlan& plan) {
+                      const StudyPlan& plan, const LoadLimits& limits) {
   Json json = {{"frame", frame_key},
                {"schedule", as_json(schedule_settings(options.frame))},
                {"by_time", plan.by_time},
@@ -101,7 +102,8 @@ std::string study_key(const std::string& frame_key, const StudyOptions& options,
                {"reference_sampler", plan.reference_sampler},
                {"reference_spp", options.reference_spp.value_or(0)}};
   if (!options.reference.empty()) {
-    json["reference"] = hexadecimal(file_fingerprint(options.reference));
+    json["reference"] =
+        hexadecimal(file_fingerprint(options.reference, LoadProgress({}, {}, limits)));
   }
   return line(json);
 }

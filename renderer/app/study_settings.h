@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "renderer/app/study_plan.h"
+#include "renderer/core/load_progress.h"
 
 namespace emberline {
 
@@ -13,15 +14,15 @@ namespace emberline {
 std::vector<std::pair<std::string, std::string>> frame_settings(const RenderOptions& options);
 
 // A line of JSON with all that the pixels of a frame depend on but driver, sampler, samples and
-// seed: the settings above, and what is in the files instead of their names. Reads the files;
-// throws InputError.
-std::string frame_key(const RenderOptions& options);
+// seed: the settings above, and what is in the files instead of their names. Reads the files,
+// within the limits; throws InputError.
+std::string frame_key(const RenderOptions& options, const LoadLimits& limits);
 
 // The same of a half of the reference.
 std::string reference_key(const std::string& frame_key, const RenderOptions& half);
 
 // The same of the runs of a study: what must not change between a start and the next.
 std::string study_key(const std::string& frame_key, const StudyOptions& options,
-                      const StudyPlan& plan);
+                      const StudyPlan& plan, const LoadLimits& limits);
 
 }  // namespace emberline

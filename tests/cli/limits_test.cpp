@@ -1,6 +1,12 @@
 // --memory-limit and --load-timeout: what is too much is refused before it is taken, and what is
 // reserved is about what is taken.
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 
 #include "cli/command_test.h"
 
@@ -47,6 +53,45 @@ TEST_F(Limits, TooLittleMemoryForEmbreeIsSaid) {
   for (const uint64_t limit : {64, 96}) {
     expect_failure(render_words(), 1, {}, {.data_limit = limit << 20});
   }
+}
+
+// What it brings along ends the program there, or waits.
+TEST_F(Limits, TooLittleMemoryForTheImageLibraryIsSaid) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer needs more itself";
+  const Words words = {"render", scene(), "-o", path("a.png"), "--size", "8x8", "--spp", "1"};
+  expect_failure(words, 1, {"ulimit"}, {.data_limit = uint64_t(600) << 20});
+}
+
+// In a place of its own, beside a copy of the program.
+TEST_F(Limits, ADamagedImageLibraryIsSaid) {
+  namespace fs = std::filesystem;
+  if (kSanitized) GTEST_SKIP() << "the program is the same";
+  const fs::path program = fs::path(EMBERLINE_BINARY), folder = path("installed");
+  const fs::path name = "lib/libemberline_images.so", library = folder / name;
+  fs::create_directories(folder / "bin");
+  fs::create_directories(folder / "lib");
+  fs::copy_file(program, folder / "bin/emberline");
+  fs::copy_file(program.parent_path().parent_path() / name, library);
+  const auto words = [&](const std::string& out) {
+    return "'" + (folder / "bin/emberline").string() + "' render '" + scene() + "' -o '" +
+           path(out) + "' --size 8x8 --spp 1 --quiet 2>'" + path("said") + "'";
+  };
+  EXPECT_EQ(std::system(words("whole.png").c_str()), 0);
+  const auto expect_damaged = [&](const std::string& part) {
+    const int status = std::system(words("a.png").c_str());
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) != 0) << status;
+    const std::vector<uint8_t> said = read_bytes(path("said"));
+    const std::string text(said.begin(), said.end());
+    EXPECT_EQ(std::ranges::count(text, '\n'), 1) << text;
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  for (const uintmax_t size : {40000u, 8192u, 100u, 10u}) {
+    fs::resize_file(library, size);
+    expect_damaged("is damaged");
+  }
+  fs::remove(library);
+  ASSERT_EQ(::mkfifo(library.c_str(), 0600), 0);
+  expect_damaged("not a regular file");
 }
 
 TEST_F(Limits, WhatIsReservedIsWhatIsTaken) {

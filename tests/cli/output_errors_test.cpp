@@ -1,5 +1,6 @@
 // Output that cannot be written: exit 1, one line, nothing half-written, and what stood under that
 // name before untouched.
+#include <fcntl.h>
 #include <sys/mount.h>
 #include <unistd.h>
 
@@ -186,6 +187,8 @@ TEST_F(OutputErrors, NoOutputTakesAnInputsPlaceOrAnothersUnderAnyName) {
   }
   const Words shots = {"--driver", "bisection", "--snapshots", path("shots"), "-o"};
   refused(shots + Words{path("shots/003_0010pct.png")}, {"--snapshots", "written twice"});
+  refused(shots + Words{path("b.exr"), "--report", path("shots/emberline-snapshots.json")},
+          {"--snapshots", "written twice"});
   refused(shots + Words{path("b.exr"), "--reference", path("here/shots/000_first.exr")},
           {"--reference"});
   expect_failure({"compare", path("out.exr"), path("sky.exr"), "-o", path("link.exr")}, 2,
@@ -229,7 +232,8 @@ colorspaces:
 // A log that a shell appends to, or another program: a file in its place would take what is in it.
 TEST_F(OutputErrors, AnOpenStreamIsWrittenToAndNotReplaced) {
   write("log", "what was there\n");
-  for (const char* name : {"/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"}) {
+  for (const char* name :
+       {"/dev/stdout", "/dev/fd/1", "/proc/self/fd/1", "/proc/thread-self/fd/1"}) {
     const RunResult result =
         run(render_words({"--quiet", "--report", name}), {.stdout_path = path("log")});
     EXPECT_EQ(result.exit_code, 0) << result.describe();
@@ -241,6 +245,12 @@ TEST_F(OutputErrors, AnOpenStreamIsWrittenToAndNotReplaced) {
   std::filesystem::create_symlink("/dev/stdout", path("stream.png"));
   expect_failure(render_words({"-o", path("stream.png")}), 1, {"stream.png", "open already"});
   expect_failure(render_words({"--report", "/dev/fd/7"}), 1, {"/dev/fd/7"});
+  const int of_another = ::open(path("log").c_str(), O_WRONLY | O_APPEND);
+  const std::string name =
+      "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(of_another);
+  expect_failure(render_words({"--report", name}), 1, {name, "open already"});
+  ::close(of_another);
+  EXPECT_EQ(read_bytes(path("log")), bytes);
   expect_failure(render_words({"--report", "/dev/stdin"}), 1, {"/dev/stdin"});
 }
 

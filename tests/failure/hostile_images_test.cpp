@@ -313,6 +313,61 @@ TEST(HostileImages, TilesAreHeldAgainstTheBudgetAndTheImage) {
   }
 }
 
+// Rows are decoded as they were coded, with all their channels.
+TEST(HostileImages, RowsThatAreCodedTogetherAreHeldAgainstTheBudget) {
+  const TempFolder folder;
+  const std::string path = folder / "wide.exr";
+  constexpr int kWidth = 4096, kRows = 16, kChannels = 60;  // 16 MB
+  test::write_bytes(path, test::encode_image<float>(
+                              "exr", ImageSpec(kWidth, kRows, kChannels, TypeDesc::FLOAT),
+                              std::vector<float>(size_t(kWidth) * kRows * kChannels, 0.0f)));
+  const auto budget = std::make_shared<MemoryBudget>(uint64_t(24) << 20);
+  const auto read = [&](const LoadLimits& limits) {
+    return message_of([&] { read_float_image(path, LoadProgress({}, {}, limits)); });
+  };
+  EXPECT_EQ(read({}), "no error");
+  EXPECT_SAYS(read({.memory = budget, .timeout_s = {}, .scene = {}}), "--memory-limit");
+}
+
+// Components that come one after the other leave no choice but to keep all coefficients.
+TEST(HostileImages, CoefficientsOfAJpegAreCounted) {
+  const auto bytes_per_pixel = [](uint8_t frame, uint8_t in_a_scan) {
+    ByteList jpeg = {0xff, 0xd8, 0xff, frame, 0, 17, 8, 3, 32, 3, 32, 3};  // 800 x 800
+    for (uint8_t c = 1; c <= 3; ++c) jpeg.insert(jpeg.end(), {c, 0x11, 0});
+    jpeg.insert(jpeg.end(), {0xff, 0xda, 0, uint8_t(6 + 2 * in_a_scan), in_a_scan});
+    for (uint8_t c = 1; c <= in_a_scan; ++c) jpeg.insert(jpeg.end(), {c, 0});
+    jpeg.insert(jpeg.end(), {0, 63, 0});
+    jpeg.resize(jpeg.size() + 4000);
+    jpeg.insert(jpeg.end(), {0xff, 0xd9});
+    return clean_image(ImageFormat::kJpeg, jpeg, "place").header.decoder_bytes_per_pixel;
+  };
+  EXPECT_EQ(bytes_per_pixel(0xc0, 3), 0);
+  EXPECT_EQ(bytes_per_pixel(0xc0, 1), 6);
+  EXPECT_EQ(bytes_per_pixel(0xc1, 2), 6);
+  EXPECT_EQ(bytes_per_pixel(0xc2, 3), 6);
+}
+
+// OpenImageIO reads lines of a header by 127 bytes: after one of just so many it meets the line's
+// end, takes it for an empty line, and the next for the size.
+TEST(HostileImages, AnHdrWhoseSizeIsAmbiguousIsRefused) {
+  const TempFolder folder;
+  const std::string path = folder / "a.hdr";
+  for (const size_t length : {126, 127, 128, 254, 255}) {
+    std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nA=" + std::string(length - 2, 'x') +
+                       "\n-Y 3000 +X 3000\n\n-Y 4 +X 8\n";
+    text.resize(text.size() + 4 * 8 * 4, '\x40');
+    test::write_bytes(path, test::bytes_of(text));
+    const std::string message = message_of([&] {
+      const FloatImage image = read_float_image(path);
+      EXPECT_EQ(image.width, 8);
+      EXPECT_EQ(image.height, 4);
+    });
+    if (message != "no error") {
+      EXPECT_SAYS(message, "header is ambiguous");
+    }
+  }
+}
+
 // What takes time with each, and what a file needs of them.
 TEST(HostileImages, WhatIsGoneOverAgainAndAgainIsBounded) {
   // Values of an EXR's header are looked up one by one.

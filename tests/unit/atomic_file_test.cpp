@@ -39,7 +39,10 @@ TEST_F(AtomicFileTest, KeepsLinksAndPermissions) {
 }
 
 TEST_F(AtomicFileTest, LeftoversAndLongNamesAreNoObstacle) {
-  { std::ofstream(path("a.part-" + std::to_string(getpid()))) << "left by a killed process"; }
+  {
+    std::ofstream(path("a.emberline.part-" + std::to_string(getpid())))
+        << "left by a killed process";
+  }
   write_file_atomically(path("a"), "x");
   EXPECT_EQ(slurp(path("a")), "x");
   const std::string name(255, 'n');
@@ -50,18 +53,42 @@ TEST_F(AtomicFileTest, LeftoversAndLongNamesAreNoObstacle) {
 // What a killed run has left goes when its target is written again; what only looks like it stays.
 TEST_F(AtomicFileTest, StaleFilesOfTheTargetAreRemoved) {
   const auto leave = [this](const std::string& name) { std::ofstream(path(name)) << "left"; };
-  for (const char* name : {"a.part-4711", "a.part-1", "a.part-4711-2"}) leave(name);
-  std::vector<std::string> others = {"b.part-1",  "a.part-x",   "a.part-007", "a.part-12-",
-                                     "a.part-1a", "a.part-1.x", "xa.part-1",  "a.part-"};
+  for (const char* name :
+       {"a.emberline.part-4711", "a.emberline.part-1", "a.emberline.part-4711-2"})
+    leave(name);
+  std::vector<std::string> others = {
+      "b.emberline.part-1", "a.emberline.part-x", "a.emberline.part-007", "a.emberline.part-12-",
+      "a.emberline.part-1a", "a.emberline.part-1.x", "xa.emberline.part-1", "a.emberline.part-",
+      // Of others: split(1) makes such ones.
+      "a.part-1", "a.part-4711"};
   for (const std::string& name : others) leave(name);
-  fs::create_directory(path("a.part-5"));
-  fs::create_symlink("xa.part-1", path("a.part-6"));
-  leave("a.part-7");
-  fs::create_hard_link(path("a.part-7"), path("kept"));
-  others.insert(others.end(), {"a", "a.part-5", "a.part-6", "a.part-7", "kept"});
+  fs::create_directory(path("a.emberline.part-5"));
+  fs::create_symlink("xa.emberline.part-1", path("a.emberline.part-6"));
+  leave("a.emberline.part-7");
+  fs::create_hard_link(path("a.emberline.part-7"), path("kept"));
+  others.insert(others.end(),
+                {"a", "a.emberline.part-5", "a.emberline.part-6", "a.emberline.part-7", "kept"});
   std::ranges::sort(others);
   write_file_atomically(path("a"), "x");
   EXPECT_EQ(contents(), others);
+}
+
+// A frame takes hours: where its picture goes is decided when it begins.
+TEST_F(AtomicFileTest, ALinkToTheFolderMayChangeMeanwhile) {
+  fs::create_directory(path("one"));
+  fs::create_directory(path("two"));
+  fs::create_directory_symlink("one", path("now"));
+  AtomicFile file(path("now/a"));
+  file.write_at("x", 1, 0);
+  fs::remove(path("now"));
+  fs::create_directory_symlink("two", path("now"));
+  file.commit();
+  EXPECT_EQ(slurp(path("one/a")), "x");
+  EXPECT_TRUE(fs::is_empty(path("two")));
+}
+
+TEST_F(AtomicFileTest, ANameThatIsTooLongIsKnownAtOnce) {
+  EXPECT_THROW(AtomicFile(path(std::string(256, 'n'))), RenderError);
 }
 
 TEST_F(AtomicFileTest, AFileInUseStays) {

@@ -262,6 +262,10 @@ colorspaces:
   ASSERT_EQ(mkfifo(path("pipe.cube").c_str(), 0600), 0);
   std::ofstream(path("huge.cube")) << "LUT_3D_SIZE 2\n";
   std::filesystem::resize_file(path("huge.cube"), uintmax_t(1) << 40);
+  const std::string xml = R"(<ProcessList id="a" version="1.7">)";
+  std::ofstream(path("a.ctf")) << xml << "<Reference path=\"/dev/zero\"/></ProcessList>";
+  std::ofstream(path("b.cube")) << "\n  <!DOCTYPE ProcessList [<!ENTITY r \"&#60;Reference/>\">]>"
+                                << xml << "&r;</ProcessList>";
   std::string doubled =
       "!<GroupTransform> {children: [&a0 !<MatrixTransform> {offset: [1, 0, 0, 0]}";
   for (int i = 1; i < 30; ++i) {
@@ -276,6 +280,8 @@ colorspaces:
       {"!<FileTransform> {src: pipe.cube}", "not a regular file"},
       {"!<FileTransform> {src: /dev/zero}", "not a regular file"},
       {"!<FileTransform> {src: huge.cube}", "too large"},
+      {"!<FileTransform> {src: a.ctf}", "\"<Reference\" is not supported"},
+      {"!<FileTransform> {src: b.cube}", "\"<!DOCTYPE\" is not supported"},
       {doubled + "]}", "YAML aliases"},
   };
   for (const auto& [transform, says] : wrong) {

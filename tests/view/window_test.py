@@ -355,6 +355,25 @@ class WindowTest(unittest.TestCase):
             self.assertIn("it is the scene", run.stderr)
             self.assertEqual(other.read_bytes(), before)
 
+    def test_a_journal_over_what_the_scene_reads_is_refused(self):
+        folder = pathlib.Path(self.window_folder())
+        shutil.copy(scene(), folder / "a.glb")
+        data = (folder / "a.glb").read_bytes()
+        length = int.from_bytes(data[12:16], "little")
+        gltf = json.loads(data[20:20 + length])
+        gltf["buffers"][0]["uri"] = "a.bin"
+        (folder / "a.gltf").write_text(json.dumps(gltf))
+        (folder / "a.bin").write_bytes(data[28 + length:])
+        before = (folder / "a.bin").read_bytes()
+        (folder / "a.png").hardlink_to(folder / "a.bin")
+        for option, name in (("--journal", "a.bin"), ("--screenshot", "a.png")):
+            run = subprocess.run([BINARY, "view", str(folder / "a.gltf"), *map(str, small()[1:]), "--forget", option,
+                                  str(folder / name)], capture_output=True, text=True,
+                                 env=self.display.environment, timeout=screens.PATIENCE_S)
+            self.assertEqual(run.returncode, 2, run.stderr)
+            self.assertIn("the scene reads", run.stderr)
+            self.assertEqual((folder / "a.bin").read_bytes(), before)
+
     def test_moving_an_orthographic_mirrored_camera_keeps_its_kind(self):
         box = pathlib.Path(self.window_folder()) / "flat.glb"
         with_camera(scene(), box, {"type": "orthographic", "name": "flat", "orthographic": {

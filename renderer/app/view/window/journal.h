@@ -12,14 +12,21 @@ namespace emberline {
 
 class Journal {
  public:
-  // Throws RenderError for a file that cannot be written.
-  void open(const std::string& path);
-  bool is_open() const { return file_.has_value(); }
+  // Lines wait until begin(): the file is not touched before it is known what the scene reads.
+  // Throws RenderError for one that cannot be written.
+  void wait(const std::string& path);
+  bool waits() const { return !path_.empty() && !file_; }
+  void begin();
+  const std::string& path() const { return path_; }
+  bool is_open() const { return !path_.empty(); }
   // {"t": seconds, "event": event, ...members}, at once, so that a reader can follow. Where that
   // fails, it is said and the journal closed: the window goes on.
   void write(const char* event, const nlohmann::json& members);
 
  private:
+  void append(const std::string& lines);
+
+  std::string path_, waiting_;
   std::optional<GrowingFile> file_;
 };
 

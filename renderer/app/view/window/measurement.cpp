@@ -200,6 +200,7 @@ void Measurement::write() const {
                        {"window_busy_ms", milliseconds(busy_s_)},
                        {"idle", idle},
                        {"edits", edits}};
+  bench_.check_output("--measure", file_);
   write_file_atomically(file_, report.dump(2) + "\n");
 }
 

@@ -323,7 +323,10 @@ void Window::Impl::draw(double now) {
   glClear(GL_COLOR_BUFFER_BIT);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   if (std::exchange(bench_.want_screenshot, false)) take_screenshot(screenshot_file());
-  if (std::exchange(wanted_screenshot_, false)) take_screenshot(options_.screenshot);
+  if (std::exchange(wanted_screenshot_, false)) {
+    bench_.check_output("--screenshot", options_.screenshot);
+    take_screenshot(options_.screenshot);
+  }
   glfwSwapBuffers(window_.get());
 
   bench_.note_drawn(picture_.drawn());

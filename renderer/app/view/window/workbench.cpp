@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "io/edits_file.h"
+#include "renderer/app/file_register.h"
 #include "renderer/app/view/window/edit_entries.h"
 #include "renderer/app/view/window/free_file.h"
 #include "renderer/core/errors.h"
@@ -49,12 +50,22 @@ Workbench::Workbench(const ViewOptions& options, WindowState& state, std::functi
       session_(first_settings(options)),
       display_names_(emberline::display_names()),
       settings_(session_.settings()) {
-  if (!options.journal.empty()) journal.open(options.journal);
+  if (!options.journal.empty()) journal.wait(options.journal);
+  if (journal.waits() && options.render.scene.empty()) journal.begin();
   session_.on_change(std::move(wake));
   if (!options.render.scene.empty()) open(options.render.scene);
 }
 
 Workbench::~Workbench() { session_.on_change({}); }
+
+void Workbench::check_output(const std::string& option, const std::string& path) const {
+  FileRegister files;
+  files.write(option, path);
+  if (scene_) files.read(scene_->inputs, "the scene reads");
+  if (!edits_.environment.file.empty()) {
+    files.read(edits_.environment.file, "it is the environment of the edits");
+  }
+}
 
 // ---- what is open
 
@@ -113,6 +124,10 @@ void Workbench::take_scene() {
   fov_before_ = kOrdinaryFov;
   if (!again) edits_file_ = first ? options_.render.edits : std::string();
   window.remember_scene(load_status_.path);
+  if (journal.waits()) {
+    check_output("--journal", journal.path());
+    journal.begin();
+  }
   for (const std::string& warning : scene_->warnings) say(Message::Level::kWarning, warning);
   journal.write("scene", {{"file", load_status_.path},
                           {"materials", scene_->outline.materials.size()},

@@ -71,6 +71,8 @@ class Workbench {
   // B as it is to be shown; null if nothing is kept.
   const std::shared_ptr<const ShownPicture>& picture_b() const { return picture_b_; }
   RenderSession& session() { return session_; }
+  // Throws UsageError where `option`'s file is one that what is open was read from.
+  void check_output(const std::string& option, const std::string& path) const;
 
   // ---- edits
   const SceneEdits& edits() const { return edits_; }
