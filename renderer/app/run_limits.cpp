@@ -52,6 +52,15 @@ std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::p
   return least;
 }
 
+LoadLimits limits_of_own_picture(int64_t pixels) {
+  // The channels of a reference, encoded, decoded, and in rows of a code.
+  constexpr uint64_t kBytesPerPixel = 256, kAnySize = uint64_t(64) << 20;
+  return {.memory = std::make_shared<MemoryBudget>(
+              kAnySize + bytes_of(uint64_t(std::max<int64_t>(0, pixels)), kBytesPerPixel)),
+          .timeout_s = {},
+          .scene = {}};
+}
+
 void check_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene) {
   constexpr uint64_t kThreads = uint64_t(64) << 20;  // Embree's and TBB's
   const uint64_t now = peak_rss_bytes(), libraries = kThreads + image_library_bytes();

@@ -19,6 +19,10 @@ struct LimitOptions {
 // A new budget, and the time from now on.
 LoadLimits limits_of(const LimitOptions& options, const std::string& scene);
 
+// For reading a picture that a run of ours wrote, of so many pixels: what it takes, and no more,
+// since somebody may have put another in its place.
+LoadLimits limits_of_own_picture(int64_t pixels);
+
 // Throws InputError if the process has grown by more than the limit and a tenth since its peak was
 // `before`, what its libraries take for themselves left out: the check behind all estimates.
 void check_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene);

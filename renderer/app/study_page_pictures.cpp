@@ -9,6 +9,7 @@
 
 #include "io/image_input.h"
 #include "io/input_file.h"
+#include "renderer/app/run_limits.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/readable.h"
 #include "renderer/statistics/heatmap_quantity.h"
@@ -28,12 +29,25 @@ struct MethodPictures {
   std::optional<Plane> samples;
 };
 
+// Where a study has its pictures, of so many pixels each.
+struct PictureFolder {
+  std::string path;
+  int64_t pixels;
+
+  std::string file(const std::string& name) const {
+    return (std::filesystem::path(path) / name).string();
+  }
+};
+
 // Three channels of 8 bits; nothing if there is no such file, or nothing that can be read in it.
-std::optional<ByteImage> read_picture(const std::string& folder, const std::string& name) {
+std::optional<ByteImage> read_picture(const PictureFolder& folder, const std::string& name) {
   if (name.empty()) return std::nullopt;
   try {
-    const std::string path = (std::filesystem::path(folder) / name).string();
-    const auto file = decode_image(InputFile(path).read_all(), path).image;
+    const std::string path = folder.file(name);
+    const LoadProgress bounded({}, {}, limits_of_own_picture(folder.pixels));
+    const InputFile encoded(path);
+    const MemoryReservation bytes(bounded.budget(), MemoryPart::kFile, encoded.size(), path);
+    const auto file = decode_image(encoded.read_all(), path, false, bounded).image;
     if (file->type != TexelType::kUint8 || file->channels < 3) return std::nullopt;
     ByteImage image{.width = file->width, .height = file->height, .values = {}};
     const auto channels = size_t(file->channels);
@@ -46,10 +60,11 @@ std::optional<ByteImage> read_picture(const std::string& folder, const std::stri
   }
 }
 
-std::optional<Plane> read_samples(const std::string& folder, const std::string& name) {
+std::optional<Plane> read_samples(const PictureFolder& folder, const std::string& name) {
   if (name.empty()) return std::nullopt;
   try {
-    const FloatImage file = read_float_image((std::filesystem::path(folder) / name).string());
+    const FloatImage file = read_float_image(
+        folder.file(name), LoadProgress({}, {}, limits_of_own_picture(folder.pixels)));
     const int channel = file.find_channel("samples");
     if (channel < 0) return std::nullopt;
     Plane plane{file.width, file.height, {}};
@@ -62,7 +77,7 @@ std::optional<Plane> read_samples(const std::string& folder, const std::string& 
   }
 }
 
-MethodPictures read_method(const StudyResults& results, size_t m, const std::string& folder) {
+MethodPictures read_method(const StudyResults& results, size_t m, const PictureFolder& folder) {
   const StudyMethod& method = results.methods[m];
   const StudyMethod::Pictures& p = method.pictures;
   std::string caption = fmt::format("{}: {} samples a pixel in {}", method.name,
@@ -247,7 +262,8 @@ std::vector<Rect> most_different_squares(const ByteImage& picture, const ByteIma
   return chosen;
 }
 
-void add_study_pictures(HtmlPage& page, const StudyResults& results, const std::string& folder) {
+void add_study_pictures(HtmlPage& page, const StudyResults& results, const std::string& path) {
+  const PictureFolder folder{path, int64_t(results.settings.width) * results.settings.height};
   std::vector<MethodPictures> methods;
   for (size_t m = 0; m < results.methods.size(); ++m) {
     methods.push_back(read_method(results, m, folder));

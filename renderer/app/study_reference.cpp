@@ -11,6 +11,7 @@
 #include "io/json_reader.h"
 #include "renderer/app/exr_file.h"
 #include "renderer/app/fingerprint.h"
+#include "renderer/app/run_limits.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 
@@ -51,7 +52,8 @@ bool has_attribute(const std::string& path) {
 }
 
 std::optional<ReferenceHalf> read_channels(const std::string& path, const Rect& window) {
-  const FloatImage image = read_float_image(path);
+  const FloatImage image =
+      read_float_image(path, LoadProgress({}, {}, limits_of_own_picture(window.area())));
   if (image.width != window.width() || image.height != window.height()) return std::nullopt;
   const std::vector<FilmChannel> channels = film_channels(study_reference_aovs());
   ReferenceHalf half(size_t(window.area()) * kChannels);

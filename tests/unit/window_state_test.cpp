@@ -2,6 +2,7 @@
 #include "renderer/app/view/window/window_state.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -19,6 +20,22 @@ class WindowStateTest : public OutputFolder {
     return read_window_state(path("view.json"));
   }
 };
+
+// People keep their settings elsewhere and link to them.
+TEST_F(WindowStateTest, NothingOfOthersIsWrittenOver) {
+  std::ofstream(path("notes")) << "mine";
+  std::filesystem::create_symlink("notes", path("link.json"));
+  write_window_state(path("link.json"), {});
+  EXPECT_EQ(std::filesystem::file_size(path("notes")), 4u);
+  ASSERT_EQ(::mkfifo(path("pipe.json").c_str(), 0600), 0);
+  write_window_state(path("pipe.json"), {});  // and does not wait for a reader
+  write_window_state(path("own.json"), {});
+  std::filesystem::create_symlink("own.json", path("good.json"));
+  WindowState wide;
+  wide.width = 777;
+  write_window_state(path("good.json"), wide);
+  EXPECT_EQ(read_window_state(path("own.json")), wide);
+}
 
 TEST_F(WindowStateTest, ComesBackAsItWasWritten) {
   WindowState state;

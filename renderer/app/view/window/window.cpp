@@ -74,9 +74,18 @@ WindowHandle open_window(const ViewOptions& options, const WindowState& state, f
   glfwWindowHint(GLFW_MAXIMIZED, state.maximized && !options.window_size);
   glfwWindowHintString(GLFW_X11_CLASS_NAME, "emberline");
   glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "emberline");
-  const int width = options.window_size ? options.window_size->x : int(float(state.width) * scale);
+  // What was remembered may be of a larger screen.
+  int unused = 0, most_x = 0, most_y = 0;
+  if (GLFWmonitor* const screen = glfwGetPrimaryMonitor()) {
+    glfwGetMonitorWorkarea(screen, &unused, &unused, &most_x, &most_y);
+  }
+  const auto remembered = [&](int size, int most) {
+    const int wanted = int(float(size) * scale);
+    return most > 0 ? std::min(wanted, most) : wanted;
+  };
+  const int width = options.window_size ? options.window_size->x : remembered(state.width, most_x);
   const int height =
-      options.window_size ? options.window_size->y : int(float(state.height) * scale);
+      options.window_size ? options.window_size->y : remembered(state.height, most_y);
   WindowHandle window(glfwCreateWindow(width, height, "Emberline", nullptr, nullptr));
   if (!window) {
     throw RenderError("no window can be opened: " + last_glfw_error +

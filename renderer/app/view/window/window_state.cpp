@@ -83,8 +83,31 @@ WindowState read_window_state(const std::string& path) {
   return state;
 }
 
+namespace {
+
+// Nothing but a file of ours is written over: people keep links to theirs.
+bool may_be_written(const std::string& path) {
+  std::error_code unknown;
+  if (!std::filesystem::exists(path, unknown)) return true;
+  if (!std::filesystem::is_regular_file(path, unknown)) return false;
+  if (!std::filesystem::is_symlink(path, unknown)) return true;
+  try {
+    const nlohmann::json json = read_json(path);
+    return json.contains("recent_scenes");
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+}  // namespace
+
 void write_window_state(const std::string& path, const WindowState& state) {
   if (path.empty()) return;
+  if (!may_be_written(path)) {
+    log_warning("the window's size and panels are forgotten: " + path +
+                " is no file of this window");
+    return;
+  }
   const Json json = {{"width", state.width},
                      {"height", state.height},
                      {"maximized", state.maximized},

@@ -105,6 +105,10 @@ void Workbench::take_scene() {
   if (load_status_.state == LoadStatus::State::kFailed &&
       (before.state != load_status_.state || before.error != load_status_.error)) {
     say(Message::Level::kError, load_status_.error);
+    // What such a scene would have read is not known: only a new file is none of it.
+    std::error_code none;
+    const auto size = std::filesystem::file_size(journal.path(), none);
+    if (journal.waits() && (none || size == 0)) journal.begin();
   }
   std::shared_ptr<const OpenScene> scene = session_.scene();
   if (scene == scene_) return;
