@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/app/number_option.h"
 #include "renderer/app/option_values.h"
 #include "renderer/app/snapshots.h"
 #include "renderer/core/errors.h"

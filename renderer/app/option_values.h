@@ -2,15 +2,16 @@
 // what is wrong with them. CLI11's own ranges let NaN through and print floats with six decimals.
 #pragma once
 
-#include <fmt/format.h>
-
-#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace emberline {
@@ -49,27 +50,6 @@ bool parse_numbers(std::string_view text, char separator, std::array<T, kCount>&
 
 // "8G", "1.5M", "4096": bytes, or with K, M, G or T powers of 1024 of them; at least 1.
 std::optional<uint64_t> parse_size(std::string_view text);
-
-// An option whose value is one number in [min, max]. `Target` is the number or an optional of it.
-template <typename T, typename Target>
-CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, T min, T max,
-                        const std::string& help) {
-  const std::string range = fmt::format("{} to {}", min, max);
-  return app
-      ->add_option_function<std::string>(
-          name,
-          [&target, name, min, max, range](const std::string& text) {
-            const std::optional<T> value = parse_number<T>(text);
-            if (!value || *value < min || *value > max) {
-              throw CLI::ValidationError(
-                  name, fmt::format("'{}' is not a {} from {}", text,
-                                    std::is_integral_v<T> ? "whole number" : "number", range));
-            }
-            target = *value;
-          },
-          help)
-      ->type_name(fmt::format("{}..{}", min, max));
-}
 
 // The words that `word` may have meant, for unknown options and commands: names.h does the wording.
 std::string unknown_word_message(const char* kind, const std::string& word,

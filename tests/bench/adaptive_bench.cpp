@@ -32,7 +32,6 @@
 
 #include "bench/adaptive_errors.h"
 #include "bench/frame_benches.h"
-#include "renderer/app/option_values.h"
 
 namespace emberline::bench {
 namespace {

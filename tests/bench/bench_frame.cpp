@@ -7,6 +7,7 @@
 #include <atomic>
 
 #include "renderer/app/frame_setup.h"
+#include "renderer/app/number_option.h"
 #include "renderer/app/option_values.h"
 #include "renderer/core/errors.h"
 #include "renderer/scene/build_scene.h"

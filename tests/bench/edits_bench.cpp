@@ -15,7 +15,6 @@
 #include "bench/bench_frame.h"
 #include "bench/frame_benches.h"
 #include "renderer/app/frame_setup.h"
-#include "renderer/app/option_values.h"
 #include "renderer/core/errors.h"
 #include "renderer/scene/editable_scene.h"
 #include "support/edits.h"

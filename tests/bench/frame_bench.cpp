@@ -17,7 +17,7 @@
 
 #include "bench/bench_frame.h"
 #include "bench/ray_recorder.h"
-#include "renderer/app/option_values.h"
+#include "renderer/app/number_option.h"
 #include "renderer/app/report.h"
 #include "renderer/core/errors.h"
 

@@ -15,7 +15,7 @@
 
 #include "bench/bench_frame.h"
 #include "bench/frame_benches.h"
-#include "renderer/app/option_values.h"
+#include "renderer/app/number_option.h"
 #include "renderer/core/errors.h"
 
 namespace emberline::bench {

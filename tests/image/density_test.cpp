@@ -20,7 +20,7 @@ namespace {
 
 using namespace test;
 
-constexpr int kDensityWidth = 320, kDensityHeight = 180;
+constexpr int kDensityWidth = 256, kDensityHeight = 144;
 
 enum Feature { kSilhouette, kShadow, kTexture, kFlat, kFeatures };
 constexpr const char* kNames[kFeatures] = {"silhouettes", "shadow boundaries", "texture", "flat"};
@@ -126,7 +126,7 @@ std::array<double, kFeatures> densities(const std::vector<Feature>& features,
     pixels[features[i]]++;
   }
   for (size_t f = 0; f < kFeatures; ++f) {
-    EXPECT_GT(pixels[f], 500u) << kNames[f] << " are too few to say anything of them";
+    EXPECT_GT(pixels[f], 300u) << kNames[f] << " are too few to say anything of them";
     mean[f] /= double(pixels[f]);
   }
   for (size_t f = 0; f < kFlat; ++f) {
@@ -170,16 +170,16 @@ void expect_densities(const std::string& scene, uint32_t reference_spp, const Bo
   }
 }
 
-// Measured to --noise-threshold .01: 5.8, 4.4, 4.8 times; of a budget of 32 samples a pixel, which
-// goes by deviations and not by their squares: 1.7, 1.4, 1.6. Over three seeds they are the same
-// within 5 %; the bounds are a fifth lower, some four times that spread.
+// Measured to --noise-threshold .01: 5.0, 3.6, 4.2 times; of a budget of 32 samples a pixel, which
+// goes by deviations and not by their squares: 1.9, 1.6, 1.8. Over three seeds they are the same
+// within 4 %; the bounds are a fifth lower, some five times that spread.
 TEST(Density, OfSpheresIsHighestAtTheirFeatures) {
-  expect_densities("spheres", 64, {4.6, 3.4, 3.8}, {1.34, 1.15, 1.25});
+  expect_densities("spheres", 64, {4.0, 2.9, 3.4}, {1.54, 1.32, 1.45});
 }
 
-// Here 3.8, 3.3, 3.5 and 1.9, 1.7, 1.9.
+// Here 3.6, 2.8, 3.6 and 1.9, 1.7, 2.0.
 TEST(Density, OfTheTeapotIsHighestAtItsFeatures) {
-  expect_densities("teapot", 256, {3.0, 2.6, 2.7}, {1.5, 1.35, 1.55});
+  expect_densities("teapot", 256, {2.9, 2.25, 2.9}, {1.52, 1.38, 1.6});
 }
 
 }  // namespace

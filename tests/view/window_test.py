@@ -315,10 +315,6 @@ class WindowTest(unittest.TestCase):
         for told_value, value in zip(told["rgb"], (float(word) for word in text.split("):")[-1].split())):
             self.assertAlmostEqual(told_value, value, delta=1e-5 * max(1, abs(value)))
 
-    def save_picture_as(self, window, name):
-        window.key("ctrl+shift+s")
-        self.choose_in_dialog(window, name)
-
     def test_saving_replaces_nothing_unasked(self):
         box, window = self.window_of_a_copy()
         mine = box.with_suffix(".edits.json")
@@ -331,7 +327,7 @@ class WindowTest(unittest.TestCase):
         picture = box.with_name("frame.png")
         picture.write_text("last week's")
         since = window.mark()
-        self.save_picture_as(window, picture)
+        self.choose_in_dialog(window, "ctrl+shift+s", picture)
         time.sleep(1)
         self.assertEqual(picture.read_text(), "last week's")
         window.key("Return")  # the dialog asks whether it may
@@ -342,7 +338,7 @@ class WindowTest(unittest.TestCase):
         other.hardlink_to(box)
         before = box.read_bytes()
         since = window.mark()
-        self.save_picture_as(window, other)
+        self.choose_in_dialog(window, "ctrl+shift+s", other)
         time.sleep(1)
         window.key("Return")
         told = window.wait_for("message", lambda e: "other.png" in e["text"], since)
@@ -436,18 +432,21 @@ class WindowTest(unittest.TestCase):
         self.addCleanup(shutil.rmtree, folder, True)
         return folder
 
-    def choose_in_dialog(self, window, path):
-        time.sleep(0.5)
-        window.key("ctrl+a")
-        window.type(str(path))
+    def open_dialog(self, window, keys):
+        since = window.mark()
+        window.key(keys)
+        window.wait_for("dialog", lambda e: e["asks"], since)
+
+    def choose_in_dialog(self, window, keys, path):
+        self.open_dialog(window, keys)
+        window.type(str(path))  # in place of the name that it suggests
         window.key("Return")
 
     def test_an_environment_can_be_opened_and_taken_back(self):
         window = self.finished()
         start = self.picture_rows(window, window.screenshot())
         since = window.mark()
-        window.key("ctrl+o")
-        self.choose_in_dialog(window, SCENES / "dusk.hdr")
+        self.choose_in_dialog(window, "ctrl+o", SCENES / "dusk.hdr")
         edits = window.wait_for("edits", lambda e: e["environment"], since)
         self.assertEqual(edits["environment"], str(SCENES / "dusk.hdr"))
         window.wait_until_finished(since)
@@ -462,8 +461,7 @@ class WindowTest(unittest.TestCase):
         since = window.mark()
         window.drag((60, 40), key="ctrl")
         window.wait_for("settings", lambda e: e["region"], since)
-        window.key("ctrl+o")
-        time.sleep(0.5)
+        self.open_dialog(window, "ctrl+o")
         window.type("f")  # a letter of the name
         window.key("Escape")
         time.sleep(0.5)
@@ -546,8 +544,7 @@ class WindowTest(unittest.TestCase):
         bad.write_bytes(b"not a scene")
         before = window.last("picture")["serial"]
         since = window.mark()
-        window.key("ctrl+o")
-        self.choose_in_dialog(window, bad)
+        self.choose_in_dialog(window, "ctrl+o", bad)
         message = window.wait_for("message", lambda e: e["level"] == "error", since)
         self.assertIn("bad.glb", message["text"])
         self.assertGreaterEqual(window.last("picture")["serial"], before)

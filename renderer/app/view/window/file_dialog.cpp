@@ -70,6 +70,7 @@ bool FileDialog::agreed(const std::string& path) {
 void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
   const bool appears = std::exchange(opening_, false);
   const bool cancelled = std::exchange(cancelled_, false);
+  has_keyboard_ = false;
   if (appears) ImGui::OpenPopup(title_);
   const float em = ImGui::GetFontSize();
   const ImVec2 screen = ImGui::GetIO().DisplaySize;
@@ -109,6 +110,7 @@ void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
   if (appears || std::exchange(asked_, false)) ImGui::SetKeyboardFocusHere();
   ImGui::PushID(openings_);  // another field each time, so that its text is selected
   done |= ImGui::InputText("##name", &name_, ImGuiInputTextFlags_EnterReturnsTrue);
+  has_keyboard_ = ImGui::IsItemActive();
   ImGui::PopID();
   ImGui::SameLine();
   done |= ImGui::Button(asking ? "Replace" : verb_, {6.0f * em, 0.0f});

@@ -24,6 +24,9 @@ class FileDialog {
   void open(const std::string& path);
   // Closes it, if it is open, when it is drawn next.
   void cancel() { cancelled_ = true; }
+  const char* title() const { return title_; }
+  // Whether keys go to the name, when it was drawn last.
+  bool has_keyboard() const { return has_keyboard_; }
   // Draws it while it is open; calls `chosen` with the path. Each frame.
   void draw(const std::function<void(const std::string&)>& chosen);
 
@@ -44,7 +47,7 @@ class FileDialog {
   std::string replaced_;  // is there, as the dialog says; whole path
   std::vector<Entry> entries_;
   int openings_ = 0;
-  bool opening_ = false, cancelled_ = false, asked_ = false;
+  bool opening_ = false, cancelled_ = false, asked_ = false, has_keyboard_ = false;
 };
 
 }  // namespace emberline

@@ -474,6 +474,11 @@ void Interface::draw_dialogs(Workbench& bench) {
     if (overlay == ViewOverlay::kNone || path.ends_with(".exr")) return bench.save_picture(path);
     bench.save_heatmap(path, overlay);
   });
+  const char* asking = "";
+  for (const FileDialog* dialog : {&open_dialog_, &environment_dialog_, &save_dialog_}) {
+    if (dialog->has_keyboard()) asking = dialog->title();
+  }
+  bench.note_dialog(asking);
 }
 
 }  // namespace emberline

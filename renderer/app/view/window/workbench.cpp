@@ -231,6 +231,10 @@ void Workbench::note_drawn(const std::shared_ptr<const ShownPicture>& picture) {
   journal.write("picture", members);
 }
 
+void Workbench::note_dialog(const std::string& asking) {
+  if (std::exchange(noted_dialog_, asking) != asking) journal.write("dialog", {{"asks", asking}});
+}
+
 void Workbench::change(const SceneEdits& edits, std::string_view what) {
   if (!scene_ || edits == edits_) return;
   edits_ = edits;

@@ -57,6 +57,8 @@ class Workbench {
 
   // The picture is on the screen.
   void note_drawn(const std::shared_ptr<const ShownPicture>& picture);
+  // `asking`: the dialog whose name is being typed; empty for none. Each frame.
+  void note_dialog(const std::string& asking);
 
   // ---- what is open
   void open(const std::string& scene);
@@ -179,6 +181,7 @@ class Workbench {
   DisplayNames display_names_;
   std::shared_ptr<const OpenScene> scene_;
   std::shared_ptr<const ShownPicture> picture_, noted_, picture_b_;
+  std::string noted_dialog_;
   Vec2f noted_corner_ = Vec2f(0.0f);
   double noted_zoom_ = 0.0;
   LoadStatus load_status_;
