@@ -71,13 +71,13 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
-// The file that `path` names once symbolic links are followed. Where there is none yet, or the link
-// dangles, its name in the folder that is meant now: links to that may change while a frame
-// renders.
+// The file that `path` names once symbolic links are followed. Where there is none yet, its name in
+// the folder that is meant now: links to that may change while a frame renders.
 std::string resolve_links(const std::string& path) {
   if (const std::optional<std::string> file = real_path(path)) return *file;
-  const std::optional<std::string> folder = real_path(folder_of(path));
-  const std::filesystem::path name = std::filesystem::path(path).filename();
+  const std::filesystem::path end = without_links(path);
+  const std::optional<std::string> folder = real_path(folder_of(end.string()));
+  const std::filesystem::path name = end.filename();
   return folder && !name.empty() ? (std::filesystem::path(*folder) / name).string() : path;
 }
 
@@ -194,12 +194,24 @@ bool is_pipe_or_device(const std::string& path) {
 
 }  // namespace
 
+std::filesystem::path without_links(std::filesystem::path path) {
+  constexpr int kMostLinks = 40;  // as the system follows
+  std::error_code error;
+  const auto is_link = [&] {
+    return std::filesystem::is_symlink(std::filesystem::symlink_status(path, error));
+  };
+  for (int i = 0; i < kMostLinks && is_link(); ++i) {
+    path = path.parent_path() / std::filesystem::read_symlink(path, error);
+  }
+  return path;
+}
+
 AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolve_links(path)) {
   if (path.empty()) throw RenderError("cannot write: the output path is empty");
   if (descriptor_of(path) != kNoDescriptor) fail(path_, "it is open already; name a file", 0);
   struct stat status = {};
   const bool exists = ::stat(target_.c_str(), &status) == 0;
-  if (!exists && errno == ENAMETOOLONG) fail(path_, "cannot create it", errno);
+  if (!exists && (errno == ENAMETOOLONG || errno == ELOOP)) fail(path_, "cannot create it", errno);
   if (exists && S_ISDIR(status.st_mode)) fail(path_, "it is a folder; name a file", 0);
   if (exists && !S_ISREG(status.st_mode)) fail(path_, "it is not a regular file", 0);
   if (exists && ::access(target_.c_str(), W_OK) != 0) fail(path_, "it is write-protected", errno);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -16,8 +17,8 @@ namespace emberline {
 // what a killed run has left: whoever writes that target next removes it. Where a file system has
 // no locks, such files stay.
 //
-// A target that is a symbolic link stays one: the file it points to is replaced. The permissions
-// of a replaced file are kept. All errors are RenderError, one line that names the target.
+// A target that is a symbolic link stays one: the file it points to is replaced, or made. The
+// permissions of a replaced file are kept. All errors are RenderError, one line that names the target.
 class AtomicFile {
  public:
   // Throws when the target is a folder, a device or write-protected, or its folder is not writable.
@@ -45,6 +46,9 @@ class AtomicFile {
   std::string temporary_;  // empty once renamed or removed
   int descriptor_ = -1;
 };
+
+// Where a chain of symbolic links leads, to what is not there yet, too.
+std::filesystem::path without_links(std::filesystem::path path);
 
 // Throws as AtomicFile's constructor would for a path that cannot be written to, and leaves nothing
 // behind; so that it is known before hours of work and not after them.

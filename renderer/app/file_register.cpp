@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "io/atomic_file.h"
 #include "io/input_file.h"
 #include "renderer/core/errors.h"
 
@@ -22,16 +23,6 @@ bool is_pipe_or_device(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
-}
-
-// Where a chain of links leads, to what is not there yet, too.
-fs::path without_links(fs::path path) {
-  constexpr int kMostLinks = 40;  // as the system follows
-  std::error_code error;
-  for (int i = 0; i < kMostLinks && fs::is_symlink(fs::symlink_status(path, error)); ++i) {
-    path = path.parent_path() / fs::read_symlink(path, error);
-  }
-  return path;
 }
 
 [[noreturn]] void refuse(const std::string& option, const std::string& path,

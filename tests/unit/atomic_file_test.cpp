@@ -38,6 +38,18 @@ TEST_F(AtomicFileTest, KeepsLinksAndPermissions) {
   EXPECT_EQ(fs::status(path("real")).permissions(), fs::perms::owner_read | fs::perms::owner_write);
 }
 
+TEST_F(AtomicFileTest, MakesWhatALinkLeadsTo) {
+  fs::create_directory(path("scratch"));
+  fs::create_symlink("scratch/out", path("link"));
+  fs::create_symlink("link", path("chain"));
+  write_file_atomically(path("chain"), "1");
+  EXPECT_TRUE(fs::is_symlink(path("link")) && fs::is_symlink(path("chain")));
+  EXPECT_EQ(slurp(path("scratch/out")), "1");
+  fs::create_symlink("loop", path("loop"));
+  EXPECT_THROW(write_file_atomically(path("loop"), "2"), RenderError);
+  EXPECT_TRUE(fs::is_symlink(path("loop")));
+}
+
 TEST_F(AtomicFileTest, LeftoversAndLongNamesAreNoObstacle) {
   {
     std::ofstream(path("a.emberline.part-" + std::to_string(getpid())))
