@@ -331,9 +331,10 @@ GrowingFile::GrowingFile(const std::string& path) : path_(path) {
   if (own == kDescriptorOfAnother && !is_pipe_or_device(path)) {
     fail(path_, "another process has it open; name a file", 0);
   }
+  constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC | O_NONBLOCK;
   descriptor_ =
-      own >= 0 ? ::fcntl(own, F_DUPFD_CLOEXEC, 0)
-               : ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666);
+      own >= 0 ? ::fcntl(own, F_DUPFD_CLOEXEC, 0) : ::open(path.c_str(), kFlags, 0666);
+  if (descriptor_ < 0 && errno == ENXIO) fail(path_, "it is a pipe that nobody reads", 0);
   if (descriptor_ < 0) fail(path_, "cannot open it", errno);
 }
 
@@ -342,6 +343,7 @@ GrowingFile::~GrowingFile() { ::close(descriptor_); }
 void GrowingFile::append(std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EAGAIN) fail(path_, "whoever reads it does not keep up", 0);
     if (written < 0 && errno != EINTR) fail(path_, "writing failed", errno);
     if (written > 0) bytes.remove_prefix(size_t(written));
   }

@@ -79,7 +79,7 @@ class FolderLock {
 };
 
 // A file that others follow while it grows: empty at first, and what is appended is there at once.
-// All errors are RenderError, one line that names the file.
+// It waits for no reader of a pipe. All errors are RenderError, one line that names the file.
 class GrowingFile {
  public:
   explicit GrowingFile(const std::string& path);

@@ -1,7 +1,10 @@
 // Files that appear whole or not at all.
 #include "io/atomic_file.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -154,6 +157,19 @@ TEST_F(AtomicFileTest, GrowingFilesCanBeFollowed) {
   GrowingFile full("/dev/full");
   expect_error<RenderError>([&] { full.append("x"); }, "No space left on device");
   expect_error<RenderError>([&] { GrowingFile folder(path("")); }, "Is a directory");
+}
+
+TEST_F(AtomicFileTest, GrowingFilesWaitForNoReader) {
+  ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+  expect_error<RenderError>([&] { GrowingFile unread(path("pipe")); }, "that nobody reads");
+  const int reader = ::open(path("pipe").c_str(), O_RDONLY | O_NONBLOCK);
+  GrowingFile log(path("pipe"));
+  log.append("one\n");
+  char read[4];
+  EXPECT_EQ(::read(reader, read, sizeof read), 4);
+  const std::string more(size_t(1) << 22, 'x');  // than any pipe holds
+  expect_error<RenderError>([&] { log.append(more); }, "does not keep up");
+  ::close(reader);
 }
 
 }  // namespace
