@@ -8,6 +8,8 @@
 #include <fstream>
 #include <string>
 
+#include "support/sanitized.h"
+
 namespace emberline::test {
 
 // Bytes of private memory in use, with the allocator's free pages given back first: what was only
@@ -45,10 +47,5 @@ inline double peak_resident_bytes() {
   status >> kilobytes;
   return 1024 * kilobytes;
 }
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr bool kSanitized = true;
-#else
-inline constexpr bool kSanitized = false;
-#endif
 
 }  // namespace emberline::test
