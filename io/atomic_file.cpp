@@ -332,8 +332,7 @@ GrowingFile::GrowingFile(const std::string& path) : path_(path) {
     fail(path_, "another process has it open; name a file", 0);
   }
   constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC | O_NONBLOCK;
-  descriptor_ =
-      own >= 0 ? ::fcntl(own, F_DUPFD_CLOEXEC, 0) : ::open(path.c_str(), kFlags, 0666);
+  descriptor_ = own >= 0 ? ::fcntl(own, F_DUPFD_CLOEXEC, 0) : ::open(path.c_str(), kFlags, 0666);
   if (descriptor_ < 0 && errno == ENXIO) fail(path_, "it is a pipe that nobody reads", 0);
   if (descriptor_ < 0) fail(path_, "cannot open it", errno);
 }

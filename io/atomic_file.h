@@ -18,7 +18,8 @@ namespace emberline {
 // no locks, such files stay.
 //
 // A target that is a symbolic link stays one: the file it points to is replaced, or made. The
-// permissions of a replaced file are kept. All errors are RenderError, one line that names the target.
+// permissions of a replaced file are kept. All errors are RenderError, one line that names the
+// target.
 class AtomicFile {
  public:
   // Throws when the target is a folder, a device or write-protected, or its folder is not writable.

@@ -65,7 +65,7 @@ TEST_F(Limits, TooLittleMemoryForTheImageLibraryIsSaid) {
 // In a place of its own, beside a copy of the program.
 TEST_F(Limits, ADamagedImageLibraryIsSaid) {
   namespace fs = std::filesystem;
-  if (kSanitized) GTEST_SKIP() << "the program is the same";
+  if (kSanitized) GTEST_SKIP() << "AddressSanitizer's program has it linked";
   const fs::path program = fs::path(EMBERLINE_BINARY), folder = path("installed");
   const fs::path name = "lib/libemberline_images.so", library = folder / name;
   fs::create_directories(folder / "bin");
