@@ -6,7 +6,7 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build ccache git python3
   libembree-dev libtbb-dev libimath-dev
-  libopenimageio-dev openimageio-tools libopenexr-dev libopencolorio-dev
+  libopenimageio-dev openimageio-tools libopenexr-dev libopencolorio-dev libpng-dev libjpeg-dev
   libtinygltf-dev libdraco-dev libmeshoptimizer-dev
   libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev
   libglfw3-dev libimgui-dev

@@ -1,4 +1,4 @@
-// Linear radiance to display pixels through OpenColorIO, and PNG/JPEG out through OpenImageIO.
+// Linear radiance to display pixels through OpenColorIO, and PNG/JPEG out.
 #pragma once
 
 #include <cstddef>

@@ -3,7 +3,6 @@
 
 #include "io/atomic_file.h"
 #include "io/display.h"
-#include "io/image_library.h"
 #include "io/image_output.h"
 
 namespace emberline {
@@ -24,7 +23,6 @@ DisplayImageWriter::DisplayImageWriter(const std::string& path, const Rect& data
                                        bool alpha)
     : impl_(std::make_unique<Impl>(path, data_window)) {
   assert(!data_window.empty() && transform);
-  image_library();  // where it is missing, that is known before the render
   ByteImage& image = impl_->image;
   image.width = data_window.width();
   image.height = data_window.height();

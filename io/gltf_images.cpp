@@ -6,7 +6,6 @@
 #include "io/gltf_material.h"
 #include "io/gltf_uri.h"
 #include "io/image_input.h"
-#include "io/image_library.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
@@ -80,7 +79,6 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
   }
 
   document.progress->begin(LoadStage::kImages, wanted.size());
-  if (!wanted.empty()) image_library();  // or the first thread loads it and the others spin
   std::vector<DecodedImage> decoded(wanted.size());
   std::vector<std::exception_ptr> errors(wanted.size());
   parallel_each(wanted.size(), [&](size_t i) {

@@ -10,6 +10,7 @@
 #include "io/encoded_image.h"
 #include "io/image_library.h"
 #include "io/input_file.h"
+#include "io/png_jpeg.h"
 #include "io/texel_repair.h"
 #include "renderer/core/errors.h"
 
@@ -33,22 +34,13 @@ constexpr std::array kPictureFormats = {ImageFormat::kExr,  ImageFormat::kHdr,  
 using Bytes = std::span<const uint8_t>;
 using Formats = std::span<const ImageFormat>;
 
-// OpenImageIO's name of a reader.
-const char* reader_name(ImageFormat format) {
-  switch (format) {
-    case ImageFormat::kPng:
-      return "png";
-    case ImageFormat::kJpeg:
-      return "jpeg";
-    case ImageFormat::kWebp:
-      return "webp";
-    case ImageFormat::kExr:
-      return "openexr";
-    case ImageFormat::kHdr:
-      return "hdr";
-    default:
-      return "tiff";
-  }
+std::unique_ptr<ImageDecoder> open_other(ImageFormat format, ByteSource& source,
+                                         std::string& error) {
+  const char* const reader = format == ImageFormat::kWebp  ? "webp"
+                             : format == ImageFormat::kExr ? "openexr"
+                             : format == ImageFormat::kHdr ? "hdr"
+                                                           : "tiff";
+  return image_library().open(reader, source, error);
 }
 
 ImageFormat expect_format(Bytes bytes, Formats allowed, const std::string& place) {
@@ -121,7 +113,6 @@ class MemorySource final : public ByteSource {
     std::memcpy(bytes, bytes_.data() + offset, got);
     return got;
   }
-  Bytes memory() const override { return bytes_; }
 
  private:
   Bytes bytes_;
@@ -226,7 +217,9 @@ class OpenImage {
                       header_.tile_bytes,
                   place_);
     std::string error;
-    decoder_ = image_library().open(reader_name(format), *source_, error);
+    decoder_ = format == ImageFormat::kPng    ? open_png(bytes_, error)
+               : format == ImageFormat::kJpeg ? open_jpeg(bytes_, error)
+                                              : open_other(format, *source_, error);
     if (!decoder_) throw InputError(place_, kDoesNotDecode + error);
     layout_ = decoder_->layout();
     const ImageLayout& s = layout_;

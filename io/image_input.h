@@ -1,4 +1,4 @@
-// Images in, through OpenImageIO. Reading one ends with Cancelled where `progress` says so.
+// Images in. Reading one ends with Cancelled where `progress` says so.
 #pragma once
 
 #include <cstddef>

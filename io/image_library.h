@@ -1,7 +1,7 @@
-// OpenImageIO behind an interface: what decodes and encodes images.
+// OpenImageIO behind an interface, for what io/png_jpeg.h does not do.
 //
 // It brings some 240 libraries along, whose loading takes half a second of processor time. So it is
-// reached through a library of its own (openimageio.cpp), which is loaded for the first image.
+// reached through a library of its own (openimageio.cpp), which is loaded for the first such image.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,6 @@ class ByteSource {
   virtual uint64_t size() const = 0;
   // As many of these bytes as there are.
   virtual size_t read(uint64_t offset, size_t count, void* bytes) = 0;
-  // All of them, if they are in memory.
-  virtual std::span<const uint8_t> memory() const { return {}; }
 };
 
 enum class SampleType : uint8_t { kUint8, kUint16, kUint32, kHalf, kFloat, kOther };
@@ -62,13 +60,13 @@ class ImageDecoder {
 class ImageLibrary {
  public:
   virtual ~ImageLibrary() = default;
-  // `format` is "png", "jpeg", "webp", "openexr", "hdr" or "tiff"; alpha is not multiplied where
-  // the reader obeys. Null: `error` says why. `source` outlives the decoder.
+  // `format` is "webp", "openexr", "hdr" or "tiff"; alpha is not multiplied where the reader obeys.
+  // Null: `error` says why. `source` outlives the decoder.
   virtual std::unique_ptr<ImageDecoder> open(const std::string& format, ByteSource& source,
                                              std::string& error) const = 0;
-  // "png" or "jpeg" of one picture, "gif" of any number of one size. Nothing, or why it failed.
-  virtual std::string encode(const std::string& format, std::span<const ByteImage> pictures,
-                             double picture_s, std::vector<unsigned char>& encoded) const = 0;
+  // An animation of pictures of one size and three channels. Nothing, or why it failed.
+  virtual std::string encode_gif(std::span<const ByteImage> pictures, double picture_s,
+                                 std::vector<unsigned char>& encoded) const = 0;
 };
 
 // Throws RenderError where the library is not beside the program, or not of this version.

@@ -7,18 +7,15 @@
 
 #include "io/atomic_file.h"
 #include "io/image_library.h"
+#include "io/png_jpeg.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 
 namespace emberline {
 namespace {
 
-std::vector<unsigned char> encode(const std::string& format, std::span<const ByteImage> pictures,
-                                  double picture_s, const std::string& path) {
-  std::vector<unsigned char> encoded;
-  const std::string error = image_library().encode(format, pictures, picture_s, encoded);
+void check_encoded(const std::string& error, const std::string& path) {
   if (!error.empty()) throw RenderError("cannot write " + path + ": " + error);
-  return encoded;
 }
 
 }  // namespace
@@ -35,7 +32,9 @@ std::vector<unsigned char> encode_image(const ByteImage& image, const std::strin
                                         const std::string& path) {
   assert(image.values.size() ==
          size_t(image.width) * size_t(image.height) * size_t(image.channels));
-  return encode(format, {&image, 1}, 0.0, path);
+  std::vector<unsigned char> encoded;
+  check_encoded(format == "png" ? encode_png(image, encoded) : encode_jpeg(image, encoded), path);
+  return encoded;
 }
 
 std::vector<unsigned char> encode_animation(std::span<const ByteImage> frames, double frame_s,
@@ -44,7 +43,9 @@ std::vector<unsigned char> encode_animation(std::span<const ByteImage> frames, d
     return frame.width == frames[0].width && frame.height == frames[0].height &&
            frame.channels == 3;
   }));
-  return encode("gif", frames, frame_s, path);
+  std::vector<unsigned char> encoded;
+  check_encoded(image_library().encode_gif(frames, frame_s, encoded), path);
+  return encoded;
 }
 
 void write_image(const std::string& path, const ByteImage& image) {

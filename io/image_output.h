@@ -1,4 +1,4 @@
-// 8-bit pictures out: PNG and JPEG through OpenImageIO.
+// 8-bit pictures out: PNG, JPEG, and animated GIF.
 #pragma once
 
 #include <cstdint>

@@ -56,7 +56,8 @@ oiio::TypeDesc oiio_type(SampleType type) {
   }
 }
 
-// Bytes that are read where they lie.
+// Bytes that are read where they lie. OpenImageIO's own for memory (2.4, 3.1) takes an offset just
+// below zero for one of the buffer.
 class SourceProxy final : public oiio::Filesystem::IOProxy {
  public:
   explicit SourceProxy(ByteSource& source) : IOProxy("", Read), source_(source) {}
@@ -91,35 +92,11 @@ class SourceProxy final : public oiio::Filesystem::IOProxy {
   int64_t begin_ = 0;
 };
 
-// OpenImageIO's own (2.4, 3.1) takes an offset just below zero for one of the buffer. The reader of
-// JPEG takes the buffer itself.
-class MemoryProxy final : public oiio::Filesystem::IOMemReader {
- public:
-  explicit MemoryProxy(ByteSource& source)
-      : IOMemReader(const_cast<uint8_t*>(source.memory().data()), source.memory().size()),
-        source_(source) {}
-  size_t pread(void* bytes, size_t count, int64_t offset) override {
-    return offset < 0 ? 0 : source_.read(uint64_t(offset), count, bytes);
-  }
-  size_t read(void* bytes, size_t count) override {
-    const size_t got = pread(bytes, count, m_pos);
-    m_pos += int64_t(got);
-    return got;
-  }
-
- private:
-  ByteSource& source_;
-};
-
 class Decoder final : public ImageDecoder {
  public:
   // Empty if all is well.
   std::string open(const std::string& format, ByteSource& source) {
-    if (source.memory().empty()) {
-      proxy_ = std::make_unique<SourceProxy>(source);
-    } else {
-      proxy_ = std::make_unique<MemoryProxy>(source);
-    }
+    proxy_ = std::make_unique<SourceProxy>(source);
     input_ = oiio::ImageInput::create(format);
     if (!input_ || !input_->supports("ioproxy") || !input_->set_ioproxy(proxy_.get())) {
       oiio::geterror();  // or it would greet the next caller
@@ -195,29 +172,9 @@ class Decoder final : public ImageDecoder {
   }
 
   ImageLayout layout_;
-  std::unique_ptr<oiio::Filesystem::IOProxy> proxy_;
+  std::unique_ptr<SourceProxy> proxy_;
   std::unique_ptr<oiio::ImageInput> input_;  // after what it reads, so that it goes first
 };
-
-oiio::ImageSpec spec_of(const std::string& format, const ByteImage& picture, double picture_s) {
-  const bool alpha = format == "png";  // what the format cannot hold is stepped over
-  oiio::ImageSpec spec(picture.width, picture.height,
-                       picture.channels == 4 && !alpha ? 3 : picture.channels,
-                       oiio::TypeDesc::UINT8);
-  spec.attribute("oiio:UnassociatedAlpha", 1);  // as we give it; else it would be divided again
-  if (picture.srgb && format != "gif") spec.attribute("oiio:ColorSpace", "sRGB");
-  if (format == "jpeg") {
-    spec.attribute("Compression", "jpeg:95");
-    spec.attribute("jpeg:subsampling", "4:4:4");
-  }
-  if (format == "gif") {
-    // A picture's duration is kept in hundredths of a second.
-    const int rate[2] = {100, std::max(1, int(picture_s * 100 + 0.5))};
-    spec.attribute("FramesPerSecond", oiio::TypeRational, rate);
-    spec.attribute("oiio:Movie", 1);
-  }
-  return spec;
-}
 
 class OpenImageIo final : public ImageLibrary {
  public:
@@ -229,18 +186,22 @@ class OpenImageIo final : public ImageLibrary {
     return decoder;
   }
 
-  std::string encode(const std::string& format, std::span<const ByteImage> pictures,
-                     double picture_s, std::vector<unsigned char>& encoded) const override {
+  std::string encode_gif(std::span<const ByteImage> pictures, double picture_s,
+                         std::vector<unsigned char>& encoded) const override {
     oiio::Filesystem::IOVecOutput sink(encoded);
-    const std::unique_ptr<oiio::ImageOutput> output = oiio::ImageOutput::create(format);
-    if (!output) return "OpenImageIO has no " + format + " writer";
+    const std::unique_ptr<oiio::ImageOutput> output = oiio::ImageOutput::create("gif");
+    if (!output) return "OpenImageIO has no gif writer";
+    // A picture's duration is kept in hundredths of a second.
+    const int rate[2] = {100, std::max(1, int(picture_s * 100 + 0.5))};
     bool done = output->set_ioproxy(&sink);
     for (const ByteImage& picture : pictures) {
+      oiio::ImageSpec spec(picture.width, picture.height, 3, oiio::TypeDesc::UINT8);
+      spec.attribute("FramesPerSecond", oiio::TypeRational, rate);
+      spec.attribute("oiio:Movie", 1);
       const auto mode = &picture == &pictures.front() ? oiio::ImageOutput::Create
                                                       : oiio::ImageOutput::AppendSubimage;
-      done = done && output->open("picture." + format, spec_of(format, picture, picture_s), mode) &&
-             output->write_image(oiio::TypeDesc::UINT8, picture.values.data(),
-                                 oiio::stride_t(picture.channels));
+      done = done && output->open("picture.gif", spec, mode) &&
+             output->write_image(oiio::TypeDesc::UINT8, picture.values.data());
     }
     return done && output->close() ? "" : one_line(output->geterror());
   }

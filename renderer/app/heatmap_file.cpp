@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "io/image_library.h"
 #include "io/image_output.h"
 #include "renderer/app/exr_file.h"
 #include "renderer/core/errors.h"
@@ -87,7 +86,6 @@ HeatmapFile::HeatmapFile(const HeatmapRequest& request, const HeatmapStyle& styl
     header_.attributes = frame.attributes;
     exr_ = std::make_unique<ExrWriter>(request.path, header_);
   } else {
-    image_library();  // where it is missing, that is known before the render
     picture_.emplace(request.path);
   }
 }

@@ -7,7 +7,6 @@
 
 #include "io/atomic_file.h"
 #include "io/display.h"
-#include "io/image_library.h"
 #include "io/image_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/drivers/adaptive/refinement_views.h"
@@ -57,9 +56,7 @@ void check_refinement_options(const RenderOptions& options, const Rect& window) 
   }
   if (!options.trees.empty() && options.driver != "adaptive") refuse("--tree");
   for (const std::string& path : options.trees) {
-    if (is_json(path)) continue;
-    image_format_of(path);
-    image_library();  // where it is missing, that is known before the render
+    if (!is_json(path)) image_format_of(path);
   }
 }
 

@@ -5,7 +5,6 @@
 #include <limits>
 #include <optional>
 
-#include "io/image_library.h"
 #include "renderer/statistics/quantity_plane.h"
 
 namespace emberline {
@@ -18,7 +17,6 @@ ReportPictures::ReportPictures(const DisplaySettings& display, const Rect& windo
       width_((window.width() + factor_ - 1) / factor_),
       height_((window.height() + factor_ - 1) / factor_),
       film_channels_(film_channel_names(aovs)) {
-  image_library();  // where it is missing, that is known before the render
   const size_t pixels = size_t(width_) * size_t(height_);
   rgb_.assign(3 * pixels, 0.0f);
   count_.assign(pixels, 0);

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "io/atomic_file.h"
+#include "io/image_library.h"
 #include "io/image_output.h"
 #include "renderer/app/exr_file.h"
 #include "renderer/app/option_values.h"
@@ -148,6 +149,7 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& win
                                   "the frame to be measured against it", window, options.width,
                                   options.height);
   }
+  image_library();  // for the animation: where it is missing, that is known before the render
   folder_.emplace(options.snapshots, OwnedFolderKind{"--snapshots", kMarker});
   for (const std::string& name : folder_->entries()) {
     if (may_write(name)) folder_->check(std::array{name});

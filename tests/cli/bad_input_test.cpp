@@ -98,6 +98,15 @@ const std::vector<Damage>& damages() {
          const int texture = add_texture(g, png);
          g.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture;
        }},
+      // libpng would say a line of its own before ours.
+      {"image_with_a_wrong_checksum",
+       {"images/0", "CRC"},
+       [](GltfBuilder& g) {
+         std::vector<uint8_t> png = small_png();
+         png[29] ^= 1;  // of the header's
+         const int texture = add_texture(g, png);
+         g.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture;
+       }},
   };
   return list;
 }

@@ -9,6 +9,8 @@
 #include <filesystem>
 
 #include "cli/command_test.h"
+#include "support/embedded_images.h"
+#include "support/encoded_images.h"
 
 namespace emberline::test {
 namespace {
@@ -35,6 +37,13 @@ class Limits : public CommandTest {
     return gltf.write_glb(path("grid.glb"));
   }
 
+  // An environment map, which is read by OpenImageIO.
+  std::string sky() {
+    write_image(path("sky.exr"), OIIO::ImageSpec(8, 4, 3, OIIO::TypeDesc::FLOAT),
+                std::vector<float>(size_t(8) * 4 * 3, 1.0f));
+    return path("sky.exr");
+  }
+
   struct Figures {
     double reserved, peak, film;
   };
@@ -58,7 +67,8 @@ TEST_F(Limits, TooLittleMemoryForEmbreeIsSaid) {
 // What it brings along ends the program there, or waits.
 TEST_F(Limits, TooLittleMemoryForTheImageLibraryIsSaid) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer needs more itself";
-  const Words words = {"render", scene(), "-o", path("a.png"), "--size", "8x8", "--spp", "1"};
+  const Words words = {"render", scene(),  "-o",  path("a.exr"), "--env",
+                       sky(),    "--size", "8x8", "--spp",       "1"};
   expect_failure(words, 1, {"ulimit"}, {.data_limit = uint64_t(600) << 20});
 }
 
@@ -72,26 +82,38 @@ TEST_F(Limits, ADamagedImageLibraryIsSaid) {
   fs::create_directories(folder / "lib");
   fs::copy_file(program, folder / "bin/emberline");
   fs::copy_file(program.parent_path().parent_path() / name, library);
-  const auto words = [&](const std::string& out) {
-    return "'" + (folder / "bin/emberline").string() + "' render '" + scene() + "' -o '" +
-           path(out) + "' --size 8x8 --spp 1 --quiet 2>'" + path("said") + "'";
+  const auto words = [&](const std::string& file, const std::string& more) {
+    return "'" + (folder / "bin/emberline").string() + "' render '" + file + "' -o '" +
+           path("a.exr") + "' --size 8x8 --spp 1 --quiet " + more + " 2>'" + path("said") + "'";
   };
-  EXPECT_EQ(std::system(words("whole.png").c_str()), 0);
+  const std::string needs_it = words(scene(), "--env '" + sky() + "'");
+  EXPECT_EQ(std::system(needs_it.c_str()), 0);
   const auto expect_damaged = [&](const std::string& part) {
-    const int status = std::system(words("a.png").c_str());
+    const int status = std::system(needs_it.c_str());
     EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) != 0) << status;
     const std::vector<uint8_t> said = read_bytes(path("said"));
     const std::string text(said.begin(), said.end());
     EXPECT_EQ(std::ranges::count(text, '\n'), 1) << text;
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
-  for (const uintmax_t size : {40000u, 8192u, 100u, 10u}) {
+  const uintmax_t whole = fs::file_size(library);
+  for (const uintmax_t size : {whole - 1, whole / 2, uintmax_t(100), uintmax_t(10)}) {
     fs::resize_file(library, size);
     expect_damaged("is damaged");
   }
   fs::remove(library);
   ASSERT_EQ(::mkfifo(library.c_str(), 0600), 0);
   expect_damaged("not a regular file");
+  // PNG and JPEG do without it, as textures and as pictures.
+  GltfBuilder gltf = lamp_scene();
+  auto& colour = gltf.root["materials"][0]["pbrMetallicRoughness"];
+  colour["baseColorTexture"]["index"] = add_texture(gltf, small_png());
+  const ByteImage flat{2, 2, 3, std::vector<uint8_t>(12, 200)};
+  gltf.root["materials"][0]["emissiveTexture"]["index"] =
+      add_texture(gltf, emberline::encode_image(flat, "jpeg", "flat.jpg"), "image/jpeg");
+  const std::string pictures =
+      "-o '" + path("a.png") + "' -o '" + path("a.jpg") + "' --report '" + path("a.html") + "'";
+  EXPECT_EQ(std::system(words(gltf.write_glb(path("textured.glb")), pictures).c_str()), 0);
 }
 
 TEST_F(Limits, WhatIsReservedIsWhatIsTaken) {

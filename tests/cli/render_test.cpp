@@ -82,7 +82,8 @@ TEST_F(Render, TheHeaderSaysHowTheFrameWasMade) {
     ASSERT_TRUE(attributes.contains(name)) << name;
     EXPECT_EQ(attributes.at(name), value) << name;
   }
-  for (const char* library : {"emberline", "embree", "openexr", "openimageio", "opencolorio"}) {
+  for (const char* library :
+       {"emberline", "embree", "openexr", "openimageio", "libpng", "libjpeg", "opencolorio"}) {
     EXPECT_TRUE(attributes.contains(std::string("emberline:version:") + library)) << library;
   }
   const std::string& sets = attributes.at("emberline:instruction_sets");

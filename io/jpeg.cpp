@@ -1,0 +1,183 @@
+#include <cassert>
+#include <csetjmp>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+#include <jpeglib.h>
+
+#include "io/png_jpeg.h"
+
+namespace emberline {
+namespace {
+
+using Bytes = std::span<const uint8_t>;
+
+// libjpeg leaves a function that fails by longjmp: between setjmp and what may fail no object with
+// a destructor is made. Damaged data is a warning to it, of which we say nothing: whether the end
+// is missing is known before (io/encoded_image.h).
+struct JpegFailure {
+  jpeg_error_mgr manager = {};
+  std::jmp_buf jump = {};
+  char message[JMSG_LENGTH_MAX] = "";
+
+  JpegFailure() {
+    jpeg_std_error(&manager);
+    manager.error_exit = fail;
+    manager.output_message = [](j_common_ptr) {};
+  }
+  [[noreturn]] static void fail(j_common_ptr info) {
+    auto& failure = *reinterpret_cast<JpegFailure*>(info->err);  // its first member
+    info->err->format_message(info, failure.message);
+    std::longjmp(failure.jump, 1);
+  }
+};
+
+class JpegDecoder final : public ImageDecoder {
+ public:
+  explicit JpegDecoder(Bytes bytes) : bytes_(bytes) { info_.err = &failure_.manager; }
+  ~JpegDecoder() override { jpeg_destroy_decompress(&info_); }
+
+  std::string open() {
+    if (!read_header()) return failure_.message;
+    const int stored = info_.output_components;
+    if (stored != 1 && stored != 3 && !is_cmyk()) {
+      return "it has " + std::to_string(stored) + " components";
+    }
+    layout_.width = layout_.full_width = int(info_.output_width);
+    layout_.height = layout_.full_height = int(info_.output_height);
+    if (stored == 1) {
+      layout_.channel_names = {"Y"};
+    } else {
+      layout_.channel_names = {"R", "G", "B"};
+    }
+    layout_.type = SampleType::kUint8;
+    layout_.channel_types.assign(layout_.channel_names.size(), layout_.type);
+    layout_.type_name = "uint8";
+    line_.resize(size_t(layout_.width) * size_t(stored));
+    return "";
+  }
+
+  const ImageLayout& layout() const override { return layout_; }
+  std::string attribute(const char*) const override { return ""; }
+
+  std::string read(int begin, int end, int first, int last, SampleType type,
+                   std::byte* out) override {
+    assert(first == 0 && last == layout_.channels());
+    static_cast<void>(first);
+    const size_t pixels = size_t(layout_.width), samples = pixels * size_t(last);
+    for (int y = begin; y < end; ++y) {
+      if (!read_row()) return failure_.message;
+      if (is_cmyk()) cmyk_to_rgb(line_.data(), pixels);
+      if (type == SampleType::kUint8) {
+        std::memcpy(out, line_.data(), samples);
+        out += samples;
+        continue;
+      }
+      assert(type == SampleType::kFloat);
+      for (size_t i = 0; i < samples; ++i) {
+        const float value = float(line_[i]) / 255.0f;
+        std::memcpy(out, &value, sizeof value);
+        out += sizeof value;
+      }
+    }
+    return "";
+  }
+
+ private:
+  bool is_cmyk() const { return info_.out_color_space == JCS_CMYK; }
+
+  bool read_header() {
+    if (setjmp(failure_.jump)) return false;
+    jpeg_create_decompress(&info_);
+    jpeg_mem_src(&info_, bytes_.data(), static_cast<unsigned long>(bytes_.size()));
+    jpeg_read_header(&info_, TRUE);
+    jpeg_start_decompress(&info_);
+    return true;
+  }
+  bool read_row() {
+    if (setjmp(failure_.jump)) return false;
+    JSAMPROW row = line_.data();
+    jpeg_read_scanlines(&info_, &row, 1);
+    return true;
+  }
+
+  // In place; the inks are stored as 255 less what is printed, as Adobe's programs do.
+  static void cmyk_to_rgb(uint8_t* line, size_t pixels) {
+    for (size_t i = 0; i < pixels; ++i) {
+      const int black = line[4 * i + 3];
+      for (size_t c = 0; c < 3; ++c)
+        line[3 * i + c] = uint8_t((line[4 * i + c] * black + 127) / 255);
+    }
+  }
+
+  Bytes bytes_;
+  JpegFailure failure_;
+  jpeg_decompress_struct info_ = {};
+  ImageLayout layout_;
+  std::vector<uint8_t> line_;
+};
+
+struct JpegEncoder {
+  JpegFailure failure;
+  jpeg_compress_struct info = {};
+  unsigned char* bytes = nullptr;
+  unsigned long count = 0;
+  std::vector<uint8_t> line;
+
+  JpegEncoder() { info.err = &failure.manager; }
+  JpegEncoder(const JpegEncoder&) = delete;
+  JpegEncoder& operator=(const JpegEncoder&) = delete;
+  ~JpegEncoder() {
+    jpeg_destroy_compress(&info);
+    std::free(bytes);
+  }
+
+  bool write(const ByteImage& picture) {
+    const size_t channels = size_t(picture.channels), kept = channels == 1 ? 1 : 3;
+    const size_t pixels = size_t(picture.width);
+    line.resize(pixels * kept);
+    if (setjmp(failure.jump)) return false;
+    jpeg_create_compress(&info);
+    jpeg_mem_dest(&info, &bytes, &count);
+    info.image_width = JDIMENSION(picture.width);
+    info.image_height = JDIMENSION(picture.height);
+    info.input_components = int(kept);
+    info.in_color_space = kept == 1 ? JCS_GRAYSCALE : JCS_RGB;
+    jpeg_set_defaults(&info);
+    jpeg_set_quality(&info, 95, TRUE);
+    for (size_t c = 0; c < kept; ++c) {
+      info.comp_info[c].h_samp_factor = info.comp_info[c].v_samp_factor = 1;
+    }
+    jpeg_start_compress(&info, TRUE);
+    for (size_t y = 0; y < size_t(picture.height); ++y) {
+      const uint8_t* const source = picture.values.data() + y * pixels * channels;
+      for (size_t x = 0; x < pixels; ++x) {
+        for (size_t c = 0; c < kept; ++c) line[x * kept + c] = source[x * channels + c];
+      }
+      JSAMPROW row = line.data();
+      jpeg_write_scanlines(&info, &row, 1);
+    }
+    jpeg_finish_compress(&info);
+    return true;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<ImageDecoder> open_jpeg(Bytes bytes, std::string& error) {
+  auto decoder = std::make_unique<JpegDecoder>(bytes);
+  error = decoder->open();
+  if (!error.empty()) return nullptr;
+  return decoder;
+}
+
+std::string encode_jpeg(const ByteImage& picture, std::vector<unsigned char>& encoded) {
+  const auto encoder = std::make_unique<JpegEncoder>();
+  if (!encoder->write(picture)) return encoder->failure.message;
+  encoded.assign(encoder->bytes, encoder->bytes + encoder->count);
+  return "";
+}
+
+}  // namespace emberline
