@@ -160,22 +160,47 @@ class OpenImage {
   }
 
   // `channels` channels from `first` on, interleaved, rows from the top, the data window alone.
-  void read(int first, int channels, SampleType type, std::byte* texels) {
+  // Memory is taken as the rows come: gigabytes take seconds, in which it can be called off, too.
+  template <typename Value>
+  void read(int first, int channels, SampleType type, std::vector<Value>& values) {
     constexpr size_t kPart = size_t(4) << 20;  // between them it can be called off
     const ImageLayout& s = layout_;
     const size_t pixel = size_t(channels) * bytes_of(type), row = size_t(s.width) * pixel;
-    const int part = s.tile_width > 0 ? s.height : int(std::max(size_t(1), kPart / row));
-    for (int y = 0; y < s.height; y += part) {
-      progress_.check();
-      const std::string error = decoder_->read(y, std::min(y + part, s.height), first,
-                                               first + channels, type, texels + size_t(y) * row);
-      if (!error.empty()) throw InputError(place_, kDoesNotDecode + error);
+    progress_.budget()->reserve(MemoryPart::kTextures, size_t(s.height) * row, place_);
+    values.reserve(size_t(s.height) * row / sizeof(Value));
+    const auto parts = [&](size_t bytes) { return std::max(size_t(1), kPart / bytes); };
+    size_t across = size_t(s.width), down = parts(row);
+    if (s.tile_width > 0) {
+      down = size_t(s.tile_height);
+      across = parts(size_t(s.tile_width) * down * pixel) * size_t(s.tile_width);
+    }
+    for (size_t y = 0; y < size_t(s.height); y += down) {
+      grow(values, std::min(y + down, size_t(s.height)) * row / sizeof(Value));
+      auto* const texels = reinterpret_cast<std::byte*>(values.data());
+      for (size_t x = 0; x < size_t(s.width); x += across) {
+        progress_.check();
+        const Rect part = {int(x), int(y), int(std::min(x + across, size_t(s.width))),
+                           int(std::min(y + down, size_t(s.height)))};
+        const std::string error =
+            decoder_->read(part, first, first + channels, type, texels + y * row + x * pixel, row);
+        if (!error.empty()) throw InputError(place_, kDoesNotDecode + error);
+      }
     }
     decoder_.reset();
-    turn_upright(texels, pixel);
+    turn_upright(reinterpret_cast<std::byte*>(values.data()), pixel);
   }
 
  private:
+  // Within memory that is reserved. The system clears it page by page.
+  template <typename Value>
+  void grow(std::vector<Value>& values, size_t size) const {
+    constexpr size_t kStep = (size_t(64) << 20) / sizeof(Value);
+    while (values.size() < size) {
+      progress_.check();
+      values.resize(std::min(size, values.size() + kStep));
+    }
+  }
+
   void open_bytes(Bytes bytes, Formats allowed) {
     if (bytes.empty()) throw InputError(place_, "the image is empty");
     const ImageFormat format = expect_format(bytes, allowed, place_);
@@ -274,7 +299,7 @@ class OpenImage {
 
 // Decodes channels of a picture that has to be there in full; what lies outside its frame is left
 // out.
-void read_frame(OpenImage& input, int first, Image& image, const LoadProgress& progress) {
+void read_frame(OpenImage& input, int first, Image& image) {
   const ImageLayout& layout = input.layout();
   const SampleType type = sample_type(image.type);
   const Rect data = input.data_window(), frame{0, 0, layout.full_width, layout.full_height};
@@ -286,10 +311,7 @@ void read_frame(OpenImage& input, int first, Image& image, const LoadProgress& p
                          " x " + std::to_string(frame.height()));
   }
   const size_t pixel = size_t(image.channels) * bytes_of(type);
-  const size_t bytes = size_t(data.area()) * pixel;
-  progress.budget()->reserve(MemoryPart::kTextures, bytes, input.place());
-  image.texels.resize(bytes);
-  input.read(first, image.channels, type, image.texels.data());
+  input.read(first, image.channels, type, image.texels);
   image.width = frame.width();
   image.height = frame.height();
   if (data == frame) return;
@@ -314,7 +336,7 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
   image->name = place;
   image->type = texel_type(layout.type);
   image->channels = std::min(layout.channels(), 4);
-  read_frame(input, 0, *image, progress);
+  read_frame(input, 0, *image);
   // The WebP reader (OpenImageIO 2.4) multiplies whatever the hint says; EXR is so by convention.
   const bool has_alpha = layout.alpha_channel == image->channels - 1 && image->channels % 2 == 0;
   if (has_alpha && layout.premultiplied) unpremultiply(*image);
@@ -353,7 +375,7 @@ std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t*
   image->name = path;
   image->type = is_half ? TexelType::kHalf : TexelType::kFloat;
   image->channels = grey ? 1 : 3;
-  read_frame(input, first, *image, progress);
+  read_frame(input, first, *image);
   if (grey) expand_grey(*image);
   const uint64_t count = repair_texels(*image, TexelRange::kRadiance);
   if (repaired) *repaired += count;
@@ -385,11 +407,7 @@ FloatImage read_float_image(const std::string& path, const LoadProgress& progres
     image.stopped_after = std::strtoull(samples.c_str(), nullptr, 10);
   }
   const size_t channels = size_t(layout.channels());
-  const size_t count = size_t(layout.width) * size_t(layout.height) * channels;
-  progress.budget()->reserve(MemoryPart::kTextures, count * sizeof(float), path);
-  image.values.resize(count);
-  input.read(0, layout.channels(), SampleType::kFloat,
-             reinterpret_cast<std::byte*>(image.values.data()));
+  input.read(0, layout.channels(), SampleType::kFloat, image.values);
   for (size_t c = 0; c < channels; ++c) {
     const SampleType type = layout.channel_types[c];
     const bool is_float = type == SampleType::kHalf || type == SampleType::kFloat;

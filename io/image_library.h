@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/image_output.h"
+#include "renderer/core/rect.h"
 
 namespace emberline {
 
@@ -50,10 +51,11 @@ class ImageDecoder {
   virtual ~ImageDecoder() = default;
   virtual const ImageLayout& layout() const = 0;
   virtual std::string attribute(const char* name) const = 0;  // a text, else empty
-  // Channels [first, last) of rows [begin, end), counted from the data window's first, interleaved,
-  // converted; of a tiled image of all rows. Nothing, or why it failed.
-  virtual std::string read(int begin, int end, int first, int last, SampleType type,
-                           std::byte* out) = 0;
+  // Channels [first, last) of some pixels, counted from the data window's corner, interleaved,
+  // converted; rows of `out` are `row` bytes apart. Pixels are whole tiles or, of an image in rows,
+  // whole rows. Nothing, or why it failed.
+  virtual std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
+                           size_t row) = 0;
 };
 
 // Thread-safe.

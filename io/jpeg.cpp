@@ -62,24 +62,22 @@ class JpegDecoder final : public ImageDecoder {
   const ImageLayout& layout() const override { return layout_; }
   std::string attribute(const char*) const override { return ""; }
 
-  std::string read(int begin, int end, int first, int last, SampleType type,
-                   std::byte* out) override {
+  std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
+                   size_t row) override {
     assert(first == 0 && last == layout_.channels());
     static_cast<void>(first);
-    const size_t pixels = size_t(layout_.width), samples = pixels * size_t(last);
-    for (int y = begin; y < end; ++y) {
+    const size_t width = size_t(layout_.width), samples = width * size_t(last);
+    for (int y = pixels.y0; y < pixels.y1; ++y, out += row) {
       if (!read_row()) return failure_.message;
-      if (is_cmyk()) cmyk_to_rgb(line_.data(), pixels);
+      if (is_cmyk()) cmyk_to_rgb(line_.data(), width);
       if (type == SampleType::kUint8) {
         std::memcpy(out, line_.data(), samples);
-        out += samples;
         continue;
       }
       assert(type == SampleType::kFloat);
       for (size_t i = 0; i < samples; ++i) {
         const float value = float(line_[i]) / 255.0f;
-        std::memcpy(out, &value, sizeof value);
-        out += sizeof value;
+        std::memcpy(out + i * sizeof value, &value, sizeof value);
       }
     }
     return "";

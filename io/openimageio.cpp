@@ -143,9 +143,9 @@ class Decoder final : public ImageDecoder {
   std::string attribute(const char* name) const override {
     return std::string(input_->spec().get_string_attribute(name));
   }
-  std::string read(int begin, int end, int first, int last, SampleType type,
-                   std::byte* out) override {
-    return caught([&] { return read_rows(begin, end, first, last, type, out); });
+  std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
+                   size_t row) override {
+    return caught([&] { return read_pixels(pixels, first, last, type, out, row); });
   }
 
  private:
@@ -161,13 +161,18 @@ class Decoder final : public ImageDecoder {
     }
   }
 
-  std::string read_rows(int begin, int end, int first, int last, SampleType type,
-                        std::byte* out) const {
+  std::string read_pixels(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
+                          size_t row) const {
     const oiio::ImageSpec& s = input_->spec();
     const oiio::TypeDesc as = oiio_type(type);
-    const bool done = layout_.tile_width > 0 ? input_->read_image(0, 0, first, last, as, out)
-                                             : input_->read_scanlines(0, 0, s.y + begin, s.y + end,
-                                                                      s.z, first, last, as, out);
+    const int y0 = s.y + pixels.y0, y1 = s.y + pixels.y1;
+    const auto stride = oiio::stride_t(row);
+    const bool done =
+        layout_.tile_width > 0
+            ? input_->read_tiles(0, 0, s.x + pixels.x0, s.x + pixels.x1, y0, y1, s.z, s.z + 1,
+                                 first, last, as, out, oiio::AutoStride, stride)
+            : input_->read_scanlines(0, 0, y0, y1, s.z, first, last, as, out, oiio::AutoStride,
+                                     stride);
     return done ? "" : one_line(input_->geterror());
   }
 

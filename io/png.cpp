@@ -52,21 +52,21 @@ class PngDecoder final : public ImageDecoder {
   const ImageLayout& layout() const override { return layout_; }
   std::string attribute(const char*) const override { return ""; }
 
-  std::string read(int begin, int end, int first, int last, SampleType type,
-                   std::byte* out) override {
+  std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
+                   size_t row) override {
     assert(first == 0 && last == layout_.channels());
     static_cast<void>(first);
-    const size_t row = png_get_rowbytes(png_, info_);
+    const size_t stored = png_get_rowbytes(png_, info_);
     if (is_interlaced() && whole_.empty()) {
-      whole_.resize(row * size_t(layout_.height));
+      whole_.resize(stored * size_t(layout_.height));
       rows_.resize(size_t(layout_.height));
-      for (size_t y = 0; y < rows_.size(); ++y) rows_[y] = whole_.data() + y * row;
+      for (size_t y = 0; y < rows_.size(); ++y) rows_[y] = whole_.data() + y * stored;
       if (!read_whole()) return failure_.message;
     }
     const bool converts = type != layout_.type;
-    if (converts && !is_interlaced()) line_.resize(row);
+    if (converts && !is_interlaced()) line_.resize(stored);
     const size_t samples = size_t(layout_.width) * size_t(last);
-    for (int y = begin; y < end; ++y) {
+    for (int y = pixels.y0; y < pixels.y1; ++y, out += row) {
       if (is_interlaced()) {
         convert(rows_[size_t(y)], samples, type, out);
       } else if (!read_row(converts ? line_.data() : reinterpret_cast<png_bytep>(out))) {
@@ -74,7 +74,6 @@ class PngDecoder final : public ImageDecoder {
       } else if (converts) {
         convert(line_.data(), samples, type, out);
       }
-      out += samples * (type == SampleType::kFloat ? sizeof(float) : row / samples);
     }
     return "";
   }

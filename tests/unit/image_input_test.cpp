@@ -174,6 +174,19 @@ TEST(ReadEnvironment, HdrIsFloatExrKeepsHalf) {
   EXPECT_EQ(float(texels<Imath::half>(*image)[0]), 65504.0f);
 }
 
+// Some tiles at a time, so that a load can be called off between them.
+TEST(ReadFloatImage, RowsOfManyTiles) {
+  const TempFolder folder;
+  ImageSpec spec(4000, 300, 3, TypeDesc::FLOAT);
+  spec.tile_width = spec.tile_height = 256;
+  std::vector<float> values(size_t(4000) * 300 * 3);
+  for (size_t i = 0; i < values.size(); ++i) values[i] = float(i % 8191);
+  test::write_image(folder / "tiled.exr", spec, values);
+  EXPECT_EQ(read_float_image(folder / "tiled.exr").values, values);
+  test::write_image(folder / "tiled.tif", spec, values);
+  EXPECT_EQ(read_float_image(folder / "tiled.tif").values, values);
+}
+
 TEST(ReadEnvironment, TiledAndDwabExr) {
   const TempFolder folder;
   ImageSpec tiled(64, 32, 3, TypeDesc::FLOAT);
