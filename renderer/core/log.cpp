@@ -16,6 +16,8 @@ namespace {
 
 std::atomic<LogLevel> g_level{LogLevel::kNormal};
 
+constexpr size_t kMostWarningsShown = 100;
+
 struct LogState {
   std::mutex mutex;
   std::set<std::string, std::less<>> warned;
@@ -55,13 +57,18 @@ void log_error(std::string_view message) {
 }
 
 void log_warning(std::string_view message) {
+  size_t count = 0;
   {
     LogState& s = state();
     const std::lock_guard lock(s.mutex);
     if (!s.warned.emplace(message).second) return;
     s.warnings.emplace_back(message);
+    count = s.warnings.size();
   }
-  if (g_level != LogLevel::kQuiet) write(spdlog::level::warn, "emberline: warning: ", message);
+  if (g_level == LogLevel::kQuiet || count > kMostWarningsShown + 1) return;
+  const bool shown = count <= kMostWarningsShown;
+  write(spdlog::level::warn, "emberline: warning: ",
+        shown ? message : "there are more warnings than these 100; a --report has them all");
 }
 
 void log_info(std::string_view message) {

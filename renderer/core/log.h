@@ -17,8 +17,9 @@ enum class LogLevel { kQuiet, kNormal, kVerbose };
 void set_log_level(LogLevel level);
 LogLevel log_level();
 
-void log_error(std::string_view message);    // always shown: "emberline: error: ..."
-void log_warning(std::string_view message);  // unless --quiet; each distinct text once per process
+void log_error(std::string_view message);  // always shown: "emberline: error: ..."
+// Unless --quiet; each distinct text once per process, and a hundred of them at most.
+void log_warning(std::string_view message);
 void log_info(std::string_view message);     // unless --quiet
 void log_verbose(std::string_view message);  // with --verbose
 

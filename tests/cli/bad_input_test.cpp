@@ -113,6 +113,31 @@ const std::vector<Damage>& damages() {
 INSTANTIATE_TEST_SUITE_P(Kinds, DamagedScene, ::testing::ValuesIn(damages()),
                          [](const auto& kind) { return std::string(kind.param.name); });
 
+// 20,000 of them would bury what else there is to say.
+TEST_F(BadInput, AHundredWarningsAreShown) {
+  GltfBuilder gltf = lamp_scene();
+  const nlohmann::json mesh = gltf.root["meshes"][0];
+  const int materials = int(gltf.root["materials"].size());
+  for (int i = 0; i < 150; ++i) {
+    gltf.push("images", {{"uri", "missing" + std::to_string(i) + ".png"}});
+    gltf.push("textures", {{"source", i}});
+    gltf.push("materials", {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", i}}}}}});
+    nlohmann::json copy = mesh;
+    copy["primitives"][0]["material"] = materials + i;
+    gltf.add_mesh_node(gltf.push("meshes", copy));
+  }
+  const std::string file = gltf.write_gltf(path("many.gltf"));
+  const RunResult result = run({"render", file, "-o", path("a.exr"), "--size", "8x8", "--spp", "1",
+                                "--lenient", "--report", path("r.json")});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(std::ranges::count_if(
+                result.error_lines(),
+                [](const std::string& line) { return line.starts_with("emberline: warning: "); }),
+            101);
+  EXPECT_NE(result.err.find("there are more warnings"), std::string::npos) << result.err;
+  EXPECT_GE(read_json("r.json")["warnings"].size(), 150u);
+}
+
 TEST_F(BadInput, FilesThatAreNoScene) {
   const std::vector<uint8_t> glb = lamp_scene().glb();
   const auto shortened = [&](size_t size) {
