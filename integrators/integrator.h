@@ -6,7 +6,6 @@
 #include <span>
 #include <string_view>
 
-#include "renderer/core/features.h"
 #include "renderer/core/ray.h"
 #include "renderer/film/film.h"
 #include "renderer/film/light_group_values.h"
@@ -45,8 +44,8 @@ struct SampleBatch {
   bool hit_id = false;        // fill first_hit.id alone
   // Where the radiance comes from, if that is asked for: both or neither. The values arrive without
   // light; what is added there adds up to SampleValue::radiance.
-  features::Pointer<features::kLightGroups, const LightGroups> light_groups = nullptr;
-  features::Pointer<features::kLightGroups, LightGroupValues> light_values = nullptr;
+  const LightGroups* light_groups = nullptr;
+  LightGroupValues* light_values = nullptr;
 };
 
 class Integrator {

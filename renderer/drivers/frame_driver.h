@@ -37,7 +37,7 @@ struct Frame {
   bool exact_counts = true;  // every pixel gets samples_per_pixel, and none more
   // Of the scene as it is built: what each of them gives is kept apart, if the integrator tells
   // lights apart (IntegratorEntry). Null: it is not, and costs nothing.
-  features::Pointer<features::kLightGroups, const LightGroups> light_groups = nullptr;
+  const LightGroups* light_groups = nullptr;
 
   FilmExtras with_light_groups(FilmExtras extras) const {
     if (light_groups) extras.light_groups = light_groups->size();

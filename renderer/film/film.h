@@ -12,7 +12,6 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/core/features.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
@@ -43,7 +42,7 @@ const std::vector<AovEntry>& aov_table();
 class AovSet {
  public:
   void insert(Aov aov) { bits_ |= bit(aov); }
-  bool contains(Aov aov) const { return features::kAovs && (bits_ & bit(aov)) != 0; }
+  bool contains(Aov aov) const { return (bits_ & bit(aov)) != 0; }
   bool empty() const { return bits_ == 0; }
   // "variance,N" -> set. Throws UsageError that lists the valid names.
   static AovSet parse(std::string_view list);
@@ -216,16 +215,16 @@ class FilmTile {
   FilmExtras extras_;
   Rect rect_;
   ZeroedArray<PixelSums> sums_;
-  features::Zeroed<features::kAovs, double> squares_;        // 3 per pixel, if wanted
-  features::Zeroed<features::kAovs, uint32_t> rays_;         // if wanted
-  features::Zeroed<features::kAovs, SurfaceSums> surfaces_;  // with albedo, N or Z
-  features::Zeroed<features::kAovs, float> seconds_;         // with time
-  features::Zeroed<features::kAovs, PixelStop> stops_;       // with stop
+  ZeroedArray<double> squares_;        // 3 per pixel, if wanted
+  ZeroedArray<uint32_t> rays_;         // if wanted
+  ZeroedArray<SurfaceSums> surfaces_;  // with albedo, N or Z
+  ZeroedArray<float> seconds_;         // with time
+  ZeroedArray<PixelStop> stops_;       // with stop
   struct SampleVariance {
     float rgb[3];
     bool known;
   };
-  features::Zeroed<features::kAovs, SampleVariance> sample_variances_;  // if taken
+  ZeroedArray<SampleVariance> sample_variances_;  // if taken
   LightGroupSums light_groups_;
   struct ShownValue {
     float rgba[4];

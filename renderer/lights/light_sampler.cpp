@@ -233,7 +233,7 @@ LightSample LightSampler::sample_emitter(const LightQuery& query, uint32_t emitt
                                          float probability, const Vec2f& u) const {
   LightSample result;
   const uint32_t index = emitters_[emitter] & ~kPointEmitter;
-  if (features::kPointLights && (emitters_[emitter] & kPointEmitter)) {
+  if (emitters_[emitter] & kPointEmitter) {
     const PointLight& light = points_[index];
     const Vec3d to_light = Vec3d(light.position) - Vec3d(query.point);
     const double d2 = dot(to_light, to_light);

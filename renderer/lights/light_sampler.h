@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "renderer/core/features.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
@@ -114,8 +113,8 @@ class LightSampler {
  private:
   std::vector<EmissiveTriangle> triangles_;
   std::vector<PointLight> points_;
-  features::SharedPointer<features::kEnvironment, const EnvironmentLight> environment_;
-  features::UniquePointer<features::kLightBvh, const LightBvh> bvh_;
+  std::shared_ptr<const EnvironmentLight> environment_;
+  std::unique_ptr<const LightBvh> bvh_;
 
   // An emitter is a finite light that emits: an index into triangles_, or with kPointEmitter into
   // points_. Degenerate, black and non-finite ones are none.
@@ -126,8 +125,8 @@ class LightSampler {
   Vec3f finite_centre_ = Vec3f(0.0f);       // of the emitters' bounds
   float finite_radius2_ = 0.0f;             // and half their diagonal, squared
   float finite_intensity_ = 0.0f;           // luminance, all emitters together
-  features::Vector<features::kPointLights, uint32_t> directional_;  // indices into points_
-  std::vector<double> power_sums_;  // without a BVH: running shares of the power
+  std::vector<uint32_t> directional_;       // indices into points_
+  std::vector<double> power_sums_;          // without a BVH: running shares of the power
 
   // The choice between infinite lights (directional, environment) and finite ones: by irradiance,
   // within limits. That of the finite ones is taken as what a lamp of all their intensity in the

@@ -5,7 +5,6 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/scene/geometry.h"
-#include "renderer/scene/required_features.h"
 #include "renderer/scene/scene_dresser.h"
 
 namespace emberline {
@@ -68,7 +67,6 @@ class SceneBuilder {
         scene_(new Scene()) {}
 
   std::unique_ptr<Scene> build() {
-    require_features(description_);
     add_default_light(description_);
     progress_.begin(LoadStage::kBvh);
     choose_space();

@@ -9,7 +9,6 @@
 
 #include <span>
 
-#include "renderer/core/features.h"
 #include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
 
@@ -46,13 +45,13 @@ class Camera {
   float axial_depth(const Vec3f& point) const { return dot(point - position_, axis_); }
 
  private:
-  features::Flag<features::kOrthographic> orthographic_ = false;
+  bool orthographic_ = false;
   Vec3f position_ = Vec3f(0.0f);
   Vec3f axis_ = Vec3f(0.0f, 0.0f, -1.0f);
   // Direction (perspective) or offset (orthographic) of film (0, 0), and per pixel right and down.
   Vec3f corner_ = Vec3f(0.0f);
   Vec3f per_x_ = Vec3f(0.0f), per_y_ = Vec3f(0.0f);
-  features::Flag<features::kLens> lens_ = false;
+  bool lens_ = false;
   Vec3f lens_x_ = Vec3f(0.0f), lens_y_ = Vec3f(0.0f);  // the lens's radius to the right and up
   float per_focus_ = 0.0f;  // 1 / distance of the plane in focus; 0: infinity
 };

@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "renderer/core/features.h"
 #include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
 #include "renderer/lights/light_sampler.h"
@@ -41,7 +40,7 @@ struct SurfaceInteraction {
   Vec3f shading_normal;    // interpolated, front side; unit (the geometric one if unusable)
   // xyz world, w handedness; 0 if the mesh has none. It and the colour are only there where the
   // material reads them (Material::reads_attributes).
-  features::Value<features::kTextures, Vec4f, 0.0f> tangent;
+  Vec4f tangent;
   SurfaceAttributes attributes{SurfaceAttributes::Unread{}};
   uint32_t instance = 0;
   uint32_t primitive = 0;
@@ -71,17 +70,17 @@ struct Mesh {
   std::vector<Vec3f> positions;  // one spare entry at the end: Embree reads 16 bytes per vertex
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<Vec3f> normals;
-  features::Vector<features::kTextures, Vec4f> tangents;
-  features::Vector<features::kTextures, std::vector<Vec2f>> uv_sets;
-  features::Vector<features::kVertexColors, Vec4f> colors;
+  std::vector<Vec4f> tangents;
+  std::vector<std::vector<Vec2f>> uv_sets;
+  std::vector<Vec4f> colors;
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
   bool culling_may_change = false;  // by an update, as may the coverage
-  features::Flag<features::kCoverage> coverage_may_change = false;
+  bool coverage_may_change = false;
   // Whether the material reads what interpolate_attributes finds.
-  features::Flag<features::kTextures || features::kVertexColors> has_attributes = false;
-  features::Flag<features::kCoverage> has_coverage = false;
+  bool has_attributes = false;
+  bool has_coverage = false;
 };
 
 // Row-vector affine transform, the very floats Embree is given.
@@ -91,9 +90,8 @@ struct Affine {
 
 struct Instance {
   uint32_t mesh = 0;
-  features::Flag<features::kInstances> transformed =
-      false;  // false: the mesh is already in internal space
-  features::Flag<features::kInstances> mirrored = false;
+  bool transformed = false;  // false: the mesh is already in internal space
+  bool mirrored = false;
   uint32_t first_emitter = 0xffffffffu;  // index of triangle 0's emitter, if the mesh emits
   Affine to_internal;
   Affine normal_transform;  // inverse transpose, rows; translation unused
@@ -179,8 +177,8 @@ class Scene {
   std::shared_ptr<EnvironmentLight> environment_;  // lights_ holds it too, unless it is black
   std::unique_ptr<LightSampler> lights_;
   std::unique_ptr<scene_detail::FlushEmitters> flush_;  // null without any
-  features::Flag<features::kCoverage> has_coverage_ = false;
-  features::Flag<features::kTransmission> has_transmission_ = false;
+  bool has_coverage_ = false;
+  bool has_transmission_ = false;
   Vec3d origin_ = Vec3d(0.0);
   double scale_ = 1.0;
   double farthest_ = kFarthestOrigin;

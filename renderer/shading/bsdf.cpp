@@ -51,7 +51,7 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
       ggx_(std::max(square(parameters.roughness), kMirrorAlpha), wo),
       table_(parameters.roughness) {
   if (!(wo.z > 0.0f)) return;
-  if (features::kTransmission && parameters.transmission > 0.0f && parameters.metallic < 1.0f) {
+  if (parameters.transmission > 0.0f && parameters.metallic < 1.0f) {
     add_clear_part(parameters);
     return;
   }

@@ -19,8 +19,9 @@
 // (shading_normal.h), alike in eval and in sample, so that light and BSDF sampling agree.
 #pragma once
 
+#include <optional>
+
 #include "renderer/core/color4.h"
-#include "renderer/core/features.h"
 #include "renderer/core/vector.h"
 #include "renderer/shading/bsdf_sample.h"
 #include "renderer/shading/ggx.h"
@@ -121,7 +122,7 @@ class SurfaceBsdf {
   Vec3f geometric_normal_ = Vec3f(0.0f, 0.0f, 1.0f);
   float terminator_alpha2_ = 0.0f;
 
-  features::Optional<features::kTransmission, TransmissionLobe> clear_;
+  std::optional<TransmissionLobe> clear_;
   float clear_weight_ = 0.0f;  // w; the opaque model's members above are those of the rest
   float clear_pick_ = 0.0f;
 };

@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "renderer/core/features.h"
 #include "renderer/core/vector.h"
 #include "renderer/scene/scene_description.h"
 #include "renderer/shading/bsdf.h"
@@ -19,23 +18,20 @@
 namespace emberline {
 
 // TEXCOORD_0 .. TEXCOORD_3 can be used by a material.
-inline constexpr int kMaxUvSets = features::kTextures ? 4 : 0;
+inline constexpr int kMaxUvSets = 4;
 
 // Interpolated vertex attributes at a hit. Sets that the mesh lacks are 0.
 struct SurfaceAttributes {
   std::array<Vec2f, kMaxUvSets> uv;
   // COLOR_0, linear; (1, 1, 1, 1) without, and has_color says that there is none to be asked.
-  features::Value<features::kVertexColors, Vec4f, 1.0f> color = Vec4f(1.0f, 1.0f, 1.0f, 1.0f);
-  features::Flag<features::kVertexColors> has_color = false;
+  Vec4f color = Vec4f(1.0f, 1.0f, 1.0f, 1.0f);
+  bool has_color = false;
 
   SurfaceAttributes() { uv.fill(Vec2f(0.0f)); }
   // For a mesh without: the coordinates are 0, as a view of them shows; the colour is left as it
   // is, since nobody will read it. This is made at every hit.
   struct Unread {};
-  explicit SurfaceAttributes(Unread)
-      : color(features::Value<features::kVertexColors, Vec4f, 1.0f>()) {
-    uv.fill(Vec2f(0.0f));
-  }
+  explicit SurfaceAttributes(Unread) : color() { uv.fill(Vec2f(0.0f)); }
 };
 
 // What a material says at a point.
@@ -43,7 +39,7 @@ struct MaterialPoint {
   BsdfParameters bsdf;            // clamped to the ranges that SurfaceBsdf asks for
   Rgb emission = Rgb(0.0f);       // radiance, alike in all directions
   Vec3f normal = Vec3f(0, 0, 1);  // tangent space, unit; see mapped_normal()
-  features::Flag<features::kTextures> has_normal_map = false;
+  bool has_normal_map = false;
 };
 
 class Material {
@@ -80,7 +76,7 @@ class Material {
   bool has_alpha(bool vertex_colors) const {
     return alpha_mode() != AlphaMode::kOpaque && (alpha_varies_ || vertex_colors);
   }
-  AlphaMode alpha_mode() const { return features::kCoverage ? alpha_mode_ : AlphaMode::kOpaque; }
+  AlphaMode alpha_mode() const { return alpha_mode_; }
   // Emission and coverage are the same everywhere: emission() needs no attributes to be found.
   bool emits_evenly() const { return !emission_varies_ && alpha_mode() == AlphaMode::kOpaque; }
   // Whether evaluate() or coverage() looks at the attributes of a mesh with or without colours.
@@ -96,11 +92,11 @@ class Material {
   // Light passes through: faces are seen from behind even if single-sided, and the integrator sets
   // MaterialPoint::bsdf.inside when it is the back that was hit.
   float ior() const { return ior_; }  // 0: reflects everything
-  bool has_transmission() const { return features::kTransmission && transmission_ > 0.0f; }
+  bool has_transmission() const { return transmission_ > 0.0f; }
   // Per metre travelled inside, for beer_transmittance(); 0 without an interior.
   const Rgb& attenuation() const { return attenuation_; }
   bool unlit() const { return unlit_; }  // no scattering: emission() is what is seen
-  bool needs_uv() const { return features::kTextures && uv_mask_ != 0; }
+  bool needs_uv() const { return uv_mask_ != 0; }
   uint32_t uv_mask() const { return uv_mask_; }  // bit n: TEXCOORD_n is read
 
  private:
@@ -118,7 +114,7 @@ class Material {
     return a.uv[size_t(texture.uv_set())];
   }
 
-  using Slot = features::Pointer<features::kTextures, const Texture>;
+  using Slot = const Texture*;
 
   Rgb base_color_;
   float alpha_;
@@ -141,10 +137,10 @@ class Material {
   AlphaMode alpha_mode_;
   bool alpha_varies_ = false;  // without vertex colours
   bool is_emissive_ = false;
-  features::Flag<features::kTextures || features::kUnlit> emission_varies_ = false;
+  bool emission_varies_ = false;
   MaterialPoint constant_;
   bool double_sided_;
-  features::Flag<features::kUnlit> unlit_;
+  bool unlit_;
   uint32_t uv_mask_ = 0;
 };
 

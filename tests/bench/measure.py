@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures everything again and writes tests/bench/FIGURES.md: one command for a quiet machine.
 
-    tests/bench/measure.py --assets DIR [SCENE...] [--only frame,parts,race,unused]
+    tests/bench/measure.py --assets DIR [SCENE...] [--only frame,parts,race]
 
 DIR and SCENE as in race_cycles.py (default: the Flight Helmet and the Cornell box). Takes about half
 an hour on two cores, most of it the race's references. Sections that are not measured stay as they are.
@@ -23,9 +23,9 @@ FIGURES = HERE / "FIGURES.md"
 SCENES = ["scenes/flight_helmet/flight_helmet.gltf", "scenes/cornell_box/cornell_box.glb"]
 
 
-def run(*command, allowed=(0,)):
+def run(*command):
     done = subprocess.run([str(c) for c in command], capture_output=True, text=True)
-    if done.returncode not in allowed:
+    if done.returncode:
         sys.exit(f"measure.py: {command[0]} failed:\n{done.stderr}")
     return done.stdout
 
@@ -59,12 +59,8 @@ def race(options):
         yield re.sub(r"^Measured .*\n\n", "", pathlib.Path(table.name).read_text())
 
 
-def unused(options):
-    yield run(HERE / "unused_features.py", allowed=(0, 1))
-
-
 SECTIONS = {"frame": ("A frame, and Embree's share of it", frame), "race": ("Against Cycles", race),
-            "unused": ("What is unused", unused), "parts": ("Parts", parts)}
+            "parts": ("Parts", parts)}
 
 
 def processor():

@@ -1,6 +1,5 @@
-// Renders a plain scene, to compare a program built for such scenes alone (EMBERLINE_PLAIN) with
-// the whole one: unused_features.py builds this both ways and counts instructions. Prints one line
-// of JSON.
+// Renders a plain scene, to compare the tree before a feature with the one that has it:
+// unused_features.py builds this in both and counts instructions. Prints one line of JSON.
 //
 //   plain_scene_bench [SAMPLES_PER_PIXEL]
 #include <cstdio>

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""What features cost that a scene does not use: less than 1 %, or this exits with 1.
+"""What a feature costs a scene that does not use it: less than 1 %, or this exits with 1.
 
-    tests/bench/unused_features.py [--build build/unused] [--repetitions N] [-o TABLE.md]
+    tests/bench/unused_features.py WITH WITHOUT [--build build/unused] [--repetitions N] [-o TABLE.md]
 
-Builds plain_scene_bench twice: whole, and with EMBERLINE_PLAIN, which leaves out whatever its scene
-does not need. Counts the instructions of one frame under Valgrind (they do not depend on what else
-the machine does), and times both in turn. The limit holds for the instructions; the times are for
-the record. Both are compiled for x86-64-v3, since Valgrind 3.19 knows no AVX-512, and without link-time
-optimisation, which inlines otherwise in a smaller program: --cmake=-DEMBERLINE_LTO=ON shows both effects.
+WITH and WITHOUT are checkouts, after the feature and before it; plain_scene_bench is built from each.
+Counts the instructions of one frame under Valgrind (they do not depend on what else the machine does),
+and times both in turn. The limit holds for the instructions; the times are for the record. Both are
+compiled for x86-64-v3, since Valgrind 3.19 knows no AVX-512, and without link-time optimisation, which
+inlines otherwise in a smaller program: --cmake=-DEMBERLINE_LTO=ON shows both effects.
 """
 import argparse
 import json
@@ -27,11 +27,10 @@ def run(*command):
     return subprocess.run([str(c) for c in command], check=True, capture_output=True, text=True)
 
 
-def build(tree, plain, extra):
-    run("cmake", "-G", "Ninja", "-S", ROOT, "-B", tree, "-DCMAKE_BUILD_TYPE=Release",
+def build(checkout, tree, extra):
+    run("cmake", "-G", "Ninja", "-S", checkout, "-B", tree, "-DCMAKE_BUILD_TYPE=Release",
         "-DCMAKE_CXX_FLAGS_RELEASE=-O3 -DNDEBUG", "-DEMBERLINE_NATIVE=OFF",
-        "-DEMBERLINE_LTO=OFF", *extra,
-        f"-DEMBERLINE_PLAIN={'ON' if plain else 'OFF'}")
+        "-DEMBERLINE_LTO=OFF", *extra)
     run("cmake", "--build", tree, "--target", "plain_scene_bench")
     return tree / "bin/plain_scene_bench"
 
@@ -47,27 +46,27 @@ def count(program):
 
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("checkouts", nargs=2, type=pathlib.Path, metavar="CHECKOUT", help="with it, without it")
     p.add_argument("--build", type=pathlib.Path, default=ROOT / "build/unused")
     p.add_argument("--repetitions", type=int, default=11)
     p.add_argument("--spp", type=int, default=256, help="of the timed frames")
     p.add_argument("--cmake", action="append", default=[], metavar="-DNAME=VALUE", help="for both builds")
     p.add_argument("-o", "--output", type=pathlib.Path)
     options = p.parse_args()
-    whole, plain = (build(options.build.resolve() / name, name == "plain", options.cmake)
-                    for name in ("whole", "plain"))
-    counted = [count(program) for program in (whole, plain)]
-    (whole_count, whole_frame), (plain_count, plain_frame) = counted
-    if whole_frame["rays"] != plain_frame["rays"]:
-        sys.exit(f"unused_features.py: not the same work: {whole_frame}, {plain_frame}")
-    times = [[json.loads(run(program, options.spp).stdout)["cpu_s"] for program in (whole, plain)]
+    programs = [build(checkout.resolve(), options.build.resolve() / name, options.cmake)
+                for checkout, name in zip(options.checkouts, ("with", "without"))]
+    (with_count, with_frame), (without_count, without_frame) = (count(program) for program in programs)
+    if with_frame["rays"] != without_frame["rays"]:
+        sys.exit(f"unused_features.py: not the same work: {with_frame}, {without_frame}")
+    times = [[json.loads(run(program, options.spp).stdout)["cpu_s"] for program in programs]
              for _ in range(options.repetitions)]
     ratios = [a / b - 1 for a, b in times]
-    more = whole_count / plain_count - 1
+    more = with_count / without_count - 1
     text = "\n".join([
-        "| | whole program | plain scenes only | difference |",
+        "| | with it | without it | difference |",
         "| --- | --- | --- | --- |",
-        f"| million instructions, {whole_frame['samples']} samples | {whole_count / 1e6:.1f} | "
-        f"{plain_count / 1e6:.1f} | {100 * more:+.2f} % |",
+        f"| million instructions, {with_frame['samples']} samples | {with_count / 1e6:.1f} | "
+        f"{without_count / 1e6:.1f} | {100 * more:+.2f} % |",
         f"| processor s, {options.spp} spp, median of {len(times)} | {statistics.median(t[0] for t in times):.3f} | "
         f"{statistics.median(t[1] for t in times):.3f} | {100 * statistics.median(ratios):+.2f} % "
         f"({100 * min(ratios):+.1f} to {100 * max(ratios):+.1f}) |", ""])

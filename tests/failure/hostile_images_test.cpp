@@ -245,12 +245,13 @@ TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
 }
 
 // A row's offset of -1 was read just before the buffer (OpenImageIO's IOMemReader). Found by
-// tests/fuzz.
+// tests/fuzz. OpenEXR 3.4 makes a table that holds -1 anew, and finds the row.
 TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
   const TempFolder folder;
   ImageSpec spec(4, 1, 3, TypeDesc::FLOAT);
   spec.attribute("compression", "none");
-  ByteList exr = test::encode_image<float>("exr", spec, std::vector<float>(12, 1.0f));
+  const std::vector<float> honest(12, 1.0f);
+  ByteList exr = test::encode_image<float>("exr", spec, honest);
   constexpr size_t kRow = 8 + 12 * sizeof(float), kOffset = 8;
   // Behind a page that nobody may read.
   const size_t page = size_t(::sysconf(_SC_PAGESIZE));
@@ -268,9 +269,20 @@ TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
     std::memcpy(exr.data() + exr.size() - kRow - kOffset, &offset, sizeof(offset));
     std::ranges::copy(exr, pages + page);
     const std::span<const uint8_t> guarded(pages + page, exr.size());
-    EXPECT_SAYS(message_of([&] { decode_image(guarded, "place"); }), "place");
+    std::vector<float> found = honest;
+    const std::string said = message_of([&] {
+      const auto image = decode_image(guarded, "place").image;
+      std::memcpy(found.data(), image->texels.data(), image->texels.size());
+    });
+    if (said != "no error") EXPECT_SAYS(said, "place");
+    EXPECT_TRUE(said != "no error" || offset == -1);
+    EXPECT_EQ(found, honest);
     test::write_bytes(folder / "a.exr", exr);
-    EXPECT_SAYS(message_of([&] { read_float_image(folder / "a.exr"); }), "a.exr");
+    const std::string said_of_file =
+        message_of([&] { found = read_float_image(folder / "a.exr").values; });
+    if (said_of_file != "no error") EXPECT_SAYS(said_of_file, "a.exr");
+    EXPECT_TRUE(said_of_file != "no error" || offset == -1);
+    EXPECT_EQ(found, honest);
   }
   ::munmap(pages, 2 * page);
 }
