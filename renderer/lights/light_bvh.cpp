@@ -89,8 +89,7 @@ Lanes importances(const LightBvhPair& pair, const ScaledQuery& query) {
   const Lanes cos_e = load(pair.cos_theta_e) * (1.0f / 32767.0f);
 
   // How far the sphere is from the query's normal, at best.
-  const Lanes below =
-      dot(all(query.normal.x), all(query.normal.y), all(query.normal.z), x, y, z);
+  const Lanes below = dot(all(query.normal.x), all(query.normal.y), all(query.normal.z), x, y, z);
   const Lanes cos_i = (query.both_sides ? max(below, -below) : -below) * inverse_d;
   const Lanes sin_i = sqrt(max(zero, fma(-below, below, d2))) * inverse_d;
   const Lanes cos_received = cos_difference(cos_i, sin_i, cos_u, sin_u) + kCosineSlack;

@@ -24,8 +24,9 @@ namespace {
 // wo has length r; reflection about an in-plane normal turns it into another vector of length r,
 // so the limit is R = (sqrt(r^2 - floor^2), floor), and the normal is the bisector of the two.
 Vec3f tilt(const Vec3f& ng, const Vec3f& n, const Vec3f& wo, float floor) {
+  // Twice is enough (Kahan): the first difference may cancel.
   Vec3f across = fma(ng, -dot(n, ng), n);
-  across = fma(ng, -dot(across, ng), across);  // twice is enough (Kahan): the first difference may cancel
+  across = fma(ng, -dot(across, ng), across);
   const float length2 = dot(across, across);
   if (!(length2 > 1e-30f)) return ng;
   const Vec3f x = across * (1.0f / std::sqrt(length2));
