@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/image_output.h"
@@ -57,6 +58,15 @@ class ImageDecoder {
   virtual std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
                            size_t row) = 0;
 };
+
+// A Decoder, unless its open(arguments...) has something to say: then null, and that.
+template <typename Decoder, typename... Arguments>
+std::unique_ptr<ImageDecoder> open_decoder(std::string& error, Arguments&&... arguments) {
+  auto decoder = std::make_unique<Decoder>();
+  error = decoder->open(std::forward<Arguments>(arguments)...);
+  if (!error.empty()) return nullptr;
+  return decoder;
+}
 
 // Thread-safe.
 class ImageLibrary {

@@ -36,11 +36,13 @@ struct JpegFailure {
 
 class JpegDecoder final : public ImageDecoder {
  public:
-  explicit JpegDecoder(Bytes bytes) : bytes_(bytes) { info_.err = &failure_.manager; }
+  JpegDecoder() { info_.err = &failure_.manager; }
+  JpegDecoder(const JpegDecoder&) = delete;
+  JpegDecoder& operator=(const JpegDecoder&) = delete;
   ~JpegDecoder() override { jpeg_destroy_decompress(&info_); }
 
-  std::string open() {
-    if (!read_header()) return failure_.message;
+  std::string open(Bytes bytes) {
+    if (!read_header(bytes)) return failure_.message;
     const int stored = info_.output_components;
     if (stored != 1 && stored != 3 && !is_cmyk()) {
       return "it has " + std::to_string(stored) + " components";
@@ -86,10 +88,10 @@ class JpegDecoder final : public ImageDecoder {
  private:
   bool is_cmyk() const { return info_.out_color_space == JCS_CMYK; }
 
-  bool read_header() {
+  bool read_header(Bytes bytes) {
     if (setjmp(failure_.jump)) return false;
     jpeg_create_decompress(&info_);
-    jpeg_mem_src(&info_, bytes_.data(), static_cast<unsigned long>(bytes_.size()));
+    jpeg_mem_src(&info_, bytes.data(), static_cast<unsigned long>(bytes.size()));
     jpeg_read_header(&info_, TRUE);
     jpeg_start_decompress(&info_);
     return true;
@@ -110,7 +112,6 @@ class JpegDecoder final : public ImageDecoder {
     }
   }
 
-  Bytes bytes_;
   JpegFailure failure_;
   jpeg_decompress_struct info_ = {};
   ImageLayout layout_;
@@ -165,10 +166,7 @@ struct JpegEncoder {
 }  // namespace
 
 std::unique_ptr<ImageDecoder> open_jpeg(Bytes bytes, std::string& error) {
-  auto decoder = std::make_unique<JpegDecoder>(bytes);
-  error = decoder->open();
-  if (!error.empty()) return nullptr;
-  return decoder;
+  return open_decoder<JpegDecoder>(error, bytes);
 }
 
 std::string encode_jpeg(const ByteImage& picture, std::vector<unsigned char>& encoded) {

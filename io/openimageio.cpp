@@ -185,10 +185,7 @@ class OpenImageIo final : public ImageLibrary {
  public:
   std::unique_ptr<ImageDecoder> open(const std::string& format, ByteSource& source,
                                      std::string& error) const override {
-    auto decoder = std::make_unique<Decoder>();
-    error = decoder->open(format, source);
-    if (!error.empty()) return nullptr;
-    return decoder;
+    return open_decoder<Decoder>(error, format, source);
   }
 
   std::string encode_gif(std::span<const ByteImage> pictures, double picture_s,

@@ -29,10 +29,13 @@ void png_ignored(png_structp, png_const_charp) {}
 
 class PngDecoder final : public ImageDecoder {
  public:
-  explicit PngDecoder(Bytes bytes) : unread_(bytes) {}
+  PngDecoder() = default;
+  PngDecoder(const PngDecoder&) = delete;
+  PngDecoder& operator=(const PngDecoder&) = delete;
   ~PngDecoder() override { png_destroy_read_struct(&png_, &info_, nullptr); }
 
-  std::string open() {
+  std::string open(Bytes bytes) {
+    unread_ = bytes;
     png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, &failure_, png_failed, png_ignored);
     info_ = png_ ? png_create_info_struct(png_) : nullptr;
     if (!info_) throw std::bad_alloc();
@@ -168,10 +171,7 @@ bool write_png(png_structp png, png_infop info, const ByteImage& picture,
 }  // namespace
 
 std::unique_ptr<ImageDecoder> open_png(Bytes bytes, std::string& error) {
-  auto decoder = std::make_unique<PngDecoder>(bytes);
-  error = decoder->open();
-  if (!error.empty()) return nullptr;
-  return decoder;
+  return open_decoder<PngDecoder>(error, bytes);
 }
 
 std::string encode_png(const ByteImage& picture, std::vector<unsigned char>& encoded) {

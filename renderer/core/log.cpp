@@ -68,7 +68,7 @@ void log_warning(std::string_view message) {
   if (g_level == LogLevel::kQuiet || count > kMostWarningsShown + 1) return;
   const bool shown = count <= kMostWarningsShown;
   write(spdlog::level::warn, "emberline: warning: ",
-        shown ? message : "there are more warnings than these 100; a --report has them all");
+        shown ? message : "there are more warnings; a --report has them all");
 }
 
 void log_info(std::string_view message) {

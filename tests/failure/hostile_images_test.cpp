@@ -1,5 +1,6 @@
 // Images whose pixels are honest and whose metadata is not, images that announce more than they
 // hold, and files of formats that nobody asked for.
+#include <OpenEXR/OpenEXRConfig.h>
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -250,6 +251,7 @@ TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
   const TempFolder folder;
   ImageSpec spec(4, 1, 3, TypeDesc::FLOAT);
   spec.attribute("compression", "none");
+  constexpr bool kTablesAreMadeAnew = OPENEXR_VERSION_HEX >= 0x03040000;
   const std::vector<float> honest(12, 1.0f);
   ByteList exr = test::encode_image<float>("exr", spec, honest);
   constexpr size_t kRow = 8 + 12 * sizeof(float), kOffset = 8;
@@ -269,20 +271,14 @@ TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
     std::memcpy(exr.data() + exr.size() - kRow - kOffset, &offset, sizeof(offset));
     std::ranges::copy(exr, pages + page);
     const std::span<const uint8_t> guarded(pages + page, exr.size());
-    std::vector<float> found = honest;
-    const std::string said = message_of([&] {
-      const auto image = decode_image(guarded, "place").image;
-      std::memcpy(found.data(), image->texels.data(), image->texels.size());
-    });
-    if (said != "no error") EXPECT_SAYS(said, "place");
-    EXPECT_TRUE(said != "no error" || offset == -1);
-    EXPECT_EQ(found, honest);
     test::write_bytes(folder / "a.exr", exr);
-    const std::string said_of_file =
-        message_of([&] { found = read_float_image(folder / "a.exr").values; });
-    if (said_of_file != "no error") EXPECT_SAYS(said_of_file, "a.exr");
-    EXPECT_TRUE(said_of_file != "no error" || offset == -1);
-    EXPECT_EQ(found, honest);
+    if (kTablesAreMadeAnew && offset == -1) {
+      EXPECT_EQ(read_float_image(folder / "a.exr").values, honest);
+      EXPECT_EQ(decode_image(guarded, "place").image->texels.size(), 12 * sizeof(float));
+      continue;
+    }
+    EXPECT_SAYS(message_of([&] { decode_image(guarded, "place"); }), "place");
+    EXPECT_SAYS(message_of([&] { read_float_image(folder / "a.exr"); }), "a.exr");
   }
   ::munmap(pages, 2 * page);
 }
