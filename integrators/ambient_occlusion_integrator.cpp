@@ -11,18 +11,16 @@ constexpr float kRadiusFraction = 0.2f;
 }  // namespace
 
 void AmbientOcclusionIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
-                                          std::span<SampleValue> values,
-                                          RayCounters& counters) const {
+                                          std::span<SampleValue> values) const {
   const Scene& scene = batch.scene;
   for (size_t i = 0; i < batch.rays.size(); ++i) {
     samples.start_sample(int(i));
     SampleValue& value = values[i];
     value = SampleValue{};
-    counters.camera++;
     SurfaceHit hit;
     const uint32_t camera_key = scene.has_coverage() ? samples.extra_bits() : 0u;
     if (!scene.intersect(batch.rays[i], camera_key, &hit)) {
-      if (!settings_.transparent) value = {Rgb(1.0f), 1.0f, {}};  // nothing occludes the sky
+      if (!settings_.transparent) value = {Rgb(1.0f), 1.0f, {}, {}};  // nothing occludes the sky
       continue;
     }
     samples.start_slot(1);
@@ -33,7 +31,7 @@ void AmbientOcclusionIntegrator::estimate(const SampleBatch& batch, PixelSamples
         {samples.get(surface_dim::kBsdfX), samples.get(surface_dim::kBsdfY)}));
     if (dot(direction, point.frame.geometric_normal) <= 0.0f) continue;
     const Vec3f from = point.spawn_origin(direction);
-    counters.shadow++;
+    value.rays.shadow++;
     const uint32_t shadow_key = scene.has_coverage() ? samples.extra_bits() : 0u;
     const Vec3f to = from + direction * (kRadiusFraction * scene.radius());
     if (scene.visible(from, to, shadow_key)) value.radiance = Rgb(1.0f);

@@ -41,11 +41,10 @@ Rgb view_color(DebugView view, const SampleBatch& batch, const ShadedPoint& poin
 }  // namespace
 
 void DebugIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
-                               std::span<SampleValue> values, RayCounters& counters) const {
+                               std::span<SampleValue> values) const {
   for (size_t i = 0; i < batch.rays.size(); ++i) {
     samples.start_sample(int(i));
     values[i] = SampleValue{};
-    counters.camera++;
     SurfaceHit hit;
     const uint32_t key = batch.scene.has_coverage() ? samples.extra_bits() : 0u;
     if (!batch.scene.intersect(batch.rays[i], key, &hit)) continue;

@@ -16,18 +16,6 @@
 
 namespace emberline {
 
-struct RayCounters {
-  uint64_t camera = 0;   // one per sample
-  uint64_t scatter = 0;  // continued paths
-  uint64_t shadow = 0;   // visibility of sampled lights
-  uint64_t total() const { return camera + scatter + shadow; }
-  void merge(const RayCounters& o) {
-    camera += o.camera;
-    scatter += o.scatter;
-    shadow += o.shadow;
-  }
-};
-
 // All that is constant over a frame and that an integrator may ask for.
 struct IntegratorSettings {
   int max_depth = 16;          // scattering events: 1 is direct light only
@@ -53,9 +41,9 @@ class Integrator {
   virtual ~Integrator() = default;
   // One virtual call per batch, none per ray. `samples` has been started on the batch. Thread-safe;
   // values[i] arrive empty (no radiance, alpha 0) and depend on ray i and its sample's numbers
-  // alone (law 1).
+  // alone (law 1): the rays counted there, too.
   virtual void estimate(const SampleBatch& batch, PixelSamples& samples,
-                        std::span<SampleValue> values, RayCounters& counters) const = 0;
+                        std::span<SampleValue> values) const = 0;
 };
 
 // The table of integrators: feeds the factory, --help, the "valid names are" message and the tests.

@@ -47,14 +47,13 @@ Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& 
 
 template <bool kGlass, bool kGroups>
 PathBatch<kGlass, kGroups>::PathBatch(const IntegratorSettings& settings, const SampleBatch& batch,
-                                      PixelSamples& samples, RayCounters& counters)
+                                      PixelSamples& samples)
     : settings_(settings),
       batch_(batch),
       scene_(batch.scene),
       lights_(scene_.lights()),
       sample_lights_(settings.light_sampling && !lights_.empty()),
-      samples_(samples),
-      counters_(counters) {
+      samples_(samples) {
   assert(batch.rays.size() <= size_t(kRayBatch));
 }
 
@@ -68,7 +67,10 @@ void PathBatch<kGlass, kGroups>::trace(std::span<SampleValue> values) {
     alive_.filter([&](int lane) { return scatter(depth, lane); });
     follow_rays();
   }
-  for (const int lane : hit) values[size_t(lane)].radiance = paths_[lane].radiance;
+  for (const int lane : hit) {
+    values[size_t(lane)].radiance = paths_[lane].radiance;
+    values[size_t(lane)].rays = paths_[lane].rays;
+  }
 }
 
 template <bool kGlass, bool kGroups>
@@ -80,7 +82,6 @@ template <bool kGlass, bool kGroups>
 void PathBatch<kGlass, kGroups>::find_first_hits(std::span<SampleValue> values) {
   LaneList missed;
   const int count = int(batch_.rays.size());
-  counters_.camera += uint64_t(count);
   for (int lane = 0; lane < count; ++lane) {
     const Ray& ray = batch_.rays[size_t(lane)];
     SurfaceHit hit;
@@ -229,8 +230,9 @@ bool PathBatch<kGlass, kGroups>::connect(int lane) {
 template <bool kGlass, bool kGroups>
 void PathBatch<kGlass, kGroups>::add_connection(int lane) {
   Connection& c = connections_[lane];
+  Path& path = paths_[lane];
   samples_.resume_sample(lane);
-  counters_.shadow++;
+  path.rays.shadow++;
   const uint32_t key = coverage_key(scene_, samples_);
   const bool infinite = c.light.distance == kInfinity;
   const bool visible = infinite ? scene_.visible_to_infinity(c.from, c.light.direction, key)
@@ -239,10 +241,9 @@ void PathBatch<kGlass, kGroups>::add_connection(int lane) {
   if (!visible) {
     if (!c.light.delta || !kGlass) return;
     c.scattered *= through_thin_walls(scene_, c.from, c.light.direction, c.target, infinite,
-                                      samples_, counters_);
+                                      samples_, &path.rays);
   }
   if constexpr (kGlass) c.scattered *= absorption(scene_, c.solid, c.light.distance);
-  Path& path = paths_[lane];
   // balance / pdf = 1 / (pdf + other); a point-like light has no other technique.
   const Rgb arriving =
       c.scattered * c.radiance / (c.light.delta ? c.light.pdf : c.light.pdf + c.bsdf_pdf);
@@ -285,10 +286,11 @@ bool PathBatch<kGlass, kGroups>::scatter(uint32_t depth, int lane) {
 template <bool kGlass, bool kGroups>
 void PathBatch<kGlass, kGroups>::follow_rays() {
   LaneList missed;
-  counters_.scatter += uint64_t(alive_.size());
   alive_.filter([&](int lane) {
+    Path& path = paths_[lane];
+    path.rays.scatter++;
     samples_.resume_sample(lane);
-    if (intersect(paths_[lane].ray, &paths_[lane].hit)) return true;
+    if (intersect(path.ray, &path.hit)) return true;
     missed.add(lane);
     return false;
   });

@@ -23,8 +23,7 @@ namespace emberline {
 template <bool kGlass, bool kGroups>
 class PathBatch {
  public:
-  PathBatch(const IntegratorSettings& settings, const SampleBatch& batch, PixelSamples& samples,
-            RayCounters& counters);
+  PathBatch(const IntegratorSettings& settings, const SampleBatch& batch, PixelSamples& samples);
   void trace(std::span<SampleValue> values);
 
  private:
@@ -43,6 +42,7 @@ class PathBatch {
     float eta_scale = 1.0f;  // radiance compression by refraction so far; for roulette only
     Interior interior;       // what the ray is inside of
     LastVertex last;
+    SampleRays rays;
   };
   // A sampled light on its way to being seen.
   struct Connection {
@@ -74,7 +74,6 @@ class PathBatch {
   const LightSampler& lights_;
   const bool sample_lights_;
   PixelSamples& samples_;
-  RayCounters& counters_;
 
   LaneList alive_;
   LaneArray<Path> paths_;

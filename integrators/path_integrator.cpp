@@ -5,18 +5,18 @@
 namespace emberline {
 
 void PathIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
-                              std::span<SampleValue> values, RayCounters& counters) const {
+                              std::span<SampleValue> values) const {
   const bool glass = batch.scene.has_transmission();
   if (batch.light_values) {
     if (glass) {
-      PathBatch<true, true>(settings_, batch, samples, counters).trace(values);
+      PathBatch<true, true>(settings_, batch, samples).trace(values);
     } else {
-      PathBatch<false, true>(settings_, batch, samples, counters).trace(values);
+      PathBatch<false, true>(settings_, batch, samples).trace(values);
     }
   } else if (glass) {
-    PathBatch<true, false>(settings_, batch, samples, counters).trace(values);
+    PathBatch<true, false>(settings_, batch, samples).trace(values);
   } else {
-    PathBatch<false, false>(settings_, batch, samples, counters).trace(values);
+    PathBatch<false, false>(settings_, batch, samples).trace(values);
   }
 }
 

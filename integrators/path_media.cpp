@@ -3,7 +3,7 @@
 namespace emberline {
 
 Rgb through_thin_walls(const Scene& scene, Vec3f from, const Vec3f& direction, const Vec3f& target,
-                       bool infinite, PixelSamples& samples, RayCounters& counters) {
+                       bool infinite, PixelSamples& samples, SampleRays* rays) {
   constexpr int kMostWalls = 64;  // ours: more panes in a row than a picture can show
   Rgb through(1.0f);
   for (int wall = 0; wall < kMostWalls; ++wall) {
@@ -11,7 +11,7 @@ Rgb through_thin_walls(const Scene& scene, Vec3f from, const Vec3f& direction, c
     if (!(distance > 0.0f)) return through;
     SurfaceHit hit;
     const Ray ray{from, direction, distance};
-    counters.shadow++;
+    rays->shadow++;
     if (!scene.intersect(ray, coverage_key(scene, samples), &hit)) return through;
     if (!scene.material_of(hit.instance).has_transmission()) return Rgb(0.0f);
     const ShadedPoint point = shade(scene, ray, hit, samples.extra());

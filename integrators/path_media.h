@@ -62,6 +62,6 @@ inline Rgb absorption(const Scene& scene, const Material* solid, float distance)
 // What smooth thin walls let straight through on the way to a light of no extent. No ray that is
 // scattered can find such a light, so nothing is counted twice. `target` is not read if `infinite`.
 Rgb through_thin_walls(const Scene& scene, Vec3f from, const Vec3f& direction, const Vec3f& target,
-                       bool infinite, PixelSamples& samples, RayCounters& counters);
+                       bool infinite, PixelSamples& samples, SampleRays* rays);
 
 }  // namespace emberline

@@ -52,6 +52,22 @@ struct NonFiniteSample {
   uint32_t seed = 0;  // the frame's, or its round's
 };
 
+struct RayCounters {
+  uint64_t camera = 0;  // one per sample
+  uint64_t scatter = 0, shadow = 0;
+  uint64_t total() const { return camera + scatter + shadow; }
+  void add(const SampleRays& sample) {
+    camera++;
+    scatter += sample.scatter;
+    shadow += sample.shadow;
+  }
+  void merge(const RayCounters& o) {
+    camera += o.camera;
+    scatter += o.scatter;
+    shadow += o.shadow;
+  }
+};
+
 // What happened, summed over the frame.
 struct FrameCounters {
   RayCounters rays;

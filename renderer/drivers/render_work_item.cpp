@@ -101,7 +101,7 @@ void RenderWorker::trace_batch() {
     batch.light_groups = frame_.light_groups;
     batch.light_values = &light_values_;
   }
-  frame_.integrator.estimate(batch, samples_, {values_, count}, counters_.rays);
+  frame_.integrator.estimate(batch, samples_, {values_, count});
 }
 
 // False if the sample was NaN or infinite.
@@ -128,24 +128,18 @@ void RenderWorker::add_lights(FilmTile& tile) const {
 }
 
 // Traces the batch and adds it to the film, with what it cost. Samples of several pixels share the
-// cost evenly.
+// time evenly: it cannot be told apart.
 void RenderWorker::add_batch(FilmTile& tile) {
   using Clock = std::chrono::steady_clock;
   const bool timed = frame_.aovs.contains(Aov::kTime);
   const Clock::time_point start = timed ? Clock::now() : Clock::time_point{};
-  const uint64_t rays_before = counters_.rays.total();
   trace_batch();
-  const bool costed = tile.rays() != nullptr;
-  const auto rays = uint32_t(counters_.rays.total() - rays_before);
   for (int i = 0; i < count_; ++i) {
+    const SampleRays& rays = values_[i].rays;
+    counters_.rays.add(rays);
+    tile.add_rays(int(addresses_[i].x), int(addresses_[i].y), rays.total());
     add(i, tile);
     counters_.max_samples = std::max(counters_.max_samples, addresses_[i].sample + 1);
-    // The shares add up to the batch's rays.
-    const auto lane = uint32_t(i), count = uint32_t(count_);
-    if (costed) {
-      tile.add_rays(int(addresses_[i].x), int(addresses_[i].y),
-                    rays * (lane + 1) / count - rays * lane / count);
-    }
   }
   if (frame_.light_groups) add_lights(tile);
   if (timed) {

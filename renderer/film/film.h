@@ -81,11 +81,19 @@ struct FirstHit {
   uint32_t id = 0;             // 1 + index of the instance; 0: nothing hit
 };
 
-// One sample's value for one pixel.
+// Rays traced for one sample, beside its camera ray.
+struct SampleRays {
+  uint32_t scatter = 0;  // continued paths
+  uint32_t shadow = 0;   // visibility of sampled lights
+  uint32_t total() const { return 1 + scatter + shadow; }
+};
+
+// One sample's value for one pixel, and what it cost.
 struct SampleValue {
   Rgb radiance = Rgb(0.0f);
   float alpha = 0.0f;
   FirstHit first_hit;
+  SampleRays rays;
 };
 
 // The depth channel where no surface was hit. Finite, so that filters and viewers survive it; the

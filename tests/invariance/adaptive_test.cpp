@@ -268,14 +268,12 @@ TEST_P(AdaptiveFrame, StoppedBeforeTheFirstSample) {
 // One sample in 8192 is NaN, decided by its own numbers.
 class SometimesNan final : public Integrator {
  public:
-  void estimate(const SampleBatch& /*batch*/, PixelSamples& samples, std::span<SampleValue> values,
-                RayCounters& counters) const override {
+  void estimate(const SampleBatch& /*batch*/, PixelSamples& samples, std::span<SampleValue> values) const override {
     for (size_t i = 0; i < values.size(); ++i) {
       samples.resume_sample(int(i));
       samples.start_slot(1);
       const float u = samples.get(0);
       values[i].radiance = Rgb(u < 0x1p-13f ? std::numeric_limits<float>::quiet_NaN() : u);
-      counters.camera++;
     }
   }
 };

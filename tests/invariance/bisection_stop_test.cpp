@@ -119,9 +119,8 @@ TEST_F(BisectionStop, ProgressEndsWithTheWholeFrame) {
 class StopsInBatch final : public Integrator {
  public:
   StopsInBatch(const Integrator& inner, int batch) : inner_(inner), batch_(batch) {}
-  void estimate(const SampleBatch& batch, PixelSamples& samples, std::span<SampleValue> values,
-                RayCounters& counters) const override {
-    inner_.estimate(batch, samples, values, counters);
+  void estimate(const SampleBatch& batch, PixelSamples& samples, std::span<SampleValue> values) const override {
+    inner_.estimate(batch, samples, values);
     if (++done_ == batch_) stop_.request_stop();
   }
   std::stop_token token() const { return stop_.get_token(); }

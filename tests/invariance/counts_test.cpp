@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "renderer/drivers/render_work_item.h"
 #include "renderer/scene/embree_api.h"
 #include "support/busy_scene.h"
 #include "support/edited_scene.h"
@@ -138,6 +139,45 @@ TEST_P(Counts, SamplesAreThoseThatWereTraced) {
   EXPECT_EQ(image.counters.samples, intersections);
   EXPECT_EQ(image.counters.samples, sum_of_samples(image));
   EXPECT_EQ(occlusions, 0u);
+}
+
+class Nobody final : public FrameObserver {
+  void tile_finished(const FilmTile& /*tile*/) override {}
+};
+
+// What a pixel costs decides what it gets (law 2), so it must not depend on what else is traced
+// with it: samples of 16 pixels that share a batch cost what each costs alone.
+TEST(PixelCosts, AreThoseOfThePixelAlone) {
+  const auto scene = busy_scene();
+  const RenderSettings s = settings_of("adaptive");
+  const Camera camera(busy_view(), s.width, s.height, scene->origin(), scene->scale());
+  const auto integrator = create_integrator("path", {});
+  const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
+  const PixelFilter filter = PixelFilter::create(s.filter);
+  const Frame frame{*scene, camera, *integrator, *sampler,  filter,   s.width, s.height,
+                    s.crop, s.spp,  s.seed,      s.streams, AovSet{}, false};
+  std::vector<PixelWork> all;
+  for (int y = s.crop.y0; y < s.crop.y1; ++y) {
+    for (int x = s.crop.x0; x < s.crop.x1; ++x) all.push_back({x, y, 3, 2});
+  }
+  FilmTile film(AovSet{}, {.rays = true});
+  film.reset(s.crop);
+  Nobody nobody;
+  RenderWorker worker(frame);
+  worker.render(all, film, nobody, {});
+  uint64_t least = all.size(), most = 0;
+  for (const PixelWork& pixel : all) {
+    FilmTile alone(AovSet{}, {.rays = true});
+    alone.reset({pixel.x, pixel.y, pixel.x + 1, pixel.y + 1});
+    intersections = occlusions = 0;
+    worker.render({&pixel, 1}, alone, nobody, {});
+    const uint64_t asked = intersections + occlusions;
+    EXPECT_EQ(film.rays()[s.crop.index_of(pixel.x, pixel.y)], asked) << pixel.x << "," << pixel.y;
+    EXPECT_EQ(alone.rays()[0], asked);
+    least = std::min(least, asked);
+    most = std::max(most, asked);
+  }
+  EXPECT_GT(most, least + 10);
 }
 
 INSTANTIATE_TEST_SUITE_P(Drivers, Counts, testing::Values("bucket", "bisection", "adaptive"),
