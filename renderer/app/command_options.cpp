@@ -13,7 +13,8 @@
 #include "renderer/core/names.h"
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/bisection_schedule.h"
-#include "renderer/drivers/bucket_driver.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/drivers/driver_table.h"
 
 namespace emberline {
 namespace {

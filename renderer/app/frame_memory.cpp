@@ -9,8 +9,8 @@
 namespace emberline {
 
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
-                     const FrameDriver& driver) {
-  uint64_t per_pixel = driver.bytes_per_pixel(settings.aovs);
+                     const FrameRender& render) {
+  uint64_t per_pixel = render.bytes_per_pixel(settings.aovs);
   for (const std::string& path : options.outputs) {
     // The picture, and its file as long as that may be.
     if (!is_exr(path)) per_pixel += 2 * (settings.transparent ? 4 : 3);

@@ -4,14 +4,14 @@
 #include <cstdint>
 
 #include "renderer/app/outputs.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/frame_render.h"
 
 namespace emberline {
 
-// An upper bound of film_bytes() of driver and outputs and of what encoding a picture takes on
+// An upper bound of film_bytes() of the render and outputs and of what encoding a picture takes on
 // top. Light groups are known later.
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
-                     const FrameDriver& driver);
+                     const FrameRender& render);
 
 // Reserves it. Throws UsageError: the size of a frame is the command line's.
 void reserve_frame(uint64_t bytes, const Rect& window, MemoryBudget& budget);

@@ -22,7 +22,7 @@
 #include "renderer/app/stop_request.h"
 #include "renderer/app/write_attempts.h"
 #include "renderer/core/rect.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/frame_observer.h"
 
 namespace emberline {
 

@@ -10,22 +10,24 @@
 #include "io/image_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/drivers/adaptive/refinement_views.h"
+#include "renderer/drivers/adaptive_driver.h"
 
 namespace emberline {
 namespace {
 
 bool is_json(const std::string& path) { return path.ends_with(".json"); }
 
-ByteImage picture_with_leaves(const FrameDriver& driver, const DisplaySettings& display) {
-  const Rect& window = driver.picture()->film().rect();
+ByteImage picture_with_leaves(const FramePicture& picture, const RefinementTree& tree,
+                              const DisplaySettings& display) {
+  const Rect& window = picture.film().rect();
   const auto pixels = size_t(window.area());
   std::vector<float> rgba(4 * pixels), rgb(3 * pixels);
-  driver.picture()->resolve(rgba);
+  picture.resolve(rgba);
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgba[4 * i], 3, &rgb[3 * i]);
   DisplayTransform(display).apply(rgb.data(), pixels);
   // Over the displayed picture, where borders stand out alike against light and dark.
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgb[3 * i], 3, &rgba[4 * i]);
-  draw_leaf_borders(*driver.tree(), rgba, window.width());
+  draw_leaf_borders(tree, rgba, window.width());
   ByteImage image;
   image.width = window.width();
   image.height = window.height();
@@ -60,14 +62,16 @@ void check_refinement_options(const RenderOptions& options, const Rect& window) 
   }
 }
 
-void write_refinement(const RenderOptions& options, const FrameDriver& driver,
+void write_refinement(const RenderOptions& options, const FrameRender& rendered,
                       WriteAttempts& attempts) {
+  if (options.trees.empty()) return;
+  const RefinementTree& tree = *dynamic_cast<const AdaptiveDriver&>(*rendered.driver()).tree();
   for (const std::string& path : options.trees) {
     attempts.attempt(path, [&] {
       if (is_json(path)) {
-        write_file_atomically(path, refinement_json(*driver.tree()));
+        write_file_atomically(path, refinement_json(tree));
       } else {
-        write_image(path, picture_with_leaves(driver, options.display));
+        write_image(path, picture_with_leaves(*rendered.picture(), tree, options.display));
       }
     });
   }

@@ -5,7 +5,7 @@
 
 #include "renderer/app/render_options.h"
 #include "renderer/app/write_attempts.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/frame_render.h"
 
 namespace emberline {
 
@@ -14,7 +14,7 @@ namespace emberline {
 void check_refinement_options(const RenderOptions& options, const Rect& window);
 
 // Writes each of options.trees.
-void write_refinement(const RenderOptions& options, const FrameDriver& driver,
+void write_refinement(const RenderOptions& options, const FrameRender& rendered,
                       WriteAttempts& attempts);
 
 }  // namespace emberline

@@ -5,7 +5,7 @@
 #include "renderer/app/render_options.h"
 #include "renderer/app/stop_request.h"
 #include "renderer/core/rect.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/frame_observer.h"
 
 namespace emberline {
 

@@ -81,18 +81,17 @@ OutputSettings settings_of_outputs(const RenderOptions& options, const Rect& win
 
 // A time limit ends a frame as --spp does, but where the driver finishes it part by part: then
 // parts of it have nothing.
-bool is_complete(const RenderOptions& options, const FrameCounters& counters,
+bool is_complete(const FrameRender& rendered, const FrameCounters& counters,
                  const StopRequest& stop) {
   if (!counters.stopped) return true;
-  return stop.cause() == PixelStop::kTimeLimit &&
-         find_named(driver_table(), "--driver", "driver", options.driver).progressive;
+  return stop.cause() == PixelStop::kTimeLimit && !rendered.by_tiles();
 }
 
 // Renders while progress is shown, passes are noted, snapshots taken and a viewer kept informed.
-FrameCounters render_frame(const RenderOptions& options, const Frame& frame, FrameDriver& driver,
-                           FrameOutputs& outputs, SnapshotRecorder* snapshots, RemoteViewer* viewer,
-                           StopRequest& stop, const Stopwatch& wall, RenderClock& render,
-                           RenderReport* report) {
+FrameCounters render_frame(const RenderOptions& options, const Frame& frame,
+                           FrameRender& frame_render, FrameOutputs& outputs,
+                           SnapshotRecorder* snapshots, RemoteViewer* viewer, StopRequest& stop,
+                           const Stopwatch& wall, RenderClock& render, RenderReport* report) {
   const auto pixels = double(frame.window.area());
   ProgressDisplay progress(uint64_t(frame.window.area()) * frame.samples_per_pixel, stop,
                            options.time_limit_s);
@@ -105,7 +104,7 @@ FrameCounters render_frame(const RenderOptions& options, const Frame& frame, Fra
     progress.add(count);
   });
   // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
-  if (options.driver == "bucket") {
+  if (frame_render.by_tiles()) {
     outputs.on_pixels([&](int64_t finished) { progress.add_share(double(finished) / pixels); });
   }
   outputs.on_picture([&](const FrameProgress& now, const FramePicture& picture) {
@@ -126,7 +125,7 @@ FrameCounters render_frame(const RenderOptions& options, const Frame& frame, Fra
       return snapshots ? snapshots->wanted_at() : std::nullopt;
     });
   }
-  const FrameCounters counters = driver.render(frame, outputs, stop.token());
+  const FrameCounters counters = frame_render.render(frame, outputs, stop.token());
   outputs.on_samples({});
   outputs.on_pixels({});
   outputs.on_picture({});
@@ -144,8 +143,7 @@ int run_render(const RenderOptions& options) {
 
   // Whatever names or ranges are wrong is found before anything is loaded or written.
   const SamplingPlan sampling = plan_sampling(options);
-  const std::unique_ptr<FrameDriver> driver =
-      create_driver(options.driver, driver_settings(options, sampling));
+  FrameRender frame_render(options.driver, driver_settings(options, sampling));
   const std::unique_ptr<Integrator> integrator = create_integrator(
       options.integrator, {.max_depth = options.max_depth, .transparent = options.transparent});
   const std::unique_ptr<Sampler> sampler = create_sampler(
@@ -163,7 +161,7 @@ int run_render(const RenderOptions& options) {
 
   const LoadLimits limits = limits_of(options.limits, options.scene);
   if (!options.replay) {
-    reserve_frame(frame_bytes(options, output_settings, *driver), window, *limits.memory);
+    reserve_frame(frame_bytes(options, output_settings, frame_render), window, *limits.memory);
   }
 
   LoadProgress progress({}, {}, limits);
@@ -213,7 +211,7 @@ int run_render(const RenderOptions& options) {
   report.budget = limits.memory;
   check_growth(memory_before, *limits.memory, options.scene);
   if (groups) {
-    if (driver->bytes_per_pixel(output_settings.aovs) > 0) {
+    if (!frame_render.by_tiles()) {
       const uint64_t bytes = LightGroupSums::bytes_per_pixel(groups->list().size());
       reserve_frame(bytes_of(uint64_t(window.area()), bytes), window, *limits.memory);
     }
@@ -255,7 +253,7 @@ int run_render(const RenderOptions& options) {
   RenderClock render;
   arena.execute([&] {
     report.counters =
-        render_frame(options, frame, *driver, *outputs, snapshots ? &*snapshots : nullptr,
+        render_frame(options, frame, frame_render, *outputs, snapshots ? &*snapshots : nullptr,
                      viewer ? &*viewer : nullptr, stop, wall, render, &report);
   });
   report.times.render_s = render.seconds();
@@ -268,15 +266,16 @@ int run_render(const RenderOptions& options) {
   const Stopwatch write;
   WriteAttempts attempts, snapshot_attempts;
   outputs->rendering_ended();
-  arena.execute([&] { driver->deliver(*outputs); });
-  outputs->finish({is_complete(options, report.counters, stop), report.counters.samples}, attempts);
-  write_refinement(options, *driver, attempts);
+  arena.execute([&] { frame_render.deliver(*outputs); });
+  outputs->finish({is_complete(frame_render, report.counters, stop), report.counters.samples},
+                  attempts);
+  write_refinement(options, frame_render, attempts);
   if (viewer) viewer->finish(stop.cause());
   report.estimator = sampling.uniform ? "none" : std::string(sampling.adaptive.estimator);
-  report.error_estimate = driver->error_estimate();
+  report.error_estimate = frame_render.error_estimate();
   report.passes.back().error_estimate = report.error_estimate;
   report.times.write_s = write.seconds();
-  report.film_bytes = outputs->film_bytes() + driver->film_bytes() +
+  report.film_bytes = outputs->film_bytes() + frame_render.film_bytes() +
                       (pictures ? pictures->bytes() : 0) + (viewer ? viewer->bytes() : 0);
   if (snapshots) {
     const Stopwatch encode;
@@ -303,7 +302,10 @@ int run_render(const RenderOptions& options) {
     if (!written) report.exit_code = kExitRenderFailed;
   }
   summarize(options, report, attempts.written());
-  if (options.explained) print_result(driver->explain(options.explained->x, options.explained->y));
+  if (options.explained) {
+    const auto& adaptive = dynamic_cast<const AdaptiveDriver&>(*frame_render.driver());
+    print_result(adaptive.explain(frame_render.film(), options.explained->x, options.explained->y));
+  }
   return report.exit_code;
 }
 

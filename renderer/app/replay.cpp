@@ -9,7 +9,7 @@
 #include "renderer/app/render_options.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
-#include "renderer/drivers/render_work_item.h"
+#include "renderer/drivers/render_worker.h"
 
 namespace emberline {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/frame.h"
 
 namespace emberline {
 

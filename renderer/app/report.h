@@ -8,7 +8,7 @@
 
 #include "renderer/app/render_options.h"
 #include "renderer/app/snapshots.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/frame.h"
 #include "renderer/scene/scene.h"
 #include "renderer/scene/scene_description.h"
 

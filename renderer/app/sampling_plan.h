@@ -4,7 +4,7 @@
 
 #include "renderer/app/render_options.h"
 #include "renderer/drivers/adaptive/round_planner.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/driver_table.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -19,7 +19,7 @@ struct SamplingPlan {
 // Throws UsageError that names the option, the reason and what is valid.
 SamplingPlan plan_sampling(const RenderOptions& options);
 
-// What create_driver() is told.
+// What FrameRender is told.
 DriverSettings driver_settings(const RenderOptions& options, const SamplingPlan& plan);
 
 }  // namespace emberline

@@ -139,7 +139,7 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& win
                                                           : kDefaultSnapshotMoments)),
       transform_(std::make_shared<DisplayTransform>(options.display)) {
   const DriverEntry& driver = find_named(driver_table(), "--driver", "driver", options.driver);
-  if (!driver.progressive) {
+  if (driver.tiles) {
     throw UsageError("--snapshots: --driver " + options.driver +
                      " finishes the frame part by part and has no picture of the whole before its "
                      "end; choose a progressive driver");

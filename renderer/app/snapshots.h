@@ -14,7 +14,7 @@
 #include "renderer/app/render_options.h"
 #include "renderer/app/write_attempts.h"
 #include "renderer/core/rect.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/frame_observer.h"
 #include "renderer/statistics/error_metrics.h"
 
 namespace emberline {

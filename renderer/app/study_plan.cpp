@@ -11,7 +11,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 #include "renderer/core/names.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/driver_table.h"
 
 namespace emberline {
 namespace {
@@ -140,7 +140,7 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
   if (several_samplers) m.name += "/" + sampler;
   planned.id += "-" + sampler;
   planned.separate = options.separate || is_fixed_count(sampler) ||
-                     !find_named(driver_table(), "--drivers", "driver", driver).progressive;
+                     find_named(driver_table(), "--drivers", "driver", driver).tiles;
   return planned;
 }
 

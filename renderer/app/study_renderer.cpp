@@ -19,13 +19,13 @@ struct StudyRenderer::Sampling {
   explicit Sampling(const RenderOptions& options)
       : plan(plan_sampling(options)),
         seed(options.seed),
-        driver(create_driver(options.driver, driver_settings(options, plan))),
+        frame_render(options.driver, driver_settings(options, plan)),
         sampler(create_sampler(options.sampler, {plan.streams, plan.samples_per_pixel,
                                                  options.width, options.height})) {}
 
   SamplingPlan plan;
   uint32_t seed;
-  std::unique_ptr<FrameDriver> driver;
+  FrameRender frame_render;
   std::unique_ptr<Sampler> sampler;
 };
 
@@ -184,7 +184,7 @@ StudyRenderer::StudyRenderer(const RenderOptions& frame, const LoadLimits& limit
 
 uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets) const {
   const uint64_t floats = film_channels({}).size() + budgets * kStudyPictureChannels;
-  return bytes_of(pixels(), Sampling(options).driver->bytes_per_pixel({}) + floats * sizeof(float));
+  return bytes_of(pixels(), Sampling(options).frame_render.bytes_per_pixel({}) + floats * sizeof(float));
 }
 
 Frame StudyRenderer::frame(const Sampling& s, const AovSet& aovs) const {
@@ -197,20 +197,20 @@ Frame StudyRenderer::frame(const Sampling& s, const AovSet& aovs) const {
 
 std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, const AovSet& aovs,
                                                   const std::stop_token& stop) const {
-  const Sampling sampling(options);
+  Sampling sampling(options);
   const Frame whole = frame(sampling, aovs);
   TileKeeper keeper(window_, aovs, on_samples_);
   StudyPicture picture;
   const RenderClock clock;
-  const FrameCounters counters = sampling.driver->render(whole, keeper, stop);
+  const FrameCounters counters = sampling.frame_render.render(whole, keeper, stop);
   picture.wall_s = clock.seconds();
   picture.cpu_s = clock.cpu_seconds();
   if (counters.stopped) return std::nullopt;
   warn_of_non_finite(options, counters);
   picture.non_finite_samples = counters.non_finite_samples;
-  sampling.driver->deliver(keeper);
+  sampling.frame_render.deliver(keeper);
   picture.samples = counters.samples;
-  picture.estimate = sampling.driver->error_estimate();
+  picture.estimate = sampling.frame_render.error_estimate();
   picture.values = keeper.take_values();
   return picture;
 }
@@ -218,12 +218,12 @@ std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, 
 ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
                                                    std::span<const double> budgets, bool by_time,
                                                    const std::stop_token& stop) const {
-  const Sampling sampling(options);
+  Sampling sampling(options);
   const Frame whole = frame(sampling, {});
   ProgressiveKeeper keeper(window_, budgets, by_time, sampling.plan.uniform, on_samples_);
   const std::stop_callback pass_on(stop, [&] { keeper.spent.request_stop(); });
   keeper.clock = RenderClock();
-  const FrameCounters counters = sampling.driver->render(whole, keeper, keeper.spent.get_token());
+  const FrameCounters counters = sampling.frame_render.render(whole, keeper, keeper.spent.get_token());
   const double wall = keeper.clock.seconds(), cpu = keeper.clock.cpu_seconds();
   ProgressiveFrame result;
   result.stopped = stop.stop_requested();
@@ -233,8 +233,8 @@ ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
   result.pictures = std::move(keeper.pictures);
   result.claims = std::move(keeper.claims);
   if (!counters.stopped) {
-    sampling.driver->deliver(keeper);
-    const std::optional<double> estimate = sampling.driver->error_estimate();
+    sampling.frame_render.deliver(keeper);
+    const std::optional<double> estimate = sampling.frame_render.error_estimate();
     const std::vector<float> values = keeper.take_values();
     while (result.pictures.size() < budgets.size()) {
       result.pictures.push_back(

@@ -12,7 +12,7 @@
 #include "integrators/integrator.h"
 #include "renderer/app/file_register.h"
 #include "renderer/app/render_options.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/frame_render.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/scene.h"
 #include "renderer/statistics/error_metrics.h"

@@ -1,8 +1,6 @@
 #include "renderer/drivers/adaptive_driver.h"
 
 #include <fmt/format.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <bit>
 #include <iterator>
@@ -10,10 +8,7 @@
 
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/adaptive/refinement_views.h"
-#include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/bisection_picture.h"
-#include "renderer/drivers/bucket_driver.h"
-#include "renderer/drivers/frame_film.h"
 #include "samplers/owen_sobol.h"
 
 namespace emberline {
@@ -96,284 +91,223 @@ std::vector<uint32_t> parts_by_gain(std::span<const size_t> parts, std::span<con
 
 namespace {
 
-FilmExtras film_extras(const AdaptiveSettings& settings) {
-  return {
-      .squares = true, .rays = true, .sample_variance = RoundPlanner::knows_variances(settings)};
+uint32_t least_of(std::span<const uint32_t> counts) {
+  return counts.empty() ? 0 : *std::ranges::min_element(counts);
 }
 
 }  // namespace
 
-class AdaptiveDriver::Progress final : public FramePicture {
- public:
-  Progress(const Frame& frame, const DriverSettings& settings, FrameObserver& observer,
-           std::stop_token stop)
-      : window_(frame.window),
-        settings_(settings),
-        smooth_(parse_reconstruction(settings.reconstruction) == Reconstruction::kLinear),
-        observer_(observer),
-        stop_(stop),
-        film_(frame.aovs, frame.with_light_groups(film_extras(settings.adaptive))),
-        runner_(frame, film_, observer, std::move(stop)),
-        planner_(settings.adaptive, frame.window.width(), frame.window.height(), frame.seed),
-        order_(tile_order(frame.window)),
-        have_(order_.size(), 0) {
-    reset_film(frame.window, &film_);
-    if (settings.adaptive.unbiased) planner_.set_averages(&averages_);
-    if (settings.explained) {
-      planner_.record(index(settings.explained->x, settings.explained->y));
-    }
-    RefinementSettings refinement;
-    refinement.seed = frame.seed;
-    tree_.emplace(frame.window, refinement);
-  }
+FilmExtras AdaptiveDriver::film_extras(const AdaptiveSettings& settings) {
+  return {
+      .squares = true, .rays = true, .sample_variance = RoundPlanner::knows_variances(settings)};
+}
 
-  FrameCounters render() {
-    bool complete = cover() && render_pilot();
-    while (complete) {
-      if (settings_.adaptive.unbiased) averages_.add_round(film_, planner_.round_weight());
-      const bool more = planner_.plan(film_, stop_);
-      complete = !planner_.interrupted();
-      if (complete) planner_.tell_variances(&film_);
-      if (!more) break;
-      runner_.set_seed(planner_.round_seed());
-      ++pass_;
-      complete = bring_to(planner_.targets());
-    }
-    FrameCounters counters = runner_.counters();
-    if (!have_.empty()) {
-      const auto [least, most] = std::ranges::minmax_element(have_);
-      counters.min_samples = *least;
-      counters.max_samples = *most;
-    }
-    counters.stopped = stopped_ = !complete;
-    ended_ = true;
-    return counters;
+AdaptiveDriver::AdaptiveDriver(const Frame& frame, const Rect& window,
+                               const DriverSettings& settings, FirstPicture first_picture)
+    : window_(window),
+      settings_(settings),
+      shown_(first_picture == FirstPicture::kShown),
+      smooth_(parse_reconstruction(settings.reconstruction) == Reconstruction::kLinear),
+      planner_(settings.adaptive, window.width(), window.height(), frame.seed),
+      order_(tile_order(window)),
+      have_(order_.size(), 0),
+      stage_(shown_ ? Stage::kTree : Stage::kPilotStep) {
+  if (settings.adaptive.unbiased) planner_.set_averages(&averages_);
+  if (settings.explained && window.contains(settings.explained->x, settings.explained->y)) {
+    planner_.record(index(settings.explained->x, settings.explained->y));
   }
+  if (!shown_) return;
+  RefinementSettings refinement;
+  refinement.seed = frame.seed;
+  tree_.emplace(window, refinement);
+}
 
-  // Fills in the stop channel and finds the error of what there is: both look at every pixel once
-  // more, for which a user who stopped the frame would not wait.
-  void finish() {
-    if (covered_ && stopped_) {  // else plan() has
-      planner_.look(film_);
-      planner_.tell_variances(&film_);
-    }
-    for (size_t i = 0; i < have_.size(); ++i) film_.set_stop(x_of(i), y_of(i), stop_of(i));
+std::optional<Round> AdaptiveDriver::next(FilmTile& film, const std::stop_token& stop) {
+  if (stage_ == Stage::kTree) {
+    if (const std::optional<Round> round = next_of_tree()) return round;
+    stage_ = Stage::kFirst;
+    return bring_all_to(1, true);
   }
-
-  // Mixed, an unbiased frame is the mean of all its samples: rounds are not kept by light group.
-  void resolve(std::span<float> rgba, const LightMix* mix) const override {
-    if (mix) {
-      relight(film_, *mix, rgba);
-    } else {
-      const auto width = size_t(window_.width());
-      parallel_each(size_t(window_.height()), [&](size_t row) {
-        for (size_t i = row * width; i < (row + 1) * width; ++i) {
-          film_.rgba(x_of(i), y_of(i), &rgba[4 * i]);
-          if (!averages_.empty()) averages_.resolve(i, &rgba[4 * i]);
-        }
-      });
-    }
-    if (!covered_ && tree_->sample_count() > 0) fill_from_tree(rgba);
-  }
-  const FilmTile& film() const override { return film_; }
-  PixelStop stop_so_far(int x, int y) const override {
-    const size_t i = index(x, y);
-    return ended_ ? stop_of(i) : planner_.stop_so_far(i, have_[i]);
-  }
-  // Another average than that of all samples.
-  bool all_shown() const { return !averages_.empty(); }
-
-  std::optional<double> error_estimate() const {
-    const double estimate = planner_.error_estimate();
-    return estimate >= 0 ? std::optional(estimate) : std::nullopt;
-  }
-  const RefinementTree& tree() const { return *tree_; }
-  uint64_t bytes() const {
-    return film_.bytes() + planner_.bytes() + averages_.bytes() +
-           (tree_ ? tree_->node_bytes() + tree_->map_bytes() : 0) +
-           (order_.capacity() + have_.capacity()) * sizeof(uint32_t);
-  }
-  std::string explain(int x, int y) const;
-  void follow(int x, int y) {
-    if (ended_ || planner_.recorded() == index(x, y)) return;
-    planner_.record(index(x, y));
-    followed_from_ = planner_.round();
-  }
-
- private:
-  size_t index(int x, int y) const { return window_.index_of(x, y); }
-  int x_of(size_t i) const { return window_.x_of(i); }
-  int y_of(size_t i) const { return window_.y_of(i); }
-
-  // What becomes of the pixel, or has: the end of explain()'s first line.
-  std::string fate_of(size_t i) const;
-
-  PixelStop stop_of(size_t i) const {
-    if (have_[i] == 0) return PixelStop::kNone;
-    // Between two rounds it is as if all pixels were to get more.
-    const bool cut_short = !covered_ || planner_.interrupted() || have_[i] < planner_.targets()[i];
-    return stopped_ && cut_short ? observer_.stop_cause() : planner_.stop_of(i);
-  }
-
-  // Pixels without samples, from those that the tree has asked for, as `rgba` shows them. The film
-  // knows the colour of some more pixels than the tree.
-  void fill_from_tree(std::span<float> rgba) const {
-    const auto sampled_for = [&](uint32_t leaf) {
-      const Vec2i pixel = tree_->sampled_pixel(leaf);
-      return &rgba[4 * index(pixel.x, pixel.y)];
-    };
-    std::vector<Rgb> smooth;
-    if (smooth_) {
-      std::vector<Rgb> values;
-      values.reserve(tree_->sample_count());
-      for (uint32_t leaf = 0; leaf < tree_->sample_count(); ++leaf) {
-        const float* value = sampled_for(leaf);
-        values.emplace_back(value[0], value[1], value[2]);
-      }
-      smooth.resize(have_.size());
-      reconstruct_smooth_of(*tree_, values, smooth);
-    }
-    constexpr size_t kGrain = 4096;
-    parallel_ranges(have_.size(), kGrain, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) {
-        if (film_.sums(i).samples() > 0) continue;
-        std::copy_n(sampled_for(tree_->leaf_map()[i]), 4, &rgba[4 * i]);
-        if (smooth_) std::copy_n(&smooth[i].x, 3, &rgba[4 * i]);
-      }
-    });
-  }
-
-  // Brings every pixel its first sample; first those that the tree asks for.
-  bool cover() {
-    ++pass_;
-    const auto pixels = size_t(window_.area());
-    const bool whole = settings_.adaptive.estimator == kTreeEstimator;
-    const size_t refined = whole ? pixels : (pixels + kTreePart - 1) / kTreePart;
-    std::vector<Rgb> values;
-    while (!tree_->finished() && tree_->sample_count() < refined) {
-      const std::span<const Vec2i> wanted = tree_->next_round(refined - tree_->sample_count());
-      if (!render_first_samples(wanted)) return false;
-      values.clear();
-      for (const Vec2i& pixel : wanted) values.push_back(film_.mean(pixel.x, pixel.y));
-      tree_->insert(values);
-      report(double(tree_->sample_count()) / double(pixels), tree_->finished());
-    }
-    const std::vector<uint32_t> first(order_.size(), 1);
-    if (!bring_to(first)) return false;
-    covered_ = true;
+  if (stage_ == Stage::kFirst) {
     if (!settings_.keep_tree && !settings_.explained) tree_.reset();
-    return true;
+    stage_ = Stage::kPilotStep;
+    ++pass_;
+    const std::span<const uint32_t> pilot = planner_.targets();  // the same for all pixels
+    if (!pilot.empty() && pilot[0] >= 2 * kPilotStep) return bring_all_to(kPilotStep, false);
   }
+  if (stage_ == Stage::kPilotStep) {
+    stage_ = Stage::kPilot;
+    even_ = {};
+    return bring_to(planner_.targets(), true);
+  }
+  stage_ = Stage::kRounds;
+  if (settings_.adaptive.unbiased) averages_.add_round(film, planner_.round_weight());
+  const bool more = planner_.plan(film, stop);
+  if (planner_.interrupted()) return std::nullopt;
+  planner_.tell_variances(&film);
+  if (!more) {
+    stage_ = Stage::kFinished;
+    return std::nullopt;
+  }
+  ++pass_;
+  return bring_to(planner_.targets(), true);
+}
 
-  bool render_first_samples(std::span<const Vec2i> pixels) {
-    const size_t parts = (pixels.size() + kTreePartPixels - 1) / kTreePartPixels;
-    const bool complete = runner_.run(parts, [&](size_t part, std::vector<PixelWork>& list) {
-      const size_t end = std::min(pixels.size(), (part + 1) * kTreePartPixels);
-      for (size_t k = part * kTreePartPixels; k < end; ++k) {
-        list.push_back({pixels[k].x, pixels[k].y, 0, 1});
+std::optional<Round> AdaptiveDriver::next_of_tree() {
+  const size_t pixels = have_.size(), count = tree_->sample_count();
+  const bool whole = settings_.adaptive.estimator == kTreeEstimator;
+  const size_t refined = whole ? pixels : (pixels + kTreePart - 1) / kTreePart;
+  if (tree_->finished() || count >= refined) return std::nullopt;
+  wanted_ = tree_->next_round(refined - count);
+  const size_t parts = (wanted_.size() + kTreePartPixels - 1) / kTreePartPixels;
+  return Round{parts, planner_.round_seed(), pass_, count + wanted_.size() == pixels};
+}
+
+Round AdaptiveDriver::bring_all_to(uint32_t samples, bool ends_pass) {
+  even_.assign(order_.size(), samples);
+  return bring_to(even_, ends_pass);
+}
+
+// Until each pixel has as many samples as `targets` says.
+Round AdaptiveDriver::bring_to(std::span<const uint32_t> targets, bool ends_pass) {
+  targets_ = targets;
+  parts_ = cut_into_parts(order_, have_, targets, kPartSamples);
+  if (shown_) {
+    planner_.expected_gains(have_, targets, &gains_);
+    turns_ = parts_by_gain(parts_, order_, have_, targets, gains_);
+  }
+  return {parts_.size() - 1, planner_.round_seed(), pass_, ends_pass};
+}
+
+void AdaptiveDriver::expand(size_t part, std::vector<PixelWork>& list) const {
+  if (stage_ == Stage::kTree) {
+    const size_t end = std::min(wanted_.size(), (part + 1) * kTreePartPixels);
+    for (size_t k = part * kTreePartPixels; k < end; ++k) {
+      list.push_back({wanted_[k].x, wanted_[k].y, 0, 1});
+    }
+    return;
+  }
+  for (size_t k = parts_[turn(part)]; k < parts_[turn(part) + 1]; ++k) {
+    const size_t i = order_[k];
+    if (targets_[i] > have_[i]) {
+      list.push_back({x_of(i), y_of(i), have_[i], targets_[i] - have_[i]});
+    }
+  }
+}
+
+uint64_t AdaptiveDriver::samples(size_t part) const {
+  if (stage_ == Stage::kTree) {
+    return std::min(wanted_.size(), (part + 1) * kTreePartPixels) - part * kTreePartPixels;
+  }
+  uint64_t samples = 0;
+  for (size_t k = parts_[turn(part)]; k < parts_[turn(part) + 1]; ++k) {
+    samples += targets_[order_[k]] - have_[order_[k]];
+  }
+  return samples;
+}
+
+void AdaptiveDriver::rendered(const RenderedParts& parts, const FilmTile& film) {
+  if (stage_ != Stage::kTree) {
+    parallel_each(parts.end - parts.begin, [&](size_t part) {
+      const size_t t = turn(parts.begin + part);
+      for (size_t k = parts_[t]; k < parts_[t + 1]; ++k) {
+        const size_t i = order_[k];
+        have_[i] = parts.complete ? targets_[i] : film.sample_count(x_of(i), y_of(i));
       }
     });
-    for (const Vec2i& p : pixels) have_[index(p.x, p.y)] = film_.sample_count(p.x, p.y);
-    return complete;
+    return;
   }
-
-  // In two steps: else, for as long as the pilot takes, pixels with all of it would stand beside
-  // pixels with one sample, which looks like dirt on the picture.
-  bool render_pilot() {
-    ++pass_;
-    const std::span<const uint32_t> pilot = planner_.targets();
-    if (!pilot.empty() && pilot[0] >= 2 * kPilotStep) {  // the same for all pixels
-      const std::vector<uint32_t> step(pilot.size(), kPilotStep);
-      if (!bring_to(step, false)) return false;
-    }
-    return bring_to(pilot);
+  const size_t end = std::min(wanted_.size(), parts.end * kTreePartPixels);
+  for (size_t k = parts.begin * kTreePartPixels; k < end; ++k) {
+    have_[index(wanted_[k].x, wanted_[k].y)] = film.sample_count(wanted_[k].x, wanted_[k].y);
   }
+  if (!parts.complete || end < wanted_.size()) return;
+  std::vector<Rgb> values;
+  values.reserve(wanted_.size());
+  for (const Vec2i& pixel : wanted_) values.push_back(film.mean(pixel.x, pixel.y));
+  tree_->insert(values);
+}
 
-  // Renders until each pixel has as many samples as `targets` says. False if stopped before.
-  bool bring_to(std::span<const uint32_t> targets, bool ends_pass = true) {
-    const std::vector<size_t> parts = cut_into_parts(order_, have_, targets, kPartSamples);
-    const size_t part_count = parts.size() - 1;
-    planner_.expected_gains(have_, targets, &gains_);
-    const std::vector<uint32_t> turns = parts_by_gain(parts, order_, have_, targets, gains_);
-    for (size_t begin = 0, end; begin < part_count; begin = end) {
-      size_t count = parts_until_wanted(parts, std::span(turns).subspan(begin), targets);
-      const bool complete = runner_.run_until_wanted(count, [&](size_t part, auto& list) {
-        const size_t turn = turns[begin + part];
-        for (size_t k = parts[turn]; k < parts[turn + 1]; ++k) {
-          const size_t i = order_[k];
-          if (targets[i] > have_[i]) {
-            list.push_back({x_of(i), y_of(i), have_[i], targets[i] - have_[i]});
-          }
-        }
-      });
-      end = begin + count;
-      parallel_each(count, [&](size_t part) {
-        const size_t turn = turns[begin + part];
-        for (size_t k = parts[turn]; k < parts[turn + 1]; ++k)
-          have_[order_[k]] = targets[order_[k]];
-      });
-      for (const size_t part : runner_.cut_short()) {
-        const size_t turn = turns[begin + part];
-        for (size_t k = parts[turn]; k < parts[turn + 1]; ++k) {
-          have_[order_[k]] = film_.sample_count(x_of(order_[k]), y_of(order_[k]));
-        }
+uint32_t AdaptiveDriver::least_samples(const FilmTile&) const { return least_of(have_); }
+
+std::optional<double> AdaptiveDriver::error_estimate() const {
+  const double estimate = planner_.error_estimate();
+  return estimate >= 0 ? std::optional(estimate) : std::nullopt;
+}
+
+// Between two rounds it is as if all pixels were to get more.
+PixelStop AdaptiveDriver::stop_of(size_t i, PixelStop cut_short) const {
+  if (have_[i] == 0) return PixelStop::kNone;
+  const bool wants_more = !covered() || planner_.interrupted() || have_[i] < planner_.targets()[i];
+  return !finished() && wants_more ? cut_short : planner_.stop_of(i);
+}
+
+PixelStop AdaptiveDriver::stop_so_far(const FilmTile&, int x, int y) const {
+  const size_t i = index(x, y);
+  if (finished() || ended_) return stop_of(i, ended_.value_or(PixelStop::kUser));
+  return planner_.stop_so_far(i, have_[i]);
+}
+
+void AdaptiveDriver::end(FilmTile& film, PixelStop cut_short) {
+  ended_ = cut_short;
+  if (!finished() && least_of(have_) > 0) {  // else the last decision has looked
+    planner_.look(film);
+    planner_.tell_variances(&film);
+  }
+  for (size_t i = 0; i < have_.size(); ++i) film.set_stop(x_of(i), y_of(i), stop_of(i, cut_short));
+}
+
+// Mixed, an unbiased frame is the mean of all its samples: rounds are not kept by light group.
+void AdaptiveDriver::resolve(const FilmTile& film, std::span<float> rgba,
+                             const LightMix* mix) const {
+  if (mix) {
+    relight(film, *mix, rgba);
+  } else {
+    const auto width = size_t(window_.width());
+    parallel_each(size_t(window_.height()), [&](size_t row) {
+      for (size_t i = row * width; i < (row + 1) * width; ++i) {
+        film.rgba(x_of(i), y_of(i), &rgba[4 * i]);
+        if (!averages_.empty()) averages_.resolve(i, &rgba[4 * i]);
       }
-      if (!complete) return false;
-      const auto samples = double(runner_.counters().samples);
-      report(std::min(1.0, samples / double(order_.size())), ends_pass && end == part_count);
+    });
+  }
+  if (!covered() && tree_->sample_count() > 0) fill_from_tree(film, rgba);
+}
+
+// Pixels without samples, from those that the tree has asked for, as `rgba` shows them. The film
+// knows the colour of some more pixels than the tree.
+void AdaptiveDriver::fill_from_tree(const FilmTile& film, std::span<float> rgba) const {
+  const auto sampled_for = [&](uint32_t leaf) {
+    const Vec2i pixel = tree_->sampled_pixel(leaf);
+    return &rgba[4 * index(pixel.x, pixel.y)];
+  };
+  std::vector<Rgb> smooth;
+  if (smooth_) {
+    std::vector<Rgb> values;
+    values.reserve(tree_->sample_count());
+    for (uint32_t leaf = 0; leaf < tree_->sample_count(); ++leaf) {
+      const float* value = sampled_for(leaf);
+      values.emplace_back(value[0], value[1], value[2]);
     }
-    return true;
+    smooth.resize(have_.size());
+    reconstruct_smooth_of(*tree_, values, smooth);
   }
-
-  // How many of a round's parts, in the order of `turns`, come before the next pause: all, unless a
-  // picture is wanted at some number of samples.
-  size_t parts_until_wanted(std::span<const size_t> parts, std::span<const uint32_t> turns,
-                            std::span<const uint32_t> targets) const {
-    const std::optional<uint64_t> wanted = runner_.samples_until_wanted();
-    if (!wanted) return turns.size();
-    size_t end = 0;
-    for (uint64_t samples = 0; end < turns.size() && samples < *wanted; ++end) {
-      for (size_t k = parts[turns[end]]; k < parts[turns[end] + 1]; ++k) {
-        samples += targets[order_[k]] - have_[order_[k]];
-      }
+  constexpr size_t kGrain = 4096;
+  parallel_ranges(have_.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      if (film.sums(i).samples() > 0) continue;
+      std::copy_n(sampled_for(tree_->leaf_map()[i]), 4, &rgba[4 * i]);
+      if (smooth_) std::copy_n(&smooth[i].x, 3, &rgba[4 * i]);
     }
-    return end;
+  });
+}
+
+std::string AdaptiveDriver::fate_of(size_t i) const {
+  if (finished() || ended_) {
+    return fmt::format("ended by {}",
+                       pixel_stop_name(stop_of(i, ended_.value_or(PixelStop::kUser))));
   }
-
-  void report(double completion, bool pass_finished) {
-    FrameProgress progress;
-    progress.pass = pass_;
-    progress.samples = runner_.counters().samples;
-    progress.rays = runner_.counters().rays.total();
-    progress.completion = completion;
-    progress.pass_finished = pass_finished;
-    progress.error_estimate = error_estimate();
-    observer_.picture_changed(progress, *this);
-  }
-
-  const Rect window_;
-  const DriverSettings& settings_;
-  const bool smooth_;
-  FrameObserver& observer_;
-  const std::stop_token stop_;
-  FilmTile film_;
-  SliceRunner runner_;
-  RoundPlanner planner_;
-  RoundAverages averages_;
-  std::optional<RefinementTree> tree_;  // until every pixel has a sample, or kept
-  const std::vector<uint32_t> order_;
-  std::vector<uint32_t> have_;  // samples of each pixel
-  std::vector<float> gains_;    // expected of this round's
-  int pass_ = 0;
-  bool covered_ = false;   // every pixel has a sample
-  bool stopped_ = false;   // before the work was done
-  bool ended_ = false;     // render() is over
-  int followed_from_ = 0;  // the round in which the recorded pixel was asked for; 0: before all
-};
-
-std::string AdaptiveDriver::Progress::fate_of(size_t i) const {
-  if (ended_) return fmt::format("ended by {}", pixel_stop_name(stop_of(i)));
-  if (!covered_) return "so far: every pixel gets its first";
+  if (!covered()) return "so far: every pixel gets its first";
   const uint32_t target = planner_.targets()[i];
   if (planner_.round() == 0) return fmt::format("so far: every pixel gets {}", target);
   const PixelStop stop = planner_.stop_so_far(i, have_[i]);
@@ -384,9 +318,9 @@ std::string AdaptiveDriver::Progress::fate_of(size_t i) const {
   return fmt::format("so far: {} by the end of round {}", target, planner_.round());
 }
 
-std::string AdaptiveDriver::Progress::explain(int x, int y) const {
+std::string AdaptiveDriver::explain(const FilmTile& film, int x, int y) const {
   const size_t i = index(x, y);
-  const Rgb mean = film_.mean(x, y);
+  const Rgb mean = film.mean(x, y);
   std::string text = fmt::format("pixel {},{}: {} sample{}, {}\n", x, y, have_[i],
                                  have_[i] == 1 ? "" : "s", fate_of(i));
   const auto out = std::back_inserter(text);
@@ -422,49 +356,29 @@ std::string AdaptiveDriver::Progress::explain(int x, int y) const {
   return text;
 }
 
-AdaptiveDriver::AdaptiveDriver(const DriverSettings& settings) : settings_(settings) {
-  find_estimator(settings.adaptive.estimator);
-  parse_reconstruction(settings.reconstruction);
-  checked_bucket_size(settings.bucket_size);
+void AdaptiveDriver::follow(int x, int y) {
+  if (finished() || ended_ || planner_.recorded() == index(x, y)) return;
+  planner_.record(index(x, y));
+  followed_from_ = planner_.round();
 }
-
-AdaptiveDriver::~AdaptiveDriver() = default;
-
-FrameCounters AdaptiveDriver::render(const Frame& frame, FrameObserver& observer,
-                                     std::stop_token stop) {
-  progress_ = std::make_unique<Progress>(frame, settings_, observer, std::move(stop));
-  return progress_->render();
-}
-
-void AdaptiveDriver::deliver(FrameObserver& observer) {
-  progress_->finish();
-  deliver_film(*progress_, settings_.bucket_size, observer, progress_->all_shown());
-}
-
-std::optional<double> AdaptiveDriver::error_estimate() const {
-  return progress_ ? progress_->error_estimate() : std::nullopt;
-}
-
-std::string AdaptiveDriver::explain(int x, int y) const { return progress_->explain(x, y); }
-
-void AdaptiveDriver::follow(int x, int y) { progress_->follow(x, y); }
-
-const FramePicture* AdaptiveDriver::picture() const { return progress_.get(); }
 
 const RefinementTree* AdaptiveDriver::tree() const {
-  return settings_.keep_tree ? &progress_->tree() : nullptr;
+  return settings_.keep_tree ? &*tree_ : nullptr;
 }
 
-uint64_t AdaptiveDriver::bytes_per_pixel(const AovSet& aovs) const {
-  // What Progress::bytes() adds up: the planner's planes and halves, order and counts, and the tree
-  // at its largest, with two nodes for each sample. tests/cli/limits_test.cpp compares the two.
+uint64_t AdaptiveDriver::bytes() const {
+  return planner_.bytes() + averages_.bytes() +
+         (tree_ ? tree_->node_bytes() + tree_->map_bytes() : 0) +
+         (order_.capacity() + have_.capacity()) * sizeof(uint32_t);
+}
+
+uint64_t AdaptiveDriver::bytes_per_pixel(const AdaptiveSettings& settings) {
+  // The planner's planes and halves, order and counts, and the tree at its largest, with two nodes
+  // for each sample. tests/cli/limits_test.cpp compares the two.
   constexpr uint64_t kPlanner = 28 * sizeof(float), kOrder = 2 * sizeof(uint32_t);
   constexpr uint64_t kTree = 2 * 36 + sizeof(uint32_t);
   constexpr uint64_t kAverages = 10 * sizeof(double);
-  return film_bytes_per_pixel(aovs, film_extras(settings_.adaptive)) + kPlanner + kOrder + kTree +
-         (settings_.adaptive.unbiased ? kAverages : 0);
+  return kPlanner + kOrder + kTree + (settings.unbiased ? kAverages : 0);
 }
-
-uint64_t AdaptiveDriver::film_bytes() const { return progress_ ? progress_->bytes() : 0; }
 
 }  // namespace emberline

@@ -4,15 +4,19 @@
 //
 // A first sample for every pixel, in the order that the refinement tree finds for them; then the
 // estimator's pilot; then rounds: at each barrier the planner looks at the film and says how many
-// samples every pixel is to have next.
+// samples every pixel is to have next. Where nobody looks at the picture before it is finished, the
+// pilot comes at once.
 #pragma once
 
-#include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "renderer/drivers/adaptive/refinement_tree.h"
+#include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/adaptive/round_planner.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/driver_table.h"
 
 namespace emberline {
 
@@ -35,26 +39,88 @@ std::vector<uint32_t> parts_by_gain(std::span<const size_t> parts, std::span<con
                                     std::span<const uint32_t> have,
                                     std::span<const uint32_t> targets, std::span<const float> gain);
 
+// Whether the frame is looked at before it is finished: then it is complete from the first sample
+// on, and what is there can be shown at any moment.
+enum class FirstPicture { kNotShown, kShown };
+
 class AdaptiveDriver final : public FrameDriver {
  public:
-  // Throws UsageError for settings that make no sense together.
-  explicit AdaptiveDriver(const DriverSettings& settings);
-  ~AdaptiveDriver() override;
-  FrameCounters render(const Frame& frame, FrameObserver& observer, std::stop_token stop) override;
-  void deliver(FrameObserver& observer) override;
+  // Throws UsageError for an unknown estimator or reconstruction.
+  AdaptiveDriver(const Frame& frame, const Rect& window, const DriverSettings& settings,
+                 FirstPicture first_picture);
+
+  std::optional<Round> next(FilmTile& film, const std::stop_token& stop) override;
+  void expand(size_t part, std::vector<PixelWork>& list) const override;
+  uint64_t samples(size_t part) const override;
+  void rendered(const RenderedParts& parts, const FilmTile& film) override;
+  bool finished() const override { return stage_ == Stage::kFinished; }
+  uint32_t least_samples(const FilmTile& film) const override;
   std::optional<double> error_estimate() const override;
-  std::string explain(int x, int y) const override;
-  void follow(int x, int y) override;
-  const FramePicture* picture() const override;
-  const RefinementTree* tree() const override;
-  uint64_t bytes_per_pixel(const AovSet& aovs) const override;
-  uint64_t film_bytes() const override;
+  PixelStop stop_so_far(const FilmTile& film, int x, int y) const override;
+  void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override;
+  bool shows_other_means() const override { return !averages_.empty(); }
+  void end(FilmTile& film, PixelStop cut_short) override;
+  uint64_t bytes() const override;
+
+  // What decided the number of the pixel's samples, in lines for people, or what does so far; at a
+  // pause, or in the end.
+  std::string explain(const FilmTile& film, int x, int y) const;
+  // At a pause: explain() will be asked about this pixel instead of the settings', and has to tell
+  // of it what happens from here on.
+  void follow(int x, int y);
+  // The tree by which the first samples were placed; null unless DriverSettings::keep_tree asked
+  // for it.
+  const RefinementTree* tree() const;
+
+  static FilmExtras film_extras(const AdaptiveSettings& settings);
+  // What bytes() comes to, at most, a pixel.
+  static uint64_t bytes_per_pixel(const AdaptiveSettings& settings);
 
  private:
-  class Progress;  // a render under way, kept for deliver()
+  enum class Stage {
+    kTree,       // first samples where the refinement tree asks for them
+    kFirst,      // a first sample for the others
+    kPilotStep,  // else, for as long as the pilot takes, pixels with all of it would stand beside
+                 // pixels with one sample, which looks like dirt on the picture
+    kPilot,
+    kRounds,
+    kFinished,
+  };
 
+  size_t index(int x, int y) const { return window_.index_of(x, y); }
+  int x_of(size_t i) const { return window_.x_of(i); }
+  int y_of(size_t i) const { return window_.y_of(i); }
+  // Every pixel has a sample.
+  bool covered() const { return stage_ > Stage::kFirst; }
+
+  std::optional<Round> next_of_tree();
+  Round bring_to(std::span<const uint32_t> targets, bool ends_pass);
+  Round bring_all_to(uint32_t samples, bool ends_pass);
+  size_t turn(size_t part) const { return shown_ ? turns_[part] : part; }
+  PixelStop stop_of(size_t i, PixelStop cut_short) const;
+  std::string fate_of(size_t i) const;
+  void fill_from_tree(const FilmTile& film, std::span<float> rgba) const;
+
+  const Rect window_;
   const DriverSettings settings_;
-  std::unique_ptr<Progress> progress_;
+  const bool shown_, smooth_;
+  RoundPlanner planner_;
+  RoundAverages averages_;
+  std::optional<RefinementTree> tree_;  // until every pixel has a sample, or kept
+  std::vector<uint32_t> order_;
+  std::vector<uint32_t> have_;  // samples of each pixel
+  Stage stage_;
+  int pass_ = 1;
+  // The round under way: of the tree, these pixels; else the samples that each pixel is to have,
+  // the parts' places in order_, and their turns.
+  std::span<const Vec2i> wanted_;
+  std::span<const uint32_t> targets_;
+  std::vector<uint32_t> even_;  // targets that are the same for all
+  std::vector<size_t> parts_;
+  std::vector<uint32_t> turns_;
+  std::vector<float> gains_;
+  std::optional<PixelStop> ended_;  // end() was called, with this
+  int followed_from_ = 0;  // the round in which the recorded pixel was asked for; 0: before all
 };
 
 }  // namespace emberline

@@ -3,11 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "renderer/core/errors.h"
-#include "renderer/core/parallel.h"
-#include "renderer/drivers/bucket_driver.h"
-#include "renderer/drivers/frame_film.h"
-
 namespace emberline {
 namespace {
 
@@ -18,151 +13,111 @@ namespace {
 constexpr uint64_t kPartSamples = 4096;
 
 // Of the frame, in the first pass.
-constexpr uint64_t kFirstPassSlices = 100;
+constexpr uint64_t kFirstPassRounds = 100;
 
-// Parts of such a slice, for several threads to share.
+// Parts of such a round, for several threads to share.
 constexpr uint64_t kFirstPassParts = 16;
 
-PartShape first_pass_shape(BisectionAxis axis) {
-  switch (axis) {
-    case BisectionAxis::kRows:
-      return PartShape::kRow;
-    case BisectionAxis::kColumns:
-      return PartShape::kColumn;
-    case BisectionAxis::kBoth:
-      break;
-  }
-  return PartShape::kSquare;
+PartShape shape_of(const SampleRange& samples, BisectionAxis axis) {
+  if (samples.first_sample > 0 || axis == BisectionAxis::kBoth) return PartShape::kSquare;
+  return axis == BisectionAxis::kRows ? PartShape::kRow : PartShape::kColumn;
 }
 
-// What the first pass has after the slice [begin, end).
-BisectionCoverage coverage(const BisectionPass& pass, size_t begin, size_t end, bool complete) {
+// Of the first pass lines of pixels, of the others lines of cells that stay together.
+std::vector<BisectionStep> steps_of(const Rect& window, const SampleRange& samples,
+                                    BisectionAxis axis) {
+  const uint64_t cell_pixels =
+      samples.first_sample > 0 ? bisection_part_pixels(samples, uint64_t(window.area())) : 1;
+  return bisection_steps(window.width(), window.height(), axis, square_cell(cell_pixels));
+}
+
+// What the first pass has after these parts, which lie in one step.
+BisectionCoverage coverage(const BisectionPass& pass, const RenderedParts& parts, size_t begin) {
   const size_t step = pass.step_of(begin), first = pass.first_part(step);
-  if (complete && end == pass.first_part(step + 1)) return {step + 1, 0, 0};
-  return {step, (complete ? end : begin) - first, end - first};
-}
-
-// The least count of any pixel when a pass was stopped within the slice [begin, end): all pixels of
-// later parts are without its samples, and of those before only what was cut short lacks any.
-uint32_t least_samples(const BisectionPass& pass, size_t begin, size_t end,
-                       std::span<const size_t> cut_short, const FilmTile& film) {
-  if (end < pass.parts()) return pass.samples().first_sample;
-  std::vector<PixelWork> list;
-  for (const size_t part : cut_short) pass.expand(begin + part, list);
-  uint32_t least = pass.samples().first_sample + pass.samples().sample_count;
-  for (const PixelWork& work : list) least = std::min(least, film.sample_count(work.x, work.y));
-  return least;
+  if (parts.complete && parts.end == pass.first_part(step + 1)) return {step + 1, 0, 0};
+  return {step, (parts.complete ? parts.end : parts.begin) - first, parts.end - first};
 }
 
 }  // namespace
-
-uint64_t BisectionDriver::bytes_per_pixel(const AovSet& aovs) const {
-  return film_bytes_per_pixel(aovs, {});
-}
 
 uint64_t bisection_part_pixels(const SampleRange& samples, uint64_t frame_pixels) {
   const uint64_t pixels =
       std::bit_floor(std::max<uint64_t>(1, kPartSamples / samples.sample_count));
   if (samples.first_sample > 0) return pixels;
-  const uint64_t most = frame_pixels / (kFirstPassSlices * kFirstPassParts);
+  const uint64_t most = frame_pixels / (kFirstPassRounds * kFirstPassParts);
   return std::min(pixels, std::bit_floor(std::max<uint64_t>(1, most)));
 }
 
-size_t bisection_slice_end(const BisectionPass& pass, size_t first, uint64_t frame_pixels,
-                           std::optional<uint64_t> samples_wanted) {
-  const SampleRange& samples = pass.samples();
-  const bool first_pass = samples.first_sample == 0;
-  const uint64_t most = first_pass ? frame_pixels / kFirstPassSlices : frame_pixels;
-  if (!first_pass && !samples_wanted) return pass.parts();
-  const size_t last = first_pass ? pass.first_part(pass.step_of(first) + 1) : pass.parts();
-  const auto enough = [&](uint64_t pixels) {
-    return samples_wanted && pixels * samples.sample_count >= *samples_wanted;
-  };
+size_t bisection_round_end(const BisectionPass& pass, size_t first, uint64_t frame_pixels) {
+  if (pass.samples().first_sample > 0) return pass.parts();
+  const uint64_t most = frame_pixels / kFirstPassRounds;
+  const size_t last = pass.first_part(pass.step_of(first) + 1);
   uint64_t pixels = pass.pixels(first);
   size_t end = first + 1;
-  while (end < last && !enough(pixels) && pixels + pass.pixels(end) <= most) {
-    pixels += pass.pixels(end++);
-  }
+  while (end < last && pixels + pass.pixels(end) <= most) pixels += pass.pixels(end++);
   return end;
 }
 
-BisectionDriver::BisectionDriver(const DriverSettings& settings)
-    : tile_size_(checked_bucket_size(settings.bucket_size)),
+BisectionDriver::Pass::Pass(const Rect& window, const SampleRange& samples, BisectionAxis axis)
+    : steps(steps_of(window, samples, axis)),
+      parts(steps, window, samples, shape_of(samples, axis),
+            bisection_part_pixels(samples, uint64_t(window.area()))) {}
+
+BisectionDriver::BisectionDriver(const Frame& frame, const Rect& window,
+                                 const DriverSettings& settings)
+    : window_(window),
+      seed_(frame.seed),
+      samples_per_pixel_(frame.samples_per_pixel),
       axis_(parse_bisection_axis(settings.bisection_axis)),
-      reconstruction_(parse_reconstruction(settings.reconstruction)) {}
+      reconstruction_(parse_reconstruction(settings.reconstruction)),
+      passes_(bisection_passes(samples_per_pixel_)),
+      first_(window, passes_.front(), axis_) {}
 
-void BisectionDriver::prepare(const Frame& frame, const SampleRange& first_samples) {
-  const Rect& window = frame.window;
-  samples_per_pixel_ = frame.samples_per_pixel;
-  steps_ = bisection_steps(window.width(), window.height(), axis_);
-  first_pass_.emplace(steps_, window, first_samples, first_pass_shape(axis_),
-                      bisection_part_pixels(first_samples, uint64_t(window.area())));
-  film_.emplace(frame.aovs, frame.with_light_groups({}));
-  reset_film(window, &*film_);
-  picture_.emplace(steps_, *first_pass_, *film_, reconstruction_, samples_per_pixel_);
-}
-
-FrameCounters BisectionDriver::render(const Frame& frame, FrameObserver& observer,
-                                      std::stop_token stop) {
-  const Rect& window = frame.window;
-  const auto frame_pixels = uint64_t(window.area());
-  const std::vector<SampleRange> passes = bisection_passes(frame.samples_per_pixel);
-  prepare(frame, passes.front());
-  SliceRunner runner(frame, *film_, observer, stop);
-  FrameProgress progress;
-  for (const SampleRange& samples : passes) {
-    progress.pass++;
-    std::vector<BisectionStep> steps;
-    std::optional<BisectionPass> later_pass;
-    if (samples.first_sample > 0) {
-      const uint64_t part_pixels = bisection_part_pixels(samples, frame_pixels);
-      steps = bisection_steps(window.width(), window.height(), axis_, square_cell(part_pixels));
-      later_pass.emplace(steps, window, samples, PartShape::kSquare, part_pixels);
-    }
-    const BisectionPass& pass = later_pass ? *later_pass : *first_pass_;
-    for (size_t begin = 0, end; begin < pass.parts(); begin = end) {
-      end = bisection_slice_end(pass, begin, frame_pixels, runner.samples_until_wanted());
-      size_t count = end - begin;
-      const auto expand = [&](size_t part, std::vector<PixelWork>& list) {
-        pass.expand(begin + part, list);
-      };
-      const bool complete = later_pass ? runner.run_until_wanted(count, expand)
-                                       : runner.run(count, expand);  // its slices are short
-      end = begin + count;
-      if (!later_pass) picture_->set_coverage(coverage(pass, begin, end, complete));
-      if (!complete) {
-        FrameCounters counters = runner.counters();
-        counters.min_samples = least_samples(pass, begin, end, runner.cut_short(), *film_);
-        counters.stopped = counters.min_samples < samples_per_pixel_;
-        return counters;
-      }
-      progress.samples = runner.counters().samples;
-      progress.rays = runner.counters().rays.total();
-      progress.completion = std::min(1.0, double(progress.samples) / double(frame_pixels));
-      progress.pass_finished = end == pass.parts();
-      observer.picture_changed(progress, *picture_);
-    }
+std::optional<Round> BisectionDriver::next(FilmTile&, const std::stop_token&) {
+  begin_ = end_;
+  if (begin_ == pass().parts.parts()) {
+    if (pass_ + 1 == passes_.size()) return std::nullopt;
+    later_.emplace(window_, passes_[++pass_], axis_);
+    begin_ = 0;
   }
-  FrameCounters counters = runner.counters();
-  counters.min_samples = samples_per_pixel_;
-  return counters;
+  const BisectionPass& parts = pass().parts;
+  end_ = bisection_round_end(parts, begin_, uint64_t(window_.area()));
+  return Round{end_ - begin_, seed_, int(pass_) + 1, end_ == parts.parts()};
 }
 
-void BisectionDriver::mark_stops(PixelStop cut_short) {
-  if (!film_->aovs().contains(Aov::kStop)) return;
-  const Rect& window = film_->rect();
-  parallel_each(size_t(window.height()), [&](size_t row) {
-    const int y = window.y0 + int(row);
-    for (int x = window.x0; x < window.x1; ++x) {
-      film_->mark_stop(x, y, samples_per_pixel_, cut_short);
-    }
-  });
+void BisectionDriver::expand(size_t part, std::vector<PixelWork>& list) const {
+  pass().parts.expand(begin_ + part, list);
 }
 
-void BisectionDriver::deliver(FrameObserver& observer) {
-  if (!picture_) return;
-  mark_stops(observer.stop_cause());
-  deliver_film(*picture_, tile_size_, observer);
+uint64_t BisectionDriver::samples(size_t part) const {
+  return pass().parts.pixels(begin_ + part) * passes_[pass_].sample_count;
+}
+
+// When a pass is stopped, all pixels of later parts are without its samples, and of those before
+// only what was cut short lacks any.
+void BisectionDriver::rendered(const RenderedParts& parts, const FilmTile& film) {
+  const BisectionPass& all = pass().parts;
+  const RenderedParts of_pass{begin_ + parts.begin, begin_ + parts.end, parts.complete, {}};
+  if (pass_ == 0) coverage_ = coverage(all, of_pass, begin_);
+  if (of_pass.end < all.parts()) return;
+  uint32_t least = passes_[pass_].first_sample + passes_[pass_].sample_count;
+  std::vector<PixelWork> list;
+  for (const size_t part : parts.cut_short) expand(part, list);
+  for (const PixelWork& work : list) least = std::min(least, film.sample_count(work.x, work.y));
+  least_samples_ = least;
+}
+
+PixelStop BisectionDriver::stop_so_far(const FilmTile& film, int x, int y) const {
+  return film.sample_count(x, y) < samples_per_pixel_ ? PixelStop::kGoingOn : PixelStop::kBudget;
+}
+
+void BisectionDriver::resolve(const FilmTile& film, std::span<float> rgba,
+                              const LightMix* mix) const {
+  BisectionPicture(first_.steps, first_.parts, film, reconstruction_, coverage_).resolve(rgba, mix);
+}
+
+void BisectionDriver::end(FilmTile& film, PixelStop cut_short) {
+  film.mark_stops(samples_per_pixel_, cut_short);
 }
 
 }  // namespace emberline

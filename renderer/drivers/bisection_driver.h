@@ -8,42 +8,53 @@
 
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/bisection_schedule.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/driver_table.h"
 
 namespace emberline {
 
+// A round is a slice of the first pass, or one of the further passes.
 class BisectionDriver final : public FrameDriver {
  public:
-  // Throws UsageError for a bucket size outside [1, 4096], an unknown axis or reconstruction.
-  explicit BisectionDriver(const DriverSettings& settings);
-  // Throws RenderError where the film does not fit into memory.
-  FrameCounters render(const Frame& frame, FrameObserver& observer, std::stop_token stop) override;
-  void deliver(FrameObserver& observer) override;
-  const FramePicture* picture() const override { return picture_ ? &*picture_ : nullptr; }
-  uint64_t bytes_per_pixel(const AovSet& aovs) const override;
-  uint64_t film_bytes() const override { return film_ ? film_->bytes() : 0; }
+  // Throws UsageError for an unknown axis or reconstruction.
+  BisectionDriver(const Frame& frame, const Rect& window, const DriverSettings& settings);
+
+  std::optional<Round> next(FilmTile& film, const std::stop_token& stop) override;
+  void expand(size_t part, std::vector<PixelWork>& list) const override;
+  uint64_t samples(size_t part) const override;
+  void rendered(const RenderedParts& parts, const FilmTile& film) override;
+  bool finished() const override { return least_samples_ == samples_per_pixel_; }
+  uint32_t least_samples(const FilmTile&) const override { return least_samples_; }
+  PixelStop stop_so_far(const FilmTile& film, int x, int y) const override;
+  void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override;
+  void end(FilmTile& film, PixelStop cut_short) override;
 
  private:
-  void prepare(const Frame& frame, const SampleRange& first_samples);
-  void mark_stops(PixelStop cut_short);
+  // One pass, and the lines that it goes by.
+  struct Pass {
+    Pass(const Rect& window, const SampleRange& samples, BisectionAxis axis);
+    std::vector<BisectionStep> steps;
+    BisectionPass parts;
+  };
+  const Pass& pass() const { return later_ ? *later_ : first_; }
 
-  int tile_size_;
-  BisectionAxis axis_;
-  Reconstruction reconstruction_;
-  // Kept from render() for deliver().
-  std::vector<BisectionStep> steps_;
-  std::optional<BisectionPass> first_pass_;
-  std::optional<FilmTile> film_;
-  std::optional<BisectionPicture> picture_;
-  uint32_t samples_per_pixel_ = 0;
+  const Rect window_;
+  const uint32_t seed_, samples_per_pixel_;
+  const BisectionAxis axis_;
+  const Reconstruction reconstruction_;
+  const std::vector<SampleRange> passes_;
+  const Pass first_;
+  std::optional<Pass> later_;
+  size_t pass_ = 0;             // which of the passes is under way
+  size_t begin_ = 0, end_ = 0;  // of its parts: the round under way
+  BisectionCoverage coverage_;  // of the first pass
+  uint32_t least_samples_ = 0;
 };
 
-// Where the slice that begins with part `first` ends; between slices the frame can be looked at.
-// It ends with the part that brings `samples_wanted` samples, if any, or before. In the first pass
-// it lies within a step and has at most a hundredth of the frame's pixels (or one part); later
-// passes are a slice each, because every pause costs half a part for the threads that wait.
-size_t bisection_slice_end(const BisectionPass& pass, size_t first, uint64_t frame_pixels,
-                           std::optional<uint64_t> samples_wanted);
+// Where the round that begins with part `first` ends. In the first pass it lies within a step and
+// has at most a hundredth of the frame's pixels (or one part): the picture can be looked at after
+// it. Later passes are a round each, because every pause costs half a part for the threads that
+// wait.
+size_t bisection_round_end(const BisectionPass& pass, size_t first, uint64_t frame_pixels);
 
 // How many pixels of a pass make a part: a power of two.
 uint64_t bisection_part_pixels(const SampleRange& samples, uint64_t frame_pixels);

@@ -53,16 +53,12 @@ std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
 
 BisectionPicture::BisectionPicture(std::span<const BisectionStep> steps,
                                    const BisectionPass& first_pass, const FilmTile& film,
-                                   Reconstruction reconstruction, uint32_t samples_per_pixel)
+                                   Reconstruction reconstruction, const BisectionCoverage& coverage)
     : steps_(steps),
       first_pass_(first_pass),
       film_(film),
       reconstruction_(reconstruction),
-      samples_per_pixel_(samples_per_pixel) {}
-
-PixelStop BisectionPicture::stop_so_far(int x, int y) const {
-  return film_.sample_count(x, y) < samples_per_pixel_ ? PixelStop::kGoingOn : PixelStop::kBudget;
-}
+      coverage_(coverage) {}
 
 bool BisectionPicture::sampled(int x, int y) const {
   return film_.sample_count(film_.rect().x0 + x, film_.rect().y0 + y) > 0;

@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "renderer/drivers/bisection_schedule.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/film/film.h"
+#include "renderer/film/light_mix.h"
 
 namespace emberline {
 
@@ -42,20 +43,17 @@ std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
                                    Reconstruction reconstruction);
 
 // Looks at a film that stands still while resolve() runs. Everything it refers to must outlive it.
-class BisectionPicture final : public FramePicture {
+class BisectionPicture {
  public:
-  // `first_pass` says how the steps are cut into parts; a pixel is to get `samples_per_pixel`.
+  // `first_pass` says how the steps are cut into parts.
   BisectionPicture(std::span<const BisectionStep> steps, const BisectionPass& first_pass,
-                   const FilmTile& film, Reconstruction reconstruction, uint32_t samples_per_pixel);
-
-  void set_coverage(const BisectionCoverage& coverage) { coverage_ = coverage; }
+                   const FilmTile& film, Reconstruction reconstruction,
+                   const BisectionCoverage& coverage);
 
   // A pixel is shown from the lattice of the step under way where that has the samples it needs,
   // else from the lattice of the last complete step. Black if there is no sample at all. Uses the
   // calling thread's TBB arena.
-  void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
-  const FilmTile& film() const override { return film_; }
-  PixelStop stop_so_far(int x, int y) const override;
+  void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const;
 
  private:
   // How the rows and columns of the picture come from a lattice.
@@ -74,9 +72,8 @@ class BisectionPicture final : public FramePicture {
   std::span<const BisectionStep> steps_;
   const BisectionPass& first_pass_;
   const FilmTile& film_;
-  Reconstruction reconstruction_;
-  const uint32_t samples_per_pixel_;
-  BisectionCoverage coverage_;
+  const Reconstruction reconstruction_;
+  const BisectionCoverage coverage_;
 };
 
 }  // namespace emberline

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "renderer/core/rect.h"
-#include "renderer/drivers/work_item.h"
+#include "renderer/drivers/frame_driver.h"
 
 namespace emberline {
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "renderer/core/names.h"
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
@@ -144,12 +145,16 @@ void FilmTile::set_sample_variance(size_t i, const Rgb& variance) {
   }
 }
 
-void FilmTile::mark_stop(int x, int y, uint32_t budget, PixelStop cut_short) {
-  const uint32_t samples = sample_count(x, y);
-  set_stop(x, y,
-           samples == 0        ? PixelStop::kNone
-           : samples == budget ? PixelStop::kBudget
-                               : cut_short);
+void FilmTile::mark_stops(uint32_t budget, PixelStop cut_short) {
+  constexpr size_t kGrain = 16384;
+  parallel_ranges(stops_.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const uint32_t samples = sums_[i].count[0] + sums_[i].count[1];
+      stops_[i] = samples == 0        ? PixelStop::kNone
+                  : samples == budget ? PixelStop::kBudget
+                                      : cut_short;
+    }
+  });
 }
 
 void FilmTile::show(int x, int y, const float* rgba) {

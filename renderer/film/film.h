@@ -160,8 +160,9 @@ class FilmTile {
   // of its mean, from a driver that knows more of it than the film. It stands while samples are
   // added, until the next; what they bring is then taken to be as noisy as those before.
   void set_sample_variance(size_t i, const Rgb& variance);
-  // By its count: kBudget if that is all of `budget`, kNone if it is 0, else `cut_short`.
-  void mark_stop(int x, int y, uint32_t budget, PixelStop cut_short);
+  // Of every pixel by its count: kBudget if that is all of `budget`, kNone if it is 0, else
+  // `cut_short`.
+  void mark_stops(uint32_t budget, PixelStop cut_short);
 
   uint32_t sample_count(int x, int y) const;
   uint32_t least_samples() const;  // of any pixel

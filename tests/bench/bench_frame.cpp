@@ -106,11 +106,11 @@ FrameRun BenchFrame::run(int threads, uint32_t spp) const {
 
 FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& observer,
                          const std::stop_token& stop,
-                         const std::function<void(const FrameDriver&)>& look) const {
+                         const std::function<void(const FrameRender&)>& look) const {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
-  const auto driver = create_driver(s.driver, {.bucket_size = options_.bucket_size,
-                                               .bucket_order = options_.bucket_order,
-                                               .adaptive = s.adaptive});
+  FrameRender frame_render(s.driver, {.bucket_size = options_.bucket_size,
+                                      .bucket_order = options_.bucket_order,
+                                      .adaptive = s.adaptive});
   const auto sampler =
       create_sampler(options_.sampler, {s.streams, s.spp, options_.width, options_.height});
   const Rect window{0, 0, options_.width, options_.height};
@@ -120,13 +120,13 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& obs
   tbb::task_arena arena(threads);
   FrameRun run;
   const double wall = wall_clock(), cpu = process_cpu();
-  arena.execute([&] { run.counters = driver->render(frame, observer, stop); });
+  arena.execute([&] { run.counters = frame_render.render(frame, observer, stop); });
   run.returned = wall_clock();
   run.wall_s = run.returned - wall;
   run.cpu_s = process_cpu() - cpu;
-  arena.execute([&] { driver->deliver(observer); });
-  run.error_estimate = driver->error_estimate();
-  if (look) arena.execute([&] { look(*driver); });
+  arena.execute([&] { frame_render.deliver(observer); });
+  run.error_estimate = frame_render.error_estimate();
+  if (look) arena.execute([&] { look(frame_render); });
   return run;
 }
 

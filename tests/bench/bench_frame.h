@@ -11,7 +11,7 @@
 
 #include "bench/clocks.h"
 #include "renderer/app/render_options.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/frame_render.h"
 #include "renderer/scene/build_scene.h"
 #include "renderer/scene/camera.h"
 
@@ -56,7 +56,7 @@ class BenchFrame {
   // given, sees what the driver has kept.
   FrameRun run(int threads, const FrameSampling& sampling, FrameObserver& observer,
                const std::stop_token& stop = {},
-               const std::function<void(const FrameDriver&)>& look = {}) const;
+               const std::function<void(const FrameRender&)>& look = {}) const;
 
   double load_s = 0, build_s = 0;
   const Scene& scene() const { return *scene_; }

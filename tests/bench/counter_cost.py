@@ -27,21 +27,17 @@ FRAMES = {
 }
 # (file, what stands there, what counts nothing)
 EDITS = [
-    ("integrators/integrator.h",
-     "  uint64_t camera = 0;   // one per sample\n"
-     "  uint64_t scatter = 0;  // continued paths\n"
-     "  uint64_t shadow = 0;   // visibility of sampled lights\n",
+    ("renderer/film/film.h",
+     "  uint32_t scatter = 0;  // continued paths\n"
+     "  uint32_t shadow = 0;   // visibility of sampled lights\n",
      "  struct Nothing {\n"
      "    void operator++(int) {}\n"
-     "    void operator+=(uint64_t) {}\n"
-     "    operator uint64_t() const { return 0; }\n"
+     "    operator uint32_t() const { return 0; }\n"
      "  };\n"
-     "  Nothing camera, scatter, shadow;\n"),
-    ("renderer/drivers/render_work_item.cpp",
+     "  Nothing scatter, shadow;\n"),
+    ("renderer/drivers/frame.h", "    camera++;\n", ""),
+    ("renderer/drivers/render_worker.cpp",
      "    counters_.max_samples = std::max(counters_.max_samples, addresses_[i].sample + 1);\n", ""),
-    ("renderer/app/report.cpp", '{"camera", c.rays.camera}', '{"camera", uint64_t(c.rays.camera)}'),
-    ("renderer/app/report.cpp", '{"scatter", c.rays.scatter}', '{"scatter", uint64_t(c.rays.scatter)}'),
-    ("renderer/app/report.cpp", '{"shadow", c.rays.shadow}', '{"shadow", uint64_t(c.rays.shadow)}'),
 ]
 
 

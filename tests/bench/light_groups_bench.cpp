@@ -94,10 +94,10 @@ void measure_relight(const Options& options, const BenchFrame& frame, const Ligh
   std::vector<float> rgba(4 * frame.pixels(), 1.0f);
   std::vector<double> mixing, mixed, plain;
   Nobody nobody;
-  const auto look = [&](const FrameDriver& driver) {
-    if (!driver.picture()) return;  // it keeps none
+  const auto look = [&](const FrameRender& rendered) {
+    if (!rendered.picture()) return;  // it keeps none
     fmt::print("{} light groups, film {:.1f} MiB\n", groups.size(),
-               double(driver.film_bytes()) / 1048576);
+               double(rendered.film_bytes()) / 1048576);
     for (int i = 0; i < 10 * options.repetitions; ++i) {
       SceneEdits edits;
       const LightGroup& group = groups.list()[size_t(i) % groups.list().size()];
@@ -105,9 +105,9 @@ void measure_relight(const Options& options, const BenchFrame& frame, const Ligh
       const double start = wall_clock();
       const std::optional<LightMix> mix = groups.mix(edits);
       const double known = wall_clock();
-      driver.picture()->resolve(rgba, &*mix);
+      rendered.picture()->resolve(rgba, &*mix);
       const double shown = wall_clock();
-      driver.picture()->resolve(rgba);
+      rendered.picture()->resolve(rgba);
       mixing.push_back(known - start);
       mixed.push_back(shown - known);
       plain.push_back(wall_clock() - shown);

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "renderer/drivers/adaptive_driver.h"
-#include "renderer/drivers/render_work_item.h"
+#include "renderer/drivers/render_worker.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 #include "support/stop_after.h"
@@ -202,11 +202,11 @@ RenderedImage stop_after(const Scene& scene, const RenderSettings& s, uint64_t s
                     image.window, 0,      s.seed,      s.streams, aovs,   false};
   MemoryObserver memory(image);
   StopAfter observer(memory, samples, image.window, false);
-  AdaptiveDriver driver({.bucket_size = 16, .adaptive = s.adaptive});
+  FrameRender frame_render("adaptive", {.bucket_size = 16, .adaptive = s.adaptive});
   tbb::task_arena arena(s.threads);
   arena.execute([&] {
-    image.counters = driver.render(frame, observer, observer.token());
-    driver.deliver(observer);
+    image.counters = frame_render.render(frame, observer, observer.token());
+    frame_render.deliver(observer);
   });
   if (progress) *progress = observer.last();
   return image;
@@ -268,7 +268,8 @@ TEST_P(AdaptiveFrame, StoppedBeforeTheFirstSample) {
 // One sample in 8192 is NaN, decided by its own numbers.
 class SometimesNan final : public Integrator {
  public:
-  void estimate(const SampleBatch& /*batch*/, PixelSamples& samples, std::span<SampleValue> values) const override {
+  void estimate(const SampleBatch& /*batch*/, PixelSamples& samples,
+                std::span<SampleValue> values) const override {
     for (size_t i = 0; i < values.size(); ++i) {
       samples.resume_sample(int(i));
       samples.start_slot(1);
@@ -299,7 +300,7 @@ TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
   DriverSettings settings;
   settings.adaptive = s.adaptive;
   Nobody nobody;
-  const FrameCounters counters = create_driver("adaptive", settings)->render(frame, nobody, {});
+  const FrameCounters counters = FrameRender("adaptive", settings).render(frame, nobody, {});
   ASSERT_FALSE(counters.located.empty());
   size_t of_later_rounds = 0;
   for (const NonFiniteSample& at : counters.located) {

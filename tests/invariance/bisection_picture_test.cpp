@@ -27,7 +27,7 @@ class Unfinished {
         steps_(bisection_steps(window.width(), window.height(), axis)),
         pass_(steps_, window, {0, 1}, shape_of(axis), 4),
         film_(AovSet{}),
-        picture_(steps_, pass_, film_, reconstruction, 1),
+        reconstruction_(reconstruction),
         value_(value) {
     film_.reset(window);
   }
@@ -41,17 +41,17 @@ class Unfinished {
       for (size_t i = 0; i < list.size(); ++i) {
         if (part + partial >= parts && i % 2 == 1) continue;
         const PixelWork& w = list[i];
-        film_.add(w.x, w.y, 0, 1.0f, {Rgb(value_(w.x, w.y)), 1.0f, {}});
+        film_.add(w.x, w.y, 0, 1.0f, {Rgb(value_(w.x, w.y)), 1.0f, {}, {}});
       }
     }
     size_t step = parts - partial == pass_.parts() ? steps_.size() : pass_.step_of(parts - partial);
     const size_t first = pass_.first_part(step);
-    picture_.set_coverage({step, parts - partial - first, parts - first});
+    coverage_ = {step, parts - partial - first, parts - first};
   }
 
   std::vector<float> resolve() const {
     std::vector<float> rgba(4 * size_t(window_.area()), std::numeric_limits<float>::quiet_NaN());
-    picture_.resolve(rgba);
+    BisectionPicture(steps_, pass_, film_, reconstruction_, coverage_).resolve(rgba);
     return rgba;
   }
   float shown(const std::vector<float>& rgba, int x, int y) const {
@@ -63,7 +63,8 @@ class Unfinished {
   const std::vector<BisectionStep> steps_;
   const BisectionPass pass_;
   FilmTile film_;
-  BisectionPicture picture_;
+  const Reconstruction reconstruction_;
+  BisectionCoverage coverage_;
   Value value_;
 };
 

@@ -169,38 +169,20 @@ TEST_P(BisectionScheduleOf, PassesCoverEveryPixelOnceInTheOrderOfTheSteps) {
   }
 }
 
-TEST_P(BisectionScheduleOf, SlicesPauseOftenAtFirst) {
+TEST_P(BisectionScheduleOf, RoundsAreShortAtFirst) {
   for_each_pass([](const BisectionPass& pass, uint64_t pixels) {
     for (size_t begin = 0, end; begin < pass.parts(); begin = end) {
-      end = bisection_slice_end(pass, begin, pixels, std::nullopt);
+      end = bisection_round_end(pass, begin, pixels);
       ASSERT_GT(end, begin);
       ASSERT_LE(end, pass.parts());
       if (pass.samples().first_sample > 0) {
-        ASSERT_EQ(end, pass.parts()) << "later passes are a slice each";
+        ASSERT_EQ(end, pass.parts()) << "later passes are a round each";
         continue;
       }
       ASSERT_EQ(pass.step_of(begin), pass.step_of(end - 1));
-      uint64_t in_slice = 0;
-      for (size_t part = begin; part < end; ++part) in_slice += pass.pixels(part);
-      ASSERT_TRUE(end == begin + 1 || in_slice <= pixels / 100) << in_slice;
-    }
-  });
-}
-
-TEST_P(BisectionScheduleOf, SlicesEndWhereAPictureIsWanted) {
-  for_each_pass([](const BisectionPass& pass, uint64_t pixels) {
-    for (size_t begin = 0; begin < pass.parts(); begin += 1 + begin / 2) {
-      const size_t unasked = bisection_slice_end(pass, begin, pixels, std::nullopt);
-      for (uint64_t wanted = 1; wanted < 2 * pixels * pass.samples().sample_count; wanted *= 3) {
-        const size_t end = bisection_slice_end(pass, begin, pixels, wanted);
-        ASSERT_GT(end, begin);
-        ASSERT_LE(end, unasked);
-        uint64_t before_last = 0;
-        for (size_t part = begin; part + 1 < end; ++part) before_last += pass.pixels(part);
-        const uint64_t in_slice = before_last + pass.pixels(end - 1);
-        ASSERT_LT(before_last * pass.samples().sample_count, wanted) << "a part too many";
-        ASSERT_TRUE(end == unasked || in_slice * pass.samples().sample_count >= wanted);
-      }
+      uint64_t in_round = 0;
+      for (size_t part = begin; part < end; ++part) in_round += pass.pixels(part);
+      ASSERT_TRUE(end == begin + 1 || in_round <= pixels / 100) << in_round;
     }
   });
 }
@@ -286,7 +268,7 @@ TEST(BisectionPasses, DoubleWhatIsThere) {
 TEST(BisectionDriver, RefusesNonsense) {
   const auto message = [](const DriverSettings& settings) -> std::string {
     try {
-      BisectionDriver driver(settings);
+      find_driver("bisection", settings);
     } catch (const UsageError& e) {
       return e.what();
     }

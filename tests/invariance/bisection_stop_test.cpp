@@ -6,7 +6,7 @@
 #include <chrono>
 #include <thread>
 
-#include "renderer/drivers/bisection_driver.h"
+#include "renderer/drivers/frame_render.h"
 #include "support/render.h"
 #include "support/sanitized.h"
 #include "support/scenes.h"
@@ -42,11 +42,11 @@ class BisectionStop : public testing::Test {
                       kHeight, image.window, spp,          1,         StreamCount::kOne, aovs};
     MemoryObserver memory(image);
     StopAfter observer(memory, samples, image.window, true);
-    BisectionDriver driver({.bucket_size = 16, .bisection_axis = axis});
+    FrameRender frame_render("bisection", {.bucket_size = 16, .bisection_axis = axis});
     tbb::task_arena arena(threads);
     arena.execute([&] {
-      image.counters = driver.render(frame, observer, observer.token());
-      driver.deliver(observer);
+      image.counters = frame_render.render(frame, observer, observer.token());
+      frame_render.deliver(observer);
     });
     if (progress) *progress = observer.last();
     return image;
@@ -119,7 +119,8 @@ TEST_F(BisectionStop, ProgressEndsWithTheWholeFrame) {
 class StopsInBatch final : public Integrator {
  public:
   StopsInBatch(const Integrator& inner, int batch) : inner_(inner), batch_(batch) {}
-  void estimate(const SampleBatch& batch, PixelSamples& samples, std::span<SampleValue> values) const override {
+  void estimate(const SampleBatch& batch, PixelSamples& samples,
+                std::span<SampleValue> values) const override {
     inner_.estimate(batch, samples, values);
     if (++done_ == batch_) stop_.request_stop();
   }
@@ -150,12 +151,12 @@ TEST_F(BisectionStop, WithinTheLastPass) {
     const Frame frame{*scene_, camera, integrator, *sampler_, filter_,           9,
                       7,       window, kSpp,       1,         StreamCount::kOne, {}};
     MemoryObserver observer(image);
-    BisectionDriver driver({});
+    FrameRender frame_render("bisection", {});
     tbb::task_arena arena(1);
     FrameCounters counters;
     arena.execute([&] {
-      counters = driver.render(frame, observer, integrator.token());
-      driver.deliver(observer);
+      counters = frame_render.render(frame, observer, integrator.token());
+      frame_render.deliver(observer);
     });
     if (left < 0) {
       all = integrator.done();
@@ -197,8 +198,8 @@ TEST_F(BisectionStop, IsSoonInAHeavyScene) {
       requested = Clock::now();
       stop.request_stop();
     });
-    BisectionDriver driver({});
-    const FrameCounters counters = driver.render(frame, nobody, stop.get_token());
+    FrameRender frame_render("bisection", {});
+    const FrameCounters counters = frame_render.render(frame, nobody, stop.get_token());
     const Clock::time_point returned = Clock::now();
     timer.join();
     EXPECT_TRUE(counters.stopped);

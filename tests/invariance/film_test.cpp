@@ -173,7 +173,7 @@ TEST(Film, StoppedFrameHasTrueCounts) {
   });
   Stopper observer(stop);
   const FrameCounters counters =
-      BucketDriver({16, "scanline"}).render(frame, observer, stop.get_token());
+      FrameRender("bucket", {16, "scanline"}).render(frame, observer, stop.get_token());
   timer.join();
   EXPECT_TRUE(counters.stopped);
   EXPECT_GT(counters.samples, 0u);

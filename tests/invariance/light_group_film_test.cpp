@@ -68,7 +68,8 @@ TEST(LightGroupFilm, IsCopiedAndCounted) {
 // Law 4: a sample that is NaN or infinite is black in all groups, and counts.
 class Faulty final : public Integrator {
  public:
-  void estimate(const SampleBatch& batch, PixelSamples&, std::span<SampleValue> values) const override {
+  void estimate(const SampleBatch& batch, PixelSamples&,
+                std::span<SampleValue> values) const override {
     for (size_t i = 0; i < batch.rays.size(); ++i) {
       const bool bad = i % 4 == 1;
       values[i].radiance = Rgb(bad ? std::numeric_limits<float>::quiet_NaN() : 3.0f);
@@ -100,7 +101,7 @@ TEST(LightGroupFilm, ABadSampleIsBlackInAllGroups) {
       EXPECT_FLOAT_EQ(rgba[4 * i + 3], 0.75f);
     }
   } look;
-  create_driver("bucket", {})->render(frame, look, {});
+  FrameRender("bucket", {}).render(frame, look, {});
 }
 
 }  // namespace

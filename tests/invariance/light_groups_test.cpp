@@ -444,7 +444,7 @@ TEST(LightGroups, MixIncompletePictures) {
       how.reconstruction = reconstruction;
       how.adaptive.budget = 4;
       Onlooker onlooker(lit.groups.size(), window);
-      create_driver(name, how)->render(frame, onlooker, {});
+      FrameRender(name, how).render(frame, onlooker, {});
       EXPECT_GE(onlooker.pictures, 5) << name;
     }
   }

@@ -217,7 +217,7 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   FrameOutputs outputs({path("frame.exr"), path("frame.png")}, settings, stop);
   MeasuredOutputs observer(outputs);
   tbb::task_arena arena(2);
-  arena.execute([&] { BucketDriver({kTile, "scanline"}).render(frame, observer, {}); });
+  arena.execute([&] { FrameRender("bucket", {kTile, "scanline"}).render(frame, observer, {}); });
   const double measured = observer.most_resident() - before;
   expect_true(double(outputs.film_bytes()), measured, "film");
 }

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "renderer/drivers/bisection_schedule.h"
-#include "renderer/drivers/render_work_item.h"
+#include "renderer/drivers/render_worker.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 

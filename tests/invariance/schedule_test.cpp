@@ -1,20 +1,178 @@
-// Drivers tested without rendering: their work items cover every pixel exactly once.
+// Drivers tested without rendering: what they ask for, listed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
+#include <limits>
+#include <memory>
 #include <numeric>
 #include <vector>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 #include "renderer/drivers/adaptive_driver.h"
-#include "renderer/drivers/bucket_driver.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "support/busy_scene.h"
+#include "support/render.h"
 
 namespace emberline {
 namespace {
+
+// What a driver asks for, of a film that is told numbers instead of samples.
+class Listed {
+ public:
+  Listed(const DriverEntry& entry, const Frame& frame, const Rect& pixels,
+         const DriverSettings& settings)
+      : film_(frame.aovs, entry.film_extras(settings)), seed_(frame.seed) {
+    film_.reset(pixels);
+    driver_ = entry.create(frame, pixels, settings);
+  }
+
+  // Goes on for at most so many parts, in an order that no thread would take.
+  void go_on(size_t parts) {
+    std::vector<PixelWork> list;
+    while (parts > 0 && !driver_->finished()) {
+      const std::optional<Round> round = driver_->next(film_, {});
+      if (!round) break;
+      EXPECT_GE(round->pass, pass_);
+      pass_ = round->pass;
+      const size_t count = std::min(parts, round->parts);
+      parts -= count;
+      for (size_t part = count; part-- > 0;) {
+        list.clear();
+        driver_->expand(part, list);
+        uint64_t samples = 0;
+        for (const PixelWork& work : list) samples += add(work);
+        EXPECT_EQ(samples, driver_->samples(part));
+        EXPECT_LE(list.size(), 4096u) << "a part is about a millisecond of work";
+      }
+      const bool complete = count == round->parts;
+      driver_->rendered({0, count, complete, {}}, film_);
+      if (!complete) break;
+    }
+    EXPECT_EQ(driver_->least_samples(film_), film_.least_samples());
+  }
+
+  FrameDriver& driver() { return *driver_; }
+  FilmTile& film() { return film_; }
+
+ private:
+  // Each sample once, and a pixel's in order.
+  uint64_t add(const PixelWork& work) {
+    EXPECT_TRUE(film_.rect().contains(work.x, work.y));
+    EXPECT_EQ(work.first_sample, film_.sample_count(work.x, work.y));
+    EXPECT_GT(work.sample_count, 0u);
+    for (uint32_t i = 0; i < work.sample_count; ++i) {
+      const uint32_t sample = work.first_sample + i;
+      const uint32_t noise = hash_combine(hash_combine(seed_, uint32_t(work.x)),
+                                          hash_combine(uint32_t(work.y), sample));
+      SampleValue value;
+      value.radiance = Rgb(to_unit_float(noise) * float(work.x % 7));
+      value.alpha = 1.0f;
+      film_.add(work.x, work.y, 0, 1.0f, value);
+      film_.add_rays(work.x, work.y, 1 + noise % 5);
+    }
+    return work.sample_count;
+  }
+
+  FilmTile film_;
+  const uint32_t seed_;
+  std::unique_ptr<FrameDriver> driver_;
+  int pass_ = 0;
+};
+
+class Rounds : public testing::TestWithParam<std::string_view> {
+ protected:
+  static constexpr int kWidth = 131, kHeight = 67;
+  static constexpr uint32_t kSamples = 24;
+
+  Rounds()
+      : camera_(test::busy_view(), kWidth, kHeight, scene_->origin(), scene_->scale()),
+        integrator_(create_integrator("normal", {})),
+        sampler_(create_sampler("sobol", {StreamCount::kOne, kSamples, kWidth, kHeight})),
+        filter_(PixelFilter::create("box")) {
+    settings_.adaptive.budget = kSamples;
+  }
+  Frame frame(const Rect& window) const {
+    return {*scene_,
+            camera_,
+            *integrator_,
+            *sampler_,
+            filter_,
+            kWidth,
+            kHeight,
+            window,
+            kSamples,
+            3,
+            StreamCount::kOne,
+            AovSet::parse("stop"),
+            settings_.adaptive.threshold == 0.0f};
+  }
+  const DriverEntry& entry() const { return find_driver(GetParam(), settings_); }
+
+  const std::unique_ptr<Scene> scene_ = test::busy_scene();
+  const Camera camera_;
+  const std::unique_ptr<Integrator> integrator_;
+  const std::unique_ptr<Sampler> sampler_;
+  const PixelFilter filter_;
+  DriverSettings settings_;
+};
+
+const Rect kRoundWindows[] = {{0, 0, 131, 67}, {7, 5, 8, 67}, {1, 1, 2, 2}, {3, 60, 131, 61}};
+
+TEST_P(Rounds, AskForEachSampleOnceAndInOrder) {
+  for (const float threshold : {0.0f, 0.1f}) {
+    settings_.adaptive.threshold = threshold;
+    settings_.adaptive.max_samples = 64;
+    for (const Rect& window : kRoundWindows) {
+      const Frame whole = frame(window);
+      Listed listed(entry(), whole, window, settings_);
+      listed.go_on(std::numeric_limits<size_t>::max());
+      EXPECT_TRUE(listed.driver().finished());
+      listed.driver().end(listed.film(), PixelStop::kUser);
+      uint64_t samples = 0;
+      for (size_t i = 0; i < size_t(window.area()); ++i) {
+        const int x = window.x_of(i), y = window.y_of(i);
+        samples += listed.film().sample_count(x, y);
+        EXPECT_NE(listed.film().stop(x, y), PixelStop::kUser);
+        EXPECT_NE(listed.film().stop(x, y), PixelStop::kNone);
+        EXPECT_EQ(listed.film().stop(x, y), listed.driver().stop_so_far(listed.film(), x, y));
+      }
+      if (threshold > 0.0f) continue;
+      const double mean = double(samples) / double(window.area());
+      EXPECT_NEAR(mean, kSamples, GetParam() == "adaptive" ? 8.0 : 0.0);
+    }
+  }
+}
+
+// Wherever it is cut, the counts are true, the picture is there, and the stops say why.
+TEST_P(Rounds, AreTrueWhereverTheyAreCut) {
+  const Rect window = kRoundWindows[0];
+  const Frame whole = frame(window);
+  for (size_t parts = 1; parts < 3000; parts += 1 + parts / 3) {
+    Listed listed(entry(), whole, window, settings_);
+    listed.go_on(parts);
+    if (listed.driver().finished()) break;
+    listed.driver().end(listed.film(), PixelStop::kTimeLimit);
+    std::vector<float> rgba(4 * size_t(window.area()), std::numeric_limits<float>::quiet_NaN());
+    listed.driver().resolve(listed.film(), rgba, nullptr);
+    EXPECT_TRUE(std::ranges::all_of(rgba, [](float v) { return std::isfinite(v); }));
+    size_t lacking = 0;
+    for (size_t i = 0; i < size_t(window.area()); ++i) {
+      const int x = window.x_of(i), y = window.y_of(i);
+      const PixelStop stop = listed.film().stop(x, y);
+      EXPECT_EQ(stop == PixelStop::kNone, listed.film().sample_count(x, y) == 0);
+      lacking += stop == PixelStop::kTimeLimit || stop == PixelStop::kNone;
+    }
+    EXPECT_GT(lacking, 0u) << parts;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Drivers, Rounds, testing::Values("bucket", "bisection", "adaptive"),
+                         [](const auto& test) { return std::string(test.param); });
 
 TEST(BucketSchedule, CoversEveryPixelOnce) {
   for (const BucketOrderEntry& order : bucket_order_table()) {
@@ -22,13 +180,11 @@ TEST(BucketSchedule, CoversEveryPixelOnce) {
                                Rect{5, 9, 118, 40}, Rect{0, 0, 101, 103}}) {
       for (const int size : {1, 3, 16, 64, 4096}) {
         std::vector<int> hits(size_t(window.area()), 0);
-        for (const WorkItem& item : bucket_schedule(window, size, order.order, 7, 1)) {
-          EXPECT_EQ(item.first_sample, 0u);
-          EXPECT_EQ(item.sample_count, 7u);
-          EXPECT_LE(item.pixels.width(), size);
-          EXPECT_LE(item.pixels.height(), size);
-          for (int y = item.pixels.y0; y < item.pixels.y1; ++y) {
-            for (int x = item.pixels.x0; x < item.pixels.x1; ++x) {
+        for (const Rect& bucket : bucket_schedule(window, size, order.order, 1)) {
+          EXPECT_LE(bucket.width(), size);
+          EXPECT_LE(bucket.height(), size);
+          for (int y = bucket.y0; y < bucket.y1; ++y) {
+            for (int x = bucket.x0; x < bucket.x1; ++x) {
               ASSERT_TRUE(window.contains(x, y));
               hits[size_t(y - window.y0) * size_t(window.width()) + size_t(x - window.x0)]++;
             }
@@ -38,7 +194,7 @@ TEST(BucketSchedule, CoversEveryPixelOnce) {
       }
     }
   }
-  EXPECT_TRUE(bucket_schedule(Rect{}, 16, BucketOrder::kHilbert, 1, 0).empty());
+  EXPECT_TRUE(bucket_schedule(Rect{}, 16, BucketOrder::kHilbert, 0).empty());
 }
 
 // The work of making a schedule grows with its buckets, not with the square around them: a frame
@@ -47,7 +203,7 @@ TEST(BucketSchedule, AThinFrameIsScheduledAtOnce) {
   for (const BucketOrderEntry& order : bucket_order_table()) {
     for (const Rect& window : {Rect{0, 0, 1, 65536}, Rect{0, 0, 65536, 1}}) {
       const auto start = std::chrono::steady_clock::now();
-      EXPECT_EQ(bucket_schedule(window, 1, order.order, 1, 0).size(), 65536u) << order.name;
+      EXPECT_EQ(bucket_schedule(window, 1, order.order, 0).size(), 65536u) << order.name;
       const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
       EXPECT_LT(taken.count(), 5.0) << order.name;  // milliseconds, on any machine
     }
@@ -57,37 +213,37 @@ TEST(BucketSchedule, AThinFrameIsScheduledAtOnce) {
 // Hilbert's curve and the spiral go from bucket to neighbouring bucket on a square power of two.
 TEST(BucketSchedule, HilbertAndSpiralAreConnected) {
   for (const BucketOrder order : {BucketOrder::kHilbert, BucketOrder::kSpiral}) {
-    const auto items = bucket_schedule({0, 0, 256, 256}, 16, order, 1, 0);
-    ASSERT_EQ(items.size(), 256u);
-    for (size_t i = 1; i < items.size(); ++i) {
-      const Rect& a = items[i - 1].pixels;
-      const Rect& b = items[i].pixels;
+    const auto buckets = bucket_schedule({0, 0, 256, 256}, 16, order, 0);
+    ASSERT_EQ(buckets.size(), 256u);
+    for (size_t i = 1; i < buckets.size(); ++i) {
+      const Rect& a = buckets[i - 1];
+      const Rect& b = buckets[i];
       EXPECT_EQ(std::abs(a.x0 - b.x0) + std::abs(a.y0 - b.y0), 16) << "step " << i;
     }
   }
 }
 
 TEST(BucketSchedule, SpiralStartsInTheMiddleScanlineAtTheTop) {
-  const auto spiral = bucket_schedule({0, 0, 160, 160}, 32, BucketOrder::kSpiral, 1, 0);
-  EXPECT_EQ(spiral.front().pixels, (Rect{64, 64, 96, 96}));
-  const auto scanline = bucket_schedule({0, 0, 160, 160}, 32, BucketOrder::kScanline, 1, 0);
-  EXPECT_EQ(scanline.front().pixels, (Rect{0, 0, 32, 32}));
-  EXPECT_EQ(scanline[1].pixels, (Rect{32, 0, 64, 32}));
+  const auto spiral = bucket_schedule({0, 0, 160, 160}, 32, BucketOrder::kSpiral, 0);
+  EXPECT_EQ(spiral.front(), (Rect{64, 64, 96, 96}));
+  const auto scanline = bucket_schedule({0, 0, 160, 160}, 32, BucketOrder::kScanline, 0);
+  EXPECT_EQ(scanline.front(), (Rect{0, 0, 32, 32}));
+  EXPECT_EQ(scanline[1], (Rect{32, 0, 64, 32}));
 }
 
 TEST(BucketSchedule, RandomDependsOnTheSeedAlone) {
   const Rect window{0, 0, 512, 512};
-  EXPECT_EQ(bucket_schedule(window, 16, BucketOrder::kRandom, 1, 5),
-            bucket_schedule(window, 16, BucketOrder::kRandom, 1, 5));
-  EXPECT_NE(bucket_schedule(window, 16, BucketOrder::kRandom, 1, 5),
-            bucket_schedule(window, 16, BucketOrder::kRandom, 1, 6));
+  EXPECT_EQ(bucket_schedule(window, 16, BucketOrder::kRandom, 5),
+            bucket_schedule(window, 16, BucketOrder::kRandom, 5));
+  EXPECT_NE(bucket_schedule(window, 16, BucketOrder::kRandom, 5),
+            bucket_schedule(window, 16, BucketOrder::kRandom, 6));
 }
 
-TEST(BucketDriver, RefusesNonsense) {
-  EXPECT_THROW(BucketDriver({0, "hilbert"}), UsageError);
-  EXPECT_THROW(BucketDriver({5000, "hilbert"}), UsageError);
+TEST(BucketSchedule, RefusesNonsense) {
+  EXPECT_THROW(find_driver("bucket", {0, "hilbert"}), UsageError);
+  EXPECT_THROW(find_driver("bucket", {5000, "hilbert"}), UsageError);
   try {
-    BucketDriver({16, "hilbet"});
+    find_driver("bucket", {16, "hilbet"});
     FAIL() << "accepted an unknown order";
   } catch (const UsageError& e) {
     EXPECT_NE(std::string(e.what()).find("hilbert, spiral, scanline, random"), std::string::npos)

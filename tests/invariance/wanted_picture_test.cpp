@@ -62,11 +62,11 @@ class WantedPicture : public testing::TestWithParam<const char*> {
     Impatient observer(image, wants);
     DriverSettings settings;
     settings.adaptive.budget = kSpp;
-    const std::unique_ptr<FrameDriver> driver = create_driver(GetParam(), settings);
+    FrameRender frame_render(GetParam(), settings);
     tbb::task_arena arena(threads);
     arena.execute([&] {
-      image.counters = driver->render(frame, observer, {});
-      driver->deliver(observer);
+      image.counters = frame_render.render(frame, observer, {});
+      frame_render.deliver(observer);
     });
     *most_between = observer.most_between();
     if (arrived) *arrived = observer.arrived();

@@ -1,7 +1,7 @@
 // Case 29: whoever looks at it, from whatever angle and distance, the floor under a rectangle has
 // the irradiance of case 6, without acne; and cameras in places that only a test finds.
 #include "closed_form.h"
-#include "renderer/drivers/render_work_item.h"
+#include "renderer/drivers/render_worker.h"
 #include "support/closed_forms.h"
 #include "support/scenes.h"
 
@@ -130,7 +130,11 @@ TEST(Cameras, OnePixelAndLateSamples) {
   struct Nobody final : FrameObserver {
     void tile_finished(const FilmTile&) override {}
   } nobody;
-  ASSERT_TRUE(worker.render({window, 1u << 31, 64}, tile, nobody, {}));
+  std::vector<PixelWork> list;
+  for (int y = 0; y < 32; ++y) {
+    for (int x = 0; x < 32; ++x) list.push_back({x, y, 1u << 31, 64});
+  }
+  ASSERT_TRUE(worker.render(list, tile, nobody, {}));
   double sum = 0;
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 32; ++x) sum += double(tile.mean(x, y).x) / 1024;

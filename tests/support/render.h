@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "renderer/drivers/bucket_driver.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/drivers/frame_render.h"
 
 namespace emberline::test {
 
@@ -128,13 +128,13 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   MemoryObserver observer(image);
   // An arena makes as many workers as asked for, on a machine with fewer cores too.
   tbb::task_arena arena(s.threads);
-  const auto driver = create_driver(
+  FrameRender frame_render(
       s.driver, {s.bucket_size, s.bucket_order, s.bisection_axis, s.reconstruction, s.adaptive});
   arena.execute([&] {
-    image.counters = driver->render(frame, observer, {});
-    driver->deliver(observer);
-    image.error_estimate = driver->error_estimate();
-    if (look) look(driver->picture());
+    image.counters = frame_render.render(frame, observer, {});
+    frame_render.deliver(observer);
+    image.error_estimate = frame_render.error_estimate();
+    if (look) look(frame_render.picture());
   });
 
   double sum = 0, sum2 = 0;

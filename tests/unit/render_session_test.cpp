@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "renderer/app/view/grading.h"
+#include "renderer/drivers/driver_table.h"
 #include "unit/session_fixture.h"
 
 namespace emberline {

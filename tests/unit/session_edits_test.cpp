@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "renderer/film/filter.h"
 #include "unit/session_fixture.h"
 
 namespace emberline {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "renderer/core/errors.h"
+#include "renderer/film/filter.h"
 #include "unit/session_fixture.h"
 
 namespace emberline {

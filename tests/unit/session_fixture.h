@@ -9,6 +9,7 @@
 
 #include "io/image_input.h"
 #include "renderer/app/render_command.h"
+#include "renderer/film/filter.h"
 #include "support/edits.h"
 #include "support/session_owner.h"
 #include "unit/output_folder.h"

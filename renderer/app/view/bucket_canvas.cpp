@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-#include "renderer/drivers/frame_film.h"
+#include "renderer/drivers/frame_render.h"
 
 namespace emberline {
 

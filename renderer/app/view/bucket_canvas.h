@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "renderer/app/view/grading.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/frame_observer.h"
 
 namespace emberline {
 

@@ -8,7 +8,7 @@
 
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/frame_observer.h"
 
 namespace emberline {
 
@@ -52,7 +52,7 @@ struct PixelInspection {
   std::string object;                 // its node, or its mesh
   int material = -1;                  // into OpenScene::outline's materials; -1: nothing hit
   Vec3d position = Vec3d(0.0);        // of the surface hit, world space
-  std::string explanation;            // FrameDriver::explain; of the picked pixel alone
+  std::string explanation;            // AdaptiveDriver::explain; of the picked pixel alone
 };
 
 }  // namespace emberline

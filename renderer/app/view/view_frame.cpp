@@ -11,7 +11,6 @@
 #include "renderer/app/view/overlay_picture.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
-#include "renderer/drivers/frame_film.h"
 #include "renderer/film/light_group_sums.h"
 
 namespace emberline {
@@ -58,17 +57,6 @@ Camera camera_of(const ViewOrder& order) {
 }
 
 double to_seconds(ViewClock::duration time) { return std::chrono::duration<double>(time).count(); }
-
-// Takes the tiles of a frame that is kept as a whole.
-class Nobody final : public FrameObserver {
- public:
-  explicit Nobody(PixelStop cause) : cause_(cause) {}
-  void tile_finished(const FilmTile& /*tile*/) override {}
-  PixelStop stop_cause() const override { return cause_; }
-
- private:
-  PixelStop cause_;
-};
 
 void put_channel(std::string_view name, std::span<const float> values, FilmCopy* copy) {
   const std::vector<std::string> names = film_channel_names(copy->aovs);
@@ -123,7 +111,7 @@ void ViewFrame::render_region() {
   render_stage(Stage::kRegion, region_, "bisection", region, kRegionSamples);
 }
 
-FrameCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<FrameDriver>& driver,
+FrameCounters ViewFrame::render_stage(Stage stage, std::optional<FrameRender>& render,
                                       const std::string& name, const Rect& window,
                                       uint32_t samples_per_pixel) {
   const bool main = stage == Stage::kMain;
@@ -132,9 +120,9 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<FrameDriver>&
   DriverSettings settings = tools_.drivers;
   const bool in_frame = explained_ && window.contains(explained_->x, explained_->y);
   if (main && in_frame) settings.explained = explained_;
-  driver = create_driver(name, settings);
+  render.emplace(name, settings);
   const uint64_t lights = groups_ ? LightGroupSums::bytes_per_pixel(groups_->list().size()) : 0;
-  if (const uint64_t film = driver->bytes_per_pixel(tools_.aovs)) reserve(window, film + lights);
+  if (const uint64_t film = render->bytes_per_pixel(tools_.aovs)) reserve(window, film + lights);
   const Frame frame{order_.scene->scene.scene(),
                     camera_,
                     *tools_.integrator,
@@ -151,7 +139,7 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<FrameDriver>&
                     groups_.get()};
   stage_end_ = std::stop_source();
   const std::stop_callback with_the_frame(stop_->token(), [this] { stage_end_.request_stop(); });
-  return driver->render(frame, *this, stage_end_.get_token());
+  return render->render(frame, *this, stage_end_.get_token());
 }
 
 // Buckets come over what the first picture shows.
@@ -162,7 +150,7 @@ void ViewFrame::begin_buckets() {
   std::vector<float> rgba(4 * size_t(window_.area()));
   resolve_whole(rgba);
   readable_ = nullptr;
-  shown_driver_ = nullptr;
+  shown_render_ = nullptr;
   first_.reset();
   progress_ = {};
   canvas_.emplace(window_, tools_.aovs, tools_.plan.adaptive.unbiased, std::move(rgba), extras);
@@ -184,10 +172,7 @@ bool ViewFrame::complete() const {
 }
 
 void ViewFrame::finish(const FrameCounters& counters) {
-  if (counters.stopped && !canvas_) {
-    Nobody nobody(stop_->cause());
-    main_->deliver(nobody);  // looks at what has come since it last decided anything
-  }
+  if (counters.stopped && !canvas_) main_->end(stop_->cause());
   finished_ = true;
   if (!first_) {  // else the time was over before this driver had every pixel
     progress_.samples = counters.samples;
@@ -206,9 +191,9 @@ void ViewFrame::picture_changed(const FrameProgress& progress, const FramePictur
     readable_ = &picture;
     progress_ = progress;
     shown_name_ = stage_name_;
-    shown_driver_ = stage_ == Stage::kRegion  ? region_.get()
-                    : stage_ == Stage::kFirst ? first_.get()
-                                              : main_.get();
+    shown_render_ = stage_ == Stage::kRegion  ? &*region_
+                    : stage_ == Stage::kFirst ? &*first_
+                                              : &*main_;
     if (stage_ == Stage::kMain) first_.reset();
     shown_now = due();
     if (shown_now) show();
@@ -347,8 +332,9 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
                           rgba8);
     }
   }
-  if (overlay == ViewOverlay::kTree && shown_driver_ && shown_driver_->tree()) {
-    draw_tree(*shown_driver_->tree(), *grading, rgba, window_.width(), rgba8);
+  if (const AdaptiveDriver* adaptive = shown_adaptive();
+      overlay == ViewOverlay::kTree && adaptive && adaptive->tree()) {
+    draw_tree(*adaptive->tree(), *grading, rgba, window_.width(), rgba8);
     return "leaves of the refinement tree";
   }
   if (canvas_ && !region_ && !mix_) {
@@ -357,6 +343,10 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
     grading->grade(rgba, window_.width(), rgba8);
   }
   return {};
+}
+
+AdaptiveDriver* ViewFrame::shown_adaptive() const {
+  return shown_render_ ? dynamic_cast<AdaptiveDriver*>(shown_render_->driver()) : nullptr;
 }
 
 const FilmTile* ViewFrame::region_film() const {
@@ -400,7 +390,7 @@ void ViewFrame::resolve_whole(std::span<float> rgba) const {
 
 // Only the last stage brings a pixel to its end.
 PixelStop ViewFrame::stop_at(int x, int y) const {
-  const bool last = canvas_ || shown_driver_ == main_.get();
+  const bool last = canvas_ || (main_ && shown_render_ == &*main_);
   const PixelStop stop = last ? readable_->stop_so_far(x, y) : PixelStop::kGoingOn;
   if (!finished_ || stop != PixelStop::kGoingOn) return stop;
   return film_of(x, y).sample_count(x, y) > 0 ? stop_->cause() : PixelStop::kNone;
@@ -460,9 +450,10 @@ PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
   result.non_finite = film.non_finite(x, y);
   result.variance = film.variance(x, y);
   result.stop = stop_at(x, y);
-  if (explained && shown_driver_ && &film == &readable_->film()) {
-    shown_driver_->follow(x, y);
-    result.explanation = shown_driver_->explain(x, y);
+  if (AdaptiveDriver* adaptive = shown_adaptive();
+      explained && adaptive && &film == &readable_->film()) {
+    adaptive->follow(x, y);
+    result.explanation = adaptive->explain(film, x, y);
   }
 
   const Scene& scene = order_.scene->scene.scene();

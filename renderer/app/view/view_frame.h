@@ -20,7 +20,8 @@
 #include "renderer/app/view/frame_tools.h"
 #include "renderer/app/view/loaded_scene.h"
 #include "renderer/app/view/picture_board.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/adaptive_driver.h"
+#include "renderer/drivers/frame_render.h"
 #include "renderer/scene/camera.h"
 
 namespace emberline {
@@ -99,7 +100,7 @@ class ViewFrame final : private FrameObserver {
   PixelStop stop_cause() const override { return stop_->cause(); }
 
   void render_region();
-  FrameCounters render_stage(Stage stage, std::unique_ptr<FrameDriver>& driver,
+  FrameCounters render_stage(Stage stage, std::optional<FrameRender>& render,
                              const std::string& name, const Rect& window,
                              uint32_t samples_per_pixel);
   void begin_buckets();
@@ -118,6 +119,7 @@ class ViewFrame final : private FrameObserver {
   std::string draw(const std::shared_ptr<const Grading>& grading, std::span<const float> rgba,
                    std::span<uint8_t> rgba8);
   void resolve_whole(std::span<float> rgba) const;
+  AdaptiveDriver* shown_adaptive() const;  // null: another driver, or none
   const FilmTile* region_film() const;
   const FilmTile& film_of(int x, int y) const;  // that a pixel is shown from
   PixelStop stop_at(int x, int y) const;
@@ -137,12 +139,12 @@ class ViewFrame final : private FrameObserver {
   std::string stage_name_;  // its driver's
   std::stop_source stage_end_;
   std::optional<Vec2i> explained_;
-  std::unique_ptr<FrameDriver> region_, first_, main_;
+  std::optional<FrameRender> region_, first_, main_;
   std::optional<BucketCanvas> canvas_;
   MemoryReservation memory_;  // of films and pictures
   // What is shown and looked at, from which driver, and how far that is.
   const FramePicture* readable_ = nullptr;
-  FrameDriver* shown_driver_ = nullptr;
+  FrameRender* shown_render_ = nullptr;
   std::string shown_name_;
   FrameProgress progress_;
   bool finished_ = false;

@@ -10,8 +10,8 @@
 #include "renderer/app/view/window/theme.h"
 #include "renderer/app/view/window/widgets.h"
 #include "renderer/core/readable.h"
-#include "renderer/drivers/bucket_driver.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/drivers/driver_table.h"
 #include "renderer/statistics/colour_map.h"
 #include "samplers/sampler.h"
 

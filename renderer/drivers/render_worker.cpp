@@ -1,4 +1,4 @@
-#include "renderer/drivers/render_work_item.h"
+#include "renderer/drivers/render_worker.h"
 
 #include <algorithm>
 #include <chrono>
@@ -163,22 +163,6 @@ void RenderWorker::flush_scattered(FilmTile& tile) {
   add_batch(tile);
 }
 
-bool RenderWorker::render(const WorkItem& item, FilmTile& tile, FrameObserver& observer,
-                          const std::stop_token& stop) {
-  const bool had_samples = counters_.samples > 0;
-  bool complete = true;
-  for (int y = item.pixels.y0; y < item.pixels.y1 && complete; ++y) {
-    row_.clear();
-    for (int x = item.pixels.x0; x < item.pixels.x1; ++x) {
-      row_.push_back({x, y, item.first_sample, item.sample_count});
-    }
-    complete = render(row_, tile, observer, stop);
-  }
-  const uint32_t fewest = complete ? item.sample_count : tile.least_samples();
-  counters_.min_samples = had_samples ? std::min(counters_.min_samples, fewest) : fewest;
-  return complete;
-}
-
 bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, FrameObserver& observer,
                           const std::stop_token& stop) {
   uint64_t reported = counters_.samples;
@@ -211,7 +195,6 @@ bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, Frame
   if (complete) flush_scattered(tile);
   count_ = 0;
   observer.samples_finished(counters_.samples - reported);
-  counters_.stopped = counters_.stopped || !complete;
   return complete;
 }
 

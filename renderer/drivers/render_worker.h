@@ -5,11 +5,13 @@
 #include <stop_token>
 #include <vector>
 
+#include "renderer/drivers/frame.h"
 #include "renderer/drivers/frame_driver.h"
+#include "renderer/drivers/frame_observer.h"
 
 namespace emberline {
 
-// A worker thread's own state, reused from item to item so that rendering allocates nothing.
+// A worker thread's own state, reused from part to part so that rendering allocates nothing.
 class RenderWorker {
  public:
   // Also sets the thread's floating-point mode as Embree asks (denormals to zero); undone by the
@@ -22,15 +24,10 @@ class RenderWorker {
   // Draws the following samples from another seed than the frame's.
   void set_seed(uint32_t seed) { seed_ = seed; }
 
-  // Adds the item's samples to `tile`, which covers item.pixels and holds no others. Pixels are
-  // visited row by row, each with all its samples in index order. Stops between batches of 16
-  // samples when asked to; returns false then.
-  bool render(const WorkItem& item, FilmTile& tile, FrameObserver& observer,
-              const std::stop_token& stop);
-
   // Adds the samples of a list of pixels, none of which is in it twice, to `tile`, which covers
   // them. Each pixel's samples are added in index order; where a pixel wants few, samples of
-  // several pixels share a batch. Stops between batches when asked to; returns false then.
+  // several pixels share a batch. Stops between batches of 16 samples when asked to; returns false
+  // then.
   bool render(std::span<const PixelWork> list, FilmTile& tile, FrameObserver& observer,
               const std::stop_token& stop);
 
@@ -55,7 +52,6 @@ class RenderWorker {
   FrameCounters counters_;
   SampleAddress addresses_[kSampleLanes];  // of the batch under way
   int count_ = 0;
-  std::vector<PixelWork> row_;  // of a WorkItem
   Ray rays_[kSampleLanes];
   float weights_[kSampleLanes];
   SampleValue values_[kSampleLanes];

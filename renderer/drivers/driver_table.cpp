@@ -1,0 +1,63 @@
+#include "renderer/drivers/driver_table.h"
+
+#include "renderer/core/names.h"
+#include "renderer/drivers/adaptive_driver.h"
+#include "renderer/drivers/bisection_driver.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/drivers/frame_render.h"
+#include "renderer/drivers/uniform_driver.h"
+
+namespace emberline {
+namespace {
+
+bool has_threshold(const DriverSettings& settings) { return settings.adaptive.threshold > 0.0f; }
+
+constexpr DriverEntry kDrivers[] = {
+    {"bucket", "bucket after bucket, each finished, streamed out and released", true,
+     [](const Frame& frame, const Rect& pixels,
+        const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
+       if (has_threshold(settings)) {
+         return std::make_unique<AdaptiveDriver>(frame, pixels, settings, FirstPicture::kNotShown);
+       }
+       return std::make_unique<UniformDriver>(frame, pixels);
+     },
+     [](const DriverSettings& settings) {
+       return has_threshold(settings) ? AdaptiveDriver::film_extras(settings.adaptive)
+                                      : FilmExtras{};
+     },
+     [](const AovSet&, const DriverSettings&) { return uint64_t(0); }},
+    {"bisection", "the whole frame at once, refined line between lines and pass after pass", false,
+     [](const Frame& frame, const Rect& pixels,
+        const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
+       return std::make_unique<BisectionDriver>(frame, pixels, settings);
+     },
+     [](const DriverSettings&) { return FilmExtras{}; },
+     [](const AovSet& aovs, const DriverSettings&) { return film_bytes_per_pixel(aovs, {}); }},
+    {"adaptive", "the whole frame, samples going where the error is", false,
+     [](const Frame& frame, const Rect& pixels,
+        const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
+       return std::make_unique<AdaptiveDriver>(frame, pixels, settings, FirstPicture::kShown);
+     },
+     [](const DriverSettings& settings) { return AdaptiveDriver::film_extras(settings.adaptive); },
+     [](const AovSet& aovs, const DriverSettings& settings) {
+       return film_bytes_per_pixel(aovs, AdaptiveDriver::film_extras(settings.adaptive)) +
+              AdaptiveDriver::bytes_per_pixel(settings.adaptive);
+     }},
+};
+
+}  // namespace
+
+std::span<const DriverEntry> driver_table() { return kDrivers; }
+
+const DriverEntry& find_driver(std::string_view name, const DriverSettings& settings) {
+  const DriverEntry& driver = find_named(kDrivers, "--driver", "driver", name);
+  // A mistake is one even where the chosen driver would not look at it.
+  checked_bucket_size(settings.bucket_size);
+  parse_bucket_order(settings.bucket_order);
+  parse_bisection_axis(settings.bisection_axis);
+  parse_reconstruction(settings.reconstruction);
+  find_estimator(settings.adaptive.estimator);
+  return driver;
+}
+
+}  // namespace emberline
