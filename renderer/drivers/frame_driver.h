@@ -41,8 +41,9 @@ struct RenderedParts {
   std::span<const size_t> cut_short = {};
 };
 
-// Of one film: the window's, or a tile's. next() and rendered() alternate until next() has no more;
-// there is no other order of calls. Not while samples are added, except for expand().
+// Of one film: the window's, or a tile's. Of each round that next() gives, rendered() is told all
+// parts, once or part by part, before next() is called again. No call while samples are added, but
+// expand().
 class FrameDriver {
  public:
   virtual ~FrameDriver() = default;

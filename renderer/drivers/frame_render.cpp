@@ -100,6 +100,8 @@ class FrameRender::Loop {
     return {begin, begun, complete, cut_short_};
   }
 
+  void render_tile(FrameDriver& driver, RenderWorker& worker, FilmTile& film);
+
   const Frame& frame;
   FrameObserver& observer;
   const std::stop_token stop;
@@ -152,6 +154,38 @@ void FrameRender::render_window(Loop& loop) {
   loop.counters.stopped = !driver_->finished();
 }
 
+// All of one tile's rounds, by one worker. Isolated where the driver may share its work: while this
+// thread waits for help, it must not begin another tile.
+void FrameRender::Loop::render_tile(FrameDriver& driver, RenderWorker& worker, FilmTile& film) {
+  std::vector<PixelWork> list;
+  std::optional<Round> round;
+  const auto decide = [&] {
+    tbb::this_task_arena::isolate([&] { round = driver.next(film, {}); });
+    return round.has_value();
+  };
+  for (bool complete = true; complete && decide();) {
+    worker.set_seed(round->seed);
+    size_t part = 0;
+    for (; part < round->parts && complete; ++part) {
+      list.clear();
+      driver.expand(part, list);
+      complete = worker.render(list, film, observer, stop);
+    }
+    const size_t last = part - 1;
+    driver.rendered({0, part, complete, std::span(&last, complete ? 0 : 1)}, film);
+  }
+  tbb::this_task_arena::isolate([&] {
+    driver.end(film, observer.stop_cause());
+    if (!driver.shows_other_means()) return;
+    const Rect& tile = film.rect();
+    std::vector<float> shown(4 * size_t(tile.area()));
+    driver.resolve(film, shown, nullptr);
+    for (size_t i = 0; i < size_t(tile.area()); ++i) {
+      film.show(tile.x_of(i), tile.y_of(i), &shown[4 * i]);
+    }
+  });
+}
+
 // Workers take the next tile from a counter rather than a share of the list in advance, so the
 // order is kept whatever the threads' speeds. One increment per tile is no contention.
 void FrameRender::render_tiles(Loop& loop) {
@@ -164,42 +198,13 @@ void FrameRender::render_tiles(Loop& loop) {
   std::vector<uint32_t> least(tiles.size(), 0);
   loop.share(tiles.size(), [&](RenderWorker& worker, const auto& going) {
     FilmTile film(frame.aovs, frame.with_light_groups(entry_.film_extras(settings_)));
-    std::vector<PixelWork> list;
-    std::vector<float> shown;
     while (going()) {
       const size_t i = next.fetch_add(1, std::memory_order_relaxed);
       if (i >= tiles.size()) break;
-      const Rect& tile = tiles[i];
-      film.reset(tile);
-      loop.observer.tile_begun(tile);
-      const std::unique_ptr<FrameDriver> driver = entry_.create(frame, tile, settings_);
-      std::optional<Round> round;
-      // Isolated: while this thread waits for help, it must not begin another tile.
-      const auto decide = [&] {
-        tbb::this_task_arena::isolate([&] { round = driver->next(film, {}); });
-        return round.has_value();
-      };
-      for (bool complete = true; complete && decide();) {
-        worker.set_seed(round->seed);
-        size_t part = 0;
-        for (; part < round->parts && complete; ++part) {
-          list.clear();
-          driver->expand(part, list);
-          complete = worker.render(list, film, loop.observer, loop.stop);
-        }
-        const size_t last = part - 1;
-        driver->rendered({0, part, complete, std::span(&last, complete ? 0 : 1)}, film);
-      }
-      tbb::this_task_arena::isolate([&] {
-        driver->end(film, loop.observer.stop_cause());
-        if (driver->shows_other_means()) {
-          shown.resize(4 * size_t(tile.area()));
-          driver->resolve(film, shown, nullptr);
-          for (size_t p = 0; p < size_t(tile.area()); ++p) {
-            film.show(tile.x_of(p), tile.y_of(p), &shown[4 * p]);
-          }
-        }
-      });
+      film.reset(tiles[i]);
+      loop.observer.tile_begun(tiles[i]);
+      const std::unique_ptr<FrameDriver> driver = entry_.create(frame, tiles[i], settings_);
+      loop.render_tile(*driver, worker, film);
       if (!driver->finished()) all_finished = false;
       errors[i] = driver->error_estimate();
       least[i] = driver->least_samples(film);
