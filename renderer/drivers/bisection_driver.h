@@ -12,7 +12,7 @@
 
 namespace emberline {
 
-// A round is a slice of the first pass, or one of the further passes.
+// A round is a hundredth of the first pass at most, or one of the further passes.
 class BisectionDriver final : public FrameDriver {
  public:
   // Throws UsageError for an unknown axis or reconstruction.

@@ -143,7 +143,7 @@ TEST(BisectionPicture, IsCompleteAtEveryMoment) {
       for (size_t done = 1; done <= parts; done += 1 + done / 4) {
         for (const size_t partial : {size_t(0), size_t(1), done / 2, done}) {
           Unfinished frame(window, axis.axis, Reconstruction::kDuplicate, number);
-          // A slice, and so what may be partial, lies within a step.
+          // A round, and so what may be partial, lies within a step.
           if (frame.pass_.step_of(done - 1) !=
               frame.pass_.step_of(std::min(done - partial, done - 1))) {
             continue;

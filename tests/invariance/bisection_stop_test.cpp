@@ -171,7 +171,7 @@ TEST_F(BisectionStop, WithinTheLastPass) {
   }
 }
 
-// Paths of hundreds of bounces: a slice of them takes a second.
+// Paths of hundreds of bounces: a round of them takes a second.
 TEST_F(BisectionStop, IsSoonInAHeavyScene) {
   SceneBuilderForTests b;
   b.place(b.add_mesh(
