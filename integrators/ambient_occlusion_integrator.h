@@ -10,7 +10,8 @@ namespace emberline {
 class AmbientOcclusionIntegrator final : public Integrator {
  public:
   explicit AmbientOcclusionIntegrator(const IntegratorSettings& settings) : settings_(settings) {}
-  void estimate(const SampleBatch& batch, PixelSamples& samples, std::span<SampleValue> values) const override;
+  void estimate(const SampleBatch& batch, PixelSamples& samples,
+                std::span<SampleValue> values) const override;
 
  private:
   IntegratorSettings settings_;

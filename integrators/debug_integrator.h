@@ -17,7 +17,8 @@ enum class DebugView {
 class DebugIntegrator final : public Integrator {
  public:
   explicit DebugIntegrator(DebugView view) : view_(view) {}
-  void estimate(const SampleBatch& batch, PixelSamples& samples, std::span<SampleValue> values) const override;
+  void estimate(const SampleBatch& batch, PixelSamples& samples,
+                std::span<SampleValue> values) const override;
 
  private:
   DebugView view_;

@@ -12,7 +12,8 @@ namespace emberline {
 class PathIntegrator final : public Integrator {
  public:
   explicit PathIntegrator(const IntegratorSettings& settings) : settings_(settings) {}
-  void estimate(const SampleBatch& batch, PixelSamples& samples, std::span<SampleValue> values) const override;
+  void estimate(const SampleBatch& batch, PixelSamples& samples,
+                std::span<SampleValue> values) const override;
 
  private:
   IntegratorSettings settings_;

@@ -184,7 +184,8 @@ StudyRenderer::StudyRenderer(const RenderOptions& frame, const LoadLimits& limit
 
 uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets) const {
   const uint64_t floats = film_channels({}).size() + budgets * kStudyPictureChannels;
-  return bytes_of(pixels(), Sampling(options).frame_render.bytes_per_pixel({}) + floats * sizeof(float));
+  return bytes_of(pixels(),
+                  Sampling(options).frame_render.bytes_per_pixel({}) + floats * sizeof(float));
 }
 
 Frame StudyRenderer::frame(const Sampling& s, const AovSet& aovs) const {
@@ -223,7 +224,8 @@ ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
   ProgressiveKeeper keeper(window_, budgets, by_time, sampling.plan.uniform, on_samples_);
   const std::stop_callback pass_on(stop, [&] { keeper.spent.request_stop(); });
   keeper.clock = RenderClock();
-  const FrameCounters counters = sampling.frame_render.render(whole, keeper, keeper.spent.get_token());
+  const FrameCounters counters =
+      sampling.frame_render.render(whole, keeper, keeper.spent.get_token());
   const double wall = keeper.clock.seconds(), cpu = keeper.clock.cpu_seconds();
   ProgressiveFrame result;
   result.stopped = stop.stop_requested();

@@ -1,6 +1,7 @@
 #include "renderer/drivers/adaptive_driver.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <iterator>

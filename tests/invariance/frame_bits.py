@@ -21,7 +21,8 @@ SCENES = ("checker_plane", "cornell_box", "glass_metal", "mis_plates", "moving_b
           "shallow_focus", "thin_wires")
 FRAME = "--size 48x36 --spp 16 --threads 2 --quiet --aov variance,albedo,N,Z,id,stop".split()
 FURTHER = (  # settings beside those three
-    "--integrator direct", "--integrator ambient_occlusion", "--integrator normal", "--crop 5,3,31,29", "--seed 7", "--spp 21",
+    "--integrator direct", "--integrator ambient_occlusion", "--integrator normal", "--crop 5,3,31,29",
+    "--seed 7", "--spp 21",
     "--transparent", "--max-depth 2", "--filter gaussian", "--bucket-size 7", "--bucket-order spiral",
     "--driver bisection --bisection-axis rows", "--driver bisection --bisection-axis columns",
     "--driver bisection --crop 5,3,31,29", "--driver adaptive --crop 5,3,31,29",
