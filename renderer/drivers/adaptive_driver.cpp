@@ -261,16 +261,9 @@ void AdaptiveDriver::end(FilmTile& film, PixelStop cut_short) {
 // Mixed, an unbiased frame is the mean of all its samples: rounds are not kept by light group.
 void AdaptiveDriver::resolve(const FilmTile& film, std::span<float> rgba,
                              const LightMix* mix) const {
-  if (mix) {
-    relight(film, *mix, rgba);
-  } else {
-    const auto width = size_t(window_.width());
-    parallel_each(size_t(window_.height()), [&](size_t row) {
-      for (size_t i = row * width; i < (row + 1) * width; ++i) {
-        film.rgba(x_of(i), y_of(i), &rgba[4 * i]);
-        if (!averages_.empty()) averages_.resolve(i, &rgba[4 * i]);
-      }
-    });
+  FrameDriver::resolve(film, rgba, mix);
+  if (!mix && !averages_.empty()) {
+    parallel_each(have_.size(), [&](size_t i) { averages_.resolve(i, &rgba[4 * i]); });
   }
   if (!covered() && tree_->sample_count() > 0) fill_from_tree(film, rgba);
 }
@@ -370,13 +363,14 @@ const RefinementTree* AdaptiveDriver::tree() const {
 uint64_t AdaptiveDriver::bytes() const {
   return planner_.bytes() + averages_.bytes() +
          (tree_ ? tree_->node_bytes() + tree_->map_bytes() : 0) +
-         (order_.capacity() + have_.capacity()) * sizeof(uint32_t);
+         (order_.capacity() + have_.capacity()) * sizeof(uint32_t) +
+         gains_.capacity() * sizeof(float);
 }
 
 uint64_t AdaptiveDriver::bytes_per_pixel(const AdaptiveSettings& settings) {
-  // The planner's planes and halves, order and counts, and the tree at its largest, with two nodes
-  // for each sample. tests/cli/limits_test.cpp compares the two.
-  constexpr uint64_t kPlanner = 28 * sizeof(float), kOrder = 2 * sizeof(uint32_t);
+  // The planner's planes and halves, order, counts and gains, and the tree at its largest, with two
+  // nodes for each sample. tests/cli/limits_test.cpp compares the two.
+  constexpr uint64_t kPlanner = 28 * sizeof(float), kOrder = 3 * sizeof(uint32_t);
   constexpr uint64_t kTree = 2 * 36 + sizeof(uint32_t);
   constexpr uint64_t kAverages = 10 * sizeof(double);
   return kPlanner + kOrder + kTree + (settings.unbiased ? kAverages : 0);

@@ -1,7 +1,5 @@
 #include "renderer/drivers/uniform_driver.h"
 
-#include <algorithm>
-
 namespace emberline {
 
 std::optional<Round> UniformDriver::next(FilmTile&, const std::stop_token&) {
@@ -25,14 +23,6 @@ uint32_t UniformDriver::least_samples(const FilmTile& film) const {
 
 PixelStop UniformDriver::stop_so_far(const FilmTile& film, int x, int y) const {
   return film.sample_count(x, y) < samples_per_pixel_ ? PixelStop::kGoingOn : PixelStop::kBudget;
-}
-
-void UniformDriver::resolve(const FilmTile& film, std::span<float> rgba,
-                            const LightMix* mix) const {
-  if (mix) return relight(film, *mix, rgba);
-  for (size_t i = 0; i < size_t(pixels_.area()); ++i) {
-    film.rgba(pixels_.x_of(i), pixels_.y_of(i), &rgba[4 * i]);
-  }
 }
 
 void UniformDriver::end(FilmTile& film, PixelStop cut_short) {

@@ -18,7 +18,6 @@ class UniformDriver final : public FrameDriver {
   bool finished() const override { return rows_ == pixels_.height(); }
   uint32_t least_samples(const FilmTile& film) const override;
   PixelStop stop_so_far(const FilmTile& film, int x, int y) const override;
-  void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override;
   void end(FilmTile& film, PixelStop cut_short) override;
 
  private:
