@@ -41,9 +41,13 @@ constexpr IntegratorEntry kIntegrators[] = {
 
 std::span<const IntegratorEntry> integrator_table() { return kIntegrators; }
 
+const IntegratorEntry& find_integrator(std::string_view name) {
+  return find_named(kIntegrators, "--integrator", "integrator", name);
+}
+
 std::unique_ptr<Integrator> create_integrator(std::string_view name,
                                               const IntegratorSettings& settings) {
-  return find_named(kIntegrators, "--integrator", "integrator", name).create(settings);
+  return find_integrator(name).create(settings);
 }
 
 }  // namespace emberline

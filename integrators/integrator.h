@@ -56,7 +56,8 @@ struct IntegratorEntry {
 };
 std::span<const IntegratorEntry> integrator_table();
 
-// Throws UsageError that lists the valid names.
+// Both throw UsageError that lists the valid names.
+const IntegratorEntry& find_integrator(std::string_view name);
 std::unique_ptr<Integrator> create_integrator(std::string_view name,
                                               const IntegratorSettings& settings);
 

@@ -460,7 +460,6 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
 }  // namespace
 
 void add_render_options(CLI::App* app, RenderOptions& o) {
-  o.filter = kDefaultFilter;
   app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
   add_edits(app, o);
   add_variant(app, o);
@@ -474,7 +473,6 @@ void add_render_options(CLI::App* app, RenderOptions& o) {
 
 void add_view_options(CLI::App* app, ViewOptions& o) {
   RenderOptions& r = o.render;
-  r.filter = kDefaultFilter;
   r.driver = kLiveDriver;
   app->add_option("scene", r.scene, "a .gltf or .glb file [one is opened in the window]");
   add_edits(app, r);
@@ -527,7 +525,6 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
 }
 
 void add_study_options(CLI::App* app, StudyOptions& o) {
-  o.frame.filter = kDefaultFilter;
   o.frame.width = 320;
   o.frame.height = 180;
   add_study_choices(app, o);

@@ -6,13 +6,13 @@
 #include <charconv>
 #include <cmath>
 
-#include "integrators/integrator.h"
 #include "io/edits_file.h"
 #include "io/gltf.h"
 #include "io/image_input.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/scene/build_scene.h"
 
 namespace emberline {
 namespace {
@@ -169,33 +169,6 @@ Camera create_camera(const RenderOptions& options, const CameraDescription& came
     }
     throw;
   }
-}
-
-SceneBuildOptions choose_build_options(const RenderOptions& options) {
-  SceneBuildOptions build;
-  build.show_backfaces = options.show_backfaces;
-  build.unread_uv = std::ranges::any_of(integrator_table(), [&](const auto& entry) {
-    return entry.shows_uv && entry.name == options.integrator;
-  });
-  return build;
-}
-
-PixelFilter choose_filter(const RenderOptions& options) {
-  return options.filter_radius ? PixelFilter::create(options.filter, *options.filter_radius)
-                               : PixelFilter::create(options.filter);
-}
-
-Rect choose_window(const RenderOptions& options) {
-  const Rect frame{0, 0, options.width, options.height};
-  if (!options.crop) return frame;
-  const Rect& crop = *options.crop;
-  if (crop.empty() || crop.intersect(frame) != crop) {
-    throw UsageError(
-        fmt::format("--crop: {},{},{},{} is not inside the frame; valid is 0 <= X0 < X1 <= {} and "
-                    "0 <= Y0 < Y1 <= {}",
-                    crop.x0, crop.y0, crop.x1, crop.y1, options.width, options.height));
-  }
-  return crop;
 }
 
 }  // namespace emberline

@@ -5,10 +5,8 @@
 
 #include "renderer/app/render_options.h"
 #include "renderer/core/load_progress.h"
-#include "renderer/core/rect.h"
-#include "renderer/film/filter.h"
-#include "renderer/scene/build_scene.h"
 #include "renderer/scene/camera.h"
+#include "renderer/scene/scene.h"
 #include "renderer/scene/scene_description.h"
 #include "renderer/scene/scene_edits.h"
 
@@ -40,14 +38,5 @@ CameraDescription choose_camera(const RenderOptions& options, const SceneDescrip
 // cannot be rendered, InputError where the file's cannot.
 Camera create_camera(const RenderOptions& options, const CameraDescription& camera,
                      const Scene& scene);
-
-// What the integrator and the options want of the scene.
-SceneBuildOptions choose_build_options(const RenderOptions& options);
-
-// The pixel filter with the radius of the options, or its own. Throws UsageError.
-PixelFilter choose_filter(const RenderOptions& options);
-
-// The crop, or the whole frame. Throws UsageError for one outside the frame.
-Rect choose_window(const RenderOptions& options);
 
 }  // namespace emberline

@@ -63,10 +63,7 @@ void append_light_layers(const FilmTile& tile, std::vector<float>& pixels) {
 
 void check_light_layers(const RenderOptions& options) {
   if (!options.light_groups) return;
-  const auto tells = [&](const IntegratorEntry& entry) {
-    return entry.name == options.integrator && entry.tells_lights_apart;
-  };
-  if (std::ranges::none_of(integrator_table(), tells)) {
+  if (!find_integrator(options.integrator).tells_lights_apart) {
     std::string valid;
     for (const IntegratorEntry& entry : integrator_table()) {
       if (entry.tells_lights_apart) {

@@ -40,7 +40,9 @@ ByteImage picture_with_leaves(const FramePicture& picture, const RefinementTree&
 
 }  // namespace
 
-void check_refinement_options(const RenderOptions& options, const Rect& window) {
+void check_refinement_options(const RenderOptions& options, const FramePlan& plan) {
+  const Rect& window = plan.window;
+  const bool refines = plan.driver->sharing == Sharing::kByError;
   const auto refuse = [&](const char* option) {
     throw UsageError(
         fmt::format("{}: only the adaptive driver decides how many samples a pixel "
@@ -48,7 +50,7 @@ void check_refinement_options(const RenderOptions& options, const Rect& window) 
                     option));
   };
   if (options.explained) {
-    if (options.driver != "adaptive") refuse("--explain");
+    if (!refines) refuse("--explain");
     if (!window.contains(options.explained->x, options.explained->y)) {
       throw UsageError(fmt::format(
           "--explain: pixel {},{} is outside the rendered pixels; valid is {} to {} and {} to {}",
@@ -56,7 +58,7 @@ void check_refinement_options(const RenderOptions& options, const Rect& window) 
           window.y1 - 1));
     }
   }
-  if (!options.trees.empty() && options.driver != "adaptive") refuse("--tree");
+  if (!options.trees.empty() && !refines) refuse("--tree");
   for (const std::string& path : options.trees) {
     if (!is_json(path)) image_format_of(path);
   }

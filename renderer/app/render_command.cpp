@@ -20,7 +20,6 @@
 #include "renderer/app/report.h"
 #include "renderer/app/report_page.h"
 #include "renderer/app/report_pictures.h"
-#include "renderer/app/sampling_plan.h"
 #include "renderer/app/snapshots.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/app/stop_signal.h"
@@ -28,6 +27,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/names.h"
+#include "renderer/drivers/frame_plan.h"
 #include "renderer/film/light_group_sums.h"
 #include "renderer/scene/build_scene.h"
 
@@ -142,19 +142,16 @@ int run_render(const RenderOptions& options) {
   const Stopwatch wall;
 
   // Whatever names or ranges are wrong is found before anything is loaded or written.
-  const SamplingPlan sampling = plan_sampling(options);
-  FrameRender frame_render(options.driver, driver_settings(options, sampling));
-  const std::unique_ptr<Integrator> integrator = create_integrator(
-      options.integrator, {.max_depth = options.max_depth, .transparent = options.transparent});
-  const std::unique_ptr<Sampler> sampler = create_sampler(
-      options.sampler,
-      {sampling.streams, std::max(1u, sampling.samples_per_pixel), options.width, options.height});
-  const PixelFilter filter = choose_filter(options);
-  const Rect window = choose_window(options);
+  FramePlan plan(options);
+  plan.driver_settings.explained = options.explained;
+  plan.driver_settings.keep_tree = !options.trees.empty();
+  FrameRender frame_render(options.driver, plan.driver_settings);
+  const Rect& window = plan.window;
   const OutputSettings output_settings = settings_of_outputs(options, window);
+  plan.aovs = output_settings.aovs;
   FileRegister files;
   check_output_paths(options, window, files);
-  check_refinement_options(options, window);
+  check_refinement_options(options, plan);
   check_light_layers(options);
   const WorkerThreads workers(options.threads);
   const int threads = workers.count();
@@ -202,8 +199,7 @@ int run_render(const RenderOptions& options) {
   std::optional<LightGroups> groups;
   if (options.light_groups) groups.emplace(outline(description));
   const Stopwatch build;
-  const std::unique_ptr<Scene> scene =
-      build_scene(std::move(description), choose_build_options(options), progress);
+  const std::unique_ptr<Scene> scene = build_scene(std::move(description), plan.build, progress);
   const Camera camera = create_camera(options, camera_description, *scene);
   report.times.build_s = build.seconds();
   report.features = scene->features();
@@ -222,20 +218,7 @@ int run_render(const RenderOptions& options) {
       "loaded in {}, built in {}: {} triangles, {} instances", format_duration(report.times.load_s),
       format_duration(report.times.build_s), scene->triangle_count(), scene->instance_count()));
 
-  const Frame frame{*scene,
-                    camera,
-                    *integrator,
-                    *sampler,
-                    filter,
-                    options.width,
-                    options.height,
-                    window,
-                    sampling.samples_per_pixel,
-                    options.seed,
-                    sampling.streams,
-                    output_settings.aovs,
-                    sampling.uniform,
-                    groups ? &*groups : nullptr};
+  const Frame frame = plan.frame(*scene, camera, groups ? &*groups : nullptr);
   if (options.replay) return run_replay(frame, *options.replay);
 
   std::optional<RemoteViewer> viewer;
@@ -271,7 +254,7 @@ int run_render(const RenderOptions& options) {
                   attempts);
   write_refinement(options, frame_render, attempts);
   if (viewer) viewer->finish(stop.cause());
-  report.estimator = sampling.uniform ? "none" : std::string(sampling.adaptive.estimator);
+  report.estimator = plan.even ? "none" : std::string(plan.driver_settings.adaptive.estimator);
   report.error_estimate = frame_render.error_estimate();
   report.passes.back().error_estimate = report.error_estimate;
   report.times.write_s = write.seconds();

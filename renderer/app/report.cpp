@@ -12,6 +12,7 @@
 #include "io/input_file.h"
 #include "io/versions.h"
 #include "renderer/app/version.h"
+#include "renderer/drivers/frame_plan.h"
 #include "renderer/scene/embree_version.h"
 
 namespace emberline {
@@ -106,7 +107,7 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
     add("look_from", fmt::format("{},{},{}", o.look_from->x, o.look_from->y, o.look_from->z));
     add("look_at", fmt::format("{},{},{}", o.look_at->x, o.look_at->y, o.look_at->z));
   }
-  if (o.driver == "adaptive" || o.noise_threshold) {
+  if (!shares_evenly(o)) {
     add("estimator", o.estimator.empty() ? std::string(kDefaultEstimator) : o.estimator);
     add("allocation", o.allocation.empty() ? "display" : o.allocation);
     add("unbiased", o.unbiased ? "yes" : "no");

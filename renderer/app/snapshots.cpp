@@ -15,6 +15,7 @@
 #include "renderer/app/rgb_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
+#include "renderer/drivers/driver_table.h"
 
 namespace emberline {
 namespace {
@@ -138,8 +139,7 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& win
       waiting_(parse_snapshot_moments(options.snapshot_at ? std::string_view(*options.snapshot_at)
                                                           : kDefaultSnapshotMoments)),
       transform_(std::make_shared<DisplayTransform>(options.display)) {
-  const DriverEntry& driver = find_named(driver_table(), "--driver", "driver", options.driver);
-  if (driver.tiles) {
+  if (find_driver(options.driver).tiles) {
     throw UsageError("--snapshots: --driver " + options.driver +
                      " finishes the frame part by part and has no picture of the whole before its "
                      "end; choose a progressive driver");

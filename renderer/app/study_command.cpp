@@ -12,7 +12,6 @@
 #include "io/atomic_file.h"
 #include "renderer/app/convergence_command.h"
 #include "renderer/app/frame_memory.h"
-#include "renderer/app/frame_setup.h"
 #include "renderer/app/outputs.h"
 #include "renderer/app/progress.h"
 #include "renderer/app/render_clock.h"
@@ -32,6 +31,7 @@
 #include "renderer/app/write_attempts.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/drivers/frame_plan.h"
 #include "renderer/statistics/study_summary.h"
 
 namespace emberline {
@@ -105,7 +105,7 @@ std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLi
   if (options.reference.empty()) return std::nullopt;
   const RenderOptions& frame = options.frame;
   return reference_pixels(read_rgb(options.reference, LoadProgress({}, {}, limits)),
-                          "the frame to be measured against it", choose_window(frame), frame.width,
+                          "the frame to be measured against it", window_of(frame), frame.width,
                           frame.height);
 }
 

@@ -7,11 +7,11 @@
 #include <string_view>
 
 #include "renderer/app/option_values.h"
-#include "renderer/app/sampling_plan.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 #include "renderer/core/names.h"
 #include "renderer/drivers/driver_table.h"
+#include "renderer/drivers/frame_plan.h"
 
 namespace emberline {
 namespace {
@@ -105,8 +105,7 @@ std::string why_impossible(const PlannedMethod& method, const StudyPlan& plan) {
       const auto samples = plan.by_time ? uint32_t(64) : uint32_t(budget);
       RenderOptions options = frame_options(method, samples, 0);
       options.spp = samples;  // not rounded
-      const SamplingPlan sampling = plan_sampling(options);
-      create_sampler(options.sampler, {sampling.streams, samples, options.width, options.height});
+      FramePlan{options};
     }
   } catch (const UsageError& error) {
     return error.what();
@@ -195,7 +194,7 @@ StudyPlan plan_study(const StudyOptions& options) {
   for (const std::string& sampler : samplers) {
     for (const std::string& driver : drivers) {
       const bool several = samplers.size() > 1;
-      if (driver != "adaptive") {
+      if (find_driver(driver).sharing != Sharing::kByError) {
         plan.methods.push_back(plan_method(options, driver, nullptr, sampler, several));
         continue;
       }

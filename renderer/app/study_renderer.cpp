@@ -9,25 +9,11 @@
 #include "renderer/app/frame_setup.h"
 #include "renderer/app/render_clock.h"
 #include "renderer/app/report.h"
-#include "renderer/app/sampling_plan.h"
 #include "renderer/core/log.h"
+#include "renderer/drivers/frame_plan.h"
+#include "renderer/drivers/frame_render.h"
 
 namespace emberline {
-
-// What one frame needs beside the scene.
-struct StudyRenderer::Sampling {
-  explicit Sampling(const RenderOptions& options)
-      : plan(plan_sampling(options)),
-        seed(options.seed),
-        frame_render(options.driver, driver_settings(options, plan)),
-        sampler(create_sampler(options.sampler, {plan.streams, plan.samples_per_pixel,
-                                                 options.width, options.height})) {}
-
-  SamplingPlan plan;
-  uint32_t seed;
-  FrameRender frame_render;
-  std::unique_ptr<Sampler> sampler;
-};
 
 RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect& window) {
   RgbImage image{window.width(), window.height(), {}};
@@ -165,53 +151,45 @@ class ProgressiveKeeper final : public TileKeeper {
   std::optional<double> last_estimate_;
 };
 
+FrameRender render_of(const FramePlan& plan) { return {plan.driver->name, plan.driver_settings}; }
+
 }  // namespace
 
 StudyRenderer::StudyRenderer(const RenderOptions& frame, const LoadLimits& limits,
                              FileRegister& files)
-    : options_(frame),
-      window_(choose_window(frame)),
-      integrator_(create_integrator(
-          frame.integrator, {.max_depth = frame.max_depth, .transparent = frame.transparent})),
-      filter_(choose_filter(frame)) {
+    : window_(window_of(frame)) {
+  const SceneBuildOptions build = FramePlan(frame).build;
   LoadProgress progress({}, {}, limits);
   SceneDescription description = load_scene(frame, progress, false);
   files.read(description.files, "the scene reads");
   const CameraDescription camera = choose_camera(frame, description);
-  scene_ = build_scene(std::move(description), choose_build_options(frame), progress);
+  scene_ = build_scene(std::move(description), build, progress);
   camera_ = create_camera(frame, camera, *scene_);
 }
 
 uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets) const {
   const uint64_t floats = film_channels({}).size() + budgets * kStudyPictureChannels;
   return bytes_of(pixels(),
-                  Sampling(options).frame_render.bytes_per_pixel({}) + floats * sizeof(float));
-}
-
-Frame StudyRenderer::frame(const Sampling& s, const AovSet& aovs) const {
-  return {*scene_,         camera_,        *integrator_,
-          *s.sampler,      filter_,        options_.width,
-          options_.height, window_,        s.plan.samples_per_pixel,
-          s.seed,          s.plan.streams, aovs,
-          s.plan.uniform};
+                  render_of(FramePlan(options)).bytes_per_pixel({}) + floats * sizeof(float));
 }
 
 std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, const AovSet& aovs,
                                                   const std::stop_token& stop) const {
-  Sampling sampling(options);
-  const Frame whole = frame(sampling, aovs);
+  FramePlan plan(options);
+  plan.aovs = aovs;
+  FrameRender frame_render = render_of(plan);
   TileKeeper keeper(window_, aovs, on_samples_);
   StudyPicture picture;
   const RenderClock clock;
-  const FrameCounters counters = sampling.frame_render.render(whole, keeper, stop);
+  const FrameCounters counters = frame_render.render(plan.frame(*scene_, camera_), keeper, stop);
   picture.wall_s = clock.seconds();
   picture.cpu_s = clock.cpu_seconds();
   if (counters.stopped) return std::nullopt;
   warn_of_non_finite(options, counters);
   picture.non_finite_samples = counters.non_finite_samples;
-  sampling.frame_render.deliver(keeper);
+  frame_render.deliver(keeper);
   picture.samples = counters.samples;
-  picture.estimate = sampling.frame_render.error_estimate();
+  picture.estimate = frame_render.error_estimate();
   picture.values = keeper.take_values();
   return picture;
 }
@@ -219,13 +197,14 @@ std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, 
 ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
                                                    std::span<const double> budgets, bool by_time,
                                                    const std::stop_token& stop) const {
-  Sampling sampling(options);
-  const Frame whole = frame(sampling, {});
-  ProgressiveKeeper keeper(window_, budgets, by_time, sampling.plan.uniform, on_samples_);
+  FramePlan plan(options);
+  plan.aovs = {};
+  FrameRender frame_render = render_of(plan);
+  ProgressiveKeeper keeper(window_, budgets, by_time, plan.even, on_samples_);
   const std::stop_callback pass_on(stop, [&] { keeper.spent.request_stop(); });
   keeper.clock = RenderClock();
   const FrameCounters counters =
-      sampling.frame_render.render(whole, keeper, keeper.spent.get_token());
+      frame_render.render(plan.frame(*scene_, camera_), keeper, keeper.spent.get_token());
   const double wall = keeper.clock.seconds(), cpu = keeper.clock.cpu_seconds();
   ProgressiveFrame result;
   result.stopped = stop.stop_requested();
@@ -235,8 +214,8 @@ ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
   result.pictures = std::move(keeper.pictures);
   result.claims = std::move(keeper.claims);
   if (!counters.stopped) {
-    sampling.frame_render.deliver(keeper);
-    const std::optional<double> estimate = sampling.frame_render.error_estimate();
+    frame_render.deliver(keeper);
+    const std::optional<double> estimate = frame_render.error_estimate();
     const std::vector<float> values = keeper.take_values();
     while (result.pictures.size() < budgets.size()) {
       result.pictures.push_back(

@@ -9,10 +9,9 @@
 #include <stop_token>
 #include <vector>
 
-#include "integrators/integrator.h"
 #include "renderer/app/file_register.h"
 #include "renderer/app/render_options.h"
-#include "renderer/drivers/frame_render.h"
+#include "renderer/film/film.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/scene.h"
 #include "renderer/statistics/error_metrics.h"
@@ -79,13 +78,7 @@ class StudyRenderer {
                                       bool by_time, const std::stop_token& stop) const;
 
  private:
-  struct Sampling;
-  Frame frame(const Sampling& sampling, const AovSet& aovs) const;
-
-  RenderOptions options_;
   Rect window_;
-  std::unique_ptr<Integrator> integrator_;
-  PixelFilter filter_;
   std::unique_ptr<Scene> scene_;
   Camera camera_;
   std::function<void(uint64_t)> on_samples_;

@@ -13,7 +13,8 @@ namespace {
 bool has_threshold(const DriverSettings& settings) { return settings.adaptive.threshold > 0.0f; }
 
 constexpr DriverEntry kDrivers[] = {
-    {"bucket", "bucket after bucket, each finished, streamed out and released", true,
+    {"bucket", "bucket after bucket, each finished, streamed out and released",
+     Sharing::kEvenWithoutThreshold, true,
      [](const Frame& frame, const Rect& pixels,
         const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
        if (has_threshold(settings)) {
@@ -26,14 +27,15 @@ constexpr DriverEntry kDrivers[] = {
                                       : FilmExtras{};
      },
      [](const AovSet&, const DriverSettings&) { return uint64_t(0); }},
-    {"bisection", "the whole frame at once, refined line between lines and pass after pass", false,
+    {"bisection", "the whole frame at once, refined line between lines and pass after pass",
+     Sharing::kEven, false,
      [](const Frame& frame, const Rect& pixels,
         const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
        return std::make_unique<BisectionDriver>(frame, pixels, settings);
      },
      [](const DriverSettings&) { return FilmExtras{}; },
      [](const AovSet& aovs, const DriverSettings&) { return film_bytes_per_pixel(aovs, {}); }},
-    {"adaptive", "the whole frame, samples going where the error is", false,
+    {"adaptive", "the whole frame, samples going where the error is", Sharing::kByError, false,
      [](const Frame& frame, const Rect& pixels,
         const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
        return std::make_unique<AdaptiveDriver>(frame, pixels, settings, FirstPicture::kShown);
@@ -49,15 +51,16 @@ constexpr DriverEntry kDrivers[] = {
 
 std::span<const DriverEntry> driver_table() { return kDrivers; }
 
-const DriverEntry& find_driver(std::string_view name, const DriverSettings& settings) {
-  const DriverEntry& driver = find_named(kDrivers, "--driver", "driver", name);
-  // A mistake is one even where the chosen driver would not look at it.
+const DriverEntry& find_driver(std::string_view name) {
+  return find_named(kDrivers, "--driver", "driver", name);
+}
+
+void check(const DriverSettings& settings) {
   checked_bucket_size(settings.bucket_size);
   parse_bucket_order(settings.bucket_order);
   parse_bisection_axis(settings.bisection_axis);
   parse_reconstruction(settings.reconstruction);
   find_estimator(settings.adaptive.estimator);
-  return driver;
 }
 
 }  // namespace emberline

@@ -1,6 +1,7 @@
 // The drivers by name.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -23,9 +24,13 @@ struct DriverSettings {
   bool keep_tree = false;               // AdaptiveDriver::tree will be asked for
 };
 
+// How many samples each pixel gets.
+enum class Sharing : uint8_t { kEven, kEvenWithoutThreshold, kByError };
+
 struct DriverEntry {
   std::string_view name;
   std::string_view summary;
+  Sharing sharing;
   // One for each tile, which is finished and let go before the next; else one for the window, whose
   // picture is there all the time.
   bool tiles;
@@ -39,7 +44,11 @@ struct DriverEntry {
 };
 std::span<const DriverEntry> driver_table();
 
-// Throws UsageError that lists the valid names, also for settings that the driver does not read.
-const DriverEntry& find_driver(std::string_view name, const DriverSettings& settings);
+// Throws UsageError that lists the valid names.
+const DriverEntry& find_driver(std::string_view name);
+
+// Likewise, for what a driver may or may not read: a mistake is one even where the chosen driver
+// would not look at it.
+void check(const DriverSettings& settings);
 
 }  // namespace emberline

@@ -113,7 +113,9 @@ class FrameRender::Loop {
 };
 
 FrameRender::FrameRender(std::string_view driver, const DriverSettings& settings)
-    : entry_(find_driver(driver, settings)), settings_(settings) {}
+    : entry_(find_driver(driver)), settings_(settings) {
+  check(settings_);
+}
 
 FrameCounters FrameRender::render(const Frame& frame, FrameObserver& observer,
                                   std::stop_token stop) {

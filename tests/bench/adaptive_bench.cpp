@@ -224,7 +224,6 @@ Json gains(const Mean& m, const Mean& uniform, const UniformCurve& curve, uint32
 
 int run_adaptive_bench(int argc, char** argv) {
   Options o;
-  o.frame.filter = std::string(kDefaultFilter);
   o.frame.width = 320;
   o.frame.height = 180;
   CLI::App app("what adaptive sampling gains");

@@ -10,6 +10,7 @@
 #include "renderer/app/number_option.h"
 #include "renderer/app/option_values.h"
 #include "renderer/core/errors.h"
+#include "renderer/drivers/frame_plan.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline::bench {
@@ -77,10 +78,7 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
 
 BenchFrame::BenchFrame(const RenderOptions& options, const SceneBuildOptions& build,
                        const std::function<void(SceneDescription&)>& change)
-    : options_(options),
-      integrator_(create_integrator(options.integrator, {.max_depth = options.max_depth,
-                                                         .transparent = options.transparent})),
-      filter_(PixelFilter::create(options.filter)) {
+    : options_(options) {
   const double start = wall_clock();
   SceneDescription description = load_scene(options);
   const CameraDescription view = choose_camera(options, description);
@@ -108,15 +106,17 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& obs
                          const std::stop_token& stop,
                          const std::function<void(const FrameRender&)>& look) const {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
-  FrameRender frame_render(s.driver, {.bucket_size = options_.bucket_size,
-                                      .bucket_order = options_.bucket_order,
-                                      .adaptive = s.adaptive});
-  const auto sampler =
-      create_sampler(options_.sampler, {s.streams, s.spp, options_.width, options_.height});
-  const Rect window{0, 0, options_.width, options_.height};
-  const Frame frame{
-      *scene_, camera_, *integrator_, *sampler,  *filter_, options_.width,         options_.height,
-      window,  s.spp,   s.seed,       s.streams, s.aovs,   s.driver != "adaptive", s.light_groups};
+  FrameSettings settings = options_;
+  settings.driver = "bucket";  // the others' checks are not wanted here
+  settings.spp = s.spp;
+  settings.seed = s.seed;
+  settings.streams = int(s.streams);
+  FramePlan plan(settings);
+  plan.aovs = s.aovs;
+  plan.even = s.driver != "adaptive";
+  plan.driver_settings.adaptive = s.adaptive;
+  const Frame frame = plan.frame(*scene_, camera_, s.light_groups);
+  FrameRender frame_render(s.driver, plan.driver_settings);
   tbb::task_arena arena(threads);
   FrameRun run;
   const double wall = wall_clock(), cpu = process_cpu();

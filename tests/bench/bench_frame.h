@@ -68,8 +68,6 @@ class BenchFrame {
   RenderOptions options_;
   std::unique_ptr<Scene> scene_;
   Camera camera_;
-  std::unique_ptr<Integrator> integrator_;
-  std::optional<PixelFilter> filter_;
 };
 
 }  // namespace emberline::bench

@@ -121,7 +121,6 @@ void time_frames(const RenderOptions& options, int repetitions) {
 int run_edits_bench(int argc, char** argv) {
   CLI::App app("Times edits of a scene", "edits_bench");
   RenderOptions options;
-  options.filter = kDefaultFilter;
   options.spp = 8;
   int repetitions = 5;
   add_frame_options(&app, options);

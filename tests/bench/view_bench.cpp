@@ -297,7 +297,6 @@ int run_view_bench(int argc, char** argv) {
   CLI::App app("Times a session behind a window", "view_bench");
   Options options;
   options.frame.driver = kLiveDriver;
-  options.frame.filter = kDefaultFilter;
   add_frame_options(&app, options.frame);
   add_number(&app, "--edits", options.edits, 1, 100000, "of each kind");
   add_number(&app, "--idle", options.idle_s, 0.1, 3600.0, "seconds of undisturbed rendering");

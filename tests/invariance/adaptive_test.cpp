@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "renderer/drivers/adaptive_driver.h"
+#include "renderer/drivers/bucket_schedule.h"
 #include "renderer/drivers/render_worker.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
@@ -97,12 +98,8 @@ TEST_P(AdaptiveFrame, ReplayedFromTheSamplesChannel) {
   const RenderSettings s = settings();
   const RenderedImage image = render(*scene_, busy_view(), s);
   const Camera camera(busy_view(), s.width, s.height, scene_->origin(), scene_->scale());
-  const auto integrator = create_integrator("path", {.max_depth = s.max_depth});
-  const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
-  const PixelFilter filter = PixelFilter::create(s.filter);
-  const Frame frame{*scene_,  camera,       *integrator, *sampler, filter,    s.width,
-                    s.height, image.window, 0,           s.seed,   s.streams, AovSet::parse(s.aovs),
-                    false};
+  const FramePlan plan = plan_of(s);
+  const Frame frame = plan.frame(*scene_, camera);
   RenderWorker worker(frame);
   for (int y = 3; y < s.height; y += 11) {
     for (int x = 2; x < s.width; x += 13) {
@@ -190,19 +187,13 @@ RenderedImage stop_after(const Scene& scene, const RenderSettings& s, uint64_t s
                          FrameProgress* progress = nullptr) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(busy_view(), s.width, s.height, scene.origin(), scene.scale());
-  const auto integrator = create_integrator("path", {});
-  const auto sampler = create_sampler("sobol", {s.streams, 1, s.width, s.height});
-  const PixelFilter filter = PixelFilter::create("box");
-  RenderedImage image;
-  image.window = {3, 2, s.width - 4, s.height};
-  const AovSet aovs = AovSet::parse(s.aovs);
-  for (const FilmChannel& c : film_channels(aovs)) image.channels.push_back(c.name);
-  image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
-  const Frame frame{scene,        camera, *integrator, *sampler,  filter, s.width, s.height,
-                    image.window, 0,      s.seed,      s.streams, aovs,   false};
+  FramePlan plan = plan_of(s);
+  plan.window = {3, 2, s.width - 4, s.height};
+  const Frame frame = plan.frame(scene, camera);
+  RenderedImage image = blank_image(plan);
   MemoryObserver memory(image);
   StopAfter observer(memory, samples, image.window, false);
-  FrameRender frame_render("adaptive", {.bucket_size = 16, .adaptive = s.adaptive});
+  FrameRender frame_render("adaptive", plan.driver_settings);
   tbb::task_arena arena(s.threads);
   arena.execute([&] {
     image.counters = frame_render.render(frame, observer, observer.token());
@@ -290,17 +281,12 @@ TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
   RenderSettings s = settings_for(find_estimator(kDefaultEstimator));
   s.adaptive.unbiased = true;
   const Camera camera(busy_view(), s.width, s.height, scene->origin(), scene->scale());
-  const SometimesNan integrator;
-  const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
-  const PixelFilter filter = PixelFilter::create(s.filter);
-  const Rect window{0, 0, s.width, s.height};
-  const Frame frame{*scene,    camera,   integrator, *sampler,          filter,
-                    s.width,   s.height, window,     s.adaptive.budget, s.seed,
-                    s.streams, AovSet{}, false};
-  DriverSettings settings;
-  settings.adaptive = s.adaptive;
+  FramePlan plan = plan_of(s);
+  plan.integrator = std::make_unique<SometimesNan>();
+  const Frame frame = plan.frame(*scene, camera);
   Nobody nobody;
-  const FrameCounters counters = FrameRender("adaptive", settings).render(frame, nobody, {});
+  const FrameCounters counters =
+      FrameRender("adaptive", plan.driver_settings).render(frame, nobody, {});
   ASSERT_FALSE(counters.located.empty());
   size_t of_later_rounds = 0;
   for (const NonFiniteSample& at : counters.located) {

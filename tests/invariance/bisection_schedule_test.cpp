@@ -268,7 +268,7 @@ TEST(BisectionPasses, DoubleWhatIsThere) {
 TEST(BisectionDriver, RefusesNonsense) {
   const auto message = [](const DriverSettings& settings) -> std::string {
     try {
-      find_driver("bisection", settings);
+      check(settings);
     } catch (const UsageError& e) {
       return e.what();
     }

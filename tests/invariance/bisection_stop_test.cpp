@@ -33,16 +33,21 @@ class BisectionStop : public testing::Test {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
     const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), kWidth, kHeight, scene_->origin(),
                         scene_->scale());
-    RenderedImage image;
-    image.window = {3, 2, kWidth - 4, kHeight};
-    const AovSet aovs = AovSet::parse("stop");
-    for (const FilmChannel& c : film_channels(aovs)) image.channels.push_back(c.name);
-    image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
-    const Frame frame{*scene_, camera,       *integrator_, *sampler_, filter_,           kWidth,
-                      kHeight, image.window, spp,          1,         StreamCount::kOne, aovs};
+    RenderSettings settings;
+    settings.width = kWidth;
+    settings.height = kHeight;
+    settings.crop = {3, 2, kWidth - 4, kHeight};
+    settings.spp = spp;
+    settings.driver = "bisection";
+    settings.bisection_axis = axis;
+    settings.bucket_size = 16;
+    settings.aovs = "stop";
+    const FramePlan plan = plan_of(settings);
+    const Frame frame = plan.frame(*scene_, camera);
+    RenderedImage image = blank_image(plan);
     MemoryObserver memory(image);
     StopAfter observer(memory, samples, image.window, true);
-    FrameRender frame_render("bisection", {.bucket_size = 16, .bisection_axis = axis});
+    FrameRender frame_render("bisection", plan.driver_settings);
     tbb::task_arena arena(threads);
     arena.execute([&] {
       image.counters = frame_render.render(frame, observer, observer.token());
@@ -54,9 +59,6 @@ class BisectionStop : public testing::Test {
 
   static constexpr int kWidth = 83, kHeight = 61;
   std::unique_ptr<Scene> scene_ = bright_scene();
-  std::unique_ptr<Integrator> integrator_ = create_integrator("path", {});
-  std::unique_ptr<Sampler> sampler_ = create_sampler("sobol", {});
-  PixelFilter filter_ = PixelFilter::create("box");
 };
 
 TEST_F(BisectionStop, AtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
@@ -138,18 +140,21 @@ class StopsInBatch final : public Integrator {
 // last leaves nothing undone.
 TEST_F(BisectionStop, WithinTheLastPass) {
   constexpr uint32_t kSpp = 64;  // the last pass has two batches for each pixel
-  const Rect window{0, 0, 9, 7};
+  RenderSettings settings;
+  settings.width = 9;
+  settings.height = 7;
+  settings.spp = kSpp;
+  FramePlan plan = plan_of(settings);
+  const auto path = create_integrator("path", {});
   const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), 9, 7, scene_->origin(),
                       scene_->scale());
   int all = 1 << 30;
   for (int left = -1; left < 130; ++left) {  // the first time through counts the batches
-    const StopsInBatch integrator(*integrator_, left < 0 ? all : all - left);
-    RenderedImage image;
-    image.window = window;
-    for (const FilmChannel& c : film_channels({})) image.channels.push_back(c.name);
-    image.values.assign(size_t(window.area()) * image.channels.size(), 0.0f);
-    const Frame frame{*scene_, camera, integrator, *sampler_, filter_,           9,
-                      7,       window, kSpp,       1,         StreamCount::kOne, {}};
+    auto stops = std::make_unique<StopsInBatch>(*path, left < 0 ? all : all - left);
+    const StopsInBatch& integrator = *stops;
+    plan.integrator = std::move(stops);
+    const Frame frame = plan.frame(*scene_, camera);
+    RenderedImage image = blank_image(plan);
     MemoryObserver observer(image);
     FrameRender frame_render("bisection", {});
     tbb::task_arena arena(1);
@@ -179,11 +184,14 @@ TEST_F(BisectionStop, IsSoonInAHeavyScene) {
   b.place(b.add_mesh(SceneBuilderForTests::sphere(0.2f, 6, b.add_material(emitter(Rgb(5.0f))))),
           translation(0, 3, 0));
   scene_ = b.build();
-  integrator_ = create_integrator("path", {.max_depth = 1000});
   const Camera camera(perspective({0, 0, 2}, {0, 0, 0}, 60), 256, 256, scene_->origin(),
                       scene_->scale());
-  const Frame frame{*scene_, camera,           *integrator_, *sampler_, filter_,           256,
-                    256,     {0, 0, 256, 256}, 1 << 16,      1,         StreamCount::kOne, {}};
+  RenderSettings settings;
+  settings.width = settings.height = 256;
+  settings.spp = 1 << 16;
+  settings.max_depth = 1000;
+  const FramePlan plan = plan_of(settings);
+  const Frame frame = plan.frame(*scene_, camera);
   class Nobody final : public FrameObserver {
     void tile_finished(const FilmTile&) override {}
   } nobody;

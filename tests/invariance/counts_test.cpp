@@ -151,11 +151,8 @@ TEST(PixelCosts, AreThoseOfThePixelAlone) {
   const auto scene = busy_scene();
   const RenderSettings s = settings_of("adaptive");
   const Camera camera(busy_view(), s.width, s.height, scene->origin(), scene->scale());
-  const auto integrator = create_integrator("path", {});
-  const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
-  const PixelFilter filter = PixelFilter::create(s.filter);
-  const Frame frame{*scene, camera, *integrator, *sampler,  filter,   s.width, s.height,
-                    s.crop, s.spp,  s.seed,      s.streams, AovSet{}, false};
+  const FramePlan plan = plan_of(s);
+  const Frame frame = plan.frame(*scene, camera);
   std::vector<PixelWork> all;
   for (int y = s.crop.y0; y < s.crop.y1; ++y) {
     for (int x = s.crop.x0; x < s.crop.x1; ++x) all.push_back({x, y, 3, 2});

@@ -13,7 +13,7 @@
 namespace emberline {
 namespace {
 
-SampleValue grey(float v) { return {Rgb(v), 1.0f, {}}; }
+SampleValue grey(float v) { return {Rgb(v), 1.0f, {}, {}}; }
 
 // Case 31: a float sum of .1 is off by a third after 2^25 samples.
 TEST(Film, LongAccumulation) {
@@ -31,8 +31,8 @@ TEST(Film, NonFiniteSamples) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
   EXPECT_TRUE(tile.add(3, 4, 0, 1.0f, grey(1.0f)));
-  EXPECT_FALSE(tile.add(3, 4, 0, 1.0f, {Rgb(1.0f, nan, 1.0f), 1.0f, {}}));
-  EXPECT_FALSE(tile.add(3, 4, 0, 1.0f, {Rgb(inf, 0.0f, 0.0f), 1.0f, {}}));
+  EXPECT_FALSE(tile.add(3, 4, 0, 1.0f, {Rgb(1.0f, nan, 1.0f), 1.0f, {}, {}}));
+  EXPECT_FALSE(tile.add(3, 4, 0, 1.0f, {Rgb(inf, 0.0f, 0.0f), 1.0f, {}, {}}));
   EXPECT_TRUE(tile.add(3, 4, 0, 1.0f, grey(2.0f)));
   EXPECT_EQ(tile.non_finite(3, 4), 2u);
   EXPECT_EQ(tile.sample_count(3, 4), 4u);
@@ -146,11 +146,11 @@ TEST(Film, StoppedFrameHasTrueCounts) {
   const auto scene = b.build();
   const CameraDescription view = perspective({0, 2, 2}, {0, 0, 0}, 40);
   const Camera camera(view, 64, 64, scene->origin(), scene->scale());
-  const auto integrator = create_integrator("path", {});
-  const auto sampler = create_sampler("sobol", {});
-  const PixelFilter filter = PixelFilter::create("box");
-  const Frame frame{*scene,         camera,  *integrator, *sampler,          filter, 64, 64,
-                    {0, 0, 64, 64}, 1 << 20, 1,           StreamCount::kOne, {}};
+  RenderSettings settings;
+  settings.width = settings.height = 64;
+  settings.spp = 1 << 20;
+  const FramePlan plan = plan_of(settings);
+  const Frame frame = plan.frame(*scene, camera);
 
   class Stopper final : public FrameObserver {
    public:

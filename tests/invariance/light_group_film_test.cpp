@@ -56,7 +56,7 @@ TEST(LightGroupFilm, IsCopiedAndCounted) {
   LightGroupValues values(2);
   values.add(3, 0, Rgb(2.0f), Rgb(1, 2, 3));
   values.add(3, 0, Rgb(1.0f), Rgb(1, 0, 0));
-  from.add(2, 0, 0, 1.0f, {Rgb(3, 4, 6), 1.0f, {}});
+  from.add(2, 0, 0, 1.0f, {Rgb(3, 4, 6), 1.0f, {}, {}});
   from.add_lights(2, 0, 0.5f, 1.0f, values, 3);
   to.copy_pixel(from, 2, 0);
   EXPECT_EQ(to.light_groups().mean(1, 0), Rgb(1.5f, 2, 3));
@@ -84,11 +84,11 @@ TEST(LightGroupFilm, ABadSampleIsBlackInAllGroups) {
   const GroupedScene lit(lit_scene());
   const Scene& scene = lit.scene.scene();
   const Camera camera(lit_view(), 8, 8, scene.origin(), scene.scale());
-  const Faulty faulty;
-  const auto sampler = create_sampler("sobol", {StreamCount::kOne, 16, 8, 8});
-  const PixelFilter filter = PixelFilter::create("box");
-  const Frame frame{scene,        camera, faulty, *sampler,          filter,   8,    8,
-                    {0, 0, 8, 8}, 16,     1,      StreamCount::kOne, AovSet(), true, &lit.groups};
+  RenderSettings settings;
+  settings.width = settings.height = 8;
+  FramePlan plan = plan_of(settings);
+  plan.integrator = std::make_unique<Faulty>();
+  const Frame frame = plan.frame(scene, camera, &lit.groups);
   class Look final : public FrameObserver {
     void tile_finished(const FilmTile& tile) override {
       EXPECT_EQ(tile.non_finite(3, 3), 4u);

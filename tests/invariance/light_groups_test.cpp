@@ -429,21 +429,20 @@ class Onlooker final : public FrameObserver {
 
 TEST(LightGroups, MixIncompletePictures) {
   const GroupedScene lit(lit_scene());
-  const RenderSettings s = settings();
+  RenderSettings s = settings();
   const Scene& scene = lit.scene.scene();
   const Camera camera(lit_view(), s.width, s.height, scene.origin(), scene.scale());
-  const auto integrator = create_integrator("path", {.max_depth = 3});
-  const auto sampler = create_sampler("sobol", {StreamCount::kOne, 4, s.width, s.height});
-  const PixelFilter filter = PixelFilter::create("box");
-  const Rect window{3, 2, s.width, s.height};
-  const Frame frame{scene,  camera, *integrator, *sampler,          filter,   s.width, s.height,
-                    window, 4,      1,           StreamCount::kOne, AovSet(), true,    &lit.groups};
+  s.crop = {3, 2, s.width, s.height};
+  s.spp = 4;
+  s.max_depth = 3;
+  const FramePlan plan = plan_of(s);
+  const Frame frame = plan.frame(scene, camera, &lit.groups);
   for (const char* name : {"bisection", "adaptive"}) {
     for (const char* reconstruction : {"duplicate", "linear"}) {
       DriverSettings how;
       how.reconstruction = reconstruction;
       how.adaptive.budget = 4;
-      Onlooker onlooker(lit.groups.size(), window);
+      Onlooker onlooker(lit.groups.size(), plan.window);
       FrameRender(name, how).render(frame, onlooker, {});
       EXPECT_GE(onlooker.pictures, 5) << name;
     }

@@ -199,12 +199,14 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   const Rect window{0, 0, kWidth, kHeight};
   const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), kWidth, kHeight, scene->origin(),
                       scene->scale());
-  const auto integrator = create_integrator("path", {.max_depth = 0});
-  const auto sampler = create_sampler("sobol", {});
-  const PixelFilter filter = PixelFilter::create("box");
-  const AovSet aovs;
-  const Frame frame{*scene, camera, *integrator, *sampler,          filter, kWidth, kHeight,
-                    window, 1,      1,           StreamCount::kOne, aovs};
+  FrameSettings frame_settings;
+  frame_settings.width = kWidth;
+  frame_settings.height = kHeight;
+  frame_settings.spp = 1;
+  frame_settings.max_depth = 0;
+  frame_settings.filter = "box";
+  const FramePlan plan(frame_settings);
+  const Frame frame = plan.frame(*scene, camera);
   image_library();  // which is no part of a film
   const double before = ProcessMemory::now().resident;
   OutputSettings settings;

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "renderer/drivers/bisection_schedule.h"
+#include "renderer/drivers/bucket_schedule.h"
 #include "renderer/drivers/render_worker.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
@@ -132,12 +133,8 @@ TEST_P(SameSamples, ReplayedAlone) {
     RenderSettings s = base_settings(GetParam());
     const RenderedImage image = render(*scene_, view, s);
     const Camera camera(view, s.width, s.height, scene_->origin(), scene_->scale());
-    const auto integrator = create_integrator("path", {.max_depth = s.max_depth});
-    const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
-    const PixelFilter filter = PixelFilter::create(s.filter);
-    const Frame frame{*scene_, camera,  *integrator, *sampler,
-                      filter,  s.width, s.height,    {0, 0, s.width, s.height},
-                      s.spp,   s.seed,  s.streams,   AovSet::parse(s.aovs)};
+    const FramePlan plan = plan_of(s);
+    const Frame frame = plan.frame(*scene_, camera);
     RenderWorker worker(frame);
     for (const auto& [x, y] : {std::pair{3, 4}, std::pair{20, 14}, std::pair{30, 20}}) {
       double sum[3] = {0, 0, 0};

@@ -91,33 +91,30 @@ class Rounds : public testing::TestWithParam<std::string_view> {
 
   Rounds()
       : camera_(test::busy_view(), kWidth, kHeight, scene_->origin(), scene_->scale()),
-        integrator_(create_integrator("normal", {})),
-        sampler_(create_sampler("sobol", {StreamCount::kOne, kSamples, kWidth, kHeight})),
-        filter_(PixelFilter::create("box")) {
+        plan_(plan()) {
     settings_.adaptive.budget = kSamples;
   }
-  Frame frame(const Rect& window) const {
-    return {*scene_,
-            camera_,
-            *integrator_,
-            *sampler_,
-            filter_,
-            kWidth,
-            kHeight,
-            window,
-            kSamples,
-            3,
-            StreamCount::kOne,
-            AovSet::parse("stop"),
-            settings_.adaptive.threshold == 0.0f};
+  static FramePlan plan() {
+    FrameSettings settings;
+    settings.integrator = "normal";
+    settings.spp = kSamples;
+    settings.seed = 3;
+    settings.width = kWidth;
+    settings.height = kHeight;
+    settings.aovs = "stop";
+    return FramePlan(settings);
   }
-  const DriverEntry& entry() const { return find_driver(GetParam(), settings_); }
+  Frame frame(const Rect& window) const {
+    Frame frame = plan_.frame(*scene_, camera_);
+    frame.window = window;
+    frame.exact_counts = settings_.adaptive.threshold == 0.0f;
+    return frame;
+  }
+  const DriverEntry& entry() const { return find_driver(GetParam()); }
 
   const std::unique_ptr<Scene> scene_ = test::busy_scene();
   const Camera camera_;
-  const std::unique_ptr<Integrator> integrator_;
-  const std::unique_ptr<Sampler> sampler_;
-  const PixelFilter filter_;
+  const FramePlan plan_;
   DriverSettings settings_;
 };
 
@@ -240,10 +237,10 @@ TEST(BucketSchedule, RandomDependsOnTheSeedAlone) {
 }
 
 TEST(BucketSchedule, RefusesNonsense) {
-  EXPECT_THROW(find_driver("bucket", {0, "hilbert"}), UsageError);
-  EXPECT_THROW(find_driver("bucket", {5000, "hilbert"}), UsageError);
+  EXPECT_THROW(check({0, "hilbert"}), UsageError);
+  EXPECT_THROW(check({5000, "hilbert"}), UsageError);
   try {
-    find_driver("bucket", {16, "hilbet"});
+    check({16, "hilbet"});
     FAIL() << "accepted an unknown order";
   } catch (const UsageError& e) {
     EXPECT_NE(std::string(e.what()).find("hilbert, spiral, scanline, random"), std::string::npos)

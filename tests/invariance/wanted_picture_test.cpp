@@ -52,17 +52,19 @@ class WantedPicture : public testing::TestWithParam<const char*> {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
     const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), kWidth, kHeight, scene_->origin(),
                         scene_->scale());
-    RenderedImage image;
-    image.window = {0, 0, kWidth, kHeight};
-    for (const FilmChannel& c : film_channels(AovSet())) image.channels.push_back(c.name);
-    image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
-    const Frame frame{*scene_, camera,       *integrator_, *sampler_, filter_,           kWidth,
-                      kHeight, image.window, kSpp,         1,         StreamCount::kTwo, {},
-                      false};
+    RenderSettings settings;
+    settings.width = kWidth;
+    settings.height = kHeight;
+    settings.spp = settings.adaptive.budget = kSpp;
+    settings.streams = StreamCount::kTwo;
+    settings.driver = GetParam();
+    settings.bucket_size = 64;
+    FramePlan plan = plan_of(settings);
+    plan.even = false;
+    RenderedImage image = blank_image(plan);
+    const Frame frame = plan.frame(*scene_, camera);
     Impatient observer(image, wants);
-    DriverSettings settings;
-    settings.adaptive.budget = kSpp;
-    FrameRender frame_render(GetParam(), settings);
+    FrameRender frame_render(GetParam(), plan.driver_settings);
     tbb::task_arena arena(threads);
     arena.execute([&] {
       image.counters = frame_render.render(frame, observer, {});
@@ -83,9 +85,6 @@ class WantedPicture : public testing::TestWithParam<const char*> {
   static constexpr int kWidth = 167, kHeight = 121;
   static constexpr uint32_t kSpp = 64;
   std::unique_ptr<Scene> scene_ = floor_under_a_sky();
-  std::unique_ptr<Integrator> integrator_ = create_integrator("path", {});
-  std::unique_ptr<Sampler> sampler_ = create_sampler("sobol", {});
-  PixelFilter filter_ = PixelFilter::create("box");
 };
 
 constexpr uint64_t kPart = 4096;

@@ -118,14 +118,10 @@ TEST(Cameras, OnePixelAndLateSamples) {
               {exact, render(*scene, view, s).mean, error, 1e-5 * exact}, replay(s));
 
   const Camera camera(view, 32, 32, scene->origin(), scene->scale());
-  const auto integrator = create_integrator("path", {.max_depth = 1});
-  const auto sampler = create_sampler("sobol", {});
-  const PixelFilter filter = PixelFilter::create("box");
-  const Rect window{0, 0, 32, 32};
-  const Frame frame{*scene, camera,   *integrator, *sampler,          filter, 32, 32,
-                    window, many.spp, many.seed,   StreamCount::kOne, {}};
+  const FramePlan plan = plan_of(many);
+  const Frame frame = plan.frame(*scene, camera);
   FilmTile tile{AovSet{}};
-  tile.reset(window);
+  tile.reset(plan.window);
   RenderWorker worker(frame);
   struct Nobody final : FrameObserver {
     void tile_finished(const FilmTile&) override {}

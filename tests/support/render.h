@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/drivers/frame_plan.h"
 #include "renderer/drivers/frame_render.h"
 
 namespace emberline::test {
@@ -98,6 +98,47 @@ class MemoryObserver final : public FrameObserver {
   std::mutex mutex_;
 };
 
+// The numbers and names as they are, without the checks that the command makes of them together.
+inline FramePlan plan_of(const RenderSettings& s) {
+  FrameSettings settings;
+  settings.integrator = s.integrator;
+  settings.sampler = s.sampler;
+  settings.filter = s.filter;
+  settings.spp = s.spp;
+  settings.max_depth = s.max_depth;
+  settings.seed = s.seed;
+  settings.streams = int(s.streams);
+  settings.bucket_size = s.bucket_size;
+  settings.bucket_order = s.bucket_order;
+  settings.bisection_axis = s.bisection_axis;
+  settings.reconstruction = s.reconstruction;
+  settings.width = s.width;
+  settings.height = s.height;
+  if (!s.crop.empty()) settings.crop = s.crop;
+  settings.transparent = s.transparent;
+  settings.aovs = s.aovs;
+  FramePlan plan(settings);
+  plan.driver = &find_driver(s.driver);
+  plan.driver_settings.adaptive = s.adaptive;
+  plan.even = s.driver != "adaptive" && s.adaptive.threshold <= 0.0f;
+  if (!plan.even) plan.samples_per_pixel = s.adaptive.budget;
+  if (!s.light_sampling) {
+    plan.integrator = create_integrator(
+        s.integrator,
+        {.max_depth = s.max_depth, .transparent = s.transparent, .light_sampling = false});
+  }
+  return plan;
+}
+
+// Black pixels of the plan's frame.
+inline RenderedImage blank_image(const FramePlan& plan) {
+  RenderedImage image;
+  image.window = plan.window;
+  for (const FilmChannel& c : film_channels(plan.aovs)) image.channels.push_back(c.name);
+  image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
+  return image;
+}
+
 // With `groups`, what each light gave is kept apart. `look`, if given, sees the driver's picture in
 // the end; a driver that keeps none has null.
 inline RenderedImage render(const Scene& scene, const CameraDescription& view,
@@ -105,22 +146,9 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
                             const std::function<void(const FramePicture*)>& look = {}) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
-  const auto integrator = create_integrator(
-      s.integrator,
-      {.max_depth = s.max_depth, .transparent = s.transparent, .light_sampling = s.light_sampling});
-  const auto sampler = create_sampler(s.sampler, {s.streams, s.spp, s.width, s.height});
-  const PixelFilter filter = PixelFilter::create(s.filter);
-  RenderedImage image;
-  image.window = s.crop.empty() ? Rect{0, 0, s.width, s.height} : s.crop;
-  const AovSet aovs = AovSet::parse(s.aovs);
-  for (const FilmChannel& c : film_channels(aovs)) image.channels.push_back(c.name);
-  image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
-  const bool adaptive = s.driver == "adaptive" || s.adaptive.threshold > 0.0f;
-  const Frame frame{scene,     camera,       *integrator,
-                    *sampler,  filter,       s.width,
-                    s.height,  image.window, adaptive ? s.adaptive.budget : s.spp,
-                    s.seed,    s.streams,    aovs,
-                    !adaptive, groups};
+  const FramePlan plan = plan_of(s);
+  const Frame frame = plan.frame(scene, camera, groups);
+  RenderedImage image = blank_image(plan);
   if (groups) {
     image.light_groups = groups->size();
     image.lights.resize(size_t(image.window.area()) * size_t(groups->size()));
@@ -128,8 +156,7 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   MemoryObserver observer(image);
   // An arena makes as many workers as asked for, on a machine with fewer cores too.
   tbb::task_arena arena(s.threads);
-  FrameRender frame_render(
-      s.driver, {s.bucket_size, s.bucket_order, s.bisection_axis, s.reconstruction, s.adaptive});
+  FrameRender frame_render(s.driver, plan.driver_settings);
   arena.execute([&] {
     image.counters = frame_render.render(frame, observer, {});
     frame_render.deliver(observer);

@@ -148,7 +148,6 @@ TEST_F(RenderSessionTest, KeepsToTheMemoryLimitWithFramesAndEnvironments) {
   sky.limits = {};
   sky.max_depth = 1;
   sky.scene = scene("cornell_box");
-  sky.filter = kDefaultFilter;
   sky.spp = 1;
 
   SessionOwner owner(small);

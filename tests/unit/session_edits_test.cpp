@@ -178,7 +178,6 @@ TEST_F(SessionEditsTest, ReadsAnEnvironmentThatAnEditNames) {
   // A picture of ours as the surroundings: any latitude-longitude map will do.
   RenderOptions options = settings("bucket", 1).render;
   options.scene = scene("cornell_box");
-  options.filter = kDefaultFilter;
   options.outputs = {path("sky.exr")};
   ASSERT_EQ(run_render(options), 0);
   SessionOwner owner(settings("bisection", 2));

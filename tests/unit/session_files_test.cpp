@@ -86,7 +86,6 @@ TEST_F(SessionFilesTest, SavesPicturesAsTheCommandDoes) {
   RenderOptions options = view.render;
   options.scene = scene("cornell_box");
   options.display = view.display;
-  options.filter = kDefaultFilter;
   for (const char* name : {"a.png", "a.jpg"}) {
     owner.session.save(path(name)).get();
     options.outputs = {path("command-" + std::string(name))};

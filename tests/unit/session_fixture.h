@@ -37,7 +37,6 @@ class SessionFixture : public OutputFolder {
   // What `render` writes with these options: R G B A, rows from the top.
   std::vector<float> rendered(RenderOptions options) const {
     options.outputs = {path("rendered.exr")};
-    if (options.filter.empty()) options.filter = kDefaultFilter;
     EXPECT_EQ(run_render(options), 0);
     return rgba_of(options.outputs.front());
   }

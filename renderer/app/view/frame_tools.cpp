@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <tuple>
 
-#include "renderer/app/frame_setup.h"
 #include "renderer/app/view/overlay_picture.h"
 
 namespace emberline {
@@ -17,23 +16,18 @@ auto sampling_of(const RenderOptions& o) {
                   o.bisection_axis, o.reconstruction, o.width, o.height, o.transparent, o.threads);
 }
 
-bool tells_lights_apart(const std::string& integrator) {
-  return std::ranges::any_of(integrator_table(), [&](const IntegratorEntry& entry) {
-    return entry.name == integrator && entry.tells_lights_apart;
-  });
-}
-
 }  // namespace
+
+const DriverEntry& main_driver(const RenderOptions& options) {
+  return find_driver(options.driver == kLiveDriver ? "adaptive" : options.driver);
+}
 
 RenderOptions main_options(const ViewSettings& settings) {
   RenderOptions options = settings.render;
-  if (options.driver == kLiveDriver) options.driver = "adaptive";
-  if (options.filter.empty()) options.filter = kDefaultFilter;
+  const DriverEntry& driver = main_driver(options);
+  options.driver = driver.name;
   options.crop.reset();
-  options.explained.reset();
-  options.trees.clear();
-  if (settings.overlay == ViewOverlay::kTree) options.trees = {"shown"};
-  const bool ends_itself = options.noise_threshold || options.max_spp || options.driver == "bucket";
+  const bool ends_itself = options.noise_threshold || options.max_spp || driver.tiles;
   if (!options.spp && !ends_itself) options.spp = kViewSamples;
   return options;
 }
@@ -41,7 +35,7 @@ RenderOptions main_options(const ViewSettings& settings) {
 AovSet wanted_aovs(const ViewSettings& settings) {
   AovSet aovs = AovSet::parse(settings.render.aovs);
   // Why a pixel has ended a driver says that has its whole frame before it; buckets say it once.
-  const bool told = settings.overlay == ViewOverlay::kStop && settings.render.driver != "bucket";
+  const bool told = settings.overlay == ViewOverlay::kStop && !main_driver(settings.render).tiles;
   const std::optional<Aov> aov = overlay_aov(settings.overlay);
   if (aov && !told) aovs.insert(*aov);
   return aovs;
@@ -62,15 +56,11 @@ bool frames_serve(const ViewSettings& a, const ViewSettings& b) {
 FrameTools::FrameTools(const ViewSettings& settings)
     : options(main_options(settings)),
       live(settings.render.driver == kLiveDriver),
-      light_groups(settings.light_groups && options.driver != "bucket" &&
-                   tells_lights_apart(options.integrator)),
-      plan(plan_sampling(options)),
-      drivers(driver_settings(options, plan)),
-      aovs(wanted_aovs(settings)),
-      integrator(create_integrator(options.integrator, {.max_depth = options.max_depth,
-                                                        .transparent = options.transparent})),
-      sampler(create_sampler(options.sampler, {plan.streams, std::max(1u, plan.samples_per_pixel),
-                                               options.width, options.height})),
-      filter(choose_filter(options)) {}
+      plan(options),
+      light_groups(settings.light_groups && !plan.driver->tiles &&
+                   find_integrator(options.integrator).tells_lights_apart) {
+  plan.aovs = wanted_aovs(settings);
+  plan.driver_settings.keep_tree = settings.overlay == ViewOverlay::kTree;
+}
 
 }  // namespace emberline

@@ -1,19 +1,16 @@
 // What a session's frames need beside scene and camera, made anew only when the settings change.
 #pragma once
 
-#include <memory>
-#include <string>
-
-#include "integrators/integrator.h"
-#include "renderer/app/sampling_plan.h"
 #include "renderer/app/view/view_settings.h"
-#include "renderer/film/filter.h"
-#include "samplers/sampler.h"
+#include "renderer/drivers/frame_plan.h"
 
 namespace emberline {
 
+// That does the main work: of `live`, the adaptive one.
+const DriverEntry& main_driver(const RenderOptions& options);
+
 // The options that a window's settings come to: those of the driver that does the main work, with
-// a budget that lasts as long as somebody looks. `live` stands for adaptive here.
+// a budget that lasts as long as somebody looks.
 RenderOptions main_options(const ViewSettings& settings);
 
 // The channels that the settings ask for, the overlay's included.
@@ -29,13 +26,8 @@ struct FrameTools {
 
   RenderOptions options;
   bool live;
+  FramePlan plan;
   bool light_groups;  // asked for, and possible
-  SamplingPlan plan;
-  DriverSettings drivers;
-  AovSet aovs;
-  std::unique_ptr<Integrator> integrator;
-  std::unique_ptr<Sampler> sampler;
-  PixelFilter filter;
 };
 
 }  // namespace emberline

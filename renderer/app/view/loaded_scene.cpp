@@ -87,8 +87,8 @@ std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& 
   open->bounds = world_bounds(description);
   if (!open->bounds.empty()) open->center = open->bounds.center();
   if (open->bounds.radius() > 0.0) open->radius = open->bounds.radius();
-  SceneBuildOptions build = choose_build_options(options);
-  build.unread_uv = true;  // the integrator may be changed for one that shows them
+  // The integrator may be changed for one that shows texture coordinates.
+  const SceneBuildOptions build{.show_backfaces = options.show_backfaces, .unread_uv = true};
   EditableScene scene(std::move(description), build, progress);
   open->outline = scene.original();
   open->features = scene.scene().features();

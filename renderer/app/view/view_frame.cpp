@@ -88,7 +88,7 @@ void ViewFrame::render(std::optional<Vec2i> explained) {
   explained_ = explained;
   reserve(window_, kPictures * (4 * sizeof(float) + 4));
   if (order_.settings.region) render_region();
-  const bool buckets = tools_.options.driver == "bucket";
+  const bool buckets = tools_.plan.driver->tiles;
   if ((tools_.live || buckets) && stop_->cause() == PixelStop::kNone) {
     render_stage(Stage::kFirst, first_, "bisection", window_, 1);
   }
@@ -117,26 +117,17 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::optional<FrameRender>& r
   const bool main = stage == Stage::kMain;
   stage_ = stage;
   stage_name_ = name;
-  DriverSettings settings = tools_.drivers;
+  DriverSettings settings = tools_.plan.driver_settings;
   const bool in_frame = explained_ && window.contains(explained_->x, explained_->y);
   if (main && in_frame) settings.explained = explained_;
   render.emplace(name, settings);
   const uint64_t lights = groups_ ? LightGroupSums::bytes_per_pixel(groups_->list().size()) : 0;
-  if (const uint64_t film = render->bytes_per_pixel(tools_.aovs)) reserve(window, film + lights);
-  const Frame frame{order_.scene->scene.scene(),
-                    camera_,
-                    *tools_.integrator,
-                    *tools_.sampler,
-                    tools_.filter,
-                    window_.width(),
-                    window_.height(),
-                    window,
-                    samples_per_pixel,
-                    tools_.options.seed,
-                    tools_.plan.streams,
-                    tools_.aovs,
-                    !main || tools_.plan.uniform,
-                    groups_.get()};
+  if (const uint64_t film = render->bytes_per_pixel(tools_.plan.aovs))
+    reserve(window, film + lights);
+  Frame frame = tools_.plan.frame(order_.scene->scene.scene(), camera_, groups_.get());
+  frame.window = window;
+  frame.samples_per_pixel = samples_per_pixel;
+  frame.exact_counts = !main || tools_.plan.even;
   stage_end_ = std::stop_source();
   const std::stop_callback with_the_frame(stop_->token(), [this] { stage_end_.request_stop(); });
   return render->render(frame, *this, stage_end_.get_token());
@@ -144,16 +135,18 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::optional<FrameRender>& r
 
 // Buckets come over what the first picture shows.
 void ViewFrame::begin_buckets() {
-  const bool told = !tools_.plan.uniform && RoundPlanner::knows_variances(tools_.plan.adaptive);
+  const bool told =
+      !tools_.plan.even && RoundPlanner::knows_variances(tools_.plan.driver_settings.adaptive);
   const FilmExtras extras{.sample_variance = told};
-  reserve(window_, film_bytes_per_pixel(tools_.aovs, extras) + 4 * sizeof(float) + 4);
+  reserve(window_, film_bytes_per_pixel(tools_.plan.aovs, extras) + 4 * sizeof(float) + 4);
   std::vector<float> rgba(4 * size_t(window_.area()));
   resolve_whole(rgba);
   readable_ = nullptr;
   shown_render_ = nullptr;
   first_.reset();
   progress_ = {};
-  canvas_.emplace(window_, tools_.aovs, tools_.plan.adaptive.unbiased, std::move(rgba), extras);
+  canvas_.emplace(window_, tools_.plan.aovs, tools_.plan.driver_settings.adaptive.unbiased,
+                  std::move(rgba), extras);
   readable_ = &*canvas_;
   shown_at_s_ = -std::numeric_limits<double>::infinity();  // else it might be a bucket's time ago
 }
@@ -325,7 +318,7 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
   }
   if (const HeatmapQuantity* quantity = overlay_quantity(overlay)) {
     // A frame that lacks the channel is about to be replaced by one that has it.
-    if (!quantity->aov || tools_.aovs.contains(*quantity->aov)) {
+    if (!quantity->aov || tools_.plan.aovs.contains(*quantity->aov)) {
       const FilmCopy film = copy();
       const std::vector<std::string> names = film_channel_names(film.aovs);
       return draw_overlay(*quantity, names, film.channels, window_, tools_.options.heatmap_style,
@@ -397,7 +390,7 @@ PixelStop ViewFrame::stop_at(int x, int y) const {
 }
 
 std::vector<float> ViewFrame::stops() const {
-  if (canvas_ && !tools_.aovs.contains(Aov::kStop)) return {};
+  if (canvas_ && !tools_.plan.aovs.contains(Aov::kStop)) return {};
   const auto width = size_t(window_.width());
   std::vector<float> stops(size_t(window_.area()));
   parallel_each(size_t(window_.height()), [&](size_t row) {
@@ -409,10 +402,10 @@ std::vector<float> ViewFrame::stops() const {
 }
 
 FilmCopy ViewFrame::copy() const {
-  FilmCopy result{window_.width(), window_.height(), tools_.aovs, {}, stops(), tools_.options};
+  FilmCopy result{window_.width(), window_.height(), tools_.plan.aovs, {}, stops(), tools_.options};
   result.options.scene = order_.scene->open->outline.file;
   result.options.driver = shown_name_;
-  const size_t count = film_channels(tools_.aovs).size();
+  const size_t count = film_channels(tools_.plan.aovs).size();
   result.channels.resize(count * size_t(window_.area()));
   std::vector<float> values, rgba(4 * size_t(window_.area()));
   const auto put = [&](const FilmTile& film) {
@@ -428,7 +421,7 @@ FilmCopy ViewFrame::copy() const {
   };
   put(readable_->film());
   if (const FilmTile* region = region_film()) put(*region);
-  if (tools_.aovs.contains(Aov::kStop)) put_channel("stop", result.stops, &result);
+  if (tools_.plan.aovs.contains(Aov::kStop)) put_channel("stop", result.stops, &result);
   if (canvas_) return result;  // where no bucket is, there is nothing of this frame to be shown
   resolve_whole(rgba);
   for (size_t i = 0; i < size_t(window_.area()); ++i) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "renderer/app/view/frame_tools.h"
 #include "renderer/app/view/window/histogram.h"
 #include "renderer/app/view/window/panels.h"
 #include "renderer/app/view/window/theme.h"
@@ -30,10 +31,9 @@ constexpr std::array kFrameSizes = {FrameSize{640, 360},   FrameSize{960, 540},
 
 // What the chosen driver has no use for is given up with the choice, instead of refused.
 void drop_what_means_nothing(RenderOptions& options) {
-  const bool adaptive = options.driver == "adaptive" || options.driver == kLiveDriver;
-  const bool threshold = adaptive || options.driver == "bucket";
-  if (!threshold) options.noise_threshold.reset();
-  if (adaptive || (threshold && options.noise_threshold)) return;
+  const Sharing sharing = main_driver(options).sharing;
+  if (sharing == Sharing::kEven) options.noise_threshold.reset();
+  if (sharing == Sharing::kByError || options.noise_threshold) return;
   options.estimator.clear();
   options.allocation.clear();
   options.min_spp.reset();
@@ -65,7 +65,7 @@ bool set_limits(RenderOptions& options) {
       changed = true;
     }
   }
-  if (options.driver == "bisection") return changed;
+  if (main_driver(options).sharing == Sharing::kEven) return changed;
   bool threshold = options.noise_threshold.has_value();
   if (widgets::check({"Stop at noise",
                       "a pixel is finished when its expected error in the "
@@ -250,12 +250,13 @@ void draw_sampling(Workbench& bench) {
   changed |=
       widgets::choose({"Integrator"}, options.integrator, widgets::choices_of(integrator_table()));
   changed |= widgets::choose({"Sampler"}, options.sampler, widgets::choices_of(sampler_table()));
-  if (options.driver == "adaptive" || options.driver == kLiveDriver || options.noise_threshold) {
+  const DriverEntry& driver = main_driver(options);
+  if (driver.sharing == Sharing::kByError || options.noise_threshold) {
     changed |=
         widgets::choose({"Estimator"}, options.estimator, widgets::choices_of(estimator_table()),
                         std::string(kDefaultEstimator).c_str());
   }
-  if (options.driver == "bucket") {
+  if (driver.tiles) {
     changed |= widgets::slide({"Bucket size"}, options.bucket_size, 8, 256);
     changed |= widgets::choose({"Bucket order"}, options.bucket_order,
                                widgets::choices_of(bucket_order_table()));

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "integrators/integrator.h"
+#include "renderer/app/view/frame_tools.h"
 #include "renderer/app/view/window/edit_entries.h"
 #include "renderer/app/view/window/panels.h"
 #include "renderer/app/view/window/theme.h"
@@ -242,9 +243,9 @@ void choose_variant(Workbench& bench) {
 void choose_light_groups(Workbench& bench) {
   ViewSettings settings = bench.settings();
   const RenderOptions& options = settings.render;
-  const IntegratorEntry& integrator =
-      find_named(integrator_table(), "--integrator", "integrator", options.integrator);
-  ImGui::BeginDisabled(options.driver == "bucket" || !integrator.tells_lights_apart);
+  const bool possible =
+      !main_driver(options).tiles && find_integrator(options.integrator).tells_lights_apart;
+  ImGui::BeginDisabled(!possible);
   if (widgets::check({"Instant relighting",
                       "keeps what each light gives apart: intensity, colour, switches and solo "
                       "then change the finished picture without a new ray. Not with the driver "

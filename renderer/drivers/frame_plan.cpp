@@ -1,6 +1,8 @@
-#include "renderer/app/sampling_plan.h"
+#include "renderer/drivers/frame_plan.h"
 
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "renderer/core/errors.h"
 
@@ -12,7 +14,7 @@ constexpr uint32_t kDefaultSamples = 64;
 constexpr uint32_t kDefaultMostSamples = 4096;
 
 // Options that only mean something to adaptive sampling.
-void refuse_adaptive_options(const RenderOptions& o, const std::string& reason) {
+void refuse_adaptive_options(const FrameSettings& o, const std::string& reason) {
   const auto refuse = [&](const char* option) {
     throw UsageError(std::string(option) + ": " + reason);
   };
@@ -30,7 +32,8 @@ void refuse_fixed_counts(const std::string& sampler) {
   bool refused = false;
   for (const SamplerEntry& entry : sampler_table()) {
     if (entry.counts == SampleCounts::kAny) {
-      valid += (valid.empty() ? "" : ", ") + std::string(entry.name);
+      if (!valid.empty()) valid += ", ";
+      valid += entry.name;
     } else if (entry.name == sampler) {
       refused = true;
     }
@@ -46,32 +49,32 @@ void refuse_fixed_counts(const std::string& sampler) {
 std::string sharing_estimators() {
   std::string names;
   for (const EstimatorEntry& entry : estimator_table()) {
-    if (entry.batch == 0) names += (names.empty() ? "" : ", ") + std::string(entry.name);
+    if (entry.batch > 0) continue;
+    if (!names.empty()) names += ", ";
+    names += entry.name;
   }
   return names;
 }
 
-}  // namespace
+void plan_even(const FrameSettings& o, FramePlan& plan) {
+  refuse_adaptive_options(
+      o, plan.driver->sharing == Sharing::kEvenWithoutThreshold
+             ? fmt::format("without --noise-threshold the {} driver gives every pixel --spp "
+                           "samples; give a threshold, or --driver adaptive",
+                           o.driver)
+             : fmt::format("the {} driver gives every pixel --spp samples; valid with --driver "
+                           "adaptive, or bucket with --noise-threshold",
+                           o.driver));
+  plan.samples_per_pixel = o.spp.value_or(kDefaultSamples);
+  plan.streams = static_cast<StreamCount>(o.streams.value_or(1));
+}
 
-SamplingPlan plan_sampling(const RenderOptions& o) {
-  SamplingPlan plan;
-  plan.uniform = o.driver != "adaptive" && !(o.driver == "bucket" && o.noise_threshold);
-  if (plan.uniform) {
-    refuse_adaptive_options(
-        o, o.driver == "bucket"
-               ? "without --noise-threshold the bucket driver gives every pixel --spp samples; "
-                 "give a threshold, or --driver adaptive"
-               : fmt::format("the {} driver gives every pixel --spp samples; valid with --driver "
-                             "adaptive, or bucket with --noise-threshold",
-                             o.driver));
-    plan.samples_per_pixel = o.spp.value_or(kDefaultSamples);
-    plan.streams = static_cast<StreamCount>(o.streams.value_or(1));
-    return plan;
-  }
+void plan_by_error(const FrameSettings& o, FramePlan& plan) {
   refuse_fixed_counts(o.sampler);
-  AdaptiveSettings& a = plan.adaptive;
-  a.estimator = o.estimator.empty() ? kDefaultEstimator : std::string_view(o.estimator);
-  const EstimatorEntry& estimator = find_estimator(a.estimator);
+  const EstimatorEntry& estimator =
+      find_estimator(o.estimator.empty() ? kDefaultEstimator : std::string_view(o.estimator));
+  AdaptiveSettings& a = plan.driver_settings.adaptive;
+  a.estimator = estimator.name;
   if (!o.allocation.empty()) {
     a.allocation = parse_error_metric(o.allocation);
     if (estimator.batch > 0) {
@@ -120,19 +123,73 @@ SamplingPlan plan_sampling(const RenderOptions& o) {
     a.max_samples = std::max(kDefaultMostSamples, a.min_samples);
   }
   plan.samples_per_pixel = a.budget;
-  return plan;
 }
 
-DriverSettings driver_settings(const RenderOptions& options, const SamplingPlan& plan) {
-  DriverSettings settings;
-  settings.bucket_size = options.bucket_size;
-  settings.bucket_order = options.bucket_order;
-  settings.bisection_axis = options.bisection_axis;
-  settings.reconstruction = options.reconstruction;
-  settings.adaptive = plan.adaptive;
-  settings.explained = options.explained;
-  settings.keep_tree = !options.trees.empty();
-  return settings;
+}  // namespace
+
+FramePlan::FramePlan(const FrameSettings& s)
+    : driver(&find_driver(s.driver)),
+      width(s.width),
+      height(s.height),
+      window(window_of(s)),
+      even(shares_evenly(s)),
+      seed(s.seed),
+      aovs(AovSet::parse(s.aovs)),
+      filter(s.filter_radius ? PixelFilter::create(s.filter, *s.filter_radius)
+                             : PixelFilter::create(s.filter)) {
+  driver_settings.bucket_size = s.bucket_size;
+  driver_settings.bucket_order = s.bucket_order;
+  driver_settings.bisection_axis = s.bisection_axis;
+  driver_settings.reconstruction = s.reconstruction;
+  even ? plan_even(s, *this) : plan_by_error(s, *this);
+  check(driver_settings);
+  integrator =
+      create_integrator(s.integrator, {.max_depth = s.max_depth, .transparent = s.transparent});
+  build.show_backfaces = s.show_backfaces;
+  build.unread_uv = find_integrator(s.integrator).shows_uv;
+  sampler = create_sampler(s.sampler, {streams, std::max(1u, samples_per_pixel), width, height});
+}
+
+Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGroups* groups) const {
+  return {.scene = scene,
+          .camera = camera,
+          .integrator = *integrator,
+          .sampler = *sampler,
+          .filter = filter,
+          .width = width,
+          .height = height,
+          .window = window,
+          .samples_per_pixel = samples_per_pixel,
+          .seed = seed,
+          .streams = streams,
+          .aovs = aovs,
+          .exact_counts = even,
+          .light_groups = groups};
+}
+
+bool shares_evenly(const FrameSettings& settings) {
+  switch (find_driver(settings.driver).sharing) {
+    case Sharing::kEven:
+      return true;
+    case Sharing::kEvenWithoutThreshold:
+      return !settings.noise_threshold;
+    case Sharing::kByError:
+      return false;
+  }
+  return true;
+}
+
+Rect window_of(const FrameSettings& settings) {
+  const Rect frame{0, 0, settings.width, settings.height};
+  if (!settings.crop) return frame;
+  const Rect& crop = *settings.crop;
+  if (crop.empty() || crop.intersect(frame) != crop) {
+    throw UsageError(
+        fmt::format("--crop: {},{},{},{} is not inside the frame; valid is 0 <= X0 < X1 <= {} and "
+                    "0 <= Y0 < Y1 <= {}",
+                    crop.x0, crop.y0, crop.x1, crop.y1, settings.width, settings.height));
+  }
+  return crop;
 }
 
 }  // namespace emberline

@@ -1,0 +1,47 @@
+// What the settings of a frame come to before there is a scene, and the one place where a frame is
+// made of them.
+#pragma once
+
+#include <memory>
+
+#include "integrators/integrator.h"
+#include "renderer/core/rect.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/drivers/frame.h"
+#include "renderer/drivers/frame_settings.h"
+#include "renderer/film/filter.h"
+#include "renderer/scene/build_scene.h"
+#include "samplers/sampler.h"
+
+namespace emberline {
+
+struct FramePlan {
+  // Looks all names up, and checks ranges and combinations. Throws UsageError that names the
+  // option, the reason and what is valid.
+  explicit FramePlan(const FrameSettings& settings);
+
+  // Refers to the plan, the scene, the camera and the groups.
+  Frame frame(const Scene& scene, const Camera& camera, const LightGroups* groups = nullptr) const;
+
+  const DriverEntry* driver;
+  DriverSettings driver_settings;
+  int width, height;
+  Rect window;                     // the crop, or the whole frame
+  uint32_t samples_per_pixel = 0;  // of every pixel, or on average; 0: until the threshold is met
+  bool even = true;                // every pixel gets as many
+  uint32_t seed;
+  StreamCount streams = StreamCount::kOne;
+  AovSet aovs;
+  SceneBuildOptions build;  // what the settings want of the scene
+  PixelFilter filter;
+  std::unique_ptr<Integrator> integrator;
+  std::unique_ptr<Sampler> sampler;
+};
+
+// Every pixel gets the same number of samples. Throws UsageError for a driver that there is not.
+bool shares_evenly(const FrameSettings& settings);
+
+// The crop, or the whole frame. Throws UsageError for one outside the frame.
+Rect window_of(const FrameSettings& settings);
+
+}  // namespace emberline
