@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <iterator>
+#include <limits>
 #include <optional>
 
 #include "renderer/core/parallel.h"
@@ -154,14 +155,25 @@ std::optional<Round> AdaptiveDriver::next(FilmTile& film, const std::stop_token&
   return bring_to(planner_.targets(), true);
 }
 
-std::optional<Round> AdaptiveDriver::next_of_tree() {
-  const size_t pixels = have_.size(), count = tree_->sample_count();
+// How many pixels get their first sample where the tree asks for it.
+size_t AdaptiveDriver::refined_pixels() const {
   const bool whole = settings_.adaptive.estimator == kTreeEstimator;
-  const size_t refined = whole ? pixels : (pixels + kTreePart - 1) / kTreePart;
+  return whole ? have_.size() : (have_.size() + kTreePart - 1) / kTreePart;
+}
+
+std::optional<Round> AdaptiveDriver::next_of_tree() {
+  const size_t pixels = have_.size(), count = tree_->sample_count(), refined = refined_pixels();
   if (tree_->finished() || count >= refined) return std::nullopt;
   wanted_ = tree_->next_round(refined - count);
-  const size_t parts = (wanted_.size() + kTreePartPixels - 1) / kTreePartPixels;
-  return Round{parts, planner_.round_seed(), pass_, count + wanted_.size() == pixels};
+  ends_pass_ = count + wanted_.size() == pixels;
+  return round();
+}
+
+Round AdaptiveDriver::round() const {
+  const size_t parts = stage_ == Stage::kTree
+                           ? (wanted_.size() + kTreePartPixels - 1) / kTreePartPixels
+                           : std::max<size_t>(1, parts_.size()) - 1;
+  return {parts, planner_.round_seed(), pass_, ends_pass_};
 }
 
 Round AdaptiveDriver::bring_all_to(uint32_t samples, bool ends_pass) {
@@ -177,7 +189,8 @@ Round AdaptiveDriver::bring_to(std::span<const uint32_t> targets, bool ends_pass
     planner_.expected_gains(have_, targets, &gains_);
     turns_ = parts_by_gain(parts_, order_, have_, targets, gains_);
   }
-  return {parts_.size() - 1, planner_.round_seed(), pass_, ends_pass};
+  ends_pass_ = ends_pass;
+  return round();
 }
 
 void AdaptiveDriver::expand(size_t part, std::vector<PixelWork>& list) const {
@@ -227,6 +240,7 @@ void AdaptiveDriver::rendered(const RenderedParts& parts, const FilmTile& film) 
   values.reserve(wanted_.size());
   for (const Vec2i& pixel : wanted_) values.push_back(film.mean(pixel.x, pixel.y));
   tree_->insert(values);
+  wanted_ = {};
 }
 
 uint32_t AdaptiveDriver::least_samples(const FilmTile&) const { return least_of(have_); }
@@ -256,6 +270,64 @@ void AdaptiveDriver::end(FilmTile& film, PixelStop cut_short) {
     planner_.tell_variances(&film);
   }
   for (size_t i = 0; i < have_.size(); ++i) film.set_stop(x_of(i), y_of(i), stop_of(i, cut_short));
+}
+
+void AdaptiveDriver::archive(Archive& archive, const FilmTile& film) {
+  archive.number(stage_, shown_ ? Stage::kTree : Stage::kPilotStep, Stage::kFinished);
+  archive.number(pass_, 1, std::numeric_limits<int>::max());
+  archive.number(ends_pass_, false, true);
+  archive.number(followed_from_, 0, std::numeric_limits<int>::max());
+  planner_.archive(archive);
+  averages_.archive(archive, film);
+  archive_tree(archive);
+  for (size_t i = 0; archive.loading() && i < have_.size(); ++i) {
+    have_[i] = film.sample_count(x_of(i), y_of(i));
+  }
+  uint32_t even = even_.empty() ? 0 : even_[0];
+  archive.number(even, 0u, kPilotStep);
+  archive.list(parts_, order_.size() + 1);
+  archive.list(turns_, order_.size());
+  if (!archive.loading()) return;
+  if (even > 0) even_.assign(order_.size(), even);
+  targets_ = even > 0 ? std::span<const uint32_t>(even_) : planner_.targets();
+  if (parts_.empty()) return archive.check(turns_.empty());
+  for (size_t i = 0; i < have_.size(); ++i) archive.check(have_[i] <= targets_[i]);
+  archive.check(parts_.front() == 0 && parts_.back() == order_.size());
+  archive.check(std::ranges::is_sorted(parts_, std::ranges::less_equal()));
+  archive.check(turns_.size() == (shown_ ? parts_.size() - 1 : 0));
+  std::vector<bool> taken(turns_.size());
+  for (const uint32_t turn : turns_) {
+    archive.check(turn < taken.size() && !taken[turn]);
+    taken[turn] = true;
+  }
+}
+
+// A tree is what its values make of it, so it is made again. Its wanted pixels are those of the
+// round under way.
+void AdaptiveDriver::archive_tree(Archive& archive) {
+  std::vector<float> rgb;
+  for (size_t leaf = 0; tree_ && leaf < tree_->sample_count(); ++leaf) {
+    const Rgb& value = tree_->value(uint32_t(leaf));
+    rgb.insert(rgb.end(), {value.x, value.y, value.z});
+  }
+  bool kept = tree_.has_value(), under_way = !wanted_.empty();
+  archive.number(kept, false, true);
+  archive.list(rgb, tree_ ? 3 * refined_pixels() : 0);
+  archive.number(under_way, false, true);
+  if (!archive.loading()) return;
+  archive.check(kept ? tree_.has_value() : covered());
+  archive.check(!under_way || stage_ == Stage::kTree);
+  if (!kept) return tree_.reset();
+  std::vector<Rgb> values;
+  for (size_t i = 0; i + 2 < rgb.size(); i += 3) {
+    values.emplace_back(rgb[i], rgb[i + 1], rgb[i + 2]);
+  }
+  for (size_t have = 0; have < values.size(); have = tree_->sample_count()) {
+    const size_t wanted = tree_->next_round(refined_pixels() - have).size();
+    archive.check(wanted > 0 && wanted <= values.size() - have);
+    tree_->insert(std::span(values).subspan(have, wanted));
+  }
+  if (under_way) wanted_ = tree_->next_round(refined_pixels() - values.size());
 }
 
 // Mixed, an unbiased frame is the mean of all its samples: rounds are not kept by light group.

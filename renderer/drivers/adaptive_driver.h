@@ -50,6 +50,7 @@ class AdaptiveDriver final : public FrameDriver {
                  FirstPicture first_picture);
 
   std::optional<Round> next(FilmTile& film, const std::stop_token& stop) override;
+  Round round() const override;
   void expand(size_t part, std::vector<PixelWork>& list) const override;
   uint64_t samples(size_t part) const override;
   void rendered(const RenderedParts& parts, const FilmTile& film) override;
@@ -60,6 +61,7 @@ class AdaptiveDriver final : public FrameDriver {
   void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override;
   bool shows_other_means() const override { return !averages_.empty(); }
   void end(FilmTile& film, PixelStop cut_short) override;
+  void archive(Archive& archive, const FilmTile& film) override;
   uint64_t bytes() const override;
 
   // What decided the number of the pixel's samples, in lines for people, or what does so far; at a
@@ -94,6 +96,8 @@ class AdaptiveDriver final : public FrameDriver {
   bool covered() const { return stage_ > Stage::kFirst; }
 
   std::optional<Round> next_of_tree();
+  size_t refined_pixels() const;
+  void archive_tree(Archive& archive);
   Round bring_to(std::span<const uint32_t> targets, bool ends_pass);
   Round bring_all_to(uint32_t samples, bool ends_pass);
   size_t turn(size_t part) const { return shown_ ? turns_[part] : part; }
@@ -111,6 +115,7 @@ class AdaptiveDriver final : public FrameDriver {
   std::vector<uint32_t> have_;  // samples of each pixel
   Stage stage_;
   int pass_ = 1;
+  bool ends_pass_ = false;  // the round under way does
   // The round under way: of the tree, these pixels; else the samples that each pixel is to have,
   // the parts' places in order_, and their turns.
   std::span<const Vec2i> wanted_;

@@ -82,7 +82,11 @@ std::optional<Round> BisectionDriver::next(FilmTile&, const std::stop_token&) {
   }
   const BisectionPass& parts = pass().parts;
   end_ = bisection_round_end(parts, begin_, uint64_t(window_.area()));
-  return Round{end_ - begin_, seed_, int(pass_) + 1, end_ == parts.parts()};
+  return round();
+}
+
+Round BisectionDriver::round() const {
+  return {end_ - begin_, seed_, int(pass_) + 1, end_ == pass().parts.parts()};
 }
 
 void BisectionDriver::expand(size_t part, std::vector<PixelWork>& list) const {
@@ -114,6 +118,22 @@ PixelStop BisectionDriver::stop_so_far(const FilmTile& film, int x, int y) const
 void BisectionDriver::resolve(const FilmTile& film, std::span<float> rgba,
                               const LightMix* mix) const {
   BisectionPicture(first_.steps, first_.parts, film, reconstruction_, coverage_).resolve(rgba, mix);
+}
+
+void BisectionDriver::archive(Archive& archive, const FilmTile&) {
+  archive.number(pass_, size_t(0), passes_.size() - 1);
+  if (archive.loading() && pass_ > 0) later_.emplace(window_, passes_[pass_], axis_);
+  archive.number(end_, size_t(0), pass().parts.parts());
+  archive.number(begin_, size_t(0), end_);
+  BisectionCoverage& c = coverage_;
+  archive.number(c.complete_steps, size_t(0), first_.steps.size());
+  const size_t parts = c.complete_steps == first_.steps.size()
+                           ? 0
+                           : first_.parts.first_part(c.complete_steps + 1) -
+                                 first_.parts.first_part(c.complete_steps);
+  archive.number(c.begun_parts, size_t(0), parts);
+  archive.number(c.complete_parts, size_t(0), c.begun_parts);
+  archive.number(least_samples_, 0u, samples_per_pixel_);
 }
 
 void BisectionDriver::end(FilmTile& film, PixelStop cut_short) {

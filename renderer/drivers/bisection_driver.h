@@ -19,6 +19,7 @@ class BisectionDriver final : public FrameDriver {
   BisectionDriver(const Frame& frame, const Rect& window, const DriverSettings& settings);
 
   std::optional<Round> next(FilmTile& film, const std::stop_token& stop) override;
+  Round round() const override;
   void expand(size_t part, std::vector<PixelWork>& list) const override;
   uint64_t samples(size_t part) const override;
   void rendered(const RenderedParts& parts, const FilmTile& film) override;
@@ -27,6 +28,7 @@ class BisectionDriver final : public FrameDriver {
   PixelStop stop_so_far(const FilmTile& film, int x, int y) const override;
   void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override;
   void end(FilmTile& film, PixelStop cut_short) override;
+  void archive(Archive& archive, const FilmTile& film) override;
 
  private:
   // One pass, and the lines that it goes by.

@@ -11,6 +11,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "renderer/core/archive.h"
 #include "renderer/film/film.h"
 #include "renderer/film/light_mix.h"
 
@@ -31,6 +32,7 @@ struct Round {
   uint32_t seed = 0;       // of its samples
   int pass = 0;            // the first brings every pixel its first sample
   bool ends_pass = false;  // with the last part
+  bool operator==(const Round&) const = default;
 };
 
 // The parts [begin, end) of a round.
@@ -52,6 +54,8 @@ class FrameDriver {
   // knows of the samples' variances. Nothing: the frame is finished, or a stop was requested
   // meanwhile.
   virtual std::optional<Round> next(FilmTile& film, const std::stop_token& stop) = 0;
+  // The round under way, as next() gave it; of no parts before the first.
+  virtual Round round() const = 0;
   // Writes a part of the round into an empty list. From worker threads, concurrently.
   virtual void expand(size_t part, std::vector<PixelWork>& list) const = 0;
   // How many samples that brings.
@@ -74,6 +78,11 @@ class FrameDriver {
   // After the last round: writes into the film why each pixel stopped, those that a stop request
   // cut short because of `cut_short`, and what else looks at every pixel once more.
   virtual void end(FilmTile& film, PixelStop cut_short) = 0;
+
+  // The state between two parts, whose samples the film has, and rendered() was told of all: a new
+  // driver of the same frame, settings and pixels goes on from there to the same bits. Which parts
+  // of round() those were its caller knows. Throws InputError while it loads.
+  virtual void archive(Archive& archive, const FilmTile& film) = 0;
 
   // Held beside the film.
   virtual uint64_t bytes() const { return 0; }

@@ -3,8 +3,13 @@
 namespace emberline {
 
 std::optional<Round> UniformDriver::next(FilmTile&, const std::stop_token&) {
-  if (rows_ > 0) return std::nullopt;
-  return Round{size_t(pixels_.height()), seed_, 1, true};
+  if (begun_) return std::nullopt;
+  begun_ = true;
+  return round();
+}
+
+Round UniformDriver::round() const {
+  return {begun_ ? size_t(pixels_.height()) : 0, seed_, 1, true};
 }
 
 void UniformDriver::expand(size_t part, std::vector<PixelWork>& list) const {
@@ -23,6 +28,11 @@ uint32_t UniformDriver::least_samples(const FilmTile& film) const {
 
 PixelStop UniformDriver::stop_so_far(const FilmTile& film, int x, int y) const {
   return film.sample_count(x, y) < samples_per_pixel_ ? PixelStop::kGoingOn : PixelStop::kBudget;
+}
+
+void UniformDriver::archive(Archive& archive, const FilmTile&) {
+  archive.number(begun_, false, true);
+  archive.number(rows_, 0, pixels_.height());
 }
 
 void UniformDriver::end(FilmTile& film, PixelStop cut_short) {

@@ -11,6 +11,7 @@
 #include <numeric>
 #include <vector>
 
+#include "renderer/core/archive.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 #include "renderer/drivers/adaptive_driver.h"
@@ -56,7 +57,16 @@ class Listed {
     EXPECT_EQ(driver_->least_samples(film_), film_.least_samples());
   }
 
+  // One part of the round under way.
+  void carry_out(size_t part) {
+    std::vector<PixelWork> list;
+    driver_->expand(part, list);
+    for (const PixelWork& work : list) add(work);
+    driver_->rendered({part, part + 1, true, {}}, film_);
+  }
+
   FrameDriver& driver() { return *driver_; }
+  void set_driver(std::unique_ptr<FrameDriver> driver) { driver_ = std::move(driver); }
   FilmTile& film() { return film_; }
 
  private:
@@ -165,6 +175,117 @@ TEST_P(Rounds, AreTrueWhereverTheyAreCut) {
       lacking += stop == PixelStop::kTimeLimit || stop == PixelStop::kNone;
     }
     EXPECT_GT(lacking, 0u) << parts;
+  }
+}
+
+// Carries its rounds out part by part; at each boundary between two parts, if `replaced`, by a new
+// driver that has loaded what the one before has saved.
+FilmTile carried_out(const DriverEntry& entry, const Frame& frame, const Rect& pixels,
+                     const DriverSettings& settings, bool replaced, std::vector<std::byte>* state,
+                     std::string* explanation) {
+  Listed listed(entry, frame, pixels, settings);
+  const auto replace = [&] {
+    if (!replaced) return;
+    std::vector<std::byte> bytes;
+    Archive saving(bytes);
+    listed.driver().archive(saving, listed.film());
+    const Round round = listed.driver().round();
+    listed.set_driver(entry.create(frame, pixels, settings));
+    Archive loading{std::span<const std::byte>(bytes)};
+    listed.driver().archive(loading, listed.film());
+    loading.end();
+    EXPECT_EQ(listed.driver().round(), round);
+  };
+  for (replace(); listed.driver().next(listed.film(), {}); replace()) {
+    for (size_t part = 0; part < listed.driver().round().parts; ++part) {
+      replace();
+      listed.carry_out(part);
+    }
+  }
+  listed.driver().end(listed.film(), PixelStop::kUser);
+  Archive saving(*state);
+  listed.driver().archive(saving, listed.film());
+  if (const auto* adaptive = dynamic_cast<const AdaptiveDriver*>(&listed.driver())) {
+    *explanation = adaptive->explain(listed.film(), 5, 3);
+  }
+  return std::move(listed.film());
+}
+
+TEST_P(Rounds, GoOnFromEveryBoundaryToTheSameBits) {
+  std::vector<DriverSettings> all(4);
+  for (DriverSettings& settings : all) settings.adaptive.budget = kSamples;
+  all[1].keep_tree = true;
+  all[1].explained = {5, 3};
+  all[1].bisection_axis = "rows";
+  all[2].adaptive.unbiased = true;
+  all[3].adaptive.threshold = 0.1f;
+  all[3].adaptive.max_samples = 64;
+  for (const EstimatorEntry& estimator : estimator_table()) {
+    if (GetParam() == "bisection") break;
+    all.push_back(all[GetParam() == "bucket" ? 3 : 0]);
+    all.back().adaptive.estimator = estimator.name;
+  }
+  const Rect window{3, 2, 52, 35};
+  for (const DriverSettings& settings : all) {
+    Frame whole = frame(window);
+    whole.exact_counts = settings.adaptive.threshold == 0.0f;
+    std::vector<std::byte> state_once, state;
+    std::string explained_once, explained;
+    const FilmTile once =
+        carried_out(entry(), whole, window, settings, false, &state_once, &explained_once);
+    const FilmTile replaced =
+        carried_out(entry(), whole, window, settings, true, &state, &explained);
+    std::vector<float> expected, found;
+    once.resolve(expected);
+    replaced.resolve(found);
+    EXPECT_EQ(found, expected) << settings.adaptive.estimator;
+    EXPECT_EQ(explained, explained_once);
+    EXPECT_EQ(state, state_once);
+  }
+}
+
+// A state comes from a file: damaged, it is refused, or asks for nothing outside its frame.
+TEST_P(Rounds, ADamagedStateIsRefusedOrHarmless) {
+  const Rect window{3, 2, 52, 35};
+  const Frame whole = frame(window);
+  for (const size_t parts : {2u, 9u, 30u}) {
+    Listed listed(entry(), whole, window, settings_);
+    listed.go_on(parts);
+    std::vector<std::byte> state;
+    Archive saving(state);
+    listed.driver().archive(saving, listed.film());
+    size_t refused = 0;
+    constexpr uint32_t kTrials = 600;
+    for (uint32_t trial = 0; trial < kTrials; ++trial) {
+      std::vector<std::byte> damaged = state;
+      // The numbers come first, and are few beside the arrays.
+      const uint32_t random = hash_combine(trial, uint32_t(parts));
+      const size_t at = random % (trial % 2 ? std::min<size_t>(200, state.size()) : state.size());
+      if (trial % 10 == 0) {
+        damaged.resize(at);
+      } else {
+        damaged[at] ^= std::byte(1u << (hash32(random) % 8));
+      }
+      const auto driver = entry().create(whole, window, settings_);
+      try {
+        Archive loading{std::span<const std::byte>(damaged)};
+        driver->archive(loading, listed.film());
+        loading.end();
+      } catch (const InputError&) {
+        ++refused;
+        continue;
+      }
+      ASSERT_LE(driver->round().parts, size_t(window.area()));
+      std::vector<PixelWork> list;
+      for (size_t part = 0; part < driver->round().parts; ++part) driver->expand(part, list);
+      for (const PixelWork& work : list) {
+        ASSERT_TRUE(window.contains(work.x, work.y));
+        ASSERT_LE(work.first_sample + work.sample_count, kMaxSamples);
+      }
+      std::vector<float> rgba(4 * size_t(window.area()));
+      driver->resolve(listed.film(), rgba, nullptr);
+    }
+    EXPECT_GT(refused, kTrials / 20);
   }
 }
 

@@ -38,4 +38,14 @@ void RoundAverages::resolve(size_t i, float* rgba) const {
   rgba[3] = std::clamp(rgba[3], 0.0f, 1.0f);
 }
 
+void RoundAverages::archive(Archive& archive, const FilmTile& film) {
+  archive.number(weight_, 0.0, 1e18);
+  archive.array(rounds_, size_t(film.rect().area()));
+  archive.check(rounds_.empty() || weight_ > 0);
+  for (size_t i = 0; i < rounds_.size(); ++i) {
+    const Pixel& pixel = rounds_[i];
+    archive.check(pixel.samples > 0 && pixel.samples <= film.sums(i).samples() && pixel.noise > 0);
+  }
+}
+
 }  // namespace emberline

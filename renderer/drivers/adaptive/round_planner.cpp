@@ -99,6 +99,9 @@ float next_power_of_two(float have) { return float(std::bit_ceil(uint32_t(have) 
 
 constexpr double kUnlimited = 1e18;
 
+// Of a state that is loaded. Each round brings a 500th of the budget, or doubles something.
+constexpr int kMostRounds = 1 << 20;
+
 constexpr size_t kGrain = 8192;
 
 }  // namespace
@@ -444,6 +447,26 @@ bool RoundPlanner::share_evenly() {
     }
   }
   return true;
+}
+
+void RoundPlanner::archive(Archive& archive) {
+  const size_t pixels = targets_.size();
+  archive.number(spent_, 0.0, kUnlimited);
+  archive.number(round_, 0, kMostRounds);
+  archive.number(interrupted_, false, true);
+  archive.number(round_weight_, 0.0, kUnlimited);
+  archive.number(planned_mean_, 0.0, kUnlimited);
+  archive.number(error_estimate_, 0.0, std::numeric_limits<double>::infinity(), true);
+  archive.array(targets_, pixels);
+  archive.check(targets_.size() == pixels);
+  for (const uint32_t target : targets_) archive.check(target > 0 && target <= 1u << 24);
+  archive.array(worth_, pixels);
+  halves_.archive(archive, pixels);
+  archive.array(errors_.error, pixels);
+  archive.array(errors_.deviation, pixels);
+  archive.check(entry_.batch > 0 || errors_.error.size() == errors_.deviation.size());
+  archive.number(recorded_, size_t(0), std::numeric_limits<size_t>::max());
+  archive.list(records_, kMostRounds);
 }
 
 uint64_t RoundPlanner::bytes() const {

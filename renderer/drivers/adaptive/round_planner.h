@@ -91,6 +91,8 @@ class RoundPlanner {
   void record(size_t pixel);
   size_t recorded() const { return recorded_; }
   std::span<const RoundRecord> records() const { return records_; }
+  // All but what the next look finds anew.
+  void archive(Archive& archive);
   uint64_t bytes() const;
 
  private:

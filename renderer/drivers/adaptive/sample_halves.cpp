@@ -51,6 +51,13 @@ void SampleHalves::look_at(size_t begin, size_t end, PixelStatistics* pixels) {
   }
 }
 
+void SampleHalves::archive(Archive& archive, size_t pixels) {
+  for (auto* plane : {&count_, &weight_}) archive.array(*plane, pixels);
+  for (auto* planes : {&mean_, &difference_}) {
+    for (auto& plane : *planes) archive.array(plane, pixels);
+  }
+}
+
 uint64_t SampleHalves::bytes() const { return 8 * count_.capacity() * sizeof(float); }
 
 }  // namespace emberline

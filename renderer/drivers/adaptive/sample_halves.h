@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "renderer/core/archive.h"
 #include "renderer/drivers/adaptive/pixel_statistics.h"
 
 namespace emberline {
@@ -34,6 +35,7 @@ class SampleHalves {
   // between two counts to be looked at, the last look's stands.
   void look(PixelStatistics* pixels);
 
+  void archive(Archive& archive, size_t pixels);
   uint64_t bytes() const;
 
  private:

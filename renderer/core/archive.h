@@ -1,0 +1,109 @@
+// State as bytes and back, by one function for both directions:
+//
+//   void Planner::archive(Archive& archive) {
+//     archive.number(round_, 0, kMostRounds);
+//     archive.array(targets_, pixels);
+//   }
+//   std::vector<std::byte> bytes;
+//   Archive saving(bytes);                       Archive loading(std::span(bytes));
+//   planner.archive(saving);                     like_it.archive(loading);
+//                                                loading.end();
+//
+// The bytes are those of this machine: not for another byte order. They may come from a file that
+// somebody else has written, so each function says what it accepts; loading throws InputError for
+// anything else, and what was being loaded must then be let go.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+
+class Archive {
+ public:
+  explicit Archive(std::vector<std::byte>& to) : to_(&to) {}
+  explicit Archive(std::span<const std::byte> from) : from_(from) {}
+
+  bool loading() const { return to_ == nullptr; }
+
+  // An integer, an enum or a bool within [least, most].
+  template <typename T>
+  requires std::is_integral_v<T> || std::is_enum_v<T>
+  void number(T& value, T least, T most) {
+    using Raw = decltype(wide(value));
+    Raw raw = wide(value);
+    bytes(&raw, sizeof raw);
+    check(raw >= wide(least) && raw <= wide(most));
+    value = T(raw);
+  }
+  // Within [least, most], or NaN where that stands for something unknown.
+  void number(double& value, double least, double most, bool may_be_nan = false) {
+    bytes(&value, sizeof value);
+    check((value >= least && value <= most) || (may_be_nan && std::isnan(value)));
+  }
+  // Nothing, or `size` elements; numbers, or plain structs of numbers whose values the caller
+  // checks. Floats are not NaN.
+  template <typename T>
+  requires std::is_trivially_copyable_v<T>
+  void array(std::vector<T>& values, size_t size) {
+    list(values, size);
+    check(values.empty() || values.size() == size);
+  }
+  // The same of `most` elements at most.
+  template <typename T>
+  requires std::is_trivially_copyable_v<T>
+  void list(std::vector<T>& values, size_t most) {
+    size_t count = values.size();
+    number(count, size_t(0), most);
+    if (loading()) {
+      check(count <= from_.size() / sizeof(T));
+      values.resize(count);
+    }
+    bytes(values.data(), count * sizeof(T));
+    if constexpr (std::is_floating_point_v<T>) {
+      for (const T& value : values) check(!std::isnan(value));
+    }
+  }
+
+  void check(bool accepted) const {
+    if (loading() && !accepted) refuse();
+  }
+  // After loading: nothing is left over.
+  void end() const { check(from_.empty()); }
+
+ private:
+  template <typename T>
+  static auto wide(T value) {
+    if constexpr (std::is_enum_v<T>) {
+      return wide(std::underlying_type_t<T>(value));
+    } else {
+      return std::conditional_t<std::is_signed_v<T>, int64_t, uint64_t>(value);
+    }
+  }
+  [[noreturn]] static void refuse() {
+    throw InputError("state of a frame", "it is damaged, or not of this frame");
+  }
+  void bytes(void* data, size_t size) {
+    if (size == 0) return;
+    if (loading()) {
+      check(size <= from_.size());
+      std::memcpy(data, from_.data(), size);
+      from_ = from_.subspan(size);
+    } else {
+      const auto* begin = static_cast<const std::byte*>(data);
+      to_->insert(to_->end(), begin, begin + size);
+    }
+  }
+
+  std::vector<std::byte>* to_ = nullptr;
+  std::span<const std::byte> from_;
+};
+
+}  // namespace emberline
