@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <limits>
 
 #include "renderer/core/parallel.h"
@@ -44,7 +45,11 @@ void RoundAverages::archive(Archive& archive, const FilmTile& film) {
   archive.check(rounds_.empty() || weight_ > 0);
   for (size_t i = 0; i < rounds_.size(); ++i) {
     const Pixel& pixel = rounds_[i];
-    archive.check(pixel.samples > 0 && pixel.samples <= film.sums(i).samples() && pixel.noise > 0);
+    archive.check(pixel.samples > 0 && pixel.samples <= film.sums(i).samples());
+    archive.check(pixel.noise > 0 && std::isfinite(pixel.noise));
+    for (size_t c = 0; c < 4; ++c) {
+      archive.check(std::isfinite(pixel.average[c]) && std::isfinite(pixel.sums[c]));
+    }
   }
 }
 

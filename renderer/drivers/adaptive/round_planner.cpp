@@ -461,9 +461,13 @@ void RoundPlanner::archive(Archive& archive) {
   archive.check(targets_.size() == pixels);
   for (const uint32_t target : targets_) archive.check(target > 0 && target <= 1u << 24);
   archive.array(worth_, pixels);
+  for (const float worth : worth_) archive.check(worth > 0.0f);
   halves_.archive(archive, pixels);
   archive.array(errors_.error, pixels);
   archive.array(errors_.deviation, pixels);
+  for (const auto* values : {&errors_.error, &errors_.deviation}) {
+    for (const float value : *values) archive.check(value >= 0.0f);
+  }
   archive.check(entry_.batch > 0 || errors_.error.size() == errors_.deviation.size());
   archive.number(recorded_, size_t(0), std::numeric_limits<size_t>::max());
   archive.list(records_, kMostRounds);

@@ -52,7 +52,10 @@ void SampleHalves::look_at(size_t begin, size_t end, PixelStatistics* pixels) {
 }
 
 void SampleHalves::archive(Archive& archive, size_t pixels) {
-  for (auto* plane : {&count_, &weight_}) archive.array(*plane, pixels);
+  for (auto* plane : {&count_, &weight_}) {
+    archive.array(*plane, pixels);
+    for (const float value : *plane) archive.check(value >= 0.0f && value <= 0x1p24f);
+  }
   for (auto* planes : {&mean_, &difference_}) {
     for (auto& plane : *planes) archive.array(plane, pixels);
   }
