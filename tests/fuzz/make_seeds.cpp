@@ -93,6 +93,18 @@ void add_compressed(Seeds& seeds) {
   for (const bool sequence : {false, true}) seeds.add("gltf", meshopt_triangle(sequence).glb());
 }
 
+// The archived material that no scene of today has.
+GltfBuilder glossy_gltf() {
+  GltfBuilder gltf = dense_gltf();
+  gltf.root["extensionsUsed"].push_back("KHR_materials_pbrSpecularGlossiness");
+  gltf.root["materials"][0] = {{"extensions",
+                                {{"KHR_materials_pbrSpecularGlossiness",
+                                  {{"diffuseFactor", {0.5, 0.25, 1.0, 0.75}},
+                                   {"specularFactor", {0.5, 0.5, 0.5}},
+                                   {"glossinessFactor", 0.5}}}}}};
+  return gltf;
+}
+
 void add_edits(Seeds& seeds) {
   seeds.add("edits", std::string(R"({"emberline_edits": 1,
     "camera": {"file_camera": {"name": "main", "index": 0}, "fov_y": 35, "look_from": [0, 1, 4],
@@ -187,6 +199,7 @@ int main(int argc, char** argv) try {
   Seeds seeds(argv[1]);
   seeds.add("gltf", dense_gltf().glb());
   seeds.add("gltf", dense_gltf().document("scene.gltf").dump());
+  seeds.add("gltf", glossy_gltf().glb());
   add_images(seeds);
   add_compressed(seeds);
   add_edits(seeds);
