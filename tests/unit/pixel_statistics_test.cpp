@@ -15,7 +15,7 @@ FilmTile film_of(const Rect& window) {
 }
 
 void add(FilmTile* film, int x, int y, int stream, const Rgb& radiance) {
-  film->add(x, y, stream, 1.0f, {.radiance = radiance, .alpha = 1.0f, .first_hit = {}});
+  film->add(x, y, stream, 1.0f, {.radiance = radiance, .alpha = 1.0f, .first_hit = {}, .rays = {}});
 }
 
 PixelStatistics gather(const FilmTile& film) {

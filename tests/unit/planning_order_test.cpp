@@ -54,7 +54,8 @@ Chosen chosen_of_a_constant(uint32_t seed) {
   for (int y = 0; y < kSize; ++y) {
     for (int x = 0; x < kSize; ++x) {
       for (uint32_t k = 0; k < pilot; ++k) {
-        film.add(x, y, 0, 1.0f, {.radiance = Rgb(0.5f), .alpha = 1.0f, .first_hit = {}});
+        film.add(x, y, 0, 1.0f,
+                 {.radiance = Rgb(0.5f), .alpha = 1.0f, .first_hit = {}, .rays = {}});
       }
     }
   }

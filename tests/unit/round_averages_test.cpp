@@ -24,7 +24,8 @@ RoundAverages average(std::span<const Round> rounds, uint64_t seed, FilmTile* fi
   for (const Round& round : rounds) {
     for (int k = 0; k < round.count; ++k) {
       const auto value = float(random.next_double());
-      film->add(0, 0, 0, 1.0f, {.radiance = Rgb(value), .alpha = 1.0f, .first_hit = {}});
+      film->add(0, 0, 0, 1.0f,
+                {.radiance = Rgb(value), .alpha = 1.0f, .first_hit = {}, .rays = {}});
     }
     averages.add_round(*film, round.weight);
   }

@@ -39,7 +39,7 @@ class SyntheticFrame {
         TestRandom random(seed_, (uint64_t(i) << 32) + have_[i]);
         const Sample sample = draw_(x, y, random);
         film_.add(x, y, int((have_[i] >> 3) & 1u), 1.0f,
-                  {.radiance = Rgb(sample.radiance), .alpha = 1.0f, .first_hit = {}});
+                  {.radiance = Rgb(sample.radiance), .alpha = 1.0f, .first_hit = {}, .rays = {}});
         film_.add_rays(x, y, sample.rays);
       }
     }
