@@ -9,10 +9,10 @@ namespace emberline {
 
 struct DisplayImageWriter::Impl {
   Impl(const std::string& path, const Rect& data_window)
-      : format(image_format_of(path)), window(data_window), file(path) {}
+      : format(image_format_of(path)), crop(data_window), file(path) {}
 
   std::string format;
-  Rect window;
+  Rect crop;
   AtomicFile file;
   std::shared_ptr<const DisplayTransform> transform;
   ByteImage image;
@@ -36,8 +36,8 @@ DisplayImageWriter::~DisplayImageWriter() = default;
 
 void DisplayImageWriter::write_tile(const Rect& rect, const std::vector<float>& rgba) {
   ByteImage& image = impl_->image;
-  const Rect& window = impl_->window;
-  assert(rect == rect.intersect(window) && rgba.size() == size_t(rect.area()) * 4);
+  const Rect& crop = impl_->crop;
+  assert(rect == rect.intersect(crop) && rgba.size() == size_t(rect.area()) * 4);
   const size_t channels = size_t(image.channels);
   const size_t count = size_t(rect.area());
 
@@ -53,8 +53,8 @@ void DisplayImageWriter::write_tile(const Rect& rect, const std::vector<float>& 
 
   const size_t tile_width = size_t(rect.width());
   for (size_t i = 0; i < count; ++i) {
-    const size_t x = size_t(rect.x0 - window.x0) + i % tile_width;
-    const size_t y = size_t(rect.y0 - window.y0) + i / tile_width;
+    const size_t x = size_t(rect.x0 - crop.x0) + i % tile_width;
+    const size_t y = size_t(rect.y0 - crop.y0) + i / tile_width;
     uint8_t* const target = &image.values[(y * size_t(image.width) + x) * channels];
     for (size_t c = 0; c < 3; ++c) target[c] = to_byte(colour[3 * i + c]);
     if (channels == 4) target[3] = to_byte(rgba[4 * i + 3]);

@@ -23,7 +23,7 @@
 #include <string>
 
 #include "renderer/core/load_progress.h"
-#include "renderer/scene/scene_edits.h"
+#include "renderer/description/scene_edits.h"
 
 namespace emberline {
 

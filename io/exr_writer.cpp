@@ -81,10 +81,10 @@ void convert_channel(const float* pixels, size_t count, size_t stride, ChannelTy
 
 struct ExrWriter::Impl {
   Impl(const std::string& path, const ExrHeader& frame_header) : header(frame_header), file(path) {
-    const Rect& window = header.data_window;
-    assert(!window.empty() && header.tile_size > 0 && !header.channels.empty());
-    tiles_x = (window.width() + header.tile_size - 1) / header.tile_size;
-    tiles_y = (window.height() + header.tile_size - 1) / header.tile_size;
+    const Rect& crop = header.data_window;
+    assert(!crop.empty() && header.tile_size > 0 && !header.channels.empty());
+    tiles_x = (crop.width() + header.tile_size - 1) / header.tile_size;
+    tiles_y = (crop.height() + header.tile_size - 1) / header.tile_size;
     written.assign(size_t(tiles_x) * size_t(tiles_y), false);
   }
 

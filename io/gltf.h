@@ -4,7 +4,7 @@
 #include <string>
 
 #include "renderer/core/load_progress.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/description/scene_description.h"
 
 namespace emberline {
 

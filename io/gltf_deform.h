@@ -4,7 +4,7 @@
 #include <span>
 
 #include "io/gltf_primitive.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/description/scene_description.h"
 
 namespace emberline {
 

@@ -3,7 +3,7 @@
 
 #include "io/gltf_document.h"
 #include "io/tiny_gltf_forward.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/description/scene_description.h"
 
 namespace emberline {
 

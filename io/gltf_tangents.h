@@ -1,7 +1,7 @@
 // Tangents after the MikkTSpace convention.
 #pragma once
 
-#include "renderer/scene/scene_description.h"
+#include "renderer/description/scene_description.h"
 
 namespace emberline {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "io/gltf_document.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/description/scene_description.h"
 
 namespace emberline {
 

@@ -11,7 +11,7 @@
 
 #include "renderer/core/load_progress.h"
 #include "renderer/core/rect.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/description/scene_description.h"
 
 namespace emberline {
 
@@ -43,8 +43,8 @@ struct FloatImage {
   int frame_width = 0, frame_height = 0;  // the display window
   std::vector<std::string> channel_names;
   std::vector<float> values;  // interleaved
-  // The frame was stopped before it was complete, as its header says (renderer/app/outputs.h): the
-  // samples there.
+  // The frame was stopped before it was complete, as its header says (renderer/output/outputs.h):
+  // the samples there.
   std::optional<uint64_t> stopped_after;
   int channels() const { return int(channel_names.size()); }
   // Channel index by name ("R", "albedo.G"), -1 if absent.

@@ -26,10 +26,10 @@ double thread_cpu_seconds() {
 }
 
 template <typename Use>
-void for_each_tile(const Rect& window, int size, const Use& use) {
-  for (int y = window.y0; y < window.y1; y += size) {
-    for (int x = window.x0; x < window.x1; x += size) {
-      use(Rect{x, y, x + size, y + size}.intersect(window));
+void for_each_tile(const Rect& crop, int size, const Use& use) {
+  for (int y = crop.y0; y < crop.y1; y += size) {
+    for (int x = crop.x0; x < crop.x1; x += size) {
+      use(Rect{x, y, x + size, y + size}.intersect(crop));
     }
   }
 }
@@ -75,12 +75,12 @@ void TevStream::add(const Rect& rect, std::vector<float> rgba) {
   wake_.notify_all();
 }
 
-void TevStream::add_picture(const Rect& window, int tile_size, std::vector<float> rgba) {
+void TevStream::add_picture(const Rect& crop, int tile_size, std::vector<float> rgba) {
   if (!open()) return;
   const auto shared = std::make_shared<const std::vector<float>>(std::move(rgba));
   {
     const std::lock_guard lock(mutex_);
-    for_each_tile(window, tile_size, [&](const Rect& rect) { put({rect, window, shared}); });
+    for_each_tile(crop, tile_size, [&](const Rect& rect) { put({rect, crop, shared}); });
   }
   wake_.notify_all();
 }

@@ -48,8 +48,8 @@ class TevStream {
   // in the order in which they came; one that still waits gets the new pixels in its place. Any
   // thread; never waits for the viewer.
   void add(const Rect& rect, std::vector<float> rgba);
-  // The same for all of `window`, in tiles of `tile_size` from its corner.
-  void add_picture(const Rect& window, int tile_size, std::vector<float> rgba);
+  // The same for all of `crop`, in tiles of `tile_size` from its corner.
+  void add_picture(const Rect& crop, int tile_size, std::vector<float> rgba);
 
   // Waits until all is sent, or patience ends: then with a warning. Nothing is added afterwards.
   void finish(const Patience& patience);

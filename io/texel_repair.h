@@ -1,7 +1,7 @@
 // Texel values that no renderer can use, made usable and counted.
 #pragma once
 
-#include "renderer/scene/scene_description.h"
+#include "renderer/description/scene_description.h"
 
 namespace emberline {
 

@@ -6,15 +6,15 @@
 #include <new>
 
 #include "renderer/app/command_options.h"
-#include "renderer/app/option_values.h"
 #include "renderer/app/render_command.h"
-#include "renderer/app/report.h"
-#include "renderer/app/shell_quote.h"
-#include "renderer/app/standard_output.h"
-#include "renderer/app/stop_signal.h"
-#include "renderer/app/worker_threads.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/option_values.h"
+#include "renderer/output/report.h"
+#include "renderer/process/shell_quote.h"
+#include "renderer/process/standard_output.h"
+#include "renderer/process/stop_signal.h"
+#include "renderer/process/worker_threads.h"
 
 namespace emberline {
 namespace {

@@ -7,14 +7,14 @@
 #include <cmath>
 
 #include "renderer/app/number_option.h"
-#include "renderer/app/option_values.h"
-#include "renderer/app/snapshots.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
+#include "renderer/core/option_values.h"
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/bisection_schedule.h"
-#include "renderer/drivers/bucket_schedule.h"
 #include "renderer/drivers/driver_table.h"
+#include "renderer/frame/bucket_schedule.h"
+#include "renderer/output/snapshots.h"
 
 namespace emberline {
 namespace {

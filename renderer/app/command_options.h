@@ -4,9 +4,9 @@
 #include "renderer/app/compare_command.h"
 #include "renderer/app/heatmap_command.h"
 #include "renderer/app/info_command.h"
-#include "renderer/app/render_options.h"
 #include "renderer/app/study_command.h"
-#include "renderer/app/view/window/view_command.h"
+#include "renderer/output/render_options.h"
+#include "renderer/window/view_command.h"
 
 namespace CLI {
 class App;

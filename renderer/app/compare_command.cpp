@@ -11,15 +11,14 @@
 #include <vector>
 
 #include "io/exr_writer.h"
-#include "io/image_output.h"
-#include "renderer/app/file_register.h"
-#include "renderer/app/rgb_file.h"
-#include "renderer/app/standard_output.h"
+#include "io/file_register.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/core/utf8.h"
-#include "renderer/statistics/colour_map.h"
+#include "renderer/output/flip_picture.h"
+#include "renderer/output/rgb_file.h"
+#include "renderer/process/standard_output.h"
 #include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/flip.h"
 
@@ -123,19 +122,6 @@ void write_difference_exr(const std::string& path, const CompareOptions& options
 
 }  // namespace
 
-void write_flip_picture(const std::string& path, const RgbImage& image,
-                        const std::vector<float>& flip, const std::vector<uint8_t>& masked) {
-  ByteImage picture;
-  picture.width = image.width;
-  picture.height = image.height;
-  picture.values.reserve(3 * flip.size());
-  for (size_t i = 0; i < flip.size(); ++i) {
-    const Rgb8 colour = colour_of(ColourMap::kMagma, masked[i] ? NAN : double(flip[i]));
-    picture.values.insert(picture.values.end(), colour.begin(), colour.end());
-  }
-  write_image(path, picture);
-}
-
 int run_compare(const CompareOptions& options) {
   const DifferenceKind kind = difference_kind(options.difference);
   if (!std::isfinite(options.exposure)) throw UsageError("the exposure is not a finite number");
@@ -150,9 +136,9 @@ int run_compare(const CompareOptions& options) {
   const RgbFile file = read_rgb(options.image, progress);
   const RgbImage& image = file.pixels;
   const RgbImage reference = reference_pixels(read_rgb(options.reference, progress), options.image,
-                                              file.window, file.frame_width, file.frame_height);
+                                              file.crop, file.frame_width, file.frame_height);
   if (!file.is_whole_frame()) {
-    const Rect& w = file.window;
+    const Rect& w = file.crop;
     log_info(fmt::format("compared are the pixels that {} has: --crop {},{},{},{}", options.image,
                          w.x0, w.y0, w.x1, w.y1));
   }

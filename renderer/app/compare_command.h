@@ -1,12 +1,9 @@
 // emberline compare: how far one picture is from another.
 #pragma once
 
-#include <cstdint>
 #include <string>
-#include <vector>
 
-#include "renderer/app/run_limits.h"
-#include "renderer/statistics/error_metrics.h"
+#include "renderer/process/run_limits.h"
 
 namespace emberline {
 
@@ -27,17 +24,12 @@ struct CompareOptions {
 // value is null: the PSNR of equal pictures, the signed bias against black, and all of them when no
 // pixel is finite in both.
 //
-// FLIP picture: black (0) over purple and orange to light yellow (1), the colours of magma; pixels
-// that are not finite are green. EXR: channels R, G, B, unclamped, and "flip".
+// FLIP picture: that of renderer/output/flip_picture.h. EXR: channels R, G, B, unclamped, and
+// "flip".
 //
 // Returns kExitDone; how different the pictures are does not change the exit code. Throws
 // InputError (unreadable, channels missing, sizes differ), UsageError (suffix of the difference
 // picture, exposure), RenderError (cannot write it).
 int run_compare(const CompareOptions& options);
-
-// The FLIP picture above: `flip` per pixel of a picture of that size, `masked` not 0 where it is
-// not finite. Throws UsageError for the suffix, RenderError.
-void write_flip_picture(const std::string& path, const RgbImage& image,
-                        const std::vector<float>& flip, const std::vector<uint8_t>& masked);
 
 }  // namespace emberline

@@ -7,12 +7,12 @@
 #include <optional>
 
 #include "io/atomic_file.h"
-#include "renderer/app/standard_output.h"
-#include "renderer/app/study_folder.h"
-#include "renderer/app/study_plan.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/process/standard_output.h"
 #include "renderer/statistics/convergence.h"
+#include "renderer/study/study_folder.h"
+#include "renderer/study/study_plan.h"
 
 namespace emberline {
 namespace {

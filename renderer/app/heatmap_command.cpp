@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include "renderer/app/file_register.h"
-#include "renderer/app/heatmap_file.h"
-#include "renderer/app/rgb_file.h"
+#include "io/file_register.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/output/heatmap_file.h"
+#include "renderer/output/rgb_file.h"
 
 namespace emberline {
 namespace {
@@ -42,13 +42,13 @@ int run_heatmap(const HeatmapOptions& options) {
   const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
   const FloatImage image = read_frame(options.image, progress);
   check_channels(options.image, quantity, image);
-  const Rect& window = image.data_window;
-  check_heatmap_format("-o", options.output, window);
+  const Rect& crop = image.data_window;
+  check_heatmap_format("-o", options.output, crop);
   HeatmapFile file(
       {options.output, &quantity}, options.style,
-      {image.frame_width, image.frame_height, window, {{"emberline.image", options.image}}},
+      {image.frame_width, image.frame_height, crop, {{"emberline.image", options.image}}},
       image.channel_names);
-  file.write_tile(window, image.values);
+  file.write_tile(crop, image.values);
   file.finish();
   log_info("wrote " + options.output);
   return kExitDone;

@@ -6,10 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "io/gltf.h"
-#include "renderer/app/standard_output.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/utf8.h"
+#include "renderer/description/framing.h"
+#include "renderer/process/standard_output.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {

@@ -8,7 +8,7 @@
 #include <string>
 #include <type_traits>
 
-#include "renderer/app/option_values.h"
+#include "renderer/core/option_values.h"
 
 namespace emberline {
 

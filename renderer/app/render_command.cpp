@@ -5,30 +5,34 @@
 
 #include <algorithm>
 #include <atomic>
+#include <memory>
 #include <optional>
 
 #include "io/atomic_file.h"
-#include "renderer/app/frame_memory.h"
-#include "renderer/app/frame_setup.h"
-#include "renderer/app/light_layers.h"
-#include "renderer/app/outputs.h"
-#include "renderer/app/progress.h"
-#include "renderer/app/refinement_output.h"
-#include "renderer/app/remote_viewer.h"
-#include "renderer/app/render_clock.h"
 #include "renderer/app/replay.h"
-#include "renderer/app/report.h"
-#include "renderer/app/report_page.h"
-#include "renderer/app/report_pictures.h"
-#include "renderer/app/snapshots.h"
-#include "renderer/app/standard_output.h"
-#include "renderer/app/stop_signal.h"
-#include "renderer/app/worker_threads.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/names.h"
+#include "renderer/core/readable.h"
+#include "renderer/drivers/adaptive_driver.h"
 #include "renderer/drivers/frame_plan.h"
 #include "renderer/film/light_group_sums.h"
+#include "renderer/frame/frame_scene.h"
+#include "renderer/output/frame_memory.h"
+#include "renderer/output/light_layers.h"
+#include "renderer/output/outputs.h"
+#include "renderer/output/refinement_output.h"
+#include "renderer/output/remote_viewer.h"
+#include "renderer/output/report.h"
+#include "renderer/output/report_page.h"
+#include "renderer/output/report_pictures.h"
+#include "renderer/output/snapshots.h"
+#include "renderer/process/process_usage.h"
+#include "renderer/process/progress.h"
+#include "renderer/process/render_clock.h"
+#include "renderer/process/standard_output.h"
+#include "renderer/process/stop_signal.h"
+#include "renderer/process/worker_threads.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
@@ -49,7 +53,7 @@ void summarize(const RenderOptions& options, const RenderReport& report,
   const double seconds = report.times.render_s;
   log_info(fmt::format("{} {} samples in {} ({:.2f} M samples/s, {:.2f} M rays/s), {:.0f} MiB",
                        c.stopped ? "stopped after" : "rendered", c.samples,
-                       format_duration(seconds),
+                       readable_seconds(seconds),
                        seconds > 0 ? double(c.samples) / seconds * 1e-6 : 0.0,
                        seconds > 0 ? double(c.rays.total()) / seconds * 1e-6 : 0.0,
                        double(peak_rss_bytes()) / 1048576));
@@ -62,10 +66,10 @@ void summarize(const RenderOptions& options, const RenderReport& report,
 }
 
 // With the channels that the heatmaps need.
-OutputSettings settings_of_outputs(const RenderOptions& options, const Rect& window) {
+OutputSettings settings_of_outputs(const RenderOptions& options, const Rect& crop) {
   OutputSettings settings{options.width,
                           options.height,
-                          window,
+                          crop,
                           options.bucket_size,
                           AovSet::parse(options.aovs),
                           settings_attributes(options),
@@ -87,209 +91,276 @@ bool is_complete(const FrameRender& rendered, const FrameCounters& counters,
   return stop.cause() == PixelStop::kTimeLimit && !rendered.by_tiles();
 }
 
-// Renders while progress is shown, passes are noted, snapshots taken and a viewer kept informed.
-FrameCounters render_frame(const RenderOptions& options, const Frame& frame,
-                           FrameRender& frame_render, FrameOutputs& outputs,
-                           SnapshotRecorder* snapshots, RemoteViewer* viewer, StopRequest& stop,
-                           const Stopwatch& wall, RenderClock& render, RenderReport* report) {
-  const auto pixels = double(frame.window.area());
-  ProgressDisplay progress(uint64_t(frame.window.area()) * frame.samples_per_pixel, stop,
-                           options.time_limit_s);
-  std::atomic<bool> begun{false};
-  outputs.on_samples([&](uint64_t count) {
-    if (!begun.load(std::memory_order_relaxed) && !begun.exchange(true)) {
-      report->times.first_sample_s = process_age_seconds().value_or(wall.seconds());
-      report->times.first_sample_cpu_s = process_cpu_seconds();
+FramePlan plan_of(const RenderOptions& options) {
+  FramePlan plan(options);
+  plan.driver_settings.explained = options.explained;
+  plan.driver_settings.keep_tree = !options.trees.empty();
+  return plan;
+}
+
+// One frame, from options to files and report, in the order of its functions.
+class RenderRun {
+ public:
+  // Finds whatever is wrong with names, ranges and paths, and opens the outputs: they leave no
+  // trace if what follows fails.
+  explicit RenderRun(const RenderOptions& options);
+  void load();
+  void build();
+  int replay() { return run_replay(*frame_, *options_.replay); }
+  void render();
+  void write();
+  int report();
+
+ private:
+  void open_outputs();
+  void add_light_groups(const LightGroups& groups);
+  void watch(ProgressDisplay& progress);
+  void note_picture(const FrameProgress& now, const FramePicture& picture);
+  int exit_code() const;
+  std::vector<std::string> failed_outputs() const;
+
+  const std::optional<double> start_s_ = process_age_seconds();
+  const Stopwatch wall_;
+  const RenderOptions& options_;
+  const uint64_t memory_before_ = peak_rss_bytes();
+  RenderReport report_;
+  FramePlan plan_;
+  FrameRender frame_render_;
+  const OutputSettings output_settings_;
+  FileRegister files_;
+  std::optional<WorkerThreads> workers_;
+  const LoadLimits limits_;
+  LoadProgress progress_;
+  StopRequest stop_;
+  std::optional<SnapshotRecorder> snapshots_;
+  std::optional<FrameOutputs> outputs_;
+  std::optional<ReportPictures> pictures_;
+  SceneDescription description_;
+  CameraDescription camera_description_;
+  std::unique_ptr<Scene> scene_;
+  Camera camera_;
+  std::optional<LightGroups> groups_;
+  std::optional<Frame> frame_;
+  std::optional<RemoteViewer> viewer_;
+  std::optional<GracefulStop> graceful_;
+  std::optional<tbb::task_arena> arena_;
+  std::optional<RenderClock> clock_;
+  std::atomic<bool> begun_{false};
+  WriteAttempts attempts_, snapshot_attempts_;
+};
+
+RenderRun::RenderRun(const RenderOptions& options)
+    : options_(options),
+      plan_(plan_of(options)),
+      frame_render_(driver_factory(options.driver, plan_.driver_settings)),
+      output_settings_(settings_of_outputs(options, plan_.crop)),
+      limits_(limits_of(options.limits, options.scene)),
+      progress_({}, {}, limits_) {
+  report_.times.start_s = start_s_;
+  plan_.aovs = output_settings_.aovs;
+  check_output_paths(options, plan_.crop, files_);
+  check_refinement_options(options, plan_);
+  check_light_layers(options);
+  workers_.emplace(options.threads);
+  // An arena of its own: the limit of WorkerThreads cannot give more threads than the machine has
+  // cores.
+  arena_.emplace(workers_->count());
+  if (!options.replay) open_outputs();
+  report_.crop = plan_.crop;
+  report_.threads = workers_->count();
+  report_.times.setup_s = wall_.seconds();
+}
+
+void RenderRun::open_outputs() {
+  reserve_frame(frame_bytes(options_, output_settings_, frame_render_), plan_.crop,
+                *limits_.memory);
+  for (const std::string& path : options_.reports) check_writable(path);
+  if (std::ranges::any_of(options_.reports, is_page)) {
+    pictures_.emplace(options_.display, plan_.crop, output_settings_.aovs);
+  }
+  for (const std::string& path : options_.trees) check_writable(path);
+  if (!options_.snapshots.empty()) snapshots_.emplace(options_, plan_.crop, progress_);
+  outputs_.emplace(options_.outputs, output_settings_, stop_);
+}
+
+void RenderRun::load() {
+  const Stopwatch load;
+  SceneEdits edits = load_edits(options_, progress_);
+  description_ = load_scene(options_, progress_, edits.variant.has_value());
+  if (!edits.environment.file.empty()) {
+    files_.read(edits.environment.file, "it is the environment of --edits");
+  }
+  files_.read(description_.files, "the scene reads");
+  choose_variant(options_, description_, edits);
+  if (edits != SceneEdits() || options_.light_groups) apply(edits, description_);
+  report_.times.load_s = load.seconds();
+  camera_description_ = choose_camera(options_, description_, edits);
+  report_.camera = camera_description_.name;
+  report_.coverage = description_.coverage;
+  report_.repairs = description_.repairs;
+}
+
+void RenderRun::build() {
+  if (options_.light_groups) groups_.emplace(outline(description_));
+  const Stopwatch build;
+  scene_ = build_scene(std::move(description_), plan_.build, progress_);
+  camera_ = create_camera(options_, camera_description_, *scene_);
+  report_.times.build_s = build.seconds();
+  report_.features = scene_->features();
+  report_.memory = scene_->memory();
+  report_.budget = limits_.memory;
+  check_growth(memory_before_, *limits_.memory, options_.scene);
+  if (groups_) add_light_groups(*groups_);
+  log_verbose(fmt::format("loaded in {}, built in {}: {} triangles, {} instances",
+                          readable_seconds(report_.times.load_s),
+                          readable_seconds(report_.times.build_s), scene_->triangle_count(),
+                          scene_->instance_count()));
+  frame_.emplace(plan_.frame(*scene_, camera_, groups_ ? &*groups_ : nullptr));
+}
+
+void RenderRun::add_light_groups(const LightGroups& groups) {
+  if (!frame_render_.by_tiles()) {
+    const uint64_t bytes = LightGroupSums::bytes_per_pixel(groups.list().size());
+    reserve_frame(bytes_of(uint64_t(plan_.crop.area()), bytes), plan_.crop, *limits_.memory);
+  }
+  report_.features.push_back(describe(groups));
+  if (outputs_) outputs_->add_light_layers(light_layer_names(groups.list()));
+}
+
+// Progress is shown, passes are noted, snapshots taken and a viewer kept informed.
+void RenderRun::watch(ProgressDisplay& progress) {
+  outputs_->on_samples([&](uint64_t count) {
+    if (!begun_.load(std::memory_order_relaxed) && !begun_.exchange(true)) {
+      report_.times.first_sample_s = process_age_seconds().value_or(wall_.seconds());
+      report_.times.first_sample_cpu_s = process_cpu_seconds();
     }
     progress.add(count);
   });
   // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
-  if (frame_render.by_tiles()) {
-    outputs.on_pixels([&](int64_t finished) { progress.add_share(double(finished) / pixels); });
+  if (frame_render_.by_tiles()) {
+    const auto pixels = double(plan_.crop.area());
+    outputs_->on_pixels(
+        [&progress, pixels](int64_t finished) { progress.add_share(double(finished) / pixels); });
   }
-  outputs.on_picture([&](const FrameProgress& now, const FramePicture& picture) {
-    const double elapsed = render.seconds();
-    // A driver looks at a finished pass when it plans the next one: what it estimates now is the
-    // error of the picture at the end of the last pass.
-    if (!report->passes.empty()) report->passes.back().error_estimate = now.error_estimate;
-    if (now.pass_finished) report->passes.push_back({elapsed, now.samples, std::nullopt});
-    if (snapshots) render.leave_out([&] { snapshots->look(now, picture, elapsed); });
-    if (viewer) viewer->look(picture, elapsed);
+  outputs_->on_picture(
+      [&](const FrameProgress& now, const FramePicture& picture) { note_picture(now, picture); });
+  if (!snapshots_ && !viewer_) return;
+  const auto wanted = [&] {
+    const double elapsed = clock_->seconds();
+    return (snapshots_ && snapshots_->wanted(elapsed)) || (viewer_ && viewer_->wanted(elapsed));
+  };
+  outputs_->on_wanted(wanted, [&]() -> std::optional<uint64_t> {
+    return snapshots_ ? snapshots_->wanted_at() : std::nullopt;
   });
-  if (snapshots || viewer) {
-    const auto wanted = [=, &render] {
-      const double elapsed = render.seconds();
-      return (snapshots && snapshots->wanted(elapsed)) || (viewer && viewer->wanted(elapsed));
-    };
-    outputs.on_wanted(wanted, [=]() -> std::optional<uint64_t> {
-      return snapshots ? snapshots->wanted_at() : std::nullopt;
+}
+
+void RenderRun::note_picture(const FrameProgress& now, const FramePicture& picture) {
+  const double elapsed = clock_->seconds();
+  std::vector<PassReport>& passes = report_.passes;
+  // A driver looks at a finished pass when it plans the next one: what it estimates now is the
+  // error of the picture at the end of the last pass.
+  if (!passes.empty()) passes.back().error_estimate = now.error_estimate;
+  if (now.pass_finished) passes.push_back({elapsed, now.samples, std::nullopt});
+  if (snapshots_) clock_->leave_out([&] { snapshots_->look(now, picture, elapsed); });
+  if (viewer_) viewer_->look(picture, elapsed);
+}
+
+void RenderRun::render() {
+  if (options_.viewer) viewer_.emplace(options_, plan_.crop, workers_->count());
+  if (pictures_ || viewer_) {
+    outputs_->on_tile([&](const FilmTile& tile) {
+      if (pictures_) pictures_->add(tile);
+      if (viewer_) viewer_->add(tile);
     });
   }
-  const FrameCounters counters = frame_render.render(frame, outputs, stop.token());
-  outputs.on_samples({});
-  outputs.on_pixels({});
-  outputs.on_picture({});
-  outputs.on_wanted({}, {});
-  return counters;
+  report_.display = outputs_->display_description();
+  graceful_.emplace();
+  clock_.emplace();
+  arena_->execute([&] {
+    ProgressDisplay progress(uint64_t(plan_.crop.area()) * frame_->samples_per_pixel, stop_,
+                             options_.time_limit_s);
+    watch(progress);
+    report_.counters = frame_render_.render(*frame_, *outputs_, stop_.token());
+    outputs_->on_samples({});
+    outputs_->on_pixels({});
+    outputs_->on_picture({});
+    outputs_->on_wanted({}, {});
+  });
+  report_.times.render_s = clock_->seconds();
+  report_.times.snapshots_s = clock_->left_out_seconds();
+  report_.times.render_cpu_s = clock_->cpu_seconds();
+  if (report_.passes.empty() || report_.passes.back().samples < report_.counters.samples) {
+    report_.passes.push_back({report_.times.render_s, report_.counters.samples, std::nullopt});
+  }
+}
+
+void RenderRun::write() {
+  const Stopwatch write;
+  outputs_->rendering_ended();
+  arena_->execute([&] { frame_render_.deliver(*outputs_); });
+  outputs_->finish({is_complete(frame_render_, report_.counters, stop_), report_.counters.samples},
+                   attempts_);
+  write_refinement(options_, frame_render_, attempts_);
+  if (viewer_) viewer_->finish(stop_.cause());
+  report_.estimator = plan_.even ? "none" : std::string(plan_.driver_settings.adaptive.estimator);
+  report_.error_estimate = frame_render_.error_estimate();
+  report_.passes.back().error_estimate = report_.error_estimate;
+  report_.times.write_s = write.seconds();
+  report_.film_bytes = outputs_->film_bytes() + frame_render_.film_bytes() +
+                       (pictures_ ? pictures_->bytes() : 0) + (viewer_ ? viewer_->bytes() : 0);
+  if (!snapshots_) return;
+  const Stopwatch encode;
+  arena_->execute([&] { report_.snapshots = snapshots_->write(snapshot_attempts_); });
+  report_.times.snapshots_s += encode.seconds();
+}
+
+std::vector<std::string> RenderRun::failed_outputs() const {
+  std::vector<std::string> failed = attempts_.failed();
+  failed.insert(failed.end(), snapshot_attempts_.failed().begin(),
+                snapshot_attempts_.failed().end());
+  return failed;
+}
+
+int RenderRun::exit_code() const {
+  if (!report_.failed_outputs.empty()) return kExitRenderFailed;
+  const bool by_user = report_.counters.stopped && stop_.cause() == PixelStop::kUser;
+  return by_user ? kExitStopped : kExitDone;
+}
+
+int RenderRun::report() {
+  report_.stop_cause = stop_.cause();
+  report_.failed_outputs = failed_outputs();
+  report_.exit_code = exit_code();
+  report_.times.wall_s = wall_.seconds();
+  report_.times.cpu_s = process_cpu_seconds();
+  warn_of_non_finite(options_, report_.counters);
+  report_.warnings = warnings_so_far();
+  for (const std::string& path : options_.reports) {
+    const bool written = attempts_.attempt(path, [&] {
+      write_file_atomically(path, is_page(path) ? report_page(options_, report_, *pictures_)
+                                                : report_json(options_, report_));
+    });
+    if (!written) report_.exit_code = kExitRenderFailed;
+  }
+  summarize(options_, report_, attempts_.written());
+  if (options_.explained) {
+    const auto& adaptive = dynamic_cast<const AdaptiveDriver&>(*frame_render_.driver());
+    print_result(
+        adaptive.explain(frame_render_.film(), options_.explained->x, options_.explained->y));
+  }
+  return report_.exit_code;
 }
 
 }  // namespace
 
 int run_render(const RenderOptions& options) {
-  RenderReport report;
-  const uint64_t memory_before = peak_rss_bytes();
-  report.times.start_s = process_age_seconds();
-  const Stopwatch wall;
-
-  // Whatever names or ranges are wrong is found before anything is loaded or written.
-  FramePlan plan(options);
-  plan.driver_settings.explained = options.explained;
-  plan.driver_settings.keep_tree = !options.trees.empty();
-  FrameRender frame_render(options.driver, plan.driver_settings);
-  const Rect& window = plan.window;
-  const OutputSettings output_settings = settings_of_outputs(options, window);
-  plan.aovs = output_settings.aovs;
-  FileRegister files;
-  check_output_paths(options, window, files);
-  check_refinement_options(options, plan);
-  check_light_layers(options);
-  const WorkerThreads workers(options.threads);
-  const int threads = workers.count();
-
-  const LoadLimits limits = limits_of(options.limits, options.scene);
-  if (!options.replay) {
-    reserve_frame(frame_bytes(options, output_settings, frame_render), window, *limits.memory);
-  }
-
-  LoadProgress progress({}, {}, limits);
-  // Likewise where nothing can be written: the files are opened before the scene is loaded, and
-  // leave no trace if that fails.
-  StopRequest stop;
-  std::optional<SnapshotRecorder> snapshots;
-  std::optional<FrameOutputs> outputs;
-  std::optional<ReportPictures> pictures;
-  if (!options.replay) {
-    for (const std::string& path : options.reports) check_writable(path);
-    if (std::ranges::any_of(options.reports, is_page)) {
-      pictures.emplace(options.display, window, output_settings.aovs);
-    }
-    for (const std::string& path : options.trees) check_writable(path);
-    if (!options.snapshots.empty()) snapshots.emplace(options, window, progress);
-    outputs.emplace(options.outputs, output_settings, stop);
-  }
-
-  report.window = window;
-  report.threads = threads;
-  report.times.setup_s = wall.seconds();
-  const Stopwatch load;
-  SceneEdits edits = load_edits(options, progress);
-  SceneDescription description = load_scene(options, progress, edits.variant.has_value());
-  if (!edits.environment.file.empty()) {
-    files.read(edits.environment.file, "it is the environment of --edits");
-  }
-  files.read(description.files, "the scene reads");
-  choose_variant(options, description, edits);
-  if (edits != SceneEdits() || options.light_groups) apply(edits, description);
-  report.times.load_s = load.seconds();
-  const CameraDescription camera_description = choose_camera(options, description, edits);
-  report.camera = camera_description.name;
-  report.coverage = description.coverage;
-  report.repairs = description.repairs;
-
-  std::optional<LightGroups> groups;
-  if (options.light_groups) groups.emplace(outline(description));
-  const Stopwatch build;
-  const std::unique_ptr<Scene> scene = build_scene(std::move(description), plan.build, progress);
-  const Camera camera = create_camera(options, camera_description, *scene);
-  report.times.build_s = build.seconds();
-  report.features = scene->features();
-  report.memory = scene->memory();
-  report.budget = limits.memory;
-  check_growth(memory_before, *limits.memory, options.scene);
-  if (groups) {
-    if (!frame_render.by_tiles()) {
-      const uint64_t bytes = LightGroupSums::bytes_per_pixel(groups->list().size());
-      reserve_frame(bytes_of(uint64_t(window.area()), bytes), window, *limits.memory);
-    }
-    report.features.push_back(describe(*groups));
-    if (outputs) outputs->add_light_layers(light_layer_names(groups->list()));
-  }
-  log_verbose(fmt::format(
-      "loaded in {}, built in {}: {} triangles, {} instances", format_duration(report.times.load_s),
-      format_duration(report.times.build_s), scene->triangle_count(), scene->instance_count()));
-
-  const Frame frame = plan.frame(*scene, camera, groups ? &*groups : nullptr);
-  if (options.replay) return run_replay(frame, *options.replay);
-
-  std::optional<RemoteViewer> viewer;
-  if (options.viewer) viewer.emplace(options, window, threads);
-  if (pictures || viewer) {
-    outputs->on_tile([&](const FilmTile& tile) {
-      if (pictures) pictures->add(tile);
-      if (viewer) viewer->add(tile);
-    });
-  }
-  report.display = outputs->display_description();
-  const GracefulStop graceful;
-  // An arena of its own: the limit above cannot give more threads than the machine has cores.
-  tbb::task_arena arena(threads);
-  RenderClock render;
-  arena.execute([&] {
-    report.counters =
-        render_frame(options, frame, frame_render, *outputs, snapshots ? &*snapshots : nullptr,
-                     viewer ? &*viewer : nullptr, stop, wall, render, &report);
-  });
-  report.times.render_s = render.seconds();
-  report.times.snapshots_s = render.left_out_seconds();
-  report.times.render_cpu_s = render.cpu_seconds();
-  if (report.passes.empty() || report.passes.back().samples < report.counters.samples) {
-    report.passes.push_back({report.times.render_s, report.counters.samples, std::nullopt});
-  }
-
-  const Stopwatch write;
-  WriteAttempts attempts, snapshot_attempts;
-  outputs->rendering_ended();
-  arena.execute([&] { frame_render.deliver(*outputs); });
-  outputs->finish({is_complete(frame_render, report.counters, stop), report.counters.samples},
-                  attempts);
-  write_refinement(options, frame_render, attempts);
-  if (viewer) viewer->finish(stop.cause());
-  report.estimator = plan.even ? "none" : std::string(plan.driver_settings.adaptive.estimator);
-  report.error_estimate = frame_render.error_estimate();
-  report.passes.back().error_estimate = report.error_estimate;
-  report.times.write_s = write.seconds();
-  report.film_bytes = outputs->film_bytes() + frame_render.film_bytes() +
-                      (pictures ? pictures->bytes() : 0) + (viewer ? viewer->bytes() : 0);
-  if (snapshots) {
-    const Stopwatch encode;
-    arena.execute([&] { report.snapshots = snapshots->write(snapshot_attempts); });
-    report.times.snapshots_s += encode.seconds();
-  }
-  report.stop_cause = stop.cause();
-  const bool by_user = report.counters.stopped && stop.cause() == PixelStop::kUser;
-  report.failed_outputs = attempts.failed();
-  report.failed_outputs.insert(report.failed_outputs.end(), snapshot_attempts.failed().begin(),
-                               snapshot_attempts.failed().end());
-  report.exit_code = !report.failed_outputs.empty() ? kExitRenderFailed
-                     : by_user                      ? kExitStopped
-                                                    : kExitDone;
-  report.times.wall_s = wall.seconds();
-  report.times.cpu_s = process_cpu_seconds();
-  warn_of_non_finite(options, report.counters);
-  report.warnings = warnings_so_far();
-  for (const std::string& path : options.reports) {
-    const bool written = attempts.attempt(path, [&] {
-      write_file_atomically(path, is_page(path) ? report_page(options, report, *pictures)
-                                                : report_json(options, report));
-    });
-    if (!written) report.exit_code = kExitRenderFailed;
-  }
-  summarize(options, report, attempts.written());
-  if (options.explained) {
-    const auto& adaptive = dynamic_cast<const AdaptiveDriver&>(*frame_render.driver());
-    print_result(adaptive.explain(frame_render.film(), options.explained->x, options.explained->y));
-  }
-  return report.exit_code;
+  RenderRun run(options);
+  run.load();
+  run.build();
+  if (options.replay) return run.replay();
+  run.render();
+  run.write();
+  return run.report();
 }
 
 }  // namespace emberline

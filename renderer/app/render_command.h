@@ -1,7 +1,7 @@
 // `emberline render`: a scene file becomes pictures and a report.
 #pragma once
 
-#include "renderer/app/render_options.h"
+#include "renderer/output/render_options.h"
 
 namespace emberline {
 

@@ -5,11 +5,11 @@
 #include <array>
 #include <iterator>
 
-#include "renderer/app/option_values.h"
-#include "renderer/app/render_options.h"
-#include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
-#include "renderer/drivers/render_worker.h"
+#include "renderer/core/option_values.h"
+#include "renderer/frame/render_worker.h"
+#include "renderer/output/render_options.h"
+#include "renderer/process/standard_output.h"
 
 namespace emberline {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "renderer/drivers/frame.h"
+#include "renderer/frame/frame.h"
 
 namespace emberline {
 

@@ -1,502 +1,45 @@
 #include "renderer/app/study_command.h"
 
-#include <fmt/format.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <filesystem>
-#include <optional>
 
-#include "io/atomic_file.h"
 #include "renderer/app/convergence_command.h"
-#include "renderer/app/frame_memory.h"
-#include "renderer/app/outputs.h"
-#include "renderer/app/progress.h"
-#include "renderer/app/render_clock.h"
-#include "renderer/app/report.h"
-#include "renderer/app/rgb_file.h"
-#include "renderer/app/standard_output.h"
-#include "renderer/app/stop_signal.h"
-#include "renderer/app/study_files.h"
-#include "renderer/app/study_folder.h"
-#include "renderer/app/study_page.h"
-#include "renderer/app/study_pictures.h"
-#include "renderer/app/study_plan.h"
-#include "renderer/app/study_reference.h"
-#include "renderer/app/study_renderer.h"
-#include "renderer/app/study_settings.h"
-#include "renderer/app/worker_threads.h"
-#include "renderer/app/write_attempts.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/drivers/frame_plan.h"
-#include "renderer/statistics/study_summary.h"
+#include "renderer/output/outputs.h"
+#include "renderer/process/progress.h"
+#include "renderer/process/standard_output.h"
+#include "renderer/process/stop_signal.h"
+#include "renderer/process/worker_threads.h"
+#include "renderer/study/study.h"
+#include "renderer/study/study_files.h"
 
 namespace emberline {
 namespace {
 
-constexpr uint32_t kDefaultSeeds = 5;
-// The reference's samples over those of the largest budget: its noise is then a sixty-fourth of
-// that of the best picture, where it cannot be taken out.
-constexpr uint32_t kReferenceFactor = 64;
-// Seeds that no run has: --seeds is far below the distance.
-constexpr uint32_t kReferenceSeed = 0x40000000u, kWarmUpSeed = 0x80000000u;
-// A warm-up is long enough to tell the pace from, and no longer than that.
-constexpr double kWarmUpSeconds = 0.3, kWarmUpShare = 0.1;
-constexpr uint32_t kMostWarmUpSamples = 1024;
-// How many more samples than its pace says a frame gets that ends when its time is over.
-constexpr double kPaceMargin = 4;
-
-uint32_t to_samples(double samples) {
-  return uint32_t(std::clamp(samples, 1.0, double(kMaxSamples)));
-}
-
-class Study {
- public:
-  Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& files, int threads);
-  int run();
-
- private:
-  struct Reference {
-    std::optional<ReferencePicture> picture;
-    std::array<std::optional<ReferenceHalf>, 2> halves;
-    std::array<ReferenceRequest, 2> requests;
-    uint32_t half_samples = 0;
-  };
-
-  void reserve_frames();
-  std::vector<std::string> file_names() const;
-  void describe_settings(int threads);
-  void prepare_pace();
-  double warm_up(const PlannedMethod& method) const;
-  uint32_t reference_samples() const;
-  void find_reference();
-  bool complete_reference();
-  double largest_budget(const PlannedMethod& method) const;
-  uint32_t samples_for(const PlannedMethod& method, double budget) const;
-  void find_finished_runs();
-  uint64_t samples_to_come() const;
-  bool make_runs();
-  std::optional<StudyRun> make_run(size_t method, uint32_t seed);
-  std::optional<ProgressiveFrame> render(const PlannedMethod& method, uint32_t seed) const;
-  StudyRun measure(const ProgressiveFrame& frame) const;
-  void tell(const StudyRun& run) const;
-  bool write_results();
-
-  const StudyOptions& options_;
-  const StudyPlan& plan_;
-  const uint32_t seeds_;
-  const LoadLimits limits_;
-  std::optional<RgbImage> given_reference_;
-  StudyFolder folder_;
-  StudyRenderer renderer_;
-  StudyPictures pictures_;
-  std::string frame_key_;
-  StudyPace pace_;
-  Reference reference_;
-  StudyResults results_;
-  StopRequest stop_;
-};
-
-// Of --reference, before anything takes time.
-std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLimits& limits) {
-  if (options.reference.empty()) return std::nullopt;
-  const RenderOptions& frame = options.frame;
-  return reference_pixels(read_rgb(options.reference, LoadProgress({}, {}, limits)),
-                          "the frame to be measured against it", window_of(frame), frame.width,
-                          frame.height);
-}
-
-Study::Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& files, int threads)
-    : options_(options),
-      plan_(plan),
-      seeds_(options.seeds.value_or(kDefaultSeeds)),
-      limits_(limits_of(options.frame.limits, options.frame.scene)),
-      given_reference_(read_reference(options, limits_)),
-      folder_(options.folder),
-      renderer_(options.frame, limits_, files),
-      pictures_(folder_, options.frame, renderer_.window()),
-      frame_key_(frame_key(options.frame, limits_)) {
-  reserve_frames();
-  folder_.begin(study_key(frame_key_, options, plan, limits_), file_names(), options.restart);
-  if (!options.cache.empty()) {
-    std::error_code error;
-    std::filesystem::create_directories(options.cache, error);
-    check_writable((std::filesystem::path(options.cache) / "reference.json").string());
-  }
-  describe_settings(threads);
-}
-
-void Study::reserve_frames() {
-  uint64_t most = 0;
-  for (const PlannedMethod& method : plan_.methods) {
-    if (!method.impossible.empty()) continue;
-    most = std::max(most, renderer_.frame_bytes(frame_options(method, 1, options_.frame.seed),
-                                                plan_.budgets.size()));
-  }
-  // Halves, their pictures and the mean, linear and displayed.
-  const uint64_t reference =
-      2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
-  const uint64_t references = bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
-  reserve_frame(most + references, renderer_.window(), *limits_.memory);
-}
-
-// All that it will write, but for settings, pace and the reference's halves.
-std::vector<std::string> Study::file_names() const {
-  std::vector<std::string> names = {"study.csv", "study.json", "study.html",
-                                    StudyPictures::kReferenceExr, StudyPictures::kReferencePng};
-  for (const PlannedMethod& method : plan_.methods) {
-    const StudyMethod::Pictures pictures = StudyPictures::names(method.id);
-    names.insert(names.end(), {pictures.exr, pictures.png, pictures.flip_png});
-    for (uint32_t k = 0; k < seeds_; ++k) {
-      names.push_back(StudyFolder::run_name(method.id, options_.frame.seed + k));
-    }
-  }
-  return names;
-}
-
-void Study::describe_settings(int threads) {
-  StudySettings& s = results_.settings;
-  s.scene = options_.frame.scene;
-  s.command_line = options_.frame.command_line;
-  s.width = renderer_.window().width();
-  s.height = renderer_.window().height();
-  s.frame = frame_settings(options_.frame);
-  s.by_time = plan_.by_time;
-  s.budgets = plan_.budgets;
-  s.first_seed = options_.frame.seed;
-  s.seeds = seeds_;
-  s.threads = threads;
-  s.baseline = plan_.baseline;
-  s.versions = library_versions();
-  for (const PlannedMethod& planned : plan_.methods) results_.methods.push_back(planned.method);
-}
-
-// Renders frames of more and more samples until one has taken long enough; samples a second.
-double Study::warm_up(const PlannedMethod& method) const {
-  const double wanted = plan_.by_time
-                            ? std::max(kWarmUpSeconds, kWarmUpShare * plan_.budgets.back())
-                            : kWarmUpSeconds;
-  const uint32_t most =
-      plan_.by_time ? kMaxSamples : std::min(kMostWarmUpSamples, to_samples(plan_.budgets.back()));
-  double pace = 0;
-  for (uint32_t samples = 1;; samples *= 2) {
-    const RenderOptions frame = frame_options(method, samples, options_.frame.seed + kWarmUpSeed);
-    const std::optional<StudyPicture> picture = renderer_.render(frame, {}, {});
-    pace = double(picture->samples) / std::max(1e-6, picture->wall_s);
-    if (picture->wall_s >= wanted || 2 * samples > most) return pace;
-  }
-}
-
-// Also warms up caches and threads: no run is the first.
-void Study::prepare_pace() {
-  StudyPace measured;
-  for (const PlannedMethod& method : plan_.methods) {
-    if (!method.impossible.empty()) continue;
-    try {
-      measured.samples_per_s[method.id] = warm_up(method);
-    } catch (const std::exception&) {
-      measured.samples_per_s[method.id] = 1;  // its runs will fail alike, and be shown
-    }
-  }
-  if (const std::optional<StudyPace> before = folder_.read_pace()) {
-    pace_ = *before;
-    pace_.samples_per_s.merge(measured.samples_per_s);  // of methods that are new
-  } else {
-    pace_ = measured;
-  }
-  if (pace_.reference_spp == 0) pace_.reference_spp = reference_samples();
-  folder_.write_pace(pace_);
-}
-
-// Samples per pixel that the largest budget buys the method.
-double Study::largest_budget(const PlannedMethod& method) const {
-  if (!plan_.by_time) return plan_.budgets.back();
-  const auto pace = pace_.samples_per_s.find(method.id);
-  if (pace == pace_.samples_per_s.end()) return 0;
-  return pace->second * plan_.budgets.back() / double(renderer_.pixels());
-}
-
-uint32_t Study::samples_for(const PlannedMethod& method, double budget) const {
-  return to_samples(std::floor(largest_budget(method) * budget / plan_.budgets.back()));
-}
-
-// Of both halves.
-uint32_t Study::reference_samples() const {
-  double most = 1;
-  for (const PlannedMethod& method : plan_.methods) most = std::max(most, largest_budget(method));
-  const uint32_t enough = to_samples(kReferenceFactor * std::exp2(std::ceil(std::log2(most))));
-  const uint32_t wanted =
-      options_.reference_spp.value_or(plan_.by_time ? enough : to_samples(kReferenceFactor * most));
-  if (double(wanted) < kReferenceFactor * most) {
-    log_warning(fmt::format(
-        "the reference has {:.3g} times the samples of the largest budget; below {} its noise "
-        "shows in FLIP and in percentiles",
-        double(wanted) / most, kReferenceFactor));
-  }
-  return wanted;
-}
-
-// Looks for the halves where they are kept.
-void Study::find_reference() {
-  StudyReference& info = results_.reference;
-  if (given_reference_) {
-    info.file = options_.reference;
-    reference_.picture.emplace(*given_reference_);
-    return;
-  }
-  reference_.half_samples = (pace_.reference_spp + 1) / 2;
-  info.driver = "bucket";
-  info.sampler = plan_.reference_sampler;
-  info.two_halves = true;
-  info.samples_per_pixel = 2 * reference_.half_samples;
-  for (uint32_t half = 0; half < 2; ++half) {
-    ReferenceRequest& request = reference_.requests[half];
-    request.options = options_.frame;
-    request.options.driver = info.driver;
-    request.options.sampler = info.sampler;
-    request.options.spp = reference_.half_samples;
-    request.options.seed = info.seeds[half] = options_.frame.seed + kReferenceSeed + half;
-    request.folder = options_.cache.empty() ? folder_.path("reference") : options_.cache;
-    request.key = reference_key(frame_key_, request.options);
-    if (options_.cache.empty()) {
-      std::vector<std::string> files = reference_files(request);
-      for (std::string& file : files) file.insert(0, "reference/");
-      folder_.claim(files);
-    } else {
-      check_cached_files(request);
-    }
-    reference_.halves[half] = read_reference_half(request, renderer_.window());
-  }
-}
-
-// False if stopped.
-bool Study::complete_reference() {
-  if (!reference_.picture) {
-    for (size_t half = 0; half < 2; ++half) {
-      if (!reference_.halves[half]) {
-        reference_.halves[half] =
-            render_reference_half(renderer_, reference_.requests[half], stop_.token());
-      }
-      if (!reference_.halves[half]) return false;
-    }
-    const std::array<ReferenceHalf, 2> halves = {*reference_.halves[0], *reference_.halves[1]};
-    reference_.picture.emplace(reference_picture(halves[0], renderer_.window()),
-                               reference_picture(halves[1], renderer_.window()));
-    results_.limits = reference_limits(halves, reference_.half_samples, *reference_.picture);
-  }
-  reference_.picture->describe(&results_.reference);
-  pictures_.write_reference(*reference_.picture, &results_.reference);
-  return true;
-}
-
-// Of an earlier start; and those that are impossible, which need no rendering.
-void Study::find_finished_runs() {
-  for (uint32_t k = 0; k < seeds_; ++k) {
-    const uint32_t seed = options_.frame.seed + k;
-    for (size_t m = 0; m < plan_.methods.size(); ++m) {
-      const PlannedMethod& method = plan_.methods[m];
-      std::optional<StudyRun> run;
-      if (!method.impossible.empty()) {
-        run.emplace();
-        run->status = StudyRunStatus::kFailed;
-        run->reason = method.impossible;
-        run->seed = seed;
-      } else if (k > 0 || pictures_.exist(method.id)) {
-        run = folder_.read_run(method.id, seed);
-      }
-      if (!run) continue;
-      run->method = m;
-      results_.runs.push_back(*run);
-    }
-  }
-}
-
-// For the progress display; of runs that end by time a guess.
-uint64_t Study::samples_to_come() const {
-  double samples = 0;
-  for (const auto& half : reference_.halves) {
-    if (!half && !reference_.picture) samples += reference_.half_samples;
-  }
-  for (uint32_t k = 0; k < seeds_; ++k) {
-    for (size_t m = 0; m < plan_.methods.size(); ++m) {
-      const PlannedMethod& method = plan_.methods[m];
-      if (!method.impossible.empty() || find_run(results_, m, options_.frame.seed + k)) continue;
-      for (const double budget : plan_.budgets) {
-        if (method.separate || budget == plan_.budgets.back()) {
-          samples += samples_for(method, budget);
-        }
-      }
-    }
-  }
-  return uint64_t(samples) * renderer_.pixels();
-}
-
-// Nothing if stopped.
-std::optional<ProgressiveFrame> Study::render(const PlannedMethod& method, uint32_t seed) const {
-  if (!method.separate) {
-    // An adaptive frame has to know what it may spend.
-    const bool ends_by_time = plan_.by_time && method.method.estimator.empty();
-    const double most = largest_budget(method) * (ends_by_time ? kPaceMargin : 1.0);
-    ProgressiveFrame frame =
-        renderer_.render_progressive(frame_options(method, to_samples(std::ceil(most)), seed),
-                                     plan_.budgets, plan_.by_time, stop_.token());
-    if (frame.stopped) return std::nullopt;
-    return frame;
-  }
-  ProgressiveFrame frame;
-  for (const double budget : plan_.budgets) {
-    std::optional<StudyPicture> picture = renderer_.render(
-        frame_options(method, samples_for(method, budget), seed), {}, stop_.token());
-    if (!picture) return std::nullopt;
-    picture->budget = budget;
-    frame.non_finite_samples += picture->non_finite_samples;
-    if (picture->estimate) {
-      frame.claims.push_back(
-          {picture->samples, *picture->estimate,
-           to_rgb_image(picture->values, kStudyPictureChannels, renderer_.window())});
-    }
-    frame.pictures.push_back(std::move(*picture));
-  }
-  return frame;
-}
-
-StudyRun Study::measure(const ProgressiveFrame& frame) const {
-  const auto pixels = double(renderer_.pixels());
-  StudyRun run;
-  run.non_finite_samples = frame.non_finite_samples;
-  for (const StudyPicture& picture : frame.pictures) {
-    StudyCheckpoint& c = run.checkpoints.emplace_back();
-    c.budget = picture.budget;
-    c.samples = picture.samples;
-    c.mean_samples = double(picture.samples) / pixels;
-    c.wall_s = picture.wall_s;
-    c.cpu_s = picture.cpu_s;
-    c.estimate = picture.estimate;
-    c.error = reference_.picture->measure(
-        to_rgb_image(picture.values, kStudyPictureChannels, renderer_.window()));
-  }
-  for (const ClaimedError& claim : frame.claims) {
-    const double square = reference_.picture->measure(claim.picture).display_mse;
-    run.calibration.push_back(
-        {double(claim.samples) / pixels, claim.estimate, square > 0 ? std::sqrt(square) : NAN});
-  }
-  return run;
-}
-
-// Nothing if stopped. What goes wrong is the run's own failure, and the study goes on.
-std::optional<StudyRun> Study::make_run(size_t m, uint32_t seed) {
-  const PlannedMethod& method = plan_.methods[m];
-  StudyRun run;
-  try {
-    const std::optional<ProgressiveFrame> frame = render(method, seed);
-    if (!frame) return std::nullopt;
-    run = measure(*frame);
-    run.method = m;
-    run.seed = seed;
-    if (seed == options_.frame.seed) {
-      pictures_.write(method.id, frame->pictures.back(), *reference_.picture);
-    }
-  } catch (const std::exception& error) {
-    run = {};
-    run.method = m;
-    run.seed = seed;
-    run.status = StudyRunStatus::kFailed;
-    run.reason = error.what();
-  }
-  // A failure is tried again by the next start.
-  if (run.status == StudyRunStatus::kDone) folder_.write_run(method.id, run);
-  return run;
-}
-
-void Study::tell(const StudyRun& run) const {
-  const std::string what = fmt::format("{} of {} runs: {}, seed {}", results_.runs.size(),
-                                       size_t(seeds_) * plan_.methods.size(),
-                                       results_.methods[run.method].name, run.seed);
-  if (run.status == StudyRunStatus::kFailed) {
-    log_warning(what + " failed: " + run.reason);
-    return;
-  }
-  const StudyCheckpoint& last = run.checkpoints.back();
-  log_info(fmt::format("{}: {:.4g} samples per pixel in {:.3g} s, mse {:.4g}", what,
-                       last.mean_samples, last.wall_s, last.error.mse));
-}
-
-// False if stopped.
-bool Study::make_runs() {
-  for (uint32_t k = 0; k < seeds_; ++k) {
-    const uint32_t seed = options_.frame.seed + k;
-    for (const size_t m : study_order(plan_.methods.size(), seed)) {
-      if (!plan_.methods[m].impossible.empty() || find_run(results_, m, seed)) continue;
-      const std::optional<StudyRun> run = make_run(m, seed);
-      if (!run) return false;
-      results_.runs.push_back(*run);
-      tell(*run);
-    }
-  }
-  return true;
-}
-
-// False if one of the files could not be written.
-bool Study::write_results() {
-  std::ranges::sort(results_.runs, {},
-                    [](const StudyRun& run) { return std::pair(run.seed, run.method); });
-  for (size_t m = 0; m < plan_.methods.size(); ++m) {
-    const StudyRun* first = find_run(results_, m, options_.frame.seed);
-    if (!first) continue;
-    StudyMethod::Pictures& pictures = results_.methods[m].pictures;
-    pictures = StudyPictures::names(plan_.methods[m].id);
-    pictures.seed = first->seed;
-    pictures.mean_samples = first->checkpoints.back().mean_samples;
-    pictures.wall_s = first->checkpoints.back().wall_s;
-  }
-  WriteAttempts attempts;
-  const auto write = [&](const char* name, std::string (*text)(const StudyResults&)) {
-    const std::string path = folder_.path(name);
-    attempts.attempt(path, [&] { write_file_atomically(path, text(results_)); });
-  };
-  write("study.csv", study_csv);
-  write("study.json", study_json);
-  attempts.attempt(folder_.path("study.html"),
-                   [&] { write_study_page(results_, options_.folder); });
-  for (const std::string& path : attempts.written()) log_info("wrote " + path);
-  return attempts.failed().empty();
-}
-
-int Study::run() {
-  prepare_pace();
-  find_reference();
-  find_finished_runs();
-  const GracefulStop graceful;
+int run(Study& study) {
+  study.prepare();
+  StopRequest stop;
   {
-    const uint64_t samples = samples_to_come();
-    if (!reference_.picture && !(reference_.halves[0] && reference_.halves[1])) {
-      double pace = 0;
-      for (const auto& [id, value] : pace_.samples_per_s) pace = std::max(pace, value);
-      log_info(fmt::format(
-          "rendering the reference: {} samples per pixel, about {} (--reference-spp for fewer)",
-          results_.reference.samples_per_pixel,
-          format_duration(double(renderer_.pixels()) * results_.reference.samples_per_pixel /
-                          std::max(1.0, pace))));
-    }
-    ProgressDisplay progress(samples, stop_);
-    renderer_.on_samples([&](uint64_t count) { progress.add(count); });
-    results_.complete = complete_reference() && make_runs();
-    renderer_.on_samples({});
+    const GracefulStop graceful;
+    ProgressDisplay progress(study.samples_to_come(), stop);
+    study.render([&](uint64_t count) { progress.add(count); }, stop.token());
   }
-  if (!reference_.picture) {
+  if (!study.has_reference()) {
     log_info("stopped before there was a reference; the same command goes on");
     return kExitStopped;
   }
-  const bool written = write_results();
-  print_result(study_table(results_));
-  if (!written) return kExitRenderFailed;
-  if (!results_.complete) return kExitStopped;
+  WriteAttempts attempts;
+  study.write_results(attempts);
+  for (const std::string& path : attempts.written()) log_info("wrote " + path);
+  const StudyResults& results = study.results();
+  print_result(study_table(results));
+  if (!attempts.failed().empty()) return kExitRenderFailed;
+  if (!results.complete) return kExitStopped;
   const bool any = std::ranges::any_of(
-      results_.runs, [](const StudyRun& run) { return run.status == StudyRunStatus::kDone; });
-  if (!any) throw RenderError("every run has failed; the first: " + results_.runs[0].reason);
+      results.runs, [](const StudyRun& one) { return one.status == StudyRunStatus::kDone; });
+  if (!any) throw RenderError("every run has failed; the first: " + results.runs[0].reason);
   return kExitDone;
 }
 
@@ -513,7 +56,10 @@ int run_study(const StudyOptions& given) {
   register_inputs(options.frame, files);
   if (!options.reference.empty()) files.read(options.reference, "the file of --reference is in it");
   tbb::task_arena arena(threads);
-  return arena.execute([&] { return Study(options, plan, files, threads).run(); });
+  return arena.execute([&] {
+    Study study(options, plan, files, threads);
+    return run(study);
+  });
 }
 
 }  // namespace emberline

@@ -32,11 +32,11 @@ constexpr size_t kTreePartPixels = 256;
 
 }  // namespace
 
-std::vector<uint32_t> tile_order(const Rect& window) {
+std::vector<uint32_t> tile_order(const Rect& crop) {
   constexpr int kTile = 16;
   std::vector<uint32_t> order;
-  order.reserve(size_t(window.area()));
-  const int width = window.width(), height = window.height();
+  order.reserve(size_t(crop.area()));
+  const int width = crop.width(), height = crop.height();
   for (int tile_y = 0; tile_y < height; tile_y += kTile) {
     for (int tile_x = 0; tile_x < width; tile_x += kTile) {
       for (int y = tile_y; y < std::min(tile_y + kTile, height); ++y) {
@@ -104,24 +104,24 @@ FilmExtras AdaptiveDriver::film_extras(const AdaptiveSettings& settings) {
       .squares = true, .rays = true, .sample_variance = RoundPlanner::knows_variances(settings)};
 }
 
-AdaptiveDriver::AdaptiveDriver(const Frame& frame, const Rect& window,
-                               const DriverSettings& settings, FirstPicture first_picture)
-    : window_(window),
+AdaptiveDriver::AdaptiveDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings,
+                               FirstPicture first_picture)
+    : crop_(crop),
       settings_(settings),
       shown_(first_picture == FirstPicture::kShown),
       smooth_(parse_reconstruction(settings.reconstruction) == Reconstruction::kLinear),
-      planner_(settings.adaptive, window.width(), window.height(), frame.seed),
-      order_(tile_order(window)),
+      planner_(settings.adaptive, crop.width(), crop.height(), frame.seed),
+      order_(tile_order(crop)),
       have_(order_.size(), 0),
       stage_(shown_ ? Stage::kTree : Stage::kPilotStep) {
   if (settings.adaptive.unbiased) planner_.set_averages(&averages_);
-  if (settings.explained && window.contains(settings.explained->x, settings.explained->y)) {
+  if (settings.explained && crop.contains(settings.explained->x, settings.explained->y)) {
     planner_.record(index(settings.explained->x, settings.explained->y));
   }
   if (!shown_) return;
   RefinementSettings refinement;
   refinement.seed = frame.seed;
-  tree_.emplace(window, refinement);
+  tree_.emplace(crop, refinement);
 }
 
 std::optional<Round> AdaptiveDriver::next(FilmTile& film, const std::stop_token& stop) {
@@ -399,7 +399,7 @@ std::string AdaptiveDriver::explain(const FilmTile& film, int x, int y) const {
   }
   if (tree_) {
     fmt::format_to(out,
-                   "refinement tree, from the window down to the leaf with this pixel\n"
+                   "refinement tree, from the crop down to the leaf with this pixel\n"
                    "  {:>24} {:>10} {:>10} {:>10} {:>6}  {}\n",
                    "rectangle", "v_int", "v_ext", "priority", "round", "phase");
     for (const RefinementStep& step : tree_->describe(x, y)) {

@@ -20,10 +20,10 @@
 
 namespace emberline {
 
-// The pixels of a window in the order in which a round visits them: tiles of 16 x 16 pixels row by
+// The pixels of a crop in the order in which a round visits them: tiles of 16 x 16 pixels row by
 // row, and within a tile row by row, so that neighbours in the list are neighbours in the frame. By
-// index, rows from the window's top.
-std::vector<uint32_t> tile_order(const Rect& window);
+// index, rows from the crop's top.
+std::vector<uint32_t> tile_order(const Rect& crop);
 
 // Cuts a round's list of pixels into parts of about `samples` samples (at least one pixel each):
 // entry p is part p's first place in the list, the last entry the list's length. Pixel order[k] is
@@ -46,7 +46,7 @@ enum class FirstPicture { kNotShown, kShown };
 class AdaptiveDriver final : public FrameDriver {
  public:
   // Throws UsageError for an unknown estimator or reconstruction.
-  AdaptiveDriver(const Frame& frame, const Rect& window, const DriverSettings& settings,
+  AdaptiveDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings,
                  FirstPicture first_picture);
 
   std::optional<Round> next(FilmTile& film, const std::stop_token& stop) override;
@@ -89,9 +89,9 @@ class AdaptiveDriver final : public FrameDriver {
     kFinished,
   };
 
-  size_t index(int x, int y) const { return window_.index_of(x, y); }
-  int x_of(size_t i) const { return window_.x_of(i); }
-  int y_of(size_t i) const { return window_.y_of(i); }
+  size_t index(int x, int y) const { return crop_.index_of(x, y); }
+  int x_of(size_t i) const { return crop_.x_of(i); }
+  int y_of(size_t i) const { return crop_.y_of(i); }
   // Every pixel has a sample.
   bool covered() const { return stage_ > Stage::kFirst; }
 
@@ -105,7 +105,7 @@ class AdaptiveDriver final : public FrameDriver {
   std::string fate_of(size_t i) const;
   void fill_from_tree(const FilmTile& film, std::span<float> rgba) const;
 
-  const Rect window_;
+  const Rect crop_;
   const DriverSettings settings_;
   const bool shown_, smooth_;
   RoundPlanner planner_;

@@ -24,11 +24,11 @@ PartShape shape_of(const SampleRange& samples, BisectionAxis axis) {
 }
 
 // Of the first pass lines of pixels, of the others lines of cells that stay together.
-std::vector<BisectionStep> steps_of(const Rect& window, const SampleRange& samples,
+std::vector<BisectionStep> steps_of(const Rect& crop, const SampleRange& samples,
                                     BisectionAxis axis) {
   const uint64_t cell_pixels =
-      samples.first_sample > 0 ? bisection_part_pixels(samples, uint64_t(window.area())) : 1;
-  return bisection_steps(window.width(), window.height(), axis, square_cell(cell_pixels));
+      samples.first_sample > 0 ? bisection_part_pixels(samples, uint64_t(crop.area())) : 1;
+  return bisection_steps(crop.width(), crop.height(), axis, square_cell(cell_pixels));
 }
 
 // What the first pass has after these parts, which lie in one step.
@@ -58,30 +58,30 @@ size_t bisection_round_end(const BisectionPass& pass, size_t first, uint64_t fra
   return end;
 }
 
-BisectionDriver::Pass::Pass(const Rect& window, const SampleRange& samples, BisectionAxis axis)
-    : steps(steps_of(window, samples, axis)),
-      parts(steps, window, samples, shape_of(samples, axis),
-            bisection_part_pixels(samples, uint64_t(window.area()))) {}
+BisectionDriver::Pass::Pass(const Rect& crop, const SampleRange& samples, BisectionAxis axis)
+    : steps(steps_of(crop, samples, axis)),
+      parts(steps, crop, samples, shape_of(samples, axis),
+            bisection_part_pixels(samples, uint64_t(crop.area()))) {}
 
-BisectionDriver::BisectionDriver(const Frame& frame, const Rect& window,
+BisectionDriver::BisectionDriver(const Frame& frame, const Rect& crop,
                                  const DriverSettings& settings)
-    : window_(window),
+    : crop_(crop),
       seed_(frame.seed),
       samples_per_pixel_(frame.samples_per_pixel),
       axis_(parse_bisection_axis(settings.bisection_axis)),
       reconstruction_(parse_reconstruction(settings.reconstruction)),
       passes_(bisection_passes(samples_per_pixel_)),
-      first_(window, passes_.front(), axis_) {}
+      first_(crop, passes_.front(), axis_) {}
 
 std::optional<Round> BisectionDriver::next(FilmTile&, const std::stop_token&) {
   begin_ = end_;
   if (begin_ == pass().parts.parts()) {
     if (pass_ + 1 == passes_.size()) return std::nullopt;
-    later_.emplace(window_, passes_[++pass_], axis_);
+    later_.emplace(crop_, passes_[++pass_], axis_);
     begin_ = 0;
   }
   const BisectionPass& parts = pass().parts;
-  end_ = bisection_round_end(parts, begin_, uint64_t(window_.area()));
+  end_ = bisection_round_end(parts, begin_, uint64_t(crop_.area()));
   return round();
 }
 
@@ -122,7 +122,7 @@ void BisectionDriver::resolve(const FilmTile& film, std::span<float> rgba,
 
 void BisectionDriver::archive(Archive& archive, const FilmTile&) {
   archive.number(pass_, size_t(0), passes_.size() - 1);
-  if (archive.loading() && pass_ > 0) later_.emplace(window_, passes_[pass_], axis_);
+  if (archive.loading() && pass_ > 0) later_.emplace(crop_, passes_[pass_], axis_);
   archive.number(end_, size_t(0), pass().parts.parts());
   archive.number(begin_, size_t(0), end_);
   BisectionCoverage& c = coverage_;

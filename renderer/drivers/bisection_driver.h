@@ -16,7 +16,7 @@ namespace emberline {
 class BisectionDriver final : public FrameDriver {
  public:
   // Throws UsageError for an unknown axis or reconstruction.
-  BisectionDriver(const Frame& frame, const Rect& window, const DriverSettings& settings);
+  BisectionDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings);
 
   std::optional<Round> next(FilmTile& film, const std::stop_token& stop) override;
   Round round() const override;
@@ -33,13 +33,13 @@ class BisectionDriver final : public FrameDriver {
  private:
   // One pass, and the lines that it goes by.
   struct Pass {
-    Pass(const Rect& window, const SampleRange& samples, BisectionAxis axis);
+    Pass(const Rect& crop, const SampleRange& samples, BisectionAxis axis);
     std::vector<BisectionStep> steps;
     BisectionPass parts;
   };
   const Pass& pass() const { return later_ ? *later_ : first_; }
 
-  const Rect window_;
+  const Rect crop_;
   const uint32_t seed_, samples_per_pixel_;
   const BisectionAxis axis_;
   const Reconstruction reconstruction_;

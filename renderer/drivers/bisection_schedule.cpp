@@ -172,9 +172,9 @@ std::vector<SampleRange> bisection_passes(uint32_t samples_per_pixel) {
   return passes;
 }
 
-BisectionPass::BisectionPass(std::span<const BisectionStep> steps, const Rect& window,
+BisectionPass::BisectionPass(std::span<const BisectionStep> steps, const Rect& crop,
                              const SampleRange& samples, PartShape shape, uint64_t part_pixels)
-    : steps_(steps), window_(window), samples_(samples), shape_(shape), first_parts_{0} {
+    : steps_(steps), crop_(crop), samples_(samples), shape_(shape), first_parts_{0} {
   assert(std::has_single_bit(part_pixels));
   for (const BisectionStep& step : steps) {
     const Blocks& blocks = blocks_.emplace_back(cut(step.added, shape, part_pixels));
@@ -212,7 +212,7 @@ void BisectionPass::expand(size_t part, std::vector<PixelWork>& list) const {
     for (size_t x0 = 0; x0 < width; x0 += tile) {
       for (size_t j = y0; j < std::min(y0 + tile, height); ++j) {
         for (size_t i = x0; i < std::min(x0 + tile, width); ++i) {
-          list.push_back({window_.x0 + b.columns[i], window_.y0 + b.rows[j], samples_.first_sample,
+          list.push_back({crop_.x0 + b.columns[i], crop_.y0 + b.rows[j], samples_.first_sample,
                           samples_.sample_count});
         }
       }

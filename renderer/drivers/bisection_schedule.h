@@ -1,7 +1,7 @@
 // The order of `bisection`, after Arikan & Gudukbay, "Bisection-based progressive refinement"
 // (2000): a line between two halves, then a line in the middle of each half, breadth-first, so that
-// the first few lines already show the frame. A pure function of the window, listed by tests
-// without rendering. All lines count from the window's corner.
+// the first few lines already show the frame. A pure function of the crop, listed by tests
+// without rendering. All lines count from the crop's corner.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "renderer/core/rect.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/frame/frame_driver.h"
 
 namespace emberline {
 
@@ -80,8 +80,8 @@ enum class PartShape { kRow, kColumn, kSquare };
 // must outlive it.
 class BisectionPass {
  public:
-  BisectionPass(std::span<const BisectionStep> steps, const Rect& window,
-                const SampleRange& samples, PartShape shape, uint64_t part_pixels);
+  BisectionPass(std::span<const BisectionStep> steps, const Rect& crop, const SampleRange& samples,
+                PartShape shape, uint64_t part_pixels);
 
   size_t parts() const { return first_parts_.back(); }
   // Parts of step s are [first_part(s), first_part(s + 1)).
@@ -106,7 +106,7 @@ class BisectionPass {
   Block block(size_t part) const;
 
   std::span<const BisectionStep> steps_;
-  Rect window_;
+  Rect crop_;
   SampleRange samples_;
   PartShape shape_;
   std::vector<Blocks> blocks_;

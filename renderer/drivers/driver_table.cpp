@@ -3,8 +3,6 @@
 #include "renderer/core/names.h"
 #include "renderer/drivers/adaptive_driver.h"
 #include "renderer/drivers/bisection_driver.h"
-#include "renderer/drivers/bucket_schedule.h"
-#include "renderer/drivers/frame_render.h"
 #include "renderer/drivers/uniform_driver.h"
 
 namespace emberline {
@@ -26,7 +24,7 @@ constexpr DriverEntry kDrivers[] = {
        return has_threshold(settings) ? AdaptiveDriver::film_extras(settings.adaptive)
                                       : FilmExtras{};
      },
-     [](const AovSet&, const DriverSettings&) { return uint64_t(0); }},
+     [](const DriverSettings&) { return uint64_t(0); }},
     {"bisection", "the whole frame at once, refined line between lines and pass after pass",
      Sharing::kEven, false,
      [](const Frame& frame, const Rect& pixels,
@@ -34,16 +32,15 @@ constexpr DriverEntry kDrivers[] = {
        return std::make_unique<BisectionDriver>(frame, pixels, settings);
      },
      [](const DriverSettings&) { return FilmExtras{}; },
-     [](const AovSet& aovs, const DriverSettings&) { return film_bytes_per_pixel(aovs, {}); }},
+     [](const DriverSettings&) { return uint64_t(0); }},
     {"adaptive", "the whole frame, samples going where the error is", Sharing::kByError, false,
      [](const Frame& frame, const Rect& pixels,
         const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
        return std::make_unique<AdaptiveDriver>(frame, pixels, settings, FirstPicture::kShown);
      },
      [](const DriverSettings& settings) { return AdaptiveDriver::film_extras(settings.adaptive); },
-     [](const AovSet& aovs, const DriverSettings& settings) {
-       return film_bytes_per_pixel(aovs, AdaptiveDriver::film_extras(settings.adaptive)) +
-              AdaptiveDriver::bytes_per_pixel(settings.adaptive);
+     [](const DriverSettings& settings) {
+       return AdaptiveDriver::bytes_per_pixel(settings.adaptive);
      }},
 };
 
@@ -61,6 +58,19 @@ void check(const DriverSettings& settings) {
   parse_bisection_axis(settings.bisection_axis);
   parse_reconstruction(settings.reconstruction);
   find_estimator(settings.adaptive.estimator);
+}
+
+DriverFactory driver_factory(std::string_view driver, const DriverSettings& settings) {
+  check(settings);
+  const DriverEntry& entry = find_driver(driver);
+  return {.tiles = entry.tiles,
+          .tile_size = settings.bucket_size,
+          .tile_order = parse_bucket_order(settings.bucket_order),
+          .film_extras = entry.film_extras(settings),
+          .bytes_per_pixel = entry.bytes_per_pixel(settings),
+          .create = [&entry, settings](const Frame& frame, const Rect& pixels) {
+            return entry.create(frame, pixels, settings);
+          }};
 }
 
 }  // namespace emberline

@@ -9,8 +9,7 @@
 #include <string_view>
 
 #include "renderer/drivers/adaptive/round_planner.h"
-#include "renderer/drivers/frame.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/frame/frame_render.h"
 
 namespace emberline {
 
@@ -31,16 +30,12 @@ struct DriverEntry {
   std::string_view name;
   std::string_view summary;
   Sharing sharing;
-  // One for each tile, which is finished and let go before the next; else one for the window, whose
-  // picture is there all the time.
-  bool tiles;
+  bool tiles;  // as in DriverFactory
   // Of these pixels of the frame.
   std::unique_ptr<FrameDriver> (*create)(const Frame& frame, const Rect& pixels,
                                          const DriverSettings& settings);
   FilmExtras (*film_extras)(const DriverSettings& settings);
-  // At most, of each pixel of the window: film and driver. With light groups 24 for each and 24
-  // more.
-  uint64_t (*bytes_per_pixel)(const AovSet& aovs, const DriverSettings& settings);
+  uint64_t (*bytes_per_pixel)(const DriverSettings& settings);  // as in DriverFactory
 };
 std::span<const DriverEntry> driver_table();
 
@@ -50,5 +45,8 @@ const DriverEntry& find_driver(std::string_view name);
 // Likewise, for what a driver may or may not read: a mistake is one even where the chosen driver
 // would not look at it.
 void check(const DriverSettings& settings);
+
+// Throws what both do.
+DriverFactory driver_factory(std::string_view driver, const DriverSettings& settings);
 
 }  // namespace emberline

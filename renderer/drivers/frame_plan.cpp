@@ -131,7 +131,7 @@ FramePlan::FramePlan(const FrameSettings& s)
     : driver(&find_driver(s.driver)),
       width(s.width),
       height(s.height),
-      window(window_of(s)),
+      crop(crop_of(s)),
       even(shares_evenly(s)),
       seed(s.seed),
       aovs(AovSet::parse(s.aovs)),
@@ -158,7 +158,7 @@ Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGrou
           .filter = filter,
           .width = width,
           .height = height,
-          .window = window,
+          .crop = crop,
           .samples_per_pixel = samples_per_pixel,
           .seed = seed,
           .streams = streams,
@@ -179,7 +179,7 @@ bool shares_evenly(const FrameSettings& settings) {
   return true;
 }
 
-Rect window_of(const FrameSettings& settings) {
+Rect crop_of(const FrameSettings& settings) {
   const Rect frame{0, 0, settings.width, settings.height};
   if (!settings.crop) return frame;
   const Rect& crop = *settings.crop;

@@ -7,9 +7,9 @@
 #include "integrators/integrator.h"
 #include "renderer/core/rect.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/drivers/frame.h"
-#include "renderer/drivers/frame_settings.h"
 #include "renderer/film/filter.h"
+#include "renderer/frame/frame.h"
+#include "renderer/frame/frame_settings.h"
 #include "renderer/scene/build_scene.h"
 #include "samplers/sampler.h"
 
@@ -26,7 +26,7 @@ struct FramePlan {
   const DriverEntry* driver;
   DriverSettings driver_settings;
   int width, height;
-  Rect window;                     // the crop, or the whole frame
+  Rect crop;                       // the whole frame, if it is not cropped
   uint32_t samples_per_pixel = 0;  // of every pixel, or on average; 0: until the threshold is met
   bool even = true;                // every pixel gets as many
   uint32_t seed;
@@ -42,6 +42,6 @@ struct FramePlan {
 bool shares_evenly(const FrameSettings& settings);
 
 // The crop, or the whole frame. Throws UsageError for one outside the frame.
-Rect window_of(const FrameSettings& settings);
+Rect crop_of(const FrameSettings& settings);
 
 }  // namespace emberline

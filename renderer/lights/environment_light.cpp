@@ -15,9 +15,9 @@
 #include "renderer/core/parallel.h"
 #include "renderer/core/ray.h"
 #include "renderer/core/warps.h"
+#include "renderer/description/scene_description.h"
 #include "renderer/lights/fast_angle.h"
 #include "renderer/lights/fixed_cdf.h"
-#include "renderer/scene/scene_description.h"
 
 namespace emberline {
 namespace {

@@ -6,6 +6,8 @@
 #include "renderer/core/errors.h"
 #include "renderer/scene/geometry.h"
 #include "renderer/scene/scene_dresser.h"
+#include "renderer/description/framing.h"
+#include "renderer/description/default_light.h"
 
 namespace emberline {
 

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "renderer/core/load_progress.h"
+#include "renderer/description/scene_description.h"
 #include "renderer/scene/scene.h"
-#include "renderer/scene/scene_description.h"
 
 namespace emberline {
 
@@ -34,22 +34,5 @@ std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuil
 // Uses TBB. Throws InputError for a texture that cannot be, and has then changed nothing.
 void update_scene(Scene& scene, const SceneDescription& description,
                   const SceneBuildOptions& options);
-
-// Gives a description without any light a plain white environment, and a warning, unless it may be
-// dark or everything placed is unlit. From then on it may be dark: calling it again does nothing.
-void add_default_light(SceneDescription& description);
-
-// Bounds of all placed geometry, world space; empty (min > max) without geometry.
-struct WorldBounds {
-  Vec3d min = Vec3d(1e300), max = Vec3d(-1e300);
-  bool empty() const { return !(min.x <= max.x); }
-  Vec3d center() const { return (min + max) * 0.5; }
-  double radius() const { return empty() ? 0.0 : (max - min).length() * 0.5; }
-};
-WorldBounds world_bounds(const SceneDescription& description);
-
-// A camera that frames everything, for files that have none: from the front, a little from the
-// right and above, 40 degrees high.
-CameraDescription framing_camera(const WorldBounds& bounds, double aspect);
 
 }  // namespace emberline

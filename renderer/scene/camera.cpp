@@ -6,7 +6,7 @@
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/warps.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/description/scene_description.h"
 
 namespace emberline {
 namespace {
@@ -126,33 +126,6 @@ void Camera::rays(std::span<const Vec2f> film, std::span<const Vec2f> lens, Ray*
     rays[i] = {origin, direction * (1.0f / std::sqrt(dot(direction, direction)))};
   }
   std::copy_n(rays, film.size(), out);
-}
-
-double lens_radius(double f_stop, double fov_y_radians) {
-  constexpr double kGateHeight = 0.024;  // metres
-  const double focal_length = 0.5 * kGateHeight / std::tan(0.5 * fov_y_radians);
-  return 0.5 * focal_length / f_stop;
-}
-
-Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at, const Vec3d& upwards) {
-  Vec3d back = from - at;
-  if (!(back.length2() > 0)) {
-    throw UsageError("--look-from and --look-at are the same point; move one of them");
-  }
-  back.normalize();
-  Vec3d right = upwards.normalized().cross(back);
-  if (right.length2() < 1e-12) right = Vec3d(0, 1, 0).cross(back);
-  if (right.length2() < 1e-12) right = Vec3d(1, 0, 0);  // straight up or down
-  right.normalize();
-  const Vec3d up = back.cross(right);
-  Mat44d m;
-  for (int c = 0; c < 3; ++c) {
-    m[0][c] = right[c];
-    m[1][c] = up[c];
-    m[2][c] = back[c];
-    m[3][c] = from[c];
-  }
-  return m;
 }
 
 }  // namespace emberline

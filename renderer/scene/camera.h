@@ -56,12 +56,4 @@ class Camera {
   float per_focus_ = 0.0f;  // 1 / distance of the plane in focus; 0: infinity
 };
 
-// The radius in metres of a lens of this f-number and of the focal length that gives a film gate 24
-// mm high (36 x 24 mm, ISO 1007) the field of view when focused at infinity.
-double lens_radius(double f_stop, double fov_y_radians);
-
-// Camera-to-world from a viewpoint. `up` is any direction; along it +Y takes its place, and
-// straight up or down the picture's right is +X. Throws UsageError when from and at coincide.
-Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at, const Vec3d& up = Vec3d(0.0, 1.0, 0.0));
-
 }  // namespace emberline

@@ -9,8 +9,8 @@
 
 #include <memory>
 
+#include "renderer/description/scene_edits.h"
 #include "renderer/scene/build_scene.h"
-#include "renderer/scene/scene_edits.h"
 
 namespace emberline {
 

@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
+#include "renderer/description/scene_edits.h"
 #include "renderer/film/light_group_values.h"
 #include "renderer/film/light_mix.h"
-#include "renderer/scene/scene_edits.h"
 
 namespace emberline {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "renderer/core/vector.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/description/scene_description.h"
 #include "renderer/shading/bsdf.h"
 #include "renderer/shading/texture.h"
 

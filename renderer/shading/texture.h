@@ -16,7 +16,7 @@
 #include <memory>
 
 #include "renderer/core/vector.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/description/scene_description.h"
 
 namespace emberline {
 

@@ -16,9 +16,6 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// We chose: the share of pixels that rel_mse_trimmed leaves out, and eps for a black reference.
-constexpr double kTrimmedShare = 0.001;
-constexpr double kBlackEpsilon = 0.01;
 
 struct PlainSums {
   uint64_t finite = 0, different = 0;

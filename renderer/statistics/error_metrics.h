@@ -47,6 +47,9 @@ struct ErrorMetrics {
 // copies and maps of FLIP and SSIM.
 inline constexpr uint64_t kComparisonBytesPerPixel = 64;
 
+// We chose: the share of pixels that rel_mse_trimmed leaves out, and epsilon for a black reference.
+inline constexpr double kTrimmedShare = 0.001, kBlackEpsilon = 0.01;
+
 // Neither image may be empty; sizes equal (asserted).
 ErrorMetrics compare_images(const RgbImage& image, const RgbImage& reference,
                             const CompareSettings& settings = {});

@@ -9,9 +9,6 @@
 namespace emberline {
 namespace {
 
-// As in error_metrics.cpp: the share of pixels that is trimmed, epsilon for a black reference.
-constexpr double kTrimmedShare = 0.001;
-constexpr double kBlackEpsilon = 0.01;
 constexpr double kPercentile = 0.95;
 
 RgbImage mean_of(const RgbImage& a, const RgbImage& b) {

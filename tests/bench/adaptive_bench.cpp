@@ -32,6 +32,7 @@
 
 #include "bench/adaptive_errors.h"
 #include "bench/frame_benches.h"
+#include "renderer/core/display_error.h"
 
 namespace emberline::bench {
 namespace {

@@ -6,11 +6,11 @@
 #include <array>
 #include <atomic>
 
-#include "renderer/app/frame_setup.h"
 #include "renderer/app/number_option.h"
-#include "renderer/app/option_values.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/option_values.h"
 #include "renderer/drivers/frame_plan.h"
+#include "renderer/frame/frame_scene.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline::bench {
@@ -116,7 +116,7 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& obs
   plan.even = s.driver != "adaptive";
   plan.driver_settings.adaptive = s.adaptive;
   const Frame frame = plan.frame(*scene_, camera_, s.light_groups);
-  FrameRender frame_render(s.driver, plan.driver_settings);
+  FrameRender frame_render(driver_factory(s.driver, plan.driver_settings));
   tbb::task_arena arena(threads);
   FrameRun run;
   const double wall = wall_clock(), cpu = process_cpu();

@@ -10,8 +10,9 @@
 #include <vector>
 
 #include "bench/clocks.h"
-#include "renderer/app/render_options.h"
-#include "renderer/drivers/frame_render.h"
+#include "renderer/drivers/adaptive/round_planner.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/output/render_options.h"
 #include "renderer/scene/build_scene.h"
 #include "renderer/scene/camera.h"
 

@@ -14,8 +14,8 @@
 
 #include "bench/bench_frame.h"
 #include "bench/frame_benches.h"
-#include "renderer/app/frame_setup.h"
 #include "renderer/core/errors.h"
+#include "renderer/frame/frame_scene.h"
 #include "renderer/scene/editable_scene.h"
 #include "support/edits.h"
 

@@ -18,8 +18,9 @@
 #include "bench/bench_frame.h"
 #include "bench/ray_recorder.h"
 #include "renderer/app/number_option.h"
-#include "renderer/app/report.h"
 #include "renderer/core/errors.h"
+#include "renderer/output/report.h"
+#include "renderer/process/process_usage.h"
 
 namespace emberline::bench {
 namespace {

@@ -16,8 +16,9 @@
 #include "renderer/app/number_option.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
+#include "renderer/description/framing.h"
+#include "renderer/description/scene_edits.h"
 #include "renderer/scene/light_groups.h"
-#include "renderer/scene/scene_edits.h"
 #include "support/edits.h"
 
 namespace emberline::bench {

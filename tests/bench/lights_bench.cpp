@@ -5,11 +5,11 @@
 
 #include "renderer/core/moments.h"
 #include "renderer/core/warps.h"
+#include "renderer/description/scene_description.h"
 #include "renderer/lights/environment_light.h"
 #include "renderer/lights/light_bvh.h"
 #include "renderer/lights/light_sampler.h"
 #include "renderer/lights/triangle_sampling.h"
-#include "renderer/scene/scene_description.h"
 #include "support/chi_square.h"
 
 namespace emberline {

@@ -5,10 +5,11 @@
 #include <vector>
 
 #include "bench/parts.h"
+#include "renderer/description/framing.h"
+#include "renderer/description/scene_description.h"
 #include "renderer/film/film.h"
 #include "renderer/film/filter.h"
 #include "renderer/scene/camera.h"
-#include "renderer/scene/scene_description.h"
 #include "samplers/pixel_samples.h"
 
 namespace emberline::bench {

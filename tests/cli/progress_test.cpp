@@ -20,7 +20,7 @@ TEST_F(Progress, PlainLinesInALog) {
   EXPECT_EQ(result.err.find('\r'), std::string::npos);
   EXPECT_EQ(result.err.find('\033'), std::string::npos);
   const std::regex line(
-      R"(rendering +[0-9.]+ %  [0-9.]+ (s|min [0-9]+ s)(, .+ left)?  \([0-9.]+ M samples/s\))");
+      R"(rendering +[0-9.]+ %  [0-9.]+ (us|ms|s|min [0-9]+ s)(, .+ left)?  \([0-9.]+ M samples/s\))");
   size_t progress = 0;
   for (const std::string& text : result.error_lines()) {
     if (!text.starts_with("rendering ")) continue;

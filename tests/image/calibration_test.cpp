@@ -33,8 +33,8 @@ TEST_P(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
   for (int seed = 0; seed < kFrames; ++seed) {
     s.seed = uint32_t(seed);
     const RenderedImage image = render(*scene, busy_view(), s);
-    truth += squared_display_error(image, references, image.window) /
-             (3.0 * s.width * s.height * kFrames);
+    truth +=
+        squared_display_error(image, references, image.crop) / (3.0 * s.width * s.height * kFrames);
     ASSERT_TRUE(image.error_estimate.has_value());
     estimate += *image.error_estimate * *image.error_estimate / kFrames;
   }

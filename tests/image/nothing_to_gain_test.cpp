@@ -23,12 +23,12 @@ TEST(NothingToGain, NestedLosesLessThanThreePerCent) {
       s.driver = "bucket";
       s.spp = budget;
       const RenderedImage even = render(*scene, view, s);
-      uniform += squared_display_error(even, references, even.window);
+      uniform += squared_display_error(even, references, even.crop);
       s.driver = "adaptive";
       s.adaptive.estimator = "nested";
       s.adaptive.budget = budget;
       const RenderedImage image = render(*scene, view, s);
-      adaptive += squared_display_error(image, references, image.window);
+      adaptive += squared_display_error(image, references, image.crop);
       samples += double(image.counters.samples) / (s.width * s.height * kFrames);
     }
     const double ratio = adaptive / uniform * samples / budget;

@@ -56,7 +56,7 @@ Moments relative_errors(const Scene& scene, float radiance, RenderSettings s, in
     s.seed = uint32_t(seed);
     const RenderedImage image = render(scene, view, s);
     moments.add(image.mean / exact - 1);
-    total += double(image.counters.samples) / double(image.window.area()) / seeds;
+    total += double(image.counters.samples) / double(image.crop.area()) / seeds;
   }
   if (samples) *samples = total;
   return moments;

@@ -9,8 +9,8 @@
 #include <limits>
 
 #include "renderer/drivers/adaptive_driver.h"
-#include "renderer/drivers/bucket_schedule.h"
-#include "renderer/drivers/render_worker.h"
+#include "renderer/frame/bucket_schedule.h"
+#include "renderer/frame/render_worker.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 #include "support/stop_after.h"
@@ -89,7 +89,7 @@ TEST_P(AdaptiveFrame, CountsAddUp) {
   EXPECT_EQ(image.counters.rays.camera, image.counters.samples);
   EXPECT_EQ(image.counters.min_samples, least);
   EXPECT_EQ(image.counters.max_samples, most);
-  EXPECT_NEAR(double(image.counters.samples) / double(image.window.area()), 40.0, 0.4);
+  EXPECT_NEAR(double(image.counters.samples) / double(image.crop.area()), 40.0, 0.4);
 }
 
 // A pixel's samples are the first so many of its sequence, whatever rounds they came in: their
@@ -188,12 +188,12 @@ RenderedImage stop_after(const Scene& scene, const RenderSettings& s, uint64_t s
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(busy_view(), s.width, s.height, scene.origin(), scene.scale());
   FramePlan plan = plan_of(s);
-  plan.window = {3, 2, s.width - 4, s.height};
+  plan.crop = {3, 2, s.width - 4, s.height};
   const Frame frame = plan.frame(scene, camera);
   RenderedImage image = blank_image(plan);
   MemoryObserver memory(image);
-  StopAfter observer(memory, samples, image.window, false);
-  FrameRender frame_render("adaptive", plan.driver_settings);
+  StopAfter observer(memory, samples, image.crop, false);
+  FrameRender frame_render(driver_factory("adaptive", plan.driver_settings));
   tbb::task_arena arena(s.threads);
   arena.execute([&] {
     image.counters = frame_render.render(frame, observer, observer.token());
@@ -217,8 +217,8 @@ TEST_P(AdaptiveFrame, StoppedAtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
       SCOPED_TRACE(std::to_string(threads) + " threads, after " + std::to_string(samples));
       const RenderedImage image = stop_after(*scene_, s, samples);
       uint32_t least = 1u << 30, most = 0;
-      for (int y = image.window.y0; y < image.window.y1; ++y) {
-        for (int x = image.window.x0; x < image.window.x1; ++x) {
+      for (int y = image.crop.y0; y < image.crop.y1; ++y) {
+        for (int x = image.crop.x0; x < image.crop.x1; ++x) {
           const float* p = image.pixel(x, y);
           const auto count = uint32_t(p[kSamples]);
           least = std::min(least, count);
@@ -234,7 +234,7 @@ TEST_P(AdaptiveFrame, StoppedAtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
             ASSERT_TRUE(std::isfinite(p[c]) && p[c] >= 0.0f) << p[c] << " of " << count;
           }
           // The frame is lit everywhere, and what has no sample shows its neighbours'.
-          if (image.counters.samples >= uint64_t(image.window.area())) {
+          if (image.counters.samples >= uint64_t(image.crop.area())) {
             ASSERT_GT(p[3], 0.0f) << x << "," << y;
           }
           if (p[kSamples] == whole.pixel(x, y)[kSamples]) {
@@ -286,7 +286,7 @@ TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
   const Frame frame = plan.frame(*scene, camera);
   Nobody nobody;
   const FrameCounters counters =
-      FrameRender("adaptive", plan.driver_settings).render(frame, nobody, {});
+      FrameRender(driver_factory("adaptive", plan.driver_settings)).render(frame, nobody, {});
   ASSERT_FALSE(counters.located.empty());
   size_t of_later_rounds = 0;
   for (const NonFiniteSample& at : counters.located) {

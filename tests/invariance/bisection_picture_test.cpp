@@ -22,14 +22,14 @@ class Unfinished {
  public:
   using Value = float (*)(int x, int y);
 
-  Unfinished(const Rect& window, BisectionAxis axis, Reconstruction reconstruction, Value value)
-      : window_(window),
-        steps_(bisection_steps(window.width(), window.height(), axis)),
-        pass_(steps_, window, {0, 1}, shape_of(axis), 4),
+  Unfinished(const Rect& crop, BisectionAxis axis, Reconstruction reconstruction, Value value)
+      : crop_(crop),
+        steps_(bisection_steps(crop.width(), crop.height(), axis)),
+        pass_(steps_, crop, {0, 1}, shape_of(axis), 4),
         film_(AovSet{}),
         reconstruction_(reconstruction),
         value_(value) {
-    film_.reset(window);
+    film_.reset(crop);
   }
 
   // The first `parts` parts; the last `partial` of those only every other pixel.
@@ -50,16 +50,16 @@ class Unfinished {
   }
 
   std::vector<float> resolve() const {
-    std::vector<float> rgba(4 * size_t(window_.area()), std::numeric_limits<float>::quiet_NaN());
+    std::vector<float> rgba(4 * size_t(crop_.area()), std::numeric_limits<float>::quiet_NaN());
     BisectionPicture(steps_, pass_, film_, reconstruction_, coverage_).resolve(rgba);
     return rgba;
   }
   float shown(const std::vector<float>& rgba, int x, int y) const {
-    return rgba[4 * (size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0))];
+    return rgba[4 * (size_t(y - crop_.y0) * size_t(crop_.width()) + size_t(x - crop_.x0))];
   }
   bool sampled(int x, int y) const { return film_.sample_count(x, y) > 0; }
 
-  const Rect window_;
+  const Rect crop_;
   const std::vector<BisectionStep> steps_;
   const BisectionPass pass_;
   FilmTile film_;
@@ -76,24 +76,23 @@ const Rect kPictureWindows[] = {{0, 0, 37, 29}, {5, 9, 118, 40}, {0, 0, 1, 97},
 // Along one axis: the nearest sampled pixel of the same column (or row), the lower of two.
 TEST(BisectionPicture, LinesShowTheNearest) {
   for (const bool rows : {true, false}) {
-    for (const Rect& window : kPictureWindows) {
+    for (const Rect& crop : kPictureWindows) {
       const BisectionAxis axis = rows ? BisectionAxis::kRows : BisectionAxis::kColumns;
-      const size_t parts =
-          Unfinished(window, axis, Reconstruction::kDuplicate, number).pass_.parts();
+      const size_t parts = Unfinished(crop, axis, Reconstruction::kDuplicate, number).pass_.parts();
       for (size_t done = 1; done <= parts; done += 1 + done / 3) {
-        Unfinished frame(window, axis, Reconstruction::kDuplicate, number);
+        Unfinished frame(crop, axis, Reconstruction::kDuplicate, number);
         frame.sample(done);
         // Within the first line there is no whole line to be near to.
         if (done < frame.pass_.first_part(1)) continue;
         const std::vector<float> rgba = frame.resolve();
-        const int size = rows ? window.height() : window.width();
-        for (int y = window.y0; y < window.y1; ++y) {
-          for (int x = window.x0; x < window.x1; ++x) {
+        const int size = rows ? crop.height() : crop.width();
+        for (int y = crop.y0; y < crop.y1; ++y) {
+          for (int x = crop.x0; x < crop.x1; ++x) {
             float nearest = -1;
             for (int d = 0; d < size && nearest < 0; ++d) {
               for (const int line : {-d, d}) {
                 const int sx = rows ? x : x + line, sy = rows ? y + line : y;
-                if (!window.contains(sx, sy) || !frame.sampled(sx, sy)) continue;
+                if (!crop.contains(sx, sy) || !frame.sampled(sx, sy)) continue;
                 nearest = number(sx, sy);
                 break;
               }
@@ -116,16 +115,16 @@ TEST(BisectionPicture, ALatticeShowsTheNearestColumnAndRow) {
     }
     return best;
   };
-  for (const Rect& window : kPictureWindows) {
-    const auto steps = bisection_steps(window.width(), window.height(), BisectionAxis::kBoth);
+  for (const Rect& crop : kPictureWindows) {
+    const auto steps = bisection_steps(crop.width(), crop.height(), BisectionAxis::kBoth);
     for (size_t step = 0; step < steps.size(); ++step) {
-      Unfinished frame(window, BisectionAxis::kBoth, Reconstruction::kDuplicate, number);
+      Unfinished frame(crop, BisectionAxis::kBoth, Reconstruction::kDuplicate, number);
       frame.sample(frame.pass_.first_part(step + 1));
       const std::vector<float> rgba = frame.resolve();
-      for (int y = window.y0; y < window.y1; ++y) {
-        for (int x = window.x0; x < window.x1; ++x) {
-          const int sx = window.x0 + nearest(steps[step].complete.columns, x - window.x0);
-          const int sy = window.y0 + nearest(steps[step].complete.rows, y - window.y0);
+      for (int y = crop.y0; y < crop.y1; ++y) {
+        for (int x = crop.x0; x < crop.x1; ++x) {
+          const int sx = crop.x0 + nearest(steps[step].complete.columns, x - crop.x0);
+          const int sy = crop.y0 + nearest(steps[step].complete.rows, y - crop.y0);
           ASSERT_EQ(frame.shown(rgba, x, y), number(sx, sy)) << x << "," << y << " step " << step;
         }
       }
@@ -137,12 +136,12 @@ TEST(BisectionPicture, ALatticeShowsTheNearestColumnAndRow) {
 // it has some, and none is farther from it than the last complete step left it.
 TEST(BisectionPicture, IsCompleteAtEveryMoment) {
   for (const BisectionAxisEntry& axis : bisection_axis_table()) {
-    for (const Rect& window : kPictureWindows) {
+    for (const Rect& crop : kPictureWindows) {
       const size_t parts =
-          Unfinished(window, axis.axis, Reconstruction::kDuplicate, number).pass_.parts();
+          Unfinished(crop, axis.axis, Reconstruction::kDuplicate, number).pass_.parts();
       for (size_t done = 1; done <= parts; done += 1 + done / 4) {
         for (const size_t partial : {size_t(0), size_t(1), done / 2, done}) {
-          Unfinished frame(window, axis.axis, Reconstruction::kDuplicate, number);
+          Unfinished frame(crop, axis.axis, Reconstruction::kDuplicate, number);
           // A round, and so what may be partial, lies within a step.
           if (frame.pass_.step_of(done - 1) !=
               frame.pass_.step_of(std::min(done - partial, done - 1))) {
@@ -150,11 +149,11 @@ TEST(BisectionPicture, IsCompleteAtEveryMoment) {
           }
           frame.sample(done, partial);
           const std::vector<float> rgba = frame.resolve();
-          for (int y = window.y0; y < window.y1; ++y) {
-            for (int x = window.x0; x < window.x1; ++x) {
+          for (int y = crop.y0; y < crop.y1; ++y) {
+            for (int x = crop.x0; x < crop.x1; ++x) {
               const int shown = int(frame.shown(rgba, x, y)) - 1;
               const int sx = shown % 1000, sy = shown / 1000;
-              ASSERT_TRUE(window.contains(sx, sy) && frame.sampled(sx, sy))
+              ASSERT_TRUE(crop.contains(sx, sy) && frame.sampled(sx, sy))
                   << axis.name << ": " << x << "," << y << " shows " << sx << "," << sy;
               if (frame.sampled(x, y)) {
                 ASSERT_TRUE(sx == x && sy == y);
@@ -171,19 +170,19 @@ TEST(BisectionPicture, IsCompleteAtEveryMoment) {
 TEST(BisectionPicture, LinearBlendsAreExactForARamp) {
   const auto ramp = [](int x, int y) { return 1.0f + 0.25f * float(x) + 2.0f * float(y); };
   for (const BisectionAxisEntry& axis : bisection_axis_table()) {
-    for (const Rect& window : kPictureWindows) {
-      const auto steps = bisection_steps(window.width(), window.height(), axis.axis);
+    for (const Rect& crop : kPictureWindows) {
+      const auto steps = bisection_steps(crop.width(), crop.height(), axis.axis);
       for (size_t step = 0; step < steps.size(); ++step) {
-        Unfinished frame(window, axis.axis, Reconstruction::kLinear, ramp);
+        Unfinished frame(crop, axis.axis, Reconstruction::kLinear, ramp);
         frame.sample(frame.pass_.first_part(step + 1));
         const std::vector<float> rgba = frame.resolve();
         const PixelLattice& lattice = steps[step].complete;
-        for (int y = window.y0; y < window.y1; ++y) {
-          for (int x = window.x0; x < window.x1; ++x) {
-            const int cx = window.x0 + std::clamp(x - window.x0, lattice.columns.front(),
-                                                  lattice.columns.back());
+        for (int y = crop.y0; y < crop.y1; ++y) {
+          for (int x = crop.x0; x < crop.x1; ++x) {
+            const int cx =
+                crop.x0 + std::clamp(x - crop.x0, lattice.columns.front(), lattice.columns.back());
             const int cy =
-                window.y0 + std::clamp(y - window.y0, lattice.rows.front(), lattice.rows.back());
+                crop.y0 + std::clamp(y - crop.y0, lattice.rows.front(), lattice.rows.back());
             ASSERT_NEAR(frame.shown(rgba, x, y), ramp(cx, cy), 1e-4f * ramp(cx, cy))
                 << axis.name << ": " << x << "," << y << " step " << step;
           }
@@ -197,15 +196,14 @@ TEST(BisectionPicture, LinearBlendsAreExactForARamp) {
 // of what there is.
 TEST(BisectionPicture, LinearIsCompleteAtEveryMoment) {
   for (const BisectionAxisEntry& axis : bisection_axis_table()) {
-    const Rect window{5, 9, 118, 40};
-    const size_t parts =
-        Unfinished(window, axis.axis, Reconstruction::kLinear, number).pass_.parts();
+    const Rect crop{5, 9, 118, 40};
+    const size_t parts = Unfinished(crop, axis.axis, Reconstruction::kLinear, number).pass_.parts();
     for (size_t done = 1; done <= parts; done += 1 + done / 4) {
-      Unfinished frame(window, axis.axis, Reconstruction::kLinear, number);
+      Unfinished frame(crop, axis.axis, Reconstruction::kLinear, number);
       frame.sample(done, 1);
       const std::vector<float> rgba = frame.resolve();
-      for (int y = window.y0; y < window.y1; ++y) {
-        for (int x = window.x0; x < window.x1; ++x) {
+      for (int y = crop.y0; y < crop.y1; ++y) {
+        for (int x = crop.x0; x < crop.x1; ++x) {
           const float shown = frame.shown(rgba, x, y);
           if (frame.sampled(x, y)) {
             ASSERT_EQ(shown, number(x, y));

@@ -78,14 +78,14 @@ TEST(BisectionOrder, OneNewLineAtMostBetweenTwoOld) {
 
 class BisectionScheduleOf : public testing::TestWithParam<BisectionAxis> {
  protected:
-  // check(pass, pixels of the window) for the passes of 300 samples over each window.
+  // check(pass, pixels of the crop) for the passes of 300 samples over each crop.
   template <typename Check>
   void for_each_pass(const Check& check) const {
-    for (const Rect& window : kWindows) {
-      const auto steps = bisection_steps(window.width(), window.height(), GetParam());
-      const auto pixels = uint64_t(window.area());
+    for (const Rect& crop : kWindows) {
+      const auto steps = bisection_steps(crop.width(), crop.height(), GetParam());
+      const auto pixels = uint64_t(crop.area());
       for (const SampleRange& samples : bisection_passes(300)) {
-        check(BisectionPass(steps, window, samples, PartShape::kSquare,
+        check(BisectionPass(steps, crop, samples, PartShape::kSquare,
                             bisection_part_pixels(samples, pixels)),
               pixels);
         if (HasFatalFailure()) return;
@@ -95,17 +95,17 @@ class BisectionScheduleOf : public testing::TestWithParam<BisectionAxis> {
 };
 
 TEST_P(BisectionScheduleOf, StepsCoverEveryPixelOnce) {
-  for (const Rect& window : kWindows) {
+  for (const Rect& crop : kWindows) {
     for (const BisectionCell& cell : {BisectionCell{1, 1}, {4, 2}, {32, 32}}) {
-      const auto steps = bisection_steps(window.width(), window.height(), GetParam(), cell);
-      std::vector<int> step_of(size_t(window.area()), -1);
+      const auto steps = bisection_steps(crop.width(), crop.height(), GetParam(), cell);
+      std::vector<int> step_of(size_t(crop.area()), -1);
       for (size_t s = 0; s < steps.size(); ++s) {
         EXPECT_TRUE(std::ranges::is_sorted(steps[s].complete.columns));
         EXPECT_TRUE(std::ranges::is_sorted(steps[s].complete.rows));
         for (const int y : steps[s].added.rows) {
           for (const int x : steps[s].added.columns) {
-            ASSERT_TRUE(x >= 0 && y >= 0 && x < window.width() && y < window.height());
-            int& of = step_of[size_t(y) * size_t(window.width()) + size_t(x)];
+            ASSERT_TRUE(x >= 0 && y >= 0 && x < crop.width() && y < crop.height());
+            int& of = step_of[size_t(y) * size_t(crop.width()) + size_t(x)];
             ASSERT_EQ(of, -1) << x << "," << y << " twice";
             of = int(s);
           }
@@ -116,7 +116,7 @@ TEST_P(BisectionScheduleOf, StepsCoverEveryPixelOnce) {
         ASSERT_EQ(there, steps[s].complete.pixels());
         for (const int y : steps[s].complete.rows) {
           for (const int x : steps[s].complete.columns) {
-            ASSERT_GE(step_of[size_t(y) * size_t(window.width()) + size_t(x)], 0);
+            ASSERT_GE(step_of[size_t(y) * size_t(crop.width()) + size_t(x)], 0);
           }
         }
       }
@@ -137,13 +137,13 @@ constexpr Cut kCuts[] = {{PartShape::kRow, false, 1},    {PartShape::kRow, false
                          {PartShape::kSquare, true, 64}, {PartShape::kSquare, true, 1024}};
 
 TEST_P(BisectionScheduleOf, PassesCoverEveryPixelOnceInTheOrderOfTheSteps) {
-  for (const Rect& window : kWindows) {
+  for (const Rect& crop : kWindows) {
     for (const auto& [shape, cells, part_pixels] : kCuts) {
-      const auto steps = bisection_steps(window.width(), window.height(), GetParam(),
+      const auto steps = bisection_steps(crop.width(), crop.height(), GetParam(),
                                          cells ? square_cell(part_pixels) : BisectionCell{});
       const SampleRange samples{4, 4};
-      const BisectionPass pass(steps, window, samples, shape, part_pixels);
-      std::vector<int> hits(size_t(window.area()), 0);
+      const BisectionPass pass(steps, crop, samples, shape, part_pixels);
+      std::vector<int> hits(size_t(crop.area()), 0);
       std::vector<PixelWork> list;
       for (size_t part = 0; part < pass.parts(); ++part) {
         list.clear();
@@ -156,12 +156,12 @@ TEST_P(BisectionScheduleOf, PassesCoverEveryPixelOnceInTheOrderOfTheSteps) {
         ASSERT_LT(part, pass.first_part(step + 1));
         const PixelLattice& added = steps[step].added;
         for (const PixelWork& work : list) {
-          ASSERT_TRUE(window.contains(work.x, work.y));
-          ASSERT_TRUE(std::ranges::binary_search(added.columns, work.x - window.x0));
-          ASSERT_TRUE(std::ranges::binary_search(added.rows, work.y - window.y0));
+          ASSERT_TRUE(crop.contains(work.x, work.y));
+          ASSERT_TRUE(std::ranges::binary_search(added.columns, work.x - crop.x0));
+          ASSERT_TRUE(std::ranges::binary_search(added.rows, work.y - crop.y0));
           ASSERT_EQ(work.first_sample, 4u);
           ASSERT_EQ(work.sample_count, 4u);
-          hits[size_t(work.y - window.y0) * size_t(window.width()) + size_t(work.x - window.x0)]++;
+          hits[size_t(work.y - crop.y0) * size_t(crop.width()) + size_t(work.x - crop.x0)]++;
         }
       }
       for (const int h : hits) ASSERT_EQ(h, 1);
@@ -213,13 +213,13 @@ TEST(BisectionSteps, BothAxesInTurn) {
 
 // A later pass halves the grid of its parts, so that a part is one cell: neighbours in the frame.
 TEST(BisectionSteps, CellsStayTogether) {
-  const Rect window{0, 0, 70, 45};
+  const Rect crop{0, 0, 70, 45};
   const BisectionCell cell = square_cell(128);
   EXPECT_EQ(cell.width, 16);
   EXPECT_EQ(cell.height, 8);
   for (const auto& axis : bisection_axis_table()) {
     const auto steps = bisection_steps(70, 45, axis.axis, cell);
-    const BisectionPass pass(steps, window, {8, 8}, PartShape::kSquare, 128);
+    const BisectionPass pass(steps, crop, {8, 8}, PartShape::kSquare, 128);
     std::vector<PixelWork> list;
     for (size_t part = 0; part < pass.parts(); ++part) {
       list.clear();

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <thread>
 
-#include "renderer/drivers/frame_render.h"
+#include "renderer/frame/frame_render.h"
 #include "support/render.h"
 #include "support/sanitized.h"
 #include "support/scenes.h"
@@ -46,8 +46,8 @@ class BisectionStop : public testing::Test {
     const Frame frame = plan.frame(*scene_, camera);
     RenderedImage image = blank_image(plan);
     MemoryObserver memory(image);
-    StopAfter observer(memory, samples, image.window, true);
-    FrameRender frame_render("bisection", plan.driver_settings);
+    StopAfter observer(memory, samples, image.crop, true);
+    FrameRender frame_render(driver_factory("bisection", plan.driver_settings));
     tbb::task_arena arena(threads);
     arena.execute([&] {
       image.counters = frame_render.render(frame, observer, observer.token());
@@ -65,7 +65,7 @@ TEST_F(BisectionStop, AtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
   constexpr uint32_t kSpp = 7;  // passes of 1, 1, 2, 3
   const RenderedImage whole = stop_after(uint64_t(1) << 40, "both", 2, kSpp);
   EXPECT_FALSE(whole.counters.stopped);
-  const auto pixels = uint64_t(whole.window.area());
+  const auto pixels = uint64_t(whole.crop.area());
   for (const std::string axis : {"rows", "columns", "both"}) {
     for (const int threads : {1, 3}) {
       for (uint64_t samples = 1; samples < kSpp * pixels; samples += 1 + samples / 3) {
@@ -74,8 +74,8 @@ TEST_F(BisectionStop, AtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
         const RenderedImage image = stop_after(samples, axis, threads, kSpp);
         uint64_t total = 0;
         uint32_t least = kSpp, most = 0;
-        for (int y = image.window.y0; y < image.window.y1; ++y) {
-          for (int x = image.window.x0; x < image.window.x1; ++x) {
+        for (int y = image.crop.y0; y < image.crop.y1; ++y) {
+          for (int x = image.crop.x0; x < image.crop.x1; ++x) {
             const float* p = image.pixel(x, y);
             for (int c = 0; c < 4; ++c) ASSERT_GT(p[c], 0.0f) << x << "," << y;
             const auto count = uint32_t(p[4]);
@@ -114,7 +114,7 @@ TEST_F(BisectionStop, ProgressEndsWithTheWholeFrame) {
   EXPECT_EQ(progress.pass, 5);  // 1, 1, 2, 4, 4
   EXPECT_EQ(progress.completion, 1.0);
   EXPECT_TRUE(progress.pass_finished);
-  EXPECT_EQ(progress.samples, 12 * uint64_t(image.window.area()));
+  EXPECT_EQ(progress.samples, 12 * uint64_t(image.crop.area()));
 }
 
 // Requests a stop while a batch is under way.
@@ -156,7 +156,7 @@ TEST_F(BisectionStop, WithinTheLastPass) {
     const Frame frame = plan.frame(*scene_, camera);
     RenderedImage image = blank_image(plan);
     MemoryObserver observer(image);
-    FrameRender frame_render("bisection", {});
+    FrameRender frame_render(driver_factory("bisection", {}));
     tbb::task_arena arena(1);
     FrameCounters counters;
     arena.execute([&] {
@@ -206,7 +206,7 @@ TEST_F(BisectionStop, IsSoonInAHeavyScene) {
       requested = Clock::now();
       stop.request_stop();
     });
-    FrameRender frame_render("bisection", {});
+    FrameRender frame_render(driver_factory("bisection", {}));
     const FrameCounters counters = frame_render.render(frame, nobody, stop.get_token());
     const Clock::time_point returned = Clock::now();
     timer.join();

@@ -6,7 +6,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "renderer/drivers/render_worker.h"
+#include "renderer/frame/render_worker.h"
 #include "renderer/scene/embree_api.h"
 #include "support/busy_scene.h"
 #include "support/edited_scene.h"

@@ -172,8 +172,8 @@ TEST(Film, StoppedFrameHasTrueCounts) {
     stop.request_stop();
   });
   Stopper observer(stop);
-  const FrameCounters counters =
-      FrameRender("bucket", {16, "scanline"}).render(frame, observer, stop.get_token());
+  const FrameCounters counters = FrameRender(driver_factory("bucket", {16, "scanline"}))
+                                     .render(frame, observer, stop.get_token());
   timer.join();
   EXPECT_TRUE(counters.stopped);
   EXPECT_GT(counters.samples, 0u);

@@ -3,30 +3,44 @@ import pathlib
 import re
 import sys
 
-# Folder -> folders it may include from, itself left out. Files named alone are exceptions.
-CORE = ["renderer/core"]
-DESCRIPTION = ["renderer/scene/scene_description.h", "renderer/scene/scene_edits.h"]
-ALLOWED = {
+# Folder -> the folders right below it; what those may include it may include too.
+BELOW = {
     "renderer/core": [],
-    "samplers": CORE,
-    "renderer/film": CORE,
-    "renderer/shading": CORE + DESCRIPTION,
-    "renderer/lights": CORE + DESCRIPTION,
-    "io": CORE + ["renderer/film"] + DESCRIPTION,
+    "renderer/description": ["renderer/core"],
+    "renderer/film": ["renderer/core"],
+    "samplers": ["renderer/core"],
+    "renderer/shading": ["renderer/description"],
+    "renderer/lights": ["renderer/description"],
+    "renderer/scene": ["renderer/shading", "renderer/lights", "renderer/film"],
+    "integrators": ["renderer/scene", "samplers"],
+    "io": ["renderer/description", "renderer/film"],
+    "renderer/process": ["io"],
+    "renderer/frame": ["integrators", "io"],
+    "renderer/drivers": ["renderer/frame"],
+    "renderer/statistics": ["samplers"],
+    "renderer/charts": ["renderer/statistics", "renderer/film"],
+    "renderer/output": ["renderer/drivers", "renderer/charts", "renderer/process"],
+    "renderer/study": ["renderer/output"],
+    "renderer/session": ["renderer/output"],
+    "renderer/window": ["renderer/session"],
+    "renderer/app": ["renderer/study", "renderer/window"],
 }
-ALLOWED["renderer/scene"] = CORE + ["renderer/shading", "renderer/lights", "renderer/film"]
-ALLOWED["integrators"] = ALLOWED["renderer/scene"] + ["renderer/scene", "samplers"]
-ALLOWED["renderer/drivers"] = ALLOWED["integrators"] + ["integrators"]
-ALLOWED["renderer/statistics"] = ALLOWED["integrators"] + ["integrators"]
-ALLOWED["renderer/app"] = ALLOWED["renderer/drivers"] + ["renderer/drivers", "renderer/statistics", "io"]
+
+
+def visible(folder):
+    return {folder}.union(*(visible(below) for below in BELOW[folder]))
+
+
+ALLOWED = {folder: visible(folder) for folder in BELOW}
 
 # Embree is named in one header; only the folder's own sources may include it.
 EMBREE = re.compile(r"#include\s*<embree")
 OURS = re.compile(r'#include\s*"([^"]+)"')
+GENERATED = "renderer/core/version.h"
 
 
-def folder_of(path, folders):
-    return max((f for f in folders if path.startswith(f + "/")), key=len, default=None)
+def folder_of(path):
+    return max((f for f in BELOW if path.startswith(f + "/")), key=len, default=None)
 
 
 def main(root):
@@ -34,7 +48,7 @@ def main(root):
     checked = 0
     for source in sorted(root.rglob("*")):
         name = source.relative_to(root).as_posix()
-        folder = folder_of(name, ALLOWED)
+        folder = folder_of(name)
         if folder is None or source.suffix not in (".h", ".cpp"):
             continue
         checked += 1
@@ -42,14 +56,18 @@ def main(root):
         if EMBREE.search(text) and name != "renderer/scene/embree_api.h":
             failures.append(f"{name}: only renderer/scene/embree_api.h includes Embree")
         for included in OURS.findall(text):
-            target = folder_of(included, ALLOWED)
-            if target is None:
-                if not (root / included).exists() and included != "renderer/app/version.h":
+            target = folder_of(included)
+            if not (root / included).exists() and included != GENERATED:
+                if target is not None or "/" in included:
                     failures.append(f"{name}: includes {included}, which is not in the tree")
-            elif target != folder and target not in ALLOWED[folder] and included not in ALLOWED[folder]:
+            elif target is not None and target not in ALLOWED[folder]:
                 failures.append(f"{name}: {folder} may not include {included}")
+    for folder in BELOW:
+        if not any((root / folder).glob("*.h")):
+            failures.append(f"{folder}: no headers; is it still there?")
     print("\n".join(failures) or f"{checked} files, every include goes the right way")
     return 1 if failures or checked == 0 else 0
 
 
-sys.exit(main(pathlib.Path(sys.argv[1])))
+if __name__ == "__main__":
+    sys.exit(main(pathlib.Path(sys.argv[1])))

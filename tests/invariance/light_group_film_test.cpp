@@ -101,7 +101,7 @@ TEST(LightGroupFilm, ABadSampleIsBlackInAllGroups) {
       EXPECT_FLOAT_EQ(rgba[4 * i + 3], 0.75f);
     }
   } look;
-  FrameRender("bucket", {}).render(frame, look, {});
+  FrameRender(driver_factory("bucket", {})).render(frame, look, {});
 }
 
 }  // namespace

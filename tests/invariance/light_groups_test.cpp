@@ -400,10 +400,10 @@ TEST(LightGroups, ANeutralBaselineGivesAllLightsBack) {
 // weights 2 twice as bright, and as complete.
 class Onlooker final : public FrameObserver {
  public:
-  Onlooker(int groups, const Rect& window)
+  Onlooker(int groups, const Rect& crop)
       : same_(std::vector<Rgb>(size_t(groups), Rgb(1.0f))),
         twice_(std::vector<Rgb>(size_t(groups), Rgb(2.0f))),
-        plain_(4 * size_t(window.area())),
+        plain_(4 * size_t(crop.area())),
         mixed_(plain_) {}
   void tile_finished(const FilmTile&) override {}
   void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
@@ -442,8 +442,8 @@ TEST(LightGroups, MixIncompletePictures) {
       DriverSettings how;
       how.reconstruction = reconstruction;
       how.adaptive.budget = 4;
-      Onlooker onlooker(lit.groups.size(), plan.window);
-      FrameRender(name, how).render(frame, onlooker, {});
+      Onlooker onlooker(lit.groups.size(), plan.crop);
+      FrameRender(driver_factory(name, how)).render(frame, onlooker, {});
       EXPECT_GE(onlooker.pictures, 5) << name;
     }
   }

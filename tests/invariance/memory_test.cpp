@@ -10,7 +10,7 @@
 #include <cmath>
 
 #include "io/image_library.h"
-#include "renderer/app/outputs.h"
+#include "renderer/output/outputs.h"
 #include "support/process_memory.h"
 #include "support/render.h"
 #include "support/scenes.h"
@@ -196,7 +196,7 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   b.set_environment(Rgb(1.0f));
   const auto scene = b.build();
   constexpr int kWidth = 1024, kHeight = 4096, kTile = 1024;
-  const Rect window{0, 0, kWidth, kHeight};
+  const Rect crop{0, 0, kWidth, kHeight};
   const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), kWidth, kHeight, scene->origin(),
                       scene->scale());
   FrameSettings frame_settings;
@@ -212,14 +212,16 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   OutputSettings settings;
   settings.width = kWidth;
   settings.height = kHeight;
-  settings.window = window;
+  settings.crop = crop;
   settings.tile_size = kTile;
   settings.transparent = true;  // the PNG, 17 MB of it, is a twelfth of the whole
   const StopRequest stop;
   FrameOutputs outputs({path("frame.exr"), path("frame.png")}, settings, stop);
   MeasuredOutputs observer(outputs);
   tbb::task_arena arena(2);
-  arena.execute([&] { FrameRender("bucket", {kTile, "scanline"}).render(frame, observer, {}); });
+  arena.execute([&] {
+    FrameRender(driver_factory("bucket", {kTile, "scanline"})).render(frame, observer, {});
+  });
   const double measured = observer.most_resident() - before;
   expect_true(double(outputs.film_bytes()), measured, "film");
 }

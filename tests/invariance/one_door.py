@@ -23,7 +23,7 @@ ALLOWED = {
     # For tinygltf's header, whose functions on files are not called.
     "io/tiny_gltf_build.cpp": ["fstream"],
     # /dev/null for standard streams that are closed, before anything else is opened.
-    "renderer/app/standard_output.cpp": ["::open("],
+    "renderer/process/standard_output.cpp": ["::open("],
 }
 COMMENT = re.compile(r"//.*$")
 

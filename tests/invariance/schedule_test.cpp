@@ -15,7 +15,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 #include "renderer/drivers/adaptive_driver.h"
-#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/frame/bucket_schedule.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 
@@ -114,9 +114,9 @@ class Rounds : public testing::TestWithParam<std::string_view> {
     settings.aovs = "stop";
     return FramePlan(settings);
   }
-  Frame frame(const Rect& window) const {
+  Frame frame(const Rect& crop) const {
     Frame frame = plan_.frame(*scene_, camera_);
-    frame.window = window;
+    frame.crop = crop;
     frame.exact_counts = settings_.adaptive.threshold == 0.0f;
     return frame;
   }
@@ -134,22 +134,22 @@ TEST_P(Rounds, AskForEachSampleOnceAndInOrder) {
   for (const float threshold : {0.0f, 0.1f}) {
     settings_.adaptive.threshold = threshold;
     settings_.adaptive.max_samples = 64;
-    for (const Rect& window : kRoundWindows) {
-      const Frame whole = frame(window);
-      Listed listed(entry(), whole, window, settings_);
+    for (const Rect& crop : kRoundWindows) {
+      const Frame whole = frame(crop);
+      Listed listed(entry(), whole, crop, settings_);
       listed.go_on(std::numeric_limits<size_t>::max());
       EXPECT_TRUE(listed.driver().finished());
       listed.driver().end(listed.film(), PixelStop::kUser);
       uint64_t samples = 0;
-      for (size_t i = 0; i < size_t(window.area()); ++i) {
-        const int x = window.x_of(i), y = window.y_of(i);
+      for (size_t i = 0; i < size_t(crop.area()); ++i) {
+        const int x = crop.x_of(i), y = crop.y_of(i);
         samples += listed.film().sample_count(x, y);
         EXPECT_NE(listed.film().stop(x, y), PixelStop::kUser);
         EXPECT_NE(listed.film().stop(x, y), PixelStop::kNone);
         EXPECT_EQ(listed.film().stop(x, y), listed.driver().stop_so_far(listed.film(), x, y));
       }
       if (threshold > 0.0f) continue;
-      const double mean = double(samples) / double(window.area());
+      const double mean = double(samples) / double(crop.area());
       EXPECT_NEAR(mean, kSamples, GetParam() == "adaptive" ? 8.0 : 0.0);
     }
   }
@@ -157,19 +157,19 @@ TEST_P(Rounds, AskForEachSampleOnceAndInOrder) {
 
 // Wherever it is cut, the counts are true, the picture is there, and the stops say why.
 TEST_P(Rounds, AreTrueWhereverTheyAreCut) {
-  const Rect window = kRoundWindows[0];
-  const Frame whole = frame(window);
+  const Rect crop = kRoundWindows[0];
+  const Frame whole = frame(crop);
   for (size_t parts = 1; parts < 3000; parts += 1 + parts / 3) {
-    Listed listed(entry(), whole, window, settings_);
+    Listed listed(entry(), whole, crop, settings_);
     listed.go_on(parts);
     if (listed.driver().finished()) break;
     listed.driver().end(listed.film(), PixelStop::kTimeLimit);
-    std::vector<float> rgba(4 * size_t(window.area()), std::numeric_limits<float>::quiet_NaN());
+    std::vector<float> rgba(4 * size_t(crop.area()), std::numeric_limits<float>::quiet_NaN());
     listed.driver().resolve(listed.film(), rgba, nullptr);
     EXPECT_TRUE(std::ranges::all_of(rgba, [](float v) { return std::isfinite(v); }));
     size_t lacking = 0;
-    for (size_t i = 0; i < size_t(window.area()); ++i) {
-      const int x = window.x_of(i), y = window.y_of(i);
+    for (size_t i = 0; i < size_t(crop.area()); ++i) {
+      const int x = crop.x_of(i), y = crop.y_of(i);
       const PixelStop stop = listed.film().stop(x, y);
       EXPECT_EQ(stop == PixelStop::kNone, listed.film().sample_count(x, y) == 0);
       lacking += stop == PixelStop::kTimeLimit || stop == PixelStop::kNone;
@@ -225,16 +225,15 @@ TEST_P(Rounds, GoOnFromEveryBoundaryToTheSameBits) {
     all.push_back(all[GetParam() == "bucket" ? 3 : 0]);
     all.back().adaptive.estimator = estimator.name;
   }
-  const Rect window{3, 2, 52, 35};
+  const Rect crop{3, 2, 52, 35};
   for (const DriverSettings& settings : all) {
-    Frame whole = frame(window);
+    Frame whole = frame(crop);
     whole.exact_counts = settings.adaptive.threshold == 0.0f;
     std::vector<std::byte> state_once, state;
     std::string explained_once, explained;
     const FilmTile once =
-        carried_out(entry(), whole, window, settings, false, &state_once, &explained_once);
-    const FilmTile replaced =
-        carried_out(entry(), whole, window, settings, true, &state, &explained);
+        carried_out(entry(), whole, crop, settings, false, &state_once, &explained_once);
+    const FilmTile replaced = carried_out(entry(), whole, crop, settings, true, &state, &explained);
     std::vector<float> expected, found;
     once.resolve(expected);
     replaced.resolve(found);
@@ -246,10 +245,10 @@ TEST_P(Rounds, GoOnFromEveryBoundaryToTheSameBits) {
 
 // A state comes from a file: damaged, it is refused, or asks for nothing outside its frame.
 TEST_P(Rounds, ADamagedStateIsRefusedOrHarmless) {
-  const Rect window{3, 2, 52, 35};
-  const Frame whole = frame(window);
+  const Rect crop{3, 2, 52, 35};
+  const Frame whole = frame(crop);
   for (const size_t parts : {2u, 9u, 30u}) {
-    Listed listed(entry(), whole, window, settings_);
+    Listed listed(entry(), whole, crop, settings_);
     listed.go_on(parts);
     std::vector<std::byte> state;
     Archive saving(state);
@@ -266,7 +265,7 @@ TEST_P(Rounds, ADamagedStateIsRefusedOrHarmless) {
       } else {
         damaged[at] ^= std::byte(1u << (hash32(random) % 8));
       }
-      const auto driver = entry().create(whole, window, settings_);
+      const auto driver = entry().create(whole, crop, settings_);
       try {
         Archive loading{std::span<const std::byte>(damaged)};
         driver->archive(loading, listed.film());
@@ -275,14 +274,14 @@ TEST_P(Rounds, ADamagedStateIsRefusedOrHarmless) {
         ++refused;
         continue;
       }
-      ASSERT_LE(driver->round().parts, size_t(window.area()));
+      ASSERT_LE(driver->round().parts, size_t(crop.area()));
       std::vector<PixelWork> list;
       for (size_t part = 0; part < driver->round().parts; ++part) driver->expand(part, list);
       for (const PixelWork& work : list) {
-        ASSERT_TRUE(window.contains(work.x, work.y));
+        ASSERT_TRUE(crop.contains(work.x, work.y));
         ASSERT_LE(work.first_sample + work.sample_count, kMaxSamples);
       }
-      std::vector<float> rgba(4 * size_t(window.area()));
+      std::vector<float> rgba(4 * size_t(crop.area()));
       driver->resolve(listed.film(), rgba, nullptr);
     }
     EXPECT_GT(refused, kTrials / 20);
@@ -294,17 +293,17 @@ INSTANTIATE_TEST_SUITE_P(Drivers, Rounds, testing::Values("bucket", "bisection",
 
 TEST(BucketSchedule, CoversEveryPixelOnce) {
   for (const BucketOrderEntry& order : bucket_order_table()) {
-    for (const Rect& window : {Rect{0, 0, 64, 64}, Rect{0, 0, 1, 1}, Rect{0, 0, 1, 97},
-                               Rect{5, 9, 118, 40}, Rect{0, 0, 101, 103}}) {
+    for (const Rect& crop : {Rect{0, 0, 64, 64}, Rect{0, 0, 1, 1}, Rect{0, 0, 1, 97},
+                             Rect{5, 9, 118, 40}, Rect{0, 0, 101, 103}}) {
       for (const int size : {1, 3, 16, 64, 4096}) {
-        std::vector<int> hits(size_t(window.area()), 0);
-        for (const Rect& bucket : bucket_schedule(window, size, order.order, 1)) {
+        std::vector<int> hits(size_t(crop.area()), 0);
+        for (const Rect& bucket : bucket_schedule(crop, size, order.order, 1)) {
           EXPECT_LE(bucket.width(), size);
           EXPECT_LE(bucket.height(), size);
           for (int y = bucket.y0; y < bucket.y1; ++y) {
             for (int x = bucket.x0; x < bucket.x1; ++x) {
-              ASSERT_TRUE(window.contains(x, y));
-              hits[size_t(y - window.y0) * size_t(window.width()) + size_t(x - window.x0)]++;
+              ASSERT_TRUE(crop.contains(x, y));
+              hits[size_t(y - crop.y0) * size_t(crop.width()) + size_t(x - crop.x0)]++;
             }
           }
         }
@@ -319,9 +318,9 @@ TEST(BucketSchedule, CoversEveryPixelOnce) {
 // of one column took minutes once.
 TEST(BucketSchedule, AThinFrameIsScheduledAtOnce) {
   for (const BucketOrderEntry& order : bucket_order_table()) {
-    for (const Rect& window : {Rect{0, 0, 1, 65536}, Rect{0, 0, 65536, 1}}) {
+    for (const Rect& crop : {Rect{0, 0, 1, 65536}, Rect{0, 0, 65536, 1}}) {
       const auto start = std::chrono::steady_clock::now();
-      EXPECT_EQ(bucket_schedule(window, 1, order.order, 0).size(), 65536u) << order.name;
+      EXPECT_EQ(bucket_schedule(crop, 1, order.order, 0).size(), 65536u) << order.name;
       const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
       EXPECT_LT(taken.count(), 5.0) << order.name;  // milliseconds, on any machine
     }
@@ -350,11 +349,11 @@ TEST(BucketSchedule, SpiralStartsInTheMiddleScanlineAtTheTop) {
 }
 
 TEST(BucketSchedule, RandomDependsOnTheSeedAlone) {
-  const Rect window{0, 0, 512, 512};
-  EXPECT_EQ(bucket_schedule(window, 16, BucketOrder::kRandom, 5),
-            bucket_schedule(window, 16, BucketOrder::kRandom, 5));
-  EXPECT_NE(bucket_schedule(window, 16, BucketOrder::kRandom, 5),
-            bucket_schedule(window, 16, BucketOrder::kRandom, 6));
+  const Rect crop{0, 0, 512, 512};
+  EXPECT_EQ(bucket_schedule(crop, 16, BucketOrder::kRandom, 5),
+            bucket_schedule(crop, 16, BucketOrder::kRandom, 5));
+  EXPECT_NE(bucket_schedule(crop, 16, BucketOrder::kRandom, 5),
+            bucket_schedule(crop, 16, BucketOrder::kRandom, 6));
 }
 
 TEST(BucketSchedule, RefusesNonsense) {
@@ -370,13 +369,13 @@ TEST(BucketSchedule, RefusesNonsense) {
 }
 
 TEST(AdaptiveSchedule, TilesCoverEveryPixelOnceRowByRow) {
-  for (const Rect& window : {Rect{0, 0, 1, 1}, Rect{0, 0, 1, 97}, Rect{5, 9, 118, 40}}) {
-    std::vector<int> hits(size_t(window.area()), 0);
+  for (const Rect& crop : {Rect{0, 0, 1, 1}, Rect{0, 0, 1, 97}, Rect{5, 9, 118, 40}}) {
+    std::vector<int> hits(size_t(crop.area()), 0);
     std::array<int, 4> before = {-1, -1, -1, -1};
-    for (const uint32_t i : tile_order(window)) {
+    for (const uint32_t i : tile_order(crop)) {
       ASSERT_LT(i, hits.size());
       ++hits[i];
-      const int x = int(i) % window.width(), y = int(i) / window.width();
+      const int x = int(i) % crop.width(), y = int(i) / crop.width();
       const std::array<int, 4> place = {y / 16, x / 16, y % 16, x % 16};
       EXPECT_LT(before, place);
       before = place;

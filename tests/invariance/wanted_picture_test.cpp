@@ -64,7 +64,7 @@ class WantedPicture : public testing::TestWithParam<const char*> {
     RenderedImage image = blank_image(plan);
     const Frame frame = plan.frame(*scene_, camera);
     Impatient observer(image, wants);
-    FrameRender frame_render(GetParam(), plan.driver_settings);
+    FrameRender frame_render(driver_factory(GetParam(), plan.driver_settings));
     tbb::task_arena arena(threads);
     arena.execute([&] {
       image.counters = frame_render.render(frame, observer, {});

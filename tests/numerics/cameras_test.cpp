@@ -1,7 +1,7 @@
 // Case 29: whoever looks at it, from whatever angle and distance, the floor under a rectangle has
 // the irradiance of case 6, without acne; and cameras in places that only a test finds.
 #include "closed_form.h"
-#include "renderer/drivers/render_worker.h"
+#include "renderer/frame/render_worker.h"
 #include "support/closed_forms.h"
 #include "support/scenes.h"
 
@@ -121,7 +121,7 @@ TEST(Cameras, OnePixelAndLateSamples) {
   const FramePlan plan = plan_of(many);
   const Frame frame = plan.frame(*scene, camera);
   FilmTile tile{AovSet{}};
-  tile.reset(plan.window);
+  tile.reset(plan.crop);
   RenderWorker worker(frame);
   struct Nobody final : FrameObserver {
     void tile_finished(const FilmTile&) override {}

@@ -107,7 +107,7 @@ inline MeasuredMean mean_of(const Scene& scene, const CameraDescription& view, R
   const RenderedImage image = render(scene, view, s);
   EXPECT_EQ(image.counters.non_finite_samples, 0u);
   double sum = 0, variance = 0;
-  const double n = double(image.window.area());
+  const double n = double(image.crop.area());
   for (size_t i = 0; i < image.values.size(); i += image.channels.size()) {
     sum += double(image.values[i + 1]);
     variance += double(image.values[i + 6]);  // R G B A samples variance.R variance.G

@@ -12,7 +12,7 @@
 
 #include "renderer/core/constants.h"
 #include "renderer/core/vector.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/description/scene_description.h"
 
 namespace emberline::test {
 

@@ -27,7 +27,7 @@ RenderSettings noise_settings(const std::string& sampler, uint32_t spp) {
 // Correlation of the errors of pixels (x, y) in `a` and (x + dx, y + dy) in `b`, wrapping around.
 double correlation(const RenderedImage& a, const RenderedImage& b, int dx, int dy) {
   double sum = 0, squares_a = 0, squares_b = 0;
-  const int n = a.window.width();
+  const int n = a.crop.width();
   for (int y = 0; y < n; ++y)
     for (int x = 0; x < n; ++x) {
       const double p = double(a.rgb(x, y).y) - a.mean;
@@ -69,7 +69,7 @@ Slope order(const Scene& scene, const CameraDescription& view, const std::string
   for (uint32_t spp = 16; spp <= 256; spp *= 2) {
     const RenderSettings s = noise_settings(sampler, spp);
     const RenderedImage image = render(scene, view, s);
-    pixels = double(image.window.area());
+    pixels = double(image.crop.area());
     const double x = std::log(double(spp)), y = std::log(square(image.standard_error) * pixels);
     sx += x;
     sy += y;

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "closed_form.h"
+#include "renderer/description/framing.h"
 #include "renderer/statistics/error_metrics.h"
 #include "support/scenes.h"
 

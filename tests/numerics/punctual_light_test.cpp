@@ -1,6 +1,7 @@
 // Case 10: lights without extent. Nothing is random about them but the point that a pixel sees.
 #include "receiver.h"
 #include "renderer/core/moments.h"
+#include "renderer/description/framing.h"
 
 namespace emberline {
 namespace {

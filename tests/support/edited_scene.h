@@ -1,7 +1,7 @@
 // A scene with everything that an edit can reach, for tests of edits.
 #pragma once
 
-#include "renderer/scene/scene_edits.h"
+#include "renderer/description/scene_edits.h"
 #include "support/scenes.h"
 
 namespace emberline::test {

@@ -1,7 +1,7 @@
 // Adds edits of the things with an index, for tests and timings of edits.
 #pragma once
 
-#include "renderer/scene/scene_edits.h"
+#include "renderer/description/scene_edits.h"
 
 namespace emberline::test {
 

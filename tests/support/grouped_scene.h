@@ -74,7 +74,7 @@ inline std::vector<Rgb> rgb_of(const std::vector<float>& rgba) {
 
 inline std::vector<Rgb> light_of(const RenderedImage& image, int group) {
   std::vector<Rgb> pixels;
-  for (size_t i = 0; i < size_t(image.window.area()); ++i) {
+  for (size_t i = 0; i < size_t(image.crop.area()); ++i) {
     pixels.push_back(image.light(i, group));
   }
   return pixels;

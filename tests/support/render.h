@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "renderer/drivers/frame_plan.h"
-#include "renderer/drivers/frame_render.h"
+#include "renderer/frame/frame_render.h"
 
 namespace emberline::test {
 
@@ -42,9 +42,9 @@ struct RenderSettings {
   std::string aovs;
 };
 
-// The frame's channels over its window, as the EXR would hold them.
+// The frame's channels over its crop, as the EXR would hold them.
 struct RenderedImage {
-  Rect window;
+  Rect crop;
   std::vector<std::string> channels;
   std::vector<float> values;
   FrameCounters counters;
@@ -53,7 +53,7 @@ struct RenderedImage {
   std::vector<Rgb> lights;  // mean of each light group, by pixel, then by group
 
   const float* pixel(int x, int y) const {
-    return &values[(size_t(y - window.y0) * size_t(window.width()) + size_t(x - window.x0)) *
+    return &values[(size_t(y - crop.y0) * size_t(crop.width()) + size_t(x - crop.x0)) *
                    channels.size()];
   }
   const Rgb& light(size_t pixel, int group) const {
@@ -61,7 +61,7 @@ struct RenderedImage {
   }
   Rgb rgb(int x, int y) const { return {pixel(x, y)[0], pixel(x, y)[1], pixel(x, y)[2]}; }
 
-  // Mean of R, G and B over the window, and the standard error of that mean taking pixels as
+  // Mean of R, G and B over the crop, and the standard error of that mean taking pixels as
   // independent (they are: every pixel has its own randomisation).
   double mean = 0, standard_error = 0;
 };
@@ -77,8 +77,8 @@ class MemoryObserver final : public FrameObserver {
     const std::lock_guard lock(mutex_);
     for (int y = r.y0; y < r.y1; ++y) {
       const size_t from = size_t(y - r.y0) * size_t(r.width()) * channels;
-      const size_t to = (size_t(y - image_.window.y0) * size_t(image_.window.width()) +
-                         size_t(r.x0 - image_.window.x0)) *
+      const size_t to = (size_t(y - image_.crop.y0) * size_t(image_.crop.width()) +
+                         size_t(r.x0 - image_.crop.x0)) *
                         channels;
       std::copy_n(&pixels[from], size_t(r.width()) * channels, &image_.values[to]);
       for (int x = r.x0; x < r.x1 && image_.light_groups > 0; ++x) keep_lights(tile, x, y);
@@ -89,7 +89,7 @@ class MemoryObserver final : public FrameObserver {
   void keep_lights(const FilmTile& tile, int x, int y) {
     const auto groups = size_t(image_.light_groups);
     for (size_t g = 0; g < groups; ++g) {
-      image_.lights[image_.window.index_of(x, y) * groups + g] =
+      image_.lights[image_.crop.index_of(x, y) * groups + g] =
           tile.light_groups().mean(tile.rect().index_of(x, y), int(g));
     }
   }
@@ -133,9 +133,9 @@ inline FramePlan plan_of(const RenderSettings& s) {
 // Black pixels of the plan's frame.
 inline RenderedImage blank_image(const FramePlan& plan) {
   RenderedImage image;
-  image.window = plan.window;
+  image.crop = plan.crop;
   for (const FilmChannel& c : film_channels(plan.aovs)) image.channels.push_back(c.name);
-  image.values.assign(size_t(image.window.area()) * image.channels.size(), 0.0f);
+  image.values.assign(size_t(image.crop.area()) * image.channels.size(), 0.0f);
   return image;
 }
 
@@ -151,12 +151,12 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   RenderedImage image = blank_image(plan);
   if (groups) {
     image.light_groups = groups->size();
-    image.lights.resize(size_t(image.window.area()) * size_t(groups->size()));
+    image.lights.resize(size_t(image.crop.area()) * size_t(groups->size()));
   }
   MemoryObserver observer(image);
   // An arena makes as many workers as asked for, on a machine with fewer cores too.
   tbb::task_arena arena(s.threads);
-  FrameRender frame_render(s.driver, plan.driver_settings);
+  FrameRender frame_render(driver_factory(s.driver, plan.driver_settings));
   arena.execute([&] {
     image.counters = frame_render.render(frame, observer, {});
     frame_render.deliver(observer);
@@ -165,7 +165,7 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   });
 
   double sum = 0, sum2 = 0;
-  const double n = double(image.window.area());
+  const double n = double(image.crop.area());
   for (size_t i = 0; i < image.values.size(); i += image.channels.size()) {
     const double v = (double(image.values[i]) + image.values[i + 1] + image.values[i + 2]) / 3;
     sum += v;
@@ -181,7 +181,7 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
 inline void expect_same_bits(const RenderedImage& a, const RenderedImage& b,
                              const std::string& what) {
   ASSERT_EQ(a.channels, b.channels);
-  const Rect common = a.window.intersect(b.window);
+  const Rect common = a.crop.intersect(b.crop);
   ASSERT_FALSE(common.empty());
   size_t different = 0;
   for (int y = common.y0; y < common.y1; ++y) {

@@ -6,9 +6,10 @@
 #include <memory>
 
 #include "renderer/core/constants.h"
+#include "renderer/description/framing.h"
+#include "renderer/description/scene_description.h"
 #include "renderer/scene/build_scene.h"
 #include "renderer/scene/camera.h"
-#include "renderer/scene/scene_description.h"
 
 namespace emberline::test {
 

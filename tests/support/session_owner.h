@@ -7,8 +7,8 @@
 #include <mutex>
 #include <string>
 
-#include "renderer/app/view/render_session.h"
 #include "renderer/core/errors.h"
+#include "renderer/session/render_session.h"
 #include "support/sanitized.h"
 
 namespace emberline::test {

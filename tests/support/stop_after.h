@@ -17,8 +17,8 @@ namespace emberline::test {
 class StopAfter final : public FrameObserver {
  public:
   // With `bright`, no value of any picture may be 0.
-  StopAfter(MemoryObserver& image, uint64_t samples, const Rect& window, bool bright)
-      : image_(image), samples_(samples), bright_(bright), rgba_(4 * size_t(window.area())) {}
+  StopAfter(MemoryObserver& image, uint64_t samples, const Rect& crop, bool bright)
+      : image_(image), samples_(samples), bright_(bright), rgba_(4 * size_t(crop.area())) {}
 
   void tile_finished(const FilmTile& tile) override { image_.tile_finished(tile); }
   void samples_finished(uint64_t count) override {

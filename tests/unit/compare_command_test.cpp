@@ -91,20 +91,20 @@ TEST_F(CompareTest, EqualPicturesHaveNullPsnr) {
 
 // The same place of the same frame is compared, whatever part of it either file holds.
 TEST_F(CompareTest, CropsAreComparedWhereTheyLie) {
-  const auto write_part = [&](const std::string& name, const Rect& window, int width, int height) {
+  const auto write_part = [&](const std::string& name, const Rect& crop, int width, int height) {
     ExrHeader header;
     header.width = width;
     header.height = height;
-    header.data_window = window;
+    header.data_window = crop;
     header.channels = {{"R"}, {"G"}, {"B"}};
     std::vector<float> pixels;
-    for (int y = window.y0; y < window.y1; ++y) {
-      for (int x = window.x0; x < window.x1; ++x) {
+    for (int y = crop.y0; y < crop.y1; ++y) {
+      for (int x = crop.x0; x < crop.x1; ++x) {
         pixels.insert(pixels.end(), {float(x), float(y), float(x * y)});
       }
     }
     ExrWriter writer(path(name), header);
-    writer.write_tile(window, pixels);
+    writer.write_tile(crop, pixels);
     writer.finish();
     return path(name);
   };

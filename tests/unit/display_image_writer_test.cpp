@@ -49,12 +49,12 @@ std::array<float, 4> test_pixel(int x, int y) {
   return {float(x % 11) / 10.0f * alpha, 0.18f * alpha, float(y % 3) / 2.0f * alpha, alpha};
 }
 
-void write_picture(const std::string& path, const Rect& window, bool alpha) {
-  DisplayImageWriter writer(path, window, std::make_shared<DisplayTransform>(DisplaySettings{}),
+void write_picture(const std::string& path, const Rect& crop, bool alpha) {
+  DisplayImageWriter writer(path, crop, std::make_shared<DisplayTransform>(DisplaySettings{}),
                             alpha);
-  for (int y = window.y0; y < window.y1; y += 16) {
-    for (int x = window.x0; x < window.x1; x += 16) {
-      const Rect tile = Rect{x, y, x + 16, y + 16}.intersect(window);
+  for (int y = crop.y0; y < crop.y1; y += 16) {
+    for (int x = crop.x0; x < crop.x1; x += 16) {
+      const Rect tile = Rect{x, y, x + 16, y + 16}.intersect(crop);
       std::vector<float> rgba;
       for (int py = tile.y0; py < tile.y1; ++py) {
         for (int px = tile.x0; px < tile.x1; ++px) {
@@ -68,15 +68,15 @@ void write_picture(const std::string& path, const Rect& window, bool alpha) {
 }
 
 TEST_F(PictureTest, PngWithAlphaIsUnassociated) {
-  const Rect window = {5, 9, 47, 38};
-  write_picture(path("a.png"), window, true);
+  const Rect crop = {5, 9, 47, 38};
+  write_picture(path("a.png"), crop, true);
   const ReadBack picture = read_back(path("a.png"));
-  ASSERT_EQ(picture.spec.width, window.width());
-  ASSERT_EQ(picture.spec.height, window.height());
+  ASSERT_EQ(picture.spec.width, crop.width());
+  ASSERT_EQ(picture.spec.height, crop.height());
   ASSERT_EQ(picture.spec.nchannels, 4);
   size_t i = 0;
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x, ++i) {
+  for (int y = crop.y0; y < crop.y1; ++y) {
+    for (int x = crop.x0; x < crop.x1; ++x, ++i) {
       const auto pixel = test_pixel(x, y);
       const double alpha = double(pixel[3]);
       ASSERT_EQ(picture.values[4 * i + 3], std::lround(alpha * 255));
@@ -90,13 +90,13 @@ TEST_F(PictureTest, PngWithAlphaIsUnassociated) {
 }
 
 TEST_F(PictureTest, PngWithoutAlphaIsOverBlack) {
-  const Rect window = {0, 0, 33, 20};
-  write_picture(path("a.PNG"), window, false);
+  const Rect crop = {0, 0, 33, 20};
+  write_picture(path("a.PNG"), crop, false);
   const ReadBack picture = read_back(path("a.PNG"));
   ASSERT_EQ(picture.spec.nchannels, 3);
   size_t i = 0;
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x, ++i) {
+  for (int y = crop.y0; y < crop.y1; ++y) {
+    for (int x = crop.x0; x < crop.x1; ++x, ++i) {
       for (size_t c = 0; c < 3; ++c) {
         ASSERT_NEAR(picture.values[3 * i + c], test::srgb(double(test_pixel(x, y)[c])) * 255, 0.51);
       }
@@ -105,13 +105,13 @@ TEST_F(PictureTest, PngWithoutAlphaIsOverBlack) {
 }
 
 TEST_F(PictureTest, JpegIsCloseAndHasNoAlpha) {
-  const Rect window = {0, 0, 64, 48};
+  const Rect crop = {0, 0, 64, 48};
   {
-    DisplayImageWriter writer(path("a.jpg"), window,
+    DisplayImageWriter writer(path("a.jpg"), crop,
                               std::make_shared<DisplayTransform>(DisplaySettings{}), true);
     std::vector<float> rgba;
     for (int i = 0; i < 64 * 48; ++i) rgba.insert(rgba.end(), {0.5f, 0.2f, 0.1f, 0.5f});
-    writer.write_tile(window, rgba);
+    writer.write_tile(crop, rgba);
     writer.finish();
   }
   const ReadBack picture = read_back(path("a.jpg"));
@@ -146,12 +146,12 @@ TEST_F(PictureTest, PicturesAreDeterministicAndUnwrittenPixelsBlack) {
 
 TEST_F(PictureTest, PictureFilesAppearWholeOrNotAtAll) {
   const auto transform = std::make_shared<DisplayTransform>(DisplaySettings{});
-  const Rect window = {0, 0, 8, 8};
-  { DisplayImageWriter writer(path("a.png"), window, transform, false); }
+  const Rect crop = {0, 0, 8, 8};
+  { DisplayImageWriter writer(path("a.png"), crop, transform, false); }
   EXPECT_TRUE(contents().empty());
-  expect_error<UsageError>([&] { DisplayImageWriter(path("a.gif"), window, transform, false); },
+  expect_error<UsageError>([&] { DisplayImageWriter(path("a.gif"), crop, transform, false); },
                            ".png, .jpg, .jpeg");
-  expect_error<RenderError>([&] { DisplayImageWriter(path("no/a.png"), window, transform, false); },
+  expect_error<RenderError>([&] { DisplayImageWriter(path("no/a.png"), crop, transform, false); },
                             "does not exist");
   EXPECT_TRUE(contents().empty());
 }

@@ -1,4 +1,4 @@
-#include "renderer/app/view/edit_history.h"
+#include "renderer/session/edit_history.h"
 
 #include <gtest/gtest.h>
 

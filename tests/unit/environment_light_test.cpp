@@ -10,7 +10,7 @@
 #include "renderer/core/frame.h"
 #include "renderer/core/moments.h"
 #include "renderer/core/warps.h"
-#include "renderer/scene/scene_description.h"
+#include "renderer/description/scene_description.h"
 #include "support/chi_square.h"
 
 namespace emberline {

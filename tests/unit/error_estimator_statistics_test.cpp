@@ -81,7 +81,7 @@ double true_error(uint32_t count) {
   return display_slope(kMean) * kDeviation / std::sqrt(double(count));
 }
 
-// The share of pixels, of all in the window, for which holds(i).
+// The share of pixels, of all in the crop, for which holds(i).
 double share(const std::function<bool(size_t)>& holds) {
   double count = 0;
   for (size_t i = 0; i < size_t(kPixels); ++i) count += holds(i) ? 1 : 0;
@@ -157,7 +157,7 @@ TEST(KajiyaCalibration, OneDegreeOfFreedom) {
 }
 
 // Where the display curve is like the square root, a block of 16 pixels shows its standard error.
-// The window is kept whole here (far above 256 times the threshold), so that all pixels are pooled:
+// The crop is kept whole here (far above 256 times the threshold), so that all pixels are pooled:
 // known to 5 sqrt(pi / 2 - 1) / 200 = 2 %, and the two curves' slopes differ by .6 % at .2.
 TEST(DammertzCalibration, TheThresholdIsAStandardErrorOfTheDisplay) {
   constexpr uint64_t kSeed = 400;

@@ -234,7 +234,7 @@ TEST(PainterSloanEstimator, NeighbourhoodOfFewSamples) {
   EXPECT_NEAR(
       errors(estimator, pixels)[1],
       kCurveSlope * kUnit * std::sqrt((3.25 * 3.25 + 2 * 3.75 * 3.75 + 4.25 * 4.25) / 3 / 3), 1e-7);
-  // The window's sides are no neighbours: 4 beside 9, 9 and 1; 6 beside the same.
+  // The crop's sides are no neighbours: 4 beside 9, 9 and 1; 6 beside the same.
   EXPECT_NEAR(
       errors(estimator, pixels)[3],
       kCurveSlope * kUnit * std::sqrt((1.75 * 1.75 + 2 * 3.25 * 3.25 + 4.75 * 4.75) / 3 / 3), 1e-7);

@@ -41,10 +41,10 @@ float expected_value(int x, int y, size_t channel) {
 
 std::vector<Rect> tiles_of(const ExrHeader& header) {
   std::vector<Rect> tiles;
-  const Rect& window = header.data_window;
-  for (int y = window.y0; y < window.y1; y += header.tile_size) {
-    for (int x = window.x0; x < window.x1; x += header.tile_size) {
-      tiles.push_back(Rect{x, y, x + header.tile_size, y + header.tile_size}.intersect(window));
+  const Rect& crop = header.data_window;
+  for (int y = crop.y0; y < crop.y1; y += header.tile_size) {
+    for (int x = crop.x0; x < crop.x1; x += header.tile_size) {
+      tiles.push_back(Rect{x, y, x + header.tile_size, y + header.tile_size}.intersect(crop));
     }
   }
   return tiles;
@@ -63,16 +63,16 @@ std::vector<float> tile_pixels(const ExrHeader& header, const Rect& rect) {
 // One channel of the data window as floats, by OpenEXR's general reader (which also converts).
 std::vector<float> read_channel(const std::string& path, const std::string& name) {
   Imf::InputFile file(path.c_str(), 0);
-  const Imath::Box2i window = file.header().dataWindow();
-  const size_t width = size_t(window.max.x - window.min.x + 1);
-  const size_t height = size_t(window.max.y - window.min.y + 1);
+  const Imath::Box2i crop = file.header().dataWindow();
+  const size_t width = size_t(crop.max.x - crop.min.x + 1);
+  const size_t height = size_t(crop.max.y - crop.min.y + 1);
   std::vector<float> values(width * height, -1.0f);
   Imf::FrameBuffer buffer;
   char* const origin = reinterpret_cast<char*>(values.data()) -
-                       4 * (ptrdiff_t(window.min.x) + ptrdiff_t(window.min.y) * ptrdiff_t(width));
+                       4 * (ptrdiff_t(crop.min.x) + ptrdiff_t(crop.min.y) * ptrdiff_t(width));
   buffer.insert(name, Imf::Slice(Imf::FLOAT, origin, 4, 4 * width));
   file.setFrameBuffer(buffer);
-  file.readPixels(window.min.y, window.max.y);
+  file.readPixels(crop.min.y, crop.max.y);
   return values;
 }
 

@@ -3,7 +3,7 @@
 
 #include "io/gltf.h"
 #include "renderer/core/errors.h"
-#include "renderer/scene/scene_edits.h"
+#include "renderer/description/scene_edits.h"
 #include "support/embedded_images.h"
 
 namespace emberline::test {

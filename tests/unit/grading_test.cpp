@@ -1,4 +1,4 @@
-#include "renderer/app/view/grading.h"
+#include "renderer/session/grading.h"
 
 #include <gtest/gtest.h>
 

@@ -1,15 +1,15 @@
 // What heatmaps show: from channels to a number per pixel.
-#include "renderer/statistics/heatmap_quantity.h"
+#include "renderer/charts/heatmap_quantity.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/charts/quantity_plane.h"
 #include "renderer/core/display_error.h"
 #include "renderer/core/errors.h"
 #include "renderer/drivers/adaptive/frame_error.h"
-#include "renderer/statistics/quantity_plane.h"
 #include "unit/synthetic_pixels.h"
 
 namespace emberline::test {
@@ -80,9 +80,9 @@ TEST(HeatmapQuantity, RmsOfTheErrorIsTheFramesEstimate) {
 }
 
 TEST(QuantityPlane, GathersTilesInAnyOrder) {
-  const Rect window{10, 20, 15, 24};
+  const Rect crop{10, 20, 15, 24};
   const std::vector<std::string> channels = {"R", "samples"};
-  QuantityPlane gathered(find_heatmap_quantity("samples"), channels, window);
+  QuantityPlane gathered(find_heatmap_quantity("samples"), channels, crop);
   for (const Rect& tile : {Rect{12, 20, 15, 22}, Rect{10, 22, 15, 24}, Rect{10, 20, 12, 22}}) {
     std::vector<float> pixels;
     for (int y = tile.y0; y < tile.y1; ++y) {

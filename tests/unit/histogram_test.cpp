@@ -1,4 +1,4 @@
-#include "renderer/app/view/window/histogram.h"
+#include "renderer/window/histogram.h"
 
 #include <gtest/gtest.h>
 

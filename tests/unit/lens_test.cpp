@@ -6,6 +6,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/warps.h"
+#include "renderer/description/framing.h"
 #include "support/render.h"
 #include "support/scenes.h"
 
@@ -140,7 +141,7 @@ struct Blur {
 
 Blur measure(const RenderedImage& image) {
   Blur blur;
-  const int w = image.window.width(), h = image.window.height();
+  const int w = image.crop.width(), h = image.crop.height();
   for (int y = 0; y < h; ++y) {
     for (int x = 0; x < w; ++x) {
       const double value = double(image.rgb(x, y).x);

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <thread>
 
-#include "renderer/app/frame_setup.h"
 #include "renderer/core/errors.h"
+#include "renderer/frame/frame_scene.h"
 #include "renderer/scene/editable_scene.h"
 #include "support/embedded_images.h"
 #include "support/encoded_images.h"
@@ -29,8 +29,8 @@ class LoadProgressTest : public testing::Test {
     std::vector<float> texels(16 * 8 * 3, 0.5f);
     texels[30] = 20.0f;
     write_image(folder_ / "sky.hdr", sky, texels);
-    options_.environment = folder_ / "sky.hdr";
-    options_.scene = scene_file(small_png());
+    settings_.environment = folder_ / "sky.hdr";
+    settings_.scene = scene_file(small_png());
   }
 
   // The last image's bytes are `last_image`.
@@ -64,12 +64,12 @@ class LoadProgressTest : public testing::Test {
   }
 
   std::unique_ptr<EditableScene> load(LoadProgress& progress) const {
-    SceneDescription description = load_scene(options_, progress);
+    SceneDescription description = load_scene(settings_, progress);
     return std::make_unique<EditableScene>(std::move(description), SceneBuildOptions{}, progress);
   }
 
   TempFolder folder_;
-  RenderOptions options_;
+  FrameSettings settings_;
 };
 
 struct Entry {
@@ -146,10 +146,10 @@ TEST_F(LoadProgressTest, TheSceneIsTheSameWhoeverLooks) {
 
 // Whoever calls a load off does not want to hear what is wrong with the file.
 TEST_F(LoadProgressTest, CallingOffComesBeforeTheFilesErrors) {
-  options_.scene = scene_file({'n', 'o', 'n', 'e'});
+  settings_.scene = scene_file({'n', 'o', 'n', 'e'});
   EXPECT_THROW(load(LoadProgress::unwatched()), InputError);
   for (const bool lenient : {false, true}) {
-    options_.lenient = lenient;
+    settings_.lenient = lenient;
     std::stop_source stop;
     LoadProgress progress(
         [&](const std::string& stage, double) {

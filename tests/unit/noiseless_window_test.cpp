@@ -10,7 +10,7 @@ namespace {
 using namespace test;
 using Sample = SyntheticFrame::Sample;
 
-// Samples of each pixel of a small window in which nothing but `rest` is ever met, under a
+// Samples of each pixel of a small crop in which nothing but `rest` is ever met, under a
 // threshold.
 double samples_without_noise(const Sample& rest, int size, const AdaptiveSettings& settings) {
   SyntheticFrame frame(size, size, 10, [&](int, int, TestRandom&) { return rest; });
@@ -26,7 +26,7 @@ TEST(NoiselessWindow, NoNoiseIsNoAnswerUntilThereAreSamplesEnough) {
     s.estimator = estimator;
     s.threshold = 0.02f;
     const Sample black = {0.0f, 2};
-    EXPECT_EQ(samples_without_noise(black, 16, s), 512.0);  // 2^17 samples of the window
+    EXPECT_EQ(samples_without_noise(black, 16, s), 512.0);  // 2^17 samples of the crop
     EXPECT_EQ(samples_without_noise(black, 4, s), 1024.0);  // 64 times the pilot
     EXPECT_EQ(samples_without_noise(black, 128, s), 16.0);  // enough from the start
     EXPECT_EQ(samples_without_noise({0.4f, 3}, 16, s), 512.0);
@@ -41,7 +41,7 @@ TEST(NoiselessWindow, NoNoiseIsNoAnswerUntilThereAreSamplesEnough) {
 }
 
 // One path in 4000 finds the light: in a quarter of the windows of 16 x 16 pixels, none of the
-// pilot's. False alarms: one window of 40 misses it in 2^17 samples with a chance of e^-32.
+// pilot's. False alarms: one crop of 40 misses it in 2^17 samples with a chance of e^-32.
 TEST(NoiselessWindow, LightThatFewPathsFindIsNotLeftOut) {
   AdaptiveSettings s;
   s.threshold = 0.05f;

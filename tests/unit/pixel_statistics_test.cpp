@@ -8,9 +8,9 @@
 namespace emberline {
 namespace {
 
-FilmTile film_of(const Rect& window) {
+FilmTile film_of(const Rect& crop) {
   FilmTile film(AovSet{}, {.squares = true, .rays = true});
-  film.reset(window);
+  film.reset(crop);
   return film;
 }
 

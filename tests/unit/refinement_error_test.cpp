@@ -43,7 +43,7 @@ TEST(RefinementTree, ALoneDiscDrawsTheSamples) {
 
 double rmse(const RefinementTree& tree, const Picture& picture) {
   double sum = 0;
-  const Rect& w = tree.window();
+  const Rect& w = tree.crop();
   for (int y = w.y0; y < w.y1; ++y) {
     for (int x = w.x0; x < w.x1; ++x) {
       sum += square(double(tree.value(tree.leaf_at(x, y)).x - picture(x, y).x));

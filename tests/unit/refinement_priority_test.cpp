@@ -59,12 +59,12 @@ TEST(RefinementTree, VariancesOfTwoLeaves) {
 // and corners, and a pixel away from them.
 TEST(RefinementTree, ExternalVarianceIsThatOfTheNeighbours) {
   std::set<size_t> neighbours_seen;
-  for (const Rect& window : {Rect{10, 20, 110, 97}, Rect{0, 0, 7, 7}, Rect{0, 0, 3, 5},
-                             Rect{-2, -3, 4, 1}, Rect{0, 0, 1, 9}}) {
-    SCOPED_TRACE(name_of(window));
-    RefinementTree tree(window, {.seed = 10});
+  for (const Rect& crop : {Rect{10, 20, 110, 97}, Rect{0, 0, 7, 7}, Rect{0, 0, 3, 5},
+                           Rect{-2, -3, 4, 1}, Rect{0, 0, 1, 9}}) {
+    SCOPED_TRACE(name_of(crop));
+    RefinementTree tree(crop, {.seed = 10});
     while (!tree.finished()) {
-      insert_round(tree, noise, 1 + size_t(window.area()) / 10);
+      insert_round(tree, noise, 1 + size_t(crop.area()) / 10);
       for (const RefinementStep& leaf : tree.most_urgent(tree.open_count())) {
         if (leaf.priority == 0) continue;  // not split in this phase
         const Rect& r = leaf.rect;
@@ -72,7 +72,7 @@ TEST(RefinementTree, ExternalVarianceIsThatOfTheNeighbours) {
         std::vector<Rgb> values = {leaf.mean};
         for (const Vec2i& p :
              {Vec2i(r.x0 - 1, y), Vec2i(r.x1, y), Vec2i(x, r.y0 - 1), Vec2i(x, r.y1)}) {
-          if (window.contains(p.x, p.y)) values.push_back(tree.value(tree.leaf_at(p.x, p.y)));
+          if (crop.contains(p.x, p.y)) values.push_back(tree.value(tree.leaf_at(p.x, p.y)));
         }
         neighbours_seen.insert(values.size() - 1);
         // Shades are rounded to 2^-16.

@@ -15,10 +15,10 @@ namespace emberline {
 namespace {
 
 // The rectangles of the leaves are what the map of pixels says, each has its sample inside, and
-// their areas sum to the window's.
+// their areas sum to the crop's.
 void expect_leaves_tile(const RefinementTree& tree) {
   std::vector<int64_t> area(tree.sample_count(), 0);
-  const Rect& w = tree.window();
+  const Rect& w = tree.crop();
   for (int y = w.y0; y < w.y1; ++y) {
     for (int x = w.x0; x < w.x1; ++x) {
       const uint32_t leaf = tree.leaf_at(x, y);
@@ -38,9 +38,9 @@ void expect_leaves_tile(const RefinementTree& tree) {
 }
 
 TEST(RefinementTree, LeavesTileTheWindow) {
-  for (const Rect& window : awkward_windows()) {
-    SCOPED_TRACE(name_of(window));
-    RefinementTree tree(window, {.seed = 1});
+  for (const Rect& crop : awkward_windows()) {
+    SCOPED_TRACE(name_of(crop));
+    RefinementTree tree(crop, {.seed = 1});
     while (!tree.finished()) {
       insert_round(tree, noise, 7 + 11 * tree.rounds());
       ASSERT_NO_FATAL_FAILURE(expect_leaves_tile(tree));
@@ -49,22 +49,22 @@ TEST(RefinementTree, LeavesTileTheWindow) {
 }
 
 TEST(RefinementTree, EveryPixelIsWantedOnceAndKeepsItsValue) {
-  for (const Rect& window : awkward_windows()) {
+  for (const Rect& crop : awkward_windows()) {
     for (const Picture& picture : {Picture(noise), constant_picture(Rgb(0.5f))}) {
-      SCOPED_TRACE(name_of(window));
-      RefinementTree tree(window, {.seed = 2});
+      SCOPED_TRACE(name_of(crop));
+      RefinementTree tree(crop, {.seed = 2});
       std::set<std::pair<int, int>> seen;
       while (!tree.finished()) {
         for (const Vec2i& pixel : insert_round(tree, picture)) {
-          ASSERT_TRUE(window.contains(pixel.x, pixel.y)) << pixel;
+          ASSERT_TRUE(crop.contains(pixel.x, pixel.y)) << pixel;
           ASSERT_TRUE(seen.insert({pixel.x, pixel.y}).second) << pixel << " twice";
         }
       }
-      EXPECT_EQ(int64_t(seen.size()), window.area());
+      EXPECT_EQ(int64_t(seen.size()), crop.area());
       EXPECT_EQ(tree.open_count(), 0u);
       EXPECT_TRUE(tree.next_round().empty());
-      for (int y = window.y0; y < window.y1; ++y) {
-        for (int x = window.x0; x < window.x1; ++x) {
+      for (int y = crop.y0; y < crop.y1; ++y) {
+        for (int x = crop.x0; x < crop.x1; ++x) {
           ASSERT_EQ(tree.value(tree.leaf_at(x, y)), picture(x, y));
         }
       }
@@ -89,7 +89,7 @@ TEST(RefinementTree, FramesTooLargeAreRefused) {
 
 // Largest area over smallest, of the leaves.
 double area_ratio(const RefinementTree& tree, int64_t* smallest = nullptr) {
-  int64_t low = tree.window().area(), high = 0;
+  int64_t low = tree.crop().area(), high = 0;
   for (uint32_t i = 0; i < tree.sample_count(); ++i) {
     low = std::min(low, tree.leaf(i).rect.area());
     high = std::max(high, tree.leaf(i).rect.area());
@@ -136,12 +136,12 @@ TEST(RefinementTree, EqualsAreTakenFromAllOverTheFrame) {
 }
 
 // In a coverage round all leaves that are too large are split and no other, whatever contrast
-// others have. In the second window leaves of both kinds stand side by side.
+// others have. In the second crop leaves of both kinds stand side by side.
 TEST(RefinementTree, CoversBeforeItLooksForFeatures) {
   // 211 x 197 / 512 = 81.2: at that depth some leaves are too large, others not.
-  for (const auto& [window, limit] :
+  for (const auto& [crop, limit] :
        {std::pair(Rect{0, 0, 256, 256}, 100), std::pair(Rect{0, 0, 211, 197}, 81)}) {
-    RefinementTree tree(window, {.seed = 4, .coverage_area = limit});
+    RefinementTree tree(crop, {.seed = 4, .coverage_area = limit});
     while (tree.phase() == RefinementPhase::kCoverage) {
       const size_t before = tree.sample_count();
       std::vector<int64_t> areas;
@@ -152,7 +152,7 @@ TEST(RefinementTree, CoversBeforeItLooksForFeatures) {
       }
     }
     EXPECT_EQ(tree.phase(), RefinementPhase::kFeatures);
-    if (window.width() == 256) {
+    if (crop.width() == 256) {
       EXPECT_EQ(tree.sample_count(), 1024u);  // of 64 pixels: the first power of two below 100
     }
   }
@@ -253,17 +253,17 @@ TEST(RefinementTree, PixelsAreDrawnUniformly) {
   EXPECT_LT(chi_square(counts), chi_square_limit(47)) << "seeds 0 to 47999 again";
 }
 
-// The path to a pixel: from the window down, each node one of the halves of the one before, with
+// The path to a pixel: from the crop down, each node one of the halves of the one before, with
 // the mean of what is inside, and rounds that only grow.
 TEST(RefinementTree, DescribesThePathToAPixel) {
-  const Rect window = {3, 5, 104, 76};
-  RefinementTree tree(window, {.seed = 11});
+  const Rect crop = {3, 5, 104, 76};
+  RefinementTree tree(crop, {.seed = 11});
   EXPECT_TRUE(tree.describe(50, 50).empty());
   refine(tree, noise, 3000);
   for (const Vec2i& p : {Vec2i(3, 5), Vec2i(103, 75), Vec2i(50, 40)}) {
     const std::vector<RefinementStep> path = tree.describe(p.x, p.y);
     ASSERT_GE(path.size(), 2u);
-    EXPECT_EQ(path[0].rect, window);
+    EXPECT_EQ(path[0].rect, crop);
     for (size_t i = 0; i < path.size(); ++i) {
       const RefinementStep& node = path[i];
       EXPECT_TRUE(node.rect.contains(p.x, p.y));

@@ -13,13 +13,13 @@ namespace emberline {
 namespace {
 
 std::vector<Rgb> constant(const RefinementTree& tree) {
-  std::vector<Rgb> picture(size_t(tree.window().area()), Rgb(-1.0f));
+  std::vector<Rgb> picture(size_t(tree.crop().area()), Rgb(-1.0f));
   reconstruct_constant(tree, picture);
   return picture;
 }
 
 std::vector<Rgb> smooth(const RefinementTree& tree) {
-  std::vector<Rgb> picture(size_t(tree.window().area()), Rgb(-1.0f));
+  std::vector<Rgb> picture(size_t(tree.crop().area()), Rgb(-1.0f));
   reconstruct_smooth(tree, picture);
   return picture;
 }
@@ -38,14 +38,14 @@ Rgb hills(int x, int y) {
 }
 
 TEST(RefinementViews, ConstantHasTheValueOfTheLeaf) {
-  const Rect window = {-7, 3, 94, 70};
-  RefinementTree tree(window, {.seed = 1});
+  const Rect crop = {-7, 3, 94, 70};
+  RefinementTree tree(crop, {.seed = 1});
   while (!tree.finished()) {
     insert_round(tree, test_picture);
     const std::vector<Rgb> picture = constant(tree);
     size_t i = 0;
-    for (int y = window.y0; y < window.y1; ++y) {
-      for (int x = window.x0; x < window.x1; ++x) {
+    for (int y = crop.y0; y < crop.y1; ++y) {
+      for (int x = crop.x0; x < crop.x1; ++x) {
         ASSERT_EQ(picture[i++], tree.value(tree.leaf_at(x, y))) << x << "," << y;
       }
     }
@@ -54,8 +54,8 @@ TEST(RefinementViews, ConstantHasTheValueOfTheLeaf) {
 
 TEST(RefinementViews, BothGiveAConstantExactly) {
   const Rgb value(0.1f, 0.7f, 12.3f);
-  for (const Rect& window : awkward_windows()) {
-    RefinementTree tree(window, {.seed = 2});
+  for (const Rect& crop : awkward_windows()) {
+    RefinementTree tree(crop, {.seed = 2});
     while (!tree.finished()) {
       insert_round(tree, constant_picture(value));
       for (const std::vector<Rgb>& picture : {constant(tree), smooth(tree)}) {
@@ -66,13 +66,13 @@ TEST(RefinementViews, BothGiveAConstantExactly) {
 }
 
 TEST(RefinementViews, BothEndAsThePicture) {
-  for (const Rect& window : awkward_windows()) {
-    RefinementTree tree(window, {.seed = 3});
+  for (const Rect& crop : awkward_windows()) {
+    RefinementTree tree(crop, {.seed = 3});
     refine(tree, test_picture);
     for (const std::vector<Rgb>& picture : {constant(tree), smooth(tree)}) {
       size_t i = 0;
-      for (int y = window.y0; y < window.y1; ++y) {
-        for (int x = window.x0; x < window.x1; ++x) ASSERT_EQ(picture[i++], test_picture(x, y));
+      for (int y = crop.y0; y < crop.y1; ++y) {
+        for (int x = crop.x0; x < crop.x1; ++x) ASSERT_EQ(picture[i++], test_picture(x, y));
       }
     }
   }
@@ -200,9 +200,9 @@ TEST(RefinementViews, SameBitsForAnyNumberOfThreads) {
 // Changed are exactly the left columns and top rows of the leaves of two pixels or more, the
 // frame's own left and top border among them.
 TEST(RefinementViews, BordersAreTheLeaves) {
-  const Rect window = {4, 2, 65, 50};
-  constexpr int kStride = 70;  // the picture is wider than the window
-  RefinementTree tree(window, {.seed = 8});
+  const Rect crop = {4, 2, 65, 50};
+  constexpr int kStride = 70;  // the picture is wider than the crop
+  RefinementTree tree(crop, {.seed = 8});
   std::vector<float> untouched(4 * kStride * 48, 0.25f);
   std::vector<float> picture = untouched;
   draw_leaf_borders(tree, picture, kStride);
@@ -214,7 +214,7 @@ TEST(RefinementViews, BordersAreTheLeaves) {
     for (int x = 0; x < kStride; ++x) {
       const float* const pixel = &picture[size_t(4 * (y * kStride + x))];
       bool expected = false;
-      if (x < window.width()) {
+      if (x < crop.width()) {
         const Rect r = tree.leaf(tree.leaf_at(x + 4, y + 2)).rect;
         expected = r.area() > 1 && (r.x0 == x + 4 || r.y0 == y + 2);
       }

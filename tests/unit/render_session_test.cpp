@@ -1,13 +1,13 @@
 // What a session shows: the right samples, of the newest edit, with what belongs to them.
-#include "renderer/app/view/render_session.h"
+#include "renderer/session/render_session.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <thread>
 
-#include "renderer/app/view/grading.h"
 #include "renderer/drivers/driver_table.h"
+#include "renderer/session/grading.h"
 #include "unit/session_fixture.h"
 
 namespace emberline {

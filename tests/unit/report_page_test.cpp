@@ -1,5 +1,5 @@
 // The report's page from a report made up for the purpose: what a small render hardly ever has.
-#include "renderer/app/report_page.h"
+#include "renderer/output/report_page.h"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ RenderOptions options() {
 
 RenderReport report() {
   RenderReport r;
-  r.window = kWindow;
+  r.crop = kWindow;
   r.threads = 2;
   r.counters.samples = 4 * uint64_t(kWindow.area());
   r.counters.min_samples = r.counters.max_samples = 4;
@@ -36,7 +36,7 @@ SampleValue grey(float value) {
   return sample;
 }
 
-// A film of the whole window in which pixel (x, y) has 1 + x % 3 samples.
+// A film of the whole crop in which pixel (x, y) has 1 + x % 3 samples.
 FilmTile film() {
   FilmTile tile{AovSet()};
   tile.reset(kWindow);
@@ -114,7 +114,7 @@ TEST(ReportPageContent, ManyPassesAreThinnedAndTheLastIsKept) {
 TEST(ReportPictures, CountEveryPixelAndGradeAsPngDoes) {
   ReportPictures pictures({}, kWindow, {});
   const FilmTile whole = film();
-  // In tiles that do not fit the window evenly.
+  // In tiles that do not fit the crop evenly.
   for (const Rect& rect : {Rect{10, 20, 31, 44}, Rect{31, 20, 50, 44}}) {
     FilmTile tile{AovSet()};
     tile.reset(rect);
@@ -149,13 +149,13 @@ TEST(ReportPictures, PixelsThatNeverCameAreCountedAsWithoutSamples) {
 
 // A frame too large for a page: means over squares, and exact counts all the same.
 TEST(ReportPictures, LargeFramesAreAveraged) {
-  const Rect window{0, 0, 2 * ReportPictures::kMostPixels, 3};
-  ReportPictures pictures({}, window, {});
+  const Rect crop{0, 0, 2 * ReportPictures::kMostPixels, 3};
+  ReportPictures pictures({}, crop, {});
   EXPECT_EQ(pictures.factor(), 2);
   FilmTile tile{AovSet()};
-  tile.reset(window);
+  tile.reset(crop);
   for (int y = 0; y < 3; ++y) {
-    for (int x = 0; x < window.x1; ++x) {
+    for (int x = 0; x < crop.x1; ++x) {
       for (int s = 0; s <= x % 2; ++s) tile.add(x, y, 0, 1, grey(x % 2 ? 1.0f : 0.0f));
     }
   }

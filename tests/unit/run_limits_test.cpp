@@ -1,4 +1,4 @@
-#include "renderer/app/run_limits.h"
+#include "renderer/process/run_limits.h"
 
 #include <gtest/gtest.h>
 

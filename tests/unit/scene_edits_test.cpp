@@ -1,9 +1,11 @@
 // What each edit does to a description, how far it reaches, and what it is refused for.
-#include "renderer/scene/scene_edits.h"
+#include "renderer/description/scene_edits.h"
 
 #include <gtest/gtest.h>
 
 #include "renderer/core/errors.h"
+#include "renderer/description/default_light.h"
+#include "renderer/description/framing.h"
 #include "renderer/scene/build_scene.h"
 #include "support/edited_scene.h"
 

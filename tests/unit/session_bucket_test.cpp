@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "renderer/app/view/grading.h"
+#include "renderer/session/grading.h"
 #include "unit/session_fixture.h"
 
 namespace emberline {

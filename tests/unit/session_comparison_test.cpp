@@ -1,7 +1,7 @@
 // A picture that was kept, beside the newest one.
 #include <gtest/gtest.h>
 
-#include "renderer/app/view/grading.h"
+#include "renderer/session/grading.h"
 #include "unit/session_fixture.h"
 
 namespace emberline {

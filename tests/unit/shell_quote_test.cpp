@@ -1,5 +1,5 @@
 // A quoted word, read by the system's own shell, is the word again.
-#include "renderer/app/shell_quote.h"
+#include "renderer/process/shell_quote.h"
 
 #include <gtest/gtest.h>
 

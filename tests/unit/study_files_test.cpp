@@ -1,5 +1,5 @@
 // What a study writes: nothing is lost on the way to a file and back.
-#include "renderer/app/study_files.h"
+#include "renderer/study/study_files.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The study's page from results made up for the purpose: what must be on it, and that nothing of
 // what may be missing (seeds, runs, pictures, a baseline) breaks it.
-#include "renderer/app/study_page.h"
+#include "renderer/study/study_page.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "io/image_output.h"
-#include "renderer/app/study_page_pictures.h"
+#include "renderer/study/study_page_pictures.h"
 #include "support/gltf_builder.h"
 #include "support/markup.h"
 

@@ -1,5 +1,5 @@
 // From the options of a study to its methods.
-#include "renderer/app/study_plan.h"
+#include "renderer/study/study_plan.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,10 @@
 #include <fstream>
 #include <set>
 
-#include "renderer/app/fingerprint.h"
-#include "renderer/app/render_clock.h"
+#include "io/fingerprint.h"
 #include "renderer/core/errors.h"
+#include "renderer/process/process_usage.h"
+#include "renderer/process/render_clock.h"
 #include "unit/output_folder.h"
 
 namespace emberline {

@@ -84,8 +84,8 @@ TEST(TevStream, TheNewestPixelsWin) {
   TevServer server({.reads = false});
   TevStream stream(parse_tev_url(server.url()), {"image", 512, 512});
   ASSERT_TRUE(wait_for_connection(server));
-  const Rect window{32, 16, 512, 500}, tile{96, 80, 160, 144};
-  for (int n = 1; n <= 40; ++n) stream.add_picture(window, 64, pixels(window, n));
+  const Rect crop{32, 16, 512, 500}, tile{96, 80, 160, 144};
+  for (int n = 1; n <= 40; ++n) stream.add_picture(crop, 64, pixels(crop, n));
   stream.add(tile, pixels(tile, 41));
   server.read_on();
   stream.finish({.stalled_s = 5, .whole_s = 60});
@@ -98,7 +98,7 @@ TEST(TevStream, TheNewestPixelsWin) {
   // the system took before (4 MiB at most, 64 tiles).
   EXPECT_GE(image.updates.size(), 64u);
   EXPECT_LE(image.updates.size(), 64u + 64u + 1u);
-  EXPECT_LE(stream.most_bytes(), uint64_t(window.area()) * 16);
+  EXPECT_LE(stream.most_bytes(), uint64_t(crop.area()) * 16);
 }
 
 TEST(TevStream, KeepsOnlyWhatIsNotSent) {
@@ -119,18 +119,18 @@ TEST(TevStream, NobodyWaitsForAViewerThatDoesNotRead) {
   TevServer server({.reads = false});
   TevStream stream(parse_tev_url(server.url()), {"silent", 2048, 2048});
   ASSERT_TRUE(wait_for_connection(server));
-  const Rect window{0, 0, 2048, 2048};
+  const Rect crop{0, 0, 2048, 2048};
   double longest = 0;
   for (int n = 0; n < 5; ++n) {
-    std::vector<float> picture = pixels(window, n);
+    std::vector<float> picture = pixels(crop, n);
     const double began = seconds();
-    stream.add_picture(window, 64, std::move(picture));
+    stream.add_picture(crop, 64, std::move(picture));
     longest = std::max(longest, seconds() - began);
     ::usleep(20000);
   }
   EXPECT_LT(longest, 0.2);
   EXPECT_TRUE(stream.open());
-  EXPECT_LE(stream.most_bytes(), uint64_t(window.area()) * 16);
+  EXPECT_LE(stream.most_bytes(), uint64_t(crop.area()) * 16);
   const double began = seconds();
   stream.finish({.stalled_s = 0.2, .whole_s = 5});
   EXPECT_LT(seconds() - began, 1.0);
@@ -141,8 +141,8 @@ TEST(TevStream, NobodyWaitsForAViewerThatDoesNotRead) {
 TEST(TevStream, PatienceEndsWithASlowReaderToo) {
   TevServer server({.pause_us = 50000});
   TevStream stream(parse_tev_url(server.url()), {"slow", 2048, 2048});
-  const Rect window{0, 0, 2048, 2048};
-  stream.add_picture(window, 64, pixels(window, 1));
+  const Rect crop{0, 0, 2048, 2048};
+  stream.add_picture(crop, 64, pixels(crop, 1));
   const double began = seconds();
   stream.finish({.stalled_s = 5, .whole_s = 0.3});
   EXPECT_LT(seconds() - began, 1.0);
@@ -155,8 +155,8 @@ TEST(TevStream, AbandonedItIsGoneAtOnceWithoutAWord) {
   {
     TevStream stream(parse_tev_url(server.url()), {"abandoned", 2048, 2048});
     ASSERT_TRUE(wait_for_connection(server));
-    const Rect window{0, 0, 2048, 2048};
-    stream.add_picture(window, 64, pixels(window, 1));
+    const Rect crop{0, 0, 2048, 2048};
+    stream.add_picture(crop, 64, pixels(crop, 1));
     ::usleep(200000);  // until it is in the middle of sending
   }
   EXPECT_LT(seconds() - began, 1.5);
@@ -166,9 +166,9 @@ TEST(TevStream, AbandonedItIsGoneAtOnceWithoutAWord) {
 TEST(TevStream, AViewerThatClosesEndsItWithAWarning) {
   TevServer server({.closes_after = 300000});
   TevStream stream(parse_tev_url(server.url()), {"closed", 512, 512});
-  const Rect window{0, 0, 512, 512};
+  const Rect crop{0, 0, 512, 512};
   for (const double end = seconds() + 5; stream.open() && seconds() < end; ::usleep(5000)) {
-    stream.add_picture(window, 64, pixels(window, 1));
+    stream.add_picture(crop, 64, pixels(crop, 1));
   }
   EXPECT_FALSE(stream.open());
   EXPECT_TRUE(warned_of(server.url()));

@@ -1,4 +1,4 @@
-#include "renderer/app/view/view_camera.h"
+#include "renderer/session/view_camera.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,9 @@
 #include <random>
 
 #include "renderer/core/constants.h"
+#include "renderer/description/framing.h"
+#include "renderer/description/scene_description.h"
 #include "renderer/scene/camera.h"
-#include "renderer/scene/scene_description.h"
 
 namespace emberline {
 namespace {

@@ -1,5 +1,5 @@
 // What the window remembers, and what becomes of files that cannot be used.
-#include "renderer/app/view/window/window_state.h"
+#include "renderer/window/window_state.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -1,5 +1,5 @@
 // Threads that the system refuses.
-#include "renderer/app/worker_threads.h"
+#include "renderer/process/worker_threads.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>

@@ -12,7 +12,7 @@ namespace {
 constexpr float kLimits[3] = {0.4f, 0.3f, 0.6f};  // red, green, blue: Mitchell 1987
 
 // Extremes of a channel over three rows, with a pixel beyond each end of the row: entry x + 1 is
-// column x. Pixels without samples and beyond the window leave low above high.
+// column x. Pixels without samples and beyond the crop leave low above high.
 struct ColumnExtremes {
   std::vector<float> low, high;
 

@@ -16,7 +16,7 @@
 // of larger ones; the image's size cancels. At 1280 x 720 and T = .02, eps is .00023.
 // Without a threshold blocks are split to the end, so that the map shows where the noise is.
 //
-// Faults, kept: above 256 T a window is sampled evenly as a whole, at 1280 x 720 until its mean
+// Faults, kept: above 256 T a crop is sampled evenly as a whole, at 1280 x 720 until its mean
 // error is 1.07 T, so little is left to adapt. A block's mean hides a few bad pixels among good
 // ones. White beyond the display counts as if it were seen, and a black pixel, where no sample met
 // light, as perfect.

@@ -1,4 +1,4 @@
-// How large the error of the whole window is, for the report: what no stopping rule goes by.
+// How large the error of the whole crop is, for the report: what no stopping rule goes by.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ inline float sample_variance(float count, float second_count, float difference, 
   return std::min(a > 0.0f && b > 0.0f ? streams : spread, kMost);
 }
 
-// Expected RMS error of the window as it is displayed (sRGB, [0, 1]), over pixels and channels:
+// Expected RMS error of the crop as it is displayed (sRGB, [0, 1]), over pixels and channels:
 // from each pixel's own two streams, at its own mean. One pixel's difference says little, but the
 // mean of thousands of squares is sure; pooled over neighbours first, as a decision about a pixel
 // needs it, noise beside a highlight would be weighed by the steep curve of the shadow next to it,

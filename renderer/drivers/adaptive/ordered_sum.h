@@ -1,4 +1,4 @@
-// Sums over the pixels of a window, in parallel, that do not depend on who computed what.
+// Sums over the pixels of a crop, in parallel, that do not depend on who computed what.
 #pragma once
 
 #include <algorithm>

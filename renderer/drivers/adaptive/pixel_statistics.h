@@ -1,4 +1,4 @@
-// What the error estimators look at: the state of a window's pixels between two rounds, as planes
+// What the error estimators look at: the state of a crop's pixels between two rounds, as planes
 // of floats. Estimators are pure functions of it, so that they are tested on synthetic images.
 #pragma once
 
@@ -15,7 +15,7 @@ namespace emberline {
 // each ray beyond the camera's.
 inline constexpr float kCameraRayCost = 0.17f;
 
-// Rows from the window's top, width x height entries a plane. Linear radiance, channels R, G, B.
+// Rows from the crop's top, width x height entries a plane. Linear radiance, channels R, G, B.
 struct PixelStatistics {
   int width = 0, height = 0;
   std::vector<float> count;  // samples of the pixel, n

@@ -67,19 +67,18 @@ std::string_view refinement_phase_name(RefinementPhase phase) {
   return kNames[size_t(phase)];
 }
 
-RefinementTree::RefinementTree(const Rect& window, const RefinementSettings& settings)
-    : window_(window), settings_(settings) {
+RefinementTree::RefinementTree(const Rect& crop, const RefinementSettings& settings)
+    : crop_(crop), settings_(settings) {
   assert(settings.coverage_area > 0 && settings.coverage_weight > 0);
   assert(settings.exposure > 0 && settings.exposure <= kHighestExposure);
-  if (window.width() > kLongestSide || window.height() > kLongestSide ||
-      window.area() > kMostPixels) {
-    throw UsageError("a frame of " + std::to_string(window.width()) + "x" +
-                     std::to_string(window.height()) +
+  if (crop.width() > kLongestSide || crop.height() > kLongestSide || crop.area() > kMostPixels) {
+    throw UsageError("a frame of " + std::to_string(crop.width()) + "x" +
+                     std::to_string(crop.height()) +
                      " pixels is too large to be refined adaptively; the valid range is 65536 "
                      "pixels a side and 2147483647 in all");
   }
-  if (window.empty()) phase_ = RefinementPhase::kFinished;
-  const auto pixels = size_t(window.area());
+  if (crop.empty()) phase_ = RefinementPhase::kFinished;
+  const auto pixels = size_t(crop.area());
   owner_.resize(pixels, 0);
   // So that growing costs no copies. Memory is taken when it is first written.
   leaf_.reserve(std::min(pixels, kReserved));
@@ -139,7 +138,7 @@ void RefinementTree::insert(std::span<const Rgb> values) {
   if (wanted_.empty()) return;
   if (leaf_.empty()) {
     add_leaf(place_of(wanted_[0]), values[0]);
-    if (window_.area() > 1) open_.push_back({0, kNone, root(), 0.0f});
+    if (crop_.area() > 1) open_.push_back({0, kNone, root(), 0.0f});
   } else {
     split_chosen(values);
   }
@@ -223,7 +222,7 @@ std::array<RefinementTree::Open, 2> RefinementTree::split(const Open& open, Plac
 }
 
 void RefinementTree::own_cell(const Cell& cell, uint32_t leaf) {
-  const size_t stride = size_t(window_.width());
+  const size_t stride = size_t(crop_.width());
   uint32_t* row = owner_.data() + cell.y0 * stride + cell.x0;
   for (int y = 0; y < cell.height(); ++y, row += stride) std::fill_n(row, cell.width(), leaf);
 }
@@ -256,7 +255,7 @@ void RefinementTree::evaluate() {
 // Variance of the leaf's value and those across the middles of its edges.
 float RefinementTree::external_variance(const Cell& c, uint32_t leaf) const {
   const Color4 own = to_color4(shade_[leaf]);
-  const size_t stride = size_t(window_.width());
+  const size_t stride = size_t(crop_.width());
   const uint32_t* const middle_row = owner_.data() + size_t(c.y0 + c.y_last) / 2 * stride;
   const uint32_t* const middle_column = owner_.data() + (c.x0 + c.x_last) / 2;
   Color4 sum = splat4(0.0f), squares = splat4(0.0f);
@@ -268,9 +267,9 @@ float RefinementTree::external_variance(const Cell& c, uint32_t leaf) const {
     count += 1;
   };
   if (c.x0 > 0) look(middle_row + c.x0 - 1);
-  if (c.x_last + 1 < window_.width()) look(middle_row + c.x_last + 1);
+  if (c.x_last + 1 < crop_.width()) look(middle_row + c.x_last + 1);
   if (c.y0 > 0) look(middle_column + (c.y0 - 1) * stride);
-  if (c.y_last + 1 < window_.height()) look(middle_column + (c.y_last + 1) * stride);
+  if (c.y_last + 1 < crop_.height()) look(middle_column + (c.y_last + 1) * stride);
   return count > 1 ? weigh((squares - sum * sum / count) / (count - 1)) : 0.0f;
 }
 
@@ -296,8 +295,8 @@ RefinementTree::Place RefinementTree::draw_pixel(const Cell& cell) const {
 }
 
 Rect RefinementTree::rect_of(const Cell& cell) const {
-  return {window_.x0 + cell.x0, window_.y0 + cell.y0, window_.x0 + cell.x_last + 1,
-          window_.y0 + cell.y_last + 1};
+  return {crop_.x0 + cell.x0, crop_.y0 + cell.y0, crop_.x0 + cell.x_last + 1,
+          crop_.y0 + cell.y_last + 1};
 }
 
 RefinementLeaf RefinementTree::leaf(uint32_t leaf) const {
@@ -315,7 +314,7 @@ uint32_t RefinementTree::descend(uint32_t split, Place place, Cell& cell) const 
 }
 
 std::vector<RefinementStep> RefinementTree::describe(int x, int y) const {
-  assert(window_.contains(x, y));
+  assert(crop_.contains(x, y));
   std::vector<RefinementStep> steps;
   if (leaf_.empty()) return steps;
   Cell cell = root();

@@ -2,7 +2,7 @@
 // plane that is refined where the picture needs it, after Painter & Sloan 1989, "Antialiased Ray
 // Tracing by Adaptive Progressive Refinement", SIGGRAPH. No rendering happens here:
 //
-//   RefinementTree tree(window, settings);
+//   RefinementTree tree(crop, settings);
 //   while (!tree.finished()) {
 //     wanted = tree.next_round();       // pixels, each for the first time
 //     tree.insert(values);              // one radiance for each of them, in their order
@@ -32,7 +32,7 @@
 // 2002) and a square root for the eye, so they lie in [0, 1] however bright a light is. A variance
 // is the mean of two: of the luminance, and of the channel that varies most.
 //
-// The tree is a pure function of window, settings, limits and values: neither threads nor time
+// The tree is a pure function of crop, settings, limits and values: neither threads nor time
 // enter. Contrasts are computed on the calling thread's TBB arena. One caller at a time; const
 // functions may be called concurrently.
 #pragma once
@@ -93,11 +93,11 @@ struct RefinementLeaf {
 
 class RefinementTree {
  public:
-  // Pixels of `window`, half-open; may be empty. Throws UsageError for a side above 65536 pixels or
+  // Pixels of `crop`, half-open; may be empty. Throws UsageError for a side above 65536 pixels or
   // an area above 2^31 - 1.
-  RefinementTree(const Rect& window, const RefinementSettings& settings);
+  RefinementTree(const Rect& crop, const RefinementSettings& settings);
 
-  const Rect& window() const { return window_; }
+  const Rect& crop() const { return crop_; }
   const RefinementSettings& settings() const { return settings_; }
   // All pixels have been asked for and inserted.
   bool finished() const { return phase_ == RefinementPhase::kFinished; }
@@ -115,7 +115,7 @@ class RefinementTree {
   // The radiances of the pixels wanted, linear Rec. 709. A NaN or an infinity is black.
   void insert(std::span<const Rgb> values);
 
-  // The leaf that covers pixel (x, y) of the window; and of all its pixels, rows from its top.
+  // The leaf that covers pixel (x, y) of the crop; and of all its pixels, rows from its top.
   // Meaningless before the first sample.
   uint32_t leaf_at(int x, int y) const { return owner_[index(x, y)]; }
   std::span<const uint32_t> leaf_map() const { return owner_; }
@@ -125,8 +125,8 @@ class RefinementTree {
   const Rgb& value(uint32_t leaf) const { return leaf_[leaf].value; }
   Vec2i sampled_pixel(uint32_t leaf) const { return pixel_of(leaf_[leaf].pixel); }
 
-  // The nodes from the root to the leaf that covers pixel (x, y) of the window. Costs a look at
-  // every pixel of the window; nothing before the first insert().
+  // The nodes from the root to the leaf that covers pixel (x, y) of the crop. Costs a look at
+  // every pixel of the crop; nothing before the first insert().
   std::vector<RefinementStep> describe(int x, int y) const;
 
   // The first `most` leaves of two pixels or more, in the order in which they will be split, and
@@ -145,7 +145,7 @@ class RefinementTree {
   struct Place {
     uint16_t x, y;
   };
-  // A rectangle by its first and last column and row, relative to the window: 65536 fit.
+  // A rectangle by its first and last column and row, relative to the crop: 65536 fit.
   struct Cell {
     uint16_t x0, y0, x_last, y_last;
     int width() const { return x_last - x0 + 1; }
@@ -180,7 +180,7 @@ class RefinementTree {
   };
 
   size_t index(int x, int y) const {
-    return size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0);
+    return size_t(y - crop_.y0) * size_t(crop_.width()) + size_t(x - crop_.x0);
   }
   // The open leaves by priority, ascending: how many, and the sum of their priorities.
   static constexpr size_t kPriorityBuckets = 2048;
@@ -190,13 +190,11 @@ class RefinementTree {
   };
 
   uint32_t root_node() const { return split_.empty() ? 0 : 1; }  // the first leaf, or split
-  Cell root() const {
-    return {0, 0, uint16_t(window_.width() - 1), uint16_t(window_.height() - 1)};
-  }
+  Cell root() const { return {0, 0, uint16_t(crop_.width() - 1), uint16_t(crop_.height() - 1)}; }
   Place place_of(const Vec2i& pixel) const {
-    return {uint16_t(pixel.x - window_.x0), uint16_t(pixel.y - window_.y0)};
+    return {uint16_t(pixel.x - crop_.x0), uint16_t(pixel.y - crop_.y0)};
   }
-  Vec2i pixel_of(Place place) const { return {window_.x0 + place.x, window_.y0 + place.y}; }
+  Vec2i pixel_of(Place place) const { return {crop_.x0 + place.x, crop_.y0 + place.y}; }
   Rect rect_of(const Cell& cell) const;
   static std::pair<Cell, Cell> halves(const Cell& cell) {
     Cell first = cell, second = cell;
@@ -234,7 +232,7 @@ class RefinementTree {
   void own_cell(const Cell& cell, uint32_t leaf);
   void evaluate();
 
-  Rect window_;
+  Rect crop_;
   RefinementSettings settings_;
   RefinementPhase phase_ = RefinementPhase::kCoverage;
   uint32_t rounds_ = 0;
@@ -242,7 +240,7 @@ class RefinementTree {
   std::vector<Leaf> leaf_;
   std::vector<Shade> shade_;     // of the leaves' values
   std::vector<Split> split_;     // the root is the first
-  std::vector<uint32_t> owner_;  // by pixel of the window: the leaf that covers it
+  std::vector<uint32_t> owner_;  // by pixel of the crop: the leaf that covers it
 
   std::vector<Open> open_;  // in the order of the tree, depth first
   size_t eligible_ = 0;     // how many of them the phase splits

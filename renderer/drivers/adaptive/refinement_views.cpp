@@ -37,9 +37,9 @@ void for_each_row(int rows, const Body& body) {
 }
 
 Level samples_of(const RefinementTree& tree, std::span<const Rgb> values) {
-  Level level(tree.window().width(), tree.window().height());
+  Level level(tree.crop().width(), tree.crop().height());
   for (uint32_t i = 0; i < tree.sample_count(); ++i) {
-    const Vec2i pixel = tree.sampled_pixel(i) - Vec2i(tree.window().x0, tree.window().y0);
+    const Vec2i pixel = tree.sampled_pixel(i) - Vec2i(tree.crop().x0, tree.crop().y0);
     level.color[level.index(pixel.x, pixel.y)] = values[i];
     level.known[level.index(pixel.x, pixel.y)] = 1;
   }
@@ -86,13 +86,13 @@ void push(const Level& coarse, Level& fine) {
 }  // namespace
 
 void reconstruct_constant(const RefinementTree& tree, std::span<Rgb> picture) {
-  assert(picture.size() == size_t(tree.window().area()));
+  assert(picture.size() == size_t(tree.crop().area()));
   if (tree.sample_count() == 0) {
     std::ranges::fill(picture, Rgb(0.0f));
     return;
   }
-  const size_t width = size_t(tree.window().width());
-  for_each_row(tree.window().height(), [&](int y) {
+  const size_t width = size_t(tree.crop().width());
+  for_each_row(tree.crop().height(), [&](int y) {
     const uint32_t* const leaves = tree.leaf_map().data() + size_t(y) * width;
     Rgb* const row = picture.data() + size_t(y) * width;
     // By runs of one leaf: while the picture is coarse, one look at a value fills many pixels.
@@ -114,7 +114,7 @@ void reconstruct_smooth(const RefinementTree& tree, std::span<Rgb> picture) {
 
 void reconstruct_smooth_of(const RefinementTree& tree, std::span<const Rgb> values,
                            std::span<Rgb> picture) {
-  assert(picture.size() == size_t(tree.window().area()) && values.size() == tree.sample_count());
+  assert(picture.size() == size_t(tree.crop().area()) && values.size() == tree.sample_count());
   if (picture.empty()) return;
   std::vector<Level> levels;
   levels.push_back(samples_of(tree, values));
@@ -124,7 +124,7 @@ void reconstruct_smooth_of(const RefinementTree& tree, std::span<const Rgb> valu
 }
 
 void draw_leaf_borders(const RefinementTree& tree, std::span<float> rgba, int width) {
-  const int w = tree.window().width(), h = tree.window().height();
+  const int w = tree.crop().width(), h = tree.crop().height();
   assert(width >= w && rgba.size() >= size_t(width) * size_t(h) * 4);
   if (tree.sample_count() == 0) return;
   const auto leaf = [&](int x, int y) {
@@ -149,11 +149,11 @@ std::string refinement_json(const RefinementTree& tree, size_t most_leaves) {
   const auto rect = [](const Rect& r) { return Json{r.x0, r.y0, r.x1, r.y1}; };
   const RefinementSettings& settings = tree.settings();
   Json json;
-  json["window"] = rect(tree.window());
+  json["window"] = rect(tree.crop());
   json["phase"] = refinement_phase_name(tree.phase());
   json["rounds"] = tree.rounds();
   json["samples"] = tree.sample_count();
-  json["pixels"] = tree.window().area();
+  json["pixels"] = tree.crop().area();
   json["settings"] = {{"seed", settings.seed},
                       {"coverage_area", settings.coverage_area},
                       {"coverage_weight", settings.coverage_weight},

@@ -1,7 +1,7 @@
 // What a refinement tree looks like: the incomplete picture in two reconstructions, its leaves
 // drawn over a picture, its state as JSON.
 //
-// Pictures are of the tree's window, rows from its top, linear Rec. 709. All of them may be made
+// Pictures are of the tree's crop, rows from its top, linear Rec. 709. All of them may be made
 // from any thread while the tree is not changed; the work is shared out on the caller's TBB arena,
 // and the bits do not depend on it.
 #pragma once
@@ -16,7 +16,7 @@
 namespace emberline {
 
 // Every pixel has the value of the leaf that covers it: Painter & Sloan's first reconstruction.
-// `picture` holds the window's pixels (asserted). Black before the first sample.
+// `picture` holds the crop's pixels (asserted). Black before the first sample.
 void reconstruct_constant(const RefinementTree& tree, std::span<Rgb> picture);
 
 // Smooth between the samples, and equal to the sample where a pixel has one, so that it becomes the
@@ -29,8 +29,8 @@ void reconstruct_smooth(const RefinementTree& tree, std::span<Rgb> picture);
 void reconstruct_smooth_of(const RefinementTree& tree, std::span<const Rgb> values,
                            std::span<Rgb> picture);
 
-// Draws the borders of the leaves, half transparent, over a picture of the window: interleaved
-// RGBA, `width` pixels a row, its first pixel the window's corner; alpha stays. Leaves of a single
+// Draws the borders of the leaves, half transparent, over a picture of the crop: interleaved
+// RGBA, `width` pixels a row, its first pixel the crop's corner; alpha stays. Leaves of a single
 // pixel get no border: it would hide the picture where it is complete.
 void draw_leaf_borders(const RefinementTree& tree, std::span<float> rgba, int width);
 

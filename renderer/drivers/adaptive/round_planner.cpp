@@ -26,7 +26,7 @@ constexpr double kLeastRound = 1.0 / 500;
 constexpr float kThresholdMargin = 1.05f;
 
 // Samples that met no noise at all say little as long as they are few: what is lit by a caustic, or
-// through a gap, is black until a path finds the light. So many samples of a window are an answer,
+// through a gap, is black until a path finds the light. So many samples of a crop are an answer,
 // or so many times a pixel's pilot: in 95 % of the cases one in 44 000 has shown itself (three over
 // their number).
 constexpr uint64_t kNoiselessSamples = 1 << 17;
@@ -422,7 +422,7 @@ bool RoundPlanner::share_evenly() {
   for (size_t i = 0; i < pixels; ++i) {
     if (unfinished(i)) open.push_back(uint32_t(i));
   }
-  // Equals in an order of their own for each round, so that no part of the window comes first.
+  // Equals in an order of their own for each round, so that no part of the crop comes first.
   const uint32_t round_hash = hash_of_round(seed_, round_);
   const auto larger_error = [&](uint32_t a, uint32_t b) {
     if (errors_.error[a] != errors_.error[b]) return errors_.error[a] > errors_.error[b];

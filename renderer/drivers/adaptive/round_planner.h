@@ -1,4 +1,4 @@
-// Decides, between two rounds, how many samples each pixel of a window gets next. Everything is a
+// Decides, between two rounds, how many samples each pixel of a crop gets next. Everything is a
 // function of the film and the settings: neither threads nor the clock have a say.
 #pragma once
 
@@ -22,7 +22,7 @@ struct AdaptiveSettings {
   std::string_view estimator = kDefaultEstimator;
   ErrorMetric allocation = ErrorMetric::kDisplay;
   float threshold = 0.0f;    // of ErrorMap::error
-  uint32_t budget = 0;       // samples of a pixel, on average over the window
+  uint32_t budget = 0;       // samples of a pixel, on average over the crop
   uint32_t min_samples = 0;  // before a pixel may be finished; 0: the estimator's choice
   uint32_t max_samples = 0;  // of any pixel
   bool unbiased = false;     // every pixel takes part in every round; with a budget alone, and
@@ -41,7 +41,7 @@ struct RoundRecord {
 
 class RoundPlanner {
  public:
-  // For a window of width x height pixels; `seed` decides the roundings.
+  // For a crop of width x height pixels; `seed` decides the roundings.
   RoundPlanner(const AdaptiveSettings& settings, int width, int height, uint32_t seed);
 
   // What the picture shows, from its first round on, instead of the plain means of all samples:
@@ -71,7 +71,7 @@ class RoundPlanner {
   // nothing of pixels of which the film itself knows as much. Not while samples are added.
   void tell_variances(FilmTile* film) const;
 
-  // Of the whole window (frame_error.h), as of the last look; NaN before it and for estimators
+  // Of the whole crop (frame_error.h), as of the last look; NaN before it and for estimators
   // whose error is no RMS error.
   double error_estimate() const { return error_estimate_; }
   // Why the pixel would get no more if the frame ended now.
@@ -125,7 +125,7 @@ class RoundPlanner {
   const EstimatorEntry& entry_;
   std::unique_ptr<ErrorEstimator> estimator_;
   uint32_t seed_;
-  double spent_ = 0.0;  // samples of the window
+  double spent_ = 0.0;  // samples of the crop
   int round_ = 0;
   bool interrupted_ = false;
   uint32_t pilot_ = 0;

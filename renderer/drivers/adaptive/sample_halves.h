@@ -28,7 +28,7 @@ class SampleHalves {
  public:
   explicit SampleHalves(SampleParts parts) : parts_(parts) {}
 
-  // Looks at statistics of a window, always the same one, and puts into the place of the two
+  // Looks at statistics of a crop, always the same one, and puts into the place of the two
   // streams' difference that of the means of a pixel's two parts. As if they were halves of all n
   // samples: second_count is n / 2, and the expected square of the difference 4 / n times the
   // variance of a sample, if that of a mean falls as 1 / n. Both are 0 until there are two parts;

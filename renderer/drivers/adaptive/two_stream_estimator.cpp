@@ -133,7 +133,7 @@ class PooledRows {
   const PixelStatistics& pixels_;
   int next_;                // row to be added
   std::vector<float> raw_;  // of one plane, with margins of 0
-  PlaneRows outside_;       // 0, for rows outside the window
+  PlaneRows outside_;       // 0, for rows outside the crop
   std::vector<PlaneRows> across_;
   PlaneRows pooled_;
 };

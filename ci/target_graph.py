@@ -1,0 +1,68 @@
+"""The graph of the libraries as CMake links them, for Mermaid: which folder stands on which.
+
+    python3 ci/target_graph.py build/release            prints it
+    python3 ci/target_graph.py build/release --write    puts it into renderer/README.md
+    python3 ci/target_graph.py build/release --check    fails if that has another, or if there is a
+                                                        circle or a link that the design forbids
+"""
+import pathlib
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+README = ROOT / "renderer/README.md"
+BEGIN, END = "```mermaid\n", "```\n"
+sys.path.insert(0, str(ROOT / "tests/invariance"))
+from include_directions import ALLOWED  # noqa: E402
+
+
+def read_links(build):
+    """Folder -> folders that its library links, of build/targets.txt."""
+    lines = [line.split() for line in (build / "targets.txt").read_text().splitlines()]
+    folders = {target: folder for folder, target, *_ in lines}
+    linked = {folder: set() for folder, *_ in lines}
+    for folder, _, *links in lines:  # the window has two libraries
+        linked[folder] |= {folders[link] for link in links if link in folders} - {folder}
+    return linked
+
+
+def above(links, folder, path=()):
+    """All that a folder's library stands on."""
+    if folder in path:
+        sys.exit("libraries link in a circle: " + " -> ".join((*path, folder)))
+    below = links[folder]
+    return below.union(*(above(links, b, (*path, folder)) for b in below))
+
+
+def draw(links):
+    """An arrow for each link that no other path makes."""
+    reach = {folder: above(links, folder) for folder in links}
+    lines = ["graph BT"]
+    for folder in links:
+        for below in sorted(links[folder]):
+            if not any(below in reach[other] for other in links[folder]):
+                lines.append("  {} --> {}".format(*(f.removeprefix("renderer/")
+                                                    for f in (folder, below))))
+    return "\n".join(lines) + "\n"
+
+
+def main(build, action=""):
+    links = read_links(pathlib.Path(build))
+    graph = draw(links)
+    if not action:
+        print(graph, end="")
+        return
+    text = README.read_text()
+    begin = text.index(BEGIN) + len(BEGIN)
+    end = text.index(END, begin)
+    if action == "--write":
+        README.write_text(text[:begin] + graph + text[end:])
+        return
+    for folder in links:
+        for below in above(links, folder) - ALLOWED[folder]:
+            sys.exit(f"{folder} may not stand on {below}")
+    if text[begin:end] != graph:
+        sys.exit(f"the graph in {README.relative_to(ROOT)} is not CMake's; --write renews it")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

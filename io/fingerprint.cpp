@@ -1,0 +1,81 @@
+#include "io/fingerprint.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "io/gltf_document.h"
+#include "io/gltf_uri.h"
+#include "io/input_file.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/hash.h"
+
+namespace emberline {
+namespace {
+
+// Adds whole words of eight bytes, the last filled with zeros.
+uint64_t add_words(uint64_t hash, const void* bytes, size_t size) {
+  const auto* next = static_cast<const uint8_t*>(bytes);
+  for (size_t i = 0; i < size; i += 8) {
+    uint64_t word = 0;
+    std::memcpy(&word, next + i, std::min<size_t>(8, size - i));
+    hash = hash_combine64(hash, word);
+  }
+  return hash;
+}
+
+// As fingerprint() of what it holds, which is never in memory as a whole.
+uint64_t of_file(const InputFile& file, uint64_t seed, const LoadProgress& progress) {
+  constexpr uint64_t kPart = uint64_t(1) << 20;  // whole words
+  std::vector<uint8_t> part(std::min(kPart, file.size()));
+  uint64_t hash = hash_combine64(seed, file.size());
+  for (uint64_t at = 0; at < file.size(); at += kPart) {
+    const uint64_t size = std::min(kPart, file.size() - at);
+    progress.check();  // a file full of holes has any size
+    file.read(at, size, part.data());
+    hash = add_words(hash, part.data(), size);
+  }
+  return hash;
+}
+
+}  // namespace
+
+uint64_t fingerprint(std::string_view bytes, uint64_t seed) {
+  return add_words(hash_combine64(seed, bytes.size()), bytes.data(), bytes.size());
+}
+
+uint64_t fingerprint(std::span<const float> values, uint64_t seed) {
+  return fingerprint(
+      std::string_view(reinterpret_cast<const char*>(values.data()), values.size_bytes()), seed);
+}
+
+std::string hexadecimal(uint64_t value) { return fmt::format("{:016x}", value); }
+
+uint64_t file_fingerprint(const std::string& path, const LoadProgress& progress) {
+  return of_file(InputFile(path), 0, progress);
+}
+
+uint64_t scene_fingerprint(const std::string& path, const std::string& resource_root,
+                           LoadProgress& progress) {
+  const GltfDocument document = open_gltf_document(path, resource_root, progress);
+  uint64_t hash = file_fingerprint(path, progress);
+  for (const char* list : {"buffers", "images"}) {
+    for (const nlohmann::json& item : document.array(list)) {
+      const nlohmann::json* uri = find_member(item, "uri");
+      if (!uri || is_data_uri(uri->get_ref<const std::string&>())) continue;
+      try {
+        hash = of_file(document.open_resource(uri->get_ref<const std::string&>(), path), hash,
+                       progress);
+      } catch (const InputError&) {
+        progress.check();
+        hash = hash_combine64(hash, 0);
+      }
+    }
+  }
+  return hash;
+}
+
+}  // namespace emberline

@@ -1,0 +1,173 @@
+#include "io/owned_folder.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "io/json_input.h"
+#include "io/json_reader.h"
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMarkerVersion = 1;
+constexpr const char* kVersionMember = "emberline_folder";
+
+// What stands under a name itself, links not followed.
+fs::file_type type_of(const std::string& path) {
+  std::error_code unknown;
+  return fs::symlink_status(path, unknown).type();
+}
+
+bool is_folder(const std::string& path) {
+  std::error_code unknown;
+  return fs::is_directory(path, unknown);
+}
+
+}  // namespace
+
+OwnedFolder::OwnedFolder(const std::string& path, OwnedFolderKind kind)
+    : path_(path), kind_(std::move(kind)) {
+  const bool existed = is_folder(path_);
+  if (existed) {
+    lock();  // before the list is read, which another run may be adding to
+    check_subfolders();
+    const fs::file_type marker = type_of(this->path(kind_.marker));
+    if (marker == fs::file_type::regular) {
+      read_marker();
+    } else if (marker != fs::file_type::not_found) {
+      throw UsageError(kind_.option + " " + this->path(kind_.marker) +
+                       ": is no regular file that can be read; name another folder");
+    } else if (kind_.exclusive) {
+      check_empty();
+    }
+  }
+  try {
+    make_folder(path_, kind_.exclusive);
+    if (!existed) lock();
+    check_writable(this->path(kind_.marker));
+  } catch (...) {
+    remove_empty();
+    throw;
+  }
+}
+
+void OwnedFolder::lock() {
+  if (lock_.take(path_)) return;
+  made_.clear();  // what was made is the other's by now
+  throw UsageError(kind_.option + " " + path_ +
+                   ": another run is writing into it; wait for its end, or name another folder");
+}
+
+OwnedFolder::~OwnedFolder() { remove_empty(); }
+
+void OwnedFolder::remove_empty() {
+  std::error_code ignored;  // what is not empty stays
+  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) {
+    fs::remove(*folder, ignored);
+  }
+}
+
+std::string OwnedFolder::path(const std::string& name) const {
+  return (fs::path(path_) / name).string();
+}
+
+void OwnedFolder::make_folder(const std::string& folder, bool with_parents) {
+  const std::string parent = fs::path(folder).parent_path().string();
+  if (with_parents && !parent.empty() && parent != folder && !is_folder(parent)) {
+    make_folder(parent, true);
+  }
+  std::error_code error;
+  if (fs::create_directory(folder, error)) made_.push_back(folder);
+  if (!is_folder(folder)) {
+    throw RenderError(kind_.option + " " + folder + ": cannot make that folder: " +
+                      (error ? error.message() : "there is a file of that name"));
+  }
+}
+
+void OwnedFolder::check_subfolders() const {
+  for (const std::string& name : kind_.subfolders) {
+    const fs::file_type type = type_of(path(name));
+    if (type == fs::file_type::directory || type == fs::file_type::not_found) continue;
+    throw UsageError(kind_.option + " " + path(name) + ": is " +
+                     (type == fs::file_type::symlink ? "a symbolic link" : "a file") +
+                     ", where a folder has to be; name another folder");
+  }
+}
+
+std::vector<std::string> OwnedFolder::entries() const {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(path_, error), end; !error && entry != end;
+       entry.increment(error)) {
+    names.push_back(entry->path().filename().string());
+  }
+  if (error) throw RenderError(kind_.option + " " + path_ + ": " + error.message());
+  return names;
+}
+
+void OwnedFolder::check_empty() const {
+  for (const std::string& name : entries()) {
+    if (name.starts_with(kind_.marker + ".part")) continue;  // of a run that was killed
+    throw UsageError(kind_.option + " " + path_ + ": holds files (" + name + "), but no " +
+                     kind_.marker + " that says which are this command's; name a new folder");
+  }
+}
+
+// "name" or "subfolder/name", without any way out.
+bool OwnedFolder::may_be_own(const std::string& name) const {
+  const size_t slash = name.find('/');
+  const std::string file = slash == std::string::npos ? name : name.substr(slash + 1);
+  const bool in_folder =
+      slash == std::string::npos ||
+      std::ranges::find(kind_.subfolders, name.substr(0, slash)) != kind_.subfolders.end();
+  return in_folder && !file.empty() && file != "." && file != ".." && name != kind_.marker &&
+         file.find_first_of(std::string_view("/\0", 2)) == std::string::npos;
+}
+
+void OwnedFolder::read_marker() {
+  const std::string file = path(kind_.marker);
+  const nlohmann::json json = read_json(file);
+  const JsonReader root(json, file);
+  root[kVersionMember].whole(kMarkerVersion, kMarkerVersion);
+  const JsonReader names = root["files"];
+  for (size_t i = 0; i < names.size(); ++i) {
+    const std::string name = names[i].text();
+    if (may_be_own(name) && type_of(path(name)) == fs::file_type::regular) files_.insert(name);
+  }
+}
+
+void OwnedFolder::check(std::span<const std::string> names) const {
+  for (const std::string& name : names) {
+    const fs::file_type type = type_of(path(name));
+    if (type == fs::file_type::not_found) continue;
+    if (type == fs::file_type::regular && files_.contains(name)) continue;
+    throw UsageError(kind_.option + " " + path(name) +
+                     ": was not written by this command, which would replace it; move it away or "
+                     "name another folder");
+  }
+}
+
+void OwnedFolder::claim(std::span<const std::string> names) {
+  check(names);
+  const size_t before = files_.size();
+  files_.insert(names.begin(), names.end());
+  if (files_.size() == before) return;
+  const nlohmann::json marker = {{kVersionMember, kMarkerVersion}, {"files", files_}};
+  constexpr auto kReplace = nlohmann::json::error_handler_t::replace;
+  write_file_atomically(path(kind_.marker), marker.dump(1, ' ', false, kReplace) + "\n");
+  for (const std::string& name : kind_.subfolders) make_folder(path(name), false);
+}
+
+void OwnedFolder::remove(const std::string& name) {
+  if (!files_.contains(name) || type_of(path(name)) != fs::file_type::regular) return;
+  std::error_code ignored;
+  fs::remove(path(name), ignored);
+  files_.erase(name);
+}
+
+}  // namespace emberline

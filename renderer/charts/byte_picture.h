@@ -1,0 +1,42 @@
+// A picture of display colours in memory, to draw into.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "renderer/charts/colour_map.h"
+#include "renderer/core/rect.h"
+
+namespace emberline {
+
+struct BytePicture {
+  int width = 0, height = 0;
+  std::vector<uint8_t> rgb;  // interleaved, row-major, 8-bit sRGB
+
+  BytePicture() = default;
+  BytePicture(int w, int h, const Rgb8& colour) : width(w), height(h) {
+    rgb.resize(3 * size_t(w) * size_t(h));
+    fill(bounds(), colour);
+  }
+
+  Rect bounds() const { return {0, 0, width, height}; }
+  uint8_t* at(int x, int y) { return &rgb[3 * bounds().index_of(x, y)]; }
+  const uint8_t* at(int x, int y) const { return &rgb[3 * bounds().index_of(x, y)]; }
+  Rgb8 colour(int x, int y) const {
+    const uint8_t* p = at(x, y);
+    return {p[0], p[1], p[2]};
+  }
+  // What of `rect` lies in the picture.
+  void fill(const Rect& rect, const Rgb8& colour) {
+    const Rect part = rect.intersect(bounds());
+    for (int y = part.y0; y < part.y1; ++y) {
+      for (int x = part.x0; x < part.x1; ++x) {
+        uint8_t* p = at(x, y);
+        for (size_t c = 0; c < 3; ++c) p[c] = colour[c];
+      }
+    }
+  }
+};
+
+}  // namespace emberline

@@ -1,0 +1,131 @@
+#include "renderer/charts/heatmap.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <vector>
+
+#include "renderer/charts/heatmap_legend.h"
+#include "renderer/statistics/row_sums.h"
+
+namespace emberline {
+namespace {
+
+constexpr Rgb8 kNoCategory = {128, 128, 128};
+
+std::string pixels_text(uint64_t count) {
+  return fmt::format("{} {}", count, count == 1 ? "pixel" : "pixels");
+}
+
+// "12.3 %"; what is there is never "0 %", and what is not all never "100 %".
+std::string share_text(uint64_t part, uint64_t whole) {
+  const double percent = 100 * double(part) / double(whole);
+  if (part > 0 && percent < 0.05) return "< 0.1 %";
+  if (part < whole && percent > 99.95) return "> 99.9 %";
+  return fmt::format("{:.{}f} %", percent, part == whole || part == 0 ? 0 : 1);
+}
+
+// fn(x, y) is the colour of each pixel.
+template <typename Function>
+void paint(BytePicture& picture, const Plane& plane, const Function& fn) {
+  for_each_row(plane.height, [&](int y) {
+    for (int x = 0; x < plane.width; ++x) {
+      const Rgb8 colour = fn(plane.at(x, y));
+      std::copy_n(colour.data(), 3, picture.at(x, y));
+    }
+  });
+}
+
+std::string title_text(const HeatmapSettings& settings, const ToldUnit& unit) {
+  std::string title = settings.title;
+  if (!unit.name.empty()) title += " (" + unit.name + ")";
+  if (settings.logarithmic) title += ", logarithmic";
+  return title;
+}
+
+// What lies outside the scale is told, as its colour does not tell it.
+void add_outside(const Plane& plane, const ValueScale& scale, uint64_t values,
+                 std::vector<LegendItem>* items) {
+  uint64_t below = 0, above = 0;
+  for (const float value : plane.values) {
+    const double place = scale.position(double(value));
+    below += place < 0.0;
+    above += place > 1.0;
+  }
+  if (below > 0) items->push_back({share_text(below, values) + " below the scale"});
+  if (above > 0) items->push_back({share_text(above, values) + " above the scale"});
+}
+
+std::vector<LegendItem> describe(const Plane& plane, const HeatmapSettings& settings,
+                                 const ValueScale& scale, const PlaneStatistics& s,
+                                 const ToldUnit& unit) {
+  const auto told = [&](double value) { return number_text(value * unit.factor); };
+  std::vector<LegendItem> items = {{title_text(settings, unit)}};
+  if (s.constant()) {
+    items.push_back({(s.no_value == 0 ? "uniform: every pixel has " : "uniform: every value is ") +
+                     told(s.minimum)});
+  } else if (s.values > 0) {
+    items.push_back({"minimum " + told(s.minimum)});
+    items.push_back({"mean " + told(s.mean)});
+    if (settings.rms) items.push_back({"RMS " + told(s.rms)});
+    items.push_back({"maximum " + told(s.maximum)});
+    // Few enough to be overlooked.
+    if (s.not_zero * 100 <= s.values) items.push_back({"not 0 in " + pixels_text(s.not_zero)});
+    add_outside(plane, scale, s.values, &items);
+  }
+  if (s.no_value > 0) {
+    items.push_back({"no value: " + pixels_text(s.no_value), colour_of(settings.colours, NAN)});
+  }
+  return items;
+}
+
+}  // namespace
+
+BytePicture draw_heatmap(const Plane& plane, const HeatmapSettings& settings) {
+  assert(plane.width > 0 && plane.height > 0);
+  const ValueScale scale(settings.range
+                             ? *settings.range
+                             : automatic_range(plane, settings.logarithmic, settings.bright),
+                         settings.logarithmic);
+  BytePicture picture;
+  if (settings.plain) {
+    picture = BytePicture(plane.width, plane.height, {0, 0, 0});
+  } else {
+    const PlaneStatistics s = plane_statistics(plane);
+    const ToldUnit unit = told_unit(settings.unit, scale.range().most);
+    const LegendBar bar{plane, scale, settings.colours, unit.factor};
+    picture = frame_with_legend(plane.width, plane.height,
+                                describe(plane, settings, scale, s, unit), &bar);
+  }
+  paint(picture, plane,
+        [&](float value) { return colour_of(settings.colours, scale.position(double(value))); });
+  return picture;
+}
+
+BytePicture draw_category_map(const Plane& plane, std::span<const Category> categories,
+                              const HeatmapSettings& settings) {
+  assert(plane.width > 0 && plane.height > 0);
+  BytePicture picture(plane.width, plane.height, kNoCategory);
+  if (!settings.plain) {
+    std::vector<LegendItem> items = {{settings.title}};
+    const uint64_t whole = plane.values.size();
+    uint64_t left = whole;
+    for (const Category& category : categories) {
+      const auto count = uint64_t(std::ranges::count(plane.values, category.value));
+      if (count == 0) continue;
+      left -= count;
+      items.push_back({category.name + ": " + share_text(count, whole), category.colour});
+    }
+    if (left > 0) items.push_back({"no value: " + share_text(left, whole), kNoCategory});
+    picture = frame_with_legend(plane.width, plane.height, items, nullptr);
+  }
+  paint(picture, plane, [&](float value) {
+    const auto found = std::ranges::find(categories, value, &Category::value);
+    return found == categories.end() ? kNoCategory : found->colour;
+  });
+  return picture;
+}
+
+}  // namespace emberline

@@ -1,0 +1,104 @@
+#include "renderer/charts/heatmap_quantity.h"
+
+#include <cmath>
+
+#include "renderer/core/display_error.h"
+#include "renderer/core/names.h"
+
+namespace emberline {
+namespace {
+
+float first_channel(const float* channels) { return channels[0]; }
+
+// samples, R G B, and their variances.
+float display_error(const float* channels) {
+  const float samples = channels[0], *mean = channels + 1, *variance = channels + 4;
+  if (!(samples >= 2.0f)) return NAN;
+  float sum = 0.0f;
+  for (size_t c = 0; c < 3; ++c) {
+    sum += variance[c] * display_error_weight(mean[c], std::sqrt(variance[c]), kLeastReportedSlope);
+  }
+  return std::sqrt(sum * (1.0f / 3));
+}
+
+}  // namespace
+
+std::span<const HeatmapQuantity> heatmap_quantity_table() {
+  // A thread that was interrupted leaves its break in some pixel's time; on a busy machine in more
+  // than one of a hundred.
+  constexpr double kTimeBright = 0.95;
+  static const std::vector<HeatmapQuantity> table = {
+      {.name = "samples",
+       .summary = "samples per pixel: bright where many are",
+       .title = "samples per pixel",
+       .aov = std::nullopt,
+       .channels = {"samples"},
+       .value = first_channel},
+      {.name = "error",
+       .summary = "estimated RMS error of the pixel as displayed (sRGB, 0 to 1)",
+       .title = "estimated error, RMS as displayed (0 to 1)",
+       .aov = Aov::kVariance,
+       .channels = {"samples", "R", "G", "B", "variance.R", "variance.G", "variance.B"},
+       .value = display_error,
+       .rms = true},
+      {.name = "stop",
+       .summary = "why each pixel got no more samples",
+       .title = "what ended the pixel",
+       .aov = Aov::kStop,
+       .channels = {"stop"},
+       .value = first_channel,
+       .reasons = true},
+      {.name = "time",
+       .summary = "time spent on each pixel",
+       .title = "time per pixel",
+       .unit = "s",
+       .aov = Aov::kTime,
+       .channels = {"time"},
+       .value = first_channel,
+       .bright = kTimeBright},
+      {.name = "non_finite",
+       .summary = "samples that were NaN or infinite",
+       .title = "NaN or infinite samples per pixel",
+       .aov = Aov::kNonFinite,
+       .channels = {"non_finite"},
+       .value = first_channel},
+  };
+  return table;
+}
+
+const HeatmapQuantity& find_heatmap_quantity(std::string_view name, std::string_view option) {
+  return find_named(heatmap_quantity_table(), option, "quantity", name);
+}
+
+std::span<const Category> stop_categories() {
+  const auto category = [](PixelStop stop, const Rgb8& colour) {
+    return Category{float(stop), std::string(pixel_stop_name(stop)), colour};
+  };
+  static const std::vector<Category> categories = {
+      {float(PixelStop::kNone), "no sample", {0, 0, 0}},
+      category(PixelStop::kBudget, {0, 114, 178}),
+      category(PixelStop::kThreshold, {86, 180, 233}),
+      category(PixelStop::kMaximum, {240, 228, 66}),
+      category(PixelStop::kTimeLimit, {204, 121, 167}),
+      category(PixelStop::kUser, {213, 94, 0}),
+      category(PixelStop::kGoingOn, {72, 72, 72}),
+  };
+  return categories;
+}
+
+BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
+                          const HeatmapStyle& style) {
+  HeatmapSettings settings;
+  settings.title = quantity.title;
+  settings.unit = quantity.unit;
+  settings.colours = style.colours;
+  settings.range = style.range;
+  settings.logarithmic = style.logarithmic;
+  settings.bright = quantity.bright;
+  settings.rms = quantity.rms;
+  settings.plain = style.plain;
+  return quantity.reasons ? draw_category_map(plane, stop_categories(), settings)
+                          : draw_heatmap(plane, settings);
+}
+
+}  // namespace emberline

@@ -1,0 +1,57 @@
+// What heatmaps can show: from channels of the film to one number per pixel, and how it is drawn.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/charts/heatmap.h"
+#include "renderer/film/film.h"
+
+namespace emberline {
+
+struct HeatmapQuantity {
+  std::string_view name;  // "samples"; of the only channel of a file of raw values, too
+  std::string_view summary;
+  std::string_view title;  // in the picture
+  std::string_view unit = {};
+  std::optional<Aov> aov;                  // that must be rendered for it
+  std::vector<std::string_view> channels;  // that it is computed from
+  float (*value)(const float* channels);   // of a pixel, in that order; NaN: it has none
+  bool reasons = false;                    // PixelStop values, no amounts
+  double bright = kBrightQuantile;         // of an automatic range, value_scale.h
+  bool rms = false;                        // its root of the mean square says more than its mean
+};
+// The table behind --heatmap-of, its --help and its error message. The first is the default.
+//
+// `error` is the expected RMS error of the pixel in the displayed picture (sRGB, [0, 1]), root of
+// the mean over R, G and B: sqrt(mean(w v)), v the channel's variance of the mean and w the squared
+// slope of the display's curve where the pixel is (display_error.h). In frames by the estimators
+// nested and two-stream, and in any with --streams 2, it comes from one difference per pixel, of
+// two halves or two streams: single pixels scatter (one degree of freedom), and their RMS, which
+// the legend tells, is what the adaptive driver estimates for the whole frame (drivers/adaptive/
+// frame_error.h; `error.estimate` of the report). Else, as in uniform frames, samples count as
+// independent: an upper estimate. The curve counts as straight over the error, so that a single
+// pixel's may exceed 1. Pixels with fewer than two samples have no value.
+std::span<const HeatmapQuantity> heatmap_quantity_table();
+// Throws UsageError, which starts with the option's name.
+const HeatmapQuantity& find_heatmap_quantity(std::string_view name,
+                                             std::string_view option = "--heatmap-of");
+
+// Why pixels got no more samples; colours of Okabe & Ito 2008, "Color Universal Design", of which
+// no two are equally light.
+std::span<const Category> stop_categories();
+
+// How a heatmap is to look. A range and a logarithmic scale mean nothing to reasons.
+struct HeatmapStyle {
+  ColourMap colours = ColourMap::kGrey;
+  std::optional<ValueRange> range;
+  bool logarithmic = false;
+  bool plain = false;
+};
+BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
+                          const HeatmapStyle& style);
+
+}  // namespace emberline

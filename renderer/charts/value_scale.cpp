@@ -1,0 +1,144 @@
+#include "renderer/charts/value_scale.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "renderer/charts/chart_axis.h"
+
+namespace emberline {
+namespace {
+
+// Of the values above 0, at the dark end of a logarithmic range.
+constexpr double kDarkQuantile = 0.005;
+// Ticks are products of doubles: a value so many steps outside is still inside.
+constexpr double kRounding = 1e-9;
+// Values whose logarithms are about to leave double's range are not told apart.
+constexpr double kSmallest = 1e-300;
+
+// The least value that is at least as great as this part of `values`. 1000 of them, .995: the
+// 995th, five are above it.
+double quantile(std::vector<float> values, double part) {
+  const auto rank = std::max<ptrdiff_t>(0, ptrdiff_t(std::ceil(part * double(values.size()))) - 1);
+  std::ranges::nth_element(values, values.begin() + rank);
+  return double(values[size_t(rank)]);
+}
+
+template <typename Wanted>
+std::vector<float> finite_values(const Plane& plane, const Wanted& wanted) {
+  std::vector<float> values;
+  values.reserve(plane.values.size());
+  for (const float value : plane.values) {
+    if (std::isfinite(value) && wanted(value)) values.push_back(value);
+  }
+  return values;
+}
+
+ValueRange around(double value, bool logarithmic) {
+  if (logarithmic)
+    return value > kSmallest ? ValueRange{value / 10, value * 10} : ValueRange{1, 10};
+  if (value == 0.0) return {0, 1};
+  return value > 0 ? ValueRange{0, 2 * value} : ValueRange{2 * value, 0};
+}
+
+// A step of round numbers of which at most `most` multiples lie in the range.
+double tick_step(double least, double greatest, int most) {
+  double step = nice_step(greatest - least, most + 1);
+  const auto multiples = [&] {
+    return std::floor(greatest / step + kRounding) - std::ceil(least / step - kRounding) + 1;
+  };
+  while (multiples() > most) step = nice_step(1.5 * step, 1);  // the next larger
+  return step;
+}
+
+}  // namespace
+
+ValueRange automatic_range(const Plane& plane, bool logarithmic, double bright) {
+  const PlaneStatistics s = plane_statistics(plane);
+  if (s.values == 0) return around(0.0, logarithmic);
+  if (s.constant()) return around(s.minimum, logarithmic);
+  if (logarithmic) {
+    std::vector<float> positive = finite_values(plane, [](float v) { return v > 0.0f; });
+    if (positive.empty()) return around(0.0, true);
+    const double least = quantile(std::move(positive), kDarkQuantile);
+    return least < s.maximum ? ValueRange{least, s.maximum} : around(s.maximum, true);
+  }
+  const double least = std::min(0.0, s.minimum);
+  const double most = quantile(finite_values(plane, [](float v) { return v != 0.0f; }), bright);
+  return {least, most > least ? most : std::max(0.0, s.maximum)};
+}
+
+ValueScale::ValueScale(const ValueRange& range, bool logarithmic)
+    : range_(range), logarithmic_(logarithmic) {
+  assert(range.least < range.most && (!logarithmic || range.least > 0));
+}
+
+double ValueScale::position(double value) const {
+  if (!std::isfinite(value)) return NAN;
+  if (!logarithmic_) return (value - range_.least) / (range_.most - range_.least);
+  if (value <= 0.0) return -HUGE_VAL;
+  return std::log(value / range_.least) / std::log(range_.most / range_.least);
+}
+
+std::vector<ScaleTick> ValueScale::linear_ticks(int most, double factor) const {
+  const double least = range_.least * factor, greatest = range_.most * factor;
+  const double step = tick_step(least, greatest, most);
+  const int decimals = std::max(0, -int(std::floor(std::log10(step) + kRounding)));
+  std::vector<ScaleTick> ticks;
+  for (double i = std::ceil(least / step - kRounding); i <= greatest / step + kRounding; ++i) {
+    const double value = i * step + 0.0;  // no "-0"
+    const bool plain = value == 0.0 || (std::abs(value) < 1e6 && decimals < 6);
+    ticks.push_back(
+        {value / factor, plain ? fmt::format("{:.{}f}", value, decimals) : number_text(value)});
+  }
+  return ticks;
+}
+
+std::vector<double> ValueScale::decade_ticks(int most, double factor) const {
+  const double least = std::log10(range_.least * factor) - kRounding;
+  const double greatest = std::log10(range_.most * factor) + kRounding;
+  const auto gather = [&](std::initializer_list<int> digits, int every) {
+    std::vector<double> ticks;
+    for (int exponent = int(std::floor(least)); exponent <= greatest; ++exponent) {
+      if (exponent % every != 0) continue;
+      for (const int digit : digits) {
+        const double value = digit * std::pow(10.0, exponent), place = std::log10(value);
+        if (place >= least && place <= greatest) ticks.push_back(value);
+      }
+    }
+    return ticks;
+  };
+  std::vector<double> ticks = gather({1, 2, 5}, 1);
+  if (ticks.size() < 2) return {};  // less than a factor of five
+  for (int every = 1; int(ticks.size()) > most; ++every) ticks = gather({1}, every);
+  return ticks;
+}
+
+std::vector<ScaleTick> ValueScale::ticks(int most, double factor) const {
+  std::vector<ScaleTick> ticks;
+  if (logarithmic_) {
+    for (const double value : decade_ticks(most, factor)) {
+      ticks.push_back({value / factor, number_text(value)});
+    }
+  }
+  return ticks.empty() ? linear_ticks(most, factor) : ticks;
+}
+
+std::string number_text(double value) {
+  const double size = std::abs(value);
+  const bool whole = size < 1e6 && (size >= 1e3 || value == std::round(value));
+  return whole ? fmt::format("{:.0f}", value + 0.0) : fmt::format("{:.4g}", value);
+}
+
+ToldUnit told_unit(const std::string& unit, double size) {
+  if (unit != "s" || !(size > 0.0)) return {1, unit};
+  constexpr std::pair<double, const char*> kUnits[] = {{1, "s"}, {1e3, "ms"}, {1e6, "us"}};
+  for (const auto& [factor, name] : kUnits) {
+    if (size * factor >= 1.0) return {factor, name};
+  }
+  return {1e9, "ns"};
+}
+
+}  // namespace emberline

@@ -1,0 +1,52 @@
+#include "renderer/core/option_values.h"
+
+#include <cctype>
+#include <charconv>
+#include <cmath>
+
+#include "renderer/core/names.h"
+
+namespace emberline {
+namespace {
+
+template <typename T>
+std::optional<T> from_whole_text(std::string_view text) {
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  T value{};
+  const char* const end = text.data() + text.size();
+  const auto [stopped, error] = std::from_chars(text.data(), end, value);
+  if (text.empty() || error != std::errc() || stopped != end) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+std::optional<double> parse_real(std::string_view text) {
+  const std::optional<double> value = from_whole_text<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+std::optional<int64_t> parse_whole(std::string_view text) { return from_whole_text<int64_t>(text); }
+
+std::optional<uint64_t> parse_size(std::string_view text) {
+  constexpr std::string_view kUnits = "KMGT";
+  double factor = 1.0;
+  if (!text.empty()) {
+    const size_t unit = kUnits.find(char(std::toupper(static_cast<unsigned char>(text.back()))));
+    if (unit != std::string_view::npos) {
+      factor = std::exp2(10.0 * double(unit + 1));
+      text.remove_suffix(1);
+    }
+  }
+  const std::optional<double> number = parse_real(text);
+  if (!number || !(*number * factor >= 1.0) || !(*number * factor < 0x1p63)) return std::nullopt;
+  return uint64_t(*number * factor);
+}
+
+std::string unknown_word_message(const char* kind, const std::string& word,
+                                 const std::vector<std::string>& valid) {
+  const std::vector<std::string_view> views(valid.begin(), valid.end());
+  return unknown_name_message(kind, word, views);
+}
+
+}  // namespace emberline

@@ -1,0 +1,51 @@
+#include "renderer/description/default_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/core/log.h"
+#include "renderer/description/scene_description.h"
+
+namespace emberline {
+namespace {
+
+bool emits(const MaterialDescription& material) {
+  const auto positive = [](float x) { return x > 0.0f && std::isfinite(x); };
+  const Rgb& e = material.emission;
+  return !material.unlit && (positive(e.x) || positive(e.y) || positive(e.z));
+}
+
+// The material of a placed mesh, or null for the default one.
+const MaterialDescription* material_of(const SceneDescription& scene,
+                                       const InstanceDescription& placed) {
+  const int material = scene.meshes[size_t(placed.mesh)].material;
+  return material < 0 ? nullptr : &scene.materials[size_t(material)];
+}
+
+bool has_light(const SceneDescription& scene) {
+  if (scene.environment) return true;
+  if (std::ranges::any_of(scene.lights, [](const auto& l) { return !is_black(l.intensity); })) {
+    return true;
+  }
+  return std::ranges::any_of(scene.instances, [&](const InstanceDescription& placed) {
+    const MaterialDescription* material = material_of(scene, placed);
+    return material && emits(*material) && !scene.meshes[size_t(placed.mesh)].triangles.empty();
+  });
+}
+
+}  // namespace
+
+void add_default_light(SceneDescription& scene) {
+  if (scene.may_be_dark) return;
+  scene.may_be_dark = true;
+  const bool anything_lit =
+      std::ranges::any_of(scene.instances, [&](const InstanceDescription& placed) {
+        const MaterialDescription* material = material_of(scene, placed);
+        return !material || !material->unlit;
+      });
+  if (has_light(scene) || !anything_lit) return;
+  log_warning("the scene has no light; using a plain white environment (--env FILE gives another)");
+  scene.environment = EnvironmentDescription{};
+}
+
+}  // namespace emberline

@@ -1,0 +1,80 @@
+#include "renderer/description/framing.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/core/constants.h"
+#include "renderer/core/errors.h"
+#include "renderer/description/scene_description.h"
+
+namespace emberline {
+
+WorldBounds world_bounds(const SceneDescription& description) {
+  std::vector<WorldBounds> local(description.meshes.size());
+  for (size_t i = 0; i < local.size(); ++i) {
+    for (const Vec3f& p : description.meshes[i].positions) {
+      for (int c = 0; c < 3; ++c) {
+        local[i].min[c] = std::min(local[i].min[c], double(p[c]));
+        local[i].max[c] = std::max(local[i].max[c], double(p[c]));
+      }
+    }
+  }
+  WorldBounds bounds;
+  for (const InstanceDescription& instance : description.instances) {
+    const WorldBounds& b = local[size_t(instance.mesh)];
+    if (b.empty()) continue;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3d p = transform_point(
+          instance.to_world, {corner & 1 ? b.max.x : b.min.x, corner & 2 ? b.max.y : b.min.y,
+                              corner & 4 ? b.max.z : b.min.z});
+      for (int c = 0; c < 3; ++c) {
+        bounds.min[c] = std::min(bounds.min[c], p[c]);
+        bounds.max[c] = std::max(bounds.max[c], p[c]);
+      }
+    }
+  }
+  return bounds;
+}
+
+CameraDescription framing_camera(const WorldBounds& bounds, double aspect) {
+  CameraDescription camera;
+  camera.name = "framing camera";
+  camera.fov_y = 40.0 * kPiD / 180.0;
+  const double radius = bounds.radius() > 0 ? bounds.radius() : 1.0;
+  const double half = std::tan(camera.fov_y / 2) * std::min(1.0, aspect);
+  const double distance = 1.05 * radius / std::sin(std::atan(half));
+  const Vec3d direction = Vec3d(0.45, 0.35, 1.0).normalized();
+  const Vec3d at = bounds.empty() ? Vec3d(0.0) : bounds.center();
+  camera.to_world = look_at_matrix(at + direction * distance, at);
+  camera.focus_distance = distance;
+  return camera;
+}
+
+double lens_radius(double f_stop, double fov_y_radians) {
+  constexpr double kGateHeight = 0.024;  // metres
+  const double focal_length = 0.5 * kGateHeight / std::tan(0.5 * fov_y_radians);
+  return 0.5 * focal_length / f_stop;
+}
+
+Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at, const Vec3d& upwards) {
+  Vec3d back = from - at;
+  if (!(back.length2() > 0)) {
+    throw UsageError("--look-from and --look-at are the same point; move one of them");
+  }
+  back.normalize();
+  Vec3d right = upwards.normalized().cross(back);
+  if (right.length2() < 1e-12) right = Vec3d(0, 1, 0).cross(back);
+  if (right.length2() < 1e-12) right = Vec3d(1, 0, 0);  // straight up or down
+  right.normalize();
+  const Vec3d up = back.cross(right);
+  Mat44d m;
+  for (int c = 0; c < 3; ++c) {
+    m[0][c] = right[c];
+    m[1][c] = up[c];
+    m[2][c] = back[c];
+    m[3][c] = from[c];
+  }
+  return m;
+}
+
+}  // namespace emberline

@@ -1,0 +1,311 @@
+#include "renderer/description/scene_edits.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "renderer/core/constants.h"
+#include "renderer/core/errors.h"
+#include "renderer/description/default_light.h"
+#include "renderer/description/framing.h"
+
+namespace emberline {
+namespace {
+
+template <class Named>
+std::string list_names(const char* what, const std::vector<Named>& list) {
+  if (list.empty()) return fmt::format("the scene has no {}s", what);
+  std::string text = fmt::format("the scene's {}s are ", what);
+  for (size_t i = 0; i < list.size(); ++i) {
+    text += fmt::format("{}{} '{}'", i ? ", " : "", i, list[i].name);
+  }
+  return text;
+}
+
+[[noreturn]] void refuse(const std::string& place, const std::string& message) {
+  throw InputError(place.empty() ? "edits" : place, message);
+}
+
+// The index of what `target` means in a list of `what`s.
+template <class Named>
+size_t find_target(const EditTarget& target, const char* what, const std::vector<Named>& list) {
+  const auto listed = [&](int i) { return i >= 0 && size_t(i) < list.size(); };
+  if (target.name.empty()) {
+    if (listed(target.index)) return size_t(target.index);
+    refuse(target.place, fmt::format("no {} {}; {}", what, target.index, list_names(what, list)));
+  }
+  if (listed(target.index) && list[size_t(target.index)].name == target.name) {
+    return size_t(target.index);
+  }
+  const auto has_name = [&](const Named& entry) { return entry.name == target.name; };
+  const auto count = std::ranges::count_if(list, has_name);
+  if (count == 1) return size_t(std::ranges::find_if(list, has_name) - list.begin());
+  if (count == 0) {
+    refuse(target.place, fmt::format("no {} '{}'; {}", what, target.name, list_names(what, list)));
+  }
+  refuse(target.place, fmt::format("{} {}s are called '{}', and \"index\" says which of them; {}",
+                                   count, what, target.name, list_names(what, list)));
+}
+
+// A finite product: of a brightness near float's end more is the same.
+Rgb scaled(const Rgb& value, const Rgb& factor) {
+  const auto product = [](float a, float b) {
+    return std::min(a * b, std::numeric_limits<float>::max());
+  };
+  return {product(value.x, factor.x), product(value.y, factor.y), product(value.z, factor.z)};
+}
+
+void name_default_material(SceneDescription& scene) {
+  const auto number = int(scene.materials.size());
+  std::vector<bool> placed(scene.meshes.size(), false);
+  for (const InstanceDescription& instance : scene.instances) placed[size_t(instance.mesh)] = true;
+  bool worn = false;
+  for (size_t i = 0; i < scene.meshes.size(); ++i) {
+    if (!placed[i] || scene.meshes[i].material >= 0) continue;
+    scene.meshes[i].material = number;
+    worn = true;
+  }
+  if (worn) scene.materials.emplace_back().name = kDefaultMaterialName;
+}
+
+class EditApplication {
+ public:
+  EditApplication(const SceneEdits& edits, SceneDescription& scene) : edits_(edits), scene_(scene) {
+    check_targets();
+  }
+
+  void apply() {
+    put_on_variant();
+    edit_environment();
+    for (size_t i = 0; i < edits_.materials.size(); ++i) edit_material(i);
+    for (size_t i = 0; i < edits_.lights.size(); ++i) edit_light(i);
+  }
+
+ private:
+  void check_targets();
+  void put_on_variant();
+  void edit_environment();
+  void edit_material(size_t edit);
+  void edit_light(size_t edit);
+
+  const SceneEdits& edits_;
+  SceneDescription& scene_;
+  std::vector<size_t> lights_, materials_;  // what each edit means
+  int variant_ = -1;
+};
+
+void EditApplication::check_targets() {
+  const auto found = [](const EditTarget& target, const char* what, const auto& list, auto& taken) {
+    const size_t index = find_target(target, what, list);
+    if (!taken.insert(index).second) {
+      refuse(target.place,
+             fmt::format("a second entry for {} {} '{}'", what, index, list[index].name));
+    }
+    return index;
+  };
+  if (edits_.variant) {
+    variant_ = int(find_target(*edits_.variant, "variant", scene_.variants));
+    if (!scene_.variants_read) {
+      refuse(edits_.variant->place, "the scene was loaded without its variants' materials");
+    }
+  }
+  const EnvironmentEdit& environment = edits_.environment;
+  const bool lit_around = scene_.environment.has_value() || environment.image;
+  constexpr const char* kNoEnvironment = "the scene has no environment; give one by its \"file\"";
+  if (!lit_around && (environment.strength || environment.rotation_degrees)) {
+    refuse(environment.place, kNoEnvironment);
+  }
+  std::set<size_t> edited, dimmed, shining, around;
+  for (const MaterialEdit& edit : edits_.materials) {
+    materials_.push_back(found(edit.target, "material", scene_.materials, edited));
+  }
+  for (const LightEdit& edit : edits_.lights) {
+    switch (edit.kind) {
+      case EditedLight::kPunctual:
+        lights_.push_back(found(edit.target, "light", scene_.lights, dimmed));
+        break;
+      case EditedLight::kMaterial:
+        lights_.push_back(found(edit.target, "material", scene_.materials, shining));
+        break;
+      case EditedLight::kEnvironment:
+        if (!lit_around) refuse(edit.target.place, kNoEnvironment);
+        if (!around.insert(0).second) {
+          refuse(edit.target.place, "a second entry for the environment");
+        }
+        lights_.push_back(0);
+        break;
+    }
+  }
+}
+
+void EditApplication::put_on_variant() {
+  for (MeshDescription& mesh : scene_.meshes) {
+    const auto other =
+        std::ranges::find(mesh.variant_materials, variant_, &VariantMaterial::variant);
+    if (other != mesh.variant_materials.end()) mesh.material = other->material;
+  }
+}
+
+void EditApplication::edit_environment() {
+  const EnvironmentEdit& edit = edits_.environment;
+  if (edit.image) {
+    if (!scene_.environment) scene_.environment = EnvironmentDescription{};
+    scene_.environment->file = edit.file;
+    scene_.environment->image = edit.image;
+    scene_.repairs.non_finite_texels += edit.repaired_texels;
+  }
+  if (edit.strength) scene_.environment->strength = *edit.strength;
+  if (edit.rotation_degrees) scene_.environment->rotation_degrees = *edit.rotation_degrees;
+}
+
+void EditApplication::edit_material(size_t i) {
+  const MaterialEdit& edit = edits_.materials[i];
+  MaterialDescription& material = scene_.materials[materials_[i]];
+  const auto set = [](const auto& edited, auto& value) {
+    if (edited) value = *edited;
+  };
+  set(edit.base_color, material.base_color);
+  set(edit.roughness, material.roughness);
+  set(edit.metallic, material.metallic);
+  set(edit.transmission, material.transmission);
+  set(edit.normal_scale, material.normal_scale);
+  set(edit.emission, material.emission);
+}
+
+void EditApplication::edit_light(size_t i) {
+  const LightEdit& edit = edits_.lights[i];
+  const Rgb factor = edit.on ? scaled(edit.color, Rgb(edit.intensity)) : Rgb(0.0f);
+  switch (edit.kind) {
+    case EditedLight::kPunctual: {
+      PunctualLightDescription& light = scene_.lights[lights_[i]];
+      light.intensity = scaled(light.intensity, factor);
+      break;
+    }
+    case EditedLight::kMaterial: {
+      MaterialDescription& material = scene_.materials[lights_[i]];
+      material.emission = scaled(material.emission, factor);
+      break;
+    }
+    case EditedLight::kEnvironment:
+      scene_.environment->tint = scaled(scene_.environment->tint, factor);
+      break;
+  }
+}
+
+// Frames of any shape take their width from the height, so that the file's ratio means nothing.
+void make_orthographic(double height, CameraDescription& camera) {
+  camera.orthographic = true;
+  camera.aspect.reset();
+  camera.x_mag = camera.y_mag = 0.5 * height;
+  camera.lens_radius = 0.0;
+}
+
+Mat44d view_matrix(const CameraEdit& edit) {
+  Mat44d m = look_at_matrix(*edit.look_from, *edit.look_at, edit.up);
+  if (edit.mirrored) {
+    for (int c = 0; c < 3; ++c) m[0][c] = -m[0][c];  // the picture's right edge
+  }
+  return m;
+}
+
+void edit_lens(const CameraEdit& edit, CameraDescription& camera) {
+  if (edit.focus_distance) {
+    camera.focus_distance = *edit.focus_distance;
+  } else if (edit.look_from && edit.look_at) {
+    camera.focus_distance = (*edit.look_at - *edit.look_from).length();
+  }
+  if (!edit.f_stop) return;
+  if (camera.orthographic) {
+    refuse(edit.place, "camera '" + camera.name + "' is orthographic and has no \"f_stop\"");
+  }
+  if (!(camera.focus_distance > 0)) {
+    refuse(edit.place, "\"f_stop\" needs a \"focus_distance\", or a \"look_at\" to focus on");
+  }
+  camera.lens_radius = lens_radius(*edit.f_stop, camera.fov_y);
+}
+
+}  // namespace
+
+EditClass classify(const SceneEdits& before, const SceneEdits& after) {
+  if (before.materials != after.materials || before.variant != after.variant) {
+    return EditClass::kMaterial;
+  }
+  if (before.lights != after.lights || before.environment != after.environment) {
+    return EditClass::kLight;
+  }
+  return before.camera != after.camera ? EditClass::kCamera : EditClass::kNone;
+}
+
+void apply(const SceneEdits& edits, SceneDescription& description) {
+  add_default_light(description);
+  name_default_material(description);
+  EditApplication(edits, description).apply();
+}
+
+size_t edited_light(const LightEdit& edit, const SceneDescription& description) {
+  switch (edit.kind) {
+    case EditedLight::kPunctual:
+      return find_target(edit.target, "light", description.lights);
+    case EditedLight::kMaterial:
+      return find_target(edit.target, "material", description.materials);
+    case EditedLight::kEnvironment:
+      break;
+  }
+  return 0;
+}
+
+CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription& description,
+                                CameraDescription camera) {
+  const CameraEdit& edit = edits.camera;
+  if (edit.camera) {
+    camera = description.cameras[find_target(*edit.camera, "camera", description.cameras)];
+  }
+  if (edit.look_from && edit.look_at) {
+    if (!((*edit.look_from - *edit.look_at).length2() > 0)) {
+      refuse(edit.place, "\"look_from\" and \"look_at\" are the same point; move one of them");
+    }
+    camera.name = "edited view";
+    camera.orthographic = false;
+    camera.aspect.reset();  // of the frame
+    camera.to_world = view_matrix(edit);
+  }
+  if (edit.orthographic_height) make_orthographic(*edit.orthographic_height, camera);
+  if (edit.fov_y_degrees) {
+    if (camera.orthographic) {
+      refuse(edit.place, "camera '" + camera.name + "' is orthographic and has no \"fov_y\"");
+    }
+    camera.fov_y = *edit.fov_y_degrees * kPiD / 180.0;
+  }
+  edit_lens(edit, camera);
+  return camera;
+}
+
+SceneDescription outline(const SceneDescription& description) {
+  SceneDescription result;
+  result.file = description.file;
+  result.generator = description.generator;
+  result.images = description.images;
+  result.materials = description.materials;
+  result.variants = description.variants;
+  result.variants_read = description.variants_read;
+  result.instances = description.instances;
+  result.lights = description.lights;
+  result.cameras = description.cameras;
+  result.environment = description.environment;
+  result.may_be_dark = description.may_be_dark;
+  result.coverage = description.coverage;
+  result.repairs = description.repairs;
+  result.meshes.reserve(description.meshes.size());
+  for (const MeshDescription& mesh : description.meshes) {
+    MeshDescription& kept = result.meshes.emplace_back();
+    kept.name = mesh.name;
+    kept.material = mesh.material;
+    kept.variant_materials = mesh.variant_materials;
+  }
+  return result;
+}
+
+}  // namespace emberline

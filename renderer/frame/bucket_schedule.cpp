@@ -1,0 +1,167 @@
+#include "renderer/frame/bucket_schedule.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/hash.h"
+#include "renderer/core/names.h"
+
+namespace emberline {
+namespace {
+
+constexpr BucketOrderEntry kOrders[] = {
+    {"hilbert", "along Hilbert's curve: neighbours in time are neighbours in the frame",
+     BucketOrder::kHilbert},
+    {"spiral", "from the middle outwards", BucketOrder::kSpiral},
+    {"scanline", "rows from the top", BucketOrder::kScanline},
+    {"random", "shuffled: an early impression of the whole frame", BucketOrder::kRandom},
+};
+
+struct Cell {
+  int x, y;
+};
+
+// Step at which Hilbert's curve over a 2^k x 2^k grid passes cell (x, y). Bit by bit from the
+// highest: each pair of bits of the step names a quadrant, and turns what is found below it.
+// 4 x 4, cell (3, 0), k = 2: its quadrant, right and above, is the last (3), and in there it is,
+// turned, right and above again (3): step 15.
+uint64_t hilbert_step(int k, uint32_t x, uint32_t y) {
+  uint64_t step = 0;
+  for (int bit = k - 1; bit >= 0; --bit) {
+    const uint32_t rx = (x >> bit) & 1u, ry = (y >> bit) & 1u;
+    step = 4 * step + ((3 * rx) ^ ry);
+    if (ry == 0) {
+      if (rx == 1) {
+        x = ~x;
+        y = ~y;
+      }
+      std::swap(x, y);
+    }
+  }
+  return step;
+}
+
+// By sorting rather than by walking the curve, which would visit the whole square around a frame
+// of one column: 65536 x 1 buckets took two minutes.
+std::vector<Cell> hilbert_cells(int columns, int rows) {
+  const int k = std::bit_width(uint32_t(std::max(columns, rows)) - 1);
+  std::vector<std::pair<uint64_t, Cell>> steps;
+  steps.reserve(size_t(columns) * size_t(rows));
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      steps.push_back({hilbert_step(k, uint32_t(x), uint32_t(y)), {x, y}});
+    }
+  }
+  std::ranges::sort(steps, {}, &std::pair<uint64_t, Cell>::first);
+  std::vector<Cell> cells;
+  cells.reserve(steps.size());
+  for (const auto& [step, cell] : steps) cells.push_back(cell);
+  return cells;
+}
+
+// The part [first, last) of the steps of a leg that has 0 <= from + step * i < size.
+void clip_leg(int from, int step, int size, int& first, int& last) {
+  if (step == 0 && (from < 0 || from >= size)) last = first;
+  if (step > 0) {
+    first = std::max(first, -from);
+    last = std::min(last, size - from);
+  }
+  if (step < 0) {
+    first = std::max(first, from - size + 1);
+    last = std::min(last, from + 1);
+  }
+}
+
+std::vector<Cell> spiral_cells(int columns, int rows) {
+  std::vector<Cell> cells;
+  const size_t total = size_t(columns) * size_t(rows);
+  cells.reserve(total);
+  int x = (columns - 1) / 2, y = (rows - 1) / 2;
+  // Legs of 1, 1, 2, 2, 3, 3 ... steps: right, down, left, up.
+  constexpr int kStepX[4] = {1, 0, -1, 0}, kStepY[4] = {0, 1, 0, -1};
+  for (int leg = 0; cells.size() < total; ++leg) {
+    const int dx = kStepX[leg % 4], dy = kStepY[leg % 4], length = leg / 2 + 1;
+    int first = 0, last = length;
+    clip_leg(x, dx, columns, first, last);
+    clip_leg(y, dy, rows, first, last);
+    for (int i = first; i < last; ++i) cells.push_back({x + i * dx, y + i * dy});
+    x += length * dx;
+    y += length * dy;
+  }
+  return cells;
+}
+
+std::vector<Cell> scanline_cells(int columns, int rows) {
+  std::vector<Cell> cells;
+  cells.reserve(size_t(columns) * size_t(rows));
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) cells.push_back({x, y});
+  }
+  return cells;
+}
+
+std::vector<Cell> random_cells(int columns, int rows, uint32_t seed) {
+  std::vector<Cell> cells = scanline_cells(columns, rows);
+  for (size_t i = cells.size(); i > 1; --i) {  // Fisher-Yates
+    const uint64_t r = hash_combine64(seed, i);
+    std::swap(cells[i - 1], cells[size_t(r % i)]);
+  }
+  return cells;
+}
+
+}  // namespace
+
+std::span<const BucketOrderEntry> bucket_order_table() { return kOrders; }
+
+BucketOrder parse_bucket_order(std::string_view name) {
+  return find_named(kOrders, "--bucket-order", "order", name).order;
+}
+
+std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder order,
+                                  uint32_t seed) {
+  std::vector<Rect> buckets;
+  if (crop.empty()) return buckets;
+  // A list of more would take longer to make and hold than the buckets save.
+  constexpr int64_t kMostBuckets = 1 << 24;
+  const int64_t size = bucket_size;
+  if ((crop.width() + size - 1) / size * ((crop.height() + size - 1) / size) > kMostBuckets) {
+    throw UsageError("--bucket-size: " + std::to_string(bucket_size) +
+                     " would cut the frame into "
+                     "more than 16777216 buckets; make them larger");
+  }
+  const int columns = (crop.width() + bucket_size - 1) / bucket_size;
+  const int rows = (crop.height() + bucket_size - 1) / bucket_size;
+  std::vector<Cell> cells;
+  switch (order) {
+    case BucketOrder::kHilbert:
+      cells = hilbert_cells(columns, rows);
+      break;
+    case BucketOrder::kSpiral:
+      cells = spiral_cells(columns, rows);
+      break;
+    case BucketOrder::kScanline:
+      cells = scanline_cells(columns, rows);
+      break;
+    case BucketOrder::kRandom:
+      cells = random_cells(columns, rows, seed);
+      break;
+  }
+  buckets.reserve(cells.size());
+  for (const Cell& cell : cells) {
+    const int x = crop.x0 + cell.x * bucket_size;
+    const int y = crop.y0 + cell.y * bucket_size;
+    buckets.push_back(Rect{x, y, x + bucket_size, y + bucket_size}.intersect(crop));
+  }
+  return buckets;
+}
+
+int checked_bucket_size(int bucket_size) {
+  if (bucket_size < 1 || bucket_size > 4096) {
+    throw UsageError("--bucket-size: " + std::to_string(bucket_size) +
+                     " is outside the valid range 1 to 4096");
+  }
+  return bucket_size;
+}
+
+}  // namespace emberline

@@ -1,0 +1,75 @@
+// What every driver renders: one frame, and what is counted on the way.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "integrators/integrator.h"
+#include "renderer/film/film.h"
+#include "renderer/film/filter.h"
+
+namespace emberline {
+
+// All that is constant while a frame renders. Refers to things that must outlive it.
+struct Frame {
+  const Scene& scene;
+  const Camera& camera;
+  const Integrator& integrator;
+  const Sampler& sampler;
+  const PixelFilter& filter;
+  int width = 0, height = 0;
+  Rect crop;                       // what of it is rendered; the whole, if it is not cropped
+  uint32_t samples_per_pixel = 1;  // of every pixel; of adaptive sampling on average, or 0
+  uint32_t seed = 0;
+  StreamCount streams = StreamCount::kOne;
+  AovSet aovs;
+  bool exact_counts = true;  // every pixel gets samples_per_pixel, and none more
+  // Of the scene as it is built: what each of them gives is kept apart, if the integrator tells
+  // lights apart (IntegratorEntry). Null: it is not, and costs nothing.
+  const LightGroups* light_groups = nullptr;
+
+  FilmExtras with_light_groups(FilmExtras extras) const {
+    if (light_groups) extras.light_groups = light_groups->size();
+    return extras;
+  }
+};
+
+// A sample that came out NaN or infinite: enough to replay it.
+struct NonFiniteSample {
+  int x = 0, y = 0;
+  uint32_t sample = 0;
+  uint32_t seed = 0;  // the frame's, or its round's
+};
+
+struct RayCounters {
+  uint64_t camera = 0;  // one per sample
+  uint64_t scatter = 0, shadow = 0;
+  uint64_t total() const { return camera + scatter + shadow; }
+  void add(const SampleRays& sample) {
+    camera++;
+    scatter += sample.scatter;
+    shadow += sample.shadow;
+  }
+  void merge(const RayCounters& o) {
+    camera += o.camera;
+    scatter += o.scatter;
+    shadow += o.shadow;
+  }
+};
+
+// What happened, summed over the frame.
+struct FrameCounters {
+  RayCounters rays;
+  uint64_t samples = 0;
+  uint64_t non_finite_samples = 0;
+  std::vector<NonFiniteSample> located;       // the first few, in (y, x, sample) order
+  uint32_t min_samples = 0, max_samples = 0;  // per pixel of the crop
+  bool stopped = false;                       // by the stop token, before the work was done
+
+  static constexpr size_t kLocatedLimit = 16;
+  // All but min_samples and stopped, which no worker knows.
+  void merge(const FrameCounters& other);
+};
+
+}  // namespace emberline

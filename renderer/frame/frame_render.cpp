@@ -1,0 +1,291 @@
+#include "renderer/frame/frame_render.h"
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <new>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/parallel.h"
+#include "renderer/frame/bucket_schedule.h"
+#include "renderer/frame/render_worker.h"
+
+namespace emberline {
+namespace {
+
+size_t worker_count() { return size_t(std::max(1, tbb::this_task_arena::max_concurrency())); }
+
+// What each light group gives to each pixel of an incomplete picture, by pixel, then by group.
+std::vector<Rgb> shown_lights(const FramePicture& picture, size_t groups) {
+  const auto pixels = size_t(picture.film().rect().area());
+  std::vector<Rgb> lights(groups * pixels);
+  std::vector<float> rgba(4 * pixels);
+  for (size_t g = 0; g < groups; ++g) {
+    std::vector<Rgb> weights(groups, Rgb(0.0f));
+    weights[g] = Rgb(1.0f);
+    const LightMix alone(weights);
+    picture.resolve(rgba, &alone);
+    for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgba[4 * i], 3, &lights[groups * i + g].x);
+  }
+  return lights;
+}
+
+// How many parts from `begin` on come before the next pause: all, unless a picture is wanted with
+// so many samples.
+size_t pause_after(const FrameDriver& driver, const Round& round, size_t begin,
+                   std::optional<uint64_t> samples_wanted) {
+  if (!samples_wanted) return round.parts;
+  size_t end = begin;
+  for (uint64_t samples = 0; end < round.parts && samples < *samples_wanted; ++end) {
+    samples += driver.samples(end);
+  }
+  return end;
+}
+
+}  // namespace
+
+// One frame's workers, and what they count.
+class FrameRender::Loop {
+ public:
+  Loop(const Frame& the_frame, FrameObserver& the_observer, std::stop_token the_stop)
+      : frame(the_frame), observer(the_observer), stop(std::move(the_stop)) {}
+
+  // work(worker, going) in as many threads as there are, or `most`; going() is false once one of
+  // them has thrown, or a stop is requested. Rethrows.
+  template <typename Work>
+  void share(size_t most, const Work& work) {
+    std::atomic<bool> failed{false};
+    const auto going = [&] {
+      return !failed.load(std::memory_order_relaxed) && !stop.stop_requested();
+    };
+    parallel_tasks(std::min(most, worker_count()), [&](size_t) {
+      try {
+        RenderWorker worker(frame);
+        work(worker, going);
+        const std::lock_guard lock(mutex_);
+        counters.merge(worker.counters());
+      } catch (...) {
+        failed = true;  // the others need not finish a frame that is lost
+        throw;
+      }
+    });
+  }
+
+  // The parts [begin, end) of a round, or fewer if a picture is wanted soon.
+  RenderedParts carry_out(const FrameDriver& driver, const Round& round, size_t begin, size_t end,
+                          FilmTile& film) {
+    cut_short_.clear();
+    std::atomic<size_t> next{begin};
+    share(end - begin, [&](RenderWorker& worker, const auto& going) {
+      worker.set_seed(round.seed);
+      std::vector<PixelWork> list;
+      while (going()) {
+        const size_t part = next.fetch_add(1, std::memory_order_relaxed);
+        if (part >= end) break;
+        list.clear();
+        driver.expand(part, list);
+        if (!worker.render(list, film, observer, stop)) {
+          const std::lock_guard lock(mutex_);
+          cut_short_.push_back(part);
+        }
+        if (observer.picture_wanted()) break;
+      }
+    });
+    const size_t begun = std::min(end, next.load());
+    const bool complete = cut_short_.empty() && (begun == end || !stop.stop_requested());
+    return {begin, begun, complete, cut_short_};
+  }
+
+  void render_tile(FrameDriver& driver, RenderWorker& worker, FilmTile& film);
+
+  const Frame& frame;
+  FrameObserver& observer;
+  const std::stop_token stop;
+  FrameCounters counters;
+
+ private:
+  std::mutex mutex_;
+  std::vector<size_t> cut_short_;
+};
+
+FrameCounters FrameRender::render(const Frame& frame, FrameObserver& observer,
+                                  std::stop_token stop) {
+  Loop loop(frame, observer, std::move(stop));
+  drivers_.tiles ? render_tiles(loop) : render_crop(loop);
+  return std::move(loop.counters);
+}
+
+void FrameRender::render_crop(Loop& loop) {
+  const Frame& frame = loop.frame;
+  film_.emplace(frame.aovs, frame.with_light_groups(drivers_.film_extras));
+  reset_film(frame.crop, &*film_);
+  driver_ = drivers_.create(frame, frame.crop);
+  FrameProgress progress;
+  bool going = true;
+  while (going) {
+    const std::optional<Round> round = driver_->next(*film_, loop.stop);
+    if (!round) break;
+    for (size_t begin = 0; begin < round->parts && going;) {
+      std::optional<uint64_t> wanted = loop.observer.picture_wanted_at();
+      if (wanted) *wanted = std::max(*wanted, loop.counters.samples + 1) - loop.counters.samples;
+      const size_t end = pause_after(*driver_, *round, begin, wanted);
+      const RenderedParts parts = loop.carry_out(*driver_, *round, begin, end, *film_);
+      driver_->rendered(parts, *film_);
+      begin = parts.end;
+      going = parts.complete;
+      if (!going) break;
+      progress.pass = round->pass;
+      progress.samples = loop.counters.samples;
+      progress.rays = loop.counters.rays.total();
+      progress.completion = std::min(1.0, double(progress.samples) / double(frame.crop.area()));
+      progress.pass_finished = round->ends_pass && begin == round->parts;
+      progress.error_estimate = driver_->error_estimate();
+      loop.observer.picture_changed(progress, *this);
+    }
+  }
+  loop.counters.min_samples = driver_->least_samples(*film_);
+  loop.counters.stopped = !driver_->finished();
+}
+
+// All of one tile's rounds, by one worker. Isolated where the driver may share its work: while this
+// thread waits for help, it must not begin another tile.
+void FrameRender::Loop::render_tile(FrameDriver& driver, RenderWorker& worker, FilmTile& film) {
+  std::vector<PixelWork> list;
+  std::optional<Round> round;
+  const auto decide = [&] {
+    tbb::this_task_arena::isolate([&] { round = driver.next(film, {}); });
+    return round.has_value();
+  };
+  for (bool complete = true; complete && decide();) {
+    worker.set_seed(round->seed);
+    size_t part = 0;
+    for (; part < round->parts && complete; ++part) {
+      list.clear();
+      driver.expand(part, list);
+      complete = worker.render(list, film, observer, stop);
+    }
+    const size_t last = part - 1;
+    driver.rendered({0, part, complete, std::span(&last, complete ? 0 : 1)}, film);
+  }
+  tbb::this_task_arena::isolate([&] {
+    driver.end(film, observer.stop_cause());
+    if (!driver.shows_other_means()) return;
+    const Rect& tile = film.rect();
+    std::vector<float> shown(4 * size_t(tile.area()));
+    driver.resolve(film, shown, nullptr);
+    for (size_t i = 0; i < size_t(tile.area()); ++i) {
+      film.show(tile.x_of(i), tile.y_of(i), &shown[4 * i]);
+    }
+  });
+}
+
+// Workers take the next tile from a counter rather than a share of the list in advance, so the
+// order is kept whatever the threads' speeds. One increment per tile is no contention.
+void FrameRender::render_tiles(Loop& loop) {
+  const Frame& frame = loop.frame;
+  const std::vector<Rect> tiles =
+      bucket_schedule(frame.crop, drivers_.tile_size, drivers_.tile_order, frame.seed);
+  std::atomic<size_t> next{0};
+  std::atomic<bool> all_finished{true};
+  std::vector<std::optional<double>> errors(tiles.size());  // summed in order, whoever brought them
+  std::vector<uint32_t> least(tiles.size(), 0);
+  loop.share(tiles.size(), [&](RenderWorker& worker, const auto& going) {
+    FilmTile film(frame.aovs, frame.with_light_groups(drivers_.film_extras));
+    while (going()) {
+      const size_t i = next.fetch_add(1, std::memory_order_relaxed);
+      if (i >= tiles.size()) break;
+      film.reset(tiles[i]);
+      loop.observer.tile_begun(tiles[i]);
+      const std::unique_ptr<FrameDriver> driver = drivers_.create(frame, tiles[i]);
+      loop.render_tile(*driver, worker, film);
+      if (!driver->finished()) all_finished = false;
+      errors[i] = driver->error_estimate();
+      least[i] = driver->least_samples(film);
+      loop.observer.tile_finished(film);
+    }
+  });
+  loop.counters.stopped = !all_finished || next.load() < tiles.size();
+  loop.counters.min_samples = tiles.empty() ? 0 : *std::ranges::min_element(least);
+  double sum = 0;
+  for (size_t i = 0; i < tiles.size(); ++i) {
+    if (!errors[i]) return;
+    sum += square(*errors[i]) * double(tiles[i].area());
+  }
+  if (!tiles.empty()) tiles_error_ = std::sqrt(sum / double(frame.crop.area()));
+}
+
+uint64_t FrameRender::bytes_per_pixel(const AovSet& aovs) const {
+  if (drivers_.tiles) return 0;
+  return film_bytes_per_pixel(aovs, drivers_.film_extras) + drivers_.bytes_per_pixel;
+}
+
+std::optional<double> FrameRender::error_estimate() const {
+  return driver_ ? driver_->error_estimate() : tiles_error_;
+}
+
+void FrameRender::end(PixelStop cut_short) {
+  if (driver_) driver_->end(*film_, cut_short);
+}
+
+// Tiles of the bucket driver's size, aligned as they are. Pixels without samples are shown as the
+// picture has them.
+void FrameRender::deliver(FrameObserver& observer) {
+  if (!driver_) return;
+  end(observer.stop_cause());
+  const Rect& crop = film_->rect();
+  const std::vector<Rect> tiles =
+      bucket_schedule(crop, drivers_.tile_size, BucketOrder::kScanline, 0);
+  // Before the workers begin: one that waits for help with it must not begin a tile that needs it.
+  const bool all_shown = driver_->shows_other_means();
+  std::vector<float> shown;
+  if (all_shown || film_->least_samples() == 0) {
+    shown.resize(4 * size_t(crop.area()));
+    resolve(shown);
+  }
+  const auto groups = size_t(std::max(0, film_->extras().light_groups));
+  std::vector<Rgb> lights;
+  if (!all_shown && !shown.empty() && groups > 0) lights = shown_lights(*this, groups);
+  std::atomic<size_t> next{0};
+  const auto work = [&](size_t /*worker*/) {
+    FilmTile tile(film_->aovs(), film_->extras());  // one each: its memory serves again and again
+    for (size_t i = next++; i < tiles.size(); i = next++) {
+      const Rect& rect = tiles[i];
+      tile.reset(rect);
+      for (int y = rect.y0; y < rect.y1; ++y) {
+        for (int x = rect.x0; x < rect.x1; ++x) {
+          tile.copy_pixel(*film_, x, y);
+          if (!all_shown && film_->sample_count(x, y) > 0) continue;
+          const size_t pixel = crop.index_of(x, y);
+          tile.show(x, y, &shown[4 * pixel]);
+          if (lights.empty()) continue;
+          tile.show_lights(x, y, std::span(lights).subspan(groups * pixel, groups));
+        }
+      }
+      observer.tile_finished(tile);
+    }
+  };
+  parallel_tasks(std::min(tiles.size(), worker_count()), work);
+}
+
+uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras) {
+  FilmTile pixel(aovs, extras);
+  pixel.reset({0, 0, 1, 1});
+  return pixel.bytes() + 4 * sizeof(float);
+}
+
+void reset_film(const Rect& crop, FilmTile* film) {
+  try {
+    film->reset(crop);
+  } catch (const std::bad_alloc&) {
+    throw RenderError(
+        fmt::format("not enough memory to hold a film of {}x{} pixels; --driver bucket needs no "
+                    "more for a larger frame",
+                    crop.width(), crop.height()));
+  }
+}
+
+}  // namespace emberline

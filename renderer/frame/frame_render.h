@@ -1,0 +1,89 @@
+// The one loop that renders: asks a driver what comes next, has workers carry it out, pauses where
+// a picture is wanted, tells the observer.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "renderer/frame/bucket_schedule.h"
+#include "renderer/frame/frame.h"
+#include "renderer/frame/frame_driver.h"
+#include "renderer/frame/frame_observer.h"
+
+namespace emberline {
+
+class RenderWorker;
+
+// What a frame's drivers are made by (driver_factory() in driver_table.h).
+struct DriverFactory {
+  // One for each tile, which is finished and let go before the next; else one for the crop, whose
+  // picture is there all the time.
+  bool tiles = false;
+  int tile_size = 64;  // pixels; also of what is delivered of a whole crop
+  BucketOrder tile_order = BucketOrder::kHilbert;
+  FilmExtras film_extras = {};
+  uint64_t bytes_per_pixel = 0;  // of the crop's driver beside the film, at most
+  std::function<std::unique_ptr<FrameDriver>(const Frame& frame, const Rect& pixels)> create;
+};
+
+// One frame with one driver. A driver of tiles hands them to the observer as they are finished, and
+// keeps nothing; another's film is kept, and is the picture.
+class FrameRender final : public FramePicture {
+ public:
+  explicit FrameRender(DriverFactory drivers) : drivers_(std::move(drivers)) {}
+
+  // Renders on the calling thread's TBB arena; once. Returns soon after a stop is requested. Throws
+  // RenderError where the film does not fit into memory, and what the observer throws.
+  FrameCounters render(const Frame& frame, FrameObserver& observer, std::stop_token stop);
+  // After render(): writes into a film that was kept why its pixels stopped; those that a stop
+  // request cut short, because of `cut_short`.
+  void end(PixelStop cut_short);
+  // After render(), once: end(), then hands over the film that was kept as finished tiles.
+  void deliver(FrameObserver& observer);
+
+  // Expected RMS error of the displayed frame, if the driver has estimated it.
+  std::optional<double> error_estimate() const;
+  // The frame as it can be shown, from the first pause on; null if nothing is kept.
+  const FramePicture* picture() const { return driver_ ? this : nullptr; }
+  // Likewise, for what only one kind of driver can tell, at pauses and after render().
+  FrameDriver* driver() { return driver_.get(); }
+  const FrameDriver* driver() const { return driver_.get(); }
+  // Tiles are handed on, and nothing is kept.
+  bool by_tiles() const { return drivers_.tiles; }
+
+  // What render() and deliver() hold of each pixel of the crop beside their workers' tiles, at
+  // most; with light groups 24 for each and 24 more. And what is held by now.
+  uint64_t bytes_per_pixel(const AovSet& aovs) const;
+  uint64_t film_bytes() const { return driver_ ? film_->bytes() + driver_->bytes() : 0; }
+
+  void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override {
+    driver_->resolve(*film_, rgba, mix);
+  }
+  const FilmTile& film() const override { return *film_; }
+  PixelStop stop_so_far(int x, int y) const override { return driver_->stop_so_far(*film_, x, y); }
+
+ private:
+  class Loop;
+
+  void render_tiles(Loop& loop);
+  void render_crop(Loop& loop);
+
+  const DriverFactory drivers_;
+  std::optional<FilmTile> film_;
+  std::unique_ptr<FrameDriver> driver_;
+  std::optional<double> tiles_error_;
+};
+
+// What a film holds of a pixel, in bytes, and deliver() on top where it fills in.
+uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras);
+
+// Makes the film ready for the crop. Throws RenderError if there is not the memory for it.
+void reset_film(const Rect& crop, FilmTile* film);
+
+}  // namespace emberline

@@ -1,0 +1,176 @@
+#include "renderer/frame/frame_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "io/edits_file.h"
+#include "io/gltf.h"
+#include "io/image_input.h"
+#include "renderer/core/constants.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/description/framing.h"
+#include "renderer/scene/build_scene.h"
+
+namespace emberline {
+namespace {
+
+template <class Named>
+std::string list_names(const std::vector<Named>& list) {
+  if (list.empty()) return "the file has none";
+  std::string text = "the file has ";
+  for (size_t i = 0; i < list.size(); ++i) {
+    text += fmt::format("{}{} '{}'", i ? ", " : "", i, list[i].name);
+  }
+  return text;
+}
+
+// The index of what an option calls by name or index.
+template <class Named>
+size_t find_named(const char* what, const std::string& wanted, const std::vector<Named>& list) {
+  const auto named = std::ranges::find(list, wanted, &Named::name);
+  if (named != list.end()) return size_t(named - list.begin());
+  size_t index = 0;
+  const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
+  if (error == std::errc() && end == wanted.data() + wanted.size() && index < list.size()) {
+    return index;
+  }
+  throw UsageError(fmt::format("--{0}: no {0} '{1}'; {2}", what, wanted, list_names(list)));
+}
+
+void warn_of_repaired(const std::string& file, uint64_t texels) {
+  if (texels == 0) return;
+  log_warning(fmt::format("{}: {} texel values were NaN, infinite or negative and count as black",
+                          file, texels));
+}
+
+CameraDescription choose_view(const FrameSettings& settings, const SceneDescription& scene) {
+  const double aspect = double(settings.width) / settings.height;
+  CameraDescription camera;
+  if (!settings.camera.empty()) {
+    camera = scene.cameras[find_named("camera", settings.camera, scene.cameras)];
+  } else if (settings.look_from || scene.cameras.empty()) {
+    camera = framing_camera(world_bounds(scene), aspect);
+    if (!settings.look_from) log_info("the file has no camera; framing the whole scene");
+  } else {
+    camera = scene.cameras.front();
+  }
+  if (settings.look_from) {
+    camera.name = "--look-from";
+    if (settings.fov_y) camera.orthographic = false;
+    camera.to_world = look_at_matrix(*settings.look_from, *settings.look_at);
+    if (settings.camera.empty()) camera.fov_y = 40.0 * kPiD / 180.0;
+  }
+  if (camera.aspect && !settings.look_from && std::abs(*camera.aspect / aspect - 1.0) > 0.01) {
+    // The vertical angle rules, as glTF has it; what is seen at the sides differs.
+    log_info(fmt::format(
+        "camera '{}' was made for {:.3g} : 1, the frame has {:.3g} : 1; "
+        "--size {}x{} would match",
+        camera.name, *camera.aspect, aspect,
+        std::max(1, int(std::lround(settings.height * *camera.aspect))), settings.height));
+  }
+  if (settings.fov_y) {
+    if (camera.orthographic) {
+      throw UsageError("--fov-y: camera '" + camera.name + "' is orthographic and has no angle");
+    }
+    camera.fov_y = *settings.fov_y * kPiD / 180.0;
+  }
+  if (settings.look_from) {
+    camera.focus_distance = (*settings.look_at - *settings.look_from).length();
+  }
+  return camera;
+}
+
+void put_on_lens(const FrameSettings& settings, CameraDescription& camera) {
+  if (settings.focus_distance) camera.focus_distance = *settings.focus_distance;
+  if (!settings.f_stop) return;
+  if (camera.orthographic) {
+    throw UsageError("--f-stop: camera '" + camera.name + "' is orthographic and has no lens");
+  }
+  if (!(camera.focus_distance > 0)) {
+    throw UsageError("--f-stop: what shall be sharp? Give --focus-distance, or --look-at");
+  }
+  camera.lens_radius = lens_radius(*settings.f_stop, camera.fov_y);
+}
+
+}  // namespace
+
+SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progress) {
+  if (settings.edits.empty()) return {};
+  SceneEdits edits = read_edits(settings.edits, progress);
+  warn_of_repaired(edits.environment.file, edits.environment.repaired_texels);
+  return edits;
+}
+
+SceneDescription load_scene(const FrameSettings& settings, LoadProgress& progress, bool variants) {
+  SceneDescription scene = load_gltf(settings.scene,
+                                     {.lenient = settings.lenient,
+                                      .variants = variants || !settings.variant.empty(),
+                                      .resource_root = settings.resource_root},
+                                     progress);
+  if (!settings.environment.empty()) {
+    progress.begin(LoadStage::kEnvironment);
+    EnvironmentDescription environment;
+    environment.file = settings.environment;
+    uint64_t repaired = 0;
+    environment.image = read_environment(settings.environment, &repaired, progress);
+    scene.repairs.non_finite_texels += repaired;
+    warn_of_repaired(settings.environment, repaired);
+    environment.strength = settings.environment_strength;
+    environment.rotation_degrees = settings.environment_rotation;
+    scene.environment = std::move(environment);
+  }
+  return scene;
+}
+
+void choose_variant(const FrameSettings& settings, const SceneDescription& scene,
+                    SceneEdits& edits) {
+  if (settings.variant.empty()) return;
+  if (edits.variant) {
+    log_info("the variant is the command line's, and not that of " + edits.variant->place);
+  }
+  const size_t index = find_named("variant", settings.variant, scene.variants);
+  edits.variant = EditTarget{scene.variants[index].name, int(index), "--variant"};
+}
+
+CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene) {
+  CameraDescription camera = choose_view(settings, scene);
+  put_on_lens(settings, camera);
+  return camera;
+}
+
+CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,
+                                const SceneEdits& edits) {
+  const bool edited = edits.camera != CameraEdit{};
+  const bool asked = !settings.camera.empty() || settings.look_from || settings.fov_y;
+  if (!edited || asked) {
+    if (edited) {
+      log_info("the view is the command line's, and not that of " + edits.camera.place);
+    }
+    return choose_camera(settings, scene);
+  }
+  const double aspect = double(settings.width) / settings.height;
+  CameraDescription camera = edited_camera(
+      edits, scene,
+      scene.cameras.empty() ? framing_camera(world_bounds(scene), aspect) : scene.cameras.front());
+  put_on_lens(settings, camera);
+  return camera;
+}
+
+Camera create_camera(const FrameSettings& settings, const CameraDescription& camera,
+                     const Scene& scene) {
+  try {
+    return {camera,         settings.width, settings.height,
+            scene.origin(), scene.scale(),  scene.farthest()};
+  } catch (const InputError& error) {
+    if (settings.look_from || settings.fov_y || settings.f_stop || settings.focus_distance) {
+      throw UsageError(error.what());
+    }
+    throw;
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,43 @@
+// The scene and the view that a frame's settings ask for.
+#pragma once
+
+#include <string>
+
+#include "renderer/core/load_progress.h"
+#include "renderer/description/scene_description.h"
+#include "renderer/description/scene_edits.h"
+#include "renderer/frame/frame_settings.h"
+#include "renderer/scene/camera.h"
+#include "renderer/scene/scene.h"
+
+namespace emberline {
+
+// The edits of the settings, or none. Throws InputError.
+SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progress);
+
+// Loads the scene, puts the environment of the settings into it. `variants` as in GltfOptions, for
+// those who edit it; where the settings choose one, they are read in any case. Throws InputError,
+// and Cancelled.
+SceneDescription load_scene(const FrameSettings& settings,
+                            LoadProgress& progress = LoadProgress::unwatched(),
+                            bool variants = true);
+
+// The variant that the settings choose takes the place of that of `edits`. Throws UsageError that
+// lists the file's.
+void choose_variant(const FrameSettings& settings, const SceneDescription& scene,
+                    SceneEdits& edits);
+
+// The camera that the settings choose, and the lens on it. Throws UsageError that lists the file's
+// cameras.
+CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene);
+// The same with edits: theirs, unless the command line asks for a view of its own; the command
+// line's lens goes onto either. Throws InputError for edits that do not fit the scene.
+CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,
+                                const SceneEdits& edits);
+
+// It in the settings' frame of a scene. Throws UsageError where the command line's view or lens
+// cannot be rendered, InputError where the file's cannot.
+Camera create_camera(const FrameSettings& settings, const CameraDescription& camera,
+                     const Scene& scene);
+
+}  // namespace emberline

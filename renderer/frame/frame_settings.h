@@ -1,0 +1,68 @@
+// All that decides a frame, with its defaults: what `render`, `study` and the window are told, and
+// what a program of one's own sets.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "renderer/core/rect.h"
+#include "renderer/core/vector.h"
+#include "renderer/film/filter.h"
+
+namespace emberline {
+
+// The most samples of a pixel. The film's sums are exact beyond it, and the `samples` channel, a
+// float on its way to the file, counts to 2^24 exactly.
+inline constexpr uint32_t kMaxSamples = 1u << 24;
+
+// Names are those of the tables: driver_table(), integrator_table() and so on.
+struct FrameSettings {
+  std::string scene;          // a file
+  std::string resource_root;  // what the scene may refer to; empty: its own folder
+
+  // Samples and where they go.
+  std::string driver = "bucket";
+  std::string integrator = "path";
+  std::string sampler = "sobol";
+  std::string filter{kDefaultFilter};
+  std::optional<float> filter_radius;  // pixels; absent: the filter's own
+  std::optional<uint32_t> spp;         // 64, if nothing else limits the samples
+  std::optional<uint32_t> min_spp, max_spp;
+  std::optional<float> noise_threshold;  // expected RMS error in the displayed picture
+  std::string estimator;                 // empty: kDefaultEstimator
+  std::string allocation;                // one of error_metric_table(); empty: display
+  bool unbiased = false;
+  std::optional<double> time_limit_s;
+  int max_depth = 16;
+  uint32_t seed = 0;
+  std::optional<int> streams;  // 1, or what the estimator needs
+  int bucket_size = 64;        // pixels
+  std::string bucket_order = "hilbert";
+  std::string bisection_axis = "both";
+  std::string reconstruction = "duplicate";
+
+  // Frame and view.
+  int width = 1280, height = 720;
+  std::optional<Rect> crop;
+  std::string camera;  // name or index; empty: the file's first, or one that frames the scene
+  std::optional<Vec3d> look_from, look_at;       // metres
+  std::optional<double> fov_y;                   // degrees
+  std::optional<double> f_stop, focus_distance;  // metres; absent: a pinhole
+
+  // The scene: what is changed of it.
+  std::string edits;    // a file of them; empty: none
+  std::string variant;  // name or index; empty: the file's own materials
+  std::string environment;
+  float environment_strength = 1.0f;
+  float environment_rotation = 0.0f;  // degrees
+  bool transparent = false;
+  bool show_backfaces = false;
+  bool lenient = false;
+
+  // Channels.
+  std::string aovs;
+  bool light_groups = false;  // layers of the EXR
+};
+
+}  // namespace emberline

@@ -1,0 +1,210 @@
+#include "renderer/frame/render_worker.h"
+
+#include <algorithm>
+#include <chrono>
+
+#if defined(__x86_64__) || defined(_M_X64)
+#include <immintrin.h>
+#endif
+
+namespace emberline {
+namespace {
+
+// What trace_batch asks slot 0 for: kPixelX and kPixelY, and with a lens kLensX and kLensY.
+int camera_dimensions(const Camera& camera) { return camera.has_lens() ? 4 : 2; }
+
+// Samples between two reports of progress: about a millisecond of work.
+constexpr uint64_t kReportedSamples = 2048;
+
+// Flush-to-zero and denormals-are-zero, bits 15 and 6 of MXCSR (Intel SDM, section 10.2.3).
+unsigned flush_denormals() {
+#if defined(__x86_64__) || defined(_M_X64)
+  const unsigned saved = _mm_getcsr();
+  _mm_setcsr(saved | 0x8040u);
+  return saved;
+#else
+  return 0;
+#endif
+}
+
+void restore_mode([[maybe_unused]] unsigned saved) {
+#if defined(__x86_64__) || defined(_M_X64)
+  _mm_setcsr(saved);
+#endif
+}
+
+// Which of the film's two half sums a sample belongs to; samplers/sampler.h defines the streams.
+int half_of(uint32_t sample, StreamCount streams) {
+  return streams == StreamCount::kTwo ? int((sample >> 3) & 1u) : 0;
+}
+
+}  // namespace
+
+RenderWorker::RenderWorker(const Frame& frame)
+    : frame_(frame),
+      seed_(frame.seed),
+      // Of a sampler that weighs its points, the first one's weight is 1 only if all are.
+      weighted_(frame.exact_counts &&
+                frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
+      samples_(frame.sampler, camera_dimensions(frame.camera)),
+      light_values_(frame.light_groups ? frame.light_groups->size() : 0),
+      saved_mode_(flush_denormals()) {}
+
+RenderWorker::~RenderWorker() { restore_mode(saved_mode_); }
+
+// Of one pixel, consecutive.
+void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
+  for (int i = 0; i < count; ++i) {
+    addresses_[i] = {uint32_t(x), uint32_t(y), first_sample + uint32_t(i)};
+  }
+  count_ = count;
+  samples_.start_batch({uint32_t(x), uint32_t(y), seed_}, first_sample, count);
+}
+
+// Of a lens, which only some frames have: the samples' numbers a second time.
+void RenderWorker::make_lens_rays(std::span<const Vec2f> film) {
+  Vec2f lens[kSampleLanes];
+  for (int i = 0; i < count_; ++i) {
+    samples_.start_sample(i);
+    lens[i] = {samples_.get(camera_dim::kLensX), samples_.get(camera_dim::kLensY)};
+  }
+  frame_.camera.rays(film, {lens, film.size()}, rays_);
+}
+
+void RenderWorker::trace_batch() {
+  Vec2f film[kSampleLanes];
+  for (int i = 0; i < count_; ++i) {
+    samples_.start_sample(i);
+    const FilterSample offset = frame_.filter.sample(
+        {samples_.get(camera_dim::kPixelX), samples_.get(camera_dim::kPixelY)});
+    weights_[i] = offset.weight;
+    if (weighted_) {
+      weights_[i] *=
+          frame_.sampler.integration_weight(addresses_[i].sample, frame_.samples_per_pixel);
+    }
+    film[i] = {float(addresses_[i].x) + 0.5f + offset.offset.x,
+               float(addresses_[i].y) + 0.5f + offset.offset.y};
+    values_[i] = SampleValue{};
+  }
+  const auto count = size_t(count_);
+  if (frame_.camera.has_lens()) {
+    make_lens_rays({film, count});
+  } else {
+    frame_.camera.rays({film, count}, rays_);
+  }
+  const bool surface = frame_.aovs.contains(Aov::kAlbedo) || frame_.aovs.contains(Aov::kNormal) ||
+                       frame_.aovs.contains(Aov::kDepth);
+  SampleBatch batch{
+      frame_.scene, frame_.camera, {rays_, count}, surface, frame_.aovs.contains(Aov::kId)};
+  if (frame_.light_groups) {
+    light_values_.clear();
+    batch.light_groups = frame_.light_groups;
+    batch.light_values = &light_values_;
+  }
+  frame_.integrator.estimate(batch, samples_, {values_, count});
+}
+
+// False if the sample was NaN or infinite.
+bool RenderWorker::add(int lane, FilmTile& tile) {
+  const SampleAddress& a = addresses_[lane];
+  const int x = int(a.x), y = int(a.y);
+  if (tile.add(x, y, half_of(a.sample, frame_.streams), weights_[lane], values_[lane])) return true;
+  counters_.non_finite_samples++;
+  if (counters_.located.size() < FrameCounters::kLocatedLimit) {
+    counters_.located.push_back({x, y, a.sample, seed_});
+  }
+  // It counts as black for the light groups, too.
+  values_[lane].alpha = 0.0f;
+  light_values_.clear(lane);
+  return false;
+}
+
+// Of a batch that the film has taken.
+void RenderWorker::add_lights(FilmTile& tile) const {
+  for (int i = 0; i < count_; ++i) {
+    tile.add_lights(int(addresses_[i].x), int(addresses_[i].y), weights_[i], values_[i].alpha,
+                    light_values_, i);
+  }
+}
+
+// Traces the batch and adds it to the film, with what it cost. Samples of several pixels share the
+// time evenly: it cannot be told apart.
+void RenderWorker::add_batch(FilmTile& tile) {
+  using Clock = std::chrono::steady_clock;
+  const bool timed = frame_.aovs.contains(Aov::kTime);
+  const Clock::time_point start = timed ? Clock::now() : Clock::time_point{};
+  trace_batch();
+  for (int i = 0; i < count_; ++i) {
+    const SampleRays& rays = values_[i].rays;
+    counters_.rays.add(rays);
+    tile.add_rays(int(addresses_[i].x), int(addresses_[i].y), rays.total());
+    add(i, tile);
+    counters_.max_samples = std::max(counters_.max_samples, addresses_[i].sample + 1);
+  }
+  if (frame_.light_groups) add_lights(tile);
+  if (timed) {
+    const double share = std::chrono::duration<double>(Clock::now() - start).count() / count_;
+    for (int i = 0; i < count_; ++i) {
+      tile.add_time(int(addresses_[i].x), int(addresses_[i].y), share);
+    }
+  }
+  counters_.samples += uint64_t(count_);
+  count_ = 0;
+}
+
+void RenderWorker::flush_scattered(FilmTile& tile) {
+  if (count_ == 0) return;
+  if (frame_.light_groups) {
+    for (int i = 0; i < count_; ++i) {
+      tile.prefetch_lights(int(addresses_[i].x), int(addresses_[i].y));
+    }
+  }
+  samples_.start_batch({addresses_, size_t(count_)}, seed_);
+  add_batch(tile);
+}
+
+bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, FrameObserver& observer,
+                          const std::stop_token& stop) {
+  uint64_t reported = counters_.samples;
+  bool complete = true;
+  count_ = 0;
+  for (size_t i = 0; i < list.size() && complete; ++i) {
+    const PixelWork& work = list[i];
+    const uint32_t end = work.first_sample + work.sample_count;
+    for (uint32_t sample = work.first_sample; sample < end && complete;) {
+      const uint32_t in_block = sample % kSampleLanes;
+      if (in_block == 0 && end - sample >= uint32_t(kSampleLanes)) {
+        flush_scattered(tile);  // may hold earlier samples of this pixel
+        begin_batch(work.x, work.y, sample, kSampleLanes);
+        add_batch(tile);
+        sample += uint32_t(kSampleLanes);
+      } else {
+        // Neighbours in the list may be far apart in a frame's film: 2 % of a FlightHelmet frame of
+        // 32 samples a pixel, in passes of 1, 1, 2, 4 and so on, was spent waiting for it.
+        tile.prefetch(work.x, work.y);
+        addresses_[count_++] = {uint32_t(work.x), uint32_t(work.y), sample++};
+        if (count_ == kSampleLanes) flush_scattered(tile);
+      }
+      if (count_ == 0) complete = !stop.stop_requested();
+    }
+    if (counters_.samples - reported >= kReportedSamples) {
+      observer.samples_finished(counters_.samples - reported);
+      reported = counters_.samples;
+    }
+  }
+  if (complete) flush_scattered(tile);
+  count_ = 0;
+  observer.samples_finished(counters_.samples - reported);
+  return complete;
+}
+
+SampleValue RenderWorker::replay(int x, int y, uint32_t sample, Ray* camera_ray) {
+  begin_batch(x, y, sample, 1);
+  trace_batch();
+  count_ = 0;
+  if (camera_ray) *camera_ray = rays_[0];
+  values_[0].radiance *= weights_[0];
+  return values_[0];
+}
+
+}  // namespace emberline

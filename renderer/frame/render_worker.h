@@ -1,0 +1,62 @@
+// The one place where sampler, camera, filter, integrator and film meet; every driver calls it.
+#pragma once
+
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "renderer/frame/frame.h"
+#include "renderer/frame/frame_driver.h"
+#include "renderer/frame/frame_observer.h"
+
+namespace emberline {
+
+// A worker thread's own state, reused from part to part so that rendering allocates nothing.
+class RenderWorker {
+ public:
+  // Also sets the thread's floating-point mode as Embree asks (denormals to zero); undone by the
+  // destructor.
+  explicit RenderWorker(const Frame& frame);
+  ~RenderWorker();
+  RenderWorker(const RenderWorker&) = delete;
+  RenderWorker& operator=(const RenderWorker&) = delete;
+
+  // Draws the following samples from another seed than the frame's.
+  void set_seed(uint32_t seed) { seed_ = seed; }
+
+  // Adds the samples of a list of pixels, none of which is in it twice, to `tile`, which covers
+  // them. Each pixel's samples are added in index order; where a pixel wants few, samples of
+  // several pixels share a batch. Stops between batches of 16 samples when asked to; returns false
+  // then.
+  bool render(std::span<const PixelWork> list, FilmTile& tile, FrameObserver& observer,
+              const std::stop_token& stop);
+
+  // One sample alone, as render() would compute it.
+  SampleValue replay(int x, int y, uint32_t sample, Ray* camera_ray);
+
+  const FrameCounters& counters() const { return counters_; }
+
+ private:
+  void begin_batch(int x, int y, uint32_t first_sample, int count);
+  void trace_batch();
+  void make_lens_rays(std::span<const Vec2f> film);
+  bool add(int lane, FilmTile& tile);
+  void add_batch(FilmTile& tile);
+  void add_lights(FilmTile& tile) const;
+  void flush_scattered(FilmTile& tile);
+
+  const Frame& frame_;
+  uint32_t seed_;
+  const bool weighted_;  // the sampler's points stand for unequal volumes
+  PixelSamples samples_;
+  FrameCounters counters_;
+  SampleAddress addresses_[kSampleLanes];  // of the batch under way
+  int count_ = 0;
+  Ray rays_[kSampleLanes];
+  float weights_[kSampleLanes];
+  SampleValue values_[kSampleLanes];
+  LightGroupValues light_values_;
+  unsigned saved_mode_;
+};
+
+}  // namespace emberline

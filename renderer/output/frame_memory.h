@@ -1,0 +1,19 @@
+// What a frame will hold until it is written, before there is any of it: for a budget.
+#pragma once
+
+#include <cstdint>
+
+#include "renderer/frame/frame_render.h"
+#include "renderer/output/outputs.h"
+
+namespace emberline {
+
+// An upper bound of film_bytes() of the render and outputs and of what encoding a picture takes on
+// top. Light groups are known later.
+uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
+                     const FrameRender& render);
+
+// Reserves it. Throws UsageError: the size of a frame is the command line's.
+void reserve_frame(uint64_t bytes, const Rect& crop, MemoryBudget& budget);
+
+}  // namespace emberline

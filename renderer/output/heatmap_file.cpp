@@ -1,0 +1,112 @@
+#include "renderer/output/heatmap_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "io/exr_file.h"
+#include "io/image_output.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
+
+namespace emberline {
+
+void check_heatmap_format(const std::string& option, const std::string& path, const Rect& crop) {
+  if (is_exr(path)) return;
+  std::string format;
+  try {
+    format = image_format_of(path);
+  } catch (const UsageError&) {
+    throw UsageError(option + " " + path +
+                     ": unknown format; valid suffixes are .exr, .png, .jpg, .jpeg");
+  }
+  // What libjpeg holds (JPEG_MAX_DIMENSION, 65500) less the legend, which grows with the frame.
+  constexpr int kJpegLimit = 50000;
+  if (format == "jpeg" && std::max(crop.width(), crop.height()) > kJpegLimit) {
+    throw UsageError(
+        fmt::format("{} {}: JPEG holds heatmaps of at most {} pixels a side; write "
+                    ".exr or .png",
+                    option, path, kJpegLimit));
+  }
+}
+
+void check_heatmap_style(const HeatmapStyle& style,
+                         std::span<const HeatmapQuantity* const> quantities) {
+  constexpr double kLeastOfLogarithm = 1e-30;
+  if (style.range && style.logarithmic && !(style.range->least >= kLeastOfLogarithm)) {
+    throw UsageError(fmt::format("--range: with --log the range begins at {} at least, not at {}",
+                                 kLeastOfLogarithm, style.range->least));
+  }
+  const HeatmapQuantity* amounts = nullptr;
+  for (const HeatmapQuantity* quantity : quantities) {
+    if (quantity->reasons) continue;
+    if (style.range && amounts && amounts != quantity) {
+      throw UsageError(fmt::format(
+          "--range: one range does not fit both {} and {}; make one of the pictures of the .exr, "
+          "with emberline heatmap",
+          amounts->name, quantity->name));
+    }
+    amounts = quantity;
+  }
+  if (!amounts && (style.range || style.logarithmic)) {
+    throw UsageError(fmt::format("{}: {} shows reasons, which have no scale",
+                                 style.range ? "--range" : "--log", quantities.front()->name));
+  }
+}
+
+std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
+  if (options.heatmap_of.size() > options.heatmaps.size()) {
+    throw UsageError(fmt::format(
+        "--heatmap-of {}: there is no --heatmap for it; the first belongs to the first, the second "
+        "to the second",
+        options.heatmap_of[options.heatmaps.size()]));
+  }
+  std::vector<HeatmapRequest> requests;
+  std::vector<const HeatmapQuantity*> quantities;
+  for (size_t i = 0; i < options.heatmaps.size(); ++i) {
+    const HeatmapQuantity& quantity = i < options.heatmap_of.size()
+                                          ? find_heatmap_quantity(options.heatmap_of[i])
+                                          : heatmap_quantity_table().front();
+    requests.push_back({options.heatmaps[i], &quantity});
+    quantities.push_back(&quantity);
+  }
+  if (!requests.empty()) check_heatmap_style(options.heatmap_style, quantities);
+  return requests;
+}
+
+HeatmapFile::HeatmapFile(const HeatmapRequest& request, const HeatmapStyle& style,
+                         const Frame& frame, std::span<const std::string> channels)
+    : path_(request.path), style_(style), plane_(*request.quantity, channels, frame.crop) {
+  if (is_exr(request.path)) {
+    header_.width = frame.width;
+    header_.height = frame.height;
+    header_.data_window = frame.crop;
+    header_.channels = {{std::string(request.quantity->name)}};
+    header_.attributes = frame.attributes;
+    exr_ = std::make_unique<ExrWriter>(request.path, header_);
+  } else {
+    picture_.emplace(request.path);
+  }
+}
+
+void HeatmapFile::write_exr() {
+  write_exr_crop(*exr_, header_, plane_.plane().values);
+  exr_->finish();
+}
+
+void HeatmapFile::write_picture() {
+  BytePicture drawn = draw_quantity(plane_.quantity(), plane_.plane(), style_);
+  ByteImage image;
+  image.width = drawn.width;
+  image.height = drawn.height;
+  image.values = std::move(drawn.rgb);
+  const std::string& path = picture_->path();
+  const std::vector<unsigned char> bytes = encode_image(image, image_format_of(path), path);
+  picture_->write_at(bytes.data(), bytes.size(), 0);
+  picture_->commit();
+}
+
+void HeatmapFile::finish() { exr_ ? write_exr() : write_picture(); }
+
+}  // namespace emberline

@@ -1,0 +1,94 @@
+#include "renderer/output/light_layers.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "integrators/integrator.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
+#include "renderer/output/outputs.h"
+
+namespace emberline {
+namespace {
+
+// EXR holds names of 255 bytes, of which the channel takes two and a number some.
+constexpr size_t kLongestName = 200;
+
+std::string safe_name(const std::string& name) {
+  std::string safe = name.substr(0, kLongestName);
+  std::ranges::replace_if(
+      safe,
+      [](char c) {
+        const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+        return !letter && !(c >= '0' && c <= '9') && c != '-' && c != '_';
+      },
+      '_');
+  return safe;
+}
+
+}  // namespace
+
+std::vector<std::string> light_layer_names(std::span<const LightGroup> groups) {
+  std::vector<std::string> names;
+  std::set<std::string> taken;
+  for (size_t i = 0; i < groups.size(); ++i) {
+    const std::string base = "light." + safe_name(groups[i].name);
+    std::string name = groups[i].name.empty() ? fmt::format("{}{}", base, i) : base;
+    for (int number = 2; !taken.insert(name).second; ++number) {
+      name = fmt::format("{}_{}", base, number);
+    }
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+void append_light_layers(const FilmTile& tile, std::vector<float>& pixels) {
+  const LightGroupSums& lights = tile.light_groups();
+  const auto count = size_t(tile.rect().area());
+  const auto groups = size_t(lights.groups());
+  const size_t before = pixels.size() / count, after = before + 3 * groups;
+  pixels.resize(after * count);
+  // From the last pixel, so that none is written over before it has moved.
+  for (size_t i = count; i-- > 0;) {
+    std::copy_backward(&pixels[before * i], &pixels[before * i] + before,
+                       &pixels[after * i] + before);
+    for (size_t g = 0; g < groups; ++g) {
+      const Rgb mean = lights.mean(i, int(g));
+      std::copy_n(&mean.x, 3, &pixels[after * i + before + 3 * g]);
+    }
+  }
+}
+
+void check_light_layers(const RenderOptions& options) {
+  if (!options.light_groups) return;
+  if (!find_integrator(options.integrator).tells_lights_apart) {
+    std::string valid;
+    for (const IntegratorEntry& entry : integrator_table()) {
+      if (entry.tells_lights_apart) {
+        valid += (valid.empty() ? "" : ", ") + std::string(entry.name);
+      }
+    }
+    throw UsageError(fmt::format("--light-groups: the integrator {} knows no lights; valid with {}",
+                                 options.integrator, valid));
+  }
+  if (options.unbiased) {
+    throw UsageError(
+        "--light-groups: --unbiased weighs rounds, which are not kept by light; leave one of the "
+        "two out");
+  }
+  if (!options.replay && std::ranges::none_of(options.outputs, is_exr)) {
+    throw UsageError("--light-groups: they are layers of an EXR; give an -o that ends in .exr");
+  }
+}
+
+std::string describe(const LightGroups& groups) {
+  std::string names;
+  for (const LightGroup& group : groups.list()) {
+    names += (names.empty() ? "" : ", ") + group.name;
+  }
+  return fmt::format("light groups ({}: {})", groups.size(), names);
+}
+
+}  // namespace emberline

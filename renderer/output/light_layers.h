@@ -1,0 +1,29 @@
+// `--light-groups`: what each light gave as layers of the EXR, for compositors who change lights
+// after the render.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "renderer/film/film.h"
+#include "renderer/output/render_options.h"
+#include "renderer/scene/light_groups.h"
+
+namespace emberline {
+
+// A layer for each group: "light." and its name. EXR parts layers by full stops, and compositors
+// make identifiers of their names, so all but ASCII letters, digits, '-' and '_' becomes '_'. A
+// name that is empty or taken gets a number.
+std::vector<std::string> light_layer_names(std::span<const LightGroup> groups);
+
+// Puts three values for each light group of the tile behind the channels of each of its pixels.
+void append_light_layers(const FilmTile& tile, std::vector<float>& pixels);
+
+// Throws UsageError for options that --light-groups cannot go with.
+void check_light_layers(const RenderOptions& options);
+
+// "light groups (2: key, environment)", for the report.
+std::string describe(const LightGroups& groups);
+
+}  // namespace emberline

@@ -1,0 +1,185 @@
+#include "renderer/output/outputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
+#include "renderer/core/log.h"
+#include "renderer/output/light_layers.h"
+
+namespace emberline {
+namespace {
+
+constexpr const char* kCompleteAttribute = "emberline:complete";
+constexpr const char* kSamplesAttribute = "emberline:samples";
+constexpr size_t kMostDigits = 20;  // of a number of 64 bits
+
+void check_format(const std::string& path, const Rect& crop) {
+  const std::string suffix = lower_suffix(path);
+  // libjpeg's own limit (JPEG_MAX_DIMENSION), which it enforces by ending the process.
+  constexpr int kJpegLimit = 65500;
+  if (suffix == ".jpg" || suffix == ".jpeg") {
+    if (crop.width() > kJpegLimit || crop.height() > kJpegLimit) {
+      throw UsageError(fmt::format("-o {}: JPEG holds at most {} pixels a side; write .exr or .png",
+                                   path, kJpegLimit));
+    }
+  } else if (suffix != ".exr" && suffix != ".png") {
+    throw UsageError("-o " + path + ": unknown format; valid suffixes are .exr, .png, .jpg, .jpeg");
+  }
+}
+
+}  // namespace
+
+void register_inputs(const RenderOptions& options, FileRegister& files) {
+  if (!options.scene.empty()) files.read(options.scene, "it is the scene");
+  const auto read = [&files](const std::string& path, const char* option) {
+    if (!path.empty()) files.read(path, std::string("it is the file of ") + option);
+  };
+  read(options.environment, "--env");
+  read(options.edits, "--edits");
+  read(options.reference, "--reference");
+  if (const char* config = std::getenv("OCIO")) {
+    read(config, "$OCIO");
+    for (const std::string& table : display_tables())
+      files.read(table, "the config of $OCIO reads it");
+  }
+}
+
+void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegister& files) {
+  register_inputs(options, files);
+  for (const std::string& path : options.outputs) {
+    check_format(path, crop);
+    files.write("-o", path);
+  }
+  for (const std::string& path : options.heatmaps) {
+    check_heatmap_format("--heatmap", path, crop);
+    files.write("--heatmap", path);
+  }
+  for (const std::string& path : options.reports) files.write("--report", path);
+  for (const std::string& path : options.trees) files.write("--tree", path);
+  if (!options.snapshots.empty()) {
+    files.write_in("--snapshots", options.snapshots, is_snapshot_name);
+  }
+}
+
+FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
+                           const StopRequest& stop)
+    : stop_(stop) {
+  for (const std::string& path : paths) {
+    if (is_exr(path)) {
+      ExrHeader header;
+      header.width = settings.width;
+      header.height = settings.height;
+      header.data_window = settings.crop;
+      header.tile_size = settings.tile_size;
+      for (const FilmChannel& channel : film_channels(settings.aovs)) {
+        header.channels.push_back(
+            {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
+      }
+      header.attributes = settings.attributes;
+      header.attributes.emplace_back(kCompleteAttribute, "false");
+      header.attributes.emplace_back(kSamplesAttribute, std::string(kMostDigits, ' '));
+      ExrOutput& exr = exrs_.emplace_back();
+      exr.path = path;
+      exr.header = header;
+      exr.writer = std::make_unique<ExrWriter>(path, header);
+    } else {
+      if (!transform_) transform_ = std::make_shared<DisplayTransform>(settings.display);
+      images_.push_back(std::make_unique<DisplayImageWriter>(
+          path, settings.crop, transform_, settings.transparent && lower_suffix(path) == ".png"));
+    }
+  }
+  const std::vector<std::string> names = film_channel_names(settings.aovs);
+  const HeatmapFile::Frame frame{settings.width, settings.height, settings.crop,
+                                 settings.attributes};
+  for (const HeatmapRequest& request : settings.heatmaps) {
+    heatmaps_.push_back(
+        std::make_unique<HeatmapFile>(request, settings.heatmap_style, frame, names));
+  }
+}
+
+void FrameOutputs::add_light_layers(const std::vector<std::string>& names) {
+  light_layers_ = true;
+  for (ExrOutput& exr : exrs_) {
+    for (const std::string& name : names) {
+      for (const char* channel : {".R", ".G", ".B"})
+        exr.header.channels.push_back({name + channel});
+    }
+    exr.writer.reset();  // takes its file with it
+    exr.writer = std::make_unique<ExrWriter>(exr.path, exr.header);
+  }
+}
+
+void FrameOutputs::tile_finished(const FilmTile& tile) {
+  thread_local std::vector<float> pixels;  // reused: no allocation per bucket
+  if (!exrs_.empty() || !heatmaps_.empty()) {
+    tile.resolve(pixels);
+    for (const auto& heatmap : heatmaps_) heatmap->write_tile(tile.rect(), pixels);
+    if (light_layers_) append_light_layers(tile, pixels);
+    for (ExrOutput& exr : exrs_) {
+      if (exr.failed) continue;
+      try {
+        exr.writer->write_tile(tile.rect(), pixels);
+      } catch (const RenderError& error) {
+        exr.failed = true;
+        if (rendered_) continue;
+        if (nothing_left()) throw;
+        log_warning(std::string(error.what()) + "; the frame goes on for the other files");
+      }
+    }
+  }
+  if (!images_.empty()) {
+    tile.resolve_rgba(pixels);
+    for (const auto& image : images_) image->write_tile(tile.rect(), pixels);
+  }
+  if (on_tile_) on_tile_(tile);
+  const uint64_t bytes = tile.bytes() + pixels.capacity() * sizeof(float);
+  const std::lock_guard lock(mutex_);
+  uint64_t& most = thread_bytes_[std::this_thread::get_id()];
+  most = std::max(most, bytes);
+  if (on_pixels_) on_pixels_(tile.rect().area());
+}
+
+void FrameOutputs::samples_finished(uint64_t count) {
+  if (on_samples_) on_samples_(count);
+}
+
+void FrameOutputs::picture_changed(const FrameProgress& progress, const FramePicture& picture) {
+  if (on_picture_) on_picture_(progress, picture);
+}
+
+bool FrameOutputs::nothing_left() const {
+  return images_.empty() && heatmaps_.empty() &&
+         std::ranges::all_of(exrs_, [](const ExrOutput& exr) { return exr.failed.load(); });
+}
+
+void FrameOutputs::finish(const FrameState& state, WriteAttempts& attempts) {
+  for (const ExrOutput& exr : exrs_) {
+    attempts.attempt(exr.path, [&] {
+      exr.writer->set_attribute(kCompleteAttribute, state.complete ? "true" : "false");
+      exr.writer->set_attribute(kSamplesAttribute, std::to_string(state.samples));
+      exr.writer->finish();
+    });
+  }
+  for (const auto& image : images_) attempts.attempt(image->path(), [&] { image->finish(); });
+  for (const auto& heatmap : heatmaps_)
+    attempts.attempt(heatmap->path(), [&] { heatmap->finish(); });
+}
+
+uint64_t FrameOutputs::film_bytes() const {
+  const std::lock_guard lock(mutex_);
+  uint64_t bytes = 0;
+  for (const auto& [thread, most] : thread_bytes_) bytes += most;
+  for (const auto& image : images_) bytes += image->bytes();
+  for (const auto& heatmap : heatmaps_) bytes += heatmap->bytes();
+  return bytes;
+}
+
+std::string FrameOutputs::display_description() const {
+  return transform_ ? transform_->describe() : "";
+}
+
+}  // namespace emberline

@@ -1,0 +1,134 @@
+// The files a frame is written to while it renders.
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "io/display.h"
+#include "io/exr_writer.h"
+#include "io/file_register.h"
+#include "io/write_attempts.h"
+#include "renderer/core/rect.h"
+#include "renderer/frame/frame_observer.h"
+#include "renderer/output/heatmap_file.h"
+#include "renderer/output/render_options.h"
+#include "renderer/output/snapshots.h"
+#include "renderer/process/stop_request.h"
+
+namespace emberline {
+
+struct OutputSettings {
+  int width = 0, height = 0;
+  Rect crop;
+  int tile_size = 64;
+  AovSet aovs;
+  std::vector<std::pair<std::string, std::string>> attributes;
+  DisplaySettings display;
+  bool transparent = false;                   // PNG gets an alpha channel
+  std::vector<HeatmapRequest> heatmaps = {};  // whose channels are among `aovs`
+  HeatmapStyle heatmap_style = {};
+};
+
+// What an EXR's header says of its frame: "emberline:complete" is "true " or "false", and
+// "emberline:samples" their number, with blanks behind it. It is known when the header has long
+// been written, so there is room for it.
+struct FrameState {
+  bool complete = false;
+  uint64_t samples = 0;
+};
+
+// Passes finished tiles on to every file, heatmaps included, and the count of samples to the
+// progress display.
+class FrameOutputs final : public FrameObserver {
+ public:
+  // Opens the files at once, so that a path that cannot be written is known before the render and
+  // not after it. Throws RenderError for an unwritable path, UsageError for an unknown display.
+  // `stop` is asked why the frame was cut short.
+  FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
+               const StopRequest& stop);
+
+  void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }
+  // Told of a finished tile's number of pixels, from any thread.
+  void on_pixels(std::function<void(int64_t)> callback) { on_pixels_ = std::move(callback); }
+  // Called with every finished tile, from the thread that finished it.
+  void on_tile(std::function<void(const FilmTile&)> callback) { on_tile_ = std::move(callback); }
+  using LookAtPicture = std::function<void(const FrameProgress&, const FramePicture&)>;
+  void on_picture(LookAtPicture callback) { on_picture_ = std::move(callback); }
+  // Whether somebody waits for on_picture's call, by now or from some number of the frame's samples
+  // on: FrameObserver says from which threads it is asked.
+  void on_wanted(std::function<bool()> now, std::function<std::optional<uint64_t>()> at) {
+    wanted_ = std::move(now);
+    wanted_at_ = std::move(at);
+  }
+
+  // A file that cannot be written (a full disk) is named by finish(); throws RenderError when it is
+  // the last one, so that nobody renders for nothing.
+  void tile_finished(const FilmTile& tile) override;
+  void samples_finished(uint64_t count) override;
+  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override;
+  bool picture_wanted() const override { return wanted_ && wanted_(); }
+  std::optional<uint64_t> picture_wanted_at() const override {
+    return wanted_at_ ? wanted_at_() : std::nullopt;
+  }
+  PixelStop stop_cause() const override { return stop_.cause(); }
+
+  // Adds a layer for each light group of the frame to the EXR files, by these names. To be called
+  // before the first tile. Throws RenderError for a file that cannot be begun anew.
+  void add_light_layers(const std::vector<std::string>& names);
+
+  // From now on tiles are those of a frame that is rendered, and that is not given up any more when
+  // no file can be written: see tile_finished.
+  void rendering_ended() { rendered_ = true; }
+  // Completes and renames the files, each for itself. What became of the frame goes into the EXR's
+  // header.
+  void finish(const FrameState& state, WriteAttempts& attempts);
+
+  // What the film held at most, for the report: each thread's pixel sums and channels, and the
+  // pictures (.png, .jpg) and heatmaps that are kept until the end.
+  uint64_t film_bytes() const;
+  std::string display_description() const;
+
+ private:
+  struct ExrOutput {
+    std::string path;
+    ExrHeader header;
+    std::unique_ptr<ExrWriter> writer;
+    std::atomic<bool> failed{false};
+  };
+  bool nothing_left() const;  // to write a tile to
+
+  std::deque<ExrOutput> exrs_;  // of which none moves
+  bool light_layers_ = false;
+  bool rendered_ = false;
+  std::vector<std::unique_ptr<DisplayImageWriter>> images_;
+  std::vector<std::unique_ptr<HeatmapFile>> heatmaps_;
+  std::shared_ptr<const DisplayTransform> transform_;
+  const StopRequest& stop_;
+  std::function<void(uint64_t)> on_samples_;
+  std::function<void(int64_t)> on_pixels_;
+  std::function<void(const FilmTile&)> on_tile_;
+  LookAtPicture on_picture_;
+  std::function<bool()> wanted_;
+  std::function<std::optional<uint64_t>()> wanted_at_;
+  mutable std::mutex mutex_;
+  std::map<std::thread::id, uint64_t> thread_bytes_;  // at most, of each thread that brought a tile
+};
+
+// Enters the files that the options name for reading.
+void register_inputs(const RenderOptions& options, FileRegister& files);
+
+// Enters what the options read and write. Throws UsageError for what is wrong with the names alone:
+// an unknown suffix, one file named twice, an input that would be overwritten, a frame larger than
+// the format holds.
+void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegister& files);
+
+}  // namespace emberline

@@ -1,0 +1,81 @@
+#include "renderer/output/refinement_output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "io/atomic_file.h"
+#include "io/display.h"
+#include "io/image_output.h"
+#include "renderer/core/errors.h"
+#include "renderer/drivers/adaptive/refinement_views.h"
+#include "renderer/drivers/adaptive_driver.h"
+
+namespace emberline {
+namespace {
+
+bool is_json(const std::string& path) { return path.ends_with(".json"); }
+
+ByteImage picture_with_leaves(const FramePicture& picture, const RefinementTree& tree,
+                              const DisplaySettings& display) {
+  const Rect& crop = picture.film().rect();
+  const auto pixels = size_t(crop.area());
+  std::vector<float> rgba(4 * pixels), rgb(3 * pixels);
+  picture.resolve(rgba);
+  for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgba[4 * i], 3, &rgb[3 * i]);
+  DisplayTransform(display).apply(rgb.data(), pixels);
+  // Over the displayed picture, where borders stand out alike against light and dark.
+  for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgb[3 * i], 3, &rgba[4 * i]);
+  draw_leaf_borders(tree, rgba, crop.width());
+  ByteImage image;
+  image.width = crop.width();
+  image.height = crop.height();
+  image.values.reserve(3 * pixels);
+  for (size_t i = 0; i < pixels; ++i) {
+    for (size_t c = 0; c < 3; ++c) image.values.push_back(to_byte(rgba[4 * i + c]));
+  }
+  return image;
+}
+
+}  // namespace
+
+void check_refinement_options(const RenderOptions& options, const FramePlan& plan) {
+  const Rect& crop = plan.crop;
+  const bool refines = plan.driver->sharing == Sharing::kByError;
+  const auto refuse = [&](const char* option) {
+    throw UsageError(
+        fmt::format("{}: only the adaptive driver decides how many samples a pixel "
+                    "gets; valid with --driver adaptive",
+                    option));
+  };
+  if (options.explained) {
+    if (!refines) refuse("--explain");
+    if (!crop.contains(options.explained->x, options.explained->y)) {
+      throw UsageError(fmt::format(
+          "--explain: pixel {},{} is outside the rendered pixels; valid is {} to {} and {} to {}",
+          options.explained->x, options.explained->y, crop.x0, crop.x1 - 1, crop.y0, crop.y1 - 1));
+    }
+  }
+  if (!options.trees.empty() && !refines) refuse("--tree");
+  for (const std::string& path : options.trees) {
+    if (!is_json(path)) image_format_of(path);
+  }
+}
+
+void write_refinement(const RenderOptions& options, const FrameRender& rendered,
+                      WriteAttempts& attempts) {
+  if (options.trees.empty()) return;
+  const RefinementTree& tree = *dynamic_cast<const AdaptiveDriver&>(*rendered.driver()).tree();
+  for (const std::string& path : options.trees) {
+    attempts.attempt(path, [&] {
+      if (is_json(path)) {
+        write_file_atomically(path, refinement_json(tree));
+      } else {
+        write_image(path, picture_with_leaves(*rendered.picture(), tree, options.display));
+      }
+    });
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,70 @@
+#include "renderer/output/remote_viewer.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "renderer/process/render_clock.h"
+
+namespace emberline {
+namespace {
+
+// Between two pictures of the whole; more often is hardly seen as more.
+constexpr double kLeastInterval = 0.1;
+
+// Of the render's time, what pictures of the whole may cost it: the pauses while they are copied
+// (workers idle), and the sending thread's share of the machine. Half of the 2 % that a viewer may
+// cost in all; the other half is left to what is not seen from here (the system's own work on the
+// data, caches, a viewer on the same machine).
+constexpr double kMostShare = 0.01;
+
+// With buckets smaller than this, pictures go in tiles of several.
+constexpr int kLeastTile = 32;
+
+std::string image_name(const RenderOptions& options) {
+  return options.outputs.front() + " (" + std::filesystem::path(options.scene).filename().string() +
+         ")";
+}
+
+}  // namespace
+
+RemoteViewer::RemoteViewer(const RenderOptions& options, const Rect& crop, int threads)
+    : crop_(crop),
+      tile_size_(options.bucket_size *
+                 ((kLeastTile + options.bucket_size - 1) / options.bucket_size)),
+      threads_(threads),
+      stream_(*options.viewer, {image_name(options), options.width, options.height}) {}
+
+void RemoteViewer::add(const FilmTile& tile) {
+  if (!stream_.open()) return;
+  std::vector<float> rgba;
+  tile.resolve_rgba(rgba);
+  stream_.add(tile.rect(), std::move(rgba));
+}
+
+bool RemoteViewer::wanted(double elapsed_s) const {
+  if (!stream_.open()) return false;
+  if (!shown_) return true;
+  const double cost_s = paused_s_ + stream_.cpu_seconds() / threads_;
+  return elapsed_s >= shown_at_s_ + kLeastInterval && cost_s <= kMostShare * elapsed_s;
+}
+
+void RemoteViewer::look(const FramePicture& picture, double elapsed_s) {
+  if (!wanted(elapsed_s)) return;
+  const Stopwatch pause;
+  std::vector<float> rgba(4 * size_t(crop_.area()));
+  picture.resolve(rgba);
+  stream_.add_picture(crop_, tile_size_, std::move(rgba));
+  shown_ = true;
+  shown_at_s_ = elapsed_s;
+  paused_s_ += pause.seconds();
+}
+
+void RemoteViewer::finish(PixelStop stop_cause) {
+  TevStream::Patience patience;
+  if (stop_cause == PixelStop::kUser) patience = {.stalled_s = 0.25, .whole_s = 0.5};
+  stream_.finish(patience);
+}
+
+}  // namespace emberline

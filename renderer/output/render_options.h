@@ -1,0 +1,44 @@
+// What `emberline render` is told.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/display.h"
+#include "io/tev_protocol.h"
+#include "renderer/charts/heatmap_quantity.h"
+#include "renderer/core/vector.h"
+#include "renderer/frame/frame_settings.h"
+#include "renderer/process/run_limits.h"
+
+namespace emberline {
+
+// The driver that a window begins with, beside those of driver_table(): bisection until every pixel
+// has a sample, then adaptive.
+inline constexpr const char* kLiveDriver = "live";
+
+struct RenderOptions : FrameSettings {
+  std::string command_line;  // for the records
+
+  // Results.
+  std::vector<std::string> outputs;
+  std::vector<std::string> heatmaps;    // files
+  std::vector<std::string> heatmap_of;  // of the n-th; samples if there are fewer
+  HeatmapStyle heatmap_style;
+  std::vector<std::string> reports;  // .html: a page; any other name: JSON
+  std::string snapshots;             // a folder; empty: none
+  std::optional<std::string> snapshot_at;
+  std::string snapshot_format = "png";
+  std::string reference;
+  DisplaySettings display;
+  std::optional<TevAddress> viewer;   // that watches
+  std::optional<std::string> replay;  // X,Y,SAMPLE
+  std::optional<Vec2i> explained;     // a pixel of the frame
+  std::vector<std::string> trees;     // files of the refinement tree
+  int threads = 0;                    // 0: all
+  LimitOptions limits;
+};
+
+}  // namespace emberline

@@ -1,0 +1,201 @@
+#include "renderer/output/report.h"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "io/input_file.h"
+#include "io/versions.h"
+#include "renderer/core/version.h"
+#include "renderer/drivers/frame_plan.h"
+#include "renderer/process/process_usage.h"
+#include "renderer/scene/embree_version.h"
+
+namespace emberline {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<std::pair<std::string, std::string>> library_versions() {
+  std::vector<std::pair<std::string, std::string>> versions = {{"emberline", kEmberlineVersion},
+                                                               {"embree", embree_version()}};
+  for (auto& entry : io_library_versions()) versions.push_back(std::move(entry));
+  return versions;
+}
+
+std::string instruction_sets() {
+#if defined(__AVX512F__) && defined(__AVX512BW__) && defined(__AVX512CD__) && \
+    defined(__AVX512DQ__) && defined(__AVX512VL__)
+  const char* own = "x86-64-v4";
+#elif defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
+  const char* own = "x86-64-v3";
+#elif defined(__SSE4_2__)
+  const char* own = "x86-64-v2";
+#elif defined(__x86_64__)
+  const char* own = "x86-64";
+#elif defined(__aarch64__)
+  const char* own = "aarch64";
+#else
+  const char* own = "unknown";
+#endif
+  return fmt::format("{}, Embree {}", own, embree_instruction_set());
+}
+
+std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& o) {
+  std::vector<std::pair<std::string, std::string>> list = {
+      {"emberline:command", o.command_line},
+      {"emberline:scene", o.scene},
+      {"emberline:driver", o.driver},
+      {"emberline:integrator", o.integrator},
+      {"emberline:sampler", o.sampler},
+      {"emberline:filter", o.filter},
+      {"emberline:spp", o.spp ? std::to_string(*o.spp) : "default"},
+      {"emberline:max_depth", std::to_string(o.max_depth)},
+      {"emberline:seed", std::to_string(o.seed)},
+      {"emberline:streams", o.streams ? std::to_string(*o.streams) : "default"},
+      {"emberline:environment", o.environment},
+      {"emberline:environment_strength", fmt::format("{}", o.environment_strength)},
+      {"emberline:environment_rotation", fmt::format("{}", o.environment_rotation)},
+      {"emberline:transparent", o.transparent ? "yes" : "no"},
+      {"emberline:backfaces", o.show_backfaces ? "show" : "cull"},
+  };
+  const auto add = [&](const char* name, const std::string& value) {
+    list.emplace_back(std::string("emberline:") + name, value);
+  };
+  add("frame", fmt::format("{}x{}", o.width, o.height));
+  if (o.filter_radius) add("filter_radius", fmt::format("{}", *o.filter_radius));
+  if (!o.camera.empty()) add("camera_option", o.camera);
+  if (o.look_from) {
+    add("look_from", fmt::format("{},{},{}", o.look_from->x, o.look_from->y, o.look_from->z));
+    add("look_at", fmt::format("{},{},{}", o.look_at->x, o.look_at->y, o.look_at->z));
+  }
+  if (!shares_evenly(o)) {
+    add("estimator", o.estimator.empty() ? std::string(kDefaultEstimator) : o.estimator);
+    add("allocation", o.allocation.empty() ? "display" : o.allocation);
+    add("unbiased", o.unbiased ? "yes" : "no");
+  }
+  if (o.noise_threshold) add("noise_threshold", fmt::format("{}", *o.noise_threshold));
+  if (o.min_spp) add("min_spp", std::to_string(*o.min_spp));
+  if (o.max_spp) add("max_spp", std::to_string(*o.max_spp));
+  if (o.fov_y) add("fov_y", fmt::format("{}", *o.fov_y));
+  if (o.f_stop) add("f_stop", fmt::format("{}", *o.f_stop));
+  if (o.focus_distance) add("focus_distance", fmt::format("{}", *o.focus_distance));
+  if (!o.edits.empty()) add("edits", o.edits);
+  if (!o.variant.empty()) add("variant", o.variant);
+  add("instruction_sets", instruction_sets());
+  for (const auto& [name, version] : library_versions()) {
+    list.emplace_back("emberline:version:" + name, version);
+  }
+  return list;
+}
+
+std::string replay_words(const NonFiniteSample& sample, uint32_t seed) {
+  const std::string words = fmt::format("{},{},{}", sample.x, sample.y, sample.sample);
+  return sample.seed == seed ? words : words + fmt::format(" --seed {}", sample.seed);
+}
+
+std::string report_json(const RenderOptions& options, const RenderReport& r) {
+  Json json;
+  const auto number_or_null = [](const std::optional<double>& x) { return x ? Json(*x) : Json(); };
+  json["time"] = {{"start_s", number_or_null(r.times.start_s)},
+                  {"setup_s", r.times.setup_s},
+                  {"load_s", r.times.load_s},
+                  {"build_s", r.times.build_s},
+                  {"render_s", r.times.render_s},
+                  {"write_s", r.times.write_s},
+                  {"snapshots_s", r.times.snapshots_s},
+                  {"wall_s", r.times.wall_s},
+                  {"cpu_s", r.times.cpu_s},
+                  {"render_cpu_s", r.times.render_cpu_s},
+                  {"first_sample_s", number_or_null(r.times.first_sample_s)},
+                  {"first_sample_cpu_s", number_or_null(r.times.first_sample_cpu_s)}};
+  const FrameCounters& c = r.counters;
+  const double pixels = double(r.crop.area());
+  json["samples"] = {{"total", c.samples},
+                     {"min", c.min_samples},
+                     {"mean", pixels > 0 ? double(c.samples) / pixels : 0.0},
+                     {"max", c.max_samples}};
+  json["rays"] = {{"camera", c.rays.camera},
+                  {"scatter", c.rays.scatter},
+                  {"shadow", c.rays.shadow},
+                  {"total", c.rays.total()}};
+  json["memory"] = {{"peak_rss_bytes", peak_rss_bytes()},
+                    {"geometry_bytes", r.memory.geometry_bytes},
+                    {"bvh_bytes", r.memory.bvh_bytes},
+                    {"texture_bytes", r.memory.texture_bytes},
+                    {"film_bytes", r.film_bytes},
+                    {"limit_bytes", r.budget->limit()},
+                    {"most_reserved_bytes", r.budget->peak()}};
+  Json located = Json::array();
+  for (const NonFiniteSample& s : c.located) {
+    located.push_back({{"x", s.x},
+                       {"y", s.y},
+                       {"sample", s.sample},
+                       {"replay", "--replay " + replay_words(s, options.seed)}});
+  }
+  json["numerics"] = {{"non_finite_samples", c.non_finite_samples},
+                      {"located", located},
+                      {"degenerate_triangles", r.repairs.degenerate_triangles},
+                      {"non_finite_triangles", r.repairs.non_finite_triangles},
+                      {"non_finite_texels", r.repairs.non_finite_texels},
+                      {"singular_instances", r.repairs.singular_instances},
+                      {"replaced_images", r.repairs.replaced_images}};
+  // Uniform sampling decides nothing from an error estimate, so none is made.
+  json["error"] = {{"estimator", r.estimator}, {"estimate", number_or_null(r.error_estimate)}};
+  json["warnings"] = r.warnings;
+  json["features"] = r.features;
+  json["gltf"] = {{"used", r.coverage.used},
+                  {"approximated", r.coverage.approximated},
+                  {"ignored", r.coverage.ignored}};
+  Json passes = Json::array();
+  for (const PassReport& pass : r.passes) {
+    passes.push_back({{"elapsed_s", pass.elapsed_s},
+                      {"samples", pass.samples},
+                      {"error_estimate", number_or_null(pass.error_estimate)}});
+  }
+  json["passes"] = passes;
+  Json snapshots = Json::array();
+  for (const SnapshotReport& s : r.snapshots) {
+    snapshots.push_back({{"completion", s.completion},
+                         {"samples", s.samples},
+                         {"elapsed_s", s.elapsed_s},
+                         {"file", s.file.empty() ? Json() : Json(s.file)},
+                         {"rmse", number_or_null(s.rmse)},
+                         {"mse", number_or_null(s.mse)},
+                         {"relmse", number_or_null(s.rel_mse)}});
+  }
+  json["snapshots"] = snapshots;
+  Json settings;
+  for (const auto& [key, value] : settings_attributes(options)) {
+    if (key.starts_with("emberline:version:")) continue;
+    settings[key.substr(std::string("emberline:").size())] = value;
+  }
+  settings["size"] = {options.width, options.height};
+  settings["window"] = {r.crop.x0, r.crop.y0, r.crop.x1, r.crop.y1};
+  settings["camera"] = r.camera;
+  settings["threads"] = r.threads;
+  settings["bucket_size"] = options.bucket_size;
+  settings["bucket_order"] = options.bucket_order;
+  settings["display"] = r.display;
+  settings["bisection_axis"] = options.bisection_axis;
+  settings["reconstruction"] = options.reconstruction;
+  if (!options.snapshots.empty()) settings["snapshots"] = options.snapshots;
+  if (!options.reference.empty()) settings["reference"] = options.reference;
+  settings["time_limit_s"] = number_or_null(options.time_limit_s);
+  json["settings"] = settings;
+  Json versions;
+  for (const auto& [name, version] : library_versions()) versions[name] = version;
+  json["versions"] = versions;
+  json["output"] = options.outputs;
+  json["heatmaps"] = options.heatmaps;
+  json["failed_outputs"] = r.failed_outputs;
+  json["stopped"] = c.stopped;
+  json["stop_cause"] = !c.stopped                              ? Json()
+                       : r.stop_cause == PixelStop::kTimeLimit ? Json("time limit")
+                                                               : Json("user");
+  json["exit_code"] = r.exit_code;
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace emberline

@@ -1,0 +1,76 @@
+// report.json: what a render did, in seconds, bytes and counts.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "renderer/description/scene_description.h"
+#include "renderer/frame/frame.h"
+#include "renderer/output/render_options.h"
+#include "renderer/output/snapshots.h"
+#include "renderer/scene/scene.h"
+
+namespace emberline {
+
+struct RenderTimes {
+  // Wall time from the command's beginning until its reports are written, and its parts; what they
+  // leave is less than 2 % of it. setup: reading options and --reference, opening the outputs.
+  double wall_s = 0, setup_s = 0, load_s = 0, build_s = 0, render_s = 0, write_s = 0;
+  double snapshots_s = 0;  // copying them, which render_s leaves out, and encoding and measuring
+  // Before wall_s: from the start of the process, the loading of its libraries.
+  std::optional<double> start_s;
+  double cpu_s = 0;         // processor time of the process
+  double render_cpu_s = 0;  // processor time of the render_s
+  // From the start of the process (loading the program's libraries included) until the first
+  // samples were done: one worker's first 2048, about a millisecond. Absent if none ever were.
+  std::optional<double> first_sample_s, first_sample_cpu_s;
+};
+
+// What one pass over the frame brought.
+struct PassReport {
+  double elapsed_s = 0;                  // since rendering began
+  uint64_t samples = 0;                  // so far
+  std::optional<double> error_estimate;  // of the picture at the end of this pass
+};
+
+struct RenderReport {
+  RenderTimes times;
+  FrameCounters counters;
+  SceneMemory memory;
+  uint64_t film_bytes = 0;
+  std::shared_ptr<const MemoryBudget> budget;  // what was allowed, and reserved of it
+  std::vector<std::string> features;
+  std::string estimator = "none";
+  std::optional<double> error_estimate;
+  std::vector<std::string> warnings;  // as given to the user, in order
+  CoverageReport coverage;
+  LoadRepairs repairs;
+  std::string camera;
+  std::string display;
+  Rect crop;
+  int threads = 0;
+  std::vector<PassReport> passes;
+  std::vector<SnapshotReport> snapshots;
+  PixelStop stop_cause = PixelStop::kNone;
+  std::vector<std::string> failed_outputs;  // files that could not be written; reports aside
+  int exit_code = 0;
+};
+
+// The keys are those of the design: time, samples, rays, memory, numerics, error, features, gltf,
+// passes; beside them settings, versions and output.
+std::string report_json(const RenderOptions& options, const RenderReport& report);
+
+// The words after --replay that compute the sample again: with --seed where it is not `seed`.
+std::string replay_words(const NonFiniteSample& sample, uint32_t seed);
+
+// Settings, versions and seed as strings: the EXR's header attributes.
+std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& options);
+
+// "embree" -> "3.13.5" and so on, for what this binary runs with.
+std::vector<std::pair<std::string, std::string>> library_versions();
+// What this binary was compiled for, and what Embree uses on this machine: "x86-64-v3, Embree AVX".
+std::string instruction_sets();
+
+}  // namespace emberline

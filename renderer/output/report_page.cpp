@@ -1,0 +1,419 @@
+#include "renderer/output/report_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <filesystem>
+
+#include "renderer/charts/html_page.h"
+#include "renderer/charts/svg_chart.h"
+#include "renderer/core/file_suffix.h"
+#include "renderer/core/readable.h"
+#include "renderer/process/process_usage.h"
+
+namespace emberline {
+namespace {
+
+using Row = std::vector<PageCell>;
+
+// A table of names and values without a head.
+PageTable pairs(std::vector<Row> rows) { return {"", {{""}, {"", true}}, std::move(rows)}; }
+
+std::string file_name(const std::string& path) {
+  return std::filesystem::path(path).filename().string();
+}
+
+std::string local_time() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts = {};
+  localtime_r(&now, &parts);
+  char text[64];
+  return {text, std::strftime(text, sizeof text, "%Y-%m-%d %H:%M %z", &parts)};
+}
+
+std::string summary(const RenderOptions& o, const RenderReport& r) {
+  const double pixels = double(r.crop.area());
+  return fmt::format("{} x {} pixels, {} samples a pixel, {} in {}. {}", r.crop.width(),
+                     r.crop.height(), readable_number(double(r.counters.samples) / pixels, 4),
+                     o.driver, readable_seconds(r.times.render_s), local_time());
+}
+
+PageFigure encoded_figure(const ByteImage& image, const char* format, const std::string& text,
+                          const std::string& caption) {
+  const std::string media_type = fmt::format("image/{}", format);
+  return {picture_markup(encode_image(image, format, "the report's picture"), media_type,
+                         image.width, image.height, text),
+          caption};
+}
+
+std::string reduced(const ReportPictures& pictures, const char* how) {
+  if (pictures.factor() == 1) return "";
+  return fmt::format(" Each pixel here is {} of {} x {} of the frame's.", how, pictures.factor(),
+                     pictures.factor());
+}
+
+void add_stop(HtmlPage& page, const RenderReport& r) {
+  if (!r.counters.stopped) return;
+  page.warning(fmt::format(
+      "The render was stopped by the {} before its work was done; what there was is shown and was "
+      "written. Pixels have {} to {} samples.",
+      r.stop_cause == PixelStop::kTimeLimit ? "time limit" : "user",
+      readable_count(r.counters.min_samples), readable_count(r.counters.max_samples)));
+}
+
+void add_picture(HtmlPage& page, const RenderOptions& o, const RenderReport& r,
+                 const ReportPictures& pictures) {
+  std::string caption = fmt::format("{} as seen by camera \"{}\".", file_name(o.scene), r.camera);
+  if (o.crop) {
+    caption += fmt::format(" Crop {},{} to {},{} of {} x {}.", r.crop.x0, r.crop.y0, r.crop.x1,
+                           r.crop.y1, o.width, o.height);
+  }
+  caption += reduced(pictures, "the mean");
+  page.figures(std::vector{encoded_figure(pictures.picture(), "jpeg", "the picture", caption)});
+}
+
+std::string named_estimate(const RenderReport& r) {
+  if (!r.error_estimate) return "none was made: samples were uniform";
+  return fmt::format("{} ({})", readable_number(*r.error_estimate), r.estimator);
+}
+
+void add_numbers(HtmlPage& page, const RenderReport& r) {
+  const FrameCounters& c = r.counters;
+  const double per_second = r.times.render_s > 0 ? 1e-6 / r.times.render_s : 0;
+  page.table(pairs({
+      {"Samples", readable_count(c.samples)},
+      {"Samples a pixel: least, mean, most",
+       fmt::format("{}, {}, {}", readable_count(c.min_samples),
+                   readable_number(double(c.samples) / double(r.crop.area()), 5),
+                   readable_count(c.max_samples))},
+      {"Wall time, rendering alone",
+       fmt::format("{}, {}", readable_seconds(r.times.wall_s), readable_seconds(r.times.render_s))},
+      {"Processor time", readable_seconds(r.times.cpu_s)},
+      {"Samples and rays a second, in millions",
+       fmt::format("{}, {}", readable_number(double(c.samples) * per_second),
+                   readable_number(double(c.rays.total()) * per_second))},
+      {"Peak memory", readable_bytes(peak_rss_bytes())},
+      {"Estimated error (RMS of the displayed picture, 0 to 1)", named_estimate(r)},
+  }));
+}
+
+// Bars of equal width, or of equal ratio where the counts differ much; their borders are whole
+// numbers, so that no bar covers fewer counts than it seems to.
+std::vector<double> bar_borders(uint32_t least, uint32_t most, bool logarithmic) {
+  constexpr int kBars = 40;
+  std::vector<double> borders = {double(least)};
+  const double end = double(most) + 1;
+  for (int i = 1; i <= kBars; ++i) {
+    const double t = double(i) / kBars;
+    const double border =
+        std::round(logarithmic ? least * std::pow(end / least, t) : least + (end - least) * t);
+    if (border > borders.back()) borders.push_back(border);
+  }
+  return borders;
+}
+
+Markup samples_histogram(const std::map<uint32_t, uint64_t>& pixels) {
+  const uint32_t least = std::max(1u, pixels.upper_bound(0)->first), most = pixels.rbegin()->first;
+  const bool logarithmic = most > 8 * least;
+  Histogram chart;
+  chart.title = "Pixels by number of samples";
+  chart.x = {"samples a pixel", logarithmic ? AxisScale::kLog : AxisScale::kLinear};
+  chart.y = {"pixels"};
+  const std::vector<double> borders = bar_borders(least, most, logarithmic);
+  auto next = pixels.upper_bound(0);
+  for (size_t i = 0; i + 1 < borders.size(); ++i) {
+    uint64_t count = 0;
+    for (; next != pixels.end() && double(next->first) < borders[i + 1]; ++next) {
+      count += next->second;
+    }
+    chart.bars.push_back({borders[i], borders[i + 1], double(count)});
+  }
+  return histogram_chart(chart);
+}
+
+// The legend's figures as text, which a phone shows larger than the picture.
+std::string map_caption(const ReportPictures::Map& map) {
+  const PlaneStatistics s = plane_statistics(map.plane);
+  std::string text(map.quantity->summary);
+  if (map.quantity->reasons || s.values == 0) return text + ".";
+  const ToldUnit unit = told_unit(std::string(map.quantity->unit), s.mean);
+  const auto told = [&](double value) { return readable_number(unit.factor * value); };
+  return fmt::format("{}{}{}: {} to {}, mean {}{}.", text, unit.name.empty() ? "" : ", in ",
+                     unit.name, told(s.minimum), told(s.maximum), told(s.mean),
+                     map.quantity->rms ? ", root mean square " + told(s.rms) : "");
+}
+
+void add_samples(HtmlPage& page, const ReportPictures& pictures) {
+  page.section("Where the samples went");
+  std::vector<PageFigure> figures;
+  for (const ReportPictures::Map& map : pictures.maps()) {
+    HeatmapStyle style;
+    if (map.quantity->name != "samples") style.colours = ColourMap::kViridis;
+    BytePicture drawn = draw_quantity(*map.quantity, map.plane, style);
+    figures.push_back(encoded_figure(
+        {.width = drawn.width, .height = drawn.height, .values = std::move(drawn.rgb)}, "png",
+        std::string(map.quantity->title),
+        map_caption(map) + reduced(pictures, map.quantity->reasons ? "one" : "the mean")));
+  }
+  const std::map<uint32_t, uint64_t> pixels = pictures.pixels_by_samples();
+  const uint64_t none = pixels.contains(0) ? pixels.at(0) : 0;
+  const size_t kinds = pixels.size() - (none > 0 ? 1 : 0);
+  if (kinds > 1) {
+    figures.push_back({samples_histogram(pixels),
+                       none > 0 ? readable_count(none) + " pixels without samples are not shown."
+                                : "Every pixel is counted."});
+  }
+  page.figures(figures);
+  if (kinds == 0) page.paragraph("No pixel has samples.");
+  if (kinds == 1) {
+    page.paragraph(fmt::format(
+        "Every pixel that has samples has {}.{}", readable_count(pixels.rbegin()->first),
+        none > 0 ? fmt::format(" {} pixels are without samples.", readable_count(none)) : ""));
+  }
+  if (figures.size() < 3) {
+    page.paragraph("With --aov variance,time,stop error, cost and reasons are shown as well.");
+  }
+}
+
+void add_error_chart(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
+  LineChart chart;
+  chart.title = "RMS error of the displayed picture";
+  chart.x = {"seconds of rendering", AxisScale::kLog};
+  chart.y = {"RMS error (0 to 1)", AxisScale::kLog};
+  ChartSeries estimated{"estimated"}, measured{"measured against the reference"};
+  for (const PassReport& pass : r.passes) {
+    if (pass.error_estimate) estimated.points.push_back({pass.elapsed_s, *pass.error_estimate});
+  }
+  for (const SnapshotReport& snapshot : r.snapshots) {
+    if (snapshot.rmse) measured.points.push_back({snapshot.elapsed_s, *snapshot.rmse});
+  }
+  if (estimated.points.empty() && measured.points.empty()) {
+    page.paragraph(
+        "No error is known: uniform sampling makes no estimate, and there was no reference. The "
+        "adaptive driver makes one after every pass; with --snapshots and --reference the error of "
+        "each snapshot is measured.");
+    return;
+  }
+  double first = INFINITY, last = 0;
+  for (ChartSeries* series : {&estimated, &measured}) {
+    series->style = series == &estimated ? 0 : 1;
+    if (series->points.empty()) continue;
+    first = std::min(first, series->points.front().x);
+    last = std::max(last, series->points.back().x);
+    chart.series.push_back(*series);
+  }
+  if (o.noise_threshold) {
+    const double y = double(*o.noise_threshold);
+    ChartSeries threshold{"--noise-threshold of a pixel", {{first, y}, {last, y}}, 4};
+    threshold.markers = false;
+    chart.series.push_back(threshold);
+  }
+  page.figures(std::vector<PageFigure>{
+      {line_chart(chart),
+       "Both scales logarithmic: error that falls as 1 / sqrt(time) is a line "
+       "of slope -1/2."}});
+}
+
+// At most so many rows, evenly chosen, the last among them.
+constexpr size_t kMostRows = 24;
+
+template <typename Entry>
+std::vector<Entry> thinned(const std::vector<Entry>& all) {
+  if (all.size() <= kMostRows) return all;
+  std::vector<Entry> some;
+  for (size_t i = 1; i <= kMostRows; ++i) some.push_back(all[i * all.size() / kMostRows - 1]);
+  return some;
+}
+
+std::string number_or_none(const std::optional<double>& value) {
+  return value ? readable_number(*value) : "";
+}
+
+void add_error(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
+  page.section("Error against time");
+  add_error_chart(page, o, r);
+  if (r.passes.size() > 1) {
+    PageTable table{r.passes.size() > kMostRows
+                        ? fmt::format("{} of {} passes", kMostRows, r.passes.size())
+                        : std::string("Passes"),
+                    {{"after"}, {"samples a pixel", true}, {"estimated error", true}},
+                    {}};
+    for (const PassReport& pass : thinned(r.passes)) {
+      table.rows.push_back({readable_seconds(pass.elapsed_s),
+                            readable_number(double(pass.samples) / double(r.crop.area()), 4),
+                            number_or_none(pass.error_estimate)});
+    }
+    page.table(table);
+  }
+  if (r.snapshots.empty()) return;
+  PageTable table{"Snapshots",
+                  {{"after"},
+                   {"file"},
+                   {"of the first pass", true},
+                   {"samples a pixel", true},
+                   {"RMSE (displayed)", true},
+                   {"MSE", true},
+                   {"relMSE", true}},
+                  {}};
+  for (const SnapshotReport& s : r.snapshots) {
+    table.rows.push_back({readable_seconds(s.elapsed_s), s.file, readable_percent(s.completion),
+                          readable_number(double(s.samples) / double(r.crop.area()), 4),
+                          number_or_none(s.rmse), number_or_none(s.mse),
+                          number_or_none(s.rel_mse)});
+  }
+  page.table(table);
+}
+
+void add_times(HtmlPage& page, const RenderTimes& t) {
+  page.section("Time");
+  PageTable table{"", {{"part"}, {"wall time", true}, {"share", true}}, {}};
+  double sum = 0;
+  const auto add = [&](const char* part, double seconds) {
+    table.rows.push_back({part, readable_seconds(seconds),
+                          t.wall_s > 0 ? readable_percent(seconds / t.wall_s) : ""});
+  };
+  const auto add_part = [&](const char* part, double seconds) {
+    add(part, seconds);
+    sum += seconds;
+  };
+  add_part("setting up: options, reference, opening the outputs", t.setup_s);
+  add_part("loading the scene", t.load_s);
+  add_part("building it", t.build_s);
+  add_part("rendering", t.render_s);
+  add_part("writing what was left to write", t.write_s);
+  if (t.snapshots_s > 0) add_part("snapshots: copying, writing, measuring", t.snapshots_s);
+  add("between these", std::max(0.0, t.wall_s - sum));
+  add("all", t.wall_s);
+  page.table(table);
+  std::vector<Row> rows = {
+      {"Processor time of the process", readable_seconds(t.cpu_s)},
+      {"Processor time of rendering",
+       fmt::format("{} ({} threads busy on average)", readable_seconds(t.render_cpu_s),
+                   readable_number(t.render_s > 0 ? t.render_cpu_s / t.render_s : 0))}};
+  if (t.start_s)
+    rows.push_back({"Before all this: loading the program", readable_seconds(*t.start_s)});
+  if (t.first_sample_s) {
+    rows.push_back({"Process start to first samples", readable_seconds(*t.first_sample_s)});
+  }
+  page.table(pairs(std::move(rows)));
+}
+
+void add_rays(HtmlPage& page, const RenderReport& r) {
+  page.section("Rays");
+  PageTable table{"", {{""}, {"rays", true}, {"a sample", true}, {"a second", true}}, {}};
+  const auto add = [&](const char* kind, uint64_t rays) {
+    const auto ratio = [&](double divisor) {
+      return divisor > 0 ? readable_number(double(rays) / divisor) : std::string();
+    };
+    const double per_second = r.times.render_s > 0 ? double(rays) / r.times.render_s : 0;
+    table.rows.push_back({kind, readable_count(rays), ratio(double(r.counters.samples)),
+                          readable_number(1e-6 * per_second) + " M"});
+  };
+  add("camera", r.counters.rays.camera);
+  add("scattered", r.counters.rays.scatter);
+  add("shadow", r.counters.rays.shadow);
+  add("all", r.counters.rays.total());
+  page.table(table);
+}
+
+void add_memory(HtmlPage& page, const RenderReport& r) {
+  page.section("Memory");
+  page.table(pairs({{"Peak resident memory of the process", readable_bytes(peak_rss_bytes())},
+                    {"Geometry", readable_bytes(r.memory.geometry_bytes)},
+                    {"Bounding volume hierarchies", readable_bytes(r.memory.bvh_bytes)},
+                    {"Textures", readable_bytes(r.memory.texture_bytes)},
+                    {"Film, pictures and this page's maps", readable_bytes(r.film_bytes)}}));
+}
+
+void add_scene(HtmlPage& page, const RenderReport& r) {
+  page.section("What was built, and why");
+  page.list(r.features);
+  page.section("glTF coverage");
+  const auto add = [&](const char* heading, const std::vector<std::string>& entries) {
+    page.heading(heading);
+    if (entries.empty()) page.paragraph("none");
+    page.list(entries);
+  };
+  add("Extensions honoured", r.coverage.used);
+  add("Approximated", r.coverage.approximated);
+  add("Ignored", r.coverage.ignored);
+}
+
+void add_warnings(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
+  page.section("Warnings and repairs");
+  for (const std::string& text : r.warnings) page.warning(text);
+  std::vector<Row> rows;
+  const auto add = [&rows](const char* what, uint64_t count) {
+    if (count > 0) rows.push_back({what, {readable_count(count), PageCell::Tone::kBad}});
+  };
+  add("Degenerate triangles left out", r.repairs.degenerate_triangles);
+  add("Triangles with NaN or infinite vertices left out", r.repairs.non_finite_triangles);
+  add("Texels that were NaN, infinite or negative", r.repairs.non_finite_texels);
+  add("Instances left out whose transform has no inverse", r.repairs.singular_instances);
+  add("Images replaced by a neutral colour (--lenient)", r.repairs.replaced_images);
+  add("Samples that were NaN or infinite and count as black", r.counters.non_finite_samples);
+  if (rows.empty() && r.warnings.empty()) page.paragraph("none");
+  if (!rows.empty()) page.table(pairs(std::move(rows)));
+  if (r.counters.located.empty()) return;
+  page.paragraph("Each of these computes one such sample again, alone:");
+  std::string commands;
+  for (const NonFiniteSample& sample : r.counters.located) {
+    commands += fmt::format("{}{} --replay {}", commands.empty() ? "" : "\n", o.command_line,
+                            replay_words(sample, o.seed));
+  }
+  page.code(commands);
+}
+
+void add_settings(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
+  page.section("To render this again");
+  page.code(o.command_line);
+  std::error_code error;
+  const std::string folder = std::filesystem::current_path(error).string();
+  if (!error) page.paragraph("Run in the folder " + folder);
+  constexpr std::string_view kPrefix = "emberline:", kVersion = "emberline:version:";
+  PageTable settings{"", {{"setting"}, {"value"}}, {}};
+  PageTable versions{"", {{"library"}, {"version"}}, {}};
+  for (const auto& [key, value] : settings_attributes(o)) {
+    if (key == "emberline:command") continue;
+    if (key.starts_with(kVersion)) {
+      versions.rows.push_back({key.substr(kVersion.size()), value});
+    } else {
+      settings.rows.push_back({key.substr(kPrefix.size()), value.empty() ? "none" : value});
+    }
+  }
+  settings.rows.push_back({"camera", r.camera});
+  settings.rows.push_back({"threads", std::to_string(r.threads)});
+  if (!r.display.empty()) settings.rows.push_back({"display", r.display});
+  page.heading("Settings");
+  page.table(settings);
+  page.heading("Versions");
+  page.table(versions);
+}
+
+}  // namespace
+
+bool is_page(std::string_view path) {
+  const std::string suffix = lower_suffix(path);
+  return suffix == ".html" || suffix == ".htm";
+}
+
+std::string report_page(const RenderOptions& options, const RenderReport& report,
+                        const ReportPictures& pictures) {
+  HtmlPage page(file_name(options.scene), summary(options, report));
+  add_stop(page, report);
+  add_picture(page, options, report, pictures);
+  add_numbers(page, report);
+  add_samples(page, pictures);
+  add_error(page, options, report);
+  add_times(page, report.times);
+  add_rays(page, report);
+  add_memory(page, report);
+  add_scene(page, report);
+  add_warnings(page, options, report);
+  add_settings(page, options, report);
+  return page.finish();
+}
+
+}  // namespace emberline

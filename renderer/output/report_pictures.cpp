@@ -1,0 +1,124 @@
+#include "renderer/output/report_pictures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "renderer/charts/quantity_plane.h"
+
+namespace emberline {
+
+ReportPictures::ReportPictures(const DisplaySettings& display, const Rect& crop, const AovSet& aovs)
+    : transform_(display),
+      crop_(crop),
+      factor_((std::max(crop.width(), crop.height()) + kMostPixels - 1) / kMostPixels),
+      width_((crop.width() + factor_ - 1) / factor_),
+      height_((crop.height() + factor_ - 1) / factor_),
+      film_channels_(film_channel_names(aovs)) {
+  const size_t pixels = size_t(width_) * size_t(height_);
+  rgb_.assign(3 * pixels, 0.0f);
+  count_.assign(pixels, 0);
+  for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
+    if (quantity.aov && !aovs.contains(*quantity.aov)) continue;
+    const auto channels = QuantityPlane::find_channels(quantity, film_channels_);
+    if (!channels) continue;
+    maps_.push_back(
+        {&quantity, *channels, std::vector<float>(pixels, 0.0f), std::vector<uint32_t>(pixels, 0)});
+  }
+}
+
+std::vector<float> ReportPictures::mapped(std::span<const float> film) const {
+  const size_t stride = film_channels_.size(), pixels = film.size() / stride;
+  std::vector<float> values, arguments;
+  values.reserve(maps_.size() * pixels);
+  for (const MapSums& map : maps_) {
+    arguments.resize(map.channels.size());
+    for (size_t i = 0; i < pixels; ++i) {
+      std::ranges::transform(map.channels, arguments.begin(),
+                             [&](size_t c) { return film[i * stride + c]; });
+      values.push_back(map.quantity->value(arguments.data()));
+    }
+  }
+  return values;
+}
+
+void ReportPictures::add(const FilmTile& tile) {
+  std::vector<float> film;
+  tile.resolve(film);
+  const std::vector<float> values = mapped(film);
+  const Rect& rect = tile.rect();
+  const size_t stride = film_channels_.size(), pixels = size_t(rect.area());
+  std::map<uint32_t, uint64_t> counts;
+  auto count = counts.end();  // neighbours mostly have equal counts
+  for (size_t i = 0; i < pixels; ++i) {
+    const uint32_t samples = tile.sample_count(rect.x_of(i), rect.y_of(i));
+    if (count == counts.end() || count->first != samples) count = counts.try_emplace(samples).first;
+    ++count->second;
+  }
+  // Tiles share pixels here where the frame is reduced.
+  const std::lock_guard lock(mutex_);
+  for (const auto& [samples, number] : counts) pixels_by_samples_[samples] += number;
+  for (size_t i = 0; i < pixels; ++i) {
+    const int x = rect.x_of(i), y = rect.y_of(i);
+    const int u = x - crop_.x0, v = y - crop_.y0;
+    const size_t target = size_t(v / factor_) * size_t(width_) + size_t(u / factor_);
+    for (size_t c = 0; c < 3; ++c) rgb_[3 * target + c] += film[i * stride + c];
+    ++count_[target];
+    const bool first = u % factor_ == 0 && v % factor_ == 0;
+    for (size_t m = 0; m < maps_.size(); ++m) {
+      const float value = values[m * pixels + i];
+      if (!std::isfinite(value) || (maps_[m].quantity->reasons && !first)) continue;
+      maps_[m].sums[target] += maps_[m].quantity->rms ? value * value : value;
+      ++maps_[m].counts[target];
+    }
+  }
+}
+
+ByteImage ReportPictures::picture() const {
+  std::vector<float> rgb(rgb_);
+  for (size_t i = 0; i < count_.size(); ++i) {
+    for (size_t c = 0; c < 3; ++c) rgb[3 * i + c] /= float(std::max(1u, count_[i]));
+  }
+  transform_.apply(rgb.data(), count_.size());
+  ByteImage image{.width = width_, .height = height_, .values = {}, .srgb = transform_.is_srgb()};
+  image.values.reserve(rgb.size());
+  for (const float value : rgb) image.values.push_back(to_byte(value));
+  return image;
+}
+
+std::vector<ReportPictures::Map> ReportPictures::maps() const {
+  std::vector<Map> maps;
+  for (const MapSums& sums : maps_) {
+    // Where no tile came the channels are 0, as in the EXR.
+    const std::vector<float> zeros(sums.channels.size(), 0.0f);
+    const float untouched = sums.quantity->value(zeros.data());
+    Plane plane{width_, height_, sums.sums};
+    for (size_t i = 0; i < plane.values.size(); ++i) {
+      const float mean = sums.counts[i] > 0 ? plane.values[i] / float(sums.counts[i])
+                                            : std::numeric_limits<float>::quiet_NaN();
+      plane.values[i] = count_[i] == 0 ? untouched : sums.quantity->rms ? std::sqrt(mean) : mean;
+    }
+    maps.push_back({sums.quantity, std::move(plane)});
+  }
+  return maps;
+}
+
+std::map<uint32_t, uint64_t> ReportPictures::pixels_by_samples() const {
+  std::map<uint32_t, uint64_t> pixels = pixels_by_samples_;
+  uint64_t came = 0;
+  for (const auto& [samples, count] : pixels) came += count;
+  // A stopped frame's tiles that were not begun.
+  if (came < uint64_t(crop_.area())) pixels[0] += uint64_t(crop_.area()) - came;
+  return pixels;
+}
+
+uint64_t ReportPictures::bytes() const {
+  uint64_t bytes = rgb_.capacity() * sizeof(float) + count_.capacity() * sizeof(uint32_t);
+  for (const MapSums& map : maps_) {
+    bytes += map.sums.capacity() * sizeof(float) + map.counts.capacity() * sizeof(uint32_t);
+  }
+  return bytes;
+}
+
+}  // namespace emberline

@@ -1,0 +1,89 @@
+#include "renderer/output/rgb_file.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+
+namespace emberline {
+namespace {
+
+std::string describe(const Rect& crop, int frame_width, int frame_height) {
+  return fmt::format("{} x {} pixels from ({}, {}) of a frame of {} x {}", crop.width(),
+                     crop.height(), crop.x0, crop.y0, frame_width, frame_height);
+}
+
+}  // namespace
+
+FloatImage read_frame(const std::string& path, const LoadProgress& progress) {
+  FloatImage image = read_float_image(path, progress);
+  if (image.stopped_after) {
+    log_warning(fmt::format("{}: the frame was stopped before it was complete, at {} samples", path,
+                            *image.stopped_after));
+  }
+  return image;
+}
+
+RgbFile read_rgb(const std::string& path, const LoadProgress& progress) {
+  const FloatImage file = read_frame(path, progress);
+  std::array<size_t, 3> source{};
+  for (size_t c = 0; c < 3; ++c) {
+    const int found = file.find_channel(std::string(1, "RGB"[c]));
+    if (found < 0) {
+      std::string names;
+      for (const std::string& name : file.channel_names)
+        names += (names.empty() ? "" : ", ") + name;
+      throw InputError(
+          path, fmt::format("{} x {} pixels, but no channels R, G and B to compare; it has {}",
+                            file.width, file.height, names));
+    }
+    source[c] = size_t(found);
+  }
+  const size_t pixels = size_t(file.width) * size_t(file.height);
+  progress.budget()->reserve(MemoryPart::kTextures, bytes_of(pixels, 3 * sizeof(float)), path);
+  RgbFile result{path,
+                 {file.width, file.height, std::vector<float>(3 * pixels)},
+                 file.data_window,
+                 file.frame_width,
+                 file.frame_height};
+  for (size_t i = 0; i < pixels; ++i) {
+    for (size_t c = 0; c < 3; ++c) {
+      result.pixels.rgb[3 * i + c] = file.values[i * size_t(file.channels()) + source[c]];
+    }
+  }
+  progress.budget()->give_back(MemoryPart::kTextures, file.values.size() * sizeof(float));
+  return result;
+}
+
+RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect& crop,
+                          int frame_width, int frame_height) {
+  const bool same_frame =
+      reference.frame_width == frame_width && reference.frame_height == frame_height;
+  const bool whole = crop == Rect{0, 0, frame_width, frame_height};
+  if (same_frame && reference.crop == crop) return std::move(reference.pixels);
+  if (same_frame && reference.crop.intersect(crop) == crop) {
+    RgbImage part{crop.width(), crop.height(), {}};
+    for (int y = crop.y0; y < crop.y1; ++y) {
+      const auto row =
+          reference.pixels.rgb.begin() + int64_t(3 * reference.crop.index_of(crop.x0, y));
+      part.rgb.insert(part.rgb.end(), row, row + 3 * crop.width());
+    }
+    return part;
+  }
+  const bool same_size =
+      reference.pixels.width == crop.width() && reference.pixels.height == crop.height();
+  if (!same_frame && same_size && (whole || reference.is_whole_frame())) {
+    return std::move(reference.pixels);
+  }
+  throw InputError(
+      reference.path,
+      fmt::format("has {}, but {} has {}; a reference has the same pixels or more",
+                  describe(reference.crop, reference.frame_width, reference.frame_height), what,
+                  describe(crop, frame_width, frame_height)));
+}
+
+}  // namespace emberline

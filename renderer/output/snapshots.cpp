@@ -1,0 +1,281 @@
+#include "renderer/output/snapshots.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+
+#include "io/atomic_file.h"
+#include "io/exr_file.h"
+#include "io/image_library.h"
+#include "io/image_output.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/names.h"
+#include "renderer/core/option_values.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/output/rgb_file.h"
+
+namespace emberline {
+namespace {
+
+using Unit = SnapshotMoment::Unit;
+
+constexpr SnapshotFormatEntry kFormats[] = {
+    {"png", "as displayed (--display, --view, --look, --exposure)", SnapshotFormat::kPng},
+    {"exr", "that, and linear R G B A beside it", SnapshotFormat::kExr},
+};
+
+constexpr const char* kAnimation = "refinement.gif";
+constexpr const char* kMarker = "emberline-snapshots.json";
+
+SnapshotMoment parse_moment(std::string_view text) {
+  if (text == "first") return {};
+  struct Suffix {
+    std::string_view text;
+    Unit unit;
+    double most;
+  };
+  for (const Suffix& suffix : {Suffix{"%", Unit::kPercentCovered, 100.0},
+                               Suffix{"spp", Unit::kSamplesPerPixel, double(kMaxSamples)},
+                               Suffix{"s", Unit::kSeconds, 1e9}}) {
+    if (!text.ends_with(suffix.text)) continue;
+    const std::optional<double> value =
+        parse_real(text.substr(0, text.size() - suffix.text.size()));
+    if (value && *value > 0 && *value <= suffix.most) return {suffix.unit, *value};
+    break;
+  }
+  throw UsageError(fmt::format(
+      "--snapshot-at: '{}' is no moment; valid are 'first', above 0% to 100%, above 0s to 1e9s, "
+      "above 0spp to {}spp",
+      text, kMaxSamples));
+}
+
+// Padded, so that names sort as numbers do.
+std::string padded(double value) {
+  return value == std::floor(value) ? fmt::format("{:04.0f}", value)
+                                    : fmt::format("{:08.3f}", value);
+}
+
+std::string label(const SnapshotMoment& moment) {
+  switch (moment.unit) {
+    case Unit::kFirstPause:
+      return "first";
+    case Unit::kPercentCovered:
+      return padded(moment.value) + "pct";
+    case Unit::kSeconds:
+      return padded(moment.value) + "s";
+    case Unit::kSamplesPerPixel:
+      return padded(moment.value) + "spp";
+  }
+  return "";
+}
+
+// A frame of the animation: averaged down to at most 640 pixels a side, then displayed.
+ByteImage animation_frame(const std::vector<float>& rgba, const Rect& crop,
+                          const DisplayTransform& transform) {
+  constexpr int kMostPixels = 640;
+  const int width = crop.width(), height = crop.height();
+  const int factor = (std::max(width, height) + kMostPixels - 1) / kMostPixels;
+  ByteImage image{.width = (width + factor - 1) / factor,
+                  .height = (height + factor - 1) / factor,
+                  .values = {},
+                  .srgb = transform.is_srgb()};
+  std::vector<float> rgb;
+  rgb.reserve(3 * size_t(image.width) * size_t(image.height));
+  for (int y = 0; y < height; y += factor) {
+    for (int x = 0; x < width; x += factor) {
+      double sum[3] = {};
+      int count = 0;
+      for (int j = y; j < std::min(y + factor, height); ++j) {
+        for (int i = x; i < std::min(x + factor, width); ++i, ++count) {
+          const size_t pixel = size_t(j) * size_t(width) + size_t(i);
+          for (size_t c = 0; c < 3; ++c) sum[c] += double(rgba[4 * pixel + c]);
+        }
+      }
+      for (const double s : sum) rgb.push_back(float(s / count));
+    }
+  }
+  transform.apply(rgb.data(), rgb.size() / 3);
+  for (const float v : rgb) image.values.push_back(to_byte(v));
+  return image;
+}
+
+RgbImage without_alpha(const std::vector<float>& rgba, const Rect& crop) {
+  RgbImage image{crop.width(), crop.height(), {}};
+  image.rgb.reserve(rgba.size() / 4 * 3);
+  for (size_t i = 0; i < rgba.size(); i += 4)
+    image.rgb.insert(image.rgb.end(), &rgba[i], &rgba[i + 3]);
+  return image;
+}
+
+}  // namespace
+
+std::span<const SnapshotFormatEntry> snapshot_format_table() { return kFormats; }
+
+std::vector<SnapshotMoment> parse_snapshot_moments(std::string_view list) {
+  std::vector<SnapshotMoment> moments;
+  while (true) {
+    const size_t comma = list.find(',');
+    moments.push_back(parse_moment(list.substr(0, comma)));
+    if (comma == std::string_view::npos) break;
+    list.remove_prefix(comma + 1);
+  }
+  return moments;
+}
+
+bool is_snapshot_name(const std::string& name) {
+  const size_t number = name.find_first_not_of("0123456789");
+  const bool numbered = number >= 3 && number != std::string::npos && name[number] == '_';
+  return name == kAnimation || name == kMarker || numbered;
+}
+
+SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& crop,
+                                   const LoadProgress& progress)
+    : options_(options),
+      crop_(crop),
+      format_(find_named(kFormats, "--snapshot-format", "format", options.snapshot_format).format),
+      waiting_(parse_snapshot_moments(options.snapshot_at ? std::string_view(*options.snapshot_at)
+                                                          : kDefaultSnapshotMoments)),
+      transform_(std::make_shared<DisplayTransform>(options.display)) {
+  if (find_driver(options.driver).tiles) {
+    throw UsageError("--snapshots: --driver " + options.driver +
+                     " finishes the frame part by part and has no picture of the whole before its "
+                     "end; choose a progressive driver");
+  }
+  if (!options.reference.empty()) {
+    reference_ = reference_pixels(read_rgb(options.reference, progress),
+                                  "the frame to be measured against it", crop, options.width,
+                                  options.height);
+  }
+  image_library();  // for the animation: where it is missing, that is known before the render
+  folder_.emplace(options.snapshots, OwnedFolderKind{"--snapshots", kMarker});
+  for (const std::string& name : folder_->entries()) {
+    if (may_write(name)) folder_->check(std::array{name});
+  }
+}
+
+// "003_0005pct.png" of some moment, whichever place it will have among those taken.
+bool SnapshotRecorder::may_write(const std::string& name) const {
+  if (name == kAnimation) return true;
+  const size_t digits = name.find_first_not_of("0123456789");
+  if (digits == std::string::npos || digits < 3 || name[digits] != '_') return false;
+  const std::filesystem::path rest = name.substr(digits + 1);
+  if (rest.extension() != ".png" && rest.extension() != ".exr") return false;
+  return std::ranges::any_of(waiting_, [&](const SnapshotMoment& moment) {
+    return label(moment) + rest.extension().string() == rest.string();
+  });
+}
+
+bool SnapshotRecorder::due(const SnapshotMoment& moment, const FrameProgress& progress,
+                           double elapsed_s) const {
+  switch (moment.unit) {
+    case Unit::kFirstPause:
+      return true;
+    case Unit::kPercentCovered:
+      return 100.0 * progress.completion >= moment.value;
+    case Unit::kSeconds:
+      return elapsed_s >= moment.value;
+    case Unit::kSamplesPerPixel:
+      return double(progress.samples) >= moment.value * double(crop_.area());
+  }
+  return false;
+}
+
+void SnapshotRecorder::look(const FrameProgress& progress, const FramePicture& picture,
+                            double elapsed_s) {
+  std::shared_ptr<std::vector<float>> rgba;
+  std::erase_if(waiting_, [&](const SnapshotMoment& moment) {
+    if (!due(moment, progress, elapsed_s)) return false;
+    if (!rgba) {
+      rgba = std::make_shared<std::vector<float>>(4 * size_t(crop_.area()));
+      picture.resolve(*rgba);
+    }
+    taken_.push_back({moment, progress, elapsed_s, rgba});
+    return true;
+  });
+}
+
+bool SnapshotRecorder::wanted(double elapsed_s) const {
+  return std::ranges::any_of(waiting_, [&](const SnapshotMoment& moment) {
+    return moment.unit == Unit::kSeconds && elapsed_s >= moment.value;
+  });
+}
+
+std::optional<uint64_t> SnapshotRecorder::wanted_at() const {
+  const auto area = double(crop_.area());
+  std::optional<uint64_t> least;
+  for (const SnapshotMoment& moment : waiting_) {
+    if (moment.unit == Unit::kSeconds) continue;
+    const double samples = moment.unit == Unit::kSamplesPerPixel  ? moment.value * area
+                           : moment.unit == Unit::kPercentCovered ? moment.value / 100.0 * area
+                                                                  : 1.0;
+    least = std::min(least.value_or(uint64_t(-1)), uint64_t(std::ceil(samples)));
+  }
+  return least;
+}
+
+void SnapshotRecorder::write_exr(const std::string& file, const std::vector<float>& rgba) const {
+  ExrHeader header;
+  header.width = options_.width;
+  header.height = options_.height;
+  header.data_window = crop_;
+  header.tile_size = options_.bucket_size;
+  for (const char* name : {"R", "G", "B", "A"}) header.channels.push_back({name});
+  write_exr_file(file, header, rgba);
+}
+
+void SnapshotRecorder::write_animation() const {
+  constexpr double kFrameSeconds = 0.7;
+  std::vector<ByteImage> frames;
+  for (const Snapshot& snapshot : taken_) {
+    frames.push_back(animation_frame(*snapshot.rgba, crop_, *transform_));
+  }
+  const std::string file = folder_->path(kAnimation);
+  const std::vector<unsigned char> bytes = encode_animation(frames, kFrameSeconds, file);
+  write_file_atomically(
+      file, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+std::vector<SnapshotReport> SnapshotRecorder::write(WriteAttempts& attempts) {
+  const bool exr = format_ == SnapshotFormat::kExr;
+  std::vector<std::string> names, files = {kAnimation};
+  for (const Snapshot& snapshot : taken_) {
+    names.push_back(fmt::format("{:03}_{}", names.size(), label(snapshot.moment)));
+    files.push_back(names.back() + ".png");
+    if (exr) files.push_back(names.back() + ".exr");
+  }
+  std::vector<SnapshotReport> reports;
+  const auto claim = [&] { folder_->claim(files); };
+  if (taken_.empty() || !attempts.attempt(folder_->path(), claim)) return reports;
+  for (const Snapshot& snapshot : taken_) {
+    const std::string& name = names[reports.size()];
+    const std::string picture = folder_->path(name + ".png");
+    const bool written = attempts.attempt(picture, [&] {
+      DisplayImageWriter png(picture, crop_, transform_, options_.transparent);
+      png.write_tile(crop_, *snapshot.rgba);
+      png.finish();
+    });
+    if (exr) {
+      const std::string values = folder_->path(name + ".exr");
+      attempts.attempt(values, [&] { write_exr(values, *snapshot.rgba); });
+    }
+
+    SnapshotReport& report = reports.emplace_back();
+    if (written) report.file = name + ".png";
+    report.completion = snapshot.progress.completion;
+    report.samples = snapshot.progress.samples;
+    report.elapsed_s = snapshot.elapsed_s;
+    if (!reference_) continue;
+    const ErrorMetrics error = compare_images(without_alpha(*snapshot.rgba, crop_), *reference_,
+                                              {.exposure = options_.display.exposure});
+    report.rmse = std::pow(10.0, -error.psnr / 20);  // the peak is 1
+    report.mse = error.mse;
+    report.rel_mse = error.rel_mse;
+  }
+  attempts.attempt(folder_->path(kAnimation), [&] { write_animation(); });
+  return reports;
+}
+
+}  // namespace emberline

@@ -1,0 +1,15 @@
+// What this process has taken of the machine.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+namespace emberline {
+
+// Peak resident memory and CPU time of this process so far, and the seconds since it was started
+// (to the kernel's 10 ms; nothing where /proc does not tell).
+uint64_t peak_rss_bytes();
+double process_cpu_seconds();
+std::optional<double> process_age_seconds();
+
+}  // namespace emberline

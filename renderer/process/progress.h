@@ -1,0 +1,55 @@
+// Progress with time left: a bar on a terminal, plain lines when piped, nothing with --quiet.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "renderer/process/stop_request.h"
+
+namespace emberline {
+
+// Runs a thread of its own, which also turns a stop signal, or the end of `time_limit_s` from now
+// on, into a stop request.
+class ProgressDisplay {
+ public:
+  ProgressDisplay(uint64_t samples_total, StopRequest& stop,
+                  std::optional<double> time_limit_s = std::nullopt);
+  ~ProgressDisplay();  // finishes the line
+  ProgressDisplay(const ProgressDisplay&) = delete;
+  ProgressDisplay& operator=(const ProgressDisplay&) = delete;
+
+  // Any thread.
+  void add(uint64_t samples) { done_.fetch_add(samples, std::memory_order_relaxed); }
+  // Where the samples are not known beforehand: a part of the whole work, of 1, is done.
+  void add_share(double share) { share_.fetch_add(share, std::memory_order_relaxed); }
+
+ private:
+  void run();
+  void stop_if_asked();
+  void draw();
+  double fraction(uint64_t done) const;  // of the whole; 0 where that is not known
+  std::string line(uint64_t done, double elapsed) const;
+
+  const uint64_t total_;
+  std::atomic<uint64_t> done_{0};
+  std::atomic<double> share_{0.0};
+  StopRequest& stop_;
+  const std::optional<double> time_limit_s_;
+  const std::chrono::steady_clock::time_point start_;
+  bool shown_;
+  bool terminal_;
+  int last_tenth_ = 0;
+  double last_line_ = 0.0;  // seconds
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool finished_ = false;
+  std::thread thread_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,95 @@
+#include "renderer/process/run_limits.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "io/image_library.h"
+#include "io/input_file.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/readable.h"
+#include "renderer/process/process_usage.h"
+
+namespace emberline {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The number in a file; none for "max" and for a file that is not there.
+std::optional<uint64_t> number_in(const fs::path& path) {
+  std::istringstream text(read_kernel_text(path.c_str()));
+  uint64_t number = 0;
+  return text >> number ? std::optional(number) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::path& root) {
+  std::optional<uint64_t> least;
+  std::istringstream lines{std::string(groups)};
+  for (std::string line; std::getline(lines, line);) {
+    // hierarchy:controllers:path; of version 2 the controllers are empty.
+    const size_t first = line.find(':');
+    const size_t second = first == std::string::npos ? first : line.find(':', first + 1);
+    if (second == std::string::npos) continue;
+    const std::string controllers = line.substr(first + 1, second - first - 1);
+    const bool unified = controllers.empty();
+    if (!unified && controllers.find("memory") == std::string::npos) continue;
+    const fs::path mount = unified ? root : root / "memory";
+    const char* const name = unified ? "memory.max" : "memory.limit_in_bytes";
+    // A group is bound by those above it. In a container the path may be the host's: what is not
+    // there is passed over, and the top is the container's own.
+    for (fs::path group = fs::path(line.substr(second + 1)).relative_path();;
+         group = group.parent_path()) {
+      if (const auto limit = number_in(mount / group / name)) {
+        least = std::min(least.value_or(*limit), *limit);
+      }
+      if (group.empty()) break;
+    }
+  }
+  return least;
+}
+
+LoadLimits limits_of_own_picture(int64_t pixels) {
+  // The channels of a reference, encoded, decoded, and in rows of a code.
+  constexpr uint64_t kBytesPerPixel = 256, kAnySize = uint64_t(64) << 20;
+  return {.memory = std::make_shared<MemoryBudget>(
+              kAnySize + bytes_of(uint64_t(std::max<int64_t>(0, pixels)), kBytesPerPixel)),
+          .timeout_s = {},
+          .scene = {}};
+}
+
+void check_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene) {
+  constexpr uint64_t kThreads = uint64_t(64) << 20;  // Embree's and TBB's
+  const uint64_t now = peak_rss_bytes(), libraries = kThreads + image_library_bytes();
+  if (now < before + libraries) return;
+  const uint64_t growth = now - before - libraries;
+  if (growth <= budget.limit() || growth - budget.limit() <= budget.limit() / 10) return;
+  throw InputError(scene, "took " + readable_bytes(growth) + " of memory, more than the limit of " +
+                              readable_bytes(budget.limit()) + "; --memory-limit raises it");
+}
+
+uint64_t default_memory_limit() {
+  uint64_t memory = bytes_of(uint64_t(std::max(0L, sysconf(_SC_PHYS_PAGES))),
+                             uint64_t(std::max(0L, sysconf(_SC_PAGESIZE))));
+  if (const auto limit =
+          cgroup_memory_limit(read_kernel_text("/proc/self/cgroup"), "/sys/fs/cgroup")) {
+    memory = std::min(memory, *limit);
+  }
+  for (const auto resource : {RLIMIT_AS, RLIMIT_DATA}) {
+    rlimit limit = {};
+    if (getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
+      memory = std::min(memory, uint64_t(limit.rlim_cur));
+    }
+  }
+  return memory / 4 * 3;
+}
+
+LoadLimits limits_of(const LimitOptions& options, const std::string& scene) {
+  const uint64_t bytes = options.memory_bytes ? *options.memory_bytes : default_memory_limit();
+  return {std::make_shared<MemoryBudget>(bytes), options.load_timeout_s, scene};
+}
+
+}  // namespace emberline

@@ -1,0 +1,68 @@
+#include "renderer/process/shell_quote.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "renderer/core/utf8.h"
+
+namespace emberline {
+namespace {
+
+bool can_be_shown(std::string_view text) {
+  while (!text.empty()) {
+    const size_t length = utf8_length(text);
+    if (length == 0 || is_control(text.substr(0, length))) return false;
+    text.remove_prefix(length);
+  }
+  return true;
+}
+
+bool means_nothing(unsigned char c) {
+  return std::isalnum(c) || c >= 0x80 ||
+         std::string_view("-_=+,./:@%").find(char(c)) != std::string_view::npos;
+}
+
+std::string spelled(std::string_view argument) {
+  std::string text = "\"$(printf '";
+  for (const char c : argument) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) || c == ' ' || c == '.' || c == '/' || c == '_') {
+      text += c;
+    } else {
+      text += fmt::format("\\{:03o}", byte);
+    }
+  }
+  return text + "')\"";
+}
+
+}  // namespace
+
+std::string shell_quoted(std::string_view argument) {
+  if (!can_be_shown(argument)) return spelled(argument);
+  if (!argument.empty() && std::ranges::all_of(argument, means_nothing)) {
+    return std::string(argument);
+  }
+  std::string text = "'";
+  for (const char c : argument) {
+    if (c == '\'') {
+      text += "'\\''";
+    } else {
+      text += c;
+    }
+  }
+  text += '\'';
+  return text;
+}
+
+std::string shell_command(int argc, const char* const* argv) {
+  std::string text = "emberline";
+  for (int i = 1; i < argc; ++i) {
+    text += ' ';
+    text += shell_quoted(argv[i]);
+  }
+  return text;
+}
+
+}  // namespace emberline

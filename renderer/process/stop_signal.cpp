@@ -1,0 +1,53 @@
+#include "renderer/process/stop_signal.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+
+#include "io/atomic_file.h"
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+// The handler runs on whichever thread the signal finds, while another asks: atomics, and lock-free
+// ones, which a handler may touch.
+std::atomic<int> g_signals{0};
+std::atomic<int> g_graceful{0};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+void on_signal(int signal) {
+  const int count = ++g_signals;
+  // The kernel says every second that the processor time (ulimit -t) is spent: no impatience.
+  if (g_graceful != 0 && (count == 1 || signal == SIGXCPU)) return;
+  remove_unfinished_files();
+  _exit(kExitStopped);
+}
+
+void set_action(int signal, void (*handler)(int)) {
+  struct sigaction action = {};
+  action.sa_handler = handler;
+  sigaction(signal, &action, nullptr);
+}
+
+}  // namespace
+
+void install_stop_handlers() {
+  for (const int signal : {SIGINT, SIGTERM}) set_action(signal, on_signal);
+  for (const int signal : {SIGHUP, SIGQUIT, SIGXCPU}) {
+    struct sigaction inherited = {};
+    sigaction(signal, nullptr, &inherited);
+    // Ignored from the start: nohup, or a shell's background job, means it.
+    if (inherited.sa_handler != SIG_IGN) set_action(signal, on_signal);
+  }
+  for (const int signal : {SIGPIPE, SIGXFSZ}) set_action(signal, SIG_IGN);
+}
+
+bool stop_signalled() { return g_signals > 0; }
+
+GracefulStop::GracefulStop() { g_graceful = 1; }
+
+GracefulStop::~GracefulStop() { g_graceful = 0; }
+
+}  // namespace emberline

@@ -1,0 +1,109 @@
+#include "renderer/process/worker_threads.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <exception>
+#include <latch>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "io/atomic_file.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+
+namespace emberline {
+namespace {
+
+// Beside the workers: the progress display, a viewer's connection, and what libraries start.
+constexpr int kOtherThreads = 4;
+
+constexpr const char* kWhy = "(ulimit -u, a container's limit of processes, or memory)";
+
+// How many of so many more threads the system starts, with stacks like those of TBB's.
+int count_startable(int wanted) {
+  std::latch end(1);
+  std::vector<pthread_t> threads;
+  threads.reserve(size_t(wanted));
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(
+      &attributes, tbb::global_control::active_value(tbb::global_control::thread_stack_size));
+  const auto wait = [](void* latch) -> void* {
+    static_cast<std::latch*>(latch)->wait();
+    return nullptr;
+  };
+  pthread_t thread = {};
+  while (int(threads.size()) < wanted && pthread_create(&thread, &attributes, wait, &end) == 0) {
+    threads.push_back(thread);
+  }
+  pthread_attr_destroy(&attributes);
+  end.count_down();
+  for (const pthread_t started : threads) pthread_join(started, nullptr);
+  return int(threads.size());
+}
+
+int choose_count(int wanted) {
+  const int count = wanted > 0 ? wanted : int(std::max(1u, std::thread::hardware_concurrency()));
+  // The calling thread works too.
+  const int startable = 1 + count_startable(count - 1 + kOtherThreads) - kOtherThreads;
+  if (startable >= count) return count;
+  if (startable < 1) {
+    throw RenderError(
+        fmt::format("the system does not start the few threads that are needed {}; "
+                    "raise that limit",
+                    kWhy));
+  }
+  if (wanted > 0) {
+    throw RenderError(
+        fmt::format("--threads {}: the system starts no more than {} {}; lower --threads", wanted,
+                    startable, kWhy));
+  }
+  log_warning(fmt::format("{} of {} cores are used: the system starts no more threads {}",
+                          startable, count, kWhy));
+  return startable;
+}
+
+std::terminate_handler g_otherwise = nullptr;
+
+bool is_refused_thread(const std::exception& error) {
+  if (const auto* system = dynamic_cast<const std::system_error*>(&error)) {
+    return system->code() == std::errc::resource_unavailable_try_again;  // std::thread's
+  }
+  return std::string_view(error.what()).find("pthread_create") != std::string_view::npos;  // TBB's
+}
+
+[[noreturn]] void end_process() {
+  try {
+    if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::exception& error) {
+    if (is_refused_thread(error)) {
+      log_error(message_of(error));
+      remove_unfinished_files();
+      ::_exit(kExitRenderFailed);
+    }
+  } catch (...) {
+  }
+  if (g_otherwise) g_otherwise();
+  std::abort();
+}
+
+}  // namespace
+
+void install_refused_thread_handler() { g_otherwise = std::set_terminate(end_process); }
+
+std::string message_of(const std::exception& error) {
+  if (!is_refused_thread(error)) return error.what();
+  return fmt::format("the system starts no more threads {}; lower --threads", kWhy);
+}
+
+WorkerThreads::WorkerThreads(int wanted)
+    : count_(choose_count(wanted)),
+      limit_(tbb::global_control::max_allowed_parallelism, size_t(count_)) {}
+
+}  // namespace emberline

@@ -1,0 +1,155 @@
+#include "renderer/session/loaded_scene.h"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "io/input_file.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/description/framing.h"
+#include "renderer/frame/frame_scene.h"
+
+namespace emberline {
+namespace {
+
+// What choose_camera gives --look-from where nothing else is said, in degrees.
+constexpr double kLookFromFov = 40.0;
+
+// What edits count in. It has its light and its default material already, so that instances and
+// meshes, of which there may be hundreds of thousands, are not needed for that.
+SceneDescription lists_of(const SceneDescription& outline) {
+  SceneDescription lists;
+  lists.materials = outline.materials;
+  lists.variants = outline.variants;
+  lists.variants_read = outline.variants_read;
+  lists.lights = outline.lights;
+  lists.cameras = outline.cameras;
+  lists.environment = outline.environment;
+  lists.may_be_dark = true;
+  return lists;
+}
+
+// The edit of the light, whichever way it names it.
+LightEdit& edit_of(std::vector<LightEdit>& edits, EditedLight kind, size_t index,
+                   const SceneDescription& lists) {
+  for (LightEdit& edit : edits) {
+    if (edit.kind == kind && edited_light(edit, lists) == index) return edit;
+  }
+  LightEdit& fresh = edits.emplace_back();
+  fresh.kind = kind;
+  fresh.target.index = int(index);
+  return fresh;
+}
+
+// An environment's file is read when it is rendered; until then something stands for it.
+SceneDescription applied(SceneEdits edits, const LoadedScene& scene) {
+  if (!edits.environment.file.empty() && !edits.environment.image) {
+    edits.environment.image = std::make_shared<const Image>();
+  }
+  SceneDescription lists = scene.edit_lists;
+  apply(edits, lists);
+  return lists;
+}
+
+// A lens that the options ask for comes first among the edits: the artist changes it like any, it
+// keeps its f-number when the angle changes, and it is saved.
+void choose_lens(RenderOptions& options, CameraEdit& edit) {
+  const bool asked = options.f_stop || options.focus_distance;
+  if (asked && edit.place.empty()) edit.place = "--f-stop";
+  if (options.f_stop) edit.f_stop = std::exchange(options.f_stop, std::nullopt);
+  if (options.focus_distance) {
+    edit.focus_distance = std::exchange(options.focus_distance, std::nullopt);
+  }
+}
+
+}  // namespace
+
+CameraDescription LoadedScene::camera(int width, int height) const {
+  const bool framing = open->outline.cameras.empty() && open->camera.name == "framing camera";
+  if (!framing) return open->camera;
+  CameraDescription fitted = framing_camera(open->bounds, double(width) / height);
+  fitted.fov_y = open->camera.fov_y;
+  return fitted;
+}
+
+std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& progress) {
+  const size_t warned = warnings_so_far().size();
+  SceneEdits edits = load_edits(options, progress);
+  SceneDescription description = load_scene(options, progress);
+  choose_variant(options, description, edits);
+  choose_lens(options, edits.camera);
+  auto open = std::make_shared<OpenScene>();
+  open->camera = choose_camera(options, description);
+  open->inputs = description.files;
+  if (const auto environment = file_identity(options.environment)) {
+    open->inputs.push_back({options.environment, *environment});
+  }
+  open->bounds = world_bounds(description);
+  if (!open->bounds.empty()) open->center = open->bounds.center();
+  if (open->bounds.radius() > 0.0) open->radius = open->bounds.radius();
+  // The integrator may be changed for one that shows texture coordinates.
+  const SceneBuildOptions build{.show_backfaces = options.show_backfaces, .unread_uv = true};
+  EditableScene scene(std::move(description), build, progress);
+  open->outline = scene.original();
+  open->features = scene.scene().features();
+  const std::vector<std::string> warnings = warnings_so_far();
+  open->warnings.assign(warnings.begin() + std::ptrdiff_t(warned), warnings.end());
+  SceneDescription lists = lists_of(open->outline);
+  auto loaded = std::make_shared<LoadedScene>(
+      LoadedScene{std::move(open), std::move(edits), std::move(scene), std::move(lists)});
+  check_edits(loaded->edits, *loaded);
+  return loaded;
+}
+
+void check_edits(const SceneEdits& edits, const LoadedScene& scene) {
+  applied(edits, scene);
+  edited_camera(edits, scene.edit_lists, scene.open->camera);
+}
+
+SceneEdits with_solo(const SceneEdits& edits, const LightEdit& solo, const LoadedScene& scene) {
+  SceneEdits result = edits;
+  const SceneDescription lit = applied(edits, scene);
+  const size_t chosen = edited_light(solo, lit);
+  const auto shine = [&](EditedLight kind, size_t index) {
+    edit_of(result.lights, kind, index, scene.edit_lists).on = kind == solo.kind && index == chosen;
+  };
+  for (size_t i = 0; i < lit.lights.size(); ++i) shine(EditedLight::kPunctual, i);
+  for (size_t i = 0; i < lit.materials.size(); ++i) {
+    const bool emits = !is_black(scene.edit_lists.materials[i].emission);
+    if (emits || !is_black(lit.materials[i].emission)) shine(EditedLight::kMaterial, i);
+  }
+  if (lit.environment) shine(EditedLight::kEnvironment, 0);
+  return result;
+}
+
+SceneEdits with_view(const SceneEdits& edits, const RenderOptions& options,
+                     const LoadedScene& scene) {
+  SceneEdits result = edits;
+  CameraEdit& view = result.camera;
+  if (view.camera) return result;  // in place of all that the options say of the view
+  const CameraDescription& base = scene.open->camera;
+  const std::vector<CameraDescription>& cameras = scene.open->outline.cameras;
+  if (!options.camera.empty()) {
+    const auto same = std::ranges::find(cameras, options.look_from ? options.camera : base.name,
+                                        &CameraDescription::name);
+    if (same != cameras.end()) {
+      view.camera = EditTarget{same->name, int(same - cameras.begin()), {}};
+    }
+  }
+  if (options.look_from && !view.look_from) {
+    view.look_from = options.look_from;
+    view.look_at = options.look_at;
+  }
+  if (view.fov_y_degrees || view.orthographic_height) return result;
+  if (options.look_from && base.orthographic) {
+    view.orthographic_height = 2.0 * base.y_mag;
+  } else if (options.fov_y) {
+    view.fov_y_degrees = options.fov_y;
+  } else if (options.look_from && options.camera.empty()) {
+    view.fov_y_degrees = kLookFromFov;
+  }
+  return result;
+}
+
+}  // namespace emberline

@@ -1,0 +1,93 @@
+#include "renderer/session/overlay_picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "io/image_output.h"
+#include "renderer/charts/quantity_plane.h"
+#include "renderer/core/readable.h"
+#include "renderer/drivers/adaptive/refinement_views.h"
+
+namespace emberline {
+namespace {
+
+std::string_view quantity_name(ViewOverlay overlay) {
+  switch (overlay) {
+    case ViewOverlay::kSamples:
+      return "samples";
+    case ViewOverlay::kError:
+      return "error";
+    case ViewOverlay::kStop:
+      return "stop";
+    case ViewOverlay::kTime:
+      return "time";
+    case ViewOverlay::kNonFinite:
+      return "non_finite";
+    case ViewOverlay::kNone:
+    case ViewOverlay::kTree:
+      break;
+  }
+  return {};
+}
+
+std::string legend(const HeatmapQuantity& quantity, const ValueRange& range) {
+  const ToldUnit unit = told_unit(std::string(quantity.unit), range.most);
+  return fmt::format("{} to {}{}{} {}", number_text(range.least * unit.factor),
+                     number_text(range.most * unit.factor), unit.name.empty() ? "" : " ", unit.name,
+                     quantity.title);
+}
+
+}  // namespace
+
+const HeatmapQuantity* overlay_quantity(ViewOverlay overlay) {
+  const std::string_view name = quantity_name(overlay);
+  return name.empty() ? nullptr : &find_heatmap_quantity(name);
+}
+
+std::optional<Aov> overlay_aov(ViewOverlay overlay) {
+  const HeatmapQuantity* quantity = overlay_quantity(overlay);
+  return quantity ? quantity->aov : std::nullopt;
+}
+
+std::string draw_overlay(const HeatmapQuantity& quantity, std::span<const std::string> names,
+                         std::span<const float> channels, const Rect& crop,
+                         const HeatmapStyle& style, std::span<uint8_t> rgba8) {
+  QuantityPlane plane(quantity, names, crop);
+  plane.write_tile(crop, channels);
+  HeatmapStyle drawn = style;
+  drawn.plain = true;
+  std::string words(quantity.title);
+  if (!quantity.reasons) {
+    if (!drawn.range) {
+      drawn.range = automatic_range(plane.plane(), drawn.logarithmic, quantity.bright);
+    }
+    words = legend(quantity, *drawn.range);
+  }
+  const BytePicture picture = draw_quantity(quantity, plane.plane(), drawn);
+  for (size_t i = 0; i < size_t(crop.area()); ++i) {
+    std::copy_n(&picture.rgb[3 * i], 3, &rgba8[4 * i]);
+    rgba8[4 * i + 3] = 255;
+  }
+  return words;
+}
+
+std::string draw_stops(std::span<const float> stops, const Rect& crop, std::span<uint8_t> rgba8) {
+  const std::vector<std::string> name = {"stop"};
+  std::string words =
+      draw_overlay(*overlay_quantity(ViewOverlay::kStop), name, stops, crop, {}, rgba8);
+  const auto going_on = std::ranges::count(stops, float(PixelStop::kGoingOn));
+  if (going_on == 0) return words;
+  return words + "; " + readable_percent(double(going_on) / double(stops.size())) + " going on";
+}
+
+void draw_tree(const RefinementTree& tree, const Grading& grading, std::span<const float> rgba,
+               int width, std::span<uint8_t> rgba8) {
+  // Over the displayed picture, where borders stand out alike against light and dark.
+  std::vector<float> shown(rgba.begin(), rgba.end());
+  grading.to_display(shown);
+  draw_leaf_borders(tree, shown, width);
+  for (size_t i = 0; i < shown.size(); ++i) rgba8[i] = i % 4 == 3 ? 255 : to_byte(shown[i]);
+}
+
+}  // namespace emberline

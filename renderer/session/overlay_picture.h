@@ -1,0 +1,38 @@
+// What lies over a session's picture, or stands in its place.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "renderer/charts/heatmap_quantity.h"
+#include "renderer/drivers/adaptive/refinement_tree.h"
+#include "renderer/film/film.h"
+#include "renderer/session/grading.h"
+#include "renderer/session/view_settings.h"
+
+namespace emberline {
+
+// The quantity that an overlay shows; null for those that are none.
+const HeatmapQuantity* overlay_quantity(ViewOverlay overlay);
+// The channel beside R G B A and `samples` that an overlay needs.
+std::optional<Aov> overlay_aov(ViewOverlay overlay);
+
+// Draws a quantity of a film's channels (names as film_channels() gives them, values interleaved)
+// as opaque 8-bit RGBA, without a legend. Returns the legend in words: what the colours run from
+// and to.
+std::string draw_overlay(const HeatmapQuantity& quantity, std::span<const std::string> names,
+                         std::span<const float> channels, const Rect& crop,
+                         const HeatmapStyle& style, std::span<uint8_t> rgba8);
+
+// The same of reasons alone, PixelStop values of each pixel of the crop, which may be those of a
+// frame that goes on: the words say how much of it does.
+std::string draw_stops(std::span<const float> stops, const Rect& crop, std::span<uint8_t> rgba8);
+
+// The picture as displayed, with the borders of the tree's leaves over it.
+void draw_tree(const RefinementTree& tree, const Grading& grading, std::span<const float> rgba,
+               int width, std::span<uint8_t> rgba8);
+
+}  // namespace emberline

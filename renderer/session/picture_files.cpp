@@ -1,0 +1,72 @@
+#include "renderer/session/picture_files.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "io/exr_file.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
+#include "renderer/output/heatmap_file.h"
+#include "renderer/output/report.h"
+#include "renderer/session/overlay_picture.h"
+
+namespace emberline {
+namespace {
+
+Rect crop_of(const FilmCopy& film) { return {0, 0, film.width, film.height}; }
+
+ExrHeader header_of(const FilmCopy& film) {
+  ExrHeader header;
+  header.width = film.width;
+  header.height = film.height;
+  header.data_window = crop_of(film);
+  for (const FilmChannel& channel : film_channels(film.aovs)) {
+    header.channels.push_back(
+        {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
+  }
+  header.attributes = settings_attributes(film.options);
+  return header;
+}
+
+}  // namespace
+
+void write_picture(const std::string& path, const FilmCopy& film, const DisplaySettings& display) {
+  if (lower_suffix(path) == ".exr") {
+    write_exr_file(path, header_of(film), film.channels);
+    return;
+  }
+  const size_t channels = film_channels(film.aovs).size(), pixels = film.channels.size() / channels;
+  std::vector<float> rgba(4 * pixels);
+  for (size_t i = 0; i < pixels; ++i) std::copy_n(&film.channels[channels * i], 4, &rgba[4 * i]);
+  DisplayImageWriter writer(path, crop_of(film), std::make_shared<DisplayTransform>(display),
+                            film.options.transparent && lower_suffix(path) == ".png");
+  writer.write_tile(crop_of(film), rgba);
+  writer.finish();
+}
+
+const HeatmapQuantity& heatmap_of(ViewOverlay overlay) {
+  const HeatmapQuantity* quantity = overlay_quantity(overlay);
+  if (!quantity) throw UsageError("this overlay is no heatmap; save the picture instead");
+  return *quantity;
+}
+
+void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay overlay) {
+  const HeatmapQuantity& quantity = heatmap_of(overlay);
+  const Rect crop = crop_of(film);
+  check_heatmap_format("heatmap", path, crop);
+  // Stop reasons are known without the channel, and while the frame goes on.
+  const bool reasons = quantity.reasons && !film.stops.empty();
+  const std::vector<std::string> names =
+      reasons ? std::vector<std::string>{"stop"} : film_channel_names(film.aovs);
+  const std::string missing = QuantityPlane::missing_channel(quantity, names);
+  if (!missing.empty()) {
+    throw RenderError(path + ": the frame was rendered without the channel " + missing +
+                      "; show that overlay, then save it");
+  }
+  HeatmapFile file({path, &quantity}, film.options.heatmap_style,
+                   {film.width, film.height, crop, settings_attributes(film.options)}, names);
+  file.write_tile(crop, reasons ? film.stops : film.channels);
+  file.finish();
+}
+
+}  // namespace emberline

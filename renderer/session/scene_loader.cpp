@@ -1,0 +1,96 @@
+#include "renderer/session/scene_loader.h"
+
+#include <new>
+#include <utility>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+
+SceneLoader::SceneLoader(std::function<void()> wake) : wake_(std::move(wake)) {}
+
+void SceneLoader::load(const RenderOptions& options) {
+  uint64_t number;
+  std::stop_token stop;
+  std::shared_ptr<LoadedScene> unseen;  // that nobody took; freed by the thread
+  {
+    const std::lock_guard lock(mutex_);
+    number = ++number_;
+    stop_.request_stop();
+    stop_ = {};
+    stop = stop_.get_token();
+    unseen = std::move(loaded_);
+    status_ = {LoadStatus::State::kLoading, options.scene, "waiting", 0.0, {}};
+  }
+  thread_.post([this, options, number, stop, unseen = std::move(unseen)]() mutable {
+    unseen.reset();
+    load_now(options, number, stop);
+  });
+}
+
+void SceneLoader::cancel() {
+  const std::lock_guard lock(mutex_);
+  if (status_.state != LoadStatus::State::kLoading) return;
+  ++number_;
+  stop_.request_stop();
+  status_.state = LoadStatus::State::kCancelled;
+}
+
+LoadStatus SceneLoader::poll(std::shared_ptr<LoadedScene>* arrived) {
+  const std::lock_guard lock(mutex_);
+  *arrived = std::move(loaded_);
+  return status_;
+}
+
+void SceneLoader::report(uint64_t number, const std::function<void(LoadStatus&)>& change) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (number != number_) return;
+    change(status_);
+  }
+  wake_();
+}
+
+void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::stop_token stop) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (number != number_) return;  // a newer one follows, or none is wanted
+  }
+  const auto fail = [&](const std::string& error) {
+    report(number, [&](LoadStatus& status) {
+      status.state = LoadStatus::State::kFailed;
+      status.error = error;
+    });
+  };
+  try {
+    // What is open stays until the new scene has come: that gets what is left.
+    LoadLimits limits = limits_of(options.limits, options.scene);
+    if (!memory_) memory_ = limits.memory;
+    limits.memory = memory_->rest();
+    LoadProgress progress(
+        [&](const std::string& stage, double fraction) {
+          report(number, [&](LoadStatus& status) {
+            status.stage = stage;
+            status.fraction = fraction;
+          });
+        },
+        std::move(stop), limits);
+    std::shared_ptr<LoadedScene> scene = load_for_view(options, progress);
+    scene->memory =
+        MemoryReservation(memory_, MemoryPart::kGeometry, limits.memory->took(), options.scene);
+    report(number, [&](LoadStatus& status) {
+      status.state = LoadStatus::State::kReady;
+      status.stage.clear();
+      status.fraction = 1.0;
+      loaded_ = std::move(scene);
+    });
+  } catch (const Cancelled&) {
+    // Whoever called it off has said so in the status.
+  } catch (const EmberlineError& error) {
+    fail(error.what());
+  } catch (const std::bad_alloc&) {
+    fail(options.scene + ": not enough memory to load it");
+  }
+}
+
+}  // namespace emberline

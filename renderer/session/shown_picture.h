@@ -1,0 +1,58 @@
+// What a RenderSession hands on: pictures, and what it knows of single pixels.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "renderer/core/rect.h"
+#include "renderer/core/vector.h"
+#include "renderer/frame/frame_observer.h"
+
+namespace emberline {
+
+// A picture, and what is known of it. Immutable once it is handed on.
+struct ShownPicture {
+  uint64_t edit = 0;    // the last edit that it shows: what RenderSession::edit() returned
+  uint64_t serial = 0;  // grows from picture to picture
+  int width = 0, height = 0;
+  // Two notions of complete. `filled`: all that is shown is of this edit, if partly neighbours'
+  // samples; else, while a region has its turn, the picture of before shows around it. `complete`:
+  // every pixel has a sample of its own; of buckets, all of its samples.
+  bool filled = false;
+  bool complete = false;
+  bool finished = false;          // nothing more will come
+  std::vector<uint8_t> rgba8;     // as displayed, overlay included; rows from the top
+  std::vector<float> rgba;        // linear Rec. 709, premultiplied; never an overlay
+  std::vector<Rect> in_progress;  // buckets under way
+  FrameProgress progress;
+  uint64_t samples = 0;        // of this frame so far
+  uint64_t rays = 0;           // likewise; of a bucket frame, when it has finished
+  double elapsed_s = 0.0;      // since the edit
+  double rendering_s = 0.0;    // of this frame, pauses left out: rays / rendering_s is the pace
+  std::string driver;          // which one is at work: of `live` and `bucket`, "bisection" first
+  std::string overlay_legend;  // what the colours run from and to: "1 to 64 samples per pixel"
+};
+
+// What the session knows of one pixel.
+struct PixelInspection {
+  int x = 0, y = 0;
+  uint64_t edit = 0;  // of the picture that it is of
+  Rgb radiance;       // with alpha: as in the newest picture
+  float alpha = 0.0f;
+  // The rest is of the frame's last pause, a moment before or after that picture. Until there was
+  // one since the pixel was asked for, `known` is false and nothing below counts.
+  bool known = false;
+  uint32_t samples = 0;
+  std::optional<Rgb> variance;  // of the mean, where the film has it: adaptive, or error overlay
+  uint32_t non_finite = 0;      // samples that counted as black
+  PixelStop stop = PixelStop::kNone;  // as far as it is known; kGoingOn where more may come
+  uint32_t id = 0;                    // 1 + instance; 0: background
+  std::string object;                 // its node, or its mesh
+  int material = -1;                  // into OpenScene::outline's materials; -1: nothing hit
+  Vec3d position = Vec3d(0.0);        // of the surface hit, world space
+  std::string explanation;            // AdaptiveDriver::explain; of the picked pixel alone
+};
+
+}  // namespace emberline

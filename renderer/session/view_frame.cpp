@@ -1,0 +1,468 @@
+#include "renderer/session/view_frame.h"
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/parallel.h"
+#include "renderer/film/light_group_sums.h"
+#include "renderer/session/overlay_picture.h"
+
+namespace emberline {
+namespace {
+
+// The first picture of an edit is shown as soon as one pixel in so many has its sample, which a
+// frame of 1280 x 720 reaches in 10 to 20 ms on two cores; of a slow scene after so many seconds,
+// with what there is then.
+constexpr double kFirstCoverage = 1.0 / 64;
+constexpr double kFirstPatience_s = 0.012;
+
+// Later ones follow no faster than the eye takes them in, and cost no more than a share of the
+// time: a good one while the artist is still looking for what the edit has done, then one that is
+// not felt: `render` with the same driver is at most 7 % faster.
+constexpr double kLeastInterval_s = 1.0 / 30;
+constexpr double kLively_s = 1.0;
+constexpr double kLivelyShare = 0.1;
+constexpr double kCalmShare = 0.01;
+
+// Samples that the region gets before the rest of the frame gets any.
+constexpr uint32_t kRegionSamples = 16;
+
+// Of the samples of a frame of buckets, what its first picture may cost, which is no part of them;
+// those that a threshold ends are taken to have the fewest that an estimator judges by.
+constexpr double kFirstPictureShare = 0.005;
+constexpr uint32_t kLeastJudged = 16;
+
+// Linear and graded, that the board keeps: the newest, one being drawn, one to compare with as it
+// was and as it is graded now.
+constexpr uint64_t kPictures = 4;
+
+Rect frame_of(const RenderOptions& options) { return {0, 0, options.width, options.height}; }
+
+Camera camera_of(const ViewOrder& order) {
+  const LoadedScene& scene = *order.scene;
+  const int width = order.settings.render.width, height = order.settings.render.height;
+  const Scene& built = scene.scene.scene();
+  return {edited_camera(order.edits, scene.edit_lists, scene.camera(width, height)),
+          width,
+          height,
+          built.origin(),
+          built.scale(),
+          built.farthest()};
+}
+
+double to_seconds(ViewClock::duration time) { return std::chrono::duration<double>(time).count(); }
+
+void put_channel(std::string_view name, std::span<const float> values, FilmCopy* copy) {
+  const std::vector<std::string> names = film_channel_names(copy->aovs);
+  const auto channel = size_t(std::ranges::find(names, name) - names.begin());
+  for (size_t i = 0; i < values.size(); ++i) {
+    copy->channels[names.size() * i + channel] = values[i];
+  }
+}
+
+}  // namespace
+
+ViewFrame::ViewFrame(ViewOrder order, const FrameTools& tools, PictureBoard& board,
+                     std::shared_ptr<StopRequest> stop, const std::atomic<ViewOverlay>& overlay,
+                     const std::atomic<bool>& hurry, Pause pause)
+    : order_(std::move(order)),
+      tools_(tools),
+      board_(board),
+      stop_(std::move(stop)),
+      overlay_(overlay),
+      hurry_(hurry),
+      pause_(std::move(pause)),
+      crop_(frame_of(order_.settings.render)),
+      camera_(camera_of(order_)),
+      memory_(order_.scene->memory.budget(), MemoryPart::kFilm) {}
+
+ViewFrame::~ViewFrame() = default;
+
+void ViewFrame::render(std::optional<Vec2i> explained) {
+  explained_ = explained;
+  reserve(crop_, kPictures * (4 * sizeof(float) + 4));
+  if (order_.settings.region) render_region();
+  const bool buckets = tools_.plan.driver->tiles;
+  if ((tools_.live || buckets) && stop_->cause() == PixelStop::kNone) {
+    render_stage(Stage::kFirst, first_, "bisection", crop_, 1);
+  }
+  if (stop_->cause() != PixelStop::kNone) return;
+  if (buckets) begin_buckets();
+  const FrameCounters counters = render_stage(Stage::kMain, main_, tools_.options.driver, crop_,
+                                              tools_.plan.samples_per_pixel);
+  if (!counters.stopped || stop_->cause() == PixelStop::kTimeLimit) finish(counters);
+}
+
+void ViewFrame::reserve(const Rect& pixels, uint64_t bytes_per_pixel) {
+  memory_.add(bytes_of(uint64_t(pixels.area()), bytes_per_pixel),
+              fmt::format("a frame of {}x{} pixels", crop_.width(), crop_.height()));
+}
+
+// A frame of its own, so that each of its pixels gets the samples that it would get anyway.
+void ViewFrame::render_region() {
+  const Rect region = order_.settings.region->intersect(crop_);
+  if (region.empty()) return;
+  render_stage(Stage::kRegion, region_, "bisection", region, kRegionSamples);
+}
+
+FrameCounters ViewFrame::render_stage(Stage stage, std::optional<FrameRender>& render,
+                                      const std::string& name, const Rect& crop,
+                                      uint32_t samples_per_pixel) {
+  const bool main = stage == Stage::kMain;
+  stage_ = stage;
+  stage_name_ = name;
+  DriverSettings settings = tools_.plan.driver_settings;
+  const bool in_frame = explained_ && crop.contains(explained_->x, explained_->y);
+  if (main && in_frame) settings.explained = explained_;
+  render.emplace(driver_factory(name, settings));
+  const uint64_t lights = groups_ ? LightGroupSums::bytes_per_pixel(groups_->list().size()) : 0;
+  if (const uint64_t film = render->bytes_per_pixel(tools_.plan.aovs)) reserve(crop, film + lights);
+  Frame frame = tools_.plan.frame(order_.scene->scene.scene(), camera_, groups_.get());
+  frame.crop = crop;
+  frame.samples_per_pixel = samples_per_pixel;
+  frame.exact_counts = !main || tools_.plan.even;
+  stage_end_ = std::stop_source();
+  const std::stop_callback with_the_frame(stop_->token(), [this] { stage_end_.request_stop(); });
+  return render->render(frame, *this, stage_end_.get_token());
+}
+
+// Buckets come over what the first picture shows.
+void ViewFrame::begin_buckets() {
+  const bool told =
+      !tools_.plan.even && RoundPlanner::knows_variances(tools_.plan.driver_settings.adaptive);
+  const FilmExtras extras{.sample_variance = told};
+  reserve(crop_, film_bytes_per_pixel(tools_.plan.aovs, extras) + 4 * sizeof(float) + 4);
+  std::vector<float> rgba(4 * size_t(crop_.area()));
+  resolve_whole(rgba);
+  readable_ = nullptr;
+  shown_render_ = nullptr;
+  first_.reset();
+  progress_ = {};
+  canvas_.emplace(crop_, tools_.plan.aovs, tools_.plan.driver_settings.adaptive.unbiased,
+                  std::move(rgba), extras);
+  readable_ = &*canvas_;
+  shown_at_s_ = -std::numeric_limits<double>::infinity();  // else it might be a bucket's time ago
+}
+
+// Buckets need no more of it than a picture that a hand can follow.
+bool ViewFrame::first_is_enough() const {
+  if (stage_ != Stage::kFirst || tools_.live || !shown_) return false;
+  const uint32_t samples = std::max(tools_.plan.samples_per_pixel, kLeastJudged);
+  return progress_.completion >= kFirstPictureShare * double(samples);
+}
+
+// Of buckets only they count: samples of the first picture are let go.
+bool ViewFrame::complete() const {
+  const bool counts = stage_ == Stage::kMain || (stage_ == Stage::kFirst && tools_.live);
+  return counts && progress_.completion >= 1.0;
+}
+
+void ViewFrame::finish(const FrameCounters& counters) {
+  if (counters.stopped && !canvas_) main_->end(stop_->cause());
+  finished_ = true;
+  if (!first_) {  // else the time was over before this driver had every pixel
+    progress_.samples = counters.samples;
+    progress_.rays = counters.rays.total();
+    progress_.error_estimate = main_->error_estimate();
+  }
+  show();
+}
+
+double ViewFrame::seconds() const { return to_seconds(ViewClock::now() - started_ - waited_); }
+
+void ViewFrame::picture_changed(const FrameProgress& progress, const FramePicture& picture) {
+  const bool as_good = stage_ != Stage::kMain || !first_ || progress.completion >= 1.0;
+  bool shown_now = false;
+  if (as_good) {
+    readable_ = &picture;
+    progress_ = progress;
+    shown_name_ = stage_name_;
+    shown_render_ = stage_ == Stage::kRegion  ? &*region_
+                    : stage_ == Stage::kFirst ? &*first_
+                                              : &*main_;
+    if (stage_ == Stage::kMain) first_.reset();
+    shown_now = due();
+    if (shown_now) show();
+  }
+  showable_ = as_good && (shown_ || !shown_now);
+  check_time_limit();
+  pause_(shown_now);
+  if (first_is_enough()) stage_end_.request_stop();
+}
+
+// What is asked here changes at pauses alone.
+bool ViewFrame::picture_wanted() const {
+  if (hurry_.load(std::memory_order_relaxed)) return true;
+  const double now = seconds();
+  return (showable_ && due_by_time(now)) || time_is_over(now);
+}
+
+std::optional<uint64_t> ViewFrame::picture_wanted_at() const {
+  if (shown_ || !showable_) return std::nullopt;
+  return uint64_t(std::ceil(kFirstCoverage * double(crop_.area())));
+}
+
+void ViewFrame::tile_begun(const Rect& pixels) {
+  const std::unique_lock lock = canvas_->lock();
+  canvas_->begin(pixels);
+  look_at_canvas();
+}
+
+void ViewFrame::tile_finished(const FilmTile& tile) {
+  const std::shared_ptr<const Grading> grading = board_.grading();
+  const std::unique_lock lock = canvas_->lock();
+  canvas_->finish(tile, grading);
+  look_at_canvas();
+}
+
+// Isolated: a thread that waits for help with the picture must not begin another bucket, and ask
+// for the canvas that it holds.
+void ViewFrame::look_at_canvas() {
+  tbb::this_task_arena::isolate([&] { canvas_changed(); });
+}
+
+void ViewFrame::canvas_changed() {
+  shown_name_ = stage_name_;
+  progress_.pass = 1;
+  progress_.samples = canvas_->samples();
+  progress_.completion = canvas_->completion();
+  const bool shown_now = stop_->cause() == PixelStop::kNone && due();  // else nobody waits for it
+  if (shown_now) show();
+  check_time_limit();
+  pause_(shown_now);
+}
+
+bool ViewFrame::time_is_over(double now_s) const {
+  const std::optional<double>& limit = tools_.options.time_limit_s;
+  return limit && stage_ == Stage::kMain && now_s >= *limit;
+}
+
+void ViewFrame::check_time_limit() {
+  if (time_is_over(seconds())) stop_->request(PixelStop::kTimeLimit);
+}
+
+bool ViewFrame::due() const {
+  if (!shown_ && progress_.completion >= kFirstCoverage) return true;
+  if (shown_ && complete() && !complete_shown_) return true;
+  return due_by_time(seconds());
+}
+
+bool ViewFrame::due_by_time(double now_s) const {
+  if (!shown_) return now_s >= kFirstPatience_s;
+  const double share = now_s < kLively_s ? kLivelyShare : kCalmShare;
+  return now_s >= shown_at_s_ + std::max(kLeastInterval_s, cost_s_ / share);
+}
+
+void ViewFrame::show_again() {
+  if (readable_) show();
+}
+
+void ViewFrame::set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix) {
+  groups_ = std::move(groups);
+  mix_ = std::move(mix);
+}
+
+void ViewFrame::relight(const Relighting& lights) {
+  order_.edit = lights.edit;
+  order_.posted = lights.posted;
+  mix_ = lights.mix;
+  show();
+}
+
+void ViewFrame::show() {
+  const ViewClock::time_point begun = ViewClock::now();
+  std::shared_ptr<const Grading> grading = board_.grading();
+  if (!grading) return;
+  const std::shared_ptr<ShownPicture> picture = board_.blank();
+  const size_t values = 4 * size_t(crop_.area());
+  picture->rgba.resize(values);
+  picture->rgba8.resize(values);
+  resolve_whole(picture->rgba);
+  picture->overlay_legend = draw(grading, picture->rgba, picture->rgba8);
+  picture->edit = order_.edit;
+  picture->width = crop_.width();
+  picture->height = crop_.height();
+  picture->complete = complete();
+  picture->filled = stage_ != Stage::kRegion;
+  picture->finished = finished_;
+  picture->in_progress.clear();
+  if (canvas_) picture->in_progress = canvas_->in_progress();
+  picture->progress = progress_;
+  picture->samples = progress_.samples;
+  picture->rays = progress_.rays;
+  picture->rendering_s = seconds();
+  picture->driver = shown_name_;
+  const ViewClock::time_point ended = ViewClock::now();
+  picture->elapsed_s = to_seconds(ended - order_.posted);
+  complete_shown_ = complete_shown_ || picture->complete;
+  board_.publish(picture, std::move(grading));
+  shown_ = true;
+  shown_at_s_ = seconds();
+  cost_s_ = to_seconds(ended - begun);
+}
+
+std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
+                            std::span<const float> rgba, std::span<uint8_t> rgba8) {
+  const ViewOverlay overlay = overlay_.load();
+  if (overlay == ViewOverlay::kStop) {
+    if (const std::vector<float> reasons = stops(); !reasons.empty()) {
+      return draw_stops(reasons, crop_, rgba8);
+    }
+  }
+  if (const HeatmapQuantity* quantity = overlay_quantity(overlay)) {
+    // A frame that lacks the channel is about to be replaced by one that has it.
+    if (!quantity->aov || tools_.plan.aovs.contains(*quantity->aov)) {
+      const FilmCopy film = copy();
+      const std::vector<std::string> names = film_channel_names(film.aovs);
+      return draw_overlay(*quantity, names, film.channels, crop_, tools_.options.heatmap_style,
+                          rgba8);
+    }
+  }
+  if (const AdaptiveDriver* adaptive = shown_adaptive();
+      overlay == ViewOverlay::kTree && adaptive && adaptive->tree()) {
+    draw_tree(*adaptive->tree(), *grading, rgba, crop_.width(), rgba8);
+    return "leaves of the refinement tree";
+  }
+  if (canvas_ && !region_ && !mix_) {
+    std::ranges::copy(canvas_->rgba8(grading), rgba8.begin());
+  } else {
+    grading->grade(rgba, crop_.width(), rgba8);
+  }
+  return {};
+}
+
+AdaptiveDriver* ViewFrame::shown_adaptive() const {
+  return shown_render_ ? dynamic_cast<AdaptiveDriver*>(shown_render_->driver()) : nullptr;
+}
+
+const FilmTile* ViewFrame::region_film() const {
+  return region_ && region_->picture() ? &region_->picture()->film() : nullptr;
+}
+
+const FilmTile& ViewFrame::film_of(int x, int y) const {
+  const FilmTile& film = readable_->film();
+  const FilmTile* region = region_film();
+  if (!region || !region->rect().contains(x, y)) return film;
+  const bool better =
+      !film.rect().contains(x, y) || region->sample_count(x, y) > film.sample_count(x, y);
+  return better ? *region : film;
+}
+
+void ViewFrame::resolve_whole(std::span<float> rgba) const {
+  if (stage_ != Stage::kRegion) {
+    readable_->resolve(rgba, mix_ ? &*mix_ : nullptr);
+  } else {
+    const std::shared_ptr<const ShownPicture> before = board_.picture();
+    const bool fits = before && before->width == crop_.width() && before->height == crop_.height();
+    if (fits) {
+      std::ranges::copy(before->rgba, rgba.begin());
+    } else {
+      std::ranges::fill(rgba, 0.0f);
+    }
+  }
+  const FilmTile* film = region_film();
+  if (!film) return;
+  const Rect& region = film->rect();
+  std::vector<float> inside(4 * size_t(region.area()));
+  region_->picture()->resolve(inside, mix_ ? &*mix_ : nullptr);
+  for (int y = region.y0; y < region.y1; ++y) {
+    for (int x = region.x0; x < region.x1; ++x) {
+      if (stage_ != Stage::kRegion && &film_of(x, y) != film) continue;
+      std::copy_n(&inside[4 * region.index_of(x, y)], 4, &rgba[4 * crop_.index_of(x, y)]);
+    }
+  }
+}
+
+// Only the last stage brings a pixel to its end.
+PixelStop ViewFrame::stop_at(int x, int y) const {
+  const bool last = canvas_ || (main_ && shown_render_ == &*main_);
+  const PixelStop stop = last ? readable_->stop_so_far(x, y) : PixelStop::kGoingOn;
+  if (!finished_ || stop != PixelStop::kGoingOn) return stop;
+  return film_of(x, y).sample_count(x, y) > 0 ? stop_->cause() : PixelStop::kNone;
+}
+
+std::vector<float> ViewFrame::stops() const {
+  if (canvas_ && !tools_.plan.aovs.contains(Aov::kStop)) return {};
+  const auto width = size_t(crop_.width());
+  std::vector<float> stops(size_t(crop_.area()));
+  parallel_each(size_t(crop_.height()), [&](size_t row) {
+    for (size_t i = row * width; i < (row + 1) * width; ++i) {
+      stops[i] = float(stop_at(crop_.x_of(i), crop_.y_of(i)));
+    }
+  });
+  return stops;
+}
+
+FilmCopy ViewFrame::copy() const {
+  FilmCopy result{crop_.width(), crop_.height(), tools_.plan.aovs, {}, stops(), tools_.options};
+  result.options.scene = order_.scene->open->outline.file;
+  result.options.driver = shown_name_;
+  const size_t count = film_channels(tools_.plan.aovs).size();
+  result.channels.resize(count * size_t(crop_.area()));
+  std::vector<float> values, rgba(4 * size_t(crop_.area()));
+  const auto put = [&](const FilmTile& film) {
+    film.resolve(values);
+    const Rect& rect = film.rect();
+    for (int y = rect.y0; y < rect.y1; ++y) {
+      for (int x = rect.x0; x < rect.x1; ++x) {
+        if (&film_of(x, y) != &film) continue;
+        std::copy_n(&values[count * rect.index_of(x, y)], count,
+                    &result.channels[count * crop_.index_of(x, y)]);
+      }
+    }
+  };
+  put(readable_->film());
+  if (const FilmTile* region = region_film()) put(*region);
+  if (tools_.plan.aovs.contains(Aov::kStop)) put_channel("stop", result.stops, &result);
+  if (canvas_) return result;  // where no bucket is, there is nothing of this frame to be shown
+  resolve_whole(rgba);
+  for (size_t i = 0; i < size_t(crop_.area()); ++i) {
+    std::copy_n(&rgba[4 * i], 4, &result.channels[count * i]);
+  }
+  return result;
+}
+
+PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
+  PixelInspection result;
+  result.x = x;
+  result.y = y;
+  result.edit = order_.edit;
+  if (!readable_) return result;
+  const FilmTile& film = film_of(x, y);
+  if (!film.rect().contains(x, y)) return result;
+  result.known = true;
+  result.samples = film.sample_count(x, y);
+  result.non_finite = film.non_finite(x, y);
+  result.variance = film.variance(x, y);
+  result.stop = stop_at(x, y);
+  if (AdaptiveDriver* adaptive = shown_adaptive();
+      explained && adaptive && &film == &readable_->film()) {
+    adaptive->follow(x, y);
+    result.explanation = adaptive->explain(film, x, y);
+  }
+
+  const Scene& scene = order_.scene->scene.scene();
+  const SceneDescription& outline = order_.scene->open->outline;
+  const Ray ray = camera_.ray({float(x) + 0.5f, float(y) + 0.5f});
+  SurfaceHit hit;
+  if (!scene.intersect(ray, 0, &hit)) return result;
+  SurfaceInteraction surface;
+  scene.interaction(hit, &surface);
+  result.id = hit.instance + 1;
+  const InstanceDescription& instance = outline.instances[hit.instance];
+  result.object =
+      instance.name.empty() ? outline.meshes[size_t(instance.mesh)].name : instance.name;
+  if (surface.material_index < outline.materials.size()) {
+    result.material = int(surface.material_index);
+  }
+  result.position = to_double(surface.position) / scene.scale() + scene.origin();
+  return result;
+}
+
+}  // namespace emberline

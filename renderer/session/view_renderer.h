@@ -1,0 +1,111 @@
+// The thread of a session that renders: takes the newest order, renders it until a newer one comes,
+// and does at its pauses what others want of the film.
+#pragma once
+
+#include <tbb/task_arena.h>
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "renderer/process/worker_threads.h"
+#include "renderer/session/polite_workers.h"
+#include "renderer/session/view_frame.h"
+
+namespace emberline {
+
+class ViewRenderer {
+ public:
+  explicit ViewRenderer(PictureBoard& board);
+  // Stops the frame and waits for that. What copies are still asked for get a RenderError.
+  ~ViewRenderer();
+  ViewRenderer(const ViewRenderer&) = delete;
+  ViewRenderer& operator=(const ViewRenderer&) = delete;
+
+  // Everything here may be called from any thread and waits for nothing but a lock.
+
+  // Replaces an order that has not begun. One in which only edits differ from the order before lets
+  // the frame under way show its first picture before it is ended, and does not end it where its
+  // light groups are enough.
+  void post(ViewOrder order, bool only_edits);
+  void set_paused(bool paused);
+  // Shows the newest state of the film, with this overlay.
+  void set_overlay(ViewOverlay overlay);
+  void show_again();
+
+  // The film as it stands, at the next pause of a frame of which there is something to be seen.
+  std::future<FilmCopy> copy();
+  // Two pixels that are looked at side by side. The picked one is explained as well.
+  enum class Look : uint8_t { kPointed, kPicked };
+  // From the next pause on, inspection() knows this pixel, and is brought up to date with each
+  // picture.
+  void inspect(Look look, std::optional<Vec2i> pixel);
+  std::optional<PixelInspection> inspection(Look look) const;
+
+  uint64_t bvh_builds() const { return bvh_builds_.load(); }
+
+ private:
+  struct LookedAt {
+    std::optional<Vec2i> pixel;
+    bool asked = false;
+    std::optional<PixelInspection> found;
+  };
+
+  void work();
+  std::optional<ViewOrder> next_order();
+  void render(ViewOrder order);
+  std::unique_ptr<FrameTools> tools_for(const ViewSettings& settings) const;
+  void set_threads(int wanted);
+  void read_environment(ViewOrder& order);
+  void pause(bool shown);
+  void serve(std::unique_lock<std::mutex>& lock);
+  bool wanted() const;  // by serve()
+  void ask_again();     // what is known of the pixels that are looked at
+  LookedAt& look_of(Look look) { return looks_[size_t(look)]; }
+  bool stands_still() const;
+  std::optional<LightMix> mix_of(const ViewOrder& order) const;
+  static std::shared_ptr<const LightGroups> dress(const ViewOrder& order, const FrameTools& tools);
+
+  PictureBoard& board_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable news_;
+  std::optional<ViewOrder> order_;
+  bool patient_ = false;
+  bool ending_ = false, paused_ = false;
+  std::shared_ptr<StopRequest> stop_;  // of the frame under way
+  bool frame_shown_ = false;           // it has shown a picture
+  bool show_again_ = false;
+  std::array<LookedAt, 2> looks_;  // by Look
+  std::vector<std::promise<FilmCopy>> copies_;
+  std::shared_ptr<const LightGroups> groups_;  // of the frame that there is
+  std::shared_ptr<LoadedScene> groups_scene_;
+  std::optional<Relighting> relighting_;
+  ViewClock::time_point relit_until_;  // the frame stands still: the hand is still at the slider
+
+  std::atomic<ViewOverlay> overlay_{ViewOverlay::kNone};
+  std::atomic<bool> hurry_{false};  // somebody waits for the next pause
+  std::atomic<uint64_t> bvh_builds_{0};
+
+  // The thread's own.
+  std::unique_ptr<FrameTools> tools_;
+  ViewSettings tools_settings_;  // that they were made for
+  std::unique_ptr<ViewFrame> frame_;
+  EnvironmentEdit environment_;  // the last one read from a file
+  MemoryReservation environment_memory_;
+  std::optional<WorkerThreads> workers_;
+  std::optional<tbb::task_arena> arena_;
+  std::optional<PoliteWorkers> polite_;
+  int threads_ = 0;  // that workers_ were asked for
+
+  std::thread thread_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,368 @@
+#include "renderer/study/study_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "renderer/statistics/study_summary.h"
+
+namespace emberline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+Json number(const std::optional<double>& value) { return value ? number(*value) : Json(); }
+
+double read_finite(const JsonReader& value) {
+  return value.number(-std::numeric_limits<double>::max(), std::numeric_limits<double>::max());
+}
+double read_number(const JsonReader& value) {
+  return value.null() ? std::numeric_limits<double>::quiet_NaN() : read_finite(value);
+}
+
+std::string csv_number(double value) {
+  return std::isfinite(value) ? fmt::format("{}", value) : std::string();
+}
+std::string csv_number(const std::optional<double>& value) {
+  return value ? csv_number(*value) : std::string();
+}
+
+// RFC 4180: in quotation marks where it must be.
+std::string csv_text(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+Json checkpoint_json(const StudyCheckpoint& c) {
+  Json json = {{"budget", c.budget},
+               {"samples", c.samples},
+               {"mean_samples", c.mean_samples},
+               {"wall_s", c.wall_s},
+               {"cpu_s", c.cpu_s}};
+  for (const StudyMetricEntry& metric : study_metric_table()) {
+    json[std::string(metric.name)] = number(c.error.*metric.value);
+  }
+  json["signed_bias"] = number(c.error.signed_bias);
+  json["estimate"] = number(c.estimate);
+  return json;
+}
+
+StudyCheckpoint read_checkpoint(const JsonReader& entry) {
+  StudyCheckpoint c;
+  c.budget = read_finite(entry["budget"]);
+  c.samples = entry["samples"].whole(0, std::numeric_limits<uint64_t>::max());
+  c.mean_samples = read_finite(entry["mean_samples"]);
+  c.wall_s = read_finite(entry["wall_s"]);
+  c.cpu_s = read_finite(entry["cpu_s"]);
+  for (const StudyMetricEntry& metric : study_metric_table()) {
+    c.error.*metric.value = read_number(entry[std::string(metric.name)]);
+  }
+  c.error.signed_bias = read_number(entry["signed_bias"]);
+  if (!entry["estimate"].null()) c.estimate = read_finite(entry["estimate"]);
+  return c;
+}
+
+Json run_object(const StudyRun& run) {
+  Json json = {{"seed", run.seed},
+               {"status", run.status == StudyRunStatus::kDone ? "done" : "failed"},
+               {"reason", run.reason},
+               {"non_finite_samples", run.non_finite_samples}};
+  json["checkpoints"] = Json::array();
+  for (const StudyCheckpoint& c : run.checkpoints) {
+    json["checkpoints"].push_back(checkpoint_json(c));
+  }
+  json["calibration"] = Json::array();
+  for (const CalibrationPoint& p : run.calibration) {
+    json["calibration"].push_back({{"mean_samples", p.mean_samples},
+                                   {"estimate", p.estimate},
+                                   {"true_rms", number(p.true_rms)}});
+  }
+  return json;
+}
+
+Json estimate_json(const std::optional<Estimate>& e) {
+  if (!e) return nullptr;
+  return {{"value", number(e->value)},
+          {"low", number(e->low)},
+          {"high", number(e->high)},
+          {"runs", e->runs}};
+}
+
+std::optional<Estimate> ratio_of(const std::optional<Speedup>& speedup) {
+  if (!speedup) return std::nullopt;
+  return speedup->ratio;
+}
+
+constexpr std::pair<const char*, StudyAxis> kAxes[] = {
+    {"samples", StudyAxis::kSamples}, {"wall", StudyAxis::kWall}, {"cpu", StudyAxis::kCpu}};
+
+Json metric_summary(const StudyResults& r, size_t method, StudyMetric metric) {
+  Json json;
+  json["curve"] = Json::array();
+  for (const CurvePoint& point : study_curve(r, method, metric)) {
+    json["curve"].push_back({{"budget", point.budget},
+                             {"mean_samples", point.mean_samples},
+                             {"wall_s", point.wall_s},
+                             {"cpu_s", point.cpu_s},
+                             {"error", estimate_json(point.error)}});
+  }
+  for (const auto& [name, axis] : kAxes) {
+    json["slope"][name] = estimate_json(error_slope(r, method, metric, axis));
+    Json& speedups = json["equal_error_speedup"][name] = Json::array();
+    Json& ratios = json["equal_position_error_ratio"][name] = Json::array();
+    for (size_t b = 0; b < r.settings.budgets.size(); ++b) {
+      const std::optional<Speedup> speedup = equal_error_speedup(r, method, metric, axis, b);
+      Json entry = estimate_json(ratio_of(speedup));
+      if (speedup) entry["extrapolated"] = speedup->extrapolated;
+      speedups.push_back(entry);
+      ratios.push_back(estimate_json(equal_position_error_ratio(r, method, metric, axis, b)));
+    }
+  }
+  json["neyman_fraction"] = Json::array();
+  for (size_t b = 0; b < r.settings.budgets.size(); ++b) {
+    json["neyman_fraction"].push_back(estimate_json(neyman_fraction(r, method, metric, b)));
+  }
+  return json;
+}
+
+Json method_summary(const StudyResults& r, size_t method) {
+  Json json = {{"method", r.methods[method].name}};
+  const FailureCount failed = failures(r, method);
+  json["failed_runs"] = failed.runs;
+  json["reason"] = failed.reason;
+  json["signed_bias"] = json["overhead"] = Json::array();
+  for (size_t b = 0; b < r.settings.budgets.size(); ++b) {
+    json["signed_bias"].push_back(estimate_json(signed_bias(r, method, b)));
+    json["overhead"].push_back(estimate_json(overhead(r, method, b)));
+  }
+  json["calibration"] = Json::array();
+  for (const CalibrationGroup& group : calibration(r, method)) {
+    json["calibration"].push_back(
+        {{"mean_samples", group.mean_samples}, {"ratio", estimate_json(group.ratio)}});
+  }
+  for (const StudyMetricEntry& metric : study_metric_table()) {
+    json["metrics"][std::string(metric.name)] = metric_summary(r, method, metric.metric);
+  }
+  return json;
+}
+
+Json pairs_json(const std::vector<std::pair<std::string, std::string>>& pairs) {
+  Json json = Json::object();
+  for (const auto& [key, value] : pairs) json[key] = value;
+  return json;
+}
+
+Json settings_json(const StudySettings& s) {
+  return {{"scene", s.scene},
+          {"command", s.command_line},
+          {"size", {s.width, s.height}},
+          {"frame", pairs_json(s.frame)},
+          {"budgets_in", s.by_time ? "seconds" : "samples per pixel"},
+          {"budgets", s.budgets},
+          {"first_seed", s.first_seed},
+          {"seeds", s.seeds},
+          {"threads", s.threads},
+          {"baseline", s.baseline}};
+}
+
+Json reference_json(const StudyReference& r) {
+  return {{"file", r.file},
+          {"driver", r.driver},
+          {"sampler", r.sampler},
+          {"samples_per_pixel", r.samples_per_pixel},
+          {"seeds", r.seeds},
+          {"two_halves", r.two_halves},
+          {"noise",
+           {{"mse", number(r.noise_mse)},
+            {"relmse", number(r.noise_rel_mse)},
+            {"display_mse", number(r.noise_display_mse)},
+            {"bias", number(r.noise_bias)}}},
+          {"relmse_epsilon", number(r.rel_mse_epsilon)},
+          {"exr", r.exr},
+          {"png", r.png}};
+}
+
+Json methods_json(const StudyResults& results) {
+  Json list = Json::array();
+  for (const StudyMethod& m : results.methods) {
+    list.push_back({{"name", m.name},
+                    {"driver", m.driver},
+                    {"estimator", m.estimator},
+                    {"allocation", m.allocation},
+                    {"unbiased", m.unbiased},
+                    {"sampler", m.sampler},
+                    {"pictures",
+                     {{"exr", m.pictures.exr},
+                      {"png", m.pictures.png},
+                      {"flip", m.pictures.flip_png},
+                      {"seed", m.pictures.seed},
+                      {"mean_samples", m.pictures.mean_samples},
+                      {"wall_s", m.pictures.wall_s}}}});
+  }
+  return list;
+}
+
+std::string dumped(const Json& json) {
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+// "1.23", "1.23 [1.1, 1.4]" or "-".
+std::string text_of(const std::optional<Estimate>& e) {
+  if (!e) return "-";
+  std::string text = fmt::format("{:.3g}", e->value);
+  if (e->low && e->high) text += fmt::format(" [{:.3g}, {:.3g}]", *e->low, *e->high);
+  return text;
+}
+
+using Rows = std::vector<std::vector<std::string>>;
+
+// Columns as wide as their widest cell.
+std::string aligned(const Rows& rows) {
+  std::vector<size_t> widths(rows.front().size(), 0);
+  for (const auto& row : rows) {
+    for (size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    for (size_t c = 0; c < row.size(); ++c) {
+      const bool last = c + 1 == row.size();
+      text += last ? row[c] + "\n" : fmt::format("{:<{}}", row[c], widths[c] + 2);
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string study_csv(const StudyResults& results) {
+  std::string text =
+      "method,driver,estimator,allocation,unbiased,sampler,seed,status,reason,budget,samples,"
+      "mean_samples";
+  const auto out = std::back_inserter(text);
+  for (const StudyMetricEntry& metric : study_metric_table()) {
+    fmt::format_to(out, ",{}", metric.name);
+  }
+  text += ",signed_bias,estimate,wall_s,cpu_s\n";
+  for (const StudyRun& run : results.runs) {
+    const StudyMethod& m = results.methods[run.method];
+    const bool failed = run.status == StudyRunStatus::kFailed;
+    const std::string start =
+        fmt::format("{},{},{},{},{},{},{},{},{}", csv_text(m.name), m.driver, m.estimator,
+                    m.allocation, m.unbiased ? "yes" : "no", m.sampler, run.seed,
+                    failed ? "failed" : "done", csv_text(run.reason));
+    if (failed) text += start + std::string(study_metric_table().size() + 7, ',') + "\n";
+    for (const StudyCheckpoint& c : run.checkpoints) {
+      fmt::format_to(out, "{},{},{},{}", start, c.budget, c.samples, c.mean_samples);
+      for (const StudyMetricEntry& metric : study_metric_table()) {
+        fmt::format_to(out, ",{}", csv_number(c.error.*metric.value));
+      }
+      fmt::format_to(out, ",{},{},{},{}\n", csv_number(c.error.signed_bias), csv_number(c.estimate),
+                     c.wall_s, c.cpu_s);
+    }
+  }
+  return text;
+}
+
+std::string study_json(const StudyResults& results) {
+  Json json;
+  json["settings"] = settings_json(results.settings);
+  json["complete"] = results.complete;
+  json["reference"] = reference_json(results.reference);
+  json["neyman_limits"] = nullptr;
+  if (results.limits) {
+    json["neyman_limits"] = {{"mse", results.limits->mse},
+                             {"relmse", results.limits->rel_mse},
+                             {"display_mse", results.limits->display}};
+  }
+  json["methods"] = methods_json(results);
+  json["runs"] = Json::array();
+  for (const StudyRun& run : results.runs) {
+    Json object = {{"method", results.methods[run.method].name}};
+    object.update(run_object(run));
+    json["runs"].push_back(object);
+  }
+  json["summary"] = Json::array();
+  for (size_t m = 0; m < results.methods.size(); ++m) {
+    json["summary"].push_back(method_summary(results, m));
+  }
+  json["versions"] = pairs_json(results.settings.versions);
+  return dumped(json);
+}
+
+std::string study_table(const StudyResults& r) {
+  const StudySettings& s = r.settings;
+  if (s.budgets.empty()) return "";
+  std::string text = fmt::format(
+      "at {} {}, 95 % intervals over {} seed{}; speedup at equal error in processor time, against "
+      "{}\n\n",
+      s.budgets.back(), s.by_time ? "seconds" : "samples per pixel", s.seeds,
+      s.seeds == 1 ? "" : "s", s.baseline);
+  Rows rows = {{"method", "mse", "relmse", "speedup by mse", "speedup by relmse", "bias %"}};
+  std::string failed_runs;
+  const size_t last = s.budgets.size() - 1;
+  for (size_t m = 0; m < r.methods.size(); ++m) {
+    const auto error = [&](StudyMetric metric) -> std::optional<Estimate> {
+      const std::vector<CurvePoint> curve = study_curve(r, m, metric);
+      if (curve.empty() || curve.back().budget != s.budgets[last]) return std::nullopt;
+      return curve.back().error;
+    };
+    const auto speedup = [&](StudyMetric metric) {
+      return text_of(ratio_of(equal_error_speedup(r, m, metric, StudyAxis::kCpu, last)));
+    };
+    const FailureCount failed = failures(r, m);
+    if (failed.runs > 0 && !error(StudyMetric::kMse)) {
+      rows.push_back({r.methods[m].name, "failed"});
+    }
+    if (failed.runs > 0) {
+      failed_runs += fmt::format("{}: {} run{} failed: {}\n", r.methods[m].name, failed.runs,
+                                 failed.runs == 1 ? "" : "s", failed.reason);
+    }
+    if (!error(StudyMetric::kMse)) continue;
+    std::optional<Estimate> bias = signed_bias(r, m, last);
+    if (bias) {
+      bias->value *= 100;
+      if (bias->low) *bias->low *= 100;
+      if (bias->high) *bias->high *= 100;
+    }
+    rows.push_back({r.methods[m].name, text_of(error(StudyMetric::kMse)),
+                    text_of(error(StudyMetric::kRelMse)), speedup(StudyMetric::kMse),
+                    speedup(StudyMetric::kRelMse), text_of(bias)});
+  }
+  return text + aligned(rows) + (failed_runs.empty() ? "" : "\n" + failed_runs);
+}
+
+std::string run_json(const StudyRun& run, std::string_view key) {
+  Json json = {{"key", key}};
+  json.update(run_object(run));
+  return dumped(json);
+}
+
+StudyRun parse_run(const JsonReader& root, std::string_view key) {
+  if (root["key"].text() != key) root["key"].expected("the key of this study");
+  StudyRun run;
+  run.seed = uint32_t(root["seed"].whole(0, std::numeric_limits<uint32_t>::max()));
+  if (root["status"].text() != "done") root["status"].expected("\"done\"");
+  run.reason = root["reason"].text();
+  run.non_finite_samples =
+      root["non_finite_samples"].whole(0, std::numeric_limits<uint64_t>::max());
+  const JsonReader checkpoints = root["checkpoints"], calibration = root["calibration"];
+  if (checkpoints.size() == 0) checkpoints.expected("at least one checkpoint");
+  for (size_t i = 0; i < checkpoints.size(); ++i) {
+    run.checkpoints.push_back(read_checkpoint(checkpoints[i]));
+  }
+  for (size_t i = 0; i < calibration.size(); ++i) {
+    const JsonReader point = calibration[i];
+    run.calibration.push_back({read_finite(point["mean_samples"]), read_finite(point["estimate"]),
+                               read_number(point["true_rms"])});
+  }
+  return run;
+}
+
+}  // namespace emberline

@@ -1,0 +1,294 @@
+#include "renderer/study/study_page_pictures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <filesystem>
+#include <optional>
+
+#include "io/image_input.h"
+#include "io/input_file.h"
+#include "renderer/charts/heatmap_quantity.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/readable.h"
+#include "renderer/process/run_limits.h"
+#include "renderer/statistics/study_summary.h"
+
+namespace emberline {
+namespace {
+
+// What a page shows of a picture at most; larger ones are averaged down.
+constexpr int kMostPixels = 1280;
+// Side by side at most, and the width of the page that they share.
+constexpr int kInARow = 4, kPageWidth = 1300;
+
+struct MethodPictures {
+  std::string name, caption;
+  std::optional<ByteImage> picture, flip;
+  std::optional<Plane> samples;
+};
+
+// Where a study has its pictures, of so many pixels each.
+struct PictureFolder {
+  std::string path;
+  int64_t pixels;
+
+  std::string file(const std::string& name) const {
+    return (std::filesystem::path(path) / name).string();
+  }
+};
+
+// Three channels of 8 bits; nothing if there is no such file, or nothing that can be read in it.
+std::optional<ByteImage> read_picture(const PictureFolder& folder, const std::string& name) {
+  if (name.empty()) return std::nullopt;
+  try {
+    const std::string path = folder.file(name);
+    const LoadProgress bounded({}, {}, limits_of_own_picture(folder.pixels));
+    const InputFile encoded(path);
+    const MemoryReservation bytes(bounded.budget(), MemoryPart::kFile, encoded.size(), path);
+    const auto file = decode_image(encoded.read_all(), path, false, bounded).image;
+    if (file->type != TexelType::kUint8 || file->channels < 3) return std::nullopt;
+    ByteImage image{.width = file->width, .height = file->height, .values = {}};
+    const auto channels = size_t(file->channels);
+    for (size_t i = 0; i < file->texels.size(); i += channels) {
+      for (size_t c = 0; c < 3; ++c) image.values.push_back(uint8_t(file->texels[i + c]));
+    }
+    return image;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+std::optional<Plane> read_samples(const PictureFolder& folder, const std::string& name) {
+  if (name.empty()) return std::nullopt;
+  try {
+    const FloatImage file = read_float_image(
+        folder.file(name), LoadProgress({}, {}, limits_of_own_picture(folder.pixels)));
+    const int channel = file.find_channel("samples");
+    if (channel < 0) return std::nullopt;
+    Plane plane{file.width, file.height, {}};
+    for (size_t i = size_t(channel); i < file.values.size(); i += size_t(file.channels())) {
+      plane.values.push_back(file.values[i]);
+    }
+    return plane;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+MethodPictures read_method(const StudyResults& results, size_t m, const PictureFolder& folder) {
+  const StudyMethod& method = results.methods[m];
+  const StudyMethod::Pictures& p = method.pictures;
+  std::string caption = fmt::format("{}: {} samples a pixel in {}", method.name,
+                                    readable_number(p.mean_samples, 4), readable_seconds(p.wall_s));
+  const StudyRun* run = find_run(results, m, p.seed);
+  if (run && !run->checkpoints.empty()) {
+    const StudyError& error = run->checkpoints.back().error;
+    caption += fmt::format("; FLIP {}, relmse {}", readable_number(error.flip),
+                           readable_number(error.rel_mse));
+  }
+  return {method.name, std::move(caption), read_picture(folder, p.png),
+          read_picture(folder, p.flip_png), read_samples(folder, p.exr)};
+}
+
+// Small pictures leave room for more in a row.
+int in_a_row(int width) { return std::clamp(kPageWidth / std::max(1, width), 2, kInARow); }
+
+ByteImage reduced(const ByteImage& image) {
+  const int factor = (std::max(image.width, image.height) + kMostPixels - 1) / kMostPixels;
+  if (factor <= 1) return image;
+  ByteImage small{.width = (image.width + factor - 1) / factor,
+                  .height = (image.height + factor - 1) / factor,
+                  .values = {}};
+  const Rect whole{0, 0, image.width, image.height};
+  for (int y = 0; y < whole.y1; y += factor) {
+    for (int x = 0; x < whole.x1; x += factor) {
+      const Rect square = Rect{x, y, x + factor, y + factor}.intersect(whole);
+      for (size_t c = 0; c < 3; ++c) {
+        uint32_t sum = 0;
+        for (size_t i = 0; i < size_t(square.area()); ++i) {
+          sum += image.values[3 * whole.index_of(square.x_of(i), square.y_of(i)) + c];
+        }
+        small.values.push_back(uint8_t(sum / uint32_t(square.area())));
+      }
+    }
+  }
+  return small;
+}
+
+PageFigure figure(const ByteImage& image, const char* format, const std::string& caption,
+                  bool magnified = false) {
+  return {picture_markup(encode_image(image, format, "the study's picture"),
+                         fmt::format("image/{}", format), image.width, image.height, caption,
+                         magnified),
+          caption};
+}
+
+ByteImage cut_out(const ByteImage& image, const Rect& part) {
+  ByteImage cut{.width = part.width(), .height = part.height(), .values = {}};
+  const Rect whole{0, 0, image.width, image.height};
+  for (int y = part.y0; y < part.y1; ++y) {
+    const auto first = image.values.begin() + std::ptrdiff_t(3 * whole.index_of(part.x0, y));
+    cut.values.insert(cut.values.end(), first, first + std::ptrdiff_t(3 * part.width()));
+  }
+  return cut;
+}
+
+bool same_size(const ByteImage& a, const ByteImage& b) {
+  return a.width == b.width && a.height == b.height;
+}
+
+// Where the baseline (or else the first method that has a picture) is worst.
+std::vector<Rect> choose_crops(const StudyResults& results,
+                               const std::vector<MethodPictures>& methods,
+                               const ByteImage& reference) {
+  const auto usable = [&](size_t m) {
+    return methods[m].picture && same_size(*methods[m].picture, reference);
+  };
+  size_t chosen = baseline_method(results).value_or(0);
+  for (size_t m = 0; m < methods.size() && !usable(chosen); ++m) chosen = m;
+  if (chosen >= methods.size() || !usable(chosen)) return {};
+  const int side = std::clamp(std::min(reference.width, reference.height) / 6, 8, 96);
+  return most_different_squares(*methods[chosen].picture, reference, side, 3);
+}
+
+void add_crops(HtmlPage& page, const StudyResults& results,
+               const std::vector<MethodPictures>& methods, const ByteImage& reference) {
+  const std::vector<Rect> crops = choose_crops(results, methods, reference);
+  if (crops.empty()) return;
+  page.heading("Crops, where the baseline is furthest from the reference");
+  for (const Rect& crop : crops) {
+    std::vector<PageFigure> row = {
+        figure(cut_out(reference, crop), "png",
+               fmt::format("reference, {},{} to {},{}", crop.x0, crop.y0, crop.x1, crop.y1), true)};
+    for (const MethodPictures& m : methods) {
+      if (!m.picture || !same_size(*m.picture, reference)) continue;
+      row.push_back(figure(cut_out(*m.picture, crop), "png", m.name, true));
+    }
+    page.figures(row, kInARow);
+  }
+}
+
+void add_flip_maps(HtmlPage& page, const std::vector<MethodPictures>& methods, int width) {
+  std::vector<PageFigure> figures;
+  for (const MethodPictures& m : methods) {
+    if (m.flip) figures.push_back(figure(reduced(*m.flip), "jpeg", m.name));
+  }
+  if (figures.empty()) return;
+  page.heading("FLIP against the reference");
+  page.paragraph(
+      "The difference that an observer sees who flips between picture and reference: black is "
+      "none, bright is much (0 to 1).");
+  page.figures(figures, in_a_row(width));
+}
+
+// All on one scale, so that they can be compared.
+void add_heatmaps(HtmlPage& page, const std::vector<MethodPictures>& methods, int width) {
+  HeatmapStyle style;
+  style.range = ValueRange{0, 0};
+  for (const MethodPictures& m : methods) {
+    if (!m.samples) continue;
+    style.range->most = std::max(style.range->most, automatic_range(*m.samples, false).most);
+  }
+  if (!(style.range->most > 0)) return;
+  page.heading("Where the samples went");
+  std::vector<PageFigure> figures;
+  for (const MethodPictures& m : methods) {
+    if (!m.samples) continue;
+    BytePicture drawn = draw_quantity(find_heatmap_quantity("samples"), *m.samples, style);
+    figures.push_back(
+        figure({.width = drawn.width, .height = drawn.height, .values = std::move(drawn.rgb)},
+               "png", m.name));
+  }
+  page.figures(figures, in_a_row(width));
+}
+
+// Running sums over rows and columns: the sum of any rectangle from four of them (Crow 1984,
+// "Summed-Area Tables for Texture Mapping").
+class SquaredDifferences {
+ public:
+  SquaredDifferences(const ByteImage& a, const ByteImage& b) : stride_(size_t(a.width) + 1) {
+    sums_.assign(stride_ * (size_t(a.height) + 1), 0);
+    for (size_t y = 0; y < size_t(a.height); ++y) {
+      for (size_t x = 0; x < size_t(a.width); ++x) {
+        uint64_t square = 0;
+        for (size_t c = 0; c < 3; ++c) {
+          const size_t i = 3 * (y * size_t(a.width) + x) + c;
+          const int d = int(a.values[i]) - int(b.values[i]);
+          square += uint64_t(d * d);
+        }
+        sums_[(y + 1) * stride_ + x + 1] = square + sums_[y * stride_ + x + 1] +
+                                           sums_[(y + 1) * stride_ + x] - sums_[y * stride_ + x];
+      }
+    }
+  }
+  uint64_t over(const Rect& r) const {
+    return at(r.x1, r.y1) - at(r.x0, r.y1) - at(r.x1, r.y0) + at(r.x0, r.y0);
+  }
+
+ private:
+  uint64_t at(int x, int y) const { return sums_[size_t(y) * stride_ + size_t(x)]; }
+  size_t stride_;
+  std::vector<uint64_t> sums_;
+};
+
+}  // namespace
+
+std::vector<Rect> most_different_squares(const ByteImage& picture, const ByteImage& reference,
+                                         int side, size_t count) {
+  assert(same_size(picture, reference) && picture.channels == 3 && reference.channels == 3);
+  const SquaredDifferences differences(picture, reference);
+  struct Candidate {
+    uint64_t difference;
+    Rect square;
+  };
+  std::vector<Candidate> candidates;
+  const int step = std::max(1, side / 4);
+  for (int y = 0; y + side <= picture.height; y += step) {
+    for (int x = 0; x + side <= picture.width; x += step) {
+      const Rect square{x, y, x + side, y + side};
+      candidates.push_back({differences.over(square), square});
+    }
+  }
+  std::ranges::stable_sort(candidates, std::greater<>(), &Candidate::difference);
+  std::vector<Rect> chosen;
+  for (const Candidate& candidate : candidates) {
+    if (chosen.size() == count) break;
+    const bool overlaps = std::ranges::any_of(
+        chosen, [&](const Rect& other) { return !candidate.square.intersect(other).empty(); });
+    if (!overlaps) chosen.push_back(candidate.square);
+  }
+  return chosen;
+}
+
+void add_study_pictures(HtmlPage& page, const StudyResults& results, const std::string& path) {
+  const PictureFolder folder{path, int64_t(results.settings.width) * results.settings.height};
+  std::vector<MethodPictures> methods;
+  for (size_t m = 0; m < results.methods.size(); ++m) {
+    methods.push_back(read_method(results, m, folder));
+  }
+  const std::optional<ByteImage> reference = read_picture(folder, results.reference.png);
+
+  std::vector<PageFigure> figures;
+  if (reference) figures.push_back(figure(reduced(*reference), "jpeg", "reference"));
+  for (const MethodPictures& m : methods) {
+    if (m.picture) figures.push_back(figure(reduced(*m.picture), "jpeg", m.caption));
+  }
+  if (figures.empty()) return;
+  page.section(results.settings.by_time ? "Pictures at equal time" : "Pictures at equal samples");
+  if (!results.settings.budgets.empty()) {
+    page.paragraph(fmt::format(
+        "The first seed's pictures at the largest budget, {}.",
+        results.settings.by_time
+            ? fmt::format("{} of rendering", readable_seconds(results.settings.budgets.back()))
+            : fmt::format("{} samples per pixel",
+                          readable_number(results.settings.budgets.back(), 6))));
+  }
+  page.figures(figures, in_a_row(results.settings.width));
+  if (reference) add_crops(page, results, methods, *reference);
+  add_flip_maps(page, methods, results.settings.width);
+  add_heatmaps(page, methods, results.settings.width);
+}
+
+}  // namespace emberline

@@ -1,0 +1,42 @@
+// The pictures of a study, for people to compare.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "io/display.h"
+#include "io/exr_writer.h"
+#include "renderer/statistics/reference_error.h"
+#include "renderer/study/study_folder.h"
+#include "renderer/study/study_renderer.h"
+
+namespace emberline {
+
+class StudyPictures {
+ public:
+  // `frame` says how large frame and crop are.
+  StudyPictures(const StudyFolder& folder, const RenderOptions& frame, const Rect& crop);
+
+  static constexpr const char* kReferenceExr = "pictures/reference.exr";
+  static constexpr const char* kReferencePng = "pictures/reference.png";
+  // The names of a method's files, by its id. Whether they are there is another question.
+  static StudyMethod::Pictures names(const std::string& id);
+  bool exist(const std::string& id) const;
+
+  // Writes the EXR (R G B A samples), the PNG and the FLIP picture. Throws RenderError.
+  void write(const std::string& id, const StudyPicture& picture,
+             const ReferencePicture& reference) const;
+  // Writes the mean of the halves, and names the files in `out`.
+  void write_reference(const ReferencePicture& reference, StudyReference* out) const;
+
+ private:
+  void write_png(const std::string& name, std::vector<float> rgba) const;
+  ExrHeader header() const;
+
+  const StudyFolder& folder_;
+  RenderOptions frame_;
+  Rect crop_;
+  std::shared_ptr<const DisplayTransform> transform_;
+};
+
+}  // namespace emberline

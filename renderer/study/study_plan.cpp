@@ -1,0 +1,222 @@
+#include "renderer/study/study_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <string_view>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/hash.h"
+#include "renderer/core/names.h"
+#include "renderer/core/option_values.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/drivers/frame_plan.h"
+
+namespace emberline {
+namespace {
+
+constexpr std::string_view kDefaultBudgets = "1,2,4,8,16,32,64";
+// Of rendering, as --time-limit has it.
+constexpr double kLeastSeconds = 0.001, kMostSeconds = 1e9;
+
+std::vector<std::string> split(std::string_view text, char separator) {
+  std::vector<std::string> parts;
+  while (true) {
+    const size_t end = text.find(separator);
+    parts.emplace_back(text.substr(0, end));
+    if (end == std::string_view::npos) return parts;
+    text.remove_prefix(end + 1);
+  }
+}
+
+void refuse_repeated(const std::vector<std::string>& names, const std::string& option) {
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (std::count(names.begin(), names.end(), names[i]) > 1) {
+      throw UsageError(option + ": '" + names[i] + "' is listed twice");
+    }
+  }
+}
+
+template <typename Table>
+std::vector<std::string> parse_names(const std::string& list, const char* option, const char* kind,
+                                     const Table& table) {
+  const std::vector<std::string> names = split(list, ',');
+  for (const std::string& name : names) find_named(table, option, kind, name);
+  refuse_repeated(names, option);
+  return names;
+}
+
+struct EstimatorChoice {
+  std::string name, allocation;
+  bool unbiased = false;
+  std::string text;  // as given
+};
+
+EstimatorChoice parse_estimator(const std::string& text) {
+  std::vector<std::string> parts = split(text, '/');
+  EstimatorChoice choice;
+  choice.text = text;
+  choice.name = find_named(estimator_table(), "--estimators", "estimator", parts[0]).name;
+  parts.erase(parts.begin());
+  if (!parts.empty() && parts.back() == "unbiased") {
+    choice.unbiased = true;
+    parts.pop_back();
+  }
+  if (!parts.empty()) {
+    choice.allocation =
+        find_named(error_metric_table(), "--estimators", "allocation", parts[0]).name;
+    parts.erase(parts.begin());
+  }
+  if (!parts.empty()) {
+    throw UsageError("--estimators: '" + text + "' is not ESTIMATOR[/ALLOCATION][/unbiased]");
+  }
+  return choice;
+}
+
+std::vector<double> parse_budgets(const std::string& list, bool by_time) {
+  const char* option = by_time ? "--seconds" : "--spp";
+  std::vector<double> budgets;
+  for (const std::string& text : split(list, ',')) {
+    const std::optional<double> value =
+        by_time ? parse_real(text) : std::optional<double>(parse_number<uint32_t>(text));
+    const double least = by_time ? kLeastSeconds : 1, most = by_time ? kMostSeconds : kMaxSamples;
+    if (!value || *value < least || *value > most) {
+      throw UsageError(fmt::format("{}: '{}' is not a {} from {} to {}", option, text,
+                                   by_time ? "number" : "whole number", least, most));
+    }
+    if (!budgets.empty() && *value <= budgets.back()) {
+      throw UsageError(fmt::format("{}: budgets must ascend, and {} stands behind {}", option, text,
+                                   budgets.back()));
+    }
+    budgets.push_back(*value);
+  }
+  return budgets;
+}
+
+bool is_fixed_count(const std::string& sampler) {
+  return find_named(sampler_table(), "--samplers", "sampler", sampler).counts != SampleCounts::kAny;
+}
+
+// Why the method cannot be rendered at one of the budgets; empty if it can.
+std::string why_impossible(const PlannedMethod& method, const StudyPlan& plan) {
+  try {
+    for (const double budget : plan.budgets) {
+      const auto samples = plan.by_time ? uint32_t(64) : uint32_t(budget);
+      RenderOptions options = frame_options(method, samples, 0);
+      options.spp = samples;  // not rounded
+      FramePlan{options};
+    }
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+PlannedMethod plan_method(const StudyOptions& options, const std::string& driver,
+                          const EstimatorChoice* estimator, const std::string& sampler,
+                          bool several_samplers) {
+  PlannedMethod planned;
+  StudyMethod& m = planned.method;
+  m.driver = m.name = driver;
+  m.sampler = sampler;
+  RenderOptions& o = planned.options;
+  o = options.frame;
+  o.driver = driver;
+  o.sampler = sampler;
+  planned.id = driver;
+  if (estimator) {
+    m.name += "/" + estimator->text;
+    m.estimator = o.estimator = estimator->name;
+    o.allocation = estimator->allocation;
+    if (find_estimator(m.estimator).batch == 0) {
+      m.allocation = o.allocation.empty() ? "display" : o.allocation;
+    }
+    m.unbiased = o.unbiased = estimator->unbiased;
+    planned.id += "-" + m.estimator + (m.allocation.empty() ? "" : "-" + m.allocation) +
+                  (m.unbiased ? "-unbiased" : "");
+  }
+  if (several_samplers) m.name += "/" + sampler;
+  planned.id += "-" + sampler;
+  planned.separate = options.separate || is_fixed_count(sampler) ||
+                     find_named(driver_table(), "--drivers", "driver", driver).tiles;
+  return planned;
+}
+
+// Another one than those that are studied, so that a fault of theirs is not in the truth too.
+std::string reference_sampler(const std::vector<std::string>& studied) {
+  for (const char* name : {"independent", "sobol"}) {
+    if (std::ranges::find(studied, name) == studied.end()) return name;
+  }
+  return "independent";
+}
+
+}  // namespace
+
+std::vector<std::string> parse_samplers(const std::string& list) {
+  return parse_names(list, "--samplers", "sampler", sampler_table());
+}
+
+std::vector<size_t> study_order(size_t methods, uint32_t seed) {
+  std::vector<size_t> order(methods);
+  for (size_t i = 0; i < methods; ++i) order[i] = i;
+  for (size_t i = methods; i > 1; --i) {  // Fisher-Yates
+    std::swap(order[i - 1], order[hash_combine64(seed, i) % i]);
+  }
+  return order;
+}
+
+RenderOptions frame_options(const PlannedMethod& method, uint32_t samples, uint32_t seed) {
+  RenderOptions options = method.options;
+  const auto& sampler = find_named(sampler_table(), "--samplers", "sampler", method.method.sampler);
+  options.spp = sampler.counts == SampleCounts::kPowerOfTwo ? std::bit_floor(samples) : samples;
+  options.seed = seed;
+  return options;
+}
+
+StudyPlan plan_study(const StudyOptions& options) {
+  StudyPlan plan;
+  const std::vector<std::string> drivers =
+      parse_names(options.drivers, "--drivers", "driver", driver_table());
+  const std::vector<std::string> samplers = parse_samplers(options.samplers.value_or("sobol"));
+  std::vector<EstimatorChoice> estimators;
+  const std::vector<std::string> estimator_texts = split(options.estimators, ',');
+  for (const std::string& text : estimator_texts) estimators.push_back(parse_estimator(text));
+  refuse_repeated(estimator_texts, "--estimators");
+  if (options.spp && options.seconds) {
+    throw UsageError("--seconds: budgets are samples or seconds; give --spp or --seconds");
+  }
+  plan.by_time = options.seconds.has_value();
+  plan.budgets = parse_budgets(
+      plan.by_time ? *options.seconds : options.spp.value_or(std::string(kDefaultBudgets)),
+      plan.by_time);
+
+  for (const std::string& sampler : samplers) {
+    for (const std::string& driver : drivers) {
+      const bool several = samplers.size() > 1;
+      if (find_driver(driver).sharing != Sharing::kByError) {
+        plan.methods.push_back(plan_method(options, driver, nullptr, sampler, several));
+        continue;
+      }
+      for (const EstimatorChoice& estimator : estimators) {
+        plan.methods.push_back(plan_method(options, driver, &estimator, sampler, several));
+      }
+    }
+  }
+  std::vector<std::string_view> names;
+  bool possible = false;
+  for (PlannedMethod& method : plan.methods) {
+    method.impossible = why_impossible(method, plan);
+    possible = possible || method.impossible.empty();
+    names.push_back(method.method.name);
+  }
+  if (!possible) throw UsageError("no method is possible: " + plan.methods[0].impossible);
+  plan.baseline = options.baseline.empty() ? std::string(names[0]) : options.baseline;
+  if (std::ranges::find(names, plan.baseline) == names.end()) {
+    throw UsageError("--baseline: " + unknown_name_message("method", plan.baseline, names));
+  }
+  plan.reference_sampler = reference_sampler(samplers);
+  return plan;
+}
+
+}  // namespace emberline

@@ -1,0 +1,158 @@
+#include "renderer/study/study_reference.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "io/atomic_file.h"
+#include "io/exr_file.h"
+#include "io/fingerprint.h"
+#include "io/image_input.h"
+#include "io/input_file.h"
+#include "io/json_input.h"
+#include "io/json_reader.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/process/run_limits.h"
+
+namespace emberline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// R G B A samples variance.R variance.G variance.B time
+constexpr size_t kChannels = 9, kVariance = 5, kTime = 8;
+
+constexpr const char* kAttribute = "emberline:study_reference";
+
+std::string base_name(const ReferenceRequest& request) {
+  return "reference_" + hexadecimal(fingerprint(request.key));
+}
+std::string base_path(const ReferenceRequest& request) {
+  return (std::filesystem::path(request.folder) / base_name(request)).string();
+}
+
+// The checksum in the note beside the pixels. Throws InputError for a note that is damaged or of
+// another frame.
+std::string noted_checksum(const ReferenceRequest& request) {
+  const std::string file = base_path(request) + ".json";
+  const nlohmann::json json = read_json(file);
+  const JsonReader note(json, file);
+  if (note["key"].text() != request.key) note["key"].expected("the key of this frame");
+  return note["checksum"].text();
+}
+
+// Whether the header of a picture names it as a half.
+bool has_attribute(const std::string& path) {
+  constexpr size_t kHeader = 65536;
+  const InputFile file(path);
+  std::string text(std::min<uint64_t>(kHeader, file.size()), '\0');
+  file.read(0, text.size(), text.data());
+  return text.find(kAttribute) != std::string::npos;
+}
+
+std::optional<ReferenceHalf> read_channels(const std::string& path, const Rect& crop) {
+  const FloatImage image =
+      read_float_image(path, LoadProgress({}, {}, limits_of_own_picture(crop.area())));
+  if (image.width != crop.width() || image.height != crop.height()) return std::nullopt;
+  const std::vector<FilmChannel> channels = film_channels(study_reference_aovs());
+  ReferenceHalf half(size_t(crop.area()) * kChannels);
+  for (size_t c = 0; c < kChannels; ++c) {
+    const int source = image.find_channel(channels[c].name);
+    if (source < 0) return std::nullopt;
+    for (size_t i = 0; i < size_t(crop.area()); ++i) {
+      half[i * kChannels + c] = image.values[i * size_t(image.channels()) + size_t(source)];
+    }
+  }
+  return half;
+}
+
+}  // namespace
+
+std::vector<std::string> reference_files(const ReferenceRequest& request) {
+  return {base_name(request) + ".exr", base_name(request) + ".json"};
+}
+
+void check_cached_files(const ReferenceRequest& request) {
+  const std::string picture = base_path(request) + ".exr", note = base_path(request) + ".json";
+  const bool ours = [&] {
+    try {
+      return has_attribute(picture);
+    } catch (const InputError&) {
+      // The note alone may be left.
+    }
+    try {
+      return !noted_checksum(request).empty();
+    } catch (const InputError&) {
+      return false;
+    }
+  }();
+  for (const std::string& file : {picture, note}) {
+    std::error_code unknown;
+    const std::filesystem::file_status status = std::filesystem::symlink_status(file, unknown);
+    if (!std::filesystem::exists(status)) continue;
+    if (ours && std::filesystem::is_regular_file(status)) continue;
+    throw UsageError("--cache " + file + ": is no reference of a study, and would be replaced; " +
+                     "move it away or name another folder");
+  }
+}
+
+AovSet study_reference_aovs() { return AovSet::parse("variance,time"); }
+
+std::optional<ReferenceHalf> read_reference_half(const ReferenceRequest& request,
+                                                 const Rect& crop) {
+  const std::string path = base_path(request) + ".exr";
+  if (!file_identity(path)) return std::nullopt;
+  try {
+    const std::string checksum = noted_checksum(request);
+    std::optional<ReferenceHalf> half = read_channels(path, crop);
+    if (half && hexadecimal(fingerprint(*half)) == checksum) return half;
+    log_info(path + ": damaged, or of another frame; it is rendered anew");
+  } catch (const InputError& error) {
+    log_info(std::string(error.what()) + "; " + path + " is rendered anew");
+  }
+  return std::nullopt;
+}
+
+std::optional<ReferenceHalf> render_reference_half(const StudyRenderer& renderer,
+                                                   const ReferenceRequest& request,
+                                                   const std::stop_token& stop) {
+  std::optional<StudyPicture> picture =
+      renderer.render(request.options, study_reference_aovs(), stop);
+  if (!picture) return std::nullopt;
+  ExrHeader header;
+  header.width = request.options.width;
+  header.height = request.options.height;
+  header.data_window = renderer.crop();
+  for (const FilmChannel& channel : film_channels(study_reference_aovs())) {
+    header.channels.push_back({channel.name});
+  }
+  header.attributes = {{kAttribute, request.key}};
+  // The note last: pixels without one are not believed.
+  const std::string base = base_path(request);
+  write_exr_file(base + ".exr", header, picture->values);
+  const Json note = {{"key", request.key}, {"checksum", hexadecimal(fingerprint(picture->values))}};
+  write_file_atomically(base + ".json", note.dump(1) + "\n");
+  return std::move(picture->values);
+}
+
+RgbImage reference_picture(const ReferenceHalf& half, const Rect& crop) {
+  return to_rgb_image(half, kChannels, crop);
+}
+
+NeymanLimits reference_limits(const std::array<ReferenceHalf, 2>& halves, uint32_t samples,
+                              const ReferencePicture& reference) {
+  const size_t pixels = halves[0].size() / kChannels;
+  std::vector<float> variance(3 * pixels), seconds(pixels);
+  const auto n = float(samples);
+  for (size_t i = 0; i < pixels; ++i) {
+    const float *a = &halves[0][i * kChannels], *b = &halves[1][i * kChannels];
+    for (size_t c = 0; c < 3; ++c) {
+      variance[3 * i + c] = 0.5f * n * (a[kVariance + c] + b[kVariance + c]);
+    }
+    seconds[i] = std::min(a[kTime], b[kTime]) / n;
+  }
+  return neyman_limits(variance, seconds, reference.mean(), reference.epsilon());
+}
+
+}  // namespace emberline

@@ -1,0 +1,230 @@
+#include "renderer/study/study_renderer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "renderer/core/log.h"
+#include "renderer/drivers/frame_plan.h"
+#include "renderer/frame/frame_render.h"
+#include "renderer/frame/frame_scene.h"
+#include "renderer/output/report.h"
+#include "renderer/process/render_clock.h"
+
+namespace emberline {
+
+RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect& crop) {
+  RgbImage image{crop.width(), crop.height(), {}};
+  image.rgb.reserve(values.size() / channels * 3);
+  for (size_t i = 0; i < values.size(); i += channels) {
+    image.rgb.insert(image.rgb.end(), &values[i], &values[i] + 3);
+  }
+  return image;
+}
+
+namespace {
+
+void warn_of_non_finite(const RenderOptions& o, const FrameCounters& counters) {
+  if (counters.non_finite_samples == 0) return;
+  log_warning(fmt::format(
+      "{} samples were NaN or infinite and count as black; the first is replayed by render with "
+      "--driver {}{} --sampler {} --seed {} --replay {}",
+      counters.non_finite_samples, o.driver,
+      o.estimator.empty() ? "" : " --estimator " + o.estimator, o.sampler, o.seed,
+      replay_words(counters.located.front(), o.seed)));
+}
+
+// Keeps the delivered tiles' channels.
+class TileKeeper : public FrameObserver {
+ public:
+  TileKeeper(const Rect& crop, const AovSet& aovs, const std::function<void(uint64_t)>& on_samples)
+      : crop_(crop), channels_(film_channels(aovs).size()), on_samples_(on_samples) {
+    values_.resize(size_t(crop.area()) * channels_);
+  }
+  void tile_finished(const FilmTile& tile) override {
+    std::vector<float> pixels;
+    tile.resolve(pixels);
+    const Rect& r = tile.rect();
+    const size_t row = size_t(r.width()) * channels_;
+    const std::lock_guard lock(mutex_);
+    for (int y = r.y0; y < r.y1; ++y) {
+      std::copy_n(&pixels[size_t(y - r.y0) * row], row,
+                  &values_[crop_.index_of(r.x0, y) * channels_]);
+    }
+  }
+  void samples_finished(uint64_t count) override {
+    if (on_samples_) on_samples_(count);
+  }
+  std::vector<float> take_values() { return std::move(values_); }
+
+ protected:
+  const Rect crop_;
+
+ private:
+  const size_t channels_;
+  const std::function<void(uint64_t)>& on_samples_;
+  std::vector<float> values_;
+  std::mutex mutex_;
+};
+
+// Copies the picture where a budget is spent, and where a round ends.
+class ProgressiveKeeper final : public TileKeeper {
+ public:
+  // With `uniform` sampling there are no rounds of which an error could be claimed.
+  ProgressiveKeeper(const Rect& crop, std::span<const double> budgets, bool by_time, bool uniform,
+                    const std::function<void(uint64_t)>& on_samples)
+      : TileKeeper(crop, {}, on_samples), budgets_(budgets), by_time_(by_time), uniform_(uniform) {}
+
+  void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
+    const double wall = clock.seconds(), cpu = clock.cpu_seconds();
+    clock.leave_out([&] {
+      claim(now);
+      keep(now, picture, wall, cpu);
+      if (now.pass_finished && !uniform_) {
+        round_ = {now.samples, 0, to_rgb_image(rgba(picture), 4, crop_)};
+      }
+      last_estimate_ = now.error_estimate;
+    });
+    if (pictures.size() == budgets_.size()) spent.request_stop();
+  }
+
+  bool picture_wanted() const override {
+    return by_time_ && pictures.size() < here() && clock.seconds() >= budgets_[pictures.size()];
+  }
+  std::optional<uint64_t> picture_wanted_at() const override {
+    if (by_time_ || pictures.size() >= here()) return std::nullopt;
+    return uint64_t(std::ceil(budgets_[pictures.size()] * double(crop_.area())));
+  }
+
+  // The claim about the last round, which a driver makes when it plans the next.
+  void claim(const FrameProgress& now) {
+    if (!round_ || !now.error_estimate || now.error_estimate == last_estimate_) return;
+    round_->estimate = *now.error_estimate;
+    claims.push_back(std::move(*round_));
+    round_.reset();
+  }
+
+  RenderClock clock;
+  std::vector<StudyPicture> pictures;
+  std::vector<ClaimedError> claims;
+  std::stop_source spent;
+
+ private:
+  // How many pictures are kept here; the last may be the finished frame's, which
+  // render_progressive() keeps.
+  size_t here() const { return by_time_ && uniform_ ? budgets_.size() : budgets_.size() - 1; }
+
+  void keep(const FrameProgress& now, const FramePicture& picture, double wall, double cpu) {
+    while (pictures.size() < here()) {
+      const double budget = budgets_[pictures.size()];
+      const double spent_so_far = by_time_ ? wall : double(now.samples) / double(crop_.area());
+      if (spent_so_far < budget) return;
+      pictures.push_back({budget, now.samples, wall, cpu, std::nullopt, with_counts(picture)});
+    }
+  }
+  std::vector<float> rgba(const FramePicture& picture) const {
+    std::vector<float> values(4 * size_t(crop_.area()));
+    picture.resolve(values);
+    return values;
+  }
+  std::vector<float> with_counts(const FramePicture& picture) const {
+    const std::vector<float> colours = rgba(picture);
+    std::vector<float> values;
+    values.reserve(colours.size() / 4 * 5);
+    for (size_t i = 0; i < colours.size() / 4; ++i) {
+      values.insert(values.end(), &colours[4 * i], &colours[4 * i] + 4);
+      values.push_back(float(picture.film().sample_count(crop_.x_of(i), crop_.y_of(i))));
+    }
+    return values;
+  }
+
+  const std::span<const double> budgets_;
+  const bool by_time_;
+  const bool uniform_;
+  std::optional<ClaimedError> round_;  // of which nothing has been claimed yet
+  std::optional<double> last_estimate_;
+};
+
+FrameRender render_of(const FramePlan& plan) {
+  return FrameRender(driver_factory(plan.driver->name, plan.driver_settings));
+}
+
+}  // namespace
+
+StudyRenderer::StudyRenderer(const RenderOptions& frame, const LoadLimits& limits,
+                             FileRegister& files)
+    : crop_(crop_of(frame)) {
+  const SceneBuildOptions build = FramePlan(frame).build;
+  LoadProgress progress({}, {}, limits);
+  SceneDescription description = load_scene(frame, progress, false);
+  files.read(description.files, "the scene reads");
+  const CameraDescription camera = choose_camera(frame, description);
+  scene_ = build_scene(std::move(description), build, progress);
+  camera_ = create_camera(frame, camera, *scene_);
+}
+
+uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets) const {
+  const uint64_t floats = film_channels({}).size() + budgets * kStudyPictureChannels;
+  return bytes_of(pixels(),
+                  render_of(FramePlan(options)).bytes_per_pixel({}) + floats * sizeof(float));
+}
+
+std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, const AovSet& aovs,
+                                                  const std::stop_token& stop) const {
+  FramePlan plan(options);
+  plan.aovs = aovs;
+  FrameRender frame_render = render_of(plan);
+  TileKeeper keeper(crop_, aovs, on_samples_);
+  StudyPicture picture;
+  const RenderClock clock;
+  const FrameCounters counters = frame_render.render(plan.frame(*scene_, camera_), keeper, stop);
+  picture.wall_s = clock.seconds();
+  picture.cpu_s = clock.cpu_seconds();
+  if (counters.stopped) return std::nullopt;
+  warn_of_non_finite(options, counters);
+  picture.non_finite_samples = counters.non_finite_samples;
+  frame_render.deliver(keeper);
+  picture.samples = counters.samples;
+  picture.estimate = frame_render.error_estimate();
+  picture.values = keeper.take_values();
+  return picture;
+}
+
+ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
+                                                   std::span<const double> budgets, bool by_time,
+                                                   const std::stop_token& stop) const {
+  FramePlan plan(options);
+  plan.aovs = {};
+  FrameRender frame_render = render_of(plan);
+  ProgressiveKeeper keeper(crop_, budgets, by_time, plan.even, on_samples_);
+  const std::stop_callback pass_on(stop, [&] { keeper.spent.request_stop(); });
+  keeper.clock = RenderClock();
+  const FrameCounters counters =
+      frame_render.render(plan.frame(*scene_, camera_), keeper, keeper.spent.get_token());
+  const double wall = keeper.clock.seconds(), cpu = keeper.clock.cpu_seconds();
+  ProgressiveFrame result;
+  result.stopped = stop.stop_requested();
+  if (result.stopped) return result;
+  warn_of_non_finite(options, counters);
+  result.non_finite_samples = counters.non_finite_samples;
+  result.pictures = std::move(keeper.pictures);
+  result.claims = std::move(keeper.claims);
+  if (!counters.stopped) {
+    frame_render.deliver(keeper);
+    const std::optional<double> estimate = frame_render.error_estimate();
+    const std::vector<float> values = keeper.take_values();
+    while (result.pictures.size() < budgets.size()) {
+      result.pictures.push_back(
+          {budgets[result.pictures.size()], counters.samples, wall, cpu, estimate, values});
+    }
+    if (estimate) {
+      result.claims.push_back(
+          {counters.samples, *estimate, to_rgb_image(values, film_channels({}).size(), crop_)});
+    }
+  }
+  return result;
+}
+
+}  // namespace emberline

@@ -1,0 +1,127 @@
+#include "renderer/window/edit_entries.h"
+
+#include <algorithm>
+
+namespace emberline {
+namespace {
+
+// Whether `target` means entry `index` of the list: scene_edits.h has the rule.
+template <class Named>
+bool means(const EditTarget& target, const std::vector<Named>& list, int index) {
+  if (target.name.empty()) return target.index == index;
+  const auto named = [&](int i) {
+    return i >= 0 && size_t(i) < list.size() && list[size_t(i)].name == target.name;
+  };
+  if (named(target.index)) return target.index == index;
+  const auto has_name = [&](const Named& entry) { return entry.name == target.name; };
+  return named(index) && std::ranges::count_if(list, has_name) == 1;
+}
+
+bool means(const LightEdit& edit, const SceneDescription& outline, EditedLight kind, int index) {
+  if (edit.kind != kind) return false;
+  switch (kind) {
+    case EditedLight::kPunctual:
+      return means(edit.target, outline.lights, index);
+    case EditedLight::kMaterial:
+      return means(edit.target, outline.materials, index);
+    case EditedLight::kEnvironment:
+      return true;
+  }
+  return false;
+}
+
+template <class Named>
+EditTarget target_of(const std::vector<Named>& list, int index) {
+  EditTarget target;
+  target.index = index;
+  if (index >= 0 && size_t(index) < list.size()) target.name = list[size_t(index)].name;
+  return target;
+}
+
+template <class Edit, class Same>
+void replace(std::vector<Edit>& list, const Edit& edit, bool changes, const Same& same) {
+  const auto found = std::ranges::find_if(list, same);
+  if (found == list.end()) {
+    if (changes) list.push_back(edit);
+  } else if (changes) {
+    *found = edit;
+  } else {
+    list.erase(found);
+  }
+}
+
+const char* type_name(PunctualType type) {
+  switch (type) {
+    case PunctualType::kPoint:
+      return "point";
+    case PunctualType::kSpot:
+      return "spot";
+    case PunctualType::kDirectional:
+      return "sun";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string shown_name(const std::string& name, const char* what, int index) {
+  return name.empty() ? std::string(what) + " " + std::to_string(index) : name;
+}
+
+std::vector<ListedLight> list_lights(const SceneDescription& outline, const SceneEdits& edits) {
+  std::vector<ListedLight> lights;
+  for (int i = 0; i < int(outline.lights.size()); ++i) {
+    const PunctualLightDescription& light = outline.lights[size_t(i)];
+    lights.push_back(
+        {EditedLight::kPunctual, i, shown_name(light.name, "light", i), type_name(light.type)});
+  }
+  for (int i = 0; i < int(outline.materials.size()); ++i) {
+    const MaterialDescription& material = outline.materials[size_t(i)];
+    const MaterialEdit edit = material_edit(edits, outline, i);
+    if (is_black(edit.emission.value_or(material.emission))) continue;
+    lights.push_back(
+        {EditedLight::kMaterial, i, shown_name(material.name, "material", i), "surface"});
+  }
+  if (outline.environment || edits.environment.image) {
+    lights.push_back({EditedLight::kEnvironment, 0, "Environment", "environment"});
+  }
+  return lights;
+}
+
+LightEdit light_edit(const SceneEdits& edits, const SceneDescription& outline, EditedLight kind,
+                     int index) {
+  LightEdit edit;
+  for (const LightEdit& entry : edits.lights) {
+    if (means(entry, outline, kind, index)) edit = entry;
+  }
+  edit.kind = kind;
+  if (kind == EditedLight::kPunctual) edit.target = target_of(outline.lights, index);
+  if (kind == EditedLight::kMaterial) edit.target = target_of(outline.materials, index);
+  return edit;
+}
+
+MaterialEdit material_edit(const SceneEdits& edits, const SceneDescription& outline, int material) {
+  MaterialEdit edit;
+  for (const MaterialEdit& entry : edits.materials) {
+    if (means(entry.target, outline.materials, material)) edit = entry;
+  }
+  edit.target = target_of(outline.materials, material);
+  return edit;
+}
+
+void put(SceneEdits& edits, const SceneDescription& outline, const LightEdit& edit) {
+  const bool changes = edit.intensity != 1.0f || edit.color != Rgb(1.0f) || !edit.on;
+  replace(edits.lights, edit, changes, [&](const LightEdit& entry) {
+    return means(entry, outline, edit.kind, edit.target.index);
+  });
+}
+
+void put(SceneEdits& edits, const SceneDescription& outline, const MaterialEdit& edit) {
+  MaterialEdit nothing;
+  nothing.target = edit.target;
+  replace(edits.materials, edit, !(edit == nothing), [&](const MaterialEdit& entry) {
+    return means(entry.target, outline.materials, edit.target.index);
+  });
+}
+
+}  // namespace emberline

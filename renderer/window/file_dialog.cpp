@@ -1,0 +1,136 @@
+#include "renderer/window/file_dialog.h"
+
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "renderer/core/file_suffix.h"
+#include "renderer/window/theme.h"
+
+namespace emberline {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  return text;
+}
+
+}  // namespace
+
+FileDialog::FileDialog(const char* title, const char* verb, Purpose purpose,
+                       std::vector<std::string> suffixes)
+    : title_(title), verb_(verb), purpose_(purpose), suffixes_(std::move(suffixes)) {}
+
+void FileDialog::open(const std::string& path) {
+  std::error_code failed;
+  fs::path whole = fs::absolute(path.empty() ? "." : path, failed).lexically_normal();
+  name_.clear();
+  replaced_.clear();
+  if (!fs::is_directory(whole, failed)) {
+    name_ = whole.filename().string();
+    whole = whole.parent_path();
+  }
+  enter(whole.string());
+  opening_ = true;
+  ++openings_;
+}
+
+void FileDialog::enter(const std::string& folder) {
+  folder_ = folder;
+  entries_.clear();
+  std::error_code failed;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, failed)) {
+    std::error_code unknown;
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with('.')) continue;
+    if (entry.is_directory(unknown)) {
+      entries_.push_back({name, true});
+    } else if (std::ranges::find(suffixes_, lower_suffix(name)) != suffixes_.end()) {
+      entries_.push_back({name, false});
+    }
+  }
+  std::ranges::sort(entries_, [](const Entry& a, const Entry& b) {
+    return a.folder != b.folder ? a.folder : lower(a.name) < lower(b.name);
+  });
+}
+
+bool FileDialog::agreed(const std::string& path) {
+  std::error_code unknown;
+  if (purpose_ == Purpose::kRead || path == replaced_ || !fs::exists(path, unknown)) return true;
+  replaced_ = path;
+  asked_ = true;
+  return false;
+}
+
+void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
+  const bool appears = std::exchange(opening_, false);
+  const bool cancelled = std::exchange(cancelled_, false);
+  has_keyboard_ = false;
+  if (appears) ImGui::OpenPopup(title_);
+  const float em = ImGui::GetFontSize();
+  const ImVec2 screen = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0.5f * screen.x, 0.5f * screen.y}, ImGuiCond_Appearing, {0.5f, 0.5f});
+  ImGui::SetNextWindowSize(
+      {std::min(38.0f * em, 0.9f * screen.x), std::min(28.0f * em, 0.9f * screen.y)},
+      ImGuiCond_Appearing);
+  if (!ImGui::BeginPopupModal(title_, nullptr, ImGuiWindowFlags_NoSavedSettings)) return;
+
+  std::string next;
+  bool done = false;
+  if (ImGui::Button("Up")) next = fs::path(folder_).parent_path().string();
+  ImGui::SameLine();
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextColored(quiet_colour(), "%s", folder_.c_str());
+  if (ImGui::BeginListBox("##files", {-FLT_MIN, -2.6f * ImGui::GetFrameHeight()})) {
+    for (const Entry& entry : entries_) {
+      const std::string label = entry.folder ? entry.name + "/" : entry.name;
+      if (ImGui::Selectable(
+              label.c_str(), entry.name == name_,
+              ImGuiSelectableFlags_AllowDoubleClick | ImGuiSelectableFlags_DontClosePopups)) {
+        if (entry.folder) {
+          next = (fs::path(folder_) / entry.name).string();
+        } else {
+          name_ = entry.name;
+          done = ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left);
+        }
+      }
+    }
+    ImGui::EndListBox();
+  }
+  std::error_code failed;
+  fs::path whole = fs::path(folder_) / name_;  // an absolute name replaces the folder
+  const bool asking = !replaced_.empty() && whole == replaced_;
+  const float buttons = 13.0f * em;
+  ImGui::SetNextItemWidth(-buttons);
+  if (appears || std::exchange(asked_, false)) ImGui::SetKeyboardFocusHere();
+  ImGui::PushID(openings_);  // another field each time, so that its text is selected
+  done |= ImGui::InputText("##name", &name_, ImGuiInputTextFlags_EnterReturnsTrue);
+  has_keyboard_ = ImGui::IsItemActive();
+  ImGui::PopID();
+  ImGui::SameLine();
+  done |= ImGui::Button(asking ? "Replace" : verb_, {6.0f * em, 0.0f});
+  ImGui::SameLine();
+  if (ImGui::Button("Cancel", {6.0f * em, 0.0f}) || cancelled) ImGui::CloseCurrentPopup();
+  if (asking) ImGui::TextColored(warning_colour(), "A file of that name is there.");
+  whole = fs::path(folder_) / name_;
+  if (done && !name_.empty() && fs::is_directory(whole, failed)) {
+    next = whole.string();
+    done = false;
+  }
+  if (done && !name_.empty() && agreed(whole.string())) {
+    chosen(whole.string());
+    ImGui::CloseCurrentPopup();
+  }
+  if (!next.empty()) {
+    enter(next);
+    name_.clear();
+  }
+  ImGui::EndPopup();
+}
+
+}  // namespace emberline

@@ -1,0 +1,42 @@
+#include "renderer/window/histogram.h"
+
+#include <algorithm>
+
+namespace emberline {
+namespace {
+
+constexpr double kPause_s = 0.2;
+// Of a larger picture every n-th pixel: shares to a tenth of a percent.
+constexpr size_t kMostPixels = 300000;
+
+}  // namespace
+
+void Histogram::update(const std::shared_ptr<const ShownPicture>& picture, double now_s) {
+  if (picture == counted_ || now_s < counted_s_ + kPause_s) return;
+  counted_ = picture;
+  counted_s_ = now_s;
+  counts_ = {};
+  const size_t pixels = picture->rgba8.size() / 4;
+  // Odd, so that it walks over all columns of a frame whose width is a power of two.
+  const size_t stride = (pixels / kMostPixels) | 1;
+  size_t black = 0, clipped = 0, counted = 0;
+  for (size_t i = 0; i < pixels; i += stride, ++counted) {
+    const uint8_t* const rgb = &picture->rgba8[4 * i];
+    for (size_t c = 0; c < 3; ++c) ++counts_[c][size_t(rgb[c]) * kBins / 256];
+    black += rgb[0] == 0 && rgb[1] == 0 && rgb[2] == 0;
+    clipped += rgb[0] == 255 || rgb[1] == 255 || rgb[2] == 255;
+  }
+  most_ = 1;
+  for (const auto& channel : counts_) {
+    most_ = std::max(most_, *std::max_element(channel.begin() + 1, channel.end() - 1));
+  }
+  const double all = double(std::max<size_t>(counted, 1));
+  black_ = double(black) / all;
+  clipped_ = double(clipped) / all;
+}
+
+float Histogram::height(size_t channel, int bin) const {
+  return std::min(1.0f, float(counts_[channel][size_t(bin)]) / float(most_));
+}
+
+}  // namespace emberline

@@ -1,0 +1,40 @@
+#include "renderer/window/imgui_input.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <imgui_internal.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace emberline {
+namespace {
+
+// `context`: an ImGuiContext, of a version with a queue or without.
+template <typename Context>
+bool queue_empty(const Context& context) {
+  if constexpr (requires { context.InputEventsQueue; }) return context.InputEventsQueue.empty();
+  return true;
+}
+
+}  // namespace
+
+// The release of a key that was pressed since the last frame waits for the next one to be over.
+void ImGuiInput::key(GLFWwindow* window, int key, int scancode, int action, int modifiers) {
+  if (action == GLFW_RELEASE && std::ranges::find(pressed_, key) != pressed_.end()) {
+    late_releases_.push_back({window, key, scancode, action, modifiers});
+    return;
+  }
+  if (action == GLFW_PRESS) pressed_.push_back(key);
+  ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, modifiers);
+}
+
+bool ImGuiInput::end_frame() {
+  pressed_.clear();
+  const std::vector<KeyEvent> late = std::exchange(late_releases_, {});
+  for (const KeyEvent& e : late) key(e.window, e.key, e.scancode, e.action, e.modifiers);
+  return !late.empty() || !queue_empty(*ImGui::GetCurrentContext());
+}
+
+}  // namespace emberline

@@ -1,0 +1,45 @@
+#include "renderer/window/journal.h"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/window/workbench.h"
+
+namespace emberline {
+
+void Journal::wait(const std::string& path) {
+  check_writable(path);
+  path_ = path;
+}
+
+void Journal::begin() {
+  file_.emplace(path_);
+  append(std::exchange(waiting_, {}));
+}
+
+void Journal::write(const char* event, const nlohmann::json& members) {
+  if (!is_open()) return;
+  nlohmann::json line = {{"t", Workbench::now()}, {"event", event}};
+  line.update(members);
+  constexpr auto kReplace = nlohmann::json::error_handler_t::replace;  // names need not be UTF-8
+  const std::string text = line.dump(-1, ' ', false, kReplace) + "\n";
+  if (waits()) {
+    waiting_ += text;
+  } else {
+    append(text);
+  }
+}
+
+void Journal::append(const std::string& lines) {
+  try {
+    file_->append(lines);
+  } catch (const RenderError& error) {
+    path_.clear();
+    file_.reset();
+    log_warning(std::string("the journal ends here: ") + error.what());
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,207 @@
+#include "renderer/window/measurement.h"
+
+#include <algorithm>
+#include <map>
+
+#include "io/atomic_file.h"
+#include "io/json_input.h"
+#include "io/json_reader.h"
+#include "renderer/core/errors.h"
+#include "renderer/window/edit_entries.h"
+
+namespace emberline {
+namespace {
+
+using Json = nlohmann::json;
+
+// Of the built-in script: so many edits of each kind, one after the other like a hand that looks at
+// what it did.
+constexpr int kEditsOfEachKind = 25;
+constexpr double kBetweenEdits_s = 0.25;
+constexpr double kWarmUp_s = 1.0;
+// After the last edit: until its picture has settled, and how long the pace is then taken.
+constexpr double kSettling_s = 2.0, kIdle_s = 6.0;
+// Of a script: a day.
+constexpr double kLongest_s = 86400.0;
+
+Json milliseconds(std::vector<double> seconds) {
+  const auto ms = [&](double q) { return 1e3 * quantile(seconds, q); };
+  if (seconds.empty()) return nullptr;
+  return {{"count", seconds.size()}, {"median", ms(0.5)}, {"p95", ms(0.95)}, {"most", ms(1.0)}};
+}
+
+struct Latencies {
+  std::vector<double> filled, complete;
+  size_t unseen = 0;
+
+  void add(const MeasuredEdit& edit) {
+    if (edit.filled_s) filled.push_back(*edit.filled_s - edit.asked_s);
+    if (edit.complete_s) complete.push_back(*edit.complete_s - edit.asked_s);
+    unseen += !edit.filled_s;
+  }
+  Json summary() const {
+    return {{"first_picture_ms", milliseconds(filled)},
+            {"every_pixel_ms", milliseconds(complete)},
+            {"never_shown", unseen}};
+  }
+};
+
+// "light 0 2" -> "light": what kinds are summed up under.
+std::string kind_of(const std::string& what) {
+  if (what == "camera") return "orbit";
+  return what.substr(0, what.find(' '));
+}
+
+}  // namespace
+
+Measurement::Measurement(const ViewOptions& options, Workbench& bench)
+    : file_(options.measure), scene_(options.render.scene), bench_(bench) {
+  if (options.measure_script.empty()) return;
+  scripted_ = true;
+  const Json json = read_json(options.measure_script);
+  const JsonReader script(json, options.measure_script);
+  for (size_t i = 0; i < script.size(); ++i) {
+    const JsonReader step = script[i].object({"at_s", "edit"});
+    step["edit"].members();  // an object: what is in it is said when its time has come
+    steps_.push_back({step["at_s"].number(0.0, kLongest_s), json[i]["edit"]});
+  }
+  std::ranges::stable_sort(steps_, {}, &Step::at_s);
+}
+
+std::vector<Measurement::Step> Measurement::built_in_script() const {
+  const SceneDescription& outline = bench_.scene()->outline;
+  const auto lights = int(list_lights(outline, bench_.edits()).size());
+  std::vector<Step> steps;
+  double at = kWarmUp_s;
+  const auto add = [&](Json edit) {
+    steps.push_back({at, std::move(edit)});
+    at += kBetweenEdits_s;
+  };
+  for (int i = 0; i < kEditsOfEachKind; ++i) {
+    const double wave = double(i % 5) / 4.0;
+    add({{"orbit", {i % 2 ? -30.0 : 34.0, 6.0 * (wave - 0.5)}}});
+    if (lights > 0) add({{"light", i % lights}, {"intensity", 0.5 + wave + 0.01 * i}});
+    if (!outline.materials.empty()) {
+      add({{"material", i % int(outline.materials.size())}, {"roughness", 0.1 + 0.03 * i}});
+    }
+    if (outline.environment) add({{"environment_rotation", 7.0 * i + 1.0}});
+  }
+  return steps;
+}
+
+void Measurement::make(const Json& edit) {
+  const auto number = [&](const char* name) { return edit.at(name).get<double>(); };
+  const SceneDescription& outline = bench_.scene()->outline;
+  SceneEdits edits = bench_.edits();
+  if (edit.contains("orbit")) {
+    const Json& way = edit["orbit"];
+    return bench_.navigate(Drag::kOrbit, Vec2f(way.at(0).get<float>(), way.at(1).get<float>()));
+  }
+  if (edit.contains("exposure")) {
+    ViewSettings settings = bench_.settings();
+    settings.display.exposure = float(number("exposure"));
+    return bench_.change(settings);
+  }
+  if (edit.contains("environment_rotation")) {
+    edits.environment.rotation_degrees = float(number("environment_rotation"));
+    return bench_.change(edits, "environment rotation");
+  }
+  if (edit.contains("light")) {
+    const std::vector<ListedLight> lights = list_lights(outline, edits);
+    const ListedLight& light = lights.at(edit["light"].get<size_t>());
+    LightEdit entry = light_edit(edits, outline, light.kind, light.index);
+    entry.intensity = float(number("intensity"));
+    put(edits, outline, entry);
+    return bench_.change(edits, "light");
+  }
+  if (edit.contains("material")) {
+    MaterialEdit entry = material_edit(edits, outline, edit["material"].get<int>());
+    if (edit.contains("roughness")) entry.roughness = float(number("roughness"));
+    if (edit.contains("metallic")) entry.metallic = float(number("metallic"));
+    put(edits, outline, entry);
+    return bench_.change(edits, "material");
+  }
+  throw InputError("edit", "unknown: " + edit.dump());
+}
+
+Measurement::Mark Measurement::mark(double now_s) const {
+  const ShownPicture& picture = *bench_.picture();
+  return {now_s, picture.samples, picture.rays};
+}
+
+void Measurement::step(double now_s) {
+  now_s_ = now_s;
+  if (bench_.load_status().state == LoadStatus::State::kFailed) finished_ = true;
+  if (!bench_.scene() || !bench_.picture() || finished_) return;
+  if (opened_s_ < 0.0) {
+    if (!bench_.picture()->complete) return;
+    opened_s_ = last_edit_s_ = now_s;
+    busy_s_.clear();
+    first_edit_ = bench_.latency.edits().size();
+    if (!scripted_) steps_ = built_in_script();
+  }
+  while (next_step_ < steps_.size() && now_s >= opened_s_ + steps_[next_step_].at_s) {
+    const size_t number = next_step_++;
+    last_edit_s_ = now_s;
+    try {
+      make(steps_[number].edit);
+    } catch (const std::exception& error) {
+      bench_.say(Message::Level::kError,
+                 "step " + std::to_string(number) + " of the script: " + error.what());
+    }
+  }
+  if (next_step_ < steps_.size() || now_s < last_edit_s_ + kSettling_s) return;
+  if (!idle_begin_) idle_begin_ = mark(now_s);
+  if (now_s < idle_begin_->time_s + kIdle_s && !bench_.picture()->finished) return;
+  idle_end_ = mark(now_s);
+  finished_ = true;
+}
+
+double Measurement::next_s() const {
+  if (opened_s_ < 0.0) return now_s_ + 0.01;
+  if (next_step_ < steps_.size()) return opened_s_ + steps_[next_step_].at_s;
+  return idle_begin_ ? idle_begin_->time_s + kIdle_s : last_edit_s_ + kSettling_s;
+}
+
+void Measurement::blocked(double seconds) { busy_s_.push_back(seconds); }
+
+void Measurement::write() const {
+  Latencies all;
+  std::map<std::string, Latencies> by_kind;
+  Json edits = Json::array();
+  for (const MeasuredEdit& edit : bench_.latency.edits().subspan(first_edit_)) {
+    all.add(edit);
+    by_kind[kind_of(edit.what)].add(edit);
+    const auto ms = [&](const std::optional<double>& time) {
+      return time ? Json(1e3 * (*time - edit.asked_s)) : Json();
+    };
+    edits.push_back({{"what", edit.what},
+                     {"at_s", edit.asked_s - opened_s_},
+                     {"first_picture_ms", ms(edit.filled_s)},
+                     {"every_pixel_ms", ms(edit.complete_s)}});
+  }
+  Json kinds = Json::object();
+  for (const auto& [kind, latencies] : by_kind) kinds[kind] = latencies.summary();
+  Json idle;
+  if (idle_begin_ && idle_end_ && idle_end_->time_s > idle_begin_->time_s) {
+    const double seconds = idle_end_->time_s - idle_begin_->time_s;
+    idle = {{"seconds", seconds},
+            {"samples_per_s", double(idle_end_->samples - idle_begin_->samples) / seconds},
+            {"rays_per_s", double(idle_end_->rays - idle_begin_->rays) / seconds}};
+  }
+  const RenderOptions& options = bench_.settings().render;
+  const Json report = {{"scene", scene_},
+                       {"driver", options.driver},
+                       {"size", {options.width, options.height}},
+                       {"complete", opened_s_ >= 0.0 && next_step_ == steps_.size()},
+                       {"first_picture_s", opened_s_},
+                       {"edits_ms", all.summary()},
+                       {"by_kind", kinds},
+                       {"window_busy_ms", milliseconds(busy_s_)},
+                       {"idle", idle},
+                       {"edits", edits}};
+  bench_.check_output("--measure", file_);
+  write_file_atomically(file_, report.dump(2) + "\n");
+}
+
+}  // namespace emberline

@@ -1,0 +1,62 @@
+// `--measure F`: plays edits as a hand would make them against the real window, and writes how long
+// each took to be on the screen, how long the window was busy at most, and what it renders while
+// nobody touches it.
+//
+// A script is a JSON list of steps, each with the second after the first picture at which it is due
+// and one edit:
+//
+//   [{"at_s": 0.5, "edit": {"orbit": [40, 0]}},                 pixels of the mouse
+//    {"at_s": 0.7, "edit": {"light": 0, "intensity": 2}},       of the window's list of lights
+//    {"at_s": 0.9, "edit": {"material": 3, "roughness": 0.4}},
+//    {"at_s": 1.1, "edit": {"environment_rotation": 30}},       degrees
+//    {"at_s": 1.3, "edit": {"exposure": 0.5}}]
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "renderer/window/workbench.h"
+
+namespace emberline {
+
+class Measurement {
+ public:
+  // Throws InputError for a script that cannot be used.
+  Measurement(const ViewOptions& options, Workbench& bench);
+
+  // Makes the edits that are due. Each time that the window wakes up.
+  void step(double now_s);
+  double next_s() const;  // when there is something to do
+  // How long the window was busy, from its waking up to its going back to sleep.
+  void blocked(double seconds);
+  bool finished() const { return finished_; }
+  // Throws RenderError.
+  void write() const;
+
+ private:
+  struct Step {
+    double at_s = 0.0;
+    nlohmann::json edit;
+  };
+  struct Mark {
+    double time_s = 0.0;
+    uint64_t samples = 0, rays = 0;
+  };
+
+  std::vector<Step> built_in_script() const;
+  void make(const nlohmann::json& edit);
+  Mark mark(double now_s) const;
+
+  std::string file_, scene_;
+  Workbench& bench_;
+  std::vector<Step> steps_;
+  bool scripted_ = false;
+  size_t next_step_ = 0, first_edit_ = 0;
+  double opened_s_ = -1.0, last_edit_s_ = 0.0, now_s_ = 0.0;
+  std::optional<Mark> idle_begin_, idle_end_;
+  std::vector<double> busy_s_;
+  bool finished_ = false;
+};
+
+}  // namespace emberline

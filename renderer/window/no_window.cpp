@@ -1,0 +1,13 @@
+// In place of the window where its libraries were not found when Emberline was built.
+#include "renderer/core/errors.h"
+#include "renderer/window/view_command.h"
+
+namespace emberline {
+
+int run_view(const ViewOptions& /*options*/) {
+  throw RenderError(
+      "this emberline was built without GLFW or Dear ImGui, which the window needs; install "
+      "libglfw3-dev and libimgui-dev and build again, or use `emberline render`");
+}
+
+}  // namespace emberline

@@ -1,0 +1,55 @@
+// The interface around the picture. Each function draws one part of it between ImGui's NewFrame and
+// Render, and puts what is changed into the workbench.
+#pragma once
+
+#include <vector>
+
+#include "renderer/core/rect.h"
+#include "renderer/window/file_dialog.h"
+#include "renderer/window/workbench.h"
+
+namespace emberline {
+
+// Menu, tabs, status line, dialogs; leaves the rest of the window to the picture and places it
+// there.
+class Interface {
+ public:
+  void draw(Workbench& bench, float width, float height);
+  // Whether the point belongs to a window or menu that lies over the picture.
+  bool covers(const Vec2f& point) const;
+  bool popup_open() const { return popup_; }  // a menu, list or dialog, which has the keyboard
+  void cancel_dialogs();                      // as their button does
+
+ private:
+  void draw_menu(Workbench& bench);
+  void draw_side_panel(Workbench& bench, float top, float width, float bottom);
+  void draw_status_line(const Workbench& bench, float width, float height);
+  void draw_shortcuts(Workbench& bench);
+  void draw_messages(Workbench& bench);
+  void draw_explanation(Workbench& bench);
+  void draw_notice(Workbench& bench);
+  void draw_loading(Workbench& bench);
+  void draw_welcome(Workbench& bench);
+  void draw_dialogs(Workbench& bench);
+  void take_place();  // of the window that is being drawn
+
+  FileDialog open_dialog_{
+      "Open", "Open", FileDialog::Purpose::kRead, {".gltf", ".glb", ".hdr", ".exr", ".json"}};
+  FileDialog environment_dialog_{
+      "Environment", "Choose", FileDialog::Purpose::kRead, {".hdr", ".exr"}};
+  FileDialog save_dialog_{
+      "Save picture", "Save", FileDialog::Purpose::kWrite, {".exr", ".png", ".jpg", ".jpeg"}};
+  std::vector<Rect> floating_;
+  bool popup_ = false;
+  bool tab_chosen_ = false;
+  double dismissed_s_ = 0.0;  // messages of before are not shown over the picture any more
+};
+
+// The tabs.
+void draw_lights(Workbench& bench);
+void draw_materials(Workbench& bench);
+void draw_camera(Workbench& bench);
+void draw_sampling(Workbench& bench);
+void draw_display(Workbench& bench);
+
+}  // namespace emberline

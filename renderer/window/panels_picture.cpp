@@ -1,0 +1,307 @@
+// Sampling and display: how the frame is rendered and looked at.
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+
+#include "renderer/charts/colour_map.h"
+#include "renderer/core/readable.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/frame/bucket_schedule.h"
+#include "renderer/session/frame_tools.h"
+#include "renderer/window/histogram.h"
+#include "renderer/window/panels.h"
+#include "renderer/window/theme.h"
+#include "renderer/window/widgets.h"
+#include "samplers/sampler.h"
+
+namespace emberline {
+namespace {
+
+constexpr int kMostShownSamples = 65536;
+constexpr int kMostShownDepth = 64;
+
+struct FrameSize {
+  int width, height;
+};
+constexpr std::array kFrameSizes = {FrameSize{640, 360},   FrameSize{960, 540},
+                                    FrameSize{1280, 720},  FrameSize{1920, 1080},
+                                    FrameSize{2560, 1440}, FrameSize{3840, 2160}};
+
+// What the chosen driver has no use for is given up with the choice, instead of refused.
+void drop_what_means_nothing(RenderOptions& options) {
+  const Sharing sharing = main_driver(options).sharing;
+  if (sharing == Sharing::kEven) options.noise_threshold.reset();
+  if (sharing == Sharing::kByError || options.noise_threshold) return;
+  options.estimator.clear();
+  options.allocation.clear();
+  options.min_spp.reset();
+  options.max_spp.reset();
+  options.unbiased = false;
+}
+
+bool choose_driver(RenderOptions& options) {
+  std::vector<widgets::Choice> drivers = {
+      {kLiveDriver, "the whole picture at once by bisection, then samples where the error is"}};
+  for (const DriverEntry& entry : driver_table()) drivers.push_back({entry.name, entry.summary});
+  if (!widgets::choose({"Driver"}, options.driver, drivers)) return false;
+  drop_what_means_nothing(options);
+  return true;
+}
+
+bool set_limits(RenderOptions& options) {
+  bool changed = false;
+  bool limited = options.spp.has_value();
+  if (widgets::check({"Limit samples", "else the picture goes on getting better"}, limited)) {
+    options.spp = limited ? std::optional<uint32_t>(64) : std::nullopt;
+    changed = true;
+  }
+  if (options.spp) {
+    int spp = int(std::min<uint32_t>(*options.spp, kMostShownSamples));
+    if (widgets::slide({"Samples", "per pixel; with adaptive sampling on average"}, spp, 1,
+                       kMostShownSamples, true)) {
+      options.spp = uint32_t(spp);
+      changed = true;
+    }
+  }
+  if (main_driver(options).sharing == Sharing::kEven) return changed;
+  bool threshold = options.noise_threshold.has_value();
+  if (widgets::check({"Stop at noise",
+                      "a pixel is finished when its expected error in the "
+                      "displayed picture is at most this"},
+                     threshold)) {
+    options.noise_threshold = threshold ? std::optional<float>(0.01f) : std::nullopt;
+    drop_what_means_nothing(options);
+    changed = true;
+  }
+  if (options.noise_threshold) {
+    changed |= widgets::slide({"Noise", "0.02 shows noise, 0.005 hardly any"},
+                              *options.noise_threshold, 0.0005f, 0.1f, "%.4f", true);
+  }
+  return changed;
+}
+
+bool choose_size(RenderOptions& options) {
+  std::vector<std::string> names;
+  for (const FrameSize& size : kFrameSizes) {
+    names.push_back(fmt::format("{} × {}", size.width, size.height));
+  }
+  std::string chosen = fmt::format("{} × {}", options.width, options.height);
+  std::vector<widgets::Choice> choices;
+  for (const std::string& name : names) choices.push_back({name, ""});
+  if (!widgets::choose({"Frame"}, chosen, choices)) return false;
+  const auto found = std::ranges::find(names, chosen);
+  if (found == names.end()) return false;
+  const FrameSize& size = kFrameSizes[size_t(found - names.begin())];
+  options.width = size.width;
+  options.height = size.height;
+  return true;
+}
+
+void draw_actions(Workbench& bench) {
+  const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+  if (ImGui::Button(bench.settings().paused ? "Go on" : "Pause", {half, 0.0f})) {
+    bench.act(Action::kPause);
+  }
+  ImGui::SameLine();
+  if (ImGui::Button("Restart", {half, 0.0f})) bench.act(Action::kRestart);
+  if (ImGui::IsItemHovered()) widgets::help("renders anew, with other noise (the next seed)");
+}
+
+void draw_histogram(Workbench& bench) {
+  static Histogram histogram;  // one window, one thread
+  if (!bench.picture()) return;
+  histogram.update(bench.picture(), Workbench::now());
+  const float height = 5.0f * ImGui::GetFontSize();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x;
+  ImGui::Dummy({width, height});
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  list.AddRectFilled(at, {at.x + width, at.y + height}, ImGui::GetColorU32(ImGuiCol_FrameBg));
+  constexpr std::array kInks = {IM_COL32(213, 94, 0, 150), IM_COL32(0, 158, 115, 150),
+                                IM_COL32(86, 180, 233, 150)};
+  for (size_t c = 0; c < kInks.size(); ++c) {
+    for (int i = 0; i < Histogram::kBins; ++i) {
+      const float share = histogram.height(c, i);
+      if (share <= 0.0f) continue;
+      const float x0 = at.x + width * float(i) / Histogram::kBins;
+      const float x1 = at.x + width * float(i + 1) / Histogram::kBins;
+      list.AddRectFilled({x0, at.y + height * (1.0f - share)}, {x1, at.y + height}, kInks[c]);
+    }
+  }
+  ImGui::TextColored(quiet_colour(), "black %s", readable_percent(histogram.black()).c_str());
+  const std::string clipped = "clipped " + readable_percent(histogram.clipped());
+  ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(clipped.c_str()).x);
+  ImGui::TextColored(histogram.clipped() > 0.01 ? warning_colour() : quiet_colour(), "%s",
+                     clipped.c_str());
+}
+
+constexpr std::array kOverlays = {
+    widgets::Choice{"none", ""},
+    widgets::Choice{"samples", "samples per pixel"},
+    widgets::Choice{"error", "estimated error of each pixel as displayed"},
+    widgets::Choice{"stop", "what has ended each pixel so far"},
+    widgets::Choice{"time", "time spent on each pixel"},
+    widgets::Choice{"not finite", "samples that were NaN or infinite, and count as black"},
+    widgets::Choice{"tree", "how the adaptive driver divided the frame for its first samples"}};
+
+bool choose_overlay(ViewSettings& settings) {
+  std::string overlay(kOverlays[size_t(settings.overlay)].name);
+  if (!widgets::choose({"Overlay", "O goes from one to the next"}, overlay, kOverlays))
+    return false;
+  const auto found = std::ranges::find(kOverlays, overlay, &widgets::Choice::name);
+  settings.overlay = ViewOverlay(found - kOverlays.begin());
+  return true;
+}
+
+bool choose_heatmap_style(HeatmapStyle& style) {
+  std::string colours(colour_map_table()[size_t(style.colours)].name);
+  bool changed = widgets::choose({"Colours"}, colours, widgets::choices_of(colour_map_table()));
+  if (changed) style.colours = parse_colour_map(colours);
+  changed |= widgets::check({"Logarithmic"}, style.logarithmic);
+  return changed;
+}
+
+bool choose_display(DisplaySettings& display, const DisplayNames& names) {
+  bool changed = false;
+  std::vector<widgets::Choice> displays, views, looks;
+  for (const auto& entry : names.displays) displays.push_back({entry.name, ""});
+  const auto used = std::ranges::find_if(
+      names.displays, [&](const auto& entry) { return entry.name == display.display; });
+  const auto& shown = used == names.displays.end() ? names.displays.front() : *used;
+  for (const std::string& view : shown.views) views.push_back({view, ""});
+  for (const std::string& look : names.looks) looks.push_back({look, ""});
+  std::string name = display.display.empty() ? shown.name : display.display;
+  if (displays.size() > 1 && widgets::choose({"Display"}, name, displays)) {
+    display.display = name;
+    display.view.clear();
+    changed = true;
+  }
+  name = display.view.empty() && !shown.views.empty() ? shown.views.front() : display.view;
+  if (widgets::choose({"View"}, name, views)) {
+    display.view = name;
+    changed = true;
+  }
+  if (!looks.empty()) changed |= widgets::choose({"Look"}, display.look, looks, "none");
+  return changed;
+}
+
+std::string samples_of(const ShownPicture& picture) {
+  const double pixels = double(picture.width) * double(picture.height);
+  return fmt::format("{:.1f} samples/px", double(picture.samples) / pixels);
+}
+
+std::string words_of(const DisplaySettings& display) {
+  std::string words = fmt::format("exposure {:+.2f}", display.exposure);
+  if (!display.view.empty()) words += ", " + display.view;
+  if (!display.look.empty()) words += ", " + display.look;
+  return words;
+}
+
+// What the sides are: one that has another exposure must not pass for another light.
+void draw_sides(Workbench& bench) {
+  const KeptPicture& kept = bench.kept;
+  if (!kept.picture || !bench.picture()) return;
+  const bool overlay = !kept.picture->overlay_legend.empty();
+  ImGui::BeginDisabled(overlay);
+  widgets::check({"Grade B as A", "off: B keeps exposure, view and look that it was kept with"},
+                 bench.kept.graded_as_a);
+  ImGui::EndDisabled();
+  ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
+  widgets::paragraph("A, left: the picture of now, " + samples_of(*bench.picture()) + ", " +
+                     words_of(bench.settings().display));
+  widgets::paragraph(fmt::format("B, right: kept {} ago, {}, {}",
+                                 readable_seconds(Workbench::now() - kept.time_s),
+                                 samples_of(*kept.picture),
+                                 overlay            ? "with its overlay"
+                                 : kept.graded_as_a ? "graded as A"
+                                                    : words_of(kept.display) + " as it was kept"));
+  ImGui::PopStyleColor();
+}
+
+void draw_comparison(Workbench& bench) {
+  const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+  if (ImGui::Button("Keep as B", {half, 0.0f})) bench.act(Action::kStoreSnapshot);
+  ImGui::SameLine();
+  ImGui::BeginDisabled(!bench.kept.picture);
+  if (ImGui::Button(bench.wipe ? "End wipe" : "Wipe A / B", {half, 0.0f})) bench.act(Action::kWipe);
+  if (bench.wipe) {
+    float place = 100.0f * bench.wipe_place;
+    if (widgets::slide({"Wipe"}, place, 0.0f, 100.0f, "%.0f %%")) bench.wipe_place = 0.01f * place;
+  }
+  ImGui::EndDisabled();
+  draw_sides(bench);
+}
+
+}  // namespace
+
+void draw_sampling(Workbench& bench) {
+  draw_actions(bench);
+  if (!bench.problem().empty()) {
+    ImGui::PushStyleColor(ImGuiCol_Text, error_colour());
+    widgets::paragraph(bench.problem());
+    ImGui::PopStyleColor();
+  }
+  ViewSettings settings = bench.settings();
+  RenderOptions& options = settings.render;
+  widgets::heading("Method");
+  bool changed = choose_driver(options);
+  changed |=
+      widgets::choose({"Integrator"}, options.integrator, widgets::choices_of(integrator_table()));
+  changed |= widgets::choose({"Sampler"}, options.sampler, widgets::choices_of(sampler_table()));
+  const DriverEntry& driver = main_driver(options);
+  if (driver.sharing == Sharing::kByError || options.noise_threshold) {
+    changed |=
+        widgets::choose({"Estimator"}, options.estimator, widgets::choices_of(estimator_table()),
+                        std::string(kDefaultEstimator).c_str());
+  }
+  if (driver.tiles) {
+    changed |= widgets::slide({"Bucket size"}, options.bucket_size, 8, 256);
+    changed |= widgets::choose({"Bucket order"}, options.bucket_order,
+                               widgets::choices_of(bucket_order_table()));
+  }
+  widgets::heading("Samples");
+  changed |= set_limits(options);
+  changed |= widgets::slide({"Depth", "scattering events; 1 is direct light only"},
+                            options.max_depth, 0, kMostShownDepth);
+  widgets::heading("Frame");
+  changed |= choose_size(options);
+  if (changed) bench.change(settings);
+}
+
+void draw_display(Workbench& bench) {
+  ViewSettings settings = bench.settings();
+  bool changed = false, reset = false;
+  changed |= widgets::slide({"Exposure", "stops", settings.display.exposure != 0.0f, &reset},
+                            settings.display.exposure, -8.0f, 8.0f, "%+.2f");
+  if (reset) {
+    settings.display.exposure = 0.0f;
+    changed = true;
+  }
+  changed |= choose_display(settings.display, bench.display_names());
+  changed |= choose_overlay(settings);
+  const ViewOverlay overlay = settings.overlay;
+  if (overlay != ViewOverlay::kNone && overlay != ViewOverlay::kTree &&
+      overlay != ViewOverlay::kStop) {
+    changed |= choose_heatmap_style(settings.render.heatmap_style);
+  }
+  if (changed) bench.change(settings);
+  widgets::heading("Histogram, as displayed");
+  draw_histogram(bench);
+  widgets::heading("Compare");
+  draw_comparison(bench);
+  widgets::heading("Region");
+  if (settings.region) {
+    const Rect& r = *settings.region;
+    ImGui::Text("%d × %d at %d, %d", r.width(), r.height(), r.x0, r.y0);
+    ImGui::SameLine();
+    if (ImGui::SmallButton("Remove")) bench.act(Action::kClearRegion);
+  } else {
+    ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
+    widgets::paragraph("Ctrl+drag over the picture: this part gets its samples first.");
+    ImGui::PopStyleColor();
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,84 @@
+// What decided the samples of one pixel, in the driver's words.
+#include <imgui.h>
+
+#include <algorithm>
+
+#include "renderer/window/panels.h"
+#include "renderer/window/theme.h"
+#include "renderer/window/widgets.h"
+
+namespace emberline {
+namespace {
+
+// In heights of a line: room for the driver's tables, which are 80 letters wide.
+constexpr float kWidth = 44.0f, kHeight = 22.0f;
+
+// In the corner of the picture's area that is farthest from the pixel, where the panel comes; room
+// is left for notes along the lower edge.
+void place_aside(const Workbench& bench) {
+  const float em = ImGui::GetFontSize();
+  const Rect& area = bench.placement.area();
+  const auto& pixel = bench.picked_pixel();
+  const Vec2f at =
+      bench.placement.to_screen(pixel ? Vec2f(float(pixel->x), float(pixel->y)) : Vec2f(0.0f));
+  const bool left = at.x > 0.5f * float(area.x0 + area.x1);
+  const bool above = at.y > 0.5f * float(area.y0 + area.y1);
+  ImGui::SetNextWindowPos({left ? float(area.x0) + em : float(area.x1) - em,
+                           above ? float(area.y0) + em : float(area.y1) - 3.5f * em},
+                          ImGuiCond_Appearing, {left ? 0.0f : 1.0f, above ? 0.0f : 1.0f});
+}
+
+void draw_text(const Workbench& bench) {
+  const std::string text = bench.explanation_text();
+  ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
+  if (!bench.picked_pixel()) {
+    widgets::paragraph("Click on the picture to choose a pixel.");
+  } else if (text.empty()) {
+    widgets::paragraph("Waiting for the first samples of this pixel.");
+  } else if (bench.explanation()->explanation.empty() &&
+             bench.settings().render.driver == kLiveDriver) {
+    widgets::paragraph(
+        "The first picture: a sample for every pixel. What follows decides by pixel.");
+  } else if (bench.explanation()->explanation.empty()) {
+    widgets::paragraph(
+        "This driver gives every pixel as many samples as any other. The adaptive one decides "
+        "pixel by pixel.");
+  }
+  ImGui::PopStyleColor();
+  ImGui::PushFont(fixed_font());
+  ImGui::TextUnformatted(text.c_str(), text.c_str() + text.size());
+  ImGui::PopFont();
+}
+
+}  // namespace
+
+// Stays where it is put, whatever its text and wherever the pixel.
+void Interface::draw_explanation(Workbench& bench) {
+  if (!bench.show_explanation) return;
+  const float em = ImGui::GetFontSize();
+  const Rect& area = bench.placement.area();
+  place_aside(bench);
+  ImGui::SetNextWindowSize({std::min(kWidth * em, float(area.width()) - 2.0f * em),
+                            std::min(kHeight * em, 0.7f * float(area.height()))},
+                           ImGuiCond_Appearing);
+  bool open = true;
+  if (ImGui::Begin("Why is this pixel done?", &open, ImGuiWindowFlags_NoSavedSettings)) {
+    const float buttons = ImGui::GetFrameHeightWithSpacing();
+    ImGui::BeginChild("##text", {0.0f, -buttons}, false, ImGuiWindowFlags_HorizontalScrollbar);
+    draw_text(bench);
+    ImGui::EndChild();
+    ImGui::BeginDisabled(bench.explanation_text().empty());
+    if (ImGui::Button("Copy")) bench.copy_explanation();
+    ImGui::EndDisabled();
+    ImGui::SameLine();
+    if (ImGui::Button("Render anew")) bench.act(Action::kRestart);
+    if (ImGui::IsItemHovered()) {
+      widgets::help("with the history of this pixel from its first sample on (F5)");
+    }
+  }
+  take_place();
+  ImGui::End();
+  if (!open) bench.act(Action::kExplain);
+}
+
+}  // namespace emberline

@@ -1,0 +1,149 @@
+#include "renderer/window/picture_input.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace emberline {
+namespace {
+
+constexpr float kClickSlack = 4.0f;         // a hand that clicks moves this far
+constexpr double kDoubleClick_s = 0.35;     // between two clicks
+constexpr float kWipeGrip = 6.0f;           // this near to the wipe's line it is taken hold of
+constexpr double kWheelZoom = 1.189207115;  // a quarter of a doubling
+constexpr int kModifiers = GLFW_MOD_SHIFT | GLFW_MOD_CONTROL | GLFW_MOD_ALT;
+
+}  // namespace
+
+PictureInput::PictureInput(Workbench& bench, std::function<bool(const Vec2f&)> covered,
+                           std::function<bool()> typing)
+    : bench_(bench), covered_(std::move(covered)), typing_(std::move(typing)) {}
+
+void PictureInput::button(int button, bool pressed, int modifiers) {
+  if (!pressed) {
+    if (button != drag_button_) return;
+    const std::optional<Rect> region = dragged_region();
+    if (region && !region->empty()) {
+      ViewSettings settings = bench_.settings();
+      settings.region = region;
+      bench_.change(settings);
+    } else if (!moved_ && !wiping_ && drag_) {
+      click(modifiers & kModifiers);
+    }
+    drag_.reset();
+    drag_button_ = -1;
+    wiping_ = false;
+    return;
+  }
+  const Rect& area = bench_.placement.area();
+  if (drag_ || wiping_ || covered_(position_) ||
+      !area.contains(int(position_.x), int(position_.y))) {
+    return;
+  }
+  drag_button_ = button;
+  moved_ = false;
+  pressed_at_ = position_;
+  if (bench_.wipe && button == GLFW_MOUSE_BUTTON_LEFT && bench_.picture()) {
+    const float line =
+        bench_.placement.to_screen(Vec2f(bench_.wipe_place * float(bench_.picture()->width), 0.0f))
+            .x;
+    wiping_ = std::abs(position_.x - line) <= kWipeGrip;
+    if (wiping_) return;
+  }
+  if (const DragGesture* gesture = find_drag(button, modifiers & kModifiers)) {
+    drag_ = gesture->drag;
+  }
+}
+
+void PictureInput::moved(const Vec2f& position) {
+  const Vec2f way = position - position_;
+  position_ = position;
+  if (wiping_ && bench_.picture()) {
+    const float x = bench_.placement.to_picture(position).x / float(bench_.picture()->width);
+    bench_.wipe_place = std::clamp(x, 0.0f, 1.0f);
+    return;
+  }
+  const Rect& area = bench_.placement.area();
+  const bool over = area.contains(int(position.x), int(position.y)) && !covered_(position);
+  if (!drag_) {
+    bench_.point_at(over ? bench_.placement.pixel_at(position) : std::nullopt);
+    return;
+  }
+  if (!moved_) {
+    if ((position - pressed_at_).length() < kClickSlack) return;
+    moved_ = true;
+    bench_.point_at(std::nullopt);
+  }
+  if (*drag_ == Drag::kMovePicture) return bench_.placement.drag(way);
+  if (*drag_ != Drag::kRegion) bench_.navigate(*drag_, way / float(bench_.placement.zoom()));
+}
+
+void PictureInput::left_window() {
+  if (!drag_) bench_.point_at(std::nullopt);
+}
+
+void PictureInput::click(int modifiers) {
+  const std::optional<Vec2i> pixel = bench_.placement.pixel_at(pressed_at_);
+  if (!pixel || drag_button_ != GLFW_MOUSE_BUTTON_LEFT) return;
+  if (modifiers & GLFW_MOD_CONTROL) return bench_.act(Action::kClearRegion);
+  const double now = Workbench::now();
+  if (now - last_click_s_ < kDoubleClick_s) {
+    bench_.orbit_around(*pixel);
+  } else {
+    bench_.select_at(*pixel);
+  }
+  last_click_s_ = now;
+}
+
+void PictureInput::wheel(double steps, int modifiers) {
+  if (covered_(position_) ||
+      !bench_.placement.area().contains(int(position_.x), int(position_.y))) {
+    return;
+  }
+  if (modifiers & GLFW_MOD_CONTROL) {
+    bench_.placement.zoom_to(bench_.placement.zoom() * std::pow(kWheelZoom, steps), position_);
+  } else {
+    bench_.dolly_by(steps);
+  }
+}
+
+void PictureInput::key(int key, bool pressed, bool repeated, int modifiers) {
+  fast_ = (modifiers & GLFW_MOD_SHIFT) != 0;
+  const auto flight = std::ranges::find(flight_table(), key, &FlightKey::key);
+  const bool letters = typing_();
+  if (flight != flight_table().end() &&
+      (!pressed || (!letters && !(modifiers & (GLFW_MOD_CONTROL | GLFW_MOD_ALT))))) {
+    held_[size_t(flight->flight)] = pressed;
+    if (pressed) return;
+  }
+  if (!pressed || letters) return;
+  const Shortcut* shortcut = find_shortcut(key, modifiers & kModifiers);
+  if (!shortcut) return;
+  const Action action = shortcut->action;
+  const bool repeats = action == Action::kUndo || action == Action::kRedo ||
+                       action == Action::kZoomIn || action == Action::kZoomOut ||
+                       action == Action::kExposureUp || action == Action::kExposureDown;
+  if (!repeated || repeats) bench_.act(action, shortcut->number);
+}
+
+void PictureInput::lost_focus() { held_ = {}; }
+
+bool PictureInput::flying() const { return std::ranges::find(held_, true) != held_.end(); }
+
+void PictureInput::fly(double seconds) {
+  if (flying()) bench_.fly_along(held_, seconds, fast_);
+}
+
+std::optional<Rect> PictureInput::dragged_region() const {
+  if (drag_ != Drag::kRegion || !moved_) return std::nullopt;
+  const Vec2f a = bench_.placement.to_picture(pressed_at_);
+  const Vec2f b = bench_.placement.to_picture(position_);
+  const Rect frame{0, 0, bench_.settings().render.width, bench_.settings().render.height};
+  return Rect{int(std::floor(std::min(a.x, b.x))), int(std::floor(std::min(a.y, b.y))),
+              int(std::ceil(std::max(a.x, b.x))), int(std::ceil(std::max(a.y, b.y)))}
+      .intersect(frame);
+}
+
+}  // namespace emberline

@@ -1,0 +1,129 @@
+#include "renderer/window/window_state.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "io/atomic_file.h"
+#include "io/json_input.h"
+#include "io/json_reader.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+
+namespace emberline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr int kLeastSide = 320, kMostSide = 16384;
+constexpr float kLeastPanel = 12.0f, kMostPanel = 60.0f;
+constexpr int kMostTab = 32;
+
+template <typename T>
+void read_number(const nlohmann::json& json, const char* name, T& value, T least, T most) {
+  if (!json.contains(name) || !json[name].is_number()) return;
+  const double number = json[name].template get<double>();
+  if (number >= double(least) && number <= double(most)) value = T(number);
+}
+
+void read_flag(const nlohmann::json& json, const char* name, bool& value) {
+  if (json.contains(name) && json[name].is_boolean()) value = json[name].get<bool>();
+}
+
+}  // namespace
+
+void WindowState::remember_scene(const std::string& path) {
+  const std::string whole = std::filesystem::absolute(path).lexically_normal().string();
+  std::erase(recent_scenes, whole);
+  recent_scenes.insert(recent_scenes.begin(), whole);
+  if (recent_scenes.size() > kMostRecent) recent_scenes.resize(kMostRecent);
+}
+
+std::string window_state_file() {
+  const auto variable = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return std::string(value ? value : "");
+  };
+  // Only an absolute one counts (XDG Base Directory Specification 0.8).
+  std::filesystem::path folder = variable("XDG_CONFIG_HOME");
+  if (!folder.is_absolute()) {
+    if (variable("HOME").empty()) return {};
+    folder = std::filesystem::path(variable("HOME")) / ".config";
+  }
+  return folder / "emberline" / "view.json";
+}
+
+WindowState read_window_state(const std::string& path) {
+  WindowState state;
+  std::error_code unknown;
+  if (path.empty() || !std::filesystem::is_regular_file(path, unknown)) return state;
+  nlohmann::json json;
+  try {
+    json = read_json(path);
+    JsonReader(json, path).members();
+  } catch (const InputError& error) {
+    log_warning(std::string(error.what()) + "; the window opens as if it were the first time");
+    return state;
+  }
+  read_number(json, "width", state.width, kLeastSide, kMostSide);
+  read_number(json, "height", state.height, kLeastSide, kMostSide);
+  read_flag(json, "maximized", state.maximized);
+  read_flag(json, "panels", state.panels);
+  read_number(json, "panel_width", state.panel_width, kLeastPanel, kMostPanel);
+  read_number(json, "panel_tab", state.panel_tab, 0, kMostTab);
+  read_flag(json, "inspector", state.inspector);
+  if (json.contains("recent_scenes") && json["recent_scenes"].is_array()) {
+    for (const nlohmann::json& scene : json["recent_scenes"]) {
+      if (scene.is_string()) state.recent_scenes.push_back(scene.get<std::string>());
+    }
+    if (state.recent_scenes.size() > WindowState::kMostRecent) {
+      state.recent_scenes.resize(WindowState::kMostRecent);
+    }
+  }
+  return state;
+}
+
+namespace {
+
+// Nothing but a file of ours is written over: people keep links to theirs.
+bool may_be_written(const std::string& path) {
+  std::error_code unknown;
+  if (!std::filesystem::exists(path, unknown)) return true;
+  if (!std::filesystem::is_regular_file(path, unknown)) return false;
+  if (!std::filesystem::is_symlink(path, unknown)) return true;
+  try {
+    const nlohmann::json json = read_json(path);
+    return json.contains("recent_scenes");
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+void write_window_state(const std::string& path, const WindowState& state) {
+  if (path.empty()) return;
+  if (!may_be_written(path)) {
+    log_warning("the window's size and panels are forgotten: " + path +
+                " is no file of this window");
+    return;
+  }
+  const Json json = {{"width", state.width},
+                     {"height", state.height},
+                     {"maximized", state.maximized},
+                     {"panels", state.panels},
+                     {"panel_width", state.panel_width},
+                     {"panel_tab", state.panel_tab},
+                     {"inspector", state.inspector},
+                     {"recent_scenes", state.recent_scenes}};
+  std::error_code failed;
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path(), failed);
+  try {
+    constexpr auto kReplace = Json::error_handler_t::replace;  // names need not be UTF-8
+    write_file_atomically(path, json.dump(2, ' ', false, kReplace) + "\n");
+  } catch (const RenderError& error) {
+    log_warning(std::string("the window's size and panels are forgotten: ") + error.what());
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,486 @@
+#include "renderer/window/workbench.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <tuple>
+
+#include "io/edits_file.h"
+#include "io/file_register.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
+#include "renderer/core/log.h"
+#include "renderer/core/readable.h"
+#include "renderer/window/edit_entries.h"
+#include "renderer/window/free_file.h"
+
+namespace emberline {
+namespace {
+
+constexpr size_t kMostMessages = 200;
+constexpr float kExposureStep = 0.25f;  // stops
+constexpr double kZoomStep = std::numbers::sqrt2;
+
+ViewSettings first_settings(const ViewOptions& options) {
+  ViewSettings settings;
+  settings.render = options.render;
+  settings.display = options.render.display;
+  settings.light_groups = options.render.light_groups;
+  settings.render.heatmap_style.colours = ColourMap::kViridis;
+  return settings;
+}
+
+}  // namespace
+
+double Workbench::now() {
+  using Seconds = std::chrono::duration<double>;
+  static const auto start = std::chrono::steady_clock::now();
+  return Seconds(std::chrono::steady_clock::now() - start).count();
+}
+
+Workbench::Workbench(const ViewOptions& options, WindowState& state, std::function<void()> wake)
+    : window(state),
+      show_inspector(state.inspector),
+      options_(options),
+      session_(first_settings(options)),
+      display_names_(emberline::display_names()),
+      settings_(session_.settings()) {
+  if (!options.journal.empty()) journal.wait(options.journal);
+  if (journal.waits() && options.render.scene.empty()) journal.begin();
+  session_.on_change(std::move(wake));
+  if (!options.render.scene.empty()) open(options.render.scene);
+}
+
+Workbench::~Workbench() { session_.on_change({}); }
+
+void Workbench::check_output(const std::string& option, const std::string& path) const {
+  FileRegister files;
+  files.write(option, path);
+  if (scene_) files.read(scene_->inputs, "the scene reads");
+  if (!edits_.environment.file.empty()) {
+    files.read(edits_.environment.file, "it is the environment of the edits");
+  }
+}
+
+// ---- what is open
+
+void Workbench::open(const std::string& scene) {
+  reloading_ = false;
+  const bool first = !scene_ && scene == options_.render.scene;
+  session_.open(scene, first ? options_.render.edits : std::string());
+}
+
+void Workbench::reload() {
+  if (!scene_) return;
+  session_.open(scene_->outline.file);
+  reloading_ = true;
+}
+
+void Workbench::open_dropped(const std::string& path) {
+  const std::string suffix = lower_suffix(path);
+  if (suffix == ".hdr" || suffix == ".exr") {
+    if (!scene_) return say(Message::Level::kError, path + ": open a scene first, then its light");
+    return set_environment(path);
+  }
+  if (suffix == ".json") {
+    if (!scene_) return say(Message::Level::kError, path + ": open a scene first, then its edits");
+    try {
+      change(read_edits(path), "edits file");
+      edits_file_ = path;
+    } catch (const EmberlineError& error) {
+      say(Message::Level::kError, error.what());
+    }
+    return;
+  }
+  open(path);
+}
+
+void Workbench::take_scene() {
+  const LoadStatus before = std::exchange(load_status_, session_.load_status());
+  if (load_status_.state == LoadStatus::State::kFailed &&
+      (before.state != load_status_.state || before.error != load_status_.error)) {
+    say(Message::Level::kError, load_status_.error);
+    // What such a scene would have read is not known: only a new file is none of it.
+    std::error_code none;
+    const auto size = std::filesystem::file_size(journal.path(), none);
+    if (journal.waits() && (none || size == 0)) journal.begin();
+  }
+  std::shared_ptr<const OpenScene> scene = session_.scene();
+  if (scene == scene_) return;
+  const bool first = !scene_;
+  const bool again = std::exchange(reloading_, false);
+  const SceneEdits before_edits = edits_, saved = saved_edits_;
+  scene_ = std::move(scene);
+  edits_ = sent_edits_ = saved_edits_ = session_.edits();
+  solo_.reset();
+  sent_solo_.reset();
+  history_ = EditHistory(edits_);
+  if (!again) bookmarks_ = {};
+  material_ = -1;
+  clicked_.reset();
+  picked_.reset();
+  pivot_ = scene_->center;
+  fov_before_ = kOrdinaryFov;
+  if (!again) edits_file_ = first ? options_.render.edits : std::string();
+  window.remember_scene(load_status_.path);
+  if (journal.waits()) {
+    check_output("--journal", journal.path());
+    journal.begin();
+  }
+  for (const std::string& warning : scene_->warnings) say(Message::Level::kWarning, warning);
+  journal.write("scene", {{"file", load_status_.path},
+                          {"materials", scene_->outline.materials.size()},
+                          {"lights", list_lights(scene_->outline, edits_).size()}});
+  if (again) {
+    saved_edits_ = saved;
+    take_back_edits(before_edits);
+  }
+  latency.asked(session_.edit(), "open", now());
+}
+
+// Edits that no longer fit the file are left out, and the session says why.
+void Workbench::take_back_edits(const SceneEdits& edits) {
+  edits_ = edits;
+  send_edits();
+  history_ = EditHistory(edits_);
+}
+
+std::string Workbench::edits_file() const {
+  if (!edits_file_.empty()) return edits_file_;
+  std::filesystem::path scene = scene_->outline.file;
+  return free_file(scene.replace_extension().string(), ".edits.json");
+}
+
+// ---- each time the window wakes up
+
+bool Workbench::update() {
+  const LoadStatus before = load_status_;
+  take_scene();
+  bool news = before.state != load_status_.state || before.fraction != load_status_.fraction ||
+              before.stage != load_status_.stage;
+  news |= take_picture();
+  news |= take_picture_b();
+  send_edits();
+  finish_saves();
+  const std::string problem = session_.problem();
+  if (problem != problem_) {
+    problem_ = problem;
+    news = true;
+    if (!problem.empty()) say(Message::Level::kError, problem);
+  }
+  const auto shown = [&] {
+    return inspection_ ? std::tuple(inspection_->known, inspection_->samples, inspection_->radiance)
+                       : std::tuple(false, 0u, Rgb(0.0f));
+  };
+  const auto before_look = shown();
+  refresh_inspection();
+  news |= refresh_explanation();
+  return news || shown() != before_look || std::exchange(news_, false);
+}
+
+bool Workbench::take_picture() {
+  std::shared_ptr<const ShownPicture> picture = session_.picture();
+  if (picture == picture_) return false;
+  picture_ = std::move(picture);
+  return true;
+}
+
+bool Workbench::take_picture_b() {
+  session_.compare_with(kept.graded_as_a ? kept.picture : nullptr);
+  std::shared_ptr<const ShownPicture> graded = kept.graded_as_a ? session_.compared() : nullptr;
+  std::shared_ptr<const ShownPicture> picture = graded ? std::move(graded) : kept.picture;
+  if (picture == picture_b_) return false;
+  picture_b_ = std::move(picture);
+  if (journal.is_open()) {
+    journal.write("kept", {{"serial", picture_b_->serial}, {"graded_as_a", kept.graded_as_a}});
+  }
+  return true;
+}
+
+void Workbench::gesture_goes_on(bool held) {
+  if (!held) history_.end_gesture();
+}
+
+void Workbench::note_drawn(const std::shared_ptr<const ShownPicture>& picture) {
+  if (!picture) return;
+  latency.shown(*picture, now());
+  if (!journal.is_open()) return;
+  const Vec2f corner = placement.to_screen(Vec2f(0.0f));
+  const nlohmann::json place = {{"at", {corner.x, corner.y}}, {"zoom", placement.zoom()}};
+  if (corner != noted_corner_ || placement.zoom() != noted_zoom_) journal.write("placed", place);
+  noted_corner_ = corner;
+  noted_zoom_ = placement.zoom();
+  if (picture == noted_) return;
+  noted_ = picture;
+  nlohmann::json members = {{"edit", picture->edit},
+                            {"serial", picture->serial},
+                            {"size", {picture->width, picture->height}},
+                            {"filled", picture->filled},
+                            {"complete", picture->complete},
+                            {"finished", picture->finished},
+                            {"samples", picture->samples},
+                            {"driver", picture->driver},
+                            {"buckets", picture->in_progress.size()},
+                            {"legend", picture->overlay_legend}};
+  members.update(place);
+  journal.write("picture", members);
+}
+
+void Workbench::note_dialog(const std::string& asking) {
+  if (std::exchange(noted_dialog_, asking) != asking) journal.write("dialog", {{"asks", asking}});
+}
+
+void Workbench::change(const SceneEdits& edits, std::string_view what) {
+  if (!scene_ || edits == edits_) return;
+  edits_ = edits;
+  history_.record(edits, std::string(what));
+  send_edits();
+  if (edits_ == edits) latency.asked(session_.edit(), std::string(what), now());
+}
+
+void Workbench::change_camera(const CameraEdit& camera, std::string_view what) {
+  SceneEdits edits = edits_;
+  edits.camera = camera;
+  change(edits, what);
+}
+
+void Workbench::set_environment(const std::string& file) {
+  SceneEdits edits = edits_;
+  edits.environment.file = file;
+  edits.environment.image.reset();
+  edits.environment.repaired_texels = 0;
+  change(edits, "environment file");
+}
+
+void Workbench::clear_environment() {
+  SceneEdits edits = edits_;
+  EnvironmentEdit& edit = edits.environment;
+  edit.file.clear();
+  edit.image.reset();
+  edit.repaired_texels = 0;
+  if (scene_ && !scene_->outline.environment) {  // nothing is left that could be edited
+    edit = {};
+    std::erase_if(edits.lights,
+                  [](const LightEdit& light) { return light.kind == EditedLight::kEnvironment; });
+  }
+  change(edits, "environment file");
+}
+
+void Workbench::set_solo(const std::optional<LightEdit>& solo) {
+  solo_ = solo;
+  send_edits();
+}
+
+// The session takes edits together that come faster than pictures.
+void Workbench::send_edits() {
+  if (!scene_ || (edits_ == sent_edits_ && solo_ == sent_solo_)) return;
+  try {
+    session_.set_edits(edits_, solo_);
+    sent_edits_ = edits_;
+    sent_solo_ = solo_;
+    journal_edits();
+  } catch (const InputError& error) {
+    say(Message::Level::kError, error.what());
+    edits_ = sent_edits_;
+    solo_ = sent_solo_;
+  }
+}
+
+void Workbench::journal_edits() {
+  journal.write("edit", {{"edit", session_.edit()}});
+  const std::optional<Vec3d>& from = edits_.camera.look_from;
+  const std::optional<double>& height = edits_.camera.orthographic_height;
+  const nlohmann::json camera = from ? nlohmann::json{from->x, from->y, from->z} : nlohmann::json();
+  journal.write("edits", {{"camera", camera},
+                          {"orthographic_height", height ? nlohmann::json(*height) : nullptr},
+                          {"mirrored", edits_.camera.mirrored},
+                          {"environment", edits_.environment.file},
+                          {"lights", edits_.lights.size()},
+                          {"materials", edits_.materials.size()}});
+}
+
+void Workbench::change(const ViewSettings& settings) {
+  settings_ = settings;
+  session_.set_settings(settings);
+  latency.asked(session_.edit(), "settings", now());
+  nlohmann::json region;
+  if (const std::optional<Rect>& r = settings.region) region = {r->x0, r->y0, r->x1, r->y1};
+  journal.write("settings", {{"edit", session_.edit()},
+                             {"driver", settings.render.driver},
+                             {"overlay", int(settings.overlay)},
+                             {"paused", settings.paused},
+                             {"region", region}});
+}
+
+// ---- actions
+
+void Workbench::act(Action action, int number) {
+  ViewSettings settings = settings_;
+  switch (action) {
+    case Action::kOpen:
+      ask_for_scene = true;
+      return;
+    case Action::kReload:
+      return reload();
+    case Action::kSaveEdits:
+      return save_edits();
+    case Action::kSavePicture:
+      ask_for_picture_file = true;
+      return;
+    case Action::kScreenshot:
+      want_screenshot = true;
+      return;
+    case Action::kQuit:
+      quit = true;
+      return;
+    case Action::kUndo:
+      if (can_undo()) edits_ = history_.undo();
+      return send_edits();
+    case Action::kRedo:
+      if (can_redo()) edits_ = history_.redo();
+      return send_edits();
+    case Action::kResetEdits:
+      return change(SceneEdits(), "reset");
+    case Action::kPause:
+      settings.paused = !settings.paused;
+      return change(settings);
+    case Action::kRestart:
+      settings.render.seed += 1;
+      return change(settings);
+    case Action::kFrameAll:
+      if (!scene_) return;
+      return change_view(frame_all(camera(), scene_->center, scene_->radius,
+                                   double(settings.render.width) / settings.render.height));
+    case Action::kResetCamera:
+      if (scene_) pivot_ = scene_->center;
+      return change_camera(CameraEdit(), "reset camera");
+    case Action::kOrthographic:
+      return set_orthographic(!orthographic());
+    case Action::kRecallBookmark:
+      if (const auto& camera = bookmarks_[size_t(number - 1)]) {
+        return change_camera(*camera, "bookmark");
+      }
+      return say(Message::Level::kNote,
+                 fmt::format("bookmark {} is empty; Ctrl+{} stores the view", number, number));
+    case Action::kStoreBookmark:
+      if (!scene_) return;
+      bookmarks_[size_t(number - 1)] = edits_.camera;
+      return say(Message::Level::kNote, fmt::format("stored as bookmark {}", number));
+    case Action::kZoomFit:
+      return placement.fit();
+    case Action::kZoomOne: {
+      if (!placement.fitted()) return placement.fit();
+      const Rect& area = placement.area();
+      return placement.zoom_to(
+          1.0, Vec2f(0.5f * float(area.x0 + area.x1), 0.5f * float(area.y0 + area.y1)));
+    }
+    case Action::kZoomIn:
+    case Action::kZoomOut: {
+      const Rect& area = placement.area();
+      const double factor = action == Action::kZoomIn ? kZoomStep : 1.0 / kZoomStep;
+      return placement.zoom_to(placement.zoom() * factor, Vec2f(0.5f * float(area.x0 + area.x1),
+                                                                0.5f * float(area.y0 + area.y1)));
+    }
+    case Action::kExposureUp:
+      settings.display.exposure += kExposureStep;
+      return change(settings);
+    case Action::kExposureDown:
+      settings.display.exposure -= kExposureStep;
+      return change(settings);
+    case Action::kNextOverlay:
+      return next_overlay();
+    case Action::kInspector:
+      window.inspector = show_inspector = !show_inspector;
+      return refresh_inspection();
+    case Action::kExplain:
+      return explain();
+    case Action::kCopyPixel:
+      return copy_pixel();
+    case Action::kStoreSnapshot:
+      if (!picture_) return;
+      kept.picture = picture_;
+      kept.display = settings_.display;
+      kept.time_s = now();
+      return say(Message::Level::kNote, "kept as B; V wipes between A and B");
+    case Action::kWipe:
+      if (!kept.picture)
+        return say(Message::Level::kNote, "B keeps a picture to compare with first");
+      wipe = !wipe;
+      return;
+    case Action::kClearRegion:
+      if (solo_) set_solo(std::nullopt);
+      if (!settings.region) return;
+      settings.region.reset();
+      return change(settings);
+    case Action::kPanels:
+      window.panels = !window.panels;
+      return;
+    case Action::kFullScreen:
+      full_screen = !full_screen;
+      return;
+    case Action::kShortcuts:
+      show_shortcuts = !show_shortcuts;
+      return;
+    case Action::kMessages:
+      show_messages = !show_messages;
+      return;
+  }
+}
+
+void Workbench::next_overlay() {
+  ViewSettings settings = settings_;
+  const int count = int(ViewOverlay::kTree) + 1;
+  settings.overlay = ViewOverlay((int(settings.overlay) + 1) % count);
+  change(settings);
+}
+
+// ---- saving
+
+void Workbench::save_edits() {
+  if (!scene_) return;
+  edits_file_ = edits_file();
+  saves_.push_back({session_.save_edits(edits_file_), "edits saved: " + edits_file_,
+                    [this, saved = edits_] { saved_edits_ = saved; }});
+}
+
+void Workbench::save_picture(const std::string& path) {
+  saves_.push_back({session_.save(path), "picture saved: " + path, {}});
+}
+
+void Workbench::save_heatmap(const std::string& path, ViewOverlay quantity) {
+  try {
+    saves_.push_back({session_.save_heatmap(path, quantity), "heatmap saved: " + path, {}});
+  } catch (const EmberlineError& error) {
+    say(Message::Level::kError, error.what());
+  }
+}
+
+void Workbench::finish_saves() {
+  std::erase_if(saves_, [&](PendingSave& save) {
+    if (save.done.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+    try {
+      save.done.get();
+      if (save.after) save.after();
+      say(Message::Level::kNote, save.what);
+    } catch (const std::exception& error) {
+      say(Message::Level::kError, error.what());
+    }
+    return true;
+  });
+}
+
+void Workbench::say(Message::Level level, const std::string& text) {
+  if (!messages_.empty() && messages_.back().text == text) messages_.pop_back();
+  messages_.push_back({level, text, now()});
+  if (messages_.size() > kMostMessages) messages_.pop_front();
+  news_ = true;
+  constexpr std::array kNames = {"note", "warning", "error"};
+  journal.write("message", {{"level", kNames[size_t(level)]}, {"text", text}});
+}
+
+}  // namespace emberline
