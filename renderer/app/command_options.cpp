@@ -10,10 +10,8 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
-#include "renderer/drivers/bisection_picture.h"
-#include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/frame/bucket_schedule.h"
+#include "renderer/drivers/setting_table.h"
 #include "renderer/output/snapshots.h"
 
 namespace emberline {
@@ -46,10 +44,6 @@ struct NamedDriver {
   std::string_view name, summary;
 };
 
-// Far beyond any scene, near enough that squares of distances stay finite in double and float's
-// rounding of the rebased scene is what limits the picture.
-constexpr double kFarthest = 1e15;
-
 // The ends of --range: squares stay finite in float, and steps between them are told apart.
 constexpr double kMostOfRange = 1e18, kLeastOfRange = 1e-30, kNearestOfRange = 1e-6;
 
@@ -59,102 +53,59 @@ bool is_value_range(double least, double most) {
          most - least >= kNearestOfRange * greatest;
 }
 
-// --f-stop, to either side: scenes come in any size.
-constexpr double kMostOfLens = 1e9;
-
-// --time-limit in seconds: a millisecond to thirty years.
+// --load-timeout in seconds: a millisecond to thirty years.
 constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;
 
-CLI::Option* add_vector(CLI::App* app, const std::string& name, std::optional<Vec3d>& target,
-                        const std::string& help) {
-  return app
-      ->add_option_function<std::string>(
-          name,
-          [&target, name](const std::string& text) {
-            std::array<double, 3> v;
-            if (!parse_numbers(text, ',', v) ||
-                std::ranges::any_of(v, [](double c) { return std::abs(c) > kFarthest; })) {
-              throw CLI::ValidationError(
-                  name, fmt::format("'{}' is not X,Y,Z with numbers from -{} to {}", text,
-                                    kFarthest, kFarthest));
-            }
-            target = Vec3d(v[0], v[1], v[2]);
-          },
-          help)
-      ->type_name("X,Y,Z");
+using enum SettingGroup;
+
+std::string help_of(const Setting& setting, const FrameSettings& settings) {
+  std::string help = setting.help;
+  const std::string value = setting.text(settings);
+  if (!value.empty() && !setting.type.empty()) help += " [" + value + "]";
+  return help + setting.values;
 }
 
-void add_frame_options(CLI::App* app, RenderOptions& o) {
-  app->add_option_function<std::string>(
-         "--size",
-         [&o](const std::string& text) {
-           std::array<int, 2> v;
-           if (!parse_numbers(text, 'x', v) || v[0] < 1 || v[1] < 1 || v[0] > 65536 ||
-               v[1] > 65536) {
-             throw CLI::ValidationError("--size",
-                                        "'" + text + "' is not WxH with 1 to 65536 pixels each");
-           }
-           o.width = v[0];
-           o.height = v[1];
-         },
-         fmt::format("frame in pixels [{}x{}]", o.width, o.height))
-      ->type_name("WxH");
-  app->add_option_function<std::string>(
-         "--crop",
-         [&o](const std::string& text) {
-           std::array<int, 4> v;
-           if (!parse_numbers(text, ',', v)) {
-             throw CLI::ValidationError("--crop",
-                                        "'" + text + "' is not X0,Y0,X1,Y1 in whole pixels");
-           }
-           o.crop = Rect{v[0], v[1], v[2], v[3]};
-         },
-         "render these pixels only, X1 and Y1 excluded")
-      ->type_name("X0,Y0,X1,Y1");
-  app->add_option("--camera", o.camera, "camera of the file, by name or index [the first]")
-      ->type_name("NAME|INDEX");
-  CLI::Option* from = add_vector(app, "--look-from", o.look_from, "view from here instead");
-  CLI::Option* at = add_vector(app, "--look-at", o.look_at, "towards this point");
-  from->needs(at);
-  at->needs(from);
-  add_number(app, "--fov-y", o.fov_y, 0.05, 179.9,
-             "vertical field of view in degrees [the camera's, or 40]");
-  add_number(app, "--f-stop", o.f_stop, 1.0 / kMostOfLens, kMostOfLens,
-             "f-number of a lens, for film 24 mm high [a pinhole: all is sharp]");
-  add_number(app, "--focus-distance", o.focus_distance, 1.0 / kFarthest, kFarthest,
-             "metres along the view to what is sharp [that of --look-at]");
+void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings) {
+  const std::string option = "--" + setting.name;
+  if (setting.type.empty()) {
+    app->add_flag_function(
+        option, [&](int64_t count) { setting.read(settings, count > 0 ? "yes" : "no"); },
+        setting.help);
+    return;
+  }
+  CLI::Option* added = app->add_option_function<std::string>(
+      option, [&](const std::string& text) { setting.read(settings, text); },
+      help_of(setting, settings));
+  added->type_name(setting.type);
+  if (setting.type == "LIST") {
+    added->join(',');  // --aov albedo --aov N: both
+    added->check([option](const std::string& list) {
+      return list.empty() ? "needs a value, and the one given is empty: " + option + " LIST" : "";
+    });
+  }
 }
 
-void add_loading_options(CLI::App* app, bool& lenient, std::string& resource_root) {
-  app->add_flag("--lenient", lenient,
-                "take images that are cut short, replace those that do not decode; with warnings");
-  app->add_option("--resource-root", resource_root,
-                  "the scene may refer to files in this folder and below [its own folder]")
-      ->type_name("DIR");
+// The settings of these groups, but for `left_out`, which the command has in a form of its own.
+void add_settings(CLI::App* app, FrameSettings& settings,
+                  std::initializer_list<SettingGroup> groups, std::string_view left_out = "") {
+  for (const Setting& setting : setting_table()) {
+    if (std::ranges::find(groups, setting.group) == groups.end()) continue;
+    if (setting.name != left_out) add_setting(app, setting, settings);
+  }
 }
 
-void add_light_options(CLI::App* app, RenderOptions& o) {
-  CLI::Option* env = app->add_option("--env", o.environment, "latitude-longitude environment map")
-                         ->type_name("FILE");
-  add_number(app, "--env-strength", o.environment_strength, 0.0f, 1e9f,
-             "multiplies the environment [1]")
-      ->needs(env);
-  add_number(app, "--env-rotation", o.environment_rotation, -36000.0f, 36000.0f,
-             "degrees; 90 brings what was at +X to -Z [0]")
-      ->needs(env);
-  app->add_flag("--transparent", o.transparent, "the camera does not see the environment");
+// Before all other settings, which then override the file's.
+void add_settings_file(CLI::App* app, RenderOptions& o) {
   app->add_option_function<std::string>(
-         "--backfaces",
-         [&o](const std::string& text) {
-           if (text != "show" && text != "cull") {
-             throw CLI::ValidationError("--backfaces",
-                                        unknown_word_message("treatment", text, {"cull", "show"}));
-           }
-           o.show_backfaces = text == "show";
+         "--settings",
+         [&o](const std::string& path) {
+           if (path.empty()) return;  // refused like all empty values, behind this
+           read_settings(path, o);
+           o.settings_file = path;
          },
-         "single-sided faces seen from behind: cull (as glTF says) or show [cull]")
-      ->type_name("cull|show");
-  add_loading_options(app, o.lenient, o.resource_root);
+         "a .json file of settings, as --save-settings writes it; options given beside it override "
+         "it")
+      ->type_name("FILE");
 }
 
 void add_limits(CLI::App* app, LimitOptions& o) {
@@ -174,76 +125,9 @@ void add_limits(CLI::App* app, LimitOptions& o) {
              "give up loading and building after so many seconds [never]");
 }
 
-// What every render has, whoever decides where its samples go.
-void add_integration_options(CLI::App* app, RenderOptions& o) {
-  add_name(app, "--integrator", o.integrator, "integrator", "integrator [path]",
-           integrator_table());
-  add_number(app, "--max-depth", o.max_depth, 0, 100000,
-             "scattering events; 1 is direct light only [16]");
-  add_name(app, "--filter", o.filter, "filter",
-           fmt::format("pixel filter [{}]", kDefaultFilter).c_str(), filter_table());
-  add_number(app, "--filter-radius", o.filter_radius, 0.01f, PixelFilter::kMaxRadius,
-             "in pixels [the filter's]");
-  add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise [0]");
-  add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels [64]");
-  add_name(app, "--bucket-order", o.bucket_order, "order", "order of the buckets [hilbert]",
-           bucket_order_table());
-  add_name(app, "--bisection-axis", o.bisection_axis, "axis",
-           "what --driver bisection halves [both]", bisection_axis_table());
-  add_name(app, "--reconstruction", o.reconstruction, "reconstruction",
-           "what pixels without samples show, of progressive drivers [duplicate]",
-           reconstruction_table());
+void add_machine_options(CLI::App* app, RenderOptions& o) {
   add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all]");
   add_limits(app, o.limits);
-}
-
-void add_sampling_options(CLI::App* app, RenderOptions& o) {
-  add_name(app, "--sampler", o.sampler, "sampler", "sampler [sobol]", sampler_table());
-  add_number(app, "--streams", o.streams, 1, 2,
-             "independent sample streams per pixel: 1, or 2 for honest half images [1, or what the "
-             "estimator needs]");
-  add_number(app, "--spp", o.spp, 1u, kMaxSamples,
-             "samples per pixel; with adaptive sampling on average [64, or no limit where a "
-             "threshold or --max-spp is given]");
-  add_number(app, "--noise-threshold", o.noise_threshold, 1e-6f, 1.0f,
-             "a pixel is finished when its expected RMS error in the displayed picture (0 to 1, "
-             "sRGB) is at most this: 0.02 shows noise, 0.005 hardly any, 0.002 is half a step of "
-             "8 bits");
-  add_number(app, "--min-spp", o.min_spp, 1u, kMaxSamples,
-             "samples before a pixel may be finished [the estimator's]");
-  add_number(app, "--max-spp", o.max_spp, 1u, kMaxSamples,
-             "most samples of any pixel [4096 with a threshold and no --spp]");
-  // Looked up here, as an empty name would mean later that none was given.
-  app->add_option_function<std::string>(
-         "--estimator", [&o](const std::string& name) { o.estimator = find_estimator(name).name; },
-         table_help(fmt::format("error estimator [{}]", kDefaultEstimator).c_str(),
-                    estimator_table()))
-      ->type_name("NAME");
-  app->add_option_function<std::string>(
-         "--allocation",
-         [&o](const std::string& name) {
-           parse_error_metric(name);
-           o.allocation = name;
-         },
-         table_help("error to be least for the time spent [display]", error_metric_table()))
-      ->type_name("NAME");
-  app->add_flag("--unbiased", o.unbiased,
-                "weigh rounds by plan, not by luck: no bias from adaptive stopping, more noise");
-  add_number(app, "--time-limit", o.time_limit_s, kLeastTimeLimit, kMostTimeLimit,
-             "stop rendering after so many seconds and write what there is [none]");
-}
-
-void add_edits(CLI::App* app, RenderOptions& o) {
-  app->add_option("--edits", o.edits,
-                  "change view, lights, environment and materials as this .json file says; its "
-                  "view gives way to --camera, --look-from and --fov-y")
-      ->type_name("FILE");
-}
-
-void add_variant(CLI::App* app, RenderOptions& o) {
-  app->add_option("--variant", o.variant,
-                  "materials of this variant, by name or index [the file's default]")
-      ->type_name("NAME|INDEX");
 }
 
 // Of a heatmap's picture; on `render` they need a heatmap.
@@ -303,15 +187,6 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
                   "OpenColorIO, held in memory until done. May be given more than once")
       ->type_name("FILE")
       ->allow_extra_args(false);
-  app->add_option("--aov", o.aovs, table_help("further EXR channels, a list", aov_table()))
-      ->type_name("LIST")
-      ->join(',')  // --aov albedo --aov N: both
-      ->check([](const std::string& list) {
-        return list.empty() ? "needs a value, and the one given is empty: --aov LIST" : "";
-      });
-  app->add_flag("--light-groups", o.light_groups,
-                "a layer light.NAME of the EXR for each light, emissive material and the "
-                "environment: what it gives alone. They add up to R G B");
   add_heatmaps(app, o);
   app->add_option("--report", o.reports,
                   "what was done: .html is a page with pictures and charts, any other name JSON. "
@@ -337,6 +212,9 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
                   "measure each snapshot against this picture, into the report")
       ->type_name("FILE")
       ->needs(snapshots);
+  app->add_option("--save-settings", o.save_settings,
+                  "write what differs from the defaults to this .json file, for --settings")
+      ->type_name("FILE");
   app->add_option("--replay", o.replay, "compute one sample alone and print it")
       ->type_name("X,Y,SAMPLE");
   app->add_option_function<std::string>(
@@ -461,31 +339,26 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
 
 void add_render_options(CLI::App* app, RenderOptions& o) {
   app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
-  add_edits(app, o);
-  add_variant(app, o);
+  add_settings_file(app, o);
   add_result_options(app, o);
-  add_name(app, "--driver", o.driver, "driver", "frame driver [bucket]", driver_table());
-  add_sampling_options(app, o);
-  add_integration_options(app, o);
-  add_frame_options(app, o);
-  add_light_options(app, o);
+  add_settings(app, o,
+               {kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading});
+  add_machine_options(app, o);
 }
 
 void add_view_options(CLI::App* app, ViewOptions& o) {
   RenderOptions& r = o.render;
   r.driver = kLiveDriver;
   app->add_option("scene", r.scene, "a .gltf or .glb file [one is opened in the window]");
-  add_edits(app, r);
+  add_settings_file(app, r);
   add_window_options(app, o);
-  add_variant(app, r);
   std::vector<NamedDriver> drivers = {
       {kLiveDriver, "bisection until every pixel has a sample, then adaptive"}};
   for (const DriverEntry& entry : driver_table()) drivers.push_back({entry.name, entry.summary});
   add_name(app, "--driver", r.driver, "driver", "frame driver [live]", drivers);
-  add_sampling_options(app, r);
-  add_integration_options(app, r);
-  add_frame_options(app, r);
-  add_light_options(app, r);
+  add_settings(app, r, {kEdits, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
+               "driver");
+  add_machine_options(app, r);
   app->add_flag("--light-groups", r.light_groups,
                 "keep what each light gives apart: changes of lights then need no new ray");
   app->add_option("--display", r.display.display, "OpenColorIO display [the config's default]")
@@ -496,7 +369,7 @@ void add_view_options(CLI::App* app, ViewOptions& o) {
 void add_info_options(CLI::App* app, InfoOptions& o) {
   app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
   app->add_flag("--json", o.json, "machine-readable");
-  add_loading_options(app, o.lenient, o.resource_root);
+  add_settings(app, o.settings, {kLoading});
   add_limits(app, o.limits);
 }
 
@@ -528,9 +401,8 @@ void add_study_options(CLI::App* app, StudyOptions& o) {
   o.frame.width = 320;
   o.frame.height = 180;
   add_study_choices(app, o);
-  add_integration_options(app, o.frame);
-  add_frame_options(app, o.frame);
-  add_light_options(app, o.frame);
+  add_settings(app, o.frame, {kSample, kSeed, kSchedule, kView, kLight, kLoading});
+  add_machine_options(app, o.frame);
 }
 
 }  // namespace emberline

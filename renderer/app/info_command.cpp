@@ -144,9 +144,10 @@ std::string as_text(const Json& j) {
 
 int run_info(const InfoOptions& options) {
   LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
-  SceneDescription scene =
-      load_gltf(options.scene, {.lenient = options.lenient, .resource_root = options.resource_root},
-                progress);
+  SceneDescription scene = load_gltf(
+      options.scene,
+      {.lenient = options.settings.lenient, .resource_root = options.settings.resource_root},
+      progress);
   Json json = describe(scene);
   SceneBuildOptions build_options;
   build_options.bvh = false;

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "renderer/frame/frame_settings.h"
+
 #include "renderer/process/run_limits.h"
 
 namespace emberline {
@@ -10,8 +12,7 @@ namespace emberline {
 struct InfoOptions {
   std::string scene;
   bool json = false;
-  bool lenient = false;
-  std::string resource_root;  // as in RenderOptions
+  FrameSettings settings;  // how it is loaded
   LimitOptions limits;
 };
 

@@ -16,6 +16,7 @@
 #include "renderer/core/readable.h"
 #include "renderer/drivers/adaptive_driver.h"
 #include "renderer/drivers/frame_plan.h"
+#include "renderer/drivers/setting_table.h"
 #include "renderer/film/light_group_sums.h"
 #include "renderer/frame/frame_scene.h"
 #include "renderer/output/frame_memory.h"
@@ -174,6 +175,9 @@ RenderRun::RenderRun(const RenderOptions& options)
 void RenderRun::open_outputs() {
   reserve_frame(frame_bytes(options_, output_settings_, frame_render_), plan_.crop,
                 *limits_.memory);
+  if (!options_.save_settings.empty()) {
+    write_file_atomically(options_.save_settings, settings_json(options_, options_.save_settings));
+  }
   for (const std::string& path : options_.reports) check_writable(path);
   if (std::ranges::any_of(options_.reports, is_page)) {
     pictures_.emplace(options_.display, plan_.crop, output_settings_.aovs);

@@ -125,6 +125,23 @@ void plan_by_error(const FrameSettings& o, FramePlan& plan) {
   plan.samples_per_pixel = a.budget;
 }
 
+void require(bool given, const char* option, bool other_given, const char* other) {
+  if (given && !other_given) throw UsageError(std::string(option) + " requires " + other);
+}
+
+// Settings that mean nothing without others.
+void check_companions(const FrameSettings& s) {
+  const FrameSettings none;
+  const bool from = s.look_from.has_value(), at = s.look_at.has_value();
+  require(from, "--look-from", at, "--look-at");
+  require(at, "--look-at", from, "--look-from");
+  const bool environment = !s.environment.empty();
+  require(s.environment_strength != none.environment_strength, "--env-strength", environment,
+          "--env");
+  require(s.environment_rotation != none.environment_rotation, "--env-rotation", environment,
+          "--env");
+}
+
 }  // namespace
 
 FramePlan::FramePlan(const FrameSettings& s)
@@ -137,6 +154,7 @@ FramePlan::FramePlan(const FrameSettings& s)
       aovs(AovSet::parse(s.aovs)),
       filter(s.filter_radius ? PixelFilter::create(s.filter, *s.filter_radius)
                              : PixelFilter::create(s.filter)) {
+  check_companions(s);
   driver_settings.bucket_size = s.bucket_size;
   driver_settings.bucket_order = s.bucket_order;
   driver_settings.bisection_axis = s.bisection_axis;

@@ -157,7 +157,7 @@ std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder
 }
 
 int checked_bucket_size(int bucket_size) {
-  if (bucket_size < 1 || bucket_size > 4096) {
+  if (bucket_size < 1 || bucket_size > kMostBucketSize) {
     throw UsageError("--bucket-size: " + std::to_string(bucket_size) +
                      " is outside the valid range 1 to 4096");
   }

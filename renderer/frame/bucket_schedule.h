@@ -32,7 +32,8 @@ BucketOrder parse_bucket_order(std::string_view name);
 std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder order,
                                   uint32_t seed);
 
-// Throws UsageError outside [1, 4096].
+inline constexpr int kMostBucketSize = 4096;
+// Throws UsageError outside [1, kMostBucketSize].
 int checked_bucket_size(int bucket_size);
 
 }  // namespace emberline

@@ -31,7 +31,7 @@ struct FrameSettings {
   std::optional<uint32_t> min_spp, max_spp;
   std::optional<float> noise_threshold;  // expected RMS error in the displayed picture
   std::string estimator;                 // empty: kDefaultEstimator
-  std::string allocation;                // one of error_metric_table(); empty: display
+  std::string allocation;                // one of error_metric_table(); empty: kDefaultAllocation
   bool unbiased = false;
   std::optional<double> time_limit_s;
   int max_depth = 16;

@@ -41,6 +41,7 @@ void register_inputs(const RenderOptions& options, FileRegister& files) {
   read(options.environment, "--env");
   read(options.edits, "--edits");
   read(options.reference, "--reference");
+  read(options.settings_file, "--settings");
   if (const char* config = std::getenv("OCIO")) {
     read(config, "$OCIO");
     for (const std::string& table : display_tables())
@@ -60,6 +61,7 @@ void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegi
   }
   for (const std::string& path : options.reports) files.write("--report", path);
   for (const std::string& path : options.trees) files.write("--tree", path);
+  if (!options.save_settings.empty()) files.write("--save-settings", options.save_settings);
   if (!options.snapshots.empty()) {
     files.write_in("--snapshots", options.snapshots, is_snapshot_name);
   }

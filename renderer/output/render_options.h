@@ -20,7 +20,8 @@ namespace emberline {
 inline constexpr const char* kLiveDriver = "live";
 
 struct RenderOptions : FrameSettings {
-  std::string command_line;  // for the records
+  std::string command_line;   // for the records
+  std::string settings_file;  // that the settings were read from; empty: none
 
   // Results.
   std::vector<std::string> outputs;
@@ -37,6 +38,7 @@ struct RenderOptions : FrameSettings {
   std::optional<std::string> replay;  // X,Y,SAMPLE
   std::optional<Vec2i> explained;     // a pixel of the frame
   std::vector<std::string> trees;     // files of the refinement tree
+  std::string save_settings;          // a file; empty: none
   int threads = 0;                    // 0: all
   LimitOptions limits;
 };

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -10,6 +11,7 @@
 #include "io/versions.h"
 #include "renderer/core/version.h"
 #include "renderer/drivers/frame_plan.h"
+#include "renderer/drivers/setting_table.h"
 #include "renderer/process/process_usage.h"
 #include "renderer/scene/embree_version.h"
 
@@ -43,47 +45,18 @@ std::string instruction_sets() {
 }
 
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& o) {
-  std::vector<std::pair<std::string, std::string>> list = {
-      {"emberline:command", o.command_line},
-      {"emberline:scene", o.scene},
-      {"emberline:driver", o.driver},
-      {"emberline:integrator", o.integrator},
-      {"emberline:sampler", o.sampler},
-      {"emberline:filter", o.filter},
-      {"emberline:spp", o.spp ? std::to_string(*o.spp) : "default"},
-      {"emberline:max_depth", std::to_string(o.max_depth)},
-      {"emberline:seed", std::to_string(o.seed)},
-      {"emberline:streams", o.streams ? std::to_string(*o.streams) : "default"},
-      {"emberline:environment", o.environment},
-      {"emberline:environment_strength", fmt::format("{}", o.environment_strength)},
-      {"emberline:environment_rotation", fmt::format("{}", o.environment_rotation)},
-      {"emberline:transparent", o.transparent ? "yes" : "no"},
-      {"emberline:backfaces", o.show_backfaces ? "show" : "cull"},
-  };
-  const auto add = [&](const char* name, const std::string& value) {
-    list.emplace_back(std::string("emberline:") + name, value);
-  };
-  add("frame", fmt::format("{}x{}", o.width, o.height));
-  if (o.filter_radius) add("filter_radius", fmt::format("{}", *o.filter_radius));
-  if (!o.camera.empty()) add("camera_option", o.camera);
-  if (o.look_from) {
-    add("look_from", fmt::format("{},{},{}", o.look_from->x, o.look_from->y, o.look_from->z));
-    add("look_at", fmt::format("{},{},{}", o.look_at->x, o.look_at->y, o.look_at->z));
-  }
+  std::vector<std::pair<std::string, std::string>> list = {{"emberline:command", o.command_line},
+                                                           {"emberline:scene", o.scene}};
+  FrameSettings used = o;
   if (!shares_evenly(o)) {
-    add("estimator", o.estimator.empty() ? std::string(kDefaultEstimator) : o.estimator);
-    add("allocation", o.allocation.empty() ? "display" : o.allocation);
-    add("unbiased", o.unbiased ? "yes" : "no");
+    if (o.estimator.empty()) used.estimator = kDefaultEstimator;
+    if (o.allocation.empty()) used.allocation = kDefaultAllocation;
   }
-  if (o.noise_threshold) add("noise_threshold", fmt::format("{}", *o.noise_threshold));
-  if (o.min_spp) add("min_spp", std::to_string(*o.min_spp));
-  if (o.max_spp) add("max_spp", std::to_string(*o.max_spp));
-  if (o.fov_y) add("fov_y", fmt::format("{}", *o.fov_y));
-  if (o.f_stop) add("f_stop", fmt::format("{}", *o.f_stop));
-  if (o.focus_distance) add("focus_distance", fmt::format("{}", *o.focus_distance));
-  if (!o.edits.empty()) add("edits", o.edits);
-  if (!o.variant.empty()) add("variant", o.variant);
-  add("instruction_sets", instruction_sets());
+  for (auto& [name, text] : setting_texts(used)) {
+    std::ranges::replace(name, '-', '_');
+    list.emplace_back("emberline:" + name, text);
+  }
+  list.emplace_back("emberline:instruction_sets", instruction_sets());
   for (const auto& [name, version] : library_versions()) {
     list.emplace_back("emberline:version:" + name, version);
   }

@@ -2,16 +2,15 @@
 #pragma once
 
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "renderer/core/load_progress.h"
+#include "renderer/drivers/setting_table.h"
 #include "renderer/study/study_plan.h"
 
 namespace emberline {
 
 // View, light, integrator, filter and buckets, by the names of the options; files by name.
-std::vector<std::pair<std::string, std::string>> frame_settings(const RenderOptions& options);
+SettingTexts frame_settings(const RenderOptions& options);
 
 // A line of JSON with all that the pixels of a frame depend on but driver, sampler, samples and
 // seed: the settings above, and what is in the files instead of their names. Reads the files,

@@ -145,6 +145,8 @@ const std::vector<WrongValue>& wrong_values() {
       // Free text: any name of a file may be given; what comes of it is told elsewhere.
       {"--env", {}, {}},
       {"--edits", {}, {}},
+      {"--settings", {}, {}},
+      {"--save-settings", {}, {}},
       {"--resource-root", {}, {}},
       {"--report", {}, {}},
       {"--snapshots", {}, {}},

@@ -16,6 +16,8 @@ struct ErrorMetricEntry {
   std::string_view summary;
   ErrorMetric metric;
 };
+inline constexpr std::string_view kDefaultAllocation = "display";
+
 // The table behind --allocation, its --help and its error message.
 std::span<const ErrorMetricEntry> error_metric_table();
 ErrorMetric parse_error_metric(std::string_view name);  // throws UsageError

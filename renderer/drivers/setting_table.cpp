@@ -1,0 +1,325 @@
+#include "renderer/drivers/setting_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <type_traits>
+
+#include "io/json_input.h"
+#include "io/json_reader.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/names.h"
+#include "renderer/core/option_values.h"
+#include "renderer/drivers/bisection_picture.h"
+#include "renderer/drivers/bisection_schedule.h"
+#include "renderer/drivers/driver_table.h"
+
+namespace emberline {
+namespace {
+
+using enum SettingGroup;
+
+// Far beyond any scene, near enough that squares of distances stay finite in double and float's
+// rounding of the rebased scene is what limits the picture.
+constexpr double kFarthest = 1e15;
+constexpr double kMostOfLens = 1e9;  // f-stops, to either side: scenes come in any size
+constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;  // a millisecond to thirty years
+constexpr int kMostPixels = 65536;                               // a side
+
+std::string text_of(const std::string& value) { return value; }
+std::string text_of(bool value) { return value ? "yes" : ""; }
+template <typename T>
+requires std::is_arithmetic_v<T> std::string text_of(T value) {
+  return fmt::format("{}", value);  // the shortest that gives the same bits
+}
+std::string text_of(const Vec3d& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
+std::string text_of(const Rect& r) { return fmt::format("{},{},{},{}", r.x0, r.y0, r.x1, r.y1); }
+template <typename T>
+std::string text_of(const std::optional<T>& value) {
+  return value ? text_of(*value) : std::string();
+}
+
+[[noreturn]] void refuse(const std::string& name, std::string_view text, const std::string& what) {
+  throw UsageError(fmt::format("--{}: '{}' is not {}", name, text, what));
+}
+
+template <auto Member>
+std::string member_text(const FrameSettings& settings) {
+  return text_of(settings.*Member);
+}
+
+// The number or the optional number `Member`, in [least, most].
+template <auto Member, typename T>
+Setting number(const std::string& name, SettingGroup group, T least, T most,
+               const std::string& help) {
+  const auto read = [=](FrameSettings& settings, std::string_view text) {
+    const std::optional<T> value = parse_number<T>(text);
+    if (!value || *value < least || *value > most) {
+      refuse(name, text,
+             fmt::format("a {} from {} to {}", std::is_integral_v<T> ? "whole number" : "number",
+                         least, most));
+    }
+    settings.*Member = *value;
+  };
+  return {
+      name, group, fmt::format("{}..{}", least, most), help, "", false, read, member_text<Member>};
+}
+
+// A name of `table`.
+template <auto Member, typename Table>
+Setting named(const std::string& name, SettingGroup group, const std::string& kind,
+              const std::string& help, const Table& table) {
+  std::string values;
+  for (const auto& entry : table) values += fmt::format("\n  {}: {}", entry.name, entry.summary);
+  const auto read = [=](FrameSettings& settings, std::string_view text) {
+    settings.*Member = find_named(table, "--" + name, kind, text).name;
+  };
+  return {name, group, "NAME", help, values, false, read, member_text<Member>};
+}
+
+template <auto Member>
+Setting word(const std::string& name, SettingGroup group, const std::string& type,
+             const std::string& help) {
+  const bool file = type == "FILE" || type == "DIR";
+  const auto read = [](FrameSettings& settings, std::string_view text) { settings.*Member = text; };
+  return {name, group, type, help, "", file, read, member_text<Member>};
+}
+
+template <auto Member>
+Setting flag(const std::string& name, SettingGroup group, const std::string& help) {
+  const auto read = [=](FrameSettings& settings, std::string_view text) {
+    if (text != "yes" && text != "no") refuse(name, text, "yes or no");
+    settings.*Member = text == "yes";
+  };
+  return {name, group, "", help, "", false, read, member_text<Member>};
+}
+
+template <auto Member>
+Setting point(const std::string& name, const std::string& help) {
+  const auto read = [=](FrameSettings& settings, std::string_view text) {
+    std::array<double, 3> v;
+    if (!parse_numbers(text, ',', v) ||
+        std::ranges::any_of(v, [](double c) { return std::abs(c) > kFarthest; })) {
+      refuse(name, text, fmt::format("X,Y,Z with numbers from -{} to {}", kFarthest, kFarthest));
+    }
+    settings.*Member = Vec3d(v[0], v[1], v[2]);
+  };
+  return {name, kView, "X,Y,Z", help, "", false, read, member_text<Member>};
+}
+
+Setting size() {
+  const auto read = [](FrameSettings& settings, std::string_view text) {
+    std::array<int, 2> v;
+    if (!parse_numbers(text, 'x', v) ||
+        std::ranges::any_of(v, [](int side) { return side < 1 || side > kMostPixels; })) {
+      refuse("size", text, fmt::format("WxH with 1 to {} pixels each", kMostPixels));
+    }
+    settings.width = v[0];
+    settings.height = v[1];
+  };
+  const auto text = [](const FrameSettings& s) { return fmt::format("{}x{}", s.width, s.height); };
+  return {"size", kSample, "WxH", "frame in pixels", "", false, read, text};
+}
+
+Setting crop() {
+  const auto read = [](FrameSettings& settings, std::string_view text) {
+    std::array<int, 4> v;
+    if (!parse_numbers(text, ',', v)) refuse("crop", text, "X0,Y0,X1,Y1 in whole pixels");
+    settings.crop = Rect{v[0], v[1], v[2], v[3]};
+  };
+  return {"crop", kView, "X0,Y0,X1,Y1", "render these pixels only, X1 and Y1 excluded",
+          "",     false, read,          member_text<&FrameSettings::crop>};
+}
+
+Setting backfaces() {
+  const auto read = [](FrameSettings& settings, std::string_view text) {
+    if (text != "show" && text != "cull") {
+      throw UsageError("--backfaces: " +
+                       unknown_word_message("treatment", std::string(text), {"cull", "show"}));
+    }
+    settings.show_backfaces = text == "show";
+  };
+  const auto text = [](const FrameSettings& s) { return s.show_backfaces ? "show" : "cull"; };
+  return {"backfaces", kLight,
+          "cull|show", "single-sided faces seen from behind: cull (as glTF says) or show",
+          "",          false,
+          read,        text};
+}
+
+Setting channels() {
+  Setting setting = named<&FrameSettings::aovs>("aov", kChannels, "channel",
+                                                "further EXR channels, a list", aov_table());
+  setting.type = "LIST";
+  setting.read = [](FrameSettings& settings, std::string_view text) {
+    AovSet::parse(text);
+    settings.aovs = text;
+  };
+  return setting;
+}
+
+using S = FrameSettings;
+
+std::vector<Setting> make_table() {
+  return {
+      word<&S::edits>("edits", kEdits, "FILE",
+                      "change view, lights, environment and materials as this .json file says; its "
+                      "view gives way to --camera, --look-from and --fov-y"),
+      word<&S::variant>("variant", kEdits, "NAME|INDEX",
+                        "materials of this variant, by name or index [the file's default]"),
+      channels(),
+      flag<&S::light_groups>(
+          "light-groups", kChannels,
+          "a layer light.NAME of the EXR for each light, emissive material and the environment: "
+          "what it gives alone. They add up to R G B"),
+      named<&S::driver>("driver", kCounts, "driver", "frame driver", driver_table()),
+      named<&S::sampler>("sampler", kCounts, "sampler", "sampler", sampler_table()),
+      number<&S::streams>("streams", kCounts, 1, 2,
+                          "independent sample streams per pixel: 1, or 2 for honest half images "
+                          "[1, or what the estimator needs]"),
+      number<&S::spp>("spp", kCounts, 1u, kMaxSamples,
+                      "samples per pixel; with adaptive sampling on average [64, or no limit where "
+                      "a threshold or --max-spp is given]"),
+      number<&S::noise_threshold>(
+          "noise-threshold", kCounts, 1e-6f, 1.0f,
+          "a pixel is finished when its expected RMS error in the displayed picture (0 to 1, sRGB) "
+          "is at most this: 0.02 shows noise, 0.005 hardly any, 0.002 is half a step of 8 bits"),
+      number<&S::min_spp>("min-spp", kCounts, 1u, kMaxSamples,
+                          "samples before a pixel may be finished [the estimator's]"),
+      number<&S::max_spp>("max-spp", kCounts, 1u, kMaxSamples,
+                          "most samples of any pixel [4096 with a threshold and no --spp]"),
+      named<&S::estimator>("estimator", kCounts, "estimator",
+                           fmt::format("error estimator [{}]", kDefaultEstimator),
+                           estimator_table()),
+      named<&S::allocation>(
+          "allocation", kCounts, "allocation",
+          fmt::format("error to be least for the time spent [{}]", kDefaultAllocation),
+          error_metric_table()),
+      flag<&S::unbiased>(
+          "unbiased", kCounts,
+          "weigh rounds by plan, not by luck: no bias from adaptive stopping, more noise"),
+      number<&S::time_limit_s>(
+          "time-limit", kCounts, kLeastTimeLimit, kMostTimeLimit,
+          "stop rendering after so many seconds and write what there is [none]"),
+      named<&S::integrator>("integrator", kSample, "integrator", "integrator", integrator_table()),
+      number<&S::max_depth>("max-depth", kSample, 0, 100000,
+                            "scattering events; 1 is direct light only"),
+      named<&S::filter>("filter", kSample, "filter", "pixel filter", filter_table()),
+      number<&S::filter_radius>("filter-radius", kSample, 0.01f, PixelFilter::kMaxRadius,
+                                "in pixels [the filter's]"),
+      number<&S::seed>("seed", kSeed, 0u, 0xffffffffu, "another seed, another noise"),
+      number<&S::bucket_size>("bucket-size", kSchedule, 1, kMostBucketSize, "in pixels"),
+      named<&S::bucket_order>("bucket-order", kSchedule, "order", "order of the buckets",
+                              bucket_order_table()),
+      named<&S::bisection_axis>("bisection-axis", kSchedule, "axis",
+                                "what --driver bisection halves", bisection_axis_table()),
+      named<&S::reconstruction>("reconstruction", kSchedule, "reconstruction",
+                                "what pixels without samples show, of progressive drivers",
+                                reconstruction_table()),
+      size(),
+      crop(),
+      word<&S::camera>("camera", kView, "NAME|INDEX",
+                       "camera of the file, by name or index [the first]"),
+      point<&S::look_from>("look-from", "view from here instead"),
+      point<&S::look_at>("look-at", "towards this point"),
+      number<&S::fov_y>("fov-y", kView, 0.05, 179.9,
+                        "vertical field of view in degrees [the camera's, or 40]"),
+      number<&S::f_stop>("f-stop", kView, 1.0 / kMostOfLens, kMostOfLens,
+                         "f-number of a lens, for film 24 mm high [a pinhole: all is sharp]"),
+      number<&S::focus_distance>("focus-distance", kView, 1.0 / kFarthest, kFarthest,
+                                 "metres along the view to what is sharp [that of --look-at]"),
+      word<&S::environment>("env", kLight, "FILE", "latitude-longitude environment map"),
+      number<&S::environment_strength>("env-strength", kLight, 0.0f, 1e9f,
+                                       "multiplies the environment"),
+      number<&S::environment_rotation>("env-rotation", kLight, -36000.0f, 36000.0f,
+                                       "degrees; 90 brings what was at +X to -Z"),
+      flag<&S::transparent>("transparent", kSample, "the camera does not see the environment"),
+      backfaces(),
+      flag<&S::lenient>(
+          "lenient", kLoading,
+          "take images that are cut short, replace those that do not decode; with warnings"),
+      word<&S::resource_root>(
+          "resource-root", kLoading, "DIR",
+          "the scene may refer to files in this folder and below [its own folder]"),
+  };
+}
+
+namespace fs = std::filesystem;
+
+// A value of a file as the text that an option would have.
+std::string text_of_json(const nlohmann::json& value, const JsonReader& reader) {
+  if (value.is_string()) {
+    std::string text = reader.text();
+    const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
+    if (text.empty() || std::ranges::any_of(text, control)) {
+      reader.expected("a text without control characters");
+    }
+    return text;
+  }
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (value.is_number()) return fmt::format("{}", value.get<double>());
+  reader.expected("a text, a number, true or false");
+}
+
+// As short as a reader of JSON takes it.
+nlohmann::ordered_json json_of(const Setting& setting, const std::string& text) {
+  if (setting.type.empty()) return text == "yes";
+  const std::optional<double> number = parse_real(text);
+  if (!number || setting.type.find("..") == std::string::npos) return text;
+  return nlohmann::ordered_json::parse(text);
+}
+
+}  // namespace
+
+std::span<const Setting> setting_table() {
+  static const std::vector<Setting> table = make_table();
+  return table;
+}
+
+SettingTexts setting_texts(const FrameSettings& settings,
+                           std::initializer_list<SettingGroup> groups, bool files) {
+  SettingTexts texts;
+  for (const Setting& setting : setting_table()) {
+    const bool wanted =
+        groups.size() == 0 || std::ranges::find(groups, setting.group) != groups.end();
+    if (!wanted || (setting.file && !files)) continue;
+    std::string text = setting.text(settings);
+    if (!text.empty()) texts.emplace_back(setting.name, std::move(text));
+  }
+  return texts;
+}
+
+void read_settings(const std::string& path, FrameSettings& settings) {
+  const nlohmann::json document = read_json(path);
+  const JsonReader root(document, path);
+  for (const std::string& name : root.members()) {
+    const JsonReader member = root[name];
+    try {
+      const Setting& setting = find_named(setting_table(), "--settings", "setting", name);
+      std::string text = text_of_json(document[name], member);
+      if (setting.file) text = (fs::path(path).parent_path() / text).string();
+      setting.read(settings, text);
+    } catch (const UsageError& error) {
+      throw InputError(member.place(), error.what());
+    }
+  }
+}
+
+std::string settings_json(const FrameSettings& settings, const std::string& path) {
+  const FrameSettings defaults;
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const Setting& setting : setting_table()) {
+    std::string text = setting.text(settings);
+    if (text == setting.text(defaults)) continue;
+    if (setting.file) {
+      text = fs::proximate(text, fs::absolute(path).parent_path()).generic_string();
+    }
+    json[setting.name] = json_of(setting, text);
+  }
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace emberline

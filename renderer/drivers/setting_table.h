@@ -1,0 +1,58 @@
+// The settings of a frame by name: what a command line, a file of settings, a picture's header and
+// a study's records call them. One row for each.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "renderer/frame/frame_settings.h"
+
+namespace emberline {
+
+enum class SettingGroup : uint8_t {
+  kLoading,   // how the scene's files are read
+  kEdits,     // what is changed of it
+  kLight,     // environment, which sides of surfaces are seen
+  kView,      // camera, crop
+  kSample,    // what a sample is
+  kSeed,      // which of its kind
+  kSchedule,  // the order of the work
+  kCounts,    // how many samples each pixel gets
+  kChannels,  // what is kept of them
+};
+
+struct Setting {
+  std::string name;  // of its option, without the dashes
+  SettingGroup group;
+  std::string type;         // of its value, for --help; empty: on or off
+  std::string help;         // a line; in brackets what holds where nothing is given
+  std::string values = {};  // a line for each valid name
+  bool file = false;        // its value is a path
+  // Throws UsageError: the option, the text, what is valid.
+  std::function<void(FrameSettings& settings, std::string_view text)> read;
+  // A text of which read() makes the same value; empty: none is given.
+  std::function<std::string(const FrameSettings& settings)> text;
+};
+
+std::span<const Setting> setting_table();
+
+// Names and texts of the settings that have a text, in the table's order: of all, or of these
+// groups.
+using SettingTexts = std::vector<std::pair<std::string, std::string>>;
+SettingTexts setting_texts(const FrameSettings& settings,
+                           std::initializer_list<SettingGroup> groups = {}, bool files = true);
+
+// A file of settings: one JSON object, the names above with texts, numbers, true or false. It says
+// how a frame is rendered, and not of which scene. A relative path in it is relative to the file.
+// Settings that it does not name stay as they are. Throws InputError with the place.
+void read_settings(const std::string& path, FrameSettings& settings);
+// Of all that differ from the defaults; read_settings() makes the same of it.
+std::string settings_json(const FrameSettings& settings, const std::string& path);
+
+}  // namespace emberline

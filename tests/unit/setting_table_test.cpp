@@ -1,0 +1,130 @@
+#include "renderer/drivers/setting_table.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "renderer/core/errors.h"
+#include "support/gltf_builder.h"
+
+namespace emberline {
+namespace {
+
+// A text of each setting that is not its default.
+const std::map<std::string, std::string> kOthers = {
+    {"edits", "/look/edits.json"},
+    {"variant", "2"},
+    {"aov", "albedo,Z"},
+    {"light-groups", "yes"},
+    {"driver", "adaptive"},
+    {"sampler", "stratified"},
+    {"streams", "2"},
+    {"spp", "16777216"},
+    {"noise-threshold", "0.012345679"},
+    {"min-spp", "3"},
+    {"max-spp", "1000"},
+    {"estimator", "two-stream"},
+    {"allocation", "mse"},
+    {"unbiased", "yes"},
+    {"time-limit", "0.1"},
+    {"integrator", "direct"},
+    {"max-depth", "0"},
+    {"filter", "box"},
+    {"filter-radius", "1.1"},
+    {"seed", "4294967295"},
+    {"bucket-size", "4096"},
+    {"bucket-order", "spiral"},
+    {"bisection-axis", "rows"},
+    {"reconstruction", "linear"},
+    {"size", "65536x1"},
+    {"crop", "-2147483648,0,2147483647,7"},
+    {"camera", "1"},
+    {"look-from", "-0.1,1000000000000000,3.0000000000000004"},
+    {"look-at", "0,-0,1e-300"},
+    {"fov-y", "0.05"},
+    {"f-stop", "2.8"},
+    {"focus-distance", "1e-15"},
+    {"env", "/skies/sky.hdr"},
+    {"env-strength", "1000000000"},
+    {"env-rotation", "-36000"},
+    {"transparent", "yes"},
+    {"backfaces", "show"},
+    {"lenient", "yes"},
+    {"resource-root", "/models"},
+};
+
+FrameSettings all_others() {
+  FrameSettings settings;
+  for (const Setting& setting : setting_table()) setting.read(settings, kOthers.at(setting.name));
+  return settings;
+}
+
+// Fails to compile when FrameSettings gets a member: give it a row, or name it here.
+TEST(SettingTable, HasEveryMember) {
+  const FrameSettings settings;
+  const auto& [scene, resource_root, driver, integrator, sampler, filter, filter_radius, spp,
+               min_spp, max_spp, noise_threshold, estimator, allocation, unbiased, time_limit_s,
+               max_depth, seed, streams, bucket_size, bucket_order, bisection_axis, reconstruction,
+               width, height, crop, camera, look_from, look_at, fov_y, f_stop, focus_distance,
+               edits, variant, environment, environment_strength, environment_rotation, transparent,
+               show_backfaces, lenient, aovs, light_groups] = settings;
+  constexpr size_t kMembers = 41;
+  // All but the scene; width and height are one.
+  EXPECT_EQ(setting_table().size(), kMembers - 2);
+  EXPECT_EQ(kOthers.size(), setting_table().size());
+  EXPECT_TRUE(scene.empty());
+}
+
+TEST(SettingTable, NamesAreThereOnce) {
+  std::set<std::string> names;
+  for (const Setting& setting : setting_table()) {
+    EXPECT_TRUE(names.insert(setting.name).second) << setting.name;
+    EXPECT_FALSE(setting.help.empty());
+  }
+}
+
+TEST(SettingTable, ATextGivesTheSameValue) {
+  const FrameSettings settings = all_others();
+  const FrameSettings defaults;
+  for (const Setting& setting : setting_table()) {
+    EXPECT_EQ(setting.text(settings), kOthers.at(setting.name));
+    EXPECT_NE(setting.text(settings), setting.text(defaults)) << setting.name;
+    FrameSettings again;
+    setting.read(again, setting.text(settings));
+    EXPECT_EQ(setting.text(again), setting.text(settings));
+    const bool any_text = setting.file || setting.type == "NAME|INDEX";
+    if (!any_text) EXPECT_THROW(setting.read(again, "x\ty"), UsageError) << setting.name;
+  }
+}
+
+TEST(SettingTable, AFileGivesTheSameSettings) {
+  const test::TempFolder folder;
+  const std::string path = folder / "look.json";
+  const FrameSettings settings = all_others();
+  std::ofstream(path) << settings_json(settings, path);
+  FrameSettings read;
+  read_settings(path, read);
+  // Paths come back relative to the file.
+  for (const Setting& setting : setting_table()) {
+    const std::string text = setting.text(read);
+    if (!setting.file) EXPECT_EQ(text, setting.text(settings)) << setting.name;
+    if (setting.file) {
+      EXPECT_EQ(std::filesystem::weakly_canonical(text), setting.text(settings)) << setting.name;
+    }
+  }
+  EXPECT_EQ(settings_json(FrameSettings(), path), "{}\n");
+}
+
+TEST(SettingTable, GroupsAndFilesCanBeAskedFor) {
+  const FrameSettings settings = all_others();
+  EXPECT_EQ(setting_texts(settings, {SettingGroup::kSeed}), (SettingTexts{{"seed", "4294967295"}}));
+  EXPECT_EQ(setting_texts(settings, {SettingGroup::kLoading}, false),
+            (SettingTexts{{"lenient", "yes"}}));
+  EXPECT_EQ(setting_texts(FrameSettings(), {SettingGroup::kLoading}), SettingTexts());
+}
+
+}  // namespace
+}  // namespace emberline
