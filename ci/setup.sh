@@ -4,7 +4,7 @@
 set -euo pipefail
 
 packages=(
-  g++ cmake ninja-build ccache git python3
+  g++ cmake ninja-build ccache git pkg-config python3
   libembree-dev libtbb-dev libimath-dev
   libopenimageio-dev openimageio-tools libopenexr-dev libopencolorio-dev libpng-dev libjpeg-dev
   libtinygltf-dev libdraco-dev libmeshoptimizer-dev

@@ -247,10 +247,8 @@ Json material_json(const MaterialEdit& edit) {
   return object;
 }
 
-}  // namespace
-
-SceneEdits read_edits(const std::string& path, const LoadProgress& progress) {
-  const nlohmann::json document = read_json(path, progress);
+SceneEdits edits_of(const nlohmann::json& document, const std::string& path,
+                    const LoadProgress& progress) {
   const JsonReader root(document, path);
   check_version(root);  // before the members: another version may have others
   root.object({"emberline_edits", "camera", "variant", "environment", "lights", "materials"});
@@ -271,6 +269,17 @@ SceneEdits read_edits(const std::string& path, const LoadProgress& progress) {
     }
   }
   return edits;
+}
+
+}  // namespace
+
+SceneEdits read_edits(const std::string& path, const LoadProgress& progress) {
+  return edits_of(read_json(path, progress), path, progress);
+}
+
+SceneEdits parse_edits(std::string_view text, const std::string& name,
+                       const LoadProgress& progress) {
+  return edits_of(parse_json(text, name, DuplicateMembers::kRefused, progress), name, progress);
 }
 
 void write_edits(const std::string& path, const SceneEdits& edits) {

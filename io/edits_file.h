@@ -21,6 +21,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "renderer/core/load_progress.h"
 #include "renderer/description/scene_edits.h"
@@ -34,6 +35,11 @@ inline constexpr int kEditsVersion = 1;
 // environment file is read as well; a relative one is looked for beside the edits.
 SceneEdits read_edits(const std::string& path,
                       const LoadProgress& progress = LoadProgress::unwatched());
+
+// The same of a text that `name` stands for in messages; a relative environment file is looked for
+// in the current folder.
+SceneEdits parse_edits(std::string_view text, const std::string& name,
+                       const LoadProgress& progress = LoadProgress::unwatched());
 
 // Reading it gives the same edits, bit for bit. A relative environment file is written relative to
 // the folder of `path`. Throws RenderError.

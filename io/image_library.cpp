@@ -30,6 +30,8 @@ uint64_t image_library_bytes() { return 0; }
 
 namespace {
 
+constexpr const char* kName = "libemberline_images.so";
+
 std::atomic<uint64_t> g_bytes{0};
 
 // Resident memory, proc(5).
@@ -76,16 +78,26 @@ void check_room() {
   ::munmap(room, kRoom);
 }
 
-// From the program's own folder, or else where the system looks.
-void* load() {
-  constexpr const char* kName = "libemberline_images.so";
+// Beside the library that this code is in, or in ../lib of the program; empty: neither is there.
+std::string own_copy() {
+  namespace fs = std::filesystem;
   std::error_code error;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
-  const std::filesystem::path beside = program.parent_path().parent_path() / "lib" / kName;
-  const bool there = !error && std::filesystem::exists(beside, error);
-  if (there) check_whole(beside.string());
+  Dl_info here = {};
+  const bool found = ::dladdr(reinterpret_cast<const void*>(&image_library_bytes), &here) != 0;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  for (const fs::path& path : {found ? fs::path(here.dli_fname).parent_path() / kName : fs::path(),
+                               program.parent_path().parent_path() / "lib" / kName}) {
+    if (path.is_absolute() && fs::exists(path, error)) return path.string();
+  }
+  return {};
+}
+
+// That, or else from where the system looks.
+void* load() {
+  const std::string own = own_copy();
+  if (!own.empty()) check_whole(own);
   check_room();
-  return ::dlopen(there ? beside.c_str() : kName, RTLD_LAZY | RTLD_LOCAL);
+  return ::dlopen(own.empty() ? kName : own.c_str(), RTLD_LAZY | RTLD_LOCAL);
 }
 
 const ImageLibrary& find() {

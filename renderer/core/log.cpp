@@ -23,6 +23,7 @@ struct LogState {
   std::set<std::string, std::less<>> warned;
   std::vector<std::string> warnings;  // the same, in order
   std::function<void()> before, after;
+  std::function<void(LogKind, std::string_view)> sink;
   std::shared_ptr<spdlog::logger> logger;
 
   LogState()
@@ -38,11 +39,12 @@ LogState& state() {
   return s;
 }
 
-void write(spdlog::level::level_enum level, std::string_view prefix, std::string_view message) {
+void write(LogKind kind, std::string_view prefix, std::string_view message) {
   LogState& s = state();
   const std::lock_guard lock(s.mutex);
+  if (s.sink) return s.sink(kind, message);
   if (s.before) s.before();
-  s.logger->log(level, "{}{}", prefix, printable(message));
+  s.logger->log(spdlog::level::info, "{}{}", prefix, printable(message));
   s.logger->flush();
   if (s.after) s.after();
 }
@@ -52,31 +54,36 @@ void write(spdlog::level::level_enum level, std::string_view prefix, std::string
 void set_log_level(LogLevel level) { g_level = level; }
 LogLevel log_level() { return g_level; }
 
-void log_error(std::string_view message) {
-  write(spdlog::level::err, "emberline: error: ", message);
+void set_log_sink(std::function<void(LogKind, std::string_view)> sink) {
+  LogState& s = state();
+  const std::lock_guard lock(s.mutex);
+  s.sink = std::move(sink);
 }
+
+void log_error(std::string_view message) { write(LogKind::kError, "emberline: error: ", message); }
 
 void log_warning(std::string_view message) {
   size_t count = 0;
   {
     LogState& s = state();
     const std::lock_guard lock(s.mutex);
+    if (s.sink) return s.sink(LogKind::kWarning, message);
     if (!s.warned.emplace(message).second) return;
     s.warnings.emplace_back(message);
     count = s.warnings.size();
   }
   if (g_level == LogLevel::kQuiet || count > kMostWarningsShown + 1) return;
   const bool shown = count <= kMostWarningsShown;
-  write(spdlog::level::warn, "emberline: warning: ",
+  write(LogKind::kWarning, "emberline: warning: ",
         shown ? message : "there are more warnings; a --report has them all");
 }
 
 void log_info(std::string_view message) {
-  if (g_level != LogLevel::kQuiet) write(spdlog::level::info, "", message);
+  if (g_level != LogLevel::kQuiet) write(LogKind::kInfo, "", message);
 }
 
 void log_verbose(std::string_view message) {
-  if (g_level == LogLevel::kVerbose) write(spdlog::level::debug, "", message);
+  if (g_level == LogLevel::kVerbose) write(LogKind::kInfo, "", message);
 }
 
 std::vector<std::string> warnings_so_far() {

@@ -23,6 +23,11 @@ void log_warning(std::string_view message);
 void log_info(std::string_view message);     // unless --quiet
 void log_verbose(std::string_view message);  // with --verbose
 
+// Where messages go instead of stderr, as they are, warnings each time; null: to stderr again. One
+// call at a time.
+enum class LogKind { kError, kWarning, kInfo };
+void set_log_sink(std::function<void(LogKind kind, std::string_view message)> sink);
+
 // Every text that log_warning has been given so far, in order: also those that --quiet kept back.
 std::vector<std::string> warnings_so_far();
 

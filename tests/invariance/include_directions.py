@@ -23,6 +23,7 @@ BELOW = {
     "renderer/study": ["renderer/output"],
     "renderer/session": ["renderer/output"],
     "renderer/window": ["renderer/session"],
+    "renderer/library": ["renderer/drivers", "renderer/process"],
     "renderer/app": ["renderer/study", "renderer/window"],
 }
 

@@ -1,0 +1,300 @@
+#include "renderer/library/emberline.h"
+
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <new>
+#include <thread>
+#include <utility>
+
+#include "io/edits_file.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/core/names.h"
+#include "renderer/core/version.h"
+#include "renderer/description/framing.h"
+#include "renderer/drivers/frame_plan.h"
+#include "renderer/drivers/setting_table.h"
+#include "renderer/frame/frame_scene.h"
+#include "renderer/process/run_limits.h"
+#include "renderer/process/stop_request.h"
+#include "renderer/scene/editable_scene.h"
+
+namespace emberline::api {
+
+struct Settings::State {
+  FrameSettings settings;
+};
+
+struct Scene::State {
+  std::shared_ptr<MemoryBudget> memory;
+  SceneBuildOptions build;
+  CoverageReport coverage;
+  WorldBounds bounds;
+  std::unique_ptr<EditableScene> scene;
+};
+
+struct Access {
+  using SceneState = Scene::State;
+  static const FrameSettings& of(const Settings& settings) { return settings.state_->settings; }
+  static const SceneState& of(const Scene& scene) { return *scene.state_; }
+};
+
+namespace {
+
+// Runs `work`, and throws its errors as those of this interface.
+template <typename Work>
+decltype(auto) translated(const Work& work) {
+  try {
+    return work();
+  } catch (const emberline::UsageError& error) {
+    throw UsageError(error.what());
+  } catch (const emberline::InputError& error) {
+    throw InputError(error.what());
+  } catch (const EmberlineError& error) {
+    throw RenderError(error.what());
+  } catch (const Cancelled&) {
+    throw Stopped("the load was stopped");
+  } catch (const std::bad_alloc&) {
+    throw RenderError("out of memory");
+  }
+}
+
+// TBB has no more than the machine, and says so on stderr when it is asked for them.
+int arena_threads(const Resources& resources) {
+  const int most = tbb::info::default_concurrency();
+  return resources.threads > 0 ? std::min(resources.threads, most) : most;
+}
+
+SceneBuildOptions editable(SceneBuildOptions options) {
+  options.editable = true;
+  return options;
+}
+
+template <typename List>
+std::vector<std::string> names_of(const List& list) {
+  std::vector<std::string> names;
+  for (const auto& entry : list) names.push_back(entry.name);
+  return names;
+}
+
+// Asks for the end when the caller does, or when the time is over.
+class EndOfFrame {
+ public:
+  EndOfFrame(const std::stop_token& stop, std::optional<double> limit_s)
+      : by_caller_(stop, [this] { request_.request(PixelStop::kUser); }) {
+    if (!limit_s) return;
+    clock_ = std::jthread([this, limit_s](const std::stop_token& over) {
+      std::unique_lock lock(mutex_);
+      wake_.wait_for(lock, over, std::chrono::duration<double>(*limit_s), [] { return false; });
+      if (!over.stop_requested()) request_.request(PixelStop::kTimeLimit);
+    });
+  }
+  std::stop_token token() const { return request_.token(); }
+  PixelStop cause() const { return request_.cause(); }
+
+ private:
+  StopRequest request_;
+  std::stop_callback<std::function<void()>> by_caller_;
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::jthread clock_;
+};
+
+// Puts finished tiles into a picture, and shows it on its way.
+class PictureObserver final : public FrameObserver {
+ public:
+  PictureObserver(Picture& picture, const Rect& crop, const EndOfFrame& end,
+                  const std::function<void(const Progress&)>& watch)
+      : picture_(picture), crop_(crop), end_(end), watch_(watch) {}
+
+  void tile_finished(const FilmTile& tile) override {
+    std::vector<float> pixels;
+    tile.resolve(pixels);
+    const size_t channels = picture_.channels.size(), row = size_t(tile.rect().width()) * channels;
+    const Rect& rect = tile.rect();
+    for (int y = rect.y0; y < rect.y1; ++y) {  // no pixel is in two tiles
+      std::copy_n(&pixels[size_t(y - rect.y0) * row], row,
+                  &picture_.values[crop_.index_of(rect.x0, y) * channels]);
+    }
+  }
+  void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
+    if (!watch_) return;
+    rgba_.resize(4 * size_t(crop_.area()));
+    picture.resolve(rgba_);
+    watch_({now.samples, now.error_estimate, rgba_.data()});
+  }
+  PixelStop stop_cause() const override { return end_.cause(); }
+
+ private:
+  Picture& picture_;
+  const Rect crop_;
+  const EndOfFrame& end_;
+  const std::function<void(const Progress&)>& watch_;
+  std::vector<float> rgba_;
+};
+
+Picture blank_picture(const FramePlan& plan) {
+  Picture picture;
+  picture.width = plan.crop.width();
+  picture.height = plan.crop.height();
+  picture.x = plan.crop.x0;
+  picture.y = plan.crop.y0;
+  picture.channels = film_channel_names(plan.aovs);
+  picture.values.resize(size_t(plan.crop.area()) * picture.channels.size());
+  return picture;
+}
+
+void check_suits(const FramePlan& plan, const FrameSettings& settings,
+                 const SceneBuildOptions& built) {
+  if (settings.light_groups)
+    throw emberline::UsageError("light-groups: the command alone has them");
+  if (plan.build.show_backfaces != built.show_backfaces) {
+    throw emberline::UsageError("backfaces: the scene was loaded with another value");
+  }
+  if (plan.build.unread_uv && !built.unread_uv) {
+    throw emberline::UsageError("integrator: the scene was loaded without what " +
+                                settings.integrator + " shows; load it with this setting");
+  }
+}
+
+// What the settings and the scene's edits look through.
+Camera camera_of(const Access::SceneState& state, const FrameSettings& settings) {
+  SceneDescription views;
+  views.cameras = state.scene->original().cameras;
+  if (views.cameras.empty()) {
+    const double aspect = double(settings.width) / settings.height;
+    views.cameras.push_back(framing_camera(state.bounds, aspect));
+  }
+  const CameraDescription camera = choose_camera(settings, views, state.scene->edits());
+  return create_camera(settings, camera, state.scene->scene());
+}
+
+Picture render_picture(const Access::SceneState& state, const FrameSettings& settings,
+                       const Resources& resources, const std::stop_token& stop,
+                       const std::function<void(const Progress&)>& watch) {
+  const FramePlan plan(settings);
+  check_suits(plan, settings, state.build);
+  FrameRender render(driver_factory(plan.driver->name, plan.driver_settings));
+  const uint64_t channels = film_channels(plan.aovs).size();
+  MemoryReservation memory(state.memory, MemoryPart::kFilm);
+  memory.add(bytes_of(uint64_t(plan.crop.area()),
+                      render.bytes_per_pixel(plan.aovs) + (channels + 4) * sizeof(float)),
+             "a frame of " + std::to_string(plan.crop.width()) + "x" +
+                 std::to_string(plan.crop.height()) + " pixels");
+  Picture picture = blank_picture(plan);
+  const Camera camera = camera_of(state, settings);
+  const Frame frame = plan.frame(state.scene->scene(), camera);
+  const EndOfFrame end(stop, settings.time_limit_s);
+  PictureObserver observer(picture, plan.crop, end, watch);
+  FrameCounters counters;
+  tbb::task_arena(arena_threads(resources)).execute([&] {
+    counters = render.render(frame, observer, end.token());
+    render.deliver(observer);
+  });
+  picture.samples = counters.samples;
+  picture.rays = counters.rays.total();
+  picture.non_finite_samples = counters.non_finite_samples;
+  picture.error_estimate = render.error_estimate();
+  const bool by_time = end.cause() == PixelStop::kTimeLimit && !render.by_tiles();
+  picture.complete = !counters.stopped || by_time;
+  return picture;
+}
+
+}  // namespace
+
+std::string version() { return kEmberlineVersion; }
+
+Settings::Settings() : state_(std::make_unique<State>()) {}
+Settings::Settings(const Settings& other) : state_(std::make_unique<State>(*other.state_)) {}
+Settings::Settings(Settings&& other) noexcept = default;
+Settings& Settings::operator=(Settings other) noexcept {
+  state_ = std::move(other.state_);
+  return *this;
+}
+Settings::~Settings() = default;
+
+Settings& Settings::set(std::string_view name, std::string_view text) {
+  translated([&] {
+    find_named(setting_table(), "settings", "setting", name).read(state_->settings, text);
+  });
+  return *this;
+}
+
+std::string Settings::get(std::string_view name) const {
+  return translated([&] {
+    return find_named(setting_table(), "settings", "setting", name).text(state_->settings);
+  });
+}
+
+Settings& Settings::read(const std::string& path) {
+  FrameSettings read = state_->settings;
+  translated([&] { read_settings(path, read); });
+  state_->settings = std::move(read);
+  return *this;
+}
+
+Scene::Scene(const std::string& path, const Settings& given, const Resources& resources,
+             const std::stop_token& stop)
+    : state_(std::make_unique<State>()) {
+  translated([&] {
+    FrameSettings settings = Access::of(given);
+    settings.scene = path;
+    const LoadLimits limits = limits_of({resources.memory_bytes, resources.load_timeout_s}, path);
+    state_->memory = limits.memory;
+    state_->build = editable(FramePlan(settings).build);
+    LoadProgress progress({}, stop, limits);
+    tbb::task_arena(arena_threads(resources)).execute([&] {
+      SceneEdits edits = load_edits(settings, progress);
+      SceneDescription description = load_scene(settings, progress);
+      choose_variant(settings, description, edits);
+      state_->coverage = description.coverage;
+      if (description.cameras.empty()) state_->bounds = world_bounds(description);
+      state_->scene =
+          std::make_unique<EditableScene>(std::move(description), state_->build, progress);
+      state_->scene->set(edits);
+    });
+  });
+}
+Scene::Scene(Scene&& other) noexcept = default;
+Scene& Scene::operator=(Scene&& other) noexcept = default;
+Scene::~Scene() = default;
+
+void Scene::edit(std::string_view json) {
+  translated([&] { state_->scene->set(parse_edits(json, "the edits")); });
+}
+
+std::vector<std::string> Scene::lights() const {
+  return names_of(state_->scene->original().lights);
+}
+std::vector<std::string> Scene::materials() const {
+  return names_of(state_->scene->original().materials);
+}
+std::vector<std::string> Scene::cameras() const {
+  return names_of(state_->scene->original().cameras);
+}
+std::vector<std::string> Scene::approximated() const { return state_->coverage.approximated; }
+std::vector<std::string> Scene::ignored() const { return state_->coverage.ignored; }
+
+Picture render(const Scene& scene, const Settings& settings, const Resources& resources,
+               const std::stop_token& stop, const std::function<void(const Progress&)>& watch) {
+  return translated([&] {
+    return render_picture(Access::of(scene), Access::of(settings), resources, stop, watch);
+  });
+}
+
+void set_log(std::function<void(Message, std::string_view)> log) {
+  if (!log) return set_log_sink({});
+  set_log_sink([log = std::move(log)](LogKind kind, std::string_view message) {
+    log(kind == LogKind::kError     ? Message::kError
+        : kind == LogKind::kWarning ? Message::kWarning
+                                    : Message::kInfo,
+        message);
+  });
+}
+
+}  // namespace emberline::api

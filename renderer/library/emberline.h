@@ -1,0 +1,155 @@
+// Emberline as a library: a scene and settings in, pictures and estimates out.
+//
+//   #include <emberline/emberline.h>
+//
+//   emberline::api::Settings settings;
+//   settings.set("driver", "adaptive").set("noise-threshold", "0.01");
+//   emberline::api::Scene scene("shot.glb", settings);
+//   scene.edit(R"({"emberline_edits": 1, "lights": [{"kind": "punctual", "name": "key",
+//   "intensity": 2}]})"); const emberline::api::Picture picture = emberline::api::render(scene,
+//   settings);
+//
+// Equal scene, edits and settings give equal bits, whatever the threads, and those of the command.
+// Objects may be used from one thread at a time; different ones from different threads at once: two
+// scenes, two frames of one scene. What is wrong is thrown; nothing is kept when something throws.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#if defined(_WIN32)
+#define EMBERLINE_API
+#else
+#define EMBERLINE_API __attribute__((visibility("default")))
+#endif
+
+#define EMBERLINE_VERSION_MAJOR 0
+#define EMBERLINE_VERSION_MINOR 1
+#define EMBERLINE_VERSION_PATCH 0
+
+namespace emberline::api {
+
+// Of the library that runs, which need not be that of this header: "0.1.0".
+EMBERLINE_API std::string version();
+
+// One line: what, where, what to do.
+struct EMBERLINE_API Error : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+struct EMBERLINE_API UsageError : Error {  // a setting
+  using Error::Error;
+};
+struct EMBERLINE_API InputError : Error {  // a file, or edits
+  using Error::Error;
+};
+struct EMBERLINE_API RenderError : Error {  // memory, a file that cannot be written
+  using Error::Error;
+};
+struct EMBERLINE_API Stopped : Error {  // a load, by its stop token
+  using Error::Error;
+};
+
+// Everything that decides a frame, by the names of the command's options ("spp", "look-from") and
+// with their texts. `emberline render --help` lists them.
+class EMBERLINE_API Settings {
+ public:
+  Settings();
+  Settings(const Settings& other);
+  Settings(Settings&& other) noexcept;
+  Settings& operator=(Settings other) noexcept;
+  ~Settings();
+
+  // Of an option without value: "yes" or "no". Throws UsageError.
+  Settings& set(std::string_view name, std::string_view text);
+  // Empty: none is given. Throws UsageError for a name that there is not.
+  std::string get(std::string_view name) const;
+  // A file of --save-settings. Throws InputError.
+  Settings& read(const std::string& path);
+
+ private:
+  friend struct Access;
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// What the machine gives; a frame does not depend on it.
+struct Resources {
+  int threads = 0;                       // at most; 0: one for each core
+  std::optional<uint64_t> memory_bytes;  // of a scene; absent: as the command has it
+  std::optional<double> load_timeout_s;  // absent: none
+};
+
+// A loaded scene, which follows edits without being built again.
+class EMBERLINE_API Scene {
+ public:
+  // Of the settings: env and its like, backfaces, lenient, resource-root, variant, edits, and
+  // whether the integrator shows texture coordinates. Throws UsageError, InputError, RenderError,
+  // Stopped.
+  explicit Scene(const std::string& path, const Settings& settings = {},
+                 const Resources& resources = {}, const std::stop_token& stop = {});
+  Scene(Scene&& other) noexcept;
+  Scene& operator=(Scene&& other) noexcept;
+  ~Scene();
+
+  // All that differs from the file from now on, as --edits reads it (JSON). Throws InputError; the
+  // scene is then as it was.
+  void edit(std::string_view json);
+  // The file's names.
+  std::vector<std::string> lights() const;
+  std::vector<std::string> materials() const;
+  std::vector<std::string> cameras() const;
+  // What of the file is not honoured to the letter, a line each.
+  std::vector<std::string> approximated() const;
+  std::vector<std::string> ignored() const;
+
+ private:
+  friend struct Access;
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// How far a frame has come.
+struct Progress {
+  uint64_t samples = 0;
+  std::optional<double> error_estimate;  // of the picture of now, where the driver makes one
+  // R G B A of every pixel, rows from the top, linear; null: this driver shows no picture before it
+  // is done.
+  const float* rgba = nullptr;
+};
+
+struct Picture {
+  int width = 0, height = 0;          // of what was rendered: the crop, or the frame
+  int x = 0, y = 0;                   // its corner in the frame
+  std::vector<std::string> channels;  // "R", "G", "B", "A", "samples", and what "aov" asks for
+  std::vector<float> values;          // interleaved, rows from the top; linear Rec. 709
+  uint64_t samples = 0, rays = 0;
+  uint64_t non_finite_samples = 0;       // which count as black
+  std::optional<double> error_estimate;  // expected RMS error as displayed, 0 to 1
+  bool complete = false;                 // false: stopped before its end
+
+  const float* pixel(int column, int row) const {
+    return &values[(size_t(row) * size_t(width) + size_t(column)) * channels.size()];
+  }
+};
+
+// `watch` is called while nothing renders: seldom with `bucket`, at every pause of the other
+// drivers. A stop brings what there is by then. "time-limit" counts from here. Throws UsageError,
+// InputError, RenderError, and what `watch` throws.
+EMBERLINE_API Picture render(const Scene& scene, const Settings& settings,
+                             const Resources& resources = {}, const std::stop_token& stop = {},
+                             const std::function<void(const Progress&)>& watch = {});
+
+enum class Message { kError, kWarning, kInfo };
+// Where messages go, from any thread, one at a time; null: to stderr, as they do until this is
+// called.
+EMBERLINE_API void set_log(std::function<void(Message, std::string_view)> log);
+
+}  // namespace emberline::api

@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Installs a build, builds example.cpp against it by CMake and by pkg-config, and runs it.
+#     check.sh BUILD
+set -euo pipefail
+build=$(realpath "$1")
+here=$(dirname "$(realpath "$0")")
+scenes=$here/../../scenes
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+prefix=$folder/prefix
+
+cmake --install "$build" --prefix "$prefix" >"$folder/log" || { cat "$folder/log" >&2; exit 1; }
+libdir=$(dirname "$(find "$prefix" -name libemberline.a)")
+
+# Nothing but the interface can be seen.
+foreign=$(nm -DC --defined-only "$libdir/libemberline.so" | cut -d' ' -f3- | grep -v 'emberline::api' || true)
+if [ -n "$foreign" ]; then
+  echo "libemberline.so shows more than its interface:" >&2
+  echo "$foreign" | head >&2
+  exit 1
+fi
+
+cmake -S "$here" -B "$folder/build" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release \
+  >"$folder/log" || { cat "$folder/log" >&2; exit 1; }
+cmake --build "$folder/build" >"$folder/log" 2>&1 || { cat "$folder/log" >&2; exit 1; }
+flags=$(PKG_CONFIG_PATH=$libdir/pkgconfig pkg-config --define-variable=prefix="$prefix" --cflags --libs emberline)
+# shellcheck disable=SC2086
+"${CXX:-c++}" -std=c++20 "$here/example.cpp" -o "$folder/example_pc" $flags
+
+run() { (cd / && LD_LIBRARY_PATH=$libdir "$@" "$scenes/cornell_box.glb" light 2>/dev/null); }
+shared=$(run "$folder/build/example")
+echo "$shared"
+for program in "$folder/build/example_static" "$folder/example_pc"; do
+  other=$(run "$program")
+  [ "$other" = "$shared" ] || { echo "$program says: $other" >&2; exit 1; }
+done
+# The command that came along finds its library.
+"$prefix/bin/emberline" render "$scenes/cornell_box.glb" --env "$scenes/dusk.hdr" --size 8x8 --spp 1 \
+  -o "$folder/a.exr" --quiet
+[ -s "$folder/a.exr" ]

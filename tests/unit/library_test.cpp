@@ -1,0 +1,194 @@
+// Emberline as other programs have it.
+#include "renderer/library/emberline.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+namespace emberline::api {
+namespace {
+
+const std::string kScenes = EMBERLINE_SCENES "/";
+const std::string kHalfLight =
+    R"({"emberline_edits": 1, "lights": [{"kind": "material", "name": "light", "intensity": 0.5}]})";
+
+Settings small(const std::string& driver = "bucket") {
+  Settings settings;
+  settings.set("driver", driver).set("size", "24x24").set("spp", "8").set("max-depth", "4");
+  return settings;
+}
+
+double mean(const Picture& picture) {
+  double sum = 0;
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) sum += picture.pixel(x, y)[1];
+  }
+  return sum / (picture.width * picture.height);
+}
+
+class Library : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    set_log([](Message, std::string_view) {});
+  }
+  void TearDown() override { set_log({}); }
+};
+
+TEST_F(Library, TheHeaderSaysItsVersion) {
+  EXPECT_EQ(version(), std::to_string(EMBERLINE_VERSION_MAJOR) + "." +
+                           std::to_string(EMBERLINE_VERSION_MINOR) + "." +
+                           std::to_string(EMBERLINE_VERSION_PATCH));
+}
+
+TEST_F(Library, SettingsAreTheCommands) {
+  Settings settings;
+  EXPECT_EQ(settings.get("size"), "1280x720");
+  EXPECT_EQ(settings.get("spp"), "");
+  settings.set("spp", "12").set("transparent", "yes");
+  const Settings copy = settings;
+  settings.set("spp", "13");
+  EXPECT_EQ(copy.get("spp"), "12");
+  EXPECT_EQ(copy.get("transparent"), "yes");
+  EXPECT_THROW(settings.set("spp", "0"), UsageError);
+  EXPECT_THROW(settings.set("samples", "1"), UsageError);
+  EXPECT_THROW(settings.get("samples"), UsageError);
+  EXPECT_THROW(settings.read("/no/file.json"), InputError);
+  EXPECT_EQ(settings.get("spp"), "13") << "as it was";
+}
+
+TEST_F(Library, RendersWhatIsAskedFor) {
+  const Settings settings = small().set("crop", "4,5,20,24").set("aov", "Z");
+  const Scene scene(kScenes + "cornell_box.glb", settings);
+  const Picture picture = render(scene, settings);
+  EXPECT_EQ(picture.width, 16);
+  EXPECT_EQ(picture.height, 19);
+  EXPECT_EQ(picture.x, 4);
+  EXPECT_EQ(picture.y, 5);
+  EXPECT_EQ(picture.channels, (std::vector<std::string>{"R", "G", "B", "A", "samples", "Z"}));
+  EXPECT_EQ(picture.samples, 8u * 16 * 19);
+  EXPECT_TRUE(picture.complete);
+  EXPECT_EQ(picture.pixel(3, 3)[4], 8.0f);
+  EXPECT_GT(picture.pixel(3, 3)[5], 0.0f);
+  EXPECT_EQ(scene.materials(), (std::vector<std::string>{"white", "red", "green", "light"}));
+  EXPECT_EQ(scene.cameras(), std::vector<std::string>{"camera"});
+}
+
+// Light is linear: half of the only lamp gives half of every pixel, to the bit.
+TEST_F(Library, EditsAreThoseOfTheCommand) {
+  const Settings settings = small();
+  Scene scene(kScenes + "cornell_box.glb", settings);
+  const Picture whole = render(scene, settings);
+  scene.edit(kHalfLight);
+  const Picture half = render(scene, settings);
+  EXPECT_GT(mean(whole), 0.01);
+  for (int y = 0; y < whole.height; ++y) {
+    for (int x = 0; x < whole.width; ++x) {
+      for (int c = 0; c < 3; ++c) ASSERT_EQ(2 * half.pixel(x, y)[c], whole.pixel(x, y)[c]);
+    }
+  }
+  EXPECT_THROW(scene.edit("{}"), InputError);
+  EXPECT_THROW(
+      scene.edit(R"({"emberline_edits": 1, "lights": [{"kind": "material", "name": "x"}]})"),
+      InputError);
+  EXPECT_EQ(render(scene, settings).values, half.values) << "as it was";
+  scene.edit(R"({"emberline_edits": 1})");
+  EXPECT_EQ(render(scene, settings).values, whole.values);
+}
+
+TEST_F(Library, TwoScenesAndTwoFramesAtOnce) {
+  const Settings settings = small("adaptive");
+  const Scene box(kScenes + "cornell_box.glb", settings);
+  const Scene spheres(kScenes + "spheres.glb", settings);
+  const Picture alone_box = render(box, settings), alone_spheres = render(spheres, settings);
+  const Scene* const scenes[] = {&box, &spheres, &box, &spheres};
+  Picture pictures[4];
+  {
+    std::vector<std::jthread> threads;
+    for (int i = 0; i < 4; ++i) {
+      threads.emplace_back([&, i] {
+        Resources resources;
+        resources.threads = 1 + i % 3;
+        pictures[i] = render(*scenes[i], settings, resources);
+      });
+    }
+  }
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(pictures[i].values, (i % 2 ? alone_spheres : alone_box).values) << i;
+  }
+  EXPECT_TRUE(alone_box.error_estimate.has_value());
+}
+
+TEST_F(Library, IsWatchedAndStopped) {
+  const Settings settings = small("bisection").set("spp", "4096").set("size", "64x64");
+  const Scene scene(kScenes + "cornell_box.glb", settings);
+  std::stop_source stop;
+  int pictures = 0;
+  uint64_t samples = 0;
+  const Picture picture = render(scene, settings, {}, stop.get_token(), [&](const Progress& now) {
+    ++pictures;
+    EXPECT_GT(now.samples, samples);
+    samples = now.samples;
+    ASSERT_NE(now.rgba, nullptr);
+    EXPECT_TRUE(std::isfinite(now.rgba[0]));
+    if (samples >= 64 * 64) stop.request_stop();
+  });
+  EXPECT_GT(pictures, 1);
+  EXPECT_FALSE(picture.complete);
+  EXPECT_GE(picture.samples, 64u * 64);
+  EXPECT_LT(picture.samples, 64u * 64 * 4096);
+  struct Mine {};
+  EXPECT_THROW(render(scene, settings, {}, {}, [](const Progress&) { throw Mine(); }), Mine);
+}
+
+TEST_F(Library, TheTimeLimitEndsAFrame) {
+  const Settings settings = small("bisection").set("spp", "16777216").set("time-limit", "0.05");
+  const Scene scene(kScenes + "cornell_box.glb", settings);
+  const Picture picture = render(scene, settings);
+  EXPECT_TRUE(picture.complete) << "is what was asked for";
+  EXPECT_LT(picture.samples, 24u * 24 * 16777216);
+}
+
+TEST_F(Library, SaysWhatIsWrong) {
+  EXPECT_THROW(Scene("/no/scene.glb"), InputError);
+  Resources little;
+  little.memory_bytes = 1000;
+  EXPECT_THROW(Scene(kScenes + "cornell_box.glb", {}, little), InputError);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_THROW(Scene(kScenes + "cornell_box.glb", {}, {}, stop.get_token()), Stopped);
+  const Scene scene(kScenes + "cornell_box.glb");
+  EXPECT_THROW(render(scene, Settings().set("backfaces", "show")), UsageError);
+  EXPECT_THROW(render(scene, Settings().set("integrator", "uv")), UsageError);
+  EXPECT_THROW(render(scene, Settings().set("light-groups", "yes")), UsageError);
+  EXPECT_THROW(render(scene, Settings().set("crop", "0,0,9999,1")), UsageError);
+  EXPECT_THROW(render(scene, Settings().set("camera", "none")), UsageError);
+  try {
+    Settings().set("sampler", "sobel");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("did you mean 'sobol'"), std::string::npos);
+  }
+}
+
+TEST_F(Library, MessagesGoWhereTheyAreWanted) {
+  std::mutex mutex;
+  std::string all;
+  set_log([&](Message kind, std::string_view text) {
+    const std::lock_guard lock(mutex);
+    all += std::string(kind == Message::kWarning ? "warning: " : "") + std::string(text) + "\n";
+  });
+  testing::internal::CaptureStderr();
+  const Settings settings = small();
+  for (int i = 0; i < 2; ++i) {
+    all.clear();
+    const Scene scene(kScenes + "checker_plane.glb", settings);
+    EXPECT_NE(all.find("warning: the scene has no light"), std::string::npos) << i << ": " << all;
+  }
+  set_log({});
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+}  // namespace
+}  // namespace emberline::api
