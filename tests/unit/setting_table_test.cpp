@@ -96,7 +96,9 @@ TEST(SettingTable, ATextGivesTheSameValue) {
     setting.read(again, setting.text(settings));
     EXPECT_EQ(setting.text(again), setting.text(settings));
     const bool any_text = setting.file || setting.type == "NAME|INDEX";
-    if (!any_text) EXPECT_THROW(setting.read(again, "x\ty"), UsageError) << setting.name;
+    if (!any_text) {
+      EXPECT_THROW(setting.read(again, "x\ty"), UsageError) << setting.name;
+    }
   }
 }
 
@@ -110,8 +112,9 @@ TEST(SettingTable, AFileGivesTheSameSettings) {
   // Paths come back relative to the file.
   for (const Setting& setting : setting_table()) {
     const std::string text = setting.text(read);
-    if (!setting.file) EXPECT_EQ(text, setting.text(settings)) << setting.name;
-    if (setting.file) {
+    if (!setting.file) {
+      EXPECT_EQ(text, setting.text(settings)) << setting.name;
+    } else {
       EXPECT_EQ(std::filesystem::weakly_canonical(text), setting.text(settings)) << setting.name;
     }
   }
