@@ -175,9 +175,7 @@ RenderRun::RenderRun(const RenderOptions& options)
 void RenderRun::open_outputs() {
   reserve_frame(frame_bytes(options_, output_settings_, frame_render_), plan_.crop,
                 *limits_.memory);
-  if (!options_.save_settings.empty()) {
-    write_file_atomically(options_.save_settings, settings_json(options_, options_.save_settings));
-  }
+  if (!options_.save_settings.empty()) check_writable(options_.save_settings);
   for (const std::string& path : options_.reports) check_writable(path);
   if (std::ranges::any_of(options_.reports, is_page)) {
     pictures_.emplace(options_.display, plan_.crop, output_settings_.aovs);
@@ -270,6 +268,9 @@ void RenderRun::note_picture(const FrameProgress& now, const FramePicture& pictu
 }
 
 void RenderRun::render() {
+  if (!options_.save_settings.empty()) {
+    write_file_atomically(options_.save_settings, settings_json(options_, options_.save_settings));
+  }
   if (options_.viewer) viewer_.emplace(options_, plan_.crop, workers_->count());
   if (pictures_ || viewer_) {
     outputs_->on_tile([&](const FilmTile& tile) {

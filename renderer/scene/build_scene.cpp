@@ -4,10 +4,10 @@
 #include <cassert>
 
 #include "renderer/core/errors.h"
+#include "renderer/description/default_light.h"
+#include "renderer/description/framing.h"
 #include "renderer/scene/geometry.h"
 #include "renderer/scene/scene_dresser.h"
-#include "renderer/description/framing.h"
-#include "renderer/description/default_light.h"
 
 namespace emberline {
 

@@ -75,6 +75,13 @@ TEST_F(SettingsFile, IsNeitherOverwrittenNorReadFromAPipe) {
   expect_failure(
       render_words({"--settings", path("look.json"), "--save-settings", path("look.json")}), 2,
       {"--save-settings", "look.json"});
+  // Of a run that is refused there is no file, and that of before is whole.
+  write("old.json", "old");
+  for (const Words& wrong : {Words{"-o", path("no/a.png")}, Words{"--camera", "none"}}) {
+    expect_failure(render_words(wrong + Words{"--save-settings", path("old.json")}),
+                   wrong[0] == "-o" ? 1 : 2, {});
+    EXPECT_EQ(read_text(path("old.json")), "old");
+  }
   expect_failure(render_words({"--save-settings", scene()}), 2, {"--save-settings", "scene"});
   expect_failure(render_words({"--settings", path("no.json")}), 3, {"no.json"});
   ASSERT_EQ(mkfifo(path("pipe.json").c_str(), 0600), 0);
