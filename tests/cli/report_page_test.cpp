@@ -3,8 +3,6 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <fstream>
-#include <sstream>
 
 #include "cli/command_test.h"
 #include "support/markup.h"
@@ -15,10 +13,7 @@ namespace {
 class ReportPage : public CommandTest {
  protected:
   ReadMarkup page(const std::string& name = "r.html") const {
-    std::ifstream file(path(name), std::ios::binary);
-    std::ostringstream text;
-    text << file.rdbuf();
-    ReadMarkup read = read_markup(text.str());
+    ReadMarkup read = read_markup(read_text(path(name)));
     EXPECT_EQ(read.fault, "");
     EXPECT_EQ(read.count("script") + read.count("link"), 0u);
     for (const Element& element : read.elements) {

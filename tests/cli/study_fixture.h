@@ -1,8 +1,6 @@
 // What the tests of `study` share: runs of a small one, and the table that it leaves.
 #pragma once
 
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <sstream>
 
@@ -11,11 +9,6 @@
 namespace emberline::test {
 
 using Row = std::map<std::string, std::string>;
-
-inline std::string read_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
 
 // One line of RFC 4180.
 inline std::vector<std::string> cells(const std::string& line) {

@@ -25,9 +25,9 @@ using AtomicFileTest = OutputFolder;
 
 TEST_F(AtomicFileTest, WritesWholeFiles) {
   write_file_atomically(path("r.json"), "{}");
-  EXPECT_EQ(slurp(path("r.json")), "{}");
+  EXPECT_EQ(read_text(path("r.json")), "{}");
   write_file_atomically(path("r.json"), "");
-  EXPECT_EQ(slurp(path("r.json")), "");
+  EXPECT_EQ(read_text(path("r.json")), "");
   EXPECT_EQ(contents(), std::vector<std::string>{"r.json"});
 }
 
@@ -37,7 +37,7 @@ TEST_F(AtomicFileTest, KeepsLinksAndPermissions) {
   fs::create_symlink("real", path("link"));
   write_file_atomically(path("link"), "2");
   EXPECT_TRUE(fs::is_symlink(path("link")));
-  EXPECT_EQ(slurp(path("real")), "2");
+  EXPECT_EQ(read_text(path("real")), "2");
   EXPECT_EQ(fs::status(path("real")).permissions(), fs::perms::owner_read | fs::perms::owner_write);
 }
 
@@ -47,7 +47,7 @@ TEST_F(AtomicFileTest, MakesWhatALinkLeadsTo) {
   fs::create_symlink("link", path("chain"));
   write_file_atomically(path("chain"), "1");
   EXPECT_TRUE(fs::is_symlink(path("link")) && fs::is_symlink(path("chain")));
-  EXPECT_EQ(slurp(path("scratch/out")), "1");
+  EXPECT_EQ(read_text(path("scratch/out")), "1");
   fs::create_symlink("loop", path("loop"));
   EXPECT_THROW(write_file_atomically(path("loop"), "2"), RenderError);
   EXPECT_TRUE(fs::is_symlink(path("loop")));
@@ -59,10 +59,10 @@ TEST_F(AtomicFileTest, LeftoversAndLongNamesAreNoObstacle) {
         << "left by a killed process";
   }
   write_file_atomically(path("a"), "x");
-  EXPECT_EQ(slurp(path("a")), "x");
+  EXPECT_EQ(read_text(path("a")), "x");
   const std::string name(255, 'n');
   write_file_atomically(path(name), "y");
-  EXPECT_EQ(slurp(path(name)), "y");
+  EXPECT_EQ(read_text(path(name)), "y");
 }
 
 // What a killed run has left goes when its target is written again; what only looks like it stays.
@@ -98,7 +98,7 @@ TEST_F(AtomicFileTest, ALinkToTheFolderMayChangeMeanwhile) {
   fs::remove(path("now"));
   fs::create_directory_symlink("two", path("now"));
   file.commit();
-  EXPECT_EQ(slurp(path("one/a")), "x");
+  EXPECT_EQ(read_text(path("one/a")), "x");
   EXPECT_TRUE(fs::is_empty(path("two")));
 }
 
@@ -110,9 +110,9 @@ TEST_F(AtomicFileTest, AFileInUseStays) {
   AtomicFile first(path("a"));
   first.write_at("first", 5, 0);
   write_file_atomically(path("a"), "second");
-  EXPECT_EQ(slurp(path("a")), "second");
+  EXPECT_EQ(read_text(path("a")), "second");
   first.commit();
-  EXPECT_EQ(slurp(path("a")), "first");
+  EXPECT_EQ(read_text(path("a")), "first");
   EXPECT_EQ(contents(), std::vector<std::string>{"a"});
 }
 
@@ -136,7 +136,7 @@ TEST_F(AtomicFileTest, WritersOfOneTargetDoNotTakeEachOthersFiles) {
     }
   }
   EXPECT_EQ(failed, 0);
-  EXPECT_EQ(slurp(path("a")), "whole");
+  EXPECT_EQ(read_text(path("a")), "whole");
   EXPECT_EQ(contents(), std::vector<std::string>{"a"});
 }
 
@@ -150,10 +150,10 @@ TEST_F(AtomicFileTest, DevicesAreWrittenDirectly) {
 TEST_F(AtomicFileTest, GrowingFilesCanBeFollowed) {
   write_file_atomically(path("log"), "of before\n");
   GrowingFile log(path("log"));
-  EXPECT_EQ(slurp(path("log")), "");
+  EXPECT_EQ(read_text(path("log")), "");
   log.append("one\n");
   log.append("two\n");
-  EXPECT_EQ(slurp(path("log")), "one\ntwo\n");
+  EXPECT_EQ(read_text(path("log")), "one\ntwo\n");
   GrowingFile full("/dev/full");
   expect_error<RenderError>([&] { full.append("x"); }, "No space left on device");
   expect_error<RenderError>([&] { GrowingFile folder(path("")); }, "Is a directory");

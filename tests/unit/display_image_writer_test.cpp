@@ -128,7 +128,7 @@ TEST_F(PictureTest, PicturesAreDeterministicAndUnwrittenPixelsBlack) {
   for (const std::string& suffix : {std::string(".png"), std::string(".jpg")}) {
     write_picture(path("a" + suffix), {0, 0, 40, 40}, true);
     write_picture(path("b" + suffix), {0, 0, 40, 40}, true);
-    EXPECT_EQ(slurp(path("a" + suffix)), slurp(path("b" + suffix)));
+    EXPECT_EQ(read_text(path("a" + suffix)), read_text(path("b" + suffix)));
   }
   DisplayImageWriter writer(path("c.png"), {0, 0, 8, 8},
                             std::make_shared<DisplayTransform>(DisplaySettings{}), true);

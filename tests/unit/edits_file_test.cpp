@@ -96,7 +96,7 @@ TEST_F(EditsFile, FloatsAreWrittenShortAndComeBackToTheBit) {
   edits.materials[0].roughness = 0.1f;
   write_edits(path("shot.json"), edits);
   EXPECT_EQ(read_edits(path("shot.json")), edits);
-  const std::string text = slurp(path("shot.json"));
+  const std::string text = read_text(path("shot.json"));
   EXPECT_NE(text.find("\"roughness\": 0.1,"), std::string::npos);
 }
 
@@ -114,7 +114,7 @@ TEST_F(EditsFile, AnEnvironmentIsLookedForBesideIt) {
   std::filesystem::create_directories(folder_ / "sub");
   edits.environment.file = std::filesystem::relative(path("sky.exr")).string();
   write_edits(path("sub/shot.json"), edits);
-  const std::string text = slurp(path("sub/shot.json"));
+  const std::string text = read_text(path("sub/shot.json"));
   EXPECT_NE(text.find("\"../sky.exr\""), std::string::npos) << text;
   EXPECT_TRUE(read_edits(path("sub/shot.json")).environment.image);
 }

@@ -258,14 +258,14 @@ TEST_F(ExrWriterTest, ReplacesTheOldFileOnlyWhenFinished) {
   {
     ExrWriter writer(path("a.exr"), header);
     writer.write_tile(tiles_of(header)[0], tile_pixels(header, tiles_of(header)[0]));
-    EXPECT_EQ(slurp(path("a.exr")), "old");
+    EXPECT_EQ(read_text(path("a.exr")), "old");
     EXPECT_EQ(contents().size(), 2u);
   }
   EXPECT_EQ(contents(), std::vector<std::string>{"a.exr"});
-  EXPECT_EQ(slurp(path("a.exr")), "old");
+  EXPECT_EQ(read_text(path("a.exr")), "old");
   ExrWriter writer(path("a.exr"), header);
   writer.finish();
-  EXPECT_EQ(slurp(path("a.exr")).substr(0, 4), "\x76\x2f\x31\x01");
+  EXPECT_EQ(read_text(path("a.exr")).substr(0, 4), "\x76\x2f\x31\x01");
   EXPECT_EQ(contents(), std::vector<std::string>{"a.exr"});
 }
 

@@ -8,11 +8,14 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <string>
 #include <vector>
 
+#include "support/gltf_builder.h"
+
 namespace emberline {
+
+using test::read_text;
 
 // The folder is removed with everything in it when the test ends.
 class OutputFolder : public ::testing::Test {
@@ -41,13 +44,6 @@ class OutputFolder : public ::testing::Test {
 
   std::filesystem::path folder_;
 };
-
-inline std::string slurp(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 // Expects that `action` throws E, with a message of one line that contains `part`.
 template <typename E, typename Action>

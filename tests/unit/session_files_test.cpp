@@ -90,7 +90,7 @@ TEST_F(SessionFilesTest, SavesPicturesAsTheCommandDoes) {
     owner.session.save(path(name)).get();
     options.outputs = {path("command-" + std::string(name))};
     ASSERT_EQ(run_render(options), 0);
-    EXPECT_EQ(slurp(path(name)), slurp(options.outputs.front())) << name;
+    EXPECT_EQ(read_text(path(name)), read_text(options.outputs.front())) << name;
   }
 }
 
@@ -100,7 +100,7 @@ TEST_F(SessionFilesTest, SavesHeatmapsAndTheirValues) {
   ASSERT_TRUE(finishes(owner));
   owner.session.save_heatmap(path("samples.png"), ViewOverlay::kSamples).get();
   owner.session.save_heatmap(path("samples.exr"), ViewOverlay::kSamples).get();
-  EXPECT_GT(slurp(path("samples.png")).size(), 100u);
+  EXPECT_GT(read_text(path("samples.png")).size(), 100u);
   const FloatImage values = read_float_image(path("samples.exr"));
   double sum = 0;
   for (const float value : values.values) sum += double(value);
