@@ -71,6 +71,50 @@ void refuse_empty_values(const CLI::App& app) {
   }
 }
 
+// The options of every subcommand; those of the one that is given are filled.
+struct AllOptions {
+  RenderOptions render;
+  ViewOptions view;
+  InfoOptions info;
+  HeatmapOptions heatmap;
+  CompareOptions compare;
+  StudyOptions study;
+};
+
+struct Command {
+  const char* name;
+  const char* help;
+  void (*add_options)(CLI::App*, AllOptions&);
+  int (*run)(const AllOptions&);
+};
+
+const Command kCommands[] = {
+    {"render", "render a scene to pictures",
+     [](CLI::App* app, AllOptions& o) { add_render_options(app, o.render); },
+     [](const AllOptions& o) { return run_render(o.render); }},
+    {"view", "the interactive window",
+     [](CLI::App* app, AllOptions& o) { add_view_options(app, o.view); },
+     [](const AllOptions& o) { return run_view(o.view); }},
+    {"info", "what is in a scene and what becomes of it",
+     [](CLI::App* app, AllOptions& o) { add_info_options(app, o.info); },
+     [](const AllOptions& o) { return run_info(o.info); }},
+    {"heatmap", "sample density, error, reasons or time of a frame as a picture",
+     [](CLI::App* app, AllOptions& o) { add_heatmap_options(app, o.heatmap); },
+     [](const AllOptions& o) { return run_heatmap(o.heatmap); }},
+    {"compare", "measure an image against a reference",
+     [](CLI::App* app, AllOptions& o) { add_compare_options(app, o.compare); },
+     [](const AllOptions& o) { return run_compare(o.compare); }},
+    {"study", "speed against error of drivers, estimators and samplers",
+     [](CLI::App* app, AllOptions& o) { add_study_options(app, o.study); },
+     [](const AllOptions& o) { return run_study(o.study); }},
+};
+
+void print_versions() {
+  std::string text;
+  for (const auto& [name, number] : library_versions()) text += name + " " + number + "\n";
+  print_result(text);
+}
+
 }  // namespace
 
 int run_command_line(int argc, char** argv) {
@@ -79,46 +123,15 @@ int run_command_line(int argc, char** argv) {
   // As everywhere: of an option given twice the last counts, so that a script's defaults can be
   // overridden behind them.
   root.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-  bool version = false;
+  bool version = false, quiet = false, verbose = false;
   root.add_flag("--version", version, "print the versions of the program and its libraries");
-
-  bool quiet = false, verbose = false;
-  const auto add_log_flags = [&](CLI::App* app) {
+  AllOptions options;
+  for (const Command& command : kCommands) {
+    CLI::App* app = root.add_subcommand(command.name, command.help);
+    command.add_options(app, options);
     CLI::Option* q = app->add_flag("-q,--quiet", quiet, "errors only");
     app->add_flag("-v,--verbose", verbose, "say what is built and why")->excludes(q);
-  };
-
-  RenderOptions render;
-  CLI::App* render_app = root.add_subcommand("render", "render a scene to pictures");
-  add_render_options(render_app, render);
-  add_log_flags(render_app);
-
-  ViewOptions view;
-  CLI::App* view_app = root.add_subcommand("view", "the interactive window");
-  add_view_options(view_app, view);
-  add_log_flags(view_app);
-
-  InfoOptions info;
-  CLI::App* info_app = root.add_subcommand("info", "what is in a scene and what becomes of it");
-  add_info_options(info_app, info);
-  add_log_flags(info_app);
-
-  HeatmapOptions heatmap;
-  CLI::App* heatmap_app = root.add_subcommand(
-      "heatmap", "sample density, error, reasons or time of a frame as a picture");
-  add_heatmap_options(heatmap_app, heatmap);
-  add_log_flags(heatmap_app);
-
-  CompareOptions compare;
-  CLI::App* compare_app = root.add_subcommand("compare", "measure an image against a reference");
-  add_compare_options(compare_app, compare);
-  add_log_flags(compare_app);
-
-  StudyOptions study;
-  CLI::App* study_app =
-      root.add_subcommand("study", "speed against error of drivers, estimators and samplers");
-  add_study_options(study_app, study);
-  add_log_flags(study_app);
+  }
 
   try {
     root.parse(argc, argv);
@@ -129,41 +142,20 @@ int run_command_line(int argc, char** argv) {
   }
   for (const CLI::App* app : root.get_subcommands()) refuse_empty_values(*app);
   set_log_level(quiet ? LogLevel::kQuiet : verbose ? LogLevel::kVerbose : LogLevel::kNormal);
-  render.command_line = view.render.command_line = study.frame.command_line =
-      shell_command(argc, argv);
+  options.render.command_line = options.view.render.command_line =
+      options.study.frame.command_line = shell_command(argc, argv);
 
   if (version) {
-    std::string text;
-    for (const auto& [name, number] : library_versions()) text += name + " " + number + "\n";
-    print_result(text);
+    print_versions();
     return kExitDone;
   }
-  if (render_app->parsed()) {
-    if (render.outputs.empty() && !render.replay) {
-      throw UsageError("render needs an output: -o FILE.exr (or .png, .jpg)");
-    }
-    return run_render(render);
+  for (const Command& command : kCommands) {
+    if (root.got_subcommand(command.name)) return command.run(options);
   }
-  if (view_app->parsed()) return run_view(view);
-  if (study_app->parsed()) {
-    if (study.convergence != study.frame.scene.empty()) {
-      throw UsageError(study.convergence ? "study --convergence needs no scene, but one is given"
-                                         : "study needs a scene: study SCENE -o DIR");
-    }
-    if (study.folder.empty() && !study.convergence) {
-      throw UsageError("study needs a folder for its results: -o DIR");
-    }
-    return run_study(study);
-  }
-  // These have no --threads.
-  const WorkerThreads workers(0);
-  if (info_app->parsed()) return run_info(info);
-  if (heatmap_app->parsed()) return run_heatmap(heatmap);
-  if (compare_app->parsed()) return run_compare(compare);
-  throw UsageError(
-      "no command given; valid commands are render, view, info, heatmap, compare, study; see "
-      "emberline "
-      "--help");
+  std::string names;
+  for (const Command& command : kCommands)
+    names += (names.empty() ? "" : ", ") + std::string(command.name);
+  throw UsageError("no command given; valid commands are " + names + "; see emberline --help");
 }
 
 int run_program(int argc, char** argv) {

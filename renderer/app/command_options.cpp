@@ -181,18 +181,7 @@ void add_grading(CLI::App* app, DisplaySettings& o) {
   add_number(app, "--exposure", o.exposure, -64.0f, 64.0f, "stops, for .png and .jpg [0]");
 }
 
-void add_result_options(CLI::App* app, RenderOptions& o) {
-  app->add_option("-o,--output", o.outputs,
-                  "picture: .exr linear with all channels, streamed; .png, .jpg through "
-                  "OpenColorIO, held in memory until done. May be given more than once")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
-  add_heatmaps(app, o);
-  app->add_option("--report", o.reports,
-                  "what was done: .html is a page with pictures and charts, any other name JSON. "
-                  "May be given more than once")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
+void add_snapshots(CLI::App* app, RenderOptions& o) {
   CLI::Option* snapshots =
       app->add_option("--snapshots", o.snapshots,
                       "progressive drivers: keep the picture at several moments of the render in "
@@ -212,6 +201,41 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
                   "measure each snapshot against this picture, into the report")
       ->type_name("FILE")
       ->needs(snapshots);
+}
+
+void add_display(CLI::App* app, RenderOptions& o) {
+  app->add_option_function<std::vector<std::string>>(
+         "--display",
+         [&o](const std::vector<std::string>& values) {
+           for (const std::string& value : values) {
+             if (is_tev_url(value)) {
+               o.viewer = parse_tev_url(value);
+             } else {
+               o.display.display = value;
+             }
+           }
+         },
+         fmt::format("OpenColorIO display [the config's default]; or tev://HOST:PORT: show the "
+                     "picture in the viewer tev while it renders (port {} unless given). May be "
+                     "given once for each",
+                     TevAddress::kDefaultPort))
+      ->type_name("NAME|URL")
+      ->allow_extra_args(false);
+}
+
+void add_result_options(CLI::App* app, RenderOptions& o) {
+  app->add_option("-o,--output", o.outputs,
+                  "picture: .exr linear with all channels, streamed; .png, .jpg through "
+                  "OpenColorIO, held in memory until done. May be given more than once")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_heatmaps(app, o);
+  app->add_option("--report", o.reports,
+                  "what was done: .html is a page with pictures and charts, any other name JSON. "
+                  "May be given more than once")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_snapshots(app, o);
   app->add_option("--save-settings", o.save_settings,
                   "write what differs from the defaults to this .json file, for --settings")
       ->type_name("FILE");
@@ -234,23 +258,7 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
                   ".jpg), or .json. May be given more than once")
       ->type_name("FILE")
       ->allow_extra_args(false);
-  app->add_option_function<std::vector<std::string>>(
-         "--display",
-         [&o](const std::vector<std::string>& values) {
-           for (const std::string& value : values) {
-             if (is_tev_url(value)) {
-               o.viewer = parse_tev_url(value);
-             } else {
-               o.display.display = value;
-             }
-           }
-         },
-         fmt::format("OpenColorIO display [the config's default]; or tev://HOST:PORT: show the "
-                     "picture in the viewer tev while it renders (port {} unless given). May be "
-                     "given once for each",
-                     TevAddress::kDefaultPort))
-      ->type_name("NAME|URL")
-      ->allow_extra_args(false);
+  add_display(app, o);
   add_grading(app, o.display);
 }
 

@@ -19,6 +19,7 @@
 #include "renderer/output/flip_picture.h"
 #include "renderer/output/rgb_file.h"
 #include "renderer/process/standard_output.h"
+#include "renderer/process/worker_threads.h"
 #include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/flip.h"
 
@@ -123,6 +124,7 @@ void write_difference_exr(const std::string& path, const CompareOptions& options
 }  // namespace
 
 int run_compare(const CompareOptions& options) {
+  const WorkerThreads workers(0);
   const DifferenceKind kind = difference_kind(options.difference);
   if (!std::isfinite(options.exposure)) throw UsageError("the exposure is not a finite number");
   if (!options.difference.empty()) {

@@ -7,6 +7,7 @@
 #include "renderer/core/log.h"
 #include "renderer/output/heatmap_file.h"
 #include "renderer/output/rgb_file.h"
+#include "renderer/process/worker_threads.h"
 
 namespace emberline {
 namespace {
@@ -32,6 +33,7 @@ void check_channels(const std::string& path, const HeatmapQuantity& quantity,
 }  // namespace
 
 int run_heatmap(const HeatmapOptions& options) {
+  const WorkerThreads workers(0);
   const HeatmapQuantity& quantity = find_heatmap_quantity(options.quantity, "--of");
   const HeatmapQuantity* const asked[] = {&quantity};
   check_heatmap_style(options.style, asked);

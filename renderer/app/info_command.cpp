@@ -11,6 +11,7 @@
 #include "renderer/core/utf8.h"
 #include "renderer/description/framing.h"
 #include "renderer/process/standard_output.h"
+#include "renderer/process/worker_threads.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
@@ -143,6 +144,7 @@ std::string as_text(const Json& j) {
 }  // namespace
 
 int run_info(const InfoOptions& options) {
+  const WorkerThreads workers(0);
   LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
   SceneDescription scene = load_gltf(
       options.scene,

@@ -359,6 +359,9 @@ int RenderRun::report() {
 }  // namespace
 
 int run_render(const RenderOptions& options) {
+  if (options.outputs.empty() && !options.replay) {
+    throw UsageError("render needs an output: -o FILE.exr (or .png, .jpg)");
+  }
   RenderRun run(options);
   run.load();
   run.build();

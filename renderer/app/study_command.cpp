@@ -46,6 +46,13 @@ int run(Study& study) {
 }  // namespace
 
 int run_study(const StudyOptions& given) {
+  if (given.convergence != given.frame.scene.empty()) {
+    throw UsageError(given.convergence ? "study --convergence needs no scene, but one is given"
+                                       : "study needs a scene: study SCENE -o DIR");
+  }
+  if (given.folder.empty() && !given.convergence) {
+    throw UsageError("study needs a folder for its results: -o DIR");
+  }
   const WorkerThreads workers(given.frame.threads);
   if (given.convergence) return run_convergence(given);
   StudyOptions options = given;

@@ -119,24 +119,44 @@ void EnvironmentLight::adjust(float strength, const Rgb& tint, float rotation_de
   column_offset_ = float(turns * width_ - 0.5);
 }
 
+float EnvironmentLight::texel_luminance(size_t row, size_t column) const {
+  const size_t index = row * size_t(width_) + column;
+  return luminance(to_rgb(half_ ? load<half>(texels_, index) : load<float>(texels_, index)));
+}
+
+// Each row is summed in order by one thread, and the rows in order by the caller: the tables are
+// the same for any number of threads.
+template <typename Body>
+void EnvironmentLight::for_rows(const Body& body) const {
+  parallel_ranges(size_t(height_), 16, [&](size_t begin, size_t end) {
+    for (size_t row = begin; row < end; ++row) body(row);
+  });
+}
+
+double EnvironmentLight::build_columns(std::vector<double>* row_totals) {
+  const size_t width = size_t(width_);
+  for_rows([&](size_t row) {
+    std::vector<double> weights(width);
+    double row_total = 0;
+    for (size_t column = 0; column < width; ++column) {
+      weights[column] = double(weight(texel_luminance(row, column)));
+      row_total += weights[column];
+    }
+    (*row_totals)[row] = row_total * row_weight(int(row), height_);
+    build_fixed_cdf(weights, &column_sums_[row * (width + 1)],
+                    &column_guides_[row * column_guide_words_]);
+  });
+  double total = 0;
+  for (double row_total : *row_totals) total += row_total;
+  return total;
+}
+
 void EnvironmentLight::build_tables(float mis_compensation) {
   const size_t width = size_t(width_), height = size_t(height_);
   column_bits_ = guide_bits(width);
   row_bits_ = guide_bits(height);
   column_guide_words_ = guide_words(width);
 
-  const auto texel_luminance = [this, width](size_t row, size_t column) {
-    const size_t index = row * width + column;
-    return luminance(to_rgb(half_ ? load<half>(texels_, index) : load<float>(texels_, index)));
-  };
-  const auto for_rows = [height](const auto& body) {
-    parallel_ranges(height, 16, [&](size_t begin, size_t end) {
-      for (size_t row = begin; row < end; ++row) body(row);
-    });
-  };
-
-  // Each row is summed in order by one thread, and the rows in order by this one: the tables are
-  // the same for any number of threads.
   std::vector<double> row_sum(height);
   for_rows([&](size_t row) {
     double sum = 0;
@@ -158,25 +178,13 @@ void EnvironmentLight::build_tables(float mis_compensation) {
   row_guide_.resize(guide_words(height));
   // Weights are brought near 1 by a power of two, so that no density leaves the floats.
   weight_scale_ = std::ldexp(1.0f, std::clamp(-std::ilogb(mean), -126, 126));
-  double total = 0;
-  for (double factor : {double(mis_compensation), 0.0}) {
-    threshold_ = float(factor * mean * double(weight_scale_));
-    for_rows([&](size_t row) {
-      std::vector<double> weights(width);
-      double row_total = 0;
-      for (size_t column = 0; column < width; ++column) {
-        weights[column] = double(weight(texel_luminance(row, column)));
-        row_total += weights[column];
-      }
-      row_sum[row] = row_total * row_weight(int(row), height_);
-      build_fixed_cdf(weights, &column_sums_[row * (width + 1)],
-                      &column_guides_[row * column_guide_words_]);
-    });
-    total = 0;
-    for (double row_total : row_sum) total += row_total;
-    // Nothing is brighter than the mean (a constant map): sample it as it is. Below a millionth
-    // it is rounding of the mean that stands out, not light.
-    if (total > 1e-6 * sum * double(weight_scale_)) break;
+  threshold_ = float(double(mis_compensation) * mean * double(weight_scale_));
+  double total = build_columns(&row_sum);
+  // Nothing is brighter than the mean (a constant map): sample it as it is. Below a millionth it is
+  // rounding of the mean that stands out, not light.
+  if (!(total > 1e-6 * sum * double(weight_scale_))) {
+    threshold_ = 0.0f;
+    total = build_columns(&row_sum);
   }
   build_fixed_cdf(row_sum, row_sums_.data(), row_guide_.data());
 

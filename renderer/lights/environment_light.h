@@ -95,7 +95,12 @@ class EnvironmentLight {
   float weight(float luminance) const {
     return std::max(0.0f, luminance * weight_scale_ - threshold_);
   }
+  float texel_luminance(size_t row, size_t column) const;
+  template <typename Body>
+  void for_rows(const Body& body) const;
   void build_tables(float mis_compensation);
+  // The tables within rows, for the threshold of now; returns the sum of the rows' totals.
+  double build_columns(std::vector<double>* row_totals);
 
   Rgb map_constant_ = Rgb(0.0f);  // if there is no image
   Rgb constant_ = Rgb(0.0f);      // radiance: the same, adjusted

@@ -68,77 +68,77 @@ std::string replay_words(const NonFiniteSample& sample, uint32_t seed) {
   return sample.seed == seed ? words : words + fmt::format(" --seed {}", sample.seed);
 }
 
-std::string report_json(const RenderOptions& options, const RenderReport& r) {
-  Json json;
-  const auto number_or_null = [](const std::optional<double>& x) { return x ? Json(*x) : Json(); };
-  json["time"] = {{"start_s", number_or_null(r.times.start_s)},
-                  {"setup_s", r.times.setup_s},
-                  {"load_s", r.times.load_s},
-                  {"build_s", r.times.build_s},
-                  {"render_s", r.times.render_s},
-                  {"write_s", r.times.write_s},
-                  {"snapshots_s", r.times.snapshots_s},
-                  {"wall_s", r.times.wall_s},
-                  {"cpu_s", r.times.cpu_s},
-                  {"render_cpu_s", r.times.render_cpu_s},
-                  {"first_sample_s", number_or_null(r.times.first_sample_s)},
-                  {"first_sample_cpu_s", number_or_null(r.times.first_sample_cpu_s)}};
-  const FrameCounters& c = r.counters;
-  const double pixels = double(r.crop.area());
-  json["samples"] = {{"total", c.samples},
-                     {"min", c.min_samples},
-                     {"mean", pixels > 0 ? double(c.samples) / pixels : 0.0},
-                     {"max", c.max_samples}};
-  json["rays"] = {{"camera", c.rays.camera},
-                  {"scatter", c.rays.scatter},
-                  {"shadow", c.rays.shadow},
-                  {"total", c.rays.total()}};
-  json["memory"] = {{"peak_rss_bytes", peak_rss_bytes()},
-                    {"geometry_bytes", r.memory.geometry_bytes},
-                    {"bvh_bytes", r.memory.bvh_bytes},
-                    {"texture_bytes", r.memory.texture_bytes},
-                    {"film_bytes", r.film_bytes},
-                    {"limit_bytes", r.budget->limit()},
-                    {"most_reserved_bytes", r.budget->peak()}};
+namespace {
+
+Json number_or_null(const std::optional<double>& x) { return x ? Json(*x) : Json(); }
+
+Json time_json(const RenderTimes& t) {
+  return {{"start_s", number_or_null(t.start_s)},
+          {"setup_s", t.setup_s},
+          {"load_s", t.load_s},
+          {"build_s", t.build_s},
+          {"render_s", t.render_s},
+          {"write_s", t.write_s},
+          {"snapshots_s", t.snapshots_s},
+          {"wall_s", t.wall_s},
+          {"cpu_s", t.cpu_s},
+          {"render_cpu_s", t.render_cpu_s},
+          {"first_sample_s", number_or_null(t.first_sample_s)},
+          {"first_sample_cpu_s", number_or_null(t.first_sample_cpu_s)}};
+}
+
+Json memory_json(const RenderReport& r) {
+  return {{"peak_rss_bytes", peak_rss_bytes()},
+          {"geometry_bytes", r.memory.geometry_bytes},
+          {"bvh_bytes", r.memory.bvh_bytes},
+          {"texture_bytes", r.memory.texture_bytes},
+          {"film_bytes", r.film_bytes},
+          {"limit_bytes", r.budget->limit()},
+          {"most_reserved_bytes", r.budget->peak()}};
+}
+
+Json numerics_json(const RenderReport& r, uint32_t seed) {
   Json located = Json::array();
-  for (const NonFiniteSample& s : c.located) {
+  for (const NonFiniteSample& s : r.counters.located) {
     located.push_back({{"x", s.x},
                        {"y", s.y},
                        {"sample", s.sample},
-                       {"replay", "--replay " + replay_words(s, options.seed)}});
+                       {"replay", "--replay " + replay_words(s, seed)}});
   }
-  json["numerics"] = {{"non_finite_samples", c.non_finite_samples},
-                      {"located", located},
-                      {"degenerate_triangles", r.repairs.degenerate_triangles},
-                      {"non_finite_triangles", r.repairs.non_finite_triangles},
-                      {"non_finite_texels", r.repairs.non_finite_texels},
-                      {"singular_instances", r.repairs.singular_instances},
-                      {"replaced_images", r.repairs.replaced_images}};
-  // Uniform sampling decides nothing from an error estimate, so none is made.
-  json["error"] = {{"estimator", r.estimator}, {"estimate", number_or_null(r.error_estimate)}};
-  json["warnings"] = r.warnings;
-  json["features"] = r.features;
-  json["gltf"] = {{"used", r.coverage.used},
-                  {"approximated", r.coverage.approximated},
-                  {"ignored", r.coverage.ignored}};
-  Json passes = Json::array();
-  for (const PassReport& pass : r.passes) {
-    passes.push_back({{"elapsed_s", pass.elapsed_s},
-                      {"samples", pass.samples},
-                      {"error_estimate", number_or_null(pass.error_estimate)}});
+  return {{"non_finite_samples", r.counters.non_finite_samples},
+          {"located", located},
+          {"degenerate_triangles", r.repairs.degenerate_triangles},
+          {"non_finite_triangles", r.repairs.non_finite_triangles},
+          {"non_finite_texels", r.repairs.non_finite_texels},
+          {"singular_instances", r.repairs.singular_instances},
+          {"replaced_images", r.repairs.replaced_images}};
+}
+
+Json passes_json(const std::vector<PassReport>& passes) {
+  Json list = Json::array();
+  for (const PassReport& pass : passes) {
+    list.push_back({{"elapsed_s", pass.elapsed_s},
+                    {"samples", pass.samples},
+                    {"error_estimate", number_or_null(pass.error_estimate)}});
   }
-  json["passes"] = passes;
-  Json snapshots = Json::array();
-  for (const SnapshotReport& s : r.snapshots) {
-    snapshots.push_back({{"completion", s.completion},
-                         {"samples", s.samples},
-                         {"elapsed_s", s.elapsed_s},
-                         {"file", s.file.empty() ? Json() : Json(s.file)},
-                         {"rmse", number_or_null(s.rmse)},
-                         {"mse", number_or_null(s.mse)},
-                         {"relmse", number_or_null(s.rel_mse)}});
+  return list;
+}
+
+Json snapshots_json(const std::vector<SnapshotReport>& snapshots) {
+  Json list = Json::array();
+  for (const SnapshotReport& s : snapshots) {
+    list.push_back({{"completion", s.completion},
+                    {"samples", s.samples},
+                    {"elapsed_s", s.elapsed_s},
+                    {"file", s.file.empty() ? Json() : Json(s.file)},
+                    {"rmse", number_or_null(s.rmse)},
+                    {"mse", number_or_null(s.mse)},
+                    {"relmse", number_or_null(s.rel_mse)}});
   }
-  json["snapshots"] = snapshots;
+  return list;
+}
+
+Json reported_settings(const RenderOptions& options, const RenderReport& r) {
   Json settings;
   for (const auto& [key, value] : settings_attributes(options)) {
     if (key.starts_with("emberline:version:")) continue;
@@ -156,17 +156,47 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   if (!options.snapshots.empty()) settings["snapshots"] = options.snapshots;
   if (!options.reference.empty()) settings["reference"] = options.reference;
   settings["time_limit_s"] = number_or_null(options.time_limit_s);
-  json["settings"] = settings;
-  Json versions;
-  for (const auto& [name, version] : library_versions()) versions[name] = version;
-  json["versions"] = versions;
+  return settings;
+}
+
+Json stop_cause_json(const RenderReport& r) {
+  if (!r.counters.stopped) return Json();
+  return r.stop_cause == PixelStop::kTimeLimit ? "time limit" : "user";
+}
+
+}  // namespace
+
+std::string report_json(const RenderOptions& options, const RenderReport& r) {
+  const FrameCounters& c = r.counters;
+  const double pixels = double(r.crop.area());
+  Json json;
+  json["time"] = time_json(r.times);
+  json["samples"] = {{"total", c.samples},
+                     {"min", c.min_samples},
+                     {"mean", pixels > 0 ? double(c.samples) / pixels : 0.0},
+                     {"max", c.max_samples}};
+  json["rays"] = {{"camera", c.rays.camera},
+                  {"scatter", c.rays.scatter},
+                  {"shadow", c.rays.shadow},
+                  {"total", c.rays.total()}};
+  json["memory"] = memory_json(r);
+  json["numerics"] = numerics_json(r, options.seed);
+  // Uniform sampling decides nothing from an error estimate, so none is made.
+  json["error"] = {{"estimator", r.estimator}, {"estimate", number_or_null(r.error_estimate)}};
+  json["warnings"] = r.warnings;
+  json["features"] = r.features;
+  json["gltf"] = {{"used", r.coverage.used},
+                  {"approximated", r.coverage.approximated},
+                  {"ignored", r.coverage.ignored}};
+  json["passes"] = passes_json(r.passes);
+  json["snapshots"] = snapshots_json(r.snapshots);
+  json["settings"] = reported_settings(options, r);
+  for (const auto& [name, version] : library_versions()) json["versions"][name] = version;
   json["output"] = options.outputs;
   json["heatmaps"] = options.heatmaps;
   json["failed_outputs"] = r.failed_outputs;
   json["stopped"] = c.stopped;
-  json["stop_cause"] = !c.stopped                              ? Json()
-                       : r.stop_cause == PixelStop::kTimeLimit ? Json("time limit")
-                                                               : Json("user");
+  json["stop_cause"] = stop_cause_json(r);
   json["exit_code"] = r.exit_code;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

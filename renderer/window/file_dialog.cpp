@@ -20,6 +20,17 @@ std::string lower(std::string text) {
   return text;
 }
 
+// In the middle of the screen when it appears.
+bool begin_popup(const char* title) {
+  const float em = ImGui::GetFontSize();
+  const ImVec2 screen = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0.5f * screen.x, 0.5f * screen.y}, ImGuiCond_Appearing, {0.5f, 0.5f});
+  ImGui::SetNextWindowSize(
+      {std::min(38.0f * em, 0.9f * screen.x), std::min(28.0f * em, 0.9f * screen.y)},
+      ImGuiCond_Appearing);
+  return ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_NoSavedSettings);
+}
+
 }  // namespace
 
 FileDialog::FileDialog(const char* title, const char* verb, Purpose purpose,
@@ -67,41 +78,40 @@ bool FileDialog::agreed(const std::string& path) {
   return false;
 }
 
+bool FileDialog::draw_files(std::string* next) {
+  bool done = false;
+  if (ImGui::Button("Up")) *next = fs::path(folder_).parent_path().string();
+  ImGui::SameLine();
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextColored(quiet_colour(), "%s", folder_.c_str());
+  if (!ImGui::BeginListBox("##files", {-FLT_MIN, -2.6f * ImGui::GetFrameHeight()})) return false;
+  for (const Entry& entry : entries_) {
+    const std::string label = entry.folder ? entry.name + "/" : entry.name;
+    if (ImGui::Selectable(
+            label.c_str(), entry.name == name_,
+            ImGuiSelectableFlags_AllowDoubleClick | ImGuiSelectableFlags_DontClosePopups)) {
+      if (entry.folder) {
+        *next = (fs::path(folder_) / entry.name).string();
+      } else {
+        name_ = entry.name;
+        done = ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left);
+      }
+    }
+  }
+  ImGui::EndListBox();
+  return done;
+}
+
 void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
   const bool appears = std::exchange(opening_, false);
   const bool cancelled = std::exchange(cancelled_, false);
   has_keyboard_ = false;
   if (appears) ImGui::OpenPopup(title_);
-  const float em = ImGui::GetFontSize();
-  const ImVec2 screen = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({0.5f * screen.x, 0.5f * screen.y}, ImGuiCond_Appearing, {0.5f, 0.5f});
-  ImGui::SetNextWindowSize(
-      {std::min(38.0f * em, 0.9f * screen.x), std::min(28.0f * em, 0.9f * screen.y)},
-      ImGuiCond_Appearing);
-  if (!ImGui::BeginPopupModal(title_, nullptr, ImGuiWindowFlags_NoSavedSettings)) return;
+  if (!begin_popup(title_)) return;
 
   std::string next;
-  bool done = false;
-  if (ImGui::Button("Up")) next = fs::path(folder_).parent_path().string();
-  ImGui::SameLine();
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextColored(quiet_colour(), "%s", folder_.c_str());
-  if (ImGui::BeginListBox("##files", {-FLT_MIN, -2.6f * ImGui::GetFrameHeight()})) {
-    for (const Entry& entry : entries_) {
-      const std::string label = entry.folder ? entry.name + "/" : entry.name;
-      if (ImGui::Selectable(
-              label.c_str(), entry.name == name_,
-              ImGuiSelectableFlags_AllowDoubleClick | ImGuiSelectableFlags_DontClosePopups)) {
-        if (entry.folder) {
-          next = (fs::path(folder_) / entry.name).string();
-        } else {
-          name_ = entry.name;
-          done = ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left);
-        }
-      }
-    }
-    ImGui::EndListBox();
-  }
+  bool done = draw_files(&next);
+  const float em = ImGui::GetFontSize();
   std::error_code failed;
   fs::path whole = fs::path(folder_) / name_;  // an absolute name replaces the folder
   const bool asking = !replaced_.empty() && whole == replaced_;

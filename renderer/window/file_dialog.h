@@ -38,6 +38,8 @@ class FileDialog {
   void enter(const std::string& folder);
   // Whether `path` can be chosen: not before it was asked for twice where it would be replaced.
   bool agreed(const std::string& path);
+  // The list of the folder's files. True if one was chosen; `next` is the folder to go to, if any.
+  bool draw_files(std::string* next);
 
   const char* title_;
   const char* verb_;

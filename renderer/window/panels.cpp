@@ -142,31 +142,35 @@ void Interface::cancel_dialogs() {
   for (FileDialog* dialog : {&open_dialog_, &environment_dialog_, &save_dialog_}) dialog->cancel();
 }
 
+void Interface::draw_file_menu(Workbench& bench) {
+  if (!ImGui::BeginMenu("File")) return;
+  const bool open = bench.scene() != nullptr;
+  menu_entry(bench, "Open scene…", Action::kOpen);
+  if (ImGui::BeginMenu("Open recent", !bench.window.recent_scenes.empty())) {
+    const std::vector<std::string> recent = bench.window.recent_scenes;
+    for (const std::string& scene : recent) {
+      if (ImGui::MenuItem(scene.c_str())) bench.open(scene);
+    }
+    ImGui::EndMenu();
+  }
+  menu_entry(bench, "Reload", Action::kReload, open);
+  if (ImGui::BeginMenu("Loading")) {
+    choose_loading(bench);
+    ImGui::EndMenu();
+  }
+  ImGui::Separator();
+  menu_entry(bench, "Save edits", Action::kSaveEdits, open);
+  menu_entry(bench, "Save picture…", Action::kSavePicture, open);
+  menu_entry(bench, "Save the window's picture", Action::kScreenshot);
+  ImGui::Separator();
+  menu_entry(bench, "Quit", Action::kQuit);
+  ImGui::EndMenu();
+}
+
 void Interface::draw_menu(Workbench& bench) {
   if (!ImGui::BeginMainMenuBar()) return;
   const bool open = bench.scene() != nullptr;
-  if (ImGui::BeginMenu("File")) {
-    menu_entry(bench, "Open scene…", Action::kOpen);
-    if (ImGui::BeginMenu("Open recent", !bench.window.recent_scenes.empty())) {
-      const std::vector<std::string> recent = bench.window.recent_scenes;
-      for (const std::string& scene : recent) {
-        if (ImGui::MenuItem(scene.c_str())) bench.open(scene);
-      }
-      ImGui::EndMenu();
-    }
-    menu_entry(bench, "Reload", Action::kReload, open);
-    if (ImGui::BeginMenu("Loading")) {
-      choose_loading(bench);
-      ImGui::EndMenu();
-    }
-    ImGui::Separator();
-    menu_entry(bench, "Save edits", Action::kSaveEdits, open);
-    menu_entry(bench, "Save picture…", Action::kSavePicture, open);
-    menu_entry(bench, "Save the window's picture", Action::kScreenshot);
-    ImGui::Separator();
-    menu_entry(bench, "Quit", Action::kQuit);
-    ImGui::EndMenu();
-  }
+  draw_file_menu(bench);
   if (ImGui::BeginMenu("Edit")) {
     menu_entry(bench, "Undo", Action::kUndo, bench.can_undo());
     menu_entry(bench, "Redo", Action::kRedo, bench.can_redo());

@@ -21,6 +21,7 @@ class Interface {
   void cancel_dialogs();                      // as their button does
 
  private:
+  void draw_file_menu(Workbench& bench);
   void draw_menu(Workbench& bench);
   void draw_side_panel(Workbench& bench, float top, float width, float bottom);
   void draw_status_line(const Workbench& bench, float width, float height);

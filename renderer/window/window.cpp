@@ -129,6 +129,8 @@ class Window::Impl {
 
  private:
   void listen();
+  void listen_to_input();
+  void listen_to_window();
   void set_theme();
   double pause() const;
   bool due(double now) const;
@@ -198,10 +200,15 @@ void Window::Impl::set_theme() {
   apply_theme(scale_ / per_unit, per_unit);
 }
 
-// What GLFW tells goes to the picture's input, and on to ImGui, whose back end asks for it itself.
 void Window::Impl::listen() {
+  glfwSetWindowUserPointer(window_.get(), this);
+  listen_to_input();
+  listen_to_window();
+}
+
+// What GLFW tells goes to the picture's input, and on to ImGui, whose back end asks for it itself.
+void Window::Impl::listen_to_input() {
   GLFWwindow* const window = window_.get();
-  glfwSetWindowUserPointer(window, this);
   // Instead of those that ImGui's back end has set: it is called from ours.
   glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
     auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
@@ -242,6 +249,10 @@ void Window::Impl::listen() {
     if (!focused) self.input_.lost_focus();
     self.frames_owed_ = kFramesAfterInput;
   });
+}
+
+void Window::Impl::listen_to_window() {
+  GLFWwindow* const window = window_.get();
   glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
     auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
     for (int i = 0; i < count; ++i) self.bench_.open_dropped(paths[i]);

@@ -35,6 +35,9 @@ ViewSettings first_settings(const ViewOptions& options) {
   return settings;
 }
 
+void set(bool& flag) { flag = true; }
+void toggle(bool& flag) { flag = !flag; }
+
 }  // namespace
 
 double Workbench::now() {
@@ -320,116 +323,158 @@ void Workbench::change(const ViewSettings& settings) {
 // ---- actions
 
 void Workbench::act(Action action, int number) {
-  ViewSettings settings = settings_;
   switch (action) {
     case Action::kOpen:
-      ask_for_scene = true;
-      return;
+      return set(ask_for_scene);
     case Action::kReload:
       return reload();
     case Action::kSaveEdits:
       return save_edits();
     case Action::kSavePicture:
-      ask_for_picture_file = true;
-      return;
+      return set(ask_for_picture_file);
     case Action::kScreenshot:
-      want_screenshot = true;
-      return;
+      return set(want_screenshot);
     case Action::kQuit:
-      quit = true;
-      return;
+      return set(quit);
     case Action::kUndo:
-      if (can_undo()) edits_ = history_.undo();
-      return send_edits();
+      return undo();
     case Action::kRedo:
-      if (can_redo()) edits_ = history_.redo();
-      return send_edits();
+      return redo();
     case Action::kResetEdits:
       return change(SceneEdits(), "reset");
     case Action::kPause:
-      settings.paused = !settings.paused;
-      return change(settings);
+      return pause();
     case Action::kRestart:
-      settings.render.seed += 1;
-      return change(settings);
+      return restart();
     case Action::kFrameAll:
-      if (!scene_) return;
-      return change_view(frame_all(camera(), scene_->center, scene_->radius,
-                                   double(settings.render.width) / settings.render.height));
+      return show_whole_scene();
     case Action::kResetCamera:
-      if (scene_) pivot_ = scene_->center;
-      return change_camera(CameraEdit(), "reset camera");
+      return reset_camera();
     case Action::kOrthographic:
       return set_orthographic(!orthographic());
     case Action::kRecallBookmark:
-      if (const auto& camera = bookmarks_[size_t(number - 1)]) {
-        return change_camera(*camera, "bookmark");
-      }
-      return say(Message::Level::kNote,
-                 fmt::format("bookmark {} is empty; Ctrl+{} stores the view", number, number));
+      return recall_bookmark(number);
     case Action::kStoreBookmark:
-      if (!scene_) return;
-      bookmarks_[size_t(number - 1)] = edits_.camera;
-      return say(Message::Level::kNote, fmt::format("stored as bookmark {}", number));
+      return store_bookmark(number);
     case Action::kZoomFit:
       return placement.fit();
-    case Action::kZoomOne: {
-      if (!placement.fitted()) return placement.fit();
-      const Rect& area = placement.area();
-      return placement.zoom_to(
-          1.0, Vec2f(0.5f * float(area.x0 + area.x1), 0.5f * float(area.y0 + area.y1)));
-    }
+    case Action::kZoomOne:
+      return placement.fitted() ? zoom_to(1.0) : placement.fit();
     case Action::kZoomIn:
-    case Action::kZoomOut: {
-      const Rect& area = placement.area();
-      const double factor = action == Action::kZoomIn ? kZoomStep : 1.0 / kZoomStep;
-      return placement.zoom_to(placement.zoom() * factor, Vec2f(0.5f * float(area.x0 + area.x1),
-                                                                0.5f * float(area.y0 + area.y1)));
-    }
+      return zoom_to(placement.zoom() * kZoomStep);
+    case Action::kZoomOut:
+      return zoom_to(placement.zoom() / kZoomStep);
     case Action::kExposureUp:
-      settings.display.exposure += kExposureStep;
-      return change(settings);
+      return change_exposure(kExposureStep);
     case Action::kExposureDown:
-      settings.display.exposure -= kExposureStep;
-      return change(settings);
+      return change_exposure(-kExposureStep);
     case Action::kNextOverlay:
       return next_overlay();
     case Action::kInspector:
-      window.inspector = show_inspector = !show_inspector;
-      return refresh_inspection();
+      return toggle_inspector();
     case Action::kExplain:
       return explain();
     case Action::kCopyPixel:
       return copy_pixel();
     case Action::kStoreSnapshot:
-      if (!picture_) return;
-      kept.picture = picture_;
-      kept.display = settings_.display;
-      kept.time_s = now();
-      return say(Message::Level::kNote, "kept as B; V wipes between A and B");
+      return keep_picture();
     case Action::kWipe:
-      if (!kept.picture)
-        return say(Message::Level::kNote, "B keeps a picture to compare with first");
-      wipe = !wipe;
-      return;
+      return toggle_wipe();
     case Action::kClearRegion:
-      if (solo_) set_solo(std::nullopt);
-      if (!settings.region) return;
-      settings.region.reset();
-      return change(settings);
+      return clear_region();
     case Action::kPanels:
-      window.panels = !window.panels;
-      return;
+      return toggle(window.panels);
     case Action::kFullScreen:
-      full_screen = !full_screen;
-      return;
+      return toggle(full_screen);
     case Action::kShortcuts:
-      show_shortcuts = !show_shortcuts;
-      return;
+      return toggle(show_shortcuts);
     case Action::kMessages:
-      show_messages = !show_messages;
-      return;
+      return toggle(show_messages);
   }
+}
+
+void Workbench::undo() {
+  if (can_undo()) edits_ = history_.undo();
+  send_edits();
+}
+
+void Workbench::redo() {
+  if (can_redo()) edits_ = history_.redo();
+  send_edits();
+}
+
+void Workbench::pause() {
+  ViewSettings settings = settings_;
+  toggle(settings.paused);
+  change(settings);
+}
+
+void Workbench::restart() {
+  ViewSettings settings = settings_;
+  settings.render.seed += 1;
+  change(settings);
+}
+
+void Workbench::change_exposure(float stops) {
+  ViewSettings settings = settings_;
+  settings.display.exposure += stops;
+  change(settings);
+}
+
+void Workbench::show_whole_scene() {
+  if (!scene_) return;
+  change_view(frame_all(camera(), scene_->center, scene_->radius,
+                        double(settings_.render.width) / settings_.render.height));
+}
+
+void Workbench::reset_camera() {
+  if (scene_) pivot_ = scene_->center;
+  change_camera(CameraEdit(), "reset camera");
+}
+
+void Workbench::recall_bookmark(int number) {
+  if (const auto& camera = bookmarks_[size_t(number - 1)]) {
+    return change_camera(*camera, "bookmark");
+  }
+  say(Message::Level::kNote,
+      fmt::format("bookmark {} is empty; Ctrl+{} stores the view", number, number));
+}
+
+void Workbench::store_bookmark(int number) {
+  if (!scene_) return;
+  bookmarks_[size_t(number - 1)] = edits_.camera;
+  say(Message::Level::kNote, fmt::format("stored as bookmark {}", number));
+}
+
+void Workbench::zoom_to(double zoom) {
+  const Rect& area = placement.area();
+  placement.zoom_to(zoom, Vec2f(0.5f * float(area.x0 + area.x1), 0.5f * float(area.y0 + area.y1)));
+}
+
+void Workbench::toggle_inspector() {
+  window.inspector = show_inspector = !show_inspector;
+  refresh_inspection();
+}
+
+void Workbench::keep_picture() {
+  if (!picture_) return;
+  kept.picture = picture_;
+  kept.display = settings_.display;
+  kept.time_s = now();
+  say(Message::Level::kNote, "kept as B; V wipes between A and B");
+}
+
+void Workbench::toggle_wipe() {
+  if (!kept.picture) return say(Message::Level::kNote, "B keeps a picture to compare with first");
+  toggle(wipe);
+}
+
+void Workbench::clear_region() {
+  if (solo_) set_solo(std::nullopt);
+  if (!settings_.region) return;
+  ViewSettings settings = settings_;
+  settings.region.reset();
+  change(settings);
 }
 
 void Workbench::next_overlay() {

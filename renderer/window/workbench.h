@@ -173,6 +173,20 @@ class Workbench {
   void explain();
   void save_edits();
   std::string edits_file() const;  // that they came from or went to, or else a new one's name
+  void undo();
+  void redo();
+  void pause();
+  void restart();  // with the next seed
+  void change_exposure(float stops);
+  void show_whole_scene();
+  void reset_camera();
+  void recall_bookmark(int number);  // from 1
+  void store_bookmark(int number);
+  void zoom_to(double zoom);  // about the middle of the window
+  void toggle_inspector();
+  void keep_picture();  // as B
+  void toggle_wipe();
+  void clear_region();
   void next_overlay();
   void copy_pixel();
 
