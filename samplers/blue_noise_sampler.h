@@ -10,7 +10,9 @@
 // Each pair of dimensions has its own permutations and scrambles. The set of a pixel's points in a
 // pair is the sequence's piece, in an order of the pixel's own: an Owen shuffle for the pixel pair,
 // so that each prefix of 2^m samples is a (0,m,2)-net; a random one for each other pair, else
-// strata of two pairs stay matched (see README.md).
+// strata of two pairs stay matched (sobol_sampler.h).
+//
+// Pixels up to the next power of two share a sequence, so a crop has the numbers of the whole.
 #pragma once
 
 #include "samplers/sampler.h"

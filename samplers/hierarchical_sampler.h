@@ -15,6 +15,9 @@
 // integration_weight() is Kajiya's hierarchical integration, the sum of each leaf's value times
 // its volume, where after n = 2^m + j samples the first j cells of level m are halved.
 //
+// Pixel x, y, lens x, y and time are split in turn, so that 16 samples see the pixel in 2 x 2 cells
+// only: the strength is what couples the five, the price is the plain edge.
+//
 // All other dimensions are those of `sobol`, so that a comparison of the two compares the tree.
 #pragma once
 
@@ -33,7 +36,9 @@ class HierarchicalSampler final : public Sampler {
   // count times the volume of the sample's leaf: 1 for all if count (of each stream) is a power of
   // two. Unbiased for any count, since neither cells nor halves depend on values. Between powers of
   // two it pays where the last halving is of a dimension that matters; elsewhere leaves of unequal
-  // weight cost variance, up to 1/8 for noise (at count = 1.5 * 2^m): see README.md.
+  // weight cost variance, since coins that belong to nodes already spread the extra samples evenly
+  // over the cells. At count = 2^m (1 + t) that is up to (1 + t)(1 - t/2) <= 9/8 times where a
+  // halving brings nothing, and more where leaves not yet halved are the noisy ones.
   float integration_weight(uint32_t sample, uint32_t count) const override;
 
  private:

@@ -6,8 +6,8 @@
 // until it is at least kPoissonDiskRadius of the largest possible distance of n + 1 points away
 // from all before it, on the torus (after McCool & Fiume 1992, "Hierarchical Poisson Disk Sampling
 // Distributions", where radii shrink in steps). So a pixel may take any number of samples. Eight
-// such tables of 1024 points are made when the first sampler is; a pixel takes each at a random
-// shift of the torus and in one of its eight symmetries, both afresh after 1024 samples.
+// such tables of 1024 points are made when the first sampler is (22 ms); a pixel takes each at a
+// random shift of the torus and in one of its eight symmetries, both afresh after 1024 samples.
 //
 // Pixel and lens, and the BSDF and light pairs of the first three surfaces, have a table each, a
 // different one for each pair of a pixel: pairs with the same table would be copies of one another.

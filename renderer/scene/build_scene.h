@@ -32,6 +32,11 @@ std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuil
 // scene's in what SceneEdits change and in nothing else; its geometry is not looked at (an outline
 // will do). `options` are those it was built with, editable. Nobody may use the scene meanwhile.
 // Uses TBB. Throws InputError for a texture that cannot be, and has then changed nothing.
+//
+// What is made of the same parts as before is kept: emitters of materials that shine as before (the
+// mean of an emissive texture over a triangle is what costs most), the light sampler where neither
+// emitters nor lamps have changed, the tables of an environment that was turned, tinted or dimmed,
+// the search for flush emitters where the same triangles emit.
 void update_scene(Scene& scene, const SceneDescription& description,
                   const SceneBuildOptions& options);
 

@@ -4,7 +4,8 @@
 // material the BVH knows is its filter (geometry.h): whether back faces are culled, which
 // transmission switches off, and whether there is coverage, which comes and goes with variants.
 // Here the filter asks the mesh at every candidate hit for what may change, so that none of it
-// touches the BVH.
+// touches the BVH: for culling wherever a material that the mesh may wear is single-sided, for
+// coverage where one of several has alpha.
 #pragma once
 
 #include <memory>

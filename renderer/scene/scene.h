@@ -57,10 +57,12 @@ struct SurfaceInteraction {
              position);
 }
 
+// What a built scene holds. Only materials that a placed mesh has count; only their images are
+// kept.
 struct SceneMemory {
-  uint64_t geometry_bytes = 0;  // vertices, indices, attributes, instances
-  uint64_t bvh_bytes = 0;       // what Embree holds
-  uint64_t texture_bytes = 0;   // resident texels, environment and its tables included
+  uint64_t geometry_bytes = 0;  // vertices, indices, attributes, instances, emitters, light BVH
+  uint64_t bvh_bytes = 0;       // what Embree holds: its memory monitor, and embree_api.h's sizes
+  uint64_t texture_bytes = 0;   // resident texels, each image once; environment and its tables
 };
 
 namespace scene_detail {
