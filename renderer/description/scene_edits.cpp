@@ -62,13 +62,13 @@ void name_default_material(SceneDescription& scene) {
   const auto number = int(scene.materials.size());
   std::vector<bool> placed(scene.meshes.size(), false);
   for (const InstanceDescription& instance : scene.instances) placed[size_t(instance.mesh)] = true;
-  bool worn = false;
+  bool used = false;
   for (size_t i = 0; i < scene.meshes.size(); ++i) {
     if (!placed[i] || scene.meshes[i].material >= 0) continue;
     scene.meshes[i].material = number;
-    worn = true;
+    used = true;
   }
-  if (worn) scene.materials.emplace_back().name = kDefaultMaterialName;
+  if (used) scene.materials.emplace_back().name = kDefaultMaterialName;
 }
 
 class EditApplication {
@@ -78,7 +78,7 @@ class EditApplication {
   }
 
   void apply() {
-    put_on_variant();
+    apply_variant();
     edit_environment();
     for (size_t i = 0; i < edits_.materials.size(); ++i) edit_material(i);
     for (size_t i = 0; i < edits_.lights.size(); ++i) edit_light(i);
@@ -86,7 +86,7 @@ class EditApplication {
 
  private:
   void check_targets();
-  void put_on_variant();
+  void apply_variant();
   void edit_environment();
   void edit_material(size_t edit);
   void edit_light(size_t edit);
@@ -141,7 +141,7 @@ void EditApplication::check_targets() {
   }
 }
 
-void EditApplication::put_on_variant() {
+void EditApplication::apply_variant() {
   for (MeshDescription& mesh : scene_.meshes) {
     const auto other =
         std::ranges::find(mesh.variant_materials, variant_, &VariantMaterial::variant);

@@ -84,7 +84,7 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
   return camera;
 }
 
-void put_on_lens(const FrameSettings& settings, CameraDescription& camera) {
+void apply_lens(const FrameSettings& settings, CameraDescription& camera) {
   if (settings.focus_distance) camera.focus_distance = *settings.focus_distance;
   if (!settings.f_stop) return;
   if (camera.orthographic) {
@@ -138,7 +138,7 @@ void choose_variant(const FrameSettings& settings, const SceneDescription& scene
 
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene) {
   CameraDescription camera = choose_view(settings, scene);
-  put_on_lens(settings, camera);
+  apply_lens(settings, camera);
   return camera;
 }
 
@@ -156,7 +156,7 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
   CameraDescription camera = edited_camera(
       edits, scene,
       scene.cameras.empty() ? framing_camera(world_bounds(scene), aspect) : scene.cameras.front());
-  put_on_lens(settings, camera);
+  apply_lens(settings, camera);
   return camera;
 }
 

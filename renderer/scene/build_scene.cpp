@@ -7,7 +7,7 @@
 #include "renderer/description/default_light.h"
 #include "renderer/description/framing.h"
 #include "renderer/scene/geometry.h"
-#include "renderer/scene/scene_dresser.h"
+#include "renderer/scene/scene_updater.h"
 
 namespace emberline {
 
@@ -73,12 +73,12 @@ class SceneBuilder {
     progress_.begin(LoadStage::kBvh);
     choose_space();
     place_meshes();
-    SceneDresser dresser(*scene_, description_, options_, progress_);
-    dresser.put_on_materials();
+    SceneUpdater updater(*scene_, description_, options_, progress_);
+    updater.assign_materials();
     if (!options_.editable) drop_unread_attributes();
     if (options_.bvh) build_geometry();
-    dresser.light();
-    dresser.account();
+    updater.build_lights();
+    updater.update_memory_and_features();
     progress_.finish();
     return std::move(scene_);
   }
@@ -264,10 +264,10 @@ std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuil
 void update_scene(Scene& scene, const SceneDescription& description,
                   const SceneBuildOptions& options) {
   assert(options.editable);
-  SceneDresser dresser(scene, description, options, LoadProgress::unwatched());
-  dresser.put_on_materials();
-  dresser.light();
-  dresser.account();
+  SceneUpdater updater(scene, description, options, LoadProgress::unwatched());
+  updater.assign_materials();
+  updater.build_lights();
+  updater.update_memory_and_features();
 }
 
 }  // namespace emberline

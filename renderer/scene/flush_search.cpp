@@ -21,10 +21,10 @@ constexpr size_t kManyEmitters = 1 << 16;
 
 // Triangles around emitters that are looked at, and so many at a time. Chosen by us: some seconds.
 constexpr uint64_t kMostTriangles = uint64_t(1) << 26;
-constexpr size_t kPiece = 4096;
-// Points that are looked at, beside so many for each triangle, and of a piece at most. Chosen by
+constexpr size_t kRangeSize = 4096;
+// Points that are looked at, beside so many for each triangle, and of a range at most. Chosen by
 // us: an ordinary triangle meets some ten, a wall all the lamps that it carries.
-constexpr uint64_t kMostVisits = uint64_t(1) << 24, kVisitsOfEach = 32, kMostOfPiece = 1 << 22;
+constexpr uint64_t kMostVisits = uint64_t(1) << 24, kVisitsOfEach = 32, kMostOfRange = 1 << 22;
 
 using Corners = std::array<Vec3d, 3>;
 
@@ -135,11 +135,11 @@ class FlushSearch {
 
   FlushSurfaces find() {
     if (points_.empty()) return std::move(found_);
-    const std::vector<Piece> pieces = pieces_near_emitters();
-    const uint64_t visits = most_visits(pieces);
-    parallel_each(pieces.size(), [&](size_t i) {
+    const std::vector<TriangleRange> ranges = ranges_near_emitters();
+    const uint64_t visits = most_visits(ranges);
+    parallel_each(ranges.size(), [&](size_t i) {
       progress_.check();
-      look_from(pieces[i], visits);
+      look_from(ranges[i], visits);
     });
     for (size_t i = 0; i < emitters_.size(); ++i) {
       if (found_.reach[i] > 0.0f) {
@@ -151,19 +151,19 @@ class FlushSearch {
 
  private:
   // Of the triangles of a placed mesh.
-  struct Piece {
+  struct TriangleRange {
     uint32_t instance;
     uint32_t begin, end;
   };
 
   EmitterPoints emitter_points() const;
-  std::vector<Piece> pieces_near_emitters() const;
-  uint64_t most_visits(const std::vector<Piece>& pieces) const;
-  // Calls visit(triangle, surface, error, point) for what may lie in the piece's triangles, until
+  std::vector<TriangleRange> ranges_near_emitters() const;
+  uint64_t most_visits(const std::vector<TriangleRange>& ranges) const;
+  // Calls visit(triangle, surface, error, point) for what may lie in the range's triangles, until
   // it returns false.
   template <typename Visit>
-  void visit_points(const Piece& piece, const Visit& visit) const;
-  void look_from(const Piece& piece, uint64_t visits_left);
+  void visit_points(const TriangleRange& range, const Visit& visit) const;
+  void look_from(const TriangleRange& range, uint64_t visits_left);
   void note(uint64_t key, float reach) {
     float& offset = found_.offsets[key];
     offset = std::max(offset, reach);
@@ -195,13 +195,13 @@ EmitterPoints FlushSearch::emitter_points() const {
   return EmitterPoints(std::move(points));
 }
 
-std::vector<FlushSearch::Piece> FlushSearch::pieces_near_emitters() const {
+std::vector<FlushSearch::TriangleRange> FlushSearch::ranges_near_emitters() const {
   std::vector<Box> bounds(meshes_.size());
   parallel_each(meshes_.size(), [&](size_t i) {
     progress_.check();
     bounds[i] = bounds_of(meshes_[i]);
   });
-  std::vector<Piece> pieces;
+  std::vector<TriangleRange> ranges;
   uint64_t triangles = 0;
   for (uint32_t i = 0; i < instances_.size(); ++i) {
     if (i % 1024 == 0) progress_.check();
@@ -220,18 +220,18 @@ std::vector<FlushSearch::Piece> FlushSearch::pieces_near_emitters() const {
           "lamps that lie in other surfaces may be missed: too many triangles are near lamps");
       break;
     }
-    for (size_t begin = 0; begin < count; begin += kPiece) {
-      pieces.push_back({i, uint32_t(begin), uint32_t(std::min(count, begin + kPiece))});
+    for (size_t begin = 0; begin < count; begin += kRangeSize) {
+      ranges.push_back({i, uint32_t(begin), uint32_t(std::min(count, begin + kRangeSize))});
     }
   }
-  return pieces;
+  return ranges;
 }
 
 template <typename Visit>
-void FlushSearch::visit_points(const Piece& piece, const Visit& visit) const {
-  const Instance& instance = instances_[piece.instance];
+void FlushSearch::visit_points(const TriangleRange& range, const Visit& visit) const {
+  const Instance& instance = instances_[range.instance];
   const Mesh& mesh = meshes_[instance.mesh];
-  for (uint32_t t = piece.begin; t < piece.end; ++t) {
+  for (uint32_t t = range.begin; t < range.end; ++t) {
     const Corners corners = placed_corners(mesh, instance, t);
     const Surface surface(corners);
     if (!(surface.plane().normal.length2() > 0)) continue;
@@ -245,32 +245,32 @@ void FlushSearch::visit_points(const Piece& piece, const Visit& visit) const {
   }
 }
 
-// How many visits a piece may make, so that all are no more than there may be. The same for any
+// How many visits a range may make, so that all are no more than there may be. The same for any
 // number of threads.
-uint64_t FlushSearch::most_visits(const std::vector<Piece>& pieces) const {
-  std::vector<uint64_t> counts(pieces.size(), 0);
-  parallel_each(pieces.size(), [&](size_t i) {
+uint64_t FlushSearch::most_visits(const std::vector<TriangleRange>& ranges) const {
+  std::vector<uint64_t> counts(ranges.size(), 0);
+  parallel_each(ranges.size(), [&](size_t i) {
     progress_.check();
-    visit_points(pieces[i], [&](uint32_t, const Surface&, float, const EmitterPoint&) {
-      return ++counts[i] < kMostOfPiece;
+    visit_points(ranges[i], [&](uint32_t, const Surface&, float, const EmitterPoint&) {
+      return ++counts[i] < kMostOfRange;
     });
   });
   std::ranges::sort(counts);
-  uint64_t left = kMostVisits + kVisitsOfEach * kPiece * pieces.size();
+  uint64_t left = kMostVisits + kVisitsOfEach * kRangeSize * ranges.size();
   for (size_t i = 0; i < counts.size(); ++i) {
     const uint64_t share = left / (counts.size() - i);
     if (counts[i] > share) return share;
     left -= counts[i];
   }
-  return kMostOfPiece;
+  return kMostOfRange;
 }
 
-void FlushSearch::look_from(const Piece& piece, uint64_t visits_left) {
+void FlushSearch::look_from(const TriangleRange& range, uint64_t visits_left) {
   std::map<uint32_t, float> surfaces;
-  visit_points(piece,
+  visit_points(range,
                [&](uint32_t t, const Surface& surface, float error, const EmitterPoint& point) {
                  const EmissiveTriangle& e = emitters_[point.emitter];
-                 const bool same = e.instance == piece.instance && e.primitive == t;
+                 const bool same = e.instance == range.instance && e.primitive == t;
                  if (!same && surface.holds(e, point.position, double(error + point.error))) {
                    // The planes lie that far apart, and Embree may see either that far from where
                    // it lies.
@@ -285,7 +285,7 @@ void FlushSearch::look_from(const Piece& piece, uint64_t visits_left) {
                  return --visits_left > 0;
                });
   const std::lock_guard lock(mutex_);
-  for (const auto& [t, reach] : surfaces) note(surface_key(piece.instance, t), reach);
+  for (const auto& [t, reach] : surfaces) note(surface_key(range.instance, t), reach);
 }
 
 }  // namespace

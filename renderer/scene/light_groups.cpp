@@ -11,26 +11,26 @@ constexpr float kMost = std::numeric_limits<float>::max();
 constexpr float kLeast = std::numeric_limits<float>::min();
 
 // By material: whether some placed mesh has it.
-std::vector<bool> worn_materials(const SceneDescription& description) {
-  std::vector<bool> worn(description.materials.size(), false);
+std::vector<bool> used_materials(const SceneDescription& description) {
+  std::vector<bool> used(description.materials.size(), false);
   for (const InstanceDescription& instance : description.instances) {
     const int material = description.meshes[size_t(instance.mesh)].material;
-    if (material >= 0) worn[size_t(material)] = true;
+    if (material >= 0) used[size_t(material)] = true;
   }
-  return worn;
+  return used;
 }
 
-// What a LightEdit may change, and what apply() asks of a description. Materials that nothing
-// wears are dark.
-SceneDescription lights_of(const SceneDescription& description, const std::vector<bool>& worn) {
+// What a LightEdit may change, and what apply() asks of a description. Materials that no placed
+// mesh has are dark.
+SceneDescription lights_of(const SceneDescription& description, const std::vector<bool>& used) {
   SceneDescription lights;
   lights.file = description.file;
   lights.lights = description.lights;
   lights.materials = description.materials;
   lights.variants = description.variants;
   lights.variants_read = description.variants_read;
-  for (size_t i = 0; i < worn.size(); ++i) {
-    if (!worn[i]) lights.materials[i].emission = Rgb(0.0f);
+  for (size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) lights.materials[i].emission = Rgb(0.0f);
   }
   lights.environment = description.environment;
   lights.may_be_dark = true;
@@ -78,20 +78,20 @@ LightGroups::LightGroups(const SceneDescription& original, const SceneEdits& bas
   assert(original.may_be_dark && "not through apply()");
   SceneDescription built = outline(original);
   apply(baseline_, built);
-  const std::vector<bool> worn = worn_materials(built);
-  original_ = lights_of(original, worn);
-  built_ = lights_of(built, worn);
+  const std::vector<bool> used = used_materials(built);
+  original_ = lights_of(original, used);
+  built_ = lights_of(built, used);
   for (size_t i = 0; i < built_.lights.size(); ++i) {
     const PunctualLightDescription& light = built_.lights[i];
     of_light_.push_back(add(EditedLight::kPunctual, {light.name, int(i), {}}, light.intensity));
     if (shines(light)) of_point_.push_back(of_light_.back());
   }
-  for (size_t i = 0; i < worn.size(); ++i) {
+  for (size_t i = 0; i < used.size(); ++i) {
     const MaterialDescription& material = built_.materials[i];
-    of_material_.push_back(worn[i] && material.unlit
+    of_material_.push_back(used[i] && material.unlit
                                ? kOthers
                                : add(EditedLight::kMaterial, {material.name, int(i), {}},
-                                     worn[i] ? material.emission : Rgb(0.0f)));
+                                     used[i] ? material.emission : Rgb(0.0f)));
   }
   of_material_.push_back(kNone);  // the default material
   if (built_.environment) {

@@ -166,7 +166,7 @@ class Scene {
 
  private:
   friend class SceneBuilder;
-  friend class SceneDresser;
+  friend class SceneUpdater;
   Scene();
   void prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const;
   void interpolate(const scene_detail::Mesh& mesh, const scene_detail::Instance& instance,

@@ -54,7 +54,7 @@ SceneDescription applied(SceneEdits edits, const LoadedScene& scene) {
 
 // A lens that the options ask for comes first among the edits: the artist changes it like any, it
 // keeps its f-number when the angle changes, and it is saved.
-void choose_lens(RenderOptions& options, CameraEdit& edit) {
+void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   const bool asked = options.f_stop || options.focus_distance;
   if (asked && edit.place.empty()) edit.place = "--f-stop";
   if (options.f_stop) edit.f_stop = std::exchange(options.f_stop, std::nullopt);
@@ -78,7 +78,7 @@ std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& 
   SceneEdits edits = load_edits(options, progress);
   SceneDescription description = load_scene(options, progress);
   choose_variant(options, description, edits);
-  choose_lens(options, edits.camera);
+  move_lens_to_edits(options, edits.camera);
   auto open = std::make_shared<OpenScene>();
   open->camera = choose_camera(options, description);
   open->inputs = description.files;

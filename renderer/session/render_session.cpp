@@ -26,21 +26,21 @@ class RenderSession::Impl {
   explicit Impl(ViewSettings given)
       : settings(std::move(given)),
         rendered_settings(settings),
-        loader([this] { board.wake(); }),
-        renderer(board) {
-    board.set_display(settings.display);
+        loader([this] { publisher.wake(); }),
+        renderer(publisher) {
+    publisher.set_display(settings.display);
     renderer.set_overlay(settings.overlay);
     renderer.set_paused(settings.paused);
   }
 
   // Edits of a drag wait for the picture of the one before.
-  void post(bool patient) {
+  void post(bool only_edits) {
     ++edit;
     rendered_settings = settings;
     if (!scene) return;
-    board.set_problem("");  // what it said was of the edit before
+    publisher.set_problem("");  // what it said was of the edit before
     SceneEdits effective = solo ? with_solo(edits, *solo, *scene) : edits;
-    renderer.post({edit, ViewClock::now(), scene, std::move(effective), settings}, patient);
+    renderer.post({edit, ViewClock::now(), scene, std::move(effective), settings}, only_edits);
   }
 
   void adopt(std::shared_ptr<LoadedScene> loaded) {
@@ -78,7 +78,7 @@ class RenderSession::Impl {
 
   // What the newest picture shows of the pixel, with all else that is known of it there.
   std::optional<PixelInspection> look(Look look, const Vec2i& at) const {
-    const std::shared_ptr<const ShownPicture> picture = board.picture();
+    const std::shared_ptr<const ShownPicture> picture = publisher.picture();
     if (!picture || !Rect{0, 0, picture->width, picture->height}.contains(at.x, at.y)) {
       return std::nullopt;
     }
@@ -95,7 +95,7 @@ class RenderSession::Impl {
   }
 
   ViewSettings settings;
-  ViewSettings rendered_settings;  // of the newest order
+  ViewSettings rendered_settings;  // of the newest request
   uint64_t edit = 0;
   std::shared_ptr<LoadedScene> scene;
   SceneEdits edits;
@@ -103,7 +103,7 @@ class RenderSession::Impl {
   std::optional<Vec2i> inspected, picked;
 
   // In the order of their use: each may still call those before it while it ends.
-  PictureBoard board;
+  PicturePublisher publisher;
   TaskThread writer;
   SceneLoader loader;
   ViewRenderer renderer;
@@ -143,7 +143,7 @@ void RenderSession::set_settings(const ViewSettings& settings) {
   Impl& session = *impl_;
   const ViewSettings before = std::exchange(session.settings, settings);
   if (!same_display(before.display, settings.display)) {
-    session.board.set_display(settings.display);
+    session.publisher.set_display(settings.display);
     if (settings.overlay == ViewOverlay::kTree) session.renderer.show_again();
   }
   if (before.paused != settings.paused) session.renderer.set_paused(settings.paused);
@@ -169,21 +169,21 @@ void RenderSession::set_edits(const SceneEdits& edits, const std::optional<Light
 uint64_t RenderSession::bvh_builds() const { return impl_->renderer.bvh_builds(); }
 
 std::shared_ptr<const ShownPicture> RenderSession::picture() const {
-  return impl_->board.picture();
+  return impl_->publisher.picture();
 }
 
 void RenderSession::compare_with(std::shared_ptr<const ShownPicture> kept) {
-  impl_->board.compare_with(std::move(kept));
+  impl_->publisher.compare_with(std::move(kept));
 }
 
 std::shared_ptr<const ShownPicture> RenderSession::compared() const {
-  return impl_->board.compared();
+  return impl_->publisher.compared();
 }
 
-std::string RenderSession::problem() const { return impl_->board.problem(); }
+std::string RenderSession::problem() const { return impl_->publisher.problem(); }
 
 void RenderSession::on_change(std::function<void()> wake) {
-  impl_->board.on_change(std::move(wake));
+  impl_->publisher.on_change(std::move(wake));
 }
 
 std::optional<PixelInspection> RenderSession::inspect(int x, int y) {

@@ -38,17 +38,17 @@ constexpr uint32_t kRegionSamples = 16;
 constexpr double kFirstPictureShare = 0.005;
 constexpr uint32_t kLeastJudged = 16;
 
-// Linear and graded, that the board keeps: the newest, one being drawn, one to compare with as it
-// was and as it is graded now.
+// Linear and graded, that the publisher keeps: the newest, one being drawn, one to compare with as
+// it was and as it is graded now.
 constexpr uint64_t kPictures = 4;
 
 Rect frame_of(const RenderOptions& options) { return {0, 0, options.width, options.height}; }
 
-Camera camera_of(const ViewOrder& order) {
-  const LoadedScene& scene = *order.scene;
-  const int width = order.settings.render.width, height = order.settings.render.height;
+Camera camera_of(const RenderRequest& request) {
+  const LoadedScene& scene = *request.scene;
+  const int width = request.settings.render.width, height = request.settings.render.height;
   const Scene& built = scene.scene.scene();
-  return {edited_camera(order.edits, scene.edit_lists, scene.camera(width, height)),
+  return {edited_camera(request.edits, scene.edit_lists, scene.camera(width, height)),
           width,
           height,
           built.origin(),
@@ -68,34 +68,35 @@ void put_channel(std::string_view name, std::span<const float> values, FilmCopy*
 
 }  // namespace
 
-ViewFrame::ViewFrame(ViewOrder order, const FrameTools& tools, PictureBoard& board,
-                     std::shared_ptr<StopRequest> stop, const std::atomic<ViewOverlay>& overlay,
-                     const std::atomic<bool>& hurry, Pause pause)
-    : order_(std::move(order)),
-      tools_(tools),
-      board_(board),
+ViewFrame::ViewFrame(RenderRequest request, const PreparedSettings& prepared,
+                     PicturePublisher& publisher, std::shared_ptr<StopRequest> stop,
+                     const std::atomic<ViewOverlay>& overlay, const std::atomic<bool>& pause_wanted,
+                     Pause pause)
+    : request_(std::move(request)),
+      prepared_(prepared),
+      publisher_(publisher),
       stop_(std::move(stop)),
       overlay_(overlay),
-      hurry_(hurry),
+      pause_wanted_(pause_wanted),
       pause_(std::move(pause)),
-      crop_(frame_of(order_.settings.render)),
-      camera_(camera_of(order_)),
-      memory_(order_.scene->memory.budget(), MemoryPart::kFilm) {}
+      crop_(frame_of(request_.settings.render)),
+      camera_(camera_of(request_)),
+      memory_(request_.scene->memory.budget(), MemoryPart::kFilm) {}
 
 ViewFrame::~ViewFrame() = default;
 
 void ViewFrame::render(std::optional<Vec2i> explained) {
   explained_ = explained;
   reserve(crop_, kPictures * (4 * sizeof(float) + 4));
-  if (order_.settings.region) render_region();
-  const bool buckets = tools_.plan.driver->tiles;
-  if ((tools_.live || buckets) && stop_->cause() == PixelStop::kNone) {
+  if (request_.settings.region) render_region();
+  const bool buckets = prepared_.plan.driver->tiles;
+  if ((prepared_.live || buckets) && stop_->cause() == PixelStop::kNone) {
     render_stage(Stage::kFirst, first_, "bisection", crop_, 1);
   }
   if (stop_->cause() != PixelStop::kNone) return;
   if (buckets) begin_buckets();
-  const FrameCounters counters = render_stage(Stage::kMain, main_, tools_.options.driver, crop_,
-                                              tools_.plan.samples_per_pixel);
+  const FrameCounters counters = render_stage(Stage::kMain, main_, prepared_.options.driver, crop_,
+                                              prepared_.plan.samples_per_pixel);
   if (!counters.stopped || stop_->cause() == PixelStop::kTimeLimit) finish(counters);
 }
 
@@ -106,7 +107,7 @@ void ViewFrame::reserve(const Rect& pixels, uint64_t bytes_per_pixel) {
 
 // A frame of its own, so that each of its pixels gets the samples that it would get anyway.
 void ViewFrame::render_region() {
-  const Rect region = order_.settings.region->intersect(crop_);
+  const Rect region = request_.settings.region->intersect(crop_);
   if (region.empty()) return;
   render_stage(Stage::kRegion, region_, "bisection", region, kRegionSamples);
 }
@@ -117,16 +118,17 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::optional<FrameRender>& r
   const bool main = stage == Stage::kMain;
   stage_ = stage;
   stage_name_ = name;
-  DriverSettings settings = tools_.plan.driver_settings;
+  DriverSettings settings = prepared_.plan.driver_settings;
   const bool in_frame = explained_ && crop.contains(explained_->x, explained_->y);
   if (main && in_frame) settings.explained = explained_;
   render.emplace(driver_factory(name, settings));
   const uint64_t lights = groups_ ? LightGroupSums::bytes_per_pixel(groups_->list().size()) : 0;
-  if (const uint64_t film = render->bytes_per_pixel(tools_.plan.aovs)) reserve(crop, film + lights);
-  Frame frame = tools_.plan.frame(order_.scene->scene.scene(), camera_, groups_.get());
+  if (const uint64_t film = render->bytes_per_pixel(prepared_.plan.aovs))
+    reserve(crop, film + lights);
+  Frame frame = prepared_.plan.frame(request_.scene->scene.scene(), camera_, groups_.get());
   frame.crop = crop;
   frame.samples_per_pixel = samples_per_pixel;
-  frame.exact_counts = !main || tools_.plan.even;
+  frame.exact_counts = !main || prepared_.plan.even;
   stage_end_ = std::stop_source();
   const std::stop_callback with_the_frame(stop_->token(), [this] { stage_end_.request_stop(); });
   return render->render(frame, *this, stage_end_.get_token());
@@ -134,37 +136,38 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::optional<FrameRender>& r
 
 // Buckets come over what the first picture shows.
 void ViewFrame::begin_buckets() {
-  const bool told =
-      !tools_.plan.even && RoundPlanner::knows_variances(tools_.plan.driver_settings.adaptive);
+  const bool told = !prepared_.plan.even &&
+                    RoundPlanner::knows_variances(prepared_.plan.driver_settings.adaptive);
   const FilmExtras extras{.sample_variance = told};
-  reserve(crop_, film_bytes_per_pixel(tools_.plan.aovs, extras) + 4 * sizeof(float) + 4);
+  reserve(crop_, film_bytes_per_pixel(prepared_.plan.aovs, extras) + 4 * sizeof(float) + 4);
   std::vector<float> rgba(4 * size_t(crop_.area()));
   resolve_whole(rgba);
   readable_ = nullptr;
   shown_render_ = nullptr;
   first_.reset();
   progress_ = {};
-  canvas_.emplace(crop_, tools_.plan.aovs, tools_.plan.driver_settings.adaptive.unbiased,
-                  std::move(rgba), extras);
-  readable_ = &*canvas_;
+  bucket_picture_.emplace(crop_, prepared_.plan.aovs,
+                          prepared_.plan.driver_settings.adaptive.unbiased, std::move(rgba),
+                          extras);
+  readable_ = &*bucket_picture_;
   shown_at_s_ = -std::numeric_limits<double>::infinity();  // else it might be a bucket's time ago
 }
 
 // Buckets need no more of it than a picture that a hand can follow.
 bool ViewFrame::first_is_enough() const {
-  if (stage_ != Stage::kFirst || tools_.live || !shown_) return false;
-  const uint32_t samples = std::max(tools_.plan.samples_per_pixel, kLeastJudged);
+  if (stage_ != Stage::kFirst || prepared_.live || !shown_) return false;
+  const uint32_t samples = std::max(prepared_.plan.samples_per_pixel, kLeastJudged);
   return progress_.completion >= kFirstPictureShare * double(samples);
 }
 
 // Of buckets only they count: samples of the first picture are let go.
 bool ViewFrame::complete() const {
-  const bool counts = stage_ == Stage::kMain || (stage_ == Stage::kFirst && tools_.live);
+  const bool counts = stage_ == Stage::kMain || (stage_ == Stage::kFirst && prepared_.live);
   return counts && progress_.completion >= 1.0;
 }
 
 void ViewFrame::finish(const FrameCounters& counters) {
-  if (counters.stopped && !canvas_) main_->end(stop_->cause());
+  if (counters.stopped && !bucket_picture_) main_->end(stop_->cause());
   finished_ = true;
   if (!first_) {  // else the time was over before this driver had every pixel
     progress_.samples = counters.samples;
@@ -198,7 +201,7 @@ void ViewFrame::picture_changed(const FrameProgress& progress, const FramePictur
 
 // What is asked here changes at pauses alone.
 bool ViewFrame::picture_wanted() const {
-  if (hurry_.load(std::memory_order_relaxed)) return true;
+  if (pause_wanted_.load(std::memory_order_relaxed)) return true;
   const double now = seconds();
   return (showable_ && due_by_time(now)) || time_is_over(now);
 }
@@ -209,29 +212,29 @@ std::optional<uint64_t> ViewFrame::picture_wanted_at() const {
 }
 
 void ViewFrame::tile_begun(const Rect& pixels) {
-  const std::unique_lock lock = canvas_->lock();
-  canvas_->begin(pixels);
-  look_at_canvas();
+  const std::unique_lock lock = bucket_picture_->lock();
+  bucket_picture_->begin(pixels);
+  look_at_buckets();
 }
 
 void ViewFrame::tile_finished(const FilmTile& tile) {
-  const std::shared_ptr<const Grading> grading = board_.grading();
-  const std::unique_lock lock = canvas_->lock();
-  canvas_->finish(tile, grading);
-  look_at_canvas();
+  const std::shared_ptr<const Grading> grading = publisher_.grading();
+  const std::unique_lock lock = bucket_picture_->lock();
+  bucket_picture_->finish(tile, grading);
+  look_at_buckets();
 }
 
 // Isolated: a thread that waits for help with the picture must not begin another bucket, and ask
-// for the canvas that it holds.
-void ViewFrame::look_at_canvas() {
-  tbb::this_task_arena::isolate([&] { canvas_changed(); });
+// for the picture that it holds.
+void ViewFrame::look_at_buckets() {
+  tbb::this_task_arena::isolate([&] { buckets_changed(); });
 }
 
-void ViewFrame::canvas_changed() {
+void ViewFrame::buckets_changed() {
   shown_name_ = stage_name_;
   progress_.pass = 1;
-  progress_.samples = canvas_->samples();
-  progress_.completion = canvas_->completion();
+  progress_.samples = bucket_picture_->samples();
+  progress_.completion = bucket_picture_->completion();
   const bool shown_now = stop_->cause() == PixelStop::kNone && due();  // else nobody waits for it
   if (shown_now) show();
   check_time_limit();
@@ -239,7 +242,7 @@ void ViewFrame::canvas_changed() {
 }
 
 bool ViewFrame::time_is_over(double now_s) const {
-  const std::optional<double>& limit = tools_.options.time_limit_s;
+  const std::optional<double>& limit = prepared_.options.time_limit_s;
   return limit && stage_ == Stage::kMain && now_s >= *limit;
 }
 
@@ -269,39 +272,39 @@ void ViewFrame::set_lights(std::shared_ptr<const LightGroups> groups, std::optio
 }
 
 void ViewFrame::relight(const Relighting& lights) {
-  order_.edit = lights.edit;
-  order_.posted = lights.posted;
+  request_.edit = lights.edit;
+  request_.posted = lights.posted;
   mix_ = lights.mix;
   show();
 }
 
 void ViewFrame::show() {
   const ViewClock::time_point begun = ViewClock::now();
-  std::shared_ptr<const Grading> grading = board_.grading();
+  std::shared_ptr<const Grading> grading = publisher_.grading();
   if (!grading) return;
-  const std::shared_ptr<ShownPicture> picture = board_.blank();
+  const std::shared_ptr<ShownPicture> picture = publisher_.blank();
   const size_t values = 4 * size_t(crop_.area());
   picture->rgba.resize(values);
   picture->rgba8.resize(values);
   resolve_whole(picture->rgba);
   picture->overlay_legend = draw(grading, picture->rgba, picture->rgba8);
-  picture->edit = order_.edit;
+  picture->edit = request_.edit;
   picture->width = crop_.width();
   picture->height = crop_.height();
   picture->complete = complete();
   picture->filled = stage_ != Stage::kRegion;
   picture->finished = finished_;
   picture->in_progress.clear();
-  if (canvas_) picture->in_progress = canvas_->in_progress();
+  if (bucket_picture_) picture->in_progress = bucket_picture_->in_progress();
   picture->progress = progress_;
   picture->samples = progress_.samples;
   picture->rays = progress_.rays;
   picture->rendering_s = seconds();
   picture->driver = shown_name_;
   const ViewClock::time_point ended = ViewClock::now();
-  picture->elapsed_s = to_seconds(ended - order_.posted);
+  picture->elapsed_s = to_seconds(ended - request_.posted);
   complete_shown_ = complete_shown_ || picture->complete;
-  board_.publish(picture, std::move(grading));
+  publisher_.publish(picture, std::move(grading));
   shown_ = true;
   shown_at_s_ = seconds();
   cost_s_ = to_seconds(ended - begun);
@@ -317,10 +320,10 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
   }
   if (const HeatmapQuantity* quantity = overlay_quantity(overlay)) {
     // A frame that lacks the channel is about to be replaced by one that has it.
-    if (!quantity->aov || tools_.plan.aovs.contains(*quantity->aov)) {
+    if (!quantity->aov || prepared_.plan.aovs.contains(*quantity->aov)) {
       const FilmCopy film = copy();
       const std::vector<std::string> names = film_channel_names(film.aovs);
-      return draw_overlay(*quantity, names, film.channels, crop_, tools_.options.heatmap_style,
+      return draw_overlay(*quantity, names, film.channels, crop_, prepared_.options.heatmap_style,
                           rgba8);
     }
   }
@@ -329,8 +332,8 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
     draw_tree(*adaptive->tree(), *grading, rgba, crop_.width(), rgba8);
     return "leaves of the refinement tree";
   }
-  if (canvas_ && !region_ && !mix_) {
-    std::ranges::copy(canvas_->rgba8(grading), rgba8.begin());
+  if (bucket_picture_ && !region_ && !mix_) {
+    std::ranges::copy(bucket_picture_->rgba8(grading), rgba8.begin());
   } else {
     grading->grade(rgba, crop_.width(), rgba8);
   }
@@ -358,7 +361,7 @@ void ViewFrame::resolve_whole(std::span<float> rgba) const {
   if (stage_ != Stage::kRegion) {
     readable_->resolve(rgba, mix_ ? &*mix_ : nullptr);
   } else {
-    const std::shared_ptr<const ShownPicture> before = board_.picture();
+    const std::shared_ptr<const ShownPicture> before = publisher_.picture();
     const bool fits = before && before->width == crop_.width() && before->height == crop_.height();
     if (fits) {
       std::ranges::copy(before->rgba, rgba.begin());
@@ -381,14 +384,14 @@ void ViewFrame::resolve_whole(std::span<float> rgba) const {
 
 // Only the last stage brings a pixel to its end.
 PixelStop ViewFrame::stop_at(int x, int y) const {
-  const bool last = canvas_ || (main_ && shown_render_ == &*main_);
+  const bool last = bucket_picture_ || (main_ && shown_render_ == &*main_);
   const PixelStop stop = last ? readable_->stop_so_far(x, y) : PixelStop::kGoingOn;
   if (!finished_ || stop != PixelStop::kGoingOn) return stop;
   return film_of(x, y).sample_count(x, y) > 0 ? stop_->cause() : PixelStop::kNone;
 }
 
 std::vector<float> ViewFrame::stops() const {
-  if (canvas_ && !tools_.plan.aovs.contains(Aov::kStop)) return {};
+  if (bucket_picture_ && !prepared_.plan.aovs.contains(Aov::kStop)) return {};
   const auto width = size_t(crop_.width());
   std::vector<float> stops(size_t(crop_.area()));
   parallel_each(size_t(crop_.height()), [&](size_t row) {
@@ -400,10 +403,11 @@ std::vector<float> ViewFrame::stops() const {
 }
 
 FilmCopy ViewFrame::copy() const {
-  FilmCopy result{crop_.width(), crop_.height(), tools_.plan.aovs, {}, stops(), tools_.options};
-  result.options.scene = order_.scene->open->outline.file;
+  FilmCopy result{crop_.width(), crop_.height(),   prepared_.plan.aovs, {},
+                  stops(),       prepared_.options};
+  result.options.scene = request_.scene->open->outline.file;
   result.options.driver = shown_name_;
-  const size_t count = film_channels(tools_.plan.aovs).size();
+  const size_t count = film_channels(prepared_.plan.aovs).size();
   result.channels.resize(count * size_t(crop_.area()));
   std::vector<float> values, rgba(4 * size_t(crop_.area()));
   const auto put = [&](const FilmTile& film) {
@@ -419,8 +423,9 @@ FilmCopy ViewFrame::copy() const {
   };
   put(readable_->film());
   if (const FilmTile* region = region_film()) put(*region);
-  if (tools_.plan.aovs.contains(Aov::kStop)) put_channel("stop", result.stops, &result);
-  if (canvas_) return result;  // where no bucket is, there is nothing of this frame to be shown
+  if (prepared_.plan.aovs.contains(Aov::kStop)) put_channel("stop", result.stops, &result);
+  if (bucket_picture_)
+    return result;  // where no bucket is, there is nothing of this frame to be shown
   resolve_whole(rgba);
   for (size_t i = 0; i < size_t(crop_.area()); ++i) {
     std::copy_n(&rgba[4 * i], 4, &result.channels[count * i]);
@@ -432,7 +437,7 @@ PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
   PixelInspection result;
   result.x = x;
   result.y = y;
-  result.edit = order_.edit;
+  result.edit = request_.edit;
   if (!readable_) return result;
   const FilmTile& film = film_of(x, y);
   if (!film.rect().contains(x, y)) return result;
@@ -447,8 +452,8 @@ PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
     result.explanation = adaptive->explain(film, x, y);
   }
 
-  const Scene& scene = order_.scene->scene.scene();
-  const SceneDescription& outline = order_.scene->open->outline;
+  const Scene& scene = request_.scene->scene.scene();
+  const SceneDescription& outline = request_.scene->open->outline;
   const Ray ray = camera_.ray({float(x) + 0.5f, float(y) + 0.5f});
   SurfaceHit hit;
   if (!scene.intersect(ray, 0, &hit)) return result;

@@ -19,17 +19,17 @@
 #include "renderer/frame/frame_render.h"
 #include "renderer/process/stop_request.h"
 #include "renderer/scene/camera.h"
-#include "renderer/session/bucket_canvas.h"
-#include "renderer/session/frame_tools.h"
+#include "renderer/session/bucket_picture.h"
 #include "renderer/session/loaded_scene.h"
-#include "renderer/session/picture_board.h"
+#include "renderer/session/picture_publisher.h"
+#include "renderer/session/prepared_settings.h"
 
 namespace emberline {
 
 using ViewClock = std::chrono::steady_clock;
 
 // What is to be rendered: everything that was edited and set, as of one moment.
-struct ViewOrder {
+struct RenderRequest {
   uint64_t edit = 0;
   ViewClock::time_point posted;
   std::shared_ptr<LoadedScene> scene;
@@ -37,7 +37,7 @@ struct ViewOrder {
   ViewSettings settings;
 };
 
-// The newest order of a frame whose light groups are enough for it.
+// The newest lights of a frame whose light groups are enough for it.
 struct Relighting {
   uint64_t edit = 0;
   ViewClock::time_point posted;
@@ -56,16 +56,16 @@ struct FilmCopy {
 
 class ViewFrame final : private FrameObserver {
  public:
-  // Called while the frame stands still, between two slices: may read the frame, and may wait.
-  // `shown`: whether the newest picture is of this very moment.
+  // Called at a pause of the driver, while the frame stands still: may read the frame, and may
+  // wait. `shown`: whether the newest picture is of this very moment.
   using Pause = std::function<void(bool shown)>;
 
-  // All that is given must outlive the frame; the scene has the order's edits, and nobody changes
-  // it. `overlay` and `hurry`, that somebody waits for the next pause, may change while the frame
-  // renders. Throws what is wrong with the view.
-  ViewFrame(ViewOrder order, const FrameTools& tools, PictureBoard& board,
+  // All that is given must outlive the frame; the scene has the request's edits, and nobody changes
+  // it. `overlay` and `pause_wanted`, that somebody waits for the next pause, may change while the
+  // frame renders. Throws what is wrong with the view.
+  ViewFrame(RenderRequest request, const PreparedSettings& prepared, PicturePublisher& publisher,
             std::shared_ptr<StopRequest> stop, const std::atomic<ViewOverlay>& overlay,
-            const std::atomic<bool>& hurry, Pause pause);
+            const std::atomic<bool>& pause_wanted, Pause pause);
   // Before render(): keeps the lights apart, and shows them so mixed; without a mix, as they are.
   void set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix);
   ~ViewFrame() override;
@@ -77,7 +77,6 @@ class ViewFrame final : private FrameObserver {
   // What follows, from the pause or after render().
   void show_again();
   void relight(const Relighting& lights);
-  const ViewOrder& order() const { return order_; }
   bool readable() const { return readable_ != nullptr; }
   // A region's film is no picture of the frame.
   bool whole() const { return readable_ && stage_ != Stage::kRegion; }
@@ -107,8 +106,8 @@ class ViewFrame final : private FrameObserver {
   bool first_is_enough() const;
   bool complete() const;
   void finish(const FrameCounters& counters);
-  void look_at_canvas();
-  void canvas_changed();
+  void look_at_buckets();
+  void buckets_changed();
   bool time_is_over(double now_s) const;
   void check_time_limit();
   double seconds() const;  // of rendering, pauses left out
@@ -124,12 +123,12 @@ class ViewFrame final : private FrameObserver {
   PixelStop stop_at(int x, int y) const;
   std::vector<float> stops() const;
 
-  ViewOrder order_;
-  const FrameTools& tools_;
-  PictureBoard& board_;
+  RenderRequest request_;
+  const PreparedSettings& prepared_;
+  PicturePublisher& publisher_;
   const std::shared_ptr<StopRequest> stop_;
   const std::atomic<ViewOverlay>& overlay_;
-  const std::atomic<bool>& hurry_;
+  const std::atomic<bool>& pause_wanted_;
   const Pause pause_;
   const Rect crop_;
   const Camera camera_;
@@ -139,7 +138,7 @@ class ViewFrame final : private FrameObserver {
   std::stop_source stage_end_;
   std::optional<Vec2i> explained_;
   std::optional<FrameRender> region_, first_, main_;
-  std::optional<BucketCanvas> canvas_;
+  std::optional<BucketPicture> bucket_picture_;
   MemoryReservation memory_;  // of films and pictures
   // What is shown and looked at, from which driver, and how far that is.
   const FramePicture* readable_ = nullptr;

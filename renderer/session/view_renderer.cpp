@@ -24,7 +24,8 @@ std::exception_ptr nothing_to_copy() {
 
 }  // namespace
 
-ViewRenderer::ViewRenderer(PictureBoard& board) : board_(board), thread_([this] { work(); }) {}
+ViewRenderer::ViewRenderer(PicturePublisher& publisher)
+    : publisher_(publisher), thread_([this] { work(); }) {}
 
 ViewRenderer::~ViewRenderer() {
   {
@@ -37,43 +38,43 @@ ViewRenderer::~ViewRenderer() {
   for (std::promise<FilmCopy>& copy : copies_) copy.set_exception(nothing_to_copy());
 }
 
-void ViewRenderer::post(ViewOrder order, bool only_edits) {
+void ViewRenderer::post(RenderRequest request, bool only_edits) {
   std::optional<LightMix> mix;
-  if (only_edits) mix = mix_of(order);
+  if (only_edits) mix = mix_of(request);
   {
     const std::lock_guard lock(mutex_);
-    if (mix && !order_) {
-      relighting_ = Relighting{order.edit, order.posted, std::move(*mix)};
-      hurry_ = true;
+    if (mix && !request_) {
+      relighting_ = Relighting{request.edit, request.posted, std::move(*mix)};
+      pause_wanted_ = true;
     } else {
       relighting_.reset();
-      // An order that is replaced before it begins hands on that it could not wait.
-      patient_ = only_edits && (!order_ || patient_);
-      order_ = std::move(order);
-      if (stop_ && (!patient_ || frame_shown_)) stop_->request(PixelStop::kUser);
+      // A request that is replaced before it begins hands on that it could not wait.
+      let_first_picture_finish_ = only_edits && (!request_ || let_first_picture_finish_);
+      request_ = std::move(request);
+      if (stop_ && (!let_first_picture_finish_ || frame_shown_)) stop_->request(PixelStop::kUser);
     }
   }
   news_.notify_all();
 }
 
-// How the frame that there is becomes that of the order, if it can.
-std::optional<LightMix> ViewRenderer::mix_of(const ViewOrder& order) const {
+// How the frame that there is becomes that of the request, if it can.
+std::optional<LightMix> ViewRenderer::mix_of(const RenderRequest& request) const {
   std::shared_ptr<const LightGroups> groups;
-  const EnvironmentEdit& environment = order.edits.environment;
+  const EnvironmentEdit& environment = request.edits.environment;
   if (!environment.file.empty() && !environment.image) return std::nullopt;  // not read yet
   {
     const std::lock_guard lock(mutex_);
-    if (order_ || groups_scene_ != order.scene) return std::nullopt;
+    if (request_ || groups_scene_ != request.scene) return std::nullopt;
     groups = groups_;
   }
-  return groups ? groups->mix(order.edits) : std::nullopt;
+  return groups ? groups->mix(request.edits) : std::nullopt;
 }
 
 void ViewRenderer::set_paused(bool paused) {
   {
     const std::lock_guard lock(mutex_);
     paused_ = paused;
-    hurry_ = true;
+    pause_wanted_ = true;
   }
   news_.notify_all();
 }
@@ -87,7 +88,7 @@ void ViewRenderer::show_again() {
   {
     const std::lock_guard lock(mutex_);
     show_again_ = true;
-    hurry_ = true;
+    pause_wanted_ = true;
   }
   news_.notify_all();
 }
@@ -97,7 +98,7 @@ std::future<FilmCopy> ViewRenderer::copy() {
   {
     const std::lock_guard lock(mutex_);
     result = copies_.emplace_back().get_future();
-    hurry_ = true;
+    pause_wanted_ = true;
   }
   news_.notify_all();
   return result;
@@ -107,7 +108,7 @@ void ViewRenderer::inspect(Look look, std::optional<Vec2i> pixel) {
   {
     const std::lock_guard lock(mutex_);
     look_of(look) = {pixel, pixel.has_value(), std::nullopt};
-    if (pixel) hurry_ = true;
+    if (pixel) pause_wanted_ = true;
   }
   if (pixel) news_.notify_all();
 }
@@ -118,13 +119,13 @@ std::optional<PixelInspection> ViewRenderer::inspection(Look look) const {
 }
 
 void ViewRenderer::work() {
-  while (std::optional<ViewOrder> order = next_order()) {
+  while (std::optional<RenderRequest> request = next_request()) {
     try {
-      render(std::move(*order));
+      render(std::move(*request));
     } catch (const EmberlineError& error) {
-      board_.set_problem(error.what());
+      publisher_.set_problem(error.what());
     } catch (const std::bad_alloc&) {
-      board_.set_problem("not enough memory to render this frame; make it smaller");
+      publisher_.set_problem("not enough memory to render this frame; make it smaller");
     }
     const std::lock_guard lock(mutex_);
     stop_.reset();
@@ -132,16 +133,16 @@ void ViewRenderer::work() {
   frame_.reset();
 }
 
-std::optional<ViewOrder> ViewRenderer::next_order() {
+std::optional<RenderRequest> ViewRenderer::next_request() {
   std::unique_lock lock(mutex_);
   while (true) {
     if (ending_) return std::nullopt;
-    if (order_) {
+    if (request_) {
       stop_ = std::make_shared<StopRequest>();
       frame_shown_ = false;
       groups_.reset();  // until they are those of the new frame, nothing can be mixed
       relighting_.reset();
-      return std::exchange(order_, std::nullopt);
+      return std::exchange(request_, std::nullopt);
     }
     if (wanted()) {
       serve(lock);
@@ -190,18 +191,18 @@ void ViewRenderer::serve(std::unique_lock<std::mutex>& lock) {
   for (size_t i = 0; i < looks.size(); ++i) {
     if (!found[i] || looks_[i].pixel != looks[i].pixel) continue;
     looks_[i].found = std::move(found[i]);
-    board_.wake();
+    publisher_.wake();
   }
 }
 
 void ViewRenderer::pause(bool shown) {
   std::unique_lock lock(mutex_);
-  hurry_ = false;
+  pause_wanted_ = false;
   if (shown) ask_again();
   if (wanted()) serve(lock);
   if (!frame_shown_ && frame_->has_shown()) {  // in its own time, or because somebody asked
     frame_shown_ = true;
-    if (order_) stop_->request(PixelStop::kUser);
+    if (request_) stop_->request(PixelStop::kUser);
   }
   if (!stands_still()) return;
   const ViewClock::time_point begun = ViewClock::now();
@@ -228,10 +229,10 @@ bool ViewRenderer::stands_still() const {
 }
 
 // Null if those of the frame before will do.
-std::unique_ptr<FrameTools> ViewRenderer::tools_for(const ViewSettings& settings) const {
+std::unique_ptr<PreparedSettings> ViewRenderer::prepare(const ViewSettings& settings) const {
   const bool serve =
-      tools_ && frames_serve(tools_settings_, settings) && frames_serve(settings, tools_settings_);
-  return serve ? nullptr : std::make_unique<FrameTools>(settings);
+      prepared_ && frames_serve(prepared_for_, settings) && frames_serve(settings, prepared_for_);
+  return serve ? nullptr : std::make_unique<PreparedSettings>(settings);
 }
 
 void ViewRenderer::set_threads(int wanted) {
@@ -245,17 +246,17 @@ void ViewRenderer::set_threads(int wanted) {
   polite_.emplace(*arena_);
 }
 
-void ViewRenderer::read_environment(ViewOrder& order) {
-  EnvironmentEdit& edit = order.edits.environment;
+void ViewRenderer::read_environment(RenderRequest& request) {
+  EnvironmentEdit& edit = request.edits.environment;
   if (edit.file.empty() || edit.image) return;
   if (environment_.file != edit.file) {
-    const std::shared_ptr<MemoryBudget>& crop = order.scene->memory.budget();
+    const std::shared_ptr<MemoryBudget>& budget = request.scene->memory.budget();
     LoadLimits limits;
-    limits.memory = crop->rest();
+    limits.memory = budget->rest();
     LoadProgress progress({}, {}, limits);
     uint64_t repaired = 0;
     auto image = emberline::read_environment(edit.file, &repaired, progress);
-    MemoryReservation memory(crop, MemoryPart::kTextures, limits.memory->took(), edit.file);
+    MemoryReservation memory(budget, MemoryPart::kTextures, limits.memory->took(), edit.file);
     memory.add(EnvironmentLight::table_bytes(*image), edit.file);
     environment_memory_ = std::move(memory);
     environment_.image = std::move(image);
@@ -266,25 +267,25 @@ void ViewRenderer::read_environment(ViewOrder& order) {
   edit.repaired_texels = environment_.repaired_texels;
 }
 
-// Edits the scene. With light groups, to what can be mixed to be the order's; null without.
-std::shared_ptr<const LightGroups> ViewRenderer::dress(const ViewOrder& order,
-                                                       const FrameTools& tools) {
-  EditableScene& scene = order.scene->scene;
-  if (tools.light_groups) {
-    const SceneEdits baseline = neutral_baseline(order.edits);
+// Edits the scene. With light groups, to what can be mixed to be the request's; null without.
+std::shared_ptr<const LightGroups> ViewRenderer::apply_edits(const RenderRequest& request,
+                                                             const PreparedSettings& prepared) {
+  EditableScene& scene = request.scene->scene;
+  if (prepared.light_groups) {
+    const SceneEdits baseline = neutral_baseline(request.edits);
     scene.set(baseline);
     auto groups = std::make_shared<const LightGroups>(scene.original(), baseline);
-    if (groups->mix(order.edits)) return groups;
+    if (groups->mix(request.edits)) return groups;
   }
-  scene.set(order.edits);
+  scene.set(request.edits);
   return nullptr;
 }
 
 // Until nothing can go wrong any more the frame of before stays, to be looked at and saved.
-void ViewRenderer::render(ViewOrder order) {
-  std::unique_ptr<FrameTools> tools = tools_for(order.settings);
-  set_threads(order.settings.render.threads);
-  read_environment(order);
+void ViewRenderer::render(RenderRequest request) {
+  std::unique_ptr<PreparedSettings> prepared = prepare(request.settings);
+  set_threads(request.settings.render.threads);
+  read_environment(request);
   std::optional<Vec2i> explained;
   std::shared_ptr<StopRequest> stop;
   {
@@ -293,25 +294,26 @@ void ViewRenderer::render(ViewOrder order) {
     stop = stop_;
   }
   arena_->execute([&] {
-    const std::shared_ptr<const LightGroups> groups = dress(order, tools ? *tools : *tools_);
+    const std::shared_ptr<const LightGroups> groups =
+        apply_edits(request, prepared ? *prepared : *prepared_);
     std::optional<LightMix> mix;
-    if (groups && order.scene->scene.edits() != order.edits) mix = groups->mix(order.edits);
-    bvh_builds_ = order.scene->scene.scene().bvh_builds();
-    std::shared_ptr<LoadedScene> scene_before = order.scene;  // freed here, if it was the last
+    if (groups && request.scene->scene.edits() != request.edits) mix = groups->mix(request.edits);
+    bvh_builds_ = request.scene->scene.scene().bvh_builds();
+    std::shared_ptr<LoadedScene> scene_before = request.scene;  // freed here, if it was the last
     {
       const std::lock_guard lock(mutex_);
       groups_ = groups;
       groups_scene_.swap(scene_before);
     }
-    frame_.reset();  // which looks at the tools, and may be the last to hold a scene
-    if (tools) {
-      tools_ = std::move(tools);
-      tools_settings_ = order.settings;
+    frame_.reset();  // which looks at what was prepared, and may be the last to hold a scene
+    if (prepared) {
+      prepared_ = std::move(prepared);
+      prepared_for_ = request.settings;
     }
-    frame_ = std::make_unique<ViewFrame>(std::move(order), *tools_, board_, stop, overlay_, hurry_,
-                                         [this](bool shown) { pause(shown); });
+    frame_ = std::make_unique<ViewFrame>(std::move(request), *prepared_, publisher_, stop, overlay_,
+                                         pause_wanted_, [this](bool shown) { pause(shown); });
     frame_->set_lights(groups, std::move(mix));
-    board_.set_problem("");
+    publisher_.set_problem("");
     frame_->render(explained);
   });
   const std::lock_guard lock(mutex_);

@@ -1,5 +1,5 @@
-// The thread of a session that renders: takes the newest order, renders it until a newer one comes,
-// and does at its pauses what others want of the film.
+// The thread of a session that renders: takes the newest request, renders it until a newer one
+// comes, and does at its pauses what others want of the film.
 #pragma once
 
 #include <tbb/task_arena.h>
@@ -23,7 +23,7 @@ namespace emberline {
 
 class ViewRenderer {
  public:
-  explicit ViewRenderer(PictureBoard& board);
+  explicit ViewRenderer(PicturePublisher& publisher);
   // Stops the frame and waits for that. What copies are still asked for get a RenderError.
   ~ViewRenderer();
   ViewRenderer(const ViewRenderer&) = delete;
@@ -31,10 +31,10 @@ class ViewRenderer {
 
   // Everything here may be called from any thread and waits for nothing but a lock.
 
-  // Replaces an order that has not begun. One in which only edits differ from the order before lets
-  // the frame under way show its first picture before it is ended, and does not end it where its
-  // light groups are enough.
-  void post(ViewOrder order, bool only_edits);
+  // Replaces a request that has not begun. One in which only edits differ from the request before
+  // lets the frame under way show its first picture before it is ended, and does not end it where
+  // its light groups are enough.
+  void post(RenderRequest request, bool only_edits);
   void set_paused(bool paused);
   // Shows the newest state of the film, with this overlay.
   void set_overlay(ViewOverlay overlay);
@@ -59,26 +59,27 @@ class ViewRenderer {
   };
 
   void work();
-  std::optional<ViewOrder> next_order();
-  void render(ViewOrder order);
-  std::unique_ptr<FrameTools> tools_for(const ViewSettings& settings) const;
+  std::optional<RenderRequest> next_request();
+  void render(RenderRequest request);
+  std::unique_ptr<PreparedSettings> prepare(const ViewSettings& settings) const;
   void set_threads(int wanted);
-  void read_environment(ViewOrder& order);
+  void read_environment(RenderRequest& request);
   void pause(bool shown);
   void serve(std::unique_lock<std::mutex>& lock);
   bool wanted() const;  // by serve()
   void ask_again();     // what is known of the pixels that are looked at
   LookedAt& look_of(Look look) { return looks_[size_t(look)]; }
   bool stands_still() const;
-  std::optional<LightMix> mix_of(const ViewOrder& order) const;
-  static std::shared_ptr<const LightGroups> dress(const ViewOrder& order, const FrameTools& tools);
+  std::optional<LightMix> mix_of(const RenderRequest& request) const;
+  static std::shared_ptr<const LightGroups> apply_edits(const RenderRequest& request,
+                                                        const PreparedSettings& prepared);
 
-  PictureBoard& board_;
+  PicturePublisher& publisher_;
 
   mutable std::mutex mutex_;
   std::condition_variable news_;
-  std::optional<ViewOrder> order_;
-  bool patient_ = false;
+  std::optional<RenderRequest> request_;
+  bool let_first_picture_finish_ = false;
   bool ending_ = false, paused_ = false;
   std::shared_ptr<StopRequest> stop_;  // of the frame under way
   bool frame_shown_ = false;           // it has shown a picture
@@ -91,12 +92,12 @@ class ViewRenderer {
   ViewClock::time_point relit_until_;  // the frame stands still: the hand is still at the slider
 
   std::atomic<ViewOverlay> overlay_{ViewOverlay::kNone};
-  std::atomic<bool> hurry_{false};  // somebody waits for the next pause
+  std::atomic<bool> pause_wanted_{false};  // somebody waits for the next pause
   std::atomic<uint64_t> bvh_builds_{0};
 
   // The thread's own.
-  std::unique_ptr<FrameTools> tools_;
-  ViewSettings tools_settings_;  // that they were made for
+  std::unique_ptr<PreparedSettings> prepared_;
+  ViewSettings prepared_for_;  // that they were made for
   std::unique_ptr<ViewFrame> frame_;
   EnvironmentEdit environment_;  // the last one read from a file
   MemoryReservation environment_memory_;

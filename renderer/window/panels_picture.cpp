@@ -9,7 +9,7 @@
 #include "renderer/core/readable.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/frame/bucket_schedule.h"
-#include "renderer/session/frame_tools.h"
+#include "renderer/session/prepared_settings.h"
 #include "renderer/window/histogram.h"
 #include "renderer/window/panels.h"
 #include "renderer/window/theme.h"

@@ -10,7 +10,7 @@
 
 #include "integrators/integrator.h"
 #include "renderer/core/names.h"
-#include "renderer/session/frame_tools.h"
+#include "renderer/session/prepared_settings.h"
 #include "renderer/window/edit_entries.h"
 #include "renderer/window/panels.h"
 #include "renderer/window/theme.h"

@@ -103,7 +103,7 @@ void Workbench::open_dropped(const std::string& path) {
   open(path);
 }
 
-void Workbench::take_scene() {
+void Workbench::fetch_scene() {
   const LoadStatus before = std::exchange(load_status_, session_.load_status());
   if (load_status_.state == LoadStatus::State::kFailed &&
       (before.state != load_status_.state || before.error != load_status_.error)) {
@@ -141,13 +141,13 @@ void Workbench::take_scene() {
                           {"lights", list_lights(scene_->outline, edits_).size()}});
   if (again) {
     saved_edits_ = saved;
-    take_back_edits(before_edits);
+    restore_edits(before_edits);
   }
   latency.asked(session_.edit(), "open", now());
 }
 
 // Edits that no longer fit the file are left out, and the session says why.
-void Workbench::take_back_edits(const SceneEdits& edits) {
+void Workbench::restore_edits(const SceneEdits& edits) {
   edits_ = edits;
   send_edits();
   history_ = EditHistory(edits_);
@@ -163,11 +163,11 @@ std::string Workbench::edits_file() const {
 
 bool Workbench::update() {
   const LoadStatus before = load_status_;
-  take_scene();
+  fetch_scene();
   bool news = before.state != load_status_.state || before.fraction != load_status_.fraction ||
               before.stage != load_status_.stage;
-  news |= take_picture();
-  news |= take_picture_b();
+  news |= fetch_picture();
+  news |= fetch_picture_b();
   send_edits();
   finish_saves();
   const std::string problem = session_.problem();
@@ -186,14 +186,14 @@ bool Workbench::update() {
   return news || shown() != before_look || std::exchange(news_, false);
 }
 
-bool Workbench::take_picture() {
+bool Workbench::fetch_picture() {
   std::shared_ptr<const ShownPicture> picture = session_.picture();
   if (picture == picture_) return false;
   picture_ = std::move(picture);
   return true;
 }
 
-bool Workbench::take_picture_b() {
+bool Workbench::fetch_picture_b() {
   session_.compare_with(kept.graded_as_a ? kept.picture : nullptr);
   std::shared_ptr<const ShownPicture> graded = kept.graded_as_a ? session_.compared() : nullptr;
   std::shared_ptr<const ShownPicture> picture = graded ? std::move(graded) : kept.picture;

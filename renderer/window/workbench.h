@@ -161,10 +161,10 @@ class Workbench {
   void change_view(const ViewCamera& view, std::string_view what = "camera");
   void look_at(const Vec3d& point);
   void turn_environment(double degrees);
-  void take_scene();
-  void take_back_edits(const SceneEdits& edits);
-  bool take_picture();
-  bool take_picture_b();
+  void fetch_scene();
+  void restore_edits(const SceneEdits& edits);
+  bool fetch_picture();
+  bool fetch_picture_b();
   void send_edits();
   void journal_edits();
   void finish_saves();

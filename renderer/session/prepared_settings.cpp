@@ -1,4 +1,4 @@
-#include "renderer/session/frame_tools.h"
+#include "renderer/session/prepared_settings.h"
 
 #include <algorithm>
 #include <tuple>
@@ -53,7 +53,7 @@ bool frames_serve(const ViewSettings& a, const ViewSettings& b) {
   });
 }
 
-FrameTools::FrameTools(const ViewSettings& settings)
+PreparedSettings::PreparedSettings(const ViewSettings& settings)
     : options(main_options(settings)),
       live(settings.render.driver == kLiveDriver),
       plan(options),

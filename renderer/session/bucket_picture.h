@@ -12,15 +12,15 @@
 
 namespace emberline {
 
-// Buckets come from many threads; whoever holds lock() has the canvas for himself, and everything
+// Buckets come from many threads; whoever holds lock() has the picture for himself, and everything
 // else here wants it held.
-class BucketCanvas final : public FramePicture {
+class BucketPicture final : public FramePicture {
  public:
   // Buckets appear over `before`: R G B A of each pixel, rows from the top.
   // `averages`: tiles may show something else than the means of their sums. `extras`: of the tiles
   // that come, as far as they are to be kept.
-  BucketCanvas(const Rect& crop, const AovSet& aovs, bool averages, std::vector<float> before,
-               const FilmExtras& extras = {});
+  BucketPicture(const Rect& crop, const AovSet& aovs, bool averages, std::vector<float> before,
+                const FilmExtras& extras = {});
 
   std::unique_lock<std::mutex> lock() { return std::unique_lock(mutex_); }
 

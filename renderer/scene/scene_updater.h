@@ -8,26 +8,26 @@
 
 namespace emberline {
 
-class SceneDresser {
+class SceneUpdater {
  public:
   // Of the description, the geometry is not looked at: an outline (scene_edits.h) will do. All
-  // four outlive the dresser.
-  SceneDresser(Scene& scene, const SceneDescription& description, const SceneBuildOptions& options,
+  // four outlive the updater.
+  SceneUpdater(Scene& scene, const SceneDescription& description, const SceneBuildOptions& options,
                LoadProgress& progress)
       : scene_(scene), description_(description), options_(options), progress_(progress) {}
 
   // Compiles the materials and says of every mesh what it has of its own. Throws InputError, and
   // has then changed nothing.
-  void put_on_materials();
+  void assign_materials();
   // Emitters, lights and environment of those materials, after the BVH. What a scene already has
   // and has not changed stays. Throws InputError for too many emitters.
-  void light();
+  void build_lights();
   // Memory and features, last.
-  void account();
+  void update_memory_and_features();
 
  private:
-  std::vector<bool> worn_materials() const;
-  void foresee_changes(scene_detail::Mesh& mesh, const MeshDescription& source) const;
+  std::vector<bool> used_materials() const;
+  void mark_editable_filters(scene_detail::Mesh& mesh, const MeshDescription& source) const;
   bool emitters_changed() const;
   std::vector<EmissiveTriangle> collect_emitters();
   void collect_emitters_of(uint32_t instance, std::vector<EmissiveTriangle>& triangles);
@@ -42,7 +42,7 @@ class SceneDresser {
   const SceneBuildOptions& options_;
   LoadProgress& progress_;
   std::unique_ptr<MaterialSet> previous_;  // kept while the meshes' emission is compared
-  std::vector<bool> relit_;                // per mesh: emits otherwise than it did
+  std::vector<bool> emission_changed_;     // per mesh: emits otherwise than it did
 };
 
 }  // namespace emberline

@@ -20,9 +20,9 @@ AovSet wanted_aovs(const ViewSettings& settings);
 // the settings `b` ask for.
 bool frames_serve(const ViewSettings& a, const ViewSettings& b);
 
-struct FrameTools {
+struct PreparedSettings {
   // Throws UsageError for settings that make no sense.
-  explicit FrameTools(const ViewSettings& settings);
+  explicit PreparedSettings(const ViewSettings& settings);
 
   RenderOptions options;
   bool live;

@@ -1,4 +1,4 @@
-#include "renderer/session/bucket_canvas.h"
+#include "renderer/session/bucket_picture.h"
 
 #include <algorithm>
 #include <cassert>
@@ -8,15 +8,15 @@
 
 namespace emberline {
 
-BucketCanvas::BucketCanvas(const Rect& crop, const AovSet& aovs, bool averages,
-                           std::vector<float> before, const FilmExtras& extras)
+BucketPicture::BucketPicture(const Rect& crop, const AovSet& aovs, bool averages,
+                             std::vector<float> before, const FilmExtras& extras)
     : film_(aovs, extras), averages_(averages), rgba_(std::move(before)) {
   reset_film(crop, &film_);
   assert(rgba_.size() == 4 * size_t(crop.area()));
   rgba8_.resize(rgba_.size());
 }
 
-void BucketCanvas::finish(const FilmTile& tile, const std::shared_ptr<const Grading>& grading) {
+void BucketPicture::finish(const FilmTile& tile, const std::shared_ptr<const Grading>& grading) {
   const Rect& rect = tile.rect();
   const Rect& crop = film_.rect();
   const size_t row = 4 * size_t(rect.width());
@@ -36,7 +36,7 @@ void BucketCanvas::finish(const FilmTile& tile, const std::shared_ptr<const Grad
   std::erase(in_progress_, rect);
 }
 
-std::span<const uint8_t> BucketCanvas::rgba8(const std::shared_ptr<const Grading>& grading) {
+std::span<const uint8_t> BucketPicture::rgba8(const std::shared_ptr<const Grading>& grading) {
   if (grading != grading_) {
     // On this thread alone: it must not begin another bucket while it waits for help.
     grading->grade_run(rgba_, rgba8_);
@@ -45,7 +45,7 @@ std::span<const uint8_t> BucketCanvas::rgba8(const std::shared_ptr<const Grading
   return rgba8_;
 }
 
-void BucketCanvas::resolve(std::span<float> rgba, const LightMix* mix) const {
+void BucketPicture::resolve(std::span<float> rgba, const LightMix* mix) const {
   std::ranges::copy(rgba_, rgba.begin());
   if (!mix) return;
   for (size_t i = 0; i < rgba_.size() / 4; ++i) {

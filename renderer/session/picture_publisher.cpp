@@ -1,4 +1,4 @@
-#include "renderer/session/picture_board.h"
+#include "renderer/session/picture_publisher.h"
 
 #include <utility>
 #include <vector>
@@ -8,7 +8,8 @@
 namespace emberline {
 namespace {
 
-// One hangs, one is being made, one is being looked at, and one more is on its way between them.
+// One is given out, one is being made, one is being looked at, and one more is on its way between
+// them.
 constexpr size_t kMostSpare = 4;
 
 bool same(const DisplaySettings& a, const DisplaySettings& b) {
@@ -17,14 +18,14 @@ bool same(const DisplaySettings& a, const DisplaySettings& b) {
 
 }  // namespace
 
-struct PictureBoard::Spare {
+struct PicturePublisher::Spare {
   std::mutex mutex;
   std::vector<std::unique_ptr<ShownPicture>> pictures;
 };
 
-PictureBoard::PictureBoard() : spare_(std::make_shared<Spare>()) {}
+PicturePublisher::PicturePublisher() : spare_(std::make_shared<Spare>()) {}
 
-void PictureBoard::set_display(const DisplaySettings& settings) {
+void PicturePublisher::set_display(const DisplaySettings& settings) {
   {
     const std::lock_guard lock(mutex_);
     wanted_ = settings;
@@ -40,7 +41,7 @@ void PictureBoard::set_display(const DisplaySettings& settings) {
   });
 }
 
-void PictureBoard::change_display(const DisplaySettings& settings) {
+void PicturePublisher::change_display(const DisplaySettings& settings) {
   std::shared_ptr<const Grading> before, made;
   {
     const std::lock_guard lock(mutex_);
@@ -73,7 +74,7 @@ void PictureBoard::change_display(const DisplaySettings& settings) {
   wake();
 }
 
-void PictureBoard::regrade() {
+void PicturePublisher::regrade() {
   while (true) {
     std::shared_ptr<const ShownPicture> old;
     std::shared_ptr<const Grading> grading;
@@ -96,7 +97,7 @@ void PictureBoard::regrade() {
   }
 }
 
-void PictureBoard::regrade_compared() {
+void PicturePublisher::regrade_compared() {
   std::shared_ptr<const ShownPicture> kept;
   std::shared_ptr<const Grading> grading;
   {
@@ -116,15 +117,15 @@ void PictureBoard::regrade_compared() {
   wake();
 }
 
-std::shared_ptr<ShownPicture> PictureBoard::graded(const ShownPicture& old,
-                                                   const Grading& grading) {
+std::shared_ptr<ShownPicture> PicturePublisher::graded(const ShownPicture& old,
+                                                       const Grading& grading) {
   std::shared_ptr<ShownPicture> fresh = blank();
   *fresh = old;
   grading.grade(fresh->rgba, fresh->width, fresh->rgba8);
   return fresh;
 }
 
-void PictureBoard::compare_with(std::shared_ptr<const ShownPicture> kept) {
+void PicturePublisher::compare_with(std::shared_ptr<const ShownPicture> kept) {
   std::shared_ptr<const ShownPicture> before;  // let go outside of the lock
   {
     const std::lock_guard lock(mutex_);
@@ -136,18 +137,18 @@ void PictureBoard::compare_with(std::shared_ptr<const ShownPicture> kept) {
   grader_.post([this] { regrade_compared(); });
 }
 
-std::shared_ptr<const ShownPicture> PictureBoard::compared() const {
+std::shared_ptr<const ShownPicture> PicturePublisher::compared() const {
   const std::lock_guard lock(mutex_);
   return compared_;
 }
 
-std::shared_ptr<const Grading> PictureBoard::grading() {
+std::shared_ptr<const Grading> PicturePublisher::grading() {
   std::unique_lock lock(mutex_);
   grading_made_.wait(lock, [this] { return made_; });
   return grading_;
 }
 
-std::shared_ptr<ShownPicture> PictureBoard::blank() {
+std::shared_ptr<ShownPicture> PicturePublisher::blank() {
   std::unique_ptr<ShownPicture> picture;
   {
     const std::lock_guard lock(spare_->mutex);
@@ -164,8 +165,8 @@ std::shared_ptr<ShownPicture> PictureBoard::blank() {
           }};
 }
 
-void PictureBoard::publish(std::shared_ptr<ShownPicture> picture,
-                           std::shared_ptr<const Grading> grading) {
+void PicturePublisher::publish(std::shared_ptr<ShownPicture> picture,
+                               std::shared_ptr<const Grading> grading) {
   std::shared_ptr<const ShownPicture> before;  // let go outside of the lock
   bool outdated;
   {
@@ -180,12 +181,12 @@ void PictureBoard::publish(std::shared_ptr<ShownPicture> picture,
   if (outdated) grader_.post([this] { regrade(); });
 }
 
-std::shared_ptr<const ShownPicture> PictureBoard::picture() const {
+std::shared_ptr<const ShownPicture> PicturePublisher::picture() const {
   const std::lock_guard lock(mutex_);
   return picture_;
 }
 
-void PictureBoard::set_problem(const std::string& text) {
+void PicturePublisher::set_problem(const std::string& text) {
   {
     const std::lock_guard lock(mutex_);
     if (render_problem_ == text) return;
@@ -194,17 +195,17 @@ void PictureBoard::set_problem(const std::string& text) {
   wake();
 }
 
-std::string PictureBoard::problem() const {
+std::string PicturePublisher::problem() const {
   const std::lock_guard lock(mutex_);
   return render_problem_.empty() ? display_problem_ : render_problem_;
 }
 
-void PictureBoard::on_change(std::function<void()> wake) {
+void PicturePublisher::on_change(std::function<void()> wake) {
   const std::lock_guard lock(wake_mutex_);
   wake_ = std::move(wake);
 }
 
-void PictureBoard::wake() {
+void PicturePublisher::wake() {
   const std::lock_guard lock(wake_mutex_);
   if (wake_) wake_();
 }

@@ -1,4 +1,4 @@
-#include "renderer/scene/scene_dresser.h"
+#include "renderer/scene/scene_updater.h"
 
 #include <fmt/format.h>
 
@@ -25,7 +25,7 @@ uint64_t vector_bytes(const Vector& v) {
 std::string megabytes(uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / 1048576); }
 
 // Whether both lie in the same surfaces, as FlushEmitters sees it.
-bool lie_alike(const EmissiveTriangle& a, const EmissiveTriangle& b) {
+bool same_flush_surfaces(const EmissiveTriangle& a, const EmissiveTriangle& b) {
   return a.instance == b.instance && a.primitive == b.primitive && a.two_sided == b.two_sided &&
          is_black(a.mean_radiance) == is_black(b.mean_radiance);
 }
@@ -33,21 +33,21 @@ bool lie_alike(const EmissiveTriangle& a, const EmissiveTriangle& b) {
 }  // namespace
 
 // Which materials some placed triangle has.
-std::vector<bool> SceneDresser::worn_materials() const {
-  std::vector<bool> worn(description_.materials.size(), false);
+std::vector<bool> SceneUpdater::used_materials() const {
+  std::vector<bool> used(description_.materials.size(), false);
   for (const Instance& instance : scene_.instances_) {
     const int material = description_.meshes[instance.mesh].material;
     if (material >= 0 && !scene_.meshes_[instance.mesh].triangles.empty()) {
-      worn[size_t(material)] = true;
+      used[size_t(material)] = true;
     }
   }
-  return worn;
+  return used;
 }
 
 // What the BVH's filter has to ask the mesh about: whatever another material may answer otherwise.
 // Transmission, which any edit may switch on, makes back faces seen; sides and coverage come with
 // the materials of variants.
-void SceneDresser::foresee_changes(Mesh& mesh, const MeshDescription& source) const {
+void SceneUpdater::mark_editable_filters(Mesh& mesh, const MeshDescription& source) const {
   if (!options_.editable) return;
   const auto look_at = [&](int index) {
     static const MaterialDescription default_material;
@@ -62,20 +62,20 @@ void SceneDresser::foresee_changes(Mesh& mesh, const MeshDescription& source) co
   for (const VariantMaterial& other : source.variant_materials) look_at(other.material);
 }
 
-void SceneDresser::reserve_lights(uint64_t count) const {
+void SceneUpdater::reserve_lights(uint64_t count) const {
   // The light, its node of the light BVH and what that is built from, its points in the search for
   // flush emitters.
   constexpr uint64_t kLightBytes = 400;
   progress_.budget()->reserve(MemoryPart::kLights, bytes_of(count, kLightBytes), description_.file);
 }
 
-void SceneDresser::put_on_materials() {
+void SceneUpdater::assign_materials() {
   progress_.budget()->reserve(MemoryPart::kTextures,
                               bytes_of(description_.materials.size(), sizeof(Material)),
                               description_.file);
-  auto materials = std::make_unique<MaterialSet>(description_, worn_materials());
+  auto materials = std::make_unique<MaterialSet>(description_, used_materials());
   previous_ = std::exchange(scene_.materials_, std::move(materials));
-  relit_.assign(scene_.meshes_.size(), false);
+  emission_changed_.assign(scene_.meshes_.size(), false);
   scene_.has_coverage_ = false;
   scene_.has_transmission_ = false;
   for (const Instance& instance : scene_.instances_) {
@@ -83,8 +83,9 @@ void SceneDresser::put_on_materials() {
     const MeshDescription& source = description_.meshes[instance.mesh];
     const int index = source.material;
     const Material& material = (*scene_.materials_)[index];
-    if (!mesh.material) foresee_changes(mesh, source);
-    if (!mesh.material || !mesh.material->emits_like(material)) relit_[instance.mesh] = true;
+    if (!mesh.material) mark_editable_filters(mesh, source);
+    if (!mesh.material || !mesh.material->emits_like(material))
+      emission_changed_[instance.mesh] = true;
     mesh.material = &material;
     mesh.material_index = uint32_t(index < 0 ? int(description_.materials.size()) : index);
     mesh.has_attributes = material.reads_attributes(!mesh.colors.empty()) ||
@@ -97,11 +98,11 @@ void SceneDresser::put_on_materials() {
   }
 }
 
-bool SceneDresser::emitters_changed() const {
-  return !scene_.lights_ || std::ranges::find(relit_, true) != relit_.end();
+bool SceneUpdater::emitters_changed() const {
+  return !scene_.lights_ || std::ranges::find(emission_changed_, true) != emission_changed_.end();
 }
 
-void SceneDresser::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>& triangles) {
+void SceneUpdater::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>& triangles) {
   const Instance& instance = scene_.instances_[i];
   const Mesh& mesh = scene_.meshes_[instance.mesh];
   const Material& material = *mesh.material;
@@ -124,7 +125,7 @@ void SceneDresser::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>
   }
 }
 
-std::vector<EmissiveTriangle> SceneDresser::collect_emitters() {
+std::vector<EmissiveTriangle> SceneUpdater::collect_emitters() {
   size_t total = 0;
   for (const Instance& instance : scene_.instances_) {
     const Mesh& mesh = scene_.meshes_[instance.mesh];
@@ -144,7 +145,7 @@ std::vector<EmissiveTriangle> SceneDresser::collect_emitters() {
     const uint32_t before = std::exchange(instance.first_emitter, Scene::kNoEmitter);
     if (!mesh.material->is_emissive()) continue;
     instance.first_emitter = uint32_t(triangles.size());
-    if (relit_[instance.mesh]) {
+    if (emission_changed_[instance.mesh]) {
       collect_emitters_of(i, triangles);
     } else {  // the mean of an emissive texture over a triangle is not taken twice
       const auto old = scene_.lights_->triangles().begin() + before;
@@ -155,7 +156,7 @@ std::vector<EmissiveTriangle> SceneDresser::collect_emitters() {
   return triangles;
 }
 
-PointLight SceneDresser::place_light(const PunctualLightDescription& source) const {
+PointLight SceneUpdater::place_light(const PunctualLightDescription& source) const {
   PointLight light;
   const Mat44d& m = source.to_world;
   const Vec3d position(m[3][0], m[3][1], m[3][2]);
@@ -182,7 +183,7 @@ PointLight SceneDresser::place_light(const PunctualLightDescription& source) con
 }
 
 // Whether the light sampler has to be told: one that shines on is adjusted behind its back.
-bool SceneDresser::set_environment() {
+bool SceneUpdater::set_environment() {
   std::shared_ptr<EnvironmentLight>& light = scene_.environment_;
   const EnvironmentLight* before = light.get();
   const bool shone = light && !light->black();
@@ -201,7 +202,7 @@ bool SceneDresser::set_environment() {
   return light.get() != before || shone != (light && !light->black());
 }
 
-void SceneDresser::light() {
+void SceneUpdater::build_lights() {
   progress_.begin(LoadStage::kLights);
   reserve_lights(description_.lights.size());
   std::vector<PointLight> points;
@@ -228,16 +229,16 @@ void SceneDresser::light() {
   }
 }
 
-void SceneDresser::find_flush_emitters(const std::vector<EmissiveTriangle>& before) {
+void SceneUpdater::find_flush_emitters(const std::vector<EmissiveTriangle>& before) {
   if (!options_.bvh) return;  // it is what finds them
   const std::vector<EmissiveTriangle>& triangles = scene_.lights_->triangles();
-  if (std::ranges::equal(before, triangles, lie_alike)) return;
+  if (std::ranges::equal(before, triangles, same_flush_surfaces)) return;
   scene_.flush_ = scene_detail::FlushEmitters::find(scene_.meshes_, scene_.instances_,
                                                     *scene_.geometry_, triangles, progress_);
   scene_.geometry_->check();
 }
 
-void SceneDresser::account() {
+void SceneUpdater::update_memory_and_features() {
   scene_.memory_ = {};
   SceneMemory& memory = scene_.memory_;
   bool culls = false, masks = false, blends = false;
@@ -263,7 +264,7 @@ void SceneDresser::account() {
   list_features(culls, masks, blends);
 }
 
-void SceneDresser::list_features(bool culls, bool masks, bool blends) {
+void SceneUpdater::list_features(bool culls, bool masks, bool blends) {
   std::vector<std::string>& features = scene_.features_;
   features.clear();
   if (scene_.origin_ != Vec3d(0.0)) {

@@ -1,4 +1,4 @@
-// Where a session's newest picture hangs, as the display settings have it, and what is wrong.
+// Gives a session's newest picture out, as the display settings have it, and says what is wrong.
 #pragma once
 
 #include <condition_variable>
@@ -13,13 +13,13 @@
 
 namespace emberline {
 
-// Thread-safe. Pictures are given out as shared pointers, whose memory comes back to the board when
+// Thread-safe. Pictures are given out as shared pointers, whose memory comes back when
 // the last is let go: a frame of 1280 x 720 takes 18 MB, and 2 ms to be touched for the first time.
-class PictureBoard {
+class PicturePublisher {
  public:
-  PictureBoard();
-  PictureBoard(const PictureBoard&) = delete;
-  PictureBoard& operator=(const PictureBoard&) = delete;
+  PicturePublisher();
+  PicturePublisher(const PicturePublisher&) = delete;
+  PicturePublisher& operator=(const PicturePublisher&) = delete;
 
   // Grades from now on by these settings, and the newest picture anew, without a new sample; in the
   // background. With an overlay, the newest picture stays as it is: colours of maps are no light.
@@ -30,7 +30,8 @@ class PictureBoard {
 
   // A picture to fill in, with the memory of one that nobody looks at any more.
   std::shared_ptr<ShownPicture> blank();
-  // Hangs a picture that was graded by `grading`, gives it its serial number, wakes the owner up.
+  // Gives out a picture that was graded by `grading`, gives it its serial number, wakes the owner
+  // up.
   void publish(std::shared_ptr<ShownPicture> picture, std::shared_ptr<const Grading> grading);
   std::shared_ptr<const ShownPicture> picture() const;
 
