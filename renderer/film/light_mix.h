@@ -20,7 +20,6 @@ class LightMix {
   explicit LightMix(std::span<const Rgb> weights);
 
   size_t size() const { return weights_.size(); }
-  Rgb operator[](size_t group) const { return to_rgb(weights_[group]); }
   const Color4* data() const { return weights_.data(); }
 
  private:

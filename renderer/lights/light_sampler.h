@@ -78,7 +78,7 @@ class LightSampler {
   // `environment` may be null. An environment with no radiance at all is treated as null.
   LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<PointLight> points,
                std::shared_ptr<const EnvironmentLight> environment,
-               const LightSamplerSettings& settings);
+               const LightSamplerSettings& settings = {});
   ~LightSampler();
   LightSampler(LightSampler&&) noexcept;
   LightSampler& operator=(LightSampler&&) noexcept;

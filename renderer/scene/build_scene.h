@@ -18,7 +18,6 @@ struct SceneBuildOptions {
   // True: update_scene may be called. Vertex attributes that no material reads are kept, as are
   // the tables of an environment that is off, and the BVH's filter asks before it culls.
   bool editable = false;
-  LightSamplerSettings lights = {};
 };
 
 // Takes the description over: its arrays become the scene's. Uses TBB. Throws InputError for a

@@ -17,9 +17,6 @@
 #include "renderer/lights/light_sampler.h"
 #include "renderer/shading/material.h"
 
-struct RTCDeviceTy;
-struct RTCSceneTy;
-
 namespace emberline {
 
 // Closest intersection, as Embree found it.

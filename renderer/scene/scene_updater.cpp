@@ -216,7 +216,7 @@ void SceneUpdater::build_lights() {
     std::vector<EmissiveTriangle> before;
     if (scene_.lights_) before = scene_.lights_->triangles();
     LightSampler lights(other_emitters ? collect_emitters() : std::move(before), std::move(points),
-                        scene_.environment_, options_.lights);
+                        scene_.environment_);
     if (scene_.lights_) {
       *scene_.lights_ = std::move(lights);  // in its place: flush_ refers to its triangles
     } else {
@@ -286,10 +286,11 @@ void SceneUpdater::list_features(bool culls, bool masks, bool blends) {
     features.push_back(
         fmt::format("flush emitters ({} triangles lie in another surface)", scene_.flush_->size()));
   }
-  if (culls) features.push_back("back-face culling (single-sided materials)");
+  if (culls) features.emplace_back("back-face culling (single-sided materials)");
   if (masks || blends) {
-    features.push_back(std::string("alpha coverage (") + (masks ? "mask" : "") +
-                       (masks && blends ? ", " : "") + (blends ? "blend)" : ")"));
+    features.push_back(fmt::format("alpha coverage ({})", masks && blends ? "mask, blend"
+                                                          : masks         ? "mask"
+                                                                          : "blend"));
   }
   for (const std::string& feature : scene_.materials_->features()) features.push_back(feature);
   features.push_back(

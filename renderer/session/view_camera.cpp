@@ -38,14 +38,6 @@ ViewCamera with_distance(ViewCamera view, double distance) {
   return view;
 }
 
-// The same eye and axes, with the pivot so far away.
-ViewCamera with_eye_kept(ViewCamera view, double distance) {
-  const Vec3d eye = view.eye();
-  view = with_distance(view, distance);
-  view.pivot = eye - view.axes().back * view.distance;
-  return view;
-}
-
 // +1, or -1 where the picture's right is on the left.
 double handedness(const ViewCamera& view) { return view.mirrored ? -1.0 : 1.0; }
 
@@ -174,10 +166,6 @@ ViewCamera look_towards(ViewCamera view, const Vec3d& point) {
   view.pivot = point;
   view.distance = distance;
   return view;
-}
-
-ViewCamera with_pivot_at(ViewCamera view, const Vec3d& point) {
-  return with_eye_kept(view, (view.eye() - point).dot(view.axes().back));
 }
 
 ViewCamera frame_all(ViewCamera view, const Vec3d& center, double radius, double aspect) {

@@ -76,8 +76,6 @@ ViewCamera with_perspective(ViewCamera view, double fov_y);
 // Turns to the point, which becomes the pivot; the eye stays. An orthographic view is shifted until
 // the point is in its middle, and keeps its direction. Nothing for a point where the eye is.
 ViewCamera look_towards(ViewCamera view, const Vec3d& point);
-// Orbits and pans about a point's depth from now on; the picture stays.
-ViewCamera with_pivot_at(ViewCamera view, const Vec3d& point);
 // All of a sphere, from where it is looked from now. `aspect`: width over height of the frame.
 ViewCamera frame_all(ViewCamera view, const Vec3d& center, double radius, double aspect);
 

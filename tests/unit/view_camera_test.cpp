@@ -124,8 +124,7 @@ TEST_P(ViewCameraTest, EveryMoveKeepsTheKind) {
     const Vec3d point = view.pivot + view.axes().right * 0.2 + view.axes().up * 0.1;
     for (const ViewCamera& moved :
          {orbit(view, 0.3, 0.1), turn(view, 0.2, 0.1), pan(view, 0.1, 0.2), dolly(view, 0.7),
-          fly(view, 1, 2, 3), look_towards(view, point), with_pivot_at(view, point),
-          frame_all(view, Vec3d(0.0), 1.0, 1.5)}) {
+          fly(view, 1, 2, 3), look_towards(view, point), frame_all(view, Vec3d(0.0), 1.0, 1.5)}) {
       const CameraDescription camera = camera_of(edit_of(moved));
       EXPECT_EQ(camera.orthographic, kind.orthographic);
       EXPECT_EQ(camera.to_world.determinant() < 0, kind.mirrored);
@@ -344,13 +343,6 @@ TEST(ViewCamera, LooksTowardsAPoint) {
   const ViewCamera down = look_towards(rolled, view.eye() - Vec3d(0, 5, 0));
   EXPECT_NEAR(down.azimuth, view.azimuth, 1e-12);
   EXPECT_EQ(down.roll, 0.3);
-}
-
-TEST(ViewCamera, TakesAPivotWithoutMoving) {
-  const ViewCamera view = view_of(camera_at({0, 0, 5}, Vec3d(0.0)), Vec3d(0.0), 1.0);
-  const ViewCamera moved = with_pivot_at(view, {0.7, -0.4, 2});
-  expect_near(moved.eye(), view.eye(), 1e-12, "eye");
-  expect_near(moved.pivot, {0, 0, 2}, 1e-12, "at the point's depth, on the axis");
 }
 
 // The sphere's outline is a cone about the axis of half angle asin(radius / distance).
