@@ -41,16 +41,13 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
     }
     camera.fov_y = lens.yfov;
     if (lens.aspectRatio > 0.0) camera.aspect = lens.aspectRatio;
-    camera.z_near = std::max(lens.znear, 0.0);
   } else {
     const tinygltf::OrthographicCamera& lens = source.orthographic;
     if (lens.xmag == 0.0 || lens.ymag == 0.0) {
       throw InputError(place + "/orthographic", "xmag and ymag must not be 0");
     }
     camera.orthographic = true;
-    camera.x_mag = std::abs(lens.xmag);
     camera.y_mag = std::abs(lens.ymag);
-    camera.z_near = std::max(lens.znear, 0.0);
   }
   scene.cameras.push_back(std::move(camera));
 }

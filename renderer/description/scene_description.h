@@ -146,10 +146,9 @@ inline bool shines(const PunctualLightDescription& light) { return !is_black(lig
 struct CameraDescription {
   std::string name;
   bool orthographic = false;
-  double fov_y = 0.8;               // radians, perspective
-  std::optional<double> aspect;     // width / height, perspective; absent: from the frame
-  double x_mag = 1.0, y_mag = 1.0;  // half extents, orthographic
-  double z_near = 0.0;
+  double fov_y = 0.8;            // radians, perspective
+  std::optional<double> aspect;  // width / height, perspective; absent: from the frame
+  double y_mag = 1.0;            // half the height, orthographic
   // A thin lens, perspective only; no file has one.
   double lens_radius = 0.0;     // metres; 0: a pinhole
   double focus_distance = 0.0;  // metres along the axis to the plane that is sharp; > 0 with a lens
@@ -187,21 +186,25 @@ struct LoadRepairs {
   uint64_t replaced_images = 0;       // --lenient: undecodable, replaced by neutral colour
 };
 
-struct SceneDescription {
+// What edits count in: short lists, cheap to copy.
+struct SceneLists {
   std::string file;
-  std::vector<NamedFile> files;  // all that were read for it, the scene first
-  std::string generator;         // asset.generator
-  std::vector<std::shared_ptr<const Image>> images;
   std::vector<MaterialDescription> materials;
   std::vector<VariantDescription> variants;
   // Whether the meshes' variant_materials, and what those materials need, have been read.
   bool variants_read = false;
-  std::vector<MeshDescription> meshes;
-  std::vector<InstanceDescription> instances;
   std::vector<PunctualLightDescription> lights;
   std::vector<CameraDescription> cameras;
   std::optional<EnvironmentDescription> environment;
   bool may_be_dark = false;  // true: without any light there is none, and nobody is warned
+};
+
+struct SceneDescription : SceneLists {
+  std::vector<NamedFile> files;  // all that were read for it, the scene first
+  std::string generator;         // asset.generator
+  std::vector<std::shared_ptr<const Image>> images;
+  std::vector<MeshDescription> meshes;
+  std::vector<InstanceDescription> instances;
   CoverageReport coverage;
   LoadRepairs repairs;
 };

@@ -32,22 +32,15 @@ std::string list_names(const char* what, const std::vector<Named>& list) {
 // The index of what `target` means in a list of `what`s.
 template <class Named>
 size_t find_target(const EditTarget& target, const char* what, const std::vector<Named>& list) {
-  const auto listed = [&](int i) { return i >= 0 && size_t(i) < list.size(); };
+  if (const std::optional<size_t> found = find_entry(target, list)) return *found;
+  const std::string listed = list_names(what, list);
   if (target.name.empty()) {
-    if (listed(target.index)) return size_t(target.index);
-    refuse(target.place, fmt::format("no {} {}; {}", what, target.index, list_names(what, list)));
+    refuse(target.place, fmt::format("no {} {}; {}", what, target.index, listed));
   }
-  if (listed(target.index) && list[size_t(target.index)].name == target.name) {
-    return size_t(target.index);
-  }
-  const auto has_name = [&](const Named& entry) { return entry.name == target.name; };
-  const auto count = std::ranges::count_if(list, has_name);
-  if (count == 1) return size_t(std::ranges::find_if(list, has_name) - list.begin());
-  if (count == 0) {
-    refuse(target.place, fmt::format("no {} '{}'; {}", what, target.name, list_names(what, list)));
-  }
+  const auto count = std::ranges::count(list, target.name, &Named::name);
+  if (count == 0) refuse(target.place, fmt::format("no {} '{}'; {}", what, target.name, listed));
   refuse(target.place, fmt::format("{} {}s are called '{}', and \"index\" says which of them; {}",
-                                   count, what, target.name, list_names(what, list)));
+                                   count, what, target.name, listed));
 }
 
 // A finite product: of a brightness near float's end more is the same.
@@ -199,7 +192,7 @@ void EditApplication::edit_light(size_t i) {
 void make_orthographic(double height, CameraDescription& camera) {
   camera.orthographic = true;
   camera.aspect.reset();
-  camera.x_mag = camera.y_mag = 0.5 * height;
+  camera.y_mag = 0.5 * height;
   camera.lens_radius = 0.0;
 }
 
@@ -228,16 +221,6 @@ void edit_lens(const CameraEdit& edit, CameraDescription& camera) {
 }
 
 }  // namespace
-
-EditClass classify(const SceneEdits& before, const SceneEdits& after) {
-  if (before.materials != after.materials || before.variant != after.variant) {
-    return EditClass::kMaterial;
-  }
-  if (before.lights != after.lights || before.environment != after.environment) {
-    return EditClass::kLight;
-  }
-  return before.camera != after.camera ? EditClass::kCamera : EditClass::kNone;
-}
 
 void apply(const SceneEdits& edits, SceneDescription& description) {
   add_default_light(description);
@@ -285,17 +268,10 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
 
 SceneDescription outline(const SceneDescription& description) {
   SceneDescription result;
-  result.file = description.file;
+  static_cast<SceneLists&>(result) = description;
   result.generator = description.generator;
   result.images = description.images;
-  result.materials = description.materials;
-  result.variants = description.variants;
-  result.variants_read = description.variants_read;
   result.instances = description.instances;
-  result.lights = description.lights;
-  result.cameras = description.cameras;
-  result.environment = description.environment;
-  result.may_be_dark = description.may_be_dark;
   result.coverage = description.coverage;
   result.repairs = description.repairs;
   result.meshes.reserve(description.meshes.size());

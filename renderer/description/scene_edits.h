@@ -6,6 +6,7 @@
 // the edits of before. Units are SceneDescription's where nothing else is said.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -105,12 +106,18 @@ struct SceneEdits {
   bool operator==(const SceneEdits&) const = default;
 };
 
-// How far a change reaches: each class takes with it all before it. kCamera needs a new Camera and
-// nothing of the scene. kLight and kMaterial an update of the scene without its geometry; kLight
-// alone leaves every path as it is and changes what it carries. kGeometry needs the BVH built anew:
-// no change of SceneEdits is one (what of a material the BVH knows is in editable_scene.h).
-enum class EditClass : uint8_t { kNone, kCamera, kLight, kMaterial, kGeometry };
-EditClass classify(const SceneEdits& before, const SceneEdits& after);
+// The index of what `target` means in a list of the description; none where that is not there, or
+// where several have its name and its index says of none of them that it is the one.
+template <class Named>
+std::optional<size_t> find_entry(const EditTarget& target, const std::vector<Named>& list) {
+  const bool listed = target.index >= 0 && size_t(target.index) < list.size();
+  const auto has_name = [&](const Named& entry) { return entry.name == target.name; };
+  if (listed && (target.name.empty() || has_name(list[size_t(target.index)]))) {
+    return size_t(target.index);
+  }
+  if (target.name.empty() || std::ranges::count_if(list, has_name) != 1) return std::nullopt;
+  return size_t(std::ranges::find_if(list, has_name) - list.begin());
+}
 
 // Makes the edits in a description, whole or an outline. A scene without any light is first given
 // the plain white environment that build_scene would give it; what the edits turn off then stays

@@ -10,20 +10,18 @@ EditableScene::EditableScene(SceneDescription description, SceneBuildOptions opt
   options_.editable = true;
   apply({}, description);  // the light and the material that the file leaves to its reader
   original_ = outline(description);
-  edited_ = original_;
   scene_ = build_scene(std::move(description), options_, progress);
 }
 
-EditClass EditableScene::set(const SceneEdits& edits) {
-  const EditClass change = classify(edits_, edits);
-  if (change >= EditClass::kLight) {
+void EditableScene::set(const SceneEdits& edits) {
+  SceneEdits as_seen_before = edits;
+  as_seen_before.camera = edits_.camera;
+  if (as_seen_before != edits_) {
     SceneDescription edited = original_;
     apply(edits, edited);
     update_scene(*scene_, edited, options_);
-    edited_ = std::move(edited);
   }
   edits_ = edits;
-  return change;
 }
 
 }  // namespace emberline

@@ -23,21 +23,20 @@ class EditableScene {
   explicit EditableScene(SceneDescription description, SceneBuildOptions options = {},
                          LoadProgress& progress = LoadProgress::unwatched());
 
-  // The whole of what differs from the file from now on: pass the edits of before to undo. Says how
-  // far the change reached. Nobody else may use scene() meanwhile. Throws as apply() does, and
-  // InputError for a texture that an edit brings into use and that cannot be; all is then as it
+  // The whole of what differs from the file from now on: pass the edits of before to undo. The
+  // camera's change nothing here. Nobody else may use scene() meanwhile. Throws as apply() does,
+  // and InputError for a texture that an edit brings into use and that cannot be; all is then as it
   // was.
-  EditClass set(const SceneEdits& edits);
+  void set(const SceneEdits& edits);
 
   const Scene& scene() const { return *scene_; }
   const SceneEdits& edits() const { return edits_; }
-  // The file's lists, which EditTarget counts in; and the same with the edits made.
+  // The file's lists, which EditTarget counts in.
   const SceneDescription& original() const { return original_; }
-  const SceneDescription& edited() const { return edited_; }
 
  private:
   SceneBuildOptions options_;
-  SceneDescription original_, edited_;  // outlines
+  SceneDescription original_;  // an outline
   SceneEdits edits_;
   std::unique_ptr<Scene> scene_;
 };

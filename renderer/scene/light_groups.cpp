@@ -24,15 +24,10 @@ std::vector<bool> used_materials(const SceneDescription& description) {
 // mesh has are dark.
 SceneDescription lights_of(const SceneDescription& description, const std::vector<bool>& used) {
   SceneDescription lights;
-  lights.file = description.file;
-  lights.lights = description.lights;
-  lights.materials = description.materials;
-  lights.variants = description.variants;
-  lights.variants_read = description.variants_read;
+  static_cast<SceneLists&>(lights) = description;
   for (size_t i = 0; i < used.size(); ++i) {
     if (!used[i]) lights.materials[i].emission = Rgb(0.0f);
   }
-  lights.environment = description.environment;
   lights.may_be_dark = true;
   return lights;
 }

@@ -61,7 +61,7 @@ class LightGroups {
   uint8_t add(EditedLight kind, EditTarget target, const Rgb& radiance);
   void number_others();
 
-  SceneDescription original_;  // its lights, materials and environment alone
+  SceneDescription original_;  // its lists alone
   SceneEdits baseline_;
   SceneDescription built_;  // the same with the baseline's edits
   std::vector<LightGroup> list_;

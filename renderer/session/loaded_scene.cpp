@@ -20,12 +20,7 @@ constexpr double kLookFromFov = 40.0;
 // meshes, of which there may be hundreds of thousands, are not needed for that.
 SceneDescription lists_of(const SceneDescription& outline) {
   SceneDescription lists;
-  lists.materials = outline.materials;
-  lists.variants = outline.variants;
-  lists.variants_read = outline.variants_read;
-  lists.lights = outline.lights;
-  lists.cameras = outline.cameras;
-  lists.environment = outline.environment;
+  static_cast<SceneLists&>(lists) = outline;
   lists.may_be_dark = true;
   return lists;
 }
@@ -66,8 +61,7 @@ void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
 }  // namespace
 
 CameraDescription LoadedScene::camera(int width, int height) const {
-  const bool framing = open->outline.cameras.empty() && open->camera.name == "framing camera";
-  if (!framing) return open->camera;
+  if (!open->camera_frames_scene) return open->camera;
   CameraDescription fitted = framing_camera(open->bounds, double(width) / height);
   fitted.fov_y = open->camera.fov_y;
   return fitted;
@@ -81,6 +75,7 @@ std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& 
   move_lens_to_edits(options, edits.camera);
   auto open = std::make_shared<OpenScene>();
   open->camera = choose_camera(options, description);
+  open->camera_frames_scene = description.cameras.empty() && !options.look_from;
   open->inputs = description.files;
   if (const auto environment = file_identity(options.environment)) {
     open->inputs.push_back({options.environment, *environment});

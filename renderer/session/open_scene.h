@@ -29,10 +29,12 @@ struct OpenScene {
   SceneDescription outline;
   // What it is seen through without edits, in a frame of the size that it was opened for.
   CameraDescription camera;
-  WorldBounds bounds;                 // of the geometry; empty (min > max) without any
-  Vec3d center = Vec3d(0.0);          // of those bounds
-  double radius = 1.0;                // > 0, without geometry too
-  std::vector<NamedFile> inputs;      // that it was read from, an environment of its own too
+  bool camera_frames_scene =
+      false;                      // it is fitted to scene and frame: neither file nor user has one
+  WorldBounds bounds;             // of the geometry; empty (min > max) without any
+  Vec3d center = Vec3d(0.0);      // of those bounds
+  double radius = 1.0;            // > 0, without geometry too
+  std::vector<NamedFile> inputs;  // that it was read from, an environment of its own too
   std::vector<std::string> features;  // what was built and why
   std::vector<std::string> warnings;  // that loading and building it gave
 };

@@ -45,11 +45,7 @@ Moments relative_errors(const Scene& scene, float radiance, RenderSettings s, in
   s.max_depth = 1;
   s.threads = 1;
   const double exact = 4 * kWire * kHeight * double(radiance) / (kWidth * kHeight);
-  const CameraDescription view = [] {
-    CameraDescription v = orthographic({0, 0, 10}, {0, 0, 0}, kHeight / 2.0);
-    v.x_mag = kWidth / 2.0;
-    return v;
-  }();
+  const CameraDescription view = orthographic({0, 0, 10}, {0, 0, 0}, kHeight / 2.0);
   Moments moments;
   double total = 0;
   for (int seed = 0; seed < seeds; ++seed) {

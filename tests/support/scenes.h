@@ -145,7 +145,7 @@ inline CameraDescription perspective(const Vec3d& from, const Vec3d& at, double 
 inline CameraDescription orthographic(const Vec3d& from, const Vec3d& at, double half_height) {
   CameraDescription camera = perspective(from, at, 1);
   camera.orthographic = true;
-  camera.y_mag = camera.x_mag = half_height;
+  camera.y_mag = half_height;
   return camera;
 }
 
