@@ -16,6 +16,8 @@ struct DisplaySettings {
   std::string view;       // empty: the display's default view
   std::string look;       // empty: none
   float exposure = 0.0f;  // stops, before the view
+
+  bool operator==(const DisplaySettings&) const = default;
 };
 
 // What DisplaySettings can name, as the config in use spells it; the defaults first.

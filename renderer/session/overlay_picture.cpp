@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "io/image_output.h"
 #include "renderer/charts/quantity_plane.h"
@@ -12,24 +13,15 @@
 namespace emberline {
 namespace {
 
-std::string_view quantity_name(ViewOverlay overlay) {
-  switch (overlay) {
-    case ViewOverlay::kSamples:
-      return "samples";
-    case ViewOverlay::kError:
-      return "error";
-    case ViewOverlay::kStop:
-      return "stop";
-    case ViewOverlay::kTime:
-      return "time";
-    case ViewOverlay::kNonFinite:
-      return "non_finite";
-    case ViewOverlay::kNone:
-    case ViewOverlay::kTree:
-      break;
-  }
-  return {};
-}
+constexpr std::array kOverlays = {
+    OverlayEntry{"none", "", ""},
+    OverlayEntry{"samples", "samples per pixel", "samples"},
+    OverlayEntry{"error", "estimated error of each pixel as displayed", "error"},
+    OverlayEntry{"stop", "what has ended each pixel so far", "stop"},
+    OverlayEntry{"time", "time spent on each pixel", "time"},
+    OverlayEntry{"not finite", "samples that were NaN or infinite, and count as black",
+                 "non_finite"},
+    OverlayEntry{"tree", "how the adaptive driver divided the frame for its first samples", ""}};
 
 std::string legend(const HeatmapQuantity& quantity, const ValueRange& range) {
   const ToldUnit unit = told_unit(std::string(quantity.unit), range.most);
@@ -40,8 +32,10 @@ std::string legend(const HeatmapQuantity& quantity, const ValueRange& range) {
 
 }  // namespace
 
+std::span<const OverlayEntry> overlay_table() { return kOverlays; }
+
 const HeatmapQuantity* overlay_quantity(ViewOverlay overlay) {
-  const std::string_view name = quantity_name(overlay);
+  const std::string_view name = kOverlays[size_t(overlay)].quantity;
   return name.empty() ? nullptr : &find_heatmap_quantity(name);
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "renderer/charts/heatmap_quantity.h"
@@ -14,6 +15,13 @@
 #include "renderer/session/view_settings.h"
 
 namespace emberline {
+
+struct OverlayEntry {
+  std::string_view name, summary;
+  std::string_view quantity;  // of heatmap_quantity_table(); empty: it is none
+};
+// By ViewOverlay.
+std::span<const OverlayEntry> overlay_table();
 
 // The quantity that an overlay shows; null for those that are none.
 const HeatmapQuantity* overlay_quantity(ViewOverlay overlay);

@@ -12,10 +12,6 @@ namespace {
 // them.
 constexpr size_t kMostSpare = 4;
 
-bool same(const DisplaySettings& a, const DisplaySettings& b) {
-  return a.display == b.display && a.view == b.view && a.look == b.look && a.exposure == b.exposure;
-}
-
 }  // namespace
 
 struct PicturePublisher::Spare {
@@ -33,7 +29,7 @@ void PicturePublisher::set_display(const DisplaySettings& settings) {
   grader_.post([this, settings] {
     {
       const std::lock_guard lock(mutex_);
-      if (!same(settings, wanted_)) return;  // a newer one follows
+      if (settings != wanted_) return;  // a newer one follows
     }
     change_display(settings);
     regrade();
@@ -51,7 +47,7 @@ void PicturePublisher::change_display(const DisplaySettings& settings) {
   try {
     DisplaySettings but_exposure = settings;
     if (before) but_exposure.exposure = before->settings().exposure;
-    made = before && same(but_exposure, before->settings())
+    made = before && but_exposure == before->settings()
                ? std::make_shared<const Grading>(*before, settings.exposure)
                : std::make_shared<const Grading>(settings);
   } catch (const EmberlineError& error) {

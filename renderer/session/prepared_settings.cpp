@@ -1,25 +1,27 @@
 #include "renderer/session/prepared_settings.h"
 
 #include <algorithm>
-#include <tuple>
 
+#include "renderer/drivers/setting_table.h"
 #include "renderer/session/overlay_picture.h"
 
 namespace emberline {
 namespace {
 
-// All options that a frame's samples depend on.
-auto sampling_of(const RenderOptions& o) {
-  return std::tie(o.driver, o.integrator, o.sampler, o.filter, o.filter_radius, o.spp, o.min_spp,
-                  o.max_spp, o.noise_threshold, o.estimator, o.allocation, o.unbiased,
-                  o.time_limit_s, o.max_depth, o.seed, o.streams, o.bucket_size, o.bucket_order,
-                  o.bisection_axis, o.reconstruction, o.width, o.height, o.transparent, o.threads);
+bool same_samples(const RenderOptions& a, const RenderOptions& b) {
+  const auto texts = [](const RenderOptions& options) {
+    using enum SettingGroup;
+    return setting_texts(options, {kSample, kSeed, kSchedule, kCounts});
+  };
+  return a.threads == b.threads && texts(a) == texts(b);
 }
 
 }  // namespace
 
+bool is_live(const RenderOptions& options) { return options.driver == kLiveDriver; }
+
 const DriverEntry& main_driver(const RenderOptions& options) {
-  return find_driver(options.driver == kLiveDriver ? "adaptive" : options.driver);
+  return find_driver(is_live(options) ? "adaptive" : options.driver);
 }
 
 RenderOptions main_options(const ViewSettings& settings) {
@@ -42,7 +44,7 @@ AovSet wanted_aovs(const ViewSettings& settings) {
 }
 
 bool frames_serve(const ViewSettings& a, const ViewSettings& b) {
-  if (sampling_of(a.render) != sampling_of(b.render) || a.region != b.region ||
+  if (!same_samples(a.render, b.render) || a.region != b.region ||
       a.light_groups != b.light_groups) {
     return false;
   }
@@ -55,7 +57,7 @@ bool frames_serve(const ViewSettings& a, const ViewSettings& b) {
 
 PreparedSettings::PreparedSettings(const ViewSettings& settings)
     : options(main_options(settings)),
-      live(settings.render.driver == kLiveDriver),
+      live(is_live(settings.render)),
       plan(options),
       light_groups(settings.light_groups && !plan.driver->tiles &&
                    find_integrator(options.integrator).tells_lights_apart) {

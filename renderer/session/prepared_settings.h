@@ -6,6 +6,9 @@
 
 namespace emberline {
 
+// Whether the driver is a window's own: bisection first, then adaptive.
+bool is_live(const RenderOptions& options);
+
 // That does the main work: of `live`, the adaptive one.
 const DriverEntry& main_driver(const RenderOptions& options);
 
