@@ -10,224 +10,187 @@
 #include "renderer/session/view_renderer.h"
 
 namespace emberline {
-namespace {
 
 using Look = ViewRenderer::Look;
 
-bool same_display(const DisplaySettings& a, const DisplaySettings& b) {
-  return a.display == b.display && a.view == b.view && a.look == b.look && a.exposure == b.exposure;
-}
-
-}  // namespace
-
-// The owner's side: what was asked for last. All else is in the threads of its members.
-class RenderSession::Impl {
- public:
-  explicit Impl(ViewSettings given)
-      : settings(std::move(given)),
-        rendered_settings(settings),
-        loader([this] { publisher.wake(); }),
-        renderer(publisher) {
-    publisher.set_display(settings.display);
-    renderer.set_overlay(settings.overlay);
-    renderer.set_paused(settings.paused);
-  }
-
-  // Edits of a drag wait for the picture of the one before.
-  void post(bool only_edits) {
-    ++edit;
-    rendered_settings = settings;
-    if (!scene) return;
-    publisher.set_problem("");  // what it said was of the edit before
-    SceneEdits effective = solo ? with_solo(edits, *solo, *scene) : edits;
-    renderer.post({edit, ViewClock::now(), scene, std::move(effective), settings}, only_edits);
-  }
-
-  void adopt(std::shared_ptr<LoadedScene> loaded) {
-    scene = std::move(loaded);
-    edits = scene->edits;
-    solo.reset();
-    post(false);
-  }
-
-  // `write` gets the film as it stands now, on the writing thread.
-  template <typename Write>
-  std::future<void> save(const std::string& path, Write write) {
-    auto film = std::make_shared<std::future<FilmCopy>>(renderer.copy());
-    return later(path, [film, write] { write(film->get()); });
-  }
-  // `write` writes to `path`, unless that is a file that something open was read from.
-  template <typename Write>
-  std::future<void> later(const std::string& path, Write write) {
-    auto done = std::make_shared<std::promise<void>>();
-    std::future<void> result = done->get_future();
-    writer.post([=, open = scene ? scene->open : nullptr, environment = edits.environment.file] {
-      try {
-        FileRegister files;
-        files.write("saving to", path);
-        if (open) files.read(open->inputs, "the scene reads");
-        if (!environment.empty()) files.read(environment, "it is the environment of the edits");
-        write();
-        done->set_value();
-      } catch (...) {
-        done->set_exception(std::current_exception());
-      }
-    });
-    return result;
-  }
-
-  // What the newest picture shows of the pixel, with all else that is known of it there.
-  std::optional<PixelInspection> look(Look look, const Vec2i& at) const {
-    const std::shared_ptr<const ShownPicture> picture = publisher.picture();
-    if (!picture || !Rect{0, 0, picture->width, picture->height}.contains(at.x, at.y)) {
-      return std::nullopt;
-    }
-    PixelInspection result;
-    const std::optional<PixelInspection> known = renderer.inspection(look);
-    if (known && known->edit == picture->edit && Vec2i(known->x, known->y) == at) result = *known;
-    result.x = at.x;
-    result.y = at.y;
-    result.edit = picture->edit;
-    const float* rgba = &picture->rgba[4 * (size_t(at.y) * size_t(picture->width) + size_t(at.x))];
-    result.radiance = {rgba[0], rgba[1], rgba[2]};
-    result.alpha = rgba[3];
-    return result;
-  }
-
-  ViewSettings settings;
-  ViewSettings rendered_settings;  // of the newest request
-  uint64_t edit = 0;
-  std::shared_ptr<LoadedScene> scene;
-  SceneEdits edits;
-  std::optional<LightEdit> solo;
-  std::optional<Vec2i> inspected, picked;
-
-  // In the order of their use: each may still call those before it while it ends.
-  PicturePublisher publisher;
-  TaskThread writer;
-  SceneLoader loader;
-  ViewRenderer renderer;
-};
-
 RenderSession::RenderSession(ViewSettings settings)
-    : impl_(std::make_unique<Impl>(std::move(settings))) {}
+    : settings_(std::move(settings)),
+      rendered_settings_(settings_),
+      publisher_(std::make_unique<PicturePublisher>()),
+      writer_(std::make_unique<TaskThread>()),
+      loader_(std::make_unique<SceneLoader>([this] { publisher_->wake(); })),
+      renderer_(std::make_unique<ViewRenderer>(*publisher_)) {
+  publisher_->set_display(settings_.display);
+  renderer_->set_overlay(settings_.overlay);
+  renderer_->set_paused(settings_.paused);
+}
 
 RenderSession::~RenderSession() {
   on_change({});
-  impl_->loader.cancel();
+  loader_->cancel();
+}
+
+// Edits of a drag wait for the picture of the one before.
+void RenderSession::post(bool only_edits) {
+  ++edit_;
+  rendered_settings_ = settings_;
+  if (!scene_) return;
+  publisher_->set_problem("");  // what it said was of the edit before
+  SceneEdits effective = solo_ ? with_solo(edits_, *solo_, *scene_) : edits_;
+  renderer_->post({edit_, ViewClock::now(), scene_, std::move(effective), settings_}, only_edits);
+}
+
+void RenderSession::adopt(std::shared_ptr<LoadedScene> loaded) {
+  scene_ = std::move(loaded);
+  edits_ = scene_->edits;
+  solo_.reset();
+  post(false);
 }
 
 void RenderSession::open(const std::string& scene, const std::string& edits_file) {
-  RenderOptions options = main_options(impl_->settings);
+  RenderOptions options = main_options(settings_);
   options.scene = scene;
   options.edits = edits_file;
-  impl_->loader.load(options);
+  loader_->load(options);
 }
 
-void RenderSession::cancel_load() { impl_->loader.cancel(); }
+void RenderSession::cancel_load() { loader_->cancel(); }
 
 LoadStatus RenderSession::load_status() {
   std::shared_ptr<LoadedScene> arrived;
-  LoadStatus status = impl_->loader.poll(&arrived);
-  if (arrived) impl_->adopt(std::move(arrived));
+  LoadStatus status = loader_->poll(&arrived);
+  if (arrived) adopt(std::move(arrived));
   return status;
 }
 
 std::shared_ptr<const OpenScene> RenderSession::scene() const {
-  return impl_->scene ? impl_->scene->open : nullptr;
+  return scene_ ? scene_->open : nullptr;
 }
-
-const ViewSettings& RenderSession::settings() const { return impl_->settings; }
 
 void RenderSession::set_settings(const ViewSettings& settings) {
-  Impl& session = *impl_;
-  const ViewSettings before = std::exchange(session.settings, settings);
-  if (!same_display(before.display, settings.display)) {
-    session.publisher.set_display(settings.display);
-    if (settings.overlay == ViewOverlay::kTree) session.renderer.show_again();
+  const ViewSettings before = std::exchange(settings_, settings);
+  if (before.display != settings.display) {
+    publisher_->set_display(settings.display);
+    if (settings.overlay == ViewOverlay::kTree) renderer_->show_again();
   }
-  if (before.paused != settings.paused) session.renderer.set_paused(settings.paused);
-  if (before.overlay != settings.overlay) session.renderer.set_overlay(settings.overlay);
-  if (!frames_serve(session.rendered_settings, settings)) session.post(false);
+  if (before.paused != settings.paused) renderer_->set_paused(settings.paused);
+  if (before.overlay != settings.overlay) renderer_->set_overlay(settings.overlay);
+  if (!frames_serve(rendered_settings_, settings)) post(false);
 }
-
-uint64_t RenderSession::edit() const { return impl_->edit; }
-
-const SceneEdits& RenderSession::edits() const { return impl_->edits; }
 
 void RenderSession::set_edits(const SceneEdits& edits, const std::optional<LightEdit>& solo) {
-  Impl& session = *impl_;
-  if (!session.scene) return;
-  check_edits(edits, *session.scene);
-  if (solo) edited_light(*solo, session.scene->edit_lists);
-  if (edits == session.edits && solo == session.solo) return;
-  session.edits = edits;
-  session.solo = solo;
-  session.post(true);
+  if (!scene_) return;
+  check_edits(edits, *scene_);
+  if (solo) edited_light(*solo, scene_->edit_lists);
+  if (edits == edits_ && solo == solo_) return;
+  edits_ = edits;
+  solo_ = solo;
+  post(true);
 }
 
-uint64_t RenderSession::bvh_builds() const { return impl_->renderer.bvh_builds(); }
-
-std::shared_ptr<const ShownPicture> RenderSession::picture() const {
-  return impl_->publisher.picture();
-}
+std::shared_ptr<const ShownPicture> RenderSession::picture() const { return publisher_->picture(); }
 
 void RenderSession::compare_with(std::shared_ptr<const ShownPicture> kept) {
-  impl_->publisher.compare_with(std::move(kept));
+  publisher_->compare_with(std::move(kept));
 }
 
 std::shared_ptr<const ShownPicture> RenderSession::compared() const {
-  return impl_->publisher.compared();
+  return publisher_->compared();
 }
 
-std::string RenderSession::problem() const { return impl_->publisher.problem(); }
+std::string RenderSession::problem() const { return publisher_->problem(); }
 
 void RenderSession::on_change(std::function<void()> wake) {
-  impl_->publisher.on_change(std::move(wake));
+  publisher_->on_change(std::move(wake));
+}
+
+// What the newest picture shows of the pixel, with all else that is known of it there.
+std::optional<PixelInspection> RenderSession::look(const Vec2i& at, bool picked) const {
+  const std::shared_ptr<const ShownPicture> picture = publisher_->picture();
+  if (!picture || !Rect{0, 0, picture->width, picture->height}.contains(at.x, at.y)) {
+    return std::nullopt;
+  }
+  PixelInspection result;
+  const std::optional<PixelInspection> known =
+      renderer_->inspection(picked ? Look::kPicked : Look::kPointed);
+  if (known && known->edit == picture->edit && Vec2i(known->x, known->y) == at) result = *known;
+  result.x = at.x;
+  result.y = at.y;
+  result.edit = picture->edit;
+  const float* rgba = &picture->rgba[4 * (size_t(at.y) * size_t(picture->width) + size_t(at.x))];
+  result.radiance = {rgba[0], rgba[1], rgba[2]};
+  result.alpha = rgba[3];
+  return result;
 }
 
 std::optional<PixelInspection> RenderSession::inspect(int x, int y) {
-  Impl& session = *impl_;
-  const std::optional<PixelInspection> known = session.look(Look::kPointed, {x, y});
-  if (known && session.inspected != Vec2i(x, y)) {
-    session.inspected = Vec2i(x, y);
-    session.renderer.inspect(Look::kPointed, session.inspected);
+  const Vec2i at(x, y);
+  const std::optional<PixelInspection> seen = look(at, false);
+  if (seen && inspected_ != at) {
+    inspected_ = at;
+    renderer_->inspect(Look::kPointed, inspected_);
   }
-  return known;
+  return seen;
 }
 
 void RenderSession::end_inspection() {
-  impl_->inspected.reset();
-  impl_->renderer.inspect(Look::kPointed, std::nullopt);
+  inspected_.reset();
+  renderer_->inspect(Look::kPointed, std::nullopt);
 }
 
 void RenderSession::pick(const std::optional<Vec2i>& pixel) {
-  if (impl_->picked == pixel) return;
-  impl_->picked = pixel;
-  impl_->renderer.inspect(Look::kPicked, pixel);
+  if (picked_ == pixel) return;
+  picked_ = pixel;
+  renderer_->inspect(Look::kPicked, pixel);
 }
 
 std::optional<PixelInspection> RenderSession::picked() const {
-  if (!impl_->picked) return std::nullopt;
-  return impl_->look(Look::kPicked, *impl_->picked);
+  return picked_ ? look(*picked_, true) : std::nullopt;
+}
+
+// `write` writes to `path`, on the writing thread, unless that is a file that something open was
+// read from.
+std::future<void> RenderSession::save_later(const std::string& path,
+                                            const std::function<void()>& write) {
+  auto done = std::make_shared<std::promise<void>>();
+  std::future<void> result = done->get_future();
+  writer_->post([=, open = scene(), environment = edits_.environment.file] {
+    try {
+      FileRegister files;
+      files.write("saving to", path);
+      if (open) files.read(open->inputs, "the scene reads");
+      if (!environment.empty()) files.read(environment, "it is the environment of the edits");
+      write();
+      done->set_value();
+    } catch (...) {
+      done->set_exception(std::current_exception());
+    }
+  });
+  return result;
+}
+
+// `write` gets the film as it stands now.
+std::future<void> RenderSession::save_film(const std::string& path,
+                                           const std::function<void(const FilmCopy&)>& write) {
+  auto film = std::make_shared<std::future<FilmCopy>>(renderer_->copy());
+  return save_later(path, [film, write] { write(film->get()); });
 }
 
 std::future<void> RenderSession::save(const std::string& path) {
-  return impl_->save(path, [path, display = impl_->settings.display](const FilmCopy& film) {
+  return save_film(path, [path, display = settings_.display](const FilmCopy& film) {
     write_picture(path, film, display);
   });
 }
 
 std::future<void> RenderSession::save_heatmap(const std::string& path, ViewOverlay quantity) {
   heatmap_of(quantity);
-  return impl_->save(
-      path, [path, quantity](const FilmCopy& film) { write_heatmap(path, film, quantity); });
+  return save_film(path,
+                   [path, quantity](const FilmCopy& film) { write_heatmap(path, film, quantity); });
 }
 
 std::future<void> RenderSession::save_edits(const std::string& path) {
-  const SceneEdits edits =
-      impl_->scene ? with_view(impl_->edits, impl_->settings.render, *impl_->scene) : impl_->edits;
-  return impl_->later(path, [path, edits] { write_edits(path, edits); });
+  const SceneEdits edits = scene_ ? with_view(edits_, settings_.render, *scene_) : edits_;
+  return save_later(path, [path, edits] { write_edits(path, edits); });
 }
 
 }  // namespace emberline

@@ -2,11 +2,8 @@
 // changed. Knows neither a window nor a graphics library, so that tests and benchmarks use it too.
 //
 // One thread owns it (the window's) and calls everything here; nothing blocks that thread for more
-// than about a millisecond, but for the destructor. Threads of the session's own load, edit,
-// render, grade and write. An edit stops the frame under way, changes the scene without touching
-// its BVH, and renders anew; edits that come faster than pictures are taken together, and the
-// newest wins. Each frame shows a picture before an edit ends it, so that pictures keep coming
-// however fast edits do.
+// than about a millisecond, but for the destructor. README.md has the session's own threads, and
+// what becomes of an edit.
 //
 // What is wrong with what the user asked for ends nothing: scenes say it in load_status(), all else
 // in problem(), and the picture of before stays.
@@ -26,6 +23,13 @@
 
 namespace emberline {
 
+class PicturePublisher;
+class SceneLoader;
+class TaskThread;
+class ViewRenderer;
+struct FilmCopy;
+struct LoadedScene;
+
 class RenderSession {
  public:
   explicit RenderSession(ViewSettings settings);
@@ -44,21 +48,20 @@ class RenderSession {
   LoadStatus load_status();
   std::shared_ptr<const OpenScene> scene() const;  // null before the first
 
-  const ViewSettings& settings() const;
+  const ViewSettings& settings() const { return settings_; }
   // Takes any combination. One that makes no sense (a sampler of fixed counts with an adaptive
   // driver) is stated by problem(), and nothing is rendered until it is mended. Only what concerns
   // samples restarts the frame: display, overlays whose channels are there, and `paused` do not.
   void set_settings(const ViewSettings& settings);
 
   // The number of the newest edit, settings and scenes included: what ShownPicture::edit reaches.
-  uint64_t edit() const;
+  uint64_t edit() const { return edit_; }
   // The whole of what differs from the file, as set or opened last.
-  const SceneEdits& edits() const;
+  const SceneEdits& edits() const { return edits_; }
   // Throws InputError for edits that do not fit the scene; all is then as it was. `solo`: only this
   // light shines, without being an edit that is saved. An environment's file that has no image
   // yet is read in the background. Nothing happens without a scene.
   void set_edits(const SceneEdits& edits, const std::optional<LightEdit>& solo = std::nullopt);
-  uint64_t bvh_builds() const;  // of the open scene
 
   // The newest picture; null before the first.
   std::shared_ptr<const ShownPicture> picture() const;
@@ -97,8 +100,27 @@ class RenderSession {
   std::future<void> save_edits(const std::string& path);
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  void post(bool only_edits);
+  void adopt(std::shared_ptr<LoadedScene> loaded);
+  std::future<void> save_film(const std::string& path,
+                              const std::function<void(const FilmCopy&)>& write);
+  std::future<void> save_later(const std::string& path, const std::function<void()>& write);
+  std::optional<PixelInspection> look(const Vec2i& at, bool picked) const;
+
+  // What was asked for last. All else is in the threads of the last members.
+  ViewSettings settings_;
+  ViewSettings rendered_settings_;  // of the newest request
+  uint64_t edit_ = 0;
+  std::shared_ptr<LoadedScene> scene_;
+  SceneEdits edits_;
+  std::optional<LightEdit> solo_;
+  std::optional<Vec2i> inspected_, picked_;
+
+  // In the order of their use: each may still call those before it while it ends.
+  const std::unique_ptr<PicturePublisher> publisher_;
+  const std::unique_ptr<TaskThread> writer_;
+  const std::unique_ptr<SceneLoader> loader_;
+  const std::unique_ptr<ViewRenderer> renderer_;
 };
 
 }  // namespace emberline

@@ -126,18 +126,6 @@ TEST_F(SessionEditsTest, RefusedEditsLeaveAllAsItWas) {
   ASSERT_TRUE(finishes(owner));
 }
 
-TEST_F(SessionEditsTest, NoEditBuildsABvh) {
-  SessionOwner owner(settings("bisection", 1));
-  owner.open(scene("cornell_box"));
-  const uint64_t builds = owner.session.bvh_builds();
-  EXPECT_GT(builds, 0u);
-  for (int i = 1; i < 5; ++i) {
-    owner.session.set_edits(some_edits(0.2f * float(i)));
-    ASSERT_TRUE(finishes(owner));
-  }
-  EXPECT_EQ(owner.session.bvh_builds(), builds);
-}
-
 TEST_F(SessionEditsTest, SoloIsTheEditsWithEveryOtherLightOff) {
   SessionOwner owner(settings("bisection", 4));
   owner.open(scene("mis_plates"));

@@ -22,7 +22,7 @@ TEST_F(SessionStormTest, FiveHundredEditsInASecond) {
   SessionOwner owner(settings("live", 4));
   owner.open(scene("cornell_box"));
   RenderSession& session = owner.session;
-  const uint64_t first = session.edit(), builds = session.bvh_builds();
+  const uint64_t first = session.edit();
   std::set<uint64_t> shown;
   for (int i = 0; i < 500; ++i) {
     session.set_edits(some_edits(0.001f * float(i)));
@@ -33,7 +33,6 @@ TEST_F(SessionStormTest, FiveHundredEditsInASecond) {
   EXPECT_GT(shown.size(), 5u) << "pictures come during the storm";
   ASSERT_TRUE(finishes(owner));
   EXPECT_EQ(session.picture()->edit, session.edit());
-  EXPECT_EQ(session.bvh_builds(), builds);
   // The newest won, whatever came before.
   SessionOwner calm(settings("live", 4));
   calm.open(scene("cornell_box"));
