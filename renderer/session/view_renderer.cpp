@@ -1,5 +1,12 @@
 #include "renderer/session/view_renderer.h"
 
+#include <tbb/task_scheduler_observer.h>
+
+#if defined(__linux__)
+#include <sys/resource.h>
+#include <unistd.h>
+#endif
+
 #include <algorithm>
 #include <exception>
 #include <new>
@@ -23,6 +30,29 @@ std::exception_ptr nothing_to_copy() {
 }
 
 }  // namespace
+
+// While it lives, threads that begin to work in the arena lower their own priority (Linux's nice
+// value, which each thread has of its own; elsewhere nothing happens): the window's thread, and
+// those that draw for it where OpenGL is software, then have the processor as soon as they want it.
+// They keep it, since only a privileged process could raise it again. An idle machine renders as
+// fast as without.
+class ViewRenderer::LowPriorityWorkers final : public tbb::task_scheduler_observer {
+ public:
+  explicit LowPriorityWorkers(tbb::task_arena& arena) : task_scheduler_observer(arena) {
+    observe(true);
+  }
+  ~LowPriorityWorkers() override { observe(false); }
+
+  void on_scheduler_entry(bool /*worker*/) override {
+#if defined(__linux__)
+    // A third of the time beside a thread of ordinary priority, all of it beside none; 10 would
+    // leave a tenth of the time beside another program that is busy.
+    constexpr int kNice = 5;
+    const auto thread = id_t(gettid());
+    if (getpriority(PRIO_PROCESS, thread) < kNice) (void)setpriority(PRIO_PROCESS, thread, kNice);
+#endif
+  }
+};
 
 ViewRenderer::ViewRenderer(PicturePublisher& publisher)
     : publisher_(publisher), thread_([this] { work(); }) {}
@@ -237,13 +267,13 @@ std::unique_ptr<PreparedSettings> ViewRenderer::prepare(const ViewSettings& sett
 
 void ViewRenderer::set_threads(int wanted) {
   if (workers_ && wanted == threads_) return;
-  polite_.reset();
+  low_priority_.reset();
   arena_.reset();
   workers_.reset();
   workers_.emplace(wanted);
   threads_ = wanted;
   arena_.emplace(workers_->count());
-  polite_.emplace(*arena_);
+  low_priority_ = std::make_unique<LowPriorityWorkers>(*arena_);
 }
 
 void ViewRenderer::read_environment(RenderRequest& request) {
@@ -298,7 +328,6 @@ void ViewRenderer::render(RenderRequest request) {
         apply_edits(request, prepared ? *prepared : *prepared_);
     std::optional<LightMix> mix;
     if (groups && request.scene->scene.edits() != request.edits) mix = groups->mix(request.edits);
-    bvh_builds_ = request.scene->scene.scene().bvh_builds();
     std::shared_ptr<LoadedScene> scene_before = request.scene;  // freed here, if it was the last
     {
       const std::lock_guard lock(mutex_);

@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "renderer/process/worker_threads.h"
-#include "renderer/session/polite_workers.h"
 #include "renderer/session/view_frame.h"
 
 namespace emberline {
@@ -49,9 +48,8 @@ class ViewRenderer {
   void inspect(Look look, std::optional<Vec2i> pixel);
   std::optional<PixelInspection> inspection(Look look) const;
 
-  uint64_t bvh_builds() const { return bvh_builds_.load(); }
-
  private:
+  class LowPriorityWorkers;
   struct LookedAt {
     std::optional<Vec2i> pixel;
     bool asked = false;
@@ -93,7 +91,6 @@ class ViewRenderer {
 
   std::atomic<ViewOverlay> overlay_{ViewOverlay::kNone};
   std::atomic<bool> pause_wanted_{false};  // somebody waits for the next pause
-  std::atomic<uint64_t> bvh_builds_{0};
 
   // The thread's own.
   std::unique_ptr<PreparedSettings> prepared_;
@@ -103,7 +100,7 @@ class ViewRenderer {
   MemoryReservation environment_memory_;
   std::optional<WorkerThreads> workers_;
   std::optional<tbb::task_arena> arena_;
-  std::optional<PoliteWorkers> polite_;
+  std::unique_ptr<LowPriorityWorkers> low_priority_;
   int threads_ = 0;  // that workers_ were asked for
 
   std::thread thread_;
