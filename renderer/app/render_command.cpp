@@ -39,15 +39,6 @@
 namespace emberline {
 namespace {
 
-void warn_of_non_finite(const RenderOptions& options, const FrameCounters& counters) {
-  if (counters.non_finite_samples == 0) return;
-  const NonFiniteSample& first = counters.located.front();
-  log_warning(
-      fmt::format("{} samples were NaN or infinite and count as black; the first is replayed "
-                  "with --replay {}",
-                  counters.non_finite_samples, replay_words(first, options.seed)));
-}
-
 void summarize(const RenderOptions& options, const RenderReport& report,
                const std::vector<std::string>& written) {
   const FrameCounters& c = report.counters;
@@ -338,7 +329,7 @@ int RenderRun::report() {
   report_.exit_code = exit_code();
   report_.times.wall_s = wall_.seconds();
   report_.times.cpu_s = process_cpu_seconds();
-  warn_of_non_finite(options_, report_.counters);
+  warn_of_non_finite(report_.counters, options_.seed);
   report_.warnings = warnings_so_far();
   for (const std::string& path : options_.reports) {
     const bool written = attempts_.attempt(path, [&] {

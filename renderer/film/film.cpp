@@ -283,4 +283,16 @@ uint64_t FilmTile::bytes() const {
          shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes();
 }
 
+void put_channels(const FilmTile& tile, const Rect& frame, std::span<float> values) {
+  std::vector<float> pixels;
+  tile.resolve(pixels);
+  const Rect& rect = tile.rect();
+  const size_t channels = film_channels(tile.aovs()).size();
+  const size_t row = size_t(rect.width()) * channels;
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    std::copy_n(&pixels[size_t(y - rect.y0) * row], row,
+                &values[frame.index_of(rect.x0, y) * channels]);
+  }
+}
+
 }  // namespace emberline

@@ -242,4 +242,8 @@ class FilmTile {
   ZeroedArray<ShownValue> shown_;  // from the first show() on
 };
 
+// Puts the tile's channels into those of a frame that holds it, laid out as resolve() does it.
+// Threads may do so side by side for tiles that have no pixel in common.
+void put_channels(const FilmTile& tile, const Rect& frame, std::span<float> values);
+
 }  // namespace emberline

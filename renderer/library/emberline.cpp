@@ -113,14 +113,7 @@ class PictureObserver final : public FrameObserver {
       : picture_(picture), crop_(crop), end_(end), watch_(watch) {}
 
   void tile_finished(const FilmTile& tile) override {
-    std::vector<float> pixels;
-    tile.resolve(pixels);
-    const size_t channels = picture_.channels.size(), row = size_t(tile.rect().width()) * channels;
-    const Rect& rect = tile.rect();
-    for (int y = rect.y0; y < rect.y1; ++y) {  // no pixel is in two tiles
-      std::copy_n(&pixels[size_t(y - rect.y0) * row], row,
-                  &picture_.values[crop_.index_of(rect.x0, y) * channels]);
-    }
+    put_channels(tile, crop_, picture_.values);  // no pixel is in two tiles
   }
   void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
     if (!watch_) return;

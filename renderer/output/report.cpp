@@ -9,6 +9,7 @@
 
 #include "io/input_file.h"
 #include "io/versions.h"
+#include "renderer/core/log.h"
 #include "renderer/core/version.h"
 #include "renderer/drivers/frame_plan.h"
 #include "renderer/drivers/setting_table.h"
@@ -66,6 +67,13 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
 std::string replay_words(const NonFiniteSample& sample, uint32_t seed) {
   const std::string words = fmt::format("{},{},{}", sample.x, sample.y, sample.sample);
   return sample.seed == seed ? words : words + fmt::format(" --seed {}", sample.seed);
+}
+
+void warn_of_non_finite(const FrameCounters& counters, uint32_t seed, const std::string& how) {
+  if (counters.non_finite_samples == 0) return;
+  log_warning(fmt::format(
+      "{} samples were NaN or infinite and count as black; the first is replayed {} --replay {}",
+      counters.non_finite_samples, how, replay_words(counters.located.front(), seed)));
 }
 
 namespace {

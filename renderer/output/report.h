@@ -65,6 +65,11 @@ std::string report_json(const RenderOptions& options, const RenderReport& report
 // The words after --replay that compute the sample again: with --seed where it is not `seed`.
 std::string replay_words(const NonFiniteSample& sample, uint32_t seed);
 
+// Nothing where all samples were finite. `how`: "with", and options without which render would not
+// meet the first of them again.
+void warn_of_non_finite(const FrameCounters& counters, uint32_t seed,
+                        const std::string& how = "with");
+
 // Settings, versions and seed as strings: the EXR's header attributes.
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& options);
 

@@ -2,11 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <mutex>
 
-#include "renderer/core/log.h"
 #include "renderer/drivers/frame_plan.h"
 #include "renderer/frame/frame_render.h"
 #include "renderer/frame/frame_scene.h"
@@ -27,33 +24,20 @@ RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect
 namespace {
 
 void warn_of_non_finite(const RenderOptions& o, const FrameCounters& counters) {
-  if (counters.non_finite_samples == 0) return;
-  log_warning(fmt::format(
-      "{} samples were NaN or infinite and count as black; the first is replayed by render with "
-      "--driver {}{} --sampler {} --seed {} --replay {}",
-      counters.non_finite_samples, o.driver,
-      o.estimator.empty() ? "" : " --estimator " + o.estimator, o.sampler, o.seed,
-      replay_words(counters.located.front(), o.seed)));
+  const std::string estimator = o.estimator.empty() ? "" : " --estimator " + o.estimator;
+  warn_of_non_finite(counters, o.seed,
+                     fmt::format("by render with --driver {}{} --sampler {} --seed {}", o.driver,
+                                 estimator, o.sampler, o.seed));
 }
 
 // Keeps the delivered tiles' channels.
 class TileKeeper : public FrameObserver {
  public:
   TileKeeper(const Rect& crop, const AovSet& aovs, const std::function<void(uint64_t)>& on_samples)
-      : crop_(crop), channels_(film_channels(aovs).size()), on_samples_(on_samples) {
-    values_.resize(size_t(crop.area()) * channels_);
+      : crop_(crop), on_samples_(on_samples) {
+    values_.resize(size_t(crop.area()) * film_channels(aovs).size());
   }
-  void tile_finished(const FilmTile& tile) override {
-    std::vector<float> pixels;
-    tile.resolve(pixels);
-    const Rect& r = tile.rect();
-    const size_t row = size_t(r.width()) * channels_;
-    const std::lock_guard lock(mutex_);
-    for (int y = r.y0; y < r.y1; ++y) {
-      std::copy_n(&pixels[size_t(y - r.y0) * row], row,
-                  &values_[crop_.index_of(r.x0, y) * channels_]);
-    }
-  }
+  void tile_finished(const FilmTile& tile) override { put_channels(tile, crop_, values_); }
   void samples_finished(uint64_t count) override {
     if (on_samples_) on_samples_(count);
   }
@@ -63,10 +47,8 @@ class TileKeeper : public FrameObserver {
   const Rect crop_;
 
  private:
-  const size_t channels_;
   const std::function<void(uint64_t)>& on_samples_;
   std::vector<float> values_;
-  std::mutex mutex_;
 };
 
 // Copies the picture where a budget is spent, and where a round ends.

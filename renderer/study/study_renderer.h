@@ -18,10 +18,10 @@
 
 namespace emberline {
 
-// A frame as it was at some moment: interleaved channels, of the crop.
-// Of a picture on its way; a finished frame may have more behind them.
-inline constexpr size_t kStudyPictureChannels = 5;  // R G B A samples
+// R G B A samples, of a picture on its way; a finished frame may have more behind them.
+inline constexpr size_t kStudyPictureChannels = 5;
 
+// A frame as it was at some moment: interleaved channels, of the crop.
 struct StudyPicture {
   double budget = 0;
   uint64_t samples = 0;
@@ -63,10 +63,9 @@ class StudyRenderer {
   // Called from any thread for every some samples.
   void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }
 
-  // Samples that are not finite are warned of, with what replays the first.
-
   // A whole frame with the driver, sampler, samples and seed of the options; nothing if a stop was
-  // requested. On the calling thread's arena, as is the other.
+  // requested. Samples that are not finite are warned of, with what replays the first. On the
+  // calling thread's arena, as is the other.
   std::optional<StudyPicture> render(const RenderOptions& options, const AovSet& aovs,
                                      const std::stop_token& stop) const;
 
