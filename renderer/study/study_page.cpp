@@ -2,21 +2,403 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <filesystem>
+#include <optional>
+#include <span>
 
 #include "io/atomic_file.h"
 #include "renderer/charts/html_page.h"
+#include "renderer/charts/svg_chart.h"
+#include "renderer/core/readable.h"
+#include "renderer/statistics/study_summary.h"
 #include "renderer/study/study_page_pictures.h"
-#include "renderer/study/study_page_sections.h"
 
 namespace emberline {
 namespace {
 
+using Tone = PageCell::Tone;
+
+// What the page's charts and comparisons are of; the table of errors has all.
+constexpr std::array kShown = {StudyMetric::kRelMseTrimmed, StudyMetric::kRelMse, StudyMetric::kMse,
+                               StudyMetric::kDisplay, StudyMetric::kFlip};
+
+bool any_checkpoint(const StudyResults& results) {
+  return std::ranges::any_of(results.runs,
+                             [](const auto& run) { return !run.checkpoints.empty(); });
+}
+
+// "1.92 [1.8, 2.05]", and how many runs it is from where some are missing.
+std::string told(const Estimate& e, const StudyResults& results) {
+  std::string text = readable_number(e.value);
+  if (e.low && e.high) {
+    // Of one piece where a narrow page breaks the line: the space in it is U+00A0.
+    text += fmt::format(" [{},\u00a0{}]", readable_number(*e.low), readable_number(*e.high));
+  }
+  if (e.runs < results.settings.seeds) {
+    text += fmt::format(" ({} of {} runs)", e.runs, results.settings.seeds);
+  }
+  return text;
+}
+
+PageCell cell(const std::optional<Estimate>& e, const StudyResults& results) {
+  return e ? PageCell(told(*e, results)) : PageCell("none");
+}
+
+// Told apart from 1 by its interval: better above or below.
+PageCell compared_cell(const Estimate& e, const StudyResults& results, bool above_is_better,
+                       const std::string& more = "") {
+  Tone tone = Tone::kPlain;
+  if (e.low && *e.low > 1) tone = above_is_better ? Tone::kGood : Tone::kBad;
+  if (e.high && *e.high < 1) tone = above_is_better ? Tone::kBad : Tone::kGood;
+  return {told(e, results) + more, tone};
+}
+
+// "8 s" or "64 spp".
+std::string budget_text(const StudySettings& settings, double budget) {
+  return settings.by_time ? readable_seconds(budget)
+                          : fmt::format("{} spp", readable_number(budget, 6));
+}
+
+std::string metric_name(StudyMetric metric) { return std::string(study_metric_entry(metric).name); }
+
+// A row for each method, but the one that is `left_out`: its name, then make_cell(method, column).
+template <typename Cell>
+PageTable method_table(const StudyResults& results, const std::string& caption,
+                       const std::vector<std::string>& columns, const Cell& make_cell,
+                       std::optional<size_t> left_out = std::nullopt) {
+  PageTable table{caption, {{"method"}}, {}};
+  for (const std::string& name : columns) table.columns.push_back({name, true});
+  for (size_t m = 0; m < results.methods.size(); ++m) {
+    if (m == left_out) continue;
+    std::vector<PageCell>& row = table.rows.emplace_back();
+    row.push_back(results.methods[m].name);
+    for (size_t c = 0; c < columns.size(); ++c) row.push_back(make_cell(m, c));
+  }
+  return table;
+}
+
+std::vector<std::string> metric_names(std::span<const StudyMetric> metrics) {
+  std::vector<std::string> names;
+  for (const StudyMetric metric : metrics) names.push_back(metric_name(metric));
+  return names;
+}
+
+std::vector<std::string> budget_names(const StudySettings& settings) {
+  std::vector<std::string> names;
+  for (const double budget : settings.budgets) {
+    names.push_back(budget_text(settings, budget));
+  }
+  return names;
+}
+
+std::string seeds_text(const StudySettings& s) {
+  return s.seeds == 1 ? std::string("one seed, so without intervals")
+                      : fmt::format("means over {} seeds with 95 % confidence intervals", s.seeds);
+}
+
+// ---- speedups ----------------------------------------------------------------------------------
+
+PageCell speedup_cell(const StudyResults& results, size_t method, StudyMetric metric,
+                      StudyAxis axis, size_t budget) {
+  const auto speedup = equal_error_speedup(results, method, metric, axis, budget);
+  if (!speedup) return "none";
+  return compared_cell(speedup->ratio, results, true, speedup->extrapolated > 0 ? "\u00a0*" : "");
+}
+
+PageTable speedups_by_metric(const StudyResults& results, size_t budget, StudyAxis axis) {
+  return method_table(
+      results,
+      fmt::format("{}, at {}", axis == StudyAxis::kCpu ? "Processor time" : "Wall time",
+                  budget_text(results.settings, results.settings.budgets[budget])),
+      metric_names(kShown),
+      [&](size_t m, size_t c) { return speedup_cell(results, m, kShown[c], axis, budget); },
+      baseline_method(results));
+}
+
+PageTable speedups_by_budget(const StudyResults& results, StudyMetric metric) {
+  return method_table(
+      results, "Processor time to equal " + metric_name(metric), budget_names(results.settings),
+      [&](size_t m, size_t b) { return speedup_cell(results, m, metric, StudyAxis::kCpu, b); },
+      baseline_method(results));
+}
+
+// ---- curves ------------------------------------------------------------------------------------
+
+ChartPoint chart_point(const CurvePoint& point, StudyAxis axis) {
+  ChartPoint p{point.position(axis), point.error.value};
+  if (point.error.low) p.low = *point.error.low;
+  if (point.error.high) p.high = *point.error.high;
+  return p;
+}
+
+Markup curve_chart(const StudyResults& results, StudyMetric metric, StudyAxis axis) {
+  const StudyMetricEntry& entry = study_metric_entry(metric);
+  LineChart chart;
+  chart.title =
+      fmt::format("{} against {}", entry.name, axis == StudyAxis::kSamples ? "samples" : "time");
+  chart.x = {axis == StudyAxis::kSamples
+                 ? std::string("samples per pixel")
+                 : fmt::format("seconds of rendering, {} threads", results.settings.threads),
+             AxisScale::kLog};
+  chart.y = {std::string(entry.name), AxisScale::kLog};
+  for (size_t m = 0; m < results.methods.size(); ++m) {
+    ChartSeries series{results.methods[m].name};
+    series.spread = ChartSpread::kBand;
+    for (const CurvePoint& point : study_curve(results, m, metric)) {
+      series.points.push_back(chart_point(point, axis));
+    }
+    chart.series.push_back(std::move(series));
+  }
+  return line_chart(chart);
+}
+
+PageTable slopes(const StudyResults& results, StudyAxis axis) {
+  return method_table(
+      results,
+      axis == StudyAxis::kSamples ? "Fitted slopes against samples" : "Fitted slopes against time",
+      metric_names(kShown),
+      [&](size_t m, size_t c) { return cell(error_slope(results, m, kShown[c], axis), results); });
+}
+
+// ---- bias --------------------------------------------------------------------------------------
+
+PageCell bias_cell(const StudyResults& results, size_t method, size_t budget) {
+  const auto bias = signed_bias(results, method, budget);
+  if (!bias) return "none";
+  std::string text = fmt::format("{:+.3f}\u00a0%", 100 * bias->value);
+  if (!bias->low || !bias->high) return text;
+  text += fmt::format(" [{:+.3f},\u00a0{:+.3f}]", 100 * *bias->low, 100 * *bias->high);
+  // Two standard errors of the reference's own sum may be in it.
+  const double room = 2 * results.reference.noise_bias;
+  const bool biased = *bias->low > room || *bias->high < -room;
+  return {text, biased ? Tone::kBad : Tone::kPlain};
+}
+
+// ---- sections: each says so where there is nothing to show: no run finished, one seed, no
+// reference of its own
+
+void add_warnings(HtmlPage& page, const StudyResults& results) {
+  if (!results.complete) {
+    page.warning(
+        "The study was stopped before all its runs were made. What there is is shown; the same "
+        "command goes on with the rest.");
+  }
+  size_t failed = 0;
+  for (const StudyRun& run : results.runs) failed += run.status == StudyRunStatus::kFailed;
+  if (failed > 0) {
+    page.warning(fmt::format("{} of {} runs failed; they are listed below under \"Runs\".", failed,
+                             results.runs.size()));
+  }
+}
+
+void add_speedups(HtmlPage& page, const StudyResults& results) {
+  page.section("Speedup at equal error");
+  const auto baseline = baseline_method(results);
+  if (!baseline || !any_checkpoint(results) || results.settings.budgets.empty()) {
+    page.paragraph("No run of the baseline has finished: there is nothing to compare with.");
+    return;
+  }
+  page.paragraph(fmt::format(
+      "How many times as long {} needs for the error that a method has at its budget: above 1 the "
+      "method is faster. Paired by seed, {}. Coloured where the interval excludes 1. * For some "
+      "seeds that error lies beyond the baseline's checkpoints, and its line was continued.",
+      results.methods[*baseline].name, seeds_text(results.settings)));
+  if (results.methods.size() < 2) {
+    page.paragraph("There is no other method.");
+    return;
+  }
+  const size_t last = results.settings.budgets.size() - 1;
+  page.table(speedups_by_metric(results, last, StudyAxis::kCpu));
+  page.table(speedups_by_metric(results, last, StudyAxis::kWall));
+  if (last > 0) page.table(speedups_by_budget(results, StudyMetric::kRelMseTrimmed));
+}
+
+void add_curves(HtmlPage& page, const StudyResults& results) {
+  page.section("Error against time and samples");
+  if (!any_checkpoint(results)) {
+    page.paragraph("No run has finished.");
+    return;
+  }
+  page.paragraph(
+      fmt::format("Both scales logarithmic; {}, shown as bands.", seeds_text(results.settings)));
+  for (const StudyMetric metric : kShown) {
+    const std::string summary(study_metric_entry(metric).summary);
+    page.figures(
+        std::vector<PageFigure>{{curve_chart(results, metric, StudyAxis::kWall), summary + "."},
+                                {curve_chart(results, metric, StudyAxis::kSamples), ""}});
+  }
+  page.paragraph(
+      "Mean squares of independent samples fall with a slope of -1, their roots with -1/2; well "
+      "spread samples do better, until the picture's discontinuities set the pace.");
+  page.table(slopes(results, StudyAxis::kWall));
+  page.table(slopes(results, StudyAxis::kSamples));
+}
+
+void add_errors(HtmlPage& page, const StudyResults& results) {
+  if (!any_checkpoint(results) || results.settings.budgets.empty()) return;
+  page.section("Errors at the largest budget");
+  const double budget = results.settings.budgets.back();
+  std::vector<std::string> names;
+  for (const StudyMetricEntry& entry : study_metric_table()) names.emplace_back(entry.name);
+  page.table(method_table(results, "At " + budget_text(results.settings, budget), names,
+                          [&](size_t m, size_t c) -> PageCell {
+                            const std::vector<CurvePoint> curve =
+                                study_curve(results, m, study_metric_table()[c].metric);
+                            const auto at = std::ranges::find(curve, budget, &CurvePoint::budget);
+                            return at == curve.end() ? PageCell("none")
+                                                     : PageCell(told(at->error, results));
+                          }));
+
+  page.heading("Signed bias");
+  page.paragraph(fmt::format(
+      "Light gained (+) or lost (-) against the reference, whose own sum is known to {:.3f} %. "
+      "Coloured where interval and twice that exclude 0.",
+      100 * results.reference.noise_bias));
+  page.table(method_table(results, "", budget_names(results.settings),
+                          [&](size_t m, size_t b) { return bias_cell(results, m, b); }));
+}
+
+void add_calibration(HtmlPage& page, const StudyResults& results) {
+  page.section("Calibration of the estimates");
+  LineChart chart;
+  chart.title = "Estimated over true RMS error";
+  chart.x = {"samples per pixel", AxisScale::kLog};
+  chart.y = {"estimated / true", AxisScale::kLog};
+  double least = INFINITY, most = 0;
+  for (size_t m = 0; m < results.methods.size(); ++m) {
+    ChartSeries series{results.methods[m].name, {}, int(m)};
+    for (const CalibrationGroup& group : calibration(results, m)) {
+      ChartPoint p{group.mean_samples, group.ratio.value};
+      if (group.ratio.low) p.low = *group.ratio.low;
+      if (group.ratio.high) p.high = *group.ratio.high;
+      series.points.push_back(p);
+      least = std::min(least, p.x);
+      most = std::max(most, p.x);
+    }
+    if (!series.points.empty()) chart.series.push_back(std::move(series));
+  }
+  if (chart.series.empty()) {
+    page.paragraph(
+        "No method made an estimate of its error that could be compared with the truth.");
+    return;
+  }
+  ChartSeries exact{"exact", {{least, 1}, {most, 1}}, 6};
+  exact.markers = false;
+  chart.series.push_back(std::move(exact));
+  page.figures(std::vector<PageFigure>{
+      {line_chart(chart),
+       "What the driver claims of the displayed picture between its rounds, over what the "
+       "reference says. Above 1 it is too careful and renders too long; below 1 it promises too "
+       "much."}});
+}
+
+void add_limits(HtmlPage& page, const StudyResults& results) {
+  if (!any_checkpoint(results) || results.settings.budgets.empty()) return;
+  const size_t last = results.settings.budgets.size() - 1;
+  page.section("What there was to gain, and what it cost");
+  constexpr std::array kLimited = {StudyMetric::kMse, StudyMetric::kRelMse, StudyMetric::kDisplay};
+  if (results.limits) {
+    const NeymanLimits& limits = *results.limits;
+    page.paragraph(fmt::format(
+        "The Neyman limit: with independent samples no sharing-out of them could be faster to "
+        "equal error than the even one by more than {} (mse), {} (relmse), {} (display_mse). The "
+        "table has the speedup in processor time as a share of that.",
+        readable_number(limits.mse), readable_number(limits.rel_mse),
+        readable_number(limits.display)));
+    page.table(method_table(results, "Share of the limit", metric_names(kLimited),
+                            [&](size_t m, size_t c) {
+                              return cell(neyman_fraction(results, m, kLimited[c], last), results);
+                            }));
+  } else {
+    page.paragraph(
+        "The Neyman limit is not known: the reference was given as a picture, without the variance "
+        "of its pixels.");
+  }
+  page.table(method_table(results, "Overhead", {"processor time a sample, over the baseline's"},
+                          [&](size_t m, size_t) -> PageCell {
+                            const auto ratio = overhead(results, m, last);
+                            return ratio ? compared_cell(*ratio, results, false) : PageCell("none");
+                          }));
+  page.paragraph(
+      "Above 1: the driver's own work, and samples that went to pixels of longer paths.");
+}
+
+void add_runs(HtmlPage& page, const StudyResults& results) {
+  page.section("Runs");
+  page.table(method_table(
+      results, "", {"finished", "failed", "not made"}, [&](size_t m, size_t c) -> PageCell {
+        const auto of_method = [&](StudyRunStatus status) {
+          return size_t(std::ranges::count_if(results.runs, [&](const StudyRun& run) {
+            return run.method == m && run.status == status;
+          }));
+        };
+        const size_t done = of_method(StudyRunStatus::kDone);
+        const size_t failed = of_method(StudyRunStatus::kFailed);
+        if (c == 0) return std::to_string(done);
+        if (c == 1) return {std::to_string(failed), failed > 0 ? Tone::kBad : Tone::kPlain};
+        const size_t seeds = results.settings.seeds;
+        return std::to_string(seeds - std::min(seeds, done + failed));
+      }));
+  PageTable failures{"Failed", {{"method"}, {"seed", true}, {"reason"}}, {}};
+  for (const StudyRun& run : results.runs) {
+    if (run.status != StudyRunStatus::kFailed || run.method >= results.methods.size()) continue;
+    failures.rows.push_back(
+        {results.methods[run.method].name, std::to_string(run.seed), {run.reason, Tone::kBad}});
+  }
+  if (!failures.rows.empty()) page.table(failures);
+}
+
+void add_settings(HtmlPage& page, const StudyResults& results) {
+  const StudyReference& r = results.reference;
+  page.section("Reference");
+  if (!r.file.empty()) {
+    page.paragraph("Given: " + r.file + ". Its own noise, if it has any, is part of every error.");
+  } else {
+    page.paragraph(fmt::format(
+        "Rendered by {} with {}, {} samples per pixel in all, seeds {} and {}.{}", r.driver,
+        r.sampler, readable_count(r.samples_per_pixel), r.seeds[0], r.seeds[1],
+        r.two_halves ? " Kept as two halves: the noise of the reference is taken out of all mean "
+                       "squares."
+                     : ""));
+    page.paragraph(fmt::format(
+        "Noise of the mean of the halves: mse {}, relmse {}, display_mse {}, bias {:.3f} %.",
+        readable_number(r.noise_mse), readable_number(r.noise_rel_mse),
+        readable_number(r.noise_display_mse), 100 * r.noise_bias));
+  }
+  page.paragraph(fmt::format("relmse divides by the squared radiance plus {}.",
+                             readable_number(r.rel_mse_epsilon)));
+
+  const StudySettings& s = results.settings;
+  page.section("To make this study again");
+  page.code(s.command_line);
+  std::string budgets;
+  for (const double b : s.budgets) {
+    budgets += (budgets.empty() ? "" : ", ") + budget_text(s, b);
+  }
+  PageTable settings{"", {{"setting"}, {"value"}}, {}};
+  settings.rows = {{"scene", s.scene},
+                   {"picture", fmt::format("{} x {}", s.width, s.height)},
+                   {"budgets", budgets},
+                   {"seeds", s.seeds == 0 ? std::string("none")
+                                          : fmt::format("{} to {}", s.first_seed,
+                                                        uint64_t(s.first_seed) + s.seeds - 1)},
+                   {"threads", std::to_string(s.threads)},
+                   {"baseline", s.baseline}};
+  for (const auto& [key, value] : s.frame) settings.rows.push_back({key, value});
+  page.table(settings);
+  PageTable versions{"", {{"library"}, {"version"}}, {}};
+  for (const auto& [name, version] : s.versions) versions.rows.push_back({name, version});
+  if (!versions.rows.empty()) page.table(versions);
+}
+
 std::string summary(const StudySettings& s) {
   std::string budgets = "no budget";
   if (!s.budgets.empty()) {
-    budgets = fmt::format("{} to {} {}", study_budget_text(s, s.budgets.front()),
-                          study_budget_text(s, s.budgets.back()),
+    budgets = fmt::format("{} to {} {}", budget_text(s, s.budgets.front()),
+                          budget_text(s, s.budgets.back()),
                           s.by_time ? "of rendering" : "(samples per pixel)");
   }
   return fmt::format("{} x {} pixels, {}, {} {}, {} {}", s.width, s.height, budgets, s.seeds,
@@ -29,15 +411,15 @@ std::string summary(const StudySettings& s) {
 std::string study_page(const StudyResults& results, const std::string& folder) {
   const std::string scene = std::filesystem::path(results.settings.scene).filename().string();
   HtmlPage page("Speed against error: " + scene, summary(results.settings));
-  add_study_warnings(page, results);
-  add_study_speedups(page, results);
-  add_study_curves(page, results);
-  add_study_errors(page, results);
+  add_warnings(page, results);
+  add_speedups(page, results);
+  add_curves(page, results);
+  add_errors(page, results);
   add_study_pictures(page, results, folder);
-  add_study_calibration(page, results);
-  add_study_limits(page, results);
-  add_study_runs(page, results);
-  add_study_settings(page, results);
+  add_calibration(page, results);
+  add_limits(page, results);
+  add_runs(page, results);
+  add_settings(page, results);
   return page.finish();
 }
 
