@@ -77,7 +77,7 @@ class ViewRenderer {
   mutable std::mutex mutex_;
   std::condition_variable news_;
   std::optional<RenderRequest> request_;
-  bool let_first_picture_finish_ = false;
+  bool let_first_picture_finish_ = false;  // of the frame under way, before request_ ends it
   bool ending_ = false, paused_ = false;
   std::shared_ptr<StopRequest> stop_;  // of the frame under way
   bool frame_shown_ = false;           // it has shown a picture
@@ -94,7 +94,7 @@ class ViewRenderer {
 
   // The thread's own.
   std::unique_ptr<PreparedSettings> prepared_;
-  ViewSettings prepared_for_;  // that they were made for
+  ViewSettings prepared_for_;
   std::unique_ptr<ViewFrame> frame_;
   EnvironmentEdit environment_;  // the last one read from a file
   MemoryReservation environment_memory_;

@@ -5,16 +5,9 @@
 namespace emberline {
 namespace {
 
-// Whether `target` means entry `index` of the list: scene_edits.h has the rule.
 template <class Named>
 bool means(const EditTarget& target, const std::vector<Named>& list, int index) {
-  if (target.name.empty()) return target.index == index;
-  const auto named = [&](int i) {
-    return i >= 0 && size_t(i) < list.size() && list[size_t(i)].name == target.name;
-  };
-  if (named(target.index)) return target.index == index;
-  const auto has_name = [&](const Named& entry) { return entry.name == target.name; };
-  return named(index) && std::ranges::count_if(list, has_name) == 1;
+  return find_entry(target, list) == size_t(index);
 }
 
 bool means(const LightEdit& edit, const SceneDescription& outline, EditedLight kind, int index) {
@@ -109,6 +102,14 @@ MaterialEdit material_edit(const SceneEdits& edits, const SceneDescription& outl
   return edit;
 }
 
+MaterialEdit untouched(const EditTarget& material) {
+  MaterialEdit edit;
+  edit.target = material;
+  return edit;
+}
+
+bool changes_something(const MaterialEdit& edit) { return edit != untouched(edit.target); }
+
 void put(SceneEdits& edits, const SceneDescription& outline, const LightEdit& edit) {
   const bool changes = edit.intensity != 1.0f || edit.color != Rgb(1.0f) || !edit.on;
   replace(edits.lights, edit, changes, [&](const LightEdit& entry) {
@@ -117,9 +118,7 @@ void put(SceneEdits& edits, const SceneDescription& outline, const LightEdit& ed
 }
 
 void put(SceneEdits& edits, const SceneDescription& outline, const MaterialEdit& edit) {
-  MaterialEdit nothing;
-  nothing.target = edit.target;
-  replace(edits.materials, edit, !(edit == nothing), [&](const MaterialEdit& entry) {
+  replace(edits.materials, edit, changes_something(edit), [&](const MaterialEdit& entry) {
     return means(entry.target, outline.materials, edit.target.index);
   });
 }

@@ -29,6 +29,11 @@ LightEdit light_edit(const SceneEdits& edits, const SceneDescription& outline, E
                      int index);
 MaterialEdit material_edit(const SceneEdits& edits, const SceneDescription& outline, int material);
 
+// The entry that changes nothing of its material.
+MaterialEdit untouched(const EditTarget& material);
+// Whether the entry replaces any factor of its material.
+bool changes_something(const MaterialEdit& edit);
+
 // Puts the entry in place of what means the same light or material. One that changes nothing is
 // left out, so that edits taken back are equal to no edits.
 void put(SceneEdits& edits, const SceneDescription& outline, const LightEdit& edit);

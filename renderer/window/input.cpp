@@ -23,7 +23,7 @@ constexpr std::array kShortcuts = {
 
     Shortcut{Action::kUndo, GLFW_KEY_Z, kControl, "Edits", "Ctrl+Z", "undo"},
     Shortcut{Action::kRedo, GLFW_KEY_Z, kControl | kShift, "Edits", "Ctrl+Shift+Z", "redo"},
-    Shortcut{Action::kRedo, GLFW_KEY_Y, kControl, "Edits", "Ctrl+Y", "redo", 0, false},
+    Shortcut{Action::kRedo, GLFW_KEY_Y, kControl, "Edits", "Ctrl+Y", "redo", 1, false},
     Shortcut{Action::kResetEdits, GLFW_KEY_BACKSPACE, kControl, "Edits", "Ctrl+Backspace",
              "take all edits back (can be undone)"},
 
@@ -35,33 +35,17 @@ constexpr std::array kShortcuts = {
     Shortcut{Action::kResetCamera, GLFW_KEY_R, 0, "Camera", "R", "back to the file's camera"},
     Shortcut{Action::kOrthographic, GLFW_KEY_P, 0, "Camera", "P",
              "orthographic, and perspective again"},
-    Shortcut{Action::kRecallBookmark, GLFW_KEY_1, 0, "Camera", "1 to 9", "go to a bookmark", 1},
-    Shortcut{Action::kRecallBookmark, GLFW_KEY_2, 0, "Camera", "2", "", 2, false},
-    Shortcut{Action::kRecallBookmark, GLFW_KEY_3, 0, "Camera", "3", "", 3, false},
-    Shortcut{Action::kRecallBookmark, GLFW_KEY_4, 0, "Camera", "4", "", 4, false},
-    Shortcut{Action::kRecallBookmark, GLFW_KEY_5, 0, "Camera", "5", "", 5, false},
-    Shortcut{Action::kRecallBookmark, GLFW_KEY_6, 0, "Camera", "6", "", 6, false},
-    Shortcut{Action::kRecallBookmark, GLFW_KEY_7, 0, "Camera", "7", "", 7, false},
-    Shortcut{Action::kRecallBookmark, GLFW_KEY_8, 0, "Camera", "8", "", 8, false},
-    Shortcut{Action::kRecallBookmark, GLFW_KEY_9, 0, "Camera", "9", "", 9, false},
+    Shortcut{Action::kRecallBookmark, GLFW_KEY_1, 0, "Camera", "1 to 9", "go to a bookmark", 9},
     Shortcut{Action::kStoreBookmark, GLFW_KEY_1, kControl, "Camera", "Ctrl+1 to 9",
-             "store a bookmark", 1},
-    Shortcut{Action::kStoreBookmark, GLFW_KEY_2, kControl, "Camera", "Ctrl+2", "", 2, false},
-    Shortcut{Action::kStoreBookmark, GLFW_KEY_3, kControl, "Camera", "Ctrl+3", "", 3, false},
-    Shortcut{Action::kStoreBookmark, GLFW_KEY_4, kControl, "Camera", "Ctrl+4", "", 4, false},
-    Shortcut{Action::kStoreBookmark, GLFW_KEY_5, kControl, "Camera", "Ctrl+5", "", 5, false},
-    Shortcut{Action::kStoreBookmark, GLFW_KEY_6, kControl, "Camera", "Ctrl+6", "", 6, false},
-    Shortcut{Action::kStoreBookmark, GLFW_KEY_7, kControl, "Camera", "Ctrl+7", "", 7, false},
-    Shortcut{Action::kStoreBookmark, GLFW_KEY_8, kControl, "Camera", "Ctrl+8", "", 8, false},
-    Shortcut{Action::kStoreBookmark, GLFW_KEY_9, kControl, "Camera", "Ctrl+9", "", 9, false},
+             "store a bookmark", 9},
 
     Shortcut{Action::kZoomFit, GLFW_KEY_0, 0, "Picture", "0", "fit the picture into the window"},
     Shortcut{Action::kZoomOne, GLFW_KEY_Z, 0, "Picture", "Z", "one to one, and back"},
     Shortcut{Action::kZoomIn, GLFW_KEY_EQUAL, 0, "Picture", "+", "larger"},
-    Shortcut{Action::kZoomIn, GLFW_KEY_KP_ADD, 0, "Picture", "+", "", 0, false},
-    Shortcut{Action::kZoomIn, GLFW_KEY_EQUAL, kShift, "Picture", "+", "", 0, false},
+    Shortcut{Action::kZoomIn, GLFW_KEY_KP_ADD, 0, "Picture", "+", "", 1, false},
+    Shortcut{Action::kZoomIn, GLFW_KEY_EQUAL, kShift, "Picture", "+", "", 1, false},
     Shortcut{Action::kZoomOut, GLFW_KEY_MINUS, 0, "Picture", "-", "smaller"},
-    Shortcut{Action::kZoomOut, GLFW_KEY_KP_SUBTRACT, 0, "Picture", "-", "", 0, false},
+    Shortcut{Action::kZoomOut, GLFW_KEY_KP_SUBTRACT, 0, "Picture", "-", "", 1, false},
     Shortcut{Action::kExposureUp, GLFW_KEY_RIGHT_BRACKET, 0, "Picture", "]",
              "brighter by 1/4 stop"},
     Shortcut{Action::kExposureDown, GLFW_KEY_LEFT_BRACKET, 0, "Picture", "[", "darker by 1/4 stop"},
@@ -76,7 +60,7 @@ constexpr std::array kShortcuts = {
     Shortcut{Action::kPanels, GLFW_KEY_TAB, 0, "Window", "Tab", "panels away, and back"},
     Shortcut{Action::kFullScreen, GLFW_KEY_F11, 0, "Window", "F11", "full screen"},
     Shortcut{Action::kShortcuts, GLFW_KEY_F1, 0, "Window", "F1", "these shortcuts"},
-    Shortcut{Action::kShortcuts, GLFW_KEY_H, 0, "Window", "H", "these shortcuts", 0, false},
+    Shortcut{Action::kShortcuts, GLFW_KEY_H, 0, "Window", "H", "these shortcuts", 1, false},
     Shortcut{Action::kMessages, GLFW_KEY_F2, 0, "Window", "F2", "messages"},
 };
 
@@ -117,7 +101,7 @@ std::span<const Shortcut> shortcut_table() { return kShortcuts; }
 
 const Shortcut* find_shortcut(int key, int modifiers) {
   const auto found = std::ranges::find_if(kShortcuts, [&](const Shortcut& entry) {
-    return entry.key == key && entry.modifiers == modifiers;
+    return key >= entry.key && key < entry.key + entry.key_count && entry.modifiers == modifiers;
   });
   return found == kShortcuts.end() ? nullptr : &*found;
 }

@@ -25,7 +25,7 @@ enum class Action {
   kFrameAll,
   kResetCamera,
   kOrthographic,
-  kRecallBookmark,  // number 1 to 9: Shortcut::number
+  kRecallBookmark,  // number 1 to 9: Shortcut::number_of
   kStoreBookmark,
   kZoomFit,
   kZoomOne,
@@ -60,8 +60,10 @@ struct Shortcut {
   std::string_view group;   // of the list
   std::string_view keys;    // "Ctrl+Shift+Z", for people
   std::string_view effect;  // for people
-  int number = 0;           // which bookmark
+  int key_count = 1;        // so many keys from `key` on, in GLFW's order, do it
   bool listed = true;       // false: the same as the entry before, by another key
+
+  int number_of(int pressed) const { return 1 + pressed - key; }  // 1: `key`
 };
 std::span<const Shortcut> shortcut_table();
 // The entry for a key; none.

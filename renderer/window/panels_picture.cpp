@@ -9,6 +9,7 @@
 #include "renderer/core/readable.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/frame/bucket_schedule.h"
+#include "renderer/session/overlay_picture.h"
 #include "renderer/session/prepared_settings.h"
 #include "renderer/window/histogram.h"
 #include "renderer/window/panels.h"
@@ -87,15 +88,12 @@ bool choose_size(RenderOptions& options) {
   for (const FrameSize& size : kFrameSizes) {
     names.push_back(fmt::format("{} × {}", size.width, size.height));
   }
-  std::string chosen = fmt::format("{} × {}", options.width, options.height);
-  std::vector<widgets::Choice> choices;
-  for (const std::string& name : names) choices.push_back({name, ""});
-  if (!widgets::choose({"Frame"}, chosen, choices)) return false;
-  const auto found = std::ranges::find(names, chosen);
-  if (found == names.end()) return false;
-  const FrameSize& size = kFrameSizes[size_t(found - names.begin())];
-  options.width = size.width;
-  options.height = size.height;
+  const std::string now = fmt::format("{} × {}", options.width, options.height);
+  const auto listed = std::ranges::find(names, now);
+  int index = listed == names.end() ? -1 : int(listed - names.begin());
+  if (!widgets::choose_index({"Frame"}, index, widgets::choices_of_names(names), now)) return false;
+  options.width = kFrameSizes[size_t(index)].width;
+  options.height = kFrameSizes[size_t(index)].height;
   return true;
 }
 
@@ -137,41 +135,30 @@ void draw_histogram(Workbench& bench) {
                      clipped.c_str());
 }
 
-constexpr std::array kOverlays = {
-    widgets::Choice{"none", ""},
-    widgets::Choice{"samples", "samples per pixel"},
-    widgets::Choice{"error", "estimated error of each pixel as displayed"},
-    widgets::Choice{"stop", "what has ended each pixel so far"},
-    widgets::Choice{"time", "time spent on each pixel"},
-    widgets::Choice{"not finite", "samples that were NaN or infinite, and count as black"},
-    widgets::Choice{"tree", "how the adaptive driver divided the frame for its first samples"}};
-
-bool choose_overlay(ViewSettings& settings) {
-  std::string overlay(kOverlays[size_t(settings.overlay)].name);
-  if (!widgets::choose({"Overlay", "O goes from one to the next"}, overlay, kOverlays))
-    return false;
-  const auto found = std::ranges::find(kOverlays, overlay, &widgets::Choice::name);
-  settings.overlay = ViewOverlay(found - kOverlays.begin());
+// An enumeration whose table has a row for each of its values, in their order.
+template <typename Enum, typename Table>
+bool choose_value(const widgets::Row& row, Enum& value, const Table& table) {
+  int index = int(value);
+  if (!widgets::choose_index(row, index, widgets::choices_of(table))) return false;
+  value = Enum(index);
   return true;
 }
 
 bool choose_heatmap_style(HeatmapStyle& style) {
-  std::string colours(colour_map_table()[size_t(style.colours)].name);
-  bool changed = widgets::choose({"Colours"}, colours, widgets::choices_of(colour_map_table()));
-  if (changed) style.colours = parse_colour_map(colours);
+  bool changed = choose_value({"Colours"}, style.colours, colour_map_table());
   changed |= widgets::check({"Logarithmic"}, style.logarithmic);
   return changed;
 }
 
 bool choose_display(DisplaySettings& display, const DisplayNames& names) {
   bool changed = false;
-  std::vector<widgets::Choice> displays, views, looks;
+  std::vector<widgets::Choice> displays;
   for (const auto& entry : names.displays) displays.push_back({entry.name, ""});
   const auto used = std::ranges::find_if(
       names.displays, [&](const auto& entry) { return entry.name == display.display; });
   const auto& shown = used == names.displays.end() ? names.displays.front() : *used;
-  for (const std::string& view : shown.views) views.push_back({view, ""});
-  for (const std::string& look : names.looks) looks.push_back({look, ""});
+  const std::vector<widgets::Choice> views = widgets::choices_of_names(shown.views);
+  const std::vector<widgets::Choice> looks = widgets::choices_of_names(names.looks);
   std::string name = display.display.empty() ? shown.name : display.display;
   if (displays.size() > 1 && widgets::choose({"Display"}, name, displays)) {
     display.display = name;
@@ -208,16 +195,14 @@ void draw_sides(Workbench& bench) {
   widgets::check({"Grade B as A", "off: B keeps exposure, view and look that it was kept with"},
                  bench.kept.graded_as_a);
   ImGui::EndDisabled();
-  ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
-  widgets::paragraph("A, left: the picture of now, " + samples_of(*bench.picture()) + ", " +
-                     words_of(bench.settings().display));
-  widgets::paragraph(fmt::format("B, right: kept {} ago, {}, {}",
-                                 readable_seconds(Workbench::now() - kept.time_s),
-                                 samples_of(*kept.picture),
-                                 overlay            ? "with its overlay"
-                                 : kept.graded_as_a ? "graded as A"
-                                                    : words_of(kept.display) + " as it was kept"));
-  ImGui::PopStyleColor();
+  widgets::quiet_paragraph("A, left: the picture of now, " + samples_of(*bench.picture()) + ", " +
+                           words_of(bench.settings().display));
+  widgets::quiet_paragraph(
+      fmt::format("B, right: kept {} ago, {}, {}", readable_seconds(Workbench::now() - kept.time_s),
+                  samples_of(*kept.picture),
+                  overlay            ? "with its overlay"
+                  : kept.graded_as_a ? "graded as A"
+                                     : words_of(kept.display) + " as it was kept"));
 }
 
 void draw_comparison(Workbench& bench) {
@@ -280,7 +265,8 @@ void draw_display(Workbench& bench) {
     changed = true;
   }
   changed |= choose_display(settings.display, bench.display_names());
-  changed |= choose_overlay(settings);
+  changed |=
+      choose_value({"Overlay", "O goes from one to the next"}, settings.overlay, overlay_table());
   const ViewOverlay overlay = settings.overlay;
   if (overlay != ViewOverlay::kNone && overlay != ViewOverlay::kTree &&
       overlay != ViewOverlay::kStop) {
@@ -298,9 +284,7 @@ void draw_display(Workbench& bench) {
     ImGui::SameLine();
     if (ImGui::SmallButton("Remove")) bench.act(Action::kClearRegion);
   } else {
-    ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
-    widgets::paragraph("Ctrl+drag over the picture: this part gets its samples first.");
-    ImGui::PopStyleColor();
+    widgets::quiet_paragraph("Ctrl+drag over the picture: this part gets its samples first.");
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "renderer/session/prepared_settings.h"
 #include "renderer/window/panels.h"
 #include "renderer/window/theme.h"
 #include "renderer/window/widgets.h"
@@ -30,21 +31,18 @@ void place_aside(const Workbench& bench) {
 
 void draw_text(const Workbench& bench) {
   const std::string text = bench.explanation_text();
-  ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
   if (!bench.picked_pixel()) {
-    widgets::paragraph("Click on the picture to choose a pixel.");
+    widgets::quiet_paragraph("Click on the picture to choose a pixel.");
   } else if (text.empty()) {
-    widgets::paragraph("Waiting for the first samples of this pixel.");
-  } else if (bench.explanation()->explanation.empty() &&
-             bench.settings().render.driver == kLiveDriver) {
-    widgets::paragraph(
+    widgets::quiet_paragraph("Waiting for the first samples of this pixel.");
+  } else if (bench.explanation()->explanation.empty() && is_live(bench.settings().render)) {
+    widgets::quiet_paragraph(
         "The first picture: a sample for every pixel. What follows decides by pixel.");
   } else if (bench.explanation()->explanation.empty()) {
-    widgets::paragraph(
+    widgets::quiet_paragraph(
         "This driver gives every pixel as many samples as any other. The adaptive one decides "
         "pixel by pixel.");
   }
-  ImGui::PopStyleColor();
   ImGui::PushFont(fixed_font());
   ImGui::TextUnformatted(text.c_str(), text.c_str() + text.size());
   ImGui::PopFont();

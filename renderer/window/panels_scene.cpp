@@ -103,9 +103,7 @@ void draw_environment(Workbench& bench) {
   SceneEdits edits = bench.edits();
   EnvironmentEdit& edit = edits.environment;
   if (!own && edit.file.empty()) {
-    ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
-    widgets::paragraph("No environment. Choose an .hdr or .exr file, or drop one here.");
-    ImGui::PopStyleColor();
+    widgets::quiet_paragraph("No environment. Choose an .hdr or .exr file, or drop one here.");
     if (ImGui::Button("Choose…", {-FLT_MIN, 0.0f})) bench.ask_for_environment = true;
     return;
   }
@@ -197,10 +195,7 @@ void list_materials(Workbench& bench) {
   for (int i = 0; i < int(outline.materials.size()); ++i) {
     ImGui::PushID(i);
     const std::string name = shown_name(outline.materials[size_t(i)].name, "material", i);
-    const MaterialEdit edit = material_edit(bench.edits(), outline, i);
-    MaterialEdit untouched;
-    untouched.target = edit.target;
-    const bool edited = !(edit == untouched);
+    const bool edited = changes_something(material_edit(bench.edits(), outline, i));
     if (edited) ImGui::PushStyleColor(ImGuiCol_Text, accent_colour());
     if (ImGui::Selectable(name.c_str(), i == bench.selected_material())) bench.select_material(i);
     if (edited) ImGui::PopStyleColor();
@@ -210,33 +205,34 @@ void list_materials(Workbench& bench) {
   ImGui::EndListBox();
 }
 
+// One of the file's `what`s, or none: what an edit names in place of the file's choice. `otherwise`
+// is shown instead of either.
+template <class Named>
+bool choose_target(const Row& row, std::optional<EditTarget>& target,
+                   const std::vector<Named>& list, const char* what, const char* none_means,
+                   const std::string& otherwise = {}) {
+  std::vector<std::string> names;
+  for (int i = 0; i < int(list.size()); ++i) {
+    names.push_back(shown_name(list[size_t(i)].name, what, i));
+  }
+  int index = -1;
+  if (target && otherwise.empty()) index = int(find_entry(*target, list).value_or(size_t(-1)));
+  if (!widgets::choose_index(row, index, widgets::choices_of_names(names), otherwise, none_means)) {
+    return false;
+  }
+  target.reset();
+  if (index >= 0) target = EditTarget{list[size_t(index)].name, index, ""};
+  return true;
+}
+
 void choose_variant(Workbench& bench) {
   const auto& variants = bench.scene()->outline.variants;
   if (variants.empty()) return;
-  std::vector<std::string> names;
-  for (int i = 0; i < int(variants.size()); ++i) {
-    names.push_back(shown_name(variants[size_t(i)].name, "variant", i));
-  }
-  std::vector<widgets::Choice> choices;
-  for (const std::string& name : names) choices.push_back({name, ""});
   SceneEdits edits = bench.edits();
-  std::string chosen;
-  if (edits.variant && edits.variant->index >= 0 && size_t(edits.variant->index) < names.size()) {
-    chosen = names[size_t(edits.variant->index)];
-  } else if (edits.variant) {
-    chosen = edits.variant->name;
+  if (choose_target({"Variant", "a set of materials that the file offers"}, edits.variant, variants,
+                    "variant", "the file's own")) {
+    bench.change(edits, "variant");
   }
-  if (!widgets::choose({"Variant", "a set of materials that the file offers"}, chosen, choices,
-                       "the file's own")) {
-    return;
-  }
-  const auto found = std::ranges::find(names, chosen);
-  edits.variant.reset();
-  if (found != names.end()) {
-    const auto i = size_t(found - names.begin());
-    edits.variant = EditTarget{variants[i].name, int(i), ""};
-  }
-  bench.change(edits, "variant");
 }
 
 // Changing lights without a new ray, or rendering anew as a final frame would.
@@ -280,19 +276,15 @@ void draw_materials(Workbench& bench) {
   list_materials(bench);
   const int index = bench.selected_material();
   if (index < 0 || size_t(index) >= outline.materials.size()) {
-    ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
-    widgets::paragraph("Click on the picture, or on a name, to choose a material.");
-    ImGui::PopStyleColor();
+    widgets::quiet_paragraph("Click on the picture, or on a name, to choose a material.");
     return;
   }
   const MaterialDescription& own = outline.materials[size_t(index)];
   MaterialEdit edit = material_edit(bench.edits(), outline, index);
   widgets::heading(shown_name(own.name, "material", index).c_str());
   bool changed = edit_factors(edit, own);
-  MaterialEdit untouched;
-  untouched.target = edit.target;
-  if (!(edit == untouched) && ImGui::Button("Back to the file's", {-FLT_MIN, 0.0f})) {
-    edit = untouched;
+  if (changes_something(edit) && ImGui::Button("Back to the file's", {-FLT_MIN, 0.0f})) {
+    edit = untouched(edit.target);
     changed = true;
   }
   if (!changed) return;
@@ -306,33 +298,23 @@ namespace {
 void choose_file_camera(Workbench& bench) {
   const auto& cameras = bench.scene()->outline.cameras;
   if (cameras.empty()) return;
-  CameraEdit edit = bench.edits().camera;
-  const bool own_view = edit.look_from.has_value();
-  const auto name = [&](int i) { return shown_name(cameras[size_t(i)].name, "camera", i); };
-  std::string chosen = own_view ? "free" : edit.camera ? name(edit.camera->index) : "";
-  std::vector<std::string> names;
-  for (int i = 0; i < int(cameras.size()); ++i) names.push_back(name(i));
-  std::vector<widgets::Choice> choices;
-  for (const std::string& n : names) choices.push_back({n, ""});
-  if (!widgets::choose({"File camera"}, chosen, choices, "as opened")) return;
-  edit = CameraEdit();
-  const auto found = std::ranges::find(names, chosen);
-  if (found != names.end()) {
-    const int i = int(found - names.begin());
-    edit.camera = EditTarget{cameras[size_t(i)].name, i, ""};
+  const CameraEdit& now = bench.edits().camera;
+  CameraEdit edit;
+  edit.camera = now.camera;
+  if (choose_target({"File camera"}, edit.camera, cameras, "camera", "as opened",
+                    now.look_from ? "free" : "")) {
+    bench.change_camera(edit, "file camera");
   }
-  bench.change_camera(edit, "file camera");
 }
 
 void choose_projection(Workbench& bench, const CameraDescription& seen) {
-  constexpr std::string_view kPerspective = "perspective", kOrthographic = "orthographic";
   constexpr std::array kChoices = {
-      widgets::Choice{kPerspective, "what is farther away is smaller"},
-      widgets::Choice{kOrthographic, "sizes do not depend on the distance; without a lens"}};
-  std::string chosen(seen.orthographic ? kOrthographic : kPerspective);
-  if (widgets::choose({"Projection", "what is orbited keeps its size on a change"}, chosen,
-                      kChoices)) {
-    bench.set_orthographic(chosen == kOrthographic);
+      widgets::Choice{"perspective", "what is farther away is smaller"},
+      widgets::Choice{"orthographic", "sizes do not depend on the distance; without a lens"}};
+  int index = seen.orthographic ? 1 : 0;
+  if (widgets::choose_index({"Projection", "what is orbited keeps its size on a change"}, index,
+                            kChoices)) {
+    bench.set_orthographic(index == 1);
   }
 }
 

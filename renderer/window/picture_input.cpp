@@ -125,7 +125,7 @@ void PictureInput::key(int key, bool pressed, bool repeated, int modifiers) {
   const bool repeats = action == Action::kUndo || action == Action::kRedo ||
                        action == Action::kZoomIn || action == Action::kZoomOut ||
                        action == Action::kExposureUp || action == Action::kExposureDown;
-  if (!repeated || repeats) bench_.act(action, shortcut->number);
+  if (!repeated || repeats) bench_.act(action, shortcut->number_of(key));
 }
 
 void PictureInput::lost_focus() { held_ = {}; }

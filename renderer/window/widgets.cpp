@@ -70,28 +70,49 @@ void text(const Row& row, const std::string& value) {
   ImGui::TextUnformatted(value.c_str());
 }
 
-bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
-            const char* empty_means) {
+bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
+                  const std::string& otherwise, const char* empty_means) {
   const std::string label = begin(row);
-  const std::string shown = value.empty() && empty_means ? empty_means : value;
+  const bool listed = index >= 0 && size_t(index) < choices.size();
+  const bool empty = !listed && otherwise.empty();
+  std::string shown = otherwise;
+  if (listed) shown = choices[size_t(index)].name;
+  if (empty && empty_means) shown = empty_means;
   if (!ImGui::BeginCombo(label.c_str(), shown.c_str(), ImGuiComboFlags_HeightLarge)) return false;
   bool changed = false;
-  if (empty_means && ImGui::Selectable(empty_means, value.empty())) {
-    value.clear();
-    changed = true;
-  }
-  for (const Choice& choice : choices) {
-    const std::string name(choice.name);
-    const bool chosen = name == value;
-    if (ImGui::Selectable(name.c_str(), chosen)) {
-      value = name;
+  const auto offer = [&](std::string_view name, int i, bool chosen) {
+    ImGui::PushID(i);  // names need not differ
+    if (ImGui::Selectable(std::string(name).c_str(), chosen)) {
+      index = i;
       changed = true;
     }
+    ImGui::PopID();
+  };
+  if (empty_means) offer(empty_means, -1, empty);
+  const int before = index;
+  for (int i = 0; i < int(choices.size()); ++i) {
+    const Choice& choice = choices[size_t(i)];
+    offer(choice.name, i, i == before);
     if (!choice.summary.empty() && ImGui::IsItemHovered()) help(std::string(choice.summary));
-    if (chosen) ImGui::SetItemDefaultFocus();
+    if (i == before) ImGui::SetItemDefaultFocus();
   }
   ImGui::EndCombo();
   return changed;
+}
+
+bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
+            const char* empty_means) {
+  const auto found = std::ranges::find(choices, value, &Choice::name);
+  int index = found == choices.end() ? -1 : int(found - choices.begin());
+  if (!choose_index(row, index, choices, value, empty_means)) return false;
+  value = index < 0 ? "" : choices[size_t(index)].name;
+  return true;
+}
+
+std::vector<Choice> choices_of_names(std::span<const std::string> names) {
+  std::vector<Choice> choices;
+  for (const std::string& name : names) choices.push_back({name, ""});
+  return choices;
 }
 
 void heading(const char* text) {
@@ -106,6 +127,12 @@ void help(const std::string& text) {
   ImGui::TextUnformatted(text.c_str());
   ImGui::PopTextWrapPos();
   ImGui::EndTooltip();
+}
+
+void quiet_paragraph(const std::string& text) {
+  ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
+  paragraph(text);
+  ImGui::PopStyleColor();
 }
 
 void paragraph(const std::string& text) {

@@ -29,10 +29,14 @@ bool colour(const Row& row, Rgb& value, bool hdr = false);
 bool check(const Row& row, bool& value);
 void text(const Row& row, const std::string& value);
 
-// One of a table's names; `first` is what an empty value means, and can be chosen then.
+// One of a table's names; `empty_means` is what an empty value means, and can be chosen then.
 struct Choice {
   std::string_view name, summary;
 };
+// By the place among the choices. While it is none of theirs, `otherwise` is shown; without that
+// `empty_means`, which can be chosen then and is -1.
+bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
+                  const std::string& otherwise = {}, const char* empty_means = nullptr);
 bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
             const char* empty_means = nullptr);
 
@@ -42,12 +46,15 @@ std::vector<Choice> choices_of(const Table& table) {
   for (const auto& entry : table) choices.push_back({entry.name, entry.summary});
   return choices;
 }
+// Refer to the names.
+std::vector<Choice> choices_of_names(std::span<const std::string> names);
 
 // A heading between groups of rows.
 void heading(const char* text);
 // Help over what was drawn last.
 void help(const std::string& text);
-// A line of text, broken where the panel ends.
+// A line of text, broken where the panel ends; what matters less than the rest is quiet.
 void paragraph(const std::string& text);
+void quiet_paragraph(const std::string& text);
 
 }  // namespace emberline::widgets

@@ -1,5 +1,5 @@
-#include "renderer/window/window.h"
-
+// `emberline view`: GLFW, OpenGL and Dear ImGui around a Workbench, and the loop that wakes up when
+// there is something to do. Their headers stay here.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -14,17 +14,19 @@
 #include <utility>
 #include <vector>
 
+#include "io/file_register.h"
 #include "io/image_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/output/outputs.h"
 #include "renderer/process/stop_signal.h"
-#include "renderer/window/free_file.h"
 #include "renderer/window/imgui_input.h"
 #include "renderer/window/measurement.h"
 #include "renderer/window/panels.h"
 #include "renderer/window/picture_input.h"
 #include "renderer/window/picture_view.h"
 #include "renderer/window/theme.h"
+#include "renderer/window/view_command.h"
 #include "renderer/window/workbench.h"
 
 namespace emberline {
@@ -119,12 +121,15 @@ float screen_scale() {
   return std::max(x, y);
 }
 
-}  // namespace
-
-class Window::Impl {
+class Window {
  public:
-  explicit Impl(const ViewOptions& options);
-  ~Impl();
+  // Throws RenderError where there is no display or no OpenGL 3.0.
+  explicit Window(const ViewOptions& options);
+  ~Window();
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+
+  // Until it is closed, by its user or by what the options asked for.
   void run();
 
  private:
@@ -169,7 +174,7 @@ class Window::Impl {
   bool closing_ = false, wanted_screenshot_ = false;
 };
 
-Window::Impl::Impl(const ViewOptions& options)
+Window::Window(const ViewOptions& options)
     : options_(options),
       state_file_(options.forget ? std::string() : window_state_file()),
       state_(read_window_state(state_file_)),
@@ -188,11 +193,11 @@ Window::Impl::Impl(const ViewOptions& options)
   set_theme();
 }
 
-Window::Impl::~Impl() {
+Window::~Window() {
   if (screenshot_.valid()) screenshot_.wait();
 }
 
-void Window::Impl::set_theme() {
+void Window::set_theme() {
   int window_width = 1, pixels = 1, unused = 0;
   glfwGetWindowSize(window_.get(), &window_width, &unused);
   glfwGetFramebufferSize(window_.get(), &pixels, &unused);
@@ -200,36 +205,36 @@ void Window::Impl::set_theme() {
   apply_theme(scale_ / per_unit, per_unit);
 }
 
-void Window::Impl::listen() {
+void Window::listen() {
   glfwSetWindowUserPointer(window_.get(), this);
   listen_to_input();
   listen_to_window();
 }
 
 // What GLFW tells goes to the picture's input, and on to ImGui, whose back end asks for it itself.
-void Window::Impl::listen_to_input() {
+void Window::listen_to_input() {
   GLFWwindow* const window = window_.get();
   // Instead of those that ImGui's back end has set: it is called from ours.
   glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
-    auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
+    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
     ImGui_ImplGlfw_MouseButtonCallback(w, button, action, modifiers);
     self.input_.button(button, action == GLFW_PRESS, modifiers);
     self.frames_owed_ = kFramesAfterInput;
   });
   imgui_moved_ = glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
-    auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
+    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
     if (self.imgui_moved_) self.imgui_moved_(w, x, y);
     self.input_.moved(Vec2f(float(x), float(y)));
     self.frames_owed_ = std::max(self.frames_owed_, 2);
   });
   glfwSetCursorEnterCallback(window, [](GLFWwindow* w, int entered) {
-    auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
+    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
     ImGui_ImplGlfw_CursorEnterCallback(w, entered);
     if (!entered) self.input_.left_window();
     self.frames_owed_ = kFramesAfterInput;
   });
   glfwSetScrollCallback(window, [](GLFWwindow* w, double x, double y) {
-    auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
+    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
     ImGui_ImplGlfw_ScrollCallback(w, x, y);
     const bool control = glfwGetKey(w, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS ||
                          glfwGetKey(w, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
@@ -237,34 +242,34 @@ void Window::Impl::listen_to_input() {
     self.frames_owed_ = kFramesAfterInput;
   });
   glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int scancode, int action, int modifiers) {
-    auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
+    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
     self.imgui_input_.key(w, key, scancode, action, modifiers);
     if (key == GLFW_KEY_ESCAPE && action == GLFW_PRESS) self.interface_.cancel_dialogs();
     self.input_.key(key, action != GLFW_RELEASE, action == GLFW_REPEAT, modifiers);
     self.frames_owed_ = kFramesAfterInput;
   });
   glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int focused) {
-    auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
+    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
     ImGui_ImplGlfw_WindowFocusCallback(w, focused);
     if (!focused) self.input_.lost_focus();
     self.frames_owed_ = kFramesAfterInput;
   });
 }
 
-void Window::Impl::listen_to_window() {
+void Window::listen_to_window() {
   GLFWwindow* const window = window_.get();
   glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
-    auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
+    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
     for (int i = 0; i < count; ++i) self.bench_.open_dropped(paths[i]);
   });
   glfwSetFramebufferSizeCallback(window, [](GLFWwindow* w, int, int) {
-    static_cast<Impl*>(glfwGetWindowUserPointer(w))->frames_owed_ = kFramesAfterInput;
+    static_cast<Window*>(glfwGetWindowUserPointer(w))->frames_owed_ = kFramesAfterInput;
   });
   glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) {
-    static_cast<Impl*>(glfwGetWindowUserPointer(w))->frames_owed_ = kFramesAfterInput;
+    static_cast<Window*>(glfwGetWindowUserPointer(w))->frames_owed_ = kFramesAfterInput;
   });
   glfwSetWindowContentScaleCallback(window, [](GLFWwindow* w, float x, float y) {
-    auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(w));
+    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
     if (self.options_.interface_scale) return;
     self.scale_ = std::max(x, y);
     self.set_theme();
@@ -273,7 +278,7 @@ void Window::Impl::listen_to_window() {
   });
 }
 
-void Window::Impl::run() {
+void Window::run() {
   while (!glfwWindowShouldClose(window_.get()) && !bench_.quit && !closing_ && !stop_signalled()) {
     glfwWaitEventsTimeout(pause());
     const double began = Workbench::now();
@@ -296,7 +301,7 @@ void Window::Impl::run() {
   if (measurement_) measurement_->write();
 }
 
-double Window::Impl::pause() const {
+double Window::pause() const {
   const double now = Workbench::now();
   double until = drawn_s_ + kIdlePause_s;
   const bool renders = bench_.picture() && !bench_.picture()->finished && !bench_.settings().paused;
@@ -310,14 +315,14 @@ double Window::Impl::pause() const {
   return std::max(until - now, 1e-4);
 }
 
-bool Window::Impl::due(double now) const {
+bool Window::due(double now) const {
   if (urgent_) return true;
   if (frames_owed_ > 0 || input_.flying()) return now >= drawn_s_ + kInputPause_s;
   if (news_) return now >= drawn_s_ + kPicturePause_s;
   return now >= drawn_s_ + kStatusPause_s;
 }
 
-void Window::Impl::draw(double now) {
+void Window::draw(double now) {
   if (bench_.full_screen != full_screen_) set_full_screen();
   int width = 0, height = 0, pixels_x = 0, pixels_y = 0;
   glfwGetWindowSize(window_.get(), &width, &height);
@@ -353,14 +358,14 @@ void Window::Impl::draw(double now) {
   set_title();
 }
 
-std::string Window::Impl::screenshot_file() {
+std::string Window::screenshot_file() {
   const std::string stem =
       bench_.scene() ? std::filesystem::path(bench_.load_status().path).stem().string() : "window";
   return free_file(stem + "-window", ".png");
 }
 
 // Before the buffers are swapped: what was drawn is undefined afterwards.
-void Window::Impl::take_screenshot(const std::string& path) {
+void Window::take_screenshot(const std::string& path) {
   if (screenshot_.valid()) return;  // one after the other
   ByteImage image;
   glfwGetFramebufferSize(window_.get(), &image.width, &image.height);
@@ -378,7 +383,7 @@ void Window::Impl::take_screenshot(const std::string& path) {
   });
 }
 
-void Window::Impl::finish_screenshot() {
+void Window::finish_screenshot() {
   if (!screenshot_.valid() ||
       screenshot_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
     return;
@@ -395,7 +400,7 @@ void Window::Impl::finish_screenshot() {
 }
 
 // --screenshot: once the picture is as old, or as finished, as was asked for.
-void Window::Impl::follow_options(double now) {
+void Window::follow_options(double now) {
   if (options_.screenshot.empty() || screenshot_.valid() || closing_) return;
   const auto& picture = picture_.drawn();
   const bool failed = bench_.load_status().state == LoadStatus::State::kFailed;
@@ -409,7 +414,7 @@ void Window::Impl::follow_options(double now) {
   draw(now);
 }
 
-void Window::Impl::set_title() {
+void Window::set_title() {
   std::string title = "Emberline";
   if (bench_.scene()) {
     title = std::filesystem::path(bench_.load_status().path).filename().string() +
@@ -420,7 +425,7 @@ void Window::Impl::set_title() {
   glfwSetWindowTitle(window_.get(), title.c_str());
 }
 
-void Window::Impl::set_full_screen() {
+void Window::set_full_screen() {
   full_screen_ = bench_.full_screen;
   GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
   if (full_screen_ && monitor) {
@@ -436,7 +441,7 @@ void Window::Impl::set_full_screen() {
   frames_owed_ = kFramesAfterInput;
 }
 
-void Window::Impl::remember() {
+void Window::remember() {
   if (state_file_.empty()) return;
   state_.maximized = glfwGetWindowAttrib(window_.get(), GLFW_MAXIMIZED) != 0;
   if (!state_.maximized && !full_screen_) {
@@ -448,8 +453,17 @@ void Window::Impl::remember() {
   write_window_state(state_file_, state_);
 }
 
-Window::Window(const ViewOptions& options) : impl_(std::make_unique<Impl>(options)) {}
-Window::~Window() = default;
-void Window::run() { impl_->run(); }
+}  // namespace
+
+int run_view(const ViewOptions& options) {
+  FileRegister files;
+  if (!options.measure.empty()) files.write("--measure", options.measure);
+  if (!options.screenshot.empty()) files.write("--screenshot", options.screenshot);
+  if (!options.journal.empty()) files.write("--journal", options.journal);
+  if (!options.measure_script.empty()) files.read(options.measure_script, "it is --measure-script");
+  register_inputs(options.render, files);
+  Window(options).run();
+  return kExitDone;
+}
 
 }  // namespace emberline

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "io/atomic_file.h"
 #include "io/json_input.h"
@@ -124,6 +125,15 @@ void write_window_state(const std::string& path, const WindowState& state) {
   } catch (const RenderError& error) {
     log_warning(std::string("the window's size and panels are forgotten: ") + error.what());
   }
+}
+
+std::string free_file(const std::string& stem, const std::string& suffix) {
+  std::string name = stem + suffix;
+  std::error_code unknown;  // then it is tried, and what is wrong is said
+  for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(name, unknown)); ++i) {
+    name = stem + "-" + std::to_string(i) + suffix;
+  }
+  return name;
 }
 
 }  // namespace emberline

@@ -31,4 +31,8 @@ WindowState read_window_state(const std::string& path);
 // Makes the folder if need be. A disk that refuses costs a warning.
 void write_window_state(const std::string& path, const WindowState& state);
 
+// For files that the window writes without asking for a name: the first of "<stem><suffix>",
+// "<stem>-2<suffix>", … that nothing has.
+std::string free_file(const std::string& stem, const std::string& suffix);
+
 }  // namespace emberline

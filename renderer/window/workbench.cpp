@@ -16,8 +16,8 @@
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
+#include "renderer/session/overlay_picture.h"
 #include "renderer/window/edit_entries.h"
-#include "renderer/window/free_file.h"
 
 namespace emberline {
 namespace {
@@ -479,8 +479,7 @@ void Workbench::clear_region() {
 
 void Workbench::next_overlay() {
   ViewSettings settings = settings_;
-  const int count = int(ViewOverlay::kTree) + 1;
-  settings.overlay = ViewOverlay((int(settings.overlay) + 1) % count);
+  settings.overlay = ViewOverlay((size_t(settings.overlay) + 1) % overlay_table().size());
   change(settings);
 }
 

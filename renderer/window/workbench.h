@@ -207,7 +207,6 @@ class Workbench {
   EditHistory history_;
   std::string edits_file_;  // empty: none yet
   ViewSettings settings_;
-  bool settings_changed_ = false;
 
   std::array<std::optional<CameraEdit>, 9> bookmarks_;
   Vec3d pivot_ = Vec3d(0.0);
