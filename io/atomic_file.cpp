@@ -56,8 +56,8 @@ void forget_unfinished(const std::string& name) noexcept {
 }
 
 [[noreturn]] void fail(const std::string& path, const std::string& what, int error) {
-  throw RenderError("cannot write " + path + ": " + what +
-                    (error ? ": " + std::generic_category().message(error) : ""));
+  throw RenderError("cannot write {}: {}{}", path, what,
+                    error ? ": " + std::generic_category().message(error) : "");
 }
 
 std::optional<std::string> real_path(const std::string& path) {

@@ -1,6 +1,7 @@
 #include "io/display.h"
 
 #include <OpenColorIO/OpenColorIO.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -123,13 +124,10 @@ ocio::ConstConfigRcPtr built_in_config() {
 std::string find_name(const std::string& kind, const std::string& owner, const std::string& chosen,
                       const std::vector<std::string>& names, const std::string& fallback) {
   if (chosen.empty()) return fallback;
-  std::string list;
-  for (const std::string& name : names) {
-    if (lower(name) == lower(chosen)) return name;
-    list += (list.empty() ? "" : ", ") + name;
-  }
-  throw UsageError("--" + kind + ": unknown " + kind + " \"" + chosen + "\" of " + owner +
-                   "; valid names are: " + (list.empty() ? "(none)" : list));
+  const auto found = std::ranges::find(names, lower(chosen), lower);
+  if (found != names.end()) return *found;
+  throw UsageError("--{0}: unknown {0} \"{1}\" of {2}; valid names are: {3}", kind, chosen, owner,
+                   names.empty() ? "(none)" : fmt::format("{}", fmt::join(names, ", ")));
 }
 
 struct Source {
@@ -178,8 +176,8 @@ UsedConfig used_config() {
   if (!std::string_view(variable).starts_with("ocio://")) {  // a config within the library
     const InputFile file(variable, "$OCIO");
     if (file.size() > kLargestConfig) {
-      throw InputError(variable, "is too large for an OpenColorIO config: " +
-                                     readable_bytes(file.size()) + " (named by $OCIO)");
+      throw InputError(variable, "is too large for an OpenColorIO config: {} (named by $OCIO)",
+                       readable_bytes(file.size()));
     }
     check_ocio_aliases(file.read_text(), variable);
   }

@@ -149,16 +149,15 @@ uint64_t rows_coded_together(uint8_t compression) {
 }  // namespace
 
 [[noreturn]] void throw_truncated(const char* format, const std::string& place) {
-  throw InputError(place,
-                   std::string("the image does not decode: the ") + format + " is truncated");
+  throw InputError(place, "the image does not decode: the {} is truncated", format);
 }
 
 void check_bears_out(const ImageHeader& header, double needed, uint64_t bytes,
                      const std::string& place) {
   if (needed <= double(bytes)) return;
-  throw InputError(place, "the image does not decode: " + std::to_string(header.width) + " x " +
-                              std::to_string(header.height) + " pixels are announced, which " +
-                              std::to_string(bytes) + " bytes cannot hold");
+  throw InputError(
+      place, "the image does not decode: {} x {} pixels are announced, which {} bytes cannot hold",
+      header.width, header.height, bytes);
 }
 
 void check_tile(const ImageHeader& header, int64_t width, int64_t height,
@@ -167,8 +166,8 @@ void check_tile(const ImageHeader& header, int64_t width, int64_t height,
       height <= std::max(header.height, kLargestTile)) {
     return;
   }
-  throw InputError(place, "the image does not decode: its tiles of " + std::to_string(width) +
-                              " x " + std::to_string(height) + " are larger than it is");
+  throw InputError(place, "the image does not decode: its tiles of {} x {} are larger than it is",
+                   width, height);
 }
 
 // OpenEXR File Layout: magic, version and flags, then attributes (name, type, size, value) up to an

@@ -172,8 +172,8 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
     }
     const int64_t blocks = clean.header.width * clean.header.height / 64;
     if (++scans > kMostScans || (scans > kScansOfAnySize && scans * blocks > kMostScannedBlocks)) {
-      throw InputError(place, "the image does not decode: the JPEG has more than " +
-                                  std::to_string(scans - 1) + " scans");
+      throw InputError(place, "the image does not decode: the JPEG has more than {} scans",
+                       scans - 1);
     }
     const size_t end = end_of_scan(bytes, offset);
     append(clean.bytes, bytes.subspan(offset, end - offset));

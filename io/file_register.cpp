@@ -27,7 +27,7 @@ bool is_pipe_or_device(const fs::path& path) {
 
 [[noreturn]] void refuse(const std::string& option, const std::string& path,
                          const std::string& what) {
-  throw UsageError(option + " " + path + ": " + what + "; name another file");
+  throw UsageError("{} {}: {}; name another file", option, path, what);
 }
 
 }  // namespace

@@ -50,9 +50,8 @@ void for_each_sparse(const GltfDocument& document, const GltfAccessor& accessor,
   for (size_t i = 0; i < sparse.count; ++i) {
     const uint32_t element = read_unsigned(indices + i * index_size, sparse.index_type);
     if (element >= accessor.count) {
-      throw InputError(place, "a sparse index of its accessor is " + std::to_string(element) +
-                                  ", the accessor has " + std::to_string(accessor.count) +
-                                  " elements");
+      throw InputError(place, "a sparse index of its accessor is {}, the accessor has {} elements",
+                       element, accessor.count);
     }
     visit(element, values + i * element_size);
   }
@@ -98,9 +97,8 @@ std::vector<float> read_floats(const GltfDocument& document, int index, int comp
                                const std::string& place, const std::vector<uint32_t>* elements) {
   const GltfAccessor& accessor = document.accessors[size_t(index)];
   if (accessor.components != components) {
-    throw InputError(place, "accessor " + std::to_string(index) + " has " +
-                                std::to_string(accessor.components) + " components, expected " +
-                                std::to_string(components));
+    throw InputError(place, "accessor {} has {} components, expected {}", index,
+                     accessor.components, components);
   }
   check_zeros(document, index, place);
   const size_t count = elements ? elements->size() : accessor.count;
@@ -138,8 +136,7 @@ std::vector<uint32_t> read_indices(const GltfDocument& document, int index,
   const GltfAccessor& accessor = document.accessors[size_t(index)];
   const int type = accessor.component_type;
   if (accessor.components != 1 || (type != 5121 && type != 5123 && type != 5125)) {
-    throw InputError(
-        place, "accessor " + std::to_string(index) + " does not hold unsigned integer scalars");
+    throw InputError(place, "accessor {} does not hold unsigned integer scalars", index);
   }
   check_zeros(document, index, place);
   std::vector<uint32_t> values(accessor.count, 0);

@@ -46,9 +46,8 @@ std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, size_t i) {
     throw InputError(place, "the buffer has neither a uri nor a GLB binary chunk");
   }
   if (byte_length > result->size()) {
-    throw InputError(place + "/byteLength", "the buffer should have " +
-                                                std::to_string(byte_length) + " bytes, found " +
-                                                std::to_string(result->size()));
+    throw InputError(place + "/byteLength", "the buffer should have {} bytes, found {}",
+                     byte_length, result->size());
   }
   result->shrink(byte_length);
   return result;
@@ -63,9 +62,8 @@ GltfView bounded(const GltfDocument& document, const json& reference, const std:
   const uint64_t size = document.buffers[size_t(view.buffer)]->size();
   // Both are at most 2^53, so the sum cannot wrap.
   if (view.offset + view.size > size) {
-    throw InputError(place, "bytes " + std::to_string(view.offset) + " to " +
-                                std::to_string(view.offset + view.size) +
-                                " are outside the buffer of " + std::to_string(size) + " bytes");
+    throw InputError(place, "bytes {} to {} are outside the buffer of {} bytes", view.offset,
+                     view.offset + view.size, size);
   }
   return view;
 }

@@ -1,6 +1,9 @@
 // Checks of a GltfDocument that look across objects: accessors against their buffer views, the
 // node graph, skins.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <ranges>
 #include <utility>
 
 #include "io/gltf_document.h"
@@ -41,7 +44,7 @@ int checked_component_size(const json& object, const std::string& place) {
   const int64_t type = object.at("componentType").get<int64_t>();
   const int size = type < 10000 ? component_size(int(type)) : 0;
   if (size == 0) {
-    throw InputError(place + "/componentType", "unknown component type " + std::to_string(type));
+    throw InputError(place + "/componentType", "unknown component type {}", type);
   }
   return size;
 }
@@ -53,10 +56,9 @@ void check_reach(const GltfView& view, uint64_t offset, uint64_t count, uint64_t
   const bool absurd = count > view.size;
   if (count == 0) return;
   if (absurd || offset + (count - 1) * stride + size > view.size) {
-    throw InputError(place, std::to_string(count) + " elements of " + std::to_string(size) +
-                                " bytes from offset " + std::to_string(offset) +
-                                " do not fit into the buffer view of " + std::to_string(view.size) +
-                                " bytes");
+    throw InputError(
+        place, "{} elements of {} bytes from offset {} do not fit into the buffer view of {} bytes",
+        count, size, offset, view.size);
   }
 }
 
@@ -100,7 +102,7 @@ void check_gltf_accessors(GltfDocument& document) {
     const std::string type = object.at("type").get<std::string>();
     accessor.components = component_count(type);
     if (accessor.components == 0) {
-      throw InputError(place + "/type", "unknown accessor type \"" + shortened(type) + "\"");
+      throw InputError(place + "/type", "unknown accessor type \"{}\"", shortened(type));
     }
     accessor.count = object.at("count").get<uint64_t>();
     accessor.normalized = object.value("normalized", false);
@@ -113,8 +115,8 @@ void check_gltf_accessors(GltfDocument& document) {
       accessor.stride = view_object.value("byteStride", element_size);
       if (accessor.stride < element_size) {
         throw InputError(
-            place, "the byteStride of its buffer view (" + std::to_string(accessor.stride) +
-                       ") is less than an element (" + std::to_string(element_size) + " bytes)");
+            place, "the byteStride of its buffer view ({}) is less than an element ({} bytes)",
+            accessor.stride, element_size);
       }
       check_reach(document.views[size_t(accessor.view)], accessor.offset, accessor.count,
                   accessor.stride, element_size, place);
@@ -139,14 +141,13 @@ void check_gltf_nodes(GltfDocument& document) {
     for (size_t k = 0; k < children->size(); ++k) {
       const size_t child = (*children)[k].get<size_t>();
       const std::string place = document.place(name(i) + "/children/" + std::to_string(k));
-      if (child == i) throw InputError(place, "node " + std::to_string(i) + " is its own child");
+      if (child == i) throw InputError(place, "node {} is its own child", i);
       if (document.parents[child] == int(i)) {
-        throw InputError(place, "node " + std::to_string(child) + " is listed twice");
+        throw InputError(place, "node {} is listed twice", child);
       }
       if (document.parents[child] >= 0) {
-        throw InputError(place, "node " + std::to_string(child) +
-                                    " already has another parent, node " +
-                                    std::to_string(document.parents[child]));
+        throw InputError(place, "node {} already has another parent, node {}", child,
+                         document.parents[child]);
       }
       document.parents[child] = int(i);
     }
@@ -186,9 +187,8 @@ void check_gltf_skins(const GltfDocument& document) {
       throw InputError(place + "/inverseBindMatrices", "expected an accessor of MAT4 floats");
     }
     if (accessor.count < joints) {
-      throw InputError(
-          place + "/inverseBindMatrices",
-          std::to_string(accessor.count) + " matrices for " + std::to_string(joints) + " joints");
+      throw InputError(place + "/inverseBindMatrices", "{} matrices for {} joints", accessor.count,
+                       joints);
     }
   }
 }
@@ -198,17 +198,14 @@ void check_gltf_cameras_and_lights(const GltfDocument& document) {
   const auto check = [&](const json& object, const std::string& pointer,
                          std::initializer_list<std::pair<const char*, bool>> types) {
     const std::string type = object.at("type").get<std::string>();
-    std::string names;
     for (const auto& [name, has_parameters] : types) {
       if (type == name) {
         if (!has_parameters || object.contains(name)) return;
-        throw InputError(document.place(pointer),
-                         std::string("the required member \"") + name + "\" is missing");
+        throw InputError(document.place(pointer), "the required member \"{}\" is missing", name);
       }
-      names += std::string(names.empty() ? "" : ", ") + name;
     }
-    throw InputError(document.place(pointer + "/type"),
-                     "unknown type \"" + shortened(type) + "\", expected one of " + names);
+    throw InputError(document.place(pointer + "/type"), "unknown type \"{}\", expected one of {}",
+                     shortened(type), fmt::join(types | std::views::keys, ", "));
   };
   size_t i = 0;
   for (const json& camera : document.array("cameras")) {

@@ -49,9 +49,8 @@ void apply_morph_targets(const PrimitiveReader& reader, const GltfDocument& docu
   const size_t target_count = targets ? targets->size() : 0;
   if (target_count == 0) return;
   if (weights.size() > target_count) {
-    throw InputError(document.place(pointer + "/targets"),
-                     std::to_string(weights.size()) + " weights for " +
-                         std::to_string(target_count) + " morph targets");
+    throw InputError(document.place(pointer + "/targets"), "{} weights for {} morph targets",
+                     weights.size(), target_count);
   }
   for (size_t t = 0; t < weights.size(); ++t) {
     const float weight = float(weights[t]);
@@ -100,9 +99,8 @@ void apply_skin(const PrimitiveReader& reader, const GltfDocument& document,
       if (weight == 0.0f) continue;
       if (!(indices[i] >= 0.0f && indices[i] < float(joints.size()))) {
         throw InputError(document.place(pointer + "/attributes/JOINTS_" + suffix),
-                         "vertex " + std::to_string(reader.file_vertex(i / 4)) +
-                             " names a joint that the skin's " + std::to_string(joints.size()) +
-                             " joints do not include");
+                         "vertex {} names a joint that the skin's {} joints do not include",
+                         reader.file_vertex(i / 4), joints.size());
       }
       blended[i / 4] += joints[size_t(indices[i])] * double(weight);
       sums[i / 4] += double(weight);

@@ -37,23 +37,22 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
     return std::to_string(needed) + " bytes announced, " + std::to_string(found) + " found";
   };
   if (input.size() < 12) {
-    throw InputError(file, "truncated GLB: the header takes 12 bytes, the file has " +
-                               std::to_string(input.size()));
+    throw InputError(file, "truncated GLB: the header takes 12 bytes, the file has {}",
+                     input.size());
   }
   std::array<uint8_t, 12> header;
   input.read(0, header.size(), header.data());
   const uint32_t version = read_u32(header, 4);
   if (version != 2) {
-    throw InputError(
-        file, "GLB container version " + std::to_string(version) + " is not supported, only 2 is");
+    throw InputError(file, "GLB container version {} is not supported, only 2 is", version);
   }
   const uint64_t length = read_u32(header, 8);
   if (length > input.size()) {
     throw InputError(file, "truncated GLB: " + sizes(length, input.size()));
   }
   if (length < 20) {
-    throw InputError(file, "the GLB announces " + std::to_string(length) +
-                               " bytes, which leaves no room for a JSON chunk");
+    throw InputError(file, "the GLB announces {} bytes, which leaves no room for a JSON chunk",
+                     length);
   }
   if (length < input.size()) {
     log_warning(file + ": " + std::to_string(input.size() - length) +
@@ -65,16 +64,15 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
   for (int chunk = 0; offset < length; ++chunk) {
     if (length - offset < 8) throw InputError(file, "truncated GLB: incomplete chunk header");
     if (chunk == kMostChunks) {
-      throw InputError(file, "the GLB has more than " + std::to_string(kMostChunks) + " chunks");
+      throw InputError(file, "the GLB has more than {} chunks", kMostChunks);
     }
     input.read(offset, 8, header.data());
     const uint64_t chunk_length = read_u32(header, 0);
     const uint32_t type = read_u32(header, 4);
     offset += 8;
     if (chunk_length > length - offset) {
-      throw InputError(file,
-                       "GLB chunk " + std::to_string(chunk) +
-                           " does not fit into the file: " + sizes(chunk_length, length - offset));
+      throw InputError(file, "GLB chunk {} does not fit into the file: {}", chunk,
+                       sizes(chunk_length, length - offset));
     }
     if (chunk == 0) {
       if (type != kJsonChunk) throw InputError(file, "the first GLB chunk is not JSON");
@@ -100,18 +98,18 @@ void check_version(const GltfDocument& document) {
                       text.find_first_not_of("0123456789.") == std::string::npos;
     if (!sane) {
       throw InputError(document.place(std::string("/asset/") + key),
-                       "expected a version such as \"2.0\", found \"" + shortened(text) + "\"");
+                       "expected a version such as \"2.0\", found \"{}\"", shortened(text));
     }
     return text;
   };
   const std::string version = major("version");
   if (version.substr(0, 2) != "2.") {
-    throw InputError(document.place("/asset/version"),
-                     "glTF " + version + " is not supported, only 2.x is");
+    throw InputError(document.place("/asset/version"), "glTF {} is not supported, only 2.x is",
+                     version);
   }
   if (asset.contains("minVersion") && major("minVersion") != "2.0") {
     throw InputError(document.place("/asset/minVersion"),
-                     "the file asks for glTF " + major("minVersion") + ", this reads 2.0");
+                     "the file asks for glTF {}, this reads 2.0", major("minVersion"));
   }
 }
 

@@ -40,8 +40,8 @@ std::optional<DracoCounts> peek_counts(ByteSpan encoded, const std::string& plac
     return {};
   }
   if (major != 2 || minor != 2) {
-    throw InputError(place, "Draco bitstream version " + std::to_string(major) + "." +
-                                std::to_string(minor) + " is not supported, glTF uses 2.2");
+    throw InputError(place, "Draco bitstream version {}.{} is not supported, glTF uses 2.2", major,
+                     minor);
   }
   if (type != draco::TRIANGULAR_MESH) {
     throw InputError(place, "the Draco data is not a triangle mesh");
@@ -129,8 +129,7 @@ std::vector<float> read_attribute(const draco::Mesh& mesh, const DracoRequest& r
   const std::string attribute_place = place + "/attributes/" + request.name;
   const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(request.unique_id);
   if (!attribute) {
-    throw InputError(attribute_place,
-                     "the Draco data has no attribute " + std::to_string(request.unique_id));
+    throw InputError(attribute_place, "the Draco data has no attribute {}", request.unique_id);
   }
   const int type = component_type(attribute->data_type());
   if (type == 0 || attribute->num_components() != request.components) {
@@ -163,10 +162,10 @@ DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& r
   const auto [method, faces, points] = *counts;
   const uint64_t most = encoded.size() * kMostPerByte;
   if (faces > most || points > most || faces * 3 > announced_indices) {
-    throw InputError(place, "the Draco data announces " + std::to_string(faces) + " faces and " +
-                                std::to_string(points) + " vertices, its accessor " +
-                                std::to_string(announced_indices) + " indices in " +
-                                std::to_string(encoded.size()) + " bytes");
+    throw InputError(
+        place,
+        "the Draco data announces {} faces and {} vertices, its accessor {} indices in {} bytes",
+        faces, points, announced_indices, encoded.size());
   }
   // The faces, a table of corners and the stacks of its traversal: roughly, in bytes.
   MemoryReservation memory(progress.budget(), MemoryPart::kGeometry, faces * 128 + points * 32,

@@ -25,7 +25,7 @@ WrapMode wrap_mode(int code, const std::string& place) {
     case 33071:
       return WrapMode::kClampToEdge;
     default:
-      throw InputError(place, "unknown wrap mode " + std::to_string(code));
+      throw InputError(place, "unknown wrap mode {}", code);
   }
 }
 
@@ -109,8 +109,8 @@ void MaterialReader::read_alpha(const tinygltf::Material& source, const std::str
     material.alpha_mode = AlphaMode::kBlend;
   } else if (source.alphaMode != "OPAQUE" && !source.alphaMode.empty()) {
     throw InputError(document_.place(pointer + "/alphaMode"),
-                     "unknown alphaMode \"" + shortened(source.alphaMode) +
-                         "\", expected OPAQUE, MASK or BLEND");
+                     "unknown alphaMode \"{}\", expected OPAQUE, MASK or BLEND",
+                     shortened(source.alphaMode));
   }
   material.alpha_cutoff = float(source.alphaCutoff);
 }

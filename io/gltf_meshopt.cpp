@@ -30,23 +30,22 @@ std::vector<uint8_t> decode_meshopt_view(const nlohmann::json& extension, ByteSp
   const bool attributes = mode == "ATTRIBUTES";
   const bool triangles = mode == "TRIANGLES";
   if (!attributes && !triangles && mode != "INDICES") {
-    throw InputError(place + "/mode", "unknown meshopt mode \"" + shortened(mode) + "\"");
+    throw InputError(place + "/mode", "unknown meshopt mode \"{}\"", shortened(mode));
   }
   if (attributes ? stride % 4 != 0 || stride > 256 : stride != 2 && stride != 4) {
-    throw InputError(place + "/byteStride",
-                     "a byteStride of " + std::to_string(stride) + " is not allowed for " + mode);
+    throw InputError(place + "/byteStride", "a byteStride of {} is not allowed for {}", stride,
+                     mode);
   }
   if (triangles && count % 3 != 0) {
     throw InputError(place + "/count", "TRIANGLES needs a multiple of three indices");
   }
   if (count > encoded.size() * 64 || least_encoded_size(mode, count, stride) > encoded.size()) {
-    throw InputError(place + "/count", std::to_string(count) + " elements cannot be in " +
-                                           std::to_string(encoded.size()) + " compressed bytes");
+    throw InputError(place + "/count", "{} elements cannot be in {} compressed bytes", count,
+                     encoded.size());
   }
   if (count * stride != byte_length) {
-    throw InputError(place, "count x byteStride is " + std::to_string(count * stride) +
-                                ", but the buffer view has " + std::to_string(byte_length) +
-                                " bytes");
+    throw InputError(place, "count x byteStride is {}, but the buffer view has {} bytes",
+                     count * stride, byte_length);
   }
 
   progress.budget()->reserve(MemoryPart::kFile, count * stride, place);
@@ -63,20 +62,19 @@ std::vector<uint8_t> decode_meshopt_view(const nlohmann::json& extension, ByteSp
         meshopt_decodeIndexSequence(decoded.data(), count, stride, encoded.data(), encoded.size());
   }
   if (status != 0) {
-    throw InputError(place, "the meshopt data is corrupt or of a newer version (code " +
-                                std::to_string(status) + ")");
+    throw InputError(place, "the meshopt data is corrupt or of a newer version (code {})", status);
   }
 
   if (filter == "NONE") return decoded;
   const bool octahedral = filter == "OCTAHEDRAL";
   const bool quaternion = filter == "QUATERNION";
   if (!octahedral && !quaternion && filter != "EXPONENTIAL") {
-    throw InputError(place + "/filter", "unknown meshopt filter \"" + shortened(filter) + "\"");
+    throw InputError(place + "/filter", "unknown meshopt filter \"{}\"", shortened(filter));
   }
   if (!attributes || (octahedral && stride != 4 && stride != 8) || (quaternion && stride != 8)) {
-    throw InputError(place + "/filter", "the filter " + filter + " is not allowed for mode " +
-                                            mode + " and a byteStride of " +
-                                            std::to_string(stride));
+    throw InputError(place + "/filter",
+                     "the filter {} is not allowed for mode {} and a byteStride of {}", filter,
+                     mode, stride);
   }
   if (octahedral) meshopt_decodeFilterOct(decoded.data(), count, stride);
   if (quaternion) meshopt_decodeFilterQuat(decoded.data(), count, stride);

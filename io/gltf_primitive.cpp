@@ -58,7 +58,7 @@ std::vector<float> PrimitiveReader::floats(const std::string& attribute, int com
     const auto found = draco_->attributes.find(attribute);
     if (found != draco_->attributes.end()) {
       if (found->second.size() != vertex_count_ * uint64_t(components)) {
-        throw InputError(place, "expected " + std::to_string(components) + " components");
+        throw InputError(place, "expected {} components", components);
       }
       return found->second;
     }
@@ -80,8 +80,7 @@ std::vector<float> PrimitiveReader::read(int index, int components,
                                          const std::string& place) const {
   const uint64_t count = document_.accessors[size_t(index)].count;
   if (count != vertex_count_) {
-    throw InputError(place, std::to_string(count) + " elements for " +
-                                std::to_string(vertex_count_) + " vertices");
+    throw InputError(place, "{} elements for {} vertices", count, vertex_count_);
   }
   return read_floats(document_, index, components, place, used_.empty() ? nullptr : &used_);
 }
@@ -111,9 +110,8 @@ std::vector<uint32_t> PrimitiveReader::read_corners() const {
   std::vector<uint32_t> values = read_indices(document_, member->get<int>(), place);
   for (size_t i = 0; i < values.size(); ++i) {
     if (values[i] >= vertex_count_) {
-      throw InputError(place, "index " + std::to_string(i) + " of its accessor is " +
-                                  std::to_string(values[i]) + ", but there are only " +
-                                  std::to_string(vertex_count_) + " vertices");
+      throw InputError(place, "index {} of its accessor is {}, but there are only {} vertices", i,
+                       values[i], vertex_count_);
     }
   }
   return values;

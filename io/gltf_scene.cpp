@@ -214,8 +214,8 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   // A few nodes and a few primitives can multiply to more than memory holds.
   const size_t most = (size_t(1) << 20) + size_t(document_.total_bytes);
   if (placements_.size() + instances.size() > most) {
-    throw InputError(place, "more than " + std::to_string(most) +
-                                " instances, more than the size of the file bears out");
+    throw InputError(place, "more than {} instances, more than the size of the file bears out",
+                     most);
   }
   placements_memory_.add(bytes_of(instances.size(), sizeof(Placement)), place);
   for (const Mat44d& instance : instances) placements_.push_back({use, node, instance});
@@ -341,8 +341,8 @@ void SceneGraphReader::place_meshes() {
   }
   const uint64_t most = (uint64_t(1) << 20) + document_.total_bytes;
   if (count > most) {
-    throw InputError(document_.file, std::to_string(count) +
-                                         " instances, more than the size of the file bears out");
+    throw InputError(document_.file, "{} instances, more than the size of the file bears out",
+                     count);
   }
   document_.progress->budget()->reserve(MemoryPart::kGeometry,
                                         bytes_of(count, sizeof(InstanceDescription)) + name_bytes,

@@ -38,8 +38,7 @@ std::vector<uint8_t> decode_base64(std::string_view text, const std::string& pla
   for (size_t i = 0; i < text.size(); ++i) {
     const int8_t value = kBase64[uint8_t(text[i])];
     if (value < 0) {
-      throw InputError(place,
-                       "base64 data has an illegal character at position " + std::to_string(i));
+      throw InputError(place, "base64 data has an illegal character at position {}", i);
     }
     bits = (bits << 6) | uint32_t(value);
     bit_count += 6;
@@ -162,8 +161,8 @@ std::filesystem::path resolve_uri(std::string_view uri, const ResourceFolder& fo
                                   const std::string& place) {
   if (uri.empty()) throw InputError(place, "empty URI");
   if (has_scheme(uri)) {
-    throw InputError(
-        place, "the URI " + shortened(uri) + " is not relative; copy the file beside the scene");
+    throw InputError(place, "the URI {} is not relative; copy the file beside the scene",
+                     shortened(uri));
   }
   if (uri.find('\0') != std::string_view::npos) {
     throw InputError(place, "the URI contains a NUL character");
@@ -171,8 +170,8 @@ std::filesystem::path resolve_uri(std::string_view uri, const ResourceFolder& fo
   // Query and fragment are no part of a file's name, unless they were escaped.
   const std::filesystem::path relative = decode_percent(uri, place);
   if (relative.is_absolute()) {
-    throw InputError(place, "the URI " + shortened(uri) +
-                                " is an absolute path; copy the file beside the scene");
+    throw InputError(place, "the URI {} is an absolute path; copy the file beside the scene",
+                     shortened(uri));
   }
   std::error_code error, root_error;
   const std::filesystem::path file =
@@ -180,7 +179,7 @@ std::filesystem::path resolve_uri(std::string_view uri, const ResourceFolder& fo
   const std::filesystem::path root = std::filesystem::weakly_canonical(folder.root, root_error);
   if (!error) error = root_error;
   if (error) {
-    throw InputError(place, "cannot look at the file " + shortened(uri) + ": " + error.message());
+    throw InputError(place, "cannot look at the file {}: {}", shortened(uri), error.message());
   }
   const auto [in_root, in_file] = std::mismatch(root.begin(), root.end(), file.begin(), file.end());
   const bool ends_in_slash = in_root != root.end() && in_root->empty();

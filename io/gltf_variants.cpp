@@ -47,7 +47,7 @@ std::vector<VariantMaterial> read_variant_materials(const GltfDocument& document
   const auto twice = std::ranges::adjacent_find(worn, {}, &VariantMaterial::variant);
   if (twice != worn.end()) {
     throw InputError(document.place(pointer + "/extensions/" + kExtension + "/mappings"),
-                     "variant " + std::to_string(twice->variant) + " has two materials");
+                     "variant {} has two materials", twice->variant);
   }
   return worn;
 }

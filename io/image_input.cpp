@@ -83,10 +83,10 @@ size_t bytes_of(SampleType type) {
 
 void check_sides(int64_t width, int64_t height, const std::string& place) {
   const std::string size = std::to_string(width) + " x " + std::to_string(height);
-  if (width < 1 || height < 1) throw InputError(place, "the image is empty (" + size + ")");
+  if (width < 1 || height < 1) throw InputError(place, "the image is empty ({})", size);
   if (width > kLargestSide || height > kLargestSide) {
-    throw InputError(place, "the image is too large (" + size + "; at most " +
-                                std::to_string(kLargestSide) + " pixels a side)");
+    throw InputError(place, "the image is too large ({}; at most {} pixels a side)", size,
+                     kLargestSide);
   }
 }
 
@@ -254,8 +254,8 @@ class OpenImage {
       throw InputError(place_, std::string(kDoesNotDecode) + "its header is ambiguous");
     }
     if (s.depth > 1 || s.channels() < 1 || s.channels() > kMostChannels || s.deep) {
-      throw InputError(place_, "the image is not a flat picture of 1 to " +
-                                   std::to_string(kMostChannels) + " channels");
+      throw InputError(place_, "the image is not a flat picture of 1 to {} channels",
+                       kMostChannels);
     }
     if (format == ImageFormat::kTiff) {
       header_.orientation = s.orientation;
@@ -305,10 +305,8 @@ void read_frame(OpenImage& input, int first, Image& image) {
   const Rect data = input.data_window(), frame{0, 0, layout.full_width, layout.full_height};
   if (data.intersect(frame) != frame) {
     throw InputError(input.place(),
-                     "its pixels do not fill its frame: " + std::to_string(data.width()) + " x " +
-                         std::to_string(data.height()) + " from (" + std::to_string(data.x0) +
-                         ", " + std::to_string(data.y0) + ") in " + std::to_string(frame.width()) +
-                         " x " + std::to_string(frame.height()));
+                     "its pixels do not fill its frame: {} x {} from ({}, {}) in {} x {}",
+                     data.width(), data.height(), data.x0, data.y0, frame.width(), frame.height());
   }
   const size_t pixel = size_t(image.channels) * bytes_of(type);
   input.read(first, image.channels, type, image.texels);

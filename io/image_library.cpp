@@ -56,7 +56,7 @@ void check_whole(const std::string& path) {
   const bool read = file.try_read(0, sizeof header, header) == int64_t(sizeof header);
   const uint64_t sections = number(0x28, 8), size = number(0x3a, 2), count = number(0x3c, 2);
   if (!read || sections > file.size() || size * count > file.size() - sections) {
-    throw RenderError("no images can be read or written: " + path + " is damaged");
+    throw RenderError("no images can be read or written: {} is damaged", path);
   }
 }
 

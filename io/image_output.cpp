@@ -15,7 +15,7 @@ namespace emberline {
 namespace {
 
 void check_encoded(const std::string& error, const std::string& path) {
-  if (!error.empty()) throw RenderError("cannot write " + path + ": " + error);
+  if (!error.empty()) throw RenderError("cannot write {}: {}", path, error);
 }
 
 }  // namespace
@@ -24,8 +24,8 @@ std::string image_format_of(const std::string& path) {
   const std::string suffix = lower_suffix(path);
   if (suffix == ".png") return "png";
   if (suffix == ".jpg" || suffix == ".jpeg") return "jpeg";
-  throw UsageError("cannot tell the picture's format from \"" + path +
-                   "\"; valid suffixes are .png, .jpg, .jpeg");
+  throw UsageError(
+      "cannot tell the picture's format from \"{}\"; valid suffixes are .png, .jpg, .jpeg", path);
 }
 
 std::vector<unsigned char> encode_image(const ByteImage& image, const std::string& format,

@@ -52,7 +52,7 @@ InputFile::InputFile(const std::filesystem::path& path, const std::string& place
   if (!S_ISREG(status.st_mode)) throw InputError(place_, kind_of(status.st_mode) + about());
   descriptor_ = open_to_read(path);
   if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0) {
-    throw InputError(place_, "cannot open the file" + about() + ": " + system_message(errno));
+    throw InputError(place_, "cannot open the file{}: {}", about(), system_message(errno));
   }
   if (!S_ISREG(status.st_mode)) throw InputError(place_, kind_of(status.st_mode) + about());
   size_ = uint64_t(status.st_size);
@@ -111,7 +111,7 @@ void InputFile::read(uint64_t offset, uint64_t count, void* bytes,
     const uint64_t part = std::min(count, kPart);
     const int64_t got = try_read(offset, part, next);
     if (got < 0)
-      throw InputError(place_, "cannot read the file" + about() + ": " + system_message(errno));
+      throw InputError(place_, "cannot read the file{}: {}", about(), system_message(errno));
     if (uint64_t(got) < part) {
       throw InputError(place_, "the file has become shorter while it was read" + about());
     }

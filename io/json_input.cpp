@@ -151,8 +151,7 @@ class DocumentBuilder final : public json::json_sax_t {
   }
   bool open(json&& value) {
     if (levels_.size() >= kDeepestJson) {
-      throw InputError(place(),
-                       "JSON nested deeper than " + std::to_string(kDeepestJson) + " levels");
+      throw InputError(place(), "JSON nested deeper than {} levels", kDeepestJson);
     }
     count(kContainerBytes);
     levels_.push_back({put(std::move(value))});
@@ -187,7 +186,7 @@ json parse_json(std::string_view text, const std::string& file, DuplicateMembers
 json read_json(const std::string& path, const LoadProgress& progress) {
   const InputFile file(path);
   if (file.size() > kLargestSidecar) {
-    throw InputError(path, "has more than " + std::to_string(kLargestSidecar >> 20) + " MiB");
+    throw InputError(path, "has more than {} MiB", kLargestSidecar >> 20);
   }
   return parse_json(file.read_text(), path, DuplicateMembers::kRefused, progress);
 }

@@ -53,14 +53,12 @@ class ConfigWalk {
     if (!fresh && entry->second < 0) throw InputError(place_, name + " leads back to itself");
     if (!fresh) return entry->second;
     if (++depth_ > kDeepest) {
-      throw InputError(
-          place_, name + " is reached through more than " + std::to_string(kDeepest) + " others");
+      throw InputError(place_, "{} is reached through more than {} others", name, kDeepest);
     }
     const double total = count();
     --depth_;
     if (total > kMostTransforms) {
-      throw InputError(place_, name + " comes to more than " +
-                                   std::to_string(int(kMostTransforms)) + " transforms");
+      throw InputError(place_, "{} comes to more than {} transforms", name, int(kMostTransforms));
     }
     return counts_[name] = total;
   }
@@ -162,8 +160,8 @@ class ConfigWalk {
     if (std::ranges::find(files_, path) != files_.end()) return;
     const InputFile file(path, "the OpenColorIO config " + place_);
     if (file.size() > kLargestTable) {
-      throw InputError(
-          place_, path + " is too large for a table of colours: " + readable_bytes(file.size()));
+      throw InputError(place_, "{} is too large for a table of colours: {}", path,
+                       readable_bytes(file.size()));
     }
     check_references(file, path);
     files_.push_back(path);
@@ -184,8 +182,8 @@ class ConfigWalk {
     for (const char* unwanted : {"<Reference", "<!DOCTYPE"}) {
       if (text.find(unwanted) == std::string::npos) continue;
       throw InputError(place_,
-                       path + ": \"" + unwanted +
-                           "\" is not supported; let the config name the tables themselves");
+                       "{}: \"{}\" is not supported; let the config name the tables themselves",
+                       path, unwanted);
     }
   }
 
@@ -210,8 +208,8 @@ void check_ocio_aliases(const std::string& text, const std::string& place) {
     if (text[i] == '*' && begins && !std::strchr(" \t\n\r*", text[i + 1])) ++aliases;
   }
   if (aliases > kMostAliases) {
-    throw InputError(place, "has more than " + std::to_string(kMostAliases) +
-                                " YAML aliases (*name); write out what they stand for");
+    throw InputError(place, "has more than {} YAML aliases (*name); write out what they stand for",
+                     kMostAliases);
   }
 }
 

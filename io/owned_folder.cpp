@@ -40,8 +40,8 @@ OwnedFolder::OwnedFolder(const std::string& path, OwnedFolderKind kind)
     if (marker == fs::file_type::regular) {
       read_marker();
     } else if (marker != fs::file_type::not_found) {
-      throw UsageError(kind_.option + " " + this->path(kind_.marker) +
-                       ": is no regular file that can be read; name another folder");
+      throw UsageError("{} {}: is no regular file that can be read; name another folder",
+                       kind_.option, this->path(kind_.marker));
     } else if (kind_.exclusive) {
       check_empty();
     }
@@ -84,8 +84,8 @@ void OwnedFolder::make_folder(const std::string& folder, bool with_parents) {
   std::error_code error;
   if (fs::create_directory(folder, error)) made_.push_back(folder);
   if (!is_folder(folder)) {
-    throw RenderError(kind_.option + " " + folder + ": cannot make that folder: " +
-                      (error ? error.message() : "there is a file of that name"));
+    throw RenderError("{} {}: cannot make that folder: {}", kind_.option, folder,
+                      error ? error.message() : "there is a file of that name");
   }
 }
 
@@ -93,9 +93,8 @@ void OwnedFolder::check_subfolders() const {
   for (const std::string& name : kind_.subfolders) {
     const fs::file_type type = type_of(path(name));
     if (type == fs::file_type::directory || type == fs::file_type::not_found) continue;
-    throw UsageError(kind_.option + " " + path(name) + ": is " +
-                     (type == fs::file_type::symlink ? "a symbolic link" : "a file") +
-                     ", where a folder has to be; name another folder");
+    throw UsageError("{} {}: is {}, where a folder has to be; name another folder", kind_.option,
+                     path(name), type == fs::file_type::symlink ? "a symbolic link" : "a file");
   }
 }
 
@@ -106,7 +105,7 @@ std::vector<std::string> OwnedFolder::entries() const {
        entry.increment(error)) {
     names.push_back(entry->path().filename().string());
   }
-  if (error) throw RenderError(kind_.option + " " + path_ + ": " + error.message());
+  if (error) throw RenderError("{} {}: {}", kind_.option, path_, error.message());
   return names;
 }
 

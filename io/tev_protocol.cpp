@@ -98,10 +98,10 @@ bool is_tev_url(std::string_view text) { return begins_with(text, "tev:"); }
 
 TevAddress parse_tev_url(std::string_view url) {
   const auto refuse = [url](std::string_view why) -> UsageError {
-    return UsageError(fmt::format(
-        "--display: '{}' {}; valid is tev://HOST:PORT with HOST a name, an IPv4 address "
-        "or an [IPv6 address], PORT 1 to {} [{}]",
-        url, why, std::numeric_limits<uint16_t>::max(), TevAddress::kDefaultPort));
+    return UsageError(
+        "--display: '{}' {}; valid is tev://HOST:PORT with HOST a name, an IPv4 address or an "
+        "[IPv6 address], PORT 1 to {} [{}]",
+        url, why, std::numeric_limits<uint16_t>::max(), TevAddress::kDefaultPort);
   };
   if (!begins_with(url, kScheme)) throw refuse("is no address of a viewer");
   const std::string_view place = url.substr(kScheme.size());

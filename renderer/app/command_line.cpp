@@ -1,9 +1,12 @@
 #include "renderer/app/command_line.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>
 #include <new>
+#include <ranges>
 
 #include "renderer/app/command_options.h"
 #include "renderer/app/render_command.h"
@@ -39,7 +42,7 @@ std::vector<std::string> option_names(const CLI::App& app) {
       throw UsageError(
           unknown_word_message("option", unknown.substr(0, unknown.find('=')), option_names(*app)));
     }
-    if (app != &root) throw UsageError("unexpected argument '" + unknown + "'");
+    if (app != &root) throw UsageError("unexpected argument '{}'", unknown);
     std::vector<std::string> commands;
     for (const CLI::App* sub : root.get_subcommands(nullptr)) commands.push_back(sub->get_name());
     throw UsageError(unknown_word_message("command", unknown, commands));
@@ -47,14 +50,14 @@ std::vector<std::string> option_names(const CLI::App& app) {
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error)) {
     const std::string name = what.substr(0, what.find(':'));
     const CLI::Option* option = app->get_option_no_throw(name);
-    throw UsageError(name + " needs a value" +
-                     (option && !option->get_type_name().empty()
-                          ? ": " + name + " " + option->get_type_name()
-                          : ""));
+    throw UsageError("{} needs a value{}", name,
+                     option && !option->get_type_name().empty()
+                         ? ": " + name + " " + option->get_type_name()
+                         : "");
   }
   if (dynamic_cast<const CLI::RequiredError*>(&error) && app != &root) {
-    throw UsageError(app->get_name() + ": missing argument: " + what + "; see emberline " +
-                     app->get_name() + " --help");
+    throw UsageError("{}: missing argument: {}; see emberline {} --help", app->get_name(), what,
+                     app->get_name());
   }
   throw UsageError(what);
 }
@@ -67,7 +70,7 @@ void refuse_empty_values(const CLI::App& app) {
     const bool looked_up =
         type == "LIST" || option->get_description().find('\n') != std::string::npos;
     if (looked_up || std::ranges::find(option->results(), "") == option->results().end()) continue;
-    throw UsageError(name + " needs a value, and the one given is empty: " + name + " " + type);
+    throw UsageError("{} needs a value, and the one given is empty: {} {}", name, name, type);
   }
 }
 
@@ -152,10 +155,8 @@ int run_command_line(int argc, char** argv) {
   for (const Command& command : kCommands) {
     if (root.got_subcommand(command.name)) return command.run(options);
   }
-  std::string names;
-  for (const Command& command : kCommands)
-    names += (names.empty() ? "" : ", ") + std::string(command.name);
-  throw UsageError("no command given; valid commands are " + names + "; see emberline --help");
+  throw UsageError("no command given; valid commands are {}; see emberline --help",
+                   fmt::join(kCommands | std::views::transform(&Command::name), ", "));
 }
 
 int run_program(int argc, char** argv) {

@@ -26,8 +26,8 @@ void check_channels(const std::string& path, const HeatmapQuantity& quantity,
   const std::string remedy = quantity.aov
                                  ? fmt::format("render it with --aov {}", aov_name(*quantity.aov))
                                  : std::string("give an .exr that emberline render wrote");
-  throw InputError(path, fmt::format("no channel {}, which a heatmap of {} needs; {}", missing,
-                                     quantity.name, remedy));
+  throw InputError(path, "no channel {}, which a heatmap of {} needs; {}", missing, quantity.name,
+                   remedy);
 }
 
 }  // namespace

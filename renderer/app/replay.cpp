@@ -16,15 +16,14 @@ namespace emberline {
 int run_replay(const Frame& frame, const std::string& address) {
   std::array<int64_t, 3> numbers{};
   if (!parse_numbers(address, ',', numbers)) {
-    throw UsageError("--replay: '" + address + "' is not X,Y,SAMPLE");
+    throw UsageError("--replay: '{}' is not X,Y,SAMPLE", address);
   }
   if (numbers[0] < 0 || numbers[0] >= frame.width || numbers[1] < 0 || numbers[1] >= frame.height) {
-    throw UsageError(fmt::format("--replay: pixel {},{} is outside the {} x {} frame", numbers[0],
-                                 numbers[1], frame.width, frame.height));
+    throw UsageError("--replay: pixel {},{} is outside the {} x {} frame", numbers[0], numbers[1],
+                     frame.width, frame.height);
   }
   if (numbers[2] < 0 || numbers[2] >= int64_t(kMaxSamples)) {
-    throw UsageError(
-        fmt::format("--replay: sample {} is not from 0 to {}", numbers[2], kMaxSamples - 1));
+    throw UsageError("--replay: sample {} is not from 0 to {}", numbers[2], kMaxSamples - 1);
   }
   const int x = int(numbers[0]), y = int(numbers[1]);
   const auto sample = uint32_t(numbers[2]);

@@ -2,10 +2,15 @@
 // boundaries and while options are read; hot code does not throw.
 //
 // Every message is one line: what is wrong, where (file, JSON pointer), what to do.
+//
+// A message with arguments is formatted; one that is a text already is taken as it is, braces too.
 #pragma once
+
+#include <fmt/core.h>
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace emberline {
 
@@ -31,6 +36,9 @@ class EmberlineError : public std::runtime_error {
 // The command line is wrong (exit 2).
 struct UsageError : EmberlineError {
   explicit UsageError(const std::string& message) : EmberlineError(kExitUsage, message) {}
+  template <typename First, typename... Rest>
+  explicit UsageError(fmt::format_string<First, Rest...> message, First&& first, Rest&&... rest)
+      : UsageError(fmt::format(message, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
 // A file given to us cannot be used (exit 3). `place` is the file, with "#/json/pointer" behind it
@@ -38,11 +46,20 @@ struct UsageError : EmberlineError {
 struct InputError : EmberlineError {
   InputError(const std::string& place, const std::string& message)
       : EmberlineError(kExitInput, place + ": " + message) {}
+  template <typename First, typename... Rest>
+  InputError(const std::string& place, fmt::format_string<First, Rest...> message, First&& first,
+             Rest&&... rest)
+      : InputError(place,
+                   fmt::format(message, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
 // Rendering or writing failed (exit 1).
 struct RenderError : EmberlineError {
   explicit RenderError(const std::string& message) : EmberlineError(kExitRenderFailed, message) {}
+  template <typename First, typename... Rest>
+  explicit RenderError(fmt::format_string<First, Rest...> message, First&& first, Rest&&... rest)
+      : RenderError(fmt::format(message, std::forward<First>(first), std::forward<Rest>(rest)...)) {
+  }
 };
 
 }  // namespace emberline

@@ -1,7 +1,5 @@
 #include "renderer/output/frame_memory.h"
 
-#include <fmt/format.h>
-
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/output/snapshots.h"
@@ -28,8 +26,8 @@ uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& setting
 
 void reserve_frame(uint64_t bytes, const Rect& crop, MemoryBudget& budget) {
   if (budget.try_reserve(MemoryPart::kFilm, bytes)) return;
-  throw UsageError(fmt::format("--size, --crop: a frame of {}x{} pixels {}", crop.width(),
-                               crop.height(), budget.refusal(MemoryPart::kFilm, bytes)));
+  throw UsageError("--size, --crop: a frame of {}x{} pixels {}", crop.width(), crop.height(),
+                   budget.refusal(MemoryPart::kFilm, bytes));
 }
 
 }  // namespace emberline

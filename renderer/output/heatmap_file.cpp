@@ -1,7 +1,5 @@
 #include "renderer/output/heatmap_file.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
 
@@ -18,16 +16,14 @@ void check_heatmap_format(const std::string& option, const std::string& path, co
   try {
     format = image_format_of(path);
   } catch (const UsageError&) {
-    throw UsageError(option + " " + path +
-                     ": unknown format; valid suffixes are .exr, .png, .jpg, .jpeg");
+    throw UsageError("{} {}: unknown format; valid suffixes are .exr, .png, .jpg, .jpeg", option,
+                     path);
   }
   // What libjpeg holds (JPEG_MAX_DIMENSION, 65500) less the legend, which grows with the frame.
   constexpr int kJpegLimit = 50000;
   if (format == "jpeg" && std::max(crop.width(), crop.height()) > kJpegLimit) {
-    throw UsageError(
-        fmt::format("{} {}: JPEG holds heatmaps of at most {} pixels a side; write "
-                    ".exr or .png",
-                    option, path, kJpegLimit));
+    throw UsageError("{} {}: JPEG holds heatmaps of at most {} pixels a side; write .exr or .png",
+                     option, path, kJpegLimit);
   }
 }
 
@@ -35,32 +31,32 @@ void check_heatmap_style(const HeatmapStyle& style,
                          std::span<const HeatmapQuantity* const> quantities) {
   constexpr double kLeastOfLogarithm = 1e-30;
   if (style.range && style.logarithmic && !(style.range->least >= kLeastOfLogarithm)) {
-    throw UsageError(fmt::format("--range: with --log the range begins at {} at least, not at {}",
-                                 kLeastOfLogarithm, style.range->least));
+    throw UsageError("--range: with --log the range begins at {} at least, not at {}",
+                     kLeastOfLogarithm, style.range->least);
   }
   const HeatmapQuantity* amounts = nullptr;
   for (const HeatmapQuantity* quantity : quantities) {
     if (quantity->reasons) continue;
     if (style.range && amounts && amounts != quantity) {
-      throw UsageError(fmt::format(
+      throw UsageError(
           "--range: one range does not fit both {} and {}; make one of the pictures of the .exr, "
           "with emberline heatmap",
-          amounts->name, quantity->name));
+          amounts->name, quantity->name);
     }
     amounts = quantity;
   }
   if (!amounts && (style.range || style.logarithmic)) {
-    throw UsageError(fmt::format("{}: {} shows reasons, which have no scale",
-                                 style.range ? "--range" : "--log", quantities.front()->name));
+    throw UsageError("{}: {} shows reasons, which have no scale", style.range ? "--range" : "--log",
+                     quantities.front()->name);
   }
 }
 
 std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
   if (options.heatmap_of.size() > options.heatmaps.size()) {
-    throw UsageError(fmt::format(
+    throw UsageError(
         "--heatmap-of {}: there is no --heatmap for it; the first belongs to the first, the second "
         "to the second",
-        options.heatmap_of[options.heatmaps.size()]));
+        options.heatmap_of[options.heatmaps.size()]);
   }
   std::vector<HeatmapRequest> requests;
   std::vector<const HeatmapQuantity*> quantities;

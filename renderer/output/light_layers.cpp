@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <ranges>
 #include <set>
 
 #include "integrators/integrator.h"
@@ -64,14 +65,10 @@ void append_light_layers(const FilmTile& tile, std::vector<float>& pixels) {
 void check_light_layers(const RenderOptions& options) {
   if (!options.light_groups) return;
   if (!find_integrator(options.integrator).tells_lights_apart) {
-    std::string valid;
-    for (const IntegratorEntry& entry : integrator_table()) {
-      if (entry.tells_lights_apart) {
-        valid += (valid.empty() ? "" : ", ") + std::string(entry.name);
-      }
-    }
-    throw UsageError(fmt::format("--light-groups: the integrator {} knows no lights; valid with {}",
-                                 options.integrator, valid));
+    auto valid = integrator_table() | std::views::filter(&IntegratorEntry::tells_lights_apart) |
+                 std::views::transform(&IntegratorEntry::name);
+    throw UsageError("--light-groups: the integrator {} knows no lights; valid with {}",
+                     options.integrator, fmt::join(valid, ", "));
   }
   if (options.unbiased) {
     throw UsageError(
@@ -84,11 +81,8 @@ void check_light_layers(const RenderOptions& options) {
 }
 
 std::string describe(const LightGroups& groups) {
-  std::string names;
-  for (const LightGroup& group : groups.list()) {
-    names += (names.empty() ? "" : ", ") + group.name;
-  }
-  return fmt::format("light groups ({}: {})", groups.size(), names);
+  auto names = groups.list() | std::views::transform(&LightGroup::name);
+  return fmt::format("light groups ({}: {})", groups.size(), fmt::join(names, ", "));
 }
 
 }  // namespace emberline

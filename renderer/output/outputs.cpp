@@ -1,7 +1,5 @@
 #include "renderer/output/outputs.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstdlib>
 
@@ -23,11 +21,11 @@ void check_format(const std::string& path, const Rect& crop) {
   constexpr int kJpegLimit = 65500;
   if (suffix == ".jpg" || suffix == ".jpeg") {
     if (crop.width() > kJpegLimit || crop.height() > kJpegLimit) {
-      throw UsageError(fmt::format("-o {}: JPEG holds at most {} pixels a side; write .exr or .png",
-                                   path, kJpegLimit));
+      throw UsageError("-o {}: JPEG holds at most {} pixels a side; write .exr or .png", path,
+                       kJpegLimit);
     }
   } else if (suffix != ".exr" && suffix != ".png") {
-    throw UsageError("-o " + path + ": unknown format; valid suffixes are .exr, .png, .jpg, .jpeg");
+    throw UsageError("-o {}: unknown format; valid suffixes are .exr, .png, .jpg, .jpeg", path);
   }
 }
 

@@ -1,7 +1,5 @@
 #include "renderer/output/refinement_output.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <vector>
 
@@ -45,16 +43,16 @@ void check_refinement_options(const RenderOptions& options, const FramePlan& pla
   const bool refines = plan.driver->sharing == Sharing::kByError;
   const auto refuse = [&](const char* option) {
     throw UsageError(
-        fmt::format("{}: only the adaptive driver decides how many samples a pixel "
-                    "gets; valid with --driver adaptive",
-                    option));
+        "{}: only the adaptive driver decides how many samples a pixel gets; valid with --driver "
+        "adaptive",
+        option);
   };
   if (options.explained) {
     if (!refines) refuse("--explain");
     if (!crop.contains(options.explained->x, options.explained->y)) {
-      throw UsageError(fmt::format(
+      throw UsageError(
           "--explain: pixel {},{} is outside the rendered pixels; valid is {} to {} and {} to {}",
-          options.explained->x, options.explained->y, crop.x0, crop.x1 - 1, crop.y0, crop.y1 - 1));
+          options.explained->x, options.explained->y, crop.x0, crop.x1 - 1, crop.y0, crop.y1 - 1);
     }
   }
   if (!options.trees.empty() && !refines) refuse("--tree");

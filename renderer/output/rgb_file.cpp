@@ -34,12 +34,8 @@ RgbFile read_rgb(const std::string& path, const LoadProgress& progress) {
   for (size_t c = 0; c < 3; ++c) {
     const int found = file.find_channel(std::string(1, "RGB"[c]));
     if (found < 0) {
-      std::string names;
-      for (const std::string& name : file.channel_names)
-        names += (names.empty() ? "" : ", ") + name;
-      throw InputError(
-          path, fmt::format("{} x {} pixels, but no channels R, G and B to compare; it has {}",
-                            file.width, file.height, names));
+      throw InputError(path, "{} x {} pixels, but no channels R, G and B to compare; it has {}",
+                       file.width, file.height, fmt::join(file.channel_names, ", "));
     }
     source[c] = size_t(found);
   }
@@ -79,11 +75,9 @@ RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect
   if (!same_frame && same_size && (whole || reference.is_whole_frame())) {
     return std::move(reference.pixels);
   }
-  throw InputError(
-      reference.path,
-      fmt::format("has {}, but {} has {}; a reference has the same pixels or more",
-                  describe(reference.crop, reference.frame_width, reference.frame_height), what,
-                  describe(crop, frame_width, frame_height)));
+  throw InputError(reference.path, "has {}, but {} has {}; a reference has the same pixels or more",
+                   describe(reference.crop, reference.frame_width, reference.frame_height), what,
+                   describe(crop, frame_width, frame_height));
 }
 
 }  // namespace emberline

@@ -46,10 +46,10 @@ SnapshotMoment parse_moment(std::string_view text) {
     if (value && *value > 0 && *value <= suffix.most) return {suffix.unit, *value};
     break;
   }
-  throw UsageError(fmt::format(
+  throw UsageError(
       "--snapshot-at: '{}' is no moment; valid are 'first', above 0% to 100%, above 0s to 1e9s, "
       "above 0spp to {}spp",
-      text, kMaxSamples));
+      text, kMaxSamples);
 }
 
 // Padded, so that names sort as numbers do.

@@ -55,14 +55,11 @@ int choose_count(int wanted) {
   if (startable >= count) return count;
   if (startable < 1) {
     throw RenderError(
-        fmt::format("the system does not start the few threads that are needed {}; "
-                    "raise that limit",
-                    kWhy));
+        "the system does not start the few threads that are needed {}; raise that limit", kWhy);
   }
   if (wanted > 0) {
-    throw RenderError(
-        fmt::format("--threads {}: the system starts no more than {} {}; lower --threads", wanted,
-                    startable, kWhy));
+    throw RenderError("--threads {}: the system starts no more than {} {}; lower --threads", wanted,
+                      startable, kWhy);
   }
   log_warning(fmt::format("{} of {} cores are used: the system starts no more threads {}",
                           startable, count, kWhy));
