@@ -43,7 +43,8 @@ constexpr uint32_t spread_bits(uint32_t x) {
 uint32_t shuffled_place(uint32_t place, uint32_t digits, uint32_t key) {
   uint32_t shuffled = 0;
   for (uint32_t i = 0; i < digits; ++i) {
-    const uint32_t square = (uint64_t(place) >> (2 * i + 2)) | 1u << (2 * (15 - i));  // and level
+    // With the level.
+    const uint32_t square = uint32_t(uint64_t(place) >> (2 * i + 2)) | 1u << (2 * (15 - i));
     const uint32_t pick = (hash32(key ^ hash32(square)) >> 16) * 24 >> 16;
     const uint32_t digit = (place >> (2 * i)) & 3u;
     shuffled |= ((kOrders[pick] >> (2 * digit)) & 3u) << (2 * i);
