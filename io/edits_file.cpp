@@ -1,7 +1,5 @@
 #include "io/edits_file.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -31,6 +29,12 @@ constexpr double kMostTurns = 36000.0;  // degrees
 constexpr double kMostOfLens = 1e9;     // f-numbers, to either side: scenes come in any size
 constexpr double kMostNormalScale = 1000.0;
 
+struct Range {
+  double least = 0.0, most = 0.0;
+};
+constexpr Range kShare = {0.0, 1.0}, kLight = {0.0, kBrightest},
+                kPosition = {-kFarthest, kFarthest}, kLength = {1.0 / kFarthest, kFarthest};
+
 struct KindName {
   std::string_view name;
   EditedLight kind;
@@ -39,77 +43,128 @@ constexpr KindName kKinds[] = {{"punctual", EditedLight::kPunctual},
                                {"material", EditedLight::kMaterial},
                                {"environment", EditedLight::kEnvironment}};
 
-float factor(const JsonReader& entry, double most) { return float(entry.number(0.0, most)); }
-Rgb color(const JsonReader& entry, double most) { return to_float(entry.vector(0.0, most)); }
+// What each kind of edit has in the file, in the order in which it is written and listed: a name,
+// where its value is kept and, of numbers, their range. Read, written and named by these alone.
+void members(EditTarget& edit, const auto& member) {
+  member("name", edit.name);
+  member("index", edit.index);
+}
+
+void members(CameraEdit& edit, const auto& member) {
+  member("file_camera", edit.camera);
+  member("look_from", edit.look_from, kPosition);
+  member("look_at", edit.look_at, kPosition);
+  member("up", edit.up, Range{-1.0, 1.0});
+  member("mirrored", edit.mirrored);
+  member("fov_y", edit.fov_y_degrees, Range{0.05, 179.9});
+  member("orthographic_height", edit.orthographic_height, kLength);
+  member("f_stop", edit.f_stop, Range{1.0 / kMostOfLens, kMostOfLens});
+  member("focus_distance", edit.focus_distance, kLength);
+}
+
+void members(EnvironmentEdit& edit, const auto& member) {
+  member("file", edit.file);
+  member("strength", edit.strength, kLight);
+  member("rotation", edit.rotation_degrees, Range{-kMostTurns, kMostTurns});
+}
+
+void members(LightEdit& edit, const auto& member) {
+  member("kind", edit.kind);
+  members(edit.target, member);
+  member("intensity", edit.intensity, kLight);
+  member("color", edit.color, kLight);
+  member("on", edit.on);
+}
+
+void members(MaterialEdit& edit, const auto& member) {
+  members(edit.target, member);
+  member("base_color", edit.base_color, kShare);
+  member("roughness", edit.roughness, kShare);
+  member("metallic", edit.metallic, kShare);
+  member("emission", edit.emission, kLight);
+  member("transmission", edit.transmission, kShare);
+  member("normal_scale", edit.normal_scale, Range{-kMostNormalScale, kMostNormalScale});
+}
+
 int index(const JsonReader& entry) { return int(entry.whole(0, std::numeric_limits<int>::max())); }
 
-EditTarget read_target(const JsonReader& entry) {
-  EditTarget target;
+void read(const JsonReader& entry, std::string& text, Range) { text = entry.text(); }
+void read(const JsonReader& entry, bool& value, Range) { value = entry.boolean(); }
+void read(const JsonReader& entry, int& value, Range) { value = index(entry); }
+void read(const JsonReader& entry, double& v, Range r) { v = entry.number(r.least, r.most); }
+void read(const JsonReader& entry, float& v, Range r) { v = float(entry.number(r.least, r.most)); }
+void read(const JsonReader& entry, Vec3d& v, Range r) { v = entry.vector(r.least, r.most); }
+void read(const JsonReader& entry, Rgb& v, Range r) { v = to_float(entry.vector(r.least, r.most)); }
+void read(const JsonReader& entry, EditTarget& target, Range);
+
+void read(const JsonReader& entry, EditedLight& value, Range) {
+  const std::string kind = entry.text();
+  const auto* named = std::ranges::find(kKinds, kind, &KindName::name);
+  if (named == std::end(kKinds)) {
+    std::vector<std::string_view> valid;
+    for (const KindName& k : kKinds) valid.push_back(k.name);
+    throw InputError(entry.place(), unknown_name_message("kind of light", kind, valid));
+  }
+  value = named->kind;
+}
+
+template <typename Value>
+void read(const JsonReader& entry, std::optional<Value>& value, Range range) {
+  read(entry, value.emplace(), range);
+}
+
+template <typename Edit>
+Edit read_members(const JsonReader& entry) {
+  Edit edit;
+  std::vector<std::string_view> names;
+  members(edit, [&](const char* name, const auto&, Range = {}) { names.push_back(name); });
+  entry.object(names);
+  members(edit, [&](const char* name, auto& value, Range range = {}) {
+    if (entry.has(name)) read(entry[name], value, range);
+  });
+  return edit;
+}
+
+void check_target(const JsonReader& entry, EditTarget& target) {
   target.place = entry.place();
-  if (entry.has("name")) target.name = entry["name"].text();
-  if (entry.has("index")) target.index = index(entry["index"]);
   if (target.name.empty() && target.index < 0) {
     throw InputError(entry.place(), "expected a \"name\" or an \"index\", or both");
   }
-  return target;
+}
+
+void read(const JsonReader& entry, EditTarget& target, Range) {
+  target = read_members<EditTarget>(entry);
+  check_target(entry, target);
 }
 
 CameraEdit read_camera(const JsonReader& entry) {
-  entry.object({"file_camera", "look_from", "look_at", "up", "mirrored", "fov_y",
-                "orthographic_height", "f_stop", "focus_distance"});
-  CameraEdit edit;
+  CameraEdit edit = read_members<CameraEdit>(entry);
   edit.place = entry.place();
-  if (entry.has("file_camera")) {
-    edit.camera = read_target(entry["file_camera"].object({"name", "index"}));
-  }
   if (entry.has("look_from") != entry.has("look_at")) {
     throw InputError(entry.place(), "\"look_from\" and \"look_at\" go together; one is missing");
   }
-  if (entry.has("look_from")) {
-    edit.look_from = entry["look_from"].vector(-kFarthest, kFarthest);
-    edit.look_at = entry["look_at"].vector(-kFarthest, kFarthest);
+  if (entry.has("up") && !edit.look_from) {
+    throw InputError(entry.place(), "\"up\" is for a view with \"look_from\" and \"look_at\"");
   }
-  if (entry.has("up")) {
-    if (!edit.look_from) {
-      throw InputError(entry.place(), "\"up\" is for a view with \"look_from\" and \"look_at\"");
-    }
-    edit.up = entry["up"].vector(-1.0, 1.0);
-    if (!(edit.up.length2() > 0)) entry["up"].expected("a direction");
+  if (!(edit.up.length2() > 0)) entry["up"].expected("a direction");
+  if (entry.has("mirrored") && !edit.look_from) {
+    throw InputError(entry["mirrored"].place(),
+                     "it is for a view with \"look_from\" and \"look_at\"");
   }
-  if (entry.has("mirrored")) {
-    if (!edit.look_from) {
-      throw InputError(entry["mirrored"].place(),
-                       "it is for a view with \"look_from\" and \"look_at\"");
-    }
-    edit.mirrored = entry["mirrored"].boolean();
-  }
-  if (entry.has("orthographic_height")) {
-    for (const char* const other : {"fov_y", "f_stop"}) {
-      if (!entry.has(other)) continue;
-      throw InputError(entry[other].place(),
-                       "an orthographic view, with \"orthographic_height\", has none");
-    }
-    edit.orthographic_height = entry["orthographic_height"].number(1.0 / kFarthest, kFarthest);
-  }
-  if (entry.has("fov_y")) edit.fov_y_degrees = entry["fov_y"].number(0.05, 179.9);
-  if (entry.has("f_stop")) edit.f_stop = entry["f_stop"].number(1.0 / kMostOfLens, kMostOfLens);
-  if (entry.has("focus_distance")) {
-    edit.focus_distance = entry["focus_distance"].number(1.0 / kFarthest, kFarthest);
+  for (const char* const other : {"fov_y", "f_stop"}) {
+    if (!entry.has("orthographic_height") || !entry.has(other)) continue;
+    throw InputError(entry[other].place(),
+                     "an orthographic view, with \"orthographic_height\", has none");
   }
   return edit;
 }
 
 EnvironmentEdit read_environment_edit(const JsonReader& entry, const std::string& path,
                                       const LoadProgress& progress) {
-  entry.object({"file", "strength", "rotation"});
-  EnvironmentEdit edit;
+  EnvironmentEdit edit = read_members<EnvironmentEdit>(entry);
   edit.place = entry.place();
-  if (entry.has("strength")) edit.strength = factor(entry["strength"], kBrightest);
-  if (entry.has("rotation")) {
-    edit.rotation_degrees = float(entry["rotation"].number(-kMostTurns, kMostTurns));
-  }
   if (entry.has("file")) {
-    const fs::path file = entry["file"].text();
+    const fs::path file = edit.file;
     edit.file = (file.is_absolute() ? file : fs::path(path).parent_path() / file).string();
     try {
       edit.image = read_environment(edit.file, &edit.repaired_texels, progress);
@@ -121,60 +176,36 @@ EnvironmentEdit read_environment_edit(const JsonReader& entry, const std::string
 }
 
 LightEdit read_light(const JsonReader& entry) {
-  entry.object({"kind", "name", "index", "intensity", "color", "on"});
-  LightEdit edit;
-  const std::string kind = entry["kind"].text();
-  const auto* named = std::ranges::find(kKinds, kind, &KindName::name);
-  if (named == std::end(kKinds)) {
-    std::vector<std::string_view> valid;
-    for (const KindName& k : kKinds) valid.push_back(k.name);
-    throw InputError(entry["kind"].place(), unknown_name_message("kind of light", kind, valid));
-  }
-  edit.kind = named->kind;
+  LightEdit edit = read_members<LightEdit>(entry);
+  if (!entry.has("kind")) entry["kind"].text();  // says that it is missing
   if (edit.kind != EditedLight::kEnvironment) {
-    edit.target = read_target(entry);
+    check_target(entry, edit.target);
   } else {
     edit.target.place = entry.place();
     if (entry.has("name") || entry.has("index")) {
       throw InputError(entry.place(), "there is one environment, without \"name\" or \"index\"");
     }
   }
-  if (entry.has("intensity")) edit.intensity = factor(entry["intensity"], kBrightest);
-  if (entry.has("color")) edit.color = color(entry["color"], kBrightest);
-  if (entry.has("on")) edit.on = entry["on"].boolean();
   return edit;
 }
 
 MaterialEdit read_material(const JsonReader& entry) {
-  entry.object({"name", "index", "base_color", "roughness", "metallic", "emission", "transmission",
-                "normal_scale"});
-  MaterialEdit edit;
-  edit.target = read_target(entry);
-  if (entry.has("base_color")) edit.base_color = color(entry["base_color"], 1.0);
-  if (entry.has("roughness")) edit.roughness = factor(entry["roughness"], 1.0);
-  if (entry.has("metallic")) edit.metallic = factor(entry["metallic"], 1.0);
-  if (entry.has("emission")) edit.emission = color(entry["emission"], kBrightest);
-  if (entry.has("transmission")) edit.transmission = factor(entry["transmission"], 1.0);
-  if (entry.has("normal_scale")) {
-    edit.normal_scale = float(entry["normal_scale"].number(-kMostNormalScale, kMostNormalScale));
-  }
+  MaterialEdit edit = read_members<MaterialEdit>(entry);
+  check_target(entry, edit.target);
   return edit;
 }
 
 void check_version(const JsonReader& root) {
   if (!root.has("emberline_edits")) {
-    throw InputError(root.place(), fmt::format("\"emberline_edits\": {} is missing: not a file of "
-                                               "edits",
-                                               kEditsVersion));
+    throw InputError(root.place(), "\"emberline_edits\": {} is missing: not a file of edits",
+                     kEditsVersion);
   }
   const JsonReader version = root["emberline_edits"];
   if (index(version) != kEditsVersion) {
-    throw InputError(version.place(), fmt::format("version {} of edits; this program reads {}",
-                                                  index(version), kEditsVersion));
+    throw InputError(version.place(), "version {} of edits; this program reads {}", index(version),
+                     kEditsVersion);
   }
 }
-
-// ---- out ----------------------------------------------------------------------------------------
 
 // The shortest number that reads back as the same float: 0.1, not 0.10000000149011612.
 Json number(float value) {
@@ -185,65 +216,45 @@ Json number(float value) {
   return float(shortest) == value ? shortest : double(value);
 }
 
-Json vector(const Vec3d& v) { return {v.x, v.y, v.z}; }
-Json color(const Rgb& c) { return {number(c.x), number(c.y), number(c.z)}; }
+Json value_of(const std::string& text) { return text.empty() ? Json() : Json(text); }
+Json value_of(bool value) { return value; }
+Json value_of(int index) { return index < 0 ? Json() : Json(index); }
+Json value_of(double value) { return value; }
+Json value_of(float value) { return number(value); }
+Json value_of(const Vec3d& v) { return {v.x, v.y, v.z}; }
+Json value_of(const Rgb& c) { return {number(c.x), number(c.y), number(c.z)}; }
+Json value_of(EditedLight kind) { return std::ranges::find(kKinds, kind, &KindName::kind)->name; }
+Json value_of(const EditTarget& target);
+template <typename Value>
+Json value_of(const std::optional<Value>& value) {
+  return value ? value_of(*value) : Json();
+}
 
-Json target_json(const EditTarget& target) {
+// Of a copy, since members() is for reading as well.
+template <typename Edit>
+Json object_of(Edit edit) {
   Json object = Json::object();
-  if (!target.name.empty()) object["name"] = target.name;
-  if (target.index >= 0) object["index"] = target.index;
+  members(edit, [&](const char* name, const auto& value, Range = {}) {
+    Json member = value_of(value);
+    if (!member.is_null()) object[name] = std::move(member);
+  });
   return object;
 }
 
+Json value_of(const EditTarget& target) { return object_of(target); }
+
 Json camera_json(const CameraEdit& edit) {
-  Json object = Json::object();
-  if (edit.camera) object["file_camera"] = target_json(*edit.camera);
-  if (edit.look_from && edit.look_at) {
-    object["look_from"] = vector(*edit.look_from);
-    object["look_at"] = vector(*edit.look_at);
-    object["up"] = vector(edit.up);
-    if (edit.mirrored) object["mirrored"] = true;
-  }
-  if (edit.orthographic_height) object["orthographic_height"] = *edit.orthographic_height;
-  if (edit.fov_y_degrees) object["fov_y"] = *edit.fov_y_degrees;
-  if (edit.f_stop) object["f_stop"] = *edit.f_stop;
-  if (edit.focus_distance) object["focus_distance"] = *edit.focus_distance;
+  Json object = object_of(edit);
+  if (!edit.look_from) object.erase("up");
+  if (!edit.mirrored) object.erase("mirrored");
   return object;
 }
 
 Json environment_json(const EnvironmentEdit& edit, const std::string& path) {
-  Json object = Json::object();
-  if (!edit.file.empty()) {
-    const fs::path file = edit.file;
-    object["file"] = file.is_absolute()
-                         ? file.string()
-                         : fs::proximate(file, fs::absolute(path).parent_path()).generic_string();
+  Json object = object_of(edit);
+  if (const fs::path file = edit.file; file.is_relative() && !file.empty()) {
+    object["file"] = fs::proximate(file, fs::absolute(path).parent_path()).generic_string();
   }
-  if (edit.strength) object["strength"] = number(*edit.strength);
-  if (edit.rotation_degrees) object["rotation"] = number(*edit.rotation_degrees);
-  return object;
-}
-
-Json light_json(const LightEdit& edit) {
-  Json object = {{"kind", std::ranges::find(kKinds, edit.kind, &KindName::kind)->name}};
-  object.update(target_json(edit.target));
-  object["intensity"] = number(edit.intensity);
-  object["color"] = color(edit.color);
-  object["on"] = edit.on;
-  return object;
-}
-
-Json material_json(const MaterialEdit& edit) {
-  Json object = target_json(edit.target);
-  const auto put = [&object](const char* name, const std::optional<float>& value) {
-    if (value) object[name] = number(*value);
-  };
-  if (edit.base_color) object["base_color"] = color(*edit.base_color);
-  put("roughness", edit.roughness);
-  put("metallic", edit.metallic);
-  if (edit.emission) object["emission"] = color(*edit.emission);
-  put("transmission", edit.transmission);
-  put("normal_scale", edit.normal_scale);
   return object;
 }
 
@@ -254,7 +265,7 @@ SceneEdits edits_of(const nlohmann::json& document, const std::string& path,
   root.object({"emberline_edits", "camera", "variant", "environment", "lights", "materials"});
   SceneEdits edits;
   if (root.has("camera")) edits.camera = read_camera(root["camera"]);
-  if (root.has("variant")) edits.variant = read_target(root["variant"].object({"name", "index"}));
+  if (root.has("variant")) read(root["variant"], edits.variant, {});
   if (root.has("environment")) {
     edits.environment = read_environment_edit(root["environment"], path, progress);
   }
@@ -288,11 +299,11 @@ void write_edits(const std::string& path, const SceneEdits& edits) {
     if (!value.empty()) object[name] = std::move(value);
   };
   put("camera", camera_json(edits.camera));
-  if (edits.variant) put("variant", target_json(*edits.variant));
+  if (edits.variant) put("variant", object_of(*edits.variant));
   put("environment", environment_json(edits.environment, path));
   Json lights = Json::array(), materials = Json::array();
-  for (const LightEdit& edit : edits.lights) lights.push_back(light_json(edit));
-  for (const MaterialEdit& edit : edits.materials) materials.push_back(material_json(edit));
+  for (const LightEdit& edit : edits.lights) lights.push_back(object_of(edit));
+  for (const MaterialEdit& edit : edits.materials) materials.push_back(object_of(edit));
   put("lights", std::move(lights));
   put("materials", std::move(materials));
   write_file_atomically(path, object.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");

@@ -17,7 +17,7 @@
 //
 // Only the version is required. An orthographic view has "orthographic_height" in place of "fov_y"
 // and "f_stop". Colours are linear Rec. 709, angles degrees, lengths metres. What
-// the members mean is in renderer/scene/scene_edits.h.
+// the members mean is in renderer/description/scene_edits.h.
 #pragma once
 
 #include <string>

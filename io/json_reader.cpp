@@ -20,12 +20,11 @@ JsonReader JsonReader::member(std::string_view name, const json& value) const {
   return {value, file_, std::move(pointer)};
 }
 
-const JsonReader& JsonReader::object(std::initializer_list<std::string_view> members) const {
+const JsonReader& JsonReader::object(std::span<const std::string_view> members) const {
   if (!json_.is_object()) expected("an object");
   for (const auto& [name, value] : json_.items()) {
     if (std::ranges::find(members, name) != members.end()) continue;
-    throw InputError(member(name, value).place(),
-                     unknown_name_message("member", name, {members.begin(), members.size()}));
+    throw InputError(member(name, value).place(), unknown_name_message("member", name, members));
   }
   return *this;
 }
@@ -36,7 +35,7 @@ JsonReader JsonReader::operator[](const std::string& name) const {
   if (!json_.is_object()) expected("an object");
   const auto found = json_.find(name);
   if (found == json_.end()) {
-    throw InputError(place(), "the required member \"" + name + "\" is missing");
+    throw InputError(place(), "the required member \"{}\" is missing", name);
   }
   return member(name, *found);
 }
@@ -94,7 +93,7 @@ void JsonReader::expected(const std::string& what) const {
   constexpr size_t kLongest = 40;
   std::string found = json_.dump(-1, ' ', false, json::error_handler_t::replace);
   if (found.size() > kLongest) found = found.substr(0, kLongest - 3) + "...";
-  throw InputError(place(), "expected " + what + ", found " + found);
+  throw InputError(place(), "expected {}, found {}", what, found);
 }
 
 }  // namespace emberline

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,7 +25,10 @@ class JsonReader {
   std::string place() const { return pointer_.empty() ? file_ : file_ + "#" + pointer_; }
 
   // An object with none but these members.
-  const JsonReader& object(std::initializer_list<std::string_view> members) const;
+  const JsonReader& object(std::span<const std::string_view> members) const;
+  const JsonReader& object(std::initializer_list<std::string_view> members) const {
+    return object(std::span(members.begin(), members.size()));
+  }
   bool has(const char* member) const;  // no object has none
   JsonReader operator[](const std::string& member) const;
   std::vector<std::string> members() const;  // names
