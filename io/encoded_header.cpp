@@ -12,14 +12,13 @@ namespace {
 constexpr size_t kMostExrHeader = size_t(16) << 20, kMostHdrHeader = size_t(64) << 10;
 // A header's values are looked up one by one; the largest in use have some hundreds.
 constexpr int kMostExrAttributes = 4000;
-// A tile is decoded whole, also where the picture is smaller.
 constexpr int64_t kLargestTile = 4096;
 
 // Reads ahead in a header whose length is known when it has been read.
 class HeaderReader {
  public:
-  HeaderReader(const ReadBytes& read, size_t most, const char* format, const std::string& place)
-      : read_(read), most_(most), format_(format), place_(place) {}
+  HeaderReader(const ByteSource& source, size_t most, const char* format, const std::string& place)
+      : source_(source), most_(most), format_(format), place_(place) {}
 
   uint64_t offset() const { return offset_; }
   void skip(uint64_t count) { go_to(offset_ + count); }
@@ -34,7 +33,7 @@ class HeaderReader {
     if (offset_ < begin_ || offset_ >= begin_ + buffer_.size()) {
       buffer_.resize(4096);
       begin_ = offset_;
-      buffer_.resize(read_(begin_, buffer_.size(), buffer_.data()));
+      buffer_.resize(source_.read(begin_, buffer_.size(), buffer_.data()));
       if (buffer_.empty()) throw_truncated(format_, place_);
     }
     const uint8_t value = buffer_[size_t(offset_ - begin_)];
@@ -53,7 +52,7 @@ class HeaderReader {
   }
 
  private:
-  const ReadBytes& read_;
+  const ByteSource& source_;
   const size_t most_;
   const char* format_;
   const std::string& place_;
@@ -172,9 +171,9 @@ void check_tile(const ImageHeader& header, int64_t width, int64_t height,
 
 // OpenEXR File Layout: magic, version and flags, then attributes (name, type, size, value) up to an
 // empty name; of several parts one header each up to an empty one.
-ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::string& place) {
+ImageHeader read_exr_header(const ByteSource& source, const std::string& place) {
   constexpr uint32_t kDeep = 0x800, kMultiPart = 0x1000;
-  HeaderReader reader(read, kMostExrHeader, "EXR", place);
+  HeaderReader reader(source, kMostExrHeader, "EXR", place);
   reader.skip(4);
   const uint32_t flags = reader.word();
   if (flags & kDeep) throw InputError(place, "deep EXR is not supported; flatten it");
@@ -191,7 +190,7 @@ ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::str
       const std::string type = reader.until('\0');
       const uint32_t length = reader.word();
       const uint64_t value = reader.offset(), next = value + length;
-      if (next > size) throw_truncated("EXR", place);
+      if (next > source.size) throw_truncated("EXR", place);
       check_exr_value(reader, type, length, &channels, place);
       reader.go_to(value);
       if (name == "dataWindow" && length == 16) {
@@ -216,7 +215,7 @@ ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::str
       ImageHeader part;
       part.width = width;
       part.height = height;
-      check_bears_out(part, 16.0 * double(across) * double(down), size, place);
+      check_bears_out(part, 16.0 * double(across) * double(down), source.size, place);
       check_tile(part, tile_width, tile_height, place);
       // Decoded, and in a buffer of its code: all channels, whichever are wanted.
       const uint64_t pixels = tile_width > 0 ? uint64_t(tile_width) * uint64_t(tile_height)
@@ -230,8 +229,8 @@ ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::str
 }
 
 // G. Ward, "Real Pixels" (Graphics Gems II, 1991): lines of text, an empty one, the resolution.
-ImageHeader read_hdr_header(const ReadBytes& read, uint64_t size, const std::string& place) {
-  HeaderReader reader(read, kMostHdrHeader, "HDR", place);
+ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) {
+  HeaderReader reader(source, kMostHdrHeader, "HDR", place);
   while (!reader.until('\n').empty()) {
   }
   const std::string line = reader.until('\n');
@@ -249,7 +248,7 @@ ImageHeader read_hdr_header(const ReadBytes& read, uint64_t size, const std::str
   header.orientation = columns ? 5 : upwards ? (mirrored ? 3 : 4) : (mirrored ? 2 : 1);
   // A row is flat, or four bytes and then runs of at most 127 for each of four channels.
   const int64_t row = std::min(4 * header.width, 4 + 8 * ((header.width + 126) / 127));
-  check_bears_out(header, double(row) * double(header.height), size, place);
+  check_bears_out(header, double(row) * double(header.height), source.size, place);
   return header;
 }
 

@@ -31,8 +31,12 @@ struct ImageHeader {
   int orientation = 1;
 };
 
-// Bytes of a file or of memory: up to `count` from `offset` on; how many there were.
-using ReadBytes = std::function<size_t(uint64_t offset, size_t count, uint8_t* bytes)>;
+// Encoded bytes, of a file or of memory. For one thread at a time.
+struct ByteSource {
+  uint64_t size = 0;
+  // As many of these bytes as there are.
+  std::function<size_t(uint64_t offset, size_t count, void* bytes)> read;
+};
 
 // PNG, JPEG and WebP: the size, and the same stream with what the pixels need alone.
 struct CleanImage {
@@ -48,7 +52,7 @@ void clean_tiff(std::span<uint8_t> bytes, const std::string& place);
 
 // EXR and HDR are read where they lie; their headers hold nothing that decoders stumble over, but
 // their sizes are checked. Deep and multi-part EXR files are refused.
-ImageHeader read_exr_header(const ReadBytes& read, uint64_t size, const std::string& place);
-ImageHeader read_hdr_header(const ReadBytes& read, uint64_t size, const std::string& place);
+ImageHeader read_exr_header(const ByteSource& source, const std::string& place);
+ImageHeader read_hdr_header(const ByteSource& source, const std::string& place);
 
 }  // namespace emberline

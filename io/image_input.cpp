@@ -34,7 +34,7 @@ constexpr std::array kPictureFormats = {ImageFormat::kExr,  ImageFormat::kHdr,  
 using Bytes = std::span<const uint8_t>;
 using Formats = std::span<const ImageFormat>;
 
-std::unique_ptr<ImageDecoder> open_other(ImageFormat format, ByteSource& source,
+std::unique_ptr<ImageDecoder> open_other(ImageFormat format, const ByteSource& source,
                                          std::string& error) {
   const char* const reader = format == ImageFormat::kWebp  ? "webp"
                              : format == ImageFormat::kExr ? "openexr"
@@ -91,32 +91,21 @@ void check_sides(int64_t width, int64_t height, const std::string& place) {
 }
 
 // A file, read where it lies.
-class FileSource final : public ByteSource {
- public:
-  explicit FileSource(InputFile file) : file_(std::move(file)) {}
-  uint64_t size() const override { return file_.size(); }
-  size_t read(uint64_t offset, size_t count, void* bytes) override {
-    return size_t(std::max<int64_t>(0, file_.try_read(offset, count, bytes)));
-  }
+ByteSource source_of(InputFile file) {
+  const auto shared = std::make_shared<const InputFile>(std::move(file));
+  return {shared->size(), [shared](uint64_t offset, size_t count, void* bytes) {
+            return size_t(std::max<int64_t>(0, shared->try_read(offset, count, bytes)));
+          }};
+}
 
- private:
-  InputFile file_;
-};
-
-class MemorySource final : public ByteSource {
- public:
-  explicit MemorySource(Bytes bytes) : bytes_(bytes) {}
-  uint64_t size() const override { return bytes_.size(); }
-  size_t read(uint64_t offset, size_t count, void* bytes) override {
-    if (offset >= bytes_.size()) return 0;
-    const size_t got = std::min(count, bytes_.size() - size_t(offset));
-    std::memcpy(bytes, bytes_.data() + offset, got);
-    return got;
-  }
-
- private:
-  Bytes bytes_;
-};
+ByteSource source_of(Bytes memory) {
+  return {memory.size(), [memory](uint64_t offset, size_t count, void* bytes) {
+            if (offset >= memory.size()) return size_t(0);
+            const size_t got = std::min(count, memory.size() - size_t(offset));
+            std::memcpy(bytes, memory.data() + offset, got);
+            return got;
+          }};
+}
 
 // An image whose pixels are still to be decoded.
 class OpenImage {
@@ -136,7 +125,7 @@ class OpenImage {
     if (got <= 0) throw InputError(place_, "the image is empty");
     const ImageFormat format = expect_format(Bytes(magic).first(size_t(got)), allowed, place_);
     if (format == ImageFormat::kExr || format == ImageFormat::kHdr) {
-      open_in_place(format, std::make_unique<FileSource>(std::move(file)));
+      open_in_place(format, source_of(std::move(file)));
     } else {
       const MemoryReservation encoded(progress.budget(), MemoryPart::kFile, file.size(), place_);
       open_bytes(file.read_all(progress), allowed);
@@ -205,7 +194,7 @@ class OpenImage {
     if (bytes.empty()) throw InputError(place_, "the image is empty");
     const ImageFormat format = expect_format(bytes, allowed, place_);
     if (format == ImageFormat::kExr || format == ImageFormat::kHdr) {
-      return open_in_place(format, std::make_unique<MemorySource>(bytes));
+      return open_in_place(format, source_of(bytes));
     }
     clean_.add(bytes.size(), place_);
     if (format == ImageFormat::kTiff) {
@@ -218,17 +207,14 @@ class OpenImage {
       cut_short_ = clean.cut_short;
       check_sides(header_.width, header_.height, place_);
     }
-    source_ = std::make_unique<MemorySource>(bytes_);
+    source_ = source_of(Bytes(bytes_));
     open(format);
   }
 
-  void open_in_place(ImageFormat format, std::unique_ptr<ByteSource> source) {
+  void open_in_place(ImageFormat format, ByteSource source) {
     source_ = std::move(source);
-    const ReadBytes read = [this](uint64_t offset, size_t count, uint8_t* bytes) {
-      return source_->read(offset, count, bytes);
-    };
-    header_ = format == ImageFormat::kExr ? read_exr_header(read, source_->size(), place_)
-                                          : read_hdr_header(read, source_->size(), place_);
+    header_ = format == ImageFormat::kExr ? read_exr_header(source_, place_)
+                                          : read_hdr_header(source_, place_);
     check_sides(header_.width, header_.height, place_);
     if (header_.orientation > 4) {
       throw InputError(place_, "the image is stored by columns; save it by rows");
@@ -244,7 +230,7 @@ class OpenImage {
     std::string error;
     decoder_ = format == ImageFormat::kPng    ? open_png(bytes_, error)
                : format == ImageFormat::kJpeg ? open_jpeg(bytes_, error)
-                                              : open_other(format, *source_, error);
+                                              : open_other(format, source_, error);
     if (!decoder_) throw InputError(place_, kDoesNotDecode + error);
     layout_ = decoder_->layout();
     const ImageLayout& s = layout_;
@@ -292,7 +278,7 @@ class OpenImage {
   ImageHeader header_;
   bool cut_short_ = false;
   std::vector<uint8_t> bytes_;  // what the decoder reads, unless it reads where they lie
-  std::unique_ptr<ByteSource> source_;
+  ByteSource source_;
   std::unique_ptr<ImageDecoder> decoder_;  // after what it reads, so that it goes first
   ImageLayout layout_;
 };

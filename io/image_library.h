@@ -12,19 +12,11 @@
 #include <utility>
 #include <vector>
 
+#include "io/encoded_image.h"
 #include "io/image_output.h"
 #include "renderer/core/rect.h"
 
 namespace emberline {
-
-// Encoded bytes, wherever they are. For one thread at a time.
-class ByteSource {
- public:
-  virtual ~ByteSource() = default;
-  virtual uint64_t size() const = 0;
-  // As many of these bytes as there are.
-  virtual size_t read(uint64_t offset, size_t count, void* bytes) = 0;
-};
 
 enum class SampleType : uint8_t { kUint8, kUint16, kUint32, kHalf, kFloat, kOther };
 
@@ -74,7 +66,7 @@ class ImageLibrary {
   virtual ~ImageLibrary() = default;
   // `format` is "webp", "openexr", "hdr" or "tiff"; alpha is not multiplied where the reader obeys.
   // Null: `error` says why. `source` outlives the decoder.
-  virtual std::unique_ptr<ImageDecoder> open(const std::string& format, ByteSource& source,
+  virtual std::unique_ptr<ImageDecoder> open(const std::string& format, const ByteSource& source,
                                              std::string& error) const = 0;
   // An animation of pictures of one size and three channels. Nothing, or why it failed.
   virtual std::string encode_gif(std::span<const ByteImage> pictures, double picture_s,

@@ -7,6 +7,7 @@
 #include <exception>
 #include <new>
 #include <string_view>
+#include <utility>
 
 #include "io/image_library.h"
 
@@ -24,45 +25,34 @@ std::string one_line(std::string text) {
   return text.empty() ? "unknown reason" : text.substr(0, 200);
 }
 
+constexpr std::pair<SampleType, oiio::TypeDesc::BASETYPE> kTypes[] = {
+    {SampleType::kUint8, oiio::TypeDesc::UINT8},
+    {SampleType::kUint16, oiio::TypeDesc::UINT16},
+    {SampleType::kUint32, oiio::TypeDesc::UINT32},
+    {SampleType::kHalf, oiio::TypeDesc::HALF},
+    {SampleType::kFloat, oiio::TypeDesc::FLOAT}};
+
 SampleType sample_type(oiio::TypeDesc type) {
-  switch (type.basetype) {
-    case oiio::TypeDesc::UINT8:
-      return SampleType::kUint8;
-    case oiio::TypeDesc::UINT16:
-      return SampleType::kUint16;
-    case oiio::TypeDesc::UINT32:
-      return SampleType::kUint32;
-    case oiio::TypeDesc::HALF:
-      return SampleType::kHalf;
-    case oiio::TypeDesc::FLOAT:
-      return SampleType::kFloat;
-    default:
-      return SampleType::kOther;
+  for (const auto& [ours, theirs] : kTypes) {
+    if (theirs == type.basetype) return ours;
   }
+  return SampleType::kOther;
 }
 
 oiio::TypeDesc oiio_type(SampleType type) {
-  switch (type) {
-    case SampleType::kUint8:
-      return oiio::TypeDesc::UINT8;
-    case SampleType::kUint16:
-      return oiio::TypeDesc::UINT16;
-    case SampleType::kUint32:
-      return oiio::TypeDesc::UINT32;
-    case SampleType::kHalf:
-      return oiio::TypeDesc::HALF;
-    default:
-      return oiio::TypeDesc::FLOAT;
+  for (const auto& [ours, theirs] : kTypes) {
+    if (ours == type) return theirs;
   }
+  return oiio::TypeDesc::FLOAT;
 }
 
 // Bytes that are read where they lie. OpenImageIO's own for memory (2.4, 3.1) takes an offset just
 // below zero for one of the buffer.
 class SourceProxy final : public oiio::Filesystem::IOProxy {
  public:
-  explicit SourceProxy(ByteSource& source) : IOProxy("", Read), source_(source) {}
+  explicit SourceProxy(const ByteSource& source) : IOProxy("", Read), source_(source) {}
   const char* proxytype() const override { return "file"; }
-  size_t size() const override { return size_t(source_.size()); }
+  size_t size() const override { return size_t(source_.size); }
   size_t pread(void* bytes, size_t count, int64_t offset) override {
     return offset < 0 ? 0 : source_.read(uint64_t(offset), count, bytes);
   }
@@ -87,7 +77,7 @@ class SourceProxy final : public oiio::Filesystem::IOProxy {
  private:
   static constexpr size_t kBuffer = size_t(64) << 10;
 
-  ByteSource& source_;
+  const ByteSource& source_;
   std::vector<std::byte> buffer_;
   int64_t begin_ = 0;
 };
@@ -95,7 +85,7 @@ class SourceProxy final : public oiio::Filesystem::IOProxy {
 class Decoder final : public ImageDecoder {
  public:
   // Empty if all is well.
-  std::string open(const std::string& format, ByteSource& source) {
+  std::string open(const std::string& format, const ByteSource& source) {
     proxy_ = std::make_unique<SourceProxy>(source);
     input_ = oiio::ImageInput::create(format);
     if (!input_ || !input_->supports("ioproxy") || !input_->set_ioproxy(proxy_.get())) {
@@ -183,7 +173,7 @@ class Decoder final : public ImageDecoder {
 
 class OpenImageIo final : public ImageLibrary {
  public:
-  std::unique_ptr<ImageDecoder> open(const std::string& format, ByteSource& source,
+  std::unique_ptr<ImageDecoder> open(const std::string& format, const ByteSource& source,
                                      std::string& error) const override {
     return open_decoder<Decoder>(error, format, source);
   }
