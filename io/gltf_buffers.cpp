@@ -9,7 +9,6 @@
 #include "io/gltf_meshopt.h"
 #include "io/gltf_uri.h"
 #include "renderer/core/errors.h"
-#include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
@@ -106,30 +105,23 @@ void load_gltf_buffers(GltfDocument& document) {
 
   const json& views = document.array("bufferViews");
   document.views.resize(views.size());
-  std::vector<std::exception_ptr> errors(views.size());
-  parallel_each(views.size(), [&](size_t i) {
-    document.progress->check();
+  const auto read_view = [&](size_t i) {
     const std::string place = document.place("/bufferViews/" + std::to_string(i));
-    try {
-      const json* compressed = meshopt_extension(views[i]);
-      if (!compressed) {
-        document.views[i] = bounded(document, views[i], place);
-        return;
-      }
-      const std::string inner = place + "/extensions/meshopt_compression";
-      const GltfView source = bounded(document, *compressed, inner);
-      const ByteSpan encoded = document.buffers[size_t(source.buffer)]->bytes(
-          source.offset, source.offset + source.size, *document.progress);
-      GltfView& view = document.views[i];
-      view.size = views[i].at("byteLength").get<uint64_t>();
-      view.decoded =
-          decode_meshopt_view(*compressed, encoded, view.size, inner, *document.progress);
-    } catch (...) {
-      errors[i] = std::current_exception();
+    const json* compressed = meshopt_extension(views[i]);
+    if (!compressed) {
+      document.views[i] = bounded(document, views[i], place);
+      return;
     }
-  });
+    const std::string inner = place + "/extensions/meshopt_compression";
+    const GltfView source = bounded(document, *compressed, inner);
+    const ByteSpan encoded = document.buffers[size_t(source.buffer)]->bytes(
+        source.offset, source.offset + source.size, *document.progress);
+    GltfView& view = document.views[i];
+    view.size = views[i].at("byteLength").get<uint64_t>();
+    view.decoded = decode_meshopt_view(*compressed, encoded, view.size, inner, *document.progress);
+  };
   // The first in file order, so that the message does not depend on timing.
-  for (const std::exception_ptr& error : errors) {
+  for (const std::exception_ptr& error : document.try_each(views.size(), read_view)) {
     if (error) std::rethrow_exception(error);
   }
 }

@@ -10,6 +10,7 @@
 #include "io/json_input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/parallel.h"
 #include "renderer/core/shortened.h"
 
 namespace emberline {
@@ -176,6 +177,21 @@ InputFile GltfDocument::open_resource(const std::string& uri, const std::string&
   const std::lock_guard lock(opened_->mutex);
   opened_->list.push_back({uri, resource.identity()});
   return resource;
+}
+
+std::vector<std::exception_ptr> GltfDocument::try_each(
+    size_t count, const std::function<void(size_t)>& body) const {
+  std::vector<std::exception_ptr> errors(count);
+  parallel_each(count, [&](size_t i) {
+    progress->check();
+    try {
+      body(i);
+    } catch (...) {
+      errors[i] = std::current_exception();
+    }
+    progress->advance();
+  });
+  return errors;
 }
 
 std::vector<NamedFile> GltfDocument::files() const {

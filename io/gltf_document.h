@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -71,6 +73,10 @@ struct GltfDocument {
   ByteSpan bytes(int view) const;
   // A file that the scene refers to, which is noted in `files`. Thread-safe. Throws InputError.
   InputFile open_resource(const std::string& uri, const std::string& uri_place) const;
+  // body(i) for each i below count, in parallel, each an item of the stage of `progress`: what each
+  // threw, if anything. Throws only what `progress` does.
+  std::vector<std::exception_ptr> try_each(size_t count,
+                                           const std::function<void(size_t)>& body) const;
   // Every file that was opened so far, the scene first.
   std::vector<NamedFile> files() const;
 

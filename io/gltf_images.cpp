@@ -8,7 +8,6 @@
 #include "io/image_input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/core/parallel.h"
 #include "renderer/core/shortened.h"
 
 namespace emberline {
@@ -80,16 +79,8 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
 
   document.progress->begin(LoadStage::kImages, wanted.size());
   std::vector<DecodedImage> decoded(wanted.size());
-  std::vector<std::exception_ptr> errors(wanted.size());
-  parallel_each(wanted.size(), [&](size_t i) {
-    document.progress->check();
-    try {
-      decoded[i] = decode(document, wanted[i], options.lenient);
-    } catch (...) {
-      errors[i] = std::current_exception();
-    }
-    document.progress->advance();
-  });
+  const std::vector<std::exception_ptr> errors = document.try_each(
+      wanted.size(), [&](size_t i) { decoded[i] = decode(document, wanted[i], options.lenient); });
 
   int flat_normal = -1;
   for (size_t i = 0; i < wanted.size(); ++i) {

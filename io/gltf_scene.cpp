@@ -297,27 +297,20 @@ void SceneGraphReader::load_meshes() {
   struct Task {
     size_t use, primitive;
     LoadedMesh result;
-    std::exception_ptr error;
   };
   std::vector<Task> tasks;
   for (size_t u = 0; u < uses_.size(); ++u) {
     const size_t count = document_.json.at("meshes")[uses_[u].mesh].at("primitives").size();
-    for (size_t p = 0; p < count; ++p) tasks.push_back({u, p, {}, nullptr});
+    for (size_t p = 0; p < count; ++p) tasks.push_back({u, p, {}});
   }
   document_.progress->begin(LoadStage::kMeshes, tasks.size());
-  parallel_each(tasks.size(), [&](size_t i) {
-    document_.progress->check();
-    Task& task = tasks[i];
-    try {
-      task.result = load_primitive_of(uses_[task.use], task.primitive);
-    } catch (...) {
-      task.error = std::current_exception();
-    }
-    document_.progress->advance();
+  const std::vector<std::exception_ptr> errors = document_.try_each(tasks.size(), [&](size_t i) {
+    tasks[i].result = load_primitive_of(uses_[tasks[i].use], tasks[i].primitive);
   });
-  for (Task& task : tasks) {
+  for (size_t i = 0; i < tasks.size(); ++i) {
     // The first in file order, so that the message does not depend on timing.
-    if (task.error) std::rethrow_exception(task.error);
+    if (errors[i]) std::rethrow_exception(errors[i]);
+    Task& task = tasks[i];
     for (const std::string& what : task.result.ignored) {
       report_ignored(document_.file, what, scene_.coverage);
     }
