@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "io/json_input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/shortened.h"
 
@@ -77,8 +76,7 @@ constexpr Property required(Property property) {
   return property;
 }
 
-// ---- the tables: specification chapter 5 and the extensions' own schemas
-// --------------------------
+// The tables: specification chapter 5 and the extensions' own schemas.
 
 constexpr Property kSparseIndices[] = {required(index("bufferView", "/bufferViews")),
                                        integer("byteOffset"), required(integer("componentType"))};
@@ -241,9 +239,6 @@ constexpr Property kRoot[] = {required(object("asset", kAsset)),
                               objects("textures", kTexture),
                               object("extensions", kRootExtensions)};
 
-// ---- the checker
-// -----------------------------------------------------------------------------------
-
 class Checker {
  public:
   Checker(json& root, const std::string& file) : root_(root), file_(file) {}
@@ -267,20 +262,20 @@ class Checker {
   // Appends to the JSON pointer for as long as it lives.
   class Step {
    public:
-    Step(std::string& pointer, const std::string& name) : pointer_(pointer), size_(pointer.size()) {
-      append_member(pointer_, name);
+    Step(json::json_pointer& pointer, std::string name) : pointer_(pointer) {
+      pointer_.push_back(std::move(name));
     }
-    ~Step() { pointer_.resize(size_); }
+    ~Step() { pointer_.pop_back(); }
     Step(const Step&) = delete;
     Step& operator=(const Step&) = delete;
 
    private:
-    std::string& pointer_;
-    size_t size_;
+    json::json_pointer& pointer_;
   };
 
   [[noreturn]] void fail(const std::string& message) const {
-    throw InputError(file_ + (pointer_.empty() ? "" : "#" + shortened(pointer_)), message);
+    throw InputError(file_ + (pointer_.empty() ? "" : "#" + shortened(pointer_.to_string())),
+                     message);
   }
   [[noreturn]] void fail_type(const std::string& expected, const json& found) const {
     const bool shows = found.is_number() || found.is_string() || found.is_boolean();
@@ -382,7 +377,7 @@ class Checker {
 
   json& root_;
   const std::string& file_;
-  std::string pointer_;
+  json::json_pointer pointer_;
 };
 
 }  // namespace

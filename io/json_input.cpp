@@ -110,16 +110,16 @@ class DocumentBuilder final : public json::json_sax_t {
 
   // "file#/json/pointer" of the value that is being read.
   std::string place() const {
-    std::string pointer;
+    json::json_pointer pointer;
     for (const Level& level : levels_) {
       if (level.value->is_array()) {
         // The innermost array's next element; of those around it the last, which is open.
-        pointer += '/' + std::to_string(level.value->size() - (&level != &levels_.back()));
+        pointer.push_back(std::to_string(level.value->size() - (&level != &levels_.back())));
       } else if (level.name) {
-        append_member(pointer, *level.name);
+        pointer.push_back(*level.name);
       }
     }
-    return pointer.empty() ? file_ : file_ + "#" + shortened(pointer);
+    return pointer.empty() ? file_ : file_ + "#" + shortened(pointer.to_string());
   }
 
   bool duplicate() {
@@ -189,19 +189,6 @@ json read_json(const std::string& path, const LoadProgress& progress) {
     throw InputError(path, "has more than {} MiB", kLargestSidecar >> 20);
   }
   return parse_json(file.read_text(), path, DuplicateMembers::kRefused, progress);
-}
-
-void append_member(std::string& pointer, std::string_view name) {
-  pointer += '/';
-  for (const char c : name) {
-    if (c == '~') {
-      pointer += "~0";
-    } else if (c == '/') {
-      pointer += "~1";
-    } else {
-      pointer += c;
-    }
-  }
 }
 
 }  // namespace emberline

@@ -31,7 +31,4 @@ nlohmann::json parse_json(std::string_view text, const std::string& file,
 nlohmann::json read_json(const std::string& path,
                          const LoadProgress& progress = LoadProgress::unwatched());
 
-// Appends a member's name to a JSON pointer (RFC 6901).
-void append_member(std::string& pointer, std::string_view name);
-
 }  // namespace emberline

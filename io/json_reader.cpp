@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "io/json_input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 
@@ -14,10 +13,8 @@ namespace emberline {
 
 using nlohmann::json;
 
-JsonReader JsonReader::member(std::string_view name, const json& value) const {
-  std::string pointer = pointer_;
-  append_member(pointer, name);
-  return {value, file_, std::move(pointer)};
+JsonReader JsonReader::member(const std::string& name, const json& value) const {
+  return {value, file_, pointer_ + (json::json_pointer() / name).to_string()};
 }
 
 const JsonReader& JsonReader::object(std::span<const std::string_view> members) const {

@@ -47,7 +47,7 @@ class JsonReader {
  private:
   JsonReader(const nlohmann::json& value, const std::string& file, std::string pointer)
       : json_(value), file_(file), pointer_(std::move(pointer)) {}
-  JsonReader member(std::string_view name, const nlohmann::json& value) const;
+  JsonReader member(const std::string& name, const nlohmann::json& value) const;
 
   const nlohmann::json& json_;
   const std::string& file_;
