@@ -57,6 +57,13 @@ int hex_digit(char c) {
   return -1;
 }
 
+// What the escape stands for that begins with the % at text[i]; -1 for none.
+int escaped_byte(std::string_view text, size_t i) {
+  const int high = i + 2 < text.size() ? hex_digit(text[i + 1]) : -1;
+  const int low = i + 2 < text.size() ? hex_digit(text[i + 2]) : -1;
+  return high < 0 || low < 0 ? -1 : high * 16 + low;
+}
+
 // RFC 3986 section 3.1: a letter, then letters, digits, "+", "-", ".", then ":".
 bool has_scheme(std::string_view uri) {
   const size_t colon = uri.find(':');
@@ -129,10 +136,9 @@ std::vector<uint8_t> decode_data_uri(std::string_view uri, const std::string& pl
       bytes.push_back(uint8_t(payload[i]));
       continue;
     }
-    const int high = i + 2 < payload.size() ? hex_digit(payload[i + 1]) : -1;
-    const int low = i + 2 < payload.size() ? hex_digit(payload[i + 2]) : -1;
-    if (high < 0 || low < 0) throw InputError(place, "data URI with a malformed % escape");
-    bytes.push_back(uint8_t(high * 16 + low));
+    const int byte = escaped_byte(payload, i);
+    if (byte < 0) throw InputError(place, "data URI with a malformed % escape");
+    bytes.push_back(uint8_t(byte));
     i += 2;
   }
   return bytes;
@@ -146,12 +152,9 @@ std::string decode_percent(std::string_view text, const std::string& place) {
       decoded.push_back(text[i]);
       continue;
     }
-    const int high = i + 2 < text.size() ? hex_digit(text[i + 1]) : -1;
-    const int low = i + 2 < text.size() ? hex_digit(text[i + 2]) : -1;
-    if (high < 0 || low < 0 || high * 16 + low == 0) {
-      throw InputError(place, "malformed % escape in the URI " + shortened(text));
-    }
-    decoded.push_back(char(high * 16 + low));
+    const int byte = escaped_byte(text, i);
+    if (byte <= 0) throw InputError(place, "malformed % escape in the URI " + shortened(text));
+    decoded.push_back(char(byte));
     i += 2;
   }
   return decoded;

@@ -12,24 +12,14 @@ namespace {
 
 // Half: sign 1, exponent 5, mantissa 10 bits; float: 1, 8, 23. On the bits, so that no build flag
 // can turn the tests for NaN off.
-uint64_t repair_range(uint16_t* begin, uint16_t* end, TexelRange range) {
+template <class Bits>
+uint64_t repair_range(Bits* begin, Bits* end, TexelRange range) {
+  constexpr Bits kExponent = sizeof(Bits) == 2 ? Bits(0x7C00u) : Bits(0x7F800000u);
+  constexpr Bits kSign = sizeof(Bits) == 2 ? Bits(0x8000u) : Bits(0x80000000u);
   uint64_t count = 0;
-  for (uint16_t* bits = begin; bits != end; ++bits) {
-    const bool non_finite = (*bits & 0x7C00u) == 0x7C00u;
-    const bool negative = (*bits & 0x8000u) != 0 && *bits != 0x8000u;
-    if (non_finite || (negative && range == TexelRange::kRadiance)) {
-      *bits = 0;
-      ++count;
-    }
-  }
-  return count;
-}
-
-uint64_t repair_range(uint32_t* begin, uint32_t* end, TexelRange range) {
-  uint64_t count = 0;
-  for (uint32_t* bits = begin; bits != end; ++bits) {
-    const bool non_finite = (*bits & 0x7F800000u) == 0x7F800000u;
-    const bool negative = (*bits & 0x80000000u) != 0 && *bits != 0x80000000u;
+  for (Bits* bits = begin; bits != end; ++bits) {
+    const bool non_finite = (*bits & kExponent) == kExponent;
+    const bool negative = (*bits & kSign) != 0 && *bits != kSign;
     if (non_finite || (negative && range == TexelRange::kRadiance)) {
       *bits = 0;
       ++count;
