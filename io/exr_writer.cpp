@@ -4,10 +4,10 @@
 // channels, which would hold up a machine with many cores.
 #include "io/exr_writer.h"
 
-#include <Imath/half.h>
 #include <OpenEXR/openexr.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstring>
@@ -37,23 +37,10 @@ void keep_message(exr_const_context_t, exr_result_t, const char* message) {
 }
 
 exr_pixel_type_t pixel_type(ChannelType type) {
-  switch (type) {
-    case ChannelType::kHalf:
-      return EXR_PIXEL_HALF;
-    case ChannelType::kUint:
-      return EXR_PIXEL_UINT;
-    case ChannelType::kFloat:
-      break;
-  }
-  return EXR_PIXEL_FLOAT;
+  return type == ChannelType::kUint ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
 }
 
-size_t bytes_per_value(ChannelType type) { return type == ChannelType::kHalf ? 2 : 4; }
-
-uint16_t half_bits(float value) {
-  if (std::isfinite(value)) value = std::clamp(value, -65504.0f, 65504.0f);
-  return Imath::half(value).bits();
-}
+constexpr int kValueBytes = 4;  // of either type
 
 uint32_t rounded_uint(float value) {
   if (!(value > 0.0f)) return 0;  // NaN too
@@ -65,15 +52,9 @@ void convert_channel(const float* pixels, size_t count, size_t stride, ChannelTy
                      uint8_t* plane) {
   for (size_t i = 0; i < count; ++i) {
     const float value = pixels[i * stride];
-    if (type == ChannelType::kHalf) {
-      const uint16_t bits = half_bits(value);
-      std::memcpy(plane + 2 * i, &bits, 2);
-    } else if (type == ChannelType::kUint) {
-      const uint32_t bits = rounded_uint(value);
-      std::memcpy(plane + 4 * i, &bits, 4);
-    } else {
-      std::memcpy(plane + 4 * i, &value, 4);
-    }
+    const uint32_t bits =
+        type == ChannelType::kUint ? rounded_uint(value) : std::bit_cast<uint32_t>(value);
+    std::memcpy(plane + kValueBytes * i, &bits, kValueBytes);
   }
 }
 
@@ -81,10 +62,10 @@ void convert_channel(const float* pixels, size_t count, size_t stride, ChannelTy
 
 struct ExrWriter::Impl {
   Impl(const std::string& path, const ExrHeader& frame_header) : header(frame_header), file(path) {
-    const Rect& crop = header.data_window;
-    assert(!crop.empty() && header.tile_size > 0 && !header.channels.empty());
-    tiles_x = (crop.width() + header.tile_size - 1) / header.tile_size;
-    tiles_y = (crop.height() + header.tile_size - 1) / header.tile_size;
+    const Rect& data_window = header.data_window;
+    assert(!data_window.empty() && header.tile_size > 0 && !header.channels.empty());
+    tiles_x = (data_window.width() + header.tile_size - 1) / header.tile_size;
+    tiles_y = (data_window.height() + header.tile_size - 1) / header.tile_size;
     written.assign(size_t(tiles_x) * size_t(tiles_y), false);
   }
 
@@ -210,17 +191,11 @@ void ExrWriter::Impl::write_header() {
 void ExrWriter::Impl::encode_tile(int tile_x, int tile_y, const Rect& rect, const float* pixels) {
   // File values, one plane behind the other in header order.
   const size_t count = size_t(rect.area());
-  size_t plane_bytes = 0;
-  for (const ExrChannel& channel : header.channels)
-    plane_bytes += count * bytes_per_value(channel.type);
-  std::vector<uint8_t> planes(plane_bytes);
-  std::vector<const uint8_t*> plane_of;
-  size_t offset = 0;
-  for (size_t c = 0; c < header.channels.size(); ++c) {
-    const ChannelType type = header.channels[c].type;
-    convert_channel(pixels + c, count, header.channels.size(), type, planes.data() + offset);
-    plane_of.push_back(planes.data() + offset);
-    offset += count * bytes_per_value(type);
+  const size_t channels = header.channels.size(), plane_bytes = count * kValueBytes;
+  std::vector<uint8_t> planes(channels * plane_bytes);
+  for (size_t c = 0; c < channels; ++c) {
+    convert_channel(pixels + c, count, channels, header.channels[c].type,
+                    planes.data() + c * plane_bytes);
   }
 
   exr_chunk_info_t chunk = {};
@@ -242,12 +217,11 @@ void ExrWriter::Impl::encode_tile(int tile_x, int tile_y, const Rect& rect, cons
     const auto source =
         std::ranges::find(header.channels, std::string(target.channel_name), &ExrChannel::name);
     assert(source != header.channels.end());
-    const int bytes = int(bytes_per_value(source->type));
-    target.user_bytes_per_element = int16_t(bytes);
+    target.user_bytes_per_element = kValueBytes;
     target.user_data_type = uint16_t(pixel_type(source->type));
-    target.user_pixel_stride = bytes;
-    target.user_line_stride = bytes * rect.width();
-    target.encode_from_ptr = plane_of[size_t(source - header.channels.begin())];
+    target.user_pixel_stride = kValueBytes;
+    target.user_line_stride = kValueBytes * rect.width();
+    target.encode_from_ptr = planes.data() + size_t(source - header.channels.begin()) * plane_bytes;
   }
   check(exr_encoding_choose_default_routines(context, kPart, &pipeline));
   pipeline.encoding_user_data = this;
@@ -301,6 +275,24 @@ void ExrWriter::write_tile(const Rect& rect, const std::vector<float>& pixels) {
   self.encode_tile(tile_x, tile_y, rect, pixels.data());
 }
 
+void ExrWriter::write(std::span<const float> pixels) {
+  const Rect& data_window = impl_->header.data_window;
+  const size_t channels = impl_->header.channels.size();
+  std::vector<float> tile;
+  for (int y = 0; y < impl_->tiles_y; ++y) {
+    for (int x = 0; x < impl_->tiles_x; ++x) {
+      const Rect rect = impl_->tile_rect(x, y);
+      tile.clear();
+      for (int row = rect.y0; row < rect.y1; ++row) {
+        const std::span<const float> line = pixels.subspan(
+            data_window.index_of(rect.x0, row) * channels, size_t(rect.width()) * channels);
+        tile.insert(tile.end(), line.begin(), line.end());
+      }
+      write_tile(rect, tile);
+    }
+  }
+}
+
 void ExrWriter::set_attribute(const std::string& name, const std::string& value) {
   Impl& self = *impl_;
   // In the file an attribute is its name, its type, the length of its value (four bytes, the lowest
@@ -327,6 +319,13 @@ void ExrWriter::finish() {
   self.check(exr_finish(&self.context));
   if (self.write_error != 0) self.check(EXR_ERR_WRITE_IO);
   self.file.commit();
+}
+
+void write_exr_file(const std::string& path, const ExrHeader& header,
+                    std::span<const float> pixels) {
+  ExrWriter writer(path, header);
+  writer.write(pixels);
+  writer.finish();
 }
 
 }  // namespace emberline

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,7 +20,7 @@
 
 namespace emberline {
 
-enum class ChannelType : uint8_t { kHalf, kFloat, kUint };
+enum class ChannelType : uint8_t { kFloat, kUint };
 
 struct ExrChannel {
   std::string name;  // "R", "albedo.G", "samples"
@@ -46,10 +47,12 @@ class ExrWriter {
 
   // `pixels` holds rect.area() x channels floats, interleaved in header order, rows from rect.y0.
   // `rect` is one whole tile (clipped by the data window) in frame coordinates, given once.
-  //   kHalf:  finite values beyond half's range become its largest, +-65504, not infinity.
-  //   kUint:  rounded to nearest, clamped to [0, 2^32 - 1]; exact to 2^24.
+  // kUint is rounded to nearest, clamped to [0, 2^32 - 1]; exact to 2^24.
   // Thread-safe. Throws RenderError (disk full); after that every call throws the same.
   void write_tile(const Rect& rect, const std::vector<float>& pixels);
+
+  // All tiles, of `pixels` that hold the data window's rows from the top, interleaved likewise.
+  void write(std::span<const float> pixels);
 
   // Replaces the value of one of the header's attributes, which is known only now: it is padded
   // with blanks to the length that the attribute had, and no longer than that. Before finish().
@@ -64,5 +67,10 @@ class ExrWriter {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+// A picture that is held as a whole (ExrWriter::write) as a file, which appears whole or not at
+// all. Throws RenderError.
+void write_exr_file(const std::string& path, const ExrHeader& header,
+                    std::span<const float> pixels);
 
 }  // namespace emberline

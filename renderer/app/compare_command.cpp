@@ -92,33 +92,19 @@ void print_table(const CompareOptions& options, const RgbImage& image,
 void write_difference_exr(const std::string& path, const CompareOptions& options,
                           const RgbImage& image, const RgbImage& reference,
                           const std::vector<float>& flip) {
-  ExrHeader header;
-  header.width = image.width;
-  header.height = image.height;
-  header.data_window = {0, 0, image.width, image.height};
-  header.channels = {{"R"}, {"G"}, {"B"}, {"flip"}};
-  header.attributes = {{"emberline.image", options.image},
-                       {"emberline.reference", options.reference}};
-  ExrWriter writer(path, header);
+  const ExrHeader header = {.width = image.width,
+                            .height = image.height,
+                            .data_window = {0, 0, image.width, image.height},
+                            .channels = {{"R"}, {"G"}, {"B"}, {"flip"}},
+                            .attributes = {{"emberline.image", options.image},
+                                           {"emberline.reference", options.reference}}};
   std::vector<float> pixels;
-  for (int y0 = 0; y0 < image.height; y0 += header.tile_size) {
-    for (int x0 = 0; x0 < image.width; x0 += header.tile_size) {
-      const Rect tile =
-          Rect{x0, y0, x0 + header.tile_size, y0 + header.tile_size}.intersect(header.data_window);
-      pixels.clear();
-      for (int y = tile.y0; y < tile.y1; ++y) {
-        for (int x = tile.x0; x < tile.x1; ++x) {
-          const size_t i = size_t(y) * size_t(image.width) + size_t(x);
-          for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
-            pixels.push_back(image.rgb[c] - reference.rgb[c]);
-          }
-          pixels.push_back(flip[i]);
-        }
-      }
-      writer.write_tile(tile, pixels);
-    }
+  pixels.reserve(4 * flip.size());
+  for (size_t i = 0; i < flip.size(); ++i) {
+    for (size_t c = 3 * i; c < 3 * i + 3; ++c) pixels.push_back(image.rgb[c] - reference.rgb[c]);
+    pixels.push_back(flip[i]);
   }
-  writer.finish();
+  write_exr_file(path, header, pixels);
 }
 
 }  // namespace

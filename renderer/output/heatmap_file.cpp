@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "io/exr_file.h"
 #include "io/image_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
@@ -75,19 +74,19 @@ HeatmapFile::HeatmapFile(const HeatmapRequest& request, const HeatmapStyle& styl
                          const Frame& frame, std::span<const std::string> channels)
     : path_(request.path), style_(style), plane_(*request.quantity, channels, frame.crop) {
   if (is_exr(request.path)) {
-    header_.width = frame.width;
-    header_.height = frame.height;
-    header_.data_window = frame.crop;
-    header_.channels = {{std::string(request.quantity->name)}};
-    header_.attributes = frame.attributes;
-    exr_ = std::make_unique<ExrWriter>(request.path, header_);
+    const ExrHeader header = {.width = frame.width,
+                              .height = frame.height,
+                              .data_window = frame.crop,
+                              .channels = {{std::string(request.quantity->name)}},
+                              .attributes = frame.attributes};
+    exr_ = std::make_unique<ExrWriter>(request.path, header);
   } else {
     picture_.emplace(request.path);
   }
 }
 
 void HeatmapFile::write_exr() {
-  write_exr_crop(*exr_, header_, plane_.plane().values);
+  exr_->write(plane_.plane().values);
   exr_->finish();
 }
 

@@ -67,7 +67,6 @@ class HeatmapFile {
   std::string path_;
   HeatmapStyle style_;
   QuantityPlane plane_;
-  ExrHeader header_;  // of exr_
   std::unique_ptr<ExrWriter> exr_;
   std::optional<AtomicFile> picture_;
 };

@@ -31,6 +31,20 @@ void check_format(const std::string& path, const Rect& crop) {
 
 }  // namespace
 
+ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop,
+                     std::vector<std::pair<std::string, std::string>> attributes) {
+  ExrHeader header = {.width = width,
+                      .height = height,
+                      .data_window = crop,
+                      .channels = {},
+                      .attributes = std::move(attributes)};
+  for (const FilmChannel& channel : film_channels(aovs)) {
+    header.channels.push_back(
+        {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
+  }
+  return header;
+}
+
 void register_inputs(const RenderOptions& options, FileRegister& files) {
   if (!options.scene.empty()) files.read(options.scene, "it is the scene");
   const auto read = [&files](const std::string& path, const char* option) {
@@ -70,16 +84,9 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
     : stop_(stop) {
   for (const std::string& path : paths) {
     if (is_exr(path)) {
-      ExrHeader header;
-      header.width = settings.width;
-      header.height = settings.height;
-      header.data_window = settings.crop;
+      ExrHeader header = exr_header(settings.aovs, settings.width, settings.height, settings.crop,
+                                    settings.attributes);
       header.tile_size = settings.tile_size;
-      for (const FilmChannel& channel : film_channels(settings.aovs)) {
-        header.channels.push_back(
-            {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
-      }
-      header.attributes = settings.attributes;
       header.attributes.emplace_back(kCompleteAttribute, "false");
       header.attributes.emplace_back(kSamplesAttribute, std::string(kMostDigits, ' '));
       ExrOutput& exr = exrs_.emplace_back();

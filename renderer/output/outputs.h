@@ -46,8 +46,11 @@ struct FrameState {
   uint64_t samples = 0;
 };
 
-// Passes finished tiles on to every file, heatmaps included, and the count of samples to the
-// progress display.
+// Of a film's channels.
+ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop,
+                     std::vector<std::pair<std::string, std::string>> attributes);
+
+// Passes finished tiles on to every file, heatmaps included.
 class FrameOutputs final : public FrameObserver {
  public:
   // Opens the files at once, so that a path that cannot be written is known before the render and

@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "io/atomic_file.h"
-#include "io/exr_file.h"
+#include "io/exr_writer.h"
 #include "io/image_library.h"
 #include "io/image_output.h"
 #include "renderer/core/errors.h"
@@ -217,12 +217,12 @@ std::optional<uint64_t> SnapshotRecorder::wanted_at() const {
 }
 
 void SnapshotRecorder::write_exr(const std::string& file, const std::vector<float>& rgba) const {
-  ExrHeader header;
-  header.width = options_.width;
-  header.height = options_.height;
-  header.data_window = crop_;
-  header.tile_size = options_.bucket_size;
-  for (const char* name : {"R", "G", "B", "A"}) header.channels.push_back({name});
+  const ExrHeader header = {.width = options_.width,
+                            .height = options_.height,
+                            .data_window = crop_,
+                            .tile_size = options_.bucket_size,
+                            .channels = {{"R"}, {"G"}, {"B"}, {"A"}},
+                            .attributes = {}};
   write_exr_file(file, header, rgba);
 }
 

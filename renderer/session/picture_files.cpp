@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <memory>
 
-#include "io/exr_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/output/heatmap_file.h"
+#include "renderer/output/outputs.h"
 #include "renderer/output/report.h"
 #include "renderer/session/overlay_picture.h"
 
@@ -15,24 +15,14 @@ namespace {
 
 Rect crop_of(const FilmCopy& film) { return {0, 0, film.width, film.height}; }
 
-ExrHeader header_of(const FilmCopy& film) {
-  ExrHeader header;
-  header.width = film.width;
-  header.height = film.height;
-  header.data_window = crop_of(film);
-  for (const FilmChannel& channel : film_channels(film.aovs)) {
-    header.channels.push_back(
-        {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
-  }
-  header.attributes = settings_attributes(film.options);
-  return header;
-}
-
 }  // namespace
 
 void write_picture(const std::string& path, const FilmCopy& film, const DisplaySettings& display) {
   if (lower_suffix(path) == ".exr") {
-    write_exr_file(path, header_of(film), film.channels);
+    write_exr_file(path,
+                   exr_header(film.aovs, film.width, film.height, crop_of(film),
+                              settings_attributes(film.options)),
+                   film.channels);
     return;
   }
   const size_t channels = film_channels(film.aovs).size(), pixels = film.channels.size() / channels;

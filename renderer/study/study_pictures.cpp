@@ -1,6 +1,5 @@
 #include "renderer/study/study_pictures.h"
 
-#include "io/exr_file.h"
 #include "io/input_file.h"
 #include "renderer/output/flip_picture.h"
 

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
-#include "io/exr_file.h"
 #include "io/fingerprint.h"
 #include "io/image_input.h"
 #include "io/input_file.h"
@@ -13,6 +12,8 @@
 #include "io/json_reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/output/outputs.h"
+#include "renderer/output/rgb_file.h"
 #include "renderer/process/run_limits.h"
 
 namespace emberline {
@@ -120,14 +121,9 @@ std::optional<ReferenceHalf> render_reference_half(const StudyRenderer& renderer
   std::optional<StudyPicture> picture =
       renderer.render(request.options, study_reference_aovs(), stop);
   if (!picture) return std::nullopt;
-  ExrHeader header;
-  header.width = request.options.width;
-  header.height = request.options.height;
-  header.data_window = renderer.crop();
-  for (const FilmChannel& channel : film_channels(study_reference_aovs())) {
-    header.channels.push_back({channel.name});
-  }
-  header.attributes = {{kAttribute, request.key}};
+  const ExrHeader header =
+      exr_header(study_reference_aovs(), request.options.width, request.options.height,
+                 renderer.crop(), {{kAttribute, request.key}});
   // The note last: pixels without one are not believed.
   const std::string base = base_path(request);
   write_exr_file(base + ".exr", header, picture->values);

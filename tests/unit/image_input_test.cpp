@@ -306,11 +306,7 @@ TEST(ReadFloatImage, NamesChannelsAndDecodesSrgb) {
   header.width = 2;
   header.height = 1;
   header.data_window = {0, 0, 2, 1};
-  header.channels = {{"R", ChannelType::kHalf},
-                     {"G", ChannelType::kHalf},
-                     {"B", ChannelType::kHalf},
-                     {"albedo.G", ChannelType::kFloat},
-                     {"samples", ChannelType::kUint}};
+  header.channels = {{"R"}, {"G"}, {"B"}, {"albedo.G"}, {"samples", ChannelType::kUint}};
   {
     ExrWriter writer(folder / "a.exr", header);
     writer.write_tile({0, 0, 2, 1}, {1, 2, 3, 0.25f, 7, 4, 5, 6, 0.75f, 16777215});
