@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "io/atomic_file.h"
+#include "io/image_output.h"
 #include "renderer/core/rect.h"
 
 namespace emberline {
@@ -85,24 +87,29 @@ class DisplayImageWriter {
   // created, UsageError for a suffix other than .png, .jpg and .jpeg.
   DisplayImageWriter(const std::string& path, const Rect& data_window,
                      std::shared_ptr<const DisplayTransform> transform, bool alpha);
-  ~DisplayImageWriter();
-  DisplayImageWriter(const DisplayImageWriter&) = delete;
-  DisplayImageWriter& operator=(const DisplayImageWriter&) = delete;
 
   // `rgba` holds rect.area() x 4 linear floats (premultiplied alpha), rows from rect.y0; `rect`
   // lies in the data window. Thread-safe for disjoint rectangles.
   void write_tile(const Rect& rect, const std::vector<float>& rgba);
 
-  const std::string& path() const;
+  const std::string& path() const { return file_.path(); }
   // What is held from construction on: the picture.
-  uint64_t bytes() const;
+  uint64_t bytes() const { return image_.values.capacity(); }
 
   // Encodes and writes. Call once, when no thread writes any more. Throws RenderError.
   void finish();
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  const std::string format_;
+  const Rect data_window_;
+  const std::shared_ptr<const DisplayTransform> transform_;
+  AtomicFile file_;
+  ByteImage image_;
 };
+
+// A picture that is held as a whole, by a DisplayImageWriter.
+void write_display_image(const std::string& path, const Rect& data_window,
+                         std::shared_ptr<const DisplayTransform> transform, bool alpha,
+                         const std::vector<float>& rgba);
 
 }  // namespace emberline

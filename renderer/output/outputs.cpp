@@ -95,8 +95,8 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
       exr.writer = std::make_unique<ExrWriter>(path, header);
     } else {
       if (!transform_) transform_ = std::make_shared<DisplayTransform>(settings.display);
-      images_.push_back(std::make_unique<DisplayImageWriter>(
-          path, settings.crop, transform_, settings.transparent && lower_suffix(path) == ".png"));
+      images_.push_back(std::make_unique<DisplayImageWriter>(path, settings.crop, transform_,
+                                                             settings.transparent));
     }
   }
   const std::vector<std::string> names = film_channel_names(settings.aovs);

@@ -253,9 +253,7 @@ std::vector<SnapshotReport> SnapshotRecorder::write(WriteAttempts& attempts) {
     const std::string& name = names[reports.size()];
     const std::string picture = folder_->path(name + ".png");
     const bool written = attempts.attempt(picture, [&] {
-      DisplayImageWriter png(picture, crop_, transform_, options_.transparent);
-      png.write_tile(crop_, *snapshot.rgba);
-      png.finish();
+      write_display_image(picture, crop_, transform_, options_.transparent, *snapshot.rgba);
     });
     if (exr) {
       const std::string values = folder_->path(name + ".exr");

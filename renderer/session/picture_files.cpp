@@ -28,10 +28,8 @@ void write_picture(const std::string& path, const FilmCopy& film, const DisplayS
   const size_t channels = film_channels(film.aovs).size(), pixels = film.channels.size() / channels;
   std::vector<float> rgba(4 * pixels);
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&film.channels[channels * i], 4, &rgba[4 * i]);
-  DisplayImageWriter writer(path, crop_of(film), std::make_shared<DisplayTransform>(display),
-                            film.options.transparent && lower_suffix(path) == ".png");
-  writer.write_tile(crop_of(film), rgba);
-  writer.finish();
+  write_display_image(path, crop_of(film), std::make_shared<DisplayTransform>(display),
+                      film.options.transparent, rgba);
 }
 
 const HeatmapQuantity& heatmap_of(ViewOverlay overlay) {

@@ -38,9 +38,7 @@ ExrHeader StudyPictures::header() const {
 }
 
 void StudyPictures::write_png(const std::string& name, std::vector<float> rgba) const {
-  DisplayImageWriter writer(folder_.path(name), crop_, transform_, frame_.transparent);
-  writer.write_tile(crop_, rgba);
-  writer.finish();
+  write_display_image(folder_.path(name), crop_, transform_, frame_.transparent, rgba);
 }
 
 void StudyPictures::write(const std::string& id, const StudyPicture& picture,
