@@ -6,14 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace emberline {
+#include "renderer/core/byte_image.h"
 
-struct ByteImage {
-  int width = 0, height = 0;
-  int channels = 3;             // 1, 3, or 4 with alpha last, colour not multiplied by it
-  std::vector<uint8_t> values;  // interleaved, row-major, display-encoded
-  bool srgb = true;             // tag the file as sRGB
-};
+namespace emberline {
 
 // A display value in [0, 1] as one of 256 steps, the nearest; clipped, NaN becomes 0.
 inline uint8_t to_byte(float value) {

@@ -3,26 +3,26 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "renderer/charts/colour_map.h"
+#include "renderer/core/byte_image.h"
 #include "renderer/core/rect.h"
 
 namespace emberline {
 
-struct BytePicture {
-  int width = 0, height = 0;
-  std::vector<uint8_t> rgb;  // interleaved, row-major, 8-bit sRGB
-
+// Of three channels, sRGB.
+struct BytePicture : ByteImage {
   BytePicture() = default;
-  BytePicture(int w, int h, const Rgb8& colour) : width(w), height(h) {
-    rgb.resize(3 * size_t(w) * size_t(h));
+  BytePicture(int w, int h, const Rgb8& colour) {
+    width = w;
+    height = h;
+    values.resize(3 * size_t(w) * size_t(h));
     fill(bounds(), colour);
   }
 
   Rect bounds() const { return {0, 0, width, height}; }
-  uint8_t* at(int x, int y) { return &rgb[3 * bounds().index_of(x, y)]; }
-  const uint8_t* at(int x, int y) const { return &rgb[3 * bounds().index_of(x, y)]; }
+  uint8_t* at(int x, int y) { return &values[3 * bounds().index_of(x, y)]; }
+  const uint8_t* at(int x, int y) const { return &values[3 * bounds().index_of(x, y)]; }
   Rgb8 colour(int x, int y) const {
     const uint8_t* p = at(x, y);
     return {p[0], p[1], p[2]};

@@ -91,11 +91,7 @@ void HeatmapFile::write_exr() {
 }
 
 void HeatmapFile::write_picture() {
-  BytePicture drawn = draw_quantity(plane_.quantity(), plane_.plane(), style_);
-  ByteImage image;
-  image.width = drawn.width;
-  image.height = drawn.height;
-  image.values = std::move(drawn.rgb);
+  const BytePicture image = draw_quantity(plane_.quantity(), plane_.plane(), style_);
   const std::string& path = picture_->path();
   const std::vector<unsigned char> bytes = encode_image(image, image_format_of(path), path);
   picture_->write_at(bytes.data(), bytes.size(), 0);

@@ -151,10 +151,8 @@ void add_samples(HtmlPage& page, const ReportPictures& pictures) {
   for (const ReportPictures::Map& map : pictures.maps()) {
     HeatmapStyle style;
     if (map.quantity->name != "samples") style.colours = ColourMap::kViridis;
-    BytePicture drawn = draw_quantity(*map.quantity, map.plane, style);
     figures.push_back(encoded_figure(
-        {.width = drawn.width, .height = drawn.height, .values = std::move(drawn.rgb)}, "png",
-        std::string(map.quantity->title),
+        draw_quantity(*map.quantity, map.plane, style), "png", std::string(map.quantity->title),
         map_caption(map) + reduced(pictures, map.quantity->reasons ? "one" : "the mean")));
   }
   const std::map<uint32_t, uint64_t> pixels = pictures.pixels_by_samples();

@@ -60,7 +60,7 @@ std::string draw_overlay(const HeatmapQuantity& quantity, std::span<const std::s
   }
   const BytePicture picture = draw_quantity(quantity, plane.plane(), drawn);
   for (size_t i = 0; i < size_t(crop.area()); ++i) {
-    std::copy_n(&picture.rgb[3 * i], 3, &rgba8[4 * i]);
+    std::copy_n(&picture.values[3 * i], 3, &rgba8[4 * i]);
     rgba8[4 * i + 3] = 255;
   }
   return words;

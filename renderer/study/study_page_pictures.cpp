@@ -196,10 +196,8 @@ void add_heatmaps(HtmlPage& page, const std::vector<MethodPictures>& methods, in
   std::vector<PageFigure> figures;
   for (const MethodPictures& m : methods) {
     if (!m.samples) continue;
-    BytePicture drawn = draw_quantity(find_heatmap_quantity("samples"), *m.samples, style);
     figures.push_back(
-        figure({.width = drawn.width, .height = drawn.height, .values = std::move(drawn.rgb)},
-               "png", m.name));
+        figure(draw_quantity(find_heatmap_quantity("samples"), *m.samples, style), "png", m.name));
   }
   page.figures(figures, in_a_row(width));
 }

@@ -56,7 +56,7 @@ TEST(Heatmap, PixelsKeepTheirPlaceAtAnySize) {
       settings.range = ValueRange{0, 1000};
       expect_pixels(plane, settings, {0, 1000});
       const BytePicture picture = draw_heatmap(plane, settings);
-      EXPECT_EQ(picture.rgb.size(), 3u * size_t(picture.width) * size_t(picture.height));
+      EXPECT_EQ(picture.values.size(), 3u * size_t(picture.width) * size_t(picture.height));
       if (plain) {
         EXPECT_EQ(picture.bounds(), (Rect{0, 0, width, height}));
       } else {
@@ -75,7 +75,7 @@ TEST(Heatmap, LettersGrowWithTheFrame) {
     EXPECT_EQ(picture.width, width);
     // The legend alone, and of it the first line.
     BytePicture legend(width, 20 * scale, {0, 0, 0});
-    std::copy_n(picture.at(0, height), legend.rgb.size(), legend.rgb.begin());
+    std::copy_n(picture.at(0, height), legend.values.size(), legend.values.begin());
     EXPECT_TRUE(shows_text(legend, "density", scale)) << width;
     EXPECT_LT(picture.height - height, scale == 1 ? height / 2 : height / 4);
   }
@@ -247,7 +247,7 @@ TEST(CategoryMap, ReasonsCanBeToldApart) {
 
 TEST(Heatmap, TheSameBytesEveryTime) {
   const Plane plane = ramp(123, 45);
-  EXPECT_EQ(draw_heatmap(plane, titled()).rgb, draw_heatmap(plane, titled()).rgb);
+  EXPECT_EQ(draw_heatmap(plane, titled()).values, draw_heatmap(plane, titled()).values);
 }
 
 }  // namespace

@@ -89,7 +89,7 @@ TEST(PixelText, WhatIsOutsideThePictureIsCutOff) {
     for (const int y : {-1000, -4, 12, 1000}) {
       BytePicture picture(16, 16, kPaper);
       draw_text(picture, x, y, "WWWWWW", 2, kInk);  // the sanitizers look on
-      EXPECT_EQ(picture.rgb.size(), 3u * 16 * 16);
+      EXPECT_EQ(picture.values.size(), 3u * 16 * 16);
     }
   }
 }
