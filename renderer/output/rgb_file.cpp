@@ -80,4 +80,13 @@ RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect
                    describe(crop, frame_width, frame_height));
 }
 
+RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect& crop) {
+  RgbImage image{crop.width(), crop.height(), {}};
+  image.rgb.reserve(values.size() / channels * 3);
+  for (size_t i = 0; i < values.size(); i += channels) {
+    image.rgb.insert(image.rgb.end(), &values[i], &values[i] + 3);
+  }
+  return image;
+}
+
 }  // namespace emberline

@@ -1,6 +1,7 @@
 // Picture files, for whatever shows their channels or measures R, G and B against another's.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "io/image_input.h"
@@ -32,5 +33,8 @@ RgbFile read_rgb(const std::string& path, const LoadProgress& progress);
 // them, if they are as many. Throws InputError, which calls the picture to be measured `what`.
 RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect& crop,
                           int frame_width, int frame_height);
+
+// The first three of a crop's interleaved channels.
+RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect& crop);
 
 }  // namespace emberline

@@ -102,14 +102,6 @@ ByteImage animation_frame(const std::vector<float>& rgba, const Rect& crop,
   return image;
 }
 
-RgbImage without_alpha(const std::vector<float>& rgba, const Rect& crop) {
-  RgbImage image{crop.width(), crop.height(), {}};
-  image.rgb.reserve(rgba.size() / 4 * 3);
-  for (size_t i = 0; i < rgba.size(); i += 4)
-    image.rgb.insert(image.rgb.end(), &rgba[i], &rgba[i + 3]);
-  return image;
-}
-
 }  // namespace
 
 std::span<const SnapshotFormatEntry> snapshot_format_table() { return kFormats; }
@@ -266,7 +258,7 @@ std::vector<SnapshotReport> SnapshotRecorder::write(WriteAttempts& attempts) {
     report.samples = snapshot.progress.samples;
     report.elapsed_s = snapshot.elapsed_s;
     if (!reference_) continue;
-    const ErrorMetrics error = compare_images(without_alpha(*snapshot.rgba, crop_), *reference_,
+    const ErrorMetrics error = compare_images(to_rgb_image(*snapshot.rgba, 4, crop_), *reference_,
                                               {.exposure = options_.display.exposure});
     report.rmse = std::pow(10.0, -error.psnr / 20);  // the peak is 1
     report.mse = error.mse;

@@ -2,6 +2,7 @@
 
 #include "io/input_file.h"
 #include "renderer/output/flip_picture.h"
+#include "renderer/output/rgb_file.h"
 
 namespace emberline {
 

@@ -8,19 +8,10 @@
 #include "renderer/frame/frame_render.h"
 #include "renderer/frame/frame_scene.h"
 #include "renderer/output/report.h"
+#include "renderer/output/rgb_file.h"
 #include "renderer/process/render_clock.h"
 
 namespace emberline {
-
-RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect& crop) {
-  RgbImage image{crop.width(), crop.height(), {}};
-  image.rgb.reserve(values.size() / channels * 3);
-  for (size_t i = 0; i < values.size(); i += channels) {
-    image.rgb.insert(image.rgb.end(), &values[i], &values[i] + 3);
-  }
-  return image;
-}
-
 namespace {
 
 void warn_of_non_finite(const RenderOptions& o, const FrameCounters& counters) {

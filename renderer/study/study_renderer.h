@@ -31,9 +31,6 @@ struct StudyPicture {
   uint64_t non_finite_samples = 0;  // of a whole frame
 };
 
-// The first three of a crop's interleaved channels.
-RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect& crop);
-
 // What a driver claimed of the picture at the end of a round, and that picture.
 struct ClaimedError {
   uint64_t samples = 0;
