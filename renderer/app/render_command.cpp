@@ -75,14 +75,6 @@ OutputSettings settings_of_outputs(const RenderOptions& options, const Rect& cro
   return settings;
 }
 
-// A time limit ends a frame as --spp does, but where the driver finishes it part by part: then
-// parts of it have nothing.
-bool is_complete(const FrameRender& rendered, const FrameCounters& counters,
-                 const StopRequest& stop) {
-  if (!counters.stopped) return true;
-  return stop.cause() == PixelStop::kTimeLimit && !rendered.by_tiles();
-}
-
 FramePlan plan_of(const RenderOptions& options) {
   FramePlan plan(options);
   plan.driver_settings.explained = options.explained;
@@ -293,9 +285,10 @@ void RenderRun::render() {
 void RenderRun::write() {
   const Stopwatch write;
   outputs_->rendering_ended();
-  arena_->execute([&] { frame_render_.deliver(*outputs_); });
-  outputs_->finish({is_complete(frame_render_, report_.counters, stop_), report_.counters.samples},
-                   attempts_);
+  Watcher watcher(*this, nullptr);
+  arena_->execute([&] { frame_render_.deliver(watcher); });
+  const bool complete = frame_render_.is_complete(report_.counters, stop_.cause());
+  outputs_->finish({complete, report_.counters.samples}, attempts_);
   write_refinement(options_, frame_render_, attempts_);
   if (viewer_) viewer_->finish(stop_.cause());
   report_.estimator = plan_.even ? "none" : std::string(plan_.driver_settings.adaptive.estimator);

@@ -56,6 +56,11 @@ class FrameRender final : public FramePicture {
   const FrameDriver* driver() const { return driver_.get(); }
   // Tiles are handed on, and nothing is kept.
   bool by_tiles() const { return drivers_.tiles; }
+  // A time limit ends a frame as --spp does, but where the driver finishes it part by part: then
+  // parts of it have nothing.
+  bool is_complete(const FrameCounters& counters, PixelStop cause) const {
+    return !counters.stopped || (cause == PixelStop::kTimeLimit && !by_tiles());
+  }
 
   // What render() and deliver() hold of each pixel of the crop beside their workers' tiles, at
   // most; with light groups 24 for each and 24 more. And what is held by now.

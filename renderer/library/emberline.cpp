@@ -193,8 +193,7 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
   picture.rays = counters.rays.total();
   picture.non_finite_samples = counters.non_finite_samples;
   picture.error_estimate = render.error_estimate();
-  const bool by_time = end.cause() == PixelStop::kTimeLimit && !render.by_tiles();
-  picture.complete = !counters.stopped || by_time;
+  picture.complete = render.is_complete(counters, end.cause());
   return picture;
 }
 
