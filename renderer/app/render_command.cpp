@@ -96,9 +96,10 @@ class RenderRun {
   int report();
 
  private:
+  class Watcher;
+
   void open_outputs();
   void add_light_groups(const LightGroups& groups);
-  void watch(ProgressDisplay& progress);
   void note_picture(const FrameProgress& now, const FramePicture& picture);
   int exit_code() const;
   std::vector<std::string> failed_outputs() const;
@@ -129,7 +130,6 @@ class RenderRun {
   std::optional<GracefulStop> graceful_;
   std::optional<tbb::task_arena> arena_;
   std::optional<RenderClock> clock_;
-  std::atomic<bool> begun_{false};
   WriteAttempts attempts_, snapshot_attempts_;
 };
 
@@ -212,32 +212,49 @@ void RenderRun::add_light_groups(const LightGroups& groups) {
   if (outputs_) outputs_->add_light_layers(light_layer_names(groups.list()));
 }
 
-// Progress is shown, passes are noted, snapshots taken and a viewer kept informed.
-void RenderRun::watch(ProgressDisplay& progress) {
-  outputs_->on_samples([&](uint64_t count) {
-    if (!begun_.load(std::memory_order_relaxed) && !begun_.exchange(true)) {
-      report_.times.first_sample_s = process_age_seconds().value_or(wall_.seconds());
-      report_.times.first_sample_cpu_s = process_cpu_seconds();
-    }
-    progress.add(count);
-  });
-  // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
-  if (frame_render_.by_tiles()) {
-    const auto pixels = double(plan_.crop.area());
-    outputs_->on_pixels(
-        [&progress, pixels](int64_t finished) { progress.add_share(double(finished) / pixels); });
+// Files and report get finished tiles; while it renders progress is shown, passes are noted,
+// snapshots taken and a viewer kept informed.
+class RenderRun::Watcher final : public FrameObserver {
+ public:
+  // Without a display, of a frame that is rendered and is only delivered.
+  Watcher(RenderRun& run, ProgressDisplay* progress) : run_(run), progress_(progress) {}
+
+  void tile_finished(const FilmTile& tile) override {
+    run_.outputs_->tile_finished(tile);
+    if (run_.pictures_) run_.pictures_->add(tile);
+    if (run_.viewer_) run_.viewer_->add(tile);
+    // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
+    if (!progress_ || !run_.frame_render_.by_tiles()) return;
+    progress_->add_share(double(tile.rect().area()) / double(run_.plan_.crop.area()));
   }
-  outputs_->on_picture(
-      [&](const FrameProgress& now, const FramePicture& picture) { note_picture(now, picture); });
-  if (!snapshots_ && !viewer_) return;
-  const auto wanted = [&] {
-    const double elapsed = clock_->seconds();
-    return (snapshots_ && snapshots_->wanted(elapsed)) || (viewer_ && viewer_->wanted(elapsed));
-  };
-  outputs_->on_wanted(wanted, [&]() -> std::optional<uint64_t> {
-    return snapshots_ ? snapshots_->wanted_at() : std::nullopt;
-  });
-}
+  void samples_finished(uint64_t count) override {
+    if (!progress_) return;
+    if (!begun_.load(std::memory_order_relaxed) && !begun_.exchange(true)) {
+      RenderTimes& times = run_.report_.times;
+      times.first_sample_s = process_age_seconds().value_or(run_.wall_.seconds());
+      times.first_sample_cpu_s = process_cpu_seconds();
+    }
+    progress_->add(count);
+  }
+  void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
+    if (progress_) run_.note_picture(now, picture);
+  }
+  bool picture_wanted() const override {
+    if (!progress_ || (!run_.snapshots_ && !run_.viewer_)) return false;
+    const double elapsed = run_.clock_->seconds();
+    return (run_.snapshots_ && run_.snapshots_->wanted(elapsed)) ||
+           (run_.viewer_ && run_.viewer_->wanted(elapsed));
+  }
+  std::optional<uint64_t> picture_wanted_at() const override {
+    return progress_ && run_.snapshots_ ? run_.snapshots_->wanted_at() : std::nullopt;
+  }
+  PixelStop stop_cause() const override { return run_.stop_.cause(); }
+
+ private:
+  RenderRun& run_;
+  ProgressDisplay* const progress_;
+  std::atomic<bool> begun_{false};
+};
 
 void RenderRun::note_picture(const FrameProgress& now, const FramePicture& picture) {
   const double elapsed = clock_->seconds();
@@ -255,24 +272,14 @@ void RenderRun::render() {
     write_file_atomically(options_.save_settings, settings_json(options_, options_.save_settings));
   }
   if (options_.viewer) viewer_.emplace(options_, plan_.crop, workers_->count());
-  if (pictures_ || viewer_) {
-    outputs_->on_tile([&](const FilmTile& tile) {
-      if (pictures_) pictures_->add(tile);
-      if (viewer_) viewer_->add(tile);
-    });
-  }
   report_.display = outputs_->display_description();
   graceful_.emplace();
   clock_.emplace();
   arena_->execute([&] {
     ProgressDisplay progress(uint64_t(plan_.crop.area()) * frame_->samples_per_pixel, stop_,
                              options_.time_limit_s);
-    watch(progress);
-    report_.counters = frame_render_.render(*frame_, *outputs_, stop_.token());
-    outputs_->on_samples({});
-    outputs_->on_pixels({});
-    outputs_->on_picture({});
-    outputs_->on_wanted({}, {});
+    Watcher watcher(*this, &progress);
+    report_.counters = frame_render_.render(*frame_, watcher, stop_.token());
   });
   report_.times.render_s = clock_->seconds();
   report_.times.snapshots_s = clock_->left_out_seconds();

@@ -142,20 +142,10 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
     tile.resolve_rgba(pixels);
     for (const auto& image : images_) image->write_tile(tile.rect(), pixels);
   }
-  if (on_tile_) on_tile_(tile);
   const uint64_t bytes = tile.bytes() + pixels.capacity() * sizeof(float);
   const std::lock_guard lock(mutex_);
   uint64_t& most = thread_bytes_[std::this_thread::get_id()];
   most = std::max(most, bytes);
-  if (on_pixels_) on_pixels_(tile.rect().area());
-}
-
-void FrameOutputs::samples_finished(uint64_t count) {
-  if (on_samples_) on_samples_(count);
-}
-
-void FrameOutputs::picture_changed(const FrameProgress& progress, const FramePicture& picture) {
-  if (on_picture_) on_picture_(progress, picture);
 }
 
 bool FrameOutputs::nothing_left() const {

@@ -3,11 +3,9 @@
 
 #include <atomic>
 #include <deque>
-#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -59,29 +57,9 @@ class FrameOutputs final : public FrameObserver {
   FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                const StopRequest& stop);
 
-  void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }
-  // Told of a finished tile's number of pixels, from any thread.
-  void on_pixels(std::function<void(int64_t)> callback) { on_pixels_ = std::move(callback); }
-  // Called with every finished tile, from the thread that finished it.
-  void on_tile(std::function<void(const FilmTile&)> callback) { on_tile_ = std::move(callback); }
-  using LookAtPicture = std::function<void(const FrameProgress&, const FramePicture&)>;
-  void on_picture(LookAtPicture callback) { on_picture_ = std::move(callback); }
-  // Whether somebody waits for on_picture's call, by now or from some number of the frame's samples
-  // on: FrameObserver says from which threads it is asked.
-  void on_wanted(std::function<bool()> now, std::function<std::optional<uint64_t>()> at) {
-    wanted_ = std::move(now);
-    wanted_at_ = std::move(at);
-  }
-
   // A file that cannot be written (a full disk) is named by finish(); throws RenderError when it is
   // the last one, so that nobody renders for nothing.
   void tile_finished(const FilmTile& tile) override;
-  void samples_finished(uint64_t count) override;
-  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override;
-  bool picture_wanted() const override { return wanted_ && wanted_(); }
-  std::optional<uint64_t> picture_wanted_at() const override {
-    return wanted_at_ ? wanted_at_() : std::nullopt;
-  }
   PixelStop stop_cause() const override { return stop_.cause(); }
 
   // Adds a layer for each light group of the frame to the EXR files, by these names. To be called
@@ -116,12 +94,6 @@ class FrameOutputs final : public FrameObserver {
   std::vector<std::unique_ptr<HeatmapFile>> heatmaps_;
   std::shared_ptr<const DisplayTransform> transform_;
   const StopRequest& stop_;
-  std::function<void(uint64_t)> on_samples_;
-  std::function<void(int64_t)> on_pixels_;
-  std::function<void(const FilmTile&)> on_tile_;
-  LookAtPicture on_picture_;
-  std::function<bool()> wanted_;
-  std::function<std::optional<uint64_t>()> wanted_at_;
   mutable std::mutex mutex_;
   std::map<std::thread::id, uint64_t> thread_bytes_;  // at most, of each thread that brought a tile
 };
