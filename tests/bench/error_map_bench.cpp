@@ -81,11 +81,10 @@ void add_error_map_benchmarks() {
       kPixels);
   for (const EstimatorEntry& entry : estimator_table()) {
     // Without a threshold `dammertz` splits to the end: its slowest case.
-    const std::shared_ptr<const ErrorEstimator> estimator = entry.create({.threshold = 0.0f});
     add_benchmark(
         "error_map/" + std::string(entry.name),
-        [estimator, pixels, map = ErrorMap()]() mutable {
-          estimator->estimate(*pixels, ErrorMetric::kDisplay, &map);
+        [&entry, pixels, map = ErrorMap()]() mutable {
+          entry.estimate(*pixels, {}, &map);
           return map.error[0];
         },
         kPixels);

@@ -59,7 +59,7 @@ class VarianceChannel : public testing::Test {
       render_references(*scene_, lit_floor_view(), lit_floor_settings(), 4096);
 };
 
-// Where every pixel ends at n samples, the halves expect V(n/2) - V(n) (nested_estimator.h), which
+// Where every pixel ends at n samples, the halves expect V(n/2) - V(n) (sample_halves.h), which
 // uniform frames of n/2 and n samples know without them. 6144 pixels, whose squares of one degree
 // of freedom leave 3 % of noise in a mean.
 TEST_F(VarianceChannel, OfHalvesIsWhatTheLastDoublingBrings) {

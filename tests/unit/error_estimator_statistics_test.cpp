@@ -57,16 +57,28 @@ TEST(Quantiles, StudentAgreesWithTables) {
 
 // ---- calibration -------------------------------------------------------------------------------
 
+// With confidence 95 %, the variance of the mean of `count` samples is below this; `variance` is
+// that of a sample.
+float chi_square_bound(float variance, float count) {
+  const double degrees = double(count) - 1.0;
+  return variance / count * float(degrees / chi_square_quantile_05(degrees));
+}
+
+// Half the width of the 95 % confidence interval of that mean.
+float confidence_half_width(float variance, float count) {
+  return float(student_t_quantile_975(double(count) - 1.0)) * std::sqrt(variance / count);
+}
+
 constexpr int kSide = 200;  // of the windows: 40,000 pixels
 constexpr double kPixels = kSide * kSide;
 
 // Slope of the sRGB curve in its bent part.
 double display_slope(double x) { return 1.055 / 2.4 * std::pow(x, 1 / 2.4 - 1); }
 
-template <typename Estimator>
-std::vector<float> errors_of(const PixelStatistics& pixels, float threshold = 0.01f) {
+std::vector<float> errors_of(decltype(EstimatorEntry::estimate) estimate,
+                             const PixelStatistics& pixels, float threshold = 0.01f) {
   ErrorMap map;
-  Estimator({.threshold = threshold}).estimate(pixels, ErrorMetric::kDisplay, &map);
+  estimate(pixels, {.threshold = threshold}, &map);
   return map.error;
 }
 
@@ -96,7 +108,7 @@ TEST(ChiSquareCalibration, TheBoundHoldsIn95Percent) {
     const double held = share([&](size_t i) { return kDeviation * kDeviation / n < bound(i); });
     EXPECT_NEAR(held, 0.95, share_tolerance(0.95, kPixels) + 1e-3) << n << ", seed " << 100 + n;
     // In display units; the slope at the pixel's mean, not the true one, may cost .2 %.
-    const std::vector<float> errors = errors_of<ChiSquareEstimator>(pixels);
+    const std::vector<float> errors = errors_of(estimate_chi_square, pixels);
     const double shown = share([&](size_t i) { return true_error(n) < double(errors[i]); });
     EXPECT_NEAR(shown, 0.95, share_tolerance(0.95, kPixels) + 3e-3) << n << ", seed " << 100 + n;
   }
@@ -112,7 +124,7 @@ TEST(PainterSloanCalibration, TheIntervalHoldsIn95Percent) {
     const double held = share(
         [&](size_t i) { return std::abs(double(pixels.mean[0][i]) - kMean) <= double(width(i)); });
     EXPECT_NEAR(held, 0.95, share_tolerance(0.95, kPixels)) << n << ", seed " << 200 + n;
-    const std::vector<float> errors = errors_of<PainterSloanEstimator>(pixels);
+    const std::vector<float> errors = errors_of(estimate_painter_sloan, pixels);
     const double shown = share([&](size_t i) {
       return std::abs(display_value(pixels.mean[0][i]) - display_value(float(kMean))) <= errors[i];
     });
@@ -126,7 +138,7 @@ TEST(PainterSloanCalibration, RareLightHasNoInterval) {
   constexpr uint64_t kSeed = 7;
   const auto rare = [](TestRandom& random) { return random.next_double() < 0.02 ? 1.0 : 0.0; };
   const std::vector<float> interval =
-      errors_of<PainterSloanEstimator>(drawn_pixels(kSide, kSide, 8, kSeed, rare));
+      errors_of(estimate_painter_sloan, drawn_pixels(kSide, kSide, 8, kSeed, rare));
   const double black = std::pow(0.98, 8);
   EXPECT_NEAR(share([&](size_t i) { return interval[i] == 0.0f; }), black,
               share_tolerance(black, kPixels))
@@ -146,7 +158,7 @@ TEST(KajiyaCalibration, OneDegreeOfFreedom) {
     // The variance of chi-square with one degree of freedom is 2.
     EXPECT_NEAR(sum / kPixels / (kDeviation * kDeviation / n), 1.0, 5 * std::sqrt(2.0 / kPixels))
         << n << ", seed " << 300 + n;
-    const std::vector<float> errors = errors_of<KajiyaEstimator>(pixels);
+    const std::vector<float> errors = errors_of(estimate_kajiya, pixels);
     for (const double part : {0.5, 0.1}) {
       const double expected = std::erf(part / std::sqrt(2.0));
       const double below = share([&](size_t i) { return errors[i] < part * true_error(n); });
@@ -167,8 +179,8 @@ TEST(DammertzCalibration, TheThresholdIsAStandardErrorOfTheDisplay) {
     return kGrey + kNoise * test::draw_normal(random);
   });
   const double expected = display_slope(kGrey) * kNoise / std::sqrt(double(kCount)) *
-                          std::sqrt(kPixels / DammertzEstimator::kLeafPixels);
-  const std::vector<float> whole = errors_of<DammertzEstimator>(pixels, 1e-6f);
+                          std::sqrt(kPixels / kDammertzLeafPixels);
+  const std::vector<float> whole = errors_of(estimate_dammertz, pixels, 1e-6f);
   EXPECT_EQ(whole.front(), whole.back());
   EXPECT_NEAR(whole[0] / expected, 1.0, 0.026) << "seed " << kSeed;
 }
@@ -231,7 +243,7 @@ TEST(SelfStopping, ChiSquareLosesRareLight) {
   const VarianceRule rule = [](const SamplePixel& p) {
     return double(chi_square_bound(float(p.variance()), float(p.count())));
   };
-  expect_losses(rule, ChiSquareEstimator::kBatch, 500, {-0.43, -0.80, -0.32, -0.002});
+  expect_losses(rule, kChiSquareBatch, 500, {-0.43, -0.80, -0.32, -0.002});
   // Most of it is lost by the first test: eight samples without light, .9^8 of the pixels.
   EXPECT_LT(light_lost(rule, 8, kLights[0], 500).bias, -std::pow(0.9, 8) + 0.02);
 }
@@ -242,7 +254,7 @@ TEST(SelfStopping, PainterSloanLosesAsMuch) {
     const double width = confidence_half_width(float(p.variance()), float(p.count())) / kNormal975;
     return width * width;
   };
-  expect_losses(rule, PainterSloanEstimator::kBatch, 510, {-0.44, -0.78, -0.32, -0.003});
+  expect_losses(rule, kPainterSloanBatch, 510, {-0.44, -0.78, -0.32, -0.003});
 }
 
 TEST(SelfStopping, KajiyaLosesLessOfTheCommonAndMoreOfTheSmooth) {
@@ -250,7 +262,7 @@ TEST(SelfStopping, KajiyaLosesLessOfTheCommonAndMoreOfTheSmooth) {
     const auto b = float(p.second_count());
     return double(half_difference_variance(float(p.stream_difference()), float(p.count()) - b, b));
   };
-  expect_losses(rule, KajiyaEstimator::kBatch, 520, {-0.094, -0.46, -0.257, -0.012});
+  expect_losses(rule, kKajiyaBatch, 520, {-0.094, -0.46, -0.257, -0.012});
 }
 
 }  // namespace

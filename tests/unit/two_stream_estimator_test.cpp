@@ -53,8 +53,9 @@ Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
     const double honest = streams > 0 ? difference[c] / streams : own;
     const double value = mean[c] / std::max(weight, 1e-6);
     const auto in = [&](ErrorMetric metric) {
-      return double(
-          error_weight(metric, rel_mse_epsilon(p), float(value), float(std::sqrt(own / n))));
+      if (metric == ErrorMetric::kMse) return 1.0;
+      if (metric == ErrorMetric::kRelMse) return 1 / (value * value + double(rel_mse_epsilon(p)));
+      return double(display_error_weight(float(value), float(std::sqrt(own / n))));
     };
     const double shown = streams > 0 ? seen[c] / streams : in(ErrorMetric::kDisplay)*own;
     sum.error += shown / n / 3;
@@ -96,7 +97,7 @@ TEST(TwoStreamEstimator, IsItsDefinition) {
     const PixelStatistics pixels = uneven_pixels(width, height);
     for (const ErrorMetric metric : kMetrics) {
       ErrorMap map;
-      TwoStreamEstimator({}).estimate(pixels, metric, &map);
+      estimate_two_stream(pixels, {.allocation = metric}, &map);
       for (size_t i = 0; i < pixels.size(); ++i) {
         const Judged expected = judge(pixels, metric, int(i) % width, int(i) / width);
         // The kernel's constants have six digits; a slope is a difference over .002 or more.
@@ -114,7 +115,7 @@ TEST(TwoStreamEstimator, DeviationsAreFiniteInEveryMetric) {
     pixels.mean[1][333] = pixels.variance[0][600] = pixels.stream_difference[2][900] = bad;
     for (const ErrorMetric metric : kMetrics) {
       ErrorMap map;
-      TwoStreamEstimator({}).estimate(pixels, metric, &map);
+      estimate_two_stream(pixels, {.allocation = metric}, &map);
       for (const float deviation : map.deviation) {
         ASSERT_TRUE(std::isfinite(deviation) && deviation >= 0.0f) << deviation << " of " << bad;
       }

@@ -16,14 +16,10 @@ float bound_factor(float count) {
 
 }  // namespace
 
-float chi_square_bound(float variance, float count) {
-  return variance / count * bound_factor(count);
-}
-
-void ChiSquareEstimator::estimate(const PixelStatistics& pixels, ErrorMetric, ErrorMap* out) const {
+void estimate_chi_square(const PixelStatistics& pixels, const EstimatorSettings&, ErrorMap* out) {
   const auto bound = [&](size_t i, float error) {
     const float n = pixels.count[i];
-    if (!(n >= float(kFirstSamples))) return kUnknownError;
+    if (!(n >= float(kChiSquareBatch))) return kUnknownError;
     return error * std::sqrt(bound_factor(n));
   };
   fill_display_errors_of_samples(pixels, bound, out);

@@ -44,13 +44,13 @@ void add_channel(const PixelStatistics& pixels, size_t channel, size_t y, Column
   for (size_t row = y > 0 ? y - 1 : 0; row < std::min(y + 2, height); ++row) {
     columns.add_row(&pixels.mean[channel][row * width], &pixels.count[row * width], width);
   }
-  const float scale = ContrastEstimator::kPaperThreshold / kLimits[channel];
+  const float scale = kContrastThreshold / kLimits[channel];
   for (size_t x = 0; x < width; ++x) error[x] = std::max(error[x], scale * columns.contrast(x));
 }
 
 }  // namespace
 
-void ContrastEstimator::estimate(const PixelStatistics& pixels, ErrorMetric, ErrorMap* out) const {
+void estimate_contrast(const PixelStatistics& pixels, const EstimatorSettings&, ErrorMap* out) {
   constexpr size_t kRows = 8;
   // One sample has met one of all the paths of its pixel; that is not a mean yet.
   fill_errors(

@@ -6,7 +6,7 @@
 // linear light clipped to [0, 1] as a display clips it; where all is black there is none. The paper
 // compares samples; path traced ones differ by noise alone, so here means are compared.
 // The paper's limits are .4 for red, .3 for green and .6 for blue. The error is the largest of the
-// three contrasts over its limit, times kPaperThreshold: not an RMS error of any kind. So
+// three contrasts over its limit, times kContrastThreshold: not an RMS error of any kind. So
 // --noise-threshold .02 is the paper's rule, .01 halves its limits, and the error never exceeds
 // .0667, where a black pixel meets a green one.
 //
@@ -19,18 +19,13 @@
 
 namespace emberline {
 
-class ContrastEstimator final : public ErrorEstimator {
- public:
-  // Ours: the threshold that stands for the paper's limits, in the middle of what is between
-  // invisible (.005, a level of 255) and glaring (.08), so that one --noise-threshold asks
-  // comparable things of all estimators.
-  static constexpr float kPaperThreshold = 0.02f;
-  // Of the paper's contrast rule for path traced pixels, which are noisy from one sample each:
-  // ours.
-  static constexpr uint32_t kFirstSamples = 8, kBatch = 8;
-  explicit ContrastEstimator(const EstimatorSettings&) {}
-  void estimate(const PixelStatistics& pixels, ErrorMetric allocation,
-                ErrorMap* out) const override;
-};
+// Ours: the threshold that stands for the paper's limits, in the middle of what is between
+// invisible (.005, a level of 255) and glaring (.08), so that one --noise-threshold asks comparable
+// things of all estimators.
+inline constexpr float kContrastThreshold = 0.02f;
+inline constexpr uint32_t kContrastBatch = 8;  // ours: path traced pixels are noisy with fewer
+
+void estimate_contrast(const PixelStatistics& pixels, const EstimatorSettings& settings,
+                       ErrorMap* out);
 
 }  // namespace emberline

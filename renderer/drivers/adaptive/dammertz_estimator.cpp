@@ -76,7 +76,7 @@ class ErrorSums {
 float block_error(const ErrorSums& sums, const Rect& block) {
   const auto area = float(block.area());
   const float mean = float(double(sums(block)) / double(kUnits)) / area;
-  return mean * std::sqrt(area / float(DammertzEstimator::kLeafPixels)) / kErrorPerDeviation;
+  return mean * std::sqrt(area / float(kDammertzLeafPixels)) / kErrorPerDeviation;
 }
 
 // The part of `block` before `cut` on its longer axis.
@@ -108,8 +108,8 @@ class BlockTree {
 
   void judge(const Rect& block) {
     const float error = block_error(sums_, block);
-    const bool noisy = threshold_ > 0.0f && error >= DammertzEstimator::kSplitLimit * threshold_;
-    if (error <= threshold_ || noisy || block.area() <= DammertzEstimator::kLeafPixels) {
+    const bool noisy = threshold_ > 0.0f && error >= kDammertzSplitLimit * threshold_;
+    if (error <= threshold_ || noisy || block.area() <= kDammertzLeafPixels) {
       fill(block, error);
       return;
     }
@@ -137,11 +137,12 @@ class BlockTree {
 
 }  // namespace
 
-void DammertzEstimator::estimate(const PixelStatistics& pixels, ErrorMetric, ErrorMap* out) const {
+void estimate_dammertz(const PixelStatistics& pixels, const EstimatorSettings& settings,
+                       ErrorMap* out) {
   fill_errors(
       pixels, [&](size_t i) { return has_estimate(pixels, i) ? 0.0f : kUnknownError; }, out);
   if (pixels.size() == 0) return;
-  BlockTree(pixels, threshold_, &out->error).judge({0, 0, pixels.width, pixels.height});
+  BlockTree(pixels, settings.threshold, &out->error).judge({0, 0, pixels.width, pixels.height});
 }
 
 }  // namespace emberline

@@ -5,50 +5,80 @@
 #include "renderer/drivers/adaptive/contrast_estimator.h"
 #include "renderer/drivers/adaptive/dammertz_estimator.h"
 #include "renderer/drivers/adaptive/kajiya_estimator.h"
-#include "renderer/drivers/adaptive/nested_estimator.h"
 #include "renderer/drivers/adaptive/painter_sloan_estimator.h"
 #include "renderer/drivers/adaptive/two_stream_estimator.h"
 
 namespace emberline {
 namespace {
 
-template <typename Estimator>
-std::unique_ptr<ErrorEstimator> create(const EstimatorSettings& settings) {
-  return std::make_unique<Estimator>(settings);
-}
-
-// A row of an estimator of the books, which gives unfinished pixels a batch at a time.
-template <typename Estimator>
-constexpr EstimatorEntry historical(std::string_view name, std::string_view summary,
-                                    StreamCount streams, bool rms_error = false) {
-  return {
-      name,     summary, create<Estimator>, streams, Estimator::kFirstSamples, Estimator::kBatch,
-      rms_error};
-}
-
 // The first row is the default.
 constexpr EstimatorEntry kEstimators[] = {
-    {"nested",
-     "variance from what the last doubling of one sample stream has brought, pooled over "
-     "neighbours; counts are powers of two and half again, as well stratified as uniform ones",
-     create<NestedEstimator>, StreamCount::kOne, 16, 0, true, true},
-    {"two-stream",
-     "variance from two independent sample streams, pooled over neighbours; samples go where they "
-     "lower the error most for their cost",
-     create<TwoStreamEstimator>, StreamCount::kTwo, 16, 0, true},
-    historical<ContrastEstimator>(
-        "contrast", "contrast between neighbouring pixels (Mitchell 1987)", StreamCount::kOne),
-    historical<PainterSloanEstimator>(
-        "painter-sloan", "confidence interval of the pixel's mean (Painter & Sloan 1989)",
-        StreamCount::kOne),
-    historical<ChiSquareEstimator>(
-        "chi-square", "upper bound on the variance of the pixel's mean (Lee et al. 1985)",
-        StreamCount::kOne),
-    historical<KajiyaEstimator>("kajiya", "difference of the pixel's two halves (Kajiya 1986)",
-                                StreamCount::kTwo, true),
-    historical<DammertzEstimator>(
-        "dammertz", "difference of two half images over blocks (Dammertz et al. 2009)",
-        StreamCount::kTwo),
+    {.name = "nested",
+     .summary =
+         "variance from what the last doubling of one sample stream has brought, pooled over "
+         "neighbours; counts are powers of two and half again, as well stratified as uniform ones",
+     .estimate = estimate_two_stream,
+     .streams = StreamCount::kOne,
+     .first_samples = 16,
+     .batch = 0,
+     .rms_error = true,
+     .halves = true,
+     .whole_tree = false},
+    {.name = "two-stream",
+     .summary = "variance from two independent sample streams, pooled over neighbours; samples go "
+                "where they lower the error most for their cost",
+     .estimate = estimate_two_stream,
+     .streams = StreamCount::kTwo,
+     .first_samples = 16,
+     .batch = 0,
+     .rms_error = true,
+     .halves = false,
+     .whole_tree = false},
+    {.name = "contrast",
+     .summary = "contrast between neighbouring pixels (Mitchell 1987)",
+     .estimate = estimate_contrast,
+     .streams = StreamCount::kOne,
+     .first_samples = kContrastBatch,
+     .batch = kContrastBatch,
+     .rms_error = false,
+     .halves = false,
+     .whole_tree = false},
+    {.name = "painter-sloan",
+     .summary = "confidence interval of the pixel's mean (Painter & Sloan 1989)",
+     .estimate = estimate_painter_sloan,
+     .streams = StreamCount::kOne,
+     .first_samples = kPainterSloanBatch,
+     .batch = kPainterSloanBatch,
+     .rms_error = false,
+     .halves = false,
+     .whole_tree = true},
+    {.name = "chi-square",
+     .summary = "upper bound on the variance of the pixel's mean (Lee et al. 1985)",
+     .estimate = estimate_chi_square,
+     .streams = StreamCount::kOne,
+     .first_samples = kChiSquareBatch,
+     .batch = kChiSquareBatch,
+     .rms_error = false,
+     .halves = false,
+     .whole_tree = false},
+    {.name = "kajiya",
+     .summary = "difference of the pixel's two halves (Kajiya 1986)",
+     .estimate = estimate_kajiya,
+     .streams = StreamCount::kTwo,
+     .first_samples = kKajiyaBatch,
+     .batch = kKajiyaBatch,
+     .rms_error = true,
+     .halves = false,
+     .whole_tree = false},
+    {.name = "dammertz",
+     .summary = "difference of two half images over blocks (Dammertz et al. 2009)",
+     .estimate = estimate_dammertz,
+     .streams = StreamCount::kTwo,
+     .first_samples = kDammertzBatch,
+     .batch = kDammertzBatch,
+     .rms_error = false,
+     .halves = false,
+     .whole_tree = false},
 };
 
 }  // namespace

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -25,29 +24,24 @@ struct ErrorMap {
   std::vector<float> deviation;
 };
 
-class ErrorEstimator {
- public:
-  virtual ~ErrorEstimator() = default;
-  // Fills `out` completely; no value is NaN or negative, whatever the statistics hold. The result
-  // depends on the statistics alone, not on threads or time.
-  virtual void estimate(const PixelStatistics& pixels, ErrorMetric allocation,
-                        ErrorMap* out) const = 0;
-};
-
 struct EstimatorSettings {
   float threshold = 0.0f;  // --noise-threshold; 0: none
+  ErrorMetric allocation = ErrorMetric::kDisplay;
 };
 
-// The table of estimators: feeds the factory, --help, the "valid names are" message, the study.
+// The table of estimators: feeds the planner, --help, the "valid names are" message, the study.
 struct EstimatorEntry {
   std::string_view name;
   std::string_view summary;
-  std::unique_ptr<ErrorEstimator> (*create)(const EstimatorSettings&);
+  // Fills `out` completely; no value is NaN or negative, whatever the statistics hold. A pure
+  // function: neither threads nor time enter.
+  void (*estimate)(const PixelStatistics& pixels, const EstimatorSettings& settings, ErrorMap* out);
   StreamCount streams;     // what its estimate needs
   uint32_t first_samples;  // of every pixel, before it is asked; its paper's figure
-  uint32_t batch;       // samples that an unfinished pixel gets at a time; 0: shared by deviation
-  bool rms_error;       // its error is the expected RMS error of the pixel in the displayed picture
-  bool halves = false;  // the statistics are to hold halves (SampleHalves) in the place of streams
+  uint32_t batch;   // samples that an unfinished pixel gets at a time; 0: shared by deviation
+  bool rms_error;   // its error is the expected RMS error of the pixel in the displayed picture
+  bool halves;      // the statistics are to hold halves (SampleHalves) in the place of streams
+  bool whole_tree;  // the refinement tree asks for the first sample of every pixel
 };
 std::span<const EstimatorEntry> estimator_table();
 const EstimatorEntry& find_estimator(std::string_view name);  // throws UsageError

@@ -9,7 +9,7 @@ float half_difference_variance(float difference, float first, float second) {
   return difference * difference * (first / n) * (second / n);
 }
 
-void KajiyaEstimator::estimate(const PixelStatistics& pixels, ErrorMetric, ErrorMap* out) const {
+void estimate_kajiya(const PixelStatistics& pixels, const EstimatorSettings&, ErrorMap* out) {
   const auto variance_of_mean = [&](size_t c, size_t i) {
     const float second = pixels.second_count[i], first = pixels.count[i] - second;
     return half_difference_variance(pixels.stream_difference[c][i], first, second);

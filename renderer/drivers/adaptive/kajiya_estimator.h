@@ -21,13 +21,10 @@ namespace emberline {
 // of `first` and `second` samples, 1 or more each.
 float half_difference_variance(float difference, float first, float second);
 
-class KajiyaEstimator final : public ErrorEstimator {
- public:
-  // Our figures, of whole blocks of both streams: the paper, as far as we know it, has none.
-  static constexpr uint32_t kFirstSamples = 16, kBatch = 16;
-  explicit KajiyaEstimator(const EstimatorSettings&) {}
-  void estimate(const PixelStatistics& pixels, ErrorMetric allocation,
-                ErrorMap* out) const override;
-};
+// Ours, whole blocks of both streams: the paper, as far as we know it, has none.
+inline constexpr uint32_t kKajiyaBatch = 16;
+
+void estimate_kajiya(const PixelStatistics& pixels, const EstimatorSettings& settings,
+                     ErrorMap* out);
 
 }  // namespace emberline

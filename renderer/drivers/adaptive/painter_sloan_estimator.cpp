@@ -52,17 +52,13 @@ float t_quantile(float count) { return float(student_t_quantile_975(double(count
 
 }  // namespace
 
-float confidence_half_width(float variance, float count) {
-  return t_quantile(count) * std::sqrt(variance / count);
-}
-
-void PainterSloanEstimator::estimate(const PixelStatistics& pixels, ErrorMetric,
-                                     ErrorMap* out) const {
+void estimate_painter_sloan(const PixelStatistics& pixels, const EstimatorSettings&,
+                            ErrorMap* out) {
   const auto half_interval = [&](size_t i, float error) {
     const float n = pixels.count[i];
     if (!(n >= 2.0f)) return kUnknownError;
     const float interval = map_error(t_quantile(n) * error);
-    if (n >= float(kFirstSamples)) return interval;
+    if (n >= float(kPainterSloanBatch)) return interval;
     return std::max(interval, external_deviation(pixels, i));
   };
   fill_display_errors_of_samples(pixels, half_interval, out);

@@ -20,17 +20,10 @@
 
 namespace emberline {
 
-// Half the width of the 95 % confidence interval of the mean of `count` samples, 2 or more;
-// `variance` is that of a sample, the result in its unit's root.
-float confidence_half_width(float variance, float count);
+// The upper end of the 4 to 8 samples that such tests usually begin with; the batch is ours.
+inline constexpr uint32_t kPainterSloanBatch = 8;
 
-class PainterSloanEstimator final : public ErrorEstimator {
- public:
-  // The upper end of the 4 to 8 samples that such tests usually begin with; the batch is ours.
-  static constexpr uint32_t kFirstSamples = 8, kBatch = 8;
-  explicit PainterSloanEstimator(const EstimatorSettings&) {}
-  void estimate(const PixelStatistics& pixels, ErrorMetric allocation,
-                ErrorMap* out) const override;
-};
+void estimate_painter_sloan(const PixelStatistics& pixels, const EstimatorSettings& settings,
+                            ErrorMap* out);
 
 }  // namespace emberline

@@ -109,7 +109,6 @@ constexpr size_t kGrain = 8192;
 RoundPlanner::RoundPlanner(const AdaptiveSettings& settings, int width, int height, uint32_t seed)
     : settings_(settings),
       entry_(find_estimator(settings.estimator)),
-      estimator_(entry_.create({settings.threshold})),
       seed_(seed),
       error_estimate_(std::numeric_limits<double>::quiet_NaN()),
       halves_(settings.unbiased ? SampleParts::kEveryLook : SampleParts::kPowersOfTwo),
@@ -133,7 +132,7 @@ bool RoundPlanner::look(const FilmTile& film, const std::stop_token& stop) {
   gather_statistics(film, &statistics_);
   if (stop.stop_requested()) return false;
   if (entry_.halves) halves_.look(&statistics_);
-  estimator_->estimate(statistics_, settings_.allocation, &errors_);
+  entry_.estimate(statistics_, {settings_.threshold, settings_.allocation}, &errors_);
   if (stop.stop_requested()) return false;
   if (averages_ && !averages_->empty()) {
     worth_.resize(statistics_.size());

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -123,7 +122,6 @@ class RoundPlanner {
 
   AdaptiveSettings settings_;
   const EstimatorEntry& entry_;
-  std::unique_ptr<ErrorEstimator> estimator_;
   uint32_t seed_;
   double spent_ = 0.0;  // samples of the crop
   int round_ = 0;

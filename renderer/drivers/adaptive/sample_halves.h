@@ -1,5 +1,11 @@
-// The two halves of a pixel's samples as a second look shows them: what `nested` judges by
-// (nested_estimator.h).
+// The two halves of a pixel's samples as a second look shows them: what `nested` judges by.
+//
+// Every aligned block of a power of two of a scrambled Sobol' sequence is a net like any other
+// (samplers/sobol_sampler.h), so the means M1, M2 of a stream's halves have the same variance
+// V(n/2) and, by symmetry, the same covariance with their mean M, V(n). Hence
+//     E (M1 - M)^2 = E ((M1 - M2) / 2)^2 = V(n/2) - V(n),
+// what the last doubling has brought. It is V(n) itself where V ~ 1/n, and too large where
+// stratification does better: 1.8 times for edges (V ~ n^-1.5), 3 times for V ~ n^-2.
 //
 // The film only knows the sum of all of a pixel's samples, and keeps it that way, so that a frame
 // of equal counts has the bits of a uniform one. What the first half of them came to was the

@@ -232,12 +232,12 @@ void estimate_rows(const PixelStatistics& p, const Metric& metric, ErrorMap* out
 
 }  // namespace
 
-void TwoStreamEstimator::estimate(const PixelStatistics& p, ErrorMetric allocation,
-                                  ErrorMap* out) const {
+void estimate_two_stream(const PixelStatistics& p, const EstimatorSettings& settings,
+                         ErrorMap* out) {
   out->error.resize(p.size());
   out->deviation.resize(p.size());
   constexpr float kWhole = 1.0f / (1.0f + kPrior);
-  switch (allocation) {
+  switch (settings.allocation) {
     case ErrorMetric::kDisplay:
       return estimate_rows(
           p,
