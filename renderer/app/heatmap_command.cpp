@@ -12,20 +12,13 @@
 namespace emberline {
 namespace {
 
-std::string_view aov_name(Aov aov) {
-  for (const AovEntry& entry : aov_table()) {
-    if (entry.aov == aov) return entry.name;
-  }
-  return "";
-}
-
 void check_channels(const std::string& path, const HeatmapQuantity& quantity,
                     const FloatImage& image) {
   const std::string missing = QuantityPlane::missing_channel(quantity, image.channel_names);
   if (missing.empty()) return;
-  const std::string remedy = quantity.aov
-                                 ? fmt::format("render it with --aov {}", aov_name(*quantity.aov))
-                                 : std::string("give an .exr that emberline render wrote");
+  const std::string remedy =
+      quantity.aov ? fmt::format("render it with --aov {}", name_of(aov_table(), *quantity.aov))
+                   : std::string("give an .exr that emberline render wrote");
   throw InputError(path, "no channel {}, which a heatmap of {} needs; {}", missing, quantity.name,
                    remedy);
 }

@@ -12,6 +12,23 @@
 
 namespace emberline {
 
+// A row of a table of names that stand for values.
+template <typename T>
+struct NamedValue {
+  std::string_view name;
+  std::string_view summary;
+  T value;
+};
+
+// The name of a value; empty if the table has none for it.
+template <typename T>
+std::string_view name_of(std::span<const NamedValue<T>> table, T value) {
+  for (const NamedValue<T>& entry : table) {
+    if (entry.value == value) return entry.name;
+  }
+  return {};
+}
+
 // Number of single-character insertions, deletions and substitutions between two words
 // (Levenshtein 1966); O(|a| |b|).
 size_t edit_distance(std::string_view a, std::string_view b);

@@ -26,8 +26,6 @@ constexpr uint32_t kPilotStep = 4;
 // has found where the picture's features are, and asking costs as much as a sample of a simple
 // scene.
 constexpr size_t kTreePart = 16;
-// But the estimator that is named after its authors has it go on to the end.
-constexpr std::string_view kTreeEstimator = "painter-sloan";
 constexpr size_t kTreePartPixels = 256;
 
 }  // namespace
@@ -109,7 +107,7 @@ AdaptiveDriver::AdaptiveDriver(const Frame& frame, const Rect& crop, const Drive
     : crop_(crop),
       settings_(settings),
       shown_(first_picture == FirstPicture::kShown),
-      smooth_(parse_reconstruction(settings.reconstruction) == Reconstruction::kLinear),
+      smooth_(settings.reconstruction == Reconstruction::kLinear),
       planner_(settings.adaptive, crop.width(), crop.height(), frame.seed),
       order_(tile_order(crop)),
       have_(order_.size(), 0),
@@ -157,7 +155,7 @@ std::optional<Round> AdaptiveDriver::next(FilmTile& film, const std::stop_token&
 
 // How many pixels get their first sample where the tree asks for it.
 size_t AdaptiveDriver::refined_pixels() const {
-  const bool whole = settings_.adaptive.estimator == kTreeEstimator;
+  const bool whole = find_estimator(settings_.adaptive.estimator).whole_tree;
   return whole ? have_.size() : (have_.size() + kTreePart - 1) / kTreePart;
 }
 

@@ -45,7 +45,7 @@ enum class FirstPicture { kNotShown, kShown };
 
 class AdaptiveDriver final : public FrameDriver {
  public:
-  // Throws UsageError for an unknown estimator or reconstruction.
+  // Throws UsageError for an unknown estimator.
   AdaptiveDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings,
                  FirstPicture first_picture);
 

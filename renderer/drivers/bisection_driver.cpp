@@ -68,8 +68,8 @@ BisectionDriver::BisectionDriver(const Frame& frame, const Rect& crop,
     : crop_(crop),
       seed_(frame.seed),
       samples_per_pixel_(frame.samples_per_pixel),
-      axis_(parse_bisection_axis(settings.bisection_axis)),
-      reconstruction_(parse_reconstruction(settings.reconstruction)),
+      axis_(settings.bisection_axis),
+      reconstruction_(settings.reconstruction),
       passes_(bisection_passes(samples_per_pixel_)),
       first_(crop, passes_.front(), axis_) {}
 

@@ -15,7 +15,6 @@ namespace emberline {
 // A round is a hundredth of the first pass at most, or one of the further passes.
 class BisectionDriver final : public FrameDriver {
  public:
-  // Throws UsageError for an unknown axis or reconstruction.
   BisectionDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings);
 
   std::optional<Round> next(FilmTile& film, const std::stop_token& stop) override;

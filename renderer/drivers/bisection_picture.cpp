@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cassert>
 
-#include "renderer/core/names.h"
 #include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
 
-constexpr ReconstructionEntry kReconstructions[] = {
+constexpr NamedValue<Reconstruction> kReconstructions[] = {
     {"duplicate", "the nearest pixel that has samples, as in the paper",
      Reconstruction::kDuplicate},
     {"linear", "a blend of those around it", Reconstruction::kLinear},
@@ -23,11 +22,7 @@ void blend(const float* lower, const float* upper, float weight, float* out) {
 
 }  // namespace
 
-std::span<const ReconstructionEntry> reconstruction_table() { return kReconstructions; }
-
-Reconstruction parse_reconstruction(std::string_view name) {
-  return find_named(kReconstructions, "--reconstruction", "reconstruction", name).reconstruction;
-}
+std::span<const NamedValue<Reconstruction>> reconstruction_table() { return kReconstructions; }
 
 std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
                                    Reconstruction reconstruction) {

@@ -3,26 +3,16 @@
 #pragma once
 
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/film/film.h"
 #include "renderer/film/light_mix.h"
+#include "renderer/frame/frame_settings.h"
 
 namespace emberline {
 
-// What a pixel without samples shows.
-enum class Reconstruction { kDuplicate, kLinear };
-
-struct ReconstructionEntry {
-  std::string_view name;
-  std::string_view summary;
-  Reconstruction reconstruction;
-};
-std::span<const ReconstructionEntry> reconstruction_table();
-// Throws UsageError that lists the valid names.
-Reconstruction parse_reconstruction(std::string_view name);
+std::span<const NamedValue<Reconstruction>> reconstruction_table();
 
 // How much of the first pass is there.
 struct BisectionCoverage {

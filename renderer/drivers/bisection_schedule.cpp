@@ -5,8 +5,6 @@
 #include <cassert>
 #include <numeric>
 
-#include "renderer/core/names.h"
-
 namespace emberline {
 namespace {
 
@@ -14,7 +12,7 @@ namespace {
 // camera rays are traced together and want to be near to each other.
 constexpr size_t kTile = 4;
 
-constexpr BisectionAxisEntry kAxes[] = {
+constexpr NamedValue<BisectionAxis> kAxes[] = {
     {"rows", "whole rows, as in the paper", BisectionAxis::kRows},
     {"columns", "whole columns", BisectionAxis::kColumns},
     {"both", "columns and rows in turn: samples spread evenly, the best early picture",
@@ -114,11 +112,7 @@ std::vector<BisectionStep> cell_steps(int width, int height, BisectionAxis axis)
 
 }  // namespace
 
-std::span<const BisectionAxisEntry> bisection_axis_table() { return kAxes; }
-
-BisectionAxis parse_bisection_axis(std::string_view name) {
-  return find_named(kAxes, "--bisection-axis", "axis", name).axis;
-}
+std::span<const NamedValue<BisectionAxis>> bisection_axis_table() { return kAxes; }
 
 std::vector<std::vector<int>> bisection_levels(int size) {
   struct Interval {

@@ -6,24 +6,15 @@
 
 #include <cstdint>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "renderer/core/rect.h"
 #include "renderer/frame/frame_driver.h"
+#include "renderer/frame/frame_settings.h"
 
 namespace emberline {
 
-enum class BisectionAxis { kRows, kColumns, kBoth };
-
-struct BisectionAxisEntry {
-  std::string_view name;
-  std::string_view summary;
-  BisectionAxis axis;
-};
-std::span<const BisectionAxisEntry> bisection_axis_table();
-// Throws UsageError that lists the valid names.
-BisectionAxis parse_bisection_axis(std::string_view name);
+std::span<const NamedValue<BisectionAxis>> bisection_axis_table();
 
 // The lines [0, size) level by level: a queue begins with [0, size); from each interval [a, b)
 // taken out comes the line m = (a + b) / 2, and [a, m) and [m + 1, b) go in, where not empty. Each

@@ -52,20 +52,11 @@ const DriverEntry& find_driver(std::string_view name) {
   return find_named(kDrivers, "--driver", "driver", name);
 }
 
-void check(const DriverSettings& settings) {
-  checked_bucket_size(settings.bucket_size);
-  parse_bucket_order(settings.bucket_order);
-  parse_bisection_axis(settings.bisection_axis);
-  parse_reconstruction(settings.reconstruction);
-  find_estimator(settings.adaptive.estimator);
-}
-
 DriverFactory driver_factory(std::string_view driver, const DriverSettings& settings) {
-  check(settings);
   const DriverEntry& entry = find_driver(driver);
   return {.tiles = entry.tiles,
           .tile_size = settings.bucket_size,
-          .tile_order = parse_bucket_order(settings.bucket_order),
+          .tile_order = settings.bucket_order,
           .film_extras = entry.film_extras(settings),
           .bytes_per_pixel = entry.bytes_per_pixel(settings),
           .create = [&entry, settings](const Frame& frame, const Rect& pixels) {

@@ -5,19 +5,19 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 
 #include "renderer/drivers/adaptive/round_planner.h"
 #include "renderer/frame/frame_render.h"
+#include "renderer/frame/frame_settings.h"
 
 namespace emberline {
 
 struct DriverSettings {
   int bucket_size = 64;
-  std::string bucket_order = "hilbert";
-  std::string bisection_axis = "both";
-  std::string reconstruction = "duplicate";
+  BucketOrder bucket_order = BucketOrder::kHilbert;
+  BisectionAxis bisection_axis = BisectionAxis::kBoth;
+  Reconstruction reconstruction = Reconstruction::kDuplicate;
   AdaptiveSettings adaptive = {};
   std::optional<Vec2i> explained = {};  // the pixel that AdaptiveDriver::explain is asked about
   bool keep_tree = false;               // AdaptiveDriver::tree will be asked for
@@ -42,11 +42,7 @@ std::span<const DriverEntry> driver_table();
 // Throws UsageError that lists the valid names.
 const DriverEntry& find_driver(std::string_view name);
 
-// Likewise, for what a driver may or may not read: a mistake is one even where the chosen driver
-// would not look at it.
-void check(const DriverSettings& settings);
-
-// Throws what both do.
+// Throws what find_driver() does.
 DriverFactory driver_factory(std::string_view driver, const DriverSettings& settings);
 
 }  // namespace emberline

@@ -22,7 +22,7 @@ void refuse_adaptive_options(const FrameSettings& o, const std::string& reason) 
   if (o.min_spp) refuse("--min-spp");
   if (o.max_spp) refuse("--max-spp");
   if (!o.estimator.empty()) refuse("--estimator");
-  if (!o.allocation.empty()) refuse("--allocation");
+  if (o.allocation) refuse("--allocation");
   if (o.unbiased) refuse("--unbiased");
 }
 
@@ -75,8 +75,8 @@ void plan_by_error(const FrameSettings& o, FramePlan& plan) {
       find_estimator(o.estimator.empty() ? kDefaultEstimator : std::string_view(o.estimator));
   AdaptiveSettings& a = plan.driver_settings.adaptive;
   a.estimator = estimator.name;
-  if (!o.allocation.empty()) {
-    a.allocation = parse_error_metric(o.allocation);
+  if (o.allocation) {
+    a.allocation = *o.allocation;
     if (estimator.batch > 0) {
       throw UsageError(fmt::format(
           "--allocation: the estimator {} only tells which pixels are finished, and the others "
@@ -160,7 +160,6 @@ FramePlan::FramePlan(const FrameSettings& s)
   driver_settings.bisection_axis = s.bisection_axis;
   driver_settings.reconstruction = s.reconstruction;
   even ? plan_even(s, *this) : plan_by_error(s, *this);
-  check(driver_settings);
   integrator =
       create_integrator(s.integrator, {.max_depth = s.max_depth, .transparent = s.transparent});
   build.show_backfaces = s.show_backfaces;

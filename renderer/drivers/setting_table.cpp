@@ -69,16 +69,35 @@ Setting number(const std::string& name, SettingGroup group, T least, T most,
       name, group, fmt::format("{}..{}", least, most), help, "", false, read, member_text<Member>};
 }
 
+template <typename Table>
+std::string summaries(const Table& table) {
+  std::string lines;
+  for (const auto& entry : table) lines += fmt::format("\n  {}: {}", entry.name, entry.summary);
+  return lines;
+}
+
 // A name of `table`.
 template <auto Member, typename Table>
 Setting named(const std::string& name, SettingGroup group, const std::string& kind,
               const std::string& help, const Table& table) {
-  std::string values;
-  for (const auto& entry : table) values += fmt::format("\n  {}: {}", entry.name, entry.summary);
   const auto read = [=](FrameSettings& settings, std::string_view text) {
     settings.*Member = find_named(table, "--" + name, kind, text).name;
   };
-  return {name, group, "NAME", help, values, false, read, member_text<Member>};
+  return {name, group, "NAME", help, summaries(table), false, read, member_text<Member>};
+}
+
+// A value of `table`, or, of an optional member, none.
+template <auto Member, typename T>
+Setting choice(const std::string& name, SettingGroup group, const std::string& kind,
+               const std::string& help, std::span<const NamedValue<T>> table) {
+  const auto read = [=](FrameSettings& settings, std::string_view text) {
+    settings.*Member = find_named(table, "--" + name, kind, text).value;
+  };
+  const auto text = [=](const FrameSettings& settings) {
+    const std::optional<T> value = settings.*Member;
+    return std::string(value ? name_of(table, *value) : "");
+  };
+  return {name, group, "NAME", help, summaries(table), false, read, text};
 }
 
 template <auto Member>
@@ -151,14 +170,18 @@ Setting backfaces() {
 }
 
 Setting channels() {
-  Setting setting = named<&FrameSettings::aovs>("aov", kChannels, "channel",
-                                                "further EXR channels, a list", aov_table());
-  setting.type = "LIST";
-  setting.read = [](FrameSettings& settings, std::string_view text) {
+  const auto read = [](FrameSettings& settings, std::string_view text) {
     AovSet::parse(text);
     settings.aovs = text;
   };
-  return setting;
+  return {"aov",
+          kChannels,
+          "LIST",
+          "further EXR channels, a list",
+          summaries(aov_table()),
+          false,
+          read,
+          member_text<&FrameSettings::aovs>};
 }
 
 using S = FrameSettings;
@@ -194,10 +217,10 @@ std::vector<Setting> make_table() {
       named<&S::estimator>("estimator", kCounts, "estimator",
                            fmt::format("error estimator [{}]", kDefaultEstimator),
                            estimator_table()),
-      named<&S::allocation>(
-          "allocation", kCounts, "allocation",
-          fmt::format("error to be least for the time spent [{}]", kDefaultAllocation),
-          error_metric_table()),
+      choice<&S::allocation>("allocation", kCounts, "allocation",
+                             fmt::format("error to be least for the time spent [{}]",
+                                         name_of(error_metric_table(), kDefaultAllocation)),
+                             error_metric_table()),
       flag<&S::unbiased>(
           "unbiased", kCounts,
           "weigh rounds by plan, not by luck: no bias from adaptive stopping, more noise"),
@@ -212,13 +235,13 @@ std::vector<Setting> make_table() {
                                 "in pixels [the filter's]"),
       number<&S::seed>("seed", kSeed, 0u, 0xffffffffu, "another seed, another noise"),
       number<&S::bucket_size>("bucket-size", kSchedule, 1, kMostBucketSize, "in pixels"),
-      named<&S::bucket_order>("bucket-order", kSchedule, "order", "order of the buckets",
-                              bucket_order_table()),
-      named<&S::bisection_axis>("bisection-axis", kSchedule, "axis",
-                                "what --driver bisection halves", bisection_axis_table()),
-      named<&S::reconstruction>("reconstruction", kSchedule, "reconstruction",
-                                "what pixels without samples show, of progressive drivers",
-                                reconstruction_table()),
+      choice<&S::bucket_order>("bucket-order", kSchedule, "order", "order of the buckets",
+                               bucket_order_table()),
+      choice<&S::bisection_axis>("bisection-axis", kSchedule, "axis",
+                                 "what --driver bisection halves", bisection_axis_table()),
+      choice<&S::reconstruction>("reconstruction", kSchedule, "reconstruction",
+                                 "what pixels without samples show, of progressive drivers",
+                                 reconstruction_table()),
       size(),
       crop(),
       word<&S::camera>("camera", kView, "NAME|INDEX",

@@ -21,26 +21,27 @@ bool is_finite(const FirstHit& hit) {
                       std::isfinite(hit.depth));
 }
 
+constexpr NamedValue<Aov> kAovs[] = {
+    {"variance",
+     "variance of the pixel's mean: of adaptive frames what their last doubling has shown, from "
+     "the two streams with two-stream or --streams 2; else as if samples were independent, an "
+     "upper estimate for stratified ones",
+     Aov::kVariance},
+    {"albedo", "directional albedo of the first surface", Aov::kAlbedo},
+    {"N", "shading normal of the first surface, world axes", Aov::kNormal},
+    {"Z", "depth of the first surface along the viewing axis", Aov::kDepth},
+    {"id", "instance seen by the pixel's first sample that hits one", Aov::kId},
+    {"time", "seconds spent on the pixel", Aov::kTime},
+    {"stop",
+     "why the pixel got no more samples: 1 --spp, 2 --noise-threshold, 3 --max-spp, 4 "
+     "--time-limit, 5 the user, 6 it was to get more when a window saved it; 0 if it got none",
+     Aov::kStop},
+    {"non_finite", "samples that were NaN or infinite, counted as black", Aov::kNonFinite},
+};
+
 }  // namespace
 
-const std::vector<AovEntry>& aov_table() {
-  static const std::vector<AovEntry> table = {
-      {Aov::kVariance, "variance",
-       "variance of the pixel's mean: of adaptive frames what their last doubling has shown, from "
-       "the two streams with two-stream or --streams 2; else as if samples were independent, an "
-       "upper estimate for stratified ones"},
-      {Aov::kAlbedo, "albedo", "directional albedo of the first surface"},
-      {Aov::kNormal, "N", "shading normal of the first surface, world axes"},
-      {Aov::kDepth, "Z", "depth of the first surface along the viewing axis"},
-      {Aov::kId, "id", "instance seen by the pixel's first sample that hits one"},
-      {Aov::kTime, "time", "seconds spent on the pixel"},
-      {Aov::kStop, "stop",
-       "why the pixel got no more samples: 1 --spp, 2 --noise-threshold, 3 --max-spp, 4 "
-       "--time-limit, 5 the user, 6 it was to get more when a window saved it; 0 if it got none"},
-      {Aov::kNonFinite, "non_finite", "samples that were NaN or infinite, counted as black"},
-  };
-  return table;
-}
+std::span<const NamedValue<Aov>> aov_table() { return kAovs; }
 
 std::string_view pixel_stop_name(PixelStop stop) {
   constexpr std::string_view kNames[] = {
@@ -55,7 +56,7 @@ AovSet AovSet::parse(std::string_view list) {
     const std::string_view name = list.substr(0, comma);
     list = comma == std::string_view::npos ? std::string_view{} : list.substr(comma + 1);
     if (name.empty()) continue;
-    set.insert(find_named(aov_table(), "--aov", "channel", name).aov);
+    set.insert(find_named(kAovs, "--aov", "channel", name).value);
   }
   return set;
 }

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "renderer/core/names.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
@@ -31,13 +32,8 @@ enum class Aov : uint8_t {
   kNonFinite,
 };
 
-struct AovEntry {
-  Aov aov;
-  std::string_view name;
-  std::string_view summary;
-};
 // The table behind --aov, its --help and its error message.
-const std::vector<AovEntry>& aov_table();
+std::span<const NamedValue<Aov>> aov_table();
 
 class AovSet {
  public:

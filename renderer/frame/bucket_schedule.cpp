@@ -2,15 +2,15 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
-#include "renderer/core/names.h"
 
 namespace emberline {
 namespace {
 
-constexpr BucketOrderEntry kOrders[] = {
+constexpr NamedValue<BucketOrder> kOrders[] = {
     {"hilbert", "along Hilbert's curve: neighbours in time are neighbours in the frame",
      BucketOrder::kHilbert},
     {"spiral", "from the middle outwards", BucketOrder::kSpiral},
@@ -112,14 +112,11 @@ std::vector<Cell> random_cells(int columns, int rows, uint32_t seed) {
 
 }  // namespace
 
-std::span<const BucketOrderEntry> bucket_order_table() { return kOrders; }
-
-BucketOrder parse_bucket_order(std::string_view name) {
-  return find_named(kOrders, "--bucket-order", "order", name).order;
-}
+std::span<const NamedValue<BucketOrder>> bucket_order_table() { return kOrders; }
 
 std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder order,
                                   uint32_t seed) {
+  assert(bucket_size > 0);
   std::vector<Rect> buckets;
   if (crop.empty()) return buckets;
   // A list of more would take longer to make and hold than the buckets save.
@@ -154,14 +151,6 @@ std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder
     buckets.push_back(Rect{x, y, x + bucket_size, y + bucket_size}.intersect(crop));
   }
   return buckets;
-}
-
-int checked_bucket_size(int bucket_size) {
-  if (bucket_size < 1 || bucket_size > kMostBucketSize) {
-    throw UsageError("--bucket-size: " + std::to_string(bucket_size) +
-                     " is outside the valid range 1 to 4096");
-  }
-  return bucket_size;
 }
 
 }  // namespace emberline

@@ -9,12 +9,22 @@
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 #include "renderer/film/filter.h"
+#include "renderer/frame/bucket_schedule.h"
 
 namespace emberline {
 
 // The most samples of a pixel. The film's sums are exact beyond it, and the `samples` channel, a
 // float on its way to the file, counts to 2^24 exactly.
 inline constexpr uint32_t kMaxSamples = 1u << 24;
+
+// Which lines `bisection` halves the frame by: whole rows, whole columns, or both in turn.
+enum class BisectionAxis { kRows, kColumns, kBoth };
+
+// What a pixel without samples shows.
+enum class Reconstruction { kDuplicate, kLinear };
+
+// In what units an error counts (drivers/adaptive/error_metric.h).
+enum class ErrorMetric { kMse, kRelMse, kDisplay };
 
 // Names are those of the tables: driver_table(), integrator_table() and so on.
 struct FrameSettings {
@@ -29,18 +39,18 @@ struct FrameSettings {
   std::optional<float> filter_radius;  // pixels; absent: the filter's own
   std::optional<uint32_t> spp;         // 64, if nothing else limits the samples
   std::optional<uint32_t> min_spp, max_spp;
-  std::optional<float> noise_threshold;  // expected RMS error in the displayed picture
-  std::string estimator;                 // empty: kDefaultEstimator
-  std::string allocation;                // one of error_metric_table(); empty: kDefaultAllocation
+  std::optional<float> noise_threshold;   // expected RMS error in the displayed picture
+  std::string estimator;                  // empty: kDefaultEstimator
+  std::optional<ErrorMetric> allocation;  // absent: kDefaultAllocation
   bool unbiased = false;
   std::optional<double> time_limit_s;
   int max_depth = 16;
   uint32_t seed = 0;
   std::optional<int> streams;  // 1, or what the estimator needs
   int bucket_size = 64;        // pixels
-  std::string bucket_order = "hilbert";
-  std::string bisection_axis = "both";
-  std::string reconstruction = "duplicate";
+  BucketOrder bucket_order = BucketOrder::kHilbert;
+  BisectionAxis bisection_axis = BisectionAxis::kBoth;
+  Reconstruction reconstruction = Reconstruction::kDuplicate;
 
   // Frame and view.
   int width = 1280, height = 720;

@@ -51,7 +51,7 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
   FrameSettings used = o;
   if (!shares_evenly(o)) {
     if (o.estimator.empty()) used.estimator = kDefaultEstimator;
-    if (o.allocation.empty()) used.allocation = kDefaultAllocation;
+    if (!o.allocation) used.allocation = kDefaultAllocation;
   }
   for (auto& [name, text] : setting_texts(used)) {
     std::ranges::replace(name, '-', '_');
@@ -157,10 +157,7 @@ Json reported_settings(const RenderOptions& options, const RenderReport& r) {
   settings["camera"] = r.camera;
   settings["threads"] = r.threads;
   settings["bucket_size"] = options.bucket_size;
-  settings["bucket_order"] = options.bucket_order;
   settings["display"] = r.display;
-  settings["bisection_axis"] = options.bisection_axis;
-  settings["reconstruction"] = options.reconstruction;
   if (!options.snapshots.empty()) settings["snapshots"] = options.snapshots;
   if (!options.reference.empty()) settings["reference"] = options.reference;
   settings["time_limit_s"] = number_or_null(options.time_limit_s);

@@ -50,8 +50,8 @@ bool frames_serve(const ViewSettings& a, const ViewSettings& b) {
   }
   if (b.overlay == ViewOverlay::kTree && a.overlay != ViewOverlay::kTree) return false;
   const AovSet have = wanted_aovs(a), wanted = wanted_aovs(b);
-  return std::ranges::all_of(aov_table(), [&](const AovEntry& entry) {
-    return have.contains(entry.aov) || !wanted.contains(entry.aov);
+  return std::ranges::all_of(aov_table(), [&](const NamedValue<Aov>& entry) {
+    return have.contains(entry.value) || !wanted.contains(entry.value);
   });
 }
 

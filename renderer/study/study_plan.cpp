@@ -48,7 +48,8 @@ std::vector<std::string> parse_names(const std::string& list, const char* option
 }
 
 struct EstimatorChoice {
-  std::string name, allocation;
+  std::string name;
+  std::optional<ErrorMetric> allocation;
   bool unbiased = false;
   std::string text;  // as given
 };
@@ -65,7 +66,7 @@ EstimatorChoice parse_estimator(const std::string& text) {
   }
   if (!parts.empty()) {
     choice.allocation =
-        find_named(error_metric_table(), "--estimators", "allocation", parts[0]).name;
+        find_named(error_metric_table(), "--estimators", "allocation", parts[0]).value;
     parts.erase(parts.begin());
   }
   if (!parts.empty()) {
@@ -130,7 +131,7 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
     m.estimator = o.estimator = estimator->name;
     o.allocation = estimator->allocation;
     if (find_estimator(m.estimator).batch == 0) {
-      m.allocation = o.allocation.empty() ? "display" : o.allocation;
+      m.allocation = name_of(error_metric_table(), o.allocation.value_or(kDefaultAllocation));
     }
     m.unbiased = o.unbiased = estimator->unbiased;
     planned.id += "-" + m.estimator + (m.allocation.empty() ? "" : "-" + m.allocation) +

@@ -36,7 +36,7 @@ void drop_what_means_nothing(RenderOptions& options) {
   if (sharing == Sharing::kEven) options.noise_threshold.reset();
   if (sharing == Sharing::kByError || options.noise_threshold) return;
   options.estimator.clear();
-  options.allocation.clear();
+  options.allocation.reset();
   options.min_spp.reset();
   options.max_spp.reset();
   options.unbiased = false;
@@ -243,8 +243,12 @@ void draw_sampling(Workbench& bench) {
   }
   if (driver.tiles) {
     changed |= widgets::slide({"Bucket size"}, options.bucket_size, 8, 256);
-    changed |= widgets::choose({"Bucket order"}, options.bucket_order,
-                               widgets::choices_of(bucket_order_table()));
+    std::string order(name_of(bucket_order_table(), options.bucket_order));
+    if (widgets::choose({"Bucket order"}, order, widgets::choices_of(bucket_order_table()))) {
+      options.bucket_order =
+          find_named(bucket_order_table(), "--bucket-order", "order", order).value;
+      changed = true;
+    }
   }
   widgets::heading("Samples");
   changed |= set_limits(options);

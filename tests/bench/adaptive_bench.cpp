@@ -200,7 +200,10 @@ FrameSampling adaptive_sampling(const std::string& method, uint32_t budget, uint
   s.seed = seed;
   s.adaptive.estimator = find_estimator(estimator).name;
   s.streams = find_estimator(estimator).streams;
-  if (!allocation.empty()) s.adaptive.allocation = parse_error_metric(allocation);
+  if (!allocation.empty()) {
+    s.adaptive.allocation =
+        find_named(error_metric_table(), "--methods", "allocation", allocation).value;
+  }
   s.adaptive.budget = budget;
   s.adaptive.unbiased = unbiased == "unbiased";
   return s;

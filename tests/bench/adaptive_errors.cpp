@@ -82,7 +82,7 @@ Floats variances(const std::vector<Moments>& spread) {
 double Reference::weight(Error error, size_t i) const {
   if (error == kRelMse) return 1 / (mean(i) * mean(i) + epsilon);
   if (error == kDisplay) {
-    return double(error_weight(ErrorMetric::kDisplay, 0, float(mean(i)), 1e-3f));
+    return double(display_error_weight(float(mean(i)), 1e-3f));
   }
   return 1;
 }

@@ -8,8 +8,10 @@
 
 #include "renderer/app/number_option.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
 #include "renderer/drivers/frame_plan.h"
+#include "renderer/drivers/setting_table.h"
 #include "renderer/frame/frame_scene.h"
 #include "renderer/scene/build_scene.h"
 
@@ -70,8 +72,12 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--sampler", o.sampler, "sampler");
   app->add_option("--filter", o.filter, "pixel filter");
   app->add_option("--driver", o.driver, "frame driver");
-  app->add_option("--bisection-axis", o.bisection_axis, "rows, columns or both");
-  app->add_option("--reconstruction", o.reconstruction, "duplicate or linear");
+  for (const char* name : {"bisection-axis", "reconstruction"}) {
+    const Setting& setting = find_named(setting_table(), "--settings", "setting", name);
+    app->add_option_function<std::string>(
+        "--" + setting.name, [&o, &setting](const std::string& text) { setting.read(o, text); },
+        setting.help);
+  }
   add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels");
   add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise");
 }

@@ -314,11 +314,11 @@ TEST(BucketUnderAThreshold, AnyThreadsAndOrder) {
     const RenderedImage reference = render(*scene, busy_view(), s);
     EXPECT_GT(reference.counters.max_samples, 2 * reference.counters.min_samples) << estimator;
     EXPECT_EQ(reference.counters.samples, sum_of_counts(reference));
-    for (const BucketOrderEntry& order : bucket_order_table()) {
-      s.bucket_order = std::string(order.name);
+    for (const NamedValue<BucketOrder>& order : bucket_order_table()) {
+      s.bucket_order = order.value;
       s.threads = 3;
       const RenderedImage image = render(*scene, busy_view(), s);
-      expect_same_bits(image, reference, s.bucket_order + ", " + estimator);
+      expect_same_bits(image, reference, std::string(order.name) + ", " + estimator);
       // The buckets' errors are added in the order in which they come.
       ASSERT_TRUE(image.error_estimate && reference.error_estimate);
       EXPECT_NEAR(*image.error_estimate, *reference.error_estimate,

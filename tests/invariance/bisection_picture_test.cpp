@@ -135,13 +135,13 @@ TEST(BisectionPicture, ALatticeShowsTheNearestColumnAndRow) {
 // Wherever it stands or was stopped: every pixel has the value of one that has samples, its own if
 // it has some, and none is farther from it than the last complete step left it.
 TEST(BisectionPicture, IsCompleteAtEveryMoment) {
-  for (const BisectionAxisEntry& axis : bisection_axis_table()) {
+  for (const NamedValue<BisectionAxis>& axis : bisection_axis_table()) {
     for (const Rect& crop : kPictureWindows) {
       const size_t parts =
-          Unfinished(crop, axis.axis, Reconstruction::kDuplicate, number).pass_.parts();
+          Unfinished(crop, axis.value, Reconstruction::kDuplicate, number).pass_.parts();
       for (size_t done = 1; done <= parts; done += 1 + done / 4) {
         for (const size_t partial : {size_t(0), size_t(1), done / 2, done}) {
-          Unfinished frame(crop, axis.axis, Reconstruction::kDuplicate, number);
+          Unfinished frame(crop, axis.value, Reconstruction::kDuplicate, number);
           // A round, and so what may be partial, lies within a step.
           if (frame.pass_.step_of(done - 1) !=
               frame.pass_.step_of(std::min(done - partial, done - 1))) {
@@ -169,11 +169,11 @@ TEST(BisectionPicture, IsCompleteAtEveryMoment) {
 // A ramp is reproduced between the outermost lines, and continued flat beyond them.
 TEST(BisectionPicture, LinearBlendsAreExactForARamp) {
   const auto ramp = [](int x, int y) { return 1.0f + 0.25f * float(x) + 2.0f * float(y); };
-  for (const BisectionAxisEntry& axis : bisection_axis_table()) {
+  for (const NamedValue<BisectionAxis>& axis : bisection_axis_table()) {
     for (const Rect& crop : kPictureWindows) {
-      const auto steps = bisection_steps(crop.width(), crop.height(), axis.axis);
+      const auto steps = bisection_steps(crop.width(), crop.height(), axis.value);
       for (size_t step = 0; step < steps.size(); ++step) {
-        Unfinished frame(crop, axis.axis, Reconstruction::kLinear, ramp);
+        Unfinished frame(crop, axis.value, Reconstruction::kLinear, ramp);
         frame.sample(frame.pass_.first_part(step + 1));
         const std::vector<float> rgba = frame.resolve();
         const PixelLattice& lattice = steps[step].complete;
@@ -195,11 +195,12 @@ TEST(BisectionPicture, LinearBlendsAreExactForARamp) {
 // In the middle of a step, too, a sampled pixel shows itself and the others stay within the range
 // of what there is.
 TEST(BisectionPicture, LinearIsCompleteAtEveryMoment) {
-  for (const BisectionAxisEntry& axis : bisection_axis_table()) {
+  for (const NamedValue<BisectionAxis>& axis : bisection_axis_table()) {
     const Rect crop{5, 9, 118, 40};
-    const size_t parts = Unfinished(crop, axis.axis, Reconstruction::kLinear, number).pass_.parts();
+    const size_t parts =
+        Unfinished(crop, axis.value, Reconstruction::kLinear, number).pass_.parts();
     for (size_t done = 1; done <= parts; done += 1 + done / 4) {
-      Unfinished frame(crop, axis.axis, Reconstruction::kLinear, number);
+      Unfinished frame(crop, axis.value, Reconstruction::kLinear, number);
       frame.sample(done, 1);
       const std::vector<float> rgba = frame.resolve();
       for (int y = crop.y0; y < crop.y1; ++y) {

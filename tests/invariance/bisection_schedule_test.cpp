@@ -191,10 +191,7 @@ INSTANTIATE_TEST_SUITE_P(EveryAxis, BisectionScheduleOf,
                          testing::Values(BisectionAxis::kRows, BisectionAxis::kColumns,
                                          BisectionAxis::kBoth),
                          [](const auto& p) {
-                           for (const auto& entry : bisection_axis_table()) {
-                             if (entry.axis == p.param) return std::string(entry.name);
-                           }
-                           return std::string("unknown");
+                           return std::string(name_of(bisection_axis_table(), p.param));
                          });
 
 // The worked example: 4 x 2, columns {2} {1 3} {0}, rows {1} {0}.
@@ -218,7 +215,7 @@ TEST(BisectionSteps, CellsStayTogether) {
   EXPECT_EQ(cell.width, 16);
   EXPECT_EQ(cell.height, 8);
   for (const auto& axis : bisection_axis_table()) {
-    const auto steps = bisection_steps(70, 45, axis.axis, cell);
+    const auto steps = bisection_steps(70, 45, axis.value, cell);
     const BisectionPass pass(steps, crop, {8, 8}, PartShape::kSquare, 128);
     std::vector<PixelWork> list;
     for (size_t part = 0; part < pass.parts(); ++part) {
@@ -263,20 +260,6 @@ TEST(BisectionPasses, DoubleWhatIsThere) {
   EXPECT_EQ(bisection_passes(37),
             (Passes{{0, 1}, {1, 1}, {2, 2}, {4, 4}, {8, 8}, {16, 16}, {32, 5}}));
   EXPECT_EQ(bisection_passes(1u << 24).size(), 25u);
-}
-
-TEST(BisectionDriver, RefusesNonsense) {
-  const auto message = [](const DriverSettings& settings) -> std::string {
-    try {
-      check(settings);
-    } catch (const UsageError& e) {
-      return e.what();
-    }
-    return "";
-  };
-  EXPECT_NE(message({.bisection_axis = "row"}).find("rows, columns, both"), std::string::npos);
-  EXPECT_NE(message({.reconstruction = "cubic"}).find("duplicate, linear"), std::string::npos);
-  EXPECT_NE(message({.bucket_size = 0}).find("--bucket-size"), std::string::npos);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ std::unique_ptr<Scene> bright_scene() {
 class BisectionStop : public testing::Test {
  protected:
   // Renders until `samples` are done; the image as it is delivered.
-  RenderedImage stop_after(uint64_t samples, const std::string& axis, int threads, uint32_t spp,
+  RenderedImage stop_after(uint64_t samples, BisectionAxis axis, int threads, uint32_t spp,
                            FrameProgress* progress = nullptr) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
     const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), kWidth, kHeight, scene_->origin(),
@@ -63,15 +63,15 @@ class BisectionStop : public testing::Test {
 
 TEST_F(BisectionStop, AtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
   constexpr uint32_t kSpp = 7;  // passes of 1, 1, 2, 3
-  const RenderedImage whole = stop_after(uint64_t(1) << 40, "both", 2, kSpp);
+  const RenderedImage whole = stop_after(uint64_t(1) << 40, BisectionAxis::kBoth, 2, kSpp);
   EXPECT_FALSE(whole.counters.stopped);
   const auto pixels = uint64_t(whole.crop.area());
-  for (const std::string axis : {"rows", "columns", "both"}) {
+  for (const NamedValue<BisectionAxis>& axis : bisection_axis_table()) {
     for (const int threads : {1, 3}) {
       for (uint64_t samples = 1; samples < kSpp * pixels; samples += 1 + samples / 3) {
-        SCOPED_TRACE(axis + ", " + std::to_string(threads) + " threads, after " +
+        SCOPED_TRACE(std::string(axis.name) + ", " + std::to_string(threads) + " threads, after " +
                      std::to_string(samples) + " samples");
-        const RenderedImage image = stop_after(samples, axis, threads, kSpp);
+        const RenderedImage image = stop_after(samples, axis.value, threads, kSpp);
         uint64_t total = 0;
         uint32_t least = kSpp, most = 0;
         for (int y = image.crop.y0; y < image.crop.y1; ++y) {
@@ -103,14 +103,14 @@ TEST_F(BisectionStop, AtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
 }
 
 TEST_F(BisectionStop, BeforeTheFirstSample) {
-  const RenderedImage image = stop_after(0, "both", 1, 4);
+  const RenderedImage image = stop_after(0, BisectionAxis::kBoth, 1, 4);
   EXPECT_TRUE(image.counters.stopped);
   EXPECT_EQ(image.counters.min_samples, 0u);
 }
 
 TEST_F(BisectionStop, ProgressEndsWithTheWholeFrame) {
   FrameProgress progress;
-  const RenderedImage image = stop_after(uint64_t(1) << 40, "rows", 2, 12, &progress);
+  const RenderedImage image = stop_after(uint64_t(1) << 40, BisectionAxis::kRows, 2, 12, &progress);
   EXPECT_EQ(progress.pass, 5);  // 1, 1, 2, 4, 4
   EXPECT_EQ(progress.completion, 1.0);
   EXPECT_TRUE(progress.pass_finished);

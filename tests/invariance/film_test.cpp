@@ -172,7 +172,7 @@ TEST(Film, StoppedFrameHasTrueCounts) {
     stop.request_stop();
   });
   Stopper observer(stop);
-  const FrameCounters counters = FrameRender(driver_factory("bucket", {16, "scanline"}))
+  const FrameCounters counters = FrameRender(driver_factory("bucket", {16, BucketOrder::kScanline}))
                                      .render(frame, observer, stop.get_token());
   timer.join();
   EXPECT_TRUE(counters.stopped);

@@ -438,7 +438,8 @@ TEST(LightGroups, MixIncompletePictures) {
   const FramePlan plan = plan_of(s);
   const Frame frame = plan.frame(scene, camera, &lit.groups);
   for (const char* name : {"bisection", "adaptive"}) {
-    for (const char* reconstruction : {"duplicate", "linear"}) {
+    for (const Reconstruction reconstruction :
+         {Reconstruction::kDuplicate, Reconstruction::kLinear}) {
       DriverSettings how;
       how.reconstruction = reconstruction;
       how.adaptive.budget = 4;

@@ -48,14 +48,14 @@ TEST_P(SameSamples, AnyThreadsOrderBucketSize) {
   const RenderedImage reference = render(*scene_, busy_view(), s);
   EXPECT_GT(reference.mean, 0.05);
   for (const int threads : {1, 2, 7}) {
-    for (const BucketOrderEntry& order : bucket_order_table()) {
+    for (const NamedValue<BucketOrder>& order : bucket_order_table()) {
       for (const int size : {1, 7, 16, 64}) {
         s.threads = threads;
-        s.bucket_order = std::string(order.name);
+        s.bucket_order = order.value;
         s.bucket_size = size;
         expect_same_bits(render(*scene_, busy_view(), s), reference,
-                         std::to_string(threads) + " threads, " + s.bucket_order + ", buckets of " +
-                             std::to_string(size));
+                         std::to_string(threads) + " threads, " + std::string(order.name) +
+                             ", buckets of " + std::to_string(size));
       }
     }
   }
@@ -77,7 +77,7 @@ TEST_P(SameSamples, EveryIntegrator) {
     s.threads = 1;
     const RenderedImage one = render(*scene_, busy_view(), s);
     s.threads = 3;
-    s.bucket_order = "random";
+    s.bucket_order = BucketOrder::kRandom;
     s.bucket_size = 5;
     expect_same_bits(render(*scene_, busy_view(), s), one, s.integrator);
   }
@@ -166,14 +166,14 @@ TEST_P(SameSamples, BisectionAndBucket) {
         s.threads = 2;
         const RenderedImage bucket = render(*scene_, busy_view(), s);
         s.driver = "bisection";
-        for (const BisectionAxisEntry& axis : bisection_axis_table()) {
+        for (const NamedValue<BisectionAxis>& axis : bisection_axis_table()) {
           for (const int threads : {1, 4}) {
-            s.bisection_axis = std::string(axis.name);
+            s.bisection_axis = axis.value;
             s.threads = threads;
             const RenderedImage image = render(*scene_, busy_view(), s);
             expect_same_bits(image, bucket,
-                             s.bisection_axis + ", " + std::to_string(threads) + " threads, " +
-                                 std::to_string(spp) + " spp, streams " +
+                             std::string(axis.name) + ", " + std::to_string(threads) +
+                                 " threads, " + std::to_string(spp) + " spp, streams " +
                                  std::to_string(int(streams)));
             EXPECT_EQ(image.counters.samples, bucket.counters.samples);
             EXPECT_EQ(image.counters.rays.total(), bucket.counters.rays.total());

@@ -51,13 +51,6 @@ TEST(DisplayValue, ClipsWhatADisplayCannotShow) {
   EXPECT_GT(display_value(1e-30f), 0.0f);
 }
 
-TEST(ErrorWeight, LinearMetrics) {
-  EXPECT_EQ(error_weight(ErrorMetric::kMse, 0.1f, 5.0f, 2.0f), 1.0f);
-  EXPECT_EQ(error_weight(ErrorMetric::kMse, 0.1f, NAN, 2.0f), 1.0f);
-  EXPECT_FLOAT_EQ(error_weight(ErrorMetric::kRelMse, 0.25f, 0.5f, 9.0f), 2.0f);
-  EXPECT_FLOAT_EQ(error_weight(ErrorMetric::kRelMse, 0.25f, 0.0f, 0.0f), 4.0f);
-}
-
 // Squared slope of the curve over mean +- deviation, by the exact formula.
 TEST(ErrorWeight, DisplayIsTheSquaredSlope) {
   for (const double mean : {0.001, 0.01, 0.1, 0.3, 0.7, 0.95, 1.05}) {
@@ -65,21 +58,19 @@ TEST(ErrorWeight, DisplayIsTheSquaredSlope) {
       const double slope =
           (test::srgb(mean + deviation) - test::srgb(mean - deviation)) / (2 * deviation);
       // Two values known to 1e-6 over the step.
-      EXPECT_NEAR(
-          std::sqrt(error_weight(ErrorMetric::kDisplay, 0.0f, float(mean), float(deviation))),
-          std::max(slope, double(kLeastDisplaySlope)), 1e-6 / deviation)
+      EXPECT_NEAR(std::sqrt(display_error_weight(float(mean), float(deviation))),
+                  std::max(slope, double(kLeastDisplaySlope)), 1e-6 / deviation)
           << mean << " +- " << deviation;
     }
   }
   // A deviation finer than .001 is taken for that: half of what is below the mean is black.
-  EXPECT_NEAR(error_weight(ErrorMetric::kDisplay, 0.0f, 5e-4f, 1e-7f), 0.75 * 12.92 * 0.75 * 12.92,
-              1e-3);
+  EXPECT_NEAR(display_error_weight(5e-4f, 1e-7f), 0.75 * 12.92 * 0.75 * 12.92, 1e-3);
 }
 
 TEST(ErrorWeight, ClippedWhiteCountsLittleButCounts) {
   const float floor = kLeastDisplaySlope * kLeastDisplaySlope;
   const auto weight = [](float mean, float deviation) {
-    return error_weight(ErrorMetric::kDisplay, 0.0f, mean, deviation);
+    return display_error_weight(mean, deviation);
   };
   EXPECT_EQ(weight(5.0f, 1.0f), floor);
   EXPECT_EQ(weight(INFINITY, 1.0f), floor);
@@ -87,13 +78,6 @@ TEST(ErrorWeight, ClippedWhiteCountsLittleButCounts) {
   EXPECT_EQ(weight(NAN, 1.0f), floor);
   EXPECT_GT(weight(5.0f, 4.9f), floor);  // noise that may leave white
   EXPECT_EQ(weight(0.5f, INFINITY), floor);
-}
-
-TEST(ErrorMetricTable, Names) {
-  EXPECT_EQ(parse_error_metric("display"), ErrorMetric::kDisplay);
-  EXPECT_EQ(parse_error_metric("mse"), ErrorMetric::kMse);
-  EXPECT_EQ(parse_error_metric("relmse"), ErrorMetric::kRelMse);
-  EXPECT_THROW(parse_error_metric("rmse"), UsageError);
 }
 
 }  // namespace

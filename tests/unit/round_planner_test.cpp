@@ -55,10 +55,10 @@ TEST(RoundPlanner, StartsWithThePilot) {
 // Nothing tells one pixel from another, so that none gets more, but for the rounding.
 TEST(RoundPlanner, AConstantImageSpendsEvenly) {
   for (const float value : {0.0f, 0.5f, 1e4f}) {
-    for (const ErrorMetricEntry& metric : error_metric_table()) {
+    for (const NamedValue<ErrorMetric>& metric : error_metric_table()) {
       SCOPED_TRACE(std::to_string(value) + ", " + std::string(metric.name));
       SyntheticFrame frame(64, 40, 1, [&](int, int, TestRandom&) { return Sample{value, 1}; });
-      RoundPlanner planner(of_budget(32, metric.metric), 64, 40, 7);
+      RoundPlanner planner(of_budget(32, metric.value), 64, 40, 7);
       frame.render(planner);
       const auto [least, most] = std::ranges::minmax_element(frame.counts());
       EXPECT_LE(*most - *least, 16u);
@@ -112,12 +112,12 @@ TEST(RoundPlanner, ALoneNoisyDiscGetsTenTimesTheMeanDensity) {
 // is hit by nobody yet.
 TEST(RoundPlanner, BudgetsAreMet) {
   for (const uint32_t budget : {1u, 3u, 16u, 17u, 64u, 200u}) {
-    for (const ErrorMetricEntry& metric : error_metric_table()) {
+    for (const NamedValue<ErrorMetric>& metric : error_metric_table()) {
       SyntheticFrame frame(192, 108, budget, [](int x, int y, TestRandom& random) {
         const float deviation = 0.3f * float(x) / 192.0f;
         return random.next() < 1e-3f * float(y) ? Sample{20.0f, 9} : noisy(random, 0.5f, deviation);
       });
-      RoundPlanner planner(of_budget(budget, metric.metric), 192, 108, 11);
+      RoundPlanner planner(of_budget(budget, metric.value), 192, 108, 11);
       int rounds = 0;
       frame.render(planner, [&] { ++rounds; });
       // Rounding by chance to multiples of 8 and 16, over 20736 pixels, leaves .06 at four

@@ -1,11 +1,9 @@
 #include "renderer/drivers/adaptive/error_metric.h"
 
-#include "renderer/core/names.h"
-
 namespace emberline {
 namespace {
 
-constexpr ErrorMetricEntry kMetrics[] = {
+constexpr NamedValue<ErrorMetric> kMetrics[] = {
     {"display", "squared error of the picture as it is looked at (sRGB)", ErrorMetric::kDisplay},
     {"mse", "squared error of linear radiance", ErrorMetric::kMse},
     {"relmse", "squared error over squared radiance", ErrorMetric::kRelMse},
@@ -13,10 +11,6 @@ constexpr ErrorMetricEntry kMetrics[] = {
 
 }  // namespace
 
-std::span<const ErrorMetricEntry> error_metric_table() { return kMetrics; }
-
-ErrorMetric parse_error_metric(std::string_view name) {
-  return find_named(kMetrics, "--allocation", "metric", name).metric;
-}
+std::span<const NamedValue<ErrorMetric>> error_metric_table() { return kMetrics; }
 
 }  // namespace emberline

@@ -19,7 +19,7 @@ namespace emberline {
 // Whichever limit is met first ends a pixel or the frame. 0: no such limit.
 struct AdaptiveSettings {
   std::string_view estimator = kDefaultEstimator;
-  ErrorMetric allocation = ErrorMetric::kDisplay;
+  ErrorMetric allocation = kDefaultAllocation;
   float threshold = 0.0f;    // of ErrorMap::error
   uint32_t budget = 0;       // samples of a pixel, on average over the crop
   uint32_t min_samples = 0;  // before a pixel may be finished; 0: the estimator's choice
