@@ -22,17 +22,17 @@ std::unique_ptr<Sampler> make(const SamplerSettings& settings) {
 // The first row is the default.
 constexpr SamplerEntry kSamplers[] = {
     {"sobol", "Owen-scrambled Sobol' pairs: the least noise for the same samples",
-     SampleCounts::kAny, make<SobolSampler>},
+     SampleCounts::kAny, ConvergenceRate::kSobol, make<SobolSampler>},
     {"blue_noise", "one Sobol' sequence along a Z-order of the pixels: noise that the eye forgives",
-     SampleCounts::kPowerOfTwo, make<BlueNoiseSampler>},
+     SampleCounts::kPowerOfTwo, ConvergenceRate::kUnknown, make<BlueNoiseSampler>},
     {"stratified", "jitter: one random point in each of --spp equal cells", SampleCounts::kFixed,
-     make<StratifiedSampler>},
+     ConvergenceRate::kJittered, make<StratifiedSampler>},
     {"poisson_disk", "pairs that keep their distance: aliases become high-frequency noise",
-     SampleCounts::kAny, make<PoissonDiskSampler>},
+     SampleCounts::kAny, ConvergenceRate::kUnknown, make<PoissonDiskSampler>},
     {"hierarchical", "Kajiya's sequential uniform sampling over pixel, lens and time together",
-     SampleCounts::kAny, make<HierarchicalSampler>},
+     SampleCounts::kAny, ConvergenceRate::kUnknown, make<HierarchicalSampler>},
     {"independent", "plain random numbers: no stratification, the yardstick", SampleCounts::kAny,
-     make<IndependentSampler>},
+     ConvergenceRate::kIndependent, make<IndependentSampler>},
 };
 
 void check_count(const SamplerEntry& entry, uint32_t samples) {

@@ -96,6 +96,10 @@ class Sampler {
 // are valid too: each further samples_per_pixel of them are a fresh randomisation.
 enum class SampleCounts : uint8_t { kAny, kFixed, kPowerOfTwo };
 
+// Whose rate of convergence a sampler's variance has, where theory or long measurement knows it
+// (renderer/statistics/convergence.h).
+enum class ConvergenceRate : uint8_t { kUnknown, kIndependent, kJittered, kSobol };
+
 struct SamplerSettings {
   StreamCount streams = StreamCount::kOne;
   uint32_t samples_per_pixel = 64;  // at least 1; samplers of any count do not look at it
@@ -107,6 +111,7 @@ struct SamplerEntry {
   std::string_view name;
   std::string_view summary;
   SampleCounts counts;
+  ConvergenceRate rate;
   std::unique_ptr<Sampler> (*create)(const SamplerSettings&);
 };
 std::span<const SamplerEntry> sampler_table();

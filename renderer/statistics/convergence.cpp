@@ -101,11 +101,17 @@ double fitted_order(const ConvergenceCurve& curve) {
   return -xy / xx;
 }
 
-std::optional<double> expected_order(std::string_view sampler,
-                                     const ConvergenceIntegrand& integrand) {
-  if (sampler == "sobol") return integrand.integrand.order;
-  if (sampler == "stratified") return integrand.stratified_order;
-  if (sampler == "independent") return 1.0;
+std::optional<double> expected_order(ConvergenceRate rate, const ConvergenceIntegrand& integrand) {
+  switch (rate) {
+    case ConvergenceRate::kSobol:
+      return integrand.integrand.order;
+    case ConvergenceRate::kJittered:
+      return integrand.stratified_order;
+    case ConvergenceRate::kIndependent:
+      return 1.0;
+    case ConvergenceRate::kUnknown:
+      break;
+  }
   return std::nullopt;
 }
 
@@ -127,7 +133,7 @@ std::vector<ConvergenceCurve> convergence_curves(const std::string& sampler, uin
       curve.variance.push_back(errors.squares[n * kIntegrandCount + i] / pixels);
     }
     curve.order = fitted_order(curve);
-    curve.expected = expected_order(sampler, kIntegrands[i]);
+    curve.expected = expected_order(entry.rate, kIntegrands[i]);
   }
   return curves;
 }
