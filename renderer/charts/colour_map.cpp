@@ -36,14 +36,13 @@ constexpr Table kTurbo = {0x30123b, 0x392a73, 0x4040a1, 0x4456c7, 0x466be3, 0x46
 // protanopia, deuteranopia and tritanopia; green for magma, whose distance is 33 where 40 is the
 // most.
 constexpr ColourMapEntry kMaps[] = {
-    {"grey", "black to white; brighter is more", ColourMap::kGrey, true, {255, 102, 0}},
-    {"viridis", "dark violet over green to yellow", ColourMap::kViridis, true, {204, 0, 255}},
-    {"inferno", "black over red to light yellow", ColourMap::kInferno, true, {0, 255, 255}},
-    {"magma", "black over purple to light yellow", ColourMap::kMagma, true, {0, 255, 0}},
+    {"grey", "black to white; brighter is more", ColourMap::kGrey, {255, 102, 0}},
+    {"viridis", "dark violet over green to yellow", ColourMap::kViridis, {204, 0, 255}},
+    {"inferno", "black over red to light yellow", ColourMap::kInferno, {0, 255, 255}},
+    {"magma", "black over purple to light yellow", ColourMap::kMagma, {0, 255, 0}},
     {"turbo",
      "rainbow: tells most values apart, but bright is not more",
      ColourMap::kTurbo,
-     false,
      {153, 102, 102}},
 };
 

@@ -21,8 +21,7 @@ struct ColourMapEntry {
   std::string_view name;
   std::string_view summary;
   ColourMap map;
-  bool lightness_rises;  // with the value, throughout: brighter is more
-  Rgb8 no_value;         // for pixels without a value: far from every colour of the map
+  Rgb8 no_value;  // for pixels without a value: far from every colour of the map
 };
 // The table behind --colors, its --help and its error message; in the enumeration's order.
 std::span<const ColourMapEntry> colour_map_table();

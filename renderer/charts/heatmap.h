@@ -24,15 +24,19 @@ struct Category {
   Rgb8 colour;
 };
 
-struct HeatmapSettings {
-  std::string title;  // what the values are, "samples per pixel"; printable ASCII
-  std::string unit;   // behind the title; "s" is told in s, ms, us or ns; may be empty
+// How a heatmap is to look. A range and a logarithmic scale mean nothing to categories.
+struct HeatmapStyle {
   ColourMap colours = ColourMap::kGrey;
   std::optional<ValueRange> range;  // of the colours; least < most, with `logarithmic` least > 0
   bool logarithmic = false;
+  bool plain = false;  // no legend
+};
+
+struct HeatmapSettings : HeatmapStyle {
+  std::string title;  // what the values are, "samples per pixel"; printable ASCII
+  std::string unit;   // behind the title; "s" is told in s, ms, us or ns; may be empty
   double bright = kBrightQuantile;  // of an automatic range
   bool rms = false;                 // the legend names the root of the mean square too
-  bool plain = false;               // no legend
 };
 
 // Neither side of the plane may be 0 (asserted).

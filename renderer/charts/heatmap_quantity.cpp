@@ -88,15 +88,8 @@ std::span<const Category> stop_categories() {
 
 BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
                           const HeatmapStyle& style) {
-  HeatmapSettings settings;
-  settings.title = quantity.title;
-  settings.unit = quantity.unit;
-  settings.colours = style.colours;
-  settings.range = style.range;
-  settings.logarithmic = style.logarithmic;
-  settings.bright = quantity.bright;
-  settings.rms = quantity.rms;
-  settings.plain = style.plain;
+  const HeatmapSettings settings{style, std::string(quantity.title), std::string(quantity.unit),
+                                 quantity.bright, quantity.rms};
   return quantity.reasons ? draw_category_map(plane, stop_categories(), settings)
                           : draw_heatmap(plane, settings);
 }

@@ -44,13 +44,6 @@ const HeatmapQuantity& find_heatmap_quantity(std::string_view name,
 // no two are equally light.
 std::span<const Category> stop_categories();
 
-// How a heatmap is to look. A range and a logarithmic scale mean nothing to reasons.
-struct HeatmapStyle {
-  ColourMap colours = ColourMap::kGrey;
-  std::optional<ValueRange> range;
-  bool logarithmic = false;
-  bool plain = false;
-};
 BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
                           const HeatmapStyle& style);
 

@@ -72,7 +72,7 @@ std::string text_at(double x, double y, std::string_view anchor, std::string_vie
 struct LegendEntry {
   std::string name;
   int style;
-  bool line, marker;
+  bool marker;
   double x = 0, y = 0;  // of its sample's left end
 };
 
@@ -160,11 +160,9 @@ std::string legend(const std::vector<LegendEntry>& entries, double top) {
   for (const LegendEntry& e : entries) {
     const double y = top + e.y;
     const double middle = y - 0.35 * kTextSize;
-    if (e.line) {
-      svg +=
-          fmt::format(R"(<path d="M{} {}h{}" stroke="{}" stroke-width="2" stroke-dasharray="{}"/>)",
-                      number(e.x), number(middle), kSample, colour(e.style), dash(e.style));
-    }
+    svg +=
+        fmt::format(R"(<path d="M{} {}h{}" stroke="{}" stroke-width="2" stroke-dasharray="{}"/>)",
+                    number(e.x), number(middle), kSample, colour(e.style), dash(e.style));
     if (e.marker) {
       svg += marker(e.style, e.x + kSample / 2, middle) +
              fmt::format(R"( fill="{}"/>)", colour(e.style));
@@ -238,7 +236,7 @@ class SeriesWriter {
   }
 
   std::string line(const std::vector<ChartPoint>& run) const {
-    if (!series_.line || run.size() < 2) return "";
+    if (run.size() < 2) return "";
     std::string points;
     for (const ChartPoint& p : run) {
       if (!points.empty()) points += ' ';
@@ -326,7 +324,7 @@ Markup line_chart(const LineChart& chart) {
       if (!log || p.high < 10 * p.y) ys.push_back(p.high);
     }
     if (!series.name.empty()) {
-      entries.push_back({series.name, style_of(chart, s), series.line, series.markers});
+      entries.push_back({series.name, style_of(chart, s), series.markers});
     }
   }
   const AxisRange x_range(chart.x.scale, xs, chart.x.from_zero);

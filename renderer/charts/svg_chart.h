@@ -31,7 +31,6 @@ struct ChartSeries {
   std::string name;  // empty: not in the legend
   std::vector<ChartPoint> points = {};
   int style = -1;  // colour, marker and dash; -1: as the series' place in the chart
-  bool line = true;
   bool markers = true;
   ChartSpread spread = ChartSpread::kBars;
 };

@@ -354,7 +354,7 @@ void AdaptiveDriver::fill_from_tree(const FilmTile& film, std::span<float> rgba)
       values.emplace_back(value[0], value[1], value[2]);
     }
     smooth.resize(have_.size());
-    reconstruct_smooth_of(*tree_, values, smooth);
+    reconstruct_smooth(*tree_, values, smooth);
   }
   constexpr size_t kGrain = 4096;
   parallel_ranges(have_.size(), kGrain, [&](size_t begin, size_t end) {
@@ -400,7 +400,7 @@ std::string AdaptiveDriver::explain(const FilmTile& film, int x, int y) const {
                    "refinement tree, from the crop down to the leaf with this pixel\n"
                    "  {:>24} {:>10} {:>10} {:>10} {:>6}  {}\n",
                    "rectangle", "v_int", "v_ext", "priority", "round", "phase");
-    for (const RefinementStep& step : tree_->describe(x, y)) {
+    for (const RefinementNode& step : tree_->describe(x, y)) {
       const Rect& r = step.rect;
       fmt::format_to(out, "  {:>24} {:>10.3g} {:>10.3g} {:>10.3g} {:>6}  {}{}\n",
                      fmt::format("{},{} {}x{}", r.x0, r.y0, r.width(), r.height()), step.v_int,

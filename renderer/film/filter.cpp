@@ -68,7 +68,7 @@ PixelFilter PixelFilter::create(std::string_view name, float radius) {
 }
 
 PixelFilter::PixelFilter(const FilterEntry& entry, float radius)
-    : entry_(&entry), radius_(radius), uniform_(entry.profile == box) {
+    : radius_(radius), uniform_(entry.profile == box) {
   if (uniform_) return;
   double magnitude[kBins + 1];
   const double negligible = 1e-12 * entry.profile(0.0);
@@ -115,25 +115,6 @@ PixelFilter::Coordinate PixelFilter::sample_1d(float u) const {
   return {std::copysign(x, u - 0.5f), float(sign_[bin]) * weight_};
 }
 
-float PixelFilter::pdf_1d(float x) const {
-  const float position = std::abs(x) / radius_ * float(kBins);
-  if (!(position <= float(kBins))) return 0.0f;
-  const int bin = std::min(int(position), kBins - 1);
-  return 0.5f * lerp(density_[bin], density_[bin + 1], position - float(bin));
-}
-
-float PixelFilter::to_unit_1d(float x) const {
-  const float position = std::min(std::abs(x) / radius_, 1.0f) * float(kBins);
-  const int bin = std::min(int(position), kBins - 1);
-  const float s = position - float(bin);
-  const float a0 = density_[bin], a1 = density_[bin + 1];
-  const float sum = a0 + a1;
-  const float share = sum > 0.0f ? s * (2.0f * a0 + (a1 - a0) * s) / sum : 1.0f;
-  const float t = lerp(cdf_[bin], cdf_[bin + 1], share);
-  const float u = x < 0.0f ? 0.5f * (1.0f - t) : 0.5f * (1.0f + t);
-  return std::min(u, kOneMinusEpsilon);
-}
-
 FilterSample PixelFilter::sample(const Vec2f& u) const {
   if (uniform_) {
     const float width = 2.0f * radius_;
@@ -142,24 +123,6 @@ FilterSample PixelFilter::sample(const Vec2f& u) const {
   const Coordinate x = sample_1d(u.x);
   const Coordinate y = sample_1d(u.y);
   return {Vec2f(x.x, y.x), x.weight * y.weight};
-}
-
-float PixelFilter::pdf(const Vec2f& offset) const {
-  if (uniform_) {
-    const bool inside = std::abs(offset.x) <= radius_ && std::abs(offset.y) <= radius_;
-    return inside ? 0.25f / (radius_ * radius_) : 0.0f;
-  }
-  return pdf_1d(offset.x) * pdf_1d(offset.y);
-}
-
-Vec2f PixelFilter::offset_to_square(const Vec2f& offset) const {
-  if (uniform_) {
-    const auto invert = [this](float x) {
-      return std::clamp(0.5f + x / (2.0f * radius_), 0.0f, kOneMinusEpsilon);
-    };
-    return {invert(offset.x), invert(offset.y)};
-  }
-  return {to_unit_1d(offset.x), to_unit_1d(offset.y)};
 }
 
 }  // namespace emberline

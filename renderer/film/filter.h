@@ -44,16 +44,9 @@ class PixelFilter {
   static constexpr float kMaxRadius = 32.0f;
 
   // u in [0, 1)^2 to an offset in [-radius, radius]^2, increasing in each coordinate so that
-  // stratified u stay stratified. The box of radius 0.5 gives exactly u - 0.5.
+  // stratified u stay stratified. The box of radius 0.5 gives exactly u - 0.5. The offsets' density
+  // is |f| / integral |f|, along each axis within 4e-5 of its peak (|f| is linear between knots).
   FilterSample sample(const Vec2f& u) const;
-  // Density of the offsets per square pixel: |f| / integral |f|, along each axis within 4e-5 of its
-  // peak (|f| is linear between 253 knots). Zero outside the support.
-  float pdf(const Vec2f& offset) const;
-  // The u whose sample is `offset` (clamped into the support): the inverse of sample().
-  Vec2f offset_to_square(const Vec2f& offset) const;
-
-  std::string_view name() const { return entry_->name; }
-  float radius() const { return radius_; }
 
  private:
   // A multiple of 7: Mitchell's profile changes sign at 4/7 of its radius, and a knot must lie
@@ -68,10 +61,7 @@ class PixelFilter {
 
   PixelFilter(const FilterEntry& entry, float radius);
   Coordinate sample_1d(float u) const;
-  float pdf_1d(float x) const;
-  float to_unit_1d(float x) const;
 
-  const FilterEntry* entry_;
   float radius_;
   bool uniform_ = false;  // the box needs no table
   float weight_ = 1.0f;   // integral |f| / integral f in one dimension

@@ -153,14 +153,6 @@ std::optional<LightMix> LightGroups::mix(const SceneEdits& edits) const {
   return LightMix(weights);
 }
 
-uint64_t LightGroups::bytes() const {
-  return list_.capacity() * sizeof(LightGroup) +
-         (original_.materials.capacity() + built_.materials.capacity()) *
-             sizeof(MaterialDescription) +
-         (original_.lights.capacity() + built_.lights.capacity()) *
-             sizeof(PunctualLightDescription);
-}
-
 SceneEdits neutral_baseline(const SceneEdits& edits) {
   SceneEdits baseline = edits;
   for (LightEdit& light : baseline.lights) {

@@ -53,8 +53,6 @@ class LightGroups {
   // flush in another surface still hides that surface when it is off. Throws as apply() does.
   std::optional<LightMix> mix(const SceneEdits& edits) const;
 
-  uint64_t bytes() const;
-
  private:
   static constexpr uint8_t kNone = 0xff, kOthers = 0xfe;
 

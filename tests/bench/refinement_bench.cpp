@@ -54,15 +54,14 @@ void add_refinement_benchmarks() {
         double(samples));
     const auto tree = std::make_shared<RefinementTree>(kWindow, RefinementSettings{});
     refine(*tree, samples);
-    for (const bool smooth : {false, true}) {
-      add_benchmark(std::string("refinement/") + (smooth ? "smooth" : "constant") + at,
-                    [tree, smooth, picture = std::vector<Rgb>(pixels)]() mutable {
-                      on_one_thread([&] {
-                        (smooth ? reconstruct_smooth : reconstruct_constant)(*tree, picture);
-                      });
-                      return picture[0].x;
-                    });
-    }
+    std::vector<Rgb> values;
+    for (uint32_t leaf = 0; leaf < tree->sample_count(); ++leaf)
+      values.push_back(tree->value(leaf));
+    add_benchmark("refinement/smooth" + at,
+                  [tree, values, picture = std::vector<Rgb>(pixels)]() mutable {
+                    on_one_thread([&] { reconstruct_smooth(*tree, values, picture); });
+                    return picture[0].x;
+                  });
   }
 }
 

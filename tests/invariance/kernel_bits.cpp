@@ -237,7 +237,7 @@ void filters() {
     Bits bits;
     for (uint32_t i = 0; i < kRounds; ++i) {
       const FilterSample s = filter.sample(random.square());
-      bits.add(s.offset, s.weight, filter.pdf(s.offset));
+      bits.add(s.offset, s.weight);
     }
     bits.print(std::string(entry.name).c_str());
   }

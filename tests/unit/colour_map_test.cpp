@@ -96,7 +96,7 @@ TEST(ColourMap, GreyIsLinearInDisplayValues) {
   EXPECT_EQ(colour_of(ColourMap::kGrey, 1.0), (Rgb8{255, 255, 255}));
 }
 
-TEST(ColourMap, LightnessRisesWhereTheTableSaysSo) {
+TEST(ColourMap, LightnessRisesInAllButTurbo) {
   for (const ColourMapEntry& entry : colour_map_table()) {
     bool rises = true;
     double span = 0;
@@ -106,8 +106,8 @@ TEST(ColourMap, LightnessRisesWhereTheTableSaysSo) {
       rises = rises && step > 0.0;
       span += step;
     }
-    EXPECT_EQ(rises, entry.lightness_rises) << entry.name;
-    if (entry.lightness_rises) {
+    EXPECT_EQ(rises, entry.map != ColourMap::kTurbo) << entry.name;
+    if (rises) {
       EXPECT_GT(span, 70.0) << entry.name << ": too little to read it in grey";
     }
   }

@@ -51,6 +51,21 @@ inline std::vector<Vec2i> insert_round(RefinementTree& tree, const Picture& pict
   return pixels;
 }
 
+// The rectangle around each leaf's pixels, by leaf.
+inline std::vector<Rect> leaf_rects(const RefinementTree& tree) {
+  const Rect& crop = tree.crop();
+  std::vector<Rect> rects(tree.sample_count(), Rect{crop.x1, crop.y1, crop.x0, crop.y0});
+  if (rects.empty()) return rects;
+  for (int y = crop.y0; y < crop.y1; ++y) {
+    for (int x = crop.x0; x < crop.x1; ++x) {
+      Rect& rect = rects[tree.leaf_at(x, y)];
+      rect = {std::min(rect.x0, x), std::min(rect.y0, y), std::max(rect.x1, x + 1),
+              std::max(rect.y1, y + 1)};
+    }
+  }
+  return rects;
+}
+
 // Until the tree has `samples`, or every pixel.
 inline void refine(RefinementTree& tree, const Picture& picture, size_t samples = ~size_t(0)) {
   while (!tree.finished() && tree.sample_count() < samples) {

@@ -45,7 +45,7 @@ TEST(RefinementTree, VariancesOfTwoLeaves) {
       refine(
           tree, [&, a = a, b = b](int x, int) { return x < 2 ? a : b; }, 2);
       const double v = weighed_variance({a, b}, exposure);
-      for (const RefinementStep& leaf : tree.most_urgent(9)) {
+      for (const RefinementNode& leaf : tree.most_urgent(9)) {
         EXPECT_EQ(leaf.rect.area(), 4);
         EXPECT_NEAR(leaf.v_int, v, 1e-4 * v);
         EXPECT_NEAR(leaf.v_ext, v, 1e-4 * v);
@@ -65,7 +65,7 @@ TEST(RefinementTree, ExternalVarianceIsThatOfTheNeighbours) {
     RefinementTree tree(crop, {.seed = 10});
     while (!tree.finished()) {
       insert_round(tree, noise, 1 + size_t(crop.area()) / 10);
-      for (const RefinementStep& leaf : tree.most_urgent(tree.open_count())) {
+      for (const RefinementNode& leaf : tree.most_urgent(tree.open_count())) {
         if (leaf.priority == 0) continue;  // not split in this phase
         const Rect& r = leaf.rect;
         const int x = r.x0 + (r.width() - 1) / 2, y = r.y0 + (r.height() - 1) / 2;
@@ -114,7 +114,7 @@ TEST(RefinementTree, LightsOfAnyBrightnessKeepPrioritiesFinite) {
     RefinementTree tree({0, 0, 97, 89}, {.seed = 15, .exposure = exposure});
     while (!tree.finished()) {
       insert_round(tree, bright);
-      for (const RefinementStep& leaf : tree.most_urgent(97 * 89)) {
+      for (const RefinementNode& leaf : tree.most_urgent(97 * 89)) {
         ASSERT_GE(leaf.priority, 0);
         // Variances of values in [0, 1] are at most 1/2 for two values, less for more.
         ASSERT_LE(leaf.priority, 1.01 * double(leaf.rect.area()) * (0.5 + 1e-3));

@@ -14,8 +14,7 @@
 namespace emberline {
 namespace {
 
-// The rectangles of the leaves are what the map of pixels says, each has its sample inside, and
-// their areas sum to the crop's.
+// The pixels of each leaf are a rectangle that holds its sample, and their areas sum to the crop's.
 void expect_leaves_tile(const RefinementTree& tree) {
   std::vector<int64_t> area(tree.sample_count(), 0);
   const Rect& w = tree.crop();
@@ -24,15 +23,15 @@ void expect_leaves_tile(const RefinementTree& tree) {
       const uint32_t leaf = tree.leaf_at(x, y);
       ASSERT_LT(leaf, area.size());
       ++area[leaf];
-      ASSERT_TRUE(tree.leaf(leaf).rect.contains(x, y)) << x << "," << y;
     }
   }
   int64_t sum = 0;
+  const std::vector<Rect> rects = leaf_rects(tree);
   for (uint32_t i = 0; i < area.size(); ++i) {
-    const RefinementLeaf leaf = tree.leaf(i);
-    ASSERT_EQ(area[i], leaf.rect.area());
-    ASSERT_TRUE(leaf.rect.contains(leaf.pixel.x, leaf.pixel.y));
-    sum += leaf.rect.area();
+    const Vec2i pixel = tree.sampled_pixel(i);
+    ASSERT_EQ(area[i], rects[i].area());
+    ASSERT_TRUE(rects[i].contains(pixel.x, pixel.y));
+    sum += area[i];
   }
   ASSERT_EQ(sum, w.area());
 }
@@ -90,9 +89,9 @@ TEST(RefinementTree, FramesTooLargeAreRefused) {
 // Largest area over smallest, of the leaves.
 double area_ratio(const RefinementTree& tree, int64_t* smallest = nullptr) {
   int64_t low = tree.crop().area(), high = 0;
-  for (uint32_t i = 0; i < tree.sample_count(); ++i) {
-    low = std::min(low, tree.leaf(i).rect.area());
-    high = std::max(high, tree.leaf(i).rect.area());
+  for (const Rect& rect : leaf_rects(tree)) {
+    low = std::min(low, rect.area());
+    high = std::max(high, rect.area());
   }
   if (smallest) *smallest = low;
   return double(high) / double(low);
@@ -144,11 +143,11 @@ TEST(RefinementTree, CoversBeforeItLooksForFeatures) {
     RefinementTree tree(crop, {.seed = 4, .coverage_area = limit});
     while (tree.phase() == RefinementPhase::kCoverage) {
       const size_t before = tree.sample_count();
-      std::vector<int64_t> areas;
-      for (uint32_t i = 0; i < before; ++i) areas.push_back(tree.leaf(i).rect.area());
+      const std::vector<Rect> rects = leaf_rects(tree);
       insert_round(tree, noise);
+      const std::vector<Rect> now = leaf_rects(tree);
       for (uint32_t i = 0; i < before; ++i) {
-        EXPECT_EQ(tree.leaf(i).rect.area() < areas[i], areas[i] > limit) << areas[i];
+        EXPECT_EQ(now[i].area() < rects[i].area(), rects[i].area() > limit) << rects[i].area();
       }
     }
     EXPECT_EQ(tree.phase(), RefinementPhase::kFeatures);
@@ -197,9 +196,9 @@ TEST(RefinementTree, RoundsHaveTheirSizeAndTheirLimit) {
   int by_priority = 0;
   while (!tree.finished()) {
     const size_t open = tree.open_count(), samples = tree.sample_count();
-    const std::vector<RefinementStep> leaves = tree.most_urgent(open);
+    const std::vector<RefinementNode> leaves = tree.most_urgent(open);
     double total = 0, chosen = 0;
-    for (const RefinementStep& leaf : leaves) total += double(leaf.priority);
+    for (const RefinementNode& leaf : leaves) total += double(leaf.priority);
     const size_t size = insert_round(tree, test_picture).size();
     for (size_t i = 0; i < size; ++i) chosen += double(leaves[i].priority);
     const size_t smallest = std::min(open, std::max({size_t(64), open / 16, samples / 64}));
@@ -231,10 +230,10 @@ TEST(RefinementTree, PixelsAreListedInTheOrderOfTheTree) {
 TEST(RefinementTree, TheLimitTakesTheBest) {
   RefinementTree tree({0, 0, 256, 256}, {.seed = 8});
   refine(tree, test_picture, 1500);
-  const std::vector<RefinementStep> best = tree.most_urgent(20);
+  const std::vector<RefinementNode> best = tree.most_urgent(20);
   const std::vector<Vec2i> pixels = insert_round(tree, test_picture, 20);
   ASSERT_EQ(best.size(), 20u);
-  for (const RefinementStep& leaf : best) {
+  for (const RefinementNode& leaf : best) {
     EXPECT_TRUE(std::ranges::any_of(pixels, [&](const Vec2i& p) {
       return leaf.rect.contains(p.x, p.y);
     })) << name_of(leaf.rect);
@@ -261,11 +260,11 @@ TEST(RefinementTree, DescribesThePathToAPixel) {
   EXPECT_TRUE(tree.describe(50, 50).empty());
   refine(tree, noise, 3000);
   for (const Vec2i& p : {Vec2i(3, 5), Vec2i(103, 75), Vec2i(50, 40)}) {
-    const std::vector<RefinementStep> path = tree.describe(p.x, p.y);
+    const std::vector<RefinementNode> path = tree.describe(p.x, p.y);
     ASSERT_GE(path.size(), 2u);
     EXPECT_EQ(path[0].rect, crop);
     for (size_t i = 0; i < path.size(); ++i) {
-      const RefinementStep& node = path[i];
+      const RefinementNode& node = path[i];
       EXPECT_TRUE(node.rect.contains(p.x, p.y));
       EXPECT_EQ(node.leaf, i + 1 == path.size());
       Vec3d sum(0.0);
@@ -287,17 +286,18 @@ TEST(RefinementTree, DescribesThePathToAPixel) {
                   double(node.rect.area()) * (std::max(node.v_int, node.v_ext) + 1e-3),
                   1e-5 * node.priority);
     }
-    const RefinementStep& leaf = path.back();
-    EXPECT_EQ(leaf.rect, tree.leaf(tree.leaf_at(p.x, p.y)).rect);
+    const RefinementNode& leaf = path.back();
+    EXPECT_EQ(leaf.rect, leaf_rects(tree)[tree.leaf_at(p.x, p.y)]);
     EXPECT_EQ(leaf.round, tree.rounds());
   }
+  const std::vector<Rect> rects = leaf_rects(tree);
   for (uint32_t i = 0; i < tree.sample_count(); ++i) {
-    const RefinementLeaf leaf = tree.leaf(i);
-    const RefinementPhase phase = tree.describe(leaf.pixel.x, leaf.pixel.y).back().phase;
-    ASSERT_EQ(phase == RefinementPhase::kFinished, leaf.rect.area() == 1);
+    const Vec2i pixel = tree.sampled_pixel(i);
+    const RefinementPhase phase = tree.describe(pixel.x, pixel.y).back().phase;
+    ASSERT_EQ(phase == RefinementPhase::kFinished, rects[i].area() == 1);
   }
   refine(tree, noise);
-  const RefinementStep pixel = tree.describe(50, 40).back();
+  const RefinementNode pixel = tree.describe(50, 40).back();
   EXPECT_EQ(pixel.rect, (Rect{50, 40, 51, 41}));
   EXPECT_EQ(pixel.mean, noise(50, 40));
   EXPECT_EQ(pixel.phase, RefinementPhase::kFinished);
@@ -308,12 +308,12 @@ TEST(RefinementTree, DescribesThePathToAPixel) {
 TEST(RefinementTree, RecordsWhyALeafWasSplit) {
   RefinementTree tree({0, 0, 128, 128}, {.seed = 12});
   refine(tree, test_picture, 400);
-  const RefinementStep before = tree.most_urgent(1)[0];
+  const RefinementNode before = tree.most_urgent(1)[0];
   const uint32_t round = tree.rounds();
   insert_round(tree, test_picture);
   refine(tree, test_picture, 3000);
   bool found = false;
-  for (const RefinementStep& node : tree.describe(before.rect.x0, before.rect.y0)) {
+  for (const RefinementNode& node : tree.describe(before.rect.x0, before.rect.y0)) {
     if (node.rect != before.rect) continue;
     found = true;
     EXPECT_FALSE(node.leaf);
@@ -347,7 +347,7 @@ TEST(RefinementTree, TheSeedChoosesThePixels) {
     refine(tree, constant_picture(Rgb(0.5f)), 64);
     std::vector<int> pixels;
     for (uint32_t i = 0; i < 64; ++i) {
-      pixels.push_back(64 * tree.leaf(i).pixel.y + tree.leaf(i).pixel.x);
+      pixels.push_back(64 * tree.sampled_pixel(i).y + tree.sampled_pixel(i).x);
     }
     sets.insert(pixels);
   }
@@ -374,8 +374,8 @@ TEST(RefinementTree, CountsLeavesByArea) {
   while (!tree.finished()) {
     insert_round(tree, noise);
     std::vector<size_t> expected;
-    for (uint32_t i = 0; i < tree.sample_count(); ++i) {
-      const auto log2 = size_t(std::log2(double(tree.leaf(i).rect.area())));
+    for (const Rect& rect : leaf_rects(tree)) {
+      const auto log2 = size_t(std::log2(double(rect.area())));
       expected.resize(std::max(expected.size(), log2 + 1));
       ++expected[log2];
     }

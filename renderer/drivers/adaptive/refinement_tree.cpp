@@ -299,13 +299,6 @@ Rect RefinementTree::rect_of(const Cell& cell) const {
           crop_.y0 + cell.y_last + 1};
 }
 
-RefinementLeaf RefinementTree::leaf(uint32_t leaf) const {
-  const Place place = leaf_[leaf].pixel;
-  Cell cell = root();
-  for (uint32_t node = root_node(); !is_leaf(node);) node = descend(node, place, cell);
-  return {rect_of(cell), pixel_of(place), leaf_[leaf].value};
-}
-
 uint32_t RefinementTree::descend(uint32_t split, Place place, Cell& cell) const {
   const auto [first, second] = halves(cell);
   const bool in_first = first.contains(place);
@@ -313,9 +306,9 @@ uint32_t RefinementTree::descend(uint32_t split, Place place, Cell& cell) const 
   return split_[split / 2].child[in_first ? 0 : 1];
 }
 
-std::vector<RefinementStep> RefinementTree::describe(int x, int y) const {
+std::vector<RefinementNode> RefinementTree::describe(int x, int y) const {
   assert(crop_.contains(x, y));
-  std::vector<RefinementStep> steps;
+  std::vector<RefinementNode> steps;
   if (leaf_.empty()) return steps;
   Cell cell = root();
   float v_int = 0;
@@ -336,16 +329,16 @@ std::vector<RefinementStep> RefinementTree::describe(int x, int y) const {
   return steps;
 }
 
-RefinementStep RefinementTree::describe(const Open& open) const {
+RefinementNode RefinementTree::describe(const Open& open) const {
   return {rect_of(open.cell), value(open.leaf), open.v_int, open.v_ext,
           open.priority,      phase_,           rounds_,    true};
 }
 
-std::vector<RefinementStep> RefinementTree::most_urgent(size_t most) const {
+std::vector<RefinementNode> RefinementTree::most_urgent(size_t most) const {
   const auto urgency_of = [&](const Open& open) { return urgency(open); };
   std::vector<Open> best(std::min(most, open_.size()));
   std::ranges::partial_sort_copy(open_, best, std::greater<>(), urgency_of, urgency_of);
-  std::vector<RefinementStep> steps;
+  std::vector<RefinementNode> steps;
   steps.reserve(best.size());
   for (const Open& open : best) steps.push_back(describe(open));
   return steps;

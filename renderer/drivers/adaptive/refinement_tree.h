@@ -18,15 +18,12 @@
 // of its edges; both of display values (below). kappa is the coverage term: without contrast the
 // largest leaf goes first. While a leaf is larger than `coverage_area`, only such leaves are split.
 //
-// Where this departs from the paper, and why:
-//   - The paper splits one leaf at a time and finds it by descending from the root, a walk of cache
-//     misses for each. Here a round splits many leaves, all that are too large for coverage, then
-//     those that hold a quarter of all priority: variances and priorities of all leaves are
-//     computed in one stream, the best selected in linear time, and the renderer gets many pixels
-//     to work on in parallel. What is lost is that leaves cannot react to samples of their own
-//     round, and grow at most one level in it.
-//   - Its v_int is kept up to date by means that are pulled up the tree. With v_ext beside it that
-//     changed the error of the test picture by less than 5 % and took a third of the time.
+// Where this departs from the paper: it splits one leaf at a time and finds it by descending from
+// the root; here a round splits many leaves, all that are too large for coverage, then those that
+// hold a quarter of all priority, so that they are read in one stream and the renderer gets many
+// pixels to work on. Leaves cannot react to samples of their own round. And its v_int is kept up to
+// date by means that are pulled up the tree, which gains little with v_ext beside it
+// (tests/bench/RESULTS.md).
 //
 // Display values: radiance x exposure through x / (1 + x) (Reinhard, Stark, Shirley & Ferwerda
 // 2002) and a square root for the eye, so they lie in [0, 1] however bright a light is. A variance
@@ -74,7 +71,7 @@ struct RefinementSettings {
 };
 
 // A node on the way to a pixel, for people who ask why it was sampled.
-struct RefinementStep {
+struct RefinementNode {
   Rect rect;
   Rgb mean;  // area-weighted, of the leaves inside as they are now
   // At the time it was split; of a leaf, as they are now.
@@ -82,13 +79,6 @@ struct RefinementStep {
   RefinementPhase phase = RefinementPhase::kCoverage;  // kFinished: a leaf of one pixel
   uint32_t round = 0;  // rounds done when it was split; of a leaf, the number of rounds done
   bool leaf = false;
-};
-
-// What one leaf is and holds.
-struct RefinementLeaf {
-  Rect rect;
-  Vec2i pixel;  // where its sample was taken
-  Rgb value;
 };
 
 class RefinementTree {
@@ -119,19 +109,17 @@ class RefinementTree {
   // Meaningless before the first sample.
   uint32_t leaf_at(int x, int y) const { return owner_[index(x, y)]; }
   std::span<const uint32_t> leaf_map() const { return owner_; }
-  // Leaves, 0 .. sample_count() - 1, in the order in which their samples came. A descent from the
-  // root.
-  RefinementLeaf leaf(uint32_t leaf) const;
+  // Leaves, 0 .. sample_count() - 1, in the order in which their samples came.
   const Rgb& value(uint32_t leaf) const { return leaf_[leaf].value; }
   Vec2i sampled_pixel(uint32_t leaf) const { return pixel_of(leaf_[leaf].pixel); }
 
   // The nodes from the root to the leaf that covers pixel (x, y) of the crop. Costs a look at
   // every pixel of the crop; nothing before the first insert().
-  std::vector<RefinementStep> describe(int x, int y) const;
+  std::vector<RefinementNode> describe(int x, int y) const;
 
   // The first `most` leaves of two pixels or more, in the order in which they will be split, and
   // how many there are.
-  std::vector<RefinementStep> most_urgent(size_t most) const;
+  std::vector<RefinementNode> most_urgent(size_t most) const;
   size_t open_count() const { return open_.size(); }
   // How many leaves have 2^k .. 2^(k+1) - 1 pixels, for k = 0, 1, ...
   std::vector<size_t> leaves_by_area() const;
@@ -213,7 +201,7 @@ class RefinementTree {
   float priority(int64_t area, float v_int, float v_ext) const {
     return float(area) * (std::max(v_int, v_ext) + settings_.coverage_weight);
   }
-  RefinementStep describe(const Open& open) const;
+  RefinementNode describe(const Open& open) const;
   uint32_t descend(uint32_t split, Place place, Cell& cell) const;
   Rgb mean_over(const Rect& rect) const;
 

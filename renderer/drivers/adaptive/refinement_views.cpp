@@ -85,35 +85,8 @@ void push(const Level& coarse, Level& fine) {
 
 }  // namespace
 
-void reconstruct_constant(const RefinementTree& tree, std::span<Rgb> picture) {
-  assert(picture.size() == size_t(tree.crop().area()));
-  if (tree.sample_count() == 0) {
-    std::ranges::fill(picture, Rgb(0.0f));
-    return;
-  }
-  const size_t width = size_t(tree.crop().width());
-  for_each_row(tree.crop().height(), [&](int y) {
-    const uint32_t* const leaves = tree.leaf_map().data() + size_t(y) * width;
-    Rgb* const row = picture.data() + size_t(y) * width;
-    // By runs of one leaf: while the picture is coarse, one look at a value fills many pixels.
-    for (size_t x = 0; x < width;) {
-      const uint32_t leaf = leaves[x];
-      const Rgb value = tree.value(leaf);
-      do row[x++] = value;
-      while (x < width && leaves[x] == leaf);
-    }
-  });
-}
-
-void reconstruct_smooth(const RefinementTree& tree, std::span<Rgb> picture) {
-  std::vector<Rgb> values;
-  values.reserve(tree.sample_count());
-  for (uint32_t i = 0; i < tree.sample_count(); ++i) values.push_back(tree.value(i));
-  reconstruct_smooth_of(tree, values, picture);
-}
-
-void reconstruct_smooth_of(const RefinementTree& tree, std::span<const Rgb> values,
-                           std::span<Rgb> picture) {
+void reconstruct_smooth(const RefinementTree& tree, std::span<const Rgb> values,
+                        std::span<Rgb> picture) {
   assert(picture.size() == size_t(tree.crop().area()) && values.size() == tree.sample_count());
   if (picture.empty()) return;
   std::vector<Level> levels;
@@ -162,7 +135,7 @@ std::string refinement_json(const RefinementTree& tree, size_t most_leaves) {
   json["leaves_by_area"] = tree.leaves_by_area();
   json["open"] = tree.open_count();
   json["next"] = Json::array();
-  for (const RefinementStep& leaf : tree.most_urgent(most_leaves)) {
+  for (const RefinementNode& leaf : tree.most_urgent(most_leaves)) {
     json["next"].push_back({{"rect", rect(leaf.rect)},
                             {"value", {leaf.mean.x, leaf.mean.y, leaf.mean.z}},
                             {"v_int", leaf.v_int},

@@ -1,4 +1,4 @@
-// What a refinement tree looks like: the incomplete picture in two reconstructions, its leaves
+// What a refinement tree looks like: the incomplete picture, smooth between the samples, its leaves
 // drawn over a picture, its state as JSON.
 //
 // Pictures are of the tree's crop, rows from its top, linear Rec. 709. All of them may be made
@@ -15,19 +15,13 @@
 
 namespace emberline {
 
-// Every pixel has the value of the leaf that covers it: Painter & Sloan's first reconstruction.
-// `picture` holds the crop's pixels (asserted). Black before the first sample.
-void reconstruct_constant(const RefinementTree& tree, std::span<Rgb> picture);
-
-// Smooth between the samples, and equal to the sample where a pixel has one, so that it becomes the
-// picture itself in the end. Pull-push (Gortler, Grzeszczuk, Szeliski & Cohen 1996, "The
-// Lumigraph", section 3.4.2): a pyramid of 2 x 2 means of the pixels known, whose holes are filled
-// from the next coarser level, bilinearly. A constant comes out exactly. Black before the first
-// sample.
-void reconstruct_smooth(const RefinementTree& tree, std::span<Rgb> picture);
-// The same of other values than the tree's, one for each of its leaves.
-void reconstruct_smooth_of(const RefinementTree& tree, std::span<const Rgb> values,
-                           std::span<Rgb> picture);
+// Of a value for each leaf: smooth between the samples, and equal to the sample where a pixel has
+// one, so that it becomes the picture itself in the end. Pull-push (Gortler, Grzeszczuk, Szeliski &
+// Cohen 1996, "The Lumigraph", section 3.4.2): a pyramid of 2 x 2 means of the pixels known, whose
+// holes are filled from the next coarser level, bilinearly. A constant comes out exactly. `picture`
+// holds the crop's pixels (asserted). Black before the first sample.
+void reconstruct_smooth(const RefinementTree& tree, std::span<const Rgb> values,
+                        std::span<Rgb> picture);
 
 // Draws the borders of the leaves, half transparent, over a picture of the crop: interleaved
 // RGBA, `width` pixels a row, its first pixel the crop's corner; alpha stays. Leaves of a single
