@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "renderer/charts/chart_axis.h"
+#include "renderer/statistics/value_list.h"
 
 namespace emberline {
 namespace {
@@ -17,14 +18,6 @@ constexpr double kDarkQuantile = 0.005;
 constexpr double kRounding = 1e-9;
 // Values whose logarithms are about to leave double's range are not told apart.
 constexpr double kSmallest = 1e-300;
-
-// The least value that is at least as great as this part of `values`. 1000 of them, .995: the
-// 995th, five are above it.
-double quantile(std::vector<float> values, double part) {
-  const auto rank = std::max<ptrdiff_t>(0, ptrdiff_t(std::ceil(part * double(values.size()))) - 1);
-  std::ranges::nth_element(values, values.begin() + rank);
-  return double(values[size_t(rank)]);
-}
 
 template <typename Wanted>
 std::vector<float> finite_values(const Plane& plane, const Wanted& wanted) {
@@ -62,11 +55,12 @@ ValueRange automatic_range(const Plane& plane, bool logarithmic, double bright) 
   if (logarithmic) {
     std::vector<float> positive = finite_values(plane, [](float v) { return v > 0.0f; });
     if (positive.empty()) return around(0.0, true);
-    const double least = quantile(std::move(positive), kDarkQuantile);
+    const double least = nearest_rank_quantile(std::move(positive), kDarkQuantile);
     return least < s.maximum ? ValueRange{least, s.maximum} : around(s.maximum, true);
   }
   const double least = std::min(0.0, s.minimum);
-  const double most = quantile(finite_values(plane, [](float v) { return v != 0.0f; }), bright);
+  const double most =
+      nearest_rank_quantile(finite_values(plane, [](float v) { return v != 0.0f; }), bright);
   return {least, most > least ? most : std::max(0.0, s.maximum)};
 }
 

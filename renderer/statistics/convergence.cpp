@@ -6,6 +6,7 @@
 
 #include "renderer/core/names.h"
 #include "renderer/statistics/row_sums.h"
+#include "renderer/statistics/value_list.h"
 
 namespace emberline {
 namespace {
@@ -87,18 +88,12 @@ Errors measure(const SamplerEntry& entry, uint32_t pixels, uint32_t seed) {
 
 // Of the least-squares line through log variance against log N.
 double fitted_order(const ConvergenceCurve& curve) {
-  const auto n = double(curve.counts.size());
-  double mean_x = 0, mean_y = 0, xy = 0, xx = 0;
+  std::vector<double> counts, variances;
   for (size_t i = 0; i < curve.counts.size(); ++i) {
-    mean_x += std::log(curve.counts[i]) / n;
-    mean_y += std::log(curve.variance[i]) / n;
+    counts.push_back(std::log(curve.counts[i]));
+    variances.push_back(std::log(curve.variance[i]));
   }
-  for (size_t i = 0; i < curve.counts.size(); ++i) {
-    const double x = std::log(curve.counts[i]) - mean_x;
-    xy += x * (std::log(curve.variance[i]) - mean_y);
-    xx += x * x;
-  }
-  return -xy / xx;
+  return -least_squares_slope(counts, variances);
 }
 
 std::optional<double> expected_order(ConvergenceRate rate, const ConvergenceIntegrand& integrand) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "renderer/statistics/flip.h"
+#include "renderer/statistics/value_list.h"
 
 namespace emberline {
 namespace {
@@ -19,13 +20,8 @@ RgbImage mean_of(const RgbImage& a, const RgbImage& b) {
   return mean;
 }
 
-// The least value that at least kPercentile of the values do not exceed.
 double percentile(std::vector<double> values) {
-  if (values.empty()) return std::nan("");
-  const auto rank = size_t(std::ceil(kPercentile * double(values.size())));
-  const auto nth = values.begin() + ptrdiff_t(std::max<size_t>(1, rank) - 1);
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
+  return values.empty() ? std::nan("") : nearest_rank_quantile(std::move(values), kPercentile);
 }
 
 struct PixelError {

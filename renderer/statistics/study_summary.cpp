@@ -7,6 +7,8 @@
 #include <map>
 #include <numbers>
 
+#include "renderer/statistics/value_list.h"
+
 namespace emberline {
 namespace {
 
@@ -50,55 +52,48 @@ struct Crossing {
   bool extrapolated = false;
 };
 
-double line(double x, double x0, double y0, double x1, double y1) {
-  return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
+// One coordinate of a curve, `to`, where another, `from`, comes to `at`. That rises along the
+// curve, or falls where `direction` is -1; nothing where it does neither. A curve of one point has
+// `slope` (of `to` over `from`).
+std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*from,
+                                    double LogPoint::*to, double direction, double slope,
+                                    double at) {
+  if (curve.empty()) return std::nullopt;
+  if (curve.size() == 1) {
+    const double difference = at - curve[0].*from;
+    return Crossing{curve[0].*to + difference * slope, std::abs(difference) > 0};
+  }
+  const auto beyond = [&](double x, double y) { return direction * x > direction * y; };
+  size_t k = 0;
+  while (k + 2 < curve.size() && beyond(at, curve[k + 1].*from)) ++k;
+  const LogPoint &a = curve[k], &b = curve[k + 1];
+  if (!beyond(b.*from, a.*from)) return std::nullopt;
+  return Crossing{a.*to + (b.*to - a.*to) * (at - a.*from) / (b.*from - a.*from),
+                  beyond(a.*from, at) || beyond(at, b.*from)};
 }
 
 // Of a curve of one point: the slope that independent samples have.
 double expected_slope(const StudyMetricEntry& metric) { return metric.squared ? -1.0 : -0.5; }
 
-// Where the curve first comes down to the error. Nothing where it does not fall.
+// Where the curve first comes down to the error.
 std::optional<Crossing> position_at(const LogCurve& curve, double error,
                                     const StudyMetricEntry& metric) {
-  if (curve.empty()) return std::nullopt;
-  if (curve.size() == 1) {
-    const double difference = error - curve[0].error;
-    return Crossing{curve[0].position + difference / expected_slope(metric),
-                    std::abs(difference) > 0};
-  }
-  size_t k = 0;
-  while (k + 2 < curve.size() && error < curve[k + 1].error) ++k;
-  const LogPoint &a = curve[k], &b = curve[k + 1];
-  if (!(b.error < a.error)) return std::nullopt;
-  return Crossing{line(error, a.error, a.position, b.error, b.position),
-                  error > a.error || error < b.error};
+  return interpolate(curve, &LogPoint::error, &LogPoint::position, -1.0,
+                     1.0 / expected_slope(metric), error);
 }
 
 std::optional<Crossing> error_at(const LogCurve& curve, double at, const StudyMetricEntry& metric) {
-  if (curve.empty()) return std::nullopt;
-  if (curve.size() == 1) {
-    const double difference = at - curve[0].position;
-    return Crossing{curve[0].error + difference * expected_slope(metric), std::abs(difference) > 0};
-  }
-  size_t k = 0;
-  while (k + 2 < curve.size() && at > curve[k + 1].position) ++k;
-  const LogPoint &a = curve[k], &b = curve[k + 1];
-  return Crossing{line(at, a.position, a.error, b.position, b.error),
-                  at < a.position || at > b.position};
+  return interpolate(curve, &LogPoint::position, &LogPoint::error, 1.0, expected_slope(metric), at);
 }
 
 std::optional<double> fitted_slope(const LogCurve& curve) {
   if (curve.size() < 2) return std::nullopt;
-  double mean_x = 0, mean_y = 0, xy = 0, xx = 0;
+  std::vector<double> positions, errors;
   for (const LogPoint& p : curve) {
-    mean_x += p.position / double(curve.size());
-    mean_y += p.error / double(curve.size());
+    positions.push_back(p.position);
+    errors.push_back(p.error);
   }
-  for (const LogPoint& p : curve) {
-    xy += (p.position - mean_x) * (p.error - mean_y);
-    xx += (p.position - mean_x) * (p.position - mean_x);
-  }
-  return xy / xx;
+  return least_squares_slope(positions, errors);
 }
 
 const StudyCheckpoint* checkpoint_at(const StudyRun& run, double budget) {
@@ -127,6 +122,20 @@ void for_each_pair(
     const StudyCheckpoint* checkpoint = checkpoint_at(run, results.settings.budgets[budget]);
     if (other && checkpoint) visit(*checkpoint, *other);
   }
+}
+
+// Calls visit(point, baseline) for each such pair with the checkpoint's logarithms and the curve of
+// the baseline's run, where the former are finite.
+void for_each_pair_of_logarithms(
+    const StudyResults& results, size_t method, const StudyMetricEntry& metric, StudyAxis axis,
+    size_t budget, const std::function<void(const LogPoint&, const LogCurve& baseline)>& visit) {
+  for_each_pair(results, method, budget,
+                [&](const StudyCheckpoint& checkpoint, const StudyRun& baseline) {
+                  const double error = checkpoint.error.*metric.value;
+                  const double at = position(checkpoint, axis);
+                  if (!(error > 0 && at > 0)) return;
+                  visit({std::log(at), std::log(error)}, log_curve(baseline, metric, axis));
+                });
 }
 
 // `to_result` takes the mean of the values back to what they were.
@@ -265,17 +274,13 @@ std::optional<Speedup> equal_error_speedup(const StudyResults& results, size_t m
   const StudyMetricEntry& entry = study_metric_entry(metric);
   std::vector<double> logarithms;
   size_t extrapolated = 0;
-  for_each_pair(results, method, budget,
-                [&](const StudyCheckpoint& checkpoint, const StudyRun& baseline) {
-                  const double error = checkpoint.error.*entry.value;
-                  const double at = position(checkpoint, axis);
-                  if (!(error > 0 && at > 0)) return;
-                  const std::optional<Crossing> crossing =
-                      position_at(log_curve(baseline, entry, axis), std::log(error), entry);
-                  if (!crossing) return;
-                  logarithms.push_back(crossing->value - std::log(at));
-                  if (crossing->extrapolated) ++extrapolated;
-                });
+  for_each_pair_of_logarithms(
+      results, method, entry, axis, budget, [&](const LogPoint& point, const LogCurve& baseline) {
+        const std::optional<Crossing> crossing = position_at(baseline, point.error, entry);
+        if (!crossing) return;
+        logarithms.push_back(crossing->value - point.position);
+        if (crossing->extrapolated) ++extrapolated;
+      });
   const std::optional<Estimate> ratio = of_logarithms(logarithms);
   if (!ratio) return std::nullopt;
   return Speedup{*ratio, extrapolated};
@@ -286,15 +291,11 @@ std::optional<Estimate> equal_position_error_ratio(const StudyResults& results, 
                                                    size_t budget) {
   const StudyMetricEntry& entry = study_metric_entry(metric);
   std::vector<double> logarithms;
-  for_each_pair(results, method, budget,
-                [&](const StudyCheckpoint& checkpoint, const StudyRun& baseline) {
-                  const double error = checkpoint.error.*entry.value;
-                  const double at = position(checkpoint, axis);
-                  if (!(error > 0 && at > 0)) return;
-                  const std::optional<Crossing> other =
-                      error_at(log_curve(baseline, entry, axis), std::log(at), entry);
-                  if (other) logarithms.push_back(std::log(error) - other->value);
-                });
+  for_each_pair_of_logarithms(
+      results, method, entry, axis, budget, [&](const LogPoint& point, const LogCurve& baseline) {
+        const std::optional<Crossing> other = error_at(baseline, point.position, entry);
+        if (other) logarithms.push_back(point.error - other->value);
+      });
   return of_logarithms(logarithms);
 }
 

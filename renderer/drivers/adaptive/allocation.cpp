@@ -54,6 +54,12 @@ Extent extent_of_part(const float* rates, const SampleBounds* bounds, size_t beg
           sum_of_lanes(lanes.least),          sum_of_lanes(lanes.most)};
 }
 
+Extent extent_of(std::span<const float> rates, std::span<const SampleBounds> bounds) {
+  return ordered_sum(rates.size(), [&](size_t begin, size_t end) {
+    return extent_of_part(rates.data(), bounds.data(), begin, end);
+  });
+}
+
 // The sum of all shares for a K, and how fast it grows with K: the rates between their bounds.
 struct Shared {
   double sum = 0.0, slope = 0.0;
@@ -81,9 +87,7 @@ Shared shared_by_part(const float* rates, const SampleBounds* bounds, size_t beg
 // as soon as it stays on one; a step that leaves the bracket, and every fourth one, gives way to
 // halving the bracket in logarithm.
 float find_scale(std::span<const float> rates, std::span<const SampleBounds> bounds, double total) {
-  const Extent extent = ordered_sum(rates.size(), [&](size_t begin, size_t end) {
-    return extent_of_part(rates.data(), bounds.data(), begin, end);
-  });
+  const Extent extent = extent_of(rates, bounds);
   if (!(extent.most_rate > 0.0f) || total <= extent.least) return 0.0f;
   const double most_count = std::max(1e-3, double(extent.most_count));
   // Up to where the least of the rates too is at its most; what a float can hold.
@@ -108,9 +112,7 @@ float find_scale(std::span<const float> rates, std::span<const SampleBounds> bou
 }
 
 // Powers of two, better stratified, stand for what is 1/1.23 to 1.3 times them; their one and a
-// half for the rest. With powers of two alone, errors are 2 to 3 % larger (teapot and Cornell box,
-// 32 and 48 samples, either metric); with the same share for both, a frame where there is nothing
-// to gain has 5 % more error than a uniform one at 32 samples, 2 to 3 % so.
+// half for the rest: ours, tuned on teapot and Cornell box (tests/bench/RESULTS.md).
 float nearest_step(float x) {
   constexpr float kToHalfStep = 1.3f, kToPower = 1.62f;
   const auto bits = std::bit_cast<uint32_t>(x);
@@ -139,9 +141,7 @@ double sum_of_steps(std::span<const float> rates, std::span<const SampleBounds> 
 // halving their ratio.
 float find_step_scale(std::span<const float> rates, std::span<const SampleBounds> bounds,
                       double total) {
-  const Extent extent = ordered_sum(rates.size(), [&](size_t begin, size_t end) {
-    return extent_of_part(rates.data(), bounds.data(), begin, end);
-  });
+  const Extent extent = extent_of(rates, bounds);
   if (!(extent.most_rate > 0.0f) || total <= extent.least) return 0.0f;
   const double highest = std::min(4.0 * double(extent.most_count) / double(extent.least_rate),
                                   0x1p126 / double(extent.most_rate));
@@ -158,34 +158,38 @@ float find_step_scale(std::span<const float> rates, std::span<const SampleBounds
   return float(low);
 }
 
-}  // namespace
-
-void share_steps(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
-                 std::vector<float>* counts) {
+// Sets counts[i] to share_of(rate, least, most, k) of pixel i.
+template <typename ShareOf>
+void set_counts(std::span<const float> rates, std::span<const SampleBounds> bounds, float k,
+                const ShareOf& share_of, std::vector<float>* counts) {
   counts->resize(rates.size());
-  const float k = find_step_scale(rates, bounds, total);
   constexpr size_t kGrain = 8192;
   parallel_ranges(rates.size(), kGrain, [&](size_t begin, size_t end) {
     float* out = counts->data();
     const float* rate = rates.data();
     const SampleBounds* bound = bounds.data();
     for (size_t i = begin; i < end; ++i) {
-      out[i] = stepped_share(rate[i], bound[i].least, bound[i].most, k);
+      out[i] = share_of(rate[i], bound[i].least, bound[i].most, k);
     }
   });
 }
 
+}  // namespace
+
 void share_samples(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
                    std::vector<float>* counts) {
-  counts->resize(rates.size());
-  const float k = find_scale(rates, bounds, total);
-  constexpr size_t kGrain = 8192;
-  parallel_ranges(rates.size(), kGrain, [&](size_t begin, size_t end) {
-    float* out = counts->data();
-    const float* rate = rates.data();
-    const SampleBounds* bound = bounds.data();
-    for (size_t i = begin; i < end; ++i) out[i] = share(rate[i], bound[i].least, bound[i].most, k);
-  });
+  const auto share_of = [](float rate, float least, float most, float k) {
+    return share(rate, least, most, k);
+  };
+  set_counts(rates, bounds, find_scale(rates, bounds, total), share_of, counts);
+}
+
+void share_steps(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
+                 std::vector<float>* counts) {
+  const auto share_of = [](float rate, float least, float most, float k) {
+    return stepped_share(rate, least, most, k);
+  };
+  set_counts(rates, bounds, find_step_scale(rates, bounds, total), share_of, counts);
 }
 
 }  // namespace emberline

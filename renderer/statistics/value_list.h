@@ -1,0 +1,39 @@
+// What lists of values say: a quantile, the slope of a line through points.
+#pragma once
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace emberline {
+
+// The least value that at least `part` of the values do not exceed. Of 1000 values, .995: the 995th
+// in ascending order. Not of an empty list.
+template <typename T>
+double nearest_rank_quantile(std::vector<T> values, double part) {
+  assert(!values.empty());
+  const auto rank = std::max<ptrdiff_t>(0, ptrdiff_t(std::ceil(part * double(values.size()))) - 1);
+  std::ranges::nth_element(values, values.begin() + rank);
+  return double(values[size_t(rank)]);
+}
+
+// Of the least-squares line through the points (x, y), two or more.
+inline double least_squares_slope(std::span<const double> x, std::span<const double> y) {
+  assert(x.size() == y.size() && x.size() >= 2);
+  const auto n = double(x.size());
+  double mean_x = 0, mean_y = 0, xy = 0, xx = 0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    mean_x += x[i] / n;
+    mean_y += y[i] / n;
+  }
+  for (size_t i = 0; i < x.size(); ++i) {
+    xy += (x[i] - mean_x) * (y[i] - mean_y);
+    xx += (x[i] - mean_x) * (x[i] - mean_x);
+  }
+  return xy / xx;
+}
+
+}  // namespace emberline
