@@ -6,10 +6,8 @@
 namespace emberline {
 namespace {
 
-// Samples of a part after the first pass: about a millisecond of work. A FlightHelmet frame of 32
-// samples took 5.8 % more processor time than bucket's with parts of 1024, 4.7 % with 2048, 2.9 %
-// with 4096, 2.6 % with 16384: a part is also what stays together in the frame, and so in the
-// caches.
+// Samples of a part after the first pass: about a millisecond of work. A part is also what stays
+// together in the frame, and so in the caches; larger ones gain little (tests/bench/RESULTS.md).
 constexpr uint64_t kPartSamples = 4096;
 
 // Of the frame, in the first pass.

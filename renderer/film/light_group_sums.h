@@ -2,9 +2,8 @@
 //
 // A sum is two floats: the sum rounded to float, and what that left out (the double-length
 // arithmetic of Dekker 1971, "A Floating-Point Technique for Extending the Available Precision").
-// A float alone would lose 1e-4 of a constant background after some thousand samples; a double
-// holds as much as the two, but a picture of other weights is needed within milliseconds, is made
-// of all sums of all pixels, and reads the first floats alone: half the memory.
+// A float alone would lose 1e-4 of a constant background after some thousand samples; a picture of
+// other weights reads the first floats alone, half the memory of doubles.
 //
 // Every pixel has one sum more, of its samples and their alpha, so that such a picture asks for
 // nothing else of the film.

@@ -211,8 +211,7 @@ bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
   ++round_;
   const double left = double(settings_.budget) * double(targets_.size()) - spent_;
   // Less than a rounding step for the frame, or for every thousandth pixel, or a five hundredth of
-  // the budget is not worth a round: of what counts by steps leave of it, the last rounds planned
-  // for all pixels and brought one in a thousand its samples.
+  // the budget is not worth a round.
   const double least = std::max(8e-3, kLeastRound * double(settings_.budget));
   bool more = settings_.budget == 0 || left >= std::max(1.0, least * double(targets_.size()));
   // Rounds whose number and sizes are fixed beforehand: each brings as much as all before it.
@@ -274,10 +273,9 @@ bool RoundPlanner::share_by_deviation() {
 }
 
 // Every pixel meets the threshold. Those that trace light and have met none of its noise,
-// neighbours included, double their samples while there are few of them: a bucket of 16 x 16
-// pixels, black after its pilot, was left black where its light came by one path in 4000. Larger
-// windows have samples enough to begin with.
-bool RoundPlanner::doubt_the_noiseless() {
+// neighbours included, double their samples while there are few of them, as in a small bucket that
+// is black after its pilot because light comes by one path in thousands.
+bool RoundPlanner::resample_noise_free_pixels() {
   const auto noiseless = [&](size_t i) {
     return errors_.error[i] <= kNoNoise * settings_.threshold &&
            statistics_.cost[i] > kCameraRayCost;
