@@ -263,7 +263,7 @@ void RenderRun::note_picture(const FrameProgress& now, const FramePicture& pictu
   // error of the picture at the end of the last pass.
   if (!passes.empty()) passes.back().error_estimate = now.error_estimate;
   if (now.pass_finished) passes.push_back({elapsed, now.samples, std::nullopt});
-  if (snapshots_) clock_->leave_out([&] { snapshots_->look(now, picture, elapsed); });
+  if (snapshots_) clock_->exclude_time([&] { snapshots_->look(now, picture, elapsed); });
   if (viewer_) viewer_->look(picture, elapsed);
 }
 

@@ -144,7 +144,7 @@ std::optional<Round> AdaptiveDriver::next(FilmTile& film, const std::stop_token&
   if (settings_.adaptive.unbiased) averages_.add_round(film, planner_.round_weight());
   const bool more = planner_.plan(film, stop);
   if (planner_.interrupted()) return std::nullopt;
-  planner_.tell_variances(&film);
+  planner_.write_variances(&film);
   if (!more) {
     stage_ = Stage::kFinished;
     return std::nullopt;
@@ -265,7 +265,7 @@ void AdaptiveDriver::end(FilmTile& film, PixelStop cut_short) {
   ended_ = cut_short;
   if (!finished() && least_of(have_) > 0) {  // else the last decision has looked
     planner_.look(film);
-    planner_.tell_variances(&film);
+    planner_.write_variances(&film);
   }
   for (size_t i = 0; i < have_.size(); ++i) film.set_stop(x_of(i), y_of(i), stop_of(i, cut_short));
 }

@@ -24,7 +24,7 @@ class RenderClock {
   double cpu_seconds() const { return process_cpu_seconds() - cpu_before_; }
   double left_out_seconds() const { return left_out_s_; }
   template <typename Work>
-  void leave_out(const Work& work) {
+  void exclude_time(const Work& work) {
     const double wall = wall_.seconds(), cpu = process_cpu_seconds();
     work();
     left_out_s_ += wall_.seconds() - wall;

@@ -84,7 +84,7 @@ class ViewFrame final : private FrameObserver {
   // With the driver's explanation, if asked for.
   PixelInspection look_at(int x, int y, bool explained) const;
   // Time spent waiting in a pause is nobody's pace.
-  void leave_out(ViewClock::duration waited) { waited_ += waited; }
+  void exclude_time(ViewClock::duration waited) { waited_ += waited; }
 
   bool has_shown() const { return shown_; }
 

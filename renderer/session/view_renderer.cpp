@@ -246,7 +246,7 @@ void ViewRenderer::pause(bool shown) {
       news_.wait_until(lock, relit_until_);
     }
   }
-  frame_->leave_out(ViewClock::now() - begun);
+  frame_->exclude_time(ViewClock::now() - begun);
 }
 
 void ViewRenderer::ask_again() {

@@ -52,7 +52,7 @@ class ProgressiveKeeper final : public TileKeeper {
 
   void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
     const double wall = clock.seconds(), cpu = clock.cpu_seconds();
-    clock.leave_out([&] {
+    clock.exclude_time([&] {
       claim(now);
       keep(now, picture, wall, cpu);
       if (now.pass_finished && !uniform_) {

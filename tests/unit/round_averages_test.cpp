@@ -34,9 +34,11 @@ RoundAverages average(std::span<const Round> rounds, uint64_t seed, FilmTile* fi
 
 TEST(RoundAverages, AsSureAsAllSamplesIfTheyCameAsTheWeightsAre) {
   FilmTile film{AovSet()};
-  EXPECT_DOUBLE_EQ(average(std::vector<Round>{{8, 1}, {8, 1}, {16, 2}}, 1, &film).worth(0), 32);
+  EXPECT_DOUBLE_EQ(
+      average(std::vector<Round>{{8, 1}, {8, 1}, {16, 2}}, 1, &film).effective_samples(0), 32);
   // 4^2 / (1 / 8 + 1 / 8 + 4 / 64)
-  EXPECT_DOUBLE_EQ(average(std::vector<Round>{{8, 1}, {8, 1}, {64, 2}}, 1, &film).worth(0), 51.2);
+  EXPECT_DOUBLE_EQ(
+      average(std::vector<Round>{{8, 1}, {8, 1}, {64, 2}}, 1, &film).effective_samples(0), 51.2);
 }
 
 // 20000 averages of uniform numbers, whose variance is 1 / 12: known to 1 %.
@@ -44,15 +46,15 @@ TEST(RoundAverages, TheirVarianceIsThatOfASampleOverTheirWorth) {
   const std::vector<Round> rounds = {{8, 1}, {24, 1}, {2, 2}};
   FilmTile film{AovSet()};
   Moments means;
-  double worth = 0;
+  double effective = 0;
   for (uint64_t seed = 0; seed < 20000; ++seed) {
     const RoundAverages averages = average(rounds, seed, &film);
     float rgba[4];
     averages.resolve(0, rgba);
     means.add(double(rgba[1]));
-    worth = averages.worth(0);
+    effective = averages.effective_samples(0);
   }
-  EXPECT_NEAR(means.variance() * worth * 12, 1.0, 0.04);
+  EXPECT_NEAR(means.variance() * effective * 12, 1.0, 0.04);
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ TEST(StudyPlan, OrdersArePermutationsWithoutFavourites) {
 TEST(RenderClock, LeavesOutWhatOnlookersTake) {
   const Stopwatch whole;
   RenderClock clock;
-  clock.leave_out([] {
+  clock.exclude_time([] {
     const double until = process_cpu_seconds() + 0.1;
     while (process_cpu_seconds() < until) {
     }

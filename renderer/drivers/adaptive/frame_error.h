@@ -25,8 +25,8 @@ inline float sample_variance(float count, float second_count, float difference, 
 // and what is next to a lamp as clipped. Where there is no second stream, as if samples were
 // independent. Finite. The same for any threads.
 //
-// `worth`, if not empty: how many samples of a plain mean each pixel is as sure as (RoundAverages),
-// instead of its count.
-double frame_error(const PixelStatistics& pixels, std::span<const float> worth = {});
+// `effective_samples`, if not empty: how many samples of a plain mean each pixel is as sure as
+// (RoundAverages), instead of its count.
+double frame_error(const PixelStatistics& pixels, std::span<const float> effective_samples = {});
 
 }  // namespace emberline

@@ -26,7 +26,7 @@ class RoundAverages {
   void resolve(size_t i, float* rgba) const;
   // How many samples of a plain mean are as sure as pixel i's average, if the variance of a round's
   // mean falls as 1 / n: W^2 / sum(w^2 / n). All of the pixel's where they came as the weights are.
-  double worth(size_t i) const { return weight_ * weight_ / rounds_[i].noise; }
+  double effective_samples(size_t i) const { return weight_ * weight_ / rounds_[i].noise; }
   void archive(Archive& archive, const FilmTile& film);
   uint64_t bytes() const { return rounds_.capacity() * sizeof(Pixel); }
 

@@ -53,12 +53,12 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   return std::max(samples, 1u);
 }
 
-// Whole blocks of the sampler: pairs of dimensions are stratified by 8, streams alternate by 8. Of
-// many samples, a quarter of the power of two below: what a Sobol' sequence has at 12, 14 or 16
-// times a power of two is better stratified than in between (FlightHelmet needs .88 of the
-// time to equal MSE at 128 samples a pixel, .91 at 512; the Cornell box .96, .98). Where a pixel is
-// judged by the halves of its samples, a half of it: at other counts it is not looked at again.
-uint32_t count_step(float wanted, bool halves) {
+// Counts are multiples of this. Whole blocks of the sampler: pairs of dimensions are stratified by
+// 8, streams alternate by 8. Of many samples, a quarter of the power of two below: what a Sobol'
+// sequence has at 12, 14 or 16 times a power of two is better stratified than in between
+// (tests/bench/RESULTS.md). Where a pixel is judged by the halves of its samples, a half of it: at
+// other counts it is not looked at again.
+uint32_t count_multiple(float wanted, bool halves) {
   const uint32_t steps = halves ? 2 : 4;
   return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);
 }
@@ -79,7 +79,7 @@ float most_wanted(const AdaptiveSettings& s, float have, float error, bool halve
   if (s.threshold <= 0.0f) return most;
   const float ratio = std::min(error / s.threshold, 1e6f);
   // At least a whole step, so that no rounding ends a pixel above the threshold.
-  const float least = have + float(count_step(have + 8.0f, halves));
+  const float least = have + float(count_multiple(have + 8.0f, halves));
   return std::min(most, std::max(have * ratio * ratio * kThresholdMargin, least));
 }
 
@@ -135,24 +135,26 @@ bool RoundPlanner::look(const FilmTile& film, const std::stop_token& stop) {
   entry_.estimate(statistics_, {settings_.threshold, settings_.allocation}, &errors_);
   if (stop.stop_requested()) return false;
   if (averages_ && !averages_->empty()) {
-    worth_.resize(statistics_.size());
-    for (size_t i = 0; i < worth_.size(); ++i) worth_[i] = float(averages_->worth(i));
+    effective_samples_.resize(statistics_.size());
+    for (size_t i = 0; i < effective_samples_.size(); ++i) {
+      effective_samples_[i] = float(averages_->effective_samples(i));
+    }
   }
-  if (entry_.rms_error) error_estimate_ = frame_error(statistics_, worth_);
+  if (entry_.rms_error) error_estimate_ = frame_error(statistics_, effective_samples_);
   return true;
 }
 
-void RoundPlanner::tell_variances(FilmTile* film) const {
+void RoundPlanner::write_variances(FilmTile* film) const {
   if (!knows_variances(settings_) || !film->takes_sample_variance()) return;
   const PixelStatistics& p = statistics_;
-  const bool averaged = !worth_.empty();
+  const bool averaged = !effective_samples_.empty();
   parallel_ranges(p.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       // Of one stream without two parts the film itself has the spread.
       const bool parted = p.second_count[i] > 0.0f || film->sums(i).count[1] > 0;
       if (p.count[i] < 2.0f || !(parted || averaged)) continue;
       // The film divides by the count that it has by now.
-      const double scale = averaged ? film->sums(i).samples() / double(worth_[i]) : 1.0;
+      const double scale = averaged ? film->sums(i).samples() / double(effective_samples_[i]) : 1.0;
       Rgb variance;
       for (size_t c = 0; c < 3; ++c) {
         const float of_sample = sample_variance(p.count[i], p.second_count[i],
@@ -242,7 +244,7 @@ bool RoundPlanner::share_by_deviation() {
   shares_.resize(pixels);
   const OpenPixels open =
       ordered_sum(pixels, [&](size_t begin, size_t end) { return limit_pixels(begin, end); });
-  if (open.count == 0) return doubt_the_noiseless();
+  if (open.count == 0) return resample_noise_free_pixels();
   // That no noise has been seen yet does not mean that there is none.
   if (open.largest_rate == 0.0f) {
     for (size_t i = 0; i < pixels; ++i) rates_[i] = doubles() ? unequal(1.0f, seed_, i) : 1.0f;
@@ -389,7 +391,7 @@ void RoundPlanner::round_to_counts(float everywhere) {
     // is always rounded up, and cut.
     const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
     const float u = share < most ? chance : 0.0f;
-    const uint32_t count = round_count(have, share, count_step(share, entry_.halves), u);
+    const uint32_t count = round_count(have, share, count_multiple(share, entry_.halves), u);
     return std::max(have, std::min(std::max(count, have + least_more), most_count));
   });
 }
@@ -457,8 +459,8 @@ void RoundPlanner::archive(Archive& archive) {
   archive.array(targets_, pixels);
   archive.check(targets_.size() == pixels);
   for (const uint32_t target : targets_) archive.check(target > 0 && target <= 1u << 24);
-  archive.array(worth_, pixels);
-  for (const float worth : worth_) archive.check(worth > 0.0f);
+  archive.array(effective_samples_, pixels);
+  for (const float samples : effective_samples_) archive.check(samples > 0.0f);
   halves_.archive(archive, pixels);
   archive.array(errors_.error, pixels);
   archive.array(errors_.deviation, pixels);
@@ -473,7 +475,7 @@ void RoundPlanner::archive(Archive& archive) {
 uint64_t RoundPlanner::bytes() const {
   // Statistics have twelve planes, the map two.
   return halves_.bytes() + targets_.capacity() * sizeof(uint32_t) +
-         worth_.capacity() * sizeof(float) + 12 * statistics_.size() * sizeof(float) +
+         effective_samples_.capacity() * sizeof(float) + 12 * statistics_.size() * sizeof(float) +
          (errors_.error.capacity() + errors_.deviation.capacity() + rates_.capacity() +
           shares_.capacity()) *
              sizeof(float) +

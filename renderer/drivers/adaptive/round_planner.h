@@ -62,13 +62,13 @@ class RoundPlanner {
   // Looks only, for the error estimate of what there is.
   void look(const FilmTile& film);
 
-  // Whether tell_variances() has something to tell that a film does not know.
+  // Whether write_variances() has something to write that a film does not know.
   static bool knows_variances(const AdaptiveSettings& settings) {
     return find_estimator(settings.estimator).halves || settings.unbiased;
   }
-  // Tells the film, pixel by pixel, the variances behind error_estimate(), as of the last look;
-  // nothing of pixels of which the film itself knows as much. Not while samples are added.
-  void tell_variances(FilmTile* film) const;
+  // Writes into the film, pixel by pixel, the variances behind error_estimate(), as of the last
+  // look; nothing of pixels of which the film itself knows as much. Not while samples are added.
+  void write_variances(FilmTile* film) const;
 
   // Of the whole crop (frame_error.h), as of the last look; NaN before it and for estimators
   // whose error is no RMS error.
@@ -100,7 +100,7 @@ class RoundPlanner {
   bool share_by_deviation();
   void share_whole_budget(double total);
   bool share_evenly();
-  bool doubt_the_noiseless();
+  bool resample_noise_free_pixels();
   float keep_to_budget(float everywhere);
   bool unfinished(size_t i) const;
   // Those that may get more in the coming round.
@@ -132,7 +132,7 @@ class RoundPlanner {
   double error_estimate_;
   std::vector<uint32_t> targets_;
   const RoundAverages* averages_ = nullptr;
-  std::vector<float> worth_;  // of the averages, once there are some
+  std::vector<float> effective_samples_;  // of the averages, once there are some
   PixelStatistics statistics_;
   SampleHalves halves_;  // if the estimator goes by them
   ErrorMap errors_;
