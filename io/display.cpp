@@ -2,6 +2,7 @@
 
 #include <OpenColorIO/OpenColorIO.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,7 @@
 // Checks of a GltfDocument that look across objects: accessors against their buffer views, the
 // node graph, skins.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <ranges>

@@ -1,6 +1,7 @@
 #include "renderer/output/light_layers.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <ranges>

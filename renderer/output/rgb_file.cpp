@@ -1,6 +1,7 @@
 #include "renderer/output/rgb_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 #include <utility>

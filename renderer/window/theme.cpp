@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <vector>
 
 #include "io/input_file.h"
 
@@ -36,13 +37,15 @@ constexpr std::array<ImWchar, 17> kGlyphRanges = {0x0020, 0x024F, 0x0370, 0x03FF
 void add_font(const char* name, float pixels, const ImWchar* glyph_ranges) {
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
   for (const char* folder : kFontFolders) {
-    const std::filesystem::path file = std::filesystem::path(folder) / name;
-    if (!InputFile::open_if_there(file))
-      continue;  // ImGui ends the process over one it cannot read
+    const auto file = InputFile::open_if_there(std::filesystem::path(folder) / name);
+    if (!file) continue;
+    const std::vector<uint8_t> bytes = file->read_all();
+    void* const owned_by_imgui = ImGui::MemAlloc(bytes.size());
+    std::ranges::copy(bytes, static_cast<uint8_t*>(owned_by_imgui));
     ImFontConfig config;
     config.OversampleH = 2;
     config.OversampleV = 1;
-    fonts.AddFontFromFileTTF(file.c_str(), pixels, &config, glyph_ranges);
+    fonts.AddFontFromMemoryTTF(owned_by_imgui, int(bytes.size()), pixels, &config, glyph_ranges);
     return;
   }
   ImFontConfig config;  // of 13 pixels: sharp at whole multiples alone

@@ -220,7 +220,8 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   MeasuredOutputs observer(outputs);
   tbb::task_arena arena(2);
   arena.execute([&] {
-    FrameRender(driver_factory("bucket", {kTile, BucketOrder::kScanline})).render(frame, observer, {});
+    FrameRender(driver_factory("bucket", {kTile, BucketOrder::kScanline}))
+        .render(frame, observer, {});
   });
   const double measured = observer.most_resident() - before;
   expect_true(double(outputs.film_bytes()), measured, "film");
