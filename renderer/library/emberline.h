@@ -1,13 +1,11 @@
 // Emberline as a library: a scene and settings in, pictures and estimates out.
 //
-//   #include <emberline/emberline.h>
-//
-//   emberline::api::Settings settings;
+//   using namespace emberline::api;
+//   Settings settings;
 //   settings.set("driver", "adaptive").set("noise-threshold", "0.01");
-//   emberline::api::Scene scene("shot.glb", settings);
-//   scene.edit(R"({"emberline_edits": 1, "lights": [{"kind": "punctual", "name": "key",
-//   "intensity": 2}]})"); const emberline::api::Picture picture = emberline::api::render(scene,
-//   settings);
+//   Scene scene("shot.glb", settings);
+//   scene.edit(R"({"emberline_edits": 1, "environment": {"strength": 0.5}})");
+//   const Picture picture = render(scene, settings);
 //
 // Equal scene, edits and settings give equal bits, whatever the threads, and those of the command.
 // Objects may be used from one thread at a time; different ones from different threads at once: two

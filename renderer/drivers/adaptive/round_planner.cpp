@@ -10,6 +10,7 @@
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/adaptive/frame_error.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
+#include "renderer/frame/frame_settings.h"
 
 namespace emberline {
 namespace {
@@ -64,7 +65,7 @@ uint32_t count_multiple(float wanted, bool halves) {
 }
 
 float most_samples(const AdaptiveSettings& s) {
-  return s.max_samples > 0 ? float(s.max_samples) : float(1u << 24);
+  return s.max_samples > 0 ? float(s.max_samples) : float(kMaxSamples);
 }
 
 bool is_unfinished(const AdaptiveSettings& s, uint32_t have, float error) {
@@ -458,7 +459,7 @@ void RoundPlanner::archive(Archive& archive) {
   archive.number(error_estimate_, 0.0, std::numeric_limits<double>::infinity(), true);
   archive.array(targets_, pixels);
   archive.check(targets_.size() == pixels);
-  for (const uint32_t target : targets_) archive.check(target > 0 && target <= 1u << 24);
+  for (const uint32_t target : targets_) archive.check(target > 0 && target <= kMaxSamples);
   archive.array(effective_samples_, pixels);
   for (const float samples : effective_samples_) archive.check(samples > 0.0f);
   halves_.archive(archive, pixels);
