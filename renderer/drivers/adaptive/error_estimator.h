@@ -38,10 +38,10 @@ struct EstimatorEntry {
   void (*estimate)(const PixelStatistics& pixels, const EstimatorSettings& settings, ErrorMap* out);
   StreamCount streams;     // what its estimate needs
   uint32_t first_samples;  // of every pixel, before it is asked; its paper's figure
-  uint32_t batch;   // samples that an unfinished pixel gets at a time; 0: shared by deviation
-  bool rms_error;   // its error is the expected RMS error of the pixel in the displayed picture
-  bool halves;      // the statistics are to hold halves (SampleHalves) in the place of streams
-  bool whole_tree;  // the refinement tree asks for the first sample of every pixel
+  uint32_t batch = 0;  // samples that an unfinished pixel gets at a time; 0: shared by deviation
+  bool rms_error = false;   // its error is the pixel's expected RMS error as displayed
+  bool halves = false;      // the statistics hold halves (SampleHalves) in the place of streams
+  bool whole_tree = false;  // the refinement tree asks for the first sample of every pixel
 };
 std::span<const EstimatorEntry> estimator_table();
 const EstimatorEntry& find_estimator(std::string_view name);  // throws UsageError
