@@ -159,6 +159,21 @@ void remove_stale_files(const std::string& target) {
   }
 }
 
+// 0, or the errno.
+int write_all(int descriptor, const void* bytes, size_t count, uint64_t offset) noexcept {
+  const char* next = static_cast<const char*>(bytes);
+  while (count > 0) {
+    const ssize_t written = ::pwrite(descriptor, next, count, off_t(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    if (written == 0) return ENOSPC;
+    next += written;
+    count -= size_t(written);
+    offset += uint64_t(written);
+  }
+  return 0;
+}
+
 constexpr int kNoDescriptor = -1, kDescriptorOfAnother = -2;
 
 // The number of the descriptor in such a folder, "/proc/<process>[/task/<thread>]/fd".
@@ -248,24 +263,14 @@ void AtomicFile::discard() noexcept {
 }
 
 int AtomicFile::try_write_at(const void* bytes, size_t count, uint64_t offset) noexcept {
-  const char* next = static_cast<const char*>(bytes);
-  while (count > 0) {
-    const ssize_t written = ::pwrite(descriptor_, next, count, off_t(offset));
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return errno;
-    if (written == 0) return ENOSPC;
-    next += written;
-    count -= size_t(written);
-    offset += uint64_t(written);
-  }
-  return 0;
+  return write_all(descriptor_, bytes, count, offset);
 }
 
 void AtomicFile::write_at(const void* bytes, size_t count, uint64_t offset) {
   if (const int error = try_write_at(bytes, count, offset)) fail(path_, "writing failed", error);
 }
 
-void AtomicFile::commit() {
+int AtomicFile::commit_locked() {
   // EINVAL: a file system that cannot flush says so; that is not a loss of data.
   int error = ::fsync(descriptor_) != 0 && errno != EINVAL ? errno : 0;
   // Some network file systems report a full disk only when a descriptor is closed. The other one
@@ -278,7 +283,6 @@ void AtomicFile::commit() {
     discard();
     fail(path_, "finishing the file failed", error);
   }
-  if (locked >= 0) ::close(locked);
   descriptor_ = -1;
   forget_unfinished(temporary_);
   temporary_.clear();
@@ -290,6 +294,12 @@ void AtomicFile::commit() {
     ::fsync(folder);
     ::close(folder);
   }
+  return locked;
+}
+
+void AtomicFile::commit() {
+  const int locked = commit_locked();
+  if (locked >= 0) ::close(locked);
 }
 
 void remove_unfinished_files() noexcept {
@@ -324,6 +334,62 @@ FolderLock::~FolderLock() {
 bool FolderLock::take(const std::string& folder) {
   descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   return ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+}
+
+HeldFile::HeldFile(const std::string& path, std::string_view bytes) : path_(path) {
+  AtomicFile file(path);
+  file.write_at(bytes.data(), bytes.size(), 0);
+  descriptor_ = file.commit_locked();
+  size_ = bytes.size();
+}
+
+HeldFile::HeldFile(const std::string& path) : path_(path) {
+  const std::string target = resolve_links(path);
+  descriptor_ = ::open(target.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
+  if (descriptor_ < 0) fail(path_, "cannot open it", errno);
+  struct stat status = {};
+  const bool regular = ::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode);
+  const bool taken = ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  // Another run may have replaced it since it was opened, and be done.
+  const bool named = is_name_of(target, descriptor_);
+  if (!regular || taken || !named) {
+    ::close(descriptor_);
+    fail(path_, regular ? "another run has it" : "it is not a regular file", 0);
+  }
+  size_ = uint64_t(status.st_size);
+  remove_stale_files(target);
+}
+
+HeldFile::~HeldFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void HeldFile::cut(uint64_t size) {
+  if (::ftruncate(descriptor_, off_t(size)) != 0) fail(path_, "cutting it failed", errno);
+  size_ = size;
+}
+
+void HeldFile::append(std::string_view bytes) {
+  if (const int error = write_all(descriptor_, bytes.data(), bytes.size(), size_)) {
+    if (::ftruncate(descriptor_, off_t(size_)) != 0) {}  // the next one is written over the rest
+    fail(path_, "writing failed", error);
+  }
+  size_ += bytes.size();
+}
+
+void HeldFile::sync() {
+  if (::fdatasync(descriptor_) != 0 && errno != EINVAL) fail(path_, "writing failed", errno);
+}
+
+void HeldFile::replace(AtomicFile& file) {
+  const int descriptor = file.commit_locked();
+  ::close(descriptor_);
+  descriptor_ = descriptor;
+}
+
+void HeldFile::remove() noexcept {
+  const std::string target = resolve_links(path_);
+  if (is_name_of(target, descriptor_)) ::unlink(target.c_str());
 }
 
 GrowingFile::GrowingFile(const std::string& path) : path_(path) {

@@ -36,6 +36,8 @@ class AtomicFile {
 
   // Flushes the file, renames it and flushes the folder. Throws; the temporary file is then gone.
   void commit();
+  // The same; the lock goes on until the descriptor that is returned is closed.
+  int commit_locked();
 
   const std::string& path() const { return path_; }  // as the caller gave it
 
@@ -77,6 +79,37 @@ class FolderLock {
 
  private:
   int descriptor_ = -1;
+};
+
+// A file that one run at a time has: appended to, or replaced as a whole. All errors are RenderError,
+// one line that names the file. One thread at a time.
+class HeldFile {
+ public:
+  // Made whole with these bytes; one that was there is gone.
+  HeldFile(const std::string& path, std::string_view bytes);
+  // One that is there. What killed runs have left beside it is removed.
+  explicit HeldFile(const std::string& path);
+  ~HeldFile();
+  HeldFile(const HeldFile&) = delete;
+  HeldFile& operator=(const HeldFile&) = delete;
+
+  // Cuts off what is behind the first `size` bytes.
+  void cut(uint64_t size);
+  // Behind all others; where that fails, it is as if nothing had been appended.
+  void append(std::string_view bytes);
+  void sync();  // to the disk
+  // commit() of `file`, whose target is this one's path, and which is held from then on.
+  void replace(AtomicFile& file);
+  // Its name goes, if it is still this file's.
+  void remove() noexcept;
+
+  const std::string& path() const { return path_; }
+  uint64_t size() const { return size_; }
+
+ private:
+  std::string path_;
+  int descriptor_ = -1;
+  uint64_t size_ = 0;
 };
 
 // A file that others follow while it grows: empty at first, and what is appended is there at once.

@@ -223,6 +223,20 @@ void add_display(CLI::App* app, RenderOptions& o) {
       ->allow_extra_args(false);
 }
 
+void add_checkpoint(CLI::App* app, RenderOptions& o) {
+  app->add_option("--checkpoint", o.checkpoint,
+                  "keep what there is of the frame in this file while it renders, for --resume; it "
+                  "goes when the frame is done")
+      ->type_name("FILE");
+  app->add_flag("--resumable", o.resumable,
+                "the same beside the first output (FILE.checkpoint), unless --checkpoint names "
+                "another; and it stays, for `emberline extend`");
+  app->add_flag("--resume", o.resume,
+                "go on with the checkpoint, to the same bits; without one the frame begins anew");
+  add_number(app, "--checkpoint-interval", o.checkpoint_interval_s, 0.1, 1e9,
+             "seconds between two checkpoints [300]; SIGUSR1 asks for one at once");
+}
+
 void add_result_options(CLI::App* app, RenderOptions& o) {
   app->add_option("-o,--output", o.outputs,
                   "picture: .exr linear with all channels, streamed; .png, .jpg through "
@@ -236,6 +250,7 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
       ->type_name("FILE")
       ->allow_extra_args(false);
   add_snapshots(app, o);
+  add_checkpoint(app, o);
   app->add_option("--save-settings", o.save_settings,
                   "write what differs from the defaults to this .json file, for --settings")
       ->type_name("FILE");

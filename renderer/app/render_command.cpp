@@ -19,6 +19,8 @@
 #include "renderer/drivers/setting_table.h"
 #include "renderer/film/light_group_sums.h"
 #include "renderer/frame/frame_scene.h"
+#include "renderer/output/checkpoint.h"
+#include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_memory.h"
 #include "renderer/output/light_layers.h"
 #include "renderer/output/outputs.h"
@@ -43,12 +45,19 @@ void summarize(const RenderOptions& options, const RenderReport& report,
                const std::vector<std::string>& written) {
   const FrameCounters& c = report.counters;
   const double seconds = report.times.render_s;
+  const uint64_t samples = c.samples - report.earlier_samples;
+  const double share = c.samples > 0 ? double(samples) / double(c.samples) : 1.0;
+  const auto millions_a_second = [&](double count) {
+    return seconds > 0 ? count / seconds * 1e-6 : 0.0;
+  };
   log_info(fmt::format("{} {} samples in {} ({:.2f} M samples/s, {:.2f} M rays/s), {:.0f} MiB",
-                       c.stopped ? "stopped after" : "rendered", c.samples,
-                       readable_seconds(seconds),
-                       seconds > 0 ? double(c.samples) / seconds * 1e-6 : 0.0,
-                       seconds > 0 ? double(c.rays.total()) / seconds * 1e-6 : 0.0,
+                       c.stopped ? "stopped after" : "rendered", samples,
+                       readable_seconds(seconds), millions_a_second(double(samples)),
+                       millions_a_second(share * double(c.rays.total())),
                        double(peak_rss_bytes()) / 1048576));
+  if (samples < c.samples) {
+    log_info(fmt::format("went on from {} samples of the checkpoint", c.samples - samples));
+  }
   for (const std::string& path : written) log_info("wrote " + path);
   const auto snapshots = std::ranges::count_if(
       report.snapshots, [](const SnapshotReport& snapshot) { return !snapshot.file.empty(); });
@@ -90,6 +99,8 @@ class RenderRun {
   explicit RenderRun(const RenderOptions& options);
   void load();
   void build();
+  // Takes the checkpoint, and what an earlier run has left in it.
+  void resume();
   int replay() { return run_replay(*frame_, *options_.replay); }
   void render();
   void write();
@@ -103,6 +114,7 @@ class RenderRun {
   void note_picture(const FrameProgress& now, const FramePicture& picture);
   int exit_code() const;
   std::vector<std::string> failed_outputs() const;
+  void end_checkpoint();
 
   const std::optional<double> start_s_ = process_age_seconds();
   const Stopwatch wall_;
@@ -127,6 +139,7 @@ class RenderRun {
   std::optional<LightGroups> groups_;
   std::optional<Frame> frame_;
   std::optional<RemoteViewer> viewer_;
+  std::optional<Checkpoint> checkpoint_;
   std::optional<GracefulStop> graceful_;
   std::optional<tbb::task_arena> arena_;
   std::optional<RenderClock> clock_;
@@ -166,6 +179,8 @@ void RenderRun::open_outputs() {
   for (const std::string& path : options_.trees) check_writable(path);
   if (!options_.snapshots.empty()) snapshots_.emplace(options_, plan_.crop, progress_);
   outputs_.emplace(options_.outputs, output_settings_, stop_);
+  const std::string checkpoint = checkpoint_path(options_);
+  if (!checkpoint.empty()) check_writable(checkpoint);
 }
 
 void RenderRun::load() {
@@ -220,12 +235,20 @@ class RenderRun::Watcher final : public FrameObserver {
   Watcher(RenderRun& run, ProgressDisplay* progress) : run_(run), progress_(progress) {}
 
   void tile_finished(const FilmTile& tile) override {
+    write(tile);
+    // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
+    if (progress_ && run_.frame_render_.by_tiles()) progress_->add_share(share(tile));
+  }
+  void tile_loaded(const FilmTile& tile, uint64_t samples) override {
+    write(tile);
+    earlier_samples_ += samples;
+    if (progress_) progress_->add_earlier(samples, share(tile));
+  }
+  uint64_t earlier_samples() const { return earlier_samples_; }
+  void write(const FilmTile& tile) {
     run_.outputs_->tile_finished(tile);
     if (run_.pictures_) run_.pictures_->add(tile);
     if (run_.viewer_) run_.viewer_->add(tile);
-    // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
-    if (!progress_ || !run_.frame_render_.by_tiles()) return;
-    progress_->add_share(double(tile.rect().area()) / double(run_.plan_.crop.area()));
   }
   void samples_finished(uint64_t count) override {
     if (!progress_) return;
@@ -239,7 +262,11 @@ class RenderRun::Watcher final : public FrameObserver {
   void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
     if (progress_) run_.note_picture(now, picture);
   }
+  void cut_short() override {
+    if (run_.checkpoint_) run_.checkpoint_->save(run_.frame_render_);
+  }
   bool picture_wanted() const override {
+    if (run_.checkpoint_ && run_.checkpoint_->wanted()) return true;
     if (!progress_ || (!run_.snapshots_ && !run_.viewer_)) return false;
     const double elapsed = run_.clock_->seconds();
     return (run_.snapshots_ && run_.snapshots_->wanted(elapsed)) ||
@@ -251,9 +278,14 @@ class RenderRun::Watcher final : public FrameObserver {
   PixelStop stop_cause() const override { return run_.stop_.cause(); }
 
  private:
+  double share(const FilmTile& tile) const {
+    return double(tile.rect().area()) / double(run_.plan_.crop.area());
+  }
+
   RenderRun& run_;
   ProgressDisplay* const progress_;
   std::atomic<bool> begun_{false};
+  std::atomic<uint64_t> earlier_samples_{0};
 };
 
 void RenderRun::note_picture(const FrameProgress& now, const FramePicture& picture) {
@@ -265,6 +297,24 @@ void RenderRun::note_picture(const FrameProgress& now, const FramePicture& pictu
   if (now.pass_finished) passes.push_back({elapsed, now.samples, std::nullopt});
   if (snapshots_) clock_->exclude_time([&] { snapshots_->look(now, picture, elapsed); });
   if (viewer_) viewer_->look(picture, elapsed);
+  if (checkpoint_ && checkpoint_->wanted()) checkpoint_->save(frame_render_);
+}
+
+void RenderRun::resume() {
+  const std::string path = checkpoint_path(options_);
+  if (path.empty()) return;
+  checkpoint_.emplace(path, checkpoint_head(options_, plan_, progress_), options_.resume,
+                      options_.checkpoint_interval_s);
+  if (frame_render_.by_tiles()) return frame_render_.keep_tiles(&*checkpoint_);
+  frame_render_.resumable();
+  const auto state = checkpoint_->state(2 * frame_bytes(options_, output_settings_, frame_render_));
+  if (!state) return;
+  try {
+    frame_render_.load(*frame_, *state);
+  } catch (const InputError& error) {
+    throw InputError(path, error.what());
+  }
+  report_.earlier_samples = frame_render_.counters().samples;
 }
 
 void RenderRun::render() {
@@ -278,9 +328,15 @@ void RenderRun::render() {
   arena_->execute([&] {
     ProgressDisplay progress(uint64_t(plan_.crop.area()) * frame_->samples_per_pixel, stop_,
                              options_.time_limit_s);
+    progress.add_earlier(report_.earlier_samples, 0);
     Watcher watcher(*this, &progress);
     report_.counters = frame_render_.render(*frame_, watcher, stop_.token());
+    report_.earlier_samples += watcher.earlier_samples();
   });
+  const bool by_tiles = frame_render_.by_tiles();
+  if (checkpoint_ && !by_tiles && !report_.counters.stopped && options_.resumable) {
+    checkpoint_->save(frame_render_);
+  }
   report_.times.render_s = clock_->seconds();
   report_.times.snapshots_s = clock_->left_out_seconds();
   report_.times.render_cpu_s = clock_->cpu_seconds();
@@ -317,6 +373,14 @@ std::vector<std::string> RenderRun::failed_outputs() const {
   return failed;
 }
 
+// It stays where there is something to go on with: a frame that is not done, or not written.
+void RenderRun::end_checkpoint() {
+  if (!checkpoint_) return;
+  const bool done = !report_.counters.stopped && failed_outputs().empty();
+  report_.checkpoint = checkpoint_->finish(!done || options_.resumable);
+  if (!done) log_info(report_.checkpoint.file + " has what is done; --resume goes on with it");
+}
+
 int RenderRun::exit_code() const {
   if (!report_.failed_outputs.empty()) return kExitRenderFailed;
   const bool by_user = report_.counters.stopped && stop_.cause() == PixelStop::kUser;
@@ -324,6 +388,7 @@ int RenderRun::exit_code() const {
 }
 
 int RenderRun::report() {
+  end_checkpoint();
   report_.stop_cause = stop_.cause();
   report_.failed_outputs = failed_outputs();
   report_.exit_code = exit_code();
@@ -357,6 +422,7 @@ int run_render(const RenderOptions& options) {
   run.load();
   run.build();
   if (options.replay) return run.replay();
+  run.resume();
   run.render();
   run.write();
   return run.report();

@@ -30,7 +30,7 @@ int run_replay(const Frame& frame, const std::string& address) {
   RenderWorker worker(frame);
   Ray ray;
   const SampleValue value = worker.replay(x, y, sample, &ray);
-  const RayCounters& rays = worker.counters().rays;
+  const RayCounters rays = worker.take_counters().rays;
   // %a prints every bit, so that two replays can be compared exactly.
   std::string text;
   const auto out = std::back_inserter(text);

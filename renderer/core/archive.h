@@ -48,6 +48,12 @@ class Archive {
     bytes(&value, sizeof value);
     check((value >= least && value <= most) || (may_be_nan && std::isnan(value)));
   }
+  // Exactly these elements, as the next.
+  template <typename T>
+  requires std::is_trivially_copyable_v<T>
+  void values(std::span<T> values) {
+    bytes(values.data(), values.size_bytes());
+  }
   // Nothing, or `size` elements; numbers, or plain structs of numbers whose values the caller
   // checks. Floats are not NaN.
   template <typename T>

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "renderer/core/names.h"
@@ -282,6 +284,62 @@ uint64_t FilmTile::bytes() const {
          seconds_.capacity() * sizeof(float) + stops_.capacity() * sizeof(PixelStop) +
          sample_variances_.capacity() * sizeof(SampleVariance) +
          shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes();
+}
+
+void FilmTile::archive(Archive& archive) {
+  archive.values(std::span(sums_.begin(), sums_.size()));
+  archive.values(std::span(squares_.begin(), squares_.size()));
+  archive.values(std::span(rays_.begin(), rays_.size()));
+  archive.values(std::span(surfaces_.begin(), surfaces_.size()));
+  archive.values(std::span(seconds_.begin(), seconds_.size()));
+  archive.values(std::span(stops_.begin(), stops_.size()));
+  archive.values(std::span(sample_variances_.begin(), sample_variances_.size()));
+  light_groups_.archive(archive);
+  bool shown = !shown_.empty();
+  archive.number(shown, false, true);
+  if (archive.loading()) shown_.reset(shown ? sums_.size() : 0);
+  archive.values(std::span(shown_.begin(), shown_.size()));
+  if (archive.loading()) check(archive);
+}
+
+// What was loaded may have been written by anybody: means must be finite, and counts those that the
+// arithmetic here is made for.
+void FilmTile::check(const Archive& archive) const {
+  const auto finite = [&](const auto& values) {
+    bool all = true;
+    for (const auto value : values) all &= std::isfinite(value);
+    archive.check(all);
+  };
+  constexpr uint32_t kMost = 1u << 25;  // of one stream
+  for (const PixelSums& sums : sums_) {
+    const uint64_t count = uint64_t(sums.count[0]) + sums.count[1];
+    archive.check(sums.count[0] <= kMost && sums.count[1] <= kMost && sums.non_finite <= count);
+    finite(sums.rgb[0]);
+    finite(sums.rgb[1]);
+    archive.check(std::isfinite(sums.alpha));
+  }
+  finite(squares_);
+  finite(seconds_);
+  for (const SurfaceSums& surface : surfaces_) {
+    finite(surface.albedo);
+    finite(surface.normal);
+    archive.check(std::isfinite(surface.depth));
+  }
+  for (const PixelStop stop : stops_) archive.check(stop <= PixelStop::kGoingOn);
+  // A bool that is neither is no bool to C++: looked at as the byte that it is.
+  const auto is_flag = [](const bool& flag) {
+    uint8_t byte;
+    std::memcpy(&byte, &flag, sizeof byte);
+    return byte <= 1;
+  };
+  for (const SampleVariance& variance : sample_variances_) {
+    archive.check(is_flag(variance.known));
+    finite(variance.rgb);
+  }
+  for (const ShownValue& value : shown_) {
+    archive.check(is_flag(value.set));
+    finite(value.rgba);
+  }
 }
 
 void put_channels(const FilmTile& tile, const Rect& frame, std::span<float> values) {

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "renderer/core/archive.h"
 #include "renderer/core/names.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
@@ -196,6 +197,9 @@ class FilmTile {
   void resolve_rgba(std::span<float> out) const;
 
   uint64_t bytes() const;
+  // All that it holds, exactly. A film that loads has been reset to the rectangle, and has the same
+  // channels and extras. Throws InputError for what no samples add up to; then it is to be let go.
+  void archive(Archive& archive);
 
  private:
   struct SurfaceSums {
@@ -215,6 +219,7 @@ class FilmTile {
     return !sample_variances_.empty() && sample_variances_[i].known;
   }
   double variance_of_mean(size_t i, size_t channel) const;
+  void check(const Archive& archive) const;
 
   AovSet aovs_;
   FilmExtras extras_;

@@ -76,6 +76,15 @@ void LightGroupSums::copy(const LightGroupSums& from, size_t from_pixel, size_t 
   std::copy_n(&from.rests_[from_pixel * stride()], stride(), &rests_[pixel * stride()]);
 }
 
+void LightGroupSums::archive(Archive& archive) {
+  for (ZeroedArray<float>* values : {&sums_, &rests_}) {
+    archive.values(std::span(values->begin(), values->size()));
+    bool finite = true;
+    for (const float value : *values) finite &= std::isfinite(value);
+    archive.check(finite);
+  }
+}
+
 Rgb LightGroupSums::mean(size_t pixel, int group) const {
   const auto sum = [&](size_t i) { return double(sums_[i]) + double(rests_[i]); };
   const size_t first = pixel * stride(), at = first + 3 * (size_t(group) + 1);

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <span>
 
+#include "renderer/core/archive.h"
 #include "renderer/core/color4.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
@@ -47,6 +48,8 @@ class LightGroupSums {
   void prefetch(size_t pixel) const;
 
   static uint64_t bytes_per_pixel(size_t groups) { return 2 * 3 * (groups + 1) * sizeof(float); }
+  // Of so many pixels as reset() was told. Throws InputError.
+  void archive(Archive& archive);
   uint64_t bytes() const { return (sums_.capacity() + rests_.capacity()) * sizeof(float); }
 
  private:

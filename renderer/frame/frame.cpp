@@ -16,4 +16,16 @@ void FrameCounters::merge(const FrameCounters& other) {
   if (located.size() > kLocatedLimit) located.resize(kLocatedLimit);
 }
 
+void FrameCounters::archive(Archive& archive) {
+  constexpr uint64_t kMost = UINT64_MAX / 4;  // sums of a few stay numbers
+  for (uint64_t* count :
+       {&rays.camera, &rays.scatter, &rays.shadow, &samples, &non_finite_samples}) {
+    archive.number(*count, uint64_t(0), kMost);
+  }
+  archive.number(min_samples, 0u, UINT32_MAX);
+  archive.number(max_samples, 0u, UINT32_MAX);
+  archive.list(located, kLocatedLimit);
+  archive.check(located.empty() == (non_finite_samples == 0));
+}
+
 }  // namespace emberline

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "integrators/integrator.h"
+#include "renderer/core/archive.h"
 #include "renderer/film/film.h"
 #include "renderer/film/filter.h"
 
@@ -70,6 +71,8 @@ struct FrameCounters {
   static constexpr size_t kLocatedLimit = 16;
   // All but min_samples and stopped, which no worker knows.
   void merge(const FrameCounters& other);
+  // All but `stopped`.
+  void archive(Archive& archive);
 };
 
 }  // namespace emberline

@@ -46,6 +46,8 @@ class FrameObserver {
   // All samples of the tile's pixels are in; the tile is reused after the call returns. May throw:
   // the frame is then abandoned and render() rethrows.
   virtual void tile_finished(const FilmTile& tile) = 0;
+  // The same for a tile that an earlier run has finished, with so many samples.
+  virtual void tile_loaded(const FilmTile& tile, uint64_t /*samples*/) { tile_finished(tile); }
   // Some more samples are done (about every millisecond of work).
   virtual void samples_finished(uint64_t /*count*/) {}
   // A progressive driver pauses: from its own thread, while no worker renders. That is often in its
@@ -53,6 +55,9 @@ class FrameObserver {
   // looked at until the call returns.
   virtual void picture_changed(const FrameProgress& /*progress*/, const FramePicture& /*picture*/) {
   }
+  // A stop request has ended a round of a progressive driver before its end: as picture_changed(),
+  // for saving the frame alone.
+  virtual void cut_short() {}
   // Somebody waits for picture_changed(): a progressive driver then pauses after the parts that
   // are under way, some milliseconds of work, instead of after a round of them. Asked from worker
   // threads after each part; what is rendered is the same.

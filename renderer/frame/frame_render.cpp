@@ -46,13 +46,42 @@ size_t pause_after(const FrameDriver& driver, const Round& round, size_t begin,
   return end;
 }
 
+// Takes out of a list what the film has already: a pixel's samples come in index order.
+void leave_out(const FilmTile& film, std::vector<PixelWork>& list) {
+  for (PixelWork& work : list) {
+    const uint32_t end = work.first_sample + work.sample_count;
+    work.first_sample = std::clamp(film.sample_count(work.x, work.y), work.first_sample, end);
+    work.sample_count = end - work.first_sample;
+  }
+  std::erase_if(list, [](const PixelWork& work) { return work.sample_count == 0; });
+}
+
+// By rows of tiles, whatever the order in which they are rendered.
+size_t tile_number(const Rect& crop, const Rect& tile, int tile_size) {
+  const auto columns = size_t((crop.width() + tile_size - 1) / tile_size);
+  return size_t((tile.y0 - crop.y0) / tile_size) * columns + size_t((tile.x0 - crop.x0) / tile_size);
+}
+
 }  // namespace
+
+void TileResult::archive(Archive& archive) {
+  double value = error.value_or(-1.0);
+  archive.number(value, -1.0, std::numeric_limits<double>::max());
+  archive.check(value == -1.0 || value >= 0.0);
+  error = value >= 0.0 ? std::optional(value) : std::nullopt;
+  archive.number(least_samples, 0u, UINT32_MAX);
+  counters.archive(archive);
+}
 
 // One frame's workers, and what they count.
 class FrameRender::Loop {
  public:
-  Loop(const Frame& the_frame, FrameObserver& the_observer, std::stop_token the_stop)
-      : frame(the_frame), observer(the_observer), stop(std::move(the_stop)) {}
+  Loop(const Frame& the_frame, FrameObserver& the_observer, std::stop_token the_stop,
+       FrameCounters& the_counters)
+      : frame(the_frame),
+        observer(the_observer),
+        stop(std::move(the_stop)),
+        counters(the_counters) {}
 
   // work(worker, going) in as many threads as there are, or `most`; going() is false once one of
   // them has thrown, or a stop is requested. Rethrows.
@@ -66,8 +95,7 @@ class FrameRender::Loop {
       try {
         RenderWorker worker(frame);
         work(worker, going);
-        const std::lock_guard lock(mutex_);
-        counters.merge(worker.counters());
+        count(worker.take_counters());
       } catch (...) {
         failed = true;  // the others need not finish a frame that is lost
         throw;
@@ -75,9 +103,14 @@ class FrameRender::Loop {
     });
   }
 
+  void count(const FrameCounters& more) {
+    const std::lock_guard lock(mutex_);
+    counters.merge(more);
+  }
+
   // The parts [begin, end) of a round, or fewer if a picture is wanted soon.
   RenderedParts carry_out(const FrameDriver& driver, const Round& round, size_t begin, size_t end,
-                          FilmTile& film) {
+                          FilmTile& film, bool film_is_ahead) {
     cut_short_.clear();
     std::atomic<size_t> next{begin};
     share(end - begin, [&](RenderWorker& worker, const auto& going) {
@@ -88,6 +121,7 @@ class FrameRender::Loop {
         if (part >= end) break;
         list.clear();
         driver.expand(part, list);
+        if (film_is_ahead) leave_out(film, list);
         if (!worker.render(list, film, observer, stop)) {
           const std::lock_guard lock(mutex_);
           cut_short_.push_back(part);
@@ -105,7 +139,7 @@ class FrameRender::Loop {
   const Frame& frame;
   FrameObserver& observer;
   const std::stop_token stop;
-  FrameCounters counters;
+  FrameCounters& counters;
 
  private:
   std::mutex mutex_;
@@ -114,41 +148,68 @@ class FrameRender::Loop {
 
 FrameCounters FrameRender::render(const Frame& frame, FrameObserver& observer,
                                   std::stop_token stop) {
-  Loop loop(frame, observer, std::move(stop));
+  Loop loop(frame, observer, std::move(stop), counters_);
   drivers_.tiles ? render_tiles(loop) : render_crop(loop);
-  return std::move(loop.counters);
+  return counters_;
 }
 
-void FrameRender::render_crop(Loop& loop) {
-  const Frame& frame = loop.frame;
+void FrameRender::begin(const Frame& frame) {
   film_.emplace(frame.aovs, frame.with_light_groups(drivers_.film_extras));
   reset_film(frame.crop, &*film_);
   driver_ = drivers_.create(frame, frame.crop);
+}
+
+void FrameRender::archive(Archive& archive) {
+  film_->archive(archive);
+  driver_->archive(archive, *film_);
+  counters_.archive(archive);
+  archive.number(parts_done_, size_t(0), driver_->round().parts);
+}
+
+void FrameRender::save(std::vector<std::byte>& state) {
+  Archive saving(state);
+  archive(saving);
+}
+
+void FrameRender::load(const Frame& frame, std::span<const std::byte> state) {
+  begin(frame);
+  Archive loading(state);
+  archive(loading);
+  loading.end();
+  film_is_ahead_ = true;
+  resumable_ = true;
+}
+
+void FrameRender::render_crop(Loop& loop) {
+  if (!driver_) begin(loop.frame);
   FrameProgress progress;
-  bool going = true;
-  while (going) {
-    const std::optional<Round> round = driver_->next(*film_, loop.stop);
-    if (!round) break;
-    for (size_t begin = 0; begin < round->parts && going;) {
-      std::optional<uint64_t> wanted = loop.observer.picture_wanted_at();
-      if (wanted) *wanted = std::max(*wanted, loop.counters.samples + 1) - loop.counters.samples;
-      const size_t end = pause_after(*driver_, *round, begin, wanted);
-      const RenderedParts parts = loop.carry_out(*driver_, *round, begin, end, *film_);
-      driver_->rendered(parts, *film_);
-      begin = parts.end;
-      going = parts.complete;
-      if (!going) break;
-      progress.pass = round->pass;
-      progress.samples = loop.counters.samples;
-      progress.rays = loop.counters.rays.total();
-      progress.completion = std::min(1.0, double(progress.samples) / double(frame.crop.area()));
-      progress.pass_finished = round->ends_pass && begin == round->parts;
-      progress.error_estimate = driver_->error_estimate();
-      loop.observer.picture_changed(progress, *this);
+  while (!driver_->finished()) {
+    if (parts_done_ == driver_->round().parts) {
+      if (!driver_->next(*film_, resumable_ ? std::stop_token() : loop.stop)) break;
+      parts_done_ = 0;
     }
+    const Round round = driver_->round();
+    std::optional<uint64_t> wanted = loop.observer.picture_wanted_at();
+    if (wanted) *wanted = std::max(*wanted, counters_.samples + 1) - counters_.samples;
+    const size_t end = pause_after(*driver_, round, parts_done_, wanted);
+    const RenderedParts parts =
+        loop.carry_out(*driver_, round, parts_done_, end, *film_, film_is_ahead_);
+    if (!parts.complete) loop.observer.cut_short();
+    driver_->rendered(parts, *film_);
+    if (!parts.complete) break;
+    parts_done_ = parts.end;
+    if (parts_done_ == round.parts) film_is_ahead_ = false;
+    progress.pass = round.pass;
+    progress.samples = counters_.samples;
+    progress.rays = counters_.rays.total();
+    progress.completion =
+        std::min(1.0, double(progress.samples) / double(loop.frame.crop.area()));
+    progress.pass_finished = round.ends_pass && parts_done_ == round.parts;
+    progress.error_estimate = driver_->error_estimate();
+    loop.observer.picture_changed(progress, *this);
   }
-  loop.counters.min_samples = driver_->least_samples(*film_);
-  loop.counters.stopped = !driver_->finished();
+  counters_.min_samples = driver_->least_samples(*film_);
+  counters_.stopped = !driver_->finished();
 }
 
 // All of one tile's rounds, by one worker. Isolated where the driver may share its work: while this
@@ -198,24 +259,62 @@ void FrameRender::render_tiles(Loop& loop) {
     while (going()) {
       const size_t i = next.fetch_add(1, std::memory_order_relaxed);
       if (i >= tiles.size()) break;
-      film.reset(tiles[i]);
-      loop.observer.tile_begun(tiles[i]);
-      const std::unique_ptr<FrameDriver> driver = drivers_.create(frame, tiles[i]);
-      loop.render_tile(*driver, worker, film);
-      if (!driver->finished()) all_finished = false;
-      errors[i] = driver->error_estimate();
-      least[i] = driver->least_samples(film);
-      loop.observer.tile_finished(film);
+      TileResult result;
+      if (!load_tile(loop, tiles[i], film, result)) {
+        loop.observer.tile_begun(tiles[i]);
+        film.reset(tiles[i]);
+        const std::unique_ptr<FrameDriver> driver = drivers_.create(frame, tiles[i]);
+        loop.render_tile(*driver, worker, film);
+        result = {driver->error_estimate(), driver->least_samples(film), worker.take_counters()};
+        if (!driver->finished()) all_finished = false;
+        if (driver->finished() && store_) save_tile(frame.crop, *driver, film, result);
+        loop.observer.tile_finished(film);
+      }
+      loop.count(result.counters);
+      errors[i] = result.error;
+      least[i] = result.least_samples;
     }
   });
-  loop.counters.stopped = !all_finished || next.load() < tiles.size();
-  loop.counters.min_samples = tiles.empty() ? 0 : *std::ranges::min_element(least);
+  counters_.stopped = !all_finished || next.load() < tiles.size();
+  counters_.min_samples = tiles.empty() ? 0 : *std::ranges::min_element(least);
   double sum = 0;
   for (size_t i = 0; i < tiles.size(); ++i) {
     if (!errors[i]) return;
     sum += square(*errors[i]) * double(tiles[i].area());
   }
   if (!tiles.empty()) tiles_error_ = std::sqrt(sum / double(frame.crop.area()));
+}
+
+void FrameRender::save_tile(const Rect& crop, FrameDriver& driver, FilmTile& film,
+                            TileResult& result) {
+  std::vector<std::byte> state;
+  state.reserve(film.bytes() + driver.bytes() + 4096);
+  Archive saving(state);
+  result.archive(saving);
+  film.archive(saving);
+  driver.archive(saving, film);
+  store_->save(tile_number(crop, film.rect(), drivers_.tile_size), state);
+}
+
+// False: it is to be rendered. A stored tile that cannot be used is as good as none.
+bool FrameRender::load_tile(Loop& loop, const Rect& tile, FilmTile& film, TileResult& result) {
+  if (!store_) return false;
+  const auto state = store_->load(tile_number(loop.frame.crop, tile, drivers_.tile_size));
+  if (!state) return false;
+  film.reset(tile);
+  try {
+    Archive loading{std::span<const std::byte>(*state)};
+    result.archive(loading);
+    film.archive(loading);
+    const std::unique_ptr<FrameDriver> driver = drivers_.create(loop.frame, tile);
+    driver->archive(loading, film);
+    loading.end();
+  } catch (const InputError&) {
+    result = {};
+    return false;
+  }
+  loop.observer.tile_loaded(film, result.counters.samples);
+  return true;
 }
 
 uint64_t FrameRender::bytes_per_pixel(const AovSet& aovs) const {

@@ -2,6 +2,7 @@
 // a picture is wanted, tells the observer.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -11,6 +12,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "renderer/core/archive.h"
 #include "renderer/frame/bucket_schedule.h"
 #include "renderer/frame/frame.h"
 #include "renderer/frame/frame_driver.h"
@@ -32,11 +34,42 @@ struct DriverFactory {
   std::function<std::unique_ptr<FrameDriver>(const Frame& frame, const Rect& pixels)> create;
 };
 
+// What becomes of a tile beside its film.
+struct TileResult {
+  std::optional<double> error;  // estimated, of the displayed tile
+  uint32_t least_samples = 0;   // of any pixel
+  FrameCounters counters;
+
+  void archive(Archive& archive);
+};
+
+// The state of finished tiles, kept elsewhere so that nobody need render them again. Called from
+// worker threads, concurrently, of each tile once. Tiles are numbered row by row.
+class TileStore {
+ public:
+  virtual ~TileStore() = default;
+  // What save() was given; nothing: the tile is to be rendered.
+  virtual std::optional<std::vector<std::byte>> load(size_t tile) = 0;
+  // A TileResult, the film, the driver.
+  virtual void save(size_t tile, std::span<const std::byte> state) = 0;
+};
+
 // One frame with one driver. A driver of tiles hands them to the observer as they are finished, and
 // keeps nothing; another's film is kept, and is the picture.
 class FrameRender final : public FramePicture {
  public:
   explicit FrameRender(DriverFactory drivers) : drivers_(std::move(drivers)) {}
+
+  // Before render(). Of tiles: those that `store` has are not rendered, and it is given the others.
+  void keep_tiles(TileStore* store) { store_ = store; }
+  // Of one film: goes on from what save() has saved of an equal frame, to the same bits. Throws
+  // InputError for what it cannot have saved.
+  void load(const Frame& frame, std::span<const std::byte> state);
+  // At any call of picture_changed() and cut_short(), and after render(): film, driver, and how far
+  // they are. Without load() before it or resumable(), a stop request may come amid a decision,
+  // after which there is nothing to save.
+  void save(std::vector<std::byte>& state);
+  void resumable() { resumable_ = true; }
 
   // Renders on the calling thread's TBB arena; once. Returns soon after a stop is requested. Throws
   // RenderError where the film does not fit into memory, and what the observer throws.
@@ -47,6 +80,7 @@ class FrameRender final : public FramePicture {
   // After render(), once: end(), then hands over the film that was kept as finished tiles.
   void deliver(FrameObserver& observer);
 
+  const FrameCounters& counters() const { return counters_; }
   // Expected RMS error of the displayed frame, if the driver has estimated it.
   std::optional<double> error_estimate() const;
   // The frame as it can be shown, from the first pause on; null if nothing is kept.
@@ -78,11 +112,22 @@ class FrameRender final : public FramePicture {
 
   void render_tiles(Loop& loop);
   void render_crop(Loop& loop);
+  void save_tile(const Rect& crop, FrameDriver& driver, FilmTile& film, TileResult& result);
+  bool load_tile(Loop& loop, const Rect& tile, FilmTile& film, TileResult& result);
+  void begin(const Frame& frame);
+  void archive(Archive& archive);
 
   const DriverFactory drivers_;
   std::optional<FilmTile> film_;
   std::unique_ptr<FrameDriver> driver_;
+  FrameCounters counters_;
   std::optional<double> tiles_error_;
+  TileStore* store_ = nullptr;
+  bool resumable_ = false;
+  // Of a frame of one film: the parts of the round under way that are done, and whether some pixels
+  // of the others have samples already.
+  size_t parts_done_ = 0;
+  bool film_is_ahead_ = false;
 };
 
 // What a film holds of a pixel, in bytes, and deliver() on top where it fills in.

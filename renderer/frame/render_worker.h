@@ -3,6 +3,7 @@
 
 #include <span>
 #include <stop_token>
+#include <utility>
 #include <vector>
 
 #include "renderer/frame/frame.h"
@@ -34,7 +35,8 @@ class RenderWorker {
   // One sample alone, as render() would compute it.
   SampleValue replay(int x, int y, uint32_t sample, Ray* camera_ray);
 
-  const FrameCounters& counters() const { return counters_; }
+  // Since the last call.
+  FrameCounters take_counters() { return std::exchange(counters_, {}); }
 
  private:
   void begin_batch(int x, int y, uint32_t first_sample, int count);

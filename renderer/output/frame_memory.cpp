@@ -9,6 +9,7 @@ namespace emberline {
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
                      const FrameRender& render) {
   uint64_t per_pixel = render.bytes_per_pixel(settings.aovs);
+  if (!checkpoint_path(options).empty()) per_pixel *= 2;  // a copy of it is written behind
   for (const std::string& path : options.outputs) {
     // The picture, and its file as long as that may be.
     if (!is_exr(path)) per_pixel += 2 * (settings.transparent ? 4 : 3);

@@ -74,6 +74,8 @@ void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegi
   for (const std::string& path : options.reports) files.write("--report", path);
   for (const std::string& path : options.trees) files.write("--tree", path);
   if (!options.save_settings.empty()) files.write("--save-settings", options.save_settings);
+  const std::string checkpoint = checkpoint_path(options);
+  if (!checkpoint.empty()) files.write("--checkpoint", checkpoint);
   if (!options.snapshots.empty()) {
     files.write_in("--snapshots", options.snapshots, is_snapshot_name);
   }

@@ -39,8 +39,15 @@ struct RenderOptions : FrameSettings {
   std::optional<Vec2i> explained;     // a pixel of the frame
   std::vector<std::string> trees;     // files of the refinement tree
   std::string save_settings;          // a file; empty: none
+  std::string checkpoint;             // a file; empty: checkpoint_path()
+  bool resumable = false;             // the checkpoint stays when the frame is done
+  bool resume = false;                // goes on with what is there
+  double checkpoint_interval_s = 300;
   int threads = 0;                    // 0: all
   LimitOptions limits;
 };
+
+// Where the checkpoint is: beside the first output unless it was named. Empty: there is none.
+std::string checkpoint_path(const RenderOptions& options);
 
 }  // namespace emberline

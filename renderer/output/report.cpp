@@ -164,6 +164,17 @@ Json reported_settings(const RenderOptions& options, const RenderReport& r) {
   return settings;
 }
 
+Json checkpoint_json(const RenderReport& r) {
+  const CheckpointReport& checkpoint = r.checkpoint;
+  if (checkpoint.file.empty()) return Json();
+  return {{"file", checkpoint.file},
+          {"kept", checkpoint.kept},
+          {"written", checkpoint.written},
+          {"bytes", checkpoint.bytes},
+          {"paused_s", checkpoint.paused_s},
+          {"earlier_samples", r.earlier_samples}};
+}
+
 Json stop_cause_json(const RenderReport& r) {
   if (!r.counters.stopped) return Json();
   return r.stop_cause == PixelStop::kTimeLimit ? "time limit" : "user";
@@ -195,6 +206,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
                   {"ignored", r.coverage.ignored}};
   json["passes"] = passes_json(r.passes);
   json["snapshots"] = snapshots_json(r.snapshots);
+  json["checkpoint"] = checkpoint_json(r);
   json["settings"] = reported_settings(options, r);
   for (const auto& [name, version] : library_versions()) json["versions"][name] = version;
   json["output"] = options.outputs;

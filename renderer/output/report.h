@@ -8,6 +8,7 @@
 
 #include "renderer/description/scene_description.h"
 #include "renderer/frame/frame.h"
+#include "renderer/output/checkpoint.h"
 #include "renderer/output/render_options.h"
 #include "renderer/output/snapshots.h"
 #include "renderer/scene/scene.h"
@@ -53,6 +54,8 @@ struct RenderReport {
   int threads = 0;
   std::vector<PassReport> passes;
   std::vector<SnapshotReport> snapshots;
+  uint64_t earlier_samples = 0;  // of the total, that the checkpoint had
+  CheckpointReport checkpoint;
   PixelStop stop_cause = PixelStop::kNone;
   std::vector<std::string> failed_outputs;  // files that could not be written; reports aside
   int exit_code = 0;

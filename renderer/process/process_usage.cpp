@@ -47,4 +47,9 @@ std::optional<double> process_age_seconds() {
   return age >= 0 ? std::optional(age) : std::nullopt;
 }
 
+std::string host_name() {
+  char name[256] = {};
+  return gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
+}
+
 }  // namespace emberline

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 namespace emberline {
 
@@ -11,5 +12,7 @@ namespace emberline {
 uint64_t peak_rss_bytes();
 double process_cpu_seconds();
 std::optional<double> process_age_seconds();
+
+std::string host_name();
 
 }  // namespace emberline

@@ -108,15 +108,18 @@ double ProgressDisplay::fraction(uint64_t done) const {
 }
 
 std::string ProgressDisplay::line(uint64_t done, double elapsed) const {
-  const double rate = elapsed > 0 ? double(done) / elapsed : 0.0;
+  const uint64_t earlier = earlier_.load(std::memory_order_relaxed);
+  const double rate = elapsed > 0 ? double(done - std::min(done, earlier)) / elapsed : 0.0;
   const double fraction = this->fraction(done);
+  const double before = total_ > 0 ? double(earlier) / double(total_)
+                                   : earlier_share_.load(std::memory_order_relaxed);
   if (total_ == 0 && fraction == 0) {  // a threshold decides when it ends
     return fmt::format("{:.1f} M samples  {}  ({:.2f} M samples/s)", double(done) * 1e-6,
                        readable_seconds(elapsed), rate * 1e-6);
   }
   std::string text = fmt::format("{:5.1f} %  {}", 100 * fraction, readable_seconds(elapsed));
-  if (fraction > 0 && fraction < 1) {
-    text += ", " + readable_seconds(elapsed * (1 - fraction) / fraction) + " left";
+  if (fraction > before && fraction < 1) {
+    text += ", " + readable_seconds(elapsed * (1 - fraction) / (fraction - before)) + " left";
   }
   return text + fmt::format("  ({:.2f} M samples/s)", rate * 1e-6);
 }

@@ -28,6 +28,13 @@ class ProgressDisplay {
   void add(uint64_t samples) { done_.fetch_add(samples, std::memory_order_relaxed); }
   // Where the samples are not known beforehand: a part of the whole work, of 1, is done.
   void add_share(double share) { share_.fetch_add(share, std::memory_order_relaxed); }
+  // Of either, what an earlier run has done: it tells nothing of the time that the rest takes.
+  void add_earlier(uint64_t samples, double share) {
+    earlier_.fetch_add(samples, std::memory_order_relaxed);
+    earlier_share_.fetch_add(share, std::memory_order_relaxed);
+    add(samples);
+    add_share(share);
+  }
 
  private:
   void run();
@@ -39,6 +46,8 @@ class ProgressDisplay {
   const uint64_t total_;
   std::atomic<uint64_t> done_{0};
   std::atomic<double> share_{0.0};
+  std::atomic<uint64_t> earlier_{0};
+  std::atomic<double> earlier_share_{0.0};
   StopRequest& stop_;
   const std::optional<double> time_limit_s_;
   const std::chrono::steady_clock::time_point start_;

@@ -15,6 +15,7 @@ namespace {
 // ones, which a handler may touch.
 std::atomic<int> g_signals{0};
 std::atomic<int> g_graceful{0};
+std::atomic<int> g_checkpoints{0};
 static_assert(std::atomic<int>::is_always_lock_free);
 
 void on_signal(int signal) {
@@ -24,6 +25,8 @@ void on_signal(int signal) {
   remove_unfinished_files();
   _exit(kExitStopped);
 }
+
+void on_checkpoint_signal(int) { g_checkpoints = 1; }
 
 void set_action(int signal, void (*handler)(int)) {
   struct sigaction action = {};
@@ -41,10 +44,14 @@ void install_stop_handlers() {
     // Ignored from the start: nohup, or a shell's background job, means it.
     if (inherited.sa_handler != SIG_IGN) set_action(signal, on_signal);
   }
+  set_action(SIGUSR1, on_checkpoint_signal);
   for (const int signal : {SIGPIPE, SIGXFSZ}) set_action(signal, SIG_IGN);
 }
 
 bool stop_signalled() { return g_signals > 0; }
+
+bool checkpoint_asked() { return g_checkpoints != 0; }
+void take_checkpoint_request() { g_checkpoints = 0; }
 
 GracefulStop::GracefulStop() { g_graceful = 1; }
 

@@ -12,6 +12,10 @@ void install_stop_handlers();
 
 bool stop_signalled();
 
+// SIGUSR1 asks for a checkpoint; without one under way it does nothing.
+bool checkpoint_asked();
+void take_checkpoint_request();
+
 // While one lives, a first signal is a request. One at a time.
 class GracefulStop {
  public:

@@ -453,7 +453,6 @@ void RoundPlanner::archive(Archive& archive) {
   const size_t pixels = targets_.size();
   archive.number(spent_, 0.0, kUnlimited);
   archive.number(round_, 0, kMostRounds);
-  archive.number(interrupted_, false, true);
   archive.number(round_weight_, 0.0, kUnlimited);
   archive.number(planned_mean_, 0.0, kUnlimited);
   archive.number(error_estimate_, 0.0, std::numeric_limits<double>::infinity(), true);

@@ -1,0 +1,222 @@
+#include "renderer/output/checkpoint.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/output/checkpoint_head.h"
+#include "renderer/process/stop_signal.h"
+
+namespace emberline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Kinds of records. A tile's number is its own; of a frame of one film, blocks are numbered from 0
+// on, and an empty record with their number ends them.
+constexpr uint32_t kTile = 1, kBlock = 2, kEnd = 3;
+
+constexpr uint64_t kBlockBytes = uint64_t(4) << 20;
+constexpr uint64_t kMostOfTile = uint64_t(1) << 36;
+
+Json parsed(const RecordFile& file) {
+  Json head = Json::parse(file.head(), nullptr, false);
+  if (head.is_discarded()) throw InputError(file.path(), "the checkpoint's head is not JSON");
+  return head;
+}
+
+// Throws InputError with all that differs.
+void check_frame(const RecordFile& file, const Json& now) {
+  const Json then = parsed(file);
+  if (const std::vector<std::string> list = differences(now, then); !list.empty()) {
+    throw InputError(file.path(), "this checkpoint is of another frame: {}; give what it was made "
+                     "with, or remove it", fmt::join(list, "; "));
+  }
+  for (const std::string& difference : machine_differences(now, then)) {
+    log_warning(fmt::format("{}: was made with {}; bits may differ by rounding", file.path(),
+                            difference));
+  }
+}
+
+}  // namespace
+
+std::string checkpoint_path(const RenderOptions& options) {
+  if (!options.checkpoint.empty()) return options.checkpoint;
+  const bool wanted = options.resumable || options.resume;
+  return wanted && !options.outputs.empty() ? options.outputs.front() + ".checkpoint" : "";
+}
+
+Checkpoint::Checkpoint(const std::string& path, const Json& head, bool resume, double interval_s)
+    : path_(path),
+      head_(record_file_head(head.dump(2, ' ', false, Json::error_handler_t::replace))),
+      interval_s_(interval_s),
+      next_s_(interval_s) {
+  report_.file = path;
+  const bool there = InputFile::open_if_there(path).has_value();
+  if (there) file_ = std::make_unique<HeldFile>(path);  // throws where another run has it
+  if (there && resume) {
+    earlier_ = std::make_unique<RecordFile>(path);
+    check_frame(*earlier_, head);
+    for (const RecordEntry& record : earlier_->records()) {
+      if (record.kind == kTile) tiles_.insert_or_assign(record.number, record);
+    }
+    report_.bytes = earlier_->end();
+    if (!tiles_.empty() && earlier_->has_more()) {
+      log_warning(fmt::format("{}: its end is cut short; the tiles there are rendered anew", path));
+      file_->cut(earlier_->end());
+    }
+  } else {
+    if (resume) log_info(fmt::format("{} is not there; the frame begins anew", path));
+    file_.reset();
+    file_ = std::make_unique<HeldFile>(path, head_);
+    report_.bytes = file_->size();
+  }
+  thread_ = std::thread([this] { run(); });
+}
+
+Checkpoint::~Checkpoint() {
+  if (thread_.joinable()) finish(true);
+}
+
+std::optional<std::vector<std::byte>> Checkpoint::load(size_t tile) {
+  const auto at = tiles_.find(tile);
+  if (at == tiles_.end()) return std::nullopt;
+  try {
+    return earlier_->read(at->second, kMostOfTile);
+  } catch (const InputError& error) {
+    log_warning(fmt::format("{}; the tiles that are lost are rendered anew", error.what()));
+    return std::nullopt;
+  }
+}
+
+void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
+  const std::string record = packed_record(kTile, tile, state);
+  const std::lock_guard lock(mutex_);
+  try {
+    file_->append(record);
+    tiles_waiting_ = true;
+    report_.bytes = file_->size();
+  } catch (const RenderError& error) {
+    warn(error.what());
+  }
+}
+
+// The frame goes on: what is not saved is lost only if this run is.
+void Checkpoint::warn(const std::string& error) {
+  if (!warned_) log_warning(error + "; the frame goes on, and what is not saved is lost if it ends");
+  warned_ = true;
+}
+
+std::optional<std::vector<std::byte>> Checkpoint::state(uint64_t most) const {
+  if (!earlier_ || earlier_->records().empty()) return std::nullopt;
+  const std::span<const RecordEntry> records = earlier_->records();
+  const auto damaged = [&] { return InputError(path_, "the checkpoint is damaged, or cut short"); };
+  if (earlier_->has_more() || records.back().kind != kEnd ||
+      records.back().number != records.size() - 1) {
+    throw damaged();
+  }
+  std::vector<std::byte> state;
+  for (const RecordEntry& record : records.first(records.size() - 1)) {
+    if (record.kind != kBlock || record.number != uint64_t(&record - records.data())) throw damaged();
+    const std::vector<std::byte> block = earlier_->read(record, kBlockBytes);
+    if (block.size() > most - state.size()) throw damaged();
+    state.insert(state.end(), block.begin(), block.end());
+  }
+  return state;
+}
+
+bool Checkpoint::wanted() const {
+  return !busy_.load(std::memory_order_relaxed) &&
+         (clock_.seconds() >= next_s_.load(std::memory_order_relaxed) || checkpoint_asked());
+}
+
+void Checkpoint::save(FrameRender& render) {
+  const Stopwatch pause;
+  std::unique_lock lock(mutex_);
+  wake_.wait(lock, [&] { return !writing_; });
+  take_checkpoint_request();
+  pending_.clear();
+  pending_.reserve(render.film_bytes() + render.film_bytes() / 8);
+  render.save(pending_);
+  writing_ = true;
+  busy_ = true;
+  next_s_ = clock_.seconds() + interval_s_;
+  report_.paused_s += pause.seconds();
+  lock.unlock();
+  wake_.notify_all();
+}
+
+void Checkpoint::write_behind(const std::vector<std::byte>& state) {
+  AtomicFile file(path_);
+  uint64_t at = 0, blocks = 0;
+  const auto append = [&](const std::string& bytes) {
+    file.write_at(bytes.data(), bytes.size(), at);
+    at += bytes.size();
+  };
+  append(head_);
+  for (size_t begin = 0; begin < state.size(); begin += kBlockBytes, ++blocks) {
+    const size_t size = std::min<size_t>(kBlockBytes, state.size() - begin);
+    append(packed_record(kBlock, blocks, std::span(state).subspan(begin, size)));
+  }
+  append(packed_record(kEnd, blocks, {}));
+  file_->replace(file);
+  report_.bytes = at;
+  ++report_.written;
+}
+
+void Checkpoint::sync_tiles() {
+  try {
+    file_->sync();
+    ++report_.written;
+  } catch (const RenderError& error) {
+    const std::lock_guard lock(mutex_);
+    warn(error.what());
+  }
+}
+
+void Checkpoint::run() {
+  constexpr auto kPoll = std::chrono::milliseconds(100);
+  std::unique_lock lock(mutex_);
+  while (!ending_ || writing_ || tiles_waiting_) {
+    wake_.wait_for(lock, kPoll, [&] { return ending_ || writing_; });
+    if (writing_) {
+      lock.unlock();
+      std::string failed;
+      try {
+        write_behind(pending_);
+      } catch (const RenderError& error) {
+        failed = error.what();
+      }
+      lock.lock();
+      if (!failed.empty()) warn(failed);
+      pending_ = {};
+      writing_ = false;
+      busy_ = false;
+      wake_.notify_all();
+    }
+    const bool due = ending_ || clock_.seconds() >= next_s_ || checkpoint_asked();
+    if (!due || !tiles_waiting_) continue;
+    tiles_waiting_ = false;
+    take_checkpoint_request();
+    next_s_ = clock_.seconds() + interval_s_;
+    lock.unlock();
+    sync_tiles();
+    lock.lock();
+  }
+}
+
+CheckpointReport Checkpoint::finish(bool keep) {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+  if (!keep) file_->remove();
+  report_.kept = keep;
+  return report_;
+}
+
+}  // namespace emberline

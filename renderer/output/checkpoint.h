@@ -1,0 +1,82 @@
+// What there is of a frame, in a file, so that a later run goes on from there to the same bits.
+//
+// A frame of tiles appends each as it is finished; another replaces the whole file from time to
+// time. File formats: io/record_file.h for the records; their contents are what Archive makes of a
+// FrameRender, or of a tile (frame_render.h).
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+#include <unordered_map>
+#include <vector>
+
+#include "io/atomic_file.h"
+#include "io/record_file.h"
+#include "renderer/frame/frame_render.h"
+#include "renderer/process/render_clock.h"
+
+namespace emberline {
+
+struct CheckpointReport {
+  std::string file;     // empty: none was asked for
+  int written = 0;      // how often; of a frame of tiles: brought to the disk
+  uint64_t bytes = 0;   // the file's last size
+  double paused_s = 0;  // while nothing rendered
+  bool kept = false;
+};
+
+class Checkpoint final : public TileStore {
+ public:
+  // Takes the file for this run. With `resume` it goes on with one that is there, else it begins a
+  // new one. Throws RenderError where another run has it or it cannot be written, InputError for
+  // one that is damaged or of another frame: with the list of what differs.
+  Checkpoint(const std::string& path, const nlohmann::ordered_json& head, bool resume,
+             double interval_s);
+  ~Checkpoint() override;
+
+  // Tiles: any thread.
+  std::optional<std::vector<std::byte>> load(size_t tile) override;
+  void save(size_t tile, std::span<const std::byte> state) override;
+
+  // One film: what an earlier run has saved, of at most so many bytes; nothing if it has not.
+  // Throws InputError.
+  std::optional<std::vector<std::byte>> state(uint64_t most) const;
+  // Whether it is time to save: then `render` is to pause. Any thread.
+  bool wanted() const;
+  // Copies the frame at once and writes it behind, when the one before is written.
+  void save(FrameRender& render);
+
+  // Waits until all is on the disk. The file goes if it is not to be kept.
+  CheckpointReport finish(bool keep);
+
+ private:
+  void run();
+  void write_behind(const std::vector<std::byte>& state);
+  void sync_tiles();
+  void warn(const std::string& error);
+
+  const std::string path_;
+  const std::string head_;
+  const double interval_s_;
+  std::unique_ptr<HeldFile> file_;
+  std::unique_ptr<RecordFile> earlier_;  // what was there
+  std::unordered_map<uint64_t, RecordEntry> tiles_;
+  CheckpointReport report_;
+  Stopwatch clock_;
+  std::atomic<double> next_s_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::vector<std::byte> pending_;  // to be written; the thread's alone while it writes
+  bool writing_ = false, ending_ = false, warned_ = false, tiles_waiting_ = false;
+  std::atomic<bool> busy_{false};
+  std::thread thread_;
+};
+
+}  // namespace emberline
