@@ -83,6 +83,7 @@ struct AllOptions {
   HeatmapOptions heatmap;
   CompareOptions compare;
   StudyOptions study;
+  MergeOptions merge;
 };
 
 struct Command {
@@ -108,6 +109,9 @@ const Command kCommands[] = {
     {"compare", "measure an image against a reference",
      [](CLI::App* app, AllOptions& o) { add_compare_options(app, o.compare); },
      [](const AllOptions& o) { return run_compare(o.compare); }},
+    {"merge", "the parts of a frame as one picture",
+     [](CLI::App* app, AllOptions& o) { add_merge_options(app, o.merge); },
+     [](const AllOptions& o) { return run_merge(o.merge); }},
     {"study", "speed against error of drivers, estimators and samplers",
      [](CLI::App* app, AllOptions& o) { add_study_options(app, o.study); },
      [](const AllOptions& o) { return run_study(o.study); }},
@@ -147,7 +151,7 @@ int run_command_line(int argc, char** argv) {
   for (const CLI::App* app : root.get_subcommands()) refuse_empty_values(*app);
   set_log_level(quiet ? LogLevel::kQuiet : verbose ? LogLevel::kVerbose : LogLevel::kNormal);
   options.render.command_line = options.view.render.command_line =
-      options.study.frame.command_line = shell_command(argc, argv);
+      options.study.frame.command_line = options.merge.frame.command_line = shell_command(argc, argv);
 
   if (version) {
     print_versions();

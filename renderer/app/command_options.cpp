@@ -365,7 +365,7 @@ void add_render_options(CLI::App* app, RenderOptions& o) {
   add_settings_file(app, o);
   add_result_options(app, o);
   add_settings(app, o,
-               {kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading});
+               {kEdits, kChannels, kCounts, kPart, kSample, kSeed, kSchedule, kView, kLight, kLoading});
   add_machine_options(app, o);
 }
 
@@ -418,6 +418,27 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
                   "difference picture: FLIP as .png, signed difference as .exr");
   add_number(app, "--exposure", o.exposure, -64.0f, 64.0f, "stops, for FLIP, SSIM and PSNR [0]");
   add_limits(app, o.limits);
+}
+
+void add_merge_options(CLI::App* app, MergeOptions& o) {
+  app->add_option("parts", o.parts, "checkpoints that render --part, --sample-range or --resumable "
+                                    "has kept; several seeds of a frame are averaged")
+      ->required();
+  app->add_option("-o,--output", o.frame.outputs,
+                  "picture: .exr, .png or .jpg, as of render. May be given more than once")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_heatmaps(app, o.frame);
+  app->add_option("--report", o.frame.reports, "what the parts come to, as JSON")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  app->add_flag("--allow-holes", o.allow_holes,
+                "write a frame of which parts are missing: its pixels are black, their stop is 0");
+  app->add_flag("--strict", o.strict, "refuse parts from several kinds of machine");
+  app->add_option("--display", o.frame.display.display, "OpenColorIO display [the config's default]")
+      ->type_name("NAME");
+  add_grading(app, o.frame.display);
+  add_machine_options(app, o.frame);
 }
 
 void add_study_options(CLI::App* app, StudyOptions& o) {

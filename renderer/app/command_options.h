@@ -4,6 +4,7 @@
 #include "renderer/app/compare_command.h"
 #include "renderer/app/heatmap_command.h"
 #include "renderer/app/info_command.h"
+#include "renderer/app/merge_command.h"
 #include "renderer/app/study_command.h"
 #include "renderer/output/render_options.h"
 #include "renderer/window/view_command.h"
@@ -21,6 +22,7 @@ void add_view_options(CLI::App* app, ViewOptions& options);
 void add_info_options(CLI::App* app, InfoOptions& options);
 void add_heatmap_options(CLI::App* app, HeatmapOptions& options);
 void add_compare_options(CLI::App* app, CompareOptions& options);
+void add_merge_options(CLI::App* app, MergeOptions& options);
 void add_study_options(CLI::App* app, StudyOptions& options);
 
 }  // namespace emberline

@@ -66,22 +66,15 @@ void summarize(const RenderOptions& options, const RenderReport& report,
   for (const std::string& feature : report.features) log_verbose("built: " + feature);
 }
 
-// With the channels that the heatmaps need.
-OutputSettings settings_of_outputs(const RenderOptions& options, const Rect& crop) {
-  OutputSettings settings{options.width,
-                          options.height,
-                          crop,
-                          options.bucket_size,
-                          AovSet::parse(options.aovs),
-                          settings_attributes(options),
-                          options.display,
-                          options.transparent,
-                          heatmap_requests(options),
-                          options.heatmap_style};
-  for (const HeatmapRequest& heatmap : settings.heatmaps) {
-    if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
-  }
-  return settings;
+// A part has no picture of its own.
+void check_part(const RenderOptions& options) {
+  if (!is_part(options)) return;
+  const auto refuse = [](const char* option) {
+    throw UsageError("{}: a part of a frame has no picture of its own; give it for the whole", option);
+  };
+  if (!options.snapshots.empty()) refuse("--snapshots");
+  if (!options.trees.empty()) refuse("--tree");
+  if (std::ranges::any_of(options.reports, is_page)) refuse("--report FILE.html");
 }
 
 FramePlan plan_of(const RenderOptions& options) {
@@ -113,6 +106,7 @@ class RenderRun {
   void add_light_groups(const LightGroups& groups);
   void note_picture(const FrameProgress& now, const FramePicture& picture);
   int exit_code() const;
+  double part_of_frame() const { return 1.0 / plan_.driver_settings.part.count; }
   std::vector<std::string> failed_outputs() const;
   void end_checkpoint();
 
@@ -150,7 +144,7 @@ RenderRun::RenderRun(const RenderOptions& options)
     : options_(options),
       plan_(plan_of(options)),
       frame_render_(driver_factory(options.driver, plan_.driver_settings)),
-      output_settings_(settings_of_outputs(options, plan_.crop)),
+      output_settings_(output_settings(options, plan_.crop)),
       limits_(limits_of(options.limits, options.scene)),
       progress_({}, {}, limits_) {
   report_.times.start_s = start_s_;
@@ -158,6 +152,7 @@ RenderRun::RenderRun(const RenderOptions& options)
   check_output_paths(options, plan_.crop, files_);
   check_refinement_options(options, plan_);
   check_light_layers(options);
+  check_part(options);
   workers_.emplace(options.threads);
   // An arena of its own: the limit of WorkerThreads cannot give more threads than the machine has
   // cores.
@@ -178,7 +173,10 @@ void RenderRun::open_outputs() {
   }
   for (const std::string& path : options_.trees) check_writable(path);
   if (!options_.snapshots.empty()) snapshots_.emplace(options_, plan_.crop, progress_);
-  outputs_.emplace(options_.outputs, output_settings_, stop_);
+  OutputSettings settings = output_settings_;
+  if (is_part(options_)) settings.heatmaps.clear();
+  outputs_.emplace(is_part(options_) ? std::vector<std::string>() : options_.outputs, settings,
+                   stop_);
   const std::string checkpoint = checkpoint_path(options_);
   if (!checkpoint.empty()) check_writable(checkpoint);
 }
@@ -279,7 +277,7 @@ class RenderRun::Watcher final : public FrameObserver {
 
  private:
   double share(const FilmTile& tile) const {
-    return double(tile.rect().area()) / double(run_.plan_.crop.area());
+    return double(tile.rect().area()) / (double(run_.plan_.crop.area()) * run_.part_of_frame());
   }
 
   RenderRun& run_;
@@ -303,7 +301,8 @@ void RenderRun::note_picture(const FrameProgress& now, const FramePicture& pictu
 void RenderRun::resume() {
   const std::string path = checkpoint_path(options_);
   if (path.empty()) return;
-  checkpoint_.emplace(path, checkpoint_head(options_, plan_, progress_), options_.resume,
+  const auto layers = groups_ ? light_layer_names(groups_->list()) : std::vector<std::string>();
+  checkpoint_.emplace(path, checkpoint_head(options_, plan_, layers, progress_), options_.resume,
                       options_.checkpoint_interval_s);
   if (frame_render_.by_tiles()) return frame_render_.keep_tiles(&*checkpoint_);
   frame_render_.resumable();
@@ -326,15 +325,16 @@ void RenderRun::render() {
   graceful_.emplace();
   clock_.emplace();
   arena_->execute([&] {
-    ProgressDisplay progress(uint64_t(plan_.crop.area()) * frame_->samples_per_pixel, stop_,
-                             options_.time_limit_s);
+    ProgressDisplay progress(
+        uint64_t(double(plan_.crop.area()) * frame_->samples_per_pixel * part_of_frame()), stop_,
+        options_.time_limit_s);
     progress.add_earlier(report_.earlier_samples, 0);
     Watcher watcher(*this, &progress);
     report_.counters = frame_render_.render(*frame_, watcher, stop_.token());
     report_.earlier_samples += watcher.earlier_samples();
   });
   const bool by_tiles = frame_render_.by_tiles();
-  if (checkpoint_ && !by_tiles && !report_.counters.stopped && options_.resumable) {
+  if (checkpoint_ && !by_tiles && !report_.counters.stopped && keeps_checkpoint(options_)) {
     checkpoint_->save(frame_render_);
   }
   report_.times.render_s = clock_->seconds();
@@ -377,7 +377,10 @@ std::vector<std::string> RenderRun::failed_outputs() const {
 void RenderRun::end_checkpoint() {
   if (!checkpoint_) return;
   const bool done = !report_.counters.stopped && failed_outputs().empty();
-  report_.checkpoint = checkpoint_->finish(!done || options_.resumable);
+  report_.checkpoint = checkpoint_->finish(!done || keeps_checkpoint(options_));
+  if (done && is_part(options_)) {
+    log_info(report_.checkpoint.file + " has this part of the frame, for `emberline merge`");
+  }
   if (!done) log_info(report_.checkpoint.file + " has what is done; --resume goes on with it");
 }
 

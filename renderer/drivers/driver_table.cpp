@@ -57,6 +57,7 @@ DriverFactory driver_factory(std::string_view driver, const DriverSettings& sett
   return {.tiles = entry.tiles,
           .tile_size = settings.bucket_size,
           .tile_order = settings.bucket_order,
+          .part = settings.part,
           .film_extras = entry.film_extras(settings),
           .bytes_per_pixel = entry.bytes_per_pixel(settings),
           .create = [&entry, settings](const Frame& frame, const Rect& pixels) {

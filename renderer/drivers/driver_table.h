@@ -16,6 +16,7 @@ namespace emberline {
 struct DriverSettings {
   int bucket_size = 64;
   BucketOrder bucket_order = BucketOrder::kHilbert;
+  FramePart part = {};
   BisectionAxis bisection_axis = BisectionAxis::kBoth;
   Reconstruction reconstruction = Reconstruction::kDuplicate;
   AdaptiveSettings adaptive = {};

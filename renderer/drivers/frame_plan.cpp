@@ -26,8 +26,9 @@ void refuse_adaptive_options(const FrameSettings& o, const std::string& reason) 
   if (o.unbiased) refuse("--unbiased");
 }
 
-// A sampler that has to know a pixel's count beforehand is of no use where the noise decides it.
-void refuse_fixed_counts(const std::string& sampler) {
+// A sampler that has to know a pixel's count beforehand is of no use where the noise decides it, or
+// where more may come.
+void refuse_fixed_counts(const std::string& sampler, const std::string& reason) {
   std::string valid;
   bool refused = false;
   for (const SamplerEntry& entry : sampler_table()) {
@@ -40,9 +41,8 @@ void refuse_fixed_counts(const std::string& sampler) {
   }
   if (!refused) return;
   throw UsageError("--sampler: " + sampler +
-                   " needs to know each pixel's number of samples beforehand, which adaptive "
-                   "sampling does not; valid names are " +
-                   valid);
+                   " needs to know each pixel's number of samples beforehand, which " + reason +
+                   "; valid names are " + valid);
 }
 
 // The estimators that say how much a sample would bring, and not only which pixels are finished.
@@ -66,11 +66,22 @@ void plan_even(const FrameSettings& o, FramePlan& plan) {
                            "adaptive, or bucket with --noise-threshold",
                            o.driver));
   plan.samples_per_pixel = o.spp.value_or(kDefaultSamples);
+  if (o.sample_range) {
+    if (o.spp) throw UsageError("--spp: --sample-range says how many samples each pixel gets");
+    refuse_fixed_counts(o.sampler, "a part of its samples does not tell");
+    plan.first_sample = o.sample_range->first;
+    plan.samples_per_pixel = o.sample_range->end - o.sample_range->first;
+  }
   plan.streams = static_cast<StreamCount>(o.streams.value_or(1));
 }
 
 void plan_by_error(const FrameSettings& o, FramePlan& plan) {
-  refuse_fixed_counts(o.sampler);
+  refuse_fixed_counts(o.sampler, "adaptive sampling does not");
+  if (o.sample_range) {
+    throw UsageError(
+        "--sample-range: adaptive sampling decides itself how many samples each pixel gets; give "
+        "the parts a --seed each");
+  }
   const EstimatorEntry& estimator =
       find_estimator(o.estimator.empty() ? kDefaultEstimator : std::string_view(o.estimator));
   AdaptiveSettings& a = plan.driver_settings.adaptive;
@@ -155,8 +166,13 @@ FramePlan::FramePlan(const FrameSettings& s)
       filter(s.filter_radius ? PixelFilter::create(s.filter, *s.filter_radius)
                              : PixelFilter::create(s.filter)) {
   check_companions(s);
+  if (s.part && !driver->tiles) {
+    throw UsageError("--part: the driver {} has the whole frame at once; valid with --driver bucket",
+                     s.driver);
+  }
   driver_settings.bucket_size = s.bucket_size;
   driver_settings.bucket_order = s.bucket_order;
+  driver_settings.part = s.part.value_or(FramePart{});
   driver_settings.bisection_axis = s.bisection_axis;
   driver_settings.reconstruction = s.reconstruction;
   even ? plan_even(s, *this) : plan_by_error(s, *this);
@@ -176,6 +192,7 @@ Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGrou
           .width = width,
           .height = height,
           .crop = crop,
+          .first_sample = first_sample,
           .samples_per_pixel = samples_per_pixel,
           .seed = seed,
           .streams = streams,

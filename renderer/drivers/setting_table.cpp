@@ -29,6 +29,7 @@ constexpr double kFarthest = 1e15;
 constexpr double kMostOfLens = 1e9;  // f-stops, to either side: scenes come in any size
 constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;  // a millisecond to thirty years
 constexpr int kMostPixels = 65536;                               // a side
+constexpr uint32_t kMostParts = 65536;
 
 std::string text_of(const std::string& value) { return value; }
 std::string text_of(bool value) { return value ? "yes" : ""; }
@@ -37,6 +38,8 @@ requires std::is_arithmetic_v<T> std::string text_of(T value) {
   return fmt::format("{}", value);  // the shortest that gives the same bits
 }
 std::string text_of(const Vec3d& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
+std::string text_of(const FramePart& p) { return fmt::format("{}/{}", p.index, p.count); }
+std::string text_of(const SampleSpan& s) { return fmt::format("{}-{}", s.first, s.end); }
 std::string text_of(const Rect& r) { return fmt::format("{},{},{},{}", r.x0, r.y0, r.x1, r.y1); }
 template <typename T>
 std::string text_of(const std::optional<T>& value) {
@@ -154,6 +157,43 @@ Setting crop() {
           "",     false, read,          member_text<&FrameSettings::crop>};
 }
 
+Setting part() {
+  const auto read = [](FrameSettings& settings, std::string_view text) {
+    std::array<uint32_t, 2> v;
+    if (!parse_numbers(text, '/', v) || v[0] < 1 || v[0] > v[1] || v[1] > kMostParts) {
+      refuse("part", text, fmt::format("K/N with 1 <= K <= N <= {}", kMostParts));
+    }
+    settings.part = FramePart{v[0], v[1]};
+  };
+  return {"part",
+          kPart,
+          "K/N",
+          "of the driver bucket: every N-th bucket, from the K-th on. Nothing is written but the "
+          "checkpoint OUTPUT.part-K-of-N.checkpoint, for `emberline merge`",
+          "",
+          false,
+          read,
+          member_text<&FrameSettings::part>};
+}
+
+Setting sample_range() {
+  const auto read = [](FrameSettings& settings, std::string_view text) {
+    std::array<uint32_t, 2> v;
+    if (!parse_numbers(text, '-', v) || v[0] >= v[1] || v[1] > kMaxSamples) {
+      refuse("sample-range", text, fmt::format("A-B with 0 <= A < B <= {}", kMaxSamples));
+    }
+    settings.sample_range = SampleSpan{v[0], v[1]};
+  };
+  return {"sample-range",
+          kPart,
+          "A-B",
+          "samples A to B - 1 of each pixel alone, likewise for `emberline merge`",
+          "",
+          false,
+          read,
+          member_text<&FrameSettings::sample_range>};
+}
+
 Setting backfaces() {
   const auto read = [](FrameSettings& settings, std::string_view text) {
     if (text != "show" && text != "cull") {
@@ -194,6 +234,8 @@ std::vector<Setting> make_table() {
       word<&S::variant>("variant", kEdits, "NAME|INDEX",
                         "materials of this variant, by name or index [the file's default]"),
       channels(),
+      part(),
+      sample_range(),
       flag<&S::light_groups>(
           "light-groups", kChannels,
           "a layer light.NAME of the EXR for each light, emissive material and the environment: "

@@ -25,6 +25,7 @@ enum class SettingGroup : uint8_t {
   kSchedule,  // the order of the work
   kCounts,    // how many samples each pixel gets
   kChannels,  // what is kept of them
+  kPart,      // which of them, to be merged with the others
 };
 
 struct Setting {

@@ -179,6 +179,53 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   if (!light_groups_.empty()) light_groups_.copy(from.light_groups_, j, i);
 }
 
+void FilmTile::add_film(const FilmTile& other) {
+  assert(rect_ == other.rect_);
+  if (shown_.empty() && !other.shown_.empty()) shown_.reset(sums_.size());
+  for (size_t i = 0; i < sums_.size(); ++i) {
+    PixelSums& sums = sums_[i];
+    const PixelSums& more = other.sums_[i];
+    const double n = sums.samples(), m = more.samples();
+    if (m == 0) continue;
+    add_means_of(other, i, n / (n + m), m / (n + m));
+    for (int half = 0; half < 2; ++half) {
+      for (int c = 0; c < 3; ++c) sums.rgb[half][c] += more.rgb[half][c];
+      sums.count[half] += more.count[half];
+    }
+    sums.alpha += more.alpha;
+    sums.non_finite += more.non_finite;
+    if (sums.id == 0) sums.id = more.id;
+    for (size_t c = 3 * i; c < 3 * i + 3 && !squares_.empty(); ++c) squares_[c] += other.squares_[c];
+    if (!rays_.empty()) rays_[i] += other.rays_[i];
+    if (!surfaces_.empty()) surfaces_[i].add(other.surfaces_[i]);
+    if (!seconds_.empty()) seconds_[i] += other.seconds_[i];
+    if (!stops_.empty()) stops_[i] = other.stops_[i];
+    if (!light_groups_.empty()) light_groups_.add_sums(other.light_groups_, i);
+  }
+}
+
+// Before the sums are added: what stands for a mean is weighted by the samples behind it. The
+// variance of a sample, n times that of a mean of n, comes to the same weights.
+void FilmTile::add_means_of(const FilmTile& other, size_t i, double here, double there) {
+  if (!sample_variances_.empty()) {
+    SampleVariance& variance = sample_variances_[i];
+    const SampleVariance& more = other.sample_variances_[i];
+    variance.known = more.known && (variance.known || here == 0);
+    for (int c = 0; c < 3; ++c) {
+      variance.rgb[c] = float(here * double(variance.rgb[c]) + there * double(more.rgb[c]));
+    }
+  }
+  const bool shown_there = !other.shown_.empty() && other.shown_[i].set;
+  if (shown_.empty() || !(shown_[i].set || shown_there)) return;
+  float mine[4], theirs[4];
+  put_rgba(i, mine);
+  other.put_rgba(i, theirs);
+  for (int c = 0; c < 4; ++c) {
+    shown_[i].rgba[c] = float(here * double(mine[c]) + there * double(theirs[c]));
+  }
+  shown_[i].set = true;
+}
+
 uint32_t FilmTile::sample_count(int x, int y) const {
   const PixelSums& sums = sums_[index(x, y)];
   return sums.count[0] + sums.count[1];

@@ -182,6 +182,9 @@ class FilmTile {
 
   // Copies what a pixel of another tile with the same channels has gathered.
   void copy_pixel(const FilmTile& from, int x, int y);
+  // Adds the samples of another film of the same pixels, channels and extras, which have nothing to
+  // do with those here; what was shown instead of means, too, weighted by samples.
+  void add_film(const FilmTile& other);
   // What the pixel's R G B A are to be instead of the mean of its samples: its neighbours' where it
   // has none, or another average of them. The other channels, and its count, stay what they are.
   void show(int x, int y, const float* rgba);
@@ -207,6 +210,13 @@ class FilmTile {
     double normal[3];
     double depth;
     uint32_t hits;
+
+    void add(const SurfaceSums& more) {
+      for (int c = 0; c < 3; ++c) albedo[c] += more.albedo[c];
+      for (int c = 0; c < 3; ++c) normal[c] += more.normal[c];
+      depth += more.depth;
+      hits += more.hits;
+    }
   };
 
   size_t index(int x, int y) const { return rect_.index_of(x, y); }
@@ -220,6 +230,7 @@ class FilmTile {
   }
   double variance_of_mean(size_t i, size_t channel) const;
   void check(const Archive& archive) const;
+  void add_means_of(const FilmTile& other, size_t i, double here, double there);
 
   AovSet aovs_;
   FilmExtras extras_;

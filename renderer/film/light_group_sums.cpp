@@ -76,6 +76,14 @@ void LightGroupSums::copy(const LightGroupSums& from, size_t from_pixel, size_t 
   std::copy_n(&from.rests_[from_pixel * stride()], stride(), &rests_[pixel * stride()]);
 }
 
+void LightGroupSums::add_sums(const LightGroupSums& from, size_t pixel) {
+  assert(from.groups_ == groups_);
+  for (size_t at = pixel * stride(); at < (pixel + 1) * stride(); at += 3) {
+    add_to(at, load3(&from.rests_[at]));
+    add_to(at, load3(&from.sums_[at]));
+  }
+}
+
 void LightGroupSums::archive(Archive& archive) {
   for (ZeroedArray<float>* values : {&sums_, &rests_}) {
     archive.values(std::span(values->begin(), values->size()));

@@ -41,6 +41,9 @@ class LightGroupSums {
   void show(size_t pixel, std::span<const Rgb> means);
   void copy(const LightGroupSums& from, size_t from_pixel, size_t pixel);
 
+  // Adds what the other has of the pixel.
+  void add_sums(const LightGroupSums& from, size_t pixel);
+
   // Mean over the pixel's samples; 0 without any.
   Rgb mean(size_t pixel, int group) const;
   // R G B A of the pixel with each group times its weight: see relight() in light_mix.h.

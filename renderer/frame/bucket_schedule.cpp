@@ -153,4 +153,10 @@ std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder
   return buckets;
 }
 
+size_t bucket_number(const Rect& crop, const Rect& bucket, int bucket_size) {
+  const auto columns = size_t((crop.width() + bucket_size - 1) / bucket_size);
+  return size_t((bucket.y0 - crop.y0) / bucket_size) * columns +
+         size_t((bucket.x0 - crop.x0) / bucket_size);
+}
+
 }  // namespace emberline

@@ -2,6 +2,7 @@
 // memory does not grow with the frame.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -24,6 +25,9 @@ std::span<const NamedValue<BucketOrder>> bucket_order_table();
 // Throws UsageError for more than 2^24 buckets.
 std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder order,
                                   uint32_t seed);
+
+// Of one of these buckets, by rows, whatever their order.
+size_t bucket_number(const Rect& crop, const Rect& bucket, int bucket_size);
 
 inline constexpr int kMostBucketSize = 4096;
 

@@ -21,6 +21,7 @@ struct Frame {
   const PixelFilter& filter;
   int width = 0, height = 0;
   Rect crop;                       // what of it is rendered; the whole, if it is not cropped
+  uint32_t first_sample = 0;       // of every pixel; samples of a film are counted from here on
   uint32_t samples_per_pixel = 1;  // of every pixel; of adaptive sampling on average, or 0
   uint32_t seed = 0;
   StreamCount streams = StreamCount::kOne;

@@ -56,12 +56,6 @@ void leave_out(const FilmTile& film, std::vector<PixelWork>& list) {
   std::erase_if(list, [](const PixelWork& work) { return work.sample_count == 0; });
 }
 
-// By rows of tiles, whatever the order in which they are rendered.
-size_t tile_number(const Rect& crop, const Rect& tile, int tile_size) {
-  const auto columns = size_t((crop.width() + tile_size - 1) / tile_size);
-  return size_t((tile.y0 - crop.y0) / tile_size) * columns + size_t((tile.x0 - crop.x0) / tile_size);
-}
-
 }  // namespace
 
 void TileResult::archive(Archive& archive) {
@@ -71,6 +65,17 @@ void TileResult::archive(Archive& archive) {
   error = value >= 0.0 ? std::optional(value) : std::nullopt;
   archive.number(least_samples, 0u, UINT32_MAX);
   counters.archive(archive);
+}
+
+std::optional<double> error_of_tiles(std::span<const Rect> tiles,
+                                     std::span<const std::optional<double>> errors) {
+  double sum = 0, pixels = 0;
+  for (size_t i = 0; i < tiles.size(); ++i) {
+    if (!errors[i]) return std::nullopt;
+    sum += square(*errors[i]) * double(tiles[i].area());
+    pixels += double(tiles[i].area());
+  }
+  return tiles.empty() ? std::nullopt : std::optional(std::sqrt(sum / pixels));
 }
 
 // One frame's workers, and what they count.
@@ -160,9 +165,13 @@ void FrameRender::begin(const Frame& frame) {
 }
 
 void FrameRender::archive(Archive& archive) {
+  TileResult result{driver_->error_estimate(), driver_->least_samples(*film_), counters_};
+  bool finished = driver_->finished();
+  result.archive(archive);
+  archive.number(finished, false, true);
   film_->archive(archive);
   driver_->archive(archive, *film_);
-  counters_.archive(archive);
+  counters_ = result.counters;
   archive.number(parts_done_, size_t(0), driver_->round().parts);
 }
 
@@ -248,8 +257,7 @@ void FrameRender::Loop::render_tile(FrameDriver& driver, RenderWorker& worker, F
 // order is kept whatever the threads' speeds. One increment per tile is no contention.
 void FrameRender::render_tiles(Loop& loop) {
   const Frame& frame = loop.frame;
-  const std::vector<Rect> tiles =
-      bucket_schedule(frame.crop, drivers_.tile_size, drivers_.tile_order, frame.seed);
+  const std::vector<Rect> tiles = tiles_of(frame);
   std::atomic<size_t> next{0};
   std::atomic<bool> all_finished{true};
   std::vector<std::optional<double>> errors(tiles.size());  // summed in order, whoever brought them
@@ -277,12 +285,18 @@ void FrameRender::render_tiles(Loop& loop) {
   });
   counters_.stopped = !all_finished || next.load() < tiles.size();
   counters_.min_samples = tiles.empty() ? 0 : *std::ranges::min_element(least);
-  double sum = 0;
-  for (size_t i = 0; i < tiles.size(); ++i) {
-    if (!errors[i]) return;
-    sum += square(*errors[i]) * double(tiles[i].area());
+  tiles_error_ = error_of_tiles(tiles, errors);
+}
+
+// The tiles of this part of the frame, in their order.
+std::vector<Rect> FrameRender::tiles_of(const Frame& frame) const {
+  const std::vector<Rect> all =
+      bucket_schedule(frame.crop, drivers_.tile_size, drivers_.tile_order, frame.seed);
+  std::vector<Rect> tiles;
+  for (size_t i = drivers_.part.index - 1; i < all.size(); i += drivers_.part.count) {
+    tiles.push_back(all[i]);
   }
-  if (!tiles.empty()) tiles_error_ = std::sqrt(sum / double(frame.crop.area()));
+  return tiles;
 }
 
 void FrameRender::save_tile(const Rect& crop, FrameDriver& driver, FilmTile& film,
@@ -293,15 +307,16 @@ void FrameRender::save_tile(const Rect& crop, FrameDriver& driver, FilmTile& fil
   result.archive(saving);
   film.archive(saving);
   driver.archive(saving, film);
-  store_->save(tile_number(crop, film.rect(), drivers_.tile_size), state);
+  store_->save(bucket_number(crop, film.rect(), drivers_.tile_size), state);
 }
 
 // False: it is to be rendered. A stored tile that cannot be used is as good as none.
 bool FrameRender::load_tile(Loop& loop, const Rect& tile, FilmTile& film, TileResult& result) {
   if (!store_) return false;
-  const auto state = store_->load(tile_number(loop.frame.crop, tile, drivers_.tile_size));
-  if (!state) return false;
   film.reset(tile);
+  const auto state = store_->load(bucket_number(loop.frame.crop, tile, drivers_.tile_size),
+                                  most_of_state(film.bytes()));
+  if (!state) return false;
   try {
     Archive loading{std::span<const std::byte>(*state)};
     result.archive(loading);

@@ -17,6 +17,7 @@
 #include "renderer/frame/frame.h"
 #include "renderer/frame/frame_driver.h"
 #include "renderer/frame/frame_observer.h"
+#include "renderer/frame/frame_settings.h"
 
 namespace emberline {
 
@@ -29,6 +30,7 @@ struct DriverFactory {
   bool tiles = false;
   int tile_size = 64;  // pixels; also of what is delivered of a whole crop
   BucketOrder tile_order = BucketOrder::kHilbert;
+  FramePart part = {};  // of the tiles
   FilmExtras film_extras = {};
   uint64_t bytes_per_pixel = 0;  // of the crop's driver beside the film, at most
   std::function<std::unique_ptr<FrameDriver>(const Frame& frame, const Rect& pixels)> create;
@@ -48,9 +50,9 @@ struct TileResult {
 class TileStore {
  public:
   virtual ~TileStore() = default;
-  // What save() was given; nothing: the tile is to be rendered.
-  virtual std::optional<std::vector<std::byte>> load(size_t tile) = 0;
-  // A TileResult, the film, the driver.
+  // What save() was given, of at most so many bytes; nothing: the tile is to be rendered.
+  virtual std::optional<std::vector<std::byte>> load(size_t tile, uint64_t most) = 0;
+  // A TileResult, the film, the driver's state.
   virtual void save(size_t tile, std::span<const std::byte> state) = 0;
 };
 
@@ -65,8 +67,8 @@ class FrameRender final : public FramePicture {
   // Of one film: goes on from what save() has saved of an equal frame, to the same bits. Throws
   // InputError for what it cannot have saved.
   void load(const Frame& frame, std::span<const std::byte> state);
-  // At any call of picture_changed() and cut_short(), and after render(): film, driver, and how far
-  // they are. Without load() before it or resumable(), a stop request may come amid a decision,
+  // At any call of picture_changed() and cut_short(), and after render(): a TileResult of the whole,
+  // whether it is finished, the film, the driver's state, and how far it is. Without load() before it or resumable(), a stop request may come amid a decision,
   // after which there is nothing to save.
   void save(std::vector<std::byte>& state);
   void resumable() { resumable_ = true; }
@@ -96,6 +98,8 @@ class FrameRender final : public FramePicture {
     return !counters.stopped || (cause == PixelStop::kTimeLimit && !by_tiles());
   }
 
+  // What load() takes of a tile whose film holds so much, at most.
+  static uint64_t most_of_state(uint64_t film_bytes) { return 4 * film_bytes + (1 << 16); }
   // What render() and deliver() hold of each pixel of the crop beside their workers' tiles, at
   // most; with light groups 24 for each and 24 more. And what is held by now.
   uint64_t bytes_per_pixel(const AovSet& aovs) const;
@@ -115,6 +119,7 @@ class FrameRender final : public FramePicture {
   void save_tile(const Rect& crop, FrameDriver& driver, FilmTile& film, TileResult& result);
   bool load_tile(Loop& loop, const Rect& tile, FilmTile& film, TileResult& result);
   void begin(const Frame& frame);
+  std::vector<Rect> tiles_of(const Frame& frame) const;
   void archive(Archive& archive);
 
   const DriverFactory drivers_;
@@ -129,6 +134,10 @@ class FrameRender final : public FramePicture {
   size_t parts_done_ = 0;
   bool film_is_ahead_ = false;
 };
+
+// Root of the mean square over the tiles' pixels, added in this order; nothing where one is unknown.
+std::optional<double> error_of_tiles(std::span<const Rect> tiles,
+                                     std::span<const std::optional<double>> errors);
 
 // What a film holds of a pixel, in bytes, and deliver() on top where it fills in.
 uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras);

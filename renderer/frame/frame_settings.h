@@ -26,6 +26,18 @@ enum class Reconstruction { kDuplicate, kLinear };
 // In what units an error counts (drivers/adaptive/error_metric.h).
 enum class ErrorMetric { kMse, kRelMse, kDisplay };
 
+// Every `count`-th tile of the driver's order, from the `index`-th on, 1 the first.
+struct FramePart {
+  uint32_t index = 1, count = 1;
+  bool operator==(const FramePart&) const = default;
+};
+
+// Samples [first, end) of each pixel.
+struct SampleSpan {
+  uint32_t first = 0, end = 0;
+  bool operator==(const SampleSpan&) const = default;
+};
+
 // Names are those of the tables: driver_table(), integrator_table() and so on.
 struct FrameSettings {
   std::string scene;          // a file
@@ -69,6 +81,10 @@ struct FrameSettings {
   bool transparent = false;
   bool show_backfaces = false;
   bool lenient = false;
+
+  // Which part of the frame, to be merged with the others; absent: all.
+  std::optional<FramePart> part;
+  std::optional<SampleSpan> sample_range;
 
   // Channels.
   std::string aovs;

@@ -139,7 +139,7 @@ void RenderWorker::add_batch(FilmTile& tile) {
     counters_.rays.add(rays);
     tile.add_rays(int(addresses_[i].x), int(addresses_[i].y), rays.total());
     add(i, tile);
-    counters_.max_samples = std::max(counters_.max_samples, addresses_[i].sample + 1);
+    counters_.max_samples = std::max(counters_.max_samples, addresses_[i].sample + 1 - frame_.first_sample);
   }
   if (frame_.light_groups) add_lights(tile);
   if (timed) {
@@ -170,8 +170,8 @@ bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, Frame
   count_ = 0;
   for (size_t i = 0; i < list.size() && complete; ++i) {
     const PixelWork& work = list[i];
-    const uint32_t end = work.first_sample + work.sample_count;
-    for (uint32_t sample = work.first_sample; sample < end && complete;) {
+    const uint32_t end = frame_.first_sample + work.first_sample + work.sample_count;
+    for (uint32_t sample = end - work.sample_count; sample < end && complete;) {
       const uint32_t in_block = sample % kSampleLanes;
       if (in_block == 0 && end - sample >= uint32_t(kSampleLanes)) {
         flush_scattered(tile);  // may hold earlier samples of this pixel

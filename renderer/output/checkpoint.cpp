@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "io/json_input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/output/checkpoint_head.h"
@@ -12,24 +13,13 @@
 namespace emberline {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-// Kinds of records. A tile's number is its own; of a frame of one film, blocks are numbered from 0
-// on, and an empty record with their number ends them.
-constexpr uint32_t kTile = 1, kBlock = 2, kEnd = 3;
+using Json = nlohmann::json;
 
 constexpr uint64_t kBlockBytes = uint64_t(4) << 20;
-constexpr uint64_t kMostOfTile = uint64_t(1) << 36;
-
-Json parsed(const RecordFile& file) {
-  Json head = Json::parse(file.head(), nullptr, false);
-  if (head.is_discarded()) throw InputError(file.path(), "the checkpoint's head is not JSON");
-  return head;
-}
 
 // Throws InputError with all that differs.
 void check_frame(const RecordFile& file, const Json& now) {
-  const Json then = parsed(file);
+  const Json then = parse_json(file.head(), file.path());
   if (const std::vector<std::string> list = differences(now, then); !list.empty()) {
     throw InputError(file.path(), "this checkpoint is of another frame: {}; give what it was made "
                      "with, or remove it", fmt::join(list, "; "));
@@ -42,10 +32,48 @@ void check_frame(const RecordFile& file, const Json& now) {
 
 }  // namespace
 
+bool is_part(const FrameSettings& settings) {
+  return settings.part.has_value() || settings.sample_range.has_value();
+}
+
+bool keeps_checkpoint(const RenderOptions& options) {
+  return options.resumable || is_part(options);
+}
+
 std::string checkpoint_path(const RenderOptions& options) {
   if (!options.checkpoint.empty()) return options.checkpoint;
-  const bool wanted = options.resumable || options.resume;
-  return wanted && !options.outputs.empty() ? options.outputs.front() + ".checkpoint" : "";
+  if (options.outputs.empty() || !(keeps_checkpoint(options) || options.resume)) return "";
+  std::string path = options.outputs.front();
+  if (options.part) path += fmt::format(".part-{}-of-{}", options.part->index, options.part->count);
+  if (options.sample_range) {
+    path += fmt::format(".samples-{}-{}", options.sample_range->first, options.sample_range->end);
+  }
+  return path + ".checkpoint";
+}
+
+std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_t most) {
+  const std::span<const RecordEntry> records = file.records();
+  const auto damaged = [&] {
+    return InputError(file.path(), "the checkpoint is damaged, or cut short");
+  };
+  if (records.empty() && !file.has_more()) return std::nullopt;
+  if (records.empty() || file.has_more() || records.back().kind != kEndRecord ||
+      records.back().number != records.size() - 1) {
+    throw damaged();
+  }
+  uint64_t size = 0;
+  for (const RecordEntry& record : records) {
+    if (record.bytes > most - size) throw damaged();
+    size += record.bytes;
+  }
+  std::vector<std::byte> state;
+  state.reserve(size);
+  for (size_t i = 0; i + 1 < records.size(); ++i) {
+    if (records[i].kind != kBlockRecord || records[i].number != i) throw damaged();
+    const std::vector<std::byte> block = file.read(records[i], kBlockBytes);
+    state.insert(state.end(), block.begin(), block.end());
+  }
+  return state;
 }
 
 Checkpoint::Checkpoint(const std::string& path, const Json& head, bool resume, double interval_s)
@@ -60,7 +88,7 @@ Checkpoint::Checkpoint(const std::string& path, const Json& head, bool resume, d
     earlier_ = std::make_unique<RecordFile>(path);
     check_frame(*earlier_, head);
     for (const RecordEntry& record : earlier_->records()) {
-      if (record.kind == kTile) tiles_.insert_or_assign(record.number, record);
+      if (record.kind == kTileRecord) tiles_.insert_or_assign(record.number, record);
     }
     report_.bytes = earlier_->end();
     if (!tiles_.empty() && earlier_->has_more()) {
@@ -80,11 +108,11 @@ Checkpoint::~Checkpoint() {
   if (thread_.joinable()) finish(true);
 }
 
-std::optional<std::vector<std::byte>> Checkpoint::load(size_t tile) {
+std::optional<std::vector<std::byte>> Checkpoint::load(size_t tile, uint64_t most) {
   const auto at = tiles_.find(tile);
   if (at == tiles_.end()) return std::nullopt;
   try {
-    return earlier_->read(at->second, kMostOfTile);
+    return earlier_->read(at->second, most);
   } catch (const InputError& error) {
     log_warning(fmt::format("{}; the tiles that are lost are rendered anew", error.what()));
     return std::nullopt;
@@ -92,7 +120,7 @@ std::optional<std::vector<std::byte>> Checkpoint::load(size_t tile) {
 }
 
 void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
-  const std::string record = packed_record(kTile, tile, state);
+  const std::string record = packed_record(kTileRecord, tile, state);
   const std::lock_guard lock(mutex_);
   try {
     file_->append(record);
@@ -110,21 +138,7 @@ void Checkpoint::warn(const std::string& error) {
 }
 
 std::optional<std::vector<std::byte>> Checkpoint::state(uint64_t most) const {
-  if (!earlier_ || earlier_->records().empty()) return std::nullopt;
-  const std::span<const RecordEntry> records = earlier_->records();
-  const auto damaged = [&] { return InputError(path_, "the checkpoint is damaged, or cut short"); };
-  if (earlier_->has_more() || records.back().kind != kEnd ||
-      records.back().number != records.size() - 1) {
-    throw damaged();
-  }
-  std::vector<std::byte> state;
-  for (const RecordEntry& record : records.first(records.size() - 1)) {
-    if (record.kind != kBlock || record.number != uint64_t(&record - records.data())) throw damaged();
-    const std::vector<std::byte> block = earlier_->read(record, kBlockBytes);
-    if (block.size() > most - state.size()) throw damaged();
-    state.insert(state.end(), block.begin(), block.end());
-  }
-  return state;
+  return earlier_ ? film_state(*earlier_, most) : std::nullopt;
 }
 
 bool Checkpoint::wanted() const {
@@ -158,9 +172,9 @@ void Checkpoint::write_behind(const std::vector<std::byte>& state) {
   append(head_);
   for (size_t begin = 0; begin < state.size(); begin += kBlockBytes, ++blocks) {
     const size_t size = std::min<size_t>(kBlockBytes, state.size() - begin);
-    append(packed_record(kBlock, blocks, std::span(state).subspan(begin, size)));
+    append(packed_record(kBlockRecord, blocks, std::span(state).subspan(begin, size)));
   }
-  append(packed_record(kEnd, blocks, {}));
+  append(packed_record(kEndRecord, blocks, {}));
   file_->replace(file);
   report_.bytes = at;
   ++report_.written;

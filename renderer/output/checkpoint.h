@@ -24,6 +24,13 @@
 
 namespace emberline {
 
+// Kinds of records. A tile's number is its own (bucket_number()); of a frame of one film, blocks of
+// its state are numbered from 0 on, and an empty record with their number ends them.
+inline constexpr uint32_t kTileRecord = 1, kBlockRecord = 2, kEndRecord = 3;
+
+// Of a frame of one film, at most so many bytes; nothing if none was saved yet. Throws InputError.
+std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_t most);
+
 struct CheckpointReport {
   std::string file;     // empty: none was asked for
   int written = 0;      // how often; of a frame of tiles: brought to the disk
@@ -37,16 +44,15 @@ class Checkpoint final : public TileStore {
   // Takes the file for this run. With `resume` it goes on with one that is there, else it begins a
   // new one. Throws RenderError where another run has it or it cannot be written, InputError for
   // one that is damaged or of another frame: with the list of what differs.
-  Checkpoint(const std::string& path, const nlohmann::ordered_json& head, bool resume,
+  Checkpoint(const std::string& path, const nlohmann::json& head, bool resume,
              double interval_s);
   ~Checkpoint() override;
 
   // Tiles: any thread.
-  std::optional<std::vector<std::byte>> load(size_t tile) override;
+  std::optional<std::vector<std::byte>> load(size_t tile, uint64_t most) override;
   void save(size_t tile, std::span<const std::byte> state) override;
 
-  // One film: what an earlier run has saved, of at most so many bytes; nothing if it has not.
-  // Throws InputError.
+  // One film: film_state() of what an earlier run has left.
   std::optional<std::vector<std::byte>> state(uint64_t most) const;
   // Whether it is time to save: then `render` is to pause. Any thread.
   bool wanted() const;

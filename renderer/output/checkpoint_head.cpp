@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 
 #include "io/fingerprint.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/names.h"
 #include "renderer/core/version.h"
 #include "renderer/drivers/setting_table.h"
 #include "renderer/output/report.h"
@@ -17,10 +20,10 @@
 namespace emberline {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = nlohmann::json;
 
 // Settings that decide no bits of a frame that is finished.
-constexpr std::array<std::string_view, 3> kFree = {"time-limit", "bucket-order", "aov"};
+constexpr std::array<std::string_view, 2> kFree = {"time-limit", "bucket-order"};
 
 // Members of one object that the other has not, or has otherwise.
 void compare(const Json& now, const Json& then, const char* part,
@@ -52,7 +55,8 @@ std::string text_of(const Json* value) {
 
 }  // namespace
 
-Json checkpoint_head(const RenderOptions& options, const FramePlan& plan, LoadProgress& progress) {
+Json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
+                     const std::vector<std::string>& light_layers, LoadProgress& progress) {
   Json head = {{"emberline", kEmberlineVersion}, {"bits", kBitsVersion}};
   Json& settings = head["settings"] = Json::object();
   FrameSettings used = options;
@@ -60,9 +64,12 @@ Json checkpoint_head(const RenderOptions& options, const FramePlan& plan, LoadPr
     used.estimator = plan.driver_settings.adaptive.estimator;
     if (!used.allocation) used.allocation = kDefaultAllocation;
   }
+  Json& free = head["schedule"] = Json::object();
   for (const auto& [name, text] : setting_texts(used, {}, false)) {
-    if (std::ranges::find(kFree, name) == kFree.end()) settings[name] = text;
+    const bool decides = std::ranges::find(kFree, name) == kFree.end();
+    if (name != "aov") (decides ? settings : free)[name] = text;
   }
+  if (!light_layers.empty()) head["light layers"] = light_layers;
   std::string channels;
   for (const NamedValue<Aov>& aov : aov_table()) {
     if (plan.aovs.contains(aov.value)) channels += (channels.empty() ? "" : ",") + std::string(aov.name);
@@ -82,13 +89,53 @@ Json checkpoint_head(const RenderOptions& options, const FramePlan& plan, LoadPr
   if (!options.edits.empty()) {
     inputs["the file of --edits"] = hexadecimal(file_fingerprint(options.edits, progress));
   }
+  Json& files = head["files"] = Json::object();
+  const auto name_file = [&](const char* setting, const std::string& path) {
+    if (!path.empty()) files[setting] = std::filesystem::absolute(path).lexically_normal().string();
+  };
+  name_file("scene", options.scene);
+  name_file("resource-root", options.resource_root);
+  name_file("env", options.environment);
+  name_file("edits", options.edits);
   head["machine"] = {{"host", host_name()},
                      {"instruction sets", instruction_sets()},
                      {"embree", embree_version()}};
   return head;
 }
 
-std::vector<std::string> differences(const Json& now, const Json& then) {
+FrameSettings settings_of(const Json& head, const std::string& place) {
+  FrameSettings settings;
+  for (const char* part : {"settings", "schedule"}) {
+    const Json texts = head.is_object() ? head.value(part, Json::object()) : Json::object();
+    for (const auto& [name, value] : texts.items()) {
+      if (name == "tree" || name == "explain") continue;
+      try {
+        const Setting& setting = find_named(setting_table(), "checkpoint", "setting", name);
+        if (!setting.file && value.is_string()) {
+          setting.read(settings, value.get_ref<const std::string&>());
+        }
+      } catch (const UsageError& error) {
+        throw InputError(place, error.what());
+      }
+    }
+  }
+  return settings;
+}
+
+std::vector<std::string> light_layers_of(const Json& head, const std::string& place) {
+  const Json names = head.is_object() ? head.value("light layers", Json::array()) : Json::array();
+  std::vector<std::string> layers;
+  for (const Json& name : names) {
+    if (!name.is_string() || name.get_ref<const std::string&>().size() > 255 || layers.size() > 65535) {
+      throw InputError(place, "the checkpoint's light layers are not names");
+    }
+    layers.push_back(name.get<std::string>());
+  }
+  return layers;
+}
+
+std::vector<std::string> differences(const Json& now, const Json& then,
+                                     std::initializer_list<std::string_view> but) {
   std::vector<std::string> list;
   const Json bits = then.is_object() ? then.value("bits", Json()) : Json();
   if (bits != Json(kBitsVersion)) {
@@ -98,7 +145,8 @@ std::vector<std::string> differences(const Json& now, const Json& then) {
                                text_of(&version), kEmberlineVersion));
   }
   compare(now, then, "settings", [&](const std::string& name, const Json* here, const Json* there) {
-    list.push_back(fmt::format("--{}: {} (now {})", name, text_of(there), text_of(here)));
+    if (std::ranges::find(but, name) != but.end()) return;
+    list.push_back(fmt::format("--{} is {}, not {}", name, text_of(there), text_of(here)));
   });
   compare(now, then, "inputs", [&](const std::string& name, const Json*, const Json*) {
     list.push_back(name + " have changed");
@@ -109,7 +157,7 @@ std::vector<std::string> differences(const Json& now, const Json& then) {
 std::vector<std::string> machine_differences(const Json& now, const Json& then) {
   std::vector<std::string> list;
   compare(now, then, "machine", [&](const std::string& name, const Json* here, const Json* there) {
-    if (name != "host") list.push_back(fmt::format("{}: {} (now {})", name, text_of(there), text_of(here)));
+    if (name != "host") list.push_back(fmt::format("{} {}, not {}", name, text_of(there), text_of(here)));
   });
   return list;
 }

@@ -2,8 +2,10 @@
 // were, and which machine it is of, to be told.
 #pragma once
 
+#include <initializer_list>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "renderer/core/load_progress.h"
@@ -14,15 +16,22 @@ namespace emberline {
 
 // `plan` has the channels that are rendered. Reads all files of the scene. Throws what loading them
 // throws.
-nlohmann::ordered_json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
+nlohmann::json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
+                                       const std::vector<std::string>& light_layers,
                                        LoadProgress& progress);
+// The settings in a head, those that decide no bits too; without the scene's files. Throws
+// InputError that names `place`: anything may stand there.
+FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
+std::vector<std::string> light_layers_of(const nlohmann::json& head,
+                                         const std::string& place);
 
 // What keeps a frame of `now` from going on with a checkpoint of `then`, a few words each; nothing
-// if its bits are the same. Anything may stand in `then`.
-std::vector<std::string> differences(const nlohmann::ordered_json& now,
-                                     const nlohmann::ordered_json& then);
+// if its bits are the same. Settings in `but` may differ. Anything may stand in `then`.
+std::vector<std::string> differences(const nlohmann::json& now,
+                                     const nlohmann::json& then,
+                                     std::initializer_list<std::string_view> but = {});
 // The same of machine and libraries: bits may differ by rounding between kinds of processor.
-std::vector<std::string> machine_differences(const nlohmann::ordered_json& now,
-                                             const nlohmann::ordered_json& then);
+std::vector<std::string> machine_differences(const nlohmann::json& now,
+                                             const nlohmann::json& then);
 
 }  // namespace emberline

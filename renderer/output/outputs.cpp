@@ -7,6 +7,7 @@
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/output/light_layers.h"
+#include "renderer/output/report.h"
 
 namespace emberline {
 namespace {
@@ -43,6 +44,23 @@ ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop
         {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
   }
   return header;
+}
+
+OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
+  OutputSettings settings{options.width,
+                          options.height,
+                          crop,
+                          options.bucket_size,
+                          AovSet::parse(options.aovs),
+                          settings_attributes(options),
+                          options.display,
+                          options.transparent,
+                          heatmap_requests(options),
+                          options.heatmap_style};
+  for (const HeatmapRequest& heatmap : settings.heatmaps) {
+    if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
+  }
+  return settings;
 }
 
 void register_inputs(const RenderOptions& options, FileRegister& files) {

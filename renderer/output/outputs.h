@@ -36,6 +36,9 @@ struct OutputSettings {
   HeatmapStyle heatmap_style = {};
 };
 
+// With the channels that the heatmaps need.
+OutputSettings output_settings(const RenderOptions& options, const Rect& crop);
+
 // What an EXR's header says of its frame: "emberline:complete" is "true " or "false", and
 // "emberline:samples" their number, with blanks behind it. It is known when the header has long
 // been written, so there is room for it.

@@ -47,6 +47,9 @@ struct RenderOptions : FrameSettings {
   LimitOptions limits;
 };
 
+bool is_part(const FrameSettings& settings);
+// The checkpoint stays when the frame is done.
+bool keeps_checkpoint(const RenderOptions& options);
 // Where the checkpoint is: beside the first output unless it was named. Empty: there is none.
 std::string checkpoint_path(const RenderOptions& options);
 

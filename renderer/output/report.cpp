@@ -207,6 +207,10 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["passes"] = passes_json(r.passes);
   json["snapshots"] = snapshots_json(r.snapshots);
   json["checkpoint"] = checkpoint_json(r);
+  for (const PartReport& part : r.parts) {
+    json["parts"].push_back(
+        {{"file", part.file}, {"host", part.host}, {"instruction_sets", part.instruction_sets}});
+  }
   json["settings"] = reported_settings(options, r);
   for (const auto& [name, version] : library_versions()) json["versions"][name] = version;
   json["output"] = options.outputs;

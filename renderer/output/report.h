@@ -36,6 +36,11 @@ struct PassReport {
   std::optional<double> error_estimate;  // of the picture at the end of this pass
 };
 
+// Of a merged frame.
+struct PartReport {
+  std::string file, host, instruction_sets;
+};
+
 struct RenderReport {
   RenderTimes times;
   FrameCounters counters;
@@ -56,6 +61,7 @@ struct RenderReport {
   std::vector<SnapshotReport> snapshots;
   uint64_t earlier_samples = 0;  // of the total, that the checkpoint had
   CheckpointReport checkpoint;
+  std::vector<PartReport> parts;
   PixelStop stop_cause = PixelStop::kNone;
   std::vector<std::string> failed_outputs;  // files that could not be written; reports aside
   int exit_code = 0;

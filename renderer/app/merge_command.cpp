@@ -1,0 +1,90 @@
+#include "renderer/app/merge_command.h"
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include "io/file_register.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/core/readable.h"
+#include "renderer/output/frame_merge.h"
+#include "renderer/output/outputs.h"
+#include "renderer/output/report.h"
+#include "renderer/process/render_clock.h"
+#include "renderer/process/worker_threads.h"
+
+namespace emberline {
+namespace {
+
+std::string text_in(const nlohmann::json& head, const char* part, const char* name) {
+  const auto object = head.find(part);
+  if (object == head.end() || !object->is_object()) return "";
+  const auto text = object->find(name);
+  return text != object->end() && text->is_string() ? text->get<std::string>() : "";
+}
+
+// The frame's settings, and this run's files.
+RenderOptions options_of(const MergeOptions& merge, const FrameMerge& frame) {
+  RenderOptions options = merge.frame;
+  static_cast<FrameSettings&>(options) = frame.settings();
+  for (const HeatmapRequest& heatmap : heatmap_requests(options)) {
+    const std::optional<Aov> aov = heatmap.quantity->aov;
+    if (!aov || frame.first().plan().aovs.contains(*aov)) continue;
+    throw UsageError("--heatmap-of {}: the parts do not have it; render them with --aov {}",
+                     heatmap.quantity->name, name_of(aov_table(), *aov));
+  }
+  return options;
+}
+
+}  // namespace
+
+int run_merge(const MergeOptions& merge) {
+  if (merge.frame.outputs.empty()) throw UsageError("merge needs an output: -o FILE.exr (or .png, .jpg)");
+  const Stopwatch clock;
+  const WorkerThreads workers(merge.frame.threads);
+  const LoadLimits limits = limits_of(merge.frame.limits, merge.parts.front());
+  FrameMerge frame(merge.parts, merge.allow_holes, merge.strict, *limits.memory);
+  RenderOptions options = options_of(merge, frame);
+  const Rect& crop = frame.first().plan().crop;
+  FileRegister files;
+  for (const std::string& part : merge.parts) files.read(part, "it is a part");
+  check_output_paths(options, crop, files);
+  for (const std::string& path : options.reports) check_writable(path);
+  options.scene = text_in(frame.first().head(), "files", "scene");
+
+  const StopRequest stop;
+  const OutputSettings settings = output_settings(options, crop);
+  FrameOutputs outputs(options.outputs, settings, stop);
+  if (options.light_groups) outputs.add_light_layers(frame.first().light_layers());
+  tbb::task_arena arena(workers.count());
+  arena.execute([&] { frame.deliver(outputs); });
+
+  RenderReport report;
+  report.counters = frame.counters();
+  report.crop = crop;
+  report.threads = workers.count();
+  report.budget = limits.memory;
+  report.error_estimate = frame.error_estimate();
+  if (!frame.first().plan().even) report.estimator = options.estimator;
+  report.passes.push_back({0, report.counters.samples, report.error_estimate});
+  for (const auto& part : frame.frames()) {
+    report.parts.push_back({part->path(), text_in(part->head(), "machine", "host"),
+                            text_in(part->head(), "machine", "instruction sets")});
+  }
+  WriteAttempts attempts;
+  outputs.finish({frame.missing_tiles() == 0, report.counters.samples}, attempts);
+  warn_of_non_finite(report.counters, options.seed);
+  report.failed_outputs = attempts.failed();
+  report.exit_code = attempts.failed().empty() ? kExitDone : kExitRenderFailed;
+  report.warnings = warnings_so_far();
+  report.times.wall_s = report.times.write_s = clock.seconds();
+  for (const std::string& path : options.reports) {
+    attempts.attempt(path, [&] { write_file_atomically(path, report_json(options, report)); });
+  }
+  log_info(fmt::format("merged {} parts, {} samples, in {}", merge.parts.size(),
+                       report.counters.samples, readable_seconds(clock.seconds())));
+  for (const std::string& path : attempts.written()) log_info("wrote " + path);
+  return attempts.failed().empty() ? kExitDone : kExitRenderFailed;
+}
+
+}  // namespace emberline

@@ -1,0 +1,281 @@
+#include "renderer/output/frame_merge.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <numeric>
+#include <tuple>
+
+#include "io/json_input.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/core/parallel.h"
+#include "renderer/output/checkpoint.h"
+#include "renderer/output/checkpoint_head.h"
+
+namespace emberline {
+namespace {
+
+// What is wrong with the settings there is not about this run's options.
+template <typename Make>
+auto of_settings(const std::string& path, const Make& make) {
+  try {
+    return make();
+  } catch (const UsageError& error) {
+    throw InputError(path, "its settings cannot be: {}", error.what());
+  }
+}
+
+FilmExtras extras_of(const FramePlan& plan, bool light_groups, size_t layers) {
+  FilmExtras extras = plan.driver->film_extras(plan.driver_settings);
+  if (light_groups) extras.light_groups = int(layers);
+  return extras;
+}
+
+}  // namespace
+
+StoredFrame::StoredFrame(const std::string& path)
+    : file_(path),
+      head_(parse_json(file_.head(), path)),
+      settings_(settings_of(head_, path)),
+      plan_(of_settings(path, [&] { return FramePlan(settings_); })),
+      light_layers_(light_layers_of(head_, path)),
+      extras_(extras_of(plan_, settings_.light_groups, light_layers_.size())),
+      by_tiles_(plan_.driver->tiles) {
+  if (!by_tiles_) return;
+  const auto schedule = of_settings(path, [&] {
+    return bucket_schedule(plan_.crop, settings_.bucket_size, settings_.bucket_order, 0);
+  });
+  tiles_.resize(schedule.size());
+  for (const RecordEntry& record : file_.records()) {
+    if (record.kind == kTileRecord && record.number < tiles_.size()) tiles_[record.number] = &record;
+  }
+}
+
+void StoredFrame::load_film(MemoryBudget& budget) {
+  if (by_tiles_) return;
+  const uint64_t of_pixel = film_bytes_per_pixel(plan_.aovs, extras_) +
+                            plan_.driver->bytes_per_pixel(plan_.driver_settings);
+  // The film, and the state that it is read from.
+  const uint64_t most = bytes_of(uint64_t(plan_.crop.area()), 2 * of_pixel);
+  budget.reserve(MemoryPart::kFilm, most, path());
+  const auto state = film_state(file_, most + (1 << 20));
+  if (!state) return;
+  film_.emplace(plan_.aovs, extras_);
+  reset_film(plan_.crop, &*film_);
+  Archive loading{std::span<const std::byte>(*state)};
+  bool finished = false;
+  try {
+    TileResult result;
+    result.archive(loading);
+    loading.number(finished, false, true);
+    film_->archive(loading);
+    whole_ = result;
+  } catch (const InputError& error) {
+    throw InputError(path(), error.what());
+  }
+  if (!finished) film_.reset();
+}
+
+bool StoredFrame::has(size_t tile) const {
+  return by_tiles_ ? tiles_[tile] != nullptr : film_.has_value();
+}
+
+TileResult StoredFrame::load(size_t tile, FilmTile& film) const {
+  if (!by_tiles_) {
+    const Rect& rect = film.rect();
+    for (int y = rect.y0; y < rect.y1; ++y) {
+      for (int x = rect.x0; x < rect.x1; ++x) film.copy_pixel(*film_, x, y);
+    }
+    return {};
+  }
+  const std::vector<std::byte> state = file_.read(*tiles_[tile], FrameRender::most_of_state(film.bytes()));
+  Archive loading{std::span<const std::byte>(state)};
+  TileResult result;
+  try {
+    result.archive(loading);
+    film.archive(loading);
+  } catch (const InputError& error) {
+    throw InputError(path(), error.what());
+  }
+  return result;
+}
+
+FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, bool strict,
+                       MemoryBudget& budget) {
+  for (const std::string& path : paths) frames_.push_back(std::make_unique<StoredFrame>(path));
+  check_frames(strict);
+  const FrameSettings& settings = first().settings();
+  tiles_ = bucket_schedule(first().plan().crop, settings.bucket_size, settings.bucket_order,
+                           settings.seed);
+  for (const auto& frame : frames_) frame->load_film(budget);
+  make_groups();
+  check_groups(allow_holes);
+}
+
+void FrameMerge::check_frames(bool strict) const {
+  for (const auto& frame : frames_) {
+    const auto different = differences(first().head(), frame->head(), {"part", "sample-range", "seed"});
+    if (!different.empty()) {
+      throw InputError(frame->path(), "it is not of the frame that {} is of: {}", first().path(),
+                       fmt::join(different, "; "));
+    }
+    const auto machines = machine_differences(first().head(), frame->head());
+    if (machines.empty()) continue;
+    const std::string what = fmt::format("{}: made with {}; bits may differ by rounding",
+                                         frame->path(), fmt::join(machines, "; "));
+    if (strict) throw InputError(frame->path(), "--strict: made with {}", fmt::join(machines, "; "));
+    log_warning(what);
+  }
+}
+
+// Tiles of the same samples belong together.
+void FrameMerge::make_groups() {
+  const auto key = [](const auto& g) { return std::tie(g.seed, g.first_sample, g.end_sample); };
+  for (const auto& frame : frames_) {
+    Group like;
+    like.seed = frame->plan().seed;
+    like.first_sample = frame->plan().first_sample;
+    like.end_sample = like.first_sample + frame->plan().samples_per_pixel;
+    auto group = std::ranges::find_if(groups_, [&](const Group& g) { return key(g) == key(like); });
+    if (group == groups_.end()) {
+      groups_.push_back(like);
+      group = groups_.end() - 1;
+      group->of_tile.resize(tiles_.size());
+      group->errors.resize(tiles_.size());
+      group->samples.resize(tiles_.size());
+    }
+    for (size_t tile = 0; tile < tiles_.size(); ++tile) {
+      if (!frame->has(tile)) continue;
+      const StoredFrame*& place = group->of_tile[tile];
+      if (place) {
+        throw InputError(frame->path(), "it has samples that {} has, too; leave one of them out",
+                         place->path());
+      }
+      place = frame.get();
+    }
+  }
+  std::ranges::sort(groups_, {}, key);
+}
+
+void FrameMerge::check_groups(bool allow_holes) {
+  std::vector<std::string> lacking;
+  for (size_t g = 0; g < groups_.size(); ++g) {
+    const Group& group = groups_[g];
+    const bool goes_on = g > 0 && groups_[g - 1].seed == group.seed;
+    const uint32_t expected = goes_on ? groups_[g - 1].end_sample : 0;
+    if (goes_on && group.first_sample < expected) {
+      throw InputError(first().path(), "samples {} to {} are in two of the parts; leave one out",
+                       group.first_sample, std::min(group.end_sample, expected) - 1);
+    }
+    if (group.first_sample > expected) {
+      lacking.push_back(fmt::format("samples {} to {}", expected, group.first_sample - 1));
+    }
+    size_t missing = 0;
+    const Rect* hole = nullptr;
+    for (const Rect& tile : tiles_) {
+      if (group.of_tile[number_of(tile)]) continue;
+      if (missing++ == 0) hole = &tile;
+    }
+    missing_ = std::max(missing_, missing);
+    if (hole) {
+      lacking.push_back(fmt::format("{} of {} buckets, the first of them at {},{}", missing,
+                                    tiles_.size(), hole->x0, hole->y0));
+    }
+  }
+  if (lacking.empty()) return;
+  const std::string what = fmt::format("{}", fmt::join(lacking, "; "));
+  if (!allow_holes) {
+    throw InputError(first().path(),
+                     "the parts lack {}; render what is missing, or give --allow-holes", what);
+  }
+  log_warning(fmt::format("the parts lack {}: pixels without samples are black", what));
+}
+
+FrameSettings FrameMerge::settings() const {
+  FrameSettings settings = first().settings();
+  settings.part.reset();
+  if (settings.sample_range) {
+    settings.sample_range.reset();
+    settings.spp = groups_.back().end_sample;
+  }
+  return settings;
+}
+
+// Of a pixel, samples are added by seed, and of a seed in their order.
+void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
+                            FrameCounters& counters) {
+  const size_t number = number_of(tile);
+  film.reset(tile);
+  bool begun = false;
+  for (Group& group : groups_) {
+    const StoredFrame* frame = group.of_tile[number];
+    if (!frame) continue;
+    FilmTile& to = begun ? more : film;
+    to.reset(tile);
+    const TileResult result = frame->load(number, to);
+    if (begun) film.add_film(more);
+    begun = true;
+    group.errors[number] = result.error;
+    group.samples[number] = result.counters.samples;
+    counters.merge(result.counters);
+  }
+  for (size_t i = 0; i < size_t(tile.area()); ++i) {
+    counters.max_samples = std::max(counters.max_samples, uint32_t(film.sums(i).samples()));
+  }
+}
+
+void FrameMerge::deliver(FrameObserver& observer) {
+  std::atomic<size_t> next{0};
+  std::atomic<uint32_t> least{UINT32_MAX};
+  std::mutex mutex;
+  const auto threads = size_t(std::max(1, tbb::this_task_arena::max_concurrency()));
+  parallel_tasks(std::min(tiles_.size(), threads), [&](size_t) {
+    FilmTile film(first().plan().aovs, first().film_extras());
+    FilmTile more(first().plan().aovs, first().film_extras());
+    FrameCounters counters;
+    for (size_t i = next++; i < tiles_.size(); i = next++) {
+      merge_tile(tiles_[i], film, more, counters);
+      uint32_t before = least;
+      while (before > film.least_samples() &&
+             !least.compare_exchange_weak(before, film.least_samples())) {
+      }
+      observer.tile_finished(film);
+    }
+    const std::lock_guard lock(mutex);
+    counters_.merge(counters);
+  });
+  for (const auto& frame : frames_) {
+    if (frame->whole()) counters_.merge(frame->whole()->counters);
+  }
+  counters_.min_samples = tiles_.empty() ? 0 : least.load();
+  combine_errors();
+}
+
+// Independent estimates, averaged with the weights of their samples.
+void FrameMerge::combine_errors() {
+  double sum = 0, samples = 0;
+  std::optional<double> error;
+  for (const Group& group : groups_) {
+    std::vector<std::optional<double>> in_order;
+    for (const Rect& tile : tiles_) in_order.push_back(group.errors[number_of(tile)]);
+    error = error_of_tiles(tiles_, in_order);
+    auto of_group = std::accumulate(group.samples.begin(), group.samples.end(), uint64_t(0));
+    const StoredFrame* frame = group.of_tile.empty() ? nullptr : group.of_tile.front();
+    if (frame && frame->whole()) {
+      error = frame->whole()->error;
+      of_group = frame->whole()->counters.samples;
+    }
+    if (!error) return;
+    sum += square(double(of_group) * *error);
+    samples += double(of_group);
+  }
+  if (samples > 0) error_ = groups_.size() == 1 ? *error : std::sqrt(sum) / samples;
+}
+
+}  // namespace emberline

@@ -1,0 +1,101 @@
+// Parts of one frame as one: tiles from here and there, sample ranges, frames of several seeds.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/record_file.h"
+#include "renderer/core/memory_budget.h"
+#include "renderer/drivers/frame_plan.h"
+#include "renderer/frame/frame_render.h"
+
+namespace emberline {
+
+// A part of a frame as `render` has left it: a checkpoint that was kept.
+class StoredFrame {
+ public:
+  // Throws InputError: no checkpoint, damaged, or with settings that cannot be.
+  explicit StoredFrame(const std::string& path);
+
+  const std::string& path() const { return file_.path(); }
+  const nlohmann::json& head() const { return head_; }
+  const FrameSettings& settings() const { return settings_; }
+  const FramePlan& plan() const { return plan_; }
+  const FilmExtras& film_extras() const { return extras_; }
+  const std::vector<std::string>& light_layers() const { return light_layers_; }
+
+  // All of it at once, if its driver has one film.
+  void load_film(MemoryBudget& budget);
+  // By bucket_number().
+  bool has(size_t tile) const;
+  // Fills the film, which is reset to the tile; by tiles also the result. Any thread. Throws
+  // InputError.
+  TileResult load(size_t tile, FilmTile& film) const;
+  // Of a frame of one film.
+  const std::optional<TileResult>& whole() const { return whole_; }
+
+ private:
+  RecordFile file_;
+  nlohmann::json head_;
+  FrameSettings settings_;
+  FramePlan plan_;
+  std::vector<std::string> light_layers_;
+  FilmExtras extras_;
+  bool by_tiles_;
+  std::vector<const RecordEntry*> tiles_;  // by number; null: it has none
+  std::optional<FilmTile> film_;
+  std::optional<TileResult> whole_;
+};
+
+class FrameMerge {
+ public:
+  // Checks that the parts are of one frame and no two of them have the same samples, and that they
+  // have all; with `allow_holes` some may be missing. With `strict` all are of one kind of machine.
+  // Throws InputError: which part, and what it is about.
+  FrameMerge(const std::vector<std::string>& paths, bool allow_holes, bool strict,
+             MemoryBudget& budget);
+
+  // The frame as if it had been rendered at once.
+  const StoredFrame& first() const { return *frames_.front(); }
+  const std::vector<std::unique_ptr<StoredFrame>>& frames() const { return frames_; }
+  FrameSettings settings() const;
+  size_t missing_tiles() const { return missing_; }
+
+  // Hands every tile to the observer, on the calling thread's TBB arena, of which each holds as
+  // many films as it has threads. Throws InputError, and what the observer throws.
+  void deliver(FrameObserver& observer);
+  // After deliver().
+  const FrameCounters& counters() const { return counters_; }
+  std::optional<double> error_estimate() const { return error_; }
+
+ private:
+  // Frames that add up to all tiles with the same samples of each pixel.
+  struct Group {
+    uint32_t seed = 0, first_sample = 0, end_sample = 0;
+    std::vector<const StoredFrame*> of_tile;  // by number; null where none has it
+    std::vector<std::optional<double>> errors;
+    std::vector<uint64_t> samples;
+  };
+
+  void check_frames(bool strict) const;
+  void make_groups();
+  void check_groups(bool allow_holes);
+  void merge_tile(const Rect& tile, FilmTile& film, FilmTile& more, FrameCounters& counters);
+  void combine_errors();
+  size_t number_of(const Rect& tile) const {
+    return bucket_number(first().plan().crop, tile, first().settings().bucket_size);
+  }
+
+  std::vector<std::unique_ptr<StoredFrame>> frames_;
+  std::vector<Rect> tiles_;  // in the order of the bucket driver
+  std::vector<Group> groups_;
+  size_t missing_ = 0;
+  FrameCounters counters_;
+  std::optional<double> error_;
+};
+
+}  // namespace emberline
