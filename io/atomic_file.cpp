@@ -270,7 +270,7 @@ void AtomicFile::write_at(const void* bytes, size_t count, uint64_t offset) {
   if (const int error = try_write_at(bytes, count, offset)) fail(path_, "writing failed", error);
 }
 
-int AtomicFile::commit_locked() {
+int AtomicFile::commit_locked(bool fresh) {
   // EINVAL: a file system that cannot flush says so; that is not a loss of data.
   int error = ::fsync(descriptor_) != 0 && errno != EINVAL ? errno : 0;
   // Some network file systems report a full disk only when a descriptor is closed. The other one
@@ -278,7 +278,14 @@ int AtomicFile::commit_locked() {
   const int locked = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
   if (::close(descriptor_) != 0 && error == 0) error = errno;
   descriptor_ = locked;
-  if (error == 0 && ::rename(temporary_.c_str(), target_.c_str()) != 0) error = errno;
+  bool linked = false;
+  if (error == 0 && fresh) {
+    linked = ::link(temporary_.c_str(), target_.c_str()) == 0;
+    // Where there are no hard links, as on some network file systems, it is renamed.
+    if (!linked && errno == EEXIST) error = errno;
+    if (linked) ::unlink(temporary_.c_str());
+  }
+  if (error == 0 && !linked && ::rename(temporary_.c_str(), target_.c_str()) != 0) error = errno;
   if (error != 0) {
     discard();
     fail(path_, "finishing the file failed", error);
@@ -339,7 +346,7 @@ bool FolderLock::take(const std::string& folder) {
 HeldFile::HeldFile(const std::string& path, std::string_view bytes) : path_(path) {
   AtomicFile file(path);
   file.write_at(bytes.data(), bytes.size(), 0);
-  descriptor_ = file.commit_locked();
+  descriptor_ = file.commit_locked(true);
   size_ = bytes.size();
 }
 
@@ -385,11 +392,20 @@ void HeldFile::replace(AtomicFile& file) {
   const int descriptor = file.commit_locked();
   ::close(descriptor_);
   descriptor_ = descriptor;
+  struct stat status = {};
+  if (::fstat(descriptor_, &status) == 0) size_ = uint64_t(status.st_size);
 }
 
 void HeldFile::remove() noexcept {
   const std::string target = resolve_links(path_);
   if (is_name_of(target, descriptor_)) ::unlink(target.c_str());
+}
+
+void HeldFile::rename_to(const std::string& path) {
+  if (::rename(resolve_links(path_).c_str(), resolve_links(path).c_str()) != 0) {
+    fail(path, "finishing the file failed", errno);
+  }
+  path_ = path;
 }
 
 GrowingFile::GrowingFile(const std::string& path) : path_(path) {

@@ -36,8 +36,9 @@ class AtomicFile {
 
   // Flushes the file, renames it and flushes the folder. Throws; the temporary file is then gone.
   void commit();
-  // The same; the lock goes on until the descriptor that is returned is closed.
-  int commit_locked();
+  // The same; the lock goes on until the descriptor that is returned is closed. A `fresh` file takes
+  // no other's place: throws where there is one.
+  int commit_locked(bool fresh = false);
 
   const std::string& path() const { return path_; }  // as the caller gave it
 
@@ -85,7 +86,7 @@ class FolderLock {
 // one line that names the file. One thread at a time.
 class HeldFile {
  public:
-  // Made whole with these bytes; one that was there is gone.
+  // That is not there yet: made whole, with these bytes.
   HeldFile(const std::string& path, std::string_view bytes);
   // One that is there. What killed runs have left beside it is removed.
   explicit HeldFile(const std::string& path);
@@ -102,6 +103,8 @@ class HeldFile {
   void replace(AtomicFile& file);
   // Its name goes, if it is still this file's.
   void remove() noexcept;
+  // Takes the place of another file in its folder.
+  void rename_to(const std::string& path);
 
   const std::string& path() const { return path_; }
   uint64_t size() const { return size_; }

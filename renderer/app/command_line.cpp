@@ -84,6 +84,7 @@ struct AllOptions {
   CompareOptions compare;
   StudyOptions study;
   MergeOptions merge;
+  ExtendOptions extend;
 };
 
 struct Command {
@@ -109,6 +110,9 @@ const Command kCommands[] = {
     {"compare", "measure an image against a reference",
      [](CLI::App* app, AllOptions& o) { add_compare_options(app, o.compare); },
      [](const AllOptions& o) { return run_compare(o.compare); }},
+    {"extend", "a finished frame to more samples or a lower threshold",
+     [](CLI::App* app, AllOptions& o) { add_extend_options(app, o.extend); },
+     [](const AllOptions& o) { return run_extend(o.extend); }},
     {"merge", "the parts of a frame as one picture",
      [](CLI::App* app, AllOptions& o) { add_merge_options(app, o.merge); },
      [](const AllOptions& o) { return run_merge(o.merge); }},
@@ -151,7 +155,7 @@ int run_command_line(int argc, char** argv) {
   for (const CLI::App* app : root.get_subcommands()) refuse_empty_values(*app);
   set_log_level(quiet ? LogLevel::kQuiet : verbose ? LogLevel::kVerbose : LogLevel::kNormal);
   options.render.command_line = options.view.render.command_line =
-      options.study.frame.command_line = options.merge.frame.command_line = shell_command(argc, argv);
+      options.study.frame.command_line = options.merge.frame.command_line = options.extend.more.command_line = shell_command(argc, argv);
 
   if (version) {
     print_versions();

@@ -420,6 +420,36 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
   add_limits(app, o.limits);
 }
 
+// As of render: by their rows.
+void add_named_settings(CLI::App* app, FrameSettings& settings,
+                        std::initializer_list<std::string_view> names) {
+  for (const Setting& setting : setting_table()) {
+    if (std::ranges::find(names, setting.name) != names.end()) add_setting(app, setting, settings);
+  }
+}
+
+void add_extend_options(CLI::App* app, ExtendOptions& o) {
+  app->add_option("frame", o.frame,
+                  "a picture that was rendered with --resumable, or its checkpoint")
+      ->required();
+  app->add_option("--scene", o.scene, "where its scene is now [where it was]")->type_name("FILE");
+  add_named_settings(app, o.more, {"spp", "noise-threshold", "max-spp", "time-limit"});
+  app->add_option("-o,--output", o.more.outputs,
+                  "picture, as of render; may be given more than once [the frame's own]")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_heatmaps(app, o.more);
+  app->add_option("--report", o.more.reports, "what was done, as of render")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_number(app, "--checkpoint-interval", o.more.checkpoint_interval_s, 0.1, 1e9,
+             "seconds between two checkpoints [300]");
+  app->add_option("--display", o.more.display.display, "OpenColorIO display [the config's default]")
+      ->type_name("NAME");
+  add_grading(app, o.more.display);
+  add_machine_options(app, o.more);
+}
+
 void add_merge_options(CLI::App* app, MergeOptions& o) {
   app->add_option("parts", o.parts, "checkpoints that render --part, --sample-range or --resumable "
                                     "has kept; several seeds of a frame are averaged")

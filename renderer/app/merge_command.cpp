@@ -7,6 +7,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
+#include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_merge.h"
 #include "renderer/output/outputs.h"
 #include "renderer/output/report.h"
@@ -15,13 +16,6 @@
 
 namespace emberline {
 namespace {
-
-std::string text_in(const nlohmann::json& head, const char* part, const char* name) {
-  const auto object = head.find(part);
-  if (object == head.end() || !object->is_object()) return "";
-  const auto text = object->find(name);
-  return text != object->end() && text->is_string() ? text->get<std::string>() : "";
-}
 
 // The frame's settings, and this run's files.
 RenderOptions options_of(const MergeOptions& merge, const FrameMerge& frame) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "io/atomic_file.h"
@@ -81,6 +82,7 @@ FramePlan plan_of(const RenderOptions& options) {
   FramePlan plan(options);
   plan.driver_settings.explained = options.explained;
   plan.driver_settings.keep_tree = !options.trees.empty();
+  plan.driver_settings.extending = !options.extended.empty();
   return plan;
 }
 
@@ -178,7 +180,7 @@ void RenderRun::open_outputs() {
   outputs_.emplace(is_part(options_) ? std::vector<std::string>() : options_.outputs, settings,
                    stop_);
   const std::string checkpoint = checkpoint_path(options_);
-  if (!checkpoint.empty()) check_writable(checkpoint);
+  if (!checkpoint.empty()) AtomicFile file(checkpoint);  // throws what the first write would
 }
 
 void RenderRun::load() {
@@ -242,6 +244,10 @@ class RenderRun::Watcher final : public FrameObserver {
     earlier_samples_ += samples;
     if (progress_) progress_->add_earlier(samples, share(tile));
   }
+  void samples_loaded(uint64_t count) override {
+    earlier_samples_ += count;
+    if (progress_) progress_->add_earlier(count, 0);
+  }
   uint64_t earlier_samples() const { return earlier_samples_; }
   void write(const FilmTile& tile) {
     run_.outputs_->tile_finished(tile);
@@ -302,16 +308,24 @@ void RenderRun::resume() {
   const std::string path = checkpoint_path(options_);
   if (path.empty()) return;
   const auto layers = groups_ ? light_layer_names(groups_->list()) : std::vector<std::string>();
-  checkpoint_.emplace(path, checkpoint_head(options_, plan_, layers, progress_), options_.resume,
+  const nlohmann::json head = checkpoint_head(options_, plan_, layers, progress_);
+  checkpoint_.emplace(path, head, frame_render_.by_tiles(), options_.resume,
                       options_.checkpoint_interval_s);
-  if (frame_render_.by_tiles()) return frame_render_.keep_tiles(&*checkpoint_);
+  if (!options_.extended.empty()) {
+    checkpoint_->extend(options_.extended, head);
+  } else if (options_.resume && !checkpoint_->goes_on()) {
+    log_info(path + " is not there; the frame begins anew");
+  }
   frame_render_.resumable();
-  const auto state = checkpoint_->state(2 * frame_bytes(options_, output_settings_, frame_render_));
-  if (!state) return;
+  if (frame_render_.by_tiles()) return frame_render_.keep_tiles(&*checkpoint_);
+  const uint64_t most = 2 * frame_bytes(options_, output_settings_, frame_render_);
+  const auto state = checkpoint_->state(most);
+  const auto finished = state ? std::nullopt : checkpoint_->finished_state(most);
   try {
-    frame_render_.load(*frame_, *state);
+    if (state) frame_render_.load(*frame_, *state);
+    if (finished) frame_render_.extend(*frame_, *finished);
   } catch (const InputError& error) {
-    throw InputError(path, error.what());
+    throw InputError(state ? path : options_.extended, error.what());
   }
   report_.earlier_samples = frame_render_.counters().samples;
 }
@@ -335,6 +349,7 @@ void RenderRun::render() {
   });
   const bool by_tiles = frame_render_.by_tiles();
   if (checkpoint_ && !by_tiles && !report_.counters.stopped && keeps_checkpoint(options_)) {
+    frame_render_.end(stop_.cause());
     checkpoint_->save(frame_render_);
   }
   report_.times.render_s = clock_->seconds();
@@ -349,9 +364,13 @@ void RenderRun::write() {
   const Stopwatch write;
   outputs_->rendering_ended();
   Watcher watcher(*this, nullptr);
-  arena_->execute([&] { frame_render_.deliver(watcher); });
-  const bool complete = frame_render_.is_complete(report_.counters, stop_.cause());
-  outputs_->finish({complete, report_.counters.samples}, attempts_);
+  // A picture that is whole does not give way to one that is not.
+  const bool written = options_.extended.empty() || !report_.counters.stopped;
+  if (written) {
+    arena_->execute([&] { frame_render_.deliver(watcher); });
+    const bool complete = frame_render_.is_complete(report_.counters, stop_.cause());
+    outputs_->finish({complete, report_.counters.samples}, attempts_);
+  }
   write_refinement(options_, frame_render_, attempts_);
   if (viewer_) viewer_->finish(stop_.cause());
   report_.estimator = plan_.even ? "none" : std::string(plan_.driver_settings.adaptive.estimator);
@@ -377,11 +396,11 @@ std::vector<std::string> RenderRun::failed_outputs() const {
 void RenderRun::end_checkpoint() {
   if (!checkpoint_) return;
   const bool done = !report_.counters.stopped && failed_outputs().empty();
-  report_.checkpoint = checkpoint_->finish(!done || keeps_checkpoint(options_));
+  report_.checkpoint = checkpoint_->finish(done, !done || keeps_checkpoint(options_));
   if (done && is_part(options_)) {
     log_info(report_.checkpoint.file + " has this part of the frame, for `emberline merge`");
   }
-  if (!done) log_info(report_.checkpoint.file + " has what is done; --resume goes on with it");
+  if (!done) log_info(report_.checkpoint.file + " has what is done; " + (options_.extended.empty() ? "--resume goes" : "the same command goes") + " on with it");
 }
 
 int RenderRun::exit_code() const {

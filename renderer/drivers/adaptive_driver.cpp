@@ -113,6 +113,7 @@ AdaptiveDriver::AdaptiveDriver(const Frame& frame, const Rect& crop, const Drive
       have_(order_.size(), 0),
       stage_(shown_ ? Stage::kTree : Stage::kPilotStep) {
   if (settings.adaptive.unbiased) planner_.set_averages(&averages_);
+  if (settings.extending) planner_.skip_pilot();
   if (settings.explained && crop.contains(settings.explained->x, settings.explained->y)) {
     planner_.record(index(settings.explained->x, settings.explained->y));
   }
@@ -141,7 +142,10 @@ std::optional<Round> AdaptiveDriver::next(FilmTile& film, const std::stop_token&
     return bring_to(planner_.targets(), true);
   }
   stage_ = Stage::kRounds;
-  if (settings_.adaptive.unbiased) averages_.add_round(film, planner_.round_weight());
+  if (settings_.adaptive.unbiased && !averaged_) {
+    averages_.add_round(film, planner_.round_weight());
+  }
+  averaged_ = false;
   const bool more = planner_.plan(film, stop);
   if (planner_.interrupted()) return std::nullopt;
   planner_.write_variances(&film);
@@ -298,6 +302,13 @@ void AdaptiveDriver::archive(Archive& archive, const FilmTile& film) {
     archive.check(turn < taken.size() && !taken[turn]);
     taken[turn] = true;
   }
+}
+
+void AdaptiveDriver::extend(Archive& finished, const FilmTile& film) {
+  archive(finished, film);
+  finished.check(stage_ == Stage::kFinished);
+  stage_ = Stage::kRounds;
+  averaged_ = true;
 }
 
 // A tree is what its values make of it, so it is made again. Its wanted pixels are those of the

@@ -62,6 +62,7 @@ class AdaptiveDriver final : public FrameDriver {
   bool shows_other_means() const override { return !averages_.empty(); }
   void end(FilmTile& film, PixelStop cut_short) override;
   void archive(Archive& archive, const FilmTile& film) override;
+  void extend(Archive& finished, const FilmTile& film) override;
   uint64_t bytes() const override;
 
   // What decided the number of the pixel's samples, in lines for people, or what does so far; at a
@@ -116,6 +117,7 @@ class AdaptiveDriver final : public FrameDriver {
   Stage stage_;
   int pass_ = 1;
   bool ends_pass_ = false;  // the round under way does
+  bool averaged_ = false;   // the averages have the last round
   // The round under way: of the tree, these pixels; else the samples that each pixel is to have,
   // the parts' places in order_, and their turns.
   std::span<const Vec2i> wanted_;

@@ -21,6 +21,7 @@ struct DriverSettings {
   Reconstruction reconstruction = Reconstruction::kDuplicate;
   AdaptiveSettings adaptive = {};
   std::optional<Vec2i> explained = {};  // the pixel that AdaptiveDriver::explain is asked about
+  bool extending = false;               // a frame that had fewer samples; its pilot is done
   bool keep_tree = false;               // AdaptiveDriver::tree will be asked for
 };
 

@@ -177,6 +177,7 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   if (!stops_.empty()) stops_[i] = from.stops_[j];
   if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
   if (!light_groups_.empty()) light_groups_.copy(from.light_groups_, j, i);
+  if (!from.shown_.empty() && from.shown_[j].set) show(x, y, from.shown_[j].rgba);
 }
 
 void FilmTile::add_film(const FilmTile& other) {

@@ -180,7 +180,9 @@ class FilmTile {
   const uint32_t* rays() const { return rays_.begin(); }
   const LightGroupSums& light_groups() const { return light_groups_; }
 
-  // Copies what a pixel of another tile with the same channels has gathered.
+  // Forgets what show() was told.
+  void show_means() { shown_.reset(0); }
+  // Copies what a pixel of another tile with the same channels has gathered, and what it shows.
   void copy_pixel(const FilmTile& from, int x, int y);
   // Adds the samples of another film of the same pixels, channels and extras, which have nothing to
   // do with those here; what was shown instead of means, too, weighted by samples.

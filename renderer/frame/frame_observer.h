@@ -48,6 +48,8 @@ class FrameObserver {
   virtual void tile_finished(const FilmTile& tile) = 0;
   // The same for a tile that an earlier run has finished, with so many samples.
   virtual void tile_loaded(const FilmTile& tile, uint64_t /*samples*/) { tile_finished(tile); }
+  // So many samples of a tile are of an earlier run.
+  virtual void samples_loaded(uint64_t /*count*/) {}
   // Some more samples are done (about every millisecond of work).
   virtual void samples_finished(uint64_t /*count*/) {}
   // A progressive driver pauses: from its own thread, while no worker renders. That is often in its

@@ -46,6 +46,17 @@ size_t pause_after(const FrameDriver& driver, const Round& round, size_t begin,
   return end;
 }
 
+// Puts the driver's own picture into the film, where it is another than the film's means.
+void show_picture(const FrameDriver& driver, FilmTile& film) {
+  if (!driver.shows_other_means()) return;
+  const Rect& pixels = film.rect();
+  std::vector<float> shown(4 * size_t(pixels.area()));
+  driver.resolve(film, shown, nullptr);
+  for (size_t i = 0; i < size_t(pixels.area()); ++i) {
+    film.show(pixels.x_of(i), pixels.y_of(i), &shown[4 * i]);
+  }
+}
+
 // Takes out of a list what the film has already: a pixel's samples come in index order.
 void leave_out(const FilmTile& film, std::vector<PixelWork>& list) {
   for (PixelWork& work : list) {
@@ -139,7 +150,7 @@ class FrameRender::Loop {
     return {begin, begun, complete, cut_short_};
   }
 
-  void render_tile(FrameDriver& driver, RenderWorker& worker, FilmTile& film);
+  void render_tile(FrameDriver& driver, RenderWorker& worker, FilmTile& film, bool film_is_ahead);
 
   const Frame& frame;
   FrameObserver& observer;
@@ -186,7 +197,21 @@ void FrameRender::load(const Frame& frame, std::span<const std::byte> state) {
   archive(loading);
   loading.end();
   film_is_ahead_ = true;
-  resumable_ = true;
+}
+
+void FrameRender::extend(const Frame& frame, std::span<const std::byte> finished) {
+  begin(frame);
+  Archive loading(finished);
+  TileResult result;
+  bool is_finished = false;
+  result.archive(loading);
+  loading.number(is_finished, false, true);
+  loading.check(is_finished);
+  film_->archive(loading);
+  film_->show_means();
+  driver_->extend(loading, *film_);
+  counters_ = result.counters;
+  film_is_ahead_ = true;
 }
 
 void FrameRender::render_crop(Loop& loop) {
@@ -207,7 +232,6 @@ void FrameRender::render_crop(Loop& loop) {
     driver_->rendered(parts, *film_);
     if (!parts.complete) break;
     parts_done_ = parts.end;
-    if (parts_done_ == round.parts) film_is_ahead_ = false;
     progress.pass = round.pass;
     progress.samples = counters_.samples;
     progress.rays = counters_.rays.total();
@@ -223,7 +247,8 @@ void FrameRender::render_crop(Loop& loop) {
 
 // All of one tile's rounds, by one worker. Isolated where the driver may share its work: while this
 // thread waits for help, it must not begin another tile.
-void FrameRender::Loop::render_tile(FrameDriver& driver, RenderWorker& worker, FilmTile& film) {
+void FrameRender::Loop::render_tile(FrameDriver& driver, RenderWorker& worker, FilmTile& film,
+                                    bool film_is_ahead) {
   std::vector<PixelWork> list;
   std::optional<Round> round;
   const auto decide = [&] {
@@ -236,6 +261,7 @@ void FrameRender::Loop::render_tile(FrameDriver& driver, RenderWorker& worker, F
     for (; part < round->parts && complete; ++part) {
       list.clear();
       driver.expand(part, list);
+      if (film_is_ahead) leave_out(film, list);
       complete = worker.render(list, film, observer, stop);
     }
     const size_t last = part - 1;
@@ -243,13 +269,7 @@ void FrameRender::Loop::render_tile(FrameDriver& driver, RenderWorker& worker, F
   }
   tbb::this_task_arena::isolate([&] {
     driver.end(film, observer.stop_cause());
-    if (!driver.shows_other_means()) return;
-    const Rect& tile = film.rect();
-    std::vector<float> shown(4 * size_t(tile.area()));
-    driver.resolve(film, shown, nullptr);
-    for (size_t i = 0; i < size_t(tile.area()); ++i) {
-      film.show(tile.x_of(i), tile.y_of(i), &shown[4 * i]);
-    }
+    show_picture(driver, film);
   });
 }
 
@@ -270,10 +290,12 @@ void FrameRender::render_tiles(Loop& loop) {
       TileResult result;
       if (!load_tile(loop, tiles[i], film, result)) {
         loop.observer.tile_begun(tiles[i]);
-        film.reset(tiles[i]);
-        const std::unique_ptr<FrameDriver> driver = drivers_.create(frame, tiles[i]);
-        loop.render_tile(*driver, worker, film);
-        result = {driver->error_estimate(), driver->least_samples(film), worker.take_counters()};
+        const std::unique_ptr<FrameDriver> driver = begin_tile(loop, tiles[i], film, result);
+        const bool extended = result.counters.samples > 0;
+        loop.render_tile(*driver, worker, film, extended);
+        result.counters.merge(worker.take_counters());
+        result.error = driver->error_estimate();
+        result.least_samples = driver->least_samples(film);
         if (!driver->finished()) all_finished = false;
         if (driver->finished() && store_) save_tile(frame.crop, *driver, film, result);
         loop.observer.tile_finished(film);
@@ -310,6 +332,24 @@ void FrameRender::save_tile(const Rect& crop, FrameDriver& driver, FilmTile& fil
   store_->save(bucket_number(crop, film.rect(), drivers_.tile_size), state);
 }
 
+// With what a frame of fewer samples has of it.
+std::unique_ptr<FrameDriver> FrameRender::begin_tile(Loop& loop, const Rect& tile, FilmTile& film,
+                                                     TileResult& result) {
+  film.reset(tile);
+  std::unique_ptr<FrameDriver> driver = drivers_.create(loop.frame, tile);
+  if (!store_) return driver;
+  const auto finished = store_->load_finished(
+      bucket_number(loop.frame.crop, tile, drivers_.tile_size), most_of_state(film.bytes()));
+  if (!finished) return driver;
+  Archive loading{std::span<const std::byte>(*finished)};
+  result.archive(loading);
+  film.archive(loading);
+  film.show_means();
+  driver->extend(loading, film);
+  loop.observer.samples_loaded(result.counters.samples);
+  return driver;
+}
+
 // False: it is to be rendered. A stored tile that cannot be used is as good as none.
 bool FrameRender::load_tile(Loop& loop, const Rect& tile, FilmTile& film, TileResult& result) {
   if (!store_) return false;
@@ -342,7 +382,9 @@ std::optional<double> FrameRender::error_estimate() const {
 }
 
 void FrameRender::end(PixelStop cut_short) {
-  if (driver_) driver_->end(*film_, cut_short);
+  if (!driver_) return;
+  driver_->end(*film_, cut_short);
+  show_picture(*driver_, *film_);
 }
 
 // Tiles of the bucket driver's size, aligned as they are. Pixels without samples are shown as the
@@ -354,15 +396,14 @@ void FrameRender::deliver(FrameObserver& observer) {
   const std::vector<Rect> tiles =
       bucket_schedule(crop, drivers_.tile_size, BucketOrder::kScanline, 0);
   // Before the workers begin: one that waits for help with it must not begin a tile that needs it.
-  const bool all_shown = driver_->shows_other_means();
   std::vector<float> shown;
-  if (all_shown || film_->least_samples() == 0) {
+  if (film_->least_samples() == 0) {
     shown.resize(4 * size_t(crop.area()));
     resolve(shown);
   }
   const auto groups = size_t(std::max(0, film_->extras().light_groups));
   std::vector<Rgb> lights;
-  if (!all_shown && !shown.empty() && groups > 0) lights = shown_lights(*this, groups);
+  if (!shown.empty() && groups > 0) lights = shown_lights(*this, groups);
   std::atomic<size_t> next{0};
   const auto work = [&](size_t /*worker*/) {
     FilmTile tile(film_->aovs(), film_->extras());  // one each: its memory serves again and again
@@ -372,7 +413,7 @@ void FrameRender::deliver(FrameObserver& observer) {
       for (int y = rect.y0; y < rect.y1; ++y) {
         for (int x = rect.x0; x < rect.x1; ++x) {
           tile.copy_pixel(*film_, x, y);
-          if (!all_shown && film_->sample_count(x, y) > 0) continue;
+          if (film_->sample_count(x, y) > 0) continue;
           const size_t pixel = crop.index_of(x, y);
           tile.show(x, y, &shown[4 * pixel]);
           if (lights.empty()) continue;

@@ -54,6 +54,10 @@ class TileStore {
   virtual std::optional<std::vector<std::byte>> load(size_t tile, uint64_t most) = 0;
   // A TileResult, the film, the driver's state.
   virtual void save(size_t tile, std::span<const std::byte> state) = 0;
+  // The same of an equal frame of fewer samples, which is finished and goes on in this one.
+  virtual std::optional<std::vector<std::byte>> load_finished(size_t /*tile*/, uint64_t /*most*/) {
+    return std::nullopt;
+  }
 };
 
 // One frame with one driver. A driver of tiles hands them to the observer as they are finished, and
@@ -67,11 +71,14 @@ class FrameRender final : public FramePicture {
   // Of one film: goes on from what save() has saved of an equal frame, to the same bits. Throws
   // InputError for what it cannot have saved.
   void load(const Frame& frame, std::span<const std::byte> state);
-  // At any call of picture_changed() and cut_short(), and after render(): a TileResult of the whole,
-  // whether it is finished, the film, the driver's state, and how far it is. Without load() before it or resumable(), a stop request may come amid a decision,
-  // after which there is nothing to save.
-  void save(std::vector<std::byte>& state);
+  // The same of an equal frame of fewer samples, or a higher threshold, which is finished.
+  void extend(const Frame& frame, std::span<const std::byte> finished);
+  // Before save(): decisions are then made to their end when a stop is requested, since amid one
+  // there is nothing to save.
   void resumable() { resumable_ = true; }
+  // At any call of picture_changed() and cut_short(), and after render(): a TileResult of the whole,
+  // whether it is finished, the film, the driver's state, and how far it is.
+  void save(std::vector<std::byte>& state);
 
   // Renders on the calling thread's TBB arena; once. Returns soon after a stop is requested. Throws
   // RenderError where the film does not fit into memory, and what the observer throws.
@@ -118,6 +125,8 @@ class FrameRender final : public FramePicture {
   void render_crop(Loop& loop);
   void save_tile(const Rect& crop, FrameDriver& driver, FilmTile& film, TileResult& result);
   bool load_tile(Loop& loop, const Rect& tile, FilmTile& film, TileResult& result);
+  std::unique_ptr<FrameDriver> begin_tile(Loop& loop, const Rect& tile, FilmTile& film,
+                                          TileResult& result);
   void begin(const Frame& frame);
   std::vector<Rect> tiles_of(const Frame& frame) const;
   void archive(Archive& archive);
@@ -129,8 +138,8 @@ class FrameRender final : public FramePicture {
   std::optional<double> tiles_error_;
   TileStore* store_ = nullptr;
   bool resumable_ = false;
-  // Of a frame of one film: the parts of the round under way that are done, and whether some pixels
-  // of the others have samples already.
+  // Of a frame of one film: the parts of the round under way that are done, and whether pixels of
+  // later ones may have samples already.
   size_t parts_done_ = 0;
   bool film_is_ahead_ = false;
 };

@@ -1,6 +1,7 @@
 #include "renderer/output/checkpoint.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
 
@@ -18,16 +19,27 @@ using Json = nlohmann::json;
 constexpr uint64_t kBlockBytes = uint64_t(4) << 20;
 
 // Throws InputError with all that differs.
-void check_frame(const RecordFile& file, const Json& now) {
+void check_frame(const RecordFile& file, const Json& now,
+                 std::initializer_list<std::string_view> but = {}) {
   const Json then = parse_json(file.head(), file.path());
-  if (const std::vector<std::string> list = differences(now, then); !list.empty()) {
-    throw InputError(file.path(), "this checkpoint is of another frame: {}; give what it was made "
-                     "with, or remove it", fmt::join(list, "; "));
+  if (const std::vector<std::string> list = differences(now, then, but); !list.empty()) {
+    throw InputError(file.path(),
+                     "this checkpoint is of another frame: {}; give what it was made with, or "
+                     "remove it",
+                     fmt::join(list, "; "));
   }
   for (const std::string& difference : machine_differences(now, then)) {
     log_warning(fmt::format("{}: was made with {}; bits may differ by rounding", file.path(),
                             difference));
   }
+}
+
+std::unordered_map<uint64_t, RecordEntry> tiles_of(const RecordFile& file) {
+  std::unordered_map<uint64_t, RecordEntry> tiles;
+  for (const RecordEntry& record : file.records()) {
+    if (record.kind == kTileRecord) tiles.insert_or_assign(record.number, record);
+  }
+  return tiles;
 }
 
 }  // namespace
@@ -76,36 +88,38 @@ std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_
   return state;
 }
 
-Checkpoint::Checkpoint(const std::string& path, const Json& head, bool resume, double interval_s)
+Checkpoint::Checkpoint(const std::string& path, const Json& head, bool by_tiles, bool resume,
+                       double interval_s)
     : path_(path),
       head_(record_file_head(head.dump(2, ' ', false, Json::error_handler_t::replace))),
       interval_s_(interval_s),
       next_s_(interval_s) {
   report_.file = path;
   const bool there = InputFile::open_if_there(path).has_value();
-  if (there) file_ = std::make_unique<HeldFile>(path);  // throws where another run has it
+  if (there) {
+    file_ = std::make_unique<HeldFile>(path);
+  } else {
+    file_ = std::make_unique<HeldFile>(path, head_);
+  }
   if (there && resume) {
     earlier_ = std::make_unique<RecordFile>(path);
     check_frame(*earlier_, head);
-    for (const RecordEntry& record : earlier_->records()) {
-      if (record.kind == kTileRecord) tiles_.insert_or_assign(record.number, record);
-    }
-    report_.bytes = earlier_->end();
-    if (!tiles_.empty() && earlier_->has_more()) {
+    tiles_ = tiles_of(*earlier_);
+    if (by_tiles && earlier_->has_more()) {
       log_warning(fmt::format("{}: its end is cut short; the tiles there are rendered anew", path));
       file_->cut(earlier_->end());
     }
-  } else {
-    if (resume) log_info(fmt::format("{} is not there; the frame begins anew", path));
-    file_.reset();
-    file_ = std::make_unique<HeldFile>(path, head_);
-    report_.bytes = file_->size();
+  } else if (there) {
+    AtomicFile file(path);
+    file.write_at(head_.data(), head_.size(), 0);
+    file_->replace(file);
   }
+  report_.bytes = file_->size();
   thread_ = std::thread([this] { run(); });
 }
 
 Checkpoint::~Checkpoint() {
-  if (thread_.joinable()) finish(true);
+  if (thread_.joinable()) finish(false, true);
 }
 
 std::optional<std::vector<std::byte>> Checkpoint::load(size_t tile, uint64_t most) {
@@ -117,6 +131,22 @@ std::optional<std::vector<std::byte>> Checkpoint::load(size_t tile, uint64_t mos
     log_warning(fmt::format("{}; the tiles that are lost are rendered anew", error.what()));
     return std::nullopt;
   }
+}
+
+void Checkpoint::extend(const std::string& finished, const Json& head) {
+  finished_ = std::make_unique<RecordFile>(finished);
+  check_frame(*finished_, head, {"spp", "noise-threshold", "min-spp", "max-spp"});
+  finished_tiles_ = tiles_of(*finished_);
+}
+
+std::optional<std::vector<std::byte>> Checkpoint::load_finished(size_t tile, uint64_t most) {
+  const auto at = finished_tiles_.find(tile);
+  if (at == finished_tiles_.end()) return std::nullopt;
+  return finished_->read(at->second, most);
+}
+
+std::optional<std::vector<std::byte>> Checkpoint::finished_state(uint64_t most) const {
+  return finished_ ? film_state(*finished_, most) : std::nullopt;
 }
 
 void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
@@ -200,8 +230,8 @@ void Checkpoint::run() {
       std::string failed;
       try {
         write_behind(pending_);
-      } catch (const RenderError& error) {
-        failed = error.what();
+      } catch (const std::exception& error) {  // also of memory
+        failed = path_ + ": " + error.what();
       }
       lock.lock();
       if (!failed.empty()) warn(failed);
@@ -221,7 +251,7 @@ void Checkpoint::run() {
   }
 }
 
-CheckpointReport Checkpoint::finish(bool keep) {
+CheckpointReport Checkpoint::finish(bool done, bool keep) {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
@@ -229,6 +259,10 @@ CheckpointReport Checkpoint::finish(bool keep) {
   wake_.notify_all();
   thread_.join();
   if (!keep) file_->remove();
+  if (done && finished_) {
+    file_->rename_to(finished_->path());
+    report_.file = finished_->path();
+  }
   report_.kept = keep;
   return report_;
 }

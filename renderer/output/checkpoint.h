@@ -44,23 +44,31 @@ class Checkpoint final : public TileStore {
   // Takes the file for this run. With `resume` it goes on with one that is there, else it begins a
   // new one. Throws RenderError where another run has it or it cannot be written, InputError for
   // one that is damaged or of another frame: with the list of what differs.
-  Checkpoint(const std::string& path, const nlohmann::json& head, bool resume,
+  Checkpoint(const std::string& path, const nlohmann::json& head, bool by_tiles, bool resume,
              double interval_s);
   ~Checkpoint() override;
 
+  bool goes_on() const { return earlier_ != nullptr; }
+  // Before all else: the frame goes on from this one, which had fewer samples or a higher threshold,
+  // and takes its file's place in finish(). Throws InputError.
+  void extend(const std::string& finished, const nlohmann::json& head);
+
   // Tiles: any thread.
   std::optional<std::vector<std::byte>> load(size_t tile, uint64_t most) override;
+  std::optional<std::vector<std::byte>> load_finished(size_t tile, uint64_t most) override;
   void save(size_t tile, std::span<const std::byte> state) override;
 
-  // One film: film_state() of what an earlier run has left.
+  // One film: film_state() of what an earlier run has left, and of the frame that is extended.
   std::optional<std::vector<std::byte>> state(uint64_t most) const;
+  std::optional<std::vector<std::byte>> finished_state(uint64_t most) const;
   // Whether it is time to save: then `render` is to pause. Any thread.
   bool wanted() const;
   // Copies the frame at once and writes it behind, when the one before is written.
   void save(FrameRender& render);
 
-  // Waits until all is on the disk. The file goes if it is not to be kept.
-  CheckpointReport finish(bool keep);
+  // Waits until all is on the disk. The file goes if it is not to be kept; of a frame that is done
+  // it takes the place of the one that was extended.
+  CheckpointReport finish(bool done, bool keep);
 
  private:
   void run();
@@ -73,7 +81,8 @@ class Checkpoint final : public TileStore {
   const double interval_s_;
   std::unique_ptr<HeldFile> file_;
   std::unique_ptr<RecordFile> earlier_;  // what was there
-  std::unordered_map<uint64_t, RecordEntry> tiles_;
+  std::unique_ptr<RecordFile> finished_;  // what is extended
+  std::unordered_map<uint64_t, RecordEntry> tiles_, finished_tiles_;
   CheckpointReport report_;
   Stopwatch clock_;
   std::atomic<double> next_s_;

@@ -11,6 +11,7 @@
 #include "io/fingerprint.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
+#include "renderer/core/shortened.h"
 #include "renderer/core/version.h"
 #include "renderer/drivers/setting_table.h"
 #include "renderer/output/report.h"
@@ -47,10 +48,18 @@ void compare(const Json& now, const Json& then, const char* part,
   }
 }
 
+// A head that is not ours may differ in thousands of ways.
+void shorten(std::vector<std::string>& list) {
+  constexpr size_t kMost = 16;
+  if (list.size() <= kMost) return;
+  list.resize(kMost);
+  list.push_back("and more");
+}
+
 std::string text_of(const Json* value) {
   if (!value) return "not given";
-  if (value->is_string()) return value->get<std::string>();
-  return value->dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (value->is_string()) return shortened(value->get_ref<const std::string&>());
+  return shortened(value->dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 }  // namespace
@@ -122,6 +131,13 @@ FrameSettings settings_of(const Json& head, const std::string& place) {
   return settings;
 }
 
+std::string text_in(const Json& head, const char* part, const char* name) {
+  const auto object = head.is_object() ? head.find(part) : head.end();
+  if (object == head.end() || !object->is_object()) return "";
+  const auto text = object->find(name);
+  return text != object->end() && text->is_string() ? text->get<std::string>() : "";
+}
+
 std::vector<std::string> light_layers_of(const Json& head, const std::string& place) {
   const Json names = head.is_object() ? head.value("light layers", Json::array()) : Json::array();
   std::vector<std::string> layers;
@@ -146,19 +162,23 @@ std::vector<std::string> differences(const Json& now, const Json& then,
   }
   compare(now, then, "settings", [&](const std::string& name, const Json* here, const Json* there) {
     if (std::ranges::find(but, name) != but.end()) return;
-    list.push_back(fmt::format("--{} is {}, not {}", name, text_of(there), text_of(here)));
+    list.push_back(
+        fmt::format("--{} is {}, not {}", shortened(name), text_of(there), text_of(here)));
   });
   compare(now, then, "inputs", [&](const std::string& name, const Json*, const Json*) {
-    list.push_back(name + " have changed");
+    list.push_back(shortened(name) + " changed");
   });
+  shorten(list);
   return list;
 }
 
 std::vector<std::string> machine_differences(const Json& now, const Json& then) {
   std::vector<std::string> list;
   compare(now, then, "machine", [&](const std::string& name, const Json* here, const Json* there) {
-    if (name != "host") list.push_back(fmt::format("{} {}, not {}", name, text_of(there), text_of(here)));
+    if (name == "host") return;
+    list.push_back(fmt::format("{} {}, not {}", shortened(name), text_of(there), text_of(here)));
   });
+  shorten(list);
   return list;
 }
 

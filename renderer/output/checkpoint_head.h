@@ -22,6 +22,9 @@ nlohmann::json checkpoint_head(const RenderOptions& options, const FramePlan& pl
 // The settings in a head, those that decide no bits too; without the scene's files. Throws
 // InputError that names `place`: anything may stand there.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
+// "files" has where the frame's files were, by their settings' names, "machine" what made it; empty:
+// it does not say.
+std::string text_in(const nlohmann::json& head, const char* part, const char* name);
 std::vector<std::string> light_layers_of(const nlohmann::json& head,
                                          const std::string& place);
 

@@ -43,6 +43,7 @@ struct RenderOptions : FrameSettings {
   bool resumable = false;             // the checkpoint stays when the frame is done
   bool resume = false;                // goes on with what is there
   double checkpoint_interval_s = 300;
+  std::string extended;               // the checkpoint of a frame that goes on; empty: none
   int threads = 0;                    // 0: all
   LimitOptions limits;
 };

@@ -220,6 +220,8 @@ TEST_P(Rounds, GoOnFromEveryBoundaryToTheSameBits) {
   all[2].adaptive.unbiased = true;
   all[3].adaptive.threshold = 0.1f;
   all[3].adaptive.max_samples = 64;
+  all.push_back(all[3]);
+  all.back().adaptive.budget = 0;  // the threshold and the most samples alone end it
   for (const EstimatorEntry& estimator : estimator_table()) {
     if (GetParam() == "bisection") break;
     all.push_back(all[GetParam() == "bucket" ? 3 : 0]);

@@ -223,15 +223,17 @@ bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
   if (more && !grow_pilot()) more = entry_.batch > 0 ? share_evenly() : share_by_deviation();
   const auto total = double(std::accumulate(targets_.begin(), targets_.end(), uint64_t{0}));
   if (!more || total <= spent_) return false;
-  round_weight_ = planned - planned_mean_;
-  planned_mean_ = planned;
+  if (settings_.unbiased) {
+    round_weight_ = planned - planned_mean_;
+    planned_mean_ = planned;
+  }
   spent_ = total;
   return true;
 }
 
 // Doubles all counts until they are the pilot's.
 bool RoundPlanner::grow_pilot() {
-  if (!doubles() || targets_.empty() || targets_[0] >= pilot_) return false;
+  if (pilot_done_ || !doubles() || targets_.empty() || targets_[0] >= pilot_) return false;
   std::ranges::fill(targets_, std::min(pilot_, 2 * targets_[0]));
   return true;
 }
@@ -458,7 +460,13 @@ void RoundPlanner::archive(Archive& archive) {
   archive.number(error_estimate_, 0.0, std::numeric_limits<double>::infinity(), true);
   archive.array(targets_, pixels);
   archive.check(targets_.size() == pixels);
-  for (const uint32_t target : targets_) archive.check(target > 0 && target <= kMaxSamples);
+  // Somebody may ask for a year's work: what no round would plan is refused.
+  uint64_t total = 0;
+  for (const uint32_t target : targets_) {
+    archive.check(target > 0 && float(target) <= most_samples(settings_));
+    total += target;
+  }
+  archive.check(settings_.budget == 0 || total <= 2 * uint64_t(settings_.budget) * pixels);
   archive.array(effective_samples_, pixels);
   for (const float samples : effective_samples_) archive.check(samples > 0.0f);
   halves_.archive(archive, pixels);

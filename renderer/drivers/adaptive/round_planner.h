@@ -90,6 +90,8 @@ class RoundPlanner {
   void record(size_t pixel);
   size_t recorded() const { return recorded_; }
   std::span<const RoundRecord> records() const { return records_; }
+  // The state that is going to be loaded has its pilot, which may be smaller than these settings'.
+  void skip_pilot() { pilot_done_ = true; }
   // All but what the next look finds anew.
   void archive(Archive& archive);
   uint64_t bytes() const;
@@ -127,6 +129,7 @@ class RoundPlanner {
   int round_ = 0;
   bool interrupted_ = false;
   uint32_t pilot_ = 0;
+  bool pilot_done_ = false;
   double round_weight_ = 0.0;
   double planned_mean_ = 0.0;  // samples of a pixel up to the round under way, if unbiased
   double error_estimate_;

@@ -1,0 +1,83 @@
+#include "renderer/app/extend_command.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "io/json_input.h"
+#include "io/record_file.h"
+#include "renderer/app/render_command.h"
+#include "renderer/core/errors.h"
+#include "renderer/drivers/frame_plan.h"
+#include "renderer/output/checkpoint_head.h"
+
+namespace emberline {
+namespace {
+
+constexpr std::string_view kSuffix = ".checkpoint";
+
+// What was asked for, over what the frame had. More of a frame is never less of anything.
+void set_more(const FrameSettings& more, const std::string& path, FrameSettings& settings) {
+  const auto refuse = [&](const char* option, const auto& has) {
+    throw UsageError("--{}: {} has {} already, and only more can be asked for", option, path, has);
+  };
+  if (!more.spp && !more.noise_threshold && !more.max_spp) {
+    throw UsageError("extend needs to know how far: --spp, --noise-threshold or --max-spp");
+  }
+  const uint32_t has = FramePlan(settings).samples_per_pixel;
+  if (more.spp && *more.spp < has) refuse("spp", has);
+  if (more.noise_threshold && settings.noise_threshold &&
+      *more.noise_threshold > *settings.noise_threshold) {
+    refuse("noise-threshold", *settings.noise_threshold);
+  }
+  if (more.max_spp && settings.max_spp && *more.max_spp < *settings.max_spp) {
+    refuse("max-spp", *settings.max_spp);
+  }
+  if (more.spp) settings.spp = more.spp;
+  if (more.noise_threshold) settings.noise_threshold = more.noise_threshold;
+  if (more.max_spp) settings.max_spp = more.max_spp;
+  settings.time_limit_s = more.time_limit_s;
+}
+
+void check_extensible(const FrameSettings& settings, const std::string& path) {
+  if (is_part(settings)) throw InputError(path, "it is a part of a frame; merge the parts first");
+  const FramePlan plan(settings);
+  for (const SamplerEntry& sampler : sampler_table()) {
+    if (sampler.name != settings.sampler || sampler.counts == SampleCounts::kAny) continue;
+    throw InputError(path,
+                     "the points of its sampler, {}, depend on how many there are; a frame of "
+                     "--sampler sobol can be extended",
+                     settings.sampler);
+  }
+}
+
+}  // namespace
+
+int run_extend(const ExtendOptions& options) {
+  const bool named = options.frame.ends_with(kSuffix);
+  const std::string checkpoint = named ? options.frame : options.frame + std::string(kSuffix);
+  const RecordFile file(checkpoint);
+  const nlohmann::json head = parse_json(file.head(), checkpoint);
+
+  RenderOptions render = options.more;
+  static_cast<FrameSettings&>(render) = settings_of(head, checkpoint);
+  try {
+    check_extensible(render, checkpoint);
+  } catch (const UsageError& error) {
+    throw InputError(checkpoint, "its settings cannot be: {}", error.what());
+  }
+  set_more(options.more, checkpoint, render);
+  render.scene = options.scene.empty() ? text_in(head, "files", "scene") : options.scene;
+  render.resource_root = text_in(head, "files", "resource-root");
+  render.environment = text_in(head, "files", "env");
+  render.edits = text_in(head, "files", "edits");
+  if (render.outputs.empty()) {
+    render.outputs = {checkpoint.substr(0, checkpoint.size() - kSuffix.size())};
+  }
+  render.extended = checkpoint;
+  render.checkpoint = checkpoint + ".next";
+  render.resumable = render.resume = true;
+  return run_render(render);
+}
+
+}  // namespace emberline
