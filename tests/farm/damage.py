@@ -1,0 +1,90 @@
+"""A checkpoint that is cut short or has a wrong bit is refused, or the frame has the right bits nevertheless; the program
+never crashes, hangs, or shows another picture.
+
+Of each driver's checkpoint, of a frame so tiny that the file has some kilobytes: cut to many lengths, and with single
+bits turned over at random places. Refused means: exit 3, one line that names the file, nothing written, the file as it
+was. The lengths are every one of the file's start and of what stands before each record, and so is the byte before and
+behind each part; else every --stride-th. All lengths: --stride 1. One case by hand, as a failure prints it:
+
+  damage.py build/release/bin/emberline scenes --driver bucket --length 700
+  damage.py build/release/bin/emberline scenes --driver bucket --bit 5601"""
+
+import random
+
+import records
+from farm import CHANNELS, DRIVERS, EXIT_INPUT, Farm, contents, pixels
+
+FRAME = ["--size", "16x12", "--bucket-size", "8", "--spp", "4", "--threads", "1", "--quiet", *CHANNELS]
+CHECKPOINT = "the.checkpoint"
+RESUME = ["--resume", "--checkpoint", CHECKPOINT]
+SECONDS = 5
+
+
+class Checkpoints:
+    """Of one driver: a frame that is stopped in mid-frame, so that there is something to go on with."""
+
+    def __init__(self, farm, driver):
+        self.farm, self.driver = farm, driver
+        self.settings = [*FRAME, "--driver", driver]
+        self.expected, _ = farm.reference(self.settings)
+        folder = farm.folder(f"{driver} saved")
+        farm.run(folder, [*self.settings, *RESUME, "--resumable"])
+        self.bytes = (folder / CHECKPOINT).read_bytes()
+        self.folder = farm.folder(f"{driver} damaged")
+        self.refused = self.done = 0
+
+    def go_on(self, data, case, replay):
+        for path in self.folder.iterdir():
+            path.unlink()
+        (self.folder / CHECKPOINT).write_bytes(data)
+        before = contents(self.folder)
+        run = self.farm.run(self.folder, [*self.settings, *RESUME], timeout=SECONDS)
+        if run.code == 0 and not run.hung:
+            self.done += 1
+            output = self.folder / "out.exr"
+            self.farm.check(output.exists() and pixels(output) == self.expected, case, f"other bits: {run}", replay)
+            self.farm.check(set(contents(self.folder)) == {"out.exr"}, case, "stray files", replay)
+        else:
+            self.refused += 1
+            self.farm.check_refused(run, self.folder, before, case, {EXIT_INPUT}, [CHECKPOINT], replay)
+
+
+def lengths(data, stride):
+    """Those to which a file is cut."""
+    head, found = records.parsed_file(data)
+    head_end = records.FILE_START + len(head)
+    chosen = {*range(records.FILE_START + 2), *range(0, len(data), stride), head_end - 1, head_end}
+    for record in found:
+        begin = record.at
+        chosen |= {*range(begin - 1, begin + records.RECORD_START + 2)}
+        chosen |= {begin + records.RECORD_START + record.packed_size - 1}
+    return sorted(length for length in chosen if 0 <= length < len(data))
+
+
+def main():
+    farm = Farm(__doc__, driver=("", "this one alone"), flips=(200, "bits turned over for each driver [200]"),
+                stride=(61, "between the lengths that a file is cut to [61]"), seed=(1, "of the bits' places [1]"),
+                length=(-1, "this length alone"), bit=(-1, "this bit alone"))
+    options = farm.options
+    one = options.length >= 0 or options.bit >= 0
+    for driver in [options.driver] if options.driver else DRIVERS:
+        checkpoints = Checkpoints(farm, driver)
+        data = checkpoints.bytes
+        if not one:
+            checkpoints.go_on(data, f"{driver} whole", f"--driver {driver}")
+            farm.check(checkpoints.done == 1, f"{driver} whole", "a whole checkpoint is refused")
+        cuts = [options.length] if options.length >= 0 else [] if one else lengths(data, options.stride)
+        for length in cuts:
+            checkpoints.go_on(data[:length], f"{driver} length {length}", f"--driver {driver} --length {length}")
+        dice = random.Random(f"{options.seed} {driver}")
+        bits = dice.sample(range(8 * len(data)), min(options.flips, 8 * len(data)))
+        for bit in [options.bit] if options.bit >= 0 else [] if one else bits:
+            damaged = bytearray(data)
+            damaged[bit // 8] ^= 1 << bit % 8
+            checkpoints.go_on(bytes(damaged), f"{driver} bit {bit}", f"--driver {driver} --bit {bit}")
+        print(f"{driver}: {len(data)} bytes, {len(cuts)} lengths, {0 if one else len(bits)} bits: {checkpoints.done} done, "
+              f"{checkpoints.refused} refused")
+    farm.done()
+
+
+main()

@@ -1,0 +1,214 @@
+"""What the tests of tests/farm share: running the program, the pixels of its pictures, what a folder
+holds, the failures and how to replay them."""
+
+import argparse
+import hashlib
+import json
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "invariance"))
+from frame_bits import chunks  # noqa: E402
+
+# Every channel whose bits are the same each time ("time" is not).
+CHANNELS = ["--aov", "variance,albedo,N,Z,id,stop"]
+DRIVERS = ("bucket", "bisection", "adaptive")
+EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, EXIT_INPUT, EXIT_STOPPED = 0, 1, 2, 3, 130
+
+
+def pixels(path):
+    """A hash of an EXR's pixels: without its header, and whatever the order of its tiles."""
+    return hashlib.sha256(b"".join(chunks(pathlib.Path(path).read_bytes()))).hexdigest()
+
+
+def contents(folder):
+    """What is in a folder: by name, a hash of each file."""
+    found = {}
+    for path in sorted(pathlib.Path(folder).rglob("*")):
+        if path.is_file():
+            found[str(path.relative_to(folder))] = hashlib.sha256(path.read_bytes()).hexdigest()
+    return found
+
+
+def largest_child():
+    """Peak memory in bytes of the largest process that has ended so far."""
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024
+
+
+class Run:
+    """One run that has ended. `code` is -9 and the like where a signal has ended it."""
+
+    def __init__(self, code, out, err, seconds, hung):
+        self.code, self.out, self.err, self.seconds, self.hung = code, out, err, seconds, hung
+
+    def __str__(self):
+        err = self.err if len(self.err) < 600 else self.err[:300] + " ... " + self.err[-300:]
+        hung = ", was killed for it hung" if self.hung else ""
+        return f"exit {self.code}{hung}, {self.seconds:.2f} s, stderr: {err.strip() or '(nothing)'}"
+
+
+class Process:
+    """One that runs. Its folder is where it runs, and where its file names lead."""
+
+    def __init__(self, command, folder, environment=None, limit=None):
+        self.command, self.folder = [str(word) for word in command], folder
+        self.log = tempfile.TemporaryFile(), tempfile.TemporaryFile()
+        self.begin = time.monotonic()
+        limited = (lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit))) if limit else None
+        self.process = subprocess.Popen(
+            self.command, cwd=folder, stdin=subprocess.DEVNULL, stdout=self.log[0], stderr=self.log[1],
+            env={**os.environ, **(environment or {})}, preexec_fn=limited)
+
+    def running(self):
+        return self.process.poll() is None
+
+    def signal(self, number):
+        if self.running():
+            self.process.send_signal(number)
+
+    def wait(self, timeout=120):
+        hung = False
+        try:
+            self.process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            hung = True
+            self.process.kill()
+            self.process.wait()
+        seconds, texts = time.monotonic() - self.begin, []
+        for stream in self.log:
+            stream.seek(0)
+            texts.append(stream.read().decode(errors="replace"))
+            stream.close()
+        return Run(self.process.returncode, *texts, seconds, hung)
+
+    def wait_until(self, happened, timeout=60):
+        """Until then, or until the process has ended; whether it has happened."""
+        end = time.monotonic() + timeout
+        while not happened():
+            if not self.running() or time.monotonic() > end:
+                return happened()
+            time.sleep(0.001)
+        return True
+
+
+class Farm:
+    """The command line's PROGRAM and SCENES_DIR, and what has failed."""
+
+    def __init__(self, description, **options):
+        parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawTextHelpFormatter)
+        parser.add_argument("program", type=pathlib.Path)
+        parser.add_argument("scenes", type=pathlib.Path)
+        parser.add_argument("--only", metavar="TEXT", default="", help="cases whose names contain it")
+        parser.add_argument("--keep", action="store_true", help="keep the folders of what has failed")
+        for name, (default, text) in options.items():
+            if default is False:
+                parser.add_argument(f"--{name}", action="store_true", help=text)
+            else:
+                kind = type(default) if default is not None else str
+                parser.add_argument(f"--{name}", type=kind, default=default, help=text)
+        self.options = parser.parse_args()
+        self.program = self.options.program.resolve()
+        self.scenes = self.options.scenes.resolve()
+        self.root = pathlib.Path(tempfile.mkdtemp(prefix="emberline-farm-"))
+        self.failures, self.cases, self.skipped, self.begin = [], 0, [], time.monotonic()
+        self.references = {}
+
+    def wanted(self, case):
+        return self.options.only in case
+
+    def folder(self, name):
+        """A new one, empty."""
+        path = self.root / name.replace("/", "_").replace(" ", "_")[:120]
+        if path.exists():
+            shutil.rmtree(path)
+        path.mkdir()
+        return path
+
+    def scene(self, name="cornell_box"):
+        return self.scenes / f"{name}.glb"
+
+    def command(self, settings, output="out.exr", scene=None):
+        return [self.program, "render", scene or self.scene(), "-o", output, *settings]
+
+    def start(self, folder, settings, output="out.exr", scene=None, environment=None, limit=None):
+        return Process(self.command(settings, output, scene), folder, environment, limit)
+
+    def run(self, folder, settings, timeout=120, **more):
+        return self.start(folder, settings, **more).wait(timeout)
+
+    def reference(self, settings, scene=None):
+        """The pixels of an undisturbed run without a checkpoint, and its seconds; once for each."""
+        key = (*map(str, settings), str(scene))
+        if key not in self.references:
+            folder = self.folder(f"reference {len(self.references)}")
+            run = self.run(folder, [*settings, "--quiet"], scene=scene)
+            if run.code:
+                raise SystemExit(f"the undisturbed run of {' '.join(key)} failed: {run}")
+            self.references[key] = pixels(folder / "out.exr"), run.seconds
+            shutil.rmtree(folder)
+        return self.references[key]
+
+    def check(self, held, case, what, replay=""):
+        """Counts a check; prints one that fails, and how to repeat it."""
+        self.cases += 1
+        if not held:
+            self.failures.append(case)
+            program = pathlib.Path(sys.argv[0]).name
+            again = replay or f"--only '{case}'"
+            print(f"FAILED {case}: {what}\n  replay: {program} {self.program} {self.scenes} {again}", flush=True)
+        return held
+
+    def check_done(self, run, folder, expected, case, allowed=(), replay=""):
+        """Exit 0, the right bits, no file beside the output but those."""
+        ok = self.check(run.code == EXIT_DONE, case, f"should be done: {run}", replay)
+        if not ok:
+            return False
+        ok = self.check((folder / "out.exr").exists() and pixels(folder / "out.exr") == expected, case,
+                        "the picture has other bits", replay)
+        stray = set(contents(folder)) - {"out.exr", *allowed}
+        return self.check(not stray, case, f"stray files: {stray}", replay) and ok
+
+    def check_refused(self, run, folder, before, case, codes, names=(), replay=""):
+        """One line on stderr that names what it must, and a folder as before."""
+        lines = run.err.splitlines()
+        ok = self.check(run.code in codes, case, f"should be refused with exit {codes}: {run}", replay)
+        ok &= self.check(len(lines) == 1 and run.err.startswith("emberline: error: ") and not run.out, case,
+                         f"should say one line: {run}", replay)
+        for name in names:
+            ok &= self.check(name in run.err, case, f"should name '{name}': {run}", replay)
+        after = contents(folder)
+        return ok & self.check(after == before, case, f"the folder has changed: {set(after.items()) ^ set(before.items())}",
+                               replay)
+
+    def skip(self, case, why):
+        self.skipped.append(case)
+        print(f"skipped {case}: {why}", flush=True)
+
+    def done(self):
+        if not (self.options.keep and self.failures):
+            shutil.rmtree(self.root, ignore_errors=True)
+        else:
+            print(f"kept: {self.root}")
+        failed = sorted(set(self.failures))
+        print(f"{self.cases} checks, {len(failed)} cases failed{': ' if failed else ''}{', '.join(failed[:40])}; "
+              f"{len(self.skipped)} skipped; {time.monotonic() - self.begin:.0f} s")
+        sys.exit(1 if failed or not self.cases else 0)
+
+
+def report_of(folder, name="report.json"):
+    return json.loads((folder / name).read_text())
+
+
+def earlier_samples(folder):
+    return report_of(folder)["checkpoint"]["earlier_samples"]
+
+
+__all__ = ["CHANNELS", "DRIVERS", "EXIT_DONE", "EXIT_INPUT", "EXIT_RENDER_FAILED", "EXIT_STOPPED", "EXIT_USAGE", "Farm",
+           "Process", "contents", "earlier_samples", "largest_child", "pixels", "report_of", "signal"]

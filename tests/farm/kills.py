@@ -1,0 +1,110 @@
+"""A frame that is killed (SIGKILL) again and again, and gone on with each time, has the bits of one that was left alone.
+
+Each frame gets a few kills at random moments: while the program starts, while it renders, and in the moment when its
+outputs are written; then it is let go on to its end. Between kills the number of threads and the order of the buckets
+change. Whatever stands under the output's name after a kill has the right bits already, and at the end nothing is in
+the folder but the outputs.
+
+One frame alone, with the kills it had (the number is in the message of its failure):
+
+  kills.py build/release/bin/emberline scenes --driver bucket --seed 1 --frame 3
+
+The random numbers are those of the seed, the driver and the frame; when exactly a kill lands is the machine's affair."""
+
+import random
+import shutil
+import time
+
+from farm import CHANNELS, DRIVERS, EXIT_DONE, Farm, earlier_samples, pixels, signal
+
+FRAME = ["--size", "128x96", *CHANNELS]
+SETTINGS = {
+    "bucket": ("--spp 64", "--noise-threshold 0.04 --max-spp 256", "--spp 48 --streams 2", "--spp 48 --light-groups",
+               "--spp 64 --sampler stratified --crop 7,5,122,90"),
+    "bisection": ("--spp 64", "--spp 48 --light-groups", "--spp 48 --streams 2",
+                  "--spp 64 --bisection-axis rows --sampler blue_noise"),
+    "adaptive": ("--spp 64", "--spp 48 --unbiased", "--spp 48 --light-groups", "--spp 48 --streams 2",
+                 "--noise-threshold 0.04 --max-spp 256", "--spp 48 --estimator two-stream --unbiased"),
+}
+ORDERS = ("hilbert", "spiral", "scanline", "random")
+RESUME = ["--resume", "--checkpoint-interval", "0.1", "--bucket-size", "16", "--report", "report.json"]
+
+
+def kill(farm, process, folder, moment, seconds, dice):
+    """Kills it at a moment of that kind. Returns the signal's number where it has, else the exit code."""
+    if moment == "start":
+        time.sleep(dice.uniform(0, 0.06))
+    elif moment == "middle":
+        time.sleep(dice.uniform(0.05, 0.1 + 0.45 * seconds))
+    else:
+        process.wait_until((folder / "out.exr").exists)
+        time.sleep(dice.uniform(0, 0.004))
+    process.signal(signal.SIGKILL)
+    return process.wait()
+
+
+def frame(farm, driver, number, most):
+    """One frame's kills, at most so many. Returns how many were tried, how many landed; whether the last run had
+    samples of those before it, or None where none had been rendered."""
+    seed = farm.options.seed
+    dice = random.Random(f"{seed} {driver} {number}")
+    settings = [*FRAME, "--driver", driver, "--bucket-size", "16",
+                *SETTINGS[driver][number % len(SETTINGS[driver])].split()]
+    case = f"{driver} frame {number} ({' '.join(settings[6:])})"
+    replay = f"--driver {driver} --seed {seed} --frame {number}"
+    expected, seconds = farm.reference([*settings, "--threads", "2"])
+    folder = farm.folder(f"{driver} {number}")
+
+    def start():
+        changing = ["--threads", dice.choice("12")]
+        if driver == "bucket":
+            changing += ["--bucket-order", dice.choice(ORDERS)]
+        return farm.start(folder, [*settings, *RESUME, *changing])
+
+    tried = landed = in_middle = 0
+    for _ in range(min(most, dice.randint(4, 7))):
+        moment = dice.choices(("start", "middle", "outputs"), (2, 8, 1))[0]
+        if (folder / "out.exr").exists():
+            moment = "start"
+        run = kill(farm, start(), folder, moment, seconds, dice)
+        tried += 1
+        landed += run.code == -signal.SIGKILL
+        in_middle += run.code == -signal.SIGKILL and moment != "start"
+        farm.check(run.code in (-signal.SIGKILL, EXIT_DONE), case, f"a run that was to be killed: {run}", replay)
+        if (folder / "out.exr").exists():
+            farm.check(pixels(folder / "out.exr") == expected, case, f"a kill ({moment}) left an output of other bits",
+                       replay)
+        if run.code == EXIT_DONE:
+            break
+    run = start().wait()
+    ok = farm.check_done(run, folder, expected, case, {"report.json"}, replay)
+    carried = earlier_samples(folder) > 0 if ok and in_middle else None
+    if ok:
+        shutil.rmtree(folder)
+    return tried, landed, carried
+
+
+def main():
+    farm = Farm(__doc__, kills=(100, "in total, shared by the drivers [100]"), seed=(1, "of the moments [1]"),
+                driver=("", "this one alone"), frame=(-1, "this one alone"))
+    options = farm.options
+    drivers = [options.driver] if options.driver else DRIVERS
+    if options.frame >= 0:
+        frame(farm, drivers[0], options.frame, 100)
+        farm.done()
+    tried = landed = 0
+    carried = []
+    for i, driver in enumerate(drivers):
+        end, number = options.kills * (i + 1) // len(drivers), 0
+        while tried < end:
+            more = frame(farm, driver, number, end - tried)
+            tried, landed, number = tried + more[0], landed + more[1], number + 1
+            carried += [more[2]] if more[2] is not None else []
+    print(f"{tried} kills, {landed} of a run under way; {sum(carried)} of {len(carried)} frames went on with samples "
+          "of the runs before")
+    farm.check(3 * landed >= 2 * tried, "kills", f"only {landed} of {tried} found a run under way", "")
+    farm.check(2 * sum(carried) > len(carried), "kills", f"only {sum(carried)} of {len(carried)} frames went on")
+    farm.done()
+
+
+main()

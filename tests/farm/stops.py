@@ -1,0 +1,194 @@
+"""A frame that is stopped by SIGTERM, SIGINT or --time-limit and gone on with has the bits of one that was left alone;
+SIGUSR1 saves the checkpoint at once, and the frame goes on.
+
+Of every driver: the exit code of the stopped run, its checkpoint, the picture's bits after going on. One case by hand,
+by its name or a part of it:
+
+  stops.py build/release/bin/emberline scenes --only 'bucket SIGTERM'"""
+
+import os
+import time
+
+from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_STOPPED, Farm, earlier_samples, pixels, report_of, signal)
+
+FRAME = ["--size", "128x96", "--bucket-size", "16", "--spp", "64", "--threads", "2", *CHANNELS]
+CHECKPOINT = "out.exr.checkpoint"
+RESUME = ["--resume", "--checkpoint-interval", "100000", "--report", "report.json"]
+
+
+def settings_of(driver):
+    return [*FRAME, "--driver", driver]
+
+
+def finish(farm, case, folder, settings, expected, carried=True):
+    """Goes on with what a stop has left, to the end."""
+    run = farm.run(folder, [*settings, *RESUME])
+    if farm.check_done(run, folder, expected, case, {"report.json"}) and carried:
+        farm.check(earlier_samples(folder) > 0, case, "nothing was carried over")
+
+
+def stopped(farm, driver, name, stop):
+    """A run that is stopped in mid-frame: stop(process) or further settings."""
+    case = f"{driver} {name}"
+    if not farm.wanted(case):
+        return
+    settings, folder = settings_of(driver), farm.folder(case)
+    expected, seconds = farm.reference(settings)
+    if callable(stop):
+        process = farm.start(folder, [*settings, *RESUME])
+        time.sleep(0.1 + 0.4 * seconds)
+        stop(process)
+        run = process.wait()
+        farm.check(run.code == EXIT_STOPPED, case, f"should end with exit 130: {run}")
+    else:
+        run = farm.run(folder, [*settings, *RESUME, *stop])
+        farm.check(run.code == EXIT_DONE, case, f"a time limit is no failure: {run}")
+    farm.check((folder / CHECKPOINT).exists(), case, f"no checkpoint is left: {run}")
+    if (folder / "out.exr").exists():
+        farm.check(pixels(folder / "out.exr") != expected, case, "the stop came too late to show anything")
+    finish(farm, case, folder, settings, expected)
+
+
+def once(number):
+    return lambda process: process.signal(number)
+
+
+def twice(number):
+    """The second ends it at once: what was not saved by then is lost."""
+
+    def stop(process):
+        process.signal(number)
+        time.sleep(0.002)
+        process.signal(number)
+
+    return stop
+
+
+def ended_at_once(farm, driver):
+    """Stopped twice, while it starts, and a storm of both: whatever the moment, the next run has the right bits."""
+    settings = settings_of(driver)
+    for i, (pause, number) in enumerate([(0.3, signal.SIGTERM), (0.6, signal.SIGINT), (0.02, signal.SIGTERM),
+                                         (0.05, signal.SIGINT)]):
+        case = f"{driver} stopped twice {i}"
+        if not farm.wanted(case):
+            continue
+        expected, _ = farm.reference(settings)
+        folder = farm.folder(case)
+        process = farm.start(folder, [*settings, *RESUME])
+        time.sleep(pause)
+        twice(number)(process)
+        run = process.wait()
+        # Before the handlers are there, the signal's own.
+        farm.check(run.code in (EXIT_STOPPED, -number), case, f"should end with exit 130: {run}")
+        finish(farm, case, folder, settings, expected, carried=False)
+
+
+def again_and_again(farm, driver):
+    """A farm with little patience: time limits of a fraction of the frame, with other threads each time."""
+    case = f"{driver} again and again"
+    if not farm.wanted(case):
+        return
+    settings, folder = settings_of(driver), farm.folder(case)
+    expected, seconds = farm.reference(settings)
+    earlier = -1
+    for i in range(40):
+        limit = ["--time-limit", f"{max(0.05, seconds / 5):.3f}"]
+        run = farm.run(folder, [*settings, *RESUME, *limit, "--threads", str(1 + i % 2)])
+        if not farm.check(run.code == EXIT_DONE, case, f"run {i}: {run}"):
+            return
+        if not (folder / CHECKPOINT).exists():
+            break
+        now = earlier_samples(folder)
+        farm.check(now >= earlier, case, f"run {i} began with {now} samples, the one before with {earlier}")
+        earlier = now
+    farm.check(i > 1, case, "it was never stopped")
+    farm.check_done(run, folder, expected, case, {"report.json"})
+
+
+def saved_on_request(farm, driver):
+    """SIGUSR1 in mid-frame: a checkpoint, then a kill; what was saved is there. And without the kill, to the end."""
+    settings = settings_of(driver)
+    case = f"{driver} SIGUSR1"
+    if not farm.wanted(case):
+        return
+    expected, seconds = farm.reference(settings)
+    folder = farm.folder(case)
+    process = farm.start(folder, [*settings, *RESUME])
+    file = folder / CHECKPOINT
+    process.wait_until(file.exists)
+    time.sleep(0.05 + 0.3 * seconds)
+    before = file.stat()
+    process.signal(signal.SIGUSR1)
+
+    def fresh():
+        now = file.stat()
+        return now.st_mtime_ns != before.st_mtime_ns and now.st_size > before.st_size
+
+    farm.check(process.wait_until(fresh, 10), case, "the checkpoint is not written anew")
+    farm.check(process.running(), case, "it did not go on")
+    process.signal(signal.SIGKILL)
+    process.wait()
+    finish(farm, case, folder, settings, expected)
+
+    process = farm.start(folder, [*settings, *RESUME])
+    process.wait_until(file.exists)
+    time.sleep(0.05)
+    while process.running():  # a storm
+        process.signal(signal.SIGUSR1)
+        time.sleep(0.02)
+    run = process.wait()
+    if farm.check_done(run, folder, expected, case + " storm", {"report.json"}):
+        written = report_of(folder)["checkpoint"]["written"]
+        farm.check(written > 1, case + " storm", f"only {written} were written")
+
+
+def without_checkpoint(farm, driver):
+    case = f"{driver} SIGUSR1 without a checkpoint"
+    if not farm.wanted(case):
+        return
+    settings, folder = settings_of(driver), farm.folder(case)
+    expected, _ = farm.reference(settings)
+    process = farm.start(folder, settings)
+    process.wait_until(lambda: any(folder.iterdir()))  # its outputs are open: it has its handlers
+    while process.running():
+        process.signal(signal.SIGUSR1)
+        time.sleep(0.05)
+    farm.check_done(process.wait(), folder, expected, case)
+
+
+def ignored_on_start(farm):
+    """Sent before the scene is read, it must not end the program once it has its handlers."""
+    case = "SIGUSR1 while it starts"
+    if not farm.wanted(case):
+        return
+    settings = ["--size", "16x12", "--spp", "1", "--threads", "1", *CHANNELS]
+    expected, _ = farm.reference(settings)
+    for i in range(20):
+        folder = farm.folder(case)
+        process = farm.start(folder, [*settings, "--resume"])
+
+        def caught():
+            with open(f"/proc/{process.process.pid}/status") as status:
+                mask = next((line for line in status if line.startswith("SigCgt")), "SigCgt: 0")
+            return int(mask.split()[1], 16) >> (signal.SIGUSR1 - 1) & 1
+
+        if process.wait_until(lambda: process.running() and caught(), 5):
+            os.kill(process.process.pid, signal.SIGUSR1)
+        farm.check_done(process.wait(), folder, expected, case)
+
+
+def main():
+    farm = Farm(__doc__, driver=("", "this one alone"))
+    for driver in [farm.options.driver] if farm.options.driver else DRIVERS:
+        stopped(farm, driver, "SIGTERM", once(signal.SIGTERM))
+        stopped(farm, driver, "SIGINT", once(signal.SIGINT))
+        stopped(farm, driver, "--time-limit", ["--time-limit", "0.4"])
+        ended_at_once(farm, driver)
+        again_and_again(farm, driver)
+        saved_on_request(farm, driver)
+        without_checkpoint(farm, driver)
+    ignored_on_start(farm)
+    farm.done()
+
+
+main()
