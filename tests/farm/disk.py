@@ -1,0 +1,278 @@
+"""A disk that fails while a checkpoint is written costs the checkpoint and not the frame: one line of warning, exit 0,
+the right bits. What was saved before is good to go on with. Two runs of one job never share a checkpoint.
+
+The checkpoint is in a folder of its own, which is made to fail: a small file system that is full (where mounting is
+allowed), calls that fail (broken_disk.c before the C library, where there is a compiler), a folder that is gone, moved or
+write-protected. One case by hand, by its name or a part of it:
+
+  disk.py build/release/bin/emberline scenes --only 'full bisection'"""
+
+import errno
+import os
+import pathlib
+import shutil
+import subprocess
+import time
+
+from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, Farm, contents, earlier_samples, pixels,
+                  signal)
+
+FRAME = ["--size", "96x72", "--bucket-size", "16", "--spp", "48", "--threads", "2", *CHANNELS]
+REPORT = ["--report", "report.json"]
+
+
+def settings_of(driver):
+    return [*FRAME, "--driver", driver]
+
+
+def resume(file):
+    return ["--resume", "--checkpoint", file, "--checkpoint-interval", "0.1", *REPORT]
+
+
+def warnings(run):
+    return [line for line in run.err.splitlines() if "warning" in line]
+
+
+def check_warned(farm, run, folder, expected, case, file, stray=()):
+    """Done, with one warning that names the file."""
+    farm.check_done(run, folder, expected, case, {"report.json", *stray})
+    said = warnings(run)
+    farm.check(len(said) == 1 and file in said[0], case, f"should warn once, of {file}: {run}")
+
+
+def check_goes_on(farm, driver, folder, file, expected, case):
+    """What the failing run has left is as good as nothing, or better."""
+    run = farm.run(folder, [*settings_of(driver), *resume(file)])
+    farm.check_done(run, folder, expected, case + ", gone on", {"report.json"})
+
+
+def failing_calls(farm, drivers):
+    library = farm.root / "broken_disk.so"
+    compiler = shutil.which("cc")
+    source = pathlib.Path(__file__).with_name("broken_disk.c")
+    if not compiler or subprocess.run([compiler, "-shared", "-fPIC", "-O1", "-o", library, source, "-ldl"]).returncode:
+        return farm.skip("failing calls", "there is no C compiler, cc")
+    for driver in drivers:
+        if driver == "bucket":
+            kinds = ("pwrite", "fdatasync", "half,pwrite", "pwrite,ftruncate", "pwrite,ftruncate,half")
+        else:
+            kinds = ("pwrite", "fsync", "rename", "half,pwrite", "pwrite,fsync,rename")
+        for calls in kinds:
+            # The file is begun by three calls of these.
+            for error, after in ((errno.EIO, 4), (errno.ENOSPC, 7)):
+                case = f"{calls} fails of {driver}, {errno.errorcode[error]} after {after}"
+                if not farm.wanted(case):
+                    continue
+                expected, seconds = farm.reference(settings_of(driver))
+                folder = farm.folder(case)
+                (folder / "kept").mkdir()
+                broken = {"LD_PRELOAD": str(library), "BROKEN_PATH": "/kept/", "BROKEN_CALLS": calls,
+                          "BROKEN_ERROR": str(error), "BROKEN_AFTER": str(after),
+                          "ASAN_OPTIONS": os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"}
+                run = farm.run(folder, [*settings_of(driver), *resume("kept/c")], environment=broken)
+                if calls in ("ftruncate", "fdatasync") and not warnings(run):  # too few of them for one to fail
+                    farm.check_done(run, folder, expected, case, {"report.json"})
+                else:
+                    check_warned(farm, run, folder, expected, case, "kept/c")
+                if error != errno.EIO:
+                    continue
+                # The same, killed before its end: what the broken disk has kept is gone on with.
+                folder = farm.folder(case)
+                (folder / "kept").mkdir()
+                process = farm.start(folder, [*settings_of(driver), *resume("kept/c")], environment=broken)
+                process.wait_until((folder / "kept/c").exists)
+                time.sleep(0.6 * seconds)
+                process.signal(signal.SIGKILL)
+                process.wait()
+                check_goes_on(farm, driver, folder, "kept/c", expected, case)
+
+
+def full_disk(farm, driver):
+    """A file system of 64 KiB: the checkpoint is begun, and soon has no room."""
+    case = f"full disk of {driver}"
+    if not farm.wanted(case):
+        return
+    expected, _ = farm.reference(settings_of(driver))
+    folder, disk = farm.folder(case), farm.folder("full disk")
+    mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk]
+    if os.geteuid() or subprocess.run(mount, capture_output=True).returncode:
+        return farm.skip(case, "mounting is not allowed")
+    try:
+        run = farm.run(folder, [*settings_of(driver), *resume(str(disk / "c"))])
+        check_warned(farm, run, folder, expected, case, "c")
+        farm.check(not contents(disk), case, f"left on the full disk: {contents(disk)}")
+        process = farm.start(folder, [*settings_of(driver), *resume(str(disk / "c"))])
+        time.sleep(0.5)
+        process.signal(signal.SIGKILL)
+        process.wait()
+        check_goes_on(farm, driver, folder, str(disk / "c"), expected, case)
+        (disk / "full").write_bytes(bytes(64 << 10))
+        run = farm.run(folder, [*settings_of(driver), *resume(str(disk / "c")), "--quiet"])
+        farm.check(run.code == EXIT_RENDER_FAILED and len(run.err.splitlines()) == 1, case + " from the start",
+                   f"a checkpoint that cannot even be begun should be told before it renders: {run}")
+    finally:
+        subprocess.run(["umount", disk], check=True)
+
+
+def lost_folder(farm, driver, what, lose, back):
+    """The folder goes in mid-frame. `back`: makes it as it was."""
+    case = f"{what} of {driver}"
+    if not farm.wanted(case):
+        return
+    expected, seconds = farm.reference(settings_of(driver))
+    folder = farm.folder(case)
+    kept = folder / "kept"
+    kept.mkdir()
+    process = farm.start(folder, [*settings_of(driver), *resume("kept/c")])
+    process.wait_until((kept / "c").exists)
+    time.sleep(0.3 * seconds)
+    lose(kept)
+    run = process.wait()
+    back(kept)
+    stray = {name for name in contents(folder) if name.startswith("moved/")}
+    farm.check_done(run, folder, expected, case, {"report.json", *stray, *({"kept/c"} if what == "immutable folder" else ())})
+    said = warnings(run)
+    # An open file can be appended to wherever it is.
+    least = 0 if driver == "bucket" else 1
+    farm.check(least <= len(said) <= 1, case, f"should warn {least} times: {run}")
+
+
+def lost_folders(farm, driver):
+    def remove(kept):
+        shutil.rmtree(kept)
+
+    def immutable(flag):
+        return lambda kept: subprocess.run(["chattr", flag, kept], check=True, capture_output=True)
+
+    lost_folder(farm, driver, "removed folder", remove, lambda kept: None)
+    lost_folder(farm, driver, "moved folder", lambda kept: kept.rename(kept.with_name("moved")), lambda kept: None)
+    # A folder of the same name is there again, and has a file of the same name.
+    def replace(kept):
+        kept.rename(kept.with_name("moved"))
+        kept.mkdir()
+        (kept / "other").write_text("mine")
+
+    case = f"replaced folder of {driver}"
+    if farm.wanted(case):
+        expected, seconds = farm.reference(settings_of(driver))
+        folder = farm.folder(case)
+        (folder / "kept").mkdir()
+        process = farm.start(folder, [*settings_of(driver), *resume("kept/c")])
+        process.wait_until((folder / "kept" / "c").exists)
+        time.sleep(0.3 * seconds)
+        replace(folder / "kept")
+        run = process.wait()
+        stray = {name for name in contents(folder) if name.startswith("moved/")}
+        farm.check_done(run, folder, expected, case, {"report.json", "kept/other", *stray})
+        farm.check((folder / "kept/other").read_text() == "mine", case, "another's file is gone")
+    case = f"replaced file of {driver}"
+    if driver == "bucket" and farm.wanted(case):
+        expected, seconds = farm.reference(settings_of(driver))
+        folder = farm.folder(case)
+        (folder / "kept").mkdir()
+        process = farm.start(folder, [*settings_of(driver), *resume("kept/c")])
+        process.wait_until((folder / "kept" / "c").exists)
+        (folder / "kept/mine").write_text("mine")
+        (folder / "kept/mine").rename(folder / "kept/c")
+        run = process.wait()
+        farm.check(run.code == EXIT_DONE and (folder / "kept/c").exists() and
+                   (folder / "kept/c").read_text() == "mine", case, f"another's file is gone: {run}")
+    if os.geteuid() == 0:
+        return farm.skip(f"write-protected folder of {driver}", "the superuser may write everywhere")
+    lost_folder(farm, driver, "write-protected folder", lambda kept: kept.chmod(0o500), lambda kept: kept.chmod(0o700))
+
+
+def twice_at_once(farm, driver):
+    """The second refuses; the first is not disturbed. Also where both begin in the same moment: one of them at most goes
+    on with the checkpoint's name."""
+    case = f"twice at once of {driver}"
+    if not farm.wanted(case):
+        return
+    expected, seconds = farm.reference(settings_of(driver))
+    folder = farm.folder(case)
+    command = [*settings_of(driver), *resume("c")]
+    first = farm.start(folder, command)
+    first.wait_until((folder / "c").exists)
+    time.sleep(0.2 * seconds)
+    for _ in range(3):
+        second = farm.run(folder, [*command, "--quiet"])
+        farm.check(first.running(), case, "the first was too fast")
+        farm.check(second.code == EXIT_RENDER_FAILED and len(second.err.splitlines()) == 1 and
+                   second.err.startswith("emberline: error: ") and "c: another run has it" in second.err, case,
+                   f"the second should refuse: {second}")
+    # Without --resume it would begin the file anew.
+    second = farm.run(folder, [*settings_of(driver), "--checkpoint", "c", "--quiet"])
+    farm.check(second.code == EXIT_RENDER_FAILED and "another run has it" in second.err, case,
+               f"the second should refuse without --resume, too: {second}")
+    farm.check_done(first.wait(), folder, expected, case, {"report.json"})
+
+
+def same_moment(farm, driver):
+    case = f"same moment of {driver}"
+    if not farm.wanted(case):
+        return
+    expected, seconds = farm.reference(settings_of(driver))
+    both = 0
+    for _ in range(4):
+        folder = farm.folder(case)
+        command = [*settings_of(driver), *resume("c"), "--quiet", "--threads", "1"]
+        runs = [run.wait() for run in [farm.start(folder, command), farm.start(folder, command)]]
+        codes = sorted(run.code for run in runs)
+        farm.check(codes in ([0, 0], [0, 1]), case, f"{runs[0]} | {runs[1]}")
+        both += codes == [0, 0]
+        farm.check(pixels(folder / "out.exr") == expected, case, "other bits")
+        farm.check(set(contents(folder)) <= {"out.exr", "report.json"}, case, f"stray: {contents(folder).keys()}")
+    farm.check(both == 0, case, f"{both} of 4 times neither refused: each took the checkpoint for its own")
+
+
+def unusable_paths(farm):
+    """Names that no checkpoint can have: one line, exit 1 or 2, nothing written."""
+    small = ["--size", "16x12", "--spp", "1", "--threads", "1", "--quiet"]
+    for resumed in (["--resume"], []):
+        for what, path in (("a folder", "folder"), ("a folder with a slash", "folder/"), ("no folder", "absent/c"),
+                           ("a device", "/dev/null"), ("a full device", "/dev/full"), ("a pipe", "pipe"), ("stdout", "/dev/stdout"),
+                           ("the output", "out.exr"), ("the output by another name", "./folder/../out.exr"),
+                           ("the output by a link", "link"), ("the report", "report.json"), ("the scene", "scene.glb"),
+                           ("a link to the scene", "scene link"), ("the environment", "env.hdr"), ("nothing", ""),
+                           ("a long name", "x" * 300), ("below a file", "scene.glb/c"), ("a loop of links", "loop"),
+                           ("write-protected", "protected")):
+            case = f"checkpoint that is {what}{'' if resumed else ', not resumed'}"
+            if not farm.wanted(case):
+                continue
+            if what == "write-protected" and os.geteuid() == 0:
+                farm.skip(case, "the superuser may write everywhere")
+                continue
+            folder = farm.folder(case)
+            (folder / "folder").mkdir()
+            os.mkfifo(folder / "pipe")
+            (folder / "link").symlink_to("out.exr")
+            (folder / "loop").symlink_to("loop")
+            shutil.copy(farm.scene(), folder / "scene.glb")
+            (folder / "scene link").symlink_to("scene.glb")
+            shutil.copy(farm.scenes / "dusk.hdr", folder / "env.hdr")
+            (folder / "protected").write_text("x")
+            (folder / "protected").chmod(0o400)
+            before = contents(folder)
+            env = ["--env", "env.hdr"] if "environment" in what else []
+            run = farm.run(folder, [*small, *REPORT, *env, *resumed, "--checkpoint", path], scene="scene.glb",
+                           timeout=10)
+            if what == "nothing" and run.code == EXIT_DONE:  # as if it were not given
+                continue
+            farm.check_refused(run, folder, before, case, {EXIT_RENDER_FAILED, EXIT_USAGE})
+
+
+def main():
+    farm = Farm(__doc__, driver=("", "this one alone; `paths`: what no checkpoint can be named"))
+    drivers = [driver for driver in DRIVERS if driver.startswith(farm.options.driver)]
+    if farm.options.driver in ("", "paths"):
+        unusable_paths(farm)
+    for driver in drivers:
+        full_disk(farm, driver)
+        twice_at_once(farm, driver)
+        same_moment(farm, driver)
+        lost_folders(farm, driver)
+    failing_calls(farm, drivers)
+    farm.done()
+
+
+main()
