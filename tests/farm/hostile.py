@@ -8,6 +8,7 @@ no absurd length, nothing written, the file as it was. One case by hand, by its 
   hostile.py build/release/bin/emberline scenes --driver adaptive --only 'mutation 17'"""
 
 import json
+import pathlib
 import random
 import struct
 
@@ -18,7 +19,10 @@ from records import BLOCK, END, TILE, Record, file_start, packed_file
 FRAME = ["--size", "16x12", "--bucket-size", "8", "--spp", "4", "--threads", "1", "--quiet", *CHANNELS]
 SETTINGS = {"bucket": (), "bucket streams": ("--streams", "2"), "bisection": (), "bisection lights": ("--light-groups",),
             "adaptive": ("--spp", "16"), "adaptive unbiased": ("--spp", "16", "--unbiased"),
-            "adaptive streams": ("--spp", "16", "--streams", "2")}
+            "adaptive streams": ("--spp", "16", "--streams", "2"),
+            # In mid-frame, where the driver has plans: wherever the clock has stopped it.
+            "bisection stopped": ("--spp", "200"), "adaptive stopped": ("--spp", "200"),
+            "adaptive threshold stopped": ("--noise-threshold", "0.002", "--max-spp", "300")}
 CHECKPOINT = "the.checkpoint"
 SECONDS = 10
 MEMORY = 400 << 20  # of the process; it takes 20 MiB
@@ -148,7 +152,8 @@ class Hostile:
         self.settings = [*FRAME, "--driver", name.split()[0], *SETTINGS[name]]
         self.expected, _ = farm.reference(self.settings)
         folder = farm.folder(f"{name} saved")
-        farm.run(folder, [*self.settings, "--resume", "--checkpoint", CHECKPOINT, "--resumable"])
+        limit = ["--time-limit", "0.015"] if name.endswith("stopped") else []
+        farm.run(folder, [*self.settings, "--resume", "--checkpoint", CHECKPOINT, "--resumable", *limit])
         self.head, self.records = records.parsed_file((folder / CHECKPOINT).read_bytes(), zstd)
         self.folder = farm.folder(f"{name} hostile")
         self.counts = {"done, right bits": 0, "done, other bits": 0, "refused": 0}
@@ -180,6 +185,19 @@ class Hostile:
         run = self.farm.run(self.folder, [*self.settings, "--resume", "--checkpoint", CHECKPOINT], timeout=SECONDS,
                             limit=ADDRESSES)
         replay = f"--driver '{self.name}' --only '{case}'"
+        if self.name.endswith("stopped"):
+            saved = self.farm.root / (case.replace(" ", "_").replace(":", "") + ".checkpoint")
+            saved.write_bytes(data)
+            replay = f"--driver '{self.name}' --file {saved}"
+        failed = len(self.farm.failures)
+        self.judge(case, replay, before, largest, run, right)
+        if self.name.endswith("stopped"):
+            if len(self.farm.failures) > failed:
+                self.farm.options.keep = True
+            else:
+                saved.unlink()
+
+    def judge(self, case, replay, before, largest, run, right):
         check = self.farm.check
         if not check(not run.hung and run.code in (EXIT_DONE, EXIT_RENDER_FAILED, EXIT_INPUT), case,
                      f"should be refused or done: {run}", replay):
@@ -201,7 +219,8 @@ class Hostile:
 
 def main():
     farm = Farm(__doc__, driver=("", "of that name alone"), mutations=(60, "of each state [60]"),
-                seed=(1, "of the mutations [1]"), brief=(False, "mutations alone"))
+                seed=(1, "of the mutations [1]"), brief=(False, "mutations alone"),
+                file=("", "go on with this file alone"))
     options = farm.options
     zstd = records.zstd_of(farm.program)
     if not zstd:
@@ -209,6 +228,9 @@ def main():
         farm.check(True, "", "")
         farm.done()
     chosen = {name: Hostile(farm, name, zstd) for name in SETTINGS if name.startswith(options.driver)}
+    if options.file:
+        next(iter(chosen.values())).go_on("file", pathlib.Path(options.file).read_bytes())
+        farm.done()
     for name, hostile in chosen.items():
         again = [Record(record.kind, record.number, record.data) for record in hostile.records]
         hostile.go_on("packed again", packed_file(hostile.head, again), right=True)
