@@ -185,7 +185,7 @@ def files(farm):
         folder = farm.folder(case)
         write_scene(folder)
         shutil.copy(farm.scenes / "dusk.hdr", folder / "env.hdr")
-        base = ["--spp", "3000"]
+        base = ["--spp", "500"]
         reference = farm.run(folder, [*SIZE, *FRAME, *base, "--env", "env.hdr"], output="reference.exr", scene="scene.gltf")
         if not farm.check(reference.code == EXIT_DONE, case, f"{reference}"):
             continue
