@@ -33,10 +33,13 @@ void set_more(const FrameSettings& more, const std::string& path, FrameSettings&
   if (more.max_spp && settings.max_spp && *more.max_spp < *settings.max_spp) {
     refuse("max-spp", *settings.max_spp);
   }
+  const bool even = shares_evenly(settings);
   if (more.spp) settings.spp = more.spp;
   if (more.noise_threshold) settings.noise_threshold = more.noise_threshold;
   if (more.max_spp) settings.max_spp = more.max_spp;
   settings.time_limit_s = more.time_limit_s;
+  if (shares_evenly(settings) == even) return;
+  throw UsageError("--noise-threshold: every pixel of {} has as many samples; valid is --spp", path);
 }
 
 void check_extensible(const FrameSettings& settings, const std::string& path) {

@@ -309,11 +309,10 @@ void RenderRun::resume() {
   if (path.empty()) return;
   const auto layers = groups_ ? light_layer_names(groups_->list()) : std::vector<std::string>();
   const nlohmann::json head = checkpoint_head(options_, plan_, layers, progress_);
-  checkpoint_.emplace(path, head, frame_render_.by_tiles(), options_.resume,
-                      options_.checkpoint_interval_s);
-  if (!options_.extended.empty()) {
-    checkpoint_->extend(options_.extended, head);
-  } else if (options_.resume && !checkpoint_->goes_on()) {
+  const CheckpointOptions kept = {path, frame_render_.by_tiles(), options_.resume,
+                                  options_.checkpoint_interval_s, options_.extended};
+  checkpoint_.emplace(kept, head);
+  if (options_.resume && options_.extended.empty() && !checkpoint_->goes_on()) {
     log_info(path + " is not there; the frame begins anew");
   }
   frame_render_.resumable();

@@ -88,29 +88,29 @@ std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_
   return state;
 }
 
-Checkpoint::Checkpoint(const std::string& path, const Json& head, bool by_tiles, bool resume,
-                       double interval_s)
-    : path_(path),
+Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
+    : path_(options.path),
       head_(record_file_head(head.dump(2, ' ', false, Json::error_handler_t::replace))),
-      interval_s_(interval_s),
-      next_s_(interval_s) {
-  report_.file = path;
-  const bool there = InputFile::open_if_there(path).has_value();
-  if (there) {
-    file_ = std::make_unique<HeldFile>(path);
-  } else {
-    file_ = std::make_unique<HeldFile>(path, head_);
+      interval_s_(options.interval_s),
+      next_s_(options.interval_s) {
+  report_.file = path_;
+  if (!options.finished.empty()) {
+    finished_ = std::make_unique<RecordFile>(options.finished);
+    check_frame(*finished_, head, {"spp", "noise-threshold", "min-spp", "max-spp"});
+    finished_tiles_ = tiles_of(*finished_);
   }
-  if (there && resume) {
-    earlier_ = std::make_unique<RecordFile>(path);
+  const bool there = InputFile::open_if_there(path_).has_value();
+  file_ = there ? std::make_unique<HeldFile>(path_) : std::make_unique<HeldFile>(path_, head_);
+  if (there && options.resume) {
+    earlier_ = std::make_unique<RecordFile>(path_);
     check_frame(*earlier_, head);
     tiles_ = tiles_of(*earlier_);
-    if (by_tiles && earlier_->has_more()) {
-      log_warning(fmt::format("{}: its end is cut short; the tiles there are rendered anew", path));
+    if (options.by_tiles && earlier_->has_more()) {
+      log_warning(fmt::format("{}: its end is cut short; the tiles there are rendered anew", path_));
       file_->cut(earlier_->end());
     }
   } else if (there) {
-    AtomicFile file(path);
+    AtomicFile file(path_);
     file.write_at(head_.data(), head_.size(), 0);
     file_->replace(file);
   }
@@ -131,12 +131,6 @@ std::optional<std::vector<std::byte>> Checkpoint::load(size_t tile, uint64_t mos
     log_warning(fmt::format("{}; the tiles that are lost are rendered anew", error.what()));
     return std::nullopt;
   }
-}
-
-void Checkpoint::extend(const std::string& finished, const Json& head) {
-  finished_ = std::make_unique<RecordFile>(finished);
-  check_frame(*finished_, head, {"spp", "noise-threshold", "min-spp", "max-spp"});
-  finished_tiles_ = tiles_of(*finished_);
 }
 
 std::optional<std::vector<std::byte>> Checkpoint::load_finished(size_t tile, uint64_t most) {

@@ -39,19 +39,24 @@ struct CheckpointReport {
   bool kept = false;
 };
 
+struct CheckpointOptions {
+  std::string path;
+  bool by_tiles = false;
+  bool resume = false;      // goes on with one that is there
+  double interval_s = 300;  // between two
+  // The checkpoint of an equal frame that is finished, and had fewer samples or a higher threshold:
+  // it goes on in this one, which takes its place when it is done. Empty: none.
+  std::string finished;
+};
+
 class Checkpoint final : public TileStore {
  public:
-  // Takes the file for this run. With `resume` it goes on with one that is there, else it begins a
-  // new one. Throws RenderError where another run has it or it cannot be written, InputError for
+  // Takes the file for this run, which goes on with what is there or begins a new one. Throws RenderError where another run has it or it cannot be written, InputError for
   // one that is damaged or of another frame: with the list of what differs.
-  Checkpoint(const std::string& path, const nlohmann::json& head, bool by_tiles, bool resume,
-             double interval_s);
+  Checkpoint(const CheckpointOptions& options, const nlohmann::json& head);
   ~Checkpoint() override;
 
   bool goes_on() const { return earlier_ != nullptr; }
-  // Before all else: the frame goes on from this one, which had fewer samples or a higher threshold,
-  // and takes its file's place in finish(). Throws InputError.
-  void extend(const std::string& finished, const nlohmann::json& head);
 
   // Tiles: any thread.
   std::optional<std::vector<std::byte>> load(size_t tile, uint64_t most) override;
@@ -66,8 +71,7 @@ class Checkpoint final : public TileStore {
   // Copies the frame at once and writes it behind, when the one before is written.
   void save(FrameRender& render);
 
-  // Waits until all is on the disk. The file goes if it is not to be kept; of a frame that is done
-  // it takes the place of the one that was extended.
+  // Waits until all is on the disk. The file goes if it is not to be kept.
   CheckpointReport finish(bool done, bool keep);
 
  private:

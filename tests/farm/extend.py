@@ -1,0 +1,140 @@
+"""A finished frame goes on (`emberline extend`): of uniform frames to the bits of one that had all its samples at once,
+killed, stopped and begun again on the way; of adaptive ones to a lower threshold. Until the new picture is whole the old
+one stays.
+
+    extend.py build/release/bin/emberline scenes --only 'bucket kills'
+"""
+
+import random
+import sys
+import time
+
+from farm import CHANNELS, EXIT_DONE, EXIT_INPUT, EXIT_STOPPED, EXIT_USAGE, Farm, Process, contents, pixels, report_of, \
+    signal
+
+FRAME = ["--size", "96x64", "--bucket-size", "16", "--threads", "2"]
+FILES = {"out.exr.checkpoint"}
+WAYS = {
+    "bucket": ["--driver", "bucket"],
+    "bisection": ["--driver", "bisection"],
+    "independent": ["--driver", "bucket", "--sampler", "independent", "--streams", "2"],
+    "light groups": ["--driver", "bisection", "--light-groups"],
+}
+
+
+def extend(farm, folder, *words):
+    return Process([farm.program, "extend", "out.exr", *words, "--checkpoint-interval", "0.1"], folder)
+
+
+def first_frame(farm, folder, case, settings):
+    run = farm.run(folder, [*settings, "--resumable", "--quiet"])
+    farm.check(run.code == 0, case, f"the frame failed: {run}")
+
+
+def at_once(farm):
+    for name, way in WAYS.items():
+        case = f"{name} at once"
+        if not farm.wanted(case):
+            continue
+        settings = [*FRAME, *CHANNELS, *way]
+        expected, _ = farm.reference([*settings, "--spp", "20"])
+        folder = farm.folder(case)
+        first_frame(farm, folder, case, [*settings, "--spp", "3"])
+        for spp in ("8", "20"):
+            run = extend(farm, folder, "--spp", spp, "--quiet").wait()
+            farm.check(run.code == 0, case, f"should be done: {run}")
+        farm.check_done(run, folder, expected, case, FILES)
+
+
+def interrupted(farm):
+    """Killed and stopped again and again: the picture is the old one until it is the new one."""
+    for name in ("bucket", "bisection"):
+        case = f"{name} kills"
+        if not farm.wanted(case):
+            continue
+        settings = ["--size", "160x120", "--threads", "2", *CHANNELS, *WAYS[name], "--bucket-size", "16"]
+        expected, seconds = farm.reference([*settings, "--spp", "48"])
+        folder = farm.folder(case)
+        first_frame(farm, folder, case, [*settings, "--spp", "4"])
+        old, chance, landed = pixels(folder / "out.exr"), random.Random(7), 0
+        for i in range(60):
+            process = extend(farm, folder, "--spp", "48", "--quiet")
+            if i < 6:
+                time.sleep(0.05 + chance.random() * 0.3 * seconds)
+                process.signal(signal.SIGKILL if i % 2 == 0 else signal.SIGTERM)
+            run = process.wait()
+            if run.code == EXIT_DONE:
+                break
+            landed += 1
+            farm.check(run.code in (-signal.SIGKILL, EXIT_STOPPED), case, f"another end: {run}")
+            farm.check(pixels(folder / "out.exr") == old, case, "the old picture is gone before the new one is there")
+        farm.check(landed >= 3, case, f"only {landed} of 6 signals found it at work")
+        farm.check_done(run, folder, expected, case, FILES)
+
+
+def adaptive(farm):
+    for name, settings, more in (
+        ("adaptive budget", ["--driver", "adaptive", "--spp", "8"], ["--spp", "24"]),
+        ("adaptive unbiased", ["--driver", "adaptive", "--spp", "8", "--unbiased"], ["--spp", "24"]),
+        ("adaptive threshold", ["--driver", "adaptive", "--noise-threshold", "0.1", "--max-spp", "256"],
+         ["--noise-threshold", "0.05"]),
+        ("bucket threshold", ["--noise-threshold", "0.1", "--max-spp", "256"], ["--noise-threshold", "0.05"]),
+    ):
+        if not farm.wanted(name):
+            continue
+        folder = farm.folder(name)
+        first_frame(farm, folder, name, [*FRAME, *CHANNELS, *settings, "--report", "report.json"])
+        before = report_of(folder)
+        run = extend(farm, folder, *more, "--report", "report.json", "--quiet").wait()
+        if not farm.check(run.code == 0, name, f"should be done: {run}"):
+            continue
+        after = report_of(folder)
+        farm.check(after["samples"]["total"] > before["samples"]["total"], name, "it has no more samples")
+        farm.check(after["samples"]["min"] >= before["samples"]["min"], name, "a pixel has fewer")
+        farm.check(after["error"]["estimate"] < before["error"]["estimate"], name, "its error is not less")
+        farm.check(after["checkpoint"]["earlier_samples"] == before["samples"]["total"], name, "it began anew")
+
+
+def refused(farm):
+    if not farm.wanted("refused"):
+        return
+    folder = farm.folder("refused")
+    first_frame(farm, folder, "refused", [*FRAME, "--spp", "4"])
+    farm.run(folder, [*FRAME, "--spp", "4", "--sampler", "stratified", "--resumable", "--quiet"], output="jitter.exr")
+    farm.run(folder, [*FRAME, "--part", "1/2", "--spp", "4", "--quiet"], output="part.exr")
+    farm.run(folder, [*FRAME, "--spp", "4", "--quiet"], output="plain.exr")
+    process = farm.start(folder, ["--spp", "4096", "--resumable", "--size", "640x480", "--quiet"], output="half.exr")
+    process.wait_until((folder / "half.exr.checkpoint").exists)
+    process.signal(signal.SIGTERM)
+    process.wait()
+    moved = folder / "moved.glb"
+    moved.write_bytes(farm.scene().read_bytes())
+    farm.run(folder, [*FRAME, "--spp", "4", "--resumable", "--quiet"], output="moved.exr", scene=moved)
+    moved.unlink()
+    before = contents(folder)
+    for name, words, code, parts in (
+        ("less", ["out.exr", "--spp", "2"], EXIT_USAGE, ["4 already"]),
+        ("nothing", ["out.exr"], EXIT_USAGE, ["--spp"]),
+        ("threshold", ["out.exr", "--spp", "8", "--noise-threshold", "0.1"], EXIT_USAGE, ["--noise-threshold"]),
+        ("jitter", ["jitter.exr", "--spp", "8"], EXIT_INPUT, ["stratified"]),
+        ("part", ["part.exr.part-1-of-2.checkpoint", "--spp", "8"], EXIT_INPUT, ["part"]),
+        ("plain", ["plain.exr", "--spp", "8"], EXIT_INPUT, ["plain.exr.checkpoint"]),
+        ("moved", ["moved.exr", "--spp", "8"], EXIT_INPUT, ["moved.glb"]),
+        ("other scene", ["moved.exr", "--spp", "8", "--scene", farm.scene("glass_metal")], EXIT_INPUT, ["scene"]),
+    ):
+        case = f"refused {name}"
+        if farm.wanted(case):
+            run = Process([farm.program, "extend", *words, "--quiet"], folder).wait()
+            farm.check_refused(run, folder, before, case, (code,), parts)
+    run = Process([farm.program, "extend", "moved.exr", "--spp", "8", "--scene", farm.scene(), "--quiet"], folder).wait()
+    farm.check(run.code == EXIT_DONE, "moved scene", f"should go on with the scene that is named: {run}")
+
+
+def main():
+    farm = Farm(__doc__)
+    for test in (at_once, interrupted, adaptive, refused):
+        test(farm)
+    farm.done()
+
+
+sys.exit(main())
