@@ -1,4 +1,4 @@
-// Files of records: what a frame is kept in until it is done (docs: renderer/checkpoint/README.md).
+// Files of records: what a frame is kept in until it is done (renderer/output/checkpoint.h).
 //
 //   "EMBRECF\n", u32 format = 1, u32 bytes of the head, u64 checksum of the head; the head, a JSON text
 //   any number of: "EMBR", u32 kind, u64 number, u64 bytes unpacked, u64 bytes packed,

@@ -47,6 +47,18 @@ void check_count(const SamplerEntry& entry, uint32_t samples) {
 
 }  // namespace
 
+std::vector<std::string_view> extensible_samplers() {
+  std::vector<std::string_view> names;
+  for (const SamplerEntry& entry : kSamplers) {
+    // Of a sampler that weighs its points, the first of three weighs more or less than the others.
+    if (entry.counts == SampleCounts::kAny &&
+        entry.create({})->integration_weight(0, 3) == 1.0f) {
+      names.push_back(entry.name);
+    }
+  }
+  return names;
+}
+
 void Sampler::fill_scattered(std::span<const SampleAddress> samples, uint32_t seed, uint32_t slot,
                              int first_lane, SlotBlock& out, int dimensions) const {
   SlotBlock block;

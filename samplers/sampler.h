@@ -15,6 +15,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace emberline {
 
@@ -115,6 +116,10 @@ struct SamplerEntry {
   std::unique_ptr<Sampler> (*create)(const SamplerSettings&);
 };
 std::span<const SamplerEntry> sampler_table();
+
+// Those whose first samples are the same, and weigh the same, however many come: what frames can be
+// extended with, and cut into ranges of samples.
+std::vector<std::string_view> extensible_samplers();
 
 // Throws UsageError that lists the valid names, or says which counts the sampler can take.
 std::unique_ptr<Sampler> create_sampler(std::string_view name, const SamplerSettings& settings);

@@ -1,7 +1,9 @@
 #include "renderer/app/extend_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "io/json_input.h"
@@ -44,14 +46,13 @@ void set_more(const FrameSettings& more, const std::string& path, FrameSettings&
 
 void check_extensible(const FrameSettings& settings, const std::string& path) {
   if (is_part(settings)) throw InputError(path, "it is a part of a frame; merge the parts first");
-  const FramePlan plan(settings);
-  for (const SamplerEntry& sampler : sampler_table()) {
-    if (sampler.name != settings.sampler || sampler.counts == SampleCounts::kAny) continue;
-    throw InputError(path,
-                     "the points of its sampler, {}, depend on how many there are; a frame of "
-                     "--sampler sobol can be extended",
-                     settings.sampler);
-  }
+  if (!shares_evenly(settings)) return;
+  const std::vector<std::string_view> valid = extensible_samplers();
+  if (std::ranges::find(valid, settings.sampler) != valid.end()) return;
+  throw InputError(path,
+                   "the samples of its sampler, {}, depend on how many there are; uniform frames are "
+                   "extended with {}",
+                   settings.sampler, fmt::join(valid, ", "));
 }
 
 }  // namespace

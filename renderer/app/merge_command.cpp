@@ -23,7 +23,7 @@ RenderOptions options_of(const MergeOptions& merge, const FrameMerge& frame) {
   static_cast<FrameSettings&>(options) = frame.settings();
   for (const HeatmapRequest& heatmap : heatmap_requests(options)) {
     const std::optional<Aov> aov = heatmap.quantity->aov;
-    if (!aov || frame.first().plan().aovs.contains(*aov)) continue;
+    if (!aov || *aov == Aov::kPart || frame.first().plan().aovs.contains(*aov)) continue;
     throw UsageError("--heatmap-of {}: the parts do not have it; render them with --aov {}",
                      heatmap.quantity->name, name_of(aov_table(), *aov));
   }
@@ -51,7 +51,7 @@ int run_merge(const MergeOptions& merge) {
   FrameOutputs outputs(options.outputs, settings, stop);
   if (options.light_groups) outputs.add_light_layers(frame.first().light_layers());
   tbb::task_arena arena(workers.count());
-  arena.execute([&] { frame.deliver(outputs); });
+  arena.execute([&] { frame.deliver(settings.aovs, outputs); });
 
   RenderReport report;
   report.counters = frame.counters();

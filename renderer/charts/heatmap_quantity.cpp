@@ -62,6 +62,12 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .aov = Aov::kNonFinite,
        .channels = {"non_finite"},
        .value = first_channel},
+      {.name = "part",
+       .summary = "which part of a merged frame brought each pixel",
+       .title = "part of the frame",
+       .aov = Aov::kPart,
+       .channels = {"part"},
+       .value = first_channel},
   };
   return table;
 }

@@ -1,6 +1,7 @@
 #include "renderer/drivers/frame_plan.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -26,9 +27,8 @@ void refuse_adaptive_options(const FrameSettings& o, const std::string& reason) 
   if (o.unbiased) refuse("--unbiased");
 }
 
-// A sampler that has to know a pixel's count beforehand is of no use where the noise decides it, or
-// where more may come.
-void refuse_fixed_counts(const std::string& sampler, const std::string& reason) {
+// A sampler that has to know a pixel's count beforehand is of no use where the noise decides it.
+void refuse_fixed_counts(const std::string& sampler) {
   std::string valid;
   bool refused = false;
   for (const SamplerEntry& entry : sampler_table()) {
@@ -41,8 +41,9 @@ void refuse_fixed_counts(const std::string& sampler, const std::string& reason) 
   }
   if (!refused) return;
   throw UsageError("--sampler: " + sampler +
-                   " needs to know each pixel's number of samples beforehand, which " + reason +
-                   "; valid names are " + valid);
+                   " needs to know each pixel's number of samples beforehand, which adaptive "
+                   "sampling does not; valid names are " +
+                   valid);
 }
 
 // The estimators that say how much a sample would bring, and not only which pixels are finished.
@@ -68,7 +69,12 @@ void plan_even(const FrameSettings& o, FramePlan& plan) {
   plan.samples_per_pixel = o.spp.value_or(kDefaultSamples);
   if (o.sample_range) {
     if (o.spp) throw UsageError("--spp: --sample-range says how many samples each pixel gets");
-    refuse_fixed_counts(o.sampler, "a part of its samples does not tell");
+    const std::vector<std::string_view> valid = extensible_samplers();
+    if (std::ranges::find(valid, o.sampler) == valid.end()) {
+      throw UsageError(
+          "--sampler: the samples of {} depend on how many there are; --sample-range is valid with {}",
+          o.sampler, fmt::join(valid, ", "));
+    }
     plan.first_sample = o.sample_range->first;
     plan.samples_per_pixel = o.sample_range->end - o.sample_range->first;
   }
@@ -76,7 +82,7 @@ void plan_even(const FrameSettings& o, FramePlan& plan) {
 }
 
 void plan_by_error(const FrameSettings& o, FramePlan& plan) {
-  refuse_fixed_counts(o.sampler, "adaptive sampling does not");
+  refuse_fixed_counts(o.sampler);
   if (o.sample_range) {
     throw UsageError(
         "--sample-range: adaptive sampling decides itself how many samples each pixel gets; give "

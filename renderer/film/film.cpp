@@ -39,6 +39,8 @@ constexpr NamedValue<Aov> kAovs[] = {
      "--time-limit, 5 the user, 6 it was to get more when a window saved it; 0 if it got none",
      Aov::kStop},
     {"non_finite", "samples that were NaN or infinite, counted as black", Aov::kNonFinite},
+    {"part", "of a merged frame: the number of the part that brought the pixel, 1 the first given",
+     Aov::kPart},
 };
 
 }  // namespace
@@ -76,6 +78,7 @@ std::vector<FilmChannel> film_channels(const AovSet& aovs) {
   if (aovs.contains(Aov::kTime)) add({"time"});
   if (aovs.contains(Aov::kStop)) add({"stop"}, true);
   if (aovs.contains(Aov::kNonFinite)) add({"non_finite"}, true);
+  if (aovs.contains(Aov::kPart)) add({"part"}, true);
   return channels;
 }
 
@@ -87,6 +90,7 @@ std::vector<std::string> film_channel_names(const AovSet& aovs) {
 
 void FilmTile::reset(const Rect& rect) {
   rect_ = rect;
+  part_ = 0;
   const auto n = size_t(rect.area());
   sums_.reset(n);
   shown_.reset(0);
@@ -323,6 +327,7 @@ void FilmTile::resolve(std::vector<float>& out) const {
     if (aovs_.contains(Aov::kTime)) *p++ = seconds_[i];
     if (aovs_.contains(Aov::kStop)) *p++ = float(stops_[i]);
     if (aovs_.contains(Aov::kNonFinite)) *p++ = float(sums.non_finite);
+    if (aovs_.contains(Aov::kPart)) *p++ = float(part_);
   }
 }
 

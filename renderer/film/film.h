@@ -31,6 +31,7 @@ enum class Aov : uint8_t {
   kTime,
   kStop,
   kNonFinite,
+  kPart,
 };
 
 // The table behind --aov, its --help and its error message.
@@ -157,6 +158,8 @@ class FilmTile {
   // of its mean, from a driver that knows more of it than the film. It stands while samples are
   // added, until the next; what they bring is then taken to be as noisy as those before.
   void set_sample_variance(size_t i, const Rgb& variance);
+  // Of a merged frame, which of its parts the tile came from, 1 the first.
+  void set_part(uint32_t part) { part_ = part; }
   // Of every pixel by its count: kBudget if that is all of `budget`, kNone if it is 0, else
   // `cut_short`.
   void mark_stops(uint32_t budget, PixelStop cut_short);
@@ -237,6 +240,7 @@ class FilmTile {
   AovSet aovs_;
   FilmExtras extras_;
   Rect rect_;
+  uint32_t part_ = 0;
   ZeroedArray<PixelSums> sums_;
   ZeroedArray<double> squares_;        // 3 per pixel, if wanted
   ZeroedArray<uint32_t> rays_;         // if wanted

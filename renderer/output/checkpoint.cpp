@@ -8,6 +8,7 @@
 #include "io/json_input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/zeroed_array.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/process/stop_signal.h"
 
@@ -177,6 +178,7 @@ void Checkpoint::save(FrameRender& render) {
   take_checkpoint_request();
   pending_.clear();
   pending_.reserve(render.film_bytes() + render.film_bytes() / 8);
+  prefer_huge_pages(pending_.data(), pending_.capacity());
   render.save(pending_);
   writing_ = true;
   busy_ = true;

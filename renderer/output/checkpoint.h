@@ -1,8 +1,16 @@
 // What there is of a frame, in a file, so that a later run goes on from there to the same bits.
 //
 // A frame of tiles appends each as it is finished; another replaces the whole file from time to
-// time. File formats: io/record_file.h for the records; their contents are what Archive makes of a
-// FrameRender, or of a tile (frame_render.h).
+// time. The file (io/record_file.h) has a head in JSON (checkpoint_head.h):
+//   "bits"        kBitsVersion; "emberline" the version for people
+//   "settings"    all that decide bits, as texts by name (setting_table.h); "schedule" the others
+//   "inputs"      fingerprints of the files that were read; "files" where they were
+//   "machine"     host, instruction sets, Embree's version
+//   "light layers"  names, with light groups
+// and records. Of tiles: one each, whose bytes are those of a TileResult, the film and the driver's
+// state; of two of one tile the later counts. Of one film: blocks of at most 4 MiB that together are
+// what FrameRender::save() makes, and an empty record behind the last. What these classes save is
+// theirs to say (archive()); numbers are the machine's own, little-endian.
 #pragma once
 
 #include <atomic>

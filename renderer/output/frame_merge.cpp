@@ -221,6 +221,7 @@ void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
     const TileResult result = frame->load(number, to);
     if (begun) film.add_film(more);
     begun = true;
+    film.set_part(uint32_t(part_number(frame)));
     group.errors[number] = result.error;
     group.samples[number] = result.counters.samples;
     counters.merge(result.counters);
@@ -230,14 +231,19 @@ void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
   }
 }
 
-void FrameMerge::deliver(FrameObserver& observer) {
+size_t FrameMerge::part_number(const StoredFrame* frame) const {
+  const auto at = std::ranges::find(frames_, frame, &std::unique_ptr<StoredFrame>::get);
+  return size_t(at - frames_.begin()) + 1;
+}
+
+void FrameMerge::deliver(const AovSet& aovs, FrameObserver& observer) {
   std::atomic<size_t> next{0};
   std::atomic<uint32_t> least{UINT32_MAX};
   std::mutex mutex;
   const auto threads = size_t(std::max(1, tbb::this_task_arena::max_concurrency()));
   parallel_tasks(std::min(tiles_.size(), threads), [&](size_t) {
-    FilmTile film(first().plan().aovs, first().film_extras());
-    FilmTile more(first().plan().aovs, first().film_extras());
+    FilmTile film(aovs, first().film_extras());
+    FilmTile more(aovs, first().film_extras());
     FrameCounters counters;
     for (size_t i = next++; i < tiles_.size(); i = next++) {
       merge_tile(tiles_[i], film, more, counters);

@@ -65,9 +65,10 @@ class FrameMerge {
   FrameSettings settings() const;
   size_t missing_tiles() const { return missing_; }
 
-  // Hands every tile to the observer, on the calling thread's TBB arena, of which each holds as
-  // many films as it has threads. Throws InputError, and what the observer throws.
-  void deliver(FrameObserver& observer);
+  // Hands every tile to the observer, with the parts' channels and, if it is among `aovs`, `part`.
+  // On the calling thread's TBB arena, two films a thread. Throws InputError, and what the observer
+  // throws.
+  void deliver(const AovSet& aovs, FrameObserver& observer);
   // After deliver().
   const FrameCounters& counters() const { return counters_; }
   std::optional<double> error_estimate() const { return error_; }
@@ -86,6 +87,7 @@ class FrameMerge {
   void check_groups(bool allow_holes);
   void merge_tile(const Rect& tile, FilmTile& film, FilmTile& more, FrameCounters& counters);
   void combine_errors();
+  size_t part_number(const StoredFrame* frame) const;
   size_t number_of(const Rect& tile) const {
     return bucket_number(first().plan().crop, tile, first().settings().bucket_size);
   }

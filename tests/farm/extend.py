@@ -101,6 +101,8 @@ def refused(farm):
     folder = farm.folder("refused")
     first_frame(farm, folder, "refused", [*FRAME, "--spp", "4"])
     farm.run(folder, [*FRAME, "--spp", "4", "--sampler", "stratified", "--resumable", "--quiet"], output="jitter.exr")
+    farm.run(folder, [*FRAME, "--spp", "4", "--sampler", "hierarchical", "--resumable", "--quiet"],
+             output="weights.exr")
     farm.run(folder, [*FRAME, "--part", "1/2", "--spp", "4", "--quiet"], output="part.exr")
     farm.run(folder, [*FRAME, "--spp", "4", "--quiet"], output="plain.exr")
     process = farm.start(folder, ["--spp", "4096", "--resumable", "--size", "640x480", "--quiet"], output="half.exr")
@@ -117,6 +119,7 @@ def refused(farm):
         ("nothing", ["out.exr"], EXIT_USAGE, ["--spp"]),
         ("threshold", ["out.exr", "--spp", "8", "--noise-threshold", "0.1"], EXIT_USAGE, ["--noise-threshold"]),
         ("jitter", ["jitter.exr", "--spp", "8"], EXIT_INPUT, ["stratified"]),
+        ("hierarchical", ["weights.exr", "--spp", "8"], EXIT_INPUT, ["hierarchical"]),
         ("part", ["part.exr.part-1-of-2.checkpoint", "--spp", "8"], EXIT_INPUT, ["part"]),
         ("plain", ["plain.exr", "--spp", "8"], EXIT_INPUT, ["plain.exr.checkpoint"]),
         ("moved", ["moved.exr", "--spp", "8"], EXIT_INPUT, ["moved.glb"]),
