@@ -77,7 +77,7 @@ def ranges(farm):
         if not farm.check(run.code == 0, case, f"should be done: {run}"):
             continue
         # The largest difference, as the program's own measure has it.
-            compared = Process([farm.program, "compare", "out.exr", whole / "out.exr", "--json"], folder).wait()
+        compared = Process([farm.program, "compare", "out.exr", whole / "out.exr", "--json"], folder).wait()
         farm.check(json.loads(compared.out)["max_abs"] < 1e-6, case, f"it is another picture: {compared.out}")
         print(f"{case}: {'the same bits' if pixels(folder / 'out.exr') == expected else 'other bits'}")
 
