@@ -119,14 +119,14 @@ void add_limits(CLI::App* app, LimitOptions& o) {
            }
          },
          "turn away what needs more memory: bytes, or with K, M, G, T powers of 1024 of them "
-         "[three quarters of what the machine or its container has]")
+         "[three quarters of what the machine, its container or the job of Slurm has]")
       ->type_name("SIZE");
   add_number(app, "--load-timeout", o.load_timeout_s, kLeastTimeLimit, kMostTimeLimit,
              "give up loading and building after so many seconds [never]");
 }
 
 void add_machine_options(CLI::App* app, RenderOptions& o) {
-  add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all]");
+  add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all; in a job of Slurm its processors]");
   add_limits(app, o.limits);
 }
 
@@ -235,6 +235,9 @@ void add_checkpoint(CLI::App* app, RenderOptions& o) {
                 "go on with the checkpoint, to the same bits; without one the frame begins anew");
   add_number(app, "--checkpoint-interval", o.checkpoint_interval_s, 0.1, 1e9,
              "seconds between two checkpoints [300]; SIGUSR1 asks for one at once");
+  app->add_option("--progress-file", o.progress_file,
+                  "say in this .json file, every two seconds, how far the frame is")
+      ->type_name("FILE");
 }
 
 void add_result_options(CLI::App* app, RenderOptions& o) {

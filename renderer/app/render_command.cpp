@@ -33,7 +33,9 @@
 #include "renderer/output/snapshots.h"
 #include "renderer/process/process_usage.h"
 #include "renderer/process/progress.h"
+#include "renderer/process/progress_file.h"
 #include "renderer/process/render_clock.h"
+#include "renderer/process/slurm_allocation.h"
 #include "renderer/process/standard_output.h"
 #include "renderer/process/stop_signal.h"
 #include "renderer/process/worker_threads.h"
@@ -86,6 +88,22 @@ FramePlan plan_of(const RenderOptions& options) {
   return plan;
 }
 
+// What the file tells is the display's while both live.
+class ProgressWatch {
+ public:
+  ProgressWatch(std::optional<ProgressFile>& file, const ProgressDisplay& display) : file_(file) {
+    if (file_) file_->watch([&display] { return display.now(); });
+  }
+  ~ProgressWatch() {
+    if (file_) file_->watch(nullptr);
+  }
+  ProgressWatch(const ProgressWatch&) = delete;
+  ProgressWatch& operator=(const ProgressWatch&) = delete;
+
+ private:
+  std::optional<ProgressFile>& file_;
+};
+
 // One frame, from options to files and report, in the order of its functions.
 class RenderRun {
  public:
@@ -111,6 +129,7 @@ class RenderRun {
   double part_of_frame() const { return 1.0 / plan_.driver_settings.part.count; }
   std::vector<std::string> failed_outputs() const;
   void end_checkpoint();
+  std::optional<double> allotted_seconds() const;
 
   const std::optional<double> start_s_ = process_age_seconds();
   const Stopwatch wall_;
@@ -121,6 +140,7 @@ class RenderRun {
   FrameRender frame_render_;
   const OutputSettings output_settings_;
   FileRegister files_;
+  std::optional<ProgressFile> progress_file_;
   std::optional<WorkerThreads> workers_;
   const LoadLimits limits_;
   LoadProgress progress_;
@@ -155,6 +175,7 @@ RenderRun::RenderRun(const RenderOptions& options)
   check_refinement_options(options, plan_);
   check_light_layers(options);
   check_part(options);
+  if (!options.progress_file.empty() && !options.replay) progress_file_.emplace(options.progress_file);
   workers_.emplace(options.threads);
   // An arena of its own: the limit of WorkerThreads cannot give more threads than the machine has
   // cores.
@@ -329,6 +350,18 @@ void RenderRun::resume() {
   report_.earlier_samples = frame_render_.counters().samples;
 }
 
+// A frame that can go on stops in time to be saved. It is not done then: whoever waits for this job
+// must not take it for that.
+std::optional<double> RenderRun::allotted_seconds() const {
+  if (!options_.resume) return std::nullopt;
+  const std::optional<double> seconds = slurm_seconds_left();
+  if (seconds) {
+    log_verbose("--time-limit " + readable_seconds(*seconds) +
+                ": a minute before SLURM_JOB_END_TIME, with exit code 130");
+  }
+  return seconds;
+}
+
 void RenderRun::render() {
   if (!options_.save_settings.empty()) {
     write_file_atomically(options_.save_settings, settings_json(options_, options_.save_settings));
@@ -340,9 +373,10 @@ void RenderRun::render() {
   arena_->execute([&] {
     ProgressDisplay progress(
         uint64_t(double(plan_.crop.area()) * frame_->samples_per_pixel * part_of_frame()), stop_,
-        options_.time_limit_s);
+        options_.time_limit_s, allotted_seconds());
     progress.add_earlier(report_.earlier_samples, 0);
     Watcher watcher(*this, &progress);
+    const ProgressWatch watch(progress_file_, progress);
     report_.counters = frame_render_.render(*frame_, watcher, stop_.token());
     report_.earlier_samples += watcher.earlier_samples();
   });
@@ -429,6 +463,10 @@ int RenderRun::report() {
     const auto& adaptive = dynamic_cast<const AdaptiveDriver&>(*frame_render_.driver());
     print_result(
         adaptive.explain(frame_render_.film(), options_.explained->x, options_.explained->y));
+  }
+  if (progress_file_) {
+    const bool cut = report_.exit_code == kExitDone && report_.counters.stopped;  // the time limit
+    progress_file_->finish(cut ? kExitStopped : report_.exit_code);
   }
   return report_.exit_code;
 }

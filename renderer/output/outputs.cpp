@@ -94,6 +94,7 @@ void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegi
   if (!options.save_settings.empty()) files.write("--save-settings", options.save_settings);
   const std::string checkpoint = checkpoint_path(options);
   if (!checkpoint.empty()) files.write("--checkpoint", checkpoint);
+  if (!options.progress_file.empty()) files.write("--progress-file", options.progress_file);
   if (!options.snapshots.empty()) {
     files.write_in("--snapshots", options.snapshots, is_snapshot_name);
   }

@@ -46,10 +46,12 @@ std::string bar_line(double fraction, std::string text, int columns) {
 }  // namespace
 
 ProgressDisplay::ProgressDisplay(uint64_t samples_total, StopRequest& stop,
-                                 std::optional<double> time_limit_s)
+                                 std::optional<double> time_limit_s,
+                                 std::optional<double> allotted_s)
     : total_(samples_total),
       stop_(stop),
       time_limit_s_(time_limit_s),
+      allotted_s_(allotted_s),
       start_(std::chrono::steady_clock::now()),
       shown_(log_level() != LogLevel::kQuiet),
       terminal_(is_capable_terminal()) {
@@ -81,6 +83,9 @@ void ProgressDisplay::stop_if_asked() {
   if (time_limit_s_ && elapsed >= *time_limit_s_ && stop_.request(PixelStop::kTimeLimit)) {
     log_info("the time limit is reached; writing what there is");
   }
+  if (allotted_s_ && elapsed >= *allotted_s_ && stop_.request(PixelStop::kUser)) {
+    log_info("the job's time is nearly over; stopping and writing what there is");
+  }
 }
 
 void ProgressDisplay::run() {
@@ -89,7 +94,8 @@ void ProgressDisplay::run() {
   constexpr double kLongestWait = 1e9;  // seconds; more would overflow the clock
   const auto limit =
       start_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                   Seconds(std::min(time_limit_s_.value_or(kLongestWait), kLongestWait)));
+                   Seconds(std::min({time_limit_s_.value_or(kLongestWait),
+                                     allotted_s_.value_or(kLongestWait), kLongestWait})));
   const auto next_look = [&] {
     const auto poll = std::chrono::steady_clock::now() + kPoll;
     return stop_.cause() == PixelStop::kNone ? std::min(poll, limit) : poll;
@@ -107,41 +113,47 @@ double ProgressDisplay::fraction(uint64_t done) const {
   return std::min(1.0, share_.load(std::memory_order_relaxed));
 }
 
-std::string ProgressDisplay::line(uint64_t done, double elapsed) const {
-  const uint64_t earlier = earlier_.load(std::memory_order_relaxed);
-  const double rate = elapsed > 0 ? double(done - std::min(done, earlier)) / elapsed : 0.0;
-  const double fraction = this->fraction(done);
-  const double before = total_ > 0 ? double(earlier) / double(total_)
+RenderProgress ProgressDisplay::now() const {
+  RenderProgress now;
+  now.samples = done_.load(std::memory_order_relaxed);
+  if (total_ > 0) now.samples = std::min(now.samples, total_);
+  now.elapsed_s = Seconds(std::chrono::steady_clock::now() - start_).count();
+  now.done = fraction(now.samples);
+  const double before = total_ > 0 ? double(earlier_.load(std::memory_order_relaxed)) / double(total_)
                                    : earlier_share_.load(std::memory_order_relaxed);
-  if (total_ == 0 && fraction == 0) {  // a threshold decides when it ends
-    return fmt::format("{:.1f} M samples  {}  ({:.2f} M samples/s)", double(done) * 1e-6,
-                       readable_seconds(elapsed), rate * 1e-6);
+  if (now.done > before && now.done < 1) {
+    now.left_s = now.elapsed_s * (1 - now.done) / (now.done - before);
   }
-  std::string text = fmt::format("{:5.1f} %  {}", 100 * fraction, readable_seconds(elapsed));
-  if (fraction > before && fraction < 1) {
-    text += ", " + readable_seconds(elapsed * (1 - fraction) / (fraction - before)) + " left";
+  return now;
+}
+
+std::string ProgressDisplay::line(const RenderProgress& now) const {
+  const uint64_t earlier = std::min(now.samples, earlier_.load(std::memory_order_relaxed));
+  const double rate = now.elapsed_s > 0 ? double(now.samples - earlier) / now.elapsed_s : 0.0;
+  if (total_ == 0 && now.done == 0) {  // a threshold decides when it ends
+    return fmt::format("{:.1f} M samples  {}  ({:.2f} M samples/s)", double(now.samples) * 1e-6,
+                       readable_seconds(now.elapsed_s), rate * 1e-6);
   }
+  std::string text = fmt::format("{:5.1f} %  {}", 100 * now.done, readable_seconds(now.elapsed_s));
+  if (now.left_s) text += ", " + readable_seconds(*now.left_s) + " left";
   return text + fmt::format("  ({:.2f} M samples/s)", rate * 1e-6);
 }
 
 void ProgressDisplay::draw() {
-  uint64_t done = done_.load(std::memory_order_relaxed);
-  if (total_ > 0) done = std::min(done, total_);
-  const double elapsed = Seconds(std::chrono::steady_clock::now() - start_).count();
+  const RenderProgress now = this->now();
   if (terminal_) {
     std::fprintf(stderr, "\r%s\033[K",
-                 bar_line(fraction(done), line(done, elapsed), terminal_columns()).c_str());
+                 bar_line(now.done, line(now), terminal_columns()).c_str());
     std::fflush(stderr);
     return;
   }
   // Piped into a farm's log: a line for every tenth (or ten seconds, where the end is
   // not known), and a sign of life every minute.
-  const double known = fraction(done);
-  const int tenth = known > 0 || total_ > 0 ? int(10 * known) : int(elapsed / 10.0);
-  if (tenth > last_tenth_ || elapsed > last_line_ + 60.0) {
+  const int tenth = now.done > 0 || total_ > 0 ? int(10 * now.done) : int(now.elapsed_s / 10.0);
+  if (tenth > last_tenth_ || now.elapsed_s > last_line_ + 60.0) {
     last_tenth_ = tenth;
-    last_line_ = elapsed;
-    log_info("rendering " + line(done, elapsed));
+    last_line_ = now.elapsed_s;
+    log_info("rendering " + line(now));
   }
 }
 

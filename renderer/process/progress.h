@@ -10,16 +10,19 @@
 #include <string>
 #include <thread>
 
+#include "renderer/process/progress_file.h"
 #include "renderer/process/stop_request.h"
 
 namespace emberline {
 
-// Runs a thread of its own, which also turns a stop signal, or the end of `time_limit_s` from now
-// on, into a stop request.
+// Runs a thread of its own, which also turns a stop signal, or the end of a time from now on, into a
+// stop request: `time_limit_s` is how long the frame may take, `allotted_s` how long this process
+// has (slurm_allocation.h), at the end of which the frame is stopped as by a user.
 class ProgressDisplay {
  public:
   ProgressDisplay(uint64_t samples_total, StopRequest& stop,
-                  std::optional<double> time_limit_s = std::nullopt);
+                  std::optional<double> time_limit_s = std::nullopt,
+                  std::optional<double> allotted_s = std::nullopt);
   ~ProgressDisplay();  // finishes the line
   ProgressDisplay(const ProgressDisplay&) = delete;
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
@@ -35,13 +38,14 @@ class ProgressDisplay {
     add(samples);
     add_share(share);
   }
+  RenderProgress now() const;
 
  private:
   void run();
   void stop_if_asked();
   void draw();
   double fraction(uint64_t done) const;  // of the whole; 0 where that is not known
-  std::string line(uint64_t done, double elapsed) const;
+  std::string line(const RenderProgress& now) const;
 
   const uint64_t total_;
   std::atomic<uint64_t> done_{0};
@@ -49,7 +53,7 @@ class ProgressDisplay {
   std::atomic<uint64_t> earlier_{0};
   std::atomic<double> earlier_share_{0.0};
   StopRequest& stop_;
-  const std::optional<double> time_limit_s_;
+  const std::optional<double> time_limit_s_, allotted_s_;
   const std::chrono::steady_clock::time_point start_;
   bool shown_;
   bool terminal_;

@@ -9,8 +9,10 @@
 #include "io/image_library.h"
 #include "io/input_file.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/log.h"
 #include "renderer/core/readable.h"
 #include "renderer/process/process_usage.h"
+#include "renderer/process/slurm_allocation.h"
 
 namespace emberline {
 namespace {
@@ -83,6 +85,11 @@ uint64_t default_memory_limit() {
     if (getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
       memory = std::min(memory, uint64_t(limit.rlim_cur));
     }
+  }
+  if (const auto job = slurm_memory_bytes(); job && *job <= memory) {
+    memory = *job;
+    log_verbose("--memory-limit " + readable_bytes(memory / 4 * 3) +
+                ": three quarters of SLURM_MEM_PER_NODE");
   }
   return memory / 4 * 3;
 }

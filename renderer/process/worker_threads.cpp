@@ -16,6 +16,7 @@
 #include "io/atomic_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/process/slurm_allocation.h"
 
 namespace emberline {
 namespace {
@@ -49,6 +50,10 @@ int count_startable(int wanted) {
 }
 
 int choose_count(int wanted) {
+  if (const auto cpus = slurm_cpus(); cpus && wanted == 0) {
+    log_verbose(fmt::format("--threads {}: SLURM_CPUS_PER_TASK", *cpus));
+    wanted = *cpus;
+  }
   const int count = wanted > 0 ? wanted : int(std::max(1u, std::thread::hardware_concurrency()));
   // The calling thread works too.
   const int startable = 1 + count_startable(count - 1 + kOtherThreads) - kOtherThreads;

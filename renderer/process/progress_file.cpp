@@ -1,0 +1,85 @@
+#include "renderer/process/progress_file.h"
+
+#include <fmt/chrono.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+#include "io/atomic_file.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/process/process_usage.h"
+
+namespace emberline {
+
+ProgressFile::ProgressFile(const std::string& path) : path_(path) {
+  thread_ = std::thread([this] { run(); });
+}
+
+ProgressFile::~ProgressFile() {
+  if (thread_.joinable()) finish(kExitRenderFailed);
+}
+
+void ProgressFile::watch(std::function<RenderProgress()> source) {
+  const std::lock_guard lock(mutex_);
+  if (source_) last_ = source_();
+  source_ = std::move(source);
+}
+
+void ProgressFile::finish(int exit_code) {
+  {
+    const std::lock_guard lock(mutex_);
+    state_ = exit_code == kExitDone ? "done" : exit_code == kExitStopped ? "stopped" : "failed";
+    if (exit_code == kExitDone) {
+      last_.done = 1;
+      last_.left_s = 0;
+    } else {
+      last_.left_s.reset();
+    }
+    source_ = nullptr;
+    ending_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+}
+
+void ProgressFile::run() {
+  constexpr auto kInterval = std::chrono::seconds(2);
+  std::unique_lock lock(mutex_);
+  for (bool last = false; !last;) {
+    last = ending_;
+    const std::string text = this->text();
+    lock.unlock();
+    write(text);
+    lock.lock();
+    if (!last) wake_.wait_for(lock, kInterval, [&] { return ending_; });
+  }
+}
+
+std::string ProgressFile::text() {
+  if (source_) last_ = source_();
+  nlohmann::ordered_json json = {{"state", state_},
+                                 {"done", std::clamp(last_.done, 0.0, 1.0)},
+                                 {"samples", last_.samples},
+                                 {"elapsed_s", last_.elapsed_s},
+                                 {"left_s", nullptr},
+                                 {"host", host_name()},
+                                 {"pid", getpid()},
+                                 {"written", fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr)))}};
+  if (last_.left_s) json["left_s"] = *last_.left_s;
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+void ProgressFile::write(const std::string& text) {
+  try {
+    write_file_atomically(path_, text);
+  } catch (const RenderError& error) {
+    if (!warned_) log_warning(std::string(error.what()) + "; the frame goes on without it");
+    warned_ = true;
+  }
+}
+
+}  // namespace emberline
