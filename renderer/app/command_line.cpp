@@ -35,7 +35,7 @@ std::vector<std::string> option_names(const CLI::App& app) {
 // What CLI11 found wrong, in our words: one line that names the option and what is valid.
 [[noreturn]] void throw_usage(const CLI::App& root, const CLI::ParseError& error) {
   const CLI::App* app = &root;
-  for (const CLI::App* sub : root.get_subcommands()) app = sub;
+  while (!app->get_subcommands().empty()) app = app->get_subcommands().back();
   const std::string what = error.what();
   if (dynamic_cast<const CLI::ExtrasError*>(&error) && !app->remaining().empty()) {
     const std::string unknown = app->remaining().front();
@@ -57,8 +57,9 @@ std::vector<std::string> option_names(const CLI::App& app) {
                          : "");
   }
   if (dynamic_cast<const CLI::RequiredError*>(&error) && app != &root) {
-    throw UsageError("{}: missing argument: {}; see emberline {} --help", app->get_name(), what,
-                     app->get_name());
+    const bool nested = app->get_parent() != &root;
+    const std::string name = (nested ? app->get_parent()->get_name() + " " : "") + app->get_name();
+    throw UsageError("{}: missing argument: {}; see emberline {} --help", name, what, name);
   }
   throw UsageError(what);
 }
@@ -73,6 +74,7 @@ void refuse_empty_values(const CLI::App& app) {
     if (looked_up || std::ranges::find(option->results(), "") == option->results().end()) continue;
     throw UsageError("{} needs a value, and the one given is empty: {} {}", name, name, type);
   }
+  for (const CLI::App* sub : app.get_subcommands()) refuse_empty_values(*sub);
 }
 
 // The options of every subcommand; those of the one that is given are filled.
@@ -85,6 +87,7 @@ struct AllOptions {
   StudyOptions study;
   MergeOptions merge;
   ExtendOptions extend;
+  FarmOptions farm;
 };
 
 struct Command {
@@ -116,6 +119,9 @@ const Command kCommands[] = {
     {"merge", "the parts of a frame as one picture",
      [](CLI::App* app, AllOptions& o) { add_merge_options(app, o.merge); },
      [](const AllOptions& o) { return run_merge(o.merge); }},
+    {"farm", "a frame in parts, as jobs of Slurm; farm status, cancel, retry",
+     [](CLI::App* app, AllOptions& o) { add_farm_options(app, o.farm); },
+     [](const AllOptions& o) { return run_farm(o.farm); }},
     {"study", "speed against error of drivers, estimators and samplers",
      [](CLI::App* app, AllOptions& o) { add_study_options(app, o.study); },
      [](const AllOptions& o) { return run_study(o.study); }},
@@ -141,8 +147,12 @@ int run_command_line(int argc, char** argv) {
   for (const Command& command : kCommands) {
     CLI::App* app = root.add_subcommand(command.name, command.help);
     command.add_options(app, options);
-    CLI::Option* q = app->add_flag("-q,--quiet", quiet, "errors only");
-    app->add_flag("-v,--verbose", verbose, "say what is built and why")->excludes(q);
+    std::vector<CLI::App*> all = app->get_subcommands(nullptr);
+    all.push_back(app);
+    for (CLI::App* each : all) {
+      CLI::Option* q = each->add_flag("-q,--quiet", quiet, "errors only");
+      each->add_flag("-v,--verbose", verbose, "say what is built and why")->excludes(q);
+    }
   }
 
   try {

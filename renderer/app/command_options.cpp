@@ -316,6 +316,45 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
                 "neither read nor write the size and the panels of the window");
 }
 
+// What each job of a farm gets.
+void add_job_options(CLI::App* app, FarmOptions& o) {
+  add_number(app, "--parts", o.parts, 1u, 65536u, "how many jobs share the frame");
+  app->add_option("--frames", o.frames, "frames to render: 0, until there is animation [0]")
+      ->type_name("LIST")
+      ->check([](const std::string& list) {
+        return list == "0" ? "" : "--frames: '" + list + "': the only frame is 0";
+      });
+  app->add_option("--partition", o.request.partition, "of Slurm [its default]")->type_name("LIST");
+  add_number(app, "--cpus", o.request.cpus, 1, 4096, "processors of each job [a whole node]");
+  app->add_option_function<std::string>(
+         "--memory",
+         [&o](const std::string& text) {
+           const std::optional<uint64_t> bytes = parse_size(text);
+           if (!bytes) {
+             throw CLI::ValidationError("--memory",
+                                        "'" + text + "' is not a size, such as 8G, 500M or 4096");
+           }
+           o.request.memory_mib = (*bytes + (1 << 20) - 1) >> 20;
+         },
+         "memory of each job: bytes, or with K, M, G, T powers of 1024 of them [the partition's]")
+      ->type_name("SIZE");
+  add_number(app, "--time", o.request.minutes, 2, 10000000,
+             "minutes of each job; a minute before, a part saves itself, for farm retry [the "
+             "partition's]");
+  app->add_flag("--print", o.print,
+                "submit nothing; print the command of a part, with {part} and {parts}, and that of the "
+                "merge, for another queue");
+  app->add_flag("--stage", o.stage, "copy the scene to each node's $TMPDIR first, once");
+}
+
+void add_farm_verb(CLI::App* app, FarmOptions& o, FarmVerb verb, const char* name,
+                   const char* help) {
+  CLI::App* sub = app->add_subcommand(name, help);
+  sub->add_option("output", o.output, "the output that was given to farm")->required();
+  sub->parse_complete_callback([&o, verb] { o.verb = verb; });
+  if (verb == FarmVerb::kStatus) sub->add_flag("--json", o.json, "machine-readable");
+}
+
 void add_study_choices(CLI::App* app, StudyOptions& o) {
   app->add_option("scene", o.frame.scene, "a .gltf or .glb file");
   app->add_option("-o,--output", o.folder, "folder of the results; it is made if it is not there")
@@ -472,6 +511,32 @@ void add_merge_options(CLI::App* app, MergeOptions& o) {
       ->type_name("NAME");
   add_grading(app, o.frame.display);
   add_machine_options(app, o.frame);
+}
+
+void add_farm_options(CLI::App* app, FarmOptions& o) {
+  // Not required: the subcommands have none.
+  app->add_option("scene", o.frame.scene, "a .gltf or .glb file");
+  add_settings_file(app, o.frame);
+  app->add_option("-o,--output", o.frame.outputs,
+                  "picture: .exr, .png or .jpg, as of render; beside the first, FILE.farm has the jobs. "
+                  "#### in a name is the frame's number. May be given more than once")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_heatmaps(app, o.frame);
+  app->add_option("--report", o.frame.reports, "what the parts come to, as JSON")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  app->add_option("--display", o.frame.display.display, "OpenColorIO display [the config's default]")
+      ->type_name("NAME");
+  add_grading(app, o.frame.display);
+  add_job_options(app, o);
+  add_settings(app, o.frame,
+               {kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
+               "time-limit");
+  app->require_subcommand(0, 1);
+  add_farm_verb(app, o, FarmVerb::kStatus, "status", "how far the parts are, and what failed");
+  add_farm_verb(app, o, FarmVerb::kCancel, "cancel", "end the jobs; what is done stays");
+  add_farm_verb(app, o, FarmVerb::kRetry, "retry", "submit the parts that are missing, and the merge");
 }
 
 void add_study_options(CLI::App* app, StudyOptions& o) {

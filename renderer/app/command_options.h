@@ -3,6 +3,7 @@
 
 #include "renderer/app/compare_command.h"
 #include "renderer/app/extend_command.h"
+#include "renderer/app/farm_command.h"
 #include "renderer/app/heatmap_command.h"
 #include "renderer/app/info_command.h"
 #include "renderer/app/merge_command.h"
@@ -25,6 +26,7 @@ void add_heatmap_options(CLI::App* app, HeatmapOptions& options);
 void add_compare_options(CLI::App* app, CompareOptions& options);
 void add_merge_options(CLI::App* app, MergeOptions& options);
 void add_extend_options(CLI::App* app, ExtendOptions& options);
+void add_farm_options(CLI::App* app, FarmOptions& options);
 void add_study_options(CLI::App* app, StudyOptions& options);
 
 }  // namespace emberline

@@ -49,8 +49,12 @@ StoredFrame::StoredFrame(const std::string& path)
       by_tiles_(plan_.driver->tiles) {
   if (!by_tiles_) return;
   const auto schedule = of_settings(path, [&] {
-    return bucket_schedule(plan_.crop, settings_.bucket_size, settings_.bucket_order, 0);
+    return bucket_schedule(plan_.crop, settings_.bucket_size, settings_.bucket_order, plan_.seed);
   });
+  const FramePart part = settings_.part.value_or(FramePart{});
+  for (size_t i = part.index - 1; i < schedule.size(); i += part.count) {
+    own_.push_back(schedule[i]);
+  }
   tiles_.resize(schedule.size());
   for (const RecordEntry& record : file_.records()) {
     if (record.kind == kTileRecord && record.number < tiles_.size()) tiles_[record.number] = &record;
@@ -104,6 +108,27 @@ TileResult StoredFrame::load(size_t tile, FilmTile& film) const {
     throw InputError(path(), error.what());
   }
   return result;
+}
+
+bool StoredFrame::is_whole(const FramePart& part) const {
+  if (!by_tiles_ || settings_.part.value_or(FramePart{}) != part) return false;
+  FilmTile film(plan_.aovs, extras_);
+  try {
+    for (const Rect& tile : own_) {
+      if (!has(number_of(tile))) return false;
+      film.reset(tile);
+      load(number_of(tile), film);
+    }
+  } catch (const InputError&) {
+    return false;
+  }
+  return true;
+}
+
+double StoredFrame::share() const {
+  const auto there =
+      std::ranges::count_if(own_, [&](const Rect& tile) { return has(number_of(tile)); });
+  return own_.empty() ? 1.0 : double(there) / double(own_.size());
 }
 
 FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, bool strict,

@@ -35,6 +35,10 @@ class StoredFrame {
   // Fills the film, which is reset to the tile; by tiles also the result. Any thread. Throws
   // InputError.
   TileResult load(size_t tile, FilmTile& film) const;
+  // Whether it has all tiles of this part, undamaged: reads them.
+  bool is_whole(const FramePart& part) const;
+  // How many tiles it has, of those that its part has.
+  double share() const;
   // Of a frame of one film.
   const std::optional<TileResult>& whole() const { return whole_; }
 
@@ -46,6 +50,10 @@ class StoredFrame {
   std::vector<std::string> light_layers_;
   FilmExtras extras_;
   bool by_tiles_;
+  size_t number_of(const Rect& tile) const {
+    return bucket_number(plan_.crop, tile, settings_.bucket_size);
+  }
+  std::vector<Rect> own_;                  // tiles of its part of the frame
   std::vector<const RecordEntry*> tiles_;  // by number; null: it has none
   std::optional<FilmTile> film_;
   std::optional<TileResult> whole_;

@@ -1,0 +1,37 @@
+#include "io/scene_files.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "io/gltf_document.h"
+#include "io/gltf_uri.h"
+#include "renderer/core/errors.h"
+
+namespace emberline {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> scene_files(const std::string& path, const std::string& resource_root,
+                                  LoadProgress& progress) {
+  const GltfDocument document = open_gltf_document(path, resource_root, progress);
+  const fs::path scene = fs::absolute(path).lexically_normal();
+  std::vector<fs::path> files = {scene};
+  for (const char* list : {"buffers", "images"}) {
+    for (const nlohmann::json& item : document.array(list)) {
+      const nlohmann::json* uri = find_member(item, "uri");
+      if (!uri || is_data_uri(uri->get_ref<const std::string&>())) continue;
+      try {
+        const auto& text = uri->get_ref<const std::string&>();
+        document.open_resource(text, path);  // inside the root, and there
+        const fs::path file =
+            (scene.parent_path() / decode_percent(text, path)).lexically_normal();
+        if (std::ranges::find(files, file) == files.end()) files.push_back(file);
+      } catch (const InputError&) {
+        progress.check();  // whoever loads the scene says what is wrong with it
+      }
+    }
+  }
+  return files;
+}
+
+}  // namespace emberline

@@ -1,0 +1,269 @@
+#include "renderer/app/farm_command.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "io/atomic_file.h"
+#include "io/file_register.h"
+#include "io/owned_folder.h"
+#include "renderer/app/farm_folder.h"
+#include "renderer/app/farm_scripts.h"
+#include "renderer/app/farm_status.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/drivers/setting_table.h"
+#include "renderer/frame/bucket_schedule.h"
+#include "renderer/output/frame_merge.h"
+#include "renderer/output/outputs.h"
+#include "renderer/process/shell_quote.h"
+#include "renderer/process/standard_output.h"
+
+namespace emberline {
+namespace {
+
+namespace fs = std::filesystem;
+
+void check_request(const FarmOptions& o) {
+  if (o.frame.scene.empty()) throw UsageError("farm: missing argument: scene; see emberline farm --help");
+  if (o.frame.outputs.empty()) throw UsageError("farm needs an output: -o FILE.exr (or .png, .jpg)");
+  if (o.parts == 0) throw UsageError("farm needs --parts N: how many jobs share the frame");
+  if (o.frame.time_limit_s) {
+    throw UsageError("--time-limit: a part that stops early leaves a hole; --time is the jobs' limit");
+  }
+  if (is_part(o.frame)) throw UsageError("--part, --sample-range: farm gives each job its own");
+  if (!is_partition(o.request.partition)) {
+    throw UsageError("--partition: '{}' is no list of Slurm's partitions", o.request.partition);
+  }
+}
+
+std::string absolute(const std::string& path) {
+  return path.empty() ? path : fs::absolute(path).string();
+}
+
+// The jobs run in another folder; and parts keep what the heatmaps need.
+RenderOptions farm_frame(const FarmOptions& farm) {
+  RenderOptions o = farm.frame;
+  for (std::string* path : {&o.scene, &o.resource_root, &o.environment, &o.edits}) *path = absolute(*path);
+  for (auto* list : {&o.outputs, &o.heatmaps, &o.reports}) {
+    for (std::string& path : *list) path = absolute(frame_file(path));
+  }
+  for (const HeatmapRequest& heatmap : heatmap_requests(o)) {
+    if (!heatmap.quantity->aov) continue;
+    const std::string_view name = name_of(aov_table(), *heatmap.quantity->aov);
+    o.aovs += (o.aovs.empty() ? "" : ",") + std::string(name);
+  }
+  return o;
+}
+
+// What can be known before any job runs.
+void check_frame(const RenderOptions& options, uint32_t parts) {
+  RenderOptions part = options;
+  part.part = FramePart{1, parts};
+  const FramePlan plan(part);
+  const size_t buckets =
+      bucket_schedule(plan.crop, options.bucket_size, options.bucket_order, plan.seed).size();
+  if (parts > buckets) {
+    throw UsageError("--parts {}: the frame has {} buckets of --bucket-size {}; a part needs one at least",
+                     parts, buckets, options.bucket_size);
+  }
+  FileRegister files;
+  check_output_paths(options, plan.crop, files);
+  const InputFile scene(options.scene);
+  for (const auto* list : {&options.outputs, &options.heatmaps, &options.reports}) {
+    for (const std::string& path : *list) check_writable(path);
+  }
+}
+
+std::vector<uint64_t> jobs_of(const FarmRecord& record) {
+  std::vector<uint64_t> jobs = record.arrays;
+  if (record.merge) jobs.push_back(*record.merge);
+  return jobs;
+}
+
+void refuse_running(const FarmFolder& folder) {
+  if (!fs::exists(folder.file("job.json"))) return;
+  const auto tasks = queued_tasks(jobs_of(read_record(folder)));
+  if (!tasks || tasks->empty()) return;
+  throw RenderError("{}: has jobs in the queue ({} tasks); wait for them, or end them with farm cancel",
+                    folder.path, tasks->size());
+}
+
+// What earlier jobs have said would be taken for these jobs'.
+void forget_progress(const FarmFolder& folder, const std::vector<uint32_t>& parts) {
+  std::error_code ignored;
+  for (const uint32_t part : parts) fs::remove(folder.progress(part), ignored);
+  fs::remove(folder.file("merge.json"), ignored);
+}
+
+std::vector<uint32_t> all_parts(uint32_t count) {
+  std::vector<uint32_t> parts(count);
+  for (uint32_t i = 0; i < count; ++i) parts[i] = i + 1;
+  return parts;
+}
+
+void write_settings(const FarmFrame& frame) {
+  const std::string path = frame.folder.file("settings.json");
+  write_file_atomically(path, settings_json(frame.options, path));
+  FrameSettings read;
+  read_settings(path, read);
+  const auto same_file = [](const std::string& a, const std::string& b) {
+    return fs::weakly_canonical(a) == fs::weakly_canonical(b);
+  };
+  const RenderOptions& o = frame.options;  // JSON holds UTF-8 alone
+  if (!same_file(read.environment, o.environment) || !same_file(read.edits, o.edits) ||
+      !same_file(read.resource_root, o.resource_root)) {
+    throw UsageError("--env, --edits, --resource-root: their names are no UTF-8, and {} cannot hold them", path);
+  }
+}
+
+void write_folder(const FarmFrame& frame, bool stage) {
+  const FarmFolder& folder = frame.folder;
+  for (const char* name : {"logs", "progress"}) {
+    std::error_code error;
+    fs::create_directory(folder.file(name), error);
+    if (error) throw RenderError("{}: {}", folder.file(name), error.message());
+  }
+  forget_progress(folder, all_parts(frame.parts));
+  write_settings(frame);
+  write_file_atomically(folder.file("part.sh"), part_script(frame, stage));
+  write_file_atomically(folder.file("merge.sh"), merge_script(frame));
+}
+
+// "1-3,7".
+std::string ranges_of(const std::vector<uint32_t>& parts) {
+  std::string text;
+  for (size_t i = 0, end = 0; i < parts.size(); i = end) {
+    for (end = i + 1; end < parts.size() && parts[end] == parts[end - 1] + 1;) ++end;
+    text += fmt::format("{}{}", text.empty() ? "" : ",", parts[i]);
+    if (end > i + 1) text += fmt::format("-{}", parts[end - 1]);
+  }
+  return text;
+}
+
+// The parts as an array, and the merge behind them and `others`, jobs or tasks that are under way.
+void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint32_t>& parts,
+            const std::vector<std::string>& others) {
+  std::vector<std::string> waited = others;
+  if (!parts.empty()) {
+    // The signal a minute before the time limit is for the script's process: it saves what there is.
+    record.arrays.push_back(submit_job(record.request, folder.path, "part.sh",
+                                       {"--array=" + ranges_of(parts), "--output=logs/part-%a.log",
+                                        "--signal=B:TERM@60"}));
+    waited.push_back(std::to_string(record.arrays.back()));
+  }
+  std::vector<std::string> words = {"--output=logs/merge.log"};
+  if (!waited.empty()) {
+    words.push_back(fmt::format("--dependency=afterok:{}", fmt::join(waited, ":")));
+    words.push_back("--kill-on-invalid-dep=yes");
+  }
+  try {
+    record.merge = submit_job(record.request, folder.path, "merge.sh", words);
+    write_file_atomically(folder.file("job.json"), record_json(record));
+  } catch (const EmberlineError&) {
+    if (!parts.empty()) cancel_jobs(std::span(&record.arrays.back(), 1));
+    throw;
+  }
+  if (parts.empty()) return log_info(fmt::format("submitted the merge as job {}", *record.merge));
+  log_info(fmt::format("submitted {} parts as job {}, the merge as job {}", parts.size(),
+                       record.arrays.back(), *record.merge));
+}
+
+std::string own_program() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (error) throw RenderError("/proc/self/exe: {}", error.message());
+  return program.string();
+}
+
+int submit_frame(const FarmOptions& farm) {
+  check_request(farm);
+  const FarmFrame frame{farm_frame(farm), FarmFolder(farm.frame.outputs.front()), farm.parts,
+                        own_program()};
+  check_frame(frame.options, frame.parts);
+  const FarmFolder& folder = frame.folder;
+  if (!farm.print) require_slurm();
+  refuse_running(folder);
+  OwnedFolder owned(folder.path, {.option = "-o", .marker = "emberline-farm.json", .exclusive = true});
+  const std::vector<std::string> names = {"settings.json", "part.sh", "merge.sh", "job.json"};
+  owned.claim(names);
+  write_folder(frame, farm.stage);
+  FarmRecord record{frame.parts, farm.request, {}, {}};
+  if (farm.print) {
+    write_file_atomically(folder.file("job.json"), record_json(record));
+    const std::string script = "sh " + shell_quoted(folder.file("part.sh")) + " {part}";
+    print_result((farm.stage ? script : part_command(frame, "{part}", "{parts}")) + "\n" +
+                 merge_command(frame) + "\n");
+    return kExitDone;
+  }
+  const auto parts = all_parts(frame.parts);
+  const auto there = std::ranges::count_if(
+      parts, [&](uint32_t part) { return fs::exists(folder.checkpoint(part, frame.parts)); });
+  if (there > 0) log_info(fmt::format("{} of the parts have a checkpoint and go on with it", there));
+  submit(folder, record, parts, {});
+  return kExitDone;
+}
+
+bool is_whole(const FarmFolder& folder, uint32_t part, uint32_t parts) {
+  try {
+    return StoredFrame(folder.checkpoint(part, parts)).is_whole({part, parts});
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+// Parts that wait or run are left alone; the merge waits for them too.
+int retry_frame(const FarmFolder& folder) {
+  FarmRecord record = read_record(folder);
+  require_slurm();
+  const auto tasks = queued_tasks(record.arrays);
+  if (!tasks) throw RenderError("squeue does not say which parts run; try again when Slurm answers");
+  std::set<uint32_t> busy;
+  std::vector<std::string> others;
+  for (const SlurmTask& task : *tasks) {
+    if (!task.task || !busy.insert(*task.task).second) continue;
+    others.push_back(fmt::format("{}_{}", task.job, *task.task));
+  }
+  std::vector<uint32_t> lacking;
+  for (const uint32_t part : all_parts(record.parts)) {
+    if (!busy.contains(part) && !is_whole(folder, part, record.parts)) lacking.push_back(part);
+  }
+  if (lacking.empty() && (!busy.empty() || fs::exists(folder.file("merge.json")))) {
+    log_info(busy.empty() ? "no part is missing, and they are merged"
+                          : fmt::format("no part is missing but {} that wait or run", busy.size()));
+    return kExitDone;
+  }
+  if (record.merge) cancel_jobs(std::span(&*record.merge, 1));
+  forget_progress(folder, lacking);
+  submit(folder, record, lacking, others);
+  return kExitDone;
+}
+
+int cancel_frame(const FarmFolder& folder) {
+  const std::vector<uint64_t> jobs = jobs_of(read_record(folder));
+  if (jobs.empty()) throw UsageError("{}: nothing was submitted to Slurm (farm --print)", folder.path);
+  cancel_jobs(jobs);
+  log_info(fmt::format("cancelled jobs {}; what is done stays, and farm retry goes on with it",
+                       fmt::join(jobs, ", ")));
+  return kExitDone;
+}
+
+}  // namespace
+
+int run_farm(const FarmOptions& options) {
+  if (options.verb == FarmVerb::kSubmit) return submit_frame(options);
+  if (!options.frame.scene.empty() || !options.frame.outputs.empty()) {
+    throw UsageError("farm status, cancel and retry take the output alone");
+  }
+  const FarmFolder folder(options.output);
+  if (options.verb == FarmVerb::kCancel) return cancel_frame(folder);
+  if (options.verb == FarmVerb::kRetry) return retry_frame(folder);
+  const FarmStatus status = farm_status(folder);
+  print_result(options.json ? status_json(status) : status_text(status));
+  return kExitDone;
+}
+
+}  // namespace emberline

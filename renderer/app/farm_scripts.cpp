@@ -1,0 +1,196 @@
+#include "renderer/app/farm_scripts.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <set>
+
+#include "io/fingerprint.h"
+#include "io/scene_files.h"
+#include "renderer/charts/colour_map.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/version.h"
+#include "renderer/process/shell_quote.h"
+
+namespace emberline {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What "mv -T" gives its name to on every machine: never half a copy.
+constexpr const char* kStageBegin = R"sh(
+# A copy of the scene on this machine's own disk, named by what it holds. Of two parts that begin at
+# once both copy, and one gives its copy the name. A file that has changed since is not copied.
+stage=${{TMPDIR:-/tmp}}/emberline-$(id -u)-{}
+same() {{ [ "$(stat -L -c '%s %.9Y' -- "$1")" = "$3" ]; }}
+take() {{ same "$@" && cp -- "$1" "$2" && same "$@"; }}
+if [ ! -d "$stage" ]; then
+  copy=$(mktemp -d "$stage.XXXXXX") &&
+)sh";
+
+constexpr const char* kStageEnd = R"sh(    mv -T "$copy" "$stage" 2>/dev/null
+  [ -z "$copy" ] || rm -rf "$copy"
+fi
+if [ -d "$stage" ] && [ -O "$stage" ]; then
+{}else
+  echo "emberline: the scene is not copied to this machine; it is read where it is" >&2
+fi
+)sh";
+
+std::string quoted_pair(const char* option, const std::string& value) {
+  return value.empty() ? "" : fmt::format(" {} {}", option, shell_quoted(value));
+}
+
+std::string style_words(const HeatmapStyle& style) {
+  std::string words;
+  for (const ColourMapEntry& entry : colour_map_table()) {
+    if (entry.map == style.colours) words += fmt::format(" --colors {}", entry.name);
+  }
+  if (style.range) words += fmt::format(" --range={},{}", style.range->least, style.range->most);
+  if (style.logarithmic) words += " --log";
+  if (style.plain) words += " --plain";
+  return words;
+}
+
+std::string merge_words(const FarmFrame& frame) {
+  const RenderOptions& o = frame.options;
+  std::string words = shell_quoted(frame.program) + " merge";
+  for (const std::string& output : o.outputs) words += quoted_pair("-o", output);
+  for (const std::string& heatmap : o.heatmaps) words += quoted_pair("--heatmap", heatmap);
+  for (const std::string& of : o.heatmap_of) words += quoted_pair("--heatmap-of", of);
+  if (!o.heatmaps.empty()) words += style_words(o.heatmap_style);
+  words += quoted_pair("--display", o.display.display) + quoted_pair("--view", o.display.view) +
+           quoted_pair("--look", o.display.look);
+  if (o.display.exposure != 0) words += fmt::format(" --exposure={}", o.display.exposure);
+  for (const std::string& report : o.reports) words += quoted_pair("--report", report);
+  return words + quoted_pair("--report", frame.folder.file("merge.json"));
+}
+
+// "size seconds.nanoseconds", as stat prints them.
+std::string state_of(const fs::path& file) {
+  std::error_code error;
+  const auto size = fs::file_size(file, error);
+  const auto time = error ? fs::file_time_type() : fs::last_write_time(file, error);
+  if (error) throw InputError(file.string(), error.message());
+  const auto since = std::chrono::file_clock::to_sys(time).time_since_epoch();
+  const int64_t ns = std::chrono::duration_cast<std::chrono::nanoseconds>(since).count();
+  return fmt::format("{} {}.{:09}", size, ns / 1000000000, ns % 1000000000);
+}
+
+// The folder that all of them are in.
+fs::path common_folder(const std::vector<fs::path>& files) {
+  fs::path common = files.front().parent_path();
+  const auto is_above = [](const fs::path& folder, const fs::path& file) {
+    const fs::path relative = file.lexically_relative(folder);
+    return !relative.empty() && *relative.begin() != "..";
+  };
+  for (const fs::path& file : files) {
+    while (!is_above(common, file) && common != common.parent_path()) common = common.parent_path();
+  }
+  return common;
+}
+
+// Copies, by their names in the stage.
+struct Stage {
+  std::string folders, copies;
+  uint64_t hash = 0;
+
+  // Returns its name there, for the shell.
+  std::string add(const fs::path& source, const fs::path& name) {
+    hash = fingerprint(name.string(), hash);
+    copies += fmt::format("    take {} \"$copy\"/{} '{}' &&\n", shell_quoted(source.string()),
+                          shell_quoted(name.string()), state_of(source));
+    if (made.insert(name.parent_path()).second) {
+      folders += " \"$copy\"/" + shell_quoted(name.parent_path().string());
+    }
+    return "\"$stage\"/" + shell_quoted(name.string());
+  }
+
+ private:
+  std::set<fs::path> made;
+};
+
+std::string stage_script(const RenderOptions& options) {
+  LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
+  const std::vector<fs::path> files = scene_files(options.scene, options.resource_root, progress);
+  const fs::path folder = common_folder(files);
+  Stage stage;
+  stage.hash = scene_fingerprint(options.scene, options.resource_root, progress);
+  std::string staged;
+  for (const fs::path& file : files) {
+    const std::string name = stage.add(file, "scene" / file.lexically_relative(folder));
+    if (staged.empty()) staged = "  scene=" + name + "\n";
+  }
+  if (!options.resource_root.empty()) staged += "  root=\"$stage\"/scene\n";
+  if (!options.environment.empty()) {
+    const fs::path file = options.environment;
+    stage.hash = fingerprint(hexadecimal(file_fingerprint(file.string(), progress)), stage.hash);
+    staged += "  env=" + stage.add(file, "env" / file.filename()) + "\n";
+  }
+  return fmt::format(fmt::runtime(kStageBegin), hexadecimal(stage.hash)) +
+         "    mkdir -p" + stage.folders + " &&\n" + stage.copies +
+         fmt::format(fmt::runtime(kStageEnd), staged);
+}
+
+// With the words that name the scene, for the shell.
+std::string part_words(const FarmFrame& frame, const std::string& scene, const std::string& part,
+                       const std::string& parts) {
+  return fmt::format("{} render {} --settings {} -o {} --part {}/{} --resume --progress-file {}{}.json"
+                     " --verbose",
+                     shell_quoted(frame.program), scene,
+                     shell_quoted(frame.folder.file("settings.json")),
+                     shell_quoted(frame.folder.output), part, parts,
+                     shell_quoted(frame.folder.file("progress/part-")), part);
+}
+
+}  // namespace
+
+std::string part_command(const FarmFrame& frame, const std::string& part,
+                         const std::string& parts) {
+  return part_words(frame, shell_quoted(frame.options.scene), part, parts);
+}
+
+std::string merge_command(const FarmFrame& frame) {
+  return merge_words(frame) + " " + shell_quoted(frame.folder.output + ".part-") +
+         fmt::format("*-of-{}.checkpoint", frame.parts);
+}
+
+std::string part_script(const FarmFrame& frame, bool stage) {
+  const RenderOptions& options = frame.options;
+  std::string text = fmt::format(
+      "#!/bin/sh\n# A part of the frame: sh part.sh K. In an array of Slurm K is the task.\n"
+      "part=${{1:-$SLURM_ARRAY_TASK_ID}}\n"
+      "echo \"part $part of {} on ${{SLURMD_NODENAME:-$(hostname)}}, $(date -u +%FT%TZ)\"\n",
+      frame.parts);
+  const std::string parts = std::to_string(frame.parts);
+  // exec: what signals this process signals the render.
+  if (!stage) {
+    const std::string scene = shell_quoted(options.scene);
+    return text + "exec " + part_words(frame, scene, "\"$part\"", parts) + "\n";
+  }
+  text += "scene=" + shell_quoted(options.scene) + "\n";
+  std::string more;
+  if (!options.resource_root.empty()) {
+    text += "root=" + shell_quoted(options.resource_root) + "\n";
+    more += " --resource-root \"$root\"";
+  }
+  if (!options.environment.empty()) {
+    text += "env=" + shell_quoted(options.environment) + "\n";
+    more += " --env \"$env\"";
+  }
+  return text + stage_script(options) + "exec " +
+         part_words(frame, "\"$scene\"", "\"$part\"", parts) + more + "\n";
+}
+
+// Every part by its name: a folder that another machine shows late may lack one for a pattern.
+std::string merge_script(const FarmFrame& frame) {
+  return fmt::format(
+      "#!/bin/sh\n# The picture of all parts.\n"
+      "set --\npart=1\nwhile [ $part -le {0} ]; do\n"
+      "  set -- \"$@\" {1}\"$part\"-of-{0}.checkpoint\n  part=$((part + 1))\ndone\n"
+      "exec {2} \"$@\"\n",
+      frame.parts, shell_quoted(frame.folder.output + ".part-"), merge_words(frame));
+}
+
+}  // namespace emberline

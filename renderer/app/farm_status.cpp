@@ -1,0 +1,252 @@
+#include "renderer/app/farm_status.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "io/input_file.h"
+#include "io/json_input.h"
+#include "io/json_reader.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/core/names.h"
+#include "renderer/core/readable.h"
+#include "renderer/core/utf8.h"
+#include "renderer/output/frame_merge.h"
+
+namespace emberline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using enum PartState;
+
+constexpr std::array<NamedValue<PartState>, 6> kStates = {{
+    {"waiting", "", kWaiting},
+    {"running", "", kRunning},
+    {"done", "", kDone},
+    {"stopped", "", kStopped},
+    {"failed", "", kFailed},
+    {"unknown", "", kUnknown},
+}};
+
+std::string state_name(PartState state) {
+  return std::string(name_of(std::span<const NamedValue<PartState>>(kStates), state));
+}
+
+// The last line that is not empty, of the last 4 KiB.
+std::string last_line(const std::string& path) {
+  try {
+    const auto file = InputFile::open_if_there(path);
+    if (!file) return "";
+    const uint64_t count = std::min<uint64_t>(4096, file->size());
+    std::string text(count, '\0');
+    file->read(file->size() - count, count, text.data());
+    while (!text.empty() && text.back() == '\n') text.pop_back();
+    return printable(text.substr(text.rfind('\n') + 1));
+  } catch (const InputError&) {
+    return "";
+  }
+}
+
+// False where there is no such file, or one that cannot be.
+bool read_progress(const std::string& path, PartStatus& status) {
+  constexpr double kLongest = 1e12;
+  try {
+    if (!InputFile::open_if_there(path)) return false;
+    const nlohmann::json document = read_json(path);
+    const JsonReader json(document, path);
+    PartStatus read = status;
+    const std::string state = json["state"].text();
+    const auto entry = std::ranges::find(kStates, state, &NamedValue<PartState>::name);
+    if (entry == kStates.end()) json["state"].expected("running, done, stopped or failed");
+    read.state = entry->value;
+    read.done = json["done"].number(0, 1);
+    read.samples = json["samples"].whole(0, UINT64_MAX);
+    read.elapsed_s = json["elapsed_s"].number(0, kLongest);
+    if (!json["left_s"].null()) read.left_s = json["left_s"].number(0, kLongest);
+    read.node = printable(json["host"].text());
+    status = read;
+    return true;
+  } catch (const InputError& error) {
+    log_warning(error.what());
+    return false;
+  }
+}
+
+// Of a part that has said nothing.
+double share_of_checkpoint(const std::string& path) {
+  try {
+    return InputFile::open_if_there(path) ? StoredFrame(path).share() : 0.0;
+  } catch (const InputError&) {
+    return 0.0;
+  }
+}
+
+// What Slurm knows, by "JOB_TASK" or "JOB".
+struct Queue {
+  bool known = false;
+  std::map<std::string, SlurmTask> tasks;
+  std::map<std::string, std::string> ended;
+
+  explicit Queue(const FarmRecord& record) {
+    std::vector<uint64_t> jobs = record.arrays;
+    if (record.merge) jobs.push_back(*record.merge);
+    if (jobs.empty()) return;
+    const auto queued = queued_tasks(jobs);
+    known = queued.has_value();
+    if (!queued) return;
+    for (const SlurmTask& task : *queued) {
+      tasks[task.task ? fmt::format("{}_{}", task.job, *task.task) : std::to_string(task.job)] = task;
+    }
+    ended = ended_tasks(jobs);
+  }
+};
+
+// What the part says of itself holds while it runs; whether it runs Slurm knows better.
+void apply(const Queue& queue, const std::string& id, bool told, PartStatus& status) {
+  if (!queue.known || status.state == kDone) return;
+  if (const auto task = queue.tasks.find(id); task != queue.tasks.end()) {
+    status.state = task->second.running ? kRunning : kWaiting;
+    if (!task->second.node.empty()) status.node = printable(task->second.node);
+    if (!task->second.running) {
+      status.left_s.reset();
+      status.message = printable(task->second.reason);
+    }
+    return;
+  }
+  const auto ended = queue.ended.find(id);
+  if (ended != queue.ended.end()) status.message = printable(ended->second);
+  if (ended != queue.ended.end() && ended->second == "COMPLETED" && !told) {
+    status.state = kDone;
+  } else if (status.state != kStopped) {
+    status.state = kFailed;  // killed, or it has not begun
+  }
+}
+
+void explain(const std::string& log, PartStatus& status) {
+  if (status.state == kRunning) return;
+  status.left_s.reset();
+  if (status.state != kFailed && status.state != kStopped) return;
+  if (const std::string line = last_line(log); !line.empty()) status.message = line;
+}
+
+PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const Queue& queue,
+                       uint32_t part) {
+  PartStatus status;
+  status.part = part;
+  const bool told = read_progress(folder.progress(part), status);
+  if (!told) status.done = share_of_checkpoint(folder.checkpoint(part, record.parts));
+  if (!told && !queue.known) status.state = record.arrays.empty() ? kWaiting : kUnknown;
+  if (!told && status.done == 1) status.state = kDone;
+  // The last array that has it.
+  std::string id;
+  for (const uint64_t array : record.arrays) {
+    const std::string task = fmt::format("{}_{}", array, part);
+    if (id.empty() || queue.tasks.contains(task) || queue.ended.contains(task)) id = task;
+  }
+  apply(queue, id, told, status);
+  explain(folder.log(part), status);
+  return status;
+}
+
+PartStatus merge_status(const FarmFolder& folder, const FarmRecord& record, const Queue& queue) {
+  PartStatus status;
+  if (std::filesystem::exists(folder.file("merge.json"))) {
+    status.state = kDone;
+    status.done = 1;
+  } else if (!queue.known && record.merge) {
+    status.state = kUnknown;
+  }
+  if (record.merge) apply(queue, std::to_string(*record.merge), true, status);
+  explain(folder.file("logs/merge.log"), status);
+  return status;
+}
+
+// Parts that wait take as long as the others, as many at once as run now.
+std::optional<double> time_left(const std::vector<PartStatus>& parts) {
+  double sum = 0, longest = 0, whole_s = 0, waiting = 0, lengths = 0, running = 0;
+  for (const PartStatus& part : parts) {
+    if (part.state == kFailed || part.state == kStopped || part.state == kUnknown) return std::nullopt;
+    if (part.state == kWaiting) waiting += 1 - part.done;
+    if (part.state == kRunning && !part.left_s) return std::nullopt;
+    if (part.state == kRunning) {
+      ++running;
+      sum += *part.left_s;
+      longest = std::max(longest, *part.left_s);
+    }
+    if (part.state == kWaiting || !part.elapsed_s) continue;
+    whole_s += *part.elapsed_s + part.left_s.value_or(0);
+    ++lengths;
+  }
+  if (waiting == 0) return longest;
+  if (lengths == 0 || running == 0) return std::nullopt;
+  return std::max(longest, (sum + waiting * whole_s / lengths) / running);
+}
+
+Json json_of(const PartStatus& part) {
+  Json json = {{"state", state_name(part.state)}, {"done", part.done}, {"samples", part.samples}};
+  json["elapsed_s"] = part.elapsed_s ? Json(*part.elapsed_s) : Json();
+  json["left_s"] = part.left_s ? Json(*part.left_s) : Json();
+  json["node"] = part.node;
+  json["message"] = part.message;
+  return json;
+}
+
+std::string row(const std::string& what, const PartStatus& part) {
+  std::string text = fmt::format("{:<10} {:<8} {:>7}", what, state_name(part.state), readable_percent(part.done));
+  if (!part.node.empty()) text += "  " + part.node;
+  if (part.left_s) text += "  " + readable_seconds(*part.left_s) + " left";
+  if (!part.message.empty()) text += "  " + part.message;
+  return text + "\n";
+}
+
+}  // namespace
+
+FarmStatus farm_status(const FarmFolder& folder) {
+  const FarmRecord record = read_record(folder);
+  const Queue queue(record);
+  FarmStatus status;
+  status.output = folder.output;
+  for (uint32_t part = 1; part <= record.parts; ++part) {
+    status.parts.push_back(part_status(folder, record, queue, part));
+    status.done += status.parts.back().done / record.parts;
+  }
+  status.merge = merge_status(folder, record, queue);
+  status.left_s = time_left(status.parts);
+  return status;
+}
+
+std::string status_json(const FarmStatus& status) {
+  Json json = {{"output", status.output}, {"done", status.done}};
+  json["left_s"] = status.left_s ? Json(*status.left_s) : Json();
+  for (const PartStatus& part : status.parts) {
+    Json entry = {{"part", part.part}};
+    entry.update(json_of(part));
+    json["parts"].push_back(entry);
+  }
+  json["merge"] = json_of(status.merge);
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+// Parts that wait for their turn or are done are counted alone.
+std::string status_text(const FarmStatus& status) {
+  std::string text = printable(status.output) + fmt::format(": {} parts", status.parts.size());
+  for (const NamedValue<PartState>& state : kStates) {
+    const auto count = std::ranges::count(status.parts, state.value, &PartStatus::state);
+    if (count > 0) text += fmt::format(", {} {}", count, state.name);
+  }
+  text += "; " + readable_percent(status.done);
+  if (status.left_s && *status.left_s > 0) text += ", " + readable_seconds(*status.left_s) + " left";
+  text += "\n";
+  for (const PartStatus& part : status.parts) {
+    if (part.state == kWaiting || part.state == kDone) continue;
+    text += row(fmt::format("part {}", part.part), part);
+  }
+  return text + row("merge", status.merge);
+}
+
+}  // namespace emberline
