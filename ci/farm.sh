@@ -1,46 +1,154 @@
 #!/usr/bin/env bash
-# A frame of 16 parts on a real Slurm of two nodes, both on this machine: a node that is killed and
-# comes back, a part that fails for its input and is tried again. The picture has to be the single
-# run's, bit for bit. As root; Slurm runs in a folder of its own and is stopped at the end, however
-# that comes.
-#   ci/farm.sh [PROGRAM]   with the program that is built, or that one
+# A frame of 16 parts on a real Slurm of two nodes, both on this machine. A scene that is damaged for
+# a while fails some parts, a node is killed and comes back, and the parts that are missing are tried
+# again: the picture has to be the single run's, bit for bit. As root. Slurm has a folder and ports of
+# its own, and is stopped at the end, however that comes.
+#   ci/farm.sh [PROGRAM]   with that program, or the one that is built here
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
-program=${1:-$root/build/release/bin/emberline}
+program=$(realpath "${1:-$root/build/release/bin/emberline}")
 [ "$(id -u)" -eq 0 ] || { echo "ci/farm.sh: Slurm's daemons start as root; run this as root" >&2; exit 1; }
 "$root/ci/setup.sh" slurm-wlm munge
-if [ $# -eq 0 ]; then
-  (cd "$root" && cmake --preset release >/dev/null && ninja -C build/release emberline >/dev/null)
-fi
+[ $# -gt 0 ] || (cd "$root" && cmake --preset release >/dev/null && ninja -C build/release emberline >/dev/null)
 
 work=$(mktemp -d)
-export SLURM_CONF=$work/slurm/slurm.conf
-munge=
+chmod 755 "$work"  # munge's socket is for all
+export SLURM_CONF=$work/slurm.conf
+port=$((20000 + $$ % 10000 * 3))
 began=$SECONDS
 say() { printf '%4d s  %s\n' $((SECONDS - began)) "$*"; }
+fail() {
+  say "FAILED: $*"
+  squeue -r 2>&1 || true
+  tail -n 3 ./*.farm/logs/* "$work"/*.log 2>/dev/null || true
+  exit 1
+}
 
-# Every process of the nodes and jobs that we started; other Slurms of this machine are not ours.
-pids_of() { # NODE: its daemon, its steps and what they run
-  local daemon step
-  daemon=$(cat "$work/slurm/$1.pid" 2>/dev/null || true)
-  for step in $(pgrep -x slurmstepd || true); do
-    grep -qzx "SLURM_CONF=$SLURM_CONF" "/proc/$step/environ" 2>/dev/null || continue
-    grep -qs "$work" "/proc/$step/maps" 2>/dev/null || true
-    steps+=("$step")
+# The processes of a node: its daemon, what its jobs run, and their keepers, whose children they are.
+processes_of() {
+  cat "$work/$1.pid" 2>/dev/null || true
+  for pid in $(pgrep -x emberline || true); do
+    tr '\0' '\n' 2>/dev/null <"/proc/$pid/environ" | grep -qx "SLURMD_NODENAME=$1" || continue
+    tr '\0' '\n' 2>/dev/null <"/proc/$pid/cmdline" | grep -qF "$work" || continue
+    echo "$pid"
+    ps -o ppid= -p "$pid" || true
   done
-  echo "$daemon"
 }
 
 finish() {
-  local status=$?
-  if [ -e "$SLURM_CONF" ]; then
-    timeout 10 scancel --user=root 2>/dev/null || true
-    timeout 10 scontrol shutdown 2>/dev/null || true
-    sleep 1
-    for pid in "$work"/slurm/*.pid; do kill -9 "$(cat "$pid")" 2>/dev/null || true; done
-  fi
-  [ -z "$munge" ] || kill "$munge" 2>/dev/null || true
+  status=$?
+  trap - EXIT
+  for node in n1 n2; do kill -9 $(processes_of $node) 2>/dev/null || true; done
+  for name in controller munge; do kill -9 "$(cat "$work/$name.pid" 2>/dev/null)" 2>/dev/null || true; done
   rm -rf "$work"
   exit $status
 }
 trap finish EXIT
+trap 'exit 130' INT TERM
+
+start_slurm() {
+  mkdir "$work/state"
+  (umask 077 && head -c 64 /dev/urandom >"$work/munge.key")
+  munged --socket="$work/munge.socket" --key-file="$work/munge.key" --pid-file="$work/munge.pid" \
+    --log-file="$work/munge.log" --seed-file="$work/munge.seed" --force 2>>"$work/munge.log"
+  cat >"$SLURM_CONF" <<CONF
+ClusterName=farm
+SlurmctldHost=$(hostname -s)
+SlurmUser=root
+AuthType=auth/munge
+# A job that is requeued waits as long as credentials live: 120 s unless this says less.
+AuthInfo=socket=$work/munge.socket,cred_expire=5
+MpiDefault=none
+ProctrackType=proctrack/linuxproc
+ReturnToService=2
+SlurmctldPidFile=$work/controller.pid
+SlurmdPidFile=$work/%n.pid
+SlurmdSpoolDir=$work/node.%n
+StateSaveLocation=$work/state
+SlurmctldPort=$port
+SlurmctldTimeout=10
+SlurmdTimeout=6
+SwitchType=switch/none
+TaskPlugin=task/none
+SchedulerType=sched/backfill
+SchedulerParameters=bf_interval=1,sched_interval=2
+SelectType=select/cons_tres
+SelectTypeParameters=CR_CPU
+SlurmctldLogFile=$work/controller.log
+SlurmdLogFile=$work/node.%n.log
+NodeName=n[1-2] NodeHostname=$(hostname -s) Port=[$((port + 1))-$((port + 2))] CPUs=1 RealMemory=4000 State=UNKNOWN
+PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
+CONF
+  slurmctld
+  for node in n1 n2; do slurmd -N $node; done
+  wait_for 30 "two idle nodes" '[ "$(sinfo -h -t idle -o %D)" = 2 ]'
+}
+
+# SECONDS WHAT CONDITION
+wait_for() {
+  local end=$((SECONDS + $1))
+  until eval "$3" 2>/dev/null; do
+    [ $SECONDS -lt $end ] || fail "no $2 after $1 s"
+    sleep 0.3
+  done
+}
+
+# How many parts are "done", "failed" ...
+count() { "$program" farm status "$frame" --json | grep -A1 '"part":' | grep -c "\"state\": \"$1\"" || true; }
+
+say "Slurm with two nodes of one processor"
+start_slurm
+mkdir "$work/a frame's 100% \\folder"  # whatever stands in a name is harmless
+cd "$work/a frame's 100% \\folder"
+cp "$root/scenes/cornell_box.glb" scene.glb
+frame=shot.exr
+settings=(--size 256x256 --bucket-size 16 --spp "${EMBERLINE_FARM_SPP:-1024}" --aov variance,albedo)
+
+say "16 parts"
+"$program" farm scene.glb -o $frame --parts 16 --cpus 1 --memory 1G --time 30 "${settings[@]}"
+
+wait_for 60 "part that is done" '[ "$(count done)" -ge 2 ]'
+mv scene.glb whole.glb && head -c 1000 whole.glb >scene.glb
+say "the scene is cut short"
+wait_for 60 "part that has failed" '[ "$(count failed)" -ge 1 ]'
+mv whole.glb scene.glb
+say "the scene is whole again; $(count failed) parts have failed"
+"$program" farm status $frame
+
+# With a part that is under way, whose checkpoint has some of its buckets.
+wait_for 60 "job on n1" '[ "$(processes_of n1 | wc -l)" -ge 3 ] && [ "$(count done)" -ge 5 ]'
+sleep 0.5
+kill -9 $(processes_of n1)
+say "n1 is killed, its daemon and its steps"
+wait_for 60 "node that is down" 'sinfo -h -n n1 -o %T | grep -q down'
+slurmd -N n1
+say "n1 is back"
+wait_for 120 "end of the array" '[ -z "$(squeue -h -r -o %T | grep -v PENDING)" ] && ! squeue -h -r -o %r | grep -qE "Resources|Priority|BeginTime|None"'
+"$program" farm status $frame
+[ "$(count failed)" -ge 1 ] || fail "no part has failed"
+[ ! -e $frame ] || fail "merged although parts are missing"
+grep -l "NODE_FAIL\|NODE FAILURE\|went on from" $frame.farm/logs/*.log | sed 's/^/        /'
+
+say "farm retry"
+"$program" farm retry $frame
+wait_for 120 "picture" '[ -e $frame.farm/merge.json ] && [ -z "$(squeue -h)" ]'
+"$program" farm status $frame
+grep -h "SLURM_\|the job" $frame.farm/logs/part-1.log | sed 's/^/        /'
+
+say "a frame whose scene is copied to the nodes first"
+mkdir "$work/scratch"
+TMPDIR=$work/scratch "$program" farm scene.glb -o staged.exr --parts 4 --cpus 1 --stage "${settings[@]}" --spp 16
+wait_for 60 "staged picture" '[ -e staged.exr.farm/merge.json ] && [ -z "$(squeue -h)" ]'
+[ "$(ls "$work/scratch" | wc -l)" = 1 ] || fail "in the scratch folder: $(ls "$work/scratch")"
+
+say "the same at once"
+"$program" render scene.glb -o single.exr --quiet "${settings[@]}"
+"$program" render scene.glb -o single-staged.exr --quiet "${settings[@]}" --spp 16
+PYTHONPATH=$root/tests/invariance python3 - <<'CHECK' || fail "other bits"
+from frame_bits import chunks
+for a, b in (("shot.exr", "single.exr"), ("staged.exr", "single-staged.exr")):
+    a, b = (chunks(open(name, "rb").read()) for name in (a, b))
+    print(f"        {len(a)} tiles, {sum(x != y for x, y in zip(a, b))} differ")
+    assert a == b
+CHECK
+say "the same bits"

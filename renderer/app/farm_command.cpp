@@ -144,6 +144,10 @@ std::string ranges_of(const std::vector<uint32_t>& parts) {
   return text;
 }
 
+std::string log_word(const FarmFolder& folder, const std::string& name) {
+  return "--output=" + (folder.slurm_writes_logs() ? "logs/" + name : "/dev/null");
+}
+
 // The parts as an array, and the merge behind them and `others`, jobs or tasks that are under way.
 void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint32_t>& parts,
             const std::vector<std::string>& others) {
@@ -151,11 +155,11 @@ void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint
   if (!parts.empty()) {
     // The signal a minute before the time limit is for the script's process: it saves what there is.
     record.arrays.push_back(submit_job(record.request, folder.path, "part.sh",
-                                       {"--array=" + ranges_of(parts), "--output=logs/part-%a.log",
-                                        "--signal=B:TERM@60"}));
+                                       {"--array=" + ranges_of(parts),
+                                        log_word(folder, "part-%a.log"), "--signal=B:TERM@60"}));
     waited.push_back(std::to_string(record.arrays.back()));
   }
-  std::vector<std::string> words = {"--output=logs/merge.log"};
+  std::vector<std::string> words = {log_word(folder, "merge.log")};
   if (!waited.empty()) {
     words.push_back(fmt::format("--dependency=afterok:{}", fmt::join(waited, ":")));
     words.push_back("--kill-on-invalid-dep=yes");

@@ -30,6 +30,9 @@ struct FarmFolder {
   std::string progress(uint32_t part) const;
   std::string log(uint32_t part) const;
   std::string checkpoint(uint32_t part, uint32_t parts) const;
+  // Slurm reads % and \ in the names of logs, and there is no way to write both. In a folder with
+  // such a name the scripts open their logs themselves.
+  bool slurm_writes_logs() const { return path.find_first_of("%\\") == std::string::npos; }
 
   std::string path, output;
 };

@@ -133,6 +133,12 @@ std::string stage_script(const RenderOptions& options) {
          fmt::format(fmt::runtime(kStageEnd), staged);
 }
 
+// `rest` of the name as the shell has it.
+std::string log_line(const FarmFolder& folder, const std::string& name, const std::string& rest) {
+  if (folder.slurm_writes_logs()) return "";
+  return "exec >>" + shell_quoted(folder.file("logs/" + name)) + rest + " 2>&1\n";
+}
+
 // With the words that name the scene, for the shell.
 std::string part_words(const FarmFrame& frame, const std::string& scene, const std::string& part,
                        const std::string& parts) {
@@ -160,9 +166,9 @@ std::string part_script(const FarmFrame& frame, bool stage) {
   const RenderOptions& options = frame.options;
   std::string text = fmt::format(
       "#!/bin/sh\n# A part of the frame: sh part.sh K. In an array of Slurm K is the task.\n"
-      "part=${{1:-$SLURM_ARRAY_TASK_ID}}\n"
+      "part=${{1:-$SLURM_ARRAY_TASK_ID}}\n{}"
       "echo \"part $part of {} on ${{SLURMD_NODENAME:-$(hostname)}}, $(date -u +%FT%TZ)\"\n",
-      frame.parts);
+      log_line(frame.folder, "part-", "\"$part\".log"), frame.parts);
   const std::string parts = std::to_string(frame.parts);
   // exec: what signals this process signals the render.
   if (!stage) {
@@ -186,11 +192,12 @@ std::string part_script(const FarmFrame& frame, bool stage) {
 // Every part by its name: a folder that another machine shows late may lack one for a pattern.
 std::string merge_script(const FarmFrame& frame) {
   return fmt::format(
-      "#!/bin/sh\n# The picture of all parts.\n"
+      "#!/bin/sh\n# The picture of all parts.\n{3}"
       "set --\npart=1\nwhile [ $part -le {0} ]; do\n"
       "  set -- \"$@\" {1}\"$part\"-of-{0}.checkpoint\n  part=$((part + 1))\ndone\n"
       "exec {2} \"$@\"\n",
-      frame.parts, shell_quoted(frame.folder.output + ".part-"), merge_words(frame));
+      frame.parts, shell_quoted(frame.folder.output + ".part-"), merge_words(frame),
+      log_line(frame.folder, "merge.log", ""));
 }
 
 }  // namespace emberline

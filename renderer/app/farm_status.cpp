@@ -130,7 +130,8 @@ void apply(const Queue& queue, const std::string& id, bool told, PartStatus& sta
 void explain(const std::string& log, PartStatus& status) {
   if (status.state == kRunning) return;
   status.left_s.reset();
-  if (status.state != kFailed && status.state != kStopped) return;
+  if (status.state == kStopped) status.message = "saved; farm retry goes on with it";
+  if (status.state != kFailed) return;
   if (const std::string line = last_line(log); !line.empty()) status.message = line;
 }
 

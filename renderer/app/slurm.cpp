@@ -70,7 +70,7 @@ uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
   std::vector<std::string> all = {"sbatch",
                                   "--parsable",
                                   "--job-name=" + plain(name.string()),
-                                  "--chdir=" + folder,  // names of logs are relative: a % stays one
+                                  "--chdir=" + folder,
                                   "--open-mode=append",
                                   "--requeue"};
   if (!request.partition.empty()) all.push_back("--partition=" + request.partition);

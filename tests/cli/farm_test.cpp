@@ -1,0 +1,268 @@
+// emberline farm without Slurm: a sbatch, squeue and scancel of our own in PATH say what they were
+// asked. With a real one: ci/farm.sh.
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class Farm : public CommandTest {
+ protected:
+  Farm() {
+    fs::create_directory(path("bin"));
+    // Words one a line; sbatch numbers its jobs.
+    tool("sbatch", "[ \"$1\" = --version ] && exit 0\nprintf '%s\\n' \"$@\" >>\"$TOOLS/sbatch.words\"\n"
+                   "[ -e \"$TOOLS/refuse\" ] && { echo 'sbatch: error: invalid partition' >&2; exit 1; }\n"
+                   "echo x >>\"$TOOLS/jobs\"; wc -l <\"$TOOLS/jobs\" | tr -d ' '\n");
+    tool("squeue", "[ -e \"$TOOLS/queue\" ] || { echo 'slurm_load_jobs error: Invalid job id specified' "
+                   ">&2; exit 1; }\ncat \"$TOOLS/queue\"\n");
+    tool("scancel", "printf '%s\\n' \"$@\" >>\"$TOOLS/scancel.words\"\n");
+    tool("sacct", "exit 1\n");
+    with_slurm_.environment = {{"PATH", path("bin") + ":/usr/bin:/bin"}, {"TOOLS", path("bin")}};
+  }
+  void tool(const std::string& name, const std::string& text) {
+    write("bin/" + name, "#!/bin/sh\n" + text);
+    ::chmod(path("bin/" + name).c_str(), 0755);
+  }
+  // Nine buckets.
+  Words farm(const std::string& output, const Words& more = {}) {
+    return Words{"farm", scene(), "-o", output, "--parts", "3", "--size", "24x24", "--bucket-size",
+                 "8", "--spp", "2"} + more;
+  }
+  void submit(const Words& more = {}) { render(farm(path("out.exr"), more), with_slurm_); }
+  std::string sbatch_words() const { return text_of(path("bin/sbatch.words")); }
+  nlohmann::json status() {
+    const RunResult result = run({"farm", "status", path("out.exr"), "--json"}, with_slurm_);
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    return nlohmann::json::parse(result.out, nullptr, false);
+  }
+  static int shell(const std::string& command) { return std::system(command.c_str()); }
+
+  RunOptions with_slurm_;
+};
+
+TEST_F(Farm, SubmitsAnArrayAndAMergeThatWaitsForIt) {
+  submit({"--partition", "big,small", "--cpus", "4", "--memory", "1G", "--time", "90"});
+  const std::string folder = path("out.exr.farm");
+  EXPECT_EQ(sbatch_words(),
+            "--parsable\n--job-name=out.exr\n--chdir=" + folder +
+                "\n--open-mode=append\n--requeue\n--partition=big,small\n--cpus-per-task=4\n"
+                "--mem=1024M\n--time=90\n--array=1-3\n--output=logs/part-%a.log\n--signal=B:TERM@60\n" +
+                folder + "/part.sh\n--parsable\n--job-name=out.exr\n--chdir=" + folder +
+                "\n--open-mode=append\n--requeue\n--partition=big,small\n--cpus-per-task=4\n"
+                "--mem=1024M\n--time=90\n--output=logs/merge.log\n--dependency=afterok:1\n"
+                "--kill-on-invalid-dep=yes\n" + folder + "/merge.sh\n");
+  const nlohmann::json job = read_json("out.exr.farm/job.json");
+  EXPECT_EQ(job["arrays"], nlohmann::json({1}));
+  EXPECT_EQ(job["merge"], 2);
+}
+
+// Whatever stands in the names: the scripts make the picture that render makes.
+TEST_F(Farm, ScriptsSurviveAnyName) {
+  int number = 0;
+  for (const std::string& name :
+       {std::string("plain"), std::string("it's \"quoted\" $HOME `id` $(id)"),
+        std::string("two\nlines and 100% \\n"), std::string("-o *; ? [a]")}) {
+    SCOPED_TRACE(name);
+    const std::string folder = path(name);
+    fs::create_directory(folder);
+    fs::copy_file(scene(), folder + "/s ' \n.glb");
+    const std::string output = folder + "/shot.####.exr";
+    for (const Words& more : {Words{}, Words{"--stage"}}) {
+      RunOptions options = with_slurm_;
+      options.environment["TMPDIR"] = path("");
+      Words words = farm(output, more);
+      words[1] = folder + "/s ' \n.glb";
+      render(words, options);
+      ::setenv("JOB", (output + ".farm").c_str(), 1);
+      ::setenv("TMPDIR", path("").c_str(), 1);
+      for (int part = 1; part <= 3; ++part) {
+        EXPECT_EQ(shell("SLURM_ARRAY_TASK_ID=" + std::to_string(part) +
+                        " sh \"$JOB/part.sh\" >\"$JOB/log\" 2>&1"), 0) << text_of(output + ".farm/log");
+      }
+      EXPECT_EQ(shell("sh \"$JOB/merge.sh\" >\"$JOB/log\" 2>&1"), 0) << text_of(output + ".farm/log");
+      ::unsetenv("TMPDIR");
+      EXPECT_TRUE(fs::exists(output + ".farm/merge.json"));
+      const std::string single = path("single" + std::to_string(number++) + ".exr");
+      Words whole = {"render", words[1], "-o", single, "--size", "24x24", "--bucket-size", "8", "--spp", "2"};
+      render(whole);
+      EXPECT_EQ(first_difference(read_exr(folder + "/shot.0000.exr"), read_exr(single)), "");
+      fs::remove(folder + "/shot.0000.exr");
+    }
+  }
+}
+
+TEST_F(Farm, PrintsCommandsForOtherQueues) {
+  const RunResult result = run(farm(path("out.exr"), {"--print", "--heatmap", path("h.png")}),
+                               {.environment = {{"PATH", "/nowhere"}}});
+  EXPECT_EQ(result.exit_code, 0) << result.describe();
+  const size_t line = result.out.find('\n');
+  EXPECT_NE(result.out.find(" --part {part}/{parts} --resume "), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find(" merge -o ", line), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("h.png", line), std::string::npos) << result.out;
+  EXPECT_EQ(std::ranges::count(result.out, '\n'), 2) << result.out;
+  EXPECT_FALSE(fs::exists(path("bin/sbatch.words")));
+  expect_failure({"farm", "cancel", path("out.exr")}, 2, {"nothing was submitted"}, with_slurm_);
+}
+
+TEST_F(Farm, StatusTellsOfEveryPart) {
+  submit();
+  EXPECT_EQ(status()["parts"][0]["state"], "failed") << "not in the queue, and has said nothing";
+  write("bin/queue", "1|1|RUNNING|n7|None\n1|2|PENDING||Resources\n1|3|PENDING||Priority\n");
+  write("out.exr.farm/progress/part-1.json",
+        R"({"state": "running", "done": 0.25, "samples": 9, "elapsed_s": 10, "left_s": 30,
+            "host": "h", "pid": 1, "written": "2026-01-01T00:00:00Z"})");
+  const nlohmann::json running = status();
+  EXPECT_EQ(running["parts"][0]["state"], "running");
+  EXPECT_EQ(running["parts"][0]["node"], "n7");
+  EXPECT_EQ(running["parts"][1]["state"], "waiting");
+  EXPECT_EQ(running["left_s"], 110.0) << "30 s and twice 40 s on one node";
+  write("bin/queue", "");
+  write("out.exr.farm/logs/part-1.log", "first\nemberline: error: no memory\x1b[31m\n\n");
+  const nlohmann::json failed = status();
+  EXPECT_EQ(failed["parts"][0]["state"], "failed");
+  EXPECT_EQ(failed["parts"][0]["message"], "emberline: error: no memory\\x1b[31m");
+  EXPECT_TRUE(failed["left_s"].is_null());
+}
+
+TEST_F(Farm, RetrySubmitsWhatIsMissing) {
+  submit();
+  for (const char* part : {"1/3", "3/3"}) {
+    render({"render", scene(), "--settings", path("out.exr.farm/settings.json"), "-o", path("out.exr"),
+            "--part", part, "--resume"});
+  }
+  fs::resize_file(path("out.exr.part-3-of-3.checkpoint"),
+                  fs::file_size(path("out.exr.part-3-of-3.checkpoint")) - 1);
+  write("bin/queue", "");
+  fs::remove(path("bin/sbatch.words"));
+  render({"farm", "retry", path("out.exr")}, with_slurm_);
+  EXPECT_NE(sbatch_words().find("--array=2-3\n"), std::string::npos) << sbatch_words();
+  EXPECT_NE(sbatch_words().find("--dependency=afterok:3\n"), std::string::npos) << sbatch_words();
+  EXPECT_EQ(text_of(path("bin/scancel.words")), "2\n") << "the merge that waits in vain";
+  // A part that is under way is waited for.
+  write("bin/queue", "3|2|RUNNING|n1|None\n");
+  fs::remove(path("bin/sbatch.words"));
+  render({"farm", "retry", path("out.exr")}, with_slurm_);
+  EXPECT_NE(sbatch_words().find("--array=3\n"), std::string::npos) << sbatch_words();
+  EXPECT_NE(sbatch_words().find("--dependency=afterok:3_2:5\n"), std::string::npos) << sbatch_words();
+  expect_failure(farm(path("out.exr")), 1, {"jobs in the queue"}, with_slurm_);
+}
+
+TEST_F(Farm, CancelEndsAllJobs) {
+  submit();
+  render({"farm", "cancel", path("out.exr.farm")}, with_slurm_);
+  EXPECT_EQ(text_of(path("bin/scancel.words")), "1\n2\n");
+}
+
+TEST_F(Farm, WhatCannotBe) {
+  scene();
+  const RunOptions none = {.environment = {{"PATH", "/nowhere"}}};
+  expect_failure(farm(path("out.exr")), 1, {"sbatch is not there", "--print"}, none);
+  expect_failure({"farm"}, 2, {"missing argument: scene"});
+  expect_failure({"farm", "status"}, 2, {"missing argument: output"});
+  expect_failure({"farm", "status", path("out.exr")}, 3, {"job.json"});
+  expect_failure({"farm", scene(), "-o", path("out.exr")}, 2, {"--parts"}, with_slurm_);
+  expect_failure({"farm", scene(), "--parts", "2"}, 2, {"-o FILE.exr"}, with_slurm_);
+  expect_failure({"farm", path("none.glb"), "-o", path("out.exr"), "--parts", "2"}, 3, {"none.glb"},
+                 with_slurm_);
+  const std::pair<Words, Words> wrong[] = {{{"--parts", "10"}, {"9 buckets"}},
+                                           {{"--parts", "0"}, {"1 to 65536"}},
+                                           {{"--frames", "1-9"}, {"the only frame is 0"}},
+                                           {{"--memory", "much"}, {"8G"}},
+                                           {{"--time", "1"}, {"2 to"}},
+                                           {{"--cpus", "0"}, {"1 to 4096"}},
+                                           {{"--partition", "a b"}, {"--partition"}},
+                                           {{"--time-limit", "5"}, {"--time-limit"}},
+                                           {{"--driver", "adaptive"}, {"bucket"}},
+                                           {{"-o", path("out.tif")}, {".exr"}}};
+  for (const auto& [more, parts] : wrong) expect_failure(farm(path("out.exr"), more), 2, parts, with_slurm_);
+  expect_failure(farm(path("nowhere/out.exr")), 1, {"nowhere"}, with_slurm_);
+  write("bin/refuse", "");
+  const RunResult refused = run(farm(path("out.exr")), with_slurm_);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_EQ(refused.err, "emberline: error: sbatch: sbatch: error: invalid partition\n");
+}
+
+TEST_F(Farm, HostileFilesAreOneLine) {
+  submit();
+  const std::string job = text_of(path("out.exr.farm/job.json"));
+  for (const std::string& text :
+       {std::string(), std::string("[]"), std::string(1000, '['), job.substr(0, job.size() / 2),
+        std::string(R"({"emberline_farm":1,"parts":4e9,"partition":"","cpus":null})"),
+        std::string(R"({"emberline_farm":1,"parts":2,"partition":"x --wrap=id","cpus":null,
+                        "memory_mib":null,"minutes":null,"arrays":[1],"merge":2})"),
+        std::string(R"({"emberline_farm":1,"parts":2,"partition":"","cpus":null,
+                        "memory_mib":null,"minutes":null,"arrays":["1; id"],"merge":2})")}) {
+    write("out.exr.farm/job.json", text);
+    for (const char* verb : {"status", "cancel", "retry"}) {
+      expect_failure({"farm", verb, path("out.exr")}, 3, {"job.json"}, with_slurm_);
+    }
+  }
+  write("out.exr.farm/job.json", job);
+  for (const std::string& text : {std::string("{"), std::string(R"({"state": "gone"})"),
+                                  std::string(R"({"state":"running","done":9,"samples":-1})")}) {
+    write("out.exr.farm/progress/part-2.json", text);
+    const RunResult result = run({"farm", "status", path("out.exr")}, with_slurm_);
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    EXPECT_EQ(result.error_lines().size(), 1u) << result.describe();
+    EXPECT_NE(result.err.find("part-2.json"), std::string::npos) << result.err;
+  }
+}
+
+class FarmedRender : public CommandTest {};
+
+TEST_F(FarmedRender, TellsHowFarItIs) {
+  render(render_words({"--progress-file", path("p.json")}));
+  const nlohmann::json json = read_json("p.json");
+  EXPECT_EQ(json["state"], "done");
+  EXPECT_EQ(json["done"], 1.0);
+  EXPECT_EQ(json["samples"], 256);
+  run({"render", path("none.glb"), "-o", path("a.exr"), "--progress-file", path("q.json")});
+  EXPECT_EQ(read_json("q.json")["state"], "failed");
+  const RunResult kept = run(render_words({"--progress-file", path("none/p.json")}));
+  EXPECT_EQ(kept.exit_code, 0) << kept.describe();
+  EXPECT_NE(kept.err.find("the frame goes on without it"), std::string::npos) << kept.err;
+  expect_failure(render_words({"--progress-file", scene()}), 2, {"--progress-file"});
+}
+
+TEST_F(FarmedRender, TakesItsLimitsFromTheJob) {
+  RunOptions job;
+  const auto now = std::time(nullptr);
+  job.environment = {{"SLURM_MEM_PER_NODE", "1024"}, {"SLURM_CPUS_PER_TASK", "1"},
+                     {"SLURM_JOB_START_TIME", std::to_string(now - 5)},
+                     {"SLURM_JOB_END_TIME", std::to_string(now + 61)}};
+  const Words endless = {"render", scene(), "-o", path("out.exr"), "--size", "512x512",
+                         "--spp", "100000", "--part", "1/2", "--verbose"};
+  const RunResult result = run(endless + Words{"--resume"}, job);
+  EXPECT_EQ(result.exit_code, 130) << result.describe();
+  for (const char* part : {"--memory-limit 768.0 MiB: three quarters of SLURM_MEM_PER_NODE",
+                           "--threads 1: SLURM_CPUS_PER_TASK", "SLURM_JOB_END_TIME"}) {
+    EXPECT_NE(result.err.find(part), std::string::npos) << part << "\n" << result.err;
+  }
+  job.environment["SLURM_JOB_END_TIME"] = std::to_string(now - 100000);  // a clock that is wrong
+  job.environment["SLURM_JOB_START_TIME"] = std::to_string(now - 100000 - 61);
+  const RunResult wrong = run(endless + Words{"--resume"}, job);
+  EXPECT_EQ(wrong.exit_code, 130);
+  EXPECT_NE(wrong.err.find("clock"), std::string::npos) << wrong.err;
+  job.environment = {{"SLURM_MEM_PER_NODE", "x"}, {"SLURM_CPUS_PER_TASK", "-1"},
+                     {"SLURM_JOB_END_TIME", "soon"}};
+  render(render_words({"--resume"}), job);
+}
+
+}  // namespace
+}  // namespace emberline::test
