@@ -98,11 +98,11 @@ count() { "$program" farm status "$frame" --json | grep -A1 '"part":' | grep -c 
 
 say "Slurm with two nodes of one processor"
 start_slurm
-mkdir "$work/a frame's 100% \\folder"  # whatever stands in a name is harmless
-cd "$work/a frame's 100% \\folder"
+folder=$work/$'a frame\'s\n100% \\folder'  # whatever stands in a name is harmless
+mkdir "$folder" && cd "$folder"
 cp "$root/scenes/cornell_box.glb" scene.glb
 frame=shot.exr
-settings=(--size 256x256 --bucket-size 16 --spp "${EMBERLINE_FARM_SPP:-1024}" --aov variance,albedo)
+settings=(--size 256x256 --bucket-size 16 --spp "${EMBERLINE_FARM_SPP:-256}" --aov variance,albedo)
 
 say "16 parts"
 "$program" farm scene.glb -o $frame --parts 16 --cpus 1 --memory 1G --time 30 "${settings[@]}"

@@ -8,6 +8,7 @@
 //   merge.json      the report of the merge; there when it is done
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -31,8 +32,11 @@ struct FarmFolder {
   std::string log(uint32_t part) const;
   std::string checkpoint(uint32_t part, uint32_t parts) const;
   // Slurm reads % and \ in the names of logs, and there is no way to write both. In a folder with
-  // such a name the scripts open their logs themselves.
-  bool slurm_writes_logs() const { return path.find_first_of("%\\") == std::string::npos; }
+  // such a name, or with control characters, the scripts open their logs themselves.
+  bool slurm_writes_logs() const {
+    return std::ranges::none_of(
+        path, [](unsigned char c) { return c == '%' || c == '\\' || c < 0x20 || c == 0x7f; });
+  }
 
   std::string path, output;
 };

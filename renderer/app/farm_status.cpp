@@ -163,6 +163,7 @@ PartStatus merge_status(const FarmFolder& folder, const FarmRecord& record, cons
     status.state = kUnknown;
   }
   if (record.merge) apply(queue, std::to_string(*record.merge), true, status);
+  if (status.state == kFailed) status.message = "cancelled, as a part has failed; see farm retry";
   explain(folder.file("logs/merge.log"), status);
   return status;
 }

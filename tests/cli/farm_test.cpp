@@ -250,7 +250,7 @@ TEST_F(FarmedRender, TakesItsLimitsFromTheJob) {
                          "--spp", "100000", "--part", "1/2", "--verbose"};
   const RunResult result = run(endless + Words{"--resume"}, job);
   EXPECT_EQ(result.exit_code, 130) << result.describe();
-  for (const char* part : {"--memory-limit 768.0 MiB: three quarters of SLURM_MEM_PER_NODE",
+  for (const char* part : {"--memory-limit 768 MiB: three quarters of SLURM_MEM_PER_NODE",
                            "--threads 1: SLURM_CPUS_PER_TASK", "SLURM_JOB_END_TIME"}) {
     EXPECT_NE(result.err.find(part), std::string::npos) << part << "\n" << result.err;
   }
