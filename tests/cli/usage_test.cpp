@@ -149,6 +149,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--save-settings", {}, {}},
       {"--resource-root", {}, {}},
       {"--report", {}, {}},
+      {"--progress-file", {}, {}},
       {"--snapshots", {}, {}},
       {"--reference", {}, {}},
   };
