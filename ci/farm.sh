@@ -116,8 +116,11 @@ say "the scene is whole again; $(count failed) parts have failed"
 "$program" farm status $frame
 
 # With a part that is under way, whose checkpoint has some of its buckets.
-wait_for 60 "job on n1" '[ "$(processes_of n1 | wc -l)" -ge 3 ] && [ "$(count done)" -ge 5 ]'
-sleep 0.2
+on_n1_with_buckets() {
+  local part
+  part=$(squeue -h -r -w n1 -t RUNNING -o %K) && [ "$(stat -c %s $frame.part-"$part"-of-16.checkpoint)" -gt 20000 ]
+}
+wait_for 60 "part with buckets on n1" on_n1_with_buckets
 kill -9 $(processes_of n1)
 say "n1 is killed, its daemon and its steps"
 wait_for 60 "node that is down" 'sinfo -h -n n1 -o %T | grep -q down'
@@ -127,7 +130,7 @@ wait_for 120 "end of the array" '[ -z "$(squeue -h -r -o %T | grep -v PENDING)" 
 "$program" farm status $frame
 [ "$(count failed)" -ge 1 ] || fail "no part has failed"
 [ ! -e $frame ] || fail "merged although parts are missing"
-grep -l "NODE_FAIL\|NODE FAILURE\|went on from" $frame.farm/logs/*.log | sed 's/^/        went on after the kill: /' || say "no part was under way on n1"
+grep -l "NODE_FAIL\|NODE FAILURE\|went on from" $frame.farm/logs/*.log | sed 's/^/        went on after the kill: /' || fail "no part was under way on n1"
 
 say "farm retry"
 "$program" farm retry $frame
