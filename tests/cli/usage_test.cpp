@@ -142,6 +142,12 @@ const std::vector<WrongValue>& wrong_values() {
       {"--explain", {"16,0", "0,16"}, {"outside", "0 to 15"}, kAdaptive},
       {"--explain", {"1,1"}, {"--driver adaptive"}},
       {"--tree", {"tree.json"}, {"--driver adaptive"}},
+      {"--checkpoint-interval", {"0", "-1", "nan", "1e10", ""}, {"0.1 to 1"}},
+      {"--part", {"0/2", "3/2", "1", "1/2/3", "1/65537", "a/b", ""}, {"K/N"}},
+      {"--part", {"1/2"}, {"--driver bucket"}, kAdaptive},
+      {"--sample-range", {"4-4", "5-4", "0-16777217", "4", "-1-4", ""}, {"A-B"}},
+      {"--sample-range", {"0-4"}, {"--spp"}},
+      {"--sample-range", {"0-4"}, {"--seed"}, kAdaptive},
       // Free text: any name of a file may be given; what comes of it is told elsewhere.
       {"--env", {}, {}},
       {"--edits", {}, {}},
@@ -150,6 +156,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--resource-root", {}, {}},
       {"--report", {}, {}},
       {"--progress-file", {}, {}},
+      {"--checkpoint", {}, {}},
       {"--snapshots", {}, {}},
       {"--reference", {}, {}},
   };
@@ -197,7 +204,8 @@ TEST_F(Usage, EveryOptionHasARow) {
   ASSERT_EQ(help.exit_code, 0);
   std::set<std::string> with_row = {"--help",     "--transparent",  "--lenient",
                                     "--unbiased", "--light-groups", "--quiet",
-                                    "--verbose",  "--log",          "--plain"};
+                                    "--verbose",  "--log",          "--plain",
+                                    "--resume",   "--resumable"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
   const std::vector<HelpedOption> options = options_in(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;

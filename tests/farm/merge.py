@@ -160,6 +160,16 @@ def refused(farm):
             farm.check_refused(merge(farm, folder, files), folder, before, case, (code,), words)
 
 
+def cannot_be_cut(farm):
+    """Samples that depend on how many there are."""
+    for sampler in ("stratified", "blue_noise", "hierarchical"):
+        case = f"not cut {sampler}"
+        if farm.wanted(case):
+            folder = farm.folder(case)
+            run = farm.run(folder, [*FRAME, "--sample-range", "0-4", "--sampler", sampler])
+            farm.check_refused(run, folder, {}, case, (EXIT_USAGE,), ["--sampler", "sobol, poisson_disk, independent"])
+
+
 def holes(farm):
     case = "holes"
     if not farm.wanted(case):
@@ -181,7 +191,7 @@ def holes(farm):
 
 def main():
     farm = Farm(__doc__)
-    for test in (tiles, ranges, ranges_by_parts, seeds, refused, holes):
+    for test in (tiles, ranges, ranges_by_parts, seeds, refused, cannot_be_cut, holes):
         test(farm)
     farm.done()
 

@@ -19,6 +19,8 @@ const std::map<std::string, std::string> kOthers = {
     {"edits", "/look/edits.json"},
     {"variant", "2"},
     {"aov", "albedo,Z"},
+    {"part", "3/16"},
+    {"sample-range", "7-16777216"},
     {"light-groups", "yes"},
     {"driver", "adaptive"},
     {"sampler", "stratified"},
@@ -71,8 +73,8 @@ TEST(SettingTable, HasEveryMember) {
                max_depth, seed, streams, bucket_size, bucket_order, bisection_axis, reconstruction,
                width, height, crop, camera, look_from, look_at, fov_y, f_stop, focus_distance,
                edits, variant, environment, environment_strength, environment_rotation, transparent,
-               show_backfaces, lenient, aovs, light_groups] = settings;
-  constexpr size_t kMembers = 41;
+               show_backfaces, lenient, part, sample_range, aovs, light_groups] = settings;
+  constexpr size_t kMembers = 43;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());
