@@ -16,7 +16,7 @@
 namespace emberline {
 namespace {
 
-constexpr std::string_view kSuffix = ".checkpoint";
+constexpr std::string_view kCheckpointSuffix = ".checkpoint";
 
 // What was asked for, over what the frame had. More of a frame is never less of anything.
 void set_more(const FrameSettings& more, const std::string& path, FrameSettings& settings) {
@@ -58,8 +58,8 @@ void check_extensible(const FrameSettings& settings, const std::string& path) {
 }  // namespace
 
 int run_extend(const ExtendOptions& options) {
-  const bool named = options.frame.ends_with(kSuffix);
-  const std::string checkpoint = named ? options.frame : options.frame + std::string(kSuffix);
+  const bool named = options.frame.ends_with(kCheckpointSuffix);
+  const std::string checkpoint = named ? options.frame : options.frame + std::string(kCheckpointSuffix);
   const RecordFile file(checkpoint);
   const nlohmann::json head = parse_json(file.head(), checkpoint);
 
@@ -76,7 +76,7 @@ int run_extend(const ExtendOptions& options) {
   render.environment = text_in(head, "files", "env");
   render.edits = text_in(head, "files", "edits");
   if (render.outputs.empty()) {
-    render.outputs = {checkpoint.substr(0, checkpoint.size() - kSuffix.size())};
+    render.outputs = {checkpoint.substr(0, checkpoint.size() - kCheckpointSuffix.size())};
   }
   render.extended = checkpoint;
   render.checkpoint = checkpoint + ".next";
