@@ -7,9 +7,9 @@
 SCENE is a glTF file, or one below DIR, where DIR/views.json says how it is looked at (README.md, "The race").
 A frame is rendered on one thread with the seconds of each pixel (--aov time). These are wall time, so other work
 on the machine adds a time slice here and there; of --repeat renders the least of each pixel counts, since
-its samples are the same each time. The sums by bucket are then cut: "interleaved" is what
-`render --part K/N` does (every N-th bucket of Hilbert's order), "blocks" are consecutive buckets of the
-same order, "rows" consecutive rows of pixels, as --crop would cut.
+its samples are the same each time, in any order of the buckets. The sums by bucket are then cut:
+"interleaved" is what `render --part K/N` does (every N-th bucket of Hilbert's order), "blocks" are
+consecutive buckets of the same order, "rows" consecutive rows of pixels, as --crop would cut.
 
 --check: that the order below is the program's: renders the parts of one small frame and reads the bucket
 numbers in their checkpoints.
@@ -31,6 +31,9 @@ from frame_bits import chunks  # noqa: E402
 from records import TILE, parsed_file  # noqa: E402
 
 TILE_SIDE = 64  # of the pictures that `heatmap` writes
+# Whoever touches memory first pays for it: 12 ms for 16 pixels of a frame of 1.6 s. In each of these orders
+# it is another pixel, and the samples are the same.
+ORDERS = ("hilbert", "random", "spiral")
 
 # glTF cannot name an environment: scenes/README.md says which of ours want one.
 OWN_ENVIRONMENTS = {"roughness_spheres": "studio.hdr", "checker_plane": "dusk.hdr", "thin_wires": "dusk.hdr"}
@@ -102,16 +105,12 @@ def pixel_seconds(program, scene, size, spp, repeat, folder):
     """Width, height and the seconds that each pixel takes at least; rows from the top."""
     frame, numbers, least = folder / "frame.exr", folder / "time.exr", None
     width, height = map(int, size.split("x"))
-    for _ in range(repeat):
+    for i in range(repeat):
         render(program, scene, "-o", frame, "--driver", "bucket", "--aov", "time", "--threads", 1,
-               "--size", size, "--spp", spp)
+               "--size", size, "--spp", spp, "--bucket-order", ORDERS[i % len(ORDERS)])
         subprocess.run([program, "heatmap", frame, "--of", "time", "-o", numbers, "--quiet"], check=True)
         values = one_channel(numbers, width, height)
         least = array.array("f", map(min, least, values)) if least else values
-    # The first samples of a process also pay for memory touched for the first time: 22 ms, where a 64th
-    # of a teapot of 1920x1080 took 87. The next row stands for them.
-    side = min(TILE_SIDE, width)
-    least[:side] = least[width : width + side]
     return width, height, least
 
 
