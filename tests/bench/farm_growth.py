@@ -180,7 +180,7 @@ def curves(c, options, disk):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add_frame_options(parser, f"{WIDTH}x{HEIGHT}", 1)
+    add_frame_options(parser, f"{WIDTH}x{HEIGHT}", 4)
     a = parser.add_argument
     a("--cores", type=int, default=32, help="of a node")
     a("--network", type=float, default=100, metavar="MB/S", help="what the shared disk gives to all together")

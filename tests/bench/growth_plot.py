@@ -59,7 +59,7 @@ def legend_height(rows):
 def legend(rows, x, y):
     """Of (drawing at the point given, words), one below the other."""
     height = legend_height(rows)
-    yield f'<rect x="{x}" y="{y}" width="296" height="{height}" fill="white" stroke="{GRID}"/>'
+    yield f'<rect x="{x}" y="{y}" width="286" height="{height}" fill="white" stroke="{GRID}"/>'
     for i, (drawing, words) in enumerate(rows):
         at = y + 22 * i + 18
         yield drawing(x + 10, at)
