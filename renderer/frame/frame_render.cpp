@@ -231,13 +231,15 @@ void FrameRender::render_crop(Loop& loop) {
     if (!parts.complete) loop.observer.cut_short();
     driver_->rendered(parts, *film_);
     if (!parts.complete) break;
-    parts_done_ = parts.end;
+    const bool round_done = parts.end == round.parts;
+    // A driver that needs a round no more may have let it go by now.
+    parts_done_ = round_done ? driver_->round().parts : parts.end;
     progress.pass = round.pass;
     progress.samples = counters_.samples;
     progress.rays = counters_.rays.total();
     progress.completion =
         std::min(1.0, double(progress.samples) / double(loop.frame.crop.area()));
-    progress.pass_finished = round.ends_pass && parts_done_ == round.parts;
+    progress.pass_finished = round.ends_pass && round_done;
     progress.error_estimate = driver_->error_estimate();
     loop.observer.picture_changed(progress, *this);
   }
