@@ -102,7 +102,7 @@ TEST(QuantityPlane, GathersTilesInAnyOrder) {
 
 TEST(QuantityPlane, PixelsThatNeverComeHaveNoSamples) {
   const std::vector<std::string> all =
-      film_channel_names(AovSet::parse("variance,time,stop,non_finite"));
+      film_channel_names(AovSet::parse("variance,time,stop,non_finite,part"));
   for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
     const QuantityPlane plane(quantity, all, {0, 0, 2, 2});
     const float value = plane.plane().values[3];
