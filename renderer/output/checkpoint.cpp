@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "io/json_input.h"
@@ -172,9 +173,9 @@ bool Checkpoint::wanted() const {
 }
 
 void Checkpoint::save(FrameRender& render) {
-  const Stopwatch pause;
   std::unique_lock lock(mutex_);
-  wake_.wait(lock, [&] { return !writing_; });
+  wake_.wait(lock, [&] { return !writing_; });  // at a stop; else nobody asks meanwhile
+  const Stopwatch pause;
   take_checkpoint_request();
   pending_.clear();
   pending_.reserve(render.film_bytes() + render.film_bytes() / 8);
@@ -184,6 +185,7 @@ void Checkpoint::save(FrameRender& render) {
   busy_ = true;
   next_s_ = clock_.seconds() + interval_s_;
   report_.paused_s += pause.seconds();
+  report_.longest_pause_s = std::max(report_.longest_pause_s, pause.seconds());
   lock.unlock();
   wake_.notify_all();
 }

@@ -43,7 +43,7 @@ struct CheckpointReport {
   std::string file;     // empty: none was asked for
   int written = 0;      // how often; of a frame of tiles: brought to the disk
   uint64_t bytes = 0;   // the file's last size
-  double paused_s = 0;  // while nothing rendered
+  double paused_s = 0, longest_pause_s = 0;  // while nothing rendered
   bool kept = false;
 };
 

@@ -172,6 +172,7 @@ Json checkpoint_json(const RenderReport& r) {
           {"written", checkpoint.written},
           {"bytes", checkpoint.bytes},
           {"paused_s", checkpoint.paused_s},
+          {"longest_pause_s", checkpoint.longest_pause_s},
           {"earlier_samples", r.earlier_samples}};
 }
 
