@@ -163,10 +163,10 @@ std::vector<std::string> differences(const Json& now, const Json& then,
   compare(now, then, "settings", [&](const std::string& name, const Json* here, const Json* there) {
     if (std::ranges::find(but, name) != but.end()) return;
     list.push_back(
-        fmt::format("--{} is {}, not {}", shortened(name), text_of(there), text_of(here)));
+        fmt::format("--{}: {} (now {})", shortened(name), text_of(there), text_of(here)));
   });
   compare(now, then, "inputs", [&](const std::string& name, const Json*, const Json*) {
-    list.push_back(shortened(name) + " changed");
+    list.push_back(shortened(name) + " have changed");
   });
   shorten(list);
   return list;
@@ -176,7 +176,7 @@ std::vector<std::string> machine_differences(const Json& now, const Json& then) 
   std::vector<std::string> list;
   compare(now, then, "machine", [&](const std::string& name, const Json* here, const Json* there) {
     if (name == "host") return;
-    list.push_back(fmt::format("{} {}, not {}", shortened(name), text_of(there), text_of(here)));
+    list.push_back(fmt::format("{}: {} (now {})", shortened(name), text_of(there), text_of(here)));
   });
   shorten(list);
   return list;

@@ -144,7 +144,7 @@ def refused(farm):
         ("hole", parts[:2], EXIT_INPUT, ["lack", "of 24 buckets"]),
         ("twice", [*parts, parts[2]], EXIT_INPUT, [parts[2], "too"]),
         ("seed alone", [*parts, f"seed.exr.{part}"], EXIT_INPUT, ["lack"]),
-        ("spp", [*parts[1:], f"spp.exr.{part}"], EXIT_INPUT, ["--spp is 3, not 2"]),
+        ("spp", [*parts[1:], f"spp.exr.{part}"], EXIT_INPUT, ["--spp: 3 (now 2)"]),
         ("depth", [*parts[1:], f"depth.exr.{part}"], EXIT_INPUT, ["--max-depth"]),
         ("range", ["range.exr.samples-2-4.checkpoint"], EXIT_INPUT, ["samples 0 to 1"]),
         ("picture", ["picture.exr"], EXIT_INPUT, ["not a checkpoint"]),
