@@ -378,7 +378,8 @@ void HeldFile::cut(uint64_t size) {
 
 void HeldFile::append(std::string_view bytes) {
   if (const int error = write_all(descriptor_, bytes.data(), bytes.size(), size_)) {
-    if (::ftruncate(descriptor_, off_t(size_)) != 0) {}  // the next one is written over the rest
+    if (::ftruncate(descriptor_, off_t(size_)) != 0) {
+    }  // the next one is written over the rest
     fail(path_, "writing failed", error);
   }
   size_ += bytes.size();

@@ -36,8 +36,8 @@ class AtomicFile {
 
   // Flushes the file, renames it and flushes the folder. Throws; the temporary file is then gone.
   void commit();
-  // The same; the lock goes on until the descriptor that is returned is closed. A `fresh` file takes
-  // no other's place: throws where there is one.
+  // The same; the lock goes on until the descriptor that is returned is closed. A `fresh` file
+  // takes no other's place: throws where there is one.
   int commit_locked(bool fresh = false);
 
   const std::string& path() const { return path_; }  // as the caller gave it
@@ -82,8 +82,8 @@ class FolderLock {
   int descriptor_ = -1;
 };
 
-// A file that one run at a time has: appended to, or replaced as a whole. All errors are RenderError,
-// one line that names the file. One thread at a time.
+// A file that one run at a time has: appended to, or replaced as a whole. All errors are
+// RenderError, one line that names the file. One thread at a time.
 class HeldFile {
  public:
   // That is not there yet: made whole, with these bytes.

@@ -1,12 +1,12 @@
 // Files of records: what a frame is kept in until it is done (renderer/output/checkpoint.h).
 //
-//   "EMBRECF\n", u32 format = 1, u32 bytes of the head, u64 checksum of the head; the head, a JSON text
-//   any number of: "EMBR", u32 kind, u64 number, u64 bytes unpacked, u64 bytes packed,
+//   "EMBRECF\n", u32 format = 1, u32 bytes of the head, u64 checksum of the head; the head, a JSON
+//   text any number of: "EMBR", u32 kind, u64 number, u64 bytes unpacked, u64 bytes packed,
 //                  u64 checksum of the packed bytes, u64 checksum of the 40 bytes before;
 //                  the bytes, packed by zstd
 //
-// Numbers are little-endian, checksums those of io/fingerprint.h. A record is appended in one piece: a
-// file that a crash has cut short ends in a part of one, and all before it holds.
+// Numbers are little-endian, checksums those of io/fingerprint.h. A record is appended in one
+// piece: a file that a crash has cut short ends in a part of one, and all before it holds.
 #pragma once
 
 #include <cstddef>
@@ -43,8 +43,8 @@ class RecordFile {
   const std::string& path() const { return file_.place(); }
   // Those before the first place that is not one.
   std::span<const RecordEntry> records() const { return records_; }
-  uint64_t end() const { return end_; }                       // of these
-  bool has_more() const { return end_ < file_.size(); }       // behind them
+  uint64_t end() const { return end_; }                  // of these
+  bool has_more() const { return end_ < file_.size(); }  // behind them
   // Throws InputError for one that is damaged or would take more than `most` bytes.
   std::vector<std::byte> read(const RecordEntry& record, uint64_t most) const;
 

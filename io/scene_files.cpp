@@ -23,8 +23,7 @@ std::vector<fs::path> scene_files(const std::string& path, const std::string& re
       try {
         const auto& text = uri->get_ref<const std::string&>();
         document.open_resource(text, path);  // inside the root, and there
-        const fs::path file =
-            (scene.parent_path() / decode_percent(text, path)).lexically_normal();
+        const fs::path file = (scene.parent_path() / decode_percent(text, path)).lexically_normal();
         if (std::ranges::find(files, file) == files.end()) files.push_back(file);
       } catch (const InputError&) {
         progress.check();  // whoever loads the scene says what is wrong with it

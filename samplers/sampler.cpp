@@ -51,8 +51,7 @@ std::vector<std::string_view> extensible_samplers() {
   std::vector<std::string_view> names;
   for (const SamplerEntry& entry : kSamplers) {
     // Of a sampler that weighs its points, the first of three weighs more or less than the others.
-    if (entry.counts == SampleCounts::kAny &&
-        entry.create({})->integration_weight(0, 3) == 1.0f) {
+    if (entry.counts == SampleCounts::kAny && entry.create({})->integration_weight(0, 3) == 1.0f) {
       names.push_back(entry.name);
     }
   }

@@ -165,7 +165,8 @@ int run_command_line(int argc, char** argv) {
   for (const CLI::App* app : root.get_subcommands()) refuse_empty_values(*app);
   set_log_level(quiet ? LogLevel::kQuiet : verbose ? LogLevel::kVerbose : LogLevel::kNormal);
   options.render.command_line = options.view.render.command_line =
-      options.study.frame.command_line = options.merge.frame.command_line = options.extend.more.command_line = shell_command(argc, argv);
+      options.study.frame.command_line = options.merge.frame.command_line =
+          options.extend.more.command_line = shell_command(argc, argv);
 
   if (version) {
     print_versions();

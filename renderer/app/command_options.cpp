@@ -126,7 +126,8 @@ void add_limits(CLI::App* app, LimitOptions& o) {
 }
 
 void add_machine_options(CLI::App* app, RenderOptions& o) {
-  add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all; in a job of Slurm its processors]");
+  add_number(app, "--threads", o.threads, 1, 4096,
+             "worker threads [all; in a job of Slurm its processors]");
   add_limits(app, o.limits);
 }
 
@@ -341,9 +342,10 @@ void add_job_options(CLI::App* app, FarmOptions& o) {
   add_number(app, "--time", o.request.minutes, 2, 10000000,
              "minutes of each job; a minute before, a part saves itself, for farm retry [the "
              "partition's]");
-  app->add_flag("--print", o.print,
-                "submit nothing; print the command of a part, with {part} and {parts}, and that of the "
-                "merge, for another queue");
+  app->add_flag(
+      "--print", o.print,
+      "submit nothing; print the command of a part, with {part} and {parts}, and that of the "
+      "merge, for another queue");
   app->add_flag("--stage", o.stage, "copy the scene to each node's $TMPDIR first, once");
 }
 
@@ -406,8 +408,9 @@ void add_render_options(CLI::App* app, RenderOptions& o) {
   app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
   add_settings_file(app, o);
   add_result_options(app, o);
-  add_settings(app, o,
-               {kEdits, kChannels, kCounts, kPart, kSample, kSeed, kSchedule, kView, kLight, kLoading});
+  add_settings(
+      app, o,
+      {kEdits, kChannels, kCounts, kPart, kSample, kSeed, kSchedule, kView, kLight, kLoading});
   add_machine_options(app, o);
 }
 
@@ -493,8 +496,9 @@ void add_extend_options(CLI::App* app, ExtendOptions& o) {
 }
 
 void add_merge_options(CLI::App* app, MergeOptions& o) {
-  app->add_option("parts", o.parts, "checkpoints that render --part, --sample-range or --resumable "
-                                    "has kept; several seeds of a frame are averaged")
+  app->add_option("parts", o.parts,
+                  "checkpoints that render --part, --sample-range or --resumable "
+                  "has kept; several seeds of a frame are averaged")
       ->required();
   app->add_option("-o,--output", o.frame.outputs,
                   "picture: .exr, .png or .jpg, as of render. May be given more than once")
@@ -507,7 +511,8 @@ void add_merge_options(CLI::App* app, MergeOptions& o) {
   app->add_flag("--allow-holes", o.allow_holes,
                 "write a frame of which parts are missing: its pixels are black, their stop is 0");
   app->add_flag("--strict", o.strict, "refuse parts from several kinds of machine");
-  app->add_option("--display", o.frame.display.display, "OpenColorIO display [the config's default]")
+  app->add_option("--display", o.frame.display.display,
+                  "OpenColorIO display [the config's default]")
       ->type_name("NAME");
   add_grading(app, o.frame.display);
   add_machine_options(app, o.frame);
@@ -517,16 +522,18 @@ void add_farm_options(CLI::App* app, FarmOptions& o) {
   // Not required: the subcommands have none.
   app->add_option("scene", o.frame.scene, "a .gltf or .glb file");
   add_settings_file(app, o.frame);
-  app->add_option("-o,--output", o.frame.outputs,
-                  "picture: .exr, .png or .jpg, as of render; beside the first, FILE.farm has the jobs. "
-                  "#### in a name is the frame's number. May be given more than once")
+  app->add_option(
+         "-o,--output", o.frame.outputs,
+         "picture: .exr, .png or .jpg, as of render; beside the first, FILE.farm has the jobs. "
+         "#### in a name is the frame's number. May be given more than once")
       ->type_name("FILE")
       ->allow_extra_args(false);
   add_heatmaps(app, o.frame);
   app->add_option("--report", o.frame.reports, "what the parts come to, as JSON")
       ->type_name("FILE")
       ->allow_extra_args(false);
-  app->add_option("--display", o.frame.display.display, "OpenColorIO display [the config's default]")
+  app->add_option("--display", o.frame.display.display,
+                  "OpenColorIO display [the config's default]")
       ->type_name("NAME");
   add_grading(app, o.frame.display);
   add_job_options(app, o);
@@ -536,7 +543,8 @@ void add_farm_options(CLI::App* app, FarmOptions& o) {
   app->require_subcommand(0, 1);
   add_farm_verb(app, o, FarmVerb::kStatus, "status", "how far the parts are, and what failed");
   add_farm_verb(app, o, FarmVerb::kCancel, "cancel", "end the jobs; what is done stays");
-  add_farm_verb(app, o, FarmVerb::kRetry, "retry", "submit the parts that are missing, and the merge");
+  add_farm_verb(app, o, FarmVerb::kRetry, "retry",
+                "submit the parts that are missing, and the merge");
 }
 
 void add_study_options(CLI::App* app, StudyOptions& o) {

@@ -41,7 +41,8 @@ void set_more(const FrameSettings& more, const std::string& path, FrameSettings&
   if (more.max_spp) settings.max_spp = more.max_spp;
   settings.time_limit_s = more.time_limit_s;
   if (shares_evenly(settings) == even) return;
-  throw UsageError("--noise-threshold: every pixel of {} has as many samples; valid is --spp", path);
+  throw UsageError("--noise-threshold: every pixel of {} has as many samples; valid is --spp",
+                   path);
 }
 
 void check_extensible(const FrameSettings& settings, const std::string& path) {
@@ -49,17 +50,19 @@ void check_extensible(const FrameSettings& settings, const std::string& path) {
   if (!shares_evenly(settings)) return;
   const std::vector<std::string_view> valid = extensible_samplers();
   if (std::ranges::find(valid, settings.sampler) != valid.end()) return;
-  throw InputError(path,
-                   "the samples of its sampler, {}, depend on how many there are; uniform frames are "
-                   "extended with {}",
-                   settings.sampler, fmt::join(valid, ", "));
+  throw InputError(
+      path,
+      "the samples of its sampler, {}, depend on how many there are; uniform frames are "
+      "extended with {}",
+      settings.sampler, fmt::join(valid, ", "));
 }
 
 }  // namespace
 
 int run_extend(const ExtendOptions& options) {
   const bool named = options.frame.ends_with(kCheckpointSuffix);
-  const std::string checkpoint = named ? options.frame : options.frame + std::string(kCheckpointSuffix);
+  const std::string checkpoint =
+      named ? options.frame : options.frame + std::string(kCheckpointSuffix);
   const RecordFile file(checkpoint);
   const nlohmann::json head = parse_json(file.head(), checkpoint);
 

@@ -8,8 +8,8 @@
 namespace emberline {
 
 struct ExtendOptions {
-  std::string frame;  // a picture that was rendered with --resumable, or its checkpoint
-  std::string scene;  // where its scene is now; empty: where it was
+  std::string frame;   // a picture that was rendered with --resumable, or its checkpoint
+  std::string scene;   // where its scene is now; empty: where it was
   RenderOptions more;  // samples, threshold, outputs, threads and limits; the rest is the frame's
 };
 

@@ -28,11 +28,14 @@ namespace {
 namespace fs = std::filesystem;
 
 void check_request(const FarmOptions& o) {
-  if (o.frame.scene.empty()) throw UsageError("farm: missing argument: scene; see emberline farm --help");
-  if (o.frame.outputs.empty()) throw UsageError("farm needs an output: -o FILE.exr (or .png, .jpg)");
+  if (o.frame.scene.empty())
+    throw UsageError("farm: missing argument: scene; see emberline farm --help");
+  if (o.frame.outputs.empty())
+    throw UsageError("farm needs an output: -o FILE.exr (or .png, .jpg)");
   if (o.parts == 0) throw UsageError("farm needs --parts N: how many jobs share the frame");
   if (o.frame.time_limit_s) {
-    throw UsageError("--time-limit: a part that stops early leaves a hole; --time is the jobs' limit");
+    throw UsageError(
+        "--time-limit: a part that stops early leaves a hole; --time is the jobs' limit");
   }
   if (is_part(o.frame)) throw UsageError("--part, --sample-range: farm gives each job its own");
   if (!is_partition(o.request.partition)) {
@@ -47,7 +50,8 @@ std::string absolute(const std::string& path) {
 // The jobs run in another folder; and parts keep what the heatmaps need.
 RenderOptions farm_frame(const FarmOptions& farm) {
   RenderOptions o = farm.frame;
-  for (std::string* path : {&o.scene, &o.resource_root, &o.environment, &o.edits}) *path = absolute(*path);
+  for (std::string* path : {&o.scene, &o.resource_root, &o.environment, &o.edits})
+    *path = absolute(*path);
   for (auto* list : {&o.outputs, &o.heatmaps, &o.reports}) {
     for (std::string& path : *list) path = absolute(frame_file(path));
   }
@@ -67,8 +71,9 @@ void check_frame(const RenderOptions& options, uint32_t parts) {
   const size_t buckets =
       bucket_schedule(plan.crop, options.bucket_size, options.bucket_order, plan.seed).size();
   if (parts > buckets) {
-    throw UsageError("--parts {}: the frame has {} buckets of --bucket-size {}; a part needs one at least",
-                     parts, buckets, options.bucket_size);
+    throw UsageError(
+        "--parts {}: the frame has {} buckets of --bucket-size {}; a part needs one at least",
+        parts, buckets, options.bucket_size);
   }
   FileRegister files;
   check_output_paths(options, plan.crop, files);
@@ -88,8 +93,9 @@ void refuse_running(const FarmFolder& folder) {
   if (!fs::exists(folder.file("job.json"))) return;
   const auto tasks = queued_tasks(jobs_of(read_record(folder)));
   if (!tasks || tasks->empty()) return;
-  throw RenderError("{}: has jobs in the queue ({} tasks); wait for them, or end them with farm cancel",
-                    folder.path, tasks->size());
+  throw RenderError(
+      "{}: has jobs in the queue ({} tasks); wait for them, or end them with farm cancel",
+      folder.path, tasks->size());
 }
 
 // What earlier jobs have said would be taken for these jobs'.
@@ -116,7 +122,8 @@ void write_settings(const FarmFrame& frame) {
   const RenderOptions& o = frame.options;  // JSON holds UTF-8 alone
   if (!same_file(read.environment, o.environment) || !same_file(read.edits, o.edits) ||
       !same_file(read.resource_root, o.resource_root)) {
-    throw UsageError("--env, --edits, --resource-root: their names are no UTF-8, and {} cannot hold them", path);
+    throw UsageError(
+        "--env, --edits, --resource-root: their names are no UTF-8, and {} cannot hold them", path);
   }
 }
 
@@ -153,10 +160,11 @@ void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint
             const std::vector<std::string>& others) {
   std::vector<std::string> waited = others;
   if (!parts.empty()) {
-    // The signal a minute before the time limit is for the script's process: it saves what there is.
-    record.arrays.push_back(submit_job(record.request, folder.path, "part.sh",
-                                       {"--array=" + ranges_of(parts),
-                                        log_word(folder, "part-%a.log"), "--signal=B:TERM@60"}));
+    // The signal a minute before the time limit is for the script's process: it saves what there
+    // is.
+    record.arrays.push_back(submit_job(
+        record.request, folder.path, "part.sh",
+        {"--array=" + ranges_of(parts), log_word(folder, "part-%a.log"), "--signal=B:TERM@60"}));
     waited.push_back(std::to_string(record.arrays.back()));
   }
   std::vector<std::string> words = {log_word(folder, "merge.log")};
@@ -191,7 +199,8 @@ int submit_frame(const FarmOptions& farm) {
   const FarmFolder& folder = frame.folder;
   if (!farm.print) require_slurm();
   refuse_running(folder);
-  OwnedFolder owned(folder.path, {.option = "-o", .marker = "emberline-farm.json", .exclusive = true});
+  OwnedFolder owned(folder.path,
+                    {.option = "-o", .marker = "emberline-farm.json", .exclusive = true});
   const std::vector<std::string> names = {"settings.json", "part.sh", "merge.sh", "job.json"};
   owned.claim(names);
   write_folder(frame, farm.stage);
@@ -206,7 +215,8 @@ int submit_frame(const FarmOptions& farm) {
   const auto parts = all_parts(frame.parts);
   const auto there = std::ranges::count_if(
       parts, [&](uint32_t part) { return fs::exists(folder.checkpoint(part, frame.parts)); });
-  if (there > 0) log_info(fmt::format("{} of the parts have a checkpoint and go on with it", there));
+  if (there > 0)
+    log_info(fmt::format("{} of the parts have a checkpoint and go on with it", there));
   submit(folder, record, parts, {});
   return kExitDone;
 }
@@ -224,7 +234,8 @@ int retry_frame(const FarmFolder& folder) {
   FarmRecord record = read_record(folder);
   require_slurm();
   const auto tasks = queued_tasks(record.arrays);
-  if (!tasks) throw RenderError("squeue does not say which parts run; try again when Slurm answers");
+  if (!tasks)
+    throw RenderError("squeue does not say which parts run; try again when Slurm answers");
   std::set<uint32_t> busy;
   std::vector<std::string> others;
   for (const SlurmTask& task : *tasks) {
@@ -248,7 +259,8 @@ int retry_frame(const FarmFolder& folder) {
 
 int cancel_frame(const FarmFolder& folder) {
   const std::vector<uint64_t> jobs = jobs_of(read_record(folder));
-  if (jobs.empty()) throw UsageError("{}: nothing was submitted to Slurm (farm --print)", folder.path);
+  if (jobs.empty())
+    throw UsageError("{}: nothing was submitted to Slurm (farm --print)", folder.path);
   cancel_jobs(jobs);
   log_info(fmt::format("cancelled jobs {}; what is done stays, and farm retry goes on with it",
                        fmt::join(jobs, ", ")));

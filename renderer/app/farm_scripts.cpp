@@ -128,9 +128,8 @@ std::string stage_script(const RenderOptions& options) {
     stage.hash = fingerprint(hexadecimal(file_fingerprint(file.string(), progress)), stage.hash);
     staged += "  env=" + stage.add(file, "env" / file.filename()) + "\n";
   }
-  return fmt::format(fmt::runtime(kStageBegin), hexadecimal(stage.hash)) +
-         "    mkdir -p" + stage.folders + " &&\n" + stage.copies +
-         fmt::format(fmt::runtime(kStageEnd), staged);
+  return fmt::format(fmt::runtime(kStageBegin), hexadecimal(stage.hash)) + "    mkdir -p" +
+         stage.folders + " &&\n" + stage.copies + fmt::format(fmt::runtime(kStageEnd), staged);
 }
 
 // `rest` of the name as the shell has it.
@@ -142,12 +141,12 @@ std::string log_line(const FarmFolder& folder, const std::string& name, const st
 // With the words that name the scene, for the shell.
 std::string part_words(const FarmFrame& frame, const std::string& scene, const std::string& part,
                        const std::string& parts) {
-  return fmt::format("{} render {} --settings {} -o {} --part {}/{} --resume --progress-file {}{}.json"
-                     " --verbose",
-                     shell_quoted(frame.program), scene,
-                     shell_quoted(frame.folder.file("settings.json")),
-                     shell_quoted(frame.folder.output), part, parts,
-                     shell_quoted(frame.folder.file("progress/part-")), part);
+  return fmt::format(
+      "{} render {} --settings {} -o {} --part {}/{} --resume --progress-file {}{}.json"
+      " --verbose",
+      shell_quoted(frame.program), scene, shell_quoted(frame.folder.file("settings.json")),
+      shell_quoted(frame.folder.output), part, parts,
+      shell_quoted(frame.folder.file("progress/part-")), part);
 }
 
 }  // namespace

@@ -100,7 +100,8 @@ struct Queue {
     known = queued.has_value();
     if (!queued) return;
     for (const SlurmTask& task : *queued) {
-      tasks[task.task ? fmt::format("{}_{}", task.job, *task.task) : std::to_string(task.job)] = task;
+      tasks[task.task ? fmt::format("{}_{}", task.job, *task.task) : std::to_string(task.job)] =
+          task;
     }
     ended = ended_tasks(jobs);
   }
@@ -172,7 +173,8 @@ PartStatus merge_status(const FarmFolder& folder, const FarmRecord& record, cons
 std::optional<double> time_left(const std::vector<PartStatus>& parts) {
   double sum = 0, longest = 0, whole_s = 0, waiting = 0, lengths = 0, running = 0;
   for (const PartStatus& part : parts) {
-    if (part.state == kFailed || part.state == kStopped || part.state == kUnknown) return std::nullopt;
+    if (part.state == kFailed || part.state == kStopped || part.state == kUnknown)
+      return std::nullopt;
     if (part.state == kWaiting) waiting += 1 - part.done;
     if (part.state == kRunning && !part.left_s) return std::nullopt;
     if (part.state == kRunning) {
@@ -199,7 +201,8 @@ Json json_of(const PartStatus& part) {
 }
 
 std::string row(const std::string& what, const PartStatus& part) {
-  std::string text = fmt::format("{:<10} {:<8} {:>7}", what, state_name(part.state), readable_percent(part.done));
+  std::string text =
+      fmt::format("{:<10} {:<8} {:>7}", what, state_name(part.state), readable_percent(part.done));
   if (!part.node.empty()) text += "  " + part.node;
   if (part.left_s) text += "  " + readable_seconds(*part.left_s) + " left";
   if (!part.message.empty()) text += "  " + part.message;
@@ -242,7 +245,8 @@ std::string status_text(const FarmStatus& status) {
     if (count > 0) text += fmt::format(", {} {}", count, state.name);
   }
   text += "; " + readable_percent(status.done);
-  if (status.left_s && *status.left_s > 0) text += ", " + readable_seconds(*status.left_s) + " left";
+  if (status.left_s && *status.left_s > 0)
+    text += ", " + readable_seconds(*status.left_s) + " left";
   text += "\n";
   for (const PartStatus& part : status.parts) {
     if (part.state == kWaiting || part.state == kDone) continue;

@@ -10,8 +10,8 @@
 
 namespace emberline {
 
-// Of stopped parts a checkpoint goes on; failed ones say why in their log. kUnknown: neither the part
-// nor Slurm says.
+// Of stopped parts a checkpoint goes on; failed ones say why in their log. kUnknown: neither the
+// part nor Slurm says.
 enum class PartState : uint8_t { kWaiting, kRunning, kDone, kStopped, kFailed, kUnknown };
 
 struct PartStatus {

@@ -33,7 +33,8 @@ RenderOptions options_of(const MergeOptions& merge, const FrameMerge& frame) {
 }  // namespace
 
 int run_merge(const MergeOptions& merge) {
-  if (merge.frame.outputs.empty()) throw UsageError("merge needs an output: -o FILE.exr (or .png, .jpg)");
+  if (merge.frame.outputs.empty())
+    throw UsageError("merge needs an output: -o FILE.exr (or .png, .jpg)");
   const Stopwatch clock;
   const WorkerThreads workers(merge.frame.threads);
   const LoadLimits limits = limits_of(merge.frame.limits, merge.parts.front());

@@ -54,8 +54,8 @@ void summarize(const RenderOptions& options, const RenderReport& report,
     return seconds > 0 ? count / seconds * 1e-6 : 0.0;
   };
   log_info(fmt::format("{} {} samples in {} ({:.2f} M samples/s, {:.2f} M rays/s), {:.0f} MiB",
-                       c.stopped ? "stopped after" : "rendered", samples,
-                       readable_seconds(seconds), millions_a_second(double(samples)),
+                       c.stopped ? "stopped after" : "rendered", samples, readable_seconds(seconds),
+                       millions_a_second(double(samples)),
                        millions_a_second(share * double(c.rays.total())),
                        double(peak_rss_bytes()) / 1048576));
   if (samples < c.samples) {
@@ -73,7 +73,8 @@ void summarize(const RenderOptions& options, const RenderReport& report,
 void check_part(const RenderOptions& options) {
   if (!is_part(options)) return;
   const auto refuse = [](const char* option) {
-    throw UsageError("{}: a part of a frame has no picture of its own; give it for the whole", option);
+    throw UsageError("{}: a part of a frame has no picture of its own; give it for the whole",
+                     option);
   };
   if (!options.snapshots.empty()) refuse("--snapshots");
   if (!options.trees.empty()) refuse("--tree");
@@ -175,7 +176,8 @@ RenderRun::RenderRun(const RenderOptions& options)
   check_refinement_options(options, plan_);
   check_light_layers(options);
   check_part(options);
-  if (!options.progress_file.empty() && !options.replay) progress_file_.emplace(options.progress_file);
+  if (!options.progress_file.empty() && !options.replay)
+    progress_file_.emplace(options.progress_file);
   workers_.emplace(options.threads);
   // An arena of its own: the limit of WorkerThreads cannot give more threads than the machine has
   // cores.
@@ -336,14 +338,15 @@ void RenderRun::resume() {
   if (options_.resume && options_.extended.empty() && !checkpoint_->goes_on()) {
     log_info(path + " is not there; the frame begins anew");
   }
-  frame_render_.resumable();
   if (frame_render_.by_tiles()) return frame_render_.keep_tiles(&*checkpoint_);
+  frame_render_.resumable(*frame_);
+  checkpoint_->copies(frame_render_.film_bytes());
   const uint64_t most = 2 * frame_bytes(options_, output_settings_, frame_render_);
   const auto state = checkpoint_->state(most);
   const auto finished = state ? std::nullopt : checkpoint_->finished_state(most);
   try {
-    if (state) frame_render_.load(*frame_, *state);
-    if (finished) frame_render_.extend(*frame_, *finished);
+    if (state) frame_render_.load(*state);
+    if (finished) frame_render_.extend(*finished);
   } catch (const InputError& error) {
     throw InputError(state ? path : options_.extended, error.what());
   }
@@ -433,7 +436,9 @@ void RenderRun::end_checkpoint() {
   if (done && is_part(options_)) {
     log_info(report_.checkpoint.file + " has this part of the frame, for `emberline merge`");
   }
-  if (!done) log_info(report_.checkpoint.file + " has what is done; " + (options_.extended.empty() ? "--resume goes" : "the same command goes") + " on with it");
+  if (done) return;
+  log_info(report_.checkpoint.file + " has what is done; " +
+           (options_.extended.empty() ? "--resume goes" : "the same command goes") + " on with it");
 }
 
 int RenderRun::exit_code() const {

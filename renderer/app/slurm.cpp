@@ -18,7 +18,8 @@ namespace {
 
 RenderError no_slurm(const std::string& program) {
   return RenderError(
-      "{} is not there: this machine has no Slurm; farm --print shows what to give to another queue",
+      "{} is not there: this machine has no Slurm; farm --print shows what to give to another "
+      "queue",
       program);
 }
 
@@ -42,7 +43,8 @@ bool is_plain(char c) {
 
 // In names that Slurm shows.
 std::string plain(std::string text) {
-  std::ranges::replace_if(text, [](char c) { return !is_plain(c); }, '_');
+  std::ranges::replace_if(
+      text, [](char c) { return !is_plain(c); }, '_');
   return text;
 }
 
@@ -81,7 +83,8 @@ uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
   all.push_back(folder + "/" + script);
   const std::string answer = first_line(run_slurm(all).out);  // "12", or "12;cluster"
   const auto job = parse_number<uint64_t>(answer.substr(0, answer.find(';')));
-  if (!job || *job == 0) throw RenderError("sbatch answers '{}', which is no number of a job", answer);
+  if (!job || *job == 0)
+    throw RenderError("sbatch answers '{}', which is no number of a job", answer);
   return *job;
 }
 
@@ -111,8 +114,9 @@ std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> job
 std::map<std::string, std::string> ended_tasks(std::span<const uint64_t> jobs) {
   std::map<std::string, std::string> states;
   if (jobs.empty()) return states;
-  const auto result = run_tool({"sacct", "--noheader", "--parsable2", "--allocations", "--format=JobID,State",
-                                fmt::format("--jobs={}", fmt::join(jobs, ","))});
+  const auto result =
+      run_tool({"sacct", "--noheader", "--parsable2", "--allocations", "--format=JobID,State",
+                fmt::format("--jobs={}", fmt::join(jobs, ","))});
   if (!result || result->exit_code != 0) return states;
   std::istringstream lines(result->out);
   for (std::string line; std::getline(lines, line);) {

@@ -7,7 +7,7 @@
 //   std::vector<std::byte> bytes;
 //   Archive saving(bytes);                       Archive loading(std::span(bytes));
 //   planner.archive(saving);                     like_it.archive(loading);
-//                                                loading.end();
+//   saving.end();                                loading.end();
 //
 // The bytes are those of this machine: not for another byte order. They may come from a file that
 // somebody else has written, so each function says what it accepts; loading throws InputError for
@@ -23,11 +23,13 @@
 #include <vector>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 
 class Archive {
  public:
+  // Writes over what `to` has.
   explicit Archive(std::vector<std::byte>& to) : to_(&to) {}
   explicit Archive(std::span<const std::byte> from) : from_(from) {}
 
@@ -51,9 +53,7 @@ class Archive {
   // Exactly these elements, as the next.
   template <typename T>
   requires std::is_trivially_copyable_v<T>
-  void values(std::span<T> values) {
-    bytes(values.data(), values.size_bytes());
-  }
+  void values(std::span<T> values) { bytes(values.data(), values.size_bytes()); }
   // Nothing, or `size` elements; numbers, or plain structs of numbers whose values the caller
   // checks. Floats are not NaN.
   template <typename T>
@@ -81,8 +81,11 @@ class Archive {
   void check(bool accepted) const {
     if (loading() && !accepted) refuse();
   }
-  // After loading: nothing is left over.
-  void end() const { check(from_.empty()); }
+  // Nothing is left over: of what is loaded, or of what the bytes were before.
+  void end() const {
+    check(from_.empty());
+    if (!loading()) to_->resize(size_);
+  }
 
  private:
   template <typename T>
@@ -96,6 +99,17 @@ class Archive {
   [[noreturn]] static void refuse() {
     throw InputError("state of a frame", "it is damaged, or not of this frame");
   }
+  // A large frame's film by all threads: nothing renders meanwhile.
+  static void copy(const void* from, std::byte* to, size_t size) {
+    constexpr size_t kLarge = size_t(32) << 20, kGrain = size_t(1) << 20;
+    if (size < kLarge) {
+      std::memcpy(to, from, size);
+    } else {
+      parallel_ranges(size, kGrain, [&](size_t begin, size_t end) {
+        std::memcpy(to + begin, static_cast<const std::byte*>(from) + begin, end - begin);
+      });
+    }
+  }
   void bytes(void* data, size_t size) {
     if (size == 0) return;
     if (loading()) {
@@ -103,12 +117,14 @@ class Archive {
       std::memcpy(data, from_.data(), size);
       from_ = from_.subspan(size);
     } else {
-      const auto* begin = static_cast<const std::byte*>(data);
-      to_->insert(to_->end(), begin, begin + size);
+      if (to_->size() - size_ < size) to_->resize(size_ + size);
+      copy(data, to_->data() + size_, size);
+      size_ += size;
     }
   }
 
   std::vector<std::byte>* to_ = nullptr;
+  size_t size_ = 0;  // of what is written
   std::span<const std::byte> from_;
 };
 

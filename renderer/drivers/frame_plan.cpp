@@ -72,7 +72,8 @@ void plan_even(const FrameSettings& o, FramePlan& plan) {
     const std::vector<std::string_view> valid = extensible_samplers();
     if (std::ranges::find(valid, o.sampler) == valid.end()) {
       throw UsageError(
-          "--sampler: the samples of {} depend on how many there are; --sample-range is valid with {}",
+          "--sampler: the samples of {} depend on how many there are; --sample-range is valid with "
+          "{}",
           o.sampler, fmt::join(valid, ", "));
     }
     plan.first_sample = o.sample_range->first;
@@ -173,8 +174,8 @@ FramePlan::FramePlan(const FrameSettings& s)
                              : PixelFilter::create(s.filter)) {
   check_companions(s);
   if (s.part && !driver->tiles) {
-    throw UsageError("--part: the driver {} has the whole frame at once; valid with --driver bucket",
-                     s.driver);
+    throw UsageError(
+        "--part: the driver {} has the whole frame at once; valid with --driver bucket", s.driver);
   }
   driver_settings.bucket_size = s.bucket_size;
   driver_settings.bucket_order = s.bucket_order;

@@ -26,7 +26,7 @@ struct FramePlan {
   const DriverEntry* driver;
   DriverSettings driver_settings;
   int width, height;
-  Rect crop;                       // the whole frame, if it is not cropped
+  Rect crop;  // the whole frame, if it is not cropped
   uint32_t first_sample = 0;
   uint32_t samples_per_pixel = 0;  // of every pixel, or on average; 0: until the threshold is met
   bool even = true;                // every pixel gets as many

@@ -200,7 +200,8 @@ void FilmTile::add_film(const FilmTile& other) {
     sums.alpha += more.alpha;
     sums.non_finite += more.non_finite;
     if (sums.id == 0) sums.id = more.id;
-    for (size_t c = 3 * i; c < 3 * i + 3 && !squares_.empty(); ++c) squares_[c] += other.squares_[c];
+    for (size_t c = 3 * i; c < 3 * i + 3 && !squares_.empty(); ++c)
+      squares_[c] += other.squares_[c];
     if (!rays_.empty()) rays_[i] += other.rays_[i];
     if (!surfaces_.empty()) surfaces_[i].add(other.surfaces_[i]);
     if (!seconds_.empty()) seconds_[i] += other.seconds_[i];

@@ -83,9 +83,9 @@ class FrameDriver {
   // driver of the same frame, settings and pixels goes on from there to the same bits. Which parts
   // of round() those were its caller knows. Throws InputError while it loads.
   virtual void archive(Archive& archive, const FilmTile& film) = 0;
-  // Of a new driver, with larger settings than those of a frame that is finished: loads that frame's
-  // state, and goes on from its film. A driver that asks for samples by their number alone begins
-  // at the first, of which its caller leaves out what the film has.
+  // Of a new driver, with larger settings than those of a frame that is finished: loads that
+  // frame's state, and goes on from its film. A driver that asks for samples by their number alone
+  // begins at the first, of which its caller leaves out what the film has.
   virtual void extend(Archive& /*finished*/, const FilmTile& /*film*/) {}
 
   // Held beside the film.

@@ -189,18 +189,22 @@ void FrameRender::archive(Archive& archive) {
 void FrameRender::save(std::vector<std::byte>& state) {
   Archive saving(state);
   archive(saving);
+  saving.end();
 }
 
-void FrameRender::load(const Frame& frame, std::span<const std::byte> state) {
+void FrameRender::resumable(const Frame& frame) {
+  resumable_ = true;
   begin(frame);
+}
+
+void FrameRender::load(std::span<const std::byte> state) {
   Archive loading(state);
   archive(loading);
   loading.end();
   film_is_ahead_ = true;
 }
 
-void FrameRender::extend(const Frame& frame, std::span<const std::byte> finished) {
-  begin(frame);
+void FrameRender::extend(std::span<const std::byte> finished) {
   Archive loading(finished);
   TileResult result;
   bool is_finished = false;
@@ -237,8 +241,7 @@ void FrameRender::render_crop(Loop& loop) {
     progress.pass = round.pass;
     progress.samples = counters_.samples;
     progress.rays = counters_.rays.total();
-    progress.completion =
-        std::min(1.0, double(progress.samples) / double(loop.frame.crop.area()));
+    progress.completion = std::min(1.0, double(progress.samples) / double(loop.frame.crop.area()));
     progress.pass_finished = round.ends_pass && round_done;
     progress.error_estimate = driver_->error_estimate();
     loop.observer.picture_changed(progress, *this);
@@ -327,10 +330,13 @@ void FrameRender::save_tile(const Rect& crop, FrameDriver& driver, FilmTile& fil
                             TileResult& result) {
   std::vector<std::byte> state;
   state.reserve(film.bytes() + driver.bytes() + 4096);
-  Archive saving(state);
-  result.archive(saving);
-  film.archive(saving);
-  driver.archive(saving, film);
+  // Isolated as a tile's decisions are: a large one's bytes are copied by several threads.
+  tbb::this_task_arena::isolate([&] {
+    Archive saving(state);
+    result.archive(saving);
+    film.archive(saving);
+    driver.archive(saving, film);
+  });
   store_->save(bucket_number(crop, film.rect(), drivers_.tile_size), state);
 }
 

@@ -68,16 +68,16 @@ class FrameRender final : public FramePicture {
 
   // Before render(). Of tiles: those that `store` has are not rendered, and it is given the others.
   void keep_tiles(TileStore* store) { store_ = store; }
-  // Of one film: goes on from what save() has saved of an equal frame, to the same bits. Throws
-  // InputError for what it cannot have saved.
-  void load(const Frame& frame, std::span<const std::byte> state);
+  // Before render(), of one film: makes it, for save(), load() and extend(). Decisions are then
+  // made to their end when a stop is requested, since amid one there is nothing to save.
+  void resumable(const Frame& frame);
+  // Goes on from what save() has saved of an equal frame, to the same bits. Throws InputError for
+  // what it cannot have saved.
+  void load(std::span<const std::byte> state);
   // The same of an equal frame of fewer samples, or a higher threshold, which is finished.
-  void extend(const Frame& frame, std::span<const std::byte> finished);
-  // Before save(): decisions are then made to their end when a stop is requested, since amid one
-  // there is nothing to save.
-  void resumable() { resumable_ = true; }
-  // At any call of picture_changed() and cut_short(), and after render(): a TileResult of the whole,
-  // whether it is finished, the film, the driver's state, and how far it is.
+  void extend(std::span<const std::byte> finished);
+  // At any call of picture_changed() and cut_short(), and after render(): a TileResult of the
+  // whole, whether it is finished, the film, the driver's state, and how far it is.
   void save(std::vector<std::byte>& state);
 
   // Renders on the calling thread's TBB arena; once. Returns soon after a stop is requested. Throws
@@ -144,7 +144,8 @@ class FrameRender final : public FramePicture {
   bool film_is_ahead_ = false;
 };
 
-// Root of the mean square over the tiles' pixels, added in this order; nothing where one is unknown.
+// Root of the mean square over the tiles' pixels, added in this order; nothing where one is
+// unknown.
 std::optional<double> error_of_tiles(std::span<const Rect> tiles,
                                      std::span<const std::optional<double>> errors);
 

@@ -139,7 +139,8 @@ void RenderWorker::add_batch(FilmTile& tile) {
     counters_.rays.add(rays);
     tile.add_rays(int(addresses_[i].x), int(addresses_[i].y), rays.total());
     add(i, tile);
-    counters_.max_samples = std::max(counters_.max_samples, addresses_[i].sample + 1 - frame_.first_sample);
+    counters_.max_samples =
+        std::max(counters_.max_samples, addresses_[i].sample + 1 - frame_.first_sample);
   }
   if (frame_.light_groups) add_lights(tile);
   if (timed) {

@@ -31,8 +31,8 @@ void check_frame(const RecordFile& file, const Json& now,
                      fmt::join(list, "; "));
   }
   for (const std::string& difference : machine_differences(now, then)) {
-    log_warning(fmt::format("{}: was made with {}; bits may differ by rounding", file.path(),
-                            difference));
+    log_warning(
+        fmt::format("{}: was made with {}; bits may differ by rounding", file.path(), difference));
   }
 }
 
@@ -108,7 +108,8 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
     check_frame(*earlier_, head);
     tiles_ = tiles_of(*earlier_);
     if (options.by_tiles && earlier_->has_more()) {
-      log_warning(fmt::format("{}: its end is cut short; the tiles there are rendered anew", path_));
+      log_warning(
+          fmt::format("{}: its end is cut short; the tiles there are rendered anew", path_));
       file_->cut(earlier_->end());
     }
   } else if (there) {
@@ -159,7 +160,8 @@ void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
 
 // The frame goes on: what is not saved is lost only if this run is.
 void Checkpoint::warn(const std::string& error) {
-  if (!warned_) log_warning(error + "; the frame goes on, and what is not saved is lost if it ends");
+  if (!warned_)
+    log_warning(error + "; the frame goes on, and what is not saved is lost if it ends");
   warned_ = true;
 }
 
@@ -174,13 +176,11 @@ bool Checkpoint::wanted() const {
 
 void Checkpoint::save(FrameRender& render) {
   std::unique_lock lock(mutex_);
-  wake_.wait(lock, [&] { return !writing_; });  // at a stop; else nobody asks meanwhile
+  wake_.wait(lock, [&] { return !busy_; });  // at a stop; else nobody asks meanwhile
   const Stopwatch pause;
   take_checkpoint_request();
-  pending_.clear();
-  pending_.reserve(render.film_bytes() + render.film_bytes() / 8);
-  prefer_huge_pages(pending_.data(), pending_.capacity());
-  render.save(pending_);
+  copy_.reserve(copy_bytes_);
+  render.save(copy_);
   writing_ = true;
   busy_ = true;
   next_s_ = clock_.seconds() + interval_s_;
@@ -188,6 +188,23 @@ void Checkpoint::save(FrameRender& render) {
   report_.longest_pause_s = std::max(report_.longest_pause_s, pause.seconds());
   lock.unlock();
   wake_.notify_all();
+}
+
+void Checkpoint::copies(uint64_t film_bytes) {
+  const std::lock_guard lock(mutex_);
+  copy_bytes_ = film_bytes + film_bytes / 8;  // a driver's state grows
+}
+
+void Checkpoint::touch_copy() {
+  try {
+    std::vector<std::byte> copy;
+    copy.reserve(copy_bytes_);
+    prefer_huge_pages(copy.data(), copy.capacity());
+    copy.resize(copy_bytes_);
+    copy_ = std::move(copy);
+  } catch (const std::bad_alloc&) {  // then a pause is as long as it is
+    copy_bytes_ = 0;
+  }
 }
 
 void Checkpoint::write_behind(const std::vector<std::byte>& state) {
@@ -227,14 +244,22 @@ void Checkpoint::run() {
       lock.unlock();
       std::string failed;
       try {
-        write_behind(pending_);
+        write_behind(copy_);
       } catch (const std::exception& error) {  // also of memory
         failed = path_ + ": " + error.what();
       }
       lock.lock();
       if (!failed.empty()) warn(failed);
-      pending_ = {};
       writing_ = false;
+      busy_ = false;
+      wake_.notify_all();
+    }
+    if (copy_.capacity() < copy_bytes_ && !ending_ &&
+        clock_.seconds() >= next_s_ - interval_s_ / 2) {
+      busy_ = true;
+      lock.unlock();
+      touch_copy();
+      lock.lock();
       busy_ = false;
       wake_.notify_all();
     }

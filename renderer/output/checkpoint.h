@@ -8,9 +8,9 @@
 //   "machine"     host, instruction sets, Embree's version
 //   "light layers"  names, with light groups
 // and records. Of tiles: one each, whose bytes are those of a TileResult, the film and the driver's
-// state; of two of one tile the later counts. Of one film: blocks of at most 4 MiB that together are
-// what FrameRender::save() makes, and an empty record behind the last. What these classes save is
-// theirs to say (archive()); numbers are the machine's own, little-endian.
+// state; of two of one tile the later counts. Of one film: blocks of at most 4 MiB that together
+// are what FrameRender::save() makes, and an empty record behind the last. What these classes save
+// is theirs to say (archive()); numbers are the machine's own, little-endian.
 #pragma once
 
 #include <atomic>
@@ -40,9 +40,9 @@ inline constexpr uint32_t kTileRecord = 1, kBlockRecord = 2, kEndRecord = 3;
 std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_t most);
 
 struct CheckpointReport {
-  std::string file;     // empty: none was asked for
-  int written = 0;      // how often; of a frame of tiles: brought to the disk
-  uint64_t bytes = 0;   // the file's last size
+  std::string file;                          // empty: none was asked for
+  int written = 0;                           // how often; of a frame of tiles: brought to the disk
+  uint64_t bytes = 0;                        // the file's last size
   double paused_s = 0, longest_pause_s = 0;  // while nothing rendered
   bool kept = false;
 };
@@ -59,8 +59,9 @@ struct CheckpointOptions {
 
 class Checkpoint final : public TileStore {
  public:
-  // Takes the file for this run, which goes on with what is there or begins a new one. Throws RenderError where another run has it or it cannot be written, InputError for
-  // one that is damaged or of another frame: with the list of what differs.
+  // Takes the file for this run, which goes on with what is there or begins a new one. Throws
+  // RenderError where another run has it or it cannot be written, InputError for one that is
+  // damaged or of another frame: with the list of what differs.
   Checkpoint(const CheckpointOptions& options, const nlohmann::json& head);
   ~Checkpoint() override;
 
@@ -78,12 +79,16 @@ class Checkpoint final : public TileStore {
   bool wanted() const;
   // Copies the frame at once and writes it behind, when the one before is written.
   void save(FrameRender& render);
+  // Copies will have so much, or a little more. The first touch of a large copy's memory takes
+  // longer than the copy: it is done before the first is wanted, while others render.
+  void copies(uint64_t film_bytes);
 
   // Waits until all is on the disk. The file goes if it is not to be kept.
   CheckpointReport finish(bool done, bool keep);
 
  private:
   void run();
+  void touch_copy();
   void write_behind(const std::vector<std::byte>& state);
   void sync_tiles();
   void warn(const std::string& error);
@@ -92,7 +97,7 @@ class Checkpoint final : public TileStore {
   const std::string head_;
   const double interval_s_;
   std::unique_ptr<HeldFile> file_;
-  std::unique_ptr<RecordFile> earlier_;  // what was there
+  std::unique_ptr<RecordFile> earlier_;   // what was there
   std::unique_ptr<RecordFile> finished_;  // what is extended
   std::unordered_map<uint64_t, RecordEntry> tiles_, finished_tiles_;
   CheckpointReport report_;
@@ -100,9 +105,10 @@ class Checkpoint final : public TileStore {
   std::atomic<double> next_s_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::vector<std::byte> pending_;  // to be written; the thread's alone while it writes
+  std::vector<std::byte> copy_;  // to be written; the thread's alone while it is busy
+  uint64_t copy_bytes_ = 0;
   bool writing_ = false, ending_ = false, warned_ = false, tiles_waiting_ = false;
-  std::atomic<bool> busy_{false};
+  std::atomic<bool> busy_{false};  // with the copy
   std::thread thread_;
 };
 

@@ -27,9 +27,9 @@ using Json = nlohmann::json;
 constexpr std::array<std::string_view, 2> kFree = {"time-limit", "bucket-order"};
 
 // Members of one object that the other has not, or has otherwise.
-void compare(const Json& now, const Json& then, const char* part,
-             const std::function<void(const std::string& name, const Json* now, const Json* then)>&
-                 found) {
+void compare(
+    const Json& now, const Json& then, const char* part,
+    const std::function<void(const std::string& name, const Json* now, const Json* then)>& found) {
   const auto part_of = [&](const Json& head) {
     const auto at = head.is_object() ? head.find(part) : head.end();
     return at != head.end() && at->is_object() ? *at : Json::object();
@@ -81,7 +81,8 @@ Json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
   if (!light_layers.empty()) head["light layers"] = light_layers;
   std::string channels;
   for (const NamedValue<Aov>& aov : aov_table()) {
-    if (plan.aovs.contains(aov.value)) channels += (channels.empty() ? "" : ",") + std::string(aov.name);
+    if (plan.aovs.contains(aov.value))
+      channels += (channels.empty() ? "" : ",") + std::string(aov.name);
   }
   if (!channels.empty()) settings["aov"] = channels;
   // The state of the adaptive driver holds more with these.
@@ -142,7 +143,8 @@ std::vector<std::string> light_layers_of(const Json& head, const std::string& pl
   const Json names = head.is_object() ? head.value("light layers", Json::array()) : Json::array();
   std::vector<std::string> layers;
   for (const Json& name : names) {
-    if (!name.is_string() || name.get_ref<const std::string&>().size() > 255 || layers.size() > 65535) {
+    if (!name.is_string() || name.get_ref<const std::string&>().size() > 255 ||
+        layers.size() > 65535) {
       throw InputError(place, "the checkpoint's light layers are not names");
     }
     layers.push_back(name.get<std::string>());
@@ -156,9 +158,10 @@ std::vector<std::string> differences(const Json& now, const Json& then,
   const Json bits = then.is_object() ? then.value("bits", Json()) : Json();
   if (bits != Json(kBitsVersion)) {
     const Json version = then.is_object() ? then.value("emberline", Json()) : Json();
-    list.push_back(fmt::format("it was made by version {}, whose samples are other bits than those "
-                               "of {}",
-                               text_of(&version), kEmberlineVersion));
+    list.push_back(
+        fmt::format("it was made by version {}, whose samples are other bits than those "
+                    "of {}",
+                    text_of(&version), kEmberlineVersion));
   }
   compare(now, then, "settings", [&](const std::string& name, const Json* here, const Json* there) {
     if (std::ranges::find(but, name) != but.end()) return;

@@ -17,24 +17,21 @@ namespace emberline {
 // `plan` has the channels that are rendered. Reads all files of the scene. Throws what loading them
 // throws.
 nlohmann::json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
-                                       const std::vector<std::string>& light_layers,
-                                       LoadProgress& progress);
+                               const std::vector<std::string>& light_layers,
+                               LoadProgress& progress);
 // The settings in a head, those that decide no bits too; without the scene's files. Throws
 // InputError that names `place`: anything may stand there.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
-// "files" has where the frame's files were, by their settings' names, "machine" what made it; empty:
-// it does not say.
+// "files" has where the frame's files were, by their settings' names, "machine" what made it;
+// empty: it does not say.
 std::string text_in(const nlohmann::json& head, const char* part, const char* name);
-std::vector<std::string> light_layers_of(const nlohmann::json& head,
-                                         const std::string& place);
+std::vector<std::string> light_layers_of(const nlohmann::json& head, const std::string& place);
 
 // What keeps a frame of `now` from going on with a checkpoint of `then`, a few words each; nothing
 // if its bits are the same. Settings in `but` may differ. Anything may stand in `then`.
-std::vector<std::string> differences(const nlohmann::json& now,
-                                     const nlohmann::json& then,
+std::vector<std::string> differences(const nlohmann::json& now, const nlohmann::json& then,
                                      std::initializer_list<std::string_view> but = {});
 // The same of machine and libraries: bits may differ by rounding between kinds of processor.
-std::vector<std::string> machine_differences(const nlohmann::json& now,
-                                             const nlohmann::json& then);
+std::vector<std::string> machine_differences(const nlohmann::json& now, const nlohmann::json& then);
 
 }  // namespace emberline

@@ -57,7 +57,8 @@ StoredFrame::StoredFrame(const std::string& path)
   }
   tiles_.resize(schedule.size());
   for (const RecordEntry& record : file_.records()) {
-    if (record.kind == kTileRecord && record.number < tiles_.size()) tiles_[record.number] = &record;
+    if (record.kind == kTileRecord && record.number < tiles_.size())
+      tiles_[record.number] = &record;
   }
 }
 
@@ -98,7 +99,8 @@ TileResult StoredFrame::load(size_t tile, FilmTile& film) const {
     }
     return {};
   }
-  const std::vector<std::byte> state = file_.read(*tiles_[tile], FrameRender::most_of_state(film.bytes()));
+  const std::vector<std::byte> state =
+      file_.read(*tiles_[tile], FrameRender::most_of_state(film.bytes()));
   Archive loading{std::span<const std::byte>(state)};
   TileResult result;
   try {
@@ -145,7 +147,8 @@ FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, 
 
 void FrameMerge::check_frames(bool strict) const {
   for (const auto& frame : frames_) {
-    const auto different = differences(first().head(), frame->head(), {"part", "sample-range", "seed"});
+    const auto different =
+        differences(first().head(), frame->head(), {"part", "sample-range", "seed"});
     if (!different.empty()) {
       throw InputError(frame->path(), "it is not of the frame that {} is of: {}", first().path(),
                        fmt::join(different, "; "));
@@ -154,7 +157,8 @@ void FrameMerge::check_frames(bool strict) const {
     if (machines.empty()) continue;
     const std::string what = fmt::format("{}: made with {}; bits may differ by rounding",
                                          frame->path(), fmt::join(machines, "; "));
-    if (strict) throw InputError(frame->path(), "--strict: made with {}", fmt::join(machines, "; "));
+    if (strict)
+      throw InputError(frame->path(), "--strict: made with {}", fmt::join(machines, "; "));
     log_warning(what);
   }
 }

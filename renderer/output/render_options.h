@@ -43,9 +43,9 @@ struct RenderOptions : FrameSettings {
   bool resumable = false;             // the checkpoint stays when the frame is done
   bool resume = false;                // goes on with what is there
   double checkpoint_interval_s = 300;
-  std::string extended;               // the checkpoint of a frame that goes on; empty: none
-  std::string progress_file;          // a file; empty: none
-  int threads = 0;                    // 0: all
+  std::string extended;       // the checkpoint of a frame that goes on; empty: none
+  std::string progress_file;  // a file; empty: none
+  int threads = 0;            // 0: all
   LimitOptions limits;
 };
 

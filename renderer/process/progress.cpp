@@ -119,8 +119,9 @@ RenderProgress ProgressDisplay::now() const {
   if (total_ > 0) now.samples = std::min(now.samples, total_);
   now.elapsed_s = Seconds(std::chrono::steady_clock::now() - start_).count();
   now.done = fraction(now.samples);
-  const double before = total_ > 0 ? double(earlier_.load(std::memory_order_relaxed)) / double(total_)
-                                   : earlier_share_.load(std::memory_order_relaxed);
+  const double before = total_ > 0
+                            ? double(earlier_.load(std::memory_order_relaxed)) / double(total_)
+                            : earlier_share_.load(std::memory_order_relaxed);
   if (now.done > before && now.done < 1) {
     now.left_s = now.elapsed_s * (1 - now.done) / (now.done - before);
   }
@@ -142,8 +143,7 @@ std::string ProgressDisplay::line(const RenderProgress& now) const {
 void ProgressDisplay::draw() {
   const RenderProgress now = this->now();
   if (terminal_) {
-    std::fprintf(stderr, "\r%s\033[K",
-                 bar_line(now.done, line(now), terminal_columns()).c_str());
+    std::fprintf(stderr, "\r%s\033[K", bar_line(now.done, line(now), terminal_columns()).c_str());
     std::fflush(stderr);
     return;
   }

@@ -15,8 +15,8 @@
 
 namespace emberline {
 
-// Runs a thread of its own, which also turns a stop signal, or the end of a time from now on, into a
-// stop request: `time_limit_s` is how long the frame may take, `allotted_s` how long this process
+// Runs a thread of its own, which also turns a stop signal, or the end of a time from now on, into
+// a stop request: `time_limit_s` is how long the frame may take, `allotted_s` how long this process
 // has (slurm_allocation.h), at the end of which the frame is stopped as by a user.
 class ProgressDisplay {
  public:

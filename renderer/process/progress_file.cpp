@@ -61,14 +61,15 @@ void ProgressFile::run() {
 
 std::string ProgressFile::text() {
   if (source_) last_ = source_();
-  nlohmann::ordered_json json = {{"state", state_},
-                                 {"done", std::clamp(last_.done, 0.0, 1.0)},
-                                 {"samples", last_.samples},
-                                 {"elapsed_s", last_.elapsed_s},
-                                 {"left_s", nullptr},
-                                 {"host", host_name()},
-                                 {"pid", getpid()},
-                                 {"written", fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr)))}};
+  nlohmann::ordered_json json = {
+      {"state", state_},
+      {"done", std::clamp(last_.done, 0.0, 1.0)},
+      {"samples", last_.samples},
+      {"elapsed_s", last_.elapsed_s},
+      {"left_s", nullptr},
+      {"host", host_name()},
+      {"pid", getpid()},
+      {"written", fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr)))}};
   if (last_.left_s) json["left_s"] = *last_.left_s;
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }

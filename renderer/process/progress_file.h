@@ -20,9 +20,9 @@ struct RenderProgress {
 };
 
 // A JSON file, written every two seconds by a thread of its own, so that a slow disk keeps nobody:
-// {"state", "done", "samples", "elapsed_s", "left_s", "host", "pid", "written"}; `state` is running,
-// done, stopped or failed, `written` the time by this machine's clock, in UTC. A file that cannot be
-// written is one warning.
+// {"state", "done", "samples", "elapsed_s", "left_s", "host", "pid", "written"}; `state` is
+// running, done, stopped or failed, `written` the time by this machine's clock, in UTC. A file that
+// cannot be written is one warning.
 class ProgressFile {
  public:
   explicit ProgressFile(const std::string& path);

@@ -28,8 +28,8 @@ LoadLimits limits_of_own_picture(int64_t pixels);
 void check_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene);
 
 // Three quarters of what the machine has, or of what the container, the shell or a job of Slurm
-// leaves this process. Of all memory, not of what happens to be free: whether a scene loads must not depend on
-// who else is at work.
+// leaves this process. Of all memory, not of what happens to be free: whether a scene loads must
+// not depend on who else is at work.
 uint64_t default_memory_limit();
 
 // The least limit that the control groups of a process set, of both versions (Linux:

@@ -12,9 +12,9 @@ namespace emberline {
 // its own, and a thread that the system refuses then ends the process; so it is tried beforehand.
 class WorkerThreads {
  public:
-  // 0: one for each processor of the job of Slurm that this is, or of the machine's cores, or as many
-  // of those as the system lets start, with a warning.
-  // Throws RenderError when more are asked for than that.
+  // 0: one for each processor of the job of Slurm that this is, or of the machine's cores, or as
+  // many of those as the system lets start, with a warning. Throws RenderError when more are asked
+  // for than that.
   explicit WorkerThreads(int wanted);
 
   int count() const { return count_; }

@@ -26,11 +26,13 @@ class Farm : public CommandTest {
   Farm() {
     fs::create_directory(path("bin"));
     // Words one a line; sbatch numbers its jobs.
-    tool("sbatch", "[ \"$1\" = --version ] && exit 0\nprintf '%s\\n' \"$@\" >>\"$TOOLS/sbatch.words\"\n"
-                   "[ -e \"$TOOLS/refuse\" ] && { echo 'sbatch: error: invalid partition' >&2; exit 1; }\n"
-                   "echo x >>\"$TOOLS/jobs\"; wc -l <\"$TOOLS/jobs\" | tr -d ' '\n");
-    tool("squeue", "[ -e \"$TOOLS/queue\" ] || { echo 'slurm_load_jobs error: Invalid job id specified' "
-                   ">&2; exit 1; }\ncat \"$TOOLS/queue\"\n");
+    tool("sbatch",
+         "[ \"$1\" = --version ] && exit 0\nprintf '%s\\n' \"$@\" >>\"$TOOLS/sbatch.words\"\n"
+         "[ -e \"$TOOLS/refuse\" ] && { echo 'sbatch: error: invalid partition' >&2; exit 1; }\n"
+         "echo x >>\"$TOOLS/jobs\"; wc -l <\"$TOOLS/jobs\" | tr -d ' '\n");
+    tool("squeue",
+         "[ -e \"$TOOLS/queue\" ] || { echo 'slurm_load_jobs error: Invalid job id specified' "
+         ">&2; exit 1; }\ncat \"$TOOLS/queue\"\n");
     tool("scancel", "printf '%s\\n' \"$@\" >>\"$TOOLS/scancel.words\"\n");
     tool("sacct", "exit 1\n");
     with_slurm_.environment = {{"PATH", path("bin") + ":/usr/bin:/bin"}, {"TOOLS", path("bin")}};
@@ -41,8 +43,9 @@ class Farm : public CommandTest {
   }
   // Nine buckets.
   Words farm(const std::string& output, const Words& more = {}) {
-    return Words{"farm", scene(), "-o", output, "--parts", "3", "--size", "24x24", "--bucket-size",
-                 "8", "--spp", "2"} + more;
+    return Words{"farm",  scene(),         "-o", output,  "--parts", "3", "--size",
+                 "24x24", "--bucket-size", "8",  "--spp", "2"} +
+           more;
   }
   void submit(const Words& more = {}) { render(farm(path("out.exr"), more), with_slurm_); }
   std::string sbatch_words() const { return text_of(path("bin/sbatch.words")); }
@@ -59,14 +62,16 @@ class Farm : public CommandTest {
 TEST_F(Farm, SubmitsAnArrayAndAMergeThatWaitsForIt) {
   submit({"--partition", "big,small", "--cpus", "4", "--memory", "1G", "--time", "90"});
   const std::string folder = path("out.exr.farm");
-  EXPECT_EQ(sbatch_words(),
-            "--parsable\n--job-name=out.exr\n--chdir=" + folder +
-                "\n--open-mode=append\n--requeue\n--partition=big,small\n--cpus-per-task=4\n"
-                "--mem=1024M\n--time=90\n--array=1-3\n--output=logs/part-%a.log\n--signal=B:TERM@60\n" +
-                folder + "/part.sh\n--parsable\n--job-name=out.exr\n--chdir=" + folder +
-                "\n--open-mode=append\n--requeue\n--partition=big,small\n--cpus-per-task=4\n"
-                "--mem=1024M\n--time=90\n--output=logs/merge.log\n--dependency=afterok:1\n"
-                "--kill-on-invalid-dep=yes\n" + folder + "/merge.sh\n");
+  EXPECT_EQ(
+      sbatch_words(),
+      "--parsable\n--job-name=out.exr\n--chdir=" + folder +
+          "\n--open-mode=append\n--requeue\n--partition=big,small\n--cpus-per-task=4\n"
+          "--mem=1024M\n--time=90\n--array=1-3\n--output=logs/part-%a.log\n--signal=B:TERM@60\n" +
+          folder + "/part.sh\n--parsable\n--job-name=out.exr\n--chdir=" + folder +
+          "\n--open-mode=append\n--requeue\n--partition=big,small\n--cpus-per-task=4\n"
+          "--mem=1024M\n--time=90\n--output=logs/merge.log\n--dependency=afterok:1\n"
+          "--kill-on-invalid-dep=yes\n" +
+          folder + "/merge.sh\n");
   const nlohmann::json job = read_json("out.exr.farm/job.json");
   EXPECT_EQ(job["arrays"], nlohmann::json({1}));
   EXPECT_EQ(job["merge"], 2);
@@ -93,13 +98,17 @@ TEST_F(Farm, ScriptsSurviveAnyName) {
       ::setenv("TMPDIR", path("").c_str(), 1);
       for (int part = 1; part <= 3; ++part) {
         EXPECT_EQ(shell("SLURM_ARRAY_TASK_ID=" + std::to_string(part) +
-                        " sh \"$JOB/part.sh\" >\"$JOB/log\" 2>&1"), 0) << text_of(output + ".farm/log");
+                        " sh \"$JOB/part.sh\" >\"$JOB/log\" 2>&1"),
+                  0)
+            << text_of(output + ".farm/log");
       }
-      EXPECT_EQ(shell("sh \"$JOB/merge.sh\" >\"$JOB/log\" 2>&1"), 0) << text_of(output + ".farm/log");
+      EXPECT_EQ(shell("sh \"$JOB/merge.sh\" >\"$JOB/log\" 2>&1"), 0)
+          << text_of(output + ".farm/log");
       ::unsetenv("TMPDIR");
       EXPECT_TRUE(fs::exists(output + ".farm/merge.json"));
       const std::string single = path("single" + std::to_string(number++) + ".exr");
-      Words whole = {"render", words[1], "-o", single, "--size", "24x24", "--bucket-size", "8", "--spp", "2"};
+      Words whole = {"render", words[1],        "-o", single,  "--size",
+                     "24x24",  "--bucket-size", "8",  "--spp", "2"};
       render(whole);
       EXPECT_EQ(first_difference(read_exr(folder + "/shot.0000.exr"), read_exr(single)), "");
       fs::remove(folder + "/shot.0000.exr");
@@ -143,8 +152,8 @@ TEST_F(Farm, StatusTellsOfEveryPart) {
 TEST_F(Farm, RetrySubmitsWhatIsMissing) {
   submit();
   for (const char* part : {"1/3", "3/3"}) {
-    render({"render", scene(), "--settings", path("out.exr.farm/settings.json"), "-o", path("out.exr"),
-            "--part", part, "--resume"});
+    render({"render", scene(), "--settings", path("out.exr.farm/settings.json"), "-o",
+            path("out.exr"), "--part", part, "--resume"});
   }
   fs::resize_file(path("out.exr.part-3-of-3.checkpoint"),
                   fs::file_size(path("out.exr.part-3-of-3.checkpoint")) - 1);
@@ -159,7 +168,8 @@ TEST_F(Farm, RetrySubmitsWhatIsMissing) {
   fs::remove(path("bin/sbatch.words"));
   render({"farm", "retry", path("out.exr")}, with_slurm_);
   EXPECT_NE(sbatch_words().find("--array=3\n"), std::string::npos) << sbatch_words();
-  EXPECT_NE(sbatch_words().find("--dependency=afterok:3_2:5\n"), std::string::npos) << sbatch_words();
+  EXPECT_NE(sbatch_words().find("--dependency=afterok:3_2:5\n"), std::string::npos)
+      << sbatch_words();
   expect_failure(farm(path("out.exr")), 1, {"jobs in the queue"}, with_slurm_);
 }
 
@@ -190,7 +200,8 @@ TEST_F(Farm, WhatCannotBe) {
                                            {{"--time-limit", "5"}, {"--time-limit"}},
                                            {{"--driver", "adaptive"}, {"bucket"}},
                                            {{"-o", path("out.tif")}, {".exr"}}};
-  for (const auto& [more, parts] : wrong) expect_failure(farm(path("out.exr"), more), 2, parts, with_slurm_);
+  for (const auto& [more, parts] : wrong)
+    expect_failure(farm(path("out.exr"), more), 2, parts, with_slurm_);
   expect_failure(farm(path("nowhere/out.exr")), 1, {"nowhere"}, with_slurm_);
   write("bin/refuse", "");
   const RunResult refused = run(farm(path("out.exr")), with_slurm_);
@@ -243,11 +254,12 @@ TEST_F(FarmedRender, TellsHowFarItIs) {
 TEST_F(FarmedRender, TakesItsLimitsFromTheJob) {
   RunOptions job;
   const auto now = std::time(nullptr);
-  job.environment = {{"SLURM_MEM_PER_NODE", "1024"}, {"SLURM_CPUS_PER_TASK", "1"},
+  job.environment = {{"SLURM_MEM_PER_NODE", "1024"},
+                     {"SLURM_CPUS_PER_TASK", "1"},
                      {"SLURM_JOB_START_TIME", std::to_string(now - 5)},
                      {"SLURM_JOB_END_TIME", std::to_string(now + 61)}};
-  const Words endless = {"render", scene(), "-o", path("out.exr"), "--size", "512x512",
-                         "--spp", "100000", "--part", "1/2", "--verbose"};
+  const Words endless = {"render", scene(),  "-o",     path("out.exr"), "--size",   "512x512",
+                         "--spp",  "100000", "--part", "1/2",           "--verbose"};
   const RunResult result = run(endless + Words{"--resume"}, job);
   EXPECT_EQ(result.exit_code, 130) << result.describe();
   for (const char* part : {"--memory-limit 768 MiB: three quarters of SLURM_MEM_PER_NODE",
@@ -259,8 +271,8 @@ TEST_F(FarmedRender, TakesItsLimitsFromTheJob) {
   const RunResult wrong = run(endless + Words{"--resume"}, job);
   EXPECT_EQ(wrong.exit_code, 130);
   EXPECT_NE(wrong.err.find("clock"), std::string::npos) << wrong.err;
-  job.environment = {{"SLURM_MEM_PER_NODE", "x"}, {"SLURM_CPUS_PER_TASK", "-1"},
-                     {"SLURM_JOB_END_TIME", "soon"}};
+  job.environment = {
+      {"SLURM_MEM_PER_NODE", "x"}, {"SLURM_CPUS_PER_TASK", "-1"}, {"SLURM_JOB_END_TIME", "soon"}};
   render(render_words({"--resume"}), job);
 }
 
