@@ -2,185 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cmath>
-
-#include "renderer/app/number_option.h"
-#include "renderer/core/errors.h"
-#include "renderer/core/names.h"
-#include "renderer/core/option_values.h"
+#include "renderer/app/shared_options.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/drivers/setting_table.h"
 #include "renderer/output/snapshots.h"
 
 namespace emberline {
 namespace {
 
-// "name: summary" lines of a table, for --help.
-template <typename Table>
-std::string table_help(const char* what, const Table& table) {
-  std::string text = what;
-  for (const auto& entry : table) {
-    text += fmt::format("\n  {}: {}", entry.name, entry.summary);
-  }
-  return text;
-}
-
-// An option whose value is a name of `table`, looked up at once: not when the scene has been
-// loaded.
-template <typename Table, typename Target>
-CLI::Option* add_name(CLI::App* app, const std::string& option, Target& target, const char* kind,
-                      const char* help, const Table& table) {
-  return app->add_option(option, target, table_help(help, table))
-      ->type_name("NAME")
-      ->check([=](const std::string& name) {
-        find_named(table, option, kind, name);
-        return std::string();
-      });
-}
-
 struct NamedDriver {
   std::string_view name, summary;
 };
 
-// The ends of --range: squares stay finite in float, and steps between them are told apart.
-constexpr double kMostOfRange = 1e18, kLeastOfRange = 1e-30, kNearestOfRange = 1e-6;
-
-bool is_value_range(double least, double most) {
-  const double greatest = std::max(std::abs(least), std::abs(most));
-  return greatest <= kMostOfRange && greatest >= kLeastOfRange &&
-         most - least >= kNearestOfRange * greatest;
-}
-
-// --load-timeout in seconds: a millisecond to thirty years.
-constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;
-
 using enum SettingGroup;
-
-std::string help_of(const Setting& setting, const FrameSettings& settings) {
-  std::string help = setting.help;
-  const std::string value = setting.text(settings);
-  if (!value.empty() && !setting.type.empty()) help += " [" + value + "]";
-  return help + setting.values;
-}
-
-void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings) {
-  const std::string option = "--" + setting.name;
-  if (setting.type.empty()) {
-    app->add_flag_function(
-        option, [&](int64_t count) { setting.read(settings, count > 0 ? "yes" : "no"); },
-        setting.help);
-    return;
-  }
-  CLI::Option* added = app->add_option_function<std::string>(
-      option, [&](const std::string& text) { setting.read(settings, text); },
-      help_of(setting, settings));
-  added->type_name(setting.type);
-  if (setting.type == "LIST") {
-    added->join(',');  // --aov albedo --aov N: both
-    added->check([option](const std::string& list) {
-      return list.empty() ? "needs a value, and the one given is empty: " + option + " LIST" : "";
-    });
-  }
-}
-
-// The settings of these groups, but for `left_out`, which the command has in a form of its own.
-void add_settings(CLI::App* app, FrameSettings& settings,
-                  std::initializer_list<SettingGroup> groups, std::string_view left_out = "") {
-  for (const Setting& setting : setting_table()) {
-    if (std::ranges::find(groups, setting.group) == groups.end()) continue;
-    if (setting.name != left_out) add_setting(app, setting, settings);
-  }
-}
-
-// Before all other settings, which then override the file's.
-void add_settings_file(CLI::App* app, RenderOptions& o) {
-  app->add_option_function<std::string>(
-         "--settings",
-         [&o](const std::string& path) {
-           if (path.empty()) return;  // refused like all empty values, behind this
-           read_settings(path, o);
-           o.settings_file = path;
-         },
-         "a .json file of settings, as --save-settings writes it; options given beside it override "
-         "it")
-      ->type_name("FILE");
-}
-
-void add_limits(CLI::App* app, LimitOptions& o) {
-  app->add_option_function<std::string>(
-         "--memory-limit",
-         [&o](const std::string& text) {
-           o.memory_bytes = parse_size(text);
-           if (!o.memory_bytes) {
-             throw CLI::ValidationError("--memory-limit",
-                                        "'" + text + "' is not a size, such as 8G, 500M or 4096");
-           }
-         },
-         "turn away what needs more memory: bytes, or with K, M, G, T powers of 1024 of them "
-         "[three quarters of what the machine, its container or the job of Slurm has]")
-      ->type_name("SIZE");
-  add_number(app, "--load-timeout", o.load_timeout_s, kLeastTimeLimit, kMostTimeLimit,
-             "give up loading and building after so many seconds [never]");
-}
-
-void add_machine_options(CLI::App* app, RenderOptions& o) {
-  add_number(app, "--threads", o.threads, 1, 4096,
-             "worker threads [all; in a job of Slurm its processors]");
-  add_limits(app, o.limits);
-}
-
-// Of a heatmap's picture; on `render` they need a heatmap.
-void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) {
-  const auto bind = [needed](CLI::Option* option) {
-    if (needed) option->needs(needed);
-  };
-  bind(app->add_option_function<std::string>(
-              "--colors",
-              [&style](const std::string& name) { style.colours = parse_colour_map(name); },
-              table_help("colours of a heatmap [grey]", colour_map_table()))
-           ->type_name("NAME"));
-  bind(app->add_option_function<std::string>(
-              "--range",
-              [&style](const std::string& text) {
-                std::array<double, 2> v;
-                if (!parse_numbers(text, ',', v) || !is_value_range(v[0], v[1])) {
-                  throw CLI::ValidationError(
-                      "--range", "'" + text +
-                                     "' is not MIN,MAX with MIN less than MAX by a millionth at "
-                                     "least, from -1e18 to 1e18");
-                }
-                style.range = ValueRange{v[0], v[1]};
-              },
-              "values at the ends of a heatmap's colours; times in seconds [0 to what the "
-              "greatest 2 % of the values above 0 exceed]")
-           ->type_name("MIN,MAX"));
-  bind(app->add_flag("--log", style.logarithmic, "logarithmic scale for a heatmap"));
-  bind(app->add_flag("--plain", style.plain, "a heatmap without its legend"));
-}
-
-void add_heatmaps(CLI::App* app, RenderOptions& o) {
-  CLI::Option* heatmap =
-      app->add_option("--heatmap", o.heatmaps,
-                      "where the samples went, as a picture with legend: .png, .jpg; .exr: the "
-                      "numbers alone. May be given more than once")
-          ->type_name("FILE")
-          ->allow_extra_args(false);
-  app->add_option(
-         "--heatmap-of", o.heatmap_of,
-         table_help("what it shows, the n-th for the n-th [samples]", heatmap_quantity_table()))
-      ->type_name("NAME")
-      ->allow_extra_args(false)
-      ->needs(heatmap);
-  add_heatmap_style(app, o.heatmap_style, heatmap);
-}
-
-void add_grading(CLI::App* app, DisplaySettings& o) {
-  app->add_option("--view", o.view, "OpenColorIO view [the display's default]");
-  app->add_option("--look", o.look, "OpenColorIO look [none]");
-  add_number(app, "--exposure", o.exposure, -64.0f, 64.0f, "stops, for .png and .jpg [0]");
-}
 
 void add_snapshots(CLI::App* app, RenderOptions& o) {
   CLI::Option* snapshots =
@@ -224,6 +57,11 @@ void add_display(CLI::App* app, RenderOptions& o) {
       ->allow_extra_args(false);
 }
 
+void add_checkpoint_interval(CLI::App* app, RenderOptions& o) {
+  add_number(app, "--checkpoint-interval", o.checkpoint_interval_s, 0.1, 1e9,
+             "seconds between two checkpoints [300]; SIGUSR1 asks for one at once");
+}
+
 void add_checkpoint(CLI::App* app, RenderOptions& o) {
   app->add_option("--checkpoint", o.checkpoint,
                   "keep what there is of the frame in this file while it renders, for --resume; it "
@@ -234,8 +72,7 @@ void add_checkpoint(CLI::App* app, RenderOptions& o) {
                 "another; and it stays, for `emberline extend`");
   app->add_flag("--resume", o.resume,
                 "go on with the checkpoint, to the same bits; without one the frame begins anew");
-  add_number(app, "--checkpoint-interval", o.checkpoint_interval_s, 0.1, 1e9,
-             "seconds between two checkpoints [300]; SIGUSR1 asks for one at once");
+  add_checkpoint_interval(app, o);
   app->add_option("--progress-file", o.progress_file,
                   "say in this .json file, every two seconds, how far the frame is")
       ->type_name("FILE");
@@ -327,18 +164,9 @@ void add_job_options(CLI::App* app, FarmOptions& o) {
       });
   app->add_option("--partition", o.request.partition, "of Slurm [its default]")->type_name("LIST");
   add_number(app, "--cpus", o.request.cpus, 1, 4096, "processors of each job [a whole node]");
-  app->add_option_function<std::string>(
-         "--memory",
-         [&o](const std::string& text) {
-           const std::optional<uint64_t> bytes = parse_size(text);
-           if (!bytes) {
-             throw CLI::ValidationError("--memory",
-                                        "'" + text + "' is not a size, such as 8G, 500M or 4096");
-           }
-           o.request.memory_mib = (*bytes + (1 << 20) - 1) >> 20;
-         },
-         "memory of each job: bytes, or with K, M, G, T powers of 1024 of them [the partition's]")
-      ->type_name("SIZE");
+  add_size(app, "--memory", o.request.memory_bytes,
+           "memory of each job: bytes, or with K, M, G, T powers of 1024 of them [the "
+           "partition's]");
   add_number(app, "--time", o.request.minutes, 2, 10000000,
              "minutes of each job; a minute before, a part saves itself, for farm retry [the "
              "partition's]");
@@ -429,8 +257,7 @@ void add_view_options(CLI::App* app, ViewOptions& o) {
   add_machine_options(app, r);
   app->add_flag("--light-groups", r.light_groups,
                 "keep what each light gives apart: changes of lights then need no new ray");
-  app->add_option("--display", r.display.display, "OpenColorIO display [the config's default]")
-      ->type_name("NAME");
+  add_display_name(app, r.display);
   add_grading(app, r.display);
 }
 
@@ -465,33 +292,15 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
   add_limits(app, o.limits);
 }
 
-// As of render: by their rows.
-void add_named_settings(CLI::App* app, FrameSettings& settings,
-                        std::initializer_list<std::string_view> names) {
-  for (const Setting& setting : setting_table()) {
-    if (std::ranges::find(names, setting.name) != names.end()) add_setting(app, setting, settings);
-  }
-}
-
 void add_extend_options(CLI::App* app, ExtendOptions& o) {
   app->add_option("frame", o.frame,
                   "a picture that was rendered with --resumable, or its checkpoint")
       ->required();
   app->add_option("--scene", o.scene, "where its scene is now [where it was]")->type_name("FILE");
   add_named_settings(app, o.more, {"spp", "noise-threshold", "max-spp", "time-limit"});
-  app->add_option("-o,--output", o.more.outputs,
-                  "picture, as of render; may be given more than once [the frame's own]")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
-  add_heatmaps(app, o.more);
-  app->add_option("--report", o.more.reports, "what was done, as of render")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
-  add_number(app, "--checkpoint-interval", o.more.checkpoint_interval_s, 0.1, 1e9,
-             "seconds between two checkpoints [300]");
-  app->add_option("--display", o.more.display.display, "OpenColorIO display [the config's default]")
-      ->type_name("NAME");
-  add_grading(app, o.more.display);
+  add_outputs(app, o.more, "picture, as of render; may be given more than once [the frame's own]",
+              "what was done, as of render");
+  add_checkpoint_interval(app, o.more);
   add_machine_options(app, o.more);
 }
 
@@ -500,21 +309,12 @@ void add_merge_options(CLI::App* app, MergeOptions& o) {
                   "checkpoints that render --part, --sample-range or --resumable "
                   "has kept; several seeds of a frame are averaged")
       ->required();
-  app->add_option("-o,--output", o.frame.outputs,
-                  "picture: .exr, .png or .jpg, as of render. May be given more than once")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
-  add_heatmaps(app, o.frame);
-  app->add_option("--report", o.frame.reports, "what the parts come to, as JSON")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
+  add_outputs(app, o.frame,
+              "picture: .exr, .png or .jpg, as of render. May be given more than once",
+              "what the parts come to, as JSON");
   app->add_flag("--allow-holes", o.allow_holes,
                 "write a frame of which parts are missing: its pixels are black, their stop is 0");
   app->add_flag("--strict", o.strict, "refuse parts from several kinds of machine");
-  app->add_option("--display", o.frame.display.display,
-                  "OpenColorIO display [the config's default]")
-      ->type_name("NAME");
-  add_grading(app, o.frame.display);
   add_machine_options(app, o.frame);
 }
 
@@ -522,20 +322,11 @@ void add_farm_options(CLI::App* app, FarmOptions& o) {
   // Not required: the subcommands have none.
   app->add_option("scene", o.frame.scene, "a .gltf or .glb file");
   add_settings_file(app, o.frame);
-  app->add_option(
-         "-o,--output", o.frame.outputs,
-         "picture: .exr, .png or .jpg, as of render; beside the first, FILE.farm has the jobs. "
-         "#### in a name is the frame's number. May be given more than once")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
-  add_heatmaps(app, o.frame);
-  app->add_option("--report", o.frame.reports, "what the parts come to, as JSON")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
-  app->add_option("--display", o.frame.display.display,
-                  "OpenColorIO display [the config's default]")
-      ->type_name("NAME");
-  add_grading(app, o.frame.display);
+  add_outputs(app, o.frame,
+              "picture: .exr, .png or .jpg, as of render; beside the first, FILE.farm has the "
+              "jobs. #### in "
+              "a name is the frame's number. May be given more than once",
+              "what the parts come to, as JSON");
   add_job_options(app, o);
   add_settings(app, o.frame,
                {kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},

@@ -67,7 +67,7 @@ std::string record_json(const FarmRecord& record) {
                                  {"parts", record.parts},
                                  {"partition", record.request.partition},
                                  {"cpus", value_or_null(record.request.cpus)},
-                                 {"memory_mib", value_or_null(record.request.memory_mib)},
+                                 {"memory_bytes", value_or_null(record.request.memory_bytes)},
                                  {"minutes", value_or_null(record.request.minutes)},
                                  {"arrays", record.arrays},
                                  {"merge", value_or_null(record.merge)}};
@@ -84,7 +84,7 @@ FarmRecord read_record(const FarmFolder& folder) {
   record.request.partition = json["partition"].text();
   if (!is_partition(record.request.partition)) json["partition"].expected("names of partitions");
   record.request.cpus = optional_whole<int>(json["cpus"], 4096);
-  record.request.memory_mib = optional_whole<uint64_t>(json["memory_mib"], uint64_t(1) << 40);
+  record.request.memory_bytes = optional_whole<uint64_t>(json["memory_bytes"], uint64_t(1) << 63);
   record.request.minutes = optional_whole<int>(json["minutes"], 10000000);
   const JsonReader arrays = json["arrays"];
   if (arrays.size() > 10000) arrays.expected("at most 10000 jobs");

@@ -77,7 +77,9 @@ uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
                                   "--requeue"};
   if (!request.partition.empty()) all.push_back("--partition=" + request.partition);
   all.push_back(request.cpus ? fmt::format("--cpus-per-task={}", *request.cpus) : "--exclusive");
-  if (request.memory_mib) all.push_back(fmt::format("--mem={}M", *request.memory_mib));
+  if (request.memory_bytes) {
+    all.push_back(fmt::format("--mem={}M", (*request.memory_bytes + 0xFFFFF) >> 20));
+  }
   if (request.minutes) all.push_back(fmt::format("--time={}", *request.minutes));
   all.insert(all.end(), words.begin(), words.end());
   all.push_back(folder + "/" + script);

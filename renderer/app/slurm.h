@@ -14,7 +14,7 @@ namespace emberline {
 struct SlurmRequest {
   std::string partition;
   std::optional<int> cpus;  // absent: a whole node
-  std::optional<uint64_t> memory_mib;
+  std::optional<uint64_t> memory_bytes;
   std::optional<int> minutes;
 };
 

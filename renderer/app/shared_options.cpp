@@ -1,0 +1,177 @@
+#include "renderer/app/shared_options.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/option_values.h"
+
+namespace emberline {
+namespace {
+
+// The ends of --range: squares stay finite in float, and steps between them are told apart.
+constexpr double kMostOfRange = 1e18, kLeastOfRange = 1e-30, kNearestOfRange = 1e-6;
+
+bool is_value_range(double least, double most) {
+  const double greatest = std::max(std::abs(least), std::abs(most));
+  return greatest <= kMostOfRange && greatest >= kLeastOfRange &&
+         most - least >= kNearestOfRange * greatest;
+}
+
+// --load-timeout in seconds: a millisecond to thirty years.
+constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;
+
+std::string help_of(const Setting& setting, const FrameSettings& settings) {
+  std::string help = setting.help;
+  const std::string value = setting.text(settings);
+  if (!value.empty() && !setting.type.empty()) help += " [" + value + "]";
+  return help + setting.values;
+}
+
+void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings) {
+  const std::string option = "--" + setting.name;
+  if (setting.type.empty()) {
+    app->add_flag_function(
+        option, [&](int64_t count) { setting.read(settings, count > 0 ? "yes" : "no"); },
+        setting.help);
+    return;
+  }
+  CLI::Option* added = app->add_option_function<std::string>(
+      option, [&](const std::string& text) { setting.read(settings, text); },
+      help_of(setting, settings));
+  added->type_name(setting.type);
+  if (setting.type == "LIST") {
+    added->join(',');  // --aov albedo --aov N: both
+    added->check([option](const std::string& list) {
+      return list.empty() ? "needs a value, and the one given is empty: " + option + " LIST" : "";
+    });
+  }
+}
+
+}  // namespace
+
+void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
+              const std::string& help) {
+  app->add_option_function<std::string>(
+         option,
+         [&bytes, option](const std::string& text) {
+           bytes = parse_size(text);
+           if (!bytes) {
+             throw CLI::ValidationError(option,
+                                        "'" + text + "' is not a size, such as 8G, 500M or 4096");
+           }
+         },
+         help)
+      ->type_name("SIZE");
+}
+
+void add_settings(CLI::App* app, FrameSettings& settings,
+                  std::initializer_list<SettingGroup> groups, std::string_view left_out) {
+  for (const Setting& setting : setting_table()) {
+    if (std::ranges::find(groups, setting.group) == groups.end()) continue;
+    if (setting.name != left_out) add_setting(app, setting, settings);
+  }
+}
+
+void add_named_settings(CLI::App* app, FrameSettings& settings,
+                        std::initializer_list<std::string_view> names) {
+  for (const Setting& setting : setting_table()) {
+    if (std::ranges::find(names, setting.name) != names.end()) add_setting(app, setting, settings);
+  }
+}
+
+void add_settings_file(CLI::App* app, RenderOptions& o) {
+  app->add_option_function<std::string>(
+         "--settings",
+         [&o](const std::string& path) {
+           if (path.empty()) return;  // refused like all empty values, behind this
+           read_settings(path, o);
+           o.settings_file = path;
+         },
+         "a .json file of settings, as --save-settings writes it; options given beside it override "
+         "it")
+      ->type_name("FILE");
+}
+
+void add_limits(CLI::App* app, LimitOptions& o) {
+  add_size(app, "--memory-limit", o.memory_bytes,
+           "turn away what needs more memory: bytes, or with K, M, G, T powers of 1024 of them "
+           "[three quarters of what the machine, its container or the job of Slurm has]");
+  add_number(app, "--load-timeout", o.load_timeout_s, kLeastTimeLimit, kMostTimeLimit,
+             "give up loading and building after so many seconds [never]");
+}
+
+void add_machine_options(CLI::App* app, RenderOptions& o) {
+  add_number(app, "--threads", o.threads, 1, 4096,
+             "worker threads [all; in a job of Slurm its processors]");
+  add_limits(app, o.limits);
+}
+
+void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) {
+  const auto bind = [needed](CLI::Option* option) {
+    if (needed) option->needs(needed);
+  };
+  bind(app->add_option_function<std::string>(
+              "--colors",
+              [&style](const std::string& name) { style.colours = parse_colour_map(name); },
+              table_help("colours of a heatmap [grey]", colour_map_table()))
+           ->type_name("NAME"));
+  bind(app->add_option_function<std::string>(
+              "--range",
+              [&style](const std::string& text) {
+                std::array<double, 2> v;
+                if (!parse_numbers(text, ',', v) || !is_value_range(v[0], v[1])) {
+                  throw CLI::ValidationError(
+                      "--range", "'" + text +
+                                     "' is not MIN,MAX with MIN less than MAX by a millionth at "
+                                     "least, from -1e18 to 1e18");
+                }
+                style.range = ValueRange{v[0], v[1]};
+              },
+              "values at the ends of a heatmap's colours; times in seconds [0 to what the "
+              "greatest 2 % of the values above 0 exceed]")
+           ->type_name("MIN,MAX"));
+  bind(app->add_flag("--log", style.logarithmic, "logarithmic scale for a heatmap"));
+  bind(app->add_flag("--plain", style.plain, "a heatmap without its legend"));
+}
+
+void add_heatmaps(CLI::App* app, RenderOptions& o) {
+  CLI::Option* heatmap =
+      app->add_option("--heatmap", o.heatmaps,
+                      "where the samples went, as a picture with legend: .png, .jpg; .exr: the "
+                      "numbers alone. May be given more than once")
+          ->type_name("FILE")
+          ->allow_extra_args(false);
+  app->add_option(
+         "--heatmap-of", o.heatmap_of,
+         table_help("what it shows, the n-th for the n-th [samples]", heatmap_quantity_table()))
+      ->type_name("NAME")
+      ->allow_extra_args(false)
+      ->needs(heatmap);
+  add_heatmap_style(app, o.heatmap_style, heatmap);
+}
+
+void add_display_name(CLI::App* app, DisplaySettings& o) {
+  app->add_option("--display", o.display, "OpenColorIO display [the config's default]")
+      ->type_name("NAME");
+}
+
+void add_grading(CLI::App* app, DisplaySettings& o) {
+  app->add_option("--view", o.view, "OpenColorIO view [the display's default]");
+  app->add_option("--look", o.look, "OpenColorIO look [none]");
+  add_number(app, "--exposure", o.exposure, -64.0f, 64.0f, "stops, for .png and .jpg [0]");
+}
+
+void add_outputs(CLI::App* app, RenderOptions& o, const char* output_help,
+                 const char* report_help) {
+  app->add_option("-o,--output", o.outputs, output_help)
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_heatmaps(app, o);
+  app->add_option("--report", o.reports, report_help)->type_name("FILE")->allow_extra_args(false);
+  add_display_name(app, o.display);
+  add_grading(app, o.display);
+}
+
+}  // namespace emberline

@@ -1,0 +1,68 @@
+// Options that several subcommands have.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "renderer/app/number_option.h"
+#include "renderer/core/names.h"
+#include "renderer/drivers/setting_table.h"
+#include "renderer/output/render_options.h"
+
+namespace emberline {
+
+// "name: summary" lines of a table, for --help.
+template <typename Table>
+std::string table_help(const char* what, const Table& table) {
+  std::string text = what;
+  for (const auto& entry : table) {
+    text += fmt::format("\n  {}: {}", entry.name, entry.summary);
+  }
+  return text;
+}
+
+// An option whose value is a name of `table`, looked up at once: not when the scene has been
+// loaded.
+template <typename Table, typename Target>
+CLI::Option* add_name(CLI::App* app, const std::string& option, Target& target, const char* kind,
+                      const char* help, const Table& table) {
+  return app->add_option(option, target, table_help(help, table))
+      ->type_name("NAME")
+      ->check([=](const std::string& name) {
+        find_named(table, option, kind, name);
+        return std::string();
+      });
+}
+
+// Bytes, or with K, M, G, T powers of 1024 of them.
+void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
+              const std::string& help);
+
+// The settings of these groups, but for `left_out`, which the command has in a form of its own.
+void add_settings(CLI::App* app, FrameSettings& settings,
+                  std::initializer_list<SettingGroup> groups, std::string_view left_out = "");
+// Those of these names.
+void add_named_settings(CLI::App* app, FrameSettings& settings,
+                        std::initializer_list<std::string_view> names);
+// --settings: before all other settings, which then override the file's.
+void add_settings_file(CLI::App* app, RenderOptions& options);
+
+void add_limits(CLI::App* app, LimitOptions& options);
+void add_machine_options(CLI::App* app, RenderOptions& options);
+
+// How a heatmap looks; if not null, each option needs `needed`.
+void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed);
+void add_heatmaps(CLI::App* app, RenderOptions& options);
+void add_display_name(CLI::App* app, DisplaySettings& options);
+void add_grading(CLI::App* app, DisplaySettings& options);
+// Pictures and a report, of a command that is not `render`.
+void add_outputs(CLI::App* app, RenderOptions& options, const char* output_help,
+                 const char* report_help);
+
+}  // namespace emberline
