@@ -51,6 +51,14 @@ std::string record_file_head(std::string_view head) {
   return std::string(bytes_of(start)).append(head);
 }
 
+bool is_record_file(const std::string& path) {
+  const auto file = InputFile::open_if_there(path);
+  char mark[sizeof kFileMark];
+  if (!file || file->size() < sizeof mark) return false;
+  file->read(0, sizeof mark, mark);
+  return std::memcmp(mark, kFileMark, sizeof mark) == 0;
+}
+
 std::string packed_record(uint32_t kind, uint64_t number, std::span<const std::byte> bytes) {
   std::string record(sizeof(RecordStart) + ZSTD_compressBound(bytes.size()), '\0');
   char* packed = record.data() + sizeof(RecordStart);

@@ -29,6 +29,8 @@ struct RecordEntry {
 };
 
 std::string record_file_head(std::string_view head);
+// Whether a file that is there begins as these do.
+bool is_record_file(const std::string& path);
 // Any thread; packing runs at some hundred megabytes a second.
 std::string packed_record(uint32_t kind, uint64_t number, std::span<const std::byte> bytes);
 

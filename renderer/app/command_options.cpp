@@ -156,7 +156,7 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
 
 // What each job of a farm gets.
 void add_job_options(CLI::App* app, FarmOptions& o) {
-  add_number(app, "--parts", o.parts, 1u, 65536u, "how many jobs share the frame");
+  add_number(app, "--parts", o.parts, 1u, 4096u, "how many jobs share the frame");
   app->add_option("--frames", o.frames, "frames to render: 0, until there is animation [0]")
       ->type_name("LIST")
       ->check([](const std::string& list) {

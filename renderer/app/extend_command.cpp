@@ -26,14 +26,19 @@ void set_more(const FrameSettings& more, const std::string& path, FrameSettings&
   if (!more.spp && !more.noise_threshold && !more.max_spp) {
     throw UsageError("extend needs to know how far: --spp, --noise-threshold or --max-spp");
   }
-  const uint32_t has = FramePlan(settings).samples_per_pixel;
-  if (more.spp && *more.spp < has) refuse("spp", has);
+  const auto raise = [&](const char* option, std::optional<uint32_t> to, uint32_t has) {
+    if (!to) return;
+    if (has == 0) {
+      throw UsageError("--{}: {} has no such limit, and only more can be asked for", option, path);
+    }
+    if (*to < has) refuse(option, has);
+  };
+  const FramePlan plan(settings);
+  raise("spp", more.spp, plan.samples_per_pixel);
+  raise("max-spp", more.max_spp, plan.driver_settings.adaptive.max_samples);
   if (more.noise_threshold && settings.noise_threshold &&
       *more.noise_threshold > *settings.noise_threshold) {
     refuse("noise-threshold", *settings.noise_threshold);
-  }
-  if (more.max_spp && settings.max_spp && *more.max_spp < *settings.max_spp) {
-    refuse("max-spp", *settings.max_spp);
   }
   const bool even = shares_evenly(settings);
   if (more.spp) settings.spp = more.spp;
@@ -60,9 +65,9 @@ void check_extensible(const FrameSettings& settings, const std::string& path) {
 }  // namespace
 
 int run_extend(const ExtendOptions& options) {
-  const bool named = options.frame.ends_with(kCheckpointSuffix);
-  const std::string checkpoint =
-      named ? options.frame : options.frame + std::string(kCheckpointSuffix);
+  const std::string checkpoint = is_record_file(options.frame)
+                                     ? options.frame
+                                     : options.frame + std::string(kCheckpointSuffix);
   const RecordFile file(checkpoint);
   const nlohmann::json head = parse_json(file.head(), checkpoint);
 
@@ -79,6 +84,10 @@ int run_extend(const ExtendOptions& options) {
   render.environment = text_in(head, "files", "env");
   render.edits = text_in(head, "files", "edits");
   if (render.outputs.empty()) {
+    if (!checkpoint.ends_with(kCheckpointSuffix)) {
+      throw UsageError("extend needs an output: {} does not tell which picture it is of; give -o",
+                       checkpoint);
+    }
     render.outputs = {checkpoint.substr(0, checkpoint.size() - kCheckpointSuffix.size())};
   }
   render.extended = checkpoint;

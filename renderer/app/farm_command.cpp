@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "io/atomic_file.h"
 #include "io/file_register.h"
+#include "io/json_input.h"
 #include "io/owned_folder.h"
+#include "io/record_file.h"
 #include "renderer/app/farm_folder.h"
 #include "renderer/app/farm_scripts.h"
 #include "renderer/app/farm_status.h"
@@ -17,6 +20,7 @@
 #include "renderer/core/log.h"
 #include "renderer/drivers/setting_table.h"
 #include "renderer/frame/bucket_schedule.h"
+#include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_merge.h"
 #include "renderer/output/outputs.h"
 #include "renderer/process/shell_quote.h"
@@ -89,13 +93,47 @@ std::vector<uint64_t> jobs_of(const FarmRecord& record) {
   return jobs;
 }
 
+std::vector<SlurmTask> tasks_of(const std::vector<uint64_t>& jobs) {
+  auto tasks = queued_tasks(jobs);
+  if (tasks) return *std::move(tasks);
+  throw RenderError("squeue does not say which jobs run; try again when Slurm answers");
+}
+
 void refuse_running(const FarmFolder& folder) {
   if (!fs::exists(folder.file("job.json"))) return;
-  const auto tasks = queued_tasks(jobs_of(read_record(folder)));
-  if (!tasks || tasks->empty()) return;
+  const std::vector<uint64_t> jobs = jobs_of(read_record(folder));
+  if (jobs.empty()) return;
+  const std::vector<SlurmTask> tasks = tasks_of(jobs);
+  if (tasks.empty()) return;
   throw RenderError(
       "{}: has jobs in the queue ({} tasks); wait for them, or end them with farm cancel",
-      folder.path, tasks->size());
+      folder.path, tasks.size());
+}
+
+// Checkpoints of other settings, or of the scene as it was: the parts would refuse them, and a
+// merge of all of them would be the picture of another frame.
+int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, uint32_t parts) {
+  RenderOptions options;
+  static_cast<FrameSettings&>(options) = settings;
+  options.part = FramePart{1, parts};
+  const FramePlan plan(options);
+  LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
+  const nlohmann::json head =
+      checkpoint_head(options, plan, {}, input_fingerprints(options, progress));
+  int there = 0;
+  for (uint32_t part = 1; part <= parts; ++part) {
+    const std::string path = folder.checkpoint(part, parts);
+    if (!InputFile::open_if_there(path)) continue;
+    const RecordFile file(path);
+    const auto different = differences(head, parse_json(file.head(), path), {"part"});
+    if (!file.records().empty() && !different.empty()) {
+      throw InputError(path,
+                       "it is of another frame: {}; remove {}.part-*, or choose another output",
+                       fmt::join(different, "; "), folder.output);
+    }
+    ++there;
+  }
+  return there;
 }
 
 // What earlier jobs have said would be taken for these jobs'.
@@ -198,13 +236,14 @@ int submit_frame(const FarmOptions& farm) {
   check_frame(frame.options, frame.parts);
   const FarmFolder& folder = frame.folder;
   if (!farm.print) require_slurm();
-  refuse_running(folder);
   OwnedFolder owned(folder.path,
                     {.option = "-o", .marker = "emberline-farm.json", .exclusive = true});
+  refuse_running(folder);
   const std::vector<std::string> names = {"settings.json", "part.sh", "merge.sh", "job.json"};
   owned.claim(names);
+  const int there = check_checkpoints(folder, frame.options, frame.parts);
   write_folder(frame, farm.stage);
-  FarmRecord record{frame.parts, farm.request, {}, {}};
+  FarmRecord record{frame.options.scene, frame.parts, farm.request, {}, {}};
   if (farm.print) {
     write_file_atomically(folder.file("job.json"), record_json(record));
     const std::string script = "sh " + shell_quoted(folder.file("part.sh")) + " {part}";
@@ -212,12 +251,10 @@ int submit_frame(const FarmOptions& farm) {
                  merge_command(frame) + "\n");
     return kExitDone;
   }
-  const auto parts = all_parts(frame.parts);
-  const auto there = std::ranges::count_if(
-      parts, [&](uint32_t part) { return fs::exists(folder.checkpoint(part, frame.parts)); });
-  if (there > 0)
+  if (there > 0) {
     log_info(fmt::format("{} of the parts have a checkpoint and go on with it", there));
-  submit(folder, record, parts, {});
+  }
+  submit(folder, record, all_parts(frame.parts), {});
   return kExitDone;
 }
 
@@ -233,12 +270,16 @@ bool is_whole(const FarmFolder& folder, uint32_t part, uint32_t parts) {
 int retry_frame(const FarmFolder& folder) {
   FarmRecord record = read_record(folder);
   require_slurm();
-  const auto tasks = queued_tasks(record.arrays);
-  if (!tasks)
-    throw RenderError("squeue does not say which parts run; try again when Slurm answers");
+  FrameSettings settings;
+  read_settings(folder.file("settings.json"), settings);
+  settings.scene = record.scene;
+  check_checkpoints(folder, settings, record.parts);
+  const std::vector<SlurmTask> tasks = tasks_of(jobs_of(record));
+  bool merge_waits = false;
   std::set<uint32_t> busy;
   std::vector<std::string> others;
-  for (const SlurmTask& task : *tasks) {
+  for (const SlurmTask& task : tasks) {
+    merge_waits |= record.merge == task.job;
     if (!task.task || !busy.insert(*task.task).second) continue;
     others.push_back(fmt::format("{}_{}", task.job, *task.task));
   }
@@ -246,9 +287,12 @@ int retry_frame(const FarmFolder& folder) {
   for (const uint32_t part : all_parts(record.parts)) {
     if (!busy.contains(part) && !is_whole(folder, part, record.parts)) lacking.push_back(part);
   }
-  if (lacking.empty() && (!busy.empty() || fs::exists(folder.file("merge.json")))) {
-    log_info(busy.empty() ? "no part is missing, and they are merged"
-                          : fmt::format("no part is missing but {} that wait or run", busy.size()));
+  const bool merged = busy.empty() && fs::exists(folder.file("merge.json"));
+  if (lacking.empty() && (merged || merge_waits)) {
+    log_info(merged ? "no part is missing, and they are merged"
+             : busy.empty()
+                 ? "no part is missing; the merge waits or runs"
+                 : fmt::format("no part is missing but {} that wait or run", busy.size()));
     return kExitDone;
   }
   if (record.merge) cancel_jobs(std::span(&*record.merge, 1));

@@ -64,6 +64,7 @@ std::string FarmFolder::checkpoint(uint32_t part, uint32_t parts) const {
 
 std::string record_json(const FarmRecord& record) {
   nlohmann::ordered_json json = {{"emberline_farm", kVersion},
+                                 {"scene", record.scene},
                                  {"parts", record.parts},
                                  {"partition", record.request.partition},
                                  {"cpus", value_or_null(record.request.cpus)},
@@ -80,6 +81,7 @@ FarmRecord read_record(const FarmFolder& folder) {
   const JsonReader json(document, file);
   json["emberline_farm"].whole(kVersion, kVersion);
   FarmRecord record;
+  record.scene = json["scene"].text();
   record.parts = uint32_t(json["parts"].whole(1, kMostParts));
   record.request.partition = json["partition"].text();
   if (!is_partition(record.request.partition)) json["partition"].expected("names of partitions");

@@ -42,6 +42,7 @@ struct FarmFolder {
 };
 
 struct FarmRecord {
+  std::string scene;
   uint32_t parts = 0;
   SlurmRequest request;
   std::vector<uint64_t> arrays;   // of the parts, the last submitted last

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -108,7 +109,7 @@ struct Queue {
 };
 
 // What the part says of itself holds while it runs; whether it runs Slurm knows better.
-void apply(const Queue& queue, const std::string& id, bool told, PartStatus& status) {
+void apply(const Queue& queue, const std::string& id, PartStatus& status) {
   if (!queue.known || status.state == kDone) return;
   if (const auto task = queue.tasks.find(id); task != queue.tasks.end()) {
     status.state = task->second.running ? kRunning : kWaiting;
@@ -121,8 +122,10 @@ void apply(const Queue& queue, const std::string& id, bool told, PartStatus& sta
   }
   const auto ended = queue.ended.find(id);
   if (ended != queue.ended.end()) status.message = printable(ended->second);
-  if (ended != queue.ended.end() && ended->second == "COMPLETED" && !told) {
+  if (status.message == "COMPLETED") {  // what it says itself may come late
     status.state = kDone;
+    status.done = 1;
+    status.message.clear();
   } else if (status.state != kStopped) {
     status.state = kFailed;  // killed, or it has not begun
   }
@@ -133,7 +136,21 @@ void explain(const std::string& log, PartStatus& status) {
   status.left_s.reset();
   if (status.state == kStopped) status.message = "saved; farm retry goes on with it";
   if (status.state != kFailed) return;
-  if (const std::string line = last_line(log); !line.empty()) status.message = line;
+  const std::string line = last_line(log);
+  if (line.empty()) return;
+  status.message = status.message.empty() ? line : status.message + ": " + line;
+}
+
+// Nobody but the part itself says that it runs.
+void doubt(const std::string& progress, PartStatus& status) {
+  using namespace std::chrono;
+  std::error_code error;
+  const auto written = std::filesystem::last_write_time(progress, error);
+  const auto silent = std::filesystem::file_time_type::clock::now() - written;
+  if (error || silent < minutes(1)) return;
+  status.state = kUnknown;
+  status.left_s.reset();
+  status.message = fmt::format("silent for {}", readable_seconds(duration<double>(silent).count()));
 }
 
 PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const Queue& queue,
@@ -150,7 +167,8 @@ PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const
     const std::string task = fmt::format("{}_{}", array, part);
     if (id.empty() || queue.tasks.contains(task) || queue.ended.contains(task)) id = task;
   }
-  apply(queue, id, told, status);
+  apply(queue, id, status);
+  if (status.state == kRunning && !queue.known) doubt(folder.progress(part), status);
   explain(folder.log(part), status);
   return status;
 }
@@ -163,8 +181,10 @@ PartStatus merge_status(const FarmFolder& folder, const FarmRecord& record, cons
   } else if (!queue.known && record.merge) {
     status.state = kUnknown;
   }
-  if (record.merge) apply(queue, std::to_string(*record.merge), true, status);
-  if (status.state == kFailed) status.message = "cancelled, as a part has failed; see farm retry";
+  if (record.merge) apply(queue, std::to_string(*record.merge), status);
+  if (status.state == kFailed && (status.message.empty() || status.message == "CANCELLED")) {
+    status.message = "cancelled, as a part has failed; see farm retry";
+  }
   explain(folder.file("logs/merge.log"), status);
   return status;
 }

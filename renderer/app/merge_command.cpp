@@ -36,6 +36,7 @@ int run_merge(const MergeOptions& merge) {
   if (merge.frame.outputs.empty())
     throw UsageError("merge needs an output: -o FILE.exr (or .png, .jpg)");
   const Stopwatch clock;
+  allow_many_files();  // every part stays open
   const WorkerThreads workers(merge.frame.threads);
   const LoadLimits limits = limits_of(merge.frame.limits, merge.parts.front());
   FrameMerge frame(merge.parts, merge.allow_holes, merge.strict, *limits.memory);
@@ -67,7 +68,7 @@ int run_merge(const MergeOptions& merge) {
                             text_in(part->head(), "machine", "instruction sets")});
   }
   WriteAttempts attempts;
-  outputs.finish({frame.missing_tiles() == 0, report.counters.samples}, attempts);
+  outputs.finish({frame.complete(), report.counters.samples}, attempts);
   warn_of_non_finite(report.counters, options.seed);
   report.failed_outputs = attempts.failed();
   report.exit_code = attempts.failed().empty() ? kExitDone : kExitRenderFailed;

@@ -129,6 +129,7 @@ class RenderRun {
   int exit_code() const;
   double part_of_frame() const { return 1.0 / plan_.driver_settings.part.count; }
   std::vector<std::string> failed_outputs() const;
+  bool keeps_state() const { return !options_.replay && !checkpoint_path(options_).empty(); }
   void end_checkpoint();
   std::optional<double> allotted_seconds() const;
 
@@ -145,6 +146,8 @@ class RenderRun {
   std::optional<WorkerThreads> workers_;
   const LoadLimits limits_;
   LoadProgress progress_;
+  uint64_t frame_bytes_ = 0;  // reserved for film and outputs
+  nlohmann::json inputs_;     // fingerprints, with a checkpoint
   StopRequest stop_;
   std::optional<SnapshotRecorder> snapshots_;
   std::optional<FrameOutputs> outputs_;
@@ -189,8 +192,8 @@ RenderRun::RenderRun(const RenderOptions& options)
 }
 
 void RenderRun::open_outputs() {
-  reserve_frame(frame_bytes(options_, output_settings_, frame_render_), plan_.crop,
-                *limits_.memory);
+  frame_bytes_ = frame_bytes(options_, output_settings_, frame_render_);
+  reserve_frame(frame_bytes_, plan_.crop, *limits_.memory);
   if (!options_.save_settings.empty()) check_writable(options_.save_settings);
   for (const std::string& path : options_.reports) check_writable(path);
   if (std::ranges::any_of(options_.reports, is_page)) {
@@ -208,6 +211,7 @@ void RenderRun::open_outputs() {
 
 void RenderRun::load() {
   const Stopwatch load;
+  if (keeps_state()) inputs_ = input_fingerprints(options_, progress_);
   SceneEdits edits = load_edits(options_, progress_);
   description_ = load_scene(options_, progress_, edits.variant.has_value());
   if (!edits.environment.file.empty()) {
@@ -243,8 +247,11 @@ void RenderRun::build() {
 
 void RenderRun::add_light_groups(const LightGroups& groups) {
   if (!frame_render_.by_tiles()) {
-    const uint64_t bytes = LightGroupSums::bytes_per_pixel(groups.list().size());
-    reserve_frame(bytes_of(uint64_t(plan_.crop.area()), bytes), plan_.crop, *limits_.memory);
+    const uint64_t copies = keeps_state() ? 2 : 1;
+    const uint64_t bytes = copies * LightGroupSums::bytes_per_pixel(groups.list().size());
+    const uint64_t all = bytes_of(uint64_t(plan_.crop.area()), bytes);
+    reserve_frame(all, plan_.crop, *limits_.memory);
+    frame_bytes_ += all;
   }
   report_.features.push_back(describe(groups));
   if (outputs_) outputs_->add_light_layers(light_layer_names(groups.list()));
@@ -330,20 +337,22 @@ void RenderRun::note_picture(const FrameProgress& now, const FramePicture& pictu
 void RenderRun::resume() {
   const std::string path = checkpoint_path(options_);
   if (path.empty()) return;
+  if (inputs_ != input_fingerprints(options_, progress_)) {
+    throw InputError(options_.scene, "its files have changed while they were read; start again");
+  }
   const auto layers = groups_ ? light_layer_names(groups_->list()) : std::vector<std::string>();
-  const nlohmann::json head = checkpoint_head(options_, plan_, layers, progress_);
+  const nlohmann::json head = checkpoint_head(options_, plan_, layers, inputs_);
   const CheckpointOptions kept = {path, frame_render_.by_tiles(), options_.resume,
                                   options_.checkpoint_interval_s, options_.extended};
   checkpoint_.emplace(kept, head);
   if (options_.resume && options_.extended.empty() && !checkpoint_->goes_on()) {
-    log_info(path + " is not there; the frame begins anew");
+    log_info(path + " has nothing to go on with; the frame begins anew");
   }
   if (frame_render_.by_tiles()) return frame_render_.keep_tiles(&*checkpoint_);
   frame_render_.resumable(*frame_);
   checkpoint_->copies(frame_render_.film_bytes());
-  const uint64_t most = 2 * frame_bytes(options_, output_settings_, frame_render_);
-  const auto state = checkpoint_->state(most);
-  const auto finished = state ? std::nullopt : checkpoint_->finished_state(most);
+  const auto state = checkpoint_->state(2 * frame_bytes_);
+  const auto finished = state ? std::nullopt : checkpoint_->finished_state(2 * frame_bytes_);
   try {
     if (state) frame_render_.load(*state);
     if (finished) frame_render_.extend(*finished);
@@ -425,14 +434,23 @@ std::vector<std::string> RenderRun::failed_outputs() const {
   std::vector<std::string> failed = attempts_.failed();
   failed.insert(failed.end(), snapshot_attempts_.failed().begin(),
                 snapshot_attempts_.failed().end());
+  if (keeps_checkpoint(options_) && !report_.checkpoint.whole) {
+    failed.push_back(report_.checkpoint.file);
+  }
   return failed;
 }
 
 // It stays where there is something to go on with: a frame that is not done, or not written.
 void RenderRun::end_checkpoint() {
   if (!checkpoint_) return;
-  const bool done = !report_.counters.stopped && failed_outputs().empty();
-  report_.checkpoint = checkpoint_->finish(done, !done || keeps_checkpoint(options_));
+  const bool keep = keeps_checkpoint(options_);
+  const bool written = failed_outputs().empty();
+  const bool done = !report_.counters.stopped && written;
+  if (!written && !report_.counters.stopped && !keep && !frame_render_.by_tiles()) {
+    checkpoint_->save(frame_render_);
+  }
+  report_.checkpoint = checkpoint_->finish(done, !done || keep);
+  if (!report_.checkpoint.whole) return;
   if (done && is_part(options_)) {
     log_info(report_.checkpoint.file + " has this part of the frame, for `emberline merge`");
   }
@@ -443,8 +461,11 @@ void RenderRun::end_checkpoint() {
 
 int RenderRun::exit_code() const {
   if (!report_.failed_outputs.empty()) return kExitRenderFailed;
-  const bool by_user = report_.counters.stopped && stop_.cause() == PixelStop::kUser;
-  return by_user ? kExitStopped : kExitDone;
+  if (!report_.counters.stopped) return kExitDone;
+  // Who goes on with a frame until it is done has to know that it is not. Without that, a time
+  // limit is one way to be done.
+  const bool goes_on = options_.resume || is_part(options_);
+  return goes_on || stop_.cause() == PixelStop::kUser ? kExitStopped : kExitDone;
 }
 
 int RenderRun::report() {
@@ -470,8 +491,7 @@ int RenderRun::report() {
         adaptive.explain(frame_render_.film(), options_.explained->x, options_.explained->y));
   }
   if (progress_file_) {
-    const bool cut = report_.exit_code == kExitDone && report_.counters.stopped;  // the time limit
-    progress_file_->finish(cut ? kExitStopped : report_.exit_code);
+    progress_file_->finish(report_.exit_code);
   }
   return report_.exit_code;
 }

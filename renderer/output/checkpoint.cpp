@@ -103,8 +103,12 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
   }
   const bool there = InputFile::open_if_there(path_).has_value();
   file_ = there ? std::make_unique<HeldFile>(path_) : std::make_unique<HeldFile>(path_, head_);
-  if (there && options.resume) {
-    earlier_ = std::make_unique<RecordFile>(path_);
+  if (there && options.resume) earlier_ = std::make_unique<RecordFile>(path_);
+  // Of one that has nothing yet, nothing is lost.
+  if (earlier_ && earlier_->end() == file_->size() && earlier_->records().empty()) {
+    earlier_.reset();
+  }
+  if (earlier_) {
     check_frame(*earlier_, head);
     tiles_ = tiles_of(*earlier_);
     if (options.by_tiles && earlier_->has_more()) {
@@ -113,6 +117,7 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
       file_->cut(earlier_->end());
     }
   } else if (there) {
+    if (!options.resume) log_info(path_ + " is begun anew, as there is no --resume");
     AtomicFile file(path_);
     file.write_at(head_.data(), head_.size(), 0);
     file_->replace(file);
@@ -147,19 +152,21 @@ std::optional<std::vector<std::byte>> Checkpoint::finished_state(uint64_t most) 
 }
 
 void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
-  const std::string record = packed_record(kTileRecord, tile, state);
-  const std::lock_guard lock(mutex_);
   try {
+    const std::string record = packed_record(kTileRecord, tile, state);
+    const std::lock_guard lock(mutex_);
     file_->append(record);
     tiles_waiting_ = true;
     report_.bytes = file_->size();
-  } catch (const RenderError& error) {
-    warn(error.what());
+  } catch (const std::exception& error) {  // also of memory
+    const std::lock_guard lock(mutex_);
+    failed(error.what());
   }
 }
 
 // The frame goes on: what is not saved is lost only if this run is.
-void Checkpoint::warn(const std::string& error) {
+void Checkpoint::failed(const std::string& error) {
+  whole_ = false;
   if (!warned_)
     log_warning(error + "; the frame goes on, and what is not saved is lost if it ends");
   warned_ = true;
@@ -179,11 +186,16 @@ void Checkpoint::save(FrameRender& render) {
   wake_.wait(lock, [&] { return !busy_; });  // at a stop; else nobody asks meanwhile
   const Stopwatch pause;
   take_checkpoint_request();
-  copy_.reserve(copy_bytes_);
-  render.save(copy_);
+  next_s_ = clock_.seconds() + interval_s_;
+  try {
+    copy_.reserve(copy_bytes_);
+    render.save(copy_);
+  } catch (const std::bad_alloc&) {
+    copy_ = {};
+    return failed(path_ + ": there is no memory for a copy of the frame");
+  }
   writing_ = true;
   busy_ = true;
-  next_s_ = clock_.seconds() + interval_s_;
   report_.paused_s += pause.seconds();
   report_.longest_pause_s = std::max(report_.longest_pause_s, pause.seconds());
   lock.unlock();
@@ -231,7 +243,7 @@ void Checkpoint::sync_tiles() {
     ++report_.written;
   } catch (const RenderError& error) {
     const std::lock_guard lock(mutex_);
-    warn(error.what());
+    failed(error.what());
   }
 }
 
@@ -242,14 +254,15 @@ void Checkpoint::run() {
     wake_.wait_for(lock, kPoll, [&] { return ending_ || writing_; });
     if (writing_) {
       lock.unlock();
-      std::string failed;
+      std::string why;
       try {
         write_behind(copy_);
       } catch (const std::exception& error) {  // also of memory
-        failed = path_ + ": " + error.what();
+        why = path_ + ": " + error.what();
       }
       lock.lock();
-      if (!failed.empty()) warn(failed);
+      whole_ = true;  // it has the whole frame, whatever failed before
+      if (!why.empty()) failed(why);
       writing_ = false;
       busy_ = false;
       wake_.notify_all();
@@ -282,7 +295,8 @@ CheckpointReport Checkpoint::finish(bool done, bool keep) {
   wake_.notify_all();
   thread_.join();
   if (!keep) file_->remove();
-  if (done && finished_) {
+  report_.whole = whole_;
+  if (done && finished_ && whole_) {
     file_->rename_to(finished_->path());
     report_.file = finished_->path();
   }

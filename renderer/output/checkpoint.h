@@ -45,6 +45,7 @@ struct CheckpointReport {
   uint64_t bytes = 0;                        // the file's last size
   double paused_s = 0, longest_pause_s = 0;  // while nothing rendered
   bool kept = false;
+  bool whole = true;  // all that was to be saved by its end is
 };
 
 struct CheckpointOptions {
@@ -83,7 +84,8 @@ class Checkpoint final : public TileStore {
   // longer than the copy: it is done before the first is wanted, while others render.
   void copies(uint64_t film_bytes);
 
-  // Waits until all is on the disk. The file goes if it is not to be kept.
+  // Waits until all is on the disk. The file goes if it is not to be kept. It takes the place of
+  // what was extended if the frame is done and the file whole.
   CheckpointReport finish(bool done, bool keep);
 
  private:
@@ -91,7 +93,7 @@ class Checkpoint final : public TileStore {
   void touch_copy();
   void write_behind(const std::vector<std::byte>& state);
   void sync_tiles();
-  void warn(const std::string& error);
+  void failed(const std::string& error);
 
   const std::string path_;
   const std::string head_;
@@ -108,6 +110,7 @@ class Checkpoint final : public TileStore {
   std::vector<std::byte> copy_;  // to be written; the thread's alone while it is busy
   uint64_t copy_bytes_ = 0;
   bool writing_ = false, ending_ = false, warned_ = false, tiles_waiting_ = false;
+  bool whole_ = true;
   std::atomic<bool> busy_{false};  // with the copy
   std::thread thread_;
 };

@@ -14,6 +14,7 @@
 #include "renderer/core/shortened.h"
 #include "renderer/core/version.h"
 #include "renderer/drivers/setting_table.h"
+#include "renderer/frame/frame_scene.h"
 #include "renderer/output/report.h"
 #include "renderer/process/process_usage.h"
 #include "renderer/scene/embree_version.h"
@@ -64,8 +65,21 @@ std::string text_of(const Json* value) {
 
 }  // namespace
 
+Json input_fingerprints(const FrameSettings& settings, LoadProgress& progress) {
+  Json inputs = Json::object();
+  inputs["the scene's files"] =
+      hexadecimal(scene_fingerprint(settings.scene, settings.resource_root, progress));
+  const auto add = [&](const char* what, const std::string& path) {
+    if (!path.empty()) inputs[what] = hexadecimal(file_fingerprint(path, progress));
+  };
+  add("the file of --env", settings.environment);
+  add("the file of --edits", settings.edits);
+  add("the environment of --edits", load_edits(settings, progress).environment.file);
+  return inputs;
+}
+
 Json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
-                     const std::vector<std::string>& light_layers, LoadProgress& progress) {
+                     const std::vector<std::string>& light_layers, const Json& inputs) {
   Json head = {{"emberline", kEmberlineVersion}, {"bits", kBitsVersion}};
   Json& settings = head["settings"] = Json::object();
   FrameSettings used = options;
@@ -75,7 +89,9 @@ Json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
   }
   Json& free = head["schedule"] = Json::object();
   for (const auto& [name, text] : setting_texts(used, {}, false)) {
-    const bool decides = std::ranges::find(kFree, name) == kFree.end();
+    // The order of buckets says which of them a part has.
+    const bool decides =
+        std::ranges::find(kFree, name) == kFree.end() || (options.part && name == "bucket-order");
     if (name != "aov") (decides ? settings : free)[name] = text;
   }
   if (!light_layers.empty()) head["light layers"] = light_layers;
@@ -90,15 +106,7 @@ Json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
   if (options.explained) {
     settings["explain"] = fmt::format("{},{}", options.explained->x, options.explained->y);
   }
-  Json& inputs = head["inputs"] = Json::object();
-  inputs["the scene's files"] =
-      hexadecimal(scene_fingerprint(options.scene, options.resource_root, progress));
-  if (!options.environment.empty()) {
-    inputs["the file of --env"] = hexadecimal(file_fingerprint(options.environment, progress));
-  }
-  if (!options.edits.empty()) {
-    inputs["the file of --edits"] = hexadecimal(file_fingerprint(options.edits, progress));
-  }
+  head["inputs"] = inputs;
   Json& files = head["files"] = Json::object();
   const auto name_file = [&](const char* setting, const std::string& path) {
     if (!path.empty()) files[setting] = std::filesystem::absolute(path).lexically_normal().string();

@@ -14,11 +14,13 @@
 
 namespace emberline {
 
-// `plan` has the channels that are rendered. Reads all files of the scene. Throws what loading them
-// throws.
+// Fingerprints of all files that the frame is made of, for a head's "inputs"; reads them. Throws
+// what loading them throws.
+nlohmann::json input_fingerprints(const FrameSettings& settings, LoadProgress& progress);
+// `plan` has the channels that are rendered.
 nlohmann::json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
                                const std::vector<std::string>& light_layers,
-                               LoadProgress& progress);
+                               const nlohmann::json& inputs);
 // The settings in a head, those that decide no bits too; without the scene's files. Throws
 // InputError that names `place`: anything may stand there.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);

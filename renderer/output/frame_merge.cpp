@@ -149,6 +149,9 @@ void FrameMerge::check_frames(bool strict) const {
   for (const auto& frame : frames_) {
     const auto different =
         differences(first().head(), frame->head(), {"part", "sample-range", "seed"});
+    if (frame->light_layers() != first().light_layers()) {
+      throw InputError(frame->path(), "its light groups are not those of {}", first().path());
+    }
     if (!different.empty()) {
       throw InputError(frame->path(), "it is not of the frame that {} is of: {}", first().path(),
                        fmt::join(different, "; "));
@@ -211,13 +214,13 @@ void FrameMerge::check_groups(bool allow_holes) {
       if (group.of_tile[number_of(tile)]) continue;
       if (missing++ == 0) hole = &tile;
     }
-    missing_ = std::max(missing_, missing);
     if (hole) {
       lacking.push_back(fmt::format("{} of {} buckets, the first of them at {},{}", missing,
                                     tiles_.size(), hole->x0, hole->y0));
     }
   }
-  if (lacking.empty()) return;
+  complete_ = lacking.empty();
+  if (complete_) return;
   const std::string what = fmt::format("{}", fmt::join(lacking, "; "));
   if (!allow_holes) {
     throw InputError(first().path(),

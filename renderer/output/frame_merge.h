@@ -71,7 +71,7 @@ class FrameMerge {
   const StoredFrame& first() const { return *frames_.front(); }
   const std::vector<std::unique_ptr<StoredFrame>>& frames() const { return frames_; }
   FrameSettings settings() const;
-  size_t missing_tiles() const { return missing_; }
+  bool complete() const { return complete_; }
 
   // Hands every tile to the observer, with the parts' channels and, if it is among `aovs`, `part`.
   // On the calling thread's TBB arena, two films a thread. Throws InputError, and what the observer
@@ -103,7 +103,7 @@ class FrameMerge {
   std::vector<std::unique_ptr<StoredFrame>> frames_;
   std::vector<Rect> tiles_;  // in the order of the bucket driver
   std::vector<Group> groups_;
-  size_t missing_ = 0;
+  bool complete_ = true;  // no samples are missing
   FrameCounters counters_;
   std::optional<double> error_;
 };

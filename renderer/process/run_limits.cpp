@@ -73,6 +73,13 @@ void check_growth(uint64_t before, const MemoryBudget& budget, const std::string
                    readable_bytes(growth), readable_bytes(budget.limit()));
 }
 
+void allow_many_files() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  (void)setrlimit(RLIMIT_NOFILE, &limit);  // refused: opening says so
+}
+
 uint64_t default_memory_limit() {
   uint64_t memory = bytes_of(uint64_t(std::max(0L, sysconf(_SC_PHYS_PAGES))),
                              uint64_t(std::max(0L, sysconf(_SC_PAGESIZE))));

@@ -27,6 +27,9 @@ LoadLimits limits_of_own_picture(int64_t pixels);
 // `before`, what its libraries take for themselves left out: the check behind all estimates.
 void check_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene);
 
+// As many open files as the system lets this process have.
+void allow_many_files();
+
 // Three quarters of what the machine has, or of what the container, the shell or a job of Slurm
 // leaves this process. Of all memory, not of what happens to be free: whether a scene loads must
 // not depend on who else is at work.

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
@@ -48,6 +49,12 @@ class Farm : public CommandTest {
            more;
   }
   void submit(const Words& more = {}) { render(farm(path("out.exr"), more), with_slurm_); }
+  void render_parts(const Words& parts) {
+    for (const std::string& part : parts) {
+      render({"render", scene(), "--settings", path("out.exr.farm/settings.json"), "-o",
+              path("out.exr"), "--part", part, "--resume"});
+    }
+  }
   std::string sbatch_words() const { return text_of(path("bin/sbatch.words")); }
   nlohmann::json status() {
     const RunResult result = run({"farm", "status", path("out.exr"), "--json"}, with_slurm_);
@@ -151,10 +158,7 @@ TEST_F(Farm, StatusTellsOfEveryPart) {
 
 TEST_F(Farm, RetrySubmitsWhatIsMissing) {
   submit();
-  for (const char* part : {"1/3", "3/3"}) {
-    render({"render", scene(), "--settings", path("out.exr.farm/settings.json"), "-o",
-            path("out.exr"), "--part", part, "--resume"});
-  }
+  render_parts({"1/3", "3/3"});
   fs::resize_file(path("out.exr.part-3-of-3.checkpoint"),
                   fs::file_size(path("out.exr.part-3-of-3.checkpoint")) - 1);
   write("bin/queue", "");
@@ -171,6 +175,67 @@ TEST_F(Farm, RetrySubmitsWhatIsMissing) {
   EXPECT_NE(sbatch_words().find("--dependency=afterok:3_2:5\n"), std::string::npos)
       << sbatch_words();
   expect_failure(farm(path("out.exr")), 1, {"jobs in the queue"}, with_slurm_);
+}
+
+// A merge of what another frame has left would be that frame's picture.
+TEST_F(Farm, PartsOfAnotherFrameAreRefused) {
+  write("look.json", R"({"emberline_edits": 1})");
+  const Words edits = {"--edits", path("look.json")};
+  submit(edits);
+  render_parts({"1/3", "2/3", "3/3"});
+  write("bin/queue", "");
+  fs::remove(path("bin/sbatch.words"));
+  const std::string settings = text_of(path("out.exr.farm/settings.json"));
+  const Words more = edits + Words{"--spp", "4"};
+  for (const Words& print : {Words{}, Words{"--print"}}) {
+    expect_failure(farm(path("out.exr"), more + print), 3,
+                   {"part-1-of-3.checkpoint", "--spp: 2 (now 4)"}, with_slurm_);
+  }
+  EXPECT_EQ(text_of(path("out.exr.farm/settings.json")), settings);
+  write("look.json", R"( {"emberline_edits": 1})");
+  expect_failure({"farm", "retry", path("out.exr")}, 3,
+                 {"part-1-of-3.checkpoint", "the file of --edits have changed"}, with_slurm_);
+  EXPECT_FALSE(fs::exists(path("bin/sbatch.words")));
+}
+
+TEST_F(Farm, RetryMergesWhatIsWhole) {
+  submit();
+  render_parts({"1/3", "2/3", "3/3"});
+  fs::remove(path("bin/sbatch.words"));
+  write("bin/queue", "1|2|RUNNING|n1|None\n2|N/A|PENDING||Dependency\n");
+  render({"farm", "retry", path("out.exr")}, with_slurm_);
+  EXPECT_FALSE(fs::exists(path("bin/sbatch.words"))) << "the merge waits already";
+  write("bin/queue", "1|2|RUNNING|n1|None\n");
+  render({"farm", "retry", path("out.exr")}, with_slurm_);
+  EXPECT_NE(sbatch_words().find("--dependency=afterok:1_2\n"), std::string::npos) << sbatch_words();
+  EXPECT_EQ(sbatch_words().find("--array"), std::string::npos) << sbatch_words();
+}
+
+TEST_F(Farm, StatusTrustsSlurmAboutTheEnd) {
+  submit();
+  const std::string progress =
+      R"({"state": "running", "done": 0.4, "samples": 9, "elapsed_s": 10, "left_s": 4,
+          "host": "h", "pid": 1, "written": "2026-01-01T00:00:00Z"})";
+  for (const char* part : {"1", "2"}) {
+    write(std::string("out.exr.farm/progress/part-") + part + ".json", progress);
+  }
+  write("out.exr.farm/logs/part-2.log", "rendering  40.0 %\n");
+  write("bin/queue", "");
+  tool("sacct", "printf '1_1|COMPLETED\\n1_2|OUT_OF_MEMORY\\n2|COMPLETED\\n'\n");
+  const nlohmann::json ended = status();
+  EXPECT_EQ(ended["parts"][0]["state"], "done");
+  EXPECT_EQ(ended["parts"][1]["state"], "failed");
+  EXPECT_EQ(ended["parts"][1]["message"], "OUT_OF_MEMORY: rendering  40.0 %");
+  EXPECT_EQ(ended["merge"]["state"], "done");
+  // Without Slurm's word, one that has long said nothing may be lost.
+  tool("squeue", "exit 1\n");
+  EXPECT_EQ(status()["parts"][0]["state"], "running");
+  fs::last_write_time(path("out.exr.farm/progress/part-1.json"),
+                      fs::file_time_type::clock::now() - std::chrono::minutes(9));
+  const nlohmann::json silent = status();
+  EXPECT_EQ(silent["parts"][0]["state"], "unknown");
+  EXPECT_EQ(silent["parts"][0]["message"].get<std::string>().find("silent for"), 0u);
+  expect_failure(farm(path("out.exr")), 1, {"squeue"}, with_slurm_);
 }
 
 TEST_F(Farm, CancelEndsAllJobs) {
@@ -191,7 +256,7 @@ TEST_F(Farm, WhatCannotBe) {
   expect_failure({"farm", path("none.glb"), "-o", path("out.exr"), "--parts", "2"}, 3, {"none.glb"},
                  with_slurm_);
   const std::pair<Words, Words> wrong[] = {{{"--parts", "10"}, {"9 buckets"}},
-                                           {{"--parts", "0"}, {"1 to 65536"}},
+                                           {{"--parts", "0"}, {"1 to 4096"}},
                                            {{"--frames", "1-9"}, {"the only frame is 0"}},
                                            {{"--memory", "much"}, {"8G"}},
                                            {{"--time", "1"}, {"2 to"}},
@@ -214,11 +279,12 @@ TEST_F(Farm, HostileFilesAreOneLine) {
   const std::string job = text_of(path("out.exr.farm/job.json"));
   for (const std::string& text :
        {std::string(), std::string("[]"), std::string(1000, '['), job.substr(0, job.size() / 2),
-        std::string(R"({"emberline_farm":1,"parts":4e9,"partition":"","cpus":null})"),
-        std::string(R"({"emberline_farm":1,"parts":2,"partition":"x --wrap=id","cpus":null,
-                        "memory_mib":null,"minutes":null,"arrays":[1],"merge":2})"),
-        std::string(R"({"emberline_farm":1,"parts":2,"partition":"","cpus":null,
-                        "memory_mib":null,"minutes":null,"arrays":["1; id"],"merge":2})")}) {
+        std::string(R"({"emberline_farm":1,"scene":"s","parts":4e9,"partition":"","cpus":null})"),
+        std::string(
+            R"({"emberline_farm":1,"scene":"s","parts":2,"partition":"x --wrap=id","cpus":null,
+                        "memory_bytes":null,"minutes":null,"arrays":[1],"merge":2})"),
+        std::string(R"({"emberline_farm":1,"scene":"s","parts":2,"partition":"","cpus":null,
+                        "memory_bytes":null,"minutes":null,"arrays":["1; id"],"merge":2})")}) {
     write("out.exr.farm/job.json", text);
     for (const char* verb : {"status", "cancel", "retry"}) {
       expect_failure({"farm", verb, path("out.exr")}, 3, {"job.json"}, with_slurm_);

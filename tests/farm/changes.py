@@ -13,10 +13,10 @@ import struct
 import subprocess
 import zlib
 
-from farm import CHANNELS, EXIT_DONE, EXIT_INPUT, Farm, contents, pixels
+from farm import CHANNELS, EXIT_DONE, EXIT_INPUT, EXIT_STOPPED, Farm, contents, pixels
 
 SIZE = ["--size", "48x36"]
-FRAME = ["--bucket-size", "12", "--threads", "2", "--quiet", *CHANNELS]
+FRAME = ["--bucket-size", "6", "--threads", "2", "--quiet", *CHANNELS]
 RESUME = ["--resume", "--checkpoint", "c", "--checkpoint-interval", "0.1", "--report", "report.json"]
 # Further settings of the first run; of the second; what the refusal names, nothing where it is none.
 SETTINGS = (
@@ -36,7 +36,8 @@ SETTINGS = (
     ("unbiased", "--spp 256 --driver adaptive", "--spp 256 --driver adaptive --unbiased", ["--unbiased"]),
     ("other axis", "--spp 256 --driver bisection", "--spp 256 --driver bisection --bisection-axis rows", ["--bisection-axis: both (now rows)"]),
     ("a threshold", "--spp 256", "--spp 256 --noise-threshold 0.001", ["--noise-threshold"]),
-    ("other bucket size", "--spp 256", "--spp 256 --bucket-size 13", ["--bucket-size: 12 (now 13)"]),
+    ("other bucket size", "--spp 256", "--spp 256 --bucket-size 13", ["--bucket-size: 6 (now 13)"]),
+    ("bucket order of a part", "--spp 256 --part 1/2", "--spp 256 --part 1/2 --bucket-order random", ["--bucket-order"]),
     ("other filter", "--spp 256", "--spp 256 --filter box", ["--filter: blackman-harris (now box)"]),
     ("filter radius", "--spp 256", "--spp 256 --filter-radius 1.5", ["--filter-radius"]),
     ("other depth", "--spp 256", "--spp 256 --max-depth 3", ["--max-depth: 16 (now 3)"]),
@@ -84,7 +85,7 @@ def replaced(first, second):
 def stop(farm, case, folder, settings, scene):
     """A run that is stopped in mid-frame. Whether there is a checkpoint."""
     run = farm.run(folder, replaced([*SIZE, *FRAME, *settings, *RESUME], ["--time-limit", "0.12"]), scene=scene)
-    return farm.check(run.code == EXIT_DONE and (folder / "c").exists(), case, f"should be stopped: {run}")
+    return farm.check(run.code == EXIT_STOPPED and (folder / "c").exists(), case, f"should be stopped: {run}")
 
 
 def settings(farm):
@@ -203,6 +204,51 @@ def files(farm):
             farm.check_done(run, folder, expected, case, {"report.json", *before})
 
 
+def environment_of_edits(farm):
+    """A file that the file of --edits names."""
+    case = "environment of edits"
+    if not farm.wanted(case):
+        return
+    folder = farm.folder(case)
+    write_scene(folder)
+    shutil.copy(farm.scenes / "dusk.hdr", folder / "env.hdr")
+    (folder / "look.json").write_text('{"emberline_edits": 1, "environment": {"file": "env.hdr"}}')
+    base = [*SIZE, *FRAME, "--spp", "500", "--edits", "look.json", *RESUME]
+    run = farm.run(folder, [*base, "--time-limit", "0.05"], scene="scene.gltf")
+    farm.check(run.code == EXIT_STOPPED, case, f"should be stopped: {run}")
+    data = bytearray((folder / "env.hdr").read_bytes())
+    data[-5] ^= 1
+    (folder / "env.hdr").write_bytes(data)
+    before = contents(folder)
+    run = farm.run(folder, base, scene="scene.gltf")
+    farm.check_refused(run, folder, before, case, {EXIT_INPUT}, ["the environment of --edits have changed"])
+
+
+def many_light_groups(farm):
+    """A checkpoint holds each group's light, however many there are."""
+    for driver in ("bisection", "adaptive", "bucket"):
+        case = f"many light groups of {driver}"
+        if not farm.wanted(case):
+            continue
+        folder = farm.folder(case)
+        write_scene(folder)
+        scene = json.loads((folder / "scene.gltf").read_text())
+        lights = 40
+        scene["extensionsUsed"] = ["KHR_lights_punctual"]
+        scene["extensions"] = {"KHR_lights_punctual": {"lights": [
+            {"type": "point", "name": f"lamp {i}", "intensity": 1 + i} for i in range(lights)]}}
+        for i in range(lights):
+            scene["scenes"][0]["nodes"].append(len(scene["nodes"]))
+            scene["nodes"].append({"extensions": {"KHR_lights_punctual": {"light": i}}, "translation": [i / 20 - 1, 0, -1]})
+        (folder / "scene.gltf").write_text(json.dumps(scene))
+        base = [*SIZE, *FRAME, "--spp", "300", "--driver", driver, "--light-groups"]
+        expected, _ = farm.reference(base, scene=folder / "scene.gltf")
+        run = farm.run(folder, [*base, *RESUME, "--time-limit", "0.1"], scene="scene.gltf")
+        farm.check(run.code == EXIT_STOPPED, case, f"should be stopped: {run}")
+        run = farm.run(folder, [*base, *RESUME], scene="scene.gltf")
+        farm.check_done(run, folder, expected, case, {"report.json", "scene.gltf", "points.bin", "colors.png"})
+
+
 def names_of(program, option):
     text = subprocess.run([program, "render", "--help"], check=True, capture_output=True, text=True).stdout
     found = re.search(rf"\n *{option} NAME.*\n((?: +[\w-]+: .*\n)+)", text)
@@ -228,9 +274,10 @@ def own_checkpoints(farm):
             folder.mkdir()
             for i in range(25):
                 run = farm.run(folder, [*chosen, *RESUME, "--time-limit", f"{0.01 + 0.004 * (i % 5):.3f}"])
-                if not farm.check(run.code == EXIT_DONE, case, f"run {i}: {run}") or not (folder / "c").exists():
+                left = (folder / "c").exists()
+                if not farm.check(run.code == (EXIT_STOPPED if left else EXIT_DONE), case, f"run {i}: {run}") or not left:
                     break
-            if run.code == EXIT_DONE and (folder / "c").exists():
+            if run.code == EXIT_STOPPED:
                 run = farm.run(folder, [*chosen, *RESUME])
             farm.check_done(run, folder, expected, case, {"report.json"})
 
@@ -240,6 +287,9 @@ def main():
     for name, part in (("settings", settings), ("files", files), ("own", own_checkpoints)):
         if name.startswith(farm.options.part):
             part(farm)
+    if "files".startswith(farm.options.part):
+        environment_of_edits(farm)
+        many_light_groups(farm)
     farm.done()
 
 

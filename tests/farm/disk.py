@@ -14,7 +14,8 @@ import shutil
 import subprocess
 import time
 
-from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, Farm, contents, pixels, signal)
+from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, Farm, Process, contents, earlier_samples,
+                  pixels, report_of, signal)
 
 FRAME = ["--size", "96x72", "--bucket-size", "16", "--spp", "96", "--threads", "2", *CHANNELS]
 REPORT = ["--report", "report.json"]
@@ -51,6 +52,8 @@ def failing_calls(farm, drivers):
     source = pathlib.Path(__file__).with_name("broken_disk.c")
     if not compiler or subprocess.run([compiler, "-shared", "-fPIC", "-O1", "-o", library, source, "-ldl"]).returncode:
         return farm.skip("failing calls", "there is no C compiler, cc")
+    if farm.options.driver in ("", "paths"):
+        failing_products(farm, library)
     for driver in drivers:
         if driver == "bucket":
             kinds = ("pwrite", "fdatasync", "half,pwrite", "pwrite,ftruncate", "pwrite,ftruncate,half")
@@ -82,6 +85,56 @@ def failing_calls(farm, drivers):
                 process.signal(signal.SIGKILL)
                 process.wait()
                 check_goes_on(farm, driver, folder, "kept/c", expected, case)
+
+
+def failing_products(farm, library):
+    """Where the checkpoint is what a run is for, a failing disk fails the run, and spoils nothing that was there."""
+    def broken(path, calls, after):
+        return {"LD_PRELOAD": str(library), "BROKEN_PATH": path, "BROKEN_CALLS": calls, "BROKEN_AFTER": str(after),
+                "ASAN_OPTIONS": os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"}
+
+    settings = [*FRAME, "--spp", "8"]
+    for calls, after in (("pwrite", 4), ("fdatasync", 0)):
+        case = f"a part whose {calls} fails"
+        if farm.wanted(case):
+            folder = farm.folder(case)
+            run = farm.run(folder, [*settings, "--part", "1/2"], environment=broken(".part-1-of-2", calls, after))
+            farm.check(run.code == EXIT_RENDER_FAILED and len(warnings(run)) == 1 and "has this part" not in run.err,
+                       case, f"should fail: {run}")
+    for driver, calls, after in (("bucket", "pwrite", 4), ("bisection", "pwrite", 2), ("bisection", "rename", 0)):
+        case = f"an extended frame of {driver} whose {calls} fails"
+        if not farm.wanted(case):
+            continue
+        expected, _ = farm.reference([*settings_of(driver)])
+        folder = farm.folder(case)
+        farm.run(folder, [*settings_of(driver), "--spp", "4", "--resumable"])
+        before = contents(folder)["out.exr.checkpoint"]
+        words = [farm.program, "extend", "out.exr", "--spp", "96"]
+        run = Process(words, folder, broken("/out.exr.checkpoint.next", calls, after)).wait()
+        farm.check(run.code == EXIT_RENDER_FAILED and len(warnings(run)) == 1, case, f"should fail: {run}")
+        farm.check(contents(folder).get("out.exr.checkpoint") == before, case, "the checkpoint that was there is not")
+        run = Process(words, folder).wait()
+        farm.check_done(run, folder, expected, case, {"out.exr.checkpoint"})
+
+
+def lost_picture(farm, driver):
+    """The picture cannot be written at the end: the frame is in the checkpoint."""
+    case = f"lost picture of {driver}"
+    if not farm.wanted(case):
+        return
+    folder = farm.folder(case)
+    (folder / "pictures").mkdir()
+    command = [*settings_of(driver), "--resume", "--checkpoint", "c", *REPORT]
+    process = farm.start(folder, command, output="pictures/out.exr")
+    process.wait_until((folder / "c").exists)
+    shutil.rmtree(folder / "pictures")
+    run = process.wait()
+    farm.check(run.code == EXIT_RENDER_FAILED, case, f"should fail: {run}")
+    (folder / "pictures").mkdir()
+    run = farm.run(folder, command, output="pictures/out.exr")
+    total = report_of(folder)["samples"]["total"]
+    farm.check(run.code == EXIT_DONE and earlier_samples(folder) == total, case, f"should only write: {run}")
+    farm.check(pixels(folder / "pictures/out.exr") == farm.reference(settings_of(driver))[0], case, "other bits")
 
 
 def full_disk(farm, driver):
@@ -262,6 +315,7 @@ def main():
         unusable_paths(farm)
     for driver in drivers:
         full_disk(farm, driver)
+        lost_picture(farm, driver)
         twice_at_once(farm, driver)
         same_moment(farm, driver)
         lost_folders(farm, driver)

@@ -105,6 +105,9 @@ def refused(farm):
              output="weights.exr")
     farm.run(folder, [*FRAME, "--part", "1/2", "--spp", "4", "--quiet"], output="part.exr")
     farm.run(folder, [*FRAME, "--spp", "4", "--quiet"], output="plain.exr")
+    farm.run(folder, [*FRAME, "--driver", "adaptive", "--noise-threshold", "0.1", "--resumable", "--quiet"],
+             output="threshold.exr")
+    farm.run(folder, [*FRAME, "--spp", "4", "--checkpoint", "named", "--resumable", "--quiet"], output="picture.exr")
     process = farm.start(folder, ["--spp", "4096", "--resumable", "--size", "640x480", "--quiet"], output="half.exr")
     process.wait_until((folder / "half.exr.checkpoint").exists)
     process.signal(signal.SIGTERM)
@@ -118,6 +121,9 @@ def refused(farm):
         ("less", ["out.exr", "--spp", "2"], EXIT_USAGE, ["4 already"]),
         ("nothing", ["out.exr"], EXIT_USAGE, ["--spp"]),
         ("threshold", ["out.exr", "--spp", "8", "--noise-threshold", "0.1"], EXIT_USAGE, ["--noise-threshold"]),
+        ("less than its limit", ["threshold.exr", "--max-spp", "16"], EXIT_USAGE, ["--max-spp", "4096 already"]),
+        ("another limit", ["threshold.exr", "--spp", "2"], EXIT_USAGE, ["--spp", "no such limit"]),
+        ("no picture", ["named", "--spp", "8"], EXIT_USAGE, ["-o"]),
         ("jitter", ["jitter.exr", "--spp", "8"], EXIT_INPUT, ["stratified"]),
         ("hierarchical", ["weights.exr", "--spp", "8"], EXIT_INPUT, ["hierarchical"]),
         ("part", ["part.exr.part-1-of-2.checkpoint", "--spp", "8"], EXIT_INPUT, ["part"]),
@@ -129,6 +135,8 @@ def refused(farm):
         if farm.wanted(case):
             run = Process([farm.program, "extend", *words, "--quiet"], folder).wait()
             farm.check_refused(run, folder, before, case, (code,), parts)
+    run = Process([farm.program, "extend", "named", "--spp", "8", "-o", "picture.exr", "--quiet"], folder).wait()
+    farm.check(run.code == EXIT_DONE, "named checkpoint", f"should go on to the picture that is named: {run}")
     run = Process([farm.program, "extend", "moved.exr", "--spp", "8", "--scene", farm.scene(), "--quiet"], folder).wait()
     farm.check(run.code == EXIT_DONE, "moved scene", f"should go on with the scene that is named: {run}")
 

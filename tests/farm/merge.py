@@ -7,9 +7,11 @@ go together is refused in one line.
 
 import json
 import random
+import resource
 import sys
 
 from farm import CHANNELS, EXIT_INPUT, EXIT_USAGE, Farm, Process, contents, pixels, report_of
+from records import packed_file, parsed_file
 
 FRAME = ["--size", "96x64", "--bucket-size", "16", "--threads", "2"]
 WHOLE = {
@@ -138,6 +140,16 @@ def refused(farm):
     damaged[len(damaged) * 2 // 3] ^= 4
     (folder / "damaged").write_bytes(damaged)
     (folder / "cut").write_bytes(damaged[: len(damaged) // 2])
+    # One film each; the second says that its light is of other groups.
+    for seed in ("1", "2"):
+        rendered(farm, folder, case, [*settings, "--driver", "bisection", "--light-groups", "--resumable", "--seed", seed],
+                 output=f"lights{seed}.exr")
+    lights = "lights2.exr.checkpoint"
+    head, records = parsed_file((folder / lights).read_bytes())
+    head = json.loads(head)
+    farm.check(len(head["light layers"]) > 0, case, "no light groups")
+    head["light layers"].pop()
+    (folder / lights).write_bytes(packed_file(json.dumps(head), records))
     before = contents(folder)
     part = "part-1-of-3.checkpoint"
     for name, files, code, words in (
@@ -151,6 +163,7 @@ def refused(farm):
         ("missing", [*parts, "missing"], EXIT_INPUT, ["missing"]),
         ("damaged", [parts[0], "damaged", parts[2]], EXIT_INPUT, ["damaged"]),
         ("cut", [parts[0], "cut", parts[2]], EXIT_INPUT, ["lack"]),
+        ("light groups", ["lights1.exr.checkpoint", lights], EXIT_INPUT, [lights, "light groups"]),
         ("heatmap", [*parts, "--heatmap", "h.png", "--heatmap-of", "time"], EXIT_USAGE, ["--aov time"]),
         ("output is a part", [*parts, "-o", parts[0]], EXIT_USAGE, [parts[0]]),
         ("no parts", [], EXIT_USAGE, ["parts"]),
@@ -168,6 +181,44 @@ def cannot_be_cut(farm):
             folder = farm.folder(case)
             run = farm.run(folder, [*FRAME, "--sample-range", "0-4", "--sampler", sampler])
             farm.check_refused(run, folder, {}, case, (EXIT_USAGE,), ["--sampler", "sobol, poisson_disk, independent"])
+
+
+def complete(picture):
+    """What the header says."""
+    name = b"emberline:complete\0string\0"
+    at = picture.read_bytes().index(name) + len(name) + 4
+    return picture.read_bytes()[at : at + 5] != b"false"
+
+
+def missing_samples(farm):
+    case = "missing samples"
+    if not farm.wanted(case):
+        return
+    folder = farm.folder(case)
+    for samples in ("0-2", "2-4", "4-6"):
+        rendered(farm, folder, case, [*FRAME, "--sample-range", samples])
+    parts = [f"out.exr.samples-{samples}.checkpoint" for samples in ("0-2", "2-4", "4-6")]
+    for chosen, whole in ((parts, True), ([parts[0], parts[2]], False)):
+        run = merge(farm, folder, chosen, "--allow-holes")
+        farm.check(run.code == 0 and complete(folder / "out.exr") == whole, case, f"{len(chosen)} parts: {run}")
+
+
+def many_parts(farm):
+    """More of them than a process may have files open at first."""
+    case = "many parts"
+    if not farm.wanted(case):
+        return
+    folder = farm.folder(case)
+    settings = ["--size", "48x24", "--bucket-size", "8", "--threads", "1", "--spp", "1"]
+    parts = parts_of(farm, folder, case, settings, 18, range(1, 19))
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (20, hard))
+    try:
+        run = merge(farm, folder, parts)
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    expected, _ = farm.reference(settings)
+    farm.check_done(run, folder, expected, case, parts)
 
 
 def holes(farm):
@@ -192,7 +243,7 @@ def holes(farm):
 
 def main():
     farm = Farm(__doc__)
-    for test in (tiles, ranges, ranges_by_parts, seeds, refused, cannot_be_cut, holes):
+    for test in (tiles, ranges, ranges_by_parts, seeds, refused, cannot_be_cut, missing_samples, many_parts, holes):
         test(farm)
     farm.done()
 
