@@ -159,6 +159,12 @@ void check_bears_out(const ImageHeader& header, double needed, uint64_t bytes,
       header.width, header.height, bytes);
 }
 
+void check_bears_out_any_code(const ImageHeader& header, uint64_t bytes, const std::string& place) {
+  constexpr int64_t kFreePixels = int64_t(1) << 26, kPixelsPerByte = 16384;
+  const double pixels = double(header.width) * double(header.height);
+  check_bears_out(header, (pixels - double(kFreePixels)) / double(kPixelsPerByte), bytes, place);
+}
+
 void check_tile(const ImageHeader& header, int64_t width, int64_t height,
                 const std::string& place) {
   if (width <= std::max(header.width, kLargestTile) &&

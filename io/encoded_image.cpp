@@ -20,10 +20,6 @@ constexpr int kDeflateRatio = 1032;
 // what the format allows is far below this.
 constexpr int kMostScans = 500, kScansOfAnySize = 20;
 constexpr int64_t kMostScannedBlocks = int64_t(1) << 26;
-// The codes of lossless WebP and of TIFF have no best ratio: a picture of one colour takes some
-// bytes at any size. Up to 8192 x 8192 such ones are taken; beyond, the ratio of no real picture
-// is not believed.
-constexpr int64_t kFreePixels = int64_t(1) << 26, kPixelsPerByte = 16384;
 
 bool starts_with(Bytes bytes, std::string_view magic, size_t offset = 0) {
   return bytes.size() >= offset + magic.size() &&
@@ -40,11 +36,6 @@ uint32_t little_endian(Bytes bytes, size_t offset, size_t count) {
   uint32_t value = 0;
   for (size_t i = count; i-- > 0;) value = value << 8 | bytes[offset + i];
   return value;
-}
-
-void check_bears_out_any_code(const ImageHeader& header, uint64_t bytes, const std::string& place) {
-  const double pixels = double(header.width) * double(header.height);
-  check_bears_out(header, (pixels - double(kFreePixels)) / double(kPixelsPerByte), bytes, place);
 }
 
 void append(std::vector<uint8_t>& out, Bytes bytes) {
@@ -249,6 +240,7 @@ ImageFormat sniff_image_format(Bytes bytes) {
   if (starts_with(bytes, "RIFF") && starts_with(bytes, "WEBP", 8)) return ImageFormat::kWebp;
   if (starts_with(bytes, "\x76\x2f\x31\x01")) return ImageFormat::kExr;
   if (starts_with(bytes, "#?")) return ImageFormat::kHdr;
+  if (starts_with(bytes, "\xabKTX 20\xbb\r\n\x1a\n")) return ImageFormat::kKtx2;
   if (starts_with(bytes, std::string_view("II*\0", 4)) ||
       starts_with(bytes, std::string_view("MM\0*", 4))) {
     return ImageFormat::kTiff;
@@ -257,8 +249,8 @@ ImageFormat sniff_image_format(Bytes bytes) {
 }
 
 std::string_view name_of(ImageFormat format) {
-  constexpr std::array<std::string_view, 7> kNames = {"none", "PNG", "JPEG", "WebP",
-                                                      "EXR",  "HDR", "TIFF"};
+  constexpr std::array<std::string_view, 8> kNames = {"none", "PNG", "JPEG", "WebP",
+                                                      "EXR",  "HDR", "TIFF", "KTX 2"};
   return kNames[size_t(format)];
 }
 

@@ -14,7 +14,7 @@
 
 namespace emberline {
 
-enum class ImageFormat : uint8_t { kNone, kPng, kJpeg, kWebp, kExr, kHdr, kTiff };
+enum class ImageFormat : uint8_t { kNone, kPng, kJpeg, kWebp, kExr, kHdr, kTiff, kKtx2 };
 
 // From the first 12 bytes; suffixes and media types say less: exporters get them wrong.
 ImageFormat sniff_image_format(std::span<const uint8_t> bytes);

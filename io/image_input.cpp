@@ -10,6 +10,7 @@
 #include "io/encoded_image.h"
 #include "io/image_library.h"
 #include "io/input_file.h"
+#include "io/ktx2/ktx2.h"
 #include "io/png_jpeg.h"
 #include "io/texel_repair.h"
 #include "renderer/core/errors.h"
@@ -26,7 +27,7 @@ constexpr int64_t kFarthestCorner = int64_t(1) << 24;
 constexpr const char* kDoesNotDecode = "the image does not decode: ";
 
 constexpr std::array kTextureFormats = {ImageFormat::kPng, ImageFormat::kJpeg, ImageFormat::kWebp,
-                                        ImageFormat::kExr, ImageFormat::kHdr};
+                                        ImageFormat::kExr, ImageFormat::kHdr,  ImageFormat::kKtx2};
 constexpr std::array kEnvironmentFormats = {ImageFormat::kExr, ImageFormat::kHdr};
 constexpr std::array kPictureFormats = {ImageFormat::kExr,  ImageFormat::kHdr,  ImageFormat::kPng,
                                         ImageFormat::kJpeg, ImageFormat::kWebp, ImageFormat::kTiff};
@@ -200,6 +201,10 @@ class OpenImage {
     if (format == ImageFormat::kTiff) {
       bytes_.assign(bytes.begin(), bytes.end());
       clean_tiff(bytes_, place_);
+    } else if (format == ImageFormat::kKtx2) {
+      bytes_.assign(bytes.begin(), bytes.end());
+      header_ = read_ktx2_header(bytes_, place_);
+      check_sides(header_.width, header_.height, place_);
     } else {
       CleanImage clean = clean_image(format, bytes, place_);
       bytes_ = std::move(clean.bytes);
@@ -230,6 +235,7 @@ class OpenImage {
     std::string error;
     decoder_ = format == ImageFormat::kPng    ? open_png(bytes_, error)
                : format == ImageFormat::kJpeg ? open_jpeg(bytes_, error)
+               : format == ImageFormat::kKtx2 ? open_ktx2(bytes_, place_)
                                               : open_other(format, source_, error);
     if (!decoder_) throw InputError(place_, kDoesNotDecode + error);
     layout_ = decoder_->layout();
@@ -316,6 +322,7 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
     throw InputError(place, "the JPEG is cut short; --lenient takes what is there");
   }
   const ImageLayout layout = input.layout();
+  std::string transfer = input.attribute(kTransferAttribute);
   auto image = std::make_shared<Image>();
   image->name = place;
   image->type = texel_type(layout.type);
@@ -325,7 +332,7 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
   const bool has_alpha = layout.alpha_channel == image->channels - 1 && image->channels % 2 == 0;
   if (has_alpha && layout.premultiplied) unpremultiply(*image);
   const uint64_t repaired = repair_texels(*image, TexelRange::kFinite);
-  return {std::move(image), repaired, input.cut_short()};
+  return {std::move(image), repaired, input.cut_short(), std::move(transfer)};
 } catch (const std::bad_alloc&) {
   throw InputError(place, "no memory to decode the image");
 }

@@ -19,11 +19,12 @@ struct DecodedImage {
   std::shared_ptr<const Image> image;
   uint64_t non_finite = 0;  // texels that were, and became 0
   bool cut_short = false;   // a JPEG that ends early: grey from there on
+  std::string transfer;     // what a KTX 2 says of its values: "sRGB" or "linear"
 };
 
-// Decodes an encoded image held in memory (PNG, JPEG, WebP, EXR, HDR: whatever its name says),
-// keeping its bit depth and not premultiplying alpha. Colour profiles and other metadata are not
-// read. Throws InputError naming `place`; for a JPEG that ends early, too, unless `lenient`.
+// Decodes an encoded image held in memory (PNG, JPEG, WebP, EXR, HDR, KTX 2: whatever its name
+// says), keeping its bit depth and not premultiplying alpha. Colour profiles and other metadata are
+// not read. Throws InputError naming `place`; for a JPEG that ends early, too, unless `lenient`.
 DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place,
                           bool lenient = false,
                           const LoadProgress& progress = LoadProgress::unwatched());

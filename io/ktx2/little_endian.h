@@ -1,0 +1,51 @@
+// Numbers and bits as KTX 2 stores them, the least significant first. For io/ktx2 alone.
+#pragma once
+
+#include <cassert>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "io/ktx2/fault.h"
+
+namespace emberline::ktx2 {
+
+// `count` bytes at `offset`, which the caller knows to be there.
+inline uint64_t little_endian(std::span<const uint8_t> bytes, size_t offset, size_t count) {
+  assert(offset <= bytes.size() && count <= bytes.size() - offset && count <= 8);
+  uint64_t value = 0;
+  for (size_t i = count; i-- > 0;) value = value << 8 | bytes[offset + i];
+  return value;
+}
+
+// A stream of bits. Reading behind its end throws InputError: `name` says what ended early.
+class BitReader {
+ public:
+  BitReader(std::span<const uint8_t> bytes, std::string place, const char* name)
+      : bytes_(bytes), place_(std::move(place)), name_(name) {}
+
+  uint32_t take(int count) {  // 0 to 32 bits
+    while (held_ < count) {
+      if (next_ == bytes_.size())
+        throw_damaged(place_, std::string("has ") + name_ + " that end early");
+      held_bits_ |= uint64_t(bytes_[next_++]) << held_;
+      held_ += 8;
+    }
+    const uint32_t value = uint32_t(held_bits_ & ((uint64_t(1) << count) - 1));
+    held_bits_ >>= count;
+    held_ -= count;
+    return value;
+  }
+
+  const std::string& place() const { return place_; }
+
+ private:
+  std::span<const uint8_t> bytes_;
+  std::string place_;
+  const char* name_;
+  size_t next_ = 0;
+  uint64_t held_bits_ = 0;
+  int held_ = 0;
+};
+
+}  // namespace emberline::ktx2
