@@ -26,6 +26,7 @@ constexpr ExtensionInfo kExtensions[] = {
     {"KHR_materials_volume", kHonoured, ""},
     {"KHR_mesh_quantization", kHonoured, ""},
     {"KHR_meshopt_compression", kHonoured, ""},
+    {"KHR_texture_basisu", kHonoured, ""},
     {"KHR_texture_transform", kHonoured, ""},
 
     {"KHR_materials_specular", kApproximated, "a tinted reflection is taken as grey"},
@@ -38,7 +39,6 @@ constexpr ExtensionInfo kExtensions[] = {
     {"KHR_materials_dispersion", kIgnored, "no dispersion"},
     {"KHR_materials_iridescence", kIgnored, "no iridescence"},
     {"KHR_materials_sheen", kIgnored, "no sheen"},
-    {"KHR_texture_basisu", kIgnored, "the fallback image is used"},
 };
 
 // False: it is there already, or the list is full, which its last entry says. A hostile file may

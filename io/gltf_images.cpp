@@ -1,5 +1,6 @@
 #include "io/gltf_images.h"
 
+#include <algorithm>
 #include <exception>
 #include <map>
 
@@ -56,7 +57,53 @@ std::shared_ptr<const Image> one_texel(const std::string& name, std::array<uint8
   return image;
 }
 
+// For each KTX 2 that may be missing: the image that takes its place.
+std::map<int, int> fallback_images(const GltfDocument& document) {
+  std::map<int, int> fallbacks;
+  const json& required = document.array("extensionsRequired");
+  if (std::ranges::find(required, json("KHR_texture_basisu")) != required.end()) return fallbacks;
+  for (const json& texture : document.array("textures")) {
+    const std::vector<int> sources = texture_sources(texture);
+    if (!find_extension(texture, "KHR_texture_basisu") || sources.size() < 2) continue;
+    fallbacks.try_emplace(sources[0], sources[1]);
+  }
+  return fallbacks;
+}
+
+// KHR_texture_basisu wants the transfer function to be that of the use. The use decides, as it does
+// for all other images (glTF 2.0, section 3.9.2), and the file is warned of.
+void warn_of_transfer(const SceneDescription& scene, const std::vector<DecodedImage>& decoded,
+                      const std::string& file) {
+  std::vector<char> warned(decoded.size(), 0);
+  const auto expect = [&](const TextureRef& slot, const char* transfer) {
+    if (slot.image < 0 || warned[size_t(slot.image)]) return;
+    const DecodedImage& image = decoded[size_t(slot.image)];
+    if (image.transfer.empty() || image.transfer == transfer) return;
+    warned[size_t(slot.image)] = 1;
+    log_warning(file + ": " + shortened(image.image->name) + " says that it is " + image.transfer +
+                ", but is used where " + transfer + " is wanted, and taken for that");
+  };
+  for (const MaterialDescription& material : scene.materials) {
+    expect(material.base_color_texture, "sRGB");
+    expect(material.emission_texture, "sRGB");
+    expect(material.normal_texture, "linear");
+    expect(material.metallic_roughness_texture, "linear");
+    expect(material.transmission_texture, "linear");
+  }
+}
+
 }  // namespace
+
+std::vector<int> texture_sources(const json& texture) {
+  std::vector<int> sources;
+  for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp"}) {
+    if (const json* extension = find_extension(texture, name)) {
+      sources.push_back(extension->at("source").get<int>());
+    }
+  }
+  if (const json* source = find_member(texture, "source")) sources.push_back(source->get<int>());
+  return sources;
+}
 
 void load_images(const GltfDocument& document, const GltfOptions& options,
                  SceneDescription& scene) {
@@ -79,12 +126,23 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
 
   document.progress->begin(LoadStage::kImages, wanted.size());
   std::vector<DecodedImage> decoded(wanted.size());
-  const std::vector<std::exception_ptr> errors = document.try_each(
-      wanted.size(), [&](size_t i) { decoded[i] = decode(document, wanted[i], options.lenient); });
+  const std::map<int, int> fallbacks = fallback_images(document);
+  std::vector<std::string> faults(wanted.size());  // of those whose fallback was taken
+  const std::vector<std::exception_ptr> errors = document.try_each(wanted.size(), [&](size_t i) {
+    const auto fallback = fallbacks.find(wanted[i]);
+    try {
+      decoded[i] = decode(document, wanted[i], options.lenient);
+    } catch (const InputError& error) {
+      if (fallback == fallbacks.end()) throw;
+      decoded[i] = decode(document, fallback->second, options.lenient);
+      faults[i] = error.what();
+    }
+  });
 
   int flat_normal = -1;
   for (size_t i = 0; i < wanted.size(); ++i) {
     scene.repairs.non_finite_texels += decoded[i].non_finite;
+    if (!faults[i].empty()) log_warning(faults[i] + "; the texture's other image takes its place");
     if (!errors[i]) {
       if (decoded[i].cut_short) {
         log_warning(document.place("/images/" + std::to_string(wanted[i])) + " (" +
@@ -104,6 +162,7 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
     scene.images.push_back(
         one_texel("replaced image " + std::to_string(wanted[i]), {255, 255, 255}));
   }
+  warn_of_transfer(scene, decoded, document.file);
   for (MaterialDescription& material : scene.materials) {
     int& index = material.normal_texture.image;
     if (index < 0 || !errors[size_t(index)]) continue;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "io/gltf_extensions.h"
+#include "io/gltf_images.h"
 #include "io/gltf_specular_glossiness.h"
 #include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
@@ -75,16 +76,16 @@ TextureRef MaterialReader::texture(const json& owner, const char* name,
   const size_t index = info->at("index").get<size_t>();
   const tinygltf::Texture& source = model_.textures[index];
   const json& texture_object = document_.json.at("textures")[index];
-  const json* webp = find_extension(texture_object, "EXT_texture_webp");
-  ref.image = webp ? webp->at("source").get<int>() : source.source;
+  const std::vector<int> sources = texture_sources(texture_object);
+  if (!sources.empty()) ref.image = sources[0];
   if (ref.image < 0 && options_.lenient) {
-    report_ignored(document_.file, "a texture without a PNG, JPEG or WebP image", coverage_);
+    report_ignored(document_.file, "a texture without a PNG, JPEG, WebP or KTX 2 image", coverage_);
     return ref;
   }
   if (ref.image < 0) {
     throw InputError(document_.place("/textures/" + std::to_string(index)),
                      "the texture of " + pointer + "/" + name +
-                         " has no image in a format that is supported (PNG, JPEG, WebP)");
+                         " has no image in a format that is supported (PNG, JPEG, WebP, KTX 2)");
   }
   ref.uv_set = info->value("texCoord", 0);
   if (source.sampler >= 0) {

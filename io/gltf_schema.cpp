@@ -116,7 +116,8 @@ constexpr Property kImage[] = {string("uri"), index("bufferView", "/bufferViews"
 constexpr Property kSampler[] = {integer("magFilter"), integer("minFilter"), integer("wrapS"),
                                  integer("wrapT")};
 constexpr Property kTextureSource[] = {required(index("source", "/images"))};
-constexpr Property kTextureExtensions[] = {object("EXT_texture_webp", kTextureSource)};
+constexpr Property kTextureExtensions[] = {object("EXT_texture_webp", kTextureSource),
+                                           object("KHR_texture_basisu", kTextureSource)};
 constexpr Property kTexture[] = {index("sampler", "/samplers"), index("source", "/images"),
                                  object("extensions", kTextureExtensions)};
 
