@@ -89,12 +89,12 @@ uint64_t zstd_window(Bytes frame) {
 // What Zstandard's decoder knows as the smallest window, and the largest that it takes unasked.
 constexpr int kSmallestWindowLog = 10, kLargestWindowLog = 27;
 
-int window_log(const Container& container, const std::string& place) {
+uint64_t checked_window(const Container& container, const std::string& place) {
   const uint64_t window = zstd_window(container.level);
   if (window == 0 || window > uint64_t(1) << kLargestWindowLog) {
-    throw_damaged(place, "has a level that is no Zstandard frame with a window below 128 MiB");
+    throw_damaged(place, "has a level that is no Zstandard frame with a window up to 128 MiB");
   }
-  return std::max(kSmallestWindowLog, int(std::bit_width(window - 1)));
+  return window;
 }
 
 class ZstdRows final : public BlockRows {
@@ -105,7 +105,9 @@ class ZstdRows final : public BlockRows {
         packed_{container.level.data(), container.level.size(), 0},
         blocks_(size_t(container.blocks_across()) * kUastcBlockBytes) {
     if (!stream_) throw std::bad_alloc();
-    ZSTD_DCtx_setParameter(stream_.get(), ZSTD_d_windowLogMax, window_log(container, place));
+    // No frame behind the first may take more than what was counted.
+    const int log = int(std::bit_width(checked_window(container, place) - 1));
+    ZSTD_DCtx_setParameter(stream_.get(), ZSTD_d_windowLogMax, std::max(kSmallestWindowLog, log));
   }
 
   void next(std::span<BlockPixels> row) override {
@@ -143,7 +145,7 @@ uint64_t block_rows_bytes(const Container& container, const std::string& place) 
   }
   if (!container.is_zstd) return 0;
   constexpr uint64_t kState = uint64_t(1) << 20;  // and buffers for 128 KiB in and out
-  return zstd_window(container.level) + kState + across * kUastcBlockBytes;
+  return checked_window(container, place) + kState + across * kUastcBlockBytes;
 }
 
 std::unique_ptr<BlockRows> make_block_rows(const Container& container, const std::string& place) {

@@ -7,6 +7,7 @@
 #include "renderer/core/errors.h"
 #include "support/embedded_images.h"
 #include "support/encoded_images.h"
+#include "support/ktx2_files.h"
 
 namespace emberline {
 namespace {
@@ -208,6 +209,66 @@ TEST_F(GltfMaterial, WebpTextures) {
   ASSERT_EQ(scene.images.size(), 1u);
   EXPECT_EQ(scene.images[0]->width, 4);
   EXPECT_NEAR(int(scene.images[0]->texels[0]), 200, 3);
+}
+
+TEST_F(GltfMaterial, BasisuTextures) {
+  const int png = gltf_.push("images", {{"bufferView", gltf_.add_view(test::small_png())}});
+  const int ktx2 = gltf_.push(
+      "images",
+      {{"bufferView", gltf_.add_view(test::ktx2_file("etc1s_odd"))}, {"mimeType", "image/ktx2"}});
+  gltf_.push("textures",
+             {{"source", png}, {"extensions", {{"KHR_texture_basisu", {{"source", ktx2}}}}}});
+  gltf_.root["extensionsUsed"] = {"KHR_texture_basisu"};
+  const SceneDescription scene = load(base_color_slot({{"index", 0}}));
+  ASSERT_EQ(scene.images.size(), 1u);
+  EXPECT_EQ(scene.images[0]->width, 65);
+  EXPECT_EQ(scene.images[0]->height, 37);
+  EXPECT_EQ(scene.coverage.used, std::vector<std::string>{"KHR_texture_basisu"});
+
+  gltf_.root["extensionsRequired"] = {"KHR_texture_basisu"};
+  gltf_.root["textures"][0].erase("source");
+  EXPECT_EQ(load(base_color_slot({{"index", 0}})).images.at(0)->width, 65);
+}
+
+// The texture's other image, where there is one and the extension is optional.
+TEST_F(GltfMaterial, ABasisuTextureThatDoesNotDecodeFallsBack) {
+  std::vector<uint8_t> damaged = test::ktx2_file("etc1s_odd");
+  damaged.resize(damaged.size() - 1);
+  const int png = gltf_.push("images", {{"bufferView", gltf_.add_view(test::small_png())}});
+  const int ktx2 = gltf_.push("images", {{"bufferView", gltf_.add_view(damaged)}});
+  gltf_.push("textures",
+             {{"source", png}, {"extensions", {{"KHR_texture_basisu", {{"source", ktx2}}}}}});
+  gltf_.root["extensionsUsed"] = {"KHR_texture_basisu"};
+  const json slot = base_color_slot({{"index", 0}});
+  testing::internal::CaptureStderr();
+  const SceneDescription scene = load(slot);
+  const std::string said = testing::internal::GetCapturedStderr();
+  ASSERT_EQ(scene.images.size(), 1u);
+  EXPECT_EQ(scene.images[0]->width, 2);
+  EXPECT_EQ(scene.repairs.replaced_images, 0u);
+  EXPECT_NE(said.find("a.glb#/images/1: "), std::string::npos) << said;
+  EXPECT_NE(said.find("the texture's other image takes its place"), std::string::npos) << said;
+
+  gltf_.root["extensionsRequired"] = {"KHR_texture_basisu"};
+  EXPECT_NE(message_of(slot).find("a.glb#/images/1: the image does not decode: the KTX 2"),
+            std::string::npos)
+      << message_of(slot);
+  gltf_.root.erase("extensionsRequired");
+  gltf_.root["textures"][0].erase("source");
+  EXPECT_NE(message_of(slot).find("a.glb#/images/1: "), std::string::npos);
+}
+
+TEST_F(GltfMaterial, ATransferFunctionThatTheUseContradictsIsWarnedOf) {
+  test::add_texture(gltf_, test::ktx2_file("etc1s_odd"), "image/ktx2");
+  testing::internal::CaptureStderr();
+  load({{"normalTexture", {{"index", 0}}}});
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("says that it is sRGB, but is used where linear is wanted"),
+            std::string::npos)
+      << said;
+  testing::internal::CaptureStderr();
+  load(base_color_slot({{"index", 0}}));
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 TEST_F(GltfMaterial, AnImageThatDoesNotDecodeIsNamed) {

@@ -1,0 +1,99 @@
+// KTX 2 files cut short, with flipped bits, and with sizes that nothing bears out.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "io/image_input.h"
+#include "renderer/core/errors.h"
+#include "support/ktx2_files.h"
+
+namespace emberline {
+namespace {
+
+using Ktx2File = std::vector<uint8_t>;
+
+// Nothing but InputError may come out of it, and that of one line.
+std::string decode_limited(std::span<const uint8_t> bytes, uint64_t limit) {
+  const auto budget = std::make_shared<MemoryBudget>(limit);
+  const LoadProgress progress({}, {}, {budget, std::nullopt, "scene"});
+  try {
+    const auto image = decode_image(bytes, "place", false, progress).image;
+    EXPECT_EQ(image->texels.size(),
+              size_t(image->width) * size_t(image->height) * size_t(image->channels));
+    return "";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string_view(error.what()).find('\n'), std::string_view::npos) << error.what();
+    return error.what();
+  }
+}
+
+constexpr uint64_t kEnough = uint64_t(4) << 20;
+
+// Levels lie from the smallest to the largest, so that no byte is to spare.
+TEST(HostileKtx2, EveryPrefixIsRefused) {
+  for (const std::string name : test::kKtx2Files) {
+    const Ktx2File whole = test::ktx2_file(name);
+    ASSERT_EQ(decode_limited(whole, kEnough), "") << name;
+    for (size_t size = 0; size < whole.size(); ++size) {
+      // In memory of its own: AddressSanitizer sees what is read behind its end.
+      const Ktx2File bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size));
+      ASSERT_NE(decode_limited(bytes, kEnough), "") << name << ", " << size << " bytes";
+    }
+  }
+}
+
+// Half of them in the first kilobyte: headers, palettes, Huffman tables.
+TEST(HostileKtx2, FlippedBitsAreRefusedOrDecoded) {
+  for (const std::string name : test::kKtx2Files) {
+    const Ktx2File whole = test::ktx2_file(name);
+    for (uint32_t round = 0; round < 400; ++round) {
+      std::mt19937 random(round);
+      Ktx2File bytes = whole;
+      for (auto flips = 1 + random() % 3; flips > 0; --flips) {
+        const size_t reach =
+            random() % 2 == 0 ? bytes.size() : std::min<size_t>(bytes.size(), 1000);
+        const size_t bit = random() % (8 * reach);
+        bytes[bit / 8] = uint8_t(bytes[bit / 8] ^ 1 << bit % 8);
+      }
+      SCOPED_TRACE(name + ", round " + std::to_string(round));
+      decode_limited(bytes, kEnough);
+    }
+  }
+}
+
+TEST(HostileKtx2, SizesAreHeldAgainstTheBytesAndTheBudget) {
+  Ktx2File etc1s = test::ktx2_file("etc1s_odd");
+  test::set_word(etc1s, 20, 65536);
+  test::set_word(etc1s, 24, 65536);
+  EXPECT_NE(decode_limited(etc1s, kEnough).find("65536 x 65536 pixels are announced"),
+            std::string::npos);
+  test::set_word(etc1s, 20, 4096);
+  test::set_word(etc1s, 24, 4096);
+  EXPECT_NE(decode_limited(etc1s, kEnough).find("memory"), std::string::npos);
+
+  // A frame of Zstandard that wants a window of 64 MiB: byte 5 of its header, 16 above 2^10.
+  Ktx2File uastc = test::ktx2_file("uastc_gradient");
+  const size_t level = test::word_at(uastc, 80);
+  ASSERT_EQ(test::word_at(uastc, level), 0xfd2fb528u);
+  uastc[level + 4] = 0;
+  uastc[level + 5] = 16 << 3;
+  EXPECT_NE(decode_limited(uastc, kEnough).find("memory"), std::string::npos);
+  uastc[level + 5] = 31 << 3;
+  EXPECT_NE(decode_limited(uastc, kEnough).find("window"), std::string::npos);
+}
+
+TEST(HostileKtx2, OffsetsNearTheEndOfAllNumbersLeadNowhere) {
+  for (const size_t offset : {48, 52, 56, 60, 64, 68, 72, 76, 80, 84, 88, 92, 96, 100}) {
+    for (const std::string name : {"etc1s_odd", "uastc_nozstd"}) {
+      if (name == "uastc_nozstd" && (offset == 64 || offset == 68)) continue;  // of nothing
+      for (const uint32_t value : {0xffffffffu, 0xfffffff0u, 0x80000000u}) {
+        Ktx2File bytes = test::ktx2_file(name);
+        test::set_word(bytes, offset, value);
+        EXPECT_NE(decode_limited(bytes, kEnough), "") << name << " at " << offset;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace emberline
