@@ -83,7 +83,7 @@ class SliceReader {
 
 // The pixels of a block: red, green and blue each, rows from the top. Khronos Data Format
 // Specification 1.4, section "ETC1S".
-using EtcPixels = std::array<std::array<uint8_t, 3>, size_t(kBlockSide* kBlockSide)>;
+using EtcPixels = std::array<std::array<uint8_t, 3>, kBlockPixels>;
 EtcPixels decode_etc1s(const Endpoint& endpoint, const Selectors& selectors);
 
 }  // namespace emberline::ktx2

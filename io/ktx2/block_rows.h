@@ -12,7 +12,7 @@
 namespace emberline::ktx2 {
 
 // As a block holds them; of ETC1S without a second slice alpha is 255.
-using BlockPixels = std::array<std::array<uint8_t, 4>, size_t(kBlockSide* kBlockSide)>;
+using BlockPixels = std::array<std::array<uint8_t, 4>, kBlockPixels>;
 
 class BlockRows {
  public:

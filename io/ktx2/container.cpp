@@ -31,7 +31,7 @@ class ContainerReader {
     read_descriptor();
     check_texts();
     read_levels();
-    return std::move(container_);
+    return container_;
   }
 
  private:

@@ -12,6 +12,7 @@ namespace emberline::ktx2 {
 using Bytes = std::span<const uint8_t>;
 
 inline constexpr int kBlockSide = 4;  // pixels; of ETC1S and UASTC alike
+inline constexpr size_t kBlockPixels = 16;
 inline constexpr size_t kUastcBlockBytes = 16;
 
 enum class Codec : uint8_t { kEtc1s, kUastc };

@@ -6,7 +6,6 @@
 namespace emberline::ktx2 {
 namespace {
 
-constexpr size_t kPixels = size_t(kBlockSide * kBlockSide);
 constexpr UastcPixels kErrorColour = [] {
   UastcPixels pixels;
   pixels.fill({255, 0, 255, 255});
@@ -65,11 +64,11 @@ constexpr std::array<uint32_t, 11> kThreeSubsets = {  // mode 3
     0xa5a50000, 0xaa005555, 0xaa000055, 0x0000aa55, 0x25252525, 0x94949494,
     0x58585858, 0x56560202, 0x92929292, 0x55aa0055, 0xa05050a0};
 
-using Subsets = std::array<uint8_t, kPixels>;
+using Subsets = std::array<uint8_t, kBlockPixels>;
 
 bool find_subsets(size_t mode, size_t pattern, Subsets& subsets) {
   const auto spread = [&](uint32_t bits, size_t width) {
-    for (size_t i = 0; i < kPixels; ++i)
+    for (size_t i = 0; i < kBlockPixels; ++i)
       subsets[i] = uint8_t(bits >> (width * i) & ((1u << width) - 1));
     return true;
   };
@@ -214,7 +213,7 @@ UastcPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block) {
 
   UastcPixels pixels;
   std::array<bool, 3> begun = {};
-  for (size_t i = 0; i < kPixels; ++i) {
+  for (size_t i = 0; i < kBlockPixels; ++i) {
     const size_t subset = subsets[i];
     // The highest bit of each subset's first weight is 0 and not stored.
     const int stored = begun[subset] ? mode.weight_bits : mode.weight_bits - 1;

@@ -11,7 +11,7 @@
 namespace emberline::ktx2 {
 
 // Red, green, blue and alpha of each pixel, rows from the top.
-using UastcPixels = std::array<std::array<uint8_t, 4>, size_t(kBlockSide* kBlockSide)>;
+using UastcPixels = std::array<std::array<uint8_t, 4>, kBlockPixels>;
 
 // Any 16 bytes are a block: those that mean nothing are of the specification's colour of errors,
 // (255, 0, 255, 255).

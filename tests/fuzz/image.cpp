@@ -1,4 +1,4 @@
-// A texture, embedded or beside the scene: PNG, JPEG, WebP, EXR, HDR.
+// A texture, embedded or beside the scene: PNG, JPEG, WebP, EXR, HDR, KTX 2.
 #include "io/image_input.h"
 
 #include "fuzz/fuzz.h"

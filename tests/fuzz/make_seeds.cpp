@@ -8,6 +8,7 @@
 #include "support/compressed_gltf.h"
 #include "support/dense_gltf.h"
 #include "support/encoded_images.h"
+#include "support/ktx2_files.h"
 
 namespace fs = std::filesystem;
 using namespace emberline::test;
@@ -66,6 +67,10 @@ void add_images(Seeds& seeds) {
     spec.channelnames = {"R", "G", "B", "samples"};
     seeds.add_image(encode_image("exr", spec, values));
   }
+}
+
+void add_ktx2(Seeds& seeds) {
+  for (const char* name : kKtx2Files) seeds.add("image", ktx2_file(name));
 }
 
 void add_compressed(Seeds& seeds) {
@@ -138,6 +143,7 @@ void add_asset(Seeds& seeds, const fs::path& path) {
   if (suffix == ".png" || suffix == ".jpg" || suffix == ".hdr" || suffix == ".exr") {
     seeds.add_image(bytes);
   }
+  if (suffix == ".ktx2") seeds.add("image", bytes);
   if (suffix != ".gltf") return;
   json root = json::parse(bytes, nullptr, false);
   if (!root.is_object() || !root.contains("buffers") || root["buffers"].empty()) return;
@@ -201,6 +207,7 @@ int main(int argc, char** argv) try {
   seeds.add("gltf", dense_gltf().document("scene.gltf").dump());
   seeds.add("gltf", glossy_gltf().glb());
   add_images(seeds);
+  add_ktx2(seeds);
   add_compressed(seeds);
   add_edits(seeds);
   add_displays(seeds);
