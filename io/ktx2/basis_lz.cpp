@@ -122,7 +122,7 @@ std::span<const SliceReader::Block> SliceReader::next_row() {
   for (size_t x = 0; x < row_.size(); ++x) above_[x] = row_[x].endpoint;
   uint32_t prediction = 0;
   for (size_t x = 0; x < row_.size(); ++x) {
-    // Two bits for each of 2 x 2 blocks; the lower two wait for the next row.
+    // Two bits for each of 2 x 2 blocks; those of the lower two blocks wait for the next row.
     if (x % 2 == 0) {
       uint8_t& waiting = predictions_[x / 2];
       prediction = row_number_ % 2 == 0 ? next_prediction() : waiting;
@@ -166,8 +166,9 @@ uint16_t SliceReader::next_endpoint(size_t x, uint32_t prediction) {
     const uint32_t count = uint32_t(tables_.endpoints.size());
     last_endpoint_ += tables_.endpoint_delta.decode(bits_);
     if (last_endpoint_ >= count) last_endpoint_ -= count;
-    if (last_endpoint_ >= count)
+    if (last_endpoint_ >= count) {
       throw_damaged(bits_.place(), "has an end point beyond its palette");
+    }
   }
   return uint16_t(last_endpoint_);
 }

@@ -70,8 +70,8 @@ class PlainRows final : public BlockRows {
   Bytes unread_;
 };
 
-// Bytes before which a decoder of Zstandard cannot forget what it wrote: RFC 8878, section 3.1.1.1.
-// 0: that is no frame.
+// How many bytes a frame of Zstandard looks back, which its decoder keeps: RFC 8878,
+// section 3.1.1.1. 0: that is no frame.
 uint64_t zstd_window(Bytes frame) {
   if (frame.size() < 6 || little_endian(frame, 0, 4) != ZSTD_MAGICNUMBER) return 0;
   const uint8_t descriptor = frame[4];
@@ -118,8 +118,9 @@ class ZstdRows final : public BlockRows {
       if (ZSTD_isError(result)) {
         throw_damaged(place_, std::string("does not unpack: ") + ZSTD_getErrorName(result));
       }
-      if (unpacked.pos + packed_.pos == before)
+      if (unpacked.pos + packed_.pos == before) {
         throw_damaged(place_, "has a level that ends early");
+      }
     }
     PlainRows(blocks_).next(row);
   }

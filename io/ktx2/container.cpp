@@ -13,7 +13,7 @@ namespace {
 
 // Section 2: the header and the index are 80 bytes, an entry of the level index 24.
 constexpr size_t kHeaderBytes = 80, kLevelEntry = 24;
-enum Supercompression : uint32_t { kNone = 0, kBasisLz = 1, kZstandard = 2 };  // section 3.9
+enum Supercompression : uint32_t { kNone = 0, kBasisLz = 1, kZstandard = 2 };  // section 3.8
 // Khronos Data Format Specification 1.4, sections 4 and 5: a basic block is 24 bytes and 16 for
 // each sample.
 constexpr size_t kDescriptorBytes = 24, kSampleBytes = 16;
@@ -60,11 +60,9 @@ class ContainerReader {
       refuse("a GPU's own format (VkFormat " + std::to_string(vk_format) +
              "; ETC1S and UASTC are read)");
     }
-    if (depth != 0 || layers != 0 || faces != 1) {
-      refuse("several layers, faces or slices");
-    }
+    if (depth != 0 || layers != 0 || faces != 1) refuse("several layers, faces or slices");
     if (container_.width == 0 || container_.height == 0) throw_damaged(place_, "is empty");
-    // Section 3.8: down to one pixel.
+    // Section 3.7: down to one pixel.
     const uint64_t most =
         uint64_t(std::bit_width(uint64_t(std::max(container_.width, container_.height))));
     if (levels_ == 0 || levels_ > most) {
@@ -72,7 +70,7 @@ class ContainerReader {
     }
   }
 
-  // Section 3.11 and the Data Format Specification, section 5.
+  // Section 3.10 and the Data Format Specification, section 5.
   void read_descriptor() {
     const Bytes data = part(word(48), word(52), "data format descriptor");
     const auto at = [&](size_t offset) { return uint32_t(little_endian(data, offset, 4)); };
@@ -115,7 +113,7 @@ class ContainerReader {
     }
   }
 
-  // The tables of KHR_DF_CHANNEL_* in section 3.11.3.
+  // The tables of KHR_DF_CHANNEL_* in section 3.10.3.
   void read_channels(uint32_t first, int second) {
     struct Row {
       Codec codec;
@@ -146,7 +144,7 @@ class ContainerReader {
            (second >= 0 ? " and " + std::to_string(second) : ""));
   }
 
-  // Section 3.12; KHR_texture_basisu wants these as they are without.
+  // Section 3.11; KHR_texture_basisu wants these as they are without.
   void check_texts() const {
     if (word(60) == 0) return;
     const Bytes data = part(word(56), word(60), "key/value data");
@@ -166,7 +164,7 @@ class ContainerReader {
     }
   }
 
-  // Section 3.10: all of them, though only the first is decoded.
+  // Section 3.9: all of them, though only the first is decoded.
   void read_levels() {
     container_.levels = int(levels_);
     if (levels_ * kLevelEntry > file_.size() - kHeaderBytes) {

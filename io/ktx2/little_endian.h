@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "io/ktx2/fault.h"
 
@@ -26,8 +27,9 @@ class BitReader {
 
   uint32_t take(int count) {  // 0 to 32 bits
     while (held_ < count) {
-      if (next_ == bytes_.size())
+      if (next_ == bytes_.size()) {
         throw_damaged(place_, std::string("has ") + name_ + " that end early");
+      }
       held_bits_ |= uint64_t(bytes_[next_++]) << held_;
       held_ += 8;
     }

@@ -68,8 +68,9 @@ using Subsets = std::array<uint8_t, kBlockPixels>;
 
 bool find_subsets(size_t mode, size_t pattern, Subsets& subsets) {
   const auto spread = [&](uint32_t bits, size_t width) {
-    for (size_t i = 0; i < kBlockPixels; ++i)
+    for (size_t i = 0; i < kBlockPixels; ++i) {
       subsets[i] = uint8_t(bits >> (width * i) & ((1u << width) - 1));
+    }
     return true;
   };
   if (kModes[mode].subsets == 1) return spread(0, 1);
