@@ -36,8 +36,8 @@ class Etc1sRows final : public BlockRows {
         row[x][i] = {colour[i][0], colour[i][1], colour[i][2], 255};
       }
       if (!alpha_) continue;
-      // The red one, as the specification has it. Decoders for GPUs take green; writers mean all
-      // three to be alike, but for blocks that share an end point with a coloured one.
+      // The red one, as the specification has it. The reference decoder takes green, which differs
+      // where alpha shares an end point with a colour.
       const EtcPixels alpha = decode(alphas[x]);
       for (size_t i = 0; i < alpha.size(); ++i) row[x][i][3] = alpha[i][0];
     }
