@@ -15,3 +15,12 @@ rows=$(mktemp)
 trap 'rm -f "$rows"' EXIT
 EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" -j "$(nproc)"
 python3 tests/numerics/table.py "$rows" tests/numerics/README.md >/dev/null
+
+# A frame on a real Slurm, whose daemons only root may start.
+if [ "$preset" = release ]; then
+  if [ "$(id -u)" -eq 0 ]; then
+    ci/farm.sh build/release/bin/emberline
+  else
+    echo "ci/test.sh: ci/farm.sh is left out, as this is not root"
+  fi
+fi
