@@ -12,12 +12,12 @@ behind each part; else every --stride-th. All lengths: --stride 1. One case by h
 import random
 
 import records
-from farm import CHANNELS, DRIVERS, EXIT_INPUT, Farm, contents, pixels
+from farm import CHANNELS, DRIVERS, EXIT_INPUT, SANITIZED, Farm, contents, pixels
 
 FRAME = ["--size", "16x12", "--bucket-size", "8", "--spp", "4", "--threads", "1", "--quiet", *CHANNELS]
 CHECKPOINT = "the.checkpoint"
 RESUME = ["--resume", "--checkpoint", CHECKPOINT]
-SECONDS = 5
+SECONDS = 50 if SANITIZED else 5
 
 
 class Checkpoints:

@@ -19,6 +19,8 @@ from frame_bits import chunks  # noqa: E402
 
 # Every channel whose bits are the same each time ("time" is not).
 CHANNELS = ["--aov", "variance,albedo,N,Z,id,stop"]
+# A program under a sanitizer is slow, starts slowly, and maps terabytes that it never uses.
+SANITIZED = bool(os.environ.get("EMBERLINE_SANITIZE"))
 DRIVERS = ("bucket", "bisection", "adaptive")
 EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, EXIT_INPUT, EXIT_STOPPED = 0, 1, 2, 3, 130
 
@@ -211,4 +213,4 @@ def earlier_samples(folder):
 
 
 __all__ = ["CHANNELS", "DRIVERS", "EXIT_DONE", "EXIT_INPUT", "EXIT_RENDER_FAILED", "EXIT_STOPPED", "EXIT_USAGE", "Farm",
-           "Process", "contents", "earlier_samples", "largest_child", "pixels", "report_of", "signal"]
+           "Process", "SANITIZED", "contents", "earlier_samples", "largest_child", "pixels", "report_of", "signal"]

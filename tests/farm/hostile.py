@@ -13,7 +13,8 @@ import random
 import struct
 
 import records
-from farm import CHANNELS, DRIVERS, EXIT_DONE, EXIT_INPUT, EXIT_RENDER_FAILED, Farm, contents, largest_child, pixels
+from farm import CHANNELS, DRIVERS, EXIT_DONE, EXIT_INPUT, EXIT_RENDER_FAILED, SANITIZED, Farm, contents, \
+    largest_child, pixels
 from records import BLOCK, END, TILE, Record, file_start, packed_file
 
 FRAME = ["--size", "16x12", "--bucket-size", "8", "--spp", "4", "--threads", "1", "--quiet", *CHANNELS]
@@ -24,9 +25,9 @@ SETTINGS = {"bucket": (), "bucket streams": ("--streams", "2"), "bisection": (),
             "bisection stopped": ("--spp", "200"), "adaptive stopped": ("--spp", "200"),
             "adaptive threshold stopped": ("--noise-threshold", "0.002", "--max-spp", "300")}
 CHECKPOINT = "the.checkpoint"
-SECONDS = 10
-MEMORY = 400 << 20  # of the process; it takes 20 MiB
-ADDRESSES = 4 << 30  # where it ends if it is not bounded
+SECONDS = 100 if SANITIZED else 10
+MEMORY = (3 << 30) if SANITIZED else (400 << 20)  # of the process; it takes 20 MiB
+ADDRESSES = None if SANITIZED else 4 << 30  # where it ends if it is not bounded
 LONGEST_LINE = 20000
 NAN, INFINITY = struct.pack("<f", float("nan")), struct.pack("<f", float("inf"))
 
