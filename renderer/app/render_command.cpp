@@ -15,6 +15,7 @@
 #include "renderer/core/log.h"
 #include "renderer/core/names.h"
 #include "renderer/core/readable.h"
+#include "renderer/core/version.h"
 #include "renderer/drivers/adaptive_driver.h"
 #include "renderer/drivers/frame_plan.h"
 #include "renderer/drivers/setting_table.h"
@@ -174,6 +175,8 @@ RenderRun::RenderRun(const RenderOptions& options)
       limits_(limits_of(options.limits, options.scene)),
       progress_({}, {}, limits_) {
   report_.times.start_s = start_s_;
+  log_verbose(
+      fmt::format("emberline {} on {}: {}", kEmberlineVersion, host_name(), instruction_sets()));
   plan_.aovs = output_settings_.aovs;
   check_output_paths(options, plan_.crop, files_);
   check_refinement_options(options, plan_);

@@ -213,6 +213,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
         {{"file", part.file}, {"host", part.host}, {"instruction_sets", part.instruction_sets}});
   }
   json["settings"] = reported_settings(options, r);
+  json["machine"] = {{"host", host_name()}, {"instruction_sets", instruction_sets()}};
   for (const auto& [name, version] : library_versions()) json["versions"][name] = version;
   json["output"] = options.outputs;
   json["heatmaps"] = options.heatmaps;

@@ -102,6 +102,13 @@ TEST_F(Progress, VerboseSaysWhatIsBuiltAndWhy) {
     EXPECT_NE(verbose.find(feature.get<std::string>()), std::string::npos) << verbose;
     EXPECT_EQ(normal.find(feature.get<std::string>()), std::string::npos) << normal;
   }
+  // Which machine and version a log is of.
+  const auto machine = report["machine"]["instruction_sets"].get<std::string>();
+  EXPECT_NE(verbose.find(report["machine"]["host"].get<std::string>() + ": " + machine),
+            std::string::npos)
+      << verbose;
+  EXPECT_NE(verbose.find("emberline " + report["versions"]["emberline"].get<std::string>()),
+            std::string::npos);
 }
 
 TEST_F(Progress, ALogNobodyReadsDoesNotEndTheRender) {
