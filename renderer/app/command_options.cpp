@@ -324,8 +324,7 @@ void add_farm_options(CLI::App* app, FarmOptions& o) {
   add_settings_file(app, o.frame);
   add_outputs(app, o.frame,
               "picture: .exr, .png or .jpg, as of render; beside the first, FILE.farm has the "
-              "jobs. #### in "
-              "a name is the frame's number. May be given more than once",
+              "jobs. #### in a name is the frame's number. May be given more than once",
               "what the parts come to, as JSON");
   add_job_options(app, o);
   add_settings(app, o.frame,
