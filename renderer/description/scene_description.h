@@ -51,9 +51,10 @@ struct TextureRef {
 
 enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
 
-// glTF 2.0 metallic-roughness (specification section 3.9 and appendix B). Factors are linear.
-// Colour textures (base colour, emissive) are sRGB-encoded when their image is integer-valued;
-// metallic-roughness and normal textures are linear data.
+// glTF 2.0 metallic-roughness (specification section 3.9 and appendix B) and its extensions; a
+// default is the extension's and means that it is not there. Factors are linear and multiply their
+// texture. Colour textures are sRGB-encoded when their image is integer-valued; the others are
+// linear data, and the letters say which channel is read.
 struct MaterialDescription {
   std::string name;
   Rgb base_color = Rgb(1.0f);
@@ -61,14 +62,6 @@ struct MaterialDescription {
   TextureRef base_color_texture;  // rgb, and a as coverage
   float metallic = 1.0f;
   float roughness = 1.0f;
-  float ior = 1.5f;  // of the dielectric (KHR_materials_ior); >= 1, or 0: reflects everything
-  // KHR_materials_specular: weight of the dielectric's reflection, [0, 1], times the texture's
-  // alpha (0: bare Lambert); colour of its reflection at normal incidence, times the texture
-  // (sRGB).
-  float specular = 1.0f;
-  TextureRef specular_texture;
-  Rgb specular_color = Rgb(1.0f);
-  TextureRef specular_color_texture;
   TextureRef metallic_roughness_texture;  // g roughness, b metallic
   TextureRef normal_texture;              // tangent space, rgb in [0, 1] -> [-1, 1]
   float normal_scale = 1.0f;
@@ -77,13 +70,60 @@ struct MaterialDescription {
   AlphaMode alpha_mode = AlphaMode::kOpaque;
   float alpha_cutoff = 0.5f;
   bool double_sided = false;
-  // KHR_materials_transmission and _volume.
+  bool unlit = false;  // KHR_materials_unlit: base colour is the radiance seen
+
+  float ior = 1.5f;  // of the dielectric (KHR_materials_ior); >= 1, or 0: reflects everything
+  // KHR_materials_specular: weight of the dielectric's reflection, [0, 1] (0: bare Lambert), and
+  // colour of its reflection at normal incidence.
+  float specular = 1.0f;
+  TextureRef specular_texture;  // a
+  Rgb specular_color = Rgb(1.0f);
+  TextureRef specular_color_texture;  // rgb, sRGB
+  // KHR_materials_pbrSpecularGlossiness is the above with an index of 0, and a glossiness, which is
+  // 1 - roughness, times this.
+  TextureRef glossiness_texture;  // a
+
+  // KHR_materials_transmission, _volume and _dispersion.
   float transmission = 0.0f;          // share of the dielectric that is clear
   TextureRef transmission_texture;    // r
   bool thin_walled = true;            // thicknessFactor is 0: no interior
   Rgb attenuation_color = Rgb(1.0f);  // of white light after attenuation_distance in the interior
   float attenuation_distance = std::numeric_limits<float>::infinity();  // metres
-  bool unlit = false;  // KHR_materials_unlit: base colour is the radiance seen
+  float dispersion = 0.0f;                                              // 20 / Abbe number, >= 0
+
+  // KHR_materials_diffuse_transmission: share of the diffuse base that passes to the other side.
+  float diffuse_transmission = 0.0f;
+  TextureRef diffuse_transmission_texture;  // a
+  Rgb diffuse_transmission_color = Rgb(1.0f);
+  TextureRef diffuse_transmission_color_texture;  // rgb, sRGB
+
+  // KHR_materials_anisotropy: the highlight is stretched along a direction of the tangent plane.
+  float anisotropy = 0.0f;           // strength, [0, 1]
+  float anisotropy_rotation = 0.0f;  // radians counter-clockwise from the tangent
+  TextureRef anisotropy_texture;     // rg direction in [0, 1] -> [-1, 1], b strength
+
+  // KHR_materials_iridescence: a thin film on the base. Thickness in nanometres, from minimum where
+  // the texture is 0 to maximum where it is 1, or where there is none.
+  float iridescence = 0.0f;
+  TextureRef iridescence_texture;  // r
+  float iridescence_ior = 1.3f;    // >= 1
+  float iridescence_thickness_minimum = 100.0f;
+  float iridescence_thickness_maximum = 400.0f;
+  TextureRef iridescence_thickness_texture;  // g
+
+  // KHR_materials_sheen: fibres on the base.
+  Rgb sheen_color = Rgb(0.0f);
+  TextureRef sheen_color_texture;  // rgb, sRGB
+  float sheen_roughness = 0.0f;
+  TextureRef sheen_roughness_texture;  // a
+
+  // KHR_materials_clearcoat: a dielectric of index 1.5 on top of all.
+  float clearcoat = 0.0f;
+  TextureRef clearcoat_texture;  // r
+  float clearcoat_roughness = 0.0f;
+  TextureRef clearcoat_roughness_texture;  // g
+  TextureRef clearcoat_normal_texture;     // as normal_texture; none: the vertex normal
+  float clearcoat_normal_scale = 1.0f;
 };
 
 // ---- geometry

@@ -23,10 +23,10 @@
 
 #include "renderer/core/color4.h"
 #include "renderer/core/vector.h"
-#include "renderer/shading/bsdf_sample.h"
-#include "renderer/shading/ggx.h"
-#include "renderer/shading/specular_albedo.h"
-#include "renderer/shading/transmission_lobe.h"
+#include "renderer/shading/lobes/bsdf_sample.h"
+#include "renderer/shading/lobes/ggx.h"
+#include "renderer/shading/lobes/specular_albedo.h"
+#include "renderer/shading/lobes/transmission_lobe.h"
 
 namespace emberline {
 

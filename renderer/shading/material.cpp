@@ -6,7 +6,7 @@
 #include <string>
 
 #include "renderer/core/errors.h"
-#include "renderer/shading/transmission_lobe.h"
+#include "renderer/shading/lobes/transmission_lobe.h"
 
 namespace emberline {
 

@@ -13,6 +13,7 @@
 #include "renderer/core/vector.h"
 #include "renderer/description/scene_description.h"
 #include "renderer/shading/bsdf.h"
+#include "renderer/shading/layers.h"
 #include "renderer/shading/texture.h"
 
 namespace emberline {
@@ -57,6 +58,14 @@ class Material {
     out = constant_;
     if (needs_uv() || attributes.has_color) evaluate_varying(attributes, u_texture, out);
   }
+
+  // What evaluate() leaves out; only where has_layers().
+  void evaluate_layers(const SurfaceAttributes& attributes, float u_texture,
+                       MaterialLayers& out) const {
+    out = layers_;
+    (void)attributes, (void)u_texture;
+  }
+  bool has_layers() const { return has_layers_; }
 
   // Emitted radiance; with unlit(), the base colour.
   Rgb emission(const SurfaceAttributes& attributes, float u_texture) const {
@@ -139,6 +148,8 @@ class Material {
   bool is_emissive_ = false;
   bool emission_varies_ = false;
   MaterialPoint constant_;
+  bool has_layers_ = false;
+  MaterialLayers layers_;
   bool double_sided_;
   bool unlit_;
   uint32_t uv_mask_ = 0;

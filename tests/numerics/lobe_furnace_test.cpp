@@ -4,7 +4,7 @@
 #include "closed_form.h"
 #include "lobe_albedo.h"
 #include "renderer/core/moments.h"
-#include "renderer/shading/ggx.h"
+#include "renderer/shading/lobes/ggx.h"
 #include "support/chi_square.h"
 #include "support/scenes.h"
 

@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "closed_form.h"
-#include "renderer/shading/transmission_lobe.h"
+#include "renderer/shading/lobes/transmission_lobe.h"
 #include "support/glass_scenes.h"
 #include "support/scenes.h"
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "renderer/core/errors.h"
-#include "renderer/shading/transmission_lobe.h"
+#include "renderer/shading/lobes/transmission_lobe.h"
 
 namespace emberline {
 namespace {

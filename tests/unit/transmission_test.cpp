@@ -7,7 +7,7 @@
 #include "renderer/core/frame.h"
 #include "renderer/core/moments.h"
 #include "renderer/shading/bsdf.h"
-#include "renderer/shading/transmission_lobe.h"
+#include "renderer/shading/lobes/transmission_lobe.h"
 #include "support/chi_square.h"
 
 namespace emberline {

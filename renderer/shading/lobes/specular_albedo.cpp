@@ -1,4 +1,4 @@
-#include "renderer/shading/specular_albedo.h"
+#include "renderer/shading/lobes/specular_albedo.h"
 
 #include <array>
 #include <cassert>

@@ -6,7 +6,7 @@
 
 #include "renderer/core/constants.h"
 #include "renderer/shading/gauss_legendre.h"
-#include "renderer/shading/transmission_lobe.h"
+#include "renderer/shading/lobes/transmission_lobe.h"
 
 namespace emberline {
 

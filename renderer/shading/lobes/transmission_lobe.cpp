@@ -1,8 +1,8 @@
-#include "renderer/shading/transmission_lobe.h"
+#include "renderer/shading/lobes/transmission_lobe.h"
 
 #include "renderer/core/branch_free.h"
 #include "renderer/core/constants.h"
-#include "renderer/shading/specular_albedo.h"
+#include "renderer/shading/lobes/specular_albedo.h"
 
 namespace emberline {
 

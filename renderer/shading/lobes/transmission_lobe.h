@@ -16,7 +16,7 @@
 #pragma once
 
 #include "renderer/core/vector.h"
-#include "renderer/shading/bsdf_sample.h"
+#include "renderer/shading/lobes/bsdf_sample.h"
 
 namespace emberline {
 

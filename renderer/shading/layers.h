@@ -1,0 +1,36 @@
+// What the glTF extensions add to the metallic-roughness model at a surface point.
+#pragma once
+
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+// Beside BsdfParameters, for a material that has any of them. Every default means: not there.
+// Shares and roughnesses lie in [0, 1], colours too.
+struct LayerParameters {
+  // KHR_materials_anisotropy. Of the base's reflection and of what transmission bends.
+  float anisotropy = 0.0f;
+  Vec2f anisotropy_direction = Vec2f(1.0f, 0.0f);  // unit, x and y of local shading space
+  // KHR_materials_iridescence
+  float iridescence = 0.0f;
+  float iridescence_ior = 1.3f;        // >= 1
+  float iridescence_thickness = 0.0f;  // nanometres, >= 0
+  // KHR_materials_diffuse_transmission
+  float diffuse_transmission = 0.0f;
+  Rgb diffuse_transmission_color = Rgb(1.0f);
+  // KHR_materials_sheen
+  Rgb sheen_color = Rgb(0.0f);
+  float sheen_roughness = 0.0f;
+  // KHR_materials_clearcoat
+  float clearcoat = 0.0f;
+  float clearcoat_roughness = 0.0f;
+  Vec3f clearcoat_normal = Vec3f(0.0f, 0.0f, 1.0f);  // unit, local shading space
+};
+
+// The same as a material says it: directions are in tangent space, x along the mesh's tangent.
+struct MaterialLayers {
+  LayerParameters parameters;
+  bool has_clearcoat_normal_map = false;  // false: the vertex normal, clearcoat_normal is not read
+};
+
+}  // namespace emberline
