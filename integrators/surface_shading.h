@@ -1,6 +1,8 @@
 // From a hit to a frame and material values: the part that every integrator that shades shares.
 #pragma once
 
+#include <optional>
+
 #include "integrators/integrator.h"
 #include "renderer/scene/scene.h"
 #include "renderer/shading/bsdf.h"
@@ -14,10 +16,13 @@ struct ShadedPoint {
   SurfaceFrame frame;      // both normals on wo's side
   Vec3f wo;                // towards the viewer, unit
   MaterialPoint material;  // the material's values here
+  std::optional<LayerParameters> layers;  // where it has any
 
   [[gnu::always_inline]] SurfaceBsdf bsdf() const {
-    return {material.bsdf, frame.shading.to_local(wo),
-            frame.shading.to_local(frame.geometric_normal)};
+    const Vec3f local_wo = frame.shading.to_local(wo);
+    const Vec3f local_normal = frame.shading.to_local(frame.geometric_normal);
+    if (layers) [[unlikely]] return {material.bsdf, *layers, local_wo, local_normal};
+    return {material.bsdf, local_wo, local_normal};
   }
   Vec3f spawn_origin(const Vec3f& direction) const {
     return offset_ray_origin(surface.position, surface.geometric_normal, surface.offset, direction);
@@ -32,6 +37,9 @@ inline void find_surface(const Scene& scene, const Ray& ray, const SurfaceHit& h
   p->wo = -ray.direction;
 }
 
+// The layers of a material that has some, their directions turned to local shading space.
+void find_layers(float u_texture, ShadedPoint* point);
+
 // `u_texture` drives the one-texel texture lookups of this point.
 inline void find_material(float u_texture, ShadedPoint* point) {
   ShadedPoint& p = *point;
@@ -43,6 +51,7 @@ inline void find_material(float u_texture, ShadedPoint* point) {
   }
   p.frame = make_surface_frame(p.surface.geometric_normal, p.surface.shading_normal, normal, p.wo);
   p.material.bsdf.inside = p.frame.back_facing;
+  if (p.surface.material->has_layers()) [[unlikely]] find_layers(u_texture, point);
 }
 
 inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& hit,

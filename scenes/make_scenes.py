@@ -13,8 +13,8 @@ import sys
 
 sys.dont_write_bytecode = True  # the source tree stays clean when a test runs this
 
-from make import (checker_plane, cornell_box, environments, glass_metal, mis_plates, moving_blade, roughness_spheres,
-                  shallow_focus, spheres, teapot, thin_wires)
+from make import (checker_plane, cornell_box, environments, glass_metal, material_rows, mis_plates, moving_blade,
+                  roughness_spheres, shallow_focus, spheres, teapot, thin_wires)
 
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -27,6 +27,7 @@ FILES = {
     "checker_plane.glb": checker_plane.build,
     "thin_wires.glb": thin_wires.build,
     "glass_metal.glb": glass_metal.build,
+    "material_rows.glb": material_rows.build,
     "moving_blade.glb": moving_blade.build,
     "shallow_focus.glb": shallow_focus.build,
     "studio.hdr": environments.studio,

@@ -1,48 +1,8 @@
 #include "renderer/shading/bsdf.h"
 
-#include <cassert>
-
-#include "renderer/core/branch_free.h"
-#include "renderer/core/constants.h"
-#include "renderer/shading/shading_normal.h"
+#include "renderer/shading/bsdf_base.h"
 
 namespace emberline {
-
-namespace {
-
-float pow5(float x) { return square(square(x)) * x; }
-
-// Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering". f90 is 1 in plain glTF.
-Color4 schlick(Color4 f0, float f90, float cos_d) { return fma(f90 - f0, pow5(1.0f - cos_d), f0); }
-
-// Colour of the light that leaves after two or more bounces between microfacets: every bounce has
-// the cosine-weighted mean Fresnel F, a share `loss` of it goes on to the next. Kulla & Conty 2017,
-// "Revisiting Physically Based Shading at Imageworks", with F^2 for the two bounces at least (Hill
-// 2018, "A Multi-Faceted Exploration, Part 3").
-Color4 multiple_fresnel(Color4 f0, Color4 f90, float loss) {
-  const Color4 f = fma(f90 - f0, 1.0f / 21.0f, f0);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
-  return f * f * (1.0f - loss) / fma(-f, loss, splat4(1.0f));
-}
-
-// A lobe with a small share of the albedo is picked more often than that, up to these limits: the
-// specular lobe because it sees the brightest things (highlights), the cosine lobe because its
-// weight at grazing wi is many times its mean. Chosen by us.
-constexpr float kPickBoost = 4.0f;
-constexpr float kSpecularPickFloor = 0.1f;
-constexpr float kCosinePickFloor = 0.02f;
-
-float pick_probability(float specular, float cosine) {
-  if (cosine <= 0.0f) return 1.0f;
-  if (specular <= 0.0f) return 0.0f;
-  const float share = specular / (specular + cosine);
-  const float boosted = std::max(share, std::min(kPickBoost * share, kSpecularPickFloor));
-  const float rest = 1.0f - share;
-  return std::min(boosted, 1.0f - std::max(rest, std::min(kPickBoost * rest, kCosinePickFloor)));
-}
-
-float sum(Color4 c) { return c[0] + c[1] + c[2]; }
-
-}  // namespace
 
 // The parts are constructed in place: a copy of fresh scalars through wide registers would stall on
 // store forwarding (measured: 15 ns).
@@ -52,66 +12,30 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
       table_(parameters.roughness) {
   if (!(wo.z > 0.0f)) return;
   if (parameters.transmission > 0.0f && parameters.metallic < 1.0f) {
-    add_clear_part(parameters);
+    make_list(parameters, LayerParameters{});
     return;
   }
-  const float metallic = parameters.metallic, through = 1.0f - metallic;
-  const float ior = parameters.ior;
-  assert(metallic >= 0 && metallic <= 1 && max_component(parameters.base_color) <= 1);
-
-  // The dielectric rides along in the fourth lane: its F0, F90, Fms and albedo.
-  dielectric_f90_ = parameters.specular;
-  dielectric_f0_ = parameters.specular *
-                   std::min(1.0f, parameters.specular_tint * square((ior - 1.0f) / (ior + 1.0f)));
-  const Color4 pure = color4(parameters.base_color, dielectric_f0_);
-  const Color4 pure90{1.0f, 1.0f, 1.0f, dielectric_f90_};
-  f0_ = fma(pure, metallic, splat4(dielectric_f0_ * through));
-  const Color4 f90 = fma(pure90, metallic, splat4(dielectric_f90_ * through));
-  f90_ = f90[0];
-  const SpecularAlbedo::Value at_wo = table_.at(wo.z);
-  const Color4 single = fma(f90 - f0_, at_wo.schlick, f0_ * (1.0f - at_wo.loss));
-  albedo_ = single;
-  const float loss = table_.average_loss();
-  if (f90_ == 0.0f) {  // no interface: a bare Lambertian base
-  } else if (table_.is_mirror()) {
-    specular_ = SpecularKind::kMirror;
-  } else {
-    specular_ = SpecularKind::kGgx;
-    const Color4 fms = multiple_fresnel(pure, pure90, loss);
-    dielectric_multiple_ = fms[3];
-    const Color4 multiple = fma(fms, metallic, splat4(fms[3] * through));
-    multiple_ = multiple * (at_wo.loss / loss);
-    albedo_ = fma(multiple, at_wo.loss, albedo_);
-    has_cosine_ = true;
-  }
-  if (through > 0.0f) {
-    const float average = dielectric_reflectance(loss, table_.average_schlick());
-    // Nothing gets through a dielectric that reflects everything.
-    if (average < 1.0f - 1e-5f) {
-      const float enters = through * std::max(0.0f, 1.0f - albedo_[3]);
-      diffuse_ = pure * (enters / (1.0f - average));
-      albedo_ = fma(pure, enters, albedo_);
-      has_cosine_ = true;
-    }
-  }
-  const float specular = sum(single);
-  specular_pick_ = pick_probability(specular, sum(albedo_) - specular);
+  specular_ = table_.is_mirror() ? SpecularKind::kMirror : SpecularKind::kGgx;
+  const Color4 dielectric = dielectric_f0(parameters);
+  make_base(parameters, {.metal = color4(parameters.base_color, dielectric[3]),
+                         .dielectric = dielectric,
+                         .dielectric_f90 = parameters.specular,
+                         .coloured = !is_grey(parameters.specular_color),
+                         .at_wo = table_.at(wo.z),
+                         .average_loss = table_.average_loss(),
+                         .average_schlick = table_.average_schlick()});
 }
 
 SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo,
                          const Vec3f& geometric_normal)
     : SurfaceBsdf(parameters, wo) {
+  bend(geometric_normal);
+}
+
+void SurfaceBsdf::bend(const Vec3f& geometric_normal) {
   geometric_normal_ = geometric_normal;
   terminator_alpha2_ = terminator_alpha2(geometric_normal.z);
   bent_ = geometric_normal.z < 1.0f;
-}
-
-[[gnu::always_inline]] inline Color4 SurfaceBsdf::eval_cosine(const Vec3f& wi) const {
-  const SpecularAlbedo::Value at_wi = table_.at(wi.z);
-  const float reflected = dielectric_reflectance(at_wi.loss, at_wi.schlick);
-  float scale = wi.z * kInvPi;
-  if (bent_) scale *= terminator_factor(dot(wi, geometric_normal_), terminator_alpha2_);
-  return fma(diffuse_, std::max(0.0f, 1.0f - reflected), multiple_ * at_wi.loss) * scale;
 }
 
 [[gnu::always_inline]] inline Color4 SurfaceBsdf::eval_and_pdf4(const Vec3f& wi, float* pdf) const {
@@ -124,7 +48,7 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo,
       density = specular_pick_ * lobe.pdf;
     }
     if (has_cosine_) {
-      value += eval_cosine(wi);
+      value += eval_cosine(wi, table_.at(wi.z));
       density = fma(1.0f - specular_pick_, wi.z * kInvPi, density);
     }
   }
@@ -133,7 +57,7 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo,
 }
 
 Rgb SurfaceBsdf::eval_and_pdf(const Vec3f& wi, float* pdf) const {
-  if (clear_) return eval_and_pdf_clear(wi, pdf);
+  if (list_) return eval_list(wi, pdf);
   return to_rgb(eval_and_pdf4(wi, pdf));
 }
 
@@ -143,9 +67,9 @@ Rgb SurfaceBsdf::eval(const Vec3f& wi) const {
 }
 
 float SurfaceBsdf::pdf(const Vec3f& wi) const {
-  if (clear_) {
+  if (list_) {
     float density;
-    eval_and_pdf_clear(wi, &density);
+    eval_list(wi, &density);
     return density;
   }
   if (below_surface(wi)) return 0.0f;
@@ -155,10 +79,10 @@ float SurfaceBsdf::pdf(const Vec3f& wi) const {
 }
 
 BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
-  return clear_ ? sample_clear(u_lobe, u) : sample_opaque(u);
+  return list_ ? sample_list(u_lobe, u) : sample_plain(u);
 }
 
-[[gnu::always_inline]] inline BsdfSample SurfaceBsdf::sample_opaque(const Vec2f& u) const {
+[[gnu::always_inline]] inline BsdfSample SurfaceBsdf::sample_plain(const Vec2f& u) const {
   BsdfSample result;
   // The lobes divide the unit square between them: points that are well spread over it stay so over
   // each part, where a coin apart would leave each lobe a random selection of them.
@@ -187,70 +111,6 @@ BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
   // Both carry the same D, so a narrow lobe's large numbers cancel to rounding: the weight form.
   result.weight = to_rgb(value / result.pdf);
   result.valid = true;
-  return result;
-}
-
-// ---- with a clear part
-// -----------------------------------------------------------------------------
-
-// A material of metal m, clear dielectric (1 - m) t and diffuse dielectric (1 - m)(1 - t): the
-// opaque two are the model above with their metalness among themselves.
-[[gnu::cold, gnu::noinline]] void SurfaceBsdf::add_clear_part(const BsdfParameters& parameters) {
-  const float weight = parameters.transmission * (1.0f - parameters.metallic);
-  Rgb opaque_albedo(0.0f);
-  const Vec3f wo = wo_;
-  if (weight < 1.0f) {
-    BsdfParameters opaque = parameters;
-    opaque.transmission = 0.0f;
-    opaque.metallic = std::min(1.0f, parameters.metallic / (1.0f - weight));
-    *this = SurfaceBsdf(opaque, wo);
-    opaque_albedo = to_rgb(albedo_);
-  }
-  clear_.emplace(TransmissionParameters{.tint = parameters.base_color,
-                                        .roughness = parameters.roughness,
-                                        .ior = parameters.ior,
-                                        .specular = parameters.specular,
-                                        .thin_walled = parameters.thin_walled,
-                                        .inside = parameters.inside},
-                 wo);
-  clear_weight_ = weight;
-  const Color4 clear = color4(clear_->albedo()) * weight;
-  const Color4 rest = color4(opaque_albedo) * (1.0f - weight);
-  albedo_ = clear + rest;
-  clear_pick_ = pick_probability(sum(clear), sum(rest));
-}
-
-[[gnu::cold, gnu::noinline]] Rgb SurfaceBsdf::eval_and_pdf_clear(const Vec3f& wi,
-                                                                 float* pdf) const {
-  Color4 value = splat4(0.0f);
-  *pdf = 0.0f;
-  if (clear_weight_ < 1.0f) {
-    value = eval_and_pdf4(wi, pdf) * (1.0f - clear_weight_);
-    *pdf *= 1.0f - clear_pick_;
-  }
-  if (!on_wrong_side(wi, wi.z < 0.0f)) {
-    float density;
-    value += color4(clear_->eval_and_pdf(wi, &density)) * clear_weight_;
-    *pdf += density * clear_pick_;
-  }
-  return to_rgb(value);
-}
-
-[[gnu::cold, gnu::noinline]] BsdfSample SurfaceBsdf::sample_clear(float u_lobe,
-                                                                  const Vec2f& u) const {
-  const bool clear = u_lobe < clear_pick_;
-  const float pick = clear ? clear_pick_ : 1.0f - clear_pick_;
-  const float rest = std::min((clear ? u_lobe : u_lobe - clear_pick_) / pick, kOneMinusEpsilon);
-  BsdfSample result = clear ? clear_->sample(rest, u) : sample_opaque(u);
-  if (!result.valid) return result;
-  if (on_wrong_side(result.wi, result.transmitted)) return BsdfSample{};
-  if (result.delta) {
-    result.weight *= (clear ? clear_weight_ : 1.0f - clear_weight_) / pick;
-  } else {
-    const Rgb value = eval_and_pdf_clear(result.wi, &result.pdf);
-    if (!(result.pdf > 0.0f)) return BsdfSample{};
-    result.weight = value / result.pdf;
-  }
   return result;
 }
 

@@ -10,9 +10,10 @@
 // Reciprocal; a white furnace returns what went in at every metalness and roughness. See README.md
 // for the formulas and their sources.
 //
-// A transmissive material is (1 - w) times this model plus w times a TransmissionLobe, w =
-// transmission * (1 - metallic); wi may then be below the surface. Without transmission that lobe
-// does not exist and costs one untaken branch.
+// A material that transmits, or that has any of LayerParameters, is a list of lobes: this model
+// (the base, whose reflection may be stretched or under a thin film), a TransmissionLobe, diffuse
+// transmission, sheen, clear coat. Without them the list does not exist and costs one untaken
+// branch. wi may be below the surface where something transmits.
 //
 // A geometric normal that differs from the shading normal bends this model: directions below the
 // geometric surface get nothing, and the cosine lobe is softened towards the shadow terminator
@@ -22,9 +23,14 @@
 #include <optional>
 
 #include "renderer/core/color4.h"
+#include "renderer/core/frame.h"
 #include "renderer/core/vector.h"
+#include "renderer/shading/layers.h"
+#include "renderer/shading/lobes/anisotropic_ggx.h"
 #include "renderer/shading/lobes/bsdf_sample.h"
+#include "renderer/shading/lobes/film.h"
 #include "renderer/shading/lobes/ggx.h"
+#include "renderer/shading/lobes/sheen_lobe.h"
 #include "renderer/shading/lobes/specular_albedo.h"
 #include "renderer/shading/lobes/transmission_lobe.h"
 
@@ -40,9 +46,8 @@ struct BsdfParameters {
   float ior = 1.5f;
   // Weight of the dielectric's reflection, F0 and F90 alike; 0 leaves a bare Lambertian base.
   float specular = 1.0f;
-  // Scales F0 of the dielectric (the product stays below 1): the luminance of
-  // KHR_materials_specular's colour.
-  float specular_tint = 1.0f;
+  // Scales F0 of the dielectric, channel by channel, to 1 at most (KHR_materials_specular).
+  Rgb specular_color = Rgb(1.0f);
   // Share of the dielectric that is clear instead of diffuse (KHR_materials_transmission). The
   // further fields matter only if it is above 0.
   float transmission = 0.0f;
@@ -58,6 +63,8 @@ class SurfaceBsdf {
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo);
   // With the geometric normal in local space: unit, on wo's side (dot with wo >= 0).
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo, const Vec3f& geometric_normal);
+  SurfaceBsdf(const BsdfParameters& parameters, const LayerParameters& layers, const Vec3f& wo,
+              const Vec3f& geometric_normal);
 
   // f(wo, wi) |wi.z|, delta lobes left out; 0 when wi is below the surface, unless it transmits.
   Rgb eval(const Vec3f& wi) const;
@@ -65,23 +72,35 @@ class SurfaceBsdf {
   float pdf(const Vec3f& wi) const;
   // eval and pdf at the price of little more than one.
   Rgb eval_and_pdf(const Vec3f& wi, float* pdf) const;
-  // u_lobe chooses between the clear part and the rest; the opaque lobes divide u among themselves.
+  // u_lobe chooses from the list of lobes; the base divides u among its two.
   BsdfSample sample(float u_lobe, const Vec2f& u) const;
 
   // Whether next-event estimation can contribute: there is a lobe that is not a delta.
   bool has_non_delta() const {
-    return has_cosine_ || specular_ == SpecularKind::kGgx || transmits_non_delta();
+    return has_cosine_ || specular_ >= SpecularKind::kGgx || (list_ && list_->non_delta);
   }
   // Whether light from below the surface can contribute to it (LightQuery::both_sides).
-  bool transmits_non_delta() const { return clear_ && !clear_->is_delta(); }
+  bool transmits_non_delta() const { return list_ && list_->transmits_non_delta; }
   // Directional albedo at wo (the `albedo` AOV: what of white light comes back).
   Rgb albedo() const { return to_rgb(albedo_); }  // transmitted light included
 
  private:
-  enum class SpecularKind : uint8_t { kNone, kMirror, kGgx };
+  enum class SpecularKind : uint8_t { kNone, kMirror, kGgx, kStretched };
+  // What the base is made from: its reflection's F0 and F90, and the lobe's albedo at wo.
+  struct Reflection {
+    Color4 metal;       // F0; in the fourth lane the largest of the dielectric's
+    Color4 dielectric;  // the same, and again the largest of the three
+    float dielectric_f90;
+    bool coloured;  // the dielectric's three may differ
+    SpecularAlbedo::Value at_wo;
+    float average_loss, average_schlick;
+  };
 
+  // ---- the base
+  // Returns the sum of its reflection's albedo over the channels, multiple scattering left out.
+  float make_base(const BsdfParameters& parameters, const Reflection& reflection);
   // f |wi.z| of the diffuse base and of multiple scattering: one cosine lobe for sampling.
-  Color4 eval_cosine(const Vec3f& wi) const;
+  Color4 eval_cosine(const Vec3f& wi, const SpecularAlbedo::Value& at_wi) const;
   // What the dielectric interface sends back of the light at the angle that the two belong to.
   float dielectric_reflectance(float loss, float schlick) const {
     const float single =
@@ -89,18 +108,65 @@ class SurfaceBsdf {
     return fma(dielectric_multiple_, loss, single);
   }
   Color4 eval_and_pdf4(const Vec3f& wi, float* pdf) const;
-  BsdfSample sample_opaque(const Vec2f& u) const;
-
-  // The same with the clear part; out of line, so that opaque materials do not pay for it.
-  void add_clear_part(const BsdfParameters& parameters);
-  Rgb eval_and_pdf_clear(const Vec3f& wi, float* pdf) const;
-  BsdfSample sample_clear(float u_lobe, const Vec2f& u) const;
-  [[gnu::always_inline]] bool on_wrong_side(const Vec3f& wi, bool transmitted) const {
-    return bent_ && !(dot(wi, geometric_normal_) * (transmitted ? -1.0f : 1.0f) > 0.0f);
-  }
-
+  BsdfSample sample_plain(const Vec2f& u) const;
+  void bend(const Vec3f& geometric_normal);
   [[gnu::always_inline]] bool below_surface(const Vec3f& wi) const {
     return !(wi.z > 0.0f) || (bent_ && !(dot(wi, geometric_normal_) > 0.0f));
+  }
+
+  // ---- the list of lobes (bsdf_lobes.cpp); out of line, so that plain materials do not pay for it
+  enum Lobe : uint8_t { kBase, kClear, kDiffuseTransmission, kSheen, kCoat, kLobes };
+  // T is what the layers (coat and sheen) leave of the light along a direction.
+  struct LobeList {
+    float pick[kLobes] = {};    // probabilities, together 1; 0: not there
+    int last = 0;               // that is there
+    float weight[kLobes] = {};  // of the base and the clear part in the material
+    bool solid = false, inside = false;  // it has an interior; wo is in there
+    bool non_delta = false, transmits_non_delta = false;
+    // The base.
+    Color4 bare_f0 = splat4(0.0f);  // without film
+    float bare_f90 = 0.0f;
+    float metallic = 0.0f;
+    Film film;
+    Rgb metal_f0, dielectric_f0;  // what the film lies on
+    Vec2f axis;                   // along which the reflection is stretched
+    AnisotropicGgx stretched;
+    std::optional<AnisotropicAlbedo> stretched_albedo;
+    // Diffuse transmission: as diffuse_, and what it takes of white light.
+    Color4 passed = splat4(0.0f), passed_albedo = splat4(0.0f);
+    TransmissionLobe clear;
+    // The layers.
+    bool layered = false;
+    Rgb sheen_color;
+    float sheen_most = 0.0f;  // the largest of the colour's three
+    float sheen_roughness = 0.0f;
+    SheenLobe sheen;
+    float coat_weight = 0.0f;
+    GgxReflection coat;
+    SpecularAlbedo coat_albedo;
+    ShadingFrame coat_frame = ShadingFrame::from_normal(Vec3f(0.0f, 0.0f, 1.0f));
+    float through_coat_o = 1.0f;  // T(wo) of the coat alone
+    float through_o = 1.0f;       // T(wo)
+  };
+  void make_list(const BsdfParameters& parameters, const LayerParameters& layers);
+  void make_layered_base(const BsdfParameters& parameters, const LayerParameters& layers);
+  void add_layers(const LayerParameters& layers);
+  void cover_base();
+  void set_picks();
+  float through_coat(float mu) const;
+  float through_sheen(float mu) const;
+  float through_layers(const Vec3f& w) const;
+  SpecularAlbedo::Value reflection_albedo(const Vec3f& w) const;
+  Color4 base_fresnel(float cos_d) const;
+  Color4 eval_base(const Vec3f& wi, float through, float through_i, float* pdf) const;
+  Color4 eval_passed(const Vec3f& wi) const;
+  float eval_coat(const Vec3f& wi, float* pdf) const;
+  Rgb eval_list(const Vec3f& wi, float* pdf) const;  // all that is not a delta
+  BsdfSample sample_base(const Vec2f& u) const;
+  BsdfSample sample_coat(const Vec2f& u) const;
+  BsdfSample sample_list(float u_lobe, const Vec2f& u) const;
+  [[gnu::always_inline]] bool on_wrong_side(const Vec3f& wi, bool transmitted) const {
+    return bent_ && !(dot(wi, geometric_normal_) * (transmitted ? -1.0f : 1.0f) > 0.0f);
   }
 
   // Of colours, the fourth lane is not used after construction.
@@ -122,9 +188,7 @@ class SurfaceBsdf {
   Vec3f geometric_normal_ = Vec3f(0.0f, 0.0f, 1.0f);
   float terminator_alpha2_ = 0.0f;
 
-  std::optional<TransmissionLobe> clear_;
-  float clear_weight_ = 0.0f;  // w; the opaque model's members above are those of the rest
-  float clear_pick_ = 0.0f;
+  std::optional<LobeList> list_;  // with it, the members above are those of its base
 };
 
 }  // namespace emberline

@@ -120,7 +120,7 @@ MaterialPoint Material::constant_point() const {
   point.bsdf.roughness = roughness_;
   point.bsdf.ior = ior_;
   point.bsdf.specular = specular_;
-  point.bsdf.specular_tint = luminance(specular_color_);
+  point.bsdf.specular_color = specular_color_;
   point.bsdf.transmission = transmission_;
   point.bsdf.thin_walled = thin_walled_;
   return point;
@@ -145,7 +145,7 @@ void Material::apply_textures(const SurfaceAttributes& a, float u_texture, Rgb& 
   if (specular_color_texture_ != nullptr) {
     const Vec4f texel =
         specular_color_texture_->lookup(uv_of(*specular_color_texture_, a), u_texture);
-    out.bsdf.specular_tint = luminance(specular_color_ * rgb(texel));
+    out.bsdf.specular_color = specular_color_ * rgb(texel);
   }
   if (metallic_roughness_texture_ != nullptr) {
     const Vec4f texel =

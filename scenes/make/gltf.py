@@ -97,9 +97,10 @@ class Gltf:
 
     def material(self, name, colour=(1, 1, 1), metallic=0.0, roughness=0.5, texture=None, normal=None,
                  normal_scale=1.0, roughness_texture=None, emission=None, emission_texture=None, two_sided=False,
-                 transmission=0.0, ior=None, attenuation=None, repeat=None):
+                 transmission=0.0, ior=None, attenuation=None, repeat=None, layers=None):
         """colour is linear; emission is radiance, linear; attenuation is (colour, distance) of a thick glass;
-        repeat tiles all the material's textures."""
+        repeat tiles all the material's textures; layers holds further extensions as glTF writes them, by what
+        follows KHR_materials_."""
         pbr = {"baseColorFactor": _numbers(tuple(colour) + (1.0,)), "metallicFactor": _number(metallic),
                "roughnessFactor": _number(roughness)}
         if texture is not None:
@@ -124,6 +125,10 @@ class Gltf:
         if attenuation is not None:
             extensions["KHR_materials_volume"] = {"thicknessFactor": 1, "attenuationColor": _numbers(attenuation[0]),
                                                   "attenuationDistance": _number(attenuation[1])}
+        for name_of, members in (layers or {}).items():
+            extensions["KHR_materials_" + name_of] = {
+                key: _numbers(value) if isinstance(value, (list, tuple)) else _number(value)
+                for key, value in members.items()}
         if extensions:
             out["extensions"] = extensions
             self._extensions.update(extensions)
@@ -139,7 +144,8 @@ class Gltf:
         wanted = ["POSITION", "NORMAL"]
         if material in self._textured:
             wanted.append("TEXCOORD_0")
-        if "normalTexture" in self._doc["materials"][material]:
+        description = self._doc["materials"][material]
+        if "normalTexture" in description or "KHR_materials_anisotropy" in description.get("extensions", {}):
             wanted.append("TANGENT")
         attributes = {name: self._attribute(geometry, name) for name in wanted}
         indices = self._attribute(geometry, "indices")

@@ -1,5 +1,6 @@
 // Textures and scattering functions.
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -71,7 +72,31 @@ void add_textures() {
 struct Surface {
   const char* name;
   BsdfParameters parameters;
+  std::optional<LayerParameters> layers = {};
+
+  SurfaceBsdf at(const Vec3f& wo, const Vec3f& ng = Vec3f(0.0f, 0.0f, 1.0f)) const {
+    return layers ? SurfaceBsdf(parameters, *layers, wo, ng) : SurfaceBsdf(parameters, wo, ng);
+  }
 };
+
+// One lobe each, on a rough dielectric or metal.
+void add_layered(std::vector<Surface>& list) {
+  const auto add = [&list](const char* name, float metallic, const LayerParameters& layers) {
+    BsdfParameters p;
+    p.base_color = Rgb(0.8f, 0.5f, 0.3f);
+    p.metallic = metallic;
+    p.roughness = 0.3f;
+    list.push_back({name, p, layers});
+  };
+  add("list_of_base_alone", 0.0f, {});
+  add("coat_smooth", 0.0f, {.clearcoat = 1.0f});
+  add("coat_rough", 0.0f, {.clearcoat = 1.0f, .clearcoat_roughness = 0.3f});
+  add("sheen", 0.0f, {.sheen_color = Rgb(0.8f), .sheen_roughness = 0.4f});
+  add("stretched_metal", 1.0f, {.anisotropy = 0.7f});
+  add("film_on_metal", 1.0f, {.iridescence = 1.0f, .iridescence_thickness = 400.0f});
+  add("film_on_dielectric", 0.0f, {.iridescence = 1.0f, .iridescence_thickness = 400.0f});
+  add("diffuse_transmission", 0.0f, {.diffuse_transmission = 0.5f});
+}
 
 std::vector<Surface> surfaces() {
   std::vector<Surface> list;
@@ -111,6 +136,7 @@ std::vector<Surface> surfaces() {
     p.transmission = 1.0f;
     p.roughness = 0.3f;
   });
+  add_layered(list);
   return list;
 }
 
@@ -123,19 +149,18 @@ Vec3f upward(uint32_t stream, uint32_t i) {
 void add_bsdfs() {
   for (const Surface& surface : surfaces()) {
     const std::string name = std::string("bsdf/") + surface.name;
-    const BsdfParameters& p = surface.parameters;
     add_benchmark(name + "/construct",
-                  [p, wo = inputs([](uint32_t i) { return upward(10, i); })]() mutable {
-                    return SurfaceBsdf(p, wo()).albedo().x;
+                  [surface, wo = inputs([](uint32_t i) { return upward(10, i); })]() mutable {
+                    return surface.at(wo()).albedo().x;
                   });
     add_benchmark(name + "/construct_bent",
-                  [p, wo = inputs([](uint32_t i) { return upward(10, i); })]() mutable {
+                  [surface, wo = inputs([](uint32_t i) { return upward(10, i); })]() mutable {
                     const Vec3f ng = normalize(Vec3f(0.1f, 0.0f, 1.0f));
-                    return SurfaceBsdf(p, wo(), ng).albedo().x;
+                    return surface.at(wo(), ng).albedo().x;
                   });
     // Few enough to stay in cache, as the one at hand does; enough that wo varies.
     const auto made = std::make_shared<std::vector<SurfaceBsdf>>();
-    for (uint32_t i = 0; i < 64; ++i) made->emplace_back(p, upward(10, i));
+    for (uint32_t i = 0; i < 64; ++i) made->push_back(surface.at(upward(10, i)));
     add_benchmark(
         name + "/sample",
         [made, u = inputs([](uint32_t i) { return random_point(11, i); }), i = 0u]() mutable {

@@ -47,13 +47,20 @@ TransmissionLobe::TransmissionLobe(const TransmissionParameters& p, const Vec3f&
   }
   thin_ = p.thin_walled;
   mirror_only_ = p.ior == 0.0f;
-  if (!mirror_only_) eta_ = p.inside && !thin_ ? 1.0f / p.ior : p.ior;
+  inside_ = p.inside && !thin_;
+  if (!mirror_only_) eta_ = inside_ ? 1.0f / p.ior : p.ior;
   alpha_ = square(p.roughness);
   alpha2_ = square(alpha_);
   const bool straight = !thin_ && !mirror_only_ && std::abs(eta_ - 1.0f) < kStraightEta;
   if (straight) {
     specular_ = 0.0f;
     eta_ = 1.0f;
+  }
+  film_ = p.film;
+  coloured_ = film_.exists() || !(p.specular_color == Rgb(1.0f));
+  if (coloured_) {
+    plain_f0_ = mirror_only_ ? 1.0f : square((eta_ - 1.0f) / (eta_ + 1.0f));
+    for (int c = 0; c < 3; ++c) base_f0_[c] = std::min(1.0f, plain_f0_ * p.specular_color[c]);
   }
   delta_ = alpha_ < kMirrorAlpha || straight;
   if (delta_) return;
@@ -63,17 +70,29 @@ TransmissionLobe::TransmissionLobe(const TransmissionParameters& p, const Vec3f&
   compensation_ = 1.0f / albedo;
 }
 
-float TransmissionLobe::reflectance(float cos_d) const {
-  if (mirror_only_) return 1.0f;
-  const float f = fresnel_dielectric(cos_d, eta_);
-  return f >= 1.0f ? 1.0f : specular_ * f;  // total reflection is no matter of weights
+Rgb TransmissionLobe::reflectance(float cos_d) const {
+  const float f = mirror_only_ ? 1.0f : fresnel_dielectric(cos_d, eta_);
+  // Total reflection is no matter of weights.
+  if (f >= 1.0f && (!mirror_only_ || !coloured_)) return Rgb(1.0f);
+  if (!coloured_) return Rgb(specular_ * f);
+  // A colour of F0 gives way to white as Fresnel's reflectance goes from F0 to 1.
+  const float to_grazing =
+      mirror_only_ ? square(square(1.0f - cos_d)) * (1.0f - cos_d)
+                   : std::max(0.0f, (f - plain_f0_) / std::max(1.0f - plain_f0_, 1e-6f));
+  const Rgb bare = fma(Rgb(1.0f) - base_f0_, to_grazing, base_f0_) * specular_;
+  if (!film_.exists()) return bare;
+  float cos_outside = cos_d;
+  if (inside_) cos_outside = safe_sqrt(1.0f - fma(-cos_d, cos_d, 1.0f) / square(eta_));
+  return bare * (1.0f - film_.strength) +
+         film_.reflectance(cos_outside, base_f0_ * specular_) * film_.strength;
 }
 
-float TransmissionLobe::reflect_pick(float reflectance) const {
-  const float pass = (1.0f - reflectance) * mean_tint_;
+float TransmissionLobe::reflect_pick(const Rgb& reflectance) const {
+  const float reflect = mean(reflectance);
+  const float pass = (1.0f - max_component(reflectance)) * mean_tint_;
   if (!(pass > 0.0f)) return 1.0f;
-  if (!(reflectance > 0.0f)) return 0.0f;
-  return std::clamp(reflectance / (reflectance + pass), kPickFloor, 1.0f - kPickFloor);
+  if (!(reflect > 0.0f)) return 0.0f;
+  return std::clamp(reflect / (reflect + pass), kPickFloor, 1.0f - kPickFloor);
 }
 
 bool TransmissionLobe::refract(const Vec3f& m, float cos_d, Vec3f* wi) const {
@@ -87,8 +106,8 @@ bool TransmissionLobe::refract(const Vec3f& m, float cos_d, Vec3f* wi) const {
 }
 
 Rgb TransmissionLobe::albedo() const {
-  const float f = reflectance(wo_.z);
-  return fma(tint_, 1.0f - f, Rgb(f));
+  const Rgb f = reflectance(wo_.z);
+  return fma(tint_, 1.0f - max_component(f), f);
 }
 
 Rgb TransmissionLobe::eval_and_pdf(const Vec3f& wi, float* pdf) const {
@@ -108,20 +127,21 @@ Rgb TransmissionLobe::eval_and_pdf(const Vec3f& wi, float* pdf) const {
   const float d = kInvPi / alpha2_ * square(length2 / (xy2 / alpha2_ + z2));
   const float t_i = std::sqrt(fma(1.0f - alpha2_, square(mu_i), alpha2_));
   const float smith = mu_i / fma(mu_i, t_, wo_.z * t_i);  // G2 / (2 |wo.z|)
-  const float reflected = reflectance(cos_d);
+  const Rgb reflected = reflectance(cos_d);
+  const float passed = 1.0f - max_component(reflected);
   const float pick = reflect_pick(reflected);
   if (!bends) {
     const float lobe = 0.5f * d * smith * compensation_;
     const float density = 0.5f * d / (t_ + wo_.z);
     *pdf = density * (transmitted ? 1.0f - pick : pick);
-    return transmitted ? tint_ * (lobe * (1.0f - reflected)) : Rgb(lobe * reflected);
+    return transmitted ? tint_ * (lobe * passed) : reflected * lobe;
   }
   const float cos_i = -dot(wi, h) * inverse_length;
   if (!(cos_i > 0.0f)) return Rgb(0.0f);
   // Walter et al. 2007, eq. 17 and 21; (eta wi.m + wo.m)^2 is the squared length of h.
   const float jacobian = cos_i / length2;
   *pdf = (1.0f - pick) * d * cos_d * 2.0f / (t_ + wo_.z) * jacobian * square(eta_);
-  return tint_ * ((1.0f - reflected) * d * cos_d * 2.0f * smith * jacobian * compensation_);
+  return tint_ * (passed * d * cos_d * 2.0f * smith * jacobian * compensation_);
 }
 
 BsdfSample TransmissionLobe::sample(float u_lobe, const Vec2f& u) const {
@@ -140,7 +160,8 @@ BsdfSample TransmissionLobe::sample(float u_lobe, const Vec2f& u) const {
   }
   const float cos_d = std::min(1.0f, dot(wo_, m));
   if (!(cos_d > 0.0f)) return result;
-  const float reflected = reflectance(cos_d);
+  const Rgb reflected = reflectance(cos_d);
+  const float passed = 1.0f - max_component(reflected);
   const float pick = reflect_pick(reflected);
   const bool transmits = !(u_lobe < pick);
   if (!transmits || thin_) {
@@ -154,8 +175,8 @@ BsdfSample TransmissionLobe::sample(float u_lobe, const Vec2f& u) const {
   if (transmits && !thin_) result.eta_scale = square(eta_);
   if (delta_) {
     result.delta = true;
-    result.weight = transmits ? tint_ * ((1.0f - reflected) / ((1.0f - pick) * result.eta_scale))
-                              : Rgb(reflected / pick);
+    result.weight =
+        transmits ? tint_ * (passed / ((1.0f - pick) * result.eta_scale)) : reflected / pick;
   } else {
     const Rgb value = eval_and_pdf(result.wi, &result.pdf);
     if (!(result.pdf > 0.0f)) return result;

@@ -17,6 +17,7 @@
 
 #include "renderer/core/vector.h"
 #include "renderer/shading/lobes/bsdf_sample.h"
+#include "renderer/shading/lobes/film.h"
 
 namespace emberline {
 
@@ -25,6 +26,8 @@ struct TransmissionParameters {
   float roughness = 0.0f;  // glTF's: alpha = roughness^2
   float ior = 1.5f;        // of the solid against the outside; >= 1, or 0: reflects everything
   float specular = 1.0f;   // weight of the reflection, [0, 1]
+  Rgb specular_color = Rgb(1.0f);  // of it at normal incidence
+  Film film;                       // on the outside
   bool thin_walled = true;
   bool inside = false;  // wo is inside the solid (the back face was hit); ignored if thin-walled
 };
@@ -43,9 +46,10 @@ class TransmissionLobe {
   Rgb albedo() const;
 
  private:
-  // Share of the reflection among what a microfacet under cos_d sends on, and its probability.
-  float reflectance(float cos_d) const;
-  float reflect_pick(float reflectance) const;
+  // What a microfacet under cos_d reflects; of what is left, the least channel's share passes, so
+  // that nothing is complementary in colour to the reflection. And the reflection's probability.
+  Rgb reflectance(float cos_d) const;
+  float reflect_pick(const Rgb& reflectance) const;
   bool refract(const Vec3f& m, float cos_d, Vec3f* wi) const;
 
   Vec3f wo_ = Vec3f(0.0f, 0.0f, 1.0f);
@@ -53,11 +57,16 @@ class TransmissionLobe {
   float mean_tint_ = 0.0f;
   float eta_ = 1.0f;  // index on the far side over index on wo's side
   float specular_ = 0.0f;
+  bool coloured_ = false;  // the reflection; else base_f0_ is not used
+  Rgb base_f0_;            // specular_ not in it
+  float plain_f0_ = 0.0f;  // before its colour
+  Film film_;
   float alpha_ = 0.0f, alpha2_ = 0.0f;
   float t_ = 1.0f;  // sqrt(alpha^2 sin^2 + cos^2) of wo
   float compensation_ = 1.0f;
   bool thin_ = true;
   bool delta_ = true;
+  bool inside_ = false;       // of a solid
   bool mirror_only_ = false;  // ior = 0
 };
 

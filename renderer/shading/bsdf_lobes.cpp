@@ -1,0 +1,428 @@
+// The list of lobes of a SurfaceBsdf: materials that transmit or carry layers.
+//
+// Top to bottom: clear coat, sheen, then side by side the base, the clear part and diffuse
+// transmission. A layer leaves T = 1 - its albedo of the light that crosses it along a direction.
+// Lobes below it are scaled by min(T(wo), T(wi)): reciprocal, and never more than came in. Cosine
+// lobes take T(wo) T(wi) / K instead, K their mean of T: reciprocal too, and with nothing lost
+// (Ashikhmin & Shirley 2000's coupling, as in the base itself).
+#include "renderer/core/warps.h"
+#include "renderer/shading/bsdf_base.h"
+#include "renderer/shading/gauss_legendre.h"
+
+namespace emberline {
+
+namespace {
+
+constexpr float kCoatF0 = 0.04f;  // index 1.5 (KHR_materials_clearcoat)
+// As kPickBoost in bsdf_base.h, alike for every lobe. Chosen by us.
+constexpr float kLobePickFloor = 0.1f;
+
+// In axes turned about Z: x along `axis`, which is unit.
+Vec3f turned(const Vec3f& w, const Vec2f& axis) {
+  return {fma(w.x, axis.x, w.y * axis.y), fma(w.y, axis.x, -w.x * axis.y), w.z};
+}
+Vec3f turned_back(const Vec3f& w, const Vec2f& axis) {
+  return turned(w, Vec2f(axis.x, -axis.y));
+}
+
+// A film's reflectance in Schlick's form with F90 = 1, for what is known of that form: the F0 of
+// the same mean over the hemisphere, and the least F0 that is nowhere below the film's largest
+// channel, so that what is below the film never returns more than it gets.
+struct FilmFit {
+  Rgb f0;
+  float most;
+};
+FilmFit fit_film(const Film& film, const Rgb& base_f0) {
+  static const GaussLegendre<6> rule;
+  FilmFit fit{Rgb(0.0f), 0.0f};
+  for (size_t i = 0; i < rule.x.size(); ++i) {
+    const float mu = std::sqrt(float(rule.x[i]));  // weighs directions by their cosine
+    const Rgb f = film.reflectance(mu, base_f0);
+    fit.f0 += f * float(rule.w[i]);
+    const float grazing = pow5(1.0f - mu);
+    fit.most = std::max(fit.most, (max_component(f) - grazing) / (1.0f - grazing));
+  }
+  for (int c = 0; c < 3; ++c) fit.f0[c] = std::max(0.0f, (21.0f * fit.f0[c] - 1.0f) / 20.0f);
+  return fit;
+}
+
+Color4 mix(Color4 a, Color4 b, float t) { return a * (1.0f - t) + b * t; }
+
+}  // namespace
+
+[[gnu::cold]] SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters,
+                                       const LayerParameters& layers, const Vec3f& wo,
+                                       const Vec3f& geometric_normal)
+    : wo_(wo),
+      ggx_(std::max(square(parameters.roughness), kMirrorAlpha), wo),
+      table_(parameters.roughness) {
+  if (!(wo.z > 0.0f)) return;
+  make_list(parameters, layers);
+  bend(geometric_normal);
+}
+
+[[gnu::cold, gnu::noinline]] void SurfaceBsdf::make_list(const BsdfParameters& parameters,
+                                                         const LayerParameters& layers) {
+  LobeList& list = list_.emplace();
+  list.solid =
+      !parameters.thin_walled && (parameters.transmission > 0 || layers.diffuse_transmission > 0);
+  list.inside = list.solid && parameters.inside;
+  list.film = {layers.iridescence, layers.iridescence_ior, layers.iridescence_thickness};
+  // A material of metal m, clear dielectric (1 - m) t and diffuse dielectric (1 - m)(1 - t): the
+  // base is the opaque two, with their metalness among themselves.
+  const float clear = parameters.transmission * (1.0f - parameters.metallic);
+  list.weight[kClear] = clear;
+  list.weight[kBase] = 1.0f - clear;
+  if (clear < 1.0f) {
+    BsdfParameters base = parameters;
+    base.metallic = std::min(1.0f, parameters.metallic / (1.0f - clear));
+    make_layered_base(base, layers);
+  }
+  if (clear > 0.0f) {
+    list.clear = TransmissionLobe({.tint = parameters.base_color,
+                                   .roughness = parameters.roughness,
+                                   .ior = parameters.ior,
+                                   .specular = parameters.specular,
+                                   .specular_color = parameters.specular_color,
+                                   .film = list.film,
+                                   .thin_walled = parameters.thin_walled,
+                                   .inside = parameters.inside},
+                                  wo_);
+  }
+  add_layers(layers);
+  set_picks();
+}
+
+void SurfaceBsdf::make_layered_base(const BsdfParameters& p, const LayerParameters& layers) {
+  LobeList& list = *list_;
+  Reflection r;
+  const float alpha = std::max(square(p.roughness), kMirrorAlpha);
+  const float alpha_x = std::min(1.0f, lerp(alpha, 1.0f, square(layers.anisotropy)));
+  if (layers.anisotropy > 0.0f && alpha_x > kMirrorAlpha) {
+    specular_ = SpecularKind::kStretched;
+    list.axis = layers.anisotropy_direction;
+    list.stretched = AnisotropicGgx(alpha_x, alpha, turned(wo_, list.axis));
+    list.stretched_albedo.emplace(alpha_x, alpha);
+    r.average_loss = list.stretched_albedo->average_loss();
+    r.average_schlick = list.stretched_albedo->average_schlick();
+  } else {
+    specular_ = table_.is_mirror() ? SpecularKind::kMirror : SpecularKind::kGgx;
+    r.average_loss = table_.average_loss();
+    r.average_schlick = table_.average_schlick();
+  }
+  r.at_wo = reflection_albedo(wo_);
+
+  r.dielectric = dielectric_f0(p);
+  r.dielectric_f90 = p.specular;
+  r.metal = color4(p.base_color, r.dielectric[3]);
+  r.coloured = true;
+  list.metallic = p.metallic;
+  list.bare_f0 = fma(r.metal, p.metallic, r.dielectric * (1.0f - p.metallic));
+  list.bare_f90 = lerp(p.specular, 1.0f, p.metallic);
+  if (list.film.exists()) {
+    list.metal_f0 = p.base_color;
+    list.dielectric_f0 = to_rgb(r.dielectric);
+    const FilmFit metal = fit_film(list.film, list.metal_f0);
+    const FilmFit dielectric = fit_film(list.film, list.dielectric_f0);
+    r.dielectric = mix(r.dielectric, color4(dielectric.f0, dielectric.most), list.film.strength);
+    r.metal = mix(r.metal, color4(metal.f0, dielectric.most), list.film.strength);
+    r.dielectric_f90 = lerp(r.dielectric_f90, 1.0f, list.film.strength);
+  }
+  const float specular = make_base(p, r);
+
+  const float share = layers.diffuse_transmission;
+  const float average = dielectric_reflectance(r.average_loss, r.average_schlick);
+  if (!(share > 0.0f) || p.metallic == 1.0f || !(average < 1.0f - 1e-5f)) return;
+  const float enters =
+      (1.0f - p.metallic) *
+      std::max(0.0f, 1.0f - dielectric_reflectance(r.at_wo.loss, r.at_wo.schlick));
+  const Color4 color = color4(layers.diffuse_transmission_color) * share;
+  list.passed_albedo = color * enters;
+  list.passed = color * (enters / (1.0f - average));
+  diffuse_ *= 1.0f - share;
+  albedo_ -= color4(p.base_color) * (share * enters);
+  specular_pick_ = pick_probability(specular, sum(albedo_) - specular);
+}
+
+// Directional albedo of the base's reflection with F = 1.
+SpecularAlbedo::Value SurfaceBsdf::reflection_albedo(const Vec3f& w) const {
+  if (specular_ != SpecularKind::kStretched) return table_.at(w.z);
+  return list_->stretched_albedo->at(turned(w, list_->axis));
+}
+
+void SurfaceBsdf::add_layers(const LayerParameters& layers) {
+  LobeList& list = *list_;
+  list.coat_weight = layers.clearcoat;
+  list.sheen_color = layers.sheen_color;
+  list.sheen_most = max_component(layers.sheen_color);
+  list.sheen_roughness = layers.sheen_roughness;
+  list.layered = list.coat_weight > 0.0f || list.sheen_most > 0.0f;
+  if (!list.layered) return;
+  if (list.coat_weight > 0.0f) {
+    list.coat_frame = ShadingFrame::from_normal(layers.clearcoat_normal);
+    Vec3f wo = list.coat_frame.to_local(wo_);
+    if (!(wo.z > 0.0f)) {
+      list.coat_frame = ShadingFrame::from_normal(Vec3f(0.0f, 0.0f, 1.0f));
+      wo = list.coat_frame.to_local(wo_);
+    }
+    list.coat_albedo = SpecularAlbedo(layers.clearcoat_roughness);
+    list.coat = GgxReflection(std::max(square(layers.clearcoat_roughness), kMirrorAlpha), wo);
+  }
+  if (list.inside) return;
+  if (list.sheen_most > 0.0f) list.sheen = SheenLobe(layers.sheen_roughness, wo_);
+  list.through_coat_o = through_coat(dot(wo_, list.coat_frame.normal));
+  list.through_o = through_layers(wo_);
+  cover_base();
+}
+
+float SurfaceBsdf::through_coat(float mu) const {
+  const LobeList& list = *list_;
+  if (!(list.coat_weight > 0.0f)) return 1.0f;
+  const SpecularAlbedo::Value at = list.coat_albedo.at(std::min(1.0f, std::abs(mu)));
+  return 1.0f - list.coat_weight * fma(1.0f - kCoatF0, at.schlick, kCoatF0 * (1.0f - at.loss));
+}
+
+float SurfaceBsdf::through_sheen(float mu) const {
+  const LobeList& list = *list_;
+  if (!(list.sheen_most > 0.0f)) return 1.0f;
+  return 1.0f - list.sheen_most * sheen_albedo(std::abs(mu), list.sheen_roughness);
+}
+
+// 1 for a direction on the inner side of a solid, which the layers are not on.
+float SurfaceBsdf::through_layers(const Vec3f& w) const {
+  const LobeList& list = *list_;
+  if (!list.layered || (list.solid && list.inside == (w.z > 0.0f))) return 1.0f;
+  return through_coat(dot(w, list.coat_frame.normal)) * through_sheen(w.z);
+}
+
+// The cosine lobes' share of T(wo) / K.
+void SurfaceBsdf::cover_base() {
+  static const GaussLegendre<6> rule;
+  LobeList& list = *list_;
+  float diffuse = 0.0f, multiple = 0.0f, diffuse_through = 0.0f, multiple_through = 0.0f;
+  for (size_t i = 0; i < rule.x.size(); ++i) {
+    const float mu = std::sqrt(float(rule.x[i]));  // weighs directions by their cosine
+    const float across = safe_sqrt(0.5f * (1.0f - mu * mu));
+    const SpecularAlbedo::Value at = reflection_albedo(Vec3f(across, across, mu));
+    const float weight = float(rule.w[i]), through = through_coat(mu) * through_sheen(mu);
+    const float enters = weight * std::max(0.0f, 1.0f - dielectric_reflectance(at.loss, at.schlick));
+    diffuse += enters;
+    diffuse_through += enters * through;
+    multiple += weight * at.loss;
+    multiple_through += weight * at.loss * through;
+  }
+  const auto covered = [&](float bare, float through) {
+    return through > 0.0f ? list.through_o * bare / through : 0.0f;
+  };
+  diffuse_ *= covered(diffuse, diffuse_through);
+  multiple_ *= covered(multiple, multiple_through);
+  list.passed *= list.solid ? list.through_o : covered(diffuse, diffuse_through);
+}
+
+// Each lobe in proportion to what it returns of white light, and never too rarely.
+void SurfaceBsdf::set_picks() {
+  LobeList& list = *list_;
+  Color4 albedo[kLobes];
+  const float below = list.through_o;
+  albedo[kBase] = albedo_ * (list.weight[kBase] * below);
+  albedo[kClear] = color4(list.clear.albedo()) * (list.weight[kClear] * below);
+  albedo[kDiffuseTransmission] = list.passed_albedo * (list.weight[kBase] * below);
+  albedo[kSheen] = splat4(0.0f);
+  if (list.sheen_most > 0.0f && !list.inside) {
+    albedo[kSheen] = color4(list.sheen_color) *
+                     ((1.0f - through_sheen(wo_.z)) / list.sheen_most * list.through_coat_o);
+  }
+  albedo[kCoat] = splat4(1.0f - list.through_coat_o);
+  albedo_ = splat4(0.0f);
+  for (const Color4& a : albedo) albedo_ += a;
+  const float total = sum(albedo_);
+  if (!(total > 0.0f)) return;
+  float boosted = 0.0f;
+  for (int i = 0; i < kLobes; ++i) {
+    const float share = sum(albedo[i]) / total;
+    list.pick[i] = std::max(share, std::min(kPickBoost * share, kLobePickFloor));
+    boosted += list.pick[i];
+    if (list.pick[i] > 0.0f) list.last = i;
+  }
+  for (float& pick : list.pick) pick /= boosted;
+  const bool passes_clear = list.pick[kClear] > 0.0f && !list.clear.is_delta();
+  list.transmits_non_delta = passes_clear || list.pick[kDiffuseTransmission] > 0.0f;
+  list.non_delta = list.transmits_non_delta || list.pick[kSheen] > 0.0f ||
+                   (list.pick[kCoat] > 0.0f && !list.coat_albedo.is_mirror());
+}
+
+// Fresnel reflectance of the base under a microfacet that the light meets at cos_d.
+Color4 SurfaceBsdf::base_fresnel(float cos_d) const {
+  const LobeList& list = *list_;
+  const Color4 bare = schlick(list.bare_f0, list.bare_f90, cos_d);
+  if (!list.film.exists()) return bare;
+  Rgb covered(0.0f);
+  if (list.metallic > 0.0f) covered += list.film.reflectance(cos_d, list.metal_f0) * list.metallic;
+  if (list.metallic < 1.0f) {
+    covered += list.film.reflectance(cos_d, list.dielectric_f0) * (1.0f - list.metallic);
+  }
+  return mix(bare, color4(covered), list.film.strength);
+}
+
+// `through`: min(T(wo), T(wi)); `through_i`: T(wi). wi is above the surface.
+Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float through, float through_i, float* pdf) const {
+  const LobeList& list = *list_;
+  Color4 value = splat4(0.0f);
+  *pdf = 0.0f;
+  const auto add_reflection = [&](const auto& lobe) {
+    value = base_fresnel(lobe.cos_d) * (lobe.cosine_brdf * through);
+    *pdf = specular_pick_ * lobe.pdf;
+  };
+  if (specular_ == SpecularKind::kGgx) add_reflection(ggx_.evaluate(wi));
+  if (specular_ == SpecularKind::kStretched) {
+    add_reflection(list.stretched.evaluate(turned(wi, list.axis)));
+  }
+  if (has_cosine_) {
+    value += eval_cosine(wi, reflection_albedo(wi)) * through_i;
+    *pdf = fma(1.0f - specular_pick_, wi.z * kInvPi, *pdf);
+  }
+  return value;
+}
+
+// Diffuse transmission: wi.z < 0.
+Color4 SurfaceBsdf::eval_passed(const Vec3f& wi) const {
+  const LobeList& list = *list_;
+  const Vec3f above(wi.x, wi.y, -wi.z);
+  const SpecularAlbedo::Value at = reflection_albedo(above);
+  float scale = above.z * kInvPi;
+  if (bent_) scale *= terminator_factor(-dot(wi, geometric_normal_), terminator_alpha2_);
+  scale *= std::max(0.0f, 1.0f - dielectric_reflectance(at.loss, at.schlick));
+  return list.passed * scale;
+}
+
+// The coat's reflection; wi.z > 0.
+float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
+  const LobeList& list = *list_;
+  *pdf = 0.0f;
+  const Vec3f local = list.coat_frame.to_local(wi);
+  if (list.coat_albedo.is_mirror() || !(local.z > 0.0f)) return 0.0f;
+  const GgxReflection::Value lobe = list.coat.evaluate(local);
+  *pdf = lobe.pdf;
+  return list.coat_weight * lerp(kCoatF0, 1.0f, pow5(1.0f - lobe.cos_d)) * lobe.cosine_brdf;
+}
+
+[[gnu::cold, gnu::noinline]] Rgb SurfaceBsdf::eval_list(const Vec3f& wi, float* pdf) const {
+  const LobeList& list = *list_;
+  *pdf = 0.0f;
+  const bool transmitted = wi.z < 0.0f;
+  if (wi.z == 0.0f || on_wrong_side(wi, transmitted)) return Rgb(0.0f);
+  const float through_i = through_layers(wi);
+  const float through = std::min(list.through_o, through_i);
+  Color4 value = splat4(0.0f);
+  float density = 0.0f;
+  const auto add = [&](Lobe lobe, Color4 f) {
+    value += f;
+    *pdf = fma(density, list.pick[lobe], *pdf);
+  };
+  if (list.pick[kClear] > 0.0f) {
+    const Color4 f = color4(list.clear.eval_and_pdf(wi, &density));
+    add(kClear, f * (list.weight[kClear] * through));
+  }
+  if (transmitted) {
+    if (list.pick[kDiffuseTransmission] > 0.0f) {
+      density = -wi.z * kInvPi;
+      add(kDiffuseTransmission, eval_passed(wi) * (list.weight[kBase] * through_i));
+    }
+    return to_rgb(value);
+  }
+  if (list.pick[kBase] > 0.0f) {
+    const Color4 f = eval_base(wi, through, through_i, &density);
+    add(kBase, f * list.weight[kBase]);
+  }
+  if (list.pick[kSheen] > 0.0f) {
+    const float under_coat =
+        std::min(list.through_coat_o, through_coat(dot(wi, list.coat_frame.normal)));
+    density = list.sheen.pdf(wi);
+    add(kSheen, color4(list.sheen_color) * (list.sheen.eval(wi) * under_coat));
+  }
+  if (list.pick[kCoat] > 0.0f) add(kCoat, splat4(eval_coat(wi, &density)));
+  return to_rgb(value);
+}
+
+// A direction of the base; of a mirror the whole sample.
+BsdfSample SurfaceBsdf::sample_base(const Vec2f& u) const {
+  const LobeList& list = *list_;
+  BsdfSample result;
+  result.valid = true;
+  const bool specular = u.y < specular_pick_;
+  const float share = specular ? specular_pick_ : 1.0f - specular_pick_;
+  const Vec2f rest(u.x,
+                   std::min((u.y - (specular ? 0.0f : specular_pick_)) / share, kOneMinusEpsilon));
+  if (!specular) {
+    result.wi = square_to_cosine_hemisphere(rest);
+  } else if (specular_ == SpecularKind::kMirror) {
+    result.wi = Vec3f(-wo_.x, -wo_.y, wo_.z);
+    result.delta = true;
+    result.weight = to_rgb(base_fresnel(wo_.z) * (list.weight[kBase] / specular_pick_));
+  } else if (specular_ == SpecularKind::kGgx) {
+    result.wi = ggx_.sample(rest);
+  } else {
+    result.wi = turned_back(list.stretched.sample(rest), list.axis);
+  }
+  return result;
+}
+
+BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
+  const LobeList& list = *list_;
+  BsdfSample result;
+  result.valid = true;
+  const Vec3f wo = list.coat_frame.to_local(wo_);
+  if (list.coat_albedo.is_mirror()) {
+    result.wi = list.coat_frame.to_world(Vec3f(-wo.x, -wo.y, wo.z));
+    result.delta = true;
+    result.weight = Rgb(list.coat_weight * lerp(kCoatF0, 1.0f, pow5(1.0f - std::min(wo.z, 1.0f))));
+  } else {
+    result.wi = list.coat_frame.to_world(list.coat.sample(u));
+  }
+  return result;
+}
+
+[[gnu::cold, gnu::noinline]] BsdfSample SurfaceBsdf::sample_list(float u_lobe,
+                                                                 const Vec2f& u) const {
+  const LobeList& list = *list_;
+  int lobe = 0;
+  while (lobe < list.last && !(u_lobe < list.pick[lobe])) u_lobe -= list.pick[lobe++];
+  const float pick = list.pick[lobe];
+  if (!(pick > 0.0f)) return BsdfSample{};
+  BsdfSample result;
+  result.valid = true;
+  switch (lobe) {
+    case kBase:
+      result = sample_base(u);
+      break;
+    case kClear:
+      result = list.clear.sample(std::min(u_lobe / pick, kOneMinusEpsilon), u);
+      result.weight *= list.weight[kClear];
+      break;
+    case kDiffuseTransmission:
+      result.wi = square_to_cosine_hemisphere(u);
+      result.wi.z = -result.wi.z;
+      result.transmitted = true;
+      break;
+    case kSheen:
+      result.wi = list.sheen.sample(u);
+      break;
+    default:
+      result = sample_coat(u);
+  }
+  if (!result.valid || result.transmitted != (result.wi.z < 0.0f) ||
+      on_wrong_side(result.wi, result.transmitted)) {
+    return BsdfSample{};
+  }
+  if (result.delta) {
+    const float through = std::min(list.through_o, through_layers(result.wi));
+    result.weight *= (lobe == kCoat ? 1.0f : through) / pick;
+    return result;
+  }
+  const Rgb value = eval_list(result.wi, &result.pdf);
+  if (!(result.pdf > 0.0f)) return BsdfSample{};
+  result.weight = value / result.pdf;
+  return result;
+}
+
+}  // namespace emberline
