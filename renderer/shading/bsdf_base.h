@@ -51,7 +51,8 @@ inline bool is_grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
   const float bare = square((p.ior - 1.0f) / (p.ior + 1.0f));
   const auto channel = [&](float color) { return p.specular * std::min(1.0f, color * bare); };
   const Rgb& color = p.specular_color;
-  return {channel(color.x), channel(color.y), channel(color.z), channel(max_component(color))};
+  return Color4{channel(color.x), channel(color.y), channel(color.z),
+                channel(max_component(color))};
 }
 
 [[gnu::always_inline]] inline float SurfaceBsdf::make_base(const BsdfParameters& parameters,

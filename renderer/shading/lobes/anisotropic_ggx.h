@@ -1,0 +1,107 @@
+// The GGX reflection lobe with two widths (KHR_materials_anisotropy): alpha_x along local x,
+// alpha_y along local y, height-correlated Smith masking (Heitz 2014, "Understanding the
+// Masking-Shadowing Function in Microfacet-Based BRDFs"), for one wo; and what it returns in all.
+//
+// Map, density, bounds and numerics as in ggx.h, of which this is the general case; the bound on
+// the cap takes the smaller alpha, as Eto & Tokuyoshi 2023 do.
+#pragma once
+
+#include <cmath>
+
+#include "renderer/core/branch_free.h"
+#include "renderer/core/constants.h"
+#include "renderer/core/vector.h"
+#include "renderer/shading/lobes/specular_albedo.h"
+
+namespace emberline {
+
+class AnisotropicGgx {
+ public:
+  AnisotropicGgx() = default;
+  // Both alphas in [kMirrorAlpha, 1]; wo unit, wo.z > 0 (else unusable, but no harm done).
+  AnisotropicGgx(float alpha_x, float alpha_y, const Vec3f& wo)
+      : wo_(wo),
+        alpha_x_(alpha_x),
+        alpha_y_(alpha_y),
+        inv_alpha_x_(1.0f / alpha_x),
+        inv_alpha_y_(1.0f / alpha_y) {
+    t_ = stretched_length(wo);
+    const float s2 = square(1.0f + std::sqrt(fma(wo.x, wo.x, square(wo.y))));
+    const float narrow2 = square(std::min(alpha_x, alpha_y));
+    k_ = (1.0f - narrow2) * s2 / fma(narrow2, square(wo.z), s2);
+  }
+
+  // u in [0, 1)^2 to a reflected direction; wi.z <= 0: rejected by the caller (no energy there).
+  Vec3f sample(const Vec2f& u) const {
+    float sin_phi, cos_phi;
+    sincos_turns(u.x, &sin_phi, &cos_phi);
+    const float scale = 1.0f / t_;
+    const Vec3f o(alpha_x_ * wo_.x * scale, alpha_y_ * wo_.y * scale, wo_.z * scale);
+    const float one_minus_z = u.y * fma(k_, o.z, 1.0f);
+    const float r = safe_sqrt(one_minus_z * (2.0f - one_minus_z));
+    // The microfacet normal, not normalised; its z is >= 0 because k <= 1.
+    const Vec3f m(alpha_x_ * fma(r, cos_phi, o.x), alpha_y_ * fma(r, sin_phi, o.y),
+                  std::max(0.0f, 1.0f - one_minus_z + o.z));
+    return fma(m, 2.0f * dot(wo_, m) / dot(m, m), -wo_);
+  }
+
+  struct Value {
+    float cosine_brdf;  // D G2 / (4 |wo.z| |wi.z|) * wi.z: the lobe for F = 1
+    float pdf;          // density of sample() per solid angle
+    float cos_d;        // wo.h
+  };
+  // wi.z > 0.
+  [[gnu::always_inline]] Value evaluate(const Vec3f& wi) const {
+    const Vec3f h = wo_ + wi;  // |h| = 2 wo.h for unit wo and wi
+    const float length2 = fma(h.z, h.z, fma(h.x, h.x, square(h.y)));
+    const float unstretched2 =
+        fma(h.z, h.z, fma(square(h.x), square(inv_alpha_x_), square(h.y * inv_alpha_y_)));
+    const float d = kInvPi * inv_alpha_x_ * inv_alpha_y_ * square(length2 / unstretched2);
+    const float t_i = stretched_length(wi);
+    return {0.5f * d * wi.z / fma(wi.z, t_, wo_.z * t_i), 0.5f * d / fma(k_, wo_.z, t_),
+            std::min(1.0f, 0.5f * std::sqrt(length2))};
+  }
+
+ private:
+  float stretched_length(const Vec3f& w) const {
+    return std::sqrt(fma(w.z, w.z, fma(alpha_x_ * w.x, alpha_x_ * w.x, square(alpha_y_ * w.y))));
+  }
+
+  Vec3f wo_ = Vec3f(0.0f, 0.0f, 1.0f);
+  float alpha_x_ = 1.0f, alpha_y_ = 1.0f, inv_alpha_x_ = 1.0f, inv_alpha_y_ = 1.0f;
+  float t_ = 1.0f;  // length of (alpha_x wo.x, alpha_y wo.y, wo.z)
+  float k_ = 0.0f;  // Eto & Tokuyoshi's bound on the cap
+};
+
+// The directional albedo of that lobe, as SpecularAlbedo has it for one width: what an isotropic
+// lobe returns whose width is this one's in w's azimuth, from SpecularAlbedo, plus a table of the
+// difference over (cosine, azimuth, alpha_y, alpha_x). With alpha_x = alpha_y the difference is 0.
+// Built at first use, deterministic, thread-safe.
+class AnisotropicAlbedo {
+ public:
+  // alpha_x >= alpha_y (glTF: x is the stretched direction), both in [kMirrorAlpha, 1].
+  AnisotropicAlbedo(float alpha_x, float alpha_y);
+
+  SpecularAlbedo::Value at(const Vec3f& w) const;  // w unit, w.z in [0, 1]
+
+  // Cosine-weighted averages over the hemisphere of what at() returns.
+  float average_loss() const { return average_loss_; }
+  float average_schlick() const { return average_schlick_; }
+
+ private:
+  struct Node {
+    float loss;  // of 1 - E
+    float rest;  // of B - (1 - mu)^5 E
+  };
+  struct Tables;
+  static const Tables& tables();
+  AnisotropicAlbedo(float alpha_x, float alpha_y, const Tables& tables);
+
+  float alpha_x_, alpha_y_;
+  const Node* corners_[4];  // the tables over (cosine, azimuth) of the four neighbouring widths
+  float weights_[4];
+  float average_loss_ = 0.0f;
+  float average_schlick_ = 1.0f / 21.0f;
+};
+
+}  // namespace emberline

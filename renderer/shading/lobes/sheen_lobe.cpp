@@ -1,0 +1,252 @@
+#include "renderer/shading/lobes/sheen_lobe.h"
+
+#include <array>
+
+#include "renderer/core/branch_free.h"
+#include "renderer/core/constants.h"
+#include "renderer/shading/gauss_legendre.h"
+
+namespace emberline {
+
+namespace {
+
+// Table 1 of Estevez & Kulla 2017: log L(x) = a / (1 + b x^c) + d x + e, each coefficient between
+// its values at roughness 1 and 0 by (1 - alpha)^2.
+struct Shadowing {
+  double a, b, c, d, e;
+  explicit Shadowing(double alpha) {
+    const double t = square(1 - alpha);
+    const auto mix = [t](double rough, double smooth) { return rough + (smooth - rough) * t; };
+    a = mix(21.5473, 25.3245);
+    b = mix(3.82987, 3.32435);
+    c = mix(0.19823, 0.16801);
+    d = mix(-1.97760, -1.27393);
+    e = mix(-4.32054, -4.85967);
+  }
+  double low(double x) const { return a / (1 + b * std::pow(x, c)) + d * x + e; }
+  double lambda(double mu) const {
+    return std::exp(mu < 0.5 ? low(mu) : 2 * low(0.5) - low(1 - mu));
+  }
+};
+
+// ---- tables ------------------------------------------------------------------------------------
+
+constexpr int kColumns = 40, kRows = 48;
+constexpr int kCosines = 32, kAzimuths = 20;  // quadrature
+
+// Columns are even in mu^(1/4) from kSheenMinCosine, rows in sqrt(roughness).
+constexpr float kFirstColumn = 0.1f;
+const float kFirstRow = std::sqrt(kSheenMinRoughness);
+static_assert(kSheenMinCosine == 1e-4f);
+
+struct Position {
+  size_t index;
+  float fraction;
+  Position(float at, int size) {
+    const float clamped = std::clamp(at, 0.0f, 1.0f) * float(size - 1);
+    const int i = std::min(int(clamped), size - 2);
+    index = size_t(i);
+    fraction = clamped - float(i);
+  }
+};
+
+Position column_of(float mu) {
+  return Position((std::sqrt(std::sqrt(mu)) - kFirstColumn) / (1 - kFirstColumn), kColumns);
+}
+Position row_of(float roughness) {
+  return Position((std::sqrt(roughness) - kFirstRow) / (1 - kFirstRow), kRows);
+}
+double cosine_at(int column) {
+  const double x = double(kFirstColumn) + (1 - double(kFirstColumn)) * column / (kColumns - 1);
+  return std::min(1.0, square(square(x)));
+}
+double roughness_at(int row) {
+  return square(double(kFirstRow) + (1 - double(kFirstRow)) * row / (kRows - 1));
+}
+
+// s whose density (1 + s) / (1 + s mu)^2 has this mean; the mean falls as s grows.
+double slope_of_mean(double mean) {
+  double low = std::log(0.1), high = std::log(1e5);  // of 1 + s
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high), s = std::expm1(middle);
+    const double m =
+        std::abs(s) < 1e-3 ? 0.5 - s / 6 : (1 + s) / square(s) * (middle - s / (1 + s));
+    (m > mean ? low : high) = middle;
+  }
+  return std::expm1(0.5 * (low + high));
+}
+
+struct Node {
+  float raw;            // R, of the lobe as published
+  float albedo;         // of the lobe as limited
+  float slope;          // s
+  float concentration;  // of the azimuth
+};
+
+struct Table {
+  std::array<Node, size_t(kRows* kColumns)> nodes;
+  std::array<bool, size_t(kRows)> exceeds_one;
+
+  Table() {
+    for (int row = 0; row < kRows; ++row) fill(row);
+  }
+
+  void fill(int row);
+  float raw(size_t row, float row_fraction, float mu) const {
+    const Position column = column_of(mu);
+    const Node* p = nodes.data() + row * kColumns + column.index;
+    return lerp(lerp(p[0].raw, p[1].raw, column.fraction),
+                lerp(p[kColumns].raw, p[kColumns + 1].raw, column.fraction), row_fraction);
+  }
+};
+
+void Table::fill(int row) {
+  static const GaussLegendre<kCosines> cosines;
+  static const GaussLegendre<kAzimuths> azimuths;
+  const double alpha = square(roughness_at(row));
+  const Shadowing shadowing(alpha);
+  Node* out = nodes.data() + size_t(row) * kColumns;
+  // Light at cosine t^4 (the shadowing rises steeply at 0), averaged over its azimuth.
+  std::array<double, kCosines> mu_i, lambda_i, weight;
+  for (size_t i = 0; i < kCosines; ++i) {
+    const double t = cosines.x[i];
+    mu_i[i] = square(square(t));
+    weight[i] = cosines.w[i] * 4 * t * t * t;
+    const double clamped = std::max(mu_i[i], double(kSheenMinCosine));
+    lambda_i[i] = shadowing.lambda(clamped);
+    weight[i] *= mu_i[i] / clamped;
+  }
+  std::array<std::array<double, kCosines>, kColumns> energy;
+  exceeds_one[size_t(row)] = false;
+  for (int column = 0; column < kColumns; ++column) {
+    const double mu = cosine_at(column), sine = std::sqrt(1 - mu * mu);
+    const double masking = 1 + shadowing.lambda(mu);
+    double sum = 0, sum_mu = 0, sum_cos = 0;
+    for (size_t i = 0; i < kCosines; ++i) {
+      const double sine_i = std::sqrt(1 - square(mu_i[i]));
+      double d = 0, d_cos = 0;
+      for (size_t j = 0; j < kAzimuths; ++j) {
+        const double cos_phi = std::cos(kPiD * azimuths.x[j]);
+        const double h2 = 2 * (1 + mu * mu_i[i] + sine * sine_i * cos_phi);
+        const double sin2 = std::max(0.0, 1 - square(mu + mu_i[i]) / h2);
+        const double value = azimuths.w[j] * std::pow(sin2, 0.5 / alpha);
+        d += value;
+        d_cos += value * cos_phi;
+      }
+      const double scale = weight[i] * (2 + 1 / alpha) / (4 * mu * (masking + lambda_i[i]));
+      energy[size_t(column)][i] = d * scale;
+      sum += d * scale;
+      sum_mu += d * scale * mu_i[i];
+      sum_cos += d_cos * scale;
+    }
+    Node& node = out[column];
+    node.raw = float(sum);
+    if (sum > 1) exceeds_one[size_t(row)] = true;
+    // Wider than by the moments: that lowers the variance of the weights, whose tails are longer
+    // than these densities'.
+    node.slope = float(std::pow(1 + slope_of_mean(sum_mu / sum), 0.75) - 1);
+    node.concentration = float(0.77 * std::max(0.0, sum_cos / sum));
+  }
+  for (int column = 0; column < kColumns; ++column) {
+    const float own = std::max(1.0f, out[column].raw);
+    double sum = 0;
+    for (size_t i = 0; i < kCosines; ++i) {
+      const Position p = column_of(std::max(float(mu_i[i]), kSheenMinCosine));
+      const float other = lerp(out[p.index].raw, out[p.index + 1].raw, p.fraction);
+      sum += energy[size_t(column)][i] / double(std::max(own, other));
+    }
+    out[column].albedo = float(std::min(1.0, sum));
+  }
+}
+
+const Table& table() {
+  static const Table instance;
+  return instance;
+}
+
+}  // namespace
+
+SheenLobe::SheenLobe(float roughness, const Vec3f& wo) : wo_(wo) {
+  if (!(wo.z > 0.0f)) return;
+  roughness = std::clamp(roughness, kSheenMinRoughness, 1.0f);
+  const float alpha = square(roughness), mu = std::clamp(wo.z, kSheenMinCosine, 1.0f);
+  const Shadowing shadowing{double(alpha)};
+  a_ = float(shadowing.a);
+  b_ = float(shadowing.b);
+  c_ = float(shadowing.c);
+  d_ = float(shadowing.d);
+  e_ = float(shadowing.e);
+  twice_middle_ = 2.0f * (a_ / fma(b_, std::pow(0.5f, c_), 1.0f) + fma(d_, 0.5f, e_));
+  half_exponent_ = 0.5f / alpha;
+  scale_ = (2.0f + 1.0f / alpha) * 0.125f * kInvPi / mu;
+  masking_o_ = 1.0f + lambda(mu);
+  const float sine = std::sqrt(fma(wo.x, wo.x, square(wo.y)));
+  if (sine > 0.0f) axis_ = Vec2f(wo.x / sine, wo.y / sine);
+
+  const Table& t = table();
+  const Position row = row_of(roughness), column = column_of(mu);
+  const Node* p = t.nodes.data() + row.index * kColumns + column.index;
+  const auto blend = [&](float Node::*field) {
+    return lerp(lerp(p[0].*field, p[1].*field, column.fraction),
+                lerp(p[kColumns].*field, p[kColumns + 1].*field, column.fraction), row.fraction);
+  };
+  slope_ = blend(&Node::slope);
+  concentration_ = blend(&Node::concentration);
+  limit_ = std::max(1.0f, blend(&Node::raw));
+  exceeds_one_ = t.exceeds_one[row.index] || t.exceeds_one[row.index + 1];
+  row_ = row.index;
+  row_fraction_ = row.fraction;
+}
+
+float SheenLobe::lambda(float mu) const {
+  const bool low = mu < 0.5f;
+  const float x = low ? mu : 1.0f - mu;
+  const float log_lambda = a_ / fma(b_, std::pow(x, c_), 1.0f) + fma(d_, x, e_);
+  return std::exp(low ? log_lambda : twice_middle_ - log_lambda);
+}
+
+float SheenLobe::eval(const Vec3f& wi) const {
+  if (!(wi.z > 0.0f) || !(scale_ > 0.0f)) return 0.0f;
+  // sin^2 of the half vector from its xy: 1 - z^2 would lose digits where the lobe is narrow.
+  const Vec3f h = wo_ + wi;
+  const float xy2 = fma(h.x, h.x, square(h.y)), length2 = fma(h.z, h.z, xy2);
+  if (!(xy2 > 0.0f)) return 0.0f;
+  const float mu = std::clamp(wi.z, kSheenMinCosine, 1.0f);
+  const float distribution = std::pow(xy2 / length2, half_exponent_);
+  float value = scale_ * distribution / (masking_o_ + lambda(mu)) * (wi.z / mu);
+  if (exceeds_one_) value /= std::max(limit_, table().raw(row_, row_fraction_, mu));
+  return value;
+}
+
+float SheenLobe::pdf(const Vec3f& wi) const {
+  if (!(wi.z > 0.0f) || !(scale_ > 0.0f)) return 0.0f;
+  const float sine = std::sqrt(fma(wi.x, wi.x, square(wi.y)));
+  const float cos_phi = sine > 0.0f ? fma(wi.x, axis_.x, wi.y * axis_.y) / sine : 0.0f;
+  const float r = concentration_, r2 = square(r);
+  const float azimuth = (1.0f - r2) / fma(-2.0f * r, cos_phi, 1.0f + r2);
+  return 0.5f * kInvPi * azimuth * (1.0f + slope_) / square(fma(slope_, wi.z, 1.0f));
+}
+
+Vec3f SheenLobe::sample(const Vec2f& u) const {
+  const float z = (1.0f - u.y) / fma(slope_, u.y, 1.0f);
+  const float sine = std::sqrt((1.0f - z) * (1.0f + z));
+  // A Moebius map of the unit circle takes uniform angles to the wrapped Cauchy distribution
+  // (McCullagh 1996, "Moebius Transformation and Cauchy Parameter Estimation").
+  float sin_phi, cos_phi;
+  sincos_turns(u.x, &sin_phi, &cos_phi);
+  const float r = concentration_, r2 = square(r);
+  const float inverse = sine / fma(2.0f * r, cos_phi, 1.0f + r2);
+  const float x = fma(1.0f + r2, cos_phi, 2.0f * r) * inverse, y = (1.0f - r2) * sin_phi * inverse;
+  return {fma(x, axis_.x, -(y * axis_.y)), fma(x, axis_.y, y * axis_.x), z};
+}
+
+float sheen_albedo(float mu, float roughness) {
+  const Table& t = table();
+  const Position row = row_of(std::clamp(roughness, kSheenMinRoughness, 1.0f));
+  const Position column = column_of(std::clamp(mu, kSheenMinCosine, 1.0f));
+  const Node* p = t.nodes.data() + row.index * kColumns + column.index;
+  return lerp(lerp(p[0].albedo, p[1].albedo, column.fraction),
+              lerp(p[kColumns].albedo, p[kColumns + 1].albedo, column.fraction), row.fraction);
+}
+
+}  // namespace emberline

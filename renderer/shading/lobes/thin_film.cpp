@@ -1,0 +1,119 @@
+#include "renderer/shading/lobes/thin_film.h"
+
+#include <array>
+
+#include "renderer/core/color4.h"
+#include "renderer/core/constants.h"
+#include "renderer/shading/lobes/colour_matching.h"
+#include "renderer/shading/lobes/transmission_lobe.h"
+
+namespace emberline {
+
+namespace {
+
+// What each channel sees of cos(2 pi D / lambda), by path difference D: 1 at D = 0, then ever
+// smaller waves. Value and slope at even steps, cubic between.
+constexpr double kStep = 25.0;  // nanometres
+constexpr int kSteps = 400;
+constexpr int kMaxOrder = 12;
+
+struct Sensitivity {
+  struct Node {
+    Color4 value;
+    Color4 slope;  // per step
+  };
+  std::array<Node, size_t(kSteps + 1)> nodes;
+
+  Sensitivity() {
+    constexpr int kWavelengths = 201;
+    std::array<Vec3d, size_t(kWavelengths)> response;
+    std::array<double, size_t(kWavelengths)> wave;  // 2 pi / lambda, per step
+    Vec3d sum(0.0);
+    for (int i = 0; i < kWavelengths; ++i) {
+      const double nanometres =
+          kFirstNanometre + (kLastNanometre - kFirstNanometre) * i / (kWavelengths - 1);
+      response[size_t(i)] = rec709_response(nanometres);
+      wave[size_t(i)] = 2 * kPiD * kStep / nanometres;
+      sum += response[size_t(i)];
+    }
+    for (int n = 0; n <= kSteps; ++n) {
+      Vec3d value(0.0), slope(0.0);
+      for (size_t i = 0; i < size_t(kWavelengths); ++i) {
+        value += response[i] * std::cos(wave[i] * n);
+        slope -= response[i] * (wave[i] * std::sin(wave[i] * n));
+      }
+      nodes[size_t(n)] = {color4(to_float(value / sum)), color4(to_float(slope / sum))};
+    }
+  }
+
+  // D in steps, >= 0.
+  Color4 at(float d) const {
+    const int i = int(d);
+    const float t = d - float(i), s = 1.0f - t;
+    const Node &a = nodes[size_t(i)], &b = nodes[size_t(i + 1)];
+    // Hermite's cubic.
+    const float t2s = t * t * s, s2t = s * s * t, second = t * t * fma(2.0f, s, 1.0f);
+    return fma(a.value, 1.0f - second,
+               fma(b.value, second, fma(a.slope, s2t, b.slope * splat4(-t2s))));
+  }
+};
+
+const Sensitivity& sensitivity() {
+  static const Sensitivity instance;
+  return instance;
+}
+
+float clamp_unit(float x) { return x > 0.0f ? std::min(x, 1.0f) : 0.0f; }  // NaN: 0
+
+// Rounding takes it past 1 where both interfaces reflect nearly everything.
+Color4 clamp_amplitude(Color4 r) {
+  const Color4 one = splat4(1.0f);
+  r = r < one ? r : one;
+  return r > -one ? r : -one;
+}
+Color4 sqrt4(Color4 c) {
+  return Color4{std::sqrt(c[0]), std::sqrt(c[1]), std::sqrt(c[2]), std::sqrt(c[3])};
+}
+float max_abs(Color4 c) {
+  return std::max(std::abs(c[0]), std::max(std::abs(c[1]), std::abs(c[2])));
+}
+
+}  // namespace
+
+Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const Rgb& base_f0) {
+  const float cosine = clamp_unit(cos_i), m = 1.0f - cosine, m2 = square(m);
+  const Color4 f0 =
+      color4(Rgb(clamp_unit(base_f0.x), clamp_unit(base_f0.y), clamp_unit(base_f0.z)));
+  const Color4 base = fma(1.0f - f0, square(m2) * m, f0);
+  const bool film = film_ior > 1.0f && thickness_nm > 0.0f;
+  const float reflect = film ? fresnel_dielectric(cosine, film_ior) : 0.0f;
+  if (!film || !(reflect < 1.0f)) return to_rgb(base);
+
+  const float r12 = std::sqrt(reflect), pass = 1.0f - reflect;
+  const Color4 r13 = sqrt4(base);
+  const Color4 r23 = clamp_amplitude((r13 - r12) / fma(-r13, r12, splat4(1.0f)));
+  // Orders of bounces in the film: C0 + 2 sum of C q^m cos(m delta).
+  const Color4 q = r23 * splat4(-r12);
+  const Color4 r23_squared = r23 * r23;
+  const Color4 all = r23_squared * (square(pass)) / fma(r23_squared, -reflect, splat4(1.0f));
+  const float sin2_t = fma(-cosine, cosine, 1.0f) / square(film_ior);
+  const float path = 2.0f * film_ior * thickness_nm * safe_sqrt(1.0f - sin2_t) * float(1.0 / kStep);
+  Color4 sum = all + reflect;
+  Color4 term = (all - pass) * splat4(2.0f);
+  const Sensitivity& table = sensitivity();
+  constexpr float kNegligible = 2e-4f;
+  for (int order = 1; order <= kMaxOrder; ++order) {
+    const float d = path * float(order);
+    if (!(d < float(kSteps))) break;
+    term *= q;
+    // The last order stands for all that follow: they are geometric, and exact for a film of no
+    // thickness, where every cosine is 1.
+    const bool last = order == kMaxOrder || max_abs(term * q) < kNegligible;
+    const Color4 scaled = last ? term / (1.0f - q) : term;
+    sum = fma(scaled, table.at(d), sum);
+    if (last) break;
+  }
+  return {clamp_unit(sum[0]), clamp_unit(sum[1]), clamp_unit(sum[2])};
+}
+
+}  // namespace emberline

@@ -1,0 +1,28 @@
+// Reflectance of a thin film in air on a base (KHR_materials_iridescence): colours of interference.
+//
+// After Belcour & Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of
+// Varying Iridescence": light bounces in the film, the orders interfere (Airy's sum), and the sum
+// over wavelengths is done once per order in a table of what a channel sees of cos(2 pi D / lambda)
+// at path difference D. Amplitudes are scalar, without polarisation.
+//
+// Three things differ from the extension's (non-normative) code:
+// - The channels' responses are normalised: there a white reflector's interference terms have the
+//   colour (1.20, 0.95, 0.91), since equal-energy white is not D65.
+// - The table takes the place of four Gaussians fitted to the responses, and the orders go on until
+//   they do not count.
+// - The lower interface is what makes the whole right without a film: with r the base's amplitude
+//   in air (square root of Schlick's reflectance) and r12 that of the film's upper face (exact
+//   Fresnel), r23 = (r - r12) / (1 - r r12), the inverse of how two amplitudes add. At normal
+//   incidence that is the extension's; at any angle a film of no thickness, or of index 1, leaves
+//   the base's Schlick reflectance exactly, without fading the film's index out near thickness 0.
+#pragma once
+
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+// Linear Rec. 709 reflectance in [0, 1] at a cosine of incidence in [0, 1]. film_ior below 1 counts
+// as 1; thickness in nanometres; base_f0 is the base's reflectance at normal incidence in air.
+Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const Rgb& base_f0);
+
+}  // namespace emberline
