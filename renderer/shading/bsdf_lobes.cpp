@@ -197,14 +197,17 @@ float SurfaceBsdf::through_layers(const Vec3f& w) const {
 
 // The cosine lobes' share of T(wo) / K.
 void SurfaceBsdf::cover_base() {
-  static const GaussLegendre<6> rule;
+  static const GaussLegendre<8> rule;
   LobeList& list = *list_;
   float diffuse = 0.0f, multiple = 0.0f, diffuse_through = 0.0f, multiple_through = 0.0f;
   for (size_t i = 0; i < rule.x.size(); ++i) {
-    const float mu = std::sqrt(float(rule.x[i]));  // weighs directions by their cosine
+    // mu = x^2: nodes at grazing angles, where layers reflect.
+    const auto x = float(rule.x[i]);
+    const float mu = square(x);
     const float across = safe_sqrt(0.5f * (1.0f - mu * mu));
     const SpecularAlbedo::Value at = reflection_albedo(Vec3f(across, across, mu));
-    const float weight = float(rule.w[i]), through = through_coat(mu) * through_sheen(mu);
+    const float weight = float(rule.w[i]) * mu * x;
+    const float through = through_coat(mu) * through_sheen(mu);
     const float enters = weight * std::max(0.0f, 1.0f - dielectric_reflectance(at.loss, at.schlick));
     diffuse += enters;
     diffuse_through += enters * through;

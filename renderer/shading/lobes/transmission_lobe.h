@@ -27,7 +27,7 @@ struct TransmissionParameters {
   float ior = 1.5f;        // of the solid against the outside; >= 1, or 0: reflects everything
   float specular = 1.0f;   // weight of the reflection, [0, 1]
   Rgb specular_color = Rgb(1.0f);  // of it at normal incidence
-  Film film;                       // on the outside
+  Film film = {};                  // on the outside
   bool thin_walled = true;
   bool inside = false;  // wo is inside the solid (the back face was hit); ignored if thin-walled
 };
