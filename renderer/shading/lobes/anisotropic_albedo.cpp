@@ -1,8 +1,23 @@
 // The table behind AnisotropicAlbedo, by quadrature over bounded visible normals.
+//
+// Coordinates, chosen by the error that interpolation along each leaves while the others are exact:
+// - the cosine by sqrt(c/2 + mu/2), c = (1 + 2 alpha) mu / (mu + 2 alpha) with the width in its
+//   azimuth as in specular_albedo.h: across the groove things change over mu ~ alpha, and again
+//   over mu ~ 1 because normals spread along x;
+// - the azimuth by alpha^(1/8) of the width there, between those of alpha_y and alpha_x: with
+//   alpha_y = 1e-3 and alpha_x = 1 all that changes happens within some degrees of y;
+// - alpha_y by its fourth root (rest) from the mirror's to 1;
+// - alpha_x by its square root from alpha_y's to 1.
+// Cubic (Lagrange) in each leaves at most 1e-3 along the cosine and 7e-4 along each other, with a
+// thirtieth of the nodes that linear interpolation needs. Widths change less often than directions,
+// and every neighbour costs a line of cache: so once built, the table is refined along the widths,
+// where looking up is linear then.
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <memory>
+#include <vector>
 
 #include "renderer/shading/gauss_legendre.h"
 #include "renderer/shading/lobes/anisotropic_ggx.h"
@@ -11,59 +26,62 @@ namespace emberline {
 
 namespace {
 
-// Nodes over cosine, azimuth, alpha_y and alpha_x.
-constexpr int kCosines = 20, kAzimuths = 8, kNarrow = 16, kWide = 12;
-constexpr int kPolar = 24, kTurns = 48;  // of the quadrature
+constexpr int kCosines = 18, kAzimuths = 14, kNarrow = 24, kWide = 20;
+constexpr int kNarrowBuilt = 12, kWideBuilt = 10;  // by quadrature, the rest from these
+constexpr size_t kPlane = size_t(kAzimuths) * kCosines;
+constexpr int kPolar = 32, kTurns = 64;  // of the quadrature
 
-constexpr float kFirstRoughness = 0.0316227766f;  // sqrt(kMirrorAlpha)
+constexpr float kFirstRoot = 0.177827941f;  // kMirrorAlpha^(1/4)
 
-// Widths, both even in roughness = sqrt(alpha): y from the mirror's to 1, x from y's to 1.
-float narrow_at(float position) {
-  return square(kFirstRoughness + (1 - kFirstRoughness) * position);
-}
+// Of positions in [0, 1].
+float narrow_at(float position) { return square(square(lerp(kFirstRoot, 1.0f, position))); }
 float wide_at(float position, float alpha_y) {
-  const float r = std::sqrt(alpha_y);
-  return square(r + (1 - r) * position);
+  return square(lerp(std::sqrt(alpha_y), 1.0f, position));
+}
+float position_of(int i, int size) { return float(i) / float(size - 1); }
+// cos^2 of the azimuth at a node.
+float cos2_at(int i, float alpha_x, float alpha_y) {
+  const float position = float(i) / float(kAzimuths - 1);
+  const float x = std::pow(alpha_x, 0.125f), y = std::pow(alpha_y, 0.125f);
+  if (!(x - y > 1e-5f)) return position;
+  const float alpha2 = std::pow(lerp(y, x, position), 16.0f);
+  const float cos2 = (alpha2 - square(alpha_y)) / (square(alpha_x) - square(alpha_y));
+  return i == kAzimuths - 1 ? 1.0f : std::clamp(cos2, 0.0f, 1.0f);
+}
+float cosine_coordinate(float mu, float alpha) {
+  const float a = 2 * alpha;
+  return std::sqrt(0.5f * ((1 + a) * mu / (mu + a) + mu));
+}
+float cosine_at(int i, float alpha) {
+  const double g = square(double(i) / (kCosines - 1)), a = 2 * double(alpha);
+  const double b = 1 + 2 * (a - g), root = std::sqrt(b * b + 8 * g * a);
+  return float(std::min(1.0, b > 0 ? 4 * g * a / (b + root) : 0.5 * (root - b)));
 }
 
-// The lobe's width in the azimuth of (x, y), alpha^2 = (alpha_x^2 x^2 + alpha_y^2 y^2) / (x^2 +
-// y^2), and where it lies between alpha_y and alpha_x, even in sqrt(alpha); the limit cos^2 where
-// both are equal.
-struct Azimuth {
-  float alpha, position;
-  Azimuth(float alpha_x, float alpha_y, float x, float y) {
-    const float x2 = square(x), sum = x2 + square(y);
-    const float cos2 = sum > 0 ? x2 / sum : 0.5f;
-    alpha = std::sqrt(lerp(square(alpha_y), square(alpha_x), cos2));
-    position = (alpha_x + alpha_y) * cos2 / (alpha + alpha_y) *
-               (std::sqrt(alpha_x) + std::sqrt(alpha_y)) / (std::sqrt(alpha) + std::sqrt(alpha_y));
+// Four nodes around a position in [0, 1] and their weights in a cubic.
+struct Cubic {
+  size_t first;
+  float weight[4];
+  Cubic(float position, int size) {
+    const float x = std::clamp(position, 0.0f, 1.0f) * float(size - 1);
+    const int i = std::clamp(int(x) - 1, 0, size - 4);
+    first = size_t(i);
+    const float t = x - float(i), t1 = t - 1, t2 = t - 2, t3 = t - 3;
+    weight[0] = t1 * t2 * t3 * (-1.0f / 6);
+    weight[1] = t * t2 * t3 * 0.5f;
+    weight[2] = t * t1 * t3 * -0.5f;
+    weight[3] = t * t1 * t2 * (1.0f / 6);
   }
 };
-// cos^2 of the azimuth at a position.
-float cos2_at(float position, float alpha_x, float alpha_y) {
-  const float ry = std::sqrt(alpha_y), rx = std::sqrt(alpha_x);
-  if (!(rx - ry > 1e-4f * rx)) return position;
-  const float alpha2 = square(square(ry + (rx - ry) * position));
-  return std::clamp((alpha2 - square(alpha_y)) / (square(alpha_x) - square(alpha_y)), 0.0f, 1.0f);
-}
 
-// The coordinate of specular_albedo.h and its inverse.
-float column_of(float mu, float alpha) {
-  return std::sqrt((1 + 2 * alpha) * mu / (mu + 2 * alpha));
-}
-float cosine_at(float column, float alpha) {
-  const float x2 = square(column), a = 2 * alpha;
-  return std::min(1.0f, x2 * a / (1 + a - x2));
-}
-
-struct Position {
+struct Linear {
   size_t index;
   float fraction;
-  Position(float at, int size) {
-    const float clamped = std::clamp(at, 0.0f, 1.0f) * float(size - 1);
-    const int i = std::min(int(clamped), size - 2);
+  Linear(float position, int size) {
+    const float x = std::clamp(position, 0.0f, 1.0f) * float(size - 1);
+    const int i = std::min(int(x), size - 2);
     index = size_t(i);
-    fraction = clamped - float(i);
+    fraction = x - float(i);
   }
 };
 
@@ -87,9 +105,8 @@ struct Quadrature {
 // E and B, as in specular_albedo.cpp.
 void integrate(const Quadrature& rule, const Vec3f& w, float ax, float ay, float* e, float* b) {
   const float ax2 = square(ax), ay2 = square(ay), mu = w.z;
-  const float sin2 = fma(w.x, w.x, square(w.y));
   const float t = std::sqrt(ax2 * square(w.x) + ay2 * square(w.y) + square(mu));
-  const float s2 = square(1 + std::sqrt(sin2)), narrow2 = std::min(ax2, ay2);
+  const float s2 = square(1 + std::sqrt(square(w.x) + square(w.y))), narrow2 = std::min(ax2, ay2);
   const float k = (1 - narrow2) * s2 / (s2 + narrow2 * square(mu));
   const float ix = ax * w.x / t, iy = ay * w.y / t, iz = mu / t, bound = k * iz;
   float sum_e = 0, sum_b = 0;
@@ -97,7 +114,7 @@ void integrate(const Quadrature& rule, const Vec3f& w, float ax, float ay, float
     const float one_minus_z = rule.u[j] * (1 + bound);
     const float z = 1 - one_minus_z, r = safe_sqrt(one_minus_z * (1 + z)), mz = z + iz;
     float row_e = 0, row_b = 0;
-    for (size_t i = 0; i < kTurns; ++i) {  // vectorises: no call, no branch
+    for (size_t i = 0; i < kTurns; ++i) {
       const float mx = ax * (r * rule.cos_phi[i] + ix), my = ay * (r * rule.sin_phi[i] + iy);
       const float length2 = square(mx) + square(my) + square(mz);
       const float cos_d = w.x * mx + w.y * my + mu * mz;  // times the length of m
@@ -119,60 +136,79 @@ void integrate(const Quadrature& rule, const Vec3f& w, float ax, float ay, float
 
 float pow5(float x) { return square(square(x)) * x; }
 
+// The isotropic lobe whose averages are the start for a stretched one's.
+SpecularAlbedo mean_width(float ax, float ay) {
+  return SpecularAlbedo(std::sqrt(std::sqrt(0.5f * (square(ax) + square(ay)))));
+}
+
 }  // namespace
 
 struct AnisotropicAlbedo::Tables {
-  std::array<Node, size_t(kNarrow* kWide* kAzimuths* kCosines)> nodes;
-  // Of the averages: the loss over that of the isotropic lobe with the mean alpha^2, and what the
-  // Schlick part has beyond that lobe's.
+  std::array<Node, kPlane * kNarrow * kWide> nodes;  // [alpha_y][alpha_x][azimuth][cosine]
+  // Of the averages: the loss over that of mean_width(), and what the Schlick part has beyond its.
   std::array<Node, size_t(kNarrow* kWide)> averages = {};
-
-  static const Node* plane(const Tables& t, size_t narrow, size_t wide) {
-    return t.nodes.data() + (narrow * kWide + wide) * kAzimuths * kCosines;
-  }
 
   Tables() {
     const Quadrature rule;
-    size_t n = 0;
-    for (int j = 0; j < kNarrow; ++j)
-      for (int i = 0; i < kWide; ++i) {
-        const float ay = narrow_at(float(j) / float(kNarrow - 1));
-        const float ax = wide_at(float(i) / float(kWide - 1), ay);
-        for (int v = 0; v < kAzimuths; ++v) {
-          const float cos2 = cos2_at(float(v) / float(kAzimuths - 1), ax, ay);
-          const Vec2f axis(std::sqrt(cos2), std::sqrt(1 - cos2));
-          const float alpha = std::sqrt(lerp(square(ay), square(ax), cos2));
-          const SpecularAlbedo isotropic(std::sqrt(alpha));
-          for (int c = 0; c < kCosines; ++c, ++n) {
-            const float mu = cosine_at(float(c) / float(kCosines - 1), alpha);
-            nodes[n] = i == 0 ? Node{0, 0} : difference(rule, isotropic, axis, mu, ax, ay);
-          }
-        }
+    std::vector<Node> built(kPlane * kNarrowBuilt * kWideBuilt);
+    for (int j = 0; j < kNarrowBuilt; ++j)
+      for (int i = 0; i < kWideBuilt; ++i) {
+        const float ay = narrow_at(position_of(j, kNarrowBuilt));
+        const float ax = wide_at(position_of(i, kWideBuilt), ay);
+        fill(rule, ax, ay, built.data() + size_t(j * kWideBuilt + i) * kPlane);
       }
     for (int j = 0; j < kNarrow; ++j)
+      for (int i = 0; i < kWide; ++i)
+        refine(built, Cubic(position_of(j, kNarrow), kNarrowBuilt),
+               Cubic(position_of(i, kWide), kWideBuilt),
+               nodes.data() + size_t(j * kWide + i) * kPlane);
+    for (int j = 0; j < kNarrow; ++j)
       for (int i = 0; i < kWide; ++i) {
-        const float ay = narrow_at(float(j) / float(kNarrow - 1));
-        averages[size_t(j * kWide + i)] =
-            i == 0 ? Node{1, 0} : average(ay, wide_at(float(i) / float(kWide - 1), ay));
+        const float ay = narrow_at(position_of(j, kNarrow));
+        averages[size_t(j * kWide + i)] = average(wide_at(position_of(i, kWide), ay), ay);
       }
   }
 
-  static Node difference(const Quadrature& rule, const SpecularAlbedo& isotropic, const Vec2f& axis,
-                         float mu, float ax, float ay) {
-    const float sine = safe_sqrt((1 - mu) * (1 + mu));
-    float e, b;
-    integrate(rule, Vec3f(axis.x * sine, axis.y * sine, mu), ax, ay, &e, &b);
-    const SpecularAlbedo::Value base = isotropic.at(mu);
-    const float m5 = pow5(1 - mu);
-    return {1 - e - base.loss, (b - m5 * e) - (base.schlick - m5 * (1 - base.loss))};
+  static void refine(const std::vector<Node>& built, const Cubic& narrow, const Cubic& wide,
+                     Node* out) {
+    for (size_t n = 0; n < kPlane; ++n) {
+      out[n] = {0, 0};
+      for (size_t j = 0; j < 4; ++j)
+        for (size_t i = 0; i < 4; ++i) {
+          const float weight = narrow.weight[j] * wide.weight[i];
+          const Node& from = built[((narrow.first + j) * kWideBuilt + wide.first + i) * kPlane + n];
+          out[n].loss = fma(weight, from.loss, out[n].loss);
+          out[n].rest = fma(weight, from.rest, out[n].rest);
+        }
+    }
+  }
+
+  static void fill(const Quadrature& rule, float ax, float ay, Node* out) {
+    for (int v = 0; v < kAzimuths; ++v) {
+      const float cos2 = cos2_at(v, ax, ay);
+      const float alpha = std::sqrt(lerp(square(ay), square(ax), cos2));
+      const SpecularAlbedo isotropic(std::sqrt(alpha));
+      for (int c = 0; c < kCosines; ++c, ++out) {
+        *out = {0, 0};
+        if (!(ax > ay * 1.00001f)) continue;
+        const float mu = std::max(1e-7f, cosine_at(c, alpha)), sine = safe_sqrt(1 - square(mu));
+        float e, b;
+        integrate(rule, Vec3f(std::sqrt(cos2) * sine, std::sqrt(1 - cos2) * sine, mu), ax, ay, &e,
+                  &b);
+        const SpecularAlbedo::Value base = isotropic.at(mu);
+        const float m5 = pow5(1 - mu);
+        *out = {1 - e - base.loss, (b - m5 * e) - (base.schlick - m5 * (1 - base.loss))};
+      }
+    }
   }
 
   // Means of at() over the hemisphere: even in log(cosine), and in an azimuth stretched half as far
   // as the lobe, so that neither narrow layers nor the rest go without nodes.
-  Node average(float ay, float ax) const {
+  Node average(float ax, float ay) const {
+    if (!(ax > ay * 1.00001f)) return {1, 0};
     static const GaussLegendre<32> cosines;
-    static const GaussLegendre<12> azimuths;
-    AnisotropicAlbedo one(ax, ay, *this);
+    static const GaussLegendre<16> azimuths;
+    const AnisotropicAlbedo one(ax, ay, *this);
     const double range = std::log(1e5), g = std::sqrt(double(ax) / double(ay));
     double loss = 0, schlick = 0, area = 0;
     for (size_t j = 0; j < azimuths.x.size(); ++j) {
@@ -189,13 +225,9 @@ struct AnisotropicAlbedo::Tables {
         area += w;
       }
     }
-    const SpecularAlbedo isotropic(mean_roughness(ax, ay));
+    const SpecularAlbedo isotropic = mean_width(ax, ay);
     return {float(loss / area) / isotropic.average_loss(),
             float(schlick / area) - isotropic.average_schlick()};
-  }
-
-  static float mean_roughness(float ax, float ay) {
-    return std::sqrt(std::sqrt(0.5f * (square(ax) + square(ay))));
   }
 };
 
@@ -204,26 +236,32 @@ const AnisotropicAlbedo::Tables& AnisotropicAlbedo::tables() {
   return *instance;
 }
 
-AnisotropicAlbedo::AnisotropicAlbedo(float alpha_x, float alpha_y, const Tables& tables)
-    : alpha_x_(std::max(alpha_x, alpha_y)), alpha_y_(alpha_y) {
-  const float ry = std::sqrt(alpha_y_), rx = std::sqrt(alpha_x_);
-  const Position narrow((ry - kFirstRoughness) / (1 - kFirstRoughness), kNarrow);
-  const Position wide((rx - ry) / std::max(1 - ry, 1e-6f), kWide);
-  const auto weigh = [&](size_t j, size_t i) {
-    return (j ? narrow.fraction : 1 - narrow.fraction) * (i ? wide.fraction : 1 - wide.fraction);
-  };
-  const SpecularAlbedo isotropic(Tables::mean_roughness(alpha_x_, alpha_y_));
-  float ratio = 0, more = 0;
-  for (size_t corner = 0; corner < 4; ++corner) {
-    const size_t j = corner / 2, i = corner % 2;
-    weights_[corner] = weigh(j, i);
-    corners_[corner] = Tables::plane(tables, narrow.index + j, wide.index + i);
-    const Node& a = tables.averages[(narrow.index + j) * kWide + wide.index + i];
-    ratio = fma(weights_[corner], a.loss, ratio);
-    more = fma(weights_[corner], a.rest, more);
+AnisotropicAlbedo::AnisotropicAlbedo(float alpha_x, float alpha_y, const Tables& tables) {
+  const float ay = std::clamp(alpha_y, kMirrorAlpha, 1.0f), ax = std::clamp(alpha_x, ay, 1.0f);
+  alpha_x2_ = square(ax);
+  alpha_y2_ = square(ay);
+  float x = ax, y = ay;
+  sums_ = 1;
+  for (float& root : roots_y_) {
+    root = y;
+    sums_ *= x + y;
+    x = std::sqrt(x);
+    y = std::sqrt(y);
   }
-  average_loss_ = ratio * isotropic.average_loss();
-  average_schlick_ = isotropic.average_schlick() + more;
+  const Linear narrow((roots_y_[2] - kFirstRoot) / (1 - kFirstRoot), kNarrow);
+  const Linear wide((std::sqrt(ax) - roots_y_[1]) / std::max(1 - roots_y_[1], 1e-6f), kWide);
+  const size_t first = narrow.index * kWide + wide.index;
+  nodes_ = tables.nodes.data() + first * kPlane;
+  narrow_ = narrow.fraction;
+  wide_ = wide.fraction;
+  const auto blend = [&](float Node::*field) {
+    const Node* p = tables.averages.data() + first;
+    return lerp(lerp(p[0].*field, p[1].*field, wide_),
+                lerp(p[kWide].*field, p[kWide + 1].*field, wide_), narrow_);
+  };
+  const SpecularAlbedo isotropic = mean_width(ax, ay);
+  average_loss_ = blend(&Node::loss) * isotropic.average_loss();
+  average_schlick_ = isotropic.average_schlick() + blend(&Node::rest);
 }
 
 AnisotropicAlbedo::AnisotropicAlbedo(float alpha_x, float alpha_y)
@@ -231,25 +269,42 @@ AnisotropicAlbedo::AnisotropicAlbedo(float alpha_x, float alpha_y)
 
 SpecularAlbedo::Value AnisotropicAlbedo::at(const Vec3f& w) const {
   const float mu = std::clamp(w.z, 0.0f, 1.0f);
-  const Azimuth azimuth(alpha_x_, alpha_y_, w.x, w.y);
-  const SpecularAlbedo::Value base = SpecularAlbedo(std::sqrt(azimuth.alpha)).at(mu);
-  const Position v(azimuth.position, kAzimuths);
-  const Position x(column_of(mu, azimuth.alpha), kCosines);
-  const size_t at = v.index * kCosines + x.index;
-  float loss = base.loss, rest = 0;
+  const float x2 = square(w.x), sin2 = fma(w.y, w.y, x2);
+  const float cos2 = sin2 > 0 ? x2 / sin2 : 0.5f;
+  // The width in w's azimuth, and its place between alpha_y and alpha_x: (a^p - y^p) / (x^p - y^p)
+  // with p = 1/8, from a^2 - y^2 = (x^2 - y^2) cos^2, free of cancellation where the two meet.
+  const float alpha = std::sqrt(lerp(alpha_y2_, alpha_x2_, cos2)), root = std::sqrt(alpha);
+  const float root4 = std::sqrt(root), root8 = std::sqrt(root4);
+  const float sums =
+      (alpha + roots_y_[0]) * (root + roots_y_[1]) * (root4 + roots_y_[2]) * (root8 + roots_y_[3]);
+  const Cubic v(cos2 * sums_ / sums, kAzimuths);
+  const Cubic x(cosine_coordinate(mu, alpha), kCosines);
+
+  // Four neighbours along the cosine, loss and rest in turn, at once.
+  using Float8 [[gnu::vector_size(32)]] = float;
+  Float8 sum = {};
+  const Node* start = nodes_ + v.first * kCosines + x.first;
+  const float weights[4] = {(1 - narrow_) * (1 - wide_), (1 - narrow_) * wide_,
+                            narrow_ * (1 - wide_), narrow_ * wide_};
   for (size_t corner = 0; corner < 4; ++corner) {
-    const Node* p = corners_[corner] + at;
-    const auto blend = [&](float Node::*field) {
-      return lerp(lerp(p[0].*field, p[1].*field, x.fraction),
-                  lerp(p[kCosines].*field, p[kCosines + 1].*field, x.fraction), v.fraction);
-    };
-    loss = fma(weights_[corner], blend(&Node::loss), loss);
-    rest = fma(weights_[corner], blend(&Node::rest), rest);
+    const Node* p = start + (corner / 2 * kWide + corner % 2) * kPlane;
+    Float8 row = {};
+    for (size_t k = 0; k < 4; ++k) {
+      Float8 four;
+      std::memcpy(&four, p + k * kCosines, sizeof(four));
+      row += four * v.weight[k];
+    }
+    sum += row * weights[corner];
   }
-  loss = std::clamp(loss, 0.0f, 1.0f);
+  float more_loss = 0, rest = 0;
+  for (int i = 0; i < 4; ++i) {
+    more_loss = fma(x.weight[i], sum[2 * i], more_loss);
+    rest = fma(x.weight[i], sum[2 * i + 1], rest);
+  }
+  const SpecularAlbedo::Value base = SpecularAlbedo(root).at(mu);
+  const float loss = std::clamp(base.loss + more_loss, 0.0f, 1.0f);
   // base.schlick holds (1 - mu)^5 E of its own E.
-  const float m5 = pow5(1 - mu);
-  return {loss, std::clamp(base.schlick + rest + m5 * (base.loss - loss), 0.0f, 1.0f)};
+  return {loss, std::clamp(fma(pow5(1 - mu), base.loss - loss, base.schlick + rest), 0.0f, 1.0f)};
 }
 
 }  // namespace emberline

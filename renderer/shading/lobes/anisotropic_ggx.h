@@ -75,8 +75,9 @@ class AnisotropicGgx {
 
 // The directional albedo of that lobe, as SpecularAlbedo has it for one width: what an isotropic
 // lobe returns whose width is this one's in w's azimuth, from SpecularAlbedo, plus a table of the
-// difference over (cosine, azimuth, alpha_y, alpha_x). With alpha_x = alpha_y the difference is 0.
-// Built at first use, deterministic, thread-safe.
+// difference over (cosine, azimuth, alpha_y, alpha_x), cubic in all four. With alpha_x = alpha_y
+// the difference is 0. Coordinates and nodes by measured error, see anisotropic_albedo.cpp: |error|
+// < 1.5e-3 in E and in B, 2e-4 rms. 950 KiB, built at first use (deterministic, thread-safe).
 class AnisotropicAlbedo {
  public:
   // alpha_x >= alpha_y (glTF: x is the stretched direction), both in [kMirrorAlpha, 1].
@@ -97,11 +98,12 @@ class AnisotropicAlbedo {
   static const Tables& tables();
   AnisotropicAlbedo(float alpha_x, float alpha_y, const Tables& tables);
 
-  float alpha_x_, alpha_y_;
-  const Node* corners_[4];  // the tables over (cosine, azimuth) of the four neighbouring widths
-  float weights_[4];
-  float average_loss_ = 0.0f;
-  float average_schlick_ = 1.0f / 21.0f;
+  float alpha_x2_, alpha_y2_;
+  // alpha_y to the powers 1, 1/2, 1/4, 1/8, and the product of their sums with those of alpha_x.
+  float roots_y_[4], sums_;
+  const Node* nodes_;    // the first of 2 x 2 neighbouring widths
+  float narrow_, wide_;  // between them
+  float average_loss_, average_schlick_;
 };
 
 }  // namespace emberline

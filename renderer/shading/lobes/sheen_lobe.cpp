@@ -31,12 +31,12 @@ struct Shadowing {
 
 // ---- tables ------------------------------------------------------------------------------------
 
-constexpr int kColumns = 40, kRows = 48;
-constexpr int kCosines = 32, kAzimuths = 20;  // quadrature
+constexpr int kColumns = 112, kRows = 64;
+constexpr int kCosines = 28, kAzimuths = 16;  // quadrature
 
-// Columns are even in mu^(1/4) from kSheenMinCosine, rows in sqrt(roughness).
+// Columns are even in mu^(1/4) from kSheenMinCosine, rows in roughness^(1/4).
 constexpr float kFirstColumn = 0.1f;
-const float kFirstRow = std::sqrt(kSheenMinRoughness);
+const float kFirstRow = std::sqrt(std::sqrt(kSheenMinRoughness));
 static_assert(kSheenMinCosine == 1e-4f);
 
 struct Position {
@@ -54,14 +54,14 @@ Position column_of(float mu) {
   return Position((std::sqrt(std::sqrt(mu)) - kFirstColumn) / (1 - kFirstColumn), kColumns);
 }
 Position row_of(float roughness) {
-  return Position((std::sqrt(roughness) - kFirstRow) / (1 - kFirstRow), kRows);
+  return Position((std::sqrt(std::sqrt(roughness)) - kFirstRow) / (1 - kFirstRow), kRows);
 }
 double cosine_at(int column) {
   const double x = double(kFirstColumn) + (1 - double(kFirstColumn)) * column / (kColumns - 1);
   return std::min(1.0, square(square(x)));
 }
 double roughness_at(int row) {
-  return square(double(kFirstRow) + (1 - double(kFirstRow)) * row / (kRows - 1));
+  return square(square(double(kFirstRow) + (1 - double(kFirstRow)) * row / (kRows - 1)));
 }
 
 // s whose density (1 + s) / (1 + s mu)^2 has this mean; the mean falls as s grows.
@@ -74,6 +74,13 @@ double slope_of_mean(double mean) {
     (m > mean ? low : high) = middle;
   }
   return std::expm1(0.5 * (low + high));
+}
+
+// max(1, r), its corner rounded off over 1 +- kRound: the table could not follow the corner.
+constexpr float kRound = 0.045f;
+float limit(float r) {
+  if (r < 1 - kRound) return 1;
+  return r < 1 + kRound ? 1 + square(r - (1 - kRound)) / (4 * kRound) : r;
 }
 
 struct Node {
@@ -106,6 +113,8 @@ void Table::fill(int row) {
   const double alpha = square(roughness_at(row));
   const Shadowing shadowing(alpha);
   Node* out = nodes.data() + size_t(row) * kColumns;
+  std::array<double, kAzimuths> cos_azimuth;
+  for (size_t j = 0; j < kAzimuths; ++j) cos_azimuth[j] = std::cos(kPiD * azimuths.x[j]);
   // Light at cosine t^4 (the shadowing rises steeply at 0), averaged over its azimuth.
   std::array<double, kCosines> mu_i, lambda_i, weight;
   for (size_t i = 0; i < kCosines; ++i) {
@@ -126,12 +135,11 @@ void Table::fill(int row) {
       const double sine_i = std::sqrt(1 - square(mu_i[i]));
       double d = 0, d_cos = 0;
       for (size_t j = 0; j < kAzimuths; ++j) {
-        const double cos_phi = std::cos(kPiD * azimuths.x[j]);
-        const double h2 = 2 * (1 + mu * mu_i[i] + sine * sine_i * cos_phi);
+        const double h2 = 2 * (1 + mu * mu_i[i] + sine * sine_i * cos_azimuth[j]);
         const double sin2 = std::max(0.0, 1 - square(mu + mu_i[i]) / h2);
-        const double value = azimuths.w[j] * std::pow(sin2, 0.5 / alpha);
+        const double value = azimuths.w[j] * double(std::pow(float(sin2), float(0.5 / alpha)));
         d += value;
-        d_cos += value * cos_phi;
+        d_cos += value * cos_azimuth[j];
       }
       const double scale = weight[i] * (2 + 1 / alpha) / (4 * mu * (masking + lambda_i[i]));
       energy[size_t(column)][i] = d * scale;
@@ -141,19 +149,19 @@ void Table::fill(int row) {
     }
     Node& node = out[column];
     node.raw = float(sum);
-    if (sum > 1) exceeds_one[size_t(row)] = true;
+    if (sum > double(1 - kRound)) exceeds_one[size_t(row)] = true;
     // Wider than by the moments: that lowers the variance of the weights, whose tails are longer
     // than these densities'.
     node.slope = float(std::pow(1 + slope_of_mean(sum_mu / sum), 0.75) - 1);
     node.concentration = float(0.77 * std::max(0.0, sum_cos / sum));
   }
   for (int column = 0; column < kColumns; ++column) {
-    const float own = std::max(1.0f, out[column].raw);
+    const float own = limit(out[column].raw);
     double sum = 0;
     for (size_t i = 0; i < kCosines; ++i) {
       const Position p = column_of(std::max(float(mu_i[i]), kSheenMinCosine));
       const float other = lerp(out[p.index].raw, out[p.index + 1].raw, p.fraction);
-      sum += energy[size_t(column)][i] / double(std::max(own, other));
+      sum += energy[size_t(column)][i] / double(std::max(own, limit(other)));
     }
     out[column].albedo = float(std::min(1.0, sum));
   }
@@ -192,7 +200,7 @@ SheenLobe::SheenLobe(float roughness, const Vec3f& wo) : wo_(wo) {
   };
   slope_ = blend(&Node::slope);
   concentration_ = blend(&Node::concentration);
-  limit_ = std::max(1.0f, blend(&Node::raw));
+  limit_ = limit(blend(&Node::raw));
   exceeds_one_ = t.exceeds_one[row.index] || t.exceeds_one[row.index + 1];
   row_ = row.index;
   row_fraction_ = row.fraction;
@@ -214,7 +222,7 @@ float SheenLobe::eval(const Vec3f& wi) const {
   const float mu = std::clamp(wi.z, kSheenMinCosine, 1.0f);
   const float distribution = std::pow(xy2 / length2, half_exponent_);
   float value = scale_ * distribution / (masking_o_ + lambda(mu)) * (wi.z / mu);
-  if (exceeds_one_) value /= std::max(limit_, table().raw(row_, row_fraction_, mu));
+  if (exceeds_one_) value /= std::max(limit_, limit(table().raw(row_, row_fraction_, mu)));
   return value;
 }
 

@@ -3,15 +3,18 @@
 // alpha = roughness^2:
 //   D = (2 + 1/alpha) sin(h)^(1/alpha) / 2 pi,   f = D / (4 mu_o mu_i (1 + L(mu_o) + L(mu_i))).
 //
-// As published it returns more than it gets: its albedo R(mu) reaches 1.2 at roughness 0.2 and 2.9
+// As published it returns more than it gets: its albedo R(mu) reaches 1.19 at roughness 0.2 and 2.9
 // at 0.07, for cosines below 0.05, and grows without bound as the cosine goes to 0 at every
 // roughness. Here
 //   f' = f / max(1, R(mu_o), R(mu_i)),
-// which stays reciprocal, returns at most 1, and is f wherever f can be used as it stands (at
-// roughness above 0.26 everywhere). Cosines below kSheenMinCosine count as that one.
+// the corner of that max rounded off over 1 +- 0.045: reciprocal, returns at most 1, and is f where
+// f can be used as it stands (at roughness above 0.285 everywhere). Cosines below kSheenMinCosine
+// count as that one.
 //
 // Sampling: cosine and azimuth apart, densities (1 + s) / (1 + s mu)^2 and the wrapped Cauchy
 // distribution around wo's azimuth, s and its width from a table by the lobe's own first moments.
+// E[w^2] / E[w]^2 of its weights is 1.02 to 2.3 over all roughnesses and angles, w / E[w] at most
+// 4.2; even directions give 1.04 to 18, cosine-weighted ones 1.2 to 140.
 #pragma once
 
 #include "renderer/core/vector.h"

@@ -15,7 +15,7 @@ namespace {
 // smaller waves. Value and slope at even steps, cubic between.
 constexpr double kStep = 25.0;  // nanometres
 constexpr int kSteps = 400;
-constexpr int kMaxOrder = 12;
+constexpr int kMaxOrder = 32;
 
 struct Sensitivity {
   struct Node {
@@ -72,10 +72,33 @@ Color4 clamp_amplitude(Color4 r) {
   return r > -one ? r : -one;
 }
 Color4 sqrt4(Color4 c) {
+#ifdef __SSE__
+  return __builtin_ia32_sqrtps(c);
+#else
   return Color4{std::sqrt(c[0]), std::sqrt(c[1]), std::sqrt(c[2]), std::sqrt(c[3])};
+#endif
 }
 float max_abs(Color4 c) {
   return std::max(std::abs(c[0]), std::max(std::abs(c[1]), std::abs(c[2])));
+}
+
+// See the header. Of base_f0, and the path difference in steps: a quarter of 550 nm.
+constexpr float kDielectric = 0.1f, kMetal = 0.4f;
+constexpr float kQuarterWave = float(137.5 / kStep);
+
+Color4 lower_amplitude_of_metals(Color4 r23, Color4 f0, float film_ior, float cos_t, float path) {
+  const float film = (film_ior - 1.0f) / (film_ior + 1.0f), m = 1.0f - cos_t;
+  const Color4 root = sqrt4(f0), normal = (root - film) / fma(-root, film, splat4(1.0f));
+  const Color4 squared = normal * normal;
+  const Color4 schlick = fma(1.0f - squared, square(square(m)) * m, squared);
+  const float t = std::min(1.0f, path / kQuarterWave);
+  const Color4 metal = (f0 - kDielectric) / (kMetal - kDielectric), zero = {}, one = splat4(1.0f);
+  const Color4 share = (metal < zero  ? zero
+                        : metal > one ? one
+                                      : metal) *
+                       (t * t * fma(-2.0f, t, 3.0f));
+  const Color4 magnitude = sqrt4(fma(schlick - r23 * r23, share, r23 * r23));
+  return r23 < zero ? -magnitude : magnitude;
 }
 
 }  // namespace
@@ -90,25 +113,29 @@ Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const
   if (!film || !(reflect < 1.0f)) return to_rgb(base);
 
   const float r12 = std::sqrt(reflect), pass = 1.0f - reflect;
+  const float cos_t = safe_sqrt(1.0f - fma(-cosine, cosine, 1.0f) / square(film_ior));
+  const float path = 2.0f * film_ior * thickness_nm * cos_t * float(1.0 / kStep);
   const Color4 r13 = sqrt4(base);
-  const Color4 r23 = clamp_amplitude((r13 - r12) / fma(-r13, r12, splat4(1.0f)));
+  Color4 r23 = clamp_amplitude((r13 - r12) / fma(-r13, r12, splat4(1.0f)));
+  if (max_abs(f0) > kDielectric) r23 = lower_amplitude_of_metals(r23, f0, film_ior, cos_t, path);
   // Orders of bounces in the film: C0 + 2 sum of C q^m cos(m delta).
   const Color4 q = r23 * splat4(-r12);
   const Color4 r23_squared = r23 * r23;
   const Color4 all = r23_squared * (square(pass)) / fma(r23_squared, -reflect, splat4(1.0f));
-  const float sin2_t = fma(-cosine, cosine, 1.0f) / square(film_ior);
-  const float path = 2.0f * film_ior * thickness_nm * safe_sqrt(1.0f - sin2_t) * float(1.0 / kStep);
   Color4 sum = all + reflect;
   Color4 term = (all - pass) * splat4(2.0f);
   const Sensitivity& table = sensitivity();
-  constexpr float kNegligible = 2e-4f;
+  constexpr float kNegligible = 5e-4f;
+  const float ratio = max_abs(q);
+  float bound = 2.0f * ratio;  // of the order after the present one
   for (int order = 1; order <= kMaxOrder; ++order) {
     const float d = path * float(order);
     if (!(d < float(kSteps))) break;
     term *= q;
     // The last order stands for all that follow: they are geometric, and exact for a film of no
     // thickness, where every cosine is 1.
-    const bool last = order == kMaxOrder || max_abs(term * q) < kNegligible;
+    bound *= ratio;
+    const bool last = order == kMaxOrder || bound < kNegligible;
     const Color4 scaled = last ? term / (1.0f - q) : term;
     sum = fma(scaled, table.at(d), sum);
     if (last) break;

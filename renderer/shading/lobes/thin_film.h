@@ -14,7 +14,15 @@
 //   in air (square root of Schlick's reflectance) and r12 that of the film's upper face (exact
 //   Fresnel), r23 = (r - r12) / (1 - r r12), the inverse of how two amplitudes add. At normal
 //   incidence that is the extension's; at any angle a film of no thickness, or of index 1, leaves
-//   the base's Schlick reflectance exactly, without fading the film's index out near thickness 0.
+//   the base's Schlick reflectance exactly, and a film of the base's index nearly so, with no need
+//   to fade the film's index out near thickness 0. Metals absorb, which turns the phase of r23 with
+//   the angle, so that this real r23 is too small for them: from base_f0 0.1 to 0.4 the extension's
+//   Schlick reflectance takes over, once the path difference exceeds a quarter of a wavelength.
+//
+// Root mean square distance from both polarisations' exact sums, over angles and thicknesses to
+// 1000 nm: dielectric bases 0.014 (with the extension's interfaces 0.028), metals of complex index
+// 0.10 (0.10). From the sum over wavelengths of its own model: 7e-5, at most 1.5e-3 (unit test
+// ThinFilm).
 #pragma once
 
 #include "renderer/core/vector.h"
