@@ -61,8 +61,8 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
 
   // The dielectric rides along in the fourth lane: its F0, F90, Fms and albedo.
   dielectric_f90_ = parameters.specular;
-  dielectric_f0_ = parameters.specular *
-                   std::min(1.0f, parameters.specular_tint * square((ior - 1.0f) / (ior + 1.0f)));
+  dielectric_f0_ = parameters.specular * std::min(1.0f, luminance(parameters.specular_color) *
+                                                            square((ior - 1.0f) / (ior + 1.0f)));
   const Color4 pure = color4(parameters.base_color, dielectric_f0_);
   const Color4 pure90{1.0f, 1.0f, 1.0f, dielectric_f90_};
   f0_ = fma(pure, metallic, splat4(dielectric_f0_ * through));

@@ -40,9 +40,8 @@ struct BsdfParameters {
   float ior = 1.5f;
   // Weight of the dielectric's reflection, F0 and F90 alike; 0 leaves a bare Lambertian base.
   float specular = 1.0f;
-  // Scales F0 of the dielectric (the product stays below 1): the luminance of
-  // KHR_materials_specular's colour.
-  float specular_tint = 1.0f;
+  // Of F0 of the dielectric, KHR_materials_specular's: the product stays below 1, this need not.
+  Rgb specular_color = Rgb(1.0f);
   // Share of the dielectric that is clear instead of diffuse (KHR_materials_transmission). The
   // further fields matter only if it is above 0.
   float transmission = 0.0f;
