@@ -13,6 +13,7 @@
 #include "io/json_reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
+#include "renderer/description/material_parameters.h"
 
 namespace emberline {
 namespace {
@@ -21,19 +22,14 @@ namespace {
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-// The ends of the ranges, as the command line has them for its own options: squares of distances
-// stay finite in float, and so does radiance times what a film sums up.
-constexpr double kFarthest = 1e15;
-constexpr double kBrightest = 1e9;
-constexpr double kMostTurns = 36000.0;  // degrees
-constexpr double kMostOfLens = 1e9;     // f-numbers, to either side: scenes come in any size
-constexpr double kMostNormalScale = 1000.0;
+using namespace edit_limits;
+constexpr double kMostOfLens = 1e9;  // f-numbers, to either side: scenes come in any size
 
 struct Range {
   double least = 0.0, most = 0.0;
 };
-constexpr Range kShare = {0.0, 1.0}, kLight = {0.0, kBrightest},
-                kPosition = {-kFarthest, kFarthest}, kLength = {1.0 / kFarthest, kFarthest};
+constexpr Range kLight = {0.0, kBrightest}, kPosition = {-kFarthest, kFarthest},
+                kLength = {1.0 / kFarthest, kFarthest};
 
 struct KindName {
   std::string_view name;
@@ -78,12 +74,14 @@ void members(LightEdit& edit, const auto& member) {
 
 void members(MaterialEdit& edit, const auto& member) {
   members(edit.target, member);
-  member("base_color", edit.base_color, kShare);
-  member("roughness", edit.roughness, kShare);
-  member("metallic", edit.metallic, kShare);
-  member("emission", edit.emission, kLight);
-  member("transmission", edit.transmission, kShare);
-  member("normal_scale", edit.normal_scale, Range{-kMostNormalScale, kMostNormalScale});
+  for (const MaterialParameter& p : material_parameters()) {
+    const Range range = {p.least, p.most};
+    if (p.color) {
+      member(p.name, edit.*p.edited_color, range);
+    } else {
+      member(p.name, edit.*p.edited_number, range);
+    }
+  }
 }
 
 int index(const JsonReader& entry) { return int(entry.whole(0, std::numeric_limits<int>::max())); }
@@ -117,10 +115,11 @@ template <typename Edit>
 Edit read_members(const JsonReader& entry) {
   Edit edit;
   std::vector<std::string_view> names;
-  members(edit, [&](const char* name, const auto&, Range = {}) { names.push_back(name); });
+  members(edit, [&](std::string_view name, const auto&, Range = {}) { names.push_back(name); });
   entry.object(names);
-  members(edit, [&](const char* name, auto& value, Range range = {}) {
-    if (entry.has(name)) read(entry[name], value, range);
+  members(edit, [&](std::string_view name, auto& value, Range range = {}) {
+    if (const std::string member(name); entry.has(member.c_str()))
+      read(entry[member], value, range);
   });
   return edit;
 }
@@ -234,9 +233,9 @@ Json value_of(const std::optional<Value>& value) {
 template <typename Edit>
 Json object_of(Edit edit) {
   Json object = Json::object();
-  members(edit, [&](const char* name, const auto& value, Range = {}) {
+  members(edit, [&](std::string_view name, const auto& value, Range = {}) {
     Json member = value_of(value);
-    if (!member.is_null()) object[name] = std::move(member);
+    if (!member.is_null()) object[std::string(name)] = std::move(member);
   });
   return object;
 }

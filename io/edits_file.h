@@ -12,12 +12,21 @@
 //                {"kind": "material", "name": "neon", "on": false},
 //                {"kind": "environment", "intensity": 0.5}],
 //     "materials": [{"name": "glass", "index": 3, "base_color": [1, 1, 1], "roughness": 0.1,
-//                    "metallic": 0, "emission": [0, 0, 0], "transmission": 1, "normal_scale": 1}]
+//                    "metallic": 0, "emission": [0, 0, 0], "transmission": 1, "normal_scale": 1,
+//                    "ior": 1.5, "specular": 1, "specular_color": [1, 1, 1],
+//                    "attenuation_color": [1, 1, 1], "attenuation_distance": 0.1,
+//                    "dispersion": 0, "diffuse_transmission": 0,
+//                    "diffuse_transmission_color": [1, 1, 1],
+//                    "anisotropy": 0, "anisotropy_rotation": 0,
+//                    "iridescence": 0, "iridescence_ior": 1.3, "iridescence_thickness": 400,
+//                    "sheen_color": [0, 0, 0], "sheen_roughness": 0,
+//                    "clearcoat": 0, "clearcoat_roughness": 0}]
 //   }
 //
 // Only the version is required. An orthographic view has "orthographic_height" in place of "fov_y"
-// and "f_stop". Colours are linear Rec. 709, angles degrees, lengths metres. What
-// the members mean is in renderer/description/scene_edits.h.
+// and "f_stop". Colours are linear Rec. 709, angles degrees, lengths metres but a film's, which are
+// nanometres. What the members mean is in renderer/description/scene_edits.h, the ranges of a
+// material's in material_parameters.cpp.
 #pragma once
 
 #include <string>

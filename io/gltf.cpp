@@ -40,6 +40,7 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
   scene.materials = read_materials(document, *model, options, scene.coverage);
   scene.variants = read_variants(document);
   scene.variants_read = options.variants;
+  scene.tangents_read = options.tangents;
   load_scene_graph(document, *model, scene);
   load_images(document, options, scene);
   scene.files = document.files();

@@ -9,11 +9,15 @@
 namespace emberline {
 
 struct GltfOptions {
-  // An image that does not decode becomes a neutral colour and a warning instead of an error.
+  // An image that does not decode becomes a neutral colour, a material's number that cannot be the
+  // specification's default, a texture that is not there none; with a warning instead of an error.
   bool lenient = false;
   // True: what the meshes wear in any of the file's variants is read as well, images and vertex
   // attributes included, so that SceneEdits can choose one. Otherwise their names alone.
   bool variants = false;
+  // True: every mesh has tangents, so that SceneEdits can make any material anisotropic. Otherwise
+  // those whose materials need them in the file.
+  bool tangents = false;
   // The files that the scene refers to lie in this folder or below, links followed; empty: in the
   // scene's own.
   std::string resource_root = {};

@@ -17,28 +17,24 @@ constexpr ExtensionInfo kExtensions[] = {
     {"EXT_texture_webp", kHonoured, ""},
     {"KHR_draco_mesh_compression", kHonoured, ""},
     {"KHR_lights_punctual", kHonoured, ""},
+    {"KHR_materials_anisotropy", kHonoured, ""},
+    {"KHR_materials_clearcoat", kHonoured, ""},
+    {"KHR_materials_diffuse_transmission", kHonoured, ""},
+    {"KHR_materials_dispersion", kHonoured, ""},
     {"KHR_materials_emissive_strength", kHonoured, ""},
     {"KHR_materials_ior", kHonoured, ""},
+    {"KHR_materials_iridescence", kHonoured, ""},
+    {"KHR_materials_pbrSpecularGlossiness", kHonoured, ""},
+    {"KHR_materials_sheen", kHonoured, ""},
+    {"KHR_materials_specular", kHonoured, ""},
     {"KHR_materials_transmission", kHonoured, ""},
     {"KHR_materials_unlit", kHonoured, ""},
     {"KHR_materials_variants", kHonoured, ""},
-    // The mesh itself is the solid; thickness texture is for renderers that have none.
     {"KHR_materials_volume", kHonoured, ""},
     {"KHR_mesh_quantization", kHonoured, ""},
     {"KHR_meshopt_compression", kHonoured, ""},
     {"KHR_texture_basisu", kHonoured, ""},
     {"KHR_texture_transform", kHonoured, ""},
-
-    {"KHR_materials_specular", kApproximated, "a tinted reflection is taken as grey"},
-    {"KHR_materials_pbrSpecularGlossiness", kApproximatedIfOptional,
-     "converted to metallic-roughness, its specular texture is ignored"},
-
-    {"KHR_materials_anisotropy", kIgnored, "highlights are isotropic"},
-    {"KHR_materials_clearcoat", kIgnored, "no clear coat"},
-    {"KHR_materials_diffuse_transmission", kIgnored, "no diffuse transmission"},
-    {"KHR_materials_dispersion", kIgnored, "no dispersion"},
-    {"KHR_materials_iridescence", kIgnored, "no iridescence"},
-    {"KHR_materials_sheen", kIgnored, "no sheen"},
 };
 
 // False: it is there already, or the list is full, which its last entry says. A hostile file may
@@ -63,7 +59,7 @@ void check_required_extensions(const GltfDocument& document) {
   for (const auto& element : document.array("extensionsRequired")) {
     const std::string name = element.get<std::string>();
     const ExtensionInfo* info = find_extension_info(name);
-    if (!info || (info->support != kHonoured && info->support != kApproximated)) {
+    if (!info || info->support == kIgnored) {
       throw InputError(document.place("/extensionsRequired/" + std::to_string(i)),
                        "the file requires the extension " + shortened(name) +
                            ", which is not supported; export it without");

@@ -11,8 +11,7 @@ namespace emberline {
 
 enum class ExtensionSupport : uint8_t {
   kHonoured,
-  kApproximated,            // rendered by its fallback, even when required
-  kApproximatedIfOptional,  // a file that requires it is refused
+  kApproximated,  // rendered, but not to the letter, even when required
   kIgnored,
 };
 

@@ -83,12 +83,51 @@ void warn_of_transfer(const SceneDescription& scene, const std::vector<DecodedIm
     log_warning(file + ": " + shortened(image.image->name) + " says that it is " + image.transfer +
                 ", but is used where " + transfer + " is wanted, and taken for that");
   };
+  // Not the slots that are read from alpha, which is linear in any file.
+  using Material = MaterialDescription;
+  constexpr TextureRef Material::*kColours[] = {
+      &Material::base_color_texture, &Material::emission_texture, &Material::specular_color_texture,
+      &Material::diffuse_transmission_color_texture, &Material::sheen_color_texture};
+  constexpr TextureRef Material::*kData[] = {
+      &Material::normal_texture,           &Material::metallic_roughness_texture,
+      &Material::transmission_texture,     &Material::anisotropy_texture,
+      &Material::iridescence_texture,      &Material::iridescence_thickness_texture,
+      &Material::clearcoat_texture,        &Material::clearcoat_roughness_texture,
+      &Material::clearcoat_normal_texture,
+  };
   for (const MaterialDescription& material : scene.materials) {
-    expect(material.base_color_texture, "sRGB");
-    expect(material.emission_texture, "sRGB");
-    expect(material.normal_texture, "linear");
-    expect(material.metallic_roughness_texture, "linear");
-    expect(material.transmission_texture, "linear");
+    for (const auto slot : kColours) expect(material.*slot, "sRGB");
+    for (const auto slot : kData) expect(material.*slot, "linear");
+  }
+}
+
+// White is no direction: in slots that hold one a neutral texel takes the place of an image that
+// does not decode.
+void replace_directions(const std::vector<std::exception_ptr>& errors, SceneDescription& scene) {
+  struct Neutral {
+    const char* name;
+    std::array<uint8_t, 3> rgb;
+    std::vector<TextureRef MaterialDescription::*> slots;
+    int image = -1;
+  };
+  // 128 and not 127: (128/255) * 2 - 1 = 0.004, the common encoding of "straight up".
+  Neutral neutrals[] = {
+      {"replaced normal map",
+       {128, 128, 255},
+       {&MaterialDescription::normal_texture, &MaterialDescription::clearcoat_normal_texture}},
+      {"replaced anisotropy", {255, 128, 255}, {&MaterialDescription::anisotropy_texture}}};
+  for (MaterialDescription& material : scene.materials) {
+    for (Neutral& neutral : neutrals) {
+      for (const auto slot : neutral.slots) {
+        int& index = (material.*slot).image;
+        if (index < 0 || !errors[size_t(index)]) continue;
+        if (neutral.image < 0) {
+          neutral.image = int(scene.images.size());
+          scene.images.push_back(one_texel(neutral.name, neutral.rgb));
+        }
+        index = neutral.image;
+      }
+    }
   }
 }
 
@@ -139,7 +178,6 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
     }
   });
 
-  int flat_normal = -1;
   for (size_t i = 0; i < wanted.size(); ++i) {
     scene.repairs.non_finite_texels += decoded[i].non_finite;
     if (!faults[i].empty()) log_warning(faults[i] + "; the texture's other image takes its place");
@@ -163,16 +201,7 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
         one_texel("replaced image " + std::to_string(wanted[i]), {255, 255, 255}));
   }
   warn_of_transfer(scene, decoded, document.file);
-  for (MaterialDescription& material : scene.materials) {
-    int& index = material.normal_texture.image;
-    if (index < 0 || !errors[size_t(index)]) continue;
-    if (flat_normal < 0) {
-      flat_normal = int(scene.images.size());
-      // 128 and not 127: (128/255) * 2 - 1 = 0.004, the common encoding of "straight up".
-      scene.images.push_back(one_texel("replaced normal map", {128, 128, 255}));
-    }
-    index = flat_normal;
-  }
+  replace_directions(errors, scene);
   if (scene.repairs.non_finite_texels > 0) {
     log_warning(document.file + ": " + std::to_string(scene.repairs.non_finite_texels) +
                 " texels were not finite and are taken for 0");

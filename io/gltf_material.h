@@ -11,8 +11,9 @@
 namespace emberline {
 
 // One MaterialDescription per glTF material; TextureRef::image holds glTF image indices here.
-// What is ignored or approximated goes to `coverage`. Throws InputError, also for a texture without
-// an image (one in a format that only an extension names) unless options.lenient.
+// What is ignored or approximated goes to `coverage`. Throws InputError for a value that cannot be,
+// also for a texture without an image (one in a format that only an extension names), unless
+// options.lenient.
 std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 const tinygltf::Model& model,
                                                 const GltfOptions& options,
@@ -22,10 +23,24 @@ std::vector<MaterialDescription> read_materials(const GltfDocument& document,
 // keep its glTF image number and its UV set would not be read.
 template <class Material>
 auto texture_slots(Material& material) {
-  return std::array{&material.base_color_texture,    &material.metallic_roughness_texture,
-                    &material.normal_texture,        &material.emission_texture,
-                    &material.transmission_texture,  &material.specular_texture,
-                    &material.specular_color_texture};
+  return std::array{&material.base_color_texture,
+                    &material.metallic_roughness_texture,
+                    &material.normal_texture,
+                    &material.emission_texture,
+                    &material.specular_texture,
+                    &material.specular_color_texture,
+                    &material.glossiness_texture,
+                    &material.transmission_texture,
+                    &material.diffuse_transmission_texture,
+                    &material.diffuse_transmission_color_texture,
+                    &material.anisotropy_texture,
+                    &material.iridescence_texture,
+                    &material.iridescence_thickness_texture,
+                    &material.sheen_color_texture,
+                    &material.sheen_roughness_texture,
+                    &material.clearcoat_texture,
+                    &material.clearcoat_roughness_texture,
+                    &material.clearcoat_normal_texture};
 }
 
 }  // namespace emberline

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 
 #include "io/gltf_deform.h"
@@ -168,18 +169,34 @@ void read_colors(const PrimitiveReader& reader, MeshDescription& mesh) {
   }
 }
 
-// The normal map that tangents are for: the first. Null without any.
-const TextureRef* find_normal_map(Materials materials, LoadedMesh& loaded) {
-  const TextureRef* found = nullptr;
+// The texture whose layout a material's tangents follow. Without any it is TEXCOORD_0 as it stands.
+TextureRef tangent_layout(const MaterialDescription& material) {
+  for (const TextureRef* texture : {&material.normal_texture, &material.clearcoat_normal_texture,
+                                    &material.anisotropy_texture}) {
+    if (texture->image >= 0) return *texture;
+  }
+  return {};
+}
+
+// What the primitive's tangents are for: the first of its materials that needs them. None without
+// any, unless they are `wanted`.
+std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Materials materials,
+                                              bool wanted, LoadedMesh& loaded) {
+  std::optional<TextureRef> found;
   for (const MaterialDescription* material : materials) {
-    const TextureRef& texture = material->normal_texture;
-    if (texture.image < 0) continue;
-    if (!found) found = &texture;
-    if (texture.uv_set == found->uv_set && texture.uv_transform == found->uv_transform) continue;
+    if (!has_tangent_space(*material)) continue;
+    const TextureRef layout = tangent_layout(*material);
+    if (!found) found = layout;
+    if (layout.image < 0 && !reader.has("TANGENT") && !reader.has("TEXCOORD_0")) {
+      loaded.approximated.push_back("anisotropy on " + loaded.mesh.name +
+                                    ", which has neither TANGENT nor TEXCOORD_0 to turn it by");
+    }
+    if (layout.uv_set == found->uv_set && layout.uv_transform == found->uv_transform) continue;
     loaded.approximated.push_back("normal maps of variants on " + loaded.mesh.name +
                                   ", which are laid out otherwise than its first");
     break;
   }
+  if (!found && wanted) found = tangent_layout(*materials.front());
   return found;
 }
 
@@ -211,7 +228,7 @@ uint64_t announced_bytes(const GltfDocument& document, const PrimitiveReader& re
   const uint64_t indices = member ? document.accessors[member->get<size_t>()].count : vertices;
   const bool list = primitive.value("mode", int(kTriangles)) == kTriangles;
   uint64_t per_index = sizeof(uint32_t) + sizeof(Triangle) / (list ? 3 : 1);
-  // Flat faces with a normal map have vertices of their own.
+  // Flat faces with tangents have vertices of their own.
   if (tangents_made && !reader.has("NORMAL")) per_index += per_vertex;
   return bytes_of(vertices, per_vertex) + bytes_of(indices, per_index);
 }
@@ -231,7 +248,7 @@ uint64_t held_bytes(const MeshDescription& mesh) {
 }  // namespace
 
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
-                          const MeshPose& pose, Materials materials) {
+                          const MeshPose& pose, Materials materials, bool tangents) {
   const json& mesh_object = document.json.at("meshes")[mesh_index];
   const json& primitive = mesh_object.at("primitives")[primitive_index];
   const std::string pointer =
@@ -255,12 +272,12 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   }
 
   const PrimitiveReader reader(document, primitive, pointer);
-  const TextureRef* normal_map = find_normal_map(materials, loaded);
+  const std::optional<TextureRef> layout = find_tangent_layout(reader, materials, tangents, loaded);
   // Specification 3.7.2.1: without normals the supplied tangents are void.
-  const bool has_tangents = normal_map && reader.has("NORMAL") && reader.has("TANGENT");
+  const bool has_tangents = layout && reader.has("NORMAL") && reader.has("TANGENT");
   MemoryReservation memory(
       document.progress->budget(), MemoryPart::kGeometry,
-      announced_bytes(document, reader, primitive, pose, materials, normal_map && !has_tangents),
+      announced_bytes(document, reader, primitive, pose, materials, layout && !has_tangents),
       document.place(pointer));
   mesh.positions = to_vectors<Vec3f>(reader.floats("POSITION", 3));
   if (mesh.positions.size() >= UINT32_MAX) {
@@ -282,7 +299,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   drop_bad_triangles(mesh, loaded.repairs);
   drop_unused_vertices(mesh);
   normalise_directions(mesh);
-  if (normal_map && mesh.tangents.empty()) generate_tangents(mesh, *normal_map);
+  if (layout && mesh.tangents.empty()) generate_tangents(mesh, *layout);
   // The rest was for the time of reading.
   memory.release();
   document.progress->budget()->reserve(MemoryPart::kGeometry, held_bytes(mesh),

@@ -24,9 +24,10 @@ struct LoadedMesh {
 };
 
 // `materials` are all that the primitive may be shaded with, its own first; they decide which UV
-// sets are kept (0 always) and whether tangents are needed. Throws InputError. Thread-safe.
+// sets are kept (0 always) and whether tangents are needed, which `tangents` asks for in any case.
+// Throws InputError. Thread-safe.
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh, size_t primitive,
                           const MeshPose& pose,
-                          std::span<const MaterialDescription* const> materials);
+                          std::span<const MaterialDescription* const> materials, bool tangents);
 
 }  // namespace emberline

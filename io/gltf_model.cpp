@@ -64,9 +64,7 @@ std::shared_ptr<const tinygltf::Model> parse_gltf_model(const GltfDocument& docu
                               {"name", "children", "mesh", "camera", "skin", "matrix",
                                "translation", "rotation", "scale", "weights"});
   reduced["materials"] =
-      stripped(document, "materials",
-               {"name", "pbrMetallicRoughness", "normalTexture", "occlusionTexture",
-                "emissiveTexture", "emissiveFactor", "alphaMode", "alphaCutoff", "doubleSided"});
+      stripped(document, "materials", {"name", "alphaMode", "alphaCutoff", "doubleSided"});
   reduced["textures"] = stripped(document, "textures", {"sampler", "source"});
   reduced["samplers"] =
       stripped(document, "samplers", {"magFilter", "minFilter", "wrapS", "wrapT"});

@@ -287,7 +287,8 @@ LoadedMesh SceneGraphReader::load_primitive_of(const MeshUse& use, size_t index)
   for (const VariantMaterial& other : others) {
     materials.push_back(&scene_.materials[size_t(other.material)]);
   }
-  LoadedMesh loaded = load_primitive(document_, use.mesh, index, use.pose, materials);
+  LoadedMesh loaded =
+      load_primitive(document_, use.mesh, index, use.pose, materials, scene_.tangents_read);
   loaded.mesh.variant_materials = std::move(others);
   return loaded;
 }

@@ -51,6 +51,10 @@ constexpr Property integer(const char* name, double minimum = 0, double maximum 
 constexpr Property number(const char* name, double minimum = -FLT_MAX) {
   return {name, Kind::kNumber, false, minimum, FLT_MAX, 0, nullptr, {}};
 }
+// Any number: its range is the reader's affair, which may be lenient.
+constexpr Property any_number(const char* name) {
+  return {name, Kind::kNumber, false, -DBL_MAX, DBL_MAX, 0, nullptr, {}};
+}
 constexpr Property numbers(const char* name, size_t count) {
   return {name, Kind::kNumbers, false, -FLT_MAX, FLT_MAX, count, nullptr, {}};
 }
@@ -125,9 +129,10 @@ constexpr Property kTexture[] = {index("sampler", "/samplers"), index("source", 
 constexpr Property kTextureTransform[] = {numbers("offset", 2), number("rotation"),
                                           numbers("scale", 2), integer("texCoord", 0, 15)};
 constexpr Property kTextureInfoExtensions[] = {object("KHR_texture_transform", kTextureTransform)};
-constexpr Property kTextureInfo[] = {
-    required(index("index", "/textures")), integer("texCoord", 0, 15), number("scale"),
-    number("strength"), object("extensions", kTextureInfoExtensions)};
+// Whether the file has the texture is the reader's affair, which may be lenient.
+constexpr Property kTextureInfo[] = {required(integer("index")), integer("texCoord", 0, 15),
+                                     number("scale"), number("strength"),
+                                     object("extensions", kTextureInfoExtensions)};
 constexpr Property kMetallicRoughness[] = {numbers("baseColorFactor", 4),
                                            object("baseColorTexture", kTextureInfo),
                                            number("metallicFactor"), number("roughnessFactor"),
@@ -137,22 +142,49 @@ constexpr Property kSpecularGlossiness[] = {
     numbers("diffuseFactor", 4), object("diffuseTexture", kTextureInfo),
     numbers("specularFactor", 3), number("glossinessFactor"),
     object("specularGlossinessTexture", kTextureInfo)};
-constexpr Property kIor[] = {number("ior")};
+constexpr Property kIor[] = {any_number("ior")};
 constexpr Property kSpecular[] = {number("specularFactor"), object("specularTexture", kTextureInfo),
                                   numbers("specularColorFactor", 3),
                                   object("specularColorTexture", kTextureInfo)};
 constexpr Property kTransmission[] = {number("transmissionFactor"),
                                       object("transmissionTexture", kTextureInfo)};
-constexpr Property kVolume[] = {number("thicknessFactor"), object("thicknessTexture", kTextureInfo),
-                                number("attenuationDistance"), numbers("attenuationColor", 3)};
+constexpr Property kVolume[] = {any_number("thicknessFactor"),
+                                object("thicknessTexture", kTextureInfo),
+                                any_number("attenuationDistance"), numbers("attenuationColor", 3)};
+constexpr Property kDispersion[] = {any_number("dispersion")};
+constexpr Property kDiffuseTransmission[] = {
+    number("diffuseTransmissionFactor"), object("diffuseTransmissionTexture", kTextureInfo),
+    numbers("diffuseTransmissionColorFactor", 3),
+    object("diffuseTransmissionColorTexture", kTextureInfo)};
+constexpr Property kAnisotropy[] = {number("anisotropyStrength"), any_number("anisotropyRotation"),
+                                    object("anisotropyTexture", kTextureInfo)};
+constexpr Property kIridescence[] = {number("iridescenceFactor"),
+                                     object("iridescenceTexture", kTextureInfo),
+                                     any_number("iridescenceIor"),
+                                     any_number("iridescenceThicknessMinimum"),
+                                     any_number("iridescenceThicknessMaximum"),
+                                     object("iridescenceThicknessTexture", kTextureInfo)};
+constexpr Property kSheen[] = {
+    numbers("sheenColorFactor", 3), object("sheenColorTexture", kTextureInfo),
+    number("sheenRoughnessFactor"), object("sheenRoughnessTexture", kTextureInfo)};
+constexpr Property kClearcoat[] = {
+    number("clearcoatFactor"), object("clearcoatTexture", kTextureInfo),
+    number("clearcoatRoughnessFactor"), object("clearcoatRoughnessTexture", kTextureInfo),
+    object("clearcoatNormalTexture", kTextureInfo)};
 constexpr Property kMaterialExtensions[] = {
+    object("KHR_materials_anisotropy", kAnisotropy),
+    object("KHR_materials_clearcoat", kClearcoat),
+    object("KHR_materials_diffuse_transmission", kDiffuseTransmission),
+    object("KHR_materials_dispersion", kDispersion),
+    object("KHR_materials_emissive_strength", kEmissiveStrength),
     object("KHR_materials_ior", kIor),
+    object("KHR_materials_iridescence", kIridescence),
+    object("KHR_materials_pbrSpecularGlossiness", kSpecularGlossiness),
+    object("KHR_materials_sheen", kSheen),
     object("KHR_materials_specular", kSpecular),
     object("KHR_materials_transmission", kTransmission),
-    object("KHR_materials_volume", kVolume),
-    object("KHR_materials_emissive_strength", kEmissiveStrength),
     object("KHR_materials_unlit", Schema()),
-    object("KHR_materials_pbrSpecularGlossiness", kSpecularGlossiness)};
+    object("KHR_materials_volume", kVolume)};
 constexpr Property kMaterial[] = {string("name"),
                                   object("pbrMetallicRoughness", kMetallicRoughness),
                                   object("normalTexture", kTextureInfo),

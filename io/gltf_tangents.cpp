@@ -158,14 +158,15 @@ Vec4f arbitrary_tangent(const Vec3f& normal) {
   return Vec4f(t.x, t.y, t.z, 1.0f);
 }
 
-void generate_tangents(MeshDescription& mesh, const TextureRef& normal_texture) {
+void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
   if (mesh.triangles.empty()) return;
   const bool flat = mesh.normals.empty();
   if (flat) split_per_face(mesh);
   std::vector<Vec3f> normals = flat ? face_normals(mesh) : std::move(mesh.normals);
 
-  const std::array<float, 6>& m = normal_texture.uv_transform;
-  std::vector<Vec2f> uv = mesh.uv_sets.at(size_t(normal_texture.uv_set));
+  const std::array<float, 6>& m = layout.uv_transform;
+  std::vector<Vec2f> uv = mesh.uv_sets.at(size_t(layout.uv_set));
+  if (uv.empty()) uv.assign(mesh.positions.size(), Vec2f(0.0f));  // any direction will do
   for (Vec2f& v : uv) {
     v = Vec2f(m[0] * v.x + m[1] * v.y + m[2], m[3] * v.x + m[4] * v.y + m[5]);
   }

@@ -216,7 +216,7 @@ void RenderRun::load() {
   const Stopwatch load;
   if (keeps_state()) inputs_ = input_fingerprints(options_, progress_);
   SceneEdits edits = load_edits(options_, progress_);
-  description_ = load_scene(options_, progress_, edits.variant.has_value());
+  description_ = load_scene(options_, progress_, edits.variant.has_value(), need_tangents(edits));
   if (!edits.environment.file.empty()) {
     files_.read(edits.environment.file, "it is the environment of --edits");
   }

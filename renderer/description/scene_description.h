@@ -126,6 +126,13 @@ struct MaterialDescription {
   float clearcoat_normal_scale = 1.0f;
 };
 
+// Whether load_gltf gives the meshes that wear it tangents: something of it is meant in tangent
+// space, or would be if its factor were not 0.
+inline bool has_tangent_space(const MaterialDescription& material) {
+  return material.normal_texture.image >= 0 || material.clearcoat_normal_texture.image >= 0 ||
+         material.anisotropy_texture.image >= 0 || material.anisotropy > 0.0f;
+}
+
 // ---- geometry
 // ------------------------------------------------------------------------------------
 
@@ -233,6 +240,7 @@ struct SceneLists {
   std::vector<VariantDescription> variants;
   // Whether the meshes' variant_materials, and what those materials need, have been read.
   bool variants_read = false;
+  bool tangents_read = false;  // of every mesh; else as has_tangent_space() says
   std::vector<PunctualLightDescription> lights;
   std::vector<CameraDescription> cameras;
   std::optional<EnvironmentDescription> environment;

@@ -11,6 +11,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/description/default_light.h"
 #include "renderer/description/framing.h"
+#include "renderer/description/material_parameters.h"
 
 namespace emberline {
 namespace {
@@ -64,6 +65,8 @@ void name_default_material(SceneDescription& scene) {
   if (used) scene.materials.emplace_back().name = kDefaultMaterialName;
 }
 
+bool makes_anisotropic(const MaterialEdit& edit) { return edit.anisotropy.value_or(0.0f) > 0.0f; }
+
 class EditApplication {
  public:
   EditApplication(const SceneEdits& edits, SceneDescription& scene) : edits_(edits), scene_(scene) {
@@ -79,6 +82,7 @@ class EditApplication {
 
  private:
   void check_targets();
+  void check_fits(const MaterialEdit& edit, const MaterialDescription& material) const;
   void apply_variant();
   void edit_environment();
   void edit_material(size_t edit);
@@ -114,6 +118,7 @@ void EditApplication::check_targets() {
   std::set<size_t> edited, dimmed, shining, around;
   for (const MaterialEdit& edit : edits_.materials) {
     materials_.push_back(found(edit.target, "material", scene_.materials, edited));
+    check_fits(edit, scene_.materials[materials_.back()]);
   }
   for (const LightEdit& edit : edits_.lights) {
     switch (edit.kind) {
@@ -131,6 +136,22 @@ void EditApplication::check_targets() {
         lights_.push_back(0);
         break;
     }
+  }
+}
+
+void EditApplication::check_fits(const MaterialEdit& edit,
+                                 const MaterialDescription& material) const {
+  // The extension keeps what has an index of 0 as it is ("Backwards Compatibility Mode").
+  if (edit.ior && material.ior == 0.0f) {
+    refuse(edit.target.place, fmt::format("material '{}' reflects everything (index 0, or "
+                                          "specular-glossiness) and has no \"ior\" to be edited",
+                                          material.name));
+  }
+  if (makes_anisotropic(edit) && !scene_.tangents_read && !has_tangent_space(material)) {
+    refuse(edit.target.place, fmt::format("the scene was loaded without the tangents that "
+                                          "\"anisotropy\" of material '{}' needs; open it anew "
+                                          "with these edits",
+                                          material.name));
   }
 }
 
@@ -157,15 +178,13 @@ void EditApplication::edit_environment() {
 void EditApplication::edit_material(size_t i) {
   const MaterialEdit& edit = edits_.materials[i];
   MaterialDescription& material = scene_.materials[materials_[i]];
-  const auto set = [](const auto& edited, auto& value) {
-    if (edited) value = *edited;
-  };
-  set(edit.base_color, material.base_color);
-  set(edit.roughness, material.roughness);
-  set(edit.metallic, material.metallic);
-  set(edit.transmission, material.transmission);
-  set(edit.normal_scale, material.normal_scale);
-  set(edit.emission, material.emission);
+  for (const MaterialParameter& p : material_parameters()) {
+    if (p.color) {
+      if (const auto& color = edit.*p.edited_color) material.*p.color = *color;
+    } else if (const auto& number = edit.*p.edited_number) {
+      material.*p.number = p.unit * *number;
+    }
+  }
 }
 
 void EditApplication::edit_light(size_t i) {
@@ -226,6 +245,10 @@ void apply(const SceneEdits& edits, SceneDescription& description) {
   add_default_light(description);
   name_default_material(description);
   EditApplication(edits, description).apply();
+}
+
+bool need_tangents(const SceneEdits& edits) {
+  return std::ranges::any_of(edits.materials, makes_anisotropic);
 }
 
 size_t edited_light(const LightEdit& edit, const SceneDescription& description) {

@@ -86,14 +86,38 @@ struct EnvironmentEdit {
 };
 
 // Factors of MaterialDescription that replace the file's. Textures stay and are multiplied by them.
+// material_parameters.h has their names and ranges.
 struct MaterialEdit {
   EditTarget target;
   std::optional<Rgb> base_color;
   std::optional<float> roughness, metallic, transmission, normal_scale;
   std::optional<Rgb> emission;  // radiance; before any LightEdit of the material
+  std::optional<float> ior;     // not of one that reflects everything
+  std::optional<float> specular;
+  std::optional<Rgb> specular_color;
+  std::optional<Rgb> attenuation_color;       // these three: where there is an interior
+  std::optional<float> attenuation_distance;  // metres
+  std::optional<float> dispersion;
+  std::optional<float> diffuse_transmission;
+  std::optional<Rgb> diffuse_transmission_color;
+  std::optional<float> anisotropy, anisotropy_rotation_degrees;
+  std::optional<float> iridescence, iridescence_ior;
+  std::optional<float> iridescence_thickness;  // nanometres: the maximum
+  std::optional<Rgb> sheen_color;
+  std::optional<float> sheen_roughness;
+  std::optional<float> clearcoat, clearcoat_roughness;
 
   bool operator==(const MaterialEdit&) const = default;
 };
+
+// The ends of the ranges that a file of edits is held to, as the command line has them for its own
+// options: squares of distances stay finite in float, and so does radiance times what a film sums
+// up.
+namespace edit_limits {
+inline constexpr double kFarthest = 1e15;      // metres
+inline constexpr double kBrightest = 1e9;      // radiance, and what multiplies it
+inline constexpr double kMostTurns = 36000.0;  // degrees
+}  // namespace edit_limits
 
 struct SceneEdits {
   CameraEdit camera;
@@ -129,11 +153,16 @@ std::optional<size_t> find_entry(const EditTarget& target, const std::vector<Nam
 // on top of the white environment that a file without light is given.
 //
 // Throws InputError (the edit's place, the valid names) for a target that is not there, or that
-// two edits name, for a variant of a description that was loaded without what they wear, and for an
-// environment edit where there is no environment; the description is then as it was. Values are
-// taken as they are: edits_file.h holds a file's to their ranges.
+// two edits name, for a variant of a description that was loaded without what they wear, for an
+// environment edit where there is no environment, for anisotropy of what was loaded without
+// tangents, and for an index of refraction where there is none; the description is then as it was.
+// Values are taken as they are: edits_file.h holds a file's to their ranges.
 void apply(const SceneEdits& edits, SceneDescription& description);
 inline constexpr const char* kDefaultMaterialName = "default material";
+
+// Whether they make a material anisotropic, so that the scene is to be loaded with
+// GltfOptions::tangents.
+bool need_tangents(const SceneEdits& edits);
 
 // The index of the light, or of the material, that an edit means; 0 for the environment. Throws
 // InputError for one that is not there.

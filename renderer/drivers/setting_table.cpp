@@ -303,9 +303,10 @@ std::vector<Setting> make_table() {
                                        "degrees; 90 brings what was at +X to -Z"),
       flag<&S::transparent>("transparent", kSample, "the camera does not see the environment"),
       backfaces(),
-      flag<&S::lenient>(
-          "lenient", kLoading,
-          "take images that are cut short, replace those that do not decode; with warnings"),
+      flag<&S::lenient>("lenient", kLoading,
+                        "take images that are cut short, replace those that do not decode and "
+                        "values of materials "
+                        "that cannot be; with warnings"),
       word<&S::resource_root>(
           "resource-root", kLoading, "DIR",
           "the scene may refer to files in this folder and below [its own folder]"),

@@ -105,10 +105,12 @@ SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progres
   return edits;
 }
 
-SceneDescription load_scene(const FrameSettings& settings, LoadProgress& progress, bool variants) {
+SceneDescription load_scene(const FrameSettings& settings, LoadProgress& progress, bool variants,
+                            bool tangents) {
   SceneDescription scene = load_gltf(settings.scene,
                                      {.lenient = settings.lenient,
                                       .variants = variants || !settings.variant.empty(),
+                                      .tangents = tangents,
                                       .resource_root = settings.resource_root},
                                      progress);
   if (!settings.environment.empty()) {

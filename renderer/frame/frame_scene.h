@@ -15,12 +15,12 @@ namespace emberline {
 // The edits of the settings, or none. Throws InputError.
 SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progress);
 
-// Loads the scene, puts the environment of the settings into it. `variants` as in GltfOptions, for
-// those who edit it; where the settings choose one, they are read in any case. Throws InputError,
-// and Cancelled.
+// Loads the scene, puts the environment of the settings into it. `variants` and `tangents` as in
+// GltfOptions, for those who edit it (need_tangents() in scene_edits.h); where the settings choose
+// a variant, they are read in any case. Throws InputError, and Cancelled.
 SceneDescription load_scene(const FrameSettings& settings,
                             LoadProgress& progress = LoadProgress::unwatched(),
-                            bool variants = true);
+                            bool variants = true, bool tangents = false);
 
 // The variant that the settings choose takes the place of that of `edits`. Throws UsageError that
 // lists the file's.

@@ -223,7 +223,7 @@ void SceneBuilder::place_meshes() {
 void SceneBuilder::drop_unread_attributes() {
   for (Mesh& mesh : scene_->meshes_) {
     if (!mesh.material) continue;
-    if (!mesh.material->has_normal_map()) mesh.tangents = {};
+    if (!mesh.material->needs_tangents()) mesh.tangents = {};
     if (options_.unread_uv) continue;
     const uint32_t read = mesh.material->uv_mask();
     for (size_t set = 0; set < mesh.uv_sets.size(); ++set) {

@@ -91,7 +91,7 @@ void SceneUpdater::assign_materials() {
     mesh.has_attributes = material.reads_attributes(!mesh.colors.empty()) ||
                           (options_.unread_uv && !mesh.uv_sets.empty());
     const bool single_sided = !options_.show_backfaces && !material.double_sided();
-    mesh.cull_backfaces = single_sided && !material.has_transmission();
+    mesh.cull_backfaces = single_sided && !material.passes_light();
     mesh.has_coverage = material.has_alpha(!mesh.colors.empty());
     if (mesh.has_coverage) scene_.has_coverage_ = true;
     if (material.has_transmission()) scene_.has_transmission_ = true;
@@ -118,7 +118,7 @@ void SceneUpdater::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>
     t.mean_radiance = material.mean_emission(interpolate_attributes(mesh, p, 0.0f, 0.0f),
                                              interpolate_attributes(mesh, p, 1.0f, 0.0f),
                                              interpolate_attributes(mesh, p, 0.0f, 1.0f));
-    t.two_sided = material.double_sided() || material.has_transmission() || options_.show_backfaces;
+    t.two_sided = material.double_sided() || material.passes_light() || options_.show_backfaces;
     t.instance = i;
     t.primitive = p;
     triangles.push_back(t);

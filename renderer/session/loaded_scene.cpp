@@ -70,7 +70,7 @@ CameraDescription LoadedScene::camera(int width, int height) const {
 std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& progress) {
   const size_t warned = warnings_so_far().size();
   SceneEdits edits = load_edits(options, progress);
-  SceneDescription description = load_scene(options, progress);
+  SceneDescription description = load_scene(options, progress, true, need_tangents(edits));
   choose_variant(options, description, edits);
   move_lens_to_edits(options, edits.camera);
   auto open = std::make_shared<OpenScene>();

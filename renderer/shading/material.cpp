@@ -4,6 +4,7 @@
 #include <cassert>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "renderer/core/errors.h"
 #include "renderer/shading/lobes/transmission_lobe.h"
@@ -20,10 +21,32 @@ float non_negative(float x) { return x > 0.0f && std::isfinite(x) ? x : 0.0f; }
 
 Rgb non_negative(const Rgb& c) { return {non_negative(c.x), non_negative(c.y), non_negative(c.z)}; }
 
-// 0 means "reflects everything"; what is no index of refraction becomes the default's.
-float usable_ior(float ior) {
-  if (ior == 0.0f) return 0.0f;
-  return ior >= 1.0f ? std::min(ior, 1e4f) : 1.5f;
+// What is no index of refraction becomes the default's.
+float usable_ior(float ior, float otherwise) {
+  return ior >= 1.0f ? std::min(ior, 1e4f) : otherwise;
+}
+
+float usable_scale(float scale) { return std::isfinite(scale) ? scale : 1.0f; }
+
+// Of a film, in nanometres: a millimetre shows no colours, and its phases still have digits.
+float usable_thickness(float thickness) { return std::min(non_negative(thickness), 1e6f); }
+
+// What a normal map's texel says, in tangent space.
+Vec3f tangent_normal(const Vec4f& texel, float scale) {
+  const Vec3f n = fma(Vec3f(texel.x, texel.y, texel.z), 2.0f, Vec3f(-1.0f));
+  return normalize_or(Vec3f(n.x * scale, n.y * scale, n.z), Vec3f(0.0f, 0.0f, 1.0f));
+}
+
+// The unit direction in a texel's red and green; that of the tangent where there is none.
+Vec2f direction_of(const Vec4f& texel) {
+  const Vec3f d = normalize_or(Vec3f(2.0f * texel.x - 1.0f, 2.0f * texel.y - 1.0f, 0.0f),
+                               Vec3f(1.0f, 0.0f, 0.0f));
+  return {d.x, d.y};
+}
+
+// `direction` turned counter-clockwise, by as much as `turn` is from the x axis.
+Vec2f turned(const Vec2f& direction, const Vec2f& turn) {
+  return {turn.x * direction.x - turn.y * direction.y, turn.y * direction.x + turn.x * direction.y};
 }
 
 Rgb rgb(const Vec4f& v) { return {v.x, v.y, v.z}; }
@@ -68,10 +91,10 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
       alpha_(saturate(d.alpha)),
       metallic_(saturate(d.metallic)),
       roughness_(saturate(d.roughness)),
-      ior_(usable_ior(d.ior)),
+      ior_(d.ior == 0.0f ? 0.0f : usable_ior(d.ior, 1.5f)),
       specular_(saturate(d.specular)),
       specular_color_(non_negative(d.specular_color)),
-      normal_scale_(std::isfinite(d.normal_scale) ? d.normal_scale : 1.0f),
+      normal_scale_(usable_scale(d.normal_scale)),
       emission_(non_negative(d.emission)),
       alpha_cutoff_(d.alpha_cutoff),
       alpha_mode_(d.alpha_mode),
@@ -82,34 +105,128 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
   };
   base_color_texture_ = add(d.base_color_texture, true, "base colour texture");
   if (!unlit_) {
-    metallic_roughness_texture_ =
-        add(d.metallic_roughness_texture, false, "metallic-roughness texture");
-    if (specular_ > 0.0f) {
-      specular_texture_ = add(d.specular_texture, false, "specular texture");
-      specular_color_texture_ = add(d.specular_color_texture, true, "specular colour texture");
-    }
-    // A scale of 0 flattens the map altogether.
-    if (normal_scale_ != 0.0f) normal_texture_ = add(d.normal_texture, false, "normal texture");
-    is_emissive_ = !is_black(emission_);
-    transmission_ =
-        metallic_ < 1.0f || metallic_roughness_texture_ ? saturate(d.transmission) : 0.0f;
-    if (transmission_ > 0.0f) {
-      transmission_texture_ = add(d.transmission_texture, false, "transmission texture");
-      thin_walled_ = d.thin_walled;
-      if (!thin_walled_) {
-        attenuation_ =
-            attenuation_coefficient(saturate(d.attenuation_color), d.attenuation_distance);
-      }
-    }
-    if (is_emissive_) emission_texture_ = add(d.emission_texture, true, "emissive texture");
+    compile_base(d, add);
+    compile_layers(d, [&](const TextureRef& ref, bool srgb, const char* slot) {
+      const Slot texture = add(ref, srgb, slot);
+      layers_vary_ = layers_vary_ || texture != nullptr;
+      return texture;
+    });
+    compile_interior(d);
   }
-  if (alpha_mode_ != AlphaMode::kOpaque) {
-    const float opaque = alpha_mode_ == AlphaMode::kMask ? alpha_cutoff_ : 1.0f;
-    alpha_varies_ = alpha_ < opaque ||
-                    (base_color_texture_ != nullptr && has_transparent_texel(*base_color_texture_));
-  }
+  compile_coverage();
   emission_varies_ = unlit_ || emission_texture_ != nullptr;
   constant_ = constant_point();
+}
+
+void Material::compile_base(const MaterialDescription& d, const auto& add) {
+  metallic_roughness_texture_ =
+      add(d.metallic_roughness_texture, false, "metallic-roughness texture");
+  if (roughness_ < 1.0f)
+    glossiness_texture_ = add(d.glossiness_texture, true, "glossiness texture");
+  if (specular_ > 0.0f) {
+    specular_texture_ = add(d.specular_texture, false, "specular texture");
+    if (!is_black(specular_color_)) {
+      specular_color_texture_ = add(d.specular_color_texture, true, "specular colour texture");
+    }
+  }
+  // A scale of 0 flattens the map altogether.
+  if (normal_scale_ != 0.0f) normal_texture_ = add(d.normal_texture, false, "normal texture");
+  if (!always_metal()) transmission_ = saturate(d.transmission);
+  if (has_transmission()) {
+    transmission_texture_ = add(d.transmission_texture, false, "transmission texture");
+  }
+  is_emissive_ = !is_black(emission_);
+  if (is_emissive_) emission_texture_ = add(d.emission_texture, true, "emissive texture");
+}
+
+void Material::compile_layers(const MaterialDescription& d, const auto& add) {
+  compile_diffuse_transmission(d, add);
+  compile_anisotropy(d, add);
+  compile_iridescence(d, add);
+  compile_sheen(d, add);
+  compile_clearcoat(d, add);
+  const LayerParameters& p = layers();
+  has_layers_ = p.anisotropy > 0.0f || p.iridescence > 0.0f || p.diffuse_transmission > 0.0f ||
+                !is_black(p.sheen_color) || p.clearcoat > 0.0f;
+}
+
+void Material::compile_diffuse_transmission(const MaterialDescription& d, const auto& add) {
+  LayerParameters& p = layers_.parameters;
+  if (!always_metal()) p.diffuse_transmission = saturate(d.diffuse_transmission);
+  if (!has_diffuse_transmission()) return;
+  diffuse_transmission_texture_ =
+      add(d.diffuse_transmission_texture, false, "diffuse transmission texture");
+  p.diffuse_transmission_color = saturate(d.diffuse_transmission_color);
+  if (is_black(p.diffuse_transmission_color)) return;
+  diffuse_transmission_color_texture_ =
+      add(d.diffuse_transmission_color_texture, true, "diffuse transmission colour texture");
+}
+
+void Material::compile_anisotropy(const MaterialDescription& d, const auto& add) {
+  LayerParameters& p = layers_.parameters;
+  p.anisotropy = saturate(d.anisotropy);
+  if (p.anisotropy == 0.0f) return;
+  const float angle = std::isfinite(d.anisotropy_rotation) ? d.anisotropy_rotation : 0.0f;
+  p.anisotropy_direction = Vec2f(std::cos(angle), std::sin(angle));
+  anisotropy_texture_ = add(d.anisotropy_texture, false, "anisotropy texture");
+}
+
+void Material::compile_iridescence(const MaterialDescription& d, const auto& add) {
+  LayerParameters& p = layers_.parameters;
+  const float minimum = usable_thickness(d.iridescence_thickness_minimum);
+  const float maximum = usable_thickness(d.iridescence_thickness_maximum);
+  const bool varies = d.iridescence_thickness_texture.image >= 0 && minimum != maximum;
+  // A film of no thickness is no film.
+  if (maximum > 0.0f || (varies && minimum > 0.0f)) p.iridescence = saturate(d.iridescence);
+  if (p.iridescence == 0.0f) return;
+  iridescence_texture_ = add(d.iridescence_texture, false, "iridescence texture");
+  p.iridescence_ior = usable_ior(d.iridescence_ior, 1.3f);
+  p.iridescence_thickness = maximum;
+  if (!varies) return;
+  iridescence_thickness_minimum_ = minimum;
+  iridescence_thickness_texture_ =
+      add(d.iridescence_thickness_texture, false, "iridescence thickness texture");
+}
+
+void Material::compile_sheen(const MaterialDescription& d, const auto& add) {
+  LayerParameters& p = layers_.parameters;
+  p.sheen_color = saturate(d.sheen_color);
+  if (is_black(p.sheen_color)) return;
+  sheen_color_texture_ = add(d.sheen_color_texture, true, "sheen colour texture");
+  p.sheen_roughness = saturate(d.sheen_roughness);
+  if (p.sheen_roughness == 0.0f) return;
+  sheen_roughness_texture_ = add(d.sheen_roughness_texture, false, "sheen roughness texture");
+}
+
+void Material::compile_clearcoat(const MaterialDescription& d, const auto& add) {
+  LayerParameters& p = layers_.parameters;
+  p.clearcoat = saturate(d.clearcoat);
+  if (p.clearcoat == 0.0f) return;
+  clearcoat_texture_ = add(d.clearcoat_texture, false, "clear coat texture");
+  p.clearcoat_roughness = saturate(d.clearcoat_roughness);
+  if (p.clearcoat_roughness > 0.0f) {
+    clearcoat_roughness_texture_ =
+        add(d.clearcoat_roughness_texture, false, "clear coat roughness texture");
+  }
+  clearcoat_normal_scale_ = usable_scale(d.clearcoat_normal_scale);
+  if (clearcoat_normal_scale_ == 0.0f) return;
+  clearcoat_normal_texture_ = add(d.clearcoat_normal_texture, false, "clear coat normal texture");
+  layers_.has_clearcoat_normal_map = clearcoat_normal_texture_ != nullptr;
+}
+
+void Material::compile_interior(const MaterialDescription& d) {
+  if (!passes_light() || d.thin_walled) return;
+  thin_walled_ = false;
+  attenuation_ = attenuation_coefficient(saturate(d.attenuation_color), d.attenuation_distance);
+  // An infinite index has no colours apart.
+  if (has_transmission() && ior_ > 0.0f) dispersion_ = non_negative(d.dispersion);
+}
+
+void Material::compile_coverage() {
+  if (alpha_mode_ == AlphaMode::kOpaque) return;
+  const float opaque = alpha_mode_ == AlphaMode::kMask ? alpha_cutoff_ : 1.0f;
+  alpha_varies_ = alpha_ < opaque ||
+                  (base_color_texture_ != nullptr && has_transparent_texel(*base_color_texture_));
 }
 
 MaterialPoint Material::constant_point() const {
@@ -136,36 +253,62 @@ void Material::evaluate_varying(const SurfaceAttributes& a, float u_texture,
 
 void Material::apply_textures(const SurfaceAttributes& a, float u_texture, Rgb& base,
                               MaterialPoint& out) const {
-  if (base_color_texture_ != nullptr) {
-    base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
-  }
+  if (base_color_texture_ != nullptr) base *= rgb(lookup(*base_color_texture_, a, u_texture));
   if (specular_texture_ != nullptr) {
-    out.bsdf.specular *= specular_texture_->lookup(uv_of(*specular_texture_, a), u_texture).w;
+    out.bsdf.specular *= lookup(*specular_texture_, a, u_texture).w;
   }
   if (specular_color_texture_ != nullptr) {
-    const Vec4f texel =
-        specular_color_texture_->lookup(uv_of(*specular_color_texture_, a), u_texture);
-    out.bsdf.specular_color = specular_color_ * rgb(texel);
+    out.bsdf.specular_color *= rgb(lookup(*specular_color_texture_, a, u_texture));
+  }
+  if (glossiness_texture_ != nullptr) {
+    const float glossiness = (1.0f - roughness_) * lookup(*glossiness_texture_, a, u_texture).w;
+    out.bsdf.roughness = saturate(1.0f - glossiness);
   }
   if (metallic_roughness_texture_ != nullptr) {
-    const Vec4f texel =
-        metallic_roughness_texture_->lookup(uv_of(*metallic_roughness_texture_, a), u_texture);
+    const Vec4f texel = lookup(*metallic_roughness_texture_, a, u_texture);
     out.bsdf.roughness = saturate(roughness_ * texel.y);
     out.bsdf.metallic = saturate(metallic_ * texel.z);
   }
   if (transmission_texture_ != nullptr) {
-    const Vec4f texel = transmission_texture_->lookup(uv_of(*transmission_texture_, a), u_texture);
-    out.bsdf.transmission = saturate(transmission_ * texel.x);
+    out.bsdf.transmission =
+        saturate(transmission_ * lookup(*transmission_texture_, a, u_texture).x);
   }
-  if (emission_texture_ != nullptr) {
-    out.emission *= rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
-  }
+  if (emission_texture_ != nullptr) out.emission *= rgb(lookup(*emission_texture_, a, u_texture));
   out.has_normal_map = normal_texture_ != nullptr;
   if (out.has_normal_map) {
-    const Vec4f texel = normal_texture_->lookup(uv_of(*normal_texture_, a), u_texture);
-    const Vec3f n = fma(Vec3f(texel.x, texel.y, texel.z), 2.0f, Vec3f(-1.0f));
-    out.normal =
-        normalize_or(Vec3f(n.x * normal_scale_, n.y * normal_scale_, n.z), Vec3f(0.0f, 0.0f, 1.0f));
+    out.normal = tangent_normal(lookup(*normal_texture_, a, u_texture), normal_scale_);
+  }
+}
+
+void Material::apply_layer_textures(const SurfaceAttributes& a, float u_texture,
+                                    MaterialLayers& out) const {
+  LayerParameters& p = out.parameters;
+  // A slot's texel times what is there.
+  const auto scale = [&](float& value, Slot slot, int channel) {
+    if (slot != nullptr) value = saturate(value * lookup(*slot, a, u_texture)[channel]);
+  };
+  const auto tint = [&](Rgb& value, Slot slot) {
+    if (slot != nullptr) value = saturate(value * rgb(lookup(*slot, a, u_texture)));
+  };
+  if (anisotropy_texture_ != nullptr) {
+    const Vec4f texel = lookup(*anisotropy_texture_, a, u_texture);
+    p.anisotropy = saturate(p.anisotropy * texel.z);
+    p.anisotropy_direction = turned(direction_of(texel), p.anisotropy_direction);
+  }
+  scale(p.iridescence, iridescence_texture_, 0);
+  if (iridescence_thickness_texture_ != nullptr) {
+    const float share = saturate(lookup(*iridescence_thickness_texture_, a, u_texture).y);
+    p.iridescence_thickness = lerp(iridescence_thickness_minimum_, p.iridescence_thickness, share);
+  }
+  scale(p.diffuse_transmission, diffuse_transmission_texture_, 3);
+  tint(p.diffuse_transmission_color, diffuse_transmission_color_texture_);
+  tint(p.sheen_color, sheen_color_texture_);
+  scale(p.sheen_roughness, sheen_roughness_texture_, 3);
+  scale(p.clearcoat, clearcoat_texture_, 0);
+  scale(p.clearcoat_roughness, clearcoat_roughness_texture_, 1);
+  if (clearcoat_normal_texture_ != nullptr) {
+    p.clearcoat_normal =
+        tangent_normal(lookup(*clearcoat_normal_texture_, a, u_texture), clearcoat_normal_scale_);
   }
 }
 
@@ -194,7 +337,7 @@ bool Material::emits_like(const Material& other) const {
   const Texture* b = other.emission_texture_ ? &*other.emission_texture_ : nullptr;
   return is_emissive_ == other.is_emissive_ && emission_ == other.emission_ &&
          (a && b ? a->same_use(*b) : a == b) &&
-         (double_sided_ || has_transmission()) == (other.double_sided_ || other.has_transmission());
+         (double_sided_ || passes_light()) == (other.double_sided_ || other.passes_light());
 }
 
 float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
@@ -239,6 +382,12 @@ MaterialSet::MaterialSet(const SceneDescription& scene, const std::vector<bool>&
   note(any([](const Material& m) { return m.is_emissive(); }), "emission");
   note(any([](const Material& m) { return m.has_transmission(); }), "transmission");
   note(any([](const Material& m) { return !is_black(m.attenuation()); }), "absorption");
+  note(any([](const Material& m) { return m.dispersion() > 0.0f; }), "dispersion");
+  note(any([](const Material& m) { return m.has_diffuse_transmission(); }), "diffuse transmission");
+  note(any([](const Material& m) { return m.layers().anisotropy > 0.0f; }), "anisotropy");
+  note(any([](const Material& m) { return m.layers().iridescence > 0.0f; }), "iridescence");
+  note(any([](const Material& m) { return !is_black(m.layers().sheen_color); }), "sheen");
+  note(any([](const Material& m) { return m.layers().clearcoat > 0.0f; }), "clear coat");
   note(any([](const Material& m) { return m.unlit(); }), "unlit");
   note(any([](const Material& m) { return m.double_sided(); }), "double-sided");
 }

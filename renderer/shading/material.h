@@ -59,13 +59,15 @@ class Material {
     if (needs_uv() || attributes.has_color) evaluate_varying(attributes, u_texture, out);
   }
 
-  // What evaluate() leaves out; only where has_layers().
+  // What evaluate() leaves out; only where has_layers(). The same number for its textures.
   void evaluate_layers(const SurfaceAttributes& attributes, float u_texture,
                        MaterialLayers& out) const {
     out = layers_;
-    (void)attributes, (void)u_texture;
+    if (layers_vary_) apply_layer_textures(attributes, u_texture, out);
   }
-  bool has_layers() const { return has_layers_; }
+  bool has_layers() const { return has_layers_; }  // any of them can have an effect
+  // What they are where no texture has a say; with one, its factor.
+  const LayerParameters& layers() const { return layers_.parameters; }
 
   // Emitted radiance; with unlit(), the base colour.
   Rgb emission(const SurfaceAttributes& attributes, float u_texture) const {
@@ -88,22 +90,31 @@ class Material {
   AlphaMode alpha_mode() const { return alpha_mode_; }
   // Emission and coverage are the same everywhere: emission() needs no attributes to be found.
   bool emits_evenly() const { return !emission_varies_ && alpha_mode() == AlphaMode::kOpaque; }
-  // Whether evaluate() or coverage() looks at the attributes of a mesh with or without colours.
+  // Whether evaluate(), coverage() or a direction in tangent space looks at the attributes of a
+  // mesh with or without colours.
   bool reads_attributes(bool vertex_colors) const {
-    return needs_uv() || vertex_colors || alpha_mode() != AlphaMode::kOpaque;
+    return needs_uv() || vertex_colors || needs_tangents() || alpha_mode() != AlphaMode::kOpaque;
   }
   bool is_emissive() const { return is_emissive_; }  // belongs among the lights; never if unlit
   // Whether the lights made of the two are the same: their mean_emission() and their sides.
   bool emits_like(const Material& other) const;
   bool has_emission_texture() const { return emission_texture_ != nullptr; }
-  bool has_normal_map() const { return normal_texture_ != nullptr; }  // needs tangents
+  bool has_normal_map() const { return normal_texture_ != nullptr; }
+  // Something of it is in the tangent space of the mesh.
+  bool needs_tangents() const {
+    return has_normal_map() || layers_.has_clearcoat_normal_map || layers().anisotropy > 0.0f;
+  }
   bool double_sided() const { return double_sided_; }
-  // Light passes through: faces are seen from behind even if single-sided, and the integrator sets
-  // MaterialPoint::bsdf.inside when it is the back that was hit.
-  float ior() const { return ior_; }  // 0: reflects everything
-  bool has_transmission() const { return transmission_ > 0.0f; }
+  // Light passes through, clear or diffuse: faces are seen from behind even if single-sided, and
+  // the integrator sets MaterialPoint::bsdf.inside when it is the back that was hit.
+  bool passes_light() const { return has_transmission() || has_diffuse_transmission(); }
+  float ior() const { return ior_; }                              // 0: reflects everything
+  bool has_transmission() const { return transmission_ > 0.0f; }  // clear
+  bool has_diffuse_transmission() const { return layers().diffuse_transmission > 0.0f; }
   // Per metre travelled inside, for beer_transmittance(); 0 without an interior.
   const Rgb& attenuation() const { return attenuation_; }
+  // 20 / Abbe number of what clear transmission bends; 0 where nothing does.
+  float dispersion() const { return dispersion_; }
   bool unlit() const { return unlit_; }  // no scattering: emission() is what is seen
   bool needs_uv() const { return uv_mask_ != 0; }
   uint32_t uv_mask() const { return uv_mask_; }  // bit n: TEXCOORD_n is read
@@ -113,14 +124,31 @@ class Material {
   MaterialPoint constant_point() const;
   void evaluate_varying(const SurfaceAttributes& attributes, float u_texture,
                         MaterialPoint& out) const;
+  void apply_layer_textures(const SurfaceAttributes& attributes, float u_texture,
+                            MaterialLayers& out) const;
   Rgb varying_emission(const SurfaceAttributes& attributes, float u_texture) const;
   void apply_textures(const SurfaceAttributes& attributes, float u_texture, Rgb& base_color,
                       MaterialPoint& out) const;
   const Texture* add_texture(const TextureRef& ref, bool srgb, const char* slot,
                              const MaterialDescription& description, const SceneDescription& scene,
                              std::deque<Texture>* textures);
+  // What each compiles; `add` makes a texture of a slot.
+  void compile_base(const MaterialDescription& d, const auto& add);
+  void compile_layers(const MaterialDescription& d, const auto& add);
+  void compile_diffuse_transmission(const MaterialDescription& d, const auto& add);
+  void compile_anisotropy(const MaterialDescription& d, const auto& add);
+  void compile_iridescence(const MaterialDescription& d, const auto& add);
+  void compile_sheen(const MaterialDescription& d, const auto& add);
+  void compile_clearcoat(const MaterialDescription& d, const auto& add);
+  void compile_interior(const MaterialDescription& d);
+  void compile_coverage();
+  // A metal lets nothing through.
+  bool always_metal() const { return metallic_ == 1.0f && metallic_roughness_texture_ == nullptr; }
   const Vec2f& uv_of(const Texture& texture, const SurfaceAttributes& a) const {
     return a.uv[size_t(texture.uv_set())];
+  }
+  Vec4f lookup(const Texture& texture, const SurfaceAttributes& a, float u_texture) const {
+    return texture.lookup(uv_of(texture, a), u_texture);
   }
 
   using Slot = const Texture*;
@@ -132,12 +160,14 @@ class Material {
   Rgb specular_color_;
   Slot specular_texture_ = nullptr;
   Slot specular_color_texture_ = nullptr;
+  Slot glossiness_texture_ = nullptr;
   float normal_scale_;
   Rgb emission_;
   float alpha_cutoff_;
   float transmission_ = 0.0f;
   bool thin_walled_ = true;
   Rgb attenuation_ = Rgb(0.0f);
+  float dispersion_ = 0.0f;
   Slot base_color_texture_ = nullptr;
   Slot metallic_roughness_texture_ = nullptr;
   Slot normal_texture_ = nullptr;
@@ -149,7 +179,20 @@ class Material {
   bool emission_varies_ = false;
   MaterialPoint constant_;
   bool has_layers_ = false;
+  bool layers_vary_ = false;  // a texture has a say
   MaterialLayers layers_;
+  float iridescence_thickness_minimum_ = 0.0f;
+  float clearcoat_normal_scale_ = 1.0f;
+  Slot anisotropy_texture_ = nullptr;
+  Slot iridescence_texture_ = nullptr;
+  Slot iridescence_thickness_texture_ = nullptr;
+  Slot diffuse_transmission_texture_ = nullptr;
+  Slot diffuse_transmission_color_texture_ = nullptr;
+  Slot sheen_color_texture_ = nullptr;
+  Slot sheen_roughness_texture_ = nullptr;
+  Slot clearcoat_texture_ = nullptr;
+  Slot clearcoat_roughness_texture_ = nullptr;
+  Slot clearcoat_normal_texture_ = nullptr;
   bool double_sided_;
   bool unlit_;
   uint32_t uv_mask_ = 0;
@@ -176,8 +219,9 @@ class MaterialSet {
   uint64_t bytes() const;                                    // texels, tables and materials
   size_t image_count() const { return image_count_; }
   // What the scene's materials need, in words: "textures (2 images)", "normal maps", "emission",
-  // "transmission", "absorption", "unlit", "double-sided". Empty for a plain scene. Coverage is the
-  // meshes' affair: vertex colours have a say in it.
+  // "transmission", "absorption", "dispersion", "diffuse transmission", "anisotropy",
+  // "iridescence", "sheen", "clear coat", "unlit", "double-sided". Empty for a plain scene.
+  // Coverage is the meshes' affair: vertex colours have a say in it.
   const std::vector<std::string>& features() const { return features_; }
 
  private:

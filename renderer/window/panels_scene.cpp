@@ -10,8 +10,10 @@
 
 #include "integrators/integrator.h"
 #include "renderer/core/names.h"
+#include "renderer/description/material_parameters.h"
 #include "renderer/session/prepared_settings.h"
 #include "renderer/window/edit_entries.h"
+#include "renderer/window/material_rows.h"
 #include "renderer/window/panels.h"
 #include "renderer/window/theme.h"
 #include "renderer/window/widgets.h"
@@ -22,7 +24,6 @@ namespace {
 using widgets::Row;
 
 constexpr float kLeastIntensity = 0.01f, kMostIntensity = 100.0f;
-constexpr float kMostEmission = 1000.0f;
 constexpr double kFirstStop = 2.8;                           // of a lens that is switched on
 constexpr float kLeastHeight = 1e-3f, kMostHeight = 100.0f;  // orthographic, in radii of the scene
 
@@ -146,42 +147,52 @@ void draw_environment(Workbench& bench) {
 }
 
 // One factor of a material that an edit replaces.
-bool slide_factor(const char* name, std::optional<float>& factor, float own, float least,
-                  float most, const char* help = nullptr) {
+bool slide_factor(const MaterialRow& row, std::optional<float>& factor, float own) {
   float value = factor.value_or(own);
   bool reset = false;
-  const bool moved =
-      widgets::slide({name, help, factor.has_value(), &reset}, value, least, most, "%.3f");
+  const bool moved = widgets::slide({row.label, row.help, factor.has_value(), &reset}, value,
+                                    row.least, row.most, row.format, row.logarithmic);
   if (moved) factor = value;
   if (reset) factor.reset();
   return moved || reset;
 }
 
-bool colour_factor(const char* name, std::optional<Rgb>& factor, const Rgb& own, bool hdr) {
+bool colour_factor(const MaterialRow& row, std::optional<Rgb>& factor, const Rgb& own) {
   Rgb value = factor.value_or(own);
   bool reset = false;
-  const bool moved = widgets::colour({name, nullptr, factor.has_value(), &reset}, value, hdr);
+  const bool moved =
+      widgets::colour({row.label, row.help, factor.has_value(), &reset}, value, row.most > 1.0f);
   if (moved) {
-    const float most = hdr ? kMostEmission : 1.0f;
-    factor = Rgb(std::clamp(value.x, 0.0f, most), std::clamp(value.y, 0.0f, most),
-                 std::clamp(value.z, 0.0f, most));
+    const auto held = [&](float x) { return std::clamp(x, row.least, row.most); };
+    factor = Rgb(held(value.x), held(value.y), held(value.z));
   }
   if (reset) factor.reset();
   return moved || reset;
 }
 
+bool edit_group(const MaterialGroup& group, MaterialEdit& edit, const MaterialDescription& own) {
+  bool changed = false;
+  ImGui::PushID(group.name);
+  for (const MaterialRow& row : group.rows) {
+    if (!is_offered(row, own, edit)) continue;
+    const MaterialParameter& p = material_parameter(row.parameter);
+    changed |= p.color ? colour_factor(row, edit.*p.edited_color, own.*p.color)
+                       : slide_factor(row, edit.*p.edited_number, own.*p.number / p.unit);
+  }
+  ImGui::PopID();
+  return changed;
+}
+
+// The base, and under headings what lies on it: open where the material has it.
 bool edit_factors(MaterialEdit& edit, const MaterialDescription& own) {
   bool changed = false;
-  const char* const times_texture = "multiplies the texture";
-  changed |= colour_factor("Base colour", edit.base_color, own.base_color, false);
-  changed |= slide_factor("Roughness", edit.roughness, own.roughness, 0.0f, 1.0f, times_texture);
-  changed |= slide_factor("Metalness", edit.metallic, own.metallic, 0.0f, 1.0f, times_texture);
-  changed |=
-      slide_factor("Transmission", edit.transmission, own.transmission, 0.0f, 1.0f, times_texture);
-  if (own.normal_texture.image >= 0) {
-    changed |= slide_factor("Normal strength", edit.normal_scale, own.normal_scale, 0.0f, 4.0f);
+  for (const MaterialGroup* group : offered_groups(own, edit)) {
+    const bool base = group->name[0] == '\0';
+    const bool has = group->present(own) || group->edited(edit);
+    const ImGuiTreeNodeFlags open = has ? ImGuiTreeNodeFlags_DefaultOpen : ImGuiTreeNodeFlags_None;
+    if (base || ImGui::CollapsingHeader(group->name, open))
+      changed |= edit_group(*group, edit, own);
   }
-  changed |= colour_factor("Emission", edit.emission, own.emission, true);
   return changed;
 }
 
@@ -282,7 +293,9 @@ void draw_materials(Workbench& bench) {
   const MaterialDescription& own = outline.materials[size_t(index)];
   MaterialEdit edit = material_edit(bench.edits(), outline, index);
   widgets::heading(shown_name(own.name, "material", index).c_str());
+  ImGui::PushID(index);  // which headings are open is each material's own
   bool changed = edit_factors(edit, own);
+  ImGui::PopID();
   if (changes_something(edit) && ImGui::Button("Back to the file's", {-FLT_MIN, 0.0f})) {
     edit = untouched(edit.target);
     changed = true;

@@ -47,6 +47,29 @@ TEST_F(EditsOption, GiveThePictureOfAFileThatWasChanged) {
   EXPECT_EQ(first_difference(seen, picture()), "");
 }
 
+// Tangents, which anisotropy needs and the file has not, are made for the edit as for the file.
+TEST_F(EditsOption, GiveTheLayersOfAFileThatWasChanged) {
+  const ExrPicture seen = edited({{"materials",
+                                   {{{"name", "matte"},
+                                     {"ior", 1.8},
+                                     {"specular_color", {4, 2, 1}},
+                                     {"anisotropy", 0.5},
+                                     {"clearcoat", 0.75},
+                                     {"clearcoat_roughness", 0.25},
+                                     {"sheen_color", {0.5, 0.25, 0.125}},
+                                     {"sheen_roughness", 0.5}}}}});
+  GltfBuilder gltf = lamp_scene();
+  gltf.root["materials"][0]["extensions"] = {
+      {"KHR_materials_ior", {{"ior", 1.8}}},
+      {"KHR_materials_specular", {{"specularColorFactor", {4, 2, 1}}}},
+      {"KHR_materials_anisotropy", {{"anisotropyStrength", 0.5}}},
+      {"KHR_materials_clearcoat", {{"clearcoatFactor", 0.75}, {"clearcoatRoughnessFactor", 0.25}}},
+      {"KHR_materials_sheen",
+       {{"sheenColorFactor", {0.5, 0.25, 0.125}}, {"sheenRoughnessFactor", 0.5}}}};
+  gltf.write_glb(path("scene.glb"));
+  EXPECT_EQ(first_difference(seen, picture()), "");
+}
+
 TEST_F(EditsOption, WithoutAnyNothingChanges) {
   const ExrPicture plain = picture();
   EXPECT_EQ(first_difference(plain, edited(nlohmann::json::object())), "");

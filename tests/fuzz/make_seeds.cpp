@@ -122,7 +122,9 @@ void add_edits(Seeds& seeds) {
                {"kind": "material", "name": "neon", "on": false},
                {"kind": "environment", "intensity": 0.5}],
     "materials": [{"name": "glass", "index": 3, "base_color": [1, 1, 1], "roughness": 0.1,
-                   "metallic": 0, "emission": [0, 0, 0], "transmission": 1, "normal_scale": 1}]})"));
+                   "metallic": 0, "emission": [0, 0, 0], "transmission": 1, "normal_scale": 1,
+                   "ior": 1.5, "specular_color": [1, 1, 1], "attenuation_distance": 0.1,
+                   "anisotropy": 0.5, "anisotropy_rotation": 30, "clearcoat": 1}]})"));
   seeds.add("edits", std::string(R"({"emberline_edits": 1, "camera": {"look_from": [0, 1, 4],
     "look_at": [0, 0, 0], "orthographic_height": 3}, "environment": {"file": "edits.json"}})"));
 }

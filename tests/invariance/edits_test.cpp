@@ -91,6 +91,14 @@ const NamedEdit kEdits[] = {
     // Back faces are seen through a clear surface, and only through one.
     {"transmission_on", [](SceneEdits& e) { material(e, kShellMaterial).transmission = 0.8f; }},
     {"transmission_off", [](SceneEdits& e) { material(e, kGlassMaterial).transmission = 0.0f; }},
+    {"diffuse_transmission_on",
+     [](SceneEdits& e) { material(e, kShellMaterial).diffuse_transmission = 0.8f; }},
+    {"index_and_colour_of_reflection",
+     [](SceneEdits& e) {
+       MaterialEdit& floor = material(e, kFloorMaterial);
+       floor.ior = 2.0f;
+       floor.specular_color = {2.0f, 1.0f, 0.5f};
+     }},
     {"veil",
      [](SceneEdits& e) {
        material(e, kVeilMaterial).base_color = {1, 0, 0};

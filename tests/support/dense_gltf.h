@@ -37,7 +37,13 @@ inline GltfBuilder dense_gltf() {
                 {{"thicknessFactor", 1},
                  {"attenuationDistance", 2},
                  {"attenuationColor", {0.5, 0.5, 1}}}},
-               {"KHR_materials_ior", {{"ior", 1.4}}}}}});
+               {"KHR_materials_ior", {{"ior", 1.4}}},
+               {"KHR_materials_dispersion", {{"dispersion", 0.5}}},
+               {"KHR_materials_anisotropy",
+                {{"anisotropyStrength", 0.5}, {"anisotropyTexture", {{"index", texture}}}}},
+               {"KHR_materials_iridescence", {{"iridescenceFactor", 0.5}, {"iridescenceIor", 1.2}}},
+               {"KHR_materials_clearcoat",
+                {{"clearcoatFactor", 0.5}, {"clearcoatNormalTexture", {{"index", texture}}}}}}}});
   const int mesh = gltf.add_mesh({{"attributes",
                                    {{"POSITION", p},
                                     {"NORMAL", n},

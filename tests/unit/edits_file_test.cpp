@@ -9,6 +9,7 @@
 #include <random>
 
 #include "renderer/core/errors.h"
+#include "renderer/description/material_parameters.h"
 #include "support/encoded_images.h"
 #include "unit/output_folder.h"
 
@@ -59,6 +60,16 @@ SceneEdits everything() {
   material.emission = Rgb(1e9f, 0.0f, 1e-30f);
   material.transmission = 0.9f;
   material.normal_scale = -2.5f;
+  float number = 0.1f;
+  for (const MaterialParameter& p : material_parameters()) {  // what is not set above
+    if (p.color) {
+      auto& color = material.*p.edited_color;
+      if (!color) color = Rgb(number, 0.5f * number, 0.25f);
+    } else if (!(material.*p.edited_number)) {
+      material.*p.edited_number = float(p.least) + number;
+    }
+    number += 0.03f;
+  }
   edits.materials.emplace_back().target.index = 7;
   edits.materials.back().roughness = 0.0f;
   return edits;
@@ -80,6 +91,23 @@ TEST_F(EditsFile, ComesBackAsItWas) {
   EXPECT_EQ(read_edits(path("shot.json")), everything());
   write_edits(path("none.json"), {});
   EXPECT_EQ(read_edits(path("none.json")), SceneEdits{});
+}
+
+TEST_F(EditsFile, AMaterialsParametersAreHeldToTheirRanges) {
+  const auto edit = [&](std::string_view name, double value, bool color) {
+    const std::string number = std::to_string(value);
+    const std::string text = color ? "[1, " + number + ", 1]" : number;
+    return refusal(R"({"emberline_edits": 1, "materials": [{"index": 0, ")" + std::string(name) +
+                   "\": " + text + "}]}");
+  };
+  for (const MaterialParameter& p : material_parameters()) {
+    EXPECT_EQ(edit(p.name, p.least + 0.5 * std::min(1.0, p.most - p.least), p.color != nullptr), "")
+        << p.name;
+    const std::string place = "#/materials/0/" + std::string(p.name);
+    for (const double bad : {p.least - 1.0, 2.0 * p.most}) {
+      EXPECT_NE(edit(p.name, bad, p.color != nullptr).find(place), std::string::npos) << p.name;
+    }
+  }
 }
 
 // The shortest digits that give the float: for people. std::mt19937 of seed 1.
@@ -169,6 +197,10 @@ TEST_F(EditsFile, SaysWhatIsWrongAndWhere) {
        {"#/materials/1/roughness: ", "0 to 1", "1.1"}},
       {R"("materials": [{"index": 0, "roughnes": 1}])",
        {"#/materials/0/roughnes: ", "did you mean 'roughness'"}},
+      {R"("materials": [{"index": 0, "clear_coat": 1}])",
+       {"#/materials/0/clear_coat: ", "did you mean 'clearcoat'"}},
+      {R"("materials": [{"index": 0, "ior": 0.5}])", {"#/materials/0/ior: ", "1 to 10000", "0.5"}},
+      {R"("materials": [{"index": 0, "sheen_color": 1}])", {"#/materials/0/sheen_color: ", "3"}},
       {R"("materials": [{"index": 0, "roughness": 1, "roughness": 0}])",
        {"#/materials/0/roughness: ", "twice"}},
       {R"("environment": {"rotation": 1e400})", {"#/environment/rotation: ", "too large"}},

@@ -1,51 +1,14 @@
 // Materials, texture slots, samplers and images as the renderer gets them.
-#include <gtest/gtest.h>
-
 #include <cmath>
 
-#include "io/gltf.h"
-#include "renderer/core/errors.h"
-#include "support/embedded_images.h"
 #include "support/encoded_images.h"
 #include "support/ktx2_files.h"
+#include "unit/gltf_material_fixture.h"
 
 namespace emberline {
 namespace {
 
-using nlohmann::json;
-using test::GltfBuilder;
-using test::TempFolder;
-
-class GltfMaterial : public testing::Test {
- protected:
-  GltfMaterial() {
-    gltf_.add_triangle();
-    auto& attributes = gltf_.primitive()["attributes"];
-    attributes["TEXCOORD_0"] = gltf_.add_accessor<float>("VEC2", {0, 1, 1, 1, 0, 0});
-    attributes["TEXCOORD_1"] = gltf_.add_accessor<float>("VEC2", {5, 1, 6, 1, 5, 0});
-    attributes["TEXCOORD_2"] = gltf_.add_accessor<float>("VEC2", {7, 1, 8, 1, 7, 0});
-  }
-  SceneDescription load(const json& material, bool lenient = false) {
-    gltf_.root["materials"] = json::array({material});
-    gltf_.primitive()["material"] = 0;
-    return load_gltf(gltf_.write_glb(folder_ / "a.glb"), {lenient});
-  }
-  MaterialDescription material(const json& value) { return load(value).materials.at(0); }
-  std::string message_of(const json& value) {
-    try {
-      load(value);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "no error";
-  }
-  static json base_color_slot(const json& slot) {
-    return {{"pbrMetallicRoughness", {{"baseColorTexture", slot}}}};
-  }
-
-  TempFolder folder_;
-  GltfBuilder gltf_;
-};
+class GltfMaterial : public test::GltfMaterialTest {};
 
 TEST_F(GltfMaterial, DefaultsAreGltfs) {
   const MaterialDescription m = material(json::object());
@@ -301,30 +264,6 @@ TEST_F(GltfMaterial, LenientlyItBecomesNeutral) {
   EXPECT_EQ(m.emission_texture.image, -1);
 }
 
-TEST_F(GltfMaterial, SpecularGlossinessIsConverted) {
-  gltf_.root["extensionsUsed"] = {"KHR_materials_pbrSpecularGlossiness"};
-  const auto convert = [&](const json& extension) {
-    return load({{"extensions", {{"KHR_materials_pbrSpecularGlossiness", extension}}}});
-  };
-  // A dielectric: specular at 0.04 leaves base = diffuse (their sum reflects the same).
-  SceneDescription scene = convert({{"diffuseFactor", {0.5, 0.25, 0.125, 0.75}},
-                                    {"specularFactor", {0.04, 0.04, 0.04}},
-                                    {"glossinessFactor", 0.25}});
-  MaterialDescription m = scene.materials[0];
-  EXPECT_NEAR(m.metallic, 0.0f, 1e-5f);
-  EXPECT_NEAR(m.roughness, 0.75f, 1e-6f);
-  EXPECT_NEAR(m.base_color.x, 0.5f, 1e-5f);
-  EXPECT_NEAR(m.base_color.z, 0.125f, 1e-5f);
-  EXPECT_EQ(m.alpha, 0.75f);
-  ASSERT_EQ(scene.coverage.approximated.size(), 1u);
-  // A metal: no diffuse, base = specular.
-  m = convert({{"diffuseFactor", {0, 0, 0, 1}}, {"specularFactor", {0.9, 0.7, 0.4}}}).materials[0];
-  EXPECT_NEAR(m.metallic, 1.0f, 1e-4f);
-  EXPECT_NEAR(m.base_color.x, 0.9f, 1e-3f);
-  EXPECT_NEAR(m.base_color.z, 0.4f, 1e-3f);
-  EXPECT_NEAR(m.roughness, 0.0f, 1e-6f);
-}
-
 TEST_F(GltfMaterial, GlassIsReadWhole) {
   const MaterialDescription m =
       material({{"extensions",
@@ -355,9 +294,6 @@ TEST_F(GltfMaterial, TransmissionWithoutThicknessIsAThinWall) {
 }
 
 TEST_F(GltfMaterial, GlassThatCannotBeIsAnError) {
-  const auto with = [](const char* extension, const json& value) {
-    return json{{"extensions", {{extension, value}}}};
-  };
   EXPECT_NE(message_of(with("KHR_materials_ior", {{"ior", 0.5}})).find("KHR_materials_ior/ior"),
             std::string::npos);
   EXPECT_NE(message_of(with("KHR_materials_ior", {{"ior", "glass"}})).find("KHR_materials_ior"),

@@ -200,5 +200,70 @@ TEST(GltfTangents, SuppliedOnesAreKeptUnlessNormalsAreMissing) {
   expect_near(scene.meshes[0].tangents[0], Vec4f(1, 0, 0, 1));
 }
 
+// The triangle of above without its normal map, whose second UV set is turned: u grows upwards.
+GltfBuilder layered_triangle(const nlohmann::json& extensions) {
+  GltfBuilder gltf = normal_mapped_triangle();
+  gltf.primitive()["attributes"]["TEXCOORD_1"] =
+      gltf.add_accessor<float>("VEC2", {0, 0, 0, 1, 1, 0});
+  gltf.root["materials"][0] = {{"extensions", extensions}};
+  return gltf;
+}
+
+std::vector<Vec4f> tangents_of(const GltfBuilder& gltf, const GltfOptions& options = {}) {
+  const TempFolder folder;
+  return load_gltf(gltf.write_glb(folder / "a.glb"), options).meshes.at(0).tangents;
+}
+
+TEST(GltfTangents, AClearCoatsNormalMapNeedsThemInItsLayout) {
+  const nlohmann::json slot = {{"index", 0}, {"texCoord", 1}};
+  GltfBuilder gltf =
+      layered_triangle({{"KHR_materials_clearcoat", {{"clearcoatNormalTexture", slot}}}});
+  std::vector<Vec4f> tangents = tangents_of(gltf);
+  ASSERT_EQ(tangents.size(), 3u);
+  EXPECT_NEAR(tangents[0].y, 1.0f, 1e-6f);
+  // The base's normal map comes first.
+  gltf.root["materials"][0]["normalTexture"] = {{"index", 0}};
+  tangents = tangents_of(gltf);
+  expect_near(tangents.at(0), Vec4f(1, 0, 0, 1));
+  // A coat without one has none.
+  EXPECT_TRUE(tangents_of(layered_triangle({{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}}}))
+                  .empty());
+}
+
+TEST(GltfTangents, AnisotropyNeedsThem) {
+  const auto with = [](const nlohmann::json& anisotropy) {
+    return layered_triangle({{"KHR_materials_anisotropy", anisotropy}});
+  };
+  // Without a texture those of the first UV set, or the file's own.
+  GltfBuilder plain = with({{"anisotropyStrength", 0.5}});
+  expect_near(tangents_of(plain).at(0), Vec4f(1, 0, 0, 1));
+  plain.primitive()["attributes"]["TANGENT"] =
+      plain.add_accessor<float>("VEC4", {0, 2, 0, -1, 0, 1, 0, -1, 0, 1, 0, 1});
+  expect_near(tangents_of(plain).at(0), Vec4f(0, 1, 0, -1));
+  const nlohmann::json slot = {{"index", 0}, {"texCoord", 1}};
+  const std::vector<Vec4f> tangents =
+      tangents_of(with({{"anisotropyStrength", 0.5}, {"anisotropyTexture", slot}}));
+  ASSERT_EQ(tangents.size(), 3u);
+  EXPECT_NEAR(tangents[0].y, 1.0f, 1e-6f);
+  // Of no strength it needs none; who means to edit it asks for them.
+  EXPECT_TRUE(tangents_of(with({{"anisotropyRotation", 0.5}})).empty());
+  expect_near(tangents_of(with({{"anisotropyRotation", 0.5}}), {.tangents = true}).at(0),
+              Vec4f(1, 0, 0, 1));
+}
+
+TEST(GltfTangents, AnisotropyWithoutCoordinatesHasSomeDirection) {
+  GltfBuilder gltf = layered_triangle({{"KHR_materials_anisotropy", {{"anisotropyStrength", 1}}}});
+  gltf.primitive()["attributes"].erase("TEXCOORD_0");
+  const TempFolder folder;
+  const SceneDescription scene = load_gltf(gltf.write_glb(folder / "a.glb"), {});
+  ASSERT_EQ(scene.meshes[0].tangents.size(), 3u);
+  for (const Vec4f& t : scene.meshes[0].tangents) {
+    EXPECT_NEAR(Vec3f(t.x, t.y, t.z).length(), 1.0f, 1e-6f);
+    EXPECT_NEAR(t.z, 0.0f, 1e-6f);
+  }
+  ASSERT_EQ(scene.coverage.approximated.size(), 1u);
+  EXPECT_NE(scene.coverage.approximated[0].find("anisotropy on mesh 0/0"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace emberline

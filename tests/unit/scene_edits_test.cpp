@@ -6,6 +6,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/description/default_light.h"
 #include "renderer/description/framing.h"
+#include "renderer/description/material_parameters.h"
 #include "renderer/scene/build_scene.h"
 #include "support/edited_scene.h"
 
@@ -133,6 +134,56 @@ TEST(SceneEdits, MaterialFactorsAreReplaced) {
       edited_by(edits_of(material_edit(kBallMaterial))).materials[kBallMaterial];
   EXPECT_EQ(untouched.roughness, 0.4f);
   EXPECT_EQ(untouched.base_color, Rgb(0.9f, 0.6f, 0.3f));
+}
+
+TEST(SceneEdits, EveryParameterOfAMaterialIsReplacedAlone) {
+  const MaterialDescription own = edited_by({}).materials[kBallMaterial];
+  for (const MaterialParameter& edited : material_parameters()) {
+    MaterialEdit edit = material_edit(kBallMaterial);
+    if (edited.color) {
+      edit.*edited.edited_color = Rgb(0.125f, 0.25f, 0.5f);
+    } else {
+      edit.*edited.edited_number = 1.25f;
+    }
+    SceneDescription scene = edited_scene();
+    scene.tangents_read = true;
+    apply(edits_of(edit), scene);
+    const MaterialDescription& m = scene.materials[kBallMaterial];
+    for (const MaterialParameter& p : material_parameters()) {
+      const bool is_it = p.name == edited.name;
+      if (p.color) {
+        EXPECT_EQ(m.*p.color, is_it ? Rgb(0.125f, 0.25f, 0.5f) : own.*p.color) << p.name;
+      } else {
+        EXPECT_EQ(m.*p.number, is_it ? p.unit * 1.25f : own.*p.number) << p.name;
+      }
+    }
+  }
+  EXPECT_NEAR(material_parameter("anisotropy_rotation").unit, M_PI / 180, 1e-9);
+}
+
+TEST(SceneEdits, AnisotropyNeedsTangents) {
+  MaterialEdit edit = material_edit(kBallMaterial);
+  edit.target.place = "shot.json#/materials/0";
+  edit.anisotropy = 0.5f;
+  EXPECT_TRUE(need_tangents(edits_of(edit)));
+  expect_words(refusal(edits_of(edit)),
+               {"shot.json#/materials/0: ", "tangents", "\"anisotropy\"", "'ball'"});
+  edit.target.index = kFloorMaterial;  // which has a normal map
+  EXPECT_EQ(refusal(edits_of(edit)), "");
+  edit.target.index = kBallMaterial;
+  edit.anisotropy = 0.0f;
+  EXPECT_EQ(refusal(edits_of(edit)), "");
+  EXPECT_FALSE(need_tangents(edits_of(edit)));
+}
+
+TEST(SceneEdits, WhatReflectsEverythingHasNoIndexOfRefraction) {
+  SceneDescription scene = edited_scene();
+  scene.materials[kBallMaterial].ior = 0.0f;
+  MaterialEdit edit = material_edit(kBallMaterial);
+  edit.target.place = "shot.json#/materials/0";
+  edit.ior = 1.5f;
+  expect_words(refusal(edits_of(edit), scene), {"shot.json#/materials/0: ", "\"ior\"", "'ball'"});
+  EXPECT_EQ(refusal(edits_of(edit)), "");
 }
 
 TEST(SceneEdits, ANameFindsItsOneBearerWhereverItIs) {

@@ -3,6 +3,7 @@ emberline_test(view_interface_test
     edit_entries_test.cpp
     edit_latency_test.cpp
     histogram_test.cpp
+    material_rows_test.cpp
     picture_placement_test.cpp
     window_state_test.cpp
   LINK emberline_window_parts)

@@ -1,0 +1,76 @@
+// A material's JSON object, or one inside it, read member by member: factors, colours, texture
+// slots. Every reader leaves its value as it is where the member is absent, so that the defaults
+// are those of MaterialDescription.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "io/gltf.h"
+#include "io/gltf_document.h"
+#include "io/tiny_gltf_forward.h"
+#include "renderer/description/scene_description.h"
+
+namespace emberline {
+
+// What all materials of a file are read with.
+struct MaterialFile {
+  const GltfDocument& document;
+  const tinygltf::Model& model;  // textures and samplers
+  const GltfOptions& options;
+  CoverageReport& coverage;
+};
+
+// Which numbers a property takes, finite ones at most, and how a message calls them.
+struct ValidNumbers {
+  bool (*contain)(float);
+  const char* expected;
+};
+inline constexpr ValidNumbers kNotNegative = {[](float x) { return x >= 0.0f; },
+                                              "a number of at least 0"};
+
+// A value that cannot be throws InputError (file, JSON pointer, what is expected); with
+// GltfOptions::lenient it is warned of, and the value stays as it was.
+class GltfMaterialObject {
+ public:
+  // `file` and `object` have to outlive this. check_schema has seen the types.
+  GltfMaterialObject(const MaterialFile& file, const nlohmann::json& object, std::string pointer)
+      : file_(file), object_(object), pointer_(std::move(pointer)) {}
+
+  // Clamped to [0, 1], with a warning.
+  void share(const char* name, float& value) const;
+  void shares(const char* name, Rgb& value) const;
+  void shares(const char* name, Rgb& value, float& alpha) const;  // four numbers
+  // Clamped to [0, inf), with a warning.
+  void non_negative(const char* name, Rgb& value) const;
+  void number(const char* name, float& value, const ValidNumbers& valid) const;
+
+  // Whether the slot names a texture of the file. One that it has not is a value that cannot be.
+  bool has_texture(const char* name) const { return texture_info(name) != nullptr; }
+  void texture(const char* name, TextureRef& slot) const;
+  // With the "scale" of a normal map.
+  void normal_texture(const char* name, TextureRef& slot, float& scale) const;
+
+  std::optional<GltfMaterialObject> member(const char* name) const;
+  std::optional<GltfMaterialObject> extension(const char* name) const;
+
+  // For the coverage report of the file.
+  void report_ignored(const std::string& what) const;
+  // Of a member, for messages.
+  std::string place(const std::string& name) const {
+    return file_.document.place(pointer_ + "/" + name);
+  }
+
+ private:
+  const nlohmann::json* texture_info(const char* name) const;
+  TextureRef texture_ref(const nlohmann::json& info, const char* name) const;
+  // Throws, or warns that `instead` takes the place of what was found.
+  void refuse(const std::string& place, const std::string& message,
+              const std::string& instead) const;
+
+  const MaterialFile& file_;
+  const nlohmann::json& object_;
+  std::string pointer_;
+};
+
+}  // namespace emberline
