@@ -254,4 +254,9 @@ BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
   return result;
 }
 
+Rgb SurfaceBsdf::straight_through() const {
+  if (!clear_ || on_wrong_side(-wo_, true)) return Rgb(0.0f);
+  return clear_->straight_through() * clear_weight_;
+}
+
 }  // namespace emberline

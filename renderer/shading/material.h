@@ -102,6 +102,11 @@ class Material {
   // MaterialPoint::bsdf.inside when it is the back that was hit.
   float ior() const { return ior_; }  // 0: reflects everything
   bool has_transmission() const { return transmission_ > 0.0f; }
+  // At least in places it is a thin wall that is smooth, and light goes straight on.
+  bool is_smooth_wall() const {
+    return has_transmission() && thin_walled_ &&
+           (square(roughness_) < kMirrorAlpha || metallic_roughness_texture_ != nullptr);
+  }
   // Per metre travelled inside, for beer_transmittance(); 0 without an interior.
   const Rgb& attenuation() const { return attenuation_; }
   bool unlit() const { return unlit_; }  // no scattering: emission() is what is seen

@@ -91,6 +91,10 @@ Rgb TransmissionLobe::albedo() const {
   return fma(tint_, 1.0f - f, Rgb(f));
 }
 
+Rgb TransmissionLobe::straight_through() const {
+  return thin_ && delta_ ? tint_ * (1.0f - reflectance(wo_.z)) : Rgb(0.0f);
+}
+
 Rgb TransmissionLobe::eval_and_pdf(const Vec3f& wi, float* pdf) const {
   *pdf = 0.0f;
   const float mu_i = std::abs(wi.z);

@@ -41,6 +41,8 @@ class TransmissionLobe {
   bool is_delta() const { return delta_; }
   // What comes back or passes at wo, the smooth interface's estimate.
   Rgb albedo() const;
+  // What a smooth thin wall lets straight on to -wo; 0 of any other lobe.
+  Rgb straight_through() const;
 
  private:
   // Share of the reflection among what a microfacet under cos_d sends on, and its probability.
