@@ -18,7 +18,8 @@ namespace emberline {
 
 // All that is constant over a frame and that an integrator may ask for.
 struct IntegratorSettings {
-  int max_depth = 16;          // scattering events: 1 is direct light only
+  // Scattering events: 1 is direct light only. To go straight through a smooth thin wall is none.
+  int max_depth = 16;
   bool transparent = false;    // the environment lights the scene but is not seen by the camera
   bool light_sampling = true;  // off: BSDF sampling alone (an independent estimator for the tests)
 };

@@ -63,7 +63,7 @@ void PathBatch<kGlass, kGroups>::trace(std::span<SampleValue> values) {
   const LaneList hit = alive_;
   for (uint32_t depth = 0; !alive_.empty(); ++depth) {
     shade(depth, values);
-    if (sample_lights_) sample_lights();
+    if (sample_lights_) sample_lights(depth);
     alive_.filter([&](int lane) { return scatter(depth, lane); });
     follow_rays();
   }
@@ -133,6 +133,31 @@ void PathBatch<kGlass, kGroups>::cross_medium(uint32_t depth, const ShadedPoint&
   path->throughput *= absorption(scene_, path->interior.solid, distance);
 }
 
+// Scattering events before the path's vertex, of which `depth` surfaces came before. To go straight
+// through a smooth thin wall is none: so a light sample that looks through walls agrees with the
+// scattered ray that comes the same way on which paths there are.
+template <bool kGlass, bool kGroups>
+uint32_t PathBatch<kGlass, kGroups>::events_before(uint32_t depth, const Path& path) const {
+  if constexpr (kGlass) return path.scattering.events;
+  return depth;
+}
+
+template <bool kGlass, bool kGroups>
+bool PathBatch<kGlass, kGroups>::may_scatter(uint32_t depth, const Path& path) const {
+  return events_before(depth, path) < uint32_t(settings_.max_depth);
+}
+
+// The vertex whose light sample may find what the ray under way finds.
+template <bool kGlass, bool kGroups>
+const typename PathBatch<kGlass, kGroups>::LastVertex& PathBatch<kGlass, kGroups>::sampled_from(
+    const Path& path) const {
+  if constexpr (kGlass) {
+    return path.scattering.vertex;
+  } else {
+    return path.last;
+  }
+}
+
 // From hits to surfaces, materials and BSDFs; adds what the surfaces emit. Ends the paths that may
 // not scatter.
 template <bool kGlass, bool kGroups>
@@ -170,31 +195,36 @@ void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> va
     }
     path.last.query = {point.surface.position, point.frame.shading.normal,
                        kGlass && bsdfs_[lane].transmits_non_delta()};
-    return !point.surface.material->unlit() && depth < uint32_t(settings_.max_depth);
+    if (point.surface.material->unlit()) return false;
+    return may_scatter(depth, path) || (kGlass && point.surface.material->is_smooth_wall());
   });
 }
 
 template <bool kGlass, bool kGroups>
 Rgb PathBatch<kGlass, kGroups>::surface_emission(const Path& path, const ShadedPoint& point) const {
   const Rgb& emission = point.material.emission;
-  if (!path.last.light_sampled || is_black(emission)) return emission;
+  const LastVertex& from = sampled_from(path);
+  if (!from.light_sampled || is_black(emission)) return emission;
   const uint32_t emitter = scene_.emitter_index(path.hit.instance, path.hit.primitive);
   if (emitter == Scene::kNoEmitter) return emission;
-  const float light_pdf =
-      lights_.pdf_triangle(path.last.query, emitter, path.ray.direction, path.hit.t);
-  return emission * balance(path.last.bsdf_pdf, light_pdf);
+  float distance = path.hit.t;
+  if constexpr (kGlass) {
+    if (path.scattering.walls > 0) distance = (point.surface.position - from.query.point).length();
+  }
+  const float light_pdf = lights_.pdf_triangle(from.query, emitter, path.ray.direction, distance);
+  return emission * balance(from.bsdf_pdf, light_pdf);
 }
 
 // One sampled light per vertex, weighted against the BSDF sample that follows.
 template <bool kGlass, bool kGroups>
-void PathBatch<kGlass, kGroups>::sample_lights() {
+void PathBatch<kGlass, kGroups>::sample_lights(uint32_t depth) {
   LaneList connected;
   LightRequest requests[kRayBatch];
   LightSample* samples[kRayBatch] = {};
   for (const int lane : alive_) {
     LastVertex& vertex = paths_[lane].last;
     vertex.light_sampled = bsdfs_[lane].has_non_delta();
-    if (!vertex.light_sampled) continue;
+    if (!vertex.light_sampled || (kGlass && !may_scatter(depth, paths_[lane]))) continue;
     samples_.resume_sample(lane);
     requests[connected.size()] = {
         vertex.query,
@@ -232,16 +262,17 @@ void PathBatch<kGlass, kGroups>::add_connection(int lane) {
   Connection& c = connections_[lane];
   Path& path = paths_[lane];
   samples_.resume_sample(lane);
-  path.rays.shadow++;
   const uint32_t key = coverage_key(scene_, samples_);
-  const bool infinite = c.light.distance == kInfinity;
-  const bool visible = infinite ? scene_.visible_to_infinity(c.from, c.light.direction, key)
-                                : scene_.visible(c.from, c.target, key) &&
-                                      !scene_.behind_flush_emitter(c.from, c.light, key);
-  if (!visible) {
-    if (!c.light.delta || !kGlass) return;
-    c.scattered *= through_thin_walls(scene_, c.from, c.light.direction, c.target, infinite,
-                                      samples_, &path.rays);
+  if (kGlass && scene_.has_smooth_walls()) {
+    c.scattered *= through_thin_walls(scene_, c.from, c.light, c.target, key, samples_, &path.rays);
+    if (is_black(c.scattered)) return;
+  } else {
+    path.rays.shadow++;
+    const bool infinite = c.light.distance == kInfinity;
+    const bool visible = infinite ? scene_.visible_to_infinity(c.from, c.light.direction, key)
+                                  : scene_.visible(c.from, c.target, key) &&
+                                        !scene_.behind_flush_emitter(c.from, c.light, key);
+    if (!visible) return;
   }
   if constexpr (kGlass) c.scattered *= absorption(scene_, c.solid, c.light.distance);
   // balance / pdf = 1 / (pdf + other); a point-like light has no other technique.
@@ -253,15 +284,27 @@ void PathBatch<kGlass, kGroups>::add_connection(int lane) {
   }
 }
 
+template <bool kGlass, bool kGroups>
+BsdfSample PathBatch<kGlass, kGroups>::sample_bsdf(uint32_t depth, int lane) {
+  if constexpr (kGlass) {
+    if (!may_scatter(depth, paths_[lane])) {  // it can only go straight on
+      BsdfSample on;
+      on.weight = bsdfs_[lane].straight_through();
+      on.delta = on.transmitted = on.valid = true;
+      return on;
+    }
+  }
+  return bsdfs_[lane].sample(samples_.get(surface_dim::kLobe), {samples_.get(surface_dim::kBsdfX),
+                                                                samples_.get(surface_dim::kBsdfY)});
+}
+
 // Chooses the path's next ray; false: it ends here.
 template <bool kGlass, bool kGroups>
 bool PathBatch<kGlass, kGroups>::scatter(uint32_t depth, int lane) {
   Path& path = paths_[lane];
   const ShadedPoint& point = points_[lane];
   samples_.resume_sample(lane);
-  const BsdfSample next =
-      bsdfs_[lane].sample(samples_.get(surface_dim::kLobe),
-                          {samples_.get(surface_dim::kBsdfX), samples_.get(surface_dim::kBsdfY)});
+  const BsdfSample next = sample_bsdf(depth, lane);
   if (!next.valid) return false;
   path.throughput *= next.weight;
   if (is_black(path.throughput)) return false;
@@ -272,13 +315,30 @@ bool PathBatch<kGlass, kGroups>::scatter(uint32_t depth, int lane) {
     if (next.transmitted) path.interior = interior_behind(point, path.interior);
   }
 
-  if (depth + 1 >= kRouletteDepth) {
+  if (events_before(depth, path) + 1 >= kRouletteDepth) {
     const float survival =
         std::clamp(max_component(path.throughput) * path.eta_scale, kMinSurvival, 1.0f);
     if (samples_.get(surface_dim::kRoulette) >= survival) return false;
     path.throughput *= 1.0f / survival;
   }
-  const Vec3f direction = point.frame.shading.to_world(next.wi);
+  return leave_along(next, lane);
+}
+
+// False: through too many walls.
+template <bool kGlass, bool kGroups>
+bool PathBatch<kGlass, kGroups>::leave_along(const BsdfSample& next, int lane) {
+  Path& path = paths_[lane];
+  const ShadedPoint& point = points_[lane];
+  Vec3f direction = point.frame.shading.to_world(next.wi);
+  if constexpr (kGlass) {
+    Scattering& scattering = path.scattering;
+    if (next.delta && next.transmitted && point.material.bsdf.thin_walled) {
+      direction = path.ray.direction;
+      if (++scattering.walls > kMostWalls) return false;
+    } else {
+      scattering = {path.last, scattering.events + 1, 0};
+    }
+  }
   path.ray = {point.spawn_origin(direction), direction};
   return true;
 }
@@ -306,9 +366,10 @@ void PathBatch<kGlass, kGroups>::see_environment(const LaneList& missed) {
   lights_.environment()->radiance_and_pdf({directions, size_t(missed.size())}, radiance, pdf);
   for (int i = 0; i < missed.size(); ++i) {
     Path& path = paths_[missed[i]];
-    if (path.last.light_sampled) {
-      const float light_pdf = pdf[i] * lights_.environment_probability(path.last.query);
-      radiance[i] *= balance(path.last.bsdf_pdf, light_pdf);
+    const LastVertex& from = sampled_from(path);
+    if (from.light_sampled) {
+      const float light_pdf = pdf[i] * lights_.environment_probability(from.query);
+      radiance[i] *= balance(from.bsdf_pdf, light_pdf);
     }
     path.radiance = fma(path.throughput, radiance[i], path.radiance);
     if constexpr (kGroups) {

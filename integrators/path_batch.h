@@ -9,6 +9,7 @@
 #pragma once
 
 #include <span>
+#include <type_traits>
 
 #include "integrators/integrator.h"
 #include "integrators/lane_array.h"
@@ -34,6 +35,14 @@ class PathBatch {
     float bsdf_pdf = 0.0f;
     bool light_sampled = false;  // false: emission found by the ray counts in full
   };
+  // The same of the vertex that the ray was scattered at, which lies further back if it came
+  // straight through smooth thin walls since: a sample of a light from there covers the walls, too.
+  struct Scattering {
+    LastVertex vertex;
+    uint32_t events = 0;  // of the path so far
+    uint32_t walls = 0;   // since the vertex
+  };
+  struct NoScattering {};
   struct Path {
     Ray ray;
     SurfaceHit hit;
@@ -42,6 +51,7 @@ class PathBatch {
     float eta_scale = 1.0f;  // radiance compression by refraction so far; for roulette only
     Interior interior;       // what the ray is inside of
     LastVertex last;
+    [[no_unique_address]] std::conditional_t<kGlass, Scattering, NoScattering> scattering;
     SampleRays rays;
   };
   // A sampled light on its way to being seen.
@@ -59,11 +69,16 @@ class PathBatch {
   void see_background(const LaneList& missed, std::span<SampleValue> values);
   void shade(uint32_t depth, std::span<SampleValue> values);
   void cross_medium(uint32_t depth, const ShadedPoint& point, Path* path) const;
+  uint32_t events_before(uint32_t depth, const Path& path) const;
+  bool may_scatter(uint32_t depth, const Path& path) const;
+  const LastVertex& sampled_from(const Path& path) const;
   Rgb surface_emission(const Path& path, const ShadedPoint& point) const;
-  void sample_lights();
+  void sample_lights(uint32_t depth);
   bool connect(int lane);
   void add_connection(int lane);
+  BsdfSample sample_bsdf(uint32_t depth, int lane);
   bool scatter(uint32_t depth, int lane);
+  bool leave_along(const BsdfSample& next, int lane);
   void follow_rays();
   void see_environment(const LaneList& missed);
   uint32_t group_of(const LightSample& light) const;

@@ -6,7 +6,7 @@ namespace emberline {
 
 void PathIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
                               std::span<SampleValue> values) const {
-  const bool glass = batch.scene.has_transmission();
+  const bool glass = batch.scene.passes_light();
   if (batch.light_values) {
     if (glass) {
       PathBatch<true, true>(settings_, batch, samples).trace(values);

@@ -1,27 +1,36 @@
 #include "integrators/path_media.h"
 
 namespace emberline {
+namespace {
 
-Rgb through_thin_walls(const Scene& scene, Vec3f from, const Vec3f& direction, const Vec3f& target,
-                       bool infinite, PixelSamples& samples, SampleRays* rays) {
-  constexpr int kMostWalls = 64;  // ours: more panes in a row than a picture can show
+// What the surface that was hit lets straight through; `*beyond` is where the way goes on.
+Rgb through_surface(const Scene& scene, const Vec3f& direction, const SurfaceHit& hit,
+                    float u_texture, Vec3f* beyond) {
+  if (!scene.material_of(hit.instance).is_smooth_wall()) return Rgb(0.0f);
+  const ShadedPoint point = shade(scene, Ray{Vec3f(0.0f), direction}, hit, u_texture);
+  *beyond = point.spawn_origin(direction);
+  return point.bsdf().straight_through();
+}
+
+}  // namespace
+
+Rgb through_thin_walls(const Scene& scene, Vec3f from, const LightSample& light,
+                       const Vec3f& target, uint32_t coverage_key, PixelSamples& samples,
+                       SampleRays* rays) {
+  const bool infinite = light.distance == kInfinity;
   Rgb through(1.0f);
-  for (int wall = 0; wall < kMostWalls; ++wall) {
-    const float distance = infinite ? kInfinity : dot(target - from, direction);
-    if (!(distance > 0.0f)) return through;
+  for (uint32_t walls = 0; walls <= kMostWalls; ++walls) {
+    // As Scene::visible has it: aimed anew, and t = 1 is the far point exactly.
+    const Ray ray = infinite ? Ray{from, light.direction} : Ray{from, target - from, 1.0f};
+    if (!infinite && !(dot(ray.direction, light.direction) > 0.0f)) return through;
     SurfaceHit hit;
-    const Ray ray{from, direction, distance};
     rays->shadow++;
-    if (!scene.intersect(ray, coverage_key(scene, samples), &hit)) return through;
-    if (!scene.material_of(hit.instance).has_transmission()) return Rgb(0.0f);
-    const ShadedPoint point = shade(scene, ray, hit, samples.extra());
-    if (!point.material.bsdf.thin_walled) return Rgb(0.0f);
-    const float u_lobe = samples.extra();
-    const float u_x = samples.extra();
-    const BsdfSample next = point.bsdf().sample(u_lobe, {u_x, samples.extra()});
-    if (!next.valid || !next.transmitted || !next.delta) return Rgb(0.0f);
-    through *= next.weight;
-    from = point.spawn_origin(direction);
+    // One key for the whole way: no part of it is met twice.
+    if (!scene.intersect(ray, coverage_key, &hit)) {
+      return scene.behind_flush_emitter(from, light, coverage_key) ? Rgb(0.0f) : through;
+    }
+    through *= through_surface(scene, light.direction, hit, samples.extra(), &from);
+    if (is_black(through)) return through;
   }
   return Rgb(0.0f);
 }

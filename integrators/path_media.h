@@ -14,7 +14,7 @@ inline uint32_t coverage_key(const Scene& scene, PixelSamples& samples) {
 // A solid's material, if the point lies on one.
 inline const Material* solid_material(const ShadedPoint& point) {
   const Material* material = point.surface.material;
-  return material->has_transmission() && !point.material.bsdf.thin_walled ? material : nullptr;
+  return material->passes_light() && !point.material.bsdf.thin_walled ? material : nullptr;
 }
 
 // The solids that a path is inside of: the innermost, and the one around it. In a third one the
@@ -59,9 +59,15 @@ inline Rgb absorption(const Scene& scene, const Material* solid, float distance)
   return beer_transmittance(solid->attenuation(), float(double(within) / scene.scale()));
 }
 
-// What smooth thin walls let straight through on the way to a light of no extent. No ray that is
-// scattered can find such a light, so nothing is counted twice. `target` is not read if `infinite`.
-Rgb through_thin_walls(const Scene& scene, Vec3f from, const Vec3f& direction, const Vec3f& target,
-                       bool infinite, PixelSamples& samples, SampleRays* rays);
+// Smooth thin walls that a ray goes straight through in a row, sampled or on its way to a light:
+// the same for both, since they find the same light. Ours: more than a picture can show.
+inline constexpr uint32_t kMostWalls = 64;
+
+// What arrives of a sampled light: what smooth thin walls on the way let straight through, 1
+// without any, 0 if anything else is in the way. `target` is where the way ends; not read if the
+// light is infinitely far. For scenes with such walls.
+Rgb through_thin_walls(const Scene& scene, Vec3f from, const LightSample& light,
+                       const Vec3f& target, uint32_t coverage_key, PixelSamples& samples,
+                       SampleRays* rays);
 
 }  // namespace emberline

@@ -125,7 +125,9 @@ class Scene {
   // Whether coverage keys matter: some material has alpha.
   bool has_coverage() const { return has_coverage_; }
   // Whether some material lets light pass.
-  bool has_transmission() const { return has_transmission_; }
+  bool passes_light() const { return passes_light_; }
+  // Whether some of that may be smooth thin walls (Material::is_smooth_wall).
+  bool has_smooth_walls() const { return has_smooth_walls_; }
 
   void interaction(const SurfaceHit& hit, SurfaceInteraction* out) const;
 
@@ -177,7 +179,8 @@ class Scene {
   std::unique_ptr<LightSampler> lights_;
   std::unique_ptr<scene_detail::FlushEmitters> flush_;  // null without any
   bool has_coverage_ = false;
-  bool has_transmission_ = false;
+  bool passes_light_ = false;
+  bool has_smooth_walls_ = false;
   Vec3d origin_ = Vec3d(0.0);
   double scale_ = 1.0;
   double farthest_ = kFarthestOrigin;

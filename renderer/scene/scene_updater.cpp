@@ -77,7 +77,7 @@ void SceneUpdater::assign_materials() {
   previous_ = std::exchange(scene_.materials_, std::move(materials));
   emission_changed_.assign(scene_.meshes_.size(), false);
   scene_.has_coverage_ = false;
-  scene_.has_transmission_ = false;
+  scene_.passes_light_ = scene_.has_smooth_walls_ = false;
   for (const Instance& instance : scene_.instances_) {
     Mesh& mesh = scene_.meshes_[instance.mesh];
     const MeshDescription& source = description_.meshes[instance.mesh];
@@ -94,7 +94,8 @@ void SceneUpdater::assign_materials() {
     mesh.cull_backfaces = single_sided && !material.passes_light();
     mesh.has_coverage = material.has_alpha(!mesh.colors.empty());
     if (mesh.has_coverage) scene_.has_coverage_ = true;
-    if (material.has_transmission()) scene_.has_transmission_ = true;
+    if (material.passes_light()) scene_.passes_light_ = true;
+    if (material.is_smooth_wall()) scene_.has_smooth_walls_ = true;
   }
 }
 

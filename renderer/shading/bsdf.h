@@ -83,6 +83,9 @@ class SurfaceBsdf {
   bool transmits_non_delta() const { return list_ && list_->transmits_non_delta; }
   // Directional albedo at wo (the `albedo` AOV: what of white light comes back).
   Rgb albedo() const { return to_rgb(albedo_); }  // transmitted light included
+  // What goes on to -wo, unbent, where the surface is a smooth thin wall; else 0. In the mean
+  // sample() returns as much by deltas that are `transmitted`.
+  Rgb straight_through() const;
 
  private:
   enum class SpecularKind : uint8_t { kNone, kMirror, kGgx, kStretched };

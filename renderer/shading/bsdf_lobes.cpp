@@ -428,4 +428,10 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
   return result;
 }
 
+Rgb SurfaceBsdf::straight_through() const {
+  if (!list_ || !(list_->weight[kClear] > 0.0f) || on_wrong_side(-wo_, true)) return Rgb(0.0f);
+  const float through = std::min(list_->through_o, through_layers(-wo_));
+  return list_->clear.straight_through() * (list_->weight[kClear] * through);
+}
+
 }  // namespace emberline

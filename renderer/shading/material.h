@@ -111,6 +111,11 @@ class Material {
   float ior() const { return ior_; }                              // 0: reflects everything
   bool has_transmission() const { return transmission_ > 0.0f; }  // clear
   bool has_diffuse_transmission() const { return layers().diffuse_transmission > 0.0f; }
+  // At least in places it is a thin wall that is smooth, and light goes straight on.
+  bool is_smooth_wall() const {
+    return has_transmission() && thin_walled_ &&
+           (square(roughness_) < kMirrorAlpha || metallic_roughness_texture_ != nullptr);
+  }
   // Per metre travelled inside, for beer_transmittance(); 0 without an interior.
   const Rgb& attenuation() const { return attenuation_; }
   // 20 / Abbe number of what clear transmission bends; 0 where nothing does.

@@ -282,6 +282,34 @@ TEST(Transmission, NothingFromBehindOrNowhere) {
     }
 }
 
+// What goes straight on is the mean of the samples that do, over a fine grid of the number that
+// chooses; only a smooth thin wall has any.
+TEST(Transmission, StraightThroughIsTheMeanOfItsSamples) {
+  for (int i = 0; i < 60; ++i) {
+    TestRandom random(16, uint64_t(i));
+    BsdfParameters p = glass(0, i % 7 == 0 ? 0.0f : 1 + random.next(), true);
+    p.base_color = Rgb(random.next(), random.next(), random.next());
+    p.metallic = random.next() < .5f ? 0 : random.next();
+    p.transmission = random.next() < .5f ? 1 : random.next();
+    p.specular = random.next() < .5f ? 1 : random.next();
+    const bool rough = i % 5 == 3, solid = i % 5 == 4;
+    if (rough) p.roughness = .4f;
+    p.thin_walled = !solid;
+    const SurfaceBsdf bsdf(p, direction(.05f + .95f * random.next(), 6.28f * random.next()),
+                           direction(.99f, 1));
+    Rgb mean(0);
+    constexpr int kSteps = 20000;
+    for (int k = 0; k < kSteps; ++k) {
+      const BsdfSample s = bsdf.sample((float(k) + .5f) / kSteps, Vec2f(.4f));
+      if (s.valid && s.delta && s.transmitted && p.thin_walled) mean += s.weight / float(kSteps);
+    }
+    const Rgb straight = bsdf.straight_through();
+    // A step of the grid is worth 1 / 20000 of a weight, which is 50 at most (kPickFloor).
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(straight[c], mean[c], 5e-3) << "TestRandom(16, " << i;
+    EXPECT_TRUE((!rough && !solid && p.ior > 0) || straight == Rgb(0)) << i;
+  }
+}
+
 TEST(Attenuation, IsBeersLaw) {
   const Rgb sigma = attenuation_coefficient(Rgb(.25f, 1, 0), 2);
   EXPECT_NEAR(beer_transmittance(sigma, 1).x, .5f, 1e-6);

@@ -110,6 +110,10 @@ Rgb TransmissionLobe::albedo() const {
   return fma(tint_, 1.0f - max_component(f), f);
 }
 
+Rgb TransmissionLobe::straight_through() const {
+  return thin_ && delta_ ? tint_ * (1.0f - max_component(reflectance(wo_.z))) : Rgb(0.0f);
+}
+
 Rgb TransmissionLobe::eval_and_pdf(const Vec3f& wi, float* pdf) const {
   *pdf = 0.0f;
   const float mu_i = std::abs(wi.z);

@@ -44,6 +44,8 @@ class TransmissionLobe {
   bool is_delta() const { return delta_; }
   // What comes back or passes at wo, the smooth interface's estimate.
   Rgb albedo() const;
+  // What a smooth thin wall lets straight on to -wo; 0 of any other lobe.
+  Rgb straight_through() const;
 
  private:
   // What a microfacet under cos_d reflects; of what is left, the least channel's share passes, so
