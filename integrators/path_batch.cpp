@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 #include "renderer/lights/environment_light.h"
 
@@ -170,8 +171,10 @@ void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> va
     samples_.start_slot(depth + 1);
     find_material(samples_.get(surface_dim::kTexture), &points_[lane]);
     if constexpr (kGlass) {
-      const Interior& interior = paths_[lane].interior;
-      if (interior.solid) use_relative_ior(interior, points_[lane]);
+      Path& path = paths_[lane];
+      if (path.interior.solid || scene_.has_dispersion()) {
+        set_relative_ior(path.interior, samples_, path.scattering.wavelength, points_[lane]);
+      }
     }
   }
   for (const int lane : alive_) {
@@ -248,8 +251,10 @@ bool PathBatch<kGlass, kGroups>::connect(int lane) {
   c.scattered = bsdfs_[lane].eval_and_pdf(wi, &c.bsdf_pdf);
   if (is_black(c.scattered)) return false;
   if constexpr (kGlass) {
-    const Interior& interior = paths_[lane].interior;
-    c.solid = (wi.z < 0.0f ? interior_behind(point, interior) : interior).solid;
+    const Path& path = paths_[lane];
+    c.solid = (wi.z < 0.0f ? interior_behind(point, path.interior) : path.interior).solid;
+    const PathWavelength& wavelength = path.scattering.wavelength;
+    if (wavelength.bends && wi.z < 0.0f) c.scattered *= wavelength.weight;
   }
   c.from = point.spawn_origin(c.light.direction);
   samples_.resume_sample(lane);
@@ -313,6 +318,10 @@ bool PathBatch<kGlass, kGroups>::scatter(uint32_t depth, int lane) {
   if constexpr (kGlass) {
     path.eta_scale *= next.eta_scale;
     if (next.transmitted) path.interior = interior_behind(point, path.interior);
+    PathWavelength& wavelength = path.scattering.wavelength;
+    if (wavelength.bends && next.transmitted) {
+      path.throughput *= std::exchange(wavelength.weight, Rgb(1.0f));
+    }
   }
 
   if (events_before(depth, path) + 1 >= kRouletteDepth) {
@@ -336,7 +345,9 @@ bool PathBatch<kGlass, kGroups>::leave_along(const BsdfSample& next, int lane) {
       direction = path.ray.direction;
       if (++scattering.walls > kMostWalls) return false;
     } else {
-      scattering = {path.last, scattering.events + 1, 0};
+      scattering.vertex = path.last;
+      scattering.events++;
+      scattering.walls = 0;
     }
   }
   path.ray = {point.spawn_origin(direction), direction};

@@ -41,6 +41,7 @@ class PathBatch {
     LastVertex vertex;
     uint32_t events = 0;  // of the path so far
     uint32_t walls = 0;   // since the vertex
+    PathWavelength wavelength;
   };
   struct NoScattering {};
   struct Path {

@@ -1,6 +1,36 @@
 #include "integrators/path_media.h"
 
+#include "renderer/shading/lobes/wavelength.h"
+
 namespace emberline {
+
+void set_relative_ior(const Interior& in, PixelSamples& samples, PathWavelength& wavelength,
+                      ShadedPoint& point) {
+  wavelength.bends = false;
+  const Material* own = solid_material(point);
+  if (!own) return;
+  const Material* other = point.frame.back_facing ? interior_behind(point, in).solid : in.solid;
+  wavelength.bends = own->dispersion() > 0.0f || (other && other->dispersion() > 0.0f);
+  if (wavelength.bends && wavelength.nanometres == 0.0f) {
+    const SampledWavelength sampled = sample_wavelength(samples.extra());
+    wavelength = {sampled.nanometres, sampled.weight, true};
+  }
+  const auto ior_of = [&](const Material& solid) {
+    return solid.dispersion() > 0.0f
+               ? ior_at(solid.ior(), solid.dispersion(), wavelength.nanometres)
+               : solid.ior();
+  };
+  BsdfParameters& bsdf = point.material.bsdf;
+  bsdf.ior = ior_of(*own);
+  // 0 reflects everything, whatever is around it.
+  if (!other || !(bsdf.ior > 0.0f) || !(other->ior() > 0.0f)) return;
+  // The lobe's index is at least 1, its `inside` the denser side.
+  bsdf.ior /= ior_of(*other);
+  if (bsdf.ior < 1.0f) {
+    bsdf.ior = 1.0f / bsdf.ior;
+    bsdf.inside = !bsdf.inside;
+  }
+}
 namespace {
 
 // What the surface that was hit lets straight through; `*beyond` is where the way goes on.

@@ -35,21 +35,18 @@ inline Interior interior_behind(const ShadedPoint& point, const Interior& in) {
   return {in.outer, nullptr};
 }
 
-// A face between two solids bends by the ratio of their indices. `in` is not empty.
-inline void use_relative_ior(const Interior& in, ShadedPoint& point) {
-  const Material* own = solid_material(point);
-  if (!own) return;
-  const Material* other = point.frame.back_facing ? interior_behind(point, in).solid : in.solid;
-  BsdfParameters& bsdf = point.material.bsdf;
-  // 0 reflects everything, whatever is around it.
-  if (!other || !(bsdf.ior > 0.0f) || !(other->ior() > 0.0f)) return;
-  // The lobe's index is at least 1, its `inside` the denser side.
-  bsdf.ior /= other->ior();
-  if (bsdf.ior < 1.0f) {
-    bsdf.ior = 1.0f / bsdf.ior;
-    bsdf.inside = !bsdf.inside;
-  }
-}
+// What dispersion has made of a path: all of it has one wavelength from the first face on that
+// bends colours apart, and counts by that wavelength's colour once it has been bent.
+struct PathWavelength {
+  float nanometres = 0.0f;  // 0: none yet
+  Rgb weight = Rgb(1.0f);   // that does not count yet
+  bool bends = false;       // the face at hand bends by wavelength
+};
+
+// A face between two solids bends by the ratio of their indices, each at the path's wavelength, for
+// which `samples` is asked where it is needed for the first time.
+void set_relative_ior(const Interior& in, PixelSamples& samples, PathWavelength& wavelength,
+                      ShadedPoint& point);
 
 // Absorption of a solid (or of nothing: 1) over an internal distance; a light at infinity is taken
 // to be beyond the scene, whose own size bounds what can lie in between.

@@ -126,6 +126,8 @@ class Scene {
   bool has_coverage() const { return has_coverage_; }
   // Whether some material lets light pass.
   bool passes_light() const { return passes_light_; }
+  // Whether some of that bends colours apart.
+  bool has_dispersion() const { return has_dispersion_; }
   // Whether some of that may be smooth thin walls (Material::is_smooth_wall).
   bool has_smooth_walls() const { return has_smooth_walls_; }
 
@@ -181,6 +183,7 @@ class Scene {
   bool has_coverage_ = false;
   bool passes_light_ = false;
   bool has_smooth_walls_ = false;
+  bool has_dispersion_ = false;
   Vec3d origin_ = Vec3d(0.0);
   double scale_ = 1.0;
   double farthest_ = kFarthestOrigin;

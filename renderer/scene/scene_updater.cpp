@@ -77,7 +77,7 @@ void SceneUpdater::assign_materials() {
   previous_ = std::exchange(scene_.materials_, std::move(materials));
   emission_changed_.assign(scene_.meshes_.size(), false);
   scene_.has_coverage_ = false;
-  scene_.passes_light_ = scene_.has_smooth_walls_ = false;
+  scene_.passes_light_ = scene_.has_smooth_walls_ = scene_.has_dispersion_ = false;
   for (const Instance& instance : scene_.instances_) {
     Mesh& mesh = scene_.meshes_[instance.mesh];
     const MeshDescription& source = description_.meshes[instance.mesh];
@@ -96,6 +96,7 @@ void SceneUpdater::assign_materials() {
     if (mesh.has_coverage) scene_.has_coverage_ = true;
     if (material.passes_light()) scene_.passes_light_ = true;
     if (material.is_smooth_wall()) scene_.has_smooth_walls_ = true;
+    if (material.dispersion() > 0.0f) scene_.has_dispersion_ = true;
   }
 }
 
