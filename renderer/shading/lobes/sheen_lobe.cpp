@@ -110,6 +110,23 @@ struct Table {
   }
 };
 
+// What each column returns towards each cosine of light.
+using Energy = std::array<std::array<double, kCosines>, kColumns>;
+
+void fill_albedo(Node* row, const Energy& energy, const std::array<double, kCosines>& mu_i,
+                 float round) {
+  for (size_t column = 0; column < kColumns; ++column) {
+    const float own = limit(row[column].raw, round);
+    double sum = 0;
+    for (size_t i = 0; i < kCosines; ++i) {
+      const Position p = column_of(std::max(float(mu_i[i]), kSheenMinCosine));
+      const float other = lerp(row[p.index].raw, row[p.index + 1].raw, p.fraction);
+      sum += energy[column][i] / double(std::max(own, limit(other, round)));
+    }
+    row[column].albedo = float(std::min(1.0, sum));
+  }
+}
+
 void Table::fill(int row) {
   static const GaussLegendre<kCosines> cosines;
   static const GaussLegendre<kAzimuths> azimuths;
@@ -129,7 +146,7 @@ void Table::fill(int row) {
     lambda_i[i] = shadowing.lambda(clamped);
     weight[i] *= mu_i[i] / clamped;
   }
-  std::array<std::array<double, kCosines>, kColumns> energy;
+  Energy energy;
   exceeds_one[size_t(row)] = false;
   for (int column = 0; column < kColumns; ++column) {
     const double mu = cosine_at(column), sine = std::sqrt(1 - mu * mu);
@@ -159,16 +176,7 @@ void Table::fill(int row) {
     node.slope = float(std::pow(1 + slope_of_mean(sum_mu / sum), 0.75) - 1);
     node.concentration = float(0.77 * std::max(0.0, sum_cos / sum));
   }
-  for (int column = 0; column < kColumns; ++column) {
-    const float own = limit(out[column].raw, round);
-    double sum = 0;
-    for (size_t i = 0; i < kCosines; ++i) {
-      const Position p = column_of(std::max(float(mu_i[i]), kSheenMinCosine));
-      const float other = lerp(out[p.index].raw, out[p.index + 1].raw, p.fraction);
-      sum += energy[size_t(column)][i] / double(std::max(own, limit(other, round)));
-    }
-    out[column].albedo = float(std::min(1.0, sum));
-  }
+  fill_albedo(out, energy, mu_i, round);
 }
 
 const Table& table() {
