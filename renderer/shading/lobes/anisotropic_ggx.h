@@ -75,9 +75,10 @@ class AnisotropicGgx {
 
 // The directional albedo of that lobe, as SpecularAlbedo has it for one width: what an isotropic
 // lobe returns whose width is this one's in w's azimuth, from SpecularAlbedo, plus a table of the
-// difference over (cosine, azimuth, alpha_y, alpha_x), cubic in all four. With alpha_x = alpha_y
-// the difference is 0. Coordinates and nodes by measured error, see anisotropic_albedo.cpp: |error|
-// < 1.5e-3 in E and in B, 2e-4 rms. 950 KiB, built at first use (deterministic, thread-safe).
+// difference over (cosine, azimuth, alpha_y, alpha_x). With alpha_x = alpha_y the difference is 0.
+// |error| against quadrature at 20,000 points, the narrow and the grazing ones included: E 1.5e-3
+// at most, 9e-4 for 99 of 100; B 1.7e-3 and 6e-4. 950 KiB, built at first use (90 ms,
+// deterministic, thread-safe).
 class AnisotropicAlbedo {
  public:
   // alpha_x >= alpha_y (glTF: x is the stretched direction), both in [kMirrorAlpha, 1].

@@ -31,8 +31,8 @@ struct Shadowing {
 
 // ---- tables ------------------------------------------------------------------------------------
 
-constexpr int kColumns = 112, kRows = 64;
-constexpr int kCosines = 28, kAzimuths = 16;  // quadrature
+constexpr int kColumns = 144, kRows = 64;
+constexpr int kCosines = 48, kAzimuths = 16;  // quadrature
 
 // Columns are even in mu^(1/4) from kSheenMinCosine, rows in roughness^(1/4).
 constexpr float kFirstColumn = 0.1f;
@@ -76,11 +76,14 @@ double slope_of_mean(double mean) {
   return std::expm1(0.5 * (low + high));
 }
 
-// max(1, r), its corner rounded off over 1 +- kRound: the table could not follow the corner.
-constexpr float kRound = 0.045f;
-float limit(float r) {
-  if (r < 1 - kRound) return 1;
-  return r < 1 + kRound ? 1 + square(r - (1 - kRound)) / (4 * kRound) : r;
+// max(1, r), its corner rounded off over 1 +- round: the table could not follow the corner. At high
+// roughness R comes up to 0.953 and is to be left alone; the narrower the lobe, the steeper R.
+float rounding_at(float roughness) {
+  return lerp(0.15f, 0.045f, std::clamp((roughness - 0.15f) / (0.285f - 0.15f), 0.0f, 1.0f));
+}
+float limit(float r, float round) {
+  if (r < 1 - round) return 1;
+  return r < 1 + round ? 1 + square(r - (1 - round)) / (4 * round) : r;
 }
 
 struct Node {
@@ -107,10 +110,28 @@ struct Table {
   }
 };
 
+// What each column returns towards each cosine of light.
+using Energy = std::array<std::array<double, kCosines>, kColumns>;
+
+void fill_albedo(Node* row, const Energy& energy, const std::array<double, kCosines>& mu_i,
+                 float round) {
+  for (size_t column = 0; column < kColumns; ++column) {
+    const float own = limit(row[column].raw, round);
+    double sum = 0;
+    for (size_t i = 0; i < kCosines; ++i) {
+      const Position p = column_of(std::max(float(mu_i[i]), kSheenMinCosine));
+      const float other = lerp(row[p.index].raw, row[p.index + 1].raw, p.fraction);
+      sum += energy[column][i] / double(std::max(own, limit(other, round)));
+    }
+    row[column].albedo = float(std::min(1.0, sum));
+  }
+}
+
 void Table::fill(int row) {
   static const GaussLegendre<kCosines> cosines;
   static const GaussLegendre<kAzimuths> azimuths;
   const double alpha = square(roughness_at(row));
+  const float round = rounding_at(float(roughness_at(row)));
   const Shadowing shadowing(alpha);
   Node* out = nodes.data() + size_t(row) * kColumns;
   std::array<double, kAzimuths> cos_azimuth;
@@ -125,7 +146,7 @@ void Table::fill(int row) {
     lambda_i[i] = shadowing.lambda(clamped);
     weight[i] *= mu_i[i] / clamped;
   }
-  std::array<std::array<double, kCosines>, kColumns> energy;
+  Energy energy;
   exceeds_one[size_t(row)] = false;
   for (int column = 0; column < kColumns; ++column) {
     const double mu = cosine_at(column), sine = std::sqrt(1 - mu * mu);
@@ -149,22 +170,13 @@ void Table::fill(int row) {
     }
     Node& node = out[column];
     node.raw = float(sum);
-    if (sum > double(1 - kRound)) exceeds_one[size_t(row)] = true;
+    if (sum > double(1 - round)) exceeds_one[size_t(row)] = true;
     // Wider than by the moments: that lowers the variance of the weights, whose tails are longer
     // than these densities'.
     node.slope = float(std::pow(1 + slope_of_mean(sum_mu / sum), 0.75) - 1);
     node.concentration = float(0.77 * std::max(0.0, sum_cos / sum));
   }
-  for (int column = 0; column < kColumns; ++column) {
-    const float own = limit(out[column].raw);
-    double sum = 0;
-    for (size_t i = 0; i < kCosines; ++i) {
-      const Position p = column_of(std::max(float(mu_i[i]), kSheenMinCosine));
-      const float other = lerp(out[p.index].raw, out[p.index + 1].raw, p.fraction);
-      sum += energy[size_t(column)][i] / double(std::max(own, limit(other)));
-    }
-    out[column].albedo = float(std::min(1.0, sum));
-  }
+  fill_albedo(out, energy, mu_i, round);
 }
 
 const Table& table() {
@@ -200,7 +212,8 @@ SheenLobe::SheenLobe(float roughness, const Vec3f& wo) : wo_(wo) {
   };
   slope_ = blend(&Node::slope);
   concentration_ = blend(&Node::concentration);
-  limit_ = limit(blend(&Node::raw));
+  round_ = rounding_at(roughness);
+  limit_ = limit(blend(&Node::raw), round_);
   exceeds_one_ = t.exceeds_one[row.index] || t.exceeds_one[row.index + 1];
   row_ = row.index;
   row_fraction_ = row.fraction;
@@ -222,7 +235,7 @@ float SheenLobe::eval(const Vec3f& wi) const {
   const float mu = std::clamp(wi.z, kSheenMinCosine, 1.0f);
   const float distribution = std::pow(xy2 / length2, half_exponent_);
   float value = scale_ * distribution / (masking_o_ + lambda(mu)) * (wi.z / mu);
-  if (exceeds_one_) value /= std::max(limit_, limit(table().raw(row_, row_fraction_, mu)));
+  if (exceeds_one_) value /= std::max(limit_, limit(table().raw(row_, row_fraction_, mu), round_));
   return value;
 }
 

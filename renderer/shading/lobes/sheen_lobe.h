@@ -7,9 +7,9 @@
 // at 0.07, for cosines below 0.05, and grows without bound as the cosine goes to 0 at every
 // roughness. Here
 //   f' = f / max(1, R(mu_o), R(mu_i)),
-// the corner of that max rounded off over 1 +- 0.045: reciprocal, returns at most 1, and is f where
-// f can be used as it stands (at roughness above 0.285 everywhere). Cosines below kSheenMinCosine
-// count as that one.
+// the corner of that max rounded off (over 1 +- 0.15 up to roughness 0.15, +- 0.045 from 0.285 on):
+// reciprocal, returns at most 1, and is f where f can be used as it stands (above roughness 0.285
+// everywhere). Cosines below kSheenMinCosine count as that one.
 //
 // Sampling: cosine and azimuth apart, densities (1 + s) / (1 + s mu)^2 and the wrapped Cauchy
 // distribution around wo's azimuth, s and its width from a table by the lobe's own first moments.
@@ -51,13 +51,15 @@ class SheenLobe {
   float limit_ = 1.0f;  // max(1, R(mu_o))
   size_t row_ = 0;      // of the table
   float row_fraction_ = 0.0f;
+  float round_ = 0.0f;          // of the limit's corner
   bool exceeds_one_ = false;    // R passes 1 somewhere at this roughness
   float slope_ = 0.0f;          // s
   float concentration_ = 0.0f;  // of the azimuth, [0, 1)
 };
 
-// What the lobe returns in all for white light, at a cosine in [0, 1]. Table built at first use
-// (deterministic, thread-safe); |error| < 1e-3, in [0, 1].
+// What the lobe returns in all for white light, at a cosine in [0, 1]; in [0, 1], |error| < 1e-3.
+// The table behind it and the lobe is built at first use (65 ms, 145 KiB, deterministic,
+// thread-safe).
 float sheen_albedo(float mu, float roughness);
 
 }  // namespace emberline
