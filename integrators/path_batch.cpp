@@ -35,6 +35,12 @@ Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& 
   // A number of its own: the emitter's texel must not depend on which texel this vertex took.
   const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
   Rgb radiance = material.emission(attributes, u_texture);
+  if (material.has_layers()) {
+    MaterialLayers layers;
+    material.evaluate_layers(attributes, u_texture, layers);
+    radiance *= emission_through_coat(layers.parameters.clearcoat,
+                                      dot(light.direction, light.emitter_normal));
+  }
   // A path sees the emitter only where it covers; the light sample must agree on average.
   // Decided apart from the emission, as a ray's coverage is: a card that is bright where it is
   // clear shows the product of the means.

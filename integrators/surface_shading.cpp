@@ -15,6 +15,8 @@ namespace emberline {
                            : normal;
     const SurfaceFrame frame = make_surface_frame(p.surface.geometric_normal, normal, coat, p.wo);
     local.clearcoat_normal = p.frame.shading.to_local(frame.shading.normal);
+    p.material.emission *=
+        emission_through_coat(local.clearcoat, dot(p.wo, p.surface.geometric_normal));
   }
   if (local.anisotropy > 0.0f) {
     const Vec3f t(tangent.x, tangent.y, tangent.z);

@@ -1,6 +1,9 @@
 // What the glTF extensions add to the metallic-roughness model at a surface point.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "renderer/core/vector.h"
 
 namespace emberline {
@@ -32,5 +35,12 @@ struct MaterialLayers {
   LayerParameters parameters;
   bool has_clearcoat_normal_map = false;  // false: the vertex normal, clearcoat_normal is not read
 };
+
+// What a clear coat leaves of the emission below it that leaves at a cosine to the geometric normal
+// (KHR_materials_clearcoat, "Emission").
+inline float emission_through_coat(float clearcoat, float cosine) {
+  const float m = 1.0f - std::min(1.0f, std::abs(cosine));
+  return 1.0f - clearcoat * fma(0.96f * square(square(m)), m, 0.04f);
+}
 
 }  // namespace emberline

@@ -69,7 +69,7 @@ class Material {
   // What they are where no texture has a say; with one, its factor.
   const LayerParameters& layers() const { return layers_.parameters; }
 
-  // Emitted radiance; with unlit(), the base colour.
+  // Emitted radiance below any clear coat (emission_through_coat); with unlit(), the base colour.
   Rgb emission(const SurfaceAttributes& attributes, float u_texture) const {
     return emission_varies_ ? varying_emission(attributes, u_texture) : emission_;
   }
@@ -88,8 +88,11 @@ class Material {
     return alpha_mode() != AlphaMode::kOpaque && (alpha_varies_ || vertex_colors);
   }
   AlphaMode alpha_mode() const { return alpha_mode_; }
-  // Emission and coverage are the same everywhere: emission() needs no attributes to be found.
-  bool emits_evenly() const { return !emission_varies_ && alpha_mode() == AlphaMode::kOpaque; }
+  // Emission and coverage are the same everywhere and in all directions: emission() needs no
+  // attributes to be found.
+  bool emits_evenly() const {
+    return !emission_varies_ && !(layers().clearcoat > 0.0f) && alpha_mode() == AlphaMode::kOpaque;
+  }
   // Whether evaluate(), coverage() or a direction in tangent space looks at the attributes of a
   // mesh with or without colours.
   bool reads_attributes(bool vertex_colors) const {
