@@ -183,15 +183,27 @@ bool edit_group(const MaterialGroup& group, MaterialEdit& edit, const MaterialDe
   return changed;
 }
 
+// A heading that opens and closes, in the colours of the fields below it.
+bool group_heading(const char* name, bool open, bool edited) {
+  ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
+  ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ImGui::GetStyleColorVec4(ImGuiCol_FrameBgHovered));
+  ImGui::PushStyleColor(ImGuiCol_HeaderActive, ImGui::GetStyleColorVec4(ImGuiCol_FrameBgActive));
+  ImGui::PushStyleColor(ImGuiCol_Text,
+                        edited ? accent_colour() : ImGui::GetStyleColorVec4(ImGuiCol_Text));
+  const bool is_open = ImGui::CollapsingHeader(
+      name, open ? ImGuiTreeNodeFlags_DefaultOpen : ImGuiTreeNodeFlags_None);
+  ImGui::PopStyleColor(4);
+  return is_open;
+}
+
 // The base, and under headings what lies on it: open where the material has it.
 bool edit_factors(MaterialEdit& edit, const MaterialDescription& own) {
   bool changed = false;
   for (const MaterialGroup* group : offered_groups(own, edit)) {
-    const bool base = group->name[0] == '\0';
-    const bool has = group->present(own) || group->edited(edit);
-    const ImGuiTreeNodeFlags open = has ? ImGuiTreeNodeFlags_DefaultOpen : ImGuiTreeNodeFlags_None;
-    if (base || ImGui::CollapsingHeader(group->name, open))
+    const bool base = group->name[0] == '\0', edited = group->edited(edit);
+    if (base || group_heading(group->name, group->present(own) || edited, edited)) {
       changed |= edit_group(*group, edit, own);
+    }
   }
   return changed;
 }
