@@ -99,6 +99,19 @@ const NamedEdit kEdits[] = {
        floor.ior = 2.0f;
        floor.specular_color = {2.0f, 1.0f, 0.5f};
      }},
+    {"clear_coat_on",
+     [](SceneEdits& e) {
+       MaterialEdit& floor = material(e, kFloorMaterial);
+       floor.clearcoat = 1.0f;
+       floor.clearcoat_roughness = 0.1f;
+     }},
+    {"sheen_and_film_on",
+     [](SceneEdits& e) {
+       material(e, kShellMaterial).sheen_color = {0.5f, 0.2f, 0.1f};
+       material(e, kFloorMaterial).iridescence = 1.0f;
+     }},
+    // Brings tangents into use that nothing read.
+    {"anisotropy_on", [](SceneEdits& e) { material(e, kFloorMaterial).anisotropy = 0.7f; }},
     {"veil",
      [](SceneEdits& e) {
        material(e, kVeilMaterial).base_color = {1, 0, 0};
