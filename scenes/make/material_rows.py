@@ -7,9 +7,9 @@ from . import textures
 from .gltf import Gltf, srgb
 from .mesh import rounded_box, sphere
 
-COLUMNS = 8
+COLUMNS = 11
 RADIUS = 0.115
-SPACING = 0.28
+SPACING = 0.305
 STEP = 0.25  # each row stands so much higher and further back than the one before it
 
 
