@@ -22,5 +22,10 @@ fi
 # must hold the same ones (ci/numerics.sh).
 rows=$(mktemp)
 trap 'rm -f "$rows"' EXIT
-EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" -j "$(nproc)"
+# Nine tests of ten leave a core idle now and then: one more than there are cores at once, but for
+# those that depend on time.
+status=0
+EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" -LE timed -j "$(($(nproc) + 1))" || status=$?
+ctest --preset "$preset" -L timed -j "$(nproc)" || status=$?
+[ $status -eq 0 ] || exit $status
 python3 tests/numerics/table.py "$rows" tests/numerics/README.md >/dev/null

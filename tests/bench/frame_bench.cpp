@@ -15,10 +15,9 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "bench/bench_frame.h"
+#include "bench/frame_benches.h"
 #include "bench/ray_recorder.h"
 #include "renderer/app/number_option.h"
-#include "renderer/core/errors.h"
 #include "renderer/output/report.h"
 #include "renderer/process/process_usage.h"
 
@@ -184,7 +183,9 @@ int run(const Options& options) {
   return 0;
 }
 
-int main_program(int argc, char** argv) {
+}  // namespace
+
+int run_frame_bench(int argc, char** argv) {
   Options options;
   options.frame.filter = "box";
   options.frame.width = 640;
@@ -200,15 +201,7 @@ int main_program(int argc, char** argv) {
              "memory for recorded rays; fewer samples are recorded when it is too little");
   app.add_option("--json", options.json, "write the figures here as well");
   CLI11_PARSE(app, argc, argv);
-  try {
-    return run(options);
-  } catch (const EmberlineError& error) {
-    fmt::print(stderr, "frame_bench: {}\n", error.what());
-    return 1;
-  }
+  return run(options);
 }
 
-}  // namespace
 }  // namespace emberline::bench
-
-int main(int argc, char** argv) { return emberline::bench::main_program(argc, argv); }

@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
     int (*run)(int argc, char** argv);
   } benches[] = {{"adaptive_bench", run_adaptive_bench},
                  {"edits_bench", run_edits_bench},
+                 {"frame_bench", run_frame_bench},
                  {"light_groups_bench", run_light_groups_bench},
                  {"progressive_bench", run_progressive_bench},
                  {"view_bench", run_view_bench}};

@@ -76,7 +76,7 @@ def main():
     p.add_argument("--assets", type=pathlib.Path, required=True)
     p.add_argument("--only", default=",".join(SECTIONS))
     options = p.parse_args()
-    run("cmake", "--build", ROOT / "build/release", "--target", "emberline", "frame_bench", "parts_bench")
+    run("cmake", "--build", ROOT / "build/release", "--target", "emberline", "frame_benches", "parts_bench")
     wanted = options.only.split(",")
     old = dict(re.findall(r"^## (.*?)\n\n(.*?)(?=^## |\Z)", FIGURES.read_text(), re.M | re.S)) if FIGURES.exists() else {}
     text = "# Figures\n\nWritten by `tests/bench/measure.py`; README.md says what each means.\n\n"

@@ -2,8 +2,8 @@
 // per thread, and traces the same rays again with nothing around them.
 //
 // The linker puts the recorder between renderer and Embree (-Wl,--wrap, see CMakeLists.txt): not a
-// line of the renderer knows of it, and the program that people run is not touched. In this
-// benchmark it costs one predicted branch per ray while it does not record.
+// line of the renderer knows of it, and the program that people run is not touched. In the
+// benchmarks of frames it costs one predicted branch per ray while it does not record.
 #pragma once
 
 #include <cstdint>

@@ -8,7 +8,6 @@
 
 #include "cli/command_test.h"
 #include "support/embedded_images.h"
-#include "support/encoded_images.h"
 
 namespace emberline::test {
 namespace {
@@ -208,10 +207,9 @@ TEST_F(BadInput, Environments) {
   write("text.hdr", "#?RADIANCE or so it says");
   write("empty.exr", "");
   write("text.exr", "no picture");
-  const OIIO::ImageSpec spec(64, 32, 3, OIIO::TypeDesc::FLOAT);
   std::vector<float> texels(64 * 32 * 3, 0.5f);
   for (const char* name : {"sky.exr", "sky.hdr"}) {
-    write_image(path(name), spec, texels);
+    write_floats(path(name), 64, 32, 3, texels);
     std::vector<uint8_t> bytes = read_bytes(path(name));
     bytes.resize(bytes.size() / 2);
     write_bytes(path(std::string("cut_") + name), bytes);
@@ -230,7 +228,7 @@ TEST_F(BadInput, ASkyWithNanTexelsIsRepairedAndSaysSo) {
   texels[3] = std::numeric_limits<float>::quiet_NaN();
   texels[100] = std::numeric_limits<float>::infinity();
   texels[200] = -1.0f;
-  write_image(path("sky.exr"), OIIO::ImageSpec(16, 8, 3, OIIO::TypeDesc::FLOAT), texels);
+  write_floats(path("sky.exr"), 16, 8, 3, texels);
   const RunResult result =
       render(render_words({"--env", path("sky.exr"), "--report", path("r.json"), "--spp", "4"}));
   EXPECT_EQ(read_json("r.json")["numerics"]["non_finite_texels"], 3);

@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "cli/command_test.h"
-#include "support/encoded_images.h"
 
 namespace emberline::test {
 namespace {
@@ -10,13 +9,10 @@ namespace {
 class Compare : public CommandTest {
  protected:
   void SetUp() override {
-    const OIIO::ImageSpec spec(24, 16, 3, OIIO::TypeDesc::FLOAT);
-    write_image(path("a.exr"), spec, std::vector<float>(24 * 16 * 3, 0.5f));
-    write_image(path("b.exr"), spec, std::vector<float>(24 * 16 * 3, 0.4f));
-    write_image(path("small.exr"), OIIO::ImageSpec(8, 8, 3, OIIO::TypeDesc::FLOAT),
-                std::vector<float>(8 * 8 * 3, 0.4f));
-    write_image(path("depth.exr"), OIIO::ImageSpec(24, 16, 1, OIIO::TypeDesc::FLOAT),
-                std::vector<float>(24 * 16, 0.4f));
+    write_floats(path("a.exr"), 24, 16, 3, std::vector<float>(24 * 16 * 3, 0.5f));
+    write_floats(path("b.exr"), 24, 16, 3, std::vector<float>(24 * 16 * 3, 0.4f));
+    write_floats(path("small.exr"), 8, 8, 3, std::vector<float>(8 * 8 * 3, 0.4f));
+    write_floats(path("depth.exr"), 24, 16, 1, std::vector<float>(24 * 16, 0.4f));
   }
 };
 

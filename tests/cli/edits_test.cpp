@@ -1,6 +1,5 @@
 // --edits: a scene's look changed beside its file.
 #include "cli/command_test.h"
-#include "support/encoded_images.h"
 
 namespace emberline::test {
 namespace {
@@ -94,10 +93,8 @@ TEST_F(EditsOption, TheWhiteSurroundingsOfAnUnlitFileAreALight) {
 }
 
 TEST_F(EditsOption, AnEnvironmentBesideThemReplacesTheCommandLines) {
-  write_image(path("grey.exr"), OIIO::ImageSpec(8, 4, 3, OIIO::TypeDesc::FLOAT),
-              std::vector<float>(8 * 4 * 3, 0.25f));
-  write_image(path("bright.exr"), OIIO::ImageSpec(8, 4, 3, OIIO::TypeDesc::FLOAT),
-              std::vector<float>(8 * 4 * 3, 2.0f));
+  write_floats(path("grey.exr"), 8, 4, 3, std::vector<float>(8 * 4 * 3, 0.25f));
+  write_floats(path("bright.exr"), 8, 4, 3, std::vector<float>(8 * 4 * 3, 2.0f));
   const Words bright = {"--env", path("bright.exr")};
   EXPECT_EQ(edited({{"environment", {{"strength", 0.5}}}}, bright).at("R", 8, 0), 1.0f);
   const nlohmann::json grey = {{"environment", {{"file", "grey.exr"}, {"strength", 2}}}};

@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "cli/command_test.h"
-#include "support/encoded_images.h"
 
 namespace emberline::test {
 namespace {
@@ -17,8 +16,7 @@ class LightGroupsOption : public CommandTest {
     add_quad(gltf, {-1.5f, 0.2f, -1}, {0.7f, 0, 0}, {0, 0.7f, 0}, second);
     gltf.push("materials", {{"name", "kept dark"}, {"emissiveFactor", {0, 0, 0}}});
     gltf.write_glb(path("scene.glb"));
-    write_image(path("grey.exr"), OIIO::ImageSpec(8, 4, 3, OIIO::TypeDesc::FLOAT),
-                std::vector<float>(8 * 4 * 3, 0.25f));
+    write_floats(path("grey.exr"), 8, 4, 3, std::vector<float>(8 * 4 * 3, 0.25f));
   }
   Words words(const Words& more) {
     return render_words(Words{"--env", path("grey.exr"), "--spp", "8"} + more);

@@ -10,7 +10,6 @@
 
 #include "cli/command_test.h"
 #include "support/embedded_images.h"
-#include "support/encoded_images.h"
 
 namespace emberline::test {
 namespace {
@@ -39,8 +38,7 @@ class Limits : public CommandTest {
 
   // An environment map, which is read by OpenImageIO.
   std::string sky() {
-    write_image(path("sky.exr"), OIIO::ImageSpec(8, 4, 3, OIIO::TypeDesc::FLOAT),
-                std::vector<float>(size_t(8) * 4 * 3, 1.0f));
+    write_floats(path("sky.exr"), 8, 4, 3, std::vector<float>(size_t(8) * 4 * 3, 1.0f));
     return path("sky.exr");
   }
 

@@ -6,10 +6,8 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
-#include <OpenImageIO/imageio.h>
 
 #include <bit>
-#include <stdexcept>
 
 namespace emberline::test {
 namespace {
@@ -44,18 +42,6 @@ ExrPicture read_exr(const std::string& path) {
   }
   file.setFrameBuffer(buffer);
   file.readPixels(header.dataWindow().min.y, header.dataWindow().max.y);
-  return picture;
-}
-
-BytePicture read_bytes_picture(const std::string& path) {
-  const auto input = OIIO::ImageInput::open(path);
-  if (!input) throw std::runtime_error(path + ": " + OIIO::geterror());
-  const OIIO::ImageSpec& spec = input->spec();
-  BytePicture picture{spec.width, spec.height, spec.nchannels, {}};
-  picture.values.resize(size_t(spec.width) * size_t(spec.height) * size_t(spec.nchannels));
-  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, picture.values.data())) {
-    throw std::runtime_error(path + ": " + input->geterror());
-  }
   return picture;
 }
 

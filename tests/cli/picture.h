@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "renderer/core/rect.h"
+#include "support/image_files.h"
 
 namespace emberline::test {
 
@@ -23,15 +24,6 @@ struct ExrPicture {
 };
 // Throws std::exception for a file that OpenEXR cannot read whole.
 ExrPicture read_exr(const std::string& path);
-
-struct BytePicture {
-  int width = 0, height = 0, channels = 0;
-  std::vector<uint8_t> values;
-  const uint8_t* at(int x, int y) const {
-    return &values[size_t(y * width + x) * size_t(channels)];
-  }
-};
-BytePicture read_bytes_picture(const std::string& path);
 
 // The pixels of `a` and `b` that lie in both data windows have the same bits, channel by channel
 // (those that depend on the clock apart). Returns what differs first, or "".

@@ -3,7 +3,6 @@
 #include <numeric>
 
 #include "cli/command_test.h"
-#include "support/encoded_images.h"
 
 namespace emberline::test {
 namespace {
@@ -240,7 +239,7 @@ TEST_F(Views, AnEnvironmentIsSeenScaledAndTurned) {
         texels.push_back(value);
     }
   }
-  write_image(path("sky.exr"), OIIO::ImageSpec(32, 16, 3, OIIO::TypeDesc::FLOAT), texels);
+  write_floats(path("sky.exr"), 32, 16, 3, texels);
   const auto towards = [&](const char* at, const Words& more) {
     return picture(render_words(
         Words{"--env", path("sky.exr"), "--look-from", "0,9,0", "--look-at", at, "--fov-y", "10"} +

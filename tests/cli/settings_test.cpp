@@ -2,7 +2,6 @@
 #include <sys/stat.h>
 
 #include "cli/command_test.h"
-#include "support/encoded_images.h"
 
 namespace emberline::test {
 namespace {
@@ -23,8 +22,7 @@ const Words kOptions = {
     "--transparent", "--aov",        "albedo,N",        "--backfaces", "show"};
 
 TEST_F(SettingsFile, GivesTheSamePictureFromAnotherFolder) {
-  write_image(path("sky.exr"), OIIO::ImageSpec(8, 4, 3, OIIO::TypeDesc::FLOAT),
-              std::vector<float>(8 * 4 * 3, 0.5f));
+  write_floats(path("sky.exr"), 8, 4, 3, std::vector<float>(8 * 4 * 3, 0.5f));
   std::filesystem::create_directory(path("queue"));
   render(render_words(kOptions + Words{"--save-settings", path("queue/look.json")}));
   const ExrPicture asked = read_exr(path("out.exr"));

@@ -258,11 +258,12 @@ def same_moment(farm, driver):
     case = f"same moment of {driver}"
     if not farm.wanted(case):
         return
-    expected, seconds = farm.reference(settings_of(driver))
+    settings = [word if word != "96" else "48" for word in settings_of(driver)]  # the start alone counts
+    expected, _ = farm.reference(settings)
     both = 0
     for _ in range(4):
         folder = farm.folder(case)
-        command = [*settings_of(driver), *resume("c"), "--quiet", "--threads", "1"]
+        command = [*settings, *resume("c"), "--quiet", "--threads", "1"]
         runs = [run.wait() for run in [farm.start(folder, command), farm.start(folder, command)]]
         codes = sorted(run.code for run in runs)
         farm.check(codes in ([0, 0], [0, 1]), case, f"{runs[0]} | {runs[1]}")

@@ -17,7 +17,7 @@ import time
 
 from farm import CHANNELS, DRIVERS, EXIT_DONE, Farm, earlier_samples, pixels, signal
 
-FRAME = ["--size", "160x120", *CHANNELS]
+FRAME = ["--size", "128x96", *CHANNELS]
 SETTINGS = {
     "bucket": ("--spp 64", "--noise-threshold 0.04 --max-spp 256", "--spp 48 --streams 2", "--spp 48 --light-groups",
                "--spp 64 --sampler stratified --crop 7,5,122,90"),
@@ -51,7 +51,8 @@ def frame(farm, driver, number, most):
     settings = [*FRAME, "--driver", driver, "--bucket-size", "16",
                 *SETTINGS[driver][number % len(SETTINGS[driver])].split()]
     case = f"{driver} frame {number} ({' '.join(settings[6:])})"
-    replay = f"--driver {driver} --seed {seed} --frame {number}"
+    each = farm.options.each
+    replay = f"--driver {driver} --seed {seed} --each {each} --frame {number}"
     expected, seconds = farm.reference([*settings, "--threads", "2"])
     folder = farm.folder(f"{driver} {number}")
 
@@ -62,7 +63,7 @@ def frame(farm, driver, number, most):
         return farm.start(folder, [*settings, *RESUME, *changing])
 
     tried = landed = in_middle = 0
-    for _ in range(min(most, dice.randint(4, 7))):
+    for _ in range(min(most, dice.randint((each + 1) // 2, each))):
         moment = dice.choices(("start", "middle", "outputs"), (2, 8, 1))[0]
         if (folder / "out.exr").exists():
             moment = "start"
@@ -87,7 +88,8 @@ def frame(farm, driver, number, most):
 
 
 def main():
-    farm = Farm(__doc__, kills=(100, "in total, shared by the drivers [100]"), seed=(1, "of the moments [1]"),
+    farm = Farm(__doc__, kills=(100, "in total, shared by the drivers [100]"),
+                each=(7, "of one frame, at most [7]"), seed=(1, "of the moments [1]"),
                 driver=("", "this one alone"), frame=(-1, "this one alone"))
     options = farm.options
     drivers = [options.driver] if options.driver else DRIVERS

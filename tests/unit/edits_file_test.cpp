@@ -10,7 +10,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/description/material_parameters.h"
-#include "support/encoded_images.h"
+#include "support/image_files.h"
 #include "unit/output_folder.h"
 
 namespace emberline {
@@ -131,7 +131,7 @@ TEST_F(EditsFile, FloatsAreWrittenShortAndComeBackToTheBit) {
 TEST_F(EditsFile, AnEnvironmentIsLookedForBesideIt) {
   std::vector<float> texels(8 * 4 * 3, 0.5f);
   texels[0] = std::nanf("");
-  test::write_image(path("sky.exr"), OIIO::ImageSpec(8, 4, 3, OIIO::TypeDesc::FLOAT), texels);
+  test::write_floats(path("sky.exr"), 8, 4, 3, texels);
   SceneEdits edits =
       read_edits(write(R"({"emberline_edits": 1, "environment": {"file": "sky.exr"}})"));
   ASSERT_TRUE(edits.environment.image);

@@ -1,7 +1,7 @@
 emberline_test(view_arithmetic_test
   SOURCES view_camera_test.cpp edit_history_test.cpp grading_test.cpp
   LINK emberline_session)
-emberline_test(render_session_test TIMEOUT 300
+emberline_test(render_session_test TIMED TIMEOUT 300
   SOURCES render_session_test.cpp session_storm_test.cpp session_edits_test.cpp session_files_test.cpp
           session_overlay_test.cpp session_comparison_test.cpp session_bucket_test.cpp
   LINK emberline_app emberline_session)
