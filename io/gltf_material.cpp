@@ -219,7 +219,15 @@ std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 CoverageReport& coverage) {
   MaterialReader reader(document, model, options, coverage);
   std::vector<MaterialDescription> materials;
-  for (size_t i = 0; i < model.materials.size(); ++i) materials.push_back(reader.read(i));
+  for (size_t i = 0; i < model.materials.size(); ++i) {
+    materials.emplace_back();
+    if (document.array("materials")[i].is_null()) continue;
+    try {
+      materials.back() = reader.read(i);
+    } catch (const InputError& error) {
+      document.faults->note("/materials/" + std::to_string(i), error);
+    }
+  }
   return materials;
 }
 

@@ -172,10 +172,10 @@ TEST(GltfMeshopt, BrokenStreamsAreErrors) {
   GltfBuilder header = good;
   header.bin[0] = 0xf7;
   EXPECT_NE(message_of(header).find("corrupt or of a newer version"), std::string::npos);
-  // A view without compression cannot live in the fallback buffer.
+  // A view without compression cannot live in the placeholder.
   GltfBuilder plain = good;
   plain.root["bufferViews"][0].erase("extensions");
-  EXPECT_NE(message_of(plain).find("outside the buffer of 0 bytes"), std::string::npos);
+  EXPECT_NE(message_of(plain).find("#/buffers/1: the buffer has neither"), std::string::npos);
 }
 
 }  // namespace
