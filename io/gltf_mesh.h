@@ -24,6 +24,7 @@ struct LoadedMesh {
   LoadRepairs repairs;
   std::vector<std::string> ignored, approximated;  // for the coverage report
   std::optional<InputError> draco_fault;           // the stream was not read, its fallback was
+  std::optional<InputError> variants_fault;        // nor what it wears in other variants
   // Of a primitive of points or lines: its mode, and how many it draws.
   int mode = 4;
   uint64_t without_surface = 0;

@@ -5,6 +5,7 @@
 #include <exception>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include "io/gltf_accessor.h"
 #include "io/gltf_extensions.h"
@@ -299,9 +300,14 @@ uint64_t SceneGraphReader::count_elements(const json& primitive,
 LoadedMesh SceneGraphReader::load_primitive_of(const MeshUse& use, size_t index) const {
   static const MaterialDescription default_material;
   const json& primitive = document_.json.at("meshes")[use.mesh].at("primitives")[index];
+  const std::string pointer = primitive_pointer(use.mesh, index);
   std::vector<VariantMaterial> others;
-  if (scene_.variants_read) {
-    others = read_variant_materials(document_, primitive, primitive_pointer(use.mesh, index));
+  std::optional<InputError> variants_fault;
+  try {
+    if (scene_.variants_read) others = read_variant_materials(document_, primitive, pointer);
+  } catch (const InputError& error) {
+    if (document_.requires_extension("KHR_materials_variants")) throw;
+    variants_fault = error;
   }
   const int own = primitive.value("material", -1);
   const auto require = [&](int material) {
@@ -316,6 +322,7 @@ LoadedMesh SceneGraphReader::load_primitive_of(const MeshUse& use, size_t index)
   }
   LoadedMesh loaded = load_primitive(document_, use.mesh, index, use.pose, materials);
   loaded.mesh.variant_materials = std::move(others);
+  loaded.variants_fault = variants_fault;
   return loaded;
 }
 
@@ -351,11 +358,13 @@ void SceneGraphReader::load_meshes() {
       report_approximated(document_.file, what, scene_.coverage);
     }
     note_without_surface(task.result, uses_[task.use].placements);
-    if (task.result.draco_fault) {
-      document_.faults->leave_out(primitive_pointer(uses_[task.use].mesh, task.primitive) +
-                                      "/extensions/KHR_draco_mesh_compression",
-                                  *task.result.draco_fault);
-    }
+    const std::string extensions =
+        primitive_pointer(uses_[task.use].mesh, task.primitive) + "/extensions/";
+    const auto left_out = [&](const std::optional<InputError>& fault, const char* extension) {
+      if (fault) document_.faults->leave_out(extensions + extension, *fault);
+    };
+    left_out(task.result.draco_fault, "KHR_draco_mesh_compression");
+    left_out(task.result.variants_fault, "KHR_materials_variants");
     scene_.repairs.degenerate_triangles += task.result.repairs.degenerate_triangles;
     scene_.repairs.non_finite_triangles += task.result.repairs.non_finite_triangles;
     if (task.result.mesh.triangles.empty()) continue;

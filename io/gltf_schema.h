@@ -16,7 +16,8 @@ namespace emberline {
 // What is at fault and can be told apart goes to `faults`: elements of the file's arrays, and
 // attributes of primitives, become null and are noted; members that the picture does without, and
 // what is wrong in optional extensions, are removed and left out, down to their defaults. For all
-// else it throws InputError with the JSON pointer of the first fault.
+// else it throws InputError with the JSON pointer of the first fault. Extensions that objects have
+// and extensionsUsed does not list are added there.
 void check_schema(nlohmann::json& root, const std::string& file, GltfFaults& faults);
 
 }  // namespace emberline

@@ -46,6 +46,15 @@ void SchemaChecker::check(Schema schema) {
     }
   }
   check_object(root_, schema);
+  list_extensions();
+}
+
+// Some writers forget to list what they use.
+void SchemaChecker::list_extensions() {
+  if (found_.empty()) return;
+  json& used = root_["extensionsUsed"];
+  for (const json& name : used) found_.erase(name.get_ref<const std::string&>());
+  for (const std::string& name : found_) used.push_back(name);
 }
 
 void SchemaChecker::fail(const std::string& message) const {
@@ -91,6 +100,10 @@ void SchemaChecker::check_extensions(json& value, Schema schema) {
     // An empty array, of writers in whose language it is the same.
     if (value.is_array() && value.empty() && required_.empty()) return;
     fail_type("an object", value);
+  }
+  constexpr size_t kMostFound = 100;
+  for (const auto& [name, ignored] : value.items()) {
+    if (found_.size() < kMostFound) found_.insert(name);
   }
   for (const Property& property : schema) {
     const auto member = value.find(property.name);

@@ -31,6 +31,7 @@ class SchemaChecker {
   void check_member(json& object, json::iterator member, const Property& property);
   void check_extension(json& extensions, json::iterator member, const Property& property);
   void check_extensions(json& value, Schema schema);
+  void list_extensions();
   void check_integer(json& value, double minimum, double maximum);
   void check_index(json& value, const Property& property);
   void check_number(const json& value, double minimum, double maximum);
@@ -41,6 +42,7 @@ class SchemaChecker {
   const std::string& file_;
   GltfFaults& faults_;
   std::set<std::string> required_;  // extensions
+  std::set<std::string> found_;     // extensions that objects have; not more than a report shows
   json::json_pointer pointer_;
   bool optional_ = false;  // inside an extension that the file does not require
 };

@@ -237,10 +237,16 @@ TEST_F(NeedlessFault, VariantsOfMaterialsThatAreNotThere) {
     warned({"#/materials/1/alphaMode: unknown"}, options);
     warned({"#/extensions/KHR_materials_variants/variants/1/name: "}, options);
   }
+  json& mappings = gltf_.primitive()["extensions"]["KHR_materials_variants"]["mappings"];
+  const json before = mappings;
+  mappings = {{{"material", 0}, {"variants", {0}}}, {{"material", 0}, {"variants", {0}}}};
+  const std::string twice = "KHR_materials_variants/mappings: variant 0 has two materials";
+  EXPECT_TRUE(warned({twice}, {.variants = true}).meshes[0].variant_materials.empty());
+  mappings = before;
   require_extension("KHR_materials_variants");
   warned({place + "/material: index 7 is out of range"});
   refused({place + "/material: index 7 is out of range"}, {.variants = true});
-  gltf_.primitive()["extensions"]["KHR_materials_variants"]["mappings"].erase(0);
+  mappings.erase(0);
   refused({"#/materials/1/alphaMode: unknown"}, {.variants = true});
 }
 
