@@ -302,11 +302,14 @@ TEST(GltfMeshopt, BrokenStreamsAreErrors) {
   broken("filter", "SEPIA", "unknown meshopt filter");
   broken("filter", "COLOR", "not allowed");
   broken("filter", "QUATERNION", "not allowed");
-  broken("buffer", 1, "outside the buffer");
+  broken("buffer", 2, "index 2 is out of range");
   GltfBuilder header = good;
   header.bin[0] = 0xf7;
   EXPECT_NE(message_of(header).find("corrupt or of a newer version"), std::string::npos);
   // A view without compression cannot live in the placeholder.
+  GltfBuilder nowhere = good;
+  nowhere.root["bufferViews"][0]["extensions"]["EXT_meshopt_compression"]["buffer"] = 1;
+  EXPECT_NE(message_of(nowhere).find("#/buffers/1: the buffer has neither"), std::string::npos);
   GltfBuilder plain = good;
   plain.root["bufferViews"][0].erase("extensions");
   EXPECT_NE(message_of(plain).find("#/buffers/1: the buffer has neither"), std::string::npos);
