@@ -220,7 +220,7 @@ std::vector<MaterialDescription> read_materials(const GltfDocument& document,
   MaterialReader reader(document, model, options, coverage);
   std::vector<MaterialDescription> materials;
   for (size_t i = 0; i < model.materials.size(); ++i) {
-    materials.emplace_back();
+    materials.emplace_back().name = model.materials[i].name;
     if (document.array("materials")[i].is_null()) continue;
     try {
       materials.back() = reader.read(i);

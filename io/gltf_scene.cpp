@@ -88,6 +88,7 @@ class SceneGraphReader {
   LoadedMesh load_primitive_of(const MeshUse& use, size_t primitive) const;
   void note_without_surface(const LoadedMesh& loaded, uint64_t placements);
   void place_meshes();
+  [[noreturn]] void fail_empty(const std::string& dropped) const;
   void report();
 
   const GltfDocument& document_;
@@ -403,6 +404,20 @@ void SceneGraphReader::place_meshes() {
   }
 }
 
+// Says what there is instead.
+void SceneGraphReader::fail_empty(const std::string& dropped) const {
+  std::string found;
+  for (const auto& [count, what] : {std::pair(points_, " points"), std::pair(lines_, " lines")}) {
+    if (count > 0) found += (found.empty() ? "" : " and ") + readable_count(count) + what;
+  }
+  std::string text = found.empty() ? "no geometry to render"
+                                   : "nothing to render: " + found + ", which have no surface";
+  if (!dropped.empty()) text += " (left out: " + dropped + ")";
+  const std::vector<std::string> broken = document_.faults->lines();
+  if (!broken.empty()) text += "; what is broken: " + broken.front();
+  throw InputError(document_.file, text);
+}
+
 void SceneGraphReader::report() {
   const LoadRepairs& repairs = scene_.repairs;
   std::string dropped;
@@ -413,16 +428,7 @@ void SceneGraphReader::report() {
   note(repairs.degenerate_triangles, "triangles without area");
   note(repairs.non_finite_triangles, "triangles with a NaN or infinite vertex");
   note(repairs.singular_instances, "objects whose transform has no inverse");
-  if (scene_.instances.empty()) {
-    std::string found;
-    for (const auto& [count, what] : {std::pair(points_, " points"), std::pair(lines_, " lines")}) {
-      if (count > 0) found += (found.empty() ? "" : " and ") + readable_count(count) + what;
-    }
-    throw InputError(document_.file,
-                     (found.empty() ? "no geometry to render"
-                                    : "nothing to render: " + found + ", which have no surface") +
-                         (dropped.empty() ? "" : " (left out: " + dropped + ")"));
-  }
+  if (scene_.instances.empty()) fail_empty(dropped);
   if (!dropped.empty()) log_warning(document_.file + ": left out: " + dropped);
 }
 

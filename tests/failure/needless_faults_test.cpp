@@ -92,6 +92,12 @@ TEST_F(NeedlessFault, ChildrenListedTwiceAreFollowedOnce) {
   warned({"#/nodes/1/children/1: node 2 is listed twice", "(and 199 more like it)"});
 }
 
+TEST_F(NeedlessFault, WhereNothingIsLeftTheyAreNamed) {
+  gltf_.push("scenes", {{"nodes", {77}}});
+  gltf_.root["scenes"][0]["nodes"] = json::array();
+  refused({": no geometry to render; what is broken: ", "#/scenes/1/nodes/0: index 77"});
+}
+
 // ---- meshes, skins, materials
 // --------------------------------------------------------------------
 
