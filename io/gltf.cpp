@@ -11,8 +11,20 @@
 #include "io/gltf_variants.h"
 #include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/log.h"
 
 namespace emberline {
+namespace {
+
+void report_faults(const GltfDocument& document, CoverageReport& coverage) {
+  for (const std::string& line : document.faults->lines()) {
+    log_warning(line);
+    const bool names_file = line.starts_with(document.file);
+    coverage.ignored.push_back(names_file ? line.substr(document.file.size()) : line);
+  }
+}
+
+}  // namespace
 
 SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
                            LoadProgress& progress) try {
@@ -43,6 +55,7 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
   scene.tangents_read = options.tangents;
   load_scene_graph(document, *model, scene);
   load_images(document, options, scene);
+  report_faults(document, scene.coverage);
   scene.files = document.files();
   return scene;
 } catch (const std::bad_alloc&) {

@@ -23,12 +23,13 @@ struct GltfOptions {
   std::string resource_root = {};
 };
 
-// Reads `path`. Throws InputError (file, JSON pointer, what to do) for anything unusable: missing
-// file, not a glTF, truncated, out-of-range indices, cyclic nodes, an extension in
-// extensionsRequired that is not honoured, no geometry. Never allocates by a count that the file's
-// own size does not bear out. What was repaired or ignored is in the result and warned of once.
-// Images are decoded in parallel (TBB). Not reentrant with log hooks; otherwise thread-safe.
-// Throws Cancelled if `progress` says so, before anything else that there is to throw.
+// Reads `path`. Throws InputError (file, JSON pointer, what to do) for anything unusable that the
+// picture needs: missing file, not a glTF, truncated, out-of-range indices, cyclic nodes, an
+// extension in extensionsRequired that is not honoured, no geometry. What it does not need is
+// warned of; a camera has its fault with it. Never allocates by a count that the file's own size
+// does not bear out. What was repaired or ignored is in the result and warned of once. Images are
+// decoded in parallel (TBB). Not reentrant with log hooks; otherwise thread-safe. Throws Cancelled
+// if `progress` says so, before anything else that there is to throw.
 SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
                            LoadProgress& progress = LoadProgress::unwatched());
 

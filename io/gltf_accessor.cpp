@@ -60,7 +60,7 @@ void for_each_sparse(const GltfDocument& document, const GltfAccessor& accessor,
 }  // namespace
 
 void check_zeros(const GltfDocument& document, int index, const std::string& place) {
-  const GltfAccessor& accessor = document.accessors[size_t(index)];
+  const GltfAccessor& accessor = document.accessor(index);
   if (accessor.view >= 0 || accessor.count <= document.most_zeros) return;
   throw InputError(place, "its accessor announces " + std::to_string(accessor.count) +
                               " elements without data, more than the size of the file bears out");
@@ -95,7 +95,7 @@ float read_component(const uint8_t* bytes, int component_type, bool normalized) 
 
 std::vector<float> read_floats(const GltfDocument& document, int index, int components,
                                const std::string& place, const std::vector<uint32_t>* elements) {
-  const GltfAccessor& accessor = document.accessors[size_t(index)];
+  const GltfAccessor& accessor = document.accessor(index);
   if (accessor.components != components) {
     throw InputError(place, "accessor {} has {} components, expected {}", index,
                      accessor.components, components);
@@ -133,7 +133,7 @@ std::vector<float> read_floats(const GltfDocument& document, int index, int comp
 
 std::vector<uint32_t> read_indices(const GltfDocument& document, int index,
                                    const std::string& place) {
-  const GltfAccessor& accessor = document.accessors[size_t(index)];
+  const GltfAccessor& accessor = document.accessor(index);
   const int type = accessor.component_type;
   if (accessor.components != 1 || (type != 5121 && type != 5123 && type != 5125)) {
     throw InputError(place, "accessor {} does not hold unsigned integer scalars", index);

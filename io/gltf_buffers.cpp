@@ -4,6 +4,7 @@
 #include <exception>
 #include <iterator>
 #include <memory>
+#include <optional>
 
 #include "io/gltf_document.h"
 #include "io/gltf_meshopt.h"
@@ -20,9 +21,15 @@ const json* meshopt_extension(const json& object) {
   return extension ? extension : find_extension(object, "KHR_meshopt_compression");
 }
 
-std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, size_t i) {
-  const json& buffer = document.json.at("buffers")[i];
-  const std::string place = document.place("/buffers/" + std::to_string(i));
+const char* meshopt_name(const json& view) {
+  return find_extension(view, "EXT_meshopt_compression") ? "EXT_meshopt_compression"
+                                                         : "KHR_meshopt_compression";
+}
+
+// Null for a buffer without bytes: the placeholder that decoders without meshopt would need, with
+// or without a mark; its views are all compressed, or what is wrong with them is said there.
+std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, const json& buffer,
+                                        const std::string& place, size_t i) {
   const uint64_t byte_length = buffer.at("byteLength").get<uint64_t>();
   std::unique_ptr<GltfBuffer> result;
   if (const json* uri_member = find_member(buffer, "uri")) {
@@ -40,9 +47,7 @@ std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, size_t i) {
     const GltfDocument::BinaryChunk& chunk = *document.binary_chunk;
     result = std::make_unique<GltfBuffer>(InputFile(document.file), chunk.offset, chunk.size);
   } else {
-    // The placeholder that decoders without meshopt would need; its views are all compressed.
-    if (meshopt_extension(buffer)) return std::make_unique<GltfBuffer>();
-    throw InputError(place, "the buffer has neither a uri nor a GLB binary chunk");
+    return nullptr;
   }
   if (byte_length > result->size()) {
     throw InputError(place + "/byteLength", "the buffer should have {} bytes, found {}",
@@ -58,13 +63,61 @@ GltfView bounded(const GltfDocument& document, const json& reference, const std:
   view.buffer = reference.at("buffer").get<int>();
   view.offset = reference.value("byteOffset", uint64_t(0));
   view.size = reference.at("byteLength").get<uint64_t>();
+  const std::string pointer = "/buffers/" + std::to_string(view.buffer);
+  document.faults->require(pointer);
+  if (!document.buffers[size_t(view.buffer)]) {
+    throw InputError(document.place(pointer),
+                     "the buffer has neither a uri nor a GLB binary chunk");
+  }
   const uint64_t size = document.buffers[size_t(view.buffer)]->size();
   // Both are at most 2^53, so the sum cannot wrap.
   if (view.offset + view.size > size) {
     throw InputError(place, "bytes {} to {} are outside the buffer of {} bytes", view.offset,
                      view.offset + view.size, size);
   }
+  view.broken = false;
   return view;
+}
+
+GltfView decompressed(const GltfDocument& document, const json& object, const json& compressed,
+                      const std::string& place) {
+  const GltfView source = bounded(document, compressed, place);
+  const ByteSpan encoded = document.buffers[size_t(source.buffer)]->bytes(
+      source.offset, source.offset + source.size, *document.progress);
+  GltfView view;
+  view.size = object.at("byteLength").get<uint64_t>();
+  view.decoded = decode_meshopt_view(compressed, encoded, view.size, place, *document.progress);
+  view.broken = false;
+  return view;
+}
+
+// Fills the view at `pointer`. Where the extension is optional and does not decode, the bytes of
+// the fallback buffer take its place, and `fault` says why.
+GltfView read_view(const GltfDocument& document, const json& object, const std::string& pointer,
+                   std::optional<InputError>& fault) {
+  const json* compressed = meshopt_extension(object);
+  const char* name = meshopt_name(object);
+  if (compressed) {
+    try {
+      return decompressed(document, object, *compressed,
+                          document.place(pointer + "/extensions/" + name));
+    } catch (const InputError& error) {
+      GltfFaults::let_limits_pass(error);
+      if (document.requires_extension(name)) throw;
+      fault = error;
+    }
+  }
+  try {
+    return bounded(document, object, document.place(pointer));
+  } catch (const InputError& error) {
+    GltfFaults::let_limits_pass(error);
+    if (fault) throw InputError(*fault);
+    // Of an extension that check_schema has left out, that is what there is to say.
+    for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
+      document.faults->require(pointer + "/extensions/" + extension);
+    }
+    throw;
+  }
 }
 
 }  // namespace
@@ -98,40 +151,39 @@ ByteSpan GltfBuffer::bytes(uint64_t begin, uint64_t end, const LoadProgress& pro
 }
 
 void load_gltf_buffers(GltfDocument& document) {
-  const size_t buffer_count = document.array("buffers").size();
-  for (size_t i = 0; i < buffer_count; ++i) {
-    document.buffers.push_back(open_buffer(document, i));
-  }
+  document.buffers.resize(document.array("buffers").size());
+  document.check_each("/buffers", [&](const json& buffer, const std::string& place, size_t i) {
+    document.buffers[i] = open_buffer(document, buffer, place, i);
+  });
 
   const json& views = document.array("bufferViews");
   document.views.resize(views.size());
-  const auto read_view = [&](size_t i) {
-    const std::string place = document.place("/bufferViews/" + std::to_string(i));
-    const json* compressed = meshopt_extension(views[i]);
-    if (!compressed) {
-      document.views[i] = bounded(document, views[i], place);
-      return;
+  const auto pointer = [](size_t i) { return "/bufferViews/" + std::to_string(i); };
+  std::vector<std::optional<InputError>> replaced(views.size());
+  const std::vector<std::exception_ptr> errors = document.try_each(views.size(), [&](size_t i) {
+    if (views[i].is_null()) return;
+    document.views[i] = read_view(document, views[i], pointer(i), replaced[i]);
+  });
+  // In file order, so that the messages do not depend on timing.
+  for (size_t i = 0; i < views.size(); ++i) {
+    try {
+      if (errors[i]) std::rethrow_exception(errors[i]);
+      if (replaced[i]) {
+        document.faults->leave_out(pointer(i) + "/extensions/" + meshopt_name(views[i]),
+                                   *replaced[i]);
+      }
+    } catch (const InputError& error) {
+      document.faults->note(pointer(i), error);
     }
-    const std::string inner = place + "/extensions/meshopt_compression";
-    const GltfView source = bounded(document, *compressed, inner);
-    const ByteSpan encoded = document.buffers[size_t(source.buffer)]->bytes(
-        source.offset, source.offset + source.size, *document.progress);
-    GltfView& view = document.views[i];
-    view.size = views[i].at("byteLength").get<uint64_t>();
-    view.decoded = decode_meshopt_view(*compressed, encoded, view.size, inner, *document.progress);
-  };
-  // The first in file order, so that the message does not depend on timing.
-  for (const std::exception_ptr& error : document.try_each(views.size(), read_view)) {
-    if (error) std::rethrow_exception(error);
   }
 }
 
 ByteSpan GltfDocument::bytes(int view, uint64_t offset, uint64_t length) const {
-  const GltfView& v = views[size_t(view)];
+  const GltfView& v = this->view(view);
   if (v.buffer < 0) return ByteSpan(v.decoded).subspan(offset, length);
   return buffers[size_t(v.buffer)]->bytes(v.offset + offset, v.offset + offset + length, *progress);
 }
 
-ByteSpan GltfDocument::bytes(int view) const { return bytes(view, 0, views[size_t(view)].size); }
+ByteSpan GltfDocument::bytes(int view) const { return bytes(view, 0, this->view(view).size); }
 
 }  // namespace emberline

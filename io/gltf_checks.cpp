@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <optional>
 #include <ranges>
 #include <utility>
 
@@ -82,108 +83,199 @@ GltfAccessor::Sparse check_sparse(const GltfDocument& document, const json& obje
     throw InputError(place + "/count", "more sparse elements than the accessor has");
   }
   const uint64_t element_size = uint64_t(accessor.component_size) * uint64_t(accessor.components);
-  check_reach(document.views[size_t(sparse.index_view)], sparse.index_offset, sparse.count,
-              index_size, index_size, place + "/indices");
-  check_reach(document.views[size_t(sparse.value_view)], sparse.value_offset, sparse.count,
-              element_size, element_size, place + "/values");
+  check_reach(document.view(sparse.index_view), sparse.index_offset, sparse.count, index_size,
+              index_size, place + "/indices");
+  check_reach(document.view(sparse.value_view), sparse.value_offset, sparse.count, element_size,
+              element_size, place + "/values");
   return sparse;
+}
+
+GltfAccessor check_accessor(const GltfDocument& document, const json& object,
+                            const std::string& place) {
+  GltfAccessor accessor;
+  accessor.component_size = checked_component_size(object, place);
+  accessor.component_type = object.at("componentType").get<int>();
+  const std::string type = object.at("type").get<std::string>();
+  accessor.components = component_count(type);
+  if (accessor.components == 0) {
+    throw InputError(place + "/type", "unknown accessor type \"{}\"", shortened(type));
+  }
+  accessor.count = object.at("count").get<uint64_t>();
+  accessor.normalized = object.value("normalized", false);
+  accessor.offset = object.value("byteOffset", uint64_t(0));
+  const uint64_t element_size = uint64_t(accessor.component_size * accessor.components);
+  accessor.stride = element_size;
+  if (const json* view = find_member(object, "bufferView")) {
+    accessor.view = view->get<int>();
+    const GltfView& bytes = document.view(accessor.view);
+    const json& view_object = document.json.at("bufferViews")[size_t(accessor.view)];
+    accessor.stride = view_object.value("byteStride", element_size);
+    if (accessor.stride < element_size) {
+      throw InputError(place,
+                       "the byteStride of its buffer view ({}) is less than an element ({} bytes)",
+                       accessor.stride, element_size);
+    }
+    check_reach(bytes, accessor.offset, accessor.count, accessor.stride, element_size, place);
+  }
+  if (const json* sparse = find_member(object, "sparse")) {
+    accessor.sparse = check_sparse(document, *sparse, accessor, place + "/sparse");
+  }
+  return accessor;
+}
+
+// Fills GltfDocument::parents and node_order. A node has one parent at most.
+class NodeGraph {
+ public:
+  explicit NodeGraph(GltfDocument& document)
+      : document_(document),
+        nodes_(document.array("nodes")),
+        in_scene_(nodes_.size(), 0),
+        reached_(nodes_.size(), 0) {}
+
+  void check() {
+    find_scene();
+    // What the scene's nodes say comes before what others do.
+    document_.parents.assign(nodes_.size(), -1);
+    for (size_t i = 0; i < nodes_.size(); ++i) {
+      for (size_t k = 0; in_scene_[i] && k < child_count(i); ++k) link(i, k);
+    }
+    for (size_t i = 0; i < nodes_.size(); ++i) {
+      for (size_t k = 0; !in_scene_[i] && k < child_count(i); ++k) link_outside(i, k);
+    }
+    order();
+    find_cycles();
+  }
+
+ private:
+  static std::string pointer(size_t node) { return "/nodes/" + std::to_string(node); }
+  size_t child_count(size_t node) const {
+    const json* children = find_member(nodes_[node], "children");
+    return children ? children->size() : 0;
+  }
+  size_t child(size_t node, size_t k) const { return nodes_[node].at("children")[k].get<size_t>(); }
+  void find_scene();
+  void link(size_t node, size_t k);
+  void link_outside(size_t node, size_t k);
+  void order();
+  void find_cycles() const;
+
+  GltfDocument& document_;
+  const json& nodes_;
+  std::vector<char> in_scene_;
+  std::vector<char> reached_;  // from a node without parent
+};
+
+// The nodes of the chosen scene; of a file without scenes all.
+void NodeGraph::find_scene() {
+  const json& scenes = document_.array("scenes");
+  if (scenes.empty()) return in_scene_.assign(nodes_.size(), 1);
+  const size_t chosen = document_.json.value("scene", size_t(0));
+  document_.faults->require("/scenes/" + std::to_string(chosen));
+  std::vector<size_t> found;
+  const auto add = [&](size_t node) {
+    if (!in_scene_[node]) found.push_back(node);
+    in_scene_[node] = 1;
+  };
+  const json* roots = find_member(scenes[chosen], "nodes");
+  for (size_t k = 0; roots && k < roots->size(); ++k) add((*roots)[k].get<size_t>());
+  for (size_t next = 0; next < found.size(); ++next) {
+    for (size_t k = 0; k < child_count(found[next]); ++k) add(child(found[next], k));
+  }
+}
+
+void NodeGraph::link(size_t node, size_t k) {
+  const size_t linked = child(node, k);
+  int& parent = document_.parents[linked];
+  if (linked != node && parent < 0) {
+    parent = int(node);
+    return;
+  }
+  const std::string place = document_.place(pointer(node) + "/children/" + std::to_string(k));
+  if (linked == node) throw InputError(place, "node {} is its own child", node);
+  if (parent == int(node)) throw InputError(place, "node {} is listed twice", linked);
+  throw InputError(place, "node {} already has another parent, node {}", linked, parent);
+}
+
+// Where the scene does not decide whose child it is, that of two nodes is broken as well.
+void NodeGraph::link_outside(size_t node, size_t k) {
+  try {
+    link(node, k);
+  } catch (const InputError& error) {
+    document_.faults->note(pointer(node), error);
+    const size_t linked = child(node, k);
+    const bool of_two = linked != node && document_.parents[linked] != int(node);
+    if (of_two && !in_scene_[linked]) {
+      document_.faults->note(pointer(linked), GltfFaults::Known(error));
+    }
+  }
+}
+
+// Breadth first from the roots.
+void NodeGraph::order() {
+  std::vector<int>& order = document_.node_order;
+  order.reserve(nodes_.size());
+  const auto add = [&](size_t node) {
+    if (!reached_[node]) order.push_back(int(node));
+    reached_[node] = 1;
+  };
+  for (size_t i = 0; i < nodes_.size(); ++i) {
+    if (document_.parents[i] < 0) add(i);
+  }
+  for (size_t next = 0; next < order.size(); ++next) {
+    const size_t node = size_t(order[next]);
+    for (size_t k = 0; k < child_count(node); ++k) {
+      const size_t linked = child(node, k);
+      if (document_.parents[linked] == int(node)) add(linked);
+    }
+  }
+}
+
+// With one parent each, a node that is not reached hangs on a cycle.
+void NodeGraph::find_cycles() const {
+  std::optional<InputError> first;
+  const auto fault_of = [&](size_t node) {
+    // Walking up as often as there are nodes ends on the cycle itself.
+    for (size_t step = 0; step < nodes_.size(); ++step) node = size_t(document_.parents[node]);
+    return InputError(document_.place(pointer(node)),
+                      "the node is its own ancestor (a cycle of nodes)");
+  };
+  for (size_t i = 0; i < nodes_.size(); ++i) {
+    if (reached_[i]) continue;
+    if (in_scene_[i]) throw fault_of(i);
+    if (first) {
+      document_.faults->note(pointer(i), GltfFaults::Known(*first));
+    } else {
+      first = fault_of(i);
+      document_.faults->note(pointer(i), *first);
+    }
+  }
 }
 
 }  // namespace
 
 void check_gltf_accessors(GltfDocument& document) {
-  const json& accessors = document.array("accessors");
+  document.accessors.resize(document.array("accessors").size());
   uint64_t largest_backed = 0;
-  size_t i = 0;
-  for (const json& object : accessors) {
-    const std::string place = document.place("/accessors/" + std::to_string(i++));
-    GltfAccessor accessor;
-    accessor.component_size = checked_component_size(object, place);
-    accessor.component_type = object.at("componentType").get<int>();
-    const std::string type = object.at("type").get<std::string>();
-    accessor.components = component_count(type);
-    if (accessor.components == 0) {
-      throw InputError(place + "/type", "unknown accessor type \"{}\"", shortened(type));
-    }
-    accessor.count = object.at("count").get<uint64_t>();
-    accessor.normalized = object.value("normalized", false);
-    accessor.offset = object.value("byteOffset", uint64_t(0));
-    const uint64_t element_size = uint64_t(accessor.component_size * accessor.components);
-    accessor.stride = element_size;
-    if (const json* view = find_member(object, "bufferView")) {
-      accessor.view = view->get<int>();
-      const json& view_object = document.json.at("bufferViews")[size_t(accessor.view)];
-      accessor.stride = view_object.value("byteStride", element_size);
-      if (accessor.stride < element_size) {
-        throw InputError(
-            place, "the byteStride of its buffer view ({}) is less than an element ({} bytes)",
-            accessor.stride, element_size);
-      }
-      check_reach(document.views[size_t(accessor.view)], accessor.offset, accessor.count,
-                  accessor.stride, element_size, place);
+  document.check_each("/accessors", [&](const json& object, const std::string& place, size_t i) {
+    const GltfAccessor accessor = check_accessor(document, object, place);
+    if (accessor.view >= 0) {
       largest_backed = std::max(largest_backed, accessor.count);
     }
-    if (const json* sparse = find_member(object, "sparse")) {
-      accessor.sparse = check_sparse(document, *sparse, accessor, place + "/sparse");
-    }
-    document.accessors.push_back(accessor);
-  }
+    document.accessors[i] = accessor;
+  });
   // An accessor without data stands for zeros, of which a few bytes could ask for any number.
   document.most_zeros = std::max(largest_backed, document.total_bytes);
 }
 
-void check_gltf_nodes(GltfDocument& document) {
-  const json& nodes = document.array("nodes");
-  document.parents.assign(nodes.size(), -1);
-  const auto name = [](size_t node) { return "/nodes/" + std::to_string(node); };
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    const json* children = find_member(nodes[i], "children");
-    if (!children) continue;
-    for (size_t k = 0; k < children->size(); ++k) {
-      const size_t child = (*children)[k].get<size_t>();
-      const std::string place = document.place(name(i) + "/children/" + std::to_string(k));
-      if (child == i) throw InputError(place, "node {} is its own child", i);
-      if (document.parents[child] == int(i)) {
-        throw InputError(place, "node {} is listed twice", child);
-      }
-      if (document.parents[child] >= 0) {
-        throw InputError(place, "node {} already has another parent, node {}", child,
-                         document.parents[child]);
-      }
-      document.parents[child] = int(i);
-    }
-  }
+void check_gltf_nodes(GltfDocument& document) { NodeGraph(document).check(); }
 
-  // Breadth first from the roots; with one parent each, a node that is not reached hangs on a
-  // cycle.
-  std::vector<int>& order = document.node_order;
-  order.reserve(nodes.size());
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    if (document.parents[i] < 0) order.push_back(int(i));
-  }
-  for (size_t next = 0; next < order.size(); ++next) {
-    const json* children = find_member(nodes[size_t(order[next])], "children");
-    if (!children) continue;
-    for (const json& child : *children) order.push_back(child.get<int>());
-  }
-  if (order.size() == nodes.size()) return;
-  std::vector<char> reached(nodes.size(), 0);
-  for (const int node : order) reached[size_t(node)] = 1;
-  size_t node = size_t(std::find(reached.begin(), reached.end(), 0) - reached.begin());
-  // Walking up as often as there are nodes ends on the cycle itself.
-  for (size_t step = 0; step < nodes.size(); ++step) node = size_t(document.parents[node]);
-  throw InputError(document.place(name(node)), "the node is its own ancestor (a cycle of nodes)");
-}
-
-void check_gltf_skins(const GltfDocument& document) {
-  size_t i = 0;
-  for (const json& skin : document.array("skins")) {
-    const std::string place = document.place("/skins/" + std::to_string(i++));
+void check_gltf_skins(GltfDocument& document) {
+  const auto check = [&](const json& skin, const std::string& place, size_t) {
     const uint64_t joints = skin.at("joints").size();
     if (joints == 0) throw InputError(place + "/joints", "a skin needs at least one joint");
     const json* matrices = find_member(skin, "inverseBindMatrices");
-    if (!matrices) continue;
-    const GltfAccessor& accessor = document.accessors[matrices->get<size_t>()];
+    if (!matrices) return;
+    const GltfAccessor& accessor = document.accessor(matrices->get<int>());
     if (accessor.components != 16 || accessor.component_type != 5126) {
       throw InputError(place + "/inverseBindMatrices", "expected an accessor of MAT4 floats");
     }
@@ -191,35 +283,32 @@ void check_gltf_skins(const GltfDocument& document) {
       throw InputError(place + "/inverseBindMatrices", "{} matrices for {} joints", accessor.count,
                        joints);
     }
-  }
+  };
+  document.check_each("/skins", check);
 }
 
-void check_gltf_cameras_and_lights(const GltfDocument& document) {
+void check_gltf_cameras_and_lights(GltfDocument& document) {
   // The type must be one of `types`, and objects whose type has parameters must have them.
-  const auto check = [&](const json& object, const std::string& pointer,
-                         std::initializer_list<std::pair<const char*, bool>> types) {
+  using Types = std::initializer_list<std::pair<const char*, bool>>;
+  const auto check = [](const json& object, const std::string& place, Types types) {
     const std::string type = object.at("type").get<std::string>();
     for (const auto& [name, has_parameters] : types) {
       if (type == name) {
         if (!has_parameters || object.contains(name)) return;
-        throw InputError(document.place(pointer), "the required member \"{}\" is missing", name);
+        throw InputError(place, "the required member \"{}\" is missing", name);
       }
     }
-    throw InputError(document.place(pointer + "/type"), "unknown type \"{}\", expected one of {}",
-                     shortened(type), fmt::join(types | std::views::keys, ", "));
+    throw InputError(place + "/type", "unknown type \"{}\", expected one of {}", shortened(type),
+                     fmt::join(types | std::views::keys, ", "));
   };
-  size_t i = 0;
-  for (const json& camera : document.array("cameras")) {
-    check(camera, "/cameras/" + std::to_string(i++),
-          {{"perspective", true}, {"orthographic", true}});
-  }
-  const json* lights = find_extension(document.json, "KHR_lights_punctual");
-  if (!lights) return;
-  i = 0;
-  for (const json& light : lights->at("lights")) {
-    check(light, "/extensions/KHR_lights_punctual/lights/" + std::to_string(i++),
-          {{"point", false}, {"directional", false}, {"spot", true}});
-  }
+  document.check_each("/cameras", [&](const json& camera, const std::string& place, size_t) {
+    check(camera, place, {{"perspective", true}, {"orthographic", true}});
+  });
+  document.check_each(
+      "/extensions/KHR_lights_punctual/lights",
+      [&](const json& light, const std::string& place, size_t) {
+        check(light, place, {{"point", false}, {"directional", false}, {"spot", true}});
+      });
 }
 
 }  // namespace emberline

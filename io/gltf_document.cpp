@@ -133,10 +133,39 @@ const nlohmann::json& GltfDocument::array(const char* name) const {
   return found ? *found : empty;
 }
 
+void GltfDocument::check_each(const std::string& pointer, const Check& check) {
+  const nlohmann::json::json_pointer array(pointer);
+  if (!json.contains(array)) return;
+  nlohmann::json& objects = json.at(array);
+  for (size_t i = 0; i < objects.size(); ++i) {
+    if (objects[i].is_null()) continue;
+    const std::string its_pointer = pointer + "/" + std::to_string(i);
+    try {
+      check(objects[i], place(its_pointer), i);
+    } catch (const InputError& error) {
+      faults->note(its_pointer, error);
+      objects[i] = nullptr;
+    }
+  }
+}
+
+const GltfView& GltfDocument::view(int i) const {
+  const GltfView& found = views[size_t(i)];
+  if (found.broken) faults->require("/bufferViews/" + std::to_string(i));
+  return found;
+}
+
+const GltfAccessor& GltfDocument::accessor(int i) const {
+  const GltfAccessor& found = accessors[size_t(i)];
+  if (found.components == 0) faults->require("/accessors/" + std::to_string(i));
+  return found;
+}
+
 GltfDocument open_gltf_document(const std::string& path, const std::string& resource_root,
                                 LoadProgress& progress) {
   GltfDocument document;
   document.progress = &progress;
+  document.faults = std::make_unique<GltfFaults>(progress.budget());
   document.file = path;
   const std::filesystem::path directory = std::filesystem::path(path).parent_path();
   document.resources.directory = directory.empty() ? "." : directory;
@@ -166,7 +195,10 @@ GltfDocument open_gltf_document(const std::string& path, const std::string& reso
   document.json =
       parse_json(std::string_view(reinterpret_cast<const char*>(text.data()), text.size()), path,
                  DuplicateMembers::kWarnedOf, progress, &document.json_memory);
-  check_schema(document.json, path);
+  check_schema(document.json, path, *document.faults);
+  for (const json& name : document.array("extensionsRequired")) {
+    document.required_extensions.insert(name.get<std::string>());
+  }
   check_version(document);
   check_required_extensions(document);
   return document;

@@ -9,10 +9,13 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/gltf_buffers.h"
+#include "io/gltf_faults.h"
 #include "io/gltf_uri.h"
 #include "io/input_file.h"
 #include "renderer/core/file_identity.h"
@@ -20,11 +23,12 @@
 
 namespace emberline {
 
-// Bytes of a buffer, or decoded ones.
+// Bytes of a buffer, or decoded ones. Without either it is broken.
 struct GltfView {
   int buffer = -1;
   uint64_t offset = 0, size = 0;
   std::vector<uint8_t> decoded;  // where there is no buffer
+  bool broken = true;
 };
 
 // An accessor whose reach has been checked: every element lies inside its buffer view, or is zero.
@@ -33,7 +37,7 @@ struct GltfAccessor {
   uint64_t offset = 0, stride = 0, count = 0;
   int component_type = 0;  // 5120 BYTE .. 5126 FLOAT
   int component_size = 0;  // bytes
-  int components = 0;      // 1 SCALAR .. 16 MAT4
+  int components = 0;      // 1 SCALAR .. 16 MAT4; 0: it is broken
   bool normalized = false;
   struct Sparse {
     uint64_t count = 0;  // 0: not sparse
@@ -48,18 +52,20 @@ struct GltfDocument {
   std::string file;                                     // as the user gave it
   ResourceFolder resources;
   // Passed check_schema: what this loader reads has the right type, every index is in range, and
-  // numbers that must be whole are stored as integers.
+  // numbers that must be whole are stored as integers. Objects that are broken are null.
   nlohmann::json json;
+  std::unique_ptr<GltfFaults> faults;  // whoever needs an object that may be broken asks here
   MemoryReservation json_memory;
   struct BinaryChunk {
     uint64_t offset = 0, size = 0;
   };
+  std::set<std::string, std::less<>> required_extensions;
   std::optional<BinaryChunk> binary_chunk;  // of a .glb: where it is in the file
   std::vector<std::unique_ptr<GltfBuffer>> buffers;
   std::vector<GltfView> views;  // one per bufferView, decompressed, inside its buffer
   std::vector<GltfAccessor> accessors;
   std::vector<int> parents;     // per node, -1 for roots; acyclic
-  std::vector<int> node_order;  // every node, parents before children
+  std::vector<int> node_order;  // parents before children, without those on or below a cycle
   uint64_t total_bytes = 0;     // of the file and its buffers: what counts are held against
   uint64_t most_zeros = 0;      // the longest accessor without data that is believed
 
@@ -67,6 +73,16 @@ struct GltfDocument {
   std::string place(const std::string& pointer) const { return file + "#" + pointer; }
   // The array `name`, or an empty one.
   const nlohmann::json& array(const char* name) const;
+  bool requires_extension(std::string_view name) const {
+    return required_extensions.contains(name);
+  }
+  // check(object, place, i) for each object of the array at `pointer`, if there is one, that is not
+  // broken; one for which it throws InputError is so from now on.
+  using Check = std::function<void(const nlohmann::json&, const std::string& place, size_t i)>;
+  void check_each(const std::string& pointer, const Check& check);
+  // Those of views and accessors. Throw InputError where it is broken.
+  const GltfView& view(int i) const;
+  const GltfAccessor& accessor(int i) const;
   // Bytes of a view, or all of it. They lie in it, and live as long as the document. Thread-safe.
   // Throws InputError, Cancelled.
   ByteSpan bytes(int view, uint64_t offset, uint64_t length) const;
@@ -95,15 +111,16 @@ struct GltfDocument {
 GltfDocument open_gltf_document(const std::string& path, const std::string& resource_root,
                                 LoadProgress& progress);
 
-// Opens the buffers, decompresses EXT_meshopt_compression views and fills `views`.
+// Opens the buffers, decompresses EXT_meshopt_compression views and fills `views`. Like the checks
+// below, it notes what is broken.
 void load_gltf_buffers(GltfDocument& document);
 
-// Fill `accessors`, `parents` and `node_order`, or throw InputError (gltf_checks.cpp); the others
-// only look.
+// Fill `accessors`, `parents` and `node_order` (gltf_checks.cpp); the others only look. The nodes
+// of the scene are needed: it throws InputError for those that are no tree.
 void check_gltf_accessors(GltfDocument& document);
 void check_gltf_nodes(GltfDocument& document);
-void check_gltf_skins(const GltfDocument& document);
-void check_gltf_cameras_and_lights(const GltfDocument& document);
+void check_gltf_skins(GltfDocument& document);
+void check_gltf_cameras_and_lights(GltfDocument& document);
 
 // Member `key` of an object, or null when it is absent.
 const nlohmann::json* find_member(const nlohmann::json& object, const char* key);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <initializer_list>
 #include <map>
 
 #include "io/gltf_material.h"
@@ -16,10 +17,14 @@ namespace {
 
 using nlohmann::json;
 
+constexpr const char* kBasisu = "KHR_texture_basisu";
+constexpr const char* kWebp = "EXT_texture_webp";
+
 DecodedImage decode(const GltfDocument& document, int index, bool lenient) {
   const json& object = document.json.at("images")[size_t(index)];
   const std::string pointer = "/images/" + std::to_string(index);
   const std::string place = document.place(pointer);
+  document.faults->require(pointer);
   std::string name = object.value("name", "");
   MemoryReservation memory(document.progress->budget(), MemoryPart::kFile);
   std::vector<uint8_t> owned;
@@ -57,17 +62,57 @@ std::shared_ptr<const Image> one_texel(const std::string& name, std::array<uint8
   return image;
 }
 
-// For each KTX 2 that may be missing: the image that takes its place.
-std::map<int, int> fallback_images(const GltfDocument& document) {
-  std::map<int, int> fallbacks;
-  const json& required = document.array("extensionsRequired");
-  if (std::ranges::find(required, json("KHR_texture_basisu")) != required.end()) return fallbacks;
+// Where white is not neutral: in these slots a texel of another colour takes the place of images
+// that have an error.
+void replace_by(SceneDescription& scene, const std::vector<std::exception_ptr>& errors,
+                const char* name, std::array<uint8_t, 3> rgb,
+                std::initializer_list<TextureRef MaterialDescription::*> slots) {
+  int replacement = -1;
+  for (MaterialDescription& material : scene.materials) {
+    for (const auto slot : slots) {
+      int& image = (material.*slot).image;
+      if (image < 0 || size_t(image) >= errors.size() || !errors[size_t(image)]) continue;
+      if (replacement < 0) {
+        replacement = int(scene.images.size());
+        scene.images.push_back(one_texel(name, rgb));
+      }
+      image = replacement;
+    }
+  }
+}
+
+// For each KTX 2 or WebP that may be missing: the texture's other images, which take its place.
+std::map<int, std::vector<int>> fallback_images(const GltfDocument& document) {
+  std::map<int, std::vector<int>> fallbacks;
   for (const json& texture : document.array("textures")) {
     const std::vector<int> sources = texture_sources(texture);
-    if (!find_extension(texture, "KHR_texture_basisu") || sources.size() < 2) continue;
-    fallbacks.try_emplace(sources[0], sources[1]);
+    if (sources.size() < 2) continue;
+    const char* first = find_extension(texture, kBasisu) ? kBasisu : kWebp;
+    if (document.requires_extension(first)) continue;
+    fallbacks.try_emplace(sources[0], sources.begin() + 1, sources.end());
   }
   return fallbacks;
+}
+
+// The image, or the first of those in its place that decodes; then `fault` says what was wrong with
+// it, which is thrown where none does.
+DecodedImage decode_one_of(const GltfDocument& document, int image, const std::vector<int>& others,
+                           bool lenient, std::string& fault) {
+  try {
+    return decode(document, image, lenient);
+  } catch (const InputError& error) {
+    GltfFaults::let_limits_pass(error);
+    for (const int other : others) {
+      try {
+        DecodedImage decoded = decode(document, other, lenient);
+        fault = error.what();
+        return decoded;
+      } catch (const InputError& as_well) {
+        GltfFaults::let_limits_pass(as_well);
+      }
+    }
+    throw;
+  }
 }
 
 // KHR_texture_basisu wants the transfer function to be that of the use. The use decides, as it does
@@ -101,41 +146,11 @@ void warn_of_transfer(const SceneDescription& scene, const std::vector<DecodedIm
   }
 }
 
-// White is no direction: in slots that hold one a neutral texel takes the place of an image that
-// does not decode.
-void replace_directions(const std::vector<std::exception_ptr>& errors, SceneDescription& scene) {
-  struct Neutral {
-    const char* name;
-    std::array<uint8_t, 3> rgb;
-    std::vector<TextureRef MaterialDescription::*> slots;
-    int image = -1;
-  };
-  // 128 and not 127: (128/255) * 2 - 1 = 0.004, the common encoding of "straight up".
-  Neutral neutrals[] = {
-      {"replaced normal map",
-       {128, 128, 255},
-       {&MaterialDescription::normal_texture, &MaterialDescription::clearcoat_normal_texture}},
-      {"replaced anisotropy", {255, 128, 255}, {&MaterialDescription::anisotropy_texture}}};
-  for (MaterialDescription& material : scene.materials) {
-    for (Neutral& neutral : neutrals) {
-      for (const auto slot : neutral.slots) {
-        int& index = (material.*slot).image;
-        if (index < 0 || !errors[size_t(index)]) continue;
-        if (neutral.image < 0) {
-          neutral.image = int(scene.images.size());
-          scene.images.push_back(one_texel(neutral.name, neutral.rgb));
-        }
-        index = neutral.image;
-      }
-    }
-  }
-}
-
 }  // namespace
 
 std::vector<int> texture_sources(const json& texture) {
   std::vector<int> sources;
-  for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp"}) {
+  for (const char* name : {kBasisu, kWebp}) {
     if (const json* extension = find_extension(texture, name)) {
       sources.push_back(extension->at("source").get<int>());
     }
@@ -165,17 +180,12 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
 
   document.progress->begin(LoadStage::kImages, wanted.size());
   std::vector<DecodedImage> decoded(wanted.size());
-  const std::map<int, int> fallbacks = fallback_images(document);
+  const std::map<int, std::vector<int>> fallbacks = fallback_images(document);
   std::vector<std::string> faults(wanted.size());  // of those whose fallback was taken
   const std::vector<std::exception_ptr> errors = document.try_each(wanted.size(), [&](size_t i) {
-    const auto fallback = fallbacks.find(wanted[i]);
-    try {
-      decoded[i] = decode(document, wanted[i], options.lenient);
-    } catch (const InputError& error) {
-      if (fallback == fallbacks.end()) throw;
-      decoded[i] = decode(document, fallback->second, options.lenient);
-      faults[i] = error.what();
-    }
+    const auto found = fallbacks.find(wanted[i]);
+    const std::vector<int> others = found == fallbacks.end() ? std::vector<int>() : found->second;
+    decoded[i] = decode_one_of(document, wanted[i], others, options.lenient, faults[i]);
   });
 
   for (size_t i = 0; i < wanted.size(); ++i) {
@@ -201,7 +211,12 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
         one_texel("replaced image " + std::to_string(wanted[i]), {255, 255, 255}));
   }
   warn_of_transfer(scene, decoded, document.file);
-  replace_directions(errors, scene);
+  // 128 and not 127: (128/255) * 2 - 1 = 0.004, the common encoding of "straight up".
+  replace_by(
+      scene, errors, "replaced normal map", {128, 128, 255},
+      {&MaterialDescription::normal_texture, &MaterialDescription::clearcoat_normal_texture});
+  replace_by(scene, errors, "replaced directions", {255, 128, 255},
+             {&MaterialDescription::anisotropy_texture});
   if (scene.repairs.non_finite_texels > 0) {
     log_warning(document.file + ": " + std::to_string(scene.repairs.non_finite_texels) +
                 " texels were not finite and are taken for 0");

@@ -13,10 +13,10 @@ std::vector<int> texture_sources(const nlohmann::json& texture);
 // Decodes the glTF images that the materials of scene.meshes, in all variants, name
 // (TextureRef::image holds glTF indices on entry), fills scene.images and renumbers the references.
 // Images of materials that no mesh wears are not read, those materials lose their textures. Counts
-// and warns of repairs. Where KHR_texture_basisu is optional, the texture's next image takes the
-// place of a KTX 2 that does not decode, with a warning. Throws InputError for an image that is
-// missing or does not decode, unless options.lenient: then it becomes white, or a flat normal where
-// a normal map is wanted.
+// and warns of repairs. Where KHR_texture_basisu or EXT_texture_webp is optional, the texture's
+// next image takes the place of one that does not decode, with a warning. Throws InputError for an
+// image that is missing or does not decode, unless options.lenient: then it becomes white, or a
+// flat normal where a normal map is wanted.
 void load_images(const GltfDocument& document, const GltfOptions& options, SceneDescription& scene);
 
 }  // namespace emberline

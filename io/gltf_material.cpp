@@ -84,7 +84,15 @@ std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 CoverageReport& coverage) {
   const MaterialFile file = {document, model, options, coverage};
   std::vector<MaterialDescription> materials;
-  for (size_t i = 0; i < model.materials.size(); ++i) materials.push_back(read_material(file, i));
+  for (size_t i = 0; i < model.materials.size(); ++i) {
+    materials.emplace_back().name = model.materials[i].name;
+    if (document.array("materials")[i].is_null()) continue;
+    try {
+      materials.back() = read_material(file, i);
+    } catch (const InputError& error) {
+      document.faults->note("/materials/" + std::to_string(i), error);
+    }
+  }
   return materials;
 }
 

@@ -11,8 +11,8 @@
 namespace emberline {
 
 // One MaterialDescription per glTF material; TextureRef::image holds glTF image indices here.
-// What is ignored or approximated goes to `coverage`. Throws InputError for a value that cannot be,
-// also for a texture without an image (one in a format that only an extension names), unless
+// What is ignored or approximated goes to `coverage`. One that cannot be read is noted as broken,
+// also for a texture without an image (one in a format that only an extension names) unless
 // options.lenient.
 std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 const tinygltf::Model& model,

@@ -108,7 +108,10 @@ const json* GltfMaterialObject::texture_info(const char* name) const {
   if (!info) return nullptr;
   const json& index = info->at("index");
   const size_t count = file_.document.array("textures").size();
-  if (index.get<uint64_t>() < count) return info;
+  if (index.get<uint64_t>() < count) {
+    file_.document.faults->require("/textures/" + index.dump());
+    return info;
+  }
   refuse(place(name) + "/index",
          fmt::format("index {} is out of range: the file has {} textures", index.dump(), count),
          "the slot has no texture");

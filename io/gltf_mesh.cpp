@@ -19,7 +19,7 @@ using Triangle = std::array<uint32_t, 3>;
 
 constexpr const char* kModeNames[] = {"POINTS",    "LINES",          "LINE_LOOP",   "LINE_STRIP",
                                       "TRIANGLES", "TRIANGLE_STRIP", "TRIANGLE_FAN"};
-enum Mode { kTriangles = 4, kTriangleStrip = 5, kTriangleFan = 6 };
+enum Mode { kPoints, kLines, kLineLoop, kLineStrip, kTriangles, kTriangleStrip, kTriangleFan };
 
 template <class Vector>
 std::vector<Vector> to_vectors(const std::vector<float>& values) {
@@ -29,6 +29,17 @@ std::vector<Vector> to_vectors(const std::vector<float>& values) {
     for (size_t c = 0; c < kSize; ++c) vectors[i][int(c)] = values[i * kSize + c];
   }
   return vectors;
+}
+
+// The points or lines that a primitive draws; none where what says so is broken.
+uint64_t count_without_surface(const GltfDocument& document, const json& primitive, int mode) {
+  const json* list = find_member(primitive, "indices");
+  if (!list) list = find_member(primitive.at("attributes"), "POSITION");
+  if (!list || list->is_null()) return 0;
+  const uint64_t count = document.accessors[list->get<size_t>()].count;
+  if (mode == kPoints) return count;
+  if (count < 2) return 0;
+  return mode == kLines ? count / 2 : mode == kLineStrip ? count - 1 : count;
 }
 
 // Specification section 3.7.2.1: every second triangle of a strip is turned over, a fan starts
@@ -142,7 +153,7 @@ void read_uv_sets(const PrimitiveReader& reader, Materials materials, LoadedMesh
   for (int set = 0; set <= last; ++set) {
     const std::string name = "TEXCOORD_" + std::to_string(set);
     std::vector<Vec2f> uv;
-    if (reader.has(name) && (set == 0 || used.contains(set))) {
+    if (used.contains(set) ? reader.has(name) : set == 0 && reader.usable(name)) {
       uv = to_vectors<Vec2f>(reader.floats(name, 2));
     } else if (used.contains(set)) {
       uv.assign(mesh.positions.size(), Vec2f(0.0f));
@@ -225,7 +236,7 @@ uint64_t announced_bytes(const GltfDocument& document, const PrimitiveReader& re
   // generate_tangents: its groups, and up to twice as many vertices.
   if (tangents_made) per_vertex = 2 * per_vertex + 256;
   const json* member = find_member(primitive, "indices");
-  const uint64_t indices = member ? document.accessors[member->get<size_t>()].count : vertices;
+  const uint64_t indices = member ? document.accessor(member->get<int>()).count : vertices;
   const bool list = primitive.value("mode", int(kTriangles)) == kTriangles;
   uint64_t per_index = sizeof(uint32_t) + sizeof(Triangle) / (list ? 3 : 1);
   // Flat faces with tangents have vertices of their own.
@@ -264,6 +275,8 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   const int mode = primitive.value("mode", int(kTriangles));
   if (mode < kTriangles) {
     loaded.ignored.push_back(std::string("primitive mode ") + kModeNames[mode]);
+    loaded.mode = mode;
+    loaded.without_surface = count_without_surface(document, primitive, mode);
     return loaded;
   }
   if (!primitive.at("attributes").contains("POSITION")) {
@@ -272,6 +285,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   }
 
   const PrimitiveReader reader(document, primitive, pointer);
+  loaded.draco_fault = reader.draco_fault();
   const std::optional<TextureRef> layout = find_tangent_layout(reader, materials, tangents, loaded);
   // Specification 3.7.2.1: without normals the supplied tangents are void.
   const bool has_tangents = layout && reader.has("NORMAL") && reader.has("TANGENT");
@@ -294,8 +308,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   apply_morph_targets(reader, document, primitive, pointer, pose.weights, mesh);
   apply_skin(reader, document, pointer, pose.joints, mesh);
 
-  const bool is_draco = find_extension(primitive, "KHR_draco_mesh_compression") != nullptr;
-  mesh.triangles = unroll(reader.indices(), is_draco ? int(kTriangles) : mode);
+  mesh.triangles = unroll(reader.indices(), reader.is_draco() ? int(kTriangles) : mode);
   drop_bad_triangles(mesh, loaded.repairs);
   drop_unused_vertices(mesh);
   normalise_directions(mesh);

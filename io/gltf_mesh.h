@@ -1,11 +1,13 @@
 // One glTF primitive as a MeshDescription.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "io/gltf_document.h"
+#include "renderer/core/errors.h"
 #include "renderer/description/scene_description.h"
 
 namespace emberline {
@@ -21,6 +23,11 @@ struct LoadedMesh {
   MeshDescription mesh;  // without triangles when nothing survived
   LoadRepairs repairs;
   std::vector<std::string> ignored, approximated;  // for the coverage report
+  std::optional<InputError> draco_fault;           // the stream was not read, its fallback was
+  std::optional<InputError> variants_fault;        // nor what it wears in other variants
+  // Of a primitive of points or lines: its mode, and how many it draws.
+  int mode = 4;
+  uint64_t without_surface = 0;
 };
 
 // `materials` are all that the primitive may be shaded with, its own first; they decide which UV

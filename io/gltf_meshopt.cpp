@@ -2,6 +2,10 @@
 
 #include <meshoptimizer.h>
 
+#include <algorithm>
+#include <iterator>
+
+#include "io/meshopt_v1.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/shortened.h"
 
@@ -11,10 +15,80 @@ namespace {
 // The least number of bytes that can hold `count` elements, from the extension's appendix A: a
 // vertex stream spends 2 bits of header per 16 bytes of a byte plane; an index stream a byte per
 // triangle, a sequence a byte per index.
-uint64_t least_encoded_size(const std::string& mode, uint64_t count, uint64_t stride) {
-  if (mode == "ATTRIBUTES") return 1 + count * stride / 64;
+uint64_t least_encoded_size(const std::string& mode, ByteSpan encoded, uint64_t count,
+                            uint64_t stride) {
   if (mode == "TRIANGLES") return 1 + count / 3;
-  return 1 + count;
+  if (mode != "ATTRIBUTES") return 1 + count;
+  return is_meshopt_v1(encoded) ? least_meshopt_v1_size(count, stride) : 1 + count * stride / 64;
+}
+
+// Of an extension that check_schema has passed.
+struct Description {
+  uint64_t count, stride;
+  std::string mode, filter;
+
+  bool attributes() const { return mode == "ATTRIBUTES"; }
+};
+
+void check_description(const Description& d, ByteSpan encoded, uint64_t byte_length,
+                       const std::string& place) {
+  const bool triangles = d.mode == "TRIANGLES";
+  if (!d.attributes() && !triangles && d.mode != "INDICES") {
+    throw InputError(place + "/mode", "unknown meshopt mode \"{}\"", shortened(d.mode));
+  }
+  if (d.attributes() ? d.stride % 4 != 0 || d.stride > 256 : d.stride != 2 && d.stride != 4) {
+    throw InputError(place + "/byteStride", "a byteStride of {} is not allowed for {}", d.stride,
+                     d.mode);
+  }
+  if (triangles && d.count % 3 != 0) {
+    throw InputError(place + "/count", "TRIANGLES needs a multiple of three indices");
+  }
+  if (least_encoded_size(d.mode, encoded, d.count, d.stride) > encoded.size()) {
+    throw InputError(place + "/count", "{} elements cannot be in {} compressed bytes", d.count,
+                     encoded.size());
+  }
+  if (d.count * d.stride != byte_length) {
+    throw InputError(place, "count x byteStride is {}, but the buffer view has {} bytes",
+                     d.count * d.stride, byte_length);
+  }
+}
+
+void check_filter(const Description& d, const std::string& place) {
+  struct Filter {
+    std::string_view name;
+    bool any_stride, stride_4;  // else 8
+  };
+  constexpr Filter kFilters[] = {{"NONE", true, true},
+                                 {"OCTAHEDRAL", false, true},
+                                 {"QUATERNION", false, false},
+                                 {"EXPONENTIAL", true, true},
+                                 {"COLOR", false, true}};
+  const auto* filter = std::ranges::find(kFilters, d.filter, &Filter::name);
+  if (filter == std::end(kFilters)) {
+    throw InputError(place + "/filter", "unknown meshopt filter \"{}\"", shortened(d.filter));
+  }
+  if (d.filter == "NONE") return;
+  const bool fits = filter->any_stride || d.stride == 8 || (filter->stride_4 && d.stride == 4);
+  if (!d.attributes() || !fits) {
+    throw InputError(place + "/filter",
+                     "the filter {} is not allowed for mode {} and a byteStride of {}", d.filter,
+                     d.mode, d.stride);
+  }
+}
+
+// What the decoder says: 0 when all is well.
+int decode(const Description& d, ByteSpan encoded, uint8_t* decoded) {
+  if (d.attributes() && is_meshopt_v1(encoded)) {
+    return decode_meshopt_v1(encoded, d.count, d.stride, decoded) ? 0 : -1;
+  }
+  const uint8_t* bytes = encoded.data();
+  if (d.attributes()) {
+    return meshopt_decodeVertexBuffer(decoded, d.count, d.stride, bytes, encoded.size());
+  }
+  if (d.mode == "TRIANGLES") {
+    return meshopt_decodeIndexBuffer(decoded, d.count, d.stride, bytes, encoded.size());
+  }
+  return meshopt_decodeIndexSequence(decoded, d.count, d.stride, bytes, encoded.size());
 }
 
 }  // namespace
@@ -22,63 +96,20 @@ uint64_t least_encoded_size(const std::string& mode, uint64_t count, uint64_t st
 std::vector<uint8_t> decode_meshopt_view(const nlohmann::json& extension, ByteSpan encoded,
                                          uint64_t byte_length, const std::string& place,
                                          const LoadProgress& progress) {
-  const uint64_t count = extension.at("count").get<uint64_t>();
-  const uint64_t stride = extension.at("byteStride").get<uint64_t>();
-  const std::string mode = extension.at("mode").get<std::string>();
-  const std::string filter = extension.value("filter", "NONE");
-
-  const bool attributes = mode == "ATTRIBUTES";
-  const bool triangles = mode == "TRIANGLES";
-  if (!attributes && !triangles && mode != "INDICES") {
-    throw InputError(place + "/mode", "unknown meshopt mode \"{}\"", shortened(mode));
-  }
-  if (attributes ? stride % 4 != 0 || stride > 256 : stride != 2 && stride != 4) {
-    throw InputError(place + "/byteStride", "a byteStride of {} is not allowed for {}", stride,
-                     mode);
-  }
-  if (triangles && count % 3 != 0) {
-    throw InputError(place + "/count", "TRIANGLES needs a multiple of three indices");
-  }
-  if (count > encoded.size() * 64 || least_encoded_size(mode, count, stride) > encoded.size()) {
-    throw InputError(place + "/count", "{} elements cannot be in {} compressed bytes", count,
-                     encoded.size());
-  }
-  if (count * stride != byte_length) {
-    throw InputError(place, "count x byteStride is {}, but the buffer view has {} bytes",
-                     count * stride, byte_length);
-  }
-
-  progress.budget()->reserve(MemoryPart::kFile, count * stride, place);
-  std::vector<uint8_t> decoded(count * stride);
-  int status = 0;
-  if (attributes) {
-    status =
-        meshopt_decodeVertexBuffer(decoded.data(), count, stride, encoded.data(), encoded.size());
-  } else if (triangles) {
-    status =
-        meshopt_decodeIndexBuffer(decoded.data(), count, stride, encoded.data(), encoded.size());
-  } else {
-    status =
-        meshopt_decodeIndexSequence(decoded.data(), count, stride, encoded.data(), encoded.size());
-  }
-  if (status != 0) {
+  const Description d = {
+      extension.at("count").get<uint64_t>(), extension.at("byteStride").get<uint64_t>(),
+      extension.at("mode").get<std::string>(), extension.value("filter", "NONE")};
+  check_description(d, encoded, byte_length, place);
+  check_filter(d, place);
+  progress.budget()->reserve(MemoryPart::kFile, byte_length, place);
+  std::vector<uint8_t> decoded(byte_length);
+  if (const int status = decode(d, encoded, decoded.data()); status != 0) {
     throw InputError(place, "the meshopt data is corrupt or of a newer version (code {})", status);
   }
-
-  if (filter == "NONE") return decoded;
-  const bool octahedral = filter == "OCTAHEDRAL";
-  const bool quaternion = filter == "QUATERNION";
-  if (!octahedral && !quaternion && filter != "EXPONENTIAL") {
-    throw InputError(place + "/filter", "unknown meshopt filter \"{}\"", shortened(filter));
-  }
-  if (!attributes || (octahedral && stride != 4 && stride != 8) || (quaternion && stride != 8)) {
-    throw InputError(place + "/filter",
-                     "the filter {} is not allowed for mode {} and a byteStride of {}", filter,
-                     mode, stride);
-  }
-  if (octahedral) meshopt_decodeFilterOct(decoded.data(), count, stride);
-  if (quaternion) meshopt_decodeFilterQuat(decoded.data(), count, stride);
-  if (!octahedral && !quaternion) meshopt_decodeFilterExp(decoded.data(), count, stride);
+  if (d.filter == "OCTAHEDRAL") meshopt_decodeFilterOct(decoded.data(), d.count, d.stride);
+  if (d.filter == "QUATERNION") meshopt_decodeFilterQuat(decoded.data(), d.count, d.stride);
+  if (d.filter == "EXPONENTIAL") meshopt_decodeFilterExp(decoded.data(), d.count, d.stride);
+  if (d.filter == "COLOR") decode_meshopt_color(decoded.data(), d.count, d.stride);
   return decoded;
 }
 

@@ -1,5 +1,5 @@
-// EXT_meshopt_compression (and KHR_meshopt_compression with the same stream version): buffer views
-// that hold meshoptimizer's codecs.
+// EXT_meshopt_compression and KHR_meshopt_compression: buffer views that hold meshoptimizer's
+// codecs.
 #pragma once
 
 #include "io/gltf_document.h"

@@ -25,6 +25,13 @@ json stripped(const GltfDocument& document, const char* name,
   return result;
 }
 
+// Of those that must have a type: something for what is broken, which nobody gets to see.
+void fill_broken(json& list, const json& filling) {
+  for (json& object : list) {
+    if (object.empty()) object = filling;
+  }
+}
+
 // Texture slots carry extensions that are read from the document itself.
 void drop_extensions(json& value) {
   if (!value.is_structured()) return;
@@ -70,10 +77,14 @@ std::shared_ptr<const tinygltf::Model> parse_gltf_model(const GltfDocument& docu
       stripped(document, "samplers", {"magFilter", "minFilter", "wrapS", "wrapT"});
   reduced["cameras"] =
       stripped(document, "cameras", {"name", "type", "perspective", "orthographic"});
+  const json lens = {{"yfov", 1.0}, {"znear", 1.0}};
+  fill_broken(reduced["cameras"], {{"type", "perspective"}, {"perspective", lens}});
   reduced["skins"] = stripped(document, "skins", {"inverseBindMatrices", "skeleton", "joints"});
+  fill_broken(reduced["skins"], {{"joints", json::array({0})}});
   drop_extensions(reduced);
   if (const json* lights = find_extension(document.json, "KHR_lights_punctual")) {
     json copy = lights->at("lights");
+    fill_broken(copy, {{"type", "point"}});
     drop_extensions(copy);
     reduced["extensions"]["KHR_lights_punctual"]["lights"] = std::move(copy);
   }

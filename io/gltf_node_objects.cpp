@@ -1,6 +1,8 @@
 #include "io/gltf_node_objects.h"
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 
 #include "io/gltf_accessor.h"
 #include "io/gltf_extensions.h"
@@ -19,21 +21,10 @@ std::string node_name(const tinygltf::Model& model, size_t node) {
   return name.empty() ? "node " + std::to_string(node) : name;
 }
 
-void read_camera(const GltfDocument& document, const tinygltf::Model& model, size_t node,
-                 const Mat44d& to_world, SceneDescription& scene) {
-  const int index = model.nodes[node].camera;
-  const tinygltf::Camera& source = model.cameras[size_t(index)];
-  const std::string place = document.place("/cameras/" + std::to_string(index));
-  if (is_singular(to_world)) {
-    ++scene.repairs.singular_instances;
-    return;
-  }
-  // Of any number of nodes, with a name as long as the file.
-  CameraDescription camera;
-  camera.name = source.name.empty() ? node_name(model, node) : source.name;
-  document.progress->budget()->reserve(
-      MemoryPart::kGeometry, 2 * sizeof(CameraDescription) + camera.name.capacity(), place);
-  camera.to_world = to_world;
+namespace {
+
+void read_lens(const tinygltf::Camera& source, const std::string& place,
+               CameraDescription& camera) {
   if (source.type == "perspective") {
     const tinygltf::PerspectiveCamera& lens = source.perspective;
     if (!(lens.yfov > 0.0 && lens.yfov < kPiD)) {
@@ -49,6 +40,37 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
     camera.orthographic = true;
     camera.y_mag = std::abs(lens.ymag);
   }
+}
+
+}  // namespace
+
+void read_camera(const GltfDocument& document, const tinygltf::Model& model, size_t node,
+                 const Mat44d& to_world, SceneDescription& scene) {
+  const int index = model.nodes[node].camera;
+  // The node's member, where it names no camera at all.
+  const std::string pointer = index < 0 ? "/nodes/" + std::to_string(node) + "/camera"
+                                        : "/cameras/" + std::to_string(index);
+  std::optional<InputError> fault = document.faults->hand_over(pointer);
+  if (index < 0 && !fault) return;
+  if (is_singular(to_world)) {
+    ++scene.repairs.singular_instances;
+    return;
+  }
+  // Of any number of nodes, with a name as long as the file.
+  CameraDescription camera;
+  camera.name = index < 0 || model.cameras[size_t(index)].name.empty()
+                    ? node_name(model, node)
+                    : model.cameras[size_t(index)].name;
+  const std::string place = document.place(pointer);
+  document.progress->budget()->reserve(
+      MemoryPart::kGeometry, 2 * sizeof(CameraDescription) + camera.name.capacity(), place);
+  camera.to_world = to_world;
+  try {
+    if (!fault) read_lens(model.cameras[size_t(index)], place, camera);
+  } catch (const InputError& error) {
+    fault = error;
+  }
+  if (fault) camera.fault = std::make_shared<InputError>(*fault);
   scene.cameras.push_back(std::move(camera));
 }
 
@@ -56,6 +78,7 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
                          const Mat44d& to_world, SceneDescription& scene) {
   const json& reference = *find_extension(document.json.at("nodes")[node], "KHR_lights_punctual");
   const size_t index = reference.at("light").get<size_t>();
+  document.faults->require("/extensions/KHR_lights_punctual/lights/" + std::to_string(index));
   const tinygltf::Light& source = model.lights[index];
   const json& object = find_extension(document.json, "KHR_lights_punctual")->at("lights")[index];
   const std::string place =
@@ -100,19 +123,24 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
 
 std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const json& extension,
                                              size_t node, MemoryReservation& memory) {
-  const std::string place =
-      document.place("/nodes/" + std::to_string(node) + "/extensions/EXT_mesh_gpu_instancing");
+  const std::string pointer =
+      "/nodes/" + std::to_string(node) + "/extensions/EXT_mesh_gpu_instancing";
+  const std::string place = document.place(pointer);
   const json& attributes = extension.at("attributes");
+  const auto count_of = [&](const json& index) {
+    return index.is_null() ? 0 : document.accessors[index.get<size_t>()].count;
+  };
   size_t count = 0;
   bool counted = false;
   if (!attributes.empty()) {
     // Ten floats, and the matrix of them.
-    const uint64_t first = document.accessors[attributes.begin().value().get<size_t>()].count;
-    memory.add(bytes_of(first, 10 * sizeof(float) + sizeof(Mat44d)), place);
+    memory.add(bytes_of(count_of(attributes.begin().value()), 10 * sizeof(float) + sizeof(Mat44d)),
+               place);
   }
   const auto read = [&](const char* name, int components) -> std::vector<float> {
     const json* member = find_member(attributes, name);
     if (!member) return {};
+    if (member->is_null()) document.faults->require(pointer + "/attributes/" + name);
     std::vector<float> values =
         read_floats(document, member->get<int>(), components, place + "/attributes/" + name);
     const size_t elements = values.size() / size_t(components);
@@ -129,7 +157,9 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
   if (!counted) {
     // Only attributes without a meaning here, such as _ID.
     if (attributes.empty()) return {};
-    count = size_t(document.accessors[attributes.begin().value().get<size_t>()].count);
+    const auto first = attributes.begin();
+    if (first->is_null()) document.faults->require(pointer + "/attributes/" + first.key());
+    count = size_t(document.accessor(first->get<int>()).count);
     if (count > document.most_zeros) throw InputError(place, "more instances than data");
   }
   std::vector<Mat44d> transforms;

@@ -10,7 +10,8 @@ namespace emberline {
 std::string node_name(const tinygltf::Model& model, size_t node);
 
 // Append the node's camera or light to `scene`, or count and skip it when its transform leaves it
-// no direction. Throw InputError for values without meaning.
+// no direction. A camera of values without meaning has its fault with it; of a light they throw
+// InputError.
 void read_camera(const GltfDocument& document, const tinygltf::Model& model, size_t node,
                  const Mat44d& to_world, SceneDescription& scene);
 void read_punctual_light(const GltfDocument& document, const tinygltf::Model& model, size_t node,

@@ -10,11 +10,17 @@ namespace emberline {
 
 class PrimitiveReader {
  public:
-  // Decodes the Draco stream if there is one. Throws InputError.
+  // Decodes the Draco stream if there is one. Where it does not decode, the extension is optional
+  // and the accessors have bytes, those are read. Throws InputError.
   PrimitiveReader(const GltfDocument& document, const nlohmann::json& primitive,
                   std::string pointer);
 
   bool has(const std::string& attribute) const;
+  // Whether there is one, which is not broken.
+  bool usable(const std::string& attribute) const;
+  bool is_draco() const { return draco_.has_value(); }
+  // Why the Draco stream was not read, if there is one.
+  const std::optional<InputError>& draco_fault() const { return draco_fault_; }
   // vertex_count() x components floats. Throws InputError when the attribute's count differs from
   // that of POSITION.
   std::vector<float> floats(const std::string& attribute, int components) const;
@@ -33,6 +39,8 @@ class PrimitiveReader {
   const std::vector<uint32_t>& indices() const { return indices_; }
 
  private:
+  void read_draco(const nlohmann::json& extension);
+  bool has_fallback() const;
   int accessor(const std::string& attribute) const;
   std::vector<uint32_t> read_corners() const;
   void choose_vertices();
@@ -42,6 +50,7 @@ class PrimitiveReader {
   const nlohmann::json& primitive_;
   std::string pointer_;
   std::optional<DracoPrimitive> draco_;
+  std::optional<InputError> draco_fault_;
   uint64_t vertex_count_ = 0;  // in the file
   std::vector<uint32_t> indices_;
   std::vector<uint32_t> used_;  // growing; empty: all

@@ -5,6 +5,7 @@
 #include <exception>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include "io/gltf_accessor.h"
 #include "io/gltf_extensions.h"
@@ -16,11 +17,16 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
+#include "renderer/core/readable.h"
 
 namespace emberline {
 namespace {
 
 using nlohmann::json;
+
+std::string primitive_pointer(size_t mesh, size_t primitive) {
+  return "/meshes/" + std::to_string(mesh) + "/primitives/" + std::to_string(primitive);
+}
 
 // What the file says of a mesh's morph targets: the weights of nodes that have none of their own.
 struct MorphDefaults {
@@ -39,6 +45,7 @@ struct SkinPose {
 struct MeshUse {
   size_t mesh = 0;
   MeshPose pose;
+  uint64_t placements = 0;
   std::vector<int> loaded;  // indices into SceneDescription::meshes
 };
 
@@ -79,7 +86,9 @@ class SceneGraphReader {
   uint64_t count_elements(const json& primitive, std::span<const double> weights) const;
   void load_meshes();
   LoadedMesh load_primitive_of(const MeshUse& use, size_t primitive) const;
+  void note_without_surface(const LoadedMesh& loaded, uint64_t placements);
   void place_meshes();
+  [[noreturn]] void fail_empty(const std::string& dropped) const;
   void report();
 
   const GltfDocument& document_;
@@ -93,6 +102,7 @@ class SceneGraphReader {
   std::map<std::pair<int, int>, size_t> shared_uses_;
   std::deque<Placement> placements_;  // whose memory is its elements'
   MemoryReservation placements_memory_;
+  uint64_t points_ = 0, lines_ = 0;  // placed, which have no surface
 };
 
 // Depth first, in file order, without recursion: hierarchies may be any number of levels deep.
@@ -124,14 +134,23 @@ std::vector<size_t> SceneGraphReader::nodes_in_scene() const {
 void SceneGraphReader::read_node(size_t node) {
   const tinygltf::Node& source = model_.nodes[node];
   const json& object = document_.json.at("nodes")[node];
+  document_.faults->require("/nodes/" + std::to_string(node));
   if (source.mesh >= 0) read_mesh_node(node);
-  if (source.camera >= 0) read_camera(document_, model_, node, world_[node], scene_);
-  if (find_extension(object, "KHR_lights_punctual")) {
+  read_camera(document_, model_, node, world_[node], scene_);
+  constexpr const char* kPunctual = "KHR_lights_punctual";
+  if (!find_extension(object, kPunctual)) return;
+  try {
     read_punctual_light(document_, model_, node, world_[node], scene_);
+  } catch (const InputError& error) {
+    GltfFaults::let_limits_pass(error);
+    if (document_.requires_extension(kPunctual)) throw;
+    document_.faults->leave_out("/nodes/" + std::to_string(node) + "/extensions/" + kPunctual,
+                                error);
   }
 }
 
 MorphDefaults SceneGraphReader::morph_defaults(const json& mesh) {
+  if (mesh.is_null()) return {};
   const json& primitives = mesh.at("primitives");
   const bool morphs = std::any_of(primitives.begin(), primitives.end(), [](const json& primitive) {
     const json* targets = find_member(primitive, "targets");
@@ -146,7 +165,10 @@ const SkinPose& SceneGraphReader::skin_pose(int index) {
   SkinPose& pose = entry->second;
   if (!is_new) return pose;
   const tinygltf::Skin& skin = model_.skins[size_t(index)];
-  const std::string place = document_.place("/skins/" + std::to_string(index));
+  const std::string pointer = "/skins/" + std::to_string(index);
+  const std::string place = document_.place(pointer);
+  document_.faults->require(pointer);
+  for (const int joint : skin.joints) document_.faults->require("/nodes/" + std::to_string(joint));
   std::vector<float> inverse_bind;
   if (skin.inverseBindMatrices >= 0) {
     std::vector<uint32_t> of_joints(skin.joints.size());
@@ -174,6 +196,7 @@ const SkinPose& SceneGraphReader::skin_pose(int index) {
 
 size_t SceneGraphReader::find_use(size_t node) {
   const tinygltf::Node& source = model_.nodes[node];
+  document_.faults->require("/meshes/" + std::to_string(source.mesh));
   const MorphDefaults& morphs = morphs_[size_t(source.mesh)];
   if (morphs.morphs) {
     report_approximated(document_.file, "morph targets (evaluated at the file's rest pose)",
@@ -191,7 +214,7 @@ size_t SceneGraphReader::find_use(size_t node) {
   MeshPose pose;
   pose.weights = own_weights ? source.weights : morphs.weights;
   if (source.skin >= 0) pose.joints = skin_pose(source.skin).joints;
-  uses_.push_back({size_t(source.mesh), pose, {}});
+  uses_.push_back({size_t(source.mesh), pose, 0, {}});
   if (!own_weights) shared_uses_.emplace(key, uses_.size() - 1);
   return uses_.size() - 1;
 }
@@ -219,6 +242,7 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   }
   placements_memory_.add(bytes_of(instances.size(), sizeof(Placement)), place);
   for (const Mat44d& instance : instances) placements_.push_back({use, node, instance});
+  uses_[use].placements += instances.size();
 }
 
 // Primitives and morph targets may share accessors, so that a small file could ask for any number
@@ -247,13 +271,15 @@ void SceneGraphReader::check_budget() const {
 uint64_t SceneGraphReader::count_elements(const json& primitive,
                                           std::span<const double> weights) const {
   const auto accessor = [&](const json& index) -> const GltfAccessor& {
-    return document_.accessors[index.get<size_t>()];
+    static const GltfAccessor none;
+    return index.is_null() ? none : document_.accessors[index.get<size_t>()];
   };
   uint64_t elements = variant_material_count(primitive);
   const json* indices = find_member(primitive, "indices");
   // A Draco stream vouches for its own count.
   const bool is_draco = find_extension(primitive, "KHR_draco_mesh_compression");
-  const uint64_t corners = indices && !is_draco ? accessor(*indices).count : UINT64_MAX;
+  const bool is_read = indices && (!is_draco || accessor(*indices).view >= 0);
+  const uint64_t corners = is_read ? accessor(*indices).count : UINT64_MAX;
   if (corners != UINT64_MAX) elements += corners;
   const auto add = [&](const json& attributes) {
     for (const json& attribute : attributes) {
@@ -275,13 +301,21 @@ uint64_t SceneGraphReader::count_elements(const json& primitive,
 LoadedMesh SceneGraphReader::load_primitive_of(const MeshUse& use, size_t index) const {
   static const MaterialDescription default_material;
   const json& primitive = document_.json.at("meshes")[use.mesh].at("primitives")[index];
+  const std::string pointer = primitive_pointer(use.mesh, index);
   std::vector<VariantMaterial> others;
-  if (scene_.variants_read) {
-    others = read_variant_materials(
-        document_, primitive,
-        "/meshes/" + std::to_string(use.mesh) + "/primitives/" + std::to_string(index));
+  std::optional<InputError> variants_fault;
+  try {
+    if (scene_.variants_read) others = read_variant_materials(document_, primitive, pointer);
+  } catch (const InputError& error) {
+    if (document_.requires_extension("KHR_materials_variants")) throw;
+    variants_fault = error;
   }
   const int own = primitive.value("material", -1);
+  const auto require = [&](int material) {
+    if (material >= 0) document_.faults->require("/materials/" + std::to_string(material));
+  };
+  require(own);
+  for (const VariantMaterial& other : others) require(other.material);
   std::vector<const MaterialDescription*> materials = {own >= 0 ? &scene_.materials[size_t(own)]
                                                                 : &default_material};
   for (const VariantMaterial& other : others) {
@@ -290,7 +324,14 @@ LoadedMesh SceneGraphReader::load_primitive_of(const MeshUse& use, size_t index)
   LoadedMesh loaded =
       load_primitive(document_, use.mesh, index, use.pose, materials, scene_.tangents_read);
   loaded.mesh.variant_materials = std::move(others);
+  loaded.variants_fault = variants_fault;
   return loaded;
+}
+
+void SceneGraphReader::note_without_surface(const LoadedMesh& loaded, uint64_t placements) {
+  uint64_t& sum = loaded.mode == 0 ? points_ : lines_;
+  const uint64_t placed = bytes_of(loaded.without_surface, placements);
+  sum += std::min(placed, UINT64_MAX - sum);
 }
 
 void SceneGraphReader::load_meshes() {
@@ -318,6 +359,14 @@ void SceneGraphReader::load_meshes() {
     for (const std::string& what : task.result.approximated) {
       report_approximated(document_.file, what, scene_.coverage);
     }
+    note_without_surface(task.result, uses_[task.use].placements);
+    const std::string extensions =
+        primitive_pointer(uses_[task.use].mesh, task.primitive) + "/extensions/";
+    const auto left_out = [&](const std::optional<InputError>& fault, const char* extension) {
+      if (fault) document_.faults->leave_out(extensions + extension, *fault);
+    };
+    left_out(task.result.draco_fault, "KHR_draco_mesh_compression");
+    left_out(task.result.variants_fault, "KHR_materials_variants");
     scene_.repairs.degenerate_triangles += task.result.repairs.degenerate_triangles;
     scene_.repairs.non_finite_triangles += task.result.repairs.non_finite_triangles;
     if (task.result.mesh.triangles.empty()) continue;
@@ -356,6 +405,20 @@ void SceneGraphReader::place_meshes() {
   }
 }
 
+// Says what there is instead.
+void SceneGraphReader::fail_empty(const std::string& dropped) const {
+  std::string found;
+  for (const auto& [count, what] : {std::pair(points_, " points"), std::pair(lines_, " lines")}) {
+    if (count > 0) found += (found.empty() ? "" : " and ") + readable_count(count) + what;
+  }
+  std::string text = found.empty() ? "no geometry to render"
+                                   : "nothing to render: " + found + ", which have no surface";
+  if (!dropped.empty()) text += " (left out: " + dropped + ")";
+  const std::vector<std::string> broken = document_.faults->lines();
+  if (!broken.empty()) text += "; what is broken: " + broken.front();
+  throw InputError(document_.file, text);
+}
+
 void SceneGraphReader::report() {
   const LoadRepairs& repairs = scene_.repairs;
   std::string dropped;
@@ -366,10 +429,7 @@ void SceneGraphReader::report() {
   note(repairs.degenerate_triangles, "triangles without area");
   note(repairs.non_finite_triangles, "triangles with a NaN or infinite vertex");
   note(repairs.singular_instances, "objects whose transform has no inverse");
-  if (scene_.instances.empty()) {
-    throw InputError(document_.file, "no geometry to render" +
-                                         (dropped.empty() ? "" : " (left out: " + dropped + ")"));
-  }
+  if (scene_.instances.empty()) fail_empty(dropped);
   if (!dropped.empty()) log_warning(document_.file + ": left out: " + dropped);
 }
 

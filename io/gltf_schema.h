@@ -4,12 +4,20 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "io/gltf_faults.h"
+
 namespace emberline {
 
 // Checks every member that this loader reads against the glTF 2.0 schema (and those of the
 // extensions that are honoured): type, required members, array lengths, index ranges. Integral
 // numbers written with a fraction (2.0, 1e3) are turned into integers. Members that the loader
-// does not read are not looked at. Throws InputError with the JSON pointer of the first fault.
-void check_schema(nlohmann::json& root, const std::string& file);
+// does not read are not looked at.
+//
+// What is at fault and can be told apart goes to `faults`: elements of the file's arrays, and
+// attributes of primitives, become null and are noted; members that the picture does without, and
+// what is wrong in optional extensions, are removed and left out, down to their defaults. For all
+// else it throws InputError with the JSON pointer of the first fault. Extensions that objects have
+// and extensionsUsed does not list are added there.
+void check_schema(nlohmann::json& root, const std::string& file, GltfFaults& faults);
 
 }  // namespace emberline

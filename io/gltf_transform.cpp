@@ -82,8 +82,14 @@ std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinyglt
     Mat44d m = local_transform(document, model.nodes[size_t(node)]);
     const int parent = document.parents[size_t(node)];
     if (parent >= 0) m = m * world[size_t(parent)];
-    check_transform(m, document.place("/nodes/" + std::to_string(node)));
-    world[size_t(node)] = m;
+    const std::string pointer = "/nodes/" + std::to_string(node);
+    try {
+      if (parent >= 0) document.faults->require("/nodes/" + std::to_string(parent));
+      check_transform(m, document.place(pointer));
+      world[size_t(node)] = m;
+    } catch (const InputError& error) {
+      document.faults->note(pointer, error);
+    }
   }
   return world;
 }

@@ -7,8 +7,8 @@
 
 namespace emberline {
 
-// World matrix of every node, in or outside the scene. Throws InputError when one is not finite
-// or too large for float.
+// World matrix of every node, in or outside the scene. Where one is not finite or too large for
+// float, the node and those below it are noted as broken.
 std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinygltf::Model& model);
 
 // scale, then rotation (unit quaternion x, y, z, w; normalised here), then translation.

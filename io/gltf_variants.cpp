@@ -16,7 +16,8 @@ std::vector<VariantDescription> read_variants(const GltfDocument& document) {
   const nlohmann::json* extension = find_extension(document.json, kExtension);
   if (!extension) return variants;
   for (const nlohmann::json& variant : extension->at("variants")) {
-    variants.push_back({variant.at("name").get<std::string>()});
+    const nlohmann::json* name = find_member(variant, "name");
+    variants.push_back({name ? name->get<std::string>() : std::string()});
   }
   return variants;
 }
@@ -26,7 +27,7 @@ uint64_t variant_material_count(const nlohmann::json& primitive) {
   if (!extension) return 0;
   uint64_t count = 0;
   for (const nlohmann::json& mapping : extension->at("mappings")) {
-    count += mapping.at("variants").size();
+    if (!mapping.is_null()) count += mapping.at("variants").size();
   }
   return count;
 }
@@ -37,8 +38,18 @@ std::vector<VariantMaterial> read_variant_materials(const GltfDocument& document
   std::vector<VariantMaterial> worn;
   const nlohmann::json* extension = find_extension(primitive, kExtension);
   if (!extension) return worn;
+  const std::string place = pointer + "/extensions/" + kExtension + "/mappings";
+  size_t i = 0;
   for (const nlohmann::json& mapping : extension->at("mappings")) {
+    const std::string mapping_pointer = place + "/" + std::to_string(i++);
+    if (mapping.is_null()) {
+      if (document.requires_extension(kExtension)) document.faults->require(mapping_pointer);
+      continue;
+    }
     const int material = mapping.at("material").get<int>();
+    const std::string material_pointer = "/materials/" + std::to_string(material);
+    if (!document.requires_extension(kExtension) && document.faults->has(material_pointer))
+      continue;
     for (const nlohmann::json& variant : mapping.at("variants")) {
       worn.push_back({variant.get<int>(), material});
     }
@@ -46,8 +57,7 @@ std::vector<VariantMaterial> read_variant_materials(const GltfDocument& document
   std::ranges::sort(worn, {}, &VariantMaterial::variant);
   const auto twice = std::ranges::adjacent_find(worn, {}, &VariantMaterial::variant);
   if (twice != worn.end()) {
-    throw InputError(document.place(pointer + "/extensions/" + kExtension + "/mappings"),
-                     "variant {} has two materials", twice->variant);
+    throw InputError(document.place(place), "variant {} has two materials", twice->variant);
   }
   return worn;
 }

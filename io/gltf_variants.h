@@ -16,7 +16,8 @@ std::vector<VariantDescription> read_variants(const GltfDocument& document);
 uint64_t variant_material_count(const nlohmann::json& primitive);
 
 // What a primitive wears in which variant, by growing `variant`; in those that are absent it wears
-// its own material. `pointer` is the primitive's. Throws InputError for a variant given twice.
+// its own material, as it does where the mapping or its material is broken and the extension
+// optional. `pointer` is the primitive's. Throws InputError for a variant given twice.
 std::vector<VariantMaterial> read_variant_materials(const GltfDocument& document,
                                                     const nlohmann::json& primitive,
                                                     const std::string& pointer);

@@ -55,7 +55,10 @@ Json describe_cameras(const SceneDescription& scene) {
   for (const CameraDescription& camera : scene.cameras) {
     Json entry = {{"name", camera.name},
                   {"type", camera.orthographic ? "orthographic" : "perspective"}};
-    if (camera.orthographic) {
+    if (camera.fault) {
+      entry["type"] = "unusable";
+      entry["fault"] = camera.fault->what();
+    } else if (camera.orthographic) {
       entry["y_mag"] = camera.y_mag;
     } else {
       entry["fov_y_degrees"] = camera.fov_y * 180.0 / kPiD;
@@ -127,6 +130,7 @@ std::string as_text(const Json& j) {
   for (const Json& variant : j["variants"]) print("variant '{}'\n", plain(variant["name"]));
   for (const Json& camera : j["cameras"]) {
     print("camera '{}' {}\n", plain(camera["name"]), plain(camera["type"]));
+    if (camera.contains("fault")) print("  {}\n", plain(camera["fault"]));
   }
   for (const Json& light : j["lights"]) {
     print("light '{}' {}\n", plain(light["name"]), plain(light["type"]));

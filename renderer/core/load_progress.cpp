@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "renderer/core/errors.h"
+#include "renderer/core/limit_error.h"
 #include "renderer/core/readable.h"
 
 namespace emberline {
@@ -54,7 +54,7 @@ LoadProgress& LoadProgress::unwatched() {
 
 void LoadProgress::throw_end() const {
   if (stop_.stop_requested()) throw Cancelled();
-  throw InputError(limits_.scene, "loading took longer than " +
+  throw LimitError(limits_.scene, "loading took longer than " +
                                       readable_seconds(*limits_.timeout_s) + " (--load-timeout)");
 }
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "renderer/core/errors.h"
+#include "renderer/core/limit_error.h"
 #include "renderer/core/readable.h"
 
 namespace emberline {
@@ -43,7 +43,7 @@ bool MemoryBudget::try_reserve(MemoryPart part, uint64_t bytes) noexcept {
 }
 
 void MemoryBudget::reserve(MemoryPart part, uint64_t bytes, const std::string& place) {
-  if (!try_reserve(part, bytes)) throw InputError(place, refusal(part, bytes));
+  if (!try_reserve(part, bytes)) throw LimitError(place, refusal(part, bytes));
 }
 
 void MemoryBudget::give_back(MemoryPart part, uint64_t bytes) noexcept {

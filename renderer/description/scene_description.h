@@ -18,6 +18,8 @@
 
 namespace emberline {
 
+struct InputError;
+
 // ---- images and textures -----------------------------------------------------------------------
 
 enum class TexelType : uint8_t { kUint8, kUint16, kHalf, kFloat };
@@ -200,6 +202,8 @@ struct CameraDescription {
   double lens_radius = 0.0;     // metres; 0: a pinhole
   double focus_distance = 0.0;  // metres along the axis to the plane that is sharp; > 0 with a lens
   Mat44d to_world;              // looks along -Z, +Y up; scale in it is ignored
+  // Set: what the file says of it makes no camera. Whoever chooses it throws this.
+  std::shared_ptr<const InputError> fault = {};
 };
 
 // A latitude-longitude environment: u = 0.5 + atan2(z, x) / 2 pi, top row +Y. Positive

@@ -268,6 +268,7 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
   const CameraEdit& edit = edits.camera;
   if (edit.camera) {
     camera = description.cameras[find_target(*edit.camera, "camera", description.cameras)];
+    if (camera.fault) throw InputError(*camera.fault);
   }
   if (edit.look_from && edit.look_at) {
     if (!((*edit.look_from - *edit.look_at).length2() > 0)) {
@@ -277,6 +278,7 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
     camera.orthographic = false;
     camera.aspect.reset();  // of the frame
     camera.to_world = view_matrix(edit);
+    camera.fault.reset();
   }
   if (edit.orthographic_height) make_orthographic(*edit.orthographic_height, camera);
   if (edit.fov_y_degrees) {

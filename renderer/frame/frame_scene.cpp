@@ -47,16 +47,30 @@ void warn_of_repaired(const std::string& file, uint64_t texels) {
                           file, texels));
 }
 
+// Warns of cameras of the file that are none, but for the chosen one, which has to be.
+void check_cameras(const SceneDescription& scene, const CameraDescription* chosen) {
+  if (chosen && chosen->fault) throw InputError(*chosen->fault);
+  const auto broken = [](const CameraDescription& camera) { return camera.fault != nullptr; };
+  const auto first = std::ranges::find_if(scene.cameras, broken);
+  if (first == scene.cameras.end()) return;
+  const auto more = std::count_if(first + 1, scene.cameras.end(), broken);
+  log_warning(fmt::format("{}; camera '{}' cannot be chosen{}", first->fault->what(), first->name,
+                          more > 0 ? fmt::format(" (nor can {} others)", more) : ""));
+}
+
 CameraDescription choose_view(const FrameSettings& settings, const SceneDescription& scene) {
   const double aspect = double(settings.width) / settings.height;
   CameraDescription camera;
   if (!settings.camera.empty()) {
     camera = scene.cameras[find_named("camera", settings.camera, scene.cameras)];
+    check_cameras(scene, &camera);
   } else if (settings.look_from || scene.cameras.empty()) {
+    check_cameras(scene, nullptr);
     camera = framing_camera(world_bounds(scene), aspect);
     if (!settings.look_from) log_info("the file has no camera; framing the whole scene");
   } else {
     camera = scene.cameras.front();
+    check_cameras(scene, &camera);
   }
   if (settings.look_from) {
     camera.name = "--look-from";
@@ -158,6 +172,7 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
   CameraDescription camera = edited_camera(
       edits, scene,
       scene.cameras.empty() ? framing_camera(world_bounds(scene), aspect) : scene.cameras.front());
+  check_cameras(scene, &camera);
   apply_lens(settings, camera);
   return camera;
 }

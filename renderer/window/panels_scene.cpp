@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "integrators/integrator.h"
+#include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/description/material_parameters.h"
 #include "renderer/session/prepared_settings.h"
@@ -328,6 +329,10 @@ void choose_file_camera(Workbench& bench) {
   edit.camera = now.camera;
   if (choose_target({"File camera"}, edit.camera, cameras, "camera", "as opened",
                     now.look_from ? "free" : "")) {
+    const auto index = edit.camera ? find_entry(*edit.camera, cameras) : std::nullopt;
+    if (index && cameras[*index].fault) {
+      return bench.say(Message::Level::kError, cameras[*index].fault->what());
+    }
     bench.change_camera(edit, "file camera");
   }
 }

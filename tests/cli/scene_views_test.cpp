@@ -116,6 +116,29 @@ TEST_F(Views, CamerasAreChosenByNameOrIndex) {
   EXPECT_NE(first_difference(first, picture(render_words({"--fov-y", "20"}))), "");
 }
 
+TEST_F(Views, ABrokenCameraIsRefusedWhereItIsChosen) {
+  GltfBuilder gltf = lamp_scene();
+  const nlohmann::json flat = {{"yfov", 0.0}, {"znear", 0.1}};
+  gltf.push("cameras", {{"name", "flat"}, {"type", "perspective"}, {"perspective", flat}});
+  gltf.add_to_scene(gltf.push("nodes", {{"camera", 1}}));
+  gltf.write_glb(path("scene.glb"));
+  const std::string fault = "scene.glb#/cameras/1/perspective/yfov: expected an angle";
+  picture(render_words());
+  EXPECT_NE(result_.err.find(fault), std::string::npos) << result_.err;
+  EXPECT_NE(result_.err.find("camera 'flat' cannot be chosen"), std::string::npos) << result_.err;
+  expect_failure(render_words({"--camera", "flat"}), 3, {fault});
+  const RunResult info = run({"info", path("scene.glb")});
+  EXPECT_EQ(info.exit_code, 0) << info.describe();
+  EXPECT_NE(info.out.find("camera 'flat' unusable"), std::string::npos) << info.out;
+  // The first is the file's view, unless another is asked for.
+  gltf.root["cameras"].erase(0);
+  for (auto& node : gltf.root["nodes"]) node.erase("camera");
+  gltf.root["nodes"].back()["camera"] = 0;
+  gltf.write_glb(path("scene.glb"));
+  expect_failure(render_words(), 3, {"scene.glb#/cameras/0/perspective/yfov: expected an angle"});
+  picture(render_words({"--look-from", "0,1,3", "--look-at", "0,0.5,0"}));
+}
+
 TEST_F(Views, ALensIsFocusedOnWhatIsLookedAt) {
   scene();
   const Words view = {"--look-from", "0,1,3", "--look-at", "0,0.5,0", "--spp", "16"};

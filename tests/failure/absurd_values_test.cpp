@@ -114,7 +114,6 @@ TEST_F(Absurd, NothingToRender) {
       {"/scenes/0/nodes", json::array()},
       {"/nodes/0/mesh", nullptr},
       {"/meshes/0/primitives", json::array()},
-      {"/meshes/0/primitives/0/mode", 0},
       {"/nodes/0/scale", {0, 0, 0}},
       {"/meshes/0/primitives/0/attributes", json::object()}};
   for (const auto& [pointer, value] : changes) {
@@ -124,6 +123,30 @@ TEST_F(Absurd, NothingToRender) {
     if (value.is_null()) gltf.root[place.parent_pointer()].erase(place.back());
     expect_input_error(gltf, {"no geometry to render"});
   }
+}
+
+TEST_F(Absurd, PointsAndLinesAreNamedAndCounted) {
+  gltf_.primitive().erase("indices");
+  gltf_.primitive()["attributes"]["POSITION"] =
+      gltf_.add_accessor<float>("VEC3", std::vector<float>(3 * 12000, 1.0f));
+  const std::pair<int, const char*> modes[] = {{0, "nothing to render: 12,000 points, which"},
+                                               {1, "nothing to render: 6,000 lines, which"},
+                                               {2, "12,000 lines, which have no surface"},
+                                               {3, "11,999 lines, which have no surface"}};
+  for (const auto& [mode, words] : modes) {
+    gltf_.primitive()["mode"] = mode;
+    expect_error({words});
+  }
+  gltf_.add_mesh_node(0);
+  gltf_.push("meshes", gltf_.root["meshes"][0]);
+  gltf_.primitive(1)["mode"] = 0;
+  gltf_.add_mesh_node(1);
+  expect_error({"nothing to render: 12,000 points and 23,998 lines, which have no surface"});
+  // Beside a surface they are a line of the report.
+  gltf_.add_triangle();
+  const SceneDescription scene = load_gltf(gltf_.write_glb(folder_ / "a.glb"), {});
+  EXPECT_EQ(scene.coverage.ignored,
+            (std::vector<std::string>{"primitive mode LINE_STRIP", "primitive mode POINTS"}));
 }
 
 TEST_F(Absurd, OnlyBadTriangles) {

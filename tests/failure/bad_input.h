@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
+
 #include "io/gltf.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/log.h"
 #include "support/gltf_builder.h"
 
 namespace emberline::test {
@@ -58,6 +61,38 @@ inline void expect_input_error(const GltfBuilder& gltf, const std::vector<std::s
                                const GltfOptions& options = {}) {
   const TempFolder folder;
   expect_input_error(gltf.write_glb(folder / "a.glb"), parts, options);
+}
+
+// Loading must warn once, naming the file, with every one of `parts`, and give the scene.
+inline SceneDescription expect_warning(const std::string& path,
+                                       const std::vector<std::string>& parts,
+                                       const GltfOptions& options = {}) {
+  std::vector<std::string> said;
+  set_log_sink([&](LogKind, std::string_view message) { said.emplace_back(message); });
+  SceneDescription scene;
+  try {
+    scene = load_gltf(path, options);
+  } catch (const InputError& error) {
+    ADD_FAILURE() << "refused: " << error.what();
+  }
+  set_log_sink(nullptr);
+  const auto fits = [&](const std::string& message) {
+    return message.rfind(path, 0) == 0 && message.find('\n') == std::string::npos &&
+           std::ranges::all_of(parts, [&](const std::string& part) {
+             return message.find(part) != std::string::npos;
+           });
+  };
+  EXPECT_EQ(std::ranges::count_if(said, fits), 1)
+      << "no single warning with " << parts.front() << " among " << said.size() << ": "
+      << (said.empty() ? "" : said.back());
+  return scene;
+}
+
+inline SceneDescription expect_warning(const GltfBuilder& gltf,
+                                       const std::vector<std::string>& parts,
+                                       const GltfOptions& options = {}) {
+  const TempFolder folder;
+  return expect_warning(gltf.write_glb(folder / "a.glb"), parts, options);
 }
 
 // What loading says within such a budget; "no error" if nothing.

@@ -1,37 +1,62 @@
-// Members that are missing, of the wrong type or out of range: the message names each by its
-// pointer.
+// Members that are missing, of the wrong type or out of range: the error, or the warning where the
+// picture does not need them, names each by its pointer.
 #include <algorithm>
 
 #include "failure/bad_input.h"
 #include "renderer/core/log.h"
+#include "support/embedded_images.h"
 
 namespace emberline {
 namespace {
 
 using nlohmann::json;
 using test::expect_input_error;
+using test::expect_warning;
 using test::GltfBuilder;
 using test::TempFolder;
 
-// A scene with one of everything, so that any member can be spoiled.
-GltfBuilder rich_scene() {
+// A scene with one of everything, so that any member can be spoiled. `in_use`: the picture needs it
+// all, and the extensions are required.
+GltfBuilder rich_scene(bool in_use = false) {
   GltfBuilder gltf;
   gltf.add_triangle();
-  gltf.push("images", {{"uri", "none.png"}});
   gltf.push("samplers", {{"wrapS", 10497}});
-  gltf.push("textures", {{"source", 0}, {"sampler", 0}});
-  gltf.push("materials", {{"pbrMetallicRoughness", {{"metallicFactor", 0.5}}}});
+  const int texture = test::add_texture(gltf, test::small_png());
+  gltf.root["textures"][0]["sampler"] = 0;
+  gltf.push("materials", {{"pbrMetallicRoughness", {{"metallicFactor", 0.5}}},
+                          {"emissiveTexture", {{"index", texture}}}});
   gltf.push("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}}}});
   gltf.push("skins", {{"joints", {0}}});
   gltf.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
   gltf.root["scene"] = 0;
+  if (!in_use) return gltf;
+  gltf.primitive()["material"] = 0;
+  gltf.primitive()["attributes"]["TEXCOORD_0"] =
+      gltf.add_accessor<float>("VEC2", {0, 0, 1, 0, 0, 1});
+  json& node = gltf.root["nodes"][0];
+  node["skin"] = 0;
+  node["extensions"]["KHR_lights_punctual"]["light"] = 0;
+  gltf.root["extensionsRequired"] = {"EXT_texture_webp",       "KHR_draco_mesh_compression",
+                                     "KHR_lights_punctual",    "KHR_materials_ior",
+                                     "KHR_materials_specular", "KHR_materials_transmission",
+                                     "KHR_materials_volume"};
   return gltf;
 }
 
-TEST(BadJson, WrongTypesAndRanges) {
-  const std::pair<const char*, json> cases[] = {
+// Whether the picture needs what is spoiled.
+enum class Needed { kAlways, kInUse, kNever };
+struct Spoiled {
+  const char* pointer;
+  json value;
+  Needed needed = Needed::kAlways;
+};
+
+std::vector<Spoiled> spoiled_values() {
+  using enum Needed;
+  return {
       {"/asset", 1},
       {"/asset/version", 2},
+      {"/asset/generator", 2, kNever},
       {"/scene", "first"},
       {"/scene", 3},
       {"/scene", 0.5},
@@ -41,10 +66,11 @@ TEST(BadJson, WrongTypesAndRanges) {
       {"/scenes/0/nodes/0", 99},
       {"/scenes/0/nodes/0", -1},
       {"/scenes/0/nodes/0", "0"},
+      {"/scenes/0/name", 1, kNever},
+      {"/nodes", json::object()},
       {"/nodes/0/mesh", 1},
-      {"/nodes/0/camera", 7},
       {"/nodes/0/skin", 7},
-      {"/nodes/0/name", 5},
+      {"/nodes/0/name", 5, kNever},
       {"/nodes/0/matrix", {1, 2, 3}},
       {"/nodes/0/translation", {1, 2}},
       {"/nodes/0/translation", {1, 2, 3, 4}},
@@ -53,19 +79,19 @@ TEST(BadJson, WrongTypesAndRanges) {
       {"/nodes/0/scale/1", nullptr},
       {"/nodes/0/children", {99}},
       {"/nodes/0/weights", {true}},
-      {"/nodes/0/extensions", json::array()},
-      {"/nodes/0/extensions/KHR_lights_punctual/light", 9},
+      {"/nodes/0/extensions", 1},
+      {"/nodes/0/extensions/KHR_lights_punctual/light", 9, kInUse},
       {"/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/TRANSLATION", 99},
       {"/meshes", "mesh"},
       {"/meshes/0/primitives/0", json::array()},
       {"/meshes/0/primitives/0/attributes", json::array()},
       {"/meshes/0/primitives/0/attributes/POSITION", 44},
-      {"/meshes/0/primitives/0/attributes/A~1B", 44},
+      {"/meshes/0/primitives/0/attributes/A~1B", 44, kNever},
       {"/meshes/0/primitives/0/mode", 7},
       {"/meshes/0/primitives/0/mode", 1.5},
       {"/meshes/0/primitives/0/targets", json::object()},
-      {"/meshes/0/primitives/0/targets/0/POSITION", 44},
-      {"/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression", 1},
+      {"/meshes/0/primitives/0/targets/0/POSITION", 44, kNever},  // of weight 0
+      {"/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression", 1, kInUse},
       {"/accessors/0/count", 0},
       {"/accessors/0/count", -5},
       {"/accessors/0/count", 2.5},
@@ -80,84 +106,111 @@ TEST(BadJson, WrongTypesAndRanges) {
       {"/bufferViews/0/byteLength", -1},
       {"/buffers/0/byteLength", "many"},
       {"/buffers/0/uri", 3},
-      {"/images/0/bufferView", 99},
-      {"/textures/0/source", 99},
-      {"/textures/0/sampler", 99},
-      {"/textures/0/extensions/EXT_texture_webp/source", 99},
-      {"/samplers/0/wrapS", "repeat"},
-      {"/materials/0/pbrMetallicRoughness", 1},
-      {"/materials/0/pbrMetallicRoughness/baseColorFactor", {1, 1, 1}},
-      {"/materials/0/pbrMetallicRoughness/metallicFactor", "full"},
-      {"/materials/0/normalTexture/index", 99},
-      {"/materials/0/emissiveTexture/texCoord", -1},
-      {"/materials/0/emissiveTexture/texCoord", 1000000},
-      {"/materials/0/emissiveFactor", {1}},
-      {"/materials/0/alphaMode", 1},
-      {"/materials/0/alphaCutoff", -1},
-      {"/materials/0/doubleSided", "yes"},
-      {"/materials/0/extensions/KHR_materials_ior/ior", "high"},
-      {"/materials/0/extensions/KHR_materials_specular/specularFactor", "full"},
-      {"/materials/0/extensions/KHR_materials_transmission/transmissionFactor", {1}},
-      {"/materials/0/extensions/KHR_materials_transmission/transmissionTexture/index", 99},
-      {"/materials/0/extensions/KHR_materials_volume/attenuationColor", {1, 1}},
-      {"/materials/0/extensions/KHR_materials_volume/attenuationDistance", "far"},
-      {"/cameras/0/type", 1},
-      {"/cameras/0/type", "pinhole"},
-      {"/cameras/0/perspective", 1},
-      {"/cameras/0/perspective/yfov", "wide"},
-      {"/skins/0/joints", {99}},
-      {"/skins/0/inverseBindMatrices", 99},
-      {"/extensions/KHR_lights_punctual/lights", 1},
-      {"/extensions/KHR_lights_punctual/lights/0/type", "tube"},
-      {"/extensions/KHR_lights_punctual/lights/0/color", {1, 1}},
-      {"/extensions/KHR_lights_punctual/lights/0/intensity", -1},
-      {"/extensionsUsed", "all"},
+      {"/images/0/bufferView", 99, kInUse},
+      {"/images/0/mimeType", 1, kNever},
+      {"/textures", "texture", kInUse},
+      {"/textures/0/source", 99, kInUse},
+      {"/textures/0/sampler", 99, kInUse},
+      {"/textures/0/extensions/EXT_texture_webp/source", 99, kInUse},
+      {"/samplers/0/wrapS", "repeat", kInUse},
+      {"/samplers/0/wrapS", 7, kInUse},
+      {"/materials", "material", kInUse},
+      {"/materials/0/pbrMetallicRoughness", 1, kInUse},
+      {"/materials/0/pbrMetallicRoughness/baseColorFactor", {1, 1, 1}, kInUse},
+      {"/materials/0/pbrMetallicRoughness/metallicFactor", "full", kInUse},
+      {"/materials/0/normalTexture/index", 99, kInUse},
+      {"/materials/0/occlusionTexture/index", 99, kNever},
+      {"/materials/0/emissiveTexture/texCoord", -1, kInUse},
+      {"/materials/0/emissiveTexture/texCoord", 1000000, kInUse},
+      {"/materials/0/emissiveFactor", {1}, kInUse},
+      {"/materials/0/alphaMode", 1, kInUse},
+      {"/materials/0/alphaCutoff", -1, kInUse},
+      {"/materials/0/doubleSided", "yes", kInUse},
+      {"/materials/0/extensions/KHR_materials_ior/ior", "high", kInUse},
+      {"/materials/0/extensions/KHR_materials_specular/specularFactor", "full", kInUse},
+      {"/materials/0/extensions/KHR_materials_transmission/transmissionFactor", {1}, kInUse},
+      {"/materials/0/extensions/KHR_materials_transmission/transmissionTexture/index", 99, kInUse},
+      {"/materials/0/extensions/KHR_materials_volume/attenuationColor", {1, 1}, kInUse},
+      {"/materials/0/extensions/KHR_materials_volume/attenuationDistance", "far", kInUse},
+      {"/cameras", 1, kNever},
+      {"/cameras/0/type", 1, kNever},
+      {"/cameras/0/type", "pinhole", kNever},
+      {"/cameras/0/perspective", 1, kNever},
+      {"/cameras/0/perspective/yfov", "wide", kNever},
+      {"/skins", 1, kInUse},
+      {"/skins/0/joints", {99}, kInUse},
+      {"/skins/0/joints", json::array(), kInUse},
+      {"/skins/0/skeleton", 99, kNever},
+      {"/skins/0/inverseBindMatrices", 99, kInUse},
+      {"/extensions/KHR_lights_punctual/lights", 1, kInUse},
+      {"/extensions/KHR_lights_punctual/lights/0/type", "tube", kInUse},
+      {"/extensions/KHR_lights_punctual/lights/0/color", {1, 1}, kInUse},
+      {"/extensions/KHR_lights_punctual/lights/0/intensity", -1, kInUse},
+      {"/extensionsUsed", "all", kNever},
       {"/extensionsRequired", {1}},
-      {"/animations", 1},
+      {"/animations", 1, kNever},
+      {"/animations/0", 1, kNever},
   };
+}
+
+TEST(BadJson, WrongTypesAndRanges) {
   const TempFolder folder;
-  const GltfBuilder good = rich_scene();
-  ASSERT_NO_THROW(load_gltf(good.write_gltf(folder / "good.gltf"), {}));
-  for (const auto& [pointer, value] : cases) {
-    json document = good.document("data.bin");
-    // Texture slots that a case spoils must otherwise be whole.
-    const std::string text = pointer;
-    if (text.find("emissiveTexture") != std::string::npos) {
-      document["materials"][0]["emissiveTexture"]["index"] = 0;
-    }
-    document[json::json_pointer(pointer)] = value;
-    test::write_text(folder / "a.gltf", document.dump());
-    // The place is the member itself, what stands in it, or what encloses it.
-    const size_t cut = text.rfind('/');
-    try {
-      load_gltf(folder / "a.gltf", {});
-      ADD_FAILURE() << pointer << " = " << value << " was accepted";
-    } catch (const InputError& error) {
-      const std::string message = error.what();
-      EXPECT_NE(message.find("a.gltf#" + text.substr(0, std::max(cut, size_t(1)))),
-                std::string::npos)
-          << pointer << " = " << value << ": " << message;
+  for (const bool in_use : {false, true}) {
+    const GltfBuilder good = rich_scene(in_use);
+    const SceneDescription scene = load_gltf(good.write_gltf(folder / "good.gltf"), {});
+    EXPECT_TRUE(scene.coverage.ignored.empty()) << scene.coverage.ignored.front();
+    for (const Spoiled& spoiled : spoiled_values()) {
+      json document = good.document("data.bin");
+      const std::string text = spoiled.pointer;
+      document[json::json_pointer(text)] = spoiled.value;
+      test::write_text(folder / "a.gltf", document.dump());
+      // The place is the member itself, what stands in it, or what encloses it.
+      const std::string place = "a.gltf#" + text.substr(0, std::max(text.rfind('/'), size_t(1)));
+      SCOPED_TRACE(text + " = " + spoiled.value.dump() + (in_use ? ", in use" : ""));
+      if (spoiled.needed == Needed::kAlways || (in_use && spoiled.needed == Needed::kInUse)) {
+        expect_input_error(folder / "a.gltf", {place});
+      } else {
+        EXPECT_EQ(expect_warning(folder / "a.gltf", {place}).instances.size(), 1u);
+      }
     }
   }
 }
 
 TEST(BadJson, RequiredMembers) {
-  for (const char* pointer :
-       {"/asset", "/asset/version", "/meshes/0/primitives", "/meshes/0/primitives/0/attributes",
-        "/accessors/0/count", "/accessors/0/componentType", "/accessors/0/type",
-        "/bufferViews/0/buffer", "/bufferViews/0/byteLength", "/buffers/0/byteLength",
-        "/cameras/0/type", "/cameras/0/perspective", "/cameras/0/perspective/yfov",
-        "/cameras/0/perspective/znear", "/skins/0/joints",
-        "/extensions/KHR_lights_punctual/lights/0/type"}) {
-    const TempFolder folder;
-    const GltfBuilder good = rich_scene();
+  const std::pair<const char*, Needed> cases[] = {
+      {"/asset", Needed::kAlways},
+      {"/asset/version", Needed::kAlways},
+      {"/meshes/0/primitives", Needed::kAlways},
+      {"/meshes/0/primitives/0/attributes", Needed::kAlways},
+      {"/accessors/0/count", Needed::kAlways},
+      {"/accessors/0/componentType", Needed::kAlways},
+      {"/accessors/0/type", Needed::kAlways},
+      {"/bufferViews/0/buffer", Needed::kAlways},
+      {"/bufferViews/0/byteLength", Needed::kAlways},
+      {"/buffers/0/byteLength", Needed::kAlways},
+      {"/cameras/0/type", Needed::kNever},
+      {"/cameras/0/perspective", Needed::kNever},
+      {"/cameras/0/perspective/yfov", Needed::kNever},
+      {"/cameras/0/perspective/znear", Needed::kNever},
+      {"/skins/0/joints", Needed::kInUse},
+      {"/extensions/KHR_lights_punctual/lights/0/type", Needed::kInUse}};
+  const TempFolder folder;
+  for (const bool in_use : {false, true}) {
+    const GltfBuilder good = rich_scene(in_use);
     good.write_gltf(folder / "good.gltf");
-    json document = good.document("data.bin");
-    const json::json_pointer place(pointer);
-    document[place.parent_pointer()].erase(place.back());
-    test::write_text(folder / "a.gltf", document.dump());
-    expect_input_error(folder / "a.gltf",
-                       {"the required member \"" + place.back() + "\" is missing"});
+    for (const auto& [pointer, needed] : cases) {
+      json document = good.document("data.bin");
+      const json::json_pointer place(pointer);
+      document[place.parent_pointer()].erase(place.back());
+      test::write_text(folder / "a.gltf", document.dump());
+      const std::string words = "the required member \"" + place.back() + "\" is missing";
+      SCOPED_TRACE(pointer);
+      if (needed == Needed::kAlways || (in_use && needed == Needed::kInUse)) {
+        expect_input_error(folder / "a.gltf", {words});
+      } else {
+        expect_warning(folder / "a.gltf", {words});
+      }
+    }
   }
 }
 

@@ -9,6 +9,7 @@ namespace {
 
 using nlohmann::json;
 using test::expect_input_error;
+using test::expect_warning;
 using test::GltfBuilder;
 using test::TempFolder;
 
@@ -33,6 +34,8 @@ TEST_F(Malformed, BufferViewPastItsBuffer) {
 
 TEST_F(Malformed, BufferIndexOutOfRange) {
   gltf_.root["bufferViews"].push_back({{"buffer", 1}, {"byteLength", 6}});
+  expect_warning(gltf_, {"#/bufferViews/2/buffer: index 1 is out of range", "it is not used"});
+  gltf_.root["accessors"][1]["bufferView"] = 2;
   expect_error({"#/bufferViews/2/buffer: index 1 is out of range"});
 }
 
@@ -98,6 +101,8 @@ TEST_F(Malformed, PrimitivesThatAreNoArray) {
 
 TEST_F(Malformed, ANegativeTextureIndex) {
   gltf_.push("materials", {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", -1}}}}}});
+  expect_warning(gltf_, {"#/materials/0/pbrMetallicRoughness/baseColorTexture/index: ", "-1"});
+  gltf_.primitive()["material"] = 0;
   expect_error({"#/materials/0/pbrMetallicRoughness/baseColorTexture/index: ", "-1"});
 }
 
@@ -199,8 +204,7 @@ TEST_F(Malformed, AnInfiniteTransform) {
 }
 
 TEST_F(Malformed, BufferNotFound) {
-  test::write_text(folder_ / "a.gltf",
-                   R"({"asset":{"version":"2.0"},"buffers":[{"uri":"no.bin","byteLength":16}]})");
+  test::write_text(folder_ / "a.gltf", gltf_.document("no.bin").dump());
   expect_input_error(folder_ / "a.gltf", {"#/buffers/0/uri: file not found"});
 }
 
@@ -233,13 +237,14 @@ TEST_F(Malformed, FewerInverseBindMatricesThanJoints) {
   for (const json& joints : {json{0}, json{0, 1}, json{0, 1, 2}}) {
     gltf_.push("skins", {{"inverseBindMatrices", accessor}, {"joints", joints}});
   }
+  expect_warning(gltf_, {"#/skins/2/inverseBindMatrices: 2 matrices for 3 joints"});
+  gltf_.root["nodes"][0]["skin"] = 2;
   expect_error({"#/skins/2/inverseBindMatrices: 2 matrices for 3 joints"});
 }
 
 TEST_F(Malformed, AMalformedDataUri) {
-  test::write_text(
-      folder_ / "a.gltf",
-      R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":1,"uri":"data:application/octet-stream;;base64,AA=="}]})");
+  test::write_text(folder_ / "a.gltf",
+                   gltf_.document("data:application/octet-stream;;base64,AA==").dump());
   expect_input_error(folder_ / "a.gltf", {"#/buffers/0/uri: data URI with a malformed"});
 }
 

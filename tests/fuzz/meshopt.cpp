@@ -9,11 +9,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size < 8) return 0;
   const uint8_t* said = data + size - 8;
   static constexpr const char* kModes[] = {"ATTRIBUTES", "TRIANGLES", "INDICES", "other"};
-  static constexpr const char* kFilters[] = {"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL"};
+  static constexpr const char* kFilters[] = {"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL",
+                                             "COLOR"};
   const uint64_t stride = said[2] + uint64_t(1);
   const uint64_t count = said[4] | uint64_t(said[5]) << 8 | uint64_t(said[6]) << 16;
   const nlohmann::json extension = {{"mode", kModes[said[0] % 4]},
-                                    {"filter", kFilters[said[1] % 4]},
+                                    {"filter", kFilters[said[1] % 5]},
                                     {"byteStride", stride},
                                     {"count", count}};
   fuzz::allow_errors([&] {

@@ -1,6 +1,11 @@
 // Draco and meshopt streams, written with their own encoders.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstring>
+
+#include "io/gltf_uri.h"
+#include "io/meshopt_v1.h"
 #include "renderer/core/errors.h"
 #include "support/compressed_gltf.h"
 #include "support/loaded_gltf.h"
@@ -149,6 +154,134 @@ TEST(GltfMeshopt, Filters) {
   EXPECT_NEAR(scene.instances[1].to_world[0][1], 1.0, 1e-3);  // x goes to y
 }
 
+// ---- version 1 of the attributes, and the filter COLOR: the streams are those of
+// meshoptimizer 1.3 (levels 3 and 2), which decodes them to the same
+
+using Bytes = std::vector<uint8_t>;
+
+Bytes from_base64(const char* text) {
+  return decode_data_uri(std::string("data:;base64,") + text, "test");
+}
+
+// Elements of 12 bytes whose first four change byte by byte, the next as 16-bit integers, the last
+// as floats; literal, zero and packed bytes.
+const char* const kForty =
+    "oa2X6hUqquqqDeqq6qoNDeqqAAANAAIGCg4SFhoeIiYqLjI2Oj5CRkpOUlZaXmJmam5ydnp+"
+    "goaKjpKWmgBYWFhYWFhYWFhYW"
+    "FhYWFhYWFhYWFhYWFhYWFhYWFhYWFhYWFhYWFgVKqqqqqqqqqqqqgAAKg3d3d3d3d3d3d3d3d3d3d3d3d3dAAAAAAD6BgE"
+    "D/vo"
+    "GAQP++gYBA/76BgED/voGAQP++gYBA/76BgED/voGAQMAAAAAAAAAAAAAAAAAAAD//wAAAAAAASI=";
+
+Bytes forty_elements() {
+  Bytes elements(40 * 12, 0);
+  for (size_t i = 0; i < 40; ++i) {
+    uint8_t* out = elements.data() + i * 12;
+    const uint16_t shorts[] = {uint16_t(i * 300), uint16_t(65535 - i * 7)};
+    const float number = float(i % 5) * 0.25f;
+    out[0] = uint8_t(i & 7);
+    out[1] = uint8_t(i * i);
+    std::memcpy(out + 4, shorts, 4);
+    std::memcpy(out + 8, &number, 4);
+  }
+  return elements;
+}
+
+TEST(MeshoptV1, Attributes) {
+  const Bytes encoded = from_base64(kForty);
+  Bytes decoded(40 * 12);
+  ASSERT_TRUE(decode_meshopt_v1(encoded, 40, 12, decoded.data()));
+  EXPECT_EQ(decoded, forty_elements());
+}
+
+TEST(MeshoptV1, BlocksFollowEachOther) {
+  const Bytes encoded = from_base64("oaopFaqqqqqqqqqqqqqqABAACBAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAQA=");
+  Bytes expected(300 * 4, 0);
+  for (size_t i = 0; i < 300; ++i) {
+    expected[i * 4] = uint8_t(i < 256 ? 0 : i - 255);
+    expected[i * 4 + 3] = i == 299 ? 9 : 1;
+  }
+  EXPECT_LE(least_meshopt_v1_size(300, 4), encoded.size());
+  Bytes decoded(300 * 4);
+  ASSERT_TRUE(decode_meshopt_v1(encoded, 300, 4, decoded.data()));
+  EXPECT_EQ(decoded, expected);
+}
+
+TEST(MeshoptV1, DamagedStreamsAreRefusedOrDecodeInside) {
+  const Bytes good = from_base64(kForty);
+  Bytes decoded(40 * 12);
+  for (size_t size = 0; size < good.size(); ++size) {
+    const Bytes cut(good.begin(), good.begin() + std::ptrdiff_t(size));
+    EXPECT_FALSE(decode_meshopt_v1(cut, 40, 12, decoded.data())) << size;
+  }
+  for (size_t i = 0; i < good.size(); ++i) {
+    for (int bit = 0; bit < 8; ++bit) {
+      Bytes changed = good;
+      changed[i] = uint8_t(changed[i] ^ 1 << bit);
+      decode_meshopt_v1(changed, 40, 12, decoded.data());
+    }
+  }
+  EXPECT_FALSE(decode_meshopt_v1(good, 41, 12, decoded.data()));
+  EXPECT_FALSE(decode_meshopt_v1(good, 40, 10, decoded.data()));
+  for (const uint8_t channel : {uint8_t(3), uint8_t(0x10), uint8_t(0x11)}) {
+    Bytes changed = good;
+    changed.back() = channel;
+    EXPECT_FALSE(decode_meshopt_v1(changed, 40, 12, decoded.data())) << int(channel);
+  }
+}
+
+TEST(MeshoptV1, ColorFilter) {
+  Bytes bytes = {64, 127, 193, 255, 127, 0, 127, 255, 128, 193, 0, 192};
+  decode_meshopt_color(bytes.data(), 3, 4);
+  EXPECT_EQ(bytes, (Bytes{254, 1, 0, 255, 0, 254, 0, 255, 65, 128, 191, 128}));
+  const uint8_t wide[] = {0,   4, 255, 7,  1, 252, 255, 15,  255, 7, 0, 0,
+                          255, 7, 255, 15, 0, 8,   1,   252, 0,   0, 0, 12};
+  std::array<uint16_t, 12> words;
+  std::memcpy(words.data(), wide, sizeof(wide));
+  Bytes elements(wide, wide + sizeof(wide));
+  decode_meshopt_color(elements.data(), 3, 8);
+  std::memcpy(words.data(), elements.data(), elements.size());
+  EXPECT_EQ(words, (std::array<uint16_t, 12>{65519, 16, 0, 65535, 0, 65519, 0, 65535, 16404, 32776,
+                                             49147, 32776}));
+  Bytes unmarked(4, 0);
+  decode_meshopt_color(unmarked.data(), 1, 4);
+  EXPECT_EQ(unmarked, Bytes(4, 0));
+}
+
+TEST(MeshoptV1, IsReadInAFile) {
+  GltfBuilder gltf = meshopt_triangle(false, "KHR_meshopt_compression");
+  // The triangle's positions, and its colours through the filter.
+  const int p =
+      add_meshopt_view(gltf,
+                       {{161, 250, 234, 170, 0, 0, 255, 0, 127, 126, 0, 0, 127, 0, 0, 0, 0, 0, 0,
+                         0,   0,   0,   0,   0, 0, 0,   0, 0,   0,   0, 0, 0,   0, 0, 1, 1, 0},
+                        3,
+                        12,
+                        "ATTRIBUTES",
+                        ""},
+                       "KHR_meshopt_compression");
+  const int c = add_meshopt_view(
+      gltf,
+      {{161, 255, 0, 126, 2, 0, 253, 125, 0, 131, 253, 0, 0, 125, 0,  0,   0,   0,   0,
+        0,   0,   0, 0,   0, 0, 0,   0,   0, 0,   0,   0, 0, 0,   64, 127, 193, 255, 0},
+       3,
+       4,
+       "ATTRIBUTES",
+       "COLOR"},
+      "KHR_meshopt_compression");
+  json& attributes = gltf.primitive()["attributes"];
+  attributes["POSITION"] = add_meshopt_accessor(gltf, p, 5126, 3, "VEC3");
+  attributes["COLOR_0"] = add_meshopt_accessor(gltf, c, 5121, 3, "VEC4", true);
+  const SceneDescription scene = load(gltf);
+  const MeshDescription& mesh = scene.meshes.at(0);
+  EXPECT_EQ(mesh.positions, (std::vector<Vec3f>{Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(0, 1, 0)}));
+  EXPECT_NEAR(mesh.colors.at(0).x, 1.0f, 0.01f);
+  EXPECT_NEAR(mesh.colors.at(2).z, 0.75f, 0.01f);
+  EXPECT_NEAR(mesh.colors.at(2).w, 0.5f, 0.01f);
+  gltf.root["bufferViews"][size_t(p)]["extensions"]["KHR_meshopt_compression"]["count"] = 1u << 20;
+  EXPECT_NE(message_of(gltf).find("1048576 elements cannot be in 37"), std::string::npos)
+      << message_of(gltf);
+}
+
 TEST(GltfMeshopt, BrokenStreamsAreErrors) {
   const GltfBuilder good = meshopt_triangle(false);
   const auto broken = [&](const char* member, const json& value, const char* expected) {
@@ -166,16 +299,20 @@ TEST(GltfMeshopt, BrokenStreamsAreErrors) {
   broken("byteStride", 300, "whole number from 1 to 256");
   broken("mode", "POINTS", "unknown meshopt mode");
   broken("mode", "INDICES", "not allowed for INDICES");
-  broken("filter", "COLOR", "unknown meshopt filter");
+  broken("filter", "SEPIA", "unknown meshopt filter");
+  broken("filter", "COLOR", "not allowed");
   broken("filter", "QUATERNION", "not allowed");
-  broken("buffer", 1, "outside the buffer");
+  broken("buffer", 2, "index 2 is out of range");
   GltfBuilder header = good;
   header.bin[0] = 0xf7;
   EXPECT_NE(message_of(header).find("corrupt or of a newer version"), std::string::npos);
-  // A view without compression cannot live in the fallback buffer.
+  // A view without compression cannot live in the placeholder.
+  GltfBuilder nowhere = good;
+  nowhere.root["bufferViews"][0]["extensions"]["EXT_meshopt_compression"]["buffer"] = 1;
+  EXPECT_NE(message_of(nowhere).find("#/buffers/1: the buffer has neither"), std::string::npos);
   GltfBuilder plain = good;
   plain.root["bufferViews"][0].erase("extensions");
-  EXPECT_NE(message_of(plain).find("outside the buffer of 0 bytes"), std::string::npos);
+  EXPECT_NE(message_of(plain).find("#/buffers/1: the buffer has neither"), std::string::npos);
 }
 
 }  // namespace

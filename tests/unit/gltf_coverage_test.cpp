@@ -30,6 +30,20 @@ TEST(GltfCoverage, UsedExtensionsAreSorted) {
   EXPECT_EQ(coverage.ignored, std::vector<std::string>{"VENDOR_new_thing"});
 }
 
+TEST(GltfCoverage, ExtensionsThatTheFileForgetsToListAreFound) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.push("materials", {{"extensions",
+                           {{"KHR_materials_unlit", nlohmann::json::object()},
+                            {"VENDOR_other", 1},
+                            {"KHR_materials_emissive_strength", nlohmann::json::object()}}}});
+  gltf.root["extensionsUsed"] = {"KHR_materials_unlit"};
+  const CoverageReport coverage = load(gltf).coverage;
+  EXPECT_EQ(coverage.used,
+            (std::vector<std::string>{"KHR_materials_unlit", "KHR_materials_emissive_strength"}));
+  EXPECT_EQ(coverage.ignored, std::vector<std::string>{"VENDOR_other"});
+}
+
 TEST(GltfCoverage, EveryHonouredExtensionMayBeRequired) {
   for (const char* name : {"EXT_mesh_gpu_instancing",
                            "EXT_meshopt_compression",

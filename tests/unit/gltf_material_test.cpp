@@ -296,6 +296,8 @@ TEST_F(GltfMaterial, TransmissionWithoutThicknessIsAThinWall) {
 TEST_F(GltfMaterial, GlassThatCannotBeIsAnError) {
   EXPECT_NE(message_of(with("KHR_materials_ior", {{"ior", 0.5}})).find("KHR_materials_ior/ior"),
             std::string::npos);
+  // Of an optional extension that would be left out.
+  gltf_.root["extensionsRequired"] = {"KHR_materials_ior", "KHR_materials_transmission"};
   EXPECT_NE(message_of(with("KHR_materials_ior", {{"ior", "glass"}})).find("KHR_materials_ior"),
             std::string::npos);
   EXPECT_NE(

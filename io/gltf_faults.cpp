@@ -1,0 +1,100 @@
+#include "io/gltf_faults.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "renderer/core/limit_error.h"
+
+namespace emberline {
+namespace {
+
+// The pointer without its numbers and the names of attributes: "/meshes/*/primitives/*/attributes".
+std::string kind_of_place(const std::string& pointer) {
+  std::string kind;
+  for (size_t at = 0; at < pointer.size();) {
+    const size_t end = std::min(pointer.find('/', at + 1), pointer.size());
+    const std::string step = pointer.substr(at, end - at);
+    const bool number = step.size() > 1 && std::isdigit(static_cast<unsigned char>(step[1]));
+    kind += number ? "/*" : step;
+    if (step == "/attributes" || step == "/targets") break;
+    at = end;
+  }
+  return kind;
+}
+
+}  // namespace
+
+void GltfFaults::let_limits_pass(const InputError& caught) {
+  if (dynamic_cast<const LimitError*>(&caught))
+    throw LimitError(static_cast<const LimitError&>(caught));
+}
+
+void GltfFaults::add(const std::string& pointer, const InputError& fault, bool left_out) {
+  let_limits_pass(fault);
+  const bool told = dynamic_cast<const Known*>(&fault) != nullptr;
+  const std::string text = fault.what();
+  const std::lock_guard lock(mutex_);
+  if (found_.contains(pointer)) return;
+  memory_.add(sizeof(Fault) + pointer.size() + text.size() + 100, pointer);
+  faults_.push_back({pointer, fault, left_out, told});
+  found_.emplace(faults_.back().pointer, faults_.size() - 1);
+}
+
+void GltfFaults::note(const std::string& pointer, const InputError& fault) {
+  add(pointer, fault, false);
+}
+
+void GltfFaults::leave_out(const std::string& pointer, const InputError& fault) {
+  add(pointer, fault, true);
+}
+
+bool GltfFaults::has(const std::string& pointer) const {
+  const std::lock_guard lock(mutex_);
+  return found_.contains(pointer);
+}
+
+void GltfFaults::require(const std::string& pointer) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = found_.find(pointer);
+  if (found != found_.end()) throw Known(faults_[found->second].error);
+}
+
+std::optional<InputError> GltfFaults::hand_over(const std::string& pointer) {
+  const std::lock_guard lock(mutex_);
+  const auto found = found_.find(pointer);
+  if (found == found_.end()) return {};
+  faults_[found->second].told = true;
+  return faults_[found->second].error;
+}
+
+std::vector<std::string> GltfFaults::lines() const {
+  // More than the tables of gltf_schema have; what is beyond is counted with the last.
+  constexpr size_t kMostKinds = 60;
+  struct Line {
+    std::string kind, text;
+    uint64_t more = 0;
+  };
+  std::vector<Line> lines;
+  const std::lock_guard lock(mutex_);
+  for (const Fault& fault : faults_) {
+    if (fault.told) continue;
+    const char* remedy = fault.left_out ? "; it is left out" : "; it is not used";
+    const std::string kind = kind_of_place(fault.pointer) + remedy;
+    const auto same = std::ranges::find(lines, kind, &Line::kind);
+    if (same != lines.end()) {
+      ++same->more;
+    } else if (lines.size() == kMostKinds) {
+      ++lines.back().more;
+    } else {
+      lines.push_back({kind, fault.error.what() + std::string(remedy)});
+    }
+  }
+  std::vector<std::string> texts;
+  for (const Line& line : lines) {
+    texts.push_back(line.text);
+    if (line.more > 0) texts.back() += " (and " + std::to_string(line.more) + " more like it)";
+  }
+  return texts;
+}
+
+}  // namespace emberline

@@ -1,0 +1,106 @@
+// The words in which tables say what a glTF file's objects have: the tables are in gltf_schema.cpp.
+#pragma once
+
+#include <cfloat>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace emberline::schema {
+
+enum class Kind : uint8_t {
+  kInteger,  // minimum..maximum
+  kIndex,    // into the array `target`
+  kNumber,   // minimum..maximum
+  kNumbers,  // `count` numbers, any number of them when 0
+  kBoolean,
+  kString,
+  kStrings,
+  kIndices,    // array of indices into `target`
+  kIndexMap,   // object: name -> index into `target` (any integer when null)
+  kIndexMaps,  // array of those
+  kObject,     // of `schema`
+  kObjects,    // array of objects of `schema`
+};
+
+struct Property;
+using Schema = std::span<const Property>;
+
+// What a fault in a member does. In optional extensions members that are not required are left out.
+enum class OnFault : uint8_t {
+  kSpoils,    // the object that has the member cannot be used
+  kLeftOut,   // the picture does without the member, which is removed
+  kSeparate,  // of arrays and maps: the element alone is broken, and becomes null
+};
+
+struct Property {
+  const char* name;
+  Kind kind;
+  bool required = false;
+  double minimum = -FLT_MAX;
+  double maximum = FLT_MAX;
+  size_t count = 0;
+  const char* target = nullptr;
+  Schema schema;
+  OnFault on_fault = OnFault::kSpoils;
+  bool follows = false;  // of an index: where what it names is broken, so is what has it
+  // Of an extension: needed though it is optional. Of an array that is separate: it is one at
+  // least.
+  bool needed = false;
+};
+
+constexpr double kLargestInteger = 0x1p53;  // beyond, JSON numbers stop being exact
+
+constexpr Property integer(const char* name, double minimum = 0, double maximum = kLargestInteger) {
+  return {name, Kind::kInteger, false, minimum, maximum, 0, nullptr, {}};
+}
+constexpr Property number(const char* name, double minimum = -FLT_MAX) {
+  return {name, Kind::kNumber, false, minimum, FLT_MAX, 0, nullptr, {}};
+}
+// Any number: its range is the reader's affair, which may be lenient.
+constexpr Property any_number(const char* name) {
+  return {name, Kind::kNumber, false, -DBL_MAX, DBL_MAX, 0, nullptr, {}};
+}
+constexpr Property numbers(const char* name, size_t count) {
+  return {name, Kind::kNumbers, false, -FLT_MAX, FLT_MAX, count, nullptr, {}};
+}
+constexpr Property plain(const char* name, Kind kind) {
+  return {name, kind, false, 0, 0, 0, nullptr, {}};
+}
+constexpr Property boolean(const char* name) { return plain(name, Kind::kBoolean); }
+constexpr Property string(const char* name) { return plain(name, Kind::kString); }
+constexpr Property to(const char* name, Kind kind, const char* target) {
+  return {name, kind, false, 0, 0, 0, target, {}};
+}
+constexpr Property index(const char* name, const char* target) {
+  return to(name, Kind::kIndex, target);
+}
+constexpr Property object(const char* name, Schema schema) {
+  return {name, Kind::kObject, false, 0, 0, 0, nullptr, schema};
+}
+constexpr Property objects(const char* name, Schema schema) {
+  return {name, Kind::kObjects, false, 0, 0, 0, nullptr, schema};
+}
+constexpr Property required(Property property) {
+  property.required = true;
+  return property;
+}
+constexpr Property spare(Property property) {
+  property.on_fault = OnFault::kLeftOut;
+  return property;
+}
+constexpr Property separate(Property property) {
+  property.on_fault = OnFault::kSeparate;
+  return property;
+}
+constexpr Property following(Property property) {
+  property.follows = true;
+  return property;
+}
+constexpr Property needed(Property property) {
+  property.needed = true;
+  return property;
+}
+constexpr Property name() { return spare(string("name")); }
+
+}  // namespace emberline::schema
