@@ -119,27 +119,20 @@ class SurfaceBsdf {
 
   // ---- the list of lobes (bsdf_lobes.cpp); out of line, so that plain materials do not pay for it
   enum Lobe : uint8_t { kBase, kClear, kDiffuseTransmission, kSheen, kCoat, kLobes };
-  // T is what the layers (coat and sheen) leave of the light along a direction.
-  struct LobeList {
-    float pick[kLobes] = {};    // probabilities, together 1; 0: not there
-    int last = 0;               // that is there
-    float weight[kLobes] = {};  // of the base and the clear part in the material
-    bool solid = false, inside = false;  // it has an interior; wo is in there
-    bool non_delta = false, transmits_non_delta = false;
-    // The base.
+  // What the base has that the plain model lacks.
+  struct SpecialBase {
     Color4 bare_f0 = splat4(0.0f);  // without film
     float bare_f90 = 0.0f;
     float metallic = 0.0f;
-    Film film;
     Rgb metal_f0, dielectric_f0;  // what the film lies on
     Vec2f axis;                   // along which the reflection is stretched
     AnisotropicGgx stretched;
     std::optional<AnisotropicAlbedo> stretched_albedo;
     // Diffuse transmission: as diffuse_, and what it takes of white light.
     Color4 passed = splat4(0.0f), passed_albedo = splat4(0.0f);
-    TransmissionLobe clear;
-    // The layers.
-    bool layered = false;
+  };
+  // Coat and sheen. T is what they leave of the light along a direction.
+  struct Layers {
     Rgb sheen_color;
     float sheen_most = 0.0f;  // the largest of the colour's three
     float sheen_roughness = 0.0f;
@@ -149,7 +142,18 @@ class SurfaceBsdf {
     SpecularAlbedo coat_albedo;
     ShadingFrame coat_frame = ShadingFrame::from_normal(Vec3f(0.0f, 0.0f, 1.0f));
     float through_coat_o = 1.0f;  // T(wo) of the coat alone
-    float through_o = 1.0f;       // T(wo)
+  };
+  struct LobeList {
+    float pick[kLobes] = {};  // probabilities, together 1; 0: not there
+    int last = 0;             // that is there
+    float base_weight = 0.0f, clear_weight = 0.0f;  // in the material
+    bool solid = false, inside = false;             // it has an interior; wo is in there
+    bool non_delta = false, transmits_non_delta = false;
+    float through_o = 1.0f;  // T(wo)
+    TransmissionLobe clear;
+    Film film;
+    std::optional<SpecialBase> base;  // where base_weight is above 0
+    std::optional<Layers> layers;
   };
   void make_list(const BsdfParameters& parameters, const LayerParameters& layers);
   void make_layered_base(const BsdfParameters& parameters, const LayerParameters& layers);

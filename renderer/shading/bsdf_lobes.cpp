@@ -71,8 +71,8 @@ Color4 mix(Color4 a, Color4 b, float t) { return a * (1.0f - t) + b * t; }
   // A material of metal m, clear dielectric (1 - m) t and diffuse dielectric (1 - m)(1 - t): the
   // base is the opaque two, with their metalness among themselves.
   const float clear = parameters.transmission * (1.0f - parameters.metallic);
-  list.weight[kClear] = clear;
-  list.weight[kBase] = 1.0f - clear;
+  list.clear_weight = clear;
+  list.base_weight = 1.0f - clear;
   if (clear < 1.0f) {
     BsdfParameters base = parameters;
     base.metallic = std::min(1.0f, parameters.metallic / (1.0f - clear));
@@ -89,22 +89,30 @@ Color4 mix(Color4 a, Color4 b, float t) { return a * (1.0f - t) + b * t; }
                                    .inside = parameters.inside},
                                   wo_);
   }
-  add_layers(layers);
-  set_picks();
+  if (layers.clearcoat > 0.0f || max_component(layers.sheen_color) > 0.0f) add_layers(layers);
+  if (clear == 1.0f && !list.layers) {
+    list.pick[kClear] = 1.0f;
+    list.last = kClear;
+    list.non_delta = list.transmits_non_delta = !list.clear.is_delta();
+    albedo_ = color4(list.clear.albedo());
+  } else {
+    set_picks();
+  }
 }
 
 void SurfaceBsdf::make_layered_base(const BsdfParameters& p, const LayerParameters& layers) {
-  LobeList& list = *list_;
+  const Film& film = list_->film;
+  SpecialBase& base = list_->base.emplace();
   Reflection r;
   const float alpha = std::max(square(p.roughness), kMirrorAlpha);
   const float alpha_x = std::min(1.0f, lerp(alpha, 1.0f, square(layers.anisotropy)));
   if (layers.anisotropy > 0.0f && alpha_x > kMirrorAlpha) {
     specular_ = SpecularKind::kStretched;
-    list.axis = layers.anisotropy_direction;
-    list.stretched = AnisotropicGgx(alpha_x, alpha, turned(wo_, list.axis));
-    list.stretched_albedo.emplace(alpha_x, alpha);
-    r.average_loss = list.stretched_albedo->average_loss();
-    r.average_schlick = list.stretched_albedo->average_schlick();
+    base.axis = layers.anisotropy_direction;
+    base.stretched = AnisotropicGgx(alpha_x, alpha, turned(wo_, base.axis));
+    base.stretched_albedo.emplace(alpha_x, alpha);
+    r.average_loss = base.stretched_albedo->average_loss();
+    r.average_schlick = base.stretched_albedo->average_schlick();
   } else {
     specular_ = table_.is_mirror() ? SpecularKind::kMirror : SpecularKind::kGgx;
     r.average_loss = table_.average_loss();
@@ -116,17 +124,17 @@ void SurfaceBsdf::make_layered_base(const BsdfParameters& p, const LayerParamete
   r.dielectric_f90 = p.specular;
   r.metal = color4(p.base_color, r.dielectric[3]);
   r.coloured = true;
-  list.metallic = p.metallic;
-  list.bare_f0 = fma(r.metal, p.metallic, r.dielectric * (1.0f - p.metallic));
-  list.bare_f90 = lerp(p.specular, 1.0f, p.metallic);
-  if (list.film.exists()) {
-    list.metal_f0 = p.base_color;
-    list.dielectric_f0 = to_rgb(r.dielectric);
-    const FilmFit metal = fit_film(list.film, list.metal_f0);
-    const FilmFit dielectric = fit_film(list.film, list.dielectric_f0);
-    r.dielectric = mix(r.dielectric, color4(dielectric.f0, dielectric.most), list.film.strength);
-    r.metal = mix(r.metal, color4(metal.f0, dielectric.most), list.film.strength);
-    r.dielectric_f90 = lerp(r.dielectric_f90, 1.0f, list.film.strength);
+  base.metallic = p.metallic;
+  base.bare_f0 = fma(r.metal, p.metallic, r.dielectric * (1.0f - p.metallic));
+  base.bare_f90 = lerp(p.specular, 1.0f, p.metallic);
+  if (film.exists()) {
+    base.metal_f0 = p.base_color;
+    base.dielectric_f0 = to_rgb(r.dielectric);
+    const FilmFit metal = fit_film(film, base.metal_f0);
+    const FilmFit dielectric = fit_film(film, base.dielectric_f0);
+    r.dielectric = mix(r.dielectric, color4(dielectric.f0, dielectric.most), film.strength);
+    r.metal = mix(r.metal, color4(metal.f0, dielectric.most), film.strength);
+    r.dielectric_f90 = lerp(r.dielectric_f90, 1.0f, film.strength);
   }
   const float specular = make_base(p, r);
 
@@ -137,8 +145,8 @@ void SurfaceBsdf::make_layered_base(const BsdfParameters& p, const LayerParamete
       (1.0f - p.metallic) *
       std::max(0.0f, 1.0f - dielectric_reflectance(r.at_wo.loss, r.at_wo.schlick));
   const Color4 color = color4(layers.diffuse_transmission_color) * share;
-  list.passed_albedo = color * enters;
-  list.passed = color * (enters / (1.0f - average));
+  base.passed_albedo = color * enters;
+  base.passed = color * (enters / (1.0f - average));
   diffuse_ *= 1.0f - share;
   albedo_ -= color4(p.base_color) * (share * enters);
   specular_pick_ = pick_probability(specular, sum(albedo_) - specular);
@@ -147,52 +155,52 @@ void SurfaceBsdf::make_layered_base(const BsdfParameters& p, const LayerParamete
 // Directional albedo of the base's reflection with F = 1.
 SpecularAlbedo::Value SurfaceBsdf::reflection_albedo(const Vec3f& w) const {
   if (specular_ != SpecularKind::kStretched) return table_.at(w.z);
-  return list_->stretched_albedo->at(turned(w, list_->axis));
+  const SpecialBase& base = *list_->base;
+  return base.stretched_albedo->at(turned(w, base.axis));
 }
 
-void SurfaceBsdf::add_layers(const LayerParameters& layers) {
-  LobeList& list = *list_;
-  list.coat_weight = layers.clearcoat;
-  list.sheen_color = layers.sheen_color;
-  list.sheen_most = max_component(layers.sheen_color);
-  list.sheen_roughness = layers.sheen_roughness;
-  list.layered = list.coat_weight > 0.0f || list.sheen_most > 0.0f;
-  if (!list.layered) return;
-  if (list.coat_weight > 0.0f) {
-    list.coat_frame = ShadingFrame::from_normal(layers.clearcoat_normal);
-    Vec3f wo = list.coat_frame.to_local(wo_);
+void SurfaceBsdf::add_layers(const LayerParameters& parameters) {
+  Layers& layers = list_->layers.emplace();
+  layers.coat_weight = parameters.clearcoat;
+  layers.sheen_color = parameters.sheen_color;
+  layers.sheen_most = max_component(parameters.sheen_color);
+  layers.sheen_roughness = parameters.sheen_roughness;
+  if (layers.coat_weight > 0.0f) {
+    layers.coat_frame = ShadingFrame::from_normal(parameters.clearcoat_normal);
+    Vec3f wo = layers.coat_frame.to_local(wo_);
     if (!(wo.z > 0.0f)) {
-      list.coat_frame = ShadingFrame::from_normal(Vec3f(0.0f, 0.0f, 1.0f));
-      wo = list.coat_frame.to_local(wo_);
+      layers.coat_frame = ShadingFrame::from_normal(Vec3f(0.0f, 0.0f, 1.0f));
+      wo = layers.coat_frame.to_local(wo_);
     }
-    list.coat_albedo = SpecularAlbedo(layers.clearcoat_roughness);
-    list.coat = GgxReflection(std::max(square(layers.clearcoat_roughness), kMirrorAlpha), wo);
+    layers.coat_albedo = SpecularAlbedo(parameters.clearcoat_roughness);
+    const float alpha = std::max(square(parameters.clearcoat_roughness), kMirrorAlpha);
+    layers.coat = GgxReflection(alpha, wo);
   }
-  if (list.inside) return;
-  if (list.sheen_most > 0.0f) list.sheen = SheenLobe(layers.sheen_roughness, wo_);
-  list.through_coat_o = through_coat(dot(wo_, list.coat_frame.normal));
-  list.through_o = through_layers(wo_);
-  cover_base();
+  if (list_->inside) return;
+  if (layers.sheen_most > 0.0f) layers.sheen = SheenLobe(parameters.sheen_roughness, wo_);
+  layers.through_coat_o = through_coat(dot(wo_, layers.coat_frame.normal));
+  list_->through_o = through_layers(wo_);
+  if (list_->base) cover_base();
 }
 
 float SurfaceBsdf::through_coat(float mu) const {
-  const LobeList& list = *list_;
-  if (!(list.coat_weight > 0.0f)) return 1.0f;
-  const SpecularAlbedo::Value at = list.coat_albedo.at(std::min(1.0f, std::abs(mu)));
-  return 1.0f - list.coat_weight * fma(1.0f - kCoatF0, at.schlick, kCoatF0 * (1.0f - at.loss));
+  const Layers& layers = *list_->layers;
+  if (!(layers.coat_weight > 0.0f)) return 1.0f;
+  const SpecularAlbedo::Value at = layers.coat_albedo.at(std::min(1.0f, std::abs(mu)));
+  return 1.0f - layers.coat_weight * fma(1.0f - kCoatF0, at.schlick, kCoatF0 * (1.0f - at.loss));
 }
 
 float SurfaceBsdf::through_sheen(float mu) const {
-  const LobeList& list = *list_;
-  if (!(list.sheen_most > 0.0f)) return 1.0f;
-  return 1.0f - list.sheen_most * sheen_albedo(std::abs(mu), list.sheen_roughness);
+  const Layers& layers = *list_->layers;
+  if (!(layers.sheen_most > 0.0f)) return 1.0f;
+  return 1.0f - layers.sheen_most * sheen_albedo(std::abs(mu), layers.sheen_roughness);
 }
 
 // 1 for a direction on the inner side of a solid, which the layers are not on.
 float SurfaceBsdf::through_layers(const Vec3f& w) const {
   const LobeList& list = *list_;
-  if (!list.layered || (list.solid && list.inside == (w.z > 0.0f))) return 1.0f;
-  return through_coat(dot(w, list.coat_frame.normal)) * through_sheen(w.z);
+  if (!list.layers || (list.solid && list.inside == (w.z > 0.0f))) return 1.0f;
+  return through_coat(dot(w, list.layers->coat_frame.normal)) * through_sheen(w.z);
 }
 
 // The cosine lobes' share of T(wo) / K.
@@ -219,23 +227,28 @@ void SurfaceBsdf::cover_base() {
   };
   diffuse_ *= covered(diffuse, diffuse_through);
   multiple_ *= covered(multiple, multiple_through);
-  list.passed *= list.solid ? list.through_o : covered(diffuse, diffuse_through);
+  list.base->passed *= list.solid ? list.through_o : covered(diffuse, diffuse_through);
 }
 
 // Each lobe in proportion to what it returns of white light, and never too rarely.
 void SurfaceBsdf::set_picks() {
   LobeList& list = *list_;
-  Color4 albedo[kLobes];
-  const float below = list.through_o;
-  albedo[kBase] = albedo_ * (list.weight[kBase] * below);
-  albedo[kClear] = color4(list.clear.albedo()) * (list.weight[kClear] * below);
-  albedo[kDiffuseTransmission] = list.passed_albedo * (list.weight[kBase] * below);
-  albedo[kSheen] = splat4(0.0f);
-  if (list.sheen_most > 0.0f && !list.inside) {
-    albedo[kSheen] = color4(list.sheen_color) *
-                     ((1.0f - through_sheen(wo_.z)) / list.sheen_most * list.through_coat_o);
+  Color4 albedo[kLobes] = {};
+  if (list.base) {
+    albedo[kBase] = albedo_ * (list.base_weight * list.through_o);
+    albedo[kDiffuseTransmission] = list.base->passed_albedo * (list.base_weight * list.through_o);
   }
-  albedo[kCoat] = splat4(1.0f - list.through_coat_o);
+  if (list.clear_weight > 0.0f) {
+    albedo[kClear] = color4(list.clear.albedo()) * (list.clear_weight * list.through_o);
+  }
+  if (list.layers && !list.inside) {
+    const Layers& layers = *list.layers;
+    albedo[kCoat] = splat4(1.0f - layers.through_coat_o);
+    if (layers.sheen_most > 0.0f) {
+      const float share = (1.0f - through_sheen(wo_.z)) / layers.sheen_most;
+      albedo[kSheen] = color4(layers.sheen_color) * (share * layers.through_coat_o);
+    }
+  }
   albedo_ = splat4(0.0f);
   for (const Color4& a : albedo) albedo_ += a;
   const float total = sum(albedo_);
@@ -251,25 +264,25 @@ void SurfaceBsdf::set_picks() {
   const bool passes_clear = list.pick[kClear] > 0.0f && !list.clear.is_delta();
   list.transmits_non_delta = passes_clear || list.pick[kDiffuseTransmission] > 0.0f;
   list.non_delta = list.transmits_non_delta || list.pick[kSheen] > 0.0f ||
-                   (list.pick[kCoat] > 0.0f && !list.coat_albedo.is_mirror());
+                   (list.pick[kCoat] > 0.0f && !list.layers->coat_albedo.is_mirror());
 }
 
 // Fresnel reflectance of the base under a microfacet that the light meets at cos_d.
 Color4 SurfaceBsdf::base_fresnel(float cos_d) const {
-  const LobeList& list = *list_;
-  const Color4 bare = schlick(list.bare_f0, list.bare_f90, cos_d);
-  if (!list.film.exists()) return bare;
+  const SpecialBase& base = *list_->base;
+  const Film& film = list_->film;
+  const Color4 bare = schlick(base.bare_f0, base.bare_f90, cos_d);
+  if (!film.exists()) return bare;
   Rgb covered(0.0f);
-  if (list.metallic > 0.0f) covered += list.film.reflectance(cos_d, list.metal_f0) * list.metallic;
-  if (list.metallic < 1.0f) {
-    covered += list.film.reflectance(cos_d, list.dielectric_f0) * (1.0f - list.metallic);
+  if (base.metallic > 0.0f) covered += film.reflectance(cos_d, base.metal_f0) * base.metallic;
+  if (base.metallic < 1.0f) {
+    covered += film.reflectance(cos_d, base.dielectric_f0) * (1.0f - base.metallic);
   }
-  return mix(bare, color4(covered), list.film.strength);
+  return mix(bare, color4(covered), film.strength);
 }
 
 // `through`: min(T(wo), T(wi)); `through_i`: T(wi). wi is above the surface.
 Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float through, float through_i, float* pdf) const {
-  const LobeList& list = *list_;
   Color4 value = splat4(0.0f);
   *pdf = 0.0f;
   const auto add_reflection = [&](const auto& lobe) {
@@ -278,7 +291,7 @@ Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float through, float through_i, f
   };
   if (specular_ == SpecularKind::kGgx) add_reflection(ggx_.evaluate(wi));
   if (specular_ == SpecularKind::kStretched) {
-    add_reflection(list.stretched.evaluate(turned(wi, list.axis)));
+    add_reflection(list_->base->stretched.evaluate(turned(wi, list_->base->axis)));
   }
   if (has_cosine_) {
     value += eval_cosine(wi, reflection_albedo(wi)) * through_i;
@@ -289,24 +302,23 @@ Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float through, float through_i, f
 
 // Diffuse transmission: wi.z < 0.
 Color4 SurfaceBsdf::eval_passed(const Vec3f& wi) const {
-  const LobeList& list = *list_;
   const Vec3f above(wi.x, wi.y, -wi.z);
   const SpecularAlbedo::Value at = reflection_albedo(above);
   float scale = above.z * kInvPi;
   if (bent_) scale *= terminator_factor(-dot(wi, geometric_normal_), terminator_alpha2_);
   scale *= std::max(0.0f, 1.0f - dielectric_reflectance(at.loss, at.schlick));
-  return list.passed * scale;
+  return list_->base->passed * scale;
 }
 
 // The coat's reflection; wi.z > 0.
 float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
-  const LobeList& list = *list_;
+  const Layers& layers = *list_->layers;
   *pdf = 0.0f;
-  const Vec3f local = list.coat_frame.to_local(wi);
-  if (list.coat_albedo.is_mirror() || !(local.z > 0.0f)) return 0.0f;
-  const GgxReflection::Value lobe = list.coat.evaluate(local);
+  const Vec3f local = layers.coat_frame.to_local(wi);
+  if (layers.coat_albedo.is_mirror() || !(local.z > 0.0f)) return 0.0f;
+  const GgxReflection::Value lobe = layers.coat.evaluate(local);
   *pdf = lobe.pdf;
-  return list.coat_weight * lerp(kCoatF0, 1.0f, pow5(1.0f - lobe.cos_d)) * lobe.cosine_brdf;
+  return layers.coat_weight * lerp(kCoatF0, 1.0f, pow5(1.0f - lobe.cos_d)) * lobe.cosine_brdf;
 }
 
 [[gnu::cold, gnu::noinline]] Rgb SurfaceBsdf::eval_list(const Vec3f& wi, float* pdf) const {
@@ -324,24 +336,25 @@ float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
   };
   if (list.pick[kClear] > 0.0f) {
     const Color4 f = color4(list.clear.eval_and_pdf(wi, &density));
-    add(kClear, f * (list.weight[kClear] * through));
+    add(kClear, f * (list.clear_weight * through));
   }
   if (transmitted) {
     if (list.pick[kDiffuseTransmission] > 0.0f) {
       density = -wi.z * kInvPi;
-      add(kDiffuseTransmission, eval_passed(wi) * (list.weight[kBase] * through_i));
+      add(kDiffuseTransmission, eval_passed(wi) * (list.base_weight * through_i));
     }
     return to_rgb(value);
   }
   if (list.pick[kBase] > 0.0f) {
     const Color4 f = eval_base(wi, through, through_i, &density);
-    add(kBase, f * list.weight[kBase]);
+    add(kBase, f * list.base_weight);
   }
   if (list.pick[kSheen] > 0.0f) {
+    const Layers& layers = *list.layers;
     const float under_coat =
-        std::min(list.through_coat_o, through_coat(dot(wi, list.coat_frame.normal)));
-    density = list.sheen.pdf(wi);
-    add(kSheen, color4(list.sheen_color) * (list.sheen.eval(wi) * under_coat));
+        std::min(layers.through_coat_o, through_coat(dot(wi, layers.coat_frame.normal)));
+    density = layers.sheen.pdf(wi);
+    add(kSheen, color4(layers.sheen_color) * (layers.sheen.eval(wi) * under_coat));
   }
   if (list.pick[kCoat] > 0.0f) add(kCoat, splat4(eval_coat(wi, &density)));
   return to_rgb(value);
@@ -349,7 +362,6 @@ float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
 
 // A direction of the base; of a mirror the whole sample.
 BsdfSample SurfaceBsdf::sample_base(const Vec2f& u) const {
-  const LobeList& list = *list_;
   BsdfSample result;
   result.valid = true;
   const bool specular = u.y < specular_pick_;
@@ -361,26 +373,26 @@ BsdfSample SurfaceBsdf::sample_base(const Vec2f& u) const {
   } else if (specular_ == SpecularKind::kMirror) {
     result.wi = Vec3f(-wo_.x, -wo_.y, wo_.z);
     result.delta = true;
-    result.weight = to_rgb(base_fresnel(wo_.z) * (list.weight[kBase] / specular_pick_));
+    result.weight = to_rgb(base_fresnel(wo_.z) * (list_->base_weight / specular_pick_));
   } else if (specular_ == SpecularKind::kGgx) {
     result.wi = ggx_.sample(rest);
   } else {
-    result.wi = turned_back(list.stretched.sample(rest), list.axis);
+    result.wi = turned_back(list_->base->stretched.sample(rest), list_->base->axis);
   }
   return result;
 }
 
 BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
-  const LobeList& list = *list_;
+  const Layers& layers = *list_->layers;
   BsdfSample result;
   result.valid = true;
-  const Vec3f wo = list.coat_frame.to_local(wo_);
-  if (list.coat_albedo.is_mirror()) {
-    result.wi = list.coat_frame.to_world(Vec3f(-wo.x, -wo.y, wo.z));
+  const Vec3f wo = layers.coat_frame.to_local(wo_);
+  if (layers.coat_albedo.is_mirror()) {
+    result.wi = layers.coat_frame.to_world(Vec3f(-wo.x, -wo.y, wo.z));
     result.delta = true;
-    result.weight = Rgb(list.coat_weight * lerp(kCoatF0, 1.0f, pow5(1.0f - std::min(wo.z, 1.0f))));
+    result.weight = Rgb(layers.coat_weight * lerp(kCoatF0, 1.0f, pow5(1.0f - std::min(wo.z, 1.0f))));
   } else {
-    result.wi = list.coat_frame.to_world(list.coat.sample(u));
+    result.wi = layers.coat_frame.to_world(layers.coat.sample(u));
   }
   return result;
 }
@@ -388,6 +400,10 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
 [[gnu::cold, gnu::noinline]] BsdfSample SurfaceBsdf::sample_list(float u_lobe,
                                                                  const Vec2f& u) const {
   const LobeList& list = *list_;
+  if (list.pick[kClear] == 1.0f) {  // what it says is all there is
+    const BsdfSample sample = list.clear.sample(u_lobe, u);
+    return sample.valid && !on_wrong_side(sample.wi, sample.transmitted) ? sample : BsdfSample{};
+  }
   int lobe = 0;
   while (lobe < list.last && !(u_lobe < list.pick[lobe])) u_lobe -= list.pick[lobe++];
   const float pick = list.pick[lobe];
@@ -400,7 +416,7 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
       break;
     case kClear:
       result = list.clear.sample(std::min(u_lobe / pick, kOneMinusEpsilon), u);
-      result.weight *= list.weight[kClear];
+      result.weight *= list.clear_weight;
       break;
     case kDiffuseTransmission:
       result.wi = square_to_cosine_hemisphere(u);
@@ -408,7 +424,7 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
       result.transmitted = true;
       break;
     case kSheen:
-      result.wi = list.sheen.sample(u);
+      result.wi = list.layers->sheen.sample(u);
       break;
     default:
       result = sample_coat(u);
@@ -429,9 +445,9 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
 }
 
 Rgb SurfaceBsdf::straight_through() const {
-  if (!list_ || !(list_->weight[kClear] > 0.0f) || on_wrong_side(-wo_, true)) return Rgb(0.0f);
+  if (!list_ || !(list_->clear_weight > 0.0f) || on_wrong_side(-wo_, true)) return Rgb(0.0f);
   const float through = std::min(list_->through_o, through_layers(-wo_));
-  return list_->clear.straight_through() * (list_->weight[kClear] * through);
+  return list_->clear.straight_through() * (list_->clear_weight * through);
 }
 
 }  // namespace emberline
