@@ -107,6 +107,7 @@ const json* GltfMaterialObject::texture_info(const char* name) const {
   const json* info = find_member(object_, name);
   if (!info) return nullptr;
   const json& index = info->at("index");
+  file_.document.faults->require("/textures");
   const size_t count = file_.document.array("textures").size();
   if (index.get<uint64_t>() < count) {
     file_.document.faults->require("/textures/" + index.dump());

@@ -61,6 +61,10 @@ constexpr Property kTextureInfoExtensions[] = {object("KHR_texture_transform", k
 constexpr Property kTextureInfo[] = {required(integer("index")), integer("texCoord", 0, 15),
                                      number("scale"), spare(number("strength")),
                                      object("extensions", kTextureInfoExtensions)};
+// Of a texture that no picture needs.
+constexpr Property kSpareTextureInfo[] = {
+    required(following(index("index", "/textures"))), integer("texCoord", 0, 15),
+    spare(number("strength")), object("extensions", kTextureInfoExtensions)};
 constexpr Property kMetallicRoughness[] = {numbers("baseColorFactor", 4),
                                            object("baseColorTexture", kTextureInfo),
                                            number("metallicFactor"), number("roughnessFactor"),
@@ -116,7 +120,7 @@ constexpr Property kMaterialExtensions[] = {
 constexpr Property kMaterial[] = {name(),
                                   object("pbrMetallicRoughness", kMetallicRoughness),
                                   object("normalTexture", kTextureInfo),
-                                  spare(object("occlusionTexture", kTextureInfo)),
+                                  spare(object("occlusionTexture", kSpareTextureInfo)),
                                   object("emissiveTexture", kTextureInfo),
                                   numbers("emissiveFactor", 3),
                                   string("alphaMode"),

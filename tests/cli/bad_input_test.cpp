@@ -40,6 +40,11 @@ TEST_P(DamagedScene, IsRefused) {
   expect_refused(gltf.write_gltf(path(std::string(GetParam().name) + ".gltf")), GetParam().says);
 }
 
+// An accessor that every picture needs.
+nlohmann::json& positions(GltfBuilder& g) {
+  return g.root["accessors"][g.primitive(0)["attributes"]["POSITION"].get<size_t>()];
+}
+
 const std::vector<Damage>& damages() {
   static const std::vector<Damage> list = {
       {"required_extension",
@@ -58,12 +63,12 @@ const std::vector<Damage>& damages() {
       {"no_asset", {"asset"}, [](GltfBuilder& g) { g.root.erase("asset"); }},
       {"wrong_type", {}, [](GltfBuilder& g) { g.root["nodes"] = "none"; }},
       {"accessor_past_buffer",
-       {"accessors/0"},
-       [](GltfBuilder& g) { g.root["accessors"][0]["count"] = 1000; }},
+       {"accessors/"},
+       [](GltfBuilder& g) { positions(g)["count"] = 1000; }},
       {"absurd_count",
-       {"accessors/0"},
-       [](GltfBuilder& g) { g.root["accessors"][0]["count"] = 1e18; }},
-      {"negative_count", {}, [](GltfBuilder& g) { g.root["accessors"][0]["count"] = -3; }},
+       {"accessors/"},
+       [](GltfBuilder& g) { positions(g)["count"] = 1e18; }},
+      {"negative_count", {}, [](GltfBuilder& g) { positions(g)["count"] = -3; }},
       {"buffer_too_short", {}, [](GltfBuilder& g) { g.bin.resize(16); }},
       {"index_past_vertices",
        {},
