@@ -144,8 +144,8 @@ class SurfaceBsdf {
     float through_coat_o = 1.0f;  // T(wo) of the coat alone
   };
   struct LobeList {
-    float pick[kLobes] = {};  // probabilities, together 1; 0: not there
-    int last = 0;             // that is there
+    float pick[kLobes] = {};                        // probabilities, together 1; 0: not there
+    int last = 0;                                   // that is there
     float base_weight = 0.0f, clear_weight = 0.0f;  // in the material
     bool solid = false, inside = false;             // it has an interior; wo is in there
     bool non_delta = false, transmits_non_delta = false;

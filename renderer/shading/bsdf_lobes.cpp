@@ -21,9 +21,7 @@ constexpr float kLobePickFloor = 0.1f;
 Vec3f turned(const Vec3f& w, const Vec2f& axis) {
   return {fma(w.x, axis.x, w.y * axis.y), fma(w.y, axis.x, -w.x * axis.y), w.z};
 }
-Vec3f turned_back(const Vec3f& w, const Vec2f& axis) {
-  return turned(w, Vec2f(axis.x, -axis.y));
-}
+Vec3f turned_back(const Vec3f& w, const Vec2f& axis) { return turned(w, Vec2f(axis.x, -axis.y)); }
 
 // A film's reflectance in Schlick's form with F90 = 1, for what is known of that form: the F0 of
 // the same mean over the hemisphere, and the least F0 that is nowhere below the film's largest
@@ -141,9 +139,8 @@ void SurfaceBsdf::make_layered_base(const BsdfParameters& p, const LayerParamete
   const float share = layers.diffuse_transmission;
   const float average = dielectric_reflectance(r.average_loss, r.average_schlick);
   if (!(share > 0.0f) || p.metallic == 1.0f || !(average < 1.0f - 1e-5f)) return;
-  const float enters =
-      (1.0f - p.metallic) *
-      std::max(0.0f, 1.0f - dielectric_reflectance(r.at_wo.loss, r.at_wo.schlick));
+  const float enters = (1.0f - p.metallic) *
+                       std::max(0.0f, 1.0f - dielectric_reflectance(r.at_wo.loss, r.at_wo.schlick));
   const Color4 color = color4(layers.diffuse_transmission_color) * share;
   base.passed_albedo = color * enters;
   base.passed = color * (enters / (1.0f - average));
@@ -216,7 +213,8 @@ void SurfaceBsdf::cover_base() {
     const SpecularAlbedo::Value at = reflection_albedo(Vec3f(across, across, mu));
     const float weight = float(rule.w[i]) * mu * x;
     const float through = through_coat(mu) * through_sheen(mu);
-    const float enters = weight * std::max(0.0f, 1.0f - dielectric_reflectance(at.loss, at.schlick));
+    const float enters =
+        weight * std::max(0.0f, 1.0f - dielectric_reflectance(at.loss, at.schlick));
     diffuse += enters;
     diffuse_through += enters * through;
     multiple += weight * at.loss;
@@ -390,7 +388,8 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
   if (layers.coat_albedo.is_mirror()) {
     result.wi = layers.coat_frame.to_world(Vec3f(-wo.x, -wo.y, wo.z));
     result.delta = true;
-    result.weight = Rgb(layers.coat_weight * lerp(kCoatF0, 1.0f, pow5(1.0f - std::min(wo.z, 1.0f))));
+    result.weight =
+        Rgb(layers.coat_weight * lerp(kCoatF0, 1.0f, pow5(1.0f - std::min(wo.z, 1.0f))));
   } else {
     result.wi = layers.coat_frame.to_world(layers.coat.sample(u));
   }

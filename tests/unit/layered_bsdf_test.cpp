@@ -141,7 +141,8 @@ TEST(LayeredBsdf, StacksNeverReturnMoreThanTheyGet) {
                 m.layers.iridescence_thickness = 100.0f * float(i % 9);
                 m.layers.diffuse_transmission = .5f * float(i % 2);
                 m.layers.anisotropy = .4f * float(i % 3);
-                const double got = double(max_component(furnace(m.at(direction(mu, .3f)), 1 << 12)));
+                const double got =
+                    double(max_component(furnace(m.at(direction(mu, .3f)), 1 << 12)));
                 least = std::min(least, got);
                 ASSERT_LT(got, 1.004)
                     << "metallic " << metallic << " roughness " << roughness << " coat " << coat
@@ -173,9 +174,8 @@ std::vector<Material> kinds() {
   add("stretched metal", [](B& b, L& l) {
     b.metallic = 1, l.anisotropy = .8f, l.anisotropy_direction = Vec2f(.6f, -.8f);
   });
-  add("film on metal", [](B& b, L& l) {
-    b.metallic = 1, l.iridescence = 1, l.iridescence_thickness = 420;
-  });
+  add("film on metal",
+      [](B& b, L& l) { b.metallic = 1, l.iridescence = 1, l.iridescence_thickness = 420; });
   add("film on a dielectric", [](B&, L& l) { l.iridescence = .7f, l.iridescence_thickness = 300; });
   add("diffuse transmission", [](B&, L& l) {
     l.diffuse_transmission = .6f, l.diffuse_transmission_color = Rgb(.3f, .9f, .5f);
