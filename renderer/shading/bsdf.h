@@ -148,6 +148,7 @@ class SurfaceBsdf {
     int last = 0;                                   // that is there
     float base_weight = 0.0f, clear_weight = 0.0f;  // in the material
     bool solid = false, inside = false;             // it has an interior; wo is in there
+    bool only_clear = false;  // clear is all there is, with weight 1 and nothing on it
     bool non_delta = false, transmits_non_delta = false;
     float through_o = 1.0f;  // T(wo)
     TransmissionLobe clear;

@@ -88,7 +88,8 @@ Color4 mix(Color4 a, Color4 b, float t) { return a * (1.0f - t) + b * t; }
                                   wo_);
   }
   if (layers.clearcoat > 0.0f || max_component(layers.sheen_color) > 0.0f) add_layers(layers);
-  if (clear == 1.0f && !list.layers) {
+  list.only_clear = clear == 1.0f && !list.layers;
+  if (list.only_clear) {
     list.pick[kClear] = 1.0f;
     list.last = kClear;
     list.non_delta = list.transmits_non_delta = !list.clear.is_delta();
@@ -399,7 +400,7 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
 [[gnu::cold, gnu::noinline]] BsdfSample SurfaceBsdf::sample_list(float u_lobe,
                                                                  const Vec2f& u) const {
   const LobeList& list = *list_;
-  if (list.pick[kClear] == 1.0f) {  // what it says is all there is
+  if (list.only_clear) {
     const BsdfSample sample = list.clear.sample(u_lobe, u);
     return sample.valid && !on_wrong_side(sample.wi, sample.transmitted) ? sample : BsdfSample{};
   }

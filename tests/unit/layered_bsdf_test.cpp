@@ -298,8 +298,45 @@ TEST(LayeredBsdf, SweepStaysFiniteAndConsistent) {
     if (s.delta) continue;
     ASSERT_GT(s.pdf, 0) << "draw " << i;
     ASSERT_NEAR(bsdf.pdf(s.wi), s.pdf, 1e-4f * s.pdf) << "draw " << i;
+    const Rgb eval = bsdf.eval(s.wi);
+    for (int c = 0; c < 3; ++c)
+      ASSERT_NEAR(s.weight[c] * s.pdf, eval[c], 1e-4f * eval[c] + 1e-7f) << "draw " << i;
   }
   EXPECT_LT(largest, 40) << "a sample's weight is bounded";
+}
+
+// What a coat keeps from leaving smooth glass is not sampled either, nor is glass that is a part of
+// the material sampled as if it were all of it.
+TEST(LayeredBsdf, SmoothGlassIsSampledWithItsWeight) {
+  const Vec3f wo = direction(.9f, 1);
+  const auto passed = [&](const Material& m) {
+    const SurfaceBsdf bsdf = m.at(wo);
+    double sum = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const BsdfSample s = bsdf.sample((float(i) + .5f) / 1000, Vec2f(.3f, .6f));
+      if (s.valid && s.transmitted) sum += double(s.weight.x) / 1000;
+    }
+    return sum;
+  };
+  Material glass = white("", 0, 0);
+  glass.base.transmission = 1;
+  glass.base.thin_walled = false;
+  glass.base.inside = true;
+  const double bare = passed(glass);
+  glass.layers.clearcoat = 1;
+  // Out at the cosine of refraction; a smooth coat leaves 1 - F of Schlick.
+  const float sine2 = (1 - .9f * .9f) * square(1.5f);
+  const float mu = std::sqrt(1 - sine2), m = 1 - mu;
+  EXPECT_NEAR(passed(glass) / bare, .96 * (1 - double(m * m * m * m * m)), 1e-3);
+
+  Material half = white("", 0, 0);
+  half.base.base_color = Rgb(1);
+  half.base.specular = 0;
+  half.base.transmission = 1;
+  const double all = passed(half);
+  half.base.transmission = .5f;
+  half.base.base_color = Rgb(.25f);
+  EXPECT_NEAR(passed(half) / all, .5 * .25, 1e-3);
 }
 
 // A film of no thickness is none.
