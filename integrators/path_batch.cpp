@@ -35,7 +35,7 @@ Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& 
   // A number of its own: the emitter's texel must not depend on which texel this vertex took.
   const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
   Rgb radiance = material.emission(attributes, u_texture);
-  if (material.has_layers()) {
+  if (material.layers().clearcoat > 0.0f) {
     MaterialLayers layers;
     material.evaluate_layers(attributes, u_texture, layers);
     radiance *= emission_through_coat(layers.parameters.clearcoat,

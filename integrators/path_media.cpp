@@ -31,6 +31,7 @@ void set_relative_ior(const Interior& in, PixelSamples& samples, PathWavelength&
     bsdf.inside = !bsdf.inside;
   }
 }
+
 namespace {
 
 // What the surface that was hit lets straight through; `*beyond` is where the way goes on.

@@ -13,15 +13,16 @@ namespace emberline {
 // A surface point ready for light transport. Vectors are in internal space.
 struct ShadedPoint {
   SurfaceInteraction surface;
-  SurfaceFrame frame;      // both normals on wo's side
-  Vec3f wo;                // towards the viewer, unit
-  MaterialPoint material;  // the material's values here
+  SurfaceFrame frame;                     // both normals on wo's side
+  Vec3f wo;                               // towards the viewer, unit
+  MaterialPoint material;                 // the material's values here
   std::optional<LayerParameters> layers;  // where it has any
 
   [[gnu::always_inline]] SurfaceBsdf bsdf() const {
     const Vec3f local_wo = frame.shading.to_local(wo);
     const Vec3f local_normal = frame.shading.to_local(frame.geometric_normal);
-    if (layers) [[unlikely]] return {material.bsdf, *layers, local_wo, local_normal};
+    if (layers) [[unlikely]]
+      return {material.bsdf, *layers, local_wo, local_normal};
     return {material.bsdf, local_wo, local_normal};
   }
   Vec3f spawn_origin(const Vec3f& direction) const {
@@ -51,7 +52,8 @@ inline void find_material(float u_texture, ShadedPoint* point) {
   }
   p.frame = make_surface_frame(p.surface.geometric_normal, p.surface.shading_normal, normal, p.wo);
   p.material.bsdf.inside = p.frame.back_facing;
-  if (p.surface.material->has_layers()) [[unlikely]] find_layers(u_texture, point);
+  if (p.surface.material->has_layers()) [[unlikely]]
+    find_layers(u_texture, point);
 }
 
 inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& hit,

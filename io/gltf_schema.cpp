@@ -62,9 +62,9 @@ constexpr Property kTextureInfo[] = {required(integer("index")), integer("texCoo
                                      number("scale"), spare(number("strength")),
                                      object("extensions", kTextureInfoExtensions)};
 // Of a texture that no picture needs.
-constexpr Property kSpareTextureInfo[] = {
-    required(following(index("index", "/textures"))), integer("texCoord", 0, 15),
-    spare(number("strength")), object("extensions", kTextureInfoExtensions)};
+constexpr Property kSpareTextureInfo[] = {required(following(index("index", "/textures"))),
+                                          integer("texCoord", 0, 15), spare(number("strength")),
+                                          object("extensions", kTextureInfoExtensions)};
 constexpr Property kMetallicRoughness[] = {numbers("baseColorFactor", 4),
                                            object("baseColorTexture", kTextureInfo),
                                            number("metallicFactor"), number("roughnessFactor"),

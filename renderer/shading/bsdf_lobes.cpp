@@ -129,10 +129,14 @@ void SurfaceBsdf::make_layered_base(const BsdfParameters& p, const LayerParamete
   if (film.exists()) {
     base.metal_f0 = p.base_color;
     base.dielectric_f0 = to_rgb(r.dielectric);
-    const FilmFit metal = fit_film(film, base.metal_f0);
-    const FilmFit dielectric = fit_film(film, base.dielectric_f0);
-    r.dielectric = mix(r.dielectric, color4(dielectric.f0, dielectric.most), film.strength);
-    r.metal = mix(r.metal, color4(metal.f0, dielectric.most), film.strength);
+    if (p.metallic < 1.0f) {
+      const FilmFit fit = fit_film(film, base.dielectric_f0);
+      r.dielectric = mix(r.dielectric, color4(fit.f0, fit.most), film.strength);
+    }
+    if (p.metallic > 0.0f) {
+      r.metal = mix(r.metal, color4(fit_film(film, base.metal_f0).f0), film.strength);
+    }
+    r.metal[3] = r.dielectric[3];
     r.dielectric_f90 = lerp(r.dielectric_f90, 1.0f, film.strength);
   }
   const float specular = make_base(p, r);
