@@ -20,14 +20,16 @@ temporary=$(mktemp -d)
 trap 'rm -rf "$temporary"' EXIT
 ci/setup.sh
 log=$temporary/build.log
-if ! { cmake --preset release && cmake --build --preset release --target numerics_test; } >"$log" 2>&1; then
+if ! { cmake --preset release && cmake --build --preset release --target numerics_test bad_texels_test; } >"$log" 2>&1; then
   cat "$log" >&2
   exit 1
 fi
 
 rows=$temporary/rows.jsonl
 failed=0
-EMBERLINE_NUMERICS_TABLE=$rows build/release/bin/numerics_test --gtest_brief=1 >"$temporary/tests.log" 2>&1 || failed=1
+for program in numerics_test bad_texels_test; do
+  EMBERLINE_NUMERICS_TABLE=$rows build/release/bin/$program --gtest_brief=1 >>"$temporary/tests.log" 2>&1 || failed=1
+done
 [ $failed -eq 0 ] || cat "$temporary/tests.log" >&2
 touch "$rows"
 python3 tests/numerics/table.py "$rows" tests/numerics/README.md "${write[@]}" || failed=1
