@@ -6,6 +6,7 @@
 
 #include "renderer/core/constants.h"
 #include "renderer/shading/gauss_legendre.h"
+#include "renderer/shading/lobes/table_position.h"
 #include "renderer/shading/lobes/transmission_lobe.h"
 
 namespace emberline {
@@ -93,26 +94,15 @@ struct Table {
   }
 };
 
-struct Position {
-  size_t index;
-  float fraction;
-  Position(float at, int size) {
-    const float clamped = std::clamp(at, 0.0f, 1.0f) * float(size - 1);
-    const int i = std::min(int(clamped), size - 2);
-    index = size_t(i);
-    fraction = clamped - float(i);
-  }
-};
-
 }  // namespace
 
 float refraction_albedo(float mu, float roughness, float eta) {
   static const Table table;
   const float a = 2 * square(roughness);
-  const Position x(std::sqrt((1 + a) * mu / (mu + a)), kMus);
-  const Position y((roughness - kFirstRoughness) / (1 - kFirstRoughness), kRoughnesses);
+  const TablePosition x(std::sqrt((1 + a) * mu / (mu + a)), kMus);
+  const TablePosition y((roughness - kFirstRoughness) / (1 - kFirstRoughness), kRoughnesses);
   const float index = std::max(eta, 1 / eta);
-  const Position z(std::sqrt((index - 1) / (index + 1)) / kLastZ, kEtas);
+  const TablePosition z(std::sqrt((index - 1) / (index + 1)) / kLastZ, kEtas);
   const float* base = table.values.data() + size_t(eta < 1 ? kEtas * kRoughnesses * kMus : 0);
   const auto row = [&](size_t e, size_t j) {
     const float* p = base + (e * kRoughnesses + j) * kMus + x.index;

@@ -5,6 +5,7 @@
 #include "renderer/core/branch_free.h"
 #include "renderer/core/constants.h"
 #include "renderer/shading/gauss_legendre.h"
+#include "renderer/shading/lobes/table_position.h"
 
 namespace emberline {
 
@@ -39,22 +40,11 @@ constexpr float kFirstColumn = 0.1f;
 const float kFirstRow = std::sqrt(std::sqrt(kSheenMinRoughness));
 static_assert(kSheenMinCosine == 1e-4f);
 
-struct Position {
-  size_t index;
-  float fraction;
-  Position(float at, int size) {
-    const float clamped = std::clamp(at, 0.0f, 1.0f) * float(size - 1);
-    const int i = std::min(int(clamped), size - 2);
-    index = size_t(i);
-    fraction = clamped - float(i);
-  }
-};
-
-Position column_of(float mu) {
-  return Position((std::sqrt(std::sqrt(mu)) - kFirstColumn) / (1 - kFirstColumn), kColumns);
+TablePosition column_of(float mu) {
+  return TablePosition((std::sqrt(std::sqrt(mu)) - kFirstColumn) / (1 - kFirstColumn), kColumns);
 }
-Position row_of(float roughness) {
-  return Position((std::sqrt(std::sqrt(roughness)) - kFirstRow) / (1 - kFirstRow), kRows);
+TablePosition row_of(float roughness) {
+  return TablePosition((std::sqrt(std::sqrt(roughness)) - kFirstRow) / (1 - kFirstRow), kRows);
 }
 double cosine_at(int column) {
   const double x = double(kFirstColumn) + (1 - double(kFirstColumn)) * column / (kColumns - 1);
@@ -103,7 +93,7 @@ struct Table {
 
   void fill(int row);
   float raw(size_t row, float row_fraction, float mu) const {
-    const Position column = column_of(mu);
+    const TablePosition column = column_of(mu);
     const Node* p = nodes.data() + row * kColumns + column.index;
     return lerp(lerp(p[0].raw, p[1].raw, column.fraction),
                 lerp(p[kColumns].raw, p[kColumns + 1].raw, column.fraction), row_fraction);
@@ -119,7 +109,7 @@ void fill_albedo(Node* row, const Energy& energy, const std::array<double, kCosi
     const float own = limit(row[column].raw, round);
     double sum = 0;
     for (size_t i = 0; i < kCosines; ++i) {
-      const Position p = column_of(std::max(float(mu_i[i]), kSheenMinCosine));
+      const TablePosition p = column_of(std::max(float(mu_i[i]), kSheenMinCosine));
       const float other = lerp(row[p.index].raw, row[p.index + 1].raw, p.fraction);
       sum += energy[column][i] / double(std::max(own, limit(other, round)));
     }
@@ -204,7 +194,7 @@ SheenLobe::SheenLobe(float roughness, const Vec3f& wo) : wo_(wo) {
   if (sine > 0.0f) axis_ = Vec2f(wo.x / sine, wo.y / sine);
 
   const Table& t = table();
-  const Position row = row_of(roughness), column = column_of(mu);
+  const TablePosition row = row_of(roughness), column = column_of(mu);
   const Node* p = t.nodes.data() + row.index * kColumns + column.index;
   const auto blend = [&](float Node::*field) {
     return lerp(lerp(p[0].*field, p[1].*field, column.fraction),
@@ -263,8 +253,8 @@ Vec3f SheenLobe::sample(const Vec2f& u) const {
 
 float sheen_albedo(float mu, float roughness) {
   const Table& t = table();
-  const Position row = row_of(std::clamp(roughness, kSheenMinRoughness, 1.0f));
-  const Position column = column_of(std::clamp(mu, kSheenMinCosine, 1.0f));
+  const TablePosition row = row_of(std::clamp(roughness, kSheenMinRoughness, 1.0f));
+  const TablePosition column = column_of(std::clamp(mu, kSheenMinCosine, 1.0f));
   const Node* p = t.nodes.data() + row.index * kColumns + column.index;
   return lerp(lerp(p[0].albedo, p[1].albedo, column.fraction),
               lerp(p[kColumns].albedo, p[kColumns + 1].albedo, column.fraction), row.fraction);

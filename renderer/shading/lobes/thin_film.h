@@ -33,4 +33,16 @@ namespace emberline {
 // as 1; thickness in nanometres; base_f0 is the base's reflectance at normal incidence in air.
 Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const Rgb& base_f0);
 
+// KHR_materials_iridescence at a point; strength 0: no film.
+struct Film {
+  float strength = 0.0f;   // [0, 1]
+  float ior = 1.3f;        // >= 1
+  float thickness = 0.0f;  // nanometres
+
+  bool exists() const { return strength > 0.0f; }
+  Rgb reflectance(float cos_i, const Rgb& base_f0) const {
+    return thin_film_reflectance(cos_i, ior, thickness, base_f0);
+  }
+};
+
 }  // namespace emberline

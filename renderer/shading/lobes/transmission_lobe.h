@@ -17,7 +17,7 @@
 
 #include "renderer/core/vector.h"
 #include "renderer/shading/lobes/bsdf_sample.h"
-#include "renderer/shading/lobes/film.h"
+#include "renderer/shading/lobes/thin_film.h"
 
 namespace emberline {
 

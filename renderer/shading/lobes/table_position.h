@@ -1,0 +1,21 @@
+// A place between two neighbouring nodes of a table.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+namespace emberline {
+
+struct TablePosition {
+  size_t index;    // of the first
+  float fraction;  // towards the second
+  // `at` in [0, 1] along `size` nodes; beyond: the end.
+  TablePosition(float at, int size) {
+    const float clamped = std::clamp(at, 0.0f, 1.0f) * float(size - 1);
+    const int i = std::min(int(clamped), size - 2);
+    index = size_t(i);
+    fraction = clamped - float(i);
+  }
+};
+
+}  // namespace emberline
