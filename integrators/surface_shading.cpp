@@ -7,6 +7,7 @@ namespace emberline {
   MaterialLayers layers;
   p.surface.material->evaluate_layers(p.surface.attributes, u_texture, layers);
   LayerParameters& local = p.layers.emplace(layers.parameters);
+  local.behind = p.frame.back_facing;
   const Vec3f& normal = p.surface.shading_normal;
   const Vec4f& tangent = p.surface.tangent;
   if (local.clearcoat > 0.0f) {

@@ -12,7 +12,7 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
       table_(parameters.roughness) {
   if (!(wo.z > 0.0f)) return;
   if (parameters.transmission > 0.0f && parameters.metallic < 1.0f) {
-    make_list(parameters, LayerParameters{});
+    make_list(parameters, kNoLayers);
     return;
   }
   specular_ = table_.is_mirror() ? SpecularKind::kMirror : SpecularKind::kGgx;

@@ -28,10 +28,10 @@
 #include "renderer/shading/layers.h"
 #include "renderer/shading/lobes/anisotropic_ggx.h"
 #include "renderer/shading/lobes/bsdf_sample.h"
-#include "renderer/shading/lobes/film.h"
 #include "renderer/shading/lobes/ggx.h"
 #include "renderer/shading/lobes/sheen_lobe.h"
 #include "renderer/shading/lobes/specular_albedo.h"
+#include "renderer/shading/lobes/thin_film.h"
 #include "renderer/shading/lobes/transmission_lobe.h"
 
 namespace emberline {
@@ -147,16 +147,17 @@ class SurfaceBsdf {
     float pick[kLobes] = {};                        // probabilities, together 1; 0: not there
     int last = 0;                                   // that is there
     float base_weight = 0.0f, clear_weight = 0.0f;  // in the material
-    bool solid = false, inside = false;             // it has an interior; wo is in there
+    bool solid = false, behind = false;             // it has an interior; wo is in there
     bool only_clear = false;  // clear is all there is, with weight 1 and nothing on it
     bool non_delta = false, transmits_non_delta = false;
     float through_o = 1.0f;  // T(wo)
-    TransmissionLobe clear;
+    std::optional<TransmissionLobe> clear;
     Film film;
     std::optional<SpecialBase> base;  // where base_weight is above 0
     std::optional<Layers> layers;
   };
   void make_list(const BsdfParameters& parameters, const LayerParameters& layers);
+  static const LayerParameters kNoLayers;
   void make_layered_base(const BsdfParameters& parameters, const LayerParameters& layers);
   void add_layers(const LayerParameters& layers);
   void cover_base();

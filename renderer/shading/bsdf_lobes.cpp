@@ -48,6 +48,8 @@ Color4 mix(Color4 a, Color4 b, float t) { return a * (1.0f - t) + b * t; }
 
 }  // namespace
 
+const LayerParameters SurfaceBsdf::kNoLayers;
+
 [[gnu::cold]] SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters,
                                        const LayerParameters& layers, const Vec3f& wo,
                                        const Vec3f& geometric_normal)
@@ -64,7 +66,7 @@ Color4 mix(Color4 a, Color4 b, float t) { return a * (1.0f - t) + b * t; }
   LobeList& list = list_.emplace();
   list.solid =
       !parameters.thin_walled && (parameters.transmission > 0 || layers.diffuse_transmission > 0);
-  list.inside = list.solid && parameters.inside;
+  list.behind = list.solid && layers.behind;
   list.film = {layers.iridescence, layers.iridescence_ior, layers.iridescence_thickness};
   // A material of metal m, clear dielectric (1 - m) t and diffuse dielectric (1 - m)(1 - t): the
   // base is the opaque two, with their metalness among themselves.
@@ -77,23 +79,23 @@ Color4 mix(Color4 a, Color4 b, float t) { return a * (1.0f - t) + b * t; }
     make_layered_base(base, layers);
   }
   if (clear > 0.0f) {
-    list.clear = TransmissionLobe({.tint = parameters.base_color,
-                                   .roughness = parameters.roughness,
-                                   .ior = parameters.ior,
-                                   .specular = parameters.specular,
-                                   .specular_color = parameters.specular_color,
-                                   .film = list.film,
-                                   .thin_walled = parameters.thin_walled,
-                                   .inside = parameters.inside},
-                                  wo_);
+    list.clear.emplace(TransmissionParameters{.tint = parameters.base_color,
+                                              .roughness = parameters.roughness,
+                                              .ior = parameters.ior,
+                                              .specular = parameters.specular,
+                                              .specular_color = parameters.specular_color,
+                                              .film = list.film,
+                                              .thin_walled = parameters.thin_walled,
+                                              .inside = parameters.inside},
+                       wo_);
   }
   if (layers.clearcoat > 0.0f || max_component(layers.sheen_color) > 0.0f) add_layers(layers);
   list.only_clear = clear == 1.0f && !list.layers;
   if (list.only_clear) {
     list.pick[kClear] = 1.0f;
     list.last = kClear;
-    list.non_delta = list.transmits_non_delta = !list.clear.is_delta();
-    albedo_ = color4(list.clear.albedo());
+    list.non_delta = list.transmits_non_delta = !list.clear->is_delta();
+    albedo_ = color4(list.clear->albedo());
   } else {
     set_picks();
   }
@@ -178,7 +180,7 @@ void SurfaceBsdf::add_layers(const LayerParameters& parameters) {
     const float alpha = std::max(square(parameters.clearcoat_roughness), kMirrorAlpha);
     layers.coat = GgxReflection(alpha, wo);
   }
-  if (list_->inside) return;
+  if (list_->behind) return;
   if (layers.sheen_most > 0.0f) layers.sheen = SheenLobe(parameters.sheen_roughness, wo_);
   layers.through_coat_o = through_coat(dot(wo_, layers.coat_frame.normal));
   list_->through_o = through_layers(wo_);
@@ -201,7 +203,7 @@ float SurfaceBsdf::through_sheen(float mu) const {
 // 1 for a direction on the inner side of a solid, which the layers are not on.
 float SurfaceBsdf::through_layers(const Vec3f& w) const {
   const LobeList& list = *list_;
-  if (!list.layers || (list.solid && list.inside == (w.z > 0.0f))) return 1.0f;
+  if (!list.layers || (list.solid && list.behind == (w.z > 0.0f))) return 1.0f;
   return through_coat(dot(w, list.layers->coat_frame.normal)) * through_sheen(w.z);
 }
 
@@ -242,9 +244,9 @@ void SurfaceBsdf::set_picks() {
     albedo[kDiffuseTransmission] = list.base->passed_albedo * (list.base_weight * list.through_o);
   }
   if (list.clear_weight > 0.0f) {
-    albedo[kClear] = color4(list.clear.albedo()) * (list.clear_weight * list.through_o);
+    albedo[kClear] = color4(list.clear->albedo()) * (list.clear_weight * list.through_o);
   }
-  if (list.layers && !list.inside) {
+  if (list.layers && !list.behind) {
     const Layers& layers = *list.layers;
     albedo[kCoat] = splat4(1.0f - layers.through_coat_o);
     if (layers.sheen_most > 0.0f) {
@@ -264,7 +266,7 @@ void SurfaceBsdf::set_picks() {
     if (list.pick[i] > 0.0f) list.last = i;
   }
   for (float& pick : list.pick) pick /= boosted;
-  const bool passes_clear = list.pick[kClear] > 0.0f && !list.clear.is_delta();
+  const bool passes_clear = list.pick[kClear] > 0.0f && !list.clear->is_delta();
   list.transmits_non_delta = passes_clear || list.pick[kDiffuseTransmission] > 0.0f;
   list.non_delta = list.transmits_non_delta || list.pick[kSheen] > 0.0f ||
                    (list.pick[kCoat] > 0.0f && !list.layers->coat_albedo.is_mirror());
@@ -329,6 +331,7 @@ float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
   *pdf = 0.0f;
   const bool transmitted = wi.z < 0.0f;
   if (wi.z == 0.0f || on_wrong_side(wi, transmitted)) return Rgb(0.0f);
+  if (list.only_clear) return list.clear->eval_and_pdf(wi, pdf);
   const float through_i = through_layers(wi);
   const float through = std::min(list.through_o, through_i);
   Color4 value = splat4(0.0f);
@@ -338,7 +341,7 @@ float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
     *pdf = fma(density, list.pick[lobe], *pdf);
   };
   if (list.pick[kClear] > 0.0f) {
-    const Color4 f = color4(list.clear.eval_and_pdf(wi, &density));
+    const Color4 f = color4(list.clear->eval_and_pdf(wi, &density));
     add(kClear, f * (list.clear_weight * through));
   }
   if (transmitted) {
@@ -405,7 +408,7 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
                                                                  const Vec2f& u) const {
   const LobeList& list = *list_;
   if (list.only_clear) {
-    const BsdfSample sample = list.clear.sample(u_lobe, u);
+    const BsdfSample sample = list.clear->sample(u_lobe, u);
     return sample.valid && !on_wrong_side(sample.wi, sample.transmitted) ? sample : BsdfSample{};
   }
   int lobe = 0;
@@ -419,7 +422,7 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
       result = sample_base(u);
       break;
     case kClear:
-      result = list.clear.sample(std::min(u_lobe / pick, kOneMinusEpsilon), u);
+      result = list.clear->sample(std::min(u_lobe / pick, kOneMinusEpsilon), u);
       result.weight *= list.clear_weight;
       break;
     case kDiffuseTransmission:
@@ -451,7 +454,7 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
 Rgb SurfaceBsdf::straight_through() const {
   if (!list_ || !(list_->clear_weight > 0.0f) || on_wrong_side(-wo_, true)) return Rgb(0.0f);
   const float through = std::min(list_->through_o, through_layers(-wo_));
-  return list_->clear.straight_through() * (list_->clear_weight * through);
+  return list_->clear->straight_through() * (list_->clear_weight * through);
 }
 
 }  // namespace emberline

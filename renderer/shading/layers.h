@@ -11,6 +11,9 @@ namespace emberline {
 // Beside BsdfParameters, for a material that has any of them. Every default means: not there.
 // Shares and roughnesses lie in [0, 1], colours too.
 struct LayerParameters {
+  // wo is behind the face: of a solid, coat and sheen are then on the other side. Not the same as
+  // BsdfParameters::inside, which between touching solids means the denser one.
+  bool behind = false;
   // KHR_materials_anisotropy. Of the base's reflection and of what transmission bends.
   float anisotropy = 0.0f;
   Vec2f anisotropy_direction = Vec2f(1.0f, 0.0f);  // unit, x and y of local shading space

@@ -227,7 +227,7 @@ TEST(LayeredBsdf, SamplesFollowTheDensity) {
   glass.layers.iridescence_thickness = 350;
   materials.push_back(glass);
   glass.name = "the same from inside";
-  glass.base.inside = true;
+  glass.base.inside = glass.layers.behind = true;
   materials.push_back(glass);
   const Vec3f bent = direction(std::cos(.3f), 2.5f);
   for (const Material& m : materials) {
@@ -262,6 +262,7 @@ TEST(LayeredBsdf, SweepStaysFiniteAndConsistent) {
     m.base.transmission = often(.4f) ? unit() : 0;
     m.base.thin_walled = often(.5f);
     m.base.inside = often(.3f);
+    m.layers.behind = often(.3f);
     LayerParameters& l = m.layers;
     if (often(.5f)) l.anisotropy = unit(), l.anisotropy_direction = Vec2f(.6f, .8f);
     if (often(.3f)) l.iridescence = unit(), l.iridescence_ior = 1 + 2 * unit();
@@ -321,7 +322,7 @@ TEST(LayeredBsdf, SmoothGlassIsSampledWithItsWeight) {
   Material glass = white("", 0, 0);
   glass.base.transmission = 1;
   glass.base.thin_walled = false;
-  glass.base.inside = true;
+  glass.base.inside = glass.layers.behind = true;
   const double bare = passed(glass);
   glass.layers.clearcoat = 1;
   // Out at the cosine of refraction; a smooth coat leaves 1 - F of Schlick.
