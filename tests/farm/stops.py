@@ -67,15 +67,16 @@ def twice(number):
 def ended_at_once(farm, driver):
     """Stopped twice, while it starts, and a storm of both: whatever the moment, the next run has the right bits."""
     settings = settings_of(driver)
-    for i, (pause, number) in enumerate([(0.3, signal.SIGTERM), (0.6, signal.SIGINT), (0.02, signal.SIGTERM),
-                                         (0.05, signal.SIGINT)]):
+    # When, as a share of the frame after a pause.
+    for i, (pause, share, number) in enumerate([(0.1, 0.2, signal.SIGTERM), (0.1, 0.5, signal.SIGINT),
+                                                (0.02, 0, signal.SIGTERM), (0.05, 0, signal.SIGINT)]):
         case = f"{driver} stopped twice {i}"
         if not farm.wanted(case):
             continue
-        expected, _ = farm.reference(settings)
+        expected, seconds = farm.reference(settings)
         folder = farm.folder(case)
         process = farm.start(folder, [*settings, *RESUME])
-        time.sleep(pause)
+        time.sleep(pause + share * seconds)
         twice(number)(process)
         run = process.wait()
         # Before the handlers are there, the signal's own.

@@ -3,7 +3,7 @@
 // asks no light, that nothing is found twice (E41).
 #include <cstring>
 
-#include "receiver.h"
+#include "lamp_over_floor.h"
 #include "support/edited_scene.h"
 #include "support/glass_scenes.h"
 
@@ -28,29 +28,6 @@ double passes(double cosine) { return 1 - fresnel(std::acos(cosine), 1.5); }
 
 // ---- closed forms
 // ----------------------------------------------------------------------------------
-
-// A white floor at y = 0; a picture of it is E / pi. With max_depth 1: walls are no events.
-void expect_irradiance_at(const SceneBuilderForTests& b, double exact, double tolerance,
-                          const std::string& what) {
-  const auto scene = b.build();
-  for (const bool light_sampling : {true, false}) {
-    // No scattered ray finds a point light.
-    if (!light_sampling && !b.description.lights.empty()) continue;
-    const CaseName name{"E40", what + (light_sampling ? "" : ", BSDF sampling alone")};
-    RenderSettings s = direct_light_settings(light_sampling ? 1024 : 4096);
-    s.light_sampling = light_sampling;
-    s.seed = seed_of(name);
-    const auto view = orthographic({.3, .5, .1}, {.3, 0, .1}, 1e-4);
-    expect_case(name, measured_irradiance(render(*scene, view, s), exact, tolerance * exact),
-                replay(s));
-  }
-}
-
-SceneBuilderForTests white_floor() {
-  SceneBuilderForTests b;
-  b.add_floor(.5f, 0, b.add_material(lambert(Rgb(1.0f))));
-  return b;
-}
 
 // Under a sky of radiance 1 and a pane a thousand times as wide as it is high: the rest of the sky
 // weighs 1e-6.
@@ -91,27 +68,8 @@ TEST(ThinWalls, ConstantSky) {
       sum += 2 * kPiD * mu / kSteps * std::pow(c.weight * passes(mu), c.panes);
     }
     // 1e-5: float arithmetic, and the sky beside the pane.
-    expect_irradiance_at(b, sum, 1e-5, c.what);
+    expect_irradiance_at("E40", b, sum, 1e-5, c.what);
   }
-}
-
-// A lamp of 0.2 x 0.2 at (1.3, 2, .1), seen from (.3, 0, .1) under 27 degrees.
-double lamp_irradiance(const std::function<double(double)>& transmittance) {
-  double sum = 0;
-  constexpr int kSteps = 200;
-  for (int i = 0; i < kSteps; ++i) {
-    for (int j = 0; j < kSteps; ++j) {
-      const Vec3d to(1 + .2 * ((i + .5) / kSteps - .5), 2, .2 * ((j + .5) / kSteps - .5));
-      const double cosine = to.y / to.length();
-      sum += square(cosine) / to.length2() * transmittance(cosine);
-    }
-  }
-  return 50 * square(.2 / kSteps) * sum;
-}
-
-void add_lamp(SceneBuilderForTests& b) {
-  b.add_quad({1.2f, 2, 0}, {1.4f, 2, 0}, {1.4f, 2, .2f}, {1.2f, 2, .2f},
-             b.add_material(emitter(Rgb(50.0f))));
 }
 
 TEST(ThinWalls, Lamp) {
@@ -123,7 +81,7 @@ TEST(ThinWalls, Lamp) {
     const double exact =
         lamp_irradiance([&](double mu) { return std::pow(.9 * passes(mu), panes); });
     // 1e-4: the lamp's corners are floats, midpoints err by 1 / 24 steps^2.
-    expect_irradiance_at(b, exact, 1e-4, "lamp through " + std::to_string(panes) + " panes");
+    expect_irradiance_at("E40", b, exact, 1e-4, "lamp through " + std::to_string(panes) + " panes");
   }
 }
 
@@ -140,11 +98,12 @@ TEST(ThinWalls, BlendedPane) {
     if (point_light) {
       b.add_point_light({1.3, 2, .1}, Rgb(9.0f));
       const double mu = 2 / std::sqrt(5.0);
-      expect_irradiance_at(b, 9 * mu / 5 * transmittance(mu), 1e-5,
+      expect_irradiance_at("E40", b, 9 * mu / 5 * transmittance(mu), 1e-5,
                            "point light through a blended pane");
     } else {
       add_lamp(b);
-      expect_irradiance_at(b, lamp_irradiance(transmittance), 1e-4, "lamp through a blended pane");
+      expect_irradiance_at("E40", b, lamp_irradiance(transmittance), 1e-4,
+                           "lamp through a blended pane");
     }
   }
 }
@@ -158,7 +117,7 @@ TEST(ThinWalls, BlendedCardBesideAPane) {
   b.add_floor(5, .6f, b.add_material(m));
   b.add_floor(1, -3, b.add_material(pane()));
   b.add_point_light({1.3, 2, .1}, Rgb(9.0f));
-  expect_irradiance_at(b, .25 * 9 * (2 / std::sqrt(5.0)) / 5, 1e-5,
+  expect_irradiance_at("E40", b, .25 * 9 * (2 / std::sqrt(5.0)) / 5, 1e-5,
                        "point light through a blended card");
 }
 

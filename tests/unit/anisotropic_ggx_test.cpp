@@ -7,48 +7,16 @@
 
 #include "renderer/shading/lobes/ggx.h"
 #include "support/chi_square.h"
+#include "support/directions.h"
+#include "support/ggx_albedo.h"
 
 namespace emberline {
 namespace {
 
+using test::direction;
+using test::ggx_albedo;
+using test::GgxAlbedo;
 using test::TestRandom;
-
-Vec3f direction(float mu, float phi) {
-  const float r = std::sqrt((1 - mu) * (1 + mu));
-  return {r * std::cos(phi), r * std::sin(phi), mu};
-}
-
-// E and B by another way than the table's: microfacet normals drawn from D cos instead of the
-// visible ones, midpoint rule, double precision (compare bsdf_test.cpp).
-struct Albedo {
-  double e, b;
-};
-Albedo direct_quadrature(const Vec3d& w, double ax, double ay, int n = 500) {
-  const auto lambda = [&](const Vec3d& v) {
-    const double slope2 = (square(ax * v.x) + square(ay * v.y)) / square(v.z);
-    return 0.5 * (std::sqrt(1 + slope2) - 1);
-  };
-  const double lambda_o = lambda(w);
-  double e = 0, b = 0;
-  for (int i = 0; i < n; ++i) {
-    const double u = (i + 0.5) / n;
-    // t = 1 - (1 - u)^4 puts nodes into the long tail.
-    const double rest = std::pow(1 - u, 4), t = 1 - rest, dt = 4 * std::pow(1 - u, 3);
-    const double tan_unit = std::sqrt(t / rest);
-    for (int j = 0; j < n; ++j) {
-      const double phi = 2 * kPiD * (j + 0.5) / n;
-      Vec3d m(ax * tan_unit * std::cos(phi), ay * tan_unit * std::sin(phi), 1);
-      m /= std::sqrt(dot(m, m));
-      const double d = dot(w, m);
-      const Vec3d wi = m * (2 * d) - w;
-      if (d <= 0 || wi.z <= 0) continue;
-      const double weight = d / (w.z * m.z) / (1 + lambda_o + lambda(wi)) * dt;
-      e += weight;
-      b += weight * std::pow(1 - d, 5);
-    }
-  }
-  return {e / (double(n) * n), b / (double(n) * n)};
-}
 
 TEST(AnisotropicGgx, EqualWidthsAreTheIsotropicLobe) {
   for (uint64_t i = 0; i < 20000; ++i) {
@@ -150,10 +118,10 @@ TEST(AnisotropicGgx, SamplesReturnTheAlbedoWithBoundedWeights) {
         EXPECT_LE(value.cosine_brdf, value.pdf * 1.0001f);
         sum += double(value.cosine_brdf / value.pdf);
       }
-    EXPECT_NEAR(sum / (n * n), direct_quadrature(to_double(wo), double(ax), double(ay)).e, 7e-4)
+    EXPECT_NEAR(sum / (n * n), ggx_albedo(to_double(wo), double(ax), double(ay), 500).e, 7e-4)
         << ax << " " << ay << " " << mu << " " << phi;
   }
-  EXPECT_NEAR(direct_quadrature(Vec3d(0, 0, 1), 1, 1).e, 1 - std::log(2.0), 2e-4);  // exact
+  EXPECT_NEAR(ggx_albedo(Vec3d(0, 0, 1), 1, 1, 500).e, 1 - std::log(2.0), 2e-4);  // exact
 }
 
 TEST(AnisotropicGgx, SweepStaysFinite) {
@@ -214,7 +182,7 @@ TEST(AnisotropicAlbedo, MeetsQuadrature) {
     const float ax = ay + (1 - ay) * square(strength);  // as glTF says
     const float mu = i % 2 ? random.next() : std::max(.01f, square(random.next()));
     const Vec3f w = direction(mu, 6.2831853f * (i % 3 ? random.next() : .25f));
-    const Albedo want = direct_quadrature(to_double(w), double(ax), double(ay), 300);
+    const GgxAlbedo want = ggx_albedo(to_double(w), double(ax), double(ay), 300);
     const SpecularAlbedo::Value got = AnisotropicAlbedo(ax, ay).at(w);
     const double e = std::abs(1 - double(got.loss) - want.e);
     const double b = std::abs(double(got.schlick) - want.b);

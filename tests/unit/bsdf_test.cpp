@@ -10,46 +10,16 @@
 #include "renderer/core/frame.h"
 #include "renderer/core/moments.h"
 #include "support/chi_square.h"
+#include "support/directions.h"
+#include "support/ggx_albedo.h"
 
 namespace emberline {
 namespace {
 
+using test::direction;
+using test::ggx_albedo;
+using test::GgxAlbedo;
 using test::TestRandom;
-
-Vec3f direction(float mu, float phi) {
-  const float r = std::sqrt((1 - mu) * (1 + mu));
-  return {r * std::cos(phi), r * std::sin(phi), mu};
-}
-
-// E and B by another way than the tables': microfacet normals drawn from D cos instead of the
-// visible ones (Walter et al. 2007, eq. 35 and 41), midpoint rule, double precision.
-struct Albedo {
-  double e, b;
-};
-Albedo direct_quadrature(double mu, double alpha, int n = 700) {
-  const double sin_o = std::sqrt(1 - mu * mu);
-  const auto lambda = [&](double c) {
-    return 0.5 * (std::sqrt(1 + alpha * alpha * (1 / (c * c) - 1)) - 1);
-  };
-  double e = 0, b = 0;
-  for (int i = 0; i < n; ++i) {
-    const double u = (i + 0.5) / n;
-    // tan^2 = alpha^2 t / (1 - t); t = 1 - (1 - u)^4 puts nodes into the long tail.
-    const double rest = std::pow(1 - u, 4), t = 1 - rest, dt = 4 * std::pow(1 - u, 3);
-    const double tan2 = alpha * alpha * t / rest, cos_m = 1 / std::sqrt(1 + tan2);
-    const double sin_m = std::sqrt(tan2) * cos_m;
-    for (int j = 0; j < n; ++j) {
-      const double cos_phi = std::cos(kPiD * (j + 0.5) / n);
-      const double d = mu * cos_m + sin_o * sin_m * cos_phi;  // wo.m
-      const double mu_i = 2 * d * cos_m - mu;
-      if (d <= 0 || mu_i <= 0) continue;
-      const double weight = d / (mu * cos_m) / (1 + lambda(mu) + lambda(mu_i)) * dt;
-      e += weight;
-      b += weight * std::pow(1 - d, 5);
-    }
-  }
-  return {e / (double(n) * n), b / (double(n) * n)};
-}
 
 TEST(SpecularAlbedo, DirectQuadratureMeetsTheAnchors) {
   // 1 - ln 2 is exact; the rest agree between this quadrature, one over visible normals and Monte
@@ -59,8 +29,8 @@ TEST(SpecularAlbedo, DirectQuadratureMeetsTheAnchors) {
                                {.25, .1, .892}, {.5, 1, .6879},   {.5, .5, .698},  {.5, .1, .860},
                                {1, .5, .4505},  {1, .1, .7607}};
   for (const auto& [alpha, mu, e] : anchors)
-    EXPECT_NEAR(direct_quadrature(mu, alpha).e, e, 7e-4) << alpha << " " << mu;
-  EXPECT_NEAR(direct_quadrature(1, 1).e, 1 - std::log(2.0), 2e-4);
+    EXPECT_NEAR(ggx_albedo(mu, alpha).e, e, 7e-4) << alpha << " " << mu;
+  EXPECT_NEAR(ggx_albedo(1, 1).e, 1 - std::log(2.0), 2e-4);
 }
 
 TEST(SpecularAlbedo, TablesMeetQuadrature) {
@@ -68,7 +38,7 @@ TEST(SpecularAlbedo, TablesMeetQuadrature) {
     const SpecularAlbedo table(float(std::sqrt(alpha)));
     ASSERT_FALSE(table.is_mirror());
     for (const double mu : {1.0, 0.71, 0.5, 0.23, 0.1, 0.03, 0.01}) {
-      const Albedo exact = direct_quadrature(mu, alpha);
+      const GgxAlbedo exact = ggx_albedo(mu, alpha);
       const SpecularAlbedo::Value value = table.at(float(mu));
       EXPECT_NEAR(1 - double(value.loss), exact.e, 1.2e-3) << "alpha " << alpha << " mu " << mu;
       EXPECT_NEAR(double(value.schlick), exact.b, 1.2e-3) << "alpha " << alpha << " mu " << mu;
@@ -195,7 +165,7 @@ TEST(SurfaceBsdf, SingleScatterLobeReturnsE) {
           EXPECT_LE(value.cosine_brdf, value.pdf * 1.00001f);  // the weight's bound
           sum += double(value.cosine_brdf / value.pdf);
         }
-      EXPECT_NEAR(sum / (n * n), direct_quadrature(double(mu), double(alpha)).e, 5e-4);
+      EXPECT_NEAR(sum / (n * n), ggx_albedo(double(mu), double(alpha)).e, 5e-4);
     }
 }
 

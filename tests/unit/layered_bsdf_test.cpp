@@ -9,16 +9,13 @@
 #include "renderer/shading/bsdf.h"
 #include "renderer/shading/lobes/thin_film.h"
 #include "support/chi_square.h"
+#include "support/directions.h"
 
 namespace emberline {
 namespace {
 
+using test::direction;
 using test::TestRandom;
-
-Vec3f direction(float mu, float phi) {
-  const float r = std::sqrt((1 - mu) * (1 + mu));
-  return {r * std::cos(phi), r * std::sin(phi), mu};
-}
 
 const Vec3f kUp(0, 0, 1);
 

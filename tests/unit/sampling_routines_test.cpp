@@ -12,17 +12,13 @@
 #include "renderer/shading/bsdf.h"
 #include "renderer/shading/texture.h"
 #include "samplers/pixel_samples.h"
+#include "support/directions.h"
 #include "support/light_scenes.h"
 
 namespace emberline {
 namespace {
 
 using namespace test;  // NOLINT(google-build-using-namespace)
-
-Vec3f direction(float mu, float phi) {
-  const float r = std::sqrt((1 - mu) * (1 + mu));
-  return {r * std::cos(phi), r * std::sin(phi), mu};
-}
 
 // ---- lobes -------------------------------------------------------------------------------------
 

@@ -7,16 +7,13 @@
 
 #include "renderer/core/moments.h"
 #include "support/chi_square.h"
+#include "support/directions.h"
 
 namespace emberline {
 namespace {
 
+using test::direction;
 using test::TestRandom;
-
-Vec3f direction(float mu, float phi) {
-  const float r = std::sqrt((1 - mu) * (1 + mu));
-  return {r * std::cos(phi), r * std::sin(phi), mu};
-}
 
 // f of Estevez & Kulla 2017 as KHR_materials_sheen prints it, without limits.
 double published(double roughness, const Vec3d& wo, const Vec3d& wi) {

@@ -9,16 +9,13 @@
 #include "renderer/shading/bsdf.h"
 #include "renderer/shading/lobes/transmission_lobe.h"
 #include "support/chi_square.h"
+#include "support/directions.h"
 
 namespace emberline {
 namespace {
 
+using test::direction;
 using test::TestRandom;
-
-Vec3f direction(float mu, float phi) {
-  const float r = std::sqrt((1 - mu) * (1 + mu));
-  return {r * std::cos(phi), r * std::sin(phi), mu};
-}
 
 BsdfParameters glass(float alpha, float ior = 1.5f, bool thin = false) {
   return {.base_color = Rgb(1),

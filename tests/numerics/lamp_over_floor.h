@@ -1,0 +1,53 @@
+// A white floor, what lies over it, and the irradiance that it must show.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "receiver.h"
+
+namespace emberline::test {
+
+// The floor is at y = 0; a picture of it is E / pi. With max_depth 1: walls are no events.
+inline void expect_irradiance_at(const char* number, const SceneBuilderForTests& b, double exact,
+                                 double tolerance, const std::string& what) {
+  const auto scene = b.build();
+  for (const bool light_sampling : {true, false}) {
+    // No scattered ray finds a point light.
+    if (!light_sampling && !b.description.lights.empty()) continue;
+    const CaseName name{number, what + (light_sampling ? "" : ", BSDF sampling alone")};
+    RenderSettings s = direct_light_settings(light_sampling ? 1024 : 4096);
+    s.light_sampling = light_sampling;
+    s.seed = seed_of(name);
+    const auto view = orthographic({.3, .5, .1}, {.3, 0, .1}, 1e-4);
+    expect_case(name, measured_irradiance(render(*scene, view, s), exact, tolerance * exact),
+                replay(s));
+  }
+}
+
+inline SceneBuilderForTests white_floor() {
+  SceneBuilderForTests b;
+  b.add_floor(.5f, 0, b.add_material(lambert(Rgb(1.0f))));
+  return b;
+}
+
+// A lamp of 0.2 x 0.2 and radiance 50 at (1.3, 2, .1), seen from (.3, 0, .1) under 27 degrees. What
+// comes from it depends on the cosine, the same at the floor and at the lamp.
+inline void add_lamp(SceneBuilderForTests& b, const MaterialDescription& m = emitter(Rgb(50.0f))) {
+  b.add_quad({1.2f, 2, 0}, {1.4f, 2, 0}, {1.4f, 2, .2f}, {1.2f, 2, .2f}, b.add_material(m));
+}
+
+inline double lamp_irradiance(const std::function<double(double)>& transmittance) {
+  double sum = 0;
+  constexpr int kSteps = 200;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int j = 0; j < kSteps; ++j) {
+      const Vec3d to(1 + .2 * ((i + .5) / kSteps - .5), 2, .2 * ((j + .5) / kSteps - .5));
+      const double cosine = to.y / to.length();
+      sum += square(cosine) / to.length2() * transmittance(cosine);
+    }
+  }
+  return 50 * square(.2 / kSteps) * sum;
+}
+
+}  // namespace emberline::test

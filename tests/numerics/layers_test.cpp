@@ -1,0 +1,101 @@
+// Material layers in whole frames: a coat dims what shines below it (E42), and a prism bends each
+// wavelength by Snell's law (E43).
+#include "lamp_over_floor.h"
+#include "renderer/core/moments.h"
+#include "renderer/shading/lobes/wavelength.h"
+#include "support/glass_scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+// KHR_materials_clearcoat: emission times 1 - clearcoat F, F = .04 + .96 (1 - mu)^5.
+TEST(Layers, CoatDimsALamp) {
+  for (const float clearcoat : {.5f, 1.0f}) {
+    SceneBuilderForTests b = white_floor();
+    MaterialDescription lamp = emitter(Rgb(50.0f));
+    lamp.clearcoat = clearcoat;
+    add_lamp(b, lamp);
+    const double exact = lamp_irradiance(
+        [&](double mu) { return 1 - double(clearcoat) * (.04 + .96 * std::pow(1 - mu, 5)); });
+    // 1e-4: the lamp's corners are floats, midpoints err by 1 / 24 steps^2.
+    expect_irradiance_at("E42", b, exact, 1e-4, "lamp under a coat of " + shown(clearcoat));
+  }
+}
+
+// A ray meets the first face of a prism straight on and the second at 30 degrees from inside. A
+// screen far away shines beyond the place where `edge` nanometres arrive, so the picture adds up
+// the wavelengths below. `max_depth` 2 leaves nothing else: what either face reflects ends there.
+struct Prism {
+  static constexpr double kAngle = kPiD / 6, kScreen = 1000, kIor = 1.5, kDispersion = 2;
+
+  static double ior(double nanometres) {
+    // Cauchy's A + B / lambda^2 with Abbe number 20 / dispersion through kIor at 587.56 nm.
+    const double b = (kIor - 1) * kDispersion / 20 / (1 / square(486.13) - 1 / square(656.27));
+    return kIor + b * (1 / square(nanometres) - 1 / square(587.56));
+  }
+  // How far aside of the exit the screen is met.
+  static double aside(double nanometres) {
+    return kScreen * std::tan(std::asin(ior(nanometres) * std::sin(kAngle)) - kAngle);
+  }
+  static double transmitted(double nanometres) {
+    const double n = ior(nanometres);
+    return (1 - fresnel(0, n)) * (1 - fresnel(kAngle, 1 / n));
+  }
+};
+
+// The responses' integrals over u are a unit test's; here they are added up at midpoints.
+Rgb prism_exact(double edge) {
+  double sum[3] = {0, 0, 0};
+  constexpr int kSteps = 400'000;
+  for (int i = 0; i < kSteps; ++i) {
+    const SampledWavelength w = sample_wavelength((float(i) + .5f) / kSteps);
+    if (double(w.nanometres) > edge) continue;
+    for (int c = 0; c < 3; ++c) {
+      sum[c] += double(w.weight[c]) * Prism::transmitted(double(w.nanometres)) / kSteps;
+    }
+  }
+  return {float(sum[0]), float(sum[1]), float(sum[2])};
+}
+
+TEST(Layers, PrismBendsByTheWavelength) {
+  for (const double edge : {450.0, 500.0, 550.0, 600.0, 1000.0}) {
+    SceneBuilderForTests b;
+    MaterialDescription m = glass(float(Prism::kIor), 0);
+    m.dispersion = float(Prism::kDispersion);
+    const int material = b.add_material(m);
+    b.add_floor(2, 0, material);
+    // Through (0, -3, 0), its outer normal 30 degrees from -Y towards +X.
+    const float run = 2, rise = run * float(std::tan(Prism::kAngle));
+    b.add_quad({-run, -3 - rise, -1}, {run, -3 + rise, -1}, {run, -3 + rise, 1},
+               {-run, -3 - rise, 1}, material);
+    // What is bent leaves towards -X.
+    const auto x0 = float(-Prism::aside(edge)), y = float(-3 - Prism::kScreen);
+    b.add_quad({-900, y, 900}, {x0, y, 900}, {x0, y, -900}, {-900, y, -900},
+               b.add_material(emitter(Rgb(1.0f))));
+    const auto scene = b.build();
+    RenderSettings s = direct_light_settings(4096);
+    s.max_depth = 2;
+    s.light_sampling = false;
+    const std::string below = edge > 700 ? "all of it" : "below " + shown(edge) + " nm";
+    s.seed = seed_of({"E43", below});
+    const RenderedImage image = render(*scene, orthographic({0, 1, 0}, {0, 0, 0}, 1e-4), s);
+    EXPECT_EQ(image.counters.non_finite_samples, 0u);
+    const Rgb exact = prism_exact(edge);
+    for (int c = 0; c < 3; ++c) {
+      const CaseName name{"E43", "prism, " + below + ", " + std::string(1, "RGB"[c])};
+      Moments pixels;
+      for (size_t i = size_t(c); i < image.values.size(); i += image.channels.size()) {
+        pixels.add(double(image.values[i]));
+      }
+      // The view's 1e-4 moves the edge by 3e-6 of the spectrum's width on the screen; the rest is
+      // float arithmetic.
+      expect_case(name, {double(exact[c]), pixels.mean(), pixels.standard_error(), 2e-5},
+                  replay(s));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace emberline
