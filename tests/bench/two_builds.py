@@ -60,4 +60,5 @@ def main():
     finish(lines, options.output, None)
 
 
-main()
+if __name__ == "__main__":
+    main()
