@@ -119,6 +119,14 @@ SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progres
   return edits;
 }
 
+std::optional<double> chosen_time(const FrameSettings& settings) {
+  if (settings.time && settings.frame) {
+    throw UsageError("--time and --frame both say when; leave one of them out");
+  }
+  if (settings.frame) return *settings.frame / settings.fps;
+  return settings.time;
+}
+
 SceneDescription load_scene(const FrameSettings& settings, LoadProgress& progress, bool variants,
                             bool tangents) {
   SceneDescription scene = load_gltf(settings.scene,

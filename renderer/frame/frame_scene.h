@@ -1,6 +1,7 @@
 // The scene and the view that a frame's settings ask for.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "renderer/core/load_progress.h"
@@ -14,6 +15,10 @@ namespace emberline {
 
 // The edits of the settings, or none. Throws InputError.
 SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progress);
+
+// When the scene is posed, in seconds; absent: at rest, if no animation is chosen. Throws
+// UsageError where it is said twice.
+std::optional<double> chosen_time(const FrameSettings& settings);
 
 // Loads the scene, puts the environment of the settings into it. `variants` and `tangents` as in
 // GltfOptions, for those who edit it (need_tangents() in scene_edits.h); where the settings choose
