@@ -13,13 +13,16 @@ struct Segment {
   double duration = 0.0;  // seconds
 };
 
+// A time that rounds to a key's is at the key: frame 1 of 24 a second lies a little before the
+// float that stands for it, and a step must be over by then.
 Segment find_segment(const std::vector<float>& times, double time) {
-  const auto behind = std::upper_bound(times.begin(), times.end(), time);
+  const auto behind = std::upper_bound(times.begin(), times.end(), float(time));
   if (behind == times.begin()) return {};
   const auto key = behind - 1;
   if (behind == times.end()) return {size_t(key - times.begin())};
   const double duration = double(*behind) - double(*key);
-  return {size_t(key - times.begin()), (time - double(*key)) / duration, duration};
+  const double share = std::max(0.0, (time - double(*key)) / duration);
+  return {size_t(key - times.begin()), share, duration};
 }
 
 double length_of(std::span<const double> q) {
