@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "renderer/core/errors.h"
+#include "renderer/frame/frame_scene.h"
 
 namespace emberline {
 namespace {
@@ -158,6 +159,7 @@ void check_companions(const FrameSettings& s) {
           "--env");
   require(s.environment_rotation != none.environment_rotation, "--env-rotation", environment,
           "--env");
+  chosen_time(s);
 }
 
 }  // namespace

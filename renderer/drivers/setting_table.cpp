@@ -28,7 +28,9 @@ using enum SettingGroup;
 constexpr double kFarthest = 1e15;
 constexpr double kMostOfLens = 1e9;  // f-stops, to either side: scenes come in any size
 constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;  // a millisecond to thirty years
-constexpr int kMostPixels = 65536;                               // a side
+constexpr double kLatest = 1e6;  // seconds, to either side: ten days, to within 1e-10 s
+constexpr double kLeastFps = 1e-3, kMostFps = 1e6;
+constexpr int kMostPixels = 65536;  // a side
 constexpr uint32_t kMostParts = 65536;
 
 std::string text_of(const std::string& value) { return value; }
@@ -194,6 +196,16 @@ Setting sample_range() {
           member_text<&FrameSettings::sample_range>};
 }
 
+// One that is not said unless it differs from the default: it means nothing to a scene at rest.
+Setting fps() {
+  Setting setting = number<&FrameSettings::fps>("fps", kLoading, kLeastFps, kMostFps,
+                                                "frames a second, of --frame [24]");
+  setting.text = [](const FrameSettings& s) {
+    return s.fps == FrameSettings().fps ? "" : text_of(s.fps);
+  };
+  return setting;
+}
+
 Setting backfaces() {
   const auto read = [](FrameSettings& settings, std::string_view text) {
     if (text != "show" && text != "cull") {
@@ -303,6 +315,13 @@ std::vector<Setting> make_table() {
                                        "degrees; 90 brings what was at +X to -Z"),
       flag<&S::transparent>("transparent", kSample, "the camera does not see the environment"),
       backfaces(),
+      word<&S::animation>("animation", kLoading, "NAME|INDEX|all",
+                          "animation that poses the scene [with a time the first, else none]"),
+      number<&S::time>("time", kLoading, -kLatest, kLatest,
+                       "seconds into the animation [0]; beyond its ends it stands still"),
+      number<&S::frame>("frame", kLoading, -kLatest * kMostFps, kLatest * kMostFps,
+                        "the same in frames, which may be broken"),
+      fps(),
       flag<&S::lenient>("lenient", kLoading,
                         "take images that are cut short, replace those that do not decode and "
                         "values of materials "

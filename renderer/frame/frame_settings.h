@@ -72,6 +72,11 @@ struct FrameSettings {
   std::optional<double> fov_y;                   // degrees
   std::optional<double> f_stop, focus_distance;  // metres; absent: a pinhole
 
+  // The scene: its pose. Without an animation and a time it stands as the file places it.
+  std::string animation;              // name, index or "all"; empty: the first, if there is a time
+  std::optional<double> time, frame;  // seconds; or frames, at `fps`. At most one of them
+  double fps = 24;
+
   // The scene: what is changed of it.
   std::string edits;    // a file of them; empty: none
   std::string variant;  // name or index; empty: the file's own materials
