@@ -8,6 +8,7 @@
 // All functions are pure and free of branches, so that loops over them vectorise.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "renderer/core/hash.h"
@@ -46,6 +47,24 @@ constexpr uint32_t pascal(uint32_t i) {
   i ^= (i & 0xccccccccu) >> 2;
   i ^= (i & 0xaaaaaaaau) >> 1;
   return i;
+}
+
+// Index of the third Sobol' dimension: primitive polynomial x^2 + x + 1, initial numbers 1 and 3
+// (S. Joe, F. Kuo 2008, "Constructing Sobol Sequences with Better Two-Dimensional Projections").
+constexpr std::array<uint32_t, 32> kThirdColumns = [] {
+  std::array<uint64_t, 32> m{1, 3};
+  for (size_t k = 2; k < m.size(); ++k) m[k] = (m[k - 1] << 1) ^ (m[k - 2] << 2) ^ m[k - 2];
+  std::array<uint32_t, 32> columns{};
+  // A number of k + 1 binary digits after the point; here its reversal.
+  for (size_t k = 0; k < m.size(); ++k) {
+    columns[k] = reverse_bits(uint32_t(m[k]) << (31 - k));
+  }
+  return columns;
+}();
+constexpr uint32_t third(uint32_t i) {
+  uint32_t x = 0;
+  for (size_t k = 0; k < 32; ++k) x ^= kThirdColumns[k] & (0u - ((i >> k) & 1u));
+  return x;
 }
 
 // pascal() for i < 8 in two of its five steps.

@@ -204,12 +204,60 @@ Block block_of(uint32_t pixel_hash, uint32_t half, StreamCount streams) {
   return {hash_combine(pixel_hash, half & 1u), half >> 1};
 }
 
+// The time of camera samples: the third dimension of the pixel's own sequence, so that it is
+// stratified against where in the pixel a sample lies, as what moves through the pixel asks for.
+void fill_time(const ScatteredLanes& lanes, int count, float* time) {
+  alignas(64) float values[kSampleLanes];
+  for (int i = 0; i < kSampleLanes; ++i) {
+    const uint32_t seed =
+        hash32(hash_combine(lanes.stream_hash[i], 0) ^ kScrambleSalt[camera_dim::kTime]);
+    const uint32_t index = lanes.block[i] * kBlockSize + lanes.in_block[i];
+    values[i] =
+        owen_sobol::reversed_to_unit_float(owen_sobol::permute(owen_sobol::third(index), seed));
+  }
+  std::copy_n(values, count, time);
+}
+
+ScatteredLanes lanes_of(std::span<const SampleAddress> samples, uint32_t seed,
+                        StreamCount streams) {
+  const uint32_t seed_hash = hash32(seed);
+  alignas(64) uint32_t x[kSampleLanes] = {}, y[kSampleLanes] = {}, half[kSampleLanes] = {};
+  ScatteredLanes lanes;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    x[i] = samples[i].x;
+    y[i] = samples[i].y;
+    half[i] = samples[i].sample / kBlockSize;
+    lanes.in_block[i] = samples[i].sample % kBlockSize;
+  }
+  for (size_t i = samples.size(); i < size_t(kSampleLanes); ++i) lanes.in_block[i] = 0;
+  const uint32_t second = streams == StreamCount::kTwo ? 1 : 0;
+  for (int i = 0; i < kSampleLanes; ++i) {
+    const uint32_t pixel_hash = hash_combine(hash_combine(seed_hash, x[i]), y[i]);
+    lanes.stream_hash[i] = hash_combine(pixel_hash, half[i] & second);
+    lanes.block[i] = half[i] >> second;
+  }
+  return lanes;
+}
+
+bool asks_for_time(uint32_t slot, int dimensions) {
+  return slot == 0 && dimensions > camera_dim::kTime;
+}
+
 }  // namespace
 
 void SobolSampler::fill_scattered(std::span<const SampleAddress> samples, uint32_t seed,
                                   uint32_t slot, int first_lane, SlotBlock& out,
                                   int dimensions) const {
   assert(first_lane >= 0 && size_t(first_lane) + samples.size() <= size_t(kSampleLanes));
+  fill_scattered_pairs(samples, seed, slot, first_lane, out, dimensions);
+  if (!asks_for_time(slot, dimensions)) return;
+  fill_time(lanes_of(samples, seed, streams_), int(samples.size()),
+            out.values[camera_dim::kTime] + first_lane);
+}
+
+void SobolSampler::fill_scattered_pairs(std::span<const SampleAddress> samples, uint32_t seed,
+                                        uint32_t slot, int first_lane, SlotBlock& out,
+                                        int dimensions) const {
   const uint32_t seed_hash = hash32(seed);
   // The second half of the first 16 samples, and what adaptive sampling adds by eights, are whole
   // blocks: what their samples have in common is made once.
@@ -226,21 +274,7 @@ void SobolSampler::fill_scattered(std::span<const SampleAddress> samples, uint32
     const Block blocks[] = {first_block(samples[0])};
     return fill_whole(blocks, slot, first_lane, out, dimensions);
   }
-  alignas(64) uint32_t x[kSampleLanes] = {}, y[kSampleLanes] = {}, half[kSampleLanes] = {};
-  ScatteredLanes lanes;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    x[i] = samples[i].x;
-    y[i] = samples[i].y;
-    half[i] = samples[i].sample / kBlockSize;
-    lanes.in_block[i] = samples[i].sample % kBlockSize;
-  }
-  for (size_t i = samples.size(); i < size_t(kSampleLanes); ++i) lanes.in_block[i] = 0;
-  const uint32_t second = streams_ == StreamCount::kTwo ? 1 : 0;
-  for (int i = 0; i < kSampleLanes; ++i) {
-    const uint32_t pixel_hash = hash_combine(hash_combine(seed_hash, x[i]), y[i]);
-    lanes.stream_hash[i] = hash_combine(pixel_hash, half[i] & second);
-    lanes.block[i] = half[i] >> second;
-  }
+  const ScatteredLanes lanes = lanes_of(samples, seed, streams_);
   const int pairs = dimensions <= 2 ? 1 : kSlotDimensions / 2;
   for (int p = 0; p < pairs; ++p) {
     alignas(64) float pair_x[kSampleLanes], pair_y[kSampleLanes];
@@ -261,6 +295,11 @@ void SobolSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sam
   } else {
     fill_pairs<kSlotDimensions / 2>(block, slot, first_sample, count, out);
   }
+  if (!asks_for_time(slot, dimensions)) return;
+  SampleAddress samples[kSampleLanes];
+  for (int i = 0; i < count; ++i) samples[i] = {pixel.x, pixel.y, first_sample + uint32_t(i)};
+  fill_time(lanes_of({samples, size_t(count)}, pixel.seed, streams_), count,
+            out.values[camera_dim::kTime] + first_sample % kSampleLanes);
 }
 
 }  // namespace emberline

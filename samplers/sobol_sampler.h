@@ -12,6 +12,10 @@
 // stays matched: 1 + N/64 times. With both: 0.93 to 0.98, 8/7 and 9/8, the last two exactly as
 // theory has it for blocks of 8.
 //
+// Time, which only the camera's slot has, is the third dimension of the pixel's sequence: 2^m
+// samples are stratified in time and either direction of the pixel together, within a factor of
+// two.
+//
 // With two streams, sample k belongs to stream (k >> 3) & 1, as its index ((k >> 4) << 3) | (k &
 // 7); the streams are independent randomisations, so (A - B)^2 / 4 is an honest estimate of the
 // variance of the pixel's mean (A + B) / 2. Counts are then best multiples of 16.
@@ -30,6 +34,9 @@ class SobolSampler final : public Sampler {
                       int first_lane, SlotBlock& out, int dimensions) const override;
 
  private:
+  void fill_scattered_pairs(std::span<const SampleAddress> samples, uint32_t seed, uint32_t slot,
+                            int first_lane, SlotBlock& out, int dimensions) const;
+
   StreamCount streams_;
 };
 
