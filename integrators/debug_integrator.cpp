@@ -19,7 +19,7 @@ Rgb material_color(uint32_t index) {
           0.15f + 0.85f * float((h >> 16) & 255) / 255.0f};
 }
 
-Rgb view_color(DebugView view, const SampleBatch& batch, const ShadedPoint& point) {
+Rgb view_color(DebugView view, const SampleBatch& batch, const ShadedPoint& point, float time) {
   switch (view) {
     case DebugView::kNormal:
       return (point.frame.shading.normal + Vec3f(1.0f)) * 0.5f;
@@ -30,8 +30,8 @@ Rgb view_color(DebugView view, const SampleBatch& batch, const ShadedPoint& poin
     case DebugView::kAlbedo:
       return point.surface.material->unlit() ? point.material.emission : point.bsdf().albedo();
     case DebugView::kDepth:
-      return Rgb(
-          float(double(batch.camera.axial_depth(point.surface.position)) / batch.scene.scale()));
+      return Rgb(float(double(batch.camera.axial_depth(point.surface.position, time)) /
+                       batch.scene.scale()));
     case DebugView::kMaterialId:
       return material_color(point.surface.material_index);
   }
@@ -51,9 +51,9 @@ void DebugIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
     samples.start_slot(1);
     const ShadedPoint point =
         shade(batch.scene, batch.rays[i], hit, samples.get(surface_dim::kTexture));
-    fill_first_hit(batch, point, point.bsdf().albedo(), &values[i].first_hit);
+    fill_first_hit(batch, point, batch.rays[i].time, point.bsdf().albedo(), &values[i].first_hit);
     values[i].alpha = 1.0f;
-    values[i].radiance = view_color(view_, batch, point);
+    values[i].radiance = view_color(view_, batch, point, batch.rays[i].time);
   }
 }
 

@@ -19,7 +19,7 @@ float balance(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
 
 // Radiance that a sampled light sends towards the point, and whether anything blocks the way is
 // the caller's question; `target` is where that question's ray ends.
-Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& from,
+Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& from, float time,
                      PixelSamples& samples, Vec3f* target) {
   if (light.kind != LightKind::kTriangle) {
     *target = light.position;
@@ -27,11 +27,11 @@ Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& 
   }
   const EmissiveTriangle& triangle = scene.lights().triangles()[light.index];
   *target = offset_ray_origin(light.position, light.emitter_normal,
-                              scene.surface_offset(triangle.instance, triangle.primitive),
+                              scene.surface_offset(triangle.instance, triangle.primitive, time),
                               from - light.position);
   const Material& material = scene.material_of(triangle.instance);
   if (material.emits_evenly()) return material.emission();
-  const SurfaceAttributes attributes = scene.emitter_attributes(triangle, light.barycentric);
+  const SurfaceAttributes attributes = scene.emitter_attributes(triangle, time, light.barycentric);
   // A number of its own: the emitter's texel must not depend on which texel this vertex took.
   const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
   Rgb radiance = material.emission(attributes, u_texture);
@@ -191,7 +191,8 @@ void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> va
     const ShadedPoint& point = points_[lane];
     if constexpr (kGlass) cross_medium(depth, point, &path);
     if (depth == 0) {
-      fill_first_hit(batch_, point, bsdfs_[lane].albedo(), &values[size_t(lane)].first_hit);
+      fill_first_hit(batch_, point, path.ray.time, bsdfs_[lane].albedo(),
+                     &values[size_t(lane)].first_hit);
     }
     const Rgb emitted = surface_emission(path, point);
     path.radiance = fma(path.throughput, emitted, path.radiance);
@@ -203,7 +204,7 @@ void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> va
       }
     }
     path.last.query = {point.surface.position, point.frame.shading.normal,
-                       kGlass && bsdfs_[lane].transmits_non_delta()};
+                       kGlass && bsdfs_[lane].transmits_non_delta(), path.ray.time};
     if (point.surface.material->unlit()) return false;
     return may_scatter(depth, path) || (kGlass && point.surface.material->is_smooth_wall());
   });
@@ -264,7 +265,8 @@ bool PathBatch<kGlass, kGroups>::connect(int lane) {
   }
   c.from = point.spawn_origin(c.light.direction);
   samples_.resume_sample(lane);
-  c.radiance = emitted_radiance(scene_, c.light, c.from, samples_, &c.target);
+  c.radiance =
+      emitted_radiance(scene_, c.light, c.from, paths_[lane].ray.time, samples_, &c.target);
   return !is_black(c.radiance);
 }
 
@@ -275,13 +277,15 @@ void PathBatch<kGlass, kGroups>::add_connection(int lane) {
   samples_.resume_sample(lane);
   const uint32_t key = coverage_key(scene_, samples_);
   if (kGlass && scene_.has_smooth_walls()) {
-    c.scattered *= through_thin_walls(scene_, c.from, c.light, c.target, key, samples_, &path.rays);
+    c.scattered *= through_thin_walls(scene_, c.from, c.light, c.target, path.ray.time, key,
+                                      samples_, &path.rays);
     if (is_black(c.scattered)) return;
   } else {
     path.rays.shadow++;
     const bool infinite = c.light.distance == kInfinity;
-    const bool visible = infinite ? scene_.visible_to_infinity(c.from, c.light.direction, key)
-                                  : scene_.visible(c.from, c.target, key) &&
+    const float time = path.ray.time;
+    const bool visible = infinite ? scene_.visible_to_infinity(c.from, c.light.direction, time, key)
+                                  : scene_.visible(c.from, c.target, time, key) &&
                                         !scene_.behind_flush_emitter(c.from, c.light, key);
     if (!visible) return;
   }
@@ -356,7 +360,7 @@ bool PathBatch<kGlass, kGroups>::leave_along(const BsdfSample& next, int lane) {
       scattering.walls = 0;
     }
   }
-  path.ray = {point.spawn_origin(direction), direction};
+  path.ray = {point.spawn_origin(direction), direction, kInfinity, path.ray.time};
   return true;
 }
 

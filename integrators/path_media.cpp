@@ -35,10 +35,11 @@ void set_relative_ior(const Interior& in, PixelSamples& samples, PathWavelength&
 namespace {
 
 // What the surface that was hit lets straight through; `*beyond` is where the way goes on.
-Rgb through_surface(const Scene& scene, const Vec3f& direction, const SurfaceHit& hit,
+Rgb through_surface(const Scene& scene, const Vec3f& direction, float time, const SurfaceHit& hit,
                     float u_texture, Vec3f* beyond) {
   if (!scene.material_of(hit.instance).is_smooth_wall()) return Rgb(0.0f);
-  const ShadedPoint point = shade(scene, Ray{Vec3f(0.0f), direction}, hit, u_texture);
+  const ShadedPoint point =
+      shade(scene, Ray{Vec3f(0.0f), direction, kInfinity, time}, hit, u_texture);
   *beyond = point.spawn_origin(direction);
   return point.bsdf().straight_through();
 }
@@ -46,13 +47,14 @@ Rgb through_surface(const Scene& scene, const Vec3f& direction, const SurfaceHit
 }  // namespace
 
 Rgb through_thin_walls(const Scene& scene, Vec3f from, const LightSample& light,
-                       const Vec3f& target, uint32_t coverage_key, PixelSamples& samples,
-                       SampleRays* rays) {
+                       const Vec3f& target, float time, uint32_t coverage_key,
+                       PixelSamples& samples, SampleRays* rays) {
   const bool infinite = light.distance == kInfinity;
   Rgb through(1.0f);
   for (uint32_t walls = 0; walls <= kMostWalls; ++walls) {
     // As Scene::visible has it: aimed anew, and t = 1 is the far point exactly.
-    const Ray ray = infinite ? Ray{from, light.direction} : Ray{from, target - from, 1.0f};
+    const Ray ray = infinite ? Ray{from, light.direction, kInfinity, time}
+                             : Ray{from, target - from, 1.0f, time};
     if (!infinite && !(dot(ray.direction, light.direction) > 0.0f)) return through;
     SurfaceHit hit;
     rays->shadow++;
@@ -60,7 +62,7 @@ Rgb through_thin_walls(const Scene& scene, Vec3f from, const LightSample& light,
     if (!scene.intersect(ray, coverage_key, &hit)) {
       return scene.behind_flush_emitter(from, light, coverage_key) ? Rgb(0.0f) : through;
     }
-    through *= through_surface(scene, light.direction, hit, samples.extra(), &from);
+    through *= through_surface(scene, light.direction, time, hit, samples.extra(), &from);
     if (is_black(through)) return through;
   }
   return Rgb(0.0f);

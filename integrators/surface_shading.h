@@ -34,7 +34,7 @@ struct ShadedPoint {
 // memory of one wait for that of the others.
 inline void find_surface(const Scene& scene, const Ray& ray, const SurfaceHit& hit,
                          ShadedPoint* p) {
-  scene.interaction(hit, &p->surface);
+  scene.interaction(hit, ray.time, &p->surface);
   p->wo = -ray.direction;
 }
 
@@ -65,15 +65,15 @@ inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& h
 }
 
 // The AOVs of a camera ray's first surface, as far as the batch asks for them.
-inline void fill_first_hit(const SampleBatch& batch, const ShadedPoint& point, const Rgb& albedo,
-                           FirstHit* out) {
+inline void fill_first_hit(const SampleBatch& batch, const ShadedPoint& point, float time,
+                           const Rgb& albedo, FirstHit* out) {
   if (batch.hit_id) out->id = point.surface.instance + 1;
   if (!batch.surface_aovs) return;
   out->hit = true;
   out->albedo = point.surface.material->unlit() ? point.material.emission : albedo;
   out->normal = point.frame.shading.normal;
   out->depth =
-      float(double(batch.camera.axial_depth(point.surface.position)) / batch.scene.scale());
+      float(double(batch.camera.axial_depth(point.surface.position, time)) / batch.scene.scale());
 }
 
 }  // namespace emberline

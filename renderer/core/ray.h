@@ -23,6 +23,7 @@ struct Ray {
   Vec3f origin;
   Vec3f direction;
   float t_max = kInfinity;
+  float time = 0.0f;  // in [0, 1], from the shutter's opening to its closing
 };
 
 }  // namespace emberline

@@ -5,33 +5,31 @@
 
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
-#include "renderer/description/scene_description.h"
 
 namespace emberline {
 
 WorldBounds world_bounds(const SceneDescription& description) {
   std::vector<WorldBounds> local(description.meshes.size());
   for (size_t i = 0; i < local.size(); ++i) {
-    for (const Vec3f& p : description.meshes[i].positions) {
-      for (int c = 0; c < 3; ++c) {
-        local[i].min[c] = std::min(local[i].min[c], double(p[c]));
-        local[i].max[c] = std::max(local[i].max[c], double(p[c]));
-      }
+    const MeshDescription& mesh = description.meshes[i];
+    for (const Vec3f& p : mesh.positions) local[i].add(to_double(p));
+    for (const MeshStep& step : mesh.motion) {
+      for (const Vec3f& p : step.positions) local[i].add(to_double(p));
     }
   }
   WorldBounds bounds;
+  const auto add = [&](const WorldBounds& b, const Mat44d& to_world) {
+    for (int corner = 0; corner < 8; ++corner) {
+      bounds.add(transform_point(to_world, {corner & 1 ? b.max.x : b.min.x,
+                                            corner & 2 ? b.max.y : b.min.y,
+                                            corner & 4 ? b.max.z : b.min.z}));
+    }
+  };
   for (const InstanceDescription& instance : description.instances) {
     const WorldBounds& b = local[size_t(instance.mesh)];
     if (b.empty()) continue;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vec3d p = transform_point(
-          instance.to_world, {corner & 1 ? b.max.x : b.min.x, corner & 2 ? b.max.y : b.min.y,
-                              corner & 4 ? b.max.z : b.min.z});
-      for (int c = 0; c < 3; ++c) {
-        bounds.min[c] = std::min(bounds.min[c], p[c]);
-        bounds.max[c] = std::max(bounds.max[c], p[c]);
-      }
-    }
+    add(b, instance.to_world);
+    for (const Mat44d& step : instance.motion) add(b, step);
   }
   return bounds;
 }

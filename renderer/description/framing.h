@@ -2,20 +2,16 @@
 #pragma once
 
 #include "renderer/core/vector.h"
+#include "renderer/description/scene_description.h"
 
 namespace emberline {
 
-struct CameraDescription;
-struct SceneDescription;
-
-// Bounds of all placed geometry, world space; empty (min > max) without geometry.
-struct WorldBounds {
-  Vec3d min = Vec3d(1e300), max = Vec3d(-1e300);
-  bool empty() const { return !(min.x <= max.x); }
-  Vec3d center() const { return (min + max) * 0.5; }
-  double radius() const { return empty() ? 0.0 : (max - min).length() * 0.5; }
-};
+// Bounds of all placed geometry at all its time steps.
 WorldBounds world_bounds(const SceneDescription& description);
+// What a view of the whole scene shows: the same at any time of an animation.
+inline WorldBounds framed_bounds(const SceneDescription& description) {
+  return description.rest_bounds ? *description.rest_bounds : world_bounds(description);
+}
 
 // A camera that frames everything, for files that have none: from the front, a little from the
 // right and above, 40 degrees high.

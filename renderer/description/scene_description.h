@@ -5,6 +5,7 @@
 // SceneDescription and are valid once load_gltf returns; -1 means "none".
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -146,6 +147,13 @@ struct VariantMaterial {
   bool operator==(const VariantMaterial&) const = default;
 };
 
+// Where a deforming mesh's vertices are at one time: as many of each as the mesh has.
+struct MeshStep {
+  std::vector<Vec3f> positions;
+  std::vector<Vec3f> normals;
+  std::vector<Vec4f> tangents;
+};
+
 // A triangle mesh with one material (one glTF primitive, strips and fans already unrolled).
 // positions, and every attribute that is present, have one entry per vertex.
 struct MeshDescription {
@@ -156,6 +164,7 @@ struct MeshDescription {
   std::vector<Vec4f> tangents;  // empty: none needed. xyz unit, w = +-1 (MikkTSpace convention).
   std::vector<std::vector<Vec2f>> uv_sets;  // each empty or full
   std::vector<Vec4f> colors;                // COLOR_0 linear rgba; empty: white
+  std::vector<MeshStep> motion = {};             // see Motion
   int material = -1;                        // -1: glTF's default material
   // By growing variant; in those that are absent the mesh wears `material`.
   std::vector<VariantMaterial> variant_materials;
@@ -166,12 +175,17 @@ struct VariantDescription {
   std::string name;
 };
 
+// Motion while the shutter is open: what moves is also given at later times, evenly spaced up to its
+// closing; at its opening it is where it stands without them. None: it is at rest. Between them
+// vertices, positions and sizes go along straight lines, and transforms turn about an axis.
+
 // A mesh placed in the world. Nodes are flattened at load; transforms keep double precision so
 // that a far-away scene can be rebased before it is rounded to float.
 struct InstanceDescription {
   std::string name;  // node name
   int mesh = -1;
   Mat44d to_world;  // row-vector convention; may mirror (negative determinant); finite
+  std::vector<Mat44d> motion = {};
 };
 
 // ---- lights and cameras
@@ -179,18 +193,27 @@ struct InstanceDescription {
 
 enum class PunctualType : uint8_t { kPoint, kSpot, kDirectional };
 
-// KHR_lights_punctual. The light shines along -Z of to_world (spot, directional).
-struct PunctualLightDescription {
+// What of a light may change while the shutter is open.
+struct PunctualLightStep {
+  Rgb intensity = Rgb(1.0f);  // colour x intensity: candela, or lux for kDirectional
+  Mat44d to_world;            // it shines along -Z (spot, directional)
+};
+
+// KHR_lights_punctual.
+struct PunctualLightDescription : PunctualLightStep {
   std::string name;
   PunctualType type = PunctualType::kPoint;
-  Rgb intensity = Rgb(1.0f);  // colour x intensity: candela, or lux for kDirectional
-  float inner_cone = 0.0f;    // radians from the axis, 0 <= inner < outer <= pi/2
+  float inner_cone = 0.0f;  // radians from the axis, 0 <= inner < outer <= pi/2
   float outer_cone = 0.785398163f;
-  Mat44d to_world;
+  std::vector<PunctualLightStep> motion = {};
 };
 
 // Those that do are a scene's point lights, in the order of the description.
-inline bool shines(const PunctualLightDescription& light) { return !is_black(light.intensity); }
+inline bool shines(const PunctualLightDescription& light) {
+  bool any = !is_black(light.intensity);
+  for (const PunctualLightStep& step : light.motion) any = any || !is_black(step.intensity);
+  return any;
+}
 
 struct CameraDescription {
   std::string name;
@@ -202,6 +225,7 @@ struct CameraDescription {
   double lens_radius = 0.0;     // metres; 0: a pinhole
   double focus_distance = 0.0;  // metres along the axis to the plane that is sharp; > 0 with a lens
   Mat44d to_world;              // looks along -Z, +Y up; scale in it is ignored
+  std::vector<Mat44d> motion = {};
   // Set: what the file says of it makes no camera. Whoever chooses it throws this.
   std::shared_ptr<const InputError> fault = {};
 };
@@ -262,12 +286,29 @@ struct SceneLists {
   bool may_be_dark = false;  // true: without any light there is none, and nobody is warned
 };
 
+// A box, world space; empty (min > max) with nothing in it.
+struct WorldBounds {
+  Vec3d min = Vec3d(1e300), max = Vec3d(-1e300);
+  void add(const Vec3d& p) {
+    for (int c = 0; c < 3; ++c) {
+      min[c] = std::min(min[c], p[c]);
+      max[c] = std::max(max[c], p[c]);
+    }
+  }
+  bool empty() const { return !(min.x <= max.x); }
+  Vec3d center() const { return (min + max) * 0.5; }
+  double radius() const { return empty() ? 0.0 : (max - min).length() * 0.5; }
+};
+
 struct SceneDescription : SceneLists {
   std::vector<NamedFile> files;  // all that were read for it, the scene first
   std::string generator;         // asset.generator
   std::vector<std::shared_ptr<const Image>> images;
   std::vector<MeshDescription> meshes;
   std::vector<InstanceDescription> instances;
+  // Of a posed scene: what it takes up at rest, so that a view of the whole does not depend on the
+  // pose.
+  std::optional<WorldBounds> rest_bounds;
   CoverageReport coverage;
   LoadRepairs repairs;
   std::vector<AnimationDescription> animations;

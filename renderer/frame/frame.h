@@ -31,6 +31,8 @@ struct Frame {
   // lights apart (IntegratorEntry). Null: it is not, and costs nothing.
   const LightGroups* light_groups = nullptr;
 
+  // Whether samples have a time.
+  bool moves() const { return scene.moves() || camera.moves(); }
   FilmExtras with_light_groups(FilmExtras extras) const {
     if (light_groups) extras.light_groups = light_groups->size();
     return extras;

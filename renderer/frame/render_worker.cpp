@@ -10,8 +10,11 @@
 namespace emberline {
 namespace {
 
-// What trace_batch asks slot 0 for: kPixelX and kPixelY, and with a lens kLensX and kLensY.
-int camera_dimensions(const Camera& camera) { return camera.has_lens() ? 4 : 2; }
+// What trace_batch asks slot 0 for: kPixelX and kPixelY, with a lens kLensX and kLensY, and kTime
+// where something moves.
+int camera_dimensions(const Frame& frame) {
+  return frame.moves() ? 5 : frame.camera.has_lens() ? 4 : 2;
+}
 
 // Samples between two reports of progress: about a millisecond of work.
 constexpr uint64_t kReportedSamples = 2048;
@@ -46,7 +49,7 @@ RenderWorker::RenderWorker(const Frame& frame)
       // Of a sampler that weighs its points, the first one's weight is 1 only if all are.
       weighted_(frame.exact_counts &&
                 frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
-      samples_(frame.sampler, camera_dimensions(frame.camera)),
+      samples_(frame.sampler, camera_dimensions(frame)),
       light_values_(frame.light_groups ? frame.light_groups->size() : 0),
       saved_mode_(flush_denormals()) {}
 
@@ -71,6 +74,35 @@ void RenderWorker::make_lens_rays(std::span<const Vec2f> film) {
   frame_.camera.rays(film, {lens, film.size()}, rays_);
 }
 
+// Of a frame in which something moves: each at its time.
+void RenderWorker::make_timed_rays(std::span<const Vec2f> film) {
+  const Camera& camera = frame_.camera;
+  if (!camera.moves()) {
+    make_rays(film);
+    for (int i = 0; i < count_; ++i) {
+      samples_.start_sample(i);
+      rays_[i].time = samples_.get(camera_dim::kTime);
+    }
+    return;
+  }
+  for (int i = 0; i < count_; ++i) {
+    samples_.start_sample(i);
+    Vec2f lens(0.0f);
+    if (camera.has_lens()) {
+      lens = {samples_.get(camera_dim::kLensX), samples_.get(camera_dim::kLensY)};
+    }
+    rays_[i] = camera.ray(film[size_t(i)], lens, samples_.get(camera_dim::kTime));
+  }
+}
+
+void RenderWorker::make_rays(std::span<const Vec2f> film) {
+  if (frame_.camera.has_lens()) {
+    make_lens_rays(film);
+  } else {
+    frame_.camera.rays(film, rays_);
+  }
+}
+
 void RenderWorker::trace_batch() {
   Vec2f film[kSampleLanes];
   for (int i = 0; i < count_; ++i) {
@@ -87,10 +119,10 @@ void RenderWorker::trace_batch() {
     values_[i] = SampleValue{};
   }
   const auto count = size_t(count_);
-  if (frame_.camera.has_lens()) {
-    make_lens_rays({film, count});
+  if (frame_.moves()) [[unlikely]] {
+    make_timed_rays({film, count});
   } else {
-    frame_.camera.rays({film, count}, rays_);
+    make_rays({film, count});
   }
   const bool surface = frame_.aovs.contains(Aov::kAlbedo) || frame_.aovs.contains(Aov::kNormal) ||
                        frame_.aovs.contains(Aov::kDepth);

@@ -41,7 +41,9 @@ class RenderWorker {
  private:
   void begin_batch(int x, int y, uint32_t first_sample, int count);
   void trace_batch();
+  void make_rays(std::span<const Vec2f> film);
   void make_lens_rays(std::span<const Vec2f> film);
+  void make_timed_rays(std::span<const Vec2f> film);
   bool add(int lane, FilmTile& tile);
   void add_batch(FilmTile& tile);
   void add_lights(FilmTile& tile) const;

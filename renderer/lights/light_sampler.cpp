@@ -38,35 +38,99 @@ double refine(float u_pick, const Vec2f& u) {
   return std::min(double(u_pick) + double(h) * 0x1p-56, 1.0 - 0x1p-53);
 }
 
-float spot_attenuation(const PointLight& light, const Vec3f& to_light) {
+float spot_attenuation(const PointLight& light, const Vec3f& direction, const Vec3f& to_light) {
   if (light.type != PointLightType::kSpot) return 1.0f;
   const float scale = 1.0f / std::max(kLeastConeDifference, light.cos_inner - light.cos_outer);
-  const float cosine = -dot(light.direction, to_light);
+  const float cosine = -dot(direction, to_light);
   return square(std::clamp((cosine - light.cos_outer) * scale, 0.0f, 1.0f));
 }
 
-EmitterBounds triangle_bounds(const EmissiveTriangle& t, const Vec3d& normal, double area) {
+using Corners = std::array<Vec3f, 3>;
+
+// Empty if there is no area, or none that floats can tell.
+EmitterBounds triangle_bounds(const EmissiveTriangle& t, const Corners& p) {
   EmitterBounds b;
-  for (int i = 0; i < 3; ++i) {
-    b.lower[i] = std::min({t.p0[i], t.p1[i], t.p2[i]});
-    b.upper[i] = std::max({t.p0[i], t.p1[i], t.p2[i]});
-  }
-  b.axis = Vec3f(normal);
   b.two_sided = t.two_sided;
-  b.intensity = double(luminance(t.mean_radiance)) * area;
+  if (!is_finite(p[0]) || !is_finite(p[1]) || !is_finite(p[2])) return b;
+  const Vec3d n = cross(Vec3d(p[1]) - Vec3d(p[0]), Vec3d(p[2]) - Vec3d(p[0]));
+  const double twice_area = std::sqrt(dot(n, n));
+  if (!(twice_area > 0)) return b;
+  for (int i = 0; i < 3; ++i) {
+    b.lower[i] = std::min({p[0][i], p[1][i], p[2][i]});
+    b.upper[i] = std::max({p[0][i], p[1][i], p[2][i]});
+  }
+  b.axis = Vec3f(n / twice_area);
+  b.intensity = double(luminance(t.mean_radiance)) * (0.5 * twice_area);
   return b;
 }
 
-EmitterBounds point_bounds(const PointLight& light) {
+double angle_between(const Vec3f& a, const Vec3f& b) {
+  return std::acos(std::clamp(double(dot(a, b)), -1.0, 1.0));
+}
+
+// What holds all of them, each of which the next follows by a line or an arc of less than an eighth
+// of a turn: where an arc leaves the box around both its ends it does so by less than a quarter of
+// what they are apart, and it turns no further than from one end to the other.
+EmitterBounds swept_bounds(std::span<const EmitterBounds> steps) {
+  EmitterBounds all;
+  Vec3f axis(0.0f);
+  double turn = 0;
+  const EmitterBounds* before = nullptr;
+  for (const EmitterBounds& b : steps) {
+    if (!(b.intensity > 0)) continue;
+    Vec3f margin(0.0f);
+    if (before) {
+      const Vec3f low = b.lower - before->lower, high = b.upper - before->upper;
+      margin = Vec3f(0.25f * std::max(max_abs_component(low), max_abs_component(high)));
+      turn = std::max(turn, angle_between(b.axis, before->axis));
+    } else {
+      all = b;
+    }
+    for (int c = 0; c < 3; ++c) {
+      all.lower[c] = std::min(all.lower[c], b.lower[c] - margin[c]);
+      all.upper[c] = std::max(all.upper[c], b.upper[c] + margin[c]);
+      if (before) {
+        all.lower[c] = std::min(all.lower[c], before->lower[c] - margin[c]);
+        all.upper[c] = std::max(all.upper[c], before->upper[c] + margin[c]);
+      }
+    }
+    all.intensity = std::max(all.intensity, b.intensity);
+    axis += b.axis;
+    before = &b;
+  }
+  if (!before) return all;
+  all.axis = normalize_or(axis, all.axis);
+  double away = 0;
+  for (const EmitterBounds& b : steps) {
+    if (b.intensity > 0) away = std::max(away, angle_between(b.axis, all.axis));
+  }
+  const double o = std::acos(std::clamp(double(all.cos_theta_o), -1.0, 1.0));
+  if (away > 0) all.cos_theta_o = float(std::cos(std::min(kPiD, o + away + turn)));
+  return all;
+}
+
+// Between an arc's ends less than this share of what a segment may turn.
+constexpr int kTimesOfSegment = 4;
+
+EmitterBounds moving_bounds(const EmissiveTriangle& t, const EmitterMotion& motion) {
+  const int times = kTimesOfSegment * motion.segments(t);
+  std::vector<EmitterBounds> steps;
+  for (int i = 0; i <= times; ++i) {
+    steps.push_back(triangle_bounds(t, motion.corners(t, float(i) / float(times))));
+  }
+  return swept_bounds(steps);
+}
+
+EmitterBounds point_bounds(const PointLight& light, const PointLightStep& step) {
   EmitterBounds b;
-  b.lower = b.upper = light.position;
-  b.intensity = double(luminance(light.intensity));
+  b.lower = b.upper = step.position;
+  b.intensity = double(luminance(step.intensity));
   if (light.type == PointLightType::kPoint) {
     b.axis = Vec3f(0, 0, 1);
     b.cos_theta_o = -1.0f;
     return b;
   }
-  b.axis = light.direction;
+  b.axis = step.direction;
   // The formula widens a cone whose edges are nearly one; bound what it gives.
   const double outer = std::acos(std::clamp(double(light.cos_outer), -1.0, 1.0));
   const double inner = std::acos(std::clamp(double(light.cos_inner), -1.0, 1.0));
@@ -75,48 +139,82 @@ EmitterBounds point_bounds(const PointLight& light) {
   return b;
 }
 
+EmitterBounds point_bounds(const PointLight& light) {
+  if (light.motion.empty()) return point_bounds(light, light);
+  // A light that is out at one step is brighter on the way to the next: it counts as the brightest.
+  Rgb brightest = light.intensity;
+  for (const PointLightStep& step : light.motion) {
+    if (luminance(step.intensity) > luminance(brightest)) brightest = step.intensity;
+  }
+  const size_t times = kTimesOfSegment * light.motion.size();
+  std::vector<EmitterBounds> steps;
+  for (size_t i = 0; i <= times; ++i) {
+    PointLightStep step = light.at(float(i) / float(times));
+    step.intensity = brightest;
+    steps.push_back(point_bounds(light, step));
+  }
+  return swept_bounds(steps);
+}
+
 // Luminance of the flux, for the choice without a tree.
-double point_power(const PointLight& light) {
-  const double intensity = double(luminance(light.intensity));
+double point_power(const PointLight& light, double intensity) {
   if (light.type == PointLightType::kPoint) return 4 * kPiD * intensity;
   return 2 * kPiD * intensity * (1.0 - 0.5 * (double(light.cos_inner) + double(light.cos_outer)));
 }
 
 }  // namespace
 
+PointLightStep PointLight::at(float time) const {
+  if (motion.empty()) return *this;
+  const float scaled = time * float(motion.size());
+  const size_t next = std::min(size_t(scaled), motion.size() - 1);
+  const PointLightStep& a = next == 0 ? *this : motion[next - 1];
+  const PointLightStep& b = motion[next];
+  const float share = scaled - float(next);
+  return {lerp(a.position, b.position, share),
+          normalize_or(lerp(a.direction, b.direction, share), a.direction),
+          lerp(a.intensity, b.intensity, share)};
+}
+
 LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<PointLight> points,
                            std::shared_ptr<const EnvironmentLight> environment,
-                           const LightSamplerSettings& settings)
+                           const LightSamplerSettings& settings, const EmitterMotion* motion)
     : triangles_(std::move(triangles)),
       points_(std::move(points)),
-      environment_(environment && !environment->black() ? std::move(environment) : nullptr) {
+      environment_(environment && !environment->black() ? std::move(environment) : nullptr),
+      motion_(motion) {
   assert(triangles_.size() < kPointEmitter && points_.size() < kPointEmitter);
   std::vector<EmitterBounds> bounds;
   std::vector<double> powers;
   triangle_emitter_.assign(triangles_.size(), kNoEmitter);
   for (size_t i = 0; i < triangles_.size(); ++i) {
     const EmissiveTriangle& t = triangles_[i];
-    if (!emits(t.mean_radiance) || !is_finite(t.p0) || !is_finite(t.p1) || !is_finite(t.p2))
-      continue;
-    const Vec3d n = cross(Vec3d(t.p1) - Vec3d(t.p0), Vec3d(t.p2) - Vec3d(t.p0));
-    const double twice_area = std::sqrt(dot(n, n));
-    if (!(twice_area > 0)) continue;
+    if (!emits(t.mean_radiance)) continue;
+    const EmitterBounds b =
+        t.moves ? moving_bounds(t, *motion_) : triangle_bounds(t, {t.p0, t.p1, t.p2});
+    if (!(b.intensity > 0)) continue;
     triangle_emitter_[i] = uint32_t(emitters_.size());
     emitters_.push_back(uint32_t(i));
-    bounds.push_back(triangle_bounds(t, n / twice_area, 0.5 * twice_area));
+    bounds.push_back(b);
     powers.push_back(kPiD * bounds.back().intensity * (t.two_sided ? 2 : 1));
   }
   for (size_t i = 0; i < points_.size(); ++i) {
     const PointLight& light = points_[i];
-    if (!emits(light.intensity)) continue;
+    bool shines = emits(light.intensity), finite = is_finite(light.position);
+    for (const PointLightStep& step : light.motion) {
+      shines = shines || emits(step.intensity);
+      finite = finite && is_finite(step.position);
+    }
+    if (!shines) continue;
     if (light.type == PointLightType::kDirectional) {
       directional_.push_back(uint32_t(i));
       continue;
     }
-    const double power = point_power(light);
-    if (!is_finite(light.position) || !(power > 0)) continue;  // no power: a spot without a cone
+    const EmitterBounds b = point_bounds(light);
+    const double power = point_power(light, b.intensity);
+    if (!finite || !(power > 0)) continue;  // no power: a spot without a cone
     emitters_.push_back(uint32_t(i) | kPointEmitter);
-    bounds.push_back(point_bounds(light));
+    bounds.push_back(b);
     powers.push_back(power);
   }
 
@@ -156,11 +254,18 @@ bool LightSampler::empty() const {
   return emitters_.empty() && directional_.empty() && !environment_;
 }
 
+std::array<Vec3f, 3> LightSampler::corners(const EmissiveTriangle& t, float time) const {
+  if (t.moves) [[unlikely]]
+    return motion_->corners(t, time);
+  return {t.p0, t.p1, t.p2};
+}
+
 float LightSampler::directional_weight(const LightQuery& query, const PointLight& light) const {
-  float cosine = -dot(query.normal, light.direction);
+  const PointLightStep step = light.at(query.time);
+  float cosine = -dot(query.normal, step.direction);
   if (query.both_sides) cosine = std::abs(cosine);
   if (!(cosine > 0.0f)) return 0.0f;
-  return luminance(light.intensity) * std::max(cosine, kLeastReceiverCosine);
+  return luminance(step.intensity) * std::max(cosine, kLeastReceiverCosine);
 }
 
 LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& query) const {
@@ -204,11 +309,12 @@ LightSample LightSampler::sample_directional(const LightQuery& query, const Infi
     rest -= double(weight);
   }
   if (picked == kNoEmitter) return {};
+  const PointLightStep light = points_[picked].at(query.time);
   result.kind = LightKind::kPoint;
   result.index = picked;
-  result.direction = -points_[picked].direction;
+  result.direction = -light.direction;
   result.distance = kInfinity;
-  result.radiance = points_[picked].intensity;
+  result.radiance = light.intensity;
   result.pdf = choice.probability * (picked_weight / choice.total);
   result.delta = true;
   return result;
@@ -234,14 +340,15 @@ LightSample LightSampler::sample_emitter(const LightQuery& query, uint32_t emitt
   LightSample result;
   const uint32_t index = emitters_[emitter] & ~kPointEmitter;
   if (emitters_[emitter] & kPointEmitter) {
-    const PointLight& light = points_[index];
+    const PointLightStep light = points_[index].at(query.time);
     const Vec3d to_light = Vec3d(light.position) - Vec3d(query.point);
     const double d2 = dot(to_light, to_light);
     if (!(d2 > 0)) return {};
     const double distance = std::sqrt(d2);
     result.direction = Vec3f(to_light / distance);
     result.radiance =
-        light.intensity * float(double(spot_attenuation(light, result.direction)) / d2);
+        light.intensity *
+        float(double(spot_attenuation(points_[index], light.direction, result.direction)) / d2);
     // Outside the cone; or so close that a float cannot say how bright it is.
     if (is_black(result.radiance) || !is_finite(result.radiance)) return {};
     result.kind = LightKind::kPoint;
@@ -253,7 +360,8 @@ LightSample LightSampler::sample_emitter(const LightQuery& query, uint32_t emitt
     return result;
   }
   const EmissiveTriangle& t = triangles_[index];
-  const SeenTriangle seen = see_triangle(t.p0, t.p1, t.p2, query.point);
+  const auto [p0, p1, p2] = corners(t, query.time);
+  const SeenTriangle seen = see_triangle(p0, p1, p2, query.point);
   if (!t.two_sided && !(seen.height > 0)) return {};
   const TriangleSample s = sample_triangle(seen, query.point, u);
   if (!(s.pdf > 0.0f)) return {};
@@ -332,7 +440,8 @@ float LightSampler::pdf_triangle(const LightQuery& query, uint32_t index,
   const uint32_t emitter = triangle_emitter_[index];
   if (emitter == kNoEmitter) return 0.0f;
   const EmissiveTriangle& t = triangles_[index];
-  const SeenTriangle seen = see_triangle(t.p0, t.p1, t.p2, query.point);
+  const auto [p0, p1, p2] = corners(t, query.time);
+  const SeenTriangle seen = see_triangle(p0, p1, p2, query.point);
   if (!t.two_sided && !(seen.height > 0)) return 0.0f;
   const float finite_share = has_infinite() ? 1.0f - weigh_infinite(query).probability : 1.0f;
   const float probability = finite_share * finite_probability(query, emitter);

@@ -4,6 +4,7 @@
 // sampling and density functions are const, pure and thread-safe. No virtual call per ray.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -17,24 +18,46 @@ namespace emberline {
 class EnvironmentLight;  // environment_light.h
 class LightBvh;          // light_bvh.h
 
-// A triangle of an emissive mesh, as placed by one instance.
+// A triangle of an emissive mesh, as placed by one instance; at the shutter's opening, if it moves.
 struct EmissiveTriangle {
   Vec3f p0, p1, p2;   // CCW seen from the emitting side
   Rgb mean_radiance;  // averaged over its area (texture included); > 0 somewhere
   bool two_sided = false;
+  bool moves = false;     // EmitterMotion knows where it is
   uint32_t instance = 0;  // for the integrator to find its material and attributes
   uint32_t primitive = 0;
 };
 
+// Where the triangles that move are: whoever has the geometry says so, since light samples have to
+// lie on what rays hit.
+class EmitterMotion {
+ public:
+  virtual ~EmitterMotion() = default;
+  // At a time in [0, 1], counter-clockwise seen from the emitting side.
+  virtual std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const = 0;
+  // Into how many equal times the shutter is cut for it to go along lines or arcs of less than half
+  // a turn in each.
+  virtual int segments(const EmissiveTriangle& triangle) const = 0;
+};
+
 enum class PointLightType : uint8_t { kPoint, kSpot, kDirectional };
 
-struct PointLight {
-  PointLightType type = PointLightType::kPoint;
-  Vec3f position;                            // point, spot
-  Vec3f direction;                           // spot, directional: the way the light travels; unit
-  Rgb intensity;                             // W/sr (candela), or irradiance (lux) for directional
-  float cos_inner = 1.0f, cos_outer = 0.0f;  // spot: glTF's angular falloff between them
+// What of a point light may change while the shutter is open.
+struct PointLightStep {
+  Vec3f position;   // point, spot
+  Vec3f direction;  // spot, directional: the way the light travels; unit
+  Rgb intensity;    // W/sr (candela), or irradiance (lux) for directional
 
+  bool operator==(const PointLightStep&) const = default;
+};
+
+struct PointLight : PointLightStep {
+  PointLightType type = PointLightType::kPoint;
+  float cos_inner = 1.0f, cos_outer = 0.0f;  // spot: glTF's angular falloff between them
+  // Later steps, evenly spaced up to the shutter's closing, and straight lines between them.
+  std::vector<PointLightStep> motion = {};
+
+  PointLightStep at(float time) const;
   bool operator==(const PointLight&) const = default;
 };
 
@@ -43,6 +66,7 @@ struct LightQuery {
   Vec3f point;
   Vec3f normal;             // the hemisphere that can receive light; ignored if `both_sides`
   bool both_sides = false;  // the surface transmits
+  float time = 0.0f;        // as of a ray
 };
 
 struct LightRequest {
@@ -75,10 +99,11 @@ struct LightSamplerSettings {
 
 class LightSampler {
  public:
-  // `environment` may be null. An environment with no radiance at all is treated as null.
+  // `environment` may be null. An environment with no radiance at all is treated as null. `motion`
+  // outlives the sampler; null if no triangle moves.
   LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<PointLight> points,
                std::shared_ptr<const EnvironmentLight> environment,
-               const LightSamplerSettings& settings = {});
+               const LightSamplerSettings& settings = {}, const EmitterMotion* motion = nullptr);
   ~LightSampler();
   LightSampler(LightSampler&&) noexcept;
   LightSampler& operator=(LightSampler&&) noexcept;
@@ -114,6 +139,7 @@ class LightSampler {
   std::vector<EmissiveTriangle> triangles_;
   std::vector<PointLight> points_;
   std::shared_ptr<const EnvironmentLight> environment_;
+  const EmitterMotion* motion_ = nullptr;
   std::unique_ptr<const LightBvh> bvh_;
 
   // An emitter is a finite light that emits: an index into triangles_, or with kPointEmitter into
@@ -141,6 +167,7 @@ class LightSampler {
     uint32_t emitter = 0;
     float probability = 0.0f;
   };
+  std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const;
   float directional_weight(const LightQuery& query, const PointLight& light) const;
   bool has_infinite() const { return environment_ || !directional_.empty(); }
   InfiniteChoice weigh_infinite(const LightQuery& query) const;

@@ -11,7 +11,6 @@
 
 namespace emberline {
 
-using scene_detail::Affine;
 using scene_detail::Instance;
 using scene_detail::Mesh;
 
@@ -86,12 +85,13 @@ class SceneBuilder {
  private:
   void choose_space();
   void place_meshes();
-  void limit_origins(const InstanceDescription& placed);
+  void limit_origins(const Mat44d& to_world, const std::string& mesh);
   void bake(MeshDescription& source, const InstanceDescription& placed, Mesh& mesh);
   void adopt(MeshDescription& source, Mesh& mesh);
   void drop_unread_attributes();
   void build_geometry();
-  Affine to_internal(const Mat44d& to_world) const;
+  Mat44d to_internal(const Mat44d& to_world) const;
+  void place(const InstanceDescription& placed, Instance& instance);
 
   SceneDescription description_;
   SceneBuildOptions options_;
@@ -117,18 +117,28 @@ void SceneBuilder::choose_space() {
   scene_->radius_ = float(radius * scene_->scale_);
 }
 
-Affine SceneBuilder::to_internal(const Mat44d& m) const {
-  const double s = scene_->scale_;
-  const auto row = [&](int i) { return to_float(Vec3d(m[i][0], m[i][1], m[i][2]) * s); };
-  const Vec3d t = (Vec3d(m[3][0], m[3][1], m[3][2]) - scene_->origin_) * s;
-  return {row(0), row(1), row(2), to_float(t)};
+Mat44d SceneBuilder::to_internal(const Mat44d& to_world) const {
+  Mat44d m = to_world;
+  for (int c = 0; c < 3; ++c) {
+    m[3][c] -= scene_->origin_[c];
+    for (int r = 0; r < 4; ++r) m[r][c] *= scene_->scale_;
+  }
+  return m;
 }
 
 void SceneBuilder::adopt(MeshDescription& source, Mesh& mesh) {
+  const auto pad = [](std::vector<Vec3f>& positions) {
+    // Embree reads 16 bytes at the last vertex. Growing by itself, the vector would double.
+    positions.reserve(positions.size() + 1);
+    positions.emplace_back(0.0f);
+  };
   mesh.positions = std::move(source.positions);
-  // Embree reads 16 bytes at the last vertex. Growing by itself, the vector would double.
-  mesh.positions.reserve(mesh.positions.size() + 1);
-  mesh.positions.emplace_back(0.0f);
+  pad(mesh.positions);
+  for (MeshStep& step : source.motion) {
+    mesh.motion.push_back(
+        {std::move(step.positions), std::move(step.normals), std::move(step.tangents)});
+    pad(mesh.motion.back().positions);
+  }
   mesh.triangles = std::move(source.triangles);
   mesh.normals = std::move(source.normals);
   mesh.tangents = std::move(source.tangents);
@@ -146,31 +156,34 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
       change(i);
     }
   };
-  for_each(mesh.positions.size() - 1, [&](size_t i) {
-    const Vec3d world = transform_point(m, to_double(mesh.positions[i]));
-    mesh.positions[i] = to_float((world - scene_->origin_) * scene_->scale_);
-  });
+  const std::array<Vec3d, 3> rows = normal_rows(m);
+  const auto bake_vertices = [&](auto& vertices) {
+    for_each(vertices.positions.size() - 1, [&](size_t i) {
+      const Vec3d world = transform_point(m, to_double(vertices.positions[i]));
+      vertices.positions[i] = to_float((world - scene_->origin_) * scene_->scale_);
+    });
+    for_each(vertices.normals.size(), [&](size_t i) {
+      Vec3f& n = vertices.normals[i];
+      n = normalize_or(
+          to_float(rows[0] * double(n.x) + rows[1] * double(n.y) + rows[2] * double(n.z)),
+          Vec3f(0.0f));
+    });
+    for_each(vertices.tangents.size(), [&](size_t i) {
+      Vec4f& t = vertices.tangents[i];
+      const Vec3f direction =
+          normalize_or(to_float(transform_vector(m, Vec3d(t.x, t.y, t.z))), Vec3f(0.0f));
+      t = Vec4f(direction.x, direction.y, direction.z, mirrored ? -t.w : t.w);
+    });
+  };
+  bake_vertices(mesh);
+  for (scene_detail::MeshStep& step : mesh.motion) bake_vertices(step);
   if (mirrored) {
     for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
   }
-  const std::array<Vec3d, 3> rows = normal_rows(m);
-  for_each(mesh.normals.size(), [&](size_t i) {
-    Vec3f& n = mesh.normals[i];
-    n = normalize_or(
-        to_float(rows[0] * double(n.x) + rows[1] * double(n.y) + rows[2] * double(n.z)),
-        Vec3f(0.0f));
-  });
-  for_each(mesh.tangents.size(), [&](size_t i) {
-    Vec4f& t = mesh.tangents[i];
-    const Vec3f direction =
-        normalize_or(to_float(transform_vector(m, Vec3d(t.x, t.y, t.z))), Vec3f(0.0f));
-    t = Vec4f(direction.x, direction.y, direction.z, mirrored ? -t.w : t.w);
-  });
 }
 
 // In an instance's own space origins must be such as Embree takes, too.
-void SceneBuilder::limit_origins(const InstanceDescription& placed) {
-  const Mat44d& m = placed.to_world;
+void SceneBuilder::limit_origins(const Mat44d& m, const std::string& mesh) {
   const double growth = inverse_growth(m) / scene_->scale_;
   const Vec3d at = (Vec3d(m[3][0], m[3][1], m[3][2]) - scene_->origin_) * scene_->scale_;
   const double away = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
@@ -179,9 +192,22 @@ void SceneBuilder::limit_origins(const InstanceDescription& placed) {
   // the transform, in float.
   const double volume = std::abs(determinant3(m)) * std::pow(scene_->scale_, 3.0);
   if (scene_->farthest_ > 4.0 * double(scene_->radius_) && volume > 1e-36 && volume < 1e36) return;
-  throw InputError(description_.file, "an instance of mesh '" +
-                                          description_.meshes[size_t(placed.mesh)].name +
+  throw InputError(description_.file, "an instance of mesh '" + mesh +
                                           "' is scaled so far that no ray can be traced in it");
+}
+
+void SceneBuilder::place(const InstanceDescription& placed, Instance& instance) {
+  instance.transformed = true;
+  instance.mirrored = determinant3(placed.to_world) < 0;
+  const Mat44d m = to_internal(placed.to_world);
+  const auto row = [&](int i) { return to_float(Vec3d(m[i][0], m[i][1], m[i][2])); };
+  instance.to_internal = {row(0), row(1), row(2), row(3)};
+  const std::array<Vec3d, 3> rows = normal_rows(placed.to_world);
+  instance.normal_transform = {to_float(rows[0]), to_float(rows[1]), to_float(rows[2]),
+                               Vec3f(0.0f)};
+  const std::string& mesh = description_.meshes[size_t(placed.mesh)].name;
+  limit_origins(placed.to_world, mesh);
+  for (const Mat44d& step : placed.motion) limit_origins(step, mesh);
 }
 
 void SceneBuilder::place_meshes() {
@@ -203,17 +229,11 @@ void SceneBuilder::place_meshes() {
     MeshDescription& source = description_.meshes[mesh_index];
     Instance& instance = scene.instances_[i];
     instance.mesh = uint32_t(placed.mesh);
-    if (uses_[mesh_index] == 1) {
+    if (uses_[mesh_index] == 1 && placed.motion.empty()) {
       bake(source, placed, mesh);
     } else {
       if (mesh.triangles.empty()) adopt(source, mesh);
-      instance.transformed = true;
-      instance.mirrored = determinant3(placed.to_world) < 0;
-      instance.to_internal = to_internal(placed.to_world);
-      limit_origins(placed);
-      const std::array<Vec3d, 3> rows = normal_rows(placed.to_world);
-      instance.normal_transform = {to_float(rows[0]), to_float(rows[1]), to_float(rows[2]),
-                                   Vec3f(0.0f)};
+      place(placed, instance);
     }
     scene.triangle_count_ += mesh.triangles.size();
   }
@@ -223,7 +243,10 @@ void SceneBuilder::place_meshes() {
 void SceneBuilder::drop_unread_attributes() {
   for (Mesh& mesh : scene_->meshes_) {
     if (!mesh.material) continue;
-    if (!mesh.material->needs_tangents()) mesh.tangents = {};
+    if (!mesh.material->needs_tangents()) {
+      mesh.tangents = {};
+      for (scene_detail::MeshStep& step : mesh.motion) step.tangents = {};
+    }
     if (options_.unread_uv) continue;
     const uint32_t read = mesh.material->uv_mask();
     for (size_t set = 0; set < mesh.uv_sets.size(); ++set) {
@@ -242,16 +265,23 @@ void SceneBuilder::build_geometry() {
   progress_.begin(LoadStage::kBvh, items);
   std::vector<RTCScene> mesh_scenes(scene.meshes_.size(), nullptr);
   for (uint32_t i = 0; i < scene.instances_.size(); ++i) {
-    const Instance& instance = scene.instances_[i];
+    Instance& instance = scene.instances_[i];
     const Mesh& mesh = scene.meshes_[instance.mesh];
     if (mesh.triangles.empty()) continue;
     if (!instance.transformed) {
       geometry.add_mesh(mesh, i);
-    } else {
-      RTCScene& mesh_scene = mesh_scenes[instance.mesh];
-      if (!mesh_scene) mesh_scene = geometry.add_mesh_scene(mesh, progress_);
-      geometry.add_instance(mesh_scene, instance.to_internal, i);
+      continue;
     }
+    RTCScene& mesh_scene = mesh_scenes[instance.mesh];
+    if (!mesh_scene) mesh_scene = geometry.add_mesh_scene(mesh, progress_);
+    const InstanceDescription& placed = description_.instances[i];
+    if (placed.motion.empty()) {
+      geometry.add_instance(mesh_scene, instance.to_internal, i);
+      continue;
+    }
+    std::vector<Mat44d> steps = {to_internal(placed.to_world)};
+    for (const Mat44d& step : placed.motion) steps.push_back(to_internal(step));
+    instance.moving = geometry.add_moving_instance(mesh_scene, steps, i);
   }
   geometry.commit(progress_);
 }

@@ -1,5 +1,7 @@
 #include "renderer/scene/camera.h"
 
+#include <Imath/ImathMatrixAlgo.h>
+
 #include <algorithm>
 #include <cassert>
 
@@ -15,18 +17,69 @@ Vec3d row(const Mat44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
 
 double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
+Imath::Quatd rotation_of(const auto& pose) {
+  Mat44d m;
+  for (int c = 0; c < 3; ++c) {
+    m[0][c] = pose.right[c];
+    m[1][c] = pose.up[c];
+    m[2][c] = -pose.axis[c];
+  }
+  return Imath::extractQuat(m);
+}
+
 // Whether it can be normalised.
 bool is_direction(const Vec3d& v) { return v.length2() > 0 && std::isfinite(v.length2()); }
 
 }  // namespace
 
 Camera::Camera(const CameraDescription& description, int width, int height, const Vec3d& origin,
-               double scale, double farthest)
-    : orthographic_(description.orthographic) {
+               double scale, double farthest) {
   const auto require = [&](bool holds, const char* what) {
     if (!holds) throw InputError("camera '" + description.name + "'", what);
   };
-  const Mat44d& m = description.to_world;
+  Shape& s = shape_;
+  s.orthographic = description.orthographic;
+  // The vertical extent rules, so that pixels stay square in any frame.
+  s.half_height = s.orthographic ? description.y_mag * scale : std::tan(description.fov_y / 2);
+  s.half_width = s.half_height * width / height;
+  s.per_column = 2 * s.half_width / width;
+  s.per_row = -2 * s.half_height / height;
+  // A mirrored node shows a mirrored picture.
+  s.handed = description.to_world.determinant() < 0 ? -1.0 : 1.0;
+  s.lens_radius = s.orthographic ? 0.0 : description.lens_radius * scale;
+  const Pose pose = pose_of(description.to_world, description.name, origin, scale, farthest);
+  // What a pixel is apart must be more than nothing in float; of directions float holds the
+  // squares.
+  constexpr double kLeast = 1e-30;
+  require(s.half_height / height >= kLeast && s.half_width / width >= kLeast,
+          "what it shows is too small to be told apart");
+  require(s.orthographic || s.half_width + s.half_height <= kFarthestOrigin,
+          "its field of view is too wide");
+  if (description.lens_radius > 0 && !s.orthographic) {
+    require(description.focus_distance > 0, "its lens has no distance of focus");
+    const double focus = description.focus_distance * scale;
+    // Towards a point in focus: float squares that, and of the lens's points keeps more than this.
+    require(s.lens_radius / focus <= kFarthestOrigin && focus > kLeast,
+            "its lens is too large for its distance of focus");
+    require(largest(pose.position) * kFloatUnit <= 0.25 * focus,
+            "it is too far from the scene to be in focus at that distance");
+    s.lens = true;
+    s.per_focus = float(1.0 / focus);
+  }
+  view_ = view_from(pose);
+  if (description.motion.empty()) return;
+  const auto add = [&](const Pose& p) { steps_.push_back({p.position, rotation_of(p)}); };
+  add(pose);
+  for (const Mat44d& step : description.motion) {
+    add(pose_of(step, description.name, origin, scale, farthest));
+  }
+}
+
+Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec3d& origin,
+                             double scale, double farthest) const {
+  const auto require = [&](bool holds, const char* what) {
+    if (!holds) throw InputError("camera '" + name + "'", what);
+  };
   // Scale in the node's transform is not the camera's business (glTF 2.0, section 3.10.1), shear
   // neither: rebuild an orthonormal frame around the viewing axis.
   const Vec3d back = row(m, 2);
@@ -35,54 +88,60 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   const Vec3d axis = -back.normalized();
   const Vec3d right_raw = axis.cross(up_hint.normalized());
   require(right_raw.length2() > 1e-24, "its transform is flat");
-  // A mirrored node shows a mirrored picture.
-  const double handed = m.determinant() < 0 ? -1.0 : 1.0;
-  const Vec3d up = right_raw.normalized().cross(axis);
-  const Vec3d right = right_raw.normalized() * handed;
-
-  double half_height, half_width;
-  if (orthographic_) {
-    // The vertical extent rules, so that pixels stay square in any frame.
-    half_height = description.y_mag * scale;
-    half_width = half_height * width / height;
-  } else {
-    half_height = std::tan(description.fov_y / 2);
-    half_width = half_height * width / height;
-  }
+  const Vec3d right = right_raw.normalized();
   const Vec3d position = (row(m, 3) - origin) * scale;
-  const double lens_radius = orthographic_ ? 0.0 : description.lens_radius * scale;
   // The sum bounds every coordinate of an origin. Comparisons are false for NaN.
-  const double extent = orthographic_ ? half_width + half_height : lens_radius;
+  const double extent =
+      shape_.orthographic ? shape_.half_width + shape_.half_height : shape_.lens_radius;
   require(largest(position) + extent <= farthest,
           "it is too far from the scene, or too wide, for rays to be traced from there");
-  // What a pixel is apart must be more than nothing in float; of directions float holds the
-  // squares.
-  constexpr double kLeast = 1e-30;
-  require(half_height / height >= kLeast && half_width / width >= kLeast,
-          "what it shows is too small to be told apart");
-  require(orthographic_ || half_width + half_height <= kFarthestOrigin,
-          "its field of view is too wide");
-  position_ = to_float(position);
-  axis_ = to_float(axis);
-  corner_ = to_float(up * half_height - right * half_width + (orthographic_ ? Vec3d(0.0) : axis));
-  per_x_ = to_float(right * (2 * half_width / width));
-  per_y_ = to_float(up * (-2 * half_height / height));
-  if (description.lens_radius > 0 && !orthographic_) {
-    require(description.focus_distance > 0, "its lens has no distance of focus");
-    const double focus = description.focus_distance * scale;
-    // Towards a point in focus: float squares that, and of the lens's points keeps more than this.
-    require(lens_radius / focus <= kFarthestOrigin && focus > kLeast,
-            "its lens is too large for its distance of focus");
-    require(largest(position) * kFloatUnit <= 0.25 * focus,
-            "it is too far from the scene to be in focus at that distance");
-    lens_ = true;
-    lens_x_ = to_float(right * lens_radius);
-    lens_y_ = to_float(up * lens_radius);
-    per_focus_ = float(1.0 / focus);
-  }
+  return {position, right, right.cross(axis), axis};
 }
 
-void Camera::rays(std::span<const Vec2f> film, Ray* out) const {
+Camera::View Camera::view_from(const Pose& pose) const {
+  const Shape& s = shape_;
+  const Vec3d right = pose.right * s.handed;
+  View view;
+  view.orthographic = s.orthographic;
+  view.position = to_float(pose.position);
+  view.axis = to_float(pose.axis);
+  view.corner = to_float(pose.up * s.half_height - right * s.half_width +
+                         (s.orthographic ? Vec3d(0.0) : pose.axis));
+  view.per_x = to_float(right * s.per_column);
+  view.per_y = to_float(pose.up * s.per_row);
+  view.lens = s.lens;
+  if (!s.lens) return view;
+  view.lens_x = to_float(right * s.lens_radius);
+  view.lens_y = to_float(pose.up * s.lens_radius);
+  view.per_focus = s.per_focus;
+  return view;
+}
+
+// Between two steps it goes straight and turns about an axis.
+Camera::View Camera::view_at(float time) const {
+  const auto segments = double(steps_.size() - 1);
+  const double scaled = double(time) * segments;
+  const auto before = size_t(std::clamp(scaled, 0.0, segments - 1));
+  const double share = scaled - double(before);
+  const Step &a = steps_[before], &b = steps_[before + 1];
+  const Imath::M33d rows = Imath::slerpShortestArc(a.rotation, b.rotation, share).toMatrix33();
+  const auto row = [&](int i) { return Vec3d(rows[i][0], rows[i][1], rows[i][2]); };
+  return view_from({a.position + (b.position - a.position) * share, row(0), row(1), -row(2)});
+}
+
+Ray Camera::ray(const Vec2f& film, const Vec2f& lens, float time) const {
+  const View view = moves() ? view_at(time) : view_;
+  Ray ray;
+  if (view.lens) {
+    cast(view, {&film, 1}, {&lens, 1}, &ray);
+  } else {
+    cast(view, {&film, 1}, &ray);
+  }
+  ray.time = time;
+  return ray;
+}
+
+void Camera::cast(const View& view, std::span<const Vec2f> film, Ray* out) {
   assert(film.size() <= size_t(kRayBatch));
   // All lanes always, used or not: a loop of fixed length vectorises.
   alignas(64) float x[kRayBatch] = {}, y[kRayBatch] = {};
@@ -91,9 +150,9 @@ void Camera::rays(std::span<const Vec2f> film, Ray* out) const {
     y[i] = film[i].y;
   }
   alignas(64) float dx[kRayBatch], dy[kRayBatch], dz[kRayBatch];
-  const float keep = orthographic_ ? 1.0f : 0.0f;
+  const float keep = view.orthographic ? 1.0f : 0.0f;
   for (int i = 0; i < kRayBatch; ++i) {
-    const Vec3f o = fma(per_y_, y[i], fma(per_x_, x[i], corner_));
+    const Vec3f o = fma(view.per_y, y[i], fma(view.per_x, x[i], view.corner));
     // An orthographic offset may be 0, which must not become NaN.
     const float scale = keep + (1.0f - keep) / std::sqrt(keep + dot(o, o));
     dx[i] = o.x * scale;
@@ -102,12 +161,13 @@ void Camera::rays(std::span<const Vec2f> film, Ray* out) const {
   }
   for (size_t i = 0; i < film.size(); ++i) {
     const Vec3f d(dx[i], dy[i], dz[i]);
-    out[i] = orthographic_ ? Ray{position_ + d, axis_} : Ray{position_, d};
+    out[i] = view.orthographic ? Ray{view.position + d, view.axis} : Ray{view.position, d};
   }
 }
 
-void Camera::rays(std::span<const Vec2f> film, std::span<const Vec2f> lens, Ray* out) const {
-  assert(lens_ && lens.size() == film.size() && film.size() <= size_t(kRayBatch));
+void Camera::cast(const View& view, std::span<const Vec2f> film, std::span<const Vec2f> lens,
+                  Ray* out) {
+  assert(view.lens && lens.size() == film.size() && film.size() <= size_t(kRayBatch));
   Vec2f points[kRayBatch], through[kRayBatch];
   std::ranges::fill(points, Vec2f(0.0f));
   std::ranges::fill(through, Vec2f(0.0f));
@@ -116,13 +176,13 @@ void Camera::rays(std::span<const Vec2f> film, std::span<const Vec2f> lens, Ray*
   Ray rays[kRayBatch];
   for (int i = 0; i < kRayBatch; ++i) {  // all lanes always, as above
     const Vec2f disk = square_to_disk(through[i]);
-    const Vec3f origin = position_ + fma(lens_y_, disk.y, lens_x_ * disk.x);
+    const Vec3f origin = view.position + fma(view.lens_y, disk.y, view.lens_x * disk.x);
     // As rounding left it, so that far from the origin, too, rays meet in the plane of focus.
-    const Vec3f shift = origin - position_;
+    const Vec3f shift = origin - view.position;
     // The axial part of the pinhole's direction is 1: this is the way to the plane of focus over
     // its distance, which may be infinite.
-    const Vec3f pinhole = fma(per_y_, points[i].y, fma(per_x_, points[i].x, corner_));
-    const Vec3f direction = fma(shift, -per_focus_, pinhole);
+    const Vec3f pinhole = fma(view.per_y, points[i].y, fma(view.per_x, points[i].x, view.corner));
+    const Vec3f direction = fma(shift, -view.per_focus, pinhole);
     rays[i] = {origin, direction * (1.0f / std::sqrt(dot(direction, direction)))};
   }
   std::copy_n(rays, film.size(), out);

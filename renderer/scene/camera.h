@@ -7,7 +7,11 @@
 // it does not grow or shrink with the focus, and there is no fall-off towards the corners.
 #pragma once
 
+#include <Imath/ImathQuat.h>
+
 #include <span>
+#include <string>
+#include <vector>
 
 #include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
@@ -29,11 +33,13 @@ class Camera {
 
   // film: continuous pixel coordinates, (0, 0) the frame's top-left corner, y downwards. Up to
   // kRayBatch at once, so that the arithmetic vectorises; a ray does not depend on its neighbours.
-  void rays(std::span<const Vec2f> film, Ray* out) const;
+  void rays(std::span<const Vec2f> film, Ray* out) const { cast(view_, film, out); }
   // Whether there is a lens, and rays are asked for by its points.
-  bool has_lens() const { return lens_; }
+  bool has_lens() const { return view_.lens; }
   // The same through points of the lens: `lens` in the unit square, uniform, one per point of film.
-  void rays(std::span<const Vec2f> film, std::span<const Vec2f> lens, Ray* out) const;
+  void rays(std::span<const Vec2f> film, std::span<const Vec2f> lens, Ray* out) const {
+    cast(view_, film, lens, out);
+  }
   // Through the lens's middle.
   Ray ray(const Vec2f& film) const {
     Ray result;
@@ -41,19 +47,64 @@ class Camera {
     return result;
   }
 
+  // Whether it moves while the shutter is open. The rays above are those at its opening.
+  bool moves() const { return !steps_.empty(); }
+  // One ray at a time in [0, 1]; `lens` as above, not looked at without one.
+  Ray ray(const Vec2f& film, const Vec2f& lens, float time) const;
+
   // Distance along the viewing axis of an internal-space point, from the lens's plane.
-  float axial_depth(const Vec3f& point) const { return dot(point - position_, axis_); }
+  float axial_depth(const Vec3f& point, float time) const {
+    if (moves()) [[unlikely]]
+      return axial_depth(view_at(time), point);
+    return axial_depth(view_, point);
+  }
 
  private:
-  bool orthographic_ = false;
-  Vec3f position_ = Vec3f(0.0f);
-  Vec3f axis_ = Vec3f(0.0f, 0.0f, -1.0f);
-  // Direction (perspective) or offset (orthographic) of film (0, 0), and per pixel right and down.
-  Vec3f corner_ = Vec3f(0.0f);
-  Vec3f per_x_ = Vec3f(0.0f), per_y_ = Vec3f(0.0f);
-  bool lens_ = false;
-  Vec3f lens_x_ = Vec3f(0.0f), lens_y_ = Vec3f(0.0f);  // the lens's radius to the right and up
-  float per_focus_ = 0.0f;  // 1 / distance of the plane in focus; 0: infinity
+  // Where it stands and which way it looks; a right-handed frame, internal.
+  struct Pose {
+    Vec3d position, right, up, axis;
+  };
+  struct Step {
+    Vec3d position;
+    Imath::Quatd rotation;
+  };
+  // What does not move: half the picture's size, of a perspective one at distance 1; the way from
+  // one pixel to the next; -1 for a mirrored picture, else 1; the lens's radius.
+  struct Shape {
+    bool orthographic = false;
+    double half_width = 1.0, half_height = 1.0, per_column = 1.0, per_row = -1.0, handed = 1.0;
+    bool lens = false;
+    double lens_radius = 0.0;
+    float per_focus = 0.0f;  // 1 / distance of the plane in focus; 0: infinity
+  };
+  // Both at one time.
+  struct View {
+    bool orthographic = false;
+    Vec3f position = Vec3f(0.0f);
+    Vec3f axis = Vec3f(0.0f, 0.0f, -1.0f);
+    // Direction (perspective) or offset (orthographic) of film (0, 0), and per pixel right and
+    // down.
+    Vec3f corner = Vec3f(0.0f);
+    Vec3f per_x = Vec3f(0.0f), per_y = Vec3f(0.0f);
+    bool lens = false;
+    Vec3f lens_x = Vec3f(0.0f), lens_y = Vec3f(0.0f);  // the lens's radius to the right and up
+    float per_focus = 0.0f;
+  };
+
+  Pose pose_of(const Mat44d& to_world, const std::string& name, const Vec3d& origin, double scale,
+               double farthest) const;
+  View view_from(const Pose& pose) const;
+  View view_at(float time) const;
+  static void cast(const View& view, std::span<const Vec2f> film, Ray* out);
+  static void cast(const View& view, std::span<const Vec2f> film, std::span<const Vec2f> lens,
+                   Ray* out);
+  static float axial_depth(const View& view, const Vec3f& point) {
+    return dot(point - view.position, view.axis);
+  }
+
+  Shape shape_;
+  View view_;                // at the shutter's opening
+  std::vector<Step> steps_;  // evenly spaced over the shutter; empty: at rest
 };
 
 }  // namespace emberline

@@ -188,7 +188,9 @@ EmitterPoints FlushSearch::emitter_points() const {
     const Corners corners = corners_of(e);
     if (is_black(e.mean_radiance) || !(unit_normal(corners).length2() > 0)) continue;
     const Instance& instance = instances_[e.instance];
-    const float error = plane_error(meshes_[instance.mesh], instance, e.primitive);
+    const Mesh& mesh = meshes_[instance.mesh];
+    if (moves(mesh, instance)) continue;
+    const float error = plane_error(mesh, instance, e.primitive);
     const std::array<Vec3d, 4> all = points_of(corners);
     for (size_t k = 0; k < of_each; ++k) points.push_back({all[k], error, i});
   }
@@ -207,7 +209,7 @@ std::vector<FlushSearch::TriangleRange> FlushSearch::ranges_near_emitters() cons
     if (i % 1024 == 0) progress_.check();
     const Instance& instance = instances_[i];
     const size_t count = meshes_[instance.mesh].triangles.size();
-    if (count == 0) continue;
+    if (count == 0 || moves(meshes_[instance.mesh], instance)) continue;
     const Box box = placed_bounds(bounds[instance.mesh], instance);
     const float error = plane_error(bounds[instance.mesh].largest_coordinate(), instance);
     const auto end_at_first = [](const EmitterPoint&) { return false; };

@@ -26,9 +26,9 @@ inline uint64_t surface_key(uint32_t instance, uint32_t primitive) {
   return uint64_t(instance) << 32 | primitive;
 }
 
-// Asks at four points of each emitting triangle (at one, if they are many): an overlap that spares
-// them is not seen, nor are all of those beyond some hundred surfaces that lie in one another at
-// one place. `geometry` is committed. O(n log n). Throws Cancelled.
+// Of what is at rest. Asks at four points of each emitting triangle (at one, if they are many): an
+// overlap that spares them is not seen, nor are all of those beyond some hundred surfaces that lie
+// in one another at one place. `geometry` is committed. O(n log n). Throws Cancelled.
 FlushSurfaces find_flush_surfaces(const std::vector<Mesh>& meshes,
                                   const std::vector<Instance>& instances,
                                   const std::vector<EmissiveTriangle>& emitters,

@@ -193,8 +193,17 @@ RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
   add_object_bytes(embree::kTriangleObjectBytes);
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   // The last entry of positions is padding for Embree's 16-byte reads, not a vertex.
-  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                             mesh.positions.data(), 0, sizeof(Vec3f), mesh.positions.size() - 1);
+  const auto set_vertices = [&](size_t step, const std::vector<Vec3f>& positions) {
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(step), RTC_FORMAT_FLOAT3,
+                               positions.data(), 0, sizeof(Vec3f), positions.size() - 1);
+  };
+  if (!mesh.motion.empty()) {
+    rtcSetGeometryTimeStepCount(geometry, unsigned(mesh.motion.size()) + 1);
+  }
+  set_vertices(0, mesh.positions);
+  for (size_t step = 1; step <= mesh.motion.size(); ++step) {
+    set_vertices(step, mesh.motion[step - 1].positions);
+  }
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                              mesh.triangles.data(), 0, sizeof(mesh.triangles[0]),
                              mesh.triangles.size());
@@ -246,6 +255,31 @@ void Geometry::add_instance(RTCScene mesh_scene, const Affine& transform, uint32
   rtcAttachGeometryByID(top, geometry, instance);
   rtcReleaseGeometry(geometry);
   ++top_items_;
+}
+
+uint32_t Geometry::add_moving_instance(RTCScene mesh_scene, std::span<const Mat44d> steps,
+                                       uint32_t instance) {
+  add_object_bytes(embree::kInstanceObjectBytes);
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, mesh_scene);
+  rtcSetGeometryTimeStepCount(geometry, unsigned(steps.size()));
+  const std::vector<RTCQuaternionDecomposition> parts = decompose(steps);
+  for (unsigned step = 0; step < parts.size(); ++step) {
+    rtcSetGeometryTransformQuaternion(geometry, step, &parts[step]);
+  }
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(top, geometry, instance);
+  rtcReleaseGeometry(geometry);
+  ++top_items_;
+  moving_instances.push_back({geometry, steps.size()});
+  return uint32_t(moving_instances.size()) - 1;
+}
+
+Affine Geometry::transform_at(uint32_t moving, float time) const {
+  float m[12];
+  rtcGetGeometryTransform(moving_instances[moving].geometry, time, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR,
+                          m);
+  return {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}, {m[9], m[10], m[11]}};
 }
 
 void Geometry::commit(LoadProgress& progress) {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "renderer/core/load_progress.h"
-#include "renderer/scene/embree_api.h"
+#include "renderer/scene/motion.h"
 #include "renderer/scene/scene.h"
 
 namespace emberline::scene_detail {
@@ -32,6 +32,13 @@ struct Geometry {
   // Top level: the geometry's id is the instance's index.
   void add_mesh(const Mesh& mesh, uint32_t instance);
   void add_instance(RTCScene mesh_scene, const Affine& transform, uint32_t instance);
+  // One that moves through `steps`, internal, evenly spaced over the shutter. Its number among
+  // those that move.
+  uint32_t add_moving_instance(RTCScene mesh_scene, std::span<const Mat44d> steps,
+                               uint32_t instance);
+  // Where a moving instance is, by the very floats that Embree traces it with.
+  Affine transform_at(uint32_t moving, float time) const;
+  size_t steps(uint32_t moving) const { return moving_instances[moving].steps; }
   void commit(LoadProgress& progress);
 
   // What Embree holds: BVHs, and its objects for meshes, instances and scenes.
@@ -45,6 +52,11 @@ struct Geometry {
   RTCDevice device = nullptr;
   RTCScene top = nullptr;
   std::vector<RTCScene> mesh_scenes;
+  struct MovingInstance {
+    RTCGeometry geometry;  // in `top`
+    size_t steps;
+  };
+  std::vector<MovingInstance> moving_instances;
   std::vector<std::unique_ptr<GeometryRecord>> records;
   uint32_t bvh_builds = 0;
 
@@ -80,25 +92,49 @@ inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
              fma(to_double(m.y), p.y, fma(to_double(m.z), p.z, to_double(m.translation))));
 }
 
-// A placed triangle's corners in internal space.
-inline std::array<Vec3d, 3> placed_corners(const Mesh& mesh, const Instance& instance,
-                                           uint32_t primitive) {
+// A triangle's corners in the mesh's own space at a time.
+[[gnu::always_inline]] inline std::array<Vec3d, 3> corners_at(const Mesh& mesh, uint32_t primitive,
+                                                              float time) {
+  const std::array<uint32_t, 3>& index = mesh.triangles[primitive];
+  if (mesh.motion.empty()) [[likely]] {
+    return {to_double(mesh.positions[index[0]]), to_double(mesh.positions[index[1]]),
+            to_double(mesh.positions[index[2]])};
+  }
+  const TimeSegment at(time, mesh.motion.size() + 1);
   std::array<Vec3d, 3> p;
   for (size_t c = 0; c < 3; ++c) {
-    p[c] = to_double(mesh.positions[mesh.triangles[primitive][c]]);
-    if (instance.transformed) p[c] = transform_point(instance.to_internal, p[c]);
+    const Vec3d before = to_double(at.step == 0 ? mesh.positions[index[c]]
+                                                : mesh.motion[at.step - 1].positions[index[c]]);
+    const Vec3d after = to_double(mesh.motion[at.step].positions[index[c]]);
+    p[c] = before + (after - before) * double(at.share);
   }
   return p;
 }
 
+// A placed triangle's corners in internal space, of an instance at that time.
+inline std::array<Vec3d, 3> placed_corners(const Mesh& mesh, const Instance& instance,
+                                           uint32_t primitive, float time = 0.0f) {
+  std::array<Vec3d, 3> p = corners_at(mesh, primitive, time);
+  if (!instance.transformed) return p;
+  for (Vec3d& corner : p) corner = transform_point(instance.to_internal, corner);
+  return p;
+}
+
+// Whether rays of different times see it in different places.
+inline bool moves(const Mesh& mesh, const Instance& instance) {
+  return instance.moving != Instance::kAtRest || !mesh.motion.empty();
+}
+
 // Bound of the distance between a triangle's plane and where Embree or Scene::interaction sees it,
-// internal space; and that of triangles with no coordinate beyond `largest`.
-float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive);
+// internal space, of an instance at that time; and that of triangles with no coordinate beyond
+// `largest`.
+float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive,
+                  float time = 0.0f);
 float plane_error(float largest, const Instance& instance);
 
 // `items`: what `progress` counts as being in the scene. Throws Cancelled.
 void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items);
 
-RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max);
+RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max, float time = 0.0f);
 
 }  // namespace emberline::scene_detail

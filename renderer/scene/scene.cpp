@@ -1,6 +1,7 @@
 #include "renderer/scene/scene.h"
 
 #include <cassert>
+#include <numeric>
 
 #include "renderer/scene/flush_emitters.h"
 #include "renderer/scene/geometry.h"
@@ -49,7 +50,7 @@ Vec3d normal_of_collapsed(const Vec3d& e1, const Vec3d& e2) {
 
 namespace scene_detail {
 
-RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max) {
+RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max, float time) {
   RTCRay ray;
   ray.org_x = origin.x;
   ray.org_y = origin.y;
@@ -58,7 +59,7 @@ RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max) {
   ray.dir_x = direction.x;
   ray.dir_y = direction.y;
   ray.dir_z = direction.z;
-  ray.time = 0.0f;
+  ray.time = time;
   ray.tfar = t_max;
   ray.mask = 0xffffffffu;
   ray.id = 0;
@@ -66,13 +67,23 @@ RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max) {
   return ray;
 }
 
-float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive) {
+float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive, float time) {
   // Embree's plane is as uncertain as the triangle's largest corner, wherever on it the point lies.
   float magnitude = 0.0f;
-  for (const uint32_t i : mesh.triangles[primitive]) {
-    magnitude = std::max(magnitude, max_abs_component(mesh.positions[i]));
+  const auto look_at = [&](const std::vector<Vec3f>& positions) {
+    for (const uint32_t i : mesh.triangles[primitive]) {
+      magnitude = std::max(magnitude, max_abs_component(positions[i]));
+    }
+  };
+  if (mesh.motion.empty()) [[likely]] {
+    look_at(mesh.positions);
+    return plane_error(magnitude, instance);
   }
-  return plane_error(magnitude, instance);
+  // What Embree rounds on the way between two steps, once more.
+  const size_t step = TimeSegment(time, mesh.motion.size() + 1).step;
+  look_at(step == 0 ? mesh.positions : mesh.motion[step - 1].positions);
+  look_at(mesh.motion[step].positions);
+  return 2.0f * plane_error(magnitude, instance);
 }
 
 float plane_error(float largest, const Instance& instance) {
@@ -85,9 +96,11 @@ float plane_error(float largest, const Instance& instance) {
 
 }  // namespace scene_detail
 
+using scene_detail::corners_at;
 using scene_detail::interpolate_vertices;
 using scene_detail::make_ray;
 using scene_detail::plane_error;
+using scene_detail::TimeSegment;
 using scene_detail::transform_point;
 
 uint32_t Scene::bvh_builds() const { return geometry_ ? geometry_->bvh_builds : 0; }
@@ -99,7 +112,7 @@ bool Scene::intersect(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) co
   // Embree's traversal of a ray that is not finite takes undefined time.
   assert(finite_ray(ray.origin, ray.direction));
   RTCRayHit ray_hit;
-  ray_hit.ray = make_ray(ray.origin, ray.direction, ray.t_max);
+  ray_hit.ray = make_ray(ray.origin, ray.direction, ray.t_max, ray.time);
   ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   embree::RayContext context;
@@ -116,21 +129,21 @@ bool Scene::intersect(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) co
   return true;
 }
 
-bool Scene::visible(const Vec3f& from, const Vec3f& to, uint32_t coverage_key) const {
+bool Scene::visible(const Vec3f& from, const Vec3f& to, float time, uint32_t coverage_key) const {
   if (from == to) return true;
   // The unnormalised direction makes t = 1 the far point exactly, without a division.
   assert(finite_ray(from, to));
-  RTCRay ray = make_ray(from, to - from, 1.0f);
+  RTCRay ray = make_ray(from, to - from, 1.0f, time);
   embree::RayContext context;
   embree::init_context(context, coverage_key);
   embree::occluded(geometry_->top, context, ray);
   return ray.tfar >= 0.0f;
 }
 
-bool Scene::visible_to_infinity(const Vec3f& from, const Vec3f& direction,
+bool Scene::visible_to_infinity(const Vec3f& from, const Vec3f& direction, float time,
                                 uint32_t coverage_key) const {
   assert(finite_ray(from, direction));
-  RTCRay ray = make_ray(from, direction, kInfinity);
+  RTCRay ray = make_ray(from, direction, kInfinity, time);
   embree::RayContext context;
   embree::init_context(context, coverage_key);
   embree::occluded(geometry_->top, context, ray);
@@ -139,12 +152,22 @@ bool Scene::visible_to_infinity(const Vec3f& from, const Vec3f& direction,
 
 // What only textures, vertex colours and coverage ask for.
 void Scene::interpolate(const Mesh& mesh, const Instance& instance, const SurfaceHit& hit,
-                        SurfaceInteraction& s) const {
+                        float time, SurfaceInteraction& s) const {
   s.attributes = scene_detail::interpolate_attributes(mesh, hit.primitive, hit.u, hit.v);
   s.tangent = Vec4f(0.0f);
   if (mesh.tangents.empty()) return;
   const std::array<uint32_t, 3>& index = mesh.triangles[hit.primitive];
-  const Vec4f t = interpolate_vertices(mesh.tangents, index, hit.u, hit.v);
+  Vec4f t;
+  if (mesh.motion.empty()) [[likely]] {
+    t = interpolate_vertices(mesh.tangents, index, hit.u, hit.v);
+  } else {
+    const TimeSegment at(time, mesh.motion.size() + 1);
+    const auto step = [&](const std::vector<Vec4f>& tangents) {
+      return interpolate_vertices(tangents, index, hit.u, hit.v);
+    };
+    const Vec4f before = step(at.step == 0 ? mesh.tangents : mesh.motion[at.step - 1].tangents);
+    t = before + (step(mesh.motion[at.step].tangents) - before) * at.share;
+  }
   Vec3f direction(t.x, t.y, t.z);
   float handedness = mesh.tangents[index[0]].w;
   if (instance.transformed) {
@@ -156,19 +179,50 @@ void Scene::interpolate(const Mesh& mesh, const Instance& instance, const Surfac
   s.tangent = Vec4f(direction.x, direction.y, direction.z, handedness);
 }
 
-void Scene::interaction(const SurfaceHit& hit, SurfaceInteraction* out) const {
-  const Instance& instance = instances_[hit.instance];
-  const Mesh& mesh = meshes_[instance.mesh];
+// The instance itself where it is at rest; else `moved`, which becomes it at that time.
+const Instance& Scene::instance_at(uint32_t index, float time, Instance* moved) const {
+  const Instance& instance = instances_[index];
+  if (instance.moving == Instance::kAtRest) [[likely]]
+    return instance;
+  *moved = instance;
+  const Affine m = geometry_->transform_at(instance.moving, time);
+  moved->to_internal = m;
+  const Vec3d x = to_double(m.x), y = to_double(m.y), z = to_double(m.z);
+  const Vec3d rows[3] = {cross(y, z), cross(z, x), cross(x, y)};
+  const double volume = dot(x, rows[0]);
+  moved->mirrored = volume < 0;
+  double largest = 0;
+  for (const Vec3d& row : rows) {
+    largest = std::max({largest, std::abs(row.x), std::abs(row.y), std::abs(row.z)});
+  }
+  const double factor = largest > 0 ? (volume < 0 ? -1.0 : 1.0) / largest : 0.0;
+  moved->normal_transform = {to_float(rows[0] * factor), to_float(rows[1] * factor),
+                             to_float(rows[2] * factor), Vec3f(0.0f)};
+  return *moved;
+}
+
+// Of the vertices' own, at (u, v) of the triangle.
+Vec3f Scene::interpolate_normal(const Mesh& mesh, const SurfaceHit& hit, float time) {
   const std::array<uint32_t, 3>& index = mesh.triangles[hit.primitive];
-  const Vec3f& p0 = mesh.positions[index[0]];
-  const Vec3f& p1 = mesh.positions[index[1]];
-  const Vec3f& p2 = mesh.positions[index[2]];
+  if (mesh.motion.empty()) [[likely]]
+    return interpolate_vertices(mesh.normals, index, hit.u, hit.v);
+  const TimeSegment at(time, mesh.motion.size() + 1);
+  const Vec3f before = interpolate_vertices(
+      at.step == 0 ? mesh.normals : mesh.motion[at.step - 1].normals, index, hit.u, hit.v);
+  const Vec3f after = interpolate_vertices(mesh.motion[at.step].normals, index, hit.u, hit.v);
+  return before + (after - before) * at.share;
+}
+
+void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* out) const {
+  Instance moved;
+  const Instance& instance = instance_at(hit.instance, time, &moved);
+  const Mesh& mesh = meshes_[instance.mesh];
+  const auto [v0, v1, v2] = corners_at(mesh, hit.primitive, time);
 
   SurfaceInteraction& s = *out;
   // Edges and products in double round once, at the end: about a tenth of the error of o + t d.
-  const Vec3d v0 = to_double(p0);
-  const Vec3d e1 = to_double(p1) - v0;
-  const Vec3d e2 = to_double(p2) - v0;
+  const Vec3d e1 = v1 - v0;
+  const Vec3d e2 = v2 - v0;
   Vec3d position = fma(e2, double(hit.v), fma(e1, double(hit.u), v0));
   Vec3d normal = cross(e1, e2);
   if (instance.transformed) {
@@ -179,7 +233,7 @@ void Scene::interaction(const SurfaceHit& hit, SurfaceInteraction* out) const {
         fma(to_double(nt.z), normal.z, fma(to_double(nt.y), normal.y, to_double(nt.x) * normal.x));
   }
   s.position = to_float(position);
-  s.offset = surface_offset(hit.instance, hit.primitive);
+  s.offset = offset_of(instance, hit.instance, hit.primitive, time);
   double length2 = dot(normal, normal);
   if (!(length2 > 0)) [[unlikely]] {
     normal = normal_of_collapsed(e1, e2);
@@ -189,24 +243,44 @@ void Scene::interaction(const SurfaceHit& hit, SurfaceInteraction* out) const {
 
   s.shading_normal = s.geometric_normal;
   if (!mesh.normals.empty()) {
-    Vec3f n = interpolate_vertices(mesh.normals, index, hit.u, hit.v);
+    Vec3f n = interpolate_normal(mesh, hit, time);
     if (instance.transformed) n = transform_vector(instance.normal_transform, n);
     s.shading_normal = normalize_or(n, s.geometric_normal);
   }
-  if (mesh.has_attributes) interpolate(mesh, instance, hit, s);
+  if (mesh.has_attributes) interpolate(mesh, instance, hit, time, s);
   s.instance = hit.instance;
   s.primitive = hit.primitive;
   s.material = mesh.material;
   s.material_index = mesh.material_index;
 }
 
-SurfaceAttributes Scene::emitter_attributes(const EmissiveTriangle& triangle,
+SurfaceAttributes Scene::emitter_attributes(const EmissiveTriangle& triangle, float time,
                                             const Vec2f& barycentric) const {
-  const Instance& instance = instances_[triangle.instance];
+  Instance moved;
+  const Instance& instance = instance_at(triangle.instance, time, &moved);
   if (!meshes_[instance.mesh].has_attributes) return {};
   // A mirrored instance's emitter lists its corners the other way round, to face its front.
   const Vec2f b = instance.mirrored ? Vec2f(barycentric.y, barycentric.x) : barycentric;
   return scene_detail::interpolate_attributes(meshes_[instance.mesh], triangle.primitive, b.x, b.y);
+}
+
+std::array<Vec3f, 3> Scene::corners(const EmissiveTriangle& triangle, float time) const {
+  Instance moved;
+  const Instance& instance = instance_at(triangle.instance, time, &moved);
+  const std::array<Vec3d, 3> p =
+      scene_detail::placed_corners(meshes_[instance.mesh], instance, triangle.primitive, time);
+  std::array<Vec3f, 3> corners = {to_float(p[0]), to_float(p[1]), to_float(p[2])};
+  if (instance.transformed && instance.mirrored) std::swap(corners[1], corners[2]);
+  return corners;
+}
+
+// A transform and a mesh may have steps of their own: a segment of the product is in one of each.
+int Scene::segments(const EmissiveTriangle& triangle) const {
+  const Instance& instance = instances_[triangle.instance];
+  const size_t of_mesh = std::max(meshes_[instance.mesh].motion.size(), size_t(1));
+  const size_t of_transform =
+      instance.moving == Instance::kAtRest ? 1 : geometry_->steps(instance.moving) - 1;
+  return int(std::lcm(of_mesh, of_transform));
 }
 
 const Material& Scene::material_of(uint32_t instance) const {
@@ -217,18 +291,24 @@ uint32_t Scene::material_index_of(uint32_t instance) const {
   return meshes_[instances_[instance].mesh].material_index;
 }
 
-float Scene::surface_offset(uint32_t instance_index, uint32_t primitive) const {
-  const Instance& instance = instances_[instance_index];
-  const float error = plane_error(meshes_[instance.mesh], instance, primitive);
-  return flush_ ? std::max(error, flush_->offset(instance_index, primitive)) : error;
+float Scene::offset_of(const Instance& instance, uint32_t index, uint32_t primitive,
+                       float time) const {
+  const float error = plane_error(meshes_[instance.mesh], instance, primitive, time);
+  return flush_ ? std::max(error, flush_->offset(index, primitive)) : error;
+}
+
+float Scene::surface_offset(uint32_t index, uint32_t primitive, float time) const {
+  Instance moved;
+  return offset_of(instance_at(index, time, &moved), index, primitive, time);
 }
 
 // Rounding has chosen between surfaces that lie in one another; the rule of flush_emitters.h
 // chooses again.
 void Scene::prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const {
-  const Instance& instance = instances_[hit->instance];
+  Instance moved;
+  const Instance& instance = instance_at(hit->instance, ray.time, &moved);
   const std::array<Vec3d, 3> corners =
-      scene_detail::placed_corners(meshes_[instance.mesh], instance, hit->primitive);
+      scene_detail::placed_corners(meshes_[instance.mesh], instance, hit->primitive, ray.time);
   const Vec3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
   const auto cosine = float(std::abs(normal.dot(to_double(ray.direction))));
   scene_detail::FlushEmitters::Candidate best{kNoEmitter, hit->t, hit->u, hit->v};

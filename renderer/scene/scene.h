@@ -64,6 +64,14 @@ struct SceneMemory {
 
 namespace scene_detail {
 
+// A deforming mesh's vertices at a later time, evenly spaced up to the shutter's closing. As in
+// Mesh.
+struct MeshStep {
+  std::vector<Vec3f> positions;
+  std::vector<Vec3f> normals;
+  std::vector<Vec4f> tangents;
+};
+
 // One mesh's arrays, in object space if it is instanced, else in internal space.
 struct Mesh {
   std::vector<Vec3f> positions;  // one spare entry at the end: Embree reads 16 bytes per vertex
@@ -72,6 +80,7 @@ struct Mesh {
   std::vector<Vec4f> tangents;
   std::vector<std::vector<Vec2f>> uv_sets;
   std::vector<Vec4f> colors;
+  std::vector<MeshStep> motion;  // empty: it does not deform
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
@@ -92,6 +101,9 @@ struct Instance {
   bool transformed = false;  // false: the mesh is already in internal space
   bool mirrored = false;
   uint32_t first_emitter = 0xffffffffu;  // index of triangle 0's emitter, if the mesh emits
+  // Of Geometry's moving instances; the transform is then the one at the shutter's opening.
+  uint32_t moving = kAtRest;
+  static constexpr uint32_t kAtRest = 0xffffffffu;
   Affine to_internal;
   Affine normal_transform;  // inverse transpose, rows; translation unused
 };
@@ -101,9 +113,9 @@ class FlushEmitters;  // flush_emitters.h
 
 }  // namespace scene_detail
 
-class Scene {
+class Scene : private EmitterMotion {
  public:
-  ~Scene();
+  ~Scene() override;
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
@@ -113,9 +125,10 @@ class Scene {
   bool intersect(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const;
 
   // Whether nothing lies between `from` and `to` (both already offset from their surfaces).
-  bool visible(const Vec3f& from, const Vec3f& to, uint32_t coverage_key) const;
+  bool visible(const Vec3f& from, const Vec3f& to, float time, uint32_t coverage_key) const;
   // The same towards infinity.
-  bool visible_to_infinity(const Vec3f& from, const Vec3f& direction, uint32_t coverage_key) const;
+  bool visible_to_infinity(const Vec3f& from, const Vec3f& direction, float time,
+                           uint32_t coverage_key) const;
 
   // Whether a point sampled on an emitter lies in another emitter that counts as being in front of
   // it: asked where `visible` says yes, since that ray ends before both. See flush_emitters.h.
@@ -131,7 +144,11 @@ class Scene {
   // Whether some of that may be smooth thin walls (Material::is_smooth_wall).
   bool has_smooth_walls() const { return has_smooth_walls_; }
 
-  void interaction(const SurfaceHit& hit, SurfaceInteraction* out) const;
+  // `time`: of the ray that hit.
+  // Whether something in it moves, so that rays of other times see something else.
+  bool moves() const { return moves_; }
+
+  void interaction(const SurfaceHit& hit, float time, SurfaceInteraction* out) const;
 
   static constexpr uint32_t kNoEmitter = 0xffffffffu;
   // The light sampler's index of a hit triangle, or kNoEmitter.
@@ -140,12 +157,12 @@ class Scene {
     return first == kNoEmitter ? kNoEmitter : first + primitive;
   }
   // Attributes of a point sampled on a light.
-  SurfaceAttributes emitter_attributes(const EmissiveTriangle& triangle,
+  SurfaceAttributes emitter_attributes(const EmissiveTriangle& triangle, float time,
                                        const Vec2f& barycentric) const;
   const Material& material_of(uint32_t instance) const;
   uint32_t material_index_of(uint32_t instance) const;  // as in SurfaceInteraction
   // `offset` of SurfaceInteraction for any point of a triangle.
-  float surface_offset(uint32_t instance, uint32_t primitive) const;
+  float surface_offset(uint32_t instance, uint32_t primitive, float time) const;
 
   const LightSampler& lights() const { return *lights_; }
 
@@ -169,9 +186,19 @@ class Scene {
   friend class SceneBuilder;
   friend class SceneUpdater;
   Scene();
+  // Where emitters that move are.
+  const EmitterMotion& emitter_motion() const { return *this; }
+  std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const override;
+  int segments(const EmissiveTriangle& triangle) const override;
+  const scene_detail::Instance& instance_at(uint32_t index, float time,
+                                            scene_detail::Instance* moved) const;
+  float offset_of(const scene_detail::Instance& instance, uint32_t index, uint32_t primitive,
+                  float time) const;
+  static Vec3f interpolate_normal(const scene_detail::Mesh& mesh, const SurfaceHit& hit,
+                                  float time);
   void prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const;
   void interpolate(const scene_detail::Mesh& mesh, const scene_detail::Instance& instance,
-                   const SurfaceHit& hit, SurfaceInteraction& out) const;
+                   const SurfaceHit& hit, float time, SurfaceInteraction& out) const;
 
   std::vector<scene_detail::Mesh> meshes_;
   std::vector<scene_detail::Instance> instances_;
@@ -184,6 +211,7 @@ class Scene {
   bool passes_light_ = false;
   bool has_smooth_walls_ = false;
   bool has_dispersion_ = false;
+  bool moves_ = false;
   Vec3d origin_ = Vec3d(0.0);
   double scale_ = 1.0;
   double farthest_ = kFarthestOrigin;

@@ -120,6 +120,7 @@ void SceneUpdater::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>
     t.mean_radiance = material.mean_emission(interpolate_attributes(mesh, p, 0.0f, 0.0f),
                                              interpolate_attributes(mesh, p, 1.0f, 0.0f),
                                              interpolate_attributes(mesh, p, 0.0f, 1.0f));
+    t.moves = scene_detail::moves(mesh, instance);
     t.two_sided = material.double_sided() || material.passes_light() || options_.show_backfaces;
     t.instance = i;
     t.primitive = p;
@@ -160,24 +161,29 @@ std::vector<EmissiveTriangle> SceneUpdater::collect_emitters() {
 
 PointLight SceneUpdater::place_light(const PunctualLightDescription& source) const {
   PointLight light;
-  const Mat44d& m = source.to_world;
-  const Vec3d position(m[3][0], m[3][1], m[3][2]);
-  light.position = to_float((position - scene_.origin_) * scene_.scale_);
-  if (source.type != PunctualType::kDirectional &&
-      !(double(max_abs_component(light.position)) <= scene_.farthest_)) {
-    throw InputError(description_.file, "light '" + source.name +
-                                            "' is too far from the scene for rays to be traced to "
-                                            "it");
-  }
-  light.direction = normalize_or(to_float(-Vec3d(m[2][0], m[2][1], m[2][2])), Vec3f(0, 0, -1));
-  light.intensity = source.intensity;
-  if (source.type == PunctualType::kDirectional) {
+  const bool directional = source.type == PunctualType::kDirectional;
+  const auto place = [&](const PunctualLightStep& step) -> PointLightStep {
+    const Mat44d& m = step.to_world;
+    const Vec3d position(m[3][0], m[3][1], m[3][2]);
+    PointLightStep placed{
+        to_float((position - scene_.origin_) * scene_.scale_),
+        normalize_or(to_float(-Vec3d(m[2][0], m[2][1], m[2][2])), Vec3f(0, 0, -1)),
+        // Intensity over internal distance squared must be intensity over world distance squared.
+        step.intensity * (directional ? 1.0f : float(scene_.scale_ * scene_.scale_))};
+    if (!directional && !(double(max_abs_component(placed.position)) <= scene_.farthest_)) {
+      throw InputError(description_.file, "light '" + source.name +
+                                              "' is too far from the scene for rays to be traced "
+                                              "to it");
+    }
+    return placed;
+  };
+  static_cast<PointLightStep&>(light) = place(source);
+  for (const PunctualLightStep& step : source.motion) light.motion.push_back(place(step));
+  if (directional) {
     light.type = PointLightType::kDirectional;
   } else {
     light.type =
         source.type == PunctualType::kSpot ? PointLightType::kSpot : PointLightType::kPoint;
-    // Intensity over internal distance squared must be intensity over world distance squared.
-    light.intensity *= float(scene_.scale_ * scene_.scale_);
     light.cos_inner = std::cos(source.inner_cone);
     light.cos_outer = std::cos(source.outer_cone);
   }
@@ -218,7 +224,7 @@ void SceneUpdater::build_lights() {
     std::vector<EmissiveTriangle> before;
     if (scene_.lights_) before = scene_.lights_->triangles();
     LightSampler lights(other_emitters ? collect_emitters() : std::move(before), std::move(points),
-                        scene_.environment_);
+                        scene_.environment_, {}, &scene_.emitter_motion());
     if (scene_.lights_) {
       *scene_.lights_ = std::move(lights);  // in its place: flush_ refers to its triangles
     } else {
@@ -226,6 +232,7 @@ void SceneUpdater::build_lights() {
     }
     if (other_emitters) find_flush_emitters(before);
   }
+  scene_.moves_ = anything_moves();
   if (!options_.editable && scene_.environment_ && scene_.environment_->black()) {
     scene_.environment_.reset();
   }
@@ -250,6 +257,11 @@ void SceneUpdater::update_memory_and_features() {
                              vector_bytes(mesh.normals) + vector_bytes(mesh.tangents) +
                              vector_bytes(mesh.colors) + vector_bytes(mesh.uv_sets);
     for (const auto& set : mesh.uv_sets) memory.geometry_bytes += vector_bytes(set);
+    memory.geometry_bytes += vector_bytes(mesh.motion);
+    for (const scene_detail::MeshStep& step : mesh.motion) {
+      memory.geometry_bytes +=
+          vector_bytes(step.positions) + vector_bytes(step.normals) + vector_bytes(step.tangents);
+    }
     if (mesh.triangles.empty()) continue;
     culls = culls || mesh.cull_backfaces;
     if (!mesh.has_coverage) continue;
@@ -266,6 +278,15 @@ void SceneUpdater::update_memory_and_features() {
   list_features(culls, masks, blends);
 }
 
+bool SceneUpdater::anything_moves() const {
+  const auto moves = [this](const Instance& instance) {
+    return scene_detail::moves(scene_.meshes_[instance.mesh], instance);
+  };
+  const auto light_moves = [](const PointLight& light) { return !light.motion.empty(); };
+  return std::ranges::any_of(scene_.instances_, moves) ||
+         std::ranges::any_of(scene_.lights_->points(), light_moves);
+}
+
 void SceneUpdater::list_features(bool culls, bool masks, bool blends) {
   std::vector<std::string>& features = scene_.features_;
   features.clear();
@@ -278,6 +299,13 @@ void SceneUpdater::list_features(bool culls, bool masks, bool blends) {
     return instance.transformed && !scene_.meshes_[instance.mesh].triangles.empty();
   });
   if (instanced > 0) features.push_back(fmt::format("instancing ({} instances)", instanced));
+  const auto moving = std::ranges::count_if(scene_.instances_, [&](const Instance& instance) {
+    return scene_detail::moves(scene_.meshes_[instance.mesh], instance);
+  });
+  const auto lights = std::ranges::count_if(
+      scene_.lights_->points(), [](const PointLight& light) { return !light.motion.empty(); });
+  if (moving > 0) features.push_back(fmt::format("motion ({} instances)", moving));
+  if (lights > 0) features.push_back(fmt::format("motion ({} point lights)", lights));
   if (const auto& e = description_.environment) {
     features.push_back(
         e->image ? fmt::format("environment map ({} x {})", e->image->width, e->image->height)

@@ -35,6 +35,7 @@ class SceneUpdater {
   PointLight place_light(const PunctualLightDescription& source) const;
   bool set_environment();
   void find_flush_emitters(const std::vector<EmissiveTriangle>& before);
+  bool anything_moves() const;
   void list_features(bool culls, bool masks, bool blends);
 
   Scene& scene_;

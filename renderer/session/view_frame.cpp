@@ -458,7 +458,7 @@ PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
   SurfaceHit hit;
   if (!scene.intersect(ray, 0, &hit)) return result;
   SurfaceInteraction surface;
-  scene.interaction(hit, &surface);
+  scene.interaction(hit, ray.time, &surface);
   result.id = hit.instance + 1;
   const InstanceDescription& instance = outline.instances[hit.instance];
   result.object =

@@ -6,7 +6,7 @@
 #include "bench/parts.h"
 #include "renderer/lights/environment_light.h"
 #include "renderer/lights/light_sampler.h"
-#include "support/scenes.h"
+#include "support/moving_scenes.h"
 
 namespace emberline::bench {
 namespace {
@@ -83,47 +83,76 @@ void add_lights() {
   }
 }
 
-// A sphere of 80,000 triangles seen from outside by rays that all hit it.
+// Rays at any time that all hit a sphere of radius 1 around the origin, or nearly there.
+auto rays_at_the_ball(bool random) {
+  return inputs([random](uint32_t i) {
+    const Vec3f at = square_to_sphere(random ? random_point(50, i)
+                                             : Vec2f(0.3f, 0.4f) + random_point(50, i) * 0.02f) *
+                     0.5f;
+    const Vec3f from = random ? square_to_sphere(random_point(52, i)) * 3.0f : Vec3f(0, 3, 3);
+    return Ray{from, normalize(at - from), kInfinity, random_unit(54, i)};
+  });
+}
+
+void add_surface(const std::string& name, const std::shared_ptr<const Scene>& scene) {
+  for (const bool random : {false, true}) {
+    auto ray = rays_at_the_ball(random);
+    auto hit = inputs([&](uint32_t i) {
+      SurfaceHit found;
+      if (!scene->intersect(ray.values[i], 0, &found)) std::abort();
+      return std::pair(found, ray.values[i].time);
+    });
+    const std::string way = random ? "/random" : "/coherent";
+    add_benchmark(name + "/intersect" + way, [scene, ray]() mutable {
+      SurfaceHit found;
+      scene->intersect(ray(), 0, &found);
+      return found.t;
+    });
+    add_benchmark(name + "/interaction" + way, [scene, hit]() mutable {
+      SurfaceInteraction s;
+      const auto& [found, time] = hit();
+      scene->interaction(found, time, &s);
+      benchmark::DoNotOptimize(s);
+      return s.position.x;
+    });
+  }
+}
+
+// A sphere of 80,000 triangles seen from outside: at rest, with all that a mapped surface has, as
+// an instance, and in motion of three steps: as a whole, as it turns meanwhile, and by its
+// vertices.
 void add_surfaces() {
-  for (const bool smooth : {false, true}) {
+  enum class Kind { kFlat, kSmooth, kInstanced, kMoving, kTurning, kDeforming };
+  const std::pair<Kind, const char*> kinds[] = {
+      {Kind::kFlat, "surface/flat"},           {Kind::kSmooth, "surface/smooth_mapped"},
+      {Kind::kInstanced, "surface/instanced"}, {Kind::kMoving, "surface/moving"},
+      {Kind::kTurning, "surface/turning"},     {Kind::kDeforming, "surface/deforming"}};
+  for (const auto& [kind, name] : kinds) {
     test::SceneBuilderForTests b;
     const int material = b.add_material(test::lambert(Rgb(0.5f)));
+    const bool smooth = kind == Kind::kSmooth;
     MeshDescription mesh = test::SceneBuilderForTests::sphere(1.0f, 200, material, false, smooth);
-    if (smooth) {  // with all that a mapped surface has
+    if (smooth) {
       mesh.uv_sets = {std::vector<Vec2f>(mesh.positions.size(), Vec2f(0.25f, 0.75f))};
       mesh.tangents.assign(mesh.positions.size(), Vec4f(0, 1, 0, 1));
     }
-    b.place(b.add_mesh(std::move(mesh)));
+    for (int step = 1; step < 3 && kind == Kind::kDeforming; ++step) {
+      MeshStep later{mesh.positions, {}, {}};
+      for (Vec3f& p : later.positions) p *= 1.0f + 0.1f * float(step);
+      mesh.motion.push_back(std::move(later));
+    }
+    const int index = b.add_mesh(std::move(mesh));
+    b.place(index);
+    if (kind == Kind::kInstanced) b.place(index, test::translation(9, 0, 0));
+    for (int step = 1; step < 3; ++step) {
+      const Mat44d way = test::translation(0.1 * step, 0, 0);
+      auto& motion = b.description.instances[0].motion;
+      if (kind == Kind::kMoving) motion.push_back(way);
+      if (kind == Kind::kTurning) motion.push_back(test::turned(0.3 * step) * way);
+    }
     b.set_environment(Rgb(1.0f));
     const std::shared_ptr<const Scene> scene = b.build();
-    const std::string name = smooth ? "surface/smooth_mapped" : "surface/flat";
-    for (const bool random : {false, true}) {
-      auto ray = inputs([random](uint32_t i) {
-        const Vec3f at =
-            square_to_sphere(random ? random_point(50, i)
-                                    : Vec2f(0.3f, 0.4f) + random_point(50, i) * 0.02f) *
-            0.5f;
-        const Vec3f from = random ? square_to_sphere(random_point(52, i)) * 3.0f : Vec3f(0, 3, 3);
-        return Ray{from, normalize(at - from)};
-      });
-      auto hit = inputs([&](uint32_t i) {
-        SurfaceHit found;
-        if (!scene->intersect(ray.values[i], 0, &found)) std::abort();
-        return found;
-      });
-      const std::string way = random ? "/random" : "/coherent";
-      add_benchmark(name + "/intersect" + way, [scene, ray]() mutable {
-        SurfaceHit found;
-        scene->intersect(ray(), 0, &found);
-        return found.t;
-      });
-      add_benchmark(name + "/interaction" + way, [scene, hit]() mutable {
-        SurfaceInteraction s;
-        scene->interaction(hit(), &s);
-        benchmark::DoNotOptimize(s);
-        return s.position.x;
-      });
-    }
+    add_surface(name, scene);
   }
 }
 

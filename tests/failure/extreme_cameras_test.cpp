@@ -57,9 +57,9 @@ bool look(const Scene& scene, const CameraDescription& view, std::mt19937& rando
     SurfaceHit hit;
     if (!scene.intersect(ray, 0, &hit)) continue;
     SurfaceInteraction surface;
-    scene.interaction(hit, &surface);
+    scene.interaction(hit, 0, &surface);
     EXPECT_TRUE(is_finite(surface.position));
-    scene.visible(surface.position, ray.origin, 0);
+    scene.visible(surface.position, ray.origin, 0, 0);
   }
   return true;
 }

@@ -191,7 +191,7 @@ TEST(DamagedMesh, CollapsedTrianglesGiveNoNaN) {
     if (!scene->intersect({from, normalize(targets[i] - from)}, 0, &hit)) continue;
     ++hits;
     SurfaceInteraction s;
-    scene->interaction(hit, &s);
+    scene->interaction(hit, 0, &s);
     wrong += !is_finite(s.position) || !(std::abs(s.geometric_normal.length() - 1) < 1e-5f) ||
              !(std::abs(s.shading_normal.length() - 1) < 1e-5f);
   }

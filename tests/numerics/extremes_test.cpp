@@ -102,7 +102,7 @@ TEST(Extremes, NormalsUnderShear) {
       SurfaceHit hit;
       ASSERT_TRUE(scene->intersect({Vec3f(from), Vec3f(-away)}, 0, &hit)) << name;
       SurfaceInteraction s;
-      scene->interaction(hit, &s);
+      scene->interaction(hit, 0, &s);
       const std::string what = std::string(name) + (instanced ? ", instanced" : "");
       expect_case({"E29", "angle of the face normal, " + what},
                   {0, (Vec3d(s.geometric_normal) - away).length(), 0, 1e-6}, "one ray");

@@ -52,7 +52,7 @@ TEST(Lens, RaysOfAPointOfTheFilmMeetInFocus) {
       const Vec2f lens(std::min(number(), 0x1.fffffep-1f), std::min(number(), 0x1.fffffep-1f));
       const Ray ray = lens_ray(camera, film, lens);
       EXPECT_NEAR(dot(ray.direction, ray.direction), 1.0f, 1e-6f);
-      EXPECT_NEAR(camera.axial_depth(ray.origin), 0.0, 2e-6 * size) << "off the lens's plane";
+      EXPECT_NEAR(camera.axial_depth(ray.origin, 0), 0.0, 2e-6 * size) << "off the lens's plane";
       const double distance = Vec3d(ray.origin - middle).length();
       EXPECT_LE(distance, radius * 1.00001);
       furthest = std::max(furthest, distance);

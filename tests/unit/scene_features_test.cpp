@@ -112,7 +112,7 @@ TEST(SceneFeatures, UnreadCoordinatesAreNotKept) {
   SurfaceHit hit;
   ASSERT_TRUE(kept->intersect({Vec3f(0.1f, 0.2f, 5), Vec3f(0, 0, -1)}, 0, &hit));
   SurfaceInteraction surface;
-  kept->interaction(hit, &surface);
+  kept->interaction(hit, 0, &surface);
   EXPECT_NEAR(surface.attributes.uv[0].x, 0.25f, 1e-6);
   EXPECT_NEAR(surface.attributes.uv[0].y, 0.75f, 1e-6);
 }
