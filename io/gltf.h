@@ -27,6 +27,12 @@ struct GltfOptions {
   // the file's first; with neither the scene is at rest, as its nodes say.
   std::string animation = {};
   std::optional<double> time = {};
+  // While the shutter is open, in seconds from that time on: what moves then is in the scene with
+  // its motion. Absent: the instant alone.
+  struct Shutter {
+    double open = 0.0, close = 0.0;
+  };
+  std::optional<Shutter> shutter = {};
 };
 
 // Reads `path`. Throws InputError (file, JSON pointer, what to do) for anything unusable that the

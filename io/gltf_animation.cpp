@@ -257,6 +257,9 @@ GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& op
   if (chosen.empty()) return animation;
   animation.at_rest = false;
   animation.time = options.time.value_or(0.0);
+  const GltfOptions::Shutter shutter = options.shutter.value_or(GltfOptions::Shutter{});
+  animation.open = animation.time + shutter.open;
+  animation.close = animation.time + shutter.close;
   AnimationReader reader(document, animation);
   for (const size_t index : chosen) reader.read(index);
   reader.warn_of_repairs();

@@ -83,14 +83,22 @@ bool is_usable(const Vec3f& p) {
   return is_finite(p) && max_abs_component(p) <= kLargestCoordinate;
 }
 
+// Those that are not finite at some step, and those without area at all of them.
 void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
+  std::vector<const std::vector<Vec3f>*> steps = {&mesh.positions};
+  for (const MeshStep& step : mesh.motion) steps.push_back(&step.positions);
   const auto is_bad = [&](const Triangle& t) {
-    const Vec3f &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-    if (!is_usable(a) || !is_usable(b) || !is_usable(c)) {
+    const auto has_corner_beyond = [&](const std::vector<Vec3f>* p) {
+      return !is_usable((*p)[t[0]]) || !is_usable((*p)[t[1]]) || !is_usable((*p)[t[2]]);
+    };
+    const auto has_no_area = [&](const std::vector<Vec3f>* p) {
+      return is_degenerate(Vec3d((*p)[t[0]]), Vec3d((*p)[t[1]]), Vec3d((*p)[t[2]]));
+    };
+    if (std::ranges::any_of(steps, has_corner_beyond)) {
       ++repairs.non_finite_triangles;
       return true;
     }
-    if (is_degenerate(Vec3d(a), Vec3d(b), Vec3d(c))) {
+    if (std::ranges::all_of(steps, has_no_area)) {
       ++repairs.degenerate_triangles;
       return true;
     }
@@ -126,6 +134,11 @@ void drop_unused_vertices(MeshDescription& mesh) {
   compact(mesh.tangents);
   compact(mesh.colors);
   for (auto& uv : mesh.uv_sets) compact(uv);
+  for (MeshStep& step : mesh.motion) {
+    compact(step.positions);
+    compact(step.normals);
+    compact(step.tangents);
+  }
   for (Triangle& t : mesh.triangles) {
     for (uint32_t& v : t) v = renumbered[v];
   }
@@ -211,28 +224,55 @@ std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Mat
   return found;
 }
 
-void normalise_directions(MeshDescription& mesh) {
-  for (Vec3f& n : mesh.normals) n = normalize_or(n, Vec3f(0.0f));
-  for (size_t i = 0; i < mesh.tangents.size(); ++i) {
-    Vec4f& t = mesh.tangents[i];
+// Of a mesh or a step of it.
+void normalise_directions(auto& vertices) {
+  for (Vec3f& n : vertices.normals) n = normalize_or(n, Vec3f(0.0f));
+  for (size_t i = 0; i < vertices.tangents.size(); ++i) {
+    Vec4f& t = vertices.tangents[i];
     const Vec3f unit = normalize_or(Vec3f(t.x, t.y, t.z), Vec3f(0.0f));
-    t = is_black(unit) ? arbitrary_tangent(mesh.normals[i])
+    t = is_black(unit) ? arbitrary_tangent(vertices.normals[i])
                        : Vec4f(unit.x, unit.y, unit.z, t.w < 0.0f ? -1.0f : 1.0f);
+  }
+}
+
+// Puts the mesh, which stands as the file has it, into its poses.
+void apply_poses(const PrimitiveReader& reader, const GltfDocument& document, const json& primitive,
+                 const std::string& pointer, std::span<const MeshPose> poses,
+                 MeshDescription& mesh) {
+  MeshDescription unposed;
+  if (poses.size() > 1) {
+    unposed.positions = mesh.positions;
+    unposed.normals = mesh.normals;
+    unposed.tangents = mesh.tangents;
+  }
+  const auto apply = [&](const MeshPose& pose, MeshDescription& posed) {
+    document.progress->check();
+    apply_morph_targets(reader, document, primitive, pointer, pose.weights, posed);
+    apply_skin(reader, document, pointer, pose.joints, posed);
+  };
+  apply(poses[0], mesh);
+  for (const MeshPose& pose : poses.subspan(1)) {
+    MeshDescription posed = unposed;
+    apply(pose, posed);
+    mesh.motion.push_back(
+        {std::move(posed.positions), std::move(posed.normals), std::move(posed.tangents)});
   }
 }
 
 // An upper bound of what load_primitive holds at any time, result included, from what the primitive
 // announces.
 uint64_t announced_bytes(const GltfDocument& document, const PrimitiveReader& reader,
-                         const json& primitive, const MeshPose& pose, Materials materials,
-                         bool tangents_made) {
+                         const json& primitive, std::span<const MeshPose> poses,
+                         Materials materials, bool tangents_made) {
   const uint64_t vertices = reader.vertex_count();
   uint64_t per_vertex = sizeof(Vec3f) + sizeof(Vec4f) + sizeof(uint32_t);  // and one list of floats
   if (reader.has("NORMAL")) per_vertex += sizeof(Vec3f);
   if (reader.has("TANGENT")) per_vertex += sizeof(Vec4f);
   if (reader.has("COLOR_0")) per_vertex += sizeof(Vec4f);
   per_vertex += sizeof(Vec2f) * (1 + used_uv_sets(materials).size());
-  if (!pose.joints.empty()) per_vertex += sizeof(Mat44d) + sizeof(double) + sizeof(Vec4f);
+  if (!poses[0].joints.empty()) per_vertex += sizeof(Mat44d) + sizeof(double) + sizeof(Vec4f);
+  // One more for what the poses start from.
+  if (poses.size() > 1) per_vertex += poses.size() * (2 * sizeof(Vec3f) + sizeof(Vec4f));
   // generate_tangents: its groups, and up to twice as many vertices.
   if (tangents_made) per_vertex = 2 * per_vertex + 256;
   const json* member = find_member(primitive, "indices");
@@ -253,13 +293,17 @@ uint64_t held_bytes(const MeshDescription& mesh) {
   uint64_t bytes = mesh.name.capacity() + held_bytes(mesh.positions) + held_bytes(mesh.triangles) +
                    held_bytes(mesh.normals) + held_bytes(mesh.tangents) + held_bytes(mesh.colors);
   for (const auto& uv : mesh.uv_sets) bytes += held_bytes(uv);
+  for (const MeshStep& step : mesh.motion) {
+    bytes += sizeof(step) + held_bytes(step.positions) + held_bytes(step.normals) +
+             held_bytes(step.tangents);
+  }
   return bytes;
 }
 
 }  // namespace
 
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
-                          const MeshPose& pose, Materials materials, bool tangents) {
+                          std::span<const MeshPose> poses, Materials materials, bool tangents) {
   const json& mesh_object = document.json.at("meshes")[mesh_index];
   const json& primitive = mesh_object.at("primitives")[primitive_index];
   const std::string pointer =
@@ -291,7 +335,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   const bool has_tangents = layout && reader.has("NORMAL") && reader.has("TANGENT");
   MemoryReservation memory(
       document.progress->budget(), MemoryPart::kGeometry,
-      announced_bytes(document, reader, primitive, pose, materials, layout && !has_tangents),
+      announced_bytes(document, reader, primitive, poses, materials, layout && !has_tangents),
       document.place(pointer));
   mesh.positions = to_vectors<Vec3f>(reader.floats("POSITION", 3));
   if (mesh.positions.size() >= UINT32_MAX) {
@@ -305,13 +349,13 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   read_colors(reader, mesh);
   if (reader.has("COLOR_1")) loaded.ignored.push_back("COLOR_1");
 
-  apply_morph_targets(reader, document, primitive, pointer, pose.weights, mesh);
-  apply_skin(reader, document, pointer, pose.joints, mesh);
+  apply_poses(reader, document, primitive, pointer, poses, mesh);
 
   mesh.triangles = unroll(reader.indices(), reader.is_draco() ? int(kTriangles) : mode);
   drop_bad_triangles(mesh, loaded.repairs);
   drop_unused_vertices(mesh);
   normalise_directions(mesh);
+  for (MeshStep& step : mesh.motion) normalise_directions(step);
   if (layout && mesh.tangents.empty()) generate_tangents(mesh, *layout);
   // The rest was for the time of reading.
   memory.release();

@@ -11,6 +11,7 @@
 #include "io/gltf_extensions.h"
 #include "io/gltf_mesh.h"
 #include "io/gltf_node_objects.h"
+#include "io/gltf_shutter.h"
 #include "io/gltf_transform.h"
 #include "io/gltf_variants.h"
 #include "io/tiny_gltf_renamed.h"
@@ -18,6 +19,7 @@
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
 #include "renderer/core/readable.h"
+#include "renderer/description/framing.h"
 
 namespace emberline {
 namespace {
@@ -34,17 +36,17 @@ struct MorphDefaults {
   std::vector<double> weights;
 };
 
-// A skin in the scene's pose. The first joint's position is kept apart in double, for scenes far
-// from the origin; the joints' matrices lead to a space around it.
+// A skin in the scene's poses. The first joint's position as the shutter opens is kept apart in
+// double, for scenes far from the origin; the joints' matrices lead to a space around it.
 struct SkinPose {
   Vec3d origin;
-  std::vector<Mat44d> joints;
+  std::vector<std::vector<Mat44d>> joints;  // of each step; of the first alone, if none moves
 };
 
-// A mesh in one pose; all its primitives.
+// A mesh in one pose, or in motion; all its primitives.
 struct MeshUse {
   size_t mesh = 0;
-  MeshPose pose;
+  std::vector<MeshPose> poses;
   uint64_t placements = 0;
   std::vector<int> loaded;  // indices into SceneDescription::meshes
 };
@@ -54,7 +56,21 @@ struct Placement {
   size_t use = 0;
   size_t node = 0;
   Mat44d to_world;
+  std::vector<Mat44d> motion;  // at every step, the first included; empty: at rest
 };
+
+Mat44d translation_of(const Vec3d& shift) {
+  Mat44d m;
+  m.setTranslation(shift);
+  return m;
+}
+
+// Of a ball around the mesh's origin.
+double radius_of(const MeshDescription& mesh) {
+  double largest = 0.0;
+  for (const Vec3f& p : mesh.positions) largest = std::max(largest, to_double(p).length());
+  return largest;
+}
 
 class SceneGraphReader {
  public:
@@ -64,9 +80,9 @@ class SceneGraphReader {
         model_(model),
         scene_(scene),
         at_rest_(animation.at_rest),
-        pose_(pose_at(animation, animation.time)),
-        world_(world_transforms(document, model, pose_)),
-        visible_(visible_nodes(document, pose_)),
+        shutter_(document, model, animation, animation.open, animation.close),
+        world_(shutter_.world()),
+        visible_(visible_nodes(document, shutter_.pose())),
         placements_memory_(document.progress->budget(), MemoryPart::kGeometry) {
     for (const json& mesh : document.array("meshes")) morphs_.push_back(morph_defaults(mesh));
   }
@@ -75,6 +91,7 @@ class SceneGraphReader {
     for (const size_t node : nodes_in_scene()) read_node(node);
     load_meshes();
     place_meshes();
+    if (!at_rest_) scene_.rest_bounds = rest_bounds();
     report();
   }
 
@@ -84,13 +101,18 @@ class SceneGraphReader {
   void read_mesh_node(size_t node);
   static MorphDefaults morph_defaults(const json& mesh);
   const SkinPose& skin_pose(int skin);
+  const std::vector<double>& weights_of(size_t node, size_t step) const;
+  std::vector<MeshPose> poses_of(size_t node);
+  void add_motion(size_t node, CameraDescription& camera) const;
+  void add_motion(size_t node, PunctualLightDescription& light) const;
   size_t find_use(size_t node);
   void check_budget() const;
-  uint64_t count_elements(const json& primitive, std::span<const double> weights) const;
+  uint64_t count_elements(const json& primitive, std::span<const MeshPose> poses) const;
   void load_meshes();
   LoadedMesh load_primitive_of(const MeshUse& use, size_t primitive) const;
   void note_without_surface(const LoadedMesh& loaded, uint64_t placements);
   void place_meshes();
+  WorldBounds rest_bounds() const;
   [[noreturn]] void fail_empty(const std::string& dropped) const;
   void report();
 
@@ -98,8 +120,8 @@ class SceneGraphReader {
   const tinygltf::Model& model_;
   SceneDescription& scene_;
   const bool at_rest_;
-  const GltfPose pose_;
-  const std::vector<Mat44d> world_;    // per node
+  const GltfShutter shutter_;
+  const std::vector<Mat44d>& world_;   // per node, as it opens
   const std::vector<char> visible_;    // per node
   uint64_t hidden_ = 0;                // nodes with meshes
   std::vector<MorphDefaults> morphs_;  // per mesh
@@ -144,16 +166,31 @@ void SceneGraphReader::read_node(size_t node) {
   document_.faults->require("/nodes/" + std::to_string(node));
   if (source.mesh >= 0 && !visible_[node]) ++hidden_;
   if (source.mesh >= 0 && visible_[node]) read_mesh_node(node);
+  const size_t cameras = scene_.cameras.size(), lights = scene_.lights.size();
   read_camera(document_, model_, node, world_[node], scene_);
+  if (scene_.cameras.size() > cameras) add_motion(node, scene_.cameras.back());
   constexpr const char* kPunctual = "KHR_lights_punctual";
   if (!visible_[node] || !find_extension(object, kPunctual)) return;
   try {
     read_punctual_light(document_, model_, node, world_[node], scene_);
+    if (scene_.lights.size() > lights) add_motion(node, scene_.lights.back());
   } catch (const InputError& error) {
     GltfFaults::let_limits_pass(error);
     if (document_.requires_extension(kPunctual)) throw;
     document_.faults->leave_out("/nodes/" + std::to_string(node) + "/extensions/" + kPunctual,
                                 error);
+  }
+}
+
+void SceneGraphReader::add_motion(size_t node, CameraDescription& camera) const {
+  for (size_t step = 1; step < shutter_.steps() && shutter_.moves(node); ++step) {
+    camera.motion.push_back(shutter_.world(node, step));
+  }
+}
+
+void SceneGraphReader::add_motion(size_t node, PunctualLightDescription& light) const {
+  for (size_t step = 1; step < shutter_.steps() && shutter_.moves(node); ++step) {
+    light.motion.push_back({light.intensity, shutter_.world(node, step)});
   }
 }
 
@@ -184,22 +221,61 @@ const SkinPose& SceneGraphReader::skin_pose(int index) {
     inverse_bind = read_floats(document_, skin.inverseBindMatrices, 16,
                                place + "/inverseBindMatrices", &of_joints);
   }
-  pose.joints.reserve(skin.joints.size());
   // Joints place the vertices in the world, the node's own transform does not count (section
   // 3.7.3.3).
   const Mat44d& first = world_[size_t(skin.joints[0])];
   pose.origin = Vec3d(first[3][0], first[3][1], first[3][2]);
   Mat44d from_origin;
   from_origin.setTranslation(-pose.origin);
-  for (size_t j = 0; j < skin.joints.size(); ++j) {
-    Mat44d bind;
-    for (int e = 0; e < 16 && !inverse_bind.empty(); ++e) {
-      bind[e / 4][e % 4] = inverse_bind[j * 16 + size_t(e)];
+  const bool moves =
+      std::ranges::any_of(skin.joints, [this](int joint) { return shutter_.moves(size_t(joint)); });
+  for (size_t step = 0; step < (moves ? shutter_.steps() : 1); ++step) {
+    std::vector<Mat44d>& joints = pose.joints.emplace_back();
+    joints.reserve(skin.joints.size());
+    for (size_t j = 0; j < skin.joints.size(); ++j) {
+      Mat44d bind;
+      for (int e = 0; e < 16 && !inverse_bind.empty(); ++e) {
+        bind[e / 4][e % 4] = inverse_bind[j * 16 + size_t(e)];
+      }
+      const auto joint = size_t(skin.joints[j]);
+      const Mat44d& world =
+          step > 0 && shutter_.moves(joint) ? shutter_.world(joint, step) : world_[joint];
+      joints.push_back(bind * world * from_origin);
+      check_transform(joints.back(), place + "/joints/" + std::to_string(j));
     }
-    pose.joints.push_back(bind * world_[size_t(skin.joints[j])] * from_origin);
-    check_transform(pose.joints.back(), place + "/joints/" + std::to_string(j));
   }
   return pose;
+}
+
+// Of the mesh's morph targets: what poses the node says, or the node itself, or the mesh.
+const std::vector<double>& SceneGraphReader::weights_of(size_t node, size_t step) const {
+  const GltfPose& pose = shutter_.pose(step);
+  const auto posed = pose.find(node);
+  if (posed != pose.end() && !posed->second.weights.empty()) return posed->second.weights;
+  const tinygltf::Node& source = model_.nodes[node];
+  return source.weights.empty() ? morphs_[size_t(source.mesh)].weights : source.weights;
+}
+
+// As many as it takes for vertices that go straight from one to the next to stay where they should.
+std::vector<MeshPose> SceneGraphReader::poses_of(size_t node) {
+  const tinygltf::Node& source = model_.nodes[node];
+  const bool morphs = morphs_[size_t(source.mesh)].morphs;
+  static const std::vector<std::vector<Mat44d>> no_skin;
+  const auto& joints = source.skin >= 0 ? skin_pose(source.skin).joints : no_skin;
+  const auto pose = [&](size_t step) {
+    MeshPose p;
+    if (morphs) p.weights = weights_of(node, step);
+    if (!joints.empty()) p.joints = joints[std::min(step, joints.size() - 1)];
+    return p;
+  };
+  bool moves = joints.size() > 1;
+  for (size_t step = 1; step < shutter_.steps() && morphs; ++step) {
+    moves = moves || weights_of(node, step) != weights_of(node, 0);
+  }
+  if (!moves) return {pose(0)};
+  std::vector<MeshPose> all;
+  for (size_t step = 0; step < shutter_.steps(); ++step) all.push_back(pose(step));
+  return thinned_poses(std::move(all), position_radius(document_, size_t(source.mesh)));
 }
 
 size_t SceneGraphReader::find_use(size_t node) {
@@ -215,17 +291,13 @@ size_t SceneGraphReader::find_use(size_t node) {
                         scene_.coverage);
   }
   // A skin's joints say where the mesh is, so nodes that share it share the mesh in its pose.
-  const auto posed = pose_.find(node);
-  const std::vector<double>& weights = posed != pose_.end() && !posed->second.weights.empty()
-                                           ? posed->second.weights
-                                           : source.weights;
-  const bool own_weights = morphs.morphs && !weights.empty() && weights != morphs.weights;
+  bool own_weights = false;
+  for (size_t step = 0; step < shutter_.steps() && morphs.morphs; ++step) {
+    own_weights = own_weights || weights_of(node, step) != morphs.weights;
+  }
   const std::pair key(source.mesh, source.skin);
   if (!own_weights && shared_uses_.contains(key)) return shared_uses_.at(key);
-  MeshPose pose;
-  pose.weights = own_weights ? weights : morphs.weights;
-  if (source.skin >= 0) pose.joints = skin_pose(source.skin).joints;
-  uses_.push_back({size_t(source.mesh), pose, 0, {}});
+  uses_.push_back({size_t(source.mesh), poses_of(node), 0, {}});
   if (!own_weights) shared_uses_.emplace(key, uses_.size() - 1);
   return uses_.size() - 1;
 }
@@ -240,10 +312,9 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   const json& object = document_.json.at("nodes")[node];
   const std::string place = document_.place("/nodes/" + std::to_string(node));
   MemoryReservation instances_memory(document_.progress->budget(), MemoryPart::kGeometry);
-  std::vector<Mat44d> instances = {to_world};
+  std::vector<Mat44d> instances = {Mat44d()};
   if (const json* instancing = find_extension(object, "EXT_mesh_gpu_instancing")) {
     instances = read_instance_transforms(document_, *instancing, node, instances_memory);
-    for (Mat44d& instance : instances) instance *= to_world;
   }
   // A few nodes and a few primitives can multiply to more than memory holds.
   const size_t most = (size_t(1) << 20) + size_t(document_.total_bytes);
@@ -251,8 +322,17 @@ void SceneGraphReader::read_mesh_node(size_t node) {
     throw InputError(place, "more than {} instances, more than the size of the file bears out",
                      most);
   }
-  placements_memory_.add(bytes_of(instances.size(), sizeof(Placement)), place);
-  for (const Mat44d& instance : instances) placements_.push_back({use, node, instance});
+  const bool moves = shutter_.moves(node) && model_.nodes[node].skin < 0;
+  const size_t matrices = moves ? shutter_.steps() : 0;
+  placements_memory_.add(bytes_of(instances.size(), sizeof(Placement) + matrices * sizeof(Mat44d)),
+                         place);
+  for (const Mat44d& instance : instances) {
+    Placement& placement = placements_.emplace_back(Placement{use, node, instance * to_world, {}});
+    for (size_t step = 0; step < matrices; ++step) {
+      placement.motion.push_back(instance * shutter_.world(node, step));
+      check_transform(placement.motion.back(), place);
+    }
+  }
   uses_[use].placements += instances.size();
 }
 
@@ -268,7 +348,7 @@ void SceneGraphReader::check_budget() const {
   uint64_t elements = 0;
   for (const MeshUse& use : uses_) {
     for (const json& primitive : document_.json.at("meshes")[use.mesh].at("primitives")) {
-      elements += count_elements(primitive, use.pose.weights);
+      elements += count_elements(primitive, use.poses);
     }
   }
   if (elements > (uint64_t(1) << 22) + backed * 64) {
@@ -278,9 +358,9 @@ void SceneGraphReader::check_budget() const {
   }
 }
 
-// Elements of accessors that reading the primitive in a pose takes.
+// Elements of accessors that reading the primitive in its poses takes.
 uint64_t SceneGraphReader::count_elements(const json& primitive,
-                                          std::span<const double> weights) const {
+                                          std::span<const MeshPose> poses) const {
   const auto accessor = [&](const json& index) -> const GltfAccessor& {
     static const GltfAccessor none;
     return index.is_null() ? none : document_.accessors[index.get<size_t>()];
@@ -303,8 +383,10 @@ uint64_t SceneGraphReader::count_elements(const json& primitive,
   };
   add(primitive.at("attributes"));
   const json* targets = find_member(primitive, "targets");
-  for (size_t t = 0; targets && t < std::min(targets->size(), weights.size()); ++t) {
-    if (weights[t] != 0.0) add((*targets)[t]);
+  const size_t count = std::min(targets ? targets->size() : 0, poses[0].weights.size());
+  for (size_t t = 0; t < count; ++t) {
+    const auto counts = [t](const MeshPose& pose) { return pose.weights[t] != 0.0; };
+    if (std::ranges::any_of(poses, counts)) add((*targets)[t]);
   }
   return elements;
 }
@@ -333,7 +415,7 @@ LoadedMesh SceneGraphReader::load_primitive_of(const MeshUse& use, size_t index)
     materials.push_back(&scene_.materials[size_t(other.material)]);
   }
   LoadedMesh loaded =
-      load_primitive(document_, use.mesh, index, use.pose, materials, scene_.tangents_read);
+      load_primitive(document_, use.mesh, index, use.poses, materials, scene_.tangents_read);
   loaded.mesh.variant_materials = std::move(others);
   loaded.variants_fault = variants_fault;
   return loaded;
@@ -405,15 +487,47 @@ void SceneGraphReader::place_meshes() {
   for (const Placement& placement : placements_) {
     const std::string place = document_.place("/nodes/" + std::to_string(placement.node));
     check_transform(placement.to_world, place);
-    if (is_singular(placement.to_world)) {
+    std::vector<Mat44d> motion = with_inverses(placement.motion);
+    if (motion.empty() && is_singular(placement.to_world)) {
       ++scene_.repairs.singular_instances;
       continue;
     }
     const std::string name = node_name(model_, placement.node);
     for (const int mesh : uses_[placement.use].loaded) {
-      scene_.instances.push_back({name, mesh, placement.to_world});
+      InstanceDescription instance{name, mesh, motion.empty() ? placement.to_world : motion[0]};
+      instance.motion = thinned_transforms(motion, radius_of(scene_.meshes[size_t(mesh)]));
+      if (!instance.motion.empty()) instance.motion.erase(instance.motion.begin());
+      scene_.instances.push_back(std::move(instance));
     }
   }
+}
+
+// Of what the accessors say of the meshes that are there, at the places that their nodes and joints
+// have at rest. A mesh whose accessor says nothing is left out; if all are, the pose's own count.
+WorldBounds SceneGraphReader::rest_bounds() const {
+  const std::vector<Mat44d> at_rest = world_transforms(document_, model_, {});
+  WorldBounds bounds;
+  const auto add = [&](const WorldBounds& box, const Mat44d& to_world) {
+    for (int corner = 0; corner < 8 && !box.empty(); ++corner) {
+      bounds.add(transform_point(
+          to_world, {corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                     corner & 4 ? box.max.z : box.min.z}));
+    }
+  };
+  for (const Placement& placement : placements_) {
+    const WorldBounds box = position_bounds(document_, uses_[placement.use].mesh);
+    const size_t node = placement.node;
+    if (const int skin = model_.nodes[node].skin; skin >= 0) {
+      // Bound to where the joints are at rest, vertices stand as the mesh has them.
+      const auto joint = size_t(model_.skins[size_t(skin)].joints[0]);
+      const Mat44d bind = skins_.at(skin).joints[0][0] * translation_of(skins_.at(skin).origin) *
+                          world_[joint].inverse();
+      add(box, bind * at_rest[joint]);
+    } else {
+      add(box, placement.to_world * world_[node].inverse() * at_rest[node]);
+    }
+  }
+  return bounds.empty() ? world_bounds(scene_) : bounds;
 }
 
 // Says what there is instead.

@@ -62,6 +62,7 @@ void split_per_face(MeshDescription& mesh) {
     values = std::move(expanded);
   };
   expand(mesh.positions);
+  for (MeshStep& step : mesh.motion) expand(step.positions);
   expand(mesh.colors);
   for (auto& uv : mesh.uv_sets) expand(uv);
   uint32_t next = 0;
@@ -70,10 +71,11 @@ void split_per_face(MeshDescription& mesh) {
   }
 }
 
-std::vector<Vec3f> face_normals(const MeshDescription& mesh) {
-  std::vector<Vec3f> normals(mesh.positions.size());
-  for (const Triangle& t : mesh.triangles) {
-    const Vec3d a(mesh.positions[t[0]]), b(mesh.positions[t[1]]), c(mesh.positions[t[2]]);
+std::vector<Vec3f> face_normals(const std::vector<Vec3f>& positions,
+                                const std::vector<Triangle>& triangles) {
+  std::vector<Vec3f> normals(positions.size());
+  for (const Triangle& t : triangles) {
+    const Vec3d a(positions[t[0]]), b(positions[t[1]]), c(positions[t[2]]);
     const Vec3d n = cross(b - a, c - a);
     const double length = std::sqrt(dot(n, n));
     for (const uint32_t v : t) normals[v] = length > 0.0 ? Vec3f(n / length) : Vec3f(0.0f);
@@ -85,13 +87,13 @@ std::vector<Vec3f> face_normals(const MeshDescription& mesh) {
 // (0 upright, 1 mirrored).
 class TangentGroups {
  public:
-  TangentGroups(const MeshDescription& mesh, const std::vector<Vec3f>& normals,
+  TangentGroups(const std::vector<Vec3f>& positions, const std::vector<Vec3f>& normals,
                 const std::vector<Vec2f>& uv) {
-    group_of_vertex_.resize(mesh.positions.size());
+    group_of_vertex_.resize(positions.size());
     std::unordered_map<CornerKey, uint32_t, CornerKeyHash> groups;
-    groups.reserve(mesh.positions.size());
-    for (size_t v = 0; v < mesh.positions.size(); ++v) {
-      const Vec3f &p = mesh.positions[v], &n = normals[v];
+    groups.reserve(positions.size());
+    for (size_t v = 0; v < positions.size(); ++v) {
+      const Vec3f &p = positions[v], &n = normals[v];
       const CornerKey key = {{float_bits(p.x), float_bits(p.y), float_bits(p.z), float_bits(n.x),
                               float_bits(n.y), float_bits(n.z), float_bits(uv[v].x),
                               float_bits(uv[v].y), 0}};
@@ -107,8 +109,13 @@ class TangentGroups {
     const Vec3d& sum = sums_[group_of_vertex_[vertex]][size_t(side)];
     return dot(sum, sum) > 0.0;
   }
-  Vec3d sum(uint32_t vertex, int side) const {
-    return sums_[group_of_vertex_[vertex]][size_t(side)];
+  // An arbitrary one where there is no direction.
+  Vec4f tangent(uint32_t vertex, size_t side, const Vec3f& normal) const {
+    const Vec3d& sum = sums_[group_of_vertex_[vertex]][side];
+    const double length = std::sqrt(dot(sum, sum));
+    if (!(length > 0.0 && std::isfinite(length))) return arbitrary_tangent(normal);
+    const Vec3f t(sum / length);
+    return Vec4f(t.x, t.y, t.z, side == 0 ? 1.0f : -1.0f);
   }
 
  private:
@@ -116,14 +123,14 @@ class TangentGroups {
   std::vector<std::array<Vec3d, 2>> sums_;
 };
 
-void accumulate(const MeshDescription& mesh, const std::vector<Vec3f>& normals,
-                const std::vector<Vec2f>& uv, const std::vector<int8_t>& orientation,
-                TangentGroups& groups) {
-  for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+TangentGroups accumulate(const std::vector<Vec3f>& positions, const std::vector<Vec3f>& normals,
+                         const std::vector<Vec2f>& uv, const std::vector<Triangle>& triangles,
+                         const std::vector<int8_t>& orientation) {
+  TangentGroups groups(positions, normals, uv);
+  for (size_t i = 0; i < triangles.size(); ++i) {
     if (orientation[i] == 0) continue;
-    const Triangle& t = mesh.triangles[i];
-    const Vec3d p[3] = {Vec3d(mesh.positions[t[0]]), Vec3d(mesh.positions[t[1]]),
-                        Vec3d(mesh.positions[t[2]])};
+    const Triangle& t = triangles[i];
+    const Vec3d p[3] = {Vec3d(positions[t[0]]), Vec3d(positions[t[1]]), Vec3d(positions[t[2]])};
     const Vec3d direction = u_direction(p[1] - p[0], p[2] - p[0], uv[t[0]], uv[t[1]], uv[t[2]]);
     for (size_t k = 0; k < 3; ++k) {
       const Vec3d n(normals[t[k]]);
@@ -133,10 +140,12 @@ void accumulate(const MeshDescription& mesh, const std::vector<Vec3f>& normals,
       groups.add(t[k], orientation[i] > 0 ? 0 : 1, project_to_plane(direction, n) * angle);
     }
   }
+  return groups;
 }
 
 // A copy of `vertex` at the end of every attribute.
-uint32_t duplicate_vertex(MeshDescription& mesh, std::vector<Vec3f>& normals, uint32_t vertex) {
+uint32_t duplicate_vertex(MeshDescription& mesh, std::vector<Vec3f>& normals,
+                          std::vector<Vec2f>& uv, uint32_t vertex) {
   const auto duplicate = [&](auto& values) {
     if (values.empty()) return;
     const auto value = values[vertex];
@@ -146,8 +155,28 @@ uint32_t duplicate_vertex(MeshDescription& mesh, std::vector<Vec3f>& normals, ui
   duplicate(mesh.positions);
   duplicate(mesh.colors);
   for (auto& set : mesh.uv_sets) duplicate(set);
+  for (MeshStep& step : mesh.motion) {
+    duplicate(step.positions);
+    duplicate(step.normals);
+  }
   duplicate(normals);
+  duplicate(uv);
   return copy;
+}
+
+// At later times, of vertices that are those of the first: which side of the texture a triangle
+// shows does not change.
+void add_later_tangents(MeshDescription& mesh, const std::vector<Vec2f>& uv,
+                        const std::vector<int8_t>& orientation) {
+  for (MeshStep& step : mesh.motion) {
+    const std::vector<Vec3f> normals =
+        step.normals.empty() ? face_normals(step.positions, mesh.triangles) : step.normals;
+    const TangentGroups groups =
+        accumulate(step.positions, normals, uv, mesh.triangles, orientation);
+    for (uint32_t v = 0; v < mesh.tangents.size(); ++v) {
+      step.tangents.push_back(groups.tangent(v, mesh.tangents[v].w > 0.0f ? 0 : 1, normals[v]));
+    }
+  }
 }
 
 }  // namespace
@@ -162,7 +191,8 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
   if (mesh.triangles.empty()) return;
   const bool flat = mesh.normals.empty();
   if (flat) split_per_face(mesh);
-  std::vector<Vec3f> normals = flat ? face_normals(mesh) : std::move(mesh.normals);
+  std::vector<Vec3f> normals =
+      flat ? face_normals(mesh.positions, mesh.triangles) : std::move(mesh.normals);
 
   const std::array<float, 6>& m = layout.uv_transform;
   std::vector<Vec2f> uv = mesh.uv_sets.at(size_t(layout.uv_set));
@@ -176,8 +206,7 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
     const Triangle& t = mesh.triangles[i];
     orientation[i] = int8_t(uv_orientation(uv[t[0]], uv[t[1]], uv[t[2]]));
   }
-  TangentGroups groups(mesh, normals, uv);
-  accumulate(mesh, normals, uv, orientation, groups);
+  const TangentGroups groups = accumulate(mesh.positions, normals, uv, mesh.triangles, orientation);
 
   // The first orientation that claims a vertex keeps its number, the other gets a copy.
   constexpr uint32_t kNone = UINT32_MAX;
@@ -196,22 +225,16 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
         if (numbered[vertex][1 - side] == kNone) {
           number = vertex;
         } else {
-          number = duplicate_vertex(mesh, normals, vertex);
+          number = duplicate_vertex(mesh, normals, uv, vertex);
           mesh.tangents.emplace_back();
         }
-        const Vec3d sum = groups.sum(vertex, int(side));
-        const double length = std::sqrt(dot(sum, sum));
-        if (length > 0.0 && std::isfinite(length)) {
-          const Vec3f t(sum / length);
-          mesh.tangents[number] = Vec4f(t.x, t.y, t.z, side == 0 ? 1.0f : -1.0f);
-        } else {
-          mesh.tangents[number] = arbitrary_tangent(normals[vertex]);
-        }
+        mesh.tangents[number] = groups.tangent(vertex, side, normals[vertex]);
       }
       corner = number;
     }
   }
   if (!flat) mesh.normals = std::move(normals);
+  add_later_tangents(mesh, uv, orientation);
 }
 
 }  // namespace emberline

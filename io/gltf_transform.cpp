@@ -16,30 +16,6 @@ const NodePose& pose_of(const GltfPose& pose, int node) {
   return found == pose.end() ? at_rest : found->second;
 }
 
-Mat44d local_transform(const GltfDocument& document, const tinygltf::Node& node,
-                       const NodePose& pose) {
-  if (node.matrix.size() == 16) {
-    // Column-major for column vectors reads the same as row-major for row vectors.
-    Mat44d m;
-    for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = node.matrix[size_t(i)];
-    if (m[0][3] != 0.0 || m[1][3] != 0.0 || m[2][3] != 0.0 || m[3][3] != 1.0) {
-      log_warning(document.file + ": the last row of a node's matrix is taken for 0 0 0 1");
-    }
-    m[0][3] = m[1][3] = m[2][3] = 0.0;
-    m[3][3] = 1.0;
-    for (int c = 0; c < 3 && pose.translation; ++c) m[3][c] = (*pose.translation)[c];
-    return m;
-  }
-  const auto vector = [](const std::vector<double>& v, double fallback) {
-    return v.size() == 3 ? Vec3d(v[0], v[1], v[2]) : Vec3d(fallback);
-  };
-  Quaternion rotation = {0.0, 0.0, 0.0, 1.0};
-  for (size_t i = 0; i < 4 && node.rotation.size() == 4; ++i) rotation[i] = node.rotation[i];
-  return compose_transform(pose.translation.value_or(vector(node.translation, 0.0)),
-                           pose.rotation.value_or(rotation),
-                           pose.scale.value_or(vector(node.scale, 1.0)));
-}
-
 }  // namespace
 
 Mat44d compose_transform(const Vec3d& translation, const Quaternion& rotation, const Vec3d& scale) {
@@ -88,11 +64,37 @@ void check_transform(const Mat44d& m, const std::string& place) {
   }
 }
 
+Mat44d local_transform(const GltfDocument& document, const tinygltf::Model& model, size_t index,
+                       const GltfPose& posed) {
+  const tinygltf::Node& node = model.nodes[index];
+  const NodePose& pose = pose_of(posed, int(index));
+  if (node.matrix.size() == 16) {
+    // Column-major for column vectors reads the same as row-major for row vectors.
+    Mat44d m;
+    for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = node.matrix[size_t(i)];
+    if (m[0][3] != 0.0 || m[1][3] != 0.0 || m[2][3] != 0.0 || m[3][3] != 1.0) {
+      log_warning(document.file + ": the last row of a node's matrix is taken for 0 0 0 1");
+    }
+    m[0][3] = m[1][3] = m[2][3] = 0.0;
+    m[3][3] = 1.0;
+    for (int c = 0; c < 3 && pose.translation; ++c) m[3][c] = (*pose.translation)[c];
+    return m;
+  }
+  const auto vector = [](const std::vector<double>& v, double fallback) {
+    return v.size() == 3 ? Vec3d(v[0], v[1], v[2]) : Vec3d(fallback);
+  };
+  Quaternion rotation = {0.0, 0.0, 0.0, 1.0};
+  for (size_t i = 0; i < 4 && node.rotation.size() == 4; ++i) rotation[i] = node.rotation[i];
+  return compose_transform(pose.translation.value_or(vector(node.translation, 0.0)),
+                           pose.rotation.value_or(rotation),
+                           pose.scale.value_or(vector(node.scale, 1.0)));
+}
+
 std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinygltf::Model& model,
                                      const GltfPose& pose) {
   std::vector<Mat44d> world(model.nodes.size());
   for (const int node : document.node_order) {
-    Mat44d m = local_transform(document, model.nodes[size_t(node)], pose_of(pose, node));
+    Mat44d m = local_transform(document, model, size_t(node), pose);
     const int parent = document.parents[size_t(node)];
     if (parent >= 0) m = m * world[size_t(parent)];
     const std::string pointer = "/nodes/" + std::to_string(node);

@@ -13,6 +13,10 @@ namespace emberline {
 std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinygltf::Model& model,
                                      const GltfPose& pose);
 
+// Of one node, relative to its parent.
+Mat44d local_transform(const GltfDocument& document, const tinygltf::Model& model, size_t node,
+                       const GltfPose& pose);
+
 // Whether each node shows what it has, by its own visibility (KHR_node_visibility) and that of all
 // nodes above it.
 std::vector<char> visible_nodes(const GltfDocument& document, const GltfPose& pose);

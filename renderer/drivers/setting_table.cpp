@@ -28,7 +28,8 @@ using enum SettingGroup;
 constexpr double kFarthest = 1e15;
 constexpr double kMostOfLens = 1e9;  // f-stops, to either side: scenes come in any size
 constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;  // a millisecond to thirty years
-constexpr double kLatest = 1e6;  // seconds, to either side: ten days, to within 1e-10 s
+constexpr double kLatest = 1e6;    // seconds, to either side: ten days, to within 1e-10 s
+constexpr double kMostOpen = 1e6;  // frames
 constexpr double kLeastFps = 1e-3, kMostFps = 1e6;
 constexpr int kMostPixels = 65536;  // a side
 constexpr uint32_t kMostParts = 65536;
@@ -42,6 +43,7 @@ requires std::is_arithmetic_v<T> std::string text_of(T value) {
 std::string text_of(const Vec3d& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
 std::string text_of(const FramePart& p) { return fmt::format("{}/{}", p.index, p.count); }
 std::string text_of(const SampleSpan& s) { return fmt::format("{}-{}", s.first, s.end); }
+std::string text_of(const Shutter& s) { return fmt::format("{},{}", s.open, s.close); }
 std::string text_of(const Rect& r) { return fmt::format("{},{},{},{}", r.x0, r.y0, r.x1, r.y1); }
 template <typename T>
 std::string text_of(const std::optional<T>& value) {
@@ -206,6 +208,28 @@ Setting fps() {
   return setting;
 }
 
+Setting shutter() {
+  const auto read = [](FrameSettings& settings, std::string_view text) {
+    std::array<double, 2> v;
+    if (!parse_numbers(text, ',', v) || !(v[0] <= v[1]) || !(v[0] >= -kMostOpen) ||
+        !(v[1] <= kMostOpen)) {
+      refuse("shutter", text,
+             fmt::format("OPEN,CLOSE with -{0} <= OPEN <= CLOSE <= {0}", kMostOpen));
+    }
+    settings.shutter = Shutter{v[0], v[1]};
+  };
+  return {"shutter",
+          kLoading,
+          "OPEN,CLOSE",
+          "when the shutter opens and closes, in frames from the frame's time on; what moves "
+          "meanwhile is blurred. 0,0.5 is a shutter of 180 degrees, -0.25,0.25 the same about the "
+          "frame's time",
+          "",
+          false,
+          read,
+          member_text<&FrameSettings::shutter>};
+}
+
 Setting backfaces() {
   const auto read = [](FrameSettings& settings, std::string_view text) {
     if (text != "show" && text != "cull") {
@@ -322,6 +346,7 @@ std::vector<Setting> make_table() {
       number<&S::frame>("frame", kLoading, -kLatest * kMostFps, kLatest * kMostFps,
                         "the same in frames, which may be broken"),
       fps(),
+      shutter(),
       flag<&S::lenient>("lenient", kLoading,
                         "take images that are cut short, replace those that do not decode and "
                         "values of materials "

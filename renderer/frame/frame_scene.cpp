@@ -43,7 +43,7 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
     check_cameras(scene, &camera);
   } else if (settings.look_from || scene.cameras.empty()) {
     check_cameras(scene, nullptr);
-    camera = framing_camera(world_bounds(scene), aspect);
+    camera = framing_camera(framed_bounds(scene), aspect);
     if (!settings.look_from) log_info("the file has no camera; framing the whole scene");
   } else {
     camera = scene.cameras.front();
@@ -105,11 +105,16 @@ std::optional<double> chosen_time(const FrameSettings& settings) {
 }
 
 GltfOptions load_options(const FrameSettings& settings) {
-  return {.lenient = settings.lenient,
-          .variants = !settings.variant.empty(),
-          .resource_root = settings.resource_root,
-          .animation = settings.animation,
-          .time = chosen_time(settings)};
+  GltfOptions options = {.lenient = settings.lenient,
+                         .variants = !settings.variant.empty(),
+                         .resource_root = settings.resource_root,
+                         .animation = settings.animation,
+                         .time = chosen_time(settings)};
+  if (settings.shutter) {
+    options.shutter = {settings.shutter->open / settings.fps,
+                       settings.shutter->close / settings.fps};
+  }
+  return options;
 }
 
 SceneDescription load_scene(const FrameSettings& settings, LoadProgress& progress, bool variants,
@@ -162,7 +167,7 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
   const double aspect = double(settings.width) / settings.height;
   CameraDescription camera = edited_camera(
       edits, scene,
-      scene.cameras.empty() ? framing_camera(world_bounds(scene), aspect) : scene.cameras.front());
+      scene.cameras.empty() ? framing_camera(framed_bounds(scene), aspect) : scene.cameras.front());
   check_cameras(scene, &camera);
   apply_lens(settings, camera);
   return camera;

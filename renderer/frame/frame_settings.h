@@ -38,6 +38,12 @@ struct SampleSpan {
   bool operator==(const SampleSpan&) const = default;
 };
 
+// When the shutter is open, in frames from the frame's time on.
+struct Shutter {
+  double open = 0, close = 0;
+  bool operator==(const Shutter&) const = default;
+};
+
 // Names are those of the tables: driver_table(), integrator_table() and so on.
 struct FrameSettings {
   std::string scene;          // a file
@@ -76,6 +82,7 @@ struct FrameSettings {
   std::string animation;              // name, index or "all"; empty: the first, if there is a time
   std::optional<double> time, frame;  // seconds; or frames, at `fps`. At most one of them
   double fps = 24;
+  std::optional<Shutter> shutter;  // absent: an instant
 
   // The scene: what is changed of it.
   std::string edits;    // a file of them; empty: none

@@ -58,6 +58,7 @@ const std::map<std::string, std::string> kOthers = {
     {"animation", "Survey"},
     {"time", "-0.1"},
     {"frame", "12.5"},
+    {"shutter", "-0.25,0.25"},
     {"fps", "23.976"},
     {"lenient", "yes"},
     {"resource-root", "/models"},
@@ -76,10 +77,10 @@ TEST(SettingTable, HasEveryMember) {
                min_spp, max_spp, noise_threshold, estimator, allocation, unbiased, time_limit_s,
                max_depth, seed, streams, bucket_size, bucket_order, bisection_axis, reconstruction,
                width, height, crop, camera, look_from, look_at, fov_y, f_stop, focus_distance,
-               animation, time, frame, fps, edits, variant, environment, environment_strength,
+               animation, time, frame, fps, shutter, edits, variant, environment, environment_strength,
                environment_rotation, transparent, show_backfaces, lenient, part, sample_range, aovs,
                light_groups] = settings;
-  constexpr size_t kMembers = 47;
+  constexpr size_t kMembers = 48;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());
@@ -164,6 +165,7 @@ TEST(SettingTable, GroupsAndFilesCanBeAskedFor) {
                           {"time", "-0.1"},
                           {"frame", "12.5"},
                           {"fps", "23.976"},
+                          {"shutter", "-0.25,0.25"},
                           {"lenient", "yes"}}));
   EXPECT_EQ(setting_texts(FrameSettings(), {SettingGroup::kLoading}), SettingTexts());
 }

@@ -1,0 +1,276 @@
+#include "io/gltf_shutter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "io/gltf_transform.h"
+#include "io/tiny_gltf_renamed.h"
+#include "renderer/description/transform_parts.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+
+// Chosen by us. Embree takes 128 segments.
+constexpr size_t kMostSegments = 64;
+constexpr size_t kMostTransforms = size_t(1) << 22;  // of all nodes at all steps: 512 MiB
+// How far from its path a thing may be seen, as a share of its radius.
+constexpr double kTolerance = 1e-3;
+// Vertices go straight from one step to the next, and leave an arc of this by that share.
+constexpr double kJointTurn = 0.09;
+constexpr double kTurn = 0.8;      // of what Embree turns
+constexpr double kMostTurn = 1.6;  // between steps that are kept
+
+double angle_between(const Imath::Quatd& a, const Imath::Quatd& b) {
+  return 2.0 * std::acos(std::min(1.0, std::abs(a ^ b)));
+}
+
+// How far apart the two put a point of a ball around the origin, at most.
+double distance_between(const Mat44d& a, const Mat44d& b, double radius) {
+  double shift = 0.0, turn = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    shift += square(a[3][c] - b[3][c]);
+    for (int r = 0; r < 3; ++r) turn += square(a[r][c] - b[r][c]);
+  }
+  return std::sqrt(shift) + radius * std::sqrt(turn);
+}
+
+double largest_stretch(const Mat44d& m) {
+  double sum = 0.0;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) sum += square(m[r][c]);
+  }
+  return std::sqrt(sum);
+}
+
+// Key frames while the shutter is open, of the track that has most: what happens between them is
+// smooth.
+size_t keys_within(const GltfAnimation& animation, double open, double close) {
+  size_t most = 0;
+  for (const NodeTrack& track : animation.nodes) {
+    const std::vector<float>& times = *track.keys.times;
+    const auto first = std::upper_bound(times.begin(), times.end(), open);
+    const auto last = std::lower_bound(first, times.end(), close);
+    most = std::max(most, size_t(last - first));
+  }
+  return most;
+}
+
+}  // namespace
+
+GltfShutter::GltfShutter(const GltfDocument& document, const tinygltf::Model& model,
+                         const GltfAnimation& animation, double open, double close)
+    : document_(document),
+      model_(model),
+      animation_(animation),
+      open_(open),
+      close_(close),
+      memory_(document.progress->budget(), MemoryPart::kGeometry) {
+  poses_.push_back(pose_at(animation, open));
+  world_ = world_transforms(document, model, poses_[0]);
+  if (!(open < close) || animation.nodes.empty()) return;
+  find_moving_nodes();
+  size_t most = kMostSegments;
+  while (most > 2 && order_.size() * (most + 1) > kMostTransforms) most /= 2;
+  memory_.add(bytes_of(order_.size() * (most + 1), sizeof(Mat44d)), document.file);
+  size_t segments = 2;
+  while (segments < most && segments < 2 * (keys_within(animation, open, close) + 1)) segments *= 2;
+  pose_at_steps(segments);
+  while (segments < most && !fine_enough()) pose_at_steps(segments *= 2);
+}
+
+void GltfShutter::find_moving_nodes() {
+  std::vector<char> posed(model_.nodes.size(), 0);
+  for (const NodeTrack& track : animation_.nodes) {
+    const NodeProperty property = track.target.property;
+    if (property == NodeProperty::kTranslation || property == NodeProperty::kRotation ||
+        property == NodeProperty::kScale) {
+      posed[track.target.node] = 1;
+    }
+  }
+  moving_.assign(model_.nodes.size(), kAtRest);
+  for (const int node : document_.node_order) {
+    const int parent = document_.parents[size_t(node)];
+    const bool carried = parent >= 0 && moving_[size_t(parent)] != kAtRest;
+    if (!posed[size_t(node)] && !carried) continue;
+    moving_[size_t(node)] = uint32_t(order_.size());
+    order_.push_back(size_t(node));
+  }
+}
+
+void GltfShutter::pose_at_steps(size_t segments) {
+  poses_.resize(1);
+  motion_.assign(1, {});
+  for (const size_t node : order_) motion_[0].push_back(world_[node]);
+  for (size_t step = 1; step <= segments; ++step) {
+    document_.progress->check();
+    const double share = double(step) / double(segments);
+    poses_.push_back(pose_at(animation_, open_ + (close_ - open_) * share));
+    std::vector<Mat44d>& worlds = motion_.emplace_back();
+    worlds.reserve(order_.size());
+    for (const size_t node : order_) {
+      Mat44d m = local_transform(document_, model_, node, poses_.back());
+      const int parent = document_.parents[node];
+      if (parent >= 0) {
+        m = m * (moves(size_t(parent)) ? worlds[moving_[size_t(parent)]] : world_[size_t(parent)]);
+      }
+      check_transform(m, document_.place("/nodes/" + std::to_string(node)));
+      worlds.push_back(m);
+    }
+  }
+}
+
+// Of what its mesh says of itself, in the world as the shutter opens; 0 without a mesh. A mesh that
+// says nothing counts as large as its way is long.
+double GltfShutter::radius_of(size_t i) const {
+  const size_t node = order_[i];
+  const int mesh = model_.nodes[node].mesh;
+  if (mesh < 0) return 0.0;
+  const double radius = position_radius(document_, size_t(mesh));
+  if (std::isfinite(radius)) return radius * largest_stretch(world_[node]);
+  double way = 0.0;
+  for (size_t step = 1; step < steps(); ++step) {
+    way += distance_between(motion_[step - 1][i], motion_[step][i], 0.0);
+  }
+  return way;
+}
+
+// Whether every second step lies where those around it put it.
+bool GltfShutter::fine_enough() const {
+  for (size_t i = 0; i < order_.size(); ++i) {
+    const double radius = radius_of(i);
+    const bool is_seen = radius > 0.0;
+    for (size_t step = 0; step + 2 < steps(); step += 2) {
+      const Mat44d& middle = motion_[step + 1][i];
+      if (is_singular(motion_[step][i]) || is_singular(motion_[step + 2][i])) continue;
+      const TransformParts a(motion_[step][i]), b(motion_[step + 2][i]);
+      if (angle_between(a.rotation, b.rotation) > (is_seen ? kTurn : kJointTurn)) return false;
+      const Mat44d expected = between(a, b, 0.5).matrix();
+      const double stretch = largest_stretch(middle);
+      if (is_seen && stretch > 0.0 &&
+          distance_between(expected, middle, radius / stretch) > kTolerance * radius) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+WorldBounds position_bounds(const GltfDocument& document, size_t mesh) {
+  WorldBounds bounds;
+  for (const json& primitive : document.array("meshes")[mesh].at("primitives")) {
+    const json* index = find_member(primitive.at("attributes"), "POSITION");
+    if (!index || index->is_null()) continue;
+    const json& accessor = document.array("accessors")[index->get<size_t>()];
+    for (const char* name : {"min", "max"}) {
+      const json* bound = accessor.is_null() ? nullptr : find_member(accessor, name);
+      if (!bound || bound->size() != 3) return {};
+      Vec3d corner;
+      for (int c = 0; c < 3; ++c) {
+        const json& number = (*bound)[size_t(c)];
+        corner[c] = number.is_number() ? number.get<double>() : HUGE_VAL;
+        if (!(std::abs(corner[c]) <= std::numeric_limits<float>::max())) return {};
+      }
+      bounds.add(corner);
+    }
+  }
+  return bounds;
+}
+
+double position_radius(const GltfDocument& document, size_t mesh) {
+  const WorldBounds bounds = position_bounds(document, mesh);
+  if (bounds.empty()) return std::numeric_limits<double>::infinity();
+  Vec3d corner;
+  for (int c = 0; c < 3; ++c)
+    corner[c] = std::max(std::abs(bounds.min[c]), std::abs(bounds.max[c]));
+  return corner.length();
+}
+
+std::vector<Mat44d> with_inverses(std::vector<Mat44d> steps) {
+  std::vector<size_t> whole;
+  for (size_t i = 0; i < steps.size(); ++i) {
+    if (!is_singular(steps[i])) whole.push_back(i);
+  }
+  if (whole.empty()) return {};
+  size_t next = 0;
+  for (size_t i = 0; i < steps.size(); ++i) {
+    while (next + 1 < whole.size() && whole[next] < i) ++next;
+    if (whole[next] == i) continue;
+    const bool nearer = next > 0 && i - whole[next - 1] < (whole[next] > i ? whole[next] - i : i);
+    const Mat44d& like = steps[nearer ? whole[next - 1] : whole[next]];
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) steps[i][r][c] = 1e-4 * like[r][c];
+    }
+  }
+  return steps;
+}
+
+namespace {
+
+// How many of so many segments (1, 2, 4 ... of them all) are enough for error(step, before, after),
+// what a step is off when the two around it stand for it, to stay within `most`.
+template <class Error>
+size_t enough_segments(size_t segments, double most, const Error& error) {
+  for (size_t count = 1; count < segments; count *= 2) {
+    const size_t stride = segments / count;
+    bool enough = true;
+    for (size_t step = 0; step <= segments && enough; ++step) {
+      const size_t before = std::min(step / stride * stride, segments - stride);
+      enough = error(step, before, before + stride) <= most;
+    }
+    if (enough) return count;
+  }
+  return segments;
+}
+
+template <class Step>
+std::vector<Step> every(size_t stride, const std::vector<Step>& steps) {
+  std::vector<Step> kept;
+  for (size_t step = 0; step < steps.size(); step += stride) kept.push_back(steps[step]);
+  return kept;
+}
+
+}  // namespace
+
+std::vector<MeshPose> thinned_poses(std::vector<MeshPose> steps, double radius) {
+  const auto blend = [](const auto& a, const auto& b, double share) { return a + (b - a) * share; };
+  const auto error = [&](size_t step, size_t before, size_t after) {
+    const MeshPose &a = steps[before], &b = steps[after], &at = steps[step];
+    const double share = double(step - before) / double(after - before);
+    double largest = 0.0;
+    for (size_t j = 0; j < at.joints.size(); ++j) {
+      largest = std::max(
+          largest, distance_between(blend(a.joints[j], b.joints[j], share), at.joints[j], radius));
+    }
+    // No target moves a vertex further than the mesh is large, or hardly any.
+    double morphed = 0.0;
+    for (size_t t = 0; t < at.weights.size(); ++t) {
+      morphed += std::abs(blend(a.weights[t], b.weights[t], share) - at.weights[t]);
+    }
+    return largest + morphed * radius;
+  };
+  if (!std::isfinite(radius)) return steps;
+  const size_t segments = steps.size() - 1;
+  return every(segments / enough_segments(segments, kTolerance * radius, error), steps);
+}
+
+std::vector<Mat44d> thinned_transforms(std::vector<Mat44d> steps, double radius) {
+  if (std::ranges::all_of(steps, [&](const Mat44d& m) { return m == steps[0]; })) return {};
+  std::vector<TransformParts> parts;
+  for (const Mat44d& m : steps) parts.emplace_back(m);
+  double largest = 0.0;
+  for (const Mat44d& m : steps) largest = std::max(largest, radius * largest_stretch(m));
+  const auto error = [&](size_t step, size_t before, size_t after) {
+    // A half turn and more might go either way.
+    if (angle_between(parts[before].rotation, parts[after].rotation) > kMostTurn) return HUGE_VAL;
+    const double share = double(step - before) / double(after - before);
+    const Mat44d expected = between(parts[before], parts[after], share).matrix();
+    return distance_between(expected, steps[step], radius);
+  };
+  const size_t segments = steps.size() - 1;
+  return every(segments / enough_segments(segments, kTolerance * largest, error), steps);
+}
+
+}  // namespace emberline

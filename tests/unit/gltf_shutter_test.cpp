@@ -1,0 +1,252 @@
+// What moves while the shutter is open: at any time within it everything is where a still of that
+// time has it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "renderer/core/errors.h"
+#include "renderer/description/transform_parts.h"
+#include "support/animated_gltf.h"
+#include "support/loaded_gltf.h"
+#include "support/sound_scene.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+using test::AnimationBuilder;
+using test::GltfBuilder;
+using test::load_at;
+
+constexpr double kPi = 3.14159265358979;
+
+SceneDescription load_open(const GltfBuilder& gltf, double from, double to) {
+  const test::TempFolder folder;
+  GltfOptions options;
+  options.time = from;
+  options.shutter = GltfOptions::Shutter{0, to - from};
+  return load_gltf(gltf.write_glb(folder / "a.glb"), options);
+}
+
+// As scene_description.h says it.
+struct Segment {
+  size_t step;
+  double share;
+  Segment(double share_of_all, size_t later)
+      : step(std::min(size_t(share_of_all * double(later)), later - 1)),
+        share(share_of_all * double(later) - double(step)) {}
+};
+
+Mat44d transform_at(const Mat44d& first, const std::vector<Mat44d>& later, double share) {
+  if (later.empty()) return first;
+  const Segment at(share, later.size());
+  const TransformParts before(at.step == 0 ? first : later[at.step - 1]), after(later[at.step]);
+  return between(before, after, at.share).matrix();
+}
+
+Vec3d vertex_at(const SceneDescription& scene, size_t instance, size_t index, double share) {
+  const InstanceDescription& i = scene.instances.at(instance);
+  const MeshDescription& mesh = scene.meshes[size_t(i.mesh)];
+  Vec3d p(mesh.positions.at(index));
+  if (!mesh.motion.empty()) {
+    const Segment at(share, mesh.motion.size());
+    const auto& before = at.step == 0 ? mesh.positions : mesh.motion[at.step - 1].positions;
+    const Vec3d a(before[index]), b(mesh.motion[at.step].positions[index]);
+    p = a + (b - a) * at.share;
+  }
+  Vec3d world;
+  transform_at(i.to_world, i.motion, share).multVecMatrix(p, world);
+  return world;
+}
+
+// A triangle in node 1, which node 0's transform carries.
+class GltfShutterTest : public testing::Test {
+ protected:
+  GltfShutterTest() {
+    mesh_ = gltf_.add_triangle();
+    json& positions =
+        gltf_.root["accessors"][gltf_.primitive(mesh_)["attributes"]["POSITION"].get<size_t>()];
+    positions["min"] = {0, 0, 0};
+    positions["max"] = {1, 1, 0};
+    gltf_.root["scenes"][0]["nodes"] = {1};
+    gltf_.push("nodes", {{"children", {0}}});
+  }
+  json& node(size_t i) { return gltf_.root["nodes"][i]; }
+
+  // Every vertex, at many times, to within `tolerance`.
+  SceneDescription expect_stills(double from, double to, double tolerance = 2e-3) const {
+    const SceneDescription open = load_open(gltf_, from, to);
+    EXPECT_EQ(test::find_flaw(open), "");
+    for (int i = 0; i <= 40; ++i) {
+      const double share = i / 40.0;
+      const SceneDescription still = load_at(gltf_, from + share * (to - from));
+      EXPECT_EQ(still.instances.size(), open.instances.size());
+      for (size_t instance = 0; instance < still.instances.size(); ++instance) {
+        const int mesh = still.instances[instance].mesh;
+        for (size_t v = 0; v < still.meshes[size_t(mesh)].positions.size(); ++v) {
+          const Vec3d expected = vertex_at(still, instance, v, 0);
+          const Vec3d found = vertex_at(open, instance, v, share);
+          EXPECT_LE((found - expected).length(), tolerance)
+              << "instance " << instance << " vertex " << v << " at " << share;
+        }
+      }
+    }
+    return open;
+  }
+
+  GltfBuilder gltf_;
+  int mesh_ = 0;
+};
+
+// Key frames of `turns` turns about Z, three a turn.
+void spin(GltfBuilder& gltf, int node, double turns, double seconds) {
+  std::vector<float> times, rotations;
+  const int keys = std::max(1, int(std::lround(3 * turns)));
+  for (int k = 0; k <= keys; ++k) {
+    times.push_back(float(seconds * k / keys));
+    const double half = kPi * turns * k / keys;
+    for (const double q : {0.0, 0.0, std::sin(half), std::cos(half)}) rotations.push_back(float(q));
+  }
+  AnimationBuilder(gltf).move(node, "rotation", times, "VEC4", rotations);
+}
+
+TEST_F(GltfShutterTest, ABladeThatTurnsThriceHasItsTurns) {
+  spin(gltf_, 1, 3, 1);
+  const SceneDescription scene = expect_stills(0, 1);
+  EXPECT_TRUE(scene.meshes[0].motion.empty());
+  // No more than a quarter of a turn a step, and no more steps than that takes.
+  EXPECT_GE(scene.instances[0].motion.size(), 12u);
+  EXPECT_LE(scene.instances[0].motion.size(), 16u);
+}
+
+TEST_F(GltfShutterTest, StraightMotionTakesTwoSteps) {
+  AnimationBuilder(gltf_).move(1, "translation", {0, 2}, "VEC3", {0, 0, 0, 8, 4, 0});
+  const SceneDescription scene = expect_stills(0.5, 1.5, 1e-6);
+  EXPECT_EQ(scene.instances[0].motion.size(), 1u);
+}
+
+TEST_F(GltfShutterTest, WhatIsAtRestHasNoMotion) {
+  gltf_.add_mesh_node(mesh_);
+  AnimationBuilder(gltf_).move(1, "translation", {0, 1}, "VEC3", {0, 0, 0, 8, 4, 0});
+  const SceneDescription scene = load_open(gltf_, 0, 1);
+  EXPECT_FALSE(scene.instances[0].motion.empty());
+  EXPECT_TRUE(scene.instances[1].motion.empty());
+  // Behind the last key nothing moves any more; nor does it in an instant.
+  EXPECT_TRUE(load_open(gltf_, 1, 2).instances[0].motion.empty());
+  EXPECT_TRUE(load_open(gltf_, 0.5, 0.5).instances[0].motion.empty());
+}
+
+TEST_F(GltfShutterTest, KeysWithinTheShutterCount) {
+  AnimationBuilder(gltf_).move(1, "translation", {0, 0.3f, 0.31f, 1}, "VEC3",
+                               {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0});
+  const SceneDescription scene = load_open(gltf_, 0, 1);
+  EXPECT_EQ(scene.instances[0].motion.size(), 64u);  // as many as there may be
+  expect_stills(0, 0.3, 1e-6);
+}
+
+TEST_F(GltfShutterTest, AnOrbitIsRoundForWhatIsSmall) {
+  node(0)["translation"] = {30, 0, 0};
+  spin(gltf_, 1, 0.1, 1);
+  expect_stills(0, 1, 3e-3);
+}
+
+TEST_F(GltfShutterTest, SplinesAndScalesAreFollowed) {
+  AnimationBuilder(gltf_)
+      .move(1, "translation", {0, 1}, "VEC3",
+            {0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 9, 0, 3, 3, 0, 0, 0, 0}, "CUBICSPLINE")
+      .move(0, "scale", {0, 1}, "VEC3", {1, 1, 1, 3, 0.5f, 2});
+  expect_stills(0, 1, 6e-3);  // of a triangle that grows to 3
+}
+
+// Accessors have to say what they hold, but not all do.
+TEST_F(GltfShutterTest, AMeshThatDoesNotSayItsSizeIsFollowed) {
+  for (json& accessor : gltf_.root["accessors"]) accessor.erase("min");
+  node(0)["translation"] = {3, 0, 0};
+  spin(gltf_, 1, 0.3, 1);
+  expect_stills(0, 1, 5e-3);
+}
+
+TEST_F(GltfShutterTest, WhatVanishesIsSmall) {
+  AnimationBuilder(gltf_).move(1, "scale", {0, 1}, "VEC3", {0, 0, 0, 1, 1, 1});
+  const SceneDescription scene = load_open(gltf_, 0, 1);
+  ASSERT_EQ(scene.instances.size(), 1u);
+  EXPECT_NEAR(vertex_at(scene, 0, 1, 0).x, 0, 1e-3);
+  EXPECT_NEAR(vertex_at(scene, 0, 1, 0.5).x, 0.5, 1e-3);
+  EXPECT_EQ(test::find_flaw(scene), "");
+}
+
+TEST_F(GltfShutterTest, MorphsAndSkinsHaveVerticesInMotion) {
+  auto& attributes = gltf_.primitive(mesh_)["attributes"];
+  attributes["NORMAL"] = gltf_.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1});
+  attributes["JOINTS_0"] =
+      gltf_.add_accessor<uint8_t>("VEC4", {0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0});
+  attributes["WEIGHTS_0"] =
+      gltf_.add_accessor<float>("VEC4", {1, 0, 0, 0, 1, 0, 0, 0, 0.25f, 0.75f, 0, 0});
+  gltf_.primitive(mesh_)["targets"] = {
+      {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, .1f, 0, 0, .2f, 0, 0, .3f})}}};
+  const int lower = gltf_.push("nodes", {{"children", {3}}, {"translation", {0, 0, 5}}});
+  const int upper = gltf_.push("nodes", {{"translation", {1, 0, 0}}});
+  gltf_.add_to_scene(lower);
+  gltf_.push("skins", {{"joints", {lower, upper}}});
+  node(0)["skin"] = 0;
+  const auto half = float(std::sqrt(.5));
+  AnimationBuilder(gltf_)
+      .move(lower, "rotation", {0, 1}, "VEC4", {0, 0, 0, 1, 0, 0, half, half})
+      .move(upper, "rotation", {0, 1}, "VEC4", {0, 0, 0, 1, 0, half, 0, half})
+      .move(0, "weights", {0, 0.5f, 1}, "SCALAR", {0, 1, 0});
+  const SceneDescription scene = expect_stills(0, 1, 3e-3);
+  EXPECT_TRUE(scene.instances[0].motion.empty());
+  ASSERT_FALSE(scene.meshes[0].motion.empty());
+  const MeshStep& last = scene.meshes[0].motion.back();
+  const SceneDescription end = load_at(gltf_, 1);
+  for (size_t v = 0; v < 3; ++v) {
+    EXPECT_LE((last.normals[v] - end.meshes[0].normals[v]).length(), 1e-6f);
+  }
+}
+
+TEST_F(GltfShutterTest, CamerasAndLightsMoveWithTheirNodes) {
+  gltf_.root["cameras"] = {
+      {{"type", "perspective"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.1}}}}};
+  gltf_.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+  node(1)["camera"] = 0;
+  node(1)["extensions"]["KHR_lights_punctual"]["light"] = 0;
+  AnimationBuilder(gltf_).move(1, "translation", {0, 2}, "VEC3", {0, 0, 0, 4, 0, 2});
+  const SceneDescription scene = load_open(gltf_, 0, 1);
+  ASSERT_FALSE(scene.cameras.at(0).motion.empty());
+  ASSERT_FALSE(scene.lights.at(0).motion.empty());
+  EXPECT_EQ(scene.cameras[0].motion.back()[3][0], 2);
+  EXPECT_EQ(scene.lights[0].motion.back().to_world[3][2], 1);
+  EXPECT_EQ(scene.lights[0].motion.back().intensity, scene.lights[0].intensity);
+}
+
+TEST_F(GltfShutterTest, InstancesOfAMovingNodeMove) {
+  node(0)["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
+      gltf_.add_accessor<float>("VEC3", {0, 0, 0, 5, 0, 0});
+  spin(gltf_, 1, 0.25, 1);
+  EXPECT_EQ(expect_stills(0, 1).instances.size(), 2u);
+}
+
+// Flat faces with a normal map: tangents of every step, of vertices that are the first's.
+TEST_F(GltfShutterTest, TangentsAreThoseOfTheStep) {
+  gltf_.primitive(mesh_)["targets"] = {
+      {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, 0, -1, 1, 0, -1, -1, 0})}}};
+  gltf_.primitive(mesh_)["attributes"]["TEXCOORD_0"] =
+      gltf_.add_accessor<float>("VEC2", {0, 0, 1, 0, 0, 1});
+  AnimationBuilder(gltf_).move(0, "weights", {0, 1}, "SCALAR", {0, 1});
+  const test::TempFolder folder;
+  GltfOptions options;
+  options.time = 0;
+  options.shutter = GltfOptions::Shutter{0, 1};
+  options.tangents = true;
+  const SceneDescription scene = load_gltf(gltf_.write_glb(folder / "a.glb"), options);
+  const MeshDescription& mesh = scene.meshes[0];
+  ASSERT_FALSE(mesh.motion.empty());
+  ASSERT_EQ(mesh.motion.back().tangents.size(), mesh.tangents.size());
+  // From (0, 0) - (1, 0) to (0, 0) - (0, 1).
+  EXPECT_NEAR(mesh.tangents[0].x, 1, 1e-6);
+  EXPECT_NEAR(mesh.motion.back().tangents[0].y, 1, 1e-6);
+  EXPECT_EQ(mesh.motion.back().tangents[0].w, mesh.tangents[0].w);
+}
+
+}  // namespace
+}  // namespace emberline
