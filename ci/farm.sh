@@ -105,7 +105,7 @@ frame=shot.exr
 settings=(--size 256x256 --bucket-size 16 --spp "${EMBERLINE_FARM_SPP:-128}" --aov variance,albedo)
 
 say "16 parts"
-"$program" farm scene.glb -o $frame --parts 16 --cpus 1 --memory 1G --time 30 "${settings[@]}"
+"$program" farm scene.glb -o $frame --parts 16 --cpus 1 --memory 1G --minutes 30 "${settings[@]}"
 
 wait_for 60 "part that is done" '[ "$(count done)" -ge 2 ]'
 mv scene.glb whole.glb && head -c 1000 whole.glb >scene.glb

@@ -167,7 +167,7 @@ void add_job_options(CLI::App* app, FarmOptions& o) {
   add_size(app, "--memory", o.request.memory_bytes,
            "memory of each job: bytes, or with K, M, G, T powers of 1024 of them [the "
            "partition's]");
-  add_number(app, "--time", o.request.minutes, 2, 10000000,
+  add_number(app, "--minutes", o.request.minutes, 2, 10000000,
              "minutes of each job; a minute before, a part saves itself, for farm retry [the "
              "partition's]");
   app->add_flag(

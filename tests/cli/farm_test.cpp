@@ -67,7 +67,7 @@ class Farm : public CommandTest {
 };
 
 TEST_F(Farm, SubmitsAnArrayAndAMergeThatWaitsForIt) {
-  submit({"--partition", "big,small", "--cpus", "4", "--memory", "1G", "--time", "90"});
+  submit({"--partition", "big,small", "--cpus", "4", "--memory", "1G", "--minutes", "90"});
   const std::string folder = path("out.exr.farm");
   EXPECT_EQ(
       sbatch_words(),
@@ -259,7 +259,7 @@ TEST_F(Farm, WhatCannotBe) {
                                            {{"--parts", "0"}, {"1 to 4096"}},
                                            {{"--frames", "1-9"}, {"the only frame is 0"}},
                                            {{"--memory", "much"}, {"8G"}},
-                                           {{"--time", "1"}, {"2 to"}},
+                                           {{"--minutes", "1"}, {"2 to"}},
                                            {{"--cpus", "0"}, {"1 to 4096"}},
                                            {{"--partition", "a b"}, {"--partition"}},
                                            {{"--time-limit", "5"}, {"--time-limit"}},
