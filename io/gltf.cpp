@@ -2,6 +2,7 @@
 
 #include <new>
 
+#include "io/gltf_animation.h"
 #include "io/gltf_document.h"
 #include "io/gltf_extensions.h"
 #include "io/gltf_images.h"
@@ -35,15 +36,20 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
   check_gltf_nodes(document);
   check_gltf_skins(document);
   check_gltf_cameras_and_lights(document);
+  check_gltf_animations(document);
+
+  SceneDescription scene;
+  scene.animations = describe_animations(document);
+  const GltfAnimation animation = read_animation(document, options, scene.animations);
+  write_values_at(animation, animation.time, document.json);
   const MemoryReservation model_memory(progress.budget(), MemoryPart::kFile,
                                        gltf_model_bytes(document), path);
   const auto model = parse_gltf_model(document);
 
-  SceneDescription scene;
   scene.file = path;
   scene.generator = model->asset.generator;
   report_extensions(document, scene.coverage);
-  if (!model->animations.empty() || !document.array("animations").empty()) {
+  if (animation.at_rest && !document.array("animations").empty()) {
     report_ignored(path, "animations (at rest)", scene.coverage);
   }
   progress.budget()->reserve(
@@ -53,7 +59,7 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
   scene.variants = read_variants(document);
   scene.variants_read = options.variants;
   scene.tangents_read = options.tangents;
-  load_scene_graph(document, *model, scene);
+  load_scene_graph(document, *model, animation, scene);
   load_images(document, options, scene);
   report_faults(document, scene.coverage);
   scene.files = document.files();

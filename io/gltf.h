@@ -1,6 +1,7 @@
 // glTF 2.0 in: .gltf and .glb, with external, embedded and data-URI buffers and images.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "renderer/core/load_progress.h"
@@ -21,6 +22,11 @@ struct GltfOptions {
   // The files that the scene refers to lie in this folder or below, links followed; empty: in the
   // scene's own.
   std::string resource_root = {};
+  // Which animation poses the scene, by name or index, or "all" of them in their order; and when,
+  // in seconds: 0, if nothing is said, held to where it begins and ends. With a time alone it is
+  // the file's first; with neither the scene is at rest, as its nodes say.
+  std::string animation = {};
+  std::optional<double> time = {};
 };
 
 // Reads `path`. Throws InputError (file, JSON pointer, what to do) for anything unusable that the
@@ -29,7 +35,8 @@ struct GltfOptions {
 // warned of; a camera has its fault with it. Never allocates by a count that the file's own size
 // does not bear out. What was repaired or ignored is in the result and warned of once. Images are
 // decoded in parallel (TBB). Not reentrant with log hooks; otherwise thread-safe. Throws Cancelled
-// if `progress` says so, before anything else that there is to throw.
+// if `progress` says so, before anything else that there is to throw; and UsageError, which lists
+// the file's animations, for one that it has not.
 SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
                            LoadProgress& progress = LoadProgress::unwatched());
 

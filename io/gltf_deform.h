@@ -1,4 +1,4 @@
-// Morph targets and skins at the file's rest pose.
+// Morph targets and skins in one pose.
 #pragma once
 
 #include <span>

@@ -15,6 +15,7 @@ constexpr ExtensionInfo kExtensions[] = {
     {"EXT_mesh_gpu_instancing", kHonoured, ""},
     {"EXT_meshopt_compression", kHonoured, ""},
     {"EXT_texture_webp", kHonoured, ""},
+    {"KHR_animation_pointer", kHonoured, ""},
     {"KHR_draco_mesh_compression", kHonoured, ""},
     {"KHR_lights_punctual", kHonoured, ""},
     {"KHR_materials_anisotropy", kHonoured, ""},
@@ -33,6 +34,7 @@ constexpr ExtensionInfo kExtensions[] = {
     {"KHR_materials_volume", kHonoured, ""},
     {"KHR_mesh_quantization", kHonoured, ""},
     {"KHR_meshopt_compression", kHonoured, ""},
+    {"KHR_node_visibility", kHonoured, ""},
     {"KHR_texture_basisu", kHonoured, ""},
     {"KHR_texture_transform", kHonoured, ""},
 };

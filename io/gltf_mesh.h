@@ -12,7 +12,7 @@
 
 namespace emberline {
 
-// The file's rest pose of one use of a mesh.
+// The pose of one use of a mesh.
 struct MeshPose {
   std::span<const double> weights;  // of the morph targets; empty: all 0
   // Bind space to the instance's space, row vectors, one per joint; empty: no skin.

@@ -34,8 +34,8 @@ struct MorphDefaults {
   std::vector<double> weights;
 };
 
-// A skin at rest. The first joint's position is kept apart in double, for scenes far from the
-// origin; the joints' matrices lead to a space around it.
+// A skin in the scene's pose. The first joint's position is kept apart in double, for scenes far
+// from the origin; the joints' matrices lead to a space around it.
 struct SkinPose {
   Vec3d origin;
   std::vector<Mat44d> joints;
@@ -59,11 +59,14 @@ struct Placement {
 class SceneGraphReader {
  public:
   SceneGraphReader(const GltfDocument& document, const tinygltf::Model& model,
-                   SceneDescription& scene)
+                   const GltfAnimation& animation, SceneDescription& scene)
       : document_(document),
         model_(model),
         scene_(scene),
-        world_(world_transforms(document, model)),
+        at_rest_(animation.at_rest),
+        pose_(pose_at(animation, animation.time)),
+        world_(world_transforms(document, model, pose_)),
+        visible_(visible_nodes(document, pose_)),
         placements_memory_(document.progress->budget(), MemoryPart::kGeometry) {
     for (const json& mesh : document.array("meshes")) morphs_.push_back(morph_defaults(mesh));
   }
@@ -94,7 +97,11 @@ class SceneGraphReader {
   const GltfDocument& document_;
   const tinygltf::Model& model_;
   SceneDescription& scene_;
-  const std::vector<Mat44d> world_;
+  const bool at_rest_;
+  const GltfPose pose_;
+  const std::vector<Mat44d> world_;    // per node
+  const std::vector<char> visible_;    // per node
+  uint64_t hidden_ = 0;                // nodes with meshes
   std::vector<MorphDefaults> morphs_;  // per mesh
   std::map<int, SkinPose> skins_;      // those that nodes wear
   std::vector<MeshUse> uses_;
@@ -135,10 +142,11 @@ void SceneGraphReader::read_node(size_t node) {
   const tinygltf::Node& source = model_.nodes[node];
   const json& object = document_.json.at("nodes")[node];
   document_.faults->require("/nodes/" + std::to_string(node));
-  if (source.mesh >= 0) read_mesh_node(node);
+  if (source.mesh >= 0 && !visible_[node]) ++hidden_;
+  if (source.mesh >= 0 && visible_[node]) read_mesh_node(node);
   read_camera(document_, model_, node, world_[node], scene_);
   constexpr const char* kPunctual = "KHR_lights_punctual";
-  if (!find_extension(object, kPunctual)) return;
+  if (!visible_[node] || !find_extension(object, kPunctual)) return;
   try {
     read_punctual_light(document_, model_, node, world_[node], scene_);
   } catch (const InputError& error) {
@@ -198,21 +206,24 @@ size_t SceneGraphReader::find_use(size_t node) {
   const tinygltf::Node& source = model_.nodes[node];
   document_.faults->require("/meshes/" + std::to_string(source.mesh));
   const MorphDefaults& morphs = morphs_[size_t(source.mesh)];
-  if (morphs.morphs) {
+  if (morphs.morphs && at_rest_) {
     report_approximated(document_.file, "morph targets (evaluated at the file's rest pose)",
                         scene_.coverage);
   }
-  if (source.skin >= 0) {
+  if (source.skin >= 0 && at_rest_) {
     report_approximated(document_.file, "skin (evaluated at the file's rest pose)",
                         scene_.coverage);
   }
   // A skin's joints say where the mesh is, so nodes that share it share the mesh in its pose.
-  const bool own_weights =
-      morphs.morphs && !source.weights.empty() && source.weights != morphs.weights;
+  const auto posed = pose_.find(node);
+  const std::vector<double>& weights = posed != pose_.end() && !posed->second.weights.empty()
+                                           ? posed->second.weights
+                                           : source.weights;
+  const bool own_weights = morphs.morphs && !weights.empty() && weights != morphs.weights;
   const std::pair key(source.mesh, source.skin);
   if (!own_weights && shared_uses_.contains(key)) return shared_uses_.at(key);
   MeshPose pose;
-  pose.weights = own_weights ? source.weights : morphs.weights;
+  pose.weights = own_weights ? weights : morphs.weights;
   if (source.skin >= 0) pose.joints = skin_pose(source.skin).joints;
   uses_.push_back({size_t(source.mesh), pose, 0, {}});
   if (!own_weights) shared_uses_.emplace(key, uses_.size() - 1);
@@ -429,15 +440,18 @@ void SceneGraphReader::report() {
   note(repairs.degenerate_triangles, "triangles without area");
   note(repairs.non_finite_triangles, "triangles with a NaN or infinite vertex");
   note(repairs.singular_instances, "objects whose transform has no inverse");
-  if (scene_.instances.empty()) fail_empty(dropped);
+  if (scene_.instances.empty()) {
+    note(hidden_, "invisible nodes");
+    fail_empty(dropped);
+  }
   if (!dropped.empty()) log_warning(document_.file + ": left out: " + dropped);
 }
 
 }  // namespace
 
 void load_scene_graph(const GltfDocument& document, const tinygltf::Model& model,
-                      SceneDescription& scene) {
-  SceneGraphReader(document, model, scene).read();
+                      const GltfAnimation& animation, SceneDescription& scene) {
+  SceneGraphReader(document, model, animation, scene).read();
 }
 
 }  // namespace emberline

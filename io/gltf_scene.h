@@ -1,6 +1,7 @@
 // The node hierarchy, flattened: instances, lights and cameras in world space.
 #pragma once
 
+#include "io/gltf_animation.h"
 #include "io/gltf_document.h"
 #include "io/tiny_gltf_forward.h"
 #include "renderer/description/scene_description.h"
@@ -8,9 +9,10 @@
 namespace emberline {
 
 // Fills meshes, instances, lights and cameras of `scene` (whose materials are read already) from
-// the file's default scene: `scene`, else scene 0, else every root node. Meshes load in parallel.
-// Repairs and coverage are added. Throws InputError, also when nothing is left to render.
+// the file's default scene: `scene`, else scene 0, else every root node, in the animation's pose.
+// Meshes load in parallel. Repairs and coverage are added. Throws InputError, also when nothing is
+// left to render.
 void load_scene_graph(const GltfDocument& document, const tinygltf::Model& model,
-                      SceneDescription& scene);
+                      const GltfAnimation& animation, SceneDescription& scene);
 
 }  // namespace emberline

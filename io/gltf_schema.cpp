@@ -1,5 +1,7 @@
 #include "io/gltf_schema.h"
 
+#include <algorithm>
+
 #include "io/schema_checker.h"
 
 namespace emberline {
@@ -150,7 +152,9 @@ constexpr Property kNodeLight[] = {
     required(index("light", "/extensions/KHR_lights_punctual/lights"))};
 constexpr Property kNodeInstancing[] = {
     required(separate(to("attributes", Kind::kIndexMap, "/accessors")))};
+constexpr Property kNodeVisibility[] = {boolean("visible")};
 constexpr Property kNodeExtensions[] = {object("KHR_lights_punctual", kNodeLight),
+                                        object("KHR_node_visibility", kNodeVisibility),
                                         needed(object("EXT_mesh_gpu_instancing", kNodeInstancing))};
 constexpr Property kNode[] = {name(),
                               to("children", Kind::kIndices, "/nodes"),
@@ -186,7 +190,17 @@ constexpr Property kRootExtensions[] = {object("KHR_lights_punctual", kLights),
 
 constexpr Property kAsset[] = {required(string("version")), string("minVersion"),
                                spare(string("generator"))};
-constexpr Property kAnimation[] = {name()};
+
+constexpr Property kAnimationPointer[] = {required(string("pointer"))};
+constexpr Property kTargetExtensions[] = {object("KHR_animation_pointer", kAnimationPointer)};
+constexpr Property kTarget[] = {index("node", "/nodes"), required(string("path")),
+                                object("extensions", kTargetExtensions)};
+constexpr Property kChannel[] = {required(integer("sampler")), required(object("target", kTarget))};
+constexpr Property kAnimationSampler[] = {required(index("input", "/accessors")),
+                                          string("interpolation"),
+                                          required(index("output", "/accessors"))};
+constexpr Property kAnimation[] = {name(), required(objects("channels", kChannel)),
+                                   required(objects("samplers", kAnimationSampler))};
 // What an index follows to comes before what has the index.
 constexpr Property kRoot[] = {
     required(object("asset", kAsset)),           index("scene", "/scenes"),
@@ -199,7 +213,26 @@ constexpr Property kRoot[] = {
     separate(objects("meshes", kMesh)),          needed(separate(objects("nodes", kNode))),
     needed(separate(objects("scenes", kScene))), separate(objects("skins", kSkin))};
 
+// The next step of a pointer, which it loses.
+std::string_view take_step(std::string_view& pointer) {
+  pointer.remove_prefix(std::min<size_t>(pointer.size(), 1));
+  const std::string_view step = pointer.substr(0, pointer.find('/'));
+  pointer.remove_prefix(step.size());
+  return step;
+}
+
 }  // namespace
+
+const Property* find_property(std::string_view pointer) {
+  Schema schema = kRoot;
+  while (true) {
+    const auto found = std::ranges::find(schema, take_step(pointer), &Property::name);
+    if (found == schema.end()) return nullptr;
+    if (found->kind == Kind::kObjects) take_step(pointer);  // which of them
+    if (pointer.empty()) return &*found;
+    schema = found->schema;
+  }
+}
 
 void check_schema(nlohmann::json& root, const std::string& file, GltfFaults& faults) {
   SchemaChecker(root, file, faults).check(kRoot);

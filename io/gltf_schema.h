@@ -3,8 +3,10 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 
 #include "io/gltf_faults.h"
+#include "io/schema_property.h"
 
 namespace emberline {
 
@@ -19,5 +21,9 @@ namespace emberline {
 // else it throws InputError with the JSON pointer of the first fault. Extensions that objects have
 // and extensionsUsed does not list are added there.
 void check_schema(nlohmann::json& root, const std::string& file, GltfFaults& faults);
+
+// What stands at a JSON pointer such as "/materials/3/pbrMetallicRoughness/metallicFactor", of
+// those members that this loader reads; else null. Whether the file has it is not asked.
+const schema::Property* find_property(std::string_view pointer);
 
 }  // namespace emberline

@@ -7,7 +7,17 @@
 namespace emberline {
 namespace {
 
-Mat44d local_transform(const GltfDocument& document, const tinygltf::Node& node) {
+using nlohmann::json;
+
+// Of the file's nodes those that nothing poses.
+const NodePose& pose_of(const GltfPose& pose, int node) {
+  static const NodePose at_rest;
+  const auto found = pose.find(size_t(node));
+  return found == pose.end() ? at_rest : found->second;
+}
+
+Mat44d local_transform(const GltfDocument& document, const tinygltf::Node& node,
+                       const NodePose& pose) {
   if (node.matrix.size() == 16) {
     // Column-major for column vectors reads the same as row-major for row vectors.
     Mat44d m;
@@ -17,20 +27,22 @@ Mat44d local_transform(const GltfDocument& document, const tinygltf::Node& node)
     }
     m[0][3] = m[1][3] = m[2][3] = 0.0;
     m[3][3] = 1.0;
+    for (int c = 0; c < 3 && pose.translation; ++c) m[3][c] = (*pose.translation)[c];
     return m;
   }
   const auto vector = [](const std::vector<double>& v, double fallback) {
     return v.size() == 3 ? Vec3d(v[0], v[1], v[2]) : Vec3d(fallback);
   };
-  std::array<double, 4> rotation = {0.0, 0.0, 0.0, 1.0};
+  Quaternion rotation = {0.0, 0.0, 0.0, 1.0};
   for (size_t i = 0; i < 4 && node.rotation.size() == 4; ++i) rotation[i] = node.rotation[i];
-  return compose_transform(vector(node.translation, 0.0), rotation, vector(node.scale, 1.0));
+  return compose_transform(pose.translation.value_or(vector(node.translation, 0.0)),
+                           pose.rotation.value_or(rotation),
+                           pose.scale.value_or(vector(node.scale, 1.0)));
 }
 
 }  // namespace
 
-Mat44d compose_transform(const Vec3d& translation, const std::array<double, 4>& rotation,
-                         const Vec3d& scale) {
+Mat44d compose_transform(const Vec3d& translation, const Quaternion& rotation, const Vec3d& scale) {
   double x = rotation[0], y = rotation[1], z = rotation[2], w = rotation[3];
   const double length = std::sqrt(x * x + y * y + z * z + w * w);
   if (length > 0.0 && std::isfinite(length)) {
@@ -76,10 +88,11 @@ void check_transform(const Mat44d& m, const std::string& place) {
   }
 }
 
-std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinygltf::Model& model) {
+std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinygltf::Model& model,
+                                     const GltfPose& pose) {
   std::vector<Mat44d> world(model.nodes.size());
   for (const int node : document.node_order) {
-    Mat44d m = local_transform(document, model.nodes[size_t(node)]);
+    Mat44d m = local_transform(document, model.nodes[size_t(node)], pose_of(pose, node));
     const int parent = document.parents[size_t(node)];
     if (parent >= 0) m = m * world[size_t(parent)];
     const std::string pointer = "/nodes/" + std::to_string(node);
@@ -92,6 +105,19 @@ std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinyglt
     }
   }
   return world;
+}
+
+std::vector<char> visible_nodes(const GltfDocument& document, const GltfPose& pose) {
+  std::vector<char> visible(document.parents.size(), 1);
+  for (const int node : document.node_order) {
+    const json& object = document.array("nodes")[size_t(node)];
+    const json* extension = find_extension(object, "KHR_node_visibility");
+    const bool own = extension ? extension->value("visible", true) : true;
+    const int parent = document.parents[size_t(node)];
+    const bool above = parent < 0 || visible[size_t(parent)];
+    visible[size_t(node)] = above && pose_of(pose, node).visible.value_or(own);
+  }
+  return visible;
 }
 
 }  // namespace emberline

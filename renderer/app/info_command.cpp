@@ -10,6 +10,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/utf8.h"
 #include "renderer/description/framing.h"
+#include "renderer/frame/frame_scene.h"
 #include "renderer/process/standard_output.h"
 #include "renderer/process/worker_threads.h"
 #include "renderer/scene/build_scene.h"
@@ -68,6 +69,18 @@ Json describe_cameras(const SceneDescription& scene) {
   return list;
 }
 
+Json describe_animations(const SceneDescription& scene) {
+  Json list = Json::array();
+  for (const AnimationDescription& animation : scene.animations) {
+    Json entry = {{"name", animation.name},         {"duration_s", animation.duration},
+                  {"nodes", animation.nodes},       {"morphs", animation.morphs},
+                  {"pointers", animation.pointers}, {"without_effect", animation.without_effect}};
+    if (!animation.fault.empty()) entry["fault"] = animation.fault;
+    list.push_back(entry);
+  }
+  return list;
+}
+
 Json describe(const SceneDescription& scene) {
   uint64_t stored = 0, placed = 0;
   for (const MeshDescription& mesh : scene.meshes) stored += mesh.triangles.size();
@@ -88,6 +101,7 @@ Json describe(const SceneDescription& scene) {
   json["images"] = describe_images(scene);
   json["lights"] = describe_lights(scene);
   json["cameras"] = describe_cameras(scene);
+  json["animations"] = describe_animations(scene);
   json["gltf"] = {{"used", scene.coverage.used},
                   {"approximated", scene.coverage.approximated},
                   {"ignored", scene.coverage.ignored}};
@@ -106,6 +120,25 @@ void append_list(std::string& text, const char* title, const Json& names) {
   if (names.empty()) return;
   text += title + std::string("\n");
   for (const Json& name : names) text += "  " + plain(name) + "\n";
+}
+
+void append_animations(std::string& text, const Json& animations) {
+  static constexpr std::pair<const char*, const char*> kCounts[] = {
+      {"nodes", "nodes"},
+      {"morphs", "morphed meshes"},
+      {"pointers", "other values"},
+      {"without_effect", "channels without effect"}};
+  size_t index = 0;
+  for (const Json& animation : animations) {
+    text += fmt::format("animation {} '{}' {:.6g} s", index++, plain(animation["name"]),
+                        animation["duration_s"].get<double>());
+    for (const auto& [member, what] : kCounts) {
+      const auto count = animation[member].get<size_t>();
+      if (count > 0) text += fmt::format(", {} {}", count, what);
+    }
+    if (animation.contains("fault")) text += "; unusable: " + plain(animation["fault"]);
+    text += "\n";
+  }
 }
 
 std::string as_text(const Json& j) {
@@ -135,6 +168,7 @@ std::string as_text(const Json& j) {
   for (const Json& light : j["lights"]) {
     print("light '{}' {}\n", plain(light["name"]), plain(light["type"]));
   }
+  append_animations(text, j["animations"]);
   for (const auto& [name, count] : j["repairs"].items()) {
     if (count.get<uint64_t>() > 0) print("repaired: {} {}\n", count.get<uint64_t>(), name);
   }
@@ -150,10 +184,7 @@ std::string as_text(const Json& j) {
 int run_info(const InfoOptions& options) {
   const WorkerThreads workers(0);
   LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
-  SceneDescription scene = load_gltf(
-      options.scene,
-      {.lenient = options.settings.lenient, .resource_root = options.settings.resource_root},
-      progress);
+  SceneDescription scene = load_gltf(options.scene, load_options(options.settings), progress);
   Json json = describe(scene);
   SceneBuildOptions build_options;
   build_options.bvh = false;

@@ -10,12 +10,43 @@
 
 namespace emberline {
 
+namespace {
+
+constexpr std::array kLoaded = {MemoryPart::kFile, MemoryPart::kGeometry, MemoryPart::kTextures,
+                                MemoryPart::kLights};
+
+}  // namespace
+
 void RunScene::load(const RenderOptions& options, bool fingerprints, LoadProgress& progress) {
-  if (is_built()) return;
-  failed_ = true;
+  const std::optional<double> time = chosen_time(options);
+  if (is_built() && (!animated_ || time == time_)) return;
+  release();
+  time_ = time;
+  failed_ = !was_built_;
   if (fingerprints) inputs_ = input_fingerprints(options, progress);
+  checked_ = false;
   read(options, progress);
   failed_ = false;
+}
+
+// Also of a load that has failed half-way.
+void RunScene::release() {
+  if (begun_ && !is_built()) used_ = use();
+  groups_.reset();
+  scene_.reset();
+  description_ = {};
+  for (size_t i = 0; i < kLoaded.size(); ++i) limits_.memory->give_back(kLoaded[i], used_[i]);
+  before_ = used_ = {};
+  before_ = use();
+  begun_ = true;
+}
+
+RunScene::MemoryUse RunScene::use() const {
+  MemoryUse use = {};
+  for (size_t i = 0; i < kLoaded.size(); ++i) {
+    use[i] = limits_.memory->reserved(kLoaded[i]) - before_[i];
+  }
+  return use;
 }
 
 void RunScene::read(const RenderOptions& options, LoadProgress& progress) {
@@ -25,6 +56,7 @@ void RunScene::read(const RenderOptions& options, LoadProgress& progress) {
   files_ = description_.files;
   choose_variant(options, description_, edits);
   if (edits != SceneEdits() || options.light_groups) apply(edits, description_);
+  animated_ = !description_.animations.empty();
   coverage_ = description_.coverage;
   repairs_ = description_.repairs;
   RenderOptions still = options;
@@ -36,10 +68,12 @@ void RunScene::read(const RenderOptions& options, LoadProgress& progress) {
 void RunScene::build(const RenderOptions& options, const SceneBuildOptions& build,
                      LoadProgress& progress) {
   if (is_built()) return;
-  failed_ = true;
+  failed_ = !was_built_;
   if (options.light_groups) groups_.emplace(outline(description_));
   scene_ = build_scene(std::exchange(description_, {}), build, progress);
   failed_ = false;
+  was_built_ = true;
+  used_ = use();
   warnings_ = warnings_so_far().size();
 }
 

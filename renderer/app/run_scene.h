@@ -1,7 +1,7 @@
-// The scene of a run's frames: what does not move from one to the next is loaded, decoded and built
-// once.
+// The scene of a run's frames: one that no animation moves is loaded, decoded and built once.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -25,14 +25,15 @@ class RunScene {
   explicit RunScene(const LoadLimits& limits) : limits_(limits) {}
 
   // For each frame, in this order. What throws in the first frame's is wrong with the scene.
-  // Reads what the frame is made of; a scene that is there stays. With `fingerprints` it is known
+  // Reads what the frame is made of; a scene that is there stays, unless an animation poses it for
+  // another time: then all of it is made anew. With `fingerprints` it is known
   // what was read.
   void load(const RenderOptions& options, bool fingerprints, LoadProgress& progress);
   void build(const RenderOptions& options, const SceneBuildOptions& build, LoadProgress& progress);
   // Throws InputError for files that have changed since their fingerprints were taken. Once a load.
   void check_inputs(const RenderOptions& options, LoadProgress& progress);
 
-  bool failed() const { return failed_; }  // to be loaded or built: no other frame will be
+  bool failed() const { return failed_; }  // to be loaded or built the first time
   bool is_built() const { return scene_ != nullptr; }
   const Scene& scene() const { return *scene_; }
   // What this frame looks through.
@@ -46,10 +47,18 @@ class RunScene {
   size_t warnings() const { return warnings_; }
 
  private:
+  // By the parts that a load reserves and nobody gives back: Embree does that for the BVH.
+  using MemoryUse = std::array<uint64_t, 4>;
+
   void read(const RenderOptions& options, LoadProgress& progress);
+  void release();
+  MemoryUse use() const;  // reserved now, and not before the load
 
   const LoadLimits& limits_;
-  bool failed_ = false, checked_ = false;
+  bool begun_ = false, failed_ = false, was_built_ = false, checked_ = false;
+  bool animated_ = false;       // another time may be another pose
+  std::optional<double> time_;  // that it is posed for
+  MemoryUse before_ = {}, used_ = {};
   SceneDescription description_;  // until it is built
   std::unique_ptr<Scene> scene_;
   std::optional<LightGroups> groups_;

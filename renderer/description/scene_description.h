@@ -220,6 +220,17 @@ struct EnvironmentDescription {
 // ---- the whole
 // -------------------------------------------------------------------------------------
 
+// An animation of the file: it may pose the scene (GltfOptions).
+struct AnimationDescription {
+  std::string name;
+  double duration = 0.0;      // seconds, from 0 to its last key frame
+  size_t nodes = 0;           // that it moves, turns or scales
+  size_t morphs = 0;          // nodes whose meshes it morphs
+  size_t pointers = 0;        // other values that it changes
+  size_t without_effect = 0;  // channels that lead nowhere
+  std::string fault;          // why it cannot be chosen; empty: it can, as far as its JSON goes
+};
+
 // What the file uses and what becomes of it. Names are extension names, or short phrases such as
 // "occlusionTexture" or "primitive mode LINES".
 struct CoverageReport {
@@ -259,6 +270,7 @@ struct SceneDescription : SceneLists {
   std::vector<InstanceDescription> instances;
   CoverageReport coverage;
   LoadRepairs repairs;
+  std::vector<AnimationDescription> animations;
 };
 
 }  // namespace emberline

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
@@ -13,34 +12,12 @@
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/name_or_index.h"
 #include "renderer/description/framing.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
 namespace {
-
-template <class Named>
-std::string list_names(const std::vector<Named>& list) {
-  if (list.empty()) return "the file has none";
-  std::string text = "the file has ";
-  for (size_t i = 0; i < list.size(); ++i) {
-    text += fmt::format("{}{} '{}'", i ? ", " : "", i, list[i].name);
-  }
-  return text;
-}
-
-// The index of what an option calls by name or index.
-template <class Named>
-size_t find_named(const char* what, const std::string& wanted, const std::vector<Named>& list) {
-  const auto named = std::ranges::find(list, wanted, &Named::name);
-  if (named != list.end()) return size_t(named - list.begin());
-  size_t index = 0;
-  const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
-  if (error == std::errc() && end == wanted.data() + wanted.size() && index < list.size()) {
-    return index;
-  }
-  throw UsageError(fmt::format("--{0}: no {0} '{1}'; {2}", what, wanted, list_names(list)));
-}
 
 void warn_of_repaired(const std::string& file, uint64_t texels) {
   if (texels == 0) return;
@@ -63,7 +40,7 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
   const double aspect = double(settings.width) / settings.height;
   CameraDescription camera;
   if (!settings.camera.empty()) {
-    camera = scene.cameras[find_named("camera", settings.camera, scene.cameras)];
+    camera = scene.cameras[find_name_or_index("camera", settings.camera, scene.cameras)];
     check_cameras(scene, &camera);
   } else if (settings.look_from || scene.cameras.empty()) {
     check_cameras(scene, nullptr);
@@ -134,14 +111,20 @@ std::optional<double> chosen_time(const FrameSettings& settings) {
   return settings.time;
 }
 
+GltfOptions load_options(const FrameSettings& settings) {
+  return {.lenient = settings.lenient,
+          .variants = !settings.variant.empty(),
+          .resource_root = settings.resource_root,
+          .animation = settings.animation,
+          .time = chosen_time(settings)};
+}
+
 SceneDescription load_scene(const FrameSettings& settings, LoadProgress& progress, bool variants,
                             bool tangents) {
-  SceneDescription scene = load_gltf(settings.scene,
-                                     {.lenient = settings.lenient,
-                                      .variants = variants || !settings.variant.empty(),
-                                      .tangents = tangents,
-                                      .resource_root = settings.resource_root},
-                                     progress);
+  GltfOptions options = load_options(settings);
+  options.variants |= variants;
+  options.tangents = tangents;
+  SceneDescription scene = load_gltf(settings.scene, options, progress);
   if (!settings.environment.empty()) {
     progress.begin(LoadStage::kEnvironment);
     EnvironmentDescription environment;
@@ -163,7 +146,7 @@ void choose_variant(const FrameSettings& settings, const SceneDescription& scene
   if (edits.variant) {
     log_info("the variant is the command line's, and not that of " + edits.variant->place);
   }
-  const size_t index = find_named("variant", settings.variant, scene.variants);
+  const size_t index = find_name_or_index("variant", settings.variant, scene.variants);
   edits.variant = EditTarget{scene.variants[index].name, int(index), "--variant"};
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "io/gltf.h"
 #include "renderer/core/load_progress.h"
 #include "renderer/description/framing.h"
 #include "renderer/description/scene_description.h"
@@ -20,6 +21,9 @@ SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progres
 // When the scene is posed, in seconds; absent: at rest, if no animation is chosen. Throws
 // UsageError where it is said twice.
 std::optional<double> chosen_time(const FrameSettings& settings);
+
+// How the settings have the scene's file read, but for what edits need. Throws UsageError.
+GltfOptions load_options(const FrameSettings& settings);
 
 // Loads the scene, puts the environment of the settings into it. `variants` and `tangents` as in
 // GltfOptions, for those who edit it (need_tangents() in scene_edits.h); where the settings choose

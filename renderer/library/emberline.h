@@ -88,9 +88,9 @@ struct Resources {
 // A loaded scene, which follows edits without being built again.
 class EMBERLINE_API Scene {
  public:
-  // Of the settings: env and its like, backfaces, lenient, resource-root, variant, edits, and
-  // whether the integrator shows texture coordinates. Throws UsageError, InputError, RenderError,
-  // Stopped.
+  // Of the settings: env and its like, backfaces, lenient, resource-root, variant, edits, animation
+  // and its time or frame, and whether the integrator shows texture coordinates. Throws UsageError,
+  // InputError, RenderError, Stopped.
   explicit Scene(const std::string& path, const Settings& settings = {},
                  const Resources& resources = {}, const std::stop_token& stop = {});
   Scene(Scene&& other) noexcept;

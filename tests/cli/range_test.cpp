@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "cli/command_test.h"
+#include "support/animated_gltf.h"
 
 namespace emberline::test {
 namespace {
@@ -121,6 +122,37 @@ TEST_F(Range, EveryFrameHasAllItsFiles) {
   EXPECT_EQ(range()["done"], "2,4");
   EXPECT_EQ(range()["exit_code"], 0);
   EXPECT_EQ(range()["frames"].size(), 2u);
+}
+
+TEST_F(Range, AnAnimationPosesEachFrame) {
+  GltfBuilder gltf = lamp_scene();
+  constexpr int kLamp = 2;  // its node
+  AnimationBuilder(gltf).move(kLamp, "translation", {0, 1}, "VEC3", {0, 0, 0, 0.5f, 0, 0.5f});
+  const Words words = {
+      "render",  gltf.write_glb(path("moving.glb")), "--size", "24x16", "--spp", "4", "--fps", "12",
+      "--report"};
+  render(words + Words{path("r.#.json"), "-o", path("a.#.exr"), "--frames", "0-18x3"});
+  for (const std::string frame : {"0", "6", "9", "12", "18"}) {
+    render(words + Words{path("r.json"), "-o", path("b.exr"), "--frame", frame});
+    EXPECT_EQ(first_difference(read_exr(path("a." + frame + ".exr")), read_exr(path("b.exr"))), "")
+        << frame;
+  }
+  EXPECT_NE(first_difference(read_exr(path("a.0.exr")), read_exr(path("a.9.exr"))), "");
+  // What an earlier pose has taken is given back.
+  const auto reserved = [&](const std::string& name) {
+    return read_json(name)["memory"]["most_reserved_bytes"].get<double>();
+  };
+  EXPECT_LT(reserved("r.18.json"), 1.02 * reserved("r.json"));
+  // A turntable's scene stands still, unless it is asked for.
+  const Words turned = words + Words{path("r.#.json"), "-o",  path("t.#.exr"), "--turntable", "12",
+                                     "--frames",       "1,13"};
+  const auto same = [&] {
+    return first_difference(read_exr(path("t.1.exr")), read_exr(path("t.13.exr"))).empty();
+  };
+  render(turned);
+  EXPECT_TRUE(same());
+  render(turned + Words{"--animation", "0"});
+  EXPECT_FALSE(same());
 }
 
 // 240 000 triangles and an image of a million pixels, once.

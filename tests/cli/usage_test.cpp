@@ -128,7 +128,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--backfaces", {"maybe", ""}, {"valid names are", "cull", "show"}},
       {"--camera", {"nope", "1", "-1", "0.0"}, {"no camera", "0 'main'"}},
       {"--variant", {"nope", "0", "-1"}, {"no variant", "the file has none"}},
-      {"--animation", {}, {}},
+      {"--animation", {"nope", "0", "-1", "all"}, {"no animation", "the file has none"}},
       {"--time", numbers({"1e7", "-1e7"}), {"-1000000 to 1000000"}},
       {"--time", {"1"}, {"--time", "--frame", "leave one of them out"}, {"--frame", "24"}},
       {"--frame", numbers({"1e13", "-1e13"}), {"-1000000000000 to 1000000000000"}},

@@ -1,5 +1,6 @@
 emberline_test(gltf_input_test
   SOURCES
+    gltf_animation_test.cpp
     gltf_compression_test.cpp
     gltf_containers_test.cpp
     gltf_coverage_test.cpp

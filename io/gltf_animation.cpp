@@ -1,0 +1,291 @@
+#include "io/gltf_animation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "io/gltf_accessor.h"
+#include "renderer/core/log.h"
+#include "renderer/core/name_or_index.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+
+// ---- key frames
+// ------------------------------------------------------------------------------------------
+
+class AnimationReader {
+ public:
+  AnimationReader(const GltfDocument& document, GltfAnimation& animation)
+      : document_(document), animation_(animation) {}
+
+  void read(size_t index);
+  void warn_of_repairs() const;
+
+ private:
+  using Numbers = KeyFrames::Numbers;
+  // Of an accessor; read once for all samplers that make the same of it.
+  using ValuesKey = std::tuple<int, bool, bool>;  // accessor, rotations, splines
+
+  KeyFrames read_keys(const json& sampler, const GltfTarget& target, const std::string& place);
+  Numbers read_times(int accessor, const std::string& place);
+  Numbers read_values(int accessor, const KeyFrames& keys, size_t components,
+                      const std::string& place);
+  std::vector<float> read_numbers(int accessor, size_t components, const std::string& place);
+  void check_rotations(const std::vector<float>& values, bool splines, const std::string& place);
+  void add_track(const GltfTarget& target, KeyFrames keys);
+
+  const GltfDocument& document_;
+  GltfAnimation& animation_;
+  std::map<int, Numbers> times_;  // by accessor
+  std::map<ValuesKey, Numbers> values_;
+  uint64_t not_of_unit_length_ = 0;
+  std::string first_of_them_;
+};
+
+void AnimationReader::read(size_t index) {
+  document_.faults->require(animation_pointer(index));
+  const json& animation = document_.array("animations")[index];
+  const json& channels = animation.at("channels");
+  for (size_t c = 0; c < channels.size(); ++c) {
+    document_.progress->check();
+    const std::string pointer = channel_pointer(index, c) + "/target";
+    try {
+      const GltfTarget target = find_target(document_, channels[c].at("target"), pointer);
+      const json& sampler = animation.at("samplers")[channels[c].at("sampler").get<size_t>()];
+      add_track(target,
+                read_keys(sampler, target, document_.place(sampler_pointer(index, channels[c]))));
+    } catch (const NoTarget& reason) {
+      document_.faults->leave_out(pointer, reason);
+    }
+  }
+}
+
+void AnimationReader::add_track(const GltfTarget& target, KeyFrames keys) {
+  // And what it poses, twice, and the pointer's text.
+  animation_.memory.add(sizeof(NodeTrack) + sizeof(PointerTrack) + 3 * sizeof(NodePose) +
+                            bytes_of(3 * keys.width, sizeof(double)) + 3 * target.pointer.size(),
+                        document_.place(target.pointer));
+  animation_.duration = std::max(animation_.duration, keys.last());
+  if (!target.node) {
+    animation_.pointers.push_back(
+        {json::json_pointer(target.pointer), target.property, std::move(keys)});
+    return;
+  }
+  if (target.has(NodeProperty::kWeights) || target.has(NodeProperty::kWeight)) {
+    const size_t node = target.node->node;
+    if (!animation_.weights.contains(node)) {
+      animation_.weights.emplace(node, morph_weights(document_, node));
+    }
+  }
+  animation_.nodes.push_back({*target.node, std::move(keys)});
+}
+
+KeyFrames AnimationReader::read_keys(const json& sampler, const GltfTarget& target,
+                                     const std::string& place) {
+  KeyFrames keys;
+  keys.interpolation = interpolation_of(sampler, place);
+  keys.rotations = target.has(NodeProperty::kRotation);
+  keys.width = target.width;
+  keys.times = read_times(sampler.at("input").get<int>(), place + "/input");
+  keys.values = read_values(sampler.at("output").get<int>(), keys,
+                            target.is_array() ? 1 : target.width, place + "/output");
+  return keys;
+}
+
+std::vector<float> AnimationReader::read_numbers(int accessor, size_t components,
+                                                 const std::string& place) {
+  check_zeros(document_, accessor, place);
+  animation_.memory.add(bytes_of(document_.accessor(accessor).count, components * sizeof(float)),
+                        place);
+  std::vector<float> numbers = read_floats(document_, accessor, int(components), place);
+  const auto broken = std::ranges::find_if_not(numbers, [](float x) { return std::isfinite(x); });
+  if (broken != numbers.end()) {
+    throw InputError(place, "element {} is not a finite number",
+                     size_t(broken - numbers.begin()) / components);
+  }
+  return numbers;
+}
+
+KeyFrames::Numbers AnimationReader::read_times(int accessor, const std::string& place) {
+  Numbers& entry = times_[accessor];
+  if (entry) return entry;
+  std::vector<float> times = read_numbers(accessor, 1, place);
+  if (times.front() < 0.0f) {
+    throw InputError(place, "the first key frame is at {} s, before the animation begins",
+                     times.front());
+  }
+  const auto fall = std::ranges::adjacent_find(times, [](float a, float b) { return !(a < b); });
+  if (fall != times.end()) {
+    throw InputError(place, "times must grow: key frame {} is at {} s, the next at {} s",
+                     fall - times.begin(), *fall, *(fall + 1));
+  }
+  return entry = std::make_shared<const std::vector<float>>(std::move(times));
+}
+
+KeyFrames::Numbers AnimationReader::read_values(int accessor, const KeyFrames& keys,
+                                                size_t components, const std::string& place) {
+  const bool splines = keys.interpolation == Interpolation::kCubicSpline;
+  Numbers& entry = values_[{accessor, keys.rotations, splines}];
+  if (entry) return entry;
+  std::vector<float> values = read_numbers(accessor, components, place);
+  if (keys.rotations) check_rotations(values, splines, place);
+  return entry = std::make_shared<const std::vector<float>>(std::move(values));
+}
+
+// Of each key frame; the tangents of splines are no rotations.
+void AnimationReader::check_rotations(const std::vector<float>& values, bool splines,
+                                      const std::string& place) {
+  // What signed bytes make of a unit quaternion is off by less.
+  constexpr double kTolerance = 0.02;
+  const size_t stride = splines ? 12 : 4;
+  for (size_t at = splines ? 4 : 0; at < values.size(); at += stride) {
+    const double length = std::hypot(std::hypot(double(values[at]), double(values[at + 1])),
+                                     std::hypot(double(values[at + 2]), double(values[at + 3])));
+    if (length == 0.0) {
+      throw InputError(place, "the rotation of key frame {} is zero", at / stride);
+    }
+    if (std::abs(length - 1.0) <= kTolerance) continue;
+    if (not_of_unit_length_++ == 0) first_of_them_ = place;
+  }
+}
+
+void AnimationReader::warn_of_repairs() const {
+  if (not_of_unit_length_ == 0) return;
+  log_warning(
+      fmt::format("{}: {} rotations, here and elsewhere, are not of unit length; they are "
+                  "normalised",
+                  first_of_them_, not_of_unit_length_));
+}
+
+// ---- which
+// -----------------------------------------------------------------------------------------------
+
+// The name of a broken animation is not known, so it may be the one that is wanted.
+size_t choose_one(const GltfDocument& document, const std::string& wanted,
+                  const std::vector<AnimationDescription>& list) {
+  try {
+    return find_name_or_index("animation", wanted, list);
+  } catch (const UsageError&) {
+    for (size_t i = 0; i < list.size(); ++i) {
+      if (list[i].name.empty()) document.faults->require(animation_pointer(i));
+    }
+    throw;
+  }
+}
+
+std::vector<size_t> choose_animations(const GltfDocument& document, const GltfOptions& options,
+                                      const std::vector<AnimationDescription>& list) {
+  const std::string& wanted = options.animation;
+  if (wanted.empty() && !options.time) return {};
+  document.faults->require("/animations");
+  if (wanted.empty() && list.empty()) {
+    log_info(document.file + ": there is no animation, so at any time it is at rest");
+    return {};
+  }
+  if (wanted.empty()) {
+    if (list.size() > 1) {
+      log_info(
+          fmt::format("{}: posed by the first animation; {}", document.file, list_names(list)));
+    }
+    return {0};
+  }
+  const bool all = wanted == "all" && !list.empty() &&
+                   std::ranges::find(list, wanted, &AnimationDescription::name) == list.end();
+  if (!all) return {choose_one(document, wanted, list)};
+  std::vector<size_t> every(list.size());
+  for (size_t i = 0; i < every.size(); ++i) every[i] = i;
+  return every;
+}
+
+// Key times are floats, so a frame at one of them may be a little beyond.
+void say_if_outside(const GltfDocument& document, const GltfAnimation& animation) {
+  const bool before = animation.time < 0.0;
+  if (!before && float(animation.time) <= float(animation.duration)) return;
+  log_info(
+      fmt::format("{}: {:.6g} s lies outside of the animation, which has {:.6g} s; it stands "
+                  "still at its {}",
+                  document.file, animation.time, animation.duration, before ? "beginning" : "end"));
+}
+
+// ---- at a time
+// -------------------------------------------------------------------------------------------
+
+void pose_node(const NodeTrack& track, double time, NodePose& pose) {
+  const auto vector = [&] {
+    std::array<double, 3> v;
+    sample_keys(track.keys, time, v);
+    return Vec3d(v[0], v[1], v[2]);
+  };
+  const auto scalar = [&] {
+    double value = 0.0;
+    sample_keys(track.keys, time, {&value, 1});
+    return value;
+  };
+  switch (track.target.property) {
+    case NodeProperty::kTranslation:
+      pose.translation = vector();
+      return;
+    case NodeProperty::kRotation:
+      sample_keys(track.keys, time, pose.rotation.emplace());
+      return;
+    case NodeProperty::kScale:
+      pose.scale = vector();
+      return;
+    case NodeProperty::kWeights:
+      sample_keys(track.keys, time, pose.weights);
+      return;
+    case NodeProperty::kWeight:
+      pose.weights[track.target.weight] = scalar();
+      return;
+    case NodeProperty::kVisible:
+      pose.visible = scalar() != 0.0;
+  }
+}
+
+}  // namespace
+
+GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& options,
+                             const std::vector<AnimationDescription>& list) {
+  GltfAnimation animation;
+  animation.memory = MemoryReservation(document.progress->budget(), MemoryPart::kFile);
+  const std::vector<size_t> chosen = choose_animations(document, options, list);
+  if (chosen.empty()) return animation;
+  animation.at_rest = false;
+  animation.time = options.time.value_or(0.0);
+  AnimationReader reader(document, animation);
+  for (const size_t index : chosen) reader.read(index);
+  reader.warn_of_repairs();
+  say_if_outside(document, animation);
+  return animation;
+}
+
+GltfPose pose_at(const GltfAnimation& animation, double time) {
+  GltfPose pose;
+  for (const auto& [node, weights] : animation.weights) pose[node].weights = weights;
+  for (const NodeTrack& track : animation.nodes) pose_node(track, time, pose[track.target.node]);
+  return pose;
+}
+
+void write_values_at(const GltfAnimation& animation, double time, json& document) {
+  for (const PointerTrack& track : animation.pointers) {
+    std::vector<double> values(track.keys.width);
+    sample_keys(track.keys, time, values);
+    // A spline may swing beyond what its keys are.
+    for (double& value : values) {
+      value = std::clamp(value, track.property->minimum, track.property->maximum);
+    }
+    json& target = document[track.pointer];
+    if (track.property->kind == schema::Kind::kNumber) {
+      target = values.front();
+    } else {
+      target = values;
+    }
+  }
+}
+
+}  // namespace emberline

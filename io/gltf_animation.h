@@ -1,0 +1,72 @@
+// The animations of a file: what moves, and where it is at a time.
+//
+// Nodes are posed by values of their own (GltfPose), which cost little at any number of times.
+// Everything else that a KHR_animation_pointer leads to is written into the document's JSON, from
+// which materials, lights and cameras are then read as ever.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/gltf.h"
+#include "io/gltf_animation_target.h"
+#include "io/gltf_document.h"
+#include "renderer/core/vector.h"
+#include "renderer/description/animation.h"
+#include "renderer/description/scene_description.h"
+
+namespace emberline {
+
+struct NodeTrack {
+  NodeTarget target;
+  KeyFrames keys;
+};
+
+// Of a number, or numbers, of the document.
+struct PointerTrack {
+  nlohmann::json::json_pointer pointer;
+  const schema::Property* property = nullptr;
+  KeyFrames keys;
+};
+
+// The animations that pose the scene, or none: it is at rest.
+struct GltfAnimation {
+  bool at_rest = true;
+  double time = 0.0;      // seconds: the pose that was asked for
+  double duration = 0.0;  // of the longest
+  // In the file's order: of two that move the same the later counts.
+  std::vector<NodeTrack> nodes;
+  std::vector<PointerTrack> pointers;
+  // Of nodes whose weights are animated: as the file has them.
+  std::map<size_t, std::vector<double>> weights;
+  MemoryReservation memory;
+};
+
+// What animations make of a node; what is absent is as the file has it.
+struct NodePose {
+  std::optional<Vec3d> translation, scale;
+  std::optional<Quaternion> rotation;
+  std::vector<double> weights;  // of every morph target; empty: absent
+  std::optional<bool> visible;
+};
+using GltfPose = std::map<size_t, NodePose>;  // by node; empty: at rest
+
+// Looks at what the JSON says of each animation: what is broken is noted (gltf_faults.h).
+void check_gltf_animations(GltfDocument& document);
+
+// Of every animation: name, duration, what it moves. Their key frames are not read.
+std::vector<AnimationDescription> describe_animations(const GltfDocument& document);
+
+// Reads the animations that the options choose, of those that `list` names. Channels without effect
+// are left out. Throws UsageError where there is no such animation, InputError where it is broken.
+GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& options,
+                             const std::vector<AnimationDescription>& list);
+
+// Where the nodes are. Pure; takes, for each track, the logarithm of its keys.
+GltfPose pose_at(const GltfAnimation& animation, double time);
+// Writes what else is animated, as it is at the time; what was written for another is overwritten.
+void write_values_at(const GltfAnimation& animation, double time, nlohmann::json& document);
+
+}  // namespace emberline

@@ -1,0 +1,178 @@
+// What the JSON says of the animations: whether it can be, and what it comes to.
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "io/gltf_accessor.h"
+#include "io/gltf_animation.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+
+// The table of section 3.11, and that of KHR_animation_pointer.
+void check_output_type(const GltfAccessor& output, const GltfTarget& target,
+                       const std::string& place) {
+  const int type = output.component_type;
+  if (target.has(NodeProperty::kVisible)) {
+    if (type == 5121 && !output.normalized) return;
+    throw InputError(place, "expected unsigned bytes, of true and false");
+  }
+  if (type == 5126 || target.by_pointer) return;
+  const bool integers = target.has(NodeProperty::kRotation) || target.is_array();
+  if (integers && output.normalized && type <= 5123) return;
+  throw InputError(place, "expected floats{}",
+                   integers ? ", or normalized integers of 8 or 16 bits" : "");
+}
+
+void check_sampler(const GltfDocument& document, const json& sampler, const GltfTarget& target,
+                   const std::string& place) {
+  const Interpolation interpolation = interpolation_of(sampler, place);
+  const GltfAccessor& input = document.accessor(sampler.at("input").get<int>());
+  if (input.components != 1 || input.component_type != 5126) {
+    throw InputError(place + "/input", "expected an accessor of SCALAR floats, times in seconds");
+  }
+  const GltfAccessor& output = document.accessor(sampler.at("output").get<int>());
+  const size_t components = target.is_array() ? 1 : target.width;
+  if (size_t(output.components) != components) {
+    throw InputError(place + "/output", "an accessor of {} components, expected {}",
+                     output.components, components);
+  }
+  check_output_type(output, target, place + "/output");
+  const uint64_t per_key = interpolation == Interpolation::kCubicSpline ? 3 : 1;
+  const uint64_t expected = bytes_of(input.count, per_key * (target.width / components));
+  if (output.count != expected) {
+    throw InputError(place + "/output", "{} values for {} key frames, expected {}", output.count,
+                     input.count, expected);
+  }
+  if (target.has(NodeProperty::kVisible) && interpolation != Interpolation::kStep) {
+    throw InputError(place + "/interpolation", "expected STEP, of true and false");
+  }
+}
+
+// A target, what it is part of, or a part of it, only once. `before` are the pointers so far.
+void check_new_target(std::set<std::string>& before, const std::string& target,
+                      const std::string& place) {
+  const std::string parts = target + "/";
+  const auto part = before.lower_bound(parts);
+  const bool is_there = before.contains(target) ||
+                        before.contains(target.substr(0, target.rfind('/'))) ||
+                        (part != before.end() && part->starts_with(parts));
+  if (is_there) throw InputError(place, "{} is animated twice", target);
+  before.insert(target);
+}
+
+void check_animation(const GltfDocument& document, const json& animation, size_t index) {
+  const json& channels = animation.at("channels");
+  const json& samplers = animation.at("samplers");
+  std::set<std::string> targets;
+  for (size_t c = 0; c < channels.size(); ++c) {
+    const std::string pointer = channel_pointer(index, c);
+    const size_t sampler = channels[c].at("sampler").get<size_t>();
+    if (sampler >= samplers.size()) {
+      throw InputError(document.place(pointer + "/sampler"),
+                       "index {} is out of range: the animation has {} samplers", sampler,
+                       samplers.size());
+    }
+    try {
+      const GltfTarget target =
+          find_target(document, channels[c].at("target"), pointer + "/target");
+      check_new_target(targets, target.pointer, document.place(pointer + "/target"));
+      check_sampler(document, samplers[sampler], target,
+                    document.place(sampler_pointer(index, channels[c])));
+    } catch (const NoTarget&) {
+      // Told when the animation is read.
+    }
+  }
+}
+
+// The last time of each animation's key frames, read without the others.
+class DurationReader {
+ public:
+  explicit DurationReader(const GltfDocument& document)
+      : document_(document), most_sparse_((uint64_t(1) << 22) + document.total_bytes) {}
+
+  double last_time(int accessor, const std::string& place) {
+    const auto known = last_.find(accessor);
+    if (known != last_.end()) return known->second;
+    document_.progress->check();
+    const GltfAccessor& times = document_.accessor(accessor);
+    check_zeros(document_, accessor, place);
+    // Each is looked through for the last.
+    sparse_ += times.sparse.count;
+    if (times.count > UINT32_MAX || sparse_ > most_sparse_) {
+      throw InputError(place, "more key frames than the size of the file bears out");
+    }
+    const std::vector<uint32_t> element = {uint32_t(times.count - 1)};
+    const double last = read_floats(document_, accessor, 1, place, &element).front();
+    return last_[accessor] = std::isfinite(last) ? last : 0.0;
+  }
+
+ private:
+  const GltfDocument& document_;
+  const uint64_t most_sparse_;
+  uint64_t sparse_ = 0;
+  std::map<int, double> last_;
+};
+
+void describe(const GltfDocument& document, size_t index, DurationReader& durations,
+              AnimationDescription& description) {
+  document.faults->require(animation_pointer(index));
+  const json& animation = document.array("animations")[index];
+  description.name = animation.value("name", "");
+  std::set<size_t> moved, morphed;
+  for (size_t c = 0; c < animation.at("channels").size(); ++c) {
+    const json& channel = animation.at("channels")[c];
+    try {
+      const GltfTarget target =
+          find_target(document, channel.at("target"), channel_pointer(index, c) + "/target");
+      const bool weights = target.is_array() || target.has(NodeProperty::kWeight);
+      if (weights) {
+        morphed.insert(target.node->node);
+      } else if (target.node && !target.has(NodeProperty::kVisible)) {
+        moved.insert(target.node->node);
+      } else {
+        ++description.pointers;
+      }
+      const json& sampler = animation.at("samplers")[channel.at("sampler").get<size_t>()];
+      description.duration =
+          std::max(description.duration,
+                   durations.last_time(sampler.at("input").get<int>(),
+                                       document.place(sampler_pointer(index, channel) + "/input")));
+    } catch (const NoTarget&) {
+      ++description.without_effect;
+    }
+  }
+  description.nodes = moved.size();
+  description.morphs = morphed.size();
+}
+
+}  // namespace
+
+void check_gltf_animations(GltfDocument& document) {
+  document.check_each("/animations", [&](const json& animation, const std::string&, size_t i) {
+    check_animation(document, animation, i);
+  });
+}
+
+std::vector<AnimationDescription> describe_animations(const GltfDocument& document) {
+  const size_t count = document.array("animations").size();
+  document.progress->budget()->reserve(
+      MemoryPart::kFile, bytes_of(count, sizeof(AnimationDescription)), document.file);
+  std::vector<AnimationDescription> list(count);
+  DurationReader durations(document);
+  for (size_t i = 0; i < list.size(); ++i) {
+    try {
+      describe(document, i, durations, list[i]);
+    } catch (const InputError& error) {
+      document.faults->note(animation_pointer(i), error);
+      list[i].fault = error.what();
+    }
+    document.progress->budget()->reserve(
+        MemoryPart::kFile, list[i].name.capacity() + list[i].fault.capacity(), document.file);
+  }
+  return list;
+}
+
+}  // namespace emberline

@@ -1,0 +1,84 @@
+// --animation, --time, --frame: the scene in a pose of the file's animations.
+#include "cli/command_test.h"
+#include "support/animated_gltf.h"
+
+namespace emberline::test {
+namespace {
+
+class AnimationOption : public CommandTest {
+ protected:
+  // lamp_scene(), whose lamp goes down in "sink" and which darkens in "fade".
+  static GltfBuilder moving() {
+    GltfBuilder gltf = lamp_scene();
+    const int lamp = 2;
+    AnimationBuilder(gltf, "sink").move(lamp, "translation", {0, 2}, "VEC3", {0, 0, 0, 0, -0.5, 0});
+    AnimationBuilder(gltf, "fade")
+        .point("/materials/1/emissiveFactor", {0, 1}, "VEC3", {1, 1, 1, 0.5, 0.5, 0.5});
+    return gltf;
+  }
+  ExrPicture picture(const Words& more = {}) {
+    render(render_words(Words{"--spp", "4"} + more));
+    return read_exr(path("out.exr"));
+  }
+  void use(const GltfBuilder& gltf) { gltf.write_glb(path("scene.glb")); }
+  void SetUp() override {
+    scene();
+    use(moving());
+  }
+};
+
+TEST_F(AnimationOption, GivesThePictureOfAFileInThatPose) {
+  const ExrPicture at_rest = picture();
+  const ExrPicture sunk = picture({"--time", "1"});
+  EXPECT_NE(sunk.channels, at_rest.channels);
+  EXPECT_EQ(picture({"--frame", "12", "--fps", "12"}).channels, sunk.channels);
+  EXPECT_EQ(picture({"--animation", "sink", "--frame", "24"}).channels, sunk.channels);
+  EXPECT_EQ(picture({"--animation", "sink"}).channels, at_rest.channels);
+  const ExrPicture faded = picture({"--animation", "1", "--time", "1"});
+  const ExrPicture both = picture({"--animation", "all", "--time", "1"});
+
+  GltfBuilder posed = lamp_scene();
+  use(posed);
+  EXPECT_EQ(picture().channels, at_rest.channels);
+  posed.root["nodes"][2]["translation"] = {0, -0.25, 0};
+  use(posed);
+  EXPECT_EQ(picture().channels, sunk.channels);
+  posed.root["materials"][1]["emissiveFactor"] = {0.5, 0.5, 0.5};
+  use(posed);
+  EXPECT_EQ(picture().channels, both.channels);
+  posed.root["nodes"][2].erase("translation");
+  use(posed);
+  EXPECT_EQ(picture().channels, faded.channels);
+}
+
+TEST_F(AnimationOption, SaysWhichThereAre) {
+  for (const char* wrong : {"swim", "2", "-1"}) {
+    expect_failure(
+        render_words({"--animation", wrong}), 2,
+        {"--animation: no animation '" + std::string(wrong) + "'", "0 'sink', 1 'fade'"});
+  }
+  const RunResult result = run({"info", path("scene.glb")});
+  EXPECT_NE(result.out.find("animation 0 'sink' 2 s, 1 nodes\n"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("animation 1 'fade' 1 s, 1 other values\n"), std::string::npos);
+  const RunResult json = run({"info", path("scene.glb"), "--json", "--time", "2"});
+  ASSERT_EQ(json.exit_code, 0) << json.describe();
+  const nlohmann::json parsed = nlohmann::json::parse(json.out);
+  EXPECT_EQ(parsed["animations"][0]["name"], "sink");
+  EXPECT_EQ(parsed["animations"][0]["duration_s"], 2.0);
+  EXPECT_EQ(parsed["animations"][1]["pointers"], 1);
+}
+
+TEST_F(AnimationOption, ABrokenOneIsRefusedWhereItIsAskedFor) {
+  GltfBuilder broken = moving();
+  broken.root["animations"][0]["samplers"][0]["interpolation"] = "CURLY";
+  use(broken);
+  EXPECT_NE(render(render_words()).err.find("unknown interpolation"), std::string::npos);
+  const RunResult info = run({"info", path("scene.glb")});
+  EXPECT_NE(info.out.find("animation 0 '' 0 s; unusable: "), std::string::npos) << info.out;
+  std::filesystem::remove(path("out.exr"));
+  expect_failure(render_words({"--time", "1"}), 3,
+                 {"scene.glb#/animations/0/samplers/0/interpolation", "CURLY"});
+}
+
+}  // namespace
+}  // namespace emberline::test

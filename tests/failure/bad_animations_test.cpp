@@ -1,0 +1,228 @@
+// Animations that are none: refused where they are asked for, a warning or nothing where they are
+// not.
+#include <cmath>
+#include <ctime>
+#include <limits>
+
+#include "failure/bad_input.h"
+#include "support/animated_gltf.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+using test::AnimationBuilder;
+using test::expect_input_error;
+using test::expect_warning;
+using test::GltfBuilder;
+using test::TempFolder;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+class BadAnimation : public testing::Test {
+ protected:
+  BadAnimation() {
+    gltf_.add_triangle();
+    gltf_.primitive()["targets"] = {
+        {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1})}},
+        {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 1, 0, 0, 1, 0, 0, 1, 0})}}};
+  }
+
+  // Channel 0 lifts the triangle; `spoil` makes something of it.
+  template <class Spoil>
+  GltfBuilder spoilt(const Spoil& spoil) const {
+    GltfBuilder gltf = gltf_;
+    AnimationBuilder animation(gltf);
+    animation.move(0, "translation", {0, 1, 2}, "VEC3", {0, 0, 0, 1, 1, 1, 2, 2, 2});
+    spoil(animation);
+    return gltf;
+  }
+  // What the JSON says is seen in any case, what the key frames say where they are read.
+  template <class Spoil>
+  void by_its_json(const std::vector<std::string>& parts, const Spoil& spoil) const {
+    expect_warning(spoilt(spoil), parts);
+    expect_input_error(spoilt(spoil), parts, {.time = 0.5});
+  }
+  template <class Spoil>
+  void by_its_keys(const std::vector<std::string>& parts, const Spoil& spoil) const {
+    EXPECT_FALSE(quiet_load(spoilt(spoil)).instances.empty());
+    expect_input_error(spoilt(spoil), parts, {.time = 0.5});
+  }
+  static SceneDescription quiet_load(const GltfBuilder& gltf, const GltfOptions& options = {}) {
+    const TempFolder folder;
+    return load_gltf(gltf.write_glb(folder / "a.glb"), options);
+  }
+  static AnimationBuilder& turn(AnimationBuilder& a, const std::vector<float>& values) {
+    return a.move(0, "rotation", {0, 1}, "VEC4", values);
+  }
+
+  GltfBuilder gltf_;
+};
+
+TEST_F(BadAnimation, KeyTimes) {
+  const auto times = [&](const std::vector<float>& values, const std::string& message) {
+    by_its_keys({"#/animations/0/samplers/1/input: " + message}, [&](AnimationBuilder& a) {
+      a.move(0, "scale", values, "VEC3", std::vector<float>(values.size() * 3, 1.0f));
+    });
+  };
+  times({0, 1, 0.5f}, "times must grow: key frame 1 is at 1 s, the next at 0.5 s");
+  times({0, 1, 1}, "times must grow: key frame 1");
+  times({0, kNaN, 1}, "element 1 is not a finite number");
+  times({0, INFINITY}, "element 1 is not a finite number");
+  times({-1, 1}, "the first key frame is at -1 s");
+}
+
+TEST_F(BadAnimation, Values) {
+  by_its_keys({"#/animations/0/samplers/1/output: element 1 is not a finite number"},
+              [&](AnimationBuilder& a) {
+                turn(a, {0, 0, 0, 1, 0, kNaN, 0, 1});
+              });
+  by_its_keys({"#/animations/0/samplers/1/output: the rotation of key frame 1 is zero"},
+              [&](AnimationBuilder& a) {
+                turn(a, {0, 0, 0, 1, 0, 0, 0, 0});
+              });
+  const GltfBuilder longer = spoilt([&](AnimationBuilder& a) {
+    turn(a, {0, 0, 0, 2, 0, 0, 5, 0});
+  });
+  expect_warning(longer, {"#/animations/0/samplers/1/output: 2 rotations", "are normalised"},
+                 {.time = 0.0});
+  // Of a spline the tangents are no rotations.
+  quiet_load(
+      spoilt([](AnimationBuilder& a) {
+        a.move(0, "rotation", {0}, "VEC4", {0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0}, "CUBICSPLINE");
+      }),
+      {.time = 0.0});
+}
+
+TEST_F(BadAnimation, Counts) {
+  by_its_json({"#/animations/0/samplers/1/output: 2 values for 3 key frames, expected 3"},
+              [](AnimationBuilder& a) {
+                a.move(0, "scale", {0, 1, 2}, "VEC3", {1, 1, 1, 2, 2, 2});
+              });
+  by_its_json({"#/animations/0/samplers/1/output: 2 values for 2 key frames, expected 6"},
+              [](AnimationBuilder& a) {
+                a.move(0, "scale", {0, 1}, "VEC3", {1, 1, 1, 2, 2, 2}, "CUBICSPLINE");
+              });
+  by_its_json({"#/animations/0/samplers/1/output: 3 values for 2 key frames, expected 4"},
+              [](AnimationBuilder& a) {
+                a.move(0, "weights", {0, 1}, "SCALAR", {1, 2, 3});
+              });
+}
+
+TEST_F(BadAnimation, Types) {
+  by_its_json({"#/animations/0/samplers/1/output: an accessor of 4 components, expected 3"},
+              [](AnimationBuilder& a) {
+                a.move(0, "scale", {0}, "VEC4", {1, 1, 1, 1});
+              });
+  by_its_json({"#/animations/0/samplers/1/output: expected floats"}, [](AnimationBuilder& a) {
+    a.move<int16_t>(0, "scale", {0}, "VEC3", {1, 1, 1});
+  });
+  by_its_json(
+      {"#/animations/0/samplers/0/output: expected floats, or normalized integers"},
+      [](AnimationBuilder& a) {
+        a.channel(0)["target"]["path"] = "rotation";
+        a.output(0) = {{"bufferView", 0}, {"componentType", 5121}, {"count", 3}, {"type", "VEC4"}};
+      });
+  by_its_json({"#/animations/0/samplers/0/input: expected an accessor of SCALAR floats"},
+              [](AnimationBuilder& a) { a.input(0)["type"] = "VEC2", a.input(0)["count"] = 1; });
+  by_its_json({"#/animations/0/samplers/0/interpolation: unknown interpolation \"SPLINE\""},
+              [](AnimationBuilder& a) { a.sampler(0)["interpolation"] = "SPLINE"; });
+}
+
+TEST_F(BadAnimation, Structure) {
+  by_its_json({"#/animations/0/channels/0/sampler: index 5 is out of range"},
+              [](AnimationBuilder& a) { a.channel(0)["sampler"] = 5; });
+  by_its_json({"#/animations/0/channels/0/target/node: index 9 is out of range"},
+              [](AnimationBuilder& a) { a.channel(0)["target"]["node"] = 9; });
+  by_its_json({"#/animations/0/samplers/0/input: index 99 is out of range"},
+              [](AnimationBuilder& a) { a.sampler(0)["input"] = 99; });
+  by_its_json({"#/animations/0: the required member \"channels\" is missing"},
+              [](AnimationBuilder& a) { a.object().erase("channels"); });
+  by_its_json({"#/animations/0/channels/0/target: the required member \"path\" is missing"},
+              [](AnimationBuilder& a) { a.channel(0)["target"].erase("path"); });
+  GltfBuilder none = gltf_;
+  none.root["animations"] = 7;
+  expect_warning(none, {"#/animations: expected an array"});
+  expect_input_error(none, {"#/animations: expected an array"}, {.time = 0.0});
+}
+
+TEST_F(BadAnimation, Targets) {
+  by_its_json({"#/animations/0/channels/1/target: /nodes/0/translation is animated twice"},
+              [](AnimationBuilder& a) {
+                a.move(0, "translation", {0}, "VEC3", {1, 1, 1});
+              });
+  by_its_json({"#/animations/0/channels/1/target: /nodes/0/translation is animated twice"},
+              [](AnimationBuilder& a) {
+                a.point("/nodes/0/translation", {0}, "VEC3", {1, 1, 1});
+              });
+  for (const bool whole_first : {false, true}) {
+    by_its_json({"#/animations/0/channels/2/target: /nodes/0/weights", "is animated twice"},
+                [&](AnimationBuilder& a) {
+                  if (whole_first) a.move(0, "weights", {0}, "SCALAR", {1, 1});
+                  a.point("/nodes/0/weights/1", {0}, "SCALAR", {1});
+                  if (!whole_first) a.move(0, "weights", {0}, "SCALAR", {1, 1});
+                });
+  }
+  gltf_.push("nodes", json::object());
+  by_its_json({"#/animations/0/channels/1/target/path: node 1 has no mesh with morph targets"},
+              [](AnimationBuilder& a) { a.move(1, "weights", {0}, "SCALAR", {1}); });
+  gltf_.root["nodes"][1]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  by_its_json({"#/animations/0/channels/1/target/path: node 1 has a matrix"},
+              [](AnimationBuilder& a) {
+                a.move(1, "scale", {0}, "VEC3", {1, 1, 1});
+              });
+  gltf_.root["nodes"][1]["extensions"]["KHR_node_visibility"]["visible"] = true;
+  const std::string visible = "/nodes/1/extensions/KHR_node_visibility/visible";
+  by_its_json({"#/animations/0/samplers/1/output: expected unsigned bytes"},
+              [&](AnimationBuilder& a) { a.point(visible, {0}, "SCALAR", {1}, "STEP"); });
+  by_its_json({"#/animations/0/samplers/1/interpolation: expected STEP"},
+              [&](AnimationBuilder& a) { a.point<uint8_t>(visible, {0}, "BOOL", {1}); });
+}
+
+// The bytes of an animation are not there: that is nobody's fault who does not ask for it.
+TEST_F(BadAnimation, WithoutItsBytes) {
+  by_its_json({"#/accessors/", "1000 elements of 12 bytes", "do not fit into the buffer view"},
+              [](AnimationBuilder& a) { a.output(0)["count"] = 1000; });
+}
+
+TEST_F(BadAnimation, CountsThatNothingBearsOut) {
+  const test::MemoryLimit limit(uint64_t(4) << 30);
+  by_its_keys({"more than the size of the file bears out"}, [](AnimationBuilder& a) {
+    a.input(0) = {{"componentType", 5126}, {"count", uint64_t(1) << 40}, {"type", "SCALAR"}};
+    a.output(0) = {{"componentType", 5126}, {"count", uint64_t(1) << 40}, {"type", "VEC3"}};
+  });
+}
+
+// A million keys that three thousand channels share are read once.
+TEST_F(BadAnimation, ManyKeysThatManyShareAreReadOnce) {
+  constexpr size_t kKeys = 1000000, kChannels = 3000;
+  GltfBuilder gltf = gltf_;
+  std::vector<float> times(kKeys), values(kKeys * 3, 1.0f);
+  for (size_t i = 0; i < kKeys; ++i) times[i] = float(i);
+  AnimationBuilder animation(gltf);
+  animation.move(0, "scale", times, "VEC3", values);
+  json& channels = animation.object()["channels"];
+  for (size_t i = 1; i < kChannels; ++i) {
+    channels.push_back(
+        {{"sampler", 0},
+         {"target", {{"node", gltf.push("nodes", json::object())}, {"path", "scale"}}}});
+  }
+  const std::clock_t start = std::clock();
+  EXPECT_FALSE(quiet_load(gltf, {.time = 1234.5}).instances.empty());
+  EXPECT_LT(double(std::clock() - start) / CLOCKS_PER_SEC, 20.0);
+  // And are counted before they are.
+  const TempFolder folder;
+  const std::string path = gltf.write_glb(folder / "a.glb");
+  const auto load_within = [&](uint64_t bytes, const GltfOptions& options) {
+    const auto budget = std::make_shared<MemoryBudget>(bytes);
+    LoadProgress progress({}, {}, {budget, std::nullopt, path});
+    load_gltf(path, options, progress);
+    return budget->peak();
+  };
+  const uint64_t at_rest = load_within(uint64_t(1) << 40, {});
+  EXPECT_GT(load_within(uint64_t(1) << 40, {.time = 0.0}), at_rest + kKeys * 4);
+  EXPECT_THROW(load_within(at_rest + kKeys * 4, {.time = 0.0}), InputError);
+}
+
+}  // namespace
+}  // namespace emberline
