@@ -97,7 +97,8 @@ class DisplayImageWriter {
   uint64_t bytes() const { return image_.values.capacity(); }
 
   // Encodes and writes. Call once, when no thread writes any more. Throws RenderError.
-  void finish();
+  // The file says so where its frame is not `complete` (picture_mark.h).
+  void finish(bool complete = true);
 
  private:
   const std::string format_;

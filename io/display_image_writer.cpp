@@ -45,7 +45,8 @@ void DisplayImageWriter::write_tile(const Rect& rect, const std::vector<float>& 
   }
 }
 
-void DisplayImageWriter::finish() {
+void DisplayImageWriter::finish(bool complete) {
+  image_.incomplete = !complete;
   const std::vector<unsigned char> bytes = encode_image(image_, format_, file_.path());
   file_.write_at(bytes.data(), bytes.size(), 0);
   file_.commit();

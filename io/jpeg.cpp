@@ -7,6 +7,7 @@
 
 #include <jpeglib.h>
 
+#include "io/picture_mark.h"
 #include "io/png_jpeg.h"
 
 namespace emberline {
@@ -150,6 +151,11 @@ struct JpegEncoder {
       info.comp_info[c].h_samp_factor = info.comp_info[c].v_samp_factor = 1;
     }
     jpeg_start_compress(&info, TRUE);
+    if (picture.incomplete) {
+      jpeg_write_marker(&info, JPEG_COM,
+                        reinterpret_cast<const JOCTET*>(kIncompleteComment.data()),
+                        unsigned(kIncompleteComment.size()));
+    }
     for (size_t y = 0; y < size_t(picture.height); ++y) {
       const uint8_t* const source = picture.values.data() + y * pixels * channels;
       for (size_t x = 0; x < pixels; ++x) {

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <new>
 
+#include "io/picture_mark.h"
 #include "io/png_jpeg.h"
 
 namespace emberline {
@@ -158,6 +159,11 @@ bool write_png(png_structp png, png_infop info, const ByteImage& picture,
   png_set_IHDR(png, info, png_uint_32(picture.width), png_uint_32(picture.height), 8, colour,
                PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   if (picture.srgb) png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+  png_text text = {};
+  text.compression = PNG_TEXT_COMPRESSION_NONE;
+  text.key = const_cast<png_charp>(kCompleteAttribute);  // copied
+  text.text = const_cast<png_charp>("false");
+  if (picture.incomplete) png_set_text(png, info, &text, 1);
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
   png_write_info(png, info);
   const size_t row = size_t(picture.width) * size_t(picture.channels);

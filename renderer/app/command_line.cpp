@@ -6,10 +6,10 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>
-#include <new>
 #include <ranges>
 
 #include "renderer/app/command_options.h"
+#include "renderer/app/failure.h"
 #include "renderer/app/render_command.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -185,15 +185,10 @@ int run_program(int argc, char** argv) {
   install_refused_thread_handler();
   try {
     return run_command_line(argc, argv);
-  } catch (const EmberlineError& error) {
-    log_error(error.what());
-    return error.exit_code();
-  } catch (const std::bad_alloc&) {
-    log_error("out of memory; render a smaller frame (--size, --crop) or fewer textures");
-    return kExitRenderFailed;
   } catch (const std::exception& error) {
-    log_error(message_of(error));
-    return kExitRenderFailed;
+    const Failure failure = failure_of(error);
+    log_error(failure.message);
+    return failure.exit_code;
   }
 }
 

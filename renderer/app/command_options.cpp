@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "renderer/app/frame_range.h"
 #include "renderer/app/shared_options.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/output/snapshots.h"
@@ -75,6 +76,21 @@ void add_checkpoint(CLI::App* app, RenderOptions& o) {
   add_checkpoint_interval(app, o);
   app->add_option("--progress-file", o.progress_file,
                   "say in this .json file, every two seconds, how far the frame is")
+      ->type_name("FILE");
+}
+
+void add_range_options(CLI::App* app, RenderOptions& o) {
+  app->add_option_function<std::string>(
+         "--frames", [&o](const std::string& text) { o.frames = parse_frames(text); },
+         "frames one after another: N, A-B, A-BxSTEP, or a list of those. #### in the names of "
+         "outputs is the frame's number; frame N shows the scene at N / --fps seconds")
+      ->type_name("LIST");
+  app->add_flag("--skip-existing", o.skip_existing,
+                "leave out a frame whose outputs are all there and whole");
+  app->add_flag("--stop-on-error", o.stop_on_error,
+                "end the range with the first frame that fails [the others are rendered]");
+  app->add_option("--range-report", o.range_report,
+                  "what became of each frame of --frames, as JSON; --report is of one frame")
       ->type_name("FILE");
 }
 
@@ -157,10 +173,14 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
 // What each job of a farm gets.
 void add_job_options(CLI::App* app, FarmOptions& o) {
   add_number(app, "--parts", o.parts, 1u, 4096u, "how many jobs share the frame");
-  app->add_option("--frames", o.frames, "frames to render: 0, until there is animation [0]")
+  app->add_option("--frames", o.frames, "of several frames none yet: 0 alone [0]")
       ->type_name("LIST")
       ->check([](const std::string& list) {
-        return list == "0" ? "" : "--frames: '" + list + "': the only frame is 0";
+        return list == "0"
+                   ? ""
+                   : "--frames: '" + list +
+                         "': the only frame is 0, since farm renders one, in parts; of a range "
+                         "each job is an `emberline render --frames` of its own";
       });
   app->add_option("--partition", o.request.partition, "of Slurm [its default]")->type_name("LIST");
   add_number(app, "--cpus", o.request.cpus, 1, 4096, "processors of each job [a whole node]");
@@ -236,9 +256,10 @@ void add_render_options(CLI::App* app, RenderOptions& o) {
   app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
   add_settings_file(app, o);
   add_result_options(app, o);
-  add_settings(
-      app, o,
-      {kEdits, kChannels, kCounts, kPart, kSample, kSeed, kSchedule, kView, kLight, kLoading});
+  add_range_options(app, o);
+  add_settings(app, o,
+               {kTurn, kEdits, kChannels, kCounts, kPart, kSample, kSeed, kSchedule, kView, kLight,
+                kLoading});
   add_machine_options(app, o);
 }
 
@@ -253,7 +274,7 @@ void add_view_options(CLI::App* app, ViewOptions& o) {
   for (const DriverEntry& entry : driver_table()) drivers.push_back({entry.name, entry.summary});
   add_name(app, "--driver", r.driver, "driver", "frame driver [live]", drivers);
   add_settings(app, r, {kEdits, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
-               "driver");
+               {"driver"});
   add_machine_options(app, r);
   app->add_flag("--light-groups", r.light_groups,
                 "keep what each light gives apart: changes of lights then need no new ray");
@@ -329,7 +350,7 @@ void add_farm_options(CLI::App* app, FarmOptions& o) {
   add_job_options(app, o);
   add_settings(app, o.frame,
                {kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
-               "time-limit");
+               {"time-limit", "time"});
   app->require_subcommand(0, 1);
   add_farm_verb(app, o, FarmVerb::kStatus, "status", "how far the parts are, and what failed");
   add_farm_verb(app, o, FarmVerb::kCancel, "cancel", "end the jobs; what is done stays");

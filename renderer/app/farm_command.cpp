@@ -41,6 +41,9 @@ void check_request(const FarmOptions& o) {
     throw UsageError(
         "--time-limit: a part that stops early leaves a hole; --time is the jobs' limit");
   }
+  if (o.frame.turntable && !o.frame.turntable->frame) {
+    throw UsageError("--turntable: farm renders one frame; in a file of settings, give K/N");
+  }
   if (is_part(o.frame)) throw UsageError("--part, --sample-range: farm gives each job its own");
   if (!is_partition(o.request.partition)) {
     throw UsageError("--partition: '{}' is no list of Slurm's partitions", o.request.partition);

@@ -57,6 +57,7 @@ int run_merge(const MergeOptions& merge) {
 
   RenderReport report;
   report.counters = frame.counters();
+  report.complete = frame.complete();
   report.crop = crop;
   report.threads = workers.count();
   report.budget = limits.memory;

@@ -67,10 +67,13 @@ void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>&
 }
 
 void add_settings(CLI::App* app, FrameSettings& settings,
-                  std::initializer_list<SettingGroup> groups, std::string_view left_out) {
+                  std::initializer_list<SettingGroup> groups,
+                  std::initializer_list<std::string_view> left_out) {
   for (const Setting& setting : setting_table()) {
     if (std::ranges::find(groups, setting.group) == groups.end()) continue;
-    if (setting.name != left_out) add_setting(app, setting, settings);
+    if (std::ranges::find(left_out, setting.name) == left_out.end()) {
+      add_setting(app, setting, settings);
+    }
   }
 }
 

@@ -44,9 +44,11 @@ CLI::Option* add_name(CLI::App* app, const std::string& option, Target& target, 
 void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
               const std::string& help);
 
-// The settings of these groups, but for `left_out`, which the command has in a form of its own.
+// The settings of these groups, but for those `left_out`, whose names mean something else to the
+// command.
 void add_settings(CLI::App* app, FrameSettings& settings,
-                  std::initializer_list<SettingGroup> groups, std::string_view left_out = "");
+                  std::initializer_list<SettingGroup> groups,
+                  std::initializer_list<std::string_view> left_out = {});
 // Those of these names.
 void add_named_settings(CLI::App* app, FrameSettings& settings,
                         std::initializer_list<std::string_view> names);

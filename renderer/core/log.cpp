@@ -92,6 +92,12 @@ std::vector<std::string> warnings_so_far() {
   return s.warnings;
 }
 
+void forget_warnings(size_t count) {
+  LogState& s = state();
+  const std::lock_guard lock(s.mutex);
+  for (; s.warnings.size() > count; s.warnings.pop_back()) s.warned.erase(s.warnings.back());
+}
+
 void set_log_interrupt(std::function<void()> before, std::function<void()> after) {
   LogState& s = state();
   const std::lock_guard lock(s.mutex);

@@ -5,6 +5,7 @@
 // shares the terminal is cleared before a message and redrawn after it.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -30,6 +31,10 @@ void set_log_sink(std::function<void(LogKind kind, std::string_view message)> si
 
 // Every text that log_warning has been given so far, in order: also those that --quiet kept back.
 std::vector<std::string> warnings_so_far();
+
+// Forgets all of those but the first `count`; they are given again when they come again. For a
+// frame's own, when the next one begins.
+void forget_warnings(size_t count);
 
 // Called around each message so that a progress line can get out of the way. Null to remove.
 void set_log_interrupt(std::function<void()> before, std::function<void()> after);

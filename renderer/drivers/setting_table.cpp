@@ -33,6 +33,8 @@ constexpr double kMostOpen = 1e6;  // frames
 constexpr double kLeastFps = 1e-3, kMostFps = 1e6;
 constexpr int kMostPixels = 65536;  // a side
 constexpr uint32_t kMostParts = 65536;
+constexpr int kLastOfTurn = 999'999'999;
+constexpr uint32_t kMostOfTurn = 1'000'000;
 
 std::string text_of(const std::string& value) { return value; }
 std::string text_of(bool value) { return value ? "yes" : ""; }
@@ -44,6 +46,9 @@ std::string text_of(const Vec3d& v) { return fmt::format("{},{},{}", v.x, v.y, v
 std::string text_of(const FramePart& p) { return fmt::format("{}/{}", p.index, p.count); }
 std::string text_of(const SampleSpan& s) { return fmt::format("{}-{}", s.first, s.end); }
 std::string text_of(const Shutter& s) { return fmt::format("{},{}", s.open, s.close); }
+std::string text_of(const Turntable& t) {
+  return t.frame ? fmt::format("{}/{}", *t.frame, t.count) : fmt::format("{}", t.count);
+}
 std::string text_of(const Rect& r) { return fmt::format("{},{},{},{}", r.x0, r.y0, r.x1, r.y1); }
 template <typename T>
 std::string text_of(const std::optional<T>& value) {
@@ -198,6 +203,32 @@ Setting sample_range() {
           member_text<&FrameSettings::sample_range>};
 }
 
+Setting turntable() {
+  const auto read = [](FrameSettings& settings, std::string_view text) {
+    const size_t slash = text.find('/');
+    const bool single = slash != std::string_view::npos;
+    Turntable turn;
+    if (single) turn.frame = parse_number<int>(text.substr(0, slash));
+    const auto count = parse_number<uint32_t>(single ? text.substr(slash + 1) : text);
+    if (!count || *count < 1 || *count > kMostOfTurn || single != turn.frame.has_value() ||
+        std::abs(turn.frame.value_or(0)) > kLastOfTurn) {
+      refuse("turntable", text,
+             fmt::format("N or K/N with a turn of N frames from 1 to {}", kMostOfTurn));
+    }
+    turn.count = *count;
+    settings.turntable = turn;
+  };
+  return {"turntable",
+          kTurn,
+          "N|K/N",
+          "N frames (--frames 1-N) with the camera once round the scene, about the vertical axis "
+          "through its centre; K/N: frame K of them. The scene stands still, but for --animation",
+          "",
+          false,
+          read,
+          member_text<&FrameSettings::turntable>};
+}
+
 // One that is not said unless it differs from the default: it means nothing to a scene at rest.
 Setting fps() {
   Setting setting = number<&FrameSettings::fps>("fps", kLoading, kLeastFps, kMostFps,
@@ -272,6 +303,7 @@ std::vector<Setting> make_table() {
       channels(),
       part(),
       sample_range(),
+      turntable(),
       flag<&S::light_groups>(
           "light-groups", kChannels,
           "a layer light.NAME of the EXR for each light, emissive material and the environment: "

@@ -26,6 +26,7 @@ enum class SettingGroup : uint8_t {
   kCounts,    // how many samples each pixel gets
   kChannels,  // what is kept of them
   kPart,      // which of them, to be merged with the others
+  kTurn,      // which of several frames
 };
 
 struct Setting {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "io/edits_file.h"
 #include "io/gltf.h"
@@ -87,6 +88,12 @@ void apply_lens(const FrameSettings& settings, CameraDescription& camera) {
   camera.lens_radius = lens_radius(*settings.f_stop, camera.fov_y);
 }
 
+CameraDescription on_turntable(const FrameSettings& settings, const SceneDescription& scene,
+                               CameraDescription camera) {
+  if (!settings.turntable) return camera;
+  return turned(std::move(camera), *settings.turntable, world_bounds(scene));
+}
+
 }  // namespace
 
 SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progress) {
@@ -151,7 +158,7 @@ void choose_variant(const FrameSettings& settings, const SceneDescription& scene
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene) {
   CameraDescription camera = choose_view(settings, scene);
   apply_lens(settings, camera);
-  return camera;
+  return on_turntable(settings, scene, std::move(camera));
 }
 
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,
@@ -170,6 +177,28 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
       scene.cameras.empty() ? framing_camera(framed_bounds(scene), aspect) : scene.cameras.front());
   check_cameras(scene, &camera);
   apply_lens(settings, camera);
+  return on_turntable(settings, scene, std::move(camera));
+}
+
+CameraDescription turned(CameraDescription camera, const Turntable& turn,
+                         const WorldBounds& bounds) {
+  const int64_t count = turn.count;
+  const int64_t place = ((int64_t(turn.frame.value_or(1)) - 1) % count + count) % count;
+  if (place == 0) return camera;
+  // Quarters are exact; of frame 10 of 36: one quarter and nothing.
+  const double angle = double(4 * place % count) / double(count) * kPiD / 2;
+  double c = std::cos(angle), s = std::sin(angle);
+  for (int64_t quarter = 0; quarter < 4 * place / count; ++quarter) {
+    c = -std::exchange(s, c);
+  }
+  const Vec3d center = bounds.empty() ? Vec3d(0.0) : bounds.center();
+  Mat44d& m = camera.to_world;
+  for (int row = 0; row < 4; ++row) {
+    const double x = m[row][0] - (row == 3 ? center.x : 0.0);
+    const double z = m[row][2] - (row == 3 ? center.z : 0.0);
+    m[row][0] = (row == 3 ? center.x : 0.0) + (x * c + z * s);
+    m[row][2] = (row == 3 ? center.z : 0.0) + (z * c - x * s);
+  }
   return camera;
 }
 

@@ -6,6 +6,7 @@
 
 #include "io/gltf.h"
 #include "renderer/core/load_progress.h"
+#include "renderer/description/framing.h"
 #include "renderer/description/scene_description.h"
 #include "renderer/description/scene_edits.h"
 #include "renderer/frame/frame_settings.h"
@@ -43,6 +44,11 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
 // line's lens goes onto either. Throws InputError for edits that do not fit the scene.
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,
                                 const SceneEdits& edits);
+
+// A camera in its frame of a turn: it goes to its right, on a circle round the vertical axis
+// through the middle of the bounds, and turns with it. choose_camera does that with the scene's.
+CameraDescription turned(CameraDescription camera, const Turntable& turn,
+                         const WorldBounds& bounds);
 
 // It in the settings' frame of a scene. Throws UsageError where the command line's view or lens
 // cannot be rendered, InputError where the file's cannot.

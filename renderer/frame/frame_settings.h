@@ -44,6 +44,13 @@ struct Shutter {
   bool operator==(const Shutter&) const = default;
 };
 
+// A view from all round the scene: the camera turns about the vertical axis through its centre.
+struct Turntable {
+  std::optional<int> frame;  // of the turn: 1 is the camera as it stands; absent: each in turn
+  uint32_t count = 1;        // frames of a full turn
+  bool operator==(const Turntable&) const = default;
+};
+
 // Names are those of the tables: driver_table(), integrator_table() and so on.
 struct FrameSettings {
   std::string scene;          // a file
@@ -77,6 +84,7 @@ struct FrameSettings {
   std::optional<Vec3d> look_from, look_at;       // metres
   std::optional<double> fov_y;                   // degrees
   std::optional<double> f_stop, focus_distance;  // metres; absent: a pinhole
+  std::optional<Turntable> turntable;
 
   // The scene: its pose. Without an animation and a time it stands as the file places it.
   std::string animation;              // name, index or "all"; empty: the first, if there is a time

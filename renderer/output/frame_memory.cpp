@@ -1,7 +1,7 @@
 #include "renderer/output/frame_memory.h"
 
-#include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
+#include "renderer/core/limit_error.h"
 #include "renderer/output/snapshots.h"
 
 namespace emberline {
@@ -25,10 +25,13 @@ uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& setting
   return bytes_of(uint64_t(settings.crop.area()), per_pixel);
 }
 
-void reserve_frame(uint64_t bytes, const Rect& crop, MemoryBudget& budget) {
-  if (budget.try_reserve(MemoryPart::kFilm, bytes)) return;
-  throw UsageError("--size, --crop: a frame of {}x{} pixels {}", crop.width(), crop.height(),
-                   budget.refusal(MemoryPart::kFilm, bytes));
+void reserve_frame(uint64_t bytes, const Rect& crop, MemoryReservation& memory) {
+  try {
+    memory.add(bytes, "");
+  } catch (const LimitError&) {
+    throw UsageError("--size, --crop: a frame of {}x{} pixels {}", crop.width(), crop.height(),
+                     memory.budget()->refusal(MemoryPart::kFilm, bytes));
+  }
 }
 
 }  // namespace emberline

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "renderer/core/memory_budget.h"
 #include "renderer/frame/frame_render.h"
 #include "renderer/output/outputs.h"
 
@@ -13,7 +14,7 @@ namespace emberline {
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
                      const FrameRender& render);
 
-// Reserves it. Throws UsageError: the size of a frame is the command line's.
-void reserve_frame(uint64_t bytes, const Rect& crop, MemoryBudget& budget);
+// Adds it. Throws UsageError: the size of a frame is the command line's.
+void reserve_frame(uint64_t bytes, const Rect& crop, MemoryReservation& memory);
 
 }  // namespace emberline

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "io/picture_mark.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
@@ -12,7 +13,6 @@
 namespace emberline {
 namespace {
 
-constexpr const char* kCompleteAttribute = "emberline:complete";
 constexpr const char* kSamplesAttribute = "emberline:samples";
 constexpr size_t kMostDigits = 20;  // of a number of 64 bits
 
@@ -94,6 +94,7 @@ void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegi
   if (!options.save_settings.empty()) files.write("--save-settings", options.save_settings);
   const std::string checkpoint = checkpoint_path(options);
   if (!checkpoint.empty()) files.write("--checkpoint", checkpoint);
+  if (!options.range_report.empty()) files.write("--range-report", options.range_report);
   if (!options.progress_file.empty()) files.write("--progress-file", options.progress_file);
   if (!options.snapshots.empty()) {
     files.write_in("--snapshots", options.snapshots, is_snapshot_name);
@@ -182,7 +183,9 @@ void FrameOutputs::finish(const FrameState& state, WriteAttempts& attempts) {
       exr.writer->finish();
     });
   }
-  for (const auto& image : images_) attempts.attempt(image->path(), [&] { image->finish(); });
+  for (const auto& image : images_) {
+    attempts.attempt(image->path(), [&] { image->finish(state.complete); });
+  }
   for (const auto& heatmap : heatmaps_)
     attempts.attempt(heatmap->path(), [&] { heatmap->finish(); });
 }

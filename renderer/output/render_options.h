@@ -45,7 +45,11 @@ struct RenderOptions : FrameSettings {
   double checkpoint_interval_s = 300;
   std::string extended;       // the checkpoint of a frame that goes on; empty: none
   std::string progress_file;  // a file; empty: none
-  int threads = 0;            // 0: all
+  std::vector<int> frames;    // numbers, in order; empty: one frame, which these options say
+  bool skip_existing = false;
+  bool stop_on_error = false;  // else the range goes on behind a bad frame
+  std::string range_report;    // a file; empty: none
+  int threads = 0;             // 0: all
   LimitOptions limits;
 };
 

@@ -219,6 +219,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["heatmaps"] = options.heatmaps;
   json["failed_outputs"] = r.failed_outputs;
   json["stopped"] = c.stopped;
+  json["complete"] = r.complete;
   json["stop_cause"] = stop_cause_json(r);
   json["exit_code"] = r.exit_code;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -64,6 +64,7 @@ struct RenderReport {
   std::vector<PartReport> parts;
   PixelStop stop_cause = PixelStop::kNone;
   std::vector<std::string> failed_outputs;  // files that could not be written; reports aside
+  bool complete = true;                     // the frame has no holes, and nobody has stopped it
   int exit_code = 0;
 };
 

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
+#include <utility>
 
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
@@ -47,11 +48,12 @@ std::string bar_line(double fraction, std::string text, int columns) {
 
 ProgressDisplay::ProgressDisplay(uint64_t samples_total, StopRequest& stop,
                                  std::optional<double> time_limit_s,
-                                 std::optional<double> allotted_s)
+                                 std::optional<double> allotted_s, std::string label)
     : total_(samples_total),
       stop_(stop),
       time_limit_s_(time_limit_s),
       allotted_s_(allotted_s),
+      label_(label.empty() ? "" : std::move(label) + "  "),
       start_(std::chrono::steady_clock::now()),
       shown_(log_level() != LogLevel::kQuiet),
       terminal_(is_capable_terminal()) {
@@ -132,10 +134,11 @@ std::string ProgressDisplay::line(const RenderProgress& now) const {
   const uint64_t earlier = std::min(now.samples, earlier_.load(std::memory_order_relaxed));
   const double rate = now.elapsed_s > 0 ? double(now.samples - earlier) / now.elapsed_s : 0.0;
   if (total_ == 0 && now.done == 0) {  // a threshold decides when it ends
-    return fmt::format("{:.1f} M samples  {}  ({:.2f} M samples/s)", double(now.samples) * 1e-6,
-                       readable_seconds(now.elapsed_s), rate * 1e-6);
+    return fmt::format("{}{:.1f} M samples  {}  ({:.2f} M samples/s)", label_,
+                       double(now.samples) * 1e-6, readable_seconds(now.elapsed_s), rate * 1e-6);
   }
-  std::string text = fmt::format("{:5.1f} %  {}", 100 * now.done, readable_seconds(now.elapsed_s));
+  std::string text =
+      fmt::format("{}{:5.1f} %  {}", label_, 100 * now.done, readable_seconds(now.elapsed_s));
   if (now.left_s) text += ", " + readable_seconds(*now.left_s) + " left";
   return text + fmt::format("  ({:.2f} M samples/s)", rate * 1e-6);
 }

@@ -17,12 +17,13 @@ namespace emberline {
 
 // Runs a thread of its own, which also turns a stop signal, or the end of a time from now on, into
 // a stop request: `time_limit_s` is how long the frame may take, `allotted_s` how long this process
-// has (slurm_allocation.h), at the end of which the frame is stopped as by a user.
+// has (slurm_allocation.h), at the end of which the frame is stopped as by a user. `label` stands
+// before all that is shown.
 class ProgressDisplay {
  public:
   ProgressDisplay(uint64_t samples_total, StopRequest& stop,
                   std::optional<double> time_limit_s = std::nullopt,
-                  std::optional<double> allotted_s = std::nullopt);
+                  std::optional<double> allotted_s = std::nullopt, std::string label = "");
   ~ProgressDisplay();  // finishes the line
   ProgressDisplay(const ProgressDisplay&) = delete;
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
@@ -54,6 +55,7 @@ class ProgressDisplay {
   std::atomic<double> earlier_share_{0.0};
   StopRequest& stop_;
   const std::optional<double> time_limit_s_, allotted_s_;
+  const std::string label_;  // with blanks behind it
   const std::chrono::steady_clock::time_point start_;
   bool shown_;
   bool terminal_;

@@ -29,11 +29,40 @@ void ProgressFile::watch(std::function<RenderProgress()> source) {
   source_ = std::move(source);
 }
 
+std::string FramePlace::text() const {
+  return fmt::format("frame {} ({} of {})", frame, index, count);
+}
+
+void ProgressFile::begin_frame(const FramePlace& place) {
+  const std::lock_guard lock(mutex_);
+  if (place_) {
+    earlier_.done += 1;
+    earlier_.samples += last_.samples;
+    earlier_.elapsed_s += last_.elapsed_s;
+  }
+  last_ = {};
+  place_ = place;
+}
+
+RenderProgress ProgressFile::whole() const {
+  if (!place_) return last_;
+  RenderProgress whole;
+  const double behind = double(place_->index - 1) + std::clamp(last_.done, 0.0, 1.0);
+  const double rendered = earlier_.done + std::clamp(last_.done, 0.0, 1.0);
+  const double left = double(place_->count) - behind;
+  whole.done = behind / double(place_->count);
+  whole.samples = earlier_.samples + last_.samples;
+  whole.elapsed_s = earlier_.elapsed_s + last_.elapsed_s;
+  if (rendered > 0 && !ending_) whole.left_s = whole.elapsed_s * left / rendered;
+  return whole;
+}
+
 void ProgressFile::finish(int exit_code) {
   {
     const std::lock_guard lock(mutex_);
     state_ = exit_code == kExitDone ? "done" : exit_code == kExitStopped ? "stopped" : "failed";
     if (exit_code == kExitDone) {
+      if (place_) place_->index = place_->count;
       last_.done = 1;
       last_.left_s = 0;
     } else {
@@ -61,16 +90,23 @@ void ProgressFile::run() {
 
 std::string ProgressFile::text() {
   if (source_) last_ = source_();
+  const RenderProgress now = whole();
   nlohmann::ordered_json json = {
       {"state", state_},
-      {"done", std::clamp(last_.done, 0.0, 1.0)},
-      {"samples", last_.samples},
-      {"elapsed_s", last_.elapsed_s},
+      {"done", std::clamp(now.done, 0.0, 1.0)},
+      {"samples", now.samples},
+      {"elapsed_s", now.elapsed_s},
       {"left_s", nullptr},
       {"host", host_name()},
       {"pid", getpid()},
       {"written", fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr)))}};
-  if (last_.left_s) json["left_s"] = *last_.left_s;
+  if (now.left_s) json["left_s"] = *now.left_s;
+  if (place_) {
+    json["frame"] = {{"number", place_->frame},
+                     {"index", place_->index},
+                     {"count", place_->count},
+                     {"done", std::clamp(last_.done, 0.0, 1.0)}};
+  }
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

@@ -58,7 +58,8 @@ Study::Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& f
       folder_(options.folder),
       renderer_(options.frame, limits_, files),
       pictures_(folder_, options.frame, renderer_.crop()),
-      frame_key_(frame_key(options.frame, limits_)) {
+      frame_key_(frame_key(options.frame, limits_)),
+      memory_(limits_.memory, MemoryPart::kFilm) {
   reserve_frames();
   folder_.begin(study_key(frame_key_, options, plan, limits_), file_names(), options.restart);
   if (!options.cache.empty()) {
@@ -80,7 +81,7 @@ void Study::reserve_frames() {
   const uint64_t reference =
       2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
   const uint64_t references = bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
-  reserve_frame(most + references, renderer_.crop(), *limits_.memory);
+  reserve_frame(most + references, renderer_.crop(), memory_);
 }
 
 // All that it will write, but for settings, pace and the reference's halves.

@@ -73,6 +73,7 @@ class Study {
   StudyRenderer renderer_;
   StudyPictures pictures_;
   std::string frame_key_;
+  MemoryReservation memory_;  // of the largest frame and the references
   StudyPace pace_;
   Reference reference_;
   StudyResults results_;

@@ -153,6 +153,17 @@ const std::vector<WrongValue>& wrong_values() {
       {"--checkpoint-interval", {"0", "-1", "nan", "1e10", ""}, {"0.1 to 1"}},
       {"--part", {"0/2", "3/2", "1", "1/2/3", "1/65537", "a/b", ""}, {"K/N"}},
       {"--part", {"1/2"}, {"--driver bucket"}, kAdaptive},
+      {"--frames",
+       {"", "a", "1-", "1,,2", "1-10x0", "1-1000001", "1..5", "1.5", "9999999999"},
+       {"--frames"},
+       {"-o", "a.#.exr"}},
+      {"--frames", {"1-3"}, {"put ####", "out.####.exr"}},
+      {"--frames", {"1"}, {"--frame is of one frame"}, {"--frame", "1"}},
+      {"--turntable",
+       {"0", "-3", "a", "1.5", "1000001", "1/", "/3", "1/0", "1/2/3", "1/1000001", ""},
+       {"N or K/N", "1 to 1000000"}},
+      {"--turntable", {"3"}, {"put ####"}},
+      {"--range-report", {"r.json"}, {"--frames"}},
       {"--sample-range", {"4-4", "5-4", "0-16777217", "4", "-1-4", ""}, {"A-B"}},
       {"--sample-range", {"0-4"}, {"--spp"}},
       {"--sample-range", {"0-4"}, {"--seed"}, kAdaptive},
@@ -210,9 +221,10 @@ TEST_F(Usage, WrongValuesNameTheOptionAndWhatIsValid) {
 TEST_F(Usage, EveryOptionHasARow) {
   const RunResult help = run({"render", "--help"});
   ASSERT_EQ(help.exit_code, 0);
-  std::set<std::string> with_row = {"--help",         "--transparent", "--lenient",  "--unbiased",
-                                    "--light-groups", "--quiet",       "--verbose",  "--log",
-                                    "--plain",        "--resume",      "--resumable"};
+  std::set<std::string> with_row = {
+      "--help",      "--transparent",   "--lenient",      "--unbiased", "--light-groups",
+      "--quiet",     "--verbose",       "--log",          "--plain",    "--resume",
+      "--resumable", "--skip-existing", "--stop-on-error"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
   const std::vector<HelpedOption> options = options_in(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;

@@ -21,6 +21,7 @@ const std::map<std::string, std::string> kOthers = {
     {"aov", "albedo,Z"},
     {"part", "3/16"},
     {"sample-range", "7-16777216"},
+    {"turntable", "-3/100"},
     {"light-groups", "yes"},
     {"driver", "adaptive"},
     {"sampler", "stratified"},
@@ -77,10 +78,10 @@ TEST(SettingTable, HasEveryMember) {
                min_spp, max_spp, noise_threshold, estimator, allocation, unbiased, time_limit_s,
                max_depth, seed, streams, bucket_size, bucket_order, bisection_axis, reconstruction,
                width, height, crop, camera, look_from, look_at, fov_y, f_stop, focus_distance,
-               animation, time, frame, fps, shutter, edits, variant, environment, environment_strength,
-               environment_rotation, transparent, show_backfaces, lenient, part, sample_range, aovs,
-               light_groups] = settings;
-  constexpr size_t kMembers = 48;
+               turntable, animation, time, frame, fps, shutter, edits, variant, environment,
+               environment_strength, environment_rotation, transparent, show_backfaces, lenient,
+               part, sample_range, aovs, light_groups] = settings;
+  constexpr size_t kMembers = 49;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());

@@ -1,0 +1,194 @@
+#include "renderer/app/frame_range.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <unordered_set>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/option_values.h"
+#include "renderer/core/shortened.h"
+
+namespace emberline {
+namespace {
+
+struct FrameSpan {
+  int first = 0, last = 0;
+  int64_t step = 1;  // > 0; towards the last
+
+  int64_t count() const { return std::abs(int64_t(last) - first) / step + 1; }
+};
+
+[[noreturn]] void refuse_frames(std::string_view text, std::string_view why) {
+  throw UsageError(fmt::format("--frames: '{}' {}", shortened(text), why));
+}
+
+std::optional<int> frame_number(std::string_view text) {
+  const std::optional<int> number = parse_number<int>(text);
+  return number && std::abs(int64_t(*number)) <= kLastFrame ? number : std::nullopt;
+}
+
+// "5", "1-100", "1-100x2".
+FrameSpan parse_span(std::string_view item) {
+  constexpr const char* kValid =
+      "is not frames: N, A-B or A-BxSTEP, whole numbers from -999999999 to 999999999 and a step "
+      "from 1, and lists of them";
+  FrameSpan span;
+  const size_t x = item.find('x');
+  const std::string_view range = item.substr(0, x);
+  if (x != std::string_view::npos) {
+    const auto step = frame_number(item.substr(x + 1));
+    if (!step || *step < 1) refuse_frames(item, kValid);
+    span.step = *step;
+  }
+  const size_t dash = range.find('-', 1);  // the first may be a sign
+  const auto first = frame_number(range.substr(0, dash));
+  const auto last = dash == std::string_view::npos ? first : frame_number(range.substr(dash + 1));
+  if (!first || !last || (dash == std::string_view::npos && x != std::string_view::npos)) {
+    refuse_frames(item, kValid);
+  }
+  span.first = *first;
+  span.last = *last;
+  return span;
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (text.starts_with(' ')) text.remove_prefix(1);
+  while (text.ends_with(' ')) text.remove_suffix(1);
+  return text;
+}
+
+// Names that belong to one frame alone, and the options that name them.
+template <typename Options, typename Visit>
+void visit_outputs(Options& o, const Visit& visit) {
+  for (auto& path : o.outputs) visit("-o", path);
+  for (auto& path : o.heatmaps) visit("--heatmap", path);
+  for (auto& path : o.reports) visit("--report", path);
+  for (auto& path : o.trees) visit("--tree", path);
+  if (!o.checkpoint.empty()) visit("--checkpoint", o.checkpoint);
+  if (!o.snapshots.empty()) visit("--snapshots", o.snapshots);
+}
+
+const char* option_of_range(const RenderOptions& options) {
+  return options.frames.empty() ? "--turntable" : "--frames";
+}
+
+void check_numbered(const char* range, const char* option, const std::string& path) {
+  if (is_numbered(path)) return;
+  std::filesystem::path example = path;
+  example.replace_extension(".####" + example.extension().string());
+  throw UsageError(
+      "{} {}: every frame of {} would be written to it; put #### where the frame's number goes: {}",
+      option, path, range, example.string());
+}
+
+// One name alone is another for every frame; of several, one may be what another becomes.
+void check_names(const RenderOptions& options, std::span<const int> frames) {
+  size_t count = 0;
+  visit_outputs(options, [&](const char* option, const std::string& path) {
+    check_numbered(option_of_range(options), option, path);
+    ++count;
+  });
+  if (count < 2) return;
+  std::unordered_set<std::string> names;
+  for (const int frame : frames) {
+    visit_outputs(options, [&](const char* option, const std::string& path) {
+      if (names.insert(numbered(path, frame)).second) return;
+      throw UsageError("{} {}: of frame {} it is {}, which is an output already", option, path,
+                       frame, numbered(path, frame));
+    });
+  }
+}
+
+void check_options(const RenderOptions& o, std::span<const int> frames) {
+  const char* const several = option_of_range(o);
+  const auto refuse = [&](bool given, const char* option, const char* instead) {
+    if (given)
+      throw UsageError("{} is of one frame, and {} of several; {}", option, several, instead);
+  };
+  refuse(o.time.has_value(), "--time", "--fps says when each is");
+  refuse(o.frame.has_value(), "--frame", "leave one of them out");
+  refuse(o.turntable && o.turntable->frame, "--turntable K/N", "give --turntable N");
+  if (frames.size() == 1) return;
+  refuse(o.replay.has_value(), "--replay", "give --frames N");
+  refuse(o.explained.has_value(), "--explain", "give --frames N");
+}
+
+}  // namespace
+
+std::vector<int> parse_frames(std::string_view text) {
+  std::vector<int> frames;
+  std::unordered_set<int> taken;
+  int64_t count = 0;  // with those that stand there twice: a short text may repeat a long range
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    const FrameSpan span = parse_span(trimmed(text.substr(begin, end - begin)));
+    begin = end + 1;
+    count += span.count();
+    if (count > int64_t(kMostFrames)) {
+      refuse_frames(text, fmt::format("is more than {} frames", kMostFrames));
+    }
+    const int64_t step = span.last < span.first ? -span.step : span.step;
+    for (int64_t i = 0; i < span.count(); ++i) {
+      const auto frame = int(span.first + i * step);
+      if (taken.insert(frame).second) frames.push_back(frame);
+    }
+  }
+  return frames;
+}
+
+std::string frames_text(std::span<const int> frames) {
+  std::string text;
+  for (size_t i = 0, end = 0; i < frames.size(); i = end) {
+    end = i + 1;
+    const int64_t step = end < frames.size() ? int64_t(frames[end]) - frames[i] : 0;
+    while (end < frames.size() && int64_t(frames[end]) - frames[end - 1] == step) ++end;
+    if (end == i + 2 && std::abs(step) != 1) --end;  // two numbers are no range
+    text += fmt::format("{}{}", text.empty() ? "" : ",", frames[i]);
+    if (end > i + 1) text += fmt::format("-{}", frames[end - 1]);
+    if (end > i + 1 && std::abs(step) != 1) text += fmt::format("x{}", std::abs(step));
+  }
+  return text;
+}
+
+bool is_numbered(std::string_view name) { return name.find('#') != std::string_view::npos; }
+
+std::string numbered(std::string_view name, int frame) {
+  std::string result;
+  while (!name.empty()) {
+    const size_t begin = std::min(name.find('#'), name.size());
+    const size_t end = std::min(name.find_first_not_of('#', begin), name.size());
+    result += name.substr(0, begin);
+    if (end > begin) result += fmt::format("{:0{}}", frame, end - begin);
+    name.remove_prefix(end);
+  }
+  return result;
+}
+
+std::vector<int> frames_of(const RenderOptions& options) {
+  std::vector<int> frames = options.frames;
+  if (frames.empty() && options.turntable && !options.turntable->frame && !options.frame) {
+    for (uint32_t i = 1; i <= options.turntable->count; ++i) frames.push_back(int(i));
+  }
+  if (frames.empty()) return frames;
+  check_options(options, frames);
+  check_names(options, frames);
+  return frames;
+}
+
+RenderOptions options_of_frame(const RenderOptions& options, int frame) {
+  RenderOptions own = options;
+  own.frames.clear();
+  own.command_line += fmt::format(" --frames {}", frame);  // the last one counts
+  visit_outputs(own, [&](const char*, std::string& path) { path = numbered(path, frame); });
+  own.reference = numbered(own.reference, frame);
+  if (own.turntable) own.turntable->frame = frame;
+  // A turntable shows a scene that stands still, unless an animation is asked for.
+  if (!own.turntable || !own.animation.empty()) own.frame = frame;
+  return own;
+}
+
+}  // namespace emberline

@@ -1,0 +1,93 @@
+// What a RenderFrame does while it renders. Private to render_frame.cpp.
+#pragma once
+
+#include <atomic>
+
+#include "renderer/app/render_frame.h"
+#include "renderer/process/progress.h"
+
+namespace emberline {
+
+// Files and report get finished tiles; while it renders progress is shown, passes are noted,
+// snapshots taken and a viewer kept informed.
+class RenderFrame::Watcher final : public FrameObserver {
+ public:
+  // Without a display, of a frame that is rendered and is only delivered.
+  Watcher(RenderFrame& frame, ProgressDisplay* progress) : frame_(frame), progress_(progress) {}
+
+  void tile_finished(const FilmTile& tile) override {
+    write(tile);
+    // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
+    if (progress_ && frame_.frame_render_.by_tiles()) progress_->add_share(share(tile));
+  }
+  void tile_loaded(const FilmTile& tile, uint64_t samples) override {
+    write(tile);
+    earlier_samples_ += samples;
+    if (progress_) progress_->add_earlier(samples, share(tile));
+  }
+  void samples_loaded(uint64_t count) override {
+    earlier_samples_ += count;
+    if (progress_) progress_->add_earlier(count, 0);
+  }
+  uint64_t earlier_samples() const { return earlier_samples_; }
+  void write(const FilmTile& tile) {
+    frame_.outputs_->tile_finished(tile);
+    if (frame_.pictures_) frame_.pictures_->add(tile);
+    if (frame_.viewer_) frame_.viewer_->add(tile);
+  }
+  void samples_finished(uint64_t count) override {
+    if (!progress_) return;
+    if (!begun_.load(std::memory_order_relaxed) && !begun_.exchange(true)) {
+      RenderTimes& times = frame_.report_.times;
+      const double since_s = frame_.run_.wall.seconds();
+      times.first_sample_s = frame_.run_.first ? process_age_seconds().value_or(since_s) : since_s;
+      times.first_sample_cpu_s = process_cpu_seconds() - frame_.run_.cpu_before_s;
+    }
+    progress_->add(count);
+  }
+  void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
+    if (progress_) frame_.note_picture(now, picture);
+  }
+  void cut_short() override {
+    if (frame_.checkpoint_) frame_.checkpoint_->save(frame_.frame_render_);
+  }
+  bool picture_wanted() const override {
+    if (frame_.checkpoint_ && frame_.checkpoint_->wanted()) return true;
+    if (!progress_ || (!frame_.snapshots_ && !frame_.viewer_)) return false;
+    const double elapsed = frame_.clock_->seconds();
+    return (frame_.snapshots_ && frame_.snapshots_->wanted(elapsed)) ||
+           (frame_.viewer_ && frame_.viewer_->wanted(elapsed));
+  }
+  std::optional<uint64_t> picture_wanted_at() const override {
+    return progress_ && frame_.snapshots_ ? frame_.snapshots_->wanted_at() : std::nullopt;
+  }
+  PixelStop stop_cause() const override { return frame_.stop_.cause(); }
+
+ private:
+  double share(const FilmTile& tile) const {
+    return double(tile.rect().area()) / (double(frame_.plan_.crop.area()) * frame_.part_of_frame());
+  }
+
+  RenderFrame& frame_;
+  ProgressDisplay* const progress_;
+  std::atomic<bool> begun_{false};
+  std::atomic<uint64_t> earlier_samples_{0};
+};
+
+// What the progress file tells is the display's while both live.
+class ProgressWatch {
+ public:
+  ProgressWatch(std::optional<ProgressFile>& file, const ProgressDisplay& display) : file_(file) {
+    if (file_) file_->watch([&display] { return display.now(); });
+  }
+  ~ProgressWatch() {
+    if (file_) file_->watch(nullptr);
+  }
+  ProgressWatch(const ProgressWatch&) = delete;
+  ProgressWatch& operator=(const ProgressWatch&) = delete;
+
+ private:
+  std::optional<ProgressFile>& file_;
+};
+
+}  // namespace emberline

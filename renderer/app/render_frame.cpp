@@ -1,0 +1,354 @@
+#include "renderer/app/render_frame.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "io/atomic_file.h"
+#include "renderer/app/frame_watcher.h"
+#include "renderer/app/replay.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/core/readable.h"
+#include "renderer/core/version.h"
+#include "renderer/drivers/adaptive_driver.h"
+#include "renderer/drivers/setting_table.h"
+#include "renderer/frame/frame_scene.h"
+#include "renderer/output/checkpoint_head.h"
+#include "renderer/output/frame_memory.h"
+#include "renderer/output/light_layers.h"
+#include "renderer/output/refinement_output.h"
+#include "renderer/output/report_page.h"
+#include "renderer/process/slurm_allocation.h"
+#include "renderer/process/standard_output.h"
+
+namespace emberline {
+namespace {
+
+void summarize(const RenderOptions& options, const RenderReport& report,
+               const std::vector<std::string>& written) {
+  const FrameCounters& c = report.counters;
+  const double seconds = report.times.render_s;
+  const uint64_t samples = c.samples - report.earlier_samples;
+  const double share = c.samples > 0 ? double(samples) / double(c.samples) : 1.0;
+  const auto millions_a_second = [&](double count) {
+    return seconds > 0 ? count / seconds * 1e-6 : 0.0;
+  };
+  log_info(fmt::format("{} {} samples in {} ({:.2f} M samples/s, {:.2f} M rays/s), {:.0f} MiB",
+                       c.stopped ? "stopped after" : "rendered", samples, readable_seconds(seconds),
+                       millions_a_second(double(samples)),
+                       millions_a_second(share * double(c.rays.total())),
+                       double(peak_rss_bytes()) / 1048576));
+  if (samples < c.samples) {
+    log_info(fmt::format("went on from {} samples of the checkpoint", c.samples - samples));
+  }
+  for (const std::string& path : written) log_info("wrote " + path);
+  const auto snapshots = std::ranges::count_if(
+      report.snapshots, [](const SnapshotReport& snapshot) { return !snapshot.file.empty(); });
+  if (snapshots > 0)
+    log_info(fmt::format("wrote {} snapshots to {}", snapshots, options.snapshots));
+  for (const std::string& feature : report.features) log_verbose("built: " + feature);
+}
+
+// A part has no picture of its own.
+void check_part(const RenderOptions& options) {
+  if (!is_part(options)) return;
+  const auto refuse = [](const char* option) {
+    throw UsageError("{}: a part of a frame has no picture of its own; give it for the whole",
+                     option);
+  };
+  if (!options.snapshots.empty()) refuse("--snapshots");
+  if (!options.trees.empty()) refuse("--tree");
+  if (std::ranges::any_of(options.reports, is_page)) refuse("--report FILE.html");
+}
+
+FramePlan plan_of(const RenderOptions& options) {
+  FramePlan plan(options);
+  plan.driver_settings.explained = options.explained;
+  plan.driver_settings.keep_tree = !options.trees.empty();
+  plan.driver_settings.extending = !options.extended.empty();
+  return plan;
+}
+
+}  // namespace
+
+RenderFrame::RenderFrame(RenderRun& run, const RenderOptions& options)
+    : run_(run),
+      options_(options),
+      plan_(plan_of(options)),
+      frame_render_(driver_factory(options.driver, plan_.driver_settings)),
+      output_settings_(output_settings(options, plan_.crop)),
+      progress_({}, {}, run.limits),
+      memory_(run.limits.memory, MemoryPart::kFilm) {
+  if (run.first) report_.times.start_s = run.process_s;
+  plan_.aovs = output_settings_.aovs;
+  check_output_paths(options, plan_.crop, files_);
+  check_refinement_options(options, plan_);
+  check_light_layers(options);
+  check_part(options);
+  run_.begin();
+  if (!options.replay) open_outputs();
+  report_.crop = plan_.crop;
+  report_.threads = run_.workers->count();
+  report_.times.setup_s = run_.wall.seconds();
+}
+
+void RenderFrame::reserve(uint64_t bytes) { reserve_frame(bytes, plan_.crop, memory_); }
+
+void RenderFrame::open_outputs() {
+  reserve(frame_bytes(options_, output_settings_, frame_render_));
+  if (!options_.save_settings.empty()) check_writable(options_.save_settings);
+  for (const std::string& path : options_.reports) check_writable(path);
+  if (std::ranges::any_of(options_.reports, is_page)) {
+    pictures_.emplace(options_.display, plan_.crop, output_settings_.aovs);
+  }
+  for (const std::string& path : options_.trees) check_writable(path);
+  if (!options_.snapshots.empty()) open_snapshots();
+  OutputSettings settings = output_settings_;
+  if (is_part(options_)) settings.heatmaps.clear();
+  outputs_.emplace(is_part(options_) ? std::vector<std::string>() : options_.outputs, settings,
+                   stop_);
+  const std::string checkpoint = checkpoint_path(options_);
+  if (!checkpoint.empty()) AtomicFile file(checkpoint);  // throws what the first write would
+}
+
+// The reference's memory goes with the frame, and not with the scene.
+void RenderFrame::open_snapshots() {
+  LoadLimits limits = run_.limits;
+  limits.memory = run_.limits.memory->rest();
+  LoadProgress progress({}, {}, limits);
+  snapshots_.emplace(options_, plan_.crop, progress);
+  reference_memory_ = MemoryReservation(run_.limits.memory, MemoryPart::kTextures,
+                                        limits.memory->took(), options_.reference);
+}
+
+void RenderFrame::load() {
+  const Stopwatch load;
+  run_.scene.load(options_, keeps_state(), progress_);
+  run_.scene.register_inputs(files_);
+  report_.times.load_s = load.seconds();
+}
+
+void RenderFrame::build() {
+  const Stopwatch build;
+  const bool builds = !run_.scene.is_built();
+  run_.scene.build(options_, plan_.build, progress_);
+  const Scene& scene = run_.scene.scene();
+  camera_ = create_camera(options_, run_.scene.camera(options_), scene);
+  report_.times.build_s = build.seconds();
+  run_.scene.report(report_);
+  if (builds) {
+    check_growth(run_.memory_before, *run_.limits.memory, options_.scene);
+    log_verbose(fmt::format("loaded in {}, built in {}: {} triangles, {} instances",
+                            readable_seconds(report_.times.load_s),
+                            readable_seconds(report_.times.build_s), scene.triangle_count(),
+                            scene.instance_count()));
+  }
+  const LightGroups* const groups = run_.scene.groups();
+  if (groups) add_light_groups(*groups);
+  frame_.emplace(plan_.frame(scene, camera_, groups));
+}
+
+int RenderFrame::replay() { return run_replay(*frame_, *options_.replay); }
+
+void RenderFrame::add_light_groups(const LightGroups& groups) {
+  if (!frame_render_.by_tiles()) {
+    const uint64_t copies = keeps_state() ? 2 : 1;
+    const uint64_t bytes = copies * LightGroupSums::bytes_per_pixel(groups.list().size());
+    reserve(bytes_of(uint64_t(plan_.crop.area()), bytes));
+  }
+  report_.features.push_back(describe(groups));
+  if (outputs_) outputs_->add_light_layers(light_layer_names(groups.list()));
+}
+
+void RenderFrame::note_picture(const FrameProgress& now, const FramePicture& picture) {
+  const double elapsed = clock_->seconds();
+  std::vector<PassReport>& passes = report_.passes;
+  // A driver looks at a finished pass when it plans the next one: what it estimates now is the
+  // error of the picture at the end of the last pass.
+  if (!passes.empty()) passes.back().error_estimate = now.error_estimate;
+  if (now.pass_finished) passes.push_back({elapsed, now.samples, std::nullopt});
+  if (snapshots_) clock_->exclude_time([&] { snapshots_->look(now, picture, elapsed); });
+  if (viewer_) viewer_->look(picture, elapsed);
+  if (checkpoint_ && checkpoint_->wanted()) checkpoint_->save(frame_render_);
+}
+
+void RenderFrame::resume() {
+  const std::string path = checkpoint_path(options_);
+  if (path.empty()) return;
+  run_.scene.check_inputs(options_, progress_);
+  const LightGroups* const groups = run_.scene.groups();
+  const auto layers = groups ? light_layer_names(groups->list()) : std::vector<std::string>();
+  const nlohmann::json head = checkpoint_head(options_, plan_, layers, run_.scene.inputs());
+  const CheckpointOptions kept = {path, frame_render_.by_tiles(), options_.resume,
+                                  options_.checkpoint_interval_s, options_.extended};
+  checkpoint_.emplace(kept, head);
+  if (options_.resume && options_.extended.empty() && !checkpoint_->goes_on()) {
+    log_info(path + " has nothing to go on with; the frame begins anew");
+  }
+  if (frame_render_.by_tiles()) return frame_render_.keep_tiles(&*checkpoint_);
+  load_state(path);
+}
+
+void RenderFrame::load_state(const std::string& path) {
+  frame_render_.resumable(*frame_);
+  checkpoint_->copies(frame_render_.film_bytes());
+  const auto state = checkpoint_->state(2 * memory_.bytes());
+  const auto finished = state ? std::nullopt : checkpoint_->finished_state(2 * memory_.bytes());
+  try {
+    if (state) frame_render_.load(*state);
+    if (finished) frame_render_.extend(*finished);
+  } catch (const InputError& error) {
+    throw InputError(state ? path : options_.extended, error.what());
+  }
+  report_.earlier_samples = frame_render_.counters().samples;
+}
+
+// A frame that can go on stops in time to be saved. It is not done then: whoever waits for this job
+// must not take it for that.
+std::optional<double> RenderFrame::allotted_seconds() const {
+  if (!options_.resume) return std::nullopt;
+  const std::optional<double> seconds = slurm_seconds_left();
+  if (seconds) {
+    log_verbose("--time-limit " + readable_seconds(*seconds) +
+                ": a minute before SLURM_JOB_END_TIME, with exit code 130");
+  }
+  return seconds;
+}
+
+void RenderFrame::render() {
+  if (run_.place) log_info(run_.place->text());
+  run_.save_settings();
+  if (options_.viewer) viewer_.emplace(options_, plan_.crop, run_.workers->count());
+  report_.display = outputs_->display_description();
+  if (!run_.graceful) run_.graceful.emplace();
+  clock_.emplace();
+  run_.arena->execute([&] {
+    ProgressDisplay progress(
+        uint64_t(double(plan_.crop.area()) * frame_->samples_per_pixel * part_of_frame()), stop_,
+        options_.time_limit_s, allotted_seconds(), run_.place ? run_.place->text() : "");
+    progress.add_earlier(report_.earlier_samples, 0);
+    Watcher watcher(*this, &progress);
+    const ProgressWatch watch(run_.progress_file, progress);
+    report_.counters = frame_render_.render(*frame_, watcher, stop_.token());
+    report_.earlier_samples += watcher.earlier_samples();
+  });
+  const bool by_tiles = frame_render_.by_tiles();
+  if (checkpoint_ && !by_tiles && !report_.counters.stopped && keeps_checkpoint(options_)) {
+    frame_render_.end(stop_.cause());
+    checkpoint_->save(frame_render_);
+  }
+  report_.times.render_s = clock_->seconds();
+  report_.times.snapshots_s = clock_->left_out_seconds();
+  report_.times.render_cpu_s = clock_->cpu_seconds();
+  if (report_.passes.empty() || report_.passes.back().samples < report_.counters.samples) {
+    report_.passes.push_back({report_.times.render_s, report_.counters.samples, std::nullopt});
+  }
+}
+
+void RenderFrame::write() {
+  const Stopwatch write;
+  outputs_->rendering_ended();
+  Watcher watcher(*this, nullptr);
+  report_.complete = frame_render_.is_complete(report_.counters, stop_.cause());
+  // A picture that is whole does not give way to one that is not.
+  const bool written = options_.extended.empty() || !report_.counters.stopped;
+  if (written) {
+    run_.arena->execute([&] { frame_render_.deliver(watcher); });
+    outputs_->finish({report_.complete, report_.counters.samples}, attempts_);
+  }
+  write_refinement(options_, frame_render_, attempts_);
+  if (viewer_) viewer_->finish(stop_.cause());
+  report_.estimator = plan_.even ? "none" : std::string(plan_.driver_settings.adaptive.estimator);
+  report_.error_estimate = frame_render_.error_estimate();
+  report_.passes.back().error_estimate = report_.error_estimate;
+  report_.times.write_s = write.seconds();
+  report_.film_bytes = outputs_->film_bytes() + frame_render_.film_bytes() +
+                       (pictures_ ? pictures_->bytes() : 0) + (viewer_ ? viewer_->bytes() : 0);
+  if (!snapshots_) return;
+  const Stopwatch encode;
+  run_.arena->execute([&] { report_.snapshots = snapshots_->write(snapshot_attempts_); });
+  report_.times.snapshots_s += encode.seconds();
+}
+
+std::vector<std::string> RenderFrame::failed_outputs() const {
+  std::vector<std::string> failed = attempts_.failed();
+  failed.insert(failed.end(), snapshot_attempts_.failed().begin(),
+                snapshot_attempts_.failed().end());
+  if (keeps_checkpoint(options_) && !report_.checkpoint.whole) {
+    failed.push_back(report_.checkpoint.file);
+  }
+  return failed;
+}
+
+// It stays where there is something to go on with: a frame that is not done, or not written.
+void RenderFrame::end_checkpoint() {
+  if (!checkpoint_) return;
+  const bool keep = keeps_checkpoint(options_);
+  const bool written = failed_outputs().empty();
+  const bool done = !report_.counters.stopped && written;
+  if (!written && !report_.counters.stopped && !keep && !frame_render_.by_tiles()) {
+    checkpoint_->save(frame_render_);
+  }
+  report_.checkpoint = checkpoint_->finish(done, !done || keep);
+  if (!report_.checkpoint.whole) return;
+  if (done && is_part(options_)) {
+    log_info(report_.checkpoint.file + " has this part of the frame, for `emberline merge`");
+  }
+  if (done) return;
+  log_info(report_.checkpoint.file + " has what is done; " +
+           (options_.extended.empty() ? "--resume goes" : "the same command goes") + " on with it");
+}
+
+int RenderFrame::exit_code() const {
+  if (!report_.failed_outputs.empty()) return kExitRenderFailed;
+  if (!report_.counters.stopped) return kExitDone;
+  // Who goes on with a frame until it is done has to know that it is not. Without that, a time
+  // limit is one way to be done.
+  const bool goes_on = options_.resume || is_part(options_);
+  return goes_on || stop_.cause() == PixelStop::kUser ? kExitStopped : kExitDone;
+}
+
+int RenderFrame::report() {
+  end_checkpoint();
+  report_.stop_cause = stop_.cause();
+  report_.failed_outputs = failed_outputs();
+  report_.exit_code = exit_code();
+  report_.times.wall_s = run_.wall.seconds();
+  report_.times.cpu_s = process_cpu_seconds() - run_.cpu_before_s;
+  warn_of_non_finite(report_.counters, options_.seed);
+  report_.warnings = warnings_so_far();
+  write_reports();
+  summarize(options_, report_, attempts_.written());
+  if (options_.explained) {
+    const auto& adaptive = dynamic_cast<const AdaptiveDriver&>(*frame_render_.driver());
+    print_result(
+        adaptive.explain(frame_render_.film(), options_.explained->x, options_.explained->y));
+  }
+  return report_.exit_code;
+}
+
+void RenderFrame::write_reports() {
+  for (const std::string& path : options_.reports) {
+    const bool written = attempts_.attempt(path, [&] {
+      write_file_atomically(path, is_page(path) ? report_page(options_, report_, *pictures_)
+                                                : report_json(options_, report_));
+    });
+    if (!written) report_.exit_code = kExitRenderFailed;
+  }
+}
+
+std::optional<RenderReport> render_frame(RenderRun& run, const RenderOptions& options) {
+  RenderFrame frame(run, options);
+  frame.load();
+  frame.build();
+  if (stop_signalled()) return std::nullopt;
+  frame.resume();
+  frame.render();
+  frame.write();
+  frame.report();
+  return frame.result();
+}
+
+}  // namespace emberline

@@ -1,0 +1,108 @@
+#include "renderer/app/run_scene.h"
+
+#include <utility>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/frame/frame_scene.h"
+#include "renderer/output/checkpoint_head.h"
+#include "renderer/scene/build_scene.h"
+
+namespace emberline {
+
+namespace {
+
+constexpr std::array kLoaded = {MemoryPart::kFile, MemoryPart::kGeometry, MemoryPart::kTextures,
+                                MemoryPart::kLights};
+
+}  // namespace
+
+void RunScene::load(const RenderOptions& options, bool fingerprints, LoadProgress& progress) {
+  const std::optional<double> time = chosen_time(options);
+  if (is_built() && (!animated_ || time == time_)) return;
+  release();
+  time_ = time;
+  failed_ = !was_built_;
+  if (fingerprints) inputs_ = input_fingerprints(options, progress);
+  checked_ = false;
+  read(options, progress);
+  failed_ = false;
+}
+
+// Also of a load that has failed half-way.
+void RunScene::release() {
+  if (begun_ && !is_built()) used_ = use();
+  groups_.reset();
+  scene_.reset();
+  description_ = {};
+  for (size_t i = 0; i < kLoaded.size(); ++i) limits_.memory->give_back(kLoaded[i], used_[i]);
+  before_ = used_ = {};
+  before_ = use();
+  begun_ = true;
+}
+
+RunScene::MemoryUse RunScene::use() const {
+  MemoryUse use = {};
+  for (size_t i = 0; i < kLoaded.size(); ++i) {
+    use[i] = limits_.memory->reserved(kLoaded[i]) - before_[i];
+  }
+  return use;
+}
+
+void RunScene::read(const RenderOptions& options, LoadProgress& progress) {
+  SceneEdits edits = load_edits(options, progress);
+  description_ = load_scene(options, progress, edits.variant.has_value(), need_tangents(edits));
+  edited_environment_ = edits.environment.file;
+  files_ = description_.files;
+  choose_variant(options, description_, edits);
+  if (edits != SceneEdits() || options.light_groups) apply(edits, description_);
+  animated_ = !description_.animations.empty();
+  coverage_ = description_.coverage;
+  repairs_ = description_.repairs;
+  RenderOptions still = options;
+  still.turntable.reset();
+  camera_ = choose_camera(still, description_, edits);
+  if (options.turntable) bounds_ = world_bounds(description_);
+}
+
+void RunScene::build(const RenderOptions& options, const SceneBuildOptions& build,
+                     LoadProgress& progress) {
+  if (is_built()) return;
+  failed_ = !was_built_;
+  if (options.light_groups) groups_.emplace(outline(description_));
+  scene_ = build_scene(std::exchange(description_, {}), build, progress);
+  failed_ = false;
+  was_built_ = true;
+  used_ = use();
+  warnings_ = warnings_so_far().size();
+}
+
+void RunScene::check_inputs(const RenderOptions& options, LoadProgress& progress) {
+  if (checked_) return;
+  if (inputs_ != input_fingerprints(options, progress)) {
+    throw InputError(options.scene, "its files have changed while they were read; start again");
+  }
+  checked_ = true;
+}
+
+CameraDescription RunScene::camera(const RenderOptions& options) const {
+  return options.turntable ? turned(camera_, *options.turntable, bounds_) : camera_;
+}
+
+void RunScene::register_inputs(FileRegister& files) const {
+  if (!edited_environment_.empty()) {
+    files.read(edited_environment_, "it is the environment of --edits");
+  }
+  files.read(files_, "the scene reads");
+}
+
+void RunScene::report(RenderReport& report) const {
+  report.camera = camera_.name;
+  report.coverage = coverage_;
+  report.repairs = repairs_;
+  report.features = scene_->features();
+  report.memory = scene_->memory();
+  report.budget = limits_.memory;
+}
+
+}  // namespace emberline

@@ -1,0 +1,360 @@
+// --frames and --turntable: one frame after another, each as it would be alone.
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+
+#include "cli/command_test.h"
+#include "support/animated_gltf.h"
+
+namespace emberline::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Range : public CommandTest {
+ protected:
+  Words range_words(const Words& more = {}) {
+    return Words{"render", scene(), "-o", path("a.##.exr"), "--size", "24x16", "--spp", "4"} + more;
+  }
+  Words turn(const Words& more = {}) { return range_words(Words{"--turntable", "4"} + more); }
+  // Frames of hours each.
+  Words endless(const Words& more = {}) {
+    return Words{"render",
+                 scene(),
+                 "-o",
+                 path("a.#.exr"),
+                 "--size",
+                 "1024x1024",
+                 "--spp",
+                 "4096",
+                 "--bucket-size",
+                 "16",
+                 "--turntable",
+                 "4",
+                 "--range-report",
+                 path("range.json"),
+                 "--verbose"} +
+           more;
+  }
+  static bool wait_until_rendering(Process& process, const std::string& text) {
+    const bool begun = process.wait_for_error(text, 30 * kSlower);
+    ::usleep(useconds_t(400000 * kSlower));
+    return begun;
+  }
+  nlohmann::json range() const { return read_json("range.json"); }
+};
+
+TEST_F(Range, FramesOfATurntableAreThoseRenderedAlone) {
+  for (const char* driver : {"bucket", "bisection", "adaptive"}) {
+    SCOPED_TRACE(driver);
+    render(turn({"--driver", driver, "--aov", "N,Z"}));
+    for (int frame = 1; frame <= 4; ++frame) {
+      const std::string number = std::to_string(frame);
+      render(range_words({"-o", path("alone.exr"), "--driver", driver, "--aov", "N,Z",
+                          "--turntable", number + "/4"}));
+      EXPECT_EQ(
+          first_difference(read_exr(path("a.0" + number + ".exr")), read_exr(path("alone.exr"))),
+          "")
+          << frame;
+    }
+  }
+}
+
+TEST_F(Range, ATurnBeginsWithTheCameraAsItStands) {
+  render(turn());
+  const ExrPicture first = read_exr(path("a.01.exr"));
+  render(render_words({"--size", "24x16", "--spp", "4"}));
+  EXPECT_EQ(first_difference(first, read_exr(path("out.exr"))), "");
+  EXPECT_NE(first_difference(first, read_exr(path("a.02.exr"))), "");
+  // Beyond its ends it goes on turning.
+  render(turn({"--frames", "-3,5,9"}));
+  for (const char* again : {"a.-3.exr", "a.05.exr", "a.09.exr"}) {
+    EXPECT_EQ(first_difference(first, read_exr(path(again))), "") << again;
+  }
+}
+
+TEST_F(Range, ASampleOfAFrameIsReplayed) {
+  const Words replay = {"--replay", "11,7,2"};
+  const RunResult alone = run(range_words(Words{"--turntable", "2/4"} + replay));
+  ASSERT_EQ(alone.exit_code, 0) << alone.describe();
+  EXPECT_EQ(run(turn(Words{"--frames", "2"} + replay)).out, alone.out);
+  EXPECT_NE(run(turn(Words{"--frames", "3"} + replay)).out, alone.out);
+}
+
+// Lights, edits, checkpoints: what a frame is made of beside the scene.
+TEST_F(Range, EveryFrameHasAllItsFiles) {
+  render(turn({"-o",
+               path("a.#.png"),
+               "--heatmap",
+               path("h.#.png"),
+               "--report",
+               path("r.#.json"),
+               "--report",
+               path("r.#.html"),
+               "--light-groups",
+               "--resumable",
+               "--save-settings",
+               path("look.json"),
+               "--range-report",
+               path("range.json"),
+               "--driver",
+               "bisection",
+               "--snapshots",
+               path("shots.#"),
+               "--frames",
+               "2,4"}));
+  for (const std::string frame : {"2", "4"}) {
+    for (const char* name : {"a.0#.exr", "a.#.png", "h.#.png", "r.#.json", "r.#.html",
+                             "a.0#.exr.checkpoint", "shots.#/refinement.gif"}) {
+      std::string file = name;
+      file.replace(file.find('#'), 1, frame);
+      EXPECT_TRUE(fs::exists(path(file))) << file;
+    }
+    const nlohmann::json report = read_json("r." + frame + ".json");
+    EXPECT_EQ(report["settings"]["turntable"], frame + "/4");
+    EXPECT_EQ(report["output"][1], path("a." + frame + ".png"));
+    EXPECT_TRUE(report["complete"]);
+  }
+  EXPECT_EQ(read_json("look.json")["turntable"], "4");
+  EXPECT_EQ(range()["done"], "2,4");
+  EXPECT_EQ(range()["exit_code"], 0);
+  EXPECT_EQ(range()["frames"].size(), 2u);
+}
+
+TEST_F(Range, AnAnimationPosesEachFrame) {
+  GltfBuilder gltf = lamp_scene();
+  constexpr int kLamp = 2;  // its node
+  AnimationBuilder(gltf).move(kLamp, "translation", {0, 1}, "VEC3", {0, 0, 0, 0.5f, 0, 0.5f});
+  const Words words = {
+      "render",  gltf.write_glb(path("moving.glb")), "--size", "24x16", "--spp", "4", "--fps", "12",
+      "--report"};
+  render(words + Words{path("r.#.json"), "-o", path("a.#.exr"), "--frames", "0-18x3"});
+  for (const std::string frame : {"0", "6", "9", "12", "18"}) {
+    render(words + Words{path("r.json"), "-o", path("b.exr"), "--frame", frame});
+    EXPECT_EQ(first_difference(read_exr(path("a." + frame + ".exr")), read_exr(path("b.exr"))), "")
+        << frame;
+  }
+  EXPECT_NE(first_difference(read_exr(path("a.0.exr")), read_exr(path("a.9.exr"))), "");
+  // What an earlier pose has taken is given back.
+  const auto reserved = [&](const std::string& name) {
+    return read_json(name)["memory"]["most_reserved_bytes"].get<double>();
+  };
+  EXPECT_LT(reserved("r.18.json"), 1.02 * reserved("r.json"));
+  // A turntable's scene stands still, unless it is asked for.
+  const Words turned = words + Words{path("r.#.json"), "-o",  path("t.#.exr"), "--turntable", "12",
+                                     "--frames",       "1,13"};
+  const auto same = [&] {
+    return first_difference(read_exr(path("t.1.exr")), read_exr(path("t.13.exr"))).empty();
+  };
+  render(turned);
+  EXPECT_TRUE(same());
+  render(turned + Words{"--animation", "0"});
+  EXPECT_FALSE(same());
+}
+
+// 240 000 triangles and an image of a million pixels, once.
+TEST_F(Range, WhatDoesNotMoveIsLoadedAndBuiltOnce) {
+  GltfBuilder gltf = lamp_scene();
+  constexpr int kSide = 500;
+  std::vector<float> positions;
+  std::vector<uint32_t> indices;
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      positions.insert(positions.end(), {float(x) / kSide, 0.1f, float(y) / kSide});
+      if (x + 1 == kSide || y + 1 == kSide) continue;
+      const auto at = uint32_t(y * kSide + x), below = at + kSide;
+      for (const uint32_t i : {at, below, at + 1, at + 1, below, below + 1}) indices.push_back(i);
+    }
+  }
+  const int points = gltf.add_accessor<float>("VEC3", positions);
+  gltf.add_mesh_node(gltf.add_mesh({{"attributes", {{"POSITION", points}}},
+                                    {"indices", gltf.add_accessor<uint32_t>("SCALAR", indices)}}));
+  render({"render", gltf.write_glb(path("grid.glb")), "-o", path("g.#.exr"), "--size", "8x8",
+          "--spp", "1", "--turntable", "3", "--report", path("r.#.json"), "--resume"});
+  const auto seconds = [&](const std::string& name) {
+    const nlohmann::json time = read_json(name)["time"];
+    return time["load_s"].get<double>() + time["build_s"].get<double>();
+  };
+  for (const char* later : {"r.2.json", "r.3.json"}) {
+    EXPECT_LT(seconds(later), 0.05 * seconds("r.1.json")) << later;
+  }
+  // A frame's parts are its whole, the later ones' too.
+  for (const char* name : {"r.1.json", "r.2.json"}) {
+    const nlohmann::json t = read_json(name)["time"];
+    double sum = 0;
+    for (const char* part : {"setup_s", "load_s", "build_s", "render_s", "write_s", "snapshots_s"})
+      sum += t[part].get<double>();
+    EXPECT_NEAR(sum, t["wall_s"].get<double>(), 0.1 * t["wall_s"].get<double>() + 0.02) << name;
+  }
+  EXPECT_TRUE(read_json("r.2.json")["time"]["start_s"].is_null());
+}
+
+TEST_F(Range, ABadFrameDoesNotEndIt) {
+  fs::create_directory(path("a.02.exr"));  // nothing can be written there
+  const Words words = turn({"--range-report", path("range.json")});
+  const RunResult result = run(words);
+  EXPECT_EQ(result.exit_code, 1) << result.describe();
+  EXPECT_NE(result.err.find("emberline: error: frame 2: "), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("1 failed (2)"), std::string::npos) << result.err;
+  for (const char* name : {"a.01.exr", "a.03.exr", "a.04.exr"}) EXPECT_TRUE(fs::exists(path(name)));
+  EXPECT_EQ(range()["done"], "1,3-4");
+  EXPECT_EQ(range()["failed"], "2");
+  EXPECT_EQ(range()["exit_code"], 1);
+  EXPECT_NE(range()["frames"][1]["error"].get<std::string>().find("a.02.exr"), std::string::npos);
+
+  const RunResult stopped = run(words + Words{"--stop-on-error"});
+  EXPECT_EQ(stopped.exit_code, 1);
+  EXPECT_EQ(range()["done"], "1");
+  EXPECT_EQ(range()["left"], "3-4");
+}
+
+TEST_F(Range, WhatIsWrongWithAllFramesIsSaidOnce) {
+  const Words turning = {"--turntable", "100"};
+  expect_failure(range_words(turning + Words{"--view", "filmic", "-o", path("a.#.png")}), 2,
+                 {"--view"});
+  expect_failure(range_words(turning + Words{"--camera", "nope"}), 2, {"no camera"});
+  write("broken.gltf", "{}");
+  expect_failure({"render", path("broken.gltf"), "-o", path("a.#.exr"), "--frames", "1-100"}, 3,
+                 {"broken.gltf"});
+  expect_failure(range_words({"--frames", "1-3", "--range-report", path("scene.glb")}), 2,
+                 {"--range-report", "it is the scene"});
+  expect_failure(range_words({"--frames", "1-3", "--replay", "0,0,0"}), 2, {"--replay"});
+  expect_failure(render_words({"--stop-on-error"}), 2, {"--frames"});
+  expect_failure(render_words({"--skip-existing", "--part", "1/2"}), 2, {"--skip-existing"});
+}
+
+TEST_F(Range, WhatIsThereIsSkipped) {
+  const Words words =
+      turn({"--report", path("r.#.json"), "--skip-existing", "--range-report", path("range.json")});
+  render(words + Words{"--frames", "1,3"});
+  const auto before = fs::last_write_time(path("a.01.exr"));
+  fs::remove(path("r.3.json"));  // not all of its outputs
+  const RunResult result = render(words);
+  EXPECT_NE(result.err.find("frame 1 (1 of 4) is skipped"), std::string::npos) << result.err;
+  EXPECT_EQ(range()["skipped"], "1");
+  EXPECT_EQ(range()["done"], "2-4");
+  EXPECT_EQ(fs::last_write_time(path("a.01.exr")), before);
+  render(words);
+  EXPECT_EQ(range()["skipped"], "1-4");
+  // A picture that cannot be read is rendered again.
+  write("a.02.exr", "v");
+  render(words);
+  EXPECT_EQ(range()["done"], "2");
+  // One frame is a range of one.
+  const Words one = render_words({"--skip-existing"});
+  render(one);
+  EXPECT_NE(render(one).err.find("skipped"), std::string::npos);
+}
+
+TEST_F(Range, AnInterruptWritesTheFrameAndSaysWhatIsLeft) {
+  Process process(endless({"-o", path("a.#.png"), "-o", path("a.#.jpg")}),
+                  {.folder = folder_.path()});
+  ASSERT_TRUE(wait_until_rendering(process, "loaded in")) << process.error_so_far();
+  process.send(SIGINT);
+  const RunResult result = process.wait();
+  EXPECT_EQ(result.exit_code, 130) << result.describe();
+  EXPECT_NE(result.err.find("1 stopped (1), 3 left: 2-4"), std::string::npos) << result.err;
+  EXPECT_EQ(range()["stopped"], "1");
+  EXPECT_EQ(range()["left"], "2-4");
+  EXPECT_EQ(range()["exit_code"], 130);
+  EXPECT_EQ(files(), (Words{"a.1.exr", "a.1.jpg", "a.1.png", "range.json", "scene.glb"}));
+
+  // Its picture is not taken for a whole one, in any format.
+  for (const char* format : {"exr", "png", "jpg"}) {
+    const Words again = {"render",
+                         scene(),
+                         "-o",
+                         path(std::string("a.#.") + format),
+                         "--size",
+                         "8x8",
+                         "--spp",
+                         "1",
+                         "--frames",
+                         "1",
+                         "--skip-existing",
+                         "--range-report",
+                         path("range.json")};
+    render(again);
+    EXPECT_EQ(range()["done"], "1") << format;
+    render(again);
+    EXPECT_EQ(range()["skipped"], "1") << format;
+  }
+}
+
+TEST_F(Range, EveryFrameHasItsTimeLimit) {
+  const RunResult result =
+      run(endless({"--time-limit", "0.2", "--driver", "bisection", "--frames", "1-3"}));
+  EXPECT_EQ(result.exit_code, 0) << result.describe();
+  EXPECT_EQ(range()["done"], "1-3");
+  // With --resume it is not done, and the next goes on all the same.
+  const RunResult resumable =
+      run(endless({"--time-limit", "0.2", "--frames", "1-2", "--resume", "-o", path("b.#.exr")}));
+  EXPECT_EQ(resumable.exit_code, 130) << resumable.describe();
+  EXPECT_EQ(range()["stopped"], "1-2");
+  EXPECT_TRUE(fs::exists(path("a.1.exr.checkpoint")));
+  EXPECT_TRUE(fs::exists(path("a.2.exr.checkpoint")));
+}
+
+// What is finished is done once, and what was under way goes on, to the same bits.
+TEST_F(Range, AKilledRangeGoesOn) {
+  const Words words = {"render",      scene(), "-o",       path("a.#.exr"),  "--size",
+                       "320x320",     "--spp", "64",       "--bucket-size",  "16",
+                       "--turntable", "3",     "--resume", "--skip-existing"};
+  {
+    Process process(words, {.folder = folder_.path()});
+    ASSERT_TRUE(process.wait_for_error("frame 2 (2 of 3)", 60 * kSlower));
+    ::usleep(useconds_t(200000 * kSlower));
+    process.send(SIGKILL);
+    process.wait();
+  }
+  ASSERT_TRUE(fs::exists(path("a.1.exr")));
+  const auto before = fs::last_write_time(path("a.1.exr"));
+  const RunResult result = render(words);
+  EXPECT_NE(result.err.find("frame 1 (1 of 3) is skipped"), std::string::npos) << result.err;
+  EXPECT_EQ(fs::last_write_time(path("a.1.exr")), before);
+  EXPECT_EQ(files(), (Words{"a.1.exr", "a.2.exr", "a.3.exr", "scene.glb"}));
+  render({"render", scene(), "-o", path("alone.exr"), "--size", "320x320", "--spp", "64",
+          "--bucket-size", "16", "--turntable", "2/3"});
+  EXPECT_EQ(first_difference(read_exr(path("a.2.exr")), read_exr(path("alone.exr"))), "");
+}
+
+TEST_F(Range, ProgressSaysWhichFrame) {
+  const Words words = turn({"--size", "200x200", "--spp", "64", "--progress-file", path("p.json")});
+  const RunResult result = render(words);
+  EXPECT_NE(result.err.find("rendering frame 3 (3 of 4) "), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("frames: 4 rendered"), std::string::npos) << result.err;
+  const nlohmann::json progress = read_json("p.json");
+  EXPECT_EQ(progress["state"], "done");
+  EXPECT_EQ(progress["done"], 1.0);
+  EXPECT_EQ(progress["samples"], 4 * 200 * 200 * 64);
+  EXPECT_EQ(progress["frame"]["number"], 4);
+  EXPECT_EQ(progress["frame"]["index"], 4);
+  EXPECT_EQ(progress["frame"]["count"], 4);
+  EXPECT_EQ(render(words + Words{"--quiet"}).err, "");
+}
+
+TEST_F(Range, MemoryOfAFrameIsGivenBack) {
+  const Words words = {"render",   scene(),     "-o",       path("a.#.png"), "--size",
+                       "200x200",  "--spp",     "1",        "--turntable",   "12",
+                       "--driver", "bisection", "--report", path("r.#.json")};
+  render(words);
+  const auto reserved = [&](const std::string& name) {
+    return read_json(name)["memory"]["most_reserved_bytes"].get<double>();
+  };
+  EXPECT_LT(reserved("r.12.json"), 1.01 * reserved("r.1.json"));
+}
+
+TEST_F(Range, AFarmSaysWhatToDo) {
+  expect_failure({"farm", scene(), "-o", path("a.####.exr"), "--parts", "2", "--frames", "1-10"}, 2,
+                 {"--frames", "render --frames"});
+  write("turn.json", R"({"turntable": "8"})");
+  expect_failure(
+      {"farm", scene(), "-o", path("a.exr"), "--parts", "2", "--settings", path("turn.json")}, 2,
+      {"--turntable"});
+}
+
+}  // namespace
+}  // namespace emberline::test

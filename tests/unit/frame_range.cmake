@@ -1,0 +1,5 @@
+emberline_test(frame_range_test
+  SOURCES
+    frame_range_test.cpp
+    picture_mark_test.cpp
+  LINK emberline_app)
