@@ -92,23 +92,20 @@ inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
              fma(to_double(m.y), p.y, fma(to_double(m.z), p.z, to_double(m.translation))));
 }
 
+// Of a deforming mesh, at one of its time steps.
+inline const std::vector<Vec3f>& positions_at(const Mesh& mesh, size_t step) {
+  return step == 0 ? mesh.positions : mesh.motion[step - 1].positions;
+}
+std::array<Vec3d, 3> moved_corners(const Mesh& mesh, uint32_t primitive, float time);
+
 // A triangle's corners in the mesh's own space at a time.
 [[gnu::always_inline]] inline std::array<Vec3d, 3> corners_at(const Mesh& mesh, uint32_t primitive,
                                                               float time) {
+  if (!mesh.motion.empty()) [[unlikely]]
+    return moved_corners(mesh, primitive, time);
   const std::array<uint32_t, 3>& index = mesh.triangles[primitive];
-  if (mesh.motion.empty()) [[likely]] {
-    return {to_double(mesh.positions[index[0]]), to_double(mesh.positions[index[1]]),
-            to_double(mesh.positions[index[2]])};
-  }
-  const TimeSegment at(time, mesh.motion.size() + 1);
-  std::array<Vec3d, 3> p;
-  for (size_t c = 0; c < 3; ++c) {
-    const Vec3d before = to_double(at.step == 0 ? mesh.positions[index[c]]
-                                                : mesh.motion[at.step - 1].positions[index[c]]);
-    const Vec3d after = to_double(mesh.motion[at.step].positions[index[c]]);
-    p[c] = before + (after - before) * double(at.share);
-  }
-  return p;
+  return {to_double(mesh.positions[index[0]]), to_double(mesh.positions[index[1]]),
+          to_double(mesh.positions[index[2]])};
 }
 
 // A placed triangle's corners in internal space, of an instance at that time.

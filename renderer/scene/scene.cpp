@@ -67,23 +67,43 @@ RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max, float 
   return ray;
 }
 
-float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive, float time) {
-  // Embree's plane is as uncertain as the triangle's largest corner, wherever on it the point lies.
-  float magnitude = 0.0f;
-  const auto look_at = [&](const std::vector<Vec3f>& positions) {
-    for (const uint32_t i : mesh.triangles[primitive]) {
-      magnitude = std::max(magnitude, max_abs_component(positions[i]));
-    }
-  };
-  if (mesh.motion.empty()) [[likely]] {
-    look_at(mesh.positions);
-    return plane_error(magnitude, instance);
+[[gnu::noinline, gnu::cold]] std::array<Vec3d, 3> moved_corners(const Mesh& mesh,
+                                                                uint32_t primitive, float time) {
+  const TimeSegment at(time, mesh.motion.size() + 1);
+  std::array<Vec3d, 3> p;
+  for (size_t c = 0; c < 3; ++c) {
+    const uint32_t v = mesh.triangles[primitive][c];
+    const Vec3d before = to_double(positions_at(mesh, at.step)[v]);
+    p[c] = before + (to_double(positions_at(mesh, at.step + 1)[v]) - before) * double(at.share);
   }
-  // What Embree rounds on the way between two steps, once more.
+  return p;
+}
+
+// Embree's plane is as uncertain as the triangle's largest corner, wherever on it the point lies.
+[[gnu::always_inline]] inline float largest_coordinate(const std::vector<Vec3f>& positions,
+                                                       const std::array<uint32_t, 3>& triangle) {
+  float magnitude = 0.0f;
+  for (const uint32_t i : triangle) {
+    magnitude = std::max(magnitude, max_abs_component(positions[i]));
+  }
+  return magnitude;
+}
+
+// What Embree rounds on the way between two steps, once more.
+[[gnu::noinline, gnu::cold]] static float moved_plane_error(const Mesh& mesh,
+                                                            const Instance& instance,
+                                                            uint32_t primitive, float time) {
   const size_t step = TimeSegment(time, mesh.motion.size() + 1).step;
-  look_at(step == 0 ? mesh.positions : mesh.motion[step - 1].positions);
-  look_at(mesh.motion[step].positions);
-  return 2.0f * plane_error(magnitude, instance);
+  const std::array<uint32_t, 3>& triangle = mesh.triangles[primitive];
+  return 2.0f * plane_error(std::max(largest_coordinate(positions_at(mesh, step), triangle),
+                                     largest_coordinate(positions_at(mesh, step + 1), triangle)),
+                            instance);
+}
+
+float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive, float time) {
+  if (!mesh.motion.empty()) [[unlikely]]
+    return moved_plane_error(mesh, instance, primitive, time);
+  return plane_error(largest_coordinate(mesh.positions, mesh.triangles[primitive]), instance);
 }
 
 float plane_error(float largest, const Instance& instance) {
@@ -179,11 +199,10 @@ void Scene::interpolate(const Mesh& mesh, const Instance& instance, const Surfac
   s.tangent = Vec4f(direction.x, direction.y, direction.z, handedness);
 }
 
-// The instance itself where it is at rest; else `moved`, which becomes it at that time.
-const Instance& Scene::instance_at(uint32_t index, float time, Instance* moved) const {
-  const Instance& instance = instances_[index];
-  if (instance.moving == Instance::kAtRest) [[likely]]
-    return instance;
+// Of one that moves. Out of the way of what is at rest.
+[[gnu::noinline, gnu::cold]] const Instance& Scene::moved_instance(const Instance& instance,
+                                                                   float time,
+                                                                   Instance* moved) const {
   *moved = instance;
   const Affine m = geometry_->transform_at(instance.moving, time);
   moved->to_internal = m;
@@ -201,11 +220,10 @@ const Instance& Scene::instance_at(uint32_t index, float time, Instance* moved) 
   return *moved;
 }
 
-// Of the vertices' own, at (u, v) of the triangle.
-Vec3f Scene::interpolate_normal(const Mesh& mesh, const SurfaceHit& hit, float time) {
+// Of a deforming mesh's vertices, at (u, v) of the triangle.
+[[gnu::noinline, gnu::cold]] Vec3f Scene::moved_normal(const Mesh& mesh, const SurfaceHit& hit,
+                                                       float time) {
   const std::array<uint32_t, 3>& index = mesh.triangles[hit.primitive];
-  if (mesh.motion.empty()) [[likely]]
-    return interpolate_vertices(mesh.normals, index, hit.u, hit.v);
   const TimeSegment at(time, mesh.motion.size() + 1);
   const Vec3f before = interpolate_vertices(
       at.step == 0 ? mesh.normals : mesh.motion[at.step - 1].normals, index, hit.u, hit.v);
@@ -243,7 +261,9 @@ void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* o
 
   s.shading_normal = s.geometric_normal;
   if (!mesh.normals.empty()) {
-    Vec3f n = interpolate_normal(mesh, hit, time);
+    Vec3f n = mesh.motion.empty()
+                  ? interpolate_vertices(mesh.normals, mesh.triangles[hit.primitive], hit.u, hit.v)
+                  : moved_normal(mesh, hit, time);
     if (instance.transformed) n = transform_vector(instance.normal_transform, n);
     s.shading_normal = normalize_or(n, s.geometric_normal);
   }

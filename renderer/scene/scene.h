@@ -190,12 +190,19 @@ class Scene : private EmitterMotion {
   const EmitterMotion& emitter_motion() const { return *this; }
   std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const override;
   int segments(const EmissiveTriangle& triangle) const override;
+  // The instance itself where it is at rest; else `moved`, which becomes it at that time.
   const scene_detail::Instance& instance_at(uint32_t index, float time,
-                                            scene_detail::Instance* moved) const;
+                                            scene_detail::Instance* moved) const {
+    const scene_detail::Instance& instance = instances_[index];
+    return instance.moving == scene_detail::Instance::kAtRest
+               ? instance
+               : moved_instance(instance, time, moved);
+  }
+  const scene_detail::Instance& moved_instance(const scene_detail::Instance& instance, float time,
+                                               scene_detail::Instance* moved) const;
   float offset_of(const scene_detail::Instance& instance, uint32_t index, uint32_t primitive,
                   float time) const;
-  static Vec3f interpolate_normal(const scene_detail::Mesh& mesh, const SurfaceHit& hit,
-                                  float time);
+  static Vec3f moved_normal(const scene_detail::Mesh& mesh, const SurfaceHit& hit, float time);
   void prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const;
   void interpolate(const scene_detail::Mesh& mesh, const scene_detail::Instance& instance,
                    const SurfaceHit& hit, float time, SurfaceInteraction& out) const;
