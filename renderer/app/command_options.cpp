@@ -350,7 +350,7 @@ void add_farm_options(CLI::App* app, FarmOptions& o) {
   add_job_options(app, o);
   add_settings(app, o.frame,
                {kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
-               {"time-limit", "time"});
+               {"time-limit"});
   app->require_subcommand(0, 1);
   add_farm_verb(app, o, FarmVerb::kStatus, "status", "how far the parts are, and what failed");
   add_farm_verb(app, o, FarmVerb::kCancel, "cancel", "end the jobs; what is done stays");

@@ -76,7 +76,7 @@ TEST_F(AnimationOption, ABrokenOneIsRefusedWhereItIsAskedFor) {
   const RunResult info = run({"info", path("scene.glb")});
   EXPECT_NE(info.out.find("animation 0 '' 0 s; unusable: "), std::string::npos) << info.out;
   std::filesystem::remove(path("out.exr"));
-  expect_failure(render_words({"--time", "1"}), 3,
+  expect_failure(render_words({"--animation", "0"}), 3,
                  {"scene.glb#/animations/0/samplers/0/interpolation", "CURLY"});
 }
 
