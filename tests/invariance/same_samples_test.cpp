@@ -10,6 +10,7 @@
 #include "renderer/frame/bucket_schedule.h"
 #include "renderer/frame/render_worker.h"
 #include "support/busy_scene.h"
+#include "support/moving_scenes.h"
 #include "support/render.h"
 
 namespace emberline {
@@ -105,36 +106,51 @@ CameraDescription lens_view() {
   return view;
 }
 
-// The samples of a lens as well.
-TEST_P(SameSamples, ThroughALens) {
-  RenderSettings s = base_settings(GetParam());
+// Whatever the threads, buckets, driver and crop.
+void expect_same_everywhere(const Scene& scene, const CameraDescription& view, RenderSettings s) {
   s.threads = 1;
-  const RenderedImage reference = render(*scene_, lens_view(), s);
-  const RenderedImage pinhole = render(*scene_, busy_view(), s);
-  EXPECT_NE(reference.values, pinhole.values);
+  const RenderedImage reference = render(scene, view, s);
   for (const int threads : {2, 7}) {
     s.threads = threads;
     for (const int size : {1, 7, 64}) {
       s.driver = "bucket";
       s.bucket_size = size;
-      expect_same_bits(render(*scene_, lens_view(), s), reference,
-                       "buckets of " + std::to_string(size));
+      expect_same_bits(render(scene, view, s), reference, "buckets of " + std::to_string(size));
     }
     s.driver = "bisection";
-    expect_same_bits(render(*scene_, lens_view(), s), reference, "bisection");
+    expect_same_bits(render(scene, view, s), reference, "bisection");
   }
   s.crop = Rect{11, 3, 30, 17};
-  expect_same_bits(render(*scene_, lens_view(), s), reference, "crop");
+  expect_same_bits(render(scene, view, s), reference, "crop");
+}
+
+// The samples of a lens as well.
+TEST_P(SameSamples, ThroughALens) {
+  const RenderSettings s = base_settings(GetParam());
+  EXPECT_NE(render(*scene_, lens_view(), s).values, render(*scene_, busy_view(), s).values);
+  expect_same_everywhere(*scene_, lens_view(), s);
+}
+
+// And those of time: instances, vertices, lamps, lights and the camera move.
+TEST_P(SameSamples, InMotion) {
+  const MovingScene moving;
+  const auto scene = moving.at_all_times().build();
+  ASSERT_TRUE(scene->moves());
+  expect_same_everywhere(*scene, moving.view(), base_settings(GetParam()));
 }
 
 // A sample replayed alone is the sample that the frame used: the mean of the replays is the pixel.
 TEST_P(SameSamples, ReplayedAlone) {
-  for (const CameraDescription& view : {busy_view(), lens_view()}) {
+  const MovingScene moving;
+  const auto moving_scene = moving.at_all_times().build();
+  const std::pair<const Scene*, CameraDescription> views[] = {
+      {scene_, busy_view()}, {scene_, lens_view()}, {moving_scene.get(), moving.view()}};
+  for (const auto& [scene, view] : views) {
     RenderSettings s = base_settings(GetParam());
-    const RenderedImage image = render(*scene_, view, s);
-    const Camera camera(view, s.width, s.height, scene_->origin(), scene_->scale());
+    const RenderedImage image = render(*scene, view, s);
+    const Camera camera(view, s.width, s.height, scene->origin(), scene->scale());
     const FramePlan plan = plan_of(s);
-    const Frame frame = plan.frame(*scene_, camera);
+    const Frame frame = plan.frame(*scene, camera);
     RenderWorker worker(frame);
     for (const auto& [x, y] : {std::pair{3, 4}, std::pair{20, 14}, std::pair{30, 20}}) {
       double sum[3] = {0, 0, 0};
