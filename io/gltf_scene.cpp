@@ -4,13 +4,13 @@
 #include <deque>
 #include <exception>
 #include <map>
-#include <numeric>
 #include <optional>
 
 #include "io/gltf_accessor.h"
 #include "io/gltf_extensions.h"
 #include "io/gltf_mesh.h"
 #include "io/gltf_node_objects.h"
+#include "io/gltf_poses.h"
 #include "io/gltf_shutter.h"
 #include "io/gltf_transform.h"
 #include "io/gltf_variants.h"
@@ -29,19 +29,6 @@ using nlohmann::json;
 std::string primitive_pointer(size_t mesh, size_t primitive) {
   return "/meshes/" + std::to_string(mesh) + "/primitives/" + std::to_string(primitive);
 }
-
-// What the file says of a mesh's morph targets: the weights of nodes that have none of their own.
-struct MorphDefaults {
-  bool morphs = false;
-  std::vector<double> weights;
-};
-
-// A skin in the scene's poses. The first joint's position as the shutter opens is kept apart in
-// double, for scenes far from the origin; the joints' matrices lead to a space around it.
-struct SkinPose {
-  Vec3d origin;
-  std::vector<std::vector<Mat44d>> joints;  // of each step; of the first alone, if none moves
-};
 
 // A mesh in one pose, or in motion; all its primitives.
 struct MeshUse {
@@ -83,9 +70,8 @@ class SceneGraphReader {
         shutter_(document, model, animation, animation.open, animation.close),
         world_(shutter_.world()),
         visible_(visible_nodes(document, shutter_.pose())),
-        placements_memory_(document.progress->budget(), MemoryPart::kGeometry) {
-    for (const json& mesh : document.array("meshes")) morphs_.push_back(morph_defaults(mesh));
-  }
+        poses_(document, model, shutter_),
+        placements_memory_(document.progress->budget(), MemoryPart::kGeometry) {}
 
   void read() {
     for (const size_t node : nodes_in_scene()) read_node(node);
@@ -99,10 +85,6 @@ class SceneGraphReader {
   std::vector<size_t> nodes_in_scene() const;
   void read_node(size_t node);
   void read_mesh_node(size_t node);
-  static MorphDefaults morph_defaults(const json& mesh);
-  const SkinPose& skin_pose(int skin);
-  const std::vector<double>& weights_of(size_t node, size_t step) const;
-  std::vector<MeshPose> poses_of(size_t node);
   void add_motion(size_t node, CameraDescription& camera) const;
   void add_motion(size_t node, PunctualLightDescription& light) const;
   size_t find_use(size_t node);
@@ -121,11 +103,10 @@ class SceneGraphReader {
   SceneDescription& scene_;
   const bool at_rest_;
   const GltfShutter shutter_;
-  const std::vector<Mat44d>& world_;   // per node, as it opens
-  const std::vector<char> visible_;    // per node
-  uint64_t hidden_ = 0;                // nodes with meshes
-  std::vector<MorphDefaults> morphs_;  // per mesh
-  std::map<int, SkinPose> skins_;      // those that nodes wear
+  const std::vector<Mat44d>& world_;  // per node, as it opens
+  const std::vector<char> visible_;   // per node
+  uint64_t hidden_ = 0;               // nodes with meshes
+  GltfPoses poses_;
   std::vector<MeshUse> uses_;
   // By mesh and skin: the uses without weights of a node.
   std::map<std::pair<int, int>, size_t> shared_uses_;
@@ -194,95 +175,10 @@ void SceneGraphReader::add_motion(size_t node, PunctualLightDescription& light) 
   }
 }
 
-MorphDefaults SceneGraphReader::morph_defaults(const json& mesh) {
-  if (mesh.is_null()) return {};
-  const json& primitives = mesh.at("primitives");
-  const bool morphs = std::any_of(primitives.begin(), primitives.end(), [](const json& primitive) {
-    const json* targets = find_member(primitive, "targets");
-    return targets && !targets->empty();
-  });
-  if (!morphs) return {};
-  return {true, mesh.value("weights", std::vector<double>())};
-}
-
-const SkinPose& SceneGraphReader::skin_pose(int index) {
-  const auto [entry, is_new] = skins_.try_emplace(index);
-  SkinPose& pose = entry->second;
-  if (!is_new) return pose;
-  const tinygltf::Skin& skin = model_.skins[size_t(index)];
-  const std::string pointer = "/skins/" + std::to_string(index);
-  const std::string place = document_.place(pointer);
-  document_.faults->require(pointer);
-  for (const int joint : skin.joints) document_.faults->require("/nodes/" + std::to_string(joint));
-  std::vector<float> inverse_bind;
-  if (skin.inverseBindMatrices >= 0) {
-    std::vector<uint32_t> of_joints(skin.joints.size());
-    std::iota(of_joints.begin(), of_joints.end(), 0u);
-    inverse_bind = read_floats(document_, skin.inverseBindMatrices, 16,
-                               place + "/inverseBindMatrices", &of_joints);
-  }
-  // Joints place the vertices in the world, the node's own transform does not count (section
-  // 3.7.3.3).
-  const Mat44d& first = world_[size_t(skin.joints[0])];
-  pose.origin = Vec3d(first[3][0], first[3][1], first[3][2]);
-  Mat44d from_origin;
-  from_origin.setTranslation(-pose.origin);
-  const bool moves =
-      std::ranges::any_of(skin.joints, [this](int joint) { return shutter_.moves(size_t(joint)); });
-  for (size_t step = 0; step < (moves ? shutter_.steps() : 1); ++step) {
-    std::vector<Mat44d>& joints = pose.joints.emplace_back();
-    joints.reserve(skin.joints.size());
-    for (size_t j = 0; j < skin.joints.size(); ++j) {
-      Mat44d bind;
-      for (int e = 0; e < 16 && !inverse_bind.empty(); ++e) {
-        bind[e / 4][e % 4] = inverse_bind[j * 16 + size_t(e)];
-      }
-      const auto joint = size_t(skin.joints[j]);
-      const Mat44d& world =
-          step > 0 && shutter_.moves(joint) ? shutter_.world(joint, step) : world_[joint];
-      joints.push_back(bind * world * from_origin);
-      check_transform(joints.back(), place + "/joints/" + std::to_string(j));
-    }
-  }
-  return pose;
-}
-
-// Of the mesh's morph targets: what poses the node says, or the node itself, or the mesh.
-const std::vector<double>& SceneGraphReader::weights_of(size_t node, size_t step) const {
-  const GltfPose& pose = shutter_.pose(step);
-  const auto posed = pose.find(node);
-  if (posed != pose.end() && !posed->second.weights.empty()) return posed->second.weights;
-  const tinygltf::Node& source = model_.nodes[node];
-  return source.weights.empty() ? morphs_[size_t(source.mesh)].weights : source.weights;
-}
-
-// As many as it takes for vertices that go straight from one to the next to stay where they should.
-std::vector<MeshPose> SceneGraphReader::poses_of(size_t node) {
-  const tinygltf::Node& source = model_.nodes[node];
-  const bool morphs = morphs_[size_t(source.mesh)].morphs;
-  static const std::vector<std::vector<Mat44d>> no_skin;
-  const auto& joints = source.skin >= 0 ? skin_pose(source.skin).joints : no_skin;
-  const auto pose = [&](size_t step) {
-    MeshPose p;
-    if (morphs) p.weights = weights_of(node, step);
-    if (!joints.empty()) p.joints = joints[std::min(step, joints.size() - 1)];
-    return p;
-  };
-  bool moves = joints.size() > 1;
-  for (size_t step = 1; step < shutter_.steps() && morphs; ++step) {
-    moves = moves || weights_of(node, step) != weights_of(node, 0);
-  }
-  if (!moves) return {pose(0)};
-  std::vector<MeshPose> all;
-  for (size_t step = 0; step < shutter_.steps(); ++step) all.push_back(pose(step));
-  return thinned_poses(std::move(all), position_radius(document_, size_t(source.mesh)));
-}
-
 size_t SceneGraphReader::find_use(size_t node) {
   const tinygltf::Node& source = model_.nodes[node];
   document_.faults->require("/meshes/" + std::to_string(source.mesh));
-  const MorphDefaults& morphs = morphs_[size_t(source.mesh)];
-  if (morphs.morphs && at_rest_) {
+  if (poses_.morphs(size_t(source.mesh)) && at_rest_) {
     report_approximated(document_.file, "morph targets (evaluated at the file's rest pose)",
                         scene_.coverage);
   }
@@ -291,13 +187,10 @@ size_t SceneGraphReader::find_use(size_t node) {
                         scene_.coverage);
   }
   // A skin's joints say where the mesh is, so nodes that share it share the mesh in its pose.
-  bool own_weights = false;
-  for (size_t step = 0; step < shutter_.steps() && morphs.morphs; ++step) {
-    own_weights = own_weights || weights_of(node, step) != morphs.weights;
-  }
+  const bool own_weights = poses_.has_own_weights(node);
   const std::pair key(source.mesh, source.skin);
   if (!own_weights && shared_uses_.contains(key)) return shared_uses_.at(key);
-  uses_.push_back({size_t(source.mesh), poses_of(node), 0, {}});
+  uses_.push_back({size_t(source.mesh), poses_.of(node), 0, {}});
   if (!own_weights) shared_uses_.emplace(key, uses_.size() - 1);
   return uses_.size() - 1;
 }
@@ -307,7 +200,7 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   Mat44d to_world = world_[node];
   if (const int skin = model_.nodes[node].skin; skin >= 0) {
     to_world = Mat44d();
-    to_world.setTranslation(skin_pose(skin).origin);
+    to_world.setTranslation(poses_.skin(skin).origin);
   }
   const json& object = document_.json.at("nodes")[node];
   const std::string place = document_.place("/nodes/" + std::to_string(node));
@@ -520,8 +413,8 @@ WorldBounds SceneGraphReader::rest_bounds() const {
     if (const int skin = model_.nodes[node].skin; skin >= 0) {
       // Bound to where the joints are at rest, vertices stand as the mesh has them.
       const auto joint = size_t(model_.skins[size_t(skin)].joints[0]);
-      const Mat44d bind = skins_.at(skin).joints[0][0] * translation_of(skins_.at(skin).origin) *
-                          world_[joint].inverse();
+      const SkinPose& pose = poses_.known_skin(skin);
+      const Mat44d bind = pose.joints[0][0] * translation_of(pose.origin) * world_[joint].inverse();
       add(box, bind * at_rest[joint]);
     } else {
       add(box, placement.to_world * world_[node].inverse() * at_rest[node]);

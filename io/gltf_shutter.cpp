@@ -74,7 +74,13 @@ GltfShutter::GltfShutter(const GltfDocument& document, const tinygltf::Model& mo
   find_moving_nodes();
   size_t most = kMostSegments;
   while (most > 2 && order_.size() * (most + 1) > kMostTransforms) most /= 2;
-  memory_.add(bytes_of(order_.size() * (most + 1), sizeof(Mat44d)), document.file);
+  // Matrices, and the poses that they are made of.
+  size_t numbers = 0;
+  for (const NodeTrack& track : animation.nodes) numbers += track.keys.width;
+  memory_.add(bytes_of(order_.size() * (most + 1), sizeof(Mat44d)) +
+                  bytes_of(most + 1, numbers * sizeof(double) +
+                                         animation.nodes.size() * 2 * sizeof(NodePose)),
+              document.file);
   size_t segments = 2;
   while (segments < most && segments < 2 * (keys_within(animation, open, close) + 1)) segments *= 2;
   pose_at_steps(segments);
