@@ -103,7 +103,7 @@ std::vector<MeshPose> GltfPoses::of(size_t node) {
   if (!moves) return {pose(0)};
   std::vector<MeshPose> all;
   for (size_t step = 0; step < shutter_.steps(); ++step) all.push_back(pose(step));
-  return thinned_poses(std::move(all), position_radius(document_, size_t(source.mesh)));
+  return thinned_poses(std::move(all), shutter_.radius(size_t(source.mesh)));
 }
 
 bool GltfPoses::has_own_weights(size_t node) const {

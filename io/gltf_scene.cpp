@@ -377,6 +377,7 @@ void SceneGraphReader::place_meshes() {
                                         bytes_of(count, sizeof(InstanceDescription)) + name_bytes,
                                         document_.file);
   scene_.instances.reserve(count);
+  std::vector<double> radii(scene_.meshes.size(), -1.0);  // of those that move
   for (const Placement& placement : placements_) {
     const std::string place = document_.place("/nodes/" + std::to_string(placement.node));
     check_transform(placement.to_world, place);
@@ -387,9 +388,14 @@ void SceneGraphReader::place_meshes() {
     }
     const std::string name = node_name(model_, placement.node);
     for (const int mesh : uses_[placement.use].loaded) {
-      InstanceDescription instance{name, mesh, motion.empty() ? placement.to_world : motion[0]};
-      instance.motion = thinned_transforms(motion, radius_of(scene_.meshes[size_t(mesh)]));
-      if (!instance.motion.empty()) instance.motion.erase(instance.motion.begin());
+      InstanceDescription instance{name, mesh, placement.to_world};
+      if (!motion.empty()) {
+        double& radius = radii[size_t(mesh)];
+        if (radius < 0.0) radius = radius_of(scene_.meshes[size_t(mesh)]);
+        instance.to_world = motion[0];
+        instance.motion = thinned_transforms(motion, radius);
+        if (!instance.motion.empty()) instance.motion.erase(instance.motion.begin());
+      }
       scene_.instances.push_back(std::move(instance));
     }
   }
@@ -400,24 +406,17 @@ void SceneGraphReader::place_meshes() {
 WorldBounds SceneGraphReader::rest_bounds() const {
   const std::vector<Mat44d> at_rest = world_transforms(document_, model_, {});
   WorldBounds bounds;
-  const auto add = [&](const WorldBounds& box, const Mat44d& to_world) {
-    for (int corner = 0; corner < 8 && !box.empty(); ++corner) {
-      bounds.add(transform_point(
-          to_world, {corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
-                     corner & 4 ? box.max.z : box.min.z}));
-    }
-  };
   for (const Placement& placement : placements_) {
-    const WorldBounds box = position_bounds(document_, uses_[placement.use].mesh);
+    const WorldBounds& box = shutter_.bounds(uses_[placement.use].mesh);
     const size_t node = placement.node;
     if (const int skin = model_.nodes[node].skin; skin >= 0) {
       // Bound to where the joints are at rest, vertices stand as the mesh has them.
       const auto joint = size_t(model_.skins[size_t(skin)].joints[0]);
       const SkinPose& pose = poses_.known_skin(skin);
       const Mat44d bind = pose.joints[0][0] * translation_of(pose.origin) * world_[joint].inverse();
-      add(box, bind * at_rest[joint]);
+      bounds.add(box, bind * at_rest[joint]);
     } else {
-      add(box, placement.to_world * world_[node].inverse() * at_rest[node]);
+      bounds.add(box, placement.to_world * world_[node].inverse() * at_rest[node]);
     }
   }
   return bounds.empty() ? world_bounds(scene_) : bounds;

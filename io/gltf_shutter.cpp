@@ -45,6 +45,28 @@ double largest_stretch(const Mat44d& m) {
   return std::sqrt(sum);
 }
 
+WorldBounds position_bounds(const GltfDocument& document, const json& mesh) {
+  WorldBounds bounds;
+  if (mesh.is_null()) return bounds;
+  for (const json& primitive : mesh.at("primitives")) {
+    const json* index = find_member(primitive.at("attributes"), "POSITION");
+    if (!index || index->is_null()) continue;
+    const json& accessor = document.array("accessors")[index->get<size_t>()];
+    for (const char* name : {"min", "max"}) {
+      const json* bound = accessor.is_null() ? nullptr : find_member(accessor, name);
+      if (!bound || bound->size() != 3) return {};
+      Vec3d corner;
+      for (int c = 0; c < 3; ++c) {
+        const json& number = (*bound)[size_t(c)];
+        corner[c] = number.is_number() ? number.get<double>() : HUGE_VAL;
+        if (!(std::abs(corner[c]) <= std::numeric_limits<float>::max())) return {};
+      }
+      bounds.add(corner);
+    }
+  }
+  return bounds;
+}
+
 // Key frames while the shutter is open, of the track that has most: what happens between them is
 // smooth.
 size_t keys_within(const GltfAnimation& animation, double open, double close) {
@@ -68,6 +90,11 @@ GltfShutter::GltfShutter(const GltfDocument& document, const tinygltf::Model& mo
       open_(open),
       close_(close),
       memory_(document.progress->budget(), MemoryPart::kGeometry) {
+  if (!animation.at_rest) {
+    for (const json& mesh : document.array("meshes")) {
+      bounds_.push_back(position_bounds(document, mesh));
+    }
+  }
   poses_.push_back(pose_at(animation, open));
   world_ = world_transforms(document, model, poses_[0]);
   if (!(open < close) || animation.nodes.empty()) return;
@@ -134,8 +161,8 @@ double GltfShutter::radius_of(size_t i) const {
   const size_t node = order_[i];
   const int mesh = model_.nodes[node].mesh;
   if (mesh < 0) return 0.0;
-  const double radius = position_radius(document_, size_t(mesh));
-  if (std::isfinite(radius)) return radius * largest_stretch(world_[node]);
+  const double of_mesh = radius(size_t(mesh));
+  if (std::isfinite(of_mesh)) return of_mesh * largest_stretch(world_[node]);
   double way = 0.0;
   for (size_t step = 1; step < steps(); ++step) {
     way += distance_between(motion_[step - 1][i], motion_[step][i], 0.0);
@@ -164,33 +191,11 @@ bool GltfShutter::fine_enough() const {
   return true;
 }
 
-WorldBounds position_bounds(const GltfDocument& document, size_t mesh) {
-  WorldBounds bounds;
-  for (const json& primitive : document.array("meshes")[mesh].at("primitives")) {
-    const json* index = find_member(primitive.at("attributes"), "POSITION");
-    if (!index || index->is_null()) continue;
-    const json& accessor = document.array("accessors")[index->get<size_t>()];
-    for (const char* name : {"min", "max"}) {
-      const json* bound = accessor.is_null() ? nullptr : find_member(accessor, name);
-      if (!bound || bound->size() != 3) return {};
-      Vec3d corner;
-      for (int c = 0; c < 3; ++c) {
-        const json& number = (*bound)[size_t(c)];
-        corner[c] = number.is_number() ? number.get<double>() : HUGE_VAL;
-        if (!(std::abs(corner[c]) <= std::numeric_limits<float>::max())) return {};
-      }
-      bounds.add(corner);
-    }
-  }
-  return bounds;
-}
-
-double position_radius(const GltfDocument& document, size_t mesh) {
-  const WorldBounds bounds = position_bounds(document, mesh);
-  if (bounds.empty()) return std::numeric_limits<double>::infinity();
+double GltfShutter::radius(size_t mesh) const {
+  const WorldBounds& b = bounds_[mesh];
+  if (b.empty()) return std::numeric_limits<double>::infinity();
   Vec3d corner;
-  for (int c = 0; c < 3; ++c)
-    corner[c] = std::max(std::abs(bounds.min[c]), std::abs(bounds.max[c]));
+  for (int c = 0; c < 3; ++c) corner[c] = std::max(std::abs(b.min[c]), std::abs(b.max[c]));
   return corner.length();
 }
 

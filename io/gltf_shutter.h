@@ -21,6 +21,12 @@ class GltfShutter {
   const std::vector<Mat44d>& world() const { return world_; }
   const GltfPose& pose(size_t step = 0) const { return poses_[step]; }
 
+  // What a mesh's accessors say of its vertices, before they are posed; empty where they say
+  // nothing. Of an animation, not at rest.
+  const WorldBounds& bounds(size_t mesh) const { return bounds_[mesh]; }
+  // The same as a ball around the mesh's origin; infinite where they say nothing.
+  double radius(size_t mesh) const;
+
   // Poses, the first included; 1: nothing moves.
   size_t steps() const { return poses_.size(); }
   bool moves(size_t node) const { return !moving_.empty() && moving_[node] != kAtRest; }
@@ -38,6 +44,7 @@ class GltfShutter {
   const tinygltf::Model& model_;
   const GltfAnimation& animation_;
   const double open_, close_;
+  std::vector<WorldBounds> bounds_;  // per mesh
   std::vector<GltfPose> poses_;
   std::vector<Mat44d> world_;
   std::vector<uint32_t> moving_;             // per node: its place in motion_
@@ -45,11 +52,6 @@ class GltfShutter {
   std::vector<std::vector<Mat44d>> motion_;  // per step, of the nodes of order_
   MemoryReservation memory_;
 };
-
-// What a mesh's accessors say of its vertices, before they are posed; empty where they say nothing.
-WorldBounds position_bounds(const GltfDocument& document, size_t mesh);
-// The same as a ball around the mesh's origin; infinite where they say nothing.
-double position_radius(const GltfDocument& document, size_t mesh);
 
 // A thing that vanishes at some step, its size being none, is very small then: transforms without
 // inverse become those of the nearest step that has one, at a ten-thousandth of its size. Empty if

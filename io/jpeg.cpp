@@ -152,8 +152,7 @@ struct JpegEncoder {
     }
     jpeg_start_compress(&info, TRUE);
     if (picture.incomplete) {
-      jpeg_write_marker(&info, JPEG_COM,
-                        reinterpret_cast<const JOCTET*>(kIncompleteComment.data()),
+      jpeg_write_marker(&info, JPEG_COM, reinterpret_cast<const JOCTET*>(kIncompleteComment.data()),
                         unsigned(kIncompleteComment.size()));
     }
     for (size_t y = 0; y < size_t(picture.height); ++y) {

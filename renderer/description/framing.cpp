@@ -18,18 +18,10 @@ WorldBounds world_bounds(const SceneDescription& description) {
     }
   }
   WorldBounds bounds;
-  const auto add = [&](const WorldBounds& b, const Mat44d& to_world) {
-    for (int corner = 0; corner < 8; ++corner) {
-      bounds.add(transform_point(to_world, {corner & 1 ? b.max.x : b.min.x,
-                                            corner & 2 ? b.max.y : b.min.y,
-                                            corner & 4 ? b.max.z : b.min.z}));
-    }
-  };
   for (const InstanceDescription& instance : description.instances) {
     const WorldBounds& b = local[size_t(instance.mesh)];
-    if (b.empty()) continue;
-    add(b, instance.to_world);
-    for (const Mat44d& step : instance.motion) add(b, step);
+    bounds.add(b, instance.to_world);
+    for (const Mat44d& step : instance.motion) bounds.add(b, step);
   }
   return bounds;
 }

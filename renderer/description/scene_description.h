@@ -164,7 +164,7 @@ struct MeshDescription {
   std::vector<Vec4f> tangents;  // empty: none needed. xyz unit, w = +-1 (MikkTSpace convention).
   std::vector<std::vector<Vec2f>> uv_sets;  // each empty or full
   std::vector<Vec4f> colors;                // COLOR_0 linear rgba; empty: white
-  std::vector<MeshStep> motion = {};             // see Motion
+  std::vector<MeshStep> motion = {};        // see Motion
   int material = -1;                        // -1: glTF's default material
   // By growing variant; in those that are absent the mesh wears `material`.
   std::vector<VariantMaterial> variant_materials;
@@ -175,8 +175,8 @@ struct VariantDescription {
   std::string name;
 };
 
-// Motion while the shutter is open: what moves is also given at later times, evenly spaced up to its
-// closing; at its opening it is where it stands without them. None: it is at rest. Between them
+// Motion while the shutter is open: what moves is also given at later times, evenly spaced up to
+// its closing; at its opening it is where it stands without them. None: it is at rest. Between them
 // vertices, positions and sizes go along straight lines, and transforms turn about an axis.
 
 // A mesh placed in the world. Nodes are flattened at load; transforms keep double precision so
@@ -293,6 +293,14 @@ struct WorldBounds {
     for (int c = 0; c < 3; ++c) {
       min[c] = std::min(min[c], p[c]);
       max[c] = std::max(max[c], p[c]);
+    }
+  }
+  // Another one that is placed in the world; nothing, if it is empty.
+  void add(const WorldBounds& box, const Mat44d& to_world) {
+    for (int corner = 0; corner < 8 && !box.empty(); ++corner) {
+      add(transform_point(to_world,
+                          {corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                           corner & 4 ? box.max.z : box.min.z}));
     }
   }
   bool empty() const { return !(min.x <= max.x); }
