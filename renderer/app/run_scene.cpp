@@ -62,7 +62,7 @@ void RunScene::read(const RenderOptions& options, LoadProgress& progress) {
   RenderOptions still = options;
   still.turntable.reset();
   camera_ = choose_camera(still, description_, edits);
-  if (options.turntable) bounds_ = world_bounds(description_);
+  if (options.turntable) bounds_ = framed_bounds(description_);
 }
 
 void RunScene::build(const RenderOptions& options, const SceneBuildOptions& build,

@@ -91,7 +91,7 @@ void apply_lens(const FrameSettings& settings, CameraDescription& camera) {
 CameraDescription on_turntable(const FrameSettings& settings, const SceneDescription& scene,
                                CameraDescription camera) {
   if (!settings.turntable) return camera;
-  return turned(std::move(camera), *settings.turntable, world_bounds(scene));
+  return turned(std::move(camera), *settings.turntable, framed_bounds(scene));
 }
 
 }  // namespace

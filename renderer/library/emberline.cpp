@@ -245,7 +245,7 @@ Scene::Scene(const std::string& path, const Settings& given, const Resources& re
       SceneDescription description = load_scene(settings, progress, true, need_tangents(edits));
       choose_variant(settings, description, edits);
       state_->coverage = description.coverage;
-      if (description.cameras.empty()) state_->bounds = world_bounds(description);
+      if (description.cameras.empty()) state_->bounds = framed_bounds(description);
       state_->scene =
           std::make_unique<EditableScene>(std::move(description), state_->build, progress);
       state_->scene->set(edits);

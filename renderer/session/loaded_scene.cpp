@@ -80,7 +80,7 @@ std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& 
   if (const auto environment = file_identity(options.environment)) {
     open->inputs.push_back({options.environment, *environment});
   }
-  open->bounds = world_bounds(description);
+  open->bounds = framed_bounds(description);
   if (!open->bounds.empty()) open->center = open->bounds.center();
   if (open->bounds.radius() > 0.0) open->radius = open->bounds.radius();
   // The integrator may be changed for one that shows texture coordinates.
