@@ -1,5 +1,7 @@
 #include "renderer/description/animation.h"
 
+#include <Imath/ImathQuat.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -29,16 +31,6 @@ double length_of(std::span<const double> q) {
   double sum = 0.0;
   for (const double component : q) sum += component * component;
   return std::sqrt(sum);
-}
-
-Quaternion scaled(const Quaternion& q, double factor) {
-  return {q[0] * factor, q[1] * factor, q[2] * factor, q[3] * factor};
-}
-
-Quaternion weighted_sum(const Quaternion& a, double wa, const Quaternion& b, double wb) {
-  Quaternion sum;
-  for (size_t c = 0; c < sum.size(); ++c) sum[c] = a[c] * wa + b[c] * wb;
-  return sum;
 }
 
 Quaternion quaternion_at(const float* numbers) {
@@ -71,16 +63,11 @@ void normalise(std::span<double> value, const float* from, const float* to, doub
 }  // namespace
 
 Quaternion slerp(const Quaternion& from, const Quaternion& to, double share) {
-  const Quaternion a = scaled(from, 1.0 / length_of(from));
-  Quaternion b = scaled(to, 1.0 / length_of(to));
-  const double cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
-  if (cosine < 0.0) b = scaled(b, -1.0);
-  // From chords: the arc cosine of nearly 1 would lose half the digits.
-  const double angle = 2.0 * std::atan2(length_of(weighted_sum(a, 1.0, b, -1.0)),
-                                        length_of(weighted_sum(a, 1.0, b, 1.0)));
-  if (angle == 0.0) return a;
-  const double sine = std::sin(angle);
-  return weighted_sum(a, std::sin(angle * (1.0 - share)) / sine, b, std::sin(angle * share) / sine);
+  const auto unit = [](const Quaternion& q) {
+    return Imath::Quatd(q[3], q[0], q[1], q[2]).normalized();
+  };
+  const Imath::Quatd q = Imath::slerpShortestArc(unit(from), unit(to), share);
+  return {q.v.x, q.v.y, q.v.z, q.r};
 }
 
 void sample_keys(const KeyFrames& keys, double time, std::span<double> value) {
