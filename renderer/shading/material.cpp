@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "renderer/core/errors.h"
+#include "renderer/shading/lobes/anisotropic_ggx.h"
 #include "renderer/shading/lobes/transmission_lobe.h"
 
 namespace emberline {
@@ -166,6 +167,7 @@ void Material::compile_anisotropy(const MaterialDescription& d, const auto& add)
   LayerParameters& p = layers_.parameters;
   p.anisotropy = saturate(d.anisotropy);
   if (p.anisotropy == 0.0f) return;
+  AnisotropicAlbedo::prepare();
   const float angle = std::isfinite(d.anisotropy_rotation) ? d.anisotropy_rotation : 0.0f;
   p.anisotropy_direction = Vec2f(std::cos(angle), std::sin(angle));
   anisotropy_texture_ = add(d.anisotropy_texture, false, "anisotropy texture");

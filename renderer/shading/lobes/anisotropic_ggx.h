@@ -77,12 +77,15 @@ class AnisotropicGgx {
 // lobe returns whose width is this one's in w's azimuth, from SpecularAlbedo, plus a table of the
 // difference over (cosine, azimuth, alpha_y, alpha_x). With alpha_x = alpha_y the difference is 0.
 // |error| against quadrature at 20,000 points, the narrow and the grazing ones included: E 1.5e-3
-// at most, 9e-4 for 99 of 100; B 1.7e-3 and 6e-4. 950 KiB, built at first use (90 ms,
-// deterministic, thread-safe).
+// at most, 9e-4 for 99 of 100; B 1.7e-3 and 6e-4. 950 KiB, built once (90 ms, deterministic,
+// thread-safe).
 class AnisotropicAlbedo {
  public:
   // alpha_x >= alpha_y (glTF: x is the stretched direction), both in [kMirrorAlpha, 1].
   AnisotropicAlbedo(float alpha_x, float alpha_y);
+
+  // Builds the table, unless it is there: before rendering, or else the first sample waits.
+  static void prepare() { tables(); }
 
   SpecularAlbedo::Value at(const Vec3f& w) const;  // w unit, w.z in [0, 1]
 
