@@ -1,6 +1,7 @@
 #include "io/gltf_extensions.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -9,35 +10,72 @@
 namespace emberline {
 namespace {
 
-using enum ExtensionSupport;
-
-constexpr ExtensionInfo kExtensions[] = {
-    {"EXT_mesh_gpu_instancing", kHonoured, ""},
-    {"EXT_meshopt_compression", kHonoured, ""},
-    {"EXT_texture_webp", kHonoured, ""},
-    {"KHR_animation_pointer", kHonoured, ""},
-    {"KHR_draco_mesh_compression", kHonoured, ""},
-    {"KHR_lights_punctual", kHonoured, ""},
-    {"KHR_materials_anisotropy", kHonoured, ""},
-    {"KHR_materials_clearcoat", kHonoured, ""},
-    {"KHR_materials_diffuse_transmission", kHonoured, ""},
-    {"KHR_materials_dispersion", kHonoured, ""},
-    {"KHR_materials_emissive_strength", kHonoured, ""},
-    {"KHR_materials_ior", kHonoured, ""},
-    {"KHR_materials_iridescence", kHonoured, ""},
-    {"KHR_materials_pbrSpecularGlossiness", kHonoured, ""},
-    {"KHR_materials_sheen", kHonoured, ""},
-    {"KHR_materials_specular", kHonoured, ""},
-    {"KHR_materials_transmission", kHonoured, ""},
-    {"KHR_materials_unlit", kHonoured, ""},
-    {"KHR_materials_variants", kHonoured, ""},
-    {"KHR_materials_volume", kHonoured, ""},
-    {"KHR_mesh_quantization", kHonoured, ""},
-    {"KHR_meshopt_compression", kHonoured, ""},
-    {"KHR_node_visibility", kHonoured, ""},
-    {"KHR_texture_basisu", kHonoured, ""},
-    {"KHR_texture_transform", kHonoured, ""},
+constexpr std::string_view kHonoured[] = {
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_animation_pointer",
+    "KHR_draco_mesh_compression",
+    "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_visibility",
+    "KHR_texture_basisu",
+    "KHR_texture_transform",
 };
+
+// Others that are met, with what the picture lacks without them.
+constexpr std::pair<std::string_view, std::string_view> kIgnored[] = {
+    {"AGI_articulations", "nothing asks for them to move"},
+    {"AGI_stk_metadata", "data beside the picture"},
+    {"CESIUM_primitive_outline", "outlines are not drawn"},
+    {"EXT_instance_features", "data beside the picture"},
+    {"EXT_lights_ies", "the lights have no profile: they shine as without it"},
+    {"EXT_lights_image_based", "not read from the file: choose an image with --environment"},
+    {"EXT_mesh_features", "data beside the picture"},
+    {"EXT_mesh_manifold", "the triangles are the same without it"},
+    {"EXT_structural_metadata", "data beside the picture"},
+    {"EXT_texture_avif", "no AVIF images are read: the texture's other image counts"},
+    {"KHR_audio_emitter", "sound"},
+    {"KHR_interactivity", "nothing asks for its actions"},
+    {"KHR_node_hoverability", "nothing points at the picture"},
+    {"KHR_node_selectability", "nothing points at the picture"},
+    {"KHR_physics_rigid_bodies", "nothing is simulated"},
+    {"KHR_implicit_shapes", "nothing is simulated"},
+    {"KHR_xmp", "data beside the picture"},
+    {"KHR_xmp_json_ld", "data beside the picture"},
+    {"MSFT_lod", "the finest level is rendered"},
+    {"MSFT_texture_dds", "no DDS images are read: the texture's other image counts"},
+    {"NV_materials_mdl", "the material is what glTF says beside it"},
+    {"OMI_physics_body", "nothing is simulated"},
+    {"OMI_physics_shape", "nothing is simulated"},
+    {"VRM", "nobody acts it: the figure is what glTF says beside it"},
+    {"VRMC_materials_mtoon", "the material is what glTF says beside it"},
+    {"VRMC_springBone", "nothing is simulated"},
+    {"VRMC_vrm", "nobody acts it: the figure is what glTF says beside it"},
+};
+
+std::string with_reason(const std::string& extension) {
+  const auto* found =
+      std::ranges::find(kIgnored, extension, &std::pair<std::string_view, std::string_view>::first);
+  const std::string_view why =
+      found == std::end(kIgnored) ? "unknown to this version" : found->second;
+  return shortened(extension) + " (" + std::string(why) + ")";
+}
 
 // False: it is there already, or the list is full, which its last entry says. A hostile file may
 // name any number of things.
@@ -50,18 +88,15 @@ bool add_once(std::vector<std::string>& list, const std::string& text) {
 
 }  // namespace
 
-const ExtensionInfo* find_extension_info(std::string_view name) {
-  const auto* found = std::find_if(std::begin(kExtensions), std::end(kExtensions),
-                                   [&](const ExtensionInfo& info) { return info.name == name; });
-  return found == std::end(kExtensions) ? nullptr : found;
+bool is_honoured(std::string_view extension) {
+  return std::ranges::find(kHonoured, extension) != std::end(kHonoured);
 }
 
 void check_required_extensions(const GltfDocument& document) {
   size_t i = 0;
   for (const auto& element : document.array("extensionsRequired")) {
     const std::string name = element.get<std::string>();
-    const ExtensionInfo* info = find_extension_info(name);
-    if (!info || info->support == kIgnored) {
+    if (!is_honoured(name)) {
       throw InputError(document.place("/extensionsRequired/" + std::to_string(i)),
                        "the file requires the extension " + shortened(name) +
                            ", which is not supported; export it without");
@@ -83,17 +118,10 @@ void report_extensions(const GltfDocument& document, CoverageReport& coverage) {
   for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
     for (const auto& element : document.array(list)) {
       const std::string& name = element.get_ref<const std::string&>();
-      const ExtensionInfo* info = find_extension_info(name);
-      if (info && info->support == kHonoured) {
+      if (is_honoured(name)) {
         add_once(coverage.used, name);
-        continue;
-      }
-      const std::string text =
-          info ? name + " (" + std::string(info->remark) + ")" : shortened(name);
-      if (info && info->support != kIgnored) {
-        report_approximated(document.file, text, coverage);
-      } else if (add_once(coverage.ignored, name)) {
-        log_warning(document.file + ": ignored: " + text);
+      } else {
+        report_ignored(document.file, with_reason(name), coverage);
       }
     }
   }

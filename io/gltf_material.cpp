@@ -72,7 +72,8 @@ MaterialDescription read_material(const MaterialFile& file, size_t i) {
   read_material_layers(object, material);
   read_alpha(object, source, material);
   material.double_sided = source.doubleSided;
-  if (object.has_texture("occlusionTexture")) object.report_ignored("occlusionTexture");
+  if (object.has_texture("occlusionTexture"))
+    object.report_ignored("occlusionTexture (occlusion is traced)");
   return material;
 }
 

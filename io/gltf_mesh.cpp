@@ -318,7 +318,8 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
 
   const int mode = primitive.value("mode", int(kTriangles));
   if (mode < kTriangles) {
-    loaded.ignored.push_back(std::string("primitive mode ") + kModeNames[mode]);
+    loaded.ignored.push_back(std::string("primitive mode ") + kModeNames[mode] +
+                             " (has no surface)");
     loaded.mode = mode;
     loaded.without_surface = count_without_surface(document, primitive, mode);
     return loaded;
@@ -347,7 +348,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   }
   read_uv_sets(reader, materials, loaded);
   read_colors(reader, mesh);
-  if (reader.has("COLOR_1")) loaded.ignored.push_back("COLOR_1");
+  if (reader.has("COLOR_1")) loaded.ignored.push_back("COLOR_1 (COLOR_0 alone has a meaning)");
 
   apply_poses(reader, document, primitive, pointer, poses, mesh);
 

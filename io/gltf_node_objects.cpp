@@ -117,7 +117,8 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
     // Writers of hard-edged spots give both the same angle.
     light.inner_cone = float(std::min(inner, double(light.outer_cone) * (1.0 - 1e-5)));
   }
-  if (object.contains("range")) report_ignored(document.file, "light range", scene.coverage);
+  if (object.contains("range"))
+    report_ignored(document.file, "light range (light falls off without an end)", scene.coverage);
   scene.lights.push_back(std::move(light));
 }
 

@@ -27,7 +27,18 @@ TEST(GltfCoverage, UsedExtensionsAreSorted) {
             (std::vector<std::string>{"KHR_materials_unlit", "KHR_materials_clearcoat",
                                       "KHR_materials_variants", "KHR_materials_specular"}));
   EXPECT_TRUE(coverage.approximated.empty());
-  EXPECT_EQ(coverage.ignored, std::vector<std::string>{"VENDOR_new_thing"});
+  EXPECT_EQ(coverage.ignored,
+            std::vector<std::string>{"VENDOR_new_thing (unknown to this version)"});
+}
+
+TEST(GltfCoverage, WhatIsIgnoredSaysWhy) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.root["extensionsUsed"] = {"MSFT_lod", "KHR_xmp_json_ld"};
+  const CoverageReport coverage = load(gltf).coverage;
+  EXPECT_EQ(coverage.ignored,
+            (std::vector<std::string>{"MSFT_lod (the finest level is rendered)",
+                                      "KHR_xmp_json_ld (data beside the picture)"}));
 }
 
 TEST(GltfCoverage, ExtensionsThatTheFileForgetsToListAreFound) {
@@ -41,7 +52,7 @@ TEST(GltfCoverage, ExtensionsThatTheFileForgetsToListAreFound) {
   const CoverageReport coverage = load(gltf).coverage;
   EXPECT_EQ(coverage.used,
             (std::vector<std::string>{"KHR_materials_unlit", "KHR_materials_emissive_strength"}));
-  EXPECT_EQ(coverage.ignored, std::vector<std::string>{"VENDOR_other"});
+  EXPECT_EQ(coverage.ignored, std::vector<std::string>{"VENDOR_other (unknown to this version)"});
 }
 
 TEST(GltfCoverage, EveryHonouredExtensionMayBeRequired) {
@@ -105,7 +116,7 @@ TEST(GltfCoverage, AnimationsAndOcclusionAreIgnored) {
   gltf.primitive()["material"] = 0;
   const CoverageReport coverage = load(gltf).coverage;
   EXPECT_TRUE(contains(coverage.ignored, "animations (at rest)"));
-  EXPECT_TRUE(contains(coverage.ignored, "occlusionTexture"));
+  EXPECT_TRUE(contains(coverage.ignored, "occlusionTexture (occlusion is traced)"));
 }
 
 }  // namespace

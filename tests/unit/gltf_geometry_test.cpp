@@ -177,8 +177,10 @@ TEST(GltfGeometry, PointsAndLinesAreReportedNotDrawn) {
   const SceneDescription scene = load(gltf);
   EXPECT_EQ(scene.meshes.size(), 1u);
   EXPECT_EQ(scene.coverage.ignored,
-            (std::vector<std::string>{"primitive mode POINTS", "primitive mode LINES",
-                                      "primitive mode LINE_LOOP", "primitive mode LINE_STRIP"}));
+            (std::vector<std::string>{"primitive mode POINTS (has no surface)",
+                                      "primitive mode LINES (has no surface)",
+                                      "primitive mode LINE_LOOP (has no surface)",
+                                      "primitive mode LINE_STRIP (has no surface)"}));
 }
 
 TEST(GltfGeometry, NormalsAreUnitOrZeroAndMissingOnesStayMissing) {
