@@ -26,7 +26,7 @@ void AmbientOcclusionIntegrator::estimate(const SampleBatch& batch, PixelSamples
     samples.start_slot(1);
     const ShadedPoint point = shade(scene, batch.rays[i], hit, samples.get(surface_dim::kTexture));
     value.alpha = 1.0f;
-    fill_first_hit(batch, point, batch.rays[i].time, point.bsdf().albedo(), &value.first_hit);
+    fill_first_hit(batch, hit, point, batch.rays[i].time, point.bsdf().albedo(), &value.first_hit);
     const Vec3f direction = point.frame.shading.to_world(square_to_cosine_hemisphere(
         {samples.get(surface_dim::kBsdfX), samples.get(surface_dim::kBsdfY)}));
     if (dot(direction, point.frame.geometric_normal) <= 0.0f) continue;

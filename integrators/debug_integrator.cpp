@@ -51,7 +51,8 @@ void DebugIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
     samples.start_slot(1);
     const ShadedPoint point =
         shade(batch.scene, batch.rays[i], hit, samples.get(surface_dim::kTexture));
-    fill_first_hit(batch, point, batch.rays[i].time, point.bsdf().albedo(), &values[i].first_hit);
+    fill_first_hit(batch, hit, point, batch.rays[i].time, point.bsdf().albedo(),
+                   &values[i].first_hit);
     values[i].alpha = 1.0f;
     values[i].radiance = view_color(view_, batch, point, batch.rays[i].time);
   }

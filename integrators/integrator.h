@@ -31,6 +31,9 @@ struct SampleBatch {
   std::span<const Ray> rays;
   bool surface_aovs = false;  // fill SampleValue::first_hit
   bool hit_id = false;        // fill first_hit.id alone
+  // With surface_aovs: fill first_hit.velocity of what is hit, too; the shutter is open for so many
+  // frames. 0: no.
+  double velocity_frames = 0.0;
   // Where the radiance comes from, if that is asked for: both or neither. The values arrive without
   // light; what is added there adds up to SampleValue::radiance.
   const LightGroups* light_groups = nullptr;

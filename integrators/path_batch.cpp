@@ -191,7 +191,7 @@ void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> va
     const ShadedPoint& point = points_[lane];
     if constexpr (kGlass) cross_medium(depth, point, &path);
     if (depth == 0) {
-      fill_first_hit(batch_, point, path.ray.time, bsdfs_[lane].albedo(),
+      fill_first_hit(batch_, path.hit, point, path.ray.time, bsdfs_[lane].albedo(),
                      &values[size_t(lane)].first_hit);
     }
     const Rgb emitted = surface_emission(path, point);

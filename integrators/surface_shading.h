@@ -65,8 +65,8 @@ inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& h
 }
 
 // The AOVs of a camera ray's first surface, as far as the batch asks for them.
-inline void fill_first_hit(const SampleBatch& batch, const ShadedPoint& point, float time,
-                           const Rgb& albedo, FirstHit* out) {
+inline void fill_first_hit(const SampleBatch& batch, const SurfaceHit& hit,
+                           const ShadedPoint& point, float time, const Rgb& albedo, FirstHit* out) {
   if (batch.hit_id) out->id = point.surface.instance + 1;
   if (!batch.surface_aovs) return;
   out->hit = true;
@@ -74,6 +74,9 @@ inline void fill_first_hit(const SampleBatch& batch, const ShadedPoint& point, f
   out->normal = point.frame.shading.normal;
   out->depth =
       float(double(batch.camera.axial_depth(point.surface.position, time)) / batch.scene.scale());
+  if (batch.velocity_frames == 0.0) return;
+  const Scene::Way way = batch.scene.way_of(hit);
+  out->velocity = batch.camera.velocity(way.from, way.to, batch.velocity_frames);
 }
 
 }  // namespace emberline

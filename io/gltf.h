@@ -33,6 +33,9 @@ struct GltfOptions {
     double open = 0.0, close = 0.0;
   };
   std::optional<Shutter> shutter = {};
+  // Of an instant, in seconds from then on: where things are at that time is in the scene as well
+  // (LaterInstance), which is otherwise as it is without.
+  std::optional<double> later = {};
 };
 
 // Reads `path`. Throws InputError (file, JSON pointer, what to do) for anything unusable that the

@@ -260,6 +260,9 @@ GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& op
   const GltfOptions::Shutter shutter = options.shutter.value_or(GltfOptions::Shutter{});
   animation.open = animation.time + shutter.open;
   animation.close = animation.time + shutter.close;
+  if (options.later && !(animation.open < animation.close)) {
+    animation.later = animation.open + *options.later;
+  }
   AnimationReader reader(document, animation);
   for (const size_t index : chosen) reader.read(index);
   reader.warn_of_repairs();

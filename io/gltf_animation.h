@@ -36,6 +36,7 @@ struct GltfAnimation {
   bool at_rest = true;
   double time = 0.0;               // seconds: the pose that was asked for
   double open = 0.0, close = 0.0;  // when the shutter is: the same, for an instant
+  std::optional<double> later;     // of an instant: GltfOptions::later
   double duration = 0.0;           // of the longest
   // In the file's order: of two that move the same the later counts.
   std::vector<NodeTrack> nodes;

@@ -130,6 +130,7 @@ void drop_unused_vertices(MeshDescription& mesh) {
     values.shrink_to_fit();
   };
   compact(mesh.positions);
+  compact(mesh.later);
   compact(mesh.normals);
   compact(mesh.tangents);
   compact(mesh.colors);
@@ -235,15 +236,25 @@ void normalise_directions(auto& vertices) {
   }
 }
 
+// A vertex that is nowhere later stays.
+std::vector<Vec3f> usable_or(std::vector<Vec3f> later, const std::vector<Vec3f>& positions) {
+  for (size_t v = 0; v < later.size(); ++v) {
+    if (!is_usable(later[v])) later[v] = positions[v];
+  }
+  return later;
+}
+
 // Puts the mesh, which stands as the file has it, into its poses.
 void apply_poses(const PrimitiveReader& reader, const GltfDocument& document, const json& primitive,
-                 const std::string& pointer, std::span<const MeshPose> poses,
+                 const std::string& pointer, std::span<const MeshPose> poses, bool later,
                  MeshDescription& mesh) {
   MeshDescription unposed;
   if (poses.size() > 1) {
     unposed.positions = mesh.positions;
-    unposed.normals = mesh.normals;
-    unposed.tangents = mesh.tangents;
+    if (!later) {
+      unposed.normals = mesh.normals;
+      unposed.tangents = mesh.tangents;
+    }
   }
   const auto apply = [&](const MeshPose& pose, MeshDescription& posed) {
     document.progress->check();
@@ -254,6 +265,10 @@ void apply_poses(const PrimitiveReader& reader, const GltfDocument& document, co
   for (const MeshPose& pose : poses.subspan(1)) {
     MeshDescription posed = unposed;
     apply(pose, posed);
+    if (later) {
+      mesh.later = usable_or(std::move(posed.positions), mesh.positions);
+      continue;
+    }
     mesh.motion.push_back(
         {std::move(posed.positions), std::move(posed.normals), std::move(posed.tangents)});
   }
@@ -291,7 +306,8 @@ uint64_t held_bytes(const Vector& vector) {
 
 uint64_t held_bytes(const MeshDescription& mesh) {
   uint64_t bytes = mesh.name.capacity() + held_bytes(mesh.positions) + held_bytes(mesh.triangles) +
-                   held_bytes(mesh.normals) + held_bytes(mesh.tangents) + held_bytes(mesh.colors);
+                   held_bytes(mesh.normals) + held_bytes(mesh.tangents) + held_bytes(mesh.colors) +
+                   held_bytes(mesh.later);
   for (const auto& uv : mesh.uv_sets) bytes += held_bytes(uv);
   for (const MeshStep& step : mesh.motion) {
     bytes += sizeof(step) + held_bytes(step.positions) + held_bytes(step.normals) +
@@ -303,7 +319,8 @@ uint64_t held_bytes(const MeshDescription& mesh) {
 }  // namespace
 
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
-                          std::span<const MeshPose> poses, Materials materials, bool tangents) {
+                          std::span<const MeshPose> poses, bool later, Materials materials,
+                          bool tangents) {
   const json& mesh_object = document.json.at("meshes")[mesh_index];
   const json& primitive = mesh_object.at("primitives")[primitive_index];
   const std::string pointer =
@@ -350,7 +367,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   read_colors(reader, mesh);
   if (reader.has("COLOR_1")) loaded.ignored.push_back("COLOR_1 (COLOR_0 alone has a meaning)");
 
-  apply_poses(reader, document, primitive, pointer, poses, mesh);
+  apply_poses(reader, document, primitive, pointer, poses, later, mesh);
 
   mesh.triangles = unroll(reader.indices(), reader.is_draco() ? int(kTriangles) : mode);
   drop_bad_triangles(mesh, loaded.repairs);

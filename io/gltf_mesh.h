@@ -30,11 +30,12 @@ struct LoadedMesh {
   uint64_t without_surface = 0;
 };
 
-// `poses`: at even times of the shutter, or one. `materials` are all that the primitive may be
+// `poses`: at even times of the shutter, or one; or, with `later`, one and the one of
+// MeshDescription::later. `materials` are all that the primitive may be
 // shaded with, its own first; they decide which UV sets are kept (0 always) and whether tangents
 // are needed, which `tangents` asks for in any case. Throws InputError. Thread-safe.
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh, size_t primitive,
-                          std::span<const MeshPose> poses,
+                          std::span<const MeshPose> poses, bool later,
                           std::span<const MaterialDescription* const> materials, bool tangents);
 
 }  // namespace emberline

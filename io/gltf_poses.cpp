@@ -108,10 +108,10 @@ std::vector<MeshPose> GltfPoses::of(size_t node) {
 
 bool GltfPoses::has_own_weights(size_t node) const {
   const MorphDefaults& defaults = defaults_[size_t(model_.nodes[node].mesh)];
-  for (size_t step = 0; step < shutter_.steps() && defaults.morphs; ++step) {
-    if (weights_of(node, step) != defaults.weights) return true;
-  }
-  return false;
+  if (!defaults.morphs) return false;
+  const auto posed = shutter_.pose().find(node);
+  const bool is_animated = posed != shutter_.pose().end() && !posed->second.weights.empty();
+  return is_animated || weights_of(node, 0) != defaults.weights;
 }
 
 }  // namespace emberline

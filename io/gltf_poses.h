@@ -21,8 +21,8 @@ class GltfPoses {
   // The arguments outlive it, and it what it returns.
   GltfPoses(const GltfDocument& document, const tinygltf::Model& model, const GltfShutter& shutter);
 
-  // Whether the mesh has targets; and whether their weights are ever others than the mesh's where
-  // the node wears it.
+  // Whether the mesh has targets; and whether their weights are animated, or others than the
+  // mesh's, where the node wears it.
   bool morphs(size_t mesh) const { return defaults_[mesh].morphs; }
   bool has_own_weights(size_t node) const;
   // Read when it is first asked for. Throws InputError.

@@ -30,7 +30,7 @@ std::string primitive_pointer(size_t mesh, size_t primitive) {
   return "/meshes/" + std::to_string(mesh) + "/primitives/" + std::to_string(primitive);
 }
 
-// A mesh in one pose, or in motion; all its primitives.
+// A mesh in one pose, or in motion, or in one pose and a later one; all its primitives.
 struct MeshUse {
   size_t mesh = 0;
   std::vector<MeshPose> poses;
@@ -43,7 +43,7 @@ struct Placement {
   size_t use = 0;
   size_t node = 0;
   Mat44d to_world;
-  std::vector<Mat44d> motion;  // at every step, the first included; empty: at rest
+  std::vector<Mat44d> motion;  // at every step of GltfShutter; empty: at rest
 };
 
 Mat44d translation_of(const Vec3d& shift) {
@@ -67,7 +67,7 @@ class SceneGraphReader {
         model_(model),
         scene_(scene),
         at_rest_(animation.at_rest),
-        shutter_(document, model, animation, animation.open, animation.close),
+        shutter_(document, model, animation),
         world_(shutter_.world()),
         visible_(visible_nodes(document, shutter_.pose())),
         poses_(document, model, shutter_),
@@ -164,13 +164,19 @@ void SceneGraphReader::read_node(size_t node) {
 }
 
 void SceneGraphReader::add_motion(size_t node, CameraDescription& camera) const {
-  for (size_t step = 1; step < shutter_.steps() && shutter_.moves(node); ++step) {
+  if (!shutter_.moves(node)) return;
+  if (shutter_.is_instant()) {
+    camera.later = shutter_.world(node, 1);
+    return;
+  }
+  for (size_t step = 1; step < shutter_.steps(); ++step) {
     camera.motion.push_back(shutter_.world(node, step));
   }
 }
 
 void SceneGraphReader::add_motion(size_t node, PunctualLightDescription& light) const {
-  for (size_t step = 1; step < shutter_.steps() && shutter_.moves(node); ++step) {
+  if (!shutter_.moves(node) || shutter_.is_instant()) return;
+  for (size_t step = 1; step < shutter_.steps(); ++step) {
     light.motion.push_back({light.intensity, shutter_.world(node, step)});
   }
 }
@@ -307,8 +313,8 @@ LoadedMesh SceneGraphReader::load_primitive_of(const MeshUse& use, size_t index)
   for (const VariantMaterial& other : others) {
     materials.push_back(&scene_.materials[size_t(other.material)]);
   }
-  LoadedMesh loaded =
-      load_primitive(document_, use.mesh, index, use.poses, materials, scene_.tangents_read);
+  LoadedMesh loaded = load_primitive(document_, use.mesh, index, use.poses, shutter_.is_instant(),
+                                     materials, scene_.tangents_read);
   loaded.mesh.variant_materials = std::move(others);
   loaded.variants_fault = variants_fault;
   return loaded;
@@ -373,15 +379,17 @@ void SceneGraphReader::place_meshes() {
     throw InputError(document_.file, "{} instances, more than the size of the file bears out",
                      count);
   }
+  const size_t bytes_each =
+      sizeof(InstanceDescription) + (shutter_.is_instant() ? sizeof(LaterInstance) : 0);
   document_.progress->budget()->reserve(MemoryPart::kGeometry,
-                                        bytes_of(count, sizeof(InstanceDescription)) + name_bytes,
-                                        document_.file);
+                                        bytes_of(count, bytes_each) + name_bytes, document_.file);
   scene_.instances.reserve(count);
   std::vector<double> radii(scene_.meshes.size(), -1.0);  // of those that move
   for (const Placement& placement : placements_) {
     const std::string place = document_.place("/nodes/" + std::to_string(placement.node));
     check_transform(placement.to_world, place);
-    std::vector<Mat44d> motion = with_inverses(placement.motion);
+    std::vector<Mat44d> motion;
+    if (!shutter_.is_instant()) motion = with_inverses(placement.motion);
     if (motion.empty() && is_singular(placement.to_world)) {
       ++scene_.repairs.singular_instances;
       continue;
@@ -395,6 +403,8 @@ void SceneGraphReader::place_meshes() {
         instance.to_world = motion[0];
         instance.motion = thinned_transforms(motion, radius);
         if (!instance.motion.empty()) instance.motion.erase(instance.motion.begin());
+      } else if (!placement.motion.empty() && placement.motion[1] != placement.to_world) {
+        scene_.later_instances.push_back({uint32_t(scene_.instances.size()), placement.motion[1]});
       }
       scene_.instances.push_back(std::move(instance));
     }

@@ -83,23 +83,23 @@ size_t keys_within(const GltfAnimation& animation, double open, double close) {
 }  // namespace
 
 GltfShutter::GltfShutter(const GltfDocument& document, const tinygltf::Model& model,
-                         const GltfAnimation& animation, double open, double close)
+                         const GltfAnimation& animation)
     : document_(document),
       model_(model),
       animation_(animation),
-      open_(open),
-      close_(close),
+      open_(animation.open),
+      close_(animation.later.value_or(animation.close)),
       memory_(document.progress->budget(), MemoryPart::kGeometry) {
   if (!animation.at_rest) {
     for (const json& mesh : document.array("meshes")) {
       bounds_.push_back(position_bounds(document, mesh));
     }
   }
-  poses_.push_back(pose_at(animation, open));
+  poses_.push_back(pose_at(animation, open_));
   world_ = world_transforms(document, model, poses_[0]);
-  if (!(open < close) || animation.nodes.empty()) return;
+  if (!(open_ < close_) || animation.nodes.empty()) return;
   find_moving_nodes();
-  size_t most = kMostSegments;
+  size_t most = is_instant() ? 1 : kMostSegments;
   while (most > 2 && order_.size() * (most + 1) > kMostTransforms) most /= 2;
   // Matrices, and the poses that they are made of.
   size_t numbers = 0;
@@ -108,8 +108,9 @@ GltfShutter::GltfShutter(const GltfDocument& document, const tinygltf::Model& mo
                   bytes_of(most + 1, numbers * sizeof(double) +
                                          animation.nodes.size() * 2 * sizeof(NodePose)),
               document.file);
-  size_t segments = 2;
-  while (segments < most && segments < 2 * (keys_within(animation, open, close) + 1)) segments *= 2;
+  size_t segments = std::min(most, size_t(2));
+  while (segments < most && segments < 2 * (keys_within(animation, open_, close_) + 1))
+    segments *= 2;
   pose_at_steps(segments);
   while (segments < most && !fine_enough()) pose_at_steps(segments *= 2);
 }

@@ -1,5 +1,5 @@
 // Where a file's nodes are while the shutter is open: at even times, as many as the motion asks
-// for.
+// for; of an instant whose velocity is wanted, then and later.
 #pragma once
 
 #include <vector>
@@ -12,10 +12,9 @@ namespace emberline {
 
 class GltfShutter {
  public:
-  // Of an animation, between two times in seconds that may be the same. Throws InputError when
-  // memory does not allow it.
+  // Of an animation. Throws InputError when memory does not allow it.
   GltfShutter(const GltfDocument& document, const tinygltf::Model& model,
-              const GltfAnimation& animation, double open, double close);
+              const GltfAnimation& animation);
 
   // Of every node, as the shutter opens.
   const std::vector<Mat44d>& world() const { return world_; }
@@ -29,6 +28,8 @@ class GltfShutter {
 
   // Poses, the first included; 1: nothing moves.
   size_t steps() const { return poses_.size(); }
+  // Whether the second pose, if there is one, is GltfAnimation::later.
+  bool is_instant() const { return animation_.later.has_value(); }
   bool moves(size_t node) const { return !moving_.empty() && moving_[node] != kAtRest; }
   // Of a node that moves.
   const Mat44d& world(size_t node, size_t step) const { return motion_[step][moving_[node]]; }

@@ -62,6 +62,7 @@ void split_per_face(MeshDescription& mesh) {
     values = std::move(expanded);
   };
   expand(mesh.positions);
+  expand(mesh.later);
   for (MeshStep& step : mesh.motion) expand(step.positions);
   expand(mesh.colors);
   for (auto& uv : mesh.uv_sets) expand(uv);
@@ -153,6 +154,7 @@ uint32_t duplicate_vertex(MeshDescription& mesh, std::vector<Vec3f>& normals,
   };
   const uint32_t copy = uint32_t(mesh.positions.size());
   duplicate(mesh.positions);
+  duplicate(mesh.later);
   duplicate(mesh.colors);
   for (auto& set : mesh.uv_sets) duplicate(set);
   for (MeshStep& step : mesh.motion) {

@@ -86,7 +86,7 @@ void RunScene::check_inputs(const RenderOptions& options, LoadProgress& progress
 }
 
 CameraDescription RunScene::camera(const RenderOptions& options) const {
-  return options.turntable ? turned(camera_, *options.turntable, bounds_) : camera_;
+  return turned(camera_, options, bounds_);
 }
 
 void RunScene::register_inputs(FileRegister& files) const {

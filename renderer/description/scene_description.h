@@ -165,6 +165,7 @@ struct MeshDescription {
   std::vector<std::vector<Vec2f>> uv_sets;  // each empty or full
   std::vector<Vec4f> colors;                // COLOR_0 linear rgba; empty: white
   std::vector<MeshStep> motion = {};        // see Motion
+  std::vector<Vec3f> later = {};            // positions; see LaterInstance
   int material = -1;                        // -1: glTF's default material
   // By growing variant; in those that are absent the mesh wears `material`.
   std::vector<VariantMaterial> variant_materials;
@@ -186,6 +187,13 @@ struct InstanceDescription {
   int mesh = -1;
   Mat44d to_world;  // row-vector convention; may mirror (negative determinant); finite
   std::vector<Mat44d> motion = {};
+};
+
+// What moves is seen at an instant, but its velocity is asked for: where it is a frame later. Rays
+// do not meet it there. Meshes and cameras have a `later` of their own.
+struct LaterInstance {
+  uint32_t instance = 0;  // into SceneDescription::instances
+  Mat44d to_world;
 };
 
 // ---- lights and cameras
@@ -226,6 +234,7 @@ struct CameraDescription {
   double focus_distance = 0.0;  // metres along the axis to the plane that is sharp; > 0 with a lens
   Mat44d to_world;              // looks along -Z, +Y up; scale in it is ignored
   std::vector<Mat44d> motion = {};
+  std::optional<Mat44d> later = {};  // see LaterInstance
   // Set: what the file says of it makes no camera. Whoever chooses it throws this.
   std::shared_ptr<const InputError> fault = {};
 };
@@ -314,6 +323,7 @@ struct SceneDescription : SceneLists {
   std::vector<std::shared_ptr<const Image>> images;
   std::vector<MeshDescription> meshes;
   std::vector<InstanceDescription> instances;
+  std::vector<LaterInstance> later_instances;  // those that move, by growing instance
   // Of a posed scene: what it takes up at rest, so that a view of the whole does not depend on the
   // pose.
   std::optional<WorldBounds> rest_bounds;

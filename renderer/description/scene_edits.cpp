@@ -278,6 +278,8 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
     camera.orthographic = false;
     camera.aspect.reset();  // of the frame
     camera.to_world = view_matrix(edit);
+    camera.motion.clear();
+    camera.later.reset();
     camera.fault.reset();
   }
   if (edit.orthographic_height) make_orthographic(*edit.orthographic_height, camera);

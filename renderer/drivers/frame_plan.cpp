@@ -172,6 +172,7 @@ FramePlan::FramePlan(const FrameSettings& s)
       even(shares_evenly(s)),
       seed(s.seed),
       aovs(AovSet::parse(s.aovs)),
+      shutter_frames(is_instant(s) ? 1.0 : s.shutter->close - s.shutter->open),
       filter(s.filter_radius ? PixelFilter::create(s.filter, *s.filter_radius)
                              : PixelFilter::create(s.filter)) {
   check_companions(s);
@@ -206,6 +207,7 @@ Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGrou
           .seed = seed,
           .streams = streams,
           .aovs = aovs,
+          .shutter_frames = shutter_frames,
           .exact_counts = even,
           .light_groups = groups};
 }

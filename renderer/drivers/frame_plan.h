@@ -33,6 +33,7 @@ struct FramePlan {
   uint32_t seed;
   StreamCount streams = StreamCount::kOne;
   AovSet aovs;
+  double shutter_frames;
   SceneBuildOptions build;  // what the settings want of the scene
   PixelFilter filter;
   std::unique_ptr<Integrator> integrator;

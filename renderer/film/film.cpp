@@ -32,6 +32,11 @@ constexpr NamedValue<Aov> kAovs[] = {
     {"albedo", "directional albedo of the first surface", Aov::kAlbedo},
     {"N", "shading normal of the first surface, world axes", Aov::kNormal},
     {"Z", "depth of the first surface along the viewing axis", Aov::kDepth},
+    {"velocity",
+     "where the first surface goes, in pixels a frame of --fps: X to the right, Y up; the mean "
+     "over "
+     "the shutter, or without one over the frame that follows",
+     Aov::kVelocity},
     {"id", "instance seen by the pixel's first sample that hits one", Aov::kId},
     {"time", "seconds spent on the pixel", Aov::kTime},
     {"stop",
@@ -74,6 +79,7 @@ std::vector<FilmChannel> film_channels(const AovSet& aovs) {
   if (aovs.contains(Aov::kAlbedo)) add({"albedo.R", "albedo.G", "albedo.B"});
   if (aovs.contains(Aov::kNormal)) add({"N.X", "N.Y", "N.Z"});
   if (aovs.contains(Aov::kDepth)) add({"Z"});
+  if (aovs.contains(Aov::kVelocity)) add({"velocity.X", "velocity.Y"});
   if (aovs.contains(Aov::kId)) add({"id"}, true);
   if (aovs.contains(Aov::kTime)) add({"time"});
   if (aovs.contains(Aov::kStop)) add({"stop"}, true);
@@ -97,6 +103,7 @@ void FilmTile::reset(const Rect& rect) {
   if (aovs_.contains(Aov::kVariance) || extras_.squares) squares_.reset(3 * n);
   if (extras_.rays) rays_.reset(n);
   if (wants_surface()) surfaces_.reset(n);
+  if (aovs_.contains(Aov::kVelocity)) velocities_.reset(n);
   if (aovs_.contains(Aov::kTime)) seconds_.reset(n);
   if (aovs_.contains(Aov::kStop)) stops_.reset(n);
   if (takes_sample_variance()) sample_variances_.reset(n);
@@ -129,6 +136,10 @@ bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValu
     }
     surface.depth += double(value.first_hit.depth);
     surface.hits++;
+  }
+  if (!velocities_.empty()) {
+    const FirstHit& hit = value.first_hit;
+    velocities_[i].add({double(hit.velocity.x), double(hit.velocity.y), 1, hit.hit ? 1u : 0u});
   }
   return true;
 }
@@ -177,6 +188,7 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   if (!squares_.empty()) std::copy_n(&from.squares_[3 * j], 3, &squares_[3 * i]);
   if (!rays_.empty()) rays_[i] = from.rays_[j];
   if (!surfaces_.empty()) surfaces_[i] = from.surfaces_[j];
+  if (!velocities_.empty()) velocities_[i] = from.velocities_[j];
   if (!seconds_.empty()) seconds_[i] = from.seconds_[j];
   if (!stops_.empty()) stops_[i] = from.stops_[j];
   if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
@@ -204,6 +216,7 @@ void FilmTile::add_film(const FilmTile& other) {
       squares_[c] += other.squares_[c];
     if (!rays_.empty()) rays_[i] += other.rays_[i];
     if (!surfaces_.empty()) surfaces_[i].add(other.surfaces_[i]);
+    if (!velocities_.empty()) velocities_[i].add(other.velocities_[i]);
     if (!seconds_.empty()) seconds_[i] += other.seconds_[i];
     if (!stops_.empty()) stops_[i] = other.stops_[i];
     if (!light_groups_.empty()) light_groups_.add_sums(other.light_groups_, i);
@@ -324,6 +337,12 @@ void FilmTile::resolve(std::vector<float>& out) const {
     if (aovs_.contains(Aov::kDepth)) {
       *p++ = surface->hits ? float(surface->depth * per_hit) : kBackgroundDepth;
     }
+    if (aovs_.contains(Aov::kVelocity)) {
+      const VelocitySums& velocity = velocities_[i];
+      const double scale = velocity.count > 0 ? 1.0 / velocity.count : 0.0;
+      *p++ = float(velocity.x * scale);
+      *p++ = float(velocity.y * scale);
+    }
     if (aovs_.contains(Aov::kId)) *p++ = float(sums.id);
     if (aovs_.contains(Aov::kTime)) *p++ = seconds_[i];
     if (aovs_.contains(Aov::kStop)) *p++ = float(stops_[i]);
@@ -335,7 +354,8 @@ void FilmTile::resolve(std::vector<float>& out) const {
 uint64_t FilmTile::bytes() const {
   return sums_.capacity() * sizeof(PixelSums) + squares_.capacity() * sizeof(double) +
          rays_.capacity() * sizeof(uint32_t) + surfaces_.capacity() * sizeof(SurfaceSums) +
-         seconds_.capacity() * sizeof(float) + stops_.capacity() * sizeof(PixelStop) +
+         velocities_.capacity() * sizeof(VelocitySums) + seconds_.capacity() * sizeof(float) +
+         stops_.capacity() * sizeof(PixelStop) +
          sample_variances_.capacity() * sizeof(SampleVariance) +
          shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes();
 }
@@ -345,6 +365,7 @@ void FilmTile::archive(Archive& archive) {
   archive.values(std::span(squares_.begin(), squares_.size()));
   archive.values(std::span(rays_.begin(), rays_.size()));
   archive.values(std::span(surfaces_.begin(), surfaces_.size()));
+  archive.values(std::span(velocities_.begin(), velocities_.size()));
   archive.values(std::span(seconds_.begin(), seconds_.size()));
   archive.values(std::span(stops_.begin(), stops_.size()));
   archive.values(std::span(sample_variances_.begin(), sample_variances_.size()));
@@ -378,6 +399,10 @@ void FilmTile::check(const Archive& archive) const {
     finite(surface.albedo);
     finite(surface.normal);
     archive.check(std::isfinite(surface.depth));
+  }
+  for (const VelocitySums& velocity : velocities_) {
+    archive.check(std::isfinite(velocity.x) && std::isfinite(velocity.y));
+    archive.check(velocity.of_surfaces <= 1);
   }
   for (const PixelStop stop : stops_) archive.check(stop <= PixelStop::kGoingOn);
   // A bool that is neither is no bool to C++: looked at as the byte that it is.

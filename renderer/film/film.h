@@ -27,6 +27,7 @@ enum class Aov : uint8_t {
   kAlbedo,
   kNormal,
   kDepth,
+  kVelocity,
   kId,
   kTime,
   kStop,
@@ -77,6 +78,8 @@ struct FirstHit {
   Vec3f normal = Vec3f(0.0f);  // shading normal, world axes
   float depth = 0.0f;          // scene units along the viewing axis
   uint32_t id = 0;             // 1 + index of the instance; 0: nothing hit
+  // Pixels a frame, to the right and up; finite. Where nothing was hit, that of the background.
+  Vec2f velocity = Vec2f(0.0f);
 };
 
 // Rays traced for one sample, beside its camera ray.
@@ -224,6 +227,21 @@ class FilmTile {
     }
   };
 
+  // Of the samples that hit a surface, or where none did of those that did not.
+  struct VelocitySums {
+    double x, y;
+    uint32_t count;
+    uint32_t of_surfaces;  // 1 or 0
+
+    void add(const VelocitySums& more) {
+      if (more.of_surfaces > of_surfaces) *this = {0.0, 0.0, 0, 1};
+      if (more.of_surfaces < of_surfaces) return;
+      x += more.x;
+      y += more.y;
+      count += more.count;
+    }
+  };
+
   size_t index(int x, int y) const { return rect_.index_of(x, y); }
   bool wants_surface() const {
     return aovs_.contains(Aov::kAlbedo) || aovs_.contains(Aov::kNormal) ||
@@ -242,11 +260,12 @@ class FilmTile {
   Rect rect_;
   uint32_t part_ = 0;
   ZeroedArray<PixelSums> sums_;
-  ZeroedArray<double> squares_;        // 3 per pixel, if wanted
-  ZeroedArray<uint32_t> rays_;         // if wanted
-  ZeroedArray<SurfaceSums> surfaces_;  // with albedo, N or Z
-  ZeroedArray<float> seconds_;         // with time
-  ZeroedArray<PixelStop> stops_;       // with stop
+  ZeroedArray<double> squares_;           // 3 per pixel, if wanted
+  ZeroedArray<uint32_t> rays_;            // if wanted
+  ZeroedArray<SurfaceSums> surfaces_;     // with albedo, N or Z
+  ZeroedArray<VelocitySums> velocities_;  // with velocity
+  ZeroedArray<float> seconds_;            // with time
+  ZeroedArray<PixelStop> stops_;          // with stop
   struct SampleVariance {
     float rgb[3];
     bool known;

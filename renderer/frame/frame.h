@@ -26,7 +26,8 @@ struct Frame {
   uint32_t seed = 0;
   StreamCount streams = StreamCount::kOne;
   AovSet aovs;
-  bool exact_counts = true;  // every pixel gets samples_per_pixel, and none more
+  double shutter_frames = 1.0;  // how long it is open; 1 for an instant, of which velocity() is
+  bool exact_counts = true;     // every pixel gets samples_per_pixel, and none more
   // Of the scene as it is built: what each of them gives is kept apart, if the integrator tells
   // lights apart (IntegratorEntry). Null: it is not, and costs nothing.
   const LightGroups* light_groups = nullptr;

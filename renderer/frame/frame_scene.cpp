@@ -14,6 +14,7 @@
 #include "renderer/core/log.h"
 #include "renderer/core/name_or_index.h"
 #include "renderer/description/framing.h"
+#include "renderer/film/film.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
@@ -54,6 +55,8 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
     camera.name = "--look-from";
     if (settings.fov_y) camera.orthographic = false;
     camera.to_world = look_at_matrix(*settings.look_from, *settings.look_at);
+    camera.motion.clear();
+    camera.later.reset();
     if (settings.camera.empty()) camera.fov_y = 40.0 * kPiD / 180.0;
   }
   if (camera.aspect && !settings.look_from && std::abs(*camera.aspect / aspect - 1.0) > 0.01) {
@@ -91,7 +94,31 @@ void apply_lens(const FrameSettings& settings, CameraDescription& camera) {
 CameraDescription on_turntable(const FrameSettings& settings, const SceneDescription& scene,
                                CameraDescription camera) {
   if (!settings.turntable) return camera;
-  return turned(std::move(camera), *settings.turntable, framed_bounds(scene));
+  return turned(std::move(camera), settings, framed_bounds(scene));
+}
+
+// Whether the places of a frame later are asked for.
+bool later_is_wanted(const FrameSettings& settings) {
+  return is_instant(settings) && AovSet::parse(settings.aovs).contains(Aov::kVelocity);
+}
+
+// A camera's transform after so many of `count` frames of a turn.
+Mat44d turned_by(Mat44d m, int64_t frames, int64_t count, const Vec3d& center) {
+  const int64_t place = (frames % count + count) % count;
+  if (place == 0) return m;
+  // Quarters are exact; of frame 10 of 36: one quarter and nothing.
+  const double angle = double(4 * place % count) / double(count) * kPiD / 2;
+  double c = std::cos(angle), s = std::sin(angle);
+  for (int64_t quarter = 0; quarter < 4 * place / count; ++quarter) {
+    c = -std::exchange(s, c);
+  }
+  for (int row = 0; row < 4; ++row) {
+    const double x = m[row][0] - (row == 3 ? center.x : 0.0);
+    const double z = m[row][2] - (row == 3 ? center.z : 0.0);
+    m[row][0] = (row == 3 ? center.x : 0.0) + (x * c + z * s);
+    m[row][2] = (row == 3 ? center.z : 0.0) + (z * c - x * s);
+  }
+  return m;
 }
 
 }  // namespace
@@ -111,6 +138,10 @@ std::optional<double> chosen_time(const FrameSettings& settings) {
   return settings.time;
 }
 
+bool is_instant(const FrameSettings& settings) {
+  return !settings.shutter || settings.shutter->open >= settings.shutter->close;
+}
+
 GltfOptions load_options(const FrameSettings& settings) {
   GltfOptions options = {.lenient = settings.lenient,
                          .variants = !settings.variant.empty(),
@@ -121,6 +152,7 @@ GltfOptions load_options(const FrameSettings& settings) {
     options.shutter = {settings.shutter->open / settings.fps,
                        settings.shutter->close / settings.fps};
   }
+  if (later_is_wanted(settings)) options.later = 1.0 / settings.fps;
   return options;
 }
 
@@ -180,25 +212,17 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
   return on_turntable(settings, scene, std::move(camera));
 }
 
-CameraDescription turned(CameraDescription camera, const Turntable& turn,
+CameraDescription turned(CameraDescription camera, const FrameSettings& settings,
                          const WorldBounds& bounds) {
-  const int64_t count = turn.count;
-  const int64_t place = ((int64_t(turn.frame.value_or(1)) - 1) % count + count) % count;
-  if (place == 0) return camera;
-  // Quarters are exact; of frame 10 of 36: one quarter and nothing.
-  const double angle = double(4 * place % count) / double(count) * kPiD / 2;
-  double c = std::cos(angle), s = std::sin(angle);
-  for (int64_t quarter = 0; quarter < 4 * place / count; ++quarter) {
-    c = -std::exchange(s, c);
-  }
+  if (!settings.turntable) return camera;
+  const Turntable& turn = *settings.turntable;
+  const int64_t frame = turn.frame.value_or(1);
   const Vec3d center = bounds.empty() ? Vec3d(0.0) : bounds.center();
-  Mat44d& m = camera.to_world;
-  for (int row = 0; row < 4; ++row) {
-    const double x = m[row][0] - (row == 3 ? center.x : 0.0);
-    const double z = m[row][2] - (row == 3 ? center.z : 0.0);
-    m[row][0] = (row == 3 ? center.x : 0.0) + (x * c + z * s);
-    m[row][2] = (row == 3 ? center.z : 0.0) + (z * c - x * s);
+  if (later_is_wanted(settings)) {
+    camera.later = turned_by(camera.later.value_or(camera.to_world), frame, turn.count, center);
   }
+  camera.to_world = turned_by(camera.to_world, frame - 1, turn.count, center);
+  for (Mat44d& step : camera.motion) step = turned_by(step, frame - 1, turn.count, center);
   return camera;
 }
 

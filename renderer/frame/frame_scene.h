@@ -22,6 +22,9 @@ SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progres
 // UsageError where it is said twice.
 std::optional<double> chosen_time(const FrameSettings& settings);
 
+// Whether the shutter is open for no time.
+bool is_instant(const FrameSettings& settings);
+
 // How the settings have the scene's file read, but for what edits need. Throws UsageError.
 GltfOptions load_options(const FrameSettings& settings);
 
@@ -45,9 +48,10 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,
                                 const SceneEdits& edits);
 
-// A camera in its frame of a turn: it goes to its right, on a circle round the vertical axis
-// through the middle of the bounds, and turns with it. choose_camera does that with the scene's.
-CameraDescription turned(CameraDescription camera, const Turntable& turn,
+// A camera in the settings' frame of a turntable, or as it stands without: it goes to its right, on
+// a circle round the vertical axis through the middle of the bounds, and turns with it.
+// choose_camera does that with the scene's.
+CameraDescription turned(CameraDescription camera, const FrameSettings& settings,
                          const WorldBounds& bounds);
 
 // It in the settings' frame of a scene. Throws UsageError where the command line's view or lens

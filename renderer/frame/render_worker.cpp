@@ -124,16 +124,29 @@ void RenderWorker::trace_batch() {
   } else {
     make_rays({film, count});
   }
+  const bool velocity = frame_.aovs.contains(Aov::kVelocity);
   const bool surface = frame_.aovs.contains(Aov::kAlbedo) || frame_.aovs.contains(Aov::kNormal) ||
-                       frame_.aovs.contains(Aov::kDepth);
+                       frame_.aovs.contains(Aov::kDepth) || velocity;
   SampleBatch batch{
       frame_.scene, frame_.camera, {rays_, count}, surface, frame_.aovs.contains(Aov::kId)};
+  if (velocity) batch.velocity_frames = frame_.shutter_frames;
   if (frame_.light_groups) {
     light_values_.clear();
     batch.light_groups = frame_.light_groups;
     batch.light_values = &light_values_;
   }
   frame_.integrator.estimate(batch, samples_, {values_, count});
+  if (velocity) [[unlikely]]
+    add_background_velocity();
+}
+
+// What lies behind everything is infinitely far away.
+void RenderWorker::add_background_velocity() {
+  for (int i = 0; i < count_; ++i) {
+    FirstHit& hit = values_[i].first_hit;
+    if (hit.hit) continue;
+    hit.velocity = frame_.camera.velocity(to_double(rays_[i].direction), frame_.shutter_frames);
+  }
 }
 
 // False if the sample was NaN or infinite.

@@ -41,6 +41,7 @@ class RenderWorker {
  private:
   void begin_batch(int x, int y, uint32_t first_sample, int count);
   void trace_batch();
+  void add_background_velocity();
   void make_rays(std::span<const Vec2f> film);
   void make_lens_rays(std::span<const Vec2f> film);
   void make_timed_rays(std::span<const Vec2f> film);

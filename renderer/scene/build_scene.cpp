@@ -72,6 +72,7 @@ class SceneBuilder {
     progress_.begin(LoadStage::kBvh);
     choose_space();
     place_meshes();
+    add_later_places();
     SceneUpdater updater(*scene_, description_, options_, progress_);
     updater.assign_materials();
     if (!options_.editable) drop_unread_attributes();
@@ -85,6 +86,7 @@ class SceneBuilder {
  private:
   void choose_space();
   void place_meshes();
+  void add_later_places();
   void limit_origins(const Mat44d& to_world, const std::string& mesh);
   void bake(MeshDescription& source, const InstanceDescription& placed, Mesh& mesh);
   void adopt(MeshDescription& source, Mesh& mesh);
@@ -134,6 +136,7 @@ void SceneBuilder::adopt(MeshDescription& source, Mesh& mesh) {
   };
   mesh.positions = std::move(source.positions);
   pad(mesh.positions);
+  mesh.later = std::move(source.later);
   for (MeshStep& step : source.motion) {
     mesh.motion.push_back(
         {std::move(step.positions), std::move(step.normals), std::move(step.tangents)});
@@ -237,6 +240,25 @@ void SceneBuilder::place_meshes() {
     }
     scene.triangle_count_ += mesh.triangles.size();
   }
+}
+
+void SceneBuilder::add_later_places() {
+  auto next = description_.later_instances.begin();
+  for (uint32_t i = 0; i < scene_->instances_.size(); ++i) {
+    const bool moves = next != description_.later_instances.end() && next->instance == i;
+    const Mat44d* later = moves ? &(next++)->to_world : nullptr;
+    const Instance& instance = scene_->instances_[i];
+    const bool deforms = !scene_->meshes_[instance.mesh].later.empty();
+    if (!later && !deforms) continue;
+    const Mat44d now = to_internal(description_.instances[i].to_world);
+    Mat44d place = later ? to_internal(*later) : now;
+    // From internal space, where the mesh is already.
+    if (!instance.transformed && !deforms) place = now.inverse() * place;
+    progress_.budget()->reserve(MemoryPart::kGeometry, sizeof(scene_detail::LaterPlace),
+                                description_.file);
+    scene_->later_.push_back({i, place});
+  }
+  scene_->later_.shrink_to_fit();
 }
 
 // What the material does not read is neither kept nor interpolated at every hit.

@@ -67,12 +67,16 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
     s.per_focus = float(1.0 / focus);
   }
   view_ = view_from(pose);
+  const auto place = [&](const Mat44d& m) {
+    return pose_of(m, description.name, origin, scale, farthest);
+  };
+  first_ = last_ = pose;
+  if (description.later) last_ = place(*description.later);
   if (description.motion.empty()) return;
+  last_ = place(description.motion.back());
   const auto add = [&](const Pose& p) { steps_.push_back({p.position, rotation_of(p)}); };
   add(pose);
-  for (const Mat44d& step : description.motion) {
-    add(pose_of(step, description.name, origin, scale, farthest));
-  }
+  for (const Mat44d& step : description.motion) add(place(step));
 }
 
 Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec3d& origin,
@@ -139,6 +143,40 @@ Ray Camera::ray(const Vec2f& film, const Vec2f& lens, float time) const {
   }
   ray.time = time;
   return ray;
+}
+
+// To the right, up and ahead.
+Vec3d Camera::in_view(const Pose& pose, const Vec3d& way) const {
+  return {dot(way, pose.right) * shape_.handed, dot(way, pose.up), dot(way, pose.axis)};
+}
+
+Vec2f Camera::velocity(const Vec3d& from, const Vec3d& to, double frames) const {
+  return film_velocity(in_view(first_, from - first_.position), in_view(last_, to - last_.position),
+                       frames);
+}
+
+Vec2f Camera::velocity(const Vec3d& direction, double frames) const {
+  if (shape_.orthographic) return Vec2f(0.0f);
+  return film_velocity(in_view(first_, direction), in_view(last_, direction), frames);
+}
+
+// Between two places in view.
+Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
+  constexpr double kNearest = 0.01;  // chosen by us: there it is a hundred times as far aside
+  const double nearest = kNearest * std::max(from.z, to.z);
+  const auto on_film = [&](const Vec3d& p, const Vec3d& other) {
+    if (shape_.orthographic) return p;
+    if (p.z >= nearest) return p / p.z;
+    return (other + (p - other) * ((other.z - nearest) / (other.z - p.z))) / nearest;
+  };
+  if (!shape_.orthographic && !(nearest > 0.0)) return Vec2f(0.0f);
+  const Vec3d way = on_film(to, from) - on_film(from, to);
+  const auto pixels_a_frame = [frames](double pixels) {
+    constexpr double kMost = 65504.0;  // of a half float
+    const double velocity = pixels / frames;
+    return std::isfinite(velocity) ? float(std::clamp(velocity, -kMost, kMost)) : 0.0f;
+  };
+  return {pixels_a_frame(way.x / shape_.per_column), pixels_a_frame(way.y / -shape_.per_row)};
 }
 
 void Camera::cast(const View& view, std::span<const Vec2f> film, Ray* out) {

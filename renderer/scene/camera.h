@@ -59,6 +59,14 @@ class Camera {
     return axial_depth(view_, point);
   }
 
+  // On the film, in pixels a frame to the right and up: of a point that is at `from` as the shutter
+  // opens and at `to` as it closes, `frames` later; of an instant, then and a frame later
+  // (CameraDescription::later). Seen through the lens's middle. What comes nearer to the camera's
+  // plane than a hundredth of its depth, or passes it, goes as far as there; half floats hold it.
+  Vec2f velocity(const Vec3d& from, const Vec3d& to, double frames) const;
+  // The same of what is infinitely far away in a direction: the camera's turning.
+  Vec2f velocity(const Vec3d& direction, double frames) const;
+
  private:
   // Where it stands and which way it looks; a right-handed frame, internal.
   struct Pose {
@@ -95,6 +103,8 @@ class Camera {
                double farthest) const;
   View view_from(const Pose& pose) const;
   View view_at(float time) const;
+  Vec3d in_view(const Pose& pose, const Vec3d& way) const;
+  Vec2f film_velocity(const Vec3d& from, const Vec3d& to, double frames) const;
   static void cast(const View& view, std::span<const Vec2f> film, Ray* out);
   static void cast(const View& view, std::span<const Vec2f> film, std::span<const Vec2f> lens,
                    Ray* out);
@@ -105,6 +115,7 @@ class Camera {
   Shape shape_;
   View view_;                // at the shutter's opening
   std::vector<Step> steps_;  // evenly spaced over the shutter; empty: at rest
+  Pose first_, last_;        // of velocity()
 };
 
 }  // namespace emberline

@@ -1,5 +1,6 @@
 #include "renderer/scene/scene.h"
 
+#include <algorithm>
 #include <cassert>
 #include <numeric>
 
@@ -272,6 +273,39 @@ void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* o
   s.primitive = hit.primitive;
   s.material = mesh.material;
   s.material_index = mesh.material_index;
+}
+
+namespace {
+
+Vec3d on_triangle(const std::array<Vec3d, 3>& p, const SurfaceHit& hit) {
+  return fma(p[2] - p[0], double(hit.v), fma(p[1] - p[0], double(hit.u), p[0]));
+}
+
+}  // namespace
+
+Vec3d Scene::place_at(const SurfaceHit& hit, float time) const {
+  Instance moved;
+  const Instance& instance = instance_at(hit.instance, time, &moved);
+  return on_triangle(
+      scene_detail::placed_corners(meshes_[instance.mesh], instance, hit.primitive, time), hit);
+}
+
+Vec3d Scene::place_later(const scene_detail::LaterPlace& later, const SurfaceHit& hit) const {
+  const Mesh& mesh = meshes_[instances_[hit.instance].mesh];
+  const std::vector<Vec3f>& positions = mesh.later.empty() ? mesh.positions : mesh.later;
+  std::array<Vec3d, 3> corners;
+  for (size_t c = 0; c < 3; ++c)
+    corners[c] = to_double(positions[mesh.triangles[hit.primitive][c]]);
+  return emberline::transform_point(later.to_internal, on_triangle(corners, hit));
+}
+
+Scene::Way Scene::way_of(const SurfaceHit& hit) const {
+  const Vec3d from = place_at(hit, 0.0f);
+  if (moves_) return {from, place_at(hit, 1.0f)};
+  const auto later =
+      std::ranges::lower_bound(later_, hit.instance, {}, &scene_detail::LaterPlace::instance);
+  if (later == later_.end() || later->instance != hit.instance) return {from, from};
+  return {from, place_later(*later, hit)};
 }
 
 SurfaceAttributes Scene::emitter_attributes(const EmissiveTriangle& triangle, float time,

@@ -81,6 +81,7 @@ struct Mesh {
   std::vector<std::vector<Vec2f>> uv_sets;
   std::vector<Vec4f> colors;
   std::vector<MeshStep> motion;  // empty: it does not deform
+  std::vector<Vec3f> later;      // object space, as LaterPlace has it; empty: as `positions`
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
@@ -106,6 +107,13 @@ struct Instance {
   static constexpr uint32_t kAtRest = 0xffffffffu;
   Affine to_internal;
   Affine normal_transform;  // inverse transpose, rows; translation unused
+};
+
+// Where what moves is a frame after the instant that is rendered (LaterInstance).
+struct LaterPlace {
+  uint32_t instance = 0;
+  // To internal space from the mesh's `later`; where that is empty, from its `positions`.
+  Mat44d to_internal;
 };
 
 struct Geometry;      // Embree handles
@@ -144,11 +152,18 @@ class Scene : private EmitterMotion {
   // Whether some of that may be smooth thin walls (Material::is_smooth_wall).
   bool has_smooth_walls() const { return has_smooth_walls_; }
 
-  // `time`: of the ray that hit.
   // Whether something in it moves, so that rays of other times see something else.
   bool moves() const { return moves_; }
 
+  // `time`: of the ray that hit.
   void interaction(const SurfaceHit& hit, float time, SurfaceInteraction* out) const;
+
+  // Where a point that was hit is as the shutter opens, and as it closes; of an instant, then and a
+  // frame later. Internal space.
+  struct Way {
+    Vec3d from, to;
+  };
+  Way way_of(const SurfaceHit& hit) const;
 
   static constexpr uint32_t kNoEmitter = 0xffffffffu;
   // The light sampler's index of a hit triangle, or kNoEmitter.
@@ -204,11 +219,14 @@ class Scene : private EmitterMotion {
                   float time) const;
   static Vec3f moved_normal(const scene_detail::Mesh& mesh, const SurfaceHit& hit, float time);
   void prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const;
+  Vec3d place_at(const SurfaceHit& hit, float time) const;
+  Vec3d place_later(const scene_detail::LaterPlace& later, const SurfaceHit& hit) const;
   void interpolate(const scene_detail::Mesh& mesh, const scene_detail::Instance& instance,
                    const SurfaceHit& hit, float time, SurfaceInteraction& out) const;
 
   std::vector<scene_detail::Mesh> meshes_;
   std::vector<scene_detail::Instance> instances_;
+  std::vector<scene_detail::LaterPlace> later_;  // by growing instance
   std::unique_ptr<scene_detail::Geometry> geometry_;
   std::unique_ptr<MaterialSet> materials_;
   std::shared_ptr<EnvironmentLight> environment_;  // lights_ holds it too, unless it is black

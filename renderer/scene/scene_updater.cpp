@@ -257,7 +257,7 @@ void SceneUpdater::update_memory_and_features() {
                              vector_bytes(mesh.normals) + vector_bytes(mesh.tangents) +
                              vector_bytes(mesh.colors) + vector_bytes(mesh.uv_sets);
     for (const auto& set : mesh.uv_sets) memory.geometry_bytes += vector_bytes(set);
-    memory.geometry_bytes += vector_bytes(mesh.motion);
+    memory.geometry_bytes += vector_bytes(mesh.motion) + vector_bytes(mesh.later);
     for (const scene_detail::MeshStep& step : mesh.motion) {
       memory.geometry_bytes +=
           vector_bytes(step.positions) + vector_bytes(step.normals) + vector_bytes(step.tangents);
@@ -267,7 +267,7 @@ void SceneUpdater::update_memory_and_features() {
     if (!mesh.has_coverage) continue;
     (mesh.material->alpha_mode() == AlphaMode::kMask ? masks : blends) = true;
   }
-  memory.geometry_bytes += vector_bytes(scene_.instances_);
+  memory.geometry_bytes += vector_bytes(scene_.instances_) + vector_bytes(scene_.later_);
   if (scene_.geometry_) {
     memory.geometry_bytes += scene_.geometry_->record_bytes();
     memory.bvh_bytes = scene_.geometry_->embree_bytes();
@@ -306,6 +306,9 @@ void SceneUpdater::list_features(bool culls, bool masks, bool blends) {
       scene_.lights_->points(), [](const PointLight& light) { return !light.motion.empty(); });
   if (moving > 0) features.push_back(fmt::format("motion ({} instances)", moving));
   if (lights > 0) features.push_back(fmt::format("motion ({} point lights)", lights));
+  if (!scene_.later_.empty()) {
+    features.push_back(fmt::format("velocity ({} instances)", scene_.later_.size()));
+  }
   if (const auto& e = description_.environment) {
     features.push_back(
         e->image ? fmt::format("environment map ({} x {})", e->image->width, e->image->height)

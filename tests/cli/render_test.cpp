@@ -48,6 +48,7 @@ TEST_F(Render, ChannelsAreThoseAskedFor) {
       {"albedo", {{"albedo.R", "float"}, {"albedo.G", "float"}, {"albedo.B", "float"}}},
       {"N", {{"N.X", "float"}, {"N.Y", "float"}, {"N.Z", "float"}}},
       {"Z", {{"Z", "float"}}},
+      {"velocity", {{"velocity.X", "float"}, {"velocity.Y", "float"}}},
       {"id", {{"id", "uint"}}},
       {"time", {{"time", "float"}}}};
   render(render_words({"--spp", "2"}));

@@ -107,7 +107,7 @@ const std::vector<WrongValue>& wrong_values() {
        {"valid names are", "box", "gaussian", "blackman-harris", "mitchell"}},
       {"--aov",
        {"foo", "albedo,foo", "albedo N"},
-       {"valid names are", "variance", "albedo", "N", "Z", "id", "time", "stop", "non_finite"}},
+       {"valid names are", "variance", "albedo", "N", "Z", "velocity", "id", "time", "stop", "non_finite"}},
       {"--heatmap", {"foo", "foo.tif"}, {".exr, .png, .jpg, .jpeg"}},
       {"--heatmap-of",
        {"noise", "", "Samples"},

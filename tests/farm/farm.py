@@ -18,7 +18,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "invariance
 from frame_bits import chunks  # noqa: E402
 
 # Every channel whose bits are the same each time ("time" is not).
-CHANNELS = ["--aov", "variance,albedo,N,Z,id,stop"]
+CHANNELS = ["--aov", "variance,albedo,N,Z,velocity,id,stop"]
 # A program under a sanitizer is slow, starts slowly, and maps terabytes that it never uses.
 SANITIZED = bool(os.environ.get("EMBERLINE_SANITIZE"))
 DRIVERS = ("bucket", "bisection", "adaptive")

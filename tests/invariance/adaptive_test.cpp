@@ -25,14 +25,14 @@ RenderSettings settings_for(const EstimatorEntry& estimator) {
   s.driver = "adaptive";
   s.width = 53;
   s.height = 41;
-  s.aovs = "variance,albedo,N,Z,id,stop";
+  s.aovs = "variance,albedo,N,Z,velocity,id,stop";
   s.streams = estimator.streams;
   s.adaptive.estimator = estimator.name;
   s.adaptive.budget = 40;
   return s;
 }
 
-constexpr size_t kSamples = 4, kVariance = 5, kStop = 16;  // channels
+constexpr size_t kSamples = 4, kVariance = 5, kStop = 18;  // channels
 
 class AdaptiveFrame : public testing::TestWithParam<std::string_view> {
  protected:

@@ -128,12 +128,54 @@ TEST(Film, HalvesAddUpToTheWhole) {
   EXPECT_FLOAT_EQ(whole.mean(0, 0).x, 15.5f);
 }
 
+SampleValue moving(bool hit, float x, float y) {
+  SampleValue value = grey(1.0f);
+  value.first_hit.hit = hit;
+  value.first_hit.velocity = {x, y};
+  return value;
+}
+
+// A pixel's velocity is that of the surfaces in it; only where there are none the background's.
+TEST(Film, VelocityIsThatOfSurfaces) {
+  const std::vector<SampleValue> samples = {moving(false, 8, 8), moving(true, 1, -2),
+                                            moving(false, 8, 8), moving(true, 4, -6)};
+  for (size_t first_film = 0; first_film <= samples.size(); ++first_film) {
+    FilmTile film(AovSet::parse("velocity")), more(AovSet::parse("velocity"));
+    film.reset({0, 0, 2, 1});
+    more.reset({0, 0, 2, 1});
+    for (size_t i = 0; i < samples.size(); ++i) {
+      FilmTile& to = i < first_film ? film : more;
+      to.add(0, 0, 0, 1.0f, samples[i]);
+      if (!samples[i].first_hit.hit) to.add(1, 0, 0, 1.0f, samples[i]);
+    }
+    film.add_film(more);
+    std::vector<std::byte> bytes;
+    Archive saving(bytes);
+    film.archive(saving);
+    saving.end();
+    FilmTile loaded(AovSet::parse("velocity"));
+    loaded.reset({0, 0, 2, 1});
+    Archive loading{std::span<const std::byte>(bytes)};
+    loaded.archive(loading);
+    loading.end();
+    FilmTile copy(AovSet::parse("velocity"));
+    copy.reset({0, 0, 2, 1});
+    for (const int x : {0, 1}) copy.copy_pixel(loaded, x, 0);
+    std::vector<float> out;
+    copy.resolve(out);
+    EXPECT_EQ(out[5], 2.5f) << first_film;
+    EXPECT_EQ(out[6], -4.0f) << first_film;
+    EXPECT_EQ(out[12], 8.0f) << first_film;
+  }
+}
+
 TEST(Film, UnknownChannelListsTheValidOnes) {
   try {
     AovSet::parse("albedo,depht");
     FAIL();
   } catch (const UsageError& e) {
-    EXPECT_NE(std::string(e.what()).find("variance, albedo, N, Z, id, time"), std::string::npos);
+    EXPECT_NE(std::string(e.what()).find("variance, albedo, N, Z, velocity, id, time"),
+              std::string::npos);
   }
 }
 

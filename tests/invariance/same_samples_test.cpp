@@ -28,7 +28,7 @@ RenderSettings base_settings(const std::string& sampler) {
     if (entry.name == sampler && entry.counts == SampleCounts::kPowerOfTwo) s.spp = 32;
   }
   s.filter = "gaussian";
-  s.aovs = "variance,albedo,N,Z,id";
+  s.aovs = "variance,albedo,N,Z,velocity,id";
   return s;
 }
 

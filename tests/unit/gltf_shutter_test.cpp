@@ -94,6 +94,41 @@ class GltfShutterTest : public testing::Test {
     return open;
   }
 
+  // Of an instant: all is as it is without its velocity, and a vertex is later where a still has
+  // it.
+  SceneDescription expect_later(double time, double later, double tolerance = 1e-5) const {
+    const test::TempFolder folder;
+    GltfOptions options;
+    options.time = time;
+    options.later = later;
+    SceneDescription scene = load_gltf(gltf_.write_glb(folder / "a.glb"), options);
+    const SceneDescription now = load_at(gltf_, time), then = load_at(gltf_, time + later);
+    EXPECT_EQ(scene.meshes.size(), now.meshes.size());
+    for (size_t m = 0; m < now.meshes.size(); ++m) {
+      EXPECT_EQ(scene.meshes[m].positions, now.meshes[m].positions);
+      EXPECT_EQ(scene.meshes[m].normals, now.meshes[m].normals);
+      EXPECT_EQ(scene.meshes[m].triangles, now.meshes[m].triangles);
+      EXPECT_TRUE(scene.meshes[m].motion.empty());
+    }
+    EXPECT_EQ(scene.instances.size(), now.instances.size());
+    auto next = scene.later_instances.begin();
+    for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+      const InstanceDescription& instance = scene.instances[i];
+      EXPECT_EQ(instance.to_world, now.instances[i].to_world);
+      EXPECT_TRUE(instance.motion.empty());
+      Mat44d to_world = instance.to_world;
+      if (next != scene.later_instances.end() && next->instance == i) to_world = (next++)->to_world;
+      const MeshDescription& mesh = scene.meshes[size_t(instance.mesh)];
+      for (size_t v = 0; v < mesh.positions.size(); ++v) {
+        const Vec3d p(mesh.later.empty() ? mesh.positions[v] : mesh.later.at(v));
+        const Vec3d found = transform_point(to_world, p);
+        EXPECT_LE((found - vertex_at(then, i, v, 0)).length(), tolerance) << i << " vertex " << v;
+      }
+    }
+    EXPECT_EQ(next, scene.later_instances.end());
+    return scene;
+  }
+
   GltfBuilder gltf_;
   int mesh_ = 0;
 };
@@ -117,6 +152,8 @@ TEST_F(GltfShutterTest, ABladeThatTurnsThriceHasItsTurns) {
   // No more than a quarter of a turn a step, and no more steps than that takes.
   EXPECT_GE(scene.instances[0].motion.size(), 12u);
   EXPECT_LE(scene.instances[0].motion.size(), 16u);
+  expect_later(.1, 1 / 24.0);
+  expect_later(0, .9);
 }
 
 TEST_F(GltfShutterTest, StraightMotionTakesTwoSteps) {
@@ -134,6 +171,8 @@ TEST_F(GltfShutterTest, WhatIsAtRestHasNoMotion) {
   // Behind the last key nothing moves any more; nor does it in an instant.
   EXPECT_TRUE(load_open(gltf_, 1, 2).instances[0].motion.empty());
   EXPECT_TRUE(load_open(gltf_, 0.5, 0.5).instances[0].motion.empty());
+  EXPECT_EQ(expect_later(0.5, 0.25).later_instances.size(), 1u);
+  EXPECT_TRUE(expect_later(1, 0.25).later_instances.empty());
 }
 
 TEST_F(GltfShutterTest, KeysWithinTheShutterCount) {
@@ -173,6 +212,7 @@ TEST_F(GltfShutterTest, WhatVanishesIsSmall) {
   EXPECT_NEAR(vertex_at(scene, 0, 1, 0).x, 0, 1e-3);
   EXPECT_NEAR(vertex_at(scene, 0, 1, 0.5).x, 0.5, 1e-3);
   EXPECT_EQ(test::find_flaw(scene), "");
+  expect_later(0.25, 0.5);
 }
 
 TEST_F(GltfShutterTest, MorphsAndSkinsHaveVerticesInMotion) {
@@ -195,6 +235,7 @@ TEST_F(GltfShutterTest, MorphsAndSkinsHaveVerticesInMotion) {
       .move(upper, "rotation", {0, 1}, "VEC4", {0, 0, 0, 1, 0, half, 0, half})
       .move(0, "weights", {0, 0.5f, 1}, "SCALAR", {0, 1, 0});
   const SceneDescription scene = expect_stills(0, 1, 3e-3);
+  EXPECT_FALSE(expect_later(.3, .4).meshes[0].later.empty());
   EXPECT_TRUE(scene.instances[0].motion.empty());
   ASSERT_FALSE(scene.meshes[0].motion.empty());
   const MeshStep& last = scene.meshes[0].motion.back();
@@ -217,6 +258,36 @@ TEST_F(GltfShutterTest, CamerasAndLightsMoveWithTheirNodes) {
   EXPECT_EQ(scene.cameras[0].motion.back()[3][0], 2);
   EXPECT_EQ(scene.lights[0].motion.back().to_world[3][2], 1);
   EXPECT_EQ(scene.lights[0].motion.back().intensity, scene.lights[0].intensity);
+  const SceneDescription instant = expect_later(0, .5);
+  EXPECT_TRUE(instant.cameras[0].motion.empty());
+  EXPECT_TRUE(instant.lights[0].motion.empty());
+  EXPECT_EQ(instant.cameras[0].later.value()[3][0], 1);
+}
+
+// Two nodes wear a mesh, one of them with weights that move: at this time it has the mesh's own.
+TEST_F(GltfShutterTest, WeightsThatAreAnimatedAreANodesOwn) {
+  gltf_.primitive(mesh_)["targets"] = {
+      {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1})}}};
+  gltf_.add_mesh_node(mesh_);
+  AnimationBuilder(gltf_).move(0, "weights", {0, 1}, "SCALAR", {0, 1});
+  const SceneDescription scene = expect_later(0, .5);
+  ASSERT_EQ(scene.meshes.size(), 2u);
+  EXPECT_FALSE(scene.meshes[0].later.empty());
+  EXPECT_TRUE(scene.meshes[1].later.empty());
+}
+
+// A vertex that float cannot hold a frame later: the triangle is there now, and stays.
+TEST_F(GltfShutterTest, WhatIsNowhereLaterStays) {
+  gltf_.primitive(mesh_)["targets"] = {
+      {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, 3e38f, 0, 0, 0, 0, 0, 0})}}};
+  AnimationBuilder(gltf_).move(0, "weights", {0, 1}, "SCALAR", {0, 9});
+  const test::TempFolder folder;
+  GltfOptions options;
+  options.time = 0;
+  options.later = .5;
+  const SceneDescription scene = load_gltf(gltf_.write_glb(folder / "a.glb"), options);
+  ASSERT_EQ(scene.meshes.at(0).triangles.size(), 1u);
+  EXPECT_EQ(scene.meshes[0].later, scene.meshes[0].positions);
 }
 
 TEST_F(GltfShutterTest, InstancesOfAMovingNodeMove) {
