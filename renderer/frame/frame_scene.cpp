@@ -54,6 +54,7 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
     camera.name = "--look-from";
     if (settings.fov_y) camera.orthographic = false;
     camera.to_world = look_at_matrix(*settings.look_from, *settings.look_at);
+    camera.motion.clear();
     if (settings.camera.empty()) camera.fov_y = 40.0 * kPiD / 180.0;
   }
   if (camera.aspect && !settings.look_from && std::abs(*camera.aspect / aspect - 1.0) > 0.01) {
@@ -69,6 +70,7 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
       throw UsageError("--fov-y: camera '" + camera.name + "' is orthographic and has no angle");
     }
     camera.fov_y = *settings.fov_y * kPiD / 180.0;
+    camera.zoom.reset();
   }
   if (settings.look_from) {
     camera.focus_distance = (*settings.look_at - *settings.look_from).length();
@@ -192,13 +194,16 @@ CameraDescription turned(CameraDescription camera, const Turntable& turn,
     c = -std::exchange(s, c);
   }
   const Vec3d center = bounds.empty() ? Vec3d(0.0) : bounds.center();
-  Mat44d& m = camera.to_world;
-  for (int row = 0; row < 4; ++row) {
-    const double x = m[row][0] - (row == 3 ? center.x : 0.0);
-    const double z = m[row][2] - (row == 3 ? center.z : 0.0);
-    m[row][0] = (row == 3 ? center.x : 0.0) + (x * c + z * s);
-    m[row][2] = (row == 3 ? center.z : 0.0) + (z * c - x * s);
-  }
+  const auto turn_about_center = [&](Mat44d& m) {
+    for (int row = 0; row < 4; ++row) {
+      const double x = m[row][0] - (row == 3 ? center.x : 0.0);
+      const double z = m[row][2] - (row == 3 ? center.z : 0.0);
+      m[row][0] = (row == 3 ? center.x : 0.0) + (x * c + z * s);
+      m[row][2] = (row == 3 ? center.z : 0.0) + (z * c - x * s);
+    }
+  };
+  turn_about_center(camera.to_world);
+  for (Mat44d& step : camera.motion) turn_about_center(step);
   return camera;
 }
 

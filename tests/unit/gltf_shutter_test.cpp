@@ -215,8 +215,7 @@ TEST_F(GltfShutterTest, CamerasAndLightsMoveWithTheirNodes) {
   ASSERT_FALSE(scene.cameras.at(0).motion.empty());
   ASSERT_FALSE(scene.lights.at(0).motion.empty());
   EXPECT_EQ(scene.cameras[0].motion.back()[3][0], 2);
-  EXPECT_EQ(scene.lights[0].motion.back().to_world[3][2], 1);
-  EXPECT_EQ(scene.lights[0].motion.back().intensity, scene.lights[0].intensity);
+  EXPECT_EQ(scene.lights[0].motion.back()[3][2], 1);
 }
 
 TEST_F(GltfShutterTest, InstancesOfAMovingNodeMove) {
