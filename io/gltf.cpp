@@ -42,8 +42,7 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
   SceneDescription scene;
   scene.animations = describe_animations(document);
   const GltfAnimation animation = read_animation(document, options, scene.animations);
-  write_values_at(animation,
-                  std::max(animation.open, std::min(animation.time, animation.close)),
+  write_values_at(animation, std::max(animation.open, std::min(animation.time, animation.close)),
                   document.json);
   const GltfChanges changes(document, animation, scene.coverage);
   const MemoryReservation model_memory(progress.budget(), MemoryPart::kFile,

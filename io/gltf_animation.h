@@ -40,7 +40,7 @@ struct GltfAnimation {
   double open = 0.0, close = 0.0;  // when the shutter is: the same, for an instant
   double duration = 0.0;           // of the longest
   // In the file's order: of two that move the same the later counts.
-  std::vector<NodeTrack> nodes;  // but for their visibility
+  std::vector<NodeTrack> nodes;            // but for their visibility
   std::map<size_t, KeyFrames> visibility;  // by node
   std::vector<PointerTrack> pointers;
   // Of nodes whose weights are animated: as the file has them.
@@ -71,7 +71,8 @@ std::vector<AnimationDescription> describe_animations(const GltfDocument& docume
 GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& options,
                              const std::vector<AnimationDescription>& list);
 
-// Where the nodes are (gltf_visibility.h says whether they are seen). Pure; takes, for each track, the logarithm of its keys.
+// Where the nodes are (gltf_visibility.h says whether they are seen). Pure; takes, for each track,
+// the logarithm of its keys.
 GltfPose pose_at(const GltfAnimation& animation, double time);
 // When the shutter opens, the key frames while it is open, and when it closes: growing, and of an
 // instant that alone.

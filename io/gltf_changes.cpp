@@ -19,8 +19,7 @@ using nlohmann::json;
 constexpr std::string_view kMaterials = "/materials/", kCameras = "/cameras/",
                            kLights = "/extensions/KHR_lights_punctual/lights/";
 constexpr const char* kFactor = "/emissiveFactor";
-constexpr const char* kStrength =
-    "/extensions/KHR_materials_emissive_strength/emissiveStrength";
+constexpr const char* kStrength = "/extensions/KHR_materials_emissive_strength/emissiveStrength";
 
 // As a share of the largest value around.
 constexpr double kTolerance = 1e-3;
@@ -121,8 +120,8 @@ void GltfChanges::apply(size_t camera, CameraDescription& description) const {
   if (found == lenses_.end() || description.fault) return;
   const TimeCurve<double>& lens = *found->second;
   (description.orthographic ? description.y_mag : description.fov_y) = lens.values.front();
-  const bool zooms = std::ranges::any_of(
-      lens.values, [&](double value) { return value != lens.values.front(); });
+  const bool zooms =
+      std::ranges::any_of(lens.values, [&](double value) { return value != lens.values.front(); });
   if (zooms) description.zoom = found->second;
 }
 
@@ -174,12 +173,12 @@ void GltfChanges::report_held(CoverageReport& coverage) const {
         known.try_emplace({track->keys.times.get(), track->keys.values.get()});
     if (is_new) entry->second = changes(animation_, *track);
     if (!entry->second) continue;
-    report_approximated(document_.file,
-                        "animated " +
-                            std::string(pointer.starts_with(kCameras) ? "aspect ratios"
-                                                                      : "values of materials") +
-                            " (held while the shutter is open)",
-                        coverage);
+    report_approximated(
+        document_.file,
+        "animated " +
+            std::string(pointer.starts_with(kCameras) ? "aspect ratios" : "values of materials") +
+            " (held while the shutter is open)",
+        coverage);
   }
 }
 
@@ -195,8 +194,7 @@ GltfChanges::Source GltfChanges::find(const std::string& pointer,
 }
 
 template <class Value, class Make>
-GltfChanges::Curve<Value> GltfChanges::curve(const std::vector<Source>& sources,
-                                             const Make& make) {
+GltfChanges::Curve<Value> GltfChanges::curve(const std::vector<Source>& sources, const Make& make) {
   std::vector<const KeyFrames*> keys;
   for (const Source& source : sources) {
     if (source.track) keys.push_back(&source.track->keys);
@@ -287,9 +285,8 @@ void GltfChanges::read_light(size_t index) {
   const std::string outer = pointer + "/spot/outerConeAngle";
   if (!animated(inner) && !animated(outer)) return;
   const Curve<Vec2f> cones =
-      curve<Vec2f>({find(inner, {0.0}), find(outer, {kPiD / 4})}, [&](const auto& n) {
-        return cone_angles(n[0], n[1], place + "/spot");
-      });
+      curve<Vec2f>({find(inner, {0.0}), find(outer, {kPiD / 4})},
+                   [&](const auto& n) { return cone_angles(n[0], n[1], place + "/spot"); });
   cones_[index] = cones;
 }
 

@@ -475,9 +475,11 @@ void SceneGraphReader::report() {
   note(repairs.non_finite_triangles, "triangles with a NaN or infinite vertex");
   note(repairs.singular_instances, "objects whose transform has no inverse");
   if (scene_.instances.empty()) {
-    note(hidden_.size(), "invisible nodes");
     const auto may_show = [&](size_t node) { return visibility_.may_show(node); };
-    if (at_rest_ || std::ranges::none_of(hidden_, may_show)) fail_empty(dropped);
+    if (at_rest_ || std::ranges::none_of(hidden_, may_show)) {
+      note(hidden_.size(), "invisible nodes");
+      fail_empty(dropped);
+    }
     log_warning(document_.file + ": the animation hides all there is to see, the picture is empty");
   }
   if (!dropped.empty()) log_warning(document_.file + ": left out: " + dropped);

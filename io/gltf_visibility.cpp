@@ -7,9 +7,7 @@ namespace emberline {
 using nlohmann::json;
 
 GltfVisibility::GltfVisibility(const GltfDocument& document, const GltfAnimation& animation)
-    : document_(document),
-      shown_(document.parents.size()),
-      may_show_(document.parents.size(), 1) {
+    : document_(document), shown_(document.parents.size()), may_show_(document.parents.size(), 1) {
   for (const int index : document.node_order) {
     const auto node = size_t(index);
     const json& object = document.array("nodes")[node];

@@ -263,8 +263,8 @@ void SceneBuilder::drop_unread_attributes() {
 
 void SceneBuilder::build_geometry() {
   Scene& scene = *scene_;
-  scene.geometry_ = std::make_unique<scene_detail::Geometry>(progress_.budget(), description_.file,
-                                                             scene.shown_);
+  scene.geometry_ =
+      std::make_unique<scene_detail::Geometry>(progress_.budget(), description_.file, scene.shown_);
   scene_detail::Geometry& geometry = *scene.geometry_;
   uint64_t items = scene.instances_.size();
   for (const Mesh& mesh : scene.meshes_) items += mesh.triangles.size();

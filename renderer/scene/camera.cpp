@@ -100,9 +100,8 @@ Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec
   const Vec3d right = right_raw.normalized();
   const Vec3d position = (row(m, 3) - origin) * scale;
   // The sum bounds every coordinate of an origin. Comparisons are false for NaN.
-  const double extent =
-      shape_.orthographic ? largest_ * (shape_.half_width + shape_.half_height)
-                          : shape_.lens_radius;
+  const double extent = shape_.orthographic ? largest_ * (shape_.half_width + shape_.half_height)
+                                            : shape_.lens_radius;
   require(largest(position) + extent <= farthest,
           "it is too far from the scene, or too wide, for rays to be traced from there");
   return {position, right, right.cross(axis), axis};

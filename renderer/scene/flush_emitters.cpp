@@ -102,8 +102,7 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
     const EmissiveTriangle& e = self.emitters_[index];
     const float facing = dot(context.direction, unit_normal(e));
     if (!e.two_sided && facing >= 0.0f) continue;
-    if (e.appears &&
-        !self.shown_[e.instance]->at(RTCRayN_time(arguments->ray, arguments->N, i))) {
+    if (e.appears && !self.shown_[e.instance]->at(RTCRayN_time(arguments->ray, arguments->N, i))) {
       continue;
     }
     const float t = RTCRayN_tfar(arguments->ray, arguments->N, i);

@@ -178,8 +178,7 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
   static_cast<PointLightPlace&>(light) = place(source.to_world);
   for (const Mat44d& step : source.motion) light.motion.push_back(place(step));
   // Intensity over internal distance squared must be intensity over world distance squared.
-  light.intensity =
-      source.intensity * (directional ? 1.0f : float(scene_.scale_ * scene_.scale_));
+  light.intensity = source.intensity * (directional ? 1.0f : float(scene_.scale_ * scene_.scale_));
   light.share = source.share;
   light.shown = source.shown;
   if (directional) {
@@ -246,9 +245,8 @@ void SceneUpdater::find_flush_emitters(const std::vector<EmissiveTriangle>& befo
   if (!options_.bvh) return;  // it is what finds them
   const std::vector<EmissiveTriangle>& triangles = scene_.lights_->triangles();
   if (std::ranges::equal(before, triangles, same_flush_surfaces)) return;
-  scene_.flush_ =
-      scene_detail::FlushEmitters::find(scene_.meshes_, scene_.instances_, scene_.shown_,
-                                        *scene_.geometry_, triangles, progress_);
+  scene_.flush_ = scene_detail::FlushEmitters::find(
+      scene_.meshes_, scene_.instances_, scene_.shown_, *scene_.geometry_, triangles, progress_);
   scene_.geometry_->check();
 }
 

@@ -73,8 +73,7 @@ TEST(Blink, ColoursOfAPointLight) {
   const double exact[] = {2 * (.2 + .8 * .5), .8 * .25, 4 * .8 * .5};
   RenderSettings s = direct_light_settings();
   s.seed = seed_of({kCase, "colours"});
-  const RenderedImage image =
-      render(*b.build(), orthographic({.3, .5, .1}, {.3, 0, .1}, 1e-4), s);
+  const RenderedImage image = render(*b.build(), orthographic({.3, .5, .1}, {.3, 0, .1}, 1e-4), s);
   for (int c = 0; c < 3; ++c) {
     Moments values;
     for (int i = 0; i < 64; ++i) values.add(double(image.rgb(i % 8, i / 8)[c]) * kPiD);
@@ -120,8 +119,7 @@ void expect_lamp(const std::string& what, const Share& share, double exact) {
   const CaseName name{kCase, what + ", seen"};
   RenderSettings s = direct_light_settings(256);
   s.seed = seed_of(name);
-  const RenderedImage image =
-      render(*b.build(), orthographic({1.3, 1, .1}, {1.3, 2, .1}, .05), s);
+  const RenderedImage image = render(*b.build(), orthographic({1.3, 1, .1}, {1.3, 2, .1}, .05), s);
   expect_exact(image, exact * 50, 1e-6, s, name);
 }
 
@@ -153,9 +151,9 @@ TEST(Blink, ManyLamps) {
     const auto x0 = float(x), z0 = float(z), y = float(h), x1 = float(x + .1), z1 = float(z + .2);
     b.add_quad({x0, y, z0}, {x1, y, z0}, {x1, y, z1}, {x0, y, z1}, b.add_material(lamp));
     if (i % 3 == 2) b.description.instances.back().shown = shown_from(false, {begin, end});
-    const double e = polygon_irradiance({Vec3d(x0, y, z0), Vec3d(x1, y, z0), Vec3d(x1, y, z1),
-                                         Vec3d(x0, y, z1)},
-                                        point, Vec3d(0, 1, 0));
+    const double e =
+        polygon_irradiance({Vec3d(x0, y, z0), Vec3d(x1, y, z0), Vec3d(x1, y, z1), Vec3d(x0, y, z1)},
+                           point, Vec3d(0, 1, 0));
     exact += share * radiance * std::abs(e);
   }
   expect_irradiance_at(kCase, b, exact, 2e-5, "48 lamps that blink in turn");
@@ -187,9 +185,10 @@ void expect_seen(const std::string& what, const SceneBuilderForTests& b, double 
   const CaseName name{kCase, what};
   RenderSettings s = direct_light_settings(1024);
   s.seed = seed_of(name);
-  expect_case(name, compared(render(*b.build(), orthographic({0, 0, 5}, {0, 0, 0}, .1), s), exact,
-                             tolerance),
-              replay(s));
+  expect_case(
+      name,
+      compared(render(*b.build(), orthographic({0, 0, 5}, {0, 0, 0}, .1), s), exact, tolerance),
+      replay(s));
 }
 
 MeshDescription square_of(int material) {
@@ -260,9 +259,9 @@ TEST(Blink, ShadowsThatVanish) {
     card.double_sided = true;
     b.add_quad({.5f, 1, -1}, {.5f, 1, 1}, {2, 1, 1}, {2, 1, -1}, b.add_material(card));
     b.description.instances.back().shown = shown_from(true, {.4f});
-    expect_irradiance_at(kCase, b, .6 * steady, 2e-5,
-                         std::string("shadow of a ") + (point ? "point light" : "lamp") +
-                             " that vanishes");
+    expect_irradiance_at(
+        kCase, b, .6 * steady, 2e-5,
+        std::string("shadow of a ") + (point ? "point light" : "lamp") + " that vanishes");
   }
 }
 
@@ -285,12 +284,11 @@ TEST(Blink, ALampThatAppears) {
 // from when its line of sight is above.
 TEST(Blink, Zooms) {
   SceneBuilderForTests b;
-  b.add_quad({-9, .3f, 0}, {9, .3f, 0}, {9, 9, 0}, {-9, 9, 0},
-             b.add_material(emitter(Rgb(1.0f))));
+  b.add_quad({-9, .3f, 0}, {9, .3f, 0}, {9, 9, 0}, {-9, 9, 0}, b.add_material(emitter(Rgb(1.0f))));
   const auto scene = b.build();
   for (const bool ortho : {true, false}) {
-    CameraDescription view = ortho ? orthographic({0, 0, 1}, {0, 0, 0}, .4)
-                                   : perspective({0, 0, 1}, {0, 0, 0}, 1);
+    CameraDescription view =
+        ortho ? orthographic({0, 0, 1}, {0, 0, 0}, .4) : perspective({0, 0, 1}, {0, 0, 0}, 1);
     view.zoom = over_time<double>({.1f, .9f, .9f}, {.4, 1.2, .2});
     view.fov_y = .4;
     const CaseName name{kCase, ortho ? "orthographic zoom" : "zoom"};

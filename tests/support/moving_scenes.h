@@ -106,8 +106,8 @@ class MovingScene {
   // White, then red that fades.
   static MaterialDescription blinking(const std::vector<double>& times) {
     MaterialDescription lamp = emitter(Rgb(20.0f));
-    const auto share = over_time<Rgb>({0, .25f, .25f, 1},
-                                      {Rgb(1.0f), Rgb(1.0f), {1, .2f, .2f}, {.5f, .1f, .1f}});
+    const auto share =
+        over_time<Rgb>({0, .25f, .25f, 1}, {Rgb(1.0f), Rgb(1.0f), {1, .2f, .2f}, {.5f, .1f, .1f}});
     if (times.size() > 1) {
       lamp.emission_share = share;
     } else {

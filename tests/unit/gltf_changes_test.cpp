@@ -18,25 +18,21 @@ using nlohmann::json;
 using test::AnimationBuilder;
 using test::GltfBuilder;
 using test::load_at;
+using test::load_open;
 
 constexpr const char* kLight = "/extensions/KHR_lights_punctual/lights/0";
-
-SceneDescription load_open(const GltfBuilder& gltf, double from, double to) {
-  const test::TempFolder folder;
-  GltfOptions options;
-  options.time = from;
-  options.shutter = GltfOptions::Shutter{0, to - from};
-  return load_gltf(gltf.write_glb(folder / "a.glb"), options);
-}
 
 // A triangle in node 0; nodes 1 and 2 with a spot and a camera.
 class GltfChangesTest : public testing::Test {
  protected:
   GltfChangesTest() {
     gltf_.add_triangle();
-    gltf_.root["materials"] = {{{"emissiveFactor", {0.5, 0.25, 1}},
-                                {"extensions",
-                                 {{"KHR_materials_emissive_strength", {{"emissiveStrength", 4}}}}}}};
+    json& positions = gltf_.root["accessors"][0];
+    positions["min"] = {0, 0, 0};
+    positions["max"] = {1, 1, 0};
+    gltf_.root["materials"] = {
+        {{"emissiveFactor", {0.5, 0.25, 1}},
+         {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 4}}}}}}};
     gltf_.primitive(0)["material"] = 0;
     gltf_.root["extensions"]["KHR_lights_punctual"]["lights"] = {
         {{"type", "spot"},
@@ -53,8 +49,8 @@ class GltfChangesTest : public testing::Test {
   void hide(int node, const std::vector<float>& times, const std::vector<uint8_t>& visible) {
     gltf_.root["nodes"][size_t(node)]["extensions"]["KHR_node_visibility"] = {{"visible", true}};
     AnimationBuilder(gltf_, "").point(
-        "/nodes/" + std::to_string(node) + "/extensions/KHR_node_visibility/visible", times,
-        "BOOL", visible, "STEP");
+        "/nodes/" + std::to_string(node) + "/extensions/KHR_node_visibility/visible", times, "BOOL",
+        visible, "STEP");
   }
 
   static Rgb light_at(const PunctualLightDescription& light, float share) {
@@ -76,12 +72,11 @@ class GltfChangesTest : public testing::Test {
       const float share = (float(i) + 0.517f) / 200;
       const SceneDescription still = load_at(gltf_, from + double(share) * (to - from));
       expect_near(light_at(light, share), light_at(still.lights.at(0), 0), light.intensity, share);
-      expect_near(material.emission_share
-                      ? material.emission * material.emission_share->at(share)
-                      : material.emission,
+      expect_near(material.emission_share ? material.emission * material.emission_share->at(share)
+                                          : material.emission,
                   still.materials.at(0).emission, material.emission, share);
-      const Vec2f cones = light.cones ? light.cones->at(share)
-                                      : Vec2f(light.inner_cone, light.outer_cone);
+      const Vec2f cones =
+          light.cones ? light.cones->at(share) : Vec2f(light.inner_cone, light.outer_cone);
       EXPECT_NEAR(cones.x, still.lights[0].inner_cone, tolerance) << share;
       EXPECT_NEAR(cones.y, still.lights[0].outer_cone, tolerance) << share;
       EXPECT_NEAR(camera.zoom ? camera.zoom->at(share) : camera.fov_y, still.cameras.at(0).fov_y,
@@ -119,8 +114,7 @@ TEST_F(GltfChangesTest, ProductsOfStraightLinesAndSplines) {
       .point("/materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength",
              {0.2f, 0.9f}, "SCALAR", {0, 1, 0, 0, 10, 0}, "CUBICSPLINE")
       .point(std::string(kLight) + "/spot/innerConeAngle", {0, 1}, "SCALAR", {0.01f, 0.9f})
-      .point("/cameras/0/perspective/yfov", {0, 1}, "SCALAR", {0, 0.2f, 3, 0, 1, 0},
-             "CUBICSPLINE");
+      .point("/cameras/0/perspective/yfov", {0, 1}, "SCALAR", {0, 0.2f, 3, 0, 1, 0}, "CUBICSPLINE");
   expect_stills(0, 1, 1.5e-3f);
   expect_stills(0.4, 0.6, 1.5e-3f);
 }
@@ -171,8 +165,7 @@ TEST_F(GltfChangesTest, ChildrenAreSeenWhileTheirParentsAre) {
   AnimationBuilder(gltf_)
       .point<uint8_t>(std::string("/nodes/3") + visible, {0, 0.25f, 0.75f}, "BOOL", {0, 1, 0},
                       "STEP")
-      .point<uint8_t>(std::string("/nodes/0") + visible, {0, 0.5f, 0.9f}, "BOOL", {1, 0, 1},
-                      "STEP")
+      .point<uint8_t>(std::string("/nodes/0") + visible, {0, 0.5f, 0.9f}, "BOOL", {1, 0, 1}, "STEP")
       .point<uint8_t>(std::string("/nodes/1") + visible, {0, 0.5f}, "BOOL", {0, 1}, "STEP");
   const SceneDescription scene = load_open(gltf_, 0, 1);
   ASSERT_TRUE(scene.instances.at(0).shown);

@@ -17,16 +17,9 @@ using nlohmann::json;
 using test::AnimationBuilder;
 using test::GltfBuilder;
 using test::load_at;
+using test::load_open;
 
 constexpr double kPi = 3.14159265358979;
-
-SceneDescription load_open(const GltfBuilder& gltf, double from, double to) {
-  const test::TempFolder folder;
-  GltfOptions options;
-  options.time = from;
-  options.shutter = GltfOptions::Shutter{0, to - from};
-  return load_gltf(gltf.write_glb(folder / "a.glb"), options);
-}
 
 // As scene_description.h says it.
 struct Segment {
