@@ -17,19 +17,10 @@ constexpr float kMinSurvival = 0.05f;
 // Balance heuristic with one sample of each technique.
 float balance(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
 
-// Radiance that a sampled light sends towards the point, and whether anything blocks the way is
-// the caller's question; `target` is where that question's ray ends.
-Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& from, float time,
-                     PixelSamples& samples, Vec3f* target) {
-  if (light.kind != LightKind::kTriangle) {
-    *target = light.position;
-    return light.radiance;
-  }
-  const EmissiveTriangle& triangle = scene.lights().triangles()[light.index];
-  *target = offset_ray_origin(light.position, light.emitter_normal,
-                              scene.surface_offset(triangle.instance, triangle.primitive, time),
-                              from - light.position);
-  const Material& material = scene.material_of(triangle.instance);
+// Of a point sampled on a triangle, at its brightest.
+Rgb triangle_radiance(const Scene& scene, const LightSample& light,
+                      const EmissiveTriangle& triangle, const Material& material, float time,
+                      PixelSamples& samples) {
   if (material.emits_evenly()) return material.emission();
   const SurfaceAttributes attributes = scene.emitter_attributes(triangle, time, light.barycentric);
   // A number of its own: the emitter's texel must not depend on which texel this vertex took.
@@ -48,6 +39,23 @@ Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& 
     radiance *= material.coverage(attributes, samples.extra());
   }
   return radiance;
+}
+
+// Radiance that a sampled light sends towards the point, and whether anything blocks the way is
+// the caller's question; `target` is where that question's ray ends.
+Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& from, float time,
+                     PixelSamples& samples, Vec3f* target) {
+  if (light.kind != LightKind::kTriangle) {
+    *target = light.position;
+    return light.radiance;
+  }
+  const EmissiveTriangle& triangle = scene.lights().triangles()[light.index];
+  *target = offset_ray_origin(light.position, light.emitter_normal,
+                              scene.surface_offset(triangle.instance, triangle.primitive, time),
+                              from - light.position);
+  const Material& material = scene.material_of(triangle.instance);
+  const Rgb radiance = triangle_radiance(scene, light, triangle, material, time, samples);
+  return material.emission_changes() ? radiance * material.emission_share(time) : radiance;
 }
 
 }  // namespace
@@ -212,7 +220,11 @@ void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> va
 
 template <bool kGlass, bool kGroups>
 Rgb PathBatch<kGlass, kGroups>::surface_emission(const Path& path, const ShadedPoint& point) const {
-  const Rgb& emission = point.material.emission;
+  Rgb emission = point.material.emission;
+  if (is_black(emission)) return emission;
+  if (point.surface.material->emission_changes()) {
+    emission *= point.surface.material->emission_share(path.ray.time);
+  }
   const LastVertex& from = sampled_from(path);
   if (!from.light_sampled || is_black(emission)) return emission;
   const uint32_t emitter = scene_.emitter_index(path.hit.instance, path.hit.primitive);
@@ -286,7 +298,7 @@ void PathBatch<kGlass, kGroups>::add_connection(int lane) {
     const float time = path.ray.time;
     const bool visible = infinite ? scene_.visible_to_infinity(c.from, c.light.direction, time, key)
                                   : scene_.visible(c.from, c.target, time, key) &&
-                                        !scene_.behind_flush_emitter(c.from, c.light, key);
+                                        !scene_.behind_flush_emitter(c.from, c.light, time, key);
     if (!visible) return;
   }
   if constexpr (kGlass) c.scattered *= absorption(scene_, c.solid, c.light.distance);

@@ -60,7 +60,7 @@ Rgb through_thin_walls(const Scene& scene, Vec3f from, const LightSample& light,
     rays->shadow++;
     // One key for the whole way: no part of it is met twice.
     if (!scene.intersect(ray, coverage_key, &hit)) {
-      return scene.behind_flush_emitter(from, light, coverage_key) ? Rgb(0.0f) : through;
+      return scene.behind_flush_emitter(from, light, time, coverage_key) ? Rgb(0.0f) : through;
     }
     through *= through_surface(scene, light.direction, time, hit, samples.extra(), &from);
     if (is_black(through)) return through;

@@ -3,6 +3,7 @@
 #include <new>
 
 #include "io/gltf_animation.h"
+#include "io/gltf_changes.h"
 #include "io/gltf_document.h"
 #include "io/gltf_extensions.h"
 #include "io/gltf_images.h"
@@ -41,7 +42,9 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
   SceneDescription scene;
   scene.animations = describe_animations(document);
   const GltfAnimation animation = read_animation(document, options, scene.animations);
-  write_values_at(animation, animation.time, document.json);
+  write_values_at(animation, std::max(animation.open, std::min(animation.time, animation.close)),
+                  document.json);
+  const GltfChanges changes(document, animation, scene.coverage);
   const MemoryReservation model_memory(progress.budget(), MemoryPart::kFile,
                                        gltf_model_bytes(document), path);
   const auto model = parse_gltf_model(document);
@@ -56,10 +59,11 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
       MemoryPart::kGeometry,
       bytes_of(document.array("materials").size(), sizeof(MaterialDescription)), path);
   scene.materials = read_materials(document, *model, options, scene.coverage);
+  changes.apply(scene.materials);
   scene.variants = read_variants(document);
   scene.variants_read = options.variants;
   scene.tangents_read = options.tangents;
-  load_scene_graph(document, *model, animation, scene);
+  load_scene_graph(document, *model, animation, changes, scene);
   load_images(document, options, scene);
   report_faults(document, scene.coverage);
   scene.files = document.files();

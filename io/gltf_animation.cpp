@@ -76,6 +76,10 @@ void AnimationReader::add_track(const GltfTarget& target, KeyFrames keys) {
         {json::json_pointer(target.pointer), target.property, std::move(keys)});
     return;
   }
+  if (target.has(NodeProperty::kVisible)) {
+    animation_.visibility[target.node->node] = std::move(keys);
+    return;
+  }
   if (target.has(NodeProperty::kWeights) || target.has(NodeProperty::kWeight)) {
     const size_t node = target.node->node;
     if (!animation_.weights.contains(node)) {
@@ -242,8 +246,8 @@ void pose_node(const NodeTrack& track, double time, NodePose& pose) {
     case NodeProperty::kWeight:
       pose.weights[track.target.weight] = scalar();
       return;
-    case NodeProperty::kVisible:
-      pose.visible = scalar() != 0.0;
+    case NodeProperty::kVisible:  // GltfVisibility
+      return;
   }
 }
 
@@ -277,14 +281,33 @@ GltfPose pose_at(const GltfAnimation& animation, double time) {
   return pose;
 }
 
+// As floats, which key times are: a time that rounds to a key's is at the key.
+std::vector<double> times_within(const GltfAnimation& animation,
+                                 std::span<const KeyFrames* const> keys) {
+  if (!(animation.open < animation.close)) return {animation.open};
+  std::vector<double> all = {animation.open};
+  for (const KeyFrames* of : keys) {
+    const std::vector<float>& times = *of->times;
+    const auto first = std::upper_bound(times.begin(), times.end(), float(animation.open));
+    all.insert(all.end(), first, std::lower_bound(first, times.end(), float(animation.close)));
+  }
+  if (keys.size() > 1) std::ranges::sort(all);
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  all.push_back(animation.close);
+  return all;
+}
+
+void sample_value(const PointerTrack& track, double time, std::span<double> value) {
+  sample_keys(track.keys, time, value);
+  for (double& number : value) {
+    number = std::clamp(number, track.property->minimum, track.property->maximum);
+  }
+}
+
 void write_values_at(const GltfAnimation& animation, double time, json& document) {
   for (const PointerTrack& track : animation.pointers) {
     std::vector<double> values(track.keys.width);
-    sample_keys(track.keys, time, values);
-    // A spline may swing beyond what its keys are.
-    for (double& value : values) {
-      value = std::clamp(value, track.property->minimum, track.property->maximum);
-    }
+    sample_value(track, time, values);
     json& target = document[track.pointer];
     if (track.property->kind == schema::Kind::kNumber) {
       target = values.front();

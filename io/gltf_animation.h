@@ -2,11 +2,13 @@
 //
 // Nodes are posed by values of their own (GltfPose), which cost little at any number of times.
 // Everything else that a KHR_animation_pointer leads to is written into the document's JSON, from
-// which materials, lights and cameras are then read as ever.
+// which materials, lights and cameras are then read as ever; of some of it gltf_changes.h says how
+// it goes on from there.
 #pragma once
 
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -39,11 +41,16 @@ struct GltfAnimation {
   std::optional<double> later;     // of an instant: GltfOptions::later
   double duration = 0.0;           // of the longest
   // In the file's order: of two that move the same the later counts.
-  std::vector<NodeTrack> nodes;
+  std::vector<NodeTrack> nodes;            // but for their visibility
+  std::map<size_t, KeyFrames> visibility;  // by node
   std::vector<PointerTrack> pointers;
   // Of nodes whose weights are animated: as the file has them.
   std::map<size_t, std::vector<double>> weights;
   MemoryReservation memory;
+
+  float share_of_shutter(double seconds) const {
+    return open < close ? float((seconds - open) / (close - open)) : 0.0f;
+  }
 };
 
 // What animations make of a node; what is absent is as the file has it.
@@ -51,7 +58,6 @@ struct NodePose {
   std::optional<Vec3d> translation, scale;
   std::optional<Quaternion> rotation;
   std::vector<double> weights;  // of every morph target; empty: absent
-  std::optional<bool> visible;
 };
 using GltfPose = std::map<size_t, NodePose>;  // by node; empty: at rest
 
@@ -66,8 +72,15 @@ std::vector<AnimationDescription> describe_animations(const GltfDocument& docume
 GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& options,
                              const std::vector<AnimationDescription>& list);
 
-// Where the nodes are. Pure; takes, for each track, the logarithm of its keys.
+// Where the nodes are (gltf_visibility.h says whether they are seen). Pure; takes, for each track,
+// the logarithm of its keys.
 GltfPose pose_at(const GltfAnimation& animation, double time);
+// When the shutter opens, the key frames while it is open, and when it closes: growing, and of an
+// instant that alone.
+std::vector<double> times_within(const GltfAnimation& animation,
+                                 std::span<const KeyFrames* const> keys);
+// What a pointer's value is: within what the specification allows, beyond which splines may swing.
+void sample_value(const PointerTrack& track, double time, std::span<double> value);
 // Writes what else is animated, as it is at the time; what was written for another is overwritten.
 void write_values_at(const GltfAnimation& animation, double time, nlohmann::json& document);
 

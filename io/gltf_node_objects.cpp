@@ -21,24 +21,38 @@ std::string node_name(const tinygltf::Model& model, size_t node) {
   return name.empty() ? "node " + std::to_string(node) : name;
 }
 
+double field_of_view(double yfov, const std::string& place) {
+  if (yfov > 0.0 && yfov < kPiD) return yfov;
+  throw InputError(place, "expected an angle between 0 and pi");
+}
+
+double magnification(double ymag, const std::string& place) {
+  if (ymag != 0.0) return std::abs(ymag);
+  throw InputError(place, "must not be 0");
+}
+
+Vec2f cone_angles(double inner, double outer, const std::string& place) {
+  if (!(outer > 0.0 && inner >= 0.0)) {
+    throw InputError(place, "expected 0 <= innerConeAngle < outerConeAngle");
+  }
+  const auto widest = float(std::min(outer, kPiD / 2.0));
+  // Writers of hard-edged spots give both the same angle.
+  return {float(std::min(inner, double(widest) * (1.0 - 1e-5))), widest};
+}
+
 namespace {
 
 void read_lens(const tinygltf::Camera& source, const std::string& place,
                CameraDescription& camera) {
   if (source.type == "perspective") {
     const tinygltf::PerspectiveCamera& lens = source.perspective;
-    if (!(lens.yfov > 0.0 && lens.yfov < kPiD)) {
-      throw InputError(place + "/perspective/yfov", "expected an angle between 0 and pi");
-    }
-    camera.fov_y = lens.yfov;
+    camera.fov_y = field_of_view(lens.yfov, place + "/perspective/yfov");
     if (lens.aspectRatio > 0.0) camera.aspect = lens.aspectRatio;
   } else {
     const tinygltf::OrthographicCamera& lens = source.orthographic;
-    if (lens.xmag == 0.0 || lens.ymag == 0.0) {
-      throw InputError(place + "/orthographic", "xmag and ymag must not be 0");
-    }
     camera.orthographic = true;
-    camera.y_mag = std::abs(lens.ymag);
+    magnification(lens.xmag, place + "/orthographic/xmag");
+    camera.y_mag = magnification(lens.ymag, place + "/orthographic/ymag");
   }
 }
 
@@ -108,14 +122,10 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
   }
   if (light.type == PunctualType::kSpot) {
     const json spot = object.value("spot", json::object());
-    const double outer = spot.value("outerConeAngle", kPiD / 4.0);
-    const double inner = spot.value("innerConeAngle", 0.0);
-    if (!(outer > 0.0 && inner >= 0.0)) {
-      throw InputError(place + "/spot", "expected 0 <= innerConeAngle < outerConeAngle");
-    }
-    light.outer_cone = float(std::min(outer, kPiD / 2.0));
-    // Writers of hard-edged spots give both the same angle.
-    light.inner_cone = float(std::min(inner, double(light.outer_cone) * (1.0 - 1e-5)));
+    const Vec2f angles = cone_angles(spot.value("innerConeAngle", 0.0),
+                                     spot.value("outerConeAngle", kPiD / 4.0), place + "/spot");
+    light.inner_cone = angles.x;
+    light.outer_cone = angles.y;
   }
   if (object.contains("range"))
     report_ignored(document.file, "light range (light falls off without an end)", scene.coverage);

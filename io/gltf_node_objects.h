@@ -17,6 +17,11 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
 void read_punctual_light(const GltfDocument& document, const tinygltf::Model& model, size_t node,
                          const Mat44d& to_world, SceneDescription& scene);
 
+// What a camera's and a spot's numbers are, also while they change. Throw InputError.
+double field_of_view(double yfov, const std::string& place);
+double magnification(double ymag, const std::string& place);
+Vec2f cone_angles(double inner, double outer, const std::string& place);
+
 // EXT_mesh_gpu_instancing: one transform per instance, relative to the node. What they take is
 // added to `memory`.
 std::vector<Mat44d> read_instance_transforms(const GltfDocument& document,

@@ -14,6 +14,7 @@
 #include "io/gltf_shutter.h"
 #include "io/gltf_transform.h"
 #include "io/gltf_variants.h"
+#include "io/gltf_visibility.h"
 #include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -62,14 +63,16 @@ double radius_of(const MeshDescription& mesh) {
 class SceneGraphReader {
  public:
   SceneGraphReader(const GltfDocument& document, const tinygltf::Model& model,
-                   const GltfAnimation& animation, SceneDescription& scene)
+                   const GltfAnimation& animation, const GltfChanges& changes,
+                   SceneDescription& scene)
       : document_(document),
         model_(model),
+        changes_(changes),
         scene_(scene),
         at_rest_(animation.at_rest),
         shutter_(document, model, animation),
         world_(shutter_.world()),
-        visible_(visible_nodes(document, shutter_.pose())),
+        visibility_(document, animation),
         poses_(document, model, shutter_),
         placements_memory_(document.progress->budget(), MemoryPart::kGeometry) {}
 
@@ -85,8 +88,9 @@ class SceneGraphReader {
   std::vector<size_t> nodes_in_scene() const;
   void read_node(size_t node);
   void read_mesh_node(size_t node);
-  void add_motion(size_t node, CameraDescription& camera) const;
-  void add_motion(size_t node, PunctualLightDescription& light) const;
+  void read_camera_node(size_t node);
+  void read_light_node(size_t node);
+  void add_motion(size_t node, std::vector<Mat44d>& motion) const;
   size_t find_use(size_t node);
   void check_budget() const;
   uint64_t count_elements(const json& primitive, std::span<const MeshPose> poses) const;
@@ -100,12 +104,13 @@ class SceneGraphReader {
 
   const GltfDocument& document_;
   const tinygltf::Model& model_;
+  const GltfChanges& changes_;
   SceneDescription& scene_;
   const bool at_rest_;
   const GltfShutter shutter_;
   const std::vector<Mat44d>& world_;  // per node, as it opens
-  const std::vector<char> visible_;   // per node
-  uint64_t hidden_ = 0;               // nodes with meshes
+  const GltfVisibility visibility_;
+  std::vector<size_t> hidden_;  // nodes with meshes
   GltfPoses poses_;
   std::vector<MeshUse> uses_;
   // By mesh and skin: the uses without weights of a node.
@@ -145,16 +150,18 @@ void SceneGraphReader::read_node(size_t node) {
   const tinygltf::Node& source = model_.nodes[node];
   const json& object = document_.json.at("nodes")[node];
   document_.faults->require("/nodes/" + std::to_string(node));
-  if (source.mesh >= 0 && !visible_[node]) ++hidden_;
-  if (source.mesh >= 0 && visible_[node]) read_mesh_node(node);
-  const size_t cameras = scene_.cameras.size(), lights = scene_.lights.size();
-  read_camera(document_, model_, node, world_[node], scene_);
-  if (scene_.cameras.size() > cameras) add_motion(node, scene_.cameras.back());
+  if (source.mesh >= 0) {
+    if (visibility_.shows(node)) {
+      read_mesh_node(node);
+    } else {
+      hidden_.push_back(node);
+    }
+  }
+  read_camera_node(node);
   constexpr const char* kPunctual = "KHR_lights_punctual";
-  if (!visible_[node] || !find_extension(object, kPunctual)) return;
+  if (!visibility_.shows(node) || !find_extension(object, kPunctual)) return;
   try {
-    read_punctual_light(document_, model_, node, world_[node], scene_);
-    if (scene_.lights.size() > lights) add_motion(node, scene_.lights.back());
+    read_light_node(node);
   } catch (const InputError& error) {
     GltfFaults::let_limits_pass(error);
     if (document_.requires_extension(kPunctual)) throw;
@@ -163,21 +170,32 @@ void SceneGraphReader::read_node(size_t node) {
   }
 }
 
-void SceneGraphReader::add_motion(size_t node, CameraDescription& camera) const {
-  if (!shutter_.moves(node)) return;
-  if (shutter_.is_instant()) {
-    camera.later = shutter_.world(node, 1);
-    return;
-  }
-  for (size_t step = 1; step < shutter_.steps(); ++step) {
-    camera.motion.push_back(shutter_.world(node, step));
-  }
+void SceneGraphReader::read_camera_node(size_t node) {
+  const size_t before = scene_.cameras.size();
+  read_camera(document_, model_, node, world_[node], scene_);
+  if (scene_.cameras.size() == before) return;
+  CameraDescription& camera = scene_.cameras.back();
+  add_motion(node, camera.motion);
+  if (shutter_.is_instant() && shutter_.moves(node)) camera.later = shutter_.world(node, 1);
+  changes_.apply(size_t(model_.nodes[node].camera), camera);
 }
 
-void SceneGraphReader::add_motion(size_t node, PunctualLightDescription& light) const {
+void SceneGraphReader::read_light_node(size_t node) {
+  const size_t before = scene_.lights.size();
+  read_punctual_light(document_, model_, node, world_[node], scene_);
+  if (scene_.lights.size() == before) return;
+  PunctualLightDescription& light = scene_.lights.back();
+  add_motion(node, light.motion);
+  const json& object = document_.json.at("nodes")[node];
+  const json& reference = *find_extension(object, "KHR_lights_punctual");
+  changes_.apply(reference.at("light").get<size_t>(), light);
+  light.shown = visibility_.times(node);
+}
+
+void SceneGraphReader::add_motion(size_t node, std::vector<Mat44d>& motion) const {
   if (!shutter_.moves(node) || shutter_.is_instant()) return;
   for (size_t step = 1; step < shutter_.steps(); ++step) {
-    light.motion.push_back({light.intensity, shutter_.world(node, step)});
+    motion.push_back(shutter_.world(node, step));
   }
 }
 
@@ -406,13 +424,15 @@ void SceneGraphReader::place_meshes() {
       } else if (!placement.motion.empty() && placement.motion[1] != placement.to_world) {
         scene_.later_instances.push_back({uint32_t(scene_.instances.size()), placement.motion[1]});
       }
+      instance.shown = visibility_.times(placement.node);
       scene_.instances.push_back(std::move(instance));
     }
   }
 }
 
 // Of what the accessors say of the meshes that are there, at the places that their nodes and joints
-// have at rest. A mesh whose accessor says nothing is left out; if all are, the pose's own count.
+// have at rest; also of those that the animation hides for now, but for skins. A mesh whose
+// accessor says nothing is left out; if all are, the pose's own count.
 WorldBounds SceneGraphReader::rest_bounds() const {
   const std::vector<Mat44d> at_rest = world_transforms(document_, model_, {});
   WorldBounds bounds;
@@ -428,6 +448,10 @@ WorldBounds SceneGraphReader::rest_bounds() const {
     } else {
       bounds.add(box, placement.to_world * world_[node].inverse() * at_rest[node]);
     }
+  }
+  for (const size_t node : hidden_) {
+    if (!visibility_.may_show(node) || model_.nodes[node].skin >= 0) continue;
+    bounds.add(shutter_.bounds(size_t(model_.nodes[node].mesh)), at_rest[node]);
   }
   return bounds.empty() ? world_bounds(scene_) : bounds;
 }
@@ -457,8 +481,12 @@ void SceneGraphReader::report() {
   note(repairs.non_finite_triangles, "triangles with a NaN or infinite vertex");
   note(repairs.singular_instances, "objects whose transform has no inverse");
   if (scene_.instances.empty()) {
-    note(hidden_, "invisible nodes");
-    fail_empty(dropped);
+    const auto may_show = [&](size_t node) { return visibility_.may_show(node); };
+    if (at_rest_ || std::ranges::none_of(hidden_, may_show)) {
+      note(hidden_.size(), "invisible nodes");
+      fail_empty(dropped);
+    }
+    log_warning(document_.file + ": the animation hides all there is to see, the picture is empty");
   }
   if (!dropped.empty()) log_warning(document_.file + ": left out: " + dropped);
 }
@@ -466,8 +494,9 @@ void SceneGraphReader::report() {
 }  // namespace
 
 void load_scene_graph(const GltfDocument& document, const tinygltf::Model& model,
-                      const GltfAnimation& animation, SceneDescription& scene) {
-  SceneGraphReader(document, model, animation, scene).read();
+                      const GltfAnimation& animation, const GltfChanges& changes,
+                      SceneDescription& scene) {
+  SceneGraphReader(document, model, animation, changes, scene).read();
 }
 
 }  // namespace emberline

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "io/gltf_animation.h"
+#include "io/gltf_changes.h"
 #include "io/gltf_document.h"
 #include "io/tiny_gltf_forward.h"
 #include "renderer/description/scene_description.h"
@@ -11,8 +12,9 @@ namespace emberline {
 // Fills meshes, instances, lights and cameras of `scene` (whose materials are read already) from
 // the file's default scene: `scene`, else scene 0, else every root node, in the animation's pose.
 // Meshes load in parallel. Repairs and coverage are added. Throws InputError, also when nothing is
-// left to render.
+// left to render; what an animation hides for now is something.
 void load_scene_graph(const GltfDocument& document, const tinygltf::Model& model,
-                      const GltfAnimation& animation, SceneDescription& scene);
+                      const GltfAnimation& animation, const GltfChanges& changes,
+                      SceneDescription& scene);
 
 }  // namespace emberline

@@ -109,17 +109,4 @@ std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinyglt
   return world;
 }
 
-std::vector<char> visible_nodes(const GltfDocument& document, const GltfPose& pose) {
-  std::vector<char> visible(document.parents.size(), 1);
-  for (const int node : document.node_order) {
-    const json& object = document.array("nodes")[size_t(node)];
-    const json* extension = find_extension(object, "KHR_node_visibility");
-    const bool own = extension ? extension->value("visible", true) : true;
-    const int parent = document.parents[size_t(node)];
-    const bool above = parent < 0 || visible[size_t(parent)];
-    visible[size_t(node)] = above && pose_of(pose, node).visible.value_or(own);
-  }
-  return visible;
-}
-
 }  // namespace emberline

@@ -17,10 +17,6 @@ std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinyglt
 Mat44d local_transform(const GltfDocument& document, const tinygltf::Model& model, size_t node,
                        const GltfPose& pose);
 
-// Whether each node shows what it has, by its own visibility (KHR_node_visibility) and that of all
-// nodes above it.
-std::vector<char> visible_nodes(const GltfDocument& document, const GltfPose& pose);
-
 // scale, then rotation (unit quaternion x, y, z, w; normalised here), then translation.
 Mat44d compose_transform(const Vec3d& translation, const Quaternion& rotation, const Vec3d& scale);
 

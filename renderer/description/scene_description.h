@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "renderer/core/file_identity.h"
+#include "renderer/core/time_curve.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
@@ -69,6 +70,8 @@ struct MaterialDescription {
   TextureRef normal_texture;              // tangent space, rgb in [0, 1] -> [-1, 1]
   float normal_scale = 1.0f;
   Rgb emission = Rgb(0.0f);  // emissiveFactor x KHR_materials_emissive_strength: radiance
+  // See Motion: what there is of it at a time. Null: all of it.
+  std::shared_ptr<const TimeCurve<Rgb>> emission_share = {};
   TextureRef emission_texture;
   AlphaMode alpha_mode = AlphaMode::kOpaque;
   float alpha_cutoff = 0.5f;
@@ -179,6 +182,11 @@ struct VariantDescription {
 // Motion while the shutter is open: what moves is also given at later times, evenly spaced up to
 // its closing; at its opening it is where it stands without them. None: it is at rest. Between them
 // vertices, positions and sizes go along straight lines, and transforms turn about an axis.
+//
+// Other values change at times of their own (time_curve.h), so that what is switched is so in an
+// instant. What shines is described at its brightest, colour by colour, with the share of that
+// which there is at a time, from 0 to 1: whoever reckons with the brightest alone, or edits it, has
+// no need to know of time.
 
 // A mesh placed in the world. Nodes are flattened at load; transforms keep double precision so
 // that a far-away scene can be rebased before it is rounded to float.
@@ -187,6 +195,7 @@ struct InstanceDescription {
   int mesh = -1;
   Mat44d to_world;  // row-vector convention; may mirror (negative determinant); finite
   std::vector<Mat44d> motion = {};
+  std::shared_ptr<const ShownTimes> shown = {};  // null: always
 };
 
 // What moves is seen at an instant, but its velocity is asked for: where it is a frame later. Rays
@@ -201,27 +210,24 @@ struct LaterInstance {
 
 enum class PunctualType : uint8_t { kPoint, kSpot, kDirectional };
 
-// What of a light may change while the shutter is open.
-struct PunctualLightStep {
-  Rgb intensity = Rgb(1.0f);  // colour x intensity: candela, or lux for kDirectional
-  Mat44d to_world;            // it shines along -Z (spot, directional)
-};
-
 // KHR_lights_punctual.
-struct PunctualLightDescription : PunctualLightStep {
+struct PunctualLightDescription {
   std::string name;
   PunctualType type = PunctualType::kPoint;
-  float inner_cone = 0.0f;  // radians from the axis, 0 <= inner < outer <= pi/2
+  Rgb intensity = Rgb(1.0f);  // colour x intensity: candela, or lux for kDirectional
+  // Radians from the axis, 0 <= inner < outer <= pi/2; of cones that change the widest.
+  float inner_cone = 0.0f;
   float outer_cone = 0.785398163f;
-  std::vector<PunctualLightStep> motion = {};
+  Mat44d to_world;  // it shines along -Z (spot, directional)
+  std::vector<Mat44d> motion = {};
+  // See Motion; null: they do not change.
+  std::shared_ptr<const TimeCurve<Rgb>> share = {};
+  std::shared_ptr<const TimeCurve<Vec2f>> cones = {};  // inner and outer
+  std::shared_ptr<const ShownTimes> shown = {};
 };
 
 // Those that do are a scene's point lights, in the order of the description.
-inline bool shines(const PunctualLightDescription& light) {
-  bool any = !is_black(light.intensity);
-  for (const PunctualLightStep& step : light.motion) any = any || !is_black(step.intensity);
-  return any;
-}
+inline bool shines(const PunctualLightDescription& light) { return !is_black(light.intensity); }
 
 struct CameraDescription {
   std::string name;
@@ -229,6 +235,8 @@ struct CameraDescription {
   double fov_y = 0.8;            // radians, perspective
   std::optional<double> aspect;  // width / height, perspective; absent: from the frame
   double y_mag = 1.0;            // half the height, orthographic
+  // Of whichever of the two counts; null: it does not change.
+  std::shared_ptr<const TimeCurve<double>> zoom = {};
   // A thin lens, perspective only; no file has one.
   double lens_radius = 0.0;     // metres; 0: a pinhole
   double focus_distance = 0.0;  // metres along the axis to the plane that is sharp; > 0 with a lens

@@ -212,6 +212,7 @@ void make_orthographic(double height, CameraDescription& camera) {
   camera.orthographic = true;
   camera.aspect.reset();
   camera.y_mag = 0.5 * height;
+  camera.zoom.reset();
   camera.lens_radius = 0.0;
 }
 
@@ -275,6 +276,7 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
       refuse(edit.place, "\"look_from\" and \"look_at\" are the same point; move one of them");
     }
     camera.name = "edited view";
+    if (camera.orthographic) camera.zoom.reset();
     camera.orthographic = false;
     camera.aspect.reset();  // of the frame
     camera.to_world = view_matrix(edit);
@@ -288,6 +290,7 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
       refuse(edit.place, "camera '" + camera.name + "' is orthographic and has no \"fov_y\"");
     }
     camera.fov_y = *edit.fov_y_degrees * kPiD / 180.0;
+    camera.zoom.reset();
   }
   edit_lens(edit, camera);
   return camera;

@@ -72,6 +72,7 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
       throw UsageError("--fov-y: camera '" + camera.name + "' is orthographic and has no angle");
     }
     camera.fov_y = *settings.fov_y * kPiD / 180.0;
+    camera.zoom.reset();
   }
   if (settings.look_from) {
     camera.focus_distance = (*settings.look_at - *settings.look_from).length();

@@ -38,10 +38,9 @@ double refine(float u_pick, const Vec2f& u) {
   return std::min(double(u_pick) + double(h) * 0x1p-56, 1.0 - 0x1p-53);
 }
 
-float spot_attenuation(const PointLight& light, const Vec3f& direction, const Vec3f& to_light) {
-  if (light.type != PointLightType::kSpot) return 1.0f;
+float spot_attenuation(const PointLightState& light, const Vec3f& to_light) {
   const float scale = 1.0f / std::max(kLeastConeDifference, light.cos_inner - light.cos_outer);
-  const float cosine = -dot(direction, to_light);
+  const float cosine = -dot(light.direction, to_light);
   return square(std::clamp((cosine - light.cos_outer) * scale, 0.0f, 1.0f));
 }
 
@@ -121,16 +120,16 @@ EmitterBounds moving_bounds(const EmissiveTriangle& t, const EmitterMotion& moti
   return swept_bounds(steps);
 }
 
-EmitterBounds point_bounds(const PointLight& light, const PointLightStep& step) {
+EmitterBounds point_bounds(const PointLight& light, const PointLightPlace& place) {
   EmitterBounds b;
-  b.lower = b.upper = step.position;
-  b.intensity = double(luminance(step.intensity));
+  b.lower = b.upper = place.position;
+  b.intensity = double(luminance(light.intensity));
   if (light.type == PointLightType::kPoint) {
     b.axis = Vec3f(0, 0, 1);
     b.cos_theta_o = -1.0f;
     return b;
   }
-  b.axis = step.direction;
+  b.axis = place.direction;
   // The formula widens a cone whose edges are nearly one; bound what it gives.
   const double outer = std::acos(std::clamp(double(light.cos_outer), -1.0, 1.0));
   const double inner = std::acos(std::clamp(double(light.cos_inner), -1.0, 1.0));
@@ -141,17 +140,10 @@ EmitterBounds point_bounds(const PointLight& light, const PointLightStep& step) 
 
 EmitterBounds point_bounds(const PointLight& light) {
   if (light.motion.empty()) return point_bounds(light, light);
-  // A light that is out at one step is brighter on the way to the next: it counts as the brightest.
-  Rgb brightest = light.intensity;
-  for (const PointLightStep& step : light.motion) {
-    if (luminance(step.intensity) > luminance(brightest)) brightest = step.intensity;
-  }
   const size_t times = kTimesOfSegment * light.motion.size();
   std::vector<EmitterBounds> steps;
   for (size_t i = 0; i <= times; ++i) {
-    PointLightStep step = light.at(float(i) / float(times));
-    step.intensity = brightest;
-    steps.push_back(point_bounds(light, step));
+    steps.push_back(point_bounds(light, light.place_at(float(i) / float(times))));
   }
   return swept_bounds(steps);
 }
@@ -164,16 +156,29 @@ double point_power(const PointLight& light, double intensity) {
 
 }  // namespace
 
-PointLightStep PointLight::at(float time) const {
+PointLightPlace PointLight::place_at(float time) const {
   if (motion.empty()) return *this;
   const float scaled = time * float(motion.size());
   const size_t next = std::min(size_t(scaled), motion.size() - 1);
-  const PointLightStep& a = next == 0 ? *this : motion[next - 1];
-  const PointLightStep& b = motion[next];
-  const float share = scaled - float(next);
-  return {lerp(a.position, b.position, share),
-          normalize_or(lerp(a.direction, b.direction, share), a.direction),
-          lerp(a.intensity, b.intensity, share)};
+  const PointLightPlace& a = next == 0 ? *this : motion[next - 1];
+  const PointLightPlace& b = motion[next];
+  const float part = scaled - float(next);
+  return {lerp(a.position, b.position, part),
+          normalize_or(lerp(a.direction, b.direction, part), a.direction)};
+}
+
+// Out of the way of what does not change.
+[[gnu::noinline, gnu::cold]] PointLightState PointLight::changed_at(float time) const {
+  PointLightState state = *this;
+  static_cast<PointLightPlace&>(state) = place_at(time);
+  if (share) state.intensity *= share->at(time);
+  if (shown && !shown->at(time)) state.intensity = Rgb(0.0f);
+  if (cones) {
+    const Vec2f angles = cones->at(time);
+    state.cos_inner = std::cos(angles.x);
+    state.cos_outer = std::cos(angles.y);
+  }
+  return state;
 }
 
 LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<PointLight> points,
@@ -200,12 +205,9 @@ LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<
   }
   for (size_t i = 0; i < points_.size(); ++i) {
     const PointLight& light = points_[i];
-    bool shines = emits(light.intensity), finite = is_finite(light.position);
-    for (const PointLightStep& step : light.motion) {
-      shines = shines || emits(step.intensity);
-      finite = finite && is_finite(step.position);
-    }
-    if (!shines) continue;
+    if (!emits(light.intensity)) continue;
+    bool finite = is_finite(light.position);
+    for (const PointLightPlace& place : light.motion) finite = finite && is_finite(place.position);
     if (light.type == PointLightType::kDirectional) {
       directional_.push_back(uint32_t(i));
       continue;
@@ -261,11 +263,11 @@ std::array<Vec3f, 3> LightSampler::corners(const EmissiveTriangle& t, float time
 }
 
 float LightSampler::directional_weight(const LightQuery& query, const PointLight& light) const {
-  const PointLightStep step = light.at(query.time);
-  float cosine = -dot(query.normal, step.direction);
+  const PointLightState state = light.at(query.time);
+  float cosine = -dot(query.normal, state.direction);
   if (query.both_sides) cosine = std::abs(cosine);
   if (!(cosine > 0.0f)) return 0.0f;
-  return luminance(step.intensity) * std::max(cosine, kLeastReceiverCosine);
+  return luminance(state.intensity) * std::max(cosine, kLeastReceiverCosine);
 }
 
 LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& query) const {
@@ -309,7 +311,7 @@ LightSample LightSampler::sample_directional(const LightQuery& query, const Infi
     rest -= double(weight);
   }
   if (picked == kNoEmitter) return {};
-  const PointLightStep light = points_[picked].at(query.time);
+  const PointLightState light = points_[picked].at(query.time);
   result.kind = LightKind::kPoint;
   result.index = picked;
   result.direction = -light.direction;
@@ -340,16 +342,16 @@ LightSample LightSampler::sample_emitter(const LightQuery& query, uint32_t emitt
   LightSample result;
   const uint32_t index = emitters_[emitter] & ~kPointEmitter;
   if (emitters_[emitter] & kPointEmitter) {
-    const PointLightStep light = points_[index].at(query.time);
+    const PointLightState light = points_[index].at(query.time);
     const Vec3d to_light = Vec3d(light.position) - Vec3d(query.point);
     const double d2 = dot(to_light, to_light);
     if (!(d2 > 0)) return {};
     const double distance = std::sqrt(d2);
     result.direction = Vec3f(to_light / distance);
-    result.radiance =
-        light.intensity *
-        float(double(spot_attenuation(points_[index], light.direction, result.direction)) / d2);
-    // Outside the cone; or so close that a float cannot say how bright it is.
+    const bool is_spot = points_[index].type == PointLightType::kSpot;
+    const float attenuation = is_spot ? spot_attenuation(light, result.direction) : 1.0f;
+    result.radiance = light.intensity * float(double(attenuation) / d2);
+    // Outside the cone, or dark; or so close that a float cannot say how bright it is.
     if (is_black(result.radiance) || !is_finite(result.radiance)) return {};
     result.kind = LightKind::kPoint;
     result.index = index;
@@ -360,6 +362,8 @@ LightSample LightSampler::sample_emitter(const LightQuery& query, uint32_t emitt
     return result;
   }
   const EmissiveTriangle& t = triangles_[index];
+  if (t.appears && !motion_->shown(t, query.time)) [[unlikely]]
+    return {};
   const auto [p0, p1, p2] = corners(t, query.time);
   const SeenTriangle seen = see_triangle(p0, p1, p2, query.point);
   if (!t.two_sided && !(seen.height > 0)) return {};

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/time_curve.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
@@ -21,15 +22,16 @@ class LightBvh;          // light_bvh.h
 // A triangle of an emissive mesh, as placed by one instance; at the shutter's opening, if it moves.
 struct EmissiveTriangle {
   Vec3f p0, p1, p2;   // CCW seen from the emitting side
-  Rgb mean_radiance;  // averaged over its area (texture included); > 0 somewhere
+  Rgb mean_radiance;  // averaged over its area (texture included), at its brightest; > 0 somewhere
   bool two_sided = false;
   bool moves = false;     // EmitterMotion knows where it is
+  bool appears = false;   // EmitterMotion knows when it is there
   uint32_t instance = 0;  // for the integrator to find its material and attributes
   uint32_t primitive = 0;
 };
 
-// Where the triangles that move are: whoever has the geometry says so, since light samples have to
-// lie on what rays hit.
+// Where the triangles that move are, and when: whoever has the geometry says so, since light
+// samples have to lie on what rays hit.
 class EmitterMotion {
  public:
   virtual ~EmitterMotion() = default;
@@ -38,27 +40,48 @@ class EmitterMotion {
   // Into how many equal times the shutter is cut for it to go along lines or arcs of less than half
   // a turn in each.
   virtual int segments(const EmissiveTriangle& triangle) const = 0;
+  // Whether one that appears is there.
+  virtual bool shown(const EmissiveTriangle& triangle, float time) const = 0;
 };
 
 enum class PointLightType : uint8_t { kPoint, kSpot, kDirectional };
 
-// What of a point light may change while the shutter is open.
-struct PointLightStep {
+struct PointLightPlace {
   Vec3f position;   // point, spot
   Vec3f direction;  // spot, directional: the way the light travels; unit
-  Rgb intensity;    // W/sr (candela), or irradiance (lux) for directional
 
-  bool operator==(const PointLightStep&) const = default;
+  bool operator==(const PointLightPlace&) const = default;
 };
 
-struct PointLight : PointLightStep {
-  PointLightType type = PointLightType::kPoint;
+// A point light at one time.
+struct PointLightState : PointLightPlace {
+  Rgb intensity;                             // W/sr (candela), or irradiance (lux) for directional
   float cos_inner = 1.0f, cos_outer = 0.0f;  // spot: glTF's angular falloff between them
-  // Later steps, evenly spaced up to the shutter's closing, and straight lines between them.
-  std::vector<PointLightStep> motion = {};
 
-  PointLightStep at(float time) const;
+  bool operator==(const PointLightState&) const = default;
+};
+
+// Where it is at the shutter's opening, and at its brightest and widest.
+struct PointLight : PointLightState {
+  PointLightType type = PointLightType::kPoint;
+  // Later places, evenly spaced up to the shutter's closing, and straight lines between them.
+  std::vector<PointLightPlace> motion = {};
+  // What there is of the intensity, the angles of the cones, and when there is any light; null: no
+  // change.
+  std::shared_ptr<const TimeCurve<Rgb>> share = {};
+  std::shared_ptr<const TimeCurve<Vec2f>> cones = {};
+  std::shared_ptr<const ShownTimes> shown = {};
+
+  bool changes() const { return !motion.empty() || share || cones || shown; }
+  PointLightPlace place_at(float time) const;
+  PointLightState at(float time) const {
+    if (changes()) return changed_at(time);
+    return *this;
+  }
   bool operator==(const PointLight&) const = default;
+
+ private:
+  PointLightState changed_at(float time) const;
 };
 
 // Where the illumination is asked for.

@@ -232,6 +232,11 @@ void SceneBuilder::place_meshes() {
     MeshDescription& source = description_.meshes[mesh_index];
     Instance& instance = scene.instances_[i];
     instance.mesh = uint32_t(placed.mesh);
+    if (placed.shown) {
+      scene.shown_.resize(scene.instances_.size());
+      scene.shown_[i] = placed.shown;
+      mesh.appears = true;
+    }
     if (uses_[mesh_index] == 1 && placed.motion.empty()) {
       bake(source, placed, mesh);
     } else {
@@ -280,7 +285,8 @@ void SceneBuilder::drop_unread_attributes() {
 
 void SceneBuilder::build_geometry() {
   Scene& scene = *scene_;
-  scene.geometry_ = std::make_unique<scene_detail::Geometry>(progress_.budget(), description_.file);
+  scene.geometry_ =
+      std::make_unique<scene_detail::Geometry>(progress_.budget(), description_.file, scene.shown_);
   scene_detail::Geometry& geometry = *scene.geometry_;
   uint64_t items = scene.instances_.size();
   for (const Mesh& mesh : scene.meshes_) items += mesh.triangles.size();

@@ -40,20 +40,29 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   Shape& s = shape_;
   s.orthographic = description.orthographic;
   // The vertical extent rules, so that pixels stay square in any frame.
-  s.half_height = s.orthographic ? description.y_mag * scale : std::tan(description.fov_y / 2);
+  s.half_height = half_height_of(s.orthographic ? description.y_mag : description.fov_y, scale);
   s.half_width = s.half_height * width / height;
   s.per_column = 2 * s.half_width / width;
   s.per_row = -2 * s.half_height / height;
   // A mirrored node shows a mirrored picture.
   s.handed = description.to_world.determinant() < 0 ? -1.0 : 1.0;
   s.lens_radius = s.orthographic ? 0.0 : description.lens_radius * scale;
+  zoom_ = description.zoom;
+  scale_ = scale;
+  double smallest = 1.0;
+  for (size_t i = 0; zoom_ && i < zoom_->values.size(); ++i) {
+    const double size = half_height_of(zoom_->values[i], scale) / s.half_height;
+    smallest = std::min(smallest, size);
+    largest_ = std::max(largest_, size);
+  }
+  if (zoom_) last_size_ = half_height_of(zoom_->at(1.0f), scale) / s.half_height;
   const Pose pose = pose_of(description.to_world, description.name, origin, scale, farthest);
   // What a pixel is apart must be more than nothing in float; of directions float holds the
   // squares.
   constexpr double kLeast = 1e-30;
-  require(s.half_height / height >= kLeast && s.half_width / width >= kLeast,
+  require(smallest * s.half_height / height >= kLeast && smallest * s.half_width / width >= kLeast,
           "what it shows is too small to be told apart");
-  require(s.orthographic || s.half_width + s.half_height <= kFarthestOrigin,
+  require(s.orthographic || largest_ * (s.half_width + s.half_height) <= kFarthestOrigin,
           "its field of view is too wide");
   if (description.lens_radius > 0 && !s.orthographic) {
     require(description.focus_distance > 0, "its lens has no distance of focus");
@@ -70,7 +79,7 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   const auto place = [&](const Mat44d& m) {
     return pose_of(m, description.name, origin, scale, farthest);
   };
-  first_ = last_ = pose;
+  pose_ = last_ = pose;
   if (description.later) last_ = place(*description.later);
   if (description.motion.empty()) return;
   last_ = place(description.motion.back());
@@ -95,24 +104,24 @@ Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec
   const Vec3d right = right_raw.normalized();
   const Vec3d position = (row(m, 3) - origin) * scale;
   // The sum bounds every coordinate of an origin. Comparisons are false for NaN.
-  const double extent =
-      shape_.orthographic ? shape_.half_width + shape_.half_height : shape_.lens_radius;
+  const double extent = shape_.orthographic ? largest_ * (shape_.half_width + shape_.half_height)
+                                            : shape_.lens_radius;
   require(largest(position) + extent <= farthest,
           "it is too far from the scene, or too wide, for rays to be traced from there");
   return {position, right, right.cross(axis), axis};
 }
 
-Camera::View Camera::view_from(const Pose& pose) const {
+Camera::View Camera::view_from(const Pose& pose, double size) const {
   const Shape& s = shape_;
   const Vec3d right = pose.right * s.handed;
   View view;
   view.orthographic = s.orthographic;
   view.position = to_float(pose.position);
   view.axis = to_float(pose.axis);
-  view.corner = to_float(pose.up * s.half_height - right * s.half_width +
+  view.corner = to_float((pose.up * s.half_height - right * s.half_width) * size +
                          (s.orthographic ? Vec3d(0.0) : pose.axis));
-  view.per_x = to_float(right * s.per_column);
-  view.per_y = to_float(pose.up * s.per_row);
+  view.per_x = to_float(right * (s.per_column * size));
+  view.per_y = to_float(pose.up * (s.per_row * size));
   view.lens = s.lens;
   if (!s.lens) return view;
   view.lens_x = to_float(right * s.lens_radius);
@@ -121,8 +130,18 @@ Camera::View Camera::view_from(const Pose& pose) const {
   return view;
 }
 
-// Between two steps it goes straight and turns about an axis.
+double Camera::half_height_of(double size, double scale) const {
+  return shape_.orthographic ? size * scale : std::tan(size / 2);
+}
+
 Camera::View Camera::view_at(float time) const {
+  if (!zoom_) return view_from(pose_at(time));
+  return view_from(pose_at(time), half_height_of(zoom_->at(time), scale_) / shape_.half_height);
+}
+
+// Between two steps it goes straight and turns about an axis.
+Camera::Pose Camera::pose_at(float time) const {
+  if (steps_.empty()) return pose_;
   const auto segments = double(steps_.size() - 1);
   const double scaled = double(time) * segments;
   const auto before = size_t(std::clamp(scaled, 0.0, segments - 1));
@@ -130,7 +149,7 @@ Camera::View Camera::view_at(float time) const {
   const Step &a = steps_[before], &b = steps_[before + 1];
   const Imath::M33d rows = Imath::slerpShortestArc(a.rotation, b.rotation, share).toMatrix33();
   const auto row = [&](int i) { return Vec3d(rows[i][0], rows[i][1], rows[i][2]); };
-  return view_from({a.position + (b.position - a.position) * share, row(0), row(1), -row(2)});
+  return {a.position + (b.position - a.position) * share, row(0), row(1), -row(2)};
 }
 
 Ray Camera::ray(const Vec2f& film, const Vec2f& lens, float time) const {
@@ -151,13 +170,13 @@ Vec3d Camera::in_view(const Pose& pose, const Vec3d& way) const {
 }
 
 Vec2f Camera::velocity(const Vec3d& from, const Vec3d& to, double frames) const {
-  return film_velocity(in_view(first_, from - first_.position), in_view(last_, to - last_.position),
+  return film_velocity(in_view(pose_, from - pose_.position), in_view(last_, to - last_.position),
                        frames);
 }
 
 Vec2f Camera::velocity(const Vec3d& direction, double frames) const {
   if (shape_.orthographic) return Vec2f(0.0f);
-  return film_velocity(in_view(first_, direction), in_view(last_, direction), frames);
+  return film_velocity(in_view(pose_, direction), in_view(last_, direction), frames);
 }
 
 // Between two places in view.
@@ -170,7 +189,7 @@ Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) c
     return (other + (p - other) * ((other.z - nearest) / (other.z - p.z))) / nearest;
   };
   if (!shape_.orthographic && !(nearest > 0.0)) return Vec2f(0.0f);
-  const Vec3d way = on_film(to, from) - on_film(from, to);
+  const Vec3d way = on_film(to, from) / last_size_ - on_film(from, to);
   const auto pixels_a_frame = [frames](double pixels) {
     constexpr double kMost = 65504.0;  // of a half float
     const double velocity = pixels / frames;

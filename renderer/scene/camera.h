@@ -9,11 +9,13 @@
 
 #include <Imath/ImathQuat.h>
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "renderer/core/ray.h"
+#include "renderer/core/time_curve.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
@@ -47,8 +49,8 @@ class Camera {
     return result;
   }
 
-  // Whether it moves while the shutter is open. The rays above are those at its opening.
-  bool moves() const { return !steps_.empty(); }
+  // Whether it moves or zooms while the shutter is open. The rays above are those at its opening.
+  bool moves() const { return zoom_ || !steps_.empty(); }
   // One ray at a time in [0, 1]; `lens` as above, not looked at without one.
   Ray ray(const Vec2f& film, const Vec2f& lens, float time) const;
 
@@ -76,8 +78,9 @@ class Camera {
     Vec3d position;
     Imath::Quatd rotation;
   };
-  // What does not move: half the picture's size, of a perspective one at distance 1; the way from
-  // one pixel to the next; -1 for a mirrored picture, else 1; the lens's radius.
+  // What does not move: half the picture's size at the shutter's opening, of a perspective one at
+  // distance 1; the way from one pixel to the next; -1 for a mirrored picture, else 1; the lens's
+  // radius.
   struct Shape {
     bool orthographic = false;
     double half_width = 1.0, half_height = 1.0, per_column = 1.0, per_row = -1.0, handed = 1.0;
@@ -99,9 +102,13 @@ class Camera {
     float per_focus = 0.0f;
   };
 
+  // Half the picture's height, of a field of view or a magnification.
+  double half_height_of(double size, double scale) const;
   Pose pose_of(const Mat44d& to_world, const std::string& name, const Vec3d& origin, double scale,
                double farthest) const;
-  View view_from(const Pose& pose) const;
+  Pose pose_at(float time) const;
+  // `size`: of the picture, over that at the shutter's opening.
+  View view_from(const Pose& pose, double size = 1.0) const;
   View view_at(float time) const;
   Vec3d in_view(const Pose& pose, const Vec3d& way) const;
   Vec2f film_velocity(const Vec3d& from, const Vec3d& to, double frames) const;
@@ -114,8 +121,14 @@ class Camera {
 
   Shape shape_;
   View view_;                // at the shutter's opening
+  Pose pose_;                // then
   std::vector<Step> steps_;  // evenly spaced over the shutter; empty: at rest
-  Pose first_, last_;        // of velocity()
+  Pose last_;                // of velocity(): as it closes, or a frame later
+  // See CameraDescription; null: none.
+  std::shared_ptr<const TimeCurve<double>> zoom_;
+  double scale_ = 1.0;
+  double largest_ = 1.0;  // size of the picture, as view_from counts it
+  double last_size_ = 1.0;  // of the picture, as it closes
 };
 
 }  // namespace emberline

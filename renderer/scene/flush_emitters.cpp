@@ -26,10 +26,11 @@ struct FlushContext {
 }  // namespace
 
 FlushEmitters::FlushEmitters(const std::vector<Mesh>& meshes,
-                             const std::vector<Instance>& instances,
+                             const std::vector<Instance>& instances, const ShownInstances& shown,
                              const std::vector<EmissiveTriangle>& emitters, FlushSurfaces found)
     : meshes_(meshes),
       instances_(instances),
+      shown_(shown),
       emitters_(emitters),
       reach_(std::move(found.reach)),
       offsets_(std::move(found.offsets)) {}
@@ -40,13 +41,14 @@ FlushEmitters::~FlushEmitters() {
 
 std::unique_ptr<FlushEmitters> FlushEmitters::find(const std::vector<Mesh>& meshes,
                                                    const std::vector<Instance>& instances,
+                                                   const ShownInstances& shown,
                                                    const Geometry& geometry,
                                                    const std::vector<EmissiveTriangle>& emitters,
                                                    LoadProgress& progress) {
   FlushSurfaces surfaces = find_flush_surfaces(meshes, instances, emitters, progress);
   if (surfaces.offsets.empty()) return nullptr;
   std::unique_ptr<FlushEmitters> found(
-      new FlushEmitters(meshes, instances, emitters, std::move(surfaces)));
+      new FlushEmitters(meshes, instances, shown, emitters, std::move(surfaces)));
   found->build(geometry);
   return found;
 }
@@ -100,6 +102,9 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
     const EmissiveTriangle& e = self.emitters_[index];
     const float facing = dot(context.direction, unit_normal(e));
     if (!e.two_sided && facing >= 0.0f) continue;
+    if (e.appears && !self.shown_[e.instance]->at(RTCRayN_time(arguments->ray, arguments->N, i))) {
+      continue;
+    }
     const float t = RTCRayN_tfar(arguments->ray, arguments->N, i);
     if (!(std::abs((t - context.t) * facing) <= self.reach_[index])) continue;
     const Instance& placed = self.instances_[e.instance];
@@ -117,16 +122,16 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-bool FlushEmitters::lowest_at(const Vec3f& origin, const Vec3f& direction, float t, float cosine,
-                              uint32_t coverage_key, Candidate* candidate) const {
+bool FlushEmitters::lowest_at(const Ray& ray, float t, float cosine, uint32_t coverage_key,
+                              Candidate* candidate) const {
   // Twice: the cosine is that of the other surface.
   const float slack = cosine > 0.0f ? 2.0f * longest_reach_ / cosine : t;
   RTCRayHit ray_hit;
-  ray_hit.ray = make_ray(origin, direction, t + slack);
+  ray_hit.ray = make_ray(ray.origin, ray.direction, t + slack, ray.time);
   ray_hit.ray.tnear = std::max(0.0f, t - slack);
   ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  FlushContext context{{}, this, *candidate, direction, t, false};
+  FlushContext context{{}, this, *candidate, ray.direction, t, false};
   embree::init_context(context.ray, coverage_key);
   embree::intersect(scene_, context.ray, ray_hit);
   if (context.found) *candidate = context.best;

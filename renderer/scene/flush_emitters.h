@@ -23,7 +23,7 @@ class FlushEmitters {
   // find_flush_surfaces says. Throws Cancelled.
   static std::unique_ptr<FlushEmitters> find(const std::vector<Mesh>& meshes,
                                              const std::vector<Instance>& instances,
-                                             const Geometry& geometry,
+                                             const ShownInstances& shown, const Geometry& geometry,
                                              const std::vector<EmissiveTriangle>& emitters,
                                              LoadProgress& progress);
   ~FlushEmitters();
@@ -41,17 +41,19 @@ class FlushEmitters {
   };
   // Whether an emitter of an index below candidate->emitter lies in the surface that the ray meets
   // at `t` under `cosine` (of the unnormalised direction); the lowest one replaces *candidate.
-  bool lowest_at(const Vec3f& origin, const Vec3f& direction, float t, float cosine,
-                 uint32_t coverage_key, Candidate* candidate) const;
+  bool lowest_at(const Ray& ray, float t, float cosine, uint32_t coverage_key,
+                 Candidate* candidate) const;
 
  private:
   FlushEmitters(const std::vector<Mesh>& meshes, const std::vector<Instance>& instances,
-                const std::vector<EmissiveTriangle>& emitters, FlushSurfaces found);
+                const ShownInstances& shown, const std::vector<EmissiveTriangle>& emitters,
+                FlushSurfaces found);
   void build(const Geometry& geometry);
   static void keep_lowest(const RTCFilterFunctionNArguments* arguments);
 
   const std::vector<Mesh>& meshes_;
   const std::vector<Instance>& instances_;
+  const ShownInstances& shown_;
   const std::vector<EmissiveTriangle>& emitters_;
   std::vector<float> reach_;  // as in FlushSurfaces, and offsets_
   float longest_reach_ = 0.0f;

@@ -29,6 +29,12 @@ bool holds(Answer answer, bool now) {
   return answer == Answer::kAlways || (answer == Answer::kAsked && now);
 }
 
+uint32_t placed_instance(const RTCFilterFunctionNArguments* arguments, unsigned i,
+                         const GeometryRecord& record) {
+  const uint32_t placed = RTCHitN_instID(arguments->hit, arguments->N, i, 0);
+  return placed == RTC_INVALID_GEOMETRY_ID ? record.instance : placed;
+}
+
 // Called by Embree for every candidate hit of a geometry that has back faces to hide or coverage,
 // in the version that asks for no more than that. A pure function of ray, triangle and key, so that
 // traversal order cannot show.
@@ -58,14 +64,25 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
       const Mesh& mesh = *record.mesh;
       const auto* context = reinterpret_cast<const embree::RayContext*>(arguments->context);
       const uint32_t primitive = RTCHitN_primID(arguments->hit, n, i);
-      const uint32_t placed = RTCHitN_instID(arguments->hit, n, i, 0);
-      const uint32_t instance = placed == RTC_INVALID_GEOMETRY_ID ? record.instance : placed;
+      const uint32_t instance = placed_instance(arguments, i, record);
       if (!covered(mesh, instance, primitive, RTCHitN_u(arguments->hit, n, i),
                    RTCHitN_v(arguments->hit, n, i), context->coverage_key)) {
         valid[i] = 0;
       }
     }
   }
+}
+
+// Of meshes that are not always there, before all else.
+void filter_shown(const RTCFilterFunctionNArguments* arguments) {
+  const unsigned n = arguments->N;
+  const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
+  for (unsigned i = 0; i < n; ++i) {
+    if (arguments->valid[i] != -1) continue;
+    const ShownTimes* shown = (*record.shown)[placed_instance(arguments, i, record)].get();
+    if (shown && !shown->at(RTCRayN_time(arguments->ray, n, i))) arguments->valid[i] = 0;
+  }
+  filter<Answer::kAsked, Answer::kAsked>(arguments);
 }
 
 template <Answer kCovers>
@@ -170,8 +187,9 @@ void Geometry::add_object_bytes(uint64_t bytes) {
   object_bytes_ += bytes;
 }
 
-Geometry::Geometry(std::shared_ptr<MemoryBudget> budget, std::string place)
-    : budget_(std::move(budget)), place_(std::move(place)) {
+Geometry::Geometry(std::shared_ptr<MemoryBudget> budget, std::string place,
+                   const ShownInstances& shown)
+    : budget_(std::move(budget)), place_(std::move(place)), shown_(shown) {
   add_object_bytes(embree::kSceneObjectBytes);
   device = new_device();
   if (!device) throw RenderError("Embree could not be started on this machine");
@@ -209,10 +227,11 @@ RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
                              mesh.triangles.size());
   const Answer culls = answer(mesh.cull_backfaces, mesh.culling_may_change);
   const Answer covers = answer(mesh.has_coverage, mesh.coverage_may_change);
-  if (culls != Answer::kNever || covers != Answer::kNever) {
-    records.push_back(std::make_unique<GeometryRecord>(GeometryRecord{&mesh, instance}));
+  if (culls != Answer::kNever || covers != Answer::kNever || mesh.appears) {
+    records.push_back(std::make_unique<GeometryRecord>(
+        GeometryRecord{&mesh, instance, mesh.appears ? &shown_ : nullptr}));
     rtcSetGeometryUserData(geometry, records.back().get());
-    const RTCFilterFunctionN chosen = choose_filter(culls, covers);
+    const RTCFilterFunctionN chosen = mesh.appears ? filter_shown : choose_filter(culls, covers);
     rtcSetGeometryIntersectFilterFunction(geometry, chosen);
     rtcSetGeometryOccludedFilterFunction(geometry, chosen);
   }

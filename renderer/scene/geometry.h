@@ -17,12 +17,14 @@ namespace emberline::scene_detail {
 // What the filter callback finds behind a geometry.
 struct GeometryRecord {
   const Mesh* mesh = nullptr;
-  uint32_t instance = 0;  // salt of the coverage decision where the mesh is not instanced
+  uint32_t instance = 0;  // where the mesh is not instanced: the salt of the coverage decision
+  const ShownInstances* shown = nullptr;  // where some instance of it is not always there
 };
 
 struct Geometry {
   // Embree's memory is taken from the budget, block by block; `place` is named when that is spent.
-  Geometry(std::shared_ptr<MemoryBudget> budget, std::string place);
+  // `shown` outlives it.
+  Geometry(std::shared_ptr<MemoryBudget> budget, std::string place, const ShownInstances& shown);
   ~Geometry();
   Geometry(const Geometry&) = delete;
   Geometry& operator=(const Geometry&) = delete;
@@ -64,6 +66,7 @@ struct Geometry {
   uint64_t top_items_ = 0;  // of `top`, as LoadProgress counts them
   const std::shared_ptr<MemoryBudget> budget_;
   const std::string place_;
+  const ShownInstances& shown_;
   std::atomic<int64_t> monitored_bytes_{0};  // as Embree's memory monitor says
   std::atomic<uint64_t> refused_bytes_{0};   // a block that the budget had no room for
   uint64_t object_bytes_ = 0;                // what it does not say; see embree_api.h

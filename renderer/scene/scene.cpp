@@ -337,6 +337,10 @@ int Scene::segments(const EmissiveTriangle& triangle) const {
   return int(std::lcm(of_mesh, of_transform));
 }
 
+bool Scene::shown(const EmissiveTriangle& triangle, float time) const {
+  return shown_[triangle.instance]->at(time);
+}
+
 const Material& Scene::material_of(uint32_t instance) const {
   return *meshes_[instances_[instance].mesh].material;
 }
@@ -366,17 +370,17 @@ void Scene::prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceH
   const Vec3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
   const auto cosine = float(std::abs(normal.dot(to_double(ray.direction))));
   scene_detail::FlushEmitters::Candidate best{kNoEmitter, hit->t, hit->u, hit->v};
-  if (!flush_->lowest_at(ray.origin, ray.direction, hit->t, cosine, coverage_key, &best)) return;
+  if (!flush_->lowest_at(ray, hit->t, cosine, coverage_key, &best)) return;
   const EmissiveTriangle& emitter = lights_->triangles()[best.emitter];
   *hit = {best.t, best.u, best.v, emitter.instance, emitter.primitive};
 }
 
-bool Scene::behind_flush_emitter(const Vec3f& from, const LightSample& light,
+bool Scene::behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
                                  uint32_t coverage_key) const {
   if (!flush_ || light.kind != LightKind::kTriangle || !flush_->contains(light.index)) return false;
   scene_detail::FlushEmitters::Candidate best{light.index, 1.0f, 0.0f, 0.0f};
-  const Vec3f direction = light.position - from;
-  return flush_->lowest_at(from, direction, 1.0f, std::abs(dot(direction, light.emitter_normal)),
+  const Ray ray{from, light.position - from, 1.0f, time};
+  return flush_->lowest_at(ray, 1.0f, std::abs(dot(ray.direction, light.emitter_normal)),
                            coverage_key, &best);
 }
 

@@ -90,6 +90,7 @@ struct Mesh {
   // Whether the material reads what interpolate_attributes finds.
   bool has_attributes = false;
   bool has_coverage = false;
+  bool appears = false;  // some instance of it is not always there
 };
 
 // Row-vector affine transform, the very floats Embree is given.
@@ -115,6 +116,8 @@ struct LaterPlace {
   // To internal space from the mesh's `later`; where that is empty, from its `positions`.
   Mat44d to_internal;
 };
+// Per instance, when it is there; null: always. Empty if all always are.
+using ShownInstances = std::vector<std::shared_ptr<const ShownTimes>>;
 
 struct Geometry;      // Embree handles
 class FlushEmitters;  // flush_emitters.h
@@ -140,7 +143,7 @@ class Scene : private EmitterMotion {
 
   // Whether a point sampled on an emitter lies in another emitter that counts as being in front of
   // it: asked where `visible` says yes, since that ray ends before both. See flush_emitters.h.
-  bool behind_flush_emitter(const Vec3f& from, const LightSample& light,
+  bool behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
                             uint32_t coverage_key) const;
 
   // Whether coverage keys matter: some material has alpha.
@@ -152,7 +155,7 @@ class Scene : private EmitterMotion {
   // Whether some of that may be smooth thin walls (Material::is_smooth_wall).
   bool has_smooth_walls() const { return has_smooth_walls_; }
 
-  // Whether something in it moves, so that rays of other times see something else.
+  // Whether something in it moves or changes, so that rays of other times see something else.
   bool moves() const { return moves_; }
 
   // `time`: of the ray that hit.
@@ -205,6 +208,7 @@ class Scene : private EmitterMotion {
   const EmitterMotion& emitter_motion() const { return *this; }
   std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const override;
   int segments(const EmissiveTriangle& triangle) const override;
+  bool shown(const EmissiveTriangle& triangle, float time) const override;
   // The instance itself where it is at rest; else `moved`, which becomes it at that time.
   const scene_detail::Instance& instance_at(uint32_t index, float time,
                                             scene_detail::Instance* moved) const {
@@ -227,6 +231,7 @@ class Scene : private EmitterMotion {
   std::vector<scene_detail::Mesh> meshes_;
   std::vector<scene_detail::Instance> instances_;
   std::vector<scene_detail::LaterPlace> later_;  // by growing instance
+  scene_detail::ShownInstances shown_;
   std::unique_ptr<scene_detail::Geometry> geometry_;
   std::unique_ptr<MaterialSet> materials_;
   std::shared_ptr<EnvironmentLight> environment_;  // lights_ holds it too, unless it is black

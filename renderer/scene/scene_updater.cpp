@@ -121,6 +121,7 @@ void SceneUpdater::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>
                                              interpolate_attributes(mesh, p, 1.0f, 0.0f),
                                              interpolate_attributes(mesh, p, 0.0f, 1.0f));
     t.moves = scene_detail::moves(mesh, instance);
+    t.appears = !scene_.shown_.empty() && scene_.shown_[i];
     t.two_sided = material.double_sided() || material.passes_light() || options_.show_backfaces;
     t.instance = i;
     t.primitive = p;
@@ -162,14 +163,11 @@ std::vector<EmissiveTriangle> SceneUpdater::collect_emitters() {
 PointLight SceneUpdater::place_light(const PunctualLightDescription& source) const {
   PointLight light;
   const bool directional = source.type == PunctualType::kDirectional;
-  const auto place = [&](const PunctualLightStep& step) -> PointLightStep {
-    const Mat44d& m = step.to_world;
+  const auto place = [&](const Mat44d& m) -> PointLightPlace {
     const Vec3d position(m[3][0], m[3][1], m[3][2]);
-    PointLightStep placed{
+    PointLightPlace placed{
         to_float((position - scene_.origin_) * scene_.scale_),
-        normalize_or(to_float(-Vec3d(m[2][0], m[2][1], m[2][2])), Vec3f(0, 0, -1)),
-        // Intensity over internal distance squared must be intensity over world distance squared.
-        step.intensity * (directional ? 1.0f : float(scene_.scale_ * scene_.scale_))};
+        normalize_or(to_float(-Vec3d(m[2][0], m[2][1], m[2][2])), Vec3f(0, 0, -1))};
     if (!directional && !(double(max_abs_component(placed.position)) <= scene_.farthest_)) {
       throw InputError(description_.file, "light '" + source.name +
                                               "' is too far from the scene for rays to be traced "
@@ -177,8 +175,12 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
     }
     return placed;
   };
-  static_cast<PointLightStep&>(light) = place(source);
-  for (const PunctualLightStep& step : source.motion) light.motion.push_back(place(step));
+  static_cast<PointLightPlace&>(light) = place(source.to_world);
+  for (const Mat44d& step : source.motion) light.motion.push_back(place(step));
+  // Intensity over internal distance squared must be intensity over world distance squared.
+  light.intensity = source.intensity * (directional ? 1.0f : float(scene_.scale_ * scene_.scale_));
+  light.share = source.share;
+  light.shown = source.shown;
   if (directional) {
     light.type = PointLightType::kDirectional;
   } else {
@@ -186,6 +188,7 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
         source.type == PunctualType::kSpot ? PointLightType::kSpot : PointLightType::kPoint;
     light.cos_inner = std::cos(source.inner_cone);
     light.cos_outer = std::cos(source.outer_cone);
+    light.cones = source.cones;
   }
   return light;
 }
@@ -242,8 +245,8 @@ void SceneUpdater::find_flush_emitters(const std::vector<EmissiveTriangle>& befo
   if (!options_.bvh) return;  // it is what finds them
   const std::vector<EmissiveTriangle>& triangles = scene_.lights_->triangles();
   if (std::ranges::equal(before, triangles, same_flush_surfaces)) return;
-  scene_.flush_ = scene_detail::FlushEmitters::find(scene_.meshes_, scene_.instances_,
-                                                    *scene_.geometry_, triangles, progress_);
+  scene_.flush_ = scene_detail::FlushEmitters::find(
+      scene_.meshes_, scene_.instances_, scene_.shown_, *scene_.geometry_, triangles, progress_);
   scene_.geometry_->check();
 }
 
@@ -267,7 +270,8 @@ void SceneUpdater::update_memory_and_features() {
     if (!mesh.has_coverage) continue;
     (mesh.material->alpha_mode() == AlphaMode::kMask ? masks : blends) = true;
   }
-  memory.geometry_bytes += vector_bytes(scene_.instances_) + vector_bytes(scene_.later_);
+  memory.geometry_bytes += vector_bytes(scene_.instances_) + vector_bytes(scene_.later_) +
+                           vector_bytes(scene_.shown_);
   if (scene_.geometry_) {
     memory.geometry_bytes += scene_.geometry_->record_bytes();
     memory.bvh_bytes = scene_.geometry_->embree_bytes();
@@ -280,11 +284,36 @@ void SceneUpdater::update_memory_and_features() {
 
 bool SceneUpdater::anything_moves() const {
   const auto moves = [this](const Instance& instance) {
-    return scene_detail::moves(scene_.meshes_[instance.mesh], instance);
+    const Mesh& mesh = scene_.meshes_[instance.mesh];
+    return scene_detail::moves(mesh, instance) || mesh.material->emission_changes();
   };
-  const auto light_moves = [](const PointLight& light) { return !light.motion.empty(); };
-  return std::ranges::any_of(scene_.instances_, moves) ||
-         std::ranges::any_of(scene_.lights_->points(), light_moves);
+  return !scene_.shown_.empty() || std::ranges::any_of(scene_.instances_, moves) ||
+         std::ranges::any_of(scene_.lights_->points(), &PointLight::changes);
+}
+
+void SceneUpdater::list_motion() {
+  const auto list = [&](auto count, const char* text) {
+    if (count > 0) scene_.features_.push_back(fmt::format(fmt::runtime(text), count));
+  };
+  const auto instances = [&](const auto& is) {
+    return std::ranges::count_if(scene_.instances_, [&](const Instance& instance) {
+      return is(scene_.meshes_[instance.mesh], instance);
+    });
+  };
+  const auto lights = [&](const auto& is) {
+    return std::ranges::count_if(scene_.lights_->points(), is);
+  };
+  list(instances([](const Mesh& m, const Instance& i) { return scene_detail::moves(m, i); }),
+       "motion ({} instances)");
+  list(lights([](const PointLight& light) { return !light.motion.empty(); }),
+       "motion ({} point lights)");
+  list(scene_.later_.size(), "velocity ({} instances)");
+  list(std::ranges::count_if(scene_.shown_, [](const auto& shown) { return shown != nullptr; }),
+       "visibility ({} instances come or go)");
+  list(instances([](const Mesh& m, const Instance&) { return m.material->emission_changes(); }),
+       "changing emission ({} instances)");
+  list(lights([](const PointLight& l) { return l.share || l.cones || l.shown; }),
+       "changing light ({} point lights)");
 }
 
 void SceneUpdater::list_features(bool culls, bool masks, bool blends) {
@@ -299,16 +328,7 @@ void SceneUpdater::list_features(bool culls, bool masks, bool blends) {
     return instance.transformed && !scene_.meshes_[instance.mesh].triangles.empty();
   });
   if (instanced > 0) features.push_back(fmt::format("instancing ({} instances)", instanced));
-  const auto moving = std::ranges::count_if(scene_.instances_, [&](const Instance& instance) {
-    return scene_detail::moves(scene_.meshes_[instance.mesh], instance);
-  });
-  const auto lights = std::ranges::count_if(
-      scene_.lights_->points(), [](const PointLight& light) { return !light.motion.empty(); });
-  if (moving > 0) features.push_back(fmt::format("motion ({} instances)", moving));
-  if (lights > 0) features.push_back(fmt::format("motion ({} point lights)", lights));
-  if (!scene_.later_.empty()) {
-    features.push_back(fmt::format("velocity ({} instances)", scene_.later_.size()));
-  }
+  list_motion();
   if (const auto& e = description_.environment) {
     features.push_back(
         e->image ? fmt::format("environment map ({} x {})", e->image->width, e->image->height)

@@ -36,6 +36,7 @@ class SceneUpdater {
   bool set_environment();
   void find_flush_emitters(const std::vector<EmissiveTriangle>& before);
   bool anything_moves() const;
+  void list_motion();
   void list_features(bool culls, bool masks, bool blends);
 
   Scene& scene_;

@@ -137,7 +137,9 @@ void Material::compile_base(const MaterialDescription& d, const auto& add) {
     transmission_texture_ = add(d.transmission_texture, false, "transmission texture");
   }
   is_emissive_ = !is_black(emission_);
-  if (is_emissive_) emission_texture_ = add(d.emission_texture, true, "emissive texture");
+  if (!is_emissive_) return;
+  emission_texture_ = add(d.emission_texture, true, "emissive texture");
+  emission_share_ = d.emission_share;
 }
 
 void Material::compile_layers(const MaterialDescription& d, const auto& add) {

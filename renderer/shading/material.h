@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,9 @@ class Material {
     return emission_varies_ ? varying_emission(attributes, u_texture) : emission_;
   }
   const Rgb& emission() const { return emission_; }  // if it is the same everywhere
+  // All of the above at its brightest. What there is of it at a time of the shutter, if it changes.
+  bool emission_changes() const { return emission_share_ != nullptr; }
+  Rgb emission_share(float time) const { return emission_share_->at(time); }
   // Its mean over a triangle with these corners, for light power. 0 for unlit materials: they show
   // a colour, but are not lights.
   Rgb mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
@@ -171,6 +175,7 @@ class Material {
   Slot glossiness_texture_ = nullptr;
   float normal_scale_;
   Rgb emission_;
+  std::shared_ptr<const TimeCurve<Rgb>> emission_share_;
   float alpha_cutoff_;
   float transmission_ = 0.0f;
   bool thin_walled_ = true;

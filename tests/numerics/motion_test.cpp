@@ -235,9 +235,10 @@ TEST(Motion, PointLightsThatMoveAndBlink) {
   const Vec3d stops[] = {{-.4, .5, .1}, {.4, .8, .1}, {.6, .5, -.3}};
   const double strengths[] = {1, 0, 3};
   for (int i = 1; i < 3; ++i) {
-    light.motion.push_back(
-        {Rgb(float(strengths[i])), translation(stops[i].x, stops[i].y, stops[i].z)});
+    light.motion.push_back(translation(stops[i].x, stops[i].y, stops[i].z));
   }
+  light.intensity = Rgb(3.0f);
+  light.share = over_time<Rgb>({0, .5f, 1}, {Rgb(1 / 3.0f), Rgb(0.0f), Rgb(1.0f)});
   double exact = 0;
   constexpr int kTimes = 20000;
   for (int i = 0; i < kTimes; ++i) {
@@ -266,7 +267,7 @@ TEST(Motion, ASunThatTurns) {
     if (i == 0) {
       sun.to_world = m;
     } else {
-      sun.motion.push_back({Rgb(2.0f), m});
+      sun.motion.push_back(m);
     }
   }
   b.description.lights.push_back(sun);

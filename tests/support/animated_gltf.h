@@ -72,4 +72,13 @@ inline SceneDescription load_at(const GltfBuilder& gltf, double time,
   return load_gltf(gltf.write_glb(folder / "a.glb"), options);
 }
 
+// With a shutter that is open between two times.
+inline SceneDescription load_open(const GltfBuilder& gltf, double from, double to) {
+  const TempFolder folder;
+  GltfOptions options;
+  options.time = from;
+  options.shutter = GltfOptions::Shutter{0, to - from};
+  return load_gltf(gltf.write_glb(folder / "a.glb"), options);
+}
+
 }  // namespace emberline::test

@@ -18,7 +18,19 @@ inline Mat44d turned(double radians) {
   return m;
 }
 
-// A room of things that turn by up to a quarter of a turn and go straight meanwhile.
+template <class Value>
+std::shared_ptr<const TimeCurve<Value>> over_time(std::vector<float> times,
+                                                  std::vector<Value> values) {
+  return std::make_shared<const TimeCurve<Value>>(
+      TimeCurve<Value>{std::move(times), std::move(values)});
+}
+
+inline std::shared_ptr<const ShownTimes> shown_from(bool at_opening, std::vector<float> changes) {
+  return std::make_shared<const ShownTimes>(ShownTimes{at_opening, std::move(changes)});
+}
+
+// A room of things that turn by up to a quarter of a turn and go straight meanwhile, of lamps that
+// change and of one thing that comes and goes.
 class MovingScene {
  public:
   using Pose = std::function<Mat44d(double)>;
@@ -43,6 +55,9 @@ class MovingScene {
       return turned(.1 * t) * first * translation(.2 * t, .1 * t, -.2 * t);
     };
     camera.to_world = pose(times[0]);
+    const auto zoom = over_time<double>({0, 1}, {.9, .7});
+    camera.fov_y = zoom->at(float(times[0]));
+    if (times.size() > 1) camera.zoom = zoom;
     for (size_t i = 1; i < times.size(); ++i) camera.motion.push_back(pose(times[i]));
     return camera;
   }
@@ -71,22 +86,70 @@ class MovingScene {
     place(
         b, ball(.3f, card),
         [](double t) { return scaling(.8 + .4 * t) * translation(.1, .2 + .3 * t, -.4); }, times);
+    const auto shown = shown_from(false, {.125f, .75f});
+    if (times.size() > 1 || shown->at(float(times[0]))) {
+      place(
+          b, ball(.25f, metal(Rgb(.9f), 0)),
+          [](double t) { return turned(-t) * translation(.8, .2, .2 + .4 * t); }, times);
+      if (times.size() > 1) b.description.instances.back().shown = shown;
+    }
     place(
-        b, ball(.25f, metal(Rgb(.9f), 0)),
-        [](double t) { return turned(-t) * translation(.8, .2, .2 + .4 * t); }, times);
-    place(
-        b, ball(.08f, emitter(Rgb(20.0f))),
+        b, ball(.08f, blinking(times)),
         [](double t) { return translation(-.3 + .8 * t, 1.2, .3 - .5 * t); }, times);
     add_wave(b, times);
-    PunctualLightDescription light;
-    const auto lamp = [](double t) {
-      return PunctualLightStep{Rgb(float(3 - 2 * t)), translation(1 - 2 * t, 1.5, 1)};
-    };
-    static_cast<PunctualLightStep&>(light) = lamp(times[0]);
-    for (size_t i = 1; i < times.size(); ++i) light.motion.push_back(lamp(times[i]));
-    b.description.lights.push_back(light);
+    add_point_light(b, times);
+    add_spot(b, times);
     b.set_environment(Rgb(.3f));
     return b;
+  }
+
+  // White, then red that fades.
+  static MaterialDescription blinking(const std::vector<double>& times) {
+    MaterialDescription lamp = emitter(Rgb(20.0f));
+    const auto share =
+        over_time<Rgb>({0, .25f, .25f, 1}, {Rgb(1.0f), Rgb(1.0f), {1, .2f, .2f}, {.5f, .1f, .1f}});
+    if (times.size() > 1) {
+      lamp.emission_share = share;
+    } else {
+      lamp.emission *= share->at(float(times[0]));
+    }
+    return lamp;
+  }
+
+  static void add_point_light(SceneBuilderForTests& b, const std::vector<double>& times) {
+    PunctualLightDescription light;
+    const auto at = [](double t) { return translation(1 - 2 * t, 1.5, 1); };
+    light.to_world = at(times[0]);
+    light.intensity = Rgb(3.0f);
+    for (size_t i = 1; i < times.size(); ++i) light.motion.push_back(at(times[i]));
+    const auto share = over_time<Rgb>({0, 1}, {Rgb(1.0f), Rgb(1 / 3.0f)});
+    if (times.size() > 1) {
+      light.share = share;
+    } else {
+      light.intensity *= share->at(float(times[0]));
+    }
+    b.description.lights.push_back(light);
+  }
+
+  // Its cone opens, and it goes out before the end.
+  static void add_spot(SceneBuilderForTests& b, const std::vector<double>& times) {
+    PunctualLightDescription light;
+    light.type = PunctualType::kSpot;
+    light.to_world = look_at_matrix({-1, 2, 1}, {0, 0, 0});
+    light.intensity = Rgb(4.0f);
+    light.inner_cone = .3f;
+    light.outer_cone = .8f;
+    const auto cones = over_time<Vec2f>({0, 1}, {{.1f, .2f}, {.3f, .8f}});
+    const auto shown = shown_from(true, {.875f});
+    if (times.size() > 1) {
+      light.cones = cones;
+      light.shown = shown;
+    } else {
+      light.inner_cone = cones->at(float(times[0])).x;
+      light.outer_cone = cones->at(float(times[0])).y;
+      if (!shown->at(float(times[0]))) return;
+    }
+    b.description.lights.push_back(light);
   }
 
   // A sheet whose vertices go up and down, in straight lines from the first time to the last.

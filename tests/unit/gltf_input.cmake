@@ -1,6 +1,7 @@
 emberline_test(gltf_input_test
   SOURCES
     gltf_animation_test.cpp
+    gltf_changes_test.cpp
     gltf_shutter_test.cpp
     gltf_compression_test.cpp
     gltf_containers_test.cpp

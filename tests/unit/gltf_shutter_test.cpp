@@ -17,16 +17,9 @@ using nlohmann::json;
 using test::AnimationBuilder;
 using test::GltfBuilder;
 using test::load_at;
+using test::load_open;
 
 constexpr double kPi = 3.14159265358979;
-
-SceneDescription load_open(const GltfBuilder& gltf, double from, double to) {
-  const test::TempFolder folder;
-  GltfOptions options;
-  options.time = from;
-  options.shutter = GltfOptions::Shutter{0, to - from};
-  return load_gltf(gltf.write_glb(folder / "a.glb"), options);
-}
 
 // As scene_description.h says it.
 struct Segment {
@@ -256,8 +249,7 @@ TEST_F(GltfShutterTest, CamerasAndLightsMoveWithTheirNodes) {
   ASSERT_FALSE(scene.cameras.at(0).motion.empty());
   ASSERT_FALSE(scene.lights.at(0).motion.empty());
   EXPECT_EQ(scene.cameras[0].motion.back()[3][0], 2);
-  EXPECT_EQ(scene.lights[0].motion.back().to_world[3][2], 1);
-  EXPECT_EQ(scene.lights[0].motion.back().intensity, scene.lights[0].intensity);
+  EXPECT_EQ(scene.lights[0].motion.back()[3][2], 1);
   const SceneDescription instant = expect_later(0, .5);
   EXPECT_TRUE(instant.cameras[0].motion.empty());
   EXPECT_TRUE(instant.lights[0].motion.empty());

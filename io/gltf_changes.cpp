@@ -1,0 +1,306 @@
+#include "io/gltf_changes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "io/gltf_extensions.h"
+#include "io/gltf_node_objects.h"
+#include "renderer/core/constants.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/limit_error.h"
+
+namespace emberline {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kMaterials = "/materials/", kCameras = "/cameras/",
+                           kLights = "/extensions/KHR_lights_punctual/lights/";
+constexpr const char* kFactor = "/emissiveFactor";
+constexpr const char* kStrength = "/extensions/KHR_materials_emissive_strength/emissiveStrength";
+
+// As a share of the largest value around.
+constexpr double kTolerance = 1e-3;
+// Between two key frames so many pieces at most, 2 to the power, and fewer of more key frames than
+// this: they are closer than any picture tells apart.
+constexpr int kMostHalvings = 10;
+constexpr size_t kMostPieces = 65536;
+
+double magnitude(double value) { return std::abs(value); }
+double magnitude(const Rgb& value) { return double(max_abs_component(value)); }
+double magnitude(const Vec2f& v) { return double(std::max(std::abs(v.x), std::abs(v.y))); }
+
+template <class Value>
+class CurveBuilder {
+ public:
+  explicit CurveBuilder(const GltfAnimation& animation) : animation_(animation) {}
+
+  void add(double seconds, const Value& value) {
+    auto& [times, values] = curve_;
+    const float time = animation_.share_of_shutter(seconds);
+    const size_t n = values.size();
+    if (n > 0 && times.back() == time && values.back() == value) return;
+    if (n > 1 && values[n - 2] == value && values.back() == value) {
+      times.back() = time;  // it stays what it is
+      return;
+    }
+    times.push_back(time);
+    values.push_back(value);
+  }
+
+  // From one time, whose value has been added, to another.
+  template <class At>
+  void follow(const At& at, double from, const Value& first, double to, const Value& last,
+              int halvings) {
+    // At two places, since a cubic may cross its chord at one.
+    for (const double share : {0.25, 0.6}) {
+      if (halvings == 0) break;
+      const Value found = at(from + (to - from) * share);
+      const Value chord = first + (last - first) * float(share);
+      const double largest = std::max({magnitude(first), magnitude(last), magnitude(found)});
+      if (!(magnitude(found - chord) > kTolerance * largest)) continue;
+      const double middle = 0.5 * (from + to);
+      const Value between = at(middle);
+      follow(at, from, first, middle, between, halvings - 1);
+      follow(at, middle, between, to, last, halvings - 1);
+      return;
+    }
+    add(to, last);
+  }
+
+  size_t size() const { return curve_.times.size(); }
+  TimeCurve<Value> take() { return std::move(curve_); }
+
+ private:
+  const GltfAnimation& animation_;
+  TimeCurve<Value> curve_;
+};
+
+// The values of keys change while the shutter is open.
+bool changes(const GltfAnimation& animation, const PointerTrack& track) {
+  const KeyFrames* const keys[] = {&track.keys};
+  const std::vector<double> times = times_within(animation, keys);
+  std::vector<double> first(track.keys.width), now(track.keys.width);
+  sample_value(track, times.front(), first);
+  return std::ranges::any_of(times, [&](double time) {
+    sample_value(track, time, now);
+    return now != first;
+  });
+}
+
+}  // namespace
+
+void GltfChanges::apply(std::vector<MaterialDescription>& materials) const {
+  for (const auto& [index, brightness] : materials_) {
+    materials[index].emission = brightness.brightest;
+    materials[index].emission_share = brightness.share;
+  }
+}
+
+void GltfChanges::apply(size_t light, PunctualLightDescription& description) const {
+  if (const auto found = lights_.find(light); found != lights_.end()) {
+    description.intensity = found->second.brightest;
+    description.share = found->second.share;
+  }
+  const auto found = cones_.find(light);
+  if (found == cones_.end() || description.type != PunctualType::kSpot) return;
+  Vec2f widest(0.0f);
+  for (const Vec2f& angles : found->second->values) {
+    widest = {std::max(widest.x, angles.x), std::max(widest.y, angles.y)};
+  }
+  description.inner_cone = widest.x;
+  description.outer_cone = widest.y;
+  description.cones = found->second;
+}
+
+void GltfChanges::apply(size_t camera, CameraDescription& description) const {
+  const auto found = lenses_.find(camera);
+  if (found == lenses_.end() || description.fault) return;
+  const TimeCurve<double>& lens = *found->second;
+  (description.orthographic ? description.y_mag : description.fov_y) = lens.values.front();
+  const bool zooms =
+      std::ranges::any_of(lens.values, [&](double value) { return value != lens.values.front(); });
+  if (zooms) description.zoom = found->second;
+}
+
+uint64_t most_times(const GltfDocument& document) {
+  return (uint64_t(1) << 22) + document.total_bytes * 8;
+}
+
+GltfChanges::GltfChanges(const GltfDocument& document, const GltfAnimation& animation,
+                         CoverageReport& coverage)
+    : document_(document), animation_(animation) {
+  if (!(animation.open < animation.close)) return;
+  for (const PointerTrack& track : animation.pointers) {
+    tracks_[track.pointer.to_string()] = &track;
+  }
+  const struct {
+    std::string_view root;
+    void (GltfChanges::*read)(size_t);
+  } kinds[] = {{kMaterials, &GltfChanges::read_material},
+               {kCameras, &GltfChanges::read_camera},
+               {kLights, &GltfChanges::read_light}};
+  for (const auto& [root, read] : kinds) {
+    std::string last;
+    for (auto track = tracks_.lower_bound(std::string(root));
+         track != tracks_.end() && track->first.starts_with(root); ++track) {
+      const std::string object = track->first.substr(0, track->first.find('/', root.size()));
+      if (object == last) continue;
+      last = object;
+      document.progress->check();
+      if (document.faults->has(object)) continue;
+      try {
+        (this->*read)(size_t(std::stoul(object.substr(root.size()))));
+      } catch (const InputError& error) {
+        document.faults->note(object, error);
+      }
+    }
+  }
+  report_held(coverage);
+}
+
+void GltfChanges::report_held(CoverageReport& coverage) const {
+  std::map<std::pair<const void*, const void*>, bool> known;  // of the same key frames
+  for (const auto& [pointer, track] : tracks_) {
+    const bool follows = pointer.starts_with(kLights) || pointer.ends_with(kFactor) ||
+                         pointer.ends_with(kStrength) || pointer.ends_with("/yfov") ||
+                         pointer.ends_with("mag") || pointer.ends_with("/znear") ||
+                         pointer.ends_with("/zfar");
+    if (follows) continue;
+    const auto [entry, is_new] =
+        known.try_emplace({track->keys.times.get(), track->keys.values.get()});
+    if (is_new) entry->second = changes(animation_, *track);
+    if (!entry->second) continue;
+    report_approximated(
+        document_.file,
+        "animated " +
+            std::string(pointer.starts_with(kCameras) ? "aspect ratios" : "values of materials") +
+            " (held while the shutter is open)",
+        coverage);
+  }
+}
+
+GltfChanges::Source GltfChanges::find(const std::string& pointer,
+                                      std::vector<double> otherwise) const {
+  const auto track = tracks_.find(pointer);
+  if (track != tracks_.end()) return {track->second, std::move(otherwise)};
+  const json::json_pointer place(pointer);
+  if (!document_.json.contains(place)) return {nullptr, std::move(otherwise)};
+  const json& value = document_.json.at(place);
+  if (value.is_number()) return {nullptr, {value.get<double>()}};
+  return {nullptr, value.get<std::vector<double>>()};
+}
+
+template <class Value, class Make>
+GltfChanges::Curve<Value> GltfChanges::curve(const std::vector<Source>& sources, const Make& make) {
+  std::vector<const KeyFrames*> keys;
+  for (const Source& source : sources) {
+    if (source.track) keys.push_back(&source.track->keys);
+  }
+  const std::vector<double> times = times_within(animation_, keys);
+  int halvings = kMostHalvings;
+  while (halvings > 0 && times.size() << halvings > kMostPieces) --halvings;
+  CurveBuilder<Value> builder(animation_);
+  size_t kept = 0;
+  for (size_t i = 0; i + 1 < times.size(); ++i) {
+    const double from = times[i], to = times[i + 1], inside = 0.5 * (from + to);
+    // Steps as they are between the two, so that both sides of a jump are known.
+    const auto at = [&](double seconds) {
+      std::array<double, 6> numbers;
+      size_t n = 0;
+      for (const Source& source : sources) {
+        const std::span<double> out = std::span(numbers).subspan(n, source.fixed.size());
+        std::ranges::copy(source.fixed, out.begin());
+        if (source.track) {
+          const bool steps = source.track->keys.interpolation == Interpolation::kStep;
+          sample_value(*source.track, steps ? inside : seconds, out);
+        }
+        n += source.fixed.size();
+      }
+      return make(numbers);
+    };
+    const Value first = at(from);
+    builder.add(from, first);
+    builder.follow(at, from, first, to, at(to), halvings);
+    if (builder.size() - kept < 65536 && i + 2 < times.size()) continue;
+    document_.progress->check();
+    keep(builder.size() - kept, sizeof(float) + sizeof(Value));
+    kept = builder.size();
+  }
+  return std::make_shared<const TimeCurve<Value>>(builder.take());
+}
+
+void GltfChanges::keep(uint64_t times, size_t bytes) {
+  // Vectors grow by doubling.
+  document_.progress->budget()->reserve(MemoryPart::kLights, bytes_of(2 * times, bytes),
+                                        document_.file);
+  times_ += times;
+  if (times_ > most_times(document_)) {
+    throw LimitError(document_.file,
+                     "its animations change lights, lenses and materials more often while the "
+                     "shutter is open than the size of the file bears out");
+  }
+}
+
+GltfChanges::Brightness GltfChanges::brightness(const Source& color, const Source& factor,
+                                                const std::string& place) {
+  const Curve<Rgb> absolute = curve<Rgb>({color, factor}, [](const auto& n) {
+    Rgb value;
+    for (size_t c = 0; c < 3; ++c) value[int(c)] = float(std::max(n[c], 0.0) * n[3]);
+    return value;
+  });
+  Brightness result;
+  for (const Rgb& value : absolute->values) {
+    if (!is_finite(value)) throw InputError(place, "it is too bright to be finite");
+    for (int c = 0; c < 3; ++c) result.brightest[c] = std::max(result.brightest[c], value[c]);
+  }
+  if (std::ranges::all_of(absolute->values, [&](const Rgb& v) { return v == result.brightest; })) {
+    return result;
+  }
+  auto share = std::make_shared<TimeCurve<Rgb>>(*absolute);
+  for (Rgb& value : share->values) {
+    for (int c = 0; c < 3; ++c) value[c] = value[c] > 0.0f ? value[c] / result.brightest[c] : 0.0f;
+  }
+  result.share = std::move(share);
+  return result;
+}
+
+void GltfChanges::read_material(size_t index) {
+  const std::string pointer = std::string(kMaterials) + std::to_string(index);
+  if (!animated(pointer + kFactor) && !animated(pointer + kStrength)) return;
+  materials_[index] = brightness(find(pointer + kFactor, {0.0, 0.0, 0.0}),
+                                 find(pointer + kStrength, {1.0}), document_.place(pointer));
+}
+
+void GltfChanges::read_light(size_t index) {
+  const std::string pointer = std::string(kLights) + std::to_string(index);
+  const std::string place = document_.place(pointer);
+  if (animated(pointer + "/color") || animated(pointer + "/intensity")) {
+    lights_[index] = brightness(find(pointer + "/color", {1.0, 1.0, 1.0}),
+                                find(pointer + "/intensity", {1.0}), place);
+  }
+  const std::string inner = pointer + "/spot/innerConeAngle";
+  const std::string outer = pointer + "/spot/outerConeAngle";
+  if (!animated(inner) && !animated(outer)) return;
+  const Curve<Vec2f> cones =
+      curve<Vec2f>({find(inner, {0.0}), find(outer, {kPiD / 4})},
+                   [&](const auto& n) { return cone_angles(n[0], n[1], place + "/spot"); });
+  cones_[index] = cones;
+}
+
+void GltfChanges::read_camera(size_t index) {
+  const std::string pointer = std::string(kCameras) + std::to_string(index);
+  const std::string yfov = pointer + "/perspective/yfov", ymag = pointer + "/orthographic/ymag";
+  const bool is_angle = animated(yfov);
+  if (!is_angle && !animated(ymag)) return;
+  const std::string& lens = is_angle ? yfov : ymag;
+  const Curve<double> size = curve<double>({find(lens, {0.0})}, [&](const auto& n) {
+    return is_angle ? field_of_view(n[0], document_.place(lens))
+                    : magnification(n[0], document_.place(lens));
+  });
+  lenses_[index] = size;
+}
+
+}  // namespace emberline
