@@ -1,8 +1,11 @@
 // The node hierarchy, flattened: instances, lights and cameras in world space.
 #pragma once
 
+#include <span>
+
 #include "io/gltf_animation.h"
 #include "io/gltf_document.h"
+#include "io/gltf_rest.h"
 #include "io/tiny_gltf_forward.h"
 #include "renderer/description/scene_description.h"
 
@@ -10,9 +13,11 @@ namespace emberline {
 
 // Fills meshes, instances, lights and cameras of `scene` (whose materials are read already) from
 // the file's default scene: `scene`, else scene 0, else every root node, in the animation's pose.
-// Meshes load in parallel. Repairs and coverage are added. Throws InputError, also when nothing is
-// left to render.
+// Meshes load in parallel. Repairs and coverage are added. What `rest` knows is not read again,
+// and what it may come to know is added to it; of meshes whose keys are `held`, which grow, nothing
+// is read. Throws InputError, also when nothing is left to render.
 void load_scene_graph(const GltfDocument& document, const tinygltf::Model& model,
-                      const GltfAnimation& animation, SceneDescription& scene);
+                      const GltfAnimation& animation, std::span<const uint64_t> held,
+                      GltfRest& rest, SceneDescription& scene);
 
 }  // namespace emberline

@@ -8,22 +8,16 @@
 
 #include "io/edits_file.h"
 #include "io/gltf.h"
-#include "io/image_input.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/name_or_index.h"
 #include "renderer/description/framing.h"
+#include "renderer/frame/scene_file.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
 namespace {
-
-void warn_of_repaired(const std::string& file, uint64_t texels) {
-  if (texels == 0) return;
-  log_warning(fmt::format("{}: {} texel values were NaN, infinite or negative and count as black",
-                          file, texels));
-}
 
 // Warns of cameras of the file that are none, but for the chosen one, which has to be.
 void check_cameras(const SceneDescription& scene, const CameraDescription* chosen) {
@@ -96,6 +90,12 @@ CameraDescription on_turntable(const FrameSettings& settings, const SceneDescrip
 
 }  // namespace
 
+void warn_of_repaired(const std::string& file, uint64_t texels) {
+  if (texels == 0) return;
+  log_warning(fmt::format("{}: {} texel values were NaN, infinite or negative and count as black",
+                          file, texels));
+}
+
 SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progress) {
   if (settings.edits.empty()) return {};
   SceneEdits edits = read_edits(settings.edits, progress);
@@ -109,6 +109,20 @@ std::optional<double> chosen_time(const FrameSettings& settings) {
   }
   if (settings.frame) return *settings.frame / settings.fps;
   return settings.time;
+}
+
+void apply_animation(const AnimationEdit& edit, FrameSettings& settings) {
+  if (edit == AnimationEdit()) return;
+  if (settings.animation.empty() && !settings.time && !settings.frame) {
+    settings.animation = edit.name;
+    settings.time = edit.time;
+  } else {
+    log_info("the time is the command line's, and not that of " + edit.place);
+  }
+  if (!settings.shutter && edit.shutter_open && edit.shutter_close) {
+    const double frames = settings.fps / edit.fps.value_or(settings.fps);
+    settings.shutter = Shutter{*edit.shutter_open * frames, *edit.shutter_close * frames};
+  }
 }
 
 GltfOptions load_options(const FrameSettings& settings) {
@@ -126,23 +140,7 @@ GltfOptions load_options(const FrameSettings& settings) {
 
 SceneDescription load_scene(const FrameSettings& settings, LoadProgress& progress, bool variants,
                             bool tangents) {
-  GltfOptions options = load_options(settings);
-  options.variants |= variants;
-  options.tangents = tangents;
-  SceneDescription scene = load_gltf(settings.scene, options, progress);
-  if (!settings.environment.empty()) {
-    progress.begin(LoadStage::kEnvironment);
-    EnvironmentDescription environment;
-    environment.file = settings.environment;
-    uint64_t repaired = 0;
-    environment.image = read_environment(settings.environment, &repaired, progress);
-    scene.repairs.non_finite_texels += repaired;
-    warn_of_repaired(settings.environment, repaired);
-    environment.strength = settings.environment_strength;
-    environment.rotation_degrees = settings.environment_rotation;
-    scene.environment = std::move(environment);
-  }
-  return scene;
+  return SceneFile(settings, progress, variants, tangents).pose(settings, {}, progress);
 }
 
 void choose_variant(const FrameSettings& settings, const SceneDescription& scene,
