@@ -1,6 +1,8 @@
 #include "io/gltf.h"
 
+#include <algorithm>
 #include <new>
+#include <utility>
 
 #include "io/gltf_animation.h"
 #include "io/gltf_changes.h"
@@ -26,10 +28,19 @@ void report_faults(const GltfDocument& document, CoverageReport& coverage) {
   }
 }
 
-}  // namespace
+// What a user gets to see of whatever goes wrong with a file.
+template <class Read>
+auto reading(const std::string& path, const Read& read) try {
+  return read();
+} catch (const std::bad_alloc&) {
+  throw InputError(path, "there is not enough memory to load it");
+} catch (const nlohmann::json::exception& error) {
+  // check_schema leaves nothing to trip over; if something did, it is the file's fault still.
+  throw InputError(path, std::string("unexpected structure: ") + error.what());
+}
 
-SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
-                           LoadProgress& progress) try {
+GltfDocument open_checked(const std::string& path, const GltfOptions& options,
+                          LoadProgress& progress) {
   progress.begin(LoadStage::kReading);
   GltfDocument document = open_gltf_document(path, options.resource_root, progress);
   load_gltf_buffers(document);
@@ -38,41 +49,150 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
   check_gltf_skins(document);
   check_gltf_cameras_and_lights(document);
   check_gltf_animations(document);
+  return document;
+}
 
-  SceneDescription scene;
-  scene.animations = describe_animations(document);
-  const GltfAnimation animation = read_animation(document, options, scene.animations);
+// The progress of whoever waits, while it does.
+class Watched {
+ public:
+  Watched(GltfDocument& document, LoadProgress& progress) : document_(document) {
+    document.progress = &progress;
+  }
+  ~Watched() { document_.progress = &LoadProgress::unwatched(); }
+  Watched(const Watched&) = delete;
+  Watched& operator=(const Watched&) = delete;
+
+ private:
+  GltfDocument& document_;
+};
+
+}  // namespace
+
+struct GltfFile::State {
+  State(const std::string& path, const GltfOptions& loading, LoadProgress& progress);
+
+  void choose(const GltfOptions& when);
+  void parse_model();
+  SceneDescription read(std::span<const uint64_t> held);
+
+  const GltfOptions options;
+  GltfDocument document;
+  std::vector<AnimationDescription> animations;
+  size_t faults = 0;  // of the file, without its animations; and with those that are chosen
+  size_t faults_of_choice = 0;
+  // Which animations, and whether they pose it: all below is of that choice.
+  std::optional<std::pair<std::string, bool>> choice;
+  GltfAnimation animation;
+  nlohmann::json unwritten = nlohmann::json::object();  // members that pointers write to, before
+  MemoryReservation unwritten_memory;
+  std::shared_ptr<const tinygltf::Model> model;
+  MemoryReservation model_memory;
+  GltfRest rest;
+};
+
+GltfFile::State::State(const std::string& path, const GltfOptions& loading, LoadProgress& progress)
+    : options(loading), document(open_checked(path, loading, progress)) {
+  const Watched watched(document, progress);
+  animations = describe_animations(document);
+  faults = document.faults->count();
+}
+
+// What was read for other animations goes.
+void GltfFile::State::choose(const GltfOptions& when) {
+  const std::pair wanted(when.animation, when.time.has_value());
+  if (choice != wanted) {
+    document.faults->forget(faults);
+    choice.reset();
+    document.json.update(unwritten);
+    unwritten = nlohmann::json::object();
+    model.reset();
+    rest.meshes.clear();
+    rest.instancing.clear();
+    rest.memory = MemoryReservation(document.progress->budget(), MemoryPart::kGeometry);
+    animation = read_animation(document, when, animations);
+    if (!animation.pointers.empty()) {
+      unwritten_memory = MemoryReservation(document.progress->budget(), MemoryPart::kFile,
+                                           document.json_memory.bytes(), document.file);
+    }
+    for (const PointerTrack& track : animation.pointers) {
+      const std::string path = track.pointer.to_string().substr(1);
+      const std::string member = path.substr(0, path.find('/'));
+      if (!unwritten.contains(member)) unwritten[member] = document.json.at(member);
+    }
+    faults_of_choice = document.faults->count();
+    choice = wanted;
+  }
+  document.faults->forget(faults_of_choice);
+  set_time(document, when, animation);
   write_values_at(animation, std::max(animation.open, std::min(animation.time, animation.close)),
                   document.json);
-  const GltfChanges changes(document, animation, scene.coverage);
-  const MemoryReservation model_memory(progress.budget(), MemoryPart::kFile,
-                                       gltf_model_bytes(document), path);
-  const auto model = parse_gltf_model(document);
+}
 
-  scene.file = path;
+// Anew where pointers may have written something that it has.
+void GltfFile::State::parse_model() {
+  if (model && animation.pointers.empty()) return;
+  model.reset();
+  model_memory = MemoryReservation(document.progress->budget(), MemoryPart::kFile,
+                                   gltf_model_bytes(document), document.file);
+  model = parse_gltf_model(document);
+}
+
+SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
+  MemoryBudget& memory = *document.progress->budget();
+  SceneDescription scene;
+  const GltfChanges changes(document, animation, scene.coverage);
+  scene.file = document.file;
+  scene.animations = animations;
   scene.generator = model->asset.generator;
   report_extensions(document, scene.coverage);
-  if (animation.at_rest && !document.array("animations").empty()) {
-    report_ignored(path, "animations (at rest)", scene.coverage);
+  if (animation.at_rest && !animations.empty()) {
+    report_ignored(document.file, "animations (at rest)", scene.coverage);
   }
-  progress.budget()->reserve(
-      MemoryPart::kGeometry,
-      bytes_of(document.array("materials").size(), sizeof(MaterialDescription)), path);
+  memory.reserve(MemoryPart::kGeometry,
+                 bytes_of(document.array("materials").size(), sizeof(MaterialDescription)),
+                 document.file);
   scene.materials = read_materials(document, *model, options, scene.coverage);
   changes.apply(scene.materials);
   scene.variants = read_variants(document);
   scene.variants_read = options.variants;
   scene.tangents_read = options.tangents;
-  load_scene_graph(document, *model, animation, changes, scene);
-  load_images(document, options, scene);
+  load_scene_graph(document, *model, animation, changes, held, rest, scene);
+  const uint64_t before = memory.reserved(MemoryPart::kTextures);
+  load_images(document, options, rest.images, scene);
+  rest.image_bytes += memory.reserved(MemoryPart::kTextures) - before;
   report_faults(document, scene.coverage);
   scene.files = document.files();
+  if (!rest.deforms) {
+    for (const auto& buffer : document.buffers) {
+      if (buffer) buffer->forget();
+    }
+  }
   return scene;
-} catch (const std::bad_alloc&) {
-  throw InputError(path, "there is not enough memory to load it");
-} catch (const nlohmann::json::exception& error) {
-  // check_schema leaves nothing to trip over; if something did, it is the file's fault still.
-  throw InputError(path, std::string("unexpected structure: ") + error.what());
+}
+
+GltfFile::GltfFile(const std::string& path, const GltfOptions& options, LoadProgress& progress)
+    : state_(reading(path, [&] { return std::make_unique<State>(path, options, progress); })) {}
+
+GltfFile::~GltfFile() = default;
+
+SceneDescription GltfFile::pose(const GltfOptions& when, std::span<const uint64_t> held,
+                                LoadProgress& progress) {
+  return reading(state_->document.file, [&] {
+    const Watched watched(state_->document, progress);
+    state_->choose(when);
+    state_->parse_model();
+    return state_->read(held);
+  });
+}
+
+const std::vector<AnimationDescription>& GltfFile::animations() const { return state_->animations; }
+uint64_t GltfFile::image_bytes() const { return state_->rest.image_bytes; }
+uint64_t GltfFile::resting_bytes() const { return state_->rest.resting_bytes; }
+uint64_t GltfFile::read_bytes() const { return state_->rest.read_bytes; }
+
+SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
+                           LoadProgress& progress) {
+  return GltfFile(path, options, progress).pose(options, {}, progress);
 }
 
 }  // namespace emberline

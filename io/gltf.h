@@ -1,8 +1,11 @@
 // glTF 2.0 in: .gltf and .glb, with external, embedded and data-URI buffers and images.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "renderer/core/load_progress.h"
 #include "renderer/description/scene_description.h"
@@ -48,5 +51,34 @@ struct GltfOptions {
 // the file's animations, for one that it has not.
 SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
                            LoadProgress& progress = LoadProgress::unwatched());
+
+// A file whose scene is wanted at one time after another. What no time changes is read, checked and
+// decoded once, and kept: the document, images, what meshes are apart from their arrays. Buffers
+// are kept while something deforms. One call at a time.
+class GltfFile {
+ public:
+  // Of the options all but animation, time and shutter count. Throws as load_gltf does.
+  GltfFile(const std::string& path, const GltfOptions& options,
+           LoadProgress& progress = LoadProgress::unwatched());
+  ~GltfFile();
+  GltfFile(const GltfFile&) = delete;
+  GltfFile& operator=(const GltfFile&) = delete;
+
+  // What load_gltf gives for the animation, time and shutter of `when`; but meshes that rest have
+  // keys, and those with keys that are `held`, growing, come without their arrays. With another
+  // animation there are other keys. Throws as load_gltf does; the next pose is none the worse.
+  SceneDescription pose(const GltfOptions& when, std::span<const uint64_t> held = {},
+                        LoadProgress& progress = LoadProgress::unwatched());
+
+  const std::vector<AnimationDescription>& animations() const;
+  // For whoever gives back what poses have reserved, since the file does not.
+  uint64_t image_bytes() const;    // for all images so far
+  uint64_t resting_bytes() const;  // for the meshes with keys of the pose made last
+  uint64_t read_bytes() const;     // for those of them that were not held
+
+ private:
+  struct State;
+  const std::unique_ptr<State> state_;
+};
 
 }  // namespace emberline

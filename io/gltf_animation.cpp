@@ -260,18 +260,39 @@ GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& op
   const std::vector<size_t> chosen = choose_animations(document, options, list);
   if (chosen.empty()) return animation;
   animation.at_rest = false;
+  AnimationReader reader(document, animation);
+  for (const size_t index : chosen) reader.read(index);
+  reader.warn_of_repairs();
+  return animation;
+}
+
+void set_time(const GltfDocument& document, const GltfOptions& options, GltfAnimation& animation) {
+  if (animation.at_rest) return;
   animation.time = options.time.value_or(0.0);
   const GltfOptions::Shutter shutter = options.shutter.value_or(GltfOptions::Shutter{});
   animation.open = animation.time + shutter.open;
   animation.close = animation.time + shutter.close;
+  animation.later.reset();
   if (options.later && !(animation.open < animation.close)) {
     animation.later = animation.open + *options.later;
   }
-  AnimationReader reader(document, animation);
-  for (const size_t index : chosen) reader.read(index);
-  reader.warn_of_repairs();
   say_if_outside(document, animation);
-  return animation;
+}
+
+std::vector<char> nodes_that_may_move(const GltfDocument& document,
+                                      const GltfAnimation& animation) {
+  std::vector<char> moves(document.array("nodes").size(), 0);
+  for (const NodeTrack& track : animation.nodes) {
+    const NodeProperty property = track.target.property;
+    const bool morphs = property == NodeProperty::kWeights || property == NodeProperty::kWeight;
+    if (!morphs) moves[track.target.node] = 1;
+  }
+  for (const auto& [node, keys] : animation.visibility) moves[node] = 1;
+  for (const int node : document.node_order) {
+    const int parent = document.parents[size_t(node)];
+    if (parent >= 0 && moves[size_t(parent)]) moves[size_t(node)] = 1;
+  }
+  return moves;
 }
 
 GltfPose pose_at(const GltfAnimation& animation, double time) {

@@ -68,9 +68,16 @@ void check_gltf_animations(GltfDocument& document);
 std::vector<AnimationDescription> describe_animations(const GltfDocument& document);
 
 // Reads the animations that the options choose, of those that `list` names. Channels without effect
-// are left out. Throws UsageError where there is no such animation, InputError where it is broken.
+// are left out; set_time follows. Throws UsageError where there is no such animation, InputError
+// where it is broken.
 GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& options,
                              const std::vector<AnimationDescription>& list);
+
+// When, as the options say. A time outside of it is told.
+void set_time(const GltfDocument& document, const GltfOptions& options, GltfAnimation& animation);
+
+// Per node: whether another time may find it, or a node above it, elsewhere; or hidden, or not.
+std::vector<char> nodes_that_may_move(const GltfDocument& document, const GltfAnimation& animation);
 
 // Where the nodes are (gltf_visibility.h says whether they are seen). Pure; takes, for each track,
 // the logarithm of its keys.

@@ -150,6 +150,13 @@ ByteSpan GltfBuffer::bytes(uint64_t begin, uint64_t end, const LoadProgress& pro
   return ByteSpan(memory_.begin() + begin, end - begin);
 }
 
+void GltfBuffer::forget() {
+  const std::lock_guard lock(mutex_);
+  memory_ = {};
+  present_.clear();
+  reserved_.release();
+}
+
 void load_gltf_buffers(GltfDocument& document) {
   document.buffers.resize(document.array("buffers").size());
   document.check_each("/buffers", [&](const json& buffer, const std::string& place, size_t i) {

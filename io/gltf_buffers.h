@@ -35,6 +35,8 @@ class GltfBuffer {
   // Bytes [begin, end), which lie in the buffer; valid as long as it lives. Thread-safe. Throws
   // InputError where they cannot be read, or the budget does not allow it; Cancelled.
   ByteSpan bytes(uint64_t begin, uint64_t end, const LoadProgress& progress);
+  // Lets go what was read of a file: it is read again if it is asked for again.
+  void forget();
 
  private:
   std::vector<uint8_t> bytes_;

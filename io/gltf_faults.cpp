@@ -67,6 +67,19 @@ std::optional<InputError> GltfFaults::hand_over(const std::string& pointer) {
   return faults_[found->second].error;
 }
 
+size_t GltfFaults::count() const {
+  const std::lock_guard lock(mutex_);
+  return faults_.size();
+}
+
+void GltfFaults::forget(size_t count) {
+  const std::lock_guard lock(mutex_);
+  while (faults_.size() > count) {
+    found_.erase(faults_.back().pointer);
+    faults_.pop_back();
+  }
+}
+
 std::vector<std::string> GltfFaults::lines() const {
   // More than the tables of gltf_schema have; what is beyond is counted with the last.
   constexpr size_t kMostKinds = 60;

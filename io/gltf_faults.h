@@ -46,6 +46,11 @@ class GltfFaults {
   // The fault of the object, which is not warned of here any more: somebody else does.
   std::optional<InputError> hand_over(const std::string& pointer);
 
+  // How many there are; and forgets all but the first so many: those of a pose, when the next is
+  // made.
+  size_t count() const;
+  void forget(size_t count);
+
   // A line for each kind of place, in the order in which they were found: the first of them, and
   // how many more there are.
   std::vector<std::string> lines() const;

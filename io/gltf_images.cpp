@@ -64,14 +64,14 @@ std::shared_ptr<const Image> one_texel(const std::string& name, std::array<uint8
 
 // Where white is not neutral: in these slots a texel of another colour takes the place of images
 // that have an error.
-void replace_by(SceneDescription& scene, const std::vector<std::exception_ptr>& errors,
+void replace_by(SceneDescription& scene, const std::vector<const GltfImage*>& images,
                 const char* name, std::array<uint8_t, 3> rgb,
                 std::initializer_list<TextureRef MaterialDescription::*> slots) {
   int replacement = -1;
   for (MaterialDescription& material : scene.materials) {
     for (const auto slot : slots) {
       int& image = (material.*slot).image;
-      if (image < 0 || size_t(image) >= errors.size() || !errors[size_t(image)]) continue;
+      if (image < 0 || size_t(image) >= images.size() || !images[size_t(image)]->error) continue;
       if (replacement < 0) {
         replacement = int(scene.images.size());
         scene.images.push_back(one_texel(name, rgb));
@@ -117,12 +117,12 @@ DecodedImage decode_one_of(const GltfDocument& document, int image, const std::v
 
 // KHR_texture_basisu wants the transfer function to be that of the use. The use decides, as it does
 // for all other images (glTF 2.0, section 3.9.2), and the file is warned of.
-void warn_of_transfer(const SceneDescription& scene, const std::vector<DecodedImage>& decoded,
+void warn_of_transfer(const SceneDescription& scene, const std::vector<const GltfImage*>& images,
                       const std::string& file) {
-  std::vector<char> warned(decoded.size(), 0);
+  std::vector<char> warned(images.size(), 0);
   const auto expect = [&](const TextureRef& slot, const char* transfer) {
     if (slot.image < 0 || warned[size_t(slot.image)]) return;
-    const DecodedImage& image = decoded[size_t(slot.image)];
+    const DecodedImage& image = images[size_t(slot.image)]->decoded;
     if (image.transfer.empty() || image.transfer == transfer) return;
     warned[size_t(slot.image)] = 1;
     log_warning(file + ": " + shortened(image.image->name) + " says that it is " + image.transfer +
@@ -146,6 +146,33 @@ void warn_of_transfer(const SceneDescription& scene, const std::vector<DecodedIm
   }
 }
 
+// Each of those that are wanted, from `known`, to which come those that are not there yet.
+std::vector<const GltfImage*> decode_images(const GltfDocument& document,
+                                            const GltfOptions& options,
+                                            const std::vector<int>& wanted,
+                                            std::map<int, GltfImage>& known) {
+  std::vector<int> fresh;
+  for (const int image : wanted) {
+    if (!known.contains(image)) fresh.push_back(image);
+  }
+  document.progress->begin(LoadStage::kImages, fresh.size());
+  std::vector<GltfImage> images(fresh.size());
+  const std::map<int, std::vector<int>> fallbacks = fallback_images(document);
+  const std::vector<std::exception_ptr> errors = document.try_each(fresh.size(), [&](size_t i) {
+    const auto found = fallbacks.find(fresh[i]);
+    const std::vector<int> others = found == fallbacks.end() ? std::vector<int>() : found->second;
+    images[i].decoded = decode_one_of(document, fresh[i], others, options.lenient, images[i].fault);
+  });
+  for (size_t i = 0; i < fresh.size(); ++i) {
+    if (errors[i] && !options.lenient) std::rethrow_exception(errors[i]);
+    images[i].error = errors[i];
+  }
+  for (size_t i = 0; i < fresh.size(); ++i) known.emplace(fresh[i], std::move(images[i]));
+  std::vector<const GltfImage*> result;
+  for (const int image : wanted) result.push_back(&known.at(image));
+  return result;
+}
+
 }  // namespace
 
 std::vector<int> texture_sources(const json& texture) {
@@ -160,7 +187,7 @@ std::vector<int> texture_sources(const json& texture) {
 }
 
 void load_images(const GltfDocument& document, const GltfOptions& options,
-                 SceneDescription& scene) {
+                 std::map<int, GltfImage>& known, SceneDescription& scene) {
   std::map<int, int> numbers;  // glTF image -> index here
   std::vector<int> wanted;
   std::vector<char> worn(scene.materials.size(), 0);
@@ -178,31 +205,24 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
     }
   }
 
-  document.progress->begin(LoadStage::kImages, wanted.size());
-  std::vector<DecodedImage> decoded(wanted.size());
-  const std::map<int, std::vector<int>> fallbacks = fallback_images(document);
-  std::vector<std::string> faults(wanted.size());  // of those whose fallback was taken
-  const std::vector<std::exception_ptr> errors = document.try_each(wanted.size(), [&](size_t i) {
-    const auto found = fallbacks.find(wanted[i]);
-    const std::vector<int> others = found == fallbacks.end() ? std::vector<int>() : found->second;
-    decoded[i] = decode_one_of(document, wanted[i], others, options.lenient, faults[i]);
-  });
-
+  const std::vector<const GltfImage*> images = decode_images(document, options, wanted, known);
   for (size_t i = 0; i < wanted.size(); ++i) {
-    scene.repairs.non_finite_texels += decoded[i].non_finite;
-    if (!faults[i].empty()) log_warning(faults[i] + "; the texture's other image takes its place");
-    if (!errors[i]) {
-      if (decoded[i].cut_short) {
+    const GltfImage& image = *images[i];
+    scene.repairs.non_finite_texels += image.decoded.non_finite;
+    if (!image.fault.empty()) {
+      log_warning(image.fault + "; the texture's other image takes its place");
+    }
+    if (!image.error) {
+      if (image.decoded.cut_short) {
         log_warning(document.place("/images/" + std::to_string(wanted[i])) + " (" +
-                    shortened(decoded[i].image->name) +
+                    shortened(image.decoded.image->name) +
                     "): the JPEG is cut short; what is missing is grey");
       }
-      scene.images.push_back(decoded[i].image);
+      scene.images.push_back(image.decoded.image);
       continue;
     }
-    if (!options.lenient) std::rethrow_exception(errors[i]);
     try {
-      std::rethrow_exception(errors[i]);
+      std::rethrow_exception(image.error);
     } catch (const InputError& error) {
       log_warning(std::string(error.what()) + "; a neutral colour takes its place");
     }
@@ -210,12 +230,12 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
     scene.images.push_back(
         one_texel("replaced image " + std::to_string(wanted[i]), {255, 255, 255}));
   }
-  warn_of_transfer(scene, decoded, document.file);
+  warn_of_transfer(scene, images, document.file);
   // 128 and not 127: (128/255) * 2 - 1 = 0.004, the common encoding of "straight up".
   replace_by(
-      scene, errors, "replaced normal map", {128, 128, 255},
+      scene, images, "replaced normal map", {128, 128, 255},
       {&MaterialDescription::normal_texture, &MaterialDescription::clearcoat_normal_texture});
-  replace_by(scene, errors, "replaced directions", {255, 128, 255},
+  replace_by(scene, images, "replaced directions", {255, 128, 255},
              {&MaterialDescription::anisotropy_texture});
   if (scene.repairs.non_finite_texels > 0) {
     log_warning(document.file + ": " + std::to_string(scene.repairs.non_finite_texels) +

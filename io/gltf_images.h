@@ -1,8 +1,15 @@
 // The images that materials use, decoded in parallel.
 #pragma once
 
+#include <exception>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
 #include "io/gltf.h"
 #include "io/gltf_document.h"
+#include "io/image_input.h"
 
 namespace emberline {
 
@@ -10,13 +17,22 @@ namespace emberline {
 // EXT_texture_webp's, its own.
 std::vector<int> texture_sources(const nlohmann::json& texture);
 
+// A glTF image, decoded; or why it is not.
+struct GltfImage {
+  DecodedImage decoded;
+  std::string fault;         // of the image whose place this one has taken
+  std::exception_ptr error;  // InputError
+};
+
 // Decodes the glTF images that the materials of scene.meshes, in all variants, name
 // (TextureRef::image holds glTF indices on entry), fills scene.images and renumbers the references.
 // Images of materials that no mesh wears are not read, those materials lose their textures. Counts
 // and warns of repairs. Where KHR_texture_basisu or EXT_texture_webp is optional, the texture's
 // next image takes the place of one that does not decode, with a warning. Throws InputError for an
 // image that is missing or does not decode, unless options.lenient: then it becomes white, or a
-// flat normal where a normal map is wanted.
-void load_images(const GltfDocument& document, const GltfOptions& options, SceneDescription& scene);
+// flat normal where a normal map is wanted. `known`, by glTF index, are not decoded again; those
+// that are come to them.
+void load_images(const GltfDocument& document, const GltfOptions& options,
+                 std::map<int, GltfImage>& known, SceneDescription& scene);
 
 }  // namespace emberline

@@ -318,6 +318,15 @@ uint64_t held_bytes(const MeshDescription& mesh) {
 
 }  // namespace
 
+std::vector<TangentLayout> tangent_layouts(Materials materials) {
+  std::vector<TangentLayout> layouts;
+  for (const MaterialDescription* material : materials) {
+    const TextureRef layout = tangent_layout(*material);
+    layouts.push_back({has_tangent_space(*material), layout.uv_set, layout.uv_transform});
+  }
+  return layouts;
+}
+
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
                           std::span<const MeshPose> poses, bool later, Materials materials,
                           bool tangents) {
@@ -377,7 +386,8 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   if (layout && mesh.tangents.empty()) generate_tangents(mesh, *layout);
   // The rest was for the time of reading.
   memory.release();
-  document.progress->budget()->reserve(MemoryPart::kGeometry, held_bytes(mesh),
+  loaded.bytes = held_bytes(mesh);
+  document.progress->budget()->reserve(MemoryPart::kGeometry, loaded.bytes,
                                        document.place(pointer));
   return loaded;
 }

@@ -19,6 +19,16 @@ struct MeshPose {
   std::span<const Mat44d> joints;
 };
 
+// What of a material decides the tangents of the meshes that wear it.
+struct TangentLayout {
+  bool wanted = false;
+  int uv_set = 0;
+  std::array<float, 6> uv_transform = {};
+
+  bool operator==(const TangentLayout&) const = default;
+};
+std::vector<TangentLayout> tangent_layouts(std::span<const MaterialDescription* const> materials);
+
 struct LoadedMesh {
   MeshDescription mesh;  // without triangles when nothing survived
   LoadRepairs repairs;
@@ -28,6 +38,7 @@ struct LoadedMesh {
   // Of a primitive of points or lines: its mode, and how many it draws.
   int mode = 4;
   uint64_t without_surface = 0;
+  uint64_t bytes = 0;  // reserved for the mesh
 };
 
 // `poses`: at even times of the shutter, or one; or, with `later`, one and the one of

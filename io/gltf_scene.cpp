@@ -5,6 +5,7 @@
 #include <exception>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "io/gltf_accessor.h"
 #include "io/gltf_extensions.h"
@@ -36,7 +37,9 @@ struct MeshUse {
   size_t mesh = 0;
   std::vector<MeshPose> poses;
   uint64_t placements = 0;
-  std::vector<int> loaded;  // indices into SceneDescription::meshes
+  int skin = -1, node = -1;  // the node where it has weights of its own
+  bool rests = false;        // no time deforms it
+  std::vector<int> loaded;   // indices into SceneDescription::meshes
 };
 
 // A use placed in the world.
@@ -64,19 +67,24 @@ class SceneGraphReader {
  public:
   SceneGraphReader(const GltfDocument& document, const tinygltf::Model& model,
                    const GltfAnimation& animation, const GltfChanges& changes,
-                   SceneDescription& scene)
+                   std::span<const uint64_t> held, GltfRest& rest, SceneDescription& scene)
       : document_(document),
         model_(model),
         changes_(changes),
         scene_(scene),
+        animation_(animation),
+        held_(held),
+        rest_(rest),
         at_rest_(animation.at_rest),
         shutter_(document, model, animation),
         world_(shutter_.world()),
         visibility_(document, animation),
         poses_(document, model, shutter_),
-        placements_memory_(document.progress->budget(), MemoryPart::kGeometry) {}
+        placements_memory_(document.progress->budget(), MemoryPart::kGeometry),
+        instances_memory_(document.progress->budget(), MemoryPart::kGeometry) {}
 
   void read() {
+    find_moving_meshes();
     for (const size_t node : nodes_in_scene()) read_node(node);
     load_meshes();
     place_meshes();
@@ -91,11 +99,18 @@ class SceneGraphReader {
   void read_camera_node(size_t node);
   void read_light_node(size_t node);
   void add_motion(size_t node, std::vector<Mat44d>& motion) const;
+  void find_moving_meshes();
+  // Of EXT_mesh_gpu_instancing; until the next are asked for.
+  const std::vector<Mat44d>& instances_of(const json& instancing, size_t node);
   size_t find_use(size_t node);
+  bool rests(size_t node) const;
   void check_budget() const;
   uint64_t count_elements(const json& primitive, std::span<const MeshPose> poses) const;
   void load_meshes();
-  LoadedMesh load_primitive_of(const MeshUse& use, size_t primitive) const;
+  struct Primitive;
+  void load(Primitive& task) const;
+  const RestMesh* know(Primitive& task);
+  bool add_mesh(Primitive& task);
   void note_without_surface(const LoadedMesh& loaded, uint64_t placements);
   void place_meshes();
   WorldBounds rest_bounds() const;
@@ -106,6 +121,13 @@ class SceneGraphReader {
   const tinygltf::Model& model_;
   const GltfChanges& changes_;
   SceneDescription& scene_;
+  const GltfAnimation& animation_;
+  const std::span<const uint64_t> held_;
+  GltfRest& rest_;
+  std::vector<char> may_move_;            // per node
+  std::vector<char> mesh_may_move_;       // per mesh: by a node that wears it
+  bool meshes_change_ = false;            // by pointers to them
+  std::vector<const RestMesh*> resting_;  // per mesh of scene_; null: it deforms
   const bool at_rest_;
   const GltfShutter shutter_;
   const std::vector<Mat44d>& world_;  // per node, as it opens
@@ -117,6 +139,8 @@ class SceneGraphReader {
   std::map<std::pair<int, int>, size_t> shared_uses_;
   std::deque<Placement> placements_;  // whose memory is its elements'
   MemoryReservation placements_memory_;
+  std::vector<Mat44d> instances_;  // at rest, where nobody asks again
+  MemoryReservation instances_memory_;
   uint64_t points_ = 0, lines_ = 0;  // placed, which have no surface
 };
 
@@ -199,6 +223,34 @@ void SceneGraphReader::add_motion(size_t node, std::vector<Mat44d>& motion) cons
   }
 }
 
+void SceneGraphReader::find_moving_meshes() {
+  mesh_may_move_.assign(document_.array("meshes").size(), 0);
+  if (at_rest_) return;
+  may_move_ = nodes_that_may_move(document_, animation_);
+  for (size_t node = 0; node < may_move_.size(); ++node) {
+    const tinygltf::Node& source = model_.nodes[node];
+    if (may_move_[node] && source.mesh >= 0 && source.skin < 0) {
+      mesh_may_move_[size_t(source.mesh)] = 1;
+    }
+  }
+  for (const PointerTrack& track : animation_.pointers) {
+    if (track.pointer.to_string().starts_with("/meshes/")) meshes_change_ = true;
+  }
+}
+
+// Whether what the node wears has the same vertices at any time. Of a scene at rest nobody asks for
+// another.
+bool SceneGraphReader::rests(size_t node) const {
+  const tinygltf::Node& source = model_.nodes[node];
+  if (at_rest_) return false;
+  if (poses_.morphs(size_t(source.mesh)) && (meshes_change_ || animation_.weights.contains(node))) {
+    return false;
+  }
+  return source.skin < 0 ||
+         std::ranges::none_of(model_.skins[size_t(source.skin)].joints,
+                              [this](int joint) { return may_move_[size_t(joint)]; });
+}
+
 size_t SceneGraphReader::find_use(size_t node) {
   const tinygltf::Node& source = model_.nodes[node];
   document_.faults->require("/meshes/" + std::to_string(source.mesh));
@@ -214,9 +266,22 @@ size_t SceneGraphReader::find_use(size_t node) {
   const bool own_weights = poses_.has_own_weights(node);
   const std::pair key(source.mesh, source.skin);
   if (!own_weights && shared_uses_.contains(key)) return shared_uses_.at(key);
-  uses_.push_back({size_t(source.mesh), poses_.of(node), 0, {}});
+  MeshUse& use = uses_.emplace_back(MeshUse{size_t(source.mesh), poses_.of(node)});
+  use.skin = source.skin;
+  use.node = own_weights ? int(node) : -1;
+  use.rests = rests(node);
   if (!own_weights) shared_uses_.emplace(key, uses_.size() - 1);
   return uses_.size() - 1;
+}
+
+const std::vector<Mat44d>& SceneGraphReader::instances_of(const json& instancing, size_t node) {
+  const auto known = rest_.instancing.find(node);
+  if (known != rest_.instancing.end()) return known->second;
+  if (at_rest_) instances_memory_.release();
+  MemoryReservation& memory = at_rest_ ? instances_memory_ : rest_.memory;
+  std::vector<Mat44d> read = read_instance_transforms(document_, instancing, node, memory);
+  if (at_rest_) return instances_ = std::move(read);
+  return rest_.instancing[node] = std::move(read);
 }
 
 void SceneGraphReader::read_mesh_node(size_t node) {
@@ -228,11 +293,9 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   }
   const json& object = document_.json.at("nodes")[node];
   const std::string place = document_.place("/nodes/" + std::to_string(node));
-  MemoryReservation instances_memory(document_.progress->budget(), MemoryPart::kGeometry);
-  std::vector<Mat44d> instances = {Mat44d()};
-  if (const json* instancing = find_extension(object, "EXT_mesh_gpu_instancing")) {
-    instances = read_instance_transforms(document_, *instancing, node, instances_memory);
-  }
+  const json* instancing = find_extension(object, "EXT_mesh_gpu_instancing");
+  static const std::vector<Mat44d> one = {Mat44d()};
+  const std::vector<Mat44d>& instances = instancing ? instances_of(*instancing, node) : one;
   // A few nodes and a few primitives can multiply to more than memory holds.
   const size_t most = (size_t(1) << 20) + size_t(document_.total_bytes);
   if (placements_.size() + instances.size() > most) {
@@ -308,10 +371,20 @@ uint64_t SceneGraphReader::count_elements(const json& primitive,
   return elements;
 }
 
-LoadedMesh SceneGraphReader::load_primitive_of(const MeshUse& use, size_t index) const {
+// A primitive of a use, on its way into the scene.
+struct SceneGraphReader::Primitive {
+  size_t use = 0, primitive = 0;
+  std::vector<TangentLayout> layouts = {};
+  const RestMesh* known = nullptr;  // it has been read before
+  LoadedMesh result = {};
+};
+
+// Of a mesh that rests no more than its layouts where it has been read before, and is held.
+void SceneGraphReader::load(Primitive& task) const {
   static const MaterialDescription default_material;
-  const json& primitive = document_.json.at("meshes")[use.mesh].at("primitives")[index];
-  const std::string pointer = primitive_pointer(use.mesh, index);
+  const MeshUse& use = uses_[task.use];
+  const json& primitive = document_.json.at("meshes")[use.mesh].at("primitives")[task.primitive];
+  const std::string pointer = primitive_pointer(use.mesh, task.primitive);
   std::vector<VariantMaterial> others;
   std::optional<InputError> variants_fault;
   try {
@@ -331,11 +404,78 @@ LoadedMesh SceneGraphReader::load_primitive_of(const MeshUse& use, size_t index)
   for (const VariantMaterial& other : others) {
     materials.push_back(&scene_.materials[size_t(other.material)]);
   }
-  LoadedMesh loaded = load_primitive(document_, use.mesh, index, use.poses, shutter_.is_instant(),
-                                     materials, scene_.tangents_read);
-  loaded.mesh.variant_materials = std::move(others);
-  loaded.variants_fault = variants_fault;
-  return loaded;
+  task.layouts = tangent_layouts(materials);
+  const auto found = use.rests ? rest_.meshes.find({use.mesh, task.primitive, use.skin, use.node})
+                               : rest_.meshes.end();
+  if (found != rest_.meshes.end() && found->second.layouts == task.layouts) {
+    task.known = &found->second;
+    const bool is_empty = task.known->key == 0;
+    if (is_empty || std::ranges::binary_search(held_, task.known->key)) {
+      task.result = task.known->loaded;
+      return;
+    }
+  }
+  task.result = load_primitive(document_, use.mesh, task.primitive, use.poses,
+                               shutter_.is_instant(), materials, scene_.tangents_read);
+  task.result.mesh.variant_materials = std::move(others);
+  task.result.variants_fault = variants_fault;
+}
+
+// Keeps what the next poses need not read; null for a mesh that deforms.
+const RestMesh* SceneGraphReader::know(Primitive& task) {
+  const MeshUse& use = uses_[task.use];
+  MeshDescription& mesh = task.result.mesh;
+  mesh.may_move = mesh_may_move_[use.mesh];
+  if (!use.rests) {
+    rest_.deforms = rest_.deforms || !at_rest_;
+    return nullptr;
+  }
+  const bool is_read = !mesh.triangles.empty();
+  if (is_read) rest_.read_bytes += task.result.bytes;
+  const GltfRest::MeshId id(use.mesh, task.primitive, use.skin, use.node);
+  if (!task.known) {
+    RestMesh known;
+    if (is_read) known.key = ++rest_.last_key;
+    known.layouts = std::move(task.layouts);
+    known.radius = radius_of(mesh);
+    for (const Vec3f& p : mesh.positions) known.bounds.add(to_double(p));
+    MeshDescription arrays = std::exchange(mesh, {});
+    mesh.name = arrays.name;
+    mesh.material = arrays.material;
+    mesh.variant_materials = arrays.variant_materials;
+    known.loaded = task.result;
+    mesh = std::move(arrays);
+    rest_.memory.add(sizeof(RestMesh) + mesh.name.size(), document_.file);
+    task.known = &rest_.meshes.insert_or_assign(id, std::move(known)).first->second;
+  }
+  mesh.key = task.known->key;
+  if (mesh.key != 0 && !is_read) mesh.held = task.known->bounds;
+  rest_.resting_bytes += task.result.bytes;
+  return task.known;
+}
+
+// What there is to say of it, and it itself. False: nothing of it is left.
+bool SceneGraphReader::add_mesh(Primitive& task) {
+  for (const std::string& what : task.result.ignored) {
+    report_ignored(document_.file, what, scene_.coverage);
+  }
+  for (const std::string& what : task.result.approximated) {
+    report_approximated(document_.file, what, scene_.coverage);
+  }
+  note_without_surface(task.result, uses_[task.use].placements);
+  const std::string extensions =
+      primitive_pointer(uses_[task.use].mesh, task.primitive) + "/extensions/";
+  const auto left_out = [&](const std::optional<InputError>& fault, const char* extension) {
+    if (fault) document_.faults->leave_out(extensions + extension, *fault);
+  };
+  left_out(task.result.draco_fault, "KHR_draco_mesh_compression");
+  left_out(task.result.variants_fault, "KHR_materials_variants");
+  scene_.repairs.degenerate_triangles += task.result.repairs.degenerate_triangles;
+  scene_.repairs.non_finite_triangles += task.result.repairs.non_finite_triangles;
+  if (task.result.mesh.triangles.empty() && !task.result.mesh.held) return false;
+  uses_[task.use].loaded.push_back(int(scene_.meshes.size()));
+  scene_.meshes.push_back(std::move(task.result.mesh));
+  return true;
 }
 
 void SceneGraphReader::note_without_surface(const LoadedMesh& loaded, uint64_t placements) {
@@ -346,42 +486,23 @@ void SceneGraphReader::note_without_surface(const LoadedMesh& loaded, uint64_t p
 
 void SceneGraphReader::load_meshes() {
   check_budget();
-  struct Task {
-    size_t use, primitive;
-    LoadedMesh result;
-  };
-  std::vector<Task> tasks;
+  std::vector<Primitive> tasks;
   for (size_t u = 0; u < uses_.size(); ++u) {
     const size_t count = document_.json.at("meshes")[uses_[u].mesh].at("primitives").size();
-    for (size_t p = 0; p < count; ++p) tasks.push_back({u, p, {}});
+    for (size_t p = 0; p < count; ++p) tasks.push_back({u, p});
   }
   document_.progress->begin(LoadStage::kMeshes, tasks.size());
-  const std::vector<std::exception_ptr> errors = document_.try_each(tasks.size(), [&](size_t i) {
-    tasks[i].result = load_primitive_of(uses_[tasks[i].use], tasks[i].primitive);
-  });
-  for (size_t i = 0; i < tasks.size(); ++i) {
-    // The first in file order, so that the message does not depend on timing.
-    if (errors[i]) std::rethrow_exception(errors[i]);
-    Task& task = tasks[i];
-    for (const std::string& what : task.result.ignored) {
-      report_ignored(document_.file, what, scene_.coverage);
-    }
-    for (const std::string& what : task.result.approximated) {
-      report_approximated(document_.file, what, scene_.coverage);
-    }
-    note_without_surface(task.result, uses_[task.use].placements);
-    const std::string extensions =
-        primitive_pointer(uses_[task.use].mesh, task.primitive) + "/extensions/";
-    const auto left_out = [&](const std::optional<InputError>& fault, const char* extension) {
-      if (fault) document_.faults->leave_out(extensions + extension, *fault);
-    };
-    left_out(task.result.draco_fault, "KHR_draco_mesh_compression");
-    left_out(task.result.variants_fault, "KHR_materials_variants");
-    scene_.repairs.degenerate_triangles += task.result.repairs.degenerate_triangles;
-    scene_.repairs.non_finite_triangles += task.result.repairs.non_finite_triangles;
-    if (task.result.mesh.triangles.empty()) continue;
-    uses_[task.use].loaded.push_back(int(scene_.meshes.size()));
-    scene_.meshes.push_back(std::move(task.result.mesh));
+  const std::vector<std::exception_ptr> errors =
+      document_.try_each(tasks.size(), [&](size_t i) { load(tasks[i]); });
+  // The first in file order, so that the message does not depend on timing.
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+  rest_.deforms = false;
+  rest_.read_bytes = rest_.resting_bytes = 0;
+  for (Primitive& task : tasks) {
+    const RestMesh* known = know(task);
+    if (add_mesh(task)) resting_.push_back(known);
   }
 }
 
@@ -417,7 +538,8 @@ void SceneGraphReader::place_meshes() {
       InstanceDescription instance{name, mesh, placement.to_world};
       if (!motion.empty()) {
         double& radius = radii[size_t(mesh)];
-        if (radius < 0.0) radius = radius_of(scene_.meshes[size_t(mesh)]);
+        const RestMesh* known = resting_[size_t(mesh)];
+        if (radius < 0.0) radius = known ? known->radius : radius_of(scene_.meshes[size_t(mesh)]);
         instance.to_world = motion[0];
         instance.motion = thinned_transforms(motion, radius);
         if (!instance.motion.empty()) instance.motion.erase(instance.motion.begin());
@@ -495,8 +617,8 @@ void SceneGraphReader::report() {
 
 void load_scene_graph(const GltfDocument& document, const tinygltf::Model& model,
                       const GltfAnimation& animation, const GltfChanges& changes,
-                      SceneDescription& scene) {
-  SceneGraphReader(document, model, animation, changes, scene).read();
+                      std::span<const uint64_t> held, GltfRest& rest, SceneDescription& scene) {
+  SceneGraphReader(document, model, animation, changes, held, rest, scene).read();
 }
 
 }  // namespace emberline

@@ -1,9 +1,12 @@
 // The node hierarchy, flattened: instances, lights and cameras in world space.
 #pragma once
 
+#include <span>
+
 #include "io/gltf_animation.h"
 #include "io/gltf_changes.h"
 #include "io/gltf_document.h"
+#include "io/gltf_rest.h"
 #include "io/tiny_gltf_forward.h"
 #include "renderer/description/scene_description.h"
 
@@ -11,10 +14,12 @@ namespace emberline {
 
 // Fills meshes, instances, lights and cameras of `scene` (whose materials are read already) from
 // the file's default scene: `scene`, else scene 0, else every root node, in the animation's pose.
-// Meshes load in parallel. Repairs and coverage are added. Throws InputError, also when nothing is
-// left to render; what an animation hides for now is something.
+// Meshes load in parallel. Repairs and coverage are added. What `rest` knows is not read again,
+// and what it may come to know is added to it; of meshes whose keys are `held`, which grow, nothing
+// is read. Throws InputError, also when nothing is left to render; what an animation hides for now
+// is something.
 void load_scene_graph(const GltfDocument& document, const tinygltf::Model& model,
                       const GltfAnimation& animation, const GltfChanges& changes,
-                      SceneDescription& scene);
+                      std::span<const uint64_t> held, GltfRest& rest, SceneDescription& scene);
 
 }  // namespace emberline

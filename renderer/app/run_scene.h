@@ -1,4 +1,5 @@
-// The scene of a run's frames: one that no animation moves is loaded, decoded and built once.
+// The scene of a run's frames, which is loaded, decoded and built once; where an animation moves
+// it, it is posed for each frame, and only what moves is built anew.
 #pragma once
 
 #include <array>
@@ -12,6 +13,8 @@
 #include "renderer/core/load_progress.h"
 #include "renderer/description/framing.h"
 #include "renderer/description/scene_description.h"
+#include "renderer/description/scene_edits.h"
+#include "renderer/frame/scene_file.h"
 #include "renderer/output/render_options.h"
 #include "renderer/output/report.h"
 #include "renderer/scene/build_scene.h"
@@ -22,19 +25,19 @@ namespace emberline {
 
 class RunScene {
  public:
-  explicit RunScene(const LoadLimits& limits) : limits_(limits) {}
+  // `frames`: more than one will be asked for.
+  RunScene(const LoadLimits& limits, bool frames) : limits_(limits), frames_(frames) {}
 
   // For each frame, in this order. What throws in the first frame's is wrong with the scene.
-  // Reads what the frame is made of; a scene that is there stays, unless an animation poses it for
-  // another time: then all of it is made anew. With `fingerprints` it is known
-  // what was read.
+  // Reads what the frame is made of; a scene that is there stays, but what an animation poses for
+  // another time. With `fingerprints` it is known what was read.
   void load(const RenderOptions& options, bool fingerprints, LoadProgress& progress);
   void build(const RenderOptions& options, const SceneBuildOptions& build, LoadProgress& progress);
   // Throws InputError for files that have changed since their fingerprints were taken. Once a load.
   void check_inputs(const RenderOptions& options, LoadProgress& progress);
 
   bool failed() const { return failed_; }  // to be loaded or built the first time
-  bool is_built() const { return scene_ != nullptr; }
+  bool is_built() const { return scene_ && stands_; }
   const Scene& scene() const { return *scene_; }
   // What this frame looks through.
   CameraDescription camera(const RenderOptions& options) const;
@@ -51,14 +54,23 @@ class RunScene {
   using MemoryUse = std::array<uint64_t, 4>;
 
   void read(const RenderOptions& options, LoadProgress& progress);
+  // What the file says at the options' time, but for the meshes that `held` names.
+  void pose(const RenderOptions& options, const std::vector<uint64_t>& held,
+            LoadProgress& progress);
+  void repose(const RenderOptions& options, const SceneBuildOptions& build, LoadProgress& progress);
   void release();
   MemoryUse use() const;  // reserved now, and not before the load
 
   const LoadLimits& limits_;
+  const bool frames_;
   bool begun_ = false, failed_ = false, was_built_ = false, checked_ = false;
   bool animated_ = false;       // another time may be another pose
+  bool stands_ = false;         // scene_ is of that time
   std::optional<double> time_;  // that it is posed for
   MemoryUse before_ = {}, used_ = {};
+  SceneEdits edits_;
+  std::optional<SceneFile> file_;  // while there may be another pose
+  std::optional<PosedMemory> posed_memory_;
   SceneDescription description_;  // until it is built
   std::unique_ptr<Scene> scene_;
   std::optional<LightGroups> groups_;

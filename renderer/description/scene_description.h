@@ -142,6 +142,28 @@ inline bool has_tangent_space(const MaterialDescription& material) {
 // ---- geometry
 // ------------------------------------------------------------------------------------
 
+// A box; empty (min > max) with nothing in it.
+struct WorldBounds {
+  Vec3d min = Vec3d(1e300), max = Vec3d(-1e300);
+  void add(const Vec3d& p) {
+    for (int c = 0; c < 3; ++c) {
+      min[c] = std::min(min[c], p[c]);
+      max[c] = std::max(max[c], p[c]);
+    }
+  }
+  // Another one that is placed in the world; nothing, if it is empty.
+  void add(const WorldBounds& box, const Mat44d& to_world) {
+    for (int corner = 0; corner < 8 && !box.empty(); ++corner) {
+      add(transform_point(to_world,
+                          {corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                           corner & 4 ? box.max.z : box.min.z}));
+    }
+  }
+  bool empty() const { return !(min.x <= max.x); }
+  Vec3d center() const { return (min + max) * 0.5; }
+  double radius() const { return empty() ? 0.0 : (max - min).length() * 0.5; }
+};
+
 // What a mesh wears in one variant.
 struct VariantMaterial {
   int variant = -1;  // into SceneDescription::variants
@@ -172,6 +194,13 @@ struct MeshDescription {
   int material = -1;                        // -1: glTF's default material
   // By growing variant; in those that are absent the mesh wears `material`.
   std::vector<VariantMaterial> variant_materials;
+  // Of a file that can be posed again, one that does not deform: its number, which is the same in
+  // every pose. 0: none.
+  uint64_t key = 0;
+  // True: at another time it may stand elsewhere, or be seen more often.
+  bool may_move = false;
+  // Set: its arrays are left out, since whoever gets the pose has them from one before; its extent.
+  std::optional<WorldBounds> held = {};
 };
 
 // KHR_materials_variants: a set of materials that the meshes may wear instead of their own.
@@ -301,28 +330,6 @@ struct SceneLists {
   std::vector<CameraDescription> cameras;
   std::optional<EnvironmentDescription> environment;
   bool may_be_dark = false;  // true: without any light there is none, and nobody is warned
-};
-
-// A box, world space; empty (min > max) with nothing in it.
-struct WorldBounds {
-  Vec3d min = Vec3d(1e300), max = Vec3d(-1e300);
-  void add(const Vec3d& p) {
-    for (int c = 0; c < 3; ++c) {
-      min[c] = std::min(min[c], p[c]);
-      max[c] = std::max(max[c], p[c]);
-    }
-  }
-  // Another one that is placed in the world; nothing, if it is empty.
-  void add(const WorldBounds& box, const Mat44d& to_world) {
-    for (int corner = 0; corner < 8 && !box.empty(); ++corner) {
-      add(transform_point(to_world,
-                          {corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
-                           corner & 4 ? box.max.z : box.min.z}));
-    }
-  }
-  bool empty() const { return !(min.x <= max.x); }
-  Vec3d center() const { return (min + max) * 0.5; }
-  double radius() const { return empty() ? 0.0 : (max - min).length() * 0.5; }
 };
 
 struct SceneDescription : SceneLists {

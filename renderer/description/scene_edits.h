@@ -56,6 +56,20 @@ struct CameraEdit {
   }
 };
 
+// When the scene is seen, and for how long. What is absent stays as the command line has it.
+struct AnimationEdit {
+  std::string name;            // or an index, or "all"; empty: the first, if there is a time
+  std::optional<double> time;  // seconds
+  std::optional<double> fps;   // frames of a second, for what is counted in them
+  std::optional<double> shutter_open, shutter_close;  // frames from that time on; both or neither
+  std::string place;                                  // for messages
+
+  bool operator==(const AnimationEdit& other) const {
+    return name == other.name && time == other.time && fps == other.fps &&
+           shutter_open == other.shutter_open && shutter_close == other.shutter_close;
+  }
+};
+
 // kMaterial: everything that shines by that material.
 enum class EditedLight : uint8_t { kPunctual, kMaterial, kEnvironment };
 
@@ -121,6 +135,8 @@ inline constexpr double kMostTurns = 36000.0;  // degrees
 
 struct SceneEdits {
   CameraEdit camera;
+  // Whoever loads or poses the scene asks for it (GltfOptions); apply() does not.
+  AnimationEdit animation;
   // Of SceneDescription::variants; absent: the meshes wear their own materials.
   std::optional<EditTarget> variant;
   std::vector<LightEdit> lights;

@@ -8,23 +8,17 @@
 
 #include "io/edits_file.h"
 #include "io/gltf.h"
-#include "io/image_input.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/name_or_index.h"
 #include "renderer/description/framing.h"
 #include "renderer/film/film.h"
+#include "renderer/frame/scene_file.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
 namespace {
-
-void warn_of_repaired(const std::string& file, uint64_t texels) {
-  if (texels == 0) return;
-  log_warning(fmt::format("{}: {} texel values were NaN, infinite or negative and count as black",
-                          file, texels));
-}
 
 // Warns of cameras of the file that are none, but for the chosen one, which has to be.
 void check_cameras(const SceneDescription& scene, const CameraDescription* chosen) {
@@ -124,6 +118,12 @@ Mat44d turned_by(Mat44d m, int64_t frames, int64_t count, const Vec3d& center) {
 
 }  // namespace
 
+void warn_of_repaired(const std::string& file, uint64_t texels) {
+  if (texels == 0) return;
+  log_warning(fmt::format("{}: {} texel values were NaN, infinite or negative and count as black",
+                          file, texels));
+}
+
 SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progress) {
   if (settings.edits.empty()) return {};
   SceneEdits edits = read_edits(settings.edits, progress);
@@ -143,6 +143,20 @@ bool is_instant(const FrameSettings& settings) {
   return !settings.shutter || settings.shutter->open >= settings.shutter->close;
 }
 
+void apply_animation(const AnimationEdit& edit, FrameSettings& settings) {
+  if (edit == AnimationEdit()) return;
+  if (settings.animation.empty() && !settings.time && !settings.frame) {
+    settings.animation = edit.name;
+    settings.time = edit.time;
+  } else {
+    log_info("the time is the command line's, and not that of " + edit.place);
+  }
+  if (!settings.shutter && edit.shutter_open && edit.shutter_close) {
+    const double frames = settings.fps / edit.fps.value_or(settings.fps);
+    settings.shutter = Shutter{*edit.shutter_open * frames, *edit.shutter_close * frames};
+  }
+}
+
 GltfOptions load_options(const FrameSettings& settings) {
   GltfOptions options = {.lenient = settings.lenient,
                          .variants = !settings.variant.empty(),
@@ -159,23 +173,7 @@ GltfOptions load_options(const FrameSettings& settings) {
 
 SceneDescription load_scene(const FrameSettings& settings, LoadProgress& progress, bool variants,
                             bool tangents) {
-  GltfOptions options = load_options(settings);
-  options.variants |= variants;
-  options.tangents = tangents;
-  SceneDescription scene = load_gltf(settings.scene, options, progress);
-  if (!settings.environment.empty()) {
-    progress.begin(LoadStage::kEnvironment);
-    EnvironmentDescription environment;
-    environment.file = settings.environment;
-    uint64_t repaired = 0;
-    environment.image = read_environment(settings.environment, &repaired, progress);
-    scene.repairs.non_finite_texels += repaired;
-    warn_of_repaired(settings.environment, repaired);
-    environment.strength = settings.environment_strength;
-    environment.rotation_degrees = settings.environment_rotation;
-    scene.environment = std::move(environment);
-  }
-  return scene;
+  return SceneFile(settings, progress, variants, tangents).pose(settings, {}, progress);
 }
 
 void choose_variant(const FrameSettings& settings, const SceneDescription& scene,

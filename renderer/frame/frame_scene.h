@@ -25,8 +25,14 @@ std::optional<double> chosen_time(const FrameSettings& settings);
 // Whether the shutter is open for no time.
 bool is_instant(const FrameSettings& settings);
 
+// The animation, time and shutter of edits, where the settings say nothing of them.
+void apply_animation(const AnimationEdit& edit, FrameSettings& settings);
+
 // How the settings have the scene's file read, but for what edits need. Throws UsageError.
 GltfOptions load_options(const FrameSettings& settings);
+
+// Of a picture whose texels had to be repaired: says so, once.
+void warn_of_repaired(const std::string& file, uint64_t texels);
 
 // Loads the scene, puts the environment of the settings into it. `variants` and `tangents` as in
 // GltfOptions, for those who edit it (need_tangents() in scene_edits.h); where the settings choose

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <optional>
+#include <unordered_map>
 
 #include "renderer/core/errors.h"
 #include "renderer/description/default_light.h"
@@ -11,6 +13,7 @@
 
 namespace emberline {
 
+using scene_detail::Affine;
 using scene_detail::Instance;
 using scene_detail::Mesh;
 
@@ -56,6 +59,87 @@ double inverse_growth(const Mat44d& m) {
   return 3.0 * largest_entry(cofactors(m)) / std::abs(determinant3(m));
 }
 
+// What internal space is made by.
+struct Space {
+  Vec3d origin = Vec3d(0.0);
+  double scale = 1.0;
+};
+
+Space space_of(const WorldBounds& bounds) {
+  Space space;
+  const double radius = bounds.radius();
+  const Vec3d center = bounds.empty() ? Vec3d(0.0) : bounds.center();
+  // Nearer than twice its size the origin costs at most a bit of precision: leave it, so that an
+  // ordinary scene keeps its very coordinates.
+  if (center.length() > 2.0 * radius && !bounds.empty()) space.origin = center;
+  // Extremes of size lose squared lengths to underflow or overflow. A power of two is exact.
+  if (radius > 0 && (radius < 1e-3 || radius > 1e5)) {
+    space.scale = std::exp2(-std::round(std::log2(radius)));
+  }
+  return space;
+}
+
+// Whether things in these bounds may be in the space of others, at a cost of four bits of precision
+// at most. Chosen by us.
+bool serves(const Space& space, const WorldBounds& bounds) {
+  if (bounds.empty()) return true;
+  const double radius = bounds.radius(), scaled = radius * space.scale;
+  return (bounds.center() - space.origin).length() <= 16.0 * radius && scaled >= 1e-3 &&
+         scaled <= 1e5;
+}
+
+bool same(const Affine& a, const Affine& b) {
+  return a.x == b.x && a.y == b.y && a.z == b.z && a.translation == b.translation;
+}
+
+// Where nothing moves while the shutter is open.
+bool stands_alike(const Instance& a, const Instance& b) {
+  if (a.mesh != b.mesh || a.transformed != b.transformed || a.moving != b.moving) return false;
+  return !a.transformed || (a.mirrored == b.mirrored && same(a.to_internal, b.to_internal) &&
+                            same(a.normal_transform, b.normal_transform));
+}
+
+// Arrays that go over from one pose's meshes to the next's, and back again unless they are kept.
+class Handover {
+ public:
+  Handover(std::vector<Mesh>& from, std::vector<Mesh>& to) : from_(from), to_(to) {}
+  Handover(const Handover&) = delete;
+  Handover& operator=(const Handover&) = delete;
+  ~Handover() {
+    for (const Taken& t : taken_) {
+      exchange(to_[t.to], from_[t.from]);
+      from_[t.from].record = t.record;
+      from_[t.from].bvh = t.bvh;
+      if (!t.record) continue;
+      t.record->mesh = &from_[t.from];
+      t.record->instance = t.salt;
+    }
+  }
+
+  void take(uint32_t from, uint32_t to) {
+    const Mesh& mesh = from_[from];
+    taken_.push_back({from, to, mesh.record, mesh.bvh, mesh.record ? mesh.record->instance : 0});
+    exchange(from_[from], to_[to]);
+  }
+  void keep() { taken_.clear(); }
+
+ private:
+  struct Taken {
+    uint32_t from, to;
+    std::shared_ptr<scene_detail::GeometryRecord> record;
+    std::shared_ptr<const scene_detail::OwnedScene> bvh;
+    uint32_t salt;  // the record's
+  };
+  static void exchange(Mesh& from, Mesh& to) {
+    std::swap<scene_detail::MeshArrays>(from, to);
+    if (to.record) to.record->mesh = &to;
+  }
+
+  std::vector<Mesh>& from_;
+  std::vector<Mesh>& to_;
+  std::vector<Taken> taken_;
+};
+
 }  // namespace
 
 class SceneBuilder {
@@ -68,30 +152,33 @@ class SceneBuilder {
         scene_(new Scene()) {}
 
   std::unique_ptr<Scene> build() {
-    add_default_light(description_);
-    progress_.begin(LoadStage::kBvh);
-    choose_space();
+    begin();
     place_meshes();
     add_later_places();
     SceneUpdater updater(*scene_, description_, options_, progress_);
-    updater.assign_materials();
-    if (!options_.editable) drop_unread_attributes();
-    if (options_.bvh) build_geometry();
-    updater.build_lights();
+    build_rest(updater, nullptr);
     updater.update_memory_and_features();
     progress_.finish();
     return std::move(scene_);
   }
 
+  bool build_from(std::unique_ptr<Scene>& before);
+
  private:
+  void begin();
+  void build_rest(SceneUpdater& updater, const Scene* before);
+  bool find_held(const Scene& before);
+  bool stands_like(const Scene& before) const;
   void choose_space();
   void place_meshes();
   void add_later_places();
+  bool is_baked(const InstanceDescription& placed) const;
   void limit_origins(const Mat44d& to_world, const std::string& mesh);
   void bake(MeshDescription& source, const InstanceDescription& placed, Mesh& mesh);
   void adopt(MeshDescription& source, Mesh& mesh);
   void drop_unread_attributes();
-  void build_geometry();
+  void build_geometry(const Scene* before);
+  bool rests(const Instance& instance) const;
   Mat44d to_internal(const Mat44d& to_world) const;
   void place(const InstanceDescription& placed, Instance& instance);
 
@@ -99,8 +186,88 @@ class SceneBuilder {
   SceneBuildOptions options_;
   LoadProgress& progress_;
   std::unique_ptr<Scene> scene_;
-  std::vector<uint32_t> uses_;  // instances per mesh
+  std::vector<uint32_t> uses_;       // instances per mesh
+  std::vector<uint32_t> held_from_;  // per mesh: which of the scene before it is, or kNone
 };
+
+void SceneBuilder::begin() {
+  add_default_light(description_);
+  progress_.begin(LoadStage::kBvh);
+  uses_.assign(description_.meshes.size(), 0);
+  for (const InstanceDescription& placed : description_.instances) uses_[size_t(placed.mesh)]++;
+  choose_space();
+  scene_->meshes_.resize(description_.meshes.size());
+  scene_->instances_.resize(description_.instances.size());
+}
+
+// All that may fail behind the meshes' places.
+void SceneBuilder::build_rest(SceneUpdater& updater, const Scene* before) {
+  updater.assign_materials();
+  if (!options_.editable) drop_unread_attributes();
+  if (options_.bvh) build_geometry(before);
+  updater.build_lights();
+}
+
+bool SceneBuilder::build_from(std::unique_ptr<Scene>& before) {
+  begin();
+  if (scene_->origin_ != before->origin_ || scene_->scale_ != before->scale_) return false;
+  if (!find_held(*before)) return false;
+  {
+    Handover handover(before->meshes_, scene_->meshes_);
+    for (uint32_t i = 0; i < held_from_.size(); ++i) {
+      if (held_from_[i] != SceneUpdater::kNone) handover.take(held_from_[i], i);
+    }
+    place_meshes();
+    add_later_places();
+    if (!stands_like(*before)) {
+      SceneUpdater updater(*scene_, description_, options_, progress_);
+      updater.learn_from(*before, held_from_);
+      build_rest(updater, before.get());
+      handover.keep();
+      before.reset();  // before memory is counted
+      updater.update_memory_and_features();
+      before = std::move(scene_);
+      progress_.finish();
+      return true;
+    }
+  }
+  update_scene(*before, description_, options_);
+  progress_.finish();
+  return true;
+}
+
+// Whether all that is held is there, and as this pose has it: baked or not.
+bool SceneBuilder::find_held(const Scene& before) {
+  std::unordered_map<uint64_t, uint32_t> there;
+  for (uint32_t i = 0; i < before.meshes_.size(); ++i) {
+    if (before.meshes_[i].key != 0) there.emplace(before.meshes_[i].key, i);
+  }
+  held_from_.assign(description_.meshes.size(), SceneUpdater::kNone);
+  for (size_t i = 0; i < held_from_.size(); ++i) {
+    if (!description_.meshes[i].held) continue;
+    const auto found = there.find(description_.meshes[i].key);
+    if (found == there.end()) return false;
+    held_from_[i] = found->second;
+  }
+  return std::ranges::all_of(description_.instances, [&](const InstanceDescription& placed) {
+    const uint32_t from = held_from_[size_t(placed.mesh)];
+    return from == SceneUpdater::kNone || before.meshes_[from].is_baked == is_baked(placed);
+  });
+}
+
+// Whether all of it, and nothing else, is where it was.
+bool SceneBuilder::stands_like(const Scene& before) const {
+  if (held_from_.size() != before.meshes_.size()) return false;
+  for (const Scene* scene : {&before, static_cast<const Scene*>(scene_.get())}) {
+    if (!scene->shown_.empty() || !scene->later_.empty()) return false;
+  }
+  for (uint32_t i = 0; i < held_from_.size(); ++i) {
+    if (held_from_[i] != i) return false;
+  }
+  const auto moves = [](const InstanceDescription& placed) { return !placed.motion.empty(); };
+  return std::ranges::none_of(description_.instances, moves) &&
+         std::ranges::equal(scene_->instances_, before.instances_, stands_alike);
+}
 
 void SceneBuilder::choose_space() {
   const WorldBounds bounds = world_bounds(description_);
@@ -108,14 +275,13 @@ void SceneBuilder::choose_space() {
   if (!std::isfinite(radius)) {
     throw InputError(description_.file, "the scene's extent is not finite");
   }
-  const Vec3d center = bounds.empty() ? Vec3d(0.0) : bounds.center();
-  // Nearer than twice its size the origin costs at most a bit of precision: leave it, so that an
-  // ordinary scene keeps its very coordinates.
-  if (center.length() > 2.0 * radius && !bounds.empty()) scene_->origin_ = center;
-  // Extremes of size lose squared lengths to underflow or overflow. A power of two is exact.
-  if (radius > 0 && (radius < 1e-3 || radius > 1e5)) {
-    scene_->scale_ = std::exp2(-std::round(std::log2(radius)));
+  Space space = space_of(bounds);
+  // A posed scene has that of its rest while it serves: other poses have it, too.
+  if (const auto& rest = description_.rest_bounds; rest && serves(space_of(*rest), bounds)) {
+    space = space_of(*rest);
   }
+  scene_->origin_ = space.origin;
+  scene_->scale_ = space.scale;
   scene_->radius_ = float(radius * scene_->scale_);
 }
 
@@ -147,10 +313,12 @@ void SceneBuilder::adopt(MeshDescription& source, Mesh& mesh) {
   mesh.tangents = std::move(source.tangents);
   mesh.uv_sets = std::move(source.uv_sets);
   mesh.colors = std::move(source.colors);
+  mesh.key = source.key;
 }
 
 void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& placed, Mesh& mesh) {
   adopt(source, mesh);
+  mesh.is_baked = true;
   const Mat44d& m = placed.to_world;
   const bool mirrored = determinant3(m) < 0;
   const auto for_each = [&](size_t count, const auto& change) {
@@ -213,17 +381,19 @@ void SceneBuilder::place(const InstanceDescription& placed, Instance& instance) 
   for (const Mat44d& step : placed.motion) limit_origins(step, mesh);
 }
 
+// One that stays where it is, at any time, and is there once.
+bool SceneBuilder::is_baked(const InstanceDescription& placed) const {
+  const auto mesh = size_t(placed.mesh);
+  return uses_[mesh] == 1 && placed.motion.empty() && !description_.meshes[mesh].may_move;
+}
+
 void SceneBuilder::place_meshes() {
   Scene& scene = *scene_;
-  uses_.assign(description_.meshes.size(), 0);
-  for (const InstanceDescription& placed : description_.instances) uses_[size_t(placed.mesh)]++;
   MemoryBudget& budget = *progress_.budget();
   budget.reserve(MemoryPart::kGeometry, bytes_of(description_.meshes.size(), sizeof(Mesh)),
                  description_.file);
   budget.reserve(MemoryPart::kGeometry, bytes_of(description_.instances.size(), sizeof(Instance)),
                  description_.file);
-  scene.meshes_.resize(description_.meshes.size());
-  scene.instances_.resize(description_.instances.size());
   for (size_t i = 0; i < scene.instances_.size(); ++i) {
     progress_.check();
     const InstanceDescription& placed = description_.instances[i];
@@ -235,13 +405,13 @@ void SceneBuilder::place_meshes() {
     if (placed.shown) {
       scene.shown_.resize(scene.instances_.size());
       scene.shown_[i] = placed.shown;
-      mesh.appears = true;
+      mesh.shown = &scene.shown_;
     }
-    if (uses_[mesh_index] == 1 && placed.motion.empty()) {
-      bake(source, placed, mesh);
-    } else {
+    if (!is_baked(placed)) {
       if (mesh.triangles.empty()) adopt(source, mesh);
       place(placed, instance);
+    } else if (!source.held) {
+      bake(source, placed, mesh);
     }
     scene.triangle_count_ += mesh.triangles.size();
   }
@@ -283,35 +453,56 @@ void SceneBuilder::drop_unread_attributes() {
   }
 }
 
-void SceneBuilder::build_geometry() {
+bool SceneBuilder::rests(const Instance& instance) const {
+  return !instance.transformed && scene_->meshes_[instance.mesh].key != 0;
+}
+
+void SceneBuilder::build_geometry(const Scene* before) {
+  using scene_detail::Geometry;
   Scene& scene = *scene_;
-  scene.geometry_ =
-      std::make_unique<scene_detail::Geometry>(progress_.budget(), description_.file, scene.shown_);
-  scene_detail::Geometry& geometry = *scene.geometry_;
+  scene.geometry_ = std::make_unique<Geometry>(
+      before ? before->geometry_->device()
+             : std::make_shared<scene_detail::EmbreeDevice>(progress_.budget(), description_.file));
+  Geometry& geometry = *scene.geometry_;
   uint64_t items = scene.instances_.size();
-  for (const Mesh& mesh : scene.meshes_) items += mesh.triangles.size();
+  for (const Mesh& mesh : scene.meshes_) items += mesh.bvh ? 0 : mesh.triangles.size();
   progress_.begin(LoadStage::kBvh, items);
-  std::vector<RTCScene> mesh_scenes(scene.meshes_.size(), nullptr);
+  // Where all rests there is nothing that it could be kept from.
+  const bool apart =
+      options_.posable && !std::ranges::all_of(scene.instances_, [&](const Instance& instance) {
+        return rests(instance);
+      });
+  std::vector<Geometry::Resting> resting;
   for (uint32_t i = 0; i < scene.instances_.size(); ++i) {
     Instance& instance = scene.instances_[i];
-    const Mesh& mesh = scene.meshes_[instance.mesh];
+    Mesh& mesh = scene.meshes_[instance.mesh];
     if (mesh.triangles.empty()) continue;
+    if (apart && rests(instance)) {
+      resting.push_back({instance.mesh, i, mesh.key});
+      continue;
+    }
     if (!instance.transformed) {
       geometry.add_mesh(mesh, i);
       continue;
     }
-    RTCScene& mesh_scene = mesh_scenes[instance.mesh];
-    if (!mesh_scene) mesh_scene = geometry.add_mesh_scene(mesh, progress_);
+    // Its filter is of another kind: that of before stays as it is, for the way back.
+    if ((mesh.record && mesh.record->asks_shown) != (mesh.shown != nullptr)) {
+      mesh.bvh.reset();
+      mesh.record.reset();
+    }
+    if (!mesh.bvh) geometry.build_mesh_scene(mesh, progress_);
     const InstanceDescription& placed = description_.instances[i];
     if (placed.motion.empty()) {
-      geometry.add_instance(mesh_scene, instance.to_internal, i);
+      geometry.add_instance(*mesh.bvh, instance.to_internal, i);
       continue;
     }
     std::vector<Mat44d> steps = {to_internal(placed.to_world)};
     for (const Mat44d& step : placed.motion) steps.push_back(to_internal(step));
-    instance.moving = geometry.add_moving_instance(mesh_scene, steps, i);
+    instance.moving = geometry.add_moving_instance(*mesh.bvh, steps, i);
   }
-  geometry.commit(progress_);
+  geometry.add_resting(std::move(resting), scene.meshes_,
+                       before ? before->geometry_.get() : nullptr, progress_);
+  geometry.commit(uint32_t(scene.instances_.size()), progress_);
 }
 
 std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuildOptions& options,
@@ -326,6 +517,12 @@ void update_scene(Scene& scene, const SceneDescription& description,
   updater.assign_materials();
   updater.build_lights();
   updater.update_memory_and_features();
+}
+
+bool repose_scene(std::unique_ptr<Scene>& scene, SceneDescription posed,
+                  const SceneBuildOptions& options, LoadProgress& progress) {
+  assert(options.editable && options.posable);
+  return SceneBuilder(std::move(posed), options, progress).build_from(scene);
 }
 
 }  // namespace emberline

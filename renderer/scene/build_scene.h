@@ -18,6 +18,9 @@ struct SceneBuildOptions {
   // True: update_scene may be called. Vertex attributes that no material reads are kept, as are
   // the tables of an environment that is off, and the BVH's filter asks before it culls.
   bool editable = false;
+  // True, of an editable scene: repose_scene may be called. What no pose moves has a BVH of its
+  // own, so that rays enter one instance more.
+  bool posable = false;
 };
 
 // Takes the description over: its arrays become the scene's. Uses TBB. Throws InputError for a
@@ -38,5 +41,18 @@ std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuil
 // the search for flush emitters where the same triangles emit.
 void update_scene(Scene& scene, const SceneDescription& description,
                   const SceneBuildOptions& options);
+
+// Puts the scene into another pose of its file: it then renders the same bits as one built from the
+// whole of `posed`, where the meshes that the scene has (mesh_keys()) are held. Those and their
+// BVHs are kept. What deforms is built anew, and what rests too where other instances come before
+// it than did; so is the top level. Where nothing has moved at all it is an update_scene.
+//
+// False: this pose needs another internal space or other meshes than are held; it is to be built
+// from a description that has them all. Nobody may use the scene meanwhile, and it may be another
+// object afterwards. Throws what build_scene does. Where that or false is what comes, all is as it
+// was.
+bool repose_scene(std::unique_ptr<Scene>& scene, SceneDescription posed,
+                  const SceneBuildOptions& options,
+                  LoadProgress& progress = LoadProgress::unwatched());
 
 }  // namespace emberline

@@ -24,14 +24,19 @@ class EditableScene {
                          LoadProgress& progress = LoadProgress::unwatched());
 
   // The whole of what differs from the file from now on: pass the edits of before to undo. The
-  // camera's change nothing here. Nobody else may use scene() meanwhile. Throws as apply() does,
+  // camera's change nothing here, nor does
+  // the animation's (repose()). Nobody else may use scene() meanwhile. Throws as apply() does,
   // and InputError for a texture that an edit brings into use and that cannot be; all is then as it
   // was.
   void set(const SceneEdits& edits);
+  // Another pose of the file, with these edits: repose_scene, which see. scene() may be another
+  // object then. Where it throws or says false all is as it was.
+  bool repose(SceneDescription posed, const SceneEdits& edits,
+              LoadProgress& progress = LoadProgress::unwatched());
 
   const Scene& scene() const { return *scene_; }
   const SceneEdits& edits() const { return edits_; }
-  // The file's lists, which EditTarget counts in.
+  // The file's lists in this pose, which EditTarget counts in.
   const SceneDescription& original() const { return original_; }
 
  private:

@@ -59,7 +59,7 @@ void FlushEmitters::build(const Geometry& geometry) {
     members_.push_back(i);
     longest_reach_ = std::max(longest_reach_, reach_[i]);
   }
-  RTCGeometry triangles = rtcNewGeometry(geometry.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  RTCGeometry triangles = rtcNewGeometry(geometry.device()->handle(), RTC_GEOMETRY_TYPE_TRIANGLE);
   const size_t n = members_.size();
   auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(
       triangles, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f), 3 * n));
@@ -76,7 +76,7 @@ void FlushEmitters::build(const Geometry& geometry) {
     }
     rtcSetGeometryIntersectFilterFunction(triangles, keep_lowest);
     rtcCommitGeometry(triangles);
-    scene_ = rtcNewScene(geometry.device);
+    scene_ = rtcNewScene(geometry.device()->handle());
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
     rtcAttachGeometry(scene_, triangles);
     build_bvh(scene_, LoadProgress::unwatched(), n);

@@ -31,8 +31,9 @@ bool holds(Answer answer, bool now) {
 
 uint32_t placed_instance(const RTCFilterFunctionNArguments* arguments, unsigned i,
                          const GeometryRecord& record) {
-  const uint32_t placed = RTCHitN_instID(arguments->hit, arguments->N, i, 0);
-  return placed == RTC_INVALID_GEOMETRY_ID ? record.instance : placed;
+  return record.instance == GeometryRecord::kPlaced
+             ? RTCHitN_instID(arguments->hit, arguments->N, i, 0)
+             : record.instance;
 }
 
 // Called by Embree for every candidate hit of a geometry that has back faces to hide or coverage,
@@ -79,7 +80,7 @@ void filter_shown(const RTCFilterFunctionNArguments* arguments) {
   const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
   for (unsigned i = 0; i < n; ++i) {
     if (arguments->valid[i] != -1) continue;
-    const ShownTimes* shown = (*record.shown)[placed_instance(arguments, i, record)].get();
+    const ShownTimes* shown = (*record.mesh->shown)[placed_instance(arguments, i, record)].get();
     if (shown && !shown->at(RTCRayN_time(arguments->ray, n, i))) arguments->valid[i] = 0;
   }
   filter<Answer::kAsked, Answer::kAsked>(arguments);
@@ -161,18 +162,6 @@ SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, f
   return attributes;
 }
 
-// Embree ends the build with RTC_ERROR_OUT_OF_MEMORY where this says no.
-bool Geometry::count_memory(void* user, ssize_t bytes, bool /*post*/) {
-  auto& self = *static_cast<Geometry*>(user);
-  if (bytes > 0 && !self.budget_->try_reserve(MemoryPart::kBvh, uint64_t(bytes))) {
-    self.refused_bytes_ = uint64_t(bytes);
-    return false;
-  }
-  if (bytes < 0) self.budget_->give_back(MemoryPart::kBvh, uint64_t(-bytes));
-  self.monitored_bytes_.fetch_add(bytes, std::memory_order_relaxed);
-  return true;
-}
-
 // Null where there can be none. After one that failed (no memory) Embree 3.13 makes devices whose
 // release never returns.
 static RTCDevice new_device() {
@@ -182,34 +171,87 @@ static RTCDevice new_device() {
   return device;
 }
 
-void Geometry::add_object_bytes(uint64_t bytes) {
+EmbreeDevice::EmbreeDevice(std::shared_ptr<MemoryBudget> budget, std::string place)
+    : device_(new_device()), budget_(std::move(budget)), place_(std::move(place)) {
+  if (!device_) throw RenderError("Embree could not be started on this machine");
+  rtcSetDeviceErrorFunction(device_, on_error, nullptr);
+  rtcSetDeviceMemoryMonitorFunction(device_, count_memory, this);
+}
+
+EmbreeDevice::~EmbreeDevice() { rtcReleaseDevice(device_); }
+
+// Embree ends the build with RTC_ERROR_OUT_OF_MEMORY where this says no.
+bool EmbreeDevice::count_memory(void* user, ssize_t bytes, bool /*post*/) {
+  auto& self = *static_cast<EmbreeDevice*>(user);
+  if (bytes > 0 && !self.budget_->try_reserve(MemoryPart::kBvh, uint64_t(bytes))) {
+    self.refused_bytes_ = uint64_t(bytes);
+    return false;
+  }
+  if (bytes < 0) self.budget_->give_back(MemoryPart::kBvh, uint64_t(-bytes));
+  self.monitored_bytes_.fetch_add(bytes, std::memory_order_relaxed);
+  return true;
+}
+
+void EmbreeDevice::add_object_bytes(uint64_t bytes) {
   budget_->reserve(MemoryPart::kBvh, bytes, place_);
   object_bytes_ += bytes;
 }
 
-Geometry::Geometry(std::shared_ptr<MemoryBudget> budget, std::string place,
-                   const ShownInstances& shown)
-    : budget_(std::move(budget)), place_(std::move(place)), shown_(shown) {
+void EmbreeDevice::give_back_object_bytes(uint64_t bytes) noexcept {
+  budget_->give_back(MemoryPart::kBvh, bytes);
+  object_bytes_ -= bytes;
+}
+
+uint64_t EmbreeDevice::bytes() const {
+  return uint64_t(std::max<int64_t>(0, monitored_bytes_.load())) + object_bytes_;
+}
+
+void EmbreeDevice::check() {
+  const RTCError error = rtcGetDeviceError(device_);
+  if (error == RTC_ERROR_NONE) return;
+  if (const uint64_t bytes = refused_bytes_.exchange(0)) {
+    throw InputError(place_, budget_->refusal(MemoryPart::kBvh, bytes));
+  }
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw RenderError("out of memory while building the BVH");
+  throw RenderError("Embree error " + std::to_string(int(error)) + " while building the BVH");
+}
+
+OwnedScene::OwnedScene(std::shared_ptr<EmbreeDevice> of) : device(std::move(of)) {
   add_object_bytes(embree::kSceneObjectBytes);
-  device = new_device();
-  if (!device) throw RenderError("Embree could not be started on this machine");
-  rtcSetDeviceErrorFunction(device, on_error, nullptr);
-  rtcSetDeviceMemoryMonitorFunction(device, count_memory, this);
-  top = rtcNewScene(device);
-  rtcSetSceneFlags(top, RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneBuildQuality(top, RTC_BUILD_QUALITY_HIGH);
+  scene = rtcNewScene(device->handle());
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
 }
 
-Geometry::~Geometry() {
-  if (top) rtcReleaseScene(top);
-  for (const RTCScene scene : mesh_scenes) rtcReleaseScene(scene);
-  if (device) rtcReleaseDevice(device);
-  budget_->give_back(MemoryPart::kBvh, object_bytes_);
+OwnedScene::~OwnedScene() {
+  rtcReleaseScene(scene);
+  device->give_back_object_bytes(object_bytes_);
 }
 
-RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
-  add_object_bytes(embree::kTriangleObjectBytes);
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+void OwnedScene::add_object_bytes(uint64_t bytes) {
+  device->add_object_bytes(bytes);
+  object_bytes_ += bytes;
+}
+
+void OwnedScene::attach(RTCGeometry geometry, uint32_t id, uint64_t items) {
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(scene, geometry, id);
+  rtcReleaseGeometry(geometry);
+  items_ += items;
+}
+
+void OwnedScene::build(LoadProgress& progress) {
+  build_bvh(scene, progress, items_);
+  ++device->bvh_builds;
+  device->check();
+}
+
+Geometry::Geometry(std::shared_ptr<EmbreeDevice> device)
+    : device_(std::move(device)), top_(device_) {}
+
+RTCGeometry Geometry::make_triangles(OwnedScene& scene, Mesh& mesh, uint32_t instance) {
+  scene.add_object_bytes(embree::kTriangleObjectBytes);
+  RTCGeometry geometry = rtcNewGeometry(device_->handle(), RTC_GEOMETRY_TYPE_TRIANGLE);
   // The last entry of positions is padding for Embree's 16-byte reads, not a vertex.
   const auto set_vertices = [&](size_t step, const std::vector<Vec3f>& positions) {
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(step), RTC_FORMAT_FLOAT3,
@@ -227,102 +269,82 @@ RTCGeometry Geometry::make_triangles(const Mesh& mesh, uint32_t instance) {
                              mesh.triangles.size());
   const Answer culls = answer(mesh.cull_backfaces, mesh.culling_may_change);
   const Answer covers = answer(mesh.has_coverage, mesh.coverage_may_change);
-  if (culls != Answer::kNever || covers != Answer::kNever || mesh.appears) {
-    records.push_back(std::make_unique<GeometryRecord>(
-        GeometryRecord{&mesh, instance, mesh.appears ? &shown_ : nullptr}));
-    rtcSetGeometryUserData(geometry, records.back().get());
-    const RTCFilterFunctionN chosen = mesh.appears ? filter_shown : choose_filter(culls, covers);
+  if (culls != Answer::kNever || covers != Answer::kNever || mesh.shown) {
+    if (!mesh.record) mesh.record = std::make_shared<GeometryRecord>();
+    *mesh.record = {&mesh, instance, mesh.shown != nullptr};
+    rtcSetGeometryUserData(geometry, mesh.record.get());
+    const RTCFilterFunctionN chosen = mesh.shown ? filter_shown : choose_filter(culls, covers);
     rtcSetGeometryIntersectFilterFunction(geometry, chosen);
     rtcSetGeometryOccludedFilterFunction(geometry, chosen);
   }
-  rtcCommitGeometry(geometry);
   return geometry;
 }
 
-RTCScene Geometry::add_mesh_scene(const Mesh& mesh, LoadProgress& progress) {
-  add_object_bytes(embree::kSceneObjectBytes);
-  RTCScene scene = rtcNewScene(device);
-  mesh_scenes.push_back(scene);
-  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
-  RTCGeometry geometry = make_triangles(mesh, 0);
-  rtcAttachGeometry(scene, geometry);
-  rtcReleaseGeometry(geometry);
-  build_bvh(scene, progress, mesh.triangles.size());
-  ++bvh_builds;
-  check();
-  return scene;
+void Geometry::build_mesh_scene(Mesh& mesh, LoadProgress& progress) {
+  const auto built = std::make_shared<OwnedScene>(device_);
+  built->attach(make_triangles(*built, mesh, GeometryRecord::kPlaced), 0, mesh.triangles.size());
+  built->build(progress);
+  mesh.bvh = built;
 }
 
-void Geometry::add_mesh(const Mesh& mesh, uint32_t instance) {
-  RTCGeometry geometry = make_triangles(mesh, instance);
-  rtcAttachGeometryByID(top, geometry, instance);
-  rtcReleaseGeometry(geometry);
-  top_items_ += 1 + mesh.triangles.size();
+void Geometry::add_mesh(OwnedScene& scene, Mesh& mesh, uint32_t instance) {
+  scene.attach(make_triangles(scene, mesh, instance), instance, 1 + mesh.triangles.size());
 }
 
-void Geometry::add_instance(RTCScene mesh_scene, const Affine& transform, uint32_t instance) {
-  add_object_bytes(embree::kInstanceObjectBytes);
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
-  rtcSetGeometryInstancedScene(geometry, mesh_scene);
+void Geometry::add_resting(std::vector<Resting> list, std::vector<Mesh>& meshes,
+                           const Geometry* before, LoadProgress& progress) {
+  resting_ = std::move(list);
+  if (resting_.empty()) return;
+  if (before && before->resting_ == resting_) {
+    resting_scene_ = before->resting_scene_;
+    return;
+  }
+  const auto built = std::make_shared<OwnedScene>(device_);
+  for (const Resting& r : resting_) add_mesh(*built, meshes[r.mesh], r.instance);
+  built->build(progress);
+  resting_scene_ = built;
+}
+
+void Geometry::add_instance(const OwnedScene& mesh_scene, const Affine& transform,
+                            uint32_t instance) {
+  top_.add_object_bytes(embree::kInstanceObjectBytes);
+  RTCGeometry geometry = rtcNewGeometry(device_->handle(), RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, mesh_scene.scene);
   const float columns[12] = {
       transform.x.x, transform.x.y,           transform.x.z,           transform.y.x,
       transform.y.y, transform.y.z,           transform.z.x,           transform.z.y,
       transform.z.z, transform.translation.x, transform.translation.y, transform.translation.z};
   rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometryByID(top, geometry, instance);
-  rtcReleaseGeometry(geometry);
-  ++top_items_;
+  top_.attach(geometry, instance, 1);
 }
 
-uint32_t Geometry::add_moving_instance(RTCScene mesh_scene, std::span<const Mat44d> steps,
+uint32_t Geometry::add_moving_instance(const OwnedScene& mesh_scene, std::span<const Mat44d> steps,
                                        uint32_t instance) {
-  add_object_bytes(embree::kInstanceObjectBytes);
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
-  rtcSetGeometryInstancedScene(geometry, mesh_scene);
+  top_.add_object_bytes(embree::kInstanceObjectBytes);
+  RTCGeometry geometry = rtcNewGeometry(device_->handle(), RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, mesh_scene.scene);
   rtcSetGeometryTimeStepCount(geometry, unsigned(steps.size()));
   const std::vector<RTCQuaternionDecomposition> parts = decompose(steps);
   for (unsigned step = 0; step < parts.size(); ++step) {
     rtcSetGeometryTransformQuaternion(geometry, step, &parts[step]);
   }
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometryByID(top, geometry, instance);
-  rtcReleaseGeometry(geometry);
-  ++top_items_;
-  moving_instances.push_back({geometry, steps.size()});
-  return uint32_t(moving_instances.size()) - 1;
+  top_.attach(geometry, instance, 1);
+  moving_instances_.push_back({geometry, steps.size()});
+  return uint32_t(moving_instances_.size()) - 1;
 }
 
 Affine Geometry::transform_at(uint32_t moving, float time) const {
   float m[12];
-  rtcGetGeometryTransform(moving_instances[moving].geometry, time, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR,
-                          m);
+  rtcGetGeometryTransform(moving_instances_[moving].geometry, time,
+                          RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
   return {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}, {m[9], m[10], m[11]}};
 }
 
-void Geometry::commit(LoadProgress& progress) {
-  build_bvh(top, progress, top_items_);
-  ++bvh_builds;
-  check();
-}
-
-uint64_t Geometry::embree_bytes() const {
-  return uint64_t(std::max<int64_t>(0, monitored_bytes_.load())) + object_bytes_;
-}
-
-uint64_t Geometry::record_bytes() const {
-  return records.capacity() * sizeof(records[0]) + records.size() * sizeof(GeometryRecord);
-}
-
-void Geometry::check() {
-  const RTCError error = rtcGetDeviceError(device);
-  if (error == RTC_ERROR_NONE) return;
-  if (const uint64_t bytes = refused_bytes_.exchange(0)) {
-    throw InputError(place_, budget_->refusal(MemoryPart::kBvh, bytes));
-  }
-  if (error == RTC_ERROR_OUT_OF_MEMORY) throw RenderError("out of memory while building the BVH");
-  throw RenderError("Embree error " + std::to_string(int(error)) + " while building the BVH");
+// What rests is an instance whose number is none of the scene's (Scene::intersect).
+void Geometry::commit(uint32_t instances, LoadProgress& progress) {
+  constexpr Affine kInPlace = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
+  if (resting_scene_) add_instance(*resting_scene_, kInPlace, instances);
+  top_.build(progress);
 }
 
 }  // namespace emberline::scene_detail

@@ -17,62 +17,108 @@ namespace emberline::scene_detail {
 // What the filter callback finds behind a geometry.
 struct GeometryRecord {
   const Mesh* mesh = nullptr;
-  uint32_t instance = 0;  // where the mesh is not instanced: the salt of the coverage decision
-  const ShownInstances* shown = nullptr;  // where some instance of it is not always there
+  // Salt of the coverage decision; kPlaced: the instance that the ray is in.
+  uint32_t instance = kPlaced;
+  bool asks_shown = false;  // Mesh::shown
+  static constexpr uint32_t kPlaced = RTC_INVALID_GEOMETRY_ID;
 };
 
-struct Geometry {
-  // Embree's memory is taken from the budget, block by block; `place` is named when that is spent.
-  // `shown` outlives it.
-  Geometry(std::shared_ptr<MemoryBudget> budget, std::string place, const ShownInstances& shown);
-  ~Geometry();
-  Geometry(const Geometry&) = delete;
-  Geometry& operator=(const Geometry&) = delete;
+// Embree, and what it takes of the budget, block by block; `place` is named when that is spent.
+// Scenes keep it alive.
+class EmbreeDevice {
+ public:
+  EmbreeDevice(std::shared_ptr<MemoryBudget> budget, std::string place);
+  ~EmbreeDevice();
+  EmbreeDevice(const EmbreeDevice&) = delete;
+  EmbreeDevice& operator=(const EmbreeDevice&) = delete;
 
-  // A BVH over one mesh, for instances. The mesh must stay where it is.
-  RTCScene add_mesh_scene(const Mesh& mesh, LoadProgress& progress);
-  // Top level: the geometry's id is the instance's index.
-  void add_mesh(const Mesh& mesh, uint32_t instance);
-  void add_instance(RTCScene mesh_scene, const Affine& transform, uint32_t instance);
-  // One that moves through `steps`, internal, evenly spaced over the shutter. Its number among
-  // those that move.
-  uint32_t add_moving_instance(RTCScene mesh_scene, std::span<const Mat44d> steps,
-                               uint32_t instance);
-  // Where a moving instance is, by the very floats that Embree traces it with.
-  Affine transform_at(uint32_t moving, float time) const;
-  size_t steps(uint32_t moving) const { return moving_instances[moving].steps; }
-  void commit(LoadProgress& progress);
-
+  RTCDevice handle() const { return device_; }
+  // What the memory monitor does not say; see embree_api.h.
+  void add_object_bytes(uint64_t bytes);
+  void give_back_object_bytes(uint64_t bytes) noexcept;
   // What Embree holds: BVHs, and its objects for meshes, instances and scenes.
-  uint64_t embree_bytes() const;
-  uint64_t record_bytes() const;
-
+  uint64_t bytes() const;
   // Throws RenderError if Embree has reported a failure since the last call, InputError if that was
   // for the budget.
   void check();
 
-  RTCDevice device = nullptr;
-  RTCScene top = nullptr;
-  std::vector<RTCScene> mesh_scenes;
-  struct MovingInstance {
-    RTCGeometry geometry;  // in `top`
-    size_t steps;
-  };
-  std::vector<MovingInstance> moving_instances;
-  std::vector<std::unique_ptr<GeometryRecord>> records;
   uint32_t bvh_builds = 0;
 
  private:
-  uint64_t top_items_ = 0;  // of `top`, as LoadProgress counts them
+  static bool count_memory(void* user, ssize_t bytes, bool post);
+
+  RTCDevice device_ = nullptr;
   const std::shared_ptr<MemoryBudget> budget_;
   const std::string place_;
-  const ShownInstances& shown_;
   std::atomic<int64_t> monitored_bytes_{0};  // as Embree's memory monitor says
   std::atomic<uint64_t> refused_bytes_{0};   // a block that the budget had no room for
-  uint64_t object_bytes_ = 0;                // what it does not say; see embree_api.h
-  static bool count_memory(void* user, ssize_t bytes, bool post);
+  uint64_t object_bytes_ = 0;
+};
+
+// A scene of Embree's, with its BVH once it is built.
+struct OwnedScene {
+  explicit OwnedScene(std::shared_ptr<EmbreeDevice> device);
+  ~OwnedScene();
+  OwnedScene(const OwnedScene&) = delete;
+  OwnedScene& operator=(const OwnedScene&) = delete;
+
+  // `items`: what LoadProgress counts as being in it. Takes the geometry over.
+  void attach(RTCGeometry geometry, uint32_t id, uint64_t items);
   void add_object_bytes(uint64_t bytes);
-  RTCGeometry make_triangles(const Mesh& mesh, uint32_t instance);
+  void build(LoadProgress& progress);
+
+  const std::shared_ptr<EmbreeDevice> device;
+  RTCScene scene = nullptr;
+
+ private:
+  uint64_t items_ = 0, object_bytes_ = 0;
+};
+
+// Meshes must stay where they are, or their records told.
+class Geometry {
+ public:
+  explicit Geometry(std::shared_ptr<EmbreeDevice> device);
+
+  // A BVH over one mesh, for instances.
+  void build_mesh_scene(Mesh& mesh, LoadProgress& progress);
+  // Top level: the geometry's id is the instance's index.
+  void add_mesh(Mesh& mesh, uint32_t instance) { add_mesh(top_, mesh, instance); }
+  void add_instance(const OwnedScene& mesh_scene, const Affine& transform, uint32_t instance);
+  // One that moves through `steps`, internal, evenly spaced over the shutter. Its number among
+  // those that move.
+  uint32_t add_moving_instance(const OwnedScene& mesh_scene, std::span<const Mat44d> steps,
+                               uint32_t instance);
+  // Meshes that no pose moves: in a BVH of their own, below the top level, where their ids are
+  // theirs all the same. That of `before`, if it has the very same.
+  struct Resting {
+    uint32_t mesh, instance;
+    uint64_t key;
+    bool operator==(const Resting& o) const { return instance == o.instance && key == o.key; }
+  };
+  void add_resting(std::vector<Resting> list, std::vector<Mesh>& meshes, const Geometry* before,
+                   LoadProgress& progress);
+  // Where a moving instance is, by the very floats that Embree traces it with.
+  Affine transform_at(uint32_t moving, float time) const;
+  size_t steps(uint32_t moving) const { return moving_instances_[moving].steps; }
+  // `instances`: how many there are in all.
+  void commit(uint32_t instances, LoadProgress& progress);
+
+  RTCScene top() const { return top_.scene; }
+  const std::shared_ptr<EmbreeDevice>& device() const { return device_; }
+
+ private:
+  struct MovingInstance {
+    RTCGeometry geometry;  // in the top level
+    size_t steps;
+  };
+  void add_mesh(OwnedScene& scene, Mesh& mesh, uint32_t instance);
+  RTCGeometry make_triangles(OwnedScene& scene, Mesh& mesh, uint32_t instance);
+
+  std::shared_ptr<EmbreeDevice> device_;
+  OwnedScene top_;
+  std::shared_ptr<const OwnedScene> resting_scene_;
+  std::vector<Resting> resting_;
+  std::vector<MovingInstance> moving_instances_;
 };
 
 // What a triangle's vertices say, at barycentric (u, v).

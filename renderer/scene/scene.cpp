@@ -124,7 +124,16 @@ using scene_detail::plane_error;
 using scene_detail::TimeSegment;
 using scene_detail::transform_point;
 
-uint32_t Scene::bvh_builds() const { return geometry_ ? geometry_->bvh_builds : 0; }
+uint32_t Scene::bvh_builds() const { return geometry_ ? geometry_->device()->bvh_builds : 0; }
+
+std::vector<uint64_t> Scene::mesh_keys() const {
+  std::vector<uint64_t> keys;
+  for (const Mesh& mesh : meshes_) {
+    if (mesh.key != 0) keys.push_back(mesh.key);
+  }
+  std::ranges::sort(keys);
+  return keys;
+}
 
 Scene::Scene() = default;
 Scene::~Scene() = default;
@@ -138,13 +147,14 @@ bool Scene::intersect(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) co
   ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   embree::RayContext context;
   embree::init_context(context, coverage_key);
-  embree::intersect(geometry_->top, context, ray_hit);
+  embree::intersect(geometry_->top(), context, ray_hit);
   if (ray_hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
   hit->t = ray_hit.ray.tfar;
   hit->u = ray_hit.hit.u;
   hit->v = ray_hit.hit.v;
+  // Neither no instance at all nor that of all that rests is one of the scene's.
   hit->instance =
-      ray_hit.hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? ray_hit.hit.geomID : ray_hit.hit.instID[0];
+      ray_hit.hit.instID[0] < instances_.size() ? ray_hit.hit.instID[0] : ray_hit.hit.geomID;
   hit->primitive = ray_hit.hit.primID;
   if (flush_) prefer_flush_emitter(ray, coverage_key, hit);
   return true;
@@ -157,7 +167,7 @@ bool Scene::visible(const Vec3f& from, const Vec3f& to, float time, uint32_t cov
   RTCRay ray = make_ray(from, to - from, 1.0f, time);
   embree::RayContext context;
   embree::init_context(context, coverage_key);
-  embree::occluded(geometry_->top, context, ray);
+  embree::occluded(geometry_->top(), context, ray);
   return ray.tfar >= 0.0f;
 }
 
@@ -167,7 +177,7 @@ bool Scene::visible_to_infinity(const Vec3f& from, const Vec3f& direction, float
   RTCRay ray = make_ray(from, direction, kInfinity, time);
   embree::RayContext context;
   embree::init_context(context, coverage_key);
-  embree::occluded(geometry_->top, context, ray);
+  embree::occluded(geometry_->top(), context, ray);
   return ray.tfar >= 0.0f;
 }
 

@@ -72,8 +72,15 @@ struct MeshStep {
   std::vector<Vec4f> tangents;
 };
 
-// One mesh's arrays, in object space if it is instanced, else in internal space.
-struct Mesh {
+// Per instance, when it is there; null: always. Empty if all always are.
+using ShownInstances = std::vector<std::shared_ptr<const ShownTimes>>;
+
+struct GeometryRecord;  // what the BVH's filter knows of a mesh
+struct OwnedScene;      // an Embree scene
+
+// A mesh's arrays, in object space if it is instanced, else in internal space; and what Embree made
+// of them. Where the scene is posed anew they go over to the next one as they are.
+struct MeshArrays {
   std::vector<Vec3f> positions;  // one spare entry at the end: Embree reads 16 bytes per vertex
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<Vec3f> normals;
@@ -82,6 +89,13 @@ struct Mesh {
   std::vector<Vec4f> colors;
   std::vector<MeshStep> motion;  // empty: it does not deform
   std::vector<Vec3f> later;      // object space, as LaterPlace has it; empty: as `positions`
+  uint64_t key = 0;              // MeshDescription's
+  bool is_baked = false;
+  std::shared_ptr<GeometryRecord> record;  // null without a filter
+  std::shared_ptr<const OwnedScene> bvh;   // of an instanced mesh
+};
+
+struct Mesh : MeshArrays {
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
@@ -90,7 +104,7 @@ struct Mesh {
   // Whether the material reads what interpolate_attributes finds.
   bool has_attributes = false;
   bool has_coverage = false;
-  bool appears = false;  // some instance of it is not always there
+  const ShownInstances* shown = nullptr;  // where some instance of it is not always there
 };
 
 // Row-vector affine transform, the very floats Embree is given.
@@ -116,10 +130,7 @@ struct LaterPlace {
   // To internal space from the mesh's `later`; where that is empty, from its `positions`.
   Mat44d to_internal;
 };
-// Per instance, when it is there; null: always. Empty if all always are.
-using ShownInstances = std::vector<std::shared_ptr<const ShownTimes>>;
-
-struct Geometry;      // Embree handles
+class Geometry;       // Embree handles
 class FlushEmitters;  // flush_emitters.h
 
 }  // namespace scene_detail
@@ -194,9 +205,12 @@ class Scene : private EmitterMotion {
   size_t instance_count() const { return instances_.size(); }
 
   const SceneMemory& memory() const { return memory_; }
-  // How often a BVH over the scene's geometry was built: one per instanced mesh and one over all.
-  // No update adds to it. (Emitters that lie in other surfaces have one of their own besides.)
+  // How often a BVH over the scene's geometry was built: one per instanced mesh and one over all;
+  // in a scene that can be posed one over what stays in its place besides. No update adds to it,
+  // and a pose what it builds. (Emitters that lie in other surfaces have one of their own besides.)
   uint32_t bvh_builds() const;
+  // The meshes that the next pose may leave to it (MeshDescription::key), in growing order.
+  std::vector<uint64_t> mesh_keys() const;
   // What was built and why, a phrase each, for the report.
   const std::vector<std::string>& features() const { return features_; }
 

@@ -104,10 +104,31 @@ bool SceneUpdater::emitters_changed() const {
   return !scene_.lights_ || std::ranges::find(emission_changed_, true) != emission_changed_.end();
 }
 
+void SceneUpdater::learn_from(const Scene& before, const std::vector<uint32_t>& from) {
+  before_ = &before;
+  known_from_ = from;
+  known_emitters_.assign(from.size(), Scene::kNoEmitter);
+  std::vector<uint32_t> first(before.meshes_.size(), Scene::kNoEmitter);
+  for (const Instance& instance : before.instances_) first[instance.mesh] = instance.first_emitter;
+  for (size_t i = 0; i < from.size(); ++i) {
+    if (from[i] != kNone) known_emitters_[i] = first[from[i]];
+  }
+  scene_.environment_ = before.environment_;
+}
+
+// Those of a mesh that emits as it did, of another instance of it perhaps; else null.
+const EmissiveTriangle* SceneUpdater::known_emitters(uint32_t mesh) const {
+  if (!before_ || known_emitters_[mesh] == Scene::kNoEmitter) return nullptr;
+  const Material& was = *before_->meshes_[known_from_[mesh]].material;
+  if (!was.emits_like(*scene_.meshes_[mesh].material)) return nullptr;
+  return &before_->lights_->triangles()[known_emitters_[mesh]];
+}
+
 void SceneUpdater::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>& triangles) {
   const Instance& instance = scene_.instances_[i];
   const Mesh& mesh = scene_.meshes_[instance.mesh];
   const Material& material = *mesh.material;
+  const EmissiveTriangle* const known = known_emitters(instance.mesh);
   for (uint32_t p = 0; p < mesh.triangles.size(); ++p) {
     if (p % 1024 == 0) progress_.check();  // a mean takes up to some microseconds
     const std::array<Vec3d, 3> corners = scene_detail::placed_corners(mesh, instance, p);
@@ -117,9 +138,10 @@ void SceneUpdater::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>
     t.p2 = to_float(corners[2]);
     if (instance.mirrored) std::swap(t.p1, t.p2);
     using scene_detail::interpolate_attributes;
-    t.mean_radiance = material.mean_emission(interpolate_attributes(mesh, p, 0.0f, 0.0f),
-                                             interpolate_attributes(mesh, p, 1.0f, 0.0f),
-                                             interpolate_attributes(mesh, p, 0.0f, 1.0f));
+    t.mean_radiance = known ? known[p].mean_radiance
+                            : material.mean_emission(interpolate_attributes(mesh, p, 0.0f, 0.0f),
+                                                     interpolate_attributes(mesh, p, 1.0f, 0.0f),
+                                                     interpolate_attributes(mesh, p, 0.0f, 1.0f));
     t.moves = scene_detail::moves(mesh, instance);
     t.appears = !scene_.shown_.empty() && scene_.shown_[i];
     t.two_sided = material.double_sided() || material.passes_light() || options_.show_backfaces;
@@ -247,7 +269,7 @@ void SceneUpdater::find_flush_emitters(const std::vector<EmissiveTriangle>& befo
   if (std::ranges::equal(before, triangles, same_flush_surfaces)) return;
   scene_.flush_ = scene_detail::FlushEmitters::find(
       scene_.meshes_, scene_.instances_, scene_.shown_, *scene_.geometry_, triangles, progress_);
-  scene_.geometry_->check();
+  scene_.geometry_->device()->check();
 }
 
 void SceneUpdater::update_memory_and_features() {
@@ -261,6 +283,7 @@ void SceneUpdater::update_memory_and_features() {
                              vector_bytes(mesh.colors) + vector_bytes(mesh.uv_sets);
     for (const auto& set : mesh.uv_sets) memory.geometry_bytes += vector_bytes(set);
     memory.geometry_bytes += vector_bytes(mesh.motion) + vector_bytes(mesh.later);
+    if (mesh.record) memory.geometry_bytes += sizeof(scene_detail::GeometryRecord);
     for (const scene_detail::MeshStep& step : mesh.motion) {
       memory.geometry_bytes +=
           vector_bytes(step.positions) + vector_bytes(step.normals) + vector_bytes(step.tangents);
@@ -270,11 +293,10 @@ void SceneUpdater::update_memory_and_features() {
     if (!mesh.has_coverage) continue;
     (mesh.material->alpha_mode() == AlphaMode::kMask ? masks : blends) = true;
   }
-  memory.geometry_bytes += vector_bytes(scene_.instances_) + vector_bytes(scene_.later_) +
-                           vector_bytes(scene_.shown_);
+  memory.geometry_bytes +=
+      vector_bytes(scene_.instances_) + vector_bytes(scene_.later_) + vector_bytes(scene_.shown_);
   if (scene_.geometry_) {
-    memory.geometry_bytes += scene_.geometry_->record_bytes();
-    memory.bvh_bytes = scene_.geometry_->embree_bytes();
+    memory.bvh_bytes = scene_.geometry_->device()->bytes();
   }
   memory.texture_bytes = scene_.materials_->bytes();
   if (scene_.environment_) memory.texture_bytes += scene_.environment_->bytes();

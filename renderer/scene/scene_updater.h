@@ -16,6 +16,11 @@ class SceneUpdater {
                LoadProgress& progress)
       : scene_(scene), description_(description), options_(options), progress_(progress) {}
 
+  // What a scene of the same file has found out about emitters, in another pose, and its
+  // environment: `from` says of each mesh which of that scene's it was, or kNone. Before the rest;
+  // from build_lights() on that scene is not needed any more.
+  static constexpr uint32_t kNone = ~0u;
+  void learn_from(const Scene& before, const std::vector<uint32_t>& from);
   // Compiles the materials and says of every mesh what it has of its own. Throws InputError, and
   // has then changed nothing.
   void assign_materials();
@@ -31,6 +36,7 @@ class SceneUpdater {
   bool emitters_changed() const;
   std::vector<EmissiveTriangle> collect_emitters();
   void collect_emitters_of(uint32_t instance, std::vector<EmissiveTriangle>& triangles);
+  const EmissiveTriangle* known_emitters(uint32_t mesh) const;
   void reserve_lights(uint64_t count) const;
   PointLight place_light(const PunctualLightDescription& source) const;
   bool set_environment();
@@ -45,6 +51,9 @@ class SceneUpdater {
   LoadProgress& progress_;
   std::unique_ptr<MaterialSet> previous_;  // kept while the meshes' emission is compared
   std::vector<bool> emission_changed_;     // per mesh: emits otherwise than it did
+  const Scene* before_ = nullptr;          // see learn_from
+  std::vector<uint32_t> known_from_;       // per mesh: the mesh there,
+  std::vector<uint32_t> known_emitters_;   // and the first emitter of one of its instances
 };
 
 }  // namespace emberline

@@ -1,0 +1,280 @@
+// A scene that is posed for another time renders the bits of one that is loaded and built at that
+// time, whatever poses and edits came before; and keeps what does not move.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "renderer/core/errors.h"
+#include "renderer/frame/frame_scene.h"
+#include "renderer/frame/scene_file.h"
+#include "renderer/scene/editable_scene.h"
+#include "support/animated_stage.h"
+#include "support/render.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+struct When {
+  double time = 0.0;
+  bool shutter = false;
+};
+
+class Repose : public testing::TestWithParam<const char*> {
+ protected:
+  Repose() : file_(stage_.gltf.write_glb(folder_ / "stage.glb")) {}
+
+  static FrameSettings settings(const std::string& file, const std::string& animation,
+                                const When& when) {
+    FrameSettings s;
+    s.scene = file;
+    s.animation = animation;
+    s.time = when.time;
+    s.fps = 4;
+    if (when.shutter) s.shutter = Shutter{0.0, 0.8};
+    return s;
+  }
+  FrameSettings at(const std::string& animation, const When& when) const {
+    return settings(file_, animation, when);
+  }
+
+  static RenderedImage picture(const Scene& scene, const CameraDescription& camera) {
+    RenderSettings s;
+    s.width = 37;
+    s.height = 29;
+    s.spp = 4;
+    s.max_depth = 4;
+    s.aovs = "albedo,N,Z,id";
+    return render(scene, camera, s);
+  }
+
+  RenderedImage fresh(const std::string& animation, const When& when,
+                      const SceneEdits& edits = {}) const {
+    SceneDescription description = load_scene(at(animation, when));
+    apply(edits, description);
+    const CameraDescription camera = description.cameras.at(0);
+    return picture(*build_scene(std::move(description), {}), camera);
+  }
+
+  const AnimatedStage stage_;
+  const TempFolder folder_;
+  const std::string file_;
+};
+
+// A file and its scene, as a session has them.
+class PosedScene {
+ public:
+  explicit PosedScene(const FrameSettings& s)
+      : file_(s, LoadProgress::unwatched(), true, false), scene_(first(s), {.posable = true}) {}
+
+  void pose(const FrameSettings& s, const SceneEdits& edits = {}) {
+    SceneDescription posed = file_.pose(s, scene_.scene().mesh_keys(), LoadProgress::unwatched());
+    const CameraDescription camera = posed.cameras.at(0);
+    reposed_ = scene_.repose(std::move(posed), edits);
+    if (!reposed_) {
+      scene_ = EditableScene(file_.pose(s, {}, LoadProgress::unwatched()), {.posable = true});
+      scene_.set(edits);
+    }
+    camera_ = camera;
+  }
+  EditableScene& edited() { return scene_; }
+  const Scene& scene() const { return scene_.scene(); }
+  const CameraDescription& camera() const { return camera_; }
+  bool reposed() const { return reposed_; }
+  SceneFile& file() { return file_; }
+
+ private:
+  SceneDescription first(const FrameSettings& s) {
+    SceneDescription description = file_.pose(s, {}, LoadProgress::unwatched());
+    camera_ = description.cameras.at(0);
+    return description;
+  }
+
+  CameraDescription camera_;
+  SceneFile file_;
+  EditableScene scene_;
+  bool reposed_ = false;
+};
+
+TEST_P(Repose, GivesTheBitsOfAFreshLoad) {
+  const std::string animation = GetParam();
+  const When times[] = {{0.0}, {0.7}, {1.6}, {0.7, true}, {1.3, true}, {0.2}, {0.0}};
+  PosedScene posed(at(animation, {1.0}));
+  for (const When& when : times) {
+    posed.pose(at(animation, when));
+    EXPECT_TRUE(posed.reposed());
+    expect_same_bits(
+        picture(posed.scene(), posed.camera()), fresh(animation, when),
+        animation + " at " + std::to_string(when.time) + (when.shutter ? " open" : ""));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, Repose,
+                         testing::Values("all that moves", "camera", "light", "box", "vanishing"),
+                         [](const auto& animation) {
+                           std::string name = animation.param;
+                           std::ranges::replace(name, ' ', '_');
+                           return name;
+                         });
+
+TEST_F(Repose, TheAnimationIsSeen) {
+  for (const char* animation : {"all that moves", "camera", "light", "box", "vanishing"}) {
+    EXPECT_NE(fresh(animation, {0.2}).values, fresh(animation, {1.3}).values) << animation;
+    if (std::string(animation) == "light") continue;
+    EXPECT_NE(fresh(animation, {0.7}).values, fresh(animation, {0.7, true}).values) << animation;
+  }
+}
+
+// One after another, on the same file: what rests in one moves in the next.
+TEST_F(Repose, TakesAnotherAnimation) {
+  PosedScene posed(at("box", {0.5}));
+  for (const char* animation : {"camera", "all that moves", "vanishing", "box"}) {
+    posed.pose(at(animation, {0.9}));
+    expect_same_bits(picture(posed.scene(), posed.camera()), fresh(animation, {0.9}), animation);
+  }
+}
+
+TEST_F(Repose, KeepsTheEdits) {
+  SceneEdits edits;
+  edits.materials.emplace_back().target.index = 2;
+  edits.materials.back().emission = Rgb(0.5f, 2.0f, 0.5f);
+  edits.lights.emplace_back().target.index = 0;
+  edits.lights.back().intensity = 0.3f;
+  PosedScene posed(at("all that moves", {0.0}));
+  posed.edited().set(edits);
+  posed.pose(at("all that moves", {1.1}), edits);
+  expect_same_bits(picture(posed.scene(), posed.camera()), fresh("all that moves", {1.1}, edits),
+                   "edited, then posed");
+  posed.edited().set({});
+  expect_same_bits(picture(posed.scene(), posed.camera()), fresh("all that moves", {1.1}),
+                   "posed, then undone");
+}
+
+TEST_F(Repose, BuildsWhatMovesAndNothingElse) {
+  const auto builds = [this](const char* animation) {
+    PosedScene posed(at(animation, {0.6}));
+    const uint32_t before = posed.scene().bvh_builds();
+    posed.pose(at(animation, {1.2}));
+    return posed.scene().bvh_builds() - before;
+  };
+  EXPECT_EQ(builds("camera"), 0u);
+  EXPECT_EQ(builds("light"), 0u);
+  EXPECT_EQ(builds("box"), 1u);  // the top level
+  EXPECT_EQ(builds("all that moves"), 1u);
+}
+
+// The mesh of the box has no inverse at 1 s, and is not there.
+TEST_F(Repose, WhatVanishesComesBack) {
+  PosedScene posed(at("vanishing", {0.5}));
+  for (const double time : {1.0, 0.5, 1.0, 1.5}) {
+    posed.pose(at("vanishing", {time}));
+    expect_same_bits(picture(posed.scene(), posed.camera()), fresh("vanishing", {time}),
+                     std::to_string(time));
+  }
+}
+
+// At 1 s the root is thrown out of float's range, and before that it is not.
+TEST_F(Repose, ABrokenPoseLeavesTheOldOne) {
+  AnimatedStage stage;
+  GltfBuilder& gltf = stage.gltf;
+  AnimationBuilder(gltf, "lost")
+      .move(0, "translation", {0, 1, 2}, "VEC3", {0, 0, 0, 1e30f, 0, 0, 0, 1, 0});
+  const std::string file = gltf.write_glb(folder_ / "lost.glb");
+  const auto lost = [&](double time) { return settings(file, "lost", {time}); };
+  PosedScene posed(lost(0.0));
+  const RenderedImage before = picture(posed.scene(), posed.camera());
+  EXPECT_THROW(posed.pose(lost(1.0)), InputError);
+  expect_same_bits(picture(posed.scene(), posed.camera()), before, "after the broken pose");
+  EXPECT_THROW(posed.pose(settings(file, "nothing", {0.0})), UsageError);
+  posed.pose(lost(2.0));
+  SceneDescription description = load_scene(lost(2.0));
+  const CameraDescription camera = description.cameras.at(0);
+  expect_same_bits(picture(posed.scene(), posed.camera()),
+                   picture(*build_scene(std::move(description), {}), camera), "and the next");
+}
+
+// Where the build fails, not the load: a lamp that goes beyond the reach of rays.
+TEST_F(Repose, AFailedBuildLeavesTheOldOne) {
+  AnimatedStage stage;
+  GltfBuilder& gltf = stage.gltf;
+  size_t node = 0;
+  while (!gltf.root["nodes"][node].contains("extensions") ||
+         !gltf.root["nodes"][node]["extensions"].contains("KHR_lights_punctual")) {
+    ++node;
+  }
+  AnimationBuilder(gltf, "far")
+      .move(int(node), "translation", {0, 1, 2}, "VEC3", {1, 3, 2, 5e18f, 0, 0, -1, 3, 2})
+      .move(2, "rotation", {0, 2}, "VEC4", {0, 0, 0, 1, 0, 1, 0, 0});
+  const std::string file = gltf.write_glb(folder_ / "far.glb");
+  const auto far = [&](double time) { return settings(file, "far", {time}); };
+  PosedScene posed(far(0.0));
+  const RenderedImage before = picture(posed.scene(), posed.camera());
+  EXPECT_THROW(posed.pose(far(1.0)), InputError);
+  expect_same_bits(picture(posed.scene(), posed.camera()), before, "after the failed build");
+  posed.pose(far(2.0));
+  SceneDescription description = load_scene(far(2.0));
+  const CameraDescription camera = description.cameras.at(0);
+  expect_same_bits(picture(posed.scene(), posed.camera()),
+                   picture(*build_scene(std::move(description), {}), camera), "and the next");
+}
+
+TEST_F(Repose, AHundredPosesTakeNoMoreMemoryThanOne) {
+  LoadLimits limits;
+  limits.memory = std::make_shared<MemoryBudget>(uint64_t(1) << 40);
+  LoadProgress progress({}, {}, limits);
+  const auto s = [this](double time, bool shutter = false) {
+    return at("all that moves", {time, shutter});
+  };
+  SceneFile file(s(0), progress, false, false);
+  PosedMemory memory(limits.memory);
+  const SceneBuildOptions build{.editable = true, .posable = true};
+  memory.begin(file);
+  std::unique_ptr<Scene> scene = build_scene(file.pose(s(0.8), {}, progress), build, progress);
+  memory.end(file);
+  const auto pose = [&](double time, bool shutter) {
+    memory.begin(file);
+    ASSERT_TRUE(repose_scene(scene, file.pose(s(time, shutter), scene->mesh_keys(), progress),
+                             build, progress));
+    memory.end(file);
+  };
+  pose(0.0, false);
+  pose(0.8, false);
+  const uint64_t once = limits.memory->reserved();
+  for (int i = 0; i < 100; ++i) pose(0.02 * i, i % 3 == 0);
+  pose(0.8, false);
+  EXPECT_EQ(limits.memory->reserved(), once);
+  for (int i = 0; i < 100; ++i) {
+    memory.begin(file);
+    EXPECT_THROW(file.pose(settings(file_, "nothing", {0.0}), {}, progress), UsageError);
+    memory.fail(file);
+  }
+  pose(0.8, false);
+  EXPECT_NEAR(double(limits.memory->reserved()), double(once), 0.01 * double(once));
+}
+
+// Far from the origin, where the space is not the world's.
+TEST_F(Repose, KeepsItsSpaceFarAway) {
+  AnimatedStage stage;
+  nlohmann::json& scene = stage.gltf.root["scenes"][0];
+  const int root =
+      stage.gltf.push("nodes", {{"children", scene["nodes"]}, {"translation", {4e6, 0, -3e6}}});
+  scene["nodes"] = {root};
+  const std::string file = stage.gltf.write_glb(folder_ / "far_away.glb");
+  PosedScene posed(settings(file, "all that moves", {0.1}));
+  EXPECT_NE(posed.scene().origin(), Vec3d(0.0));
+  for (const double time : {0.9, 1.7}) {
+    const FrameSettings s = settings(file, "all that moves", {time});
+    posed.pose(s);
+    EXPECT_TRUE(posed.reposed());
+    SceneDescription description = load_scene(s);
+    const CameraDescription camera = description.cameras.at(0);
+    expect_same_bits(picture(posed.scene(), posed.camera()),
+                     picture(*build_scene(std::move(description), {}), camera),
+                     std::to_string(time));
+  }
+}
+
+}  // namespace
+}  // namespace emberline
