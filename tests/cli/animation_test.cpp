@@ -60,7 +60,9 @@ TEST_F(AnimationOption, VelocityLeavesThePictureItsBits) {
   };
   double of_a_frame = 0;
   for (const Words& shutter : {Words{}, Words{"--shutter", "0,0.5"}}) {
-    const Words when = Words{"--animation", "sink", "--time", "1"} + shutter;
+    const Words when = Words{"--animation", "sink",    "--time",    "1",
+                             "--look-from", "0,0.2,3", "--look-at", "0,1,0"} +
+                       shutter;
     const ExrPicture without = picture(when);
     ExrPicture with = picture(when + Words{"--aov", "velocity"});
     const ExrPicture slower = picture(when + Words{"--aov", "velocity", "--fps", "12"});
