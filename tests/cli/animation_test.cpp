@@ -51,6 +51,38 @@ TEST_F(AnimationOption, GivesThePictureOfAFileInThatPose) {
   EXPECT_EQ(picture().channels, faded.channels);
 }
 
+// The lamp sinks by a quarter a second: so many pixels a frame, whatever the shutter; and the
+// picture does not know that it was asked.
+TEST_F(AnimationOption, VelocityLeavesThePictureItsBits) {
+  const auto fastest = [](const ExrPicture& exr) {
+    const std::vector<float>& y = exr.channels.at("velocity.Y");
+    return double(*std::ranges::min_element(y));
+  };
+  double of_a_frame = 0;
+  for (const Words& shutter : {Words{}, Words{"--shutter", "0,0.5"}}) {
+    const Words when = Words{"--animation", "sink",    "--time",    "1",
+                             "--look-from", "0,0.2,3", "--look-at", "0,1,0"} +
+                       shutter;
+    const ExrPicture without = picture(when);
+    ExrPicture with = picture(when + Words{"--aov", "velocity"});
+    const ExrPicture slower = picture(when + Words{"--aov", "velocity", "--fps", "12"});
+    if (shutter.empty()) of_a_frame = fastest(with);
+    EXPECT_LT(of_a_frame, -0.01);
+    EXPECT_NEAR(fastest(with) / of_a_frame, 1, 0.05);
+    EXPECT_NEAR(fastest(slower) / of_a_frame, 2, 0.1);
+    with.channels.erase("velocity.X");
+    with.channels.erase("velocity.Y");
+    EXPECT_EQ(with.channels, without.channels);
+  }
+  // At rest nothing goes anywhere, but for a turntable's camera.
+  const ExrPicture at_rest = picture({"--aov", "velocity"});
+  EXPECT_EQ(at_rest.channels.at("velocity.X"), std::vector<float>(256, 0.0f));
+  const ExrPicture turning = picture({"--aov", "velocity", "--turntable", "1/36"});
+  const std::vector<float>& x = turning.channels.at("velocity.X");
+  EXPECT_GT(*std::ranges::max_element(x) - *std::ranges::min_element(x), 0.5f);
+  EXPECT_EQ(turning.channels.at("G"), at_rest.channels.at("G"));
+}
+
 TEST_F(AnimationOption, SaysWhichThereAre) {
   for (const char* wrong : {"swim", "2", "-1"}) {
     expect_failure(
