@@ -78,7 +78,13 @@ class CurveBuilder {
   TimeCurve<Value> curve_;
 };
 
-// The values of keys change while the shutter is open.
+template <class Value>
+bool is_constant(const TimeCurve<Value>& curve) {
+  return std::ranges::all_of(curve.values,
+                             [&](const Value& value) { return value == curve.values.front(); });
+}
+
+// Whether it does while the shutter is open.
 bool changes(const GltfAnimation& animation, const PointerTrack& track) {
   const KeyFrames* const keys[] = {&track.keys};
   const std::vector<double> times = times_within(animation, keys);
@@ -112,7 +118,7 @@ void GltfChanges::apply(size_t light, PunctualLightDescription& description) con
   }
   description.inner_cone = widest.x;
   description.outer_cone = widest.y;
-  description.cones = found->second;
+  if (!is_constant(*found->second)) description.cones = found->second;
 }
 
 void GltfChanges::apply(size_t camera, CameraDescription& description) const {
@@ -120,9 +126,7 @@ void GltfChanges::apply(size_t camera, CameraDescription& description) const {
   if (found == lenses_.end() || description.fault) return;
   const TimeCurve<double>& lens = *found->second;
   (description.orthographic ? description.y_mag : description.fov_y) = lens.values.front();
-  const bool zooms =
-      std::ranges::any_of(lens.values, [&](double value) { return value != lens.values.front(); });
-  if (zooms) description.zoom = found->second;
+  if (!is_constant(lens)) description.zoom = found->second;
 }
 
 uint64_t most_times(const GltfDocument& document) {
@@ -256,9 +260,7 @@ GltfChanges::Brightness GltfChanges::brightness(const Source& color, const Sourc
     if (!is_finite(value)) throw InputError(place, "it is too bright to be finite");
     for (int c = 0; c < 3; ++c) result.brightest[c] = std::max(result.brightest[c], value[c]);
   }
-  if (std::ranges::all_of(absolute->values, [&](const Rgb& v) { return v == result.brightest; })) {
-    return result;
-  }
+  if (is_constant(*absolute)) return result;
   auto share = std::make_shared<TimeCurve<Rgb>>(*absolute);
   for (Rgb& value : share->values) {
     for (int c = 0; c < 3; ++c) value[c] = value[c] > 0.0f ? value[c] / result.brightest[c] : 0.0f;
@@ -284,10 +286,9 @@ void GltfChanges::read_light(size_t index) {
   const std::string inner = pointer + "/spot/innerConeAngle";
   const std::string outer = pointer + "/spot/outerConeAngle";
   if (!animated(inner) && !animated(outer)) return;
-  const Curve<Vec2f> cones =
-      curve<Vec2f>({find(inner, {0.0}), find(outer, {kPiD / 4})},
-                   [&](const auto& n) { return cone_angles(n[0], n[1], place + "/spot"); });
-  cones_[index] = cones;
+  cones_[index] = curve<Vec2f>({find(inner, {0.0}), find(outer, {kPiD / 4})}, [&](const auto& n) {
+    return cone_angles(n[0], n[1], place + "/spot");
+  });
 }
 
 void GltfChanges::read_camera(size_t index) {
@@ -296,11 +297,10 @@ void GltfChanges::read_camera(size_t index) {
   const bool is_angle = animated(yfov);
   if (!is_angle && !animated(ymag)) return;
   const std::string& lens = is_angle ? yfov : ymag;
-  const Curve<double> size = curve<double>({find(lens, {0.0})}, [&](const auto& n) {
+  lenses_[index] = curve<double>({find(lens, {0.0})}, [&](const auto& n) {
     return is_angle ? field_of_view(n[0], document_.place(lens))
                     : magnification(n[0], document_.place(lens));
   });
-  lenses_[index] = size;
 }
 
 }  // namespace emberline

@@ -112,5 +112,28 @@ TEST_F(AnimationOption, ABrokenOneIsRefusedWhereItIsAskedFor) {
                  {"scene.glb#/animations/0/samplers/0/interpolation", "CURLY"});
 }
 
+TEST_F(AnimationOption, WhatIsHiddenForNowIsAnEmptyPicture) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.root["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = true;
+  AnimationBuilder(gltf).point<uint8_t>("/nodes/0/extensions/KHR_node_visibility/visible", {0, 1},
+                                        "BOOL", {0, 1}, "STEP");
+  use(gltf);
+  const RunResult hidden =
+      render(render_words({"--spp", "4", "--driver", "adaptive", "--time", "0"}));
+  EXPECT_NE(hidden.err.find("the animation hides all there is to see"), std::string::npos);
+  const std::vector<float>& alpha = read_exr(path("out.exr")).channels.at("A");
+  EXPECT_EQ(alpha, std::vector<float>(alpha.size(), 0.0f));
+  // It appears after a quarter of the shutter, and a replay says when its sample is.
+  const Words shutter = {"--time", "0.75", "--fps", "1", "--shutter", "0,1"};
+  EXPECT_EQ(
+      render(render_words(shutter + Words{"--report", path("report.json")})).err.find("hides"),
+      std::string::npos);
+  EXPECT_NE(read_json("report.json")["features"].dump().find("visibility (1 instances"),
+            std::string::npos);
+  const RunResult replay = run(render_words(shutter + Words{"--replay", "1,2,3"}));
+  EXPECT_NE(replay.out.find("\ntime 0."), std::string::npos) << replay.describe();
+}
+
 }  // namespace
 }  // namespace emberline::test
