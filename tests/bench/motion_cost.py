@@ -97,8 +97,8 @@ def render(options, scene, folder):
     return json.loads(report.read_text())
 
 
-def spread(values, digits=2):
-    low, middle, high = (f"{v:.{digits}f}" for v in (min(values), statistics.median(values), max(values)))
+def spread(values):
+    low, middle, high = (f"{v:.2f}" for v in (min(values), statistics.median(values), max(values)))
     return f"{middle} ({low}–{high})"
 
 
@@ -110,8 +110,8 @@ def main():
     parser.add_argument("--size", default="320x180")
     parser.add_argument("--spp", type=int, default=16)
     options = parser.parse_args()
-    changes = {"at rest": lambda v: None, "moves": lambda v: v.move(turn=False), "moves and turns": lambda v: v.move(turn=True),
-               "vertices move": lambda v: v.deform()}
+    changes = {"at rest": lambda version: None, "moves": lambda version: version.move(turn=False),
+               "moves and turns": lambda version: version.move(turn=True), "vertices move": Version.deform}
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         scenes, reports = {}, {}
@@ -124,11 +124,12 @@ def main():
         for _ in range(options.rounds):
             for what, scene in scenes.items():
                 reports[what].append(render(options, scene, folder))
-    print("| | million rays a processor second | time a ray, over that at rest | BVH and geometry, MiB |\n| --- | --- | --- | --- |")
-    paces = {what: [r["rays"]["total"] / r["time"]["render_cpu_s"] / 1e6 for r in list] for what, list in reports.items()}
-    for what, list in reports.items():
+    print("| | million rays a processor second | time a ray, over that at rest | BVH, geometry, MiB |\n" + "| --- " * 4 + "|")
+    paces = {what: [r["rays"]["total"] / r["time"]["render_cpu_s"] / 1e6 for r in rounds]
+             for what, rounds in reports.items()}
+    for what, rounds in reports.items():
         ratios = [rest / pace for rest, pace in zip(paces["at rest"], paces[what])]
-        memory = (f"{list[0]['memory'][key] / 2**20:.1f}" for key in ("bvh_bytes", "geometry_bytes"))
+        memory = (f"{rounds[0]['memory'][key] / 2**20:.1f}" for key in ("bvh_bytes", "geometry_bytes"))
         print(f"| {what} | {spread(paces[what])} | {spread(ratios)} | {', '.join(memory)} |")
 
 
