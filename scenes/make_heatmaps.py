@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Makes the gallery's heatmaps: figure_1_spheres.jpg and figure_1_teapot.jpg (picture left, sample density right), and
-heatmaps.jpg (samples, reasons, time and error of one frame).
+"""Makes the gallery's heatmaps: figure_1_spheres.jpg and figure_1_teapot.jpg (picture left, sample density right),
+blur.jpg (the same of a shutter, of a lens, and of both), and heatmaps.jpg (samples, reasons, time and error of one frame).
 
-    make_heatmaps.py [--emberline BINARY] [--out DIR] [--size WxH] [--threads N]
+    make_heatmaps.py [--emberline BINARY] [--out DIR] [--size WxH] [--threads N] [--only NAME,...]
 
-The former two have the set-up of figure 1 of J. Painter and K. Sloan, "Antialiased ray tracing by adaptive
+The first two have the set-up of figure 1 of J. Painter and K. Sloan, "Antialiased ray tracing by adaptive
 progressive refinement", SIGGRAPH 1989: direct light, every pixel refined until it is sure enough, density in grey.
 Needs oiiotool (Debian: openimageio-tools) to put pictures side by side.
 """
@@ -20,6 +20,10 @@ HERE = pathlib.Path(__file__).resolve().parent
 SCENES = ["spheres", "teapot"]
 # Error of a hundredth of the display's range. White from 400 samples a pixel on: the same scale in both.
 OPTIONS = ["--driver", "adaptive", "--integrator", "direct", "--noise-threshold", "0.01", "--range", "0,400"]
+# Half the size: three rows. White from three times the mean on.
+BLUR = ["--driver", "adaptive", "--spp", "64", "--range", "0,192", "--size", "400x225"]
+SHUTTER = ["--time", "0", "--shutter", "0,0.5"]
+LENS = ["--f-stop", "0.5", "--focus-distance", "1.27"]  # the books
 # Of the other: quantity and style.
 FRAME = ["--driver", "adaptive", "--noise-threshold", "0.02", "--max-spp", "256", "--size", "640x360"]
 HEATMAPS = [["samples", "--colors", "viridis"], ["stop"], ["time", "--colors", "turbo"],
@@ -38,15 +42,19 @@ def run(*words):
     subprocess.run([str(word) for word in words], check=True)
 
 
-def make_figure(emberline, scene, size, threads, out):
+def make_figure(emberline, scene, rows, out):
+    """Picture left, density right, for each of `rows`, which are options of the render."""
     with tempfile.TemporaryDirectory() as folder:
-        picture, density = pathlib.Path(folder) / "picture.png", pathlib.Path(folder) / "density.png"
-        run(emberline, "render", HERE / f"{scene}.glb", "-o", picture, "--heatmap", density, "--size", size,
-            "--threads", threads, "--quiet", *OPTIONS)
-        (left, _), (right, height) = png_size(picture), png_size(density)
-        both = f"{left + right}x{height}"
-        run("oiiotool", density, picture, "--create", both, 3, f"--fill:color={BACKGROUND}", both,
-            "--paste", "+0+0", "--paste", f"+{left}+0", *JPEG, out)
+        stack, pastes, top = [], [], 0  # oiiotool pastes what is on top of the stack first
+        for number, options in enumerate(rows):
+            picture, density = (pathlib.Path(folder) / f"{name}{number}.png" for name in ("picture", "density"))
+            run(emberline, "render", HERE / f"{scene}.glb", "-o", picture, "--heatmap", density, "--quiet", *options)
+            (left, _), (right, height) = png_size(picture), png_size(density)
+            stack = [density, picture, *stack]
+            pastes += ["--paste", f"+0+{top}", "--paste", f"+{left}+{top}"]
+            top += height
+        all_of_it = f"{left + right}x{top}"
+        run("oiiotool", *stack, "--create", all_of_it, 3, f"--fill:color={BACKGROUND}", all_of_it, *pastes, *JPEG, out)
 
 
 def make_heatmaps(emberline, threads, out):
@@ -64,15 +72,21 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--emberline", type=pathlib.Path, default=HERE.parent / "build/release/bin/emberline")
     parser.add_argument("--out", type=pathlib.Path, default=HERE / "gallery")
-    parser.add_argument("--size", default="800x450", help="of each half of the figures")
+    parser.add_argument("--size", default="800x450", help="of each half of figure 1")
     parser.add_argument("--threads", default="2")
+    parser.add_argument("--only", default="", help="names of pictures, without suffix [all]")
     options = parser.parse_args()
-    for scene in SCENES:
-        out = options.out / f"figure_1_{scene}.jpg"
-        make_figure(options.emberline, scene, options.size, options.threads, out)
+    threads = ["--threads", options.threads]
+    shared = [*OPTIONS, "--size", options.size, *threads]
+    figures = {f"figure_1_{scene}": lambda out, scene=scene: make_figure(options.emberline, scene, [shared], out)
+               for scene in SCENES}
+    blurs = [BLUR + how + threads for how in (SHUTTER + ["--plain"], LENS + ["--plain"], SHUTTER + LENS)]
+    figures["blur"] = lambda out: make_figure(options.emberline, "moving_blade", blurs, out)
+    figures["heatmaps"] = lambda out: make_heatmaps(options.emberline, options.threads, out)
+    for name in options.only.split(",") if options.only else figures:
+        out = options.out / f"{name}.jpg"
+        figures[name](out)
         print(f"wrote {out}")
-    make_heatmaps(options.emberline, options.threads, options.out / "heatmaps.jpg")
-    print(f"wrote {options.out / 'heatmaps.jpg'}")
 
 
 if __name__ == "__main__":

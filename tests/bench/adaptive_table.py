@@ -28,6 +28,7 @@ NAMES = {
     "teapot": "teapot",
     "glass_metal": "glass still life",
     "thin_wires": "thin wires",
+    "moving_blade": "moving blade",
 }
 
 
@@ -47,6 +48,8 @@ def scene_words(name, options):
     if name == "flight_helmet":
         return view_of(options.assets, "scenes/flight_helmet/flight_helmet.gltf") + size
     words = [os.path.join(SCENES, name + ".glb")]
+    if name == "moving_blade":
+        words += ["--time", "0", "--shutter", "0,0.5"]
     if name == "thin_wires":
         words += ["--env", os.path.join(SCENES, "dusk.hdr")]
     if name == "cornell_box":  # made for a square

@@ -72,7 +72,8 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--sampler", o.sampler, "sampler");
   app->add_option("--filter", o.filter, "pixel filter");
   app->add_option("--driver", o.driver, "frame driver");
-  for (const char* name : {"bisection-axis", "reconstruction"}) {
+  for (const char* name : {"bisection-axis", "reconstruction", "f-stop", "focus-distance",
+                           "animation", "time", "fps", "shutter"}) {
     const Setting& setting = find_named(setting_table(), "--settings", "setting", name);
     app->add_option_function<std::string>(
         "--" + setting.name, [&o, &setting](const std::string& text) { setting.read(o, text); },

@@ -13,15 +13,15 @@ namespace {
 using namespace test;
 using Vec2d = Imath::V2d;
 
-constexpr int kSide = 16;
-constexpr double kPixel = 2.0 / kSide;  // of front_view()
+constexpr int kFrame = 16;
+constexpr double kPixelWidth = 2.0 / kFrame;  // of facing_view()
 
 // Straight down the Z axis on the plane z = 0, from -1 to 1.
-CameraDescription front_view() { return orthographic({0, 0, 5}, {0, 0, 0}, 1); }
+CameraDescription facing_view() { return orthographic({0, 0, 5}, {0, 0, 0}, 1); }
 
 RenderSettings settings_of(std::optional<Shutter> shutter = {}) {
   RenderSettings s;
-  s.width = s.height = kSide;
+  s.width = s.height = kFrame;
   s.spp = 16;
   s.aovs = "Z,velocity";
   s.shutter = shutter;
@@ -36,10 +36,10 @@ Vec2d velocity(const RenderedImage& image, int x, int y) {
 
 Vec2d mean_velocity(const RenderedImage& image) {
   Vec2d sum(0.0);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) sum += velocity(image, x, y);
+  for (int y = 0; y < kFrame; ++y) {
+    for (int x = 0; x < kFrame; ++x) sum += velocity(image, x, y);
   }
-  return sum / (kSide * kSide);
+  return sum / (kFrame * kFrame);
 }
 
 void expect_velocity(const Vec2d& found, const Vec2d& exact, double tolerance,
@@ -91,7 +91,7 @@ struct MovingSquare {
 
 // Half a pixel of the square's edge counts as the square, and what lies behind does not.
 TEST(Velocity, OfASquareThatPasses) {
-  const Mat44d way = translation(2.5 * kPixel, -1.25 * kPixel, 3);
+  const Mat44d way = translation(2.5 * kPixelWidth, -1.25 * kPixelWidth, 3);
   for (const double frames : {0.0, 1.0, 0.5, 2.0}) {
     const Vec2d exact = Vec2d(2.5, -1.25) / (frames > 0 ? frames : 1);
     for (const bool vertices : {false, true}) {
@@ -99,12 +99,12 @@ TEST(Velocity, OfASquareThatPasses) {
         for (const Mat44d& placed :
              {Mat44d(), scaling(-.8) * turned(.3), translation(.03, .01, -.2)}) {
           const MovingSquare passing{frames, vertices, twice, placed};
-          const RenderedImage image = passing.seen(way, front_view());
+          const RenderedImage image = passing.seen(way, facing_view());
           const std::string what = "shutter of " + std::to_string(frames) +
                                    (vertices ? ", vertices" : "") + (twice ? ", instanced" : "");
           int seen = 0;
-          for (int y = 0; y < kSide; ++y) {
-            for (int x = 0; x < kSide; ++x) {
+          for (int y = 0; y < kFrame; ++y) {
+            for (int x = 0; x < kFrame; ++x) {
               const bool hit = image.pixel(x, y)[5] < kBackgroundDepth;
               seen += hit;
               expect_velocity(velocity(image, x, y), hit ? exact : Vec2d(0.0), 2e-5, what);
@@ -132,7 +132,7 @@ TEST(Velocity, OfAWheelThatTurns) {
         // The point seen at a time t has come from -t omega and goes to (1 - t) omega: the mean
         // over t lies along the tangent.
         if (frames > 0) way = Vec3d(-at.y, at.x, 0) * (2 * (1 - std::cos(omega)) / omega);
-        const double pixel = 2 * kHalf / kSide;
+        const double pixel = 2 * kHalf / kFrame;
         // The mean over a pixel's samples is that of its middle to a thousandth of the pixel, and
         // over times that of all of them to a thousandth.
         const double tolerance =
@@ -163,8 +163,8 @@ TEST(Velocity, OfACameraThatPasses) {
         const RenderedImage image = render(
             *b.build(), view, settings_of(open ? std::optional(Shutter{0, .5}) : std::nullopt));
         // At depth 1 the picture is 2 wide.
-        const Vec2d exact = Vec2d(-.1, -.2) / depth / kPixel / (open ? .5 : 1);
-        for (int i = 0; i < kSide; ++i) {
+        const Vec2d exact = Vec2d(-.1, -.2) / depth / kPixelWidth / (open ? .5 : 1);
+        for (int i = 0; i < kFrame; ++i) {
           expect_velocity(velocity(image, i, 5), exact, 2e-5, "depth " + std::to_string(depth));
         }
       }
@@ -197,8 +197,8 @@ TEST(Velocity, OfACameraThatTurns) {
         if (open) view.motion = {there};
         if (!open) view.later = there;
         const RenderedImage image = render(*b.build(), view, settings_of(shutter));
-        for (int i = 0; i < kSide; ++i) {
-          const Vec3d seen((i + .5) * kPixel - 1, 1 - 4.5 * kPixel, -1);
+        for (int i = 0; i < kFrame; ++i) {
+          const Vec3d seen((i + .5) * kPixelWidth - 1, 1 - 4.5 * kPixelWidth, -1);
           // As the camera sees it at first and at last, in the mean over when it is seen.
           Vec2d exact(0.0);
           const int times = open ? 100 : 1;
@@ -207,7 +207,7 @@ TEST(Velocity, OfACameraThatTurns) {
             const Vec3d from = transform_point(turn(roll, kAngle * share), seen);
             const Vec3d to = transform_point(turn(roll, -kAngle), from);
             exact += Vec2d(from.x / from.z - to.x / to.z, from.y / from.z - to.y / to.z) /
-                     (kPixel * times);
+                     (kPixelWidth * times);
           }
           expect_velocity(velocity(image, i, 4), exact, 2e-3, roll ? "roll" : "pan");
           EXPECT_TRUE(roll || exact.x > 0.1);
@@ -228,8 +228,8 @@ TEST(Velocity, OfACameraThatComesNearer) {
     view.later = view.to_world * translation(0, 0, -way);
     const RenderedImage image = render(*scene, view, settings_of());
     const double growth = 4 / std::max(4 - way, .04) - 1;
-    for (int i = 0; i < kSide; ++i) {
-      const Vec2d exact = Vec2d(i + .5 - kSide / 2, kSide / 2 - 4.5) * growth;
+    for (int i = 0; i < kFrame; ++i) {
+      const Vec2d exact = Vec2d(i + .5 - kFrame / 2, kFrame / 2 - 4.5) * growth;
       expect_velocity(velocity(image, i, 4), exact, .03 * std::abs(growth),
                       "way " + std::to_string(way));
     }
@@ -243,7 +243,7 @@ TEST(Velocity, IsFiniteWhereverThingsAre) {
   const double places[] = {0, 4, 4.5, -4, 4 - 1e-300, 1e-30, 1e18, -1e18, 1e300, 1e308, -1e308};
   for (const bool flat : {false, true}) {
     description.orthographic = flat;
-    const Camera camera(description, kSide, kSide, Vec3d(0.0), 1.0);
+    const Camera camera(description, kFrame, kFrame, Vec3d(0.0), 1.0);
     for (const double frames : {1.0, 1e-9, 1e-300, 1e3}) {
       for (const double from : places) {
         for (const double to : places) {
@@ -259,7 +259,7 @@ TEST(Velocity, IsFiniteWhereverThingsAre) {
   }
   // All the time behind it.
   description.orthographic = false;
-  const Camera camera(description, kSide, kSide, Vec3d(0.0), 1.0);
+  const Camera camera(description, kFrame, kFrame, Vec3d(0.0), 1.0);
   EXPECT_EQ(camera.velocity(Vec3d(1, 0, 9), Vec3d(2, 0, 8), 1), Vec2f(0.0f));
 }
 
@@ -268,13 +268,13 @@ TEST(Velocity, OfWhatIsAtRestIsNothing) {
   const SceneBuilderForTests b = moving.at(.3);
   RenderSettings s = settings_of();
   const RenderedImage image = render(*b.build(), moving.view_at(.3), s);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) EXPECT_EQ(velocity(image, x, y), Vec2d(0.0));
+  for (int y = 0; y < kFrame; ++y) {
+    for (int x = 0; x < kFrame; ++x) EXPECT_EQ(velocity(image, x, y), Vec2d(0.0));
   }
   // Beside an open shutter, too: what does not move in a scene that does.
   const RenderedImage room =
       render(*moving.at_all_times().build(), moving.view_at(0), settings_of(Shutter{0, 1}));
-  EXPECT_EQ(velocity(room, 0, kSide - 1), Vec2d(0.0));  // the floor
+  EXPECT_EQ(velocity(room, 0, kFrame - 1), Vec2d(0.0));  // the floor
   EXPECT_GT(mean_velocity(room).length(), 0.01);
 }
 
@@ -348,8 +348,8 @@ TEST(Velocity, LeavesThePictureItsBits) {
     moved.later = view.to_world * translation(0, .1, 0);
     const RenderedImage with = render(*b.build(), moved, s);
     if (aov.value == Aov::kVelocity || aov.value == Aov::kTime) continue;
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) {
+    for (int y = 0; y < kFrame; ++y) {
+      for (int x = 0; x < kFrame; ++x) {
         for (size_t c = 0; c < without.channels.size(); ++c) {
           const auto same = std::ranges::find(with.channels, without.channels[c]);
           ASSERT_EQ(with.pixel(x, y)[same - with.channels.begin()], without.pixel(x, y)[c])
