@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Makes the gallery's heatmaps: figure_1_spheres.jpg and figure_1_teapot.jpg (picture left, sample density right),
-blur.jpg (the same of a shutter, of a lens, and of both), and heatmaps.jpg (samples, reasons, time and error of one frame).
+blur.jpg (the same of a shutter, of a lens, and of both), and heatmaps.jpg (samples, reasons, time and error of one
+frame).
 
     make_heatmaps.py [--emberline BINARY] [--out DIR] [--size WxH] [--threads N] [--only NAME,...]
 

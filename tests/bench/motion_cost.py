@@ -49,7 +49,8 @@ class Version:
 
     def floats(self, values, kind, **more):
         width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[kind]
-        self.document["bufferViews"].append({"buffer": 0, "byteOffset": len(self.binary), "byteLength": 4 * len(values)})
+        view = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": 4 * len(values)}
+        self.document["bufferViews"].append(view)
         self.binary += struct.pack(f"<{len(values)}f", *values)
         self.document["accessors"].append({"bufferView": len(self.document["bufferViews"]) - 1, "componentType": 5126,
                                            "type": kind, "count": len(values) // width, **more})
@@ -91,8 +92,9 @@ class Version:
 
 def render(options, scene, folder):
     report = folder / "report.json"
-    command = [options.emberline, "render", scene, "-o", folder / "frame.exr", "--report", report, "--size", options.size,
-               "--spp", options.spp, "--time", 0, "--fps", 1, "--shutter", "0,1", "--threads", 1, "--quiet"]
+    command = [options.emberline, "render", scene, "-o", folder / "frame.exr", "--report", report,
+               "--size", options.size, "--spp", options.spp, "--time", 0, "--fps", 1, "--shutter", "0,1",
+               "--threads", 1, "--quiet"]
     subprocess.run([str(word) for word in command], check=True)
     return json.loads(report.read_text())
 
@@ -124,7 +126,8 @@ def main():
         for _ in range(options.rounds):
             for what, scene in scenes.items():
                 reports[what].append(render(options, scene, folder))
-    print("| | million rays a processor second | time a ray, over that at rest | BVH, geometry, MiB |\n" + "| --- " * 4 + "|")
+    print("| | million rays a processor second | time a ray, over that at rest | BVH, geometry, MiB |")
+    print("| --- " * 4 + "|")
     paces = {what: [r["rays"]["total"] / r["time"]["render_cpu_s"] / 1e6 for r in rounds]
              for what, rounds in reports.items()}
     for what, rounds in reports.items():

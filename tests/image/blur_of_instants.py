@@ -52,17 +52,19 @@ def rms_difference(program, a, b):
 
 
 def compare(program, scene, animation, duration, options, folder):
-    """RMS difference of blur and stills, and what noise makes of it: of each a half, with another seed, tells its own."""
+    """RMS difference of blur and stills, and what noise makes of it, which halves of other seeds tell of each."""
     how = ["--animation", animation, "--size", options.size, "--quiet", *options.view.split()]
     # At `fps` frames a second the stills are a frame apart, and the shutter is open half a frame around each of them.
     fps = options.stills / (duration * options.share)
     first = round(0.4 * duration * fps)
     seeds = min(SEEDS, options.stills)
     for k in range(2):
-        run(program, "render", scene, *how, "--frame", first, "--fps", fps, "--shutter", f"-0.5,{options.stills - 0.5}",
-            "--spp", options.spp // 2, "--seed", k, "-o", folder / f"blurred{k}.exr")
+        run(program, "render", scene, *how, "--frame", first, "--fps", fps,
+            "--shutter", f"-0.5,{options.stills - 0.5}", "--spp", options.spp // 2, "--seed", k,
+            "-o", folder / f"blurred{k}.exr")
     for k in range(seeds):
-        run(program, "render", scene, *how, "--frames", f"{first + k}-{first + options.stills - 1}x{seeds}", "--fps", fps,
+        frames = f"{first + k}-{first + options.stills - 1}x{seeds}"
+        run(program, "render", scene, *how, "--frames", frames, "--fps", fps,
             "--spp", options.still_spp, "--seed", k + 2, "-o", folder / "still.#.exr")
     stills = [folder / f"still.{first + i}.exr" for i in range(options.stills)]
     halves = [mean(stills[k::2], folder / f"stills{k}.exr") for k in range(2)]
