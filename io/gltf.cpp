@@ -89,8 +89,7 @@ struct GltfFile::State {
 };
 
 GltfFile::State::State(const std::string& path, const GltfOptions& loading, LoadProgress& progress)
-    : options(loading),
-      document(open_checked(path, loading, progress)) {
+    : options(loading), document(open_checked(path, loading, progress)) {
   const Watched watched(document, progress);
   animations = describe_animations(document);
   faults = document.faults->count();
@@ -181,9 +180,7 @@ SceneDescription GltfFile::pose(const GltfOptions& when, std::span<const uint64_
   });
 }
 
-const std::vector<AnimationDescription>& GltfFile::animations() const {
-  return state_->animations;
-}
+const std::vector<AnimationDescription>& GltfFile::animations() const { return state_->animations; }
 uint64_t GltfFile::image_bytes() const { return state_->rest.image_bytes; }
 uint64_t GltfFile::resting_bytes() const { return state_->rest.resting_bytes; }
 uint64_t GltfFile::read_bytes() const { return state_->rest.read_bytes; }

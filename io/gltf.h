@@ -50,8 +50,8 @@ SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
                            LoadProgress& progress = LoadProgress::unwatched());
 
 // A file whose scene is wanted at one time after another. What no time changes is read, checked and
-// decoded once, and kept: the document, images, what meshes are apart from their arrays. Buffers are
-// kept while something deforms. One call at a time.
+// decoded once, and kept: the document, images, what meshes are apart from their arrays. Buffers
+// are kept while something deforms. One call at a time.
 class GltfFile {
  public:
   // Of the options all but animation, time and shutter count. Throws as load_gltf does.

@@ -117,8 +117,7 @@ DecodedImage decode_one_of(const GltfDocument& document, int image, const std::v
 
 // KHR_texture_basisu wants the transfer function to be that of the use. The use decides, as it does
 // for all other images (glTF 2.0, section 3.9.2), and the file is warned of.
-void warn_of_transfer(const SceneDescription& scene,
-                      const std::vector<const GltfImage*>& images,
+void warn_of_transfer(const SceneDescription& scene, const std::vector<const GltfImage*>& images,
                       const std::string& file) {
   std::vector<char> warned(images.size(), 0);
   const auto expect = [&](const TextureRef& slot, const char* transfer) {
@@ -162,8 +161,7 @@ std::vector<const GltfImage*> decode_images(const GltfDocument& document,
   const std::vector<std::exception_ptr> errors = document.try_each(fresh.size(), [&](size_t i) {
     const auto found = fallbacks.find(fresh[i]);
     const std::vector<int> others = found == fallbacks.end() ? std::vector<int>() : found->second;
-    images[i].decoded =
-        decode_one_of(document, fresh[i], others, options.lenient, images[i].fault);
+    images[i].decoded = decode_one_of(document, fresh[i], others, options.lenient, images[i].fault);
   });
   for (size_t i = 0; i < fresh.size(); ++i) {
     if (errors[i] && !options.lenient) std::rethrow_exception(errors[i]);

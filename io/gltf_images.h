@@ -30,8 +30,8 @@ struct GltfImage {
 // and warns of repairs. Where KHR_texture_basisu or EXT_texture_webp is optional, the texture's
 // next image takes the place of one that does not decode, with a warning. Throws InputError for an
 // image that is missing or does not decode, unless options.lenient: then it becomes white, or a
-// flat normal where a normal map is wanted. `known`, by glTF index, are not decoded again; those that
-// are come to them.
+// flat normal where a normal map is wanted. `known`, by glTF index, are not decoded again; those
+// that are come to them.
 void load_images(const GltfDocument& document, const GltfOptions& options,
                  std::map<int, GltfImage>& known, SceneDescription& scene);
 

@@ -17,7 +17,7 @@ struct RestMesh {
   uint64_t key = 0;   // MeshDescription's
   LoadedMesh loaded;  // without the arrays, which whoever gets the pose takes over
   WorldBounds bounds;
-  double radius = 0.0;  // of a ball around the origin
+  double radius = 0.0;                 // of a ball around the origin
   std::vector<TangentLayout> layouts;  // that it was read for
 };
 
@@ -26,7 +26,7 @@ struct GltfRest {
   std::map<MeshId, RestMesh> meshes;
   uint64_t last_key = 0;
   std::map<int, GltfImage> images;  // by glTF image
-  uint64_t image_bytes = 0;                // of those: reserved, and given back by who owns this
+  uint64_t image_bytes = 0;         // of those: reserved, and given back by who owns this
   std::map<size_t, std::vector<Mat44d>> instancing;  // by node
   MemoryReservation memory;                          // of that
   // Of the pose made last: something of it deforms, so that its vertices will be wanted again; what

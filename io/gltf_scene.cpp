@@ -120,9 +120,9 @@ class SceneGraphReader {
   const GltfAnimation& animation_;
   const std::span<const uint64_t> held_;
   GltfRest& rest_;
-  std::vector<char> may_move_;       // per node
-  std::vector<char> mesh_may_move_;  // per mesh: by a node that wears it
-  bool meshes_change_ = false;       // by pointers to them
+  std::vector<char> may_move_;            // per node
+  std::vector<char> mesh_may_move_;       // per mesh: by a node that wears it
+  bool meshes_change_ = false;            // by pointers to them
   std::vector<const RestMesh*> resting_;  // per mesh of scene_; null: it deforms
   const bool at_rest_;
   const GltfShutter shutter_;
@@ -220,8 +220,7 @@ void SceneGraphReader::find_moving_meshes() {
 bool SceneGraphReader::rests(size_t node) const {
   const tinygltf::Node& source = model_.nodes[node];
   if (at_rest_) return false;
-  if (poses_.morphs(size_t(source.mesh)) &&
-      (meshes_change_ || animation_.weights.contains(node))) {
+  if (poses_.morphs(size_t(source.mesh)) && (meshes_change_ || animation_.weights.contains(node))) {
     return false;
   }
   return source.skin < 0 ||

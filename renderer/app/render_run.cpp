@@ -11,7 +11,9 @@
 namespace emberline {
 
 RenderRun::RenderRun(const RenderOptions& options)
-    : limits(limits_of(options.limits, options.scene)), scene(limits, options.frames.size() > 1), options_(options) {
+    : limits(limits_of(options.limits, options.scene)),
+      scene(limits, options.frames.size() > 1),
+      options_(options) {
   log_verbose(
       fmt::format("emberline {} on {}: {}", kEmberlineVersion, host_name(), instruction_sets()));
 }

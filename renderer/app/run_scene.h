@@ -1,5 +1,5 @@
-// The scene of a run's frames, which is loaded, decoded and built once; where an animation moves it,
-// it is posed for each frame, and only what moves is built anew.
+// The scene of a run's frames, which is loaded, decoded and built once; where an animation moves
+// it, it is posed for each frame, and only what moves is built anew.
 #pragma once
 
 #include <array>
@@ -57,8 +57,7 @@ class RunScene {
   // What the file says at the options' time, but for the meshes that `held` names.
   void pose(const RenderOptions& options, const std::vector<uint64_t>& held,
             LoadProgress& progress);
-  void repose(const RenderOptions& options, const SceneBuildOptions& build,
-              LoadProgress& progress);
+  void repose(const RenderOptions& options, const SceneBuildOptions& build, LoadProgress& progress);
   void release();
   MemoryUse use() const;  // reserved now, and not before the load
 

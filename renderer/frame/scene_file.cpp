@@ -25,7 +25,8 @@ void SceneFile::read_environment(const FrameSettings& settings, LoadProgress& pr
   progress.begin(LoadStage::kEnvironment);
   EnvironmentDescription environment;
   environment.file = settings.environment;
-  environment.image = emberline::read_environment(settings.environment, &repaired_texels_, progress);
+  environment.image =
+      emberline::read_environment(settings.environment, &repaired_texels_, progress);
   warn_of_repaired(settings.environment, repaired_texels_);
   environment.strength = settings.environment_strength;
   environment.rotation_degrees = settings.environment_rotation;

@@ -458,8 +458,8 @@ void SceneBuilder::build_geometry(const Scene* before) {
     for (const Mat44d& step : placed.motion) steps.push_back(to_internal(step));
     instance.moving = geometry.add_moving_instance(*mesh.bvh, steps, i);
   }
-  geometry.add_resting(std::move(resting), scene.meshes_, before ? before->geometry_.get() : nullptr,
-                       progress_);
+  geometry.add_resting(std::move(resting), scene.meshes_,
+                       before ? before->geometry_.get() : nullptr, progress_);
   geometry.commit(uint32_t(scene.instances_.size()), progress_);
 }
 

@@ -42,11 +42,10 @@ std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuil
 void update_scene(Scene& scene, const SceneDescription& description,
                   const SceneBuildOptions& options);
 
-
 // Puts the scene into another pose of its file: it then renders the same bits as one built from the
-// whole of `posed`, where the meshes that the scene has (mesh_keys()) are held. Those and their BVHs
-// are kept. What deforms is built anew, and what rests too where other instances come before it
-// than did; so is the top level. Where nothing has moved at all it is an update_scene.
+// whole of `posed`, where the meshes that the scene has (mesh_keys()) are held. Those and their
+// BVHs are kept. What deforms is built anew, and what rests too where other instances come before
+// it than did; so is the top level. Where nothing has moved at all it is an update_scene.
 //
 // False: this pose needs another internal space or other meshes than are held; it is to be built
 // from a description that has them all. Nobody may use the scene meanwhile, and it may be another

@@ -88,7 +88,7 @@ struct MeshArrays {
   uint64_t key = 0;              // MeshDescription's
   bool is_baked = false;
   std::shared_ptr<GeometryRecord> record;  // null without a filter
-  std::shared_ptr<const OwnedScene> bvh;         // of an instanced mesh
+  std::shared_ptr<const OwnedScene> bvh;   // of an instanced mesh
 };
 
 struct Mesh : MeshArrays {

@@ -138,11 +138,10 @@ void SceneUpdater::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>
     t.p2 = to_float(corners[2]);
     if (instance.mirrored) std::swap(t.p1, t.p2);
     using scene_detail::interpolate_attributes;
-    t.mean_radiance =
-        known ? known[p].mean_radiance
-              : material.mean_emission(interpolate_attributes(mesh, p, 0.0f, 0.0f),
-                                       interpolate_attributes(mesh, p, 1.0f, 0.0f),
-                                       interpolate_attributes(mesh, p, 0.0f, 1.0f));
+    t.mean_radiance = known ? known[p].mean_radiance
+                            : material.mean_emission(interpolate_attributes(mesh, p, 0.0f, 0.0f),
+                                                     interpolate_attributes(mesh, p, 1.0f, 0.0f),
+                                                     interpolate_attributes(mesh, p, 0.0f, 1.0f));
     t.moves = scene_detail::moves(mesh, instance);
     t.two_sided = material.double_sided() || material.passes_light() || options_.show_backfaces;
     t.instance = i;

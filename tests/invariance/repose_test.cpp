@@ -105,8 +105,9 @@ TEST_P(Repose, GivesTheBitsOfAFreshLoad) {
   for (const When& when : times) {
     posed.pose(at(animation, when));
     EXPECT_TRUE(posed.reposed());
-    expect_same_bits(picture(posed.scene(), posed.camera()), fresh(animation, when),
-                     animation + " at " + std::to_string(when.time) + (when.shutter ? " open" : ""));
+    expect_same_bits(
+        picture(posed.scene(), posed.camera()), fresh(animation, when),
+        animation + " at " + std::to_string(when.time) + (when.shutter ? " open" : ""));
   }
 }
 
@@ -178,8 +179,8 @@ TEST_F(Repose, WhatVanishesComesBack) {
 TEST_F(Repose, ABrokenPoseLeavesTheOldOne) {
   AnimatedStage stage;
   GltfBuilder& gltf = stage.gltf;
-  AnimationBuilder(gltf, "lost").move(0, "translation", {0, 1, 2}, "VEC3",
-                                      {0, 0, 0, 1e30f, 0, 0, 0, 1, 0});
+  AnimationBuilder(gltf, "lost")
+      .move(0, "translation", {0, 1, 2}, "VEC3", {0, 0, 0, 1e30f, 0, 0, 0, 1, 0});
   const std::string file = gltf.write_glb(folder_ / "lost.glb");
   const auto lost = [&](double time) { return settings(file, "lost", {time}); };
   PosedScene posed(lost(0.0));
@@ -257,8 +258,8 @@ TEST_F(Repose, AHundredPosesTakeNoMoreMemoryThanOne) {
 TEST_F(Repose, KeepsItsSpaceFarAway) {
   AnimatedStage stage;
   nlohmann::json& scene = stage.gltf.root["scenes"][0];
-  const int root = stage.gltf.push("nodes", {{"children", scene["nodes"]},
-                                             {"translation", {4e6, 0, -3e6}}});
+  const int root =
+      stage.gltf.push("nodes", {{"children", scene["nodes"]}, {"translation", {4e6, 0, -3e6}}});
   scene["nodes"] = {root};
   const std::string file = stage.gltf.write_glb(folder_ / "far_away.glb");
   PosedScene posed(settings(file, "all that moves", {0.1}));

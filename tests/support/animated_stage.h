@@ -10,10 +10,10 @@
 
 namespace emberline::test {
 
-// Two seconds: a stage with a lamp flush in its floor; a box that turns, one that comes twice and of
-// which one goes up; one that is to be seen from 0.5 s to 1.5 s; a flag of two joints, a sail that
-// morphs; a lamp of triangles and a point light that move; materials, a light and a camera that
-// pointers change.
+// Two seconds: a stage with a lamp flush in its floor; a box that turns, one that comes twice and
+// of which one goes up; one that is to be seen from 0.5 s to 1.5 s; a flag of two joints, a sail
+// that morphs; a lamp of triangles and a point light that move; materials, a light and a camera
+// that pointers change.
 class AnimatedStage {
  public:
   using json = nlohmann::json;
@@ -95,10 +95,10 @@ class AnimatedStage {
   void add_flag() {
     const int flag = mesh({0, 0, 0, .5f, 0, 0, 0, .8f, 0, .5f, .8f, 0}, {0, 1, 3, 0, 3, 2}, kGreen);
     json& attributes = gltf.primitive(flag)["attributes"];
-    attributes["JOINTS_0"] = gltf.add_accessor<uint8_t>(
-        "VEC4", {0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0});
-    attributes["WEIGHTS_0"] = gltf.add_accessor<float>(
-        "VEC4", {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0});
+    attributes["JOINTS_0"] =
+        gltf.add_accessor<uint8_t>("VEC4", {0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0});
+    attributes["WEIGHTS_0"] =
+        gltf.add_accessor<float>("VEC4", {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0});
     upper_ = gltf.push("nodes", json::object());
     const int lower = gltf.push("nodes", {{"children", {upper_}}, {"translation", {0, .5, .8}}});
     gltf.add_to_scene(lower);
@@ -123,9 +123,9 @@ class AnimatedStage {
     gltf.root["nodes"][size_t(light_)]["extensions"]["KHR_lights_punctual"]["light"] = 0;
     gltf.root["cameras"] = {
         {{"type", "perspective"}, {"perspective", {{"yfov", 0.9}, {"znear", 0.1}}}}};
-    camera_ = gltf.push("nodes", {{"camera", 0},
-                                  {"translation", {0, 1.6, 5}},
-                                  {"rotation", {-0.15, 0.0, 0.0, 0.9887}}});
+    camera_ = gltf.push(
+        "nodes",
+        {{"camera", 0}, {"translation", {0, 1.6, 5}}, {"rotation", {-0.15, 0.0, 0.0, 0.9887}}});
     gltf.add_to_scene(light_);
     gltf.add_to_scene(camera_);
   }
@@ -140,19 +140,19 @@ class AnimatedStage {
         .move(sail_, "weights", {0, 2}, "SCALAR", {0, 1})
         .move(light_, "translation", {0, 2}, "VEC3", {1.5f, 3, 2, -1.5f, 3, 2})
         .move(camera_, "translation", {0, 2}, "VEC3", {0, 1.6f, 5, .5f, 1.8f, 5})
-        .point<uint8_t>("/nodes/" + std::to_string(blinking_) +
-                            "/extensions/KHR_node_visibility/visible",
-                        {0, .5f, 1.5f}, "BOOL", {0, 1, 0}, "STEP")
+        .point<uint8_t>(
+            "/nodes/" + std::to_string(blinking_) + "/extensions/KHR_node_visibility/visible",
+            {0, .5f, 1.5f}, "BOOL", {0, 1, 0}, "STEP")
         .point(floor, {0, 2}, "VEC4", {.7f, .7f, .7f, 1, .2f, .5f, .7f, 1})
         .point("/materials/1/emissiveFactor", {0, 2}, "VEC3", {1, .9f, .5f, .2f, .2f, .9f})
         .point("/extensions/KHR_lights_punctual/lights/0/intensity", {0, 2}, "SCALAR", {30, 10});
     gltf.root["nodes"][size_t(blinking_)]["extensions"]["KHR_node_visibility"]["visible"] = true;
-    AnimationBuilder(gltf, "camera").move(camera_, "translation", {0, 2}, "VEC3",
-                                          {0, 1.6f, 5, -1, 1, 4});
-    AnimationBuilder(gltf, "light").point("/extensions/KHR_lights_punctual/lights/0/intensity",
-                                          {0, 2}, "SCALAR", {10, 50});
-    AnimationBuilder(gltf, "box").move(turning_, "rotation", {0, 2}, "VEC4",
-                                       {0, 0, 0, 1, 0, 1, 0, 0});
+    AnimationBuilder(gltf, "camera")
+        .move(camera_, "translation", {0, 2}, "VEC3", {0, 1.6f, 5, -1, 1, 4});
+    AnimationBuilder(gltf, "light")
+        .point("/extensions/KHR_lights_punctual/lights/0/intensity", {0, 2}, "SCALAR", {10, 50});
+    AnimationBuilder(gltf, "box")
+        .move(turning_, "rotation", {0, 2}, "VEC4", {0, 0, 0, 1, 0, 1, 0, 0});
     AnimationBuilder(gltf, "vanishing")
         .move(turning_, "scale", {0, 1, 2}, "VEC3", {1, 1, 1, 0, 0, 0, 1, 1, 1})
         .move(floor_, "translation", {0, 2}, "VEC3", {0, 0, 0, 0, -.5f, 0});
