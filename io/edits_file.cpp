@@ -25,6 +25,9 @@ namespace fs = std::filesystem;
 using namespace edit_limits;
 constexpr double kMostOfLens = 1e9;  // f-numbers, to either side: scenes come in any size
 
+// Seconds, frames, and frames a second: as the command line has them.
+constexpr double kMostOfTime = 1e6;
+
 struct Range {
   double least = 0.0, most = 0.0;
 };
@@ -56,6 +59,15 @@ void members(CameraEdit& edit, const auto& member) {
   member("orthographic_height", edit.orthographic_height, kLength);
   member("f_stop", edit.f_stop, Range{1.0 / kMostOfLens, kMostOfLens});
   member("focus_distance", edit.focus_distance, kLength);
+}
+
+void members(AnimationEdit& edit, const auto& member) {
+  constexpr Range kFrames = {-kMostOfTime, kMostOfTime};
+  member("name", edit.name);
+  member("time", edit.time, kFrames);
+  member("fps", edit.fps, Range{1e-3, kMostOfTime});
+  member("shutter_open", edit.shutter_open, kFrames);
+  member("shutter_close", edit.shutter_close, kFrames);
 }
 
 void members(EnvironmentEdit& edit, const auto& member) {
@@ -154,6 +166,19 @@ CameraEdit read_camera(const JsonReader& entry) {
     if (!entry.has("orthographic_height") || !entry.has(other)) continue;
     throw InputError(entry[other].place(),
                      "an orthographic view, with \"orthographic_height\", has none");
+  }
+  return edit;
+}
+
+AnimationEdit read_animation(const JsonReader& entry) {
+  AnimationEdit edit = read_members<AnimationEdit>(entry);
+  edit.place = entry.place();
+  if (entry.has("shutter_open") != entry.has("shutter_close")) {
+    throw InputError(entry.place(),
+                     "\"shutter_open\" and \"shutter_close\" go together; one is missing");
+  }
+  if (edit.shutter_open && !(*edit.shutter_open <= *edit.shutter_close)) {
+    throw InputError(entry["shutter_close"].place(), "the shutter closes before it opens");
   }
   return edit;
 }
@@ -261,9 +286,11 @@ SceneEdits edits_of(const nlohmann::json& document, const std::string& path,
                     const LoadProgress& progress) {
   const JsonReader root(document, path);
   check_version(root);  // before the members: another version may have others
-  root.object({"emberline_edits", "camera", "variant", "environment", "lights", "materials"});
+  root.object(
+      {"emberline_edits", "camera", "animation", "variant", "environment", "lights", "materials"});
   SceneEdits edits;
   if (root.has("camera")) edits.camera = read_camera(root["camera"]);
+  if (root.has("animation")) edits.animation = read_animation(root["animation"]);
   if (root.has("variant")) read(root["variant"], edits.variant, {});
   if (root.has("environment")) {
     edits.environment = read_environment_edit(root["environment"], path, progress);
@@ -298,6 +325,7 @@ void write_edits(const std::string& path, const SceneEdits& edits) {
     if (!value.empty()) object[name] = std::move(value);
   };
   put("camera", camera_json(edits.camera));
+  put("animation", object_of(edits.animation));
   if (edits.variant) put("variant", object_of(*edits.variant));
   put("environment", environment_json(edits.environment, path));
   Json lights = Json::array(), materials = Json::array();

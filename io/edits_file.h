@@ -5,9 +5,9 @@
 //     "camera": {"file_camera": {"name": "main", "index": 0}, "fov_y": 35,
 //                "look_from": [0, 1, 4], "look_at": [0, 0.5, 0], "up": [0, 1, 0],
 //                "mirrored": false, "f_stop": 2.8, "focus_distance": 4},
-//     "variant": {"name": "beach", "index": 1},
-//     "environment": {"file": "studio.hdr", "strength": 1, "rotation": 30},
-//     "lights": [{"kind": "punctual", "name": "Key", "index": 0,
+//     "animation": {"name": "walk", "time": 1.5, "fps": 24, "shutter_open": 0, "shutter_close":
+//     0.5}, "variant": {"name": "beach", "index": 1}, "environment": {"file": "studio.hdr",
+//     "strength": 1, "rotation": 30}, "lights": [{"kind": "punctual", "name": "Key", "index": 0,
 //                 "intensity": 2, "color": [1, 0.9, 0.8], "on": true},
 //                {"kind": "material", "name": "neon", "on": false},
 //                {"kind": "environment", "intensity": 0.5}],
@@ -25,8 +25,8 @@
 //
 // Only the version is required. An orthographic view has "orthographic_height" in place of "fov_y"
 // and "f_stop". Colours are linear Rec. 709, angles degrees, lengths metres but a film's, which are
-// nanometres. What the members mean is in renderer/description/scene_edits.h, the ranges of a
-// material's in material_parameters.cpp.
+// nanometres, times seconds but a shutter's, which are frames. What the members mean is in
+// renderer/description/scene_edits.h, the ranges of a material's in material_parameters.cpp.
 #pragma once
 
 #include <string>

@@ -58,11 +58,12 @@ struct CameraEdit {
 
 // When the scene is seen, and for how long. What is absent stays as the command line has it.
 struct AnimationEdit {
-  std::string name;            // or an index, or "all"; empty: the first, if there is a time
-  std::optional<double> time;  // seconds
-  std::optional<double> fps;   // frames of a second, for what is counted in them
-  std::optional<double> shutter_open, shutter_close;  // frames from that time on; both or neither
-  std::string place;                                  // for messages
+  std::string name = {};            // or an index, or "all"; empty: the first, if there is a time
+  std::optional<double> time = {};  // seconds
+  std::optional<double> fps = {};   // frames of a second, for what is counted in them
+  // Frames from that time on; both or neither.
+  std::optional<double> shutter_open = {}, shutter_close = {};
+  std::string place = {};  // for messages
 
   bool operator==(const AnimationEdit& other) const {
     return name == other.name && time == other.time && fps == other.fps &&

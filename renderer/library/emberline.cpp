@@ -242,6 +242,7 @@ Scene::Scene(const std::string& path, const Settings& given, const Resources& re
     LoadProgress progress({}, stop, limits);
     tbb::task_arena(arena_threads(resources)).execute([&] {
       SceneEdits edits = load_edits(settings, progress);
+      apply_animation(edits.animation, settings);
       SceneDescription description = load_scene(settings, progress, true, need_tangents(edits));
       choose_variant(settings, description, edits);
       state_->coverage = description.coverage;

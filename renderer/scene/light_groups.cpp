@@ -121,8 +121,8 @@ void LightGroups::number_others() {
 }
 
 std::optional<LightMix> LightGroups::mix(const SceneEdits& edits) const {
-  if (edits.camera != baseline_.camera || edits.variant != baseline_.variant ||
-      edits.materials != baseline_.materials) {
+  if (edits.camera != baseline_.camera || edits.animation != baseline_.animation ||
+      edits.variant != baseline_.variant || edits.materials != baseline_.materials) {
     return std::nullopt;
   }
   SceneDescription edited = original_;

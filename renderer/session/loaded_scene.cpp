@@ -7,6 +7,7 @@
 #include "io/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/name_or_index.h"
 #include "renderer/description/framing.h"
 #include "renderer/frame/frame_scene.h"
 
@@ -58,34 +59,112 @@ void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   }
 }
 
+// So does the time.
+void move_time_to_edits(RenderOptions& options, AnimationEdit& edit) {
+  const AnimationEdit before = edit;
+  if (const std::optional<double> time = chosen_time(options); time || !options.animation.empty()) {
+    edit.name = std::exchange(options.animation, "");
+    edit.time = time;
+    options.time.reset();
+    options.frame.reset();
+  }
+  if (const auto shutter = std::exchange(options.shutter, std::nullopt)) {
+    edit.shutter_open = shutter->open;
+    edit.shutter_close = shutter->close;
+    edit.fps = options.fps;
+  }
+  if (options.fps != RenderOptions().fps) edit.fps = options.fps;
+  if (edit.place.empty() && edit != before) edit.place = "--time";
+}
+
+void check_animation(const AnimationEdit& edit, const OpenScene& open) {
+  if (edit.name.empty() || (edit.name == "all" && !open.animations.empty())) return;
+  try {
+    find_name_or_index("animation", edit.name, open.animations);
+  } catch (const UsageError& error) {
+    throw InputError(edit.place, error.what());
+  }
+}
+
 }  // namespace
 
 CameraDescription LoadedScene::camera(int width, int height) const {
-  if (!open->camera_frames_scene) return open->camera;
+  if (!open->camera_frames_scene) return posing ? posing->camera : open->camera;
   CameraDescription fitted = framing_camera(open->bounds, double(width) / height);
   fitted.fov_y = open->camera.fov_y;
   return fitted;
 }
 
+bool LoadedScene::stands_otherwise(const SceneEdits& wanted) const {
+  return posing && wanted.animation != posing->pose;
+}
+
+void LoadedScene::pose(const SceneEdits& wanted) {
+  LoadLimits limits;
+  limits.memory = posing->budget;
+  LoadProgress progress({}, {}, limits);
+  RenderOptions timed = posing->options;
+  apply_animation(wanted.animation, timed);
+  posing->memory.begin(posing->file);
+  try {
+    SceneDescription posed = posing->file.pose(timed, scene.scene().mesh_keys(), progress);
+    CameraDescription view = choose_camera(posing->options, posed);
+    if (!scene.repose(std::move(posed), wanted, progress)) {
+      posing->memory.fail(posing->file);
+      posing->memory.begin(posing->file);
+      EditableScene whole(posing->file.pose(timed, {}, progress), build, progress);
+      whole.set(wanted);
+      scene = std::move(whole);
+    }
+    posing->camera = std::move(view);
+  } catch (...) {
+    posing->memory.fail(posing->file);
+    throw;
+  }
+  posing->memory.end(posing->file);
+  posing->pose = wanted.animation;
+  memory.release();
+  memory.add(posing->budget->took(), posing->options.scene);
+}
+
+namespace {
+
+OpenScene describe(const SceneDescription& description, const RenderOptions& options) {
+  OpenScene open;
+  open.camera = choose_camera(options, description);
+  open.camera_frames_scene = description.cameras.empty() && !options.look_from;
+  open.inputs = description.files;
+  if (const auto environment = file_identity(options.environment)) {
+    open.inputs.push_back({options.environment, *environment});
+  }
+  open.animations = description.animations;
+  open.bounds = framed_bounds(description);
+  if (!open.bounds.empty()) open.center = open.bounds.center();
+  if (open.bounds.radius() > 0.0) open.radius = open.bounds.radius();
+  return open;
+}
+
+}  // namespace
+
 std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& progress) {
   const size_t warned = warnings_so_far().size();
   SceneEdits edits = load_edits(options, progress);
-  SceneDescription description = load_scene(options, progress, true, need_tangents(edits));
+  move_time_to_edits(options, edits.animation);
+  RenderOptions timed = options;
+  apply_animation(edits.animation, timed);
+  SceneFile file(timed, progress, true, need_tangents(edits));
+  PosedMemory memory(progress.budget());
+  memory.begin(file);
+  SceneDescription description = file.pose(timed, {}, progress);
   choose_variant(options, description, edits);
   move_lens_to_edits(options, edits.camera);
-  auto open = std::make_shared<OpenScene>();
-  open->camera = choose_camera(options, description);
-  open->camera_frames_scene = description.cameras.empty() && !options.look_from;
-  open->inputs = description.files;
-  if (const auto environment = file_identity(options.environment)) {
-    open->inputs.push_back({options.environment, *environment});
-  }
-  open->bounds = framed_bounds(description);
-  if (!open->bounds.empty()) open->center = open->bounds.center();
-  if (open->bounds.radius() > 0.0) open->radius = open->bounds.radius();
+  auto open = std::make_shared<OpenScene>(describe(description, options));
   // The integrator may be changed for one that shows texture coordinates.
-  const SceneBuildOptions build{.show_backfaces = options.show_backfaces, .unread_uv = true};
+  const SceneBuildOptions build{.show_backfaces = options.show_backfaces,
+                                .unread_uv = true,
+                                .posable = !open->animations.empty()};
   EditableScene scene(std::move(description), build, progress);
+  memory.end(file);
   open->outline = scene.original();
   open->features = scene.scene().features();
   const std::vector<std::string> warnings = warnings_so_far();
@@ -93,12 +172,19 @@ std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& 
   SceneDescription lists = lists_of(open->outline);
   auto loaded = std::make_shared<LoadedScene>(
       LoadedScene{std::move(open), std::move(edits), std::move(scene), std::move(lists)});
+  loaded->build = build;
+  if (build.posable) {
+    loaded->posing = std::make_unique<LoadedScene::Posing>(
+        LoadedScene::Posing{std::move(options), std::move(file), progress.budget(),
+                            std::move(memory), loaded->edits.animation, loaded->open->camera});
+  }
   check_edits(loaded->edits, *loaded);
   return loaded;
 }
 
 void check_edits(const SceneEdits& edits, const LoadedScene& scene) {
   applied(edits, scene);
+  check_animation(edits.animation, *scene.open);
   edited_camera(edits, scene.edit_lists, scene.open->camera);
 }
 

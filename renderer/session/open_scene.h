@@ -24,8 +24,9 @@ struct LoadStatus {
 
 // Immutable. Indices of edits count in its lists.
 struct OpenScene {
-  // As the file has it: names, lights, materials, cameras, instances. Without vertices; with the
-  // light and the material that a file may leave to its reader.
+  // As the file has it in the pose that it was opened in: names, lights, materials, cameras,
+  // instances. Without vertices; with the light and the material that a file may leave to its
+  // reader.
   SceneDescription outline;
   // What it is seen through without edits, in a frame of the size that it was opened for.
   CameraDescription camera;
@@ -35,6 +36,7 @@ struct OpenScene {
   Vec3d center = Vec3d(0.0);      // of those bounds
   double radius = 1.0;            // > 0, without geometry too
   std::vector<NamedFile> inputs;  // that it was read from, an environment of its own too
+  std::vector<AnimationDescription> animations;
   std::vector<std::string> features;  // what was built and why
   std::vector<std::string> warnings;  // that loading and building it gave
 };

@@ -48,7 +48,7 @@ Camera camera_of(const RenderRequest& request) {
   const LoadedScene& scene = *request.scene;
   const int width = request.settings.render.width, height = request.settings.render.height;
   const Scene& built = scene.scene.scene();
-  return {edited_camera(request.edits, scene.edit_lists, scene.camera(width, height)),
+  return {edited_camera(request.edits, scene.scene.original(), scene.camera(width, height)),
           width,
           height,
           built.origin(),
@@ -453,7 +453,7 @@ PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
   }
 
   const Scene& scene = request_.scene->scene.scene();
-  const SceneDescription& outline = request_.scene->open->outline;
+  const SceneDescription& outline = request_.scene->scene.original();  // as it is posed
   const Ray ray = camera_.ray({float(x) + 0.5f, float(y) + 0.5f});
   SurfaceHit hit;
   if (!scene.intersect(ray, 0, &hit)) return result;

@@ -324,6 +324,10 @@ void ViewRenderer::render(RenderRequest request) {
     stop = stop_;
   }
   arena_->execute([&] {
+    if (request.scene->stands_otherwise(request.edits)) {
+      request.scene->pose(request.edits);
+      frame_.reset();  // of the scene that was
+    }
     const std::shared_ptr<const LightGroups> groups =
         apply_edits(request, prepared ? *prepared : *prepared_);
     std::optional<LightMix> mix;

@@ -31,6 +31,10 @@ constexpr std::array kShortcuts = {
     Shortcut{Action::kRestart, GLFW_KEY_F5, 0, "Render", "F5", "render anew"},
     Shortcut{Action::kClearRegion, GLFW_KEY_ESCAPE, 0, "Render", "Esc", "no region, no solo"},
 
+    Shortcut{Action::kPlay, GLFW_KEY_K, 0, "Time", "K", "play the animation, and stop"},
+    Shortcut{Action::kNextFrame, GLFW_KEY_PERIOD, 0, "Time", ".", "a frame on"},
+    Shortcut{Action::kPreviousFrame, GLFW_KEY_COMMA, 0, "Time", ",", "a frame back"},
+
     Shortcut{Action::kFrameAll, GLFW_KEY_F, 0, "Camera", "F", "frame the whole scene"},
     Shortcut{Action::kResetCamera, GLFW_KEY_R, 0, "Camera", "R", "back to the file's camera"},
     Shortcut{Action::kOrthographic, GLFW_KEY_P, 0, "Camera", "P",

@@ -112,7 +112,9 @@ void Interface::draw(Workbench& bench, float width, float height) {
       bench.window.panels ? std::min(bench.window.panel_width * em, 0.6f * width) : 0.0f;
   if (bench.window.panels) draw_side_panel(bench, top, width, bottom);
   draw_status_line(bench, width, height);
-  const Rect area{0, int(top), int(width - panel), int(bottom)};
+  const float time_line = time_line_height(bench);
+  draw_time_line(bench, bottom - time_line, width - panel);
+  const Rect area{0, int(top), int(width - panel), int(bottom - time_line)};
   const int frame_width = bench.picture() ? bench.picture()->width : bench.settings().render.width;
   const int frame_height =
       bench.picture() ? bench.picture()->height : bench.settings().render.height;
@@ -182,6 +184,12 @@ void Interface::draw_menu(Workbench& bench) {
     menu_entry(bench, "Frame all", Action::kFrameAll, open);
     menu_entry(bench, "Reset", Action::kResetCamera, open);
     menu_entry(bench, "Orthographic", Action::kOrthographic, open, bench.orthographic());
+    ImGui::EndMenu();
+  }
+  if (bench.has_time_line() && ImGui::BeginMenu("Time")) {
+    menu_entry(bench, "Play", Action::kPlay, true, bench.playback.playing());
+    menu_entry(bench, "Next frame", Action::kNextFrame);
+    menu_entry(bench, "Previous frame", Action::kPreviousFrame);
     ImGui::EndMenu();
   }
   if (ImGui::BeginMenu("View")) {

@@ -53,4 +53,8 @@ void draw_camera(Workbench& bench);
 void draw_sampling(Workbench& bench);
 void draw_display(Workbench& bench);
 
+// Under the picture, of a scene that has animations: 0 high, and nothing, of any other.
+float time_line_height(const Workbench& bench);
+void draw_time_line(Workbench& bench, float top, float width);
+
 }  // namespace emberline

@@ -311,6 +311,7 @@ double Window::pause() const {
   }
   if (frames_owed_ > 0 || input_.flying()) until = drawn_s_ + kInputPause_s;
   if (news_) until = std::min(until, drawn_s_ + kPicturePause_s);
+  until = std::min(until, bench_.next_frame_s());
   if (measurement_) until = std::min(until, measurement_->next_s());
   return std::max(until - now, 1e-4);
 }

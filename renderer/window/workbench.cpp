@@ -122,6 +122,7 @@ void Workbench::fetch_scene() {
   edits_ = sent_edits_ = saved_edits_ = session_.edits();
   solo_.reset();
   sent_solo_.reset();
+  playback.stop();
   history_ = EditHistory(edits_);
   if (!again) bookmarks_ = {};
   material_ = -1;
@@ -168,6 +169,7 @@ bool Workbench::update() {
               before.stage != load_status_.stage;
   news |= fetch_picture();
   news |= fetch_picture_b();
+  play_on();
   send_edits();
   finish_saves();
   const std::string problem = session_.problem();
@@ -205,8 +207,9 @@ bool Workbench::fetch_picture_b() {
   return true;
 }
 
+// What plays is one step, too.
 void Workbench::gesture_goes_on(bool held) {
-  if (!held) history_.end_gesture();
+  if (!held && !playback.playing()) history_.end_gesture();
 }
 
 void Workbench::note_drawn(const std::shared_ptr<const ShownPicture>& picture) {
@@ -249,6 +252,12 @@ void Workbench::change(const SceneEdits& edits, std::string_view what) {
 void Workbench::change_camera(const CameraEdit& camera, std::string_view what) {
   SceneEdits edits = edits_;
   edits.camera = camera;
+  change(edits, what);
+}
+
+void Workbench::change_animation(const AnimationEdit& animation, std::string_view what) {
+  SceneEdits edits = edits_;
+  edits.animation = animation;
   change(edits, what);
 }
 
@@ -298,10 +307,13 @@ void Workbench::journal_edits() {
   journal.write("edit", {{"edit", session_.edit()}});
   const std::optional<Vec3d>& from = edits_.camera.look_from;
   const std::optional<double>& height = edits_.camera.orthographic_height;
+  const std::optional<double>& time = edits_.animation.time;
   const nlohmann::json camera = from ? nlohmann::json{from->x, from->y, from->z} : nlohmann::json();
   journal.write("edits", {{"camera", camera},
                           {"orthographic_height", height ? nlohmann::json(*height) : nullptr},
                           {"mirrored", edits_.camera.mirrored},
+                          {"animation", edits_.animation.name},
+                          {"time", time ? nlohmann::json(*time) : nullptr},
                           {"environment", edits_.environment.file},
                           {"lights", edits_.lights.size()},
                           {"materials", edits_.materials.size()}});
@@ -346,6 +358,12 @@ void Workbench::act(Action action, int number) {
       return pause();
     case Action::kRestart:
       return restart();
+    case Action::kPlay:
+      return play();
+    case Action::kNextFrame:
+      return step(1);
+    case Action::kPreviousFrame:
+      return step(-1);
     case Action::kFrameAll:
       return show_whole_scene();
     case Action::kResetCamera:
@@ -394,11 +412,13 @@ void Workbench::act(Action action, int number) {
 }
 
 void Workbench::undo() {
+  playback.stop();
   if (can_undo()) edits_ = history_.undo();
   send_edits();
 }
 
 void Workbench::redo() {
+  playback.stop();
   if (can_redo()) edits_ = history_.redo();
   send_edits();
 }
@@ -413,6 +433,37 @@ void Workbench::restart() {
   ViewSettings settings = settings_;
   settings.render.seed += 1;
   change(settings);
+}
+
+void Workbench::play() {
+  if (!has_time_line()) return;
+  if (playback.playing()) return playback.stop();
+  const AnimationEdit& edit = edits_.animation;
+  const double time = edit.time.value_or(0.0);
+  playback.start(time < duration_of(edit, scene_->animations) ? time : 0.0, now());
+}
+
+void Workbench::step(int frames) {
+  if (!has_time_line()) return;
+  playback.stop();
+  AnimationEdit edit = edits_.animation;
+  edit.time =
+      stepped(edit.time.value_or(0.0), frames, fps_of(edit), duration_of(edit, scene_->animations));
+  change_animation(edit, "frame");
+}
+
+// The session leaves out what it is too slow for.
+void Workbench::play_on() {
+  if (!playback.playing()) return;
+  if (!has_time_line()) return playback.stop();
+  AnimationEdit edit = edits_.animation;
+  edit.time = playback.time_at(now(), fps_of(edit), duration_of(edit, scene_->animations));
+  change_animation(edit, "play");
+}
+
+double Workbench::next_frame_s() const {
+  const double fps = fps_of(edits_.animation);
+  return playback.playing() ? now() + 1.0 / fps : 1e300;
 }
 
 void Workbench::change_exposure(float stops) {

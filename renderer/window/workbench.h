@@ -23,6 +23,7 @@
 #include "renderer/window/input.h"
 #include "renderer/window/journal.h"
 #include "renderer/window/picture_placement.h"
+#include "renderer/window/time_line.h"
 #include "renderer/window/view_command.h"
 #include "renderer/window/window_state.h"
 
@@ -81,6 +82,7 @@ class Workbench {
   // `what` names the control: changes of one control while it is held are one step of undo.
   void change(const SceneEdits& edits, std::string_view what);
   void change_camera(const CameraEdit& camera, std::string_view what);
+  void change_animation(const AnimationEdit& animation, std::string_view what);
   // Of an environment that takes the place of the scene's; what was edited of that one stays.
   void set_environment(const std::string& file);
   // The environment that was opened with the scene, or none.
@@ -96,6 +98,11 @@ class Workbench {
   void change(const ViewSettings& settings);
   const DisplayNames& display_names() const { return display_names_; }
   std::string problem() const { return session_.problem(); }
+
+  // ---- time
+  bool has_time_line() const { return scene_ && !scene_->animations.empty(); }
+  // When the next frame of what plays is due; Workbench::now().
+  double next_frame_s() const;
 
   // ---- navigation
   void navigate(Drag drag, const Vec2f& pixels);  // of the mouse, in the picture's own pixels
@@ -137,6 +144,7 @@ class Workbench {
   WindowState& window;
   PicturePlacement placement;
   KeptPicture kept;
+  Playback playback;
   bool show_material = false;  // its tab is to be opened
   bool wipe = false;
   float wipe_place = 0.5f;  // share of the picture's width that shows A
@@ -178,6 +186,9 @@ class Workbench {
   void pause();
   void restart();  // with the next seed
   void change_exposure(float stops);
+  void play();
+  void step(int frames);
+  void play_on();
   void show_whole_scene();
   void reset_camera();
   void recall_bookmark(int number);  // from 1

@@ -5,6 +5,7 @@ emberline_test(view_interface_test
     histogram_test.cpp
     material_rows_test.cpp
     picture_placement_test.cpp
+    time_line_test.cpp
     window_state_test.cpp
   LINK emberline_window_parts)
 

@@ -280,6 +280,49 @@ class WindowTest(unittest.TestCase):
         window.key("space")
         window.wait_for("settings", lambda e: e["paused"], since)
 
+    # ---- time
+
+    def blade(self):
+        return self.finished(scene("moving_blade"), *small()[1:])
+
+    def test_steps_through_an_animation(self):
+        window = self.blade()
+        pictures = [window.screenshot()[2]]
+        for key, expected in (("period", 1 / 24), ("period", 2 / 24), ("comma", 1 / 24)):
+            since = window.mark()
+            window.key(key)
+            told = window.wait_for("edits", lambda e: e["time"] is not None, since)
+            self.assertAlmostEqual(told["time"], expected, delta=1e-9)
+            window.wait_until_finished(since)
+            pictures.append(window.screenshot()[2])
+        self.assertNotEqual(pictures[0], pictures[2])
+        since = window.mark()
+        window.key("ctrl+z", "ctrl+z", "ctrl+z")
+        window.wait_for("edits", lambda e: e["time"] is None, since)
+
+    def test_plays_and_stops(self):
+        window = self.blade()
+        since = window.mark()
+        window.key("k")
+        first = window.wait_for("edits", lambda e: e["time"], since)["time"]
+        window.wait_for("edits", lambda e: e["time"] > first, since)
+        window.key("k")
+        window.wait_until_finished(since)
+        at = window.mark()
+        time.sleep(0.5)
+        self.assertFalse([e for e in window.events[at:] if e["event"] == "edits"])
+        since = window.mark()  # all that played is one step
+        window.key("ctrl+z")
+        window.wait_for("edits", lambda e: e["time"] is None, since)
+
+    def test_a_scene_without_animations_has_no_time(self):
+        window = self.finished()
+        since = window.mark()
+        window.key("k", "period")
+        window.drag((-60, 10))
+        told = window.wait_for("edits", since=since)
+        self.assertIsNone(told["time"])
+
     def window_of_a_copy(self):
         """Of a scene that edits are saved beside, and that may be replaced."""
         box = pathlib.Path(self.window_folder()) / "box.glb"

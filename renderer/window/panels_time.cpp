@@ -1,0 +1,145 @@
+// The time line under the picture, of a scene that has animations.
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "renderer/window/panels.h"
+#include "renderer/window/theme.h"
+#include "renderer/window/time_line.h"
+#include "renderer/window/widgets.h"
+
+namespace emberline {
+namespace {
+
+using Animations = std::vector<AnimationDescription>;
+
+constexpr double kLeastFps = 1.0, kMostFps = 240.0;
+constexpr double kHalfOpen = 0.5;  // frames: a shutter of 180 degrees
+
+void button(Workbench& bench, const char* label, Action action, const char* effect) {
+  if (ImGui::Button(label)) bench.act(action);
+  if (ImGui::IsItemHovered()) {
+    widgets::help(fmt::format("{} ({})", effect, keys_of(action)));
+  }
+  ImGui::SameLine();
+}
+
+std::string shown_name(const AnimationEdit& edit, const Animations& list) {
+  if (is_at_rest(edit)) return "at rest";
+  const int index = animation_index(edit, list);
+  if (index < 0) return "all";
+  const std::string& name = list[size_t(index)].name;
+  return name.empty() ? fmt::format("animation {}", index) : name;
+}
+
+bool choose_animation(AnimationEdit& edit, const Animations& list) {
+  const AnimationEdit before = edit;
+  ImGui::SetNextItemWidth(9.0f * ImGui::GetFontSize());
+  if (!ImGui::BeginCombo("##animation", shown_name(edit, list).c_str())) return false;
+  const auto offer = [&](const std::string& label, const std::string& name, bool at_rest) {
+    if (!ImGui::Selectable(label.c_str())) return;
+    edit.name = name;
+    edit.time = at_rest ? std::nullopt : std::optional(edit.time.value_or(0.0));
+  };
+  offer("at rest", "", true);
+  for (size_t i = 0; i < list.size(); ++i) {
+    ImGui::PushID(int(i));
+    const std::string name = animation_name(i, list);
+    offer(shown_name({.name = name, .time = 0.0}, list), name, false);
+    ImGui::PopID();
+  }
+  if (list.size() > 1) offer("all", "all", false);
+  ImGui::EndCombo();
+  return edit != before;
+}
+
+bool choose_fps(AnimationEdit& edit) {
+  double fps = fps_of(edit);
+  ImGui::SetNextItemWidth(5.0f * ImGui::GetFontSize());
+  if (!ImGui::DragScalar("##fps", ImGuiDataType_Double, &fps, 0.1f, &kLeastFps, &kMostFps,
+                         "%.5g fps", ImGuiSliderFlags_AlwaysClamp)) {
+    return false;
+  }
+  edit.fps = fps;
+  return true;
+}
+
+bool choose_shutter(AnimationEdit& edit) {
+  bool open = edit.shutter_open.has_value();
+  bool changed = ImGui::Checkbox("Shutter", &open);
+  if (ImGui::IsItemHovered()) {
+    widgets::help("what moves while it is open is blurred: when it opens and closes, in frames");
+  }
+  if (changed) {
+    edit.shutter_open = open ? std::optional(0.0) : std::nullopt;
+    edit.shutter_close = open ? std::optional(kHalfOpen) : std::nullopt;
+  }
+  if (!open) return changed;
+  float ends[2] = {float(*edit.shutter_open), float(*edit.shutter_close)};
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(8.0f * ImGui::GetFontSize());
+  if (ImGui::DragFloat2("##shutter", ends, 0.01f, -1.0f, 2.0f, "%.2f",
+                        ImGuiSliderFlags_AlwaysClamp)) {
+    edit.shutter_open = double(ends[0]);
+    edit.shutter_close = double(std::max(ends[0], ends[1]));
+    changed = true;
+  }
+  ImGui::SameLine();
+  ImGui::Text("%.0f°", 360.0 * (*edit.shutter_close - *edit.shutter_open));
+  return changed;
+}
+
+// As wide as what is left beside so much.
+bool scrub(AnimationEdit& edit, double duration, float beside) {
+  const double least = 0.0, fps = fps_of(edit);
+  double time = edit.time.value_or(0.0);
+  const std::string text =
+      fmt::format("{:.2f} s of {:.2f}   frame {:.0f}", time, duration, frame_at(time, fps));
+  ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - beside, 60.0f));
+  if (!ImGui::SliderScalar("##time", ImGuiDataType_Double, &time, &least, &duration, text.c_str(),
+                           ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput)) {
+    return false;
+  }
+  edit.time = time;
+  return true;
+}
+
+}  // namespace
+
+float time_line_height(const Workbench& bench) {
+  return bench.has_time_line() ? 2.0f * ImGui::GetFrameHeightWithSpacing() + 4.0f : 0.0f;
+}
+
+void draw_time_line(Workbench& bench, float top, float width) {
+  if (!bench.has_time_line()) return;
+  const Animations& list = bench.scene()->animations;
+  ImGui::SetNextWindowPos({0.0f, top});
+  ImGui::SetNextWindowSize({width, time_line_height(bench)});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0.7f * ImGui::GetFontSize(), 2.0f));
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0.0f);
+  ImGui::Begin("##time line", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus);
+  AnimationEdit edit = bench.edits().animation;
+  button(bench, bench.playback.playing() ? "Stop" : "Play", Action::kPlay, "play, and stop");
+  button(bench, "<", Action::kPreviousFrame, "a frame back");
+  button(bench, ">", Action::kNextFrame, "a frame on");
+  if (scrub(edit, duration_of(edit, list), 0.0f)) {
+    bench.playback.stop();
+    bench.change_animation(edit, "time");
+  }
+  bool changed = choose_animation(edit, list);
+  ImGui::SameLine();
+  changed |= choose_fps(edit);
+  ImGui::SameLine();
+  ImGui::Checkbox("Loop", &bench.playback.loop);
+  ImGui::SameLine();
+  changed |= choose_shutter(edit);
+  if (changed) bench.change_animation(edit, "animation");
+  ImGui::End();
+  ImGui::PopStyleVar(2);
+}
+
+}  // namespace emberline
