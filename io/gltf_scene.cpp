@@ -2,19 +2,16 @@
 
 #include <algorithm>
 #include <deque>
-#include <exception>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "io/gltf_accessor.h"
 #include "io/gltf_extensions.h"
-#include "io/gltf_mesh.h"
+#include "io/gltf_meshes.h"
 #include "io/gltf_node_objects.h"
 #include "io/gltf_poses.h"
 #include "io/gltf_shutter.h"
 #include "io/gltf_transform.h"
-#include "io/gltf_variants.h"
 #include "io/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -26,20 +23,6 @@ namespace emberline {
 namespace {
 
 using nlohmann::json;
-
-std::string primitive_pointer(size_t mesh, size_t primitive) {
-  return "/meshes/" + std::to_string(mesh) + "/primitives/" + std::to_string(primitive);
-}
-
-// A mesh in one pose, or in motion; all its primitives.
-struct MeshUse {
-  size_t mesh = 0;
-  std::vector<MeshPose> poses;
-  uint64_t placements = 0;
-  int skin = -1, node = -1;  // the node where it has weights of its own
-  bool rests = false;        // no time deforms it
-  std::vector<int> loaded;   // indices into SceneDescription::meshes
-};
 
 // A use placed in the world.
 struct Placement {
@@ -55,13 +38,6 @@ Mat44d translation_of(const Vec3d& shift) {
   return m;
 }
 
-// Of a ball around the mesh's origin.
-double radius_of(const MeshDescription& mesh) {
-  double largest = 0.0;
-  for (const Vec3f& p : mesh.positions) largest = std::max(largest, to_double(p).length());
-  return largest;
-}
-
 class SceneGraphReader {
  public:
   SceneGraphReader(const GltfDocument& document, const tinygltf::Model& model,
@@ -71,7 +47,6 @@ class SceneGraphReader {
         model_(model),
         scene_(scene),
         animation_(animation),
-        held_(held),
         rest_(rest),
         at_rest_(animation.at_rest),
         shutter_(document, model, animation, animation.open, animation.close),
@@ -79,12 +54,13 @@ class SceneGraphReader {
         visible_(visible_nodes(document, shutter_.pose())),
         poses_(document, model, shutter_),
         placements_memory_(document.progress->budget(), MemoryPart::kGeometry),
-        instances_memory_(document.progress->budget(), MemoryPart::kGeometry) {}
+        instances_memory_(document.progress->budget(), MemoryPart::kGeometry),
+        meshes_(document, at_rest_, held, rest, scene) {}
 
   void read() {
     find_moving_meshes();
     for (const size_t node : nodes_in_scene()) read_node(node);
-    load_meshes();
+    meshes_.load(uses_, mesh_may_move_);
     place_meshes();
     if (!at_rest_) scene_.rest_bounds = rest_bounds();
     report();
@@ -101,14 +77,6 @@ class SceneGraphReader {
   const std::vector<Mat44d>& instances_of(const json& instancing, size_t node);
   size_t find_use(size_t node);
   bool rests(size_t node) const;
-  void check_budget() const;
-  uint64_t count_elements(const json& primitive, std::span<const MeshPose> poses) const;
-  void load_meshes();
-  struct Primitive;
-  void load(Primitive& task) const;
-  const RestMesh* know(Primitive& task);
-  bool add_mesh(Primitive& task);
-  void note_without_surface(const LoadedMesh& loaded, uint64_t placements);
   void place_meshes();
   WorldBounds rest_bounds() const;
   [[noreturn]] void fail_empty(const std::string& dropped) const;
@@ -118,12 +86,10 @@ class SceneGraphReader {
   const tinygltf::Model& model_;
   SceneDescription& scene_;
   const GltfAnimation& animation_;
-  const std::span<const uint64_t> held_;
   GltfRest& rest_;
-  std::vector<char> may_move_;            // per node
-  std::vector<char> mesh_may_move_;       // per mesh: by a node that wears it
-  bool meshes_change_ = false;            // by pointers to them
-  std::vector<const RestMesh*> resting_;  // per mesh of scene_; null: it deforms
+  std::vector<char> may_move_;       // per node
+  std::vector<char> mesh_may_move_;  // per mesh: by a node that wears it
+  bool meshes_change_ = false;       // by pointers to them
   const bool at_rest_;
   const GltfShutter shutter_;
   const std::vector<Mat44d>& world_;  // per node, as it opens
@@ -137,7 +103,7 @@ class SceneGraphReader {
   MemoryReservation placements_memory_;
   std::vector<Mat44d> instances_;  // at rest, where nobody asks again
   MemoryReservation instances_memory_;
-  uint64_t points_ = 0, lines_ = 0;  // placed, which have no surface
+  GltfMeshLoader meshes_;
 };
 
 // Depth first, in file order, without recursion: hierarchies may be any number of levels deep.
@@ -293,196 +259,6 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   uses_[use].placements += instances.size();
 }
 
-// Primitives and morph targets may share accessors, so that a small file could ask for any number
-// of vertices; and nodes a primitive, in poses of their own. What is read of each is held against
-// what there is; variants count as an index each. The allowance is chosen by us: sharing
-// sixty-fourfold is unheard of.
-void SceneGraphReader::check_budget() const {
-  uint64_t backed = document_.total_bytes;
-  for (const GltfAccessor& accessor : document_.accessors) {
-    if (accessor.view >= 0) backed += accessor.count;
-  }
-  uint64_t elements = 0;
-  for (const MeshUse& use : uses_) {
-    for (const json& primitive : document_.json.at("meshes")[use.mesh].at("primitives")) {
-      elements += count_elements(primitive, use.poses);
-    }
-  }
-  if (elements > (uint64_t(1) << 22) + backed * 64) {
-    throw InputError(document_.file, "the meshes add up to " + std::to_string(elements) +
-                                         " vertices and indices, more than the size of the file "
-                                         "bears out");
-  }
-}
-
-// Elements of accessors that reading the primitive in its poses takes.
-uint64_t SceneGraphReader::count_elements(const json& primitive,
-                                          std::span<const MeshPose> poses) const {
-  const auto accessor = [&](const json& index) -> const GltfAccessor& {
-    static const GltfAccessor none;
-    return index.is_null() ? none : document_.accessors[index.get<size_t>()];
-  };
-  uint64_t elements = variant_material_count(primitive);
-  const json* indices = find_member(primitive, "indices");
-  // A Draco stream vouches for its own count.
-  const bool is_draco = find_extension(primitive, "KHR_draco_mesh_compression");
-  const bool is_read = indices && (!is_draco || accessor(*indices).view >= 0);
-  const uint64_t corners = is_read ? accessor(*indices).count : UINT64_MAX;
-  if (corners != UINT64_MAX) elements += corners;
-  const auto add = [&](const json& attributes) {
-    for (const json& attribute : attributes) {
-      const GltfAccessor& source = accessor(attribute);
-      if (is_draco && source.view < 0) continue;
-      // Indices that name few vertices have few read (PrimitiveReader).
-      const uint64_t most = corners <= UINT64_MAX / 4 ? corners * 4 : UINT64_MAX;
-      elements += std::min(source.count, most) + source.sparse.count;
-    }
-  };
-  add(primitive.at("attributes"));
-  const json* targets = find_member(primitive, "targets");
-  const size_t count = std::min(targets ? targets->size() : 0, poses[0].weights.size());
-  for (size_t t = 0; t < count; ++t) {
-    const auto counts = [t](const MeshPose& pose) { return pose.weights[t] != 0.0; };
-    if (std::ranges::any_of(poses, counts)) add((*targets)[t]);
-  }
-  return elements;
-}
-
-// A primitive of a use, on its way into the scene.
-struct SceneGraphReader::Primitive {
-  size_t use = 0, primitive = 0;
-  std::vector<TangentLayout> layouts = {};
-  const RestMesh* known = nullptr;  // it has been read before
-  LoadedMesh result = {};
-};
-
-// Of a mesh that rests no more than its layouts where it has been read before, and is held.
-void SceneGraphReader::load(Primitive& task) const {
-  static const MaterialDescription default_material;
-  const MeshUse& use = uses_[task.use];
-  const json& primitive = document_.json.at("meshes")[use.mesh].at("primitives")[task.primitive];
-  const std::string pointer = primitive_pointer(use.mesh, task.primitive);
-  std::vector<VariantMaterial> others;
-  std::optional<InputError> variants_fault;
-  try {
-    if (scene_.variants_read) others = read_variant_materials(document_, primitive, pointer);
-  } catch (const InputError& error) {
-    if (document_.requires_extension("KHR_materials_variants")) throw;
-    variants_fault = error;
-  }
-  const int own = primitive.value("material", -1);
-  const auto require = [&](int material) {
-    if (material >= 0) document_.faults->require("/materials/" + std::to_string(material));
-  };
-  require(own);
-  for (const VariantMaterial& other : others) require(other.material);
-  std::vector<const MaterialDescription*> materials = {own >= 0 ? &scene_.materials[size_t(own)]
-                                                                : &default_material};
-  for (const VariantMaterial& other : others) {
-    materials.push_back(&scene_.materials[size_t(other.material)]);
-  }
-  task.layouts = tangent_layouts(materials);
-  const auto found = use.rests ? rest_.meshes.find({use.mesh, task.primitive, use.skin, use.node})
-                               : rest_.meshes.end();
-  if (found != rest_.meshes.end() && found->second.layouts == task.layouts) {
-    task.known = &found->second;
-    const bool is_empty = task.known->key == 0;
-    if (is_empty || std::ranges::binary_search(held_, task.known->key)) {
-      task.result = task.known->loaded;
-      return;
-    }
-  }
-  task.result = load_primitive(document_, use.mesh, task.primitive, use.poses, materials,
-                               scene_.tangents_read);
-  task.result.mesh.variant_materials = std::move(others);
-  task.result.variants_fault = variants_fault;
-}
-
-// Keeps what the next poses need not read; null for a mesh that deforms.
-const RestMesh* SceneGraphReader::know(Primitive& task) {
-  const MeshUse& use = uses_[task.use];
-  MeshDescription& mesh = task.result.mesh;
-  mesh.may_move = mesh_may_move_[use.mesh];
-  if (!use.rests) {
-    rest_.deforms = rest_.deforms || !at_rest_;
-    return nullptr;
-  }
-  const bool is_read = !mesh.triangles.empty();
-  if (is_read) rest_.read_bytes += task.result.bytes;
-  const GltfRest::MeshId id(use.mesh, task.primitive, use.skin, use.node);
-  if (!task.known) {
-    RestMesh known;
-    if (is_read) known.key = ++rest_.last_key;
-    known.layouts = std::move(task.layouts);
-    known.radius = radius_of(mesh);
-    for (const Vec3f& p : mesh.positions) known.bounds.add(to_double(p));
-    MeshDescription arrays = std::exchange(mesh, {});
-    mesh.name = arrays.name;
-    mesh.material = arrays.material;
-    mesh.variant_materials = arrays.variant_materials;
-    known.loaded = task.result;
-    mesh = std::move(arrays);
-    rest_.memory.add(sizeof(RestMesh) + mesh.name.size(), document_.file);
-    task.known = &rest_.meshes.insert_or_assign(id, std::move(known)).first->second;
-  }
-  mesh.key = task.known->key;
-  if (mesh.key != 0 && !is_read) mesh.held = task.known->bounds;
-  rest_.resting_bytes += task.result.bytes;
-  return task.known;
-}
-
-// What there is to say of it, and it itself. False: nothing of it is left.
-bool SceneGraphReader::add_mesh(Primitive& task) {
-  for (const std::string& what : task.result.ignored) {
-    report_ignored(document_.file, what, scene_.coverage);
-  }
-  for (const std::string& what : task.result.approximated) {
-    report_approximated(document_.file, what, scene_.coverage);
-  }
-  note_without_surface(task.result, uses_[task.use].placements);
-  const std::string extensions =
-      primitive_pointer(uses_[task.use].mesh, task.primitive) + "/extensions/";
-  const auto left_out = [&](const std::optional<InputError>& fault, const char* extension) {
-    if (fault) document_.faults->leave_out(extensions + extension, *fault);
-  };
-  left_out(task.result.draco_fault, "KHR_draco_mesh_compression");
-  left_out(task.result.variants_fault, "KHR_materials_variants");
-  scene_.repairs.degenerate_triangles += task.result.repairs.degenerate_triangles;
-  scene_.repairs.non_finite_triangles += task.result.repairs.non_finite_triangles;
-  if (task.result.mesh.triangles.empty() && !task.result.mesh.held) return false;
-  uses_[task.use].loaded.push_back(int(scene_.meshes.size()));
-  scene_.meshes.push_back(std::move(task.result.mesh));
-  return true;
-}
-
-void SceneGraphReader::note_without_surface(const LoadedMesh& loaded, uint64_t placements) {
-  uint64_t& sum = loaded.mode == 0 ? points_ : lines_;
-  const uint64_t placed = bytes_of(loaded.without_surface, placements);
-  sum += std::min(placed, UINT64_MAX - sum);
-}
-
-void SceneGraphReader::load_meshes() {
-  check_budget();
-  std::vector<Primitive> tasks;
-  for (size_t u = 0; u < uses_.size(); ++u) {
-    const size_t count = document_.json.at("meshes")[uses_[u].mesh].at("primitives").size();
-    for (size_t p = 0; p < count; ++p) tasks.push_back({u, p});
-  }
-  document_.progress->begin(LoadStage::kMeshes, tasks.size());
-  const std::vector<std::exception_ptr> errors =
-      document_.try_each(tasks.size(), [&](size_t i) { load(tasks[i]); });
-  // The first in file order, so that the message does not depend on timing.
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
-  }
-  rest_.deforms = false;
-  rest_.read_bytes = rest_.resting_bytes = 0;
-  for (Primitive& task : tasks) {
-    const RestMesh* known = know(task);
-    if (add_mesh(task)) resting_.push_back(known);
-  }
-}
-
 void SceneGraphReader::place_meshes() {
   uint64_t count = 0, name_bytes = 0;
   for (const Placement& placement : placements_) {
@@ -513,8 +289,7 @@ void SceneGraphReader::place_meshes() {
       InstanceDescription instance{name, mesh, placement.to_world};
       if (!motion.empty()) {
         double& radius = radii[size_t(mesh)];
-        const RestMesh* known = resting_[size_t(mesh)];
-        if (radius < 0.0) radius = known ? known->radius : radius_of(scene_.meshes[size_t(mesh)]);
+        if (radius < 0.0) radius = meshes_.radius_of(mesh);
         instance.to_world = motion[0];
         instance.motion = thinned_transforms(motion, radius);
         if (!instance.motion.empty()) instance.motion.erase(instance.motion.begin());
@@ -548,7 +323,8 @@ WorldBounds SceneGraphReader::rest_bounds() const {
 // Says what there is instead.
 void SceneGraphReader::fail_empty(const std::string& dropped) const {
   std::string found;
-  for (const auto& [count, what] : {std::pair(points_, " points"), std::pair(lines_, " lines")}) {
+  for (const auto& [count, what] :
+       {std::pair(meshes_.points(), " points"), std::pair(meshes_.lines(), " lines")}) {
     if (count > 0) found += (found.empty() ? "" : " and ") + readable_count(count) + what;
   }
   std::string text = found.empty() ? "no geometry to render"
