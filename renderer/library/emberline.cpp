@@ -35,6 +35,7 @@ struct Scene::State {
   SceneBuildOptions build;
   CoverageReport coverage;
   WorldBounds bounds;
+  AnimationEdit animation;  // that it was opened with
   std::unique_ptr<EditableScene> scene;
 };
 
@@ -243,6 +244,7 @@ Scene::Scene(const std::string& path, const Settings& given, const Resources& re
     tbb::task_arena(arena_threads(resources)).execute([&] {
       SceneEdits edits = load_edits(settings, progress);
       apply_animation(edits.animation, settings);
+      state_->animation = edits.animation;
       SceneDescription description = load_scene(settings, progress, true, need_tangents(edits));
       choose_variant(settings, description, edits);
       state_->coverage = description.coverage;
@@ -258,7 +260,13 @@ Scene& Scene::operator=(Scene&& other) noexcept = default;
 Scene::~Scene() = default;
 
 void Scene::edit(std::string_view json) {
-  translated([&] { state_->scene->set(parse_edits(json, "the edits")); });
+  translated([&] {
+    const SceneEdits edits = parse_edits(json, "the edits");
+    if (edits.animation != AnimationEdit() && edits.animation != state_->animation) {
+      throw emberline::InputError(edits.animation.place, "a scene is posed when it is opened");
+    }
+    state_->scene->set(edits);
+  });
 }
 
 std::vector<std::string> Scene::lights() const {

@@ -97,8 +97,9 @@ class EMBERLINE_API Scene {
   Scene& operator=(Scene&& other) noexcept;
   ~Scene();
 
-  // All that differs from the file from now on, as --edits reads it (JSON). Throws InputError; the
-  // scene is then as it was.
+  // All that differs from the file from now on, as --edits reads it (JSON), but for the time: the
+  // scene stays as it was posed when it was opened, and another "animation" is refused. Throws
+  // InputError; the scene is then as it was.
   void edit(std::string_view json);
   // The file's names.
   std::vector<std::string> lights() const;

@@ -41,6 +41,11 @@ SceneEdits everything() {
   edits.camera.fov_y_degrees = 33.3;
   edits.camera.f_stop = 2.8;
   edits.camera.focus_distance = 1.0 / 7.0;
+  edits.animation.name = "walk";
+  edits.animation.time = 0.1;
+  edits.animation.fps = 29.97;
+  edits.animation.shutter_open = -0.25;
+  edits.animation.shutter_close = 1.0 / 3.0;
   edits.variant = EditTarget{"beach", 3, ""};
   edits.environment.strength = 0.1f;
   edits.environment.rotation_degrees = -123.4f;
@@ -167,6 +172,12 @@ TEST_F(EditsFile, SaysWhatIsWrongAndWhere) {
       {R"("camera": {"look_from": [0, 1, 2], "look_at": [0, 0, 0], "up": [0, 0, 0]})",
        {"#/camera/up: ", "direction"}},
       {R"("camera": {"mirrored": true})", {"#/camera/mirrored: ", "look_from"}},
+      {R"("animation": {"time": 1e7})", {"#/animation/time: ", "1000000"}},
+      {R"("animation": {"fps": 0})", {"#/animation/fps: ", "0.001"}},
+      {R"("animation": {"shutter_open": 0})", {"#/animation: ", "shutter_close"}},
+      {R"("animation": {"shutter_open": 0.5, "shutter_close": 0})",
+       {"#/animation/shutter_close: ", "before it opens"}},
+      {R"("animation": {"when": 0})", {"#/animation", "when"}},
       {R"("camera": {"look_from": [0, 1, 2], "look_at": [0, 0, 0], "mirrored": 1})",
        {"#/camera/mirrored: ", "true or false"}},
       {R"("camera": {"orthographic_height": 0})", {"#/camera/orthographic_height: ", "1e-15"}},
