@@ -29,7 +29,8 @@ bool has_light(const SceneDescription& scene) {
   }
   return std::ranges::any_of(scene.instances, [&](const InstanceDescription& placed) {
     const MaterialDescription* material = material_of(scene, placed);
-    return material && emits(*material) && !scene.meshes[size_t(placed.mesh)].triangles.empty();
+    const MeshDescription& mesh = scene.meshes[size_t(placed.mesh)];
+    return material && emits(*material) && (mesh.held || !mesh.triangles.empty());
   });
 }
 

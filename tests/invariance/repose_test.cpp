@@ -100,7 +100,9 @@ class PosedScene {
 
 TEST_P(Repose, GivesTheBitsOfAFreshLoad) {
   const std::string animation = GetParam();
-  const When times[] = {{0.0}, {0.7}, {1.6}, {0.7, true}, {1.3, true}, {0.2}, {0.0}};
+  // A box appears at 0.5 s, and goes at 1.5 s: also while the shutter is open.
+  const When times[] = {{0.0}, {0.7},        {1.6},       {0.7, true}, {0.45, true}, {1.0},
+                        {0.2}, {1.45, true}, {1.3, true}, {0.4, true}, {0.0}};
   PosedScene posed(at(animation, {1.0}));
   for (const When& when : times) {
     posed.pose(at(animation, when));
@@ -134,6 +136,18 @@ TEST_F(Repose, TakesAnotherAnimation) {
     posed.pose(at(animation, {0.9}));
     expect_same_bits(picture(posed.scene(), posed.camera()), fresh(animation, {0.9}), animation);
   }
+}
+
+// A mesh that is held gives light, so no environment takes its place.
+TEST_F(Repose, LampsThatRestAreLightEnough) {
+  AnimatedStage stage;
+  stage.gltf.root["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = 0;
+  const std::string file = stage.gltf.write_glb(folder_ / "lamps.glb");
+  PosedScene posed(settings(file, "box", {0.0}));
+  const FrameSettings later = settings(file, "box", {1.2});
+  posed.pose(later);
+  expect_same_bits(picture(posed.scene(), posed.camera()),
+                   picture(*build_scene(load_scene(later), {}), posed.camera()), "lit by meshes");
 }
 
 TEST_F(Repose, KeepsTheEdits) {
