@@ -18,9 +18,10 @@ constexpr float kMinSurvival = 0.05f;
 float balance(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
 
 // Of a point sampled on a triangle, at its brightest.
-Rgb triangle_radiance(const Scene& scene, const LightSample& light,
-                      const EmissiveTriangle& triangle, const Material& material, float time,
-                      PixelSamples& samples) {
+[[gnu::always_inline]] inline Rgb triangle_radiance(const Scene& scene, const LightSample& light,
+                                                    const EmissiveTriangle& triangle,
+                                                    const Material& material, float time,
+                                                    PixelSamples& samples) {
   if (material.emits_evenly()) return material.emission();
   const SurfaceAttributes attributes = scene.emitter_attributes(triangle, time, light.barycentric);
   // A number of its own: the emitter's texel must not depend on which texel this vertex took.

@@ -30,7 +30,7 @@ class SpecularAlbedo {
     float loss;     // 1 - E, in [0, 1]
     float schlick;  // B, in [0, 1]
   };
-  Value at(float mu) const {  // mu in [0, 1]
+  [[gnu::always_inline]] Value at(float mu) const {  // mu in [0, 1]
     const float m = std::max(0.0f, 1.0f - mu);
     const float m5 = square(square(m)) * m;
     if (row_ == nullptr) return {0.0f, m5};
