@@ -127,7 +127,7 @@ class Camera {
   // See CameraDescription; null: none.
   std::shared_ptr<const TimeCurve<double>> zoom_;
   double scale_ = 1.0;
-  double largest_ = 1.0;  // size of the picture, as view_from counts it
+  double largest_ = 1.0;    // size of the picture, as view_from counts it
   double last_size_ = 1.0;  // of the picture, as it closes
 };
 
