@@ -79,7 +79,7 @@ double row_weight(int row, int height) {
 
 EnvironmentLight::EnvironmentLight(const Rgb& constant)
     : map_constant_(constant), map_mean_luminance_(luminance(constant)) {
-  adjust(1.0f, Rgb(1.0f), 0.0f);
+  adjust({});
 }
 
 EnvironmentLight::EnvironmentLight(std::shared_ptr<const Image> image, float strength,
@@ -94,7 +94,7 @@ EnvironmentLight::EnvironmentLight(std::shared_ptr<const Image> image, float str
   column_scale_ = float(width_ / (2.0 * kPiD));
   row_scale_ = float(height_ / kPiD);
   build_tables(settings.mis_compensation);
-  adjust(strength, Rgb(1.0f), rotation_degrees);
+  adjust({strength, Rgb(1.0f), rotation_degrees});
 }
 
 EnvironmentLight::~EnvironmentLight() = default;
@@ -103,7 +103,9 @@ uint64_t EnvironmentLight::table_bytes(const Image& image) {
   return bytes_of(bytes_of(uint64_t(image.width), uint64_t(image.height)), 2 * sizeof(uint32_t));
 }
 
-void EnvironmentLight::adjust(float strength, const Rgb& tint, float rotation_degrees) {
+void EnvironmentLight::adjust(const EnvironmentAdjustment& adjustment) {
+  adjustment_ = adjustment;
+  const auto& [strength, tint, rotation_degrees] = adjustment;
   factor_ = color4(tint * strength);
   constant_ = map_constant_ * (tint * strength);
   // What the tint makes of a grey map. Exactly 1 without any; how bright a coloured map gets is not

@@ -41,6 +41,13 @@ struct EnvironmentLightSettings {
   float mis_compensation = kMisCompensation;
 };
 
+// What may change without a look at the map.
+struct EnvironmentAdjustment {
+  float strength = 1.0f;
+  Rgb tint = Rgb(1.0f);
+  float rotation_degrees = 0.0f;
+};
+
 class EnvironmentLight {
  public:
   // Constant radiance: no table; sampled uniformly over the sphere.
@@ -55,7 +62,8 @@ class EnvironmentLight {
 
   // Another strength, tint and rotation of the same map, to the bits of a new light with them, and
   // without its cost: the tables depend on none of the three. Not thread-safe.
-  void adjust(float strength, const Rgb& tint, float rotation_degrees);
+  void adjust(const EnvironmentAdjustment& adjustment);
+  const EnvironmentAdjustment& adjustment() const { return adjustment_; }
 
   Rgb radiance(const Vec3f& direction) const;
   // Up to kRayBatch directions at once, so that the angles vectorise.
@@ -102,6 +110,7 @@ class EnvironmentLight {
   // The tables within rows, for the threshold of now; returns the sum of the rows' totals.
   double build_columns(std::vector<double>* row_totals);
 
+  EnvironmentAdjustment adjustment_;
   Rgb map_constant_ = Rgb(0.0f);  // if there is no image
   Rgb constant_ = Rgb(0.0f);      // radiance: the same, adjusted
   std::shared_ptr<const Image> image_;

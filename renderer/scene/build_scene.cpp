@@ -9,6 +9,7 @@
 #include "renderer/description/default_light.h"
 #include "renderer/description/framing.h"
 #include "renderer/scene/geometry.h"
+#include "renderer/scene/pose_handover.h"
 #include "renderer/scene/scene_updater.h"
 
 namespace emberline {
@@ -99,47 +100,6 @@ bool stands_alike(const Instance& a, const Instance& b) {
                             same(a.normal_transform, b.normal_transform));
 }
 
-// Arrays that go over from one pose's meshes to the next's, and back again unless they are kept.
-class Handover {
- public:
-  Handover(std::vector<Mesh>& from, std::vector<Mesh>& to) : from_(from), to_(to) {}
-  Handover(const Handover&) = delete;
-  Handover& operator=(const Handover&) = delete;
-  ~Handover() {
-    for (const Taken& t : taken_) {
-      exchange(to_[t.to], from_[t.from]);
-      from_[t.from].record = t.record;
-      from_[t.from].bvh = t.bvh;
-      if (!t.record) continue;
-      t.record->mesh = &from_[t.from];
-      t.record->instance = t.salt;
-    }
-  }
-
-  void take(uint32_t from, uint32_t to) {
-    const Mesh& mesh = from_[from];
-    taken_.push_back({from, to, mesh.record, mesh.bvh, mesh.record ? mesh.record->instance : 0});
-    exchange(from_[from], to_[to]);
-  }
-  void keep() { taken_.clear(); }
-
- private:
-  struct Taken {
-    uint32_t from, to;
-    std::shared_ptr<scene_detail::GeometryRecord> record;
-    std::shared_ptr<const scene_detail::OwnedScene> bvh;
-    uint32_t salt;  // the record's
-  };
-  static void exchange(Mesh& from, Mesh& to) {
-    std::swap<scene_detail::MeshArrays>(from, to);
-    if (to.record) to.record->mesh = &to;
-  }
-
-  std::vector<Mesh>& from_;
-  std::vector<Mesh>& to_;
-  std::vector<Taken> taken_;
-};
-
 }  // namespace
 
 class SceneBuilder {
@@ -213,7 +173,7 @@ bool SceneBuilder::build_from(std::unique_ptr<Scene>& before) {
   if (scene_->origin_ != before->origin_ || scene_->scale_ != before->scale_) return false;
   if (!find_held(*before)) return false;
   {
-    Handover handover(before->meshes_, scene_->meshes_);
+    scene_detail::PoseHandover handover(before->meshes_, scene_->meshes_, before->environment_);
     for (uint32_t i = 0; i < held_from_.size(); ++i) {
       if (held_from_[i] != SceneUpdater::kNone) handover.take(held_from_[i], i);
     }

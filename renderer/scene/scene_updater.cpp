@@ -228,7 +228,7 @@ bool SceneUpdater::set_environment() {
                                   e->file);
       light = std::make_shared<EnvironmentLight>(e->image, 1.0f, 0.0f);
     }
-    light->adjust(e->strength, e->tint, e->rotation_degrees);
+    light->adjust({e->strength, e->tint, e->rotation_degrees});
   } else {
     light.reset();
   }

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "renderer/lights/environment_light.h"
+#include "renderer/scene/geometry.h"
+
+namespace emberline::scene_detail {
+
+// What goes over from one pose to the next, and back again unless it is kept: arrays of meshes, and
+// the environment, which the next pose adjusts.
+class PoseHandover {
+ public:
+  // light: null for none.
+  PoseHandover(std::vector<Mesh>& from, std::vector<Mesh>& to,
+               const std::shared_ptr<EnvironmentLight>& light)
+      : from_(from), to_(to), light_(light) {
+    if (light_) adjustment_ = light_->adjustment();
+  }
+  PoseHandover(const PoseHandover&) = delete;
+  PoseHandover& operator=(const PoseHandover&) = delete;
+  ~PoseHandover() {
+    if (light_) light_->adjust(adjustment_);
+    for (const Taken& t : taken_) {
+      exchange(to_[t.to], from_[t.from]);
+      from_[t.from].record = t.record;
+      from_[t.from].bvh = t.bvh;
+      if (!t.record) continue;
+      t.record->mesh = &from_[t.from];
+      t.record->instance = t.salt;
+    }
+  }
+
+  void take(uint32_t from, uint32_t to) {
+    const Mesh& mesh = from_[from];
+    taken_.push_back({from, to, mesh.record, mesh.bvh, mesh.record ? mesh.record->instance : 0});
+    exchange(from_[from], to_[to]);
+  }
+  void keep() {
+    taken_.clear();
+    light_.reset();
+  }
+
+ private:
+  struct Taken {
+    uint32_t from, to;
+    std::shared_ptr<GeometryRecord> record;
+    std::shared_ptr<const OwnedScene> bvh;
+    uint32_t salt;  // the record's
+  };
+  static void exchange(Mesh& from, Mesh& to) {
+    std::swap<MeshArrays>(from, to);
+    if (to.record) to.record->mesh = &to;
+  }
+
+  std::vector<Mesh>& from_;
+  std::vector<Mesh>& to_;
+  std::vector<Taken> taken_;
+  std::shared_ptr<EnvironmentLight> light_;
+  EnvironmentAdjustment adjustment_;
+};
+
+}  // namespace emberline::scene_detail

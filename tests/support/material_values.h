@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "renderer/description/scene_description.h"
+#include "renderer/shading/material.h"
+
+namespace emberline::test {
+
+// Bytes, row by row.
+inline std::shared_ptr<Image> byte_image(int width, int height, int channels,
+                                         const std::vector<uint8_t>& values) {
+  auto image = std::make_shared<Image>();
+  image->width = width;
+  image->height = height;
+  image->channels = channels;
+  for (const uint8_t v : values) image->texels.push_back(std::byte(v));
+  return image;
+}
+
+inline SurfaceAttributes at(float u, float v) {
+  SurfaceAttributes a;
+  a.uv.fill(Vec2f(u, v));
+  return a;
+}
+
+}  // namespace emberline::test
