@@ -221,19 +221,53 @@ TEST_F(Repose, AFailedBuildLeavesTheOldOne) {
       .move(int(node), "translation", {0, 1, 2}, "VEC3", {1, 3, 2, 5e18f, 0, 0, -1, 3, 2})
       .move(2, "rotation", {0, 2}, "VEC4", {0, 0, 0, 1, 0, 1, 0, 0});
   const std::string file = gltf.write_glb(folder_ / "far.glb");
-  const auto far = [&](double time) {
-    FrameSettings s = settings(file, "far", {time});
-    s.environment = std::string(EMBERLINE_SCENES) + "/dusk.hdr";
-    return s;
-  };
+  const auto far = [&](double time) { return settings(file, "far", {time}); };
   PosedScene posed(far(0.0));
   const RenderedImage before = picture(posed.scene(), posed.camera());
-  SceneEdits edits;  // which the environment takes before the build fails
-  edits.environment.strength = 3.0f;
-  EXPECT_THROW(posed.pose(far(1.0), edits), InputError);
+  EXPECT_THROW(posed.pose(far(1.0)), InputError);
   expect_same_bits(picture(posed.scene(), posed.camera()), before, "after the failed build");
   posed.pose(far(2.0));
   expect_same_bits(picture(posed.scene(), posed.camera()), fresh(far(2.0)), "and the next");
+}
+
+// The environment is edited and lamps are switched on in the pose that fails.
+TEST_F(Repose, WhereverMemoryEndsTheOldOneStays) {
+  const auto s = [this](double time) {
+    FrameSettings at_time = at("all that moves", {time});
+    at_time.environment = std::string(EMBERLINE_SCENES) + "/dusk.hdr";
+    return at_time;
+  };
+  SceneEdits edits;
+  edits.environment.strength = 3.0f;
+  edits.materials.emplace_back().target.index = 0;
+  edits.materials.back().emission = Rgb(1.0f);
+  LoadLimits limits;
+  limits.memory = std::make_shared<MemoryBudget>(uint64_t(1) << 40);
+  MemoryBudget& budget = *limits.memory;
+  LoadProgress progress({}, {}, limits);
+  SceneFile file(s(0), progress, true, false);
+  PosedMemory memory(limits.memory);
+  EditableScene posed(file.pose(s(0), {}, progress), {.posable = true}, progress);
+  const CameraDescription camera = file.pose(s(0), {}, progress).cameras.at(0);
+  const RenderedImage before = picture(posed.scene(), camera);
+  int failures = 0;
+  for (uint64_t left = 1;; left += left / 4 + 1) {
+    memory.begin(file);
+    SceneDescription pose = file.pose(s(0.8), posed.scene().mesh_keys(), progress);
+    const MemoryReservation others(limits.memory, MemoryPart::kFilm,
+                                   budget.limit() - budget.reserved() - left, "others");
+    try {
+      ASSERT_TRUE(posed.repose(std::move(pose), edits, progress));
+      break;
+    } catch (const InputError&) {
+      memory.fail(file);
+      expect_same_bits(picture(posed.scene(), camera), before,
+                       std::to_string(left) + " bytes left");
+      ++failures;
+    }
+  }
+  EXPECT_GT(failures, 10);
+  EXPECT_NE(picture(posed.scene(), camera).values, before.values);
 }
 
 TEST_F(Repose, AHundredPosesTakeNoMoreMemoryThanOne) {
