@@ -34,25 +34,23 @@ constexpr size_t kUnfinishedSlots = 64;  // more files at once than any frame wr
 UnfinishedFile g_unfinished[kUnfinishedSlots];
 static_assert(std::atomic<int>::is_always_lock_free);
 
-void remember_unfinished(const std::string& name) noexcept {
-  if (name.size() >= PATH_MAX) return;
-  for (UnfinishedFile& slot : g_unfinished) {
+// The slot, or -1 for none. Only who has it looks at its name, but for the signal handler.
+int remember_unfinished(const std::string& name) noexcept {
+  if (name.size() >= PATH_MAX) return -1;
+  for (size_t i = 0; i < kUnfinishedSlots; ++i) {
+    UnfinishedFile& slot = g_unfinished[i];
     int expected = UnfinishedFile::kFree;
     if (!slot.state.compare_exchange_strong(expected, UnfinishedFile::kTaken)) continue;
     std::copy(name.begin(), name.end(), slot.name);
     slot.name[name.size()] = '\0';
     slot.state = UnfinishedFile::kReadable;
-    return;
+    return int(i);
   }
+  return -1;
 }
 
-void forget_unfinished(const std::string& name) noexcept {
-  for (UnfinishedFile& slot : g_unfinished) {
-    if (slot.state == UnfinishedFile::kReadable && name == slot.name) {
-      slot.state = UnfinishedFile::kFree;
-      return;
-    }
-  }
+void forget_unfinished(int slot) noexcept {
+  if (slot >= 0) g_unfinished[slot].state = UnfinishedFile::kFree;
 }
 
 [[noreturn]] void fail(const std::string& path, const std::string& what, int error) {
@@ -245,7 +243,7 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolve_l
                          : "cannot create a file in the folder " + folder,
          error == ENOENT ? 0 : error);
   }
-  remember_unfinished(temporary_);
+  unfinished_slot_ = remember_unfinished(temporary_);
   // Best effort: on some file systems permissions cannot be changed, which is no reason to stop.
   if (exists && ::fchmod(descriptor_, status.st_mode & 07777) != 0) errno = 0;
 }
@@ -255,7 +253,7 @@ AtomicFile::~AtomicFile() { discard(); }
 void AtomicFile::discard() noexcept {
   if (!temporary_.empty()) {  // while it is locked: nobody else removes it, or takes its name
     ::unlink(temporary_.c_str());
-    forget_unfinished(temporary_);
+    forget_unfinished(unfinished_slot_);
     temporary_.clear();
   }
   if (descriptor_ >= 0) ::close(descriptor_);
@@ -291,7 +289,7 @@ int AtomicFile::commit_locked(bool fresh) {
     fail(path_, "finishing the file failed", error);
   }
   descriptor_ = -1;
-  forget_unfinished(temporary_);
+  forget_unfinished(unfinished_slot_);
   temporary_.clear();
 
   // The new name survives a power cut only once the folder is flushed too. The file is whole

@@ -45,9 +45,10 @@ class AtomicFile {
  private:
   void discard() noexcept;
 
-  std::string path_;       // for messages
-  std::string target_;     // path_ with symbolic links resolved
-  std::string temporary_;  // empty once renamed or removed
+  std::string path_;          // for messages
+  std::string target_;        // path_ with symbolic links resolved
+  std::string temporary_;     // empty once renamed or removed
+  int unfinished_slot_ = -1;  // see remove_unfinished_files
   int descriptor_ = -1;
 };
 
@@ -79,6 +80,7 @@ class FolderLock {
   bool take(const std::string& folder);
 
  private:
+  int unfinished_slot_ = -1;  // see remove_unfinished_files
   int descriptor_ = -1;
 };
 
@@ -128,6 +130,7 @@ class GrowingFile {
 
  private:
   std::string path_;
+  int unfinished_slot_ = -1;  // see remove_unfinished_files
   int descriptor_ = -1;
 };
 

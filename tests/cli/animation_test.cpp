@@ -137,7 +137,7 @@ TEST_F(AnimationOption, WhatIsHiddenForNowIsAnEmptyPicture) {
   const RunResult hidden =
       render(render_words({"--spp", "4", "--driver", "adaptive", "--time", "0"}));
   EXPECT_NE(hidden.err.find("the animation hides all there is to see"), std::string::npos);
-  const std::vector<float>& alpha = read_exr(path("out.exr")).channels.at("A");
+  const std::vector<float> alpha = read_exr(path("out.exr")).channels.at("A");
   EXPECT_EQ(alpha, std::vector<float>(alpha.size(), 0.0f));
   // It appears after a quarter of the shutter, and a replay says when its sample is.
   const Words shutter = {"--time", "0.75", "--fps", "1", "--shutter", "0,1"};
