@@ -7,7 +7,6 @@
 #endif
 
 #include "renderer/core/errors.h"
-#include "renderer/core/hash.h"
 #include "renderer/core/log.h"
 #include "renderer/scene/embree_version.h"
 
@@ -140,11 +139,12 @@ void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
 }
 
 bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
-             uint32_t coverage_key) {
+             const CoverageKey& coverage_key) {
   const SurfaceAttributes attributes = interpolate_attributes(mesh, primitive, u, v);
-  const uint32_t h = hash_combine(hash_combine(coverage_key, instance), primitive);
-  const float coverage = mesh.material->coverage(attributes, to_unit_float(h));
-  return to_unit_float(hash32(h ^ 0x6a09e667u)) < coverage;
+  const CoverageNumbers numbers(coverage_key, instance, primitive);
+  const float coverage = mesh.material->coverage(attributes, numbers.texel());
+  if (coverage <= 0.0f || coverage >= 1.0f) return coverage > 0.0f;
+  return numbers.decision() < coverage;
 }
 
 SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v) {
