@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "renderer/core/ray.h"
+#include "renderer/film/clamped_light.h"
 #include "renderer/film/film.h"
 #include "renderer/film/light_group_values.h"
 #include "renderer/scene/camera.h"
@@ -20,7 +21,11 @@ namespace emberline {
 struct IntegratorSettings {
   // Scattering events: 1 is direct light only. To go straight through a smooth thin wall is none.
   int max_depth = 16;
-  bool transparent = false;    // the environment lights the scene but is not seen by the camera
+  bool transparent = false;  // the environment lights the scene but is not seen by the camera
+  // The most that a path's light may add to a sample in any channel, where it has come by way of
+  // more than the surface that is seen: scaled down beyond it, in its colour. Mirrors and smooth
+  // glass are seen through. 0: no limit.
+  float clamp_indirect = 0.0f;
   bool light_sampling = true;  // off: BSDF sampling alone (an independent estimator for the tests)
 };
 
@@ -38,6 +43,8 @@ struct SampleBatch {
   // light; what is added there adds up to SampleValue::radiance.
   const LightGroups* light_groups = nullptr;
   LightGroupValues* light_values = nullptr;
+  // With IntegratorSettings::clamp_indirect: counts what it takes. Else null.
+  ClampedLight* clamped = nullptr;
 };
 
 class Integrator {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 #include "renderer/lights/environment_light.h"
@@ -86,6 +87,7 @@ void PathBatch<kGlass, kGroups>::trace(std::span<SampleValue> values) {
   for (const int lane : hit) {
     values[size_t(lane)].radiance = paths_[lane].radiance;
     values[size_t(lane)].rays = paths_[lane].rays;
+    if (batch_.clamped) values[size_t(lane)].clamped = clamped_[lane];
   }
 }
 
@@ -109,6 +111,7 @@ void PathBatch<kGlass, kGroups>::find_first_hits(std::span<SampleValue> values) 
     Path& path = paths_.emplace(lane);
     path.ray = ray;
     path.hit = hit;
+    if (batch_.clamped) clamped_.emplace(lane) = Rgb(0.0f);
     values[size_t(lane)].alpha = 1.0f;
     alive_.add(lane);
   }
@@ -204,13 +207,10 @@ void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> va
                      &values[size_t(lane)].first_hit);
     }
     const Rgb emitted = surface_emission(path, point);
-    path.radiance = fma(path.throughput, emitted, path.radiance);
-    if constexpr (kGroups) {
-      if (!is_black(emitted)) {
-        batch_.light_values->add(lane,
-                                 batch_.light_groups->of_material(point.surface.material_index),
-                                 path.throughput, emitted);
-      }
+    if (!is_black(emitted)) {
+      const uint32_t group =
+          kGroups ? batch_.light_groups->of_material(point.surface.material_index) : 0u;
+      add_light(lane, path.way, group, emitted);
     }
     path.last.query = {point.surface.position, point.frame.shading.normal,
                        kGlass && bsdfs_[lane].transmits_non_delta(), path.ray.time};
@@ -306,10 +306,32 @@ void PathBatch<kGlass, kGroups>::add_connection(int lane) {
   // balance / pdf = 1 / (pdf + other); a point-like light has no other technique.
   const Rgb arriving =
       c.scattered * c.radiance / (c.light.delta ? c.light.pdf : c.light.pdf + c.bsdf_pdf);
+  const Way way = path.way == Way::kSeen ? Way::kDirect : Way::kIndirect;
+  add_light(lane, way, kGroups ? group_of(c.light) : 0u, arriving);
+}
+
+template <bool kGlass, bool kGroups>
+void PathBatch<kGlass, kGroups>::add_light(int lane, Way way, uint32_t group, const Rgb& light) {
+  Path& path = paths_[lane];
+  Rgb arriving = light;
+  if (batch_.clamped && way == Way::kIndirect) [[unlikely]]
+    arriving = clamp(lane, group, light);
   path.radiance = fma(path.throughput, arriving, path.radiance);
-  if constexpr (kGroups) {
-    batch_.light_values->add(lane, group_of(c.light), path.throughput, arriving);
-  }
+  if constexpr (kGroups) batch_.light_values->add(lane, group, path.throughput, arriving);
+}
+
+// Light that is not finite stays so: it is to be seen that there was some.
+template <bool kGlass, bool kGroups>
+[[gnu::noinline, gnu::cold]] Rgb PathBatch<kGlass, kGroups>::clamp(int lane, uint32_t group,
+                                                                   const Rgb& light) {
+  const Rgb& throughput = paths_[lane].throughput;
+  const float most = max_component(throughput * light);
+  if (!(most > settings_.clamp_indirect) || !std::isfinite(most)) return light;
+  const Rgb clamped = light * (settings_.clamp_indirect / most);
+  const Rgb taken = throughput * (light - clamped);
+  clamped_[lane] += taken;
+  batch_.clamped->take(group, taken);
+  return clamped;
 }
 
 template <bool kGlass, bool kGroups>
@@ -371,7 +393,10 @@ bool PathBatch<kGlass, kGroups>::leave_along(const BsdfSample& next, int lane) {
       scattering.vertex = path.last;
       scattering.events++;
       scattering.walls = 0;
+      path.way = longer(path.way, next.delta);
     }
+  } else {
+    path.way = longer(path.way, next.delta);
   }
   path.ray = {point.spawn_origin(direction), direction, kInfinity, path.ray.time};
   return true;
@@ -405,11 +430,8 @@ void PathBatch<kGlass, kGroups>::see_environment(const LaneList& missed) {
       const float light_pdf = pdf[i] * lights_.environment_probability(from.query);
       radiance[i] *= balance(from.bsdf_pdf, light_pdf);
     }
-    path.radiance = fma(path.throughput, radiance[i], path.radiance);
-    if constexpr (kGroups) {
-      batch_.light_values->add(missed[i], batch_.light_groups->of_environment(), path.throughput,
-                               radiance[i]);
-    }
+    add_light(missed[i], path.way, kGroups ? batch_.light_groups->of_environment() : 0u,
+              radiance[i]);
   }
 }
 

@@ -44,6 +44,13 @@ class PathBatch {
     PathWavelength wavelength;
   };
   struct NoScattering {};
+  // How light that reaches the path comes to the camera: it is seen, through mirrors and smooth
+  // glass perhaps; it falls on a surface that is seen so; or by a longer way.
+  enum class Way : uint8_t { kSeen, kDirect, kIndirect };
+  static Way longer(Way way, bool delta) {
+    if (way == Way::kSeen) return delta ? Way::kSeen : Way::kDirect;
+    return Way::kIndirect;
+  }
   struct Path {
     Ray ray;
     SurfaceHit hit;
@@ -51,6 +58,7 @@ class PathBatch {
     Rgb radiance = Rgb(0.0f);
     float eta_scale = 1.0f;  // radiance compression by refraction so far; for roulette only
     Interior interior;       // what the ray is inside of
+    Way way = Way::kSeen;    // of light that the ray finds; if light is clamped
     LastVertex last;
     [[no_unique_address]] std::conditional_t<kGlass, Scattering, NoScattering> scattering;
     SampleRays rays;
@@ -83,6 +91,8 @@ class PathBatch {
   void follow_rays();
   void see_environment(const LaneList& missed);
   uint32_t group_of(const LightSample& light) const;
+  void add_light(int lane, Way way, uint32_t group, const Rgb& light);
+  Rgb clamp(int lane, uint32_t group, const Rgb& light);
 
   const IntegratorSettings& settings_;
   const SampleBatch& batch_;
@@ -96,6 +106,7 @@ class PathBatch {
   LaneArray<ShadedPoint> points_;
   LaneArray<SurfaceBsdf> bsdfs_;
   LaneArray<Connection> connections_;
+  LaneArray<Rgb> clamped_;  // if light is clamped: what the lane's sample has lost
 };
 
 }  // namespace emberline

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the gallery's heatmaps: figure_1_spheres.jpg and figure_1_teapot.jpg (picture left, sample density right),
-blur.jpg (the same of a shutter, of a lens, and of both), and heatmaps.jpg (samples, reasons, time and error of one
-frame).
+blur.jpg (the same of a shutter, of a lens, and of both), heatmaps.jpg (samples, reasons, time and error of one
+frame), and clamped.jpg (a picture without and with --clamp-indirect, and what that took).
 
     make_heatmaps.py [--emberline BINARY] [--out DIR] [--size WxH] [--threads N] [--only NAME,...]
 
@@ -69,6 +69,21 @@ def make_heatmaps(emberline, threads, out):
         run("oiiotool", *pictures, "--mosaic:pad=8", "2x2", *JPEG, out)
 
 
+def make_clamped(emberline, threads, out):
+    """A picture, the same with its indirect light clamped, and what that took."""
+    with tempfile.TemporaryDirectory() as folder:
+        frame, clamped = pathlib.Path(folder) / "frame.exr", pathlib.Path(folder) / "clamped.exr"
+        render = [emberline, "render", HERE / "glass_metal.glb", "--size", "400x225", "--spp", "64", "--quiet", *threads]
+        run(*render, "-o", frame)
+        run(*render, "-o", clamped, "--clamp-indirect", "4", "--aov", "clamped")
+        panels = []
+        for source, layer in ((frame, ""), (clamped, ""), (clamped, "clamped.")):
+            panels.append(pathlib.Path(folder) / f"{len(panels)}.png")
+            channels = ",".join(f"{name}={layer}{name}" for name in "RGB")
+            run("oiiotool", source, "--ch", channels, "--colorconvert", "linear", "sRGB", "-d", "uint8", "-o", panels[-1])
+        run("oiiotool", *panels, "--mosaic:pad=8", "3x1", *JPEG, out)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--emberline", type=pathlib.Path, default=HERE.parent / "build/release/bin/emberline")
@@ -84,6 +99,7 @@ def main():
     blurs = [BLUR + how + threads for how in (SHUTTER + ["--plain"], LENS + ["--plain"], SHUTTER + LENS)]
     figures["blur"] = lambda out: make_figure(options.emberline, "moving_blade", blurs, out)
     figures["heatmaps"] = lambda out: make_heatmaps(options.emberline, options.threads, out)
+    figures["clamped"] = lambda out: make_clamped(options.emberline, threads, out)
     for name in options.only.split(",") if options.only else figures:
         out = options.out / f"{name}.jpg"
         figures[name](out)

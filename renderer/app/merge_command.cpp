@@ -58,6 +58,7 @@ int run_merge(const MergeOptions& merge) {
   RenderReport report;
   report.counters = frame.counters();
   report.complete = frame.complete();
+  if (options.light_groups) report.light_layers = frame.first().light_layers();
   report.crop = crop;
   report.threads = workers.count();
   report.budget = limits.memory;
@@ -69,7 +70,8 @@ int run_merge(const MergeOptions& merge) {
                             text_in(part->head(), "machine", "instruction sets")});
   }
   WriteAttempts attempts;
-  outputs.finish({frame.complete(), report.counters.samples}, attempts);
+  outputs.finish({frame.complete(), report.counters.samples, report.counters.clamped.share()},
+                 attempts);
   warn_of_non_finite(report.counters, options.seed);
   report.failed_outputs = attempts.failed();
   report.exit_code = attempts.failed().empty() ? kExitDone : kExitRenderFailed;

@@ -43,6 +43,9 @@ void summarize(const RenderOptions& options, const RenderReport& report,
   if (samples < c.samples) {
     log_info(fmt::format("went on from {} samples of the checkpoint", c.samples - samples));
   }
+  if (c.clamped.clamps()) {
+    log_info(fmt::format("--clamp-indirect took {:.3g} % of the light", 100.0 * c.clamped.share()));
+  }
   for (const std::string& path : written) log_info("wrote " + path);
   const auto snapshots = std::ranges::count_if(
       report.snapshots, [](const SnapshotReport& snapshot) { return !snapshot.file.empty(); });
@@ -159,7 +162,8 @@ void RenderFrame::add_light_groups(const LightGroups& groups) {
     reserve(bytes_of(uint64_t(plan_.crop.area()), bytes));
   }
   report_.features.push_back(describe(groups));
-  if (outputs_) outputs_->add_light_layers(light_layer_names(groups.list()));
+  report_.light_layers = light_layer_names(groups.list());
+  if (outputs_) outputs_->add_light_layers(report_.light_layers);
 }
 
 void RenderFrame::note_picture(const FrameProgress& now, const FramePicture& picture) {
@@ -256,7 +260,8 @@ void RenderFrame::write() {
   const bool written = options_.extended.empty() || !report_.counters.stopped;
   if (written) {
     run_.arena->execute([&] { frame_render_.deliver(watcher); });
-    outputs_->finish({report_.complete, report_.counters.samples}, attempts_);
+    outputs_->finish({report_.complete, report_.counters.samples, report_.counters.clamped.share()},
+                     attempts_);
   }
   write_refinement(options_, frame_render_, attempts_);
   if (viewer_) viewer_->finish(stop_.cause());

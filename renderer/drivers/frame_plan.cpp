@@ -159,6 +159,12 @@ void check_companions(const FrameSettings& s) {
           "--env");
   require(s.environment_rotation != none.environment_rotation, "--env-rotation", environment,
           "--env");
+  require(AovSet::parse(s.aovs).contains(Aov::kClamped), "--aov clamped",
+          s.clamp_indirect.has_value(), "--clamp-indirect");
+  if (s.clamp_indirect && !find_integrator(s.integrator).tells_lights_apart) {
+    throw UsageError("--clamp-indirect: the integrator {} has no light to clamp; valid with path",
+                     s.integrator);
+  }
   chosen_time(s);
 }
 
@@ -173,6 +179,7 @@ FramePlan::FramePlan(const FrameSettings& s)
       seed(s.seed),
       aovs(AovSet::parse(s.aovs)),
       shutter_frames(is_instant(s) ? 1.0 : s.shutter->close - s.shutter->open),
+      clamp_indirect(s.clamp_indirect.value_or(0.0f)),
       filter(s.filter_radius ? PixelFilter::create(s.filter, *s.filter_radius)
                              : PixelFilter::create(s.filter)) {
   check_companions(s);
@@ -186,8 +193,9 @@ FramePlan::FramePlan(const FrameSettings& s)
   driver_settings.bisection_axis = s.bisection_axis;
   driver_settings.reconstruction = s.reconstruction;
   even ? plan_even(s, *this) : plan_by_error(s, *this);
-  integrator =
-      create_integrator(s.integrator, {.max_depth = s.max_depth, .transparent = s.transparent});
+  integrator = create_integrator(
+      s.integrator,
+      {.max_depth = s.max_depth, .transparent = s.transparent, .clamp_indirect = clamp_indirect});
   build.show_backfaces = s.show_backfaces;
   build.unread_uv = find_integrator(s.integrator).shows_uv;
   sampler = create_sampler(s.sampler, {streams, std::max(1u, samples_per_pixel), width, height});
@@ -209,6 +217,7 @@ Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGrou
           .aovs = aovs,
           .shutter_frames = shutter_frames,
           .exact_counts = even,
+          .clamp_indirect = clamp_indirect,
           .light_groups = groups};
 }
 

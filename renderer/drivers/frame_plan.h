@@ -34,6 +34,7 @@ struct FramePlan {
   StreamCount streams = StreamCount::kOne;
   AovSet aovs;
   double shutter_frames;
+  float clamp_indirect;     // 0: nothing is clamped
   SceneBuildOptions build;  // what the settings want of the scene
   PixelFilter filter;
   std::unique_ptr<Integrator> integrator;

@@ -27,6 +27,7 @@ using enum SettingGroup;
 // rounding of the rebased scene is what limits the picture.
 constexpr double kFarthest = 1e15;
 constexpr double kMostOfLens = 1e9;  // f-stops, to either side: scenes come in any size
+constexpr float kLeastClamp = 1e-6f, kMostClamp = 1e9f;
 constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;  // a millisecond to thirty years
 constexpr double kLatest = 1e6;    // seconds, to either side: ten days, to within 1e-10 s
 constexpr double kMostOpen = 1e6;  // frames
@@ -340,6 +341,11 @@ std::vector<Setting> make_table() {
       named<&S::integrator>("integrator", kSample, "integrator", "integrator", integrator_table()),
       number<&S::max_depth>("max-depth", kSample, 0, 100000,
                             "scattering events; 1 is direct light only"),
+      number<&S::clamp_indirect>(
+          "clamp-indirect", kSample, kLeastClamp, kMostClamp,
+          "scale light down that comes by way of more than the surface seen, where it adds more "
+          "than this to a sample: less sparkle, and less light. --aov clamped shows what is lost "
+          "[nothing is clamped]"),
       named<&S::filter>("filter", kSample, "filter", "pixel filter", filter_table()),
       number<&S::filter_radius>("filter-radius", kSample, 0.01f, PixelFilter::kMaxRadius,
                                 "in pixels [the filter's]"),

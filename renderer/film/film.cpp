@@ -37,6 +37,8 @@ constexpr NamedValue<Aov> kAovs[] = {
      "over "
      "the shutter, or without one over the frame that follows",
      Aov::kVelocity},
+    {"clamped", "what --clamp-indirect took: added to R G B it is the picture without",
+     Aov::kClamped},
     {"id", "instance seen by the pixel's first sample that hits one", Aov::kId},
     {"time", "seconds spent on the pixel", Aov::kTime},
     {"stop",
@@ -80,6 +82,7 @@ std::vector<FilmChannel> film_channels(const AovSet& aovs) {
   if (aovs.contains(Aov::kNormal)) add({"N.X", "N.Y", "N.Z"});
   if (aovs.contains(Aov::kDepth)) add({"Z"});
   if (aovs.contains(Aov::kVelocity)) add({"velocity.X", "velocity.Y"});
+  if (aovs.contains(Aov::kClamped)) add({"clamped.R", "clamped.G", "clamped.B"});
   if (aovs.contains(Aov::kId)) add({"id"}, true);
   if (aovs.contains(Aov::kTime)) add({"time"});
   if (aovs.contains(Aov::kStop)) add({"stop"}, true);
@@ -104,6 +107,7 @@ void FilmTile::reset(const Rect& rect) {
   if (extras_.rays) rays_.reset(n);
   if (wants_surface()) surfaces_.reset(n);
   if (aovs_.contains(Aov::kVelocity)) velocities_.reset(n);
+  if (aovs_.contains(Aov::kClamped)) clamped_.reset(3 * n);
   if (aovs_.contains(Aov::kTime)) seconds_.reset(n);
   if (aovs_.contains(Aov::kStop)) stops_.reset(n);
   if (takes_sample_variance()) sample_variances_.reset(n);
@@ -140,6 +144,10 @@ bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValu
   if (!velocities_.empty()) {
     const FirstHit& hit = value.first_hit;
     velocities_[i].add({double(hit.velocity.x), double(hit.velocity.y), 1, hit.hit ? 1u : 0u});
+  }
+  if (!clamped_.empty()) {
+    const Rgb clamped = value.clamped * filter_weight;
+    for (int c = 0; c < 3; ++c) clamped_[3 * i + size_t(c)] += double(clamped[c]);
   }
   return true;
 }
@@ -189,6 +197,7 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   if (!rays_.empty()) rays_[i] = from.rays_[j];
   if (!surfaces_.empty()) surfaces_[i] = from.surfaces_[j];
   if (!velocities_.empty()) velocities_[i] = from.velocities_[j];
+  if (!clamped_.empty()) std::copy_n(&from.clamped_[3 * j], 3, &clamped_[3 * i]);
   if (!seconds_.empty()) seconds_[i] = from.seconds_[j];
   if (!stops_.empty()) stops_[i] = from.stops_[j];
   if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
@@ -217,6 +226,8 @@ void FilmTile::add_film(const FilmTile& other) {
     if (!rays_.empty()) rays_[i] += other.rays_[i];
     if (!surfaces_.empty()) surfaces_[i].add(other.surfaces_[i]);
     if (!velocities_.empty()) velocities_[i].add(other.velocities_[i]);
+    for (size_t c = 3 * i; c < 3 * i + 3 && !clamped_.empty(); ++c)
+      clamped_[c] += other.clamped_[c];
     if (!seconds_.empty()) seconds_[i] += other.seconds_[i];
     if (!stops_.empty()) stops_[i] = other.stops_[i];
     if (!light_groups_.empty()) light_groups_.add_sums(other.light_groups_, i);
@@ -343,6 +354,9 @@ void FilmTile::resolve(std::vector<float>& out) const {
       *p++ = float(velocity.x * scale);
       *p++ = float(velocity.y * scale);
     }
+    if (aovs_.contains(Aov::kClamped)) {
+      for (size_t c = 0; c < 3; ++c) *p++ = n > 0 ? to_finite_float(clamped_[3 * i + c] / n) : 0.0f;
+    }
     if (aovs_.contains(Aov::kId)) *p++ = float(sums.id);
     if (aovs_.contains(Aov::kTime)) *p++ = seconds_[i];
     if (aovs_.contains(Aov::kStop)) *p++ = float(stops_[i]);
@@ -354,8 +368,8 @@ void FilmTile::resolve(std::vector<float>& out) const {
 uint64_t FilmTile::bytes() const {
   return sums_.capacity() * sizeof(PixelSums) + squares_.capacity() * sizeof(double) +
          rays_.capacity() * sizeof(uint32_t) + surfaces_.capacity() * sizeof(SurfaceSums) +
-         velocities_.capacity() * sizeof(VelocitySums) + seconds_.capacity() * sizeof(float) +
-         stops_.capacity() * sizeof(PixelStop) +
+         velocities_.capacity() * sizeof(VelocitySums) + clamped_.capacity() * sizeof(double) +
+         seconds_.capacity() * sizeof(float) + stops_.capacity() * sizeof(PixelStop) +
          sample_variances_.capacity() * sizeof(SampleVariance) +
          shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes();
 }
@@ -366,6 +380,7 @@ void FilmTile::archive(Archive& archive) {
   archive.values(std::span(rays_.begin(), rays_.size()));
   archive.values(std::span(surfaces_.begin(), surfaces_.size()));
   archive.values(std::span(velocities_.begin(), velocities_.size()));
+  archive.values(std::span(clamped_.begin(), clamped_.size()));
   archive.values(std::span(seconds_.begin(), seconds_.size()));
   archive.values(std::span(stops_.begin(), stops_.size()));
   archive.values(std::span(sample_variances_.begin(), sample_variances_.size()));
@@ -394,6 +409,7 @@ void FilmTile::check(const Archive& archive) const {
     archive.check(std::isfinite(sums.alpha));
   }
   finite(squares_);
+  finite(clamped_);
   finite(seconds_);
   for (const SurfaceSums& surface : surfaces_) {
     finite(surface.albedo);

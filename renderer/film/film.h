@@ -28,6 +28,7 @@ enum class Aov : uint8_t {
   kNormal,
   kDepth,
   kVelocity,
+  kClamped,
   kId,
   kTime,
   kStop,
@@ -95,6 +96,7 @@ struct SampleValue {
   float alpha = 0.0f;
   FirstHit first_hit;
   SampleRays rays;
+  Rgb clamped = Rgb(0.0f);  // what the radiance lacks: IntegratorSettings::clamp_indirect
 };
 
 // The depth channel where no surface was hit. Finite, so that filters and viewers survive it; the
@@ -264,6 +266,7 @@ class FilmTile {
   ZeroedArray<uint32_t> rays_;            // if wanted
   ZeroedArray<SurfaceSums> surfaces_;     // with albedo, N or Z
   ZeroedArray<VelocitySums> velocities_;  // with velocity
+  ZeroedArray<double> clamped_;           // 3 per pixel, with clamped
   ZeroedArray<float> seconds_;            // with time
   ZeroedArray<PixelStop> stops_;          // with stop
   struct SampleVariance {

@@ -9,6 +9,7 @@ void FrameCounters::merge(const FrameCounters& other) {
   max_samples = std::max(max_samples, other.max_samples);
   samples += other.samples;
   non_finite_samples += other.non_finite_samples;
+  clamped.merge(other.clamped);
   located.insert(located.end(), other.located.begin(), other.located.end());
   std::sort(located.begin(), located.end(), [](const auto& a, const auto& b) {
     return std::tie(a.y, a.x, a.sample) < std::tie(b.y, b.x, b.sample);
@@ -24,6 +25,7 @@ void FrameCounters::archive(Archive& archive) {
   }
   archive.number(min_samples, 0u, UINT32_MAX);
   archive.number(max_samples, 0u, UINT32_MAX);
+  clamped.archive(archive);
   archive.list(located, kLocatedLimit);
   archive.check(located.empty() == (non_finite_samples == 0));
 }

@@ -7,6 +7,7 @@
 
 #include "integrators/integrator.h"
 #include "renderer/core/archive.h"
+#include "renderer/film/clamped_light.h"
 #include "renderer/film/film.h"
 #include "renderer/film/filter.h"
 
@@ -28,6 +29,7 @@ struct Frame {
   AovSet aovs;
   double shutter_frames = 1.0;  // how long it is open; 1 for an instant, of which velocity() is
   bool exact_counts = true;     // every pixel gets samples_per_pixel, and none more
+  float clamp_indirect = 0.0f;  // the integrator's
   // Of the scene as it is built: what each of them gives is kept apart, if the integrator tells
   // lights apart (IntegratorEntry). Null: it is not, and costs nothing.
   const LightGroups* light_groups = nullptr;
@@ -70,6 +72,7 @@ struct FrameCounters {
   uint64_t non_finite_samples = 0;
   std::vector<NonFiniteSample> located;       // the first few, in (y, x, sample) order
   uint32_t min_samples = 0, max_samples = 0;  // per pixel of the crop
+  ClampedLight clamped;                       // by --clamp-indirect
   bool stopped = false;                       // by the stop token, before the work was done
 
   static constexpr size_t kLocatedLimit = 16;

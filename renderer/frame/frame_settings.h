@@ -70,6 +70,7 @@ struct FrameSettings {
   bool unbiased = false;
   std::optional<double> time_limit_s;
   int max_depth = 16;
+  std::optional<float> clamp_indirect;  // radiance; absent: nothing is clamped
   uint32_t seed = 0;
   std::optional<int> streams;  // 1, or what the estimator needs
   int bucket_size = 64;        // pixels

@@ -50,8 +50,18 @@ RenderWorker::RenderWorker(const Frame& frame)
       weighted_(frame.exact_counts &&
                 frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
       samples_(frame.sampler, camera_dimensions(frame)),
+      counters_(no_counts()),
       light_values_(frame.light_groups ? frame.light_groups->size() : 0),
       saved_mode_(flush_denormals()) {}
+
+FrameCounters RenderWorker::no_counts() const {
+  FrameCounters counters;
+  if (frame_.clamp_indirect > 0.0f) {
+    counters.clamped =
+        ClampedLight(frame_.clamp_indirect, frame_.light_groups ? frame_.light_groups->size() : 0);
+  }
+  return counters;
+}
 
 RenderWorker::~RenderWorker() { restore_mode(saved_mode_); }
 
@@ -135,6 +145,7 @@ void RenderWorker::trace_batch() {
     batch.light_groups = frame_.light_groups;
     batch.light_values = &light_values_;
   }
+  if (counters_.clamped.clamps()) batch.clamped = &counters_.clamped;
   frame_.integrator.estimate(batch, samples_, {values_, count});
   if (velocity) [[unlikely]]
     add_background_velocity();
@@ -153,7 +164,10 @@ void RenderWorker::add_background_velocity() {
 bool RenderWorker::add(int lane, FilmTile& tile) {
   const SampleAddress& a = addresses_[lane];
   const int x = int(a.x), y = int(a.y);
-  if (tile.add(x, y, half_of(a.sample, frame_.streams), weights_[lane], values_[lane])) return true;
+  if (tile.add(x, y, half_of(a.sample, frame_.streams), weights_[lane], values_[lane])) {
+    if (counters_.clamped.clamps()) counters_.clamped.keep(values_[lane].radiance);
+    return true;
+  }
   counters_.non_finite_samples++;
   if (counters_.located.size() < FrameCounters::kLocatedLimit) {
     counters_.located.push_back({x, y, a.sample, seed_});

@@ -36,9 +36,10 @@ class RenderWorker {
   SampleValue replay(int x, int y, uint32_t sample, Ray* camera_ray);
 
   // Since the last call.
-  FrameCounters take_counters() { return std::exchange(counters_, {}); }
+  FrameCounters take_counters() { return std::exchange(counters_, no_counts()); }
 
  private:
+  FrameCounters no_counts() const;
   void begin_batch(int x, int y, uint32_t first_sample, int count);
   void trace_batch();
   void add_background_velocity();

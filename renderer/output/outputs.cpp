@@ -1,5 +1,7 @@
 #include "renderer/output/outputs.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 
@@ -14,6 +16,7 @@ namespace emberline {
 namespace {
 
 constexpr const char* kSamplesAttribute = "emberline:samples";
+constexpr const char* kClampedAttribute = "emberline:clamped";
 constexpr size_t kMostDigits = 20;  // of a number of 64 bits
 
 void check_format(const std::string& path, const Rect& crop) {
@@ -56,7 +59,8 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
                           options.display,
                           options.transparent,
                           heatmap_requests(options),
-                          options.heatmap_style};
+                          options.heatmap_style,
+                          options.clamp_indirect.has_value()};
   for (const HeatmapRequest& heatmap : settings.heatmaps) {
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
   }
@@ -103,7 +107,7 @@ void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegi
 
 FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                            const StopRequest& stop)
-    : stop_(stop) {
+    : clamps_(settings.clamps), stop_(stop) {
   for (const std::string& path : paths) {
     if (is_exr(path)) {
       ExrHeader header = exr_header(settings.aovs, settings.width, settings.height, settings.crop,
@@ -111,6 +115,9 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
       header.tile_size = settings.tile_size;
       header.attributes.emplace_back(kCompleteAttribute, "false");
       header.attributes.emplace_back(kSamplesAttribute, std::string(kMostDigits, ' '));
+      if (settings.clamps) {
+        header.attributes.emplace_back(kClampedAttribute, std::string(kMostDigits, ' '));
+      }
       ExrOutput& exr = exrs_.emplace_back();
       exr.path = path;
       exr.header = header;
@@ -180,6 +187,8 @@ void FrameOutputs::finish(const FrameState& state, WriteAttempts& attempts) {
     attempts.attempt(exr.path, [&] {
       exr.writer->set_attribute(kCompleteAttribute, state.complete ? "true" : "false");
       exr.writer->set_attribute(kSamplesAttribute, std::to_string(state.samples));
+      if (clamps_)
+        exr.writer->set_attribute(kClampedAttribute, fmt::format("{:.4g}", state.clamped_share));
       exr.writer->finish();
     });
   }

@@ -34,17 +34,20 @@ struct OutputSettings {
   bool transparent = false;                   // PNG gets an alpha channel
   std::vector<HeatmapRequest> heatmaps = {};  // whose channels are among `aovs`
   HeatmapStyle heatmap_style = {};
+  bool clamps = false;  // --clamp-indirect
 };
 
 // With the channels that the heatmaps need.
 OutputSettings output_settings(const RenderOptions& options, const Rect& crop);
 
 // What an EXR's header says of its frame: "emberline:complete" is "true " or "false", and
-// "emberline:samples" their number, with blanks behind it. It is known when the header has long
+// "emberline:samples" their number, with blanks behind it; with --clamp-indirect
+// "emberline:clamped" is the share of the light that it took. It is known when the header has long
 // been written, so there is room for it.
 struct FrameState {
   bool complete = false;
   uint64_t samples = 0;
+  double clamped_share = 0.0;
 };
 
 // Of a film's channels.
@@ -92,6 +95,7 @@ class FrameOutputs final : public FrameObserver {
 
   std::deque<ExrOutput> exrs_;  // of which none moves
   bool light_layers_ = false;
+  const bool clamps_;
   bool rendered_ = false;
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
   std::vector<std::unique_ptr<HeatmapFile>> heatmaps_;

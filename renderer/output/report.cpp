@@ -122,6 +122,22 @@ Json numerics_json(const RenderReport& r, uint32_t seed) {
           {"replaced_images", r.repairs.replaced_images}};
 }
 
+// Null where nothing was to be clamped.
+Json clamped_json(const RenderReport& r) {
+  const ClampedLight& clamped = r.counters.clamped;
+  if (!clamped.clamps()) return Json();
+  const auto mean = [](const Rgb& taken) { return Json{taken.x, taken.y, taken.z}; };
+  const uint64_t samples = r.counters.samples;
+  Json groups = Json::object();
+  for (size_t i = 0; i < std::min(clamped.groups(), r.light_layers.size()); ++i) {
+    groups[r.light_layers[i]] = mean(clamped.taken_of_group(i, samples));
+  }
+  return {{"limit", clamped.limit()},
+          {"share", clamped.share()},
+          {"mean", mean(clamped.taken(samples))},
+          {"groups", groups}};
+}
+
 Json passes_json(const std::vector<PassReport>& passes) {
   Json list = Json::array();
   for (const PassReport& pass : passes) {
@@ -198,6 +214,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
                   {"total", c.rays.total()}};
   json["memory"] = memory_json(r);
   json["numerics"] = numerics_json(r, options.seed);
+  json["clamped"] = clamped_json(r);
   // Uniform sampling decides nothing from an error estimate, so none is made.
   json["error"] = {{"estimator", r.estimator}, {"estimate", number_or_null(r.error_estimate)}};
   json["warnings"] = r.warnings;

@@ -53,6 +53,7 @@ struct RenderReport {
   std::vector<std::string> warnings;  // as given to the user, in order
   CoverageReport coverage;
   LoadRepairs repairs;
+  std::vector<std::string> light_layers;  // names, with --light-groups
   std::string camera;
   std::string display;
   Rect crop;

@@ -352,6 +352,10 @@ void add_warnings(HtmlPage& page, const RenderOptions& o, const RenderReport& r)
   add("Instances left out whose transform has no inverse", r.repairs.singular_instances);
   add("Images replaced by a neutral colour (--lenient)", r.repairs.replaced_images);
   add("Samples that were NaN or infinite and count as black", r.counters.non_finite_samples);
+  if (const ClampedLight& clamped = r.counters.clamped; clamped.clamps()) {
+    rows.push_back({fmt::format("Light that --clamp-indirect {:g} took", clamped.limit()),
+                    fmt::format("{:.3g} %", 100.0 * clamped.share())});
+  }
   if (rows.empty() && r.warnings.empty()) page.paragraph("none");
   if (!rows.empty()) page.table(pairs(std::move(rows)));
   if (r.counters.located.empty()) return;

@@ -55,6 +55,31 @@ TEST_F(LightGroupsOption, AreLayersThatAddUp) {
   }
 }
 
+// Header, report and layer say what was taken, and from which light.
+TEST_F(LightGroupsOption, SayWhatWasClamped) {
+  const Words clamped = {"--light-groups", "--aov", "clamped", "--clamp-indirect", "0.05"};
+  const ExrPicture seen = picture(clamped + Words{"--report", path("report.json")});
+  expect_sums(seen, {"lamp", "lamp_2", "environment"});
+  const nlohmann::json report = read_json("report.json")["clamped"];
+  EXPECT_FLOAT_EQ(report["limit"].get<float>(), 0.05f);
+  const double share = report["share"];
+  EXPECT_GT(share, 0.0);
+  EXPECT_NEAR(std::stod(seen.attributes.at("emberline:clamped")), share, 1e-3 * share);
+  EXPECT_EQ(seen.attributes.at("emberline:clamp_indirect"), "0.05");
+  const std::vector<float>& green = seen.channels.at("clamped.G");
+  double sum = 0;
+  for (const float g : green) sum += double(g);
+  const double mean = report["mean"][1];
+  EXPECT_NEAR(sum / double(green.size()), mean, 1e-4 * mean);
+  double groups = 0;
+  for (const auto& group : report["groups"]) groups += group[1].get<double>();
+  EXPECT_NEAR(groups, mean, 1e-5 * mean);
+  EXPECT_EQ(report["groups"].size(), 3u);
+
+  render(words({"--report", path("report.json")}));
+  EXPECT_TRUE(read_json("report.json")["clamped"].is_null());
+}
+
 TEST_F(LightGroupsOption, AreWhatTheEditsLeaveOn) {
   write("shot.json", nlohmann::json({{"emberline_edits", 1},
                                      {"lights",

@@ -21,6 +21,7 @@ WHOLE = {
     "streams": ["--spp", "16", "--streams", "2", "--sampler", "independent"],
     "crop": ["--spp", "4", "--crop", "5,3,90,61", "--bucket-order", "random"],
     "light groups": ["--spp", "4", "--light-groups"],
+    "clamped": ["--spp", "8", "--clamp-indirect", "0.2", "--light-groups"],
     "filter": ["--spp", "4", "--filter", "gaussian"],
 }
 
@@ -56,7 +57,7 @@ def tiles(farm):
         farm.check_done(run, folder, expected, case, {"report.json", *parts})
         once = farm.folder(case + " once")
         farm.run(once, [*settings, "--quiet", "--report", "report.json"])
-        for key in ("samples", "rays", "error", "numerics"):
+        for key in ("samples", "rays", "error", "numerics", "clamped"):
             farm.check(report_of(folder)[key] == report_of(once)[key], case, f"the report has another '{key}'")
 
 

@@ -342,6 +342,7 @@ TEST(Velocity, LeavesThePictureItsBits) {
   for (const NamedValue<Aov>& aov : aov_table()) {
     RenderSettings s = settings_of();
     s.aovs = aov.name;
+    if (aov.value == Aov::kClamped) s.clamp_indirect = 0.1f;
     const RenderedImage without = render(*plain.build(), view, s);
     s.aovs += ",velocity";
     CameraDescription moved = view;

@@ -36,6 +36,7 @@ const std::map<std::string, std::string> kOthers = {
     {"time-limit", "0.1"},
     {"integrator", "direct"},
     {"max-depth", "0"},
+    {"clamp-indirect", "0.1"},
     {"filter", "box"},
     {"filter-radius", "1.1"},
     {"seed", "4294967295"},
@@ -76,12 +77,12 @@ TEST(SettingTable, HasEveryMember) {
   const FrameSettings settings;
   const auto& [scene, resource_root, driver, integrator, sampler, filter, filter_radius, spp,
                min_spp, max_spp, noise_threshold, estimator, allocation, unbiased, time_limit_s,
-               max_depth, seed, streams, bucket_size, bucket_order, bisection_axis, reconstruction,
-               width, height, crop, camera, look_from, look_at, fov_y, f_stop, focus_distance,
-               turntable, animation, time, frame, fps, shutter, edits, variant, environment,
-               environment_strength, environment_rotation, transparent, show_backfaces, lenient,
-               part, sample_range, aovs, light_groups] = settings;
-  constexpr size_t kMembers = 49;
+               max_depth, clamp_indirect, seed, streams, bucket_size, bucket_order, bisection_axis,
+               reconstruction, width, height, crop, camera, look_from, look_at, fov_y, f_stop,
+               focus_distance, turntable, animation, time, frame, fps, shutter, edits, variant,
+               environment, environment_strength, environment_rotation, transparent, show_backfaces,
+               lenient, part, sample_range, aovs, light_groups] = settings;
+  constexpr size_t kMembers = 50;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());

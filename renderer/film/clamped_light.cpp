@@ -1,0 +1,91 @@
+#include "renderer/film/clamped_light.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "renderer/film/light_group_values.h"
+
+namespace emberline {
+namespace {
+
+// Room for 2^44 contributions of the limit, and a unit of at most 2^-16 of it.
+constexpr uint64_t kMostUnits = uint64_t(1) << 60;
+
+double luminance_of(const std::array<uint64_t, 3>& sum) {
+  return 0.2126 * double(sum[0]) + 0.7152 * double(sum[1]) + 0.0722 * double(sum[2]);
+}
+
+}  // namespace
+
+ClampedLight::ClampedLight(float limit, int groups)
+    : limit_(limit), per_radiance_(1.0 / unit()), groups_(size_t(groups)) {
+  assert(limit > 0.0f && std::isfinite(limit));
+}
+
+// A power of two: nothing is rounded but what is added.
+double ClampedLight::unit() const { return std::ldexp(1.0, std::ilogb(limit_) - 16); }
+
+void ClampedLight::add(Sum* sum, const Rgb& radiance) const {
+  for (size_t c = 0; c < 3; ++c) {
+    const double units = std::round(double(radiance[int(c)]) * per_radiance_);
+    const double room = double(kMostUnits - (*sum)[c]);
+    (*sum)[c] += uint64_t(std::clamp(units, 0.0, room));
+  }
+}
+
+void ClampedLight::take(uint32_t group, const Rgb& radiance) {
+  add(&taken_, radiance);
+  if (!groups_.empty()) add(&groups_[group], radiance);
+}
+
+void ClampedLight::merge(const ClampedLight& other) {
+  if (!other.clamps()) return;
+  if (!clamps()) {
+    *this = other;
+    return;
+  }
+  assert(limit_ == other.limit_ && groups_.size() == other.groups_.size());
+  const auto merge_sum = [](Sum& sum, const Sum& more) {
+    for (size_t c = 0; c < 3; ++c) sum[c] = std::min(sum[c] + more[c], kMostUnits);
+  };
+  merge_sum(taken_, other.taken_);
+  merge_sum(kept_, other.kept_);
+  for (size_t i = 0; i < groups_.size(); ++i) merge_sum(groups_[i], other.groups_[i]);
+}
+
+void ClampedLight::archive(Archive& archive) {
+  bool there = clamps();
+  archive.number(there, false, true);
+  if (!there) {
+    if (archive.loading()) *this = {};
+    return;
+  }
+  double limit = double(limit_);
+  archive.number(limit, 1e-30, 1e30);
+  uint64_t count = groups_.size();
+  archive.number(count, uint64_t(0), uint64_t(kMostLightGroups));
+  if (archive.loading()) *this = ClampedLight(float(limit), int(count));
+  const auto sum = [&archive](Sum& s) {
+    for (uint64_t& units : s) archive.number(units, uint64_t(0), kMostUnits);
+  };
+  sum(taken_);
+  sum(kept_);
+  for (Sum& group : groups_) sum(group);
+}
+
+Rgb ClampedLight::mean(const Sum& sum, uint64_t samples) const {
+  Rgb result(0.0f);
+  if (samples == 0 || !clamps()) return result;
+  for (size_t c = 0; c < 3; ++c) {
+    result[int(c)] = float(double(sum[c]) * unit() / double(samples));
+  }
+  return result;
+}
+
+double ClampedLight::share() const {
+  const double taken = luminance_of(taken_), all = taken + luminance_of(kept_);
+  return all > 0.0 ? taken / all : 0.0;
+}
+
+}  // namespace emberline
