@@ -71,6 +71,7 @@ const std::vector<WrongValue>& wrong_values() {
        {"valid names are", "display", "mse", "relmse"},
        kAdaptive},
       {"--max-depth", numbers({"-1", "100001", "2.5"}), {"0 to 100000"}},
+      {"--clamp-indirect", numbers({"0", "-1", "inf", "1e10"}), {"1e-06 to 1000000000"}},
       {"--seed", numbers({"-1", "4294967296", "0.5"}), {"0 to 4294967295"}},
       {"--streams", numbers({"0", "3", "-1"}), {"1 to 2"}},
       {"--bucket-size", numbers({"0", "-8", "4097", "1e9"}), {"1 to 4096"}},
