@@ -80,7 +80,6 @@ class FolderLock {
   bool take(const std::string& folder);
 
  private:
-  int unfinished_slot_ = -1;  // see remove_unfinished_files
   int descriptor_ = -1;
 };
 
@@ -130,7 +129,6 @@ class GrowingFile {
 
  private:
   std::string path_;
-  int unfinished_slot_ = -1;  // see remove_unfinished_files
   int descriptor_ = -1;
 };
 
