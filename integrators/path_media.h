@@ -64,7 +64,7 @@ inline constexpr uint32_t kMostWalls = 64;
 // without any, 0 if anything else is in the way. `target` is where the way ends; not read if the
 // light is infinitely far. For scenes with such walls.
 Rgb through_thin_walls(const Scene& scene, Vec3f from, const LightSample& light,
-                       const Vec3f& target, float time, CoverageKey coverage_key,
+                       const Vec3f& target, float time, const CoverageKey& coverage_key,
                        PixelSamples& samples, SampleRays* rays);
 
 }  // namespace emberline

@@ -14,7 +14,7 @@
 
 namespace emberline {
 
-// One per ray; passed by value, in one register. Default: of scenes where nothing asks.
+// One per ray. Default: of scenes where nothing asks.
 struct CoverageKey {
   uint32_t seed = 0;   // what the samples have in common that are stratified together
   uint32_t index = 0;  // which of them this is
@@ -22,7 +22,7 @@ struct CoverageKey {
 
 // Two numbers in [0, 1) of one triangle: the first decides, the second chooses a texel.
 struct CoverageNumbers {
-  CoverageNumbers(CoverageKey key, uint32_t instance, uint32_t primitive)
+  CoverageNumbers(const CoverageKey& key, uint32_t instance, uint32_t primitive)
       : seed_(hash_combine(hash_combine(key.seed, instance), primitive)), index_(key.index) {}
 
   float decision() const {

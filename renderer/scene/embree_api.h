@@ -43,7 +43,7 @@ struct RayContext {
   CoverageKey coverage_key;  // decides stochastic coverage; see Scene::intersect
 };
 
-inline void init_context(RayContext& context, CoverageKey coverage_key) {
+inline void init_context(RayContext& context, const CoverageKey& coverage_key) {
 #if EMBERLINE_EMBREE_MAJOR >= 4
   rtcInitRayQueryContext(&context.base);
 #else

@@ -139,7 +139,7 @@ void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
 }
 
 bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
-             CoverageKey coverage_key) {
+             const CoverageKey& coverage_key) {
   const SurfaceAttributes attributes = interpolate_attributes(mesh, primitive, u, v);
   const CoverageNumbers numbers(coverage_key, instance, primitive);
   const float coverage = mesh.material->coverage(attributes, numbers.texel());
