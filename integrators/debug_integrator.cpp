@@ -2,7 +2,8 @@
 
 #include <cmath>
 
-#include "integrators/path_media.h"
+#include "integrators/surface_shading.h"
+#include "renderer/core/hash.h"
 
 namespace emberline {
 namespace {
@@ -45,7 +46,7 @@ void DebugIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
     samples.start_sample(int(i));
     values[i] = SampleValue{};
     SurfaceHit hit;
-    const CoverageKey key = coverage_key(batch.scene, samples);
+    const uint32_t key = batch.scene.has_coverage() ? samples.extra_bits() : 0u;
     if (!batch.scene.intersect(batch.rays[i], key, &hit)) continue;
     samples.start_slot(1);
     const ShadedPoint point =

@@ -288,7 +288,7 @@ void PathBatch<kGlass, kGroups>::add_connection(int lane) {
   Connection& c = connections_[lane];
   Path& path = paths_[lane];
   samples_.resume_sample(lane);
-  const CoverageKey key = coverage_key(scene_, samples_);
+  const uint32_t key = coverage_key(scene_, samples_);
   if (kGlass && scene_.has_smooth_walls()) {
     c.scattered *= through_thin_walls(scene_, c.from, c.light, c.target, path.ray.time, key,
                                       samples_, &path.rays);

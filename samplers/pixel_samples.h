@@ -11,7 +11,6 @@
 #include <span>
 
 #include "renderer/core/hash.h"
-#include "samplers/coverage_key.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -73,20 +72,12 @@ class PixelSamples {
 
   float get(int dimension) const { return current_->values[dimension][lane_]; }
 
-  // An independent number beside the plan, for decisions whose count the data sets: hashed from
-  // (seed, pixel, sample, slot, how many were asked before).
+  // An independent number beside the plan, for decisions whose count the data sets (layers of
+  // stochastic coverage): hashed from (seed, pixel, sample, slot, how many were asked before).
   float extra() { return to_unit_float(extra_bits()); }
   uint32_t extra_bits() {
     if (!hashed_) hash_samples();
     return hash_combine(sample_hash_[lane_], slot_[lane_] * 0x51ed270bu + extra_[lane_]++);
-  }
-  // For one ray; likewise, but stratified over the samples.
-  CoverageKey coverage_key() {
-    const SampleAddress a = address(lane_);
-    const auto [stream, index] = sampler_.stream_of(a.sample);
-    const uint32_t pixel_hash = hash_combine(hash_combine(hash32(pixel_.seed), a.x), a.y);
-    const uint32_t ray = slot_[lane_] * 0x51ed270bu + extra_[lane_]++;
-    return {hash_combine(hash_combine(pixel_hash, stream), ray), index};
   }
 
  private:
@@ -99,10 +90,6 @@ class PixelSamples {
   void choose(int index) {
     assert(index >= 0 && index < count_);
     lane_ = first_lane_ + index;
-  }
-  SampleAddress address(int lane) const {
-    if (scattered_) return addresses_[size_t(lane)];
-    return {pixel_.x, pixel_.y, first_sample_ + uint32_t(lane - first_lane_)};
   }
   void fill_slot(uint32_t slot) {
     const int dimensions = slot == 0 ? camera_dimensions_ : kSlotDimensions;

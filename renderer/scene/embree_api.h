@@ -14,8 +14,6 @@
 
 #include <cstdint>
 
-#include "samplers/coverage_key.h"
-
 namespace emberline::embree {
 
 #if EMBERLINE_EMBREE_MAJOR >= 4
@@ -39,11 +37,11 @@ inline constexpr uint64_t kSceneObjectBytes = 2700;
 
 // What a filter callback is told about the ray beside Embree's own data.
 struct RayContext {
-  QueryContext base;         // first, so that the callback can cast back
-  CoverageKey coverage_key;  // decides stochastic coverage; see Scene::intersect
+  QueryContext base;      // first, so that the callback can cast back
+  uint32_t coverage_key;  // decides stochastic coverage; see Scene::intersect
 };
 
-inline void init_context(RayContext& context, const CoverageKey& coverage_key) {
+inline void init_context(RayContext& context, uint32_t coverage_key) {
 #if EMBERLINE_EMBREE_MAJOR >= 4
   rtcInitRayQueryContext(&context.base);
 #else

@@ -7,6 +7,7 @@
 #endif
 
 #include "renderer/core/errors.h"
+#include "renderer/core/hash.h"
 #include "renderer/core/log.h"
 #include "renderer/scene/embree_version.h"
 
@@ -139,12 +140,11 @@ void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
 }
 
 bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
-             const CoverageKey& coverage_key) {
+             uint32_t coverage_key) {
   const SurfaceAttributes attributes = interpolate_attributes(mesh, primitive, u, v);
-  const CoverageNumbers numbers(coverage_key, instance, primitive);
-  const float coverage = mesh.material->coverage(attributes, numbers.texel());
-  if (coverage <= 0.0f || coverage >= 1.0f) return coverage > 0.0f;
-  return numbers.decision() < coverage;
+  const uint32_t h = hash_combine(hash_combine(coverage_key, instance), primitive);
+  const float coverage = mesh.material->coverage(attributes, to_unit_float(h));
+  return to_unit_float(hash32(h ^ 0x6a09e667u)) < coverage;
 }
 
 SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v) {

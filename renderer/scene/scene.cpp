@@ -138,7 +138,7 @@ std::vector<uint64_t> Scene::mesh_keys() const {
 Scene::Scene() = default;
 Scene::~Scene() = default;
 
-bool Scene::intersect(const Ray& ray, const CoverageKey& coverage_key, SurfaceHit* hit) const {
+bool Scene::intersect(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const {
   // Embree's traversal of a ray that is not finite takes undefined time.
   assert(finite_ray(ray.origin, ray.direction));
   RTCRayHit ray_hit;
@@ -160,8 +160,7 @@ bool Scene::intersect(const Ray& ray, const CoverageKey& coverage_key, SurfaceHi
   return true;
 }
 
-bool Scene::visible(const Vec3f& from, const Vec3f& to, float time,
-                    const CoverageKey& coverage_key) const {
+bool Scene::visible(const Vec3f& from, const Vec3f& to, float time, uint32_t coverage_key) const {
   if (from == to) return true;
   // The unnormalised direction makes t = 1 the far point exactly, without a division.
   assert(finite_ray(from, to));
@@ -173,7 +172,7 @@ bool Scene::visible(const Vec3f& from, const Vec3f& to, float time,
 }
 
 bool Scene::visible_to_infinity(const Vec3f& from, const Vec3f& direction, float time,
-                                const CoverageKey& coverage_key) const {
+                                uint32_t coverage_key) const {
   assert(finite_ray(from, direction));
   RTCRay ray = make_ray(from, direction, kInfinity, time);
   embree::RayContext context;
@@ -373,8 +372,7 @@ float Scene::surface_offset(uint32_t index, uint32_t primitive, float time) cons
 
 // Rounding has chosen between surfaces that lie in one another; the rule of flush_emitters.h
 // chooses again.
-void Scene::prefer_flush_emitter(const Ray& ray, const CoverageKey& coverage_key,
-                                 SurfaceHit* hit) const {
+void Scene::prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const {
   Instance moved;
   const Instance& instance = instance_at(hit->instance, ray.time, &moved);
   const std::array<Vec3d, 3> corners =
@@ -388,7 +386,7 @@ void Scene::prefer_flush_emitter(const Ray& ray, const CoverageKey& coverage_key
 }
 
 bool Scene::behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
-                                 const CoverageKey& coverage_key) const {
+                                 uint32_t coverage_key) const {
   if (!flush_ || light.kind != LightKind::kTriangle || !flush_->contains(light.index)) return false;
   scene_detail::FlushEmitters::Candidate best{light.index, 1.0f, 0.0f, 0.0f};
   const Ray ray{from, light.position - from, 1.0f, time};

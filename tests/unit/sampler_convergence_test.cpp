@@ -62,7 +62,6 @@ class NestedShuffleOnly final : public Sampler {
       }
     }
   }
-  StreamIndex stream_of(uint32_t sample) const override { return {0, sample}; }
 };
 
 TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
