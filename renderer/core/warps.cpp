@@ -85,15 +85,6 @@ Vec2f cone_to_square(const Vec3f& w, float one_minus_cos) {
   return {h / one_minus_cos, phi / (2 * kPi)};
 }
 
-Vec2f square_to_triangle(const Vec2f& u) {
-  if (u.y > u.x) {
-    const float b1 = u.x / 2;
-    return {b1, u.y - b1};
-  }
-  const float b2 = u.y / 2;
-  return {u.x - b2, b2};
-}
-
 Vec2f triangle_to_square(const Vec2f& b) {
   if (b.y > b.x) return {2 * b.x, b.y + b.x};
   return {b.x + b.y, 2 * b.y};

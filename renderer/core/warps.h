@@ -35,7 +35,11 @@ float one_minus_cos_from_sin2(float sin2);
 
 // Barycentric (b1, b2), uniform in area; b0 = 1 - b1 - b2. Heitz 2019, "A Low-Distortion Map
 // Between Triangle and Square".
-Vec2f square_to_triangle(const Vec2f& u);
+[[gnu::always_inline]] inline Vec2f square_to_triangle(const Vec2f& u) {
+  const bool above = u.y > u.x;
+  const float half = (above ? u.x : u.y) / 2, rest = (above ? u.y : u.x) - half;
+  return above ? Vec2f(half, rest) : Vec2f(rest, half);
+}
 Vec2f triangle_to_square(const Vec2f& b);
 
 }  // namespace emberline

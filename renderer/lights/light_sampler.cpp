@@ -337,55 +337,58 @@ float LightSampler::finite_probability(const LightQuery& query, uint32_t emitter
   return float(power_sums_[emitter + 1] - power_sums_[emitter]);
 }
 
-LightSample LightSampler::sample_emitter(const LightQuery& query, uint32_t emitter,
-                                         float probability, const Vec2f& u) const {
+LightSample LightSampler::sample_point(const LightQuery& query, uint32_t index,
+                                       float probability) const {
   LightSample result;
-  const uint32_t index = emitters_[emitter] & ~kPointEmitter;
-  if (emitters_[emitter] & kPointEmitter) {
-    const PointLightState light = points_[index].at(query.time);
-    const Vec3d to_light = Vec3d(light.position) - Vec3d(query.point);
-    const double d2 = dot(to_light, to_light);
-    if (!(d2 > 0)) return {};
-    const double distance = std::sqrt(d2);
-    result.direction = Vec3f(to_light / distance);
-    const bool is_spot = points_[index].type == PointLightType::kSpot;
-    const float attenuation = is_spot ? spot_attenuation(light, result.direction) : 1.0f;
-    result.radiance = light.intensity * float(double(attenuation) / d2);
-    // Outside the cone, or dark; or so close that a float cannot say how bright it is.
-    if (is_black(result.radiance) || !is_finite(result.radiance)) return {};
-    result.kind = LightKind::kPoint;
-    result.index = index;
-    result.distance = float(distance);
-    result.position = light.position;
-    result.pdf = probability;
-    result.delta = true;
-    return result;
-  }
-  const EmissiveTriangle& t = triangles_[index];
-  if (t.appears && !motion_->shown(t, query.time)) [[unlikely]]
-    return {};
-  const auto [p0, p1, p2] = corners(t, query.time);
-  const SeenTriangle seen = see_triangle(p0, p1, p2, query.point);
-  if (!t.two_sided && !(seen.height > 0)) return {};
-  const TriangleSample s = sample_triangle(seen, query.point, u);
-  if (!(s.pdf > 0.0f)) return {};
-  result.kind = LightKind::kTriangle;
+  const PointLightState light = points_[index].at(query.time);
+  const Vec3d to_light = Vec3d(light.position) - Vec3d(query.point);
+  const double d2 = dot(to_light, to_light);
+  if (!(d2 > 0)) return {};
+  const double distance = std::sqrt(d2);
+  result.direction = Vec3f(to_light / distance);
+  const bool is_spot = points_[index].type == PointLightType::kSpot;
+  const float attenuation = is_spot ? spot_attenuation(light, result.direction) : 1.0f;
+  result.radiance = light.intensity * float(double(attenuation) / d2);
+  // Outside the cone, or dark; or so close that a float cannot say how bright it is.
+  if (is_black(result.radiance) || !is_finite(result.radiance)) return {};
+  result.kind = LightKind::kPoint;
   result.index = index;
-  result.direction = s.direction;
-  result.distance = s.distance;
-  result.position = s.position;
-  result.emitter_normal = Vec3f(seen.normal);
-  result.barycentric = s.barycentric;
-  result.pdf = probability * s.pdf;
+  result.distance = float(distance);
+  result.position = light.position;
+  result.pdf = probability;
+  result.delta = true;
   return result;
+}
+
+// Of the triangles: their index and the probability of their choice stand in the samples.
+void LightSampler::sample_triangles(TriangleBatch& batch, LightSample* const* out) const {
+  batch.sample();
+  for (int i = 0; i < batch.size(); ++i) {
+    LightSample& result = *out[i];
+    const TriangleSample s = batch[i];
+    const uint32_t index = result.index;
+    const float probability = result.pdf;
+    result = LightSample{};
+    if (!(s.pdf > 0.0f) || !(triangles_[index].two_sided || batch.in_front(i))) continue;
+    result.kind = LightKind::kTriangle;
+    result.index = index;
+    result.direction = s.direction;
+    result.distance = s.distance;
+    result.position = s.position;
+    result.emitter_normal = batch.normal(i);
+    result.barycentric = s.barycentric;
+    result.pdf = probability * s.pdf;
+  }
 }
 
 void LightSampler::sample(std::span<const LightRequest> requests, LightSample* const* out) const {
   assert(requests.size() <= size_t(kRayBatch));
-  // Those that pick the environment are answered together.
+  // Those that pick the environment are answered together, and those that pick triangles.
   Vec2f environment_u[kRayBatch];
   LightSample* environment_out[kRayBatch];
   size_t environment_count = 0;
+  TriangleBatch triangles;
+  LightSample* triangle_out[kRayBatch];
   for (size_t i = 0; i < requests.size(); ++i) {
     const LightQuery& query = requests[i].query;
     double pick = refine(requests[i].u_pick, requests[i].u);
@@ -412,8 +415,20 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
     const FinitePick finite = pick_finite(query, pick);
     const float probability = finite_share * finite.probability;
     if (!(probability > 0.0f)) continue;
-    *out[i] = sample_emitter(query, finite.emitter, probability, requests[i].u);
+    const uint32_t index = emitters_[finite.emitter] & ~kPointEmitter;
+    if (emitters_[finite.emitter] & kPointEmitter) {
+      *out[i] = sample_point(query, index, probability);
+      continue;
+    }
+    const EmissiveTriangle& t = triangles_[index];
+    if (t.appears && !motion_->shown(t, query.time)) [[unlikely]]
+      continue;
+    out[i]->index = index;
+    out[i]->pdf = probability;
+    triangle_out[triangles.size()] = out[i];
+    triangles.add(corners(t, query.time), query.point, requests[i].u);
   }
+  if (triangles.size() > 0) sample_triangles(triangles, triangle_out);
   if (environment_count == 0) return;
   EnvironmentSample samples[kRayBatch];
   environment_->sample({environment_u, environment_count}, samples);

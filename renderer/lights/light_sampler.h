@@ -18,6 +18,7 @@ namespace emberline {
 
 class EnvironmentLight;  // environment_light.h
 class LightBvh;          // light_bvh.h
+class TriangleBatch;     // triangle_sampling.h
 
 // A triangle of an emissive mesh, as placed by one instance; at the shutter's opening, if it moves.
 struct EmissiveTriangle {
@@ -199,8 +200,8 @@ class LightSampler {
   // Among the directional ones; u_weight in [0, their weights' sum).
   LightSample sample_directional(const LightQuery& query, const InfiniteChoice& choice,
                                  double u_weight) const;
-  LightSample sample_emitter(const LightQuery& query, uint32_t emitter, float probability,
-                             const Vec2f& u) const;
+  LightSample sample_point(const LightQuery& query, uint32_t index, float probability) const;
+  void sample_triangles(TriangleBatch& batch, LightSample* const* out) const;
 };
 
 }  // namespace emberline

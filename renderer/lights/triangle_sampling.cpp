@@ -10,24 +10,102 @@
 namespace emberline {
 namespace {
 
+// No branch in what follows: a loop over the samples of a batch becomes vector instructions.
+
 [[gnu::always_inline]] inline double length(const Vec3d& v) { return std::sqrt(dot(v, v)); }
 
-[[gnu::always_inline]] inline Vec3d unit(const Vec3d& v) {
-  const double l = length(v);
-  return l > 0 ? v * (1.0 / l) : Vec3d(0.0);  // one division in place of three
+// 0 for 0.
+[[gnu::always_inline]] inline double reciprocal(double x) { return x > 0 ? 1.0 / x : 0.0; }
+
+[[gnu::always_inline]] inline Vec3d unit(const Vec3d& v) { return v * reciprocal(length(v)); }
+
+// Along v, of the length whose square is given; below 0 it is rounding's.
+[[gnu::always_inline]] inline Vec3d of_length2(const Vec3d& v, double length2) {
+  const double scale2 = length2 * reciprocal(dot(v, v));
+  return v * std::sqrt(scale2 > 0 ? scale2 : 0.0);
+}
+
+// std::atan2 for y >= 0, to 1e-15 of its value: our own Chebyshev fit of atan(z) / z over
+// |z| <= tan(pi / 8).
+[[gnu::always_inline]] inline double angle_of(double y, double x) {
+  constexpr double kLargest = 0.41421356237309503;  // tan(pi / 8)
+  const double ax = std::abs(x), smaller = y < ax ? y : ax, larger = y < ax ? ax : y;
+  const bool reduce = smaller > kLargest * larger;
+  const double numerator = reduce ? smaller - larger : smaller;
+  const double z = numerator * reciprocal(reduce ? smaller + larger : larger);
+  const double t = z * z;
+  double p = fma(-0.025316479573776474, t, 0.05024762118940128);
+  p = fma(p, t, -0.0650598296717084);
+  p = fma(p, t, 0.07673535428183285);
+  p = fma(p, t, -0.09089529956562307);
+  p = fma(p, t, 0.11111048853751296);
+  p = fma(p, t, -0.14285712661684793);
+  p = fma(p, t, 0.19999999978392663);
+  p = fma(p, t, -0.3333333333322143);
+  const double reduced = fma(z * t, p, z);
+  const double eighth = reduce ? kPiD / 4 + reduced : reduced;
+  const double quarter = y > ax ? kPiD / 2 - eighth : eighth;
+  return x < 0 ? kPiD - quarter : quarter;
+}
+
+// For x in [0, pi], sine to 1e-13 of its value: Taylor's series of the half.
+[[gnu::always_inline]] inline void sincos_to_pi(double x, double* sine, double* cosine) {
+  const double h = 0.5 * x, h2 = h * h;
+  double s = fma(1.0 / 355687428096000, h2, -1.0 / 1307674368000);
+  s = fma(s, h2, 1.0 / 6227020800);
+  s = fma(s, h2, -1.0 / 39916800);
+  s = fma(s, h2, 1.0 / 362880);
+  s = fma(s, h2, -1.0 / 5040);
+  s = fma(s, h2, 1.0 / 120);
+  s = fma(s, h2, -1.0 / 6);
+  s = fma(h * h2, s, h);
+  double c = fma(1.0 / 20922789888000, h2, -1.0 / 87178291200);
+  c = fma(c, h2, 1.0 / 479001600);
+  c = fma(c, h2, -1.0 / 3628800);
+  c = fma(c, h2, 1.0 / 40320);
+  c = fma(c, h2, -1.0 / 720);
+  c = fma(c, h2, 1.0 / 24);
+  c = fma(c, h2, -0.5);
+  c = fma(c, h2, 1.0);
+  *sine = 2.0 * s * c;
+  *cosine = fma(-2.0 * s, s, 1.0);
 }
 
 // Solid angle of unit a, b, c. `volume` is |a . (b x c)|; the caller may know it better than from
 // three vectors that are almost the same.
-double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c, double volume) {
-  return 2.0 * std::atan2(volume, 1.0 + dot(a, b) + dot(a, c) + dot(b, c));
+[[gnu::always_inline]] inline double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c,
+                                                 double volume) {
+  return 2.0 * angle_of(volume, 1.0 + dot(a, b) + dot(a, c) + dot(b, c));
+}
+
+[[gnu::always_inline]] inline SeenTriangle see(const Vec3f& p0, const Vec3f& p1, const Vec3f& p2,
+                                               const Vec3f& point) {
+  SeenTriangle t;
+  const Vec3d o = to_double(point), v0 = to_double(p0), v1 = to_double(p1), v2 = to_double(p2);
+  t.to_p0 = v0 - o;
+  t.edge1 = v1 - v0;
+  t.edge2 = v2 - v0;
+  const Vec3d n = cross(t.edge1, t.edge2);
+  const double twice_area = length(n);
+  t.normal = n * reciprocal(twice_area);
+  t.height = -dot(t.to_p0, t.normal);
+  const Vec3d to_p1 = v1 - o, to_p2 = v2 - o;
+  const double per_a = reciprocal(length(t.to_p0)), per_b = reciprocal(length(to_p1)),
+               per_c = reciprocal(length(to_p2));
+  t.a = t.to_p0 * per_a;
+  t.b = to_p1 * per_b;
+  t.c = to_p2 * per_c;
+  const double volume = std::abs(t.height) * per_a * (twice_area * per_b) * per_c;
+  t.solid_angle = solid_angle(t.a, t.b, t.c, volume);
+  t.area = volume > 0 && t.solid_angle > 0 ? 0.5 * twice_area : 0.0;
+  return t;
 }
 
 // Direction in the spherical triangle. Arvo's formulas with the vertex angle's sine and cosine
 // from the planes' normals and with 1 - cos in place of cos where that would cancel.
-Vec3d sample_direction(const SeenTriangle& t, const Vec2f& u) {
+[[gnu::always_inline]] inline Vec3d sample_direction(const SeenTriangle& t, const Vec2f& u) {
   const Vec3d plane_ab = cross(t.a, t.b), plane_ac = cross(t.a, t.c);
-  const double scale = 1.0 / (length(plane_ab) * length(plane_ac));
+  const double scale = reciprocal(std::sqrt(dot(plane_ab, plane_ab) * dot(plane_ac, plane_ac)));
   const double cos_alpha = dot(plane_ab, plane_ac) * scale;
   const double sin_alpha = std::abs(dot(t.a, cross(t.b, t.c))) * scale;
   const Vec3d chord = t.b - t.a;
@@ -35,8 +113,8 @@ Vec3d sample_direction(const SeenTriangle& t, const Vec2f& u) {
 
   // The part of the triangle up to the arc from b to a point on the arc from a to c has the area
   // u.x of the whole; q is the cosine of the arc from a to that point.
-  const double half = 0.5 * double(u.x) * t.solid_angle;
-  const double sin_half = std::sin(half), cos_half = std::cos(half);
+  double sin_half, cos_half;
+  sincos_to_pi(0.5 * double(u.x) * t.solid_angle, &sin_half, &cos_half);
   const double sin_area = 2.0 * sin_half * cos_half, one_minus_cos_area = 2.0 * sin_half * sin_half;
   const double cos_area = 1.0 - one_minus_cos_area;
   const double s = fma(sin_area, cos_alpha, -(cos_area * sin_alpha));
@@ -46,80 +124,119 @@ Vec3d sample_direction(const SeenTriangle& t, const Vec2f& u) {
   const double dv = fma(sin_area, cos_alpha, sin_alpha * (one_minus_cos_area - one_minus_cos_c));
   const double denominator = fma(dv, s, du * c) * sin_alpha;
   const double numerator = fma(fma(dv, c, -(du * s)), cos_alpha, -dv);
-  const double q = denominator != 0 ? std::clamp(numerator / denominator, -1.0, 1.0) : 1.0;
-  const Vec3d toward_c = unit(fma(t.a, -dot(t.c, t.a), t.c));
-  const Vec3d end = fma(toward_c, std::sqrt(std::max(0.0, (1.0 - q) * (1.0 + q))), t.a * q);
+  const double ratio = numerator / denominator;
+  const double below = ratio < 1.0 ? ratio : 1.0;  // also NaN, of 0 / 0
+  const double q = below > -1.0 ? below : -1.0;
+  const Vec3d toward_c = fma(t.a, -dot(t.c, t.a), t.c);
+  const Vec3d end = of_length2(toward_c, (1.0 - q) * (1.0 + q)) + t.a * q;
 
   // Along the arc from b to that point, uniform in the height above b.
   const Vec3d end_chord = end - t.b;
   const double h = double(u.y) * 0.5 * dot(end_chord, end_chord);  // 1 - cos of the arc from b
-  const Vec3d toward_end = unit(fma(t.b, -dot(end, t.b), end));
-  return fma(toward_end, std::sqrt(std::max(0.0, h * (2.0 - h))), t.b * (1.0 - h));
+  const Vec3d toward_end = fma(t.b, -dot(end, t.b), end);
+  return of_length2(toward_end, h * (2.0 - h)) + t.b * (1.0 - h);
 }
 
 // Barycentric weights of p1 and p2 where the ray along w meets the triangle's plane.
-Vec2f intersect_plane(const SeenTriangle& t, const Vec3d& w) {
+[[gnu::always_inline]] inline Vec2f intersect_plane(const SeenTriangle& t, const Vec3d& w) {
   const Vec3d p = cross(w, t.edge2);
   const double scale = 1.0 / dot(t.edge1, p);
   const Vec3d from_p0 = -t.to_p0;
   double b1 = dot(from_p0, p) * scale;
   double b2 = dot(w, cross(from_p0, t.edge1)) * scale;
-  if (!(b1 >= 0)) b1 = 0;  // rounding, and 0 / 0 at a grazing sliver
-  if (!(b2 >= 0)) b2 = 0;
-  const double sum = b1 + b2;
-  if (sum > 1) b1 /= sum, b2 /= sum;
+  b1 = b1 >= 0 ? b1 : 0.0;  // rounding, and 0 / 0 at a grazing sliver
+  b2 = b2 >= 0 ? b2 : 0.0;
+  b1 = b1 <= 1 ? b1 : 1.0;
+  b2 = b2 <= 1 - b1 ? b2 : 1 - b1;
   return {float(b1), float(b2)};
+}
+
+[[gnu::always_inline]] inline float density(const SeenTriangle& t, float distance) {
+  // |cos| at the light is height / distance, whatever direction a ray found it in.
+  const double d = double(distance);
+  const bool spherical = t.spherical();
+  const double numerator = spherical ? 1.0 : d * d * d;
+  const double pdf = numerator / (spherical ? t.solid_angle : t.area * std::abs(t.height));
+  return t.area > 0 && pdf < double(std::numeric_limits<float>::max()) ? float(pdf) : 0.0f;
+}
+
+[[gnu::always_inline]] inline TriangleSample sample(const SeenTriangle& t, const Vec3f& point,
+                                                    const Vec2f& u) {
+  TriangleSample result;
+  const Vec2f by_direction = intersect_plane(t, sample_direction(t, u)),
+              by_area = square_to_triangle(u);
+  const bool spherical = t.spherical();
+  result.barycentric = {spherical ? by_direction.x : by_area.x,
+                        spherical ? by_direction.y : by_area.y};
+  const Vec3d to_light = fma(t.edge2, double(result.barycentric.y),
+                             fma(t.edge1, double(result.barycentric.x), t.to_p0));
+  const double distance = length(to_light);
+  result.position = to_float(to_double(point) + to_light);
+  result.direction = to_float(to_light * reciprocal(distance));
+  result.distance = float(distance);
+  result.pdf = distance > 0 ? density(t, result.distance) : 0.0f;
+  return result;
 }
 
 }  // namespace
 
 SeenTriangle see_triangle(const Vec3f& p0, const Vec3f& p1, const Vec3f& p2, const Vec3f& point) {
-  SeenTriangle t;
-  const Vec3d o(point);
-  t.to_p0 = Vec3d(p0) - o;
-  t.edge1 = Vec3d(p1) - Vec3d(p0);
-  t.edge2 = Vec3d(p2) - Vec3d(p0);
-  const Vec3d n = cross(t.edge1, t.edge2);
-  const double twice_area = length(n);
-  if (!(twice_area > 0)) return t;
-  t.normal = n * (1.0 / twice_area);
-  t.height = -dot(t.to_p0, t.normal);
-  const Vec3d to_p1 = Vec3d(p1) - o, to_p2 = Vec3d(p2) - o;
-  const double la = length(t.to_p0), lb = length(to_p1), lc = length(to_p2);
-  if (!(la > 0 && lb > 0 && lc > 0)) return t;
-  const double per_a = 1.0 / la, per_b = 1.0 / lb, per_c = 1.0 / lc;
-  t.a = t.to_p0 * per_a;
-  t.b = to_p1 * per_b;
-  t.c = to_p2 * per_c;
-  const double volume = std::abs(t.height) * per_a * (twice_area * per_b) * per_c;
-  t.solid_angle = solid_angle(t.a, t.b, t.c, volume);
-  if (t.solid_angle > 0) t.area = 0.5 * twice_area;
-  return t;
+  return see(p0, p1, p2, point);
 }
 
-float triangle_pdf(const SeenTriangle& t, float distance) {
-  if (!(t.area > 0)) return 0.0f;
-  if (t.spherical()) return float(1.0 / t.solid_angle);
-  // |cos| at the light is height / distance, whatever direction a ray found it in.
-  const double d = double(distance);
-  const double pdf = d * d / t.area * (d / std::abs(t.height));
-  return pdf < double(std::numeric_limits<float>::max()) ? float(pdf) : 0.0f;
-}
+float triangle_pdf(const SeenTriangle& t, float distance) { return density(t, distance); }
 
 TriangleSample sample_triangle(const SeenTriangle& t, const Vec3f& point, const Vec2f& u) {
-  TriangleSample result;
-  if (!(t.area > 0)) return result;
-  result.barycentric =
-      t.spherical() ? intersect_plane(t, sample_direction(t, u)) : square_to_triangle(u);
-  const Vec3d to_light = fma(t.edge2, double(result.barycentric.y),
-                             fma(t.edge1, double(result.barycentric.x), t.to_p0));
-  const double distance = length(to_light);
-  if (!(distance > 0)) return result;
-  result.position = Vec3f(Vec3d(point) + to_light);
-  result.direction = Vec3f(to_light * (1.0 / distance));
-  result.distance = float(distance);
-  result.pdf = triangle_pdf(t, result.distance);
-  return result;
+  return sample(t, point, u);
+}
+
+void TriangleBatch::add(const std::array<Vec3f, 3>& corners, const Vec3f& point, const Vec2f& u) {
+  const int i = count_++;
+  for (int v = 0; v < 3; ++v) {
+    for (int c = 0; c < 3; ++c) corners_[v][c][i] = corners[size_t(v)][c];
+    point_[v][i] = point[v];
+  }
+  u_[0][i] = u.x;
+  u_[1][i] = u.y;
+}
+
+[[gnu::always_inline]] inline void TriangleBatch::answer(int i) {
+  const auto vector = [i](const Lanes(&lanes)[3]) {
+    return Vec3f(lanes[0][i], lanes[1][i], lanes[2][i]);
+  };
+  const auto put = [i](const Vec3f& v, Lanes(&lanes)[3]) {
+    lanes[0][i] = v.x;
+    lanes[1][i] = v.y;
+    lanes[2][i] = v.z;
+  };
+  const Vec3f point = vector(point_);
+  const SeenTriangle seen =
+      see(vector(corners_[0]), vector(corners_[1]), vector(corners_[2]), point);
+  const TriangleSample s = emberline::sample(seen, point, {u_[0][i], u_[1][i]});
+  barycentric_[0][i] = s.barycentric.x;
+  barycentric_[1][i] = s.barycentric.y;
+  put(s.position, position_);
+  put(s.direction, direction_);
+  put(to_float(seen.normal), normal_);
+  distance_[i] = s.distance;
+  pdf_[i] = s.pdf;
+  height_[i] = seen.height;
+}
+
+[[gnu::noinline]] void TriangleBatch::answer_alone(int i) { answer(i); }
+
+void TriangleBatch::sample() {
+  // One or two over are quicker alone, three as four.
+  const int over = count_ % 4, lanes = over == 3 ? count_ + 1 : count_ - over;
+  if (over == 3) {
+    for (int c = 0; c < 3; ++c) {
+      for (Lanes(&corner)[3] : corners_) corner[c][count_] = corner[c][0];
+      point_[c][count_] = point_[c][0];
+    }
+    for (Lanes& u : u_) u[count_] = u[0];
+  }
+  for (int i = 0; i < lanes; ++i) answer(i);
+  for (int i = lanes; i < count_; ++i) answer_alone(i);
 }
 
 Vec2f spherical_triangle_to_square(const SeenTriangle& t, const Vec3d& w) {

@@ -10,7 +10,10 @@
 // a float no digits. Scale-free for coordinates between 1e-30 and 1e30.
 #pragma once
 
+#include <array>
+
 #include "renderer/core/constants.h"
+#include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
@@ -47,6 +50,35 @@ struct TriangleSample {
 };
 
 TriangleSample sample_triangle(const SeenTriangle& triangle, const Vec3f& point, const Vec2f& u);
+// Up to kRayBatch samples at once, side by side in vector instructions: a third of the time. Each
+// has the bits that it has alone. add() them, sample(), then ask for each by its place.
+class TriangleBatch {
+ public:
+  int size() const { return count_; }
+  void add(const std::array<Vec3f, 3>& corners, const Vec3f& point, const Vec2f& u);
+  void sample();
+
+  bool in_front(int i) const { return height_[i] > 0; }  // the point is
+  Vec3f normal(int i) const { return {normal_[0][i], normal_[1][i], normal_[2][i]}; }
+  TriangleSample operator[](int i) const {
+    return {{barycentric_[0][i], barycentric_[1][i]},
+            {position_[0][i], position_[1][i], position_[2][i]},
+            {direction_[0][i], direction_[1][i], direction_[2][i]},
+            distance_[i],
+            pdf_[i]};
+  }
+
+ private:
+  using Lanes = float[kRayBatch];
+  void answer(int i);
+  void answer_alone(int i);
+
+  int count_ = 0;
+  Lanes corners_[3][3], point_[3], u_[2];
+  Lanes barycentric_[2], position_[3], direction_[3], normal_[3], distance_, pdf_;
+  double height_[kRayBatch];
+};
+
 // Density of sample_triangle for a point of the triangle at `distance`.
 float triangle_pdf(const SeenTriangle& triangle, float distance);
 // Inverse of the spherical map; only if triangle.spherical(). For the tests.

@@ -113,6 +113,17 @@ void bench_triangles() {
                   return sample_triangle(see_triangle(p0, p1, p2, at(i)), at(i), u[size_t(i)]).pdf;
                 }));
   }
+  for (int together : {1, 4, kRayBatch}) {
+    std::printf("  sample, %2d at once %5.1f ns\n", together, nanoseconds([&](int i) {
+                  if (i % together != 0) return 0.0f;
+                  TriangleBatch batch;
+                  for (int j = i; j < i + together; ++j) {
+                    batch.add({p0, p1, p2}, points[size_t(j)], u[size_t(j)]);
+                  }
+                  batch.sample();
+                  return batch[0].pdf + batch[together - 1].pdf;
+                }));
+  }
   std::printf("  pdf               %6.1f ns\n", nanoseconds([&](int i) {
                 return triangle_pdf(see_triangle(p0, p1, p2, points[size_t(i)]), 1.0f);
               }));

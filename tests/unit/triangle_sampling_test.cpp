@@ -151,6 +151,39 @@ TEST(TriangleSampling, SampleAndHitAgreeAboutTheDensity) {
 }
 
 // Powers of two scale exactly, so nothing but the scale may change.
+// Whatever else is in the batch, and however it is filled up to whole vectors.
+TEST(TriangleSampling, ABatchHasTheBitsOfEachAlone) {
+  for (int count = 1; count <= kRayBatch; ++count) {
+    for (uint64_t draw = 0; draw < 50; ++draw) {
+      TestRandom random(13, draw);
+      TriangleBatch batch;
+      std::vector<const Case*> cases;
+      std::vector<Vec2f> u;
+      for (int i = 0; i < count; ++i) {
+        cases.push_back(&kCases[random.bits() % std::size(kCases)]);
+        u.push_back(random.vec2());
+        const Case& c = *cases.back();
+        batch.add({c.p0, c.p1, c.p2}, c.point, u.back());
+      }
+      ASSERT_EQ(batch.size(), count);
+      batch.sample();
+      for (int i = 0; i < count; ++i) {
+        const Case& c = *cases[size_t(i)];
+        const SeenTriangle seen = see(c);
+        const TriangleSample alone = sample_triangle(seen, c.point, u[size_t(i)]);
+        const TriangleSample s = batch[i];
+        EXPECT_EQ(s.barycentric, alone.barycentric) << c.name << " in " << count;
+        EXPECT_EQ(s.position, alone.position) << c.name;
+        EXPECT_EQ(s.direction, alone.direction) << c.name;
+        EXPECT_EQ(s.distance, alone.distance) << c.name;
+        EXPECT_EQ(s.pdf, alone.pdf) << c.name;
+        EXPECT_EQ(batch.normal(i), to_float(seen.normal)) << c.name;
+        EXPECT_EQ(batch.in_front(i), seen.height > 0) << c.name;
+      }
+    }
+  }
+}
+
 TEST(TriangleSampling, IsScaleFree) {
   for (const Case& c : kCases)
     for (float scale : {0x1p-40f, 0x1p-20f, 0x1p20f, 0x1p40f}) {
