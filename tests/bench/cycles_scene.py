@@ -169,7 +169,12 @@ def main(s):
     sys.stdout.flush()
     log = os.open(s["log"], os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(log, 1)
-    import_scene(s)
+    try:
+        import_scene(s)
+    except RuntimeError as error:  # what an operator's failure comes as
+        with open(s["result"], "w") as f:
+            json.dump({"unreadable": str(error).strip().splitlines()[0]}, f)
+        return
     make_camera(s)
     make_world(s)
     set_up_render(s)

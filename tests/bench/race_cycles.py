@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Races Emberline against Blender's Cycles: same scene, view, light, samples, bounces and threads.
 
-    tests/bench/race_cycles.py --assets DIR SCENE... [-o race.md]
+    tests/bench/race_cycles.py --assets DIR [SCENE...] [-o race.md] [--chart race.svg]
 
-SCENE is a glTF file below DIR. DIR/views.json says how each is looked at and lit:
+SCENE is a glTF file below DIR; without any, all below DIR/scenes. Those that Blender cannot read are
+named, not raced. DIR/views.json says how each is looked at and lit:
     {"SCENE": {"look_from": [x, y, z], "look_at": [x, y, z], "fov_y": degrees, "env": "FILE below DIR"}}
 
 Speed: the two run in turn, a pair at a time; what is compared is the ratio of each pair, so that
@@ -14,6 +15,7 @@ each against its own renderer's reference of --reference-spp, kept in --cache. N
 import argparse
 import hashlib
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -22,6 +24,8 @@ import subprocess
 import sys
 import time
 
+from growth_plot import COLORS, GRID, INK, line, text
+
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 
@@ -29,7 +33,7 @@ ROOT = HERE.parent.parent
 def parse_arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     a = p.add_argument
-    a("scenes", nargs="+", metavar="SCENE")
+    a("scenes", nargs="*", metavar="SCENE")
     a("--assets", type=pathlib.Path, required=True)
     a("--emberline", default=ROOT / "build/release/bin/emberline")
     a("--blender", default="blender")
@@ -45,7 +49,12 @@ def parse_arguments():
     a("--cache", type=pathlib.Path, default=ROOT / "build/race", help="references, and the images compared")
     a("-o", "--output", type=pathlib.Path, help="the tables as Markdown (default: stdout)")
     a("--json", type=pathlib.Path, help="every run's figures")
+    a("--chart", type=pathlib.Path, help="the ratios of all scenes as a picture (SVG)")
     return p.parse_args()
+
+
+class Unreadable(Exception):
+    """Blender cannot read the scene, or not all of it."""
 
 
 class Renderer:
@@ -112,8 +121,10 @@ class Cycles(Renderer):
                         str(HERE / "cycles_scene.py"), "--", str(settings)],
                        check=True, stdout=subprocess.DEVNULL, env=plain)
         r = json.loads(result.read_text())
+        if "unreadable" in r:
+            raise Unreadable(r["unreadable"])
         if r["unreadable_images"]:
-            sys.exit(f"race_cycles.py: Blender could not read {r['unreadable_images']} of {scene}")
+            raise Unreadable("images: " + ", ".join(r["unreadable_images"]))
         samples = width * height * spp
         return {"samples_per_cpu_s": samples / (r["done_cpu_s"] - r["first_sample_cpu_s"]),
                 "samples_per_s": samples / (r["done_s"] - r["first_sample_s"]),
@@ -171,40 +182,116 @@ def table(options, name, runs, error_runs, loads):
         ratios = [(a / b if more else b / a) for a, b in zip(*both)]
         lines.append(f"| {label} | {spread(both[0], factor, digits)} | {spread(both[1], factor, digits)} | "
                      f"{spread(ratios)} |")
-    if error_runs["ours"]:
-        # Error falls as 1 / samples, so time to equal error is (error) x (time per sample).
-        speed = statistics.median(a["samples_per_cpu_s"] / b["samples_per_cpu_s"]
-                                  for a, b in zip(runs["ours"], runs["theirs"]))
-        noise = statistics.median(b["relmse_trimmed"] / a["relmse_trimmed"]
-                                  for a, b in zip(error_runs["ours"], error_runs["theirs"]))
-        lines.append(f"| processor time to equal (trimmed) error | | | {speed * noise:.2f} |")
+    figures = ratios_of(runs, error_runs)
+    for key, label in (("time_trimmed", "(trimmed) error"), ("time", "error")):
+        if key in figures:
+            lines.append(f"| processor time to equal {label} | | | {figures[key]:.2f} |")
     return "\n".join(lines) + "\n"
+
+
+def ratios_of(runs, error_runs):
+    """Cycles over Emberline, so that above 1 is better for Emberline; of the errors their means' ratio."""
+    figures = {"speed": statistics.median(a["samples_per_cpu_s"] / b["samples_per_cpu_s"]
+                                          for a, b in zip(runs["ours"], runs["theirs"]))}
+    for key, suffix in (("relmse_trimmed", "_trimmed"), ("relmse", "")):
+        if error_runs["ours"]:
+            ours, theirs = (statistics.mean(e[key] for e in error_runs[side]) for side in ("ours", "theirs"))
+            figures["error" + suffix] = theirs / ours
+            # Error falls as 1 / samples, so time to equal error is (error) x (time per sample).
+            figures["time" + suffix] = figures["speed"] * theirs / ours
+    return figures
+
+
+# key, heading, asked of each scene and of the median
+SUMMARY = [
+    ("speed", "samples per processor second", 2.5, 3),
+    ("error_trimmed", "error of equal samples, worst 0.1 % out", 1, 1 / 0.7),
+    ("time_trimmed", "processor time to equal error, worst 0.1 % out", 3, 5),
+    ("time", "the same, all pixels", 1.5, 3),
+]
+
+
+def short(name):
+    return pathlib.PurePath(name).stem
+
+
+def summary(figures, unread):
+    shown = [row for row in SUMMARY if all(row[0] in f for f in figures.values())]
+    row = lambda name, values: f"| {name} | " + " | ".join(values) + " |"
+    lines = ["Cycles over Emberline, above 1 where Emberline is better:", "",
+             row("scene", [heading for _, heading, _, _ in shown]), row("---", ["---"] * len(shown))]
+    for name, f in figures.items():
+        lines.append(row(short(name), [f"{f[key]:.2f}" for key, *_ in shown]))
+    medians = [f"{statistics.median(f[key] for f in figures.values()):.2f}" for key, *_ in shown]
+    lines += [row("**median**", medians),
+              row("asked: each, median", [f"{each:.3g}, {median:.3g}" for _, _, each, median in shown])]
+    lines += ["", *(f"{short(name)} is left out, Blender cannot read it: {what}." for name, what in unread.items())]
+    return "\n".join(lines) + "\n"
+
+
+def chart(figures):
+    """A row for each scene, worst first; a dot for each ratio, along a logarithmic axis."""
+    dots = [("speed", "samples per processor second", COLORS[0]),
+            ("time_trimmed", "processor time to equal error, worst 0.1 % of pixels out", COLORS[2]),
+            ("time", "the same, all pixels", COLORS[1])]
+    dots = [d for d in dots if all(d[0] in f for f in figures.values())]
+    values = [f[key] for f in figures.values() for key, *_ in dots]
+    low, high = min(0.5, min(values) / 1.1), max(8, max(values) * 1.1)
+    left, right, top, step = 190, 870, 126, 26
+    bottom = top + step * len(figures)
+    x = lambda ratio: left + (right - left) * math.log(ratio / low) / math.log(high / low)
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 900 {bottom + 44}" width="900" height="{bottom + 44}" '
+             f'font-family="system-ui, sans-serif" fill="{INK}">', '<rect width="100%" height="100%" fill="white"/>',
+             text(16, 30, "How many times better than Cycles", size=20, more='font-weight="600"')]
+    for i, (_, label, color) in enumerate(dots):
+        parts += [f'<circle cx="24" cy="{50 + 20 * i}" r="6" fill="{color}"/>', text(38, 55 + 20 * i, label)]
+    for ratio in (r for r in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000) if low <= r <= high):
+        style = f'stroke="{INK if ratio == 1 else GRID}"'
+        parts += [line(x(ratio), top - 10, x(ratio), bottom, style), text(x(ratio), bottom + 20, f"{ratio:g}", "middle")]
+    for i, name in enumerate(sorted(figures, key=lambda n: figures[n][dots[-1][0]])):
+        y = top + step * (i + 0.5)
+        parts.append(text(left - 14, y + 5, short(name), "end"))
+        parts += [f'<circle cx="{x(figures[name][key]):.1f}" cy="{y:.1f}" r="6" fill="{color}"/>' for key, _, color in dots]
+    return "\n".join([*parts, "</svg>"]) + "\n"
 
 
 def main():
     options = parse_arguments()
     options.cache = options.cache.resolve()
     views = json.loads((options.assets / "views.json").read_text())
-    pages, record = [], {}
-    for name in options.scenes:
+    names = options.scenes or [name for name in views if name.startswith("scenes/")]
+    pages, record, figures, unread = [], {}, {}, {}
+    for name in names:
         if name not in views:
             sys.exit(f"race_cycles.py: {options.assets / 'views.json'} has no view of {name}")
         scene = (options.assets / name).resolve()
         ours, theirs = Emberline(options, views[name]), Cycles(options, views[name])
         runs, error_runs, loads = {"ours": [], "theirs": []}, {"ours": [], "theirs": []}, []
-        for _ in range(options.pairs):
-            for side, renderer in (("ours", ours), ("theirs", theirs)):
-                loads.append(os.getloadavg()[0])
-                runs[side].append(renderer.render(scene, options.size, options.spp, 1, renderer.file("-speed.exr")))
-        if options.error_seeds:
-            error_runs = {"ours": errors(options, ours, scene), "theirs": errors(options, theirs, scene)}
+        try:
+            for _ in range(options.pairs):
+                for side, renderer in (("theirs", theirs), ("ours", ours)):
+                    loads.append(os.getloadavg()[0])
+                    runs[side].append(renderer.render(scene, options.size, options.spp, 1, renderer.file("-speed.exr")))
+            if options.error_seeds:
+                error_runs = {"ours": errors(options, ours, scene), "theirs": errors(options, theirs, scene)}
+        except Unreadable as what:
+            unread[name] = what
+            continue
+        figures[name] = ratios_of(runs, error_runs)
         pages.append(table(options, name, runs, error_runs, loads))
-        record[name] = {"speed": runs, "error": error_runs, "load_average": loads}
+        record[name] = {"speed": runs, "error": error_runs, "ratios": figures[name], "load_average": loads}
         print(pages[-1], file=sys.stderr if options.output else sys.stdout, flush=True)
+        if options.json:  # as it grows: the race of all scenes takes hours
+            options.json.write_text(json.dumps(record, indent=2))
+    if not figures:
+        sys.exit("race_cycles.py: Blender can read none of them")
+    if len(names) > 1:
+        pages.insert(0, summary(figures, unread))
+        print(pages[0], file=sys.stderr if options.output else sys.stdout)
     if options.output:
         options.output.write_text(time.strftime("Measured %Y-%m-%d.\n\n") + "\n".join(pages))
-    if options.json:
-        options.json.write_text(json.dumps(record, indent=2))
+    if options.chart:
+        options.chart.write_text(chart(figures))
 
 
 main()
