@@ -150,7 +150,6 @@ TEST(TriangleSampling, SampleAndHitAgreeAboutTheDensity) {
     }
 }
 
-// Powers of two scale exactly, so nothing but the scale may change.
 // Whatever else is in the batch, and however it is filled up to whole vectors.
 TEST(TriangleSampling, ABatchHasTheBitsOfEachAlone) {
   for (int count = 1; count <= kRayBatch; ++count) {
@@ -184,6 +183,7 @@ TEST(TriangleSampling, ABatchHasTheBitsOfEachAlone) {
   }
 }
 
+// Powers of two scale exactly, so nothing but the scale may change.
 TEST(TriangleSampling, IsScaleFree) {
   for (const Case& c : kCases)
     for (float scale : {0x1p-40f, 0x1p-20f, 0x1p20f, 0x1p40f}) {
