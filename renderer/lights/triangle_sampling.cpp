@@ -25,6 +25,14 @@ namespace {
   return v * std::sqrt(scale2 > 0 ? scale2 : 0.0);
 }
 
+// Horner's scheme, the highest power's coefficient first.
+template <class... Coefficients>
+[[gnu::always_inline]] inline double polynomial(double x, double first, Coefficients... others) {
+  double sum = first;
+  ((sum = fma(sum, x, others)), ...);
+  return sum;
+}
+
 // std::atan2 for y >= 0, to 1e-15 of its value: our own Chebyshev fit of atan(z) / z over
 // |z| <= tan(pi / 8).
 [[gnu::always_inline]] inline double angle_of(double y, double x) {
@@ -34,14 +42,10 @@ namespace {
   const double numerator = reduce ? smaller - larger : smaller;
   const double z = numerator * reciprocal(reduce ? smaller + larger : larger);
   const double t = z * z;
-  double p = fma(-0.025316479573776474, t, 0.05024762118940128);
-  p = fma(p, t, -0.0650598296717084);
-  p = fma(p, t, 0.07673535428183285);
-  p = fma(p, t, -0.09089529956562307);
-  p = fma(p, t, 0.11111048853751296);
-  p = fma(p, t, -0.14285712661684793);
-  p = fma(p, t, 0.19999999978392663);
-  p = fma(p, t, -0.3333333333322143);
+  const double p =
+      polynomial(t, -0.025316479573776474, 0.05024762118940128, -0.0650598296717084,
+                 0.07673535428183285, -0.09089529956562307, 0.11111048853751296,
+                 -0.14285712661684793, 0.19999999978392663, -0.3333333333322143);
   const double reduced = fma(z * t, p, z);
   const double eighth = reduce ? kPiD / 4 + reduced : reduced;
   const double quarter = y > ax ? kPiD / 2 - eighth : eighth;
@@ -51,22 +55,11 @@ namespace {
 // For x in [0, pi], sine to 1e-13 of its value: Taylor's series of the half.
 [[gnu::always_inline]] inline void sincos_to_pi(double x, double* sine, double* cosine) {
   const double h = 0.5 * x, h2 = h * h;
-  double s = fma(1.0 / 355687428096000, h2, -1.0 / 1307674368000);
-  s = fma(s, h2, 1.0 / 6227020800);
-  s = fma(s, h2, -1.0 / 39916800);
-  s = fma(s, h2, 1.0 / 362880);
-  s = fma(s, h2, -1.0 / 5040);
-  s = fma(s, h2, 1.0 / 120);
-  s = fma(s, h2, -1.0 / 6);
-  s = fma(h * h2, s, h);
-  double c = fma(1.0 / 20922789888000, h2, -1.0 / 87178291200);
-  c = fma(c, h2, 1.0 / 479001600);
-  c = fma(c, h2, -1.0 / 3628800);
-  c = fma(c, h2, 1.0 / 40320);
-  c = fma(c, h2, -1.0 / 720);
-  c = fma(c, h2, 1.0 / 24);
-  c = fma(c, h2, -0.5);
-  c = fma(c, h2, 1.0);
+  const double p = polynomial(h2, 1.0 / 355687428096000, -1.0 / 1307674368000, 1.0 / 6227020800,
+                              -1.0 / 39916800, 1.0 / 362880, -1.0 / 5040, 1.0 / 120, -1.0 / 6);
+  const double s = fma(h * h2, p, h);
+  const double c = polynomial(h2, 1.0 / 20922789888000, -1.0 / 87178291200, 1.0 / 479001600,
+                              -1.0 / 3628800, 1.0 / 40320, -1.0 / 720, 1.0 / 24, -0.5, 1.0);
   *sine = 2.0 * s * c;
   *cosine = fma(-2.0 * s, s, 1.0);
 }
