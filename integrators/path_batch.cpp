@@ -29,8 +29,10 @@ float balance(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
   const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
   Rgb radiance = material.emission(attributes, u_texture);
   if (material.layers().clearcoat > 0.0f) {
+    TexelPlaces texels;
+    material.find_texels(attributes, u_texture, &texels);
     MaterialLayers layers;
-    material.evaluate_layers(attributes, u_texture, layers);
+    material.evaluate_layers(texels, layers);
     radiance *= emission_through_coat(layers.parameters.clearcoat,
                                       dot(light.direction, light.emitter_normal));
   }
@@ -187,10 +189,14 @@ void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> va
   for (const int lane : alive_) {
     samples_.resume_sample(lane);
     samples_.start_slot(depth + 1);
-    find_material(samples_.get(surface_dim::kTexture), &points_[lane]);
+    find_texels(samples_.get(surface_dim::kTexture), points_[lane], &texels_.emplace(lane));
+  }
+  for (const int lane : alive_) {
+    find_material(texels_[lane], &points_[lane]);
     if constexpr (kGlass) {
       Path& path = paths_[lane];
       if (path.interior.solid || scene_.has_dispersion()) {
+        samples_.resume_sample(lane);
         set_relative_ior(path.interior, samples_, path.scattering.wavelength, points_[lane]);
       }
     }

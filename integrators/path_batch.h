@@ -104,6 +104,7 @@ class PathBatch {
   LaneList alive_;
   LaneArray<Path> paths_;
   LaneArray<ShadedPoint> points_;
+  LaneArray<TexelPlaces> texels_;
   LaneArray<SurfaceBsdf> bsdfs_;
   LaneArray<Connection> connections_;
   LaneArray<Rgb> clamped_;  // if light is clamped: what the lane's sample has lost

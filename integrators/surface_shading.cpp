@@ -2,10 +2,10 @@
 
 namespace emberline {
 
-[[gnu::cold, gnu::noinline]] void find_layers(float u_texture, ShadedPoint* point) {
+[[gnu::cold, gnu::noinline]] void find_layers(const TexelPlaces& texels, ShadedPoint* point) {
   ShadedPoint& p = *point;
   MaterialLayers layers;
-  p.surface.material->evaluate_layers(p.surface.attributes, u_texture, layers);
+  p.surface.material->evaluate_layers(texels, layers);
   LayerParameters& local = p.layers.emplace(layers.parameters);
   local.behind = p.frame.back_facing;
   const Vec3f& normal = p.surface.shading_normal;

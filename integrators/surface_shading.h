@@ -30,21 +30,26 @@ struct ShadedPoint {
   }
 };
 
-// Shading in two steps, the mesh and the material, so that whoever shades many points can let the
-// memory of one wait for that of the others.
+// Shading in steps, the mesh, its textures and the material, so that whoever shades many points can
+// let the memory of one wait for that of the others.
 inline void find_surface(const Scene& scene, const Ray& ray, const SurfaceHit& hit,
                          ShadedPoint* p) {
   scene.interaction(hit, ray.time, &p->surface);
   p->wo = -ray.direction;
 }
 
-// The layers of a material that has some, their directions turned to local shading space.
-void find_layers(float u_texture, ShadedPoint* point);
-
 // `u_texture` drives the one-texel texture lookups of this point.
-inline void find_material(float u_texture, ShadedPoint* point) {
+inline void find_texels(float u_texture, const ShadedPoint& p, TexelPlaces* texels) {
+  if (!p.surface.material->needs_uv()) return;
+  p.surface.material->find_texels(p.surface.attributes, u_texture, texels);
+}
+
+// The layers of a material that has some, their directions turned to local shading space.
+void find_layers(const TexelPlaces& texels, ShadedPoint* point);
+
+inline void find_material(const TexelPlaces& texels, ShadedPoint* point) {
   ShadedPoint& p = *point;
-  p.surface.material->evaluate(p.surface.attributes, u_texture, p.material);
+  p.surface.material->evaluate(p.surface.attributes, texels, p.material);
   Vec3f normal = p.surface.shading_normal;
   if (p.material.has_normal_map) {
     // The tangent's handedness already accounts for mirroring instances.
@@ -53,14 +58,16 @@ inline void find_material(float u_texture, ShadedPoint* point) {
   p.frame = make_surface_frame(p.surface.geometric_normal, p.surface.shading_normal, normal, p.wo);
   p.material.bsdf.inside = p.frame.back_facing;
   if (p.surface.material->has_layers()) [[unlikely]]
-    find_layers(u_texture, point);
+    find_layers(texels, point);
 }
 
 inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& hit,
                          float u_texture) {
   ShadedPoint p;
   find_surface(scene, ray, hit, &p);
-  find_material(u_texture, &p);
+  TexelPlaces texels;
+  find_texels(u_texture, p, &texels);
+  find_material(texels, &p);
   return p;
 }
 

@@ -67,10 +67,10 @@ bool has_transparent_texel(const Texture& texture) {
 
 }  // namespace
 
-const Texture* Material::add_texture(const TextureRef& ref, bool srgb, const char* slot,
+Material::Slot Material::add_texture(const TextureRef& ref, bool srgb, const char* slot,
                                      const MaterialDescription& description,
                                      const SceneDescription& scene, std::deque<Texture>* textures) {
-  if (ref.image < 0) return nullptr;
+  if (ref.image < 0) return {};
   assert(size_t(ref.image) < scene.images.size() && scene.images[size_t(ref.image)]);
   if (ref.uv_set < 0 || ref.uv_set >= kMaxUvSets) {
     throw InputError(scene.file, "material \"" + description.name + "\": its " + slot +
@@ -80,10 +80,20 @@ const Texture* Material::add_texture(const TextureRef& ref, bool srgb, const cha
   }
   uv_mask_ |= 1u << ref.uv_set;
   Texture texture(scene.images[size_t(ref.image)], ref, srgb);
-  for (const Texture& other : *textures) {
-    if (texture.same_use(other)) return &other;
-  }
-  return &textures->emplace_back(std::move(texture));
+  const auto kept = std::find_if(textures->begin(), textures->end(),
+                                 [&](const Texture& other) { return texture.same_use(other); });
+  return slot_of(kept != textures->end() ? *kept : textures->emplace_back(std::move(texture)));
+}
+
+Material::Slot Material::slot_of(const Texture& texture) {
+  const auto same = std::find_if(parametrisations_.begin(), parametrisations_.end(),
+                                 [&](const Texture* other) { return texture.same_places(*other); });
+  const Slot slot{&texture, size_t(same - parametrisations_.begin())};
+  if (same == parametrisations_.end()) parametrisations_.push_back(&texture);
+  const auto is_it = [&](const Slot& other) { return other.texture == &texture; };
+  if (std::none_of(slots_.begin(), slots_.end(), is_it)) slots_.push_back(slot);
+  assert(parametrisations_.size() <= TexelPlaces::kMost);
+  return slot;
 }
 
 Material::Material(const MaterialDescription& d, const SceneDescription& scene,
@@ -109,13 +119,13 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
     compile_base(d, add);
     compile_layers(d, [&](const TextureRef& ref, bool srgb, const char* slot) {
       const Slot texture = add(ref, srgb, slot);
-      layers_vary_ = layers_vary_ || texture != nullptr;
+      layers_vary_ = layers_vary_ || texture;
       return texture;
     });
     compile_interior(d);
   }
   compile_coverage();
-  emission_varies_ = unlit_ || emission_texture_ != nullptr;
+  emission_varies_ = unlit_ || emission_texture_;
   constant_ = constant_point();
 }
 
@@ -215,7 +225,7 @@ void Material::compile_clearcoat(const MaterialDescription& d, const auto& add) 
   clearcoat_normal_scale_ = usable_scale(d.clearcoat_normal_scale);
   if (clearcoat_normal_scale_ == 0.0f) return;
   clearcoat_normal_texture_ = add(d.clearcoat_normal_texture, false, "clear coat normal texture");
-  layers_.has_clearcoat_normal_map = clearcoat_normal_texture_ != nullptr;
+  layers_.has_clearcoat_normal_map = bool(clearcoat_normal_texture_);
 }
 
 void Material::compile_interior(const MaterialDescription& d) {
@@ -230,7 +240,7 @@ void Material::compile_coverage() {
   if (alpha_mode_ == AlphaMode::kOpaque) return;
   const float opaque = alpha_mode_ == AlphaMode::kMask ? alpha_cutoff_ : 1.0f;
   alpha_varies_ = alpha_ < opaque ||
-                  (base_color_texture_ != nullptr && has_transparent_texel(*base_color_texture_));
+                  (base_color_texture_ && has_transparent_texel(*base_color_texture_));
 }
 
 MaterialPoint Material::constant_point() const {
@@ -247,61 +257,67 @@ MaterialPoint Material::constant_point() const {
   return point;
 }
 
-void Material::evaluate_varying(const SurfaceAttributes& a, float u_texture,
+void Material::find_texels(const SurfaceAttributes& a, float u_texture, TexelPlaces* out) const {
+  for (size_t i = 0; i < parametrisations_.size(); ++i) {
+    const Texture& texture = *parametrisations_[i];
+    out->place[i] = texture.place(uv_of(texture, a), u_texture);
+  }
+  for (const Slot& slot : slots_) slot.texture->prefetch(out->place[slot.place]);
+}
+
+void Material::evaluate_varying(const SurfaceAttributes& a, const TexelPlaces& texels,
                                 MaterialPoint& out) const {
   Rgb base = base_color_ * rgb(a.color);
-  if (needs_uv()) apply_textures(a, u_texture, base, out);
+  if (needs_uv()) apply_textures(texels, base, out);
   if (unlit_) out.emission = non_negative(base);
   out.bsdf.base_color = saturate(base);
 }
 
-void Material::apply_textures(const SurfaceAttributes& a, float u_texture, Rgb& base,
-                              MaterialPoint& out) const {
-  if (base_color_texture_ != nullptr) base *= rgb(lookup(*base_color_texture_, a, u_texture));
-  if (specular_texture_ != nullptr) {
-    out.bsdf.specular *= lookup(*specular_texture_, a, u_texture).w;
+void Material::apply_textures(const TexelPlaces& texels, Rgb& base, MaterialPoint& out) const {
+  if (base_color_texture_) base *= rgb(read(base_color_texture_, texels));
+  if (specular_texture_) {
+    out.bsdf.specular *= read(specular_texture_, texels).w;
   }
-  if (specular_color_texture_ != nullptr) {
-    out.bsdf.specular_color *= rgb(lookup(*specular_color_texture_, a, u_texture));
+  if (specular_color_texture_) {
+    out.bsdf.specular_color *= rgb(read(specular_color_texture_, texels));
   }
-  if (glossiness_texture_ != nullptr) {
-    const float glossiness = (1.0f - roughness_) * lookup(*glossiness_texture_, a, u_texture).w;
+  if (glossiness_texture_) {
+    const float glossiness = (1.0f - roughness_) * read(glossiness_texture_, texels).w;
     out.bsdf.roughness = saturate(1.0f - glossiness);
   }
-  if (metallic_roughness_texture_ != nullptr) {
-    const Vec4f texel = lookup(*metallic_roughness_texture_, a, u_texture);
+  if (metallic_roughness_texture_) {
+    const Vec4f texel = read(metallic_roughness_texture_, texels);
     out.bsdf.roughness = saturate(roughness_ * texel.y);
     out.bsdf.metallic = saturate(metallic_ * texel.z);
   }
-  if (transmission_texture_ != nullptr) {
+  if (transmission_texture_) {
     out.bsdf.transmission =
-        saturate(transmission_ * lookup(*transmission_texture_, a, u_texture).x);
+        saturate(transmission_ * read(transmission_texture_, texels).x);
   }
-  if (emission_texture_ != nullptr) out.emission *= rgb(lookup(*emission_texture_, a, u_texture));
-  out.has_normal_map = normal_texture_ != nullptr;
+  if (emission_texture_) out.emission *= rgb(read(emission_texture_, texels));
+  out.has_normal_map = has_normal_map();
   if (out.has_normal_map) {
-    out.normal = tangent_normal(lookup(*normal_texture_, a, u_texture), normal_scale_);
+    out.normal = tangent_normal(read(normal_texture_, texels), normal_scale_);
   }
 }
 
-void Material::apply_layer_textures(const SurfaceAttributes& a, float u_texture,
-                                    MaterialLayers& out) const {
+void Material::apply_layer_textures(const TexelPlaces& texels, MaterialLayers& out) const {
   LayerParameters& p = out.parameters;
   // A slot's texel times what is there.
   const auto scale = [&](float& value, Slot slot, int channel) {
-    if (slot != nullptr) value = saturate(value * lookup(*slot, a, u_texture)[channel]);
+    if (slot) value = saturate(value * read(slot, texels)[channel]);
   };
   const auto tint = [&](Rgb& value, Slot slot) {
-    if (slot != nullptr) value = saturate(value * rgb(lookup(*slot, a, u_texture)));
+    if (slot) value = saturate(value * rgb(read(slot, texels)));
   };
-  if (anisotropy_texture_ != nullptr) {
-    const Vec4f texel = lookup(*anisotropy_texture_, a, u_texture);
+  if (anisotropy_texture_) {
+    const Vec4f texel = read(anisotropy_texture_, texels);
     p.anisotropy = saturate(p.anisotropy * texel.z);
     p.anisotropy_direction = turned(direction_of(texel), p.anisotropy_direction);
   }
   scale(p.iridescence, iridescence_texture_, 0);
-  if (iridescence_thickness_texture_ != nullptr) {
-    const float share = saturate(lookup(*iridescence_thickness_texture_, a, u_texture).y);
+  if (iridescence_thickness_texture_) {
+    const float share = saturate(read(iridescence_thickness_texture_, texels).y);
     p.iridescence_thickness = lerp(iridescence_thickness_minimum_, p.iridescence_thickness, share);
   }
   scale(p.diffuse_transmission, diffuse_transmission_texture_, 3);
@@ -310,9 +326,9 @@ void Material::apply_layer_textures(const SurfaceAttributes& a, float u_texture,
   scale(p.sheen_roughness, sheen_roughness_texture_, 3);
   scale(p.clearcoat, clearcoat_texture_, 0);
   scale(p.clearcoat_roughness, clearcoat_roughness_texture_, 1);
-  if (clearcoat_normal_texture_ != nullptr) {
+  if (clearcoat_normal_texture_) {
     p.clearcoat_normal =
-        tangent_normal(lookup(*clearcoat_normal_texture_, a, u_texture), clearcoat_normal_scale_);
+        tangent_normal(read(clearcoat_normal_texture_, texels), clearcoat_normal_scale_);
   }
 }
 
@@ -321,7 +337,7 @@ Rgb Material::varying_emission(const SurfaceAttributes& a, float u_texture) cons
     return emission_ * rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
   }
   Rgb base = base_color_ * rgb(a.color);
-  if (base_color_texture_ != nullptr) {
+  if (base_color_texture_) {
     base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
   }
   return non_negative(base);
@@ -330,7 +346,7 @@ Rgb Material::varying_emission(const SurfaceAttributes& a, float u_texture) cons
 Rgb Material::mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
                             const SurfaceAttributes& a2) const {
   if (!is_emissive_) return Rgb(0.0f);
-  if (emission_texture_ == nullptr) return emission_;
+  if (!emission_texture_) return emission_;
   const Texture& t = *emission_texture_;
   return emission_ * t.mean_over_triangle(uv_of(t, a0), uv_of(t, a1), uv_of(t, a2));
 }
@@ -349,12 +365,12 @@ float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
   float alpha = alpha_ * a.color.w;
   if (alpha_mode_ == AlphaMode::kMask) {
     // The cutoff is a step, and a step of a mean is not the mean of steps: the exact filter.
-    if (base_color_texture_ != nullptr) {
+    if (base_color_texture_) {
       alpha *= base_color_texture_->bilinear_alpha(uv_of(*base_color_texture_, a));
     }
     return alpha >= alpha_cutoff_ ? 1.0f : 0.0f;
   }
-  if (base_color_texture_ != nullptr && base_color_texture_->has_alpha_channel()) {
+  if (base_color_texture_ && base_color_texture_->has_alpha_channel()) {
     alpha *= base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture).w;
   }
   return saturate(alpha);

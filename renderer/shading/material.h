@@ -44,6 +44,13 @@ struct MaterialPoint {
   bool has_normal_map = false;
 };
 
+// Where a material's textures are read for a point, one place for each of its parametrisations.
+struct TexelPlaces {
+  static constexpr size_t kMost = 18;  // a parametrisation for each slot
+  size_t place[kMost];
+  TexelPlaces() {}  // made at every hit: nothing to be cleared
+};
+
 class Material {
  public:
   // `textures` owns what the slots point to; the material keeps pointers into it, so it must
@@ -55,16 +62,18 @@ class Material {
 
   // One number for all textures: slots that share a parametrisation then take the same texel, so
   // that base colour, roughness and normal belong together.
-  void evaluate(const SurfaceAttributes& attributes, float u_texture, MaterialPoint& out) const {
+  // In two steps, so that whoever shades many points can have the texels of all on their way before
+  // the first is read.
+  void find_texels(const SurfaceAttributes& attributes, float u_texture, TexelPlaces* out) const;
+  void evaluate(const SurfaceAttributes& attributes, const TexelPlaces& texels,
+                MaterialPoint& out) const {
     out = constant_;
-    if (needs_uv() || attributes.has_color) evaluate_varying(attributes, u_texture, out);
+    if (needs_uv() || attributes.has_color) evaluate_varying(attributes, texels, out);
   }
-
-  // What evaluate() leaves out; only where has_layers(). The same number for its textures.
-  void evaluate_layers(const SurfaceAttributes& attributes, float u_texture,
-                       MaterialLayers& out) const {
+  // What evaluate() leaves out; only where has_layers().
+  void evaluate_layers(const TexelPlaces& texels, MaterialLayers& out) const {
     out = layers_;
-    if (layers_vary_) apply_layer_textures(attributes, u_texture, out);
+    if (layers_vary_) apply_layer_textures(texels, out);
   }
   bool has_layers() const { return has_layers_; }  // any of them can have an effect
   // What they are where no texture has a say; with one, its factor.
@@ -105,8 +114,8 @@ class Material {
   bool is_emissive() const { return is_emissive_; }  // belongs among the lights; never if unlit
   // Whether the lights made of the two are the same: their mean_emission() and their sides.
   bool emits_like(const Material& other) const;
-  bool has_emission_texture() const { return emission_texture_ != nullptr; }
-  bool has_normal_map() const { return normal_texture_ != nullptr; }
+  bool has_emission_texture() const { return bool(emission_texture_); }
+  bool has_normal_map() const { return bool(normal_texture_); }
   // Something of it is in the tangent space of the mesh.
   bool needs_tangents() const {
     return has_normal_map() || layers_.has_clearcoat_normal_map || layers().anisotropy > 0.0f;
@@ -121,7 +130,7 @@ class Material {
   // At least in places it is a thin wall that is smooth, and light goes straight on.
   bool is_smooth_wall() const {
     return has_transmission() && thin_walled_ &&
-           (square(roughness_) < kMirrorAlpha || metallic_roughness_texture_ != nullptr);
+           (square(roughness_) < kMirrorAlpha || metallic_roughness_texture_);
   }
   // Per metre travelled inside, for beer_transmittance(); 0 without an interior.
   const Rgb& attenuation() const { return attenuation_; }
@@ -132,18 +141,28 @@ class Material {
   uint32_t uv_mask() const { return uv_mask_; }  // bit n: TEXCOORD_n is read
 
  private:
+  struct Slot {
+    const Texture* texture = nullptr;  // null: none
+    size_t place = 0;                  // which of TexelPlaces
+    explicit operator bool() const { return texture != nullptr; }
+    const Texture& operator*() const { return *texture; }
+    const Texture* operator->() const { return texture; }
+  };
+  static Vec4f read(const Slot& slot, const TexelPlaces& texels) {
+    return slot->read(texels.place[slot.place]);
+  }
+
   // What evaluate() says where neither a texture nor a vertex colour has a say.
   MaterialPoint constant_point() const;
-  void evaluate_varying(const SurfaceAttributes& attributes, float u_texture,
+  void evaluate_varying(const SurfaceAttributes& attributes, const TexelPlaces& texels,
                         MaterialPoint& out) const;
-  void apply_layer_textures(const SurfaceAttributes& attributes, float u_texture,
-                            MaterialLayers& out) const;
+  void apply_layer_textures(const TexelPlaces& texels, MaterialLayers& out) const;
   Rgb varying_emission(const SurfaceAttributes& attributes, float u_texture) const;
-  void apply_textures(const SurfaceAttributes& attributes, float u_texture, Rgb& base_color,
-                      MaterialPoint& out) const;
-  const Texture* add_texture(const TextureRef& ref, bool srgb, const char* slot,
-                             const MaterialDescription& description, const SceneDescription& scene,
-                             std::deque<Texture>* textures);
+  void apply_textures(const TexelPlaces& texels, Rgb& base_color, MaterialPoint& out) const;
+  Slot add_texture(const TextureRef& ref, bool srgb, const char* slot,
+                   const MaterialDescription& description, const SceneDescription& scene,
+                   std::deque<Texture>* textures);
+  Slot slot_of(const Texture& texture);
   // What each compiles; `add` makes a texture of a slot.
   void compile_base(const MaterialDescription& d, const auto& add);
   void compile_layers(const MaterialDescription& d, const auto& add);
@@ -155,24 +174,19 @@ class Material {
   void compile_interior(const MaterialDescription& d);
   void compile_coverage();
   // A metal lets nothing through.
-  bool always_metal() const { return metallic_ == 1.0f && metallic_roughness_texture_ == nullptr; }
+  bool always_metal() const { return metallic_ == 1.0f && !metallic_roughness_texture_; }
   const Vec2f& uv_of(const Texture& texture, const SurfaceAttributes& a) const {
     return a.uv[size_t(texture.uv_set())];
   }
-  Vec4f lookup(const Texture& texture, const SurfaceAttributes& a, float u_texture) const {
-    return texture.lookup(uv_of(texture, a), u_texture);
-  }
-
-  using Slot = const Texture*;
 
   Rgb base_color_;
   float alpha_;
   float metallic_, roughness_;
   float ior_, specular_;
   Rgb specular_color_;
-  Slot specular_texture_ = nullptr;
-  Slot specular_color_texture_ = nullptr;
-  Slot glossiness_texture_ = nullptr;
+  Slot specular_texture_;
+  Slot specular_color_texture_;
+  Slot glossiness_texture_;
   float normal_scale_;
   Rgb emission_;
   std::shared_ptr<const TimeCurve<Rgb>> emission_share_;
@@ -181,11 +195,11 @@ class Material {
   bool thin_walled_ = true;
   Rgb attenuation_ = Rgb(0.0f);
   float dispersion_ = 0.0f;
-  Slot base_color_texture_ = nullptr;
-  Slot metallic_roughness_texture_ = nullptr;
-  Slot normal_texture_ = nullptr;
-  Slot emission_texture_ = nullptr;
-  Slot transmission_texture_ = nullptr;
+  Slot base_color_texture_;
+  Slot metallic_roughness_texture_;
+  Slot normal_texture_;
+  Slot emission_texture_;
+  Slot transmission_texture_;
   AlphaMode alpha_mode_;
   bool alpha_varies_ = false;  // without vertex colours
   bool is_emissive_ = false;
@@ -196,19 +210,21 @@ class Material {
   MaterialLayers layers_;
   float iridescence_thickness_minimum_ = 0.0f;
   float clearcoat_normal_scale_ = 1.0f;
-  Slot anisotropy_texture_ = nullptr;
-  Slot iridescence_texture_ = nullptr;
-  Slot iridescence_thickness_texture_ = nullptr;
-  Slot diffuse_transmission_texture_ = nullptr;
-  Slot diffuse_transmission_color_texture_ = nullptr;
-  Slot sheen_color_texture_ = nullptr;
-  Slot sheen_roughness_texture_ = nullptr;
-  Slot clearcoat_texture_ = nullptr;
-  Slot clearcoat_roughness_texture_ = nullptr;
-  Slot clearcoat_normal_texture_ = nullptr;
+  Slot anisotropy_texture_;
+  Slot iridescence_texture_;
+  Slot iridescence_thickness_texture_;
+  Slot diffuse_transmission_texture_;
+  Slot diffuse_transmission_color_texture_;
+  Slot sheen_color_texture_;
+  Slot sheen_roughness_texture_;
+  Slot clearcoat_texture_;
+  Slot clearcoat_roughness_texture_;
+  Slot clearcoat_normal_texture_;
   bool double_sided_;
   bool unlit_;
   uint32_t uv_mask_ = 0;
+  std::vector<const Texture*> parametrisations_;  // a texture of each
+  std::vector<Slot> slots_;                       // each texture once
 };
 
 // All materials of a scene, glTF's default material behind them.

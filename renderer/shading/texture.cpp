@@ -82,12 +82,16 @@ Texture::Texture(std::shared_ptr<const Image> image, const TextureRef& ref, bool
       bytes = 4;
       break;
   }
-  assert(image_->texels.size() == size_t(width_) * size_t(height_) * size_t(channels_) * bytes);
-  static_cast<void>(bytes);
+  texel_bytes_ = size_t(channels_) * bytes;
+  assert(image_->texels.size() == size_t(width_) * size_t(height_) * texel_bytes_);
 }
 
 bool Texture::same_use(const Texture& o) const {
-  return image_ == o.image_ && table_ == o.table_ && format_ == o.format_ && wrap_s_ == o.wrap_s_ &&
+  return image_ == o.image_ && table_ == o.table_ && format_ == o.format_ && same_places(o);
+}
+
+bool Texture::same_places(const Texture& o) const {
+  return width_ == o.width_ && height_ == o.height_ && wrap_s_ == o.wrap_s_ &&
          wrap_t_ == o.wrap_t_ && nearest_ == o.nearest_ && uv_set_ == o.uv_set_ &&
          transform_ == o.transform_;
 }
@@ -169,8 +173,8 @@ struct LoadFloat {
 
 }  // namespace
 
-Vec4f Texture::texel(int x, int y) const {
-  const size_t offset = (size_t(y) * size_t(width_) + size_t(x)) * size_t(channels_);
+Vec4f Texture::read(size_t place) const {
+  const size_t offset = place * size_t(channels_);
   switch (format_) {
     case Format::kByte:
       return gather(offset, LoadByte{texels_, table_});
@@ -186,7 +190,7 @@ Vec4f Texture::texel(int x, int y) const {
   return gather(offset, LoadFloat{texels_});
 }
 
-Vec4f Texture::lookup(const Vec2f& uv, float u_texture) const {
+size_t Texture::place(const Vec2f& uv, float u_texture) const {
   const Vec2f at = transformed(uv);
   const Taps s = taps(at.x, width_, wrap_s_);
   const Taps t = taps(at.y, height_, wrap_t_);
@@ -195,7 +199,8 @@ Vec4f Texture::lookup(const Vec2f& uv, float u_texture) const {
   const float rest =
       (u_texture - select(right, 0.0f, s.fraction)) / select(right, s.fraction, 1.0f - s.fraction);
   const bool below = rest < t.fraction;
-  return texel(select(right, s.second, s.first), select(below, t.second, t.first));
+  return size_t(select(below, t.second, t.first)) * size_t(width_) +
+         size_t(select(right, s.second, s.first));
 }
 
 Vec4f Texture::bilinear(const Vec2f& uv) const {

@@ -30,7 +30,13 @@ class Texture {
   // One texel, linear rgba: its mean over uniform u_texture in [0, 1) is bilinear(uv). Missing
   // channels: grey is replicated, alpha is 1. Non-finite texels read as 0. `uv` is the vertex
   // attribute; KHR_texture_transform is applied here.
-  Vec4f lookup(const Vec2f& uv, float u_texture) const;
+  Vec4f lookup(const Vec2f& uv, float u_texture) const { return read(place(uv, u_texture)); }
+
+  // The same in steps, for who looks many up: where that texel is, and what it says. Textures with
+  // same_places() have all texels at the same places.
+  size_t place(const Vec2f& uv, float u_texture) const;
+  void prefetch(size_t place) const { __builtin_prefetch(texels_ + place * texel_bytes_); }
+  Vec4f read(size_t place) const;
 
   // The exact filter value, four texels (one with nearest filtering).
   Vec4f bilinear(const Vec2f& uv) const;
@@ -44,13 +50,15 @@ class Texture {
 
   // The same image, seen the same way.
   bool same_use(const Texture& other) const;
+  // Images of one size, seen through one parametrisation.
+  bool same_places(const Texture& other) const;
 
   const Image& image() const { return *image_; }
   int uv_set() const { return uv_set_; }
   bool has_alpha_channel() const { return channels_ == 2 || channels_ == 4; }
 
   // The texel at (x, y) after decoding; 0 <= x < width, 0 <= y < height.
-  Vec4f texel(int x, int y) const;
+  Vec4f texel(int x, int y) const { return read(size_t(y) * size_t(width_) + size_t(x)); }
 
  private:
   enum class Format : uint8_t { kByte, kWord, kWordSrgb, kHalf, kFloat };
@@ -70,6 +78,7 @@ class Texture {
   const std::byte* texels_;
   const float* table_ = nullptr;  // decodes integer colour
   int width_, height_, channels_;
+  size_t texel_bytes_;
   Format format_;
   WrapMode wrap_s_, wrap_t_;
   bool nearest_;

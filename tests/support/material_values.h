@@ -27,4 +27,22 @@ inline SurfaceAttributes at(float u, float v) {
   return a;
 }
 
+inline MaterialPoint evaluated(const Material& material, const SurfaceAttributes& a,
+                               float u_texture) {
+  TexelPlaces texels;
+  material.find_texels(a, u_texture, &texels);
+  MaterialPoint point;
+  material.evaluate(a, texels, point);
+  return point;
+}
+
+inline MaterialLayers evaluated_layers(const Material& material, const SurfaceAttributes& a,
+                                       float u_texture) {
+  TexelPlaces texels;
+  material.find_texels(a, u_texture, &texels);
+  MaterialLayers layers;
+  material.evaluate_layers(texels, layers);
+  return layers;
+}
+
 }  // namespace emberline::test

@@ -23,8 +23,7 @@ MaterialLayers layers_of(const MaterialDescription& d,
   scene.materials = {d};
   const MaterialSet set(scene);
   EXPECT_TRUE(set[0].has_layers());
-  MaterialLayers layers;
-  set[0].evaluate_layers(at(u, v), .5f, layers);
+  MaterialLayers layers = evaluated_layers(set[0], at(u, v), .5f);
   return layers;
 }
 
@@ -119,7 +118,7 @@ TEST(MaterialLayers, SlotsHaveTheirOwnCoordinates) {
   for (const float u : {.25f, .75f}) {
     a.uv[2] = Vec2f(u, .5f);
     a.uv[3] = Vec2f(.25f, .5f);
-    set[0].evaluate_layers(a, .5f, layers);
+    layers = evaluated_layers(set[0], a, .5f);
     EXPECT_EQ(layers.parameters.clearcoat, u < .5f ? 0 : 1);
     EXPECT_EQ(layers.parameters.sheen_color, Rgb(1));  // moved by half the image
   }

@@ -23,8 +23,7 @@ TEST(Material, DefaultIsTheOneOfGltf) {
   const Material& m = set[-1];
   EXPECT_FALSE(m.needs_uv() || m.is_emissive() || m.has_normal_map() || m.unlit() ||
                m.double_sided() || m.has_alpha(true));
-  MaterialPoint p;
-  m.evaluate(SurfaceAttributes{}, .5f, p);
+  MaterialPoint p = evaluated(m, SurfaceAttributes{}, .5f);
   EXPECT_FALSE(m.has_layers() || m.needs_tangents() || m.passes_light());
   EXPECT_EQ(p.bsdf.base_color, Rgb(1));
   EXPECT_EQ(p.bsdf.specular_color, Rgb(1));
@@ -60,8 +59,7 @@ TEST(Material, FactorsTimesTexturesTimesVertexColour) {
   SurfaceAttributes a = at(.3f, .7f);
   a.color = Vec4f(1, .5f, 1, 1);
   a.has_color = true;
-  MaterialPoint p;
-  m.evaluate(a, .3f, p);
+  MaterialPoint p = evaluated(m, a, .3f);
   const float srgb_188 = std::pow((188 / 255.f + .055f) / 1.055f, 2.4f);
   EXPECT_NEAR(p.bsdf.base_color.x, .5f, 1e-6);
   EXPECT_NEAR(p.bsdf.base_color.y, .25f * srgb_188, 1e-6);
@@ -74,6 +72,54 @@ TEST(Material, FactorsTimesTexturesTimesVertexColour) {
   EXPECT_NEAR((p.normal - want).length(), 0, 1e-6);
   EXPECT_NEAR(m.mean_emission(a, a, a).y, p.emission.y, 1e-4);
   EXPECT_NEAR(m.emission(a, .3f).y, p.emission.y, 1e-6);
+}
+
+// Each slot with a parametrisation of its own, or one that others have, too: its texel is the one
+// that its texture alone would take.
+TEST(Material, EachSlotTakesTheTexelOfItsParametrisation) {
+  const auto noise = [](int size, int channels) {
+    std::vector<uint8_t> bytes(size_t(size * size * channels));
+    for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = uint8_t(i * 2654435761u >> 13);
+    return byte_image(size, size, channels, bytes);
+  };
+  SceneDescription scene;
+  scene.images = {noise(8, 4), noise(8, 3), noise(4, 3)};
+  MaterialDescription d;
+  d.base_color_texture = {.image = 0};
+  d.metallic_roughness_texture = {.image = 1};
+  d.emission = Rgb(1);
+  d.normal_texture = {.image = 2};
+  scene.materials.assign(6, d);
+  scene.materials[1].metallic_roughness_texture.wrap_s = WrapMode::kMirroredRepeat;
+  scene.materials[2].metallic_roughness_texture.wrap_t = WrapMode::kClampToEdge;
+  scene.materials[3].metallic_roughness_texture.nearest = true;
+  scene.materials[4].metallic_roughness_texture.uv_set = 1;
+  scene.materials[5].metallic_roughness_texture.uv_transform = {2, .5f, .1f, 0, 1.5f, .3f};
+  const MaterialSet set(scene);
+  const Texture base(scene.images[0], d.base_color_texture, true);
+  const Texture normal(scene.images[2], d.normal_texture, false);
+  for (size_t i = 0; i < scene.materials.size(); ++i) {
+    const TextureRef& ref = scene.materials[i].metallic_roughness_texture;
+    const Texture other(scene.images[1], ref, false);
+    int apart = 0;
+    for (int k = 0; k < 200; ++k) {
+      SurfaceAttributes a = at(.37f * float(k) - 9, .23f * float(k) - 5);
+      a.uv[1] = Vec2f(.19f * float(k), -.41f * float(k));
+      const float u = (float(k) + .5f) / 200;
+      const MaterialPoint p = evaluated(set[int(i)], a, u);
+      const Vec4f color = base.lookup(a.uv[0], u);
+      const Vec4f rough = other.lookup(a.uv[size_t(ref.uv_set)], u);
+      EXPECT_EQ(p.bsdf.base_color, Rgb(color.x, color.y, color.z)) << i << " " << k;
+      EXPECT_EQ(p.bsdf.roughness, rough.y) << i << " " << k;
+      EXPECT_EQ(p.bsdf.metallic, rough.z) << i << " " << k;
+      const Vec4f bump = normal.lookup(a.uv[0], u);
+      const Vec3f n = fma(Vec3f(bump.x, bump.y, bump.z), 2.0f, Vec3f(-1.0f));
+      EXPECT_NEAR((p.normal - normalize(n)).length(), 0, 1e-6) << i << " " << k;
+      const Texture plain(scene.images[1], d.metallic_roughness_texture, false);
+      apart += plain.lookup(a.uv[0], u).y != rough.y;
+    }
+    EXPECT_EQ(apart > 0, i > 0) << i;
+  }
 }
 
 TEST(Material, SharesTexturesAndCountsImagesOnce) {
@@ -94,8 +140,7 @@ TEST(Material, SharesTexturesAndCountsImagesOnce) {
   // Moving the set keeps the textures where the materials look for them.
   MaterialSet a(scene);
   const MaterialSet b = std::move(a);
-  MaterialPoint p;
-  b[2].evaluate(at(.5f, .5f), .5f, p);
+  MaterialPoint p = evaluated(b[2], at(.5f, .5f), .5f);
   EXPECT_NEAR(p.bsdf.roughness, 9 / 255.f, 1e-6);
 }
 
@@ -154,8 +199,7 @@ TEST(Material, UnlitShowsItsColourAndIsNoLight) {
   const SurfaceAttributes a;
   EXPECT_EQ(set[0].emission(a, 0), d.base_color);
   EXPECT_EQ(set[0].mean_emission(a, a, a), Rgb(0));
-  MaterialPoint p;
-  set[0].evaluate(a, 0, p);
+  MaterialPoint p = evaluated(set[0], a, 0);
   EXPECT_EQ(p.emission, d.base_color);
 }
 
@@ -177,15 +221,14 @@ TEST(Material, TransmissionIsReadOnlyWhereThereIsAny) {
   EXPECT_FALSE(set[1].has_transmission());
   EXPECT_EQ(set.features(),
             (std::vector<std::string>{"textures (1 image)", "transmission", "absorption"}));
-  MaterialPoint p;
-  set[0].evaluate(at(0, 0), .5f, p);
+  MaterialPoint p = evaluated(set[0], at(0, 0), .5f);
   EXPECT_NEAR(p.bsdf.transmission, .1f, 1e-6);
   EXPECT_FALSE(p.bsdf.thin_walled);
   const Rgb passed = beer_transmittance(set[0].attenuation(), 1);
   EXPECT_NEAR(passed.x, .5f, 1e-6);
   EXPECT_EQ(passed.y, 1);
   EXPECT_NEAR(passed.z, 1e-3f, 1e-6);
-  set[1].evaluate(at(0, 0), .5f, p);
+  p = evaluated(set[1], at(0, 0), .5f);
   EXPECT_EQ(p.bsdf.transmission, 0);
 }
 
@@ -218,13 +261,12 @@ TEST(Material, GlossinessIsWhatIsNotRoughness) {
   rough.roughness = 1;
   scene.materials = {glossy, rough};
   const MaterialSet set(scene);
-  MaterialPoint p;
-  set[0].evaluate(at(.5f, .5f), .5f, p);
+  MaterialPoint p = evaluated(set[0], at(.5f, .5f), .5f);
   EXPECT_NEAR(p.bsdf.roughness, 1 - .75f * .2f, 1e-6);
   const float srgb_188 = std::pow((188 / 255.f + .055f) / 1.055f, 2.4f);
   EXPECT_NEAR((p.bsdf.specular_color - Rgb(.5f * srgb_188, .25f, 0)).length(), 0, 1e-6);
   EXPECT_EQ(p.bsdf.ior, 0);
-  set[1].evaluate(at(.5f, .5f), .5f, p);
+  p = evaluated(set[1], at(.5f, .5f), .5f);
   EXPECT_EQ(p.bsdf.roughness, 1);
 }
 
@@ -281,16 +323,14 @@ TEST(Material, StrangeNumbersAreContained) {
     for (const float c : {nan, inf, -2.0f, 1.0f}) {
       a.color = Vec4f(c, c, c, c);
       a.has_color = true;
-      MaterialPoint p;
-      set[i].evaluate(a, .5f, p);
+      MaterialPoint p = evaluated(set[i], a, .5f);
       for (const float v : {p.bsdf.base_color.x, p.bsdf.metallic, p.bsdf.roughness, p.bsdf.specular,
                             1 / (p.bsdf.ior + 1), set[i].coverage(a, .5f)})
         EXPECT_TRUE(v >= 0 && v <= 1) << i << " " << c;
       EXPECT_TRUE(is_finite(p.emission) && is_finite(set[i].attenuation()));
       EXPECT_TRUE(p.bsdf.transmission >= 0 && p.bsdf.transmission <= 1);
       EXPECT_TRUE(is_finite(p.bsdf.specular_color) && std::isfinite(set[i].dispersion()));
-      MaterialLayers layers;
-      set[i].evaluate_layers(a, .5f, layers);
+      MaterialLayers layers = evaluated_layers(set[i], a, .5f);
       const LayerParameters& l = layers.parameters;
       for (const float v : {l.anisotropy, l.iridescence, l.diffuse_transmission, l.sheen_roughness,
                             l.clearcoat, l.clearcoat_roughness, l.sheen_color.x,
