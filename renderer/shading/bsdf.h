@@ -135,13 +135,12 @@ class SurfaceBsdf {
   struct Layers {
     Rgb sheen_color;
     float sheen_most = 0.0f;  // the largest of the colour's three
-    float sheen_roughness = 0.0f;
     SheenLobe sheen;
     float coat_weight = 0.0f;
     GgxReflection coat;
     SpecularAlbedo coat_albedo;
     ShadingFrame coat_frame = ShadingFrame::from_normal(Vec3f(0.0f, 0.0f, 1.0f));
-    float through_coat_o = 1.0f;  // T(wo) of the coat alone
+    float through_coat_o = 1.0f, through_sheen_o = 1.0f;  // T(wo) of each alone
   };
   struct LobeList {
     float pick[kLobes] = {};                        // probabilities, together 1; 0: not there
@@ -163,7 +162,7 @@ class SurfaceBsdf {
   void cover_base();
   void set_picks();
   float through_coat(float mu) const;
-  float through_sheen(float mu) const;
+  float through_sheen(const TablePosition& column) const;
   float through_layers(const Vec3f& w) const;
   SpecularAlbedo::Value reflection_albedo(const Vec3f& w) const;
   Color4 base_fresnel(float cos_d) const;

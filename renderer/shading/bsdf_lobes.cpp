@@ -5,6 +5,8 @@
 // Lobes below it are scaled by min(T(wo), T(wi)): reciprocal, and never more than came in. Cosine
 // lobes take T(wo) T(wi) / K instead, K their mean of T: reciprocal too, and with nothing lost
 // (Ashikhmin & Shirley 2000's coupling, as in the base itself).
+#include <array>
+
 #include "renderer/core/warps.h"
 #include "renderer/shading/bsdf_base.h"
 #include "renderer/shading/gauss_legendre.h"
@@ -44,13 +46,34 @@ FilmFit fit_film(const Film& film, const Rgb& base_f0) {
   return fit;
 }
 
+// Where cover_base() asks what the layers and the base reflect: the same for every surface.
+struct CoverRule {
+  static constexpr size_t kNodes = 8;
+  std::array<Vec3f, kNodes> direction;
+  std::array<float, kNodes> weight;
+  std::array<TablePosition, kNodes> column;  // of the sheen's table
+
+  CoverRule() {
+    static const GaussLegendre<kNodes> rule;
+    for (size_t i = 0; i < kNodes; ++i) {
+      // mu = x^2: nodes at grazing angles, where layers reflect.
+      const auto x = float(rule.x[i]);
+      const float mu = square(x);
+      const float across = safe_sqrt(0.5f * (1.0f - mu * mu));
+      direction[i] = Vec3f(across, across, mu);
+      weight[i] = float(rule.w[i]) * mu * x;
+      column[i] = SheenLobe::column_of(mu);
+    }
+  }
+};
+
 Color4 mix(Color4 a, Color4 b, float t) { return a * (1.0f - t) + b * t; }
 
 }  // namespace
 
 const LayerParameters SurfaceBsdf::kNoLayers;
 
-[[gnu::cold]] SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters,
+[[gnu::noinline]] SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters,
                                        const LayerParameters& layers, const Vec3f& wo,
                                        const Vec3f& geometric_normal)
     : wo_(wo),
@@ -61,7 +84,7 @@ const LayerParameters SurfaceBsdf::kNoLayers;
   bend(geometric_normal);
 }
 
-[[gnu::cold, gnu::noinline]] void SurfaceBsdf::make_list(const BsdfParameters& parameters,
+[[gnu::noinline]] void SurfaceBsdf::make_list(const BsdfParameters& parameters,
                                                          const LayerParameters& layers) {
   LobeList& list = list_.emplace();
   list.solid =
@@ -168,7 +191,6 @@ void SurfaceBsdf::add_layers(const LayerParameters& parameters) {
   layers.coat_weight = parameters.clearcoat;
   layers.sheen_color = parameters.sheen_color;
   layers.sheen_most = max_component(parameters.sheen_color);
-  layers.sheen_roughness = parameters.sheen_roughness;
   if (layers.coat_weight > 0.0f) {
     layers.coat_frame = ShadingFrame::from_normal(parameters.clearcoat_normal);
     Vec3f wo = layers.coat_frame.to_local(wo_);
@@ -180,10 +202,11 @@ void SurfaceBsdf::add_layers(const LayerParameters& parameters) {
     const float alpha = std::max(square(parameters.clearcoat_roughness), kMirrorAlpha);
     layers.coat = GgxReflection(alpha, wo);
   }
-  if (list_->behind) return;
   if (layers.sheen_most > 0.0f) layers.sheen = SheenLobe(parameters.sheen_roughness, wo_);
+  if (list_->behind) return;
   layers.through_coat_o = through_coat(dot(wo_, layers.coat_frame.normal));
-  list_->through_o = through_layers(wo_);
+  layers.through_sheen_o = through_sheen(SheenLobe::column_of(wo_.z));
+  list_->through_o = layers.through_coat_o * layers.through_sheen_o;
   if (list_->base) cover_base();
 }
 
@@ -194,41 +217,42 @@ float SurfaceBsdf::through_coat(float mu) const {
   return 1.0f - layers.coat_weight * fma(1.0f - kCoatF0, at.schlick, kCoatF0 * (1.0f - at.loss));
 }
 
-float SurfaceBsdf::through_sheen(float mu) const {
+float SurfaceBsdf::through_sheen(const TablePosition& column) const {
   const Layers& layers = *list_->layers;
   if (!(layers.sheen_most > 0.0f)) return 1.0f;
-  return 1.0f - layers.sheen_most * sheen_albedo(std::abs(mu), layers.sheen_roughness);
+  return 1.0f - layers.sheen_most * layers.sheen.albedo(column);
 }
 
 // 1 for a direction on the inner side of a solid, which the layers are not on.
 float SurfaceBsdf::through_layers(const Vec3f& w) const {
   const LobeList& list = *list_;
   if (!list.layers || (list.solid && list.behind == (w.z > 0.0f))) return 1.0f;
-  return through_coat(dot(w, list.layers->coat_frame.normal)) * through_sheen(w.z);
+  return through_coat(dot(w, list.layers->coat_frame.normal)) *
+         through_sheen(SheenLobe::column_of(std::abs(w.z)));
 }
 
 // The cosine lobes' share of T(wo) / K.
 void SurfaceBsdf::cover_base() {
-  static const GaussLegendre<8> rule;
+  static const CoverRule rule;
   LobeList& list = *list_;
-  float diffuse = 0.0f, multiple = 0.0f, diffuse_through = 0.0f, multiple_through = 0.0f;
-  for (size_t i = 0; i < rule.x.size(); ++i) {
-    // mu = x^2: nodes at grazing angles, where layers reflect.
-    const auto x = float(rule.x[i]);
-    const float mu = square(x);
-    const float across = safe_sqrt(0.5f * (1.0f - mu * mu));
-    const SpecularAlbedo::Value at = reflection_albedo(Vec3f(across, across, mu));
-    const float weight = float(rule.w[i]) * mu * x;
-    const float through = through_coat(mu) * through_sheen(mu);
-    const float enters =
-        weight * std::max(0.0f, 1.0f - dielectric_reflectance(at.loss, at.schlick));
-    diffuse += enters;
-    diffuse_through += enters * through;
-    multiple += weight * at.loss;
-    multiple_through += weight * at.loss * through;
+  std::array<SpecularAlbedo::Value, CoverRule::kNodes> at;
+  std::array<float, CoverRule::kNodes> through;
+  for (size_t i = 0; i < at.size(); ++i) at[i] = reflection_albedo(rule.direction[i]);
+  for (size_t i = 0; i < at.size(); ++i) {
+    through[i] = through_coat(rule.direction[i].z) * through_sheen(rule.column[i]);
   }
-  const auto covered = [&](float bare, float through) {
-    return through > 0.0f ? list.through_o * bare / through : 0.0f;
+  float diffuse = 0.0f, multiple = 0.0f, diffuse_through = 0.0f, multiple_through = 0.0f;
+  for (size_t i = 0; i < at.size(); ++i) {
+    const float enters =
+        rule.weight[i] * std::max(0.0f, 1.0f - dielectric_reflectance(at[i].loss, at[i].schlick));
+    const float scattered = rule.weight[i] * at[i].loss;
+    diffuse += enters;
+    diffuse_through += enters * through[i];
+    multiple += scattered;
+    multiple_through += scattered * through[i];
+  }
+  const auto covered = [&](float bare, float crossing) {
+    return crossing > 0.0f ? list.through_o * bare / crossing : 0.0f;
   };
   diffuse_ *= covered(diffuse, diffuse_through);
   multiple_ *= covered(multiple, multiple_through);
@@ -250,7 +274,7 @@ void SurfaceBsdf::set_picks() {
     const Layers& layers = *list.layers;
     albedo[kCoat] = splat4(1.0f - layers.through_coat_o);
     if (layers.sheen_most > 0.0f) {
-      const float share = (1.0f - through_sheen(wo_.z)) / layers.sheen_most;
+      const float share = (1.0f - layers.through_sheen_o) / layers.sheen_most;
       albedo[kSheen] = color4(layers.sheen_color) * (share * layers.through_coat_o);
     }
   }
@@ -326,7 +350,7 @@ float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
   return layers.coat_weight * lerp(kCoatF0, 1.0f, pow5(1.0f - lobe.cos_d)) * lobe.cosine_brdf;
 }
 
-[[gnu::cold, gnu::noinline]] Rgb SurfaceBsdf::eval_list(const Vec3f& wi, float* pdf) const {
+[[gnu::noinline]] Rgb SurfaceBsdf::eval_list(const Vec3f& wi, float* pdf) const {
   const LobeList& list = *list_;
   *pdf = 0.0f;
   const bool transmitted = wi.z < 0.0f;
@@ -404,7 +428,7 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
   return result;
 }
 
-[[gnu::cold, gnu::noinline]] BsdfSample SurfaceBsdf::sample_list(float u_lobe,
+[[gnu::noinline]] BsdfSample SurfaceBsdf::sample_list(float u_lobe,
                                                                  const Vec2f& u) const {
   const LobeList& list = *list_;
   if (list.only_clear) {

@@ -40,7 +40,8 @@ constexpr float kFirstColumn = 0.1f;
 const float kFirstRow = std::sqrt(std::sqrt(kSheenMinRoughness));
 static_assert(kSheenMinCosine == 1e-4f);
 
-TablePosition column_of(float mu) {
+// Of a cosine from kSheenMinCosine on.
+TablePosition find_column(float mu) {
   return TablePosition((std::sqrt(std::sqrt(mu)) - kFirstColumn) / (1 - kFirstColumn), kColumns);
 }
 TablePosition row_of(float roughness) {
@@ -76,15 +77,27 @@ float limit(float r, float round) {
   return r < 1 + round ? 1 + square(r - (1 - round)) / (4 * round) : r;
 }
 
-struct Node {
+}  // namespace
+
+struct SheenNode {
   float raw;            // R, of the lobe as published
   float albedo;         // of the lobe as limited
   float slope;          // s
   float concentration;  // of the azimuth
 };
 
+namespace {
+
+// Between the nodes around a column of a row and the next one.
+[[gnu::always_inline]] inline float blend(const SheenNode* row, float row_fraction,
+                                          const TablePosition& column, float SheenNode::*field) {
+  const SheenNode* p = row + column.index;
+  return lerp(lerp(p[0].*field, p[1].*field, column.fraction),
+              lerp(p[kColumns].*field, p[kColumns + 1].*field, column.fraction), row_fraction);
+}
+
 struct Table {
-  std::array<Node, size_t(kRows* kColumns)> nodes;
+  std::array<SheenNode, size_t(kRows* kColumns)> nodes;
   std::array<bool, size_t(kRows)> exceeds_one;
 
   Table() {
@@ -92,24 +105,18 @@ struct Table {
   }
 
   void fill(int row);
-  float raw(size_t row, float row_fraction, float mu) const {
-    const TablePosition column = column_of(mu);
-    const Node* p = nodes.data() + row * kColumns + column.index;
-    return lerp(lerp(p[0].raw, p[1].raw, column.fraction),
-                lerp(p[kColumns].raw, p[kColumns + 1].raw, column.fraction), row_fraction);
-  }
 };
 
 // What each column returns towards each cosine of light.
 using Energy = std::array<std::array<double, kCosines>, kColumns>;
 
-void fill_albedo(Node* row, const Energy& energy, const std::array<double, kCosines>& mu_i,
+void fill_albedo(SheenNode* row, const Energy& energy, const std::array<double, kCosines>& mu_i,
                  float round) {
   for (size_t column = 0; column < kColumns; ++column) {
     const float own = limit(row[column].raw, round);
     double sum = 0;
     for (size_t i = 0; i < kCosines; ++i) {
-      const TablePosition p = column_of(std::max(float(mu_i[i]), kSheenMinCosine));
+      const TablePosition p = find_column(std::max(float(mu_i[i]), kSheenMinCosine));
       const float other = lerp(row[p.index].raw, row[p.index + 1].raw, p.fraction);
       sum += energy[column][i] / double(std::max(own, limit(other, round)));
     }
@@ -123,7 +130,7 @@ void Table::fill(int row) {
   const double alpha = square(roughness_at(row));
   const float round = rounding_at(float(roughness_at(row)));
   const Shadowing shadowing(alpha);
-  Node* out = nodes.data() + size_t(row) * kColumns;
+  SheenNode* out = nodes.data() + size_t(row) * kColumns;
   std::array<double, kAzimuths> cos_azimuth;
   for (size_t j = 0; j < kAzimuths; ++j) cos_azimuth[j] = std::cos(kPiD * azimuths.x[j]);
   // Light at cosine t^4 (the shadowing rises steeply at 0), averaged over its azimuth.
@@ -158,7 +165,7 @@ void Table::fill(int row) {
       sum_mu += d * scale * mu_i[i];
       sum_cos += d_cos * scale;
     }
-    Node& node = out[column];
+    SheenNode& node = out[column];
     node.raw = float(sum);
     if (sum > double(1 - round)) exceeds_one[size_t(row)] = true;
     // Wider than by the moments: that lowers the variance of the weights, whose tails are longer
@@ -194,19 +201,17 @@ SheenLobe::SheenLobe(float roughness, const Vec3f& wo) : wo_(wo) {
   if (sine > 0.0f) axis_ = Vec2f(wo.x / sine, wo.y / sine);
 
   const Table& t = table();
-  const TablePosition row = row_of(roughness), column = column_of(mu);
-  const Node* p = t.nodes.data() + row.index * kColumns + column.index;
-  const auto blend = [&](float Node::*field) {
-    return lerp(lerp(p[0].*field, p[1].*field, column.fraction),
-                lerp(p[kColumns].*field, p[kColumns + 1].*field, column.fraction), row.fraction);
-  };
-  slope_ = blend(&Node::slope);
-  concentration_ = blend(&Node::concentration);
-  round_ = rounding_at(roughness);
-  limit_ = limit(blend(&Node::raw), round_);
-  exceeds_one_ = t.exceeds_one[row.index] || t.exceeds_one[row.index + 1];
-  row_ = row.index;
+  const TablePosition row = row_of(roughness), column = find_column(mu);
+  row_ = t.nodes.data() + row.index * kColumns;
   row_fraction_ = row.fraction;
+  const auto at_wo = [&](float SheenNode::*field) {
+    return blend(row_, row_fraction_, column, field);
+  };
+  slope_ = at_wo(&SheenNode::slope);
+  concentration_ = at_wo(&SheenNode::concentration);
+  round_ = rounding_at(roughness);
+  limit_ = limit(at_wo(&SheenNode::raw), round_);
+  exceeds_one_ = t.exceeds_one[row.index] || t.exceeds_one[row.index + 1];
 }
 
 float SheenLobe::lambda(float mu) const {
@@ -225,7 +230,10 @@ float SheenLobe::eval(const Vec3f& wi) const {
   const float mu = std::clamp(wi.z, kSheenMinCosine, 1.0f);
   const float distribution = std::pow(xy2 / length2, half_exponent_);
   float value = scale_ * distribution / (masking_o_ + lambda(mu)) * (wi.z / mu);
-  if (exceeds_one_) value /= std::max(limit_, limit(table().raw(row_, row_fraction_, mu), round_));
+  if (exceeds_one_) {
+    const float raw = blend(row_, row_fraction_, find_column(mu), &SheenNode::raw);
+    value /= std::max(limit_, limit(raw, round_));
+  }
   return value;
 }
 
@@ -251,13 +259,12 @@ Vec3f SheenLobe::sample(const Vec2f& u) const {
   return {fma(x, axis_.x, -(y * axis_.y)), fma(x, axis_.y, y * axis_.x), z};
 }
 
-float sheen_albedo(float mu, float roughness) {
-  const Table& t = table();
-  const TablePosition row = row_of(std::clamp(roughness, kSheenMinRoughness, 1.0f));
-  const TablePosition column = column_of(std::clamp(mu, kSheenMinCosine, 1.0f));
-  const Node* p = t.nodes.data() + row.index * kColumns + column.index;
-  return lerp(lerp(p[0].albedo, p[1].albedo, column.fraction),
-              lerp(p[kColumns].albedo, p[kColumns + 1].albedo, column.fraction), row.fraction);
+TablePosition SheenLobe::column_of(float mu) {
+  return find_column(std::clamp(mu, kSheenMinCosine, 1.0f));
+}
+
+float SheenLobe::albedo(const TablePosition& column) const {
+  return blend(row_, row_fraction_, column, &SheenNode::albedo);
 }
 
 }  // namespace emberline

@@ -18,6 +18,7 @@
 #pragma once
 
 #include "renderer/core/vector.h"
+#include "renderer/shading/lobes/table_position.h"
 
 namespace emberline {
 
@@ -27,16 +28,25 @@ inline constexpr float kSheenMinRoughness = 0.07f;
 // R(mu) has its last minimum before the fit's divergence here.
 inline constexpr float kSheenMinCosine = 1e-4f;
 
-// For white; local space, normal +Z.
+struct SheenNode;
+
+// For white; local space, normal +Z. Its table is built at first use (65 ms, 145 KiB,
+// deterministic, thread-safe).
 class SheenLobe {
  public:
-  SheenLobe() = default;  // nothing
+  SheenLobe() = default;  // nothing, and has no albedo to be asked for
   // roughness is glTF's, in [0, 1]; wo unit, wo.z > 0, else the lobe is 0.
   SheenLobe(float roughness, const Vec3f& wo);
 
   float eval(const Vec3f& wi) const;   // f |wi.z|; 0 where wi.z <= 0
   float pdf(const Vec3f& wi) const;    // density of sample() per solid angle; 0 where wi.z <= 0
   Vec3f sample(const Vec2f& u) const;  // u in [0, 1)^2; wi.z > 0
+
+  // A cosine in [0, 1], as a place in the lobe's table.
+  static TablePosition column_of(float mu);
+  // What the lobe returns in all at a cosine; in [0, 1], |error| < 1e-3.
+  float albedo(const TablePosition& column) const;
+  float albedo(float mu) const { return albedo(column_of(mu)); }
 
  private:
   float lambda(float mu) const;  // of a cosine in [kSheenMinCosine, 1]
@@ -49,17 +59,12 @@ class SheenLobe {
   // L's coefficients: log L(x) = a / (1 + b x^c) + d x + e below 1/2, mirrored above.
   float a_ = 0.0f, b_ = 0.0f, c_ = 1.0f, d_ = 0.0f, e_ = 0.0f, twice_middle_ = 0.0f;
   float limit_ = 1.0f;  // max(1, R(mu_o))
-  size_t row_ = 0;      // of the table
-  float row_fraction_ = 0.0f;
+  const SheenNode* row_ = nullptr;  // of the table, the next one behind it
+  float row_fraction_ = 0.0f;  // towards that
   float round_ = 0.0f;          // of the limit's corner
   bool exceeds_one_ = false;    // R passes 1 somewhere at this roughness
   float slope_ = 0.0f;          // s
   float concentration_ = 0.0f;  // of the azimuth, [0, 1)
 };
-
-// What the lobe returns in all for white light, at a cosine in [0, 1]; in [0, 1], |error| < 1e-3.
-// The table behind it and the lobe is built at first use (65 ms, 145 KiB, deterministic,
-// thread-safe).
-float sheen_albedo(float mu, float roughness);
 
 }  // namespace emberline

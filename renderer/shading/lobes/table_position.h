@@ -9,6 +9,7 @@ namespace emberline {
 struct TablePosition {
   size_t index;    // of the first
   float fraction;  // towards the second
+  TablePosition() = default;
   // `at` in [0, 1] along `size` nodes; beyond: the end.
   TablePosition(float at, int size) {
     const float clamped = std::clamp(at, 0.0f, 1.0f) * float(size - 1);
