@@ -42,10 +42,9 @@ template <class... Coefficients>
   const double numerator = reduce ? smaller - larger : smaller;
   const double z = numerator * reciprocal(reduce ? smaller + larger : larger);
   const double t = z * z;
-  const double p =
-      polynomial(t, -0.025316479573776474, 0.05024762118940128, -0.0650598296717084,
-                 0.07673535428183285, -0.09089529956562307, 0.11111048853751296,
-                 -0.14285712661684793, 0.19999999978392663, -0.3333333333322143);
+  const double p = polynomial(t, -0.025316479573776474, 0.05024762118940128, -0.0650598296717084,
+                              0.07673535428183285, -0.09089529956562307, 0.11111048853751296,
+                              -0.14285712661684793, 0.19999999978392663, -0.3333333333322143);
   const double reduced = fma(z * t, p, z);
   const double eighth = reduce ? kPiD / 4 + reduced : reduced;
   const double quarter = y > ax ? kPiD / 2 - eighth : eighth;

@@ -162,7 +162,7 @@ class SurfaceBsdf {
   void cover_base();
   void set_picks();
   float through_coat(float mu) const;
-  float through_sheen(const TablePosition& column) const;
+  float through_sheen(const auto& at) const;  // a cosine, or its column of the sheen's table
   float through_layers(const Vec3f& w) const;
   SpecularAlbedo::Value reflection_albedo(const Vec3f& w) const;
   Color4 base_fresnel(float cos_d) const;

@@ -74,8 +74,8 @@ Color4 mix(Color4 a, Color4 b, float t) { return a * (1.0f - t) + b * t; }
 const LayerParameters SurfaceBsdf::kNoLayers;
 
 [[gnu::noinline]] SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters,
-                                       const LayerParameters& layers, const Vec3f& wo,
-                                       const Vec3f& geometric_normal)
+                                           const LayerParameters& layers, const Vec3f& wo,
+                                           const Vec3f& geometric_normal)
     : wo_(wo),
       ggx_(std::max(square(parameters.roughness), kMirrorAlpha), wo),
       table_(parameters.roughness) {
@@ -85,7 +85,7 @@ const LayerParameters SurfaceBsdf::kNoLayers;
 }
 
 [[gnu::noinline]] void SurfaceBsdf::make_list(const BsdfParameters& parameters,
-                                                         const LayerParameters& layers) {
+                                              const LayerParameters& layers) {
   LobeList& list = list_.emplace();
   list.solid =
       !parameters.thin_walled && (parameters.transmission > 0 || layers.diffuse_transmission > 0);
@@ -205,7 +205,7 @@ void SurfaceBsdf::add_layers(const LayerParameters& parameters) {
   if (layers.sheen_most > 0.0f) layers.sheen = SheenLobe(parameters.sheen_roughness, wo_);
   if (list_->behind) return;
   layers.through_coat_o = through_coat(dot(wo_, layers.coat_frame.normal));
-  layers.through_sheen_o = through_sheen(SheenLobe::column_of(wo_.z));
+  layers.through_sheen_o = through_sheen(wo_.z);
   list_->through_o = layers.through_coat_o * layers.through_sheen_o;
   if (list_->base) cover_base();
 }
@@ -217,18 +217,17 @@ float SurfaceBsdf::through_coat(float mu) const {
   return 1.0f - layers.coat_weight * fma(1.0f - kCoatF0, at.schlick, kCoatF0 * (1.0f - at.loss));
 }
 
-float SurfaceBsdf::through_sheen(const TablePosition& column) const {
+float SurfaceBsdf::through_sheen(const auto& at) const {
   const Layers& layers = *list_->layers;
   if (!(layers.sheen_most > 0.0f)) return 1.0f;
-  return 1.0f - layers.sheen_most * layers.sheen.albedo(column);
+  return 1.0f - layers.sheen_most * layers.sheen.albedo(at);
 }
 
 // 1 for a direction on the inner side of a solid, which the layers are not on.
 float SurfaceBsdf::through_layers(const Vec3f& w) const {
   const LobeList& list = *list_;
   if (!list.layers || (list.solid && list.behind == (w.z > 0.0f))) return 1.0f;
-  return through_coat(dot(w, list.layers->coat_frame.normal)) *
-         through_sheen(SheenLobe::column_of(std::abs(w.z)));
+  return through_coat(dot(w, list.layers->coat_frame.normal)) * through_sheen(std::abs(w.z));
 }
 
 // The cosine lobes' share of T(wo) / K.
@@ -428,8 +427,7 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
   return result;
 }
 
-[[gnu::noinline]] BsdfSample SurfaceBsdf::sample_list(float u_lobe,
-                                                                 const Vec2f& u) const {
+[[gnu::noinline]] BsdfSample SurfaceBsdf::sample_list(float u_lobe, const Vec2f& u) const {
   const LobeList& list = *list_;
   if (list.only_clear) {
     const BsdfSample sample = list.clear->sample(u_lobe, u);

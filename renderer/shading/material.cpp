@@ -239,8 +239,8 @@ void Material::compile_interior(const MaterialDescription& d) {
 void Material::compile_coverage() {
   if (alpha_mode_ == AlphaMode::kOpaque) return;
   const float opaque = alpha_mode_ == AlphaMode::kMask ? alpha_cutoff_ : 1.0f;
-  alpha_varies_ = alpha_ < opaque ||
-                  (base_color_texture_ && has_transparent_texel(*base_color_texture_));
+  alpha_varies_ =
+      alpha_ < opaque || (base_color_texture_ && has_transparent_texel(*base_color_texture_));
 }
 
 MaterialPoint Material::constant_point() const {
@@ -291,8 +291,7 @@ void Material::apply_textures(const TexelPlaces& texels, Rgb& base, MaterialPoin
     out.bsdf.metallic = saturate(metallic_ * texel.z);
   }
   if (transmission_texture_) {
-    out.bsdf.transmission =
-        saturate(transmission_ * read(transmission_texture_, texels).x);
+    out.bsdf.transmission = saturate(transmission_ * read(transmission_texture_, texels).x);
   }
   if (emission_texture_) out.emission *= rgb(read(emission_texture_, texels));
   out.has_normal_map = has_normal_map();

@@ -27,21 +27,24 @@ inline SurfaceAttributes at(float u, float v) {
   return a;
 }
 
-inline MaterialPoint evaluated(const Material& material, const SurfaceAttributes& a,
-                               float u_texture) {
+inline TexelPlaces texels_of(const Material& material, const SurfaceAttributes& a,
+                             float u_texture) {
   TexelPlaces texels;
   material.find_texels(a, u_texture, &texels);
+  return texels;
+}
+
+inline MaterialPoint evaluated(const Material& material, const SurfaceAttributes& a,
+                               float u_texture) {
   MaterialPoint point;
-  material.evaluate(a, texels, point);
+  material.evaluate(a, texels_of(material, a, u_texture), point);
   return point;
 }
 
 inline MaterialLayers evaluated_layers(const Material& material, const SurfaceAttributes& a,
                                        float u_texture) {
-  TexelPlaces texels;
-  material.find_texels(a, u_texture, &texels);
   MaterialLayers layers;
-  material.evaluate_layers(texels, layers);
+  material.evaluate_layers(texels_of(material, a, u_texture), layers);
   return layers;
 }
 

@@ -23,8 +23,7 @@ MaterialLayers layers_of(const MaterialDescription& d,
   scene.materials = {d};
   const MaterialSet set(scene);
   EXPECT_TRUE(set[0].has_layers());
-  MaterialLayers layers = evaluated_layers(set[0], at(u, v), .5f);
-  return layers;
+  return evaluated_layers(set[0], at(u, v), .5f);
 }
 
 MaterialDescription layered() {

@@ -58,13 +58,13 @@ class SheenLobe {
   float masking_o_ = 1.0f;          // 1 + L(mu_o)
   // L's coefficients: log L(x) = a / (1 + b x^c) + d x + e below 1/2, mirrored above.
   float a_ = 0.0f, b_ = 0.0f, c_ = 1.0f, d_ = 0.0f, e_ = 0.0f, twice_middle_ = 0.0f;
-  float limit_ = 1.0f;  // max(1, R(mu_o))
+  float limit_ = 1.0f;              // max(1, R(mu_o))
   const SheenNode* row_ = nullptr;  // of the table, the next one behind it
-  float row_fraction_ = 0.0f;  // towards that
-  float round_ = 0.0f;          // of the limit's corner
-  bool exceeds_one_ = false;    // R passes 1 somewhere at this roughness
-  float slope_ = 0.0f;          // s
-  float concentration_ = 0.0f;  // of the azimuth, [0, 1)
+  float row_fraction_ = 0.0f;       // towards that
+  float round_ = 0.0f;              // of the limit's corner
+  bool exceeds_one_ = false;        // R passes 1 somewhere at this roughness
+  float slope_ = 0.0f;              // s
+  float concentration_ = 0.0f;      // of the azimuth, [0, 1)
 };
 
 }  // namespace emberline
