@@ -17,12 +17,14 @@ import time
 from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, Farm, Process, contents, earlier_samples,
                   pixels, report_of, signal)
 
-FRAME = ["--size", "96x72", "--bucket-size", "16", "--spp", "96", "--threads", "2", *CHANNELS]
+FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
+SECONDS = 0.7  # that a frame takes at least, however fast the machine is: seven intervals
 REPORT = ["--report", "report.json"]
 
 
-def settings_of(driver):
-    return [*FRAME, "--driver", driver]
+def settings_of(farm, driver, seconds=SECONDS):
+    settings = [*FRAME, "--driver", driver]
+    return [*settings, "--spp", str(farm.samples_for(seconds, settings))]
 
 
 def resume(file):
@@ -42,7 +44,7 @@ def check_warned(farm, run, folder, expected, case, file, stray=()):
 
 def check_goes_on(farm, driver, folder, file, expected, case):
     """What the failing run has left is as good as nothing, or better."""
-    run = farm.run(folder, [*settings_of(driver), *resume(file)])
+    run = farm.run(folder, [*settings_of(farm, driver), *resume(file)])
     farm.check_done(run, folder, expected, case + ", gone on", {"report.json"})
 
 
@@ -66,22 +68,22 @@ def failing_calls(farm, drivers):
                 case = f"{calls} fails of {driver}, {errno.errorcode[error]} after {after}"
                 if not farm.wanted(case):
                     continue
-                expected, seconds = farm.reference(settings_of(driver))
+                expected, _ = farm.reference(settings_of(farm, driver))
                 folder = farm.folder(case)
                 (folder / "kept").mkdir()
                 broken = {"LD_PRELOAD": str(library), "BROKEN_PATH": "/kept/", "BROKEN_CALLS": calls,
                           "BROKEN_ERROR": str(error), "BROKEN_AFTER": str(after),
                           "ASAN_OPTIONS": os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"}
-                run = farm.run(folder, [*settings_of(driver), *resume("kept/c")], environment=broken)
+                run = farm.run(folder, [*settings_of(farm, driver), *resume("kept/c")], environment=broken)
                 check_warned(farm, run, folder, expected, case, "kept/c")
                 if error != errno.EIO:
                     continue
                 # The same, killed before its end: what the broken disk has kept is gone on with.
                 folder = farm.folder(case)
                 (folder / "kept").mkdir()
-                process = farm.start(folder, [*settings_of(driver), *resume("kept/c")], environment=broken)
+                process = farm.start(folder, [*settings_of(farm, driver), *resume("kept/c")], environment=broken)
                 process.wait_until((folder / "kept/c").exists)
-                time.sleep(0.6 * seconds)
+                time.sleep(0.6 * SECONDS)
                 process.signal(signal.SIGKILL)
                 process.wait()
                 check_goes_on(farm, driver, folder, "kept/c", expected, case)
@@ -105,9 +107,10 @@ def failing_products(farm, library):
         case = f"an extended frame of {driver} whose {calls} fails"
         if not farm.wanted(case):
             continue
-        expected, _ = farm.reference([*settings_of(driver)])
+        begun = [*FRAME, "--driver", driver, "--resumable", "--spp"]
+        expected, _ = farm.reference([*begun[:-2], "--spp", "96"])
         folder = farm.folder(case)
-        farm.run(folder, [*settings_of(driver), "--spp", "4", "--resumable"])
+        farm.run(folder, [*begun, "4"])
         before = contents(folder)["out.exr.checkpoint"]
         words = [farm.program, "extend", "out.exr", "--spp", "96"]
         run = Process(words, folder, broken("/out.exr.checkpoint.next", calls, after)).wait()
@@ -124,7 +127,7 @@ def lost_picture(farm, driver):
         return
     folder = farm.folder(case)
     (folder / "pictures").mkdir()
-    command = [*settings_of(driver), "--resume", "--checkpoint", "c", *REPORT]
+    command = [*settings_of(farm, driver), "--resume", "--checkpoint", "c", *REPORT]
     process = farm.start(folder, command, output="pictures/out.exr")
     process.wait_until((folder / "c").exists)
     shutil.rmtree(folder / "pictures")
@@ -134,7 +137,7 @@ def lost_picture(farm, driver):
     run = farm.run(folder, command, output="pictures/out.exr")
     total = report_of(folder)["samples"]["total"]
     farm.check(run.code == EXIT_DONE and earlier_samples(folder) == total, case, f"should only write: {run}")
-    farm.check(pixels(folder / "pictures/out.exr") == farm.reference(settings_of(driver))[0], case, "other bits")
+    farm.check(pixels(folder / "pictures/out.exr") == farm.reference(settings_of(farm, driver))[0], case, "other bits")
 
 
 def full_disk(farm, driver):
@@ -142,22 +145,22 @@ def full_disk(farm, driver):
     case = f"full disk of {driver}"
     if not farm.wanted(case):
         return
-    expected, _ = farm.reference(settings_of(driver))
+    expected, _ = farm.reference(settings_of(farm, driver))
     folder, disk = farm.folder(case), farm.folder("full disk")
     mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk]
     if os.geteuid() or subprocess.run(mount, capture_output=True).returncode:
         return farm.skip(case, "mounting is not allowed")
     try:
-        run = farm.run(folder, [*settings_of(driver), *resume(str(disk / "c"))])
+        run = farm.run(folder, [*settings_of(farm, driver), *resume(str(disk / "c"))])
         check_warned(farm, run, folder, expected, case, "c")
         farm.check(not contents(disk), case, f"left on the full disk: {contents(disk)}")
-        process = farm.start(folder, [*settings_of(driver), *resume(str(disk / "c"))])
+        process = farm.start(folder, [*settings_of(farm, driver), *resume(str(disk / "c"))])
         time.sleep(0.5)
         process.signal(signal.SIGKILL)
         process.wait()
         check_goes_on(farm, driver, folder, str(disk / "c"), expected, case)
         (disk / "full").write_bytes(bytes(64 << 10))
-        run = farm.run(folder, [*settings_of(driver), *resume(str(disk / "c")), "--quiet"])
+        run = farm.run(folder, [*settings_of(farm, driver), *resume(str(disk / "c")), "--quiet"])
         farm.check(run.code == EXIT_RENDER_FAILED and len(run.err.splitlines()) == 1, case + " from the start",
                    f"a checkpoint that cannot even be begun should be told before it renders: {run}")
     finally:
@@ -169,13 +172,13 @@ def lost_folder(farm, driver, what, lose, back):
     case = f"{what} of {driver}"
     if not farm.wanted(case):
         return
-    expected, seconds = farm.reference(settings_of(driver))
+    expected, _ = farm.reference(settings_of(farm, driver))
     folder = farm.folder(case)
     kept = folder / "kept"
     kept.mkdir()
-    process = farm.start(folder, [*settings_of(driver), *resume("kept/c")])
+    process = farm.start(folder, [*settings_of(farm, driver), *resume("kept/c")])
     process.wait_until((kept / "c").exists)
-    time.sleep(0.3 * seconds)
+    time.sleep(0.3 * SECONDS)
     lose(kept)
     run = process.wait()
     back(kept)
@@ -201,12 +204,12 @@ def lost_folders(farm, driver):
 
     case = f"replaced folder of {driver}"
     if farm.wanted(case):
-        expected, seconds = farm.reference(settings_of(driver))
+        expected, _ = farm.reference(settings_of(farm, driver))
         folder = farm.folder(case)
         (folder / "kept").mkdir()
-        process = farm.start(folder, [*settings_of(driver), *resume("kept/c")])
+        process = farm.start(folder, [*settings_of(farm, driver), *resume("kept/c")])
         process.wait_until((folder / "kept" / "c").exists)
-        time.sleep(0.3 * seconds)
+        time.sleep(0.3 * SECONDS)
         replace(folder / "kept")
         run = process.wait()
         stray = {name for name in contents(folder) if name.startswith("moved/")}
@@ -214,10 +217,10 @@ def lost_folders(farm, driver):
         farm.check((folder / "kept/other").read_text() == "mine", case, "another's file is gone")
     case = f"replaced file of {driver}"
     if driver == "bucket" and farm.wanted(case):
-        expected, seconds = farm.reference(settings_of(driver))
+        expected, _ = farm.reference(settings_of(farm, driver))
         folder = farm.folder(case)
         (folder / "kept").mkdir()
-        process = farm.start(folder, [*settings_of(driver), *resume("kept/c")])
+        process = farm.start(folder, [*settings_of(farm, driver), *resume("kept/c")])
         process.wait_until((folder / "kept" / "c").exists)
         (folder / "kept/mine").write_text("mine")
         (folder / "kept/mine").rename(folder / "kept/c")
@@ -235,12 +238,12 @@ def twice_at_once(farm, driver):
     case = f"twice at once of {driver}"
     if not farm.wanted(case):
         return
-    expected, seconds = farm.reference(settings_of(driver))
+    expected, _ = farm.reference(settings_of(farm, driver))
     folder = farm.folder(case)
-    command = [*settings_of(driver), *resume("c")]
+    command = [*settings_of(farm, driver), *resume("c")]
     first = farm.start(folder, command)
     first.wait_until((folder / "c").exists)
-    time.sleep(0.2 * seconds)
+    time.sleep(0.2 * SECONDS)
     first.signal(signal.SIGSTOP)  # however slow the machine is, it does not end meanwhile
     farm.check(first.running(), case, "the first was too fast")
     for _ in range(3):
@@ -249,7 +252,7 @@ def twice_at_once(farm, driver):
                    second.err.startswith("emberline: error: ") and "c: another run has it" in second.err, case,
                    f"the second should refuse: {second}")
     # Without --resume it would begin the file anew.
-    second = farm.run(folder, [*settings_of(driver), "--checkpoint", "c", "--quiet"])
+    second = farm.run(folder, [*settings_of(farm, driver), "--checkpoint", "c", "--quiet"])
     farm.check(second.code == EXIT_RENDER_FAILED and "another run has it" in second.err, case,
                f"the second should refuse without --resume, too: {second}")
     first.signal(signal.SIGCONT)
@@ -260,7 +263,7 @@ def same_moment(farm, driver):
     case = f"same moment of {driver}"
     if not farm.wanted(case):
         return
-    settings = [word if word != "96" else "48" for word in settings_of(driver)]  # the start alone counts
+    settings = settings_of(farm, driver, SECONDS / 2)  # on one thread
     expected, _ = farm.reference(settings)
     both = 0
     for _ in range(4):

@@ -4,6 +4,7 @@ holds, the failures and how to replay them."""
 import argparse
 import hashlib
 import json
+import math
 import os
 import pathlib
 import resource
@@ -155,6 +156,20 @@ class Farm:
                 raise SystemExit(f"the undisturbed run of {' '.join(key)} failed: {run}")
             self.references[key] = pixels(folder / "out.exr"), run.seconds
             shutil.rmtree(folder)
+        return self.references[key]
+
+    def samples_for(self, seconds, settings):
+        """Samples per pixel that keep two threads at work for at least so long on this machine. By processor time:
+        whether the machine is busy just now does not matter."""
+        key = (*map(str, settings), "samples")
+        if key not in self.references:
+            folder, probe = self.folder("probe"), 16
+            run = self.run(folder, [*settings, "--spp", str(probe), "--report", "report.json", "--quiet"])
+            if run.code:
+                raise SystemExit(f"a short run of {' '.join(key[:-1])} failed: {run}")
+            each = report_of(folder)["time"]["render_cpu_s"] / probe
+            shutil.rmtree(folder)
+            self.references[key] = max(probe, 8 * math.ceil(2 * seconds / each / 8))
         return self.references[key]
 
     def check(self, held, case, what, replay=""):

@@ -11,13 +11,15 @@ import time
 
 from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_STOPPED, Farm, earlier_samples, pixels, report_of, signal)
 
-FRAME = ["--size", "128x96", "--bucket-size", "16", "--spp", "64", "--threads", "2", *CHANNELS]
+FRAME = ["--size", "128x96", "--bucket-size", "16", "--threads", "2", *CHANNELS]
+SECONDS = 1.0  # that a frame takes at least, however fast the machine is
 CHECKPOINT = "out.exr.checkpoint"
 RESUME = ["--resume", "--checkpoint-interval", "100000", "--report", "report.json"]
 
 
-def settings_of(driver):
-    return [*FRAME, "--driver", driver]
+def settings_of(farm, driver):
+    settings = [*FRAME, "--driver", driver]
+    return [*settings, "--spp", str(farm.samples_for(SECONDS, settings))]
 
 
 def finish(farm, case, folder, settings, expected, carried=True):
@@ -32,11 +34,12 @@ def stopped(farm, driver, name, stop):
     case = f"{driver} {name}"
     if not farm.wanted(case):
         return
-    settings, folder = settings_of(driver), farm.folder(case)
-    expected, seconds = farm.reference(settings)
+    settings, folder = settings_of(farm, driver), farm.folder(case)
+    expected, _ = farm.reference(settings)
     if callable(stop):
         process = farm.start(folder, [*settings, *RESUME])
-        time.sleep(0.1 + 0.4 * seconds)
+        process.wait_until((folder / CHECKPOINT).exists)
+        time.sleep(0.4 * SECONDS)
         stop(process)
         run = process.wait()
         farm.check(run.code == EXIT_STOPPED, case, f"should end with exit 130: {run}")
@@ -66,20 +69,19 @@ def twice(number):
 
 def ended_at_once(farm, driver):
     """Stopped twice, while it starts, and a storm of both: whatever the moment, the next run has the right bits."""
-    settings = settings_of(driver)
-    # So many seconds after its start, or a share of the frame after it has begun: a small one, since a machine that was
-    # busy during the reference may be six times as fast now.
+    settings = settings_of(farm, driver)
+    # So many seconds after its start, or a share of the frame after it has begun.
     for i, (pause, share, number) in enumerate([(0, 0.05, signal.SIGTERM), (0, 0.15, signal.SIGINT),
                                                 (0.02, 0, signal.SIGTERM), (0.05, 0, signal.SIGINT)]):
         case = f"{driver} stopped twice {i}"
         if not farm.wanted(case):
             continue
-        expected, seconds = farm.reference(settings)
+        expected, _ = farm.reference(settings)
         folder = farm.folder(case)
         process = farm.start(folder, [*settings, *RESUME])
         if share:
             process.wait_until((folder / CHECKPOINT).exists)
-        time.sleep(pause + share * seconds)
+        time.sleep(pause + share * SECONDS)
         twice(number)(process)
         run = process.wait()
         # Before the handlers are there, the signal's own.
@@ -92,11 +94,11 @@ def again_and_again(farm, driver):
     case = f"{driver} again and again"
     if not farm.wanted(case):
         return
-    settings, folder = settings_of(driver), farm.folder(case)
+    settings, folder = settings_of(farm, driver), farm.folder(case)
     expected, seconds = farm.reference(settings)
     earlier = -1
     for i in range(40):
-        limit = ["--time-limit", f"{max(0.05, seconds / 5):.3f}"]
+        limit = ["--time-limit", f"{min(seconds, 2 * SECONDS) / 5:.3f}"]
         run = farm.run(folder, [*settings, *RESUME, *limit, "--threads", str(1 + i % 2)])
         left = (folder / CHECKPOINT).exists()
         if not farm.check(run.code == (EXIT_STOPPED if left else EXIT_DONE), case, f"run {i}: {run}"):
@@ -112,16 +114,16 @@ def again_and_again(farm, driver):
 
 def saved_on_request(farm, driver):
     """SIGUSR1 in mid-frame: a checkpoint, then a kill; what was saved is there. And without the kill, to the end."""
-    settings = settings_of(driver)
+    settings = settings_of(farm, driver)
     case = f"{driver} SIGUSR1"
     if not farm.wanted(case):
         return
-    expected, seconds = farm.reference(settings)
+    expected, _ = farm.reference(settings)
     folder = farm.folder(case)
     process = farm.start(folder, [*settings, *RESUME])
     file = folder / CHECKPOINT
     process.wait_until(file.exists)
-    time.sleep(0.05 + 0.3 * seconds)
+    time.sleep(0.3 * SECONDS)
     before = file.stat()
     process.signal(signal.SIGUSR1)
 
@@ -151,7 +153,7 @@ def without_checkpoint(farm, driver):
     case = f"{driver} SIGUSR1 without a checkpoint"
     if not farm.wanted(case):
         return
-    settings, folder = settings_of(driver), farm.folder(case)
+    settings, folder = settings_of(farm, driver), farm.folder(case)
     expected, _ = farm.reference(settings)
     process = farm.start(folder, settings)
     process.wait_until(lambda: any(folder.iterdir()))  # its outputs are open: it has its handlers
