@@ -231,7 +231,9 @@ size_t SceneGraphReader::find_use(size_t node) {
   const bool own_weights = poses_.has_own_weights(node);
   const std::pair key(source.mesh, source.skin);
   if (!own_weights && shared_uses_.contains(key)) return shared_uses_.at(key);
-  MeshUse& use = uses_.emplace_back(MeshUse{size_t(source.mesh), poses_.of(node)});
+  MeshUse& use = uses_.emplace_back();
+  use.mesh = size_t(source.mesh);
+  use.poses = poses_.of(node);
   use.skin = source.skin;
   use.node = own_weights ? int(node) : -1;
   use.rests = rests(node);

@@ -120,9 +120,9 @@ TEST(Velocity, OfASquareThatPasses) {
 // A wheel that turns: at r from the axis an instant has the chord, which of small angles is
 // omega r.
 TEST(Velocity, OfAWheelThatTurns) {
-  constexpr double kHalf = 0.01;
+  constexpr double kHalfHeight = 0.01;
   const Vec3d at(.6, .3, 0);
-  const CameraDescription view = orthographic(at + Vec3d(0, 0, 5), at, kHalf);
+  const CameraDescription view = orthographic(at + Vec3d(0, 0, 5), at, kHalfHeight);
   for (const double omega : {1e-3, .2, 2.0, -1.1}) {
     for (const bool twice : {false, true}) {
       for (const double frames : {0.0, 1.0}) {
@@ -132,7 +132,7 @@ TEST(Velocity, OfAWheelThatTurns) {
         // The point seen at a time t has come from -t omega and goes to (1 - t) omega: the mean
         // over t lies along the tangent.
         if (frames > 0) way = Vec3d(-at.y, at.x, 0) * (2 * (1 - std::cos(omega)) / omega);
-        const double pixel = 2 * kHalf / kFrame;
+        const double pixel = 2 * kHalfHeight / kFrame;
         // The mean over a pixel's samples is that of its middle to a thousandth of the pixel, and
         // over times that of all of them to a thousandth.
         const double tolerance =
