@@ -17,44 +17,67 @@ struct Round {
   double weight;
 };
 
-RoundAverages average(std::span<const Round> rounds, uint64_t seed, FilmTile* film) {
+// Of numbers in [0, 1) that are independent, or one in each of `count` strata: a round's mean has
+// the variance 1 / (12 count) or 1 / (12 count^3).
+RoundAverages average(std::span<const Round> rounds, bool stratified, int streams, uint64_t seed) {
   RoundAverages averages;
   TestRandom random(seed, 1);
-  film->reset({0, 0, 1, 1});
+  FilmTile film(AovSet(), {.squares = true});
+  film.reset({0, 0, 1, 1});
   for (const Round& round : rounds) {
     for (int k = 0; k < round.count; ++k) {
-      const auto value = float(random.next_double());
-      film->add(0, 0, 0, 1.0f,
-                {.radiance = Rgb(value), .alpha = 1.0f, .first_hit = {}, .rays = {}});
+      const double u = random.next_double(), value = stratified ? (k + u) / double(round.count) : u;
+      film.add(0, 0, k % streams, 1.0f,
+               {.radiance = Rgb(float(value)), .alpha = 1.0f, .first_hit = {}, .rays = {}});
     }
-    averages.add_round(*film, round.weight);
+    averages.add_round(film, round.weight);
   }
   return averages;
 }
 
-TEST(RoundAverages, AsSureAsAllSamplesIfTheyCameAsTheWeightsAre) {
-  FilmTile film{AovSet()};
-  EXPECT_DOUBLE_EQ(
-      average(std::vector<Round>{{8, 1}, {8, 1}, {16, 2}}, 1, &film).effective_samples(0), 32);
-  // 4^2 / (1 / 8 + 1 / 8 + 4 / 64)
-  EXPECT_DOUBLE_EQ(
-      average(std::vector<Round>{{8, 1}, {8, 1}, {64, 2}}, 1, &film).effective_samples(0), 51.2);
+struct Variances {
+  double truth, estimate;
+};
+
+Variances variances(std::span<const Round> rounds, bool stratified, int streams = 1) {
+  Moments means, estimates;
+  for (uint64_t seed = 0; seed < 20000; ++seed) {
+    const RoundAverages averages = average(rounds, stratified, streams, seed);
+    means.add(averages.mean(0, 1));
+    estimates.add(averages.variance(0, 1));
+  }
+  return {means.variance(), estimates.mean()};
 }
 
-// 20000 averages of uniform numbers, whose variance is 1 / 12: known to 1 %.
-TEST(RoundAverages, TheirVarianceIsThatOfASampleOverTheirWorth) {
-  const std::vector<Round> rounds = {{8, 1}, {24, 1}, {2, 2}};
-  FilmTile film{AovSet()};
-  Moments means;
-  double effective = 0;
-  for (uint64_t seed = 0; seed < 20000; ++seed) {
-    const RoundAverages averages = average(rounds, seed, &film);
-    float rgba[4];
-    averages.resolve(0, rgba);
-    means.add(double(rgba[1]));
-    effective = averages.effective_samples(0);
+// Of 20000 averages both are known to 1 %.
+void expect_right(std::span<const Round> rounds, bool stratified) {
+  const Variances v = variances(rounds, stratified);
+  double weights = 0, expected = 0;
+  for (const Round& r : rounds) {
+    weights += r.weight;
+    expected += r.weight * r.weight / (12 * std::pow(r.count, stratified ? 3 : 1));
   }
-  EXPECT_NEAR(means.variance() * effective * 12, 1.0, 0.04);
+  expected /= weights * weights;
+  EXPECT_NEAR(v.truth / expected, 1.0, 0.04);
+  EXPECT_NEAR(v.estimate / expected, 1.0, 0.04);
+}
+
+TEST(RoundAverages, KnowTheirVarianceWhereTheLastRoundEndsEarly) {
+  expect_right(std::vector<Round>{{8, 1}, {24, 1}, {2, 2}, {5, 1}}, false);
+}
+
+// A round of two samples is far less stratified than one of 24, and weighs as much.
+TEST(RoundAverages, KnowTheirVarianceHoweverWellRoundsAreStratified) {
+  expect_right(std::vector<Round>{{8, 1}, {24, 1}, {2, 2}, {40, 4}}, true);
+  expect_right(std::vector<Round>{{8, 1}, {24, 1}, {40, 2}, {2, 4}}, true);
+}
+
+TEST(RoundAverages, OfOneRoundKnowWhatItsSpreadOrItsTwoStreamsSay) {
+  const std::vector<Round> one = {{16, 1}};
+  for (const int streams : {1, 2}) {
+    const Variances v = variances(one, false, streams);
+    EXPECT_NEAR(v.estimate / v.truth, 1.0, 0.06) << streams;
+  }
 }
 
 }  // namespace

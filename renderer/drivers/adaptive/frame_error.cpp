@@ -9,30 +9,54 @@
 namespace emberline {
 namespace {
 
-double squared_error_of_part(const PixelStatistics& p, const float* effective_samples,
-                             size_t channel, size_t begin, size_t end) {
-  const float *count = p.count.data(), *second = p.second_count.data(),
-              *mean = p.mean[channel].data(), *variance = p.variance[channel].data(),
-              *difference = p.stream_difference[channel].data();
+template <typename MeanOf, typename VarianceOf>
+double squared_error_of_part(size_t begin, size_t end, const MeanOf& mean_of,
+                             const VarianceOf& variance_of) {
   float lanes[kSumLanes] = {};
   for_lanes(begin, end, [&](size_t i, size_t lane) {
-    const float of_mean = sample_variance(count[i], second[i], difference[i], variance[i]) /
-                          std::max(1.0f, effective_samples[i]);
-    lanes[lane] += display_error_weight(mean[i], std::sqrt(of_mean), kLeastReportedSlope) * of_mean;
+    const float variance = variance_of(i);
+    lanes[lane] +=
+        display_error_weight(mean_of(i), std::sqrt(variance), kLeastReportedSlope) * variance;
   });
   return sum_of_lanes(lanes);
 }
 
+double rms_of(double sum, size_t pixels) {
+  return std::sqrt(sum / std::max(1.0, 3 * double(pixels)));
+}
+
 }  // namespace
 
-double frame_error(const PixelStatistics& pixels, std::span<const float> effective_samples) {
-  const float* counts = effective_samples.empty() ? pixels.count.data() : effective_samples.data();
+double frame_error(const PixelStatistics& pixels) {
   const double sum = ordered_sum(pixels.size(), [&](size_t begin, size_t end) {
     double of_part = 0.0;
-    for (size_t c = 0; c < 3; ++c) of_part += squared_error_of_part(pixels, counts, c, begin, end);
+    for (size_t c = 0; c < 3; ++c) {
+      const float *count = pixels.count.data(), *second = pixels.second_count.data(),
+                  *mean = pixels.mean[c].data(), *variance = pixels.variance[c].data(),
+                  *difference = pixels.stream_difference[c].data();
+      of_part += squared_error_of_part(
+          begin, end, [=](size_t i) { return mean[i]; },
+          [=](size_t i) {
+            return sample_variance(count[i], second[i], difference[i], variance[i]) /
+                   std::max(1.0f, count[i]);
+          });
+    }
     return of_part;
   });
-  return std::sqrt(sum / std::max(1.0, 3 * double(pixels.size())));
+  return rms_of(sum, pixels.size());
+}
+
+double frame_error(const RoundAverages& averages, size_t pixels) {
+  const double sum = ordered_sum(pixels, [&](size_t begin, size_t end) {
+    double of_part = 0.0;
+    for (size_t c = 0; c < 3; ++c) {
+      of_part += squared_error_of_part(
+          begin, end, [&](size_t i) { return float(averages.mean(i, c)); },
+          [&](size_t i) { return float(averages.variance(i, c)); });
+    }
+    return of_part;
+  });
+  return rms_of(sum, pixels);
 }
 
 }  // namespace emberline

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <algorithm>
-#include <span>
 
 #include "renderer/drivers/adaptive/pixel_statistics.h"
+#include "renderer/drivers/adaptive/round_averages.h"
 
 namespace emberline {
 
@@ -25,8 +25,8 @@ inline float sample_variance(float count, float second_count, float difference, 
 // and what is next to a lamp as clipped. Where there is no second stream, as if samples were
 // independent. Finite. The same for any threads.
 //
-// `effective_samples`, if not empty: how many samples of a plain mean each pixel is as sure as
-// (RoundAverages), instead of its count.
-double frame_error(const PixelStatistics& pixels, std::span<const float> effective_samples = {});
+double frame_error(const PixelStatistics& pixels);
+// The same of averages of rounds, which know their own variances.
+double frame_error(const RoundAverages& averages, size_t pixels);
 
 }  // namespace emberline

@@ -8,10 +8,27 @@
 #include "renderer/core/parallel.h"
 
 namespace emberline {
+namespace {
 
+constexpr double kMostVariance = 1e18;  // sums over a frame stay finite
+
+Rgb variance_of_first_round(const FilmTile& film, size_t i) {
+  const Rect& rect = film.rect();
+  const int x = rect.x0 + int(i % size_t(rect.width())),
+            y = rect.y0 + int(i / size_t(rect.width()));
+  return film.variance(x, y).value_or(Rgb(0.0f));
+}
+
+}  // namespace
+
+// With the new round's share s of the average, U the variance before, V that of the round's mean
+// and D what is between the two: E D^2 = U + V, so (1 - s)^2 U + s^2 V = (1 - 2 s) U + s^2 E D^2.
 void RoundAverages::add_round(const FilmTile& film, double weight) {
   const auto pixels = size_t(film.rect().area());
   if (rounds_.empty()) rounds_.resize(pixels, Pixel{});
+  const bool first = weight_ == 0.0;
+  const double share = weight / (weight_ + weight);
+  assert(first || share <= 0.5);
   constexpr size_t kGrain = 4096;
   parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -19,13 +36,21 @@ void RoundAverages::add_round(const FilmTile& film, double weight) {
       Pixel& pixel = rounds_[i];
       const double samples = film_sums.samples(), fresh = samples - pixel.samples;
       assert(fresh > 0);
+      const Rgb of_first = first ? variance_of_first_round(film, i) : Rgb(0.0f);
       for (size_t c = 0; c < 4; ++c) {
         const double sum = c < 3 ? film_sums.rgb[0][c] + film_sums.rgb[1][c] : film_sums.alpha;
+        const double mean = (sum - pixel.sums[c]) / fresh;
+        if (c < 3) {
+          double& variance = pixel.variance[c];
+          variance = first ? double(of_first[int(c)])
+                           : (1 - 2 * share) * variance +
+                                 square(share * (mean - pixel.average[c] / weight_));
+          variance = std::clamp(variance, 0.0, kMostVariance);
+        }
         pixel.average[c] += weight * (sum - pixel.sums[c]) / fresh;
         pixel.sums[c] = sum;
       }
       pixel.samples = samples;
-      pixel.noise += weight * weight / fresh;
     }
   });
   weight_ += weight;
@@ -46,7 +71,7 @@ void RoundAverages::archive(Archive& archive, const FilmTile& film) {
   for (size_t i = 0; i < rounds_.size(); ++i) {
     const Pixel& pixel = rounds_[i];
     archive.check(pixel.samples > 0 && pixel.samples <= film.sums(i).samples());
-    archive.check(pixel.noise > 0 && std::isfinite(pixel.noise));
+    for (const double v : pixel.variance) archive.check(v >= 0 && v <= kMostVariance);
     for (size_t c = 0; c < 4; ++c) {
       archive.check(std::isfinite(pixel.average[c]) && std::isfinite(pixel.sums[c]));
     }

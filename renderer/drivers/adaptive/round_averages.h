@@ -18,15 +18,19 @@ namespace emberline {
 
 class RoundAverages {
  public:
-  // Adds the mean of the samples that each pixel has got since the last call, with this weight.
-  // Every pixel must have got some.
+  // Adds the mean of the samples that each pixel has got since the last call, with this weight: of
+  // the second round on no more than all before it have. Every pixel must have got some. The film
+  // has squares (FilmExtras).
   void add_round(const FilmTile& film, double weight);
   bool empty() const { return rounds_.empty(); }
   // R G B A of pixel i of the film. Finite.
   void resolve(size_t i, float* rgba) const;
-  // How many samples of a plain mean are as sure as pixel i's average, if the variance of a round's
-  // mean falls as 1 / n: W^2 / sum(w^2 / n). All of the pixel's where they came as the weights are.
-  double effective_samples(size_t i) const { return weight_ * weight_ / rounds_[i].noise; }
+  double mean(size_t i, size_t c) const { return rounds_[i].average[c] / weight_; }
+  // Estimate of that mean's variance, from how far each round's mean is from that of all before it.
+  // Rounds are independent, so it has the right expectation however well the samples of a round are
+  // stratified. Its own spread is large: one pixel's says little, the mean of many is sure. Of one
+  // round alone: from two streams, or as if samples were independent.
+  double variance(size_t i, size_t c) const { return rounds_[i].variance[c]; }
   void archive(Archive& archive, const FilmTile& film);
   uint64_t bytes() const { return rounds_.capacity() * sizeof(Pixel); }
 
@@ -35,7 +39,7 @@ class RoundAverages {
     std::array<double, 4> average;  // times the weights so far
     std::array<double, 4> sums;     // of all samples up to the last round
     double samples;
-    double noise;  // sum of w^2 / n
+    std::array<double, 3> variance;  // of the average
   };
   std::vector<Pixel> rounds_;
   double weight_ = 0.0;

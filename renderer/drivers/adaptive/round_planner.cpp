@@ -135,32 +135,28 @@ bool RoundPlanner::look(const FilmTile& film, const std::stop_token& stop) {
   if (entry_.halves) halves_.look(&statistics_);
   entry_.estimate(statistics_, {settings_.threshold, settings_.allocation}, &errors_);
   if (stop.stop_requested()) return false;
-  if (averages_ && !averages_->empty()) {
-    effective_samples_.resize(statistics_.size());
-    for (size_t i = 0; i < effective_samples_.size(); ++i) {
-      effective_samples_[i] = float(averages_->effective_samples(i));
-    }
+  if (entry_.rms_error) {
+    error_estimate_ =
+        averaged() ? frame_error(*averages_, statistics_.size()) : frame_error(statistics_);
   }
-  if (entry_.rms_error) error_estimate_ = frame_error(statistics_, effective_samples_);
   return true;
 }
 
 void RoundPlanner::write_variances(FilmTile* film) const {
   if (!knows_variances(settings_) || !film->takes_sample_variance()) return;
   const PixelStatistics& p = statistics_;
-  const bool averaged = !effective_samples_.empty();
+  const bool averaged = this->averaged();
   parallel_ranges(p.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       // Of one stream without two parts the film itself has the spread.
       const bool parted = p.second_count[i] > 0.0f || film->sums(i).count[1] > 0;
       if (p.count[i] < 2.0f || !(parted || averaged)) continue;
-      // The film divides by the count that it has by now.
-      const double scale = averaged ? film->sums(i).samples() / double(effective_samples_[i]) : 1.0;
       Rgb variance;
       for (size_t c = 0; c < 3; ++c) {
-        const float of_sample = sample_variance(p.count[i], p.second_count[i],
-                                                p.stream_difference[c][i], p.variance[c][i]);
-        variance[int(c)] = float(scale * double(of_sample));
+        // The film divides by the count that it has by now.
+        variance[int(c)] = averaged ? float(averages_->variance(i, c) * film->sums(i).samples())
+                                    : sample_variance(p.count[i], p.second_count[i],
+                                                      p.stream_difference[c][i], p.variance[c][i]);
       }
       film->set_sample_variance(i, variance);
     }
@@ -467,8 +463,6 @@ void RoundPlanner::archive(Archive& archive) {
     total += target;
   }
   archive.check(settings_.budget == 0 || total <= 2 * uint64_t(settings_.budget) * pixels);
-  archive.array(effective_samples_, pixels);
-  for (const float samples : effective_samples_) archive.check(samples > 0.0f);
   halves_.archive(archive, pixels);
   archive.array(errors_.error, pixels);
   archive.array(errors_.deviation, pixels);
@@ -483,7 +477,7 @@ void RoundPlanner::archive(Archive& archive) {
 uint64_t RoundPlanner::bytes() const {
   // Statistics have twelve planes, the map two.
   return halves_.bytes() + targets_.capacity() * sizeof(uint32_t) +
-         effective_samples_.capacity() * sizeof(float) + 12 * statistics_.size() * sizeof(float) +
+         12 * statistics_.size() * sizeof(float) +
          (errors_.error.capacity() + errors_.deviation.capacity() + rates_.capacity() +
           shares_.capacity()) *
              sizeof(float) +

@@ -120,6 +120,7 @@ class RoundPlanner {
   void set_targets(const CountOf& count_of);
   void round_to_counts(float everywhere);
   void round_to_steps(float everywhere);
+  bool averaged() const { return averages_ && !averages_->empty(); }
   bool doubles() const { return entry_.halves && !settings_.unbiased; }
 
   AdaptiveSettings settings_;
@@ -135,7 +136,6 @@ class RoundPlanner {
   double error_estimate_;
   std::vector<uint32_t> targets_;
   const RoundAverages* averages_ = nullptr;
-  std::vector<float> effective_samples_;  // of the averages, once there are some
   PixelStatistics statistics_;
   SampleHalves halves_;  // if the estimator goes by them
   ErrorMap errors_;
