@@ -1,6 +1,6 @@
 #include "integrators/ambient_occlusion_integrator.h"
 
-#include "integrators/surface_shading.h"
+#include "integrators/path_media.h"
 #include "renderer/core/warps.h"
 
 namespace emberline {
@@ -18,7 +18,7 @@ void AmbientOcclusionIntegrator::estimate(const SampleBatch& batch, PixelSamples
     SampleValue& value = values[i];
     value = SampleValue{};
     SurfaceHit hit;
-    const uint32_t camera_key = scene.has_coverage() ? samples.extra_bits() : 0u;
+    const CoverageKey camera_key = coverage_key(scene, samples);
     if (!scene.intersect(batch.rays[i], camera_key, &hit)) {
       if (!settings_.transparent) value = {Rgb(1.0f), 1.0f, {}, {}};  // nothing occludes the sky
       continue;
@@ -32,9 +32,9 @@ void AmbientOcclusionIntegrator::estimate(const SampleBatch& batch, PixelSamples
     if (dot(direction, point.frame.geometric_normal) <= 0.0f) continue;
     const Vec3f from = point.spawn_origin(direction);
     value.rays.shadow++;
-    const uint32_t shadow_key = scene.has_coverage() ? samples.extra_bits() : 0u;
+    const CoverageKey shadow_key = coverage_key(scene, samples);
     const Vec3f to = from + direction * (kRadiusFraction * scene.radius());
-    if (scene.visible(from, to, batch.rays[i].time, shadow_key)) value.radiance = Rgb(1.0f);
+    value.radiance = Rgb(scene.transmittance(from, to, batch.rays[i].time, shadow_key));
   }
 }
 

@@ -2,8 +2,7 @@
 
 #include <cmath>
 
-#include "integrators/surface_shading.h"
-#include "renderer/core/hash.h"
+#include "integrators/path_media.h"
 
 namespace emberline {
 namespace {
@@ -46,7 +45,7 @@ void DebugIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
     samples.start_sample(int(i));
     values[i] = SampleValue{};
     SurfaceHit hit;
-    const uint32_t key = batch.scene.has_coverage() ? samples.extra_bits() : 0u;
+    const CoverageKey key = coverage_key(batch.scene, samples);
     if (!batch.scene.intersect(batch.rays[i], key, &hit)) continue;
     samples.start_slot(1);
     const ShadedPoint point =

@@ -294,7 +294,7 @@ void PathBatch<kGlass, kGroups>::add_connection(int lane) {
   Connection& c = connections_[lane];
   Path& path = paths_[lane];
   samples_.resume_sample(lane);
-  const uint32_t key = coverage_key(scene_, samples_);
+  const CoverageKey key = coverage_key(scene_, samples_);
   if (kGlass && scene_.has_smooth_walls()) {
     c.scattered *= through_thin_walls(scene_, c.from, c.light, c.target, path.ray.time, key,
                                       samples_, &path.rays);
@@ -303,10 +303,12 @@ void PathBatch<kGlass, kGroups>::add_connection(int lane) {
     path.rays.shadow++;
     const bool infinite = c.light.distance == kInfinity;
     const float time = path.ray.time;
-    const bool visible = infinite ? scene_.visible_to_infinity(c.from, c.light.direction, time, key)
-                                  : scene_.visible(c.from, c.target, time, key) &&
-                                        !scene_.behind_flush_emitter(c.from, c.light, time, key);
-    if (!visible) return;
+    const float through =
+        infinite ? scene_.transmittance_to_infinity(c.from, c.light.direction, time, key)
+                 : scene_.transmittance(c.from, c.target, time, key);
+    if (through == 0.0f) return;
+    if (!infinite && scene_.behind_flush_emitter(c.from, c.light, time, key)) return;
+    c.scattered *= through;
   }
   if constexpr (kGlass) c.scattered *= absorption(scene_, c.solid, c.light.distance);
   // balance / pdf = 1 / (pdf + other); a point-like light has no other technique.

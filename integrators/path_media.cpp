@@ -47,7 +47,7 @@ Rgb through_surface(const Scene& scene, const Vec3f& direction, float time, cons
 }  // namespace
 
 Rgb through_thin_walls(const Scene& scene, Vec3f from, const LightSample& light,
-                       const Vec3f& target, float time, uint32_t coverage_key,
+                       const Vec3f& target, float time, CoverageKey coverage_key,
                        PixelSamples& samples, SampleRays* rays) {
   const bool infinite = light.distance == kInfinity;
   Rgb through(1.0f);

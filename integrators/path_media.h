@@ -6,9 +6,9 @@
 
 namespace emberline {
 
-// The number that decides the stochastic coverage along one ray; none is drawn for opaque scenes.
-inline uint32_t coverage_key(const Scene& scene, PixelSamples& samples) {
-  return scene.has_coverage() ? samples.extra_bits() : 0u;
+// Of one ray; none is made for opaque scenes.
+inline CoverageKey coverage_key(const Scene& scene, PixelSamples& samples) {
+  return scene.has_coverage() ? samples.coverage_key() : CoverageKey();
 }
 
 // A solid's material, if the point lies on one.
@@ -64,7 +64,7 @@ inline constexpr uint32_t kMostWalls = 64;
 // without any, 0 if anything else is in the way. `target` is where the way ends; not read if the
 // light is infinitely far. For scenes with such walls.
 Rgb through_thin_walls(const Scene& scene, Vec3f from, const LightSample& light,
-                       const Vec3f& target, float time, uint32_t coverage_key,
+                       const Vec3f& target, float time, CoverageKey coverage_key,
                        PixelSamples& samples, SampleRays* rays);
 
 }  // namespace emberline

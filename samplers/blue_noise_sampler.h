@@ -15,6 +15,7 @@
 // Pixels up to the next power of two share a sequence, so a crop has the numbers of the whole.
 #pragma once
 
+#include "samplers/sample_runs.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -28,6 +29,7 @@ class BlueNoiseSampler final : public Sampler {
   explicit BlueNoiseSampler(const SamplerSettings& settings);
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;
+  StreamIndex stream_of(uint32_t sample) const override { return stream_index(streams_, sample); }
 
  private:
   StreamCount streams_;

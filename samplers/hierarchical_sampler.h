@@ -21,6 +21,7 @@
 // All other dimensions are those of `sobol`, so that a comparison of the two compares the tree.
 #pragma once
 
+#include "samplers/sample_runs.h"
 #include "samplers/sampler.h"
 #include "samplers/sobol_sampler.h"
 
@@ -33,6 +34,7 @@ class HierarchicalSampler final : public Sampler {
       : streams_(settings.streams), rest_(settings) {}
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;
+  StreamIndex stream_of(uint32_t sample) const override { return stream_index(streams_, sample); }
   // count times the volume of the sample's leaf: 1 for all if count (of each stream) is a power of
   // two. Unbiased for any count, since neither cells nor halves depend on values. Between powers of
   // two it pays where the last halving is of a dimension that matters; elsewhere leaves of unequal

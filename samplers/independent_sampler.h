@@ -14,6 +14,7 @@ class IndependentSampler final : public Sampler {
   explicit IndependentSampler(const SamplerSettings&) {}
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;
+  StreamIndex stream_of(uint32_t sample) const override { return {sample, 0}; }
 };
 
 }  // namespace emberline

@@ -103,4 +103,12 @@ constexpr uint32_t random_order_of_8(uint32_t random_bits) {
   return order;
 }
 
+// Indices in an order of their own, for numbers that are paired with others of the same samples: an
+// Owen shuffle of blocks of 8, and a random order in each (sobol_sampler.h says why both).
+constexpr uint32_t shuffle_in_blocks(uint32_t index, uint32_t seed) {
+  const uint32_t block = index >> 3;
+  const uint32_t order = random_order_of_8(hash32(hash32(seed) ^ hash32(block + 0x9e3779b9u)));
+  return (shuffle_index(block << 3, seed) & ~7u) | ((order >> (4 * (index & 7u))) & 7u);
+}
+
 }  // namespace emberline::owen_sobol

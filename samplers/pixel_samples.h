@@ -11,6 +11,7 @@
 #include <span>
 
 #include "renderer/core/hash.h"
+#include "samplers/coverage_key.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -72,12 +73,18 @@ class PixelSamples {
 
   float get(int dimension) const { return current_->values[dimension][lane_]; }
 
-  // An independent number beside the plan, for decisions whose count the data sets (layers of
-  // stochastic coverage): hashed from (seed, pixel, sample, slot, how many were asked before).
+  // An independent number beside the plan, for decisions whose count the data sets: hashed from
+  // (seed, pixel, sample, slot, how many were asked before).
   float extra() { return to_unit_float(extra_bits()); }
   uint32_t extra_bits() {
     if (!hashed_) hash_samples();
     return hash_combine(sample_hash_[lane_], slot_[lane_] * 0x51ed270bu + extra_[lane_]++);
+  }
+  // For one ray; likewise, but stratified over the samples.
+  CoverageKey coverage_key() {
+    if (!streams_hashed_) hash_streams();
+    const uint32_t ray = slot_[lane_] * 0x51ed270bu + extra_[lane_]++;
+    return {hash_combine(streams_[lane_].seed, ray), streams_[lane_].index};
   }
 
  private:
@@ -85,11 +92,15 @@ class PixelSamples {
     count_ = count;
     scattered_ = scattered;
     filled_ = 0;
-    hashed_ = false;
+    hashed_ = streams_hashed_ = false;
   }
   void choose(int index) {
     assert(index >= 0 && index < count_);
     lane_ = first_lane_ + index;
+  }
+  SampleAddress address(int lane) const {
+    if (scattered_) return addresses_[size_t(lane)];
+    return {pixel_.x, pixel_.y, first_sample_ + uint32_t(lane - first_lane_)};
   }
   void fill_slot(uint32_t slot) {
     const int dimensions = slot == 0 ? camera_dimensions_ : kSlotDimensions;
@@ -128,6 +139,17 @@ class PixelSamples {
     hashed_ = true;
   }
 
+  void hash_streams() {
+    const uint32_t seed_hash = hash32(pixel_.seed);
+    for (int lane = first_lane_; lane < first_lane_ + count_; ++lane) {
+      const SampleAddress a = address(lane);
+      const auto [stream, index] = sampler_.stream_of(a.sample);
+      streams_[lane] = {hash_combine(hash_combine(hash_combine(seed_hash, a.x), a.y), stream),
+                        index};
+    }
+    streams_hashed_ = true;
+  }
+
   static constexpr uint32_t kCachedSlots = 8;
 
   const Sampler& sampler_;
@@ -143,6 +165,8 @@ class PixelSamples {
   uint32_t extra_[kSampleLanes] = {};        // and how many extra numbers it has asked for there
   uint32_t sample_hash_[kSampleLanes] = {};  // of (seed, pixel, sample), if hashed_
   bool hashed_ = false;
+  CoverageKey streams_[kSampleLanes] = {};  // of (seed, pixel, stream), if streams_hashed_
+  bool streams_hashed_ = false;
   uint32_t filled_ = 0;
   const SlotBlock* current_ = nullptr;
   std::array<SlotBlock, kCachedSlots + 1> blocks_;

@@ -15,6 +15,7 @@
 // those of `sobol`.
 #pragma once
 
+#include "samplers/sample_runs.h"
 #include "samplers/sampler.h"
 #include "samplers/sobol_sampler.h"
 
@@ -30,6 +31,7 @@ class PoissonDiskSampler final : public Sampler {
   explicit PoissonDiskSampler(const SamplerSettings& settings);
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;
+  StreamIndex stream_of(uint32_t sample) const override { return stream_index(streams_, sample); }
 
  private:
   StreamCount streams_;

@@ -12,10 +12,6 @@
 
 namespace emberline {
 
-struct StreamIndex {
-  uint32_t stream, index;
-};
-
 constexpr StreamIndex stream_index(StreamCount streams, uint32_t sample) {
   if (streams == StreamCount::kOne) return {0, sample};
   return {(sample >> 3) & 1u, ((sample >> 4) << 3) | (sample & 7u)};

@@ -72,6 +72,12 @@ struct alignas(64) SlotBlock {
 // give an honest error estimate: sample k belongs to stream (k >> 3) & 1.
 enum class StreamCount : uint8_t { kOne = 1, kTwo = 2 };
 
+// A sample's place in its stream; of samples that have nothing to do with each other each is a
+// stream.
+struct StreamIndex {
+  uint32_t stream, index;
+};
+
 class Sampler {
  public:
   virtual ~Sampler() = default;
@@ -85,6 +91,10 @@ class Sampler {
   virtual void fill_scattered(std::span<const SampleAddress> samples, uint32_t seed, uint32_t slot,
                               int first_lane, SlotBlock& out,
                               int dimensions = kSlotDimensions) const;
+
+  // Which samples are stratified together: for decisions beside the plan, which are then, too.
+  // Thread-safe.
+  virtual StreamIndex stream_of(uint32_t sample) const = 0;
 
   // The factor on the value of `sample` when a pixel takes exactly `count` samples (sample <
   // count), for samplers whose points do not all stand for equal volumes. The mean over a pixel's

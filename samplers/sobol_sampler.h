@@ -21,6 +21,7 @@
 // variance of the pixel's mean (A + B) / 2. Counts are then best multiples of 16.
 #pragma once
 
+#include "samplers/sample_runs.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -30,6 +31,7 @@ class SobolSampler final : public Sampler {
   explicit SobolSampler(const SamplerSettings& settings) : streams_(settings.streams) {}
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;
+  StreamIndex stream_of(uint32_t sample) const override { return stream_index(streams_, sample); }
   void fill_scattered(std::span<const SampleAddress> samples, uint32_t seed, uint32_t slot,
                       int first_lane, SlotBlock& out, int dimensions) const override;
 

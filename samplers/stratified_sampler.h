@@ -9,6 +9,7 @@
 // Which sample gets which cell is an independent random order per dimension.
 #pragma once
 
+#include "samplers/sample_runs.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -28,6 +29,7 @@ class StratifiedSampler final : public Sampler {
   explicit StratifiedSampler(const SamplerSettings& settings);
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;
+  StreamIndex stream_of(uint32_t sample) const override { return stream_index(streams_, sample); }
 
  private:
   StreamCount streams_;

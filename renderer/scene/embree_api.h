@@ -12,7 +12,10 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include <cmath>
 #include <cstdint>
+
+#include "samplers/coverage_key.h"
 
 namespace emberline::embree {
 
@@ -35,13 +38,33 @@ inline constexpr uint64_t kInstanceObjectBytes = 294;
 inline constexpr uint64_t kSceneObjectBytes = 2700;
 #endif
 
-// What a filter callback is told about the ray beside Embree's own data.
-struct RayContext {
-  QueryContext base;      // first, so that the callback can cast back
-  uint32_t coverage_key;  // decides stochastic coverage; see Scene::intersect
+// How much what covers in part keeps back: the sum of -log2(1 - coverage) over what a ray passes.
+// In whole numbers, so that it does not depend on the order in which Embree visits the surfaces.
+class Thickness {
+ public:
+  // False if nothing to speak of is let through any more.
+  bool add(float coverage) {
+    if (coverage <= 0.0f) return true;
+    if (!(coverage < 1.0f)) return false;
+    sum_ += int64_t(-std::log2(1.0f - coverage) * kUnit);
+    return sum_ < kMost;
+  }
+  float transmittance() const { return sum_ == 0 ? 1.0f : std::exp2(float(sum_) / -kUnit); }
+
+ private:
+  static constexpr float kUnit = 0x1p32f;
+  static constexpr int64_t kMost = int64_t(40) << 32;
+  int64_t sum_ = 0;
 };
 
-inline void init_context(RayContext& context, uint32_t coverage_key) {
+// What a filter callback is told about the ray beside Embree's own data.
+struct RayContext {
+  QueryContext base;               // first, so that the callback can cast back
+  CoverageKey coverage_key;        // decides stochastic coverage; see Scene::intersect
+  Thickness* thickness = nullptr;  // of a shadow ray: coverage is added to it, not decided
+};
+
+inline void init_context(RayContext& context, CoverageKey coverage_key) {
 #if EMBERLINE_EMBREE_MAJOR >= 4
   rtcInitRayQueryContext(&context.base);
 #else

@@ -122,7 +122,7 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-bool FlushEmitters::lowest_at(const Ray& ray, float t, float cosine, uint32_t coverage_key,
+bool FlushEmitters::lowest_at(const Ray& ray, float t, float cosine, CoverageKey coverage_key,
                               Candidate* candidate) const {
   // Twice: the cosine is that of the other surface.
   const float slack = cosine > 0.0f ? 2.0f * longest_reach_ / cosine : t;

@@ -41,7 +41,7 @@ class FlushEmitters {
   };
   // Whether an emitter of an index below candidate->emitter lies in the surface that the ray meets
   // at `t` under `cosine` (of the unnormalised direction); the lowest one replaces *candidate.
-  bool lowest_at(const Ray& ray, float t, float cosine, uint32_t coverage_key,
+  bool lowest_at(const Ray& ray, float t, float cosine, CoverageKey coverage_key,
                  Candidate* candidate) const;
 
  private:

@@ -7,7 +7,6 @@
 #endif
 
 #include "renderer/core/errors.h"
-#include "renderer/core/hash.h"
 #include "renderer/core/log.h"
 #include "renderer/scene/embree_version.h"
 
@@ -27,6 +26,16 @@ Answer answer(bool now, bool may_change) {
 
 bool holds(Answer answer, bool now) {
   return answer == Answer::kAlways || (answer == Answer::kAsked && now);
+}
+
+float coverage_at(const Mesh& mesh, uint32_t primitive, float u, float v,
+                  const CoverageNumbers& numbers) {
+  return mesh.material->coverage(interpolate_attributes(mesh, primitive, u, v), numbers.texel());
+}
+
+bool decide(float coverage, const CoverageNumbers& numbers) {
+  if (coverage <= 0.0f || coverage >= 1.0f) return coverage > 0.0f;
+  return numbers.decision() < coverage;
 }
 
 uint32_t placed_instance(const RTCFilterFunctionNArguments* arguments, unsigned i,
@@ -65,11 +74,13 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
       const Mesh& mesh = *record.mesh;
       const auto* context = reinterpret_cast<const embree::RayContext*>(arguments->context);
       const uint32_t primitive = RTCHitN_primID(arguments->hit, n, i);
-      const uint32_t instance = placed_instance(arguments, i, record);
-      if (!covered(mesh, instance, primitive, RTCHitN_u(arguments->hit, n, i),
-                   RTCHitN_v(arguments->hit, n, i), context->coverage_key)) {
-        valid[i] = 0;
-      }
+      const CoverageNumbers numbers(context->coverage_key, placed_instance(arguments, i, record),
+                                    primitive);
+      const float coverage = coverage_at(mesh, primitive, RTCHitN_u(arguments->hit, n, i),
+                                         RTCHitN_v(arguments->hit, n, i), numbers);
+      const bool blocks =
+          context->thickness ? !context->thickness->add(coverage) : decide(coverage, numbers);
+      if (!blocks) valid[i] = 0;
     }
   }
 }
@@ -140,11 +151,9 @@ void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
 }
 
 bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
-             uint32_t coverage_key) {
-  const SurfaceAttributes attributes = interpolate_attributes(mesh, primitive, u, v);
-  const uint32_t h = hash_combine(hash_combine(coverage_key, instance), primitive);
-  const float coverage = mesh.material->coverage(attributes, to_unit_float(h));
-  return to_unit_float(hash32(h ^ 0x6a09e667u)) < coverage;
+             CoverageKey coverage_key) {
+  const CoverageNumbers numbers(coverage_key, instance, primitive);
+  return decide(coverage_at(mesh, primitive, u, v, numbers), numbers);
 }
 
 SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v) {

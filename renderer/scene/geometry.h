@@ -134,7 +134,7 @@ SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, f
 
 // Whether a ray of this key meets the surface there, or passes by its alpha.
 bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
-             uint32_t coverage_key);
+             CoverageKey coverage_key);
 
 inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
   return fma(to_double(m.x), p.x,

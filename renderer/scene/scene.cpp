@@ -138,7 +138,7 @@ std::vector<uint64_t> Scene::mesh_keys() const {
 Scene::Scene() = default;
 Scene::~Scene() = default;
 
-bool Scene::intersect(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const {
+bool Scene::intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
   // Embree's traversal of a ray that is not finite takes undefined time.
   assert(finite_ray(ray.origin, ray.direction));
   RTCRayHit ray_hit;
@@ -160,25 +160,28 @@ bool Scene::intersect(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) co
   return true;
 }
 
-bool Scene::visible(const Vec3f& from, const Vec3f& to, float time, uint32_t coverage_key) const {
-  if (from == to) return true;
-  // The unnormalised direction makes t = 1 the far point exactly, without a division.
-  assert(finite_ray(from, to));
-  RTCRay ray = make_ray(from, to - from, 1.0f, time);
+static float transmittance_along(RTCScene scene, RTCRay ray, CoverageKey coverage_key) {
+  embree::Thickness thickness;
   embree::RayContext context;
   embree::init_context(context, coverage_key);
-  embree::occluded(geometry_->top(), context, ray);
-  return ray.tfar >= 0.0f;
+  context.thickness = &thickness;
+  embree::occluded(scene, context, ray);
+  return ray.tfar >= 0.0f ? thickness.transmittance() : 0.0f;
 }
 
-bool Scene::visible_to_infinity(const Vec3f& from, const Vec3f& direction, float time,
-                                uint32_t coverage_key) const {
+float Scene::transmittance(const Vec3f& from, const Vec3f& to, float time,
+                           CoverageKey coverage_key) const {
+  if (from == to) return 1.0f;
+  // The unnormalised direction makes t = 1 the far point exactly, without a division.
+  assert(finite_ray(from, to));
+  return transmittance_along(geometry_->top(), make_ray(from, to - from, 1.0f, time), coverage_key);
+}
+
+float Scene::transmittance_to_infinity(const Vec3f& from, const Vec3f& direction, float time,
+                                       CoverageKey coverage_key) const {
   assert(finite_ray(from, direction));
-  RTCRay ray = make_ray(from, direction, kInfinity, time);
-  embree::RayContext context;
-  embree::init_context(context, coverage_key);
-  embree::occluded(geometry_->top(), context, ray);
-  return ray.tfar >= 0.0f;
+  return transmittance_along(geometry_->top(), make_ray(from, direction, kInfinity, time),
+                             coverage_key);
 }
 
 // What only textures, vertex colours and coverage ask for.
@@ -372,7 +375,7 @@ float Scene::surface_offset(uint32_t index, uint32_t primitive, float time) cons
 
 // Rounding has chosen between surfaces that lie in one another; the rule of flush_emitters.h
 // chooses again.
-void Scene::prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const {
+void Scene::prefer_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
   Instance moved;
   const Instance& instance = instance_at(hit->instance, ray.time, &moved);
   const std::array<Vec3d, 3> corners =
@@ -386,7 +389,7 @@ void Scene::prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceH
 }
 
 bool Scene::behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
-                                 uint32_t coverage_key) const {
+                                 CoverageKey coverage_key) const {
   if (!flush_ || light.kind != LightKind::kTriangle || !flush_->contains(light.index)) return false;
   scene_detail::FlushEmitters::Candidate best{light.index, 1.0f, 0.0f, 0.0f};
   const Ray ray{from, light.position - from, 1.0f, time};

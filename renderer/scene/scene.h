@@ -16,6 +16,7 @@
 #include "renderer/core/vector.h"
 #include "renderer/lights/light_sampler.h"
 #include "renderer/shading/material.h"
+#include "samplers/coverage_key.h"
 
 namespace emberline {
 
@@ -144,18 +145,22 @@ class Scene : private EmitterMotion {
   // Closest surface along the ray. Back faces of single-sided materials and the holes of alpha
   // coverage do not count; stochastic coverage is decided by (coverage_key, instance, primitive),
   // so the answer does not depend on the order in which Embree visits them.
-  bool intersect(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const;
+  bool intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const;
 
-  // Whether nothing lies between `from` and `to` (both already offset from their surfaces).
-  bool visible(const Vec3f& from, const Vec3f& to, float time, uint32_t coverage_key) const;
-  // The same towards infinity.
-  bool visible_to_infinity(const Vec3f& from, const Vec3f& direction, float time,
-                           uint32_t coverage_key) const;
+  // What gets from `to` to `from` (both already offset from their surfaces): 0 where something lies
+  // between, else the product of 1 - coverage, whose key chooses texels alone. The expectation is
+  // that of intersect().
+  float transmittance(const Vec3f& from, const Vec3f& to, float time,
+                      CoverageKey coverage_key) const;
+  // The same from infinity.
+  float transmittance_to_infinity(const Vec3f& from, const Vec3f& direction, float time,
+                                  CoverageKey coverage_key) const;
 
   // Whether a point sampled on an emitter lies in another emitter that counts as being in front of
-  // it: asked where `visible` says yes, since that ray ends before both. See flush_emitters.h.
+  // it: asked where `transmittance` is not 0, since that ray ends before both. See
+  // flush_emitters.h.
   bool behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
-                            uint32_t coverage_key) const;
+                            CoverageKey coverage_key) const;
 
   // Whether coverage keys matter: some material has alpha.
   bool has_coverage() const { return has_coverage_; }
@@ -236,7 +241,7 @@ class Scene : private EmitterMotion {
   float offset_of(const scene_detail::Instance& instance, uint32_t index, uint32_t primitive,
                   float time) const;
   static Vec3f moved_normal(const scene_detail::Mesh& mesh, const SurfaceHit& hit, float time);
-  void prefer_flush_emitter(const Ray& ray, uint32_t coverage_key, SurfaceHit* hit) const;
+  void prefer_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const;
   Vec3d place_at(const SurfaceHit& hit, float time) const;
   Vec3d place_later(const scene_detail::LaterPlace& later, const SurfaceHit& hit) const;
   void interpolate(const scene_detail::Mesh& mesh, const scene_detail::Instance& instance,

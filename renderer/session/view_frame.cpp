@@ -456,7 +456,7 @@ PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
   const SceneDescription& outline = request_.scene->scene.original();  // as it is posed
   const Ray ray = camera_.ray({float(x) + 0.5f, float(y) + 0.5f});
   SurfaceHit hit;
-  if (!scene.intersect(ray, 0, &hit)) return result;
+  if (!scene.intersect(ray, {}, &hit)) return result;
   SurfaceInteraction surface;
   scene.interaction(hit, ray.time, &surface);
   result.id = hit.instance + 1;

@@ -99,13 +99,13 @@ void add_surface(const std::string& name, const std::shared_ptr<const Scene>& sc
     auto ray = rays_at_the_ball(random);
     auto hit = inputs([&](uint32_t i) {
       SurfaceHit found;
-      if (!scene->intersect(ray.values[i], 0, &found)) std::abort();
+      if (!scene->intersect(ray.values[i], {}, &found)) std::abort();
       return std::pair(found, ray.values[i].time);
     });
     const std::string way = random ? "/random" : "/coherent";
     add_benchmark(name + "/intersect" + way, [scene, ray]() mutable {
       SurfaceHit found;
-      scene->intersect(ray(), 0, &found);
+      scene->intersect(ray(), {}, &found);
       return found.t;
     });
     add_benchmark(name + "/interaction" + way, [scene, hit]() mutable {

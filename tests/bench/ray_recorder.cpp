@@ -36,7 +36,7 @@ constexpr uint32_t kOcclusion = 0xfffffffeu;  // in place of a primitive: a ques
 struct Record {
   float origin[3], t_near;
   float direction[3], t_far;
-  uint32_t coverage_key;
+  CoverageKey coverage_key;
   uint32_t kind_or_primitive;  // kOcclusion, or the triangle hit
   uint32_t geometry, instance;
   float found;  // distance of the hit; occlusion: 1 if something was in the way

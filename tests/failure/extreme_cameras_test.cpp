@@ -55,11 +55,11 @@ bool look(const Scene& scene, const CameraDescription& view, std::mt19937& rando
     EXPECT_TRUE(is_finite(ray.origin) && is_finite(ray.direction));
     EXPECT_NEAR(double(dot(ray.direction, ray.direction)), 1.0, 1e-3);
     SurfaceHit hit;
-    if (!scene.intersect(ray, 0, &hit)) continue;
+    if (!scene.intersect(ray, {}, &hit)) continue;
     SurfaceInteraction surface;
     scene.interaction(hit, 0, &surface);
     EXPECT_TRUE(is_finite(surface.position));
-    scene.visible(surface.position, ray.origin, 0, 0);
+    scene.transmittance(surface.position, ray.origin, 0, {});
   }
   return true;
 }

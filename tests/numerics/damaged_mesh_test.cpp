@@ -188,7 +188,7 @@ TEST(DamagedMesh, CollapsedTrianglesGiveNoNaN) {
     TestRandom random(21, i);
     const Vec3f from(random.next() + 1, random.next() + 1, random.next() + 1);
     SurfaceHit hit;
-    if (!scene->intersect({from, normalize(targets[i] - from)}, 0, &hit)) continue;
+    if (!scene->intersect({from, normalize(targets[i] - from)}, {}, &hit)) continue;
     ++hits;
     SurfaceInteraction s;
     scene->interaction(hit, 0, &s);

@@ -100,7 +100,7 @@ TEST(Extremes, NormalsUnderShear) {
       const Vec3d away = face.normalized();
       const Vec3d from = (target + away * .5 - scene->origin()) * scene->scale();
       SurfaceHit hit;
-      ASSERT_TRUE(scene->intersect({Vec3f(from), Vec3f(-away)}, 0, &hit)) << name;
+      ASSERT_TRUE(scene->intersect({Vec3f(from), Vec3f(-away)}, {}, &hit)) << name;
       SurfaceInteraction s;
       scene->interaction(hit, 0, &s);
       const std::string what = std::string(name) + (instanced ? ", instanced" : "");

@@ -387,7 +387,7 @@ Bounces bounce_within(const Scene& scene, const MovingShell& shell) {
     Ray ray{Vec3f(from), square_to_sphere(random.vec2()), kInfinity, time};
     SurfaceHit last{.instance = ~0u}, hit;
     for (int i = 0; i < 50; ++i) {
-      if (!scene.intersect(ray, 0, &hit)) {
+      if (!scene.intersect(ray, {}, &hit)) {
         ++result.escaped;
         break;
       }

@@ -83,7 +83,7 @@ double escapes(const Scene& scene, const std::vector<Vec3f>& vertices,
         direction = a + (b - a) * s - from;
       }
       SurfaceHit hit;
-      missed += !scene.intersect({from, direction}, 0, &hit);
+      missed += !scene.intersect({from, direction}, {}, &hit);
     }
     lost += missed;
   });

@@ -1,5 +1,5 @@
 emberline_test(sampler_test
-  SOURCES sampler_test.cpp owen_sobol_test.cpp sampler_convergence_test.cpp
+  SOURCES sampler_test.cpp coverage_key_test.cpp owen_sobol_test.cpp sampler_convergence_test.cpp
           stratified_sampler_test.cpp poisson_disk_sampler_test.cpp blue_noise_sampler_test.cpp
           hierarchical_sampler_test.cpp
   LINK emberline_statistics)

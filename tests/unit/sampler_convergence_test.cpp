@@ -62,6 +62,7 @@ class NestedShuffleOnly final : public Sampler {
       }
     }
   }
+  StreamIndex stream_of(uint32_t sample) const override { return {0, sample}; }
 };
 
 TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {

@@ -230,6 +230,8 @@ TEST_P(EverySampler, ScatteredBatchesReadTheSameNumbers) {
         ASSERT_EQ(together.get(d), alone.get(d)) << name() << ", lane " << i << ", slot " << slot;
       }
       ASSERT_EQ(together.extra_bits(), alone.extra_bits());
+      const CoverageKey of_one = together.coverage_key(), of_other = alone.coverage_key();
+      ASSERT_TRUE(of_one.seed == of_other.seed && of_one.index == of_other.index);
       ASSERT_EQ(together.extra_bits(), alone.extra_bits());
     }
   }

@@ -110,7 +110,7 @@ TEST(SceneFeatures, UnreadCoordinatesAreNotKept) {
   const auto kept = b.build(showing), plain = b.build();
   EXPECT_GE(kept->memory().geometry_bytes, plain->memory().geometry_bytes + bytes);
   SurfaceHit hit;
-  ASSERT_TRUE(kept->intersect({Vec3f(0.1f, 0.2f, 5), Vec3f(0, 0, -1)}, 0, &hit));
+  ASSERT_TRUE(kept->intersect({Vec3f(0.1f, 0.2f, 5), Vec3f(0, 0, -1)}, {}, &hit));
   SurfaceInteraction surface;
   kept->interaction(hit, 0, &surface);
   EXPECT_NEAR(surface.attributes.uv[0].x, 0.25f, 1e-6);

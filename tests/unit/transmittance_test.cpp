@@ -1,0 +1,80 @@
+// What shadow rays let through surfaces of partial coverage.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+// Panes across the z axis, the k-th at z = k + 1.
+std::unique_ptr<Scene> panes(const std::vector<float>& coverages) {
+  SceneBuilderForTests b;
+  for (size_t k = 0; k < coverages.size(); ++k) {
+    MaterialDescription m = lambert(Rgb(0.5f));
+    m.alpha = coverages[k];
+    m.alpha_mode = AlphaMode::kBlend;
+    m.double_sided = true;
+    const float z = float(k) + 1;
+    b.add_quad({-1, -1, z}, {1, -1, z}, {1, 1, z}, {-1, 1, z}, b.add_material(m));
+  }
+  b.set_environment(Rgb(1.0f));
+  return b.build();
+}
+
+// In the scene's internal space.
+struct Ends {
+  explicit Ends(const Scene& scene)
+      : before((Vec3d(0.1, 0.2, 0.5) - scene.origin()) * scene.scale()),
+        behind((Vec3d(0.1, 0.2, 200) - scene.origin()) * scene.scale()) {}
+  Vec3f before, behind;
+};
+
+float transmittance(const Scene& scene) {
+  const Ends ends(scene);
+  return scene.transmittance(ends.before, ends.behind, 0, {});
+}
+
+TEST(Transmittance, IsTheProductOfWhatEachPaneLetsThrough) {
+  EXPECT_EQ(transmittance(*panes({})), 1.0f);
+  EXPECT_EQ(transmittance(*panes({0.0f})), 1.0f);
+  EXPECT_NEAR(transmittance(*panes({0.25f})), 0.75f, 1e-7);
+  EXPECT_NEAR(transmittance(*panes({0.25f, 0.5f, 0.9f})), 0.0375f, 1e-7);
+  EXPECT_EQ(transmittance(*panes({0.25f, 1.0f, 0.9f})), 0.0f);
+  EXPECT_NEAR(transmittance(*panes(std::vector<float>(100, 0.01f))), std::pow(0.99, 100), 1e-6);
+  EXPECT_EQ(transmittance(*panes(std::vector<float>(100, 0.9f))), 0.0f);
+}
+
+// Floats multiplied in another order would differ in their last bits.
+TEST(Transmittance, DoesNotDependOnTheOrderOfThePanes) {
+  std::vector<float> coverages;
+  for (int k = 0; k < 40; ++k) coverages.push_back(0.01f + 0.007f * float(k));
+  const float there = transmittance(*panes(coverages));
+  EXPECT_GT(there, 0.0f);
+  const auto scene = panes(coverages);
+  const Ends ends(*scene);
+  EXPECT_EQ(scene->transmittance(ends.behind, ends.before, 0, {}), there);
+  EXPECT_EQ(transmittance(*panes({coverages.rbegin(), coverages.rend()})), there);
+}
+
+// 4096 camera rays: their share within 4.5 standard errors.
+TEST(Transmittance, IsHowOftenRaysPass) {
+  const auto scene = panes({0.25f, 0.5f});
+  constexpr uint32_t kRays = 4096;
+  const Ends ends(*scene);
+  uint32_t passed = 0;
+  for (uint32_t i = 0; i < kRays; ++i) {
+    SurfaceHit hit;
+    passed += !scene->intersect({ends.before, ends.behind - ends.before, 1.0f, 0.0f},
+                                {hash32(i), i}, &hit);
+  }
+  const double expected = double(transmittance(*scene));
+  EXPECT_NEAR(passed / double(kRays), expected, 4.5 * std::sqrt(expected * (1 - expected) / kRays));
+}
+
+}  // namespace
+}  // namespace emberline
