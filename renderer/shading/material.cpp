@@ -32,12 +32,6 @@ float usable_scale(float scale) { return std::isfinite(scale) ? scale : 1.0f; }
 // Of a film, in nanometres: a millimetre shows no colours, and its phases still have digits.
 float usable_thickness(float thickness) { return std::min(non_negative(thickness), 1e6f); }
 
-// What a normal map's texel says, in tangent space.
-Vec3f tangent_normal(const Vec4f& texel, float scale) {
-  const Vec3f n = fma(Vec3f(texel.x, texel.y, texel.z), 2.0f, Vec3f(-1.0f));
-  return normalize_or(Vec3f(n.x * scale, n.y * scale, n.z), Vec3f(0.0f, 0.0f, 1.0f));
-}
-
 // The unit direction in a texel's red and green; that of the tangent where there is none.
 Vec2f direction_of(const Vec4f& texel) {
   const Vec3f d = normalize_or(Vec3f(2.0f * texel.x - 1.0f, 2.0f * texel.y - 1.0f, 0.0f),
@@ -105,7 +99,6 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
       ior_(d.ior == 0.0f ? 0.0f : usable_ior(d.ior, 1.5f)),
       specular_(saturate(d.specular)),
       specular_color_(non_negative(d.specular_color)),
-      normal_scale_(usable_scale(d.normal_scale)),
       emission_(non_negative(d.emission)),
       alpha_cutoff_(d.alpha_cutoff),
       alpha_mode_(d.alpha_mode),
@@ -113,6 +106,11 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
       unlit_(d.unlit) {
   const auto add = [&](const TextureRef& ref, bool srgb, const char* slot) {
     return add_texture(ref, srgb, slot, d, scene, textures);
+  };
+  // A scale of 0 flattens the map altogether.
+  const auto add_normal_map = [&](const TextureRef& ref, float scale, const char* slot) {
+    const float s = usable_scale(scale);
+    return NormalMap{s != 0.0f ? add(ref, false, slot) : Slot{}, s};
   };
   base_color_texture_ = add(d.base_color_texture, true, "base colour texture");
   if (!unlit_) {
@@ -122,6 +120,13 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
       layers_vary_ = layers_vary_ || texture;
       return texture;
     });
+    normal_map_ = add_normal_map(d.normal_texture, d.normal_scale, "normal texture");
+    if (layers().clearcoat > 0.0f) {
+      clearcoat_normal_map_ = add_normal_map(d.clearcoat_normal_texture, d.clearcoat_normal_scale,
+                                             "clear coat normal texture");
+      layers_.has_clearcoat_normal_map = bool(clearcoat_normal_map_);
+      layers_vary_ = layers_vary_ || clearcoat_normal_map_;
+    }
     compile_interior(d);
   }
   compile_coverage();
@@ -140,8 +145,6 @@ void Material::compile_base(const MaterialDescription& d, const auto& add) {
       specular_color_texture_ = add(d.specular_color_texture, true, "specular colour texture");
     }
   }
-  // A scale of 0 flattens the map altogether.
-  if (normal_scale_ != 0.0f) normal_texture_ = add(d.normal_texture, false, "normal texture");
   if (!always_metal()) transmission_ = saturate(d.transmission);
   if (has_transmission()) {
     transmission_texture_ = add(d.transmission_texture, false, "transmission texture");
@@ -222,10 +225,6 @@ void Material::compile_clearcoat(const MaterialDescription& d, const auto& add) 
     clearcoat_roughness_texture_ =
         add(d.clearcoat_roughness_texture, false, "clear coat roughness texture");
   }
-  clearcoat_normal_scale_ = usable_scale(d.clearcoat_normal_scale);
-  if (clearcoat_normal_scale_ == 0.0f) return;
-  clearcoat_normal_texture_ = add(d.clearcoat_normal_texture, false, "clear coat normal texture");
-  layers_.has_clearcoat_normal_map = bool(clearcoat_normal_texture_);
 }
 
 void Material::compile_interior(const MaterialDescription& d) {
@@ -260,9 +259,22 @@ MaterialPoint Material::constant_point() const {
 void Material::find_texels(const SurfaceAttributes& a, float u_texture, TexelPlaces* out) const {
   for (size_t i = 0; i < parametrisations_.size(); ++i) {
     const Texture& texture = *parametrisations_[i];
-    out->place[i] = texture.place(uv_of(texture, a), u_texture);
+    const TexelCorners corners = texture.corners(uv_of(texture, a));
+    out->place[i] = Texture::choose(corners, u_texture);
+    if (normal_map_ && i == normal_map_.slot.place) out->normal = corners;
+    if (clearcoat_normal_map_ && i == clearcoat_normal_map_.slot.place) {
+      out->clearcoat_normal = corners;
+    }
   }
   for (const Slot& slot : slots_) slot.texture->prefetch(out->place[slot.place]);
+  if (normal_map_) normal_map_.slot->prefetch(out->normal);
+  if (clearcoat_normal_map_) clearcoat_normal_map_.slot->prefetch(out->clearcoat_normal);
+}
+
+Vec3f Material::NormalMap::at(const TexelCorners& corners) const {
+  const Vec4f texel = slot->read(corners);
+  const Vec3f n = fma(Vec3f(texel.x, texel.y, texel.z), 2.0f, Vec3f(-1.0f));
+  return normalize_or(Vec3f(n.x * scale, n.y * scale, n.z), Vec3f(0.0f, 0.0f, 1.0f));
 }
 
 void Material::evaluate_varying(const SurfaceAttributes& a, const TexelPlaces& texels,
@@ -295,9 +307,7 @@ void Material::apply_textures(const TexelPlaces& texels, Rgb& base, MaterialPoin
   }
   if (emission_texture_) out.emission *= rgb(read(emission_texture_, texels));
   out.has_normal_map = has_normal_map();
-  if (out.has_normal_map) {
-    out.normal = tangent_normal(read(normal_texture_, texels), normal_scale_);
-  }
+  if (out.has_normal_map) out.normal = normal_map_.at(texels.normal);
 }
 
 void Material::apply_layer_textures(const TexelPlaces& texels, MaterialLayers& out) const {
@@ -325,10 +335,7 @@ void Material::apply_layer_textures(const TexelPlaces& texels, MaterialLayers& o
   scale(p.sheen_roughness, sheen_roughness_texture_, 3);
   scale(p.clearcoat, clearcoat_texture_, 0);
   scale(p.clearcoat_roughness, clearcoat_roughness_texture_, 1);
-  if (clearcoat_normal_texture_) {
-    p.clearcoat_normal =
-        tangent_normal(read(clearcoat_normal_texture_, texels), clearcoat_normal_scale_);
-  }
+  if (clearcoat_normal_map_) p.clearcoat_normal = clearcoat_normal_map_.at(texels.clearcoat_normal);
 }
 
 Rgb Material::varying_emission(const SurfaceAttributes& a, float u_texture) const {

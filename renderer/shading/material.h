@@ -48,6 +48,7 @@ struct MaterialPoint {
 struct TexelPlaces {
   static constexpr size_t kMost = 18;  // a parametrisation for each slot
   size_t place[kMost];
+  TexelCorners normal, clearcoat_normal;
   TexelPlaces() {}  // made at every hit: nothing to be cleared
 };
 
@@ -61,7 +62,7 @@ class Material {
            std::deque<Texture>* textures);
 
   // One number for all textures: slots that share a parametrisation then take the same texel, so
-  // that base colour, roughness and normal belong together.
+  // that base colour and roughness belong together. Normal maps are filtered.
   // In two steps, so that whoever shades many points can have the texels of all on their way before
   // the first is read.
   void find_texels(const SurfaceAttributes& attributes, float u_texture, TexelPlaces* out) const;
@@ -115,7 +116,7 @@ class Material {
   // Whether the lights made of the two are the same: their mean_emission() and their sides.
   bool emits_like(const Material& other) const;
   bool has_emission_texture() const { return bool(emission_texture_); }
-  bool has_normal_map() const { return bool(normal_texture_); }
+  bool has_normal_map() const { return bool(normal_map_); }
   // Something of it is in the tangent space of the mesh.
   bool needs_tangents() const {
     return has_normal_map() || layers_.has_clearcoat_normal_map || layers().anisotropy > 0.0f;
@@ -147,6 +148,12 @@ class Material {
     explicit operator bool() const { return texture != nullptr; }
     const Texture& operator*() const { return *texture; }
     const Texture* operator->() const { return texture; }
+  };
+  struct NormalMap {
+    Slot slot;
+    float scale = 1.0f;
+    explicit operator bool() const { return bool(slot); }
+    Vec3f at(const TexelCorners& corners) const;  // tangent space, unit
   };
   static Vec4f read(const Slot& slot, const TexelPlaces& texels) {
     return slot->read(texels.place[slot.place]);
@@ -187,7 +194,6 @@ class Material {
   Slot specular_texture_;
   Slot specular_color_texture_;
   Slot glossiness_texture_;
-  float normal_scale_;
   Rgb emission_;
   std::shared_ptr<const TimeCurve<Rgb>> emission_share_;
   float alpha_cutoff_;
@@ -197,7 +203,7 @@ class Material {
   float dispersion_ = 0.0f;
   Slot base_color_texture_;
   Slot metallic_roughness_texture_;
-  Slot normal_texture_;
+  NormalMap normal_map_;
   Slot emission_texture_;
   Slot transmission_texture_;
   AlphaMode alpha_mode_;
@@ -209,7 +215,6 @@ class Material {
   bool layers_vary_ = false;  // a texture has a say
   MaterialLayers layers_;
   float iridescence_thickness_minimum_ = 0.0f;
-  float clearcoat_normal_scale_ = 1.0f;
   Slot anisotropy_texture_;
   Slot iridescence_texture_;
   Slot iridescence_thickness_texture_;
@@ -219,7 +224,7 @@ class Material {
   Slot sheen_roughness_texture_;
   Slot clearcoat_texture_;
   Slot clearcoat_roughness_texture_;
-  Slot clearcoat_normal_texture_;
+  NormalMap clearcoat_normal_map_;
   bool double_sided_;
   bool unlit_;
   uint32_t uv_mask_ = 0;

@@ -173,45 +173,55 @@ struct LoadFloat {
 
 }  // namespace
 
-Vec4f Texture::read(size_t place) const {
-  const size_t offset = place * size_t(channels_);
+template <typename Use>
+auto Texture::decoded(const Use& use) const {
   switch (format_) {
     case Format::kByte:
-      return gather(offset, LoadByte{texels_, table_});
+      return use(LoadByte{texels_, table_});
     case Format::kWord:
-      return gather(offset, LoadWord{texels_});
+      return use(LoadWord{texels_});
     case Format::kWordSrgb:
-      return gather(offset, LoadWordSrgb{texels_, table_});
+      return use(LoadWordSrgb{texels_, table_});
     case Format::kHalf:
-      return gather(offset, LoadHalf{texels_});
+      return use(LoadHalf{texels_});
     case Format::kFloat:
       break;
   }
-  return gather(offset, LoadFloat{texels_});
+  return use(LoadFloat{texels_});
 }
 
-size_t Texture::place(const Vec2f& uv, float u_texture) const {
-  const Vec2f at = transformed(uv);
-  const Taps s = taps(at.x, width_, wrap_s_);
-  const Taps t = taps(at.y, height_, wrap_t_);
+Vec4f Texture::read(size_t place) const {
+  return decoded([&](const auto& load) { return gather(place * size_t(channels_), load); });
+}
+
+size_t Texture::choose(const TexelCorners& corners, float u_texture) {
   // One number chooses both neighbours: what is left of it after the first choice is uniform again.
-  const bool right = u_texture < s.fraction;
-  const float rest =
-      (u_texture - select(right, 0.0f, s.fraction)) / select(right, s.fraction, 1.0f - s.fraction);
-  const bool below = rest < t.fraction;
-  return size_t(select(below, t.second, t.first)) * size_t(width_) +
-         size_t(select(right, s.second, s.first));
+  const bool right = u_texture < corners.right;
+  const float rest = (u_texture - select(right, 0.0f, corners.right)) /
+                     select(right, corners.right, 1.0f - corners.right);
+  const bool below = rest < corners.below;
+  return corners.place[size_t(2 * below + right)];
 }
 
-Vec4f Texture::bilinear(const Vec2f& uv) const {
+TexelCorners Texture::corners(const Vec2f& uv) const {
   const Vec2f at = transformed(uv);
   const Taps s = taps(at.x, width_, wrap_s_);
   const Taps t = taps(at.y, height_, wrap_t_);
-  if (nearest_) return texel(s.first, t.first);
-  const auto row = [&](int y) {
-    return fma(texel(s.second, y), s.fraction, texel(s.first, y) * (1.0f - s.fraction));
-  };
-  return fma(row(t.second), t.fraction, row(t.first) * (1.0f - t.fraction));
+  const size_t top = size_t(t.first) * size_t(width_), bottom = size_t(t.second) * size_t(width_);
+  return {{top + size_t(s.first), top + size_t(s.second), bottom + size_t(s.first),
+           bottom + size_t(s.second)},
+          s.fraction,
+          t.fraction};
+}
+
+Vec4f Texture::read(const TexelCorners& c) const {
+  return decoded([&](const auto& load) {
+    const auto texel = [&](size_t k) { return gather(c.place[k] * size_t(channels_), load); };
+    const auto row = [&](size_t k) {
+      return fma(texel(k + 1), c.right, texel(k) * (1.0f - c.right));
+    };
+    return fma(row(2), c.below, row(0) * (1.0f - c.below));
+  });
 }
 
 float Texture::alpha_texel(int x, int y) const {

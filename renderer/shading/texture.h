@@ -5,6 +5,8 @@
 // with u_texture (Pharr, Wronski, Salvi & Fajardo 2024, "Filtering After Shading With Stochastic
 // Texture Filtering"). It adds noise only where a texture is magnified, and costs a third of four
 // texels and a tenth or less of a texture system with a cache (figures in tests/bench/RESULTS.md).
+// Normal maps are filtered before shading, by all four texels: a polished surface under a magnified
+// map would show four reflections at once.
 //
 // uv may be anything: huge, negative, NaN, infinite; NaN and infinite coordinates read as 0 (before
 // wrapping), values beyond float's resolution of one texel read some texel. All functions are
@@ -20,6 +22,12 @@
 
 namespace emberline {
 
+// The four texels around a point, rows from the top, and how they are weighed.
+struct TexelCorners {
+  size_t place[4];
+  float right, below;  // weights of the second column and row
+};
+
 class Texture {
  public:
   // `srgb`: colour (not alpha) of an integer-valued image is sRGB-encoded; ignored for half and
@@ -34,12 +42,19 @@ class Texture {
 
   // The same in steps, for who looks many up: where that texel is, and what it says. Textures with
   // same_places() have all texels at the same places.
-  size_t place(const Vec2f& uv, float u_texture) const;
+  size_t place(const Vec2f& uv, float u_texture) const { return choose(corners(uv), u_texture); }
+  static size_t choose(const TexelCorners& corners, float u_texture);
   void prefetch(size_t place) const { __builtin_prefetch(texels_ + place * texel_bytes_); }
   Vec4f read(size_t place) const;
 
-  // The exact filter value, four texels (one with nearest filtering).
-  Vec4f bilinear(const Vec2f& uv) const;
+  // The exact filter value, four texels; all the same one with nearest filtering.
+  Vec4f bilinear(const Vec2f& uv) const { return read(corners(uv)); }
+  TexelCorners corners(const Vec2f& uv) const;
+  void prefetch(const TexelCorners& corners) const {
+    prefetch(corners.place[0]);  // the one beside it is seldom in another cache line
+    prefetch(corners.place[2]);
+  }
+  Vec4f read(const TexelCorners& corners) const;
   // Alpha alone of the same; 1 for an image without alpha.
   float bilinear_alpha(const Vec2f& uv) const;
 
@@ -71,6 +86,8 @@ class Texture {
   };
   Taps taps(float coordinate, int size, WrapMode wrap) const;
   float alpha_texel(int x, int y) const;
+  template <typename Use>
+  auto decoded(const Use& use) const;
   template <typename Load>
   Vec4f gather(size_t offset, const Load& load) const;
 
