@@ -12,6 +12,7 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -40,20 +41,35 @@ inline constexpr uint64_t kSceneObjectBytes = 2700;
 
 // How much what covers in part keeps back: the sum of -log2(1 - coverage) over what a ray passes.
 // In whole numbers, so that it does not depend on the order in which Embree visits the surfaces.
+//
+// What lets less than 1/16 through decides by Russian roulette, so that a ray does not visit a
+// hundred veils for nothing: its end is chosen beforehand, as far beyond 4 as an exponential number
+// of base 2 says. 1/16 times the probability of coming through S > 4 is then 2^-S.
 class Thickness {
  public:
-  // False if nothing to speak of is let through any more.
+  explicit Thickness(CoverageKey key) : key_(key) {}
+  // False if the ray ends here.
   bool add(float coverage) {
     if (coverage <= 0.0f) return true;
     if (!(coverage < 1.0f)) return false;
-    sum_ += int64_t(-std::log2(1.0f - coverage) * kUnit);
-    return sum_ < kMost;
+    sum_ += in_units(1.0f - coverage);
+    return sum_ <= kSure || sum_ < end();
   }
-  float transmittance() const { return sum_ == 0 ? 1.0f : std::exp2(float(sum_) / -kUnit); }
+  // Of a ray that has not ended.
+  float transmittance() const {
+    return sum_ == 0 ? 1.0f : std::exp2(float(std::min(sum_, kSure)) / -kUnit);
+  }
 
  private:
+  static int64_t in_units(float share) { return int64_t(-std::log2(share) * kUnit); }
+  int64_t end() const {
+    const float u = CoverageNumbers(key_, 0xffffffffu, 0xffffffffu).decision();
+    return kSure + in_units(1.0f - u);
+  }
+
   static constexpr float kUnit = 0x1p32f;
-  static constexpr int64_t kMost = int64_t(40) << 32;
+  static constexpr int64_t kSure = int64_t(4) << 32;
+  CoverageKey key_;
   int64_t sum_ = 0;
 };
 

@@ -161,7 +161,7 @@ bool Scene::intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit)
 }
 
 static float transmittance_along(RTCScene scene, RTCRay ray, CoverageKey coverage_key) {
-  embree::Thickness thickness;
+  embree::Thickness thickness(coverage_key);
   embree::RayContext context;
   embree::init_context(context, coverage_key);
   context.thickness = &thickness;

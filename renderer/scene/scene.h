@@ -148,8 +148,8 @@ class Scene : private EmitterMotion {
   bool intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const;
 
   // What gets from `to` to `from` (both already offset from their surfaces): 0 where something lies
-  // between, else the product of 1 - coverage, whose key chooses texels alone. The expectation is
-  // that of intersect().
+  // between, else the product of 1 - coverage. Where that is below 1/16 it is 1/16 or 0, as
+  // `coverage_key` decides; the expectation is that of intersect() throughout.
   float transmittance(const Vec3f& from, const Vec3f& to, float time,
                       CoverageKey coverage_key) const;
   // The same from infinity.

@@ -43,8 +43,8 @@ TEST(Transmittance, IsTheProductOfWhatEachPaneLetsThrough) {
   EXPECT_EQ(transmittance(*panes({})), 1.0f);
   EXPECT_EQ(transmittance(*panes({0.0f})), 1.0f);
   EXPECT_NEAR(transmittance(*panes({0.25f})), 0.75f, 1e-7);
-  EXPECT_NEAR(transmittance(*panes({0.25f, 0.5f, 0.9f})), 0.0375f, 1e-7);
-  EXPECT_EQ(transmittance(*panes({0.25f, 1.0f, 0.9f})), 0.0f);
+  EXPECT_NEAR(transmittance(*panes({0.25f, 0.5f, 0.8f})), 0.075f, 1e-7);
+  EXPECT_EQ(transmittance(*panes({0.25f, 1.0f, 0.5f})), 0.0f);
   EXPECT_NEAR(transmittance(*panes(std::vector<float>(100, 0.01f))), std::pow(0.99, 100), 1e-6);
   EXPECT_EQ(transmittance(*panes(std::vector<float>(100, 0.9f))), 0.0f);
 }
@@ -52,28 +52,37 @@ TEST(Transmittance, IsTheProductOfWhatEachPaneLetsThrough) {
 // Floats multiplied in another order would differ in their last bits.
 TEST(Transmittance, DoesNotDependOnTheOrderOfThePanes) {
   std::vector<float> coverages;
-  for (int k = 0; k < 40; ++k) coverages.push_back(0.01f + 0.007f * float(k));
+  for (int k = 0; k < 40; ++k) coverages.push_back(0.01f + 0.002f * float(k));
   const float there = transmittance(*panes(coverages));
-  EXPECT_GT(there, 0.0f);
+  EXPECT_GT(there, 0.0625f);
   const auto scene = panes(coverages);
   const Ends ends(*scene);
   EXPECT_EQ(scene->transmittance(ends.behind, ends.before, 0, {}), there);
   EXPECT_EQ(transmittance(*panes({coverages.rbegin(), coverages.rend()})), there);
 }
 
-// 4096 camera rays: their share within 4.5 standard errors.
+// Camera rays that pass, and shadow rays' mean, below and above the limit of Russian roulette:
+// within 4.5 standard errors of the product.
 TEST(Transmittance, IsHowOftenRaysPass) {
-  const auto scene = panes({0.25f, 0.5f});
-  constexpr uint32_t kRays = 4096;
-  const Ends ends(*scene);
-  uint32_t passed = 0;
-  for (uint32_t i = 0; i < kRays; ++i) {
-    SurfaceHit hit;
-    passed += !scene->intersect({ends.before, ends.behind - ends.before, 1.0f, 0.0f},
-                                {hash32(i), i}, &hit);
+  constexpr uint32_t kRays = 65536;
+  for (const std::vector<float>& coverages :
+       {std::vector<float>{0.25f, 0.5f}, {0.75f, 0.9f}, {0.8f, 0.5f, 0.75f, 0.7f}}) {
+    const auto scene = panes(coverages);
+    const Ends ends(*scene);
+    double expected = 1, passed = 0, sum = 0;
+    for (const float c : coverages) expected *= 1 - double(c);
+    for (uint32_t i = 0; i < kRays; ++i) {
+      const CoverageKey key{hash32(i), i};
+      SurfaceHit hit;
+      passed += !scene->intersect({ends.before, ends.behind - ends.before, 1.0f, 0.0f}, key, &hit);
+      const float through = scene->transmittance(ends.before, ends.behind, 0, key);
+      EXPECT_TRUE(expected < 0.0625 ? through == 0.0f || through == 0.0625f : through > 0.0625f);
+      sum += double(through);
+    }
+    const double error = 4.5 * std::sqrt(expected * (1 - expected) / kRays);
+    EXPECT_NEAR(passed / kRays, expected, error);
+    EXPECT_NEAR(sum / kRays, expected, error);
   }
-  const double expected = double(transmittance(*scene));
-  EXPECT_NEAR(passed / double(kRays), expected, 4.5 * std::sqrt(expected * (1 - expected) / kRays));
 }
 
 }  // namespace

@@ -18,9 +18,9 @@ namespace emberline {
 
 class RoundAverages {
  public:
-  // Adds the mean of the samples that each pixel has got since the last call, with this weight: of
-  // the second round on no more than all before it have. Every pixel must have got some. The film
-  // has squares (FilmExtras).
+  // Adds the mean of the samples that each pixel has got since the last call, with this weight: no
+  // more than all rounds before it have together. Every pixel must have got some. The film has
+  // squares (FilmExtras).
   void add_round(const FilmTile& film, double weight);
   bool empty() const { return rounds_.empty(); }
   // R G B A of pixel i of the film. Finite.
