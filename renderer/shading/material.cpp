@@ -260,7 +260,7 @@ void Material::find_texels(const SurfaceAttributes& a, float u_texture, TexelPla
   for (size_t i = 0; i < parametrisations_.size(); ++i) {
     const Texture& texture = *parametrisations_[i];
     const TexelCorners corners = texture.corners(uv_of(texture, a));
-    out->place[i] = Texture::choose(corners, u_texture);
+    out->place[i] = texture.choose(corners, u_texture);
     if (normal_map_ && i == normal_map_.slot.place) out->normal = corners;
     if (clearcoat_normal_map_ && i == clearcoat_normal_map_.slot.place) {
       out->clearcoat_normal = corners;

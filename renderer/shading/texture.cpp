@@ -194,33 +194,30 @@ Vec4f Texture::read(size_t place) const {
   return decoded([&](const auto& load) { return gather(place * size_t(channels_), load); });
 }
 
-size_t Texture::choose(const TexelCorners& corners, float u_texture) {
+size_t Texture::choose(const TexelCorners& corners, float u_texture) const {
   // One number chooses both neighbours: what is left of it after the first choice is uniform again.
   const bool right = u_texture < corners.right;
   const float rest = (u_texture - select(right, 0.0f, corners.right)) /
                      select(right, corners.right, 1.0f - corners.right);
   const bool below = rest < corners.below;
-  return corners.place[size_t(2 * below + right)];
+  return place(select(right, corners.column[1], corners.column[0]),
+               select(below, corners.row[1], corners.row[0]));
 }
 
 TexelCorners Texture::corners(const Vec2f& uv) const {
   const Vec2f at = transformed(uv);
   const Taps s = taps(at.x, width_, wrap_s_);
   const Taps t = taps(at.y, height_, wrap_t_);
-  const size_t top = size_t(t.first) * size_t(width_), bottom = size_t(t.second) * size_t(width_);
-  return {{top + size_t(s.first), top + size_t(s.second), bottom + size_t(s.first),
-           bottom + size_t(s.second)},
-          s.fraction,
-          t.fraction};
+  return {{t.first, t.second}, {s.first, s.second}, s.fraction, t.fraction};
 }
 
 Vec4f Texture::read(const TexelCorners& c) const {
   return decoded([&](const auto& load) {
-    const auto texel = [&](size_t k) { return gather(c.place[k] * size_t(channels_), load); };
-    const auto row = [&](size_t k) {
-      return fma(texel(k + 1), c.right, texel(k) * (1.0f - c.right));
+    const auto texel = [&](int x, int y) { return gather(place(x, y) * size_t(channels_), load); };
+    const auto across = [&](int row) {
+      return fma(texel(c.column[1], row), c.right, texel(c.column[0], row) * (1.0f - c.right));
     };
-    return fma(row(2), c.below, row(0) * (1.0f - c.below));
+    return fma(across(c.row[1]), c.below, across(c.row[0]) * (1.0f - c.below));
   });
 }
 

@@ -24,7 +24,7 @@ namespace emberline {
 
 // The four texels around a point, rows from the top, and how they are weighed.
 struct TexelCorners {
-  size_t place[4];
+  int row[2], column[2];
   float right, below;  // weights of the second column and row
 };
 
@@ -43,7 +43,7 @@ class Texture {
   // The same in steps, for who looks many up: where that texel is, and what it says. Textures with
   // same_places() have all texels at the same places.
   size_t place(const Vec2f& uv, float u_texture) const { return choose(corners(uv), u_texture); }
-  static size_t choose(const TexelCorners& corners, float u_texture);
+  size_t choose(const TexelCorners& corners, float u_texture) const;
   void prefetch(size_t place) const { __builtin_prefetch(texels_ + place * texel_bytes_); }
   Vec4f read(size_t place) const;
 
@@ -51,8 +51,7 @@ class Texture {
   Vec4f bilinear(const Vec2f& uv) const { return read(corners(uv)); }
   TexelCorners corners(const Vec2f& uv) const;
   void prefetch(const TexelCorners& corners) const {
-    prefetch(corners.place[0]);  // the one beside it is seldom in another cache line
-    prefetch(corners.place[2]);
+    for (int row : corners.row) prefetch(place(corners.column[0], row));  // the next is beside it
   }
   Vec4f read(const TexelCorners& corners) const;
   // Alpha alone of the same; 1 for an image without alpha.
@@ -73,11 +72,12 @@ class Texture {
   bool has_alpha_channel() const { return channels_ == 2 || channels_ == 4; }
 
   // The texel at (x, y) after decoding; 0 <= x < width, 0 <= y < height.
-  Vec4f texel(int x, int y) const { return read(size_t(y) * size_t(width_) + size_t(x)); }
+  Vec4f texel(int x, int y) const { return read(place(x, y)); }
 
  private:
   enum class Format : uint8_t { kByte, kWord, kWordSrgb, kHalf, kFloat };
 
+  size_t place(int x, int y) const { return size_t(y) * size_t(width_) + size_t(x); }
   Vec2f transformed(const Vec2f& uv) const;
   // The two neighbours along one axis and the weight of the second.
   struct Taps {
