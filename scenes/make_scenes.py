@@ -13,7 +13,7 @@ import sys
 
 sys.dont_write_bytecode = True  # the source tree stays clean when a test runs this
 
-from make import (checker_plane, cornell_box, environments, glass_metal, material_rows, mis_plates, moving_blade,
+from make import (checker_plane, cornell_box, environments, glass_metal, material_rows, mis_plates, moving_blade, night_street,
                   roughness_spheres, shallow_focus, spheres, teapot, thin_wires, window_room)
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -30,6 +30,7 @@ FILES = {
     "material_rows.glb": material_rows.build,
     "moving_blade.glb": moving_blade.build,
     "shallow_focus.glb": shallow_focus.build,
+    "night_street.glb": night_street.build,
     "window_room.glb": window_room.build,
     "studio.hdr": environments.studio,
     "dusk.hdr": environments.dusk,
