@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <optional>
-#include <ranges>
 #include <utility>
+#include <vector>
 
 #include "io/gltf_document.h"
 #include "renderer/core/errors.h"
@@ -292,14 +292,16 @@ void check_gltf_cameras_and_lights(GltfDocument& document) {
   using Types = std::initializer_list<std::pair<const char*, bool>>;
   const auto check = [](const json& object, const std::string& place, Types types) {
     const std::string type = object.at("type").get<std::string>();
+    std::vector<const char*> valid;
     for (const auto& [name, has_parameters] : types) {
       if (type == name) {
         if (!has_parameters || object.contains(name)) return;
         throw InputError(place, "the required member \"{}\" is missing", name);
       }
+      valid.push_back(name);
     }
     throw InputError(place + "/type", "unknown type \"{}\", expected one of {}", shortened(type),
-                     fmt::join(types | std::views::keys, ", "));
+                     fmt::join(valid, ", "));
   };
   document.check_each("/cameras", [&](const json& camera, const std::string& place, size_t) {
     check(camera, place, {{"perspective", true}, {"orthographic", true}});
