@@ -13,8 +13,8 @@ import sys
 
 sys.dont_write_bytecode = True  # the source tree stays clean when a test runs this
 
-from make import (checker_plane, cornell_box, environments, glass_metal, material_rows, mis_plates, moving_blade, night_street,
-                  roughness_spheres, shallow_focus, spheres, teapot, thin_wires, window_room)
+from make import (caustics, checker_plane, cornell_box, environments, glass_metal, material_rows, mis_plates, moving_blade,
+                  night_street, roughness_spheres, shallow_focus, spheres, teapot, thin_wires, window_room)
 
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -32,6 +32,7 @@ FILES = {
     "shallow_focus.glb": shallow_focus.build,
     "night_street.glb": night_street.build,
     "window_room.glb": window_room.build,
+    "caustics.glb": caustics.build,
     "studio.hdr": environments.studio,
     "dusk.hdr": environments.dusk,
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/output/render_options.h"
 
 namespace emberline {
@@ -16,7 +17,7 @@ struct StudyOptions {
   // Lists, separated by commas. An estimator may have its allocation behind it and then `unbiased`:
   // "two-stream/mse", "two-stream/display/unbiased".
   std::string drivers = "bucket,bisection,adaptive";
-  std::string estimators = "two-stream";
+  std::string estimators{kDefaultEstimator};
   std::optional<std::string> samplers;      // sobol; of --convergence all
   std::optional<std::string> spp, seconds;  // budgets; one of them at most
   std::optional<uint32_t> seeds;            // 5; of --convergence 2000

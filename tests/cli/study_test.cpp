@@ -243,7 +243,7 @@ TEST_F(Study, WhatIsWrongIsSaidBeforeAnythingIsMade) {
       {{"--seconds", "1"}, 2, {"--seconds", "--spp"}},
       {{"--seeds", "0"}, 2, {"--seeds", "1 to 10000"}},
       {{"--seeds", "nan"}, 2, {"--seeds", "1 to 10000"}},
-      {{"--baseline", "adaptive"}, 2, {"--baseline", "bucket, bisection, adaptive/two-stream"}},
+      {{"--baseline", "adaptive"}, 2, {"--baseline", "bucket, bisection, adaptive/nested"}},
       {{"--reference-spp", "1"}, 2, {"--reference-spp", "2 to"}},
       {{"--reference-spp", "64", "--reference", "small.exr"}, 2, {"--reference"}},
       {{"--integrator", "pth"}, 2, {"valid names are"}},
