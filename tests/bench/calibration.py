@@ -18,7 +18,8 @@ import tempfile
 SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
 DUSK = ["--env", str(SCENES / "dusk.hdr")]
 GALLERY = {"teapot": [], "cornell_box": [], "glass_metal": [], "thin_wires": DUSK, "spheres": [],
-           "mis_plates": []}
+           "mis_plates": [], "night_street": ["--f-stop", "1.4", "--focus-distance", "1.2"],
+           "caustics": []}
 LEAST, MOST = 0.8, 1.25
 
 

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "renderer/drivers/adaptive/error_metric.h"
+#include "renderer/drivers/adaptive/two_stream_estimator.h"
 #include "unit/synthetic_pixels.h"
 
 namespace emberline::test {
@@ -55,6 +58,72 @@ TEST(FrameError, NoiseOfALampIsNotThatOfTheDarknessBesideIt) {
   EXPECT_NEAR(frame_error(pixels), slope * 0.01 / std::sqrt(2.0), 2e-4);
 }
 
+double true_error(const PixelStatistics& pixels, double mean) {
+  double sum = 0;
+  for (const auto& channel : pixels.mean) {
+    for (const float value : channel) {
+      const double error = double(display_value(value)) - double(display_value(float(mean)));
+      sum += error * error;
+    }
+  }
+  return std::sqrt(sum / (3.0 * double(pixels.size())));
+}
+
+double with_missed(const PixelStatistics& pixels) {
+  ErrorMap map;
+  estimate_two_stream(pixels, {}, &map);
+  return frame_error(pixels, map.missed);
+}
+
+// A lamp that one sample in 1,000 meets, and white for it: almost all pixels look dark and sure,
+// and all are wrong.
+TEST(FrameError, TellsOfLampsThatFewPixelsHaveMet) {
+  constexpr double kChance = 1e-3, kLamp = 1000.0, kDark = 0.02;
+  for (const uint32_t n : {16u, 64u, 256u}) {
+    const PixelStatistics pixels = drawn_pixels(96, 96, n, n, [](TestRandom& random) {
+      return kDark + (random.next_double() < kChance ? kLamp : 0.0);
+    });
+    const double truth = true_error(pixels, kDark + kChance * kLamp);
+    EXPECT_LT(frame_error(pixels), 0.6 * truth) << n << " samples: the test says nothing";
+    // Of 16 samples, most neighbourhoods have met none either.
+    EXPECT_GT(with_missed(pixels), (n < 64 ? 0.4 : 0.6) * truth) << n << " samples";
+    EXPECT_LT(with_missed(pixels), 1.25 * truth) << n << " samples";
+    std::printf("  lamps, %u: %.2f of the truth, %.2f without\n", n, with_missed(pixels) / truth,
+                frame_error(pixels) / truth);
+  }
+}
+
+// Log-normal samples of mean .2: of sigma 2.5 their spread is 23 times their mean, of .5 they are
+// almost tame.
+TEST(FrameError, OfLogNormalSamplesIsTheError) {
+  for (const double sigma : {0.5, 1.5, 2.5}) {
+    for (const uint32_t n : {16u, 64u, 256u}) {
+      const PixelStatistics pixels = drawn_pixels(96, 96, n, n, [&](TestRandom& random) {
+        return 0.2 * std::exp(sigma * draw_normal(random) - sigma * sigma / 2);
+      });
+      const double ratio = with_missed(pixels) / true_error(pixels, 0.2);
+      EXPECT_GT(ratio, 0.8) << "sigma " << sigma << ", " << n << " samples";
+      EXPECT_LT(ratio, 1.25) << "sigma " << sigma << ", " << n << " samples";
+      std::printf("  sigma %.1f, %u: %.2f of the truth\n", sigma, n, ratio);
+    }
+  }
+}
+
+// Edges of lamps in focus, which every other sample of a pixel meets: who is beside one has none.
+TEST(FrameError, ThinksNothingMissedBesideALampInFocus) {
+  PixelStatistics pixels = constant_pixels(64, 64, 0.05f, 16.0f);
+  for (size_t i = 0; i < pixels.size(); i += 9) {
+    for (size_t c = 0; c < 3; ++c) {
+      pixels.mean[c][i] = 50.0f;
+      pixels.variance[c][i] = 2500.0f;
+      pixels.stream_difference[c][i] = 25.0f;
+    }
+  }
+  ErrorMap map;
+  estimate_two_stream(pixels, {}, &map);
+  EXPECT_LT(map.missed, 1e-3 * double(pixels.size()));
+}
+
 TEST(FrameError, OfNothingAndOfNothingFiniteIsFinite) {
   EXPECT_EQ(frame_error({}), 0.0);
   PixelStatistics pixels = constant_pixels(8, 8, 0.5f, 16.0f);
@@ -62,6 +131,7 @@ TEST(FrameError, OfNothingAndOfNothingFiniteIsFinite) {
   pixels.stream_difference[1][7] = 1e30f;
   pixels.variance[1][7] = 1e30f;
   EXPECT_TRUE(std::isfinite(frame_error(pixels)));
+  EXPECT_TRUE(std::isfinite(with_missed(pixels)));
 }
 
 }  // namespace

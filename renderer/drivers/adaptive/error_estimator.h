@@ -22,6 +22,9 @@ struct ErrorMap {
   // which the next samples are shared out. Left empty by the historical estimators, which only say
   // who is not finished yet: those share evenly.
   std::vector<float> deviation;
+  // Squared displayed error, summed over pixels and channels, of light that pixels seem to have
+  // missed, as their neighbours have met it; no part of `error`. 0 of estimators that do not pool.
+  double missed = 0.0;
 };
 
 struct EstimatorSettings {

@@ -27,7 +27,7 @@ double rms_of(double sum, size_t pixels) {
 
 }  // namespace
 
-double frame_error(const PixelStatistics& pixels) {
+double frame_error(const PixelStatistics& pixels, double missed) {
   const double sum = ordered_sum(pixels.size(), [&](size_t begin, size_t end) {
     double of_part = 0.0;
     for (size_t c = 0; c < 3; ++c) {
@@ -43,10 +43,10 @@ double frame_error(const PixelStatistics& pixels) {
     }
     return of_part;
   });
-  return rms_of(sum, pixels.size());
+  return rms_of(sum + missed, pixels.size());
 }
 
-double frame_error(const RoundAverages& averages, size_t pixels) {
+double frame_error(const RoundAverages& averages, size_t pixels, double missed) {
   const double sum = ordered_sum(pixels, [&](size_t begin, size_t end) {
     double of_part = 0.0;
     for (size_t c = 0; c < 3; ++c) {
@@ -56,7 +56,7 @@ double frame_error(const RoundAverages& averages, size_t pixels) {
     }
     return of_part;
   });
-  return rms_of(sum, pixels);
+  return rms_of(sum + missed, pixels);
 }
 
 }  // namespace emberline

@@ -23,10 +23,9 @@ inline float sample_variance(float count, float second_count, float difference, 
 // mean of thousands of squares is sure; pooled over neighbours first, as a decision about a pixel
 // needs it, noise beside a highlight would be weighed by the steep curve of the shadow next to it,
 // and what is next to a lamp as clipped. Where there is no second stream, as if samples were
-// independent. Finite. The same for any threads.
-//
-double frame_error(const PixelStatistics& pixels);
+// independent. `missed` is ErrorMap's, added. Finite. The same for any threads.
+double frame_error(const PixelStatistics& pixels, double missed = 0.0);
 // The same of averages of rounds, which know their own variances.
-double frame_error(const RoundAverages& averages, size_t pixels);
+double frame_error(const RoundAverages& averages, size_t pixels, double missed = 0.0);
 
 }  // namespace emberline

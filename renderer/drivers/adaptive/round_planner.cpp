@@ -136,8 +136,8 @@ bool RoundPlanner::look(const FilmTile& film, const std::stop_token& stop) {
   entry_.estimate(statistics_, {settings_.threshold, settings_.allocation}, &errors_);
   if (stop.stop_requested()) return false;
   if (entry_.rms_error) {
-    error_estimate_ =
-        averaged() ? frame_error(*averages_, statistics_.size()) : frame_error(statistics_);
+    error_estimate_ = averaged() ? frame_error(*averages_, statistics_.size(), errors_.missed)
+                                 : frame_error(statistics_, errors_.missed);
   }
   return true;
 }

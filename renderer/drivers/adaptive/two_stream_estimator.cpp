@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "renderer/core/parallel.h"
 
@@ -33,7 +34,8 @@ enum Plane : int {
   kStreams = 8,  // degrees of freedom of the streams' differences
   kDifference,   // three
   kSeen = 12,    // three: the differences as the display shows them
-  kPlanes = 15
+  kSquare = 15,  // three: of the means
+  kPlanes = 18
 };
 
 // One row of every plane.
@@ -117,6 +119,7 @@ class PooledRows {
       });
       // Each at its own mean: that of the neighbours may be clipped white, or steeply dark.
       const float* mean = &pixels_.mean[size_t(c)][first];
+      pool(kSquare + c, [&](int x) { return mean[x] * mean[x]; });
       pool(kSeen + c, [&](int x) {
         const float n = std::max(1.0f, count[x]), b = second[x], a = n - b;
         const float standard_error = std::sqrt(variance[x] / n);
@@ -170,22 +173,45 @@ struct Variances {
   float honest, spread, seen;
 };
 
-// The pixels' own counts, and spreads of one channel.
+// The pixels' own counts, and means and spreads of one channel.
 struct OwnRow {
-  const float *count, *variance;
+  const float *count, *mean, *variance;
+};
+
+// The squared displayed error of a pixel that is darker than its neighbours, for they have met what
+// it has missed. Light that a sample meets with chance p, and that makes a mean brighter by d, is
+// worth d / p and gives samples the variance d^2 / p; n samples miss it with chance exp(-n p). With
+// d^2 and variance of the neighbours p is theirs, so that a lamp in focus next to the pixel, which
+// every other sample meets, is not thought missed. A quarter of n p, for who has met something rare
+// by luck thinks it less rare than it is. (1 - x / 8)^8 stands for exp(-x).
+float missed_error(float count, float mean, float neighbours, float their_square, float variance) {
+  const float brighter = std::max(0.0f, neighbours - mean);
+  const float square_brighter =
+      std::max(brighter * brighter, their_square + mean * (mean - 2.0f * neighbours));
+  const float expected = 0.25f * count * square_brighter / std::max(variance, 1e-30f);
+  const float chance_2 = square(std::max(0.0f, 1.0f - 0.125f * expected));
+  const float seen = display_value(neighbours) - display_value(mean);
+  return brighter > 0.0f ? square(square(chance_2)) * square(seen) : 0.0f;
+}
+
+// A row of the map, and what its pixels have missed.
+struct MapRow {
+  float *error, *deviation, *missed;
 };
 
 // Adds a channel's squared errors and its part of the squared deviations to a row of the map. There
 // are too many rows for the loop to check that they do not overlap, as it would without __restrict.
 template <typename Metric>
 void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& own, int c,
-                 const Metric& metric, float* __restrict error, float* __restrict deviation) {
+                 const Metric& metric, const MapRow& row) {
+  float* __restrict error = row.error, * __restrict deviation = row.deviation, * __restrict missed = row.missed;
   const float *means = pooled[kMean + c], *spreads = pooled[kSpread + c],
-              *differences = pooled[kDifference + c], *seens = pooled[kSeen + c];
+              *differences = pooled[kDifference + c], *seens = pooled[kSeen + c],
+              *squares = pooled[kSquare + c];
   const float *freedoms = pooled[kFreedom], *streams = pooled[kStreams];
   const float *per_weight = per.weight.data(), *per_freedom = per.freedom.data(),
               *per_stream = per.streams.data(), *per_count = per.count.data();
-  const float *own_count = own.count, *own_variance = own.variance;
+  const float *own_count = own.count, *own_mean = own.mean, *own_variance = own.variance;
   const size_t width = per.count.size();
   for (size_t x = 0; x < width; ++x) {
     const float mean = means[x] * per_weight[x];
@@ -194,6 +220,8 @@ void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& 
     const float display = display_error_weight(mean, std::sqrt(spread * per_count[x]));
     const float seen = streams[x] > 0.0f ? tame(seens[x] * per_stream[x]) : display * spread;
     error[x] += seen * per_count[x];
+    missed[x] += missed_error(own_count[x], tame(own_mean[x]), tame(mean),
+                              tame(squares[x] * per_weight[x]), honest);
     // How much wider the pixel's own samples spread than its neighbours', as far as it can tell.
     const float freedom = std::max(0.0f, own_count[x] - kFewSamples);
     const float own_share = freedom / (freedom + kPooledFreedom);
@@ -208,9 +236,11 @@ template <typename Metric>
 void estimate_rows(const PixelStatistics& p, const Metric& metric, ErrorMap* out) {
   const auto width = size_t(p.width);
   constexpr size_t kRows = 16;
+  std::vector<double> missed_of_rows(size_t(p.height));
   parallel_ranges(size_t(p.height), kRows, [&](size_t begin, size_t end) {
     PooledRows rows(p, int(begin));
     Reciprocals per(width);
+    std::vector<float> missed(width);
     for (size_t y = begin; y < end; ++y) {
       const PlaneRows& pooled = rows.row(int(y));
       per.set(&p.count[y * width], pooled);
@@ -218,16 +248,20 @@ void estimate_rows(const PixelStatistics& p, const Metric& metric, ErrorMap* out
       float* deviation = &out->deviation[y * width];
       std::fill(error, error + width, 0.0f);
       std::fill(deviation, deviation + width, 0.0f);
+      std::ranges::fill(missed, 0.0f);
       for (int c = 0; c < 3; ++c) {
-        const OwnRow own = {&p.count[y * width], &p.variance[size_t(c)][y * width]};
-        add_channel(pooled, per, own, c, metric, error, deviation);
+        const OwnRow own = {&p.count[y * width], &p.mean[size_t(c)][y * width],
+                            &p.variance[size_t(c)][y * width]};
+        add_channel(pooled, per, own, c, metric, {error, deviation, missed.data()});
       }
+      missed_of_rows[y] = std::accumulate(missed.begin(), missed.end(), 0.0);
       for (size_t x = 0; x < width; ++x) {
         error[x] = std::sqrt(error[x] * (1.0f / 3));
         deviation[x] = std::sqrt(tame(deviation[x] * (1.0f / 3)));  // relmse of NaN is NaN
       }
     }
   });
+  out->missed = std::accumulate(missed_of_rows.begin(), missed_of_rows.end(), 0.0);
 }
 
 }  // namespace

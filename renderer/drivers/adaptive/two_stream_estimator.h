@@ -15,6 +15,10 @@
 // of adaptive sampling low (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis").
 // How much of its difference the display shows, each pixel says before they are pooled: beside a
 // lamp the neighbours' mean is clipped white, beside a shadow it is too dark.
+//
+// What no sample of a pixel has met no spread of them tells: where lamps are small and bright, most
+// pixels look dark and sure, and are wrong. ErrorMap::missed says how wrong, by what their
+// neighbours have met: for the report, not for the allocation.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"
