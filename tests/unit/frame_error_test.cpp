@@ -111,7 +111,7 @@ TEST(FrameError, OfLogNormalSamplesIsTheError) {
 
 // Edges of lamps in focus, which every other sample of a pixel meets: who is beside one has none.
 TEST(FrameError, ThinksNothingMissedBesideALampInFocus) {
-  PixelStatistics pixels = constant_pixels(64, 64, 0.05f, 16.0f);
+  PixelStatistics pixels = constant_pixels(64, 64, 0.05f, 32.0f);
   for (size_t i = 0; i < pixels.size(); i += 9) {
     for (size_t c = 0; c < 3; ++c) {
       pixels.mean[c][i] = 50.0f;
