@@ -16,7 +16,7 @@ float display_error(const float* channels) {
   if (!(samples >= 2.0f)) return NAN;
   float sum = 0.0f;
   for (size_t c = 0; c < 3; ++c) {
-    sum += variance[c] * display_error_weight(mean[c], std::sqrt(variance[c]), kLeastReportedSlope);
+    sum += variance[c] * display_error_weight(mean[c], std::sqrt(variance[c]), 0.0f);
   }
   return std::sqrt(sum * (1.0f / 3));
 }

@@ -30,17 +30,13 @@ inline constexpr float kLeastDisplaySlope = 0.02f;
 // The squared slope of display_value() over mean +- deviation, so that clipped white and noise
 // about to leave it are told apart; at least least_slope^2, so that no pixel counts for
 // nothing, but not so much that the squared error were above 1/4, which is the most that a value in
-// [0, 1] varies. A deviation below .001 is taken for that: the slope is a difference of two floats.
+// [0, 1] varies. A deviation below .001 is taken for that: the slope is a difference of two floats;
+// so is one above 1e15, so that the weight is none of 0.
 inline float display_error_weight(float mean, float deviation,
                                   float least_slope = kLeastDisplaySlope) {
-  const float d = std::max(deviation, 1e-3f);
+  const float d = std::min(std::max(deviation, 1e-3f), 1e15f);
   const float slope = (display_value(mean + d) - display_value(mean - d)) / (2 * d);
   return std::max(slope * slope, std::min(least_slope * least_slope, 0.25f / (d * d)));
 }
-
-// least_slope where an error is told to people: half of what the allocation counts clipped white
-// for. With that, glints of the sun on thin wires, thousands of times white, made the estimate of a
-// frame's error 1.4 times the true one; with none, .7 times.
-inline constexpr float kLeastReportedSlope = 0.5f * kLeastDisplaySlope;
 
 }  // namespace emberline

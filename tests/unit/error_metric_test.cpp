@@ -77,7 +77,19 @@ TEST(ErrorWeight, ClippedWhiteCountsLittleButCounts) {
   EXPECT_EQ(weight(-5.0f, 1.0f), floor);
   EXPECT_EQ(weight(NAN, 1.0f), floor);
   EXPECT_GT(weight(5.0f, 4.9f), floor);  // noise that may leave white
-  EXPECT_EQ(weight(0.5f, INFINITY), floor);
+}
+
+// A value in [0, 1] varies by 1/4 at most, however bright the samples.
+TEST(ErrorWeight, NoErrorIsLargerThanTheDisplayCanShow) {
+  for (const float mean : {0.0f, 0.5f, 5.0f, 3000.0f}) {
+    for (const float deviation : {0.01f, 1.0f, 30.0f, 1000.0f, 1e9f, 1e15f}) {
+      const double weight = double(display_error_weight(mean, deviation));
+      EXPECT_GT(weight, 0.0) << mean << " +- " << deviation;
+      EXPECT_LE(weight * double(deviation) * double(deviation), 0.2501)
+          << mean << " +- " << deviation;
+    }
+  }
+  EXPECT_GT(display_error_weight(0.5f, INFINITY), 0.0f);
 }
 
 }  // namespace

@@ -116,7 +116,7 @@ TEST(FrameError, ThinksNothingMissedBesideALampInFocus) {
     for (size_t c = 0; c < 3; ++c) {
       pixels.mean[c][i] = 50.0f;
       pixels.variance[c][i] = 2500.0f;
-      pixels.stream_difference[c][i] = 25.0f;
+      pixels.stream_difference[c][i] = 100.0f / std::sqrt(32.0f);  // of that variance
     }
   }
   ErrorMap map;

@@ -15,8 +15,7 @@ double squared_error_of_part(size_t begin, size_t end, const MeanOf& mean_of,
   float lanes[kSumLanes] = {};
   for_lanes(begin, end, [&](size_t i, size_t lane) {
     const float variance = variance_of(i);
-    lanes[lane] +=
-        display_error_weight(mean_of(i), std::sqrt(variance), kLeastReportedSlope) * variance;
+    lanes[lane] += display_error_weight(mean_of(i), std::sqrt(variance), 0.0f) * variance;
   });
   return sum_of_lanes(lanes);
 }
