@@ -32,9 +32,10 @@ struct HeatmapQuantity {
 // nested and two-stream, and in any with --streams 2, it comes from one difference per pixel, of
 // two halves or two streams: single pixels scatter (one degree of freedom), and their RMS, which
 // the legend tells, is what the adaptive driver estimates for the whole frame (drivers/adaptive/
-// frame_error.h; `error.estimate` of the report). Else, as in uniform frames, samples count as
-// independent: an upper estimate. The curve counts as straight over the error, so that a single
-// pixel's may exceed 1. Pixels with fewer than two samples have no value.
+// frame_error.h; `error.estimate` of the report), but for light that pixels have missed: that is
+// known of the frame, not of a pixel, and is in the report's estimate alone. Else, as in uniform
+// frames, samples count as independent: an upper estimate. The curve counts as straight over the
+// error, so that a single pixel's may exceed 1. Pixels with fewer than two samples have no value.
 std::span<const HeatmapQuantity> heatmap_quantity_table();
 // Throws UsageError, which starts with the option's name.
 const HeatmapQuantity& find_heatmap_quantity(std::string_view name,
