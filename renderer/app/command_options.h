@@ -3,7 +3,7 @@
 
 #include "renderer/app/compare_command.h"
 #include "renderer/app/extend_command.h"
-#include "renderer/app/farm_command.h"
+#include "renderer/farm/farm_command.h"
 #include "renderer/app/heatmap_command.h"
 #include "renderer/app/info_command.h"
 #include "renderer/app/merge_command.h"

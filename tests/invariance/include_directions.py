@@ -21,10 +21,11 @@ BELOW = {
     "renderer/charts": ["renderer/statistics", "renderer/film"],
     "renderer/output": ["renderer/drivers", "renderer/charts", "renderer/process"],
     "renderer/study": ["renderer/output"],
+    "renderer/farm": ["renderer/output"],
     "renderer/session": ["renderer/output"],
     "renderer/window": ["renderer/session"],
     "renderer/library": ["renderer/drivers", "renderer/process"],
-    "renderer/app": ["renderer/study", "renderer/window"],
+    "renderer/app": ["renderer/study", "renderer/farm", "renderer/window"],
 }
 
 

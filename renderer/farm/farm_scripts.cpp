@@ -1,4 +1,4 @@
-#include "renderer/app/farm_scripts.h"
+#include "renderer/farm/farm_scripts.h"
 
 #include <fmt/format.h>
 

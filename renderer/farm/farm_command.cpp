@@ -1,4 +1,4 @@
-#include "renderer/app/farm_command.h"
+#include "renderer/farm/farm_command.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,9 +13,9 @@
 #include "io/json_input.h"
 #include "io/owned_folder.h"
 #include "io/record_file.h"
-#include "renderer/app/farm_folder.h"
-#include "renderer/app/farm_scripts.h"
-#include "renderer/app/farm_status.h"
+#include "renderer/farm/farm_folder.h"
+#include "renderer/farm/farm_scripts.h"
+#include "renderer/farm/farm_status.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/drivers/setting_table.h"

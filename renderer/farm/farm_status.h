@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/app/farm_folder.h"
+#include "renderer/farm/farm_folder.h"
 
 namespace emberline {
 

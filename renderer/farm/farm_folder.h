@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/app/slurm.h"
+#include "renderer/farm/slurm.h"
 
 namespace emberline {
 

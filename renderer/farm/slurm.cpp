@@ -1,4 +1,4 @@
-#include "renderer/app/slurm.h"
+#include "renderer/farm/slurm.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,4 +1,4 @@
-#include "renderer/app/farm_folder.h"
+#include "renderer/farm/farm_folder.h"
 
 #include <fmt/format.h>
 

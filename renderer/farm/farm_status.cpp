@@ -1,4 +1,4 @@
-#include "renderer/app/farm_status.h"
+#include "renderer/farm/farm_status.h"
 
 #include <fmt/format.h>
 
