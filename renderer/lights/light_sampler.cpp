@@ -219,33 +219,39 @@ LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<
     bounds.push_back(b);
     powers.push_back(power);
   }
-
-  if (!emitters_.empty()) {
-    Vec3f lower = bounds.front().lower, upper = bounds.front().upper;
-    double intensity = 0;
-    for (const EmitterBounds& b : bounds) {
-      for (int c = 0; c < 3; ++c) {
-        lower[c] = std::min(lower[c], b.lower[c]);
-        upper[c] = std::max(upper[c], b.upper[c]);
-      }
-      intensity += b.intensity;
-    }
-    finite_centre_ = lower * 0.5f + upper * 0.5f;
-    finite_radius2_ = (upper * 0.5f - lower * 0.5f).length2();
-    finite_intensity_ = float(std::min(intensity, double(std::numeric_limits<float>::max())));
-  }
+  if (!emitters_.empty()) measure_finite_lights(bounds);
   if (!emitters_.empty() && emitters_.size() >= settings.bvh_threshold) {
     bvh_ = std::make_unique<const LightBvh>(bounds);
   } else {
-    double total = 0;
-    for (double power : powers) total += power;
-    double sum = 0;
-    for (double power : powers) {
-      power_sums_.push_back(sum / total);
-      sum += power;
-    }
-    power_sums_.push_back(1.0);
+    sum_powers(powers);
   }
+}
+
+// Where the finite lights are and how strong, all in all.
+void LightSampler::measure_finite_lights(std::span<const EmitterBounds> bounds) {
+  Vec3f lower = bounds.front().lower, upper = bounds.front().upper;
+  double intensity = 0;
+  for (const EmitterBounds& b : bounds) {
+    for (int c = 0; c < 3; ++c) {
+      lower[c] = std::min(lower[c], b.lower[c]);
+      upper[c] = std::max(upper[c], b.upper[c]);
+    }
+    intensity += b.intensity;
+  }
+  finite_centre_ = lower * 0.5f + upper * 0.5f;
+  finite_radius2_ = (upper * 0.5f - lower * 0.5f).length2();
+  finite_intensity_ = float(std::min(intensity, double(std::numeric_limits<float>::max())));
+}
+
+void LightSampler::sum_powers(std::span<const double> powers) {
+  double total = 0;
+  for (double power : powers) total += power;
+  double sum = 0;
+  for (double power : powers) {
+    power_sums_.push_back(sum / total);
+    sum += power;
+  }
+  power_sums_.push_back(1.0);
 }
 
 LightSampler::~LightSampler() = default;
@@ -381,6 +387,23 @@ void LightSampler::sample_triangles(TriangleBatch& batch, LightSample* const* ou
   }
 }
 
+void LightSampler::sample_environment(std::span<const Vec2f> u, LightSample* const* out) const {
+  EnvironmentSample samples[kRayBatch];
+  environment_->sample(u, samples);
+  for (size_t i = 0; i < u.size(); ++i) {
+    const EnvironmentSample& s = samples[i];
+    LightSample& result = *out[i];
+    const float probability = result.pdf;
+    result = LightSample{};
+    if (!(s.pdf > 0.0f)) continue;
+    result.kind = LightKind::kEnvironment;
+    result.direction = s.direction;
+    result.distance = kInfinity;
+    result.radiance = s.radiance;
+    result.pdf = probability * s.pdf;
+  }
+}
+
 void LightSampler::sample(std::span<const LightRequest> requests, LightSample* const* out) const {
   assert(requests.size() <= size_t(kRayBatch));
   // Those that pick the environment are answered together, and those that pick triangles.
@@ -429,20 +452,8 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
     triangles.add(corners(t, query.time), query.point, requests[i].u);
   }
   if (triangles.size() > 0) sample_triangles(triangles, triangle_out);
-  if (environment_count == 0) return;
-  EnvironmentSample samples[kRayBatch];
-  environment_->sample({environment_u, environment_count}, samples);
-  for (size_t e = 0; e < environment_count; ++e) {
-    const EnvironmentSample& s = samples[e];
-    LightSample& result = *environment_out[e];
-    const float picked = result.pdf;
-    result = LightSample{};
-    if (!(s.pdf > 0.0f)) continue;
-    result.kind = LightKind::kEnvironment;
-    result.direction = s.direction;
-    result.distance = kInfinity;
-    result.radiance = s.radiance;
-    result.pdf = picked * s.pdf;
+  if (environment_count > 0) {
+    sample_environment({environment_u, environment_count}, environment_out);
   }
 }
 

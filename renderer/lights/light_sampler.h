@@ -18,6 +18,7 @@ namespace emberline {
 
 class EnvironmentLight;  // environment_light.h
 class LightBvh;          // light_bvh.h
+struct EmitterBounds;    // light_bvh.h
 class TriangleBatch;     // triangle_sampling.h
 
 // A triangle of an emissive mesh, as placed by one instance; at the shutter's opening, if it moves.
@@ -201,7 +202,12 @@ class LightSampler {
   LightSample sample_directional(const LightQuery& query, const InfiniteChoice& choice,
                                  double u_weight) const;
   LightSample sample_point(const LightQuery& query, uint32_t index, float probability) const;
+  // Each result comes in with the probability that it was picked with as its pdf; a triangle's with
+  // its index, too.
   void sample_triangles(TriangleBatch& batch, LightSample* const* out) const;
+  void sample_environment(std::span<const Vec2f> u, LightSample* const* out) const;
+  void measure_finite_lights(std::span<const EmitterBounds> bounds);
+  void sum_powers(std::span<const double> powers);
 };
 
 }  // namespace emberline
