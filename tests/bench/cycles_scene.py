@@ -6,8 +6,8 @@ race_cycles.py writes the settings and starts this. No denoiser, no clamping, ca
 box filter, scene-linear float EXR: the same estimate. Written for Blender 3.4; settings that
 another version lacks are skipped and named in the result.
 
-settings: gltf, env, env_strength, look_from, look_at, fov_y (degrees), width, height, spp, seed,
-bounces, threads, output (EXR), result (JSON), log (takes Blender's own output).
+settings: gltf, env, env_strength, look_from, look_at, fov_y (degrees), width, height, spp (the most,
+if adaptive), adaptive, seed, bounces, threads, output (EXR), result (JSON), log (takes Blender's own output).
 """
 import json
 import math
@@ -146,7 +146,8 @@ def set_up_render(s):
     render.threads_mode, render.threads = "FIXED", s["threads"]
     cycles.device = "CPU"
     cycles.samples, cycles.seed = s["spp"], s["seed"]
-    cycles.use_adaptive_sampling = cycles.use_denoising = False
+    cycles.use_adaptive_sampling, cycles.use_denoising = s["adaptive"], False
+    cycles.adaptive_threshold, cycles.adaptive_min_samples = 0.01, 0  # Blender's defaults
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
     cycles.caustics_reflective = cycles.caustics_refractive = True
     cycles.blur_glossy = 0.0

@@ -9,8 +9,10 @@ named, not raced. DIR/views.json says how each is looked at and lit:
 
 Speed: the two run in turn, a pair at a time; what is compared is the ratio of each pair, so that
 other work on the machine falls on both. Error: images of --error-spp samples with other seeds,
-each against its own renderer's reference of --reference-spp, kept in --cache. Needs Blender
-(Debian: blender, python3-numpy).
+each against its own renderer's reference of --reference-spp, kept in --cache. With --adaptive-spp
+both choose their own samples, too: Emberline that many on average, Cycles at most four times as many
+until its noise threshold of .01, its default; error x processor time is compared, as error falls as
+1 / time. Needs Blender (Debian: blender, python3-numpy).
 """
 import argparse
 import hashlib
@@ -45,6 +47,7 @@ def parse_arguments():
     a("--error-size", default="320x180")
     a("--error-spp", type=int, default=64)
     a("--error-seeds", type=int, default=3, help="0: no error measurement")
+    a("--adaptive-spp", type=int, default=0, help="0: adaptive sampling is not raced")
     a("--reference-spp", type=int, default=4096, help="64 times --error-spp adds 1.6 %% to an error")
     a("--cache", type=pathlib.Path, default=ROOT / "build/race", help="references, and the images compared")
     a("-o", "--output", type=pathlib.Path, help="the tables as Markdown (default: stdout)")
@@ -83,7 +86,7 @@ class Renderer:
 class Emberline(Renderer):
     name = "Emberline"
 
-    def render(self, scene, size, spp, seed, output):
+    def render(self, scene, size, spp, seed, output, adaptive=False):
         v, report = self.view, self.file("-report.json")
         triple = lambda x: ",".join(map(str, x))
         command = [str(self.o.emberline), "render", str(scene), "-o", str(output), "--report", str(report),
@@ -91,12 +94,15 @@ class Emberline(Renderer):
                    "--max-depth", str(self.o.bounces + 1), "--filter", "box", "--quiet",
                    "--look-from=" + triple(v["look_from"]), "--look-at=" + triple(v["look_at"]),
                    "--fov-y", str(v["fov_y"])]
+        if adaptive:
+            command += ["--driver", "adaptive"]
         if self.env:
             command += ["--env", self.env, "--env-strength", str(v.get("env_strength", 1))]
         subprocess.run(command, check=True)
         r = json.loads(report.read_text())
         t = r["time"]
-        return {"samples_per_cpu_s": r["samples"]["total"] / t["render_cpu_s"],
+        return {"render_cpu_s": t["render_cpu_s"],
+                "samples_per_cpu_s": r["samples"]["total"] / t["render_cpu_s"],
                 "samples_per_s": r["samples"]["total"] / t["render_s"],
                 "ready_s": t["first_sample_s"], "ready_cpu_s": t["first_sample_cpu_s"],
                 "prepare_s": t["load_s"] + t["build_s"],
@@ -107,12 +113,12 @@ class Emberline(Renderer):
 class Cycles(Renderer):
     name = "Cycles"
 
-    def render(self, scene, size, spp, seed, output):
+    def render(self, scene, size, spp, seed, output, adaptive=False):
         width, height = map(int, size.split("x"))
         result, settings = self.file("-result.json"), self.file("-settings.json")
         settings.write_text(json.dumps({
-            **self.view, "gltf": str(scene), "env": self.env, "width": width, "height": height, "spp": spp,
-            "seed": seed, "bounces": self.o.bounces, "threads": self.o.threads, "output": str(output),
+            **self.view, "gltf": str(scene), "env": self.env, "width": width, "height": height,
+            "spp": 4 * spp if adaptive else spp, "adaptive": adaptive, "seed": seed, "bounces": self.o.bounces, "threads": self.o.threads, "output": str(output),
             "result": str(result), "log": str(self.file(".log"))}))
         result.unlink(missing_ok=True)
         # Blender's Python looks for its library along PATH: a pyenv there would be taken for it.
@@ -125,24 +131,28 @@ class Cycles(Renderer):
             raise Unreadable(r["unreadable"])
         if r["unreadable_images"]:
             raise Unreadable("images: " + ", ".join(r["unreadable_images"]))
-        samples = width * height * spp
-        return {"samples_per_cpu_s": samples / (r["done_cpu_s"] - r["first_sample_cpu_s"]),
+        samples = width * height * spp  # not known of an adaptive frame
+        render_cpu_s = r["done_cpu_s"] - r["first_sample_cpu_s"]
+        return {"render_cpu_s": render_cpu_s, "samples_per_cpu_s": samples / render_cpu_s,
                 "samples_per_s": samples / (r["done_s"] - r["first_sample_s"]),
                 "ready_s": r["first_sample_s"], "ready_cpu_s": r["first_sample_cpu_s"],
                 "prepare_s": r["first_sample_s"] - r["ready_s"],
                 "peak_rss_bytes": r["peak_rss_bytes"], "version": "Blender " + r["blender"]}
 
 
-def errors(options, renderer, scene):
+def errors(options, renderer, scene, adaptive=False):
     reference = renderer.reference(scene)
     image = renderer.file("-image.exr")
     found = []
     for seed in range(1, options.error_seeds + 1):
-        renderer.render(scene, options.error_size, options.error_spp, seed, image)
+        spp = options.adaptive_spp if adaptive else options.error_spp
+        cpu_s = renderer.render(scene, options.error_size, spp, seed, image, adaptive)["render_cpu_s"]
         compared = subprocess.run([str(options.emberline), "compare", str(image), str(reference), "--json"],
                                   check=True, capture_output=True, text=True)
         figures = json.loads(compared.stdout)
         found.append({"relmse": figures["relmse"], "relmse_trimmed": figures["relmse_trimmed"]})
+        if adaptive:
+            found[-1] = {"cpu_s": cpu_s, **{key: value * cpu_s for key, value in found[-1].items()}}
     return found
 
 
@@ -165,7 +175,7 @@ def spread(values, factor=1.0, digits=2):
     return f"{text[0]} ({text[1]}–{text[2]})"
 
 
-def table(options, name, runs, error_runs, loads):
+def table(options, name, runs, error_runs, adaptive_runs, loads):
     versions = [runs[side][0]["version"] for side in ("ours", "theirs")]
     lines = [f"### {name}", "",
              f"{options.size}, {options.spp} spp, {options.bounces} bounces, {options.threads} threads, "
@@ -182,14 +192,15 @@ def table(options, name, runs, error_runs, loads):
         ratios = [(a / b if more else b / a) for a, b in zip(*both)]
         lines.append(f"| {label} | {spread(both[0], factor, digits)} | {spread(both[1], factor, digits)} | "
                      f"{spread(ratios)} |")
-    figures = ratios_of(runs, error_runs)
-    for key, label in (("time_trimmed", "(trimmed) error"), ("time", "error")):
+    figures = ratios_of(runs, error_runs, adaptive_runs)
+    for key, label in (("time_trimmed", "(trimmed) error"), ("time", "error"),
+                       ("adaptive_trimmed", "(trimmed) error, both adaptive"), ("adaptive", "error, both adaptive")):
         if key in figures:
             lines.append(f"| processor time to equal {label} | | | {figures[key]:.2f} |")
     return "\n".join(lines) + "\n"
 
 
-def ratios_of(runs, error_runs):
+def ratios_of(runs, error_runs, adaptive_runs):
     """Cycles over Emberline, so that above 1 is better for Emberline; of the errors their means' ratio."""
     figures = {"speed": statistics.median(a["samples_per_cpu_s"] / b["samples_per_cpu_s"]
                                           for a, b in zip(runs["ours"], runs["theirs"]))}
@@ -199,6 +210,9 @@ def ratios_of(runs, error_runs):
             figures["error" + suffix] = theirs / ours
             # Error falls as 1 / samples, so time to equal error is (error) x (time per sample).
             figures["time" + suffix] = figures["speed"] * theirs / ours
+        if adaptive_runs["ours"]:
+            ours, theirs = (statistics.mean(e[key] for e in adaptive_runs[side]) for side in ("ours", "theirs"))
+            figures["adaptive" + suffix] = theirs / ours
     return figures
 
 
@@ -208,6 +222,8 @@ SUMMARY = [
     ("error_trimmed", "error of equal samples, worst 0.1 % out", 1, 1 / 0.7),
     ("time_trimmed", "processor time to equal error, worst 0.1 % out", 3, 5),
     ("time", "the same, all pixels", 1.5, 3),
+    ("adaptive_trimmed", "both adaptive, worst 0.1 % out", 4, 8),
+    ("adaptive", "the same, all pixels", 4, 8),
 ]
 
 
@@ -266,7 +282,8 @@ def main():
             sys.exit(f"race_cycles.py: {options.assets / 'views.json'} has no view of {name}")
         scene = (options.assets / name).resolve()
         ours, theirs = Emberline(options, views[name]), Cycles(options, views[name])
-        runs, error_runs, loads = {"ours": [], "theirs": []}, {"ours": [], "theirs": []}, []
+        nothing = lambda: {"ours": [], "theirs": []}
+        runs, error_runs, adaptive_runs, loads = nothing(), nothing(), nothing(), []
         try:
             for _ in range(options.pairs):
                 for side, renderer in (("theirs", theirs), ("ours", ours)):
@@ -274,12 +291,15 @@ def main():
                     runs[side].append(renderer.render(scene, options.size, options.spp, 1, renderer.file("-speed.exr")))
             if options.error_seeds:
                 error_runs = {"ours": errors(options, ours, scene), "theirs": errors(options, theirs, scene)}
+            if options.adaptive_spp:
+                adaptive_runs = {"ours": errors(options, ours, scene, True),
+                                 "theirs": errors(options, theirs, scene, True)}
         except Unreadable as what:
             unread[name] = what
             continue
-        figures[name] = ratios_of(runs, error_runs)
-        pages.append(table(options, name, runs, error_runs, loads))
-        record[name] = {"speed": runs, "error": error_runs, "ratios": figures[name], "load_average": loads}
+        figures[name] = ratios_of(runs, error_runs, adaptive_runs)
+        pages.append(table(options, name, runs, error_runs, adaptive_runs, loads))
+        record[name] = {"speed": runs, "error": error_runs, "adaptive": adaptive_runs, "ratios": figures[name], "load_average": loads}
         print(pages[-1], file=sys.stderr if options.output else sys.stdout, flush=True)
         if options.json:  # as it grows: the race of all scenes takes hours
             options.json.write_text(json.dumps(record, indent=2))
