@@ -127,10 +127,22 @@ bool EmptyPixels::Projection::mark(const std::array<Vec3d, 3>& corners, double e
 // Row by row, what a convex outline covers of each.
 void EmptyPixels::Projection::mark_outline(std::span<const Vec2d> outline, double slack,
                                            int64_t* marks) const {
-  const auto [low, high] = std::minmax_element(
-      outline.begin(), outline.end(), [](const Vec2d& a, const Vec2d& b) { return a.y < b.y; });
-  const int last = std::min(cell_at(high->y + slack, map_.rows_), map_.rows_ - 1);
-  for (int row = std::max(0, cell_at(low->y - slack, map_.rows_)); row <= last; ++row) {
+  const auto low_high = [&](double Vec2d::*coordinate) {
+    Vec2d range(outline[0].*coordinate);
+    for (const Vec2d& p : outline) {
+      range = Vec2d(std::min(range.x, p.*coordinate), std::max(range.y, p.*coordinate));
+    }
+    return range;
+  };
+  const Vec2d across = low_high(&Vec2d::x), down = low_high(&Vec2d::y);
+  const int first = std::max(0, cell_at(down.x - slack, map_.rows_));
+  const int last = std::min(cell_at(down.y + slack, map_.rows_), map_.rows_ - 1);
+  const bool small = last - first < 2;  // as most are: the box says as much
+  for (int row = first; row <= last; ++row) {
+    if (small) {
+      mark_cells(across.x - slack, across.y + slack, row, marks);
+      continue;
+    }
     const double top = row * cell_ - slack, bottom = (row + 1) * cell_ + slack;
     double left = std::numeric_limits<double>::infinity(), right = -left;
     const auto reach = [&](double x) {
@@ -176,15 +188,16 @@ bool EmptyPixels::mark_all(const Scene& scene, const Projection& projection) {
   const auto mark_range = [&](const scene_detail::Instance& instance, size_t begin, size_t end) {
     const scene_detail::Mesh& mesh = scene.meshes_[instance.mesh];
     const double condition = condition_of(instance);
+    int64_t found = 0;
     for (size_t i = begin; i < end && told.load(std::memory_order_relaxed); ++i) {
       const auto triangle = uint32_t(i);
       const double error = projection.error(plane_error(mesh, instance, triangle), condition);
-      int64_t found = 0;
       if (!projection.mark(placed_corners(mesh, instance, triangle), error, &found) ||
-          marks.fetch_add(found, std::memory_order_relaxed) + found > limit) {
+          found > limit) {
         told.store(false, std::memory_order_relaxed);
       }
     }
+    marks.fetch_add(found, std::memory_order_relaxed);
   };
   parallel_ranges(scene.instances_.size(), 64, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -194,7 +207,7 @@ bool EmptyPixels::mark_all(const Scene& scene, const Projection& projection) {
                       [&](size_t first, size_t last) { mark_range(instance, first, last); });
     }
   });
-  return told;
+  return told && marks <= limit;
 }
 
 bool EmptyPixels::gains() const {
