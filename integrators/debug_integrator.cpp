@@ -41,6 +41,7 @@ Rgb view_color(DebugView view, const SampleBatch& batch, const ShadedPoint& poin
 
 void DebugIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
                                std::span<SampleValue> values) const {
+  if (batch.nothing_ahead) return;
   for (size_t i = 0; i < batch.rays.size(); ++i) {
     samples.start_sample(int(i));
     values[i] = SampleValue{};

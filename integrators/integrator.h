@@ -34,8 +34,9 @@ struct SampleBatch {
   const Scene& scene;
   const Camera& camera;
   std::span<const Ray> rays;
-  bool surface_aovs = false;  // fill SampleValue::first_hit
-  bool hit_id = false;        // fill first_hit.id alone
+  bool nothing_ahead = false;  // it is known that none of the rays meets a surface
+  bool surface_aovs = false;   // fill SampleValue::first_hit
+  bool hit_id = false;         // fill first_hit.id alone
   // With surface_aovs: fill first_hit.velocity of what is hit, too; the shutter is open for so many
   // frames. 0: no.
   double velocity_frames = 0.0;

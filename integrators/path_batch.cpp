@@ -98,11 +98,25 @@ bool PathBatch<kGlass, kGroups>::intersect(const Ray& ray, SurfaceHit* hit) {
   return scene_.intersect(ray, coverage_key(scene_, samples_), hit);
 }
 
+// Memory of a path's hit comes while the next paths' rays are traced: first that of its triangle,
+// then, when the one behind it has been traced, that of its vertices.
+template <bool kGlass, bool kGroups>
+void PathBatch<kGlass, kGroups>::prefetch_hit(int lane, int* before) {
+  scene_.prefetch_triangle(paths_[lane].hit);
+  if (*before >= 0) scene_.prefetch_vertices(paths_[*before].hit);
+  *before = lane;
+}
+
 template <bool kGlass, bool kGroups>
 void PathBatch<kGlass, kGroups>::find_first_hits(std::span<SampleValue> values) {
   LaneList missed;
+  int before = -1;
   const int count = int(batch_.rays.size());
   for (int lane = 0; lane < count; ++lane) {
+    if (batch_.nothing_ahead) {
+      missed.add(lane);
+      continue;
+    }
     const Ray& ray = batch_.rays[size_t(lane)];
     SurfaceHit hit;
     samples_.start_sample(lane);
@@ -113,6 +127,7 @@ void PathBatch<kGlass, kGroups>::find_first_hits(std::span<SampleValue> values) 
     Path& path = paths_.emplace(lane);
     path.ray = ray;
     path.hit = hit;
+    prefetch_hit(lane, &before);
     if (batch_.clamped) clamped_.emplace(lane) = Rgb(0.0f);
     values[size_t(lane)].alpha = 1.0f;
     alive_.add(lane);
@@ -413,11 +428,15 @@ bool PathBatch<kGlass, kGroups>::leave_along(const BsdfSample& next, int lane) {
 template <bool kGlass, bool kGroups>
 void PathBatch<kGlass, kGroups>::follow_rays() {
   LaneList missed;
+  int before = -1;
   alive_.filter([&](int lane) {
     Path& path = paths_[lane];
     path.rays.scatter++;
     samples_.resume_sample(lane);
-    if (intersect(path.ray, &path.hit)) return true;
+    if (intersect(path.ray, &path.hit)) {
+      prefetch_hit(lane, &before);
+      return true;
+    }
     missed.add(lane);
     return false;
   });

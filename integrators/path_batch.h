@@ -75,6 +75,7 @@ class PathBatch {
 
   bool intersect(const Ray& ray, SurfaceHit* hit);
   void find_first_hits(std::span<SampleValue> values);
+  void prefetch_hit(int lane, int* before);
   void see_background(const LaneList& missed, std::span<SampleValue> values);
   void shade(uint32_t depth, std::span<SampleValue> values);
   void cross_medium(uint32_t depth, const ShadedPoint& point, Path* path) const;

@@ -141,11 +141,12 @@ class PixelSamples {
 
   void hash_streams() {
     const uint32_t seed_hash = hash32(pixel_.seed);
+    uint32_t pixel_hash = hash_combine(hash_combine(seed_hash, pixel_.x), pixel_.y);
     for (int lane = first_lane_; lane < first_lane_ + count_; ++lane) {
       const SampleAddress a = address(lane);
+      if (scattered_) pixel_hash = hash_combine(hash_combine(seed_hash, a.x), a.y);
       const auto [stream, index] = sampler_.stream_of(a.sample);
-      streams_[lane] = {hash_combine(hash_combine(hash_combine(seed_hash, a.x), a.y), stream),
-                        index};
+      streams_[lane] = {hash_combine(pixel_hash, stream), index};
     }
     streams_hashed_ = true;
   }

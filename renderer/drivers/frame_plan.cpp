@@ -218,7 +218,10 @@ Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGrou
           .shutter_frames = shutter_frames,
           .exact_counts = even,
           .clamp_indirect = clamp_indirect,
-          .light_groups = groups};
+          .light_groups = groups,
+          .empty_pixels = find_empty_pixels
+                              ? EmptyPixels::find(scene, camera, width, height, filter.radius())
+                              : nullptr};
 }
 
 bool shares_evenly(const FrameSettings& settings) {

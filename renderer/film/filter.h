@@ -47,6 +47,7 @@ class PixelFilter {
   // stratified u stay stratified. The box of radius 0.5 gives exactly u - 0.5. The offsets' density
   // is |f| / integral |f|, along each axis within 4e-5 of its peak (|f| is linear between knots).
   FilterSample sample(const Vec2f& u) const;
+  float radius() const { return radius_; }
 
  private:
   // A multiple of 7: Mitchell's profile changes sign at 4/7 of its radius, and a knot must lie

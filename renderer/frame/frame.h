@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "integrators/integrator.h"
@@ -10,6 +11,7 @@
 #include "renderer/film/clamped_light.h"
 #include "renderer/film/film.h"
 #include "renderer/film/filter.h"
+#include "renderer/scene/empty_pixels.h"
 
 namespace emberline {
 
@@ -33,6 +35,8 @@ struct Frame {
   // Of the scene as it is built: what each of them gives is kept apart, if the integrator tells
   // lights apart (IntegratorEntry). Null: it is not, and costs nothing.
   const LightGroups* light_groups = nullptr;
+  // Whose camera rays are not traced; null: all are.
+  std::shared_ptr<const EmptyPixels> empty_pixels;
 
   // Whether samples have a time.
   bool moves() const { return scene.moves() || camera.moves(); }

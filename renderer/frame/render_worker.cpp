@@ -113,6 +113,14 @@ void RenderWorker::make_rays(std::span<const Vec2f> film) {
   }
 }
 
+// Whether no surface is where the batch's pixels are.
+bool RenderWorker::all_empty() const {
+  if (!frame_.empty_pixels) return false;
+  return std::all_of(addresses_, addresses_ + count_, [this](const SampleAddress& a) {
+    return frame_.empty_pixels->contains(int(a.x), int(a.y));
+  });
+}
+
 void RenderWorker::trace_batch() {
   Vec2f film[kSampleLanes];
   for (int i = 0; i < count_; ++i) {
@@ -137,8 +145,10 @@ void RenderWorker::trace_batch() {
   const bool velocity = frame_.aovs.contains(Aov::kVelocity);
   const bool surface = frame_.aovs.contains(Aov::kAlbedo) || frame_.aovs.contains(Aov::kNormal) ||
                        frame_.aovs.contains(Aov::kDepth) || velocity;
-  SampleBatch batch{
-      frame_.scene, frame_.camera, {rays_, count}, surface, frame_.aovs.contains(Aov::kId)};
+  SampleBatch batch{frame_.scene, frame_.camera, {rays_, count}};
+  batch.surface_aovs = surface;
+  batch.hit_id = frame_.aovs.contains(Aov::kId);
+  batch.nothing_ahead = all_empty();
   if (velocity) batch.velocity_frames = frame_.shutter_frames;
   if (frame_.light_groups) {
     light_values_.clear();

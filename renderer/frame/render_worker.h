@@ -41,6 +41,7 @@ class RenderWorker {
  private:
   FrameCounters no_counts() const;
   void begin_batch(int x, int y, uint32_t first_sample, int count);
+  bool all_empty() const;
   void trace_batch();
   void add_background_velocity();
   void make_rays(std::span<const Vec2f> film);

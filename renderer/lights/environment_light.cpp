@@ -35,8 +35,12 @@ Color4 load(const float* texel) { return Color4{texel[0], texel[1], texel[2], 0.
 
 Color4 load(const half* texel) {
 #ifdef __F16C__
-  uint64_t bits = 0;
-  std::memcpy(&bits, texel, 3 * sizeof(half));
+  // Two loads: six bytes copied to a word in memory would wait for the store when it is read.
+  uint32_t red_green;
+  uint16_t blue;
+  std::memcpy(&red_green, texel, sizeof red_green);
+  std::memcpy(&blue, texel + 2, sizeof blue);
+  const uint64_t bits = red_green | uint64_t(blue) << 32;
   return Color4(_mm_cvtph_ps(_mm_cvtsi64_si128(int64_t(bits))));
 #else
   return Color4{float(texel[0]), float(texel[1]), float(texel[2]), 0.0f};

@@ -169,6 +169,13 @@ Vec3d Camera::in_view(const Pose& pose, const Vec3d& way) const {
   return {dot(way, pose.right) * shape_.handed, dot(way, pose.up), dot(way, pose.axis)};
 }
 
+// Inverts view_from().
+Vec3d Camera::on_film(const Vec3d& point) const {
+  const Vec3d p = in_view(pose_, point - pose_.position);
+  return {(p.x + shape_.half_width * p.z) / shape_.per_column,
+          (p.y - shape_.half_height * p.z) / shape_.per_row, p.z};
+}
+
 Vec2f Camera::velocity(const Vec3d& from, const Vec3d& to, double frames) const {
   return film_velocity(in_view(pose_, from - pose_.position), in_view(last_, to - last_.position),
                        frames);

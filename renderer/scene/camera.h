@@ -54,6 +54,15 @@ class Camera {
   // One ray at a time in [0, 1]; `lens` as above, not looked at without one.
   Ray ray(const Vec2f& film, const Vec2f& lens, float time) const;
 
+  // Perspective through a pinhole, as it is for as long as the shutter is open. Of such a one
+  // alone:
+  bool is_still_pinhole() const { return !shape_.orthographic && !view_.lens && !moves(); }
+  const Vec3d& position() const { return pose_.position; }
+  // Size of a pixel at distance 1.
+  Imath::V2d pixel_size() const { return {shape_.per_column, -shape_.per_row}; }
+  // Continuous pixel coordinates of an internal-space point, times its depth, which is the third.
+  Vec3d on_film(const Vec3d& point) const;
+
   // Distance along the viewing axis of an internal-space point, from the lens's plane.
   float axial_depth(const Vec3f& point, float time) const {
     if (moves()) [[unlikely]]

@@ -245,6 +245,23 @@ void Scene::interpolate(const Mesh& mesh, const Instance& instance, const Surfac
   return before + (after - before) * at.share;
 }
 
+void Scene::prefetch_triangle(const SurfaceHit& hit) const {
+  __builtin_prefetch(&meshes_[instances_[hit.instance].mesh].triangles[hit.primitive]);
+}
+
+void Scene::prefetch_vertices(const SurfaceHit& hit) const {
+  const Mesh& mesh = meshes_[instances_[hit.instance].mesh];
+  for (const uint32_t vertex : mesh.triangles[hit.primitive]) {
+    __builtin_prefetch(&mesh.positions[vertex]);
+    if (!mesh.normals.empty()) __builtin_prefetch(&mesh.normals[vertex]);
+    if (!mesh.has_attributes) continue;
+    if (!mesh.tangents.empty()) __builtin_prefetch(&mesh.tangents[vertex]);
+    if (!mesh.uv_sets.empty() && !mesh.uv_sets[0].empty()) {
+      __builtin_prefetch(&mesh.uv_sets[0][vertex]);
+    }
+  }
+}
+
 void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* out) const {
   Instance moved;
   const Instance& instance = instance_at(hit.instance, time, &moved);

@@ -174,6 +174,10 @@ class Scene : private EmitterMotion {
   // Whether something in it moves or changes, so that rays of other times see something else.
   bool moves() const { return moves_; }
 
+  // Ask for the memory that interaction() will wait for: the triangle's, and when that is there its
+  // vertices'.
+  void prefetch_triangle(const SurfaceHit& hit) const;
+  void prefetch_vertices(const SurfaceHit& hit) const;
   // `time`: of the ray that hit.
   void interaction(const SurfaceHit& hit, float time, SurfaceInteraction* out) const;
 
@@ -220,6 +224,7 @@ class Scene : private EmitterMotion {
   const std::vector<std::string>& features() const { return features_; }
 
  private:
+  friend class EmptyPixels;
   friend class SceneBuilder;
   friend class SceneUpdater;
   Scene();

@@ -62,6 +62,7 @@ PreparedSettings::PreparedSettings(const ViewSettings& settings)
       light_groups(settings.light_groups && !plan.driver->tiles &&
                    find_integrator(options.integrator).tells_lights_apart) {
   plan.aovs = wanted_aovs(settings);
+  plan.find_empty_pixels = false;
   plan.driver_settings.keep_tree = settings.overlay == ViewOverlay::kTree;
 }
 

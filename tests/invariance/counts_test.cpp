@@ -1,5 +1,6 @@
 // The counters are exact: what the renderer says it traced is what arrives at Embree, counted there
-// by other means. The linker puts the functions below between the two (-Wl,--wrap).
+// by other means; but for camera rays that are known to meet nothing. The linker puts the functions
+// below between the two (-Wl,--wrap).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -58,6 +59,7 @@ RenderSettings settings_of(const std::string& driver) {
   s.height = 29;
   s.crop = {2, 1, 35, 28};
   s.spp = 20;
+  s.find_empty_pixels = false;  // or fewer arrive than are counted: see below
   s.adaptive.budget = 20;
   if (driver == "adaptive") s.streams = StreamCount::kTwo;
   return s;
@@ -139,6 +141,32 @@ TEST_P(Counts, SamplesAreThoseThatWereTraced) {
   EXPECT_EQ(image.counters.samples, intersections);
   EXPECT_EQ(image.counters.samples, sum_of_samples(image));
   EXPECT_EQ(occlusions, 0u);
+}
+
+// A camera ray of a pixel that no surface comes near counts, and never arrives: each whole batch of
+// such a pixel saves its rays, and nothing else changes.
+TEST(EmptyPixelCounts, TheirCameraRaysAreSavedAlone) {
+  const auto scene = busy_scene();
+  RenderSettings s = settings_of("bucket");
+  s.spp = 16;
+  const RenderedImage all = counted(*scene, s);
+  const uint64_t asked = intersections, shadows = occlusions;
+  s.find_empty_pixels = true;
+  const RenderedImage image = counted(*scene, s);
+  const Camera camera(busy_view(), s.width, s.height, scene->origin(), scene->scale());
+  const FramePlan plan = plan_of(s);
+  const Frame frame = plan.frame(*scene, camera);
+  ASSERT_TRUE(frame.empty_pixels);
+  uint64_t empty = 0;
+  for (int y = s.crop.y0; y < s.crop.y1; ++y) {
+    for (int x = s.crop.x0; x < s.crop.x1; ++x) empty += frame.empty_pixels->contains(x, y);
+  }
+  EXPECT_GT(empty, 0u);
+  EXPECT_EQ(intersections + 16 * empty, asked);
+  EXPECT_EQ(occlusions, shadows);
+  EXPECT_EQ(image.values, all.values);
+  EXPECT_EQ(image.counters.rays.camera, all.counters.rays.camera);
+  EXPECT_EQ(image.counters.rays.total(), all.counters.rays.total());
 }
 
 class Nobody final : public FrameObserver {

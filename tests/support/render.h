@@ -31,8 +31,9 @@ struct RenderSettings : FrameSettings {
   uint32_t spp = 16;
   StreamCount streams = StreamCount::kOne;
   bool light_sampling = true;
-  AdaptiveSettings adaptive;  // of the adaptive driver, which looks at no spp; with a threshold
-                              // also of the bucket driver
+  AdaptiveSettings adaptive;      // of the adaptive driver, which looks at no spp; with a threshold
+                                  // also of the bucket driver
+  bool find_empty_pixels = true;  // FramePlan's
   int threads = 2;
 };
 
@@ -103,6 +104,7 @@ inline FramePlan plan_of(const RenderSettings& s) {
   plan.driver = &find_driver(s.driver);
   plan.driver_settings.adaptive = s.adaptive;
   plan.even = s.driver != "adaptive" && s.adaptive.threshold <= 0.0f;
+  plan.find_empty_pixels = s.find_empty_pixels;
   if (!plan.even) plan.samples_per_pixel = s.adaptive.budget;
   if (!s.light_sampling) {
     plan.integrator = create_integrator(

@@ -1,0 +1,228 @@
+#include "renderer/scene/empty_pixels.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "renderer/core/parallel.h"
+#include "renderer/scene/camera.h"
+#include "renderer/scene/geometry.h"
+
+namespace emberline {
+namespace {
+
+using Vec2d = Imath::Vec2<double>;
+
+// Of a map; larger frames have cells of several pixels.
+constexpr int64_t kMostCells = int64_t(1) << 20;
+// Chosen by us. A triangle takes some 200 ns of one thread (tests/bench/RESULTS.md).
+constexpr uint64_t kMostTriangles = uint64_t(1) << 20;
+// How often a cell may be marked, in the mean.
+constexpr int64_t kMostMarks = 64;
+// A map that knows fewer empty cells, as a share of all, is not worth asking.
+constexpr double kLeastShare = 1.0 / 64;
+// Pixels beside what the filter reaches. Directions of rays are rounded to 2^-24 of the frame's
+// size.
+constexpr double kMargin = 1.0 / 16;
+// How far a triangle may be from where a ray meets it, over the bound of a surface point's error
+// (Scene, "Ray offsets" in README.md) times the condition of its placing: rays are rounded when
+// they are taken into an instance's space. The rest is reserve.
+constexpr double kErrors = 16;
+
+double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+// Of an instance's transform, in Frobenius' norm; 3 for all that keeps shapes.
+double condition_of(const scene_detail::Instance& instance) {
+  if (!instance.transformed) return 3;
+  const auto& m = instance.to_internal;
+  const Vec3d x = to_double(m.x), y = to_double(m.y), z = to_double(m.z);
+  const Vec3d a = y.cross(z), b = z.cross(x), c = x.cross(y);
+  return std::sqrt((x.length2() + y.length2() + z.length2()) *
+                   (a.length2() + b.length2() + c.length2())) /
+         std::abs(x.dot(a));
+}
+
+}  // namespace
+
+using scene_detail::placed_corners;
+using scene_detail::plane_error;
+
+// From triangles to cells.
+class EmptyPixels::Projection {
+ public:
+  Projection(EmptyPixels& map, const Camera& camera, int width, int height, float reach)
+      : map_(map),
+        camera_(camera),
+        cell_(std::ldexp(1.0, map.shift_)),
+        slack_(double(reach) - 0.5 + kMargin) {
+    eye_error_ = 4 * 0x1p-23 * largest(camera.position());
+    const Vec2d pixel = camera.pixel_size();
+    const double across = 0.5 * width * pixel.x, down = 0.5 * height * pixel.y;
+    farthest_aside_ = std::sqrt(1 + across * across + down * down) * 2;
+    pixels_ = 1 / std::min(pixel.x, pixel.y) + 2.0 * (width + height);
+  }
+
+  // Marks what a triangle may be seen in; adds the number of cells to `marks`. False: it lies so
+  // that this cannot be told.
+  bool mark(const std::array<Vec3d, 3>& corners, double error, int64_t* marks) const;
+  // How far from where they are said to be a triangle's points may be seen: `of_points` is their
+  // plane_error.
+  double error(float of_points, double condition) const {
+    return kErrors * condition * (double(of_points) + eye_error_);
+  }
+
+ private:
+  double nearest_seen(const std::array<Vec3d, 3>& corners) const;
+  void mark_outline(std::span<const Vec2d> outline, double slack, int64_t* marks) const;
+  void mark_cells(double left, double right, int row, int64_t* marks) const;
+  int cell_at(double film, int count) const {
+    return int(std::clamp(std::floor(film / cell_), -1.0, double(count)));
+  }
+
+  EmptyPixels& map_;
+  const Camera& camera_;
+  const double cell_, slack_;
+  double eye_error_;       // as plane_error, of the camera's position
+  double farthest_aside_;  // distance of what is seen over its depth, at most, twice
+  double pixels_;          // by which an error of 1 at depth 1 moves what is seen, at most
+};
+
+// No point of the triangle in the frame is less deep than this: it is as far away as its plane.
+double EmptyPixels::Projection::nearest_seen(const std::array<Vec3d, 3>& p) const {
+  const Vec3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
+  const double length = normal.length();
+  if (!(length > 0)) return 0;
+  return std::abs(normal.dot(p[0] - camera_.position())) / length / farthest_aside_;
+}
+
+bool EmptyPixels::Projection::mark(const std::array<Vec3d, 3>& corners, double error,
+                                   int64_t* marks) const {
+  std::array<Vec3d, 3> p;
+  for (size_t i = 0; i < 3; ++i) p[i] = camera_.on_film(corners[i]);
+  const auto [least, most] = std::minmax({p[0].z, p[1].z, p[2].z});
+  if (!std::isfinite(error) || most < -error) return std::isfinite(error);
+  double near = least;
+  std::array<Vec2d, 4> outline;
+  size_t count = 0;
+  const auto add = [&](const Vec3d& q) { outline[count++] = Vec2d(q.x / q.z, q.y / q.z); };
+  if (near > 16 * error) {
+    for (const Vec3d& q : p) add(q);
+  } else {
+    near = nearest_seen(corners);
+    if (!(near > 16 * error)) return false;
+    for (size_t i = 0; i < 3; ++i) {
+      const Vec3d &a = p[i], &b = p[(i + 1) % 3];
+      if (a.z >= near) add(a);
+      if ((a.z >= near) != (b.z >= near)) add(a + (b - a) * ((near - a.z) / (b.z - a.z)));
+    }
+    if (count == 0) return true;
+  }
+  mark_outline({outline.data(), count}, slack_ + error / near * pixels_, marks);
+  return true;
+}
+
+// Row by row, what a convex outline covers of each.
+void EmptyPixels::Projection::mark_outline(std::span<const Vec2d> outline, double slack,
+                                           int64_t* marks) const {
+  const auto low_high = [&](double Vec2d::*coordinate) {
+    Vec2d range(outline[0].*coordinate);
+    for (const Vec2d& p : outline) {
+      range = Vec2d(std::min(range.x, p.*coordinate), std::max(range.y, p.*coordinate));
+    }
+    return range;
+  };
+  const Vec2d across = low_high(&Vec2d::x), down = low_high(&Vec2d::y);
+  const int first = std::max(0, cell_at(down.x - slack, map_.rows_));
+  const int last = std::min(cell_at(down.y + slack, map_.rows_), map_.rows_ - 1);
+  const bool small = last - first < 2;  // as most are: the box says as much
+  for (int row = first; row <= last; ++row) {
+    if (small) {
+      mark_cells(across.x - slack, across.y + slack, row, marks);
+      continue;
+    }
+    const double top = row * cell_ - slack, bottom = (row + 1) * cell_ + slack;
+    double left = std::numeric_limits<double>::infinity(), right = -left;
+    const auto reach = [&](double x) {
+      left = std::min(left, x);
+      right = std::max(right, x);
+    };
+    for (size_t i = 0; i < outline.size(); ++i) {
+      const Vec2d &a = outline[i], &b = outline[i + 1 == outline.size() ? 0 : i + 1];
+      if (a.y >= top && a.y <= bottom) reach(a.x);
+      for (const double edge : {top, bottom}) {
+        if ((a.y < edge) != (b.y < edge)) reach(a.x + (b.x - a.x) * ((edge - a.y) / (b.y - a.y)));
+      }
+    }
+    mark_cells(left - slack, right + slack, row, marks);
+  }
+}
+
+void EmptyPixels::Projection::mark_cells(double left, double right, int row, int64_t* marks) const {
+  const int first = std::max(0, cell_at(left, map_.columns_));
+  const int last = std::min(cell_at(right, map_.columns_), map_.columns_ - 1);
+  uint8_t* const cells = &map_.used_[size_t(row) * size_t(map_.columns_)];
+  // Several threads may mark the same one.
+  for (int i = first; i <= last; ++i) {
+    std::atomic_ref<uint8_t>(cells[i]).store(1, std::memory_order_relaxed);
+  }
+  *marks += std::max(0, last - first + 1) + 1;
+}
+
+EmptyPixels::EmptyPixels(int width, int height) {
+  const auto cells = [&](int size) { return ((size - 1) >> shift_) + 1; };
+  while (int64_t(cells(width)) * cells(height) > kMostCells) ++shift_;
+  columns_ = cells(width);
+  rows_ = cells(height);
+  used_.assign(size_t(columns_) * size_t(rows_), 0);
+}
+
+// False: there is no telling, or it is too much work. Which of them comes first does not matter:
+// either all marks are counted, or more than the limit.
+bool EmptyPixels::mark_all(const Scene& scene, const Projection& projection) {
+  const int64_t limit = kMostMarks * int64_t(used_.size());
+  std::atomic<int64_t> marks{0};
+  std::atomic<bool> told{true};
+  const auto mark_range = [&](const scene_detail::Instance& instance, size_t begin, size_t end) {
+    const scene_detail::Mesh& mesh = scene.meshes_[instance.mesh];
+    const double condition = condition_of(instance);
+    int64_t found = 0;
+    for (size_t i = begin; i < end && told.load(std::memory_order_relaxed); ++i) {
+      const auto triangle = uint32_t(i);
+      const double error = projection.error(plane_error(mesh, instance, triangle), condition);
+      if (!projection.mark(placed_corners(mesh, instance, triangle), error, &found) ||
+          found > limit) {
+        told.store(false, std::memory_order_relaxed);
+      }
+    }
+    marks.fetch_add(found, std::memory_order_relaxed);
+  };
+  parallel_ranges(scene.instances_.size(), 64, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const scene_detail::Instance& instance = scene.instances_[i];
+      const size_t triangles = scene.meshes_[instance.mesh].triangles.size();
+      parallel_ranges(triangles, 4096,
+                      [&](size_t first, size_t last) { mark_range(instance, first, last); });
+    }
+  });
+  return told && marks <= limit;
+}
+
+bool EmptyPixels::gains() const {
+  const auto empty = std::ranges::count(used_, uint8_t(0));
+  return double(empty) >= kLeastShare * double(used_.size());
+}
+
+std::shared_ptr<const EmptyPixels> EmptyPixels::find(const Scene& scene, const Camera& camera,
+                                                     int width, int height, float reach) {
+  if (!camera.is_still_pinhole() || scene.moves()) return nullptr;
+  if (scene.triangle_count() > kMostTriangles) return nullptr;
+  std::shared_ptr<EmptyPixels> map(new EmptyPixels(width, height));
+  const Projection projection(*map, camera, width, height, reach);
+  if (!map->mark_all(scene, projection) || !map->gains()) return nullptr;
+  return map;
+}
+
+}  // namespace emberline

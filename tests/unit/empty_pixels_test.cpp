@@ -1,0 +1,164 @@
+// Pixels that are said to be empty: no camera ray of theirs meets a surface, and most that are
+// empty are found.
+#include "renderer/scene/empty_pixels.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <string>
+
+#include "support/render.h"
+#include "support/scenes.h"
+
+namespace emberline::test {
+namespace {
+
+constexpr int kWidth = 96, kHeight = 64;
+
+// Turned, unless it is not to be.
+Mat44d placed(const Vec3d& size, const Vec3d& at, bool turned = true) {
+  Mat44d m, turn;
+  m.setScale(size);
+  if (turned) turn.setEulerAngles(Vec3d(0.4, 1.1, -0.3));
+  m = m * turn;
+  for (int c = 0; c < 3; ++c) m[3][c] = at[c];
+  return m;
+}
+
+// Balls, two of them instances of one mesh and one of those stretched, and a floor that goes on
+// below and behind the camera; all `size` times as large, and moved.
+struct View {
+  SceneBuilderForTests builder;
+  CameraDescription camera;
+
+  explicit View(double size, const Vec3d& moved = Vec3d(0.0)) {
+    const int material = builder.add_material(lambert(Rgb(0.5f)));
+    const auto at = [&](double x, double y, double z) { return moved + Vec3d(x, y, z) * size; };
+    const int ball = builder.add_mesh(builder.sphere(1.0f, 24, material));
+    builder.place(ball, placed(Vec3d(0.4 * size), at(-0.9, 0.3, 0)));
+    builder.place(ball, placed(Vec3d(0.6, 0.03, 0.2) * size, at(0.7, 0.6, 0)));
+    const int small = builder.add_mesh(builder.sphere(0.2f, 5, material));
+    builder.place(small, placed(Vec3d(size), at(0, 0.9, 1)));
+    builder.add_floor(9, 0, material);
+    builder.description.instances.back().to_world = placed(Vec3d(size), at(0, -1, 0), false);
+    camera = perspective(at(0.2, 0.4, 4), at(0, 0.5, 0), 40);
+  }
+};
+
+struct Traced {
+  std::unique_ptr<Scene> scene;
+  Camera camera;
+  Traced(const SceneBuilderForTests& builder, const CameraDescription& view)
+      : scene(builder.build()),
+        camera(view, kWidth, kHeight, scene->origin(), scene->scale(), scene->farthest()) {}
+  explicit Traced(const View& view) : Traced(view.builder, view.camera) {}
+  std::shared_ptr<const EmptyPixels> empty(float reach) const {
+    return EmptyPixels::find(*scene, camera, kWidth, kHeight, reach);
+  }
+  bool meets(float x, float y) const {
+    SurfaceHit hit;
+    return scene->intersect(camera.ray({x, y}), CoverageKey(), &hit);
+  }
+};
+
+// Rays of a pixel that meet something: through its filter's corners, and `count` at random.
+int meetings(const Traced& traced, int x, int y, float reach, int count, std::mt19937& random) {
+  int found = 0;
+  const auto look = [&](float dx, float dy) {
+    found += traced.meets(float(x) + 0.5f + dx * reach, float(y) + 0.5f + dy * reach);
+  };
+  for (const float dx : {-1.0f, 0.0f, 1.0f}) {
+    for (const float dy : {-1.0f, 0.0f, 1.0f}) look(dx, dy);
+  }
+  const auto number = [&] { return float(random()) * 0x1p-31f - 1.0f; };
+  for (int i = 0; i < count; ++i) look(number(), number());
+  return found;
+}
+
+void expect_right(const View& view, float reach, const std::string& name) {
+  const Traced traced(view);
+  const auto empty = traced.empty(reach);
+  ASSERT_TRUE(empty) << name;
+  std::mt19937 random(5);
+  int missed = 0, found = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      if (empty->contains(x, y)) {
+        EXPECT_EQ(meetings(traced, x, y, reach, 20, random), 0) << name << ": " << x << ", " << y;
+        ++found;
+      } else if (meetings(traced, x, y, reach + 1, 20, random) == 0) {
+        ++missed;
+      }
+    }
+  }
+  EXPECT_GT(found, kWidth * kHeight / 8) << name;
+  EXPECT_LT(missed, found / 50) << name;
+}
+
+TEST(EmptyPixels, NoRayOfThemMeetsASurface) {
+  expect_right(View(1), 0.5f, "box");
+  expect_right(View(1), 1.5f, "wide filter");
+  expect_right(View(1e-6), 0.5f, "tiny");
+  expect_right(View(1e6), 0.5f, "huge");
+  expect_right(View(1, Vec3d(1e7, -2e7, 3e6)), 0.5f, "far away");
+  expect_right(View(1, Vec3d(3, -2, 5)), 0.5f, "a little aside");
+}
+
+// A camera among triangles of all sizes, many of them through its plane: it is right, or says that
+// it cannot tell.
+TEST(EmptyPixels, TrianglesBesideAndBehindTheCamera) {
+  std::mt19937 random(3);
+  const auto number = [&] { return float(random()) * 0x1p-31f - 1.0f; };
+  int told = 0;
+  for (int round = 0; round < 40; ++round) {
+    SceneBuilderForTests builder;
+    MaterialDescription material = lambert(Rgb(0.5f));
+    material.double_sided = true;
+    MeshDescription mesh;
+    mesh.material = builder.add_material(material);
+    for (uint32_t i = 0; i < 4; ++i) {
+      const Vec3f at(number(), number(), number());
+      const float size = std::exp2(3 * number());
+      for (int c = 0; c < 3; ++c) {
+        mesh.positions.push_back(at + Vec3f(number(), number(), number()) * size);
+      }
+      mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    builder.place(builder.add_mesh(std::move(mesh)));
+    const Traced traced(builder, perspective(Vec3d(0.0), Vec3d(0.3, 0.1, -1), 70));
+    const auto empty = traced.empty(0.5f);
+    if (!empty) continue;
+    ++told;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        if (!empty->contains(x, y)) continue;
+        EXPECT_EQ(meetings(traced, x, y, 0.5f, 4, random), 0) << round << ": " << x << ", " << y;
+      }
+    }
+  }
+  EXPECT_GT(told, 20);
+}
+
+TEST(EmptyPixels, AreNotLookedForWhereOneProjectionDoesNotShowAll) {
+  View view(1);
+  view.camera = orthographic(Vec3d(0.2, 0.4, 4), Vec3d(0, 0.5, 0), 2);
+  const Traced flat(view);
+  EXPECT_FALSE(flat.empty(0.5f));
+  view = View(1);
+  view.camera.lens_radius = 0.1;
+  view.camera.focus_distance = 4;
+  const Traced blurred(view);
+  EXPECT_FALSE(blurred.empty(0.5f));
+}
+
+TEST(EmptyPixels, AreNotWorthAMapInsideOfABox) {
+  SceneBuilderForTests builder;
+  const int material = builder.add_material(lambert(Rgb(0.5f)));
+  builder.place(builder.add_mesh(builder.sphere(5, 12, material, true)));
+  const Traced traced(builder, perspective(Vec3d(0, 0, 1), Vec3d(0.0), 60));
+  EXPECT_FALSE(traced.empty(0.5f));
+}
+
+}  // namespace
+}  // namespace emberline::test
