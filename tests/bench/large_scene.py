@@ -4,7 +4,7 @@
   mesh OUT --triangles N                    one wavy sheet with normals and texture coordinates
   instances OUT --triangles N --count M     M of such a sheet; --nodes: a node each, else
                                             EXT_mesh_gpu_instancing
-  textures OUT --maps N --size S            N boxes' worth of wall, each with an S x S RGBA map
+  textures OUT --maps N --size S            N panels in a wall, each with an S x S RGBA map
 """
 
 import argparse
@@ -127,8 +127,8 @@ def png(size, seed):
                 + struct.pack(">I", zlib.crc32(name + data)))
 
     packer = zlib.compressobj(1)
+    # Eight rows are alike.
     data = b"".join([packer.compress(row(y) * 8) for y in range(0, size, 8)] + [packer.flush()])
-    # Rows of eight are alike, which the loop above writes at once.
     return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", size, size, 8, 6, 0, 0, 0))
             + chunk(b"IDAT", data) + chunk(b"IEND", b""))
 

@@ -98,7 +98,7 @@ TEST_F(TextureMemory, AKilledRunLeavesNothing) {
   Process process({"render", textured(), "-o", path("long.exr"), "--spp", "1000000",
                    "--texture-memory", "1K", "--verbose"},
                   {.folder = folder_.path(), .environment = {{"TMPDIR", folder}}});
-  process.wait_for_error("%", 20);
+  process.wait_for_error("%", 2);
   process.send(SIGKILL);
   EXPECT_EQ(process.wait().signal, SIGKILL);
   EXPECT_TRUE(std::filesystem::is_empty(folder));
