@@ -4,7 +4,7 @@
 //
 // What of the file is in memory is the kernel's cache, which gives it up when memory is short. A
 // thread lets the process's own share go whenever it is above the limit: a page that is asked for
-// again is then found in that cache (about 0.3 microseconds), or on the disk.
+// again is then found in that cache, or on the disk.
 #pragma once
 
 #include <condition_variable>
