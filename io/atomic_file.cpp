@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -56,6 +57,11 @@ void forget_unfinished(int slot) noexcept {
 [[noreturn]] void fail(const std::string& path, const std::string& what, int error) {
   throw RenderError("cannot write {}: {}{}", path, what,
                     error ? ": " + std::generic_category().message(error) : "");
+}
+
+[[noreturn]] void fail_in_folder(const std::string& folder, int error) {
+  throw RenderError("cannot hold textures in a temporary file in {}: {}; TMPDIR names the folder",
+                    folder, std::generic_category().message(error));
 }
 
 std::optional<std::string> real_path(const std::string& path) {
@@ -405,6 +411,37 @@ void HeldFile::rename_to(const std::string& path) {
     fail(path, "finishing the file failed", errno);
   }
   path_ = path;
+}
+
+NamelessFile::NamelessFile() {
+  const char* const chosen = std::getenv("TMPDIR");
+  folder_ = chosen && *chosen ? chosen : "/tmp";
+  descriptor_ = ::open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  if (descriptor_ >= 0) return;
+  // Not every file system has files without a name.
+  if (errno != EOPNOTSUPP && errno != EISDIR) fail_in_folder(folder_, errno);
+  std::string name = folder_ + "/emberline.XXXXXX";
+  descriptor_ = ::mkostemp(name.data(), O_CLOEXEC);
+  if (descriptor_ < 0) fail_in_folder(folder_, errno);
+  ::unlink(name.c_str());
+}
+
+NamelessFile::~NamelessFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void NamelessFile::write_at(const void* bytes, size_t count, uint64_t offset) {
+  if (const int error = write_all(descriptor_, bytes, count, offset)) {
+    fail_in_folder(folder_, error);
+  }
+}
+
+std::shared_ptr<const std::byte> NamelessFile::map(uint64_t offset, uint64_t count) {
+  void* const at = ::mmap(nullptr, count, PROT_READ, MAP_SHARED, descriptor_, off_t(offset));
+  if (at == MAP_FAILED) fail_in_folder(folder_, errno);
+  ::madvise(at, count, MADV_RANDOM);
+  return {static_cast<const std::byte*>(at),
+          [count](const std::byte* p) { ::munmap(const_cast<std::byte*>(p), count); }};
 }
 
 GrowingFile::GrowingFile(const std::string& path) : path_(path) {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -114,6 +115,27 @@ class HeldFile {
   std::string path_;
   int descriptor_ = -1;
   uint64_t size_ = 0;
+};
+
+// A file that has no name, in the folder for temporary files ($TMPDIR, else /tmp): it goes with the
+// last that holds it open, however the process ends. All errors are RenderError, one line that
+// names the folder.
+class NamelessFile {
+ public:
+  NamelessFile();
+  ~NamelessFile();
+  NamelessFile(const NamelessFile&) = delete;
+  NamelessFile& operator=(const NamelessFile&) = delete;
+
+  // Thread-safe for disjoint ranges. Throws (disk full, I/O error).
+  void write_at(const void* bytes, size_t count, uint64_t offset);
+  // `count` bytes from `offset` on, a multiple of the page, to be read where they lie: until the
+  // pointer's last copy goes, which may outlive the file. Throws.
+  std::shared_ptr<const std::byte> map(uint64_t offset, uint64_t count);
+
+ private:
+  std::string folder_;
+  int descriptor_ = -1;
 };
 
 // A file that others follow while it grows: empty at first, and what is appended is there at once.

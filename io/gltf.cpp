@@ -158,7 +158,7 @@ SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
   scene.tangents_read = options.tangents;
   load_scene_graph(document, *model, animation, changes, held, rest, scene);
   const uint64_t before = memory.reserved(MemoryPart::kTextures);
-  load_images(document, options, rest.images, scene);
+  load_images(document, options, rest.images, rest.textures, scene);
   rest.image_bytes += memory.reserved(MemoryPart::kTextures) - before;
   report_faults(document, scene.coverage);
   scene.files = document.files();

@@ -8,6 +8,8 @@
 namespace emberline {
 namespace {
 
+constexpr int kUint32Type = 5125, kFloatType = 5126;
+
 template <class T>
 T load(const uint8_t* bytes) {
   T value;  // data may be misaligned
@@ -93,32 +95,37 @@ float read_component(const uint8_t* bytes, int component_type, bool normalized) 
   }
 }
 
-std::vector<float> read_floats(const GltfDocument& document, int index, int components,
-                               const std::string& place, const std::vector<uint32_t>* elements) {
+void check_floats(const GltfDocument& document, int index, int components,
+                  const std::string& place) {
   const GltfAccessor& accessor = document.accessor(index);
   if (accessor.components != components) {
     throw InputError(place, "accessor {} has {} components, expected {}", index,
                      accessor.components, components);
   }
   check_zeros(document, index, place);
-  const size_t count = elements ? elements->size() : accessor.count;
-  std::vector<float> values(count * size_t(components), 0.0f);
+}
+
+void copy_floats(const GltfDocument& document, int index, const std::string& place,
+                 const std::vector<uint32_t>* elements, float* out) {
+  const GltfAccessor& accessor = document.accessor(index);
   const int type = accessor.component_type;
+  const auto components = size_t(accessor.components);
+  const size_t count = elements ? elements->size() : accessor.count;
+  const size_t element_size = components * sizeof(float);
   const auto convert = [&](size_t element, const uint8_t* bytes) {
-    float* out = values.data() + element * size_t(components);
-    for (int c = 0; c < components; ++c) {
-      out[c] = read_component(bytes + c * accessor.component_size, type, accessor.normalized);
+    for (size_t c = 0; c < components; ++c) {
+      out[element * components + c] =
+          read_component(bytes + c * size_t(accessor.component_size), type, accessor.normalized);
     }
   };
-  if (accessor.view >= 0) {
+  if (accessor.view < 0) {
+    std::fill_n(out, count * components, 0.0f);
+  } else if (!elements && type == kFloatType && accessor.stride == element_size) {
+    document.copy_bytes(accessor.view, accessor.offset, count * element_size, out);
+  } else {
     const uint8_t* bytes = accessor_bytes(document, accessor);
-    const size_t element_size = size_t(components) * sizeof(float);
-    if (!elements && type == 5126 && accessor.stride == element_size) {
-      std::memcpy(values.data(), bytes, values.size() * sizeof(float));
-    } else {
-      for (size_t i = 0; i < count; ++i) {
-        convert(i, bytes + (elements ? (*elements)[i] : i) * accessor.stride);
-      }
+    for (size_t i = 0; i < count; ++i) {
+      convert(i, bytes + (elements ? (*elements)[i] : i) * accessor.stride);
     }
   }
   for_each_sparse(document, accessor, place, [&](uint32_t element, const uint8_t* bytes) {
@@ -128,28 +135,44 @@ std::vector<float> read_floats(const GltfDocument& document, int index, int comp
       convert(size_t(found - elements->begin()), bytes);
     }
   });
+}
+
+std::vector<float> read_floats(const GltfDocument& document, int index, int components,
+                               const std::string& place, const std::vector<uint32_t>* elements) {
+  check_floats(document, index, components, place);
+  const size_t count = elements ? elements->size() : document.accessor(index).count;
+  std::vector<float> values(count * size_t(components));
+  copy_floats(document, index, place, elements, values.data());
   return values;
 }
 
-std::vector<uint32_t> read_indices(const GltfDocument& document, int index,
-                                   const std::string& place) {
+uint64_t check_indices(const GltfDocument& document, int index, const std::string& place) {
   const GltfAccessor& accessor = document.accessor(index);
   const int type = accessor.component_type;
-  if (accessor.components != 1 || (type != 5121 && type != 5123 && type != 5125)) {
+  if (accessor.components != 1 || (type != 5121 && type != 5123 && type != kUint32Type)) {
     throw InputError(place, "accessor {} does not hold unsigned integer scalars", index);
   }
   check_zeros(document, index, place);
-  std::vector<uint32_t> values(accessor.count, 0);
-  if (accessor.view >= 0) {
+  return accessor.count;
+}
+
+void copy_indices(const GltfDocument& document, int index, const std::string& place,
+                  uint32_t* out) {
+  const GltfAccessor& accessor = document.accessor(index);
+  const int type = accessor.component_type;
+  if (accessor.view < 0) {
+    std::fill_n(out, accessor.count, 0u);
+  } else if (type == kUint32Type && accessor.stride == sizeof(uint32_t)) {
+    document.copy_bytes(accessor.view, accessor.offset, accessor.count * sizeof(uint32_t), out);
+  } else {
     const uint8_t* bytes = accessor_bytes(document, accessor);
     for (size_t i = 0; i < accessor.count; ++i) {
-      values[i] = read_unsigned(bytes + i * accessor.stride, type);
+      out[i] = read_unsigned(bytes + i * accessor.stride, type);
     }
   }
   for_each_sparse(document, accessor, place, [&](size_t element, const uint8_t* bytes) {
-    values[element] = read_unsigned(bytes, type);
+    out[element] = read_unsigned(bytes, type);
   });
-  return values;
 }
 
 }  // namespace emberline

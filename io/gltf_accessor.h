@@ -19,9 +19,19 @@ std::vector<float> read_floats(const GltfDocument& document, int accessor, int c
                                const std::string& place,
                                const std::vector<uint32_t>* elements = nullptr);
 
-// Scalars of an unsigned integer type: vertex indices.
-std::vector<uint32_t> read_indices(const GltfDocument& document, int accessor,
-                                   const std::string& place);
+// The two halves of it, for whoever has a place for the floats: what it throws of the accessor,
+// before anything is allocated for it; and the floats, read there without a detour where the file
+// has them so.
+void check_floats(const GltfDocument& document, int accessor, int components,
+                  const std::string& place);
+void copy_floats(const GltfDocument& document, int accessor, const std::string& place,
+                 const std::vector<uint32_t>* elements, float* out);
+
+// Scalars of an unsigned integer type, vertex indices, in the same two halves: how many there are,
+// after the checks; and they.
+uint64_t check_indices(const GltfDocument& document, int accessor, const std::string& place);
+void copy_indices(const GltfDocument& document, int accessor, const std::string& place,
+                  uint32_t* out);
 
 // One component at `bytes`; shared with the Draco reader.
 float read_component(const uint8_t* bytes, int component_type, bool normalized);

@@ -10,6 +10,7 @@
 #include "io/gltf_meshopt.h"
 #include "io/gltf_uri.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
@@ -150,6 +151,25 @@ ByteSpan GltfBuffer::bytes(uint64_t begin, uint64_t end, const LoadProgress& pro
   return ByteSpan(memory_.begin() + begin, end - begin);
 }
 
+bool GltfBuffer::has(uint64_t begin, uint64_t end) {
+  const std::lock_guard lock(mutex_);
+  const auto next = present_.upper_bound(begin);
+  return next != present_.begin() && std::prev(next)->second >= end;
+}
+
+void GltfBuffer::copy(uint64_t begin, uint64_t end, void* out, const LoadProgress& progress) {
+  auto* const to = static_cast<uint8_t*>(out);
+  if (!file_ || has(begin, end)) {
+    std::ranges::copy(bytes(begin, end, progress), to);
+    return;
+  }
+  // Large enough that a part costs more than to hand it out; the pages of `out` are new as well.
+  constexpr uint64_t kGrain = uint64_t(1) << 20;
+  parallel_ranges(end - begin, kGrain, [&](size_t first, size_t last) {
+    file_->read(offset_ + begin + first, last - first, to + first, progress);
+  });
+}
+
 void GltfBuffer::forget() {
   const std::lock_guard lock(mutex_);
   memory_ = {};
@@ -189,6 +209,17 @@ ByteSpan GltfDocument::bytes(int view, uint64_t offset, uint64_t length) const {
   const GltfView& v = this->view(view);
   if (v.buffer < 0) return ByteSpan(v.decoded).subspan(offset, length);
   return buffers[size_t(v.buffer)]->bytes(v.offset + offset, v.offset + offset + length, *progress);
+}
+
+void GltfDocument::copy_bytes(int view, uint64_t offset, uint64_t length, void* out) const {
+  const GltfView& v = this->view(view);
+  if (length == 0) return;
+  if (v.buffer < 0) {
+    std::ranges::copy(ByteSpan(v.decoded).subspan(offset, length), static_cast<uint8_t*>(out));
+    return;
+  }
+  const uint64_t begin = v.offset + offset;
+  buffers[size_t(v.buffer)]->copy(begin, begin + length, out, *progress);
 }
 
 ByteSpan GltfDocument::bytes(int view) const { return bytes(view, 0, this->view(view).size); }

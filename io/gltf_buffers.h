@@ -35,10 +35,14 @@ class GltfBuffer {
   // Bytes [begin, end), which lie in the buffer; valid as long as it lives. Thread-safe. Throws
   // InputError where they cannot be read, or the budget does not allow it; Cancelled.
   ByteSpan bytes(uint64_t begin, uint64_t end, const LoadProgress& progress);
+  // The same, copied to `out`: what is not there yet is read to that place alone, by all threads.
+  void copy(uint64_t begin, uint64_t end, void* out, const LoadProgress& progress);
   // Lets go what was read of a file: it is read again if it is asked for again.
   void forget();
 
  private:
+  bool has(uint64_t begin, uint64_t end);  // a part that is there already
+
   std::vector<uint8_t> bytes_;
   std::optional<InputFile> file_;
   uint64_t offset_ = 0, size_ = 0;

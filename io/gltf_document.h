@@ -87,6 +87,8 @@ struct GltfDocument {
   // Throws InputError, Cancelled.
   ByteSpan bytes(int view, uint64_t offset, uint64_t length) const;
   ByteSpan bytes(int view) const;
+  // The same bytes, copied to `out`; a file's need no room besides.
+  void copy_bytes(int view, uint64_t offset, uint64_t length, void* out) const;
   // A file that the scene refers to, which is noted in `files`. Thread-safe. Throws InputError.
   InputFile open_resource(const std::string& uri, const std::string& uri_place) const;
   // body(i) for each i below count, in parallel, each an item of the stage of `progress`: what each

@@ -150,7 +150,7 @@ void warn_of_transfer(const SceneDescription& scene, const std::vector<const Glt
 std::vector<const GltfImage*> decode_images(const GltfDocument& document,
                                             const GltfOptions& options,
                                             const std::vector<int>& wanted,
-                                            std::map<int, GltfImage>& known) {
+                                            std::map<int, GltfImage>& known, TextureStore& store) {
   std::vector<int> fresh;
   for (const int image : wanted) {
     if (!known.contains(image)) fresh.push_back(image);
@@ -162,7 +162,10 @@ std::vector<const GltfImage*> decode_images(const GltfDocument& document,
     const auto found = fallbacks.find(fresh[i]);
     const std::vector<int> others = found == fallbacks.end() ? std::vector<int>() : found->second;
     images[i].decoded = decode_one_of(document, fresh[i], others, options.lenient, images[i].fault);
+    // Nobody else has seen it yet.
+    store.add(std::const_pointer_cast<Image>(images[i].decoded.image), *document.progress);
   });
+  store.end_load();
   for (size_t i = 0; i < fresh.size(); ++i) {
     if (errors[i] && !options.lenient) std::rethrow_exception(errors[i]);
     images[i].error = errors[i];
@@ -187,7 +190,7 @@ std::vector<int> texture_sources(const json& texture) {
 }
 
 void load_images(const GltfDocument& document, const GltfOptions& options,
-                 std::map<int, GltfImage>& known, SceneDescription& scene) {
+                 std::map<int, GltfImage>& known, TextureStore& store, SceneDescription& scene) {
   std::map<int, int> numbers;  // glTF image -> index here
   std::vector<int> wanted;
   std::vector<char> worn(scene.materials.size(), 0);
@@ -205,7 +208,8 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
     }
   }
 
-  const std::vector<const GltfImage*> images = decode_images(document, options, wanted, known);
+  const std::vector<const GltfImage*> images =
+      decode_images(document, options, wanted, known, store);
   for (size_t i = 0; i < wanted.size(); ++i) {
     const GltfImage& image = *images[i];
     scene.repairs.non_finite_texels += image.decoded.non_finite;

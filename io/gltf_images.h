@@ -10,6 +10,7 @@
 #include "io/gltf.h"
 #include "io/gltf_document.h"
 #include "io/image_input.h"
+#include "io/texture_store.h"
 
 namespace emberline {
 
@@ -31,8 +32,8 @@ struct GltfImage {
 // next image takes the place of one that does not decode, with a warning. Throws InputError for an
 // image that is missing or does not decode, unless options.lenient: then it becomes white, or a
 // flat normal where a normal map is wanted. `known`, by glTF index, are not decoded again; those
-// that are come to them.
+// that are come to them, with their texels where `store` puts them.
 void load_images(const GltfDocument& document, const GltfOptions& options,
-                 std::map<int, GltfImage>& known, SceneDescription& scene);
+                 std::map<int, GltfImage>& known, TextureStore& store, SceneDescription& scene);
 
 }  // namespace emberline

@@ -1,6 +1,7 @@
 #include "io/gltf_mesh.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <optional>
 #include <set>
@@ -10,6 +11,7 @@
 #include "io/gltf_primitive.h"
 #include "io/gltf_tangents.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
@@ -21,15 +23,8 @@ constexpr const char* kModeNames[] = {"POINTS",    "LINES",          "LINE_LOOP"
                                       "TRIANGLES", "TRIANGLE_STRIP", "TRIANGLE_FAN"};
 enum Mode { kPoints, kLines, kLineLoop, kLineStrip, kTriangles, kTriangleStrip, kTriangleFan };
 
-template <class Vector>
-std::vector<Vector> to_vectors(const std::vector<float>& values) {
-  constexpr size_t kSize = sizeof(Vector) / sizeof(float);
-  std::vector<Vector> vectors(values.size() / kSize);
-  for (size_t i = 0; i < vectors.size(); ++i) {
-    for (size_t c = 0; c < kSize; ++c) vectors[i][int(c)] = values[i * kSize + c];
-  }
-  return vectors;
-}
+// Vertices or triangles that are worth a thread: some 100 microseconds.
+constexpr size_t kMeshGrain = size_t(1) << 14;
 
 // The points or lines that a primitive draws; none where what says so is broken.
 uint64_t count_without_surface(const GltfDocument& document, const json& primitive, int mode) {
@@ -44,15 +39,10 @@ uint64_t count_without_surface(const GltfDocument& document, const json& primiti
 
 // Specification section 3.7.2.1: every second triangle of a strip is turned over, a fan starts
 // with its spokes' ends. Surplus vertices at the end make no triangle.
-std::vector<Triangle> unroll(const std::vector<uint32_t>& indices, int mode) {
+std::vector<Triangle> unroll(PrimitiveReader& reader, int mode) {
+  if (mode == kTriangles || reader.is_draco()) return reader.take_triangles();
+  const std::span<const uint32_t> indices = reader.indices();
   std::vector<Triangle> triangles;
-  if (mode == kTriangles) {
-    triangles.reserve(indices.size() / 3);
-    for (size_t i = 0; i + 2 < indices.size(); i += 3) {
-      triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
-    }
-    return triangles;
-  }
   triangles.reserve(indices.size());
   for (size_t i = 0; i + 2 < indices.size(); ++i) {
     if (mode == kTriangleFan) {
@@ -87,40 +77,47 @@ bool is_usable(const Vec3f& p) {
 void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
   std::vector<const std::vector<Vec3f>*> steps = {&mesh.positions};
   for (const MeshStep& step : mesh.motion) steps.push_back(&step.positions);
-  const auto is_bad = [&](const Triangle& t) {
+  enum class Fault { kNone, kBeyond, kNoArea };
+  const auto fault_of = [&](const Triangle& t) {
     const auto has_corner_beyond = [&](const std::vector<Vec3f>* p) {
       return !is_usable((*p)[t[0]]) || !is_usable((*p)[t[1]]) || !is_usable((*p)[t[2]]);
     };
     const auto has_no_area = [&](const std::vector<Vec3f>* p) {
       return is_degenerate(Vec3d((*p)[t[0]]), Vec3d((*p)[t[1]]), Vec3d((*p)[t[2]]));
     };
-    if (std::ranges::any_of(steps, has_corner_beyond)) {
-      ++repairs.non_finite_triangles;
-      return true;
-    }
-    if (std::ranges::all_of(steps, has_no_area)) {
-      ++repairs.degenerate_triangles;
-      return true;
-    }
-    return false;
+    if (std::ranges::any_of(steps, has_corner_beyond)) return Fault::kBeyond;
+    return std::ranges::all_of(steps, has_no_area) ? Fault::kNoArea : Fault::kNone;
   };
-  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), is_bad),
-                       mesh.triangles.end());
+  // Most meshes have none, which all threads find out together.
+  std::atomic<bool> any = false;
+  parallel_ranges(mesh.triangles.size(), kMeshGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      if (fault_of(mesh.triangles[i]) != Fault::kNone) any.store(true, std::memory_order_relaxed);
+    }
+  });
+  if (!any) return;
+  std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    const Fault fault = fault_of(t);
+    repairs.non_finite_triangles += fault == Fault::kBeyond;
+    repairs.degenerate_triangles += fault == Fault::kNoArea;
+    return fault != Fault::kNone;
+  });
 }
 
 // Keeps the vertices that triangles use. Some writers put a whole model into one vertex buffer
 // that each of its hundred primitives names; and a NaN must not reach anyone's bounding box.
 void drop_unused_vertices(MeshDescription& mesh) {
-  constexpr uint32_t kUnused = UINT32_MAX;
-  std::vector<uint32_t> renumbered(mesh.positions.size(), kUnused);
+  std::vector<uint8_t> is_used(mesh.positions.size(), 0);  // bytes, which stay in the cache
   for (const Triangle& t : mesh.triangles) {
-    for (const uint32_t v : t) renumbered[v] = 0;
+    for (const uint32_t v : t) is_used[v] = 1;
   }
+  if (std::ranges::find(is_used, 0) == is_used.end()) return;
+  constexpr uint32_t kUnused = UINT32_MAX;
   uint32_t used = 0;
-  for (uint32_t& entry : renumbered) {
-    if (entry != kUnused) entry = used++;
+  std::vector<uint32_t> renumbered(is_used.size(), kUnused);
+  for (size_t v = 0; v < renumbered.size(); ++v) {
+    if (is_used[v]) renumbered[v] = used++;
   }
-  if (used == renumbered.size()) return;
   const auto compact = [&](auto& values) {
     if (values.empty()) return;
     for (size_t v = 0; v < renumbered.size(); ++v) {
@@ -168,7 +165,7 @@ void read_uv_sets(const PrimitiveReader& reader, Materials materials, LoadedMesh
     const std::string name = "TEXCOORD_" + std::to_string(set);
     std::vector<Vec2f> uv;
     if (used.contains(set) ? reader.has(name) : set == 0 && reader.usable(name)) {
-      uv = to_vectors<Vec2f>(reader.floats(name, 2));
+      uv = reader.vectors<Vec2f>(name);
     } else if (used.contains(set)) {
       uv.assign(mesh.positions.size(), Vec2f(0.0f));
       loaded.ignored.push_back("textures on " + mesh.name + ", which has no " + name);
@@ -227,13 +224,19 @@ std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Mat
 
 // Of a mesh or a step of it.
 void normalise_directions(auto& vertices) {
-  for (Vec3f& n : vertices.normals) n = normalize_or(n, Vec3f(0.0f));
-  for (size_t i = 0; i < vertices.tangents.size(); ++i) {
-    Vec4f& t = vertices.tangents[i];
-    const Vec3f unit = normalize_or(Vec3f(t.x, t.y, t.z), Vec3f(0.0f));
-    t = is_black(unit) ? arbitrary_tangent(vertices.normals[i])
-                       : Vec4f(unit.x, unit.y, unit.z, t.w < 0.0f ? -1.0f : 1.0f);
-  }
+  parallel_ranges(vertices.normals.size(), kMeshGrain, [&](size_t begin, size_t end) {
+    for (Vec3f& n : std::span(vertices.normals).subspan(begin, end - begin)) {
+      n = normalize_or(n, Vec3f(0.0f));
+    }
+  });
+  parallel_ranges(vertices.tangents.size(), kMeshGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      Vec4f& t = vertices.tangents[i];
+      const Vec3f unit = normalize_or(Vec3f(t.x, t.y, t.z), Vec3f(0.0f));
+      t = is_black(unit) ? arbitrary_tangent(vertices.normals[i])
+                         : Vec4f(unit.x, unit.y, unit.z, t.w < 0.0f ? -1.0f : 1.0f);
+    }
+  });
 }
 
 // A vertex that is nowhere later stays.
@@ -293,7 +296,10 @@ uint64_t announced_bytes(const GltfDocument& document, const PrimitiveReader& re
   const json* member = find_member(primitive, "indices");
   const uint64_t indices = member ? document.accessor(member->get<int>()).count : vertices;
   const bool list = primitive.value("mode", int(kTriangles)) == kTriangles;
-  uint64_t per_index = sizeof(uint32_t) + sizeof(Triangle) / (list ? 3 : 1);
+  // A list is read in its place.
+  uint64_t per_index = sizeof(uint32_t) + (reader.is_draco() ? sizeof(uint32_t)
+                                           : list            ? 0
+                                                             : sizeof(Triangle));
   // Flat faces with tangents have vertices of their own.
   if (tangents_made && !reader.has("NORMAL")) per_index += per_vertex;
   return bytes_of(vertices, per_vertex) + bytes_of(indices, per_index);
@@ -355,7 +361,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
     return loaded;
   }
 
-  const PrimitiveReader reader(document, primitive, pointer);
+  PrimitiveReader reader(document, primitive, pointer);
   loaded.draco_fault = reader.draco_fault();
   const std::optional<TextureRef> layout = find_tangent_layout(reader, materials, tangents, loaded);
   // Specification 3.7.2.1: without normals the supplied tangents are void.
@@ -364,21 +370,19 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
       document.progress->budget(), MemoryPart::kGeometry,
       announced_bytes(document, reader, primitive, poses, materials, layout && !has_tangents),
       document.place(pointer));
-  mesh.positions = to_vectors<Vec3f>(reader.floats("POSITION", 3));
+  mesh.positions = reader.vectors<Vec3f>("POSITION", 1);  // and what Embree reads behind the last
   if (mesh.positions.size() >= UINT32_MAX) {
     throw InputError(document.place(pointer), "more vertices than 32 bits can number");
   }
-  if (reader.has("NORMAL")) mesh.normals = to_vectors<Vec3f>(reader.floats("NORMAL", 3));
-  if (has_tangents) {
-    mesh.tangents = to_vectors<Vec4f>(reader.floats("TANGENT", 4));
-  }
+  if (reader.has("NORMAL")) mesh.normals = reader.vectors<Vec3f>("NORMAL");
+  if (has_tangents) mesh.tangents = reader.vectors<Vec4f>("TANGENT");
   read_uv_sets(reader, materials, loaded);
   read_colors(reader, mesh);
   if (reader.has("COLOR_1")) loaded.ignored.push_back("COLOR_1 (COLOR_0 alone has a meaning)");
 
   apply_poses(reader, document, primitive, pointer, poses, later, mesh);
 
-  mesh.triangles = unroll(reader.indices(), reader.is_draco() ? int(kTriangles) : mode);
+  mesh.triangles = unroll(reader, mode);
   drop_bad_triangles(mesh, loaded.repairs);
   drop_unused_vertices(mesh);
   normalise_directions(mesh);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "io/gltf_accessor.h"
 #include "renderer/core/errors.h"
@@ -34,7 +35,7 @@ PrimitiveReader::PrimitiveReader(const GltfDocument& document, const json& primi
     document.faults->require(pointer_ + "/extensions/" + kDracoExtension);
   }
   vertex_count_ = document.accessor(accessor("POSITION")).count;
-  indices_ = read_corners();
+  read_corners();
   choose_vertices();
 }
 
@@ -56,7 +57,19 @@ void PrimitiveReader::read_draco(const json& extension) {
     throw InputError(place, "the Draco data has no positions");
   }
   vertex_count_ = draco_->vertex_count;
-  indices_ = std::move(draco_->indices);
+  set_index_count(draco_->indices.size());
+  std::ranges::copy(draco_->indices, corners());
+  draco_->indices = std::vector<uint32_t>();
+}
+
+void PrimitiveReader::set_index_count(uint64_t count) {
+  triangles_.resize(count / 3 + (count % 3 != 0));
+  index_count_ = count;
+}
+
+std::vector<std::array<uint32_t, 3>> PrimitiveReader::take_triangles() {
+  triangles_.resize(std::exchange(index_count_, 0) / 3);
+  return std::move(triangles_);
 }
 
 // Whether indices and all that the Draco stream holds have bytes of their own.
@@ -88,18 +101,41 @@ int PrimitiveReader::components(const std::string& attribute) const {
   return document_.accessor(accessor(attribute)).components;
 }
 
-std::vector<float> PrimitiveReader::floats(const std::string& attribute, int components) const {
-  const std::string place = document_.place(pointer_ + "/attributes/" + attribute);
-  if (draco_) {
-    const auto found = draco_->attributes.find(attribute);
-    if (found != draco_->attributes.end()) {
-      if (found->second.size() != vertex_count_ * uint64_t(components)) {
-        throw InputError(place, "expected {} components", components);
-      }
-      return found->second;
-    }
+std::string PrimitiveReader::place_of(const std::string& attribute) const {
+  return document_.place(pointer_ + "/attributes/" + attribute);
+}
+
+// What the stream holds of it, or null.
+const std::vector<float>* PrimitiveReader::draco_floats(const std::string& attribute) const {
+  if (!draco_) return nullptr;
+  const auto found = draco_->attributes.find(attribute);
+  return found == draco_->attributes.end() ? nullptr : &found->second;
+}
+
+// Everything that may be wrong with it, before there is room for it.
+void PrimitiveReader::check(const std::string& attribute, int components) const {
+  if (const std::vector<float>* decoded = draco_floats(attribute)) {
+    if (decoded->size() == vertex_count_ * uint64_t(components)) return;
+    throw InputError(place_of(attribute), "expected {} components", components);
   }
-  return read(accessor(attribute), components, place);
+  const int index = accessor(attribute);
+  check_count(index, place_of(attribute));
+  check_floats(document_, index, components, place_of(attribute));
+}
+
+void PrimitiveReader::copy(const std::string& attribute, int components, float* out) const {
+  if (const std::vector<float>* decoded = draco_floats(attribute)) {
+    std::copy_n(decoded->data(), vertex_count_ * uint64_t(components), out);
+  } else {
+    copy_floats(document_, accessor(attribute), place_of(attribute), chosen(), out);
+  }
+}
+
+std::vector<float> PrimitiveReader::floats(const std::string& attribute, int components) const {
+  check(attribute, components);
+  std::vector<float> values(vertex_count() * uint64_t(components));
+  copy(attribute, components, values.data());
+  return values;
 }
 
 std::vector<float> PrimitiveReader::target_floats(size_t target, const std::string& attribute,
@@ -113,45 +149,46 @@ std::vector<float> PrimitiveReader::target_floats(size_t target, const std::stri
   return read(member->get<int>(), components, place);
 }
 
+void PrimitiveReader::check_count(int index, const std::string& place) const {
+  const uint64_t count = document_.accessor(index).count;
+  if (count == vertex_count_) return;
+  throw InputError(place, "{} elements for {} vertices", count, vertex_count_);
+}
+
 std::vector<float> PrimitiveReader::read(int index, int components,
                                          const std::string& place) const {
-  const uint64_t count = document_.accessor(index).count;
-  if (count != vertex_count_) {
-    throw InputError(place, "{} elements for {} vertices", count, vertex_count_);
-  }
-  return read_floats(document_, index, components, place, used_.empty() ? nullptr : &used_);
+  check_count(index, place);
+  return read_floats(document_, index, components, place, chosen());
 }
 
 // A few triangles each of thousands of primitives may name one accessor of a million vertices.
 void PrimitiveReader::choose_vertices() {
   constexpr uint64_t kFew = 4;  // a quarter: below, sorting costs less than reading all
-  if (indices_.empty() || indices_.size() > vertex_count_ / kFew) return;
-  used_ = indices_;
+  if (index_count_ == 0 || index_count_ > vertex_count_ / kFew) return;
+  used_.assign(corners(), corners() + index_count_);
   std::ranges::sort(used_);
   used_.erase(std::unique(used_.begin(), used_.end()), used_.end());
-  for (uint32_t& index : indices_) {
+  for (uint32_t& index : std::span(corners(), index_count_)) {
     index = uint32_t(std::ranges::lower_bound(used_, index) - used_.begin());
   }
 }
 
-std::vector<uint32_t> PrimitiveReader::read_corners() const {
+void PrimitiveReader::read_corners() {
   const json* member = find_member(primitive_, "indices");
   if (!member) {
-    check_zeros(document_, accessor("POSITION"),
-                document_.place(pointer_ + "/attributes/POSITION"));
-    std::vector<uint32_t> all(vertex_count_);
-    std::iota(all.begin(), all.end(), 0u);
-    return all;
+    check_zeros(document_, accessor("POSITION"), place_of("POSITION"));
+    set_index_count(vertex_count_);
+    std::iota(corners(), corners() + index_count_, 0u);
+    return;
   }
   const std::string place = document_.place(pointer_ + "/indices");
-  std::vector<uint32_t> values = read_indices(document_, member->get<int>(), place);
-  for (size_t i = 0; i < values.size(); ++i) {
-    if (values[i] >= vertex_count_) {
-      throw InputError(place, "index {} of its accessor is {}, but there are only {} vertices", i,
-                       values[i], vertex_count_);
-    }
-  }
-  return values;
+  set_index_count(check_indices(document_, member->get<int>(), place));
+  copy_indices(document_, member->get<int>(), place, corners());
+  const std::span<const uint32_t> values = indices();
+  if (values.empty() || std::ranges::max(values) < vertex_count_) return;
+  const auto beyond = std::ranges::find_if(values, [&](uint32_t v) { return v >= vertex_count_; });
+  throw InputError(place, "index {} of its accessor is {}, but there are only {} vertices",
+                   beyond - values.begin(), *beyond, vertex_count_);
 }
 
 }  // namespace emberline

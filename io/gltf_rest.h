@@ -26,6 +26,7 @@ struct GltfRest {
   std::map<MeshId, RestMesh> meshes;
   uint64_t last_key = 0;
   std::map<int, GltfImage> images;  // by glTF image
+  TextureStore textures;            // where their texels are
   uint64_t image_bytes = 0;         // of those: reserved, and given back by who owns this
   std::map<size_t, std::vector<Mat44d>> instancing;  // by node
   MemoryReservation memory;                          // of that

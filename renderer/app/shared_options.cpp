@@ -101,6 +101,9 @@ void add_limits(CLI::App* app, LimitOptions& o) {
   add_size(app, "--memory-limit", o.memory_bytes,
            "turn away what needs more memory: bytes, or with K, M, G, T powers of 1024 of them "
            "[three quarters of what the machine, its container or the job of Slurm has]");
+  add_size(app, "--texture-memory", o.texture_bytes,
+           "hold textures that take more than this, decoded, in a temporary file ($TMPDIR, else "
+           "/tmp), and about so much of it in memory; the picture is the same [all in memory]");
   add_number(app, "--load-timeout", o.load_timeout_s, kLeastTimeLimit, kMostTimeLimit,
              "give up loading and building after so many seconds [never]");
 }

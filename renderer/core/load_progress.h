@@ -33,6 +33,9 @@ struct LoadLimits {
   std::shared_ptr<MemoryBudget> memory = MemoryBudget::unlimited();
   std::optional<double> timeout_s;
   std::string scene;
+  // A scene's textures that take more are held in a file, and of that so much in memory. Not the
+  // environment, whose every row is read anyway.
+  std::optional<uint64_t> texture_bytes = {};
 };
 
 class LoadProgress {
@@ -64,6 +67,7 @@ class LoadProgress {
     if (ends()) throw_end();
   }
   const std::shared_ptr<MemoryBudget>& budget() const { return limits_.memory; }
+  const std::optional<uint64_t>& texture_bytes() const { return limits_.texture_bytes; }
   // Enters a stage of so many equal items; a stage that is gone through twice does not go back.
   void begin(LoadStage stage, uint64_t items = 0);
   void advance(uint64_t items = 1);

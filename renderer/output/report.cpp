@@ -100,6 +100,7 @@ Json memory_json(const RenderReport& r) {
           {"geometry_bytes", r.memory.geometry_bytes},
           {"bvh_bytes", r.memory.bvh_bytes},
           {"texture_bytes", r.memory.texture_bytes},
+          {"texture_file_bytes", r.memory.texture_file_bytes},
           {"film_bytes", r.film_bytes},
           {"limit_bytes", r.budget->limit()},
           {"most_reserved_bytes", r.budget->peak()}};

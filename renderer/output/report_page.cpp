@@ -322,6 +322,7 @@ void add_memory(HtmlPage& page, const RenderReport& r) {
                     {"Geometry", readable_bytes(r.memory.geometry_bytes)},
                     {"Bounding volume hierarchies", readable_bytes(r.memory.bvh_bytes)},
                     {"Textures", readable_bytes(r.memory.texture_bytes)},
+                    {"Textures in a temporary file", readable_bytes(r.memory.texture_file_bytes)},
                     {"Film, pictures and this page's maps", readable_bytes(r.film_bytes)}}));
 }
 

@@ -103,7 +103,8 @@ uint64_t default_memory_limit() {
 
 LoadLimits limits_of(const LimitOptions& options, const std::string& scene) {
   const uint64_t bytes = options.memory_bytes ? *options.memory_bytes : default_memory_limit();
-  return {std::make_shared<MemoryBudget>(bytes), options.load_timeout_s, scene};
+  return {std::make_shared<MemoryBudget>(bytes), options.load_timeout_s, scene,
+          options.texture_bytes};
 }
 
 }  // namespace emberline

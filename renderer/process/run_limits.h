@@ -12,8 +12,9 @@
 namespace emberline {
 
 struct LimitOptions {
-  std::optional<uint64_t> memory_bytes;  // absent: default_memory_limit()
-  std::optional<double> load_timeout_s;  // absent: none
+  std::optional<uint64_t> memory_bytes;        // absent: default_memory_limit()
+  std::optional<double> load_timeout_s;        // absent: none
+  std::optional<uint64_t> texture_bytes = {};  // absent: all of them are held in memory
 };
 
 // A new budget, and the time from now on.

@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/parallel.h"
 #include "renderer/description/default_light.h"
 #include "renderer/description/framing.h"
 #include "renderer/scene/geometry.h"
@@ -281,11 +282,14 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
   mesh.is_baked = true;
   const Mat44d& m = placed.to_world;
   const bool mirrored = determinant3(m) < 0;
+  constexpr size_t kGrain = size_t(1) << 14;  // some 100 microseconds
   const auto for_each = [&](size_t count, const auto& change) {
-    for (size_t i = 0; i < count; ++i) {
-      if (i % 65536 == 0) progress_.check();
-      change(i);
-    }
+    parallel_ranges(count, kGrain, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        if (i % 65536 == 0) progress_.check();
+        change(i);
+      }
+    });
   };
   const std::array<Vec3d, 3> rows = normal_rows(m);
   const auto bake_vertices = [&](auto& vertices) {
@@ -401,13 +405,14 @@ void SceneBuilder::drop_unread_attributes() {
   for (Mesh& mesh : scene_->meshes_) {
     if (!mesh.material) continue;
     if (!mesh.material->needs_tangents()) {
-      mesh.tangents = {};
-      for (scene_detail::MeshStep& step : mesh.motion) step.tangents = {};
+      // {} alone would keep the memory.
+      mesh.tangents = std::vector<Vec4f>();
+      for (scene_detail::MeshStep& step : mesh.motion) step.tangents = std::vector<Vec4f>();
     }
     if (options_.unread_uv) continue;
     const uint32_t read = mesh.material->uv_mask();
     for (size_t set = 0; set < mesh.uv_sets.size(); ++set) {
-      if (set >= kMaxUvSets || (read >> set & 1u) == 0) mesh.uv_sets[set] = {};
+      if (set >= kMaxUvSets || (read >> set & 1u) == 0) mesh.uv_sets[set] = std::vector<Vec2f>();
     }
     if (read == 0) mesh.uv_sets = {};
   }

@@ -61,6 +61,7 @@ struct SceneMemory {
   uint64_t geometry_bytes = 0;  // vertices, indices, attributes, instances, emitters, light BVH
   uint64_t bvh_bytes = 0;       // what Embree holds: its memory monitor, and embree_api.h's sizes
   uint64_t texture_bytes = 0;   // resident texels, each image once; environment and its tables
+  uint64_t texture_file_bytes = 0;  // texels that lie in a file instead (LoadLimits)
 };
 
 namespace scene_detail {

@@ -299,6 +299,7 @@ void SceneUpdater::update_memory_and_features() {
     memory.bvh_bytes = scene_.geometry_->device()->bytes();
   }
   memory.texture_bytes = scene_.materials_->bytes();
+  memory.texture_file_bytes = scene_.materials_->texture_file_bytes();
   if (scene_.environment_) memory.texture_bytes += scene_.environment_->bytes();
   memory.geometry_bytes += scene_.lights_->bytes();
   list_features(culls, masks, blends);

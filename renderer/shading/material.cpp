@@ -393,7 +393,9 @@ MaterialSet::MaterialSet(const SceneDescription& scene, const std::vector<bool>&
 
   std::set<const Image*> images;
   for (const Texture& texture : textures_) images.insert(&texture.image());
-  for (const Image* image : images) texture_bytes_ += image->texels.size();
+  for (const Image* image : images) {
+    (image->mapped ? texture_file_bytes_ : texture_bytes_) += image->byte_count();
+  }
   image_count_ = images.size();
 
   const auto any = [&](auto has) { return std::any_of(materials_.begin(), materials_.end(), has); };
@@ -402,7 +404,8 @@ MaterialSet::MaterialSet(const SceneDescription& scene, const std::vector<bool>&
   };
   if (!textures_.empty()) {
     features_.push_back("textures (" + std::to_string(image_count_) +
-                        (image_count_ == 1 ? " image)" : " images)"));
+                        (image_count_ == 1 ? " image" : " images") +
+                        (texture_file_bytes_ > 0 ? ", in a temporary file)" : ")"));
   }
   note(any([](const Material& m) { return m.has_normal_map(); }), "normal maps");
   note(any([](const Material& m) { return m.is_emissive(); }), "emission");

@@ -250,7 +250,8 @@ class MaterialSet {
 
   // For the report.
   uint64_t texture_bytes() const { return texture_bytes_; }  // resident texels, each image once
-  uint64_t bytes() const;                                    // texels, tables and materials
+  uint64_t texture_file_bytes() const { return texture_file_bytes_; }  // of the images in a file
+  uint64_t bytes() const;  // texels, tables and materials
   size_t image_count() const { return image_count_; }
   // What the scene's materials need, in words: "textures (2 images)", "normal maps", "emission",
   // "transmission", "absorption", "dispersion", "diffuse transmission", "anisotropy",
@@ -262,7 +263,7 @@ class MaterialSet {
   std::deque<Texture> textures_;
   std::vector<Material> materials_;
   std::vector<std::string> features_;
-  uint64_t texture_bytes_ = 0;
+  uint64_t texture_bytes_ = 0, texture_file_bytes_ = 0;
   size_t image_count_ = 0;
 };
 

@@ -51,7 +51,7 @@ float fold(float c, WrapMode wrap) {
 
 Texture::Texture(std::shared_ptr<const Image> image, const TextureRef& ref, bool srgb)
     : image_(std::move(image)),
-      texels_(image_->texels.data()),
+      texels_(image_->data()),
       width_(image_->width),
       height_(image_->height),
       channels_(image_->channels),
@@ -83,7 +83,7 @@ Texture::Texture(std::shared_ptr<const Image> image, const TextureRef& ref, bool
       break;
   }
   texel_bytes_ = size_t(channels_) * bytes;
-  assert(image_->texels.size() == size_t(width_) * size_t(height_) * texel_bytes_);
+  assert(image_->mapped || image_->texels.size() == image_->byte_count());
 }
 
 bool Texture::same_use(const Texture& o) const {

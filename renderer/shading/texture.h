@@ -1,5 +1,5 @@
-// A resident texture: the image's texels in their file's own bit depth, never copied, and how one
-// material slot looks at them.
+// A texture: the image's texels in their file's own bit depth, never copied, and how one material
+// slot looks at them. Where they are, in memory or in a mapped file, makes no difference here.
 //
 // A lookup fetches ONE texel: the bilinear filter is an expectation, taken by choosing a neighbour
 // with u_texture (Pharr, Wronski, Salvi & Fajardo 2024, "Filtering After Shading With Stochastic

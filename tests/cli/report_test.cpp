@@ -49,6 +49,7 @@ TEST_F(Report, HasEveryKeyOfTheDesign) {
       {"/memory/geometry_bytes", Type::number_unsigned},
       {"/memory/bvh_bytes", Type::number_unsigned},
       {"/memory/texture_bytes", Type::number_unsigned},
+      {"/memory/texture_file_bytes", Type::number_unsigned},
       {"/memory/film_bytes", Type::number_unsigned},
       {"/numerics/non_finite_samples", Type::number_unsigned},
       {"/error/estimator", Type::string},

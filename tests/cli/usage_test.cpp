@@ -44,6 +44,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--memory-limit",
        {"", "abc", "nan", "inf", "0", "-1", "G", "4X", "4GB", "0.5", "1e30", "8 G", "99999999T"},
        {"8G, 500M or 4096"}},
+      {"--texture-memory", {"", "abc", "0", "-1", "4X", "0.5", "1e30"}, {"8G, 500M or 4096"}},
       {"--load-timeout", numbers({"0", "-1", "1e10"}), {"0.001 to 1000000000"}},
       {"--bisection-axis", {"row", "", "Both"}, {"valid names are", "rows, columns, both"}},
       {"--reconstruction", {"cubic", ""}, {"valid names are", "duplicate, linear"}},

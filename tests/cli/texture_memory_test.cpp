@@ -1,0 +1,108 @@
+// --texture-memory: textures that lie in a file instead of in memory, and the same picture.
+#include <algorithm>
+#include <csignal>
+#include <cstdint>
+#include <filesystem>
+
+#include "cli/command_test.h"
+#include "support/embedded_images.h"
+
+namespace emberline::test {
+namespace {
+
+class TextureMemory : public CommandTest {
+ protected:
+  static constexpr int kSide = 256;
+  static constexpr uint64_t kMap = uint64_t(3) * kSide * kSide;  // bytes
+
+  // A floor and a lamp that wear three maps of noise between them; one of them a normal map.
+  std::string textured() {
+    GltfBuilder gltf = lamp_scene();
+    uint32_t state = 1;
+    const auto map = [&] {
+      std::vector<uint8_t> bytes(kMap);
+      for (uint8_t& b : bytes) b = uint8_t((state = state * 1664525u + 1013904223u) >> 24);
+      const ByteImage image{kSide, kSide, 3, std::move(bytes)};
+      return nlohmann::json{
+          {"index", add_texture(gltf, emberline::encode_image(image, "png", "map.png"))}};
+    };
+    nlohmann::json& materials = gltf.root["materials"];
+    const nlohmann::json colour = map(), normal = map(), emission = map();
+    materials[0]["pbrMetallicRoughness"]["baseColorTexture"] = colour;
+    materials[0]["normalTexture"] = normal;
+    materials[1]["emissiveTexture"] = emission;
+    return gltf.write_glb(path("textured.glb"));
+  }
+  ExrPicture picture(const Words& more) {
+    const Words words = {"render", textured(), "-o", path("out.exr"), "--size",
+                         "32x24",  "--spp",    "16", "--max-depth",   "3"};
+    render(words + Words{"--report", path("r.json")} + more);
+    return read_exr(path("out.exr"));
+  }
+};
+
+TEST_F(TextureMemory, ThePictureHasTheSameBits) {
+  for (const Words& driver : {Words{"--driver", "bucket"}, Words{"--driver", "bisection"},
+                              Words{"--driver", "adaptive", "--unbiased"}}) {
+    const ExrPicture resident = picture(driver);
+    EXPECT_EQ(read_json("r.json")["memory"]["texture_file_bytes"], 0u);
+    EXPECT_GE(read_json("r.json")["memory"]["texture_bytes"], 3 * kMap);
+    for (const char* threads : {"1", "3"}) {
+      const ExrPicture mapped =
+          picture(driver + Words{"--threads", threads, "--texture-memory", "1K"});
+      EXPECT_EQ(first_difference(resident, mapped), "") << driver[1] << ", threads: " << threads;
+      EXPECT_EQ(read_json("r.json")["memory"]["texture_file_bytes"], 3 * kMap);
+      EXPECT_LT(read_json("r.json")["memory"]["texture_bytes"], kMap);
+    }
+  }
+}
+
+// Two maps are there before the third is too much: they go to the file with it.
+TEST_F(TextureMemory, IsALimitOfAllTexturesTogether) {
+  const auto in_file = [&](uint64_t limit) {
+    picture({"--texture-memory", std::to_string(limit)});
+    return read_json("r.json")["memory"]["texture_file_bytes"].get<uint64_t>();
+  };
+  EXPECT_EQ(in_file(3 * kMap), 0u);
+  EXPECT_EQ(in_file(3 * kMap - 1), 3 * kMap);
+}
+
+// What is in the file does not count for --memory-limit.
+TEST_F(TextureMemory, LeavesTheMemoryLimitToOthers) {
+  const auto reserved = [&](const Words& more) {
+    picture(Words{"--threads", "1"} + more);
+    return read_json("r.json")["memory"]["most_reserved_bytes"].get<double>();
+  };
+  EXPECT_LT(reserved({"--texture-memory", "1K"}), reserved({}) - 1.5 * double(kMap));
+}
+
+TEST_F(TextureMemory, AFolderThatTakesNoFileIsSaid) {
+  const Words words = {"render", textured(), "-o", path("no.exr"), "--texture-memory", "1K"};
+  expect_failure(words, 1, {"cannot hold textures", path("none"), "TMPDIR"},
+                 {.environment = {{"TMPDIR", path("none")}}});
+  // Full: no file may grow beyond so much.
+  expect_failure(words, 1, {"cannot hold textures", "File too large"},
+                 {.environment = {{"TMPDIR", folder_.path()}}, .file_size_limit = kMap / 2});
+}
+
+// Where they all fit nobody asks for the folder.
+TEST_F(TextureMemory, WhatFitsNeedsNoFolder) {
+  render({"render", textured(), "-o", path("a.exr"), "--size", "8x8", "--spp", "1",
+          "--texture-memory", "1G"},
+         {.environment = {{"TMPDIR", path("none")}}});
+}
+
+TEST_F(TextureMemory, AKilledRunLeavesNothing) {
+  const std::string folder = path("temporary");
+  std::filesystem::create_directory(folder);
+  Process process({"render", textured(), "-o", path("long.exr"), "--spp", "1000000",
+                   "--texture-memory", "1K", "--verbose"},
+                  {.folder = folder_.path(), .environment = {{"TMPDIR", folder}}});
+  process.wait_for_error("%", 2);
+  process.send(SIGKILL);
+  EXPECT_EQ(process.wait().signal, SIGKILL);
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+}
+
+}  // namespace
+}  // namespace emberline::test
