@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <climits>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -405,6 +406,42 @@ void HeldFile::rename_to(const std::string& path) {
     fail(path, "finishing the file failed", errno);
   }
   path_ = path;
+}
+
+ScratchFile::ScratchFile(const std::string& beside) : beside_(beside) {
+  const std::string target = resolve_links(beside);
+  descriptor_ = ::open(folder_of(target).c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  if (descriptor_ >= 0) return;
+  // A file system that has no files without names: one that loses its name at once.
+  std::string temporary;
+  const int named = open_beside(target, 0600, &temporary);
+  if (named >= 0) {
+    descriptor_ = ::open(temporary.c_str(), O_RDWR | O_CLOEXEC);
+    ::unlink(temporary.c_str());
+    ::close(named);
+  }
+  if (descriptor_ < 0) fail(beside_, "no scratch file can be made beside it", errno);
+}
+
+ScratchFile::~ScratchFile() { ::close(descriptor_); }
+
+void ScratchFile::write_at(const void* bytes, size_t count, uint64_t offset) {
+  const int error = write_all(descriptor_, bytes, count, offset);
+  if (error != 0) fail(beside_, "the scratch file beside it", error);
+}
+
+void ScratchFile::read_at(void* bytes, size_t count, uint64_t offset) const {
+  char* next = static_cast<char*>(bytes);
+  while (count > 0) {
+    const ssize_t got = ::pread(descriptor_, next, count, off_t(offset));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) fail(beside_, "the scratch file beside it", errno);
+    if (got == 0) break;
+    next += got;
+    count -= size_t(got);
+    offset += uint64_t(got);
+  }
+  std::memset(next, 0, count);
 }
 
 GrowingFile::GrowingFile(const std::string& path) : path_(path) {

@@ -116,6 +116,25 @@ class HeldFile {
   uint64_t size_ = 0;
 };
 
+// A file without a name, for what does not fit into memory: it is gone with the object, and with
+// the process. All errors are RenderError, one line that names the file it is beside.
+class ScratchFile {
+ public:
+  // In the folder of that file, which has the room: its results go there.
+  explicit ScratchFile(const std::string& beside);
+  ~ScratchFile();
+  ScratchFile(const ScratchFile&) = delete;
+  ScratchFile& operator=(const ScratchFile&) = delete;
+
+  // Both thread-safe; writing for disjoint ranges. What was never written reads as zeros.
+  void write_at(const void* bytes, size_t count, uint64_t offset);
+  void read_at(void* bytes, size_t count, uint64_t offset) const;
+
+ private:
+  std::string beside_;
+  int descriptor_ = -1;
+};
+
 // A file that others follow while it grows: empty at first, and what is appended is there at once.
 // It waits for no reader of a pipe. All errors are RenderError, one line that names the file.
 class GrowingFile {

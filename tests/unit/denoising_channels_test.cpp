@@ -136,6 +136,7 @@ class Seen : public ::testing::Test {
     RenderSettings settings;
     settings.aovs = "denoising";
     settings.streams = StreamCount::kTwo;
+    settings.spp = 256;
     image_ = render(*scene_.build(), perspective(from, at, 1), settings);
   }
 
@@ -143,13 +144,12 @@ class Seen : public ::testing::Test {
   RenderedImage image_;
 };
 
-// From (0, 3, 3) a mirror at 45 degrees below shows the wall to the right of it, 2 further away.
+// A mirror 3 below, at 45 degrees, shows the wall beside it, 2 further away.
 TEST_F(Seen, MirrorsShowWhatIsInThem) {
   const int mirror = scene_.add_material(metal(Rgb(0.5f, 1.0f, 1.0f), 0.0f));
   const int wall = scene_.add_material(lambert(Rgb(0.8f, 0.4f, 0.2f)));
   scene_.add_quad({-1, -1, 1}, {1, 1, 1}, {1, 1, -1}, {-1, -1, -1}, mirror);
-  scene_.add_quad({-2, -5, -5}, {-2, -5, 5}, {-2, 5, 5}, {-2, 5, -5}, wall);
-  scene_.add_quad({-2.5f, -5, 5}, {-2.5f, -5, -5}, {-2.5f, 5, -5}, {-2.5f, 5, 5}, wall);
+  scene_.add_quad({-2, -5, 5}, {-2, -5, -5}, {-2, 5, -5}, {-2, 5, 5}, wall);
   scene_.add_point_light({1, 2, 2}, Rgb(10.0f));
   look({0, 3, 0.001}, {0, 0, 0});
   EXPECT_NEAR(middle("nearness"), 1.0 / 5, 0.002);
@@ -158,7 +158,7 @@ TEST_F(Seen, MirrorsShowWhatIsInThem) {
   EXPECT_NEAR(middle("albedo.B"), 0.2f, 0.02f);
 }
 
-// A pane is seen through, and what it reflects of an empty scene is the background.
+// A pane is seen through; 1 in 13 samples sees the empty background in it.
 TEST_F(Seen, ThroughAPaneOfGlass) {
   const int pane = scene_.add_material(glass(1.5f, 0.0f, false));
   const int floor = scene_.add_material(lambert(Rgb(0.6f)));
@@ -166,8 +166,8 @@ TEST_F(Seen, ThroughAPaneOfGlass) {
   scene_.add_floor(5, 0, floor);
   scene_.add_point_light({0.5, 3, 0}, Rgb(10.0f));
   look({0, 4, 0.001}, {0, 0, 0});
-  EXPECT_NEAR(middle("nearness"), 0.25f, 0.03f);
-  EXPECT_NEAR(middle("albedo.G"), 0.6f, 0.08f);
+  EXPECT_NEAR(middle("nearness"), 0.25f * 12 / 13, 0.02f);
+  EXPECT_NEAR(middle("albedo.G"), 0.6f * 12 / 13, 0.05f);
   EXPECT_GT(middle("visibility"), 0.8f);
 }
 
@@ -185,7 +185,7 @@ TEST_F(Seen, TheBackgroundIsItsLight) {
 TEST_F(Seen, AShadowIsNotLit) {
   const int grey_floor = scene_.add_material(lambert(Rgb(0.6f)));
   scene_.add_floor(5, 0, grey_floor);
-  scene_.add_floor(0.5f, 1, grey_floor);
+  scene_.add_floor(0.5f, 1, grey_floor, false);
   scene_.add_point_light({0, 2, 0}, Rgb(10.0f));
   look({3, 0.5, 0}, {0, 0, 0});
   EXPECT_EQ(middle("visibility"), 0.0f);
