@@ -8,6 +8,7 @@ BELOW = {
     "renderer/core": [],
     "renderer/description": ["renderer/core"],
     "renderer/film": ["renderer/core"],
+    "renderer/reconstruction": ["renderer/core"],
     "samplers": ["renderer/core"],
     "renderer/shading": ["renderer/description"],
     "renderer/lights": ["renderer/description"],

@@ -1,0 +1,33 @@
+// How much of each filtered picture a pixel takes. With the raw picture r and candidates F_k, the
+// expected squared error of r + sum_k a_k (F_k - r) is, whatever the bias of F_k,
+//   V - 2 sum_k a_k (V - C_k) + sum_kl a_k a_l D_kl,
+// V the variance of r; C_k what the noises of r and F_k have in common, a pixel's weight in its own
+// filtered value times V; D_kl the mean product of F_k - r and F_l - r. All of them can be measured
+// (Stein, "Estimation of the Mean of a Multivariate Normal Distribution", 1981), and are pooled
+// over neighbours. The shares a_k that make it least go to 0 where the filter's bias exceeds the
+// noise, so that the picture converges.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "renderer/reconstruction/filtered_runs.h"
+
+namespace emberline {
+
+struct Candidate {
+  ColourPlanes colour;
+  Plane own_weight;  // of a pixel in its own value
+};
+using Candidates = std::array<Candidate, kBandwidths>;
+
+struct Blend {
+  std::array<Plane, kBandwidths> shares;  // of each candidate; the rest is raw
+  Plane error_before, error;  // squared, of linear radiance, channels summed; below 0: unknown
+};
+
+// A pixel depends on those kBlendReach around it.
+inline constexpr int kBlendReach = 5;
+Blend blend(const Halves& halves, const Candidates& candidates);
+
+}  // namespace emberline
