@@ -126,7 +126,10 @@ int run_denoise(const DenoiseOptions& options) {
   const WorkerThreads workers(options.threads);
   FileRegister files;
   files.read(options.image, "it is the frame itself");
-  for (const std::string& path : options.outputs) files.write("-o", path);
+  for (const std::string& path : options.outputs) {
+    check_picture_format(path, {});
+    files.write("-o", path);
+  }
   const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
   InputRows rows(options.image, progress);
   const FloatImage& image = rows.file().image();

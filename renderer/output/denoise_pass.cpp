@@ -22,6 +22,7 @@ constexpr int kBandRows = 256;
 constexpr int kReadRows = 64;
 // What denoise() holds of a pixel, and of each light group there, with the results.
 constexpr uint64_t kFilterBytes = 512, kPartBytes = 48;
+constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
 constexpr const char* kLightLayer = "light.";
 
@@ -150,11 +151,29 @@ class Pass {
     read_until(std::min(height_, end + kDenoiseMargin));
     DenoiseInput input = input_of(window_, job_.crop.width());
     for (const std::string& layer : layers_) input.parts.push_back(window_.colours(layer + "."));
-    const DenoisedPicture picture = denoise(input, begin - window_.begin(), end - window_.begin());
+    DenoisedPicture picture = denoise(input, begin - window_.begin(), end - window_.begin());
     before_ += picture.squared_error_before;
     after_ += picture.squared_error_after;
     kept_ += picture.kept;
+    show_unsampled(begin, end, &picture);
     write(picture, begin, end);
+  }
+
+  // A pixel without samples shows what it does in the frame, its neighbours perhaps.
+  void show_unsampled(int begin, int end, DenoisedPicture* picture) const {
+    const HalfPlanes samples = window_.halves("samples");
+    const size_t first = window_.index_of(0, begin), count = window_.index_of(0, end) - first;
+    const auto copy = [&](const std::string& layer, std::array<std::vector<float>, 3>& colour) {
+      for (size_t c = 0; c < 3; ++c) {
+        const std::span<const float> shown = window_.plane(layer + kChannels[c]);
+        for (size_t i = 0; i < count; ++i) {
+          const size_t pixel = first + i;
+          if (samples.a[pixel] + samples.b[pixel] == 0.0f) colour[c][i] = shown[pixel];
+        }
+      }
+    };
+    copy("", picture->colour);
+    for (size_t l = 0; l < layers_.size(); ++l) copy(layers_[l] + ".", picture->parts[l]);
   }
 
   void read_until(int end) {
@@ -225,11 +244,12 @@ std::vector<std::string> missing_denoise_channels(Names channels) {
   };
   for (const FilmChannel& channel : half_channels()) need(channel.name);
   for (const std::string& layer : light_layers(channels)) {
-    for (const char* half : kHalfNames) {
-      for (const char* c : kColour) need(std::string(half) + "." + layer + c);
+    for (const char* c : kColour) {
+      for (const char* half : kHalfNames) need(std::string(half) + "." + layer + c);
+      need(layer + c);
     }
   }
-  for (const char* name : {"R", "G", "B"}) need(name);
+  for (const char* name : kChannels) need(name);
   return missing;
 }
 

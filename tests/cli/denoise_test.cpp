@@ -154,6 +154,31 @@ TEST_F(Denoise, TheReportSaysWhatItBrought) {
   EXPECT_TRUE(read_json("r.json")["denoise"].is_null());
 }
 
+TEST_F(Denoise, HeatmapsShowTheErrorThatIsLeft) {
+  const Words later = {"heatmap", path("out.exr"), "-o", path("map.exr"), "--of", "denoised_error"};
+  const ExrPicture seen = picture({"--denoise"});
+  EXPECT_EQ(run(later).exit_code, 0);
+  EXPECT_EQ(read_exr(path("map.exr")).channels.at("denoised_error"),
+            seen.channels.at("denoised.error"));
+  expect_failure(words({"--denoise", "--heatmap", "m.png", "--heatmap-of", "denoised_error"}), 2,
+                 {"--heatmap-of", "emberline heatmap"});
+  render(words({"--aov", "denoising"}));
+  expect_failure(later, 3, {"denoised.error", "--denoise"});
+}
+
+// A frame that was stopped before every pixel had a sample: what those show stays.
+TEST_F(Denoise, PixelsWithoutSamplesShowWhatTheyDid) {
+  const ExrPicture seen = picture({"--size", "600x400", "--spp", "100000", "--driver", "bisection",
+                                   "--time-limit", "0.001", "--denoise"});
+  size_t bare = 0;
+  for (size_t i = 0; i < seen.channels.at("samples").size(); ++i) {
+    if (seen.channels.at("samples")[i] > 0) continue;
+    ++bare;
+    EXPECT_EQ(seen.channels.at("denoised.G")[i], seen.channels.at("G")[i]);
+  }
+  EXPECT_GT(bare, 1000u);
+}
+
 TEST_F(Denoise, PartsAreMergedAndDenoised) {
   const ExrPicture whole = picture({"--denoise", "--bucket-size", "16"});
   Words parts;

@@ -6,6 +6,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/film/half_channels.h"
+#include "support/busy_scene.h"
 #include "support/glass_scenes.h"
 #include "support/render.h"
 
@@ -191,6 +192,35 @@ TEST_F(Seen, AShadowIsNotLit) {
   EXPECT_EQ(middle("visibility"), 0.0f);
   look({3, 2, 0}, {3, 0, 0.001});
   EXPECT_EQ(middle("visibility"), 1.0f);
+}
+
+// Laws 2 and 3: whatever the driver, threads and crop; and R G B and all else as without.
+TEST(DenoisingChannels, DependOnTheSamplesAlone) {
+  const std::unique_ptr<Scene> scene = busy_scene();
+  RenderSettings s;
+  s.width = 37;
+  s.height = 29;
+  s.spp = 20;
+  s.streams = StreamCount::kTwo;
+  s.threads = 1;
+  s.aovs = "variance,albedo,N,Z,id";
+  const RenderedImage without = render(*scene, busy_view(), s);
+  s.aovs += ",denoising";
+  const RenderedImage with = render(*scene, busy_view(), s);
+  for (size_t c = 0; c < without.channels.size(); ++c) {
+    const auto at = std::ranges::find(with.channels, without.channels[c]) - with.channels.begin();
+    for (size_t i = 0; i < size_t(with.crop.area()); ++i) {
+      ASSERT_EQ(with.values[i * with.channels.size() + size_t(at)],
+                without.values[i * without.channels.size() + c])
+          << without.channels[c];
+    }
+  }
+  s.threads = 3;
+  expect_same_bits(render(*scene, busy_view(), s), with, "3 threads");
+  s.driver = "bisection";
+  expect_same_bits(render(*scene, busy_view(), s), with, "bisection");
+  s.crop = {11, 3, 30, 17};
+  expect_same_bits(render(*scene, busy_view(), s), with, "a crop");
 }
 
 // Few samples are halved; more come from a stream each.
