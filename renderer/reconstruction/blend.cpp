@@ -2,12 +2,14 @@
 
 #include <cmath>
 
+#include "renderer/core/display_error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/reconstruction/box.h"
 
 namespace emberline {
 namespace {
 
+constexpr int kPoolRadius = 5;
 constexpr size_t kPairs = size_t(kBandwidths) * (kBandwidths + 1) / 2;
 constexpr size_t pair(size_t k, size_t l) {
   return k > l ? k * (k + 1) / 2 + l : l * (l + 1) / 2 + k;
@@ -62,71 +64,125 @@ Terms measure(const Halves& h, const Candidates& candidates) {
   return own;
 }
 
-void pool(Terms& terms) {
-  const auto one = [](Plane& plane) { plane = box_sum(plane, kBlendReach); };
-  one(terms.noise);
-  for (Plane& plane : terms.gains) one(plane);
-  for (Plane& plane : terms.squares) one(plane);
+Terms pooled(const Terms& own, int radius) {
+  Terms sums;
+  sums.noise = box_sum(own.noise, radius);
+  for (size_t k = 0; k < kBandwidths; ++k) sums.gains[k] = box_sum(own.gains[k], radius);
+  for (size_t k = 0; k < kPairs; ++k) sums.squares[k] = box_sum(own.squares[k], radius);
+  return sums;
+}
+
+using Shares = std::array<float, kBandwidths>;
+
+// sum_k a_k (V - C_k) and sum_kl a_k a_l D_kl of a pixel.
+struct Change {
+  float gain = 0.0f, square = 0.0f;
+};
+Change change_at(const Terms& terms, const Shares& a, int x, int y) {
+  Change change;
+  for (size_t k = 0; k < kBandwidths; ++k) {
+    change.gain += a[k] * terms.gains[k].row(y)[x];
+    for (size_t l = 0; l < kBandwidths; ++l) {
+      change.square += a[k] * a[l] * terms.squares[pair(k, l)].row(y)[x];
+    }
+  }
+  return change;
 }
 
 // The shares, none below 0 nor their sum above 1, that make the error least, one after the other
 // until they settle.
 constexpr int kRounds = 16;
 
-struct Least {
-  std::array<float, kBandwidths> shares = {};
-  float error = 0.0f;
-};
-
-Least least_error(float noise, const std::array<float, kBandwidths>& gains,
-                  const std::array<float, kPairs>& squares) {
-  Least least;
-  std::array<float, kBandwidths>& a = least.shares;
+Shares least_error(const Terms& terms, int x, int y) {
+  Shares a = {};
   for (int round = 0; round < kRounds; ++round) {
     for (size_t k = 0; k < kBandwidths; ++k) {
-      float gain = gains[k], rest = 1.0f;
+      float gain = terms.gains[k].row(y)[x], rest = 1.0f;
       for (size_t l = 0; l < kBandwidths; ++l) {
-        gain -= l == k ? 0.0f : a[l] * squares[pair(k, l)];
+        gain -= l == k ? 0.0f : a[l] * terms.squares[pair(k, l)].row(y)[x];
         rest -= l == k ? 0.0f : a[l];
       }
-      const float square = squares[pair(k, k)];
+      const float square = terms.squares[pair(k, k)].row(y)[x];
       a[k] = gain > 0 ? std::max(std::min(gain / std::max(square, 1e-30f), rest), 0.0f) : 0.0f;
     }
   }
-  least.error = noise;
-  for (size_t k = 0; k < kBandwidths; ++k) {
-    least.error -= 2 * a[k] * gains[k];
-    for (size_t l = 0; l < kBandwidths; ++l) least.error += a[k] * a[l] * squares[pair(k, l)];
+  return a;
+}
+
+// Where the nearest neighbours changed by far more than their noise explains, as beside a lamp whose
+// noise has decided for all around, the share is cut down to so many times what they ask for.
+constexpr int kNearRadius = 1;
+constexpr float kDoubt = 3.0f;
+constexpr int kSmoothRadius = 2;  // of the shares
+
+std::array<Plane, kBandwidths> choose_shares(const Halves& h, const Terms& own) {
+  const Terms wide = pooled(own, kPoolRadius), near = pooled(own, kNearRadius);
+  std::array<Plane, kBandwidths> shares;
+  shares.fill(Plane(h.width, h.height));
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      const Shares a = least_error(wide, x, y);
+      const Change change = change_at(near, a, x, y);
+      const bool doubtful = change.square > kDoubt * change.gain;
+      const float scale = doubtful ? std::max(kDoubt * change.gain / change.square, 0.0f) : 1.0f;
+      for (size_t k = 0; k < kBandwidths; ++k) shares[k].row(y)[x] = scale * a[k];
+    }
+  });
+  for (Plane& plane : shares) {
+    plane = box_sum(plane, kSmoothRadius);
   }
-  least.error = std::max(least.error, 0.0f);
-  return least;
+  Plane ones(h.width, h.height);
+  for (int y = 0; y < h.height; ++y) std::fill_n(ones.row(y), h.width, 1.0f);
+  const Plane area = box_sum(ones, kSmoothRadius);
+  for (Plane& plane : shares) {
+    for (int y = 0; y < h.height; ++y)
+      for (int x = 0; x < h.width; ++x) plane.row(y)[x] /= area.row(y)[x];
+  }
+  return shares;
 }
 
 }  // namespace
 
 Blend blend(const Halves& h, const Candidates& candidates) {
-  Terms terms = measure(h, candidates);
-  pool(terms);
-  const Plane told = box_sum(h.told, kBlendReach);
+  const Terms own = measure(h, candidates);
   Blend out;
-  out.shares.fill(Plane(h.width, h.height));
-  out.error_before = out.error = Plane(h.width, h.height);
+  out.shares = choose_shares(h, own);
+  Plane before(h.width, h.height), after(h.width, h.height);
+  const Plane told = box_sum(h.told, kPoolRadius);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
     for (int x = 0; x < h.width; ++x) {
-      std::array<float, kBandwidths> gains;
-      std::array<float, kPairs> squares;
-      for (size_t k = 0; k < kBandwidths; ++k) gains[k] = terms.gains[k].row(y)[x];
-      for (size_t k = 0; k < kPairs; ++k) squares[k] = terms.squares[k].row(y)[x];
-      Least least = least_error(terms.noise.row(y)[x], gains, squares);
-      // A pixel without a sample is what its neighbours are.
-      const bool sampled = h.half[0].known.row(y)[x] + h.half[1].known.row(y)[x] > 0;
-      if (!sampled) least.shares = {1.0f};
-      for (size_t k = 0; k < kBandwidths; ++k) out.shares[k].row(y)[x] = least.shares[k];
-      const float scale = 1.0f / (told.row(y)[x] * terms.unit.row(y)[x]);
-      const bool known = told.row(y)[x] > 0;
-      out.error_before.row(y)[x] = known ? terms.noise.row(y)[x] * scale : -1.0f;
-      out.error.row(y)[x] = known ? least.error * scale : -1.0f;
+      Shares a;
+      for (size_t k = 0; k < kBandwidths; ++k) a[k] = out.shares[k].row(y)[x];
+      const Change change = change_at(own, a, x, y);
+      float value = 0.0f;
+      for (size_t c = 0; c < 3; ++c) {
+        const float raw = h.raw[c].row(y)[x];
+        value += raw;
+        for (size_t k = 0; k < kBandwidths; ++k) {
+          value += a[k] * (candidates[k].colour[c].row(y)[x] - raw);
+        }
+      }
+      const float v = h.own_noise.row(y)[x] * (1.0f / 3);
+      const float w = display_error_weight(value * (1.0f / 3), std::sqrt(v));
+      before.row(y)[x] = v * w;
+      after.row(y)[x] =
+          v * w + (change.square - 2 * change.gain) * (1.0f / 3) * w / own.unit.row(y)[x];
+      if (h.half[0].known.row(y)[x] + h.half[1].known.row(y)[x] == 0) {
+        for (size_t k = 0; k < kBandwidths; ++k) out.shares[k].row(y)[x] = k == 0 ? 1.0f : 0.0f;
+      }
+    }
+  });
+  out.error_before = box_sum(before, kPoolRadius);
+  out.error = box_sum(after, kPoolRadius);
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      const float n = told.row(y)[x];
+      float &b = out.error_before.row(y)[x], &e = out.error.row(y)[x];
+      b = n > 0 ? std::min(b / n, 0.25f) : 0.25f;
+      e = n > 0 ? std::clamp(e / n, 0.0f, 0.25f) : 0.25f;
     }
   });
   return out;

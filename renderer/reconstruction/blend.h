@@ -23,11 +23,11 @@ using Candidates = std::array<Candidate, kBandwidths>;
 
 struct Blend {
   std::array<Plane, kBandwidths> shares;  // of each candidate; the rest is raw
-  Plane error_before, error;  // squared, of linear radiance, channels summed; below 0: unknown
+  Plane error_before, error;  // expected squared error of the displayed pixel, raw and blended
 };
 
 // A pixel depends on those kBlendReach around it.
-inline constexpr int kBlendReach = 5;
+inline constexpr int kBlendReach = 12;
 Blend blend(const Halves& halves, const Candidates& candidates);
 
 }  // namespace emberline

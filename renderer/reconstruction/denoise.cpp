@@ -103,14 +103,6 @@ std::array<std::vector<float>, 3> filter_part(const Halves& h, const HalfColour&
   return out;
 }
 
-// A squared error of linear radiance, channels summed, as displayed.
-float displayed(float squared, float brightness) {
-  constexpr float kMost = 0.25f;  // values in [0, 1] vary no more
-  if (squared < 0) return kMost;
-  const float one = squared * (1.0f / 3);
-  return std::min(one * display_error_weight(brightness, std::sqrt(one)), kMost);
-}
-
 void tell_errors(const Blend& shares, const Halves& h, int begin, int end, DenoisedPicture& out) {
   constexpr float kLeastShare = 0.01f;  // what is below is left as it was, to the eye
   const size_t width = size_t(h.width);
@@ -118,11 +110,9 @@ void tell_errors(const Blend& shares, const Halves& h, int begin, int end, Denoi
   for (int y = begin; y < end; ++y) {
     for (int x = 0; x < h.width; ++x) {
       const size_t i = size_t(y - begin) * width + size_t(x);
-      const float brightness = (out.colour[0][i] + out.colour[1][i] + out.colour[2][i]) / 3;
-      const float after = displayed(shares.error.row(y)[x], brightness);
-      out.error[i] = std::sqrt(after);
-      out.squared_error_after += double(after);
-      out.squared_error_before += double(displayed(shares.error_before.row(y)[x], brightness));
+      out.error[i] = std::sqrt(shares.error.row(y)[x]);
+      out.squared_error_after += double(shares.error.row(y)[x]);
+      out.squared_error_before += double(shares.error_before.row(y)[x]);
       float share = 0.0f;
       for (const Plane& plane : shares.shares) share += plane.row(y)[x];
       out.kept += share < kLeastShare;
