@@ -25,7 +25,7 @@ struct Terms {
 
 // Relative errors, so that a bright pixel does not decide for dark neighbours; below this (squared)
 // radiance, where a display shows next to nothing, absolute ones.
-constexpr float kDarkest = 1e-3f;
+constexpr float kDarkest = 1e-5f;
 
 void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& own) {
   const float *told = h.told.row(y), *noise = h.own_noise.row(y);
@@ -109,8 +109,8 @@ Shares least_error(const Terms& terms, int x, int y) {
   return a;
 }
 
-// Where the nearest neighbours changed by far more than their noise explains, as beside a lamp whose
-// noise has decided for all around, the share is cut down to so many times what they ask for.
+// Where the nearest neighbours changed by far more than their noise explains, as beside a lamp
+// whose noise has decided for all around, the share is cut down to so many times what they ask for.
 constexpr int kNearRadius = 1;
 constexpr float kDoubt = 3.0f;
 constexpr int kSmoothRadius = 2;  // of the shares

@@ -43,12 +43,8 @@ DenoiseInput rows_of(const DenoiseInput& input, int begin, int end) {
   return rows;
 }
 
-HalfPictures pictures_of(const std::array<const ColourPlanes*, 2>& colour) {
-  HalfPictures pictures;
-  for (size_t s = 0; s < 2; ++s) {
-    for (const Plane& plane : *colour[s]) pictures[s].push_back(&plane);
-  }
-  return pictures;
+HalfPictures pictures_of(const ColourPlanes& a, const ColourPlanes& b) {
+  return {{{&a[0], &a[1], &a[2]}, {&b[0], &b[1], &b[2]}}};
 }
 
 Candidates filter_colour(const Halves& h, int begin, int end, const std::stop_token& stop) {
@@ -57,15 +53,14 @@ Candidates filter_colour(const Halves& h, int begin, int end, const std::stop_to
     candidate.colour.fill(Plane(h.width, h.height));
     candidate.own_weight = Plane(h.width, h.height);
   }
-  filter_runs(h, begin, end, pictures_of({&h.half[0].colour, &h.half[1].colour}), stop,
-              [&](const FilteredRun& run) {
-                Candidate& to = candidates[size_t(run.bandwidth)];
-                const auto copy = [&](const std::array<float, kRun>& from, Plane& plane) {
-                  std::copy_n(from.begin(), run.columns, plane.row(run.y) + run.x);
-                };
-                for (size_t c = 0; c < 3; ++c) copy(run.values[c], to.colour[c]);
-                copy(run.own_weight, to.own_weight);
-              });
+  const HalfPictures halves = pictures_of(h.half[0].colour, h.half[1].colour);
+  filter_runs(h, begin, end, halves, stop, [&](const FilteredRun& run) {
+    Candidate& to = candidates[run.bandwidth];
+    for (size_t c = 0; c < 3; ++c) {
+      std::copy_n(run.colour[c], run.columns, to.colour[c].row(run.y) + run.x);
+    }
+    std::copy_n(run.own_weight, run.columns, to.own_weight.row(run.y) + run.x);
+  });
   return candidates;
 }
 
@@ -86,12 +81,13 @@ std::array<std::vector<float>, 3> filter_part(const Halves& h, const HalfColour&
     raw[c] = mean_of_halves(h, half[0][c], half[1][c]);
     filtered[c] = raw[c];
   }
-  filter_runs(h, begin, end, pictures_of({&half[0], &half[1]}), stop, [&](const FilteredRun& run) {
-    const float* a = shares.shares[size_t(run.bandwidth)].row(run.y) + run.x;
+  const HalfPictures halves = pictures_of(half[0], half[1]);
+  filter_runs(h, begin, end, halves, stop, [&](const FilteredRun& run) {
+    const float* a = shares.shares[run.bandwidth].row(run.y) + run.x;
     for (size_t c = 0; c < 3; ++c) {
       const float* r = raw[c].row(run.y) + run.x;
       float* to = filtered[c].row(run.y) + run.x;
-      for (int x = 0; x < run.columns; ++x) to[x] += a[x] * (run.values[c][size_t(x)] - r[x]);
+      for (int x = 0; x < run.columns; ++x) to[x] += a[x] * (run.colour[c][x] - r[x]);
     }
   });
   std::array<std::vector<float>, 3> out;
