@@ -178,29 +178,46 @@ Plane pooled_error(const Halves& h, const Plane& own) {
 }
 
 // The error's terms again, for the shares that were taken, as displayed.
-void estimate_errors(const Halves& h, const Terms& own, Blend& out) {
-  Plane before(h.width, h.height), after(h.width, h.height);
+//
+// Where little error is left of much noise, it is the small difference of large numbers; but what the
+// blended halves differ by still tells its variance.
+void estimate_errors(const Halves& h, const Candidates& candidates, const Terms& own, Blend& out) {
+  Plane before(h.width, h.height), after(h.width, h.height), variance(h.width, h.height);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
     for (int x = 0; x < h.width; ++x) {
       Shares a;
       for (size_t k = 0; k < kBandwidths; ++k) a[k] = out.shares[k].row(y)[x];
-      float value = 0.0f, square = 0.0f;
+      const float kept = 1.0f - out.lost_light->own_share().row(y)[x];
+      float value = 0.0f, square = 0.0f, spread = 0.0f;
       for (size_t c = 0; c < 3; ++c) {
+        const float raw = h.half[0].colour[c].row(y)[x] - h.half[1].colour[c].row(y)[x];
+        float d = raw;
+        for (size_t k = 0; k < kBandwidths; ++k) {
+          d += kept * a[k] * (candidates[k].difference[c].row(y)[x] - raw);
+        }
+        spread += d * d * (1.0f / 3);
         const float v = out.colour[c].row(y)[x], change = v - h.raw[c].row(y)[x];
         value += v * (1.0f / 3);
         square += change * change * (1.0f / 3);
       }
-      const float kept = 1.0f - out.lost_light->own_share().row(y)[x];
       const float gain = kept * change_at(own, a, x, y).gain / own.unit.row(y)[x] * (1.0f / 3);
       const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
       const float weight = display_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
       before.row(y)[x] = noise * weight;
       after.row(y)[x] = (noise - 2 * gain + square) * weight;
+      variance.row(y)[x] = spread * h.share[0].row(y)[x] * h.share[1].row(y)[x] * weight;
     }
   });
   out.error_before = pooled_error(h, before);
   out.error = pooled_error(h, after);
+  variance = pooled_error(h, variance);
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      out.error.row(y)[x] = std::max(out.error.row(y)[x], variance.row(y)[x]);
+    }
+  });
 }
 
 }  // namespace
@@ -213,7 +230,7 @@ Blend blend(const Halves& h, const Candidates& candidates) {
   out.colour = mix(h, candidates, out.shares);
   out.lost_light.emplace(h, h.raw, out.colour);
   for (size_t c = 0; c < 3; ++c) out.lost_light->give_back(h.raw[c], out.colour[c]);
-  estimate_errors(h, own, out);
+  estimate_errors(h, candidates, own, out);
   return out;
 }
 

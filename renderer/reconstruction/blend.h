@@ -18,6 +18,7 @@ namespace emberline {
 
 struct Candidate {
   ColourPlanes colour;
+  ColourPlanes difference;  // of the filtered halves
   Plane own_weight;  // of a pixel in its own value
 };
 using Candidates = std::array<Candidate, kBandwidths>;

@@ -61,6 +61,7 @@ Candidates filter_colour(const Halves& h, int begin, int end, const std::stop_to
   Candidates candidates;
   for (Candidate& candidate : candidates) {
     candidate.colour.fill(Plane(h.width, h.height));
+    candidate.difference.fill(Plane(h.width, h.height));
     candidate.own_weight = Plane(h.width, h.height);
   }
   const HalfPictures halves = pictures_of(h.half[0].colour, h.half[1].colour);
@@ -68,6 +69,7 @@ Candidates filter_colour(const Halves& h, int begin, int end, const std::stop_to
     Candidate& to = candidates[run.bandwidth];
     for (size_t c = 0; c < 3; ++c) {
       std::copy_n(run.colour[c], run.columns, to.colour[c].row(run.y) + run.x);
+      std::copy_n(run.difference[c], run.columns, to.difference[c].row(run.y) + run.x);
     }
     std::copy_n(run.own_weight, run.columns, to.own_weight.row(run.y) + run.x);
   });

@@ -12,7 +12,8 @@ struct FilteredRun {
   int x, y, columns;
   size_t bandwidth;
   float colour[3][kLanes];
-  float own_weight[kLanes];  // of a pixel in its own value
+  float difference[3][kLanes];  // of the filtered halves
+  float own_weight[kLanes];     // of a pixel in its own value
 };
 
 // Of either half.
@@ -21,16 +22,23 @@ using HalfPictures = std::array<PixelFilter::Picture, 2>;
 inline FilteredRun filtered_run(const Halves& halves, const WindowWeights& weights,
                                 const Tile& tile, int column, int row, size_t bandwidth,
                                 const HalfPictures& pictures, PixelFilter& filter) {
-  FilteredRun run = {tile.x + column, tile.y + row, std::min(kLanes, tile.columns - column),
-                     bandwidth,       {},           {}};
+  FilteredRun run = {};
+  run.x = tile.x + column;
+  run.y = tile.y + row;
+  run.columns = std::min(kLanes, tile.columns - column);
+  run.bandwidth = bandwidth;
   for (size_t s = 0; s < 2; ++s) {
     float colour[3][kLanes], own_weight[kLanes];
     filter.fit(weights, s, int(bandwidth), tile, column, row);
     filter.apply(pictures[s], colour);
     filter.own_weight(own_weight);
     const float* share = halves.share[s].row(run.y) + run.x;
+    const float sign = s == 0 ? 1.0f : -1.0f;
     for (int x = 0; x < kLanes; ++x) {
-      for (size_t c = 0; c < 3; ++c) run.colour[c][x] += share[x] * colour[c][x];
+      for (size_t c = 0; c < 3; ++c) {
+        run.colour[c][x] += share[x] * colour[c][x];
+        run.difference[c][x] += sign * colour[c][x];
+      }
       run.own_weight[x] += share[x] * own_weight[x];
     }
   }
