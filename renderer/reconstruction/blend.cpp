@@ -9,7 +9,6 @@
 namespace emberline {
 namespace {
 
-constexpr int kPoolRadius = 5;
 constexpr size_t kPairs = size_t(kBandwidths) * (kBandwidths + 1) / 2;
 constexpr size_t pair(size_t k, size_t l) {
   return k > l ? k * (k + 1) / 2 + l : l * (l + 1) / 2 + k;
@@ -25,7 +24,7 @@ struct Terms {
 
 // Relative errors, so that a bright pixel does not decide for dark neighbours; below this (squared)
 // radiance, where a display shows next to nothing, absolute ones.
-constexpr float kDarkest = 1e-3f;
+constexpr float kDarkest = 1e-5f;
 
 void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& own) {
   const float *told = h.told.row(y), *noise = h.own_noise.row(y);
@@ -109,11 +108,10 @@ Shares least_error(const Terms& terms, int x, int y) {
   return a;
 }
 
-// Where the nearest neighbours changed by far more than their noise explains, as beside a lamp whose
-// noise has decided for all around, the share is cut down to so many times what they ask for.
+// Where the nearest neighbours changed by far more than their noise explains, as beside a lamp
+// whose noise has decided for all around, the share is cut down to so many times what they ask for.
 constexpr int kNearRadius = 1;
 constexpr float kDoubt = 3.0f;
-constexpr int kSmoothRadius = 2;  // of the shares
 
 std::array<Plane, kBandwidths> choose_shares(const Halves& h, const Terms& own) {
   const Terms wide = pooled(own, kPoolRadius), near = pooled(own, kNearRadius);
@@ -129,17 +127,97 @@ std::array<Plane, kBandwidths> choose_shares(const Halves& h, const Terms& own) 
       for (size_t k = 0; k < kBandwidths; ++k) shares[k].row(y)[x] = scale * a[k];
     }
   });
-  for (Plane& plane : shares) {
-    plane = box_sum(plane, kSmoothRadius);
-  }
-  Plane ones(h.width, h.height);
-  for (int y = 0; y < h.height; ++y) std::fill_n(ones.row(y), h.width, 1.0f);
-  const Plane area = box_sum(ones, kSmoothRadius);
-  for (Plane& plane : shares) {
-    for (int y = 0; y < h.height; ++y)
-      for (int x = 0; x < h.width; ++x) plane.row(y)[x] /= area.row(y)[x];
-  }
+  for (Plane& plane : shares) plane = box_mean(plane, kSmoothRadius);
   return shares;
+}
+
+ColourPlanes mix(const Halves& h, const Candidates& candidates,
+                 const std::array<Plane, kBandwidths>& shares) {
+  ColourPlanes mixed = h.raw;
+  for (size_t c = 0; c < 3; ++c) {
+    parallel_each(size_t(h.height), [&](size_t row) {
+      const int y = int(row);
+      const float* raw = h.raw[c].row(y);
+      float* to = mixed[c].row(y);
+      for (size_t k = 0; k < kBandwidths; ++k) {
+        const float *a = shares[k].row(y), *filtered = candidates[k].colour[c].row(y);
+        for (int x = 0; x < h.width; ++x) to[x] += a[x] * (filtered[x] - raw[x]);
+      }
+    });
+  }
+  return mixed;
+}
+
+// A pixel without a sample is what its neighbours are.
+void fill_unknown(const Halves& h, std::array<Plane, kBandwidths>& shares) {
+  for (int y = 0; y < h.height; ++y) {
+    const float *a = h.half[0].known.row(y), *b = h.half[1].known.row(y);
+    for (int x = 0; x < h.width; ++x) {
+      if (a[x] + b[x] > 0) continue;
+      for (size_t k = 0; k < kBandwidths; ++k) shares[k].row(y)[x] = k == 0 ? 1.0f : 0.0f;
+    }
+  }
+}
+
+// The squared error of a display's value in [0, 1] is no larger.
+constexpr float kMostError = 0.25f;
+
+// Pooled over the pixels that tell theirs.
+Plane pooled_error(const Halves& h, const Plane& own) {
+  Plane error = box_sum(own, kPoolRadius);
+  const Plane told = box_sum(h.told, kPoolRadius);
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      float& e = error.row(y)[x];
+      const float n = told.row(y)[x];
+      e = n > 0 ? std::clamp(e / n, 0.0f, kMostError) : kMostError;
+    }
+  });
+  return error;
+}
+
+// The error's terms again, for the shares that were taken, as displayed.
+//
+// Where little error is left of much noise, it is the small difference of large numbers; but what the
+// blended halves differ by still tells its variance.
+void estimate_errors(const Halves& h, const Candidates& candidates, const Terms& own, Blend& out) {
+  Plane before(h.width, h.height), after(h.width, h.height), variance(h.width, h.height);
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      Shares a;
+      for (size_t k = 0; k < kBandwidths; ++k) a[k] = out.shares[k].row(y)[x];
+      const float kept = 1.0f - out.lost_light->own_share().row(y)[x];
+      float value = 0.0f, square = 0.0f, spread = 0.0f;
+      for (size_t c = 0; c < 3; ++c) {
+        const float raw = h.half[0].colour[c].row(y)[x] - h.half[1].colour[c].row(y)[x];
+        float d = raw;
+        for (size_t k = 0; k < kBandwidths; ++k) {
+          d += kept * a[k] * (candidates[k].difference[c].row(y)[x] - raw);
+        }
+        spread += d * d * (1.0f / 3);
+        const float v = out.colour[c].row(y)[x], change = v - h.raw[c].row(y)[x];
+        value += v * (1.0f / 3);
+        square += change * change * (1.0f / 3);
+      }
+      const float gain = kept * change_at(own, a, x, y).gain / own.unit.row(y)[x] * (1.0f / 3);
+      const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
+      const float weight = display_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
+      before.row(y)[x] = noise * weight;
+      after.row(y)[x] = (noise - 2 * gain + square) * weight;
+      variance.row(y)[x] = spread * h.share[0].row(y)[x] * h.share[1].row(y)[x] * weight;
+    }
+  });
+  out.error_before = pooled_error(h, before);
+  out.error = pooled_error(h, after);
+  variance = pooled_error(h, variance);
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      out.error.row(y)[x] = std::max(out.error.row(y)[x], variance.row(y)[x]);
+    }
+  });
 }
 
 }  // namespace
@@ -148,43 +226,11 @@ Blend blend(const Halves& h, const Candidates& candidates) {
   const Terms own = measure(h, candidates);
   Blend out;
   out.shares = choose_shares(h, own);
-  Plane before(h.width, h.height), after(h.width, h.height);
-  const Plane told = box_sum(h.told, kPoolRadius);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
-    for (int x = 0; x < h.width; ++x) {
-      Shares a;
-      for (size_t k = 0; k < kBandwidths; ++k) a[k] = out.shares[k].row(y)[x];
-      const Change change = change_at(own, a, x, y);
-      float value = 0.0f;
-      for (size_t c = 0; c < 3; ++c) {
-        const float raw = h.raw[c].row(y)[x];
-        value += raw;
-        for (size_t k = 0; k < kBandwidths; ++k) {
-          value += a[k] * (candidates[k].colour[c].row(y)[x] - raw);
-        }
-      }
-      const float v = h.own_noise.row(y)[x] * (1.0f / 3);
-      const float w = display_error_weight(value * (1.0f / 3), std::sqrt(v));
-      before.row(y)[x] = v * w;
-      after.row(y)[x] =
-          v * w + (change.square - 2 * change.gain) * (1.0f / 3) * w / own.unit.row(y)[x];
-      if (h.half[0].known.row(y)[x] + h.half[1].known.row(y)[x] == 0) {
-        for (size_t k = 0; k < kBandwidths; ++k) out.shares[k].row(y)[x] = k == 0 ? 1.0f : 0.0f;
-      }
-    }
-  });
-  out.error_before = box_sum(before, kPoolRadius);
-  out.error = box_sum(after, kPoolRadius);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
-    for (int x = 0; x < h.width; ++x) {
-      const float n = told.row(y)[x];
-      float &b = out.error_before.row(y)[x], &e = out.error.row(y)[x];
-      b = n > 0 ? std::min(b / n, 0.25f) : 0.25f;
-      e = n > 0 ? std::clamp(e / n, 0.0f, 0.25f) : 0.25f;
-    }
-  });
+  fill_unknown(h, out.shares);
+  out.colour = mix(h, candidates, out.shares);
+  out.lost_light.emplace(h, h.raw, out.colour);
+  for (size_t c = 0; c < 3; ++c) out.lost_light->give_back(h.raw[c], out.colour[c]);
+  estimate_errors(h, candidates, own, out);
   return out;
 }
 

@@ -9,25 +9,32 @@
 #pragma once
 
 #include <array>
-#include <vector>
+#include <optional>
 
 #include "renderer/reconstruction/filtered_runs.h"
+#include "renderer/reconstruction/outliers.h"
 
 namespace emberline {
 
 struct Candidate {
   ColourPlanes colour;
+  ColourPlanes difference;  // of the filtered halves
   Plane own_weight;  // of a pixel in its own value
 };
 using Candidates = std::array<Candidate, kBandwidths>;
 
+// What is decided for the picture as a whole, and holds for its parts.
 struct Blend {
   std::array<Plane, kBandwidths> shares;  // of each candidate; the rest is raw
+  ColourPlanes colour;
+  std::optional<LostLight> lost_light;  // already given back to `colour`
   Plane error_before, error;  // expected squared error of the displayed pixel, raw and blended
 };
 
 // A pixel depends on those kBlendReach around it.
-inline constexpr int kBlendReach = 12;
+inline constexpr int kPoolRadius = 5;    // of the error's terms
+inline constexpr int kSmoothRadius = 2;  // of the shares
+inline constexpr int kBlendReach = 2 * kPoolRadius + kSmoothRadius + kLostLightReach;
 Blend blend(const Halves& halves, const Candidates& candidates);
 
 }  // namespace emberline

@@ -25,4 +25,18 @@ Plane box_sum(const Plane& in, int radius) {
   return out;
 }
 
+Plane box_mean(const Plane& in, int radius) {
+  Plane mean = box_sum(in, radius);
+  const auto inside = [radius](int at, int size) {
+    return std::min(at + radius, size - 1) - std::max(at - radius, 0) + 1;
+  };
+  parallel_each(size_t(in.height()), [&](size_t row) {
+    const int y = int(row), rows = inside(y, in.height());
+    for (int x = 0; x < in.width(); ++x) {
+      mean.row(y)[x] /= float(rows * inside(x, in.width()));
+    }
+  });
+  return mean;
+}
+
 }  // namespace emberline

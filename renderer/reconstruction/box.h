@@ -10,4 +10,7 @@ namespace emberline {
 // The border of `in` is taken for 0.
 Plane box_sum(const Plane& in, int radius);
 
+// The same over the number of pixels inside.
+Plane box_mean(const Plane& in, int radius);
+
 }  // namespace emberline

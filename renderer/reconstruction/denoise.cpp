@@ -43,35 +43,37 @@ DenoiseInput rows_of(const DenoiseInput& input, int begin, int end) {
   return rows;
 }
 
-HalfPictures pictures_of(const std::array<const ColourPlanes*, 2>& colour) {
-  HalfPictures pictures;
-  for (size_t s = 0; s < 2; ++s) {
-    for (const Plane& plane : *colour[s]) pictures[s].push_back(&plane);
+std::array<std::vector<float>, 3> rows_of(const ColourPlanes& colour, int begin, int end) {
+  std::array<std::vector<float>, 3> out;
+  for (size_t c = 0; c < 3; ++c) {
+    for (int y = begin; y < end; ++y) {
+      out[c].insert(out[c].end(), colour[c].row(y), colour[c].row(y) + colour[c].width());
+    }
   }
-  return pictures;
+  return out;
+}
+
+HalfPictures pictures_of(const ColourPlanes& a, const ColourPlanes& b) {
+  return {{{&a[0], &a[1], &a[2]}, {&b[0], &b[1], &b[2]}}};
 }
 
 Candidates filter_colour(const Halves& h, int begin, int end, const std::stop_token& stop) {
   Candidates candidates;
   for (Candidate& candidate : candidates) {
     candidate.colour.fill(Plane(h.width, h.height));
+    candidate.difference.fill(Plane(h.width, h.height));
     candidate.own_weight = Plane(h.width, h.height);
   }
-  filter_runs(h, begin, end, pictures_of({&h.half[0].colour, &h.half[1].colour}), stop,
-              [&](const FilteredRun& run) {
-                Candidate& to = candidates[size_t(run.bandwidth)];
-                const auto copy = [&](const std::array<float, kRun>& from, Plane& plane) {
-                  std::copy_n(from.begin(), run.columns, plane.row(run.y) + run.x);
-                };
-                for (size_t c = 0; c < 3; ++c) copy(run.values[c], to.colour[c]);
-                copy(run.own_weight, to.own_weight);
-              });
+  const HalfPictures halves = pictures_of(h.half[0].colour, h.half[1].colour);
+  filter_runs(h, begin, end, halves, stop, [&](const FilteredRun& run) {
+    Candidate& to = candidates[run.bandwidth];
+    for (size_t c = 0; c < 3; ++c) {
+      std::copy_n(run.colour[c], run.columns, to.colour[c].row(run.y) + run.x);
+      std::copy_n(run.difference[c], run.columns, to.difference[c].row(run.y) + run.x);
+    }
+    std::copy_n(run.own_weight, run.columns, to.own_weight.row(run.y) + run.x);
+  });
   return candidates;
-}
-
-void mix_row(const Plane& raw, const Plane& filtered, const Plane& share, int y, float* out) {
-  const float *r = raw.row(y), *f = filtered.row(y), *a = share.row(y);
-  for (int x = 0; x < raw.width(); ++x) out[x] += a[x] * (f[x] - r[x]);
 }
 
 // The part's raw picture and its candidates in the shares of the whole.
@@ -86,21 +88,19 @@ std::array<std::vector<float>, 3> filter_part(const Halves& h, const HalfColour&
     raw[c] = mean_of_halves(h, half[0][c], half[1][c]);
     filtered[c] = raw[c];
   }
-  filter_runs(h, begin, end, pictures_of({&half[0], &half[1]}), stop, [&](const FilteredRun& run) {
-    const float* a = shares.shares[size_t(run.bandwidth)].row(run.y) + run.x;
+  const HalfPictures halves = pictures_of(half[0], half[1]);
+  const int first = std::max(begin - kLostLightReach, 0);
+  const int last = std::min(end + kLostLightReach, h.height);
+  filter_runs(h, first, last, halves, stop, [&](const FilteredRun& run) {
+    const float* a = shares.shares[run.bandwidth].row(run.y) + run.x;
     for (size_t c = 0; c < 3; ++c) {
       const float* r = raw[c].row(run.y) + run.x;
       float* to = filtered[c].row(run.y) + run.x;
-      for (int x = 0; x < run.columns; ++x) to[x] += a[x] * (run.values[c][size_t(x)] - r[x]);
+      for (int x = 0; x < run.columns; ++x) to[x] += a[x] * (run.colour[c][x] - r[x]);
     }
   });
-  std::array<std::vector<float>, 3> out;
-  for (size_t c = 0; c < 3; ++c) {
-    for (int y = begin; y < end; ++y) {
-      out[c].insert(out[c].end(), filtered[c].row(y), filtered[c].row(y) + h.width);
-    }
-  }
-  return out;
+  for (size_t c = 0; c < 3; ++c) shares.lost_light->give_back(raw[c], filtered[c]);
+  return rows_of(filtered, begin, end);
 }
 
 void tell_errors(const Blend& shares, const Halves& h, int begin, int end, DenoisedPicture& out) {
@@ -138,17 +138,7 @@ DenoisedPicture denoise(const DenoiseInput& input, int begin, int end,
   if (stop.stop_requested()) return {};
   const Blend shares = blend(h, candidates);
   DenoisedPicture out;
-  for (size_t c = 0; c < 3; ++c) {
-    out.colour[c].resize(size_t(end - begin) * size_t(h.width));
-    parallel_each(size_t(end - begin), [&](size_t i) {
-      const int y = begin + int(i);
-      float* to = out.colour[c].data() + i * size_t(h.width);
-      std::copy_n(h.raw[c].row(y), h.width, to);
-      for (size_t k = 0; k < kBandwidths; ++k) {
-        mix_row(h.raw[c], candidates[k].colour[c], shares.shares[k], y, to);
-      }
-    });
-  }
+  out.colour = rows_of(shares.colour, begin, end);
   for (const HalfColour& part : rows.parts) {
     out.parts.push_back(filter_part(h, part, shares, begin, end, stop));
     if (stop.stop_requested()) return {};

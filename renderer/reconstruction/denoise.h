@@ -44,7 +44,7 @@ struct DenoisedPicture {
 
 // A row is decided by the rows around it, as far as this; so a band of a large frame has the bits of
 // the whole when its input has this many rows more above and below (fewer at the frame's border).
-inline constexpr int kDenoiseMargin = 32;
+inline constexpr int kDenoiseMargin = 40;
 
 // Rows [begin, end) of the input; all of it by default. The same bits whatever the threads (TBB's
 // current arena) and whatever the bands. Empty when the stop was asked for.

@@ -1,53 +1,65 @@
 // The regression over all pixels of some rows, tile by tile.
 #pragma once
 
-#include <span>
 #include <stop_token>
-#include <vector>
 
 #include "renderer/reconstruction/regression.h"
 
 namespace emberline {
 
-// A run's filtered values: the mean of both halves, by their counts.
+// The filtered values of a few pixels of a row: the mean of both halves, by their counts.
 struct FilteredRun {
   int x, y, columns;
-  int bandwidth;
-  std::span<const std::array<float, kRun>> values;  // of each picture plane
-  std::array<float, kRun> own_weight;               // of a pixel in its own value
+  size_t bandwidth;
+  float colour[3][kLanes];
+  float difference[3][kLanes];  // of the filtered halves
+  float own_weight[kLanes];     // of a pixel in its own value
 };
 
-// Planes of either half, in the same order.
-using HalfPictures = std::array<std::vector<const Plane*>, 2>;
+// Of either half.
+using HalfPictures = std::array<PixelFilter::Picture, 2>;
 
-// sink(run) for each run of rows [begin, end) and each bandwidth, from many threads at once; a
-// row's runs of one tile come from one thread.
+inline FilteredRun filtered_run(const Halves& halves, const WindowWeights& weights,
+                                const Tile& tile, int column, int row, size_t bandwidth,
+                                const HalfPictures& pictures, PixelFilter& filter) {
+  FilteredRun run = {};
+  run.x = tile.x + column;
+  run.y = tile.y + row;
+  run.columns = std::min(kLanes, tile.columns - column);
+  run.bandwidth = bandwidth;
+  for (size_t s = 0; s < 2; ++s) {
+    float colour[3][kLanes], own_weight[kLanes];
+    filter.fit(weights, s, int(bandwidth), tile, column, row);
+    filter.apply(pictures[s], colour);
+    filter.own_weight(own_weight);
+    const float* share = halves.share[s].row(run.y) + run.x;
+    const float sign = s == 0 ? 1.0f : -1.0f;
+    for (int x = 0; x < kLanes; ++x) {
+      for (size_t c = 0; c < 3; ++c) {
+        run.colour[c][x] += share[x] * colour[c][x];
+        run.difference[c][x] += sign * colour[c][x];
+      }
+      run.own_weight[x] += share[x] * own_weight[x];
+    }
+  }
+  return run;
+}
+
+// sink(run) for all pixels of rows [begin, end) and each bandwidth, from many threads at once;
+// those of a pixel come from one thread.
 template <typename Sink>
 void filter_runs(const Halves& halves, int begin, int end, const HalfPictures& pictures,
                  const std::stop_token& stop, const Sink& sink) {
-  const size_t planes = pictures[0].size();
   for_each_tile(halves.width, begin, end, [&](const Tile& tile) {
     if (stop.stop_requested()) return;
     WindowWeights weights;
     weights.measure(halves, tile);
-    const auto filter = std::make_unique<RunFilter>(halves);
-    std::vector<std::array<float, kRun>> values(planes), half_values(planes);
-    for (int r = 0; r < tile.rows; ++r) {
-      for (int bandwidth = 0; bandwidth < kBandwidths; ++bandwidth) {
-        FilteredRun run{tile.x, tile.y + r, tile.columns, bandwidth, values, {}};
-        for (auto& plane : values) plane.fill(0.0f);
-        for (size_t s = 0; s < 2; ++s) {
-          filter->fit(weights, s, bandwidth, tile, r);
-          filter->apply(pictures[s], half_values.data());
-          const float* share = halves.share[s].row(run.y) + run.x;
-          for (size_t p = 0; p < planes; ++p) {
-            for (size_t x = 0; x < kRun; ++x) values[p][x] += share[x] * half_values[p][x];
-          }
-          for (size_t x = 0; x < kRun; ++x) {
-            run.own_weight[x] += share[x] * filter->own_weight()[x];
-          }
+    PixelFilter filter(halves);
+    for (int row = 0; row < tile.rows; ++row) {
+      for (int column = 0; column < tile.columns; column += kLanes) {
+        for (size_t k = 0; k < kBandwidths; ++k) {
+          sink(filtered_run(halves, weights, tile, column, row, k, pictures, filter));
         }
-        sink(run);
       }
     }
   });

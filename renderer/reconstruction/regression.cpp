@@ -55,146 +55,134 @@ void WindowWeights::measure(const Halves& h, const Tile& tile) {
   }
 }
 
-void RunFilter::fit(const WindowWeights& likeness, size_t half, int bandwidth, const Tile& tile,
-                    int row) {
-  x_ = tile.x;
+void PixelFilter::fit(const WindowWeights& likeness, size_t half, int bandwidth, const Tile& tile,
+                      int column, int row) {
+  x_ = tile.x + column;
   y_ = tile.y + row;
-  for (int k = 0; k < kMostTerms; ++k) std::fill(moments_[k], moments_[k] + kRun, 0.0f);
-  for (int o = 0; o < kOffsets; ++o) {
-    const int y = y_ + offset_y(o);
-    Row& w = weights_[o];
-    if (y < 0 || y >= halves_.height) {
-      std::fill(w, w + kRun, 0.0f);
-      continue;
-    }
-    const float* like = likeness.of(1 - half, o, row);
-    const float* known = halves_.half[half].known.row(y) + x_ + offset_x(o);
-    for (int x = 0; x < kRun; ++x) w[x] = like[x] * known[x];
-    for (int k = 0; k < bandwidth; ++k) {
-      for (int x = 0; x < kRun; ++x) w[x] = (w[x] * w[x]) * (w[x] * w[x]);
-    }
-    add_moments(o);
-  }
+  first_ = std::max(kWindowRadius - y_, 0) * kWindow;
+  last_ = std::min(kWindowRadius + halves_.height - y_, kWindow) * kWindow;
+  read_weights(likeness, half, bandwidth, column, row);
+  const int terms = term(features(), features()) + 1;
+  for (int k = 0; k < terms; ++k) moments_[k] = Lanes{};
+  for (int o = first_; o < last_; o += kAtOnce) add_moments(o);
   solve();
 }
 
-void RunFilter::add_moments(int offset) {
-  const Row& w = weights_[offset];
-  const int i = offset_x(offset), j = offset_y(offset);
-  for (int x = 0; x < kRun; ++x) moments_[0][x] += w[x];
-  const int count = int(features());
-  Row features[kMostFeatures];
+void PixelFilter::read_weights(const WindowWeights& likeness, size_t half, int bandwidth,
+                               int column, int row) {
+  for (int o = first_; o < last_; ++o) {
+    Lanes w, known;
+    load(likeness.of(1 - half, o, row) + column, w);
+    load(halves_.half[half].known.row(y_ + offset_y(o)) + x_ + offset_x(o), known);
+    for (int k = 0; k < bandwidth; ++k) {
+      w *= w;
+      w *= w;
+    }
+    weights_[o] = w * known;
+  }
+}
+
+void PixelFilter::add_moments(int offset) {
+  const Lanes* w = weights_ + offset;
+  const int count = features(), y = y_ + offset_y(offset);
+  Lanes f[kMostFeatures][kAtOnce];
+  moments_[0] += (w[0] + w[1]) + w[2];
   for (int k = 0; k < count; ++k) {
-    const Plane& plane = halves_.features[size_t(k)].value;
-    const float *here = plane.row(y_) + x_, *there = plane.row(y_ + j) + x_ + i;
-    Row& f = features[k];
-    for (int x = 0; x < kRun; ++x) f[x] = there[x] - here[x];
-    Row weighted;
-    for (int x = 0; x < kRun; ++x) weighted[x] = w[x] * f[x];
-    float(*moment)[kRun] = moments_ + term(k + 1, 0);
-    for (int x = 0; x < kRun; ++x) moment[0][x] += weighted[x];
+    const float* there = feature(k, y) + offset_x(offset);
+    Lanes here, weighted[kAtOnce];
+    load(feature(k, y_), here);
+    for (int j = 0; j < kAtOnce; ++j) {
+      load(there + j, f[k][j]);
+      f[k][j] -= here;
+      weighted[j] = w[j] * f[k][j];
+    }
+    Lanes* moment = moments_ + term(k + 1, 0);
+    moment[0] += (weighted[0] + weighted[1]) + weighted[2];
     for (int l = 0; l <= k; ++l) {
-      const Row& g = features[l];
-      float* __restrict m = moment[l + 1];
-      for (int x = 0; x < kRun; ++x) m[x] += weighted[x] * g[x];
+      moment[l + 1] += (weighted[0] * f[l][0] + weighted[1] * f[l][1]) + weighted[2] * f[l][2];
     }
   }
 }
 
 // From products to covariances, with their ridge.
-void RunFilter::take_means_out() {
-  const int count = int(features());
-  const Row& total = moments_[0];
-  for (int k = 0; k < count; ++k) {
-    float(*m)[kRun] = moments_ + term(k + 1, 0);
-    const Row& first = m[0];
-    for (int x = 0; x < kRun; ++x) mean_[k][x] = first[x] / std::max(total[x], kLeast);
-    for (int l = 0; l <= k; ++l) {
-      const float squares_share = l == k ? kRoundingRidge : 0.0f, share = l == k ? kRidge : 0.0f;
-      float* __restrict c = m[l + 1];
-      for (int x = 0; x < kRun; ++x) {
-        const float covariance = c[x] - first[x] * mean_[l][x];
-        c[x] = covariance + share * covariance + squares_share * c[x];
-      }
-    }
-    const float* noise = halves_.features[size_t(k)].noise.row(y_) + x_;
-    for (int x = 0; x < kRun; ++x) m[k + 1][x] += kNoiseRidge * noise[x] * total[x] + kLeast;
+void PixelFilter::take_means_out() {
+  const Lanes total = moments_[0];
+  Lanes divisor = total;
+  for (int x = 0; x < kLanes; ++x) divisor[x] = std::max(divisor[x], kLeast);
+  for (int k = 0; k < features(); ++k) {
+    Lanes* m = moments_ + term(k + 1, 0);
+    mean_[k] = m[0] / divisor;
+    const Lanes square = m[k + 1];
+    for (int l = 0; l <= k; ++l) m[l + 1] -= m[0] * mean_[l];
+    Lanes noise;
+    load(halves_.features[size_t(k)].noise.row(y_) + x_, noise);
+    m[k + 1] += kRidge * m[k + 1] + kRoundingRidge * square + kNoiseRidge * noise * total + kLeast;
   }
 }
 
 // Cholesky's, row by row, in place but for the diagonal.
-void RunFilter::decompose() {
-  const int count = int(features());
-  for (int k = 0; k < count; ++k) {
-    float(*m)[kRun] = moments_ + term(k + 1, 1);
+void PixelFilter::decompose() {
+  for (int k = 0; k < features(); ++k) {
+    Lanes* m = moments_ + term(k + 1, 1);
     for (int l = 0; l <= k; ++l) {
-      const float(*n)[kRun] = moments_ + term(l + 1, 1);
-      float* __restrict c = m[l];
-      for (int j = 0; j < l; ++j) {
-        for (int x = 0; x < kRun; ++x) c[x] -= m[j][x] * n[j][x];
-      }
-      if (l < k) {
-        for (int x = 0; x < kRun; ++x) c[x] *= inverse_[l][x];
-      } else {
-        for (int x = 0; x < kRun; ++x) inverse_[k][x] = 1.0f / std::sqrt(std::max(c[x], kLeast));
-      }
+      const Lanes* n = moments_ + term(l + 1, 1);
+      for (int j = 0; j < l; ++j) m[l] -= m[j] * n[j];
+      if (l < k) m[l] *= inverse_[l];
     }
+    for (int x = 0; x < kLanes; ++x) inverse_[k][x] = 1.0f / std::sqrt(std::max(m[k][x], kLeast));
   }
 }
 
 // Least squares. The fit at the pixel, where all features are 0, is a linear function of the
 // values: their mean + (0 - mean features)^T C^-1 (covariances of features and values).
-void RunFilter::solve() {
+void PixelFilter::solve() {
   take_means_out();
   decompose();
-  const int count = int(features());
+  const int count = features();
   for (int k = 0; k < count; ++k) {  // L z = -mean
-    for (int x = 0; x < kRun; ++x) slopes_[k][x] = -mean_[k][x];
-    for (int j = 0; j < k; ++j) {
-      const Row& l = moments_[term(k + 1, j + 1)];
-      for (int x = 0; x < kRun; ++x) slopes_[k][x] -= l[x] * slopes_[j][x];
-    }
-    for (int x = 0; x < kRun; ++x) slopes_[k][x] *= inverse_[k][x];
+    slopes_[k] = -mean_[k];
+    for (int j = 0; j < k; ++j) slopes_[k] -= moments_[term(k + 1, j + 1)] * slopes_[j];
+    slopes_[k] *= inverse_[k];
   }
   for (int k = count - 1; k >= 0; --k) {  // L^T slopes = z
-    for (int j = k + 1; j < count; ++j) {
-      const Row& l = moments_[term(j + 1, k + 1)];
-      for (int x = 0; x < kRun; ++x) slopes_[k][x] -= l[x] * slopes_[j][x];
-    }
-    for (int x = 0; x < kRun; ++x) slopes_[k][x] *= inverse_[k][x];
+    for (int j = k + 1; j < count; ++j) slopes_[k] -= moments_[term(j + 1, k + 1)] * slopes_[j];
+    slopes_[k] *= inverse_[k];
   }
-  const Row& total = moments_[0];
-  for (int x = 0; x < kRun; ++x) {
-    const float mean = total[x] > 0 ? 1.0f / std::max(total[x], kLeast) : 0.0f;
-    float constant = mean;
-    for (int k = 0; k < count; ++k) constant -= slopes_[k][x] * mean_[k][x];
+  const Lanes total = moments_[0];
+  Lanes mean;
+  for (int x = 0; x < kLanes; ++x)
+    mean[x] = total[x] > 0 ? 1.0f / std::max(total[x], kLeast) : 0.0f;
+  constant_ = mean;
+  for (int k = 0; k < count; ++k) constant_ -= slopes_[k] * mean_[k];
+  for (int x = 0; x < kLanes; ++x) {
     // Where no plane can be laid through the features: the weighted mean.
-    const bool usable = std::abs(constant) < kLargestWeight;
-    constant_[size_t(x)] = usable ? constant : mean;
-    for (int k = 0; k < count; ++k) slopes_[k][x] = usable ? slopes_[k][x] : 0.0f;
+    if (std::abs(constant_[x]) < kLargestWeight) continue;
+    constant_[x] = mean[x];
+    for (int k = 0; k < count; ++k) slopes_[k][x] = 0.0f;
   }
 }
 
-void RunFilter::apply(std::span<const Plane* const> planes, std::array<float, kRun>* out) const {
-  const int count = int(features());
-  for (size_t p = 0; p < planes.size(); ++p) out[p].fill(0.0f);
-  for (int o = 0; o < kOffsets; ++o) {
+void PixelFilter::apply(const Picture& picture, float (*out)[kLanes]) const {
+  const int count = features();
+  Lanes here[kMostFeatures];
+  for (int k = 0; k < count; ++k) load(feature(k, y_), here[k]);
+  Lanes sum[3] = {};
+  for (int o = first_; o < last_; ++o) {
     const int i = offset_x(o), y = y_ + offset_y(o);
-    if (y < 0 || y >= halves_.height) continue;
-    Row weight;
-    for (int x = 0; x < kRun; ++x) weight[x] = constant_[size_t(x)];
+    Lanes weight = constant_;
     for (int k = 0; k < count; ++k) {
-      const Plane& plane = halves_.features[size_t(k)].value;
-      const float *here = plane.row(y_) + x_, *there = plane.row(y) + x_ + i;
-      for (int x = 0; x < kRun; ++x) weight[x] += slopes_[k][x] * (there[x] - here[x]);
+      Lanes there;
+      load(feature(k, y) + i, there);
+      weight += slopes_[k] * (there - here[k]);
     }
-    for (int x = 0; x < kRun; ++x) weight[x] *= weights_[o][x];
-    for (size_t p = 0; p < planes.size(); ++p) {
-      const float* value = planes[p]->row(y) + x_ + i;
-      float* __restrict sum = out[p].data();
-      for (int x = 0; x < kRun; ++x) sum[x] += weight[x] * value[x];
+    weight *= weights_[o];
+    for (size_t c = 0; c < 3; ++c) {
+      Lanes value;
+      load(picture[c]->row(y) + x_ + i, value);
+      sum[c] += weight * value;
     }
   }
+  for (size_t c = 0; c < 3; ++c) store(sum[c], out[c]);
 }
 
 }  // namespace emberline

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "renderer/reconstruction/halves.h"
+#include "renderer/reconstruction/lanes.h"
 #include "renderer/reconstruction/tiles.h"
 
 namespace emberline {
@@ -37,26 +38,32 @@ class WindowWeights {
   std::unique_ptr<Rows[]> weights_;  // [half][offset]
 };
 
-// Filters a run of pixels.
-class RunFilter {
+// Filters kLanes pixels of a row.
+class PixelFilter {
  public:
-  explicit RunFilter(const Halves& halves) : halves_(halves) {}
+  explicit PixelFilter(const Halves& halves) : halves_(halves) {}
 
-  // The regression of one half's pixels around the run at (x, y), weighted by the other's likeness.
-  void fit(const WindowWeights& weights, size_t half, int bandwidth, const Tile& tile, int row);
+  // The regression of one half's pixels around those of the tile that begin at (column, row) in it,
+  // weighted by the other half's likeness.
+  void fit(const WindowWeights& weights, size_t half, int bandwidth, const Tile& tile, int column,
+           int row);
 
-  // What it says of the planes (of the same half), at the run's pixels.
-  void apply(std::span<const Plane* const> planes, std::array<float, kRun>* out) const;
+  // What it says of a picture of the same half, at those pixels.
+  using Picture = std::array<const Plane*, 3>;
+  void apply(const Picture& picture, float (*out)[kLanes]) const;
 
   // The weight that a pixel itself has among those of its window.
-  const float* own_weight() const { return constant_.data(); }
+  void own_weight(float* out) const { store(constant_, out); }
 
  private:
   static constexpr int kMostFeatures = 12;
   static constexpr int kMostTerms = (kMostFeatures + 1) * (kMostFeatures + 2) / 2;
-  using Row = float[kRun];
+  static constexpr int kAtOnce = 3;  // offsets
+  static_assert(kWindow % kAtOnce == 0);
 
-  size_t features() const { return std::min(halves_.features.size(), size_t(kMostFeatures)); }
+  int features() const { return int(std::min(halves_.features.size(), size_t(kMostFeatures))); }
+  const float* feature(int k, int y) const { return halves_.features[size_t(k)].value.row(y) + x_; }
+  void read_weights(const WindowWeights& likeness, size_t half, int bandwidth, int column, int row);
   void add_moments(int offset);
   void take_means_out();
   void decompose();
@@ -64,13 +71,13 @@ class RunFilter {
 
   const Halves& halves_;
   int x_ = 0, y_ = 0;
-  Row weights_[kOffsets];    // of the pixels of the window; 0 outside the picture
-  Row moments_[kMostTerms];  // weighted products of features, their lower triangle
-  std::array<float, kRun>
-      constant_;  // the fit: a pixel's weight is w (constant + slopes * features)
-  Row slopes_[kMostFeatures];
-  Row mean_[kMostFeatures];     // weighted means of the features
-  Row inverse_[kMostFeatures];  // of the decomposition's diagonal
+  int first_ = 0, last_ = 0;   // offsets of the rows that there are
+  Lanes weights_[kOffsets];    // of the pixels of the window
+  Lanes moments_[kMostTerms];  // weighted products of features, their lower triangle
+  Lanes constant_;             // the fit: a pixel's weight is w (constant + slopes * features)
+  Lanes slopes_[kMostFeatures];
+  Lanes mean_[kMostFeatures];     // weighted means of the features
+  Lanes inverse_[kMostFeatures];  // of the decomposition's diagonal
 };
 
 }  // namespace emberline
