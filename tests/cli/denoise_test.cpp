@@ -90,6 +90,21 @@ TEST_F(Denoise, ACropAndItsPlaceInTheFrame) {
   expect_within(crop, after);
 }
 
+// Away from its edges, which the filter of a whole frame sees beyond.
+TEST_F(Denoise, ACropIsTheFramesInside) {
+  constexpr int kReach = 48;  // kDenoiseMargin, and some
+  const Words large = {"--size", "150x140", "--spp", "4", "--denoise"};
+  const ExrPicture whole = picture(large);
+  const ExrPicture crop = picture(large + Words{"--crop", "20,10,140,130"});
+  for (const std::string& name : kResults) {
+    for (int y = 10 + kReach; y < 130 - kReach; ++y) {
+      for (int x = 20 + kReach; x < 140 - kReach; ++x) {
+        ASSERT_EQ(crop.at(name, x, y), whole.at(name, x, y)) << name << " at " << x << "," << y;
+      }
+    }
+  }
+}
+
 TEST_F(Denoise, HalvesAddUpToThePicture) {
   for (const char* spp : {"2", "7", "16", "24"}) {
     const ExrPicture seen = picture({"--aov", "denoising", "--spp", spp});
@@ -168,7 +183,7 @@ TEST_F(Denoise, HeatmapsShowTheErrorThatIsLeft) {
 
 // A frame that was stopped before every pixel had a sample: what those show stays.
 TEST_F(Denoise, PixelsWithoutSamplesShowWhatTheyDid) {
-  const ExrPicture seen = picture({"--size", "600x400", "--spp", "100000", "--driver", "bisection",
+  const ExrPicture seen = picture({"--size", "300x200", "--spp", "100000", "--driver", "bisection",
                                    "--time-limit", "0.001", "--denoise"});
   size_t bare = 0;
   for (size_t i = 0; i < seen.channels.at("samples").size(); ++i) {
