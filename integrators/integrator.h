@@ -44,6 +44,9 @@ struct SampleBatch {
   // light; what is added there adds up to SampleValue::radiance.
   const LightGroups* light_groups = nullptr;
   LightGroupValues* light_values = nullptr;
+  // What each sample shows, if that is asked for: as many as there are rays, empty when they
+  // arrive.
+  std::span<SeenSurface> seen = {};
   // With IntegratorSettings::clamp_indirect: counts what it takes. Else null.
   ClampedLight* clamped = nullptr;
 };
@@ -64,7 +67,7 @@ struct IntegratorEntry {
   std::string_view summary;
   std::unique_ptr<Integrator> (*create)(const IntegratorSettings&);
   bool shows_uv = false;  // texture coordinates are looked at even if no material reads them
-  bool tells_lights_apart = false;  // fills SampleBatch::light_values
+  bool tells_lights_apart = false;  // fills SampleBatch::light_values and `seen`
 };
 std::span<const IntegratorEntry> integrator_table();
 

@@ -129,6 +129,7 @@ void PathBatch<kGlass, kGroups>::find_first_hits(std::span<SampleValue> values) 
     path.hit = hit;
     prefetch_hit(lane, &before);
     if (batch_.clamped) clamped_.emplace(lane) = Rgb(0.0f);
+    if (!batch_.seen.empty()) looks_.emplace(lane);
     values[size_t(lane)].alpha = 1.0f;
     alive_.add(lane);
   }
@@ -147,6 +148,7 @@ void PathBatch<kGlass, kGroups>::see_background(const LaneList& missed,
   for (int i = 0; i < missed.size(); ++i) {
     values[size_t(missed[i])].radiance = radiance[i];
     values[size_t(missed[i])].alpha = 1.0f;
+    if (!batch_.seen.empty()) batch_.seen[size_t(missed[i])] = PathLook::background(radiance[i]);
     if constexpr (kGroups) {
       batch_.light_values->add(missed[i], batch_.light_groups->of_environment(), Rgb(1.0f),
                                radiance[i]);
@@ -226,6 +228,10 @@ void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> va
     if (depth == 0) {
       fill_first_hit(batch_, path.hit, point, path.ray.time, bsdfs_[lane].albedo(),
                      &values[size_t(lane)].first_hit);
+    }
+    if (!batch_.seen.empty()) [[unlikely]] {
+      looks_[lane].see(batch_, path.ray, path.hit.t, point, bsdfs_[lane], path.throughput,
+                       &batch_.seen[size_t(lane)]);
     }
     const Rgb emitted = surface_emission(path, point);
     if (!is_black(emitted)) {
@@ -326,6 +332,8 @@ void PathBatch<kGlass, kGroups>::add_connection(int lane) {
     c.scattered *= through;
   }
   if constexpr (kGlass) c.scattered *= absorption(scene_, c.solid, c.light.distance);
+  if (!batch_.seen.empty()) [[unlikely]]
+    looks_[lane].see_light(&batch_.seen[size_t(lane)]);
   // balance / pdf = 1 / (pdf + other); a point-like light has no other technique.
   const Rgb arriving =
       c.scattered * c.radiance / (c.light.delta ? c.light.pdf : c.light.pdf + c.bsdf_pdf);
@@ -438,6 +446,8 @@ void PathBatch<kGlass, kGroups>::follow_rays() {
       return true;
     }
     missed.add(lane);
+    if (!batch_.seen.empty()) [[unlikely]]
+      looks_[lane].see_background(Rgb(0.0f), &batch_.seen[size_t(lane)]);
     return false;
   });
   if (lights_.environment() && !missed.empty()) see_environment(missed);
@@ -452,6 +462,9 @@ void PathBatch<kGlass, kGroups>::see_environment(const LaneList& missed) {
   lights_.environment()->radiance_and_pdf({directions, size_t(missed.size())}, radiance, pdf);
   for (int i = 0; i < missed.size(); ++i) {
     Path& path = paths_[missed[i]];
+    if (!batch_.seen.empty()) [[unlikely]]
+      looks_[missed[i]].see_background(path.throughput * radiance[i],
+                                       &batch_.seen[size_t(missed[i])]);
     const LastVertex& from = sampled_from(path);
     if (from.light_sampled) {
       const float light_pdf = pdf[i] * lights_.environment_probability(from.query);

@@ -13,6 +13,7 @@
 
 #include "integrators/integrator.h"
 #include "integrators/lane_array.h"
+#include "integrators/path_look.h"
 #include "integrators/path_media.h"
 #include "integrators/surface_shading.h"
 
@@ -108,7 +109,8 @@ class PathBatch {
   LaneArray<TexelPlaces> texels_;
   LaneArray<SurfaceBsdf> bsdfs_;
   LaneArray<Connection> connections_;
-  LaneArray<Rgb> clamped_;  // if light is clamped: what the lane's sample has lost
+  LaneArray<PathLook> looks_;  // if SampleBatch::seen is asked for
+  LaneArray<Rgb> clamped_;     // if light is clamped: what the lane's sample has lost
 };
 
 }  // namespace emberline

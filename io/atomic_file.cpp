@@ -11,11 +11,13 @@
 #include <cerrno>
 #include <climits>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "renderer/core/errors.h"
@@ -57,11 +59,6 @@ void forget_unfinished(int slot) noexcept {
 [[noreturn]] void fail(const std::string& path, const std::string& what, int error) {
   throw RenderError("cannot write {}: {}{}", path, what,
                     error ? ": " + std::generic_category().message(error) : "");
-}
-
-[[noreturn]] void fail_in_folder(const std::string& folder, int error) {
-  throw RenderError("cannot hold textures in a temporary file in {}: {}; TMPDIR names the folder",
-                    folder, std::generic_category().message(error));
 }
 
 std::optional<std::string> real_path(const std::string& path) {
@@ -413,32 +410,60 @@ void HeldFile::rename_to(const std::string& path) {
   path_ = path;
 }
 
-NamelessFile::NamelessFile() {
+ScratchFile ScratchFile::beside(const std::string& path) {
+  return {folder_of(resolve_links(path)), "cannot write " + path + ": the scratch file beside it"};
+}
+
+ScratchFile ScratchFile::temporary(const std::string& purpose) {
   const char* const chosen = std::getenv("TMPDIR");
-  folder_ = chosen && *chosen ? chosen : "/tmp";
-  descriptor_ = ::open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  const std::string folder = chosen && *chosen ? chosen : "/tmp";
+  return {folder, "cannot " + purpose + " in " + folder + ", which TMPDIR names"};
+}
+
+ScratchFile::ScratchFile(const std::string& folder, std::string failure)
+    : failure_(std::move(failure)) {
+  descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
   if (descriptor_ >= 0) return;
-  // Not every file system has files without a name.
-  if (errno != EOPNOTSUPP && errno != EISDIR) fail_in_folder(folder_, errno);
-  std::string name = folder_ + "/emberline.XXXXXX";
+  // Not every file system has files without a name: one that loses its name at once.
+  if (errno != EOPNOTSUPP && errno != EISDIR) fail(errno);
+  std::string name = folder + "/emberline.XXXXXX";
   descriptor_ = ::mkostemp(name.data(), O_CLOEXEC);
-  if (descriptor_ < 0) fail_in_folder(folder_, errno);
+  if (descriptor_ < 0) fail(errno);
   ::unlink(name.c_str());
 }
 
-NamelessFile::~NamelessFile() {
+ScratchFile::ScratchFile(ScratchFile&& other) noexcept
+    : failure_(std::move(other.failure_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+ScratchFile::~ScratchFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-void NamelessFile::write_at(const void* bytes, size_t count, uint64_t offset) {
-  if (const int error = write_all(descriptor_, bytes, count, offset)) {
-    fail_in_folder(folder_, error);
-  }
+void ScratchFile::fail(int error) const {
+  throw RenderError("{}: {}", failure_, std::generic_category().message(error));
 }
 
-std::shared_ptr<const std::byte> NamelessFile::map(uint64_t offset, uint64_t count) {
+void ScratchFile::write_at(const void* bytes, size_t count, uint64_t offset) {
+  if (const int error = write_all(descriptor_, bytes, count, offset)) fail(error);
+}
+
+void ScratchFile::read_at(void* bytes, size_t count, uint64_t offset) const {
+  char* next = static_cast<char*>(bytes);
+  while (count > 0) {
+    const ssize_t got = ::pread(descriptor_, next, count, off_t(offset));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) fail(errno);
+    if (got == 0) break;
+    next += got;
+    count -= size_t(got);
+    offset += uint64_t(got);
+  }
+  std::memset(next, 0, count);
+}
+
+std::shared_ptr<const std::byte> ScratchFile::map(uint64_t offset, uint64_t count) const {
   void* const at = ::mmap(nullptr, count, PROT_READ, MAP_SHARED, descriptor_, off_t(offset));
-  if (at == MAP_FAILED) fail_in_folder(folder_, errno);
+  if (at == MAP_FAILED) fail(errno);
   ::madvise(at, count, MADV_RANDOM);
   return {static_cast<const std::byte*>(at),
           [count](const std::byte* p) { ::munmap(const_cast<std::byte*>(p), count); }};

@@ -117,24 +117,30 @@ class HeldFile {
   uint64_t size_ = 0;
 };
 
-// A file that has no name, in the folder for temporary files ($TMPDIR, else /tmp): it goes with the
-// last that holds it open, however the process ends. All errors are RenderError, one line that
-// names the folder.
-class NamelessFile {
+// A file without a name, for what does not fit into memory: it goes with the object, its maps and
+// the process, however that ends. All errors are RenderError, one line that says where and what
+// for.
+class ScratchFile {
  public:
-  NamelessFile();
-  ~NamelessFile();
-  NamelessFile(const NamelessFile&) = delete;
-  NamelessFile& operator=(const NamelessFile&) = delete;
+  // In the folder of that file, which has the room: its results go there.
+  static ScratchFile beside(const std::string& path);
+  // In the folder for temporary files ($TMPDIR, else /tmp); `purpose` is what it cannot do without.
+  static ScratchFile temporary(const std::string& purpose);
+  ScratchFile(ScratchFile&& other) noexcept;
+  ~ScratchFile();
 
-  // Thread-safe for disjoint ranges. Throws (disk full, I/O error).
+  // Both thread-safe; writing for disjoint ranges. What was never written reads as zeros.
   void write_at(const void* bytes, size_t count, uint64_t offset);
+  void read_at(void* bytes, size_t count, uint64_t offset) const;
   // `count` bytes from `offset` on, a multiple of the page, to be read where they lie: until the
-  // pointer's last copy goes, which may outlive the file. Throws.
-  std::shared_ptr<const std::byte> map(uint64_t offset, uint64_t count);
+  // pointer's last copy goes, which may outlive the file.
+  std::shared_ptr<const std::byte> map(uint64_t offset, uint64_t count) const;
 
  private:
-  std::string folder_;
+  ScratchFile(const std::string& folder, std::string failure);
+  [[noreturn]] void fail(int error) const;
+
+  std::string failure_;  // a line, but for the reason
   int descriptor_ = -1;
 };
 

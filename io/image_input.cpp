@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -29,6 +30,7 @@ constexpr const char* kDoesNotDecode = "the image does not decode: ";
 constexpr std::array kTextureFormats = {ImageFormat::kPng, ImageFormat::kJpeg, ImageFormat::kWebp,
                                         ImageFormat::kExr, ImageFormat::kHdr,  ImageFormat::kKtx2};
 constexpr std::array kEnvironmentFormats = {ImageFormat::kExr, ImageFormat::kHdr};
+constexpr std::array kRowFormats = {ImageFormat::kExr};
 constexpr std::array kPictureFormats = {ImageFormat::kExr,  ImageFormat::kHdr,  ImageFormat::kPng,
                                         ImageFormat::kJpeg, ImageFormat::kWebp, ImageFormat::kTiff};
 
@@ -147,6 +149,17 @@ class OpenImage {
       throw InputError(place_, "its pixels lie far outside its frame");
     }
     return {int(x), int(y), int(x) + s.width, int(y) + s.height};
+  }
+
+  // Rows [begin, end) of all channels, of whole tiles.
+  void read_rows(int begin, int end, float* values) {
+    const ImageLayout& s = layout_;
+    const size_t row = size_t(s.width) * size_t(s.channels()) * sizeof(float);
+    progress_.check();
+    const std::string error =
+        decoder_->read({0, begin, s.width, end}, 0, s.channels(), SampleType::kFloat,
+                       reinterpret_cast<std::byte*>(values), row);
+    if (!error.empty()) throw InputError(place_, kDoesNotDecode + error);
   }
 
   // `channels` channels from `first` on, interleaved, rows from the top, the data window alone.
@@ -382,10 +395,11 @@ int FloatImage::find_channel(const std::string& name) const {
   return -1;
 }
 
-FloatImage read_float_image(const std::string& path, const LoadProgress& progress) try {
-  OpenImage input(path, kPictureFormats, progress);
-  if (input.cut_short()) throw InputError(path, "the JPEG is cut short");
-  const ImageLayout layout = input.layout();
+namespace {
+
+// What it says of itself, without values.
+FloatImage described(OpenImage& input) {
+  const ImageLayout& layout = input.layout();
   FloatImage image;
   image.width = layout.width;
   image.height = layout.height;
@@ -397,22 +411,77 @@ FloatImage read_float_image(const std::string& path, const LoadProgress& progres
     const std::string samples = input.attribute("emberline:samples");
     image.stopped_after = std::strtoull(samples.c_str(), nullptr, 10);
   }
+  return image;
+}
+
+// From what the decoder has made of stored values to the values that are meant.
+void convert_stored(const ImageLayout& layout, std::vector<float>& values) {
   const size_t channels = size_t(layout.channels());
-  input.read(0, layout.channels(), SampleType::kFloat, image.values);
   for (size_t c = 0; c < channels; ++c) {
     const SampleType type = layout.channel_types[c];
     const bool is_float = type == SampleType::kHalf || type == SampleType::kFloat;
     // A counter channel of an EXR (UINT) comes scaled to [0, 1]; undone exactly up to 2^24.
     const bool is_counter = type == SampleType::kUint32;
     if (is_float || (int(c) == layout.alpha_channel && !is_counter)) continue;
-    for (size_t i = c; i < image.values.size(); i += channels) {
-      image.values[i] = is_counter ? float(std::round(double(image.values[i]) * 0x1p32))
-                                   : srgb_to_linear(image.values[i]);
+    for (size_t i = c; i < values.size(); i += channels) {
+      values[i] =
+          is_counter ? float(std::round(double(values[i]) * 0x1p32)) : srgb_to_linear(values[i]);
     }
   }
+}
+
+}  // namespace
+
+FloatImage read_float_image(const std::string& path, const LoadProgress& progress) try {
+  OpenImage input(path, kPictureFormats, progress);
+  if (input.cut_short()) throw InputError(path, "the JPEG is cut short");
+  const ImageLayout layout = input.layout();
+  FloatImage image = described(input);
+  input.read(0, layout.channels(), SampleType::kFloat, image.values);
+  convert_stored(layout, image.values);
   return image;
 } catch (const std::bad_alloc&) {
   throw InputError(path, "no memory for the image");
+}
+
+struct FloatImageRows::Impl {
+  Impl(const std::string& path, const LoadProgress& progress)
+      : input(path, kRowFormats, progress), image(described(input)) {}
+
+  OpenImage input;
+  FloatImage image;
+  int next = 0;  // row
+};
+
+FloatImageRows::FloatImageRows(const std::string& path, const LoadProgress& progress)
+    : impl_(std::make_unique<Impl>(path, progress)) {}
+FloatImageRows::~FloatImageRows() = default;
+
+const FloatImage& FloatImageRows::image() const { return impl_->image; }
+
+bool FloatImageRows::is_counter(size_t channel) const {
+  return impl_->input.layout().channel_types[channel] == SampleType::kUint32;
+}
+
+const std::vector<std::pair<std::string, std::string>>& FloatImageRows::texts() const {
+  return impl_->input.layout().texts;
+}
+
+int FloatImageRows::tile_size() const {
+  constexpr int kRows = 64;
+  const int height = impl_->input.layout().tile_height;
+  return height > 0 ? height : kRows;
+}
+
+int FloatImageRows::rows_at_once() const { return std::max(1, impl_->input.layout().tile_height); }
+
+void FloatImageRows::read(int rows, std::vector<float>& values) {
+  const ImageLayout& layout = impl_->input.layout();
+  assert(impl_->next + rows <= layout.height);
+  values.resize(size_t(layout.width) * size_t(rows) * size_t(layout.channels()));
+  impl_->input.read_rows(impl_->next, impl_->next + rows, values.data());
+  impl_->next += rows;
+  convert_stored(layout, values);
 }
 
 }  // namespace emberline

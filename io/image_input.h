@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "renderer/core/load_progress.h"
@@ -51,6 +52,31 @@ struct FloatImage {
   // Channel index by name ("R", "albedo.G"), -1 if absent.
   int find_channel(const std::string& name) const;
 };
+// An EXR of any size, its rows one after another. Reading may throw Cancelled, as above.
+class FloatImageRows {
+ public:
+  // Throws InputError for what is no EXR.
+  explicit FloatImageRows(const std::string& path,
+                          const LoadProgress& progress = LoadProgress::unwatched());
+  ~FloatImageRows();
+  FloatImageRows(const FloatImageRows&) = delete;
+  FloatImageRows& operator=(const FloatImageRows&) = delete;
+
+  // As above, without values.
+  const FloatImage& image() const;
+  bool is_counter(size_t channel) const;  // stored as whole numbers
+  // The header's texts whose names begin with "emberline".
+  const std::vector<std::pair<std::string, std::string>>& texts() const;
+  int tile_size() const;     // of its tiles' height; of an image in rows, 64
+  int rows_at_once() const;  // read() takes a multiple of these, or all that are left
+  // The rows that follow, interleaved. Throws InputError.
+  void read(int rows, std::vector<float>& values);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
 FloatImage read_float_image(const std::string& path,
                             const LoadProgress& progress = LoadProgress::unwatched());
 

@@ -31,9 +31,10 @@ struct ImageLayout {
   SampleType type = SampleType::kOther;  // of all channels, or that which holds them all
   std::string type_name;
   int alpha_channel = -1;
-  bool premultiplied = false;  // whatever was asked for
-  int orientation = 1;         // as in EXIF and TIFF
-  uint64_t bytes = 0;          // of its pixels, as they are stored
+  bool premultiplied = false;                              // whatever was asked for
+  int orientation = 1;                                     // as in EXIF and TIFF
+  uint64_t bytes = 0;                                      // of its pixels, as they are stored
+  std::vector<std::pair<std::string, std::string>> texts;  // of an EXR, whose names begin as ours
 
   int channels() const { return int(channel_names.size()); }
   int find_channel(const std::string& name) const;  // -1 if absent

@@ -118,7 +118,13 @@ class Decoder final : public ImageDecoder {
                .alpha_channel = s.alpha_channel,
                .premultiplied = s.get_int_attribute("oiio:UnassociatedAlpha") == 0,
                .orientation = s.get_int_attribute("Orientation", 1),
-               .bytes = uint64_t(s.image_bytes(true))};
+               .bytes = uint64_t(s.image_bytes(true)),
+               .texts = {}};
+    for (const oiio::ParamValue& attribute : s.extra_attribs) {
+      const std::string name(attribute.name());
+      if (attribute.type() != oiio::TypeDesc::STRING || !name.starts_with("emberline")) continue;
+      layout_.texts.emplace_back(name, attribute.get_string());
+    }
     layout_.channel_names.resize(size_t(std::max(0, s.nchannels)));
     for (int c = 0; c < s.nchannels; ++c) {
       layout_.channel_types.push_back(sample_type(s.channelformat(c)));

@@ -77,7 +77,7 @@ class TextureFile : public std::enable_shared_from_this<TextureFile> {
 
   const uint64_t limit_;
   const uint64_t others_;  // mapped without us
-  NamelessFile file_;
+  ScratchFile file_ = ScratchFile::temporary("hold textures in a temporary file");
   uint64_t end_ = 0;
   std::mutex mutex_;
   std::condition_variable wake_;

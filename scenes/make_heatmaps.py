@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Makes the gallery's heatmaps: figure_1_spheres.jpg and figure_1_teapot.jpg (picture left, sample density right),
 blur.jpg (the same of a shutter, of a lens, and of both), heatmaps.jpg (samples, reasons, time and error of one
-frame), and clamped.jpg (a picture without and with --clamp-indirect, and what that took).
+frame), clamped.jpg (a picture without and with --clamp-indirect, and what that took), and denoised.jpg (16 samples as
+they are and denoised, the error that is expected to be left, and 4096 samples).
 
     make_heatmaps.py [--emberline BINARY] [--out DIR] [--size WxH] [--threads N] [--only NAME,...]
 
@@ -84,6 +85,20 @@ def make_clamped(emberline, threads, out):
         run("oiiotool", *panels, "--mosaic:pad=8", "3x1", *JPEG, out)
 
 
+def make_denoised(emberline, threads, out):
+    """Few samples, the same denoised, the error that is expected of that, and many."""
+    with tempfile.TemporaryDirectory() as folder:
+        names = ("few", "denoised", "error", "many")
+        few, denoised, error, many = panels = [pathlib.Path(folder) / f"{name}.png" for name in names]
+        frame = pathlib.Path(folder) / "frame.exr"
+        render = [emberline, "render", HERE / "teapot.glb", "--size", "320x180", "--quiet", *threads]
+        run(*render, "-o", few, "--spp", "16", "--streams", "2")
+        run(*render, "-o", frame, "-o", denoised, "--spp", "16", "--denoise")
+        run(emberline, "heatmap", frame, "-o", error, "--of", "denoised_error", "--colors", "inferno", "--plain", "--quiet")
+        run(*render, "-o", many, "--spp", "4096")
+        run("oiiotool", *panels, "--mosaic:pad=8", "2x2", *JPEG, out)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--emberline", type=pathlib.Path, default=HERE.parent / "build/release/bin/emberline")
@@ -100,6 +115,7 @@ def main():
     figures["blur"] = lambda out: make_figure(options.emberline, "moving_blade", blurs, out)
     figures["heatmaps"] = lambda out: make_heatmaps(options.emberline, options.threads, out)
     figures["clamped"] = lambda out: make_clamped(options.emberline, threads, out)
+    figures["denoised"] = lambda out: make_denoised(options.emberline, threads, out)
     for name in options.only.split(",") if options.only else figures:
         out = options.out / f"{name}.jpg"
         figures[name](out)

@@ -84,6 +84,7 @@ struct AllOptions {
   InfoOptions info;
   HeatmapOptions heatmap;
   CompareOptions compare;
+  DenoiseOptions denoise;
   StudyOptions study;
   MergeOptions merge;
   ExtendOptions extend;
@@ -113,6 +114,9 @@ const Command kCommands[] = {
     {"compare", "measure an image against a reference",
      [](CLI::App* app, AllOptions& o) { add_compare_options(app, o.compare); },
      [](const AllOptions& o) { return run_compare(o.compare); }},
+    {"denoise", "a clean picture of a finished frame",
+     [](CLI::App* app, AllOptions& o) { add_denoise_options(app, o.denoise); },
+     [](const AllOptions& o) { return run_denoise(o.denoise); }},
     {"extend", "a finished frame to more samples or a lower threshold",
      [](CLI::App* app, AllOptions& o) { add_extend_options(app, o.extend); },
      [](const AllOptions& o) { return run_extend(o.extend); }},

@@ -313,6 +313,21 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
   add_limits(app, o.limits);
 }
 
+void add_denoise_options(CLI::App* app, DenoiseOptions& o) {
+  app->add_option("frame", o.image, "an .exr that render wrote with --aov denoising or --denoise")
+      ->required();
+  app->add_option("-o,--output", o.outputs,
+                  ".exr: all channels of the frame, and denoised.{R,G,B} and denoised.error; .png, "
+                  ".jpg: the clean picture. May be given more than once")
+      ->type_name("FILE")
+      ->allow_extra_args(false)
+      ->required();
+  add_display_name(app, o.display);
+  add_grading(app, o.display);
+  add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all]");
+  add_limits(app, o.limits);
+}
+
 void add_extend_options(CLI::App* app, ExtendOptions& o) {
   app->add_option("frame", o.frame,
                   "a picture that was rendered with --resumable, or its checkpoint")

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "renderer/app/compare_command.h"
+#include "renderer/app/denoise_command.h"
 #include "renderer/app/extend_command.h"
 #include "renderer/farm/farm_command.h"
 #include "renderer/app/heatmap_command.h"
@@ -24,6 +25,7 @@ void add_view_options(CLI::App* app, ViewOptions& options);
 void add_info_options(CLI::App* app, InfoOptions& options);
 void add_heatmap_options(CLI::App* app, HeatmapOptions& options);
 void add_compare_options(CLI::App* app, CompareOptions& options);
+void add_denoise_options(CLI::App* app, DenoiseOptions& options);
 void add_merge_options(CLI::App* app, MergeOptions& options);
 void add_extend_options(CLI::App* app, ExtendOptions& options);
 void add_farm_options(CLI::App* app, FarmOptions& options);

@@ -17,8 +17,10 @@ void check_channels(const std::string& path, const HeatmapQuantity& quantity,
   const std::string missing = QuantityPlane::missing_channel(quantity, image.channel_names);
   if (missing.empty()) return;
   const std::string remedy =
-      quantity.aov ? fmt::format("render it with --aov {}", name_of(aov_table(), *quantity.aov))
-                   : std::string("give an .exr that emberline render wrote");
+      quantity.of_denoised
+          ? std::string("render it with --denoise, or give it to emberline denoise")
+      : quantity.aov ? fmt::format("render it with --aov {}", name_of(aov_table(), *quantity.aov))
+                     : std::string("give an .exr that emberline render wrote");
   throw InputError(path, "no channel {}, which a heatmap of {} needs; {}", missing, quantity.name,
                    remedy);
 }

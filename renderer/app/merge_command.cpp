@@ -53,9 +53,12 @@ int run_merge(const MergeOptions& merge) {
   FrameOutputs outputs(options.outputs, settings, stop);
   if (options.light_groups) outputs.add_light_layers(frame.first().light_layers());
   tbb::task_arena arena(workers.count());
-  arena.execute([&] { frame.deliver(settings.aovs, outputs); });
-
   RenderReport report;
+  arena.execute([&] {
+    frame.deliver(settings.aovs, outputs);
+    report.denoise = outputs.denoise();
+  });
+
   report.counters = frame.counters();
   report.complete = frame.complete();
   if (options.light_groups) report.light_layers = frame.first().light_layers();
@@ -82,6 +85,7 @@ int run_merge(const MergeOptions& merge) {
   }
   log_info(fmt::format("merged {} parts, {} samples, in {}", merge.parts.size(),
                        report.counters.samples, readable_seconds(clock.seconds())));
+  if (report.denoise) log_info(describe(*report.denoise));
   for (const std::string& path : attempts.written()) log_info("wrote " + path);
   return attempts.failed().empty() ? kExitDone : kExitRenderFailed;
 }

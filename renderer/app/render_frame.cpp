@@ -46,6 +46,7 @@ void summarize(const RenderOptions& options, const RenderReport& report,
   if (c.clamped.clamps()) {
     log_info(fmt::format("--clamp-indirect took {:.3g} % of the light", 100.0 * c.clamped.share()));
   }
+  if (report.denoise) log_info(describe(*report.denoise));
   for (const std::string& path : written) log_info("wrote " + path);
   const auto snapshots = std::ranges::count_if(
       report.snapshots, [](const SnapshotReport& snapshot) { return !snapshot.file.empty(); });
@@ -156,13 +157,9 @@ void RenderFrame::build() {
 int RenderFrame::replay() { return run_replay(*frame_, *options_.replay); }
 
 void RenderFrame::add_light_groups(const LightGroups& groups) {
-  if (!frame_render_.by_tiles()) {
-    const uint64_t copies = keeps_state() ? 2 : 1;
-    const uint64_t bytes = copies * LightGroupSums::bytes_per_pixel(groups.list().size());
-    reserve(bytes_of(uint64_t(plan_.crop.area()), bytes));
-  }
   report_.features.push_back(describe(groups));
   report_.light_layers = light_layer_names(groups.list());
+  reserve(light_group_bytes(options_, output_settings_, frame_render_, report_.light_layers));
   if (outputs_) outputs_->add_light_layers(report_.light_layers);
 }
 
@@ -259,7 +256,10 @@ void RenderFrame::write() {
   // A picture that is whole does not give way to one that is not.
   const bool written = options_.extended.empty() || !report_.counters.stopped;
   if (written) {
-    run_.arena->execute([&] { frame_render_.deliver(watcher); });
+    run_.arena->execute([&] {
+      frame_render_.deliver(watcher);
+      report_.denoise = outputs_->denoise();
+    });
     outputs_->finish({report_.complete, report_.counters.samples, report_.counters.clamped.share()},
                      attempts_);
   }

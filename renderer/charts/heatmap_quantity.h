@@ -21,6 +21,7 @@ struct HeatmapQuantity {
   std::vector<std::string_view> channels;  // that it is computed from
   float (*value)(const float* channels);   // of a pixel, in that order; NaN: it has none
   bool reasons = false;                    // PixelStop values, no amounts
+  bool of_denoised = false;                // of what `denoise` has made, when the frame is done
   double bright = kBrightQuantile;         // of an automatic range, value_scale.h
   bool rms = false;                        // its root of the mean square says more than its mean
 };

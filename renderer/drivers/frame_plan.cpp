@@ -58,6 +58,17 @@ std::string sharing_estimators() {
   return names;
 }
 
+// As many as are asked for, or `least`.
+StreamCount streams_of(const FrameSettings& o, StreamCount least) {
+  const bool halves = aovs_of(o).contains(Aov::kDenoising);
+  if (halves && o.streams == 1) {
+    throw UsageError("{}: it compares two sample streams; leave --streams out, or give 2",
+                     o.denoise ? "--denoise" : "--aov denoising");
+  }
+  if (o.streams) return static_cast<StreamCount>(*o.streams);
+  return halves ? StreamCount::kTwo : least;
+}
+
 void plan_even(const FrameSettings& o, FramePlan& plan) {
   refuse_adaptive_options(
       o, plan.driver->sharing == Sharing::kEvenWithoutThreshold
@@ -80,7 +91,11 @@ void plan_even(const FrameSettings& o, FramePlan& plan) {
     plan.first_sample = o.sample_range->first;
     plan.samples_per_pixel = o.sample_range->end - o.sample_range->first;
   }
-  plan.streams = static_cast<StreamCount>(o.streams.value_or(1));
+  plan.streams = streams_of(o, StreamCount::kOne);
+  if (plan.aovs.contains(Aov::kDenoising) && !o.sample_range &&
+      plan.samples_per_pixel < kLeastStreamSamples) {
+    plan.half_block = (plan.samples_per_pixel + 1) / 2;
+  }
 }
 
 void plan_by_error(const FrameSettings& o, FramePlan& plan) {
@@ -103,14 +118,13 @@ void plan_by_error(const FrameSettings& o, FramePlan& plan) {
           estimator.name, sharing_estimators()));
     }
   }
-  plan.streams = estimator.streams;
   if (o.streams && static_cast<StreamCount>(*o.streams) < estimator.streams) {
     throw UsageError(
         fmt::format("--streams {}: the estimator {} compares two sample streams; leave --streams "
                     "out, or give 2",
                     *o.streams, estimator.name));
   }
-  if (o.streams) plan.streams = static_cast<StreamCount>(*o.streams);
+  plan.streams = streams_of(o, estimator.streams);
   a.threshold = o.noise_threshold.value_or(0.0f);
   a.min_samples = o.min_spp.value_or(0);
   a.max_samples = o.max_spp.value_or(0);
@@ -165,6 +179,10 @@ void check_companions(const FrameSettings& s) {
     throw UsageError("--clamp-indirect: the integrator {} has no light to clamp; valid with path",
                      s.integrator);
   }
+  if (aovs_of(s).contains(Aov::kDenoising) && !find_integrator(s.integrator).tells_lights_apart) {
+    throw UsageError("{}: not of the integrator {}; valid with path, direct",
+                     s.denoise ? "--denoise" : "--aov denoising", s.integrator);
+  }
   chosen_time(s);
 }
 
@@ -177,7 +195,7 @@ FramePlan::FramePlan(const FrameSettings& s)
       crop(crop_of(s)),
       even(shares_evenly(s)),
       seed(s.seed),
-      aovs(AovSet::parse(s.aovs)),
+      aovs(aovs_of(s)),
       shutter_frames(is_instant(s) ? 1.0 : s.shutter->close - s.shutter->open),
       clamp_indirect(s.clamp_indirect.value_or(0.0f)),
       filter(s.filter_radius ? PixelFilter::create(s.filter, *s.filter_radius)
@@ -214,6 +232,7 @@ Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGrou
           .samples_per_pixel = samples_per_pixel,
           .seed = seed,
           .streams = streams,
+          .half_block = half_block,
           .aovs = aovs,
           .shutter_frames = shutter_frames,
           .exact_counts = even,
@@ -234,6 +253,12 @@ bool shares_evenly(const FrameSettings& settings) {
       return false;
   }
   return true;
+}
+
+AovSet aovs_of(const FrameSettings& settings) {
+  AovSet aovs = AovSet::parse(settings.aovs);
+  if (settings.denoise) aovs.insert(Aov::kDenoising);
+  return aovs;
 }
 
 Rect crop_of(const FrameSettings& settings) {

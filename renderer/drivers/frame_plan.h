@@ -32,6 +32,8 @@ struct FramePlan {
   bool even = true;                // every pixel gets as many
   uint32_t seed;
   StreamCount streams = StreamCount::kOne;
+  static constexpr uint32_t kStreamBlock = 8;
+  uint32_t half_block = kStreamBlock;  // Frame::half_block
   AovSet aovs;
   double shutter_frames;
   float clamp_indirect;  // 0: nothing is clamped
@@ -46,6 +48,13 @@ struct FramePlan {
 
 // Every pixel gets the same number of samples. Throws UsageError for a driver that there is not.
 bool shares_evenly(const FrameSettings& settings);
+
+// The channels that the settings ask for, by name or because something needs them.
+AovSet aovs_of(const FrameSettings& settings);
+
+// An even frame of fewer samples has no eight for each of two streams: its halves are the first and
+// the second half of its samples.
+inline constexpr uint32_t kLeastStreamSamples = 16;
 
 // The crop, or the whole frame. Throws UsageError for one outside the frame.
 Rect crop_of(const FrameSettings& settings);

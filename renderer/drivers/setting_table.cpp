@@ -309,6 +309,11 @@ std::vector<Setting> make_table() {
           "light-groups", kChannels,
           "a layer light.NAME of the EXR for each light, emissive material and the environment: "
           "what it gives alone. They add up to R G B"),
+      flag<&S::denoise>(
+          "denoise", kChannels,
+          "a clean picture of the samples as well: denoised.{R,G,B} of the EXR beside R G B, with "
+          "denoised.error, what is expected to be wrong with it still; .png and .jpg show it. "
+          "Takes two streams, and the channels of --aov denoising"),
       named<&S::driver>("driver", kCounts, "driver", "frame driver", driver_table()),
       named<&S::sampler>("sampler", kCounts, "sampler", "sampler", sampler_table()),
       number<&S::streams>("streams", kCounts, 1, 2,

@@ -8,6 +8,7 @@
 
 #include "renderer/core/names.h"
 #include "renderer/core/parallel.h"
+#include "renderer/film/half_channels.h"
 
 namespace emberline {
 namespace {
@@ -39,6 +40,10 @@ constexpr NamedValue<Aov> kAovs[] = {
      Aov::kVelocity},
     {"clamped", "what --clamp-indirect took: added to R G B it is the picture without",
      Aov::kClamped},
+    {"denoising",
+     "what `emberline denoise` reads: the two halves of the samples apart, and what they saw; "
+     "there are two streams then",
+     Aov::kDenoising},
     {"id", "instance seen by the pixel's first sample that hits one", Aov::kId},
     {"time", "seconds spent on the pixel", Aov::kTime},
     {"stop",
@@ -83,6 +88,10 @@ std::vector<FilmChannel> film_channels(const AovSet& aovs) {
   if (aovs.contains(Aov::kDepth)) add({"Z"});
   if (aovs.contains(Aov::kVelocity)) add({"velocity.X", "velocity.Y"});
   if (aovs.contains(Aov::kClamped)) add({"clamped.R", "clamped.G", "clamped.B"});
+  if (aovs.contains(Aov::kDenoising)) {
+    const std::vector<FilmChannel> halves = half_channels();
+    channels.insert(channels.end(), halves.begin(), halves.end());
+  }
   if (aovs.contains(Aov::kId)) add({"id"}, true);
   if (aovs.contains(Aov::kTime)) add({"time"});
   if (aovs.contains(Aov::kStop)) add({"stop"}, true);
@@ -112,14 +121,17 @@ void FilmTile::reset(const Rect& rect) {
   if (aovs_.contains(Aov::kStop)) stops_.reset(n);
   if (takes_sample_variance()) sample_variances_.reset(n);
   light_groups_.reset(n);
+  halves_.reset(n);
 }
 
-bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValue& value) {
+bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValue& value,
+                   const SeenSurface* seen) {
   const size_t i = index(x, y);
   PixelSums& sums = sums_[i];
   sums.count[half]++;
   const Rgb weighted = value.radiance * filter_weight;
-  if (!emberline::is_finite(weighted) || !is_finite(value.first_hit)) {
+  if (!emberline::is_finite(weighted) || !is_finite(value.first_hit) ||
+      (seen && !emberline::is_finite(*seen))) {
     sums.non_finite++;
     return false;
   }
@@ -149,6 +161,7 @@ bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValu
     const Rgb clamped = value.clamped * filter_weight;
     for (int c = 0; c < 3; ++c) clamped_[3 * i + size_t(c)] += double(clamped[c]);
   }
+  if (seen) halves_.add(i, half, *seen);
   return true;
 }
 
@@ -202,6 +215,7 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   if (!stops_.empty()) stops_[i] = from.stops_[j];
   if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
   if (!light_groups_.empty()) light_groups_.copy(from.light_groups_, j, i);
+  halves_.copy(from.halves_, j, i);
   if (!from.shown_.empty() && from.shown_[j].set) show(x, y, from.shown_[j].rgba);
 }
 
@@ -231,6 +245,7 @@ void FilmTile::add_film(const FilmTile& other) {
     if (!seconds_.empty()) seconds_[i] += other.seconds_[i];
     if (!stops_.empty()) stops_[i] = other.stops_[i];
     if (!light_groups_.empty()) light_groups_.add_sums(other.light_groups_, i);
+    halves_.add_sums(other.halves_, i);
   }
 }
 
@@ -357,6 +372,7 @@ void FilmTile::resolve(std::vector<float>& out) const {
     if (aovs_.contains(Aov::kClamped)) {
       for (size_t c = 0; c < 3; ++c) *p++ = n > 0 ? to_finite_float(clamped_[3 * i + c] / n) : 0.0f;
     }
+    if (aovs_.contains(Aov::kDenoising)) p = put_halves(*this, i, p);
     if (aovs_.contains(Aov::kId)) *p++ = float(sums.id);
     if (aovs_.contains(Aov::kTime)) *p++ = seconds_[i];
     if (aovs_.contains(Aov::kStop)) *p++ = float(stops_[i]);
@@ -371,7 +387,7 @@ uint64_t FilmTile::bytes() const {
          velocities_.capacity() * sizeof(VelocitySums) + clamped_.capacity() * sizeof(double) +
          seconds_.capacity() * sizeof(float) + stops_.capacity() * sizeof(PixelStop) +
          sample_variances_.capacity() * sizeof(SampleVariance) +
-         shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes();
+         shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes() + halves_.bytes();
 }
 
 void FilmTile::archive(Archive& archive) {
@@ -385,6 +401,7 @@ void FilmTile::archive(Archive& archive) {
   archive.values(std::span(stops_.begin(), stops_.size()));
   archive.values(std::span(sample_variances_.begin(), sample_variances_.size()));
   light_groups_.archive(archive);
+  halves_.archive(archive);
   bool shown = !shown_.empty();
   archive.number(shown, false, true);
   if (archive.loading()) shown_.reset(shown ? sums_.size() : 0);

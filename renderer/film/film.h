@@ -17,6 +17,7 @@
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
+#include "renderer/film/half_sums.h"
 #include "renderer/film/light_group_sums.h"
 
 namespace emberline {
@@ -29,6 +30,7 @@ enum class Aov : uint8_t {
   kDepth,
   kVelocity,
   kClamped,
+  kDenoising,
   kId,
   kTime,
   kStop,
@@ -127,7 +129,10 @@ struct PixelSums {
 class FilmTile {
  public:
   explicit FilmTile(const AovSet& aovs, const FilmExtras& extras = {})
-      : aovs_(aovs), extras_(extras), light_groups_(extras.light_groups) {}
+      : aovs_(aovs),
+        extras_(extras),
+        light_groups_(extras.light_groups),
+        halves_(aovs.contains(Aov::kDenoising), extras.light_groups) {}
 
   // Clears to no samples over `rect`; keeps its memory. Memory that is new is touched by the first
   // sample alone: clearing a whole frame takes no time.
@@ -137,8 +142,10 @@ class FilmTile {
   const FilmExtras& extras() const { return extras_; }
 
   // Adds sample value x filter weight. `half` (0 or 1) is the stream the sample belongs to. Returns
-  // false, and counts the sample as black and non-finite, if the value is NaN or infinite.
-  bool add(int x, int y, int half, float filter_weight, const SampleValue& value);
+  // false, and counts the sample as black and non-finite, if the value is NaN or infinite. `seen`
+  // comes with the channels of `denoising`.
+  bool add(int x, int y, int half, float filter_weight, const SampleValue& value,
+           const SeenSurface* seen = nullptr);
   // Asks for a pixel's sums ahead of add().
   void prefetch(int x, int y) const {
     const char* sums = reinterpret_cast<const char*>(&sums_[index(x, y)]);
@@ -148,9 +155,10 @@ class FilmTile {
   void prefetch_lights(int x, int y) const { light_groups_.prefetch(index(x, y)); }
   // What the light groups gave to the sample of a lane, which add() was given as well; nothing at
   // all, and alpha 0, for one that it refused.
-  void add_lights(int x, int y, float filter_weight, float alpha, const LightGroupValues& values,
-                  int lane) {
+  void add_lights(int x, int y, int half, float filter_weight, float alpha,
+                  const LightGroupValues& values, int lane) {
     light_groups_.add(index(x, y), filter_weight, alpha, values, lane);
+    if (half == 1) halves_.add_second_lights(index(x, y), filter_weight, values, lane);
   }
   void add_time(int x, int y, double seconds);
   void add_rays(int x, int y, uint32_t rays);
@@ -187,6 +195,7 @@ class FilmTile {
   const double* squares() const { return squares_.begin(); }
   const uint32_t* rays() const { return rays_.begin(); }
   const LightGroupSums& light_groups() const { return light_groups_; }
+  const HalfSums& halves() const { return halves_; }
 
   // Forgets what show() was told.
   void show_means() { shown_.reset(0); }
@@ -275,6 +284,7 @@ class FilmTile {
   };
   ZeroedArray<SampleVariance> sample_variances_;  // if taken
   LightGroupSums light_groups_;
+  HalfSums halves_;  // with denoising
   struct ShownValue {
     float rgba[4];
     bool set;

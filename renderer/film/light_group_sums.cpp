@@ -93,11 +93,15 @@ void LightGroupSums::archive(Archive& archive) {
   }
 }
 
+std::array<double, 3> LightGroupSums::sum(size_t pixel, int group) const {
+  const size_t at = pixel * stride() + 3 * (size_t(group) + 1);
+  return {whole(at), whole(at + 1), whole(at + 2)};
+}
+
 Rgb LightGroupSums::mean(size_t pixel, int group) const {
-  const auto sum = [&](size_t i) { return double(sums_[i]) + double(rests_[i]); };
-  const size_t first = pixel * stride(), at = first + 3 * (size_t(group) + 1);
-  const double samples = sum(first), scale = samples > 0 ? 1.0 / samples : 0.0;
-  return {float(sum(at) * scale), float(sum(at + 1) * scale), float(sum(at + 2) * scale)};
+  const double samples = whole(pixel * stride()), scale = samples > 0 ? 1.0 / samples : 0.0;
+  const std::array<double, 3> total = sum(pixel, group);
+  return {float(total[0] * scale), float(total[1] * scale), float(total[2] * scale)};
 }
 
 void LightGroupSums::relit(size_t pixel, const LightMix& mix, float* rgba) const {

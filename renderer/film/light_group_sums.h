@@ -9,6 +9,7 @@
 // nothing else of the film.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -46,6 +47,7 @@ class LightGroupSums {
 
   // Mean over the pixel's samples; 0 without any.
   Rgb mean(size_t pixel, int group) const;
+  std::array<double, 3> sum(size_t pixel, int group) const;
   // R G B A of the pixel with each group times its weight: see relight() in light_mix.h.
   void relit(size_t pixel, const LightMix& mix, float* rgba) const;
   void prefetch(size_t pixel) const;
@@ -59,6 +61,7 @@ class LightGroupSums {
   // Per pixel: three of (samples, alpha, unused), then three of each group.
   size_t stride() const { return 3 * (size_t(groups_) + 1); }
   void add_to(size_t at, Color4 value);
+  double whole(size_t at) const { return double(sums_[at]) + double(rests_[at]); }
 
   int groups_;
   ZeroedArray<float> sums_, rests_;

@@ -28,6 +28,8 @@ struct Frame {
   uint32_t samples_per_pixel = 1;  // of every pixel; of adaptive sampling on average, or 0
   uint32_t seed = 0;
   StreamCount streams = StreamCount::kOne;
+  // Samples after which the half of the film changes: 8, with the stream (samplers/sampler.h).
+  uint32_t half_block = 8;
   AovSet aovs;
   double shutter_frames = 1.0;  // how long it is open; 1 for an instant, of which velocity() is
   bool exact_counts = true;     // every pixel gets samples_per_pixel, and none more
@@ -38,6 +40,9 @@ struct Frame {
   // Whose camera rays are not traced; null: all are.
   std::shared_ptr<const EmptyPixels> empty_pixels;
 
+  int half_of(uint32_t sample) const {
+    return streams == StreamCount::kTwo ? int(sample / half_block & 1u) : 0;
+  }
   // Whether samples have a time.
   bool moves() const { return scene.moves() || camera.moves(); }
   FilmExtras with_light_groups(FilmExtras extras) const {

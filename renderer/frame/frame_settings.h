@@ -110,6 +110,7 @@ struct FrameSettings {
   // Channels.
   std::string aovs;
   bool light_groups = false;  // layers of the EXR
+  bool denoise = false;       // the picture, a second time
 };
 
 }  // namespace emberline

@@ -36,11 +36,6 @@ void restore_mode([[maybe_unused]] unsigned saved) {
 #endif
 }
 
-// Which of the film's two half sums a sample belongs to; samplers/sampler.h defines the streams.
-int half_of(uint32_t sample, StreamCount streams) {
-  return streams == StreamCount::kTwo ? int((sample >> 3) & 1u) : 0;
-}
-
 }  // namespace
 
 RenderWorker::RenderWorker(const Frame& frame)
@@ -156,6 +151,10 @@ void RenderWorker::trace_batch() {
     batch.light_values = &light_values_;
   }
   if (counters_.clamped.clamps()) batch.clamped = &counters_.clamped;
+  if (sees()) {
+    std::fill_n(seen_, count, SeenSurface{});
+    batch.seen = {seen_, count};
+  }
   frame_.integrator.estimate(batch, samples_, {values_, count});
   if (velocity) [[unlikely]]
     add_background_velocity();
@@ -174,7 +173,8 @@ void RenderWorker::add_background_velocity() {
 bool RenderWorker::add(int lane, FilmTile& tile) {
   const SampleAddress& a = addresses_[lane];
   const int x = int(a.x), y = int(a.y);
-  if (tile.add(x, y, half_of(a.sample, frame_.streams), weights_[lane], values_[lane])) {
+  if (tile.add(x, y, frame_.half_of(a.sample), weights_[lane], values_[lane],
+               sees() ? &seen_[lane] : nullptr)) {
     if (counters_.clamped.clamps()) counters_.clamped.keep(values_[lane].radiance);
     return true;
   }
@@ -191,7 +191,8 @@ bool RenderWorker::add(int lane, FilmTile& tile) {
 // Of a batch that the film has taken.
 void RenderWorker::add_lights(FilmTile& tile) const {
   for (int i = 0; i < count_; ++i) {
-    tile.add_lights(int(addresses_[i].x), int(addresses_[i].y), weights_[i], values_[i].alpha,
+    const SampleAddress& a = addresses_[i];
+    tile.add_lights(int(a.x), int(a.y), frame_.half_of(a.sample), weights_[i], values_[i].alpha,
                     light_values_, i);
   }
 }

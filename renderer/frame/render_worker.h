@@ -40,6 +40,7 @@ class RenderWorker {
 
  private:
   FrameCounters no_counts() const;
+  bool sees() const { return frame_.aovs.contains(Aov::kDenoising); }
   void begin_batch(int x, int y, uint32_t first_sample, int count);
   bool all_empty() const;
   void trace_batch();
@@ -62,6 +63,7 @@ class RenderWorker {
   Ray rays_[kSampleLanes];
   float weights_[kSampleLanes];
   SampleValue values_[kSampleLanes];
+  SeenSurface seen_[kSampleLanes];
   LightGroupValues light_values_;
   unsigned saved_mode_;
 };

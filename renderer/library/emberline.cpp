@@ -147,6 +147,10 @@ void check_suits(const FramePlan& plan, const FrameSettings& settings,
                  const SceneBuildOptions& built) {
   if (settings.light_groups)
     throw emberline::UsageError("light-groups: the command alone has them");
+  if (settings.denoise) {
+    throw emberline::UsageError(
+        "denoise: the command alone does; the channels that it takes come with aov denoising");
+  }
   if (plan.build.show_backfaces != built.show_backfaces) {
     throw emberline::UsageError("backfaces: the scene was loaded with another value");
   }

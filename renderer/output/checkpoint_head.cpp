@@ -25,7 +25,7 @@ namespace {
 using Json = nlohmann::json;
 
 // Settings that decide no bits of a frame that is finished.
-constexpr std::array<std::string_view, 2> kFree = {"time-limit", "bucket-order"};
+constexpr std::array<std::string_view, 3> kFree = {"time-limit", "bucket-order", "denoise"};
 
 // Members of one object that the other has not, or has otherwise.
 void compare(

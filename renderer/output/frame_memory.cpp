@@ -2,6 +2,7 @@
 
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/limit_error.h"
+#include "renderer/output/light_layers.h"
 #include "renderer/output/snapshots.h"
 
 namespace emberline {
@@ -22,7 +23,26 @@ uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& setting
         options.snapshot_at ? std::string_view(*options.snapshot_at) : kDefaultSnapshotMoments;
     per_pixel += 4 * sizeof(float) * parse_snapshot_moments(moments).size();
   }
-  return bytes_of(uint64_t(settings.crop.area()), per_pixel);
+  const uint64_t bytes = bytes_of(uint64_t(settings.crop.area()), per_pixel);
+  if (!settings.denoise || options.outputs.empty()) return bytes;
+  const uint64_t denoising =
+      denoise_bytes(settings.crop, settings.tile_size, film_channel_names(settings.aovs));
+  return bytes > UINT64_MAX - denoising ? UINT64_MAX : bytes + denoising;
+}
+
+uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& settings,
+                           const FrameRender& render, const std::vector<std::string>& layers) {
+  uint64_t bytes = 0;
+  if (!render.by_tiles()) {
+    const uint64_t copies = (checkpoint_path(options).empty() ? 1 : 2) *
+                            (settings.aovs.contains(Aov::kDenoising) ? 2 : 1);
+    bytes = bytes_of(uint64_t(settings.crop.area()),
+                     copies * LightGroupSums::bytes_per_pixel(layers.size()));
+  }
+  if (!settings.denoise || options.outputs.empty()) return bytes;
+  const std::vector<std::string> names = light_channel_names(layers, settings.aovs);
+  return bytes + denoise_bytes(settings.crop, settings.tile_size, names) -
+         denoise_bytes(settings.crop, settings.tile_size, {});
 }
 
 void reserve_frame(uint64_t bytes, const Rect& crop, MemoryReservation& memory) {

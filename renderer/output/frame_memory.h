@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "renderer/core/memory_budget.h"
 #include "renderer/frame/frame_render.h"
@@ -10,9 +12,11 @@
 namespace emberline {
 
 // An upper bound of film_bytes() of the render and outputs and of what encoding a picture takes on
-// top. Light groups are known later.
+// top. Light groups are known later: what they add.
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
                      const FrameRender& render);
+uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& settings,
+                           const FrameRender& render, const std::vector<std::string>& layers);
 
 // Adds it. Throws UsageError: the size of a frame is the command line's.
 void reserve_frame(uint64_t bytes, const Rect& crop, MemoryReservation& memory);

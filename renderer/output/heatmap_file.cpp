@@ -63,6 +63,12 @@ std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
     const HeatmapQuantity& quantity = i < options.heatmap_of.size()
                                           ? find_heatmap_quantity(options.heatmap_of[i])
                                           : heatmap_quantity_table().front();
+    if (quantity.of_denoised) {
+      throw UsageError(
+          "--heatmap-of {0}: a frame is denoised when it is done; emberline heatmap FILE.exr --of "
+          "{0} makes it then",
+          quantity.name);
+    }
     requests.push_back({options.heatmaps[i], &quantity});
     quantities.push_back(&quantity);
   }

@@ -10,6 +10,7 @@
 #include "integrators/integrator.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
+#include "renderer/film/half_channels.h"
 #include "renderer/output/outputs.h"
 
 namespace emberline {
@@ -46,20 +47,37 @@ std::vector<std::string> light_layer_names(std::span<const LightGroup> groups) {
   return names;
 }
 
+std::vector<std::string> light_channel_names(const std::vector<std::string>& layers,
+                                             const AovSet& aovs) {
+  std::vector<std::string> names;
+  const auto add = [&](const std::string& begin) {
+    for (const std::string& layer : layers) {
+      for (const char* channel : {".R", ".G", ".B"}) names.push_back(begin + layer + channel);
+    }
+  };
+  add("");
+  if (!aovs.contains(Aov::kDenoising)) return names;
+  for (const char* half : kHalfNames) add(std::string(half) + ".");
+  return names;
+}
+
 void append_light_layers(const FilmTile& tile, std::vector<float>& pixels) {
   const LightGroupSums& lights = tile.light_groups();
   const auto count = size_t(tile.rect().area());
   const auto groups = size_t(lights.groups());
-  const size_t before = pixels.size() / count, after = before + 3 * groups;
+  const int halves = tile.halves().empty() ? 0 : 2;
+  const size_t before = pixels.size() / count, after = before + 3 * groups * size_t(1 + halves);
   pixels.resize(after * count);
   // From the last pixel, so that none is written over before it has moved.
   for (size_t i = count; i-- > 0;) {
     std::copy_backward(&pixels[before * i], &pixels[before * i] + before,
                        &pixels[after * i] + before);
+    float* values = &pixels[after * i + before];
     for (size_t g = 0; g < groups; ++g) {
       const Rgb mean = lights.mean(i, int(g));
-      std::copy_n(&mean.x, 3, &pixels[after * i + before + 3 * g]);
+      values = std::copy_n(&mean.x, 3, values);
     }
+    for (int half = 0; half < halves; ++half) values = put_half_lights(tile, i, half, values);
   }
 }
 

@@ -17,7 +17,12 @@ namespace emberline {
 // name that is empty or taken gets a number.
 std::vector<std::string> light_layer_names(std::span<const LightGroup> groups);
 
-// Puts three values for each light group of the tile behind the channels of each of its pixels.
+// The channels of these layers: .R .G .B of each; with the halves of `denoising` those of each half
+// behind them, as half1.light.NAME.
+std::vector<std::string> light_channel_names(const std::vector<std::string>& layers,
+                                             const AovSet& aovs);
+
+// Puts the values of these behind the channels of each of the tile's pixels.
 void append_light_layers(const FilmTile& tile, std::vector<float>& pixels);
 
 // Throws UsageError for options that --light-groups cannot go with.

@@ -9,6 +9,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
+#include "renderer/drivers/frame_plan.h"
 #include "renderer/output/light_layers.h"
 #include "renderer/output/report.h"
 
@@ -19,34 +20,29 @@ constexpr const char* kSamplesAttribute = "emberline:samples";
 constexpr const char* kClampedAttribute = "emberline:clamped";
 constexpr size_t kMostDigits = 20;  // of a number of 64 bits
 
-void check_format(const std::string& path, const Rect& crop) {
-  const std::string suffix = lower_suffix(path);
-  // libjpeg's own limit (JPEG_MAX_DIMENSION), which it enforces by ending the process.
-  constexpr int kJpegLimit = 65500;
-  if (suffix == ".jpg" || suffix == ".jpeg") {
-    if (crop.width() > kJpegLimit || crop.height() > kJpegLimit) {
-      throw UsageError("-o {}: JPEG holds at most {} pixels a side; write .exr or .png", path,
-                       kJpegLimit);
-    }
-  } else if (suffix != ".exr" && suffix != ".png") {
-    throw UsageError("-o {}: unknown format; valid suffixes are .exr, .png, .jpg, .jpeg", path);
-  }
+std::vector<std::string> names_of(const std::vector<ExrChannel>& channels) {
+  std::vector<std::string> names;
+  for (const ExrChannel& channel : channels) names.push_back(channel.name);
+  return names;
 }
 
 }  // namespace
 
+std::vector<ExrChannel> exr_channels(const AovSet& aovs) {
+  std::vector<ExrChannel> channels;
+  for (const FilmChannel& channel : film_channels(aovs)) {
+    channels.push_back({channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
+  }
+  return channels;
+}
+
 ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop,
                      std::vector<std::pair<std::string, std::string>> attributes) {
-  ExrHeader header = {.width = width,
-                      .height = height,
-                      .data_window = crop,
-                      .channels = {},
-                      .attributes = std::move(attributes)};
-  for (const FilmChannel& channel : film_channels(aovs)) {
-    header.channels.push_back(
-        {channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
-  }
-  return header;
+  return {.width = width,
+          .height = height,
+          .data_window = crop,
+          .channels = exr_channels(aovs),
+          .attributes = std::move(attributes)};
 }
 
 OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
@@ -54,13 +50,14 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
                           options.height,
                           crop,
                           options.bucket_size,
-                          AovSet::parse(options.aovs),
+                          aovs_of(options),
                           settings_attributes(options),
                           options.display,
                           options.transparent,
                           heatmap_requests(options),
                           options.heatmap_style,
-                          options.clamp_indirect.has_value()};
+                          options.clamp_indirect.has_value(),
+                          options.denoise};
   for (const HeatmapRequest& heatmap : settings.heatmaps) {
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
   }
@@ -83,10 +80,24 @@ void register_inputs(const RenderOptions& options, FileRegister& files) {
   }
 }
 
+void check_picture_format(const std::string& path, const Rect& crop) {
+  const std::string suffix = lower_suffix(path);
+  // libjpeg's own limit (JPEG_MAX_DIMENSION), which it enforces by ending the process.
+  constexpr int kJpegLimit = 65500;
+  if (suffix == ".jpg" || suffix == ".jpeg") {
+    if (crop.width() > kJpegLimit || crop.height() > kJpegLimit) {
+      throw UsageError("-o {}: JPEG holds at most {} pixels a side; write .exr or .png", path,
+                       kJpegLimit);
+    }
+  } else if (suffix != ".exr" && suffix != ".png") {
+    throw UsageError("-o {}: unknown format; valid suffixes are .exr, .png, .jpg, .jpeg", path);
+  }
+}
+
 void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegister& files) {
   register_inputs(options, files);
   for (const std::string& path : options.outputs) {
-    check_format(path, crop);
+    check_picture_format(path, crop);
     files.write("-o", path);
   }
   for (const std::string& path : options.heatmaps) {
@@ -107,27 +118,19 @@ void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegi
 
 FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                            const StopRequest& stop)
-    : clamps_(settings.clamps), stop_(stop) {
+    : settings_(settings), channels_(exr_channels(settings.aovs)), stop_(stop) {
   for (const std::string& path : paths) {
     if (is_exr(path)) {
-      ExrHeader header = exr_header(settings.aovs, settings.width, settings.height, settings.crop,
-                                    settings.attributes);
-      header.tile_size = settings.tile_size;
-      header.attributes.emplace_back(kCompleteAttribute, "false");
-      header.attributes.emplace_back(kSamplesAttribute, std::string(kMostDigits, ' '));
-      if (settings.clamps) {
-        header.attributes.emplace_back(kClampedAttribute, std::string(kMostDigits, ' '));
-      }
       ExrOutput& exr = exrs_.emplace_back();
       exr.path = path;
-      exr.header = header;
-      exr.writer = std::make_unique<ExrWriter>(path, header);
+      begin(exr);
     } else {
       if (!transform_) transform_ = std::make_shared<DisplayTransform>(settings.display);
       images_.push_back(std::make_unique<DisplayImageWriter>(path, settings.crop, transform_,
                                                              settings.transparent));
     }
   }
+  begin_spool();
   const std::vector<std::string> names = film_channel_names(settings.aovs);
   const HeatmapFile::Frame frame{settings.width, settings.height, settings.crop,
                                  settings.attributes};
@@ -137,37 +140,56 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
   }
 }
 
+// Its file, with all channels that are known of.
+void FrameOutputs::begin(ExrOutput& exr) {
+  exr.writer.reset();  // takes its file with it
+  ExrHeader header = {.width = settings_.width,
+                      .height = settings_.height,
+                      .data_window = settings_.crop,
+                      .tile_size = settings_.tile_size,
+                      .channels = channels_,
+                      .attributes = settings_.attributes};
+  if (settings_.denoise) {
+    for (const std::string& name : denoise_results(names_of(channels_)))
+      header.channels.push_back({name});
+  }
+  header.attributes.emplace_back(kCompleteAttribute, "false");
+  header.attributes.emplace_back(kSamplesAttribute, std::string(kMostDigits, ' '));
+  if (settings_.clamps) {
+    header.attributes.emplace_back(kClampedAttribute, std::string(kMostDigits, ' '));
+  }
+  exr.writer = std::make_unique<ExrWriter>(exr.path, header);
+}
+
+void FrameOutputs::begin_spool() {
+  spool_.reset();
+  if (!settings_.denoise || (exrs_.empty() && images_.empty())) return;
+  const std::string& beside = exrs_.empty() ? images_.front()->path() : exrs_.front().path;
+  spool_ = std::make_unique<PixelSpool>(beside, settings_.crop, channels_.size());
+}
+
 void FrameOutputs::add_light_layers(const std::vector<std::string>& names) {
   light_layers_ = true;
-  for (ExrOutput& exr : exrs_) {
-    for (const std::string& name : names) {
-      for (const char* channel : {".R", ".G", ".B"})
-        exr.header.channels.push_back({name + channel});
-    }
-    exr.writer.reset();  // takes its file with it
-    exr.writer = std::make_unique<ExrWriter>(exr.path, exr.header);
+  for (const std::string& name : light_channel_names(names, settings_.aovs)) {
+    channels_.push_back({name});
   }
+  for (ExrOutput& exr : exrs_) begin(exr);
+  begin_spool();
 }
 
 void FrameOutputs::tile_finished(const FilmTile& tile) {
   thread_local std::vector<float> pixels;  // reused: no allocation per bucket
-  if (!exrs_.empty() || !heatmaps_.empty()) {
+  if (spool_ || !exrs_.empty() || !heatmaps_.empty()) {
     tile.resolve(pixels);
     for (const auto& heatmap : heatmaps_) heatmap->write_tile(tile.rect(), pixels);
     if (light_layers_) append_light_layers(tile, pixels);
-    for (ExrOutput& exr : exrs_) {
-      if (exr.failed) continue;
-      try {
-        exr.writer->write_tile(tile.rect(), pixels);
-      } catch (const RenderError& error) {
-        exr.failed = true;
-        if (rendered_) continue;
-        if (nothing_left()) throw;
-        log_warning(std::string(error.what()) + "; the frame goes on for the other files");
-      }
+    if (spool_) {
+      spool(tile.rect(), pixels);
+    } else {
+      for (ExrOutput& exr : exrs_) write(exr, tile.rect(), pixels);
     }
   }
-  if (!images_.empty()) {
+  if (!images_.empty() && !spool_) {
     tile.resolve_rgba(pixels);
     for (const auto& image : images_) image->write_tile(tile.rect(), pixels);
   }
@@ -177,23 +199,78 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   most = std::max(most, bytes);
 }
 
+void FrameOutputs::write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels) {
+  if (exr.failed) return;
+  try {
+    exr.writer->write_tile(tile, pixels);
+  } catch (const RenderError& error) {
+    exr.failed = true;
+    if (rendered_) return;
+    if (nothing_left()) throw;
+    log_warning(std::string(error.what()) + "; the frame goes on for the other files");
+  }
+}
+
+// Of a frame that is rendered already finish() tells what has failed.
+void FrameOutputs::spool(const Rect& tile, const std::vector<float>& pixels) {
+  try {
+    spool_->write_tile(tile, pixels);
+  } catch (const RenderError& error) {
+    if (!rendered_) throw;
+    const std::lock_guard lock(mutex_);
+    spool_failure_ = error.what();
+  }
+}
+
+std::optional<DenoiseReport> FrameOutputs::denoise() {
+  if (!spool_ || !spool_failure_.empty()) return std::nullopt;
+  DenoiseJob job = {
+      .crop = settings_.crop,
+      .channels = names_of(channels_),
+      .tile_size = settings_.tile_size,
+      .read = [&](const Rect& rows,
+                  std::vector<float>& pixels) { spool_->read_rows(rows, pixels); },
+      .write = [&](const Rect& tile,
+                   const std::vector<float>& pixels) { write_denoised(tile, pixels); }};
+  try {
+    return denoise_frame(job);
+  } catch (const RenderError& error) {
+    spool_failure_ = error.what();
+    return std::nullopt;
+  }
+}
+
+void FrameOutputs::write_denoised(const Rect& tile, const std::vector<float>& pixels) {
+  for (ExrOutput& exr : exrs_) write(exr, tile, pixels);
+  if (images_.empty()) return;
+  const std::vector<float> rgba = denoised_rgba(pixels, names_of(channels_));
+  for (const auto& image : images_) image->write_tile(tile, rgba);
+}
+
 bool FrameOutputs::nothing_left() const {
   return images_.empty() && heatmaps_.empty() &&
          std::ranges::all_of(exrs_, [](const ExrOutput& exr) { return exr.failed.load(); });
 }
 
 void FrameOutputs::finish(const FrameState& state, WriteAttempts& attempts) {
+  const auto check_spool = [&] {
+    if (!spool_failure_.empty()) throw RenderError(spool_failure_);
+  };
   for (const ExrOutput& exr : exrs_) {
     attempts.attempt(exr.path, [&] {
+      check_spool();
       exr.writer->set_attribute(kCompleteAttribute, state.complete ? "true" : "false");
       exr.writer->set_attribute(kSamplesAttribute, std::to_string(state.samples));
-      if (clamps_)
+      if (settings_.clamps)
         exr.writer->set_attribute(kClampedAttribute, fmt::format("{:.4g}", state.clamped_share));
       exr.writer->finish();
     });
   }
   for (const auto& image : images_) {
-    attempts.attempt(image->path(), [&] { image->finish(state.complete); });
+    attempts.attempt(image->path(), [&] {
+      check_spool();
+      image->finish(state.complete);
+    });
   }
   for (const auto& heatmap : heatmaps_)
     attempts.attempt(heatmap->path(), [&] { heatmap->finish(); });

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "io/write_attempts.h"
 #include "renderer/core/rect.h"
 #include "renderer/frame/frame_observer.h"
+#include "renderer/output/denoise_pass.h"
 #include "renderer/output/heatmap_file.h"
 #include "renderer/output/render_options.h"
 #include "renderer/output/snapshots.h"
@@ -34,7 +36,8 @@ struct OutputSettings {
   bool transparent = false;                   // PNG gets an alpha channel
   std::vector<HeatmapRequest> heatmaps = {};  // whose channels are among `aovs`
   HeatmapStyle heatmap_style = {};
-  bool clamps = false;  // --clamp-indirect
+  bool clamps = false;   // --clamp-indirect
+  bool denoise = false;  // the files get the denoised picture, too
 };
 
 // With the channels that the heatmaps need.
@@ -51,10 +54,12 @@ struct FrameState {
 };
 
 // Of a film's channels.
+std::vector<ExrChannel> exr_channels(const AovSet& aovs);
 ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop,
                      std::vector<std::pair<std::string, std::string>> attributes);
 
-// Passes finished tiles on to every file, heatmaps included.
+// Passes finished tiles on to every file, heatmaps included. Those of a frame to be denoised wait
+// in a scratch file until denoise() has the rows around them.
 class FrameOutputs final : public FrameObserver {
  public:
   // Opens the files at once, so that a path that cannot be written is known before the render and
@@ -75,6 +80,10 @@ class FrameOutputs final : public FrameObserver {
   // From now on tiles are those of a frame that is rendered, and that is not given up any more when
   // no file can be written: see tile_finished.
   void rendering_ended() { rendered_ = true; }
+  // Once all tiles have come: of settings that ask for it, denoises the frame and writes the
+  // pictures, on the calling thread's TBB arena. A file that cannot be written is named by
+  // finish().
+  std::optional<DenoiseReport> denoise();
   // Completes and renames the files, each for itself. What became of the frame goes into the EXR's
   // header.
   void finish(const FrameState& state, WriteAttempts& attempts);
@@ -87,15 +96,22 @@ class FrameOutputs final : public FrameObserver {
  private:
   struct ExrOutput {
     std::string path;
-    ExrHeader header;
     std::unique_ptr<ExrWriter> writer;
     std::atomic<bool> failed{false};
   };
+  void begin(ExrOutput& exr);
+  void begin_spool();
+  void spool(const Rect& tile, const std::vector<float>& pixels);
+  void write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels);
+  void write_denoised(const Rect& tile, const std::vector<float>& pixels);
   bool nothing_left() const;  // to write a tile to
 
-  std::deque<ExrOutput> exrs_;  // of which none moves
+  const OutputSettings settings_;
+  std::deque<ExrOutput> exrs_;        // of which none moves
+  std::vector<ExrChannel> channels_;  // of a tile
   bool light_layers_ = false;
-  const bool clamps_;
+  std::unique_ptr<PixelSpool> spool_;  // of a frame to be denoised
+  std::string spool_failure_;          // why it is of no use any more
   bool rendered_ = false;
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
   std::vector<std::unique_ptr<HeatmapFile>> heatmaps_;
@@ -107,6 +123,9 @@ class FrameOutputs final : public FrameObserver {
 
 // Enters the files that the options name for reading.
 void register_inputs(const RenderOptions& options, FileRegister& files);
+
+// Throws UsageError for an -o with an unknown suffix, or a format that holds no such picture.
+void check_picture_format(const std::string& path, const Rect& crop);
 
 // Enters what the options read and write. Throws UsageError for what is wrong with the names alone:
 // an unknown suffix, one file named twice, an input that would be overwritten, a frame larger than

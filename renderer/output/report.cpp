@@ -139,6 +139,15 @@ Json clamped_json(const RenderReport& r) {
           {"groups", groups}};
 }
 
+// Null where nothing was denoised.
+Json denoise_json(const std::optional<DenoiseReport>& denoise) {
+  if (!denoise) return Json();
+  return {{"error_before", denoise->error_before},
+          {"error_after", denoise->error_after},
+          {"kept_share", denoise->kept_share},
+          {"seconds", denoise->seconds}};
+}
+
 Json passes_json(const std::vector<PassReport>& passes) {
   Json list = Json::array();
   for (const PassReport& pass : passes) {
@@ -218,6 +227,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["clamped"] = clamped_json(r);
   // Uniform sampling decides nothing from an error estimate, so none is made.
   json["error"] = {{"estimator", r.estimator}, {"estimate", number_or_null(r.error_estimate)}};
+  json["denoise"] = denoise_json(r.denoise);
   json["warnings"] = r.warnings;
   json["features"] = r.features;
   json["gltf"] = {{"used", r.coverage.used},

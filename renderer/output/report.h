@@ -9,6 +9,7 @@
 #include "renderer/description/scene_description.h"
 #include "renderer/frame/frame.h"
 #include "renderer/output/checkpoint.h"
+#include "renderer/output/denoise_pass.h"
 #include "renderer/output/render_options.h"
 #include "renderer/output/snapshots.h"
 #include "renderer/scene/scene.h"
@@ -50,6 +51,7 @@ struct RenderReport {
   std::vector<std::string> features;
   std::string estimator = "none";
   std::optional<double> error_estimate;
+  std::optional<DenoiseReport> denoise;
   std::vector<std::string> warnings;  // as given to the user, in order
   CoverageReport coverage;
   LoadRepairs repairs;

@@ -70,6 +70,7 @@ void add_picture(HtmlPage& page, const RenderOptions& o, const RenderReport& r,
     caption += fmt::format(" Crop {},{} to {},{} of {} x {}.", r.crop.x0, r.crop.y0, r.crop.x1,
                            r.crop.y1, o.width, o.height);
   }
+  if (r.denoise) caption += " As it was before it was denoised.";
   caption += reduced(pictures, "the mean");
   page.figures(std::vector{encoded_figure(pictures.picture(), "jpeg", "the picture", caption)});
 }
@@ -79,10 +80,16 @@ std::string named_estimate(const RenderReport& r) {
   return fmt::format("{} ({})", readable_number(*r.error_estimate), r.estimator);
 }
 
+std::string named_reconstruction(const DenoiseReport& denoise) {
+  return fmt::format("{}, before {}; {} of the pixels as they were",
+                     readable_number(denoise.error_after), readable_number(denoise.error_before),
+                     readable_percent(denoise.kept_share));
+}
+
 void add_numbers(HtmlPage& page, const RenderReport& r) {
   const FrameCounters& c = r.counters;
   const double per_second = r.times.render_s > 0 ? 1e-6 / r.times.render_s : 0;
-  page.table(pairs({
+  std::vector<Row> rows = {
       {"Samples", readable_count(c.samples)},
       {"Samples a pixel: least, mean, most",
        fmt::format("{}, {}, {}", readable_count(c.min_samples),
@@ -96,7 +103,11 @@ void add_numbers(HtmlPage& page, const RenderReport& r) {
                    readable_number(double(c.rays.total()) * per_second))},
       {"Peak memory", readable_bytes(peak_rss_bytes())},
       {"Estimated error (RMS of the displayed picture, 0 to 1)", named_estimate(r)},
-  }));
+  };
+  if (r.denoise) {
+    rows.push_back({"The same of the denoised picture", named_reconstruction(*r.denoise)});
+  }
+  page.table(pairs(std::move(rows)));
 }
 
 // Bars of equal width, or of equal ratio where the counts differ much; their borders are whole

@@ -29,6 +29,7 @@ RenderOptions main_options(const ViewSettings& settings) {
   const DriverEntry& driver = main_driver(options);
   options.driver = driver.name;
   options.crop.reset();
+  options.denoise = false;  // of --settings; the window shows a frame as it is
   const bool ends_itself = options.noise_threshold || options.max_spp || driver.tiles;
   if (!options.spp && !ends_itself) options.spp = kViewSamples;
   return options;

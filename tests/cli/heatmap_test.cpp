@@ -282,8 +282,9 @@ TEST_F(Heatmap, OfAFileThatHasNotWhatItNeeds) {
   expect_failure(input + Words{"-o", path("out.exr")}, 2, {"-o", "out.exr", "itself"});
   expect_failure(input + Words{"-o", path("d.tif")}, 2, {"-o", ".exr, .png, .jpg, .jpeg"});
   expect_failure(input + Words{"-o", path("missing/d.png")}, 1, {"missing/d.png"});
-  expect_failure(input + Words{"-o", path("d.png"), "--of", "speed"}, 2,
-                 {"--of", "valid names are samples, error, stop, time, non_finite"});
+  expect_failure(
+      input + Words{"-o", path("d.png"), "--of", "speed"}, 2,
+      {"--of", "valid names are samples, error, denoised_error, stop, time, non_finite"});
   expect_failure(input + Words{"-o", path("d.png"), "--colors", "jet"}, 2,
                  {"--colors", "valid names are grey, viridis, inferno, magma, turbo"});
   expect_failure(input + Words{"-o", path("d.png"), "--range", "2,1"}, 2, {"--range", "MIN,MAX"});

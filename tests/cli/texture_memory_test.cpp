@@ -98,7 +98,7 @@ TEST_F(TextureMemory, AKilledRunLeavesNothing) {
   Process process({"render", textured(), "-o", path("long.exr"), "--spp", "1000000",
                    "--texture-memory", "1K", "--verbose"},
                   {.folder = folder_.path(), .environment = {{"TMPDIR", folder}}});
-  process.wait_for_error("%", 2);
+  ASSERT_TRUE(process.wait_for_error("loaded in", 30 * kSlower)) << process.error_so_far();
   process.send(SIGKILL);
   EXPECT_EQ(process.wait().signal, SIGKILL);
   EXPECT_TRUE(std::filesystem::is_empty(folder));

@@ -225,9 +225,9 @@ TEST_F(Usage, EveryOptionHasARow) {
   const RunResult help = run({"render", "--help"});
   ASSERT_EQ(help.exit_code, 0);
   std::set<std::string> with_row = {
-      "--help",      "--transparent",   "--lenient",      "--unbiased", "--light-groups",
-      "--quiet",     "--verbose",       "--log",          "--plain",    "--resume",
-      "--resumable", "--skip-existing", "--stop-on-error"};
+      "--help",      "--transparent",   "--lenient",       "--unbiased", "--light-groups",
+      "--quiet",     "--verbose",       "--log",           "--plain",    "--resume",
+      "--resumable", "--skip-existing", "--stop-on-error", "--denoise"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
   const std::vector<HelpedOption> options = options_in(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;

@@ -25,7 +25,7 @@ TEST(LightGroupFilm, LongAccumulation) {
   FilmTile film = film_of(2);
   LightGroupValues values(2);
   values.add(0, 1, Rgb(1.0f), Rgb(0.1f));
-  for (uint32_t i = 0; i < 1u << 24; ++i) film.add_lights(0, 0, 1.0f, 0.25f, values, 0);
+  for (uint32_t i = 0; i < 1u << 24; ++i) film.add_lights(0, 0, 0, 1.0f, 0.25f, values, 0);
   EXPECT_NEAR(film.light_groups().mean(0, 1).y, 0.1f, 0.1e-6f);
   EXPECT_EQ(film.light_groups().mean(0, 0), Rgb(0.0f));
   float rgba[4];
@@ -40,7 +40,7 @@ TEST(LightGroupFilm, StaysFinite) {
   FilmTile film = film_of(1, 2);
   LightGroupValues values(1);
   values.add(0, 0, Rgb(1.0f), Rgb(3e38f, 1.0f, 0.0f));
-  for (int i = 0; i < 3; ++i) film.add_lights(1, 0, 1.0f, 1.0f, values, 0);
+  for (int i = 0; i < 3; ++i) film.add_lights(1, 0, 0, 1.0f, 1.0f, values, 0);
   float rgba[8];
   relight(film, LightMix(std::vector<Rgb>{Rgb(100.0f)}), rgba);
   for (const float value : rgba) EXPECT_TRUE(std::isfinite(value));
@@ -57,7 +57,7 @@ TEST(LightGroupFilm, IsCopiedAndCounted) {
   values.add(3, 0, Rgb(2.0f), Rgb(1, 2, 3));
   values.add(3, 0, Rgb(1.0f), Rgb(1, 0, 0));
   from.add(2, 0, 0, 1.0f, {Rgb(3, 4, 6), 1.0f, {}, {}});
-  from.add_lights(2, 0, 0.5f, 1.0f, values, 3);
+  from.add_lights(2, 0, 0, 0.5f, 1.0f, values, 3);
   to.copy_pixel(from, 2, 0);
   EXPECT_EQ(to.light_groups().mean(1, 0), Rgb(1.5f, 2, 3));
   EXPECT_EQ(to.light_groups().mean(0, 0), Rgb(0.0f));

@@ -20,7 +20,8 @@ TEST(HeatmapQuantity, EveryOneIsMadeOfChannelsThatItsAovBrings) {
     EXPECT_EQ(&find_heatmap_quantity(quantity.name), &quantity);
     AovSet aovs;
     if (quantity.aov) aovs.insert(*quantity.aov);
-    EXPECT_EQ(QuantityPlane::missing_channel(quantity, film_channel_names(aovs)), "")
+    EXPECT_EQ(QuantityPlane::missing_channel(quantity, film_channel_names(aovs)).empty(),
+              !quantity.of_denoised)
         << quantity.name;
     if (quantity.aov) {
       EXPECT_NE(QuantityPlane::missing_channel(quantity, film_channel_names({})), "");
@@ -101,8 +102,9 @@ TEST(QuantityPlane, GathersTilesInAnyOrder) {
 }
 
 TEST(QuantityPlane, PixelsThatNeverComeHaveNoSamples) {
-  const std::vector<std::string> all =
+  std::vector<std::string> all =
       film_channel_names(AovSet::parse("variance,time,stop,non_finite,part"));
+  all.push_back("denoised.error");
   for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
     const QuantityPlane plane(quantity, all, {0, 0, 2, 2});
     const float value = plane.plane().values[3];

@@ -23,6 +23,7 @@ const std::map<std::string, std::string> kOthers = {
     {"sample-range", "7-16777216"},
     {"turntable", "-3/100"},
     {"light-groups", "yes"},
+    {"denoise", "yes"},
     {"driver", "adaptive"},
     {"sampler", "stratified"},
     {"streams", "2"},
@@ -81,8 +82,8 @@ TEST(SettingTable, HasEveryMember) {
                reconstruction, width, height, crop, camera, look_from, look_at, fov_y, f_stop,
                focus_distance, turntable, animation, time, frame, fps, shutter, edits, variant,
                environment, environment_strength, environment_rotation, transparent, show_backfaces,
-               lenient, part, sample_range, aovs, light_groups] = settings;
-  constexpr size_t kMembers = 50;
+               lenient, part, sample_range, aovs, light_groups, denoise] = settings;
+  constexpr size_t kMembers = 51;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());

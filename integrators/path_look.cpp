@@ -1,0 +1,36 @@
+#include "integrators/path_look.h"
+
+#include <algorithm>
+
+namespace emberline {
+namespace {
+
+Rgb at_most_1(const Rgb& colour) {
+  return {std::min(colour.x, 1.0f), std::min(colour.y, 1.0f), std::min(colour.z, 1.0f)};
+}
+
+}  // namespace
+
+SeenSurface PathLook::background(const Rgb& light) { return {.albedo = at_most_1(light)}; }
+
+void PathLook::see(const SampleBatch& batch, const Ray& ray, float length, const ShadedPoint& point,
+                   const SurfaceBsdf& bsdf, const Rgb& throughput, SeenSurface* seen) {
+  if (state_ != State::kOnTheWay) {
+    state_ = State::kPast;
+    return;
+  }
+  if (length_ == 0.0f) {
+    axial_share_ = batch.camera.axial_depth(point.surface.position, ray.time) / length;
+  }
+  length_ += length;
+  const bool unlit = point.surface.material->unlit();
+  const Rgb albedo = unlit ? Rgb(0.0f) : bsdf.albedo();
+  seen->albedo = at_most_1(throughput * (albedo + point.material.emission));
+  seen->normal = point.frame.shading.normal;
+  const float nearness = float(batch.scene.scale()) / (axial_share_ * length_);
+  seen->nearness =
+      nearness < SeenSurface::kMostNearness ? std::max(nearness, 0.0f) : SeenSurface::kMostNearness;
+  if (unlit || bsdf.has_non_delta()) state_ = State::kThere;
+}
+
+}  // namespace emberline

@@ -1,0 +1,165 @@
+#include "renderer/app/denoise_command.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "io/exr_writer.h"
+#include "io/file_register.h"
+#include "io/image_input.h"
+#include "io/write_attempts.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
+#include "renderer/core/log.h"
+#include "renderer/output/denoise_pass.h"
+#include "renderer/output/outputs.h"
+#include "renderer/process/worker_threads.h"
+
+namespace emberline {
+namespace {
+
+// The channels of a frame that stay: what an earlier pass has made is made anew.
+class InputRows {
+ public:
+  InputRows(const std::string& path, const LoadProgress& progress) : file_(path, progress) {
+    const std::vector<std::string>& names = file_.image().channel_names;
+    for (size_t c = 0; c < names.size(); ++c) {
+      if (names[c].starts_with("denoised.")) continue;
+      kept_.push_back(c);
+      channels_.push_back(names[c]);
+    }
+  }
+
+  const FloatImageRows& file() const { return file_; }
+  const std::vector<std::string>& channels() const { return channels_; }
+
+  void read(int rows, std::vector<float>& pixels) {
+    const size_t all = file_.image().channel_names.size();
+    if (kept_.size() == all) return file_.read(rows, pixels);
+    file_.read(rows, read_);
+    pixels.resize(read_.size() / all * kept_.size());
+    float* next = pixels.data();
+    for (size_t i = 0; i < read_.size(); i += all) {
+      for (const size_t c : kept_) *next++ = read_[i + c];
+    }
+  }
+
+  ExrHeader header() const {
+    const FloatImage& image = file_.image();
+    ExrHeader header = {.width = image.frame_width,
+                        .height = image.frame_height,
+                        .data_window = image.data_window,
+                        .tile_size = file_.tile_size(),
+                        .channels = {},
+                        .attributes = file_.texts()};
+    for (const size_t c : kept_) {
+      header.channels.push_back(
+          {image.channel_names[c], file_.is_counter(c) ? ChannelType::kUint : ChannelType::kFloat});
+    }
+    for (const std::string& name : denoise_results(channels_)) header.channels.push_back({name});
+    return header;
+  }
+
+ private:
+  FloatImageRows file_;
+  std::vector<size_t> kept_;
+  std::vector<std::string> channels_;
+  std::vector<float> read_;
+};
+
+void check_channels(const std::string& path, const std::vector<std::string>& channels) {
+  const std::vector<std::string> missing = missing_denoise_channels(channels);
+  if (missing.empty()) return;
+  constexpr size_t kMostNamed = 6;
+  const auto named = std::span(missing).first(std::min(kMostNamed, missing.size()));
+  throw InputError(path, "no channels {}{}; render it with --aov denoising, or with --denoise",
+                   fmt::join(named, ", "), missing.size() > kMostNamed ? " and more" : "");
+}
+
+bool says(const FloatImageRows& file, const char* name) {
+  return std::ranges::find(file.texts(), std::pair<std::string, std::string>(name, "yes")) !=
+         file.texts().end();
+}
+
+// The files, opened before the pass and written in it.
+class Results {
+ public:
+  Results(const DenoiseOptions& options, const InputRows& rows) : channels_(rows.channels()) {
+    std::shared_ptr<const DisplayTransform> transform;
+    for (const std::string& path : options.outputs) {
+      if (is_exr(path)) {
+        exrs_.push_back({path, std::make_unique<ExrWriter>(path, rows.header())});
+        continue;
+      }
+      if (!transform) transform = std::make_shared<DisplayTransform>(options.display);
+      images_.push_back(
+          std::make_unique<DisplayImageWriter>(path, rows.file().image().data_window, transform,
+                                               says(rows.file(), "emberline:transparent")));
+    }
+  }
+
+  void write(const Rect& tile, const std::vector<float>& pixels) {
+    for (const auto& [path, writer] : exrs_) writer->write_tile(tile, pixels);
+    if (images_.empty()) return;
+    const std::vector<float> rgba = denoised_rgba(pixels, channels_);
+    for (const auto& image : images_) image->write_tile(tile, rgba);
+  }
+  void finish(bool complete, WriteAttempts& attempts) {
+    for (const auto& [path, writer] : exrs_) attempts.attempt(path, [&] { writer->finish(); });
+    for (const auto& image : images_) {
+      attempts.attempt(image->path(), [&] { image->finish(complete); });
+    }
+  }
+
+ private:
+  const std::vector<std::string>& channels_;
+  std::vector<std::pair<std::string, std::unique_ptr<ExrWriter>>> exrs_;
+  std::vector<std::unique_ptr<DisplayImageWriter>> images_;
+};
+
+}  // namespace
+
+int run_denoise(const DenoiseOptions& options) {
+  const WorkerThreads workers(options.threads);
+  FileRegister files;
+  files.read(options.image, "it is the frame itself");
+  for (const std::string& path : options.outputs) {
+    check_picture_format(path, {});
+    files.write("-o", path);
+  }
+  const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
+  InputRows rows(options.image, progress);
+  const FloatImage& image = rows.file().image();
+  check_channels(options.image, rows.channels());
+  for (const std::string& path : options.outputs) check_picture_format(path, image.data_window);
+  const MemoryReservation memory(progress.budget(), MemoryPart::kFilm,
+                                 denoise_bytes(image.data_window, rows.file().tile_size(),
+                                               image.channel_names, rows.file().rows_at_once()),
+                                 options.image);
+  if (image.stopped_after) {
+    log_warning(fmt::format("{}: the frame was stopped before it was complete, at {} samples",
+                            options.image, *image.stopped_after));
+  }
+  Results results(options, rows);
+  const DenoiseJob job = {
+      .crop = image.data_window,
+      .channels = rows.channels(),
+      .tile_size = rows.file().tile_size(),
+      .rows_at_once = rows.file().rows_at_once(),
+      .read = [&](const Rect& part,
+                  std::vector<float>& pixels) { rows.read(part.height(), pixels); },
+      .write = [&](const Rect& tile,
+                   const std::vector<float>& pixels) { results.write(tile, pixels); }};
+  tbb::task_arena arena(workers.count());
+  const DenoiseReport report = arena.execute([&] { return denoise_frame(job); });
+  WriteAttempts attempts;
+  results.finish(!image.stopped_after, attempts);
+  log_info(describe(report));
+  for (const std::string& path : attempts.written()) log_info("wrote " + path);
+  return attempts.failed().empty() ? kExitDone : kExitRenderFailed;
+}
+
+}  // namespace emberline

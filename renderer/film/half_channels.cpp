@@ -1,0 +1,76 @@
+#include "renderer/film/half_channels.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "renderer/film/film.h"
+
+namespace emberline {
+namespace {
+
+constexpr const char* kNames[] = {"R",   "G",   "B",   "albedo.R", "albedo.G",  "albedo.B",
+                                  "N.X", "N.Y", "N.Z", "nearness", "visibility"};
+static_assert(std::size(kNames) == 3 + kSeenValues);
+
+float to_finite_float(double x) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  return float(std::clamp(x, -kMost, kMost));
+}
+
+double per(uint32_t count) { return count > 0 ? 1.0 / count : 0.0; }
+
+// How far what the pixel shows is from the mean of its samples.
+std::array<double, 3> shift_of(const FilmTile& tile, size_t i) {
+  const PixelSums& sums = tile.sums(i);
+  float rgba[4];
+  tile.rgba(tile.rect().x_of(i), tile.rect().y_of(i), rgba);
+  std::array<double, 3> shift = {};
+  if (sums.samples() == 0) return shift;
+  for (size_t c = 0; c < 3; ++c) {
+    const double mean = (sums.rgb[0][c] + sums.rgb[1][c]) * (1.0 / sums.samples());
+    shift[c] = double(rgba[c]) - double(to_finite_float(mean));
+  }
+  return shift;
+}
+
+}  // namespace
+
+std::vector<FilmChannel> half_channels() {
+  std::vector<FilmChannel> channels;
+  for (const std::string half : kHalfNames) {
+    for (const char* name : kNames) channels.push_back({half + "." + name});
+    channels.push_back({half + ".samples", true});
+  }
+  return channels;
+}
+
+float* put_halves(const FilmTile& tile, size_t i, float* values) {
+  const PixelSums& sums = tile.sums(i);
+  const std::array<double, 3> shift = shift_of(tile, i);
+  for (int half = 0; half < 2; ++half) {
+    const double scale = per(sums.count[half]);
+    for (size_t c = 0; c < 3; ++c) {
+      *values++ = sums.count[half] > 0 ? to_finite_float(sums.rgb[half][c] * scale + shift[c]) : 0;
+    }
+    for (const double sum : tile.halves().sums(i, half)) *values++ = to_finite_float(sum * scale);
+    *values++ = float(sums.count[half]);
+  }
+  return values;
+}
+
+float* put_half_lights(const FilmTile& tile, size_t i, int half, float* values) {
+  const LightGroupSums& all = tile.light_groups();
+  const LightGroupSums& second = tile.halves().second_lights();
+  const uint32_t count = tile.sums(i).count[half];
+  for (int group = 0; group < all.groups(); ++group) {
+    const std::array<double, 3> sum = all.sum(i, group), of_second = second.sum(i, group);
+    for (size_t c = 0; c < 3; ++c) {
+      const double of_half = half == 1 ? of_second[c] : sum[c] - of_second[c];
+      *values++ = to_finite_float(of_half * per(count));
+    }
+  }
+  return values;
+}
+
+}  // namespace emberline

@@ -1,0 +1,27 @@
+// The channels of `--aov denoising`: means over each half of a pixel's samples.
+//
+// Of the first half half1.{R,G,B}, half1.albedo.{R,G,B}, half1.N.{X,Y,Z}, half1.nearness,
+// half1.visibility (SeenSurface says what they are), half1.samples; and so of the second. With
+// light groups there are half1.light.NAME.{R,G,B}, too. Both halves weighted by their samples are
+// the picture: of one that shows other means (FilmTile::show), both are moved by as much as that
+// does.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace emberline {
+
+class FilmTile;
+struct FilmChannel;
+
+inline constexpr const char* kHalfNames[2] = {"half1", "half2"};
+
+std::vector<FilmChannel> half_channels();
+// Writes the values of pixel i, in their order; returns the end.
+float* put_halves(const FilmTile& tile, size_t i, float* values);
+// The same of the light groups of one half: three values each.
+float* put_half_lights(const FilmTile& tile, size_t i, int half, float* values);
+
+}  // namespace emberline

@@ -1,0 +1,60 @@
+#include "renderer/film/half_sums.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace emberline {
+namespace {
+
+std::array<float, kSeenValues> values_of(const SeenSurface& seen) {
+  return {seen.albedo.x, seen.albedo.y, seen.albedo.z, seen.normal.x,
+          seen.normal.y, seen.normal.z, seen.nearness, seen.visibility};
+}
+
+}  // namespace
+
+bool is_finite(const SeenSurface& seen) {
+  return std::ranges::all_of(values_of(seen), [](float value) { return std::isfinite(value); });
+}
+
+void HalfSums::reset(size_t pixels) {
+  if (!kept_) return;
+  sums_.reset(pixels);
+  second_lights_.reset(pixels);
+}
+
+void HalfSums::add(size_t pixel, int half, const SeenSurface& seen) {
+  std::array<double, kSeenValues>& sums = sums_[pixel].halves[half];
+  const std::array<float, kSeenValues> values = values_of(seen);
+  for (size_t i = 0; i < kSeenValues; ++i) sums[i] += double(values[i]);
+}
+
+void HalfSums::copy(const HalfSums& from, size_t from_pixel, size_t pixel) {
+  if (!kept_) return;
+  sums_[pixel] = from.sums_[from_pixel];
+  if (!second_lights_.empty()) second_lights_.copy(from.second_lights_, from_pixel, pixel);
+}
+
+void HalfSums::add_sums(const HalfSums& from, size_t pixel) {
+  if (!kept_) return;
+  for (int half = 0; half < 2; ++half) {
+    for (size_t i = 0; i < kSeenValues; ++i) {
+      sums_[pixel].halves[half][i] += from.sums_[pixel].halves[half][i];
+    }
+  }
+  if (!second_lights_.empty()) second_lights_.add_sums(from.second_lights_, pixel);
+}
+
+void HalfSums::archive(Archive& archive) {
+  archive.values(std::span(sums_.begin(), sums_.size()));
+  second_lights_.archive(archive);
+  bool finite = true;
+  for (const Sums& sums : sums_) {
+    for (const auto& half : sums.halves) {
+      for (const double value : half) finite &= std::isfinite(value);
+    }
+  }
+  archive.check(finite);
+}
+
+}  // namespace emberline

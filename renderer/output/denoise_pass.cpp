@@ -1,0 +1,304 @@
+#include "renderer/output/denoise_pass.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "renderer/core/parallel.h"
+#include "renderer/core/readable.h"
+#include "renderer/film/film.h"
+#include "renderer/film/half_channels.h"
+#include "renderer/process/render_clock.h"
+#include "renderer/reconstruction/denoise.h"
+
+namespace emberline {
+namespace {
+
+// Of a band at least: its margins are filtered for it alone.
+constexpr int kBandRows = 256;
+constexpr int kReadRows = 64;
+// What denoise() holds of a pixel, and of each light group there, with the results.
+constexpr uint64_t kFilterBytes = 360, kPartBytes = 48;
+constexpr std::array kChannels = {"R", "G", "B"};
+constexpr std::array kColour = {".R", ".G", ".B"};
+constexpr const char* kLightLayer = "light.";
+
+using Names = std::span<const std::string>;
+
+bool has(Names channels, const std::string& name) {
+  return std::ranges::find(channels, name) != channels.end();
+}
+
+// "light.key" and so on: those of the first half.
+std::vector<std::string> light_layers(Names channels) {
+  const std::string begin = std::string(kHalfNames[0]) + "." + kLightLayer;
+  std::vector<std::string> layers;
+  for (const std::string& name : channels) {
+    if (!name.starts_with(begin) || !name.ends_with(kColour[0])) continue;
+    const size_t at = std::string(kHalfNames[0]).size() + 1;
+    layers.push_back(name.substr(at, name.size() - at - 2));
+  }
+  return layers;
+}
+
+// Of a band, and of what is read at once.
+int band_rows(int tile_size) { return (kBandRows + tile_size - 1) / tile_size * tile_size; }
+int read_rows(int rows_at_once) {
+  return (kReadRows + rows_at_once - 1) / rows_at_once * rows_at_once;
+}
+// Of a band, the margins, and of what is read beyond them.
+int64_t window_rows(const Rect& crop, int tile_size, int rows_at_once) {
+  return std::min(int64_t(crop.height()),
+                  int64_t(band_rows(tile_size)) + 2 * kDenoiseMargin + rows_at_once);
+}
+
+// Rows of a frame as planes: the upper ones go, lower ones come.
+class PlaneWindow {
+ public:
+  PlaneWindow(int width, Names channels)
+      : width_(size_t(width)), names_(channels.begin(), channels.end()), planes_(channels.size()) {}
+
+  // As many as there will ever be.
+  void reserve(int64_t rows) {
+    for (std::vector<float>& plane : planes_) plane.reserve(size_t(rows) * width_);
+  }
+
+  int begin() const { return begin_; }
+  int end() const { return end_; }
+  int rows() const { return end_ - begin_; }
+
+  void append(std::span<const float> pixels, int rows) {
+    const size_t before = size_t(this->rows()) * width_, more = size_t(rows) * width_;
+    end_ += rows;
+    parallel_tasks(planes_.size(), [&](size_t c) {
+      std::vector<float>& plane = planes_[c];
+      plane.resize(before + more);
+      for (size_t i = 0; i < more; ++i) plane[before + i] = pixels[i * planes_.size() + c];
+    });
+  }
+  void drop_above(int row) {
+    const auto gone = int64_t(size_t(row - begin_) * width_);
+    for (std::vector<float>& plane : planes_) plane.erase(plane.begin(), plane.begin() + gone);
+    begin_ = row;
+  }
+
+  std::span<const float> plane(const std::string& name) const {
+    const auto at = std::ranges::find(names_, name);
+    assert(at != names_.end());
+    return planes_[size_t(at - names_.begin())];
+  }
+  HalfPlanes halves(const std::string& name) const {
+    return {plane(std::string(kHalfNames[0]) + "." + name),
+            plane(std::string(kHalfNames[1]) + "." + name)};
+  }
+  HalfColour colours(const std::string& layer) const {
+    return {halves(layer + "R"), halves(layer + "G"), halves(layer + "B")};
+  }
+  // All channels of a pixel; returns the end.
+  float* put(size_t i, float* pixel) const {
+    for (const std::vector<float>& plane : planes_) *pixel++ = plane[i];
+    return pixel;
+  }
+  size_t index_of(int x, int row) const { return size_t(row - begin_) * width_ + size_t(x); }
+
+ private:
+  size_t width_;
+  std::vector<std::string> names_;
+  std::vector<std::vector<float>> planes_;
+  int begin_ = 0, end_ = 0;
+};
+
+DenoiseInput input_of(const PlaneWindow& window, int width) {
+  DenoiseInput input;
+  input.width = width;
+  input.height = window.rows();
+  input.samples = window.halves("samples");
+  input.colour = window.colours("");
+  input.albedo = window.colours("albedo.");
+  for (const char* name : {"N.X", "N.Y", "N.Z", "nearness", "visibility"}) {
+    input.features.push_back(window.halves(name));
+  }
+  return input;
+}
+
+class Pass {
+ public:
+  explicit Pass(const DenoiseJob& job)
+      : job_(job),
+        layers_(light_layers(job.channels)),
+        results_(denoise_results(job.channels).size()),
+        height_(job.crop.height()),
+        window_(job.crop.width(), job.channels) {
+    window_.reserve(window_rows(job.crop, job.tile_size, job.rows_at_once));
+  }
+
+  DenoiseReport run() {
+    const Stopwatch clock;
+    const int band = band_rows(job_.tile_size);
+    for (int row = 0; row < height_; row += band) pass(row, std::min(height_, row + band));
+    const double pixels = double(job_.crop.area());
+    return {std::sqrt(before_ / pixels), std::sqrt(after_ / pixels), double(kept_) / pixels,
+            clock.seconds()};
+  }
+
+ private:
+  // Rows [begin, end) of the crop, counted from its top.
+  void pass(int begin, int end) {
+    window_.drop_above(std::max(0, begin - kDenoiseMargin));
+    read_until(std::min(height_, end + kDenoiseMargin));
+    DenoiseInput input = input_of(window_, job_.crop.width());
+    for (const std::string& layer : layers_) input.parts.push_back(window_.colours(layer + "."));
+    DenoisedPicture picture = denoise(input, begin - window_.begin(), end - window_.begin());
+    before_ += picture.squared_error_before;
+    after_ += picture.squared_error_after;
+    kept_ += picture.kept;
+    show_unsampled(begin, end, &picture);
+    write(picture, begin, end);
+  }
+
+  // A pixel without samples shows what it does in the frame, its neighbours perhaps.
+  void show_unsampled(int begin, int end, DenoisedPicture* picture) const {
+    const HalfPlanes samples = window_.halves("samples");
+    const size_t first = window_.index_of(0, begin), count = window_.index_of(0, end) - first;
+    const auto copy = [&](const std::string& layer, std::array<std::vector<float>, 3>& colour) {
+      for (size_t c = 0; c < 3; ++c) {
+        const std::span<const float> shown = window_.plane(layer + kChannels[c]);
+        for (size_t i = 0; i < count; ++i) {
+          const size_t pixel = first + i;
+          if (samples.a[pixel] + samples.b[pixel] == 0.0f) colour[c][i] = shown[pixel];
+        }
+      }
+    };
+    copy("", picture->colour);
+    for (size_t l = 0; l < layers_.size(); ++l) copy(layers_[l] + ".", picture->parts[l]);
+  }
+
+  void read_until(int end) {
+    const Rect& crop = job_.crop;
+    while (window_.end() < end) {
+      const int from = window_.end();
+      const int wanted = std::min(end - from, read_rows(job_.rows_at_once));
+      const int parts = (wanted + job_.rows_at_once - 1) / job_.rows_at_once;
+      const int to = std::min(height_, from + parts * job_.rows_at_once);
+      job_.read({crop.x0, crop.y0 + from, crop.x1, crop.y0 + to}, read_);
+      window_.append(read_, to - from);
+    }
+  }
+
+  void write(const DenoisedPicture& picture, int begin, int end) const {
+    const Rect& crop = job_.crop;
+    const Rect band = {crop.x0, crop.y0 + begin, crop.x1, crop.y0 + end};
+    std::vector<Rect> tiles;
+    for (int y = band.y0; y < band.y1; y += job_.tile_size) {
+      for (int x = band.x0; x < band.x1; x += job_.tile_size) {
+        tiles.push_back(Rect{x, y, x + job_.tile_size, y + job_.tile_size}.intersect(band));
+      }
+    }
+    const size_t channels = job_.channels.size() + results_;
+    parallel_tasks(tiles.size(), [&](size_t t) {
+      const Rect& tile = tiles[t];
+      std::vector<float> pixels(channels * size_t(tile.area()));
+      for (size_t i = 0; i < size_t(tile.area()); ++i) {
+        const int x = tile.x_of(i) - crop.x0, row = tile.y_of(i) - crop.y0;
+        float* const results = window_.put(window_.index_of(x, row), &pixels[channels * i]);
+        put_results(picture, band.index_of(tile.x_of(i), tile.y_of(i)), results);
+      }
+      job_.write(tile, pixels);
+    });
+  }
+
+  void put_results(const DenoisedPicture& picture, size_t i, float* results) const {
+    for (const auto& plane : picture.colour) *results++ = plane[i];
+    *results++ = picture.error[i];
+    for (const auto& part : picture.parts) {
+      for (const auto& plane : part) *results++ = plane[i];
+    }
+  }
+
+  const DenoiseJob& job_;
+  const std::vector<std::string> layers_;
+  const size_t results_;
+  const int height_;
+  PlaneWindow window_;
+  std::vector<float> read_;
+  double before_ = 0.0, after_ = 0.0;
+  size_t kept_ = 0;
+};
+
+}  // namespace
+
+std::string describe(const DenoiseReport& report) {
+  return fmt::format(
+      "denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels left as they were",
+      readable_seconds(report.seconds), report.error_before, report.error_after,
+      readable_percent(report.kept_share));
+}
+
+std::vector<std::string> missing_denoise_channels(Names channels) {
+  std::vector<std::string> missing;
+  const auto need = [&](const std::string& name) {
+    if (!has(channels, name)) missing.push_back(name);
+  };
+  for (const FilmChannel& channel : half_channels()) need(channel.name);
+  for (const std::string& layer : light_layers(channels)) {
+    for (const char* c : kColour) {
+      for (const char* half : kHalfNames) need(std::string(half) + "." + layer + c);
+      need(layer + c);
+    }
+  }
+  for (const char* name : kChannels) need(name);
+  return missing;
+}
+
+std::vector<std::string> denoise_results(Names channels) {
+  std::vector<std::string> results;
+  const auto add = [&](const std::string& layer) {
+    for (const char* c : kColour) results.push_back(layer + c);
+  };
+  add("denoised");
+  results.push_back("denoised.error");
+  for (const std::string& layer : light_layers(channels)) add("denoised." + layer);
+  return results;
+}
+
+std::vector<float> denoised_rgba(std::span<const float> pixels, Names channels) {
+  const size_t stride = channels.size() + denoise_results(channels).size();
+  const auto alpha = std::ranges::find(channels, "A");
+  std::vector<float> rgba;
+  rgba.reserve(4 * (pixels.size() / stride));
+  for (size_t i = 0; i < pixels.size(); i += stride) {
+    const float* const results = &pixels[i + channels.size()];
+    rgba.insert(rgba.end(), results, results + 3);
+    rgba.push_back(alpha != channels.end() ? pixels[i + size_t(alpha - channels.begin())] : 1.0f);
+  }
+  return rgba;
+}
+
+uint64_t denoise_bytes(const Rect& crop, int tile_size, Names channels, int rows_at_once) {
+  const auto width = uint64_t(crop.width());
+  const auto rows = uint64_t(window_rows(crop, tile_size, rows_at_once));
+  const auto read = uint64_t(std::min(crop.height(), read_rows(rows_at_once)));
+  const size_t of_channels = channels.size() * sizeof(float);
+  const size_t of_filter = kFilterBytes + kPartBytes * light_layers(channels).size();
+  return bytes_of(width * rows, of_channels + of_filter) + bytes_of(width * read, of_channels);
+}
+
+DenoiseReport denoise_frame(const DenoiseJob& job) { return Pass(job).run(); }
+
+void PixelSpool::write_tile(const Rect& tile, const std::vector<float>& pixels) {
+  const size_t row = size_t(tile.width()) * channels_;
+  for (int y = tile.y0; y < tile.y1; ++y) {
+    file_.write_at(&pixels[size_t(y - tile.y0) * row], row * sizeof(float), offset_of(tile.x0, y));
+  }
+}
+
+void PixelSpool::read_rows(const Rect& rows, std::vector<float>& pixels) const {
+  assert(rows.x0 == crop_.x0 && rows.x1 == crop_.x1);
+  pixels.resize(size_t(rows.area()) * channels_);
+  file_.read_at(pixels.data(), pixels.size() * sizeof(float), offset_of(rows.x0, rows.y0));
+}
+
+}  // namespace emberline

@@ -1,0 +1,79 @@
+// A frame through denoise(), a band of rows after another: what is held in memory is a band with
+// the rows around it, and not the frame. The bits are those of the whole.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/atomic_file.h"
+#include "renderer/core/rect.h"
+
+namespace emberline {
+
+// What became of a frame.
+struct DenoiseReport {
+  double error_before = 0.0, error_after = 0.0;  // expected RMS error of the displayed picture
+  double kept_share = 0.0;                       // of the pixels, that are as they were
+  double seconds = 0.0;
+};
+
+// "denoised in 3 s: expected error 0.02 -> 0.004, 12 % of the pixels left as they were"
+std::string describe(const DenoiseReport& report);
+
+// The channels that denoise() needs and that are not among these; empty: there are all.
+std::vector<std::string> missing_denoise_channels(std::span<const std::string> channels);
+// What it makes of these: denoised.{R,G,B}, denoised.error, and of each light group
+// denoised.light.NAME.{R,G,B}.
+std::vector<std::string> denoise_results(std::span<const std::string> channels);
+
+// R G B A as a picture shows it of pixels with the results of these channels behind them.
+std::vector<float> denoised_rgba(std::span<const float> pixels,
+                                 std::span<const std::string> channels);
+
+// What denoise_frame() will hold of such a job, at most.
+uint64_t denoise_bytes(const Rect& crop, int tile_size, std::span<const std::string> channels,
+                       int rows_at_once = 1);
+
+struct DenoiseJob {
+  Rect crop;
+  std::vector<std::string> channels;  // of the pixels, none missing
+  int tile_size = 64;                 // of what it hands on
+  // Fills these rows of the crop, interleaved: one after another, each once. A multiple of
+  // `rows_at_once` of them, but for the last.
+  int rows_at_once = 1;
+  std::function<void(const Rect& rows, std::vector<float>& pixels)> read;
+  // Takes a tile of the crop: its channels and, behind those of each pixel, the results. Any
+  // thread.
+  std::function<void(const Rect& tile, const std::vector<float>& pixels)> write;
+};
+
+// On the calling thread's TBB arena; the bits do not depend on it. Throws what read and write
+// throw.
+DenoiseReport denoise_frame(const DenoiseJob& job);
+
+// Tiles in, rows out, by way of a scratch file.
+class PixelSpool {
+ public:
+  // Beside a file that is to be written. Throws RenderError.
+  PixelSpool(const std::string& beside, const Rect& crop, size_t channels)
+      : file_(beside), crop_(crop), channels_(channels) {}
+
+  // Interleaved. Any thread, each pixel once. Throws RenderError.
+  void write_tile(const Rect& tile, const std::vector<float>& pixels);
+  // Black where no tile came.
+  void read_rows(const Rect& rows, std::vector<float>& pixels) const;
+
+ private:
+  uint64_t offset_of(int x, int y) const {
+    return crop_.index_of(x, y) * channels_ * sizeof(float);
+  }
+
+  ScratchFile file_;
+  const Rect crop_;
+  const size_t channels_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,237 @@
+#include "renderer/reconstruction/blend.h"
+
+#include <cmath>
+
+#include "renderer/core/display_error.h"
+#include "renderer/core/parallel.h"
+#include "renderer/reconstruction/box.h"
+
+namespace emberline {
+namespace {
+
+constexpr size_t kPairs = size_t(kBandwidths) * (kBandwidths + 1) / 2;
+constexpr size_t pair(size_t k, size_t l) {
+  return k > l ? k * (k + 1) / 2 + l : l * (l + 1) / 2 + k;
+}
+
+// The terms of the error, of a pixel alone or pooled, in units of the pixel's squared brightness.
+struct Terms {
+  Plane unit;                            // what radiance is to be multiplied by, squared
+  Plane noise;                           // V
+  std::array<Plane, kBandwidths> gains;  // V - C_k
+  std::array<Plane, kPairs> squares;     // D_kl
+};
+
+// Relative errors, so that a bright pixel does not decide for dark neighbours; below this (squared)
+// radiance, where a display shows next to nothing, absolute ones.
+constexpr float kDarkest = 1e-5f;
+
+void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& own) {
+  const float *told = h.told.row(y), *noise = h.own_noise.row(y);
+  float *unit = own.unit.row(y), *v = own.noise.row(y);
+  for (int x = 0; x < h.width; ++x) {
+    float brightness = 0.0f;
+    for (const Plane& plane : candidates[0].colour) brightness += plane.row(y)[x];
+    brightness = std::max(brightness * (1.0f / 3), 0.0f);
+    unit[x] = 1.0f / (brightness * brightness + kDarkest);
+    v[x] = noise[x] * unit[x];
+  }
+  for (size_t k = 0; k < kBandwidths; ++k) {
+    const float* own_weight = candidates[k].own_weight.row(y);
+    float* gain = own.gains[k].row(y);
+    for (int x = 0; x < h.width; ++x) gain[x] = v[x] * (1.0f - own_weight[x]);
+    for (size_t l = 0; l <= k; ++l) {
+      float* square = own.squares[pair(k, l)].row(y);
+      for (size_t c = 0; c < 3; ++c) {
+        const float* raw = h.raw[c].row(y);
+        const float *f = candidates[k].colour[c].row(y), *g = candidates[l].colour[c].row(y);
+        for (int x = 0; x < h.width; ++x) {
+          square[x] += (f[x] - raw[x]) * (g[x] - raw[x]) * unit[x] * told[x];
+        }
+      }
+    }
+  }
+}
+
+Terms measure(const Halves& h, const Candidates& candidates) {
+  const auto planes = [&](auto& array) { array.fill(Plane(h.width, h.height)); };
+  Terms own;
+  own.unit = own.noise = Plane(h.width, h.height);
+  planes(own.gains);
+  planes(own.squares);
+  parallel_each(size_t(h.height), [&](size_t y) { measure_row(h, candidates, int(y), own); });
+  return own;
+}
+
+Terms pooled(const Terms& own, int radius) {
+  Terms sums;
+  sums.noise = box_sum(own.noise, radius);
+  for (size_t k = 0; k < kBandwidths; ++k) sums.gains[k] = box_sum(own.gains[k], radius);
+  for (size_t k = 0; k < kPairs; ++k) sums.squares[k] = box_sum(own.squares[k], radius);
+  return sums;
+}
+
+using Shares = std::array<float, kBandwidths>;
+
+// sum_k a_k (V - C_k) and sum_kl a_k a_l D_kl of a pixel.
+struct Change {
+  float gain = 0.0f, square = 0.0f;
+};
+Change change_at(const Terms& terms, const Shares& a, int x, int y) {
+  Change change;
+  for (size_t k = 0; k < kBandwidths; ++k) {
+    change.gain += a[k] * terms.gains[k].row(y)[x];
+    for (size_t l = 0; l < kBandwidths; ++l) {
+      change.square += a[k] * a[l] * terms.squares[pair(k, l)].row(y)[x];
+    }
+  }
+  return change;
+}
+
+// The shares, none below 0 nor their sum above 1, that make the error least, one after the other
+// until they settle.
+constexpr int kRounds = 16;
+
+Shares least_error(const Terms& terms, int x, int y) {
+  Shares a = {};
+  for (int round = 0; round < kRounds; ++round) {
+    for (size_t k = 0; k < kBandwidths; ++k) {
+      float gain = terms.gains[k].row(y)[x], rest = 1.0f;
+      for (size_t l = 0; l < kBandwidths; ++l) {
+        gain -= l == k ? 0.0f : a[l] * terms.squares[pair(k, l)].row(y)[x];
+        rest -= l == k ? 0.0f : a[l];
+      }
+      const float square = terms.squares[pair(k, k)].row(y)[x];
+      a[k] = gain > 0 ? std::max(std::min(gain / std::max(square, 1e-30f), rest), 0.0f) : 0.0f;
+    }
+  }
+  return a;
+}
+
+// Where the nearest neighbours changed by far more than their noise explains, as beside a lamp
+// whose noise has decided for all around, the share is cut down to so many times what they ask for.
+constexpr int kNearRadius = 1;
+constexpr float kDoubt = 3.0f;
+
+std::array<Plane, kBandwidths> choose_shares(const Halves& h, const Terms& own) {
+  const Terms wide = pooled(own, kPoolRadius), near = pooled(own, kNearRadius);
+  std::array<Plane, kBandwidths> shares;
+  shares.fill(Plane(h.width, h.height));
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      const Shares a = least_error(wide, x, y);
+      const Change change = change_at(near, a, x, y);
+      const bool doubtful = change.square > kDoubt * change.gain;
+      const float scale = doubtful ? std::max(kDoubt * change.gain / change.square, 0.0f) : 1.0f;
+      for (size_t k = 0; k < kBandwidths; ++k) shares[k].row(y)[x] = scale * a[k];
+    }
+  });
+  for (Plane& plane : shares) plane = box_mean(plane, kSmoothRadius);
+  return shares;
+}
+
+ColourPlanes mix(const Halves& h, const Candidates& candidates,
+                 const std::array<Plane, kBandwidths>& shares) {
+  ColourPlanes mixed = h.raw;
+  for (size_t c = 0; c < 3; ++c) {
+    parallel_each(size_t(h.height), [&](size_t row) {
+      const int y = int(row);
+      const float* raw = h.raw[c].row(y);
+      float* to = mixed[c].row(y);
+      for (size_t k = 0; k < kBandwidths; ++k) {
+        const float *a = shares[k].row(y), *filtered = candidates[k].colour[c].row(y);
+        for (int x = 0; x < h.width; ++x) to[x] += a[x] * (filtered[x] - raw[x]);
+      }
+    });
+  }
+  return mixed;
+}
+
+// A pixel without a sample is what its neighbours are.
+void fill_unknown(const Halves& h, std::array<Plane, kBandwidths>& shares) {
+  for (int y = 0; y < h.height; ++y) {
+    const float *a = h.half[0].known.row(y), *b = h.half[1].known.row(y);
+    for (int x = 0; x < h.width; ++x) {
+      if (a[x] + b[x] > 0) continue;
+      for (size_t k = 0; k < kBandwidths; ++k) shares[k].row(y)[x] = k == 0 ? 1.0f : 0.0f;
+    }
+  }
+}
+
+// The squared error of a display's value in [0, 1] is no larger.
+constexpr float kMostError = 0.25f;
+
+// Pooled over the pixels that tell theirs.
+Plane pooled_error(const Halves& h, const Plane& own) {
+  Plane error = box_sum(own, kPoolRadius);
+  const Plane told = box_sum(h.told, kPoolRadius);
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      float& e = error.row(y)[x];
+      const float n = told.row(y)[x];
+      e = n > 0 ? std::clamp(e / n, 0.0f, kMostError) : kMostError;
+    }
+  });
+  return error;
+}
+
+// The error's terms again, for the shares that were taken, as displayed.
+//
+// Where little error is left of much noise, it is the small difference of large numbers; but what the
+// blended halves differ by still tells its variance.
+void estimate_errors(const Halves& h, const Candidates& candidates, const Terms& own, Blend& out) {
+  Plane before(h.width, h.height), after(h.width, h.height), variance(h.width, h.height);
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      Shares a;
+      for (size_t k = 0; k < kBandwidths; ++k) a[k] = out.shares[k].row(y)[x];
+      const float kept = 1.0f - out.lost_light->own_share().row(y)[x];
+      float value = 0.0f, square = 0.0f, spread = 0.0f;
+      for (size_t c = 0; c < 3; ++c) {
+        const float raw = h.half[0].colour[c].row(y)[x] - h.half[1].colour[c].row(y)[x];
+        float d = raw;
+        for (size_t k = 0; k < kBandwidths; ++k) {
+          d += kept * a[k] * (candidates[k].difference[c].row(y)[x] - raw);
+        }
+        spread += d * d * (1.0f / 3);
+        const float v = out.colour[c].row(y)[x], change = v - h.raw[c].row(y)[x];
+        value += v * (1.0f / 3);
+        square += change * change * (1.0f / 3);
+      }
+      const float gain = kept * change_at(own, a, x, y).gain / own.unit.row(y)[x] * (1.0f / 3);
+      const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
+      const float weight = display_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
+      before.row(y)[x] = noise * weight;
+      after.row(y)[x] = (noise - 2 * gain + square) * weight;
+      variance.row(y)[x] = spread * h.share[0].row(y)[x] * h.share[1].row(y)[x] * weight;
+    }
+  });
+  out.error_before = pooled_error(h, before);
+  out.error = pooled_error(h, after);
+  variance = pooled_error(h, variance);
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      out.error.row(y)[x] = std::max(out.error.row(y)[x], variance.row(y)[x]);
+    }
+  });
+}
+
+}  // namespace
+
+Blend blend(const Halves& h, const Candidates& candidates) {
+  const Terms own = measure(h, candidates);
+  Blend out;
+  out.shares = choose_shares(h, own);
+  fill_unknown(h, out.shares);
+  out.colour = mix(h, candidates, out.shares);
+  out.lost_light.emplace(h, h.raw, out.colour);
+  for (size_t c = 0; c < 3; ++c) out.lost_light->give_back(h.raw[c], out.colour[c]);
+  estimate_errors(h, candidates, own, out);
+  return out;
+}
+
+}  // namespace emberline

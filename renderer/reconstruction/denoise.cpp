@@ -1,0 +1,154 @@
+#include "renderer/reconstruction/denoise.h"
+
+#include <cassert>
+#include <cmath>
+
+#include "renderer/core/display_error.h"
+#include "renderer/core/parallel.h"
+#include "renderer/reconstruction/blend.h"
+#include "renderer/reconstruction/feature_filter.h"
+#include "renderer/reconstruction/filtered_runs.h"
+
+namespace emberline {
+namespace {
+
+static_assert(kBlendReach + kWindowRadius + std::max(kPatchRadius, kFeatureReach) + kNoiseRadius <=
+              kDenoiseMargin);
+
+HalfPlanes rows_of(const HalfPlanes& planes, size_t first, size_t count) {
+  if (planes.a.empty()) return planes;
+  return {planes.a.subspan(first, count), planes.b.subspan(first, count)};
+}
+
+HalfColour rows_of(const HalfColour& colour, size_t first, size_t count) {
+  return {rows_of(colour[0], first, count), rows_of(colour[1], first, count),
+          rows_of(colour[2], first, count)};
+}
+
+// Rows [begin, end) alone.
+DenoiseInput rows_of(const DenoiseInput& input, int begin, int end) {
+  const size_t first = size_t(begin) * size_t(input.width);
+  const size_t count = size_t(end - begin) * size_t(input.width);
+  DenoiseInput rows = {input.width,
+                       end - begin,
+                       rows_of(input.samples, first, count),
+                       rows_of(input.colour, first, count),
+                       rows_of(input.albedo, first, count),
+                       {},
+                       {}};
+  for (const HalfPlanes& planes : input.features) {
+    rows.features.push_back(rows_of(planes, first, count));
+  }
+  for (const HalfColour& part : input.parts) rows.parts.push_back(rows_of(part, first, count));
+  return rows;
+}
+
+std::array<std::vector<float>, 3> rows_of(const ColourPlanes& colour, int begin, int end) {
+  std::array<std::vector<float>, 3> out;
+  for (size_t c = 0; c < 3; ++c) {
+    for (int y = begin; y < end; ++y) {
+      out[c].insert(out[c].end(), colour[c].row(y), colour[c].row(y) + colour[c].width());
+    }
+  }
+  return out;
+}
+
+HalfPictures pictures_of(const ColourPlanes& a, const ColourPlanes& b) {
+  return {{{&a[0], &a[1], &a[2]}, {&b[0], &b[1], &b[2]}}};
+}
+
+Candidates filter_colour(const Halves& h, int begin, int end, const std::stop_token& stop) {
+  Candidates candidates;
+  for (Candidate& candidate : candidates) {
+    candidate.colour.fill(Plane(h.width, h.height));
+    candidate.difference.fill(Plane(h.width, h.height));
+    candidate.own_weight = Plane(h.width, h.height);
+  }
+  const HalfPictures halves = pictures_of(h.half[0].colour, h.half[1].colour);
+  filter_runs(h, begin, end, halves, stop, [&](const FilteredRun& run) {
+    Candidate& to = candidates[run.bandwidth];
+    for (size_t c = 0; c < 3; ++c) {
+      std::copy_n(run.colour[c], run.columns, to.colour[c].row(run.y) + run.x);
+      std::copy_n(run.difference[c], run.columns, to.difference[c].row(run.y) + run.x);
+    }
+    std::copy_n(run.own_weight, run.columns, to.own_weight.row(run.y) + run.x);
+  });
+  return candidates;
+}
+
+// The part's raw picture and its candidates in the shares of the whole.
+std::array<std::vector<float>, 3> filter_part(const Halves& h, const HalfColour& part,
+                                              const Blend& shares, int begin, int end,
+                                              const std::stop_token& stop) {
+  std::array<ColourPlanes, 2> half;
+  ColourPlanes raw, filtered;
+  for (size_t c = 0; c < 3; ++c) {
+    half[0][c] = padded_plane(part[c].a, h.width, h.height);
+    half[1][c] = padded_plane(part[c].b, h.width, h.height);
+    raw[c] = mean_of_halves(h, half[0][c], half[1][c]);
+    filtered[c] = raw[c];
+  }
+  const HalfPictures halves = pictures_of(half[0], half[1]);
+  const int first = std::max(begin - kLostLightReach, 0);
+  const int last = std::min(end + kLostLightReach, h.height);
+  filter_runs(h, first, last, halves, stop, [&](const FilteredRun& run) {
+    const float* a = shares.shares[run.bandwidth].row(run.y) + run.x;
+    for (size_t c = 0; c < 3; ++c) {
+      const float* r = raw[c].row(run.y) + run.x;
+      float* to = filtered[c].row(run.y) + run.x;
+      for (int x = 0; x < run.columns; ++x) to[x] += a[x] * (run.colour[c][x] - r[x]);
+    }
+  });
+  for (size_t c = 0; c < 3; ++c) shares.lost_light->give_back(raw[c], filtered[c]);
+  return rows_of(filtered, begin, end);
+}
+
+void tell_errors(const Blend& shares, const Halves& h, int begin, int end, DenoisedPicture& out) {
+  constexpr float kLeastShare = 0.01f;  // what is below is left as it was, to the eye
+  const size_t width = size_t(h.width);
+  out.error.resize(width * size_t(end - begin));
+  for (int y = begin; y < end; ++y) {
+    for (int x = 0; x < h.width; ++x) {
+      const size_t i = size_t(y - begin) * width + size_t(x);
+      out.error[i] = std::sqrt(shares.error.row(y)[x]);
+      out.squared_error_after += double(shares.error.row(y)[x]);
+      out.squared_error_before += double(shares.error_before.row(y)[x]);
+      float share = 0.0f;
+      for (const Plane& plane : shares.shares) share += plane.row(y)[x];
+      out.kept += share < kLeastShare;
+    }
+  }
+}
+
+}  // namespace
+
+DenoisedPicture denoise(const DenoiseInput& input, int begin, int end,
+                        const std::stop_token& stop) {
+  assert(0 <= begin && begin <= end && end <= input.height);
+  if (begin == end || input.width <= 0) return {};
+  const int first = std::max(begin - kDenoiseMargin, 0);
+  const int last = std::min(end + kDenoiseMargin, input.height);
+  const DenoiseInput rows = rows_of(input, first, last);
+  begin -= first;
+  end -= first;
+  const Halves h = prepare_halves(rows);
+  const int filter_begin = std::max(begin - kBlendReach, 0);
+  const int filter_end = std::min(end + kBlendReach, h.height);
+  const Candidates candidates = filter_colour(h, filter_begin, filter_end, stop);
+  if (stop.stop_requested()) return {};
+  const Blend shares = blend(h, candidates);
+  DenoisedPicture out;
+  out.colour = rows_of(shares.colour, begin, end);
+  for (const HalfColour& part : rows.parts) {
+    out.parts.push_back(filter_part(h, part, shares, begin, end, stop));
+    if (stop.stop_requested()) return {};
+  }
+  tell_errors(shares, h, begin, end, out);
+  return out;
+}
+
+DenoisedPicture denoise(const DenoiseInput& input, const std::stop_token& stop) {
+  return denoise(input, 0, input.height, stop);
+}
+
+}  // namespace emberline

@@ -1,0 +1,52 @@
+// A frame's two halves made ready to be filtered: finite, padded, and with their own noise.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "renderer/reconstruction/denoise.h"
+#include "renderer/reconstruction/plane.h"
+
+namespace emberline {
+
+using ColourPlanes = std::array<Plane, 3>;
+
+struct Half {
+  Plane count;
+  Plane known;  // 1 where there are samples, 0 where there are none and outside the picture
+  ColourPlanes colour;
+  Plane noise;  // variance of `colour`, its channels summed, from this pixel and its neighbours
+};
+
+struct Feature {
+  Plane value;
+  Plane noise;  // variance of that value
+};
+
+struct Halves {
+  int width = 0, height = 0;
+  std::array<Half, 2> half;
+  ColourPlanes raw;            // the mean of all samples
+  std::array<Plane, 2> share;  // of either half in a pixel's mean; 1/2 where there is no sample
+  Plane told;                  // 1 where both halves are known
+  // The raw pixel's variance as its two halves alone tell it, channels summed: one degree of
+  // freedom. 0 where a half is unknown.
+  Plane own_noise;
+  ColourPlanes texture;  // what untextured colour is to be multiplied by; empty without albedo
+  std::vector<Feature> features;
+};
+
+// How far around the noise of a pixel is pooled: one difference alone says less than a tenth of the
+// truth in every fourth pixel.
+inline constexpr int kNoiseRadius = 2;
+
+// Reads `input` but for its parts.
+Halves prepare_halves(const DenoiseInput& input);
+
+// A half's picture, finite and padded.
+Plane padded_plane(std::span<const float> values, int width, int height);
+
+// The mean of both halves' samples.
+Plane mean_of_halves(const Halves& halves, const Plane& a, const Plane& b);
+
+}  // namespace emberline

@@ -1,0 +1,57 @@
+// How alike the patches around two pixels are: non-local means (Buades et al. 2005) with the
+// noise's part of each difference taken out (Rousselle et al. 2012).
+#pragma once
+
+#include <algorithm>
+#include <bit>
+
+#include "renderer/reconstruction/plane.h"
+
+namespace emberline {
+
+inline constexpr int kTileRows = 8;     // of kRun pixels; what is worked on at a time
+inline constexpr int kPatchRadius = 3;  // of colour; Rousselle et al. 2012, §5
+inline constexpr int kPatchPad = 8;  // columns of a run's patches on either side, in whole vectors
+inline constexpr int kPatchRun = kRun + 2 * kPatchPad;
+static_assert(kPatchRadius <= kPatchPad && kPatchPad <= kPad);
+
+// exp(-x) of x >= 0 to 1e-5, without a branch; 0 from 87 on. By hand, since the library's does not
+// vectorise where NaN has to be kept.
+inline float exp_minus(float x) {
+  const float t = std::min(x, 87.0f) * -1.44269504f;  // in powers of two
+  const int whole = int(t) - 1;                       // at most t: t is at most 0
+  const float f = t - float(whole);                   // (0, 1]
+  // 2^f, a least-squares polynomial.
+  float p = 0.0018775767f;
+  p = p * f + 0.0089893397f;
+  p = p * f + 0.0558263180f;
+  p = p * f + 0.2401536100f;
+  p = p * f + 0.6931530700f;
+  p = p * f + 0.9999999400f;
+  const float scale = std::bit_cast<float>((whole + 127) << 23);
+  return x < 87.0f ? p * scale : 0.0f;
+}
+
+// distance(y, from, to, out) writes kPatchRun per-pixel distances between row `from`, whose first
+// is at x0 - kPatchPad, and `to`. `means` gets those over the patches, kRun for each of the tile's
+// rows.
+template <int Radius, typename Distance>
+void patch_means(int y0, const Distance& distance, float (*means)[kRun]) {
+  float single[kTileRows + 2 * Radius][kPatchRun];
+  for (int r = 0; r < kTileRows + 2 * Radius; ++r) distance(y0 + r - Radius, single[r]);
+  constexpr float kShare = 1.0f / float((2 * Radius + 1) * (2 * Radius + 1));
+  for (int r = 0; r < kTileRows; ++r) {
+    float column[kPatchRun];
+    for (int x = 0; x < kPatchRun; ++x) column[x] = single[r][x];
+    for (int j = 1; j <= 2 * Radius; ++j) {
+      for (int x = 0; x < kPatchRun; ++x) column[x] += single[r + j][x];
+    }
+    for (int x = 0; x < kRun; ++x) {
+      float sum = 0.0f;
+      for (int i = -Radius; i <= Radius; ++i) sum += column[kPatchPad + x + i];
+      means[r][x] = sum * kShare;
+    }
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,47 @@
+// A plane of numbers with a border, so that loops over a window need no test at the picture's edge.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace emberline {
+
+// Loops that do the same for all pixels of a row go by runs of so many: the compiler unrolls and
+// vectorises what has a constant length.
+inline constexpr int kRun = 64;
+inline constexpr int kPad = 32;  // columns on either side that every window fits in
+
+class Plane {
+ public:
+  Plane() = default;
+  Plane(int width, int height)
+      : width_(width),
+        height_(height),
+        stride_(size_t(kPad + (width + kRun - 1) / kRun * kRun + kPad)),
+        values_(stride_ * size_t(height)) {}
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  bool empty() const { return values_.empty(); }
+
+  // Its pixel x = 0; readable from -kPad to the end of the last run + kPad.
+  float* row(int y) { return values_.data() + size_t(y) * stride_ + kPad; }
+  const float* row(int y) const { return values_.data() + size_t(y) * stride_ + kPad; }
+  // The nearest row that there is.
+  const float* near(int y) const { return row(std::clamp(y, 0, height_ - 1)); }
+
+  // The border's values become those of the row's first and last pixel.
+  void extend_row(int y) {
+    float* values = row(y);
+    std::fill(values - kPad, values, values[0]);
+    std::fill(values + width_, values - kPad + stride_, values[width_ - 1]);
+  }
+
+ private:
+  int width_ = 0, height_ = 0;
+  size_t stride_ = 0;
+  std::vector<float> values_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,196 @@
+// What denoise() makes of two finished frames of the same scene with different seeds, taken for the
+// halves of one, against a reference that is two such frames of many samples. Not a test;
+// denoise_scenes.py renders the frames and calls it, RESULTS.md has the figures.
+//
+//   denoise_bench A.exr B.exr REFERENCE_A.exr REFERENCE_B.exr [--clean FILE] [--repetitions N]
+//
+// Frames need --aov albedo,N,Z. One line of JSON: errors of the raw and the denoised picture, the
+// estimate over the true error (RMS, as displayed) for either, the share of 16-pixel blocks whose
+// true error is within twice the estimate, processor seconds (the median).
+#include <ImathBox.h>
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <ctime>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "renderer/core/display_error.h"
+#include "renderer/reconstruction/denoise.h"
+#include "renderer/statistics/error_metrics.h"
+#include "renderer/statistics/reference_error.h"
+
+namespace emberline::bench {
+namespace {
+
+constexpr const char* kColour[] = {"R", "G", "B"};
+
+struct Frame {
+  int width = 0, height = 0;
+  std::map<std::string, std::vector<float>> planes;
+};
+
+Frame read_frame(const std::string& path) {
+  Imf::InputFile file(path.c_str());
+  const Imath::Box2i window = file.header().dataWindow();
+  Frame frame;
+  frame.width = window.max.x - window.min.x + 1;
+  frame.height = window.max.y - window.min.y + 1;
+  Imf::FrameBuffer buffer;
+  for (auto c = file.header().channels().begin(); c != file.header().channels().end(); ++c) {
+    std::vector<float>& plane = frame.planes[c.name()];
+    plane.resize(size_t(frame.width) * size_t(frame.height));
+    buffer.insert(c.name(), Imf::Slice::Make(Imf::FLOAT, plane.data(), window));
+  }
+  file.setFrameBuffer(buffer);
+  file.readPixels(window.min.y, window.max.y);
+  return frame;
+}
+
+void write_picture(const std::string& path, const DenoisedPicture& picture, int width, int height) {
+  Imf::Header header(width, height);
+  Imf::FrameBuffer buffer;
+  const auto add = [&](const char* name, const std::vector<float>& plane) {
+    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, plane.data(), header.dataWindow()));
+  };
+  for (size_t c = 0; c < 3; ++c) add(kColour[c], picture.colour[c]);
+  add("denoised.error", picture.error);
+  Imf::OutputFile file(path.c_str(), header);
+  file.setFrameBuffer(buffer);
+  file.writePixels(height);
+}
+
+DenoiseInput halves(Frame& a, Frame& b) {
+  DenoiseInput input;
+  input.width = a.width;
+  input.height = a.height;
+  const auto planes = [&](const std::string& name) {
+    return HalfPlanes{a.planes.at(name), b.planes.at(name)};
+  };
+  input.samples = planes("samples");
+  for (size_t c = 0; c < 3; ++c) {
+    input.colour[c] = planes(kColour[c]);
+    input.albedo[c] = planes(std::string("albedo.") + kColour[c]);
+  }
+  // Nearness: of an empty pixel Z is 1e10.
+  for (Frame* frame : {&a, &b}) {
+    for (float& z : frame->planes.at("Z")) z = 1.0f / (1.0f + z);
+  }
+  for (const char* name : {"N.X", "N.Y", "N.Z", "Z"}) input.features.push_back(planes(name));
+  return input;
+}
+
+template <typename Value>
+RgbImage interleaved(int width, int height, const Value& value) {
+  RgbImage image = {width, height, {}};
+  for (size_t i = 0; i < size_t(width) * size_t(height); ++i) {
+    for (size_t c = 0; c < 3; ++c) image.rgb.push_back(value(c, i));
+  }
+  return image;
+}
+
+RgbImage picture_of(const Frame& frame) {
+  return interleaved(frame.width, frame.height,
+                     [&](size_t c, size_t i) { return frame.planes.at(kColour[c])[i]; });
+}
+
+// The share of whole 16-pixel blocks whose true displayed error is within twice the estimate.
+double covered_blocks(const RgbImage& clean, const RgbImage& a, const RgbImage& b,
+                      const std::vector<float>& error) {
+  constexpr int kBlock = 16;
+  int blocks = 0, covered = 0;
+  for (int y = 0; y + kBlock <= clean.height; y += kBlock) {
+    for (int x = 0; x + kBlock <= clean.width; x += kBlock) {
+      double truth = 0.0, estimate = 0.0;
+      for (int k = 0; k < kBlock * kBlock; ++k) {
+        const size_t i = size_t(y + k / kBlock) * size_t(clean.width) + size_t(x + k % kBlock);
+        estimate += double(error[i]) * double(error[i]);
+        for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
+          const double shown = double(display_value(clean.rgb[c]));
+          truth += (shown - double(display_value(a.rgb[c]))) *
+                   (shown - double(display_value(b.rgb[c]))) / 3;
+        }
+      }
+      ++blocks;
+      covered += truth <= 4 * estimate + 1e-12;
+    }
+  }
+  return blocks > 0 ? double(covered) / blocks : 1.0;
+}
+
+std::string errors_of(const RgbImage& picture, const ReferencePicture& reference) {
+  const StudyError error = reference.measure(picture);
+  const ErrorMetrics shown = compare_images(picture, reference.mean(), {});
+  return fmt::format(R"({{"relmse": {:.6g}, "relmse_trimmed": {:.6g}, "display_mse": {:.6g}, )"
+                     R"("flip": {:.5f}, "ssim": {:.5f}, "bias": {:.5f}}})",
+                     error.rel_mse, error.rel_mse_trimmed, error.display_mse, error.flip,
+                     shown.ssim, error.signed_bias);
+}
+
+int run(int argc, char** argv) {
+  Frame a = read_frame(argv[1]), b = read_frame(argv[2]);
+  const Frame reference_a = read_frame(argv[3]), reference_b = read_frame(argv[4]);
+  std::string clean_file;
+  int repetitions = 1;
+  for (int i = 5; i + 1 < argc; i += 2) {
+    if (std::string_view(argv[i]) == "--clean") clean_file = argv[i + 1];
+    if (std::string_view(argv[i]) == "--repetitions") repetitions = std::atoi(argv[i + 1]);
+  }
+  const DenoiseInput input = halves(a, b);
+  DenoisedPicture clean;
+  std::vector<double> seconds;
+  for (int i = 0; i < std::max(repetitions, 1); ++i) {
+    const std::clock_t start = std::clock();
+    clean = denoise(input);
+    seconds.push_back(double(std::clock() - start) / CLOCKS_PER_SEC);
+  }
+  std::sort(seconds.begin(), seconds.end());
+  if (!clean_file.empty()) write_picture(clean_file, clean, a.width, a.height);
+  const RgbImage truth_a = picture_of(reference_a), truth_b = picture_of(reference_b);
+  const ReferencePicture reference(truth_a, truth_b);
+  const RgbImage raw = interleaved(a.width, a.height, [&](size_t c, size_t i) {
+    return 0.5f * (input.colour[c].a[i] + input.colour[c].b[i]);
+  });
+  const RgbImage picture =
+      interleaved(a.width, a.height, [&](size_t c, size_t i) { return clean.colour[c][i]; });
+  const double pixels = double(a.width) * double(a.height);
+  const auto calibration = [&](double squared, const RgbImage& image) {
+    return std::sqrt(squared / pixels / reference.measure(image).display_mse);
+  };
+  fmt::print(R"({{"raw": {}, "clean": {}, "estimate_raw": {:.3f}, "estimate_clean": {:.3f}, )"
+             R"("blocks": {:.3f}, "kept": {:.4f}, "cpu_s": {:.3f}}})"
+             "\n",
+             errors_of(raw, reference), errors_of(picture, reference),
+             calibration(clean.squared_error_before, raw),
+             calibration(clean.squared_error_after, picture),
+             covered_blocks(picture, truth_a, truth_b, clean.error), double(clean.kept) / pixels,
+             seconds[seconds.size() / 2]);
+  return 0;
+}
+
+}  // namespace
+}  // namespace emberline::bench
+
+int main(int argc, char** argv) {
+  if (argc < 5) {
+    fmt::print(stderr,
+               "denoise_bench A.exr B.exr REFERENCE_A.exr REFERENCE_B.exr [--clean FILE] "
+               "[--repetitions N]\n");
+    return 2;
+  }
+  try {
+    return emberline::bench::run(argc, argv);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "denoise_bench: {}\n", error.what());
+    return 3;
+  }
+}

@@ -1,0 +1,245 @@
+// --denoise, `emberline denoise` and the channels between them: the same bits from both, for every
+// driver; files that lack something. How good the picture is, is tested with the filter.
+#include <cmath>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+const Words kResults = {"denoised.R", "denoised.G", "denoised.B", "denoised.error"};
+
+class Denoise : public CommandTest {
+ protected:
+  Words words(const Words& more) {
+    return render_words(Words{"--spp", "16", "--size", "40x30"} + more);
+  }
+  ExrPicture picture(const Words& more, const std::string& name = "out.exr") {
+    render(words(more));
+    return read_exr(path(name));
+  }
+  std::string text(const std::string& name) const {
+    const auto bytes = read_bytes(path(name));
+    return {bytes.begin(), bytes.end()};
+  }
+  // `emberline denoise` of out.exr.
+  ExrPicture later(const Words& more = {}) {
+    const RunResult result = run(Words{"denoise", path("out.exr"), "-o", path("later.exr")} + more);
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    EXPECT_EQ(result.out, "");
+    return read_exr(path("later.exr"));
+  }
+};
+
+// Every channel of `a` is in `b` with the same bits.
+void expect_within(const ExrPicture& a, const ExrPicture& b) {
+  for (const auto& [name, values] : a.channels) {
+    ASSERT_TRUE(b.channels.contains(name)) << name;
+    EXPECT_EQ(b.channels.at(name), values) << name;
+  }
+}
+
+// Law 2: of every driver the raw picture is that of two streams, and the clean one does not depend
+// on when it is made.
+TEST_F(Denoise, NowAndLaterTheSameOfEveryDriver) {
+  const std::vector<Words> drivers = {{"--driver", "bucket", "--bucket-size", "9"},
+                                      {"--driver", "bisection"},
+                                      {"--driver", "adaptive"},
+                                      {"--driver", "adaptive", "--unbiased"},
+                                      {"--noise-threshold", "0.02"}};
+  for (const Words& driver : drivers) {
+    SCOPED_TRACE(driver.back());
+    const ExrPicture raw = picture(driver + Words{"--streams", "2"});
+    const ExrPicture kept = picture(driver + Words{"--aov", "denoising"});
+    expect_within(raw, kept);
+    const ExrPicture after = later();
+    const ExrPicture now = picture(driver + Words{"--denoise"});
+    expect_within(kept, now);
+    expect_within(after, now);
+    EXPECT_EQ(now.channels.size(), kept.channels.size() + kResults.size());
+    EXPECT_EQ(now.channels.size(), after.channels.size());
+    EXPECT_EQ(now.types, after.types);
+    for (const std::string& name : kResults) {
+      for (const float value : now.channels.at(name)) ASSERT_TRUE(std::isfinite(value)) << name;
+    }
+    expect_within(now, later());  // made anew of what has results already
+  }
+}
+
+TEST_F(Denoise, ThreadsAndBucketsDoNotMatter) {
+  const ExrPicture one = picture({"--denoise", "--threads", "1"});
+  expect_within(one, picture({"--denoise", "--threads", "4", "--bucket-size", "7"}));
+  expect_within(one, later({"--threads", "3"}));
+}
+
+// More rows than are filtered at once: bands have the bits of the whole, from either side of them.
+TEST_F(Denoise, ATallFrameIsFilteredInBands) {
+  const Words tall = {"--size", "8x700", "--spp", "2", "--denoise"};
+  const ExrPicture small = picture(tall + Words{"--bucket-size", "13"});
+  const ExrPicture large = picture(tall + Words{"--bucket-size", "1024"});
+  expect_within(small, large);
+  expect_within(small, later());
+}
+
+TEST_F(Denoise, ACropAndItsPlaceInTheFrame) {
+  const ExrPicture crop = picture({"--denoise", "--crop", "3,5,31,29"});
+  EXPECT_EQ(crop.data, (Rect{3, 5, 31, 29}));
+  const ExrPicture after = later();
+  EXPECT_EQ(after.data, crop.data);
+  EXPECT_EQ(after.display, crop.display);
+  expect_within(crop, after);
+}
+
+// Away from its edges, which the filter of a whole frame sees beyond.
+TEST_F(Denoise, ACropIsTheFramesInside) {
+  constexpr int kReach = 48;  // kDenoiseMargin, and some
+  const Words large = {"--size", "150x140", "--spp", "4", "--denoise"};
+  const ExrPicture whole = picture(large);
+  const ExrPicture crop = picture(large + Words{"--crop", "20,10,140,130"});
+  for (const std::string& name : kResults) {
+    for (int y = 10 + kReach; y < 130 - kReach; ++y) {
+      for (int x = 20 + kReach; x < 140 - kReach; ++x) {
+        ASSERT_EQ(crop.at(name, x, y), whole.at(name, x, y)) << name << " at " << x << "," << y;
+      }
+    }
+  }
+}
+
+TEST_F(Denoise, HalvesAddUpToThePicture) {
+  for (const char* spp : {"2", "7", "16", "24"}) {
+    const ExrPicture seen = picture({"--aov", "denoising", "--spp", spp});
+    for (const char* c : {"R", "G", "B"}) {
+      for (size_t i = 0; i < seen.channels.at(c).size(); ++i) {
+        double sum = 0, count = 0;
+        for (const std::string half : {"half1.", "half2."}) {
+          const double n = double(seen.channels.at(half + "samples")[i]);
+          EXPECT_GT(n, 0) << spp;
+          sum += n * double(seen.channels.at(half + c)[i]);
+          count += n;
+        }
+        EXPECT_EQ(count, std::stod(spp));
+        const double whole = double(seen.channels.at(c)[i]);
+        ASSERT_NEAR(sum / count, whole, 1e-6 * whole + 1e-9) << spp << ", " << c;
+      }
+    }
+  }
+}
+
+TEST_F(Denoise, LightGroupsAddUp) {
+  write_floats(path("grey.exr"), 8, 4, 3, std::vector<float>(8 * 4 * 3, 0.25f));
+  const Words lights = {"--env", path("grey.exr"), "--light-groups"};
+  const ExrPicture seen = picture(lights + Words{"--denoise"});
+  for (const std::string layer : {"", "half1.", "half2.", "denoised."}) {
+    for (const char* c : {"R", "G", "B"}) {
+      const std::vector<float>& whole = seen.channels.at(layer + c);
+      const std::vector<float>& lamp = seen.channels.at(layer + "light.lamp." + c);
+      const std::vector<float>& sky = seen.channels.at(layer + "light.environment." + c);
+      for (size_t i = 0; i < whole.size(); ++i) {
+        ASSERT_NEAR(lamp[i] + sky[i], whole[i], 2e-5f * (std::abs(whole[i]) + 1e-3f))
+            << layer << c << ", pixel " << i;
+      }
+    }
+  }
+  expect_within(picture(lights + Words{"--streams", "2"}), seen);
+  render(words(lights + Words{"--aov", "denoising"}));
+  expect_within(later(), seen);
+}
+
+// A .png shows the clean picture, whoever writes it.
+TEST_F(Denoise, PicturesShowIt) {
+  render(words({"--denoise", "-o", path("now.png"), "--transparent"}));
+  const RunResult result = run({"denoise", path("out.exr"), "-o", path("later.png")});
+  EXPECT_EQ(result.exit_code, 0) << result.describe();
+  EXPECT_EQ(read_bytes(path("now.png")), read_bytes(path("later.png")));
+  render({"render", scene(), "-o", path("alone.png"), "--spp", "16", "--size", "40x30", "--denoise",
+          "--transparent"});
+  EXPECT_EQ(read_bytes(path("alone.png")), read_bytes(path("now.png")));
+  EXPECT_EQ(files(), (Words{"alone.png", "later.png", "now.png", "out.exr", "scene.glb"}));
+}
+
+TEST_F(Denoise, TheReportSaysWhatItBrought) {
+  render(words({"--denoise", "--report", path("r.json"), "--report", path("r.html")}));
+  const nlohmann::json denoise = read_json("r.json")["denoise"];
+  EXPECT_GT(denoise["error_before"].get<double>(), 0.0);
+  EXPECT_GE(denoise["error_after"].get<double>(), 0.0);
+  EXPECT_GE(denoise["kept_share"].get<double>(), 0.0);
+  EXPECT_LE(denoise["kept_share"].get<double>(), 1.0);
+  EXPECT_NE(text("r.html").find("denoised picture"), std::string::npos);
+  render(words({"--report", path("r.json")}));
+  EXPECT_TRUE(read_json("r.json")["denoise"].is_null());
+}
+
+TEST_F(Denoise, HeatmapsShowTheErrorThatIsLeft) {
+  const Words later = {"heatmap", path("out.exr"), "-o", path("map.exr"), "--of", "denoised_error"};
+  const ExrPicture seen = picture({"--denoise"});
+  EXPECT_EQ(run(later).exit_code, 0);
+  EXPECT_EQ(read_exr(path("map.exr")).channels.at("denoised_error"),
+            seen.channels.at("denoised.error"));
+  expect_failure(words({"--denoise", "--heatmap", "m.png", "--heatmap-of", "denoised_error"}), 2,
+                 {"--heatmap-of", "emberline heatmap"});
+  render(words({"--aov", "denoising"}));
+  expect_failure(later, 3, {"denoised.error", "--denoise"});
+}
+
+// A frame that was stopped before every pixel had a sample: what those show stays.
+TEST_F(Denoise, PixelsWithoutSamplesShowWhatTheyDid) {
+  const ExrPicture seen = picture({"--size", "300x200", "--spp", "100000", "--driver", "bisection",
+                                   "--time-limit", "0.001", "--denoise"});
+  size_t bare = 0;
+  for (size_t i = 0; i < seen.channels.at("samples").size(); ++i) {
+    if (seen.channels.at("samples")[i] > 0) continue;
+    ++bare;
+    EXPECT_EQ(seen.channels.at("denoised.G")[i], seen.channels.at("G")[i]);
+  }
+  EXPECT_GT(bare, 1000u);
+}
+
+TEST_F(Denoise, PartsAreMergedAndDenoised) {
+  const ExrPicture whole = picture({"--denoise", "--bucket-size", "16"});
+  Words parts;
+  for (const char* part : {"1", "2", "3"}) {
+    render(words({"--denoise", "--bucket-size", "16", "--part", std::string(part) + "/3"}));
+    parts.push_back(path("out.exr.part-" + std::string(part) + "-of-3.checkpoint"));
+  }
+  const RunResult result = run(Words{"merge", "-o", path("merged.exr")} + parts);
+  EXPECT_EQ(result.exit_code, 0) << result.describe();
+  expect_within(whole, read_exr(path("merged.exr")));
+}
+
+TEST_F(Denoise, AnExtendedFrameIsTheStraightOne) {
+  const ExrPicture straight = picture({"--denoise", "--spp", "48"});
+  render(words({"--denoise", "--resumable"}));
+  const RunResult result = run({"extend", path("out.exr"), "--spp", "48"});
+  EXPECT_EQ(result.exit_code, 0) << result.describe();
+  expect_within(straight, read_exr(path("out.exr")));
+  render(words({"--denoise", "--resumable", "--spp", "8"}));
+  expect_failure({"extend", path("out.exr"), "--spp", "48"}, 3, {"fewer than 16 samples"});
+}
+
+TEST_F(Denoise, RefusesWhatItCannotUse) {
+  expect_failure(words({"--denoise", "--streams", "1"}), 2, {"--denoise", "--streams"});
+  expect_failure(words({"--denoise", "--integrator", "normal"}), 2, {"--denoise", "path"});
+  render(words({"--aov", "albedo"}));
+  const Words later = {"denoise", path("out.exr"), "-o", path("later.exr")};
+  expect_failure(later, 3, {"out.exr", "half1.R", "--aov denoising"});
+  expect_failure({"denoise", path("out.exr"), "-o", path("out.exr")}, 2,
+                 {"-o", "the frame itself"});
+  expect_failure({"denoise", path("out.exr"), "-o", path("later.tif")}, 2, {"-o", ".exr, .png"});
+  expect_failure({"denoise", path("none.exr"), "-o", path("later.exr")}, 3, {"none.exr"});
+  expect_failure({"denoise", scene(), "-o", path("later.exr")}, 3, {"not EXR"});
+}
+
+// Whatever a file says of itself: cut short, bytes turned, and numbers that are none.
+TEST_F(Denoise, DamagedFilesAreOneLine) {
+  render(words({"--aov", "denoising"}));
+  const std::string whole = text("out.exr");
+  const Words later = {"denoise", path("out.exr"), "-o", path("later.exr")};
+  for (const size_t size : {size_t(0), size_t(100), whole.size() / 2}) {
+    write("out.exr", whole.substr(0, size));
+    expect_failure(later, 3, {"out.exr"});
+  }
+  expect_failure(later + Words{"--memory-limit", "1000"}, 3, {"out.exr"});
+}
+
+}  // namespace
+}  // namespace emberline::test

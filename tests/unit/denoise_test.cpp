@@ -1,0 +1,263 @@
+#include "renderer/reconstruction/denoise.h"
+
+#include <gtest/gtest.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <thread>
+
+#include "renderer/core/display_error.h"
+#include "unit/synthetic_halves.h"
+
+namespace emberline::test {
+namespace {
+
+constexpr int kWidth = 96, kHeight = 72;
+
+float checker(int x, int y) { return ((x / 6 + y / 6) & 1) != 0 ? 0.8f : 0.2f; }
+float disc(int x, int y) { return (x - 40) * (x - 40) + (y - 36) * (y - 36) < 500 ? 0.7f : 0.1f; }
+
+// A picture with an edge that no feature has, and one that albedo explains.
+SyntheticHalves some_picture(float samples = 8.0f, uint32_t seed = 1) {
+  SyntheticHalves halves(kWidth, kHeight, samples, seed);
+  halves.set_colour([](int x, int y) { return disc(x, y) * checker(x, y) + 0.1f; },
+                    [](int x, int) { return x < 30 ? 0.1f : 0.4f; });
+  halves.set_albedo(checker, constant(0.02f));
+  halves.add_feature([](int x, int y) { return 0.01f * float(x + y); }, constant(0.0f));
+  return halves;
+}
+
+// The regression is linear in the colours: with equal weights its error is that of a mean over the
+// window of 225 pixels, less what choosing by noise costs.
+TEST(Denoise, ConstantLinearAndQuadraticPicturesComeBack) {
+  const SyntheticHalves::Function truths[] = {
+      constant(0.5f), [](int x, int y) { return 0.2f + 0.005f * float(x) + 0.002f * float(y); },
+      [](int x, int) { return 0.2f + 0.0001f * float(x * x); }};
+  const double least_gain[] = {40.0, 15.0, 15.0};
+  for (size_t i = 0; i < 3; ++i) {
+    SyntheticHalves halves(kWidth, kHeight, 8.0f);
+    halves.set_colour(truths[i], constant(0.3f));
+    EXPECT_GT(halves.gain(), least_gain[i]) << i;
+  }
+}
+
+TEST(Denoise, AFeatureThatExplainsThePictureGivesItBack) {
+  const auto texture = [](int x, int y) { return float((x * 7919 + y * 104729) % 97) / 97.0f; };
+  SyntheticHalves halves(kWidth, kHeight, 8.0f);
+  halves.set_colour([&](int x, int y) { return 0.4f + 0.2f * texture(x, y); }, constant(0.3f));
+  EXPECT_LT(halves.gain(), 5.0);
+  halves.add_feature(texture, constant(0.0f));
+  EXPECT_GT(halves.gain(), 25.0);
+}
+
+TEST(Denoise, NoiseOfFeaturesDoesNotLeak) {
+  SyntheticHalves halves(kWidth, kHeight, 8.0f);
+  halves.set_colour(constant(0.5f), constant(0.3f));
+  const double without = halves.gain();
+  for (int k = 0; k < 4; ++k) halves.add_feature(constant(1.0f), constant(0.5f));
+  EXPECT_GT(halves.gain(), 0.5 * without);
+}
+
+TEST(Denoise, LeavesAPictureWithoutNoiseAlone) {
+  SyntheticHalves halves(kWidth, kHeight, 4.0f);
+  halves.set_colour(checker, constant(0.0f));
+  const DenoisedPicture out = denoise(halves.input());
+  EXPECT_EQ(out.colour[0], halves.raw());
+  EXPECT_EQ(out.kept, size_t(kWidth * kHeight));
+  EXPECT_EQ(out.squared_error_after, 0.0);
+}
+
+TEST(Denoise, NeverMuchWorseThanRaw) {
+  for (const float samples : {1.0f, 4.0f, 16.0f, 64.0f, 256.0f, 4096.0f}) {
+    EXPECT_GT(some_picture(samples).gain(), 0.98) << samples;
+    SyntheticHalves textured(kWidth, kHeight, samples);  // no feature knows of it
+    textured.set_colour([](int x, int y) { return float((x * 7919 + y * 104729) % 97) / 97.0f; },
+                        constant(0.4f));
+    EXPECT_GT(textured.gain(), 0.98) << samples;
+  }
+}
+
+TEST(Denoise, EstimatesTheErrorThatIsLeft) {
+  for (const float samples : {4.0f, 16.0f, 64.0f, 256.0f}) {
+    const SyntheticHalves halves = some_picture(samples);
+    const DenoisedPicture out = denoise(halves.input());
+    double before = 0.0, after = 0.0;
+    const std::vector<float> raw = halves.raw();
+    for (size_t i = 0; i < raw.size(); ++i) {
+      const auto squared = [&](float value) {
+        const double d = double(display_value(value)) - double(display_value(halves.truth()[i]));
+        return d * d;
+      };
+      before += squared(raw[i]);
+      after += squared(out.colour[0][i]);
+    }
+    EXPECT_NEAR(std::sqrt(out.squared_error_before / before), 1.0, 0.2) << samples;
+    EXPECT_GT(std::sqrt(out.squared_error_after / after), 0.7) << samples;
+    EXPECT_LT(std::sqrt(out.squared_error_after / after), 1.4) << samples;
+    double sum = 0.0;
+    for (const float error : out.error) sum += double(error) * double(error);
+    EXPECT_NEAR(sum, out.squared_error_after, 1e-4 * sum);
+  }
+}
+
+TEST(Denoise, PartsStillAddUp) {
+  SyntheticHalves halves = some_picture();
+  for (const float share : {0.25f, 0.6f, 0.15f}) halves.add_part(share);
+  const DenoisedPicture out = denoise(halves.input());
+  ASSERT_EQ(out.parts.size(), 3u);
+  for (size_t c = 0; c < 3; ++c) {
+    for (size_t i = 0; i < out.colour[c].size(); ++i) {
+      const float sum = out.parts[0][c][i] + out.parts[1][c][i] + out.parts[2][c][i];
+      ASSERT_NEAR(sum, out.colour[c][i], 2e-5f);
+    }
+  }
+}
+
+void expect_equal_rows(const DenoisedPicture& whole, const DenoisedPicture& rows, int begin) {
+  const size_t first = size_t(begin) * size_t(kWidth);
+  for (size_t c = 0; c < 3; ++c) {
+    EXPECT_TRUE(std::equal(rows.colour[c].begin(), rows.colour[c].end(),
+                           whole.colour[c].begin() + std::ptrdiff_t(first)));
+    EXPECT_TRUE(std::equal(rows.parts[0][c].begin(), rows.parts[0][c].end(),
+                           whole.parts[0][c].begin() + std::ptrdiff_t(first)));
+  }
+  EXPECT_TRUE(std::equal(rows.error.begin(), rows.error.end(),
+                         whole.error.begin() + std::ptrdiff_t(first)));
+}
+
+TEST(Denoise, SameBitsForAnyThreadsAndBands) {
+  SyntheticHalves halves = some_picture();
+  halves.add_part(0.5f);
+  const DenoiseInput input = halves.input();
+  DenoisedPicture one, two;
+  tbb::task_arena(1).execute([&] { one = denoise(input); });
+  tbb::task_arena(2).execute([&] { two = denoise(input); });
+  expect_equal_rows(one, two, 0);
+  EXPECT_EQ(one.squared_error_after, two.squared_error_after);
+  size_t kept = 0;
+  for (const auto& [begin, end] : {std::pair(0, 5), std::pair(5, 41), std::pair(41, kHeight)}) {
+    const DenoisedPicture band = denoise(input, begin, end);
+    expect_equal_rows(one, band, begin);
+    kept += band.kept;
+  }
+  EXPECT_EQ(kept, one.kept);
+  EXPECT_TRUE(denoise(input, 7, 7).colour[0].empty());
+}
+
+// Rows of the input itself, as a reader of a streamed file has them.
+TEST(Denoise, ABandNeedsNoMoreThanTheMargin) {
+  const SyntheticHalves halves = some_picture();
+  const DenoiseInput input = halves.input();
+  const DenoisedPicture whole = denoise(input);
+  const int begin = 40, end = 44, first = begin - kDenoiseMargin;
+  DenoiseInput rows = input;
+  rows.height = kHeight - first;
+  const auto cut = [&](HalfPlanes& planes) {
+    const size_t skipped = size_t(first * kWidth);
+    planes = {planes.a.subspan(skipped), planes.b.subspan(skipped)};
+  };
+  cut(rows.samples);
+  for (HalfPlanes& planes : rows.colour) cut(planes);
+  for (HalfPlanes& planes : rows.albedo) cut(planes);
+  for (HalfPlanes& planes : rows.features) cut(planes);
+  const DenoisedPicture band = denoise(rows, begin - first, end - first);
+  EXPECT_TRUE(std::equal(band.colour[1].begin(), band.colour[1].end(),
+                         whole.colour[1].begin() + std::ptrdiff_t(begin * kWidth)));
+}
+
+TEST(Denoise, NoNumberOutOfNonNumbers) {
+  SyntheticHalves halves = some_picture();
+  halves.add_feature(checker, constant(0.0f));
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  halves.colour(0)[500] = kNan;
+  halves.colour(1)[900] = kInfinity;
+  halves.colour(1)[1900] = 3e38f;
+  halves.feature(0)[700] = -kInfinity;
+  halves.feature(1)[702] = 1e30f;
+  halves.counts()[333] = kNan;
+  const DenoisedPicture out = denoise(halves.input());
+  for (size_t i = 0; i < out.error.size(); ++i) {
+    for (size_t c = 0; c < 3; ++c) ASSERT_TRUE(std::isfinite(out.colour[c][i])) << i;
+    ASSERT_TRUE(out.error[i] >= 0.0f && out.error[i] <= 0.5f) << i;
+  }
+}
+
+TEST(Denoise, FillsPixelsWithoutSamplesFromTheirNeighbours) {
+  SyntheticHalves halves(kWidth, kHeight, 8.0f);
+  halves.set_colour(constant(0.5f), constant(0.1f));
+  for (size_t i = 2000; i < 2004; ++i) {
+    halves.counts()[i] = 0.0f;
+    halves.colour(0)[i] = halves.colour(1)[i] = 0.0f;
+  }
+  const DenoisedPicture out = denoise(halves.input());
+  for (size_t i = 2000; i < 2004; ++i) EXPECT_NEAR(out.colour[0][i], 0.5f, 0.05f);
+}
+
+TEST(Denoise, WithoutASecondHalfNothingIsKnown) {
+  SyntheticHalves halves = some_picture();
+  DenoiseInput input = halves.input();
+  const std::vector<float> none(size_t(kWidth * kHeight), 0.0f);
+  input.samples.b = none;
+  const DenoisedPicture out = denoise(input);
+  EXPECT_EQ(out.colour[0], halves.colour(0));
+  EXPECT_EQ(out.kept, none.size());
+  EXPECT_EQ(out.error[77], 0.5f);  // the most that a display can show
+}
+
+TEST(Denoise, SmallestPictures) {
+  for (const auto& [width, height] : {std::pair(1, 1), std::pair(3, 1), std::pair(1, 5)}) {
+    SyntheticHalves halves(width, height, 1.0f);
+    halves.set_colour(constant(0.5f), constant(0.1f));
+    halves.set_albedo(constant(0.5f), constant(0.0f));
+    const DenoisedPicture out = denoise(halves.input());
+    ASSERT_EQ(out.error.size(), size_t(width * height));
+    for (const float value : out.colour[2]) EXPECT_NEAR(value, 0.5f, 0.5f);
+  }
+}
+
+TEST(Denoise, StopsWhenAsked) {
+  std::jthread stopped([](const std::stop_token& stop) {
+    while (!stop.stop_requested()) std::this_thread::yield();
+    EXPECT_TRUE(denoise(some_picture().input(), stop).colour[0].empty());
+  });
+}
+
+// A sample a thousand times as bright as the picture: its light stays where it was, and nothing
+// glows around it.
+TEST(Denoise, AnOutlierNeitherSmearsNorVanishes) {
+  SyntheticHalves halves(kWidth, kHeight, 16.0f);
+  halves.set_colour(constant(0.2f), constant(0.1f));
+  const std::vector<float> plain = denoise(halves.input()).colour[0];
+  const size_t at = 36 * kWidth + 48;
+  halves.colour(0)[at] += 200.0f;
+  const std::vector<float> out = denoise(halves.input()).colour[0];
+  double light = 0.0;
+  float most = 0.0f;
+  for (size_t i = 0; i < out.size(); ++i) {
+    light += double(out[i]) - double(plain[i]);
+    if (i != at) most = std::max(most, std::abs(out[i] - plain[i]));
+  }
+  EXPECT_NEAR(light, 100.0, 5.0);
+  EXPECT_LT(most, 0.05f);
+}
+
+// Wires thinner than a pixel: each has its light in few samples of few pixels.
+TEST(Denoise, ThinWiresKeepTheirLight) {
+  SyntheticHalves halves(kWidth, kHeight, 16.0f);
+  const auto wire = [](int x, int y) { return (x + 2 * y) % 23 == 0 ? 0.4f : 0.0f; };
+  halves.set_colour([&](int x, int y) { return 0.01f + wire(x, y); },
+                    [&](int x, int y) { return 0.003f + wire(x, y); });
+  const auto sum = [](const std::vector<float>& v) {
+    return std::accumulate(v.begin(), v.end(), 0.0);
+  };
+  const std::vector<float> out = denoise(halves.input()).colour[0];
+  EXPECT_NEAR(sum(out), sum(halves.truth()), 0.01 * sum(halves.truth()));
+  EXPECT_LT(halves.squared_error(out), 1.02 * halves.squared_error(halves.raw()));
+}
+
+}  // namespace
+}  // namespace emberline::test

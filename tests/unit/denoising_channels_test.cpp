@@ -1,0 +1,242 @@
+// What a denoiser gets of a frame: halves, and what samples saw, in mirrors and glass, too.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "renderer/core/errors.h"
+#include "renderer/film/half_channels.h"
+#include "support/busy_scene.h"
+#include "support/glass_scenes.h"
+#include "support/render.h"
+
+namespace emberline::test {
+namespace {
+
+AovSet denoising() { return AovSet::parse("denoising"); }
+
+SampleValue grey(float value) { return {Rgb(value), 1.0f, {}, {}}; }
+
+FilmTile film_of(int width, int groups = -1) {
+  FilmTile film(denoising(), {.light_groups = groups});
+  film.reset({0, 0, width, 1});
+  return film;
+}
+
+// A channel of a film's pixel.
+float value_of(const FilmTile& film, size_t pixel, const std::string& name) {
+  const std::vector<std::string> names = film_channel_names(film.aovs());
+  const auto at = std::ranges::find(names, name);
+  EXPECT_NE(at, names.end()) << name;
+  std::vector<float> values;
+  film.resolve(values);
+  return values[pixel * names.size() + size_t(at - names.begin())];
+}
+
+TEST(HalfChannels, AreMeansOfEachHalf) {
+  FilmTile film = film_of(2);
+  const SeenSurface near = {Rgb(0.5f, 0.25f, 1.0f), Vec3f(0, 1, 0), 2.0f, 1.0f};
+  const SeenSurface far = {Rgb(0.0f), Vec3f(0, 0, 1), 0.0f, 0.0f};
+  EXPECT_TRUE(film.add(1, 0, 0, 1.0f, grey(1), &near));
+  EXPECT_TRUE(film.add(1, 0, 0, 1.0f, grey(2), &far));
+  EXPECT_TRUE(film.add(1, 0, 1, 1.0f, grey(6), &near));
+  EXPECT_EQ(value_of(film, 1, "half1.R"), 1.5f);
+  EXPECT_EQ(value_of(film, 1, "half1.samples"), 2.0f);
+  EXPECT_EQ(value_of(film, 1, "half1.albedo.G"), 0.125f);
+  EXPECT_EQ(value_of(film, 1, "half1.N.Z"), 0.5f);
+  EXPECT_EQ(value_of(film, 1, "half1.nearness"), 1.0f);
+  EXPECT_EQ(value_of(film, 1, "half1.visibility"), 0.5f);
+  EXPECT_EQ(value_of(film, 1, "half2.G"), 6.0f);
+  EXPECT_EQ(value_of(film, 1, "half2.visibility"), 1.0f);
+  EXPECT_EQ(value_of(film, 1, "half2.samples"), 1.0f);
+  for (const FilmChannel& channel : half_channels()) {
+    EXPECT_EQ(value_of(film, 0, channel.name), 0.0f) << channel.name;
+  }
+}
+
+// Of an average over rounds, say: the halves' weighted mean is what the pixel shows, their
+// difference that of the samples.
+TEST(HalfChannels, FollowWhatThePixelShows) {
+  FilmTile film = film_of(1);
+  const SeenSurface seen;
+  film.add(0, 0, 0, 1.0f, grey(1), &seen);
+  film.add(0, 0, 1, 1.0f, grey(3), &seen);
+  const float shown[] = {2.5f, 2.0f, 2.0f, 1.0f};
+  film.show(0, 0, shown);
+  EXPECT_EQ(value_of(film, 0, "half1.R"), 1.5f);
+  EXPECT_EQ(value_of(film, 0, "half2.R"), 3.5f);
+  EXPECT_EQ(value_of(film, 0, "half2.G"), 3.0f);
+}
+
+// Law 4.
+TEST(HalfChannels, WhatIsSeenIsFinite) {
+  FilmTile film = film_of(1);
+  SeenSurface seen;
+  seen.nearness = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(film.add(0, 0, 0, 1.0f, grey(1), &seen));
+  EXPECT_EQ(film.non_finite(0, 0), 1u);
+  EXPECT_EQ(value_of(film, 0, "half1.nearness"), 0.0f);
+  EXPECT_EQ(value_of(film, 0, "half1.R"), 0.0f);
+}
+
+// Law 3, and what is said of memory.
+TEST(HalfChannels, CostWhatTheyAreSaidTo) {
+  FilmTile without((AovSet()));
+  without.reset({0, 0, 1000, 1});
+  EXPECT_TRUE(without.halves().empty());
+  EXPECT_EQ(film_of(1000).bytes() - without.bytes(), 128000u);
+  FilmTile groups(AovSet(), {.light_groups = 2});
+  groups.reset({0, 0, 1000, 1});
+  EXPECT_EQ(film_of(1000, 2).bytes() - groups.bytes(), 128000u + 72000u + 8u);
+}
+
+TEST(HalfChannels, AreCopiedAddedAndArchived) {
+  LightGroupValues lights(1);
+  lights.add(0, 0, Rgb(1.0f), Rgb(3.0f));
+  const SeenSurface seen = {Rgb(0.5f), Vec3f(1, 0, 0), 4.0f, 1.0f};
+  FilmTile film = film_of(1, 1);
+  for (int half = 0; half < 2; ++half) {
+    film.add(0, 0, half, 1.0f, grey(3), &seen);
+    film.add_lights(0, 0, half, 1.0f, 1.0f, lights, 0);
+  }
+  FilmTile other = film_of(1, 1);
+  other.copy_pixel(film, 0, 0);
+  other.add(0, 0, 1, 1.0f, grey(0), &seen);
+  LightGroupValues dark(1);
+  other.add_lights(0, 0, 1, 1.0f, 1.0f, dark, 0);
+  film.add_film(other);
+
+  std::vector<std::byte> bytes;
+  Archive saving(bytes);
+  film.archive(saving);
+  saving.end();
+  FilmTile loaded = film_of(1, 1);
+  Archive loading{std::span<const std::byte>(bytes)};
+  loaded.archive(loading);
+  loading.end();
+  float of_half[2][3];
+  for (int half = 0; half < 2; ++half) put_half_lights(loaded, 0, half, of_half[half]);
+  EXPECT_EQ(of_half[0][0], 3.0f);
+  EXPECT_EQ(of_half[1][0], 2.0f);  // of 3, 3 and 0
+  EXPECT_EQ(value_of(loaded, 0, "half2.samples"), 3.0f);
+  EXPECT_EQ(value_of(loaded, 0, "half2.R"), 2.0f);
+  EXPECT_EQ(value_of(loaded, 0, "half2.nearness"), 4.0f);
+}
+
+class Seen : public ::testing::Test {
+ protected:
+  // The mean of a channel over both halves, in the frame's middle.
+  float middle(const std::string& name) const {
+    const auto at = std::ranges::find(image_.channels, "half1." + name);
+    EXPECT_NE(at, image_.channels.end()) << name;
+    const auto c = size_t(at - image_.channels.begin()), half = half_channels().size() / 2;
+    const float* pixel = image_.pixel(8, 8);
+    return 0.5f * (pixel[c] + pixel[c + half]);
+  }
+  void look(const Vec3d& from, const Vec3d& at) {
+    RenderSettings settings;
+    settings.aovs = "denoising";
+    settings.streams = StreamCount::kTwo;
+    settings.spp = 256;
+    image_ = render(*scene_.build(), perspective(from, at, 1), settings);
+  }
+
+  SceneBuilderForTests scene_;
+  RenderedImage image_;
+};
+
+// A mirror 3 below, at 45 degrees, shows the wall beside it, 2 further away.
+TEST_F(Seen, MirrorsShowWhatIsInThem) {
+  const int mirror = scene_.add_material(metal(Rgb(0.5f, 1.0f, 1.0f), 0.0f));
+  const int wall = scene_.add_material(lambert(Rgb(0.8f, 0.4f, 0.2f)));
+  scene_.add_quad({-1, -1, 1}, {1, 1, 1}, {1, 1, -1}, {-1, -1, -1}, mirror);
+  scene_.add_quad({-2, -5, 5}, {-2, -5, -5}, {-2, 5, -5}, {-2, 5, 5}, wall);
+  scene_.add_point_light({1, 2, 2}, Rgb(10.0f));
+  look({0, 3, 0.001}, {0, 0, 0});
+  EXPECT_NEAR(middle("nearness"), 1.0 / 5, 0.002);
+  EXPECT_NEAR(std::abs(middle("N.X")), 1.0f, 0.01f);
+  EXPECT_NEAR(middle("albedo.R"), 0.5f * 0.8f, 0.02f);
+  EXPECT_NEAR(middle("albedo.B"), 0.2f, 0.02f);
+}
+
+// A pane is seen through; 1 in 13 samples sees the empty background in it.
+TEST_F(Seen, ThroughAPaneOfGlass) {
+  const int pane = scene_.add_material(glass(1.5f, 0.0f, false));
+  const int floor = scene_.add_material(lambert(Rgb(0.6f)));
+  scene_.add_floor(1, 1, pane);
+  scene_.add_floor(5, 0, floor);
+  scene_.add_point_light({0.5, 3, 0}, Rgb(10.0f));
+  look({0, 4, 0.001}, {0, 0, 0});
+  EXPECT_NEAR(middle("nearness"), 0.25f * 12 / 13, 0.02f);
+  EXPECT_NEAR(middle("albedo.G"), 0.6f * 12 / 13, 0.05f);
+  EXPECT_GT(middle("visibility"), 0.8f);
+}
+
+TEST_F(Seen, TheBackgroundIsItsLight) {
+  scene_.add_floor(1, 0, scene_.add_material(lambert(Rgb(0.6f))));
+  scene_.set_environment(Rgb(0.25f, 0.5f, 7.0f));
+  look({0, 4, 0}, {0, 8, 0.001});
+  EXPECT_EQ(middle("albedo.R"), 0.25f);
+  EXPECT_EQ(middle("albedo.G"), 0.5f);
+  EXPECT_EQ(middle("albedo.B"), 1.0f);
+  EXPECT_EQ(middle("nearness"), 0.0f);
+  EXPECT_EQ(middle("N.Y"), 0.0f);
+}
+
+TEST_F(Seen, AShadowIsNotLit) {
+  const int grey_floor = scene_.add_material(lambert(Rgb(0.6f)));
+  scene_.add_floor(5, 0, grey_floor);
+  scene_.add_floor(0.5f, 1, grey_floor, false);
+  scene_.add_point_light({0, 2, 0}, Rgb(10.0f));
+  look({3, 0.5, 0}, {0, 0, 0});
+  EXPECT_EQ(middle("visibility"), 0.0f);
+  look({3, 2, 0}, {3, 0, 0.001});
+  EXPECT_EQ(middle("visibility"), 1.0f);
+}
+
+// Laws 2 and 3: whatever the driver, threads and crop; and R G B and all else as without.
+TEST(DenoisingChannels, DependOnTheSamplesAlone) {
+  const std::unique_ptr<Scene> scene = busy_scene();
+  RenderSettings s;
+  s.width = 37;
+  s.height = 29;
+  s.spp = 20;
+  s.streams = StreamCount::kTwo;
+  s.threads = 1;
+  s.aovs = "variance,albedo,N,Z,id";
+  const RenderedImage without = render(*scene, busy_view(), s);
+  s.aovs += ",denoising";
+  const RenderedImage with = render(*scene, busy_view(), s);
+  for (size_t c = 0; c < without.channels.size(); ++c) {
+    const auto at = std::ranges::find(with.channels, without.channels[c]) - with.channels.begin();
+    for (size_t i = 0; i < size_t(with.crop.area()); ++i) {
+      ASSERT_EQ(with.values[i * with.channels.size() + size_t(at)],
+                without.values[i * without.channels.size() + c])
+          << without.channels[c];
+    }
+  }
+  s.threads = 3;
+  expect_same_bits(render(*scene, busy_view(), s), with, "3 threads");
+  s.driver = "bisection";
+  expect_same_bits(render(*scene, busy_view(), s), with, "bisection");
+  s.crop = {11, 3, 30, 17};
+  expect_same_bits(render(*scene, busy_view(), s), with, "a crop");
+}
+
+// Few samples are halved; more come from a stream each.
+TEST(HalfOfASample, ChangesWithTheStreamOrInTheMiddle) {
+  const auto block = [](uint32_t spp) {
+    FrameSettings settings;
+    settings.denoise = true;
+    settings.spp = spp;
+    return FramePlan(settings).half_block;
+  };
+  EXPECT_EQ(block(2), 1u);
+  EXPECT_EQ(block(7), 4u);
+  EXPECT_EQ(block(12), 6u);
+  EXPECT_EQ(block(16), 8u);
+  EXPECT_EQ(block(4096), 8u);
+}
+
+}  // namespace
+}  // namespace emberline::test

@@ -1,0 +1,1 @@
+emberline_test(denoise_test SOURCES denoise_test.cpp LINK emberline_reconstruction TBB::tbb)
