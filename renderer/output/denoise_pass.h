@@ -59,7 +59,7 @@ class PixelSpool {
  public:
   // Beside a file that is to be written. Throws RenderError.
   PixelSpool(const std::string& beside, const Rect& crop, size_t channels)
-      : file_(beside), crop_(crop), channels_(channels) {}
+      : file_(ScratchFile::beside(beside)), crop_(crop), channels_(channels) {}
 
   // Interleaved. Any thread, each pixel once. Throws RenderError.
   void write_tile(const Rect& tile, const std::vector<float>& pixels);

@@ -179,8 +179,8 @@ Plane pooled_error(const Halves& h, const Plane& own) {
 
 // The error's terms again, for the shares that were taken, as displayed.
 //
-// Where little error is left of much noise, it is the small difference of large numbers; but what the
-// blended halves differ by still tells its variance.
+// Where little error is left of much noise, it is the small difference of large numbers; but what
+// the blended halves differ by still tells its variance.
 void estimate_errors(const Halves& h, const Candidates& candidates, const Terms& own, Blend& out) {
   Plane before(h.width, h.height), after(h.width, h.height), variance(h.width, h.height);
   parallel_each(size_t(h.height), [&](size_t row) {
@@ -204,9 +204,12 @@ void estimate_errors(const Halves& h, const Candidates& candidates, const Terms&
       const float gain = kept * change_at(own, a, x, y).gain / own.unit.row(y)[x] * (1.0f / 3);
       const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
       const float weight = display_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
-      before.row(y)[x] = noise * weight;
-      after.row(y)[x] = (noise - 2 * gain + square) * weight;
-      variance.row(y)[x] = spread * h.share[0].row(y)[x] * h.share[1].row(y)[x] * weight;
+      float excess = 0.0f;  // of which two halves tell the variance as of all else
+      for (const Plane& plane : h.excess) excess += plane.row(y)[x] * plane.row(y)[x] * (1.0f / 3);
+      excess *= display_error_weight(value, std::sqrt(excess));
+      before.row(y)[x] = noise * weight + excess;
+      after.row(y)[x] = (noise - 2 * gain + square) * weight + excess;
+      variance.row(y)[x] = spread * h.share[0].row(y)[x] * h.share[1].row(y)[x] * weight + excess;
     }
   });
   out.error_before = pooled_error(h, before);

@@ -19,7 +19,7 @@ namespace emberline {
 struct Candidate {
   ColourPlanes colour;
   ColourPlanes difference;  // of the filtered halves
-  Plane own_weight;  // of a pixel in its own value
+  Plane own_weight;         // of a pixel in its own value
 };
 using Candidates = std::array<Candidate, kBandwidths>;
 

@@ -12,7 +12,8 @@
 namespace emberline {
 namespace {
 
-static_assert(kBlendReach + kWindowRadius + std::max(kPatchRadius, kFeatureReach) + kNoiseRadius <=
+static_assert(kBlendReach + kWindowRadius + std::max(kPatchRadius, kFeatureReach) + kNoiseRadius +
+                  kOutlierRadius <=
               kDenoiseMargin);
 
 HalfPlanes rows_of(const HalfPlanes& planes, size_t first, size_t count) {
@@ -76,30 +77,42 @@ Candidates filter_colour(const Halves& h, int begin, int end, const std::stop_to
   return candidates;
 }
 
+void add(const Plane& more, Plane& plane) {
+  for (int y = 0; y < plane.height(); ++y) {
+    const float* from = more.row(y);
+    float* to = plane.row(y);
+    for (int x = 0; x < plane.width(); ++x) to[x] += from[x];
+  }
+}
+
 // The part's raw picture and its candidates in the shares of the whole.
 std::array<std::vector<float>, 3> filter_part(const Halves& h, const HalfColour& part,
                                               const Blend& shares, int begin, int end,
                                               const std::stop_token& stop) {
-  std::array<ColourPlanes, 2> half;
-  ColourPlanes raw, filtered;
+  std::array<Channel, 3> channels;
+  ColourPlanes filtered;
   for (size_t c = 0; c < 3; ++c) {
-    half[0][c] = padded_plane(part[c].a, h.width, h.height);
-    half[1][c] = padded_plane(part[c].b, h.width, h.height);
-    raw[c] = mean_of_halves(h, half[0][c], half[1][c]);
-    filtered[c] = raw[c];
+    channels[c] = read_channel(h, part[c]);
+    filtered[c] = channels[c].raw;
   }
-  const HalfPictures halves = pictures_of(half[0], half[1]);
+  HalfPictures halves;
+  for (size_t s = 0; s < 2; ++s) {
+    halves[s] = {&channels[0].half[s], &channels[1].half[s], &channels[2].half[s]};
+  }
   const int first = std::max(begin - kLostLightReach, 0);
   const int last = std::min(end + kLostLightReach, h.height);
   filter_runs(h, first, last, halves, stop, [&](const FilteredRun& run) {
     const float* a = shares.shares[run.bandwidth].row(run.y) + run.x;
     for (size_t c = 0; c < 3; ++c) {
-      const float* r = raw[c].row(run.y) + run.x;
+      const float* r = channels[c].raw.row(run.y) + run.x;
       float* to = filtered[c].row(run.y) + run.x;
       for (int x = 0; x < run.columns; ++x) to[x] += a[x] * (run.colour[c][x] - r[x]);
     }
   });
-  for (size_t c = 0; c < 3; ++c) shares.lost_light->give_back(raw[c], filtered[c]);
+  for (size_t c = 0; c < 3; ++c) {
+    shares.lost_light->give_back(channels[c].raw, filtered[c]);
+    add(channels[c].excess, filtered[c]);
+  }
   return rows_of(filtered, begin, end);
 }
 
@@ -136,8 +149,9 @@ DenoisedPicture denoise(const DenoiseInput& input, int begin, int end,
   const int filter_end = std::min(end + kBlendReach, h.height);
   const Candidates candidates = filter_colour(h, filter_begin, filter_end, stop);
   if (stop.stop_requested()) return {};
-  const Blend shares = blend(h, candidates);
+  Blend shares = blend(h, candidates);
   DenoisedPicture out;
+  for (size_t c = 0; c < 3; ++c) add(h.excess[c], shares.colour[c]);
   out.colour = rows_of(shares.colour, begin, end);
   for (const HalfColour& part : rows.parts) {
     out.parts.push_back(filter_part(h, part, shares, begin, end, stop));

@@ -16,6 +16,17 @@ float finite(float value) {
   return std::isfinite(value) ? std::clamp(value, -kLargest, kLargest) : 0.0f;
 }
 
+Plane padded_plane(std::span<const float> values, int width, int height) {
+  Plane plane(width, height);
+  parallel_each(size_t(height), [&](size_t row) {
+    const int y = int(row);
+    const float* from = values.data() + row * size_t(width);
+    for (int x = 0; x < width; ++x) plane.row(y)[x] = finite(from[x]);
+    plane.extend_row(y);
+  });
+  return plane;
+}
+
 // Of two independent means of n_a and n_b samples with the difference d: the variance of one
 // sample.
 float sample_variance(float d, float n_a, float n_b) {
@@ -64,12 +75,59 @@ void read_counts(const DenoiseInput& input, Halves& h) {
   });
 }
 
+// A half's pixel so many times as bright as all others near it, of either half, is an outlier. What
+// it has beyond that is too rare to be told from its neighbours: it stays where it is, unfiltered.
+constexpr float kOutlier = 20.0f;
+
+Plane brightest_channel(const HalfColour& colour, size_t half, int width, int height) {
+  Plane brightest(width, height);
+  for (const HalfPlanes& planes : colour) {
+    const Plane one = padded_plane(half == 0 ? planes.a : planes.b, width, height);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        brightest.row(y)[x] = std::max(brightest.row(y)[x], one.row(y)[x]);
+      }
+    }
+  }
+  return brightest;  // its border is black
+}
+
+void find_outliers(const DenoiseInput& input, Halves& h) {
+  const std::array<Plane, 2> light = {brightest_channel(input.colour, 0, h.width, h.height),
+                                      brightest_channel(input.colour, 1, h.width, h.height)};
+  for (size_t s = 0; s < 2; ++s) {
+    h.half[s].within = Plane(h.width, h.height);
+    parallel_each(size_t(h.height), [&](size_t row) {
+      const int y = int(row);
+      const int first = std::max(y - kOutlierRadius, 0);
+      const int last = std::min(y + kOutlierRadius, h.height - 1);
+      std::vector<float> others(size_t(h.width), 0.0f);
+      for (int j = first; j <= last; ++j) {
+        for (int i = -kOutlierRadius; i <= kOutlierRadius; ++i) {
+          const float *same = light[s].row(j) + i, *other = light[1 - s].row(j) + i;
+          const bool itself = i == 0 && j == y;
+          for (int x = 0; x < h.width; ++x) {
+            const float near = itself ? other[x] : std::max(same[x], other[x]);
+            others[size_t(x)] = std::max(others[size_t(x)], near);
+          }
+        }
+      }
+      const float* own = light[s].row(y);
+      for (int x = 0; x < h.width; ++x) {
+        const float most = kOutlier * others[size_t(x)];
+        h.half[s].within.row(y)[x] = own[x] > most ? most / own[x] : 1.0f;
+      }
+    });
+  }
+}
+
 void read_colour(const DenoiseInput& input, Halves& h) {
   h.own_noise = Plane(h.width, h.height);
   for (size_t c = 0; c < 3; ++c) {
-    h.half[0].colour[c] = padded_plane(input.colour[c].a, h.width, h.height);
-    h.half[1].colour[c] = padded_plane(input.colour[c].b, h.width, h.height);
-    h.raw[c] = mean_of_halves(h, h.half[0].colour[c], h.half[1].colour[c]);
+    Channel channel = read_channel(h, input.colour[c]);
+    h.raw[c] = std::move(channel.raw);
+    h.excess[c] = std::move(channel.excess);
+    for (size_t s = 0; s < 2; ++s) h.half[s].colour[c] = std::move(channel.half[s]);
     parallel_each(size_t(h.height), [&](size_t row) {
       const int y = int(row);
       const float *n_a = h.half[0].count.row(y), *n_b = h.half[1].count.row(y);
@@ -109,28 +167,25 @@ Feature read_feature(const HalfPlanes& planes, const Halves& h, const Plane& tol
 
 }  // namespace
 
-Plane padded_plane(std::span<const float> values, int width, int height) {
-  Plane plane(width, height);
-  parallel_each(size_t(height), [&](size_t row) {
-    const int y = int(row);
-    const float* from = values.data() + row * size_t(width);
-    for (int x = 0; x < width; ++x) plane.row(y)[x] = finite(from[x]);
-    plane.extend_row(y);
-  });
-  return plane;
-}
-
-Plane mean_of_halves(const Halves& h, const Plane& a, const Plane& b) {
-  Plane mean(h.width, h.height);
+Channel read_channel(const Halves& h, const HalfPlanes& planes) {
+  Channel out;
+  out.half = {padded_plane(planes.a, h.width, h.height), padded_plane(planes.b, h.width, h.height)};
+  out.raw = out.excess = Plane(h.width, h.height);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
-    const float *in_a = h.share[0].row(y), *in_b = h.share[1].row(y);
-    const float *from_a = a.row(y), *from_b = b.row(y);
-    for (int x = 0; x < h.width; ++x) {
-      mean.row(y)[x] = in_a[x] * from_a[x] + in_b[x] * from_b[x];
+    for (size_t s = 0; s < 2; ++s) {
+      const float *share = h.share[s].row(y), *within = h.half[s].within.row(y);
+      float *value = out.half[s].row(y), *raw = out.raw.row(y), *excess = out.excess.row(y);
+      for (int x = 0; x < h.width; ++x) {
+        const float all = value[x];
+        value[x] = within[x] * all;
+        raw[x] += share[x] * value[x];
+        excess[x] += share[x] * (all - value[x]);
+      }
+      out.half[s].extend_row(y);
     }
   });
-  return mean;
+  return out;
 }
 
 Halves prepare_halves(const DenoiseInput& input) {
@@ -138,13 +193,13 @@ Halves prepare_halves(const DenoiseInput& input) {
   h.width = input.width;
   h.height = input.height;
   read_counts(input, h);
+  find_outliers(input, h);
   read_colour(input, h);
   const Plane told = box_sum(h.told, kNoiseRadius);
   measure_noise(h, told);
   if (!input.albedo[0].a.empty()) {
     for (size_t c = 0; c < 3; ++c) {
       h.features.push_back(read_feature(input.albedo[c], h, told));
-      h.texture[c] = h.features.back().value;
     }
   }
   for (const HalfPlanes& planes : input.features) {

@@ -13,7 +13,8 @@ using ColourPlanes = std::array<Plane, 3>;
 
 struct Half {
   Plane count;
-  Plane known;  // 1 where there are samples, 0 where there are none and outside the picture
+  Plane known;   // 1 where there are samples, 0 where there are none and outside the picture
+  Plane within;  // what share of the pixel's colour is no excess
   ColourPlanes colour;
   Plane noise;  // variance of `colour`, its channels summed, from this pixel and its neighbours
 };
@@ -27,12 +28,12 @@ struct Halves {
   int width = 0, height = 0;
   std::array<Half, 2> half;
   ColourPlanes raw;            // the mean of all samples
+  ColourPlanes excess;         // of outliers, which is in neither `raw` nor the halves' colours
   std::array<Plane, 2> share;  // of either half in a pixel's mean; 1/2 where there is no sample
   Plane told;                  // 1 where both halves are known
   // The raw pixel's variance as its two halves alone tell it, channels summed: one degree of
   // freedom. 0 where a half is unknown.
   Plane own_noise;
-  ColourPlanes texture;  // what untextured colour is to be multiplied by; empty without albedo
   std::vector<Feature> features;
 };
 
@@ -40,13 +41,17 @@ struct Halves {
 // truth in every fourth pixel.
 inline constexpr int kNoiseRadius = 2;
 
+// The reach of what an outlier is measured by.
+inline constexpr int kOutlierRadius = 2;
+
 // Reads `input` but for its parts.
 Halves prepare_halves(const DenoiseInput& input);
 
-// A half's picture, finite and padded.
-Plane padded_plane(std::span<const float> values, int width, int height);
-
-// The mean of both halves' samples.
-Plane mean_of_halves(const Halves& halves, const Plane& a, const Plane& b);
+// One channel of a picture as the halves have it: finite, padded, without its outliers' excess.
+struct Channel {
+  std::array<Plane, 2> half;
+  Plane raw, excess;
+};
+Channel read_channel(const Halves& halves, const HalfPlanes& planes);
 
 }  // namespace emberline

@@ -1,7 +1,7 @@
-// Rare bright samples: the neighbours of one refuse its smear while the pixel itself is filtered, and
-// its light would be gone. What a neighbourhood lost beyond what its common noise explains goes back
-// to those of its pixels that are noisiest, which is where it came from. Linear in the pictures, so that
-// light groups still add up.
+// Rare bright samples: the neighbours of one refuse its smear while the pixel itself is filtered,
+// and its light would be gone. What a neighbourhood lost beyond what its common noise explains goes
+// back to those of its pixels that are noisiest, which is where it came from. Linear in the
+// pictures, so that light groups still add up.
 #pragma once
 
 #include "renderer/reconstruction/halves.h"
@@ -13,7 +13,8 @@ class LostLight {
   // Of the raw picture and the filtered one.
   LostLight(const Halves& halves, const ColourPlanes& raw, const ColourPlanes& filtered);
 
-  // Adds to `filtered` what it has lost of `raw`. A pixel depends on those kLostLightReach around it.
+  // Adds to `filtered` what it has lost of `raw`. A pixel depends on those kLostLightReach around
+  // it.
   void give_back(const Plane& raw, Plane& filtered) const;
 
   // How much of a change that a pixel alone made comes back to it.

@@ -81,7 +81,7 @@ TEST(Denoise, NeverMuchWorseThanRaw) {
 }
 
 TEST(Denoise, EstimatesTheErrorThatIsLeft) {
-  for (const float samples : {4.0f, 16.0f, 64.0f, 256.0f}) {
+  for (const float samples : {8.0f, 32.0f, 128.0f, 512.0f}) {
     const SyntheticHalves halves = some_picture(samples);
     const DenoisedPicture out = denoise(halves.input());
     double before = 0.0, after = 0.0;
