@@ -333,6 +333,11 @@ std::vector<TangentLayout> tangent_layouts(Materials materials) {
   return layouts;
 }
 
+std::string name_of(const json& mesh, size_t index) {
+  const std::string name = mesh.value("name", "");
+  return name.empty() ? "mesh " + std::to_string(index) : name;
+}
+
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
                           std::span<const MeshPose> poses, bool later, Materials materials,
                           bool tangents) {
@@ -343,9 +348,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
 
   LoadedMesh loaded;
   MeshDescription& mesh = loaded.mesh;
-  std::string name = mesh_object.value("name", "");
-  if (name.empty()) name = "mesh " + std::to_string(mesh_index);
-  mesh.name = name + "/" + std::to_string(primitive_index);
+  mesh.name = name_of(mesh_object, mesh_index) + "/" + std::to_string(primitive_index);
   mesh.material = primitive.value("material", -1);
 
   const int mode = primitive.value("mode", int(kTriangles));

@@ -2,8 +2,8 @@
 //
 // Each pixel is a first-order regression over the features of the pixels around it, weighted by how
 // alike their colours are (Bitterli et al. 2016, "Nonlinearly Weighted First-order Regression for
-// Denoising Monte Carlo Renderings"). A frame's samples come as two independent halves: each half is
-// filtered by the other's weights, so that noise does not choose its own weights; what the two
+// Denoising Monte Carlo Renderings"). A frame's samples come as two independent halves: each half
+// is filtered by the other's weights, so that noise does not choose its own weights; what the two
 // filtered halves differ by, and what the filtered picture differs from the raw one, says how wrong
 // each candidate is (Rousselle et al. 2012, 2013), and the best is taken pixel by pixel, the raw
 // picture among them.
@@ -26,7 +26,7 @@ using HalfColour = std::array<HalfPlanes, 3>;  // linear Rec. 709
 // half counts as unknown there.
 struct DenoiseInput {
   int width = 0, height = 0;
-  HalfPlanes samples;                // how many
+  HalfPlanes samples;  // how many
   HalfColour colour;
   HalfColour albedo;                 // empty spans: unknown; also a feature
   std::vector<HalfPlanes> features;  // one channel each, of any scale: normals, depth, visibility …
@@ -42,8 +42,9 @@ struct DenoisedPicture {
   size_t kept = 0;  // pixels left as they were
 };
 
-// A row is decided by the rows around it, as far as this; so a band of a large frame has the bits of
-// the whole when its input has this many rows more above and below (fewer at the frame's border).
+// A row is decided by the rows around it, as far as this; so a band of a large frame has the bits
+// of the whole when its input has this many rows more above and below (fewer at the frame's
+// border).
 inline constexpr int kDenoiseMargin = 40;
 
 // Rows [begin, end) of the input; all of it by default. The same bits whatever the threads (TBB's
