@@ -322,6 +322,11 @@ uint64_t held_bytes(const MeshDescription& mesh) {
   return bytes;
 }
 
+std::string name_of(const json& mesh, size_t index) {
+  const std::string name = mesh.value("name", "");
+  return name.empty() ? "mesh " + std::to_string(index) : name;
+}
+
 }  // namespace
 
 std::vector<TangentLayout> tangent_layouts(Materials materials) {
@@ -331,11 +336,6 @@ std::vector<TangentLayout> tangent_layouts(Materials materials) {
     layouts.push_back({has_tangent_space(*material), layout.uv_set, layout.uv_transform});
   }
   return layouts;
-}
-
-std::string name_of(const json& mesh, size_t index) {
-  const std::string name = mesh.value("name", "");
-  return name.empty() ? "mesh " + std::to_string(index) : name;
 }
 
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
