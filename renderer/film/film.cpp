@@ -8,16 +8,11 @@
 
 #include "renderer/core/names.h"
 #include "renderer/core/parallel.h"
+#include "renderer/film/finite_float.h"
 #include "renderer/film/half_channels.h"
 
 namespace emberline {
 namespace {
-
-// Squares of finite radiance may exceed float; what is written stays finite (law 4).
-float to_finite_float(double x) {
-  constexpr double kMost = std::numeric_limits<float>::max();
-  return float(std::clamp(x, -kMost, kMost));
-}
 
 bool is_finite(const FirstHit& hit) {
   return !hit.hit || (emberline::is_finite(hit.albedo) && emberline::is_finite(hit.normal) &&

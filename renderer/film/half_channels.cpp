@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "renderer/film/film.h"
+#include "renderer/film/finite_float.h"
 
 namespace emberline {
 namespace {
@@ -12,11 +13,6 @@ namespace {
 constexpr const char* kNames[] = {"R",   "G",   "B",   "albedo.R", "albedo.G",  "albedo.B",
                                   "N.X", "N.Y", "N.Z", "nearness", "visibility"};
 static_assert(std::size(kNames) == 3 + kSeenValues);
-
-float to_finite_float(double x) {
-  constexpr double kMost = std::numeric_limits<float>::max();
-  return float(std::clamp(x, -kMost, kMost));
-}
 
 double per(uint32_t count) { return count > 0 ? 1.0 / count : 0.0; }
 
