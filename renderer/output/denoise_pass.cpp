@@ -21,7 +21,7 @@ namespace {
 constexpr int kBandRows = 256;
 constexpr int kReadRows = 64;
 // What denoise() holds of a pixel, and of each light group there, with the results.
-constexpr uint64_t kFilterBytes = 360, kPartBytes = 48;
+constexpr uint64_t kFilterBytes = 360, kPartBytes = 88;
 constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
 constexpr const char* kLightLayer = "light.";

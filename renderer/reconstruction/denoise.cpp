@@ -66,7 +66,7 @@ Candidates filter_colour(const Halves& h, int begin, int end, const std::stop_to
     candidate.own_weight = Plane(h.width, h.height);
   }
   const HalfPictures halves = pictures_of(h.half[0].colour, h.half[1].colour);
-  filter_runs(h, begin, end, halves, stop, [&](const FilteredRun& run) {
+  filter_runs(h, begin, end, {&halves, 1}, stop, [&](size_t, const FilteredRun& run) {
     Candidate& to = candidates[run.bandwidth];
     for (size_t c = 0; c < 3; ++c) {
       std::copy_n(run.colour[c], run.columns, to.colour[c].row(run.y) + run.x);
@@ -85,35 +85,48 @@ void add(const Plane& more, Plane& plane) {
   }
 }
 
-// The part's raw picture and its candidates in the shares of the whole.
-std::array<std::vector<float>, 3> filter_part(const Halves& h, const HalfColour& part,
-                                              const Blend& shares, int begin, int end,
-                                              const std::stop_token& stop) {
+struct Part {
   std::array<Channel, 3> channels;
   ColourPlanes filtered;
+};
+
+Part read_part(const Halves& h, const HalfColour& colour) {
+  Part part;
   for (size_t c = 0; c < 3; ++c) {
-    channels[c] = read_channel(h, part[c]);
-    filtered[c] = channels[c].raw;
+    part.channels[c] = read_channel(h, colour[c]);
+    part.filtered[c] = part.channels[c].raw;
   }
-  HalfPictures halves;
-  for (size_t s = 0; s < 2; ++s) {
-    halves[s] = {&channels[0].half[s], &channels[1].half[s], &channels[2].half[s]};
+  return part;
+}
+
+// The parts' raw pictures and their candidates in the shares of the whole.
+std::vector<Part> filter_parts(const Halves& h, std::span<const HalfColour> colours,
+                               const Blend& shares, int begin, int end,
+                               const std::stop_token& stop) {
+  std::vector<Part> parts;
+  for (const HalfColour& colour : colours) parts.push_back(read_part(h, colour));
+  std::vector<HalfPictures> halves(parts.size());
+  for (size_t p = 0; p < parts.size(); ++p) {
+    const std::array<Channel, 3>& of = parts[p].channels;
+    for (size_t s = 0; s < 2; ++s) halves[p][s] = {&of[0].half[s], &of[1].half[s], &of[2].half[s]};
   }
   const int first = std::max(begin - kLostLightReach, 0);
   const int last = std::min(end + kLostLightReach, h.height);
-  filter_runs(h, first, last, halves, stop, [&](const FilteredRun& run) {
+  filter_runs(h, first, last, halves, stop, [&](size_t p, const FilteredRun& run) {
     const float* a = shares.shares[run.bandwidth].row(run.y) + run.x;
     for (size_t c = 0; c < 3; ++c) {
-      const float* r = channels[c].raw.row(run.y) + run.x;
-      float* to = filtered[c].row(run.y) + run.x;
+      const float* r = parts[p].channels[c].raw.row(run.y) + run.x;
+      float* to = parts[p].filtered[c].row(run.y) + run.x;
       for (int x = 0; x < run.columns; ++x) to[x] += a[x] * (run.colour[c][x] - r[x]);
     }
   });
-  for (size_t c = 0; c < 3; ++c) {
-    shares.lost_light->give_back(channels[c].raw, filtered[c]);
-    add(channels[c].excess, filtered[c]);
+  for (Part& part : parts) {
+    for (size_t c = 0; c < 3; ++c) {
+      shares.lost_light->give_back(part.channels[c].raw, part.filtered[c]);
+      add(part.channels[c].excess, part.filtered[c]);
+    }
   }
-  return rows_of(filtered, begin, end);
+  return parts;
 }
 
 void tell_errors(const Blend& shares, const Halves& h, int begin, int end, DenoisedPicture& out) {
@@ -153,8 +166,10 @@ DenoisedPicture denoise(const DenoiseInput& input, int begin, int end,
   DenoisedPicture out;
   for (size_t c = 0; c < 3; ++c) add(h.excess[c], shares.colour[c]);
   out.colour = rows_of(shares.colour, begin, end);
-  for (const HalfColour& part : rows.parts) {
-    out.parts.push_back(filter_part(h, part, shares, begin, end, stop));
+  if (!rows.parts.empty()) {
+    for (const Part& part : filter_parts(h, rows.parts, shares, begin, end, stop)) {
+      out.parts.push_back(rows_of(part.filtered, begin, end));
+    }
     if (stop.stop_requested()) return {};
   }
   tell_errors(shares, h, begin, end, out);

@@ -1,7 +1,9 @@
 // The regression over all pixels of some rows, tile by tile.
 #pragma once
 
+#include <span>
 #include <stop_token>
+#include <vector>
 
 #include "renderer/reconstruction/regression.h"
 
@@ -19,20 +21,47 @@ struct FilteredRun {
 // Of either half.
 using HalfPictures = std::array<PixelFilter::Picture, 2>;
 
-inline FilteredRun filtered_run(const Halves& halves, const WindowWeights& weights,
-                                const Tile& tile, int column, int row, size_t bandwidth,
-                                const HalfPictures& pictures, PixelFilter& filter) {
-  FilteredRun run = {};
-  run.x = tile.x + column;
-  run.y = tile.y + row;
-  run.columns = std::min(kLanes, tile.columns - column);
-  run.bandwidth = bandwidth;
-  for (size_t s = 0; s < 2; ++s) {
+// sink(picture, run) for all pixels of rows [begin, end), each bandwidth and each picture, from
+// many threads at once; those of a pixel come from one thread. The fit is made once for all
+// pictures.
+template <typename Sink>
+class RunFilter {
+ public:
+  RunFilter(const Halves& halves, std::span<const HalfPictures> pictures, const Sink& sink)
+      : halves_(halves), pictures_(pictures), sink_(sink) {}
+
+  void filter(const Tile& tile) const {
+    WindowWeights weights;
+    weights.measure(halves_, tile);
+    PixelFilter filter(halves_);
+    std::vector<FilteredRun> runs(pictures_.size());
+    for (int row = 0; row < tile.rows; ++row) {
+      for (int column = 0; column < tile.columns; column += kLanes) {
+        for (size_t k = 0; k < kBandwidths; ++k) {
+          for (FilteredRun& run : runs) {
+            run = {};
+            run.x = tile.x + column;
+            run.y = tile.y + row;
+            run.columns = std::min(kLanes, tile.columns - column);
+            run.bandwidth = k;
+          }
+          for (size_t s = 0; s < 2; ++s) {
+            filter.fit(weights, s, int(k), tile, column, row);
+            for (size_t p = 0; p < runs.size(); ++p) add_half(filter, s, pictures_[p], runs[p]);
+          }
+          for (size_t p = 0; p < runs.size(); ++p) sink_(p, runs[p]);
+        }
+      }
+    }
+  }
+
+ private:
+  void add_half(const PixelFilter& filter, size_t s, const HalfPictures& pictures,
+                FilteredRun& run) const {
     float colour[3][kLanes], own_weight[kLanes];
-    filter.fit(weights, s, int(bandwidth), tile, column, row);
     filter.apply(pictures[s], colour);
     filter.own_weight(own_weight);
-    const float* share = halves.share[s].row(run.y) + run.x;
+    const float* share = halves_.share[s].row(run.y) + run.x;
     const float sign = s == 0 ? 1.0f : -1.0f;
     for (int x = 0; x < kLanes; ++x) {
       for (size_t c = 0; c < 3; ++c) {
@@ -42,26 +71,18 @@ inline FilteredRun filtered_run(const Halves& halves, const WindowWeights& weigh
       run.own_weight[x] += share[x] * own_weight[x];
     }
   }
-  return run;
-}
 
-// sink(run) for all pixels of rows [begin, end) and each bandwidth, from many threads at once;
-// those of a pixel come from one thread.
+  const Halves& halves_;
+  std::span<const HalfPictures> pictures_;
+  const Sink& sink_;
+};
+
 template <typename Sink>
-void filter_runs(const Halves& halves, int begin, int end, const HalfPictures& pictures,
+void filter_runs(const Halves& halves, int begin, int end, std::span<const HalfPictures> pictures,
                  const std::stop_token& stop, const Sink& sink) {
+  const RunFilter filter(halves, pictures, sink);
   for_each_tile(halves.width, begin, end, [&](const Tile& tile) {
-    if (stop.stop_requested()) return;
-    WindowWeights weights;
-    weights.measure(halves, tile);
-    PixelFilter filter(halves);
-    for (int row = 0; row < tile.rows; ++row) {
-      for (int column = 0; column < tile.columns; column += kLanes) {
-        for (size_t k = 0; k < kBandwidths; ++k) {
-          sink(filtered_run(halves, weights, tile, column, row, k, pictures, filter));
-        }
-      }
-    }
+    if (!stop.stop_requested()) filter.filter(tile);
   });
 }
 
