@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Holds the renderer against exact values and makes the table of it: case, exact value, measured
 # value, its standard error, how many of them it is off. `ci/numerics.sh` prints the table and fails
-# when a comparison does, or when tests/numerics/README.md has other comparisons than the tests make;
+# when a comparison does, or when tests/numerics/TABLE.md has other comparisons than the tests make;
 # `ci/numerics.sh --write` renews the table in that page.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -32,5 +32,5 @@ for program in numerics_test bad_texels_test; do
 done
 [ $failed -eq 0 ] || cat "$temporary/tests.log" >&2
 touch "$rows"
-python3 tests/numerics/table.py "$rows" tests/numerics/README.md "${write[@]}" || failed=1
+python3 tests/numerics/table.py "$rows" tests/numerics/TABLE.md "${write[@]}" || failed=1
 exit $failed

@@ -10,8 +10,11 @@
 namespace emberline {
 namespace {
 
-// Russian roulette starts after this many scattering events: short paths carry most of the light.
-constexpr uint32_t kRouletteDepth = 3;
+// Russian roulette starts with this scattering event: short paths carry most of the light.
+constexpr uint32_t kRouletteDepth = 2;
+// A path that carries the share t goes on with the probability kRouletteScale sqrt(t): between none
+// and all of it, as what a path will find is not known. Ours; figures: tests/bench/RESULTS.md.
+constexpr float kRouletteScale = 1.5f;
 // No path is ended with more than this probability, so no survivor is weighted by more than 20.
 constexpr float kMinSurvival = 0.05f;
 
@@ -401,8 +404,8 @@ bool PathBatch<kGlass, kGroups>::scatter(uint32_t depth, int lane) {
   }
 
   if (events_before(depth, path) + 1 >= kRouletteDepth) {
-    const float survival =
-        std::clamp(max_component(path.throughput) * path.eta_scale, kMinSurvival, 1.0f);
+    const float level = max_component(path.throughput) * path.eta_scale;
+    const float survival = std::clamp(kRouletteScale * std::sqrt(level), kMinSurvival, 1.0f);
     if (samples_.get(surface_dim::kRoulette) >= survival) return false;
     path.throughput *= 1.0f / survival;
   }

@@ -299,6 +299,7 @@ void EnvironmentLight::radiance(std::span<const Vec3f> directions, Rgb* out) con
   }
   Places places;
   find_places(directions, &places);
+  for (size_t i = 0; i < directions.size(); ++i) prefetch(places, i);
   for (size_t i = 0; i < directions.size(); ++i) {
     out[i] = radiance_at(places, i);
   }
@@ -321,6 +322,7 @@ void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Rgb* 
   }
   Places places;
   find_places(directions, &places);
+  for (size_t i = 0; i < directions.size(); ++i) prefetch(places, i);
   for (size_t i = 0; i < directions.size(); ++i) {
     radiance[i] = radiance_and_pdf_at(places, i, &pdf[i]);
   }

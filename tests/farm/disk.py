@@ -192,7 +192,8 @@ def lost_folder(farm, driver, what, lose, back):
 
 def lost_folders(farm, driver):
     def remove(kept):
-        shutil.rmtree(kept)
+        while kept.exists():  # a new file may come into it meanwhile
+            shutil.rmtree(kept, ignore_errors=True)
 
     lost_folder(farm, driver, "removed folder", remove, lambda kept: None)
     lost_folder(farm, driver, "moved folder", lambda kept: kept.rename(kept.with_name("moved")), lambda kept: None)

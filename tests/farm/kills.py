@@ -17,7 +17,7 @@ import time
 
 from farm import CHANNELS, DRIVERS, EXIT_DONE, Farm, earlier_samples, pixels, signal
 
-FRAME = ["--size", "128x96", *CHANNELS]
+FRAME = ["--size", "192x144", *CHANNELS]  # long enough for a checkpoint before most kills
 SETTINGS = {
     "bucket": ("--spp 64", "--noise-threshold 0.04 --max-spp 256", "--spp 48 --streams 2", "--spp 48 --light-groups",
                "--spp 64 --sampler stratified --crop 7,5,122,90"),

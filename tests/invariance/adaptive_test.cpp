@@ -55,7 +55,7 @@ uint64_t sum_of_counts(const RenderedImage& image) {
 }
 
 TEST_P(AdaptiveFrame, AnyThreadsTwiceInARow) {
-  for (const float threshold : {0.0f, 0.03f}) {
+  for (const float threshold : {0.0f, 0.02f}) {
     RenderSettings s = settings();
     s.adaptive.threshold = threshold;
     s.threads = 1;

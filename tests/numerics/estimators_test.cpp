@@ -16,7 +16,7 @@ namespace {
 using namespace test;
 
 constexpr int kFrame = 64, kBlock = 8, kBlocks = kFrame / kBlock;
-constexpr int kMaxDepth = 5;  // roulette starts at 3
+constexpr int kMaxDepth = 5;  // roulette starts at 2
 
 // Means over blocks, and over the frame, with the variances of these means.
 struct BlockMeans {

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """Makes the table of the numerics tests' comparisons from the rows that they recorded.
 
-    table.py ROWS README [--write]
+    table.py ROWS PAGE [--write]
 
-ROWS holds one JSON object a line, as tests/numerics/closed_form.h writes them; README is the page
+ROWS holds one JSON object a line, as tests/numerics/closed_form.h writes them; PAGE is the one
 that holds the table between two marker comments. Without --write the table goes to standard output
-and README is only compared with: its set of comparisons (case and what) has to be today's. Its
+and PAGE is only compared with: its set of comparisons (case and what) has to be today's. Its
 figures are not compared: a machine with another math library may differ in their last digits.
 
-Exit code: 0, or 1 when a comparison fails or README lacks one, or has one that no test makes.
+Exit code: 0, or 1 when a comparison fails or PAGE lacks one, or has one that no test makes.
 """
 import argparse
 import collections
@@ -155,7 +155,7 @@ def names_in(text):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("rows", type=pathlib.Path)
-    parser.add_argument("readme", type=pathlib.Path)
+    parser.add_argument("page", type=pathlib.Path)
     parser.add_argument("--write", action="store_true")
     arguments = parser.parse_args()
 
@@ -164,25 +164,25 @@ def main():
     if not rows:
         sys.exit(f"{arguments.rows}: no comparison was recorded")
     made = table(rows)
-    page = arguments.readme.read_text()
+    page = arguments.page.read_text()
     before, begin, rest = page.partition(BEGIN)
     old, end, after = rest.partition(END)
     if not begin or not end:
-        sys.exit(f"{arguments.readme}: the lines '{BEGIN}' and '{END}' are missing")
+        sys.exit(f"{arguments.page}: the lines '{BEGIN}' and '{END}' are missing")
 
     bad = [r for r in rows if verdict(r) in ("FAIL", "mended")]
     for row in bad:
         print(f"case {row['case']}, {row['what']} ({row['test']}): {verdict(row)}, measured {row['measured']}, "
               f"exact {row['exact']}, allowed {5 * row['standard_error'] + row['tolerance']:.3g}", file=sys.stderr)
     if arguments.write:
-        arguments.readme.write_text(f"{before}{BEGIN}\n{made}\n{END}{after}")
+        arguments.page.write_text(f"{before}{BEGIN}\n{made}\n{END}{after}")
         return 1 if bad else 0
 
     print(made)
     now, then = names_in(made), names_in(old)
     for (case, what), count in ((now - then) + (then - now)).items():
         where = "not in" if (case, what) in now - then else "only in"
-        print(f"case {case}, {what}: {where} {arguments.readme}"
+        print(f"case {case}, {what}: {where} {arguments.page}"
               f"{f' ({count} times)' if count > 1 else ''}; run ci/numerics.sh --write", file=sys.stderr)
     return 1 if bad or now != then else 0
 
