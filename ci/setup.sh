@@ -12,6 +12,7 @@ packages=(
   libglfw3-dev libimgui-dev
   libgtest-dev libgmock-dev libbenchmark-dev
   xvfb xdotool libgl1-mesa-dri
+  man-db zsh dpkg-dev
   "$@"
 )
 

@@ -6,10 +6,15 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>
+#include <filesystem>
 #include <ranges>
 
+#include "io/atomic_file.h"
+#include "renderer/app/command_help.h"
 #include "renderer/app/command_options.h"
+#include "renderer/app/completion.h"
 #include "renderer/app/failure.h"
+#include "renderer/app/manual.h"
 #include "renderer/app/render_command.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -131,6 +136,23 @@ const Command kCommands[] = {
      [](const AllOptions& o) { return run_study(o.study); }},
 };
 
+void write_document(const std::filesystem::path& path, const std::string& text) {
+  std::filesystem::create_directories(path.parent_path());
+  AtomicFile file(path);
+  file.write_at(text.data(), text.size(), 0);
+  file.commit();
+}
+
+// Where they lie below a prefix's share.
+void write_documents(const CommandHelp& root, const std::filesystem::path& folder) {
+  write_document(folder / "man/man1" / manual_name(root), manual_page(root));
+  for (const CommandHelp& command : root.commands) {
+    write_document(folder / "man/man1" / manual_name(command), manual_page(command));
+  }
+  write_document(folder / "bash-completion/completions/emberline", bash_completion(root));
+  write_document(folder / "zsh/vendor-completions/_emberline", zsh_completion(root));
+}
+
 void print_versions() {
   std::string text;
   for (const auto& [name, number] : library_versions()) text += name + " " + number + "\n";
@@ -147,6 +169,9 @@ int run_command_line(int argc, char** argv) {
   root.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   bool version = false, quiet = false, verbose = false;
   root.add_flag("--version", version, "print the versions of the program and its libraries");
+  std::string documents;
+  root.add_option("--write-documents", documents, "man pages and completion, for packages")
+      ->group("");  // hidden
   AllOptions options;
   for (const Command& command : kCommands) {
     CLI::App* app = root.add_subcommand(command.name, command.help);
@@ -174,6 +199,10 @@ int run_command_line(int argc, char** argv) {
 
   if (version) {
     print_versions();
+    return kExitDone;
+  }
+  if (!documents.empty()) {
+    write_documents(command_help(root), documents);
     return kExitDone;
   }
   for (const Command& command : kCommands) {

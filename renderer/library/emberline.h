@@ -29,13 +29,14 @@
 #define EMBERLINE_API __attribute__((visibility("default")))
 #endif
 
-#define EMBERLINE_VERSION_MAJOR 0
-#define EMBERLINE_VERSION_MINOR 1
+// Semantic: what is built against 1.x runs with every later 1.y.
+#define EMBERLINE_VERSION_MAJOR 1
+#define EMBERLINE_VERSION_MINOR 0
 #define EMBERLINE_VERSION_PATCH 0
 
 namespace emberline::api {
 
-// Of the library that runs, which need not be that of this header: "0.1.0".
+// Of the library that runs, which need not be that of this header: "1.0.0".
 EMBERLINE_API std::string version();
 
 // One line: what, where, what to do.

@@ -69,7 +69,7 @@ const std::vector<WrongValue>& wrong_values() {
        kAdaptive},
       {"--allocation",
        {"l2", "MSE", ""},
-       {"valid names are", "display", "mse", "relmse"},
+       {"valid names are", "display", "mse", "relmse", "denoised"},
        kAdaptive},
       {"--max-depth", numbers({"-1", "100001", "2.5"}), {"0 to 100000"}},
       {"--clamp-indirect", numbers({"0", "-1", "inf", "1e10"}), {"1e-06 to 1000000000"}},

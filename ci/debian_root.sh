@@ -1,0 +1,58 @@
+# Roots of Debian of our own, for scripts that source this: make_root, in_root. As root, with
+# debootstrap and network. EMBERLINE_DEBIAN_MIRROR says where packages come from (default: the mirror
+# that this host's apt uses).
+# shellcheck shell=bash
+
+fail() {
+  echo "ci/$(basename "$0"): $*" >&2
+  exit 1
+}
+
+# make_root SUITE ROOT: a bare system, unless it is there.
+make_root() {
+  local suite=$1 root=$2 mirror log
+  [ "$(id -u)" -eq 0 ] || fail "needs root, for debootstrap and chroot"
+  command -v debootstrap >/dev/null || fail "debootstrap is missing: apt-get install debootstrap"
+  # apt itself reads its sources, in whichever of the two formats they are written.
+  # shellcheck disable=SC2016
+  mirror=${EMBERLINE_DEBIAN_MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' \
+    "Created-By: Packages" "Origin: Debian" "Label: Debian" | head -n 1)}
+  [ -n "$mirror" ] || fail "apt's sources name no Debian mirror (apt-get update?); set EMBERLINE_DEBIAN_MIRROR"
+  if [ ! -e "$root/etc/debian_version" ]; then
+    echo "ci/$(basename "$0"): making a $suite root in $root"
+    rm -rf "$root.part"
+    log=$(mktemp)
+    debootstrap --variant=minbase --include=ca-certificates "$suite" "$root.part" "$mirror" >"$log" 2>&1 || {
+      tail -n 20 "$log" >&2
+      rm -rf "$log" "$root.part"
+      fail "debootstrap failed (no network?); the lines above say why"
+    }
+    rm -f "$log"
+    [ ! -e "$root" ] || rmdir "$root"
+    mv "$root.part" "$root"
+  fi
+  # How this host reaches its mirror. The lists may be older than they promise: a mirror that stands
+  # still serves the purpose, and the signatures are checked all the same.
+  {
+    apt-config dump | grep -E '^Acquire::(https?|ftp|Retries)\b.*"[^"]+";$' || true
+    echo 'Acquire::Check-Valid-Until "false";'
+  } >"$root/etc/apt/apt.conf.d/90emberline"
+  cp /etc/resolv.conf "$root/etc/resolv.conf"
+}
+
+# in_root ROOT COMMAND...: what it needs mounted is mounted in a namespace of its own, which ends with
+# the command however it ends: nothing stays mounted on the host.
+in_root() {
+  # The arguments are expanded by the inner shell.
+  # shellcheck disable=SC2016
+  unshare --mount --fork bash -c '
+    root=$1
+    shift
+    mount -t proc proc "$root/proc"
+    mount -t tmpfs tmpfs "$root/dev/shm"
+    mount -t devpts -o newinstance,ptmxmode=0666 devpts "$root/dev/pts"
+    exec chroot "$root" env -i HOME=/root LC_ALL=C.UTF-8 TERM="${TERM:-dumb}" DEBIAN_FRONTEND=noninteractive \
+      PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
+      ${http_proxy:+http_proxy="$http_proxy"} ${https_proxy:+https_proxy="$https_proxy"} \
+      "$@"' in_root "$@"
+}

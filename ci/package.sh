@@ -1,0 +1,56 @@
+#!/usr/bin/env bash
+# Builds the packages, and in a bare Debian 12 installs them, works with them (ci/package/smoke.sh) and
+# removes them: nothing may be left. Needs root, network and a Debian 12 to build on.
+#   ci/package.sh [ROOT]   ROOT: where the bare system is made, and reused when it is there (default
+#                          build/package-root, 0.3 GB); it is tried in a copy, ROOT.try
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. ci/debian_root.sh
+
+[ $# -le 1 ] || fail "one argument at most: the folder of the root"
+{ grep -q '^VERSION_ID="12"' /etc/os-release && [ "$(id -u)" -eq 0 ]; } || fail "needs Debian 12, root and network"
+ci/setup.sh debootstrap lintian
+mkdir -p "${1:-build}"
+root=$(realpath "${1:-build/package-root}")
+make_root bookworm "$root"
+
+packages=build/package/packages
+rm -rf "$packages"
+log=$(mktemp)
+trap 'rm -rf "$log" "$log.before" "$log.after" "$root.try"' EXIT
+{ cmake --preset package && cmake --build --preset package; } >"$log" 2>&1 || {
+  tail -n 30 "$log" >&2
+  fail "the packages were not built; the lines above say why"
+}
+ls -l "$packages"
+lintian --allow-root "$packages"/*.deb || fail "lintian finds errors"
+
+rm -rf "$root.try"
+cp -a "$root" "$root.try"
+mkdir -p "$root.try/emberline/tests"
+cp -r scenes ci/package/smoke.sh "$packages" "$root.try/emberline"
+cp -r tests/install "$root.try/emberline/tests"
+
+# Runs quietly in the root.
+quietly() {
+  in_root "$root.try" "$@" >"$log" 2>&1 || {
+    tail -n 20 "$log" >&2
+    fail "$1 $2 failed in the bare root (no network?); the lines above say why"
+  }
+}
+files_of_root() {
+  (cd "$root.try" && find . \( -path ./tmp -o -path ./var/cache/apt -o -path ./var/log \) -prune -o -print | sort)
+}
+# What they stand on comes first, so that what is left afterwards is of ours alone.
+depends=$(for package in "$packages"/*.deb; do dpkg-deb -f "$package" Depends; done |
+  tr ',' '\n' | grep -v emberline | paste -sd ,)
+quietly apt-get update
+quietly apt-get satisfy -y --no-install-recommends "$depends, g++, cmake, make, pkg-config"
+files_of_root >"$log.before"
+quietly sh -c 'apt-get install -y --no-install-recommends /emberline/packages/*.deb'
+in_root "$root.try" bash /emberline/smoke.sh /emberline || fail "the installed command fails"
+# shellcheck disable=SC2046
+quietly apt-get purge -y $(for package in "$packages"/*.deb; do dpkg-deb -f "$package" Package; done)
+files_of_root >"$log.after"
+diff "$log.before" "$log.after" || fail "this is left of the packages (>), or was taken along (<)"
+echo "ci/package.sh: built, installed, tried and removed without a trace"

@@ -1,0 +1,73 @@
+#include "renderer/app/command_help.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <sstream>
+
+namespace emberline {
+namespace {
+
+bool is_lower(char c) { return std::islower(static_cast<unsigned char>(c)) != 0; }
+
+// ".gltf or .glb", ".png, .jpg": but not what ends a word, as in "FILE.checkpoint".
+std::vector<std::string> suffixes_in(const std::string& text) {
+  std::vector<std::string> found;
+  for (size_t dot = text.find('.'); dot != std::string::npos; dot = text.find('.', dot + 1)) {
+    if (dot > 0 && text[dot - 1] != ' ') continue;
+    const auto begin = text.begin() + std::ptrdiff_t(dot) + 1;
+    const std::string suffix(begin, std::find_if_not(begin, text.end(), is_lower));
+    if (!suffix.empty() && std::ranges::find(found, suffix) == found.end()) found.push_back(suffix);
+  }
+  return found;
+}
+
+// Of the type "cull|show" both, of "NAME|INDEX|all" the last.
+void add_literals(OptionHelp& help) {
+  std::istringstream words(help.type);
+  for (std::string word; std::getline(words, word, '|');) {
+    if (std::ranges::all_of(word, is_lower)) help.values.emplace_back(word, "");
+  }
+}
+
+OptionHelp option_help(const CLI::Option& option) {
+  OptionHelp help;
+  for (const std::string& name : option.get_snames()) help.names.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) help.names.push_back("--" + name);
+  help.argument = help.names.empty();
+  if (help.argument) help.names.push_back(option.get_name(true));
+  if (option.get_items_expected_max() > 0) help.type = option.get_type_name();
+  help.required = option.get_required();
+  help.repeats = option.get_expected_max() > 1;
+
+  // A paragraph, then "  name: summary" lines (table_help).
+  std::istringstream lines(option.get_description());
+  std::getline(lines, help.text);
+  for (std::string line; std::getline(lines, line);) {
+    const size_t colon = line.find(": ");
+    help.values.emplace_back(line.substr(2, colon - 2), line.substr(colon + 2));
+  }
+  if (help.values.empty()) add_literals(help);
+  if (help.type == "FILE" || help.argument) help.suffixes = suffixes_in(help.text);
+  return help;
+}
+
+CommandHelp help_below(const CLI::App& app, const std::string& above) {
+  CommandHelp help;
+  help.name = above + app.get_name();
+  help.summary = app.get_description();
+  for (const CLI::Option* option : app.get_options()) {
+    const bool hidden = option->get_group().empty();
+    if (!hidden) help.options.push_back(option_help(*option));
+  }
+  for (const CLI::App* command : app.get_subcommands(nullptr)) {
+    help.commands.push_back(help_below(*command, help.name + " "));
+  }
+  return help;
+}
+
+}  // namespace
+
+CommandHelp command_help(const CLI::App& root) { return help_below(root, ""); }
+
+}  // namespace emberline

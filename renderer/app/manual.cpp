@@ -1,0 +1,144 @@
+#include "renderer/app/manual.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "renderer/core/version.h"
+
+namespace emberline {
+namespace {
+
+// groff_char(7): what would be typeset as something else, and what begins a request.
+std::string roff(const std::string& text) {
+  std::string out;
+  if (text.starts_with('.') || text.starts_with('\'')) out = "\\&";
+  for (const char c : text) {
+    switch (c) {
+      case '\\':
+        out += "\\e";
+        break;
+      case '-':
+        out += "\\-";
+        break;
+      case '\'':
+        out += "\\(aq";
+        break;
+      case '`':
+        out += "\\(ga";
+        break;
+      case '^':
+        out += "\\(ha";
+        break;
+      case '~':
+        out += "\\(ti";
+        break;
+      default:
+        out += c;
+    }
+  }
+  return out;
+}
+
+std::string bold(const std::string& text) { return "\\fB" + roff(text) + "\\fR"; }
+std::string italic(const std::string& text) { return "\\fI" + roff(text) + "\\fR"; }
+
+std::string upper(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::toupper(c)); });
+  return text;
+}
+
+std::string hyphenated(std::string name) {
+  std::ranges::replace(name, ' ', '-');
+  return name;
+}
+
+std::string synopsis(const CommandHelp& command) {
+  std::string text = bold(command.name) + " [" + italic("OPTION") + "]...";
+  for (const OptionHelp& option : command.options) {
+    if (!option.argument) continue;
+    const std::string name = italic(upper(option.names.front())) + (option.repeats ? "..." : "");
+    text += option.required ? " " + name : " [" + name + "]";
+  }
+  return text + "\n";
+}
+
+std::string option_entry(const OptionHelp& option) {
+  std::string text = ".TP\n";
+  for (const std::string& name : option.names) {
+    if (&name != &option.names.front()) text += ", ";
+    text += option.argument ? italic(upper(name)) : bold(name);
+  }
+  if (!option.argument && !option.type.empty()) text += " " + italic(option.type);
+  text += "\n" + roff(option.text) + "\n";
+  if (option.values.empty() || option.values.front().second.empty()) return text;
+  text += ".RS\n";
+  for (const auto& [name, meaning] : option.values) {
+    text += ".TP\n" + bold(name) + "\n" + roff(meaning) + "\n";
+  }
+  return text + ".RE\n";
+}
+
+std::string option_entries(const CommandHelp& command) {
+  std::string text;
+  for (const OptionHelp& option : command.options) text += option_entry(option);
+  return text;
+}
+
+// What the root's page has beside its options.
+std::string commands_section(const CommandHelp& root) {
+  std::string text = ".SH COMMANDS\nEach has a page of its own.\n";
+  for (const CommandHelp& command : root.commands) {
+    text += ".TP\n" + bold(hyphenated(command.name)) + "(1)\n" + roff(command.summary) + "\n";
+  }
+  return text;
+}
+
+std::string section_below(const CommandHelp& command) {
+  return ".SH " + roff(upper(command.name)) + "\n" + roff(command.summary) + "\n.PP\n" +
+         synopsis(command) + option_entries(command);
+}
+
+std::string title(const CommandHelp& command) {
+  const std::string name = hyphenated(command.name);
+  return ".\\\" Written by emberline from its own options.\n.TH " + roff(upper(name)) +
+         " 1 \"\" \"Emberline " + kEmberlineVersion + "\" Emberline\n.SH NAME\n" + roff(name) +
+         " \\- " + roff(command.summary) + "\n.SH SYNOPSIS\n";
+}
+
+constexpr const char* kExitStatus = R"(.SH EXIT STATUS
+.TP
+.B 0
+done
+.TP
+.B 1
+the render or a write failed
+.TP
+.B 2
+the command line is wrong
+.TP
+.B 3
+the input is unusable
+.TP
+.B 130
+stopped by the user, a signal or a time limit; what there was is written
+)";
+
+}  // namespace
+
+std::string manual_name(const CommandHelp& command) { return hyphenated(command.name) + ".1"; }
+
+std::string manual_page(const CommandHelp& command) {
+  const bool is_root = command.name.find(' ') == std::string::npos;
+  std::string text = title(command);
+  if (is_root) text += bold(command.name) + " " + italic("COMMAND") + " ...\n.br\n";
+  text += synopsis(command);
+  if (is_root) text += commands_section(command);
+  text += ".SH OPTIONS\n" + option_entries(command);
+  if (!is_root) {
+    for (const CommandHelp& below : command.commands) text += section_below(below);
+  }
+  text += kExitStatus;
+  return is_root ? text : text + ".SH SEE ALSO\n" + bold("emberline") + "(1)\n";
+}
+
+}  // namespace emberline
