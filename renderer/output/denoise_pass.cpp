@@ -7,6 +7,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "renderer/core/memory_budget.h"
 #include "renderer/core/parallel.h"
 #include "renderer/core/readable.h"
 #include "renderer/film/film.h"
@@ -17,11 +18,9 @@
 namespace emberline {
 namespace {
 
-// Of a band at least: its margins are filtered for it alone.
-constexpr int kBandRows = 256;
 constexpr int kReadRows = 64;
 // What denoise() holds of a pixel, and of each light group there, with the results.
-constexpr uint64_t kFilterBytes = 360, kPartBytes = 88;
+constexpr uint64_t kFilterBytes = 368, kPartBytes = 88;
 constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
 constexpr const char* kLightLayer = "light.";
@@ -45,7 +44,7 @@ std::vector<std::string> light_layers(Names channels) {
 }
 
 // Of a band, and of what is read at once.
-int band_rows(int tile_size) { return (kBandRows + tile_size - 1) / tile_size * tile_size; }
+int band_rows(int tile_size) { return (kDenoiseBandRows + tile_size - 1) / tile_size * tile_size; }
 int read_rows(int rows_at_once) {
   return (kReadRows + rows_at_once - 1) / rows_at_once * rows_at_once;
 }
@@ -111,10 +110,12 @@ class PlaneWindow {
   int begin_ = 0, end_ = 0;
 };
 
-DenoiseInput input_of(const PlaneWindow& window, int width) {
+DenoiseInput input_of(const PlaneWindow& window, const Rect& crop) {
   DenoiseInput input;
-  input.width = width;
+  input.width = crop.width();
   input.height = window.rows();
+  input.x0 = crop.x0;
+  input.y0 = crop.y0 + window.begin();
   input.samples = window.halves("samples");
   input.colour = window.colours("");
   input.albedo = window.colours("albedo.");
@@ -149,7 +150,7 @@ class Pass {
   void pass(int begin, int end) {
     window_.drop_above(std::max(0, begin - kDenoiseMargin));
     read_until(std::min(height_, end + kDenoiseMargin));
-    DenoiseInput input = input_of(window_, job_.crop.width());
+    DenoiseInput input = input_of(window_, job_.crop);
     for (const std::string& layer : layers_) input.parts.push_back(window_.colours(layer + "."));
     DenoisedPicture picture = denoise(input, begin - window_.begin(), end - window_.begin());
     before_ += picture.squared_error_before;

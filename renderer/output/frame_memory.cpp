@@ -24,7 +24,9 @@ uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& setting
     per_pixel += 4 * sizeof(float) * parse_snapshot_moments(moments).size();
   }
   const uint64_t bytes = bytes_of(uint64_t(settings.crop.area()), per_pixel);
-  if (!settings.denoise || options.outputs.empty()) return bytes;
+  // By an adaptive driver on the way, in the end for the files: one after the other.
+  const bool on_the_way = options.allocation == ErrorMetric::kDenoised;
+  if (!settings.denoise || (options.outputs.empty() && !on_the_way)) return bytes;
   const uint64_t denoising =
       denoise_bytes(settings.crop, settings.tile_size, film_channel_names(settings.aovs));
   return bytes > UINT64_MAX - denoising ? UINT64_MAX : bytes + denoising;

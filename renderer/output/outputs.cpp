@@ -57,7 +57,7 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
                           heatmap_requests(options),
                           options.heatmap_style,
                           options.clamp_indirect.has_value(),
-                          options.denoise};
+                          denoises(options)};
   for (const HeatmapRequest& heatmap : settings.heatmaps) {
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
   }

@@ -226,7 +226,9 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["numerics"] = numerics_json(r, options.seed);
   json["clamped"] = clamped_json(r);
   // Uniform sampling decides nothing from an error estimate, so none is made.
-  json["error"] = {{"estimator", r.estimator}, {"estimate", number_or_null(r.error_estimate)}};
+  json["error"] = {{"estimator", r.estimator},
+                   {"of", options.allocation == ErrorMetric::kDenoised ? "denoised" : "raw"},
+                   {"estimate", number_or_null(r.error_estimate)}};
   json["denoise"] = denoise_json(r.denoise);
   json["warnings"] = r.warnings;
   json["features"] = r.features;

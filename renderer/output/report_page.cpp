@@ -75,9 +75,11 @@ void add_picture(HtmlPage& page, const RenderOptions& o, const RenderReport& r,
   page.figures(std::vector{encoded_figure(pictures.picture(), "jpeg", "the picture", caption)});
 }
 
-std::string named_estimate(const RenderReport& r) {
+std::string named_estimate(const RenderOptions& o, const RenderReport& r) {
   if (!r.error_estimate) return "none was made: samples were uniform";
-  return fmt::format("{} ({})", readable_number(*r.error_estimate), r.estimator);
+  const bool denoised = o.allocation == ErrorMetric::kDenoised;
+  return fmt::format("{} ({}{})", readable_number(*r.error_estimate), r.estimator,
+                     denoised ? ", of the denoised picture" : "");
 }
 
 std::string named_reconstruction(const DenoiseReport& denoise) {
@@ -86,7 +88,7 @@ std::string named_reconstruction(const DenoiseReport& denoise) {
                      readable_percent(denoise.kept_share));
 }
 
-void add_numbers(HtmlPage& page, const RenderReport& r) {
+void add_numbers(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
   const FrameCounters& c = r.counters;
   const double per_second = r.times.render_s > 0 ? 1e-6 / r.times.render_s : 0;
   std::vector<Row> rows = {
@@ -102,7 +104,7 @@ void add_numbers(HtmlPage& page, const RenderReport& r) {
        fmt::format("{}, {}", readable_number(double(c.samples) * per_second),
                    readable_number(double(c.rays.total()) * per_second))},
       {"Peak memory", readable_bytes(peak_rss_bytes())},
-      {"Estimated error (RMS of the displayed picture, 0 to 1)", named_estimate(r)},
+      {"Estimated error (RMS of the displayed picture, 0 to 1)", named_estimate(o, r)},
   };
   if (r.denoise) {
     rows.push_back({"The same of the denoised picture", named_reconstruction(*r.denoise)});
@@ -418,7 +420,7 @@ std::string report_page(const RenderOptions& options, const RenderReport& report
   HtmlPage page(file_name(options.scene), summary(options, report));
   add_stop(page, report);
   add_picture(page, options, report, pictures);
-  add_numbers(page, report);
+  add_numbers(page, options, report);
   add_samples(page, pictures);
   add_error(page, options, report);
   add_times(page, report.times);

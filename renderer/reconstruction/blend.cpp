@@ -16,30 +16,43 @@ constexpr size_t pair(size_t k, size_t l) {
 
 // The terms of the error, of a pixel alone or pooled, in units of the pixel's squared brightness.
 struct Terms {
-  Plane unit;                            // what radiance is to be multiplied by, squared
-  Plane noise;                           // V
-  std::array<Plane, kBandwidths> gains;  // V - C_k
-  std::array<Plane, kPairs> squares;     // D_kl
+  BorderedPlane unit;                            // what radiance is to be multiplied by, squared
+  BorderedPlane noise;                           // V
+  std::array<BorderedPlane, kBandwidths> gains;  // V - C_k
+  std::array<BorderedPlane, kPairs> squares;     // D_kl
 };
 
 // Relative errors, so that a bright pixel does not decide for dark neighbours; below this (squared)
 // radiance, where a display shows next to nothing, absolute ones.
 constexpr float kDarkest = 1e-5f;
+// Nor does a noisy one: what counts less where the neighbourhood's variance is more. Where rare
+// light was seen, its terms would drown those of the dark pixels around it. We chose how much on
+// the lamps' reflections of `thin_wires`, whose dark pixels get worse with less (RESULTS.md).
+constexpr float kNoiseWeight = 80.0f;
 
 void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& own) {
   const float *told = h.told.row(y), *noise = h.own_noise.row(y);
+  const float *noise_a = h.half[0].noise.row(y), *share_a = h.share[0].row(y);
   float *unit = own.unit.row(y), *v = own.noise.row(y);
   for (int x = 0; x < h.width; ++x) {
     float brightness = 0.0f;
-    for (const Plane& plane : candidates[0].colour) brightness += plane.row(y)[x];
+    for (const BorderedPlane& plane : candidates[0].colour) brightness += plane.row(y)[x];
     brightness = std::max(brightness * (1.0f / 3), 0.0f);
-    unit[x] = 1.0f / (brightness * brightness + kDarkest);
+    const float variance = noise_a[x] * share_a[x] * (1.0f / 3);  // of a channel
+    unit[x] = 1.0f / (brightness * brightness + kNoiseWeight * variance + kDarkest);
     v[x] = noise[x] * unit[x];
   }
   for (size_t k = 0; k < kBandwidths; ++k) {
-    const float* own_weight = candidates[k].own_weight.row(y);
     float* gain = own.gains[k].row(y);
-    for (int x = 0; x < h.width; ++x) gain[x] = v[x] * (1.0f - own_weight[x]);
+    for (int x = 0; x < h.width; ++x) gain[x] = v[x];
+    for (size_t c = 0; c < 3; ++c) {
+      const float *a = h.half[0].colour[c].row(y), *b = h.half[1].colour[c].row(y);
+      const float* share_b = h.share[1].row(y);
+      const float* d = candidates[k].difference[c].row(y);
+      for (int x = 0; x < h.width; ++x) {
+        gain[x] -= share_a[x] * share_b[x] * (a[x] - b[x]) * d[x] * unit[x] * told[x];
+      }
+    }
     for (size_t l = 0; l <= k; ++l) {
       float* square = own.squares[pair(k, l)].row(y);
       for (size_t c = 0; c < 3; ++c) {
@@ -54,9 +67,9 @@ void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& ow
 }
 
 Terms measure(const Halves& h, const Candidates& candidates) {
-  const auto planes = [&](auto& array) { array.fill(Plane(h.width, h.height)); };
+  const auto planes = [&](auto& array) { array.fill(BorderedPlane(h.width, h.height)); };
   Terms own;
-  own.unit = own.noise = Plane(h.width, h.height);
+  own.unit = own.noise = BorderedPlane(h.width, h.height);
   planes(own.gains);
   planes(own.squares);
   parallel_each(size_t(h.height), [&](size_t y) { measure_row(h, candidates, int(y), own); });
@@ -113,10 +126,10 @@ Shares least_error(const Terms& terms, int x, int y) {
 constexpr int kNearRadius = 1;
 constexpr float kDoubt = 3.0f;
 
-std::array<Plane, kBandwidths> choose_shares(const Halves& h, const Terms& own) {
+std::array<BorderedPlane, kBandwidths> choose_shares(const Halves& h, const Terms& own) {
   const Terms wide = pooled(own, kPoolRadius), near = pooled(own, kNearRadius);
-  std::array<Plane, kBandwidths> shares;
-  shares.fill(Plane(h.width, h.height));
+  std::array<BorderedPlane, kBandwidths> shares;
+  shares.fill(BorderedPlane(h.width, h.height));
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
     for (int x = 0; x < h.width; ++x) {
@@ -127,12 +140,12 @@ std::array<Plane, kBandwidths> choose_shares(const Halves& h, const Terms& own) 
       for (size_t k = 0; k < kBandwidths; ++k) shares[k].row(y)[x] = scale * a[k];
     }
   });
-  for (Plane& plane : shares) plane = box_mean(plane, kSmoothRadius);
+  for (BorderedPlane& plane : shares) plane = box_mean(plane, kSmoothRadius);
   return shares;
 }
 
 ColourPlanes mix(const Halves& h, const Candidates& candidates,
-                 const std::array<Plane, kBandwidths>& shares) {
+                 const std::array<BorderedPlane, kBandwidths>& shares) {
   ColourPlanes mixed = h.raw;
   for (size_t c = 0; c < 3; ++c) {
     parallel_each(size_t(h.height), [&](size_t row) {
@@ -149,7 +162,7 @@ ColourPlanes mix(const Halves& h, const Candidates& candidates,
 }
 
 // A pixel without a sample is what its neighbours are.
-void fill_unknown(const Halves& h, std::array<Plane, kBandwidths>& shares) {
+void fill_unknown(const Halves& h, std::array<BorderedPlane, kBandwidths>& shares) {
   for (int y = 0; y < h.height; ++y) {
     const float *a = h.half[0].known.row(y), *b = h.half[1].known.row(y);
     for (int x = 0; x < h.width; ++x) {
@@ -162,10 +175,16 @@ void fill_unknown(const Halves& h, std::array<Plane, kBandwidths>& shares) {
 // The squared error of a display's value in [0, 1] is no larger.
 constexpr float kMostError = 0.25f;
 
-// Pooled over the pixels that tell theirs.
-Plane pooled_error(const Halves& h, const Plane& own) {
-  Plane error = box_sum(own, kPoolRadius);
-  const Plane told = box_sum(h.told, kPoolRadius);
+// Pooled over the pixels that tell theirs: two boxes as wide as one of kPoolRadius, whose edges
+// would be seen around a bright pixel.
+BorderedPlane pool_smoothly(const BorderedPlane& own) {
+  constexpr int kFirst = (kPoolRadius + 1) / 2;
+  return box_sum(box_sum(own, kFirst), kPoolRadius - kFirst);
+}
+
+BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own) {
+  BorderedPlane error = pool_smoothly(own);
+  const BorderedPlane told = pool_smoothly(h.told);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
     for (int x = 0; x < h.width; ++x) {
@@ -182,7 +201,7 @@ Plane pooled_error(const Halves& h, const Plane& own) {
 // Where little error is left of much noise, it is the small difference of large numbers; but what
 // the blended halves differ by still tells its variance.
 void estimate_errors(const Halves& h, const Candidates& candidates, const Terms& own, Blend& out) {
-  Plane before(h.width, h.height), after(h.width, h.height), variance(h.width, h.height);
+  BorderedPlane before(h.width, h.height), after(h.width, h.height), variance(h.width, h.height);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
     for (int x = 0; x < h.width; ++x) {
@@ -205,7 +224,8 @@ void estimate_errors(const Halves& h, const Candidates& candidates, const Terms&
       const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
       const float weight = display_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
       float excess = 0.0f;  // of which two halves tell the variance as of all else
-      for (const Plane& plane : h.excess) excess += plane.row(y)[x] * plane.row(y)[x] * (1.0f / 3);
+      for (const BorderedPlane& plane : h.excess)
+        excess += plane.row(y)[x] * plane.row(y)[x] * (1.0f / 3);
       excess *= display_error_weight(value, std::sqrt(excess));
       before.row(y)[x] = noise * weight + excess;
       after.row(y)[x] = (noise - 2 * gain + square) * weight + excess;

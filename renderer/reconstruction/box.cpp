@@ -4,8 +4,8 @@
 
 namespace emberline {
 
-Plane box_sum(const Plane& in, int radius) {
-  Plane out(in.width(), in.height());
+BorderedPlane box_sum(const BorderedPlane& in, int radius) {
+  BorderedPlane out(in.width(), in.height());
   parallel_ranges(size_t(in.height()), 8, [&](size_t begin, size_t end) {
     const size_t columns = size_t(kPad + in.width() + kPad);
     std::vector<float> sums(columns);
@@ -25,8 +25,8 @@ Plane box_sum(const Plane& in, int radius) {
   return out;
 }
 
-Plane box_mean(const Plane& in, int radius) {
-  Plane mean = box_sum(in, radius);
+BorderedPlane box_mean(const BorderedPlane& in, int radius) {
+  BorderedPlane mean = box_sum(in, radius);
   const auto inside = [radius](int at, int size) {
     return std::min(at + radius, size - 1) - std::max(at - radius, 0) + 1;
   };

@@ -7,13 +7,14 @@
 #include "renderer/core/parallel.h"
 #include "renderer/reconstruction/blend.h"
 #include "renderer/reconstruction/feature_filter.h"
-#include "renderer/reconstruction/filtered_runs.h"
+#include "renderer/reconstruction/fit_rows.h"
+#include "renderer/reconstruction/patches.h"
 
 namespace emberline {
 namespace {
 
-static_assert(kBlendReach + kWindowRadius + std::max(kPatchRadius, kFeatureReach) + kNoiseRadius +
-                  kOutlierRadius <=
+static_assert(kBlendReach + 2 * kWindowRadius + std::max(kPatchRadius, kFeatureReach) +
+                  kNoiseRadius + kOutlierRadius <=
               kDenoiseMargin);
 
 HalfPlanes rows_of(const HalfPlanes& planes, size_t first, size_t count) {
@@ -32,6 +33,8 @@ DenoiseInput rows_of(const DenoiseInput& input, int begin, int end) {
   const size_t count = size_t(end - begin) * size_t(input.width);
   DenoiseInput rows = {input.width,
                        end - begin,
+                       input.x0,
+                       input.y0 + begin,
                        rows_of(input.samples, first, count),
                        rows_of(input.colour, first, count),
                        rows_of(input.albedo, first, count),
@@ -54,30 +57,59 @@ std::array<std::vector<float>, 3> rows_of(const ColourPlanes& colour, int begin,
   return out;
 }
 
-HalfPictures pictures_of(const ColourPlanes& a, const ColourPlanes& b) {
-  return {{{&a[0], &a[1], &a[2]}, {&b[0], &b[1], &b[2]}}};
+// A fit's weight that a pixel's own value has beside all fits: where none takes the pixel for its
+// like, it stays as it is.
+constexpr float kOwnWeight = 0.02f;
+constexpr float kLeastWeight = 1e-30f;  // divisor
+
+void mean_of_fits(const Halves& h, Candidate& to) {
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    const float *share_a = h.share[0].row(y), *share_b = h.share[1].row(y);
+    float *weight_a = to.weight[0].row(y), *weight_b = to.weight[1].row(y);
+    for (size_t s = 0; s < 2; ++s) {
+      const float* known = h.half[s].known.row(y);
+      float* weight = to.weight[s].row(y);
+      for (int x = 0; x < h.width; ++x) {
+        weight[x] = std::max(weight[x] + kOwnWeight * known[x], kLeastWeight);
+      }
+    }
+    for (size_t c = 0; c < 3; ++c) {
+      const float *own_a = h.half[0].colour[c].row(y), *own_b = h.half[1].colour[c].row(y);
+      float *colour = to.colour[c].row(y), *difference = to.difference[c].row(y);
+      for (int x = 0; x < h.width; ++x) {
+        const float a = (colour[x] + kOwnWeight * own_a[x]) / weight_a[x];
+        const float b = (difference[x] + kOwnWeight * own_b[x]) / weight_b[x];
+        colour[x] = share_a[x] * a + share_b[x] * b;
+        difference[x] = a - b;
+      }
+    }
+  });
 }
 
-Candidates filter_colour(const Halves& h, int begin, int end, const std::stop_token& stop) {
+WindowFit::Picture pictures_of(const ColourPlanes& planes) {
+  return {&planes[0], &planes[1], &planes[2]};
+}
+
+Candidates filter_colour(const Halves& h, Place place, int begin, int end,
+                         const std::stop_token& stop) {
   Candidates candidates;
   for (Candidate& candidate : candidates) {
-    candidate.colour.fill(Plane(h.width, h.height));
-    candidate.difference.fill(Plane(h.width, h.height));
-    candidate.own_weight = Plane(h.width, h.height);
+    candidate.colour.fill(BorderedPlane(h.width, h.height));
+    candidate.difference.fill(BorderedPlane(h.width, h.height));
+    candidate.weight.fill(BorderedPlane(h.width, h.height));
   }
-  const HalfPictures halves = pictures_of(h.half[0].colour, h.half[1].colour);
-  filter_runs(h, begin, end, {&halves, 1}, stop, [&](size_t, const FilteredRun& run) {
-    Candidate& to = candidates[run.bandwidth];
-    for (size_t c = 0; c < 3; ++c) {
-      std::copy_n(run.colour[c], run.columns, to.colour[c].row(run.y) + run.x);
-      std::copy_n(run.difference[c], run.columns, to.difference[c].row(run.y) + run.x);
-    }
-    std::copy_n(run.own_weight, run.columns, to.own_weight.row(run.y) + run.x);
+  for_each_fit(h, place, begin, end, stop, [&](WindowFit& fit, size_t s, size_t bandwidth) {
+    Candidate& to = candidates[bandwidth];
+    fit.apply(pictures_of(h.half[s].colour));
+    fit.add_to(s == 0 ? to.colour : to.difference, nullptr);
+    fit.add_weights_to(to.weight[s]);
   });
+  for (Candidate& candidate : candidates) mean_of_fits(h, candidate);
   return candidates;
 }
 
-void add(const Plane& more, Plane& plane) {
+void add(const BorderedPlane& more, BorderedPlane& plane) {
   for (int y = 0; y < plane.height(); ++y) {
     const float* from = more.row(y);
     float* to = plane.row(y);
@@ -99,25 +131,61 @@ Part read_part(const Halves& h, const HalfColour& colour) {
   return part;
 }
 
+// [bandwidth][half]: what a fit's value of a pixel counts there, over its weight.
+using Factors = std::array<std::array<BorderedPlane, 2>, kBandwidths>;
+Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& shares) {
+  Factors factors;
+  for (size_t k = 0; k < kBandwidths; ++k) {
+    for (size_t s = 0; s < 2; ++s) {
+      factors[k][s] = BorderedPlane(h.width, h.height);
+      parallel_each(size_t(h.height), [&](size_t row) {
+        const int y = int(row);
+        const float *a = shares.shares[k].row(y), *share = h.share[s].row(y);
+        const float* weight = candidates[k].weight[s].row(y);
+        float* to = factors[k][s].row(y);
+        for (int x = 0; x < h.width; ++x) to[x] = a[x] * share[x] / weight[x];
+      });
+    }
+  }
+  return factors;
+}
+
+// What is left of a part unfiltered.
+void keep_own(const Halves& h, const Factors& factors, const Blend& shares, Part& part) {
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (size_t c = 0; c < 3; ++c) {
+      float* to = part.filtered[c].row(y);
+      const float* raw = part.channels[c].raw.row(y);
+      for (size_t k = 0; k < kBandwidths; ++k) {
+        const float* share = shares.shares[k].row(y);
+        for (int x = 0; x < h.width; ++x) to[x] -= share[x] * raw[x];
+        for (size_t s = 0; s < 2; ++s) {
+          const float *factor = factors[k][s].row(y), *own = part.channels[c].half[s].row(y);
+          for (int x = 0; x < h.width; ++x) to[x] += kOwnWeight * factor[x] * own[x];
+        }
+      }
+    }
+  });
+}
+
 // The parts' raw pictures and their candidates in the shares of the whole.
 std::vector<Part> filter_parts(const Halves& h, std::span<const HalfColour> colours,
-                               const Blend& shares, int begin, int end,
-                               const std::stop_token& stop) {
+                               const Candidates& candidates, const Blend& shares, Place place,
+                               int begin, int end, const std::stop_token& stop) {
+  const Factors factors = factors_of(h, candidates, shares);
   std::vector<Part> parts;
-  for (const HalfColour& colour : colours) parts.push_back(read_part(h, colour));
-  std::vector<HalfPictures> halves(parts.size());
-  for (size_t p = 0; p < parts.size(); ++p) {
-    const std::array<Channel, 3>& of = parts[p].channels;
-    for (size_t s = 0; s < 2; ++s) halves[p][s] = {&of[0].half[s], &of[1].half[s], &of[2].half[s]};
+  for (const HalfColour& colour : colours) {
+    parts.push_back(read_part(h, colour));
+    keep_own(h, factors, shares, parts.back());
   }
   const int first = std::max(begin - kLostLightReach, 0);
   const int last = std::min(end + kLostLightReach, h.height);
-  filter_runs(h, first, last, halves, stop, [&](size_t p, const FilteredRun& run) {
-    const float* a = shares.shares[run.bandwidth].row(run.y) + run.x;
-    for (size_t c = 0; c < 3; ++c) {
-      const float* r = parts[p].channels[c].raw.row(run.y) + run.x;
-      float* to = parts[p].filtered[c].row(run.y) + run.x;
-      for (int x = 0; x < run.columns; ++x) to[x] += a[x] * (run.colour[c][x] - r[x]);
+  for_each_fit(h, place, first, last, stop, [&](WindowFit& fit, size_t s, size_t bandwidth) {
+    for (Part& part : parts) {
+      const std::array<Channel, 3>& of = part.channels;
+      fit.apply({&of[0].half[s], &of[1].half[s], &of[2].half[s]});
+      fit.add_to(part.filtered, &factors[bandwidth][s]);
     }
   });
   for (Part& part : parts) {
@@ -140,7 +208,7 @@ void tell_errors(const Blend& shares, const Halves& h, int begin, int end, Denoi
       out.squared_error_after += double(shares.error.row(y)[x]);
       out.squared_error_before += double(shares.error_before.row(y)[x]);
       float share = 0.0f;
-      for (const Plane& plane : shares.shares) share += plane.row(y)[x];
+      for (const BorderedPlane& plane : shares.shares) share += plane.row(y)[x];
       out.kept += share < kLeastShare;
     }
   }
@@ -157,17 +225,19 @@ DenoisedPicture denoise(const DenoiseInput& input, int begin, int end,
   const DenoiseInput rows = rows_of(input, first, last);
   begin -= first;
   end -= first;
+  const Place place = {rows.x0, rows.y0};
   const Halves h = prepare_halves(rows);
   const int filter_begin = std::max(begin - kBlendReach, 0);
   const int filter_end = std::min(end + kBlendReach, h.height);
-  const Candidates candidates = filter_colour(h, filter_begin, filter_end, stop);
+  const Candidates candidates = filter_colour(h, place, filter_begin, filter_end, stop);
   if (stop.stop_requested()) return {};
   Blend shares = blend(h, candidates);
   DenoisedPicture out;
   for (size_t c = 0; c < 3; ++c) add(h.excess[c], shares.colour[c]);
   out.colour = rows_of(shares.colour, begin, end);
   if (!rows.parts.empty()) {
-    for (const Part& part : filter_parts(h, rows.parts, shares, begin, end, stop)) {
+    for (const Part& part :
+         filter_parts(h, rows.parts, candidates, shares, place, begin, end, stop)) {
       out.parts.push_back(rows_of(part.filtered, begin, end));
     }
     if (stop.stop_requested()) return {};

@@ -1,12 +1,12 @@
 // A clean picture from few samples, and how wrong it still is.
 //
-// Each pixel is a first-order regression over the features of the pixels around it, weighted by how
-// alike their colours are (Bitterli et al. 2016, "Nonlinearly Weighted First-order Regression for
-// Denoising Monte Carlo Renderings"). A frame's samples come as two independent halves: each half
-// is filtered by the other's weights, so that noise does not choose its own weights; what the two
-// filtered halves differ by, and what the filtered picture differs from the raw one, says how wrong
-// each candidate is (Rousselle et al. 2012, 2013), and the best is taken pixel by pixel, the raw
-// picture among them.
+// Each pixel is the mean of first-order regressions over the features of the pixels around it,
+// weighted by how alike their colours are (Bitterli et al. 2016, "Nonlinearly Weighted First-order
+// Regression for Denoising Monte Carlo Renderings"). A frame's samples come as two independent
+// halves: each half is filtered by the other's weights, so that noise does not choose its own
+// weights; what the two filtered halves differ by, and what the filtered picture differs from the
+// raw one, says how wrong each candidate is (Rousselle et al. 2012, 2013), and the best is taken
+// pixel by pixel, the raw picture among them.
 #pragma once
 
 #include <array>
@@ -26,6 +26,7 @@ using HalfColour = std::array<HalfPlanes, 3>;  // linear Rec. 709
 // half counts as unknown there.
 struct DenoiseInput {
   int width = 0, height = 0;
+  int x0 = 0, y0 = 0;  // of the first pixel, where this is a part of a frame
   HalfPlanes samples;  // how many
   HalfColour colour;
   HalfColour albedo;                 // empty spans: unknown; also a feature
@@ -45,7 +46,9 @@ struct DenoisedPicture {
 // A row is decided by the rows around it, as far as this; so a band of a large frame has the bits
 // of the whole when its input has this many rows more above and below (fewer at the frame's
 // border).
-inline constexpr int kDenoiseMargin = 40;
+inline constexpr int kDenoiseMargin = 38;
+// Of a band, if there are as many: its margins are filtered for it alone.
+inline constexpr int kDenoiseBandRows = 384;
 
 // Rows [begin, end) of the input; all of it by default. The same bits whatever the threads (TBB's
 // current arena) and whatever the bands. Empty when the stop was asked for.

@@ -16,8 +16,9 @@ struct Sums {
 
 // What the pixels at the offset (i, j) add to a tile of one half. The weights are of the `guide`,
 // the other half.
-void add_offset(const Tile& tile, int i, int j, const Plane& guide, const Plane& guide_noise,
-                const Plane& value, const Plane& noise, const Plane& known, Sums& sums) {
+void add_offset(const Tile& tile, int i, int j, const BorderedPlane& guide,
+                const BorderedPlane& guide_noise, const BorderedPlane& value,
+                const BorderedPlane& noise, const BorderedPlane& known, Sums& sums) {
   float means[kTileRows][kRun];
   patch_means<kPatch>(
       tile.y,
@@ -49,11 +50,12 @@ void add_offset(const Tile& tile, int i, int j, const Plane& guide, const Plane&
 
 }  // namespace
 
-Feature filter_feature(const Halves& h, const Plane& a, const Plane& b, const Plane& variance) {
-  const std::array<const Plane*, 2> value = {&a, &b};
-  std::array<Plane, 2> noise;
+Feature filter_feature(const Halves& h, const BorderedPlane& a, const BorderedPlane& b,
+                       const BorderedPlane& variance) {
+  const std::array<const BorderedPlane*, 2> value = {&a, &b};
+  std::array<BorderedPlane, 2> noise;
   for (size_t s = 0; s < 2; ++s) {
-    noise[s] = Plane(h.width, h.height);
+    noise[s] = BorderedPlane(h.width, h.height);
     parallel_each(size_t(h.height), [&](size_t row) {
       const int y = int(row);
       const float *v = variance.row(y), *n = h.half[s].count.row(y);
@@ -61,7 +63,7 @@ Feature filter_feature(const Halves& h, const Plane& a, const Plane& b, const Pl
       noise[s].extend_row(y);
     });
   }
-  Feature out = {Plane(h.width, h.height), Plane(h.width, h.height)};
+  Feature out = {BorderedPlane(h.width, h.height), BorderedPlane(h.width, h.height)};
   for_each_tile(h.width, 0, h.height, [&](const Tile& tile) {
     std::array<Sums, 2> sums = {};
     for (int j = -kRadius; j <= kRadius; ++j) {

@@ -9,6 +9,7 @@ namespace emberline {
 // Non-local means of each half by the other half's weights, and the mean of both. `variance` is
 // that of one sample. A row depends on those kFeatureReach around it.
 inline constexpr int kFeatureReach = 4;
-Feature filter_feature(const Halves& halves, const Plane& a, const Plane& b, const Plane& variance);
+Feature filter_feature(const Halves& halves, const BorderedPlane& a, const BorderedPlane& b,
+                       const BorderedPlane& variance);
 
 }  // namespace emberline

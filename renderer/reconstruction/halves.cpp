@@ -16,8 +16,8 @@ float finite(float value) {
   return std::isfinite(value) ? std::clamp(value, -kLargest, kLargest) : 0.0f;
 }
 
-Plane padded_plane(std::span<const float> values, int width, int height) {
-  Plane plane(width, height);
+BorderedPlane padded_plane(std::span<const float> values, int width, int height) {
+  BorderedPlane plane(width, height);
   parallel_each(size_t(height), [&](size_t row) {
     const int y = int(row);
     const float* from = values.data() + row * size_t(width);
@@ -36,8 +36,9 @@ float sample_variance(float d, float n_a, float n_b) {
 // difference(x, y, n_a, n_b) of each pixel, as a mean over the neighbours whose halves are both
 // known.
 template <typename Difference>
-Plane pooled_variance(const Halves& h, const Plane& told, const Difference& difference) {
-  Plane single(h.width, h.height);
+BorderedPlane pooled_variance(const Halves& h, const BorderedPlane& told,
+                              const Difference& difference) {
+  BorderedPlane single(h.width, h.height);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
     const float *n_a = h.half[0].count.row(y), *n_b = h.half[1].count.row(y);
@@ -45,7 +46,7 @@ Plane pooled_variance(const Halves& h, const Plane& told, const Difference& diff
       single.row(y)[x] = difference(x, y, n_a[x], n_b[x]);
     }
   });
-  Plane pooled = box_sum(single, kNoiseRadius);
+  BorderedPlane pooled = box_sum(single, kNoiseRadius);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
     for (int x = 0; x < h.width; ++x) pooled.row(y)[x] /= std::max(told.row(y)[x], 1.0f);
@@ -57,8 +58,8 @@ Plane pooled_variance(const Halves& h, const Plane& told, const Difference& diff
 void read_counts(const DenoiseInput& input, Halves& h) {
   h.half[0].count = padded_plane(input.samples.a, h.width, h.height);
   h.half[1].count = padded_plane(input.samples.b, h.width, h.height);
-  for (size_t s = 0; s < 2; ++s) h.half[s].known = h.share[s] = Plane(h.width, h.height);
-  h.told = Plane(h.width, h.height);
+  for (size_t s = 0; s < 2; ++s) h.half[s].known = h.share[s] = BorderedPlane(h.width, h.height);
+  h.told = BorderedPlane(h.width, h.height);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
     float *n_a = h.half[0].count.row(y), *n_b = h.half[1].count.row(y);
@@ -79,10 +80,10 @@ void read_counts(const DenoiseInput& input, Halves& h) {
 // it has beyond that is too rare to be told from its neighbours: it stays where it is, unfiltered.
 constexpr float kOutlier = 20.0f;
 
-Plane brightest_channel(const HalfColour& colour, size_t half, int width, int height) {
-  Plane brightest(width, height);
+BorderedPlane brightest_channel(const HalfColour& colour, size_t half, int width, int height) {
+  BorderedPlane brightest(width, height);
   for (const HalfPlanes& planes : colour) {
-    const Plane one = padded_plane(half == 0 ? planes.a : planes.b, width, height);
+    const BorderedPlane one = padded_plane(half == 0 ? planes.a : planes.b, width, height);
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         brightest.row(y)[x] = std::max(brightest.row(y)[x], one.row(y)[x]);
@@ -93,10 +94,11 @@ Plane brightest_channel(const HalfColour& colour, size_t half, int width, int he
 }
 
 void find_outliers(const DenoiseInput& input, Halves& h) {
-  const std::array<Plane, 2> light = {brightest_channel(input.colour, 0, h.width, h.height),
-                                      brightest_channel(input.colour, 1, h.width, h.height)};
+  const std::array<BorderedPlane, 2> light = {
+      brightest_channel(input.colour, 0, h.width, h.height),
+      brightest_channel(input.colour, 1, h.width, h.height)};
   for (size_t s = 0; s < 2; ++s) {
-    h.half[s].within = Plane(h.width, h.height);
+    h.half[s].within = BorderedPlane(h.width, h.height);
     parallel_each(size_t(h.height), [&](size_t row) {
       const int y = int(row);
       const int first = std::max(y - kOutlierRadius, 0);
@@ -122,7 +124,7 @@ void find_outliers(const DenoiseInput& input, Halves& h) {
 }
 
 void read_colour(const DenoiseInput& input, Halves& h) {
-  h.own_noise = Plane(h.width, h.height);
+  h.own_noise = BorderedPlane(h.width, h.height);
   for (size_t c = 0; c < 3; ++c) {
     Channel channel = read_channel(h, input.colour[c]);
     h.raw[c] = std::move(channel.raw);
@@ -140,12 +142,12 @@ void read_colour(const DenoiseInput& input, Halves& h) {
   }
 }
 
-void measure_noise(Halves& h, const Plane& told) {
-  const Plane variance = pooled_variance(h, told, [&](int x, int y, float n_a, float n_b) {
+void measure_noise(Halves& h, const BorderedPlane& told) {
+  const BorderedPlane variance = pooled_variance(h, told, [&](int x, int y, float n_a, float n_b) {
     return h.own_noise.row(y)[x] * (n_a + n_b);
   });
   for (Half& half : h.half) {
-    half.noise = Plane(h.width, h.height);
+    half.noise = BorderedPlane(h.width, h.height);
     parallel_each(size_t(h.height), [&](size_t row) {
       const int y = int(row);
       for (int x = 0; x < h.width; ++x) {
@@ -156,10 +158,10 @@ void measure_noise(Halves& h, const Plane& told) {
   }
 }
 
-Feature read_feature(const HalfPlanes& planes, const Halves& h, const Plane& told) {
-  const Plane a = padded_plane(planes.a, h.width, h.height);
-  const Plane b = padded_plane(planes.b, h.width, h.height);
-  const Plane variance = pooled_variance(h, told, [&](int x, int y, float n_a, float n_b) {
+Feature read_feature(const HalfPlanes& planes, const Halves& h, const BorderedPlane& told) {
+  const BorderedPlane a = padded_plane(planes.a, h.width, h.height);
+  const BorderedPlane b = padded_plane(planes.b, h.width, h.height);
+  const BorderedPlane variance = pooled_variance(h, told, [&](int x, int y, float n_a, float n_b) {
     return sample_variance(a.row(y)[x] - b.row(y)[x], n_a, n_b);
   });
   return filter_feature(h, a, b, variance);
@@ -170,7 +172,7 @@ Feature read_feature(const HalfPlanes& planes, const Halves& h, const Plane& tol
 Channel read_channel(const Halves& h, const HalfPlanes& planes) {
   Channel out;
   out.half = {padded_plane(planes.a, h.width, h.height), padded_plane(planes.b, h.width, h.height)};
-  out.raw = out.excess = Plane(h.width, h.height);
+  out.raw = out.excess = BorderedPlane(h.width, h.height);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
     for (size_t s = 0; s < 2; ++s) {
@@ -195,7 +197,7 @@ Halves prepare_halves(const DenoiseInput& input) {
   read_counts(input, h);
   find_outliers(input, h);
   read_colour(input, h);
-  const Plane told = box_sum(h.told, kNoiseRadius);
+  const BorderedPlane told = box_sum(h.told, kNoiseRadius);
   measure_noise(h, told);
   if (!input.albedo[0].a.empty()) {
     for (size_t c = 0; c < 3; ++c) {

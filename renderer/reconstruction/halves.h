@@ -4,36 +4,38 @@
 #include <array>
 #include <vector>
 
+#include "renderer/reconstruction/bordered_plane.h"
 #include "renderer/reconstruction/denoise.h"
-#include "renderer/reconstruction/plane.h"
 
 namespace emberline {
 
-using ColourPlanes = std::array<Plane, 3>;
+using ColourPlanes = std::array<BorderedPlane, 3>;
 
 struct Half {
-  Plane count;
-  Plane known;   // 1 where there are samples, 0 where there are none and outside the picture
-  Plane within;  // what share of the pixel's colour is no excess
+  BorderedPlane count;
+  BorderedPlane known;  // 1 where there are samples, 0 where there are none and outside the picture
+  BorderedPlane within;  // what share of the pixel's colour is no excess
   ColourPlanes colour;
-  Plane noise;  // variance of `colour`, its channels summed, from this pixel and its neighbours
+  BorderedPlane
+      noise;  // variance of `colour`, its channels summed, from this pixel and its neighbours
 };
 
 struct Feature {
-  Plane value;
-  Plane noise;  // variance of that value
+  BorderedPlane value;
+  BorderedPlane noise;  // variance of that value
 };
 
 struct Halves {
   int width = 0, height = 0;
   std::array<Half, 2> half;
-  ColourPlanes raw;            // the mean of all samples
-  ColourPlanes excess;         // of outliers, which is in neither `raw` nor the halves' colours
-  std::array<Plane, 2> share;  // of either half in a pixel's mean; 1/2 where there is no sample
-  Plane told;                  // 1 where both halves are known
+  ColourPlanes raw;     // the mean of all samples
+  ColourPlanes excess;  // of outliers, which is in neither `raw` nor the halves' colours
+  std::array<BorderedPlane, 2>
+      share;           // of either half in a pixel's mean; 1/2 where there is no sample
+  BorderedPlane told;  // 1 where both halves are known
   // The raw pixel's variance as its two halves alone tell it, channels summed: one degree of
   // freedom. 0 where a half is unknown.
-  Plane own_noise;
+  BorderedPlane own_noise;
   std::vector<Feature> features;
 };
 
@@ -49,8 +51,8 @@ Halves prepare_halves(const DenoiseInput& input);
 
 // One channel of a picture as the halves have it: finite, padded, without its outliers' excess.
 struct Channel {
-  std::array<Plane, 2> half;
-  Plane raw, excess;
+  std::array<BorderedPlane, 2> half;
+  BorderedPlane raw, excess;
 };
 Channel read_channel(const Halves& halves, const HalfPlanes& planes);
 

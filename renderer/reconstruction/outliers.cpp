@@ -14,8 +14,8 @@ constexpr float kSurprise = 4.0f;
 // mostly deviate together.
 constexpr float kNormal = 1.5707963f * 3;  // pi / 2
 
-Plane lost(const Plane& raw, const Plane& filtered) {
-  Plane out(raw.width(), raw.height());
+BorderedPlane lost(const BorderedPlane& raw, const BorderedPlane& filtered) {
+  BorderedPlane out(raw.width(), raw.height());
   parallel_each(size_t(raw.height()), [&](size_t row) {
     const int y = int(row);
     const float *r = raw.row(y), *f = filtered.row(y);
@@ -28,9 +28,9 @@ Plane lost(const Plane& raw, const Plane& filtered) {
 
 LostLight::LostLight(const Halves& h, const ColourPlanes& raw, const ColourPlanes& filtered)
     : halves_(h), share_(h.width, h.height) {
-  Plane light(h.width, h.height), deviation(h.width, h.height);
+  BorderedPlane light(h.width, h.height), deviation(h.width, h.height);
   for (size_t c = 0; c < 3; ++c) {
-    const Plane one = lost(raw[c], filtered[c]);
+    const BorderedPlane one = lost(raw[c], filtered[c]);
     for (int y = 0; y < h.height; ++y) {
       for (int x = 0; x < h.width; ++x) light.row(y)[x] += one.row(y)[x];
     }
@@ -40,7 +40,7 @@ LostLight::LostLight(const Halves& h, const ColourPlanes& raw, const ColourPlane
   }
   light = box_sum(light, kLostLightRadius);
   deviation = box_sum(deviation, kLostLightRadius);
-  const Plane noise = box_sum(h.own_noise, kLostLightRadius);
+  const BorderedPlane noise = box_sum(h.own_noise, kLostLightRadius);
   constexpr float kArea = (2 * kLostLightRadius + 1) * (2 * kLostLightRadius + 1);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
@@ -60,8 +60,8 @@ LostLight::LostLight(const Halves& h, const ColourPlanes& raw, const ColourPlane
   });
 }
 
-void LostLight::give_back(const Plane& raw, Plane& filtered) const {
-  Plane light = box_sum(lost(raw, filtered), kLostLightRadius);
+void LostLight::give_back(const BorderedPlane& raw, BorderedPlane& filtered) const {
+  BorderedPlane light = box_sum(lost(raw, filtered), kLostLightRadius);
   parallel_each(size_t(raw.height()), [&](size_t row) {
     const int y = int(row);
     for (int x = 0; x < raw.width(); ++x) light.row(y)[x] *= share_.row(y)[x];

@@ -15,15 +15,16 @@ class LostLight {
 
   // Adds to `filtered` what it has lost of `raw`. A pixel depends on those kLostLightReach around
   // it.
-  void give_back(const Plane& raw, Plane& filtered) const;
+  void give_back(const BorderedPlane& raw, BorderedPlane& filtered) const;
 
   // How much of a change that a pixel alone made comes back to it.
-  const Plane& own_share() const { return own_share_; }
+  const BorderedPlane& own_share() const { return own_share_; }
 
  private:
   const Halves& halves_;
-  Plane share_;  // of a neighbourhood's loss that is given back, over its noise and its area
-  Plane own_share_;
+  BorderedPlane
+      share_;  // of a neighbourhood's loss that is given back, over its noise and its area
+  BorderedPlane own_share_;
 };
 
 inline constexpr int kLostLightRadius = 5;

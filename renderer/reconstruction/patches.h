@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <bit>
 
-#include "renderer/reconstruction/plane.h"
+#include "renderer/reconstruction/tiles.h"
 
 namespace emberline {
 
-inline constexpr int kTileRows = 8;     // of kRun pixels; what is worked on at a time
 inline constexpr int kPatchRadius = 3;  // of colour; Rousselle et al. 2012, §5
 inline constexpr int kPatchPad = 8;  // columns of a run's patches on either side, in whole vectors
 inline constexpr int kPatchRun = kRun + 2 * kPatchPad;
@@ -32,9 +31,8 @@ inline float exp_minus(float x) {
   return x < 87.0f ? p * scale : 0.0f;
 }
 
-// distance(y, from, to, out) writes kPatchRun per-pixel distances between row `from`, whose first
-// is at x0 - kPatchPad, and `to`. `means` gets those over the patches, kRun for each of the tile's
-// rows.
+// distance(y, out) writes the kPatchRun per-pixel distances of row y, from kPatchPad columns left
+// of the run on. `means` gets those over the patches of kTileRows rows from y0 on, kRun of each.
 template <int Radius, typename Distance>
 void patch_means(int y0, const Distance& distance, float (*means)[kRun]) {
   float single[kTileRows + 2 * Radius][kPatchRun];

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "renderer/reconstruction/patches.h"
+
 namespace emberline {
 namespace {
 
@@ -16,6 +18,8 @@ constexpr float kRoundingRidge = 1e-5f;
 // Of its noise: with so many times the noise as ridge, a feature that varies by no more than its
 // noise has little to say.
 constexpr float kNoiseRidge = 4.0f;
+// What a feature has to itself, of its spread: less is rounding, with the ridges above.
+constexpr float kLeastPivot = 1e-5f;
 constexpr float kLeast = 1e-30f;        // divisor
 constexpr float kLargestWeight = 1e6f;  // of a pixel; a mean of as many as a window has needs less
 
@@ -28,13 +32,13 @@ void WindowWeights::measure(const Halves& h, const Tile& tile) {
     const Half& half = h.half[s];
     for (int o = 0; o < kOffsets; ++o) {
       const int i = offset_x(o), j = offset_y(o);
-      Rows& means = at(s, o);
+      Rows& means = weights_[s * kOffsets + size_t(o)];
       patch_means<kPatchRadius>(
           tile.y,
           [&](int y, float* __restrict out) {
             const int x0 = tile.x - kPatchPad;
             float squared[kPatchRun] = {};
-            for (const Plane& plane : half.colour) {
+            for (const BorderedPlane& plane : half.colour) {
               const float *p = plane.near(y) + x0, *q = plane.near(y + j) + x0 + i;
               for (int x = 0; x < kPatchRun; ++x) {
                 const float d = p[x] - q[x];
@@ -55,21 +59,26 @@ void WindowWeights::measure(const Halves& h, const Tile& tile) {
   }
 }
 
-void PixelFilter::fit(const WindowWeights& likeness, size_t half, int bandwidth, const Tile& tile,
-                      int column, int row) {
+void WindowFit::fit(const WindowWeights& likeness, size_t half, int bandwidth, const Tile& tile,
+                    int column, int row) {
   x_ = tile.x + column;
   y_ = tile.y + row;
   first_ = std::max(kWindowRadius - y_, 0) * kWindow;
   last_ = std::min(kWindowRadius + halves_.height - y_, kWindow) * kWindow;
   read_weights(likeness, half, bandwidth, column, row);
+  for (int k = 0; k < features(); ++k) load(feature(k, y_), here_[k]);
   const int terms = term(features(), features()) + 1;
   for (int k = 0; k < terms; ++k) moments_[k] = Lanes{};
   for (int o = first_; o < last_; o += kAtOnce) add_moments(o);
-  solve();
+  take_means_out();
+  decompose();
+  find_plane();
 }
 
-void PixelFilter::read_weights(const WindowWeights& likeness, size_t half, int bandwidth,
-                               int column, int row) {
+void WindowFit::read_weights(const WindowWeights& likeness, size_t half, int bandwidth, int column,
+                             int row) {
+  Lanes inside;
+  for (int x = 0; x < kLanes; ++x) inside[x] = x_ + x >= 0 && x_ + x < halves_.width ? 1.0f : 0.0f;
   for (int o = first_; o < last_; ++o) {
     Lanes w, known;
     load(likeness.of(1 - half, o, row) + column, w);
@@ -78,22 +87,22 @@ void PixelFilter::read_weights(const WindowWeights& likeness, size_t half, int b
       w *= w;
       w *= w;
     }
-    weights_[o] = w * known;
+    weights_[o] = w * inside;
+    known_weights_[o] = weights_[o] * known;
   }
 }
 
-void PixelFilter::add_moments(int offset) {
-  const Lanes* w = weights_ + offset;
+void WindowFit::add_moments(int offset) {
+  const Lanes* w = known_weights_ + offset;
   const int count = features(), y = y_ + offset_y(offset);
   Lanes f[kMostFeatures][kAtOnce];
   moments_[0] += (w[0] + w[1]) + w[2];
   for (int k = 0; k < count; ++k) {
     const float* there = feature(k, y) + offset_x(offset);
-    Lanes here, weighted[kAtOnce];
-    load(feature(k, y_), here);
+    Lanes weighted[kAtOnce];
     for (int j = 0; j < kAtOnce; ++j) {
       load(there + j, f[k][j]);
-      f[k][j] -= here;
+      f[k][j] -= here_[k];
       weighted[j] = w[j] * f[k][j];
     }
     Lanes* moment = moments_ + term(k + 1, 0);
@@ -105,84 +114,133 @@ void PixelFilter::add_moments(int offset) {
 }
 
 // From products to covariances, with their ridge.
-void PixelFilter::take_means_out() {
-  const Lanes total = moments_[0];
-  Lanes divisor = total;
-  for (int x = 0; x < kLanes; ++x) divisor[x] = std::max(divisor[x], kLeast);
+void WindowFit::take_means_out() {
+  total_ = moments_[0];
+  for (int x = 0; x < kLanes; ++x) {
+    inverse_total_[x] = total_[x] > 0 ? 1.0f / std::max(total_[x], kLeast) : 0.0f;
+  }
   for (int k = 0; k < features(); ++k) {
     Lanes* m = moments_ + term(k + 1, 0);
-    mean_[k] = m[0] / divisor;
+    mean_[k] = m[0] * inverse_total_;
     const Lanes square = m[k + 1];
     for (int l = 0; l <= k; ++l) m[l + 1] -= m[0] * mean_[l];
     Lanes noise;
     load(halves_.features[size_t(k)].noise.row(y_) + x_, noise);
-    m[k + 1] += kRidge * m[k + 1] + kRoundingRidge * square + kNoiseRidge * noise * total + kLeast;
+    m[k + 1] += kRidge * m[k + 1] + kRoundingRidge * square + kNoiseRidge * noise * total_ + kLeast;
   }
 }
 
 // Cholesky's, row by row, in place but for the diagonal.
-void PixelFilter::decompose() {
+void WindowFit::decompose() {
   for (int k = 0; k < features(); ++k) {
     Lanes* m = moments_ + term(k + 1, 1);
+    const Lanes whole = m[k];
     for (int l = 0; l <= k; ++l) {
       const Lanes* n = moments_ + term(l + 1, 1);
       for (int j = 0; j < l; ++j) m[l] -= m[j] * n[j];
       if (l < k) m[l] *= inverse_[l];
     }
-    for (int x = 0; x < kLanes; ++x) inverse_[k][x] = 1.0f / std::sqrt(std::max(m[k][x], kLeast));
+    for (int x = 0; x < kLanes; ++x) {
+      const float least = std::max(kLeastPivot * whole[x], kLeast);
+      inverse_[k][x] = 1.0f / std::sqrt(std::max(m[k][x], least));
+    }
   }
 }
 
-// Least squares. The fit at the pixel, where all features are 0, is a linear function of the
-// values: their mean + (0 - mean features)^T C^-1 (covariances of features and values).
-void PixelFilter::solve() {
-  take_means_out();
-  decompose();
-  const int count = features();
-  for (int k = 0; k < count; ++k) {  // L z = -mean
-    slopes_[k] = -mean_[k];
-    for (int j = 0; j < k; ++j) slopes_[k] -= moments_[term(k + 1, j + 1)] * slopes_[j];
-    slopes_[k] *= inverse_[k];
-  }
-  for (int k = count - 1; k >= 0; --k) {  // L^T slopes = z
-    for (int j = k + 1; j < count; ++j) slopes_[k] -= moments_[term(j + 1, k + 1)] * slopes_[j];
-    slopes_[k] *= inverse_[k];
-  }
-  const Lanes total = moments_[0];
-  Lanes mean;
-  for (int x = 0; x < kLanes; ++x)
-    mean[x] = total[x] > 0 ? 1.0f / std::max(total[x], kLeast) : 0.0f;
-  constant_ = mean;
-  for (int k = 0; k < count; ++k) constant_ -= slopes_[k] * mean_[k];
+// Where no plane can be laid through the features, the fit is the weighted mean.
+void WindowFit::find_plane() {
+  Lanes slopes[kMostFeatures], own_weight = inverse_total_;
+  for (int k = 0; k < features(); ++k) slopes[k] = mean_[k];
+  solve(slopes);
+  for (int k = 0; k < features(); ++k) own_weight += slopes[k] * mean_[k];
   for (int x = 0; x < kLanes; ++x) {
-    // Where no plane can be laid through the features: the weighted mean.
-    if (std::abs(constant_[x]) < kLargestWeight) continue;
-    constant_[x] = mean[x];
-    for (int k = 0; k < count; ++k) slopes_[k][x] = 0.0f;
+    if (std::abs(own_weight[x]) < kLargestWeight) continue;
+    for (int k = 0; k < features(); ++k) inverse_[k][x] = mean_[k][x] = 0.0f;
+    for (int k = 0; k < kMostTerms; ++k) moments_[k][x] = 0.0f;
   }
 }
 
-void PixelFilter::apply(const Picture& picture, float (*out)[kLanes]) const {
+void WindowFit::apply(const Picture& picture) {
   const int count = features();
-  Lanes here[kMostFeatures];
-  for (int k = 0; k < count; ++k) load(feature(k, y_), here[k]);
-  Lanes sum[3] = {};
+  for (auto& channel : fit_) std::fill(channel, channel + count + 1, Lanes{});
+  for (int o = first_; o < last_; o += kAtOnce) add_products(o, picture);
+  for (auto& fit : fit_) {
+    fit[0] *= inverse_total_;
+    for (int k = 0; k < count; ++k) fit[k + 1] -= total_ * mean_[k] * fit[0];
+    solve(fit + 1);
+    for (int k = 0; k < count; ++k) fit[0] -= mean_[k] * fit[k + 1];
+  }
+}
+
+void WindowFit::add_products(int offset, const Picture& picture) {
+  const Lanes* w = known_weights_ + offset;
+  const int count = features(), i = offset_x(offset), y = y_ + offset_y(offset);
+  Lanes weighted[3][kAtOnce];
+  for (size_t c = 0; c < 3; ++c) {
+    for (int j = 0; j < kAtOnce; ++j) {
+      load(picture[c]->row(y) + x_ + i + j, weighted[c][j]);
+      weighted[c][j] *= w[j];
+    }
+    fit_[c][0] += (weighted[c][0] + weighted[c][1]) + weighted[c][2];
+  }
+  for (int k = 0; k < count; ++k) {
+    Lanes f[kAtOnce];
+    for (int j = 0; j < kAtOnce; ++j) {
+      load(feature(k, y) + i + j, f[j]);
+      f[j] -= here_[k];
+    }
+    for (size_t c = 0; c < 3; ++c) {
+      fit_[c][k + 1] += (weighted[c][0] * f[0] + weighted[c][1] * f[1]) + weighted[c][2] * f[2];
+    }
+  }
+}
+
+// Covariances of features and values in, slopes out: C = L L^T.
+void WindowFit::solve(Lanes* slopes) const {
+  const int count = features();
+  for (int k = 0; k < count; ++k) {
+    for (int j = 0; j < k; ++j) slopes[k] -= moments_[term(k + 1, j + 1)] * slopes[j];
+    slopes[k] *= inverse_[k];
+  }
+  for (int k = count - 1; k >= 0; --k) {
+    for (int j = k + 1; j < count; ++j) slopes[k] -= moments_[term(j + 1, k + 1)] * slopes[j];
+    slopes[k] *= inverse_[k];
+  }
+}
+
+void WindowFit::add_to(ColourPlanes& sums, const BorderedPlane* factor) const {
+  const int count = features();
   for (int o = first_; o < last_; ++o) {
     const int i = offset_x(o), y = y_ + offset_y(o);
-    Lanes weight = constant_;
+    Lanes value[3] = {fit_[0][0], fit_[1][0], fit_[2][0]};
     for (int k = 0; k < count; ++k) {
       Lanes there;
       load(feature(k, y) + i, there);
-      weight += slopes_[k] * (there - here[k]);
+      there -= here_[k];
+      for (size_t c = 0; c < 3; ++c) value[c] += fit_[c][k + 1] * there;
     }
-    weight *= weights_[o];
+    Lanes weight = weights_[o];
+    if (factor != nullptr) {
+      Lanes more;
+      load(factor->row(y) + x_ + i, more);
+      weight *= more;
+    }
     for (size_t c = 0; c < 3; ++c) {
-      Lanes value;
-      load(picture[c]->row(y) + x_ + i, value);
-      sum[c] += weight * value;
+      float* to = sums[c].row(y) + x_ + i;
+      Lanes sum;
+      load(to, sum);
+      store(sum + weight * value[c], to);
     }
   }
-  for (size_t c = 0; c < 3; ++c) store(sum[c], out[c]);
+}
+
+void WindowFit::add_weights_to(BorderedPlane& sums) const {
+  for (int o = first_; o < last_; ++o) {
+    float* to = sums.row(y_ + offset_y(o)) + x_ + offset_x(o);
+    Lanes sum;
+    load(to, sum);
+    store(sum + weights_[o], to);
+  }
 }
 
 }  // namespace emberline

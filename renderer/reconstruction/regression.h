@@ -1,11 +1,11 @@
-// The filter itself: a first-order regression over the features of a window, pixel by pixel
-// (Bitterli et al. 2016), as weights for its pixels. They do not depend on what is filtered, so
-// that pictures that add up still do.
+// The filter itself: a first-order regression over the features of each pixel's window (Bitterli et
+// al. 2016). A fit says something of all pixels of its window, weighted as they are in it, and a
+// pixel is the mean of what all fits say of it. Linear in what is filtered, so that pictures that
+// add up still do.
 #pragma once
 
 #include <array>
 #include <memory>
-#include <span>
 
 #include "renderer/reconstruction/halves.h"
 #include "renderer/reconstruction/lanes.h"
@@ -13,10 +13,11 @@
 
 namespace emberline {
 
-inline constexpr int kWindowRadius = 7;
+inline constexpr int kWindowRadius = 4;
 inline constexpr int kWindow = 2 * kWindowRadius + 1;
 inline constexpr int kOffsets = kWindow * kWindow;
-static_assert(kWindowRadius + kPatchPad <= kPad);
+// So for_each_tile_apart() allows: a fit writes to its window.
+static_assert(kTileRows >= 2 * kWindowRadius && kRun >= 2 * kWindowRadius);
 
 // The bandwidths of the weights that are tried, as powers of those of the widest: exp(-d),
 // exp(-d)^4 has half the bandwidth (Bitterli et al.: k of 1 and .5).
@@ -27,33 +28,31 @@ class WindowWeights {
  public:
   WindowWeights();
   void measure(const Halves& halves, const Tile& tile);
-  const float* of(size_t half, int offset, int row) const { return at(half, offset)[row]; }
+  const float* of(size_t half, int offset, int row) const {
+    return weights_[half * kOffsets + size_t(offset)][row];
+  }
 
  private:
   using Rows = float[kTileRows][kRun];
-  Rows& at(size_t half, int offset) { return weights_[half * kOffsets + size_t(offset)]; }
-  const Rows& at(size_t half, int offset) const {
-    return weights_[half * kOffsets + size_t(offset)];
-  }
   std::unique_ptr<Rows[]> weights_;  // [half][offset]
 };
 
-// Filters kLanes pixels of a row.
-class PixelFilter {
+// The fits around kLanes pixels of a row.
+class WindowFit {
  public:
-  explicit PixelFilter(const Halves& halves) : halves_(halves) {}
+  explicit WindowFit(const Halves& halves) : halves_(halves) {}
 
-  // The regression of one half's pixels around those of the tile that begin at (column, row) in it,
-  // weighted by the other half's likeness.
+  // Of one half's pixels around those of the tile that begin at the column, weighted by the other
+  // half's likeness.
   void fit(const WindowWeights& weights, size_t half, int bandwidth, const Tile& tile, int column,
            int row);
 
-  // What it says of a picture of the same half, at those pixels.
-  using Picture = std::array<const Plane*, 3>;
-  void apply(const Picture& picture, float (*out)[kLanes]) const;
-
-  // The weight that a pixel itself has among those of its window.
-  void own_weight(float* out) const { store(constant_, out); }
+  // To a picture of the same half. add_to() adds what it says of the pixels of the window, times
+  // their weights in the fit and `factor`, if any; add_weights_to() those weights.
+  using Picture = std::array<const BorderedPlane*, 3>;
+  void apply(const Picture& picture);
+  void add_to(ColourPlanes& sums, const BorderedPlane* factor) const;
+  void add_weights_to(BorderedPlane& sums) const;
 
  private:
   static constexpr int kMostFeatures = 12;
@@ -65,19 +64,26 @@ class PixelFilter {
   const float* feature(int k, int y) const { return halves_.features[size_t(k)].value.row(y) + x_; }
   void read_weights(const WindowWeights& likeness, size_t half, int bandwidth, int column, int row);
   void add_moments(int offset);
+  void add_products(int offset, const Picture& picture);
   void take_means_out();
   void decompose();
-  void solve();
+  void find_plane();
+  void solve(Lanes* slopes) const;
 
   const Halves& halves_;
   int x_ = 0, y_ = 0;
-  int first_ = 0, last_ = 0;   // offsets of the rows that there are
-  Lanes weights_[kOffsets];    // of the pixels of the window
-  Lanes moments_[kMostTerms];  // weighted products of features, their lower triangle
-  Lanes constant_;             // the fit: a pixel's weight is w (constant + slopes * features)
-  Lanes slopes_[kMostFeatures];
-  Lanes mean_[kMostFeatures];     // weighted means of the features
+  int first_ = 0, last_ = 0;       // offsets of the rows that there are
+  Lanes weights_[kOffsets];        // of the pixels of the window
+  Lanes known_weights_[kOffsets];  // 0 for those without samples
+  Lanes moments_[kMostTerms];      // weighted products of features, their lower triangle
+  Lanes total_;                    // of the weights
+  Lanes inverse_total_;
+  Lanes here_[kMostFeatures];     // the features of the pixel
+  Lanes mean_[kMostFeatures];     // weighted means of the features, less those of the pixel
   Lanes inverse_[kMostFeatures];  // of the decomposition's diagonal
+  // The fit of each channel: constant + slopes * (features - here). Before it is solved, sums of
+  // products.
+  Lanes fit_[3][kMostFeatures + 1];
 };
 
 }  // namespace emberline

@@ -4,13 +4,15 @@
 #include <algorithm>
 
 #include "renderer/core/parallel.h"
-#include "renderer/reconstruction/patches.h"
-#include "renderer/reconstruction/plane.h"
+#include "renderer/reconstruction/bordered_plane.h"
+#include "renderer/reconstruction/lanes.h"
 
 namespace emberline {
 
+inline constexpr int kTileRows = 8;
+
 struct Tile {
-  int x, y, columns, rows;  // at most kRun and kTileRows
+  int x, y, columns, rows;  // at most kRun columns
 };
 
 // body(tile) for each tile of rows [begin, end), in parallel.
@@ -21,6 +23,32 @@ void for_each_tile(int width, int begin, int end, const Body& body) {
     const int x = int(i % size_t(across)) * kRun, y = begin + int(i / size_t(across)) * kTileRows;
     body(Tile{x, y, std::min(kRun, width - x), std::min(kTileRows, end - y)});
   });
+}
+
+// Where the first pixel is in the whole frame.
+struct Place {
+  int x = 0, y = 0;
+};
+
+// The same for a body that writes around its tile, half a tile far: every other tile of every other
+// row of tiles at a time. Tiles lie as they do in the whole frame, and so do kLanes pixels in them,
+// so that what several add to a pixel is added in the same order whatever the threads, the band and
+// the crop. The first tiles may begin outside, kLanes - 1 columns or kTileRows - 1 rows.
+template <typename Body>
+void for_each_tile_apart(int width, int begin, int end, Place place, const Body& body) {
+  const int left = place.x / kRun, right = (place.x + width - 1) / kRun;
+  const int top = (place.y + begin) / kTileRows, bottom = (place.y + end - 1) / kTileRows;
+  for (int turn = 0; turn < 4; ++turn) {
+    const int x0 = left + (left + turn) % 2, y0 = top + (top + turn / 2) % 2;
+    const int across = (right - x0) / 2 + 1, down = (bottom - y0) / 2 + 1;
+    if (x0 > right || y0 > bottom) continue;
+    parallel_each(size_t(across) * size_t(down), [&](size_t i) {
+      const int column = (x0 + 2 * int(i % size_t(across))) * kRun - place.x;
+      const int row = (y0 + 2 * int(i / size_t(across))) * kTileRows - place.y;
+      const int x = std::max(column, -(place.x % kLanes));
+      body(Tile{x, row, std::min(column + kRun, width) - x, kTileRows});
+    });
+  }
 }
 
 }  // namespace emberline

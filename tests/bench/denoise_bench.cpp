@@ -7,25 +7,18 @@
 // Frames need --aov albedo,N,Z. One line of JSON: errors of the raw and the denoised picture, the
 // estimate over the true error (RMS, as displayed) for either, the share of 16-pixel blocks whose
 // true error is within twice the estimate, processor seconds (the median).
-#include <ImathBox.h>
-#include <ImfChannelList.h>
-#include <ImfFrameBuffer.h>
-#include <ImfHeader.h>
-#include <ImfInputFile.h>
-#include <ImfOutputFile.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
-#include <map>
 #include <string>
 #include <string_view>
 
+#include "bench/exr_planes.h"
 #include "renderer/core/display_error.h"
 #include "renderer/reconstruction/denoise.h"
-#include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/reference_error.h"
 
 namespace emberline::bench {
@@ -33,43 +26,13 @@ namespace {
 
 constexpr const char* kColour[] = {"R", "G", "B"};
 
-struct Frame {
-  int width = 0, height = 0;
-  std::map<std::string, std::vector<float>> planes;
-};
-
-Frame read_frame(const std::string& path) {
-  Imf::InputFile file(path.c_str());
-  const Imath::Box2i window = file.header().dataWindow();
-  Frame frame;
-  frame.width = window.max.x - window.min.x + 1;
-  frame.height = window.max.y - window.min.y + 1;
-  Imf::FrameBuffer buffer;
-  for (auto c = file.header().channels().begin(); c != file.header().channels().end(); ++c) {
-    std::vector<float>& plane = frame.planes[c.name()];
-    plane.resize(size_t(frame.width) * size_t(frame.height));
-    buffer.insert(c.name(), Imf::Slice::Make(Imf::FLOAT, plane.data(), window));
-  }
-  file.setFrameBuffer(buffer);
-  file.readPixels(window.min.y, window.max.y);
-  return frame;
-}
-
 void write_picture(const std::string& path, const DenoisedPicture& picture, int width, int height) {
-  Imf::Header header(width, height);
-  Imf::FrameBuffer buffer;
-  const auto add = [&](const char* name, const std::vector<float>& plane) {
-    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-    buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, plane.data(), header.dataWindow()));
-  };
-  for (size_t c = 0; c < 3; ++c) add(kColour[c], picture.colour[c]);
-  add("denoised.error", picture.error);
-  Imf::OutputFile file(path.c_str(), header);
-  file.setFrameBuffer(buffer);
-  file.writePixels(height);
+  std::vector<NamedPlane> planes = {{"denoised.error", picture.error}};
+  for (size_t c = 0; c < 3; ++c) planes.emplace_back(kColour[c], picture.colour[c]);
+  write_exr_planes(path, width, height, planes);
 }
 
-DenoiseInput halves(Frame& a, Frame& b) {
+DenoiseInput halves(ExrPlanes& a, ExrPlanes& b) {
   DenoiseInput input;
   input.width = a.width;
   input.height = a.height;
@@ -82,7 +45,7 @@ DenoiseInput halves(Frame& a, Frame& b) {
     input.albedo[c] = planes(std::string("albedo.") + kColour[c]);
   }
   // Nearness: of an empty pixel Z is 1e10.
-  for (Frame* frame : {&a, &b}) {
+  for (ExrPlanes* frame : {&a, &b}) {
     for (float& z : frame->planes.at("Z")) z = 1.0f / (1.0f + z);
   }
   for (const char* name : {"N.X", "N.Y", "N.Z", "Z"}) input.features.push_back(planes(name));
@@ -96,11 +59,6 @@ RgbImage interleaved(int width, int height, const Value& value) {
     for (size_t c = 0; c < 3; ++c) image.rgb.push_back(value(c, i));
   }
   return image;
-}
-
-RgbImage picture_of(const Frame& frame) {
-  return interleaved(frame.width, frame.height,
-                     [&](size_t c, size_t i) { return frame.planes.at(kColour[c])[i]; });
 }
 
 // The share of whole 16-pixel blocks whose true displayed error is within twice the estimate.
@@ -137,8 +95,8 @@ std::string errors_of(const RgbImage& picture, const ReferencePicture& reference
 }
 
 int run(int argc, char** argv) {
-  Frame a = read_frame(argv[1]), b = read_frame(argv[2]);
-  const Frame reference_a = read_frame(argv[3]), reference_b = read_frame(argv[4]);
+  ExrPlanes a = read_exr_planes(argv[1]), b = read_exr_planes(argv[2]);
+  const ExrPlanes reference_a = read_exr_planes(argv[3]), reference_b = read_exr_planes(argv[4]);
   std::string clean_file;
   int repetitions = 1;
   for (int i = 5; i + 1 < argc; i += 2) {

@@ -23,7 +23,7 @@ class SyntheticFrame {
   using Draw = std::function<Sample(int x, int y, TestRandom& random)>;
 
   SyntheticFrame(int width, int height, uint64_t seed, Draw draw)
-      : film_(AovSet{}, {.squares = true, .rays = true}),
+      : film_(AovSet::parse("denoising"), {.squares = true, .rays = true}),
         width_(width),
         seed_(seed),
         draw_(std::move(draw)),
@@ -31,15 +31,20 @@ class SyntheticFrame {
     film_.reset({0, 0, width, height});
   }
 
+  // What every sample sees: features that tell a filter nothing.
+  static constexpr float kAlbedo = 0.5f, kNearness = 1.0f;
+
   // Adds samples in index order, streams in blocks of eight (samplers/sampler.h).
   void bring_to(std::span<const uint32_t> targets) {
+    const SeenSurface seen = {Rgb(kAlbedo), Vec3f(0.0f, 0.0f, 1.0f), kNearness, 1.0f};
     for (size_t i = 0; i < have_.size(); ++i) {
       const int x = int(i % size_t(width_)), y = int(i / size_t(width_));
       for (; have_[i] < targets[i]; ++have_[i]) {
         TestRandom random(seed_, (uint64_t(i) << 32) + have_[i]);
         const Sample sample = draw_(x, y, random);
         film_.add(x, y, int((have_[i] >> 3) & 1u), 1.0f,
-                  {.radiance = Rgb(sample.radiance), .alpha = 1.0f, .first_hit = {}, .rays = {}});
+                  {.radiance = Rgb(sample.radiance), .alpha = 1.0f, .first_hit = {}, .rays = {}},
+                  &seen);
         film_.add_rays(x, y, sample.rays);
       }
     }

@@ -12,20 +12,23 @@ namespace emberline {
 inline constexpr int kRun = 64;
 inline constexpr int kPad = 32;  // columns on either side that every window fits in
 
-class Plane {
+class BorderedPlane {
  public:
-  Plane() = default;
-  Plane(int width, int height)
-      : width_(width),
-        height_(height),
-        stride_(size_t(kPad + (width + kRun - 1) / kRun * kRun + kPad)),
-        values_(stride_ * size_t(height)) {}
+  BorderedPlane() = default;
+  BorderedPlane(int width, int height) { resize(width, height); }
+  // Keeps its memory; what is in it then is anything.
+  void resize(int width, int height) {
+    width_ = width;
+    height_ = height;
+    stride_ = size_t(kPad + (width + 2 * kRun - 1) / kRun * kRun + kPad);
+    values_.resize(std::max(values_.size(), stride_ * size_t(height)));
+  }
 
   int width() const { return width_; }
   int height() const { return height_; }
   bool empty() const { return values_.empty(); }
 
-  // Its pixel x = 0; readable from -kPad to the end of the last run + kPad.
+  // Its pixel x = 0; readable from -kPad to kPad beyond a run that begins at any pixel.
   float* row(int y) { return values_.data() + size_t(y) * stride_ + kPad; }
   const float* row(int y) const { return values_.data() + size_t(y) * stride_ + kPad; }
   // The nearest row that there is.

@@ -1,0 +1,412 @@
+#include "renderer/reconstruction/fast_filter.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "renderer/core/parallel.h"
+#include "renderer/core/vector.h"
+#include "renderer/reconstruction/bordered_plane.h"
+#include "renderer/reconstruction/lanes.h"
+
+namespace emberline {
+namespace {
+
+// Tuned on four scenes of `scenes/` at 1 to 64 samples (tests/bench/RESULTS.md).
+// Over the distance of two normals; at 1 they have nothing in common.
+constexpr float kNormalScale = 1.7f;
+// What the squared difference of two pixels may be over their variance.
+constexpr float kNoiseScale = 10.0f;
+// What is far noisier than a pixel counts as so many times as noisy: else lamps, and the rare
+// bright sample, would shine on the quiet pixels around them.
+constexpr float kMostNoisier = 4.0f;
+constexpr float kSlopes = 2.0f;        // of the surface's own, that nearness may differ by
+constexpr float kLeastSlope = 0.005f;  // of the nearness
+constexpr float kLeastAlbedo = 0.02f;
+constexpr int kNoiseReach = 2;
+constexpr size_t kRows = 4;
+
+constexpr float kRed = 0.2126f, kGreen = 0.7152f, kBlue = 0.0722f;  // as luminance() has them
+constexpr float kMost = 1e12f;           // of a colour, so that squares and their sums stay finite
+constexpr float kLeastDivisor = 1e-12f;  // of a divisor
+
+// Without the references of std::clamp, which keep a loop from being vectorised.
+float within(float value) {
+  value = value < kMost ? value : kMost;
+  return value > -kMost ? value : -kMost;
+}
+
+bool is_known(const float* rgba, const FeatureRow& row, int x) {
+  bool finite = std::isfinite(row.nearness[x]);
+  for (size_t k = 0; k < 3; ++k) {
+    finite &= std::isfinite(rgba[4 * x + int(k)]) && std::isfinite(row.albedo[k][x]) &&
+              std::isfinite(row.normal[k][x]);
+  }
+  return row.samples[x] > 0.0f && finite;
+}
+
+// The same of a whole row, fast; a sum that overflows is looked at again.
+bool all_known(int width, const float* __restrict rgba, const FeatureRow& row) {
+  const float *ar = row.albedo[0], *ag = row.albedo[1], *ab = row.albedo[2];
+  const float *nx = row.normal[0], *ny = row.normal[1], *nz = row.normal[2];
+  const float *nearness = row.nearness, *samples = row.samples;
+  int unknown = 0;
+  for (int x = 0; x < width; ++x) {
+    const float sum = rgba[4 * x] + rgba[4 * x + 1] + rgba[4 * x + 2] + ar[x] + ag[x] + ab[x] +
+                      nx[x] + ny[x] + nz[x] + nearness[x];
+    unknown |=
+        int(!(std::abs(sum) < std::numeric_limits<float>::infinity())) | int(!(samples[x] > 0.0f));
+  }
+  return unknown == 0;
+}
+
+// Pixels that are not known become what the nearest known one of the row is.
+void fill_unknown(int width, float* rgba, const FeatureRow& row) {
+  std::vector<int> from(size_t(width), -1);
+  for (int x = 0; x < width; ++x) {
+    if (is_known(rgba, row, x)) {
+      from[size_t(x)] = x;
+    } else if (x > 0) {
+      from[size_t(x)] = from[size_t(x - 1)];
+    }
+  }
+  for (int x = width - 1, next = -1; x >= 0; --x) {
+    int& source = from[size_t(x)];
+    if (source == x) next = x;
+    if (source < 0 || (next >= 0 && next - x < x - source)) source = next;
+  }
+  const auto fill = [&](float* values, int stride) {
+    std::vector<float> old(values, values + width * stride);
+    for (int x = 0; x < width; ++x) {
+      const int source = from[size_t(x)];
+      values[x * stride] = source < 0 ? 0.0f : old[size_t(source * stride)];
+    }
+  };
+  for (int c = 0; c < 3; ++c) fill(rgba + c, 4);
+  for (size_t k = 0; k < 3; ++k) {
+    fill(row.albedo[k], 1);
+    fill(row.normal[k], 1);
+  }
+  fill(row.nearness, 1);
+  fill(row.variance, 1);
+}
+
+using Words [[gnu::vector_size(sizeof(Lanes))]] = int32_t;
+
+// Of positive numbers, to 1/500: the exponent's sign turned around, and a step of Newton's.
+[[gnu::always_inline]] inline Lanes reciprocal(const Lanes& value) {
+  Words bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  bits = 0x7EF311C7 - bits;
+  Lanes out;
+  std::memcpy(&out, &bits, sizeof out);
+  return out * (2.0f - value * out);
+}
+
+// One channel over what it is divided by, and that.
+void untexture(int width, int channel, const float* __restrict rgba, const FeatureRow& row,
+               float* __restrict albedo, float* __restrict out) {
+  const float *red = row.albedo[0], *green = row.albedo[1], *blue = row.albedo[2];
+  const float* own = row.albedo[size_t(channel)];
+  for (int x = 0; x < width; ++x) {
+    albedo[x] = own[x] + (red[x] + green[x] + blue[x] > 0.0f ? kLeastAlbedo : 1.0f);
+    out[x] = within(rgba[4 * x + channel] / albedo[x]);
+  }
+}
+
+// Red, green and blue to red - luminance, luminance and blue - luminance.
+void to_luminance(int width, float* __restrict red, float* __restrict green,
+                  float* __restrict blue) {
+  for (int x = 0; x < width; ++x) {
+    const float mean = kRed * red[x] + kGreen * green[x] + kBlue * blue[x];
+    red[x] -= mean;
+    blue[x] -= mean;
+    green[x] = mean;
+  }
+}
+
+// Of the luminance over albedo, in the scale of the weights.
+void scale_noise(int width, const float* __restrict variance, const float* __restrict red,
+                 const float* __restrict green, const float* __restrict blue,
+                 float* __restrict noise) {
+  for (int x = 0; x < width; ++x) {
+    const float albedo = kRed * red[x] + kGreen * green[x] + kBlue * blue[x];
+    const float v = kNoiseScale * variance[x] / (albedo * albedo);
+    const float told = v < kMost * kMost ? v : kMost * kMost;
+    noise[x] = told >= 0.0f ? told : -1.0f;
+  }
+}
+
+}  // namespace
+
+class FastFilter::Planes {
+ public:
+  void filter(int width, int height, std::span<const float> rgba, const ReadRow& read, int levels,
+              std::span<float> filtered);
+
+ private:
+  // Luminance, how far red and blue are from it, variance of the luminance.
+  struct Layer {
+    BorderedPlane luminance, red, blue, variance;
+  };
+  struct TapRow;
+  struct Taps;
+
+  void resize(int width, int height);
+  void prepare(std::span<const float> rgba, const ReadRow& read);
+  void prepare_row(int y, const float* rgba, const FeatureRow& row);
+  void find_noise(int y);
+  void find_slope(int y);
+  void smooth(int y, int stride, const Layer& from, Layer& to) const;
+  void compose(int y, const Layer& from, const float* rgba, float* filtered) const;
+
+  int width_ = 0, height_ = 0;
+  std::array<Layer, 2> layers_;
+  std::array<BorderedPlane, 3> albedo_, normal_;
+  BorderedPlane nearness_, slope_, noise_;
+};
+
+void FastFilter::Planes::filter(int width, int height, std::span<const float> rgba,
+                                const ReadRow& read, int levels, std::span<float> filtered) {
+  resize(width, height);
+  const auto each_row = [&](const auto& body) {
+    parallel_ranges(size_t(height), kRows, [&](size_t begin, size_t end) {
+      for (size_t y = begin; y < end; ++y) body(int(y));
+    });
+  };
+  prepare(rgba, read);
+  each_row([&](int y) {
+    find_slope(y);
+    find_noise(y);
+  });
+  size_t from = 0;
+  for (int level = 0; level < levels; ++level) {
+    each_row([&](int y) { smooth(y, 1 << level, layers_[from], layers_[1 - from]); });
+    from = 1 - from;
+  }
+  const size_t row = 4 * size_t(width);
+  each_row([&](int y) {
+    compose(y, layers_[from], &rgba[size_t(y) * row], &filtered[size_t(y) * row]);
+  });
+}
+
+void FastFilter::Planes::resize(int width, int height) {
+  for (Layer& layer : layers_) {
+    for (BorderedPlane* plane : {&layer.luminance, &layer.red, &layer.blue, &layer.variance})
+      plane->resize(width, height);
+  }
+  for (BorderedPlane& plane : albedo_) plane.resize(width, height);
+  for (BorderedPlane& plane : normal_) plane.resize(width, height);
+  for (BorderedPlane* plane : {&nearness_, &slope_, &noise_}) plane->resize(width, height);
+  width_ = width;
+  height_ = height;
+}
+
+void FastFilter::Planes::prepare(std::span<const float> rgba, const ReadRow& read) {
+  const size_t width = size_t(width_);
+  parallel_ranges(size_t(height_), kRows, [&](size_t begin, size_t end) {
+    thread_local std::vector<float> values;  // no row is read amid another
+    values.resize(13 * width);
+    float* const colour = &values[9 * width];
+    const auto column = [&](size_t i) { return &values[i * width]; };
+    const FeatureRow row = {{column(0), column(1), column(2)},
+                            {column(3), column(4), column(5)},
+                            column(6),
+                            column(7),
+                            column(8)};
+    for (size_t y = begin; y < end; ++y) {
+      read(int(y), row);
+      std::copy_n(&rgba[4 * width * y], 4 * width, colour);
+      if (!all_known(width_, colour, row)) fill_unknown(width_, colour, row);
+      prepare_row(int(y), colour, row);
+    }
+  });
+}
+
+void FastFilter::Planes::prepare_row(int y, const float* __restrict rgba, const FeatureRow& row) {
+  Layer& layer = layers_[0];
+  float* const planes[] = {layer.red.row(y), layer.luminance.row(y), layer.blue.row(y)};
+  for (size_t k = 0; k < 3; ++k) {
+    const float* __restrict n = row.normal[k];
+    float* __restrict to = normal_[k].row(y);
+    for (int x = 0; x < width_; ++x) to[x] = kNormalScale * n[x];
+  }
+  for (size_t k = 0; k < 3; ++k) {
+    untexture(width_, int(k), rgba, row, albedo_[k].row(y), planes[k]);
+  }
+  to_luminance(width_, planes[0], planes[1], planes[2]);
+  scale_noise(width_, row.variance, albedo_[0].row(y), albedo_[1].row(y), albedo_[2].row(y),
+              noise_.row(y));
+  std::copy_n(row.nearness, width_, nearness_.row(y));
+  for (BorderedPlane* plane : {&layer.luminance, &layer.red, &layer.blue, &nearness_, &noise_,
+                               &normal_[0], &normal_[1], &normal_[2]})
+    plane->extend_row(y);
+}
+
+void FastFilter::Planes::find_slope(int y) {
+  const float *here = nearness_.row(y), *above = nearness_.near(y - 1),
+              *below = nearness_.near(y + 1);
+  float* __restrict slope = slope_.row(y);
+  for (int x = 0; x < width_; ++x) {
+    const float across = std::min(std::abs(here[x + 1] - here[x]), std::abs(here[x] - here[x - 1]));
+    const float down = std::min(std::abs(below[x] - here[x]), std::abs(here[x] - above[x]));
+    slope[x] = std::max(across, down);
+  }
+}
+
+// A pixel is as noisy as it says itself, or as its neighbours say: means of their deviations, so
+// that the few that are far noisier do not count for all. One sample says nothing: then the colours
+// around it do, and how far its own is from theirs.
+void FastFilter::Planes::find_noise(int y) {
+  Layer& layer = layers_[0];
+  thread_local std::vector<float> sums;
+  const size_t stride = size_t(width_ + 2 * kPad);
+  sums.assign(3 * stride, 0.0f);
+  float* const __restrict sum = &sums[kPad];
+  float* const __restrict squares = sum + stride;
+  float* const __restrict told = squares + stride;
+  for (int j = -kNoiseReach; j <= kNoiseReach; ++j) {
+    const float *l = layer.luminance.near(y + j), *v = noise_.near(y + j);
+    for (int x = -kNoiseReach; x < width_ + kNoiseReach; ++x) {
+      sum[x] += l[x];
+      squares[x] += l[x] * l[x];
+      told[x] += std::sqrt(std::max(v[x], 0.0f));
+    }
+  }
+  float* __restrict out = layer.variance.row(y);
+  const float *own = noise_.row(y), *l = layer.luminance.row(y);
+  constexpr float kShare = 1.0f / (2 * kNoiseReach + 1) / (2 * kNoiseReach + 1);
+  for (int x = 0; x < width_; ++x) {
+    float a = 0, b = 0, c = 0;
+    for (int i = -kNoiseReach; i <= kNoiseReach; ++i) {
+      a += sum[x + i];
+      b += squares[x + i];
+      c += told[x + i];
+    }
+    const float spread = std::max(b * kShare - a * kShare * (a * kShare), 0.0f);
+    const float off = l[x] - a * kShare;
+    out[x] = own[x] < 0.0f ? kNoiseScale * std::max(spread, off * off)
+                           : std::max(c * kShare * (c * kShare), own[x]);
+  }
+  layer.variance.extend_row(y);
+}
+
+// One row of all that a tap reads.
+struct FastFilter::Planes::TapRow {
+  const float *luminance, *red, *blue, *variance, *normal[3], *nearness;
+
+  TapRow(const Planes& filter, const Layer& from, int y)
+      : luminance(from.luminance.near(y)),
+        red(from.red.near(y)),
+        blue(from.blue.near(y)),
+        variance(from.variance.near(y)),
+        normal{filter.normal_[0].near(y), filter.normal_[1].near(y), filter.normal_[2].near(y)},
+        nearness(filter.nearness_.near(y)) {}
+};
+
+// Sixteen pixels of a row, and the weighted sums over what is around them.
+struct FastFilter::Planes::Taps {
+  Lanes luminance, normal[3], nearness, variance, per_nearness;
+  Lanes weight, noise, sum[3];
+
+  [[gnu::always_inline]] Taps(const TapRow& row, const float* slope, float stride, int x) {
+    load(row.luminance + x, luminance);
+    for (size_t k = 0; k < 3; ++k) load(row.normal[k] + x, normal[k]);
+    load(row.nearness + x, nearness);
+    load(row.variance + x, variance);
+    load(slope + x, per_nearness);
+    per_nearness =
+        reciprocal(kSlopes * stride * per_nearness + kLeastSlope * nearness + kLeastDivisor);
+    weight = noise = sum[0] = sum[1] = sum[2] = Lanes{};
+    variance += kLeastDivisor;
+    weight = weight + 0.25f;  // its own
+    noise = 0.0625f * variance;
+    sum[0] = 0.25f * luminance;
+    load(row.red + x, sum[1]);
+    load(row.blue + x, sum[2]);
+    sum[1] *= 0.25f;
+    sum[2] *= 0.25f;
+  }
+
+  [[gnu::always_inline]] void add(float share, const TapRow& row, int x) {
+    Lanes l, v, u, red, blue;
+    load(row.luminance + x, l);
+    load(row.variance + x, v);
+    load(row.nearness + x, u);
+    const Lanes dl = l - luminance, du = (u - nearness) * per_nearness;
+    const Lanes limit = kMostNoisier * variance;
+    Lanes d = dl * dl * reciprocal(variance + (v < limit ? v : limit)) + du * du;
+    for (size_t k = 0; k < 3; ++k) {
+      load(row.normal[k] + x, u);
+      u -= normal[k];
+      d += u * u;
+    }
+    Lanes t = 1.0f - d;
+    t = t > 0.0f ? t : Lanes{};
+    const Lanes w = share * t * t;
+    load(row.red + x, red);
+    load(row.blue + x, blue);
+    weight += w;
+    noise += w * w * v;
+    sum[0] += w * l;
+    sum[1] += w * red;
+    sum[2] += w * blue;
+  }
+};
+
+void FastFilter::Planes::smooth(int y, int stride, const Layer& from, Layer& to) const {
+  const TapRow above(*this, from, y - stride), row(*this, from, y), below(*this, from, y + stride);
+  const float* slope = slope_.row(y);
+  float *l = to.luminance.row(y), *red = to.red.row(y), *blue = to.blue.row(y),
+        *variance = to.variance.row(y);
+  for (int x = 0; x < width_; x += kLanes) {
+    Taps taps(row, slope, float(stride), x);
+    taps.add(1.0f / 16, above, x - stride);
+    taps.add(1.0f / 8, above, x);
+    taps.add(1.0f / 16, above, x + stride);
+    taps.add(1.0f / 8, row, x - stride);
+    taps.add(1.0f / 8, row, x + stride);
+    taps.add(1.0f / 16, below, x - stride);
+    taps.add(1.0f / 8, below, x);
+    taps.add(1.0f / 16, below, x + stride);
+    const Lanes per = 1.0f / taps.weight;
+    store(taps.sum[0] * per, l + x);
+    store(taps.sum[1] * per, red + x);
+    store(taps.sum[2] * per, blue + x);
+    store(taps.noise * per * per, variance + x);
+  }
+  for (BorderedPlane* plane : {&to.luminance, &to.red, &to.blue, &to.variance})
+    plane->extend_row(y);
+}
+
+void FastFilter::Planes::compose(int y, const Layer& from, const float* __restrict rgba,
+                                 float* __restrict filtered) const {
+  const float *l = from.luminance.row(y), *red = from.red.row(y), *blue = from.blue.row(y);
+  const float *fr = albedo_[0].row(y), *fg = albedo_[1].row(y), *fb = albedo_[2].row(y);
+  for (int x = 0; x < width_; ++x) {
+    const float green = l[x] - (kRed * red[x] + kBlue * blue[x]) / kGreen;
+    filtered[4 * x] = std::max((l[x] + red[x]) * fr[x], 0.0f);
+    filtered[4 * x + 1] = std::max(green * fg[x], 0.0f);
+    filtered[4 * x + 2] = std::max((l[x] + blue[x]) * fb[x], 0.0f);
+    filtered[4 * x + 3] = rgba[4 * x + 3];
+  }
+}
+
+FastFilter::FastFilter() : planes_(std::make_unique<Planes>()) {}
+FastFilter::~FastFilter() = default;
+
+// More of them bring noise down further, and blur more of what no feature tells.
+int FastFilter::levels_for(double samples_per_pixel) {
+  return samples_per_pixel < 8.0 ? 4 : samples_per_pixel < 64.0 ? 3 : 2;
+}
+
+void FastFilter::filter(int width, int height, std::span<const float> rgba, const ReadRow& read,
+                        int levels, std::span<float> filtered) {
+  assert(rgba.size() == 4 * size_t(width) * size_t(height) && filtered.size() == rgba.size());
+  assert(levels >= 0 && levels <= kMostLevels);
+  planes_->filter(width, height, rgba, read, levels, filtered);
+}
+
+}  // namespace emberline
