@@ -101,9 +101,10 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
       ->type_name("FILE")
       ->allow_extra_args(false);
   add_heatmaps(app, o);
-  app->add_option("--report", o.reports,
-                  "what was done: .html is a page with pictures and charts, any other name JSON. "
-                  "May be given more than once")
+  app->add_option(
+         "--report", o.reports,
+         "what was done: .html is a page with pictures and charts, .json or any other name JSON. "
+         "May be given more than once")
       ->type_name("FILE")
       ->allow_extra_args(false);
   add_snapshots(app, o);
@@ -231,6 +232,9 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
              "runs of each method, from --seed on [5]; of --convergence pixels [2000]");
   app->add_option("--baseline", o.baseline, "the method that others are compared with [the first]")
       ->type_name("NAME");
+  app->add_flag("--denoise", o.denoise,
+                "each method once more, NAME+denoise: what --denoise makes of its frames, the "
+                "filter's time included; implies --separate");
   app->add_flag("--separate", o.separate,
                 "render a frame of its own for every budget, also where one frame could be looked "
                 "at on its way");
@@ -308,7 +312,8 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
   app->add_option("reference", o.reference, "what it should be")->required();
   app->add_flag("--json", o.json, "machine-readable");
   app->add_option("-o,--difference", o.difference,
-                  "difference picture: FLIP as .png, signed difference as .exr");
+                  "difference picture: FLIP as .png, signed difference as .exr")
+      ->type_name("FILE");
   add_number(app, "--exposure", o.exposure, -64.0f, 64.0f, "stops, for FLIP, SSIM and PSNR [0]");
   add_limits(app, o.limits);
 }

@@ -454,7 +454,8 @@ uint64_t AdaptiveDriver::bytes_per_pixel(const AdaptiveSettings& settings) {
   constexpr uint64_t kPlanner = 28 * sizeof(float), kOrder = 3 * sizeof(uint32_t);
   constexpr uint64_t kTree = 2 * 36 + sizeof(uint32_t);
   constexpr uint64_t kAverages = 10 * sizeof(double);
-  return kPlanner + kOrder + kTree + (settings.unbiased ? kAverages : 0);
+  const uint64_t denoised = settings.allocation == ErrorMetric::kDenoised ? sizeof(float) : 0;
+  return kPlanner + kOrder + kTree + denoised + (settings.unbiased ? kAverages : 0);
 }
 
 }  // namespace emberline

@@ -58,12 +58,18 @@ std::string sharing_estimators() {
   return names;
 }
 
+// What has asked for the channels of denoising.
+const char* option_of_halves(const FrameSettings& o) {
+  if (o.allocation == ErrorMetric::kDenoised) return "--allocation denoised";
+  return o.denoise ? "--denoise" : "--aov denoising";
+}
+
 // As many as are asked for, or `least`.
 StreamCount streams_of(const FrameSettings& o, StreamCount least) {
   const bool halves = aovs_of(o).contains(Aov::kDenoising);
   if (halves && o.streams == 1) {
     throw UsageError("{}: it compares two sample streams; leave --streams out, or give 2",
-                     o.denoise ? "--denoise" : "--aov denoising");
+                     option_of_halves(o));
   }
   if (o.streams) return static_cast<StreamCount>(*o.streams);
   return halves ? StreamCount::kTwo : least;
@@ -98,6 +104,25 @@ void plan_even(const FrameSettings& o, FramePlan& plan) {
   }
 }
 
+void refuse_beside_denoised(const FrameSettings& o, const DriverEntry& driver) {
+  if (o.allocation != ErrorMetric::kDenoised) return;
+  if (driver.tiles) {
+    throw UsageError(
+        "--allocation denoised: a tile knows nothing of the pixels around it, of which a denoised "
+        "picture is made; valid with --driver adaptive");
+  }
+  if (o.noise_threshold) {
+    throw UsageError(
+        "--allocation denoised: the error of a denoised pixel is its neighbours' too, so that none "
+        "can be finished alone; leave --noise-threshold out, --spp limits the frame");
+  }
+  if (o.unbiased) {
+    throw UsageError(
+        "--allocation denoised: it looks at the means of all samples, which --unbiased does not "
+        "show; leave one of them out");
+  }
+}
+
 void plan_by_error(const FrameSettings& o, FramePlan& plan) {
   refuse_fixed_counts(o.sampler);
   if (o.sample_range) {
@@ -117,6 +142,7 @@ void plan_by_error(const FrameSettings& o, FramePlan& plan) {
           "share evenly; valid with {}",
           estimator.name, sharing_estimators()));
     }
+    refuse_beside_denoised(o, *plan.driver);
   }
   if (o.streams && static_cast<StreamCount>(*o.streams) < estimator.streams) {
     throw UsageError(
@@ -180,8 +206,8 @@ void check_companions(const FrameSettings& s) {
                      s.integrator);
   }
   if (aovs_of(s).contains(Aov::kDenoising) && !find_integrator(s.integrator).tells_lights_apart) {
-    throw UsageError("{}: not of the integrator {}; valid with path, direct",
-                     s.denoise ? "--denoise" : "--aov denoising", s.integrator);
+    throw UsageError("{}: not of the integrator {}; valid with path, direct", option_of_halves(s),
+                     s.integrator);
   }
   chosen_time(s);
 }
@@ -255,9 +281,13 @@ bool shares_evenly(const FrameSettings& settings) {
   return true;
 }
 
+bool denoises(const FrameSettings& settings) {
+  return settings.denoise || settings.allocation == ErrorMetric::kDenoised;
+}
+
 AovSet aovs_of(const FrameSettings& settings) {
   AovSet aovs = AovSet::parse(settings.aovs);
-  if (settings.denoise) aovs.insert(Aov::kDenoising);
+  if (denoises(settings)) aovs.insert(Aov::kDenoising);
   return aovs;
 }
 

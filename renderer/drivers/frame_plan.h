@@ -49,6 +49,9 @@ struct FramePlan {
 // Every pixel gets the same number of samples. Throws UsageError for a driver that there is not.
 bool shares_evenly(const FrameSettings& settings);
 
+// The settings ask for a denoised picture, by name or because samples are to go where it gains.
+bool denoises(const FrameSettings& settings);
+
 // The channels that the settings ask for, by name or because something needs them.
 AovSet aovs_of(const FrameSettings& settings);
 

@@ -283,6 +283,17 @@ Rgb FilmTile::mean(int x, int y) const {
   return {rgba[0], rgba[1], rgba[2]};
 }
 
+FilmTile::Surface FilmTile::surface(int x, int y) const {
+  const size_t i = index(x, y);
+  const SurfaceSums& sums = surfaces_[i];
+  const auto per = float(1.0 / sums_[i].samples());
+  Surface out;
+  for (int c = 0; c < 3; ++c) out.albedo[c] = float(sums.albedo[c]) * per;
+  for (int c = 0; c < 3; ++c) out.normal[c] = float(sums.normal[c]) * per;
+  out.nearness = sums.hits > 0 && sums.depth > 0.0 ? float(sums.hits / sums.depth) : 0.0f;
+  return out;
+}
+
 std::optional<Rgb> FilmTile::variance(int x, int y) const {
   const size_t i = index(x, y);
   const PixelSums& sums = sums_[i];

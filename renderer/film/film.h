@@ -189,6 +189,12 @@ class FilmTile {
   // known: with fewer than two samples, or neither two streams nor squares.
   std::optional<Rgb> variance(int x, int y) const;
   void rgba(int x, int y, float* out) const { put_rgba(index(x, y), out); }
+  // Of a pixel with samples, what the channels `albedo`, `N` and `Z` say; nearness, 1 over the
+  // depth, is 0 where nothing is hit. With at least one of the channels.
+  struct Surface {
+    float albedo[3], normal[3], nearness;
+  };
+  Surface surface(int x, int y) const;
 
   // By index, rows from rect().y0. The squares (three a pixel) and rays are null unless wanted.
   const PixelSums& sums(size_t i) const { return sums_[i]; }

@@ -24,7 +24,7 @@ enum class BisectionAxis { kRows, kColumns, kBoth };
 enum class Reconstruction { kDuplicate, kLinear };
 
 // In what units an error counts (drivers/adaptive/error_metric.h).
-enum class ErrorMetric { kMse, kRelMse, kDisplay };
+enum class ErrorMetric { kMse, kRelMse, kDisplay, kDenoised };
 
 // Every `count`-th tile of the driver's order, from the `index`-th on, 1 the first.
 struct FramePart {

@@ -117,7 +117,8 @@ std::shared_ptr<ShownPicture> PicturePublisher::graded(const ShownPicture& old,
                                                        const Grading& grading) {
   std::shared_ptr<ShownPicture> fresh = blank();
   *fresh = old;
-  grading.grade(fresh->rgba, fresh->width, fresh->rgba8);
+  grading.grade(fresh->linear(), fresh->width, fresh->rgba8);
+  if (!fresh->raw8.empty()) grading.grade(fresh->rgba, fresh->width, fresh->raw8);
   return fresh;
 }
 

@@ -4,6 +4,7 @@
 
 #include "renderer/drivers/setting_table.h"
 #include "renderer/session/overlay_picture.h"
+#include "renderer/session/view_denoiser.h"
 
 namespace emberline {
 namespace {
@@ -30,6 +31,7 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.driver = driver.name;
   options.crop.reset();
   options.denoise = false;  // of --settings; the window shows a frame as it is
+  if (options.allocation == ErrorMetric::kDenoised) options.allocation.reset();
   const bool ends_itself = options.noise_threshold || options.max_spp || driver.tiles;
   if (!options.spp && !ends_itself) options.spp = kViewSamples;
   return options;
@@ -41,6 +43,7 @@ AovSet wanted_aovs(const ViewSettings& settings) {
   const bool told = settings.overlay == ViewOverlay::kStop && !main_driver(settings.render).tiles;
   const std::optional<Aov> aov = overlay_aov(settings.overlay);
   if (aov && !told) aovs.insert(*aov);
+  if (settings.denoise) ViewDenoiser::add_channels(aovs);
   return aovs;
 }
 

@@ -21,7 +21,7 @@ RenderSession::RenderSession(ViewSettings settings)
       loader_(std::make_unique<SceneLoader>([this] { publisher_->wake(); })),
       renderer_(std::make_unique<ViewRenderer>(*publisher_)) {
   publisher_->set_display(settings_.display);
-  renderer_->set_overlay(settings_.overlay);
+  renderer_->show_as(settings_.shown_as());
   renderer_->set_paused(settings_.paused);
 }
 
@@ -74,7 +74,7 @@ void RenderSession::set_settings(const ViewSettings& settings) {
     if (settings.overlay == ViewOverlay::kTree) renderer_->show_again();
   }
   if (before.paused != settings.paused) renderer_->set_paused(settings.paused);
-  if (before.overlay != settings.overlay) renderer_->set_overlay(settings.overlay);
+  if (before.shown_as() != settings.shown_as()) renderer_->show_as(settings.shown_as());
   if (!frames_serve(rendered_settings_, settings)) post(false);
 }
 
@@ -117,9 +117,14 @@ std::optional<PixelInspection> RenderSession::look(const Vec2i& at, bool picked)
   result.x = at.x;
   result.y = at.y;
   result.edit = picture->edit;
-  const float* rgba = &picture->rgba[4 * (size_t(at.y) * size_t(picture->width) + size_t(at.x))];
+  const size_t first = 4 * (size_t(at.y) * size_t(picture->width) + size_t(at.x));
+  const float* rgba = &picture->rgba[first];
   result.radiance = {rgba[0], rgba[1], rgba[2]};
   result.alpha = rgba[3];
+  if (!picture->denoised.empty()) {
+    const float* shown = &picture->denoised[first];
+    result.denoised = Rgb(shown[0], shown[1], shown[2]);
+  }
   return result;
 }
 

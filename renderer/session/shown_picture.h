@@ -24,7 +24,9 @@ struct ShownPicture {
   bool complete = false;
   bool finished = false;          // nothing more will come
   std::vector<uint8_t> rgba8;     // as displayed, overlay included; rows from the top
-  std::vector<float> rgba;        // linear Rec. 709, premultiplied; never an overlay
+  std::vector<float> rgba;        // linear Rec. 709, premultiplied, as the film has it
+  std::vector<float> denoised;    // the same filtered, if that is what rgba8 shows; else empty
+  std::vector<uint8_t> raw8;      // as rgba8, not filtered: ViewSettings::raw_beside; else empty
   std::vector<Rect> in_progress;  // buckets under way
   FrameProgress progress;
   uint64_t samples = 0;        // of this frame so far
@@ -33,6 +35,9 @@ struct ShownPicture {
   double rendering_s = 0.0;    // of this frame, pauses left out: rays / rendering_s is the pace
   std::string driver;          // which one is at work: of `live` and `bucket`, "bisection" first
   std::string overlay_legend;  // what the colours run from and to: "1 to 64 samples per pixel"
+
+  // What rgba8 shows where it shows light.
+  const std::vector<float>& linear() const { return denoised.empty() ? rgba : denoised; }
 };
 
 // What the session knows of one pixel.
@@ -41,6 +46,7 @@ struct PixelInspection {
   uint64_t edit = 0;  // of the picture that it is of
   Rgb radiance;       // with alpha: as in the newest picture
   float alpha = 0.0f;
+  std::optional<Rgb> denoised;  // where the picture is
   // The rest is of the frame's last pause, a moment before or after that picture. Until there was
   // one since the pixel was asked for, `known` is false and nothing below counts.
   bool known = false;

@@ -10,6 +10,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/bisection_driver.h"
 #include "renderer/film/light_group_sums.h"
 #include "renderer/session/overlay_picture.h"
 
@@ -69,14 +70,15 @@ void put_channel(std::string_view name, std::span<const float> values, FilmCopy*
 }  // namespace
 
 ViewFrame::ViewFrame(RenderRequest request, const PreparedSettings& prepared,
-                     PicturePublisher& publisher, std::shared_ptr<StopRequest> stop,
-                     const std::atomic<ViewOverlay>& overlay, const std::atomic<bool>& pause_wanted,
-                     Pause pause)
+                     PicturePublisher& publisher, ViewDenoiser& denoiser,
+                     std::shared_ptr<StopRequest> stop, const std::atomic<ShownAs>& shown_as,
+                     const std::atomic<bool>& pause_wanted, Pause pause)
     : request_(std::move(request)),
       prepared_(prepared),
       publisher_(publisher),
+      denoiser_(denoiser),
       stop_(std::move(stop)),
-      overlay_(overlay),
+      shown_as_(shown_as),
       pause_wanted_(pause_wanted),
       pause_(std::move(pause)),
       crop_(frame_of(request_.settings.render)),
@@ -87,7 +89,9 @@ ViewFrame::~ViewFrame() = default;
 
 void ViewFrame::render(std::optional<Vec2i> explained) {
   explained_ = explained;
-  reserve(crop_, kPictures * (4 * sizeof(float) + 4));
+  const uint64_t pictures = kPictures * (4 * sizeof(float) + 4);
+  reserve(crop_,
+          request_.settings.denoise ? 2 * pictures + ViewDenoiser::kBytesPerPixel : pictures);
   if (request_.settings.region) render_region();
   const bool buckets = prepared_.plan.driver->tiles;
   if ((prepared_.live || buckets) && stop_->cause() == PixelStop::kNone) {
@@ -287,7 +291,9 @@ void ViewFrame::show() {
   picture->rgba.resize(values);
   picture->rgba8.resize(values);
   resolve_whole(picture->rgba);
-  picture->overlay_legend = draw(grading, picture->rgba, picture->rgba8);
+  denoise(*picture);
+  picture->overlay_legend = draw(grading, *picture);
+  if (!picture->raw8.empty()) grading->grade(picture->rgba, crop_.width(), picture->raw8);
   picture->edit = request_.edit;
   picture->width = crop_.width();
   picture->height = crop_.height();
@@ -310,9 +316,9 @@ void ViewFrame::show() {
   cost_s_ = to_seconds(ended - begun);
 }
 
-std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
-                            std::span<const float> rgba, std::span<uint8_t> rgba8) {
-  const ViewOverlay overlay = overlay_.load();
+std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading, ShownPicture& picture) {
+  const std::span<uint8_t> rgba8(picture.rgba8);
+  const ViewOverlay overlay = shown_as_.load().overlay;
   if (overlay == ViewOverlay::kStop) {
     if (const std::vector<float> reasons = stops(); !reasons.empty()) {
       return draw_stops(reasons, crop_, rgba8);
@@ -329,13 +335,13 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
   }
   if (const AdaptiveDriver* adaptive = shown_adaptive();
       overlay == ViewOverlay::kTree && adaptive && adaptive->tree()) {
-    draw_tree(*adaptive->tree(), *grading, rgba, crop_.width(), rgba8);
+    draw_tree(*adaptive->tree(), *grading, picture.linear(), crop_.width(), rgba8);
     return "leaves of the refinement tree";
   }
-  if (bucket_picture_ && !region_ && !mix_) {
+  if (bucket_picture_ && !region_ && !mix_ && picture.denoised.empty()) {
     std::ranges::copy(bucket_picture_->rgba8(grading), rgba8.begin());
   } else {
-    grading->grade(rgba, crop_.width(), rgba8);
+    grading->grade(picture.linear(), crop_.width(), rgba8);
   }
   return {};
 }
@@ -380,6 +386,26 @@ void ViewFrame::resolve_whole(std::span<float> rgba) const {
       std::copy_n(&inside[4 * region.index_of(x, y)], 4, &rgba[4 * crop_.index_of(x, y)]);
     }
   }
+}
+
+// Of an incomplete frame, what bisection has of it; a region is finer than that.
+void ViewFrame::denoise(ShownPicture& picture) {
+  const bool possible = ViewDenoiser::has_channels(prepared_.plan.aovs) && stage_ != Stage::kRegion;
+  const PixelLattice* lattice = nullptr;
+  if (!complete()) {
+    FrameDriver* driver = shown_render_ && !region_ ? shown_render_->driver() : nullptr;
+    const auto* bisection = dynamic_cast<const BisectionDriver*>(driver);
+    lattice = bisection ? bisection->complete_lattice() : nullptr;
+  }
+  const ShownAs as = shown_as_.load();
+  const bool filtered = possible && as.filtered() && (lattice || complete());
+  // Memory of the picture before is not cleared to be written to.
+  picture.denoised.resize(filtered ? picture.rgba.size() : 0);
+  picture.raw8.resize(filtered && as.raw_beside ? picture.rgba.size() : 0);
+  if (!filtered) return;
+  const double samples = double(progress_.samples) / double(crop_.area());
+  denoiser_.denoise({readable_->film(), region_film(), lattice, samples, mix_.has_value()},
+                    picture.rgba, picture.denoised);
 }
 
 // Only the last stage brings a pixel to its end.

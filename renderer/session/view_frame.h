@@ -23,6 +23,7 @@
 #include "renderer/session/loaded_scene.h"
 #include "renderer/session/picture_publisher.h"
 #include "renderer/session/prepared_settings.h"
+#include "renderer/session/view_denoiser.h"
 
 namespace emberline {
 
@@ -61,11 +62,12 @@ class ViewFrame final : private FrameObserver {
   using Pause = std::function<void(bool shown)>;
 
   // All that is given must outlive the frame; the scene has the request's edits, and nobody changes
-  // it. `overlay` and `pause_wanted`, that somebody waits for the next pause, may change while the
+  // it. `shown_as` and `pause_wanted`, that somebody waits for the next pause, may change while the
   // frame renders. Throws what is wrong with the view.
   ViewFrame(RenderRequest request, const PreparedSettings& prepared, PicturePublisher& publisher,
-            std::shared_ptr<StopRequest> stop, const std::atomic<ViewOverlay>& overlay,
-            const std::atomic<bool>& pause_wanted, Pause pause);
+            ViewDenoiser& denoiser, std::shared_ptr<StopRequest> stop,
+            const std::atomic<ShownAs>& shown_as, const std::atomic<bool>& pause_wanted,
+            Pause pause);
   // Before render(): keeps the lights apart, and shows them so mixed; without a mix, as they are.
   void set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix);
   ~ViewFrame() override;
@@ -114,8 +116,8 @@ class ViewFrame final : private FrameObserver {
   bool due() const;
   bool due_by_time(double now_s) const;
   void show();
-  std::string draw(const std::shared_ptr<const Grading>& grading, std::span<const float> rgba,
-                   std::span<uint8_t> rgba8);
+  void denoise(ShownPicture& picture);
+  std::string draw(const std::shared_ptr<const Grading>& grading, ShownPicture& picture);
   void resolve_whole(std::span<float> rgba) const;
   AdaptiveDriver* shown_adaptive() const;  // null: another driver, or none
   const FilmTile* region_film() const;
@@ -126,8 +128,9 @@ class ViewFrame final : private FrameObserver {
   RenderRequest request_;
   const PreparedSettings& prepared_;
   PicturePublisher& publisher_;
+  ViewDenoiser& denoiser_;
   const std::shared_ptr<StopRequest> stop_;
-  const std::atomic<ViewOverlay>& overlay_;
+  const std::atomic<ShownAs>& shown_as_;
   const std::atomic<bool>& pause_wanted_;
   const Pause pause_;
   const Rect crop_;

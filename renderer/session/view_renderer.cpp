@@ -109,8 +109,8 @@ void ViewRenderer::set_paused(bool paused) {
   news_.notify_all();
 }
 
-void ViewRenderer::set_overlay(ViewOverlay overlay) {
-  overlay_ = overlay;
+void ViewRenderer::show_as(const ShownAs& shown_as) {
+  shown_as_ = shown_as;
   show_again();
 }
 
@@ -343,8 +343,9 @@ void ViewRenderer::render(RenderRequest request) {
       prepared_ = std::move(prepared);
       prepared_for_ = request.settings;
     }
-    frame_ = std::make_unique<ViewFrame>(std::move(request), *prepared_, publisher_, stop, overlay_,
-                                         pause_wanted_, [this](bool shown) { pause(shown); });
+    frame_ =
+        std::make_unique<ViewFrame>(std::move(request), *prepared_, publisher_, denoiser_, stop,
+                                    shown_as_, pause_wanted_, [this](bool shown) { pause(shown); });
     frame_->set_lights(groups, std::move(mix));
     publisher_.set_problem("");
     frame_->render(explained);

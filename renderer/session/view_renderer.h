@@ -35,8 +35,8 @@ class ViewRenderer {
   // its light groups are enough.
   void post(RenderRequest request, bool only_edits);
   void set_paused(bool paused);
-  // Shows the newest state of the film, with this overlay.
-  void set_overlay(ViewOverlay overlay);
+  // Shows the newest state of the film so.
+  void show_as(const ShownAs& shown_as);
   void show_again();
 
   // The film as it stands, at the next pause of a frame of which there is something to be seen.
@@ -89,12 +89,13 @@ class ViewRenderer {
   std::optional<Relighting> relighting_;
   ViewClock::time_point relit_until_;  // the frame stands still: the hand is still at the slider
 
-  std::atomic<ViewOverlay> overlay_{ViewOverlay::kNone};
+  std::atomic<ShownAs> shown_as_{ShownAs()};
   std::atomic<bool> pause_wanted_{false};  // somebody waits for the next pause
 
   // The thread's own.
   std::unique_ptr<PreparedSettings> prepared_;
   ViewSettings prepared_for_;
+  ViewDenoiser denoiser_;
   std::unique_ptr<ViewFrame> frame_;
   EnvironmentEdit environment_;  // the last one read from a file
   MemoryReservation environment_memory_;

@@ -18,6 +18,18 @@ enum class ViewOverlay : uint8_t { kNone, kSamples, kError, kStop, kTime, kNonFi
 // its end before the next begins, keep to what `render` gives them.
 inline constexpr uint32_t kViewSamples = 4096;
 
+// What becomes of a frame's film in the picture.
+struct alignas(4) ShownAs {
+  ViewOverlay overlay = ViewOverlay::kNone;
+  bool denoise =
+      false;  // filtered (renderer/reconstruction/fast_filter.h), where nothing lies over it
+  bool raw_beside = false;  // ShownPicture::raw8 as well
+  bool filtered() const {
+    return denoise && (overlay == ViewOverlay::kNone || overlay == ViewOverlay::kTree);
+  }
+  bool operator==(const ShownAs&) const = default;
+};
+
 struct ViewSettings {
   // Driver, integrator, sampler, filter, estimator, limits, threads, seed, size, surroundings: as
   // `render` takes them. What it says of outputs, reports and snapshots means nothing here, nor do
@@ -25,6 +37,11 @@ struct ViewSettings {
   RenderOptions render;
   DisplaySettings display;
   ViewOverlay overlay = ViewOverlay::kNone;
+  // Pictures are filtered, and frames have the channels for that; files and single values stay
+  // those of the film.
+  bool denoise = false;
+  bool raw_beside = false;  // each filtered picture comes with the one that it was made of
+  ShownAs shown_as() const { return {overlay, denoise, raw_beside}; }
   // Every light's contribution is kept apart, so that an edit of its intensity or colour, its
   // switch and solo need no new ray. Not of buckets, nor with integrators that do not tell lights
   // apart. Lights that are off are sampled all the same; a picture mixed so has other noise than

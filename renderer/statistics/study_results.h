@@ -3,7 +3,7 @@
 //
 // A study renders one view of one scene by several methods, each with several seeds, and measures
 // the picture at several checkpoints of each run against a reference. Times are of rendering alone:
-// loading, building, and the copying and measuring of pictures are left out.
+// loading, building, and the copying and measuring of pictures are left out, denoising is not.
 #pragma once
 
 #include <array>
@@ -58,6 +58,7 @@ struct StudyMethod {
   std::string driver, sampler;
   std::string estimator, allocation;  // of adaptive drivers, else empty
   bool unbiased = false;
+  bool denoised = false;  // its pictures are
   // Of the first seed at the largest budget; names of files in the study's folder, empty where
   // there is none. The EXR has R G B A and `samples`, the FLIP picture is against the reference.
   struct Pictures {
@@ -65,6 +66,12 @@ struct StudyMethod {
     uint32_t seed = 0;
     double mean_samples = 0, wall_s = 0;  // what it took
   } pictures;
+};
+
+// What denoising took, and did not change.
+struct StudyFilter {
+  double cpu_s = 0;
+  double kept_share = 0;  // of the pixels, left as they were
 };
 
 // A moment of a run: the first at which the frame could be looked at and its budget was spent.
@@ -75,8 +82,10 @@ struct StudyCheckpoint {
   double wall_s = 0;        // of rendering
   double cpu_s = 0;         // of all threads, in that time
   StudyError error;
-  // The expected RMS error of the displayed picture that the driver claims for this very picture.
+  // The expected RMS error of the displayed picture that the driver, or the filter, claims for this
+  // very picture.
   std::optional<double> estimate;
+  std::optional<StudyFilter> filter;  // of a denoised picture; its time is in the times above
 };
 
 // What the driver claimed of its picture between two rounds, and what was true.

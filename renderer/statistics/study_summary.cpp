@@ -322,7 +322,7 @@ std::vector<CalibrationGroup> calibration(const StudyResults& results, size_t me
 
 std::optional<Estimate> neyman_fraction(const StudyResults& results, size_t method,
                                         StudyMetric metric, size_t budget) {
-  if (!results.limits) return std::nullopt;
+  if (!results.limits || results.methods[method].denoised) return std::nullopt;
   double limit = 0;
   if (metric == StudyMetric::kMse) limit = results.limits->mse;
   if (metric == StudyMetric::kRelMse) limit = results.limits->rel_mse;
@@ -336,6 +336,24 @@ std::optional<Estimate> neyman_fraction(const StudyResults& results, size_t meth
   if (fraction.low) *fraction.low /= limit;
   if (fraction.high) *fraction.high /= limit;
   return fraction;
+}
+
+std::optional<FilterSummary> filter_summary(const StudyResults& results, size_t method,
+                                            size_t budget) {
+  std::vector<double> seconds, kept, ratios;
+  for_each_checkpoint(results, method, results.settings.budgets[budget],
+                      [&](const StudyCheckpoint& checkpoint) {
+                        if (!checkpoint.filter) return;
+                        seconds.push_back(checkpoint.filter->cpu_s);
+                        kept.push_back(checkpoint.filter->kept_share);
+                        const double square = checkpoint.error.display_mse;
+                        if (checkpoint.estimate && square > 0) {
+                          ratios.push_back(*checkpoint.estimate / std::sqrt(square));
+                        }
+                      });
+  if (kept.empty()) return std::nullopt;
+  return FilterSummary{geometric_mean(seconds), mean_estimate(kept)->value,
+                       geometric_mean_estimate(ratios)};
 }
 
 std::optional<Estimate> overhead(const StudyResults& results, size_t method, size_t budget) {

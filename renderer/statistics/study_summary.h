@@ -92,9 +92,19 @@ struct CalibrationGroup {
 std::vector<CalibrationGroup> calibration(const StudyResults& results, size_t method);
 
 // The speedup in processor time over the Neyman limit of that metric, which the baseline must be
-// uniform for: how much of what there is to gain was gained. Only for mse, relmse and display.
+// uniform for: how much of what there is to gain was gained. Only for mse, relmse and display, and
+// not of denoised pictures.
 std::optional<Estimate> neyman_fraction(const StudyResults& results, size_t method,
                                         StudyMetric metric, size_t budget);
+
+// What denoising took and left of a method's pictures at a budget; nothing of a raw method.
+struct FilterSummary {
+  double cpu_s = 0;                        // geometric mean
+  double kept_share = 0;                   // arithmetic mean
+  std::optional<Estimate> estimate_ratio;  // the error that the filter expects over the true one
+};
+std::optional<FilterSummary> filter_summary(const StudyResults& results, size_t method,
+                                            size_t budget);
 
 // Processor time a sample over the baseline's, at the budget: what the driver itself costs, and
 // what its choice of pixels does.

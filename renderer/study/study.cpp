@@ -15,6 +15,7 @@
 #include "renderer/output/report.h"
 #include "renderer/output/rgb_file.h"
 #include "renderer/statistics/study_summary.h"
+#include "renderer/study/study_denoise.h"
 #include "renderer/study/study_files.h"
 #include "renderer/study/study_page.h"
 #include "renderer/study/study_settings.h"
@@ -125,7 +126,7 @@ double Study::warm_up(const PlannedMethod& method) const {
   double pace = 0;
   for (uint32_t samples = 1;; samples *= 2) {
     const RenderOptions frame = frame_options(method, samples, options_.frame.seed + kWarmUpSeed);
-    const std::optional<StudyPicture> picture = renderer_.render(frame, {}, {});
+    const std::optional<StudyPicture> picture = renderer_.render(frame, aovs_of(frame), {});
     pace = double(picture->samples) / std::max(1e-6, picture->wall_s);
     if (picture->wall_s >= wanted || 2 * samples > most) return pace;
   }
@@ -289,9 +290,10 @@ std::optional<ProgressiveFrame> Study::render_run(const PlannedMethod& method,
   }
   ProgressiveFrame frame;
   for (const double budget : plan_.budgets) {
-    std::optional<StudyPicture> picture =
-        renderer_.render(frame_options(method, samples_for(method, budget), seed), {}, stop_);
+    const RenderOptions options = frame_options(method, samples_for(method, budget), seed);
+    std::optional<StudyPicture> picture = renderer_.render(options, aovs_of(options), stop_);
     if (!picture) return std::nullopt;
+    if (method.method.denoised) denoise_picture(renderer_.crop(), &*picture);
     picture->budget = budget;
     frame.non_finite_samples += picture->non_finite_samples;
     if (picture->estimate) {
@@ -316,6 +318,7 @@ StudyRun Study::measure(const ProgressiveFrame& frame) const {
     c.wall_s = picture.wall_s;
     c.cpu_s = picture.cpu_s;
     c.estimate = picture.estimate;
+    c.filter = picture.filter;
     c.error = reference_.picture->measure(
         to_rgb_image(picture.values, kStudyPictureChannels, renderer_.crop()));
   }

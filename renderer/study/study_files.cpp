@@ -51,6 +51,8 @@ Json checkpoint_json(const StudyCheckpoint& c) {
   }
   json["signed_bias"] = number(c.error.signed_bias);
   json["estimate"] = number(c.estimate);
+  json["filter_cpu_s"] = c.filter ? number(c.filter->cpu_s) : Json();
+  json["kept_share"] = c.filter ? number(c.filter->kept_share) : Json();
   return json;
 }
 
@@ -66,6 +68,9 @@ StudyCheckpoint read_checkpoint(const JsonReader& entry) {
   }
   c.error.signed_bias = read_number(entry["signed_bias"]);
   if (!entry["estimate"].null()) c.estimate = read_finite(entry["estimate"]);
+  if (!entry["filter_cpu_s"].null()) {
+    c.filter = {read_finite(entry["filter_cpu_s"]), read_finite(entry["kept_share"])};
+  }
   return c;
 }
 
@@ -142,6 +147,15 @@ Json method_summary(const StudyResults& r, size_t method) {
     json["signed_bias"].push_back(estimate_json(signed_bias(r, method, b)));
     json["overhead"].push_back(estimate_json(overhead(r, method, b)));
   }
+  json["filter"] = Json::array();
+  for (size_t b = 0; b < r.settings.budgets.size(); ++b) {
+    const std::optional<FilterSummary> filter = filter_summary(r, method, b);
+    if (!filter) continue;
+    json["filter"].push_back({{"budget", r.settings.budgets[b]},
+                              {"cpu_s", filter->cpu_s},
+                              {"kept_share", filter->kept_share},
+                              {"estimate_ratio", estimate_json(filter->estimate_ratio)}});
+  }
   json["calibration"] = Json::array();
   for (const CalibrationGroup& group : calibration(r, method)) {
     json["calibration"].push_back(
@@ -197,6 +211,7 @@ Json methods_json(const StudyResults& results) {
                     {"estimator", m.estimator},
                     {"allocation", m.allocation},
                     {"unbiased", m.unbiased},
+                    {"denoised", m.denoised},
                     {"sampler", m.sampler},
                     {"pictures",
                      {{"exr", m.pictures.exr},
@@ -239,32 +254,59 @@ std::string aligned(const Rows& rows) {
   return text;
 }
 
+// The denoised methods by budget; empty where nothing was denoised.
+std::string denoised_table(const StudyResults& r) {
+  Rows rows = {{"method", "budget", "relmse", "trimmed", "display_mse", "flip", "speedup by relmse",
+                "filter, s", "estimate : truth", "left"}};
+  for (size_t m = 0; m < r.methods.size(); ++m) {
+    for (size_t b = 0; b < r.settings.budgets.size(); ++b) {
+      const std::optional<FilterSummary> filter = filter_summary(r, m, b);
+      if (!filter) continue;
+      std::vector<std::string>& row = rows.emplace_back();
+      row = {r.methods[m].name, fmt::format("{}", r.settings.budgets[b])};
+      for (const StudyMetric metric : {StudyMetric::kRelMse, StudyMetric::kRelMseTrimmed,
+                                       StudyMetric::kDisplay, StudyMetric::kFlip}) {
+        const std::vector<CurvePoint> curve = study_curve(r, m, metric);
+        const auto at = std::ranges::find(curve, r.settings.budgets[b], &CurvePoint::budget);
+        row.push_back(at == curve.end() ? "-" : fmt::format("{:.3g}", at->error.value));
+      }
+      const auto speedup = equal_error_speedup(r, m, StudyMetric::kRelMse, StudyAxis::kCpu, b);
+      row.insert(row.end(), {text_of(ratio_of(speedup)), fmt::format("{:.3g}", filter->cpu_s),
+                             text_of(filter->estimate_ratio),
+                             fmt::format("{:.0f} %", 100 * filter->kept_share)});
+    }
+  }
+  return rows.size() == 1 ? "" : "\ndenoised, the filter's time included\n\n" + aligned(rows);
+}
+
 }  // namespace
 
 std::string study_csv(const StudyResults& results) {
   std::string text =
-      "method,driver,estimator,allocation,unbiased,sampler,seed,status,reason,budget,samples,"
+      "method,driver,estimator,allocation,unbiased,denoised,sampler,seed,status,reason,budget,"
+      "samples,"
       "mean_samples";
   const auto out = std::back_inserter(text);
   for (const StudyMetricEntry& metric : study_metric_table()) {
     fmt::format_to(out, ",{}", metric.name);
   }
-  text += ",signed_bias,estimate,wall_s,cpu_s\n";
+  text += ",signed_bias,estimate,wall_s,cpu_s,filter_cpu_s,kept_share\n";
   for (const StudyRun& run : results.runs) {
     const StudyMethod& m = results.methods[run.method];
     const bool failed = run.status == StudyRunStatus::kFailed;
     const std::string start =
-        fmt::format("{},{},{},{},{},{},{},{},{}", csv_text(m.name), m.driver, m.estimator,
-                    m.allocation, m.unbiased ? "yes" : "no", m.sampler, run.seed,
-                    failed ? "failed" : "done", csv_text(run.reason));
-    if (failed) text += start + std::string(study_metric_table().size() + 7, ',') + "\n";
+        fmt::format("{},{},{},{},{},{},{},{},{},{}", csv_text(m.name), m.driver, m.estimator,
+                    m.allocation, m.unbiased ? "yes" : "no", m.denoised ? "yes" : "no", m.sampler,
+                    run.seed, failed ? "failed" : "done", csv_text(run.reason));
+    if (failed) text += start + std::string(study_metric_table().size() + 9, ',') + "\n";
     for (const StudyCheckpoint& c : run.checkpoints) {
       fmt::format_to(out, "{},{},{},{}", start, c.budget, c.samples, c.mean_samples);
       for (const StudyMetricEntry& metric : study_metric_table()) {
         fmt::format_to(out, ",{}", csv_number(c.error.*metric.value));
       }
-      fmt::format_to(out, ",{},{},{},{}\n", csv_number(c.error.signed_bias), csv_number(c.estimate),
+      fmt::format_to(out, ",{},{},{},{}", csv_number(c.error.signed_bias), csv_number(c.estimate),
                      c.wall_s, c.cpu_s);
+      text += c.filter ? fmt::format(",{},{}\n", c.filter->cpu_s, c.filter->kept_share) : ",,\n";
     }
   }
   return text;
@@ -335,7 +377,7 @@ std::string study_table(const StudyResults& r) {
                     text_of(error(StudyMetric::kRelMse)), speedup(StudyMetric::kMse),
                     speedup(StudyMetric::kRelMse), text_of(bias)});
   }
-  return text + aligned(rows) + (failed_runs.empty() ? "" : "\n" + failed_runs);
+  return text + aligned(rows) + denoised_table(r) + (failed_runs.empty() ? "" : "\n" + failed_runs);
 }
 
 std::string run_json(const StudyRun& run, std::string_view key) {

@@ -22,6 +22,7 @@ struct StudyOptions {
   std::optional<std::string> spp, seconds;  // budgets; one of them at most
   std::optional<uint32_t> seeds;            // 5; of --convergence 2000
   std::string baseline;                     // a method's name; empty: bucket, or the first
+  bool denoise = false;                     // each method again, with a denoised picture
   bool separate = false;                    // a run of its own for every budget
   std::string reference;                    // a picture; empty: one is rendered
   std::optional<uint32_t> reference_spp;

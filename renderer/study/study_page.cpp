@@ -295,6 +295,30 @@ void add_calibration(HtmlPage& page, const StudyResults& results) {
        "much."}});
 }
 
+void add_denoising(HtmlPage& page, const StudyResults& results) {
+  const auto denoised = [](const StudyMethod& method) { return method.denoised; };
+  if (!any_checkpoint(results) || std::ranges::none_of(results.methods, denoised)) return;
+  page.section("Denoising");
+  page.paragraph(
+      "Times and errors above are those of the denoised picture, its filter included. Here: the "
+      "filter's processor time, the error that it expects over the true one, and the share of the "
+      "pixels that it left as they were.");
+  for (size_t m = 0; m < results.methods.size(); ++m) {
+    PageTable table{
+        results.methods[m].name,
+        {{"budget"}, {"processor time", true}, {"estimate : truth", true}, {"left", true}},
+        {}};
+    for (size_t b = 0; b < results.settings.budgets.size(); ++b) {
+      const std::optional<FilterSummary> filter = filter_summary(results, m, b);
+      if (!filter) continue;
+      table.rows.push_back({budget_text(results.settings, results.settings.budgets[b]),
+                            readable_seconds(filter->cpu_s), cell(filter->estimate_ratio, results),
+                            readable_percent(filter->kept_share)});
+    }
+    if (!table.rows.empty()) page.table(table);
+  }
+}
+
 void add_limits(HtmlPage& page, const StudyResults& results) {
   if (!any_checkpoint(results) || results.settings.budgets.empty()) return;
   const size_t last = results.settings.budgets.size() - 1;
@@ -417,6 +441,7 @@ std::string study_page(const StudyResults& results, const std::string& folder) {
   add_errors(page, results);
   add_study_pictures(page, results, folder);
   add_calibration(page, results);
+  add_denoising(page, results);
   add_limits(page, results);
   add_runs(page, results);
   add_settings(page, results);

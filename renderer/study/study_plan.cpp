@@ -116,7 +116,7 @@ std::string why_impossible(const PlannedMethod& method, const StudyPlan& plan) {
 
 PlannedMethod plan_method(const StudyOptions& options, const std::string& driver,
                           const EstimatorChoice* estimator, const std::string& sampler,
-                          bool several_samplers) {
+                          bool several_samplers, bool denoise) {
   PlannedMethod planned;
   StudyMethod& m = planned.method;
   m.driver = m.name = driver;
@@ -137,9 +137,15 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
     planned.id += "-" + m.estimator + (m.allocation.empty() ? "" : "-" + m.allocation) +
                   (m.unbiased ? "-unbiased" : "");
   }
+  o.denoise = denoise;
+  m.denoised = denoises(o);
   if (several_samplers) m.name += "/" + sampler;
+  if (denoise) {
+    m.name += "+denoise";
+    planned.id += "-denoise";
+  }
   planned.id += "-" + sampler;
-  planned.separate = options.separate || is_fixed_count(sampler) ||
+  planned.separate = options.separate || options.denoise || m.denoised || is_fixed_count(sampler) ||
                      find_named(driver_table(), "--drivers", "driver", driver).tiles;
   return planned;
 }
@@ -195,13 +201,16 @@ StudyPlan plan_study(const StudyOptions& options) {
   for (const std::string& sampler : samplers) {
     for (const std::string& driver : drivers) {
       const bool several = samplers.size() > 1;
+      const auto add = [&](const EstimatorChoice* estimator) {
+        plan.methods.push_back(plan_method(options, driver, estimator, sampler, several, false));
+        if (!options.denoise || plan.methods.back().method.denoised) return;
+        plan.methods.push_back(plan_method(options, driver, estimator, sampler, several, true));
+      };
       if (find_driver(driver).sharing != Sharing::kByError) {
-        plan.methods.push_back(plan_method(options, driver, nullptr, sampler, several));
+        add(nullptr);
         continue;
       }
-      for (const EstimatorChoice& estimator : estimators) {
-        plan.methods.push_back(plan_method(options, driver, &estimator, sampler, several));
-      }
+      for (const EstimatorChoice& estimator : estimators) add(&estimator);
     }
   }
   std::vector<std::string_view> names;

@@ -7,6 +7,7 @@
 #include "renderer/drivers/frame_plan.h"
 #include "renderer/frame/frame_render.h"
 #include "renderer/frame/frame_scene.h"
+#include "renderer/output/denoise_pass.h"
 #include "renderer/output/report.h"
 #include "renderer/output/rgb_file.h"
 #include "renderer/process/render_clock.h"
@@ -139,9 +140,12 @@ StudyRenderer::StudyRenderer(const RenderOptions& frame, const LoadLimits& limit
 }
 
 uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets) const {
-  const uint64_t floats = film_channels({}).size() + budgets * kStudyPictureChannels;
-  return bytes_of(pixels(),
-                  render_of(FramePlan(options)).bytes_per_pixel({}) + floats * sizeof(float));
+  const AovSet aovs = aovs_of(options);
+  const std::vector<std::string> channels = film_channel_names(aovs);
+  const uint64_t floats = channels.size() + budgets * kStudyPictureChannels;
+  const uint64_t filter = denoises(options) ? denoise_bytes(crop_, kStudyTile, channels) : 0;
+  return filter + bytes_of(pixels(), render_of(FramePlan(options)).bytes_per_pixel(aovs) +
+                                         floats * sizeof(float));
 }
 
 std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, const AovSet& aovs,

@@ -15,11 +15,15 @@
 #include "renderer/scene/camera.h"
 #include "renderer/scene/scene.h"
 #include "renderer/statistics/error_metrics.h"
+#include "renderer/statistics/study_results.h"
 
 namespace emberline {
 
 // R G B A samples, of a picture on its way; a finished frame may have more behind them.
 inline constexpr size_t kStudyPictureChannels = 5;
+
+// Of the tiles in which a frame is denoised.
+inline constexpr int kStudyTile = 64;
 
 // A frame as it was at some moment: interleaved channels, of the crop.
 struct StudyPicture {
@@ -29,6 +33,7 @@ struct StudyPicture {
   std::optional<double> estimate;
   std::vector<float> values;        // R G B A samples; of a whole frame all of film_channels()
   uint64_t non_finite_samples = 0;  // of a whole frame
+  std::optional<StudyFilter> filter = {};  // of a denoised picture; its time is in the times
 };
 
 // What a driver claimed of the picture at the end of a round, and that picture.

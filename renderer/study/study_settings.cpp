@@ -52,7 +52,7 @@ std::string study_key(const std::string& frame_key, const StudyOptions& options,
                {"schedule", as_json(setting_texts(options.frame, {SettingGroup::kSchedule}))},
                {"by_time", plan.by_time},
                {"budgets", plan.budgets},
-               {"separate", options.separate},
+               {"separate", options.separate || options.denoise},
                {"threads", options.frame.threads},
                {"reference_sampler", plan.reference_sampler},
                {"reference_spp", options.reference_spp.value_or(0)}};

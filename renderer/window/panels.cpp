@@ -89,7 +89,7 @@ std::vector<std::string> status(const Workbench& bench) {
 std::string right_status(const Workbench& bench) {
   std::string text;
   if (bench.solo()) text += "solo   ";
-  if (bench.wipe) text += "A | B   ";
+  if (bench.wipe || bench.wipe_raw) text += bench.wipe ? "A | B   " : "denoised | raw   ";
   if (const auto& pixel = bench.pointed_pixel()) {
     text += fmt::format("{}, {}   ", pixel->x, pixel->y);
   }
@@ -198,6 +198,8 @@ void Interface::draw_menu(Workbench& bench) {
     ImGui::Separator();
     menu_entry(bench, "Keep as B", Action::kStoreSnapshot, open);
     menu_entry(bench, "Wipe A / B", Action::kWipe, bench.kept.picture != nullptr, bench.wipe);
+    menu_entry(bench, "Denoise", Action::kDenoise, true, bench.settings().denoise);
+    menu_entry(bench, "Wipe raw", Action::kWipeRaw, bench.settings().denoise, bench.wipe_raw);
     menu_entry(bench, "Next overlay", Action::kNextOverlay, open);
     menu_entry(bench, "Pixel values", Action::kInspector, true, bench.show_inspector);
     menu_entry(bench, "Why is this pixel done?", Action::kExplain, open, bench.show_explanation);

@@ -211,11 +211,15 @@ void draw_comparison(Workbench& bench) {
   ImGui::SameLine();
   ImGui::BeginDisabled(!bench.kept.picture);
   if (ImGui::Button(bench.wipe ? "End wipe" : "Wipe A / B", {half, 0.0f})) bench.act(Action::kWipe);
-  if (bench.wipe) {
+  ImGui::EndDisabled();
+  ImGui::BeginDisabled(!bench.settings().denoise);
+  if (ImGui::Button(bench.wipe_raw ? "End wipe" : "Wipe denoised / raw", {-1.0f, 0.0f}))
+    bench.act(Action::kWipeRaw);
+  ImGui::EndDisabled();
+  if (bench.wipe || bench.wipe_raw) {
     float place = 100.0f * bench.wipe_place;
     if (widgets::slide({"Wipe"}, place, 0.0f, 100.0f, "%.0f %%")) bench.wipe_place = 0.01f * place;
   }
-  ImGui::EndDisabled();
   draw_sides(bench);
 }
 
@@ -277,6 +281,12 @@ void draw_display(Workbench& bench) {
     changed |= choose_heatmap_style(settings.render.heatmap_style);
   }
   if (changed) bench.change(settings);
+  bool denoise = settings.denoise;
+  if (widgets::check(
+          {"Denoise", "the picture on the screen alone: saved ones and values of pixels stay raw"},
+          denoise)) {
+    bench.act(Action::kDenoise);
+  }
   widgets::heading("Histogram, as displayed");
   draw_histogram(bench);
   widgets::heading("Compare");

@@ -45,7 +45,7 @@ void PictureInput::button(int button, bool pressed, int modifiers) {
   drag_button_ = button;
   moved_ = false;
   pressed_at_ = position_;
-  if (bench_.wipe && button == GLFW_MOUSE_BUTTON_LEFT && bench_.picture()) {
+  if ((bench_.wipe || bench_.wipe_raw) && button == GLFW_MOUSE_BUTTON_LEFT && bench_.picture()) {
     const float line =
         bench_.placement.to_screen(Vec2f(bench_.wipe_place * float(bench_.picture()->width), 0.0f))
             .x;

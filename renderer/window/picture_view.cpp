@@ -135,9 +135,12 @@ void draw_wipe(const Workbench& bench, ImDrawList& list, int width, int height) 
   list.AddLine({a.x, a.y}, {a.x, b.y}, colour(accent_colour()), 1.0f);
   const float gap = ImGui::GetFontSize();
   const float top = std::max(a.y, float(bench.placement.area().y0)) + gap;
-  const std::string left = "A  now";
+  const std::string left = bench.wipe ? "A  now" : "denoised";
   draw_label(list, {a.x - 1.3f * gap - ImGui::CalcTextSize(left.c_str()).x, top}, left);
-  draw_label(list, {a.x + 1.3f * gap, top}, bench.kept.graded_as_a ? "B  kept" : "B  as kept");
+  draw_label(list, {a.x + 1.3f * gap, top},
+             !bench.wipe              ? "raw"
+             : bench.kept.graded_as_a ? "B  kept"
+                                      : "B  as kept");
 }
 
 // Around the picture from `a` to `b`, not under it: an OpenGL in software would draw it twice.
@@ -167,10 +170,12 @@ void PictureView::upload(const Workbench& bench) {
     picture_.upload(picture->width, picture->height, picture->rgba8);
     drawn_ = picture;
   }
-  const std::shared_ptr<const ShownPicture>& b = bench.picture_b();
-  if (bench.wipe && b && b != drawn_b_) {
-    picture_b_.upload(b->width, b->height, b->rgba8);
+  const bool raw = bench.shows_raw_beside();
+  const std::shared_ptr<const ShownPicture>& b = raw ? picture : bench.picture_b();
+  if ((raw || bench.wipe) && b && (b != drawn_b_ || raw != drawn_b_raw_)) {
+    picture_b_.upload(b->width, b->height, raw ? b->raw8 : b->rgba8);
     drawn_b_ = b;
+    drawn_b_raw_ = raw;
   }
 }
 
@@ -195,7 +200,7 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   list.PushClipRect({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)});
   // A to the left of the wipe, B to its right, neither under the other: llvmpipe, Mesa's OpenGL in
   // software, leaves out the upper of two pictures where nothing else is drawn.
-  const bool wipe = bench.wipe && !picture_b_.empty();
+  const bool wipe = (bench.wipe || bench.shows_raw_beside()) && !picture_b_.empty();
   const float place = wipe ? bench.wipe_place : 1.0f;
   const float line = wipe ? corner(bench, place * float(width), 0.0f).x : b.x;
   plain_.begin(list);
@@ -234,6 +239,10 @@ void draw_inspector(const Workbench& bench) {
   row("pixel", fmt::format("{}, {}", pixel.x, pixel.y));
   row("R G B",
       fmt::format("{:.4g}  {:.4g}  {:.4g}", pixel.radiance.x, pixel.radiance.y, pixel.radiance.z));
+  if (pixel.denoised) {
+    const Rgb& d = *pixel.denoised;
+    row("denoised", fmt::format("{:.4g}  {:.4g}  {:.4g}", d.x, d.y, d.z));
+  }
   if (pixel.alpha != 1.0f) row("alpha", readable_number(pixel.alpha));
   row("samples", pixel.known ? readable_count(pixel.samples) : "…");
   if (pixel.known && pixel.variance) {

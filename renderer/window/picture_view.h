@@ -22,6 +22,7 @@ class PictureView {
   PictureTexture picture_, picture_b_;
   PlainShader plain_;
   std::shared_ptr<const ShownPicture> drawn_, drawn_b_;
+  bool drawn_b_raw_ = false;
 };
 
 // Beside the cursor: what is known of the pixel under it.

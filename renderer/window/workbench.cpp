@@ -27,6 +27,7 @@ ViewSettings first_settings(const ViewOptions& options) {
   ViewSettings settings;
   settings.render = options.render;
   settings.display = options.render.display;
+  settings.denoise = true;
   settings.light_groups = options.render.light_groups;
   settings.render.heatmap_style.colours = ColourMap::kViridis;
   return settings;
@@ -181,6 +182,7 @@ void Workbench::note_drawn(const std::shared_ptr<const ShownPicture>& picture) {
                             {"samples", picture->samples},
                             {"driver", picture->driver},
                             {"buckets", picture->in_progress.size()},
+                            {"denoised", !picture->denoised.empty()},
                             {"legend", picture->overlay_legend}};
   members.update(place);
   journal.write("picture", members);
@@ -271,6 +273,7 @@ void Workbench::change(const ViewSettings& settings) {
   journal.write("settings", {{"edit", session_.edit()},
                              {"driver", settings.render.driver},
                              {"overlay", int(settings.overlay)},
+                             {"denoise", settings.denoise},
                              {"paused", settings.paused},
                              {"region", region}});
 }
@@ -331,6 +334,8 @@ void Workbench::act(Action action, int number) {
       return change_exposure(-kExposureStep);
     case Action::kNextOverlay:
       return next_overlay();
+    case Action::kDenoise:
+      return toggle_denoise();
     case Action::kInspector:
       return toggle_inspector();
     case Action::kExplain:
@@ -341,6 +346,8 @@ void Workbench::act(Action action, int number) {
       return keep_picture();
     case Action::kWipe:
       return toggle_wipe();
+    case Action::kWipeRaw:
+      return wipe_against_raw(!wipe_raw);
     case Action::kClearRegion:
       return clear_region();
     case Action::kPanels:
@@ -429,7 +436,26 @@ void Workbench::keep_picture() {
 
 void Workbench::toggle_wipe() {
   if (!kept.picture) return say(Message::Level::kNote, "B keeps a picture to compare with first");
+  if (!wipe) wipe_against_raw(false);
   toggle(wipe);
+}
+
+void Workbench::wipe_against_raw(bool on) {
+  if (on && !settings_.denoise)
+    return say(Message::Level::kNote, "the picture is raw; N denoises it");
+  if (on == wipe_raw) return;
+  wipe = wipe && !on;
+  wipe_raw = on;
+  ViewSettings settings = settings_;
+  settings.raw_beside = on;
+  change(settings);
+}
+
+void Workbench::toggle_denoise() {
+  if (settings_.denoise) wipe_against_raw(false);
+  ViewSettings settings = settings_;
+  toggle(settings.denoise);
+  change(settings);
 }
 
 void Workbench::clear_region() {

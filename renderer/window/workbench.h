@@ -99,6 +99,9 @@ class Workbench {
   const DisplayNames& display_names() const { return display_names_; }
   std::string problem() const { return session_.problem(); }
 
+  // The picture as it was before it was denoised is there, to be looked at beside it.
+  bool shows_raw_beside() const { return wipe_raw && picture_ && !picture_->raw8.empty(); }
+
   // ---- time
   bool has_time_line() const { return scene_ && !scene_->animations.empty(); }
   // When the next frame of what plays is due; Workbench::now().
@@ -146,8 +149,9 @@ class Workbench {
   KeptPicture kept;
   Playback playback;
   bool show_material = false;  // its tab is to be opened
-  bool wipe = false;
-  float wipe_place = 0.5f;  // share of the picture's width that shows A
+  bool wipe = false;           // against B
+  bool wipe_raw = false;       // of the denoised picture against the raw one; never both
+  float wipe_place = 0.5f;     // share of the picture's width that shows A
   bool show_shortcuts = false, show_messages = false, show_inspector = true;
   bool show_explanation = false;
   bool ask_for_scene = false, ask_for_picture_file = false,
@@ -197,6 +201,8 @@ class Workbench {
   void toggle_inspector();
   void keep_picture();  // as B
   void toggle_wipe();
+  void wipe_against_raw(bool on);
+  void toggle_denoise();
   void clear_region();
   void next_overlay();
   void copy_pixel();

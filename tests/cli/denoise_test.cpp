@@ -216,7 +216,35 @@ TEST_F(Denoise, AnExtendedFrameIsTheStraightOne) {
   expect_failure({"extend", path("out.exr"), "--spp", "48"}, 3, {"fewer than 16 samples"});
 }
 
+// --allocation denoised: the denoised picture comes with it, and where the samples go depends on no
+// thread, nor on a pause.
+TEST_F(Denoise, SamplesGoWhereTheDenoisedPictureGains) {
+  const Words shared = {"--driver", "adaptive", "--allocation", "denoised", "--spp", "80"};
+  const ExrPicture one = picture(shared + Words{"--threads", "1"});
+  for (const std::string& name : kResults) EXPECT_TRUE(one.channels.contains(name)) << name;
+  expect_within(one, picture(shared + Words{"--threads", "2", "--report", path("r.json")}));
+  const nlohmann::json json = read_json("r.json");
+  EXPECT_EQ(json["error"]["of"], "denoised");
+  EXPECT_GT(json["error"]["estimate"].get<double>(), 0.0);
+  EXPECT_GT(json["denoise"]["error_after"].get<double>(), 0.0);
+  EXPECT_NEAR(json["samples"]["mean"].get<double>(), 80.0, 4.0);
+  EXPECT_NE(one.channels.at("samples"),
+            picture({"--driver", "adaptive", "--denoise", "--spp", "80"}).channels.at("samples"));
+  EXPECT_EQ(read_json("r.json")["error"]["estimator"], "nested");
+}
+
 TEST_F(Denoise, RefusesWhatItCannotUse) {
+  const Words shared = {"--allocation", "denoised"};
+  const Words adaptive = shared + Words{"--driver", "adaptive"};
+  expect_failure(words(shared + Words{"--noise-threshold", "0.1"}), 2,
+                 {"--allocation denoised", "--driver adaptive"});
+  expect_failure(words(adaptive + Words{"--noise-threshold", "0.1"}), 2,
+                 {"--allocation denoised", "--noise-threshold"});
+  expect_failure(words(adaptive + Words{"--unbiased"}), 2, {"--allocation denoised", "--unbiased"});
+  expect_failure(words(adaptive + Words{"--streams", "1"}), 2,
+                 {"--allocation denoised", "--streams"});
+  expect_failure(words(adaptive + Words{"--integrator", "normal"}), 2,
+                 {"--allocation denoised", "path"});
   expect_failure(words({"--denoise", "--streams", "1"}), 2, {"--denoise", "--streams"});
   expect_failure(words({"--denoise", "--integrator", "normal"}), 2, {"--denoise", "path"});
   render(words({"--aov", "albedo"}));

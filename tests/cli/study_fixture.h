@@ -58,6 +58,7 @@ class Study : public CommandTest {
     for (Row& row : list) {
       row.erase("wall_s");
       row.erase("cpu_s");
+      row.erase("filter_cpu_s");
     }
     return list;
   }

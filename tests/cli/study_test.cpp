@@ -75,6 +75,44 @@ TEST_F(Study, ClaimedErrorsStandBesideTheTrueOnes) {
   }
 }
 
+// The raw methods have the figures that they have alone; of the denoised ones the filter's are
+// told.
+TEST_F(Study, DenoisedPicturesBesideTheRaw) {
+  const Words words = {"--drivers", "bucket,adaptive", "--spp", "16,64", "--size", "32x32"};
+  const RunResult result =
+      study(study_words("s", words + Words{"--denoise", "--estimators", "nested,nested/denoised"}));
+  EXPECT_NE(result.out.find("estimate : truth"), std::string::npos) << result.out;
+  study(study_words("raw", words + Words{"--separate", "--estimators", "nested"}));
+  const std::vector<Row> all = rows("s"), raw = rows("raw");
+  ASSERT_EQ(all.size(), 5u * 2 * 2);
+  size_t denoised = 0;
+  for (const Row& row : all) {
+    SCOPED_TRACE(row.at("method") + " " + row.at("budget"));
+    if (row.at("denoised") == "no") {
+      EXPECT_EQ(row.at("filter_cpu_s"), "");
+      const auto same = std::ranges::find_if(raw, [&](const Row& other) {
+        return other.at("method") == row.at("method") && other.at("seed") == row.at("seed") &&
+               other.at("budget") == row.at("budget");
+      });
+      ASSERT_NE(same, raw.end());
+      EXPECT_EQ(same->at("mse"), row.at("mse"));
+      continue;
+    }
+    ++denoised;
+    EXPECT_GT(std::stod(row.at("filter_cpu_s")), 0);
+    EXPECT_GT(std::stod(row.at("cpu_s")), std::stod(row.at("filter_cpu_s")));
+    EXPECT_GT(std::stod(row.at("estimate")), 0);
+    EXPECT_LE(std::stod(row.at("kept_share")), 1);
+    EXPECT_NEAR(std::stod(row.at("mean_samples")) / std::stod(row.at("budget")), 1, 0.1);
+  }
+  EXPECT_EQ(denoised, 3u * 2 * 2);
+  const nlohmann::json json = read_json("s/study.json");
+  EXPECT_TRUE(json["summary"][0]["filter"].empty());
+  EXPECT_EQ(json["summary"][1]["filter"].size(), 2u);
+  EXPECT_TRUE(json["summary"][1]["metrics"]["mse"]["neyman_fraction"][0].is_null());
+  EXPECT_NE(read_text(path("s/study.html")).find("Denoising"), std::string::npos);
+}
+
 // Law 2: equal samples, equal bits; so equal errors to the last digit.
 TEST_F(Study, UniformDriversHaveEqualErrorsAtEqualSamples) {
   study(study_words("s", {"--drivers", "bucket,bisection", "--spp", "1,2,4,8"}));

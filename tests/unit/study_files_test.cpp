@@ -26,6 +26,7 @@ StudyRun awkward_run() {
   c.cpu_s = 0.1 + 0.2;
   c.error = {1e-300, 0.1, -1e-7, 5e-324, 0.25, -0.0, std::nan(""), 1.0 / 7};
   c.estimate = 1.0 / 9;
+  c.filter = {1.0 / 11, 1.0 / 13};
   run.calibration = {{16, 0.01, std::nan("")}, {32, 0.02, 0.03}};
   run.non_finite_samples = 3;
   return run;
@@ -58,6 +59,9 @@ TEST(StudyFiles, ARunComesBackAsItWas) {
   EXPECT_EQ(a.wall_s, b.wall_s);
   EXPECT_EQ(a.cpu_s, b.cpu_s);
   EXPECT_EQ(a.estimate, b.estimate);
+  ASSERT_TRUE(b.filter);
+  EXPECT_EQ(a.filter->cpu_s, b.filter->cpu_s);
+  EXPECT_EQ(a.filter->kept_share, b.filter->kept_share);
   EXPECT_EQ(a.error.signed_bias, b.error.signed_bias);
   for (const StudyMetricEntry& metric : study_metric_table()) {
     const double x = a.error.*metric.value, y = b.error.*metric.value;

@@ -9,6 +9,7 @@
 
 #include "io/fingerprint.h"
 #include "renderer/core/errors.h"
+#include "renderer/drivers/frame_plan.h"
 #include "renderer/process/process_usage.h"
 #include "renderer/process/render_clock.h"
 #include "unit/output_folder.h"
@@ -61,6 +62,36 @@ TEST(StudyPlan, FramesThatCannotBeLookedAtOnTheirWayAreSeparate) {
   }
   options.separate = true;
   for (const PlannedMethod& m : plan_study(options).methods) EXPECT_TRUE(m.separate);
+}
+
+// Each once more; the allocation that needs a denoised picture alone has no raw one.
+TEST(StudyPlan, DenoisedMethodsStandBesideTheRaw) {
+  StudyOptions options;
+  options.drivers = "bucket,adaptive";
+  options.estimators = "nested,nested/denoised";
+  options.denoise = true;
+  StudyPlan plan = plan_study(options);
+  EXPECT_EQ(names(plan),
+            (std::vector<std::string>{"bucket", "bucket+denoise", "adaptive/nested",
+                                      "adaptive/nested+denoise", "adaptive/nested/denoised"}));
+  EXPECT_EQ(plan.baseline, "bucket");
+  std::set<std::string> ids;
+  for (const PlannedMethod& m : plan.methods) {
+    EXPECT_TRUE(m.separate) << m.id;
+    const std::string& name = m.method.name;
+    EXPECT_EQ(m.method.denoised, name.ends_with("+denoise") || name.ends_with("/denoised")) << m.id;
+    EXPECT_EQ(aovs_of(m.options).contains(Aov::kDenoising), m.method.denoised) << m.id;
+    EXPECT_EQ(m.impossible, "") << m.id;
+    ids.insert(m.id);
+  }
+  EXPECT_EQ(ids.size(), 5u);
+  options.denoise = false;
+  plan = plan_study(options);
+  EXPECT_EQ(names(plan),
+            (std::vector<std::string>{"bucket", "adaptive/nested", "adaptive/nested/denoised"}));
+  EXPECT_TRUE(plan.methods[2].method.denoised);
+  options.estimators = "nested/denoised/unbiased,two-stream";
+  EXPECT_NE(plan_study(options).methods[1].impossible.find("--unbiased"), std::string::npos);
 }
 
 TEST(StudyPlan, SamplersThatTakePowersOfTwoGetThem) {

@@ -4,7 +4,7 @@ emberline_test(view_arithmetic_test
 emberline_test(render_session_test TIMED TIMEOUT 300
   SOURCES render_session_test.cpp session_storm_test.cpp session_edits_test.cpp session_files_test.cpp
           session_overlay_test.cpp session_comparison_test.cpp session_bucket_test.cpp
-          session_time_test.cpp
+          session_time_test.cpp session_denoise_test.cpp
   LINK emberline_app emberline_session)
 target_compile_definitions(render_session_test
   PRIVATE EMBERLINE_SCENES="${CMAKE_SOURCE_DIR}/scenes")

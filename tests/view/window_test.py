@@ -70,8 +70,15 @@ class WindowTest(unittest.TestCase):
 
     # ---- the picture
 
+    def raw(self, window):
+        """The window with its pictures not denoised."""
+        since = window.mark()
+        window.key("n")
+        window.wait_for("picture", lambda e: not e["denoised"], since)
+        return window
+
     def test_shows_what_render_writes(self):
-        window = self.finished()
+        window = self.raw(self.finished())
         window.key("z")  # one to one
         time.sleep(0.3)
         width, height, rows = window.screenshot()
@@ -196,6 +203,47 @@ class WindowTest(unittest.TestCase):
             return sum(abs(a - b) for a, b in pairs) / len(pairs)
         self.assertGreater(difference(10, SIZE[0] // 2 - 10), 20)  # the overlay
         self.assertLess(difference(SIZE[0] // 2 + 10, SIZE[0] - 10), 1)  # the picture of before
+
+    def test_pictures_are_denoised_from_the_first_on(self):
+        window = self.finished(*small(driver="live", spp=4))
+        pictures = [e for e in window.events if e["event"] == "picture" and e["samples"] > 0]
+        self.assertTrue(all(e["denoised"] for e in pictures))
+        clean = window.screenshot()[2]
+        edit = window.last("picture")["edit"]
+        self.raw(window)
+        time.sleep(0.3)
+        noisy = window.screenshot()[2]
+        self.assertEqual(window.last("picture")["edit"], edit)
+
+        def roughness(rows):
+            left, top = (int(value) for value in window.last("placed")["at"])
+            zoom = window.last("placed")["zoom"]
+            spans = [rows[top + int(y * zoom)][3 * (left + int(50 * zoom)):3 * (left + int(110 * zoom))]
+                     for y in range(10, 60)]
+            return sum(abs(a - b) for s in spans for a, b in zip(s, s[3:])) / len(spans)
+        self.assertLess(roughness(clean), 0.7 * roughness(noisy))
+
+    def test_a_wipe_between_denoised_and_raw(self):
+        window = self.finished()
+        clean = window.screenshot()[2]
+        since = window.mark()
+        window.key("shift+v")
+        window.wait_for("picture", since=since)
+        time.sleep(0.3)
+        wiped = window.screenshot()[2]
+        self.raw(window)  # which ends the wipe
+        time.sleep(0.3)
+        noisy = window.screenshot()[2]
+        left, top = (int(value) for value in window.last("placed")["at"])
+        zoom = window.last("placed")["zoom"]
+
+        def side(rows, x0, x1):
+            span = slice(3 * (left + int(x0 * zoom)), 3 * (left + int(x1 * zoom)))
+            return [bytes(rows[top + int(y * zoom)][span]) for y in range(30, 60)]  # clear of labels and notes
+        first, second = (10, SIZE[0] // 2 - 10), (SIZE[0] // 2 + 10, SIZE[0] - 10)
+        self.assertEqual(side(wiped, *first), side(clean, *first))
+        self.assertEqual(side(wiped, *second), side(noisy, *second))
+        self.assertNotEqual(side(clean, *second), side(noisy, *second))
 
     def test_live_driver_goes_on_with_adaptive_sampling(self):
         window = self.window(*small(driver="live", spp=None))

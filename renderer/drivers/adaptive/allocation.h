@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -31,6 +32,16 @@ void share_samples(std::span<const float> rates, std::span<const SampleBounds> b
 // expected to bring for its samples, variance / (n m), is worth about as much as everybody else's.
 void share_steps(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
                  std::vector<float>* counts);
+
+// Counts are multiples of this. Whole blocks of the sampler: pairs of dimensions are stratified by
+// 8, streams alternate by 8. Of many samples, a quarter of the power of two below: what a Sobol'
+// sequence has at 12, 14 or 16 times a power of two is better stratified than in between
+// (tests/bench/RESULTS.md). Where a pixel is judged by the halves of its samples, a half of it: at
+// other counts it is not looked at again.
+inline uint32_t count_multiple(float wanted, bool halves) {
+  const uint32_t steps = halves ? 2 : 4;
+  return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);
+}
 
 // Rounds `wanted` up or down by chance (u in [0, 1)), so that its expectation is kept, to `have` or
 // a multiple of `step`, a power of two, above it; to `have` if less is wanted, or NaN. Exact below

@@ -49,19 +49,11 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   } else if (entry.batch == 0 && s.threshold <= 0.0f) {
     samples = std::clamp(s.budget / 8 / 8 * 8, kLeastPilot, kMostPilot);
   }
+  // Else one of the two streams has none.
+  if (s.allocation == ErrorMetric::kDenoised) samples = std::max(samples, kMostPilot);
   if (s.budget > 0) samples = std::min(samples, s.budget);
   if (s.max_samples > 0) samples = std::min(samples, s.max_samples);
   return std::max(samples, 1u);
-}
-
-// Counts are multiples of this. Whole blocks of the sampler: pairs of dimensions are stratified by
-// 8, streams alternate by 8. Of many samples, a quarter of the power of two below: what a Sobol'
-// sequence has at 12, 14 or 16 times a power of two is better stratified than in between
-// (tests/bench/RESULTS.md). Where a pixel is judged by the halves of its samples, a half of it: at
-// other counts it is not looked at again.
-uint32_t count_multiple(float wanted, bool halves) {
-  const uint32_t steps = halves ? 2 : 4;
-  return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);
 }
 
 float most_samples(const AdaptiveSettings& s) {
@@ -126,19 +118,28 @@ uint32_t RoundPlanner::round_seed() const {
   return settings_.unbiased && round_ > 0 ? hash_combine(seed_, uint32_t(round_)) : seed_;
 }
 
-void RoundPlanner::look(const FilmTile& film) { look(film, {}); }
+void RoundPlanner::look(const FilmTile& film) { look(film, false, {}); }
 
 // False if a stop was requested: each step takes some milliseconds for a large frame.
-bool RoundPlanner::look(const FilmTile& film, const std::stop_token& stop) {
+bool RoundPlanner::look(const FilmTile& film, bool to_plan, const std::stop_token& stop) {
   gather_statistics(film, &statistics_);
   if (stop.stop_requested()) return false;
   if (entry_.halves) halves_.look(&statistics_);
   entry_.estimate(statistics_, {settings_.threshold, settings_.allocation}, &errors_);
   if (stop.stop_requested()) return false;
+  if (for_denoised()) return look_denoised(film, to_plan, stop);
   if (entry_.rms_error) {
     error_estimate_ = averaged() ? frame_error(*averages_, statistics_.size(), errors_.missed)
                                  : frame_error(statistics_, errors_.missed);
   }
+  return true;
+}
+
+// False if a stop was requested.
+bool RoundPlanner::look_denoised(const FilmTile& film, bool to_plan, const std::stop_token& stop) {
+  const bool worth_it = to_plan && !spent();
+  if (!denoised_.look(film, statistics_.count, worth_it, &errors_, stop)) return false;
+  if (denoised_.known()) error_estimate_ = root_mean_square(errors_.error);
   return true;
 }
 
@@ -204,15 +205,20 @@ void RoundPlanner::expected_gains(std::span<const uint32_t> have, std::span<cons
   });
 }
 
+// Less than a rounding step for the frame, or for every thousandth pixel, or a five hundredth of
+// the budget is not worth a round.
+bool RoundPlanner::spent() const {
+  const auto pixels = double(targets_.size());
+  const double left = double(settings_.budget) * pixels - spent_;
+  const double least = std::max(8e-3, kLeastRound * double(settings_.budget));
+  return settings_.budget > 0 && left < std::max(1.0, least * pixels);
+}
+
 bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
-  interrupted_ = !look(film, stop);
+  interrupted_ = !look(film, true, stop);
   if (interrupted_) return false;
   ++round_;
-  const double left = double(settings_.budget) * double(targets_.size()) - spent_;
-  // Less than a rounding step for the frame, or for every thousandth pixel, or a five hundredth of
-  // the budget is not worth a round.
-  const double least = std::max(8e-3, kLeastRound * double(settings_.budget));
-  bool more = settings_.budget == 0 || left >= std::max(1.0, least * double(targets_.size()));
+  bool more = !spent();
   // Rounds whose number and sizes are fixed beforehand: each brings as much as all before it.
   const double planned = std::min(double(settings_.budget), 2 * planned_mean_);
   if (settings_.unbiased) more = planned > planned_mean_;
@@ -464,6 +470,7 @@ void RoundPlanner::archive(Archive& archive) {
   }
   archive.check(settings_.budget == 0 || total <= 2 * uint64_t(settings_.budget) * pixels);
   halves_.archive(archive, pixels);
+  if (for_denoised()) denoised_.archive(archive, pixels);
   archive.array(errors_.error, pixels);
   archive.array(errors_.deviation, pixels);
   for (const auto* values : {&errors_.error, &errors_.deviation}) {
@@ -476,7 +483,7 @@ void RoundPlanner::archive(Archive& archive) {
 
 uint64_t RoundPlanner::bytes() const {
   // Statistics have twelve planes, the map two.
-  return halves_.bytes() + targets_.capacity() * sizeof(uint32_t) +
+  return halves_.bytes() + denoised_.bytes() + targets_.capacity() * sizeof(uint32_t) +
          12 * statistics_.size() * sizeof(float) +
          (errors_.error.capacity() + errors_.deviation.capacity() + rates_.capacity() +
           shares_.capacity()) *

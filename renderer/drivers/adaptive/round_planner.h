@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "renderer/drivers/adaptive/allocation.h"
+#include "renderer/drivers/adaptive/denoised_error.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/adaptive/sample_halves.h"
@@ -97,7 +98,11 @@ class RoundPlanner {
   uint64_t bytes() const;
 
  private:
-  bool look(const FilmTile& film, const std::stop_token& stop);
+  bool look(const FilmTile& film, bool to_plan, const std::stop_token& stop);
+  bool look_denoised(const FilmTile& film, bool to_plan, const std::stop_token& stop);
+  bool for_denoised() const { return settings_.allocation == ErrorMetric::kDenoised; }
+  // The budget has not enough left for a round.
+  bool spent() const;
   bool grow_pilot();
   bool share_by_deviation();
   void share_whole_budget(double total);
@@ -137,7 +142,8 @@ class RoundPlanner {
   std::vector<uint32_t> targets_;
   const RoundAverages* averages_ = nullptr;
   PixelStatistics statistics_;
-  SampleHalves halves_;  // if the estimator goes by them
+  SampleHalves halves_;     // if the estimator goes by them
+  DenoisedError denoised_;  // if samples are shared by it
   ErrorMap errors_;
   std::vector<float> rates_, shares_;
   std::vector<SampleBounds> bounds_;

@@ -273,6 +273,7 @@ void estimate_two_stream(const PixelStatistics& p, const EstimatorSettings& sett
   constexpr float kWhole = 1.0f / (1.0f + kPrior);
   switch (settings.allocation) {
     case ErrorMetric::kDisplay:
+    case ErrorMetric::kDenoised:  // until there is a denoised picture
       return estimate_rows(
           p,
           [](float, float display, const Variances& v) {

@@ -1,0 +1,39 @@
+#include "renderer/study/study_denoise.h"
+
+#include <algorithm>
+
+#include "renderer/output/denoise_pass.h"
+#include "renderer/process/render_clock.h"
+
+namespace emberline {
+
+void denoise_picture(const Rect& crop, StudyPicture* picture) {
+  AovSet aovs;
+  aovs.insert(Aov::kDenoising);
+  DenoiseJob job = {crop, film_channel_names(aovs), kStudyTile, 1, {}, {}};
+  const size_t channels = job.channels.size();
+  std::vector<float> denoised(size_t(crop.area()) * kStudyPictureChannels);
+  job.read = [&](const Rect& rows, std::vector<float>& pixels) {
+    const float* first = &picture->values[crop.index_of(rows.x0, rows.y0) * channels];
+    pixels.assign(first, first + size_t(rows.area()) * channels);
+  };
+  job.write = [&](const Rect& tile, const std::vector<float>& pixels) {
+    const size_t stride = pixels.size() / size_t(tile.area());
+    for (size_t i = 0; i < size_t(tile.area()); ++i) {
+      const float* pixel = &pixels[i * stride];
+      float* to = &denoised[crop.index_of(tile.x_of(i), tile.y_of(i)) * kStudyPictureChannels];
+      std::copy_n(pixel, kStudyPictureChannels, to);
+      std::copy_n(pixel + channels, 3, to);
+    }
+  };
+  const RenderClock clock;
+  const DenoiseReport report = denoise_frame(job);
+  const double cpu = clock.cpu_seconds();
+  picture->wall_s += clock.seconds();
+  picture->cpu_s += cpu;
+  picture->filter = {cpu, report.kept_share};
+  picture->estimate = report.error_after;
+  picture->values = std::move(denoised);
+}
+
+}  // namespace emberline

@@ -1,0 +1,139 @@
+// --allocation denoised on frames whose samples are made up: where the filter helps, samples are
+// not needed.
+#include "renderer/drivers/adaptive/denoised_error.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <cmath>
+#include <vector>
+
+#include "renderer/core/errors.h"
+#include "unit/planned_frames.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+constexpr int kWidth = 64, kHeight = 48;
+
+// Equal noise everywhere; the left half is flat, on the right each pixel has a brightness of its
+// own that neighbours and features know nothing of.
+SyntheticFrame half_flat(uint64_t seed) {
+  return {kWidth, kHeight, seed, [](int x, int y, TestRandom& random) {
+            TestRandom of_pixel(77, uint64_t(y) * kWidth + uint64_t(x));
+            const float mean = x < kWidth / 2 ? 0.5f : 0.3f + 0.4f * of_pixel.next();
+            return noisy(random, mean, 0.1f);
+          }};
+}
+
+// Samples of the right half over those of the left.
+double share_of_the_rough(std::string_view estimator, ErrorMetric allocation) {
+  SyntheticFrame frame = half_flat(5);
+  AdaptiveSettings settings = of_budget(256, allocation);
+  settings.estimator = estimator;
+  RoundPlanner planner(settings, kWidth, kHeight, 7);
+  frame.render(planner);
+  EXPECT_NEAR(frame.mean_count(), 256.0, 13.0);
+  double left = 0, right = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) (x < kWidth / 2 ? left : right) += frame.count(x, y);
+  }
+  return right / left;
+}
+
+// What the noise alone asks for is even.
+TEST(DenoisedError, SamplesGoWhereNoFilterHelps) {
+  for (const char* estimator : {"two-stream", "nested"}) {
+    SCOPED_TRACE(estimator);
+    EXPECT_LT(share_of_the_rough(estimator, ErrorMetric::kDisplay), 1.25);
+    EXPECT_GT(share_of_the_rough(estimator, ErrorMetric::kDenoised), 1.75);
+  }
+}
+
+struct Looked {
+  SyntheticFrame frame = half_flat(6);
+  DenoisedError denoised;
+  ErrorMap map = {std::vector<float>(size_t(kWidth) * kHeight, 7.0f),
+                  std::vector<float>(size_t(kWidth) * kHeight, 7.0f)};
+
+  void look(uint32_t samples, bool may_filter = true) {
+    frame.bring_to(std::vector<uint32_t>(size_t(kWidth) * kHeight, samples));
+    const std::vector<float> counts(size_t(kWidth) * kHeight, float(samples));
+    EXPECT_TRUE(denoised.look(frame.film(), counts, may_filter, &map, {}));
+  }
+};
+
+TEST(DenoisedError, IsFilteredAtFourTimesTheSamplesAndFallsInBetween) {
+  Looked at;
+  at.look(8);
+  EXPECT_EQ(at.map.error[0], 7.0f) << "one of the streams has no sample yet";
+  at.look(16);
+  EXPECT_FALSE(at.denoised.stale());
+  const std::vector<float> error = at.map.error, deviation = at.map.deviation;
+  EXPECT_LT(error[0], 0.5f * error[kWidth - 1]);
+  at.look(32);
+  EXPECT_TRUE(at.denoised.stale());
+  EXPECT_EQ(at.map.deviation, deviation);
+  for (size_t i = 0; i < error.size(); ++i) {
+    ASSERT_NEAR(error[i], 4 * deviation[i] / 16, 1e-6);
+    ASSERT_NEAR(at.map.error[i], error[i] / std::sqrt(2.0f), 1e-6);
+  }
+  at.look(64, false);
+  EXPECT_TRUE(at.denoised.stale());
+  EXPECT_EQ(at.map.deviation, deviation);
+  at.look(64);
+  EXPECT_FALSE(at.denoised.stale());
+  EXPECT_NE(at.map.deviation, deviation);
+}
+
+// Saved amid the samples between two passes of the filter, it goes on to the same bits; what no
+// film has is refused.
+TEST(DenoisedError, ComesBackFromAnArchive) {
+  const size_t pixels = size_t(kWidth) * kHeight;
+  Looked at, back;
+  at.look(16);
+  std::vector<std::byte> bytes;
+  Archive saving(bytes);
+  at.denoised.archive(saving, pixels);
+  saving.end();
+  Archive loading{std::span<const std::byte>(bytes)};
+  back.denoised.archive(loading, pixels);
+  loading.end();
+  for (Looked* one : {&at, &back}) one->look(48);
+  EXPECT_TRUE(back.denoised.stale());
+  EXPECT_EQ(at.map.error, back.map.error);
+  Archive other{std::span<const std::byte>(bytes)};
+  DenoisedError small;
+  EXPECT_THROW(small.archive(other, pixels - 1), InputError);
+}
+
+TEST(DenoisedError, TheSameForAnyThreads) {
+  std::vector<float> reference;
+  for (const int threads : {1, 2, 7}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+    tbb::task_arena arena(threads);
+    arena.execute([&] {
+      Looked at;
+      at.look(16);
+      if (reference.empty()) reference = at.map.error;
+      EXPECT_EQ(at.map.error, reference) << threads << " threads";
+    });
+  }
+}
+
+// What a stop cuts short leaves the map as it was.
+TEST(DenoisedError, AStopIsHonoured) {
+  Looked at;
+  at.frame.bring_to(std::vector<uint32_t>(size_t(kWidth) * kHeight, 16));
+  const std::vector<float> counts(size_t(kWidth) * kHeight, 16.0f);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_FALSE(at.denoised.filter(at.frame.film(), counts, &at.map, stop.get_token()));
+  EXPECT_EQ(at.map.error[0], 7.0f);
+}
+
+}  // namespace
+}  // namespace emberline
