@@ -28,4 +28,4 @@ status=0
 EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" -LE timed -j "$(($(nproc) + 1))" || status=$?
 ctest --preset "$preset" -L timed -j "$(nproc)" || status=$?
 [ $status -eq 0 ] || exit $status
-python3 tests/numerics/table.py "$rows" tests/numerics/README.md >/dev/null
+python3 tests/numerics/table.py "$rows" tests/numerics/TABLE.md >/dev/null
