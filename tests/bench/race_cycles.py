@@ -51,7 +51,7 @@ def parse_arguments():
     a("--reference-spp", type=int, default=4096, help="64 times --error-spp adds 1.6 %% to an error")
     a("--cache", type=pathlib.Path, default=ROOT / "build/race", help="references, and the images compared")
     a("-o", "--output", type=pathlib.Path, help="the tables as Markdown (default: stdout)")
-    a("--json", type=pathlib.Path, help="every run's figures")
+    a("--json", type=pathlib.Path, help="every run's figures; a scene that is in it is not raced again")
     a("--chart", type=pathlib.Path, help="the ratios of all scenes as a picture (SVG)")
     return p.parse_args()
 
@@ -271,35 +271,40 @@ def chart(figures):
     return "\n".join([*parts, "</svg>"]) + "\n"
 
 
+def race(options, scene, ours, theirs):
+    runs, loads = {"ours": [], "theirs": []}, []
+    for _ in range(options.pairs):
+        for side, renderer in (("theirs", theirs), ("ours", ours)):
+            loads.append(os.getloadavg()[0])
+            runs[side].append(renderer.render(scene, options.size, options.spp, 1, renderer.file("-speed.exr")))
+    both = lambda wanted, *how: {side: errors(options, renderer, scene, *how) if wanted else []
+                                 for side, renderer in (("ours", ours), ("theirs", theirs))}
+    return {"speed": runs, "error": both(options.error_seeds), "adaptive": both(options.adaptive_spp, True),
+            "load_average": loads}
+
+
 def main():
     options = parse_arguments()
     options.cache = options.cache.resolve()
     views = json.loads((options.assets / "views.json").read_text())
     names = options.scenes or [name for name in views if name.startswith("scenes/")]
-    pages, record, figures, unread = [], {}, {}, {}
+    pages, figures, unread = [], {}, {}
+    record = json.loads(options.json.read_text()) if options.json and options.json.exists() else {}
+    names = list(dict.fromkeys([*record, *names]))
     for name in names:
         if name not in views:
             sys.exit(f"race_cycles.py: {options.assets / 'views.json'} has no view of {name}")
         scene = (options.assets / name).resolve()
-        ours, theirs = Emberline(options, views[name]), Cycles(options, views[name])
-        nothing = lambda: {"ours": [], "theirs": []}
-        runs, error_runs, adaptive_runs, loads = nothing(), nothing(), nothing(), []
         try:
-            for _ in range(options.pairs):
-                for side, renderer in (("theirs", theirs), ("ours", ours)):
-                    loads.append(os.getloadavg()[0])
-                    runs[side].append(renderer.render(scene, options.size, options.spp, 1, renderer.file("-speed.exr")))
-            if options.error_seeds:
-                error_runs = {"ours": errors(options, ours, scene), "theirs": errors(options, theirs, scene)}
-            if options.adaptive_spp:
-                adaptive_runs = {"ours": errors(options, ours, scene, True),
-                                 "theirs": errors(options, theirs, scene, True)}
+            if name not in record:
+                record[name] = race(options, scene, Emberline(options, views[name]), Cycles(options, views[name]))
         except Unreadable as what:
             unread[name] = what
             continue
-        figures[name] = ratios_of(runs, error_runs, adaptive_runs)
-        pages.append(table(options, name, runs, error_runs, adaptive_runs, loads))
-        record[name] = {"speed": runs, "error": error_runs, "adaptive": adaptive_runs, "ratios": figures[name], "load_average": loads}
+        raced = record[name]
+        found = raced["speed"], raced["error"], raced["adaptive"]
+        figures[name] = raced["ratios"] = ratios_of(*found)
+        pages.append(table(options, name, *found, raced["load_average"]))
         print(pages[-1], file=sys.stderr if options.output else sys.stdout, flush=True)
         if options.json:  # as it grows: the race of all scenes takes hours
             options.json.write_text(json.dumps(record, indent=2))
