@@ -58,8 +58,10 @@ class PathBatch {
     Rgb throughput = Rgb(1.0f);
     Rgb radiance = Rgb(0.0f);
     float eta_scale = 1.0f;  // radiance compression by refraction so far; for roulette only
-    Interior interior;       // what the ray is inside of
-    Way way = Way::kSeen;    // of light that the ray finds; if light is clamped
+    // Of Russian roulette for the ray under way: to go on from a surface, and to be traced.
+    float survival = 1.0f, ray_survival = 1.0f;
+    Interior interior;     // what the ray is inside of
+    Way way = Way::kSeen;  // of light that the ray finds; if light is clamped
     LastVertex last;
     [[no_unique_address]] std::conditional_t<kGlass, Scattering, NoScattering> scattering;
     SampleRays rays;
@@ -90,6 +92,7 @@ class PathBatch {
   BsdfSample sample_bsdf(uint32_t depth, int lane);
   bool scatter(uint32_t depth, int lane);
   bool leave_along(const BsdfSample& next, int lane);
+  bool survives_hit(Path* path);
   void follow_rays();
   void see_environment(const LaneList& missed);
   uint32_t group_of(const LightSample& light) const;
