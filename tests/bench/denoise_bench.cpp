@@ -1,10 +1,10 @@
-// What denoise() makes of two finished frames of the same scene with different seeds, taken for the
-// halves of one, against a reference that is two such frames of many samples. Not a test;
-// denoise_scenes.py renders the frames and calls it, RESULTS.md has the figures.
+// What denoise() makes of a finished frame, against a reference that is a frame of many samples
+// with another seed, whose halves are its two pictures. Not a test; denoise_scenes.py renders the
+// frames and calls it, RESULTS.md has the figures.
 //
-//   denoise_bench A.exr B.exr REFERENCE_A.exr REFERENCE_B.exr [--clean FILE] [--repetitions N]
+//   denoise_bench FRAME.exr REFERENCE.exr [--clean FILE] [--repetitions N]
 //
-// Frames need --aov albedo,N,Z. One line of JSON: errors of the raw and the denoised picture, the
+// Both need --aov denoising. One line of JSON: errors of the raw and the denoised picture, the
 // estimate over the true error (RMS, as displayed) for either, the share of 16-pixel blocks whose
 // true error is within twice the estimate, processor seconds (the median).
 #include <fmt/format.h>
@@ -32,23 +32,25 @@ void write_picture(const std::string& path, const DenoisedPicture& picture, int 
   write_exr_planes(path, width, height, planes);
 }
 
-DenoiseInput halves(ExrPlanes& a, ExrPlanes& b) {
+const std::vector<float>& plane(const ExrPlanes& frame, int half, const std::string& name) {
+  return frame.planes.at(fmt::format("half{}.{}", half, name));
+}
+
+DenoiseInput halves(const ExrPlanes& frame) {
   DenoiseInput input;
-  input.width = a.width;
-  input.height = a.height;
+  input.width = frame.width;
+  input.height = frame.height;
   const auto planes = [&](const std::string& name) {
-    return HalfPlanes{a.planes.at(name), b.planes.at(name)};
+    return HalfPlanes{plane(frame, 1, name), plane(frame, 2, name)};
   };
   input.samples = planes("samples");
   for (size_t c = 0; c < 3; ++c) {
     input.colour[c] = planes(kColour[c]);
     input.albedo[c] = planes(std::string("albedo.") + kColour[c]);
   }
-  // Nearness: of an empty pixel Z is 1e10.
-  for (ExrPlanes* frame : {&a, &b}) {
-    for (float& z : frame->planes.at("Z")) z = 1.0f / (1.0f + z);
+  for (const char* name : {"N.X", "N.Y", "N.Z", "nearness", "visibility"}) {
+    input.features.push_back(planes(name));
   }
-  for (const char* name : {"N.X", "N.Y", "N.Z", "Z"}) input.features.push_back(planes(name));
   return input;
 }
 
@@ -95,15 +97,14 @@ std::string errors_of(const RgbImage& picture, const ReferencePicture& reference
 }
 
 int run(int argc, char** argv) {
-  ExrPlanes a = read_exr_planes(argv[1]), b = read_exr_planes(argv[2]);
-  const ExrPlanes reference_a = read_exr_planes(argv[3]), reference_b = read_exr_planes(argv[4]);
+  const ExrPlanes frame = read_exr_planes(argv[1]), many = read_exr_planes(argv[2]);
   std::string clean_file;
   int repetitions = 1;
-  for (int i = 5; i + 1 < argc; i += 2) {
+  for (int i = 3; i + 1 < argc; i += 2) {
     if (std::string_view(argv[i]) == "--clean") clean_file = argv[i + 1];
     if (std::string_view(argv[i]) == "--repetitions") repetitions = std::atoi(argv[i + 1]);
   }
-  const DenoiseInput input = halves(a, b);
+  const DenoiseInput input = halves(frame);
   DenoisedPicture clean;
   std::vector<double> seconds;
   for (int i = 0; i < std::max(repetitions, 1); ++i) {
@@ -112,15 +113,17 @@ int run(int argc, char** argv) {
     seconds.push_back(double(std::clock() - start) / CLOCKS_PER_SEC);
   }
   std::sort(seconds.begin(), seconds.end());
-  if (!clean_file.empty()) write_picture(clean_file, clean, a.width, a.height);
-  const RgbImage truth_a = picture_of(reference_a), truth_b = picture_of(reference_b);
+  if (!clean_file.empty()) write_picture(clean_file, clean, frame.width, frame.height);
+  const auto truth = [&](int half) {
+    return interleaved(frame.width, frame.height,
+                       [&](size_t c, size_t i) { return plane(many, half, kColour[c])[i]; });
+  };
+  const RgbImage truth_a = truth(1), truth_b = truth(2);
   const ReferencePicture reference(truth_a, truth_b);
-  const RgbImage raw = interleaved(a.width, a.height, [&](size_t c, size_t i) {
-    return 0.5f * (input.colour[c].a[i] + input.colour[c].b[i]);
-  });
-  const RgbImage picture =
-      interleaved(a.width, a.height, [&](size_t c, size_t i) { return clean.colour[c][i]; });
-  const double pixels = double(a.width) * double(a.height);
+  const RgbImage raw = picture_of(frame);
+  const RgbImage picture = interleaved(frame.width, frame.height,
+                                       [&](size_t c, size_t i) { return clean.colour[c][i]; });
+  const double pixels = double(frame.width) * double(frame.height);
   const auto calibration = [&](double squared, const RgbImage& image) {
     return std::sqrt(squared / pixels / reference.measure(image).display_mse);
   };
@@ -139,10 +142,8 @@ int run(int argc, char** argv) {
 }  // namespace emberline::bench
 
 int main(int argc, char** argv) {
-  if (argc < 5) {
-    fmt::print(stderr,
-               "denoise_bench A.exr B.exr REFERENCE_A.exr REFERENCE_B.exr [--clean FILE] "
-               "[--repetitions N]\n");
+  if (argc < 3) {
+    fmt::print(stderr, "denoise_bench FRAME.exr REFERENCE.exr [--clean FILE] [--repetitions N]\n");
     return 2;
   }
   try {

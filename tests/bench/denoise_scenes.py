@@ -4,8 +4,7 @@
     tests/bench/denoise_scenes.py build/release/bin SCENE.glb... [--assets DIR NAME...]
         [--counts 8,32,128,512] [--reference 1024] [--size 320x180] [--work DIR]
 
-NAME is a scene below DIR, where DIR/views.json says how it is looked at. Each count is rendered as two frames of half
-the samples with seeds of their own, so is the reference; what WORK has already is not rendered again.
+NAME is a scene below DIR, where DIR/views.json says how it is looked at. What WORK has already is not rendered again.
 """
 import argparse
 import json
@@ -44,16 +43,13 @@ def render_arguments(args):
     return found
 
 
-def pair(args, name, scene, samples, seed):
-    """Two frames of half the samples."""
-    files = []
-    for s in (seed, seed + 1):
-        out = args.work / f"{name.split()[0]}.{len(name.split())}.{samples}.{s}.exr"
-        if not out.exists():
-            subprocess.run([args.bin / "emberline", "render", *scene, "--size", args.size, "--spp", str(samples // 2),
-                            "--seed", str(s), "--aov", "albedo,N,Z", "-o", out, "--quiet"], check=True)
-        files.append(out)
-    return files
+def frame(args, name, scene, samples, seed):
+    """One with both halves."""
+    out = args.work / f"{name.split()[0]}.{len(name.split())}.{samples}.{seed}.exr"
+    if not out.exists():
+        subprocess.run([args.bin / "emberline", "render", *scene, "--size", args.size, "--spp", str(samples),
+                        "--seed", str(seed), "--aov", "denoising", "-o", out, "--quiet"], check=True)
+    return out
 
 
 def main():
@@ -65,9 +61,9 @@ def main():
           "| denoised | estimate : truth | blocks | left |")
     print("| --- |" + " ---: |" * 13)
     for name, scene in render_arguments(args).items():
-        reference = pair(args, name, scene, args.reference, 21)
+        reference = frame(args, name, scene, args.reference, 21)
         for n in counts:
-            command = [args.bin / "denoise_bench", *pair(args, name, scene, n, 11), *reference]
+            command = [args.bin / "denoise_bench", frame(args, name, scene, n, 11), reference]
             r = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
             raw, clean = r["raw"], r["clean"]
             gain = {key: raw[key] / clean[key] for key in ("relmse", "relmse_trimmed", "display_mse", "flip")}
