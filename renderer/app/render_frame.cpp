@@ -151,6 +151,8 @@ void RenderFrame::build() {
   }
   const LightGroups* const groups = run_.scene.groups();
   if (groups) add_light_groups(*groups);
+  layers_.camera = camera_matrices(camera_, scene.origin());
+  if (outputs_) outputs_->add_scene(layers_);
   frame_.emplace(plan_.frame(scene, camera_, groups));
 }
 
@@ -158,9 +160,8 @@ int RenderFrame::replay() { return run_replay(*frame_, *options_.replay); }
 
 void RenderFrame::add_light_groups(const LightGroups& groups) {
   report_.features.push_back(describe(groups));
-  report_.light_layers = light_layer_names(groups.list());
-  reserve(light_group_bytes(options_, output_settings_, frame_render_, report_.light_layers));
-  if (outputs_) outputs_->add_light_layers(report_.light_layers);
+  layers_.lights = report_.light_layers = light_layer_names(groups.list());
+  reserve(light_group_bytes(options_, output_settings_, frame_render_, layers_.lights));
 }
 
 void RenderFrame::note_picture(const FrameProgress& now, const FramePicture& picture) {
@@ -179,9 +180,7 @@ void RenderFrame::resume() {
   const std::string path = checkpoint_path(options_);
   if (path.empty()) return;
   run_.scene.check_inputs(options_, progress_);
-  const LightGroups* const groups = run_.scene.groups();
-  const auto layers = groups ? light_layer_names(groups->list()) : std::vector<std::string>();
-  const nlohmann::json head = checkpoint_head(options_, plan_, layers, run_.scene.inputs());
+  const nlohmann::json head = checkpoint_head(options_, plan_, layers_, run_.scene.inputs());
   const CheckpointOptions kept = {path, frame_render_.by_tiles(), options_.resume,
                                   options_.checkpoint_interval_s, options_.extended};
   checkpoint_.emplace(kept, head);

@@ -28,6 +28,8 @@ enum class Aov : uint8_t {
   kAlbedo,
   kNormal,
   kDepth,
+  kPosition,
+  kUv,
   kVelocity,
   kClamped,
   kDenoising,
@@ -78,9 +80,11 @@ std::vector<std::string> film_channel_names(const AovSet& aovs);
 struct FirstHit {
   bool hit = false;
   Rgb albedo = Rgb(0.0f);
-  Vec3f normal = Vec3f(0.0f);  // shading normal, world axes
-  float depth = 0.0f;          // scene units along the viewing axis
-  uint32_t id = 0;             // 1 + index of the instance; 0: nothing hit
+  Vec3f normal = Vec3f(0.0f);    // shading normal, world axes
+  float depth = 0.0f;            // scene units along the viewing axis
+  Vec3f position = Vec3f(0.0f);  // world
+  Vec2f uv = Vec2f(0.0f);        // TEXCOORD_0, V upwards; 0 without
+  uint32_t id = 0;               // 1 + index of the instance; 0: nothing hit
   // Pixels a frame, to the right and up; finite. Where nothing was hit, that of the background.
   Vec2f velocity = Vec2f(0.0f);
 };
@@ -244,6 +248,19 @@ class FilmTile {
     }
   };
 
+  // Of the samples that hit a surface.
+  struct PlaceSums {
+    double position[3];
+    double uv[2];
+    uint32_t hits;
+
+    void add(const PlaceSums& more) {
+      for (int c = 0; c < 3; ++c) position[c] += more.position[c];
+      for (int c = 0; c < 2; ++c) uv[c] += more.uv[c];
+      hits += more.hits;
+    }
+  };
+
   // Of the samples that hit a surface, or where none did of those that did not.
   struct VelocitySums {
     double x, y;
@@ -264,6 +281,7 @@ class FilmTile {
     return aovs_.contains(Aov::kAlbedo) || aovs_.contains(Aov::kNormal) ||
            aovs_.contains(Aov::kDepth);
   }
+  bool wants_place() const { return aovs_.contains(Aov::kPosition) || aovs_.contains(Aov::kUv); }
   void put_rgba(size_t i, float* out) const;
   bool knows_sample_variance(size_t i) const {
     return !sample_variances_.empty() && sample_variances_[i].known;
@@ -280,6 +298,7 @@ class FilmTile {
   ZeroedArray<double> squares_;           // 3 per pixel, if wanted
   ZeroedArray<uint32_t> rays_;            // if wanted
   ZeroedArray<SurfaceSums> surfaces_;     // with albedo, N or Z
+  ZeroedArray<PlaceSums> places_;         // with P or UV
   ZeroedArray<VelocitySums> velocities_;  // with velocity
   ZeroedArray<double> clamped_;           // 3 per pixel, with clamped
   ZeroedArray<float> seconds_;            // with time

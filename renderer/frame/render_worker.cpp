@@ -139,7 +139,8 @@ void RenderWorker::trace_batch() {
   }
   const bool velocity = frame_.aovs.contains(Aov::kVelocity);
   const bool surface = frame_.aovs.contains(Aov::kAlbedo) || frame_.aovs.contains(Aov::kNormal) ||
-                       frame_.aovs.contains(Aov::kDepth) || velocity;
+                       frame_.aovs.contains(Aov::kDepth) || frame_.aovs.contains(Aov::kPosition) ||
+                       frame_.aovs.contains(Aov::kUv) || velocity;
   SampleBatch batch{frame_.scene, frame_.camera, {rays_, count}};
   batch.surface_aovs = surface;
   batch.hit_id = frame_.aovs.contains(Aov::kId);

@@ -155,8 +155,9 @@ void check_suits(const FramePlan& plan, const FrameSettings& settings,
     throw emberline::UsageError("backfaces: the scene was loaded with another value");
   }
   if (plan.build.unread_uv && !built.unread_uv) {
-    throw emberline::UsageError("integrator: the scene was loaded without what " +
-                                settings.integrator + " shows; load it with this setting");
+    throw emberline::UsageError(
+        "integrator, aov: the scene was loaded without the texture coordinates that they show; "
+        "load it with these settings");
   }
 }
 

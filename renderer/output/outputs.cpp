@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 #include "io/picture_mark.h"
@@ -10,6 +11,7 @@
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/drivers/frame_plan.h"
+#include "renderer/frame/frame_scene.h"
 #include "renderer/output/light_layers.h"
 #include "renderer/output/report.h"
 
@@ -24,6 +26,19 @@ std::vector<std::string> names_of(const std::vector<ExrChannel>& channels) {
   std::vector<std::string> names;
   for (const ExrChannel& channel : channels) names.push_back(channel.name);
   return names;
+}
+
+// When it is, where the settings say so.
+ExrView view_of(const FrameSettings& settings) {
+  ExrView view;
+  const std::optional<double> time = chosen_time(settings);
+  if (!time) return view;
+  view.frames_per_second = frame_rate_fraction(settings.fps);
+  const double frame = settings.frame.value_or(*time * settings.fps);
+  constexpr double kNearest = 1e-6;  // to a whole one
+  if (std::abs(frame - std::round(frame)) < kNearest)
+    view.time_code = smpte_time_code(std::llround(frame), settings.fps);
+  return view;
 }
 
 }  // namespace
@@ -57,7 +72,9 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
                           heatmap_requests(options),
                           options.heatmap_style,
                           options.clamp_indirect.has_value(),
-                          denoises(options)};
+                          denoises(options),
+                          options.light_groups,
+                          view_of(options)};
   for (const HeatmapRequest& heatmap : settings.heatmaps) {
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
   }
@@ -118,7 +135,10 @@ void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegi
 
 FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                            const StopRequest& stop)
-    : settings_(settings), channels_(exr_channels(settings.aovs)), stop_(stop) {
+    : settings_(settings),
+      channels_(exr_channels(settings.aovs)),
+      view_(settings.view),
+      stop_(stop) {
   for (const std::string& path : paths) {
     if (is_exr(path)) {
       ExrOutput& exr = exrs_.emplace_back();
@@ -148,6 +168,7 @@ void FrameOutputs::begin(ExrOutput& exr) {
                       .data_window = settings_.crop,
                       .tile_size = settings_.tile_size,
                       .channels = channels_,
+                      .view = view_,
                       .attributes = settings_.attributes};
   if (settings_.denoise) {
     for (const std::string& name : denoise_results(names_of(channels_)))
@@ -168,10 +189,12 @@ void FrameOutputs::begin_spool() {
   spool_ = std::make_unique<PixelSpool>(beside, settings_.crop, channels_.size());
 }
 
-void FrameOutputs::add_light_layers(const std::vector<std::string>& names) {
-  light_layers_ = true;
-  for (const std::string& name : light_channel_names(names, settings_.aovs)) {
-    channels_.push_back({name});
+void FrameOutputs::add_scene(const SceneLayers& layers) {
+  view_.camera = layers.camera;
+  if (settings_.light_groups) {
+    for (const std::string& name : light_channel_names(layers.lights, settings_.aovs)) {
+      channels_.push_back({name});
+    }
   }
   for (ExrOutput& exr : exrs_) begin(exr);
   begin_spool();
@@ -182,7 +205,7 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   if (spool_ || !exrs_.empty() || !heatmaps_.empty()) {
     tile.resolve(pixels);
     for (const auto& heatmap : heatmaps_) heatmap->write_tile(tile.rect(), pixels);
-    if (light_layers_) append_light_layers(tile, pixels);
+    if (settings_.light_groups) append_light_layers(tile, pixels);
     if (spool_) {
       spool(tile.rect(), pixels);
     } else {

@@ -21,6 +21,7 @@
 #include "renderer/output/denoise_pass.h"
 #include "renderer/output/heatmap_file.h"
 #include "renderer/output/render_options.h"
+#include "renderer/output/scene_layers.h"
 #include "renderer/output/snapshots.h"
 #include "renderer/process/stop_request.h"
 
@@ -38,6 +39,8 @@ struct OutputSettings {
   HeatmapStyle heatmap_style = {};
   bool clamps = false;   // --clamp-indirect
   bool denoise = false;  // the files get the denoised picture, too
+  bool light_groups = false;
+  ExrView view = {};  // without a camera
 };
 
 // With the channels that the heatmaps need.
@@ -73,9 +76,9 @@ class FrameOutputs final : public FrameObserver {
   void tile_finished(const FilmTile& tile) override;
   PixelStop stop_cause() const override { return stop_.cause(); }
 
-  // Adds a layer for each light group of the frame to the EXR files, by these names. To be called
-  // before the first tile. Throws RenderError for a file that cannot be begun anew.
-  void add_light_layers(const std::vector<std::string>& names);
+  // Adds what is known since the scene is: the EXR files are begun anew with it. To be called
+  // before the first tile. Throws RenderError for a file that cannot be.
+  void add_scene(const SceneLayers& layers);
 
   // From now on tiles are those of a frame that is rendered, and that is not given up any more when
   // no file can be written: see tile_finished.
@@ -109,7 +112,7 @@ class FrameOutputs final : public FrameObserver {
   const OutputSettings settings_;
   std::deque<ExrOutput> exrs_;        // of which none moves
   std::vector<ExrChannel> channels_;  // of a tile
-  bool light_layers_ = false;
+  ExrView view_;
   std::unique_ptr<PixelSpool> spool_;  // of a frame to be denoised
   std::string spool_failure_;          // why it is of no use any more
   bool rendered_ = false;
