@@ -59,6 +59,7 @@ int run_merge(const MergeOptions& merge) {
     report.denoise = outputs.denoise();
   });
 
+  report.cryptomattes = outputs.cryptomattes();
   report.counters = frame.counters();
   report.complete = frame.complete();
   report.light_layers = frame.first().layers().lights;

@@ -16,6 +16,7 @@
 #include "renderer/drivers/setting_table.h"
 #include "renderer/frame/frame_scene.h"
 #include "renderer/output/checkpoint_head.h"
+#include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/frame_memory.h"
 #include "renderer/output/light_layers.h"
 #include "renderer/output/refinement_output.h"
@@ -90,6 +91,7 @@ RenderFrame::RenderFrame(RenderRun& run, const RenderOptions& options)
   check_output_paths(options, plan_.crop, files_);
   check_refinement_options(options, plan_);
   check_light_layers(options);
+  check_cryptomattes(options);
   check_part(options);
   run_.begin();
   if (!options.replay) open_outputs();
@@ -152,8 +154,10 @@ void RenderFrame::build() {
   const LightGroups* const groups = run_.scene.groups();
   if (groups) add_light_groups(*groups);
   layers_.camera = camera_matrices(camera_, scene.origin());
+  const CryptomatteIds* const ids = run_.scene.cryptomattes();
+  if (ids) layers_.cryptomattes = ids->names();
   if (outputs_) outputs_->add_scene(layers_);
-  frame_.emplace(plan_.frame(scene, camera_, groups));
+  frame_.emplace(plan_.frame(scene, camera_, groups, ids));
 }
 
 int RenderFrame::replay() { return run_replay(*frame_, *options_.replay); }
@@ -263,6 +267,7 @@ void RenderFrame::write() {
                      attempts_);
   }
   write_refinement(options_, frame_render_, attempts_);
+  report_.cryptomattes = outputs_->cryptomattes();
   if (viewer_) viewer_->finish(stop_.cause());
   report_.estimator = plan_.even ? "none" : std::string(plan_.driver_settings.adaptive.estimator);
   report_.error_estimate = frame_render_.error_estimate();

@@ -125,6 +125,7 @@ void FilmTile::reset(const Rect& rect) {
   if (takes_sample_variance()) sample_variances_.reset(n);
   light_groups_.reset(n);
   halves_.reset(n);
+  cryptomattes_.reset(n);
 }
 
 bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValue& value,
@@ -226,6 +227,7 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
   if (!light_groups_.empty()) light_groups_.copy(from.light_groups_, j, i);
   halves_.copy(from.halves_, j, i);
+  cryptomattes_.copy(from.cryptomattes_, j, i);
   if (!from.shown_.empty() && from.shown_[j].set) show(x, y, from.shown_[j].rgba);
 }
 
@@ -257,6 +259,7 @@ void FilmTile::add_film(const FilmTile& other) {
     if (!stops_.empty()) stops_[i] = other.stops_[i];
     if (!light_groups_.empty()) light_groups_.add_sums(other.light_groups_, i);
     halves_.add_sums(other.halves_, i);
+    if (!cryptomattes_.empty()) cryptomattes_.add_sums(other.cryptomattes_, i);
   }
 }
 
@@ -418,7 +421,8 @@ uint64_t FilmTile::bytes() const {
          clamped_.capacity() * sizeof(double) + seconds_.capacity() * sizeof(float) +
          stops_.capacity() * sizeof(PixelStop) +
          sample_variances_.capacity() * sizeof(SampleVariance) +
-         shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes() + halves_.bytes();
+         shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes() + halves_.bytes() +
+         cryptomattes_.bytes();
 }
 
 void FilmTile::archive(Archive& archive) {
@@ -434,6 +438,7 @@ void FilmTile::archive(Archive& archive) {
   archive.values(std::span(sample_variances_.begin(), sample_variances_.size()));
   light_groups_.archive(archive);
   halves_.archive(archive);
+  cryptomattes_.archive(archive);
   bool shown = !shown_.empty();
   archive.number(shown, false, true);
   if (archive.loading()) shown_.reset(shown ? sums_.size() : 0);

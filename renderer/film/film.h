@@ -17,6 +17,7 @@
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
+#include "renderer/film/cryptomatte_sums.h"
 #include "renderer/film/half_sums.h"
 #include "renderer/film/light_group_sums.h"
 
@@ -117,6 +118,8 @@ struct FilmExtras {
   bool sample_variance = false;
   // What each of so many groups gave: 24 bytes a pixel for each, and 24 more. -1: not kept apart.
   int light_groups = -1;
+  // Lists of so many ids for each of so many kinds: CryptomatteSums.
+  int cryptomattes = 0, cryptomatte_levels = 0;
 };
 
 // A pixel's sums over its samples, each times its filter weight.
@@ -136,7 +139,8 @@ class FilmTile {
       : aovs_(aovs),
         extras_(extras),
         light_groups_(extras.light_groups),
-        halves_(aovs.contains(Aov::kDenoising), extras.light_groups) {}
+        halves_(aovs.contains(Aov::kDenoising), extras.light_groups),
+        cryptomattes_(extras.cryptomattes, extras.cryptomatte_levels) {}
 
   // Clears to no samples over `rect`; keeps its memory. Memory that is new is touched by the first
   // sample alone: clearing a whole frame takes no time.
@@ -163,6 +167,10 @@ class FilmTile {
                   const LightGroupValues& values, int lane) {
     light_groups_.add(index(x, y), filter_weight, alpha, values, lane);
     if (half == 1) halves_.add_second_lights(index(x, y), filter_weight, values, lane);
+  }
+  // What a sample saw, which add() took and whose alpha is 1: an id for each kind.
+  void add_ids(int x, int y, float filter_weight, std::span<const uint32_t> ids) {
+    cryptomattes_.add(index(x, y), filter_weight, ids);
   }
   void add_time(int x, int y, double seconds);
   void add_rays(int x, int y, uint32_t rays);
@@ -206,6 +214,7 @@ class FilmTile {
   const uint32_t* rays() const { return rays_.begin(); }
   const LightGroupSums& light_groups() const { return light_groups_; }
   const HalfSums& halves() const { return halves_; }
+  const CryptomatteSums& cryptomattes() const { return cryptomattes_; }
 
   // Forgets what show() was told.
   void show_means() { shown_.reset(0); }
@@ -310,6 +319,7 @@ class FilmTile {
   ZeroedArray<SampleVariance> sample_variances_;  // if taken
   LightGroupSums light_groups_;
   HalfSums halves_;  // with denoising
+  CryptomatteSums cryptomattes_;
   struct ShownValue {
     float rgba[4];
     bool set;

@@ -147,6 +147,8 @@ void check_suits(const FramePlan& plan, const FrameSettings& settings,
                  const SceneBuildOptions& built) {
   if (settings.light_groups)
     throw emberline::UsageError("light-groups: the command alone has them");
+  if (!settings.cryptomattes.empty())
+    throw emberline::UsageError("cryptomatte: the command alone has it");
   if (settings.denoise) {
     throw emberline::UsageError(
         "denoise: the command alone does; the channels that it takes come with aov denoising");

@@ -33,7 +33,7 @@ auto of_settings(const std::string& path, const Make& make) {
 
 FilmExtras extras_of(const FramePlan& plan, const FrameSettings& settings,
                      const SceneLayers& layers) {
-  FilmExtras extras = plan.driver->film_extras(plan.driver_settings);
+  FilmExtras extras = film_extras(*plan.driver, plan.driver_settings);
   if (settings.light_groups) extras.light_groups = int(layers.lights.size());
   return extras;
 }
@@ -152,6 +152,10 @@ void FrameMerge::check_frames(bool strict) const {
         differences(first().head(), frame->head(), {"part", "sample-range", "seed"});
     if (frame->layers().lights != first().layers().lights) {
       throw InputError(frame->path(), "its light groups are not those of {}", first().path());
+    }
+    if (frame->layers().cryptomattes != first().layers().cryptomattes) {
+      throw InputError(frame->path(), "the names of its mattes are not those of {}",
+                       first().path());
     }
     if (!different.empty()) {
       throw InputError(frame->path(), "it is not of the frame that {} is of: {}", first().path(),

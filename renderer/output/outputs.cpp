@@ -74,6 +74,8 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
                           options.clamp_indirect.has_value(),
                           denoises(options),
                           options.light_groups,
+                          parse_cryptomattes(options.cryptomattes),
+                          options.cryptomatte_levels,
                           view_of(options)};
   for (const HeatmapRequest& heatmap : settings.heatmaps) {
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
@@ -138,7 +140,8 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
     : settings_(settings),
       channels_(exr_channels(settings.aovs)),
       view_(settings.view),
-      stop_(stop) {
+      stop_(stop),
+      cryptomattes_(settings.cryptomattes.size()) {
   for (const std::string& path : paths) {
     if (is_exr(path)) {
       ExrOutput& exr = exrs_.emplace_back();
@@ -179,6 +182,9 @@ void FrameOutputs::begin(ExrOutput& exr) {
   if (settings_.clamps) {
     header.attributes.emplace_back(kClampedAttribute, std::string(kMostDigits, ' '));
   }
+  // Behind those that is_marked_incomplete() looks for: names may be megabytes.
+  header.attributes.insert(header.attributes.end(), late_attributes_.begin(),
+                           late_attributes_.end());
   exr.writer = std::make_unique<ExrWriter>(exr.path, header);
 }
 
@@ -196,6 +202,14 @@ void FrameOutputs::add_scene(const SceneLayers& layers) {
       channels_.push_back({name});
     }
   }
+  for (const std::string& name :
+       cryptomatte_channel_names(settings_.cryptomattes, settings_.cryptomatte_levels)) {
+    channels_.push_back({name});
+  }
+  late_attributes_ = cryptomatte_attributes(layers.cryptomattes);
+  for (size_t i = 0; i < std::min(cryptomattes_.size(), layers.cryptomattes.size()); ++i) {
+    cryptomattes_[i] = {layers.cryptomattes[i].kind, layers.cryptomattes[i].ids.size()};
+  }
   for (ExrOutput& exr : exrs_) begin(exr);
   begin_spool();
 }
@@ -206,6 +220,7 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
     tile.resolve(pixels);
     for (const auto& heatmap : heatmaps_) heatmap->write_tile(tile.rect(), pixels);
     if (settings_.light_groups) append_light_layers(tile, pixels);
+    if (!settings_.cryptomattes.empty()) append_mattes(tile, pixels);
     if (spool_) {
       spool(tile.rect(), pixels);
     } else {
@@ -220,6 +235,13 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   const std::lock_guard lock(mutex_);
   uint64_t& most = thread_bytes_[std::this_thread::get_id()];
   most = std::max(most, bytes);
+}
+
+void FrameOutputs::append_mattes(const FilmTile& tile, std::vector<float>& pixels) {
+  std::vector<CryptomatteReport> of_tile(cryptomattes_.size());
+  append_cryptomattes(tile, pixels, of_tile);
+  const std::lock_guard lock(mutex_);
+  for (size_t kind = 0; kind < of_tile.size(); ++kind) cryptomattes_[kind].merge(of_tile[kind]);
 }
 
 void FrameOutputs::write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels) {
@@ -306,6 +328,11 @@ uint64_t FrameOutputs::film_bytes() const {
   for (const auto& image : images_) bytes += image->bytes();
   for (const auto& heatmap : heatmaps_) bytes += heatmap->bytes();
   return bytes;
+}
+
+std::vector<CryptomatteReport> FrameOutputs::cryptomattes() const {
+  const std::lock_guard lock(mutex_);
+  return cryptomattes_;
 }
 
 std::string FrameOutputs::display_description() const {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/names.h"
 
 namespace emberline {
 namespace {
@@ -12,6 +13,7 @@ using Json = nlohmann::json;
 
 constexpr const char* kLights = "light layers";
 constexpr const char* kCamera = "camera";
+constexpr const char* kCryptomattes = "cryptomattes";
 
 std::array<float, 16> floats_of(const Mat44d& matrix) {
   std::array<float, 16> values;
@@ -37,6 +39,23 @@ Json member(const Json& head, const char* name) {
   return head.is_object() ? head.value(name, Json()) : Json();
 }
 
+// Names say which ids they have.
+std::vector<CryptomatteNames> cryptomattes_of(const Json& lists, const std::string& place) {
+  std::vector<CryptomatteNames> all;
+  for (const NamedValue<CryptomatteKind>& kind : cryptomatte_table()) {
+    const auto list = lists.is_object() ? lists.find(kind.name) : lists.end();
+    if (list == lists.end()) continue;
+    CryptomatteNames& names = all.emplace_back();
+    names.kind = kind.value;
+    for (const Json& name : *list) {
+      if (!name.is_string()) throw InputError(place, "the checkpoint's mattes are not names");
+      const std::string& text = name.get_ref<const std::string&>();
+      names.ids.emplace_back(text, cryptomatte_id(text));
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 ExrView::Matrices camera_matrices(const Camera& camera, const Vec3d& origin) {
@@ -48,6 +67,11 @@ void put_scene_layers(const SceneLayers& layers, Json& head) {
   if (!layers.lights.empty()) head[kLights] = layers.lights;
   if (layers.camera) {
     head[kCamera] = {layers.camera->world_to_camera, layers.camera->world_to_ndc};
+  }
+  for (const CryptomatteNames& names : layers.cryptomattes) {
+    Json& list = head[kCryptomattes][std::string(name_of(cryptomatte_table(), names.kind))];
+    list = Json::array();
+    for (const auto& [name, id] : names.ids) list.push_back(name);
   }
 }
 
@@ -61,6 +85,7 @@ SceneLayers scene_layers_of(const Json& head, const std::string& place) {
     }
     layers.lights.push_back(name.get<std::string>());
   }
+  layers.cryptomattes = cryptomattes_of(member(head, kCryptomattes), place);
   const Json camera = member(head, kCamera);
   if (camera.is_null()) return layers;
   if (!camera.is_array() || camera.size() != 2) {

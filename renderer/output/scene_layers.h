@@ -10,12 +10,14 @@
 #include "io/exr_writer.h"
 #include "renderer/core/vector.h"
 #include "renderer/scene/camera.h"
+#include "renderer/scene/cryptomatte_ids.h"
 
 namespace emberline {
 
 struct SceneLayers {
   std::vector<std::string> lights;  // layers of --light-groups
   std::optional<ExrView::Matrices> camera;
+  std::vector<CryptomatteNames> cryptomattes;
 };
 
 // `origin` is the scene's.
