@@ -81,6 +81,12 @@ inline void fill_first_hit(const SampleBatch& batch, const SurfaceHit& hit,
   out->normal = point.frame.shading.normal;
   out->depth =
       float(double(batch.camera.axial_depth(point.surface.position, time)) / batch.scene.scale());
+  const Vec3d place = to_double(point.surface.position) / batch.scene.scale();
+  out->position = to_float(place + batch.scene.origin());
+  if (batch.scene.has_uv(point.surface.instance)) {
+    const Vec2f& uv = point.surface.attributes.uv[0];
+    out->uv = {uv.x, 1.0f - uv.y};
+  }
   if (batch.velocity_frames == 0.0) return;
   const Scene::Way way = batch.scene.way_of(hit);
   out->velocity = batch.camera.velocity(way.from, way.to, batch.velocity_frames);

@@ -122,6 +122,7 @@ struct ExrWriter::Impl {
   }
 
   void write_header();
+  void write_view();
   void encode_tile(int tile_x, int tile_y, const Rect& rect, const float* pixels);
 
   Rect tile_rect(int tile_x, int tile_y) const {
@@ -181,11 +182,34 @@ void ExrWriter::Impl::write_header() {
                           EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1));
   }
   check(exr_attr_set_chromaticities(context, kPart, "chromaticities", &kRec709));
+  write_view();
   for (const auto& [name, value] : header.attributes) {
     check(exr_attr_set_string(context, kPart, name.c_str(), value.c_str()));
   }
   check(exr_write_header(context));
   header_written = true;
+}
+
+void ExrWriter::Impl::write_view() {
+  const ExrView& view = header.view;
+  const auto matrix = [&](const char* name, const std::array<float, 16>& values) {
+    exr_attr_m44f_t m;
+    std::ranges::copy(values, m.m);
+    check(exr_attr_set_m44f(context, kPart, name, &m));
+  };
+  if (view.camera) {
+    matrix("worldToCamera", view.camera->world_to_camera);
+    matrix("worldToNDC", view.camera->world_to_ndc);
+  }
+  if (view.frames_per_second) {
+    const exr_attr_rational_t rate = {view.frames_per_second->first,
+                                      view.frames_per_second->second};
+    check(exr_attr_set_rational(context, kPart, "framesPerSecond", &rate));
+  }
+  if (view.time_code) {
+    const exr_attr_timecode_t code = {*view.time_code, 0};
+    check(exr_attr_set_timecode(context, kPart, "timeCode", &code));
+  }
 }
 
 void ExrWriter::Impl::encode_tile(int tile_x, int tile_y, const Rect& rect, const float* pixels) {
@@ -319,6 +343,32 @@ void ExrWriter::finish() {
   self.check(exr_finish(&self.context));
   if (self.write_error != 0) self.check(EXR_ERR_WRITE_IO);
   self.file.commit();
+}
+
+std::optional<uint32_t> smpte_time_code(int64_t frame, double fps) {
+  constexpr int64_t kMostRate = 40, kDay = 24 * 60 * 60;
+  const double rounded = std::ceil(fps);
+  if (!(rounded >= 1.0) || rounded > double(kMostRate)) return std::nullopt;
+  const auto rate = int64_t(rounded);
+  if (frame < 0 || frame >= kDay * rate) return std::nullopt;
+  const int64_t seconds = frame / rate;
+  // Two binary-coded digits of each field, frames in the lowest byte; the flags between stay 0.
+  uint32_t code = 0;
+  int shift = 0;
+  for (const int64_t field : {frame % rate, seconds % 60, seconds / 60 % 60, seconds / 3600}) {
+    code |= uint32_t(field / 10 << 4 | field % 10) << shift;
+    shift += 8;
+  }
+  return code;
+}
+
+std::pair<int32_t, uint32_t> frame_rate_fraction(double fps) {
+  const double whole = std::round(fps);
+  if (fps == whole && whole <= 1e6) return {int32_t(whole), 1};
+  // Television's: a thousandth slower than a whole number.
+  const double faster = std::round(fps * 1.001);
+  if (std::abs(faster / 1.001 - fps) < 1e-3) return {int32_t(faster * 1000), 1001};
+  return {int32_t(std::round(std::min(fps, 1e6) * 1000)), 1000};
 }
 
 void write_exr_file(const std::string& path, const ExrHeader& header,

@@ -9,8 +9,10 @@
 // the lock.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -27,11 +29,29 @@ struct ExrChannel {
   ChannelType type = ChannelType::kFloat;
 };
 
+// Of OpenEXR's standard attributes those that say where and when: the matrices are worldToCamera
+// and worldToNDC, of row vectors.
+struct ExrView {
+  struct Matrices {
+    std::array<float, 16> world_to_camera, world_to_ndc;
+  };
+  std::optional<Matrices> camera;
+  std::optional<std::pair<int32_t, uint32_t>> frames_per_second;  // a fraction
+  std::optional<uint32_t> time_code;                              // see smpte_time_code()
+};
+
+// HH:MM:SS:FF of a frame from 0 on, as SMPTE ST 12-1 packs it, without dropped frames; frames a
+// second are rounded up. Nothing beyond a day, or 39 frames a second, which it cannot say.
+std::optional<uint32_t> smpte_time_code(int64_t frame, double fps);
+// 24 as 24 / 1, 23.976 as 24000 / 1001.
+std::pair<int32_t, uint32_t> frame_rate_fraction(double fps);
+
 struct ExrHeader {
   int width = 0, height = 0;  // display window: the whole frame
   Rect data_window;           // what is rendered (the crop)
   int tile_size = 64;         // tiles are aligned to the data window's corner
   std::vector<ExrChannel> channels;
+  ExrView view = {};
   // String attributes: settings, versions, seed, command line.
   std::vector<std::pair<std::string, std::string>> attributes;
 };

@@ -157,6 +157,7 @@ SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
   scene.variants_read = options.variants;
   scene.tangents_read = options.tangents;
   load_scene_graph(document, *model, animation, changes, held, rest, scene);
+  if (options.nodes) scene.nodes = read_nodes(document, *model);
   const uint64_t before = memory.reserved(MemoryPart::kTextures);
   load_images(document, options, rest.images, rest.textures, scene);
   rest.image_bytes += memory.reserved(MemoryPart::kTextures) - before;

@@ -22,6 +22,8 @@ struct GltfOptions {
   // True: every mesh has tangents, so that SceneEdits can make any material anisotropic. Otherwise
   // those whose materials need them in the file.
   bool tangents = false;
+  // True: the names and roots of all nodes are in the scene.
+  bool nodes = false;
   // The files that the scene refers to lie in this folder or below, links followed; empty: in the
   // scene's own.
   std::string resource_root = {};

@@ -314,6 +314,7 @@ void SceneGraphReader::place_meshes() {
     const std::string name = node_name(model_, placement.node);
     for (const int mesh : uses_[placement.use].loaded) {
       InstanceDescription instance{name, mesh, placement.to_world};
+      instance.node = int(placement.node);
       if (!motion.empty()) {
         double& radius = radii[size_t(mesh)];
         if (radius < 0.0) radius = meshes_.radius(size_t(mesh));
@@ -397,6 +398,33 @@ void load_scene_graph(const GltfDocument& document, const tinygltf::Model& model
                       const GltfAnimation& animation, const GltfChanges& changes,
                       std::span<const uint64_t> held, GltfRest& rest, SceneDescription& scene) {
   SceneGraphReader(document, model, animation, changes, held, rest, scene).read();
+}
+
+std::vector<NodeDescription> read_nodes(const GltfDocument& document,
+                                        const tinygltf::Model& model) {
+  uint64_t bytes = bytes_of(model.nodes.size(), sizeof(NodeDescription));
+  for (const tinygltf::Node& node : model.nodes) bytes += node.name.size();
+  document.progress->budget()->reserve(MemoryPart::kGeometry, bytes, document.file);
+  std::vector<NodeDescription> nodes(model.nodes.size());
+  std::vector<size_t> path;  // from a node up to one whose root is known
+  std::vector<char> known(nodes.size(), 0);
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    nodes[i].name = node_name(model, i);
+    nodes[i].has_mesh = model.nodes[i].mesh >= 0;
+    path.clear();
+    size_t top = i;
+    while (!known[top] && document.parents[top] >= 0) {
+      path.push_back(top);
+      top = size_t(document.parents[top]);
+    }
+    if (!known[top]) nodes[top].root = int(top);
+    known[top] = 1;
+    for (const size_t node : path) {
+      nodes[node].root = nodes[top].root;
+      known[node] = 1;
+    }
+  }
+  return nodes;
 }
 
 }  // namespace emberline

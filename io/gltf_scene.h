@@ -22,4 +22,7 @@ void load_scene_graph(const GltfDocument& document, const tinygltf::Model& model
                       const GltfAnimation& animation, const GltfChanges& changes,
                       std::span<const uint64_t> held, GltfRest& rest, SceneDescription& scene);
 
+// By their numbers.
+std::vector<NodeDescription> read_nodes(const GltfDocument& document, const tinygltf::Model& model);
+
 }  // namespace emberline

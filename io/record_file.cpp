@@ -16,7 +16,7 @@ static_assert(std::endian::native == std::endian::little);
 constexpr char kFileMark[8] = {'E', 'M', 'B', 'R', 'E', 'C', 'F', '\n'};
 constexpr char kRecordMark[4] = {'E', 'M', 'B', 'R'};
 constexpr uint32_t kFormat = 1;
-constexpr uint64_t kMostOfHead = uint64_t(1) << 20;
+constexpr uint64_t kMostOfHead = uint64_t(16) << 20;  // a frame's has the names of its mattes
 constexpr int kLevel = 1;  // zstd's fastest: half the bytes at the speed of a disk
 
 struct FileStart {
@@ -46,6 +46,12 @@ std::string_view bytes_of(const Start& start) {
 }  // namespace
 
 std::string record_file_head(std::string_view head) {
+  if (head.size() > kMostOfHead) {
+    throw RenderError(
+        "a checkpoint's head holds {} MiB, and the frame's has {}: leave "
+        "--cryptomatte out, or the checkpoint",
+        kMostOfHead >> 20, (head.size() >> 20) + 1);
+  }
   FileStart start = {{}, kFormat, uint32_t(head.size()), fingerprint(head)};
   std::memcpy(start.mark, kFileMark, sizeof kFileMark);
   return std::string(bytes_of(start)).append(head);

@@ -51,7 +51,7 @@ int run_merge(const MergeOptions& merge) {
   const StopRequest stop;
   const OutputSettings settings = output_settings(options, crop);
   FrameOutputs outputs(options.outputs, settings, stop);
-  if (options.light_groups) outputs.add_light_layers(frame.first().light_layers());
+  outputs.add_scene(frame.first().layers());
   tbb::task_arena arena(workers.count());
   RenderReport report;
   arena.execute([&] {
@@ -59,9 +59,10 @@ int run_merge(const MergeOptions& merge) {
     report.denoise = outputs.denoise();
   });
 
+  report.cryptomattes = outputs.cryptomattes();
   report.counters = frame.counters();
   report.complete = frame.complete();
-  if (options.light_groups) report.light_layers = frame.first().light_layers();
+  report.light_layers = frame.first().layers().lights;
   report.crop = crop;
   report.threads = workers.count();
   report.budget = limits.memory;

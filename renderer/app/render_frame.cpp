@@ -16,6 +16,7 @@
 #include "renderer/drivers/setting_table.h"
 #include "renderer/frame/frame_scene.h"
 #include "renderer/output/checkpoint_head.h"
+#include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/frame_memory.h"
 #include "renderer/output/light_layers.h"
 #include "renderer/output/refinement_output.h"
@@ -90,6 +91,7 @@ RenderFrame::RenderFrame(RenderRun& run, const RenderOptions& options)
   check_output_paths(options, plan_.crop, files_);
   check_refinement_options(options, plan_);
   check_light_layers(options);
+  check_cryptomattes(options);
   check_part(options);
   run_.begin();
   if (!options.replay) open_outputs();
@@ -151,16 +153,19 @@ void RenderFrame::build() {
   }
   const LightGroups* const groups = run_.scene.groups();
   if (groups) add_light_groups(*groups);
-  frame_.emplace(plan_.frame(scene, camera_, groups));
+  layers_.camera = camera_matrices(camera_, scene.origin());
+  const CryptomatteIds* const ids = run_.scene.cryptomattes();
+  if (ids) layers_.cryptomattes = ids->names();
+  if (outputs_) outputs_->add_scene(layers_);
+  frame_.emplace(plan_.frame(scene, camera_, groups, ids));
 }
 
 int RenderFrame::replay() { return run_replay(*frame_, *options_.replay); }
 
 void RenderFrame::add_light_groups(const LightGroups& groups) {
   report_.features.push_back(describe(groups));
-  report_.light_layers = light_layer_names(groups.list());
-  reserve(light_group_bytes(options_, output_settings_, frame_render_, report_.light_layers));
-  if (outputs_) outputs_->add_light_layers(report_.light_layers);
+  layers_.lights = report_.light_layers = light_layer_names(groups.list());
+  reserve(light_group_bytes(options_, output_settings_, frame_render_, layers_.lights));
 }
 
 void RenderFrame::note_picture(const FrameProgress& now, const FramePicture& picture) {
@@ -179,9 +184,7 @@ void RenderFrame::resume() {
   const std::string path = checkpoint_path(options_);
   if (path.empty()) return;
   run_.scene.check_inputs(options_, progress_);
-  const LightGroups* const groups = run_.scene.groups();
-  const auto layers = groups ? light_layer_names(groups->list()) : std::vector<std::string>();
-  const nlohmann::json head = checkpoint_head(options_, plan_, layers, run_.scene.inputs());
+  const nlohmann::json head = checkpoint_head(options_, plan_, layers_, run_.scene.inputs());
   const CheckpointOptions kept = {path, frame_render_.by_tiles(), options_.resume,
                                   options_.checkpoint_interval_s, options_.extended};
   checkpoint_.emplace(kept, head);
@@ -264,6 +267,7 @@ void RenderFrame::write() {
                      attempts_);
   }
   write_refinement(options_, frame_render_, attempts_);
+  report_.cryptomattes = outputs_->cryptomattes();
   if (viewer_) viewer_->finish(stop_.cause());
   report_.estimator = plan_.even ? "none" : std::string(plan_.driver_settings.adaptive.estimator);
   report_.error_estimate = frame_render_.error_estimate();

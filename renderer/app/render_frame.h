@@ -70,6 +70,7 @@ class RenderFrame {
   std::optional<FrameOutputs> outputs_;
   std::optional<ReportPictures> pictures_;
   Camera camera_;
+  SceneLayers layers_;
   std::optional<Frame> frame_;
   std::optional<RemoteViewer> viewer_;
   std::optional<Checkpoint> checkpoint_;

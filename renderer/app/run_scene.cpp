@@ -44,6 +44,7 @@ void RunScene::release() {
   if (begun_ && !scene_) used_ = use();
   if (begun_) used_[0] = use()[0];
   groups_.reset();
+  cryptomattes_.reset();
   scene_.reset();
   description_ = {};
   // What the file has, it gives back itself, but for what has become the scene's.
@@ -97,6 +98,9 @@ void RunScene::build(const RenderOptions& options, const SceneBuildOptions& buil
   if (is_built()) return;
   failed_ = !was_built_;
   if (options.light_groups) groups_.emplace(outline(description_));
+  if (!options.cryptomattes.empty()) {
+    cryptomattes_.emplace(description_, parse_cryptomattes(options.cryptomattes));
+  }
   SceneBuildOptions building = build;
   building.editable = building.posable = file_.has_value();
   if (scene_) {

@@ -18,6 +18,7 @@
 #include "renderer/output/render_options.h"
 #include "renderer/output/report.h"
 #include "renderer/scene/build_scene.h"
+#include "renderer/scene/cryptomatte_ids.h"
 #include "renderer/scene/light_groups.h"
 #include "renderer/scene/scene.h"
 
@@ -42,6 +43,7 @@ class RunScene {
   // What this frame looks through.
   CameraDescription camera(const RenderOptions& options) const;
   const LightGroups* groups() const { return groups_ ? &*groups_ : nullptr; }
+  const CryptomatteIds* cryptomattes() const { return cryptomattes_ ? &*cryptomattes_ : nullptr; }
   const nlohmann::json& inputs() const { return inputs_; }
   // What it reads. Throws UsageError where that would be overwritten.
   void register_inputs(FileRegister& files) const;
@@ -74,6 +76,7 @@ class RunScene {
   SceneDescription description_;  // until it is built
   std::unique_ptr<Scene> scene_;
   std::optional<LightGroups> groups_;
+  std::optional<CryptomatteIds> cryptomattes_;
   CameraDescription camera_;  // without a turntable
   WorldBounds bounds_;        // for one
   nlohmann::json inputs_;     // fingerprints

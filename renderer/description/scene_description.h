@@ -233,6 +233,14 @@ struct InstanceDescription {
   Mat44d to_world;  // row-vector convention; may mirror (negative determinant); finite
   std::vector<Mat44d> motion = {};
   std::shared_ptr<const ShownTimes> shown = {};  // null: always
+  int node = -1;                                 // of the file; into SceneDescription::nodes
+};
+
+// A node of the file, by its number there.
+struct NodeDescription {
+  std::string name;
+  int root = 0;           // the node without a parent that it is below; itself, if it has none
+  bool has_mesh = false;  // whether it is seen or not
 };
 
 // What moves is seen at an instant, but its velocity is asked for: where it is a frame later. Rays
@@ -346,6 +354,7 @@ struct SceneDescription : SceneLists {
   std::vector<std::shared_ptr<const Image>> images;
   std::vector<MeshDescription> meshes;
   std::vector<InstanceDescription> instances;
+  std::vector<NodeDescription> nodes;          // if they are asked for (GltfOptions::nodes)
   std::vector<LaterInstance> later_instances;  // those that move, by growing instance
   // Of a posed scene: what it takes up at rest, so that a view of the whole does not depend on the
   // pose.

@@ -52,13 +52,20 @@ const DriverEntry& find_driver(std::string_view name) {
   return find_named(kDrivers, "--driver", "driver", name);
 }
 
+FilmExtras film_extras(const DriverEntry& driver, const DriverSettings& settings) {
+  FilmExtras extras = driver.film_extras(settings);
+  extras.cryptomattes = settings.cryptomattes;
+  extras.cryptomatte_levels = settings.cryptomatte_levels;
+  return extras;
+}
+
 DriverFactory driver_factory(std::string_view driver, const DriverSettings& settings) {
   const DriverEntry& entry = find_driver(driver);
   return {.tiles = entry.tiles,
           .tile_size = settings.bucket_size,
           .tile_order = settings.bucket_order,
           .part = settings.part,
-          .film_extras = entry.film_extras(settings),
+          .film_extras = film_extras(entry, settings),
           .bytes_per_pixel = entry.bytes_per_pixel(settings),
           .create = [&entry, settings](const Frame& frame, const Rect& pixels) {
             return entry.create(frame, pixels, settings);

@@ -23,6 +23,7 @@ struct DriverSettings {
   std::optional<Vec2i> explained = {};  // the pixel that AdaptiveDriver::explain is asked about
   bool extending = false;               // a frame that had fewer samples; its pilot is done
   bool keep_tree = false;               // AdaptiveDriver::tree will be asked for
+  int cryptomattes = 0, cryptomatte_levels = 0;  // FilmExtras'
 };
 
 // How many samples each pixel gets.
@@ -43,6 +44,9 @@ std::span<const DriverEntry> driver_table();
 
 // Throws UsageError that lists the valid names.
 const DriverEntry& find_driver(std::string_view name);
+
+// What the driver's film holds, but for light groups.
+FilmExtras film_extras(const DriverEntry& driver, const DriverSettings& settings);
 
 // Throws what find_driver() does.
 DriverFactory driver_factory(std::string_view driver, const DriverSettings& settings);

@@ -209,6 +209,13 @@ void check_companions(const FrameSettings& s) {
     throw UsageError("{}: not of the integrator {}; valid with path, direct", option_of_halves(s),
                      s.integrator);
   }
+  require(s.cryptomatte_levels != none.cryptomatte_levels, "--cryptomatte-levels",
+          !s.cryptomattes.empty(), "--cryptomatte");
+  if (!s.cryptomattes.empty() && s.unbiased) {
+    throw UsageError(
+        "--cryptomatte: --unbiased weighs rounds, which are not kept by object; leave one of the "
+        "two out");
+  }
   chosen_time(s);
 }
 
@@ -236,16 +243,19 @@ FramePlan::FramePlan(const FrameSettings& s)
   driver_settings.part = s.part.value_or(FramePart{});
   driver_settings.bisection_axis = s.bisection_axis;
   driver_settings.reconstruction = s.reconstruction;
+  driver_settings.cryptomattes = int(parse_cryptomattes(s.cryptomattes).size());
+  driver_settings.cryptomatte_levels = s.cryptomatte_levels;
   even ? plan_even(s, *this) : plan_by_error(s, *this);
   integrator = create_integrator(
       s.integrator,
       {.max_depth = s.max_depth, .transparent = s.transparent, .clamp_indirect = clamp_indirect});
   build.show_backfaces = s.show_backfaces;
-  build.unread_uv = find_integrator(s.integrator).shows_uv;
+  build.unread_uv = find_integrator(s.integrator).shows_uv || aovs.contains(Aov::kUv);
   sampler = create_sampler(s.sampler, {streams, std::max(1u, samples_per_pixel), width, height});
 }
 
-Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGroups* groups) const {
+Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGroups* groups,
+                       const CryptomatteIds* cryptomattes) const {
   return {.scene = scene,
           .camera = camera,
           .integrator = *integrator,
@@ -264,6 +274,7 @@ Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGrou
           .exact_counts = even,
           .clamp_indirect = clamp_indirect,
           .light_groups = groups,
+          .cryptomattes = cryptomattes,
           .empty_pixels = find_empty_pixels
                               ? EmptyPixels::find(scene, camera, width, height, filter.radius())
                               : nullptr};

@@ -20,8 +20,9 @@ struct FramePlan {
   // option, the reason and what is valid.
   explicit FramePlan(const FrameSettings& settings);
 
-  // Refers to the plan, the scene, the camera and the groups.
-  Frame frame(const Scene& scene, const Camera& camera, const LightGroups* groups = nullptr) const;
+  // Refers to the plan, the scene, the camera, the groups and the ids.
+  Frame frame(const Scene& scene, const Camera& camera, const LightGroups* groups = nullptr,
+              const CryptomatteIds* cryptomattes = nullptr) const;
 
   const DriverEntry* driver;
   DriverSettings driver_settings;

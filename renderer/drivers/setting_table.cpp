@@ -34,6 +34,7 @@ constexpr double kMostOpen = 1e6;  // frames
 constexpr double kLeastFps = 1e-3, kMostFps = 1e6;
 constexpr int kMostPixels = 65536;  // a side
 constexpr uint32_t kMostParts = 65536;
+constexpr int kMostCryptomatteLevels = 64;
 constexpr int kLastOfTurn = 999'999'999;
 constexpr uint32_t kMostOfTurn = 1'000'000;
 
@@ -292,6 +293,34 @@ Setting channels() {
           member_text<&FrameSettings::aovs>};
 }
 
+Setting cryptomattes() {
+  const auto read = [](FrameSettings& settings, std::string_view text) {
+    parse_cryptomattes(text);
+    settings.cryptomattes = text;
+  };
+  return {"cryptomatte",
+          kChannels,
+          "LIST",
+          "layers of the EXR that compositors cut mattes by name from, a list",
+          summaries(cryptomatte_table()),
+          false,
+          read,
+          member_text<&FrameSettings::cryptomattes>};
+}
+
+// Not said unless it differs: it means nothing without the one before.
+Setting cryptomatte_levels() {
+  Setting setting = number<&FrameSettings::cryptomatte_levels>(
+      "cryptomatte-levels", kChannels, 1, kMostCryptomatteLevels,
+      "how many of them a pixel can show; what is beyond is counted in dropped.NAME [6]");
+  setting.text = [](const FrameSettings& s) {
+    return s.cryptomatte_levels == FrameSettings().cryptomatte_levels
+               ? ""
+               : text_of(s.cryptomatte_levels);
+  };
+  return setting;
+}
+
 using S = FrameSettings;
 
 std::vector<Setting> make_table() {
@@ -302,6 +331,8 @@ std::vector<Setting> make_table() {
       word<&S::variant>("variant", kEdits, "NAME|INDEX",
                         "materials of this variant, by name or index [the file's default]"),
       channels(),
+      cryptomattes(),
+      cryptomatte_levels(),
       part(),
       sample_range(),
       turntable(),

@@ -16,7 +16,8 @@ namespace {
 
 bool is_finite(const FirstHit& hit) {
   return !hit.hit || (emberline::is_finite(hit.albedo) && emberline::is_finite(hit.normal) &&
-                      std::isfinite(hit.depth));
+                      std::isfinite(hit.depth) && emberline::is_finite(hit.position) &&
+                      std::isfinite(hit.uv.x) && std::isfinite(hit.uv.y));
 }
 
 constexpr NamedValue<Aov> kAovs[] = {
@@ -28,6 +29,10 @@ constexpr NamedValue<Aov> kAovs[] = {
     {"albedo", "directional albedo of the first surface", Aov::kAlbedo},
     {"N", "shading normal of the first surface, world axes", Aov::kNormal},
     {"Z", "depth of the first surface along the viewing axis", Aov::kDepth},
+    {"P", "position of the first surface in the world, metres; 0 where nothing is hit",
+     Aov::kPosition},
+    {"UV", "texture coordinates of the first surface (TEXCOORD_0), U to the right, V upwards",
+     Aov::kUv},
     {"velocity",
      "where the first surface goes, in pixels a frame of --fps: X to the right, Y up; the mean "
      "over "
@@ -81,6 +86,8 @@ std::vector<FilmChannel> film_channels(const AovSet& aovs) {
   if (aovs.contains(Aov::kAlbedo)) add({"albedo.R", "albedo.G", "albedo.B"});
   if (aovs.contains(Aov::kNormal)) add({"N.X", "N.Y", "N.Z"});
   if (aovs.contains(Aov::kDepth)) add({"Z"});
+  if (aovs.contains(Aov::kPosition)) add({"P.X", "P.Y", "P.Z"});
+  if (aovs.contains(Aov::kUv)) add({"UV.U", "UV.V"});
   if (aovs.contains(Aov::kVelocity)) add({"velocity.X", "velocity.Y"});
   if (aovs.contains(Aov::kClamped)) add({"clamped.R", "clamped.G", "clamped.B"});
   if (aovs.contains(Aov::kDenoising)) {
@@ -110,6 +117,7 @@ void FilmTile::reset(const Rect& rect) {
   if (aovs_.contains(Aov::kVariance) || extras_.squares) squares_.reset(3 * n);
   if (extras_.rays) rays_.reset(n);
   if (wants_surface()) surfaces_.reset(n);
+  if (wants_place()) places_.reset(n);
   if (aovs_.contains(Aov::kVelocity)) velocities_.reset(n);
   if (aovs_.contains(Aov::kClamped)) clamped_.reset(3 * n);
   if (aovs_.contains(Aov::kTime)) seconds_.reset(n);
@@ -117,6 +125,7 @@ void FilmTile::reset(const Rect& rect) {
   if (takes_sample_variance()) sample_variances_.reset(n);
   light_groups_.reset(n);
   halves_.reset(n);
+  cryptomattes_.reset(n);
 }
 
 bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValue& value,
@@ -147,6 +156,12 @@ bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValu
     }
     surface.depth += double(value.first_hit.depth);
     surface.hits++;
+  }
+  if (!places_.empty() && value.first_hit.hit) {
+    const FirstHit& hit = value.first_hit;
+    places_[i].add({{double(hit.position.x), double(hit.position.y), double(hit.position.z)},
+                    {double(hit.uv.x), double(hit.uv.y)},
+                    1});
   }
   if (!velocities_.empty()) {
     const FirstHit& hit = value.first_hit;
@@ -204,6 +219,7 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   if (!squares_.empty()) std::copy_n(&from.squares_[3 * j], 3, &squares_[3 * i]);
   if (!rays_.empty()) rays_[i] = from.rays_[j];
   if (!surfaces_.empty()) surfaces_[i] = from.surfaces_[j];
+  if (!places_.empty()) places_[i] = from.places_[j];
   if (!velocities_.empty()) velocities_[i] = from.velocities_[j];
   if (!clamped_.empty()) std::copy_n(&from.clamped_[3 * j], 3, &clamped_[3 * i]);
   if (!seconds_.empty()) seconds_[i] = from.seconds_[j];
@@ -211,6 +227,7 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
   if (!light_groups_.empty()) light_groups_.copy(from.light_groups_, j, i);
   halves_.copy(from.halves_, j, i);
+  cryptomattes_.copy(from.cryptomattes_, j, i);
   if (!from.shown_.empty() && from.shown_[j].set) show(x, y, from.shown_[j].rgba);
 }
 
@@ -234,6 +251,7 @@ void FilmTile::add_film(const FilmTile& other) {
       squares_[c] += other.squares_[c];
     if (!rays_.empty()) rays_[i] += other.rays_[i];
     if (!surfaces_.empty()) surfaces_[i].add(other.surfaces_[i]);
+    if (!places_.empty()) places_[i].add(other.places_[i]);
     if (!velocities_.empty()) velocities_[i].add(other.velocities_[i]);
     for (size_t c = 3 * i; c < 3 * i + 3 && !clamped_.empty(); ++c)
       clamped_[c] += other.clamped_[c];
@@ -241,6 +259,7 @@ void FilmTile::add_film(const FilmTile& other) {
     if (!stops_.empty()) stops_[i] = other.stops_[i];
     if (!light_groups_.empty()) light_groups_.add_sums(other.light_groups_, i);
     halves_.add_sums(other.halves_, i);
+    if (!cryptomattes_.empty()) cryptomattes_.add_sums(other.cryptomattes_, i);
   }
 }
 
@@ -369,6 +388,14 @@ void FilmTile::resolve(std::vector<float>& out) const {
     if (aovs_.contains(Aov::kDepth)) {
       *p++ = surface->hits ? float(surface->depth * per_hit) : kBackgroundDepth;
     }
+    const PlaceSums* place = places_.empty() ? nullptr : &places_[i];
+    const double per_place = place && place->hits ? 1.0 / place->hits : 0.0;
+    if (aovs_.contains(Aov::kPosition)) {
+      for (const double x : place->position) *p++ = to_finite_float(x * per_place);
+    }
+    if (aovs_.contains(Aov::kUv)) {
+      for (const double t : place->uv) *p++ = to_finite_float(t * per_place);
+    }
     if (aovs_.contains(Aov::kVelocity)) {
       const VelocitySums& velocity = velocities_[i];
       const double scale = velocity.count > 0 ? 1.0 / velocity.count : 0.0;
@@ -390,10 +417,12 @@ void FilmTile::resolve(std::vector<float>& out) const {
 uint64_t FilmTile::bytes() const {
   return sums_.capacity() * sizeof(PixelSums) + squares_.capacity() * sizeof(double) +
          rays_.capacity() * sizeof(uint32_t) + surfaces_.capacity() * sizeof(SurfaceSums) +
-         velocities_.capacity() * sizeof(VelocitySums) + clamped_.capacity() * sizeof(double) +
-         seconds_.capacity() * sizeof(float) + stops_.capacity() * sizeof(PixelStop) +
+         places_.capacity() * sizeof(PlaceSums) + velocities_.capacity() * sizeof(VelocitySums) +
+         clamped_.capacity() * sizeof(double) + seconds_.capacity() * sizeof(float) +
+         stops_.capacity() * sizeof(PixelStop) +
          sample_variances_.capacity() * sizeof(SampleVariance) +
-         shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes() + halves_.bytes();
+         shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes() + halves_.bytes() +
+         cryptomattes_.bytes();
 }
 
 void FilmTile::archive(Archive& archive) {
@@ -401,6 +430,7 @@ void FilmTile::archive(Archive& archive) {
   archive.values(std::span(squares_.begin(), squares_.size()));
   archive.values(std::span(rays_.begin(), rays_.size()));
   archive.values(std::span(surfaces_.begin(), surfaces_.size()));
+  archive.values(std::span(places_.begin(), places_.size()));
   archive.values(std::span(velocities_.begin(), velocities_.size()));
   archive.values(std::span(clamped_.begin(), clamped_.size()));
   archive.values(std::span(seconds_.begin(), seconds_.size()));
@@ -408,6 +438,7 @@ void FilmTile::archive(Archive& archive) {
   archive.values(std::span(sample_variances_.begin(), sample_variances_.size()));
   light_groups_.archive(archive);
   halves_.archive(archive);
+  cryptomattes_.archive(archive);
   bool shown = !shown_.empty();
   archive.number(shown, false, true);
   if (archive.loading()) shown_.reset(shown ? sums_.size() : 0);
@@ -438,6 +469,10 @@ void FilmTile::check(const Archive& archive) const {
     finite(surface.albedo);
     finite(surface.normal);
     archive.check(std::isfinite(surface.depth));
+  }
+  for (const PlaceSums& place : places_) {
+    finite(place.position);
+    finite(place.uv);
   }
   for (const VelocitySums& velocity : velocities_) {
     archive.check(std::isfinite(velocity.x) && std::isfinite(velocity.y));

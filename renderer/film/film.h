@@ -17,6 +17,7 @@
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
+#include "renderer/film/cryptomatte_sums.h"
 #include "renderer/film/half_sums.h"
 #include "renderer/film/light_group_sums.h"
 
@@ -28,6 +29,8 @@ enum class Aov : uint8_t {
   kAlbedo,
   kNormal,
   kDepth,
+  kPosition,
+  kUv,
   kVelocity,
   kClamped,
   kDenoising,
@@ -78,9 +81,11 @@ std::vector<std::string> film_channel_names(const AovSet& aovs);
 struct FirstHit {
   bool hit = false;
   Rgb albedo = Rgb(0.0f);
-  Vec3f normal = Vec3f(0.0f);  // shading normal, world axes
-  float depth = 0.0f;          // scene units along the viewing axis
-  uint32_t id = 0;             // 1 + index of the instance; 0: nothing hit
+  Vec3f normal = Vec3f(0.0f);    // shading normal, world axes
+  float depth = 0.0f;            // scene units along the viewing axis
+  Vec3f position = Vec3f(0.0f);  // world
+  Vec2f uv = Vec2f(0.0f);        // TEXCOORD_0, V upwards; 0 without
+  uint32_t id = 0;               // 1 + index of the instance; 0: nothing hit
   // Pixels a frame, to the right and up; finite. Where nothing was hit, that of the background.
   Vec2f velocity = Vec2f(0.0f);
 };
@@ -113,6 +118,8 @@ struct FilmExtras {
   bool sample_variance = false;
   // What each of so many groups gave: 24 bytes a pixel for each, and 24 more. -1: not kept apart.
   int light_groups = -1;
+  // Lists of so many ids for each of so many kinds: CryptomatteSums.
+  int cryptomattes = 0, cryptomatte_levels = 0;
 };
 
 // A pixel's sums over its samples, each times its filter weight.
@@ -132,7 +139,8 @@ class FilmTile {
       : aovs_(aovs),
         extras_(extras),
         light_groups_(extras.light_groups),
-        halves_(aovs.contains(Aov::kDenoising), extras.light_groups) {}
+        halves_(aovs.contains(Aov::kDenoising), extras.light_groups),
+        cryptomattes_(extras.cryptomattes, extras.cryptomatte_levels) {}
 
   // Clears to no samples over `rect`; keeps its memory. Memory that is new is touched by the first
   // sample alone: clearing a whole frame takes no time.
@@ -159,6 +167,10 @@ class FilmTile {
                   const LightGroupValues& values, int lane) {
     light_groups_.add(index(x, y), filter_weight, alpha, values, lane);
     if (half == 1) halves_.add_second_lights(index(x, y), filter_weight, values, lane);
+  }
+  // What a sample saw, which add() took and whose alpha is 1: an id for each kind.
+  void add_ids(int x, int y, float filter_weight, std::span<const uint32_t> ids) {
+    cryptomattes_.add(index(x, y), filter_weight, ids);
   }
   void add_time(int x, int y, double seconds);
   void add_rays(int x, int y, uint32_t rays);
@@ -202,6 +214,7 @@ class FilmTile {
   const uint32_t* rays() const { return rays_.begin(); }
   const LightGroupSums& light_groups() const { return light_groups_; }
   const HalfSums& halves() const { return halves_; }
+  const CryptomatteSums& cryptomattes() const { return cryptomattes_; }
 
   // Forgets what show() was told.
   void show_means() { shown_.reset(0); }
@@ -244,6 +257,19 @@ class FilmTile {
     }
   };
 
+  // Of the samples that hit a surface.
+  struct PlaceSums {
+    double position[3];
+    double uv[2];
+    uint32_t hits;
+
+    void add(const PlaceSums& more) {
+      for (int c = 0; c < 3; ++c) position[c] += more.position[c];
+      for (int c = 0; c < 2; ++c) uv[c] += more.uv[c];
+      hits += more.hits;
+    }
+  };
+
   // Of the samples that hit a surface, or where none did of those that did not.
   struct VelocitySums {
     double x, y;
@@ -264,6 +290,7 @@ class FilmTile {
     return aovs_.contains(Aov::kAlbedo) || aovs_.contains(Aov::kNormal) ||
            aovs_.contains(Aov::kDepth);
   }
+  bool wants_place() const { return aovs_.contains(Aov::kPosition) || aovs_.contains(Aov::kUv); }
   void put_rgba(size_t i, float* out) const;
   bool knows_sample_variance(size_t i) const {
     return !sample_variances_.empty() && sample_variances_[i].known;
@@ -280,6 +307,7 @@ class FilmTile {
   ZeroedArray<double> squares_;           // 3 per pixel, if wanted
   ZeroedArray<uint32_t> rays_;            // if wanted
   ZeroedArray<SurfaceSums> surfaces_;     // with albedo, N or Z
+  ZeroedArray<PlaceSums> places_;         // with P or UV
   ZeroedArray<VelocitySums> velocities_;  // with velocity
   ZeroedArray<double> clamped_;           // 3 per pixel, with clamped
   ZeroedArray<float> seconds_;            // with time
@@ -291,6 +319,7 @@ class FilmTile {
   ZeroedArray<SampleVariance> sample_variances_;  // if taken
   LightGroupSums light_groups_;
   HalfSums halves_;  // with denoising
+  CryptomatteSums cryptomattes_;
   struct ShownValue {
     float rgba[4];
     bool set;

@@ -11,6 +11,7 @@
 #include "renderer/film/clamped_light.h"
 #include "renderer/film/film.h"
 #include "renderer/film/filter.h"
+#include "renderer/scene/cryptomatte_ids.h"
 #include "renderer/scene/empty_pixels.h"
 
 namespace emberline {
@@ -37,6 +38,9 @@ struct Frame {
   // Of the scene as it is built: what each of them gives is kept apart, if the integrator tells
   // lights apart (IntegratorEntry). Null: it is not, and costs nothing.
   const LightGroups* light_groups = nullptr;
+  // Of the scene as it is built: each pixel's ids are kept (FilmExtras has room for them). Null:
+  // no.
+  const CryptomatteIds* cryptomattes = nullptr;
   // Whose camera rays are not traced; null: all are.
   std::shared_ptr<const EmptyPixels> empty_pixels;
 

@@ -109,8 +109,10 @@ struct FrameSettings {
 
   // Channels.
   std::string aovs;
-  bool light_groups = false;  // layers of the EXR
-  bool denoise = false;       // the picture, a second time
+  std::string cryptomattes;    // kinds, a list; layers of the EXR
+  int cryptomatte_levels = 6;  // ids of each pixel
+  bool light_groups = false;   // layers of the EXR
+  bool denoise = false;        // the picture, a second time
 };
 
 }  // namespace emberline

@@ -139,10 +139,11 @@ void RenderWorker::trace_batch() {
   }
   const bool velocity = frame_.aovs.contains(Aov::kVelocity);
   const bool surface = frame_.aovs.contains(Aov::kAlbedo) || frame_.aovs.contains(Aov::kNormal) ||
-                       frame_.aovs.contains(Aov::kDepth) || velocity;
+                       frame_.aovs.contains(Aov::kDepth) || frame_.aovs.contains(Aov::kPosition) ||
+                       frame_.aovs.contains(Aov::kUv) || velocity;
   SampleBatch batch{frame_.scene, frame_.camera, {rays_, count}};
   batch.surface_aovs = surface;
-  batch.hit_id = frame_.aovs.contains(Aov::kId);
+  batch.hit_id = frame_.aovs.contains(Aov::kId) || frame_.cryptomattes;
   batch.nothing_ahead = all_empty();
   if (velocity) batch.velocity_frames = frame_.shutter_frames;
   if (frame_.light_groups) {
@@ -176,6 +177,9 @@ bool RenderWorker::add(int lane, FilmTile& tile) {
   if (tile.add(x, y, frame_.half_of(a.sample), weights_[lane], values_[lane],
                sees() ? &seen_[lane] : nullptr)) {
     if (counters_.clamped.clamps()) counters_.clamped.keep(values_[lane].radiance);
+    if (frame_.cryptomattes && values_[lane].alpha > 0.0f) [[unlikely]] {
+      tile.add_ids(x, y, weights_[lane], frame_.cryptomattes->of_hit(values_[lane].first_hit.id));
+    }
     return true;
   }
   counters_.non_finite_samples++;

@@ -147,6 +147,8 @@ void check_suits(const FramePlan& plan, const FrameSettings& settings,
                  const SceneBuildOptions& built) {
   if (settings.light_groups)
     throw emberline::UsageError("light-groups: the command alone has them");
+  if (!settings.cryptomattes.empty())
+    throw emberline::UsageError("cryptomatte: the command alone has it");
   if (settings.denoise) {
     throw emberline::UsageError(
         "denoise: the command alone does; the channels that it takes come with aov denoising");
@@ -155,8 +157,9 @@ void check_suits(const FramePlan& plan, const FrameSettings& settings,
     throw emberline::UsageError("backfaces: the scene was loaded with another value");
   }
   if (plan.build.unread_uv && !built.unread_uv) {
-    throw emberline::UsageError("integrator: the scene was loaded without what " +
-                                settings.integrator + " shows; load it with this setting");
+    throw emberline::UsageError(
+        "integrator, aov: the scene was loaded without the texture coordinates that they show; "
+        "load it with these settings");
   }
 }
 

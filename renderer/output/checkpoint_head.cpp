@@ -78,8 +78,8 @@ Json input_fingerprints(const FrameSettings& settings, LoadProgress& progress) {
   return inputs;
 }
 
-Json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
-                     const std::vector<std::string>& light_layers, const Json& inputs) {
+Json checkpoint_head(const RenderOptions& options, const FramePlan& plan, const SceneLayers& layers,
+                     const Json& inputs) {
   Json head = {{"emberline", kEmberlineVersion}, {"bits", kBitsVersion}};
   Json& settings = head["settings"] = Json::object();
   FrameSettings used = options;
@@ -94,7 +94,7 @@ Json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
         std::ranges::find(kFree, name) == kFree.end() || (options.part && name == "bucket-order");
     if (name != "aov") (decides ? settings : free)[name] = text;
   }
-  if (!light_layers.empty()) head["light layers"] = light_layers;
+  put_scene_layers(layers, head);
   std::string channels;
   for (const NamedValue<Aov>& aov : aov_table()) {
     if (plan.aovs.contains(aov.value))
@@ -145,19 +145,6 @@ std::string text_in(const Json& head, const char* part, const char* name) {
   if (object == head.end() || !object->is_object()) return "";
   const auto text = object->find(name);
   return text != object->end() && text->is_string() ? text->get<std::string>() : "";
-}
-
-std::vector<std::string> light_layers_of(const Json& head, const std::string& place) {
-  const Json names = head.is_object() ? head.value("light layers", Json::array()) : Json::array();
-  std::vector<std::string> layers;
-  for (const Json& name : names) {
-    if (!name.is_string() || name.get_ref<const std::string&>().size() > 255 ||
-        layers.size() > 65535) {
-      throw InputError(place, "the checkpoint's light layers are not names");
-    }
-    layers.push_back(name.get<std::string>());
-  }
-  return layers;
 }
 
 std::vector<std::string> differences(const Json& now, const Json& then,

@@ -11,6 +11,7 @@
 #include "renderer/core/load_progress.h"
 #include "renderer/drivers/frame_plan.h"
 #include "renderer/output/render_options.h"
+#include "renderer/output/scene_layers.h"
 
 namespace emberline {
 
@@ -19,15 +20,13 @@ namespace emberline {
 nlohmann::json input_fingerprints(const FrameSettings& settings, LoadProgress& progress);
 // `plan` has the channels that are rendered.
 nlohmann::json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
-                               const std::vector<std::string>& light_layers,
-                               const nlohmann::json& inputs);
+                               const SceneLayers& layers, const nlohmann::json& inputs);
 // The settings in a head, those that decide no bits too; without the scene's files. Throws
 // InputError that names `place`: anything may stand there.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
 // "files" has where the frame's files were, by their settings' names, "machine" what made it;
 // empty: it does not say.
 std::string text_in(const nlohmann::json& head, const char* part, const char* name);
-std::vector<std::string> light_layers_of(const nlohmann::json& head, const std::string& place);
 
 // What keeps a frame of `now` from going on with a checkpoint of `then`, a few words each; nothing
 // if its bits are the same. Settings in `but` may differ. Anything may stand in `then`.

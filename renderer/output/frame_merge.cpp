@@ -31,9 +31,10 @@ auto of_settings(const std::string& path, const Make& make) {
   }
 }
 
-FilmExtras extras_of(const FramePlan& plan, bool light_groups, size_t layers) {
-  FilmExtras extras = plan.driver->film_extras(plan.driver_settings);
-  if (light_groups) extras.light_groups = int(layers);
+FilmExtras extras_of(const FramePlan& plan, const FrameSettings& settings,
+                     const SceneLayers& layers) {
+  FilmExtras extras = film_extras(*plan.driver, plan.driver_settings);
+  if (settings.light_groups) extras.light_groups = int(layers.lights.size());
   return extras;
 }
 
@@ -44,8 +45,8 @@ StoredFrame::StoredFrame(const std::string& path)
       head_(parse_json(file_.head(), path)),
       settings_(settings_of(head_, path)),
       plan_(of_settings(path, [&] { return FramePlan(settings_); })),
-      light_layers_(light_layers_of(head_, path)),
-      extras_(extras_of(plan_, settings_.light_groups, light_layers_.size())),
+      layers_(scene_layers_of(head_, path)),
+      extras_(extras_of(plan_, settings_, layers_)),
       by_tiles_(plan_.driver->tiles) {
   if (!by_tiles_) return;
   const auto schedule = of_settings(path, [&] {
@@ -149,8 +150,12 @@ void FrameMerge::check_frames(bool strict) const {
   for (const auto& frame : frames_) {
     const auto different =
         differences(first().head(), frame->head(), {"part", "sample-range", "seed"});
-    if (frame->light_layers() != first().light_layers()) {
+    if (frame->layers().lights != first().layers().lights) {
       throw InputError(frame->path(), "its light groups are not those of {}", first().path());
+    }
+    if (frame->layers().cryptomattes != first().layers().cryptomattes) {
+      throw InputError(frame->path(), "the names of its mattes are not those of {}",
+                       first().path());
     }
     if (!different.empty()) {
       throw InputError(frame->path(), "it is not of the frame that {} is of: {}", first().path(),

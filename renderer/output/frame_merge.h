@@ -12,6 +12,7 @@
 #include "renderer/core/memory_budget.h"
 #include "renderer/drivers/frame_plan.h"
 #include "renderer/frame/frame_render.h"
+#include "renderer/output/scene_layers.h"
 
 namespace emberline {
 
@@ -26,7 +27,7 @@ class StoredFrame {
   const FrameSettings& settings() const { return settings_; }
   const FramePlan& plan() const { return plan_; }
   const FilmExtras& film_extras() const { return extras_; }
-  const std::vector<std::string>& light_layers() const { return light_layers_; }
+  const SceneLayers& layers() const { return layers_; }
 
   // All of it at once, if its driver has one film.
   void load_film(MemoryBudget& budget);
@@ -47,7 +48,7 @@ class StoredFrame {
   nlohmann::json head_;
   FrameSettings settings_;
   FramePlan plan_;
-  std::vector<std::string> light_layers_;
+  SceneLayers layers_;
   FilmExtras extras_;
   bool by_tiles_;
   size_t number_of(const Rect& tile) const {

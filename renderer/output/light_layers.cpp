@@ -11,6 +11,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/film/half_channels.h"
+#include "renderer/output/appended_channels.h"
 #include "renderer/output/outputs.h"
 
 namespace emberline {
@@ -66,19 +67,13 @@ void append_light_layers(const FilmTile& tile, std::vector<float>& pixels) {
   const auto count = size_t(tile.rect().area());
   const auto groups = size_t(lights.groups());
   const int halves = tile.halves().empty() ? 0 : 2;
-  const size_t before = pixels.size() / count, after = before + 3 * groups * size_t(1 + halves);
-  pixels.resize(after * count);
-  // From the last pixel, so that none is written over before it has moved.
-  for (size_t i = count; i-- > 0;) {
-    std::copy_backward(&pixels[before * i], &pixels[before * i] + before,
-                       &pixels[after * i] + before);
-    float* values = &pixels[after * i + before];
+  append_channels(count, 3 * groups * size_t(1 + halves), pixels, [&](size_t i, float* values) {
     for (size_t g = 0; g < groups; ++g) {
       const Rgb mean = lights.mean(i, int(g));
       values = std::copy_n(&mean.x, 3, values);
     }
     for (int half = 0; half < halves; ++half) values = put_half_lights(tile, i, half, values);
-  }
+  });
 }
 
 void check_light_layers(const RenderOptions& options) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 #include "io/picture_mark.h"
@@ -10,6 +11,7 @@
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/drivers/frame_plan.h"
+#include "renderer/frame/frame_scene.h"
 #include "renderer/output/light_layers.h"
 #include "renderer/output/report.h"
 
@@ -24,6 +26,19 @@ std::vector<std::string> names_of(const std::vector<ExrChannel>& channels) {
   std::vector<std::string> names;
   for (const ExrChannel& channel : channels) names.push_back(channel.name);
   return names;
+}
+
+// When it is, where the settings say so.
+ExrView view_of(const FrameSettings& settings) {
+  ExrView view;
+  const std::optional<double> time = chosen_time(settings);
+  if (!time) return view;
+  view.frames_per_second = frame_rate_fraction(settings.fps);
+  const double frame = settings.frame.value_or(*time * settings.fps);
+  constexpr double kNearest = 1e-6;  // to a whole one
+  if (std::abs(frame - std::round(frame)) < kNearest)
+    view.time_code = smpte_time_code(std::llround(frame), settings.fps);
+  return view;
 }
 
 }  // namespace
@@ -57,7 +72,11 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
                           heatmap_requests(options),
                           options.heatmap_style,
                           options.clamp_indirect.has_value(),
-                          denoises(options)};
+                          denoises(options),
+                          options.light_groups,
+                          parse_cryptomattes(options.cryptomattes),
+                          options.cryptomatte_levels,
+                          view_of(options)};
   for (const HeatmapRequest& heatmap : settings.heatmaps) {
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
   }
@@ -118,7 +137,11 @@ void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegi
 
 FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                            const StopRequest& stop)
-    : settings_(settings), channels_(exr_channels(settings.aovs)), stop_(stop) {
+    : settings_(settings),
+      channels_(exr_channels(settings.aovs)),
+      view_(settings.view),
+      stop_(stop),
+      cryptomattes_(settings.cryptomattes.size()) {
   for (const std::string& path : paths) {
     if (is_exr(path)) {
       ExrOutput& exr = exrs_.emplace_back();
@@ -148,6 +171,7 @@ void FrameOutputs::begin(ExrOutput& exr) {
                       .data_window = settings_.crop,
                       .tile_size = settings_.tile_size,
                       .channels = channels_,
+                      .view = view_,
                       .attributes = settings_.attributes};
   if (settings_.denoise) {
     for (const std::string& name : denoise_results(names_of(channels_)))
@@ -158,6 +182,9 @@ void FrameOutputs::begin(ExrOutput& exr) {
   if (settings_.clamps) {
     header.attributes.emplace_back(kClampedAttribute, std::string(kMostDigits, ' '));
   }
+  // Behind those that is_marked_incomplete() looks for: names may be megabytes.
+  header.attributes.insert(header.attributes.end(), late_attributes_.begin(),
+                           late_attributes_.end());
   exr.writer = std::make_unique<ExrWriter>(exr.path, header);
 }
 
@@ -168,10 +195,20 @@ void FrameOutputs::begin_spool() {
   spool_ = std::make_unique<PixelSpool>(beside, settings_.crop, channels_.size());
 }
 
-void FrameOutputs::add_light_layers(const std::vector<std::string>& names) {
-  light_layers_ = true;
-  for (const std::string& name : light_channel_names(names, settings_.aovs)) {
+void FrameOutputs::add_scene(const SceneLayers& layers) {
+  view_.camera = layers.camera;
+  if (settings_.light_groups) {
+    for (const std::string& name : light_channel_names(layers.lights, settings_.aovs)) {
+      channels_.push_back({name});
+    }
+  }
+  for (const std::string& name :
+       cryptomatte_channel_names(settings_.cryptomattes, settings_.cryptomatte_levels)) {
     channels_.push_back({name});
+  }
+  late_attributes_ = cryptomatte_attributes(layers.cryptomattes);
+  for (size_t i = 0; i < std::min(cryptomattes_.size(), layers.cryptomattes.size()); ++i) {
+    cryptomattes_[i] = {layers.cryptomattes[i].kind, layers.cryptomattes[i].ids.size()};
   }
   for (ExrOutput& exr : exrs_) begin(exr);
   begin_spool();
@@ -182,7 +219,8 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   if (spool_ || !exrs_.empty() || !heatmaps_.empty()) {
     tile.resolve(pixels);
     for (const auto& heatmap : heatmaps_) heatmap->write_tile(tile.rect(), pixels);
-    if (light_layers_) append_light_layers(tile, pixels);
+    if (settings_.light_groups) append_light_layers(tile, pixels);
+    if (!settings_.cryptomattes.empty()) append_mattes(tile, pixels);
     if (spool_) {
       spool(tile.rect(), pixels);
     } else {
@@ -197,6 +235,13 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   const std::lock_guard lock(mutex_);
   uint64_t& most = thread_bytes_[std::this_thread::get_id()];
   most = std::max(most, bytes);
+}
+
+void FrameOutputs::append_mattes(const FilmTile& tile, std::vector<float>& pixels) {
+  std::vector<CryptomatteReport> of_tile(cryptomattes_.size());
+  append_cryptomattes(tile, pixels, of_tile);
+  const std::lock_guard lock(mutex_);
+  for (size_t kind = 0; kind < of_tile.size(); ++kind) cryptomattes_[kind].merge(of_tile[kind]);
 }
 
 void FrameOutputs::write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels) {
@@ -283,6 +328,11 @@ uint64_t FrameOutputs::film_bytes() const {
   for (const auto& image : images_) bytes += image->bytes();
   for (const auto& heatmap : heatmaps_) bytes += heatmap->bytes();
   return bytes;
+}
+
+std::vector<CryptomatteReport> FrameOutputs::cryptomattes() const {
+  const std::lock_guard lock(mutex_);
+  return cryptomattes_;
 }
 
 std::string FrameOutputs::display_description() const {

@@ -18,9 +18,11 @@
 #include "io/write_attempts.h"
 #include "renderer/core/rect.h"
 #include "renderer/frame/frame_observer.h"
+#include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/denoise_pass.h"
 #include "renderer/output/heatmap_file.h"
 #include "renderer/output/render_options.h"
+#include "renderer/output/scene_layers.h"
 #include "renderer/output/snapshots.h"
 #include "renderer/process/stop_request.h"
 
@@ -38,6 +40,10 @@ struct OutputSettings {
   HeatmapStyle heatmap_style = {};
   bool clamps = false;   // --clamp-indirect
   bool denoise = false;  // the files get the denoised picture, too
+  bool light_groups = false;
+  std::vector<CryptomatteKind> cryptomattes = {};
+  int cryptomatte_levels = 0;
+  ExrView view = {};  // without a camera
 };
 
 // With the channels that the heatmaps need.
@@ -73,9 +79,9 @@ class FrameOutputs final : public FrameObserver {
   void tile_finished(const FilmTile& tile) override;
   PixelStop stop_cause() const override { return stop_.cause(); }
 
-  // Adds a layer for each light group of the frame to the EXR files, by these names. To be called
-  // before the first tile. Throws RenderError for a file that cannot be begun anew.
-  void add_light_layers(const std::vector<std::string>& names);
+  // Adds what is known since the scene is: the EXR files are begun anew with it. To be called
+  // before the first tile. Throws RenderError for a file that cannot be.
+  void add_scene(const SceneLayers& layers);
 
   // From now on tiles are those of a frame that is rendered, and that is not given up any more when
   // no file can be written: see tile_finished.
@@ -92,6 +98,8 @@ class FrameOutputs final : public FrameObserver {
   // pictures (.png, .jpg) and heatmaps that are kept until the end.
   uint64_t film_bytes() const;
   std::string display_description() const;
+  // By kind of --cryptomatte, of the tiles so far.
+  std::vector<CryptomatteReport> cryptomattes() const;
 
  private:
   struct ExrOutput {
@@ -101,6 +109,7 @@ class FrameOutputs final : public FrameObserver {
   };
   void begin(ExrOutput& exr);
   void begin_spool();
+  void append_mattes(const FilmTile& tile, std::vector<float>& pixels);
   void spool(const Rect& tile, const std::vector<float>& pixels);
   void write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels);
   void write_denoised(const Rect& tile, const std::vector<float>& pixels);
@@ -109,15 +118,17 @@ class FrameOutputs final : public FrameObserver {
   const OutputSettings settings_;
   std::deque<ExrOutput> exrs_;        // of which none moves
   std::vector<ExrChannel> channels_;  // of a tile
-  bool light_layers_ = false;
-  std::unique_ptr<PixelSpool> spool_;  // of a frame to be denoised
-  std::string spool_failure_;          // why it is of no use any more
+  ExrView view_;
+  std::vector<std::pair<std::string, std::string>> late_attributes_;  // with the scene's names
+  std::unique_ptr<PixelSpool> spool_;                                 // of a frame to be denoised
+  std::string spool_failure_;  // why it is of no use any more
   bool rendered_ = false;
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
   std::vector<std::unique_ptr<HeatmapFile>> heatmaps_;
   std::shared_ptr<const DisplayTransform> transform_;
   const StopRequest& stop_;
   mutable std::mutex mutex_;
+  std::vector<CryptomatteReport> cryptomattes_;
   std::map<std::thread::id, uint64_t> thread_bytes_;  // at most, of each thread that brought a tile
 };
 

@@ -139,6 +139,18 @@ Json clamped_json(const RenderReport& r) {
           {"groups", groups}};
 }
 
+// Null where none were asked for.
+Json cryptomattes_json(const RenderReport& r) {
+  Json kinds;
+  for (const CryptomatteReport& kind : r.cryptomattes) {
+    kinds[std::string(name_of(cryptomatte_table(), kind.kind))] = {
+        {"names", kind.names},
+        {"dropped_pixels", kind.dropped_pixels},
+        {"most_dropped", kind.most_dropped}};
+  }
+  return kinds;
+}
+
 // Null where nothing was denoised.
 Json denoise_json(const std::optional<DenoiseReport>& denoise) {
   if (!denoise) return Json();
@@ -225,6 +237,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["memory"] = memory_json(r);
   json["numerics"] = numerics_json(r, options.seed);
   json["clamped"] = clamped_json(r);
+  json["cryptomattes"] = cryptomattes_json(r);
   // Uniform sampling decides nothing from an error estimate, so none is made.
   json["error"] = {{"estimator", r.estimator},
                    {"of", options.allocation == ErrorMetric::kDenoised ? "denoised" : "raw"},

@@ -9,6 +9,7 @@
 #include "renderer/description/scene_description.h"
 #include "renderer/frame/frame.h"
 #include "renderer/output/checkpoint.h"
+#include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/denoise_pass.h"
 #include "renderer/output/render_options.h"
 #include "renderer/output/snapshots.h"
@@ -56,6 +57,7 @@ struct RenderReport {
   CoverageReport coverage;
   LoadRepairs repairs;
   std::vector<std::string> light_layers;  // names, with --light-groups
+  std::vector<CryptomatteReport> cryptomattes;
   std::string camera;
   std::string display;
   Rect crop;

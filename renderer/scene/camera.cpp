@@ -176,6 +176,22 @@ Vec3d Camera::on_film(const Vec3d& point) const {
           (p.y - shape_.half_height * p.z) / shape_.per_row, p.z};
 }
 
+Camera::WorldMatrices Camera::world_matrices(const Vec3d& origin) const {
+  const std::array<Vec3d, 3> axes = {pose_.right * shape_.handed, pose_.up, pose_.axis};
+  const Vec3d position = pose_.position / scale_ + origin;
+  Mat44d to_camera;
+  for (int a = 0; a < 3; ++a) {
+    for (int c = 0; c < 3; ++c) to_camera[c][a] = axes[size_t(a)][c];
+    to_camera[3][a] = -dot(position, axes[size_t(a)]);
+  }
+  const double unit = shape_.orthographic ? scale_ : 1.0;
+  const double x = unit / (2 * shape_.half_width), y = -unit / (2 * shape_.half_height);
+  const Mat44d film = shape_.orthographic
+                          ? Mat44d(x, 0, 0, 0, 0, y, 0, 0, 0, 0, 1, 0, 0.5, 0.5, 0, 1)
+                          : Mat44d(x, 0, 0, 0, 0, y, 0, 0, 0.5, 0.5, 0, 1, 0, 0, 1, 0);
+  return {to_camera, to_camera * film};
+}
+
 Vec2f Camera::velocity(const Vec3d& from, const Vec3d& to, double frames) const {
   return film_velocity(in_view(pose_, from - pose_.position), in_view(last_, to - last_.position),
                        frames);

@@ -63,6 +63,14 @@ class Camera {
   // Continuous pixel coordinates of an internal-space point, times its depth, which is the third.
   Vec3d on_film(const Vec3d& point) const;
 
+  // From the world, whose `origin` is the scene's, as OpenEXR's header has them, at the shutter's
+  // opening: to the right, up and ahead; and, after a division by w, to the frame, (0, 0) its upper
+  // left and (1, 1) its lower right corner (z is 1 / depth; of an orthographic one the depth).
+  struct WorldMatrices {
+    Mat44d to_camera, to_ndc;
+  };
+  WorldMatrices world_matrices(const Vec3d& origin) const;
+
   // Distance along the viewing axis of an internal-space point, from the lens's plane.
   float axial_depth(const Vec3f& point, float time) const {
     if (moves()) [[unlikely]]

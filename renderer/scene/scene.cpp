@@ -338,6 +338,11 @@ Scene::Way Scene::way_of(const SurfaceHit& hit) const {
   return {from, place_later(*later, hit)};
 }
 
+bool Scene::has_uv(uint32_t instance) const {
+  const Mesh& mesh = meshes_[instances_[instance].mesh];
+  return !mesh.uv_sets.empty() && !mesh.uv_sets[0].empty();
+}
+
 SurfaceAttributes Scene::emitter_attributes(const EmissiveTriangle& triangle, float time,
                                             const Vec2f& barycentric) const {
   Instance moved;

@@ -200,6 +200,8 @@ class Scene : private EmitterMotion {
                                        const Vec2f& barycentric) const;
   const Material& material_of(uint32_t instance) const;
   uint32_t material_index_of(uint32_t instance) const;  // as in SurfaceInteraction
+  // Whether the first texture coordinates were given, and kept (SceneBuildOptions::unread_uv).
+  bool has_uv(uint32_t instance) const;
   // `offset` of SurfaceInteraction for any point of a triangle.
   float surface_offset(uint32_t instance, uint32_t primitive, float time) const;
 

@@ -30,6 +30,8 @@ RenderOptions main_options(const ViewSettings& settings) {
   const DriverEntry& driver = main_driver(options);
   options.driver = driver.name;
   options.crop.reset();
+  options.cryptomattes.clear();
+  options.cryptomatte_levels = FrameSettings().cryptomatte_levels;
   options.denoise = false;  // of --settings; the window shows a frame as it is
   if (options.allocation == ErrorMetric::kDenoised) options.allocation.reset();
   const bool ends_itself = options.noise_threshold || options.max_spp || driver.tiles;

@@ -77,7 +77,7 @@ def starts(head, tail):
     yield "format 2^32-1", file_start(head, form=(1 << 32) - 1) + tail
     yield "a head of 2^32-1 bytes", file_start(head, size=(1 << 32) - 1) + tail
     yield "a head of no bytes", file_start(b"") + tail
-    yield "a head of 2 MiB", file_start(head + b" " * (2 << 20)) + tail
+    yield "a head of 17 MiB", file_start(head + b" " * (17 << 20)) + tail
     yield "an empty file", b""
     yield "zeros", bytes(10000)
     yield "the mark alone", b"EMBRECF\n"

@@ -346,5 +346,32 @@ TEST_F(ExrWriterTest, MemoryDoesNotGrowWithTheFrame) {
   EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 8 * 1024) << "KiB";
 }
 
+TEST_F(ExrWriterTest, SaysWhereAndWhen) {
+  ExrHeader header = cropped_header();
+  ExrView::Matrices camera = {};
+  for (size_t i = 0; i < 16; ++i) camera.world_to_camera[i] = float(i);
+  camera.world_to_ndc[11] = -2.5f;
+  header.view = {camera, frame_rate_fraction(24000.0 / 1001), smpte_time_code(108001, 30)};
+  ExrWriter(path("view.exr"), header).finish();
+  const Imf::InputFile file(path("view.exr").c_str());
+  EXPECT_EQ(Imf::worldToCamera(file.header())[1][2], 6.0f);
+  EXPECT_EQ(Imf::worldToNDC(file.header())[2][3], -2.5f);
+  EXPECT_EQ(Imf::framesPerSecond(file.header()), Imf::Rational(24000, 1001));
+  const Imf::TimeCode code = Imf::timeCode(file.header());
+  EXPECT_EQ(code.hours(), 1);
+  EXPECT_EQ(code.minutes(), 0);
+  EXPECT_EQ(code.seconds(), 0);
+  EXPECT_EQ(code.frame(), 1);
+  EXPECT_FALSE(code.dropFrame());
+}
+
+TEST_F(ExrWriterTest, HasNoTimeCodeForWhatOneCannotSay) {
+  EXPECT_EQ(smpte_time_code(24 * 3600 * 24 - 1, 24), 0x23595923u);
+  EXPECT_EQ(smpte_time_code(24 * 3600 * 24, 24), std::nullopt);
+  EXPECT_EQ(smpte_time_code(-1, 24), std::nullopt);
+  EXPECT_EQ(smpte_time_code(0, 60), std::nullopt);
+  EXPECT_EQ(smpte_time_code(0, std::numeric_limits<double>::quiet_NaN()), std::nullopt);
+}
+
 }  // namespace
 }  // namespace emberline

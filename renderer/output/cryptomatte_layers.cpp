@@ -1,0 +1,89 @@
+#include "renderer/output/cryptomatte_layers.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <nlohmann/json.hpp>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
+#include "renderer/core/murmur3.h"
+#include "renderer/output/appended_channels.h"
+
+namespace emberline {
+namespace {
+
+constexpr size_t kRanksOfLayer = 2;
+
+const char* layer_name(CryptomatteKind kind) {
+  constexpr const char* kNames[] = {"CryptoObject", "CryptoMaterial", "CryptoAsset"};
+  return kNames[size_t(kind)];
+}
+
+size_t layers_of(size_t levels) { return (levels + kRanksOfLayer - 1) / kRanksOfLayer; }
+
+std::string hexadecimal(uint32_t id) { return fmt::format("{:08x}", id); }
+
+}  // namespace
+
+std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKind> kinds,
+                                                   int levels) {
+  std::vector<std::string> names;
+  for (const CryptomatteKind kind : kinds) {
+    for (size_t layer = 0; layer < layers_of(size_t(levels)); ++layer) {
+      for (const char channel : {'R', 'G', 'B', 'A'}) {
+        names.push_back(fmt::format("{}{:02}.{}", layer_name(kind), layer, channel));
+      }
+    }
+    names.push_back(fmt::format("dropped.{}", layer_name(kind)));
+  }
+  return names;
+}
+
+void append_cryptomattes(const FilmTile& tile, std::vector<float>& pixels,
+                         std::span<CryptomatteReport> reports) {
+  const CryptomatteSums& sums = tile.cryptomattes();
+  const size_t ranked = layers_of(sums.levels()) * kRanksOfLayer;
+  std::vector<CryptomatteSums::Rank> ranks(ranked);
+  append_channels(size_t(tile.rect().area()), sums.kinds() * (2 * ranked + 1), pixels,
+                  [&](size_t pixel, float* values) {
+                    for (size_t kind = 0; kind < sums.kinds(); ++kind) {
+                      const float lost =
+                          sums.resolve(pixel, kind, tile.sums(pixel).samples(), ranks);
+                      for (const CryptomatteSums::Rank& rank : ranks) {
+                        *values++ = std::bit_cast<float>(rank.id);
+                        *values++ = rank.coverage;
+                      }
+                      *values++ = lost;
+                      reports[kind].add(lost);
+                    }
+                  });
+}
+
+std::vector<std::pair<std::string, std::string>> cryptomatte_attributes(
+    std::span<const CryptomatteNames> names) {
+  using Json = nlohmann::json;
+  std::vector<std::pair<std::string, std::string>> attributes;
+  for (const CryptomatteNames& of_kind : names) {
+    const std::string layer = layer_name(of_kind.kind);
+    const std::string begin = "cryptomatte/" + hexadecimal(murmur3_32(layer)).substr(0, 7) + "/";
+    Json manifest = Json::object();
+    for (const auto& [name, id] : of_kind.ids) manifest[name] = hexadecimal(id);
+    attributes.emplace_back(begin + "name", layer);
+    attributes.emplace_back(begin + "hash", "MurmurHash3_32");
+    attributes.emplace_back(begin + "conversion", "uint32_to_float32");
+    attributes.emplace_back(begin + "manifest",
+                            manifest.dump(-1, ' ', false, Json::error_handler_t::replace));
+  }
+  return attributes;
+}
+
+void check_cryptomattes(const RenderOptions& options) {
+  if (options.cryptomattes.empty() || options.replay) return;
+  if (std::ranges::none_of(options.outputs, is_exr)) {
+    throw UsageError("--cryptomatte: mattes are layers of an EXR; give an -o that ends in .exr");
+  }
+}
+
+}  // namespace emberline
