@@ -65,6 +65,8 @@ const std::map<std::string, std::string> kOthers = {
     {"fps", "23.976"},
     {"lenient", "yes"},
     {"resource-root", "/models"},
+    {"cryptomatte", "object,asset"},
+    {"cryptomatte-levels", "8"},
 };
 
 FrameSettings all_others() {
@@ -82,8 +84,9 @@ TEST(SettingTable, HasEveryMember) {
                reconstruction, width, height, crop, camera, look_from, look_at, fov_y, f_stop,
                focus_distance, turntable, animation, time, frame, fps, shutter, edits, variant,
                environment, environment_strength, environment_rotation, transparent, show_backfaces,
-               lenient, part, sample_range, aovs, light_groups, denoise] = settings;
-  constexpr size_t kMembers = 51;
+               lenient, part, sample_range, aovs, cryptomattes, cryptomatte_levels, light_groups,
+               denoise] = settings;
+  constexpr size_t kMembers = 53;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());
