@@ -143,8 +143,8 @@ TEST(NestedGlass, TheOuterAbsorbsBeforeAndAfter) {
   tinted.attenuation_color = Rgb(.5f);
   tinted.attenuation_distance = .1f;
   SceneBuilderForTests b;
-  add_slab(b, b.add_material(tinted), 0, -.3f, 20);
-  add_slab(b, b.add_material(glass(1.0f, 0)), -.1f, -.2f, 20);
+  add_slab(b, b.add_material(tinted), 0, -.3f, 10);
+  add_slab(b, b.add_material(glass(1.0f, 0)), -.1f, -.2f, 10);
   b.set_environment(upper_half());
   const RenderSettings s = optics_settings();
   expect_exact(render(*b.build(), seen_at(.4, false), s), std::pow(.5, 2 / std::cos(.4)), 1e-5, s,
