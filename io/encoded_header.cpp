@@ -228,6 +228,7 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
                                              : uint64_t(width) * rows_coded_together(compression);
       part.tile_bytes = 2 * pixels * uint64_t(channels) * sizeof(float);
       if (header.width == 0) header = part;
+      header.tile_bytes = std::max(header.tile_bytes, part.tile_bytes);
     }
     if (!(flags & kMultiPart)) break;
   }

@@ -51,7 +51,7 @@ CleanImage clean_image(ImageFormat format, std::span<const uint8_t> bytes,
 void clean_tiff(std::span<uint8_t> bytes, const std::string& place);
 
 // EXR and HDR are read where they lie; their headers hold nothing that decoders stumble over, but
-// their sizes are checked. Deep and multi-part EXR files are refused.
+// their sizes are checked. Deep EXR files are refused.
 ImageHeader read_exr_header(const ByteSource& source, const std::string& place);
 ImageHeader read_hdr_header(const ByteSource& source, const std::string& place);
 

@@ -1,9 +1,10 @@
-// Written through OpenEXR's C interface (OpenEXRCore, since 3.1): its encoder keeps no state
+// Encoded by OpenEXR's C interface (OpenEXRCore, since 3.1): its encoder keeps no state
 // between threads, so tiles are compressed in parallel by the threads that rendered them. The C++
 // TiledOutputFile compresses under its own lock, about 1 ms for a 64x64 tile of five float
 // channels, which would hold up a machine with many cores.
 #include "io/exr_writer.h"
 
+#include <Imath/half.h>
 #include <OpenEXR/openexr.h>
 
 #include <algorithm>
@@ -16,18 +17,35 @@
 #include <system_error>
 
 #include "io/atomic_file.h"
+#include "io/image_library.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
 namespace {
 
-constexpr int kPart = 0;  // single-part files
 // Names longer than this need a flag in the file that OpenEXR before 1.7 does not know.
 constexpr size_t kShortNameLength = 31;
 
 // ITU-R BT.709-6, section 1: primaries and the D65 white.
 constexpr exr_attr_chromaticities_t kRec709 = {0.64f, 0.33f, 0.30f,   0.60f,
                                                0.15f, 0.06f, 0.3127f, 0.3290f};
+
+constexpr NamedValue<ExrCompression> kCompressions[] = {
+    {"none", "as it is", ExrCompression::kNone},
+    {"zips", "lossless; of tiles as zip", ExrCompression::kZips},
+    {"zip", "lossless", ExrCompression::kZip},
+    {"piz", "lossless, smaller for noise", ExrCompression::kPiz},
+    {"dwaa", "colours a little blurred, in blocks of 32 rows; much smaller", ExrCompression::kDwaa},
+    {"dwab", "the same in blocks of 256 rows", ExrCompression::kDwab},
+};
+constexpr exr_compression_t kExrCompressions[] = {EXR_COMPRESSION_NONE, EXR_COMPRESSION_ZIPS,
+                                                  EXR_COMPRESSION_ZIP,  EXR_COMPRESSION_PIZ,
+                                                  EXR_COMPRESSION_DWAA, EXR_COMPRESSION_DWAB};
+
+constexpr NamedValue<ExrParts> kParts[] = {
+    {"one", "all channels in one, as every program reads them", ExrParts::kOne},
+    {"layers", "one for each layer: faster to read where one is wanted", ExrParts::kLayers},
+};
 
 // What OpenEXR says about the last error of this thread; it hands it to a callback only.
 thread_local std::string last_message;
@@ -37,83 +55,116 @@ void keep_message(exr_const_context_t, exr_result_t, const char* message) {
 }
 
 exr_pixel_type_t pixel_type(ChannelType type) {
-  return type == ChannelType::kUint ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
+  return type == ChannelType::kUint   ? EXR_PIXEL_UINT
+         : type == ChannelType::kHalf ? EXR_PIXEL_HALF
+                                      : EXR_PIXEL_FLOAT;
 }
-
-constexpr int kValueBytes = 4;  // of either type
+size_t value_bytes(ChannelType type) { return type == ChannelType::kHalf ? 2 : 4; }
 
 uint32_t rounded_uint(float value) {
   if (!(value > 0.0f)) return 0;  // NaN too
   return value >= 4294967040.0f ? 0xffffffffu : uint32_t(std::floor(double(value) + 0.5));
 }
 
+uint16_t half_bits(float value) {
+  constexpr float kMost = 65504.0f;
+  return Imath::half(std::clamp(value, -kMost, kMost)).bits();
+}
+
 // One channel of interleaved floats as a plane of file values.
 void convert_channel(const float* pixels, size_t count, size_t stride, ChannelType type,
                      uint8_t* plane) {
-  for (size_t i = 0; i < count; ++i) {
-    const float value = pixels[i * stride];
-    const uint32_t bits =
-        type == ChannelType::kUint ? rounded_uint(value) : std::bit_cast<uint32_t>(value);
-    std::memcpy(plane + kValueBytes * i, &bits, kValueBytes);
+  const auto put = [&](const auto& bits_of) {
+    for (size_t i = 0; i < count; ++i) {
+      const auto bits = bits_of(pixels[i * stride]);
+      std::memcpy(plane + sizeof bits * i, &bits, sizeof bits);
+    }
+  };
+  switch (type) {
+    case ChannelType::kUint:
+      return put(rounded_uint);
+    case ChannelType::kHalf:
+      return put(half_bits);
+    case ChannelType::kFloat:
+      return put([](float value) { return std::bit_cast<uint32_t>(value); });
   }
+}
+
+bool ends_as_colour(const std::string& channel) {
+  return channel.ends_with(".R") || channel.ends_with(".G") || channel.ends_with(".B") ||
+         channel.ends_with(".A") || layer_of(channel) == "RGBA";
 }
 
 }  // namespace
 
+std::span<const NamedValue<ExrCompression>> exr_compression_table() { return kCompressions; }
+std::span<const NamedValue<ExrParts>> exr_parts_table() { return kParts; }
+
+std::string layer_of(const std::string& channel) {
+  const size_t stop = channel.rfind('.');
+  if (stop != std::string::npos) return channel.substr(0, stop);
+  return channel == "R" || channel == "G" || channel == "B" || channel == "A" ? "RGBA" : channel;
+}
+
+bool is_colour(const std::string& channel) {
+  const std::string layer = layer_of(channel);
+  return ends_as_colour(channel) && !layer.starts_with("Crypto") && !layer.starts_with("half") &&
+         layer != "variance";
+}
+
 struct ExrWriter::Impl {
+  struct Part {
+    std::string name;
+    std::vector<const ExrChannel*> channels;  // of the header
+    ExrCompression compression = ExrCompression::kZip;
+    std::vector<uint64_t> tiles;      // where they are in the file, row by row; 0: not written
+    exr_context_t encoder = nullptr;  // of a file of this part alone, which nobody writes
+  };
+
   Impl(const std::string& path, const ExrHeader& frame_header) : header(frame_header), file(path) {
     const Rect& data_window = header.data_window;
     assert(!data_window.empty() && header.tile_size > 0 && !header.channels.empty());
     tiles_x = (data_window.width() + header.tile_size - 1) / header.tile_size;
     tiles_y = (data_window.height() + header.tile_size - 1) / header.tile_size;
     written.assign(size_t(tiles_x) * size_t(tiles_y), false);
+    make_parts();
   }
 
   ~Impl() {
-    if (context) exr_finish(&context);
+    for (Part& part : parts) {
+      if (part.encoder) exr_finish(&part.encoder);
+    }
   }
 
-  // Called by OpenEXR with the bytes of the file.
+  // Called by OpenEXR with the bytes of a header, for a text, or for nobody. All behind the header
+  // is written here.
   static int64_t write_bytes(exr_const_context_t, void* user, const void* bytes, uint64_t count,
                              uint64_t offset, exr_stream_error_func_ptr_t) {
-    Impl* self = static_cast<Impl*>(user);
-    if (!self->header_written) {
-      std::string& text = self->header_bytes;
-      text.resize(std::max(text.size(), size_t(offset + count)));
-      std::memcpy(text.data() + offset, bytes, count);
-    }
-    const int error = self->file.try_write_at(bytes, count, offset);
-    if (error == 0) return int64_t(count);
-    if (self->write_error == 0) self->write_error = error;
-    return -1;
+    if (!user) return int64_t(count);
+    std::string& text = *static_cast<std::string*>(user);
+    text.resize(std::max(text.size(), size_t(offset + count)));
+    std::memcpy(text.data() + offset, bytes, count);
+    return int64_t(count);
   }
 
-  // The last step of encoding a tile; only this one is serial.
-  static exr_result_t append_chunk(exr_encode_pipeline_t* pipeline) {
-    Impl* self = static_cast<Impl*>(pipeline->encoding_user_data);
-    const std::lock_guard lock(self->mutex);
-    if (self->keep_chunk) {
-      const auto* bytes = static_cast<const uint8_t*>(pipeline->compressed_buffer);
-      self->kept_chunk.assign(bytes, bytes + pipeline->compressed_bytes);
-    }
-    return exr_write_tile_chunk(self->context, kPart, pipeline->chunk.start_x,
-                                pipeline->chunk.start_y, 0, 0, pipeline->compressed_buffer,
-                                pipeline->compressed_bytes);
+  // The last step of encoding a tile.
+  static exr_result_t keep_chunk(exr_encode_pipeline_t* pipeline) {
+    const auto* bytes = static_cast<const uint8_t*>(pipeline->compressed_buffer);
+    static_cast<std::vector<uint8_t>*>(pipeline->encoding_user_data)
+        ->assign(bytes, bytes + pipeline->compressed_bytes);
+    return EXR_ERR_SUCCESS;
   }
 
   // Remembers the first failure and throws it. Never called under the lock.
+  [[noreturn]] void fail(const std::string& why) {
+    const std::lock_guard lock(mutex);
+    if (failure.empty()) failure = "cannot write " + file.path() + ": " + why;
+    throw RenderError(failure);
+  }
+
   void check(exr_result_t result) {
     if (result == EXR_ERR_SUCCESS) return;
-    const std::lock_guard lock(mutex);
-    if (failure.empty()) {
-      failure = "cannot write " + file.path() + ": ";
-      if (write_error != 0) {
-        failure += std::generic_category().message(write_error);
-      } else {
-        failure += last_message.empty() ? exr_get_default_error_message(result) : last_message;
-      }
-    }
-    throw RenderError(failure);
+    fail(last_message.empty() ? exr_get_default_error_message(result) : last_message);
   }
 
   void throw_if_failed() {
@@ -121,9 +172,22 @@ struct ExrWriter::Impl {
     if (!failure.empty()) throw RenderError(failure);
   }
 
+  // Throws what fail() does.
+  void write_at(const void* bytes, size_t count, uint64_t offset) {
+    const int error = file.try_write_at(bytes, count, offset);
+    if (error != 0) fail(std::generic_category().message(error));
+  }
+
+  void make_parts();
   void write_header();
-  void write_view();
-  void encode_tile(int tile_x, int tile_y, const Rect& rect, const float* pixels);
+  exr_context_t begin_context(std::string* bytes);
+  void add_part(exr_context_t context, const Part& part, int index);
+  void add_view(exr_context_t context, int part);
+  std::vector<uint8_t> encode(int part, int tile_x, int tile_y, const Rect& rect,
+                              const float* pixels);
+  std::vector<uint8_t> encode_lossless(int part, int tile_x, int tile_y, const Rect& rect,
+                                       const std::vector<const uint8_t*>& planes);
+  void append(int part, int tile_x, int tile_y, const std::vector<uint8_t>& chunk);
 
   Rect tile_rect(int tile_x, int tile_y) const {
     const int x0 = header.data_window.x0 + tile_x * header.tile_size;
@@ -133,69 +197,105 @@ struct ExrWriter::Impl {
 
   // Tiles never written, as zeros.
   void fill_missing_tiles();
+  void write_tables();
 
   const ExrHeader header;
+  std::vector<Part> parts;
   int tiles_x = 0, tiles_y = 0;
   AtomicFile file;
-  exr_context_t context = nullptr;
-  bool header_written = false;
   std::string header_bytes;  // as they are in the file
 
-  std::mutex mutex;           // guards what follows and the writing calls on `context`
-  int write_error = 0;        // errno of the first failed write
+  std::mutex mutex;           // guards what follows, and the parts' tiles and encoders
+  uint64_t end = 0;           // of what there is in the file
   std::string failure;        // message of the first failure
   std::vector<bool> written;  // per tile, row-major
-  bool keep_chunk = false;    // the next tile's compressed bytes are to go into:
-  std::vector<uint8_t> kept_chunk;
 };
 
-void ExrWriter::Impl::write_header() {
+void ExrWriter::Impl::make_parts() {
+  for (const ExrChannel& channel : header.channels) {
+    const std::string name = header.parts == ExrParts::kOne ? "" : layer_of(channel.name);
+    auto part = std::ranges::find(parts, name, &Part::name);
+    if (part == parts.end()) part = parts.insert(parts.end(), Part{name, {}, {}, {}});
+    part->channels.push_back(&channel);
+  }
+  for (Part& part : parts) {
+    // A lossy one is so to all that ends in R, G or B.
+    const bool colours_alone = std::ranges::all_of(part.channels, [](const ExrChannel* channel) {
+      return is_colour(channel->name) || !ends_as_colour(channel->name);
+    });
+    part.compression =
+        is_lossy(header.compression) && !colours_alone ? ExrCompression::kZip : header.compression;
+    part.tiles.resize(written.size());
+  }
+}
+
+exr_context_t ExrWriter::Impl::begin_context(std::string* bytes) {
   exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
   settings.error_handler_fn = keep_message;
   settings.write_fn = write_bytes;
-  settings.user_data = this;
+  settings.user_data = bytes;
+  exr_context_t context = nullptr;
   check(exr_start_write(&context, file.path().c_str(), EXR_WRITE_FILE_DIRECTLY, &settings));
-
   const auto is_long = [](const auto& name) { return name.size() > kShortNameLength; };
   const auto first = [](const auto& attribute) -> const std::string& { return attribute.first; };
   if (std::ranges::any_of(header.channels, is_long, &ExrChannel::name) ||
       std::ranges::any_of(header.attributes, is_long, first)) {
     check(exr_set_longname_support(context, 1));
   }
+  return context;
+}
 
-  int part = 0;
-  check(exr_add_part(context, nullptr, EXR_STORAGE_TILED, &part));
+void ExrWriter::Impl::write_header() {
+  struct Context {
+    exr_context_t context;
+    ~Context() { exr_finish(&context); }
+  } whole{begin_context(&header_bytes)};
+  for (size_t i = 0; i < parts.size(); ++i) add_part(whole.context, parts[i], int(i));
+  check(exr_write_header(whole.context));
+  // The C interface (3.1) encodes a part when that before it is written.
+  for (Part& part : parts) {
+    part.encoder = begin_context(nullptr);
+    add_part(part.encoder, part, 0);
+    check(exr_write_header(part.encoder));
+  }
+  write_at(header_bytes.data(), header_bytes.size(), 0);
+  end = header_bytes.size() + parts.size() * written.size() * sizeof(uint64_t);
+}
+
+void ExrWriter::Impl::add_part(exr_context_t context, const Part& layout, int part) {
+  int added = 0;
+  check(exr_add_part(context, layout.name.empty() ? nullptr : layout.name.c_str(),
+                     EXR_STORAGE_TILED, &added));
   const Rect& data = header.data_window;
   const exr_attr_box2i_t display_window = {{0, 0}, {header.width - 1, header.height - 1}};
   const exr_attr_box2i_t data_window = {{data.x0, data.y0}, {data.x1 - 1, data.y1 - 1}};
   const exr_attr_v2f_t window_centre = {0.0f, 0.0f};
-  check(exr_initialize_required_attr(context, kPart, &display_window, &data_window, 1.0f,
+  check(exr_initialize_required_attr(context, part, &display_window, &data_window, 1.0f,
                                      &window_centre, 1.0f, EXR_LINEORDER_RANDOM_Y,
-                                     EXR_COMPRESSION_ZIP));
-  check(exr_set_tile_descriptor(context, kPart, uint32_t(header.tile_size),
+                                     kExrCompressions[size_t(layout.compression)]));
+  check(exr_set_tile_descriptor(context, part, uint32_t(header.tile_size),
                                 uint32_t(header.tile_size), EXR_TILE_ONE_LEVEL,
                                 EXR_TILE_ROUND_DOWN));
-  for (const ExrChannel& channel : header.channels) {
+  for (const ExrChannel* channel : layout.channels) {
     // The perceptual hint serves B44 compression only; this is the default of OpenEXR's own
     // writers.
-    check(exr_add_channel(context, kPart, channel.name.c_str(), pixel_type(channel.type),
+    check(exr_add_channel(context, part, channel->name.c_str(), pixel_type(channel->type),
                           EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1));
   }
-  check(exr_attr_set_chromaticities(context, kPart, "chromaticities", &kRec709));
-  write_view();
+  check(exr_attr_set_chromaticities(context, part, "chromaticities", &kRec709));
+  add_view(context, part);
+  // Who reads a file of several parts looks for these in the first.
   for (const auto& [name, value] : header.attributes) {
-    check(exr_attr_set_string(context, kPart, name.c_str(), value.c_str()));
+    if (part == 0) check(exr_attr_set_string(context, part, name.c_str(), value.c_str()));
   }
-  check(exr_write_header(context));
-  header_written = true;
 }
 
-void ExrWriter::Impl::write_view() {
+void ExrWriter::Impl::add_view(exr_context_t context, int part) {
   const ExrView& view = header.view;
   const auto matrix = [&](const char* name, const std::array<float, 16>& values) {
     exr_attr_m44f_t m;
     std::ranges::copy(values, m.m);
-    check(exr_attr_set_m44f(context, kPart, name, &m));
+    check(exr_attr_set_m44f(context, part, name, &m));
   };
   if (view.camera) {
     matrix("worldToCamera", view.camera->world_to_camera);
@@ -204,28 +304,51 @@ void ExrWriter::Impl::write_view() {
   if (view.frames_per_second) {
     const exr_attr_rational_t rate = {view.frames_per_second->first,
                                       view.frames_per_second->second};
-    check(exr_attr_set_rational(context, kPart, "framesPerSecond", &rate));
+    check(exr_attr_set_rational(context, part, "framesPerSecond", &rate));
   }
   if (view.time_code) {
     const exr_attr_timecode_t code = {*view.time_code, 0};
-    check(exr_attr_set_timecode(context, kPart, "timeCode", &code));
+    check(exr_attr_set_timecode(context, part, "timeCode", &code));
   }
 }
 
-void ExrWriter::Impl::encode_tile(int tile_x, int tile_y, const Rect& rect, const float* pixels) {
-  // File values, one plane behind the other in header order.
-  const size_t count = size_t(rect.area());
-  const size_t channels = header.channels.size(), plane_bytes = count * kValueBytes;
-  std::vector<uint8_t> planes(channels * plane_bytes);
-  for (size_t c = 0; c < channels; ++c) {
-    convert_channel(pixels + c, count, channels, header.channels[c].type,
-                    planes.data() + c * plane_bytes);
+std::vector<uint8_t> ExrWriter::Impl::encode(int part, int tile_x, int tile_y, const Rect& rect,
+                                             const float* pixels) {
+  // File values, one plane behind the other.
+  const Part& layout = parts[size_t(part)];
+  const size_t count = size_t(rect.area()), stride = header.channels.size();
+  std::vector<uint8_t> values(layout.channels.size() * count * sizeof(float));
+  std::vector<const uint8_t*> planes;
+  uint8_t* next = values.data();
+  for (const ExrChannel* channel : layout.channels) {
+    convert_channel(pixels + (channel - header.channels.data()), count, stride, channel->type,
+                    next);
+    planes.push_back(next);
+    next += count * value_bytes(channel->type);
   }
+  if (!is_lossy(layout.compression)) return encode_lossless(part, tile_x, tile_y, rect, planes);
 
+  std::vector<EncodedPlane> encoded;
+  for (size_t i = 0; i < planes.size(); ++i) {
+    constexpr SampleType kTypes[] = {SampleType::kFloat, SampleType::kUint32, SampleType::kHalf};
+    encoded.push_back(
+        {layout.channels[i]->name, kTypes[size_t(layout.channels[i]->type)], planes[i]});
+  }
+  std::vector<uint8_t> chunk;
+  const std::string error = image_library().encode_dwa(
+      rect.width(), rect.height(), encoded, layout.compression == ExrCompression::kDwab, chunk);
+  if (!error.empty()) fail(error);
+  return chunk;
+}
+
+std::vector<uint8_t> ExrWriter::Impl::encode_lossless(int part, int tile_x, int tile_y,
+                                                      const Rect& rect,
+                                                      const std::vector<const uint8_t*>& planes) {
+  const exr_context_t context = parts[size_t(part)].encoder;
   exr_chunk_info_t chunk = {};
   const exr_result_t located = [&] {
     const std::lock_guard lock(mutex);
-    return exr_write_tile_chunk_info(context, kPart, tile_x, tile_y, 0, 0, &chunk);
+    return exr_write_tile_chunk_info(context, 0, tile_x, tile_y, 0, 0, &chunk);
   }();
   check(located);
 
@@ -234,45 +357,76 @@ void ExrWriter::Impl::encode_tile(int tile_x, int tile_y, const Rect& rect, cons
     ~Pipeline() { exr_encoding_destroy(owner, this); }
     exr_const_context_t owner;
   } pipeline(context);
-  check(exr_encoding_initialize(context, kPart, &chunk, &pipeline));
+  check(exr_encoding_initialize(context, 0, &chunk, &pipeline));
+  const std::vector<const ExrChannel*>& channels = parts[size_t(part)].channels;
   for (int i = 0; i < pipeline.channel_count; ++i) {
     // OpenEXR keeps channels in alphabetical order; ours are found by name.
     exr_coding_channel_info_t& target = pipeline.channels[i];
     const auto source =
-        std::ranges::find(header.channels, std::string(target.channel_name), &ExrChannel::name);
-    assert(source != header.channels.end());
-    target.user_bytes_per_element = kValueBytes;
-    target.user_data_type = uint16_t(pixel_type(source->type));
-    target.user_pixel_stride = kValueBytes;
-    target.user_line_stride = kValueBytes * rect.width();
-    target.encode_from_ptr = planes.data() + size_t(source - header.channels.begin()) * plane_bytes;
+        std::ranges::find(channels, std::string(target.channel_name), &ExrChannel::name);
+    assert(source != channels.end());
+    const ChannelType type = (*source)->type;
+    target.user_bytes_per_element = int16_t(value_bytes(type));
+    target.user_data_type = uint16_t(pixel_type(type));
+    target.user_pixel_stride = int32_t(value_bytes(type));
+    target.user_line_stride = int32_t(value_bytes(type)) * rect.width();
+    target.encode_from_ptr = planes[size_t(source - channels.begin())];
   }
-  check(exr_encoding_choose_default_routines(context, kPart, &pipeline));
-  pipeline.encoding_user_data = this;
-  pipeline.write_fn = append_chunk;
-  check(exr_encoding_run(context, kPart, &pipeline));
+  check(exr_encoding_choose_default_routines(context, 0, &pipeline));
+  std::vector<uint8_t> bytes;
+  pipeline.encoding_user_data = &bytes;
+  pipeline.write_fn = keep_chunk;
+  check(exr_encoding_run(context, 0, &pipeline));
+  return bytes;
+}
+
+// OpenEXR's C interface writes one part behind another. So this is done here ("File Layout"): of
+// several parts the part's number, then the tile's place and level, the size, and the bytes.
+void ExrWriter::Impl::append(int part, int tile_x, int tile_y, const std::vector<uint8_t>& chunk) {
+  static_assert(std::endian::native == std::endian::little);
+  const std::array<int32_t, 6> start = {part, tile_x, tile_y, 0, 0, int32_t(chunk.size())};
+  const size_t left_out = parts.size() == 1 ? 1 : 0, words = start.size() - left_out;
+  std::vector<uint8_t> bytes(words * sizeof(int32_t) + chunk.size());
+  std::memcpy(bytes.data(), &start[left_out], words * sizeof(int32_t));
+  std::ranges::copy(chunk, bytes.begin() + ptrdiff_t(words * sizeof(int32_t)));
+  uint64_t at = 0;
+  {
+    const std::lock_guard lock(mutex);
+    at = end;
+    end += bytes.size();
+    parts[size_t(part)].tiles[size_t(tile_y) * size_t(tiles_x) + size_t(tile_x)] = at;
+  }
+  write_at(bytes.data(), bytes.size(), at);
 }
 
 void ExrWriter::Impl::fill_missing_tiles() {
   // Ctrl-C early in a 16384 x 16384 frame leaves 65,000 tiles: compressed one by one they took
   // 19 s. Equal in size they are equal in bytes, so each of the at most four sizes (inner, right
   // edge, lower edge, corner) is compressed once.
-  std::map<std::pair<int, int>, std::vector<uint8_t>> compressed;
-  for (int y = 0; y < tiles_y; ++y) {
-    for (int x = 0; x < tiles_x; ++x) {
-      if (written[size_t(y) * size_t(tiles_x) + size_t(x)]) continue;
-      const Rect rect = tile_rect(x, y);
-      std::vector<uint8_t>& chunk = compressed[{rect.width(), rect.height()}];
-      if (chunk.empty()) {
-        const std::vector<float> zeros(size_t(rect.area()) * header.channels.size(), 0.0f);
-        keep_chunk = true;
-        encode_tile(x, y, rect, zeros.data());
-        keep_chunk = false;
-        chunk = kept_chunk;
-      } else {
-        check(exr_write_tile_chunk(context, kPart, x, y, 0, 0, chunk.data(), chunk.size()));
+  for (int part = 0; part < int(parts.size()); ++part) {
+    std::map<std::pair<int, int>, std::vector<uint8_t>> compressed;
+    for (int y = 0; y < tiles_y; ++y) {
+      for (int x = 0; x < tiles_x; ++x) {
+        if (written[size_t(y) * size_t(tiles_x) + size_t(x)]) continue;
+        const Rect rect = tile_rect(x, y);
+        std::vector<uint8_t>& chunk = compressed[{rect.width(), rect.height()}];
+        if (chunk.empty()) {
+          const std::vector<float> zeros(size_t(rect.area()) * header.channels.size(), 0.0f);
+          chunk = encode(part, x, y, rect, zeros.data());
+        }
+        append(part, x, y, chunk);
       }
     }
+  }
+}
+
+// Where the tiles are, of one part after the other.
+void ExrWriter::Impl::write_tables() {
+  uint64_t at = header_bytes.size();
+  for (const Part& part : parts) {
+    const size_t bytes = part.tiles.size() * sizeof(uint64_t);
+    write_at(part.tiles.data(), bytes, at);
+    at += bytes;
   }
 }
 
@@ -296,7 +450,9 @@ void ExrWriter::write_tile(const Rect& rect, const std::vector<float>& pixels) {
     assert(!self.written[index] && "a tile is written once");
     self.written[index] = true;
   }
-  self.encode_tile(tile_x, tile_y, rect, pixels.data());
+  for (int part = 0; part < int(self.parts.size()); ++part) {
+    self.append(part, tile_x, tile_y, self.encode(part, tile_x, tile_y, rect, pixels.data()));
+  }
 }
 
 void ExrWriter::write(std::span<const float> pixels) {
@@ -339,9 +495,7 @@ void ExrWriter::finish() {
   Impl& self = *impl_;
   self.throw_if_failed();
   self.fill_missing_tiles();
-  // With the last tile OpenEXR has put the table of tile offsets into the file.
-  self.check(exr_finish(&self.context));
-  if (self.write_error != 0) self.check(EXR_ERR_WRITE_IO);
+  self.write_tables();
   self.file.commit();
 }
 

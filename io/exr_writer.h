@@ -3,10 +3,9 @@
 // The file is written beside its target under a temporary name, flushed to disk and renamed in
 // finish(); destroyed without finish() it leaves nothing behind.
 //
-// Single part, one level, ZIP, tiles in the order in which they come (line order "random Y"): what
-// is held in memory is the tile at hand of each calling thread, and eight bytes for every tile of
-// the frame. No threads are started; a tile is compressed by the thread that brings it, outside
-// the lock.
+// One level, tiles in the order in which they come (line order "random Y"): what is held in memory
+// is the tile at hand of each calling thread, and eight bytes for every tile of the frame and part.
+// No threads are started; a tile is compressed by the thread that brings it, outside the lock.
 #pragma once
 
 #include <array>
@@ -18,11 +17,26 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/core/names.h"
 #include "renderer/core/rect.h"
 
 namespace emberline {
 
-enum class ChannelType : uint8_t { kFloat, kUint };
+enum class ChannelType : uint8_t { kFloat, kUint, kHalf };
+
+enum class ExrCompression : uint8_t { kNone, kZips, kZip, kPiz, kDwaa, kDwab };
+std::span<const NamedValue<ExrCompression>> exr_compression_table();
+// Whether it changes colours: channels of layers of R, G and B.
+inline bool is_lossy(ExrCompression compression) { return compression >= ExrCompression::kDwaa; }
+
+enum class ExrParts : uint8_t { kOne, kLayers };
+std::span<const NamedValue<ExrParts>> exr_parts_table();
+
+// "albedo" of "albedo.R"; of R, G, B and A "RGBA", else of a name without a full stop itself.
+std::string layer_of(const std::string& channel);
+// Whether the channel's values say what a colour is to look like, so that they may be blurred a
+// little: not what is counted, reckoned with, or an id.
+bool is_colour(const std::string& channel);
 
 struct ExrChannel {
   std::string name;  // "R", "albedo.G", "samples"
@@ -52,6 +66,10 @@ struct ExrHeader {
   int tile_size = 64;         // tiles are aligned to the data window's corner
   std::vector<ExrChannel> channels;
   ExrView view = {};
+  // A lossy one is that of colours alone: of a part without others, or of one whose others end in
+  // no R, G or B; a part with such others is kZip.
+  ExrCompression compression = ExrCompression::kZip;
+  ExrParts parts = ExrParts::kOne;
   // String attributes: settings, versions, seed, command line.
   std::vector<std::pair<std::string, std::string>> attributes;
 };
@@ -67,7 +85,8 @@ class ExrWriter {
 
   // `pixels` holds rect.area() x channels floats, interleaved in header order, rows from rect.y0.
   // `rect` is one whole tile (clipped by the data window) in frame coordinates, given once.
-  // kUint is rounded to nearest, clamped to [0, 2^32 - 1]; exact to 2^24.
+  // kUint is rounded to nearest, clamped to [0, 2^32 - 1]; exact to 2^24. kHalf is rounded to
+  // nearest, clamped to its largest finite value.
   // Thread-safe. Throws RenderError (disk full); after that every call throws the same.
   void write_tile(const Rect& rect, const std::vector<float>& pixels);
 

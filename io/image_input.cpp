@@ -467,6 +467,8 @@ const std::vector<std::pair<std::string, std::string>>& FloatImageRows::texts() 
   return impl_->input.layout().texts;
 }
 
+const ExrView& FloatImageRows::view() const { return impl_->input.layout().view; }
+
 int FloatImageRows::tile_size() const {
   constexpr int kRows = 64;
   const int height = impl_->input.layout().tile_height;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/exr_writer.h"
 #include "renderer/core/load_progress.h"
 #include "renderer/core/rect.h"
 #include "renderer/description/scene_description.h"
@@ -65,8 +66,9 @@ class FloatImageRows {
   // As above, without values.
   const FloatImage& image() const;
   bool is_counter(size_t channel) const;  // stored as whole numbers
-  // The header's texts whose names begin with "emberline".
+  // The header's texts whose names begin with "emberline" or "cryptomatte/".
   const std::vector<std::pair<std::string, std::string>>& texts() const;
+  const ExrView& view() const;
   int tile_size() const;     // of its tiles' height; of an image in rows, 64
   int rows_at_once() const;  // read() takes a multiple of these, or all that are left
   // The rows that follow, interleaved. Throws InputError.

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "io/encoded_image.h"
+#include "io/exr_writer.h"
 #include "io/image_output.h"
 #include "renderer/core/rect.h"
 
@@ -35,9 +36,17 @@ struct ImageLayout {
   int orientation = 1;                                     // as in EXIF and TIFF
   uint64_t bytes = 0;                                      // of its pixels, as they are stored
   std::vector<std::pair<std::string, std::string>> texts;  // of an EXR, whose names begin as ours
+  ExrView view;                                            // of an EXR
 
   int channels() const { return int(channel_names.size()); }
   int find_channel(const std::string& name) const;  // -1 if absent
+};
+
+// A channel of a tile, its rows one behind another: kFloat, kHalf or kUint32.
+struct EncodedPlane {
+  std::string channel;
+  SampleType type = SampleType::kFloat;
+  const uint8_t* values = nullptr;
 };
 
 class ImageDecoder {
@@ -65,10 +74,14 @@ std::unique_ptr<ImageDecoder> open_decoder(std::string& error, Arguments&&... ar
 class ImageLibrary {
  public:
   virtual ~ImageLibrary() = default;
+  // Of an EXR whose parts have the same pixels the channels of all are one image's.
   // `format` is "webp", "openexr", "hdr" or "tiff"; alpha is not multiplied where the reader obeys.
   // Null: `error` says why. `source` outlives the decoder.
   virtual std::unique_ptr<ImageDecoder> open(const std::string& format, const ByteSource& source,
                                              std::string& error) const = 0;
+  // A tile's code as EXR's DWAA has it, or `wide` as DWAB. Nothing, or why it failed.
+  virtual std::string encode_dwa(int width, int height, std::span<const EncodedPlane> planes,
+                                 bool wide, std::vector<uint8_t>& code) const = 0;
   // An animation of pictures of one size and three channels. Nothing, or why it failed.
   virtual std::string encode_gif(std::span<const ByteImage> pictures, double picture_s,
                                  std::vector<unsigned char>& encoded) const = 0;

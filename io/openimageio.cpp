@@ -1,14 +1,17 @@
-// The image library: OpenImageIO, and nothing of ours but the interface.
+// The image library: OpenImageIO, and nothing of ours but the interface. It calls nothing of the
+// program's that is not in a header.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <exception>
 #include <new>
 #include <string_view>
 #include <utility>
 
+#include "io/exr_dwa.h"
 #include "io/image_library.h"
 
 namespace emberline {
@@ -119,17 +122,22 @@ class Decoder final : public ImageDecoder {
                .premultiplied = s.get_int_attribute("oiio:UnassociatedAlpha") == 0,
                .orientation = s.get_int_attribute("Orientation", 1),
                .bytes = uint64_t(s.image_bytes(true)),
-               .texts = {}};
+               .texts = {},
+               .view = {}};
     for (const oiio::ParamValue& attribute : s.extra_attribs) {
       const std::string name(attribute.name());
-      if (attribute.type() != oiio::TypeDesc::STRING || !name.starts_with("emberline")) continue;
-      layout_.texts.emplace_back(name, attribute.get_string());
+      const bool ours = name.starts_with("emberline") || name.starts_with("cryptomatte/");
+      if (attribute.type() != oiio::TypeDesc::STRING || !ours) continue;
+      // Its own get_string() is for people, and shortens what is long.
+      layout_.texts.emplace_back(name, *static_cast<const char* const*>(attribute.data()));
     }
+    layout_.view = view_of(s);
     layout_.channel_names.resize(size_t(std::max(0, s.nchannels)));
     for (int c = 0; c < s.nchannels; ++c) {
       layout_.channel_types.push_back(sample_type(s.channelformat(c)));
     }
-    return "";
+    parts_ = {{s, 0, 0}};
+    return format == "openexr" ? caught([&] { return join_parts(); }) : "";
   }
   ~Decoder() override {
     if (input_) input_->close();
@@ -137,7 +145,7 @@ class Decoder final : public ImageDecoder {
 
   const ImageLayout& layout() const override { return layout_; }
   std::string attribute(const char* name) const override {
-    return std::string(input_->spec().get_string_attribute(name));
+    return std::string(parts_.front().spec.get_string_attribute(name));
   }
   std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
                    size_t row) override {
@@ -157,22 +165,88 @@ class Decoder final : public ImageDecoder {
     }
   }
 
-  std::string read_pixels(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
-                          size_t row) const {
-    const oiio::ImageSpec& s = input_->spec();
-    const oiio::TypeDesc as = oiio_type(type);
-    const int y0 = s.y + pixels.y0, y1 = s.y + pixels.y1;
-    const auto stride = oiio::stride_t(row);
-    const bool done =
-        layout_.tile_width > 0
-            ? input_->read_tiles(0, 0, s.x + pixels.x0, s.x + pixels.x1, y0, y1, s.z, s.z + 1,
-                                 first, last, as, out, oiio::AutoStride, stride)
-            : input_->read_scanlines(0, 0, y0, y1, s.z, first, last, as, out, oiio::AutoStride,
-                                     stride);
-    return done ? "" : one_line(input_->geterror());
+  // A part of an EXR, or the image.
+  struct Part {
+    oiio::ImageSpec spec;
+    int subimage = 0;
+    int first = 0;  // of its channels, among all
+  };
+
+  // Those behind the first that have its pixels in its tiles, and channels of other names.
+  std::string join_parts() {
+    constexpr int kMostParts = 4096;
+    const oiio::ImageSpec first = parts_.front().spec;  // which moves when there are more
+    for (int i = 1; i < kMostParts && input_->seek_subimage(i, 0); ++i) {
+      const oiio::ImageSpec s = input_->spec();
+      const auto place = [](const oiio::ImageSpec& spec) {
+        return std::array{spec.x,          spec.y,           spec.width,      spec.height,
+                          spec.full_x,     spec.full_y,      spec.full_width, spec.full_height,
+                          spec.tile_width, spec.tile_height, spec.depth,      int(spec.deep)};
+      };
+      const bool alike =
+          place(s) == place(first) && s.nchannels > 0 &&
+          std::ranges::none_of(s.channelnames, [&](const std::string& name) {
+            return std::ranges::find(layout_.channel_names, name) != layout_.channel_names.end();
+          });
+      if (!alike || parts_.back().first + s.nchannels > kMostChannels) continue;
+      parts_.push_back({s, i, layout_.channels()});
+      layout_.bytes += uint64_t(s.image_bytes(true));
+      for (int c = 0; c < s.nchannels; ++c) {
+        layout_.channel_names.push_back(s.channelnames[size_t(c)]);
+        layout_.channel_types.push_back(sample_type(s.channelformat(c)));
+      }
+    }
+    input_->geterror();  // that there is no other is none
+    return input_->seek_subimage(0, 0) ? "" : one_line(input_->geterror());
   }
 
+  static ExrView view_of(const oiio::ImageSpec& s) {
+    ExrView view;
+    const auto* to_camera = s.find_attribute("worldToCamera", oiio::TypeMatrix);
+    const auto* to_ndc = s.find_attribute("worldToNDC", oiio::TypeMatrix);
+    if (to_camera && to_ndc) {
+      ExrView::Matrices& camera = view.camera.emplace();
+      std::memcpy(camera.world_to_camera.data(), to_camera->data(), sizeof camera.world_to_camera);
+      std::memcpy(camera.world_to_ndc.data(), to_ndc->data(), sizeof camera.world_to_ndc);
+    }
+    if (const auto* rate = s.find_attribute("framesPerSecond", oiio::TypeRational)) {
+      const auto* const parts = static_cast<const int*>(rate->data());
+      view.frames_per_second = {parts[0], uint32_t(parts[1])};
+    }
+    if (const auto* code = s.find_attribute("smpte:TimeCode", oiio::TypeTimeCode)) {
+      view.time_code = *static_cast<const uint32_t*>(code->data());
+    }
+    return view;
+  }
+
+  std::string read_pixels(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
+                          size_t row) const {
+    const oiio::TypeDesc as = oiio_type(type);
+    const auto stride = oiio::stride_t(row),
+               pixel = oiio::stride_t(size_t(last - first) * as.size());
+    for (const Part& part : parts_) {
+      const oiio::ImageSpec& s = part.spec;
+      const int begin = std::max(first, part.first);
+      const int end = std::min(last, part.first + s.nchannels);
+      if (begin >= end) continue;
+      std::byte* const to = out + size_t(begin - first) * as.size();
+      const int y0 = s.y + pixels.y0, y1 = s.y + pixels.y1;
+      const bool done =
+          layout_.tile_width > 0
+              ? input_->read_tiles(part.subimage, 0, s.x + pixels.x0, s.x + pixels.x1, y0, y1, s.z,
+                                   s.z + 1, begin - part.first, end - part.first, as, to, pixel,
+                                   stride)
+              : input_->read_scanlines(part.subimage, 0, y0, y1, s.z, begin - part.first,
+                                       end - part.first, as, to, pixel, stride);
+      if (!done) return one_line(input_->geterror());
+    }
+    return "";
+  }
+
+  static constexpr int kMostChannels = 4096;  // what is read at all (image_input.cpp)
+
   ImageLayout layout_;
+  std::vector<Part> parts_;
   std::unique_ptr<SourceProxy> proxy_;
   std::unique_ptr<oiio::ImageInput> input_;  // after what it reads, so that it goes first
 };
@@ -182,6 +256,18 @@ class OpenImageIo final : public ImageLibrary {
   std::unique_ptr<ImageDecoder> open(const std::string& format, const ByteSource& source,
                                      std::string& error) const override {
     return open_decoder<Decoder>(error, format, source);
+  }
+
+  std::string encode_dwa(int width, int height, std::span<const EncodedPlane> planes, bool wide,
+                         std::vector<uint8_t>& code) const override {
+    try {
+      encode_dwa_tile(width, height, planes, wide, code);
+      return "";
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception& error) {
+      return one_line(error.what());
+    }
   }
 
   std::string encode_gif(std::span<const ByteImage> pictures, double picture_s,

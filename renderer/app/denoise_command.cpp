@@ -54,6 +54,7 @@ class InputRows {
                         .data_window = image.data_window,
                         .tile_size = file_.tile_size(),
                         .channels = {},
+                        .view = file_.view(),
                         .attributes = file_.texts()};
     for (const size_t c : kept_) {
       header.channels.push_back(

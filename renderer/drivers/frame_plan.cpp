@@ -7,6 +7,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/frame/frame_scene.h"
+#include "renderer/frame/half_layers.h"
 
 namespace emberline {
 namespace {
@@ -188,6 +189,30 @@ void require(bool given, const char* option, bool other_given, const char* other
   if (given && !other_given) throw UsageError(std::string(option) + " requires " + other);
 }
 
+// What is asked of layers that there are none of, or that they do not bear.
+void check_layers_of_file(const FrameSettings& s) {
+  const AovSet aovs = aovs_of(s);
+  for (const std::string& layer : parse_half_layers(s.half)) {
+    const auto aov = std::ranges::find(aov_table(), layer, &NamedValue<Aov>::name);
+    if (layer == "light") {
+      require(true, "--half light", s.light_groups, "--light-groups");
+    } else if (layer == "denoised") {
+      require(true, "--half denoised", denoises(s), "--denoise");
+    } else if (aov != aov_table().end() && !aovs.contains(aov->value)) {
+      throw UsageError("--half {0} requires --aov {0}", layer);
+    }
+  }
+  if (!is_lossy(s.exr_compression) || s.exr_parts == ExrParts::kLayers) return;
+  const char* const blurred = !s.cryptomattes.empty()          ? "the ids of --cryptomatte"
+                              : aovs.contains(Aov::kVariance)  ? "--aov variance"
+                              : aovs.contains(Aov::kDenoising) ? "what denoising reads"
+                                                               : nullptr;
+  if (!blurred) return;
+  throw UsageError(
+      "--exr-compression {}: it would blur {}; add --exr-parts layers, which keeps that part zip",
+      name_of(exr_compression_table(), s.exr_compression), blurred);
+}
+
 // Settings that mean nothing without others.
 void check_companions(const FrameSettings& s) {
   const FrameSettings none;
@@ -211,6 +236,7 @@ void check_companions(const FrameSettings& s) {
   }
   require(s.cryptomatte_levels != none.cryptomatte_levels, "--cryptomatte-levels",
           !s.cryptomattes.empty(), "--cryptomatte");
+  check_layers_of_file(s);
   if (!s.cryptomattes.empty() && s.unbiased) {
     throw UsageError(
         "--cryptomatte: --unbiased weighs rounds, which are not kept by object; leave one of the "

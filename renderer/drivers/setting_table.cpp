@@ -17,6 +17,7 @@
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/driver_table.h"
+#include "renderer/frame/half_layers.h"
 
 namespace emberline {
 namespace {
@@ -321,6 +322,21 @@ Setting cryptomatte_levels() {
   return setting;
 }
 
+Setting half_layers() {
+  const auto read = [](FrameSettings& settings, std::string_view text) {
+    parse_half_layers(text);
+    settings.half = text;
+  };
+  return {"half",
+          kChannels,
+          "LIST",
+          "layers of the EXR in half floats, eleven bits from 6e-8 to 65504, a list",
+          summaries(half_layer_table()),
+          false,
+          read,
+          member_text<&FrameSettings::half>};
+}
+
 using S = FrameSettings;
 
 std::vector<Setting> make_table() {
@@ -333,6 +349,11 @@ std::vector<Setting> make_table() {
       channels(),
       cryptomattes(),
       cryptomatte_levels(),
+      half_layers(),
+      choice<&S::exr_compression>("exr-compression", kChannels, "compression",
+                                  "how the EXR is compressed", exr_compression_table()),
+      choice<&S::exr_parts>("exr-parts", kChannels, "parts", "how the EXR is divided",
+                            exr_parts_table()),
       part(),
       sample_range(),
       turntable(),

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "io/exr_writer.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 #include "renderer/film/filter.h"
@@ -112,7 +113,10 @@ struct FrameSettings {
   std::string cryptomattes;    // kinds, a list; layers of the EXR
   int cryptomatte_levels = 6;  // ids of each pixel
   bool light_groups = false;   // layers of the EXR
-  bool denoise = false;        // the picture, a second time
+  std::string half;            // layers of it in half floats, a list
+  ExrCompression exr_compression = ExrCompression::kZip;
+  ExrParts exr_parts = ExrParts::kOne;
+  bool denoise = false;  // the picture, a second time
 };
 
 }  // namespace emberline

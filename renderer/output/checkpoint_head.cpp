@@ -25,7 +25,8 @@ namespace {
 using Json = nlohmann::json;
 
 // Settings that decide no bits of a frame that is finished.
-constexpr std::array<std::string_view, 3> kFree = {"time-limit", "bucket-order", "denoise"};
+constexpr std::array<std::string_view, 6> kFree = {"time-limit", "bucket-order",    "denoise",
+                                                   "half",       "exr-compression", "exr-parts"};
 
 // Members of one object that the other has not, or has otherwise.
 void compare(

@@ -12,6 +12,7 @@
 #include "renderer/core/log.h"
 #include "renderer/drivers/frame_plan.h"
 #include "renderer/frame/frame_scene.h"
+#include "renderer/frame/half_layers.h"
 #include "renderer/output/light_layers.h"
 #include "renderer/output/report.h"
 
@@ -76,6 +77,9 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
                           options.light_groups,
                           parse_cryptomattes(options.cryptomattes),
                           options.cryptomatte_levels,
+                          parse_half_layers(options.half),
+                          options.exr_compression,
+                          options.exr_parts,
                           view_of(options)};
   for (const HeatmapRequest& heatmap : settings.heatmaps) {
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
@@ -172,10 +176,16 @@ void FrameOutputs::begin(ExrOutput& exr) {
                       .tile_size = settings_.tile_size,
                       .channels = channels_,
                       .view = view_,
+                      .compression = settings_.compression,
+                      .parts = settings_.parts,
                       .attributes = settings_.attributes};
   if (settings_.denoise) {
     for (const std::string& name : denoise_results(names_of(channels_)))
       header.channels.push_back({name});
+  }
+  for (ExrChannel& channel : header.channels) {
+    const bool half = channel.type == ChannelType::kFloat && is_half(channel.name, settings_.half);
+    if (half) channel.type = ChannelType::kHalf;
   }
   header.attributes.emplace_back(kCompleteAttribute, "false");
   header.attributes.emplace_back(kSamplesAttribute, std::string(kMostDigits, ' '));

@@ -43,6 +43,9 @@ struct OutputSettings {
   bool light_groups = false;
   std::vector<CryptomatteKind> cryptomattes = {};
   int cryptomatte_levels = 0;
+  std::vector<std::string> half = {};  // layers
+  ExrCompression compression = ExrCompression::kZip;
+  ExrParts parts = ExrParts::kOne;
   ExrView view = {};  // without a camera
 };
 

@@ -1,5 +1,6 @@
 // --cryptomatte: the layers and names in the file, read back by OpenEXR and judged by the
 // specification alone; what is refused; what resume and merge make of them.
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -203,6 +204,81 @@ TEST_F(CryptomatteOption, SaysWhatItCannotDo) {
   expect_failure({"render", scene(), "-o", path("out.png"), "--cryptomatte", "object"}, 2,
                  {"--cryptomatte", ".exr"});
   expect_failure(words({"--driver", "adaptive", "--unbiased"}), 2, {"--cryptomatte", "--unbiased"});
+}
+
+// ---- half, compression, parts
+
+class LayersOption : public CommandTest {
+ protected:
+  Words words(const Words& more) {
+    return render_words(
+        Words{"--size", "40x30", "--crop", "3,5,37,28", "--spp", "4", "--aov", "N,albedo,Z"} +
+        more);
+  }
+};
+
+// What our own readers make of a file in parts is what they make of one.
+TEST_F(LayersOption, OurOwnReadersTakeParts) {
+  const Words frame = {"render", scene(), "--size", "40x30",       "--crop",        "3,5,37,28",
+                       "--spp",  "4",     "--aov",  "N,denoising", "--cryptomatte", "object"};
+  render(frame + Words{"-o", path("one.exr")});
+  render(frame +
+         Words{"-o", path("parts.exr"), "--exr-parts", "layers", "--exr-compression", "piz"});
+  render({"denoise", path("one.exr"), "-o", path("a.exr")});
+  render({"denoise", path("parts.exr"), "-o", path("b.exr")});
+  const ExrPicture a = read_exr(path("a.exr")), b = read_exr(path("b.exr"));
+  EXPECT_EQ(first_difference(a, b), "");
+  EXPECT_EQ(a.data, (Rect{3, 5, 37, 28}));
+  EXPECT_EQ(a.display, (Rect{0, 0, 40, 30}));
+  for (const auto& [name, value] : a.attributes) {
+    if (name.starts_with("cryptomatte/")) {
+      EXPECT_EQ(b.attributes.at(name), value);
+    }
+  }
+  EXPECT_EQ(std::ranges::count_if(
+                b.attributes,
+                [](const auto& attribute) { return attribute.first.starts_with("cryptomatte/"); }),
+            4);
+  const RunResult same = run({"compare", path("one.exr"), path("parts.exr"), "--json"});
+  EXPECT_EQ(nlohmann::json::parse(same.out)["mse"], 0.0) << same.describe();
+  render({"heatmap", path("parts.exr"), "-o", path("map.png")});
+}
+
+TEST_F(LayersOption, HalfIsOfTheLayersNamed) {
+  render(words({"--half", "N,RGBA,Z"}));
+  const ExrPicture half = read_exr(path("out.exr"));
+  render(words({}));
+  const ExrPicture whole = read_exr(path("out.exr"));
+  for (const auto& [name, type] : half.types) {
+    const bool named = !name.starts_with("albedo") && name != "samples";
+    EXPECT_EQ(type == "half", named) << name;
+    const std::vector<float>& values = whole.channels.at(name);
+    for (size_t i = 0; i < values.size(); ++i) {
+      const float least = std::min(values[i], 65504.0f), found = half.channels.at(name)[i];
+      ASSERT_NEAR(found, least, named ? std::abs(least) / 2048 + 6e-8f : 0.0f) << name;
+    }
+  }
+}
+
+TEST_F(LayersOption, AResumedFrameMayBeWrittenOtherwise) {
+  const Words frame = {"render", scene(),  "-o",         path("out.exr"), "--size",
+                       "40x30",  "--spp",  "4",          "--bucket-size", "8",
+                       "--aov",  "albedo", "--resumable"};
+  render(frame);
+  const ExrPicture whole = read_exr(path("out.exr"));
+  render(frame + Words{"--resume", "--exr-compression", "zips", "--half", "albedo"});
+  const ExrPicture again = read_exr(path("out.exr"));
+  EXPECT_EQ(again.channels.at("R"), whole.channels.at("R"));
+  EXPECT_EQ(again.types.at("albedo.R"), "half");
+}
+
+TEST_F(LayersOption, SayWhatTheyCannotDo) {
+  expect_failure(words({"--half", "P"}), 2, {"--half P requires --aov P"});
+  expect_failure(words({"--half", "id"}), 2, {"--half", "id", "RGBA, albedo"});
+  expect_failure(words({"--half", "light"}), 2, {"--half light requires --light-groups"});
+  expect_failure(words({"--exr-compression", "lzw"}), 2, {"--exr-compression", "none, zips, zip"});
+  expect_failure(words({"--exr-compression", "dwaa", "--cryptomatte", "object"}), 2,
+                 {"--exr-compression dwaa", "--exr-parts layers"});
 }
 
 }  // namespace

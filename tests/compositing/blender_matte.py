@@ -3,7 +3,7 @@
 
     tests/compositing/blender_matte.py [--emberline build/release/bin/emberline] [--blender blender] [--keep DIR]
 
-Renders scenes/teapot.glb with mattes, as one part and as a part a layer where the command can, has Blender's compositor pick
+Renders scenes/teapot.glb with mattes, as one part and as a part a layer, has Blender's compositor pick
 three names of each kind, and compares what it shows with the sum of the coverages that the file itself has for the name's id.
 Exit code 77, as ctest has it, where there is no Blender. About half a minute.
 """
@@ -84,12 +84,16 @@ def planes_of(path):
 
 def plain(path, to):
     """A copy of our file that planes_of() reads; of several parts their channels together."""
-    wanted = ",".join(f"{layer}0{rank}.{c}" for layer in PICKS for rank in range(3) for c in "RGBA")
     info = subprocess.run(["oiiotool", "--info", str(path)], check=True, capture_output=True, text=True).stdout
-    together = ["--siappendall", "--chappend:n=99"] if "subimages" in info else []
-    command = ["oiiotool", str(path), *together, "--ch", wanted, "--scanline", "--compression", "none", "-d", "float"]
-    subprocess.run([*command, "-o", str(to)], check=True, capture_output=True)
-    return planes_of(to)
+    layers = [f"{layer}0{rank}" for layer in PICKS for rank in range(3)]
+    planes = {}
+    for layer in layers:
+        part = ["--subimage", layer] if "subimages" in info else []
+        command = ["oiiotool", str(path), *part, "--ch", ",".join(f"{layer}.{c}" for c in "RGBA"), "--scanline"]
+        command += ["--compression", "none", "-d", "float", "-o", str(to)]
+        subprocess.run(command, check=True, capture_output=True)
+        planes |= planes_of(to)
+    return planes
 
 
 def manifests(path):
@@ -158,7 +162,9 @@ def main():
     with tempfile.TemporaryDirectory() as scratch:
         folder = options.keep or Path(scratch)
         folder.mkdir(exist_ok=True)
-        check(options.emberline, options.blender, folder, [])
+        for more in ([], ["--exr-parts", "layers", "--exr-compression", "dwaa"]):
+            print(" ".join(more) or "as it comes")
+            check(options.emberline, options.blender, folder, more)
     return 0
 
 

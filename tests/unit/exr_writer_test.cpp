@@ -7,6 +7,8 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfTestFile.h>
@@ -21,6 +23,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <random>
 #include <thread>
 
@@ -371,6 +374,144 @@ TEST_F(ExrWriterTest, HasNoTimeCodeForWhatOneCannotSay) {
   EXPECT_EQ(smpte_time_code(-1, 24), std::nullopt);
   EXPECT_EQ(smpte_time_code(0, 60), std::nullopt);
   EXPECT_EQ(smpte_time_code(0, std::numeric_limits<double>::quiet_NaN()), std::nullopt);
+}
+
+ExrHeader layered_header() {
+  ExrHeader header = cropped_header();
+  header.channels = {{"R"},
+                     {"G"},
+                     {"B"},
+                     {"A"},
+                     {"samples", ChannelType::kUint},
+                     {"albedo.R", ChannelType::kHalf},
+                     {"albedo.G", ChannelType::kHalf},
+                     {"albedo.B", ChannelType::kHalf},
+                     {"Z"},
+                     {"CryptoObject00.R"},
+                     {"CryptoObject00.G"},
+                     {"light.key.R"}};
+  return header;
+}
+
+// By OpenEXR's reader of several parts; the sums of tile_pixels() are exact in half floats.
+void expect_layers(const std::string& path, const ExrHeader& header, double lossy_error) {
+  Imf::MultiPartInputFile file(path.c_str());
+  std::map<std::string, std::string> part_of;
+  for (int p = 0; p < file.parts(); ++p) {
+    Imf::InputPart part(file, p);
+    const Imf::Header& read = part.header();
+    if (file.parts() > 1) {
+      ASSERT_TRUE(read.hasName() && read.hasType() && read.hasChunkCount());
+      EXPECT_EQ(read.type(), "tiledimage");
+    }
+    const Imath::Box2i crop = read.dataWindow();
+    const int width = crop.max.x - crop.min.x + 1, height = crop.max.y - crop.min.y + 1;
+    for (auto i = read.channels().begin(); i != read.channels().end(); ++i) {
+      if (file.parts() > 1) part_of[i.name()] = read.name();
+      std::vector<float> values(size_t(width) * size_t(height), -1.0f);
+      Imf::FrameBuffer buffer;
+      buffer.insert(i.name(),
+                    Imf::Slice::Make(Imf::FLOAT, values.data(), crop, 4, 4 * size_t(width)));
+      part.setFrameBuffer(buffer);
+      part.readPixels(crop.min.y, crop.max.y);
+      const auto channel = std::ranges::find(header.channels, i.name(), &ExrChannel::name);
+      ASSERT_NE(channel, header.channels.end()) << i.name();
+      const auto c = size_t(channel - header.channels.begin());
+      const Imf::PixelType type = channel->type == ChannelType::kHalf   ? Imf::HALF
+                                  : channel->type == ChannelType::kUint ? Imf::UINT
+                                                                        : Imf::FLOAT;
+      EXPECT_EQ(i.channel().type, type) << i.name();
+      const bool exact =
+          !(is_lossy(header.compression) && is_colour(channel->name)) || channel->name == "A";
+      double worst = 0;
+      for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+          const double wanted = double(expected_value(crop.min.x + x, crop.min.y + y, c));
+          const double found = double(values[size_t(y * width + x)]);
+          worst = std::max(worst, std::abs(found - wanted) / (1 + wanted));
+        }
+      }
+      EXPECT_LE(worst, exact ? 0.0 : lossy_error) << i.name();
+    }
+  }
+  if (file.parts() == 1) return;
+  for (const ExrChannel& channel : header.channels) {
+    EXPECT_EQ(part_of[channel.name], layer_of(channel.name));
+  }
+  EXPECT_EQ(part_of["G"], "RGBA");
+  EXPECT_EQ(part_of["light.key.R"], "light.key");
+}
+
+TEST_F(ExrWriterTest, PartsTypesAndCompressions) {
+  for (const NamedValue<ExrParts>& parts : exr_parts_table()) {
+    for (const NamedValue<ExrCompression>& compression : exr_compression_table()) {
+      ExrHeader header = layered_header();
+      header.parts = parts.value;
+      header.compression = compression.value;
+      if (is_lossy(compression.value) && parts.value == ExrParts::kOne) {
+        std::erase_if(header.channels,
+                      [](const ExrChannel& channel) { return channel.name.starts_with("Crypto"); });
+      }
+      SCOPED_TRACE(testing::Message() << parts.name << ", " << compression.name);
+      std::vector<Rect> tiles = tiles_of(header);
+      std::shuffle(tiles.begin(), tiles.end(), std::mt19937(3));
+      ExrWriter writer(path("a.exr"), header);
+      std::vector<std::thread> threads;
+      for (size_t t = 0; t < 3; ++t) {
+        threads.emplace_back([&, t] {
+          for (size_t i = t; i < tiles.size(); i += 3) {
+            writer.write_tile(tiles[i], tile_pixels(header, tiles[i]));
+          }
+        });
+      }
+      for (std::thread& thread : threads) thread.join();
+      writer.set_attribute("emberline.seed", "8");
+      writer.finish();
+      expect_layers(path("a.exr"), header, 0.3);
+      if (HasFailure()) return;
+      Imf::MultiPartInputFile file(path("a.exr").c_str());
+      EXPECT_EQ(file.header(0).typedAttribute<Imf::StringAttribute>("emberline.seed").value(), "8");
+    }
+  }
+}
+
+// Of a lossy one a part with ids stays whole; where all is in one part, that.
+TEST_F(ExrWriterTest, IdsAreNeverBlurred) {
+  ExrHeader header = layered_header();
+  header.compression = ExrCompression::kDwaa;
+  for (const ExrParts parts : {ExrParts::kOne, ExrParts::kLayers}) {
+    header.parts = parts;
+    ExrWriter writer(path("a.exr"), header);
+    for (const Rect& rect : tiles_of(header)) writer.write_tile(rect, tile_pixels(header, rect));
+    writer.finish();
+    Imf::MultiPartInputFile file(path("a.exr").c_str());
+    for (int p = 0; p < file.parts(); ++p) {
+      const Imf::Header& read = file.header(p);
+      const bool colour = parts == ExrParts::kLayers && !read.name().starts_with("Crypto");
+      EXPECT_EQ(read.compression(), colour ? Imf::DWAA_COMPRESSION : Imf::ZIP_COMPRESSION);
+    }
+  }
+}
+
+TEST_F(ExrWriterTest, HalvesStayFinite) {
+  ExrHeader header = cropped_header();
+  header.data_window = {0, 0, 4, 1};
+  header.channels = {{"Z", ChannelType::kHalf}};
+  write_exr_file(path("h.exr"), header, std::vector<float>{1e10f, -1e10f, 65519.0f, 1.0f / 3});
+  EXPECT_EQ(read_channel(path("h.exr"), "Z"),
+            (std::vector<float>{65504.0f, -65504.0f, 65504.0f, float(Imath::half(1.0f / 3))}));
+}
+
+TEST_F(ExrWriterTest, PartsNeverWrittenAreBlack) {
+  ExrHeader header = layered_header();
+  header.parts = ExrParts::kLayers;
+  header.compression = ExrCompression::kDwab;
+  const std::vector<Rect> tiles = tiles_of(header);
+  ExrWriter writer(path("a.exr"), header);
+  writer.write_tile(tiles[4], tile_pixels(header, tiles[4]));
+  writer.finish();
+  Imf::MultiPartInputFile file(path("a.exr").c_str());
+  for (int p = 0; p < file.parts(); ++p) EXPECT_TRUE(file.partComplete(p));
 }
 
 }  // namespace

@@ -22,6 +22,11 @@ const std::map<std::string, std::string> kOthers = {
     {"part", "3/16"},
     {"sample-range", "7-16777216"},
     {"turntable", "-3/100"},
+    {"cryptomatte", "asset,object"},
+    {"cryptomatte-levels", "64"},
+    {"half", "N,RGBA"},
+    {"exr-compression", "dwab"},
+    {"exr-parts", "layers"},
     {"light-groups", "yes"},
     {"denoise", "yes"},
     {"driver", "adaptive"},
@@ -85,8 +90,8 @@ TEST(SettingTable, HasEveryMember) {
                focus_distance, turntable, animation, time, frame, fps, shutter, edits, variant,
                environment, environment_strength, environment_rotation, transparent, show_backfaces,
                lenient, part, sample_range, aovs, cryptomattes, cryptomatte_levels, light_groups,
-               denoise] = settings;
-  constexpr size_t kMembers = 53;
+               half, exr_compression, exr_parts, denoise] = settings;
+  constexpr size_t kMembers = 56;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());

@@ -1,0 +1,62 @@
+// Tiles as DWAA and DWAB have them. OpenEXR's C interface cannot (3.1), and its C++ one writes
+// whole files: so each tile is written as a file of its own, to memory, and its code taken out of
+// that. Part of the image library.
+#include "io/exr_dwa.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfTiledOutputFile.h>
+
+#include <cstring>
+
+namespace emberline {
+namespace {
+
+class MemoryStream final : public Imf::OStream {
+ public:
+  MemoryStream() : OStream("tile") {}
+  void write(const char bytes[], int count) override {
+    if (bytes_.size() < at_ + size_t(count)) bytes_.resize(at_ + size_t(count));
+    std::memcpy(bytes_.data() + at_, bytes, size_t(count));
+    at_ += size_t(count);
+  }
+  uint64_t tellp() override { return at_; }
+  void seekp(uint64_t at) override { at_ = size_t(at); }
+  const std::vector<uint8_t>& bytes() const { return bytes_; }
+
+ private:
+  std::vector<uint8_t> bytes_;
+  size_t at_ = 0;
+};
+
+}  // namespace
+
+void encode_dwa_tile(int width, int height, std::span<const EncodedPlane> planes, bool wide,
+                     std::vector<uint8_t>& code) {
+  Imf::Header header(width, height, 1.0f, Imath::V2f(0.0f), 1.0f, Imf::RANDOM_Y,
+                     wide ? Imf::DWAB_COMPRESSION : Imf::DWAA_COMPRESSION);
+  header.setTileDescription(Imf::TileDescription(unsigned(width), unsigned(height)));
+  Imf::FrameBuffer buffer;
+  for (const EncodedPlane& plane : planes) {
+    const Imf::PixelType type = plane.type == SampleType::kHalf     ? Imf::HALF
+                                : plane.type == SampleType::kUint32 ? Imf::UINT
+                                                                    : Imf::FLOAT;
+    const size_t bytes = type == Imf::HALF ? 2 : 4;
+    header.channels().insert(plane.channel, Imf::Channel(type));
+    // OpenEXR reads from it.
+    auto* const values = reinterpret_cast<char*>(const_cast<uint8_t*>(plane.values));
+    buffer.insert(plane.channel, Imf::Slice(type, values, bytes, bytes * size_t(width)));
+  }
+  MemoryStream stream;
+  Imf::TiledOutputFile file(stream, header, 0);
+  file.setFrameBuffer(buffer);
+  // Behind header and table: place and level of the tile, its size, its code.
+  constexpr size_t kStart = 5 * sizeof(int32_t);
+  const size_t begin = size_t(stream.tellp()) + kStart;
+  file.writeTile(0, 0);
+  code.assign(stream.bytes().begin() + ptrdiff_t(begin), stream.bytes().end());
+}
+
+}  // namespace emberline

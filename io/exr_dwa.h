@@ -1,0 +1,16 @@
+// Behind ImageLibrary::encode_dwa.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "io/image_library.h"
+
+namespace emberline {
+
+// Throws what OpenEXR throws.
+void encode_dwa_tile(int width, int height, std::span<const EncodedPlane> planes, bool wide,
+                     std::vector<uint8_t>& code);
+
+}  // namespace emberline
