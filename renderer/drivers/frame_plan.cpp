@@ -276,6 +276,7 @@ FramePlan::FramePlan(const FrameSettings& s)
       s.integrator,
       {.max_depth = s.max_depth, .transparent = s.transparent, .clamp_indirect = clamp_indirect});
   build.show_backfaces = s.show_backfaces;
+  build.isa = s.isa;
   build.unread_uv = find_integrator(s.integrator).shows_uv || aovs.contains(Aov::kUv);
   sampler = create_sampler(s.sampler, {streams, std::max(1u, samples_per_pixel), width, height});
 }

@@ -447,6 +447,10 @@ std::vector<Setting> make_table() {
                         "take images that are cut short, replace those that do not decode and "
                         "values of materials "
                         "that cannot be; with warnings"),
+      choice<&S::isa>("isa", kSample, "instruction set",
+                      "which of Embree's kernels trace the rays, to have the same bits on all "
+                      "machines of a farm [the widest of the machine]",
+                      embree_isa_table()),
       word<&S::resource_root>(
           "resource-root", kLoading, "DIR",
           "the scene may refer to files in this folder and below [its own folder]"),

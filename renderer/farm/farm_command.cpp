@@ -67,6 +67,8 @@ RenderOptions farm_frame(const FarmOptions& farm) {
     const std::string_view name = name_of(aov_table(), *heatmap.quantity->aov);
     o.aovs += (o.aovs.empty() ? "" : ",") + std::string(name);
   }
+  // Nodes of several kinds give the same bits, and a merge takes no others.
+  o.isa = o.isa.value_or(widest_isa());
   return o;
 }
 

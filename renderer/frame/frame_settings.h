@@ -11,6 +11,7 @@
 #include "renderer/core/vector.h"
 #include "renderer/film/filter.h"
 #include "renderer/frame/bucket_schedule.h"
+#include "renderer/scene/embree_isa.h"
 
 namespace emberline {
 
@@ -103,6 +104,7 @@ struct FrameSettings {
   bool transparent = false;
   bool show_backfaces = false;
   bool lenient = false;
+  std::optional<EmbreeIsa> isa;  // absent: the widest of the machine
 
   // Which part of the frame, to be merged with the others; absent: all.
   std::optional<FramePart> part;

@@ -156,6 +156,9 @@ void check_suits(const FramePlan& plan, const FrameSettings& settings,
   if (plan.build.show_backfaces != built.show_backfaces) {
     throw emberline::UsageError("backfaces: the scene was loaded with another value");
   }
+  if (plan.build.isa != built.isa) {
+    throw emberline::UsageError("isa: the scene was loaded with another value");
+  }
   if (plan.build.unread_uv && !built.unread_uv) {
     throw emberline::UsageError(
         "integrator, aov: the scene was loaded without the texture coordinates that they show; "

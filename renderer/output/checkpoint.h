@@ -5,7 +5,7 @@
 //   "bits"        kBitsVersion; "emberline" the version for people
 //   "settings"    all that decide bits, as texts by name (setting_table.h); "schedule" the others
 //   "inputs"      fingerprints of the files that were read; "files" where they were
-//   "machine"     host, instruction sets, Embree's version
+//   "machine"     host, instruction sets, processor's maker, Embree's version
 //   "light layers"  names, with light groups
 // and records. Of tiles: one each, whose bytes are those of a TileResult, the film and the driver's
 // state; of two of one tile the later counts. Of one film: blocks of at most 4 MiB that together

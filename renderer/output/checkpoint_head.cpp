@@ -17,7 +17,7 @@
 #include "renderer/frame/frame_scene.h"
 #include "renderer/output/report.h"
 #include "renderer/process/process_usage.h"
-#include "renderer/scene/embree_version.h"
+#include "renderer/scene/embree_isa.h"
 
 namespace emberline {
 namespace {
@@ -84,6 +84,7 @@ Json checkpoint_head(const RenderOptions& options, const FramePlan& plan, const 
   Json head = {{"emberline", kEmberlineVersion}, {"bits", kBitsVersion}};
   Json& settings = head["settings"] = Json::object();
   FrameSettings used = options;
+  used.isa = used.isa.value_or(widest_isa());
   if (!plan.even) {
     used.estimator = plan.driver_settings.adaptive.estimator;
     if (!used.allocation) used.allocation = kDefaultAllocation;
@@ -118,6 +119,7 @@ Json checkpoint_head(const RenderOptions& options, const FramePlan& plan, const 
   name_file("edits", options.edits);
   head["machine"] = {{"host", host_name()},
                      {"instruction sets", instruction_sets()},
+                     {"processor", processor_maker()},
                      {"embree", embree_version()}};
   return head;
 }
@@ -174,7 +176,8 @@ std::vector<std::string> differences(const Json& now, const Json& then,
 std::vector<std::string> machine_differences(const Json& now, const Json& then) {
   std::vector<std::string> list;
   compare(now, then, "machine", [&](const std::string& name, const Json* here, const Json* there) {
-    if (name == "host") return;
+    // What Embree takes is a setting; our own code gives the same bits with all.
+    if (name == "host" || name == "instruction sets") return;
     list.push_back(fmt::format("{}: {} (now {})", shortened(name), text_of(there), text_of(here)));
   });
   shorten(list);

@@ -14,7 +14,7 @@
 #include "renderer/drivers/frame_plan.h"
 #include "renderer/drivers/setting_table.h"
 #include "renderer/process/process_usage.h"
-#include "renderer/scene/embree_version.h"
+#include "renderer/scene/embree_isa.h"
 
 namespace emberline {
 
@@ -42,13 +42,25 @@ std::string instruction_sets() {
 #else
   const char* own = "unknown";
 #endif
-  return fmt::format("{}, Embree {}", own, embree_instruction_set());
+  return fmt::format("{}, Embree {}", own, name_of(embree_isa_table(), widest_isa()));
+}
+
+std::string processor_maker() {
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+  return __builtin_cpu_is("intel") ? "Intel" : __builtin_cpu_is("amd") ? "AMD" : "other";
+#elif defined(__aarch64__)
+  return "ARM";
+#else
+  return "other";
+#endif
 }
 
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& o) {
   std::vector<std::pair<std::string, std::string>> list = {{"emberline:command", o.command_line},
                                                            {"emberline:scene", o.scene}};
   FrameSettings used = o;
+  used.isa = used.isa.value_or(widest_isa());
   if (!shares_evenly(o)) {
     if (o.estimator.empty()) used.estimator = kDefaultEstimator;
     if (!o.allocation) used.allocation = kDefaultAllocation;

@@ -90,7 +90,10 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
 
 // "embree" -> "3.13.5" and so on, for what this binary runs with.
 std::vector<std::pair<std::string, std::string>> library_versions();
-// What this binary was compiled for, and what Embree uses on this machine: "x86-64-v3, Embree AVX".
+// What this binary was compiled for, and the widest that Embree uses on this machine: "x86-64-v3,
+// Embree avx2".
 std::string instruction_sets();
+// "Intel", "AMD", "ARM" or "other". Makers round Embree's reciprocals in ways of their own.
+std::string processor_maker();
 
 }  // namespace emberline

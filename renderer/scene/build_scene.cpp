@@ -427,7 +427,8 @@ void SceneBuilder::build_geometry(const Scene* before) {
   Scene& scene = *scene_;
   scene.geometry_ = std::make_unique<Geometry>(
       before ? before->geometry_->device()
-             : std::make_shared<scene_detail::EmbreeDevice>(progress_.budget(), description_.file));
+             : std::make_shared<scene_detail::EmbreeDevice>(options_.isa.value_or(widest_isa()),
+                                                            progress_.budget(), description_.file));
   Geometry& geometry = *scene.geometry_;
   uint64_t items = scene.instances_.size();
   for (const Mesh& mesh : scene.meshes_) items += mesh.bvh ? 0 : mesh.triangles.size();

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "renderer/core/load_progress.h"
 #include "renderer/description/scene_description.h"
+#include "renderer/scene/embree_isa.h"
 #include "renderer/scene/scene.h"
 
 namespace emberline {
@@ -21,10 +23,12 @@ struct SceneBuildOptions {
   // True, of an editable scene: repose_scene may be called. What no pose moves has a BVH of its
   // own, so that rays enter one instance more.
   bool posable = false;
+  std::optional<EmbreeIsa> isa;  // of Embree's kernels; absent: the widest of the machine
 };
 
 // Takes the description over: its arrays become the scene's. Uses TBB. Throws InputError for a
-// scene that cannot be placed in float's range, RenderError when memory runs out. The description
+// scene that cannot be placed in float's range, UsageError for kernels that this machine has not,
+// RenderError when memory runs out. The description
 // goes through add_default_light first. Throws Cancelled if `progress` says so.
 std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuildOptions& options,
                                    LoadProgress& progress = LoadProgress::unwatched());

@@ -1,5 +1,7 @@
 #include "renderer/scene/geometry.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #ifdef EMBERLINE_THREAD_SANITIZER
@@ -8,7 +10,6 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/scene/embree_version.h"
 
 namespace emberline::scene_detail {
 namespace {
@@ -171,17 +172,21 @@ SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, f
   return attributes;
 }
 
-// Null where there can be none. After one that failed (no memory) Embree 3.13 makes devices whose
-// release never returns.
-static RTCDevice new_device() {
+RTCDevice new_device(EmbreeIsa isa) {
   static std::atomic<bool> failed{false};
-  RTCDevice device = failed ? nullptr : rtcNewDevice(nullptr);
+  const std::string config = fmt::format("isa={}", name_of(embree_isa_table(), isa));
+  RTCDevice device = failed ? nullptr : rtcNewDevice(config.c_str());
   if (!device) failed = true;
   return device;
 }
 
-EmbreeDevice::EmbreeDevice(std::shared_ptr<MemoryBudget> budget, std::string place)
-    : device_(new_device()), budget_(std::move(budget)), place_(std::move(place)) {
+EmbreeDevice::EmbreeDevice(EmbreeIsa isa, std::shared_ptr<MemoryBudget> budget, std::string place)
+    : budget_(std::move(budget)), place_(std::move(place)) {
+  if (isa > widest_isa()) {
+    throw UsageError("--isa {}: this machine, or its Embree, goes up to {}",
+                     name_of(embree_isa_table(), isa), name_of(embree_isa_table(), widest_isa()));
+  }
+  device_ = new_device(isa);
   if (!device_) throw RenderError("Embree could not be started on this machine");
   rtcSetDeviceErrorFunction(device_, on_error, nullptr);
   rtcSetDeviceMemoryMonitorFunction(device_, count_memory, this);
@@ -357,42 +362,3 @@ void Geometry::commit(uint32_t instances, LoadProgress& progress) {
 }
 
 }  // namespace emberline::scene_detail
-
-namespace emberline {
-
-namespace {
-
-// What a device says of itself, if there can be one.
-template <class Describe>
-std::string ask_embree(const Describe& describe) {
-  RTCDevice device = scene_detail::new_device();
-  if (!device) return "unknown";
-  const std::string answer = describe(
-      [device](RTCDeviceProperty property) { return rtcGetDeviceProperty(device, property); });
-  rtcReleaseDevice(device);
-  return answer;
-}
-
-}  // namespace
-
-std::string embree_version() {
-  return ask_embree([](const auto& property) {
-    return std::to_string(property(RTC_DEVICE_PROPERTY_VERSION_MAJOR)) + "." +
-           std::to_string(property(RTC_DEVICE_PROPERTY_VERSION_MINOR)) + "." +
-           std::to_string(property(RTC_DEVICE_PROPERTY_VERSION_PATCH));
-  });
-}
-
-std::string embree_instruction_set() {
-  return ask_embree([](const auto& property) -> std::string {
-    if (property(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)) return "AVX-512";
-    if (property(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED)) return "AVX";
-#ifdef __aarch64__
-    return "Neon";
-#else
-    return "SSE";
-#endif
-  });
-}
-
-}  // namespace emberline

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "renderer/core/load_progress.h"
+#include "renderer/scene/embree_isa.h"
 #include "renderer/scene/motion.h"
 #include "renderer/scene/scene.h"
 
@@ -23,11 +24,15 @@ struct GeometryRecord {
   static constexpr uint32_t kPlaced = RTC_INVALID_GEOMETRY_ID;
 };
 
+// To be released. Null where there can be none: after one that failed (no memory) Embree 3.13 makes
+// devices whose release never returns.
+RTCDevice new_device(EmbreeIsa isa);
+
 // Embree, and what it takes of the budget, block by block; `place` is named when that is spent.
 // Scenes keep it alive.
 class EmbreeDevice {
  public:
-  EmbreeDevice(std::shared_ptr<MemoryBudget> budget, std::string place);
+  EmbreeDevice(EmbreeIsa isa, std::shared_ptr<MemoryBudget> budget, std::string place);
   ~EmbreeDevice();
   EmbreeDevice(const EmbreeDevice&) = delete;
   EmbreeDevice& operator=(const EmbreeDevice&) = delete;

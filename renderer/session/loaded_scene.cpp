@@ -162,7 +162,8 @@ std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& 
   // The integrator may be changed for one that shows texture coordinates.
   const SceneBuildOptions build{.show_backfaces = options.show_backfaces,
                                 .unread_uv = true,
-                                .posable = !open->animations.empty()};
+                                .posable = !open->animations.empty(),
+                                .isa = options.isa};
   EditableScene scene(std::move(description), build, progress);
   memory.end(file);
   open->outline = scene.original();

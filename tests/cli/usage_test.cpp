@@ -117,6 +117,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--cryptomatte-levels", numbers({"0", "65", "-1", "2.5"}), {"1 to 64"}},
       {"--half", {"foo", "id", "N,samples"}, {"valid names are", "RGBA", "albedo", "light"}},
       {"--exr-compression", {"foo", "rle"}, {"valid names are", "none", "zip", "dwab"}},
+      {"--isa", {"foo", "avx", ""}, {"valid names are"}},
       {"--exr-parts", {"foo", "2"}, {"valid names are", "one", "layers"}},
       {"--heatmap", {"foo", "foo.tif"}, {".exr, .png, .jpg, .jpeg"}},
       {"--heatmap-of",

@@ -9,10 +9,13 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
+#include "renderer/scene/embree_isa.h"
 #include "support/gltf_builder.h"
 
 namespace emberline {
 namespace {
+
+const std::string kIsa(embree_isa_table().front().name);
 
 // A text of each setting that is not its default.
 const std::map<std::string, std::string> kOthers = {
@@ -69,9 +72,8 @@ const std::map<std::string, std::string> kOthers = {
     {"shutter", "-0.25,0.25"},
     {"fps", "23.976"},
     {"lenient", "yes"},
+    {"isa", kIsa},
     {"resource-root", "/models"},
-    {"cryptomatte", "object,asset"},
-    {"cryptomatte-levels", "8"},
 };
 
 FrameSettings all_others() {
@@ -89,9 +91,9 @@ TEST(SettingTable, HasEveryMember) {
                reconstruction, width, height, crop, camera, look_from, look_at, fov_y, f_stop,
                focus_distance, turntable, animation, time, frame, fps, shutter, edits, variant,
                environment, environment_strength, environment_rotation, transparent, show_backfaces,
-               lenient, part, sample_range, aovs, cryptomattes, cryptomatte_levels, light_groups,
-               half, exr_compression, exr_parts, denoise] = settings;
-  constexpr size_t kMembers = 56;
+               lenient, isa, part, sample_range, aovs, cryptomattes, cryptomatte_levels,
+               light_groups, half, exr_compression, exr_parts, denoise] = settings;
+  constexpr size_t kMembers = 57;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());
