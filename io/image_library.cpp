@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
+#include <vector>
 
 #include "io/input_file.h"
 #include "renderer/core/errors.h"
@@ -78,16 +79,22 @@ void check_room() {
   ::munmap(room, kRoom);
 }
 
-// Beside the library that this code is in, or in ../lib of the program; empty: neither is there.
+// Beside the library that this code is in, or in ../lib of the program; empty: neither is there. A
+// library for one kind of processor lies up to three folders deeper (renderer/arches.cmake).
 std::string own_copy() {
   namespace fs = std::filesystem;
   std::error_code error;
   Dl_info here = {};
   const bool found = ::dladdr(reinterpret_cast<const void*>(&image_library_bytes), &here) != 0;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  for (const fs::path& path : {found ? fs::path(here.dli_fname).parent_path() / kName : fs::path(),
-                               program.parent_path().parent_path() / "lib" / kName}) {
-    if (path.is_absolute() && fs::exists(path, error)) return path.string();
+  std::vector<fs::path> folders = {program.parent_path().parent_path() / "lib"};
+  fs::path folder = found ? fs::path(here.dli_fname) : fs::path();
+  for (int i = 0; i < 4 && folder.has_relative_path(); ++i) {
+    folder = folder.parent_path();
+    folders.insert(folders.end() - 1, folder);
+  }
+  for (const fs::path& path : folders) {
+    if (path.is_absolute() && fs::exists(path / kName, error)) return (path / kName).string();
   }
   return {};
 }

@@ -46,6 +46,17 @@ by_pkg_config() {
   ./example_pc "$scenes/cornell_box.glb" light
 }
 
+# The builds for lesser processors, of which the loader would take the best (renderer/arches.cmake).
+builds_agree() {
+  local arch loader=/lib64/ld-linux-x86-64.so.2
+  for arch in $("$loader" --help | sed -n 's/^  \(x86-64-v[234]\) (supported.*/\1/p'); do
+    local emberline=("$loader" --glibc-hwcaps-mask "$arch" /usr/bin/emberline)
+    "${emberline[@]}" --version | grep "^instruction sets: $arch," || return 1
+    "${emberline[@]}" render "$scenes/glass_metal.glb" --size 64x64 --spp 4 --quiet -o "$arch.exr" || return 1
+    emberline compare "$arch.exr" x86-64-v2.exr --json | grep '"different_pixels": 0' || return 1
+  done
+}
+
 version=$(dpkg-query -W -f '${Version}' emberline)
 check "the demo" emberline render "$scenes/teapot.glb" -o teapot.exr -o teapot.png --spp 128 \
   --report teapot.json --report teapot.html
@@ -55,6 +66,7 @@ check "manual" says "EMBERLINE\\-FARM" "zcat /usr/share/man/man1/emberline-farm.
 check "completion" completes
 check "exr" render -o a.exr
 check "same bits on one thread" render -o b.exr --threads 1
+check "same bits on lesser processors" builds_agree
 check "compare" says '"mse":0.0' 'emberline compare a.exr b.exr --json | tr -d " "'
 check "jpeg, environment" render -o a.jpg --env "$scenes/studio.hdr"
 check "adaptive, channels" render -o c.exr --driver adaptive --aov denoising --report c.json

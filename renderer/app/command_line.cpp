@@ -156,6 +156,7 @@ void write_documents(const CommandHelp& root, const std::filesystem::path& folde
 void print_versions() {
   std::string text;
   for (const auto& [name, number] : library_versions()) text += name + " " + number + "\n";
+  text += "instruction sets: " + instruction_sets() + "\n";
   print_result(text);
 }
 
@@ -168,7 +169,7 @@ int run_command_line(int argc, char** argv) {
   // overridden behind them.
   root.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   bool version = false, quiet = false, verbose = false;
-  root.add_flag("--version", version, "print the versions of the program and its libraries");
+  root.add_flag("--version", version, "print the versions of the program and its libraries, and what they use of the processor");
   std::string documents;
   root.add_option("--write-documents", documents, "man pages and completion, for packages")
       ->group("");  // hidden

@@ -1,0 +1,35 @@
+# Packages run on all processors, and use what each has: the command's library and libemberline.so are built
+# for EMBERLINE_ARCH, and once more for each of EMBERLINE_ARCHES. glibc's loader (2.33 and later) takes the best
+# from the folders glibc-hwcaps/ARCH beside the first.
+if(NOT EMBERLINE_ARCHES)
+  return()
+endif()
+
+include(ExternalProject)
+include(GNUInstallDirs)
+set(libraries ${CMAKE_INSTALL_LIBDIR})
+set(command_libraries ${CMAKE_INSTALL_LIBDIR}/emberline)
+
+file(RELATIVE_PATH from_program ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR}/emberline)
+set_target_properties(emberline PROPERTIES INSTALL_RPATH "$ORIGIN/${from_program}")
+install(TARGETS emberline_command LIBRARY DESTINATION ${command_libraries} COMPONENT command)
+
+foreach(arch ${EMBERLINE_ARCHES})
+  if(arch STREQUAL EMBERLINE_ARCH)
+    continue()  # of the others themselves
+  endif()
+  set(build ${CMAKE_BINARY_DIR}/${arch})
+  ExternalProject_Add(emberline_${arch}
+    SOURCE_DIR ${CMAKE_SOURCE_DIR} BINARY_DIR ${build}
+    CMAKE_ARGS -DCMAKE_BUILD_TYPE=${CMAKE_BUILD_TYPE} -DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}
+               "-DCMAKE_CXX_FLAGS=${CMAKE_CXX_FLAGS}" "-DCMAKE_CXX_FLAGS_RELEASE=${CMAKE_CXX_FLAGS_RELEASE}"
+               -DEMBERLINE_LTO=${EMBERLINE_LTO} -DCMAKE_SHARED_LINKER_FLAGS=-s -DEMBERLINE_NATIVE=OFF -DEMBERLINE_TESTS=OFF
+               -DEMBERLINE_ARCH=${arch} -DEMBERLINE_ARCHES=${arch}
+    BUILD_COMMAND ${CMAKE_COMMAND} --build ${build} --target emberline_command emberline_shared
+    INSTALL_COMMAND "" BUILD_ALWAYS ON USES_TERMINAL_BUILD ON
+    DEPENDS emberline emberline_shared)  # one after the other: each takes all processors
+  install(FILES ${build}/lib/libemberline_command.so
+          DESTINATION ${command_libraries}/glibc-hwcaps/${arch} COMPONENT command)
+  install(DIRECTORY ${build}/lib/ DESTINATION ${libraries}/glibc-hwcaps/${arch} COMPONENT library
+          FILES_MATCHING PATTERN "libemberline.so.*")
+endforeach()
