@@ -277,7 +277,8 @@ inline bool shines(const PunctualLightDescription& light) { return !is_black(lig
 struct CameraDescription {
   std::string name;
   bool orthographic = false;
-  double fov_y = 0.8;            // radians, perspective
+  bool panorama = false;  // see camera.h; no file has one. Of the rest only where it is counts
+  double fov_y = 0.8;     // radians, perspective
   std::optional<double> aspect;  // width / height, perspective; absent: from the frame
   double y_mag = 1.0;            // half the height, orthographic
   // Of whichever of the two counts; null: it does not change.

@@ -217,8 +217,15 @@ void check_layers_of_file(const FrameSettings& s) {
 void check_companions(const FrameSettings& s) {
   const FrameSettings none;
   const bool from = s.look_from.has_value(), at = s.look_at.has_value();
-  require(from, "--look-from", at, "--look-at");
+  require(from, "--look-from", at || s.panorama, "--look-at");
   require(at, "--look-at", from, "--look-from");
+  if (s.panorama && (s.fov_y || s.f_stop || s.focus_distance)) {
+    throw UsageError(
+        "{}: --panorama shows all around and is sharp everywhere; leave one of the two out",
+        s.fov_y    ? "--fov-y"
+        : s.f_stop ? "--f-stop"
+                   : "--focus-distance");
+  }
   const bool environment = !s.environment.empty();
   require(s.environment_strength != none.environment_strength, "--env-strength", environment,
           "--env");

@@ -427,6 +427,10 @@ std::vector<Setting> make_table() {
                          "f-number of a lens, for film 24 mm high [a pinhole: all is sharp]"),
       number<&S::focus_distance>("focus-distance", kView, 1.0 / kFarthest, kFarthest,
                                  "metres along the view to what is sharp [that of --look-at]"),
+      flag<&S::panorama>(
+          "panorama", kView,
+          "all that is seen from the camera's place, as a latitude-longitude map that "
+          "--env takes; best twice as wide as high"),
       word<&S::environment>("env", kLight, "FILE",
                             "latitude-longitude environment map: .hdr, .exr or another picture"),
       number<&S::environment_strength>("env-strength", kLight, 0.0f, 1e9f,

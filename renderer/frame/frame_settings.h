@@ -86,6 +86,7 @@ struct FrameSettings {
   std::optional<Vec3d> look_from, look_at;       // metres
   std::optional<double> fov_y;                   // degrees
   std::optional<double> f_stop, focus_distance;  // metres; absent: a pinhole
+  bool panorama = false;  // all around the camera's place, as a latitude-longitude map
   std::optional<Turntable> turntable;
 
   // The scene: its pose. Without an animation and a time it stands as the file places it.

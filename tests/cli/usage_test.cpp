@@ -234,7 +234,7 @@ TEST_F(Usage, EveryOptionHasARow) {
   std::set<std::string> with_row = {
       "--help",      "--transparent",   "--lenient",       "--unbiased", "--light-groups",
       "--quiet",     "--verbose",       "--log",           "--plain",    "--resume",
-      "--resumable", "--skip-existing", "--stop-on-error", "--denoise"};
+      "--resumable", "--skip-existing", "--stop-on-error", "--denoise",  "--panorama"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
   const std::vector<HelpedOption> options = options_in(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;
@@ -283,6 +283,9 @@ TEST_F(Usage, OptionsThatNeedEachOther) {
   expect_failure(render_words({"--env-strength", "2"}), 2, {"--env-strength requires --env"});
   expect_failure(render_words({"--env-rotation", "2"}), 2, {"--env-rotation requires --env"});
   expect_failure(render_words({"--f-stop", "2.8"}), 2, {"--f-stop", "--focus-distance"});
+  for (const char* option : {"--fov-y", "--f-stop", "--focus-distance"}) {
+    expect_failure(render_words({"--panorama", option, "2"}), 2, {option, "--panorama"});
+  }
   expect_failure(render_words({"--quiet", "--verbose"}), 2, {"--quiet", "--verbose"});
   expect_failure({"render", scene()}, 2, {"-o"});
 }
