@@ -293,12 +293,21 @@ struct CameraDescription {
   std::shared_ptr<const InputError> fault = {};
 };
 
+// A disc that is far away, above the horizon alone; it darkens towards its edge.
+struct SunDisc {
+  Vec3f direction = Vec3f(0, 1, 0);  // unit
+  float radius = 0.0f;               // half the angle across
+  Rgb irradiance = Rgb(0.0f);        // of the whole disc, on a surface that faces it
+};
+
 // A latitude-longitude environment: u = 0.5 + atan2(z, x) / 2 pi, top row +Y. Positive
 // `rotation_degrees` turns it so that 90 brings what was at +X to -Z.
 struct EnvironmentDescription {
   std::string file;                    // empty: constant colour
   Rgb constant = Rgb(1.0f);            // radiance if there is no image
   std::shared_ptr<const Image> image;  // kHalf or kFloat, 3 channels
+  // Before an image, and dimmed, tinted and turned with it; an image has one sun or none.
+  std::shared_ptr<const SunDisc> sun;
   float strength = 1.0f;
   Rgb tint = Rgb(1.0f);  // multiplies the radiance, as strength does
   float rotation_degrees = 0.0f;

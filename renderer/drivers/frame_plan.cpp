@@ -226,11 +226,14 @@ void check_companions(const FrameSettings& s) {
         : s.f_stop ? "--f-stop"
                    : "--focus-distance");
   }
-  const bool environment = !s.environment.empty();
+  if (!s.environment.empty() && s.sun) {
+    throw UsageError("--sun: --env gives a sky already; leave one of the two out");
+  }
+  const bool environment = !s.environment.empty() || s.sun;
   require(s.environment_strength != none.environment_strength, "--env-strength", environment,
-          "--env");
+          "--env or --sun");
   require(s.environment_rotation != none.environment_rotation, "--env-rotation", environment,
-          "--env");
+          "--env or --sun");
   require(AovSet::parse(s.aovs).contains(Aov::kClamped), "--aov clamped",
           s.clamp_indirect.has_value(), "--clamp-indirect");
   if (s.clamp_indirect && !find_integrator(s.integrator).tells_lights_apart) {

@@ -52,6 +52,12 @@ struct Turntable {
   bool operator==(const Turntable&) const = default;
 };
 
+// Of a clear day, in degrees: above the horizon; from -Z over +X, which is east.
+struct SunPosition {
+  double elevation = 0, azimuth = 0;
+  bool operator==(const SunPosition&) const = default;
+};
+
 // Names are those of the tables: driver_table(), integrator_table() and so on.
 struct FrameSettings {
   std::string scene;          // a file
@@ -96,9 +102,10 @@ struct FrameSettings {
   std::optional<Shutter> shutter;  // absent: an instant
 
   // The scene: what is changed of it.
-  std::string edits;    // a file of them; empty: none
-  std::string variant;  // name or index; empty: the file's own materials
-  std::string environment;
+  std::string edits;        // a file of them; empty: none
+  std::string variant;      // name or index; empty: the file's own materials
+  std::string environment;  // a file; empty: `sun`, or the scene's
+  std::optional<SunPosition> sun;
   float environment_strength = 1.0f;
   float environment_rotation = 0.0f;  // degrees
   bool transparent = false;

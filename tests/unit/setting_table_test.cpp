@@ -60,6 +60,7 @@ const std::map<std::string, std::string> kOthers = {
     {"focus-distance", "1e-15"},
     {"panorama", "yes"},
     {"env", "/skies/sky.hdr"},
+    {"sun", "-6.5,360"},
     {"env-strength", "1000000000"},
     {"env-rotation", "-36000"},
     {"transparent", "yes"},
@@ -89,10 +90,10 @@ TEST(SettingTable, HasEveryMember) {
                max_depth, clamp_indirect, seed, streams, bucket_size, bucket_order, bisection_axis,
                reconstruction, width, height, crop, camera, look_from, look_at, fov_y, f_stop,
                focus_distance, panorama, turntable, animation, time, frame, fps, shutter, edits,
-               variant, environment, environment_strength, environment_rotation, transparent,
+               variant, environment, sun, environment_strength, environment_rotation, transparent,
                show_backfaces, lenient, part, sample_range, aovs, cryptomattes, cryptomatte_levels,
                light_groups, half, exr_compression, exr_parts, denoise] = settings;
-  constexpr size_t kMembers = 57;
+  constexpr size_t kMembers = 58;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());
