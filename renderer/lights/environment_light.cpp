@@ -92,7 +92,8 @@ EnvironmentLight::EnvironmentLight(const Rgb& constant)
 
 EnvironmentLight::EnvironmentLight(std::shared_ptr<const Image> image, float strength,
                                    float rotation_degrees, const EnvironmentLightSettings& settings)
-    : image_(std::move(image)), sun_disc_(settings.sun) {
+    : image_(std::move(image)),
+      sun_disc_(settings.sun ? std::make_shared<const SunDisc>(*settings.sun) : nullptr) {
   assert(image_ && image_->channels == 3 && image_->width > 0 && image_->height > 0);
   assert(image_->type == TexelType::kHalf || image_->type == TexelType::kFloat);
   width_ = image_->width;

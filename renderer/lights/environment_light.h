@@ -44,7 +44,7 @@ struct EnvironmentLightSettings {
   // 0 leaves the weights as they are: needed where light sampling is the only technique, since a
   // compensated density is 0 in directions darker than the mean.
   float mis_compensation = kMisCompensation;
-  std::shared_ptr<const SunDisc> sun = {};
+  const SunDisc* sun = nullptr;  // copied
 };
 
 // What may change without a look at the map.

@@ -227,7 +227,7 @@ bool SceneUpdater::set_environment() {
       progress_.budget()->reserve(MemoryPart::kLights, EnvironmentLight::table_bytes(*e->image),
                                   e->file);
       light = std::make_shared<EnvironmentLight>(e->image, 1.0f, 0.0f,
-                                                 EnvironmentLightSettings{.sun = e->sun});
+                                                 EnvironmentLightSettings{.sun = e->sun.get()});
     }
     light->adjust({e->strength, e->tint, e->rotation_degrees});
   } else {
