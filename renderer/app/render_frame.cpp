@@ -153,7 +153,7 @@ void RenderFrame::build() {
   }
   const LightGroups* const groups = run_.scene.groups();
   if (groups) add_light_groups(*groups);
-  layers_.camera = camera_matrices(camera_, scene.origin());
+  if (!camera_.is_panorama()) layers_.camera = camera_matrices(camera_, scene.origin());
   const CryptomatteIds* const ids = run_.scene.cryptomattes();
   if (ids) layers_.cryptomattes = ids->names();
   if (outputs_) outputs_->add_scene(layers_);

@@ -277,7 +277,8 @@ inline bool shines(const PunctualLightDescription& light) { return !is_black(lig
 struct CameraDescription {
   std::string name;
   bool orthographic = false;
-  double fov_y = 0.8;            // radians, perspective
+  bool panorama = false;  // see camera.h; no file has one. Of the rest only where it is counts
+  double fov_y = 0.8;     // radians, perspective
   std::optional<double> aspect;  // width / height, perspective; absent: from the frame
   double y_mag = 1.0;            // half the height, orthographic
   // Of whichever of the two counts; null: it does not change.
@@ -292,12 +293,21 @@ struct CameraDescription {
   std::shared_ptr<const InputError> fault = {};
 };
 
+// A disc that is far away, above the horizon alone; it darkens towards its edge.
+struct SunDisc {
+  Vec3f direction = Vec3f(0, 1, 0);  // unit
+  float radius = 0.0f;               // half the angle across
+  Rgb irradiance = Rgb(0.0f);        // of the whole disc, on a surface that faces it
+};
+
 // A latitude-longitude environment: u = 0.5 + atan2(z, x) / 2 pi, top row +Y. Positive
 // `rotation_degrees` turns it so that 90 brings what was at +X to -Z.
 struct EnvironmentDescription {
   std::string file;                    // empty: constant colour
   Rgb constant = Rgb(1.0f);            // radiance if there is no image
   std::shared_ptr<const Image> image;  // kHalf or kFloat, 3 channels
+  // Before an image, and dimmed, tinted and turned with it; an image has one sun or none.
+  std::shared_ptr<const SunDisc> sun;
   float strength = 1.0f;
   Rgb tint = Rgb(1.0f);  // multiplies the radiance, as strength does
   float rotation_degrees = 0.0f;

@@ -169,6 +169,7 @@ void EditApplication::edit_environment() {
     if (!scene_.environment) scene_.environment = EnvironmentDescription{};
     scene_.environment->file = edit.file;
     scene_.environment->image = edit.image;
+    scene_.environment->sun.reset();
     scene_.repairs.non_finite_texels += edit.repaired_texels;
   }
   if (edit.strength) scene_.environment->strength = *edit.strength;

@@ -217,13 +217,23 @@ void check_layers_of_file(const FrameSettings& s) {
 void check_companions(const FrameSettings& s) {
   const FrameSettings none;
   const bool from = s.look_from.has_value(), at = s.look_at.has_value();
-  require(from, "--look-from", at, "--look-at");
+  require(from, "--look-from", at || s.panorama, "--look-at");
   require(at, "--look-at", from, "--look-from");
-  const bool environment = !s.environment.empty();
+  if (s.panorama && (s.fov_y || s.f_stop || s.focus_distance)) {
+    throw UsageError(
+        "{}: --panorama shows all around and is sharp everywhere; leave one of the two out",
+        s.fov_y    ? "--fov-y"
+        : s.f_stop ? "--f-stop"
+                   : "--focus-distance");
+  }
+  if (!s.environment.empty() && s.sun) {
+    throw UsageError("--sun: --env gives a sky already; leave one of the two out");
+  }
+  const bool environment = !s.environment.empty() || s.sun;
   require(s.environment_strength != none.environment_strength, "--env-strength", environment,
-          "--env");
+          "--env or --sun");
   require(s.environment_rotation != none.environment_rotation, "--env-rotation", environment,
-          "--env");
+          "--env or --sun");
   require(AovSet::parse(s.aovs).contains(Aov::kClamped), "--aov clamped",
           s.clamp_indirect.has_value(), "--clamp-indirect");
   if (s.clamp_indirect && !find_integrator(s.integrator).tells_lights_apart) {

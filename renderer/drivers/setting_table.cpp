@@ -49,6 +49,7 @@ std::string text_of(const Vec3d& v) { return fmt::format("{},{},{}", v.x, v.y, v
 std::string text_of(const FramePart& p) { return fmt::format("{}/{}", p.index, p.count); }
 std::string text_of(const SampleSpan& s) { return fmt::format("{}-{}", s.first, s.end); }
 std::string text_of(const Shutter& s) { return fmt::format("{},{}", s.open, s.close); }
+std::string text_of(const SunPosition& s) { return fmt::format("{},{}", s.elevation, s.azimuth); }
 std::string text_of(const Turntable& t) {
   return t.frame ? fmt::format("{}/{}", *t.frame, t.count) : fmt::format("{}", t.count);
 }
@@ -264,6 +265,25 @@ Setting shutter() {
           member_text<&FrameSettings::shutter>};
 }
 
+Setting sun() {
+  const auto read = [](FrameSettings& settings, std::string_view text) {
+    std::array<double, 2> v;
+    if (!parse_numbers(text, ',', v) || !(std::abs(v[0]) <= 90) || !(std::abs(v[1]) <= 360)) {
+      refuse("sun", text, "ELEVATION,AZIMUTH with degrees from -90 to 90 and from -360 to 360");
+    }
+    settings.sun = SunPosition{v[0], v[1]};
+  };
+  return {"sun",
+          kLight,
+          "ELEVATION,AZIMUTH",
+          "a clear sky with the sun so many degrees above the horizon, and from -Z towards +X "
+          "(north and east). Below the horizon it is twilight, then night",
+          "",
+          false,
+          read,
+          member_text<&FrameSettings::sun>};
+}
+
 Setting backfaces() {
   const auto read = [](FrameSettings& settings, std::string_view text) {
     if (text != "show" && text != "cull") {
@@ -427,8 +447,13 @@ std::vector<Setting> make_table() {
                          "f-number of a lens, for film 24 mm high [a pinhole: all is sharp]"),
       number<&S::focus_distance>("focus-distance", kView, 1.0 / kFarthest, kFarthest,
                                  "metres along the view to what is sharp [that of --look-at]"),
+      flag<&S::panorama>(
+          "panorama", kView,
+          "all that is seen from the camera's place, as a latitude-longitude map that "
+          "--env takes; best twice as wide as high"),
       word<&S::environment>("env", kLight, "FILE",
                             "latitude-longitude environment map: .hdr, .exr or another picture"),
+      sun(),
       number<&S::environment_strength>("env-strength", kLight, 0.0f, 1e9f,
                                        "multiplies the environment"),
       number<&S::environment_rotation>("env-rotation", kLight, -36000.0f, 36000.0f,

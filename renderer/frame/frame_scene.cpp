@@ -48,12 +48,14 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
   if (settings.look_from) {
     camera.name = "--look-from";
     if (settings.fov_y) camera.orthographic = false;
-    camera.to_world = look_at_matrix(*settings.look_from, *settings.look_at);
+    const Vec3d ahead = *settings.look_from + Vec3d(0, 0, -1);
+    camera.to_world = look_at_matrix(*settings.look_from, settings.look_at.value_or(ahead));
     camera.motion.clear();
     camera.later.reset();
     if (settings.camera.empty()) camera.fov_y = 40.0 * kPiD / 180.0;
   }
-  if (camera.aspect && !settings.look_from && std::abs(*camera.aspect / aspect - 1.0) > 0.01) {
+  if (camera.aspect && !settings.look_from && !settings.panorama &&
+      std::abs(*camera.aspect / aspect - 1.0) > 0.01) {
     // The vertical angle rules, as glTF has it; what is seen at the sides differs.
     log_info(fmt::format(
         "camera '{}' was made for {:.3g} : 1, the frame has {:.3g} : 1; "
@@ -68,7 +70,7 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
     camera.fov_y = *settings.fov_y * kPiD / 180.0;
     camera.zoom.reset();
   }
-  if (settings.look_from) {
+  if (settings.look_from && settings.look_at) {
     camera.focus_distance = (*settings.look_at - *settings.look_from).length();
   }
   return camera;
@@ -86,8 +88,11 @@ void apply_lens(const FrameSettings& settings, CameraDescription& camera) {
   camera.lens_radius = lens_radius(*settings.f_stop, camera.fov_y);
 }
 
-CameraDescription on_turntable(const FrameSettings& settings, const SceneDescription& scene,
-                               CameraDescription camera) {
+// What the settings make of a camera, whosever it is.
+CameraDescription placed(const FrameSettings& settings, const SceneDescription& scene,
+                         CameraDescription camera) {
+  apply_lens(settings, camera);
+  camera.panorama = settings.panorama;
   if (!settings.turntable) return camera;
   return turned(std::move(camera), settings, framed_bounds(scene));
 }
@@ -188,9 +193,7 @@ void choose_variant(const FrameSettings& settings, const SceneDescription& scene
 }
 
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene) {
-  CameraDescription camera = choose_view(settings, scene);
-  apply_lens(settings, camera);
-  return on_turntable(settings, scene, std::move(camera));
+  return placed(settings, scene, choose_view(settings, scene));
 }
 
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,
@@ -208,8 +211,7 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
       edits, scene,
       scene.cameras.empty() ? framing_camera(framed_bounds(scene), aspect) : scene.cameras.front());
   check_cameras(scene, &camera);
-  apply_lens(settings, camera);
-  return on_turntable(settings, scene, std::move(camera));
+  return placed(settings, scene, std::move(camera));
 }
 
 CameraDescription turned(CameraDescription camera, const FrameSettings& settings,

@@ -53,6 +53,12 @@ struct Turntable {
   bool operator==(const Turntable&) const = default;
 };
 
+// Of a clear day, in degrees: above the horizon; from -Z over +X, which is east.
+struct SunPosition {
+  double elevation = 0, azimuth = 0;
+  bool operator==(const SunPosition&) const = default;
+};
+
 // Names are those of the tables: driver_table(), integrator_table() and so on.
 struct FrameSettings {
   std::string scene;          // a file
@@ -87,6 +93,7 @@ struct FrameSettings {
   std::optional<Vec3d> look_from, look_at;       // metres
   std::optional<double> fov_y;                   // degrees
   std::optional<double> f_stop, focus_distance;  // metres; absent: a pinhole
+  bool panorama = false;  // all around the camera's place, as a latitude-longitude map
   std::optional<Turntable> turntable;
 
   // The scene: its pose. Without an animation and a time it stands as the file places it.
@@ -96,9 +103,10 @@ struct FrameSettings {
   std::optional<Shutter> shutter;  // absent: an instant
 
   // The scene: what is changed of it.
-  std::string edits;    // a file of them; empty: none
-  std::string variant;  // name or index; empty: the file's own materials
-  std::string environment;
+  std::string edits;        // a file of them; empty: none
+  std::string variant;      // name or index; empty: the file's own materials
+  std::string environment;  // a file; empty: `sun`, or the scene's
+  std::optional<SunPosition> sun;
   float environment_strength = 1.0f;
   float environment_rotation = 0.0f;  // degrees
   bool transparent = false;

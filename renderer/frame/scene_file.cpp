@@ -1,6 +1,7 @@
 #include "renderer/frame/scene_file.h"
 
 #include "io/image_input.h"
+#include "renderer/description/clear_sky.h"
 #include "renderer/frame/frame_scene.h"
 
 namespace emberline {
@@ -21,13 +22,18 @@ SceneFile::SceneFile(const FrameSettings& settings, LoadProgress& progress, bool
 
 // After the file's own images, once.
 void SceneFile::read_environment(const FrameSettings& settings, LoadProgress& progress) {
-  if (settings.environment.empty() || environment_) return;
+  if (environment_ || (settings.environment.empty() && !settings.sun)) return;
   progress.begin(LoadStage::kEnvironment);
   EnvironmentDescription environment;
-  environment.file = settings.environment;
-  environment.image =
-      emberline::read_environment(settings.environment, &repaired_texels_, progress);
-  warn_of_repaired(settings.environment, repaired_texels_);
+  if (settings.sun) {
+    environment = clear_sky({settings.sun->elevation, settings.sun->azimuth});
+    progress.budget()->reserve(MemoryPart::kTextures, environment.image->byte_count(), "--sun");
+  } else {
+    environment.file = settings.environment;
+    environment.image =
+        emberline::read_environment(settings.environment, &repaired_texels_, progress);
+    warn_of_repaired(settings.environment, repaired_texels_);
+  }
   environment.strength = settings.environment_strength;
   environment.rotation_degrees = settings.environment_rotation;
   environment_ = std::move(environment);

@@ -79,6 +79,10 @@ double row_weight(int row, int height) {
   return std::sin((row + 0.5) * step) * 4.0 * half_sine * half_sine / step;
 }
 
+// Limb darkening, linear in the cosine: 0.6 is the sun's in green light (C. Allen, "Astrophysical
+// Quantities", 1973).
+constexpr float kLimbDarkening = 0.6f;
+
 }  // namespace
 
 EnvironmentLight::EnvironmentLight(const Rgb& constant)
@@ -88,7 +92,8 @@ EnvironmentLight::EnvironmentLight(const Rgb& constant)
 
 EnvironmentLight::EnvironmentLight(std::shared_ptr<const Image> image, float strength,
                                    float rotation_degrees, const EnvironmentLightSettings& settings)
-    : image_(std::move(image)) {
+    : image_(std::move(image)),
+      sun_disc_(settings.sun ? std::make_shared<const SunDisc>(*settings.sun) : nullptr) {
   assert(image_ && image_->channels == 3 && image_->width > 0 && image_->height > 0);
   assert(image_->type == TexelType::kHalf || image_->type == TexelType::kFloat);
   width_ = image_->width;
@@ -98,6 +103,7 @@ EnvironmentLight::EnvironmentLight(std::shared_ptr<const Image> image, float str
   column_scale_ = float(width_ / (2.0 * kPiD));
   row_scale_ = float(height_ / kPiD);
   build_tables(settings.mis_compensation);
+  if (sun_disc_) find_sun_share();
   adjust({strength, Rgb(1.0f), rotation_degrees});
 }
 
@@ -123,6 +129,47 @@ void EnvironmentLight::adjust(const EnvironmentAdjustment& adjustment) {
   double turns = 0.5 + double(rotation_degrees) / 360.0;
   turns -= std::floor(turns);
   column_offset_ = float(turns * width_ - 0.5);
+  if (sun_.share > 0.0f) place_sun();
+}
+
+// A power of two, so that (0, 2)-sequences share out exactly.
+void EnvironmentLight::find_sun_share() {
+  const double sun = double(luminance(sun_disc_->irradiance)), sky = kPiD * map_mean_luminance_;
+  if (!(sun > 0) || !(sky > 0)) return;  // no sun stands before a black map
+  double share = 0.5;
+  while (share > 1e-3 && 0.5 * share * (sun + sky) > sun) share *= 0.5;
+  sun_.share = float(share);
+  map_mean_luminance_ += sun / (4 * kPiD);
+}
+
+void EnvironmentLight::place_sun() {
+  const double turned = -double(adjustment_.rotation_degrees) / 180.0 * kPiD;
+  const double c = std::cos(turned), s = std::sin(turned);
+  const Vec3d d = to_double(sun_disc_->direction);
+  sun_.direction = to_float(Vec3d(c * d.x - s * d.z, d.y, s * d.x + c * d.z).normalized());
+  sun_.frame = ShadingFrame::from_normal(sun_.direction);
+  const double half_chord = std::sin(0.5 * double(sun_disc_->radius));
+  sun_.radius2 = float(4 * square(half_chord));
+  const double solid_angle = 4 * kPiD * square(half_chord);
+  sun_.density = float(1 / solid_angle);
+  sun_.middle = sun_disc_->irradiance * (adjustment_.tint * adjustment_.strength) *
+                float(1 / (solid_angle * (1 - double(kLimbDarkening) / 3)));
+}
+
+Rgb EnvironmentLight::sun_radiance(const Vec3f& direction) const {
+  // Of so small an angle a cosine would say nothing.
+  const float out = (direction - sun_.direction).length2() / sun_.radius2;
+  if (direction.y < 0.0f) return Rgb(0.0f);
+  return sun_.middle * (1.0f - kLimbDarkening * (1.0f - std::sqrt(std::max(0.0f, 1.0f - out))));
+}
+
+void EnvironmentLight::add_sun(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const {
+  for (size_t i = 0; i < directions.size(); ++i) {
+    if (pdf) pdf[i] *= 1.0f - sun_.share;
+    if (!((directions[i] - sun_.direction).length2() < sun_.radius2)) continue;
+    radiance[i] += sun_radiance(directions[i]);
+    if (pdf) pdf[i] += sun_.share * sun_.density;
+  }
 }
 
 float EnvironmentLight::texel_luminance(size_t row, size_t column) const {
@@ -303,6 +350,8 @@ void EnvironmentLight::radiance(std::span<const Vec3f> directions, Rgb* out) con
   for (size_t i = 0; i < directions.size(); ++i) {
     out[i] = radiance_at(places, i);
   }
+  if (sun_.share > 0.0f) [[unlikely]]
+    add_sun(directions, out, nullptr);
 }
 
 Rgb EnvironmentLight::radiance(const Vec3f& direction) const {
@@ -326,6 +375,8 @@ void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Rgb* 
   for (size_t i = 0; i < directions.size(); ++i) {
     radiance[i] = radiance_and_pdf_at(places, i, &pdf[i]);
   }
+  if (sun_.share > 0.0f) [[unlikely]]
+    add_sun(directions, radiance, pdf);
 }
 
 Rgb EnvironmentLight::radiance_and_pdf(const Vec3f& direction, float* pdf) const {
@@ -341,6 +392,40 @@ float EnvironmentLight::pdf(const Vec3f& direction) const {
 }
 
 void EnvironmentLight::sample(std::span<const Vec2f> u, EnvironmentSample* out) const {
+  if (sun_.share > 0.0f) [[unlikely]] {
+    sample_sun_or_map(u, out);
+  } else {
+    sample_map(u, out);
+  }
+}
+
+void EnvironmentLight::sample_sun_or_map(std::span<const Vec2f> u, EnvironmentSample* out) const {
+  if (black()) {
+    std::fill_n(out, u.size(), EnvironmentSample{});
+    return;
+  }
+  Vec2f of_map[kRayBatch];
+  for (size_t i = 0; i < u.size(); ++i) {
+    const float x = (u[i].x - sun_.share) / (1.0f - sun_.share);
+    of_map[i] = {std::clamp(x, 0.0f, kOneMinusEpsilon), u[i].y};
+  }
+  sample_map({of_map, u.size()}, out);
+  for (size_t i = 0; i < u.size(); ++i) {
+    if (u[i].x >= sun_.share) {
+      add_sun({&out[i].direction, 1}, &out[i].radiance, &out[i].pdf);
+      continue;
+    }
+    // Even in the square of the chord is even in solid angle.
+    const Vec2f disk = square_to_disk({u[i].x / sun_.share, u[i].y});
+    const float chord2 = (disk.x * disk.x + disk.y * disk.y) * sun_.radius2;
+    const float aside = std::sqrt(sun_.radius2 * (1.0f - 0.25f * chord2));
+    const Vec3f d = sun_.frame.to_world({disk.x * aside, disk.y * aside, 1.0f - 0.5f * chord2});
+    out[i].direction = d;
+    out[i].radiance = radiance_and_pdf(d, &out[i].pdf);
+  }
+}
+
+void EnvironmentLight::sample_map(std::span<const Vec2f> u, EnvironmentSample* out) const {
   const size_t count = u.size();
   assert(count <= size_t(kRayBatch));
   if (black() || !image_) {

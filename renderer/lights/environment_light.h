@@ -6,6 +6,9 @@
 // Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling"), so a one-texel
 // sun is sampled in proportion to what is seen of it.
 //
+// A sun (SunDisc) may stand before the map: half of the samples are its own, fewer where it is dim,
+// and their density is added to the map's.
+//
 // All functions are const, pure and thread-safe. Directions are unit, in world space.
 #pragma once
 
@@ -15,12 +18,14 @@
 #include <vector>
 
 #include "renderer/core/color4.h"
+#include "renderer/core/frame.h"
 #include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
 
 struct Image;
+struct SunDisc;
 
 struct EnvironmentSample {
   Vec3f direction = Vec3f(0.0f);
@@ -39,6 +44,7 @@ struct EnvironmentLightSettings {
   // 0 leaves the weights as they are: needed where light sampling is the only technique, since a
   // compensated density is 0 in directions darker than the mean.
   float mis_compensation = kMisCompensation;
+  const SunDisc* sun = nullptr;  // copied
 };
 
 // What may change without a look at the map.
@@ -97,6 +103,12 @@ class EnvironmentLight {
   Corners corners(const Places& p, size_t i) const;
   void prefetch(const Places& p, size_t i) const;
   Rgb radiance_at(const Places& p, size_t i) const;
+  void sample_map(std::span<const Vec2f> u, EnvironmentSample* out) const;
+  void sample_sun_or_map(std::span<const Vec2f> u, EnvironmentSample* out) const;
+  // What a direction sees of the sun.
+  Rgb sun_radiance(const Vec3f& direction) const;
+  // To those of the map. `pdf` may be null.
+  void add_sun(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
   // Radiance and density of one place, from the same texels.
   Rgb radiance_and_pdf_at(const Places& p, size_t i, float* pdf) const;
   // Of a texel's luminance, before strength.
@@ -107,6 +119,8 @@ class EnvironmentLight {
   template <typename Body>
   void for_rows(const Body& body) const;
   void build_tables(float mis_compensation);
+  void find_sun_share();
+  void place_sun();
   // The tables within rows, for the threshold of now; returns the sum of the rows' totals.
   double build_columns(std::vector<double>* row_totals);
 
@@ -131,6 +145,17 @@ class EnvironmentLight {
   float weight_scale_ = 1.0f, threshold_ = 0.0f;
   int column_bits_ = 0, row_bits_ = 0;
   size_t column_guide_words_ = 0;
+
+  struct Sun {
+    Vec3f direction = Vec3f(0.0f);  // in the world
+    ShadingFrame frame;
+    float radius2 = 0.0f;    // square of the chord from its middle to its edge
+    float density = 0.0f;    // of directions to it, per solid angle
+    float share = 0.0f;      // of the samples; 0: there is no sun
+    Rgb middle = Rgb(0.0f);  // radiance
+  };
+  std::shared_ptr<const SunDisc> sun_disc_;
+  Sun sun_;
 };
 
 }  // namespace emberline

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "renderer/core/branch_free.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/warps.h"
@@ -27,6 +28,12 @@ Imath::Quatd rotation_of(const auto& pose) {
   return Imath::extractQuat(m);
 }
 
+float pixels_a_frame(double pixels, double frames) {
+  constexpr double kMost = 65504.0;  // of a half float
+  const double velocity = pixels / frames;
+  return std::isfinite(velocity) ? float(std::clamp(velocity, -kMost, kMost)) : 0.0f;
+}
+
 // Whether it can be normalised.
 bool is_direction(const Vec3d& v) { return v.length2() > 0 && std::isfinite(v.length2()); }
 
@@ -38,7 +45,10 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
     if (!holds) throw InputError("camera '" + description.name + "'", what);
   };
   Shape& s = shape_;
-  s.orthographic = description.orthographic;
+  s.panorama = description.panorama;
+  s.orthographic = description.orthographic && !s.panorama;
+  s.width = width;
+  s.height = height;
   // The vertical extent rules, so that pixels stay square in any frame.
   s.half_height = half_height_of(s.orthographic ? description.y_mag : description.fov_y, scale);
   s.half_width = s.half_height * width / height;
@@ -46,8 +56,9 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   s.per_row = -2 * s.half_height / height;
   // A mirrored node shows a mirrored picture.
   s.handed = description.to_world.determinant() < 0 ? -1.0 : 1.0;
-  s.lens_radius = s.orthographic ? 0.0 : description.lens_radius * scale;
-  zoom_ = description.zoom;
+  const bool projects = !s.orthographic && !s.panorama;
+  s.lens_radius = projects ? description.lens_radius * scale : 0.0;
+  if (!s.panorama) zoom_ = description.zoom;
   scale_ = scale;
   double smallest = 1.0;
   for (size_t i = 0; zoom_ && i < zoom_->values.size(); ++i) {
@@ -64,7 +75,7 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
           "what it shows is too small to be told apart");
   require(s.orthographic || largest_ * (s.half_width + s.half_height) <= kFarthestOrigin,
           "its field of view is too wide");
-  if (description.lens_radius > 0 && !s.orthographic) {
+  if (projects && description.lens_radius > 0) {
     require(description.focus_distance > 0, "its lens has no distance of focus");
     const double focus = description.focus_distance * scale;
     // Towards a point in focus: float squares that, and of the lens's points keeps more than this.
@@ -116,6 +127,8 @@ Camera::View Camera::view_from(const Pose& pose, double size) const {
   const Vec3d right = pose.right * s.handed;
   View view;
   view.orthographic = s.orthographic;
+  view.panorama = s.panorama;
+  view.turns_per_pixel = {float(1.0 / s.width), float(0.5 / s.height)};
   view.position = to_float(pose.position);
   view.axis = to_float(pose.axis);
   view.corner = to_float((pose.up * s.half_height - right * s.half_width) * size +
@@ -193,12 +206,13 @@ Camera::WorldMatrices Camera::world_matrices(const Vec3d& origin) const {
 }
 
 Vec2f Camera::velocity(const Vec3d& from, const Vec3d& to, double frames) const {
+  if (shape_.panorama) return panorama_velocity(from - pose_.position, to - last_.position, frames);
   return film_velocity(in_view(pose_, from - pose_.position), in_view(last_, to - last_.position),
                        frames);
 }
 
 Vec2f Camera::velocity(const Vec3d& direction, double frames) const {
-  if (shape_.orthographic) return Vec2f(0.0f);
+  if (shape_.orthographic || shape_.panorama) return Vec2f(0.0f);
   return film_velocity(in_view(pose_, direction), in_view(last_, direction), frames);
 }
 
@@ -213,16 +227,38 @@ Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) c
   };
   if (!shape_.orthographic && !(nearest > 0.0)) return Vec2f(0.0f);
   const Vec3d way = on_film(to, from) / last_size_ - on_film(from, to);
-  const auto pixels_a_frame = [frames](double pixels) {
-    constexpr double kMost = 65504.0;  // of a half float
-    const double velocity = pixels / frames;
-    return std::isfinite(velocity) ? float(std::clamp(velocity, -kMost, kMost)) : 0.0f;
-  };
-  return {pixels_a_frame(way.x / shape_.per_column), pixels_a_frame(way.y / -shape_.per_row)};
+  return {pixels_a_frame(way.x / shape_.per_column, frames),
+          pixels_a_frame(way.y / -shape_.per_row, frames)};
+}
+
+// Between two places, as the camera's place then sees them.
+Vec2f Camera::panorama_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
+  const auto longitude = [](const Vec3d& v) { return std::atan2(v.z, v.x) / (2 * kPiD); };
+  const auto latitude = [](const Vec3d& v) { return std::atan2(v.y, std::hypot(v.x, v.z)) / kPiD; };
+  double turned = longitude(to) - longitude(from);
+  turned -= std::nearbyint(turned);
+  return {pixels_a_frame(turned * shape_.width, frames),
+          pixels_a_frame((latitude(to) - latitude(from)) * shape_.height, frames)};
+}
+
+void Camera::cast_panorama(const View& view, std::span<const Vec2f> film, Ray* out) {
+  for (size_t i = 0; i < film.size(); ++i) {
+    // The left edge is -X. What a filter reaches beyond a pole is on its other side.
+    const float turns = 0.5f + film[i].x * view.turns_per_pixel.x;
+    const float polar = film[i].y * view.turns_per_pixel.y;
+    float sin_phi, cos_phi, sin_theta, cos_theta;
+    sincos_turns(turns - std::floor(turns), &sin_phi, &cos_phi);
+    sincos_turns(polar - std::floor(polar), &sin_theta, &cos_theta);
+    out[i] = {view.position, Vec3f(sin_theta * cos_phi, cos_theta, sin_theta * sin_phi)};
+  }
 }
 
 void Camera::cast(const View& view, std::span<const Vec2f> film, Ray* out) {
   assert(film.size() <= size_t(kRayBatch));
+  if (view.panorama) [[unlikely]] {
+    cast_panorama(view, film, out);
+    return;
+  }
   // All lanes always, used or not: a loop of fixed length vectorises.
   alignas(64) float x[kRayBatch] = {}, y[kRayBatch] = {};
   for (size_t i = 0; i < film.size(); ++i) {

@@ -1,4 +1,6 @@
-// Where rays start: perspective and orthographic pinholes, and a thin lens.
+// Where rays start: perspective and orthographic pinholes, a thin lens, and a panorama: all that is
+// seen from one place, on a latitude-longitude map in the world's axes, as EnvironmentDescription
+// has it, whichever way the camera looks.
 //
 // The lens is that of R. Cook, T. Porter, L. Carpenter, "Distributed Ray Tracing" (SIGGRAPH 1984):
 // all light that leaves a point of the plane in focus towards the lens meets in one point of the
@@ -56,7 +58,10 @@ class Camera {
 
   // Perspective through a pinhole, as it is for as long as the shutter is open. Of such a one
   // alone:
-  bool is_still_pinhole() const { return !shape_.orthographic && !view_.lens && !moves(); }
+  bool is_still_pinhole() const {
+    return !shape_.orthographic && !shape_.panorama && !view_.lens && !moves();
+  }
+  bool is_panorama() const { return shape_.panorama; }
   const Vec3d& position() const { return pose_.position; }
   // Size of a pixel at distance 1.
   Imath::V2d pixel_size() const { return {shape_.per_column, -shape_.per_row}; }
@@ -65,13 +70,15 @@ class Camera {
 
   // From the world, whose `origin` is the scene's, as OpenEXR's header has them, at the shutter's
   // opening: to the right, up and ahead; and, after a division by w, to the frame, (0, 0) its upper
-  // left and (1, 1) its lower right corner (z is 1 / depth; of an orthographic one the depth).
+  // left and (1, 1) its lower right corner (z is 1 / depth; of an orthographic one the depth). Not
+  // of a panorama, which no matrix makes.
   struct WorldMatrices {
     Mat44d to_camera, to_ndc;
   };
   WorldMatrices world_matrices(const Vec3d& origin) const;
 
-  // Distance along the viewing axis of an internal-space point, from the lens's plane.
+  // Distance along the viewing axis of an internal-space point, from the lens's plane; of a
+  // panorama from its place.
   float axial_depth(const Vec3f& point, float time) const {
     if (moves()) [[unlikely]]
       return axial_depth(view_at(time), point);
@@ -82,6 +89,7 @@ class Camera {
   // opens and at `to` as it closes, `frames` later; of an instant, then and a frame later
   // (CameraDescription::later). Seen through the lens's middle. What comes nearer to the camera's
   // plane than a hundredth of its depth, or passes it, goes as far as there; half floats hold it.
+  // In a panorama it goes the shorter way round.
   Vec2f velocity(const Vec3d& from, const Vec3d& to, double frames) const;
   // The same of what is infinitely far away in a direction: the camera's turning.
   Vec2f velocity(const Vec3d& direction, double frames) const;
@@ -99,7 +107,8 @@ class Camera {
   // distance 1; the way from one pixel to the next; -1 for a mirrored picture, else 1; the lens's
   // radius.
   struct Shape {
-    bool orthographic = false;
+    bool orthographic = false, panorama = false;
+    double width = 1.0, height = 1.0;  // of a panorama, in pixels
     double half_width = 1.0, half_height = 1.0, per_column = 1.0, per_row = -1.0, handed = 1.0;
     bool lens = false;
     double lens_radius = 0.0;
@@ -107,7 +116,8 @@ class Camera {
   };
   // Both at one time.
   struct View {
-    bool orthographic = false;
+    bool orthographic = false, panorama = false;
+    Vec2f turns_per_pixel = Vec2f(0.0f);  // of a panorama
     Vec3f position = Vec3f(0.0f);
     Vec3f axis = Vec3f(0.0f, 0.0f, -1.0f);
     // Direction (perspective) or offset (orthographic) of film (0, 0), and per pixel right and
@@ -129,10 +139,14 @@ class Camera {
   View view_at(float time) const;
   Vec3d in_view(const Pose& pose, const Vec3d& way) const;
   Vec2f film_velocity(const Vec3d& from, const Vec3d& to, double frames) const;
+  Vec2f panorama_velocity(const Vec3d& from, const Vec3d& to, double frames) const;
   static void cast(const View& view, std::span<const Vec2f> film, Ray* out);
   static void cast(const View& view, std::span<const Vec2f> film, std::span<const Vec2f> lens,
                    Ray* out);
+  static void cast_panorama(const View& view, std::span<const Vec2f> film, Ray* out);
   static float axial_depth(const View& view, const Vec3f& point) {
+    if (view.panorama) [[unlikely]]
+      return (point - view.position).length();
     return dot(point - view.position, view.axis);
   }
 

@@ -226,7 +226,8 @@ bool SceneUpdater::set_environment() {
     } else if (!light || light->image() != e->image.get()) {
       progress_.budget()->reserve(MemoryPart::kLights, EnvironmentLight::table_bytes(*e->image),
                                   e->file);
-      light = std::make_shared<EnvironmentLight>(e->image, 1.0f, 0.0f);
+      light = std::make_shared<EnvironmentLight>(e->image, 1.0f, 0.0f,
+                                                 EnvironmentLightSettings{.sun = e->sun.get()});
     }
     light->adjust({e->strength, e->tint, e->rotation_degrees});
   } else {
@@ -356,6 +357,7 @@ void SceneUpdater::list_features(bool culls, bool masks, bool blends) {
     features.push_back(
         e->image ? fmt::format("environment map ({} x {})", e->image->width, e->image->height)
                  : std::string("constant environment"));
+    if (e->sun) features.push_back("sun");
   }
   if (!scene_.lights_->empty()) features.push_back("lights: " + scene_.lights_->describe());
   if (scene_.flush_) {

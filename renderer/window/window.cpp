@@ -457,6 +457,9 @@ void Window::remember() {
 }  // namespace
 
 int run_view(const ViewOptions& options) {
+  if (options.render.panorama) {
+    throw UsageError("--panorama: the window looks one way; valid with render");
+  }
   FileRegister files;
   if (!options.measure.empty()) files.write("--measure", options.measure);
   if (!options.screenshot.empty()) files.write("--screenshot", options.screenshot);

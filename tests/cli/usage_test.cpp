@@ -82,6 +82,10 @@ const std::vector<WrongValue>& wrong_values() {
       {"--f-stop", kNotANumber + Words{"0", "-2.8", "1e10"}, {"1e-09 to 1000000000"}},
       {"--focus-distance", kNotANumber + Words{"0", "-1", "1e16"}, {"1e-15 to 1000000000000000"}},
       {"--exposure", numbers({"-65", "65"}), {"-64 to 64"}},
+      {"--sun",
+       {"45", "45,", "nan,0", "0,nan", "90.1,0", "-91,0", "0,361", "0,-1e9", "1,2,3", "", "inf,1"},
+       {"ELEVATION,AZIMUTH", "-90 to 90"}},
+      {"--sun", {"45,0"}, {"--env"}, {"--env", "sky.hdr"}},
       {"--env-strength", numbers({"-1", "1e10"}), {"0 to 1000000000"}, {"--env", "sky.hdr"}},
       {"--env-rotation", numbers({"36001"}), {"-36000 to 36000"}, {"--env", "sky.hdr"}},
       {"--look-from",
@@ -235,7 +239,7 @@ TEST_F(Usage, EveryOptionHasARow) {
   std::set<std::string> with_row = {
       "--help",      "--transparent",   "--lenient",       "--unbiased", "--light-groups",
       "--quiet",     "--verbose",       "--log",           "--plain",    "--resume",
-      "--resumable", "--skip-existing", "--stop-on-error", "--denoise"};
+      "--resumable", "--skip-existing", "--stop-on-error", "--denoise",  "--panorama"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
   const std::vector<HelpedOption> options = options_in(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;
@@ -284,6 +288,9 @@ TEST_F(Usage, OptionsThatNeedEachOther) {
   expect_failure(render_words({"--env-strength", "2"}), 2, {"--env-strength requires --env"});
   expect_failure(render_words({"--env-rotation", "2"}), 2, {"--env-rotation requires --env"});
   expect_failure(render_words({"--f-stop", "2.8"}), 2, {"--f-stop", "--focus-distance"});
+  for (const char* option : {"--fov-y", "--f-stop", "--focus-distance"}) {
+    expect_failure(render_words({"--panorama", option, "2"}), 2, {option, "--panorama"});
+  }
   expect_failure(render_words({"--quiet", "--verbose"}), 2, {"--quiet", "--verbose"});
   expect_failure({"render", scene()}, 2, {"-o"});
 }

@@ -61,7 +61,9 @@ const std::map<std::string, std::string> kOthers = {
     {"fov-y", "0.05"},
     {"f-stop", "2.8"},
     {"focus-distance", "1e-15"},
+    {"panorama", "yes"},
     {"env", "/skies/sky.hdr"},
+    {"sun", "-6.5,360"},
     {"env-strength", "1000000000"},
     {"env-rotation", "-36000"},
     {"transparent", "yes"},
@@ -89,11 +91,12 @@ TEST(SettingTable, HasEveryMember) {
                min_spp, max_spp, noise_threshold, estimator, allocation, unbiased, time_limit_s,
                max_depth, clamp_indirect, seed, streams, bucket_size, bucket_order, bisection_axis,
                reconstruction, width, height, crop, camera, look_from, look_at, fov_y, f_stop,
-               focus_distance, turntable, animation, time, frame, fps, shutter, edits, variant,
-               environment, environment_strength, environment_rotation, transparent, show_backfaces,
-               lenient, isa, part, sample_range, aovs, cryptomattes, cryptomatte_levels,
-               light_groups, half, exr_compression, exr_parts, denoise] = settings;
-  constexpr size_t kMembers = 57;
+               focus_distance, panorama, turntable, animation, time, frame, fps, shutter, edits,
+               variant, environment, sun, environment_strength, environment_rotation, transparent,
+               show_backfaces, lenient, isa, part, sample_range, aovs, cryptomattes,
+               cryptomatte_levels, light_groups, half, exr_compression, exr_parts, denoise] =
+      settings;
+  constexpr size_t kMembers = 59;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());

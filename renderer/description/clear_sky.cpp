@@ -1,0 +1,335 @@
+#include "renderer/description/clear_sky.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "renderer/core/constants.h"
+#include "renderer/core/parallel.h"
+#include "renderer/description/atmosphere.h"
+
+namespace emberline {
+namespace {
+
+using namespace atmosphere;
+
+constexpr double kRadian = kPiD / 180;
+constexpr double kSunRadius = 0.265 * kRadian;
+
+// What light meets on a way, as metres of the densest.
+struct Column {
+  double rayleigh = 0, haze = 0, ozone = 0;
+
+  void add(const Density& d, double metres) {
+    rayleigh += d.rayleigh * metres;
+    haze += d.haze * metres;
+    ozone += d.ozone * metres;
+  }
+  Column operator+(const Column& o) const {
+    return {rayleigh + o.rayleigh, haze + o.haze, ozone + o.ozone};
+  }
+  Column operator*(double s) const { return {rayleigh * s, haze * s, ozone * s}; }
+};
+
+Spectrum transmittance(const Column& column) {
+  const Coefficients& c = coefficients();
+  const auto rayleigh = float(column.rayleigh), ozone = float(column.ozone);
+  const float haze = float(column.haze) * c.haze_extinction;
+  Spectrum result;
+  for (size_t b = 0; b < kBands; ++b) {
+    result[b] = std::exp(-(c.rayleigh[b] * rayleigh + c.ozone[b] * ozone + haze));
+  }
+  return result;
+}
+
+// The way out of the air, or to the ground, from a radius at a cosine to the zenith.
+double way_to_top(double radius, double cosine) {
+  const double across = radius * cosine;
+  return -across + std::sqrt(std::max(0.0, across * across + kTop * kTop - radius * radius));
+}
+double way_to_ground(double radius, double cosine) {  // negative: there is none
+  const double across = radius * cosine, d = across * across + kGround * kGround - radius * radius;
+  return cosine < 0 && d >= 0 ? std::max(0.0, -across - std::sqrt(d)) : -1;
+}
+
+// Midpoints of `steps` pieces of a way that grow with the distance, since air is densest where one
+// is; visit(place, radius, metres, column up to there). Returns the whole column.
+template <typename Visit>
+Column march(const Vec3d& from, const Vec3d& direction, double length, int steps,
+             const Visit& visit) {
+  Column column;
+  for (int i = 0; i < steps; ++i) {
+    const double metres = length * (2 * i + 1) / (double(steps) * steps);
+    const double s = (i + 0.5) / steps;
+    const Vec3d place = from + direction * (length * (s * s + 0.25 / (double(steps) * steps)));
+    const double radius = place.length();
+    const Density d = density(radius - kGround);
+    Column half = column;
+    half.add(d, 0.5 * metres);
+    column.add(d, metres);
+    visit(place, radius, metres, d, half);
+  }
+  return column;
+}
+
+// Values over height, denser near the ground, and over the angle between zenith and sun, about an
+// angle.
+template <typename Value>
+class SkyTable {
+ public:
+  SkyTable(int heights, int angles, double middle, double reach)
+      : heights_(heights),
+        angles_(angles),
+        first_(std::max(0.0, middle - reach)),
+        last_(std::min(kPiD, middle + reach)),
+        values_(size_t(heights) * size_t(angles)) {}
+
+  template <typename Make>
+  void fill(const Make& make) {
+    parallel_each(values_.size(), [&](size_t i) {
+      const double s = double(i / size_t(angles_)) / (heights_ - 1);
+      const double angle = first_ + (last_ - first_) * double(i % size_t(angles_)) / (angles_ - 1);
+      values_[i] = make(kGround + (kTop - kGround) * s * s, angle);
+    });
+  }
+
+  // The four values around a place, with their weights.
+  template <typename Take>
+  void around(double radius, double angle, const Take& take) const {
+    const double height = std::clamp((radius - kGround) / (kTop - kGround), 0.0, 1.0);
+    const double y = std::sqrt(height) * (heights_ - 1);
+    const double x = std::clamp((angle - first_) / (last_ - first_), 0.0, 1.0) * (angles_ - 1);
+    const int row = std::min(int(y), heights_ - 2), at = std::min(int(x), angles_ - 2);
+    const double down = y - row, right = x - at;
+    const Value* upper = &values_[size_t(row * angles_ + at)];
+    take(upper[0], (1 - down) * (1 - right));
+    take(upper[1], (1 - down) * right);
+    take(upper[angles_], down * (1 - right));
+    take(upper[angles_ + 1], down * right);
+  }
+
+ private:
+  int heights_, angles_;
+  double first_, last_;
+  std::vector<Value> values_;
+};
+
+// From the ground one looks 10 degrees round the earth until the air ends; from there as far again,
+// and there and back.
+constexpr double kViewReach = 10.6 * kRadian, kSecondReach = 32 * kRadian;
+constexpr int kViewSteps = 64, kSecondSteps = 24;
+
+class Sky {
+ public:
+  explicit Sky(const SkySettings& settings)
+      : settings_(settings),
+        elevation_(settings.elevation * kRadian),
+        towards_sun_(64, 257, kPiD / 2 - elevation_, kSecondReach),
+        again_(20, 25, kPiD / 2 - elevation_, kViewReach) {
+    towards_sun_.fill([](double radius, double angle) {
+      const double cosine = std::cos(angle);
+      return march(Vec3d(0, radius, 0), Vec3d(std::sin(angle), cosine, 0),
+                   way_to_top(radius, cosine), 48, [](const auto&...) {});
+    });
+    if (!settings.scattered_again) return;
+    again_.fill(
+        [this](double radius, double angle) { return all_further_scattering(radius, angle); });
+  }
+
+  // What reaches a place of the sun's light; the sun is a disc that sets.
+  Spectrum sunlight(double radius, double angle, const Column& further) const {
+    const double horizon = kPiD / 2 + std::acos(std::min(1.0, kGround / radius));
+    const double seen = std::clamp(0.5 + (horizon - angle) / (2 * kSunRadius), 0.0, 1.0);
+    if (seen <= 0) return {};
+    Column column = further;
+    towards_sun_.around(radius, angle,
+                        [&](const Column& c, double weight) { column = column + c * weight; });
+    Spectrum light = transmittance(column);
+    for (float& l : light) l *= float(seen);
+    return light;
+  }
+
+  // Light that is seen at the ground, but for the phase functions of what is scattered once.
+  struct Seen {
+    Vec3d rayleigh = Vec3d(0.0), haze = Vec3d(0.0), again = Vec3d(0.0);
+  };
+  // Of a direction above the horizon, `azimuth` from the sun's.
+  Seen look(double elevation, double azimuth) const {
+    const Coefficients& c = coefficients();
+    const Vec3d sun(std::cos(elevation_), std::sin(elevation_), 0);
+    const Vec3d direction(std::cos(elevation) * std::cos(azimuth), std::sin(elevation),
+                          std::cos(elevation) * std::sin(azimuth));
+    Spectrum rayleigh{}, haze{}, again{};
+    march(Vec3d(0, kGround, 0), direction, way_to_top(kGround, direction.y), kViewSteps,
+          [&](const Vec3d& place, double radius, double metres, const Density& d,
+              const Column& before) {
+            const double angle = std::acos(std::clamp(dot(place, sun) / radius, -1.0, 1.0));
+            const Spectrum light = sunlight(radius, angle, before);
+            const auto air = float(d.rayleigh * metres);
+            const float dust = float(d.haze * metres) * c.haze_scattering;
+            for (size_t b = 0; b < kBands; ++b) {
+              rayleigh[b] += c.rayleigh[b] * air * light[b];
+              haze[b] += dust * light[b];
+            }
+            if (!settings_.scattered_again) return;
+            Spectrum around{};
+            again_.around(radius, angle, [&](const Spectrum& s, double weight) {
+              for (size_t b = 0; b < kBands; ++b) around[b] += float(weight) * s[b];
+            });
+            const Spectrum kept = transmittance(before);
+            for (size_t b = 0; b < kBands; ++b) {
+              again[b] += (c.rayleigh[b] * air + dust) * kept[b] * around[b];
+            }
+          });
+    return {to_rgb(rayleigh), to_rgb(haze), to_rgb(again)};
+  }
+
+ private:
+  // Hillaire's equations 5 to 10: what is scattered a second time at a place, and its geometric
+  // sum. The sun's irradiance outside the air is 1.
+  Spectrum all_further_scattering(double radius, double angle) const {
+    constexpr int kZeniths = 16, kAzimuths = 4;  // of half the sphere: it is symmetric
+    const Coefficients& c = coefficients();
+    const Vec3d from(0, radius, 0), sun(std::sin(angle), std::cos(angle), 0);
+    Spectrum second{}, share{};
+    for (int i = 0; i < kZeniths * kAzimuths; ++i) {
+      const double y = -1 + (i / kAzimuths + 0.5) * 2 / kZeniths;
+      const double azimuth = kPiD * (i % kAzimuths + 0.5) / kAzimuths;
+      const double level = std::sqrt(1 - y * y);
+      const Vec3d direction(level * std::cos(azimuth), y, level * std::sin(azimuth));
+      const double down = way_to_ground(radius, y);
+      const double length = down >= 0 ? down : way_to_top(radius, y);
+      const auto angle_at = [&](const Vec3d& place, double r) {
+        return std::acos(std::clamp(dot(place, sun) / r, -1.0, 1.0));
+      };
+      const Column whole = march(
+          from, direction, length, kSecondSteps,
+          [&](const Vec3d& place, double r, double metres, const Density& d, const Column& before) {
+            const Spectrum light = sunlight(r, angle_at(place, r), before);
+            const Spectrum kept = transmittance(before);
+            const auto air = float(d.rayleigh * metres);
+            const float dust = float(d.haze * metres) * c.haze_scattering;
+            for (size_t b = 0; b < kBands; ++b) {
+              const float scattered = c.rayleigh[b] * air + dust;
+              second[b] += scattered * light[b] * float(0.25 / kPiD);
+              share[b] += scattered * kept[b];
+            }
+          });
+      if (down < 0) continue;
+      const Vec3d ground = from + direction * length;
+      const double at = angle_at(ground, kGround), facing = std::max(0.0, std::cos(at));
+      const Spectrum light = sunlight(kGround, at, whole);
+      for (size_t b = 0; b < kBands; ++b) {
+        second[b] += light[b] * float(facing * settings_.ground_albedo / kPiD);
+      }
+    }
+    constexpr float kEach = 1.0f / (kZeniths * kAzimuths);
+    for (size_t b = 0; b < kBands; ++b) second[b] *= kEach / (1 - share[b] * kEach);
+    return second;
+  }
+
+  SkySettings settings_;
+  double elevation_;
+  SkyTable<Column> towards_sun_;
+  SkyTable<Spectrum> again_;  // light, from everywhere alike, that has been scattered before
+};
+
+// The upper half of the map: what is seen, interpolated between rays that are denser towards the
+// horizon, with the phase functions of each texel itself.
+class SkyPainter {
+ public:
+  SkyPainter(const Sky& sky, const SkySettings& settings)
+      : elevation_(settings.elevation * kRadian), seen_(size_t(kRows) * kColumns) {
+    parallel_each(seen_.size(), [&](size_t i) {
+      const double s = double(i / kColumns) / (kRows - 1);
+      seen_[i] = sky.look(kPiD / 2 * s * s, kPiD * double(i % kColumns) / (kColumns - 1));
+    });
+  }
+
+  // `azimuth`: to the sun's, in any turn. Not negative.
+  Vec3d radiance(double elevation, double azimuth) const {
+    const double turned = std::abs(std::remainder(azimuth, 2 * kPiD));
+    const double y = std::sqrt(elevation / (kPiD / 2)) * (kRows - 1);
+    const double x = turned / kPiD * (kColumns - 1);
+    const int row = std::min(int(y), kRows - 2), at = std::min(int(x), kColumns - 2);
+    const Sky::Seen* upper = &seen_[size_t(row * kColumns + at)];
+    const double cosine = std::sin(elevation) * std::sin(elevation_) +
+                          std::cos(elevation) * std::cos(elevation_) * std::cos(turned);
+    const double air = rayleigh_phase(cosine), dust = haze_phase(cosine);
+    const auto total = [&](const Sky::Seen& s) {
+      return s.rayleigh * air + s.haze * dust + s.again;
+    };
+    const auto across = [&](const Sky::Seen* s) { return lerp(total(s[0]), total(s[1]), x - at); };
+    const Vec3d sum = lerp(across(upper), across(upper + kColumns), y - row) / kSkyUnit;
+    return {std::max(sum.x, 0.0), std::max(sum.y, 0.0), std::max(sum.z, 0.0)};
+  }
+
+ private:
+  static constexpr int kRows = 64, kColumns = 33;
+  static Vec3d lerp(const Vec3d& a, const Vec3d& b, double t) { return a * (1 - t) + b * t; }
+
+  double elevation_;
+  std::vector<Sky::Seen> seen_;
+};
+
+}  // namespace
+
+EnvironmentDescription clear_sky(const SkySettings& settings) {
+  const Sky sky(settings);
+  const SkyPainter painter(sky, settings);
+  const int height = settings.height, width = 2 * height, above = height / 2;
+  const double elevation = settings.elevation * kRadian, azimuth = settings.azimuth * kRadian;
+
+  auto image = std::make_shared<Image>();
+  image->name = fmt::format("--sun {},{}", settings.elevation, settings.azimuth);
+  image->width = width;
+  image->height = height;
+  image->channels = 3;
+  image->type = TexelType::kFloat;
+  image->texels.resize(image->byte_count());
+  const auto put = [&](int x, int y, const Vec3d& rgb) {
+    const Vec3f value = to_float(rgb);
+    std::memcpy(&image->texels[sizeof value * (size_t(y) * size_t(width) + size_t(x))], &value,
+                sizeof value);
+  };
+
+  std::vector<Vec3d> fallen(size_t(above), Vec3d(0.0));  // on the ground, of each row
+  parallel_each(size_t(above), [&](size_t row) {
+    const double up = kPiD / 2 - kPiD * (double(row) + 0.5) / height;
+    for (int x = 0; x < width; ++x) {
+      // From +X towards +Z, which an azimuth does a quarter later.
+      const double longitude = (double(x) + 0.5) / width * 2 * kPiD - kPiD;
+      const Vec3d radiance = painter.radiance(up, longitude + kPiD / 2 - azimuth);
+      put(x, int(row), radiance);
+      fallen[row] += radiance * (std::cos(up) * std::sin(up));
+    }
+  });
+
+  EnvironmentDescription environment;
+  environment.file = image->name;
+  const Spectrum direct = sky.sunlight(kGround, kPiD / 2 - std::max(elevation, 0.0), {});
+  const double seen = std::clamp(0.5 + elevation / (2 * kSunRadius), 0.0, 1.0);
+  Vec3d sunlight = to_rgb(direct) / kSkyUnit;
+  for (int c = 0; c < 3; ++c) sunlight[c] = std::max(sunlight[c], 0.0);
+  if (seen > 0) {
+    SunDisc sun;
+    sun.direction = to_float(Vec3d(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
+                                   -std::cos(elevation) * std::cos(azimuth)));
+    sun.radius = float(kSunRadius);
+    sun.irradiance = to_float(sunlight);
+    environment.sun = std::make_shared<const SunDisc>(sun);
+  }
+
+  Vec3d ground = sunlight * (seen * std::max(0.0, std::sin(elevation)));
+  for (const Vec3d& row : fallen) ground += row * (kPiD / height * 2 * kPiD / width);
+  ground *= settings.ground_albedo / kPiD;
+  for (int y = above; y < height; ++y) {
+    for (int x = 0; x < width; ++x) put(x, y, ground);
+  }
+  environment.image = std::move(image);
+  return environment;
+}
+
+}  // namespace emberline
