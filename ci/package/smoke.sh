@@ -46,6 +46,18 @@ by_pkg_config() {
   ./example_pc "$scenes/cornell_box.glb" light
 }
 
+in_python() {
+  python3 - "$scenes/cornell_box.glb" <<'SCRIPT'
+import sys
+import emberline
+scene = emberline.Scene(sys.argv[1], size=(64, 64), spp=4)
+picture = emberline.render(scene)
+frame = emberline.read("a.exr")
+assert (picture["RGB"] == frame["RGB"]).all(), "other bits than the command's"
+assert emberline.compare(picture, frame).mse == 0
+SCRIPT
+}
+
 version=$(dpkg-query -W -f '${Version}' emberline)
 check "the demo" emberline render "$scenes/teapot.glb" -o teapot.exr -o teapot.png --spp 128 \
   --report teapot.json --report teapot.html
@@ -78,5 +90,6 @@ check "a program against the library, by CMake" builds
 check "it runs" runs example/example
 check "it runs, static" runs example/example_static
 check "the same by pkg-config" by_pkg_config
+check "the same bits in Python" in_python
 echo "$count checks, $failed failed"
 [ $failed -eq 0 ]

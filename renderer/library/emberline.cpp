@@ -69,8 +69,10 @@ std::vector<std::string> names_of(const List& list) {
 // Asks for the end when the caller does, or when the time is over.
 class EndOfFrame {
  public:
-  EndOfFrame(const std::stop_token& stop, std::optional<double> limit_s)
-      : by_caller_(stop, [this] { request_.request(PixelStop::kUser); }) {
+  EndOfFrame(const std::stop_token& stop, const std::stop_token& give_up,
+             std::optional<double> limit_s)
+      : by_caller_(stop, [this] { request_.request(PixelStop::kUser); }),
+        given_up_(give_up, [this] { request_.request(PixelStop::kUser); }) {
     if (!limit_s) return;
     clock_ = std::jthread([this, limit_s](const std::stop_token& over) {
       std::unique_lock lock(mutex_);
@@ -83,7 +85,7 @@ class EndOfFrame {
 
  private:
   StopRequest request_;
-  std::stop_callback<std::function<void()>> by_caller_;
+  std::stop_callback<std::function<void()>> by_caller_, given_up_;
   std::mutex mutex_;
   std::condition_variable_any wake_;
   std::jthread clock_;
@@ -169,7 +171,8 @@ Camera camera_of(const Access::SceneState& state, const FrameSettings& settings)
 
 Picture render_picture(const Access::SceneState& state, const FrameSettings& settings,
                        const Resources& resources, const std::stop_token& stop,
-                       const std::function<void(const Progress&)>& watch) {
+                       const std::function<void(const Progress&)>& watch,
+                       const std::stop_token& give_up) {
   const FramePlan plan(settings);
   check_suits(plan, settings, state.build);
   FrameRender render(driver_factory(plan.driver->name, plan.driver_settings));
@@ -182,13 +185,14 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
   Picture picture = blank_picture(plan);
   const Camera camera = camera_of(state, settings);
   const Frame frame = plan.frame(state.scene->scene(), camera);
-  const EndOfFrame end(stop, settings.time_limit_s);
+  const EndOfFrame end(stop, give_up, settings.time_limit_s);
   PictureObserver observer(picture, plan.crop, end, render.by_tiles(), watch);
   FrameCounters counters;
   tbb::task_arena(arena_threads(resources)).execute([&] {
     counters = render.render(frame, observer, end.token());
-    render.deliver(observer);
+    if (!give_up.stop_requested()) render.deliver(observer);
   });
+  if (give_up.stop_requested()) throw Stopped("the frame was given up");
   picture.samples = counters.samples;
   picture.rays = counters.rays.total();
   picture.non_finite_samples = counters.non_finite_samples;
@@ -291,9 +295,10 @@ std::vector<std::string> Scene::approximated() const { return state_->coverage.a
 std::vector<std::string> Scene::ignored() const { return state_->coverage.ignored; }
 
 Picture render(const Scene& scene, const Settings& settings, const Resources& resources,
-               const std::stop_token& stop, const std::function<void(const Progress&)>& watch) {
+               const std::stop_token& stop, const std::function<void(const Progress&)>& watch,
+               const std::stop_token& give_up) {
   return translated([&] {
-    return render_picture(Access::of(scene), Access::of(settings), resources, stop, watch);
+    return render_picture(Access::of(scene), Access::of(settings), resources, stop, watch, give_up);
   });
 }
 

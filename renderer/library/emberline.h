@@ -52,7 +52,7 @@ struct EMBERLINE_API InputError : Error {  // a file, or edits
 struct EMBERLINE_API RenderError : Error {  // memory, a file that cannot be written
   using Error::Error;
 };
-struct EMBERLINE_API Stopped : Error {  // a load, by its stop token
+struct EMBERLINE_API Stopped : Error {  // a load, or a frame that was given up
   using Error::Error;
 };
 
@@ -153,12 +153,13 @@ struct Picture {
 };
 
 // `watch` is called by any thread, one call at a time: with `bucket` after each of its tiles, with
-// the other drivers at every pause, while nothing renders. A stop brings what there is by then.
-// "time-limit" counts from here. Throws UsageError, InputError, RenderError, and what `watch`
-// throws.
+// the other drivers at every pause, while nothing renders. A stop brings what there is by then;
+// one of `give_up` brings nothing, sooner, but Stopped. "time-limit" counts from here. Throws
+// UsageError, InputError, RenderError, and what `watch` throws.
 EMBERLINE_API Picture render(const Scene& scene, const Settings& settings,
                              const Resources& resources = {}, const std::stop_token& stop = {},
-                             const std::function<void(const Progress&)>& watch = {});
+                             const std::function<void(const Progress&)>& watch = {},
+                             const std::stop_token& give_up = {});
 
 // An EXR with all its channels, or a PNG, JPEG, HDR, WebP or TIFF, whose 8 bits become linear.
 // Throws InputError, Stopped.

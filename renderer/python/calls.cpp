@@ -63,8 +63,7 @@ void check_process() {
 
 class WaitingCall final : public Call {
  public:
-  std::stop_token token() const override { return stop_.get_token(); }
-  void request_stop() override { stop_.request_stop(); }
+  std::stop_token given_up() const override { return give_up_.get_token(); }
 
   void in_python(const std::function<void()>& work) override {
     std::unique_lock lock(mutex_);
@@ -118,11 +117,11 @@ class WaitingCall final : public Call {
       log_messages();
     } catch (...) {
       error_in_python_ = std::current_exception();
-      stop_.request_stop();
+      give_up_.request_stop();
     }
   }
 
-  std::stop_source stop_;
+  std::stop_source give_up_;
   std::mutex mutex_;
   std::condition_variable changed_;
   const std::function<void()>* asked_ = nullptr;

@@ -17,10 +17,10 @@ namespace py = pybind11;
 class Call {
  public:
   virtual ~Call() = default;
-  virtual std::stop_token token() const = 0;
-  virtual void request_stop() = 0;
-  // Runs `work` on the thread that called from Python, with the GIL, and waits for its end. Nothing
-  // is run any more once something has been thrown: the call is then stopped, and throws that.
+  // Asks for the end once something was thrown in Python: nobody waits for a result any more.
+  virtual std::stop_token given_up() const = 0;
+  // Runs `work` on the thread that called from Python, with the GIL, and waits for its end; not
+  // once the call is given up.
   virtual void in_python(const std::function<void()>& work) = 0;
 };
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <utility>
 #include <vector>
@@ -177,7 +178,7 @@ std::shared_ptr<Scene> load(const py::object& path, const api::Settings* setting
   apply(options, all);
   const api::Resources resources = resources_of(threads, memory_limit, load_timeout);
   return result_of([&](Call& call) {
-    return std::make_shared<Scene>(Scene{api::Scene(file, all, resources, call.token()), all});
+    return std::make_shared<Scene>(Scene{api::Scene(file, all, resources, call.given_up()), all});
   });
 }
 
@@ -256,18 +257,19 @@ std::shared_ptr<api::Picture> render(Scene& scene, const api::Settings* settings
   }
   const api::Resources resources = resources_of(threads, {}, {});
   const Use use(scene, false);
+  std::stop_source stop;
   return result_of([&](Call& call) {
     std::function<void(const api::Progress&)> watch;
     if (!progress.is_none()) {
       watch = [&](const api::Progress& now) {
         call.in_python([&] {
           const py::object answer = progress(progress_of(now));
-          if (answer.ptr() == Py_False) call.request_stop();
+          if (answer.ptr() == Py_False) stop.request_stop();
         });
       };
     }
     return std::make_shared<api::Picture>(
-        api::render(scene.scene, all, resources, call.token(), watch));
+        api::render(scene.scene, all, resources, stop.get_token(), watch, call.given_up()));
   });
 }
 
@@ -276,7 +278,7 @@ std::shared_ptr<api::Picture> read(const py::object& path, std::optional<uint64_
   const std::string file = path_of(path);
   const api::Resources resources = resources_of(0, memory_limit, load_timeout);
   return result_of([&](Call& call) {
-    return std::make_shared<api::Picture>(api::read_picture(file, resources, call.token()));
+    return std::make_shared<api::Picture>(api::read_picture(file, resources, call.given_up()));
   });
 }
 

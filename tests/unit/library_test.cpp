@@ -143,6 +143,16 @@ TEST_F(Library, IsWatchedAndStopped) {
   EXPECT_THROW(render(scene, settings, {}, {}, [](const Progress&) { throw Mine(); }), Mine);
 }
 
+TEST_F(Library, WhatIsGivenUpBringsNothing) {
+  const Settings settings = small("adaptive").set("spp", "16777216");
+  const Scene scene(kScenes + "cornell_box.glb", settings);
+  std::stop_source give_up;
+  EXPECT_THROW(render(
+                   scene, settings, {}, {}, [&](const Progress&) { give_up.request_stop(); },
+                   give_up.get_token()),
+               Stopped);
+}
+
 TEST_F(Library, BucketsAreWatchedTileByTile) {
   const Settings settings = small().set("bucket-size", "8");
   const Scene scene(kScenes + "cornell_box.glb", settings);
