@@ -11,6 +11,7 @@ packages=(
   libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev
   libglfw3-dev libimgui-dev
   libgtest-dev libgmock-dev libbenchmark-dev
+  pybind11-dev python3-dev python3-numpy
   xvfb xdotool libgl1-mesa-dri
   man-db zsh dpkg-dev
   "$@"

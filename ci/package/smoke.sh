@@ -49,12 +49,24 @@ by_pkg_config() {
 # The builds for lesser processors, of which the loader would take the best (renderer/arches.cmake).
 builds_agree() {
   local arch loader=/lib64/ld-linux-x86-64.so.2
-  for arch in $("$loader" --help | sed -n 's/^  \(x86-64-v[234]\) (supported.*/\1/p'); do
+  for arch in $("$loader" --help | sed -n 's/^  \(x86-64-v[234]\) (supported.*/\1/p' | tac); do
     local emberline=("$loader" --glibc-hwcaps-mask "$arch" /usr/bin/emberline)
     "${emberline[@]}" --version | grep "^instruction sets: $arch," || return 1
     "${emberline[@]}" render "$scenes/glass_metal.glb" --size 64x64 --spp 4 --quiet -o "$arch.exr" || return 1
     emberline compare "$arch.exr" x86-64-v2.exr --json | grep '"different_pixels": 0' || return 1
   done
+}
+
+in_python() {
+  python3 - "$scenes/cornell_box.glb" <<'SCRIPT'
+import sys
+import emberline
+scene = emberline.Scene(sys.argv[1], size=(64, 64), spp=4)
+picture = emberline.render(scene)
+frame = emberline.read("a.exr")
+assert (picture["RGB"] == frame["RGB"]).all(), "other bits than the command's"
+assert emberline.compare(picture, frame).mse == 0
+SCRIPT
 }
 
 version=$(dpkg-query -W -f '${Version}' emberline)
@@ -90,5 +102,6 @@ check "a program against the library, by CMake" builds
 check "it runs" runs example/example
 check "it runs, static" runs example/example_static
 check "the same by pkg-config" by_pkg_config
+check "the same bits in Python" in_python
 echo "$count checks, $failed failed"
 [ $failed -eq 0 ]

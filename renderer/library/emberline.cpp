@@ -4,10 +4,10 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
-#include <new>
 #include <thread>
 #include <utility>
 
@@ -20,6 +20,7 @@
 #include "renderer/drivers/frame_plan.h"
 #include "renderer/drivers/setting_table.h"
 #include "renderer/frame/frame_scene.h"
+#include "renderer/library/translated.h"
 #include "renderer/process/run_limits.h"
 #include "renderer/process/stop_request.h"
 #include "renderer/scene/editable_scene.h"
@@ -47,24 +48,6 @@ struct Access {
 
 namespace {
 
-// Runs `work`, and throws its errors as those of this interface.
-template <typename Work>
-decltype(auto) translated(const Work& work) {
-  try {
-    return work();
-  } catch (const emberline::UsageError& error) {
-    throw UsageError(error.what());
-  } catch (const emberline::InputError& error) {
-    throw InputError(error.what());
-  } catch (const EmberlineError& error) {
-    throw RenderError(error.what());
-  } catch (const Cancelled&) {
-    throw Stopped("the load was stopped");
-  } catch (const std::bad_alloc&) {
-    throw RenderError("out of memory");
-  }
-}
-
 // TBB has no more than the machine, and says so on stderr when it is asked for them.
 int arena_threads(const Resources& resources) {
   const int most = tbb::info::default_concurrency();
@@ -86,8 +69,10 @@ std::vector<std::string> names_of(const List& list) {
 // Asks for the end when the caller does, or when the time is over.
 class EndOfFrame {
  public:
-  EndOfFrame(const std::stop_token& stop, std::optional<double> limit_s)
-      : by_caller_(stop, [this] { request_.request(PixelStop::kUser); }) {
+  EndOfFrame(const std::stop_token& stop, const std::stop_token& give_up,
+             std::optional<double> limit_s)
+      : by_caller_(stop, [this] { request_.request(PixelStop::kUser); }),
+        given_up_(give_up, [this] { request_.request(PixelStop::kUser); }) {
     if (!limit_s) return;
     clock_ = std::jthread([this, limit_s](const std::stop_token& over) {
       std::unique_lock lock(mutex_);
@@ -100,7 +85,7 @@ class EndOfFrame {
 
  private:
   StopRequest request_;
-  std::stop_callback<std::function<void()>> by_caller_;
+  std::stop_callback<std::function<void()>> by_caller_, given_up_;
   std::mutex mutex_;
   std::condition_variable_any wake_;
   std::jthread clock_;
@@ -109,18 +94,22 @@ class EndOfFrame {
 // Puts finished tiles into a picture, and shows it on its way.
 class PictureObserver final : public FrameObserver {
  public:
-  PictureObserver(Picture& picture, const Rect& crop, const EndOfFrame& end,
+  PictureObserver(Picture& picture, const Rect& crop, const EndOfFrame& end, bool by_tiles,
                   const std::function<void(const Progress&)>& watch)
-      : picture_(picture), crop_(crop), end_(end), watch_(watch) {}
+      : picture_(picture), crop_(crop), end_(end), by_tiles_(by_tiles), watch_(watch) {}
 
   void tile_finished(const FilmTile& tile) override {
     put_channels(tile, crop_, picture_.values);  // no pixel is in two tiles
+    if (!watch_ || !by_tiles_) return;
+    const std::lock_guard lock(mutex_);
+    watch_({samples_, std::nullopt, nullptr, crop_.width(), crop_.height()});
   }
+  void samples_finished(uint64_t count) override { samples_ += count; }
   void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
     if (!watch_) return;
     rgba_.resize(4 * size_t(crop_.area()));
     picture.resolve(rgba_);
-    watch_({now.samples, now.error_estimate, rgba_.data()});
+    watch_({now.samples, now.error_estimate, rgba_.data(), crop_.width(), crop_.height()});
   }
   PixelStop stop_cause() const override { return end_.cause(); }
 
@@ -128,8 +117,11 @@ class PictureObserver final : public FrameObserver {
   Picture& picture_;
   const Rect crop_;
   const EndOfFrame& end_;
+  const bool by_tiles_;
   const std::function<void(const Progress&)>& watch_;
   std::vector<float> rgba_;
+  std::atomic<uint64_t> samples_{0};
+  std::mutex mutex_;
 };
 
 Picture blank_picture(const FramePlan& plan) {
@@ -138,6 +130,8 @@ Picture blank_picture(const FramePlan& plan) {
   picture.height = plan.crop.height();
   picture.x = plan.crop.x0;
   picture.y = plan.crop.y0;
+  picture.frame_width = plan.width;
+  picture.frame_height = plan.height;
   picture.channels = film_channel_names(plan.aovs);
   picture.values.resize(size_t(plan.crop.area()) * picture.channels.size());
   return picture;
@@ -180,7 +174,8 @@ Camera camera_of(const Access::SceneState& state, const FrameSettings& settings)
 
 Picture render_picture(const Access::SceneState& state, const FrameSettings& settings,
                        const Resources& resources, const std::stop_token& stop,
-                       const std::function<void(const Progress&)>& watch) {
+                       const std::function<void(const Progress&)>& watch,
+                       const std::stop_token& give_up) {
   const FramePlan plan(settings);
   check_suits(plan, settings, state.build);
   FrameRender render(driver_factory(plan.driver->name, plan.driver_settings));
@@ -193,13 +188,14 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
   Picture picture = blank_picture(plan);
   const Camera camera = camera_of(state, settings);
   const Frame frame = plan.frame(state.scene->scene(), camera);
-  const EndOfFrame end(stop, settings.time_limit_s);
-  PictureObserver observer(picture, plan.crop, end, watch);
+  const EndOfFrame end(stop, give_up, settings.time_limit_s);
+  PictureObserver observer(picture, plan.crop, end, render.by_tiles(), watch);
   FrameCounters counters;
   tbb::task_arena(arena_threads(resources)).execute([&] {
     counters = render.render(frame, observer, end.token());
-    render.deliver(observer);
+    if (!give_up.stop_requested()) render.deliver(observer);
   });
+  if (give_up.stop_requested()) throw Stopped("the frame was given up");
   picture.samples = counters.samples;
   picture.rays = counters.rays.total();
   picture.non_finite_samples = counters.non_finite_samples;
@@ -239,6 +235,16 @@ Settings& Settings::read(const std::string& path) {
   translated([&] { read_settings(path, read); });
   state_->settings = std::move(read);
   return *this;
+}
+
+std::vector<Settings::Help> Settings::help() {
+  std::vector<Help> all;
+  for (const Setting& row : setting_table()) {
+    const bool of_scene = row.group == SettingGroup::kLoading ||
+                          row.group == SettingGroup::kEdits || row.group == SettingGroup::kLight;
+    all.push_back({row.name, row.type, row.help, row.values, of_scene});
+  }
+  return all;
 }
 
 Scene::Scene(const std::string& path, const Settings& given, const Resources& resources,
@@ -292,9 +298,10 @@ std::vector<std::string> Scene::approximated() const { return state_->coverage.a
 std::vector<std::string> Scene::ignored() const { return state_->coverage.ignored; }
 
 Picture render(const Scene& scene, const Settings& settings, const Resources& resources,
-               const std::stop_token& stop, const std::function<void(const Progress&)>& watch) {
+               const std::stop_token& stop, const std::function<void(const Progress&)>& watch,
+               const std::stop_token& give_up) {
   return translated([&] {
-    return render_picture(Access::of(scene), Access::of(settings), resources, stop, watch);
+    return render_picture(Access::of(scene), Access::of(settings), resources, stop, watch, give_up);
   });
 }
 

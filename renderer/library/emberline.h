@@ -52,7 +52,7 @@ struct EMBERLINE_API InputError : Error {  // a file, or edits
 struct EMBERLINE_API RenderError : Error {  // memory, a file that cannot be written
   using Error::Error;
 };
-struct EMBERLINE_API Stopped : Error {  // a load, by its stop token
+struct EMBERLINE_API Stopped : Error {  // a load, or a frame that was given up
   using Error::Error;
 };
 
@@ -72,6 +72,16 @@ class EMBERLINE_API Settings {
   std::string get(std::string_view name) const;
   // A file of --save-settings. Throws InputError.
   Settings& read(const std::string& path);
+
+  struct Help {
+    std::string name;
+    std::string type;    // of its value; empty: on or off
+    std::string help;    // in brackets what holds where nothing is given
+    std::string values;  // a line for each name that is valid
+    bool of_scene;       // decides how a scene is loaded, and nothing afterwards
+  };
+  // Of every setting, as `emberline render --help` has it.
+  static std::vector<Help> help();
 
  private:
   friend struct Access;
@@ -123,6 +133,7 @@ struct Progress {
   // R G B A of every pixel, rows from the top, linear; null: this driver shows no picture before it
   // is done.
   const float* rgba = nullptr;
+  int width = 0, height = 0;  // of what is rendered
 };
 
 struct Picture {
@@ -134,18 +145,53 @@ struct Picture {
   uint64_t non_finite_samples = 0;       // which count as black
   std::optional<double> error_estimate;  // expected RMS error as displayed, 0 to 1
   bool complete = false;                 // false: stopped before its end
+  int frame_width = 0, frame_height = 0;
 
   const float* pixel(int column, int row) const {
     return &values[(size_t(row) * size_t(width) + size_t(column)) * channels.size()];
   }
 };
 
-// `watch` is called while nothing renders: seldom with `bucket`, at every pause of the other
-// drivers. A stop brings what there is by then. "time-limit" counts from here. Throws UsageError,
-// InputError, RenderError, and what `watch` throws.
+// `watch` is called by any thread, one call at a time: with `bucket` after each of its tiles, with
+// the other drivers at every pause, while nothing renders. A stop brings what there is by then;
+// one of `give_up` brings nothing, sooner, but Stopped. "time-limit" counts from here. Throws
+// UsageError, InputError, RenderError, and what `watch` throws.
 EMBERLINE_API Picture render(const Scene& scene, const Settings& settings,
                              const Resources& resources = {}, const std::stop_token& stop = {},
-                             const std::function<void(const Progress&)>& watch = {});
+                             const std::function<void(const Progress&)>& watch = {},
+                             const std::stop_token& give_up = {});
+
+// An EXR with all its channels, or a PNG, JPEG, HDR, WebP or TIFF, whose 8 bits become linear.
+// Throws InputError, Stopped.
+EMBERLINE_API Picture read_picture(const std::string& path, const Resources& resources = {},
+                                   const std::stop_token& stop = {});
+// Into a file that appears whole or not at all. EXR holds every channel as it is; PNG and JPEG show
+// R G B after so many stops, as the command's files do ($OCIO). Throws UsageError, RenderError.
+EMBERLINE_API void write_picture(const std::string& path, const Picture& picture,
+                                 double exposure = 0);
+// The same for PNG and JPEG of 1, 3 or 4 interleaved channels, which are as displayed.
+EMBERLINE_API void write_picture(const std::string& path, const uint8_t* values, int width,
+                                 int height, int channels);
+
+// How far a picture is from a reference, as `emberline compare` says it.
+struct Comparison {
+  double mse = 0, rmse = 0;
+  double relmse = 0, relmse_epsilon = 0;
+  double relmse_trimmed = 0;  // without the worst 0.1 % of pixels
+  double signed_bias = 0;     // sum(x - r) / sum(r)
+  double psnr = 0, ssim = 0;  // these and `flip` as displayed
+  double flip = 0;
+  double max_abs = 0;
+  uint64_t different_pixels = 0;
+  uint64_t non_finite = 0;  // pixels with a NaN or infinity, left out of the above
+};
+// Of linear R G B, interleaved, rows from the top. The exposure is in stops. Throws UsageError for
+// no pixels, or an exposure that is not finite; RenderError.
+EMBERLINE_API Comparison compare(const float* image, const float* reference, int width, int height,
+                                 double exposure = 0);
+// FLIP's error of each pixel, 0 to 1; 0 where one of the two is not finite.
+EMBERLINE_API std::vector<float> flip(const float* image, const float* reference, int width,
+                                      int height, double exposure = 0);
 
 enum class Message { kError, kWarning, kInfo };
 // Where messages go, from any thread, one at a time; null: to stderr, as they do until this is

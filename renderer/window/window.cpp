@@ -46,7 +46,7 @@ std::string last_glfw_error = "no display";
 struct Glfw {
   Glfw() {
     glfwSetErrorCallback([](int, const char* description) { last_glfw_error = description; });
-#ifdef GLFW_PLATFORM_X11
+#if defined(GLFW_PLATFORM_X11) && defined(__linux__)
     // GLFW 3.4 and later look for Wayland first, whose library says on standard error what it
     // misses.
     if (!std::getenv("WAYLAND_DISPLAY") && !std::getenv("WAYLAND_SOCKET")) {

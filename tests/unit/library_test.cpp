@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <thread>
@@ -140,6 +141,45 @@ TEST_F(Library, IsWatchedAndStopped) {
   EXPECT_LT(picture.samples, 64u * 64 * 4096);
   struct Mine {};
   EXPECT_THROW(render(scene, settings, {}, {}, [](const Progress&) { throw Mine(); }), Mine);
+}
+
+TEST_F(Library, WhatIsGivenUpBringsNothing) {
+  const Settings settings = small("adaptive").set("spp", "16777216");
+  const Scene scene(kScenes + "cornell_box.glb", settings);
+  std::stop_source give_up;
+  EXPECT_THROW(render(
+                   scene, settings, {}, {}, [&](const Progress&) { give_up.request_stop(); },
+                   give_up.get_token()),
+               Stopped);
+}
+
+TEST_F(Library, BucketsAreWatchedTileByTile) {
+  const Settings settings = small().set("bucket-size", "8");
+  const Scene scene(kScenes + "cornell_box.glb", settings);
+  std::vector<uint64_t> samples;
+  const Picture picture = render(scene, settings, {}, {}, [&](const Progress& now) {
+    samples.push_back(now.samples);
+    EXPECT_EQ(now.rgba, nullptr);
+    EXPECT_EQ(now.width, 24);
+  });
+  EXPECT_EQ(samples.size(), 9u);
+  EXPECT_TRUE(std::is_sorted(samples.begin(), samples.end()));
+  EXPECT_EQ(samples.back(), picture.samples);
+  EXPECT_EQ(picture.frame_width, 24);
+  struct Mine {};
+  EXPECT_THROW(render(scene, settings, {}, {}, [](const Progress&) { throw Mine(); }), Mine);
+}
+
+TEST_F(Library, SaysWhatSettingsThereAre) {
+  bool driver = false, environment = false;
+  for (const Settings::Help& row : Settings::help()) {
+    Settings().get(row.name);
+    if (row.name == "driver")
+      driver = !row.of_scene && row.values.find("adaptive") != row.values.npos;
+    if (row.name == "env") environment = row.of_scene && row.type == "FILE";
+  }
+  EXPECT_TRUE(driver);
+  EXPECT_TRUE(environment);
 }
 
 TEST_F(Library, TheTimeLimitEndsAFrame) {

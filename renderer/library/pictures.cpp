@@ -1,0 +1,171 @@
+// Pictures in files, and against each other.
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "io/display.h"
+#include "io/exr_writer.h"
+#include "io/image_input.h"
+#include "io/image_output.h"
+#include "io/picture_mark.h"
+#include "renderer/core/file_suffix.h"
+#include "renderer/core/utf8.h"
+#include "renderer/library/translated.h"
+#include "renderer/process/run_limits.h"
+#include "renderer/statistics/error_metrics.h"
+#include "renderer/statistics/flip.h"
+
+namespace emberline::api {
+namespace {
+
+// Of what somebody else has filled in.
+void check(const std::string& path, const Picture& picture) {
+  const auto wrong = [&](const std::string& what) {
+    throw emberline::UsageError(path + ": the picture has " + what);
+  };
+  if (picture.width <= 0 || picture.height <= 0) wrong("no pixels");
+  const size_t pixels = size_t(picture.width) * size_t(picture.height);
+  if (picture.channels.empty() || picture.values.size() % pixels != 0 ||
+      picture.values.size() / pixels != picture.channels.size()) {
+    wrong("other values than its size and its channels say");
+  }
+  std::set<std::string_view> names;
+  for (const std::string& name : picture.channels) {
+    // OpenEXR's names are 255 bytes at most.
+    if (name.empty() || name.size() > 255 || name.find('\0') != std::string::npos) {
+      wrong("a channel without a proper name: \"" + printable(name) + "\"");
+    }
+    if (!names.insert(name).second) wrong("two channels " + printable(name));
+  }
+}
+
+size_t channel(const std::string& path, const Picture& picture, const std::string& name) {
+  const auto found = std::ranges::find(picture.channels, name);
+  if (found == picture.channels.end()) {
+    throw emberline::UsageError(path + ": the picture has no channel " + name);
+  }
+  return size_t(found - picture.channels.begin());
+}
+
+void write_exr(const std::string& path, const Picture& picture) {
+  const Rect pixels{picture.x, picture.y, picture.x + picture.width, picture.y + picture.height};
+  ExrHeader header;
+  header.width = picture.frame_width > 0 ? picture.frame_width : pixels.x1;
+  header.height = picture.frame_height > 0 ? picture.frame_height : pixels.y1;
+  header.data_window = pixels;
+  for (const std::string& name : picture.channels) header.channels.push_back({name});
+  if (!picture.complete) {
+    header.attributes = {{kCompleteAttribute, "false"},
+                         {"emberline:samples", std::to_string(picture.samples)}};
+  }
+  write_exr_file(path, header, picture.values);
+}
+
+void write_displayed(const std::string& path, const Picture& picture, double exposure) {
+  image_format_of(path);
+  const size_t rgb[] = {channel(path, picture, "R"), channel(path, picture, "G"),
+                        channel(path, picture, "B")};
+  const size_t pixels = size_t(picture.width) * size_t(picture.height);
+  std::vector<float> rgba(4 * pixels, 1.0f);
+  for (size_t i = 0; i < pixels; ++i) {
+    for (size_t c = 0; c < 3; ++c) {
+      rgba[4 * i + c] = picture.values[i * picture.channels.size() + rgb[c]];
+    }
+  }
+  const auto transform = std::make_shared<const DisplayTransform>(
+      DisplaySettings{.display = {}, .view = {}, .look = {}, .exposure = float(exposure)});
+  write_display_image(path, {0, 0, picture.width, picture.height}, transform, false, rgba);
+}
+
+void check_exposure(double exposure) {
+  if (!(std::abs(exposure) <= 100)) throw emberline::UsageError("exposure: not within 100 stops");
+}
+
+RgbImage rgb_image(const float* values, int width, int height) {
+  return {width, height, {values, values + 3 * size_t(width) * size_t(height)}};
+}
+
+struct Pair {
+  RgbImage image, reference;
+};
+Pair pair_of(const float* image, const float* reference, int width, int height, double exposure) {
+  check_exposure(exposure);
+  if (width <= 0 || height <= 0)
+    throw emberline::UsageError("compare: the pictures have no pixels");
+  return {rgb_image(image, width, height), rgb_image(reference, width, height)};
+}
+
+}  // namespace
+
+Picture read_picture(const std::string& path, const Resources& resources,
+                     const std::stop_token& stop) {
+  return translated([&] {
+    LoadProgress progress({}, stop,
+                          limits_of({resources.memory_bytes, resources.load_timeout_s}, path));
+    FloatImage file = read_float_image(path, progress);
+    Picture picture;
+    picture.width = file.width;
+    picture.height = file.height;
+    picture.x = file.data_window.x0;
+    picture.y = file.data_window.y0;
+    picture.frame_width = file.frame_width;
+    picture.frame_height = file.frame_height;
+    picture.channels = std::move(file.channel_names);
+    picture.values = std::move(file.values);
+    picture.samples = file.stopped_after.value_or(0);
+    picture.complete = !file.stopped_after;
+    return picture;
+  });
+}
+
+void write_picture(const std::string& path, const Picture& picture, double exposure) {
+  translated([&] {
+    check(path, picture);
+    check_exposure(exposure);
+    if (lower_suffix(path) == ".exr") {
+      write_exr(path, picture);
+    } else {
+      write_displayed(path, picture, exposure);
+    }
+  });
+}
+
+void write_picture(const std::string& path, const uint8_t* values, int width, int height,
+                   int channels) {
+  translated([&] {
+    if (width <= 0 || height <= 0)
+      throw emberline::UsageError(path + ": the picture has no pixels");
+    if (channels != 1 && channels != 3 && channels != 4) {
+      throw emberline::UsageError(path + ": a picture of bytes has 1, 3 or 4 channels");
+    }
+    const size_t count = size_t(width) * size_t(height) * size_t(channels);
+    write_image(path, {width, height, channels, {values, values + count}});
+  });
+}
+
+Comparison compare(const float* image, const float* reference, int width, int height,
+                   double exposure) {
+  return translated([&] {
+    const Pair pair = pair_of(image, reference, width, height, exposure);
+    const ErrorMetrics m = compare_images(pair.image, pair.reference, {float(exposure)});
+    return Comparison{
+        m.mse,  m.rmse, m.rel_mse, m.rel_mse_epsilon, m.rel_mse_trimmed,  m.signed_bias,
+        m.psnr, m.ssim, m.flip,    m.max_absolute,    m.different_pixels, m.non_finite};
+  });
+}
+
+std::vector<float> flip(const float* image, const float* reference, int width, int height,
+                        double exposure) {
+  return translated([&] {
+    const Pair pair = pair_of(image, reference, width, height, exposure);
+    const std::vector<uint8_t> masked = non_finite_pixels(pair.image, pair.reference);
+    std::vector<float> map = flip_map(to_display(pair.image, float(exposure), masked),
+                                      to_display(pair.reference, float(exposure), masked));
+    for (size_t i = 0; i < map.size(); ++i) {
+      if (masked[i]) map[i] = 0.0f;
+    }
+    return map;
+  });
+}
+
+}  // namespace emberline::api

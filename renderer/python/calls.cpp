@@ -1,0 +1,171 @@
+#include "renderer/python/calls.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "renderer/library/emberline.h"
+
+namespace emberline::python {
+namespace {
+
+// We chose: Ctrl-C is to be felt at once.
+constexpr auto kPoll = std::chrono::milliseconds(20);
+
+// Messages come from any thread, while the library holds a lock. Whoever waited for the GIL then
+// would wait for a thread that has it and wants to say something; so they are kept for later.
+struct Messages {
+  std::mutex mutex;
+  std::vector<std::pair<api::Message, std::string>> waiting;
+};
+// Never destroyed: a thread may have something to say while the process ends.
+Messages& messages() {
+  static auto* const all = new Messages;
+  return *all;
+}
+
+void log_messages() {
+  std::vector<std::pair<api::Message, std::string>> now;
+  {
+    const std::lock_guard lock(messages().mutex);
+    now.swap(messages().waiting);
+  }
+  if (now.empty()) return;
+  const py::object logger = py::module_::import("logging").attr("getLogger")("emberline");
+  for (const auto& [kind, message] : now) {
+    const char* const level = kind == api::Message::kError     ? "error"
+                              : kind == api::Message::kWarning ? "warning"
+                                                               : "info";
+    logger.attr(level)("%s", text(message));
+  }
+}
+
+std::atomic<bool> g_interpreter_ends{false};
+std::atomic<int> g_calls{0};
+
+// The library's threads are not there in a process that was forked after they were started, and
+// whoever waits for them waits for ever.
+void check_process() {
+  static const pid_t first = ::getpid();
+  if (::getpid() != first) {
+    throw api::RenderError(
+        "this process was forked from one that has used emberline; multiprocessing needs "
+        "set_start_method(\"spawn\")");
+  }
+}
+
+class WaitingCall final : public Call {
+ public:
+  std::stop_token given_up() const override { return give_up_.get_token(); }
+
+  void in_python(const std::function<void()>& work) override {
+    std::unique_lock lock(mutex_);
+    asked_ = &work;
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return !asked_; });
+  }
+
+  // On the thread that called from Python, without the GIL.
+  void wait_for(const std::function<void(Call&)>& work) {
+    const std::jthread worker([&] {
+      std::exception_ptr error;
+      try {
+        work(*this);
+      } catch (...) {
+        error = std::current_exception();
+      }
+      const std::lock_guard lock(mutex_);
+      error_ = error;
+      done_ = true;
+      changed_.notify_all();
+    });
+    std::unique_lock lock(mutex_);
+    while (!done_) {
+      changed_.wait_for(lock, kPoll, [this] { return done_ || asked_; });
+      if (done_) break;
+      const std::function<void()>* const asked = asked_;
+      lock.unlock();
+      attend(asked);
+      lock.lock();
+      if (asked) {
+        asked_ = nullptr;
+        changed_.notify_all();
+      }
+    }
+  }
+
+  // Afterwards, with the GIL.
+  void rethrow() {
+    if (error_in_python_) std::rethrow_exception(std::exchange(error_in_python_, nullptr));
+    if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+  }
+
+ private:
+  void attend(const std::function<void()>* asked) {
+    const py::gil_scoped_acquire gil;
+    try {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (g_interpreter_ends) throw api::RenderError("the interpreter ends");
+      if (asked && !error_in_python_) (*asked)();
+      log_messages();
+    } catch (...) {
+      error_in_python_ = std::current_exception();
+      give_up_.request_stop();
+    }
+  }
+
+  std::stop_source give_up_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  const std::function<void()>* asked_ = nullptr;
+  bool done_ = false;
+  std::exception_ptr error_, error_in_python_;
+};
+
+// A thread that waits for the GIL when the interpreter is gone is ended where it stands, which its
+// C++ frames do not survive: Python's threads that are no daemons have ended by now, the others'
+// calls are.
+void end_calls() {
+  g_interpreter_ends = true;
+  const py::gil_scoped_release no_gil;
+  while (g_calls > 0) std::this_thread::sleep_for(kPoll / 4);
+}
+
+}  // namespace
+
+void carry_out(const std::function<void(Call&)>& work) {
+  check_process();
+  WaitingCall call;
+  ++g_calls;
+  {
+    const py::gil_scoped_release no_gil;
+    call.wait_for(work);
+  }
+  --g_calls;
+  call.rethrow();
+  log_messages();
+}
+
+py::str text(std::string_view bytes) {
+  PyObject* const text =
+      PyUnicode_DecodeUTF8(bytes.data(), Py_ssize_t(bytes.size()), "backslashreplace");
+  if (!text) throw py::error_already_set();
+  return py::reinterpret_steal<py::str>(text);
+}
+
+void set_up_calls() {
+  api::set_log([](api::Message kind, std::string_view message) {
+    const std::lock_guard lock(messages().mutex);
+    messages().waiting.emplace_back(kind, message);
+  });
+  py::module_::import("atexit").attr("register")(py::cpp_function(&end_calls));
+}
+
+}  // namespace emberline::python

@@ -1,0 +1,20 @@
+"""Emberline, a path tracer for glTF scenes, and its pictures as NumPy arrays.
+
+    import emberline
+
+    scene = emberline.Scene("shot.glb", size=(640, 360), env="studio.hdr")
+    picture = emberline.render(scene, driver="adaptive", noise_threshold=0.01)
+    picture["RGB"]                              # float32, (360, 640, 3), linear Rec. 709
+    emberline.write("shot.png", picture)
+
+Equal scene, edits and settings give equal bits, whatever the threads, and those of the command. Messages go
+to logging.getLogger("emberline").
+"""
+
+from ._emberline import *
+from ._emberline import __version__
+
+for _value in list(globals().values()):
+    if getattr(_value, "__module__", None) == "emberline._emberline":
+        _value.__module__ = __name__
+del _value

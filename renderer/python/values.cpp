@@ -1,0 +1,240 @@
+#include "renderer/python/values.h"
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "renderer/python/calls.h"
+
+namespace emberline::python {
+namespace {
+
+std::string type_name(const py::handle& value) {
+  return py::str(py::type::handle_of(value).attr("__name__"));
+}
+
+// Fails where it would be cut off by whoever takes a C string.
+std::string without_nul(std::string text, const std::string& what) {
+  if (text.find('\0') != std::string::npos) throw py::value_error(what + ": has a null character");
+  return text;
+}
+
+std::string encoded(const py::handle& path) {
+  return py::bytes(py::module_::import("os").attr("fsencode")(path));
+}
+
+std::optional<size_t> find(const api::Picture& picture, std::string_view channel) {
+  const auto found = std::ranges::find(picture.channels, channel);
+  if (found == picture.channels.end()) return std::nullopt;
+  return size_t(found - picture.channels.begin());
+}
+
+// Whose channels they are: those with the layer's name and a full stop before theirs.
+std::vector<size_t> channels_of(const api::Picture& picture, const std::string& layer) {
+  std::vector<size_t> indices;
+  const auto add = [&](const std::string& prefix, std::string_view letters) {
+    for (const char letter : letters) {
+      if (const auto found = find(picture, prefix + letter)) indices.push_back(*found);
+    }
+  };
+  if (layer == "RGB" || layer == "RGBA") {
+    add("", layer);
+    if (indices.size() != layer.size()) indices.clear();
+    return indices;
+  }
+  const std::string prefix = layer + ".";
+  add(prefix, "RGBA");  // in this order, which EXR has not
+  for (size_t i = 0; i < picture.channels.size(); ++i) {
+    const std::string& name = picture.channels[i];
+    const bool here =
+        name.starts_with(prefix) && name.find('.', prefix.size()) == std::string::npos;
+    if (here && std::ranges::find(indices, i) == indices.end()) indices.push_back(i);
+  }
+  return indices;
+}
+
+// Channels at even distances are a view, others a copy.
+py::array planes(const std::shared_ptr<api::Picture>& picture, const std::vector<size_t>& indices) {
+  api::Picture& p = *picture;
+  const auto count = py::ssize_t(p.channels.size()), size = py::ssize_t(sizeof(float));
+  const auto at = [&](size_t i) { return py::ssize_t(indices[i]); };
+  const py::ssize_t step = indices.size() > 1 ? at(1) - at(0) : 1;
+  bool even = true;
+  for (size_t i = 1; i < indices.size(); ++i) even &= at(i) - at(i - 1) == step;
+  const auto channels = py::ssize_t(indices.size());
+  if (even) {
+    return py::array_t<float>({py::ssize_t(p.height), py::ssize_t(p.width), channels},
+                              {p.width * count * size, count * size, step * size},
+                              p.values.data() + indices[0], py::cast(picture));
+  }
+  py::array_t<float> copy({py::ssize_t(p.height), py::ssize_t(p.width), channels});
+  float* out = copy.mutable_data();
+  for (size_t i = 0; i < p.values.size(); i += p.channels.size()) {
+    for (const size_t c : indices) *out++ = p.values[i + c];
+  }
+  return copy;
+}
+
+py::array standard_error(const std::shared_ptr<api::Picture>& picture) {
+  const std::vector<size_t> variance = channels_of(*picture, "variance");
+  if (variance.empty()) throw py::key_error("error: needs the aov \"variance\"");
+  const py::array values = planes(picture, variance);
+  return py::module_::import("numpy").attr("sqrt")(values);
+}
+
+[[noreturn]] void wrong_type(const std::string& what, const std::string& is,
+                             const std::string& wanted) {
+  throw py::type_error(what + ": " + is + ", where " + wanted);
+}
+
+}  // namespace
+
+std::string path_of(const py::handle& path) { return without_nul(encoded(path), "path"); }
+
+std::string setting_name(std::string_view name) {
+  std::string dashed(name);
+  std::ranges::replace(dashed, '_', '-');
+  return dashed;
+}
+
+std::string setting_text(const std::string& name, const py::handle& value) {
+  if (PyBool_Check(value.ptr())) return value.ptr() == Py_True ? "yes" : "no";
+  if (py::isinstance<py::str>(value) || py::hasattr(value, "__fspath__")) {
+    return without_nul(encoded(value), name);
+  }
+  // A number of NumPy's, or an array without dimensions.
+  const auto dimensions = py::getattr(value, "ndim", py::none());
+  if (PyLong_Check(dimensions.ptr()) && dimensions.cast<int>() == 0) {
+    return setting_text(name, value.attr("item")());
+  }
+  if (PyIndex_Check(value.ptr()) && !py::isinstance<py::array>(value))
+    return py::str(py::int_(py::reinterpret_borrow<py::object>(value)));
+  if (PyFloat_Check(value.ptr())) return py::repr(value);
+  if (py::isinstance<py::tuple>(value) || py::isinstance<py::list>(value) ||
+      py::isinstance<py::array>(value)) {
+    std::string list;
+    for (const py::handle entry : value) {
+      if (py::isinstance<py::array>(entry) && py::reinterpret_borrow<py::array>(entry).ndim() > 0) {
+        throw py::type_error(name + ": an array of one dimension is needed");
+      }
+      if (!list.empty()) list += name == "size" ? 'x' : ',';
+      list += setting_text(name, entry);
+    }
+    return list;
+  }
+  wrong_type(name, "a " + type_name(value), "a text, a number, a bool or a list is needed");
+}
+
+void apply(const py::kwargs& options, api::Settings& settings) {
+  for (const auto& [key, value] : options) {
+    const std::string name = setting_name(py::cast<std::string>(key));
+    settings.set(name, setting_text(name, value));
+  }
+}
+
+std::string edits_text(const py::object& edits) {
+  if (py::isinstance<py::str>(edits)) return py::cast<std::string>(edits);
+  if (!py::isinstance<py::dict>(edits)) {
+    wrong_type("edits", "a " + type_name(edits), "a dict or JSON is needed");
+  }
+  py::dict all;
+  all["emberline_edits"] = 1;
+  all.attr("update")(edits);
+  const py::cpp_function plain([](const py::object& value) -> py::object {
+    if (py::hasattr(value, "tolist")) return value.attr("tolist")();
+    return py::module_::import("os").attr("fspath")(value);  // or its TypeError
+  });
+  const py::object dumps = py::module_::import("json").attr("dumps");
+  return py::cast<std::string>(
+      dumps(all, py::arg("default") = plain, py::arg("allow_nan") = false));
+}
+
+py::array pixels(const std::shared_ptr<api::Picture>& picture) {
+  std::vector<size_t> all(picture->channels.size());
+  for (size_t i = 0; i < all.size(); ++i) all[i] = i;
+  return planes(picture, all);
+}
+
+py::array layer(const std::shared_ptr<api::Picture>& picture, const std::string& name) {
+  if (name == "error" && !find(*picture, name)) return standard_error(picture);
+  if (const auto channel = find(*picture, name == "alpha" ? "A" : name)) {
+    return planes(picture, {*channel})[py::make_tuple(py::ellipsis(), 0)];
+  }
+  const std::vector<size_t> indices = channels_of(*picture, name);
+  if (!indices.empty()) return planes(picture, indices);
+  throw py::key_error(name + ": the picture has " +
+                      std::string(py::str(", ").attr("join")(layers(*picture)).cast<py::str>()));
+}
+
+py::list layers(const api::Picture& picture) {
+  py::list names;
+  for (const std::string& channel : picture.channels) {
+    const size_t stop = channel.rfind('.');
+    const bool is_rgb = channel == "R" || channel == "G" || channel == "B";
+    const py::str name = text(stop != std::string::npos && stop > 0 ? channel.substr(0, stop)
+                              : is_rgb && !channels_of(picture, "RGB").empty() ? "RGB"
+                                                                               : channel);
+    if (!names.contains(name)) names.append(name);
+  }
+  return names;
+}
+
+std::string shape_of(const py::array& array) { return py::str(array.attr("shape")); }
+
+FloatArray floats_of(const py::handle& array, const std::string& what) {
+  if (!py::isinstance<py::array>(array)) {
+    wrong_type(what, "a " + type_name(array), "a NumPy array or a Picture is needed");
+  }
+  const auto values = py::reinterpret_borrow<py::array>(array);
+  const py::dtype type = values.dtype();
+  if (type.kind() != 'f' || type.itemsize() > py::ssize_t(sizeof(float))) {
+    wrong_type(what, "values of " + std::string(py::str(py::handle(type))),
+               "float32 are needed; astype(\"float32\") converts them");
+  }
+  for (py::ssize_t i = 0; i < values.ndim(); ++i) {
+    if (values.shape(i) > INT_MAX) throw py::value_error(what + ": too large: " + shape_of(values));
+  }
+  return FloatArray::ensure(values);
+}
+
+FloatArray rgb_of(const py::handle& picture, const std::string& what) {
+  if (py::isinstance<api::Picture>(picture)) {
+    const auto of = py::cast<std::shared_ptr<api::Picture>>(picture);
+    return FloatArray::ensure(layer(of, "RGB"));
+  }
+  const FloatArray values = floats_of(picture, what);
+  if (values.ndim() != 3 || values.shape(2) != 3 || values.size() == 0) {
+    throw py::value_error(what + ": an array of the shape " + shape_of(values) +
+                          ", where (height, width, 3) is needed");
+  }
+  return values;
+}
+
+api::Picture picture_of(const py::array& array, const py::object& channels) {
+  const FloatArray values = floats_of(array, "picture");
+  if (values.ndim() < 2 || values.ndim() > 3 || values.size() == 0) {
+    throw py::value_error("picture: an array of the shape " + shape_of(values) +
+                          ", where (height, width) or (height, width, channels) is needed");
+  }
+  const auto count = size_t(values.ndim() == 3 ? values.shape(2) : 1);
+  api::Picture picture;
+  picture.height = int(values.shape(0));
+  picture.width = int(values.shape(1));
+  if (!channels.is_none()) {
+    for (const py::handle name : channels) picture.channels.push_back(py::cast<std::string>(name));
+  } else if (count == 1) {
+    picture.channels = {"Y"};
+  } else if (count == 3 || count == 4) {
+    for (size_t c = 0; c < count; ++c) picture.channels.emplace_back(1, "RGBA"[c]);
+  }
+  if (picture.channels.size() != count) {
+    throw py::value_error("channels: names of " + std::to_string(count) + " are needed");
+  }
+  picture.values.assign(values.data(), values.data() + values.size());
+  picture.complete = true;
+  return picture;
+}
+
+}  // namespace emberline::python

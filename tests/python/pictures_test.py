@@ -1,0 +1,165 @@
+"""Scenes in, pictures out: what they hold, how long, and that they are the command's."""
+import copy
+import gc
+import json
+import subprocess
+import sys
+import unittest
+
+import numpy as np
+
+import emberline
+from support import BOX, SMALL, Test
+
+EMBERLINE = sys.argv.pop(1)
+LIGHT = {"kind": "material", "name": "light"}
+
+
+class Pictures(Test):
+    def test_layers_are_arrays(self):
+        picture = emberline.render(self.box, aov=["variance", "N", "Z"], crop=(4, 5, 20, 15))
+        self.assertEqual(picture.layers, ["RGB", "A", "samples", "variance", "N", "Z"])
+        self.assertEqual((picture.width, picture.height, picture.x, picture.y), (16, 10, 4, 5))
+        self.assertEqual((picture.frame_width, picture.frame_height), (24, 16))
+        for name, shape in {"RGB": (10, 16, 3), "RGBA": (10, 16, 4), "N": (10, 16, 3), "Z": (10, 16),
+                            "samples": (10, 16), "N.X": (10, 16), "error": (10, 16, 3)}.items():
+            with self.subTest(name):
+                self.assertEqual(picture[name].shape, shape)
+                self.assertEqual(picture[name].dtype, np.float32)
+        self.assertEqual(picture.pixels.shape, (10, 16, len(picture.channels)))
+        np.testing.assert_array_equal(picture.pixels[..., :3], picture["RGB"])
+        np.testing.assert_array_equal(picture["alpha"], picture["A"])
+        np.testing.assert_array_equal(picture["samples"], 4)
+        lengths = np.linalg.norm(picture["N"], axis=-1)
+        self.assertLessEqual(lengths.max(), 1.0001)
+        self.assertAlmostEqual(float(np.median(lengths)), 1, places=5)
+        np.testing.assert_array_equal(picture["error"], np.sqrt(picture["variance"]))
+        self.assertTrue(picture.complete)
+        self.assertEqual(picture.samples, 4 * 160)
+        self.assertGreater(picture.rays, picture.samples)
+        with self.assertRaisesRegex(KeyError, "the picture has RGB, A"):
+            picture["albedo"]
+        with self.assertRaisesRegex(KeyError, "aov"):
+            emberline.render(self.box)["error"]
+
+    def test_arrays_outlive_scene_and_picture(self):
+        scene = emberline.Scene(BOX, **SMALL)
+        picture = emberline.render(scene)
+        rgb, error = picture["RGB"], emberline.compare(picture, picture)
+        kept = rgb.copy()
+        del scene, picture
+        gc.collect()
+        noise = [np.random.rand(16, 24, 5).astype("float32") for _ in range(200)]
+        np.testing.assert_array_equal(rgb, kept)
+        self.assertEqual(error.mse, 0)
+        del noise
+        rgb *= 2  # it is the caller's
+        np.testing.assert_array_equal(rgb, 2 * kept)
+
+    def test_bits_are_the_commands(self):
+        folder = self.folder()
+        common = ["--size", "24x16", "--spp", "4", "--max-depth", "3", "--aov", "N", "--quiet"]
+        subprocess.run([EMBERLINE, "render", BOX, "-o", folder / "a.exr", *common], check=True)
+        command = emberline.read(folder / "a.exr")
+        for more in ({}, {"threads": 1}, {"driver": "bisection"}):
+            picture = emberline.render(self.box, aov="N", **more)
+            for layer in ("RGB", "A", "N", "samples"):
+                np.testing.assert_array_equal(picture[layer], command[layer])
+
+    def test_edits(self):
+        scene = emberline.Scene(BOX, **SMALL)
+        whole = emberline.render(scene)["RGB"]
+        for edit in ({"lights": [{**LIGHT, "intensity": np.float32(0.5)}]},
+                     '{"emberline_edits": 1, "lights": [{"kind": "material", "name": "light", "intensity": 0.5}]}'):
+            scene.edit(edit)
+            np.testing.assert_array_equal(2 * emberline.render(scene)["RGB"], whole)
+        with self.says(emberline.InputError, "the edits#/lights/0", "'white'"):
+            scene.edit({"lights": [{**LIGHT, "name": "lihgt"}]})
+        np.testing.assert_array_equal(2 * emberline.render(scene)["RGB"], whole)
+        scene.edit({})
+        np.testing.assert_array_equal(emberline.render(scene)["RGB"], whole)
+        self.assertEqual(scene.materials, ["white", "red", "green", "light"])
+        self.assertEqual(scene.cameras, ["camera"])
+
+    def test_error_estimates(self):
+        seen = []
+        picture = emberline.render(self.box, driver="adaptive", spp=64, progress=lambda now: seen.append(now))
+        self.assertIsNone(emberline.render(self.box).error_estimate)
+        self.assertIsNotNone(seen[-1].error_estimate)
+        reference = emberline.render(self.box, spp=4096, seed=7)
+        display = [np.interp(p["RGB"], [0, 1], [0, 1]) ** (1 / 2.2) for p in (picture, reference)]
+        true = np.sqrt(np.mean((display[0] - display[1]) ** 2))
+        self.assertLess(abs(np.log(picture.error_estimate / true)), np.log(2))
+
+    def test_settings(self):
+        settings = emberline.Settings(spp=np.int64(7), noise_threshold=0.25, size=[8, 6], transparent=True, aov="N")
+        self.assertEqual(settings["spp"], "7")
+        self.assertEqual(settings["noise-threshold"], settings["noise_threshold"])
+        self.assertEqual(float(settings["noise-threshold"]), 0.25)
+        self.assertEqual(settings["size"], "8x6")
+        self.assertEqual(settings["transparent"], "yes")
+        self.assertIsNone(settings["min_spp"])
+        self.assertIn("spp='7'", repr(settings))
+        other, copied = emberline.Settings(settings, spp=8), copy.deepcopy(settings)
+        settings["spp"] = 9
+        self.assertEqual((other["spp"], copied["spp"], dict(settings)["spp"]), ("8", "7", "9"))
+        self.assertIn("adaptive", emberline.Settings.help("driver"))
+        self.assertIn("noise-threshold", emberline.Settings.help())
+        point = emberline.Settings(look_from=np.array([1.5, 2, -3], "float32"))
+        self.assertEqual([float(x) for x in point["look_from"].split(",")], [1.5, 2, -3])
+        scene = emberline.Scene(BOX, size=(8, 8))
+        self.assertEqual(scene.settings["size"], "8x8")
+        self.assertEqual(emberline.render(scene, emberline.Settings(size=(9, 7), spp=1)).width, 9)
+
+
+class Files(Test):
+    def test_written_and_read(self):
+        folder = self.folder()
+        picture = emberline.render(self.box, aov=["N", "albedo"], crop=(2, 3, 20, 15))
+        emberline.write(folder / "a.exr", picture)
+        again = emberline.read(folder / "a.exr")
+        for layer in picture.layers:
+            np.testing.assert_array_equal(again[layer], picture[layer])
+        self.assertEqual((again.x, again.y, again.frame_width, again.frame_height), (2, 3, 24, 16))
+        stopped = emberline.render(self.box, driver="bisection", spp=4096, progress=lambda now: now.samples < 2000)
+        self.assertFalse(stopped.complete)
+        emberline.write(folder / "b.exr", stopped)
+        self.assertFalse(emberline.read(folder / "b.exr").complete)
+        three = np.arange(2 * 3 * 3, dtype="float16").reshape(2, 3, 3)
+        emberline.write(folder / "c.exr", three)
+        np.testing.assert_array_equal(emberline.read(folder / "c.exr")["RGB"], three)
+        emberline.write(folder / "d.exr", three, channels=["a", "b", "c"])
+        np.testing.assert_array_equal(emberline.read(folder / "d.exr")["b"], three[..., 1])
+        emberline.write(folder / "e.exr", three[..., 0])
+        np.testing.assert_array_equal(emberline.read(folder / "e.exr")["Y"], three[..., 0])
+
+    def test_png_is_the_commands(self):
+        folder = self.folder()
+        common = ["--size", "24x16", "--spp", "4", "--max-depth", "3", "--quiet"]
+        subprocess.run([EMBERLINE, "render", BOX, "-o", folder / "a.png", *common], check=True)
+        emberline.write(folder / "b.png", emberline.render(self.box))
+        np.testing.assert_array_equal(*(emberline.read(folder / name)["RGB"] for name in ("a.png", "b.png")))
+        levels = np.zeros((4, 5, 3), "uint8")
+        levels[1, 2] = (0, 128, 255)
+        emberline.write(folder / "c.png", levels[:, ::-1])
+        read = emberline.read(folder / "c.png")["RGB"]
+        np.testing.assert_allclose(read[1, 2], (0, ((128 / 255 + 0.055) / 1.055) ** 2.4, 1), atol=1e-4)
+
+    def test_compare_is_the_commands(self):
+        folder = self.folder()
+        pictures = [emberline.render(self.box, seed=seed) for seed in (0, 1)]
+        for name, picture in zip("ab", pictures):
+            emberline.write(folder / f"{name}.exr", picture)
+        result = subprocess.run(
+            [EMBERLINE, "compare", folder / "a.exr", folder / "b.exr", "--json"], check=True, capture_output=True
+        )
+        said = json.loads(result.stdout)
+        for name, value in emberline.compare(*pictures).as_dict().items():
+            self.assertEqual(value, said[name], name)
+        flip = emberline.flip(*pictures)
+        self.assertEqual(flip.shape, (16, 24))
+        self.assertAlmostEqual(float(flip.mean(dtype="float64")), said["flip"], places=6)
+
+
+if __name__ == "__main__":
+    unittest.main()

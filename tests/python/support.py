@@ -1,0 +1,50 @@
+"""What the tests of the module share."""
+import contextlib
+import logging
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import emberline
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENES = ROOT / "scenes"
+BOX = SCENES / "cornell_box.glb"
+EXAMPLES = ROOT / "renderer/python/examples"
+SMALL = {"size": (24, 16), "spp": 4, "max_depth": 3}
+
+logging.getLogger("emberline").addHandler(logging.NullHandler())
+logging.getLogger("emberline").propagate = False
+
+
+class Test(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.box = emberline.Scene(BOX, **SMALL)
+
+    @contextlib.contextmanager
+    def says(self, kind, *texts):
+        """An error of exactly this type, in one line, with these texts in it."""
+        with self.assertRaises(kind) as caught:
+            yield
+        self.assertIs(type(caught.exception), kind)
+        message = str(caught.exception)
+        self.assertNotIn("\n", message)
+        for text in texts:
+            self.assertIn(text, message)
+
+    def folder(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        return Path(folder.name)
+
+
+def python(code, *arguments, **more):
+    """A process of its own that runs this, with the module at hand."""
+    command = [sys.executable, "-c", code, *map(str, arguments)]
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ, **more
+    )

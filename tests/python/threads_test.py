@@ -1,0 +1,196 @@
+"""Callbacks, Ctrl-C and other threads while a frame renders."""
+import os
+import signal
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import emberline
+from support import BOX, SMALL, Test, python
+
+LONG = {"spp": 1 << 24}
+
+
+class Mine(Exception):
+    pass
+
+
+class Callbacks(Test):
+    def test_progress(self):
+        for driver, pictures in (("bucket", False), ("bisection", True), ("adaptive", True)):
+            with self.subTest(driver):
+                seen = []
+                caller = threading.current_thread()
+
+                def progress(now):
+                    self.assertIs(threading.current_thread(), caller)
+                    seen.append(now)
+
+                picture = emberline.render(self.box, driver=driver, spp=64, bucket_size=8, progress=progress)
+                self.assertGreater(len(seen), 2)
+                samples = [now.samples for now in seen]
+                self.assertEqual(samples, sorted(samples))
+                self.assertEqual(samples[-1], picture.samples)
+                for now in seen:  # each has its own, still
+                    self.assertEqual(now.rgba is not None, pictures)
+                if pictures:
+                    self.assertEqual(seen[0].rgba.shape, (16, 24, 4))
+                    np.testing.assert_allclose(seen[-1].rgba[..., :3], picture["RGB"], atol=1e-6)
+                    self.assertGreater(np.abs(seen[0].rgba - seen[-1].rgba).max(), 0.01)
+
+    def test_an_exception_comes_out_as_itself(self):
+        for driver in ("bucket", "bisection", "adaptive"):
+            with self.subTest(driver):
+                error = Mine("1")
+                calls = []
+
+                def progress(now):
+                    calls.append(now)
+                    raise error
+
+                start = time.monotonic()
+                with self.assertRaises(Mine) as caught:
+                    emberline.render(self.box, driver=driver, spp=1 << 16, bucket_size=4, progress=progress)
+                self.assertIs(caught.exception, error)
+                self.assertEqual(len(calls), 1)
+                self.assertLess(time.monotonic() - start, 30)
+        emberline.render(self.box)
+
+    def test_false_ends_it(self):
+        picture = emberline.render(self.box, driver="bisection", **LONG, progress=lambda now: now.samples < 5000)
+        self.assertFalse(picture.complete)
+        self.assertGreaterEqual(picture.samples, 5000)
+        self.assertTrue(emberline.render(self.box, driver="bisection", progress=lambda now: 0).complete)
+
+    def test_a_scene_is_not_edited_while_it_renders(self):
+        scene = emberline.Scene(BOX, **SMALL)
+        with self.says(emberline.UsageError, "cannot be edited while it is rendered"):
+            emberline.render(scene, driver="bisection", progress=lambda now: scene.edit({}))
+        scene.edit({})
+        inner = []
+        picture = emberline.render(
+            scene, bucket_size=8, progress=lambda now: inner.append(emberline.render(scene)["RGB"])
+        )
+        for rgb in inner:
+            np.testing.assert_array_equal(rgb, picture["RGB"])
+
+    def test_other_threads_run_meanwhile(self):
+        alone = emberline.render(self.box, spp=64)["RGB"]
+        ticks, done = [0], threading.Event()
+
+        def count():
+            while not done.wait(0.001):
+                ticks[0] += 1
+
+        counter = threading.Thread(target=count)
+        counter.start()
+        pictures = [None] * 4
+
+        def work(i):
+            pictures[i] = emberline.render(self.box, spp=64, threads=1 + i % 2)["RGB"]
+
+        workers = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+        start = ticks[0]
+        emberline.render(self.box, spp=1 << 24, time_limit=0.5)
+        done.set()
+        counter.join()
+        self.assertGreater(ticks[0] - start, 50)
+        for picture in pictures:
+            np.testing.assert_array_equal(picture, alone)
+
+
+# Renders until somebody presses Ctrl-C; then says how soon it was out, and how many threads there are.
+INTERRUPTED = """
+import os, sys, time, signal, threading
+import emberline
+scene_file, driver, threads, watched = sys.argv[1:]
+threads = int(threads)
+scene = emberline.Scene(scene_file, size=(320, 240), threads=threads)
+sent = []
+def press():
+    time.sleep(0.4)
+    sent.append(time.monotonic())
+    os.kill(os.getpid(), signal.SIGINT)
+key = threading.Thread(target=press)
+key.start()
+progress = (lambda now: None) if watched == "yes" else None
+try:
+    emberline.render(scene, driver=driver, spp=1 << 24, threads=threads, progress=progress)
+except KeyboardInterrupt:
+    took = time.monotonic() - sent[0]
+    key.join()
+    print(took, len(os.listdir("/proc/self/task")))
+    emberline.render(scene, spp=1)
+"""
+
+
+class Interrupts(Test):
+    def test_ctrl_c(self):
+        for driver in ("bucket", "bisection", "adaptive"):
+            for threads, watched in ((0, "no"), (0, "yes"), (1, "no")):
+                with self.subTest(driver=driver, threads=threads), tempfile.TemporaryDirectory() as folder:
+                    process = python(INTERRUPTED, BOX, driver, threads, watched, cwd=folder)
+                    out, err = process.communicate(timeout=100)
+                    self.assertEqual((process.returncode, err), (0, ""))
+                    took, left = out.split()
+                    print(f"Ctrl-C, {driver}, threads={threads}: {1000 * float(took):.0f} ms")
+                    self.assertLess(float(took), 0.2)
+                    if threads == 1:  # else TBB keeps its own for the next render
+                        self.assertEqual(int(left), 1)
+                    self.assertEqual(os.listdir(folder), [])
+
+    def test_a_handler_of_ones_own(self):
+        def handler(*_):
+            raise Mine("handler")
+
+        before = signal.signal(signal.SIGALRM, handler)
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 0.2)
+            with self.assertRaisesRegex(Mine, "handler"):
+                emberline.render(self.box, **LONG)
+        finally:
+            signal.signal(signal.SIGALRM, before)
+
+    def test_the_interpreter_ends_amid_a_render(self):
+        code = """
+import sys, threading, time
+import emberline
+scene = emberline.Scene(sys.argv[1], size=(64, 48))
+def work():
+    emberline.render(scene, driver="bisection", spp=1 << 24, progress=lambda now: None)
+threading.excepthook = lambda args: None
+threading.Thread(target=work, daemon=True).start()
+time.sleep(0.3)
+"""
+        process = python(code, BOX)
+        out, err = process.communicate(timeout=100)
+        self.assertEqual((process.returncode, out, err), (0, "", ""))
+
+    def test_a_forked_process_says_so(self):
+        code = """
+import os, sys
+import emberline
+scene = emberline.Scene(sys.argv[1], size=(8, 8), spp=1)
+child = os.fork()
+if child == 0:
+    try:
+        emberline.render(scene)
+    except emberline.RenderError as error:
+        os._exit(0 if "spawn" in str(error) else 1)
+    os._exit(2)
+sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+        process = python(code, BOX)
+        _, err = process.communicate(timeout=100)
+        self.assertEqual((process.returncode, err), (0, ""))
+
+
+if __name__ == "__main__":
+    unittest.main()
