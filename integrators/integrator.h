@@ -44,6 +44,9 @@ struct SampleBatch {
   // light; what is added there adds up to SampleValue::radiance.
   const LightGroups* light_groups = nullptr;
   LightGroupValues* light_values = nullptr;
+  // By which paths it comes, likewise: values by PathLayers::place_of.
+  const PathLayers* path_layers = nullptr;
+  LightGroupValues* layer_values = nullptr;
   // What each sample shows, if that is asked for: as many as there are rays, empty when they
   // arrive.
   std::span<SeenSurface> seen = {};
@@ -67,7 +70,7 @@ struct IntegratorEntry {
   std::string_view summary;
   std::unique_ptr<Integrator> (*create)(const IntegratorSettings&);
   bool shows_uv = false;  // texture coordinates are looked at even if no material reads them
-  bool tells_lights_apart = false;  // fills SampleBatch::light_values and `seen`
+  bool tells_lights_apart = false;  // fills SampleBatch::light_values, layer_values and `seen`
 };
 std::span<const IntegratorEntry> integrator_table();
 

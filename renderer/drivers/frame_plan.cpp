@@ -234,6 +234,11 @@ void check_companions(const FrameSettings& s) {
     throw UsageError("{}: not of the integrator {}; valid with path, direct", option_of_halves(s),
                      s.integrator);
   }
+  const PathLayers layers(aovs_of(s));
+  if (!layers.empty() && !find_integrator(s.integrator).tells_lights_apart) {
+    throw UsageError("--aov {}: the integrator {} knows no light; valid with path, direct",
+                     name_of(aov_table(), aov_of(layers.list().front())), s.integrator);
+  }
   require(s.cryptomatte_levels != none.cryptomatte_levels, "--cryptomatte-levels",
           !s.cryptomattes.empty(), "--cryptomatte");
   check_layers_of_file(s);

@@ -47,6 +47,8 @@ RenderWorker::RenderWorker(const Frame& frame)
       samples_(frame.sampler, camera_dimensions(frame)),
       counters_(no_counts()),
       light_values_(frame.light_groups ? frame.light_groups->size() : 0),
+      path_layers_(frame.aovs),
+      layer_values_(path_layers_.size()),
       saved_mode_(flush_denormals()) {}
 
 FrameCounters RenderWorker::no_counts() const {
@@ -151,6 +153,11 @@ void RenderWorker::trace_batch() {
     batch.light_groups = frame_.light_groups;
     batch.light_values = &light_values_;
   }
+  if (!path_layers_.empty()) {
+    layer_values_.clear();
+    batch.path_layers = &path_layers_;
+    batch.layer_values = &layer_values_;
+  }
   if (counters_.clamped.clamps()) batch.clamped = &counters_.clamped;
   if (sees()) {
     std::fill_n(seen_, count, SeenSurface{});
@@ -186,9 +193,10 @@ bool RenderWorker::add(int lane, FilmTile& tile) {
   if (counters_.located.size() < FrameCounters::kLocatedLimit) {
     counters_.located.push_back({x, y, a.sample, seed_});
   }
-  // It counts as black for the light groups, too.
+  // It counts as black for the light groups and layers, too.
   values_[lane].alpha = 0.0f;
   light_values_.clear(lane);
+  layer_values_.clear(lane);
   return false;
 }
 
@@ -198,6 +206,13 @@ void RenderWorker::add_lights(FilmTile& tile) const {
     const SampleAddress& a = addresses_[i];
     tile.add_lights(int(a.x), int(a.y), frame_.half_of(a.sample), weights_[i], values_[i].alpha,
                     light_values_, i);
+  }
+}
+
+void RenderWorker::add_layers(FilmTile& tile) const {
+  for (int i = 0; i < count_; ++i) {
+    const SampleAddress& a = addresses_[i];
+    tile.add_layers(int(a.x), int(a.y), weights_[i], values_[i].alpha, layer_values_, i);
   }
 }
 
@@ -217,6 +232,7 @@ void RenderWorker::add_batch(FilmTile& tile) {
         std::max(counters_.max_samples, addresses_[i].sample + 1 - frame_.first_sample);
   }
   if (frame_.light_groups) add_lights(tile);
+  if (!path_layers_.empty()) add_layers(tile);
   if (timed) {
     const double share = std::chrono::duration<double>(Clock::now() - start).count() / count_;
     for (int i = 0; i < count_; ++i) {
@@ -233,6 +249,9 @@ void RenderWorker::flush_scattered(FilmTile& tile) {
     for (int i = 0; i < count_; ++i) {
       tile.prefetch_lights(int(addresses_[i].x), int(addresses_[i].y));
     }
+  }
+  for (int i = 0; i < count_ && !path_layers_.empty(); ++i) {
+    tile.prefetch_layers(int(addresses_[i].x), int(addresses_[i].y));
   }
   samples_.start_batch({addresses_, size_t(count_)}, seed_);
   add_batch(tile);

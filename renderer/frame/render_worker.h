@@ -51,6 +51,7 @@ class RenderWorker {
   bool add(int lane, FilmTile& tile);
   void add_batch(FilmTile& tile);
   void add_lights(FilmTile& tile) const;
+  void add_layers(FilmTile& tile) const;
   void flush_scattered(FilmTile& tile);
 
   const Frame& frame_;
@@ -65,6 +66,8 @@ class RenderWorker {
   SampleValue values_[kSampleLanes];
   SeenSurface seen_[kSampleLanes];
   LightGroupValues light_values_;
+  const PathLayers path_layers_;
+  LightGroupValues layer_values_;
   unsigned saved_mode_;
 };
 
