@@ -13,6 +13,7 @@
 #include "renderer/scene/camera.h"
 #include "renderer/scene/light_groups.h"
 #include "renderer/scene/scene.h"
+#include "renderer/scene/surface_roles.h"
 #include "samplers/pixel_samples.h"
 
 namespace emberline {
@@ -21,7 +22,9 @@ namespace emberline {
 struct IntegratorSettings {
   // Scattering events: 1 is direct light only. To go straight through a smooth thin wall is none.
   int max_depth = 16;
-  bool transparent = false;  // the environment lights the scene but is not seen by the camera
+  // The environment lights the scene but is not seen by the camera, nor straight through smooth
+  // panes; nor are shadow catchers.
+  bool transparent = false;
   // The most that a path's light may add to a sample in any channel, where it has come by way of
   // more than the surface that is seen: scaled down beyond it, in its colour. Mirrors and smooth
   // glass are seen through. 0: no limit.
@@ -50,6 +53,11 @@ struct SampleBatch {
   // What each sample shows, if that is asked for: as many as there are rays, empty when they
   // arrive.
   std::span<SeenSurface> seen = {};
+  // Which surfaces camera rays see otherwise, and those that went straight through smooth panes;
+  // null: none. Of `path` and `direct`.
+  const SurfaceRoles* roles = nullptr;
+  // What catchers receive, if that is asked for: as many as there are rays, empty when they arrive.
+  std::span<CaughtLight> caught = {};
   // With IntegratorSettings::clamp_indirect: counts what it takes. Else null.
   ClampedLight* clamped = nullptr;
 };

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "integrators/sampled_light.h"
+#include "integrators/shadow_catcher.h"
 #include "renderer/lights/environment_light.h"
 
 namespace emberline {
@@ -26,50 +28,6 @@ float survival(float scale, float root) { return std::clamp(scale * root, kMinSu
 
 // Balance heuristic with one sample of each technique.
 float balance(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
-
-// Of a point sampled on a triangle, at its brightest.
-[[gnu::always_inline]] inline Rgb triangle_radiance(const Scene& scene, const LightSample& light,
-                                                    const EmissiveTriangle& triangle,
-                                                    const Material& material, float time,
-                                                    PixelSamples& samples) {
-  if (material.emits_evenly()) return material.emission();
-  const SurfaceAttributes attributes = scene.emitter_attributes(triangle, time, light.barycentric);
-  // A number of its own: the emitter's texel must not depend on which texel this vertex took.
-  const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
-  Rgb radiance = material.emission(attributes, u_texture);
-  if (material.layers().clearcoat > 0.0f) {
-    TexelPlaces texels;
-    material.find_texels(attributes, u_texture, &texels);
-    MaterialLayers layers;
-    material.evaluate_layers(texels, layers);
-    radiance *= emission_through_coat(layers.parameters.clearcoat,
-                                      dot(light.direction, light.emitter_normal));
-  }
-  // A path sees the emitter only where it covers; the light sample must agree on average.
-  // Decided apart from the emission, as a ray's coverage is: a card that is bright where it is
-  // clear shows the product of the means.
-  if (material.alpha_mode() != AlphaMode::kOpaque) {
-    radiance *= material.coverage(attributes, samples.extra());
-  }
-  return radiance;
-}
-
-// Radiance that a sampled light sends towards the point, and whether anything blocks the way is
-// the caller's question; `target` is where that question's ray ends.
-Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& from, float time,
-                     PixelSamples& samples, Vec3f* target) {
-  if (light.kind != LightKind::kTriangle) {
-    *target = light.position;
-    return light.radiance;
-  }
-  const EmissiveTriangle& triangle = scene.lights().triangles()[light.index];
-  *target = offset_ray_origin(light.position, light.emitter_normal,
-                              scene.surface_offset(triangle.instance, triangle.primitive, time),
-                              from - light.position);
-  const Material& material = scene.material_of(triangle.instance);
-  const Rgb radiance = triangle_radiance(scene, light, triangle, material, time, samples);
-  return material.emission_changes() ? radiance * material.emission_share(time) : radiance;
-}
 
 }  // namespace
 
@@ -93,13 +51,17 @@ void PathBatch<kGlass, kSplit>::trace(std::span<SampleValue> values) {
     shade(depth, values);
     if (sample_lights_) sample_lights(depth);
     alive_.filter([&](int lane) { return scatter(depth, lane); });
-    follow_rays();
+    follow_rays(values);
+    if (kGlass && batch_.roles) [[unlikely]]
+      see_roles(values, depth + 1);
   }
   for (const int lane : hit) {
     values[size_t(lane)].radiance = paths_[lane].radiance;
     values[size_t(lane)].rays = paths_[lane].rays;
     if (batch_.clamped) values[size_t(lane)].clamped = clamped_[lane];
   }
+  if (!caught_.empty()) [[unlikely]]
+    catch_shadows(values);
 }
 
 template <bool kGlass, bool kSplit>
@@ -143,6 +105,12 @@ void PathBatch<kGlass, kSplit>::find_first_hits(std::span<SampleValue> values) {
     alive_.add(lane);
   }
   if (lights_.environment() && !settings_.transparent) see_background(missed, values);
+  if (batch_.roles) [[unlikely]] {
+    if (!batch_.caught.empty()) {
+      for (const int lane : missed) batch_.caught[size_t(lane)].background = 1.0f;
+    }
+    see_roles(values, 0);
+  }
 }
 
 template <bool kGlass, bool kSplit>
@@ -527,7 +495,7 @@ bool PathBatch<kGlass, kSplit>::survives_hit(Path* path) {
 }
 
 template <bool kGlass, bool kSplit>
-void PathBatch<kGlass, kSplit>::follow_rays() {
+void PathBatch<kGlass, kSplit>::follow_rays(std::span<SampleValue> values) {
   LaneList missed;
   int before = -1;
   alive_.filter([&](int lane) {
@@ -544,7 +512,63 @@ void PathBatch<kGlass, kSplit>::follow_rays() {
       looks_[lane].see_background(Rgb(0.0f), &batch_.seen[size_t(lane)]);
     return false;
   });
+  if (kGlass && !missed.empty()) see_nothing(&missed, values);
   if (lights_.environment() && !missed.empty()) see_environment(missed);
+}
+
+template <bool kGlass, bool kSplit>
+bool PathBatch<kGlass, kSplit>::is_straight(const Path& path) const {
+  if constexpr (kGlass) return path.scattering.events == 0;
+  return true;
+}
+
+// Where nothing is behind the panes that the camera sees, they are as opaque as what they hold
+// back. Light that they tint has three such numbers; alpha is one.
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::see_nothing(LaneList* missed, std::span<SampleValue> values) {
+  const bool seen = lights_.environment() && !settings_.transparent;
+  if (seen && batch_.caught.empty()) return;
+  missed->filter([&](int lane) {
+    const Path& path = paths_[lane];
+    if (!is_straight(path)) return true;
+    const float through = luminance(path.throughput);
+    if (!batch_.caught.empty()) batch_.caught[size_t(lane)].background = through;
+    if (!seen) values[size_t(lane)].alpha = 1.0f - through;
+    return seen;
+  });
+}
+
+// Ends the paths of camera rays that have met a holdout, or a catcher that is not to be seen.
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::see_roles(std::span<SampleValue> values, uint32_t depth) {
+  alive_.filter([&](int lane) {
+    const Path& path = paths_[lane];
+    const SurfaceRole role = batch_.roles->of(path.hit.instance);
+    if (role == SurfaceRole::kSeen || !is_straight(path)) return true;
+    const float through = luminance(path.throughput);
+    const bool catches = role == SurfaceRole::kCatcher && !batch_.caught.empty();
+    if (catches) {
+      catches_.emplace(lane) = {path.ray, path.hit, depth + 1, through};
+      caught_.add(lane);
+    }
+    if (role == SurfaceRole::kCatcher && !settings_.transparent) return true;
+    if (catches) batch_.caught[size_t(lane)].hidden = through;
+    values[size_t(lane)].alpha = 1.0f - through;
+    return false;
+  });
+}
+
+// When the paths are done: none of their numbers are others for it.
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::catch_shadows(std::span<SampleValue> values) {
+  if (lights_.empty()) return;
+  for (const int lane : caught_) {
+    const Catch& at = catches_[lane];
+    samples_.resume_sample(lane);
+    samples_.start_slot(at.slot);
+    catch_light(scene_, *batch_.roles, at.ray, at.hit, at.weight, samples_,
+                &values[size_t(lane)].rays, &batch_.caught[size_t(lane)]);
+  }
 }
 
 template <bool kGlass, bool kSplit>

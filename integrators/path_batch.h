@@ -104,8 +104,13 @@ class PathBatch {
   bool scatter(uint32_t depth, int lane);
   bool leave_along(const BsdfSample& next, int lane);
   bool survives_hit(Path* path);
-  void follow_rays();
+  void follow_rays(std::span<SampleValue> values);
   void see_environment(const LaneList& missed);
+  // Of camera rays, and where panes let them straight through.
+  bool is_straight(const Path& path) const;
+  void see_nothing(LaneList* missed, std::span<SampleValue> values);
+  void see_roles(std::span<SampleValue> values, uint32_t depth);
+  void catch_shadows(std::span<SampleValue> values);
   uint32_t group_of(const LightSample& light) const;
   uint32_t group_of_material(uint32_t material) const;
   uint32_t group_of_environment() const;
@@ -129,7 +134,15 @@ class PathBatch {
   LaneArray<SurfaceBsdf> bsdfs_;
   LaneArray<Connection> connections_;
   LaneArray<PathLook> looks_;  // if SampleBatch::seen is asked for
-  LaneArray<Rgb> clamped_;     // if light is clamped: what the lane's sample has lost
+  struct Catch {
+    Ray ray;
+    SurfaceHit hit;
+    uint32_t slot;  // of the surface's numbers
+    float weight;
+  };
+  LaneList caught_;
+  LaneArray<Catch> catches_;  // of catchers that the camera sees, if that is asked for
+  LaneArray<Rgb> clamped_;    // if light is clamped: what the lane's sample has lost
 };
 
 }  // namespace emberline

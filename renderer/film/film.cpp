@@ -39,6 +39,7 @@ void FilmTile::reset(const Rect& rect) {
   if (takes_sample_variance()) sample_variances_.reset(n);
   light_groups_.reset(n);
   path_layers_.reset(n);
+  shadows_.reset(n);
   halves_.reset(n);
   cryptomattes_.reset(n);
 }
@@ -142,6 +143,7 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
   if (!light_groups_.empty()) light_groups_.copy(from.light_groups_, j, i);
   if (!path_layers_.empty()) path_layers_.copy(from.path_layers_, j, i);
+  if (!shadows_.empty()) shadows_.copy(from.shadows_, j, i);
   halves_.copy(from.halves_, j, i);
   cryptomattes_.copy(from.cryptomattes_, j, i);
   if (!from.shown_.empty() && from.shown_[j].set) show(x, y, from.shown_[j].rgba);
@@ -175,6 +177,7 @@ void FilmTile::add_film(const FilmTile& other) {
     if (!stops_.empty()) stops_[i] = other.stops_[i];
     if (!light_groups_.empty()) light_groups_.add_sums(other.light_groups_, i);
     if (!path_layers_.empty()) path_layers_.add_sums(other.path_layers_, i);
+    if (!shadows_.empty()) shadows_.add_sums(other.shadows_, i);
     halves_.add_sums(other.halves_, i);
     if (!cryptomattes_.empty()) cryptomattes_.add_sums(other.cryptomattes_, i);
   }
@@ -267,7 +270,8 @@ void FilmTile::put_rgba(size_t i, float* out) const {
   const double scale = n > 0 ? 1.0 / n : 0.0;
   for (int c = 0; c < 3; ++c) out[c] = to_finite_float((sums.rgb[0][c] + sums.rgb[1][c]) * scale);
   // A filter with negative lobes may leave [0, 1]; coverage may not.
-  out[3] = float(std::clamp(sums.alpha * scale, 0.0, 1.0));
+  const double alpha = shadows_.empty() ? sums.alpha : sums.alpha + shadows_.alpha(i);
+  out[3] = float(std::clamp(alpha * scale, 0.0, 1.0));
 }
 
 // Where something else than the mean is shown, each layer is its share of that.
@@ -339,6 +343,10 @@ void FilmTile::resolve(std::vector<float>& out) const {
       for (size_t c = 0; c < 3; ++c) *p++ = n > 0 ? to_finite_float(clamped_[3 * i + c] / n) : 0.0f;
     }
     if (!path_layers_.empty()) p = put_layers(i, p);
+    if (aovs_.contains(Aov::kShadow)) {
+      const Rgb shadow = shadows_.shadow(i);
+      p = std::copy_n(&shadow.x, 3, p);
+    }
     if (aovs_.contains(Aov::kDenoising)) p = put_halves(*this, i, p);
     if (aovs_.contains(Aov::kId)) *p++ = float(sums.id);
     if (aovs_.contains(Aov::kTime)) *p++ = seconds_[i];
@@ -356,7 +364,7 @@ uint64_t FilmTile::bytes() const {
          stops_.capacity() * sizeof(PixelStop) +
          sample_variances_.capacity() * sizeof(SampleVariance) +
          shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes() + path_layers_.bytes() +
-         halves_.bytes() + cryptomattes_.bytes();
+         shadows_.bytes() + halves_.bytes() + cryptomattes_.bytes();
 }
 
 void FilmTile::archive(Archive& archive) {
@@ -372,6 +380,7 @@ void FilmTile::archive(Archive& archive) {
   archive.values(std::span(sample_variances_.begin(), sample_variances_.size()));
   light_groups_.archive(archive);
   path_layers_.archive(archive);
+  shadows_.archive(archive);
   halves_.archive(archive);
   cryptomattes_.archive(archive);
   bool shown = !shown_.empty();

@@ -21,6 +21,7 @@
 #include "renderer/film/cryptomatte_sums.h"
 #include "renderer/film/half_sums.h"
 #include "renderer/film/light_group_sums.h"
+#include "renderer/film/shadow_sums.h"
 
 namespace emberline {
 
@@ -40,6 +41,7 @@ enum class Aov : uint8_t {
   kTransmission,
   kReflection,
   kEnvironment,
+  kShadow,
   kDenoising,
   kId,
   kTime,
@@ -177,6 +179,7 @@ class FilmTile {
         extras_(extras),
         light_groups_(extras.light_groups),
         path_layers_(PathLayers(aovs).empty() ? -1 : PathLayers(aovs).size()),
+        shadows_(aovs.contains(Aov::kShadow)),
         halves_(aovs.contains(Aov::kDenoising), extras.light_groups),
         cryptomattes_(extras.cryptomattes, extras.cryptomatte_levels) {}
 
@@ -212,9 +215,14 @@ class FilmTile {
                   int lane) {
     path_layers_.add(index(x, y), filter_weight, alpha, values, lane);
   }
-  // What a sample saw, which add() took and whose alpha is 1: an id for each kind.
-  void add_ids(int x, int y, float filter_weight, std::span<const uint32_t> ids) {
-    cryptomattes_.add(index(x, y), filter_weight, ids);
+  // What a sample saw, which add() took: an id for each kind; `weight` is that of the filter times
+  // the sample's alpha.
+  void add_ids(int x, int y, float weight, std::span<const uint32_t> ids) {
+    cryptomattes_.add(index(x, y), weight, ids);
+  }
+  // What shadow catchers received in a sample, which add() took.
+  void add_caught(int x, int y, float filter_weight, const CaughtLight& caught) {
+    shadows_.add(index(x, y), filter_weight, caught);
   }
   void add_time(int x, int y, double seconds);
   void add_rays(int x, int y, uint32_t rays);
@@ -259,6 +267,7 @@ class FilmTile {
   const LightGroupSums& light_groups() const { return light_groups_; }
   const LightGroupSums& path_layers() const { return path_layers_; }
   const HalfSums& halves() const { return halves_; }
+  const ShadowSums& shadows() const { return shadows_; }
   const CryptomatteSums& cryptomattes() const { return cryptomattes_; }
 
   // Forgets what show() was told.
@@ -368,6 +377,7 @@ class FilmTile {
   ZeroedArray<SampleVariance> sample_variances_;  // if taken
   LightGroupSums light_groups_;
   LightGroupSums path_layers_;  // with any of those
+  ShadowSums shadows_;          // with shadow
   HalfSums halves_;             // with denoising
   CryptomatteSums cryptomattes_;
   struct ShownValue {

@@ -36,6 +36,10 @@ constexpr NamedValue<Aov> kAovs[] = {
     {"transmission", "what comes through the first surface", Aov::kTransmission},
     {"reflection", "mirror images and highlights on the first surface", Aov::kReflection},
     {"environment", "the environment, seen by the camera itself", Aov::kEnvironment},
+    {"shadow",
+     "what a plate is to be multiplied by: the light that --catcher receives from the lights over "
+     "that which it would without the other objects; 1 beside it. Comes with --catcher",
+     Aov::kShadow},
     {"denoising",
      "what `emberline denoise` reads: the two halves of the samples apart, and what they saw; "
      "there are two streams then",
@@ -92,6 +96,7 @@ std::vector<FilmChannel> film_channels(const AovSet& aovs) {
       channels.push_back({std::string(name_of(aov_table(), aov_of(layer))) + channel});
     }
   }
+  if (aovs.contains(Aov::kShadow)) add({"shadow.R", "shadow.G", "shadow.B"});
   if (aovs.contains(Aov::kDenoising)) {
     const std::vector<FilmChannel> halves = half_channels();
     channels.insert(channels.end(), halves.begin(), halves.end());

@@ -25,6 +25,7 @@ constexpr HalfLayer kLayers[] = {
     {"transmission", "as in --aov"},
     {"reflection", "as in --aov"},
     {"environment", "as in --aov"},
+    {"shadow", "of --catcher"},
     {"light", "all of --light-groups"},
     {"denoised", "the clean picture of --denoise, and its error"},
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 
 #if defined(__x86_64__) || defined(_M_X64)
 #include <immintrin.h>
@@ -163,6 +164,11 @@ void RenderWorker::trace_batch() {
     std::fill_n(seen_, count, SeenSurface{});
     batch.seen = {seen_, count};
   }
+  batch.roles = frame_.roles;
+  if (catches()) [[unlikely]] {
+    std::fill_n(caught_, count, CaughtLight{});
+    batch.caught = {caught_, count};
+  }
   frame_.integrator.estimate(batch, samples_, {values_, count});
   if (velocity) [[unlikely]]
     add_background_velocity();
@@ -181,12 +187,18 @@ void RenderWorker::add_background_velocity() {
 bool RenderWorker::add(int lane, FilmTile& tile) {
   const SampleAddress& a = addresses_[lane];
   const int x = int(a.x), y = int(a.y);
+  if (catches() && !is_finite(caught_[lane])) [[unlikely]]  // no sample then, as a whole
+    values_[lane].radiance = Rgb(std::numeric_limits<float>::quiet_NaN());
   if (tile.add(x, y, frame_.half_of(a.sample), weights_[lane], values_[lane],
                sees() ? &seen_[lane] : nullptr)) {
     if (counters_.clamped.clamps()) counters_.clamped.keep(values_[lane].radiance);
-    if (frame_.cryptomattes && values_[lane].alpha > 0.0f) [[unlikely]] {
-      tile.add_ids(x, y, weights_[lane], frame_.cryptomattes->of_hit(values_[lane].first_hit.id));
+    const float alpha = values_[lane].alpha;
+    if (frame_.cryptomattes && alpha != 0.0f) [[unlikely]] {
+      tile.add_ids(x, y, weights_[lane] * alpha,
+                   frame_.cryptomattes->of_hit(values_[lane].first_hit.id));
     }
+    if (catches()) [[unlikely]]
+      tile.add_caught(x, y, weights_[lane], caught_[lane]);
     return true;
   }
   counters_.non_finite_samples++;

@@ -40,6 +40,7 @@ class RenderWorker {
 
  private:
   FrameCounters no_counts() const;
+  bool catches() const { return frame_.aovs.contains(Aov::kShadow); }
   bool sees() const { return frame_.aovs.contains(Aov::kDenoising); }
   void begin_batch(int x, int y, uint32_t first_sample, int count);
   bool all_empty() const;
@@ -65,6 +66,7 @@ class RenderWorker {
   float weights_[kSampleLanes];
   SampleValue values_[kSampleLanes];
   SeenSurface seen_[kSampleLanes];
+  CaughtLight caught_[kSampleLanes];
   LightGroupValues light_values_;
   const PathLayers path_layers_;
   LightGroupValues layer_values_;

@@ -219,7 +219,7 @@ TEST(PathLayers, OfOneSurface) {
   MaterialDescription unlit = lambert(Rgb(0.3f));
   unlit.unlit = true;
   expect_only(of_floor(unlit, 8), "emission", 0.3f, 1e-5f);
-  // A pane of index 1.5 from straight above: 2 R / (1 + R) of it comes back, R = 0.04.
+  // A pane of index 1.5 from straight above sends 0.04 back.
   const RenderedImage pane = of_floor(glass(1.5f, 0.0f, false), 8);
   EXPECT_NEAR(mean_of(pane, "transmission").y + mean_of(pane, "reflection").y, 1.0f, 1e-4f);
   EXPECT_GT(mean_of(pane, "reflection").y, 0.02f);

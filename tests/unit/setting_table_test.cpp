@@ -72,6 +72,8 @@ const std::map<std::string, std::string> kOthers = {
     {"resource-root", "/models"},
     {"cryptomatte", "object,asset"},
     {"cryptomatte-levels", "8"},
+    {"catcher", "floor,wall"},
+    {"holdout", "chair"},
 };
 
 FrameSettings all_others() {
@@ -89,9 +91,9 @@ TEST(SettingTable, HasEveryMember) {
                reconstruction, width, height, crop, camera, look_from, look_at, fov_y, f_stop,
                focus_distance, turntable, animation, time, frame, fps, shutter, edits, variant,
                environment, environment_strength, environment_rotation, transparent, show_backfaces,
-               lenient, part, sample_range, aovs, cryptomattes, cryptomatte_levels, light_groups,
-               half, exr_compression, exr_parts, denoise] = settings;
-  constexpr size_t kMembers = 56;
+               lenient, part, sample_range, aovs, cryptomattes, cryptomatte_levels, catchers,
+               holdouts, light_groups, half, exr_compression, exr_parts, denoise] = settings;
+  constexpr size_t kMembers = 58;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());
