@@ -239,9 +239,9 @@ struct InstanceDescription {
 // A node of the file, by its number there.
 struct NodeDescription {
   std::string name;
-  int parent = -1;        // -1: none
   int root = 0;           // the node without a parent that it is below; itself, if it has none
   bool has_mesh = false;  // whether it is seen or not
+  int parent = -1;        // -1: none
 };
 
 // What moves is seen at an instant, but its velocity is asked for: where it is a frame later. Rays

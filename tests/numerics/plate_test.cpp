@@ -18,7 +18,7 @@ struct Plate : SceneBuilderForTests {
   void call(const std::string& name) {
     for (size_t i = description.nodes.size(); i < description.instances.size(); ++i) {
       description.instances[i].node = int(i);
-      description.nodes.push_back({name, -1, int(i), true});
+      description.nodes.push_back({name, int(i), true});
     }
   }
 };
@@ -325,8 +325,8 @@ std::string message_of(const SceneDescription& scene, const char* catchers, cons
 
 TEST(SurfaceRoles, AreOfNodesAndWhatIsBelowThem) {
   SceneDescription scene;
-  scene.nodes = {{"set", -1, 0, false}, {"floor", 0, 0, true}, {"a, b \\", 0, 0, true},
-                 {"leaf", 2, 0, true},  {"leaf", -1, 4, true}, {"lamp", -1, 5, false}};
+  scene.nodes = {{"set", 0, false},    {"floor", 0, true, 0}, {"a, b \\", 0, true, 0},
+                 {"leaf", 0, true, 2}, {"leaf", 4, true},     {"lamp", 5, false}};
   for (const int node : {1, 2, 3, 4}) {
     scene.instances.emplace_back();
     scene.instances.back().node = node;
