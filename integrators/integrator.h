@@ -13,6 +13,7 @@
 #include "renderer/scene/camera.h"
 #include "renderer/scene/light_groups.h"
 #include "renderer/scene/scene.h"
+#include "renderer/scene/surface_roles.h"
 #include "samplers/pixel_samples.h"
 
 namespace emberline {
@@ -21,7 +22,9 @@ namespace emberline {
 struct IntegratorSettings {
   // Scattering events: 1 is direct light only. To go straight through a smooth thin wall is none.
   int max_depth = 16;
-  bool transparent = false;  // the environment lights the scene but is not seen by the camera
+  // The environment lights the scene but is not seen by the camera, nor straight through smooth
+  // panes; nor are shadow catchers.
+  bool transparent = false;
   // The most that a path's light may add to a sample in any channel, where it has come by way of
   // more than the surface that is seen: scaled down beyond it, in its colour. Mirrors and smooth
   // glass are seen through. 0: no limit.
@@ -44,9 +47,17 @@ struct SampleBatch {
   // light; what is added there adds up to SampleValue::radiance.
   const LightGroups* light_groups = nullptr;
   LightGroupValues* light_values = nullptr;
+  // By which paths it comes, likewise: values by PathLayers::place_of.
+  const PathLayers* path_layers = nullptr;
+  LightGroupValues* layer_values = nullptr;
   // What each sample shows, if that is asked for: as many as there are rays, empty when they
   // arrive.
   std::span<SeenSurface> seen = {};
+  // Which surfaces camera rays see otherwise, and those that went straight through smooth panes;
+  // null: none. Of `path` and `direct`.
+  const SurfaceRoles* roles = nullptr;
+  // What catchers receive, if that is asked for: as many as there are rays, empty when they arrive.
+  std::span<CaughtLight> caught = {};
   // With IntegratorSettings::clamp_indirect: counts what it takes. Else null.
   ClampedLight* clamped = nullptr;
 };
@@ -67,7 +78,7 @@ struct IntegratorEntry {
   std::string_view summary;
   std::unique_ptr<Integrator> (*create)(const IntegratorSettings&);
   bool shows_uv = false;  // texture coordinates are looked at even if no material reads them
-  bool tells_lights_apart = false;  // fills SampleBatch::light_values and `seen`
+  bool tells_lights_apart = false;  // fills SampleBatch::light_values, layer_values and `seen`
 };
 std::span<const IntegratorEntry> integrator_table();
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "integrators/sampled_light.h"
+#include "integrators/shadow_catcher.h"
 #include "renderer/lights/environment_light.h"
 
 namespace emberline {
@@ -27,55 +29,11 @@ float survival(float scale, float root) { return std::clamp(scale * root, kMinSu
 // Balance heuristic with one sample of each technique.
 float balance(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
 
-// Of a point sampled on a triangle, at its brightest.
-[[gnu::always_inline]] inline Rgb triangle_radiance(const Scene& scene, const LightSample& light,
-                                                    const EmissiveTriangle& triangle,
-                                                    const Material& material, float time,
-                                                    PixelSamples& samples) {
-  if (material.emits_evenly()) return material.emission();
-  const SurfaceAttributes attributes = scene.emitter_attributes(triangle, time, light.barycentric);
-  // A number of its own: the emitter's texel must not depend on which texel this vertex took.
-  const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
-  Rgb radiance = material.emission(attributes, u_texture);
-  if (material.layers().clearcoat > 0.0f) {
-    TexelPlaces texels;
-    material.find_texels(attributes, u_texture, &texels);
-    MaterialLayers layers;
-    material.evaluate_layers(texels, layers);
-    radiance *= emission_through_coat(layers.parameters.clearcoat,
-                                      dot(light.direction, light.emitter_normal));
-  }
-  // A path sees the emitter only where it covers; the light sample must agree on average.
-  // Decided apart from the emission, as a ray's coverage is: a card that is bright where it is
-  // clear shows the product of the means.
-  if (material.alpha_mode() != AlphaMode::kOpaque) {
-    radiance *= material.coverage(attributes, samples.extra());
-  }
-  return radiance;
-}
-
-// Radiance that a sampled light sends towards the point, and whether anything blocks the way is
-// the caller's question; `target` is where that question's ray ends.
-Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& from, float time,
-                     PixelSamples& samples, Vec3f* target) {
-  if (light.kind != LightKind::kTriangle) {
-    *target = light.position;
-    return light.radiance;
-  }
-  const EmissiveTriangle& triangle = scene.lights().triangles()[light.index];
-  *target = offset_ray_origin(light.position, light.emitter_normal,
-                              scene.surface_offset(triangle.instance, triangle.primitive, time),
-                              from - light.position);
-  const Material& material = scene.material_of(triangle.instance);
-  const Rgb radiance = triangle_radiance(scene, light, triangle, material, time, samples);
-  return material.emission_changes() ? radiance * material.emission_share(time) : radiance;
-}
-
 }  // namespace
 
-template <bool kGlass, bool kGroups>
-PathBatch<kGlass, kGroups>::PathBatch(const IntegratorSettings& settings, const SampleBatch& batch,
-                                      PixelSamples& samples)
+template <bool kGlass, bool kSplit>
+PathBatch<kGlass, kSplit>::PathBatch(const IntegratorSettings& settings, const SampleBatch& batch,
+                                     PixelSamples& samples)
     : settings_(settings),
       batch_(batch),
       scene_(batch.scene),
@@ -85,39 +43,43 @@ PathBatch<kGlass, kGroups>::PathBatch(const IntegratorSettings& settings, const 
   assert(batch.rays.size() <= size_t(kRayBatch));
 }
 
-template <bool kGlass, bool kGroups>
-void PathBatch<kGlass, kGroups>::trace(std::span<SampleValue> values) {
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::trace(std::span<SampleValue> values) {
   find_first_hits(values);
   const LaneList hit = alive_;
   for (uint32_t depth = 0; !alive_.empty(); ++depth) {
     shade(depth, values);
     if (sample_lights_) sample_lights(depth);
     alive_.filter([&](int lane) { return scatter(depth, lane); });
-    follow_rays();
+    follow_rays(values);
+    if (kGlass && batch_.roles) [[unlikely]]
+      see_roles(values, depth + 1);
   }
   for (const int lane : hit) {
     values[size_t(lane)].radiance = paths_[lane].radiance;
     values[size_t(lane)].rays = paths_[lane].rays;
     if (batch_.clamped) values[size_t(lane)].clamped = clamped_[lane];
   }
+  if (!caught_.empty()) [[unlikely]]
+    catch_shadows(values);
 }
 
-template <bool kGlass, bool kGroups>
-bool PathBatch<kGlass, kGroups>::intersect(const Ray& ray, SurfaceHit* hit) {
+template <bool kGlass, bool kSplit>
+bool PathBatch<kGlass, kSplit>::intersect(const Ray& ray, SurfaceHit* hit) {
   return scene_.intersect(ray, coverage_key(scene_, samples_), hit);
 }
 
 // Memory of a path's hit comes while the next paths' rays are traced: first that of its triangle,
 // then, when the one behind it has been traced, that of its vertices.
-template <bool kGlass, bool kGroups>
-void PathBatch<kGlass, kGroups>::prefetch_hit(int lane, int* before) {
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::prefetch_hit(int lane, int* before) {
   scene_.prefetch_triangle(paths_[lane].hit);
   if (*before >= 0) scene_.prefetch_vertices(paths_[*before].hit);
   *before = lane;
 }
 
-template <bool kGlass, bool kGroups>
-void PathBatch<kGlass, kGroups>::find_first_hits(std::span<SampleValue> values) {
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::find_first_hits(std::span<SampleValue> values) {
   LaneList missed;
   int before = -1;
   const int count = int(batch_.rays.size());
@@ -143,11 +105,17 @@ void PathBatch<kGlass, kGroups>::find_first_hits(std::span<SampleValue> values) 
     alive_.add(lane);
   }
   if (lights_.environment() && !settings_.transparent) see_background(missed, values);
+  if (batch_.roles) [[unlikely]] {
+    if (!batch_.caught.empty()) {
+      for (const int lane : missed) batch_.caught[size_t(lane)].background = 1.0f;
+    }
+    see_roles(values, 0);
+  }
 }
 
-template <bool kGlass, bool kGroups>
-void PathBatch<kGlass, kGroups>::see_background(const LaneList& missed,
-                                                std::span<SampleValue> values) {
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::see_background(const LaneList& missed,
+                                               std::span<SampleValue> values) {
   Vec3f directions[kRayBatch];
   Rgb radiance[kRayBatch];
   for (int i = 0; i < missed.size(); ++i) {
@@ -158,17 +126,21 @@ void PathBatch<kGlass, kGroups>::see_background(const LaneList& missed,
     values[size_t(missed[i])].radiance = radiance[i];
     values[size_t(missed[i])].alpha = 1.0f;
     if (!batch_.seen.empty()) batch_.seen[size_t(missed[i])] = PathLook::background(radiance[i]);
-    if constexpr (kGroups) {
-      batch_.light_values->add(missed[i], batch_.light_groups->of_environment(), Rgb(1.0f),
-                               radiance[i]);
+    if constexpr (kSplit) {
+      if (batch_.light_values)
+        batch_.light_values->add(missed[i], group_of_environment(), Rgb(1.0f), radiance[i]);
+      if (batch_.layer_values) {
+        batch_.layer_values->add(missed[i], batch_.path_layers->place_of(PathLayer::kEnvironment),
+                                 Rgb(1.0f), radiance[i]);
+      }
     }
   }
 }
 
 // What the path went through on its way to the point.
-template <bool kGlass, bool kGroups>
-void PathBatch<kGlass, kGroups>::cross_medium(uint32_t depth, const ShadedPoint& point,
-                                              Path* path) const {
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::cross_medium(uint32_t depth, const ShadedPoint& point,
+                                             Path* path) const {
   // A back face met outside of any solid means that the camera stands in one.
   if (!path->interior.solid && point.frame.back_facing) {
     path->interior.solid = solid_material(point);
@@ -183,20 +155,20 @@ void PathBatch<kGlass, kGroups>::cross_medium(uint32_t depth, const ShadedPoint&
 // Scattering events before the path's vertex, of which `depth` surfaces came before. To go straight
 // through a smooth thin wall is none: so a light sample that looks through walls agrees with the
 // scattered ray that comes the same way on which paths there are.
-template <bool kGlass, bool kGroups>
-uint32_t PathBatch<kGlass, kGroups>::events_before(uint32_t depth, const Path& path) const {
+template <bool kGlass, bool kSplit>
+uint32_t PathBatch<kGlass, kSplit>::events_before(uint32_t depth, const Path& path) const {
   if constexpr (kGlass) return path.scattering.events;
   return depth;
 }
 
-template <bool kGlass, bool kGroups>
-bool PathBatch<kGlass, kGroups>::may_scatter(uint32_t depth, const Path& path) const {
+template <bool kGlass, bool kSplit>
+bool PathBatch<kGlass, kSplit>::may_scatter(uint32_t depth, const Path& path) const {
   return events_before(depth, path) < uint32_t(settings_.max_depth);
 }
 
 // The vertex whose light sample may find what the ray under way finds.
-template <bool kGlass, bool kGroups>
-const typename PathBatch<kGlass, kGroups>::LastVertex& PathBatch<kGlass, kGroups>::sampled_from(
+template <bool kGlass, bool kSplit>
+const typename PathBatch<kGlass, kSplit>::LastVertex& PathBatch<kGlass, kSplit>::sampled_from(
     const Path& path) const {
   if constexpr (kGlass) {
     return path.scattering.vertex;
@@ -207,8 +179,8 @@ const typename PathBatch<kGlass, kGroups>::LastVertex& PathBatch<kGlass, kGroups
 
 // From hits to surfaces, materials and BSDFs; adds what the surfaces emit. Ends the paths that may
 // not scatter.
-template <bool kGlass, bool kGroups>
-void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> values) {
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::shade(uint32_t depth, std::span<SampleValue> values) {
   for (const int lane : alive_) {
     find_surface(scene_, paths_[lane].ray, paths_[lane].hit, &points_.emplace(lane));
   }
@@ -244,9 +216,8 @@ void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> va
     }
     const Rgb emitted = surface_emission(path, point);
     if (!is_black(emitted)) {
-      const uint32_t group =
-          kGroups ? batch_.light_groups->of_material(point.surface.material_index) : 0u;
-      add_light(lane, path.way, group, emitted);
+      add_light(lane, path.way, Found::kSurface, group_of_material(point.surface.material_index),
+                emitted);
     }
     path.last.query = {point.surface.position, point.frame.shading.normal,
                        kGlass && bsdfs_[lane].transmits_non_delta(), path.ray.time};
@@ -255,8 +226,8 @@ void PathBatch<kGlass, kGroups>::shade(uint32_t depth, std::span<SampleValue> va
   });
 }
 
-template <bool kGlass, bool kGroups>
-Rgb PathBatch<kGlass, kGroups>::surface_emission(const Path& path, const ShadedPoint& point) const {
+template <bool kGlass, bool kSplit>
+Rgb PathBatch<kGlass, kSplit>::surface_emission(const Path& path, const ShadedPoint& point) const {
   Rgb emission = point.material.emission;
   if (is_black(emission)) return emission;
   if (point.surface.material->emission_changes()) {
@@ -275,8 +246,8 @@ Rgb PathBatch<kGlass, kGroups>::surface_emission(const Path& path, const ShadedP
 }
 
 // One sampled light per vertex, weighted against the BSDF sample that follows.
-template <bool kGlass, bool kGroups>
-void PathBatch<kGlass, kGroups>::sample_lights(uint32_t depth) {
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::sample_lights(uint32_t depth) {
   LaneList connected;
   LightRequest requests[kRayBatch];
   LightSample* samples[kRayBatch] = {};
@@ -298,8 +269,8 @@ void PathBatch<kGlass, kGroups>::sample_lights(uint32_t depth) {
 }
 
 // What would arrive if nothing were in the way; false: nothing.
-template <bool kGlass, bool kGroups>
-bool PathBatch<kGlass, kGroups>::connect(int lane) {
+template <bool kGlass, bool kSplit>
+bool PathBatch<kGlass, kSplit>::connect(int lane) {
   const ShadedPoint& point = points_[lane];
   Connection& c = connections_[lane];
   if (c.light.kind == LightKind::kNone || !(c.light.pdf > 0.0f)) return false;
@@ -319,8 +290,8 @@ bool PathBatch<kGlass, kGroups>::connect(int lane) {
   return !is_black(c.radiance);
 }
 
-template <bool kGlass, bool kGroups>
-void PathBatch<kGlass, kGroups>::add_connection(int lane) {
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::add_connection(int lane) {
   Connection& c = connections_[lane];
   Path& path = paths_[lane];
   samples_.resume_sample(lane);
@@ -347,23 +318,84 @@ void PathBatch<kGlass, kGroups>::add_connection(int lane) {
   const Rgb arriving =
       c.scattered * c.radiance / (c.light.delta ? c.light.pdf : c.light.pdf + c.bsdf_pdf);
   const Way way = path.way == Way::kSeen ? Way::kDirect : Way::kIndirect;
-  add_light(lane, way, kGroups ? group_of(c.light) : 0u, arriving);
+  add_light(lane, way, Found::kSampled, group_of(c.light), arriving);
 }
 
-template <bool kGlass, bool kGroups>
-void PathBatch<kGlass, kGroups>::add_light(int lane, Way way, uint32_t group, const Rgb& light) {
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::add_light(int lane, Way way, Found found, uint32_t group,
+                                          const Rgb& light) {
   Path& path = paths_[lane];
   Rgb arriving = light;
   if (batch_.clamped && way == Way::kIndirect) [[unlikely]]
     arriving = clamp(lane, group, light);
   path.radiance = fma(path.throughput, arriving, path.radiance);
-  if constexpr (kGroups) batch_.light_values->add(lane, group, path.throughput, arriving);
+  if constexpr (kSplit) {
+    if (batch_.light_values) batch_.light_values->add(lane, group, path.throughput, arriving);
+    if (batch_.layer_values) add_to_layers(lane, found, arriving);
+  }
+}
+
+// What the path does at its vertex if it goes on along wi, local.
+template <bool kGlass, bool kSplit>
+typename PathBatch<kGlass, kSplit>::FirstEvent PathBatch<kGlass, kSplit>::event_along(
+    int lane, const Vec3f& wi, bool transmitted, bool delta) {
+  if (transmitted) return {FirstEvent::Kind::kTransmitted};
+  FirstEvent event{FirstEvent::Kind::kReflected};
+  if (delta) return event;
+  const Rgb all = bsdfs_[lane].eval(wi), diffuse = bsdfs_[lane].eval_diffuse(wi);
+  for (int c = 0; c < 3; ++c) {
+    event.diffuse[c] = all[c] > 0.0f ? std::min(1.0f, diffuse[c] / all[c]) : 0.0f;
+  }
+  return event;
+}
+
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::follow_event(int lane, const BsdfSample& next) {
+  if constexpr (kSplit) {
+    FirstEvent& first = paths_[lane].first;
+    const bool straight = next.delta && next.transmitted && points_[lane].material.bsdf.thin_walled;
+    if (first.kind == FirstEvent::Kind::kNone) {
+      first = event_along(lane, next.wi, next.transmitted, next.delta);
+    } else if (!straight) {
+      first.again = true;
+    }
+  }
+}
+
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::add_to_layers(int lane, Found found, const Rgb& light) {
+  using Kind = typename FirstEvent::Kind;
+  const Path& path = paths_[lane];
+  const auto add = [&](PathLayer layer, const Rgb& part) {
+    batch_.layer_values->add(lane, batch_.path_layers->place_of(layer), path.throughput, part);
+  };
+  FirstEvent first;
+  if constexpr (kSplit) first = path.first;
+  if (found == Found::kSampled) {
+    if (first.kind == Kind::kNone) {
+      const Vec3f& direction = connections_[lane].light.direction;
+      const Vec3f wi = points_[lane].frame.shading.to_local(direction);
+      first = event_along(lane, wi, wi.z < 0.0f, false);
+    } else {
+      first.again = true;
+    }
+  }
+  switch (first.kind) {
+    case Kind::kNone:
+      return add(found == Found::kSurface ? PathLayer::kEmission : PathLayer::kEnvironment, light);
+    case Kind::kTransmitted:
+      return add(PathLayer::kTransmission, light);
+    case Kind::kReflected:
+      const Rgb diffuse = light * first.diffuse;
+      add(first.again ? PathLayer::kIndirect : PathLayer::kDirect, diffuse);
+      add(PathLayer::kReflection, light - diffuse);
+  }
 }
 
 // Light that is not finite stays so: it is to be seen that there was some.
-template <bool kGlass, bool kGroups>
-[[gnu::noinline, gnu::cold]] Rgb PathBatch<kGlass, kGroups>::clamp(int lane, uint32_t group,
-                                                                   const Rgb& light) {
+template <bool kGlass, bool kSplit>
+[[gnu::noinline, gnu::cold]] Rgb PathBatch<kGlass, kSplit>::clamp(int lane, uint32_t group,
+                                                                  const Rgb& light) {
   const Rgb& throughput = paths_[lane].throughput;
   const float most = max_component(throughput * light);
   if (!(most > settings_.clamp_indirect) || !std::isfinite(most)) return light;
@@ -374,8 +406,8 @@ template <bool kGlass, bool kGroups>
   return clamped;
 }
 
-template <bool kGlass, bool kGroups>
-BsdfSample PathBatch<kGlass, kGroups>::sample_bsdf(uint32_t depth, int lane) {
+template <bool kGlass, bool kSplit>
+BsdfSample PathBatch<kGlass, kSplit>::sample_bsdf(uint32_t depth, int lane) {
   if constexpr (kGlass) {
     if (!may_scatter(depth, paths_[lane])) {  // it can only go straight on
       BsdfSample on;
@@ -389,8 +421,8 @@ BsdfSample PathBatch<kGlass, kGroups>::sample_bsdf(uint32_t depth, int lane) {
 }
 
 // Chooses the path's next ray; false: it ends here.
-template <bool kGlass, bool kGroups>
-bool PathBatch<kGlass, kGroups>::scatter(uint32_t depth, int lane) {
+template <bool kGlass, bool kSplit>
+bool PathBatch<kGlass, kSplit>::scatter(uint32_t depth, int lane) {
   Path& path = paths_[lane];
   const ShadedPoint& point = points_[lane];
   samples_.resume_sample(lane);
@@ -424,11 +456,14 @@ bool PathBatch<kGlass, kGroups>::scatter(uint32_t depth, int lane) {
 }
 
 // False: through too many walls.
-template <bool kGlass, bool kGroups>
-bool PathBatch<kGlass, kGroups>::leave_along(const BsdfSample& next, int lane) {
+template <bool kGlass, bool kSplit>
+bool PathBatch<kGlass, kSplit>::leave_along(const BsdfSample& next, int lane) {
   Path& path = paths_[lane];
   const ShadedPoint& point = points_[lane];
   Vec3f direction = point.frame.shading.to_world(next.wi);
+  if constexpr (kSplit) {
+    if (batch_.layer_values) follow_event(lane, next);
+  }
   if constexpr (kGlass) {
     Scattering& scattering = path.scattering;
     if (next.delta && next.transmitted && point.material.bsdf.thin_walled) {
@@ -449,8 +484,8 @@ bool PathBatch<kGlass, kGroups>::leave_along(const BsdfSample& next, int lane) {
 
 // The rest of Russian roulette, for a ray that has met a surface; what shines is looked at in any
 // case. The number is the one that let the ray be traced.
-template <bool kGlass, bool kGroups>
-bool PathBatch<kGlass, kGroups>::survives_hit(Path* path) {
+template <bool kGlass, bool kSplit>
+bool PathBatch<kGlass, kSplit>::survives_hit(Path* path) {
   if (path->survival == path->ray_survival) return true;
   const Material& material = scene_.material_of(path->hit.instance);
   if (material.is_emissive() || material.unlit()) return true;
@@ -459,8 +494,8 @@ bool PathBatch<kGlass, kGroups>::survives_hit(Path* path) {
   return true;
 }
 
-template <bool kGlass, bool kGroups>
-void PathBatch<kGlass, kGroups>::follow_rays() {
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::follow_rays(std::span<SampleValue> values) {
   LaneList missed;
   int before = -1;
   alive_.filter([&](int lane) {
@@ -477,11 +512,67 @@ void PathBatch<kGlass, kGroups>::follow_rays() {
       looks_[lane].see_background(Rgb(0.0f), &batch_.seen[size_t(lane)]);
     return false;
   });
+  if (kGlass && !missed.empty()) see_nothing(&missed, values);
   if (lights_.environment() && !missed.empty()) see_environment(missed);
 }
 
-template <bool kGlass, bool kGroups>
-void PathBatch<kGlass, kGroups>::see_environment(const LaneList& missed) {
+template <bool kGlass, bool kSplit>
+bool PathBatch<kGlass, kSplit>::is_straight(const Path& path) const {
+  if constexpr (kGlass) return path.scattering.events == 0;
+  return true;
+}
+
+// Where nothing is behind the panes that the camera sees, they are as opaque as what they hold
+// back. Light that they tint has three such numbers; alpha is one.
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::see_nothing(LaneList* missed, std::span<SampleValue> values) {
+  const bool seen = lights_.environment() && !settings_.transparent;
+  if (seen && batch_.caught.empty()) return;
+  missed->filter([&](int lane) {
+    const Path& path = paths_[lane];
+    if (!is_straight(path)) return true;
+    const float through = luminance(path.throughput);
+    if (!batch_.caught.empty()) batch_.caught[size_t(lane)].background = through;
+    if (!seen) values[size_t(lane)].alpha = 1.0f - through;
+    return seen;
+  });
+}
+
+// Ends the paths of camera rays that have met a holdout, or a catcher that is not to be seen.
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::see_roles(std::span<SampleValue> values, uint32_t depth) {
+  alive_.filter([&](int lane) {
+    const Path& path = paths_[lane];
+    const SurfaceRole role = batch_.roles->of(path.hit.instance);
+    if (role == SurfaceRole::kSeen || !is_straight(path)) return true;
+    const float through = luminance(path.throughput);
+    const bool catches = role == SurfaceRole::kCatcher && !batch_.caught.empty();
+    if (catches) {
+      catches_.emplace(lane) = {path.ray, path.hit, depth + 1, through};
+      caught_.add(lane);
+    }
+    if (role == SurfaceRole::kCatcher && !settings_.transparent) return true;
+    if (catches) batch_.caught[size_t(lane)].hidden = through;
+    values[size_t(lane)].alpha = 1.0f - through;
+    return false;
+  });
+}
+
+// When the paths are done: none of their numbers are others for it.
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::catch_shadows(std::span<SampleValue> values) {
+  if (lights_.empty()) return;
+  for (const int lane : caught_) {
+    const Catch& at = catches_[lane];
+    samples_.resume_sample(lane);
+    samples_.start_slot(at.slot);
+    catch_light(scene_, *batch_.roles, at.ray, at.hit, at.weight, samples_,
+                &values[size_t(lane)].rays, &batch_.caught[size_t(lane)]);
+  }
+}
+
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::see_environment(const LaneList& missed) {
   Vec3f directions[kRayBatch];
   Rgb radiance[kRayBatch];
   float pdf[kRayBatch];
@@ -497,18 +588,28 @@ void PathBatch<kGlass, kGroups>::see_environment(const LaneList& missed) {
       const float light_pdf = pdf[i] * lights_.environment_probability(from.query);
       radiance[i] *= balance(from.bsdf_pdf, light_pdf);
     }
-    add_light(missed[i], path.way, kGroups ? batch_.light_groups->of_environment() : 0u,
-              radiance[i]);
+    add_light(missed[i], path.way, Found::kEnvironment, group_of_environment(), radiance[i]);
   }
 }
 
-template <bool kGlass, bool kGroups>
-uint32_t PathBatch<kGlass, kGroups>::group_of(const LightSample& light) const {
-  const LightGroups& groups = *batch_.light_groups;
-  if (light.kind == LightKind::kPoint) return groups.of_point(light.index);
-  if (light.kind == LightKind::kEnvironment) return groups.of_environment();
+// Of a light; 0 where there are no groups.
+template <bool kGlass, bool kSplit>
+uint32_t PathBatch<kGlass, kSplit>::group_of(const LightSample& light) const {
+  if (!kSplit || !batch_.light_groups) return 0;
+  if (light.kind == LightKind::kPoint) return batch_.light_groups->of_point(light.index);
+  if (light.kind == LightKind::kEnvironment) return group_of_environment();
   const EmissiveTriangle& triangle = lights_.triangles()[light.index];
-  return groups.of_material(scene_.material_index_of(triangle.instance));
+  return group_of_material(scene_.material_index_of(triangle.instance));
+}
+
+template <bool kGlass, bool kSplit>
+uint32_t PathBatch<kGlass, kSplit>::group_of_material(uint32_t material) const {
+  return kSplit && batch_.light_groups ? batch_.light_groups->of_material(material) : 0;
+}
+
+template <bool kGlass, bool kSplit>
+uint32_t PathBatch<kGlass, kSplit>::group_of_environment() const {
+  return kSplit && batch_.light_groups ? batch_.light_groups->of_environment() : 0;
 }
 
 template class PathBatch<false, false>;

@@ -19,10 +19,10 @@
 
 namespace emberline {
 
-// kGlass: some material lets light pass. kGroups: each light group's share is kept apart, and the
-// radiance has the bits that it has without. The program holds all four, and a frame without glass
-// or groups pays nothing for what the paths of others remember.
-template <bool kGlass, bool kGroups>
+// kGlass: some material lets light pass. kSplit: what each light group gave, or what came by which
+// paths, is kept apart, and the radiance has the bits that it has without. The program holds all
+// four, and a frame without glass or such parts pays nothing for what the paths of others remember.
+template <bool kGlass, bool kSplit>
 class PathBatch {
  public:
   PathBatch(const IntegratorSettings& settings, const SampleBatch& batch, PixelSamples& samples);
@@ -45,6 +45,7 @@ class PathBatch {
     PathWavelength wavelength;
   };
   struct NoScattering {};
+  struct NoFirstEvent {};
   // How light that reaches the path comes to the camera: it is seen, through mirrors and smooth
   // glass perhaps; it falls on a surface that is seen so; or by a longer way.
   enum class Way : uint8_t { kSeen, kDirect, kIndirect };
@@ -52,6 +53,15 @@ class PathBatch {
     if (way == Way::kSeen) return delta ? Way::kSeen : Way::kDirect;
     return Way::kIndirect;
   }
+  // Where light was found: on a surface that shines, beyond all surfaces, or by sampling it.
+  enum class Found : uint8_t { kSurface, kEnvironment, kSampled };
+  // What has become of the path at the first surface, for the layers by light path.
+  struct FirstEvent {
+    enum class Kind : uint8_t { kNone, kReflected, kTransmitted };
+    Kind kind = Kind::kNone;
+    bool again = false;       // it has scattered since
+    Rgb diffuse = Rgb(0.0f);  // share of the reflection
+  };
   struct Path {
     Ray ray;
     SurfaceHit hit;
@@ -64,6 +74,7 @@ class PathBatch {
     Way way = Way::kSeen;  // of light that the ray finds; if light is clamped
     LastVertex last;
     [[no_unique_address]] std::conditional_t<kGlass, Scattering, NoScattering> scattering;
+    [[no_unique_address]] std::conditional_t<kSplit, FirstEvent, NoFirstEvent> first;
     SampleRays rays;
   };
   // A sampled light on its way to being seen.
@@ -93,10 +104,20 @@ class PathBatch {
   bool scatter(uint32_t depth, int lane);
   bool leave_along(const BsdfSample& next, int lane);
   bool survives_hit(Path* path);
-  void follow_rays();
+  void follow_rays(std::span<SampleValue> values);
   void see_environment(const LaneList& missed);
+  // Of camera rays, and where panes let them straight through.
+  bool is_straight(const Path& path) const;
+  void see_nothing(LaneList* missed, std::span<SampleValue> values);
+  void see_roles(std::span<SampleValue> values, uint32_t depth);
+  void catch_shadows(std::span<SampleValue> values);
   uint32_t group_of(const LightSample& light) const;
-  void add_light(int lane, Way way, uint32_t group, const Rgb& light);
+  uint32_t group_of_material(uint32_t material) const;
+  uint32_t group_of_environment() const;
+  FirstEvent event_along(int lane, const Vec3f& wi, bool transmitted, bool delta);
+  void follow_event(int lane, const BsdfSample& next);
+  void add_light(int lane, Way way, Found found, uint32_t group, const Rgb& light);
+  void add_to_layers(int lane, Found found, const Rgb& light);
   Rgb clamp(int lane, uint32_t group, const Rgb& light);
 
   const IntegratorSettings& settings_;
@@ -113,7 +134,15 @@ class PathBatch {
   LaneArray<SurfaceBsdf> bsdfs_;
   LaneArray<Connection> connections_;
   LaneArray<PathLook> looks_;  // if SampleBatch::seen is asked for
-  LaneArray<Rgb> clamped_;     // if light is clamped: what the lane's sample has lost
+  struct Catch {
+    Ray ray;
+    SurfaceHit hit;
+    uint32_t slot;  // of the surface's numbers
+    float weight;
+  };
+  LaneList caught_;
+  LaneArray<Catch> catches_;  // of catchers that the camera sees, if that is asked for
+  LaneArray<Rgb> clamped_;    // if light is clamped: what the lane's sample has lost
 };
 
 }  // namespace emberline

@@ -7,7 +7,7 @@ namespace emberline {
 void PathIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
                               std::span<SampleValue> values) const {
   const bool glass = batch.scene.passes_light();
-  if (batch.light_values) {
+  if (batch.light_values || batch.layer_values) {
     if (glass) {
       PathBatch<true, true>(settings_, batch, samples).trace(values);
     } else {

@@ -410,6 +410,7 @@ std::vector<NodeDescription> read_nodes(const GltfDocument& document,
   std::vector<char> known(nodes.size(), 0);
   for (size_t i = 0; i < nodes.size(); ++i) {
     nodes[i].name = node_name(model, i);
+    nodes[i].parent = document.parents[i];
     nodes[i].has_mesh = model.nodes[i].mesh >= 0;
     path.clear();
     size_t top = i;

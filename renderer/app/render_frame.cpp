@@ -157,7 +157,7 @@ void RenderFrame::build() {
   const CryptomatteIds* const ids = run_.scene.cryptomattes();
   if (ids) layers_.cryptomattes = ids->names();
   if (outputs_) outputs_->add_scene(layers_);
-  frame_.emplace(plan_.frame(scene, camera_, groups, ids));
+  frame_.emplace(plan_.frame(scene, camera_, groups, ids, run_.scene.roles()));
 }
 
 int RenderFrame::replay() { return run_replay(*frame_, *options_.replay); }

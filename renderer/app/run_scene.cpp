@@ -45,6 +45,7 @@ void RunScene::release() {
   if (begun_) used_[0] = use()[0];
   groups_.reset();
   cryptomattes_.reset();
+  roles_.reset();
   scene_.reset();
   description_ = {};
   // What the file has, it gives back itself, but for what has become the scene's.
@@ -100,6 +101,9 @@ void RunScene::build(const RenderOptions& options, const SceneBuildOptions& buil
   if (options.light_groups) groups_.emplace(outline(description_));
   if (!options.cryptomattes.empty()) {
     cryptomattes_.emplace(description_, parse_cryptomattes(options.cryptomattes));
+  }
+  if (!options.catchers.empty() || !options.holdouts.empty()) {
+    roles_.emplace(description_, options.catchers, options.holdouts);
   }
   SceneBuildOptions building = build;
   building.editable = building.posable = file_.has_value();

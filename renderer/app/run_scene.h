@@ -21,6 +21,7 @@
 #include "renderer/scene/cryptomatte_ids.h"
 #include "renderer/scene/light_groups.h"
 #include "renderer/scene/scene.h"
+#include "renderer/scene/surface_roles.h"
 
 namespace emberline {
 
@@ -44,6 +45,7 @@ class RunScene {
   CameraDescription camera(const RenderOptions& options) const;
   const LightGroups* groups() const { return groups_ ? &*groups_ : nullptr; }
   const CryptomatteIds* cryptomattes() const { return cryptomattes_ ? &*cryptomattes_ : nullptr; }
+  const SurfaceRoles* roles() const { return roles_ ? &*roles_ : nullptr; }
   const nlohmann::json& inputs() const { return inputs_; }
   // What it reads. Throws UsageError where that would be overwritten.
   void register_inputs(FileRegister& files) const;
@@ -77,6 +79,7 @@ class RunScene {
   std::unique_ptr<Scene> scene_;
   std::optional<LightGroups> groups_;
   std::optional<CryptomatteIds> cryptomattes_;
+  std::optional<SurfaceRoles> roles_;
   CameraDescription camera_;  // without a turntable
   WorldBounds bounds_;        // for one
   nlohmann::json inputs_;     // fingerprints

@@ -241,6 +241,7 @@ struct NodeDescription {
   std::string name;
   int root = 0;           // the node without a parent that it is below; itself, if it has none
   bool has_mesh = false;  // whether it is seen or not
+  int parent = -1;        // -1: none
 };
 
 // What moves is seen at an instant, but its velocity is asked for: where it is a frame later. Rays

@@ -339,12 +339,17 @@ void AdaptiveDriver::archive_tree(Archive& archive) {
   if (under_way) wanted_ = tree_->next_round(refined_pixels() - values.size());
 }
 
-// Mixed, an unbiased frame is the mean of all its samples: rounds are not kept by light group.
+// Mixed, an unbiased frame is the mean of all its samples: rounds are not kept by light group. Nor
+// are the shadows that are in alpha.
 void AdaptiveDriver::resolve(const FilmTile& film, std::span<float> rgba,
                              const LightMix* mix) const {
   FrameDriver::resolve(film, rgba, mix);
   if (!mix && !averages_.empty()) {
-    parallel_each(have_.size(), [&](size_t i) { averages_.resolve(i, &rgba[4 * i]); });
+    parallel_each(have_.size(), [&](size_t i) {
+      const float alpha = rgba[4 * i + 3];
+      averages_.resolve(i, &rgba[4 * i]);
+      if (!film.shadows().empty()) rgba[4 * i + 3] = alpha;
+    });
   }
   if (!covered() && tree_->sample_count() > 0) fill_from_tree(film, rgba);
 }

@@ -244,6 +244,20 @@ void check_companions(const FrameSettings& s) {
     throw UsageError("{}: not of the integrator {}; valid with path, direct", option_of_halves(s),
                      s.integrator);
   }
+  const PathLayers layers(aovs_of(s));
+  if (!layers.empty() && !find_integrator(s.integrator).tells_lights_apart) {
+    throw UsageError("--aov {}: the integrator {} knows no light; valid with path, direct",
+                     name_of(aov_table(), aov_of(layers.list().front())), s.integrator);
+  }
+  require(AovSet::parse(s.aovs).contains(Aov::kShadow), "--aov shadow", !s.catchers.empty(),
+          "--catcher");
+  const char* const role = !s.catchers.empty()   ? "--catcher"
+                           : !s.holdouts.empty() ? "--holdout"
+                                                 : nullptr;
+  if (role && !find_integrator(s.integrator).tells_lights_apart) {
+    throw UsageError("{}: the integrator {} knows no light; valid with path, direct", role,
+                     s.integrator);
+  }
   require(s.cryptomatte_levels != none.cryptomatte_levels, "--cryptomatte-levels",
           !s.cryptomattes.empty(), "--cryptomatte");
   check_layers_of_file(s);
@@ -292,7 +306,7 @@ FramePlan::FramePlan(const FrameSettings& s)
 }
 
 Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGroups* groups,
-                       const CryptomatteIds* cryptomattes) const {
+                       const CryptomatteIds* cryptomattes, const SurfaceRoles* roles) const {
   return {.scene = scene,
           .camera = camera,
           .integrator = *integrator,
@@ -312,6 +326,7 @@ Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGrou
           .clamp_indirect = clamp_indirect,
           .light_groups = groups,
           .cryptomattes = cryptomattes,
+          .roles = roles,
           .empty_pixels = find_empty_pixels
                               ? EmptyPixels::find(scene, camera, width, height, filter.radius())
                               : nullptr};
@@ -336,6 +351,7 @@ bool denoises(const FrameSettings& settings) {
 AovSet aovs_of(const FrameSettings& settings) {
   AovSet aovs = AovSet::parse(settings.aovs);
   if (denoises(settings)) aovs.insert(Aov::kDenoising);
+  if (!settings.catchers.empty()) aovs.insert(Aov::kShadow);
   return aovs;
 }
 

@@ -20,9 +20,10 @@ struct FramePlan {
   // option, the reason and what is valid.
   explicit FramePlan(const FrameSettings& settings);
 
-  // Refers to the plan, the scene, the camera, the groups and the ids.
+  // Refers to the plan, the scene, the camera, the groups, the ids and the roles.
   Frame frame(const Scene& scene, const Camera& camera, const LightGroups* groups = nullptr,
-              const CryptomatteIds* cryptomattes = nullptr) const;
+              const CryptomatteIds* cryptomattes = nullptr,
+              const SurfaceRoles* roles = nullptr) const;
 
   const DriverEntry* driver;
   DriverSettings driver_settings;

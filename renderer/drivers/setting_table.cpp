@@ -369,6 +369,14 @@ std::vector<Setting> make_table() {
       channels(),
       cryptomattes(),
       cryptomatte_levels(),
+      word<&S::catchers>(
+          "catcher", kChannels, "NAME|INDEX,...",
+          "nodes that stand for surfaces of a plate: the layer `shadow` is what the plate is to be "
+          "multiplied by, and with --transparent they are seen as alpha where they are in shadow, "
+          "and not else. With all below them; \\, is a comma in a name"),
+      word<&S::holdouts>("holdout", kChannels, "NAME|INDEX,...",
+                         "nodes that stand for things in a plate: they hide what is behind them "
+                         "and leave alpha 0. With all below them"),
       half_layers(),
       choice<&S::exr_compression>("exr-compression", kChannels, "compression",
                                   "how the EXR is compressed", exr_compression_table()),

@@ -20,93 +20,7 @@ bool is_finite(const FirstHit& hit) {
                       std::isfinite(hit.uv.x) && std::isfinite(hit.uv.y));
 }
 
-constexpr NamedValue<Aov> kAovs[] = {
-    {"variance",
-     "variance of the pixel's mean: of adaptive frames what their last doubling has shown, from "
-     "the two streams with two-stream or --streams 2; else as if samples were independent, an "
-     "upper estimate for stratified ones",
-     Aov::kVariance},
-    {"albedo", "directional albedo of the first surface", Aov::kAlbedo},
-    {"N", "shading normal of the first surface, world axes", Aov::kNormal},
-    {"Z", "depth of the first surface along the viewing axis", Aov::kDepth},
-    {"P", "position of the first surface in the world, metres; 0 where nothing is hit",
-     Aov::kPosition},
-    {"UV", "texture coordinates of the first surface (TEXCOORD_0), U to the right, V upwards",
-     Aov::kUv},
-    {"velocity",
-     "where the first surface goes, in pixels a frame of --fps: X to the right, Y up; the mean "
-     "over "
-     "the shutter, or without one over the frame that follows",
-     Aov::kVelocity},
-    {"clamped", "what --clamp-indirect took: added to R G B it is the picture without",
-     Aov::kClamped},
-    {"denoising",
-     "what `emberline denoise` reads: the two halves of the samples apart, and what they saw; "
-     "there are two streams then",
-     Aov::kDenoising},
-    {"id", "instance seen by the pixel's first sample that hits one", Aov::kId},
-    {"time", "seconds spent on the pixel", Aov::kTime},
-    {"stop",
-     "why the pixel got no more samples: 1 --spp, 2 --noise-threshold, 3 --max-spp, 4 "
-     "--time-limit, 5 the user, 6 it was to get more when a window saved it; 0 if it got none",
-     Aov::kStop},
-    {"non_finite", "samples that were NaN or infinite, counted as black", Aov::kNonFinite},
-    {"part", "of a merged frame: the number of the part that brought the pixel, 1 the first given",
-     Aov::kPart},
-};
-
 }  // namespace
-
-std::span<const NamedValue<Aov>> aov_table() { return kAovs; }
-
-std::string_view pixel_stop_name(PixelStop stop) {
-  constexpr std::string_view kNames[] = {
-      "nothing", "--spp", "--noise-threshold", "--max-spp", "--time-limit", "the user", "going on"};
-  return kNames[static_cast<size_t>(stop)];
-}
-
-AovSet AovSet::parse(std::string_view list) {
-  AovSet set;
-  while (!list.empty()) {
-    const size_t comma = list.find(',');
-    const std::string_view name = list.substr(0, comma);
-    list = comma == std::string_view::npos ? std::string_view{} : list.substr(comma + 1);
-    if (name.empty()) continue;
-    set.insert(find_named(kAovs, "--aov", "channel", name).value);
-  }
-  return set;
-}
-
-std::vector<FilmChannel> film_channels(const AovSet& aovs) {
-  std::vector<FilmChannel> channels = {{"R"}, {"G"}, {"B"}, {"A"}, {"samples", true}};
-  const auto add = [&](std::initializer_list<const char*> names, bool integer = false) {
-    for (const char* name : names) channels.push_back({name, integer});
-  };
-  if (aovs.contains(Aov::kVariance)) add({"variance.R", "variance.G", "variance.B"});
-  if (aovs.contains(Aov::kAlbedo)) add({"albedo.R", "albedo.G", "albedo.B"});
-  if (aovs.contains(Aov::kNormal)) add({"N.X", "N.Y", "N.Z"});
-  if (aovs.contains(Aov::kDepth)) add({"Z"});
-  if (aovs.contains(Aov::kPosition)) add({"P.X", "P.Y", "P.Z"});
-  if (aovs.contains(Aov::kUv)) add({"UV.U", "UV.V"});
-  if (aovs.contains(Aov::kVelocity)) add({"velocity.X", "velocity.Y"});
-  if (aovs.contains(Aov::kClamped)) add({"clamped.R", "clamped.G", "clamped.B"});
-  if (aovs.contains(Aov::kDenoising)) {
-    const std::vector<FilmChannel> halves = half_channels();
-    channels.insert(channels.end(), halves.begin(), halves.end());
-  }
-  if (aovs.contains(Aov::kId)) add({"id"}, true);
-  if (aovs.contains(Aov::kTime)) add({"time"});
-  if (aovs.contains(Aov::kStop)) add({"stop"}, true);
-  if (aovs.contains(Aov::kNonFinite)) add({"non_finite"}, true);
-  if (aovs.contains(Aov::kPart)) add({"part"}, true);
-  return channels;
-}
-
-std::vector<std::string> film_channel_names(const AovSet& aovs) {
-  std::vector<std::string> names;
-  for (const FilmChannel& channel : film_channels(aovs)) names.push_back(channel.name);
-  return names;
-}
 
 void FilmTile::reset(const Rect& rect) {
   rect_ = rect;
@@ -124,6 +38,8 @@ void FilmTile::reset(const Rect& rect) {
   if (aovs_.contains(Aov::kStop)) stops_.reset(n);
   if (takes_sample_variance()) sample_variances_.reset(n);
   light_groups_.reset(n);
+  path_layers_.reset(n);
+  shadows_.reset(n);
   halves_.reset(n);
   cryptomattes_.reset(n);
 }
@@ -226,6 +142,8 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   if (!stops_.empty()) stops_[i] = from.stops_[j];
   if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
   if (!light_groups_.empty()) light_groups_.copy(from.light_groups_, j, i);
+  if (!path_layers_.empty()) path_layers_.copy(from.path_layers_, j, i);
+  if (!shadows_.empty()) shadows_.copy(from.shadows_, j, i);
   halves_.copy(from.halves_, j, i);
   cryptomattes_.copy(from.cryptomattes_, j, i);
   if (!from.shown_.empty() && from.shown_[j].set) show(x, y, from.shown_[j].rgba);
@@ -258,6 +176,8 @@ void FilmTile::add_film(const FilmTile& other) {
     if (!seconds_.empty()) seconds_[i] += other.seconds_[i];
     if (!stops_.empty()) stops_[i] = other.stops_[i];
     if (!light_groups_.empty()) light_groups_.add_sums(other.light_groups_, i);
+    if (!path_layers_.empty()) path_layers_.add_sums(other.path_layers_, i);
+    if (!shadows_.empty()) shadows_.add_sums(other.shadows_, i);
     halves_.add_sums(other.halves_, i);
     if (!cryptomattes_.empty()) cryptomattes_.add_sums(other.cryptomattes_, i);
   }
@@ -350,7 +270,24 @@ void FilmTile::put_rgba(size_t i, float* out) const {
   const double scale = n > 0 ? 1.0 / n : 0.0;
   for (int c = 0; c < 3; ++c) out[c] = to_finite_float((sums.rgb[0][c] + sums.rgb[1][c]) * scale);
   // A filter with negative lobes may leave [0, 1]; coverage may not.
-  out[3] = float(std::clamp(sums.alpha * scale, 0.0, 1.0));
+  const double alpha = shadows_.empty() ? sums.alpha : sums.alpha + shadows_.alpha(i);
+  out[3] = float(std::clamp(alpha * scale, 0.0, 1.0));
+}
+
+// Where something else than the mean is shown, each layer is its share of that.
+float* FilmTile::put_layers(size_t i, float* out) const {
+  const PixelSums& sums = sums_[i];
+  const double n = sums.samples();
+  const bool shares = n > 0 && !shown_.empty() && shown_[i].set;
+  for (int layer = 0; layer < path_layers_.groups(); ++layer) {
+    const Rgb mean = path_layers_.mean(i, layer);
+    for (int c = 0; c < 3; ++c) {
+      const double whole = (sums.rgb[0][c] + sums.rgb[1][c]) / n;
+      *out++ =
+          shares && whole != 0 ? to_finite_float(mean[c] * (shown_[i].rgba[c] / whole)) : mean[c];
+    }
+  }
+  return out;
 }
 
 void FilmTile::resolve_rgba(std::vector<float>& out) const {
@@ -405,6 +342,11 @@ void FilmTile::resolve(std::vector<float>& out) const {
     if (aovs_.contains(Aov::kClamped)) {
       for (size_t c = 0; c < 3; ++c) *p++ = n > 0 ? to_finite_float(clamped_[3 * i + c] / n) : 0.0f;
     }
+    if (!path_layers_.empty()) p = put_layers(i, p);
+    if (aovs_.contains(Aov::kShadow)) {
+      const Rgb shadow = shadows_.shadow(i);
+      p = std::copy_n(&shadow.x, 3, p);
+    }
     if (aovs_.contains(Aov::kDenoising)) p = put_halves(*this, i, p);
     if (aovs_.contains(Aov::kId)) *p++ = float(sums.id);
     if (aovs_.contains(Aov::kTime)) *p++ = seconds_[i];
@@ -421,8 +363,8 @@ uint64_t FilmTile::bytes() const {
          clamped_.capacity() * sizeof(double) + seconds_.capacity() * sizeof(float) +
          stops_.capacity() * sizeof(PixelStop) +
          sample_variances_.capacity() * sizeof(SampleVariance) +
-         shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes() + halves_.bytes() +
-         cryptomattes_.bytes();
+         shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes() + path_layers_.bytes() +
+         shadows_.bytes() + halves_.bytes() + cryptomattes_.bytes();
 }
 
 void FilmTile::archive(Archive& archive) {
@@ -437,6 +379,8 @@ void FilmTile::archive(Archive& archive) {
   archive.values(std::span(stops_.begin(), stops_.size()));
   archive.values(std::span(sample_variances_.begin(), sample_variances_.size()));
   light_groups_.archive(archive);
+  path_layers_.archive(archive);
+  shadows_.archive(archive);
   halves_.archive(archive);
   cryptomattes_.archive(archive);
   bool shown = !shown_.empty();

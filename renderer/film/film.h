@@ -5,6 +5,7 @@
 // schedule (law 2); nothing here locks. Sums are double: 2^25 samples of 0.1 stay exact to 1e-9.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -20,6 +21,7 @@
 #include "renderer/film/cryptomatte_sums.h"
 #include "renderer/film/half_sums.h"
 #include "renderer/film/light_group_sums.h"
+#include "renderer/film/shadow_sums.h"
 
 namespace emberline {
 
@@ -33,6 +35,13 @@ enum class Aov : uint8_t {
   kUv,
   kVelocity,
   kClamped,
+  kDirect,  // as in PathLayer
+  kIndirect,
+  kEmission,
+  kTransmission,
+  kReflection,
+  kEnvironment,
+  kShadow,
   kDenoising,
   kId,
   kTime,
@@ -55,6 +64,36 @@ class AovSet {
  private:
   static constexpr uint32_t bit(Aov aov) { return 1u << static_cast<uint32_t>(aov); }
   uint32_t bits_ = 0;
+};
+
+// What the first surface did with the light that came to the camera; each path is of one, or of
+// kDirect and kReflection, or kIndirect and kReflection, by what share of it the surface reflects
+// diffusely. All of them add up to the radiance.
+enum class PathLayer : uint8_t {
+  kDirect,
+  kIndirect,
+  kEmission,
+  kTransmission,
+  kReflection,
+  kEnvironment,
+};
+inline constexpr size_t kPathLayers = 6;
+Aov aov_of(PathLayer layer);
+
+// Those of a film.
+class PathLayers {
+ public:
+  explicit PathLayers(const AovSet& aovs);
+  // In the order of the film's.
+  const std::vector<PathLayer>& list() const { return list_; }
+  bool empty() const { return list_.empty(); }
+  int size() const { return int(list_.size()); }
+  // Its place in the list; of one that is not wanted a place beyond.
+  uint32_t place_of(PathLayer layer) const { return places_[size_t(layer)]; }
+
+ private:
+  std::vector<PathLayer> list_;
+  std::array<uint32_t, kPathLayers> places_;
 };
 
 // Why a pixel got no more samples; the values of the `stop` channel.
@@ -139,6 +178,8 @@ class FilmTile {
       : aovs_(aovs),
         extras_(extras),
         light_groups_(extras.light_groups),
+        path_layers_(PathLayers(aovs).empty() ? -1 : PathLayers(aovs).size()),
+        shadows_(aovs.contains(Aov::kShadow)),
         halves_(aovs.contains(Aov::kDenoising), extras.light_groups),
         cryptomattes_(extras.cryptomattes, extras.cryptomatte_levels) {}
 
@@ -161,6 +202,7 @@ class FilmTile {
     __builtin_prefetch(sums + sizeof(PixelSums) - 1, 1);
   }
   void prefetch_lights(int x, int y) const { light_groups_.prefetch(index(x, y)); }
+  void prefetch_layers(int x, int y) const { path_layers_.prefetch(index(x, y)); }
   // What the light groups gave to the sample of a lane, which add() was given as well; nothing at
   // all, and alpha 0, for one that it refused.
   void add_lights(int x, int y, int half, float filter_weight, float alpha,
@@ -168,9 +210,19 @@ class FilmTile {
     light_groups_.add(index(x, y), filter_weight, alpha, values, lane);
     if (half == 1) halves_.add_second_lights(index(x, y), filter_weight, values, lane);
   }
-  // What a sample saw, which add() took and whose alpha is 1: an id for each kind.
-  void add_ids(int x, int y, float filter_weight, std::span<const uint32_t> ids) {
-    cryptomattes_.add(index(x, y), filter_weight, ids);
+  // The same of the layers by light path, in the order of PathLayers.
+  void add_layers(int x, int y, float filter_weight, float alpha, const LightGroupValues& values,
+                  int lane) {
+    path_layers_.add(index(x, y), filter_weight, alpha, values, lane);
+  }
+  // What a sample saw, which add() took: an id for each kind; `weight` is that of the filter times
+  // the sample's alpha.
+  void add_ids(int x, int y, float weight, std::span<const uint32_t> ids) {
+    cryptomattes_.add(index(x, y), weight, ids);
+  }
+  // What shadow catchers received in a sample, which add() took.
+  void add_caught(int x, int y, float filter_weight, const CaughtLight& caught) {
+    shadows_.add(index(x, y), filter_weight, caught);
   }
   void add_time(int x, int y, double seconds);
   void add_rays(int x, int y, uint32_t rays);
@@ -213,7 +265,9 @@ class FilmTile {
   const double* squares() const { return squares_.begin(); }
   const uint32_t* rays() const { return rays_.begin(); }
   const LightGroupSums& light_groups() const { return light_groups_; }
+  const LightGroupSums& path_layers() const { return path_layers_; }
   const HalfSums& halves() const { return halves_; }
+  const ShadowSums& shadows() const { return shadows_; }
   const CryptomatteSums& cryptomattes() const { return cryptomattes_; }
 
   // Forgets what show() was told.
@@ -229,6 +283,9 @@ class FilmTile {
   // The same of the means of the light groups, for a pixel that has no samples.
   void show_lights(int x, int y, std::span<const Rgb> means) {
     light_groups_.show(index(x, y), means);
+  }
+  void show_layers(int x, int y, std::span<const Rgb> means) {
+    path_layers_.show(index(x, y), means);
   }
 
   // The tile's channels in film_channels() order, interleaved, rows from rect().y0.
@@ -292,6 +349,7 @@ class FilmTile {
   }
   bool wants_place() const { return aovs_.contains(Aov::kPosition) || aovs_.contains(Aov::kUv); }
   void put_rgba(size_t i, float* out) const;
+  float* put_layers(size_t i, float* out) const;
   bool knows_sample_variance(size_t i) const {
     return !sample_variances_.empty() && sample_variances_[i].known;
   }
@@ -318,7 +376,9 @@ class FilmTile {
   };
   ZeroedArray<SampleVariance> sample_variances_;  // if taken
   LightGroupSums light_groups_;
-  HalfSums halves_;  // with denoising
+  LightGroupSums path_layers_;  // with any of those
+  ShadowSums shadows_;          // with shadow
+  HalfSums halves_;             // with denoising
   CryptomatteSums cryptomattes_;
   struct ShownValue {
     float rgba[4];

@@ -12,18 +12,24 @@
 namespace emberline {
 
 class FilmTile;
+class LightGroupSums;
 
-// What the radiance of each group is multiplied by.
+// What the radiance of each group is multiplied by; of light groups, or of layers by light path.
 class LightMix {
  public:
+  enum class Of { kLights, kPaths };
   // weights[g] is group g's, finite; of as many groups as the film has.
-  explicit LightMix(std::span<const Rgb> weights);
+  explicit LightMix(std::span<const Rgb> weights, Of of = Of::kLights);
+
+  // What is mixed of a film.
+  const LightGroupSums& sums(const FilmTile& film) const;
 
   size_t size() const { return weights_.size(); }
   const Color4* data() const { return weights_.data(); }
 
  private:
   std::vector<Color4> weights_;
+  Of of_;
 };
 
 // R G B A of every pixel of a film with light groups, interleaved, rows from its top: the weighted

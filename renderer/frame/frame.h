@@ -13,6 +13,7 @@
 #include "renderer/film/filter.h"
 #include "renderer/scene/cryptomatte_ids.h"
 #include "renderer/scene/empty_pixels.h"
+#include "renderer/scene/surface_roles.h"
 
 namespace emberline {
 
@@ -41,6 +42,8 @@ struct Frame {
   // Of the scene as it is built: each pixel's ids are kept (FilmExtras has room for them). Null:
   // no.
   const CryptomatteIds* cryptomattes = nullptr;
+  // Of the scene as it is built; null: the camera sees all of it as other rays do.
+  const SurfaceRoles* roles = nullptr;
   // Whose camera rays are not traced; null: all are.
   std::shared_ptr<const EmptyPixels> empty_pixels;
 

@@ -19,15 +19,16 @@ namespace {
 
 size_t worker_count() { return size_t(std::max(1, tbb::this_task_arena::max_concurrency())); }
 
-// What each light group gives to each pixel of an incomplete picture, by pixel, then by group.
-std::vector<Rgb> shown_lights(const FramePicture& picture, size_t groups) {
+// What each light group, or layer by light path, gives to each pixel of an incomplete picture, by
+// pixel, then by group.
+std::vector<Rgb> shown_groups(const FramePicture& picture, LightMix::Of of, size_t groups) {
   const auto pixels = size_t(picture.film().rect().area());
   std::vector<Rgb> lights(groups * pixels);
   std::vector<float> rgba(4 * pixels);
   for (size_t g = 0; g < groups; ++g) {
     std::vector<Rgb> weights(groups, Rgb(0.0f));
     weights[g] = Rgb(1.0f);
-    const LightMix alone(weights);
+    const LightMix alone(weights, of);
     picture.resolve(rgba, &alone);
     for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgba[4 * i], 3, &lights[groups * i + g].x);
   }
@@ -409,9 +410,11 @@ void FrameRender::deliver(FrameObserver& observer) {
     shown.resize(4 * size_t(crop.area()));
     resolve(shown);
   }
-  const auto groups = size_t(std::max(0, film_->extras().light_groups));
-  std::vector<Rgb> lights;
-  if (!shown.empty() && groups > 0) lights = shown_lights(*this, groups);
+  const auto groups = size_t(std::max(0, film_->light_groups().groups()));
+  const auto layers = size_t(std::max(0, film_->path_layers().groups()));
+  std::vector<Rgb> lights, paths;
+  if (!shown.empty() && groups > 0) lights = shown_groups(*this, LightMix::Of::kLights, groups);
+  if (!shown.empty() && layers > 0) paths = shown_groups(*this, LightMix::Of::kPaths, layers);
   std::atomic<size_t> next{0};
   const auto work = [&](size_t /*worker*/) {
     FilmTile tile(film_->aovs(), film_->extras());  // one each: its memory serves again and again
@@ -424,8 +427,8 @@ void FrameRender::deliver(FrameObserver& observer) {
           if (film_->sample_count(x, y) > 0) continue;
           const size_t pixel = crop.index_of(x, y);
           tile.show(x, y, &shown[4 * pixel]);
-          if (lights.empty()) continue;
-          tile.show_lights(x, y, std::span(lights).subspan(groups * pixel, groups));
+          if (groups > 0) tile.show_lights(x, y, std::span(lights).subspan(groups * pixel, groups));
+          if (layers > 0) tile.show_layers(x, y, std::span(paths).subspan(layers * pixel, layers));
         }
       }
       observer.tile_finished(tile);

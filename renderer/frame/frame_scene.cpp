@@ -172,7 +172,8 @@ GltfOptions load_options(const FrameSettings& settings) {
     options.shutter = {settings.shutter->open / settings.fps,
                        settings.shutter->close / settings.fps};
   }
-  options.nodes = !settings.cryptomattes.empty();
+  options.nodes =
+      !settings.cryptomattes.empty() || !settings.catchers.empty() || !settings.holdouts.empty();
   if (later_is_wanted(settings)) options.later = 1.0 / settings.fps;
   return options;
 }

@@ -120,10 +120,11 @@ struct FrameSettings {
 
   // Channels.
   std::string aovs;
-  std::string cryptomattes;    // kinds, a list; layers of the EXR
-  int cryptomatte_levels = 6;  // ids of each pixel
-  bool light_groups = false;   // layers of the EXR
-  std::string half;            // layers of it in half floats, a list
+  std::string cryptomattes;        // kinds, a list; layers of the EXR
+  int cryptomatte_levels = 6;      // ids of each pixel
+  std::string catchers, holdouts;  // nodes, lists (SurfaceRoles)
+  bool light_groups = false;       // layers of the EXR
+  std::string half;                // layers of it in half floats, a list
   ExrCompression exr_compression = ExrCompression::kZip;
   ExrParts exr_parts = ExrParts::kOne;
   bool denoise = false;  // the picture, a second time

@@ -19,6 +19,13 @@ constexpr HalfLayer kLayers[] = {
     {"velocity", "motion"},
     {"variance", "what it can hold of the variance"},
     {"clamped", "what was clamped"},
+    {"direct", "layers by light path, as the next five"},
+    {"indirect", "as in --aov"},
+    {"emission", "as in --aov"},
+    {"transmission", "as in --aov"},
+    {"reflection", "as in --aov"},
+    {"environment", "as in --aov"},
+    {"shadow", "of --catcher"},
     {"light", "all of --light-groups"},
     {"denoised", "the clean picture of --denoise, and its error"},
 };

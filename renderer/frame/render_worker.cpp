@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 
 #if defined(__x86_64__) || defined(_M_X64)
 #include <immintrin.h>
@@ -47,6 +48,8 @@ RenderWorker::RenderWorker(const Frame& frame)
       samples_(frame.sampler, camera_dimensions(frame)),
       counters_(no_counts()),
       light_values_(frame.light_groups ? frame.light_groups->size() : 0),
+      path_layers_(frame.aovs),
+      layer_values_(path_layers_.size()),
       saved_mode_(flush_denormals()) {}
 
 FrameCounters RenderWorker::no_counts() const {
@@ -151,10 +154,20 @@ void RenderWorker::trace_batch() {
     batch.light_groups = frame_.light_groups;
     batch.light_values = &light_values_;
   }
+  if (!path_layers_.empty()) {
+    layer_values_.clear();
+    batch.path_layers = &path_layers_;
+    batch.layer_values = &layer_values_;
+  }
   if (counters_.clamped.clamps()) batch.clamped = &counters_.clamped;
   if (sees()) {
     std::fill_n(seen_, count, SeenSurface{});
     batch.seen = {seen_, count};
+  }
+  batch.roles = frame_.roles;
+  if (catches()) [[unlikely]] {
+    std::fill_n(caught_, count, CaughtLight{});
+    batch.caught = {caught_, count};
   }
   frame_.integrator.estimate(batch, samples_, {values_, count});
   if (velocity) [[unlikely]]
@@ -174,21 +187,28 @@ void RenderWorker::add_background_velocity() {
 bool RenderWorker::add(int lane, FilmTile& tile) {
   const SampleAddress& a = addresses_[lane];
   const int x = int(a.x), y = int(a.y);
+  if (catches() && !is_finite(caught_[lane])) [[unlikely]]  // no sample then, as a whole
+    values_[lane].radiance = Rgb(std::numeric_limits<float>::quiet_NaN());
   if (tile.add(x, y, frame_.half_of(a.sample), weights_[lane], values_[lane],
                sees() ? &seen_[lane] : nullptr)) {
     if (counters_.clamped.clamps()) counters_.clamped.keep(values_[lane].radiance);
-    if (frame_.cryptomattes && values_[lane].alpha > 0.0f) [[unlikely]] {
-      tile.add_ids(x, y, weights_[lane], frame_.cryptomattes->of_hit(values_[lane].first_hit.id));
+    const float alpha = values_[lane].alpha;
+    if (frame_.cryptomattes && alpha != 0.0f) [[unlikely]] {
+      tile.add_ids(x, y, weights_[lane] * alpha,
+                   frame_.cryptomattes->of_hit(values_[lane].first_hit.id));
     }
+    if (catches()) [[unlikely]]
+      tile.add_caught(x, y, weights_[lane], caught_[lane]);
     return true;
   }
   counters_.non_finite_samples++;
   if (counters_.located.size() < FrameCounters::kLocatedLimit) {
     counters_.located.push_back({x, y, a.sample, seed_});
   }
-  // It counts as black for the light groups, too.
+  // It counts as black for the light groups and layers, too.
   values_[lane].alpha = 0.0f;
   light_values_.clear(lane);
+  layer_values_.clear(lane);
   return false;
 }
 
@@ -198,6 +218,13 @@ void RenderWorker::add_lights(FilmTile& tile) const {
     const SampleAddress& a = addresses_[i];
     tile.add_lights(int(a.x), int(a.y), frame_.half_of(a.sample), weights_[i], values_[i].alpha,
                     light_values_, i);
+  }
+}
+
+void RenderWorker::add_layers(FilmTile& tile) const {
+  for (int i = 0; i < count_; ++i) {
+    const SampleAddress& a = addresses_[i];
+    tile.add_layers(int(a.x), int(a.y), weights_[i], values_[i].alpha, layer_values_, i);
   }
 }
 
@@ -217,6 +244,7 @@ void RenderWorker::add_batch(FilmTile& tile) {
         std::max(counters_.max_samples, addresses_[i].sample + 1 - frame_.first_sample);
   }
   if (frame_.light_groups) add_lights(tile);
+  if (!path_layers_.empty()) add_layers(tile);
   if (timed) {
     const double share = std::chrono::duration<double>(Clock::now() - start).count() / count_;
     for (int i = 0; i < count_; ++i) {
@@ -233,6 +261,9 @@ void RenderWorker::flush_scattered(FilmTile& tile) {
     for (int i = 0; i < count_; ++i) {
       tile.prefetch_lights(int(addresses_[i].x), int(addresses_[i].y));
     }
+  }
+  for (int i = 0; i < count_ && !path_layers_.empty(); ++i) {
+    tile.prefetch_layers(int(addresses_[i].x), int(addresses_[i].y));
   }
   samples_.start_batch({addresses_, size_t(count_)}, seed_);
   add_batch(tile);

@@ -40,6 +40,7 @@ class RenderWorker {
 
  private:
   FrameCounters no_counts() const;
+  bool catches() const { return frame_.aovs.contains(Aov::kShadow); }
   bool sees() const { return frame_.aovs.contains(Aov::kDenoising); }
   void begin_batch(int x, int y, uint32_t first_sample, int count);
   bool all_empty() const;
@@ -51,6 +52,7 @@ class RenderWorker {
   bool add(int lane, FilmTile& tile);
   void add_batch(FilmTile& tile);
   void add_lights(FilmTile& tile) const;
+  void add_layers(FilmTile& tile) const;
   void flush_scattered(FilmTile& tile);
 
   const Frame& frame_;
@@ -64,7 +66,10 @@ class RenderWorker {
   float weights_[kSampleLanes];
   SampleValue values_[kSampleLanes];
   SeenSurface seen_[kSampleLanes];
+  CaughtLight caught_[kSampleLanes];
   LightGroupValues light_values_;
+  const PathLayers path_layers_;
+  LightGroupValues layer_values_;
   unsigned saved_mode_;
 };
 

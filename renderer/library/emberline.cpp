@@ -143,6 +143,9 @@ void check_suits(const FramePlan& plan, const FrameSettings& settings,
     throw emberline::UsageError("light-groups: the command alone has them");
   if (!settings.cryptomattes.empty())
     throw emberline::UsageError("cryptomatte: the command alone has it");
+  if (!settings.catchers.empty() || !settings.holdouts.empty())
+    throw emberline::UsageError("{}: the command alone has them",
+                                settings.catchers.empty() ? "holdout" : "catcher");
   if (settings.denoise) {
     throw emberline::UsageError(
         "denoise: the command alone does; the channels that it takes come with aov denoising");

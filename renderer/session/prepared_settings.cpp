@@ -31,6 +31,8 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.driver = driver.name;
   options.crop.reset();
   options.cryptomattes.clear();
+  options.catchers.clear();
+  options.holdouts.clear();
   options.cryptomatte_levels = FrameSettings().cryptomatte_levels;
   options.denoise = false;  // of --settings; the window shows a frame as it is
   if (options.allocation == ErrorMetric::kDenoised) options.allocation.reset();

@@ -74,6 +74,8 @@ class SurfaceBsdf {
   Rgb eval_and_pdf(const Vec3f& wi, float* pdf) const;
   // u_lobe chooses from the list of lobes; the base divides u among its two.
   BsdfSample sample(float u_lobe, const Vec2f& u) const;
+  // The part of eval() that the Lambertian base and sheen reflect; 0 below the surface.
+  Rgb eval_diffuse(const Vec3f& wi) const;
 
   // Whether next-event estimation can contribute: there is a lobe that is not a delta.
   bool has_non_delta() const {
@@ -167,7 +169,9 @@ class SurfaceBsdf {
   SpecularAlbedo::Value reflection_albedo(const Vec3f& w) const;
   Color4 base_fresnel(float cos_d) const;
   Color4 eval_base(const Vec3f& wi, float through, float through_i, float* pdf) const;
+  float interface_cosine(const Vec3f& above, float cos_geometric) const;
   Color4 eval_passed(const Vec3f& wi) const;
+  Color4 eval_sheen(const Vec3f& wi) const;
   float eval_coat(const Vec3f& wi, float* pdf) const;
   Rgb eval_list(const Vec3f& wi, float* pdf) const;  // all that is not a delta
   BsdfSample sample_base(const Vec2f& u) const;

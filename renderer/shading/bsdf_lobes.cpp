@@ -328,14 +328,37 @@ Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float through, float through_i, f
   return value;
 }
 
+// A cosine lobe under the dielectric's interface; `cos_geometric` is of the side that wi is on.
+float SurfaceBsdf::interface_cosine(const Vec3f& above, float cos_geometric) const {
+  const SpecularAlbedo::Value at = reflection_albedo(above);
+  float scale = above.z * kInvPi;
+  if (bent_) scale *= terminator_factor(cos_geometric, terminator_alpha2_);
+  return scale * std::max(0.0f, 1.0f - dielectric_reflectance(at.loss, at.schlick));
+}
+
 // Diffuse transmission: wi.z < 0.
 Color4 SurfaceBsdf::eval_passed(const Vec3f& wi) const {
   const Vec3f above(wi.x, wi.y, -wi.z);
-  const SpecularAlbedo::Value at = reflection_albedo(above);
-  float scale = above.z * kInvPi;
-  if (bent_) scale *= terminator_factor(-dot(wi, geometric_normal_), terminator_alpha2_);
-  scale *= std::max(0.0f, 1.0f - dielectric_reflectance(at.loss, at.schlick));
-  return list_->base->passed * scale;
+  return list_->base->passed * interface_cosine(above, -dot(wi, geometric_normal_));
+}
+
+// wi.z > 0.
+Color4 SurfaceBsdf::eval_sheen(const Vec3f& wi) const {
+  const Layers& layers = *list_->layers;
+  const float under_coat =
+      std::min(layers.through_coat_o, through_coat(dot(wi, layers.coat_frame.normal)));
+  return color4(layers.sheen_color) * (layers.sheen.eval(wi) * under_coat);
+}
+
+Rgb SurfaceBsdf::eval_diffuse(const Vec3f& wi) const {
+  if (below_surface(wi)) return Rgb(0.0f);
+  Color4 value = splat4(0.0f);
+  if (has_cosine_ && (!list_ || list_->base)) {
+    value = diffuse_ * interface_cosine(wi, dot(wi, geometric_normal_));
+    if (list_) value *= splat4(list_->base_weight * through_layers(wi));
+  }
+  if (list_ && list_->pick[kSheen] > 0.0f) value += eval_sheen(wi);
+  return to_rgb(value);
 }
 
 // The coat's reflection; wi.z > 0.
@@ -379,11 +402,8 @@ float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
     add(kBase, f * list.base_weight);
   }
   if (list.pick[kSheen] > 0.0f) {
-    const Layers& layers = *list.layers;
-    const float under_coat =
-        std::min(layers.through_coat_o, through_coat(dot(wi, layers.coat_frame.normal)));
-    density = layers.sheen.pdf(wi);
-    add(kSheen, color4(layers.sheen_color) * (layers.sheen.eval(wi) * under_coat));
+    density = list.layers->sheen.pdf(wi);
+    add(kSheen, eval_sheen(wi));
   }
   if (list.pick[kCoat] > 0.0f) add(kCoat, splat4(eval_coat(wi, &density)));
   return to_rgb(value);

@@ -118,6 +118,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--cryptomatte",
        {"foo", "object,foo", "objects"},
        {"valid names are", "object", "material", "asset"}},
+      {"--aov", {"shadow"}, {"--aov shadow requires --catcher"}},
       {"--cryptomatte-levels", numbers({"0", "65", "-1", "2.5"}), {"1 to 64"}},
       {"--half", {"foo", "id", "N,samples"}, {"valid names are", "RGBA", "albedo", "light"}},
       {"--exr-compression", {"foo", "rle"}, {"valid names are", "none", "zip", "dwab"}},

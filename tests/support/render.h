@@ -127,11 +127,12 @@ inline RenderedImage blank_image(const FramePlan& plan) {
 // the end; a driver that keeps none has null.
 inline RenderedImage render(const Scene& scene, const CameraDescription& view,
                             const RenderSettings& s, const LightGroups* groups = nullptr,
-                            const std::function<void(const FramePicture*)>& look = {}) {
+                            const std::function<void(const FramePicture*)>& look = {},
+                            const SurfaceRoles* roles = nullptr) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
   const FramePlan plan = plan_of(s);
-  const Frame frame = plan.frame(scene, camera, groups);
+  const Frame frame = plan.frame(scene, camera, groups, nullptr, roles);
   RenderedImage image = blank_image(plan);
   if (groups) {
     image.light_groups = groups->size();

@@ -76,6 +76,8 @@ const std::map<std::string, std::string> kOthers = {
     {"lenient", "yes"},
     {"isa", kIsa},
     {"resource-root", "/models"},
+    {"catcher", "floor,wall"},
+    {"holdout", "chair"},
 };
 
 FrameSettings all_others() {
@@ -94,9 +96,9 @@ TEST(SettingTable, HasEveryMember) {
                focus_distance, panorama, turntable, animation, time, frame, fps, shutter, edits,
                variant, environment, sun, environment_strength, environment_rotation, transparent,
                show_backfaces, lenient, isa, part, sample_range, aovs, cryptomattes,
-               cryptomatte_levels, light_groups, half, exr_compression, exr_parts, denoise] =
-      settings;
-  constexpr size_t kMembers = 59;
+               cryptomatte_levels, catchers, holdouts, light_groups, half, exr_compression,
+               exr_parts, denoise] = settings;
+  constexpr size_t kMembers = 61;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());

@@ -1,0 +1,15 @@
+// What a surface that catches shadows receives of a light, with the scene's other objects and
+// without.
+#pragma once
+
+#include "integrators/integrator.h"
+
+namespace emberline {
+
+// A camera ray has met a catcher; `weight` is what panes on its way let through. The numbers are
+// those of the surface's own light sample.
+void catch_light(const Scene& scene, const SurfaceRoles& roles, const Ray& ray,
+                 const SurfaceHit& hit, float weight, PixelSamples& samples, SampleRays* rays,
+                 CaughtLight* caught);
+
+}  // namespace emberline

@@ -1,0 +1,132 @@
+#include "renderer/scene/surface_roles.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <set>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/names.h"
+#include "renderer/core/shortened.h"
+
+namespace emberline {
+namespace {
+
+using Nodes = std::vector<NodeDescription>;
+
+// Whether there is a mesh at each node or below it.
+std::vector<char> with_meshes(const Nodes& nodes) {
+  std::vector<char> have(nodes.size(), 0);
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    for (int at = nodes[i].has_mesh ? int(i) : -1; at >= 0 && !have[size_t(at)];
+         at = nodes[size_t(at)].parent) {
+      have[size_t(at)] = 1;
+    }
+  }
+  return have;
+}
+
+// Up to five names like this one, for messages.
+std::string nearest_names(const std::string& wanted, const Nodes& nodes,
+                          const std::vector<char>& have) {
+  constexpr size_t kMost = 5, kCompared = 64;
+  std::set<std::pair<size_t, std::string>> nearest;
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    if (!have[i] || nodes[i].name.empty()) continue;
+    const size_t distance = edit_distance(wanted.substr(0, kCompared),
+                                          std::string_view(nodes[i].name).substr(0, kCompared));
+    nearest.emplace(distance, nodes[i].name);
+    if (nearest.size() > kMost) nearest.erase(std::prev(nearest.end()));
+  }
+  if (nearest.empty()) return "the file has no nodes with a mesh and a name";
+  std::vector<std::string> names;
+  for (const auto& [distance, name] : nearest) names.push_back("'" + shortened(name) + "'");
+  return fmt::format("the nearest names are {}", fmt::join(names, ", "));
+}
+
+// All of that name, or the one with that number.
+std::vector<size_t> find_nodes(const std::string& wanted, const Nodes& nodes) {
+  std::vector<size_t> found;
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    if (nodes[i].name == wanted) found.push_back(i);
+  }
+  size_t index = 0;
+  const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
+  if (found.empty() && error == std::errc() && end == wanted.data() + wanted.size() &&
+      index < nodes.size()) {
+    found.push_back(index);
+  }
+  return found;
+}
+
+void give(const char* option, SurfaceRole role, std::string_view list, const Nodes& nodes,
+          const std::vector<char>& have, std::vector<std::optional<SurfaceRole>>& roles) {
+  for (const std::string& name : parse_node_names(list)) {
+    const std::vector<size_t> found = find_nodes(name, nodes);
+    if (found.empty()) {
+      throw UsageError("--{}: no node '{}'; {}", option, shortened(name),
+                       nearest_names(name, nodes, have));
+    }
+    if (std::ranges::none_of(found, [&](size_t node) { return have[node] != 0; })) {
+      throw UsageError("--{}: the node '{}' has no mesh, nor has one below it; {}", option,
+                       shortened(name), nearest_names(name, nodes, have));
+    }
+    for (const size_t node : found) {
+      if (roles[node].value_or(role) != role) {
+        throw UsageError("--{}: the node '{}' is a catcher already; leave it out of one of the two",
+                         option, shortened(name));
+      }
+      roles[node] = role;
+    }
+  }
+}
+
+// Each node's own role, or that of the nearest above it.
+void hand_down(const Nodes& nodes, std::vector<std::optional<SurfaceRole>>& roles) {
+  std::vector<size_t> path;
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    path.clear();
+    size_t at = i;
+    while (!roles[at] && nodes[at].parent >= 0) {
+      path.push_back(at);
+      at = size_t(nodes[at].parent);
+    }
+    if (!roles[at]) roles[at] = SurfaceRole::kSeen;
+    for (const size_t node : path) roles[node] = roles[at];
+  }
+}
+
+}  // namespace
+
+SurfaceRoles::SurfaceRoles(const SceneDescription& scene, std::string_view catchers,
+                           std::string_view holdouts) {
+  const std::vector<char> have = with_meshes(scene.nodes);
+  std::vector<std::optional<SurfaceRole>> roles(scene.nodes.size());
+  give("catcher", SurfaceRole::kCatcher, catchers, scene.nodes, have, roles);
+  give("holdout", SurfaceRole::kHoldout, holdouts, scene.nodes, have, roles);
+  hand_down(scene.nodes, roles);
+  for (const InstanceDescription& instance : scene.instances) {
+    const bool of_node = instance.node >= 0 && size_t(instance.node) < roles.size();
+    roles_.push_back(of_node ? *roles[size_t(instance.node)] : SurfaceRole::kSeen);
+  }
+}
+
+std::vector<std::string> parse_node_names(std::string_view list) {
+  std::vector<std::string> names(1);
+  for (size_t i = 0; i < list.size(); ++i) {
+    if (list[i] == ',') {
+      names.emplace_back();
+    } else {
+      if (list[i] == '\\' && i + 1 < list.size() && (list[i + 1] == ',' || list[i + 1] == '\\'))
+        ++i;
+      names.back() += list[i];
+    }
+  }
+  std::erase(names, "");
+  return names;
+}
+
+}  // namespace emberline

@@ -1,0 +1,133 @@
+// --catcher and --holdout: what lies over a plate, by name; what is refused; what merge, resume and
+// extend make of it.
+#include <algorithm>
+#include <cmath>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+class PlateOptions : public CommandTest {
+ protected:
+  // A floor, a lamp, and below a node of its own a card over the floor.
+  void SetUp() override {
+    GltfBuilder gltf = lamp_scene();
+    const int card = gltf.push("materials", {{"name", "card"}});
+    add_quad(gltf, {-0.5f, 0.4f, 0.4f}, {1, 0, 0}, {0, 0, -0.8f}, card);
+    auto& nodes = gltf.root["nodes"];
+    const size_t last = nodes.size();
+    for (auto& node : nodes) {
+      if (node.contains("mesh") && !node.contains("name")) node["name"] = "plain";
+    }
+    nodes[last - 1]["name"] = "card, \"quoted\"\n" + std::string(300, 'x');
+    nodes.push_back({{"name", "props"}, {"children", {last - 1}}});
+    auto& roots = gltf.root["scenes"][0]["nodes"];
+    for (auto& root : roots) {
+      if (root == last - 1) root = last;
+    }
+    for (auto& node : nodes) {
+      if (node.value("mesh", -1) == 0) node["name"] = "floor";
+    }
+    nodes.push_back({{"name", "nothing"}});
+    gltf.write_glb(path("scene.glb"));
+  }
+  Words frame(const Words& more) {
+    return Words{"render",
+                 path("scene.glb"),
+                 "-o",
+                 path("out.exr"),
+                 "--size",
+                 "24x18",
+                 "--bucket-size",
+                 "8",
+                 "--catcher",
+                 "floor",
+                 "--camera",
+                 "main",
+                 "--transparent"} +
+           more;
+  }
+  ExrPicture picture(const Words& more) {
+    render(frame(more));
+    return read_exr(path("out.exr"));
+  }
+};
+
+TEST_F(PlateOptions, GoThroughCheckpoints) {
+  const ExrPicture whole = picture({"--spp", "8"});
+  const std::vector<float>&shadow = whole.channels.at("shadow.G"), &alpha = whole.channels.at("A");
+  EXPECT_LT(std::ranges::min(shadow), 0.5f);
+  EXPECT_EQ(std::ranges::max(shadow), 1.0f);
+  EXPECT_GT(std::ranges::count_if(alpha, [](float a) { return a > 0.05f && a < 0.95f; }), 10);
+
+  for (const char* part : {"1/2", "2/2"}) render(frame({"--spp", "8", "--part", part}));
+  render({"merge", "-o", path("merged.exr"), path("out.exr.part-1-of-2.checkpoint"),
+          path("out.exr.part-2-of-2.checkpoint")});
+  EXPECT_EQ(first_difference(whole, read_exr(path("merged.exr"))), "");
+
+  for (const char* range : {"0-3", "3-8"}) render(frame({"--sample-range", range}));
+  render({"merge", "-o", path("ranges.exr"), path("out.exr.samples-0-3.checkpoint"),
+          path("out.exr.samples-3-8.checkpoint")});
+  const ExrPicture ranges = read_exr(path("ranges.exr"));
+  for (const auto& [name, values] : whole.channels) {
+    for (size_t i = 0; i < values.size(); ++i) {
+      ASSERT_NEAR(ranges.channels.at(name)[i], values[i], 2e-6f) << name << ", " << i;
+    }
+  }
+
+  render(frame({"--spp", "4", "--resumable"}));
+  render({"extend", path("out.exr"), "--spp", "8", "-o", path("extended.exr")});
+  EXPECT_EQ(first_difference(whole, read_exr(path("extended.exr"))), "");
+
+  render(frame({"--spp", "8", "--resumable", "--driver", "bisection"}));
+  expect_failure(frame({"--spp", "8", "--resume", "--driver", "bisection", "--holdout", "props"}),
+                 3, {"--holdout: not given (now props)"});
+}
+
+// Rounds are weighed, and shadows are those of all samples.
+TEST_F(PlateOptions, OfEveryDriver) {
+  const ExrPicture whole = picture({"--spp", "64"});
+  for (const Words& driver :
+       {Words{"--driver", "bisection"}, Words{"--driver", "adaptive"},
+        Words{"--driver", "adaptive", "--unbiased"}, Words{"--noise-threshold", "0.02"}}) {
+    const ExrPicture other = picture(Words{"--spp", "64"} + driver);
+    for (const char* channel : {"A", "shadow.G"}) {
+      double difference = 0;
+      for (size_t i = 0; i < whole.channels.at(channel).size(); ++i) {
+        difference += double(whole.channels.at(channel)[i] - other.channels.at(channel)[i]);
+      }
+      EXPECT_LT(std::abs(difference) / (24 * 18), 0.02) << driver.back() << ", " << channel;
+    }
+  }
+}
+
+// By the name of a node above it, and by one with what names may have.
+TEST_F(PlateOptions, NameNodes) {
+  const ExrPicture plain = picture({"--spp", "4", "--aov", "id"});
+  const ExrPicture held = picture({"--spp", "4", "--aov", "id", "--holdout", "props"});
+  EXPECT_NE(first_difference(plain, held), "");
+  const std::string name = "card\\, \"quoted\"\n" + std::string(300, 'x');
+  EXPECT_EQ(first_difference(held, picture({"--spp", "4", "--aov", "id", "--holdout", name})), "");
+  render(frame({"--spp", "4", "--holdout", name, "--save-settings", path("look.json")}));
+  render({"render", "--settings", path("look.json"), "-o", path("again.exr")});
+  EXPECT_EQ(
+      first_difference(picture({"--spp", "4", "--holdout", name}), read_exr(path("again.exr"))),
+      "");
+}
+
+TEST_F(PlateOptions, SayWhatTheyCannotDo) {
+  expect_failure(frame({"--catcher", "flor"}), 2,
+                 {"--catcher: no node 'flor'", "nearest", "'floor'"});
+  expect_failure(frame({"--holdout", "prop"}), 2, {"--holdout: no node 'prop'", "'props'"});
+  expect_failure(frame({"--holdout", "nothing"}), 2, {"--holdout", "'nothing' has no mesh"});
+  expect_failure(frame({"--holdout", "floor"}), 2, {"--holdout", "'floor' is a catcher already"});
+  expect_failure(frame({"--catcher", std::string(100'000, 'y') + "\n"}), 2, {"--catcher: no node"});
+  expect_failure(frame({"--integrator", "ambient_occlusion"}), 2,
+                 {"--catcher", "ambient_occlusion", "path, direct"});
+  expect_failure(render_words({"--aov", "shadow"}), 2, {"--aov shadow requires --catcher"});
+  expect_failure(render_words({"--half", "shadow"}), 2, {"--half shadow requires --aov shadow"});
+}
+
+}  // namespace
+}  // namespace emberline::test

@@ -1,0 +1,359 @@
+// Layers by light path: they add up to the picture, whose bits do not change for them; they are the
+// same whoever renders; and light is in the layer that the guide says.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/core/errors.h"
+#include "renderer/film/light_group_values.h"
+#include "support/busy_scene.h"
+#include "support/grouped_scene.h"
+#include "support/lit_scenes.h"
+#include "support/render.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+const std::vector<std::string> kLayers = {"direct",       "indirect",   "emission",
+                                          "transmission", "reflection", "environment"};
+constexpr const char* kAll = "direct,indirect,emission,transmission,reflection,environment";
+
+RenderSettings settings(const char* layers = kAll) {
+  RenderSettings s;
+  s.width = 33;
+  s.height = 25;
+  s.spp = 16;
+  s.max_depth = 6;
+  s.aovs = layers;
+  return s;
+}
+
+Rgb layer_at(const RenderedImage& image, const std::string& layer, int x, int y) {
+  const auto first = std::ranges::find(image.channels, layer + ".R") - image.channels.begin();
+  const float* p = image.pixel(x, y) + first;
+  return {p[0], p[1], p[2]};
+}
+
+Rgb mean_of(const RenderedImage& image, const std::string& layer) {
+  Rgb sum(0.0f);
+  for (int y = image.crop.y0; y < image.crop.y1; ++y) {
+    for (int x = image.crop.x0; x < image.crop.x1; ++x) sum += layer_at(image, layer, x, y);
+  }
+  return sum * (1.0f / float(image.crop.area()));
+}
+
+void expect_sums(const RenderedImage& image, const std::string& what) {
+  for (int y = image.crop.y0; y < image.crop.y1; ++y) {
+    for (int x = image.crop.x0; x < image.crop.x1; ++x) {
+      Rgb sum(0.0f), size(0.0f);
+      for (const std::string& layer : kLayers) {
+        const Rgb value = layer_at(image, layer, x, y);
+        sum += value;
+        for (int c = 0; c < 3; ++c) size[c] += std::abs(value[c]);
+      }
+      for (int c = 0; c < 3; ++c) {
+        ASSERT_NEAR(sum[c], image.rgb(x, y)[c], 1e-5f * size[c])
+            << what << ", pixel " << x << "," << y << ", channel " << c;
+      }
+    }
+  }
+}
+
+// The channels that both have, of the same bits.
+void expect_same_channels(const RenderedImage& with, const RenderedImage& without,
+                          const std::string& what) {
+  for (size_t c = 0; c < without.channels.size(); ++c) {
+    const auto at =
+        size_t(std::ranges::find(with.channels, without.channels[c]) - with.channels.begin());
+    ASSERT_LT(at, with.channels.size());
+    for (size_t i = 0; i < size_t(without.crop.area()); ++i) {
+      ASSERT_EQ(with.values[i * with.channels.size() + at],
+                without.values[i * without.channels.size() + c])
+          << what << ", " << without.channels[c] << ", pixel " << i;
+    }
+  }
+}
+
+struct Case {
+  const char* name;
+  std::unique_ptr<Scene> (*scene)();
+  CameraDescription (*view)();
+};
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+std::unique_ptr<Scene> lit() {
+  SceneBuilderForTests b;
+  b.description = lit_scene();
+  return b.build();
+}
+std::unique_ptr<Scene> glazed() {
+  SceneBuilderForTests b;
+  b.description = glazed_scene();
+  return b.build();
+}
+// Coat, sheen, a stretched highlight, leaves that light comes through.
+std::unique_ptr<Scene> layered() {
+  SceneBuilderForTests b;
+  b.description = lit_scene();
+  MaterialDescription coated = b.description.materials[kMatt];
+  coated.clearcoat = 0.8f;
+  coated.specular = 1.0f;
+  coated.sheen_color = Rgb(0.5f, 0.2f, 0.4f);
+  coated.anisotropy = 0.6f;
+  coated.roughness = 0.5f;
+  b.description.materials[kMatt] = coated;
+  b.description.materials[kRed].diffuse_transmission = 0.4f;
+  b.description.materials[kRed].double_sided = true;
+  return b.build();
+}
+
+class PathLayersOf : public testing::TestWithParam<Case> {
+ protected:
+  const std::unique_ptr<Scene> scene_ = GetParam().scene();
+  RenderedImage image(const RenderSettings& s) const {
+    return render(*scene_, GetParam().view(), s);
+  }
+};
+
+TEST_P(PathLayersOf, AddUpAndChangeNoBit) {
+  for (const char* filter : {"box", "mitchell"}) {
+    for (const bool transparent : {false, true}) {
+      for (const bool clamped : {false, true}) {
+        RenderSettings s = settings();
+        s.spp = 20;  // a batch, and a part of one
+        s.filter = filter;
+        s.transparent = transparent;
+        if (clamped) s.clamp_indirect = 0.05f;
+        const std::string what = fmt::format("{}, {}, {}", filter, transparent, clamped);
+        const RenderedImage first = image(s);
+        expect_sums(first, what);
+        RenderSettings plain = s;
+        plain.aovs = "";
+        const RenderedImage without = image(plain);
+        expect_same_channels(first, without, what);
+        EXPECT_EQ(first.counters.rays.total(), without.counters.rays.total());
+      }
+    }
+  }
+}
+
+TEST_P(PathLayersOf, AreTheSameWhoeverRenders) {
+  RenderSettings s = settings();
+  s.threads = 1;
+  const RenderedImage expected = image(s);
+  for (const char* driver : {"bucket", "bisection", "adaptive"}) {
+    for (const int threads : {2, 5}) {
+      s.driver = driver;
+      s.threads = threads;
+      s.bucket_size = threads == 5 ? 7 : 16;
+      s.adaptive.budget = s.adaptive.min_samples = s.adaptive.max_samples = s.spp;
+      expect_same_bits(image(s), expected, fmt::format("{}, {} threads", driver, threads));
+    }
+  }
+  s = settings();
+  s.crop = {5, 3, 20, 17};
+  expect_same_bits(image(s), expected, "crop");
+}
+
+TEST_P(PathLayersOf, AddUpWhereSamplesAreAdaptive) {
+  RenderSettings s = settings();
+  s.driver = "adaptive";
+  s.streams = StreamCount::kTwo;
+  s.adaptive.budget = 40;
+  expect_sums(image(s), "adaptive");
+  s.adaptive.unbiased = true;
+  expect_sums(image(s), "unbiased");
+}
+
+TEST_P(PathLayersOf, AFewAreThoseOfAll) {
+  const RenderedImage all = image(settings());
+  expect_same_channels(all, image(settings("environment,reflection")), "two of them");
+  EXPECT_EQ(image(settings("reflection,environment,reflection")).channels.size(), 5u + 6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, PathLayersOf,
+                         testing::Values(Case{"matt", lit, lit_view},
+                                         Case{"glazed", glazed, lit_view},
+                                         Case{"layered", layered, lit_view},
+                                         Case{"busy", busy_scene, busy_view}),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+TEST(PathLayers, GoWithLightGroups) {
+  const GroupedScene lit(glazed_scene());
+  const RenderedImage both = render(lit.scene.scene(), lit_view(), settings(), &lit.groups);
+  expect_sums(both, "with groups");
+  expect_same_bits(both, render(lit.scene.scene(), lit_view(), settings()), "without groups");
+  EXPECT_EQ(both.lights, render(lit.scene.scene(), lit_view(), settings(""), &lit.groups).lights);
+}
+
+// One surface seen from above, under a sky of radiance 1; `material` below.
+RenderedImage of_floor(const MaterialDescription& material, int max_depth) {
+  SceneBuilderForTests b;
+  b.add_floor(100, 0, b.add_material(material));
+  b.set_environment(Rgb(1.0f));
+  RenderSettings s = settings();
+  s.max_depth = max_depth;
+  s.spp = 64;
+  return render(*b.build(), orthographic({0, 3, 0}, {0, 0, 1e-9}, 1.0), s);
+}
+
+void expect_only(const RenderedImage& image, const std::string& layer, float value,
+                 float tolerance) {
+  for (const std::string& name : kLayers) {
+    const Rgb mean = mean_of(image, name);
+    EXPECT_NEAR(mean.y, name == layer ? value : 0.0f, name == layer ? tolerance : 0.0f) << name;
+  }
+}
+
+// Closed forms: a furnace gives what the surface returns of 1.
+TEST(PathLayers, OfOneSurface) {
+  expect_only(of_floor(lambert(Rgb(0.6f)), 1), "direct", 0.6f, 0.006f);
+  expect_only(of_floor(lambert(Rgb(0.6f)), 8), "direct", 0.6f, 0.006f);
+  expect_only(of_floor(metal(Rgb(0.7f), 0.0f), 8), "reflection", 0.7f, 1e-5f);
+  expect_only(of_floor(metal(Rgb(1.0f), 0.6f), 8), "reflection", 1.0f, 0.01f);
+  expect_only(of_floor(emitter(Rgb(3.0f)), 0), "emission", 3.0f, 1e-5f);
+  MaterialDescription unlit = lambert(Rgb(0.3f));
+  unlit.unlit = true;
+  expect_only(of_floor(unlit, 8), "emission", 0.3f, 1e-5f);
+  // A pane of index 1.5 from straight above sends 0.04 back.
+  const RenderedImage pane = of_floor(glass(1.5f, 0.0f, false), 8);
+  EXPECT_NEAR(mean_of(pane, "transmission").y + mean_of(pane, "reflection").y, 1.0f, 1e-4f);
+  EXPECT_GT(mean_of(pane, "reflection").y, 0.02f);
+  EXPECT_LT(mean_of(pane, "reflection").y, 0.1f);
+  EXPECT_EQ(mean_of(pane, "environment").y, 0.0f);
+}
+
+TEST(PathLayers, OfNoSurfaceIsTheEnvironment) {
+  SceneBuilderForTests b;
+  b.set_environment(Rgb(0.5f));
+  b.add_floor(1, -100, b.add_material(lambert(Rgb(0.5f))));
+  const RenderedImage image =
+      render(*b.build(), perspective({0, 0, 0}, {0, 1, 0.01}, 40), settings());
+  expect_only(image, "environment", 0.5f, 1e-6f);
+}
+
+// A dielectric's highlight does not depend on the colour below it, and what is below it is in
+// proportion to that colour. Standard errors are about 0.001.
+TEST(PathLayers, PartAHighlightFromTheColourBelow) {
+  MaterialDescription white = lambert(Rgb(0.8f)), grey = lambert(Rgb(0.2f));
+  white.specular = grey.specular = 1.0f;
+  white.roughness = grey.roughness = 0.4f;
+  const RenderedImage a = of_floor(white, 1), b = of_floor(grey, 1);
+  EXPECT_GT(mean_of(a, "reflection").y, 0.03f);
+  EXPECT_NEAR(mean_of(a, "reflection").y, mean_of(b, "reflection").y, 0.002f);
+  EXPECT_NEAR(mean_of(a, "direct").y, 4 * mean_of(b, "direct").y, 0.01f);
+}
+
+// In a closed box that shines everywhere, by the number of reflections: 1 + a + a^2 ..., of which
+// the first is seen, the second direct, the rest indirect.
+TEST(PathLayers, CountReflections) {
+  SceneBuilderForTests b;
+  MaterialDescription wall = lambert(Rgb(0.5f));
+  wall.emission = Rgb(1.0f);
+  b.place(b.add_mesh(SceneBuilderForTests::sphere(1.0f, 24, b.add_material(wall), true)),
+          translation(0, 0, 0));
+  RenderSettings s = settings();
+  s.spp = 256;
+  s.max_depth = 3;
+  s.show_backfaces = true;
+  const RenderedImage image = render(*b.build(), perspective({0, 0, 0}, {0, 0, 1}, 60), s);
+  EXPECT_NEAR(mean_of(image, "emission").y, 1.0f, 1e-5f);
+  EXPECT_NEAR(mean_of(image, "direct").y, 0.5f, 0.005f);
+  EXPECT_NEAR(mean_of(image, "indirect").y, 0.25f + 0.125f, 0.005f);
+  EXPECT_EQ(mean_of(image, "reflection").y, 0.0f);
+}
+
+// Every picture of a frame under way: the layers are as complete as it is.
+class Onlooker final : public FrameObserver {
+ public:
+  explicit Onlooker(const Rect& crop)
+      : all_(std::vector<Rgb>(kPathLayers, Rgb(1.0f)), LightMix::Of::kPaths),
+        plain_(4 * size_t(crop.area())),
+        sum_(plain_) {}
+  void tile_finished(const FilmTile&) override {}
+  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
+    ++pictures;
+    picture.resolve(plain_);
+    picture.resolve(sum_, &all_);
+    for (size_t i = 0; i < plain_.size(); ++i) {
+      ASSERT_NEAR(sum_[i], plain_[i], 1e-5f * plain_[i] + 1e-7f)
+          << i << " at " << progress.completion;
+    }
+  }
+  int pictures = 0;
+
+ private:
+  const LightMix all_;
+  std::vector<float> plain_, sum_;
+};
+
+TEST(PathLayers, AddUpInIncompletePictures) {
+  const std::unique_ptr<Scene> scene = glazed();
+  RenderSettings s = settings();
+  const Camera camera(lit_view(), s.width, s.height, scene->origin(), scene->scale());
+  s.crop = {3, 2, s.width, s.height};
+  s.spp = 4;
+  const FramePlan plan = plan_of(s);
+  const Frame frame = plan.frame(*scene, camera);
+  for (const char* name : {"bisection", "adaptive"}) {
+    for (const Reconstruction reconstruction :
+         {Reconstruction::kDuplicate, Reconstruction::kLinear}) {
+      DriverSettings how;
+      how.reconstruction = reconstruction;
+      how.adaptive.budget = 4;
+      Onlooker onlooker(plan.crop);
+      FrameRender(driver_factory(name, how)).render(frame, onlooker, {});
+      EXPECT_GE(onlooker.pictures, 5) << name;
+    }
+  }
+}
+
+// What a film keeps: it is written and read back, copied, and added up.
+TEST(PathLayers, OfAFilm) {
+  const AovSet aovs = AovSet::parse("indirect,direct");
+  const PathLayers layers(aovs);
+  EXPECT_EQ(layers.place_of(PathLayer::kIndirect), 1u);
+  LightGroupValues values(layers.size());
+  values.add(0, layers.place_of(PathLayer::kIndirect), Rgb(2.0f), Rgb(1, 2, 3));
+  values.add(0, layers.place_of(PathLayer::kReflection), Rgb(1.0f), Rgb(9.0f));  // not wanted
+  FilmTile film(aovs), other(aovs), read(aovs);
+  for (FilmTile* tile : {&film, &other, &read}) tile->reset({0, 0, 2, 1});
+  film.add(0, 0, 0, 1.0f, {Rgb(2, 4, 6), 1.0f, {}, {}});
+  film.add_layers(0, 0, 1.0f, 1.0f, values, 0);
+  std::vector<std::byte> state;
+  Archive saving(state);
+  film.archive(saving);
+  Archive loading{std::span<const std::byte>(state)};
+  read.archive(loading);
+  loading.end();
+  other.add(0, 0, 0, 1.0f, {Rgb(0.0f), 1.0f, {}, {}});
+  values.clear(0);
+  other.add_layers(0, 0, 1.0f, 1.0f, values, 0);
+  read.add_film(other);
+  std::vector<float> pixels;
+  read.resolve(pixels);
+  EXPECT_EQ(pixels, (std::vector<float>{1, 2, 3, 1, 2, 0, 0, 0, 1, 2, 3,  //
+                                        0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
+  // 24 bytes for each of them and the samples.
+  FilmTile without{AovSet()};
+  without.reset({0, 0, 2, 1});
+  EXPECT_EQ(film.bytes(), without.bytes() + 2 * 72 + 8);
+}
+
+TEST(PathLayers, AreNotOfEveryIntegrator) {
+  RenderSettings s = settings();
+  s.integrator = "ambient_occlusion";
+  EXPECT_THROW(plan_of(s), UsageError);
+  s.integrator = "direct";
+  const std::unique_ptr<Scene> scene = lit();
+  const RenderedImage image = render(*scene, lit_view(), s);
+  expect_sums(image, "direct");
+  EXPECT_EQ(mean_of(image, "indirect"), Rgb(0.0f));
+}
+
+}  // namespace
+}  // namespace emberline

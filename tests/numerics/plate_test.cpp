@@ -1,0 +1,356 @@
+// What a compositor lays over a plate: shadows on catchers, holdouts, and panes before nothing.
+//
+// Statistical tests have fixed seeds and repeat themselves exactly.
+#include <cmath>
+
+#include "renderer/core/errors.h"
+#include "support/glass_scenes.h"
+#include "support/render.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+// A builder whose instances are nodes, by name.
+struct Plate : SceneBuilderForTests {
+  void call(const std::string& name) {
+    for (size_t i = description.nodes.size(); i < description.instances.size(); ++i) {
+      description.instances[i].node = int(i);
+      description.nodes.push_back({name, int(i), true});
+    }
+  }
+};
+
+RenderSettings settings(const std::string& catchers, const std::string& holdouts = "") {
+  RenderSettings s;
+  s.width = s.height = 16;
+  s.spp = 64;
+  s.catchers = catchers;
+  s.holdouts = holdouts;
+  return s;
+}
+
+RenderedImage image_of(const Plate& plate, const CameraDescription& view, const RenderSettings& s) {
+  const SurfaceRoles roles(plate.description, s.catchers, s.holdouts);
+  Plate built = plate;
+  return render(*built.build(), view, s, nullptr, {}, &roles);
+}
+
+// From above, 0.02 wide, about the origin.
+CameraDescription from_above() { return orthographic({0, 4, 0}, {0, 0, 1e-9}, 0.01); }
+
+size_t channel(const RenderedImage& image, const char* name) {
+  return size_t(std::ranges::find(image.channels, name) - image.channels.begin());
+}
+
+double mean_of(const RenderedImage& image, const char* name) {
+  double sum = 0;
+  for (size_t i = channel(image, name); i < image.values.size(); i += image.channels.size()) {
+    sum += double(image.values[i]);
+  }
+  return sum / double(image.crop.area());
+}
+
+// A lamp of which a board hides the half at x > 0.
+Plate half_a_lamp() {
+  Plate p;
+  p.add_floor(3, 0, p.add_material(lambert(Rgb(0.5f))));
+  p.call("floor");
+  const int lamp = p.add_material(emitter(Rgb(4.0f)));
+  p.add_quad({-1, 2, -1}, {1, 2, -1}, {1, 2, 1}, {-1, 2, 1}, lamp);
+  p.call("lamp");
+  const int board = p.add_material(lambert(Rgb(0.0f)));
+  p.add_quad({0, 1, -3}, {3, 1, -3}, {3, 1, 3}, {0, 1, 3}, board);
+  p.call("board");
+  return p;
+}
+
+CameraDescription from_below_the_board() { return orthographic({0, 0.5, 0}, {0, 0, 1e-9}, 0.001); }
+
+TEST(ShadowCatcher, UnderHalfALamp) {
+  const RenderSettings s = settings("floor");
+  const RenderedImage image = image_of(half_a_lamp(), from_below_the_board(), s);
+  for (const char* name : {"shadow.R", "shadow.G", "shadow.B"}) {
+    EXPECT_NEAR(mean_of(image, name), 0.5, 0.004) << name;
+  }
+  EXPECT_NEAR(mean_of(image, "A"), 1.0, 1e-6) << "it is seen";
+}
+
+TEST(ShadowCatcher, IsAlphaAlone) {
+  RenderSettings s = settings("floor");
+  s.transparent = true;
+  const RenderedImage image = image_of(half_a_lamp(), from_below_the_board(), s);
+  EXPECT_NEAR(mean_of(image, "A"), 0.5, 0.004);
+  EXPECT_EQ(mean_of(image, "R"), 0.0);
+  for (int i = 0; i < 256; ++i) {
+    const float* p = image.pixel(i % 16, i / 16);
+    EXPECT_FLOAT_EQ(p[3], 1.0f - p[channel(image, "shadow.G")]);
+  }
+}
+
+// What is of the plate casts its shadows there: neither another catcher's nor a holdout's is shown.
+TEST(ShadowCatcher, ShowsNoShadowOfThePlate) {
+  EXPECT_EQ(
+      mean_of(image_of(half_a_lamp(), from_below_the_board(), settings("floor,board")), "shadow.G"),
+      1.0);
+  EXPECT_EQ(mean_of(image_of(half_a_lamp(), from_below_the_board(), settings("floor", "board")),
+                    "shadow.G"),
+            1.0);
+}
+
+// Under a sky of radiance 1, at the distance d from a wall of height h that is a thousand times as
+// long: (1 + d / sqrt(d^2 + h^2)) / 2 of the irradiance is left.
+TEST(ShadowCatcher, BesideAWall) {
+  for (const double d : {0.5, 1.0, 3.0}) {
+    Plate p;
+    p.add_floor(5000, 0, p.add_material(metal(Rgb(0.3f), 0.2f)));  // whatever it is made of
+    p.call("floor");
+    const int wall = p.add_material(lambert(Rgb(0.2f)));
+    const auto x = float(d);
+    p.add_quad({x, 0, -1000}, {x, 0, 1000}, {x, 1, 1000}, {x, 1, -1000}, wall);
+    p.add_quad({x, 0, 1000}, {x, 0, -1000}, {x, 1, -1000}, {x, 1, 1000}, wall);
+    p.call("wall");
+    p.set_environment(Rgb(1.0f));
+    const RenderedImage image = image_of(p, from_above(), settings("floor"));
+    EXPECT_NEAR(mean_of(image, "shadow.G"), (1 + d / std::sqrt(d * d + 1)) / 2, 0.004) << d;
+  }
+}
+
+// A red lamp behind a ball and a blue one beside it: I cos / r^2 of each.
+TEST(ShadowCatcher, IsOfTheColourOfTheLightThatIsLeft) {
+  Plate p;
+  p.add_floor(3, 0, p.add_material(lambert(Rgb(0.5f))));
+  p.call("floor");
+  p.place(p.add_mesh(SceneBuilderForTests::sphere(0.2f, 16, p.add_material(lambert(Rgb(0.0f))))),
+          translation(0.5, 0.5, 0));
+  p.call("ball");
+  p.add_point_light({1.5, 1.5, 0}, {3, 1, 0});
+  p.add_point_light({-1, 2, 0}, {0, 1, 2});
+  const RenderedImage image = image_of(p, from_above(), settings("floor"));
+  const double hidden = 1.5 / std::pow(4.5, 1.5), left = 2 / std::pow(5.0, 1.5);
+  EXPECT_EQ(mean_of(image, "shadow.R"), 0.0);
+  EXPECT_NEAR(mean_of(image, "shadow.G"), left / (left + hidden), 0.004);
+  EXPECT_EQ(mean_of(image, "shadow.B"), 1.0);
+}
+
+// A pane before a lamp keeps back what it reflects, and its shadow is that faint.
+TEST(ShadowCatcher, UnderAPane) {
+  Plate p;
+  p.add_floor(3, 0, p.add_material(lambert(Rgb(0.5f))));
+  p.call("floor");
+  p.add_quad({0.2f, 1, -1}, {2, 1, -1}, {2, 1, 1}, {0.2f, 1, 1},
+             p.add_material(glass(1.5f, 0.0f, false)));
+  p.call("pane");
+  p.add_point_light({1.5, 1.5, 0}, Rgb(3.0f));
+  const RenderedImage image = image_of(p, from_above(), settings("floor"));
+  EXPECT_NEAR(mean_of(image, "shadow.G"), 1 - fresnel(std::atan(1.0), 1.5), 1e-4);
+}
+
+// Half of a pixel is catcher and half of it nothing: the plate shows in both.
+TEST(ShadowCatcher, AtAnEdge) {
+  Plate p;
+  p.add_quad({-3, 0, 3}, {0, 0, 3}, {0, 0, -3}, {-3, 0, -3}, p.add_material(lambert(Rgb(0.5f))));
+  p.call("floor");
+  p.place(p.add_mesh(SceneBuilderForTests::sphere(0.2f, 16, p.add_material(lambert(Rgb(0.0f))))),
+          translation(0.5, 0.5, 0));
+  p.call("ball");
+  p.add_point_light({1.5, 1.5, 0}, Rgb(3.0f));
+  RenderSettings s = settings("floor");
+  s.transparent = true;
+  const RenderedImage image = image_of(p, from_above(), s);
+  EXPECT_NEAR(mean_of(image, "shadow.G"), 0.5, 0.01);
+  EXPECT_NEAR(mean_of(image, "A"), 0.5, 0.01);
+  s.transparent = false;
+  p.set_environment(Rgb(1e-9f));  // seen, and gives nothing to speak of
+  EXPECT_NEAR(mean_of(image_of(p, from_above(), s), "A"), 1.0, 1e-6);
+}
+
+// ---- holdouts and panes, by compositing
+
+Plate still_life() {
+  Plate p;
+  p.add_floor(4, 0, p.add_material(lambert(Rgb(0.5f, 0.4f, 0.3f))));
+  p.call("floor");
+  p.place(
+      p.add_mesh(SceneBuilderForTests::sphere(0.5f, 12, p.add_material(metal(Rgb(0.9f), 0.1f)))),
+      translation(-0.6, 0.5, 0));
+  p.call("ball");
+  p.place(p.add_mesh(SceneBuilderForTests::sphere(0.4f, 12, p.add_material(lambert(Rgb(0.7f))))),
+          translation(0.6, 0.4, 0.6));
+  p.call("other");
+  MaterialDescription pane = glass(1.5f, 0.0f, false);
+  pane.double_sided = true;
+  p.add_quad({-3, 0, 1.5f}, {0.5f, 0, 1.5f}, {0.5f, 3, 1.5f}, {-3, 3, 1.5f}, p.add_material(pane));
+  MaterialDescription dusty = pane;
+  dusty.transmission = 0.7f;
+  p.add_quad({-2, 0, 2}, {0.1f, 0, 2}, {0.1f, 3, 2}, {-2, 3, 2}, p.add_material(dusty));
+  MaterialDescription veil = lambert(Rgb(0.2f, 0.7f, 0.3f));
+  veil.alpha = 0.4f;
+  veil.alpha_mode = AlphaMode::kBlend;
+  veil.double_sided = true;
+  p.add_quad({0.2f, 0.5f, 2}, {2, 0.5f, 2}, {2, 3, 2}, {0.2f, 3, 2}, p.add_material(veil));
+  p.call("panes");
+  p.set_environment(Rgb(0.6f));
+  return p;
+}
+
+CameraDescription still_view() { return perspective({0.2, 1.0, 5.0}, {0, 1.2, 0}, 45); }
+
+// Paths are the same, so that what is composited is the picture but for rounding, sample by sample.
+TEST(TransparentGlass, OverABackgroundIsThePictureWithIt) {
+  RenderSettings s = settings("");
+  s.width = s.height = 48;
+  s.spp = 16;
+  const RenderedImage whole = image_of(still_life(), still_view(), s);
+  s.transparent = true;
+  const RenderedImage cut = image_of(still_life(), still_view(), s);
+  size_t partial = 0;
+  for (int y = 0; y < s.height; ++y) {
+    for (int x = 0; x < s.width; ++x) {
+      const float alpha = cut.pixel(x, y)[3];
+      partial += alpha > 0.05f && alpha < 0.95f;
+      for (int c = 0; c < 3; ++c) {
+        ASSERT_NEAR(cut.pixel(x, y)[c] + (1 - alpha) * 0.6f, whole.pixel(x, y)[c], 2e-6f)
+            << x << "," << y;
+      }
+      ASSERT_NEAR(whole.pixel(x, y)[3], 1.0f, 1e-6f);
+    }
+  }
+  EXPECT_GT(partial, 300u) << "panes before nothing";
+}
+
+// Of two panes seen straight on, of which each lets 0.96 through.
+TEST(TransparentGlass, HasTheAlphaOfWhatItKeepsBack) {
+  Plate p;
+  MaterialDescription pane = glass(1.5f, 0.0f, false);
+  pane.double_sided = true;
+  p.add_floor(2, 0, p.add_material(pane));
+  p.add_floor(2, -1, p.add_material(pane));
+  p.call("panes");
+  p.add_point_light({0, 9, 0}, Rgb(1.0f));  // and no environment: nothing is behind
+  RenderSettings s = settings("");
+  s.spp = 256;
+  const double one = 1 - fresnel(0.0, 1.5);
+  EXPECT_NEAR(mean_of(image_of(p, from_above(), s), "A"), 1 - one * one, 0.003);
+}
+
+// A holdout is a hole: over what stands there instead, the picture is what it would be.
+TEST(Holdout, HidesWhatIsBehindAndLeavesNoAlpha) {
+  RenderSettings s = settings("");
+  s.width = s.height = 48;
+  s.spp = 16;
+  s.transparent = true;
+  const RenderedImage without = image_of(still_life(), still_view(), s);
+  s.holdouts = "ball";
+  const RenderedImage with = image_of(still_life(), still_view(), s);
+  size_t hidden = 0, behind_glass = 0;
+  for (int i = 0; i < s.width * s.height; ++i) {
+    const float* a = without.pixel(i % s.width, i / s.width);
+    const float* b = with.pixel(i % s.width, i / s.width);
+    EXPECT_LE(b[3], a[3] + 1e-6f);
+    if (b[3] == a[3]) {
+      for (int c = 0; c < 3; ++c) EXPECT_EQ(a[c], b[c]) << "other rays see it as before";
+    } else {
+      ++hidden;
+      behind_glass += b[3] > 0.2f && b[3] < 0.7f;
+    }
+  }
+  EXPECT_GT(hidden, 50u);
+  EXPECT_GT(behind_glass, 30u) << "the panes before it are still there";
+
+  // Not transparent, the sky beside it is seen.
+  s.transparent = false;
+  const RenderedImage sky = image_of(still_life(), still_view(), s);
+  EXPECT_EQ(sky.pixel(0, 0)[3], 1.0f);
+  s.holdouts = "ball,floor,other,panes";
+  const RenderedImage all = image_of(still_life(), still_view(), s);
+  const float* p = all.pixel(24, 40);
+  for (int c = 0; c < 4; ++c) EXPECT_EQ(p[c], 0.0f) << "black, and no alpha";
+}
+
+// Law 2: alpha and shadows are the same whoever renders, and alone or beside what else is asked.
+TEST(Plate, HasTheSameBitsWhoeverRenders) {
+  for (const bool transparent : {false, true}) {
+    RenderSettings s = settings("floor", "ball");
+    s.width = 33;
+    s.height = 25;
+    s.spp = 20;
+    s.threads = 1;
+    s.transparent = transparent;
+    s.aovs = "N,Z,direct,reflection,transmission";
+    const RenderedImage expected = image_of(still_life(), still_view(), s);
+    for (const char* driver : {"bucket", "bisection", "adaptive"}) {
+      for (const int threads : {2, 5}) {
+        s.driver = driver;
+        s.threads = threads;
+        s.bucket_size = threads == 5 ? 7 : 16;
+        s.adaptive.budget = s.adaptive.min_samples = s.adaptive.max_samples = s.spp;
+        expect_same_bits(image_of(still_life(), still_view(), s), expected,
+                         std::string(driver) + std::to_string(threads));
+      }
+    }
+    s.driver = "bucket";
+    s.crop = {4, 3, 21, 17};
+    expect_same_bits(image_of(still_life(), still_view(), s), expected, "crop");
+  }
+}
+
+// A catcher that is seen changes no other bit.
+TEST(Plate, CatchersChangeNoBitOfAPictureThatShowsThem) {
+  RenderSettings s = settings("");
+  s.width = 33;
+  s.height = 25;
+  const RenderedImage plain = image_of(still_life(), still_view(), s);
+  s.catchers = "floor";
+  const RenderedImage with = image_of(still_life(), still_view(), s);
+  for (int i = 0; i < s.width * s.height; ++i) {
+    for (int c = 0; c < 5; ++c) {
+      ASSERT_EQ(with.pixel(i % 33, i / 33)[c], plain.pixel(i % 33, i / 33)[c]) << i;
+    }
+  }
+}
+
+// ---- which nodes are meant
+
+std::string message_of(const SceneDescription& scene, const char* catchers, const char* holdouts) {
+  try {
+    SurfaceRoles(scene, catchers, holdouts);
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(SurfaceRoles, AreOfNodesAndWhatIsBelowThem) {
+  SceneDescription scene;
+  scene.nodes = {{"set", 0, false},    {"floor", 0, true, 0}, {"a, b \\", 0, true, 0},
+                 {"leaf", 0, true, 2}, {"leaf", 4, true},     {"lamp", 5, false}};
+  for (const int node : {1, 2, 3, 4}) {
+    scene.instances.emplace_back();
+    scene.instances.back().node = node;
+  }
+  const auto roles = [&](const char* catchers, const char* holdouts) {
+    const SurfaceRoles all(scene, catchers, holdouts);
+    std::string text;
+    for (uint32_t i = 0; i < 4; ++i) text += "-ch"[size_t(all.of(i))];
+    return text;
+  };
+  EXPECT_EQ(roles("", ""), "----");
+  EXPECT_EQ(roles("set", ""), "ccc-");
+  EXPECT_EQ(roles("set", "leaf"), "cchh");
+  EXPECT_EQ(roles("leaf", "a\\, b \\\\"), "-hcc");
+  EXPECT_EQ(roles("1,,4", ""), "c--c") << "by number; nothing between commas";
+  EXPECT_EQ(message_of(scene, "flor", ""),
+            "--catcher: no node 'flor'; the nearest names are 'floor', 'leaf', 'set', 'a, b \\'");
+  EXPECT_EQ(message_of(scene, "floor", "floor"),
+            "--holdout: the node 'floor' is a catcher already; leave it out of one of the two");
+  EXPECT_EQ(message_of(scene, "", "lamp").substr(0, 68),
+            "--holdout: the node 'lamp' has no mesh, nor has one below it; the ne");
+  EXPECT_EQ(message_of({}, "x", ""),
+            "--catcher: no node 'x'; the file has no nodes with a mesh and a name");
+}
+
+}  // namespace
+}  // namespace emberline
