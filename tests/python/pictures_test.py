@@ -37,6 +37,8 @@ class Pictures(Test):
         self.assertTrue(picture.complete)
         self.assertEqual(picture.samples, 4 * 160)
         self.assertGreater(picture.rays, picture.samples)
+        self.assertIn("N", picture)
+        self.assertNotIn("albedo", picture)
         with self.assertRaisesRegex(KeyError, "the picture has RGB, A"):
             picture["albedo"]
         with self.assertRaisesRegex(KeyError, "aov"):
@@ -103,6 +105,8 @@ class Pictures(Test):
         other, copied = emberline.Settings(settings, spp=8), copy.deepcopy(settings)
         settings["spp"] = 9
         self.assertEqual((other["spp"], copied["spp"], dict(settings)["spp"]), ("8", "7", "9"))
+        self.assertIn("spp", settings)
+        self.assertNotIn("min-spp", settings)
         self.assertIn("adaptive", emberline.Settings.help("driver"))
         self.assertIn("noise-threshold", emberline.Settings.help())
         point = emberline.Settings(look_from=np.array([1.5, 2, -3], "float32"))
