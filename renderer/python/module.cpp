@@ -183,10 +183,15 @@ std::shared_ptr<Scene> load(const py::object& path, const api::Settings* setting
   });
 }
 
-void edit(Scene& scene, const py::object& edits) {
+void edit(Scene& scene, const py::object& edits, const py::object& environment) {
   const std::string json = edits_text(edits);
+  std::optional<FloatArray> rgb;
+  if (!environment.is_none()) rgb = rgb_of(environment, "environment");
   const Use use(scene, true);
-  carry_out([&](Call&) { scene.scene.edit(json); });
+  carry_out([&](Call&) {
+    if (!rgb) return scene.scene.edit(json);
+    scene.scene.edit(json, {rgb->data(), int(rgb->shape(1)), int(rgb->shape(0))});
+  });
 }
 
 py::list texts(const std::vector<std::string>& names) {
@@ -208,10 +213,12 @@ void add_scene(py::module_& module) {
       "and all are what render() takes where it is given none.")
       .def(py::init(&load), "path"_a, "settings"_a = nullptr, py::kw_only(), "threads"_a = 0,
            "memory_limit"_a = py::none(), "load_timeout"_a = py::none())
-      .def("edit", &edit, "edits"_a,
+      .def("edit", &edit, "edits"_a, py::kw_only(), "environment"_a = py::none(),
            "All that differs from the file from now on, as --edits reads it: a dict or JSON. {} is "
            "the "
-           "file again. What is wrong is raised, and the scene is then as it was.")
+           "file again. The environment may be an array or Picture: latitude-longitude, linear, "
+           "rows "
+           "from the top. What is wrong is raised, and the scene is then as it was.")
       .def_property_readonly(
           "settings", [](const Scene& scene) { return scene.settings; },
           "A copy of those that it was loaded with.")

@@ -9,7 +9,7 @@ import unittest
 import numpy as np
 
 import emberline
-from support import BOX, SMALL, Test
+from support import BOX, SCENES, SMALL, Test
 
 EMBERLINE = sys.argv.pop(1)
 LIGHT = {"kind": "material", "name": "light"}
@@ -82,6 +82,23 @@ class Pictures(Test):
         np.testing.assert_array_equal(emberline.render(scene)["RGB"], whole)
         self.assertEqual(scene.materials, ["white", "red", "green", "light"])
         self.assertEqual(scene.cameras, ["camera"])
+
+    def test_an_environment_from_an_array(self):
+        sky = SCENES / "dusk.hdr"
+        settings = {**SMALL, "look_from": (0, 1, 6), "look_at": (0, 1, 0)}
+        file = emberline.render(emberline.Scene(BOX, env=sky, **settings))["RGB"]
+        scene = emberline.Scene(BOX, **settings)
+        bare = emberline.render(scene)["RGB"]
+        texels = emberline.read(sky)["RGB"]
+        scene.edit({}, environment=texels)
+        np.testing.assert_array_equal(emberline.render(scene)["RGB"], file)
+        scene.edit({"environment": {"strength": 2}}, environment=emberline.read(sky))
+        self.assertGreater(emberline.render(scene)["RGB"].mean(), file.mean())
+        scene.edit({}, environment=np.asfortranarray(texels)[::1])
+        texels[:] = 0  # it has its own
+        np.testing.assert_array_equal(emberline.render(scene)["RGB"], file)
+        scene.edit({})
+        np.testing.assert_array_equal(emberline.render(scene)["RGB"], bare)
 
     def test_error_estimates(self):
         seen = []
