@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <mutex>
+#include <span>
 #include <thread>
 #include <utility>
 
@@ -163,6 +165,28 @@ void check_suits(const FramePlan& plan, const FrameSettings& settings,
   }
 }
 
+std::shared_ptr<const Image> image_of(const Scene::Environment& environment) {
+  const int width = environment.width, height = environment.height;
+  if (width <= 0 || height <= 0) throw emberline::UsageError("environment: no texels");
+  auto image = std::make_shared<Image>();
+  image->name = "the environment";
+  image->width = width;
+  image->height = height;
+  image->channels = 3;
+  image->type = TexelType::kFloat;
+  const size_t count = 3 * size_t(width) * size_t(height);
+  for (size_t i = 0; i < count; ++i) {
+    const float value = environment.rgb[i];
+    if (std::isfinite(value) && value >= 0.0f) continue;
+    const size_t texel = i / 3;
+    throw emberline::UsageError("environment: {} at column {} of row {}", value,
+                                texel % size_t(width), texel / size_t(width));
+  }
+  const auto bytes = std::as_bytes(std::span(environment.rgb, count));
+  image->texels.assign(bytes.begin(), bytes.end());
+  return image;
+}
+
 // What the settings and the scene's edits look through.
 Camera camera_of(const Access::SceneState& state, const FrameSettings& settings) {
   SceneDescription views;
@@ -278,9 +302,17 @@ Scene::Scene(Scene&& other) noexcept = default;
 Scene& Scene::operator=(Scene&& other) noexcept = default;
 Scene::~Scene() = default;
 
-void Scene::edit(std::string_view json) {
+void Scene::edit(std::string_view json) { edit(json, {}); }
+
+void Scene::edit(std::string_view json, const Environment& environment) {
   translated([&] {
-    const SceneEdits edits = parse_edits(json, "the edits");
+    SceneEdits edits = parse_edits(json, "the edits");
+    if (environment.rgb) {
+      if (edits.environment.image) {
+        throw emberline::UsageError("environment: the edits name a file as well");
+      }
+      edits.environment.image = image_of(environment);
+    }
     if (edits.animation != AnimationEdit() && edits.animation != state_->animation) {
       throw emberline::InputError(edits.animation.place, "a scene is posed when it is opened");
     }

@@ -112,6 +112,14 @@ class EMBERLINE_API Scene {
   // scene stays as it was posed when it was opened, and another "animation" is refused. Throws
   // InputError; the scene is then as it was.
   void edit(std::string_view json);
+  // With an environment of these texels, which are copied: latitude-longitude as a file has it,
+  // linear R G B, interleaved, rows from the top. Throws UsageError where one is not finite or
+  // negative, or where the edits name a file as well.
+  struct Environment {
+    const float* rgb = nullptr;
+    int width = 0, height = 0;
+  };
+  void edit(std::string_view json, const Environment& environment);
   // The file's names.
   std::vector<std::string> lights() const;
   std::vector<std::string> materials() const;

@@ -128,6 +128,7 @@ void add_settings(py::module_& module) {
       .def("__getitem__", get, "name"_a, "Its text; None where none is given.")
       .def("__setitem__", set, "name"_a, "value"_a)
       .def("keys", &given, "Those that have a value.")
+      .def("__iter__", [](const api::Settings& s) { return py::iter(py::cast(given(s))); })
       .def("__copy__", [](const api::Settings& settings) { return api::Settings(settings); })
       .def(
           "__deepcopy__",
@@ -182,10 +183,15 @@ std::shared_ptr<Scene> load(const py::object& path, const api::Settings* setting
   });
 }
 
-void edit(Scene& scene, const py::object& edits) {
+void edit(Scene& scene, const py::object& edits, const py::object& environment) {
   const std::string json = edits_text(edits);
+  std::optional<FloatArray> rgb;
+  if (!environment.is_none()) rgb = rgb_of(environment, "environment");
   const Use use(scene, true);
-  carry_out([&](Call&) { scene.scene.edit(json); });
+  carry_out([&](Call&) {
+    if (!rgb) return scene.scene.edit(json);
+    scene.scene.edit(json, {rgb->data(), int(rgb->shape(1)), int(rgb->shape(0))});
+  });
 }
 
 py::list texts(const std::vector<std::string>& names) {
@@ -207,10 +213,12 @@ void add_scene(py::module_& module) {
       "and all are what render() takes where it is given none.")
       .def(py::init(&load), "path"_a, "settings"_a = nullptr, py::kw_only(), "threads"_a = 0,
            "memory_limit"_a = py::none(), "load_timeout"_a = py::none())
-      .def("edit", &edit, "edits"_a,
+      .def("edit", &edit, "edits"_a, py::kw_only(), "environment"_a = py::none(),
            "All that differs from the file from now on, as --edits reads it: a dict or JSON. {} is "
            "the "
-           "file again. What is wrong is raised, and the scene is then as it was.")
+           "file again. The environment may be an array or Picture: latitude-longitude, linear, "
+           "rows "
+           "from the top. What is wrong is raised, and the scene is then as it was.")
       .def_property_readonly(
           "settings", [](const Scene& scene) { return scene.settings; },
           "A copy of those that it was loaded with.")
@@ -283,7 +291,7 @@ std::shared_ptr<api::Picture> read(const py::object& path, std::optional<uint64_
 }
 
 void write_bytes(const std::string& file, const py::array& array) {
-  const auto values = py::array_t<uint8_t, py::array::c_style>::ensure(array);
+  const py::array_t<uint8_t, py::array::c_style> values(array);
   const py::ssize_t channels = values.ndim() == 3 ? values.shape(2) : 1;
   constexpr auto kMost = std::numeric_limits<int>::max();
   if (values.ndim() < 2 || values.ndim() > 3 || values.shape(0) > kMost ||
@@ -297,6 +305,12 @@ void write_bytes(const std::string& file, const py::array& array) {
   });
 }
 
+bool holds_bytes(const py::object& picture) {
+  if (!py::isinstance<py::array>(picture)) return false;
+  const py::dtype type = py::reinterpret_borrow<py::array>(picture).dtype();
+  return type.kind() == 'u' && type.itemsize() == 1;
+}
+
 void write(const py::object& path, const py::object& picture, double exposure,
            const py::object& channels) {
   const std::string file = path_of(path);
@@ -305,8 +319,7 @@ void write(const py::object& path, const py::object& picture, double exposure,
     const auto& values = py::cast<const api::Picture&>(picture);
     return carry_out([&](Call&) { api::write_picture(file, values, exposure); });
   }
-  if (py::isinstance<py::array>(picture) &&
-      py::reinterpret_borrow<py::array>(picture).dtype().is(py::dtype::of<uint8_t>())) {
+  if (holds_bytes(picture)) {
     if (exposure != 0 || !channels.is_none()) {
       throw py::type_error("exposure, channels: not of uint8, which is written as it is");
     }
@@ -321,6 +334,15 @@ std::string describe(const api::Picture& picture) {
          std::to_string(picture.height) + ": " +
          std::string(py::str(", ").attr("join")(layers(picture)).cast<py::str>()) +
          (picture.complete ? ">" : ", stopped>");
+}
+
+bool has_layer(const std::shared_ptr<api::Picture>& picture, const std::string& name) {
+  try {
+    layer(picture, name);
+    return true;
+  } catch (const py::key_error&) {
+    return false;
+  }
 }
 
 void add_pictures(py::module_& module) {
@@ -355,6 +377,7 @@ void add_pictures(py::module_& module) {
       .def("__getitem__", &layer, "name"_a,
            "A channel, (height, width), or a layer, (height, width, channels): \"RGB\", \"RGBA\", "
            "\"alpha\", \"samples\", \"error\", and what aov asked for.")
+      .def("__contains__", &has_layer, "name"_a)
       .def("__repr__", [](const api::Picture& picture) { return describe(picture); });
   module.def(
       "render", &render, "scene"_a, "settings"_a = nullptr, py::kw_only(), "threads"_a = 0,

@@ -196,13 +196,13 @@ FloatArray floats_of(const py::handle& array, const std::string& what) {
   for (py::ssize_t i = 0; i < values.ndim(); ++i) {
     if (values.shape(i) > INT_MAX) throw py::value_error(what + ": too large: " + shape_of(values));
   }
-  return FloatArray::ensure(values);
+  return FloatArray(values);
 }
 
 FloatArray rgb_of(const py::handle& picture, const std::string& what) {
   if (py::isinstance<api::Picture>(picture)) {
     const auto of = py::cast<std::shared_ptr<api::Picture>>(picture);
-    return FloatArray::ensure(layer(of, "RGB"));
+    return FloatArray(layer(of, "RGB"));
   }
   const FloatArray values = floats_of(picture, what);
   if (values.ndim() != 3 || values.shape(2) != 3 || values.size() == 0) {

@@ -34,6 +34,11 @@ for program in "$folder/build/example_static" "$folder/example_pc"; do
   other=$(run "$program")
   [ "$other" = "$shared" ] || { echo "$program says: $other" >&2; exit 1; }
 done
+# So does Python's module find it, where it was built, in a prefix that the loader does not know.
+if [ -d "$prefix/lib/python3/dist-packages/emberline" ]; then
+  PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$prefix/lib/python3/dist-packages /usr/bin/python3 -c \
+    'import sys, emberline; emberline.render(emberline.Scene(sys.argv[1], size=(8, 8), spp=1))' "$scenes/cornell_box.glb"
+fi
 # The command that came along finds its library.
 "$prefix/bin/emberline" render "$scenes/cornell_box.glb" --env "$scenes/dusk.hdr" --size 8x8 --spp 1 \
   -o "$folder/a.exr" --quiet

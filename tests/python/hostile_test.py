@@ -82,6 +82,18 @@ class WrongInput(Test):
             with self.subTest(edits), self.says(kind):
                 self.box.edit(edits)
 
+        sky = np.ones((4, 8, 3), "float32")
+        for wrong, kind, text in ((sky[0], ValueError, "environment"), (sky.astype("float64"), TypeError, "float64")):
+            with self.says(kind, text):
+                self.box.edit({}, environment=wrong)
+        for value in (np.nan, np.inf, -1):
+            sky[1, 2, 0] = value
+            with self.says(emberline.UsageError, "at column 2 of row 1"):
+                self.box.edit({}, environment=sky)
+        file = {"environment": {"file": str(ROOT / "scenes/dusk.hdr")}}
+        with self.says(emberline.UsageError, "name a file as well"):
+            self.box.edit(file, environment=np.ones((4, 8, 3), "float32"))
+
     def test_arrays(self):
         rgb = emberline.render(self.box)["RGB"]
         black = np.zeros_like(rgb)

@@ -9,7 +9,7 @@ import unittest
 import numpy as np
 
 import emberline
-from support import BOX, SMALL, Test
+from support import BOX, SCENES, SMALL, Test
 
 EMBERLINE = sys.argv.pop(1)
 LIGHT = {"kind": "material", "name": "light"}
@@ -37,6 +37,8 @@ class Pictures(Test):
         self.assertTrue(picture.complete)
         self.assertEqual(picture.samples, 4 * 160)
         self.assertGreater(picture.rays, picture.samples)
+        self.assertIn("N", picture)
+        self.assertNotIn("albedo", picture)
         with self.assertRaisesRegex(KeyError, "the picture has RGB, A"):
             picture["albedo"]
         with self.assertRaisesRegex(KeyError, "aov"):
@@ -81,6 +83,23 @@ class Pictures(Test):
         self.assertEqual(scene.materials, ["white", "red", "green", "light"])
         self.assertEqual(scene.cameras, ["camera"])
 
+    def test_an_environment_from_an_array(self):
+        sky = SCENES / "dusk.hdr"
+        settings = {**SMALL, "look_from": (0, 1, 6), "look_at": (0, 1, 0)}
+        file = emberline.render(emberline.Scene(BOX, env=sky, **settings))["RGB"]
+        scene = emberline.Scene(BOX, **settings)
+        bare = emberline.render(scene)["RGB"]
+        texels = emberline.read(sky)["RGB"]
+        scene.edit({}, environment=texels)
+        np.testing.assert_array_equal(emberline.render(scene)["RGB"], file)
+        scene.edit({"environment": {"strength": 2}}, environment=emberline.read(sky))
+        self.assertGreater(emberline.render(scene)["RGB"].mean(), file.mean())
+        scene.edit({}, environment=np.asfortranarray(texels)[::1])
+        texels[:] = 0  # it has its own
+        np.testing.assert_array_equal(emberline.render(scene)["RGB"], file)
+        scene.edit({})
+        np.testing.assert_array_equal(emberline.render(scene)["RGB"], bare)
+
     def test_error_estimates(self):
         seen = []
         picture = emberline.render(self.box, driver="adaptive", spp=64, progress=lambda now: seen.append(now))
@@ -103,6 +122,8 @@ class Pictures(Test):
         other, copied = emberline.Settings(settings, spp=8), copy.deepcopy(settings)
         settings["spp"] = 9
         self.assertEqual((other["spp"], copied["spp"], dict(settings)["spp"]), ("8", "7", "9"))
+        self.assertIn("spp", settings)
+        self.assertNotIn("min-spp", settings)
         self.assertIn("adaptive", emberline.Settings.help("driver"))
         self.assertIn("noise-threshold", emberline.Settings.help())
         point = emberline.Settings(look_from=np.array([1.5, 2, -3], "float32"))

@@ -9,7 +9,7 @@ import emberline
 
 FOLDER = Path(emberline.__file__).parent
 # Members that every class has are said only where ours are others.
-SPOKEN = ("__init__", "__getitem__", "__setitem__", "__copy__", "__deepcopy__")
+SPOKEN = ("__init__", "__getitem__", "__setitem__", "__iter__", "__contains__", "__copy__", "__deepcopy__")
 
 
 def is_public(name):

@@ -98,6 +98,20 @@ TEST_F(Library, EditsAreThoseOfTheCommand) {
   EXPECT_EQ(render(scene, settings).values, whole.values);
 }
 
+TEST_F(Library, AnEnvironmentOfTexels) {
+  const Settings settings = small().set("look-from", "0,1,6").set("look-at", "0,1,0");
+  Scene scene(kScenes + "cornell_box.glb", settings);
+  const Picture whole = render(scene, settings);
+  std::vector<float> sky(3 * 8 * 4, 1.0f);
+  scene.edit(R"({"emberline_edits": 1})", {sky.data(), 8, 4});
+  EXPECT_GT(mean(render(scene, settings)), mean(whole) + 0.1);
+  sky[5] = -1.0f;
+  EXPECT_THROW(scene.edit(R"({"emberline_edits": 1})", {sky.data(), 8, 4}), UsageError);
+  EXPECT_THROW(scene.edit(R"({"emberline_edits": 1})", {sky.data(), 0, 4}), UsageError);
+  scene.edit(R"({"emberline_edits": 1})");
+  EXPECT_EQ(render(scene, settings).values, whole.values);
+}
+
 TEST_F(Library, TwoScenesAndTwoFramesAtOnce) {
   const Settings settings = small("adaptive");
   const Scene box(kScenes + "cornell_box.glb", settings);
