@@ -2,7 +2,8 @@
 """Makes the gallery's heatmaps: figure_1_spheres.jpg and figure_1_teapot.jpg (picture left, sample density right),
 blur.jpg (the same of a shutter, of a lens, and of both), heatmaps.jpg (samples, reasons, time and error of one
 frame), clamped.jpg (a picture without and with --clamp-indirect, and what that took), and denoised.jpg (16 samples as
-they are and denoised, the error that is expected to be left, and 4096 samples).
+they are and denoised, the error that is expected to be left, and 4096 samples), layers.jpg (what a frame has for a
+compositor).
 
     make_heatmaps.py [--emberline BINARY] [--out DIR] [--size WxH] [--threads N] [--only NAME,...]
 
@@ -32,6 +33,8 @@ HEATMAPS = [["samples", "--colors", "viridis"], ["stop"], ["time", "--colors", "
             ["error", "--log", "--colors", "inferno"]]
 JPEG = ["--eraseattrib", ".*", "--nosoftwareattrib", "--attrib", "oiio:ColorSpace", "sRGB", "--compression", "jpeg:85",
         "-d", "uint8", "-o"]
+DEPTHS = ["0.5", "2"]  # of the nearest, and what is white, in metres
+OBJECTS = "20"
 BACKGROUND = "0.118,0.118,0.118"  # the legend's
 
 
@@ -99,6 +102,29 @@ def make_denoised(emberline, threads, out):
         run("oiiotool", *panels, "--mosaic:pad=8", "2x2", *JPEG, out)
 
 
+def make_layers(emberline, threads, out):
+    """The picture, its light by path, albedo, normals, depth and objects."""
+    light = ["direct", "indirect", "reflection", "transmission"]  # the rest is black here
+    with tempfile.TemporaryDirectory() as folder:
+        frame = pathlib.Path(folder) / "frame.exr"
+        run(emberline, "render", HERE / "glass_metal.glb", "-o", frame, "--size", "320x180", "--spp", "256", "--quiet", "--aov",
+            ",".join([*light, "albedo", "N", "Z", "id"]), *threads)
+        shown = ["--colorconvert", "linear", "sRGB"]
+        panels = {"": shown, **{f"{layer}.": shown for layer in [*light, "albedo"]},
+                  "N.": ["--addc", "1", "--mulc", ".5"], "Z": ["--subc", DEPTHS[0], "--divc", DEPTHS[1]],
+                  "id": ["--mulc", 2**32 - 1, "--divc", OBJECTS, "--colormap", "turbo"]}  # read as a share of the largest
+        names = []
+        for layer, change in panels.items():
+            names.append(pathlib.Path(folder) / f"{len(names)}.png")
+            if layer in ("Z", "id"):
+                channels = layer
+            else:
+                channels = ",".join(f"{as_}={layer}{name}" for as_, name in zip("RGB", "XYZ" if layer == "N." else "RGB"))
+            run("oiiotool", frame, "--ch", channels, *change, *(["--ch", "0,0,0"] if layer == "Z" else []), "-d", "uint8", "-o",
+                names[-1])
+        run("oiiotool", *names, "--mosaic:pad=8", "3x3", *JPEG, out)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--emberline", type=pathlib.Path, default=HERE.parent / "build/release/bin/emberline")
@@ -115,6 +141,7 @@ def main():
     figures["blur"] = lambda out: make_figure(options.emberline, "moving_blade", blurs, out)
     figures["heatmaps"] = lambda out: make_heatmaps(options.emberline, options.threads, out)
     figures["clamped"] = lambda out: make_clamped(options.emberline, threads, out)
+    figures["layers"] = lambda out: make_layers(options.emberline, threads, out)
     figures["denoised"] = lambda out: make_denoised(options.emberline, threads, out)
     for name in options.only.split(",") if options.only else figures:
         out = options.out / f"{name}.jpg"
