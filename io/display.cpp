@@ -249,13 +249,14 @@ std::vector<std::string> display_tables() {
 
 struct DisplayTransform::Impl {
   float scale = 1.0f;                    // 2^exposure
+  ToWorkingSpace to_rec709;              // may be null
   ocio::ConstCPUProcessorRcPtr to_aces;  // may be null
   ocio::ConstCPUProcessorRcPtr to_display;
   std::string description;
   bool srgb = false;
 };
 
-DisplayTransform::DisplayTransform(const DisplaySettings& settings) {
+DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace from) {
   if (!std::isfinite(settings.exposure)) throw UsageError("--exposure: not a finite number");
   // OpenColorIO 2.1 keeps what it reads of the environment in one string for all threads, and a
   // window makes transforms for the screen and for files at once (found by ThreadSanitizer).
@@ -264,6 +265,7 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings) {
 
   auto impl = std::make_unique<Impl>();
   impl->scale = std::exp2(settings.exposure);
+  impl->to_rec709 = from_working_space(from);
 
   const auto [config, place, built_in, tables] = used_config();
   try {
@@ -321,6 +323,12 @@ void DisplayTransform::apply(float* rgb, size_t pixel_count) const {
   if (pixel_count == 0) return;
   const size_t count = 3 * pixel_count;
   for (size_t i = 0; i < count; ++i) rgb[i] = bounded(rgb[i] * impl_->scale);
+  if (const ColourMatrix* matrix = impl_->to_rec709.get()) {
+    for (float* p = rgb; p != rgb + count; p += 3) {
+      const Rgb c = *matrix * Rgb(p[0], p[1], p[2]);
+      for (int k = 0; k < 3; ++k) p[k] = c[k];
+    }
+  }
   ocio::PackedImageDesc image(rgb, long(pixel_count), 1, 3);
   if (impl_->to_aces) impl_->to_aces->apply(image);
   impl_->to_display->apply(image);
@@ -328,7 +336,7 @@ void DisplayTransform::apply(float* rgb, size_t pixel_count) const {
 }
 
 bool DisplayTransform::mixes_channels() const {
-  return impl_->to_aces || impl_->to_display->hasChannelCrosstalk();
+  return impl_->to_aces || impl_->to_rec709 || impl_->to_display->hasChannelCrosstalk();
 }
 
 std::string DisplayTransform::describe() const { return impl_->description; }

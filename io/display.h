@@ -9,6 +9,7 @@
 
 #include "io/atomic_file.h"
 #include "io/image_output.h"
+#include "io/working_space.h"
 #include "renderer/core/rect.h"
 
 namespace emberline {
@@ -52,7 +53,9 @@ class DisplayTransform {
  public:
   // Throws UsageError that lists the valid names for an unknown display, view or look (upper and
   // lower case are alike), InputError when $OCIO is set but cannot be read or used.
-  explicit DisplayTransform(const DisplaySettings& settings);
+  // `from` is what comes in, if it is not linear Rec. 709.
+  explicit DisplayTransform(const DisplaySettings& settings,
+                            WorkingSpace from = WorkingSpace::kRec709);
   ~DisplayTransform();
   DisplayTransform(const DisplayTransform&) = delete;
   DisplayTransform& operator=(const DisplayTransform&) = delete;

@@ -26,10 +26,6 @@ namespace {
 // Names longer than this need a flag in the file that OpenEXR before 1.7 does not know.
 constexpr size_t kShortNameLength = 31;
 
-// ITU-R BT.709-6, section 1: primaries and the D65 white.
-constexpr exr_attr_chromaticities_t kRec709 = {0.64f, 0.33f, 0.30f,   0.60f,
-                                               0.15f, 0.06f, 0.3127f, 0.3290f};
-
 constexpr NamedValue<ExrCompression> kCompressions[] = {
     {"none", "as it is", ExrCompression::kNone},
     {"zips", "lossless; of tiles as zip", ExrCompression::kZips},
@@ -282,7 +278,10 @@ void ExrWriter::Impl::add_part(exr_context_t context, const Part& layout, int pa
     check(exr_add_channel(context, part, channel->name.c_str(), pixel_type(channel->type),
                           EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1));
   }
-  check(exr_attr_set_chromaticities(context, part, "chromaticities", &kRec709));
+  const Chromaticities xy = chromaticities_of(header.view.space);
+  const exr_attr_chromaticities_t primaries = {xy[0], xy[1], xy[2], xy[3],
+                                               xy[4], xy[5], xy[6], xy[7]};
+  check(exr_attr_set_chromaticities(context, part, "chromaticities", &primaries));
   add_view(context, part);
   // Who reads a file of several parts looks for these in the first.
   for (const auto& [name, value] : header.attributes) {

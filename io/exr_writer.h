@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/working_space.h"
 #include "renderer/core/names.h"
 #include "renderer/core/rect.h"
 
@@ -43,8 +44,8 @@ struct ExrChannel {
   ChannelType type = ChannelType::kFloat;
 };
 
-// Of OpenEXR's standard attributes those that say where and when: the matrices are worldToCamera
-// and worldToNDC, of row vectors.
+// Of OpenEXR's standard attributes those that say where, when and with which primaries: the
+// matrices are worldToCamera and worldToNDC, of row vectors.
 struct ExrView {
   struct Matrices {
     std::array<float, 16> world_to_camera, world_to_ndc;
@@ -52,6 +53,7 @@ struct ExrView {
   std::optional<Matrices> camera;
   std::optional<std::pair<int32_t, uint32_t>> frames_per_second;  // a fraction
   std::optional<uint32_t> time_code;                              // see smpte_time_code()
+  WorkingSpace space = WorkingSpace::kRec709;
 };
 
 // HH:MM:SS:FF of a frame from 0 on, as SMPTE ST 12-1 packs it, without dropped frames; frames a

@@ -404,6 +404,7 @@ FloatImage described(OpenImage& input) {
   image.width = layout.width;
   image.height = layout.height;
   image.data_window = input.data_window();
+  image.space = layout.view.space;
   image.frame_width = layout.full_width;
   image.frame_height = layout.full_height;
   image.channel_names = layout.channel_names;

@@ -49,6 +49,7 @@ struct FloatImage {
   // The frame was stopped before it was complete, as its header says (renderer/output/outputs.h):
   // the samples there.
   std::optional<uint64_t> stopped_after;
+  WorkingSpace space = WorkingSpace::kRec709;  // of an EXR
   int channels() const { return int(channel_names.size()); }
   // Channel index by name ("R", "albedo.G"), -1 if absent.
   int find_channel(const std::string& name) const;

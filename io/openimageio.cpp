@@ -209,6 +209,12 @@ class Decoder final : public ImageDecoder {
       std::memcpy(camera.world_to_camera.data(), to_camera->data(), sizeof camera.world_to_camera);
       std::memcpy(camera.world_to_ndc.data(), to_ndc->data(), sizeof camera.world_to_ndc);
     }
+    constexpr oiio::TypeDesc kChromaticities(oiio::TypeDesc::FLOAT, 8);
+    if (const auto* primaries = s.find_attribute("chromaticities", kChromaticities)) {
+      Chromaticities xy;
+      std::memcpy(xy.data(), primaries->data(), sizeof xy);
+      view.space = space_of(xy);
+    }
     if (const auto* rate = s.find_attribute("framesPerSecond", oiio::TypeRational)) {
       const auto* const parts = static_cast<const int*>(rate->data());
       view.frames_per_second = {parts[0], uint32_t(parts[1])};

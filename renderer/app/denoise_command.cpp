@@ -95,7 +95,9 @@ class Results {
         exrs_.push_back({path, std::make_unique<ExrWriter>(path, rows.header())});
         continue;
       }
-      if (!transform) transform = std::make_shared<DisplayTransform>(options.display);
+      if (!transform) {
+        transform = std::make_shared<DisplayTransform>(options.display, rows.file().view().space);
+      }
       images_.push_back(
           std::make_unique<DisplayImageWriter>(path, rows.file().image().data_window, transform,
                                                says(rows.file(), "emberline:transparent")));

@@ -68,6 +68,16 @@ void check_part(const RenderOptions& options) {
   if (std::ranges::any_of(options.reports, is_page)) refuse("--report FILE.html");
 }
 
+// What shows or measures linear Rec. 709.
+void check_working_space(const RenderOptions& options) {
+  if (options.working_space == WorkingSpace::kRec709) return;
+  const auto refuse = [](const char* option) {
+    throw UsageError("{}: it takes pictures of --working-space rec709 alone", option);
+  };
+  if (options.viewer) refuse("--display tev:");
+  if (!options.snapshots.empty()) refuse("--snapshots");
+}
+
 FramePlan plan_of(const RenderOptions& options) {
   FramePlan plan(options);
   plan.driver_settings.explained = options.explained;
@@ -93,6 +103,7 @@ RenderFrame::RenderFrame(RenderRun& run, const RenderOptions& options)
   check_light_layers(options);
   check_cryptomattes(options);
   check_part(options);
+  check_working_space(options);
   run_.begin();
   if (!options.replay) open_outputs();
   report_.crop = plan_.crop;
@@ -107,7 +118,7 @@ void RenderFrame::open_outputs() {
   if (!options_.save_settings.empty()) check_writable(options_.save_settings);
   for (const std::string& path : options_.reports) check_writable(path);
   if (std::ranges::any_of(options_.reports, is_page)) {
-    pictures_.emplace(options_.display, plan_.crop, output_settings_.aovs);
+    pictures_.emplace(options_, plan_.crop, output_settings_.aovs);
   }
   for (const std::string& path : options_.trees) check_writable(path);
   if (!options_.snapshots.empty()) open_snapshots();

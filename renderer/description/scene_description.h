@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/colour_matrix.h"
 #include "renderer/core/file_identity.h"
 #include "renderer/core/time_curve.h"
 #include "renderer/core/vector.h"
@@ -356,7 +357,8 @@ struct SceneLists {
   std::vector<PunctualLightDescription> lights;
   std::vector<CameraDescription> cameras;
   std::optional<EnvironmentDescription> environment;
-  bool may_be_dark = false;  // true: without any light there is none, and nobody is warned
+  ToWorkingSpace to_working;  // what a Scene's colours are converted by; these are not
+  bool may_be_dark = false;   // true: without any light there is none, and nobody is warned
 };
 
 struct SceneDescription : SceneLists {

@@ -342,6 +342,17 @@ Setting cryptomatte_levels() {
   return setting;
 }
 
+// Not said unless it differs.
+Setting working_space() {
+  Setting setting = choice<&FrameSettings::working_space>(
+      "working-space", kLight, "space", "primaries that are rendered and written [rec709]",
+      working_space_table());
+  setting.text = [text = setting.text](const FrameSettings& s) {
+    return s.working_space == FrameSettings().working_space ? std::string() : text(s);
+  };
+  return setting;
+}
+
 Setting half_layers() {
   const auto read = [](FrameSettings& settings, std::string_view text) {
     parse_half_layers(text);
@@ -467,6 +478,7 @@ std::vector<Setting> make_table() {
       number<&S::environment_rotation>("env-rotation", kLight, -36000.0f, 36000.0f,
                                        "degrees; 90 brings what was at +X to -Z"),
       flag<&S::transparent>("transparent", kSample, "the camera does not see the environment"),
+      working_space(),
       backfaces(),
       word<&S::animation>("animation", kLoading, "NAME|INDEX|all",
                           "animation that poses the scene [with a time the first, else none]"),

@@ -110,6 +110,7 @@ struct FrameSettings {
   float environment_strength = 1.0f;
   float environment_rotation = 0.0f;  // degrees
   bool transparent = false;
+  WorkingSpace working_space = WorkingSpace::kRec709;
   bool show_backfaces = false;
   bool lenient = false;
   std::optional<EmbreeIsa> isa;  // absent: the widest of the machine

@@ -44,6 +44,7 @@ SceneDescription SceneFile::pose(const FrameSettings& settings, std::span<const 
   SceneDescription scene = gltf_->pose(load_options(settings), held, progress);
   read_environment(settings, progress);
   if (environment_) scene.environment = environment_;
+  scene.to_working = to_working_space(settings.working_space);
   scene.repairs.non_finite_texels += repaired_texels_;
   return scene;
 }

@@ -85,8 +85,9 @@ constexpr float kLimbDarkening = 0.6f;
 
 }  // namespace
 
-EnvironmentLight::EnvironmentLight(const Rgb& constant)
+EnvironmentLight::EnvironmentLight(const Rgb& constant, const EnvironmentLightSettings& settings)
     : map_constant_(constant), map_mean_luminance_(luminance(constant)) {
+  if (settings.to_working) to_working_ = *settings.to_working;
   adjust({});
 }
 
@@ -96,6 +97,7 @@ EnvironmentLight::EnvironmentLight(std::shared_ptr<const Image> image, float str
       sun_disc_(settings.sun ? std::make_shared<const SunDisc>(*settings.sun) : nullptr) {
   assert(image_ && image_->channels == 3 && image_->width > 0 && image_->height > 0);
   assert(image_->type == TexelType::kHalf || image_->type == TexelType::kFloat);
+  if (settings.to_working) to_working_ = *settings.to_working;
   width_ = image_->width;
   height_ = image_->height;
   half_ = image_->type == TexelType::kHalf;
@@ -117,7 +119,7 @@ void EnvironmentLight::adjust(const EnvironmentAdjustment& adjustment) {
   adjustment_ = adjustment;
   const auto& [strength, tint, rotation_degrees] = adjustment;
   factor_ = color4(tint * strength);
-  constant_ = map_constant_ * (tint * strength);
+  constant_ = working(map_constant_ * (tint * strength));
   // What the tint makes of a grey map. Exactly 1 without any; how bright a coloured map gets is not
   // worth reading it again for, as it only weighs this light against others.
   const double tinted = double(luminance(tint)) / double(luminance(Rgb(1.0f)));
@@ -152,7 +154,7 @@ void EnvironmentLight::place_sun() {
   sun_.radius2 = float(4 * square(half_chord));
   const double solid_angle = 4 * kPiD * square(half_chord);
   sun_.density = float(1 / solid_angle);
-  sun_.middle = sun_disc_->irradiance * (adjustment_.tint * adjustment_.strength) *
+  sun_.middle = working(sun_disc_->irradiance * (adjustment_.tint * adjustment_.strength)) *
                 float(1 / (solid_angle * (1 - double(kLimbDarkening) / 3)));
 }
 
@@ -325,7 +327,7 @@ inline void EnvironmentLight::prefetch(const Places& p, size_t i) const {
 }
 
 Rgb EnvironmentLight::radiance_at(const Places& p, size_t i) const {
-  return to_rgb(corners(p, i).interpolate(p.to_column1[i], p.to_row1[i]) * factor_);
+  return working(to_rgb(corners(p, i).interpolate(p.to_column1[i], p.to_row1[i]) * factor_));
 }
 
 Rgb EnvironmentLight::radiance_and_pdf_at(const Places& p, size_t i, float* pdf) const {
@@ -336,7 +338,7 @@ Rgb EnvironmentLight::radiance_and_pdf_at(const Places& p, size_t i, float* pdf)
   const float density = lerp(row_density_[size_t(p.row0[i])] * upper,
                              row_density_[size_t(p.row1[i])] * lower, p.to_row1[i]);
   *pdf = std::max(density, 0.0f) / std::max(p.sin_theta[i], kLeastSine);
-  return to_rgb(c.interpolate(p.to_column1[i], p.to_row1[i]) * factor_);
+  return working(to_rgb(c.interpolate(p.to_column1[i], p.to_row1[i]) * factor_));
 }
 
 void EnvironmentLight::radiance(std::span<const Vec3f> directions, Rgb* out) const {

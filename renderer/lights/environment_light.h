@@ -14,10 +14,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "renderer/core/color4.h"
+#include "renderer/core/colour_matrix.h"
 #include "renderer/core/frame.h"
 #include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
@@ -44,7 +46,8 @@ struct EnvironmentLightSettings {
   // 0 leaves the weights as they are: needed where light sampling is the only technique, since a
   // compensated density is 0 in directions darker than the mean.
   float mis_compensation = kMisCompensation;
-  const SunDisc* sun = nullptr;  // copied
+  const SunDisc* sun = nullptr;              // copied
+  const ColourMatrix* to_working = nullptr;  // of what it gives; likewise
 };
 
 // What may change without a look at the map.
@@ -57,7 +60,7 @@ struct EnvironmentAdjustment {
 class EnvironmentLight {
  public:
   // Constant radiance: no table; sampled uniformly over the sphere.
-  explicit EnvironmentLight(const Rgb& constant);
+  explicit EnvironmentLight(const Rgb& constant, const EnvironmentLightSettings& settings = {});
   // image: kHalf or kFloat, 3 channels, finite and non-negative (io guarantees it). It is shared,
   // not copied. `rotation_degrees` as in EnvironmentDescription.
   EnvironmentLight(std::shared_ptr<const Image> image, float strength, float rotation_degrees,
@@ -124,7 +127,15 @@ class EnvironmentLight {
   // The tables within rows, for the threshold of now; returns the sum of the rows' totals.
   double build_columns(std::vector<double>* row_totals);
 
+  // Of light of the map, adjusted.
+  Rgb working(const Rgb& light) const {
+    if (to_working_) [[unlikely]]
+      return *to_working_ * light;
+    return light;
+  }
+
   EnvironmentAdjustment adjustment_;
+  std::optional<ColourMatrix> to_working_;
   Rgb map_constant_ = Rgb(0.0f);  // if there is no image
   Rgb constant_ = Rgb(0.0f);      // radiance: the same, adjusted
   std::shared_ptr<const Image> image_;

@@ -29,9 +29,10 @@ std::vector<std::string> names_of(const std::vector<ExrChannel>& channels) {
   return names;
 }
 
-// When it is, where the settings say so.
+// When it is, where the settings say so, and its primaries.
 ExrView view_of(const FrameSettings& settings) {
   ExrView view;
+  view.space = settings.working_space;
   const std::optional<double> time = chosen_time(settings);
   if (!time) return view;
   view.frames_per_second = frame_rate_fraction(settings.fps);
@@ -152,7 +153,9 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
       exr.path = path;
       begin(exr);
     } else {
-      if (!transform_) transform_ = std::make_shared<DisplayTransform>(settings.display);
+      if (!transform_) {
+        transform_ = std::make_shared<DisplayTransform>(settings.display, settings.view.space);
+      }
       images_.push_back(std::make_unique<DisplayImageWriter>(path, settings.crop, transform_,
                                                              settings.transparent));
     }

@@ -16,13 +16,13 @@ namespace {
 bool is_json(const std::string& path) { return path.ends_with(".json"); }
 
 ByteImage picture_with_leaves(const FramePicture& picture, const RefinementTree& tree,
-                              const DisplaySettings& display) {
+                              const RenderOptions& options) {
   const Rect& crop = picture.film().rect();
   const auto pixels = size_t(crop.area());
   std::vector<float> rgba(4 * pixels), rgb(3 * pixels);
   picture.resolve(rgba);
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgba[4 * i], 3, &rgb[3 * i]);
-  DisplayTransform(display).apply(rgb.data(), pixels);
+  DisplayTransform(options.display, options.working_space).apply(rgb.data(), pixels);
   // Over the displayed picture, where borders stand out alike against light and dark.
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgb[3 * i], 3, &rgba[4 * i]);
   draw_leaf_borders(tree, rgba, crop.width());
@@ -70,7 +70,7 @@ void write_refinement(const RenderOptions& options, const FrameRender& rendered,
       if (is_json(path)) {
         write_file_atomically(path, refinement_json(tree));
       } else {
-        write_image(path, picture_with_leaves(*rendered.picture(), tree, options.display));
+        write_image(path, picture_with_leaves(*rendered.picture(), tree, options));
       }
     });
   }

@@ -9,8 +9,8 @@
 
 namespace emberline {
 
-ReportPictures::ReportPictures(const DisplaySettings& display, const Rect& crop, const AovSet& aovs)
-    : transform_(display),
+ReportPictures::ReportPictures(const RenderOptions& options, const Rect& crop, const AovSet& aovs)
+    : transform_(options.display, options.working_space),
       crop_(crop),
       factor_((std::max(crop.width(), crop.height()) + kMostPixels - 1) / kMostPixels),
       width_((crop.width() + factor_ - 1) / factor_),

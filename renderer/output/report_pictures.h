@@ -25,7 +25,7 @@ class ReportPictures {
   static constexpr int kMostPixels = 1280;
 
   // `aovs` are the film's. Throws UsageError for an unknown display or view.
-  ReportPictures(const DisplaySettings& display, const Rect& crop, const AovSet& aovs);
+  ReportPictures(const RenderOptions& options, const Rect& crop, const AovSet& aovs);
 
   // A finished tile within the crop, each pixel once. From any thread.
   void add(const FilmTile& tile);

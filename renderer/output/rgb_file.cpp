@@ -47,10 +47,15 @@ RgbFile read_rgb(const std::string& path, const LoadProgress& progress) {
                  file.data_window,
                  file.frame_width,
                  file.frame_height};
+  const ToWorkingSpace to_rec709 = from_working_space(file.space);
   for (size_t i = 0; i < pixels; ++i) {
     for (size_t c = 0; c < 3; ++c) {
       result.pixels.rgb[3 * i + c] = file.values[i * size_t(file.channels()) + source[c]];
     }
+    if (!to_rec709) continue;
+    float* const p = &result.pixels.rgb[3 * i];
+    const Rgb rgb = *to_rec709 * Rgb(p[0], p[1], p[2]);
+    std::copy_n(&rgb.x, 3, p);
   }
   progress.budget()->give_back(MemoryPart::kTextures, file.values.size() * sizeof(float));
   return result;

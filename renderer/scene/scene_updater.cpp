@@ -200,8 +200,9 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
   static_cast<PointLightPlace&>(light) = place(source.to_world);
   for (const Mat44d& step : source.motion) light.motion.push_back(place(step));
   // Intensity over internal distance squared must be intensity over world distance squared.
-  light.intensity = source.intensity * (directional ? 1.0f : float(scene_.scale_ * scene_.scale_));
-  light.share = source.share;
+  light.intensity = converted(description_.to_working, source.intensity) *
+                    (directional ? 1.0f : float(scene_.scale_ * scene_.scale_));
+  light.share = converted(description_.to_working, source.share, source.intensity);
   light.shown = source.shown;
   if (directional) {
     light.type = PointLightType::kDirectional;
@@ -221,13 +222,14 @@ bool SceneUpdater::set_environment() {
   const EnvironmentLight* before = light.get();
   const bool shone = light && !light->black();
   if (const auto& e = description_.environment) {
+    const EnvironmentLightSettings settings{.sun = e->sun.get(),
+                                            .to_working = description_.to_working.get()};
     if (!e->image) {
-      light = std::make_shared<EnvironmentLight>(e->constant);
+      light = std::make_shared<EnvironmentLight>(e->constant, settings);
     } else if (!light || light->image() != e->image.get()) {
       progress_.budget()->reserve(MemoryPart::kLights, EnvironmentLight::table_bytes(*e->image),
                                   e->file);
-      light = std::make_shared<EnvironmentLight>(e->image, 1.0f, 0.0f,
-                                                 EnvironmentLightSettings{.sun = e->sun.get()});
+      light = std::make_shared<EnvironmentLight>(e->image, 1.0f, 0.0f, settings);
     }
     light->adjust({e->strength, e->tint, e->rotation_degrees});
   } else {

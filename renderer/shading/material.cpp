@@ -103,7 +103,8 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
       alpha_cutoff_(d.alpha_cutoff),
       alpha_mode_(d.alpha_mode),
       double_sided_(d.double_sided),
-      unlit_(d.unlit) {
+      unlit_(d.unlit),
+      to_working_(scene.to_working) {
   const auto add = [&](const TextureRef& ref, bool srgb, const char* slot) {
     return add_texture(ref, srgb, slot, d, scene, textures);
   };
@@ -152,7 +153,7 @@ void Material::compile_base(const MaterialDescription& d, const auto& add) {
   is_emissive_ = !is_black(emission_);
   if (!is_emissive_) return;
   emission_texture_ = add(d.emission_texture, true, "emissive texture");
-  emission_share_ = d.emission_share;
+  emission_share_ = converted(to_working_, d.emission_share, emission_);
 }
 
 void Material::compile_layers(const MaterialDescription& d, const auto& add) {
@@ -176,6 +177,9 @@ void Material::compile_diffuse_transmission(const MaterialDescription& d, const 
   if (is_black(p.diffuse_transmission_color)) return;
   diffuse_transmission_color_texture_ =
       add(d.diffuse_transmission_color_texture, true, "diffuse transmission colour texture");
+  if (!diffuse_transmission_color_texture_) {
+    p.diffuse_transmission_color = saturate(working(p.diffuse_transmission_color));
+  }
 }
 
 void Material::compile_anisotropy(const MaterialDescription& d, const auto& add) {
@@ -210,6 +214,7 @@ void Material::compile_sheen(const MaterialDescription& d, const auto& add) {
   p.sheen_color = saturate(d.sheen_color);
   if (is_black(p.sheen_color)) return;
   sheen_color_texture_ = add(d.sheen_color_texture, true, "sheen colour texture");
+  if (!sheen_color_texture_) p.sheen_color = saturate(working(p.sheen_color));
   p.sheen_roughness = saturate(d.sheen_roughness);
   if (p.sheen_roughness == 0.0f) return;
   sheen_roughness_texture_ = add(d.sheen_roughness_texture, false, "sheen roughness texture");
@@ -230,7 +235,8 @@ void Material::compile_clearcoat(const MaterialDescription& d, const auto& add) 
 void Material::compile_interior(const MaterialDescription& d) {
   if (!passes_light() || d.thin_walled) return;
   thin_walled_ = false;
-  attenuation_ = attenuation_coefficient(saturate(d.attenuation_color), d.attenuation_distance);
+  attenuation_ = attenuation_coefficient(saturate(working(saturate(d.attenuation_color))),
+                                         d.attenuation_distance);
   // An infinite index has no colours apart.
   if (has_transmission() && ior_ > 0.0f) dispersion_ = non_negative(d.dispersion);
 }
@@ -244,13 +250,15 @@ void Material::compile_coverage() {
 
 MaterialPoint Material::constant_point() const {
   MaterialPoint point;
-  point.emission = unlit_ ? non_negative(base_color_) : emission_;
-  point.bsdf.base_color = saturate(base_color_);
+  point.emission = unlit_              ? non_negative(working(base_color_))
+                   : emission_texture_ ? emission_
+                                       : working(emission_);
+  point.bsdf.base_color = saturate(working(base_color_));
   point.bsdf.metallic = metallic_;
   point.bsdf.roughness = roughness_;
   point.bsdf.ior = ior_;
   point.bsdf.specular = specular_;
-  point.bsdf.specular_color = specular_color_;
+  point.bsdf.specular_color = specular_color_texture_ ? specular_color_ : working(specular_color_);
   point.bsdf.transmission = transmission_;
   point.bsdf.thin_walled = thin_walled_;
   return point;
@@ -281,6 +289,7 @@ void Material::evaluate_varying(const SurfaceAttributes& a, const TexelPlaces& t
                                 MaterialPoint& out) const {
   Rgb base = base_color_ * rgb(a.color);
   if (needs_uv()) apply_textures(texels, base, out);
+  base = working(base);
   if (unlit_) out.emission = non_negative(base);
   out.bsdf.base_color = saturate(base);
 }
@@ -291,7 +300,8 @@ void Material::apply_textures(const TexelPlaces& texels, Rgb& base, MaterialPoin
     out.bsdf.specular *= read(specular_texture_, texels).w;
   }
   if (specular_color_texture_) {
-    out.bsdf.specular_color *= rgb(read(specular_color_texture_, texels));
+    out.bsdf.specular_color =
+        working(out.bsdf.specular_color * rgb(read(specular_color_texture_, texels)));
   }
   if (glossiness_texture_) {
     const float glossiness = (1.0f - roughness_) * read(glossiness_texture_, texels).w;
@@ -305,7 +315,9 @@ void Material::apply_textures(const TexelPlaces& texels, Rgb& base, MaterialPoin
   if (transmission_texture_) {
     out.bsdf.transmission = saturate(transmission_ * read(transmission_texture_, texels).x);
   }
-  if (emission_texture_) out.emission *= rgb(read(emission_texture_, texels));
+  if (emission_texture_) {
+    out.emission = working(out.emission * rgb(read(emission_texture_, texels)));
+  }
   out.has_normal_map = has_normal_map();
   if (out.has_normal_map) out.normal = normal_map_.at(texels.normal);
 }
@@ -317,7 +329,7 @@ void Material::apply_layer_textures(const TexelPlaces& texels, MaterialLayers& o
     if (slot) value = saturate(value * read(slot, texels)[channel]);
   };
   const auto tint = [&](Rgb& value, Slot slot) {
-    if (slot) value = saturate(value * rgb(read(slot, texels)));
+    if (slot) value = saturate(working(value * rgb(read(slot, texels))));
   };
   if (anisotropy_texture_) {
     const Vec4f texel = read(anisotropy_texture_, texels);
@@ -340,21 +352,22 @@ void Material::apply_layer_textures(const TexelPlaces& texels, MaterialLayers& o
 
 Rgb Material::varying_emission(const SurfaceAttributes& a, float u_texture) const {
   if (!unlit_) {
-    return emission_ * rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture));
+    return working(emission_ *
+                   rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture)));
   }
   Rgb base = base_color_ * rgb(a.color);
   if (base_color_texture_) {
     base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
   }
-  return non_negative(base);
+  return non_negative(working(base));
 }
 
 Rgb Material::mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
                             const SurfaceAttributes& a2) const {
   if (!is_emissive_) return Rgb(0.0f);
-  if (!emission_texture_) return emission_;
+  if (!emission_texture_) return emission();
   const Texture& t = *emission_texture_;
-  return emission_ * t.mean_over_triangle(uv_of(t, a0), uv_of(t, a1), uv_of(t, a2));
+  return working(emission_ * t.mean_over_triangle(uv_of(t, a0), uv_of(t, a1), uv_of(t, a2)));
 }
 
 bool Material::emits_like(const Material& other) const {

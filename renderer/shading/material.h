@@ -82,9 +82,9 @@ class Material {
 
   // Emitted radiance below any clear coat (emission_through_coat); with unlit(), the base colour.
   Rgb emission(const SurfaceAttributes& attributes, float u_texture) const {
-    return emission_varies_ ? varying_emission(attributes, u_texture) : emission_;
+    return emission_varies_ ? varying_emission(attributes, u_texture) : emission();
   }
-  const Rgb& emission() const { return emission_; }  // if it is the same everywhere
+  const Rgb& emission() const { return constant_.emission; }  // if it is the same everywhere
   // All of the above at its brightest. What there is of it at a time of the shutter, if it changes.
   bool emission_changes() const { return emission_share_ != nullptr; }
   Rgb emission_share(float time) const { return emission_share_->at(time); }
@@ -159,6 +159,12 @@ class Material {
     return slot->read(texels.place[slot.place]);
   }
 
+  // Colours are products in the description's space, converted when they are complete.
+  Rgb working(const Rgb& c) const {
+    if (to_working_) [[unlikely]]
+      return *to_working_ * c;
+    return c;
+  }
   // What evaluate() says where neither a texture nor a vertex colour has a say.
   MaterialPoint constant_point() const;
   void evaluate_varying(const SurfaceAttributes& attributes, const TexelPlaces& texels,
@@ -230,6 +236,7 @@ class Material {
   uint32_t uv_mask_ = 0;
   std::vector<const Texture*> parametrisations_;  // a texture of each
   std::vector<Slot> slots_;                       // each texture once
+  ToWorkingSpace to_working_;
 };
 
 // All materials of a scene, glTF's default material behind them.

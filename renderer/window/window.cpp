@@ -457,6 +457,9 @@ void Window::remember() {
 }  // namespace
 
 int run_view(const ViewOptions& options) {
+  if (options.render.working_space != WorkingSpace::kRec709) {
+    throw UsageError("--working-space: the window works in rec709; valid with render");
+  }
   if (options.render.panorama) {
     throw UsageError("--panorama: the window looks one way; valid with render");
   }

@@ -67,6 +67,7 @@ const std::map<std::string, std::string> kOthers = {
     {"env-strength", "1000000000"},
     {"env-rotation", "-36000"},
     {"transparent", "yes"},
+    {"working-space", "acescg"},
     {"backfaces", "show"},
     {"animation", "Survey"},
     {"time", "-0.1"},
@@ -95,10 +96,10 @@ TEST(SettingTable, HasEveryMember) {
                reconstruction, width, height, crop, camera, look_from, look_at, fov_y, f_stop,
                focus_distance, panorama, turntable, animation, time, frame, fps, shutter, edits,
                variant, environment, sun, environment_strength, environment_rotation, transparent,
-               show_backfaces, lenient, isa, part, sample_range, aovs, cryptomattes,
+               working_space, show_backfaces, lenient, isa, part, sample_range, aovs, cryptomattes,
                cryptomatte_levels, catchers, holdouts, light_groups, half, exr_compression,
                exr_parts, denoise] = settings;
-  constexpr size_t kMembers = 61;
+  constexpr size_t kMembers = 62;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());

@@ -1,0 +1,27 @@
+// The primaries that a frame is rendered with. Scenes, maps and displays are linear Rec. 709.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "renderer/core/colour_matrix.h"
+#include "renderer/core/names.h"
+
+namespace emberline {
+
+enum class WorkingSpace : uint8_t { kRec709, kAcesCg };
+std::span<const NamedValue<WorkingSpace>> working_space_table();
+
+// OpenColorIO's own matrices, with Bradford's adaptation of D65 to the white of ACES, so that grey
+// is grey. Null for Rec. 709.
+ToWorkingSpace to_working_space(WorkingSpace space);
+ToWorkingSpace from_working_space(WorkingSpace space);
+
+// x and y of red, green, blue and white, as OpenEXR's header has them.
+using Chromaticities = std::array<float, 8>;
+Chromaticities chromaticities_of(WorkingSpace space);
+// Whose they are; those of Rec. 709 if of nobody here.
+WorkingSpace space_of(const Chromaticities& chromaticities);
+
+}  // namespace emberline

@@ -1,0 +1,38 @@
+// Linear colours of one set of primaries as those of another.
+#pragma once
+
+#include <memory>
+
+#include "renderer/core/time_curve.h"
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+struct ColourMatrix {
+  Vec3f red, green, blue;  // the weights that make each
+
+  Rgb operator*(const Rgb& c) const { return {dot(red, c), dot(green, c), dot(blue, c)}; }
+};
+
+// From the space of descriptions, linear Rec. 709, to the one that is rendered in; null: the same.
+using ToWorkingSpace = std::shared_ptr<const ColourMatrix>;
+
+inline Rgb converted(const ToWorkingSpace& matrix, const Rgb& c) {
+  return matrix ? *matrix * c : c;
+}
+
+// Shares of `colour` as shares of it there.
+inline std::shared_ptr<const TimeCurve<Rgb>> converted(
+    const ToWorkingSpace& matrix, const std::shared_ptr<const TimeCurve<Rgb>>& shares,
+    const Rgb& colour) {
+  if (!matrix || !shares) return shares;
+  auto result = std::make_shared<TimeCurve<Rgb>>(*shares);
+  const Rgb whole = *matrix * colour;
+  for (Rgb& share : result->values) {
+    const Rgb part = *matrix * (colour * share);
+    for (int c = 0; c < 3; ++c) share[c] = whole[c] > 0.0f ? part[c] / whole[c] : 0.0f;
+  }
+  return result;
+}
+
+}  // namespace emberline
