@@ -5,7 +5,8 @@ size A the radiance P / 4 A, a sun of strength E gives that irradiance. One cand
 """
 import math
 
-from mathutils import Matrix
+from bpy_extras.object_utils import world_to_camera_view
+from mathutils import Matrix, Vector
 
 from .glb import matrix
 
@@ -36,6 +37,19 @@ def emission_node(light):
             source = node.inputs["Surface"].links[0].from_node
             return source if source.type == "EMISSION" else None
     return None
+
+
+def in_view(scene, camera, light, placed):
+    """Whether a light at `placed` (matrix_world) stands in the camera's view, with a margin, and shines towards it."""
+    if not camera or camera.type != "CAMERA" or camera.data.type == "PANO":
+        return False
+    at = placed.translation
+    if light.type == "SUN":
+        at = camera.matrix_world.translation + 1e4 * placed.to_3x3().col[2].normalized()
+    elif light.type == "AREA" and placed.to_3x3().col[2].dot(camera.matrix_world.translation - at) > 0:
+        return False
+    seen = world_to_camera_view(scene, camera, Vector(at))
+    return seen.z > 0 and -0.2 < seen.x < 1.2 and -0.2 < seen.y < 1.2
 
 
 def _scaled(rgb, factor):
@@ -93,10 +107,11 @@ def _shape(light):
     return [(-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)]
 
 
-def add(glb, name, light, placed, centre, radius):
+def add(glb, name, light, placed, centre, radius, unseen):
     """Adds a light of `placed` (matrix_world) to the file; nothing where it gives none. Around `centre` lies the scene.
 
-    The name is that of its layer of light groups.
+    The name is that of its layer of light groups. `unseen`: it stands in the camera's view, which must not see it; then a
+    point or sun has no size.
     """
     power = light.energy
     rgb = _scaled(colour(light), power)
@@ -113,7 +128,7 @@ def add(glb, name, light, placed, centre, radius):
         size = area if getattr(light, "normalize", True) else 1.0
         # Cycles has the whole shape's area here, not that of its corners.
         _mesh(glb, name, [_gl(p) for p in outline], _fan(outline), _scaled(rgb, 0.25 / size), placed)
-    elif light.type == "SUN" and light.angle > 1e-4:
+    elif light.type == "SUN" and light.angle > 1e-4 and not unseen:
         half = min(light.angle, math.radians(170)) / 2
         distance = _SUN_RADII * radius
         outline = _circle(distance * math.tan(half), distance * math.tan(half))
@@ -122,7 +137,7 @@ def add(glb, name, light, placed, centre, radius):
         radiance = _scaled(rgb, mean / (math.pi * math.sin(half) ** 2))
         far = Matrix.Translation(centre) @ rotation @ Matrix.Translation((0, 0, distance))
         _mesh(glb, name, [_gl(p) for p in outline], _fan(outline), radiance, far)
-    elif light.type == "POINT" and light.shadow_soft_size > 1e-6:
+    elif light.type == "POINT" and light.shadow_soft_size > 1e-6 and not unseen:
         points, faces = _sphere(light.shadow_soft_size)
         area = sum(_triangle_area(points, f) for f in faces)
         _mesh(glb, name, [_gl(p) for p in points], faces, _scaled(rgb, 1 / (math.pi * area)), at)
@@ -145,7 +160,7 @@ def _mesh(glb, name, points, faces, radiance, placed):
 
 def _punctual(glb, name, light, rgb, placed):
     # glTF's lights shine along -Z of their node, Blender's along -Z of theirs: one more turn between the two.
-    values = matrix(placed @ Matrix.Rotation(math.pi / 2, 4, "X"))
+    values = matrix(placed @ Matrix.Rotation(-math.pi / 2, 4, "X"))
     if not values:
         return
     most = max(rgb)

@@ -94,7 +94,7 @@ def of_world(data):
     return said
 
 
-def of_object(placed):
+def of_object(scene, placed):
     said = []
     if placed.type in _KINDS:
         said.append(f"a {_KINDS[placed.type]} is not shown")
@@ -103,7 +103,7 @@ def of_object(placed):
     if any(system.settings.type == "HAIR" and system.settings.render_type == "PATH" for system in placed.particle_systems):
         said.append("hair is not shown")
     for flag, what in (("camera", "camera"), ("diffuse", "diffuse"), ("glossy", "glossy"), ("transmission", "transmission"), ("shadow", "shadow")):
-        if not getattr(placed, f"visible_{what}", True):
+        if placed.type != "LIGHT" and not getattr(placed, f"visible_{what}", True):
             said.append(f"it is seen by {flag} rays, too")
     if getattr(placed, "is_holdout", False):
         said.append("it is no holdout")
@@ -111,6 +111,11 @@ def of_object(placed):
         said.append("it is no shadow catcher")
     if placed.type == "LIGHT":
         said += of_light(placed.data)
+        if not placed.visible_camera and lights.in_view(scene, scene.camera, placed.data, placed.matrix_world):
+            if placed.data.type == "AREA":
+                said.append("the camera sees it")
+            elif placed.data.type == "SUN" and placed.data.angle > 1e-4 or placed.data.type == "POINT" and placed.data.shadow_soft_size > 1e-6:
+                said.append("it is in the camera's view: its shadows are sharp, so that it is not seen")
     return said
 
 
@@ -120,7 +125,7 @@ def of_scene(scene):
     for placed in scene.objects:
         if placed.hide_render:
             continue
-        lines += [(placed.name, line) for line in of_object(placed)]
+        lines += [(placed.name, line) for line in of_object(scene, placed)]
         for slot in placed.material_slots:
             if slot.material and slot.material.name_full not in materials_seen:
                 materials_seen[slot.material.name_full] = of_material(slot.material)

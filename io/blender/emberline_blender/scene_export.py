@@ -72,7 +72,7 @@ class Export:
         self._depsgraph = depsgraph
         self._light_groups = set(light_groups)
         self._placed = []  # (object's name, mesh's key, matrix, light group)
-        self._lights = []  # (name, data, matrix, light group)
+        self._lights = []  # (name, data, matrix, light group, unseen)
         self._low, self._high = Vector((1e30,) * 3), Vector((-1e30,) * 3)
         self.groups = {}
         self.path = os.path.join(folder, "scene.glb")
@@ -96,13 +96,16 @@ class Export:
     def _gather(self, scratch):
         meshes, copies = {}, materials.Copies(scratch.ids)
         self.original_names = copies.names
+        scene = self._depsgraph.scene_eval
+        camera = scene.camera.evaluated_get(self._depsgraph)
         for instance in self._depsgraph.object_instances:
             placed = instance.object
             if not instance.show_self:
                 continue
             world = instance.matrix_world.copy()
             if placed.type == "LIGHT":
-                self._lights.append((placed.name, placed.data, world, self._group(placed)))
+                unseen = not placed.visible_camera and lights.in_view(scene, camera, placed.data, world)
+                self._lights.append((placed.name, placed.data, world, self._group(placed), unseen))
                 continue
             if placed.type not in _MESHES or not placed.data:
                 continue
@@ -161,9 +164,9 @@ class Export:
         centre = (self._low + self._high) / 2 if any_mesh else Vector((0, 0, 0))
         radius = max((self._high - self._low).length / 2, 1e-6) if any_mesh else 1.0
         self._light_layers = {}
-        for index, (name, data, world, group) in enumerate(self._lights):
+        for index, (name, data, world, group, unseen) in enumerate(self._lights):
             # With light groups a layer must be known by its name, which two lights may share.
             layer = f"group{index}-{name}" if group else name
             if group:
                 self._light_layers[layer] = group
-            lights.add(glb, layer, data, world, centre, radius)
+            lights.add(glb, layer, data, world, centre, radius, unseen)
