@@ -155,7 +155,7 @@ def materials():
     light("AREA", 150, (1.5, -2, 3), shape="RECTANGLE", size=1.5, size_y=0.7)
     world((0.3, 0.35, 0.4), 0.5)
     camera((0, -6.5, 2.2), (0, 0, 0.5))
-    return {"red": (18, 24, 30, 38), "gold": (36, 24, 45, 38), "floor": (8, 46, 88, 62)}
+    return {"red": (6, 26, 18, 38), "gold": (30, 26, 42, 38), "floor": (8, 46, 88, 62)}
 
 
 def glass():
@@ -199,7 +199,8 @@ def focus():
     colours = ((0.9, 0.2, 0.1), (0.2, 0.8, 0.2), (0.2, 0.3, 0.9))
     parts = bpy.data.collections.new("parts")
     ball = sphere(diffuse("white", (0.8, 0.8, 0.8)), (0, 0, 0.25), 0.25)
-    bpy.context.scene.collection.objects.unlink(ball)
+    for collection in ball.users_collection:
+        collection.objects.unlink(ball)
     parts.objects.link(ball)
     for i, colour in enumerate(colours):
         placed = cube(diffuse(f"colour {i}", colour), (1.3 * (i - 1), 2.5 * i - 1, 0.6), 1.2)

@@ -6,6 +6,7 @@ import shutil
 import tempfile
 import threading
 import time
+import traceback
 
 import bpy
 
@@ -78,11 +79,17 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             self._render(depsgraph, folder)
         except _Cancelled:
             pass
-        except (Refused, exr.BadFile) as fault:
-            self.report({"ERROR"}, str(fault))
-            self.error_set(str(fault))
+        except (Refused, exr.BadFile, OSError) as fault:
+            self._fail(str(fault))
+        except Exception as fault:  # a fault of ours, or a picture that lacks a layer: never an empty frame without a word
+            traceback.print_exc()
+            self._fail(f"Emberline: the add-on failed: {type(fault).__name__}: {fault}")
         finally:
             shutil.rmtree(folder, ignore_errors=True)
+
+    def _fail(self, line):
+        self.report({"ERROR"}, line)
+        self.error_set(line)
 
     def _render(self, depsgraph, folder):
         scene, layer = depsgraph.scene, depsgraph.view_layer

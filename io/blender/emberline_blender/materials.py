@@ -5,14 +5,14 @@ import copy
 class Copies:
     """Originals for the exporter, which knows no others: animated materials as copies that have this frame's values."""
 
-    def __init__(self, ids):
-        self._ids, self._copies = ids, {}
+    def __init__(self, depsgraph, ids):
+        self._depsgraph, self._ids, self._copies = depsgraph, ids, {}
         self.names = {}  # of copies: the original's
 
-    def of(self, evaluated):
-        if not evaluated:
+    def of(self, material):
+        if not material:
             return None
-        original = evaluated.original
+        original = material.original
         tree = original.node_tree
         if not original.animation_data and not (tree and tree.animation_data):
             return original
@@ -20,7 +20,10 @@ class Copies:
             self._copies[original] = copied = original.copy()
             self._ids.append(copied)
             self.names[copied.name] = original.name
+            evaluated = original.evaluated_get(self._depsgraph)
+            copied.animation_data_clear()
             if tree:
+                copied.node_tree.animation_data_clear()
                 for node in copied.node_tree.nodes:
                     self._take_values(node, evaluated.node_tree.nodes.get(node.name))
         return self._copies[original]

@@ -42,6 +42,7 @@ def _export(scratch, path):
         "export_format": "GLB",
         "use_active_scene": True,
         "export_animations": False,
+        "export_current_frame": True,
         "export_skins": False,
         "export_morph": False,
         "export_apply": False,
@@ -94,7 +95,7 @@ class Export:
         return group if group in self._light_groups else ""
 
     def _gather(self, scratch):
-        meshes, copies = {}, materials.Copies(scratch.ids)
+        meshes, copies = {}, materials.Copies(self._depsgraph, scratch.ids)
         self.original_names = copies.names
         scene = self._depsgraph.scene_eval
         camera = scene.camera.evaluated_get(self._depsgraph)
