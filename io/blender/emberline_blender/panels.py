@@ -9,7 +9,7 @@ _NOT_OURS = {"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_simp
 _OF_OTHERS = {
     "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "DATA_PT_EEVEE_light", "NODE_DATA_PT_EEVEE_light",
     "EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface", "EEVEE_WORLD_PT_surface",
-    "VIEWLAYER_PT_layer_passes_cryptomatte", "VIEWLAYER_PT_layer_passes_lightgroups", "CYCLES_OBJECT_PT_lightgroup",
+    "VIEWLAYER_PT_layer_passes_cryptomatte", "VIEWLAYER_PT_layer_passes_lightgroups", "CYCLES_OBJECT_PT_lightgroup", "CYCLES_WORLD_PT_settings_light_group",
 }  # fmt: skip
 
 
@@ -171,16 +171,24 @@ def _of_blender():
             yield panel
 
 
+_before = {}  # Blender's panels: what engines they had
+
+
 def register():
     for c in CLASSES:
         bpy.utils.register_class(c)
-    for panel in _of_blender():
-        panel.COMPAT_ENGINES.add(ENGINE)
+    # Sets of our own: panels of one kind may share theirs.
+    for panel in list(_of_blender()):
+        _before[panel] = panel.__dict__.get("COMPAT_ENGINES")
+        panel.COMPAT_ENGINES = panel.COMPAT_ENGINES | {ENGINE}
 
 
 def unregister():
-    for panel in _all_panels():
-        if ENGINE in getattr(panel, "COMPAT_ENGINES", ()) and panel not in CLASSES:
-            panel.COMPAT_ENGINES.discard(ENGINE)
+    for panel, engines in _before.items():
+        if engines is None:
+            del panel.COMPAT_ENGINES
+        else:
+            panel.COMPAT_ENGINES = engines
+    _before.clear()
     for c in reversed(CLASSES):
         bpy.utils.unregister_class(c)
