@@ -48,9 +48,9 @@ def of_material(material):
         elif node.type not in _READ and node is not surface:
             said.append(f"the node '{node.name}' ({node.bl_label}) is ignored")
         elif node.type == "BSDF_PRINCIPLED":
-            for what in ("Subsurface", "Subsurface Weight", "Anisotropic", "Sheen", "Sheen Weight", "Coat Weight"):
+            for what in ("Subsurface", "Subsurface Weight", "Anisotropic"):
                 entry = node.inputs.get(what)
-                if entry and (entry.is_linked or entry.default_value > 0) and "Sheen" not in what and "Coat" not in what:
+                if entry and (entry.is_linked or entry.default_value > 0):
                     said.append(f"{what} is ignored")
     return said
 

@@ -1,4 +1,6 @@
 """Emberline's panels, and Blender's own that hold for it, too."""
+import textwrap
+
 import bpy
 
 from . import limits
@@ -56,7 +58,7 @@ class EMBERLINE_PT_where(_Panel, bpy.types.Panel):
     def draw(self, context):
         own, column = context.scene.emberline, self._column()
         column.operator("emberline.heatmap", text="Show Samples", icon="IMAGE_DATA").of = "samples"
-        column.prop(own, "use_maps")
+        column.prop(own, "use_maps", text="Keep More Maps")
         row = column.row(align=True)
         row.enabled = own.use_maps
         for of, text in (("error", "Error"), ("time", "Time"), ("stop", "Reasons")):
@@ -116,15 +118,19 @@ class EMBERLINE_PT_limits(_Panel, bpy.types.Panel):
             lines = []
         elif not lines:
             column.label(text="Nothing that is known before rendering", icon="CHECKMARK")
+        characters = max(int(context.region.width / (8 * context.preferences.system.ui_scale)), 20)
         for name, line in lines[:50]:
-            column.label(text=f"{name}: {line}", icon="ERROR")
+            column.label(text=name, icon="ERROR")
+            for part in textwrap.wrap(line, characters):
+                column.label(text=part)
         if len(lines) > 50:
             column.label(text=f"and {len(lines) - 50} more")
         said = limits.from_last_render(context.scene)
         if said:
             column.label(text="The last render:")
         for line in said[:20]:
-            column.label(text=line, icon="INFO")
+            for i, part in enumerate(textwrap.wrap(line, characters)):
+                column.label(text=part, icon="NONE" if i else "INFO")
 
 
 class EMBERLINE_PT_passes(_Panel, bpy.types.Panel):
