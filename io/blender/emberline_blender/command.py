@@ -1,0 +1,147 @@
+"""The command `emberline`: where it is, and a render that runs as a child process and is watched."""
+import json
+import os
+import shutil
+import socket
+import struct
+import subprocess
+import threading
+
+import numpy
+
+
+class Refused(Exception):
+    """One line for the user: nothing is rendered."""
+
+
+def find(preferred=""):
+    """The command: of the preferences, on PATH, or beside the add-on."""
+    name = "emberline.exe" if os.name == "nt" else "emberline"
+    if preferred:
+        found = shutil.which(preferred)
+        if not found:
+            raise Refused(f"Emberline: {preferred} is not a program (Preferences > Add-ons > Emberline)")
+        return found
+    here = os.path.dirname(os.path.abspath(__file__))
+    for folder in (None, here, os.path.join(here, "bin"), os.path.dirname(here)):
+        found = shutil.which(name) if folder is None else shutil.which(os.path.join(folder, name))
+        if found:
+            return found
+    raise Refused("Emberline: the command was found neither on PATH nor beside the add-on; its path can be set in Preferences > Add-ons")
+
+
+class Viewer:
+    """What `--display tev://` sends to: the picture so far, as R G B A with rows from the top.
+
+    The packets are those of the image viewer tev (io/tev_protocol.h); only our own child knows the port.
+    """
+
+    _CREATE, _UPDATE = 4, 6
+
+    def __init__(self, width, height):
+        self.picture = numpy.zeros((height, width, 4), numpy.float32)
+        self._changed = False
+        self._lock = threading.Lock()
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.url = "tev://127.0.0.1:%d" % self._listener.getsockname()[1]
+        self._connection = None
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def _run(self):
+        try:
+            self._connection, _ = self._listener.accept()
+            with self._connection, self._connection.makefile("rb") as stream:
+                while True:
+                    size = stream.read(4)
+                    if len(size) < 4:
+                        return
+                    (length,) = struct.unpack("<I", size)
+                    if not 5 <= length <= 1 << 26:
+                        return
+                    packet = stream.read(length - 4)
+                    if len(packet) < length - 4:
+                        return
+                    if packet[0] == self._UPDATE:
+                        self._update(packet)
+        except (OSError, ValueError, struct.error):
+            pass  # the picture of the file comes in any case
+
+    def _update(self, packet):
+        at = packet.index(b"\0", 2) + 1  # behind the name
+        (channels,) = struct.unpack_from("<i", packet, at)
+        at += 4
+        for _ in range(channels):
+            at = packet.index(b"\0", at) + 1
+        x, y, w, h = struct.unpack_from("<4i", packet, at)
+        at += 16 + 16 * channels  # offsets and strides: interleaved, as ours are
+        pixels = numpy.frombuffer(packet, "<f4", channels * w * h, at).reshape(h, w, channels)
+        with self._lock:
+            self.picture[y : y + h, x : x + w, :channels] = pixels
+            self._changed = True
+
+    def take(self):
+        """A copy of the picture, None where it has not changed since the last one."""
+        with self._lock:
+            if not self._changed:
+                return None
+            self._changed = False
+            return self.picture.copy()
+
+    def close(self):
+        for end in (self._listener, self._connection):
+            try:
+                if end:
+                    end.close()
+            except OSError:
+                pass
+
+
+class Process:
+    """A running command. Its log goes to a file of `folder`."""
+
+    def __init__(self, arguments, folder):
+        self._log = os.path.join(folder, "log.txt")
+        self._progress = os.path.join(folder, "progress.json")
+        try:
+            with open(self._log, "wb") as log:
+                self._child = subprocess.Popen(
+                    arguments + ["--progress-file", self._progress],
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                    cwd=folder,
+                )
+        except OSError as error:
+            raise Refused(f"Emberline: {arguments[0]} cannot be started: {error.strerror}") from error
+
+    @property
+    def pid(self):
+        return self._child.pid
+
+    def wait(self, seconds):
+        """The exit code, None while it is at work."""
+        try:
+            return self._child.wait(seconds)
+        except subprocess.TimeoutExpired:
+            return None
+
+    def progress(self):
+        """What --progress-file says: done of 1, samples, left_s; {} until there is something."""
+        try:
+            with open(self._progress, encoding="utf-8") as file:
+                return json.load(file)
+        except (OSError, ValueError):
+            return {}
+
+    def kill(self):
+        self._child.kill()
+        self._child.wait()
+
+    def fault(self, code):
+        """One line on what went wrong."""
+        with open(self._log, encoding="utf-8", errors="replace") as file:
+            lines = [line.strip() for line in file if line.strip()]
+        said = next((line for line in reversed(lines) if "error" in line.lower()), lines[-1] if lines else "")
+        if code < 0:
+            return f"Emberline crashed (signal {-code})" + (f": {said}" if said else "")
+        return f"Emberline failed (exit code {code})" + (f": {said}" if said else "")

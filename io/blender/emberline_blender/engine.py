@@ -1,0 +1,193 @@
+"""The render engine: exports the scene, runs `emberline render`, shows its picture, brings back its layers."""
+import json
+import os
+import queue
+import shutil
+import tempfile
+import threading
+import time
+import traceback
+
+import bpy
+
+from . import camera, command, exr, limits, passes, settings, world
+from .command import Refused
+from .scene_export import Export
+
+_LOOK = 0.1  # seconds between two looks at Esc
+_SHOW = 0.25  # between two pictures
+
+
+class _Cancelled(Exception):
+    pass
+
+
+# Blender renders in a thread of its own, but its data are the main thread's to change: there a timer takes what is in here.
+_main_thread_jobs = queue.SimpleQueue()
+
+
+def _do_main_thread_jobs():
+    while not _main_thread_jobs.empty():
+        _main_thread_jobs.get()()
+    return 0.05
+
+
+def _on_main_thread(engine, function):
+    if threading.current_thread() is threading.main_thread():
+        return function()
+    done, box = threading.Event(), {}
+
+    def job():
+        try:
+            if not box.get("abandoned"):
+                box["value"] = function()
+        except BaseException as error:  # goes to the thread that waits
+            box["error"] = error
+        done.set()
+
+    _main_thread_jobs.put(job)
+    while not done.wait(_LOOK):
+        if engine.test_break():
+            box["abandoned"] = True
+            raise _Cancelled
+    if "error" in box:
+        raise box["error"]
+    return box["value"]
+
+
+def last_frame():
+    """The EXR of the last finished frame, for heatmaps; it goes with Blender's own temporary files."""
+    return os.path.join(bpy.app.tempdir, "emberline-last-frame.exr")
+
+
+class EmberlineRenderEngine(bpy.types.RenderEngine):
+    bl_idname = "EMBERLINE"
+    bl_label = "Emberline"
+    bl_use_preview = False
+    bl_use_eevee_viewport = True
+    bl_use_shading_nodes_custom = False
+    bl_use_postprocess = True
+
+    def update_render_passes(self, scene, renderlayer):
+        self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
+        for name, channels, kind in passes.wanted(scene, renderlayer):
+            self.register_pass(scene, renderlayer, name, len(channels), channels, kind)
+
+    def render(self, depsgraph):
+        folder = tempfile.mkdtemp(prefix="emberline-blender-")
+        try:
+            self._render(depsgraph, folder)
+        except _Cancelled:
+            pass
+        except (Refused, exr.BadFile, OSError) as fault:
+            self._fail(str(fault))
+        except Exception as fault:  # a fault of ours, or a picture that lacks a layer: never an empty frame without a word
+            traceback.print_exc()
+            self._fail(f"Emberline: the add-on failed: {type(fault).__name__}: {fault}")
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def _fail(self, line):
+        self.report({"ERROR"}, line)
+        self.error_set(line)
+
+    def _render(self, depsgraph, folder):
+        scene, layer = depsgraph.scene, depsgraph.view_layer
+        if scene.render.use_multiview:
+            raise Refused("Emberline: stereo is not supported; turn off Output Properties > Stereoscopy")
+        program = command.find(settings.preferred_command())
+        view = camera.view(depsgraph)
+        self.update_stats("", "Emberline: exporting the scene")
+
+        def export():
+            exported = Export(depsgraph, folder, passes.light_groups(layer))
+            return exported, world.options(depsgraph.scene_eval.world, folder)
+
+        exported, light = _on_main_thread(self, export)
+        groups = dict(exported.groups)
+        if scene.world and getattr(scene.world, "lightgroup", ""):
+            groups["environment"] = scene.world.lightgroup
+        with open(os.path.join(folder, "edits.json"), "w", encoding="utf-8") as file:
+            json.dump({"emberline_edits": 1, "camera": view.edit}, file)
+
+        frame, report = os.path.join(folder, "frame.exr"), os.path.join(folder, "report.json")
+        viewer = command.Viewer(view.width, view.height)
+        arguments = [program, "render", exported.path, "-o", frame, "--exr-compression", "none", "--report", report]
+        arguments += ["--edits", os.path.join(folder, "edits.json"), "--display", viewer.url]
+        arguments += ["--size", f"{view.width}x{view.height}", "--crop", ",".join(map(str, view.crop))]
+        arguments += light + settings.options(scene) + passes.options(scene, layer)
+        try:
+            self._watch(command.Process(arguments, folder), viewer, view.crop, layer)
+        finally:
+            viewer.close()
+        self._finish(frame, report, groups, scene, layer)
+
+    def _result(self, layer, crop):
+        return self.begin_result(0, 0, crop[2] - crop[0], crop[3] - crop[1], layer=layer.name)
+
+    def _watch(self, process, viewer, crop, layer):
+        """Until the frame is done. Esc ends the process at once: its files are in our folder, which goes."""
+        shown = time.monotonic()
+        result = self._result(layer, crop)
+        code = None
+        try:
+            while code is None:
+                code = process.wait(_LOOK)
+                if self.test_break():
+                    raise _Cancelled
+                if time.monotonic() - shown >= _SHOW:
+                    self._show(viewer.take(), result, crop)
+                    self._tell(process.progress())
+                    shown = time.monotonic()
+        finally:
+            if code is None:
+                process.kill()
+            self.end_result(result, cancel=code != 0)
+        if code != 0:
+            raise Refused(process.fault(code))
+
+    def _show(self, picture, result, crop):
+        if picture is None:
+            return
+        x0, y0, x1, y1 = crop
+        part = picture[y0:y1, x0:x1]
+        passes.fill(result.layers[0], "Combined", [part[:, :, c] for c in range(4)])
+        self.update_result(result)
+
+    def _tell(self, progress):
+        done = progress.get("done") or 0.0
+        self.update_progress(min(max(done, 0.0), 1.0))
+        left = progress.get("left_s")
+        text = f"Emberline: {100 * done:.0f} %"
+        if left is not None:
+            text += f" | Remaining: {int(left) // 60:02}:{int(left) % 60:02}"
+        self.update_stats("", text)
+
+    def _finish(self, frame, report, groups, scene, layer):
+        planes, texts = exr.read(frame)
+        height, width = planes["R"].shape
+        result = self._result(layer, (0, 0, width, height))
+        passes.put(result.layers[0], scene, layer, planes, groups)
+        self.end_result(result)
+        passes.put_cryptomatte_names(self.get_result(), layer, texts)
+        limits.note_report(scene, report)
+        try:
+            shutil.move(frame, last_frame())
+        except OSError:
+            pass  # no heatmap, then
+
+
+def register():
+    bpy.utils.register_class(EmberlineRenderEngine)
+    if not bpy.app.background:
+        bpy.app.timers.register(_do_main_thread_jobs, persistent=True)
+
+
+def unregister():
+    if bpy.app.timers.is_registered(_do_main_thread_jobs):
+        bpy.app.timers.unregister(_do_main_thread_jobs)
+    try:
+        os.remove(last_frame())
+    except OSError:
+        pass
+    bpy.utils.unregister_class(EmberlineRenderEngine)

@@ -1,0 +1,73 @@
+"""Where did the samples go? The last frame's heatmap as an image of Blender."""
+import os
+import subprocess
+import tempfile
+
+import bpy
+from bpy.props import EnumProperty
+
+from . import command, engine, settings
+
+IMAGE = "Emberline Samples"
+
+
+class EMBERLINE_OT_heatmap(bpy.types.Operator):
+    bl_idname = "emberline.heatmap"
+    bl_label = "Where Did the Samples Go?"
+    bl_description = "Shows which pixels of the last frame took how many samples, as an image"
+
+    of: EnumProperty(
+        name="Show",
+        items=(
+            ("samples", "Samples", "Samples per pixel"),
+            ("error", "Error", "Estimated RMS error of the pixel as displayed"),
+            ("time", "Time", "Time spent on each pixel"),
+            ("stop", "Reasons", "Why each pixel got no more samples"),
+        ),
+        default="samples",
+    )
+
+    @classmethod
+    def poll(cls, context):
+        return os.path.isfile(engine.last_frame())
+
+    def execute(self, context):
+        with tempfile.TemporaryDirectory(prefix="emberline-blender-") as folder:
+            picture = os.path.join(folder, "heatmap.png")
+            try:
+                program = command.find(settings.preferred_command())
+            except command.Refused as fault:
+                self.report({"ERROR"}, str(fault))
+                return {"CANCELLED"}
+            arguments = [program, "heatmap", engine.last_frame(), "-o", picture, "--of", self.of, "--colors", "inferno"]
+            run = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace")
+            if run.returncode:
+                said = (run.stderr.strip() or run.stdout.strip() or "no reason given").splitlines()
+                self.report({"ERROR"}, f"Emberline: {said[-1]}")
+                return {"CANCELLED"}
+            self._show(context, picture)
+        return {"FINISHED"}
+
+    def _show(self, context, picture):
+        old = bpy.data.images.get(IMAGE)
+        if old:
+            bpy.data.images.remove(old)
+        image = bpy.data.images.load(picture)
+        image.name = IMAGE
+        image.pack()
+        image.filepath_raw = ""
+        for window in context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.type == "IMAGE_EDITOR":
+                    area.spaces.active.image = image
+                    return
+        if not bpy.app.background:
+            self.report({"INFO"}, f"The image '{IMAGE}' is there for an Image Editor")
+
+
+def register():
+    bpy.utils.register_class(EMBERLINE_OT_heatmap)
+
+
+def unregister():
+    bpy.utils.unregister_class(EMBERLINE_OT_heatmap)

@@ -1,0 +1,178 @@
+"""Blender's lights: as KHR_lights_punctual where they have no size, else as meshes that shine.
+
+Units were measured beside Cycles: a point light of P watts has the radiant intensity P / 4 pi, an area light of
+size A the radiance P / 4 A, a sun of strength E gives that irradiance. One candela of the file is a radiant intensity of 1.
+"""
+import math
+
+from bpy_extras.object_utils import world_to_camera_view
+from mathutils import Matrix, Vector
+
+from .glb import matrix
+
+_STEPS = 48  # of a circle
+# A sun with an angle is a disc so many radii of the scene away: its light's direction changes by a thousandth over the scene.
+_SUN_RADII = 1000.0
+
+
+def colour(light):
+    """Radiance, intensity or irradiance per watt: the light's colour, with what simple nodes make of it."""
+    rgb = [light.color[i] for i in range(3)]
+    if getattr(light, "use_temperature", False):
+        rgb = [a * b for a, b in zip(rgb, light.temperature_color)]
+    factor = 2.0 ** getattr(light, "exposure", 0.0)
+    emission = emission_node(light)
+    if emission:
+        factor *= emission.inputs["Strength"].default_value
+        rgb = [a * b for a, b in zip(rgb, emission.inputs["Color"].default_value)]
+    return [max(c * factor, 0.0) for c in rgb]
+
+
+def emission_node(light):
+    """The node that makes the light, where it has nodes and they are no more than that."""
+    if not light.use_nodes or not light.node_tree:
+        return None
+    for node in light.node_tree.nodes:
+        if node.type == "OUTPUT_LIGHT" and node.is_active_output and node.inputs["Surface"].is_linked:
+            source = node.inputs["Surface"].links[0].from_node
+            return source if source.type == "EMISSION" else None
+    return None
+
+
+def in_view(scene, camera, light, placed):
+    """Whether a light at `placed` (matrix_world) stands in the camera's view, with a margin, and shines towards it."""
+    if not camera or camera.type != "CAMERA" or camera.data.type == "PANO":
+        return False
+    at = placed.translation
+    if light.type == "SUN":
+        at = camera.matrix_world.translation + 1e4 * placed.to_3x3().col[2].normalized()
+    elif light.type == "AREA" and placed.to_3x3().col[2].dot(camera.matrix_world.translation - at) > 0:
+        return False
+    seen = world_to_camera_view(scene, camera, Vector(at))
+    return seen.z > 0 and -0.2 < seen.x < 1.2 and -0.2 < seen.y < 1.2
+
+
+def _scaled(rgb, factor):
+    return [c * factor for c in rgb]
+
+
+def _circle(x, y):
+    angles = [2 * math.pi * i / _STEPS for i in range(_STEPS)]
+    return [(x * math.cos(a), y * math.sin(a), 0.0) for a in angles]
+
+
+def _fan(points):
+    """Seen from below, where Blender's lights shine to."""
+    return [(0, i + 1, i) for i in range(1, len(points) - 1)]
+
+
+def _area_of(points):
+    return 0.5 * abs(sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(points, points[1:] + points[:1])))
+
+
+def _sphere(radius):
+    """An octahedron, divided three times: 512 triangles."""
+    points = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+    faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
+    for _ in range(3):
+        middles, finer = {}, []
+
+        def middle(a, b):
+            key = (min(a, b), max(a, b))
+            if key not in middles:
+                m = [p + q for p, q in zip(points[a], points[b])]
+                length = math.sqrt(sum(c * c for c in m))
+                middles[key] = len(points)
+                points.append(tuple(c / length for c in m))
+            return middles[key]
+
+        for a, b, c in faces:
+            ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+            finer += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        faces = finer
+    return [tuple(radius * c for c in p) for p in points], faces
+
+
+def _triangle_area(points, face):
+    a, b, c = (points[i] for i in face)
+    u, v = [q - p for p, q in zip(a, b)], [q - p for p, q in zip(a, c)]
+    cross = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+    return 0.5 * math.sqrt(sum(x * x for x in cross))
+
+
+def _shape(light):
+    if light.shape in ("DISK", "ELLIPSE"):
+        return _circle(light.size / 2, (light.size if light.shape == "DISK" else light.size_y) / 2)
+    x, y = light.size / 2, (light.size if light.shape == "SQUARE" else light.size_y) / 2
+    return [(-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)]
+
+
+def add(glb, name, light, placed, centre, radius, unseen):
+    """Adds a light of `placed` (matrix_world) to the file; nothing where it gives none. Around `centre` lies the scene.
+
+    The name is that of its layer of light groups. `unseen`: it stands in the camera's view, which must not see it; then a
+    point or sun has no size.
+    """
+    power = light.energy
+    rgb = _scaled(colour(light), power)
+    if max(rgb) <= 0:
+        return
+    rotation = placed.to_3x3().normalized().to_4x4()
+    at = Matrix.Translation(placed.translation)
+    if light.type == "AREA":
+        outline = _shape(light)
+        axes = placed.to_3x3()
+        area = _area_of(outline) * axes.col[0].cross(axes.col[1]).length
+        if area <= 0:
+            return
+        size = area if getattr(light, "normalize", True) else 1.0
+        # Cycles has the whole shape's area here, not that of its corners.
+        _mesh(glb, name, [_gl(p) for p in outline], _fan(outline), _scaled(rgb, 0.25 / size), placed)
+    elif light.type == "SUN" and light.angle > 1e-4 and not unseen:
+        half = min(light.angle, math.radians(170)) / 2
+        distance = _SUN_RADII * radius
+        outline = _circle(distance * math.tan(half), distance * math.tan(half))
+        # What the surface that faces the middle gets, of Cycles' disc: the mean cosine over it.
+        mean = 2 * (1 / math.cos(half) - 1) / math.tan(half) ** 2
+        radiance = _scaled(rgb, mean / (math.pi * math.sin(half) ** 2))
+        far = Matrix.Translation(centre) @ rotation @ Matrix.Translation((0, 0, distance))
+        _mesh(glb, name, [_gl(p) for p in outline], _fan(outline), radiance, far)
+    elif light.type == "POINT" and light.shadow_soft_size > 1e-6 and not unseen:
+        points, faces = _sphere(light.shadow_soft_size)
+        area = sum(_triangle_area(points, f) for f in faces)
+        _mesh(glb, name, [_gl(p) for p in points], faces, _scaled(rgb, 1 / (math.pi * area)), at)
+    else:
+        intensity = 1.0 if light.type == "SUN" else 1 / (4 * math.pi)
+        _punctual(glb, name, light, _scaled(rgb, intensity), at @ rotation)
+
+
+def _gl(p):
+    return (p[0], p[2], -p[1])
+
+
+def _mesh(glb, name, points, faces, radiance, placed):
+    values = matrix(placed)
+    if values:
+        glb.json["scenes"][0]["nodes"].append(
+            glb.add("nodes", {"name": name, "mesh": glb.add_emitter(name, points, faces, radiance), "matrix": values})
+        )
+
+
+def _punctual(glb, name, light, rgb, placed):
+    # glTF's lights shine along -Z of their node, Blender's along -Z of theirs: one more turn between the two.
+    values = matrix(placed @ Matrix.Rotation(-math.pi / 2, 4, "X"))
+    if not values:
+        return
+    most = max(rgb)
+    entry = {"name": name, "color": [c / most for c in rgb], "intensity": most}
+    entry["type"] = {"SUN": "directional", "POINT": "point", "SPOT": "spot"}[light.type]
+    if light.type == "SPOT":
+        outer = min(light.spot_size / 2, math.pi / 2 - 1e-4)
+        # Cycles fades as t^2 (3 - 2 t), glTF as t^2: over 3/4 of the way it gives as much light.
+        inner = math.acos(min(math.cos(outer) + 0.75 * light.spot_blend * (1 - math.cos(outer)), 1.0))
+        entry["spot"] = {"outerConeAngle": outer, "innerConeAngle": min(inner, outer - 1e-5)}
+    glb.use("KHR_lights_punctual")
+    lights = glb.json.setdefault("extensions", {}).setdefault("KHR_lights_punctual", {}).setdefault("lights", [])
+    lights.append(entry)
+    node = {"name": name, "matrix": values, "extensions": {"KHR_lights_punctual": {"light": len(lights) - 1}}}
+    glb.json["scenes"][0]["nodes"].append(glb.add("nodes", node))

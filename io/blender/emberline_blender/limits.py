@@ -1,0 +1,196 @@
+"""What Emberline does not show as Blender does, object by object: the panel lists it."""
+import json
+
+import bpy
+
+from . import lights, materials, world
+
+# Nodes that Blender's glTF exporter, and we, read; others are said to be left out.
+_READ = {
+    "OUTPUT_MATERIAL", "BSDF_PRINCIPLED", "EMISSION", "BSDF_DIFFUSE", "BSDF_GLOSSY", "TEX_IMAGE", "MAPPING", "UVMAP",
+    "NORMAL_MAP", "SEPRGB", "SEPARATE_COLOR", "FRAME", "REROUTE", "RGB", "VALUE", "TEX_COORD",
+}  # fmt: skip
+_SURFACES = {"BSDF_PRINCIPLED", "EMISSION", "BSDF_DIFFUSE", "BSDF_GLOSSY"}
+_MESHES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "LIGHT", "CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
+_KINDS = {"VOLUME": "volume", "CURVES": "hair curves", "POINTCLOUD": "point cloud", "GPENCIL": "grease pencil", "GREASEPENCIL": "grease pencil"}
+_MOST = 2000  # objects that are looked at while a panel is drawn
+
+_from_renders = {}  # scene: lines of the last frame's report
+_cache = {}  # scene: lines
+_dirty = True
+
+
+def _used_nodes(tree):
+    """Nodes that the active output depends on."""
+    outputs = [n for n in tree.nodes if n.type in ("OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT") and n.is_active_output]
+    seen, waiting = set(), outputs
+    while waiting:
+        node = waiting.pop()
+        if node.name in seen:
+            continue
+        seen.add(node.name)
+        yield node
+        waiting += [link.from_node for entry in node.inputs for link in entry.links]
+
+
+def of_material(material):
+    if not material.use_nodes or not material.node_tree:
+        return []
+    surface = materials.surface_node(material)
+    said = []
+    if surface and surface.type not in _SURFACES:
+        said.append(f"its surface is the node '{surface.name}' ({surface.bl_label}), not a Principled BSDF")
+    for node in _used_nodes(material.node_tree):
+        if node.type == "OUTPUT_MATERIAL":
+            for what in ("Volume", "Displacement"):
+                if node.inputs[what].is_linked:
+                    said.append(f"its {what.lower()} is ignored")
+        elif node.type not in _READ and node is not surface:
+            said.append(f"the node '{node.name}' ({node.bl_label}) is ignored")
+        elif node.type == "BSDF_PRINCIPLED":
+            for what in ("Subsurface", "Subsurface Weight", "Anisotropic"):
+                entry = node.inputs.get(what)
+                if entry and (entry.is_linked or entry.default_value > 0):
+                    said.append(f"{what} is ignored")
+    return said
+
+
+def of_light(data):
+    said = []
+    if data.use_nodes and data.node_tree:
+        emission = lights.emission_node(data)
+        if not emission or any(emission.inputs[i].is_linked for i in ("Color", "Strength")):
+            said.append("its nodes are ignored, but for an Emission node's own colour and strength")
+    if data.type == "SPOT" and data.shadow_soft_size > 0:
+        said.append("a spot light has no radius: its shadows are sharp")
+    if data.type == "AREA" and data.spread < 3.1:
+        said.append("its spread is ignored: it shines to a half space")
+    if data.type == "SPOT" and data.spot_size > 3.14:
+        said.append("its cone ends at a half space")
+    return said
+
+
+def of_world(data):
+    if not data or not getattr(data, "use_nodes", True) or not data.node_tree:
+        return []
+    background, said = world.background_node(data), []
+    if not background:
+        return ["is not a Background node: the world is black"]
+    if background.inputs["Strength"].is_linked:
+        said.append("the nodes of its strength are ignored")
+    environment = world.environment_node(data)
+    if background.inputs["Color"].is_linked and not environment:
+        said.append("the nodes of its colour are ignored, but for an Environment Texture")
+    if environment:
+        if environment.image.source not in ("FILE", "GENERATED"):
+            said.append("of its environment's images one is shown")
+        if environment.projection != "EQUIRECTANGULAR":
+            said.append("its environment is taken as equirectangular")
+        if environment.inputs["Vector"].is_linked:
+            node = environment.inputs["Vector"].links[0].from_node
+            turned = node.inputs["Rotation"].default_value if node.type == "MAPPING" else (0, 0, 0)
+            if node.type not in ("MAPPING", "TEX_COORD") or abs(turned[0]) + abs(turned[1]) > 1e-6:
+                said.append("its environment turns about Z only")
+    return said
+
+
+def of_object(scene, placed):
+    said = []
+    if placed.type in _KINDS:
+        said.append(f"a {_KINDS[placed.type]} is not shown")
+    elif placed.type not in _MESHES:
+        said.append(f"an object of the kind {placed.type} is not shown")
+    if any(system.settings.type == "HAIR" and system.settings.render_type == "PATH" for system in placed.particle_systems):
+        said.append("hair is not shown")
+    for flag, what in (("camera", "camera"), ("diffuse", "diffuse"), ("glossy", "glossy"), ("transmission", "transmission"), ("shadow", "shadow")):
+        if placed.type != "LIGHT" and not getattr(placed, f"visible_{what}", True):
+            said.append(f"it is seen by {flag} rays, too")
+    if getattr(placed, "is_holdout", False):
+        said.append("it is no holdout")
+    if placed.type != "LIGHT" and getattr(placed, "is_shadow_catcher", False):
+        said.append("it is no shadow catcher")
+    if placed.type == "LIGHT":
+        said += of_light(placed.data)
+        if not placed.visible_camera and lights.in_view(scene, scene.camera, placed.data, placed.matrix_world):
+            if placed.data.type == "AREA":
+                said.append("the camera sees it")
+            elif placed.data.type == "SUN" and placed.data.angle > 1e-4 or placed.data.type == "POINT" and placed.data.shadow_soft_size > 1e-6:
+                said.append("it is in the camera's view: its shadows are sharp, so that it is not seen")
+    return said
+
+
+def of_scene(scene):
+    """(name, what is not as in Blender), one of each."""
+    lines, materials_seen = [], {}
+    for placed in scene.objects:
+        if placed.hide_render:
+            continue
+        lines += [(placed.name, line) for line in of_object(scene, placed)]
+        for slot in placed.material_slots:
+            if slot.material and slot.material.name_full not in materials_seen:
+                materials_seen[slot.material.name_full] = of_material(slot.material)
+                lines += [(slot.material.name, line) for line in materials_seen[slot.material.name_full]]
+    if scene.world:
+        lines += [(scene.world.name, line) for line in of_world(scene.world)]
+    if scene.camera and scene.camera.type == "CAMERA":
+        lens = scene.camera.data
+        if lens.dof.use_dof and (lens.dof.aperture_blades or lens.dof.aperture_ratio != 1):
+            lines.append((scene.camera.name, "its aperture is round"))
+        if lens.dof.use_dof and lens.type == "ORTHO":
+            lines.append((scene.camera.name, "an orthographic camera has no depth of field"))
+    if scene.render.use_motion_blur:
+        lines.append((scene.name, "motion blur is not rendered"))
+    if scene.render.pixel_aspect_x != scene.render.pixel_aspect_y:
+        lines.append((scene.name, "pixels are square"))
+    return lines
+
+
+def note_report(scene, path):
+    """Keeps what the last frame's report has to say."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            report = json.load(file)
+    except (OSError, ValueError):
+        return
+    lines = [w if isinstance(w, str) else w.get("message", str(w)) for w in report.get("warnings", [])]
+    gltf = report.get("gltf", {})
+    lines += [f"{name}: approximated" for name in map(str, gltf.get("approximated", []))]
+    lines += [f"{name}: ignored" for name in map(str, gltf.get("ignored", []))]
+    _from_renders[scene.name] = lines
+
+
+def from_last_render(scene):
+    return _from_renders.get(scene.name, [])
+
+
+def for_panel(scene):
+    """The same as of_scene(), looked up anew when something has changed; None where that takes too long."""
+    global _dirty
+    if _dirty:
+        _cache.clear()
+        _dirty = False
+    if scene.name not in _cache:
+        if len(scene.objects) > _MOST:
+            return None
+        _cache[scene.name] = of_scene(scene)
+    return _cache[scene.name]
+
+
+def look_again(scene):
+    _cache[scene.name] = of_scene(scene)
+
+
+@bpy.app.handlers.persistent
+def _changed(*_):
+    global _dirty
+    _dirty = True
+
+
+def register():
+    bpy.app.handlers.depsgraph_update_post.append(_changed)
+    bpy.app.handlers.load_post.append(_changed)
+
+
+def unregister():
+    bpy.app.handlers.depsgraph_update_post.remove(_changed)
+    bpy.app.handlers.load_post.remove(_changed)

@@ -1,0 +1,120 @@
+"""What the panels show, with the names and units that Blender's users know from Cycles; and the options it becomes."""
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+FILTERS = ("blackman-harris", "gaussian", "box", "mitchell")
+
+
+class EmberlineSettings(bpy.types.PropertyGroup):
+    driver: EnumProperty(
+        name="Driver",
+        description="Which pixel gets its samples when",
+        items=(
+            ("adaptive", "Adaptive", "The whole frame at once, samples going where the noise is"),
+            ("bisection", "Bisection", "The whole frame at once, refined evenly"),
+            ("bucket", "Bucket", "Bucket after bucket, each finished: the least memory"),
+        ),
+        default="adaptive",
+    )
+    samples: IntProperty(name="Samples", description="Per pixel; with the adaptive driver on average", default=128, min=1, soft_max=4096, max=16777216)
+    use_noise_threshold: BoolProperty(name="Noise Threshold", description="Finish pixels that have no more noise than this; not with the driver Bisection", default=False)
+    noise_threshold: FloatProperty(
+        name="Noise Threshold",
+        description="Expected RMS error in the displayed picture (0 to 1): 0.02 shows noise, 0.005 hardly any",
+        default=0.01,
+        min=0.000001,
+        max=1.0,
+        precision=4,
+    )
+    time_limit: FloatProperty(
+        name="Time Limit", description="Show what there is after so long; 0 is no limit", default=0.0, min=0.0, max=1e9, subtype="TIME", unit="TIME_ABSOLUTE"
+    )
+    max_bounces: IntProperty(name="Max Bounces", description="0 is direct light only", default=12, min=0, max=1024)
+    clamp_indirect: FloatProperty(name="Clamp Indirect", description="Of a sample; 0 clamps nothing", default=0.0, min=0.0, max=1e9)
+    seed: IntProperty(name="Seed", description="Another seed, another noise", default=0, min=0)
+    use_animated_seed: BoolProperty(name="Animate Seed", description="Another noise for each frame", default=False)
+    pixel_filter: EnumProperty(
+        name="Pixel Filter",
+        items=(
+            ("blackman-harris", "Blackman-Harris", "Close to the Gaussian, a little sharper for its width"),
+            ("gaussian", "Gaussian", "Soft"),
+            ("box", "Box", "The pixel's square: aliases most"),
+            ("mitchell", "Mitchell", "Sharp, rings a little, more noise"),
+        ),
+        default="blackman-harris",
+    )
+    filter_width: FloatProperty(name="Width", description="Of the filter", default=1.5, min=0.02, max=10.0, subtype="PIXEL")
+    use_denoising: BoolProperty(name="Denoise", description="Combined is denoised by Emberline; the samples are in the pass 'Noisy Image'", default=False)
+    use_maps: BoolProperty(
+        name="Error, Time and Reasons", description="Keep what 'Where Did the Samples Go?' needs to show more than samples", default=False
+    )
+
+
+class EmberlineLayerSettings(bpy.types.PropertyGroup):
+    use_pass_samples: BoolProperty(name="Sample Count", description="Samples of each pixel", default=False, update=lambda self, context: _passes_changed(context))
+    use_pass_error: BoolProperty(name="Error", description="Standard error of the pixel, radiance", default=False, update=lambda self, context: _passes_changed(context))
+
+
+class EmberlinePreferences(bpy.types.AddonPreferences):
+    bl_idname = __package__
+
+    command: StringProperty(
+        name="Emberline", description="The program; if empty it is looked for on PATH, then beside the add-on", default="", subtype="FILE_PATH"
+    )
+
+    def draw(self, context):
+        from . import command
+
+        self.layout.prop(self, "command")
+        try:
+            self.layout.label(text=command.find(self.command), icon="CHECKMARK")
+        except command.Refused as fault:
+            self.layout.label(text=str(fault), icon="ERROR")
+
+
+def _passes_changed(context):
+    if context.view_layer:
+        context.view_layer.update_render_passes()
+
+
+def preferred_command():
+    addon = bpy.context.preferences.addons.get(__package__)
+    return bpy.path.abspath(addon.preferences.command) if addon and addon.preferences else ""
+
+
+def options(scene):
+    own, render = scene.emberline, scene.render
+    seed = own.seed + (scene.frame_current if own.use_animated_seed else 0)
+    arguments = ["--driver", own.driver, "--spp", str(own.samples), "--max-depth", str(own.max_bounces + 1)]
+    arguments += ["--seed", str(seed % 2**32), "--filter", own.pixel_filter]
+    arguments += ["--filter-radius", repr(max(own.filter_width / 2, 0.01))]
+    if own.use_noise_threshold and own.driver != "bisection":
+        arguments += ["--noise-threshold", repr(own.noise_threshold)]
+    if own.time_limit > 0:
+        arguments += ["--time-limit", repr(max(own.time_limit, 0.001))]
+    if own.clamp_indirect > 0:
+        arguments += ["--clamp-indirect", repr(own.clamp_indirect)]
+    if own.use_denoising:
+        arguments += ["--denoise"]
+    if render.film_transparent:
+        arguments += ["--transparent"]
+    if render.threads_mode == "FIXED":
+        arguments += ["--threads", str(render.threads)]
+    return arguments
+
+
+CLASSES = (EmberlineSettings, EmberlineLayerSettings, EmberlinePreferences)
+
+
+def register():
+    for c in CLASSES:
+        bpy.utils.register_class(c)
+    bpy.types.Scene.emberline = PointerProperty(type=EmberlineSettings)
+    bpy.types.ViewLayer.emberline = PointerProperty(type=EmberlineLayerSettings)
+
+
+def unregister():
+    del bpy.types.ViewLayer.emberline
+    del bpy.types.Scene.emberline
+    for c in reversed(CLASSES):
+        bpy.utils.unregister_class(c)

@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""The add-on in a real Blender without a display, its pictures beside Cycles'.
+
+    tests/blender/addon_test.py CASE [--emberline build/release/bin/emberline] [--blender blender] [--keep DIR]
+
+Cases: those of in_blender.py, and `cancel` and `two_at_once`, which are run from outside. Exit code 77, as ctest has
+it, where there is no Blender, or one without NumPy, Cycles or the glTF exporter.
+"""
+import argparse
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+NEEDS = "import numpy, _cycles, io_scene_gltf2; print('has all')"
+
+
+def environment(options, **more):
+    """A Blender that uses the system's Python looks for it along PATH, where another may come first."""
+    path = os.pathsep.join([str(Path(shutil.which(options.blender)).parent), "/usr/bin", "/bin"])
+    return {**os.environ, "PATH": path, **more}
+
+
+def start(options, case, folder):
+    """Blender's log goes to a file: a pipe that nobody reads would stop it."""
+    command = [options.blender, "-b", "--factory-startup", "-P", HERE / "in_blender.py", "--"]
+    temporary = folder / "tmp mit Ä"
+    temporary.mkdir(parents=True, exist_ok=True)
+    with open(folder / "log.txt", "wb") as log:
+        return subprocess.Popen(
+            [*command, case, folder, Path(options.emberline).resolve()],
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            env=environment(options, TMPDIR=str(temporary)),
+        )
+
+
+def log(folder):
+    return (folder / "log.txt").read_text(errors="replace")
+
+
+def finish(process, folder, case, codes=(0,)):
+    code = process.wait(240)
+    said = log(folder)
+    if code not in codes or f"passed {case}" not in said:
+        sys.exit(f"{said[-4000:]}\n{case}: Blender ended with {code}")
+    print("\n".join(line for line in said.splitlines() if re.match(r"passed|\w+: within", line)))
+    left = [p for p in (folder / "tmp mit Ä").rglob("emberline*")]
+    if left:
+        sys.exit(f"{case}: left behind: {left}")
+
+
+def cancel(options, folder):
+    process = start(options, "long_render", folder)
+    for _ in range(600):
+        child = re.search(r"child (\d+)", log(folder))
+        if child or process.poll() is not None:
+            break
+        time.sleep(0.05)
+    if not child:
+        sys.exit(f"{log(folder)}\ncancel: no render began")
+    time.sleep(0.5)
+    os.kill(process.pid, signal.SIGINT)  # Esc, where there is no keyboard
+    finish(process, folder, "long_render", codes=(0, 1))  # Blender's own after Ctrl-C
+    if Path(f"/proc/{child.group(1)}").exists():
+        sys.exit("cancel: the renderer goes on")
+
+
+def two_at_once(options, folder):
+    folders = [folder / "eins", folder / "zwei"]
+    running = [start(options, "one_of_two", f) for f in folders]
+    for process, f in zip(running, folders):
+        finish(process, f, "one_of_two")
+    means = [re.search(r"mean (\S+)", log(f)).group(1) for f in folders]
+    if means[0] != means[1]:
+        sys.exit(f"two at once: {means}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("case")
+    parser.add_argument("--emberline", default=ROOT / "build/release/bin/emberline")
+    parser.add_argument("--blender", default="blender")
+    parser.add_argument("--keep", type=Path, help="leave the files in this folder")
+    options = parser.parse_args()
+    if not shutil.which(options.blender):
+        print("no blender: nothing is tested")
+        return 77
+    has = [options.blender, "-b", "--factory-startup", "--python-expr", NEEDS]
+    run = subprocess.run(has, capture_output=True, text=True, errors="replace", env=environment(options))
+    if "has all" not in run.stdout:
+        print("blender has no NumPy, no Cycles or no glTF exporter: nothing is tested")
+        return 77
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = options.keep or Path(scratch) / "Ordner mit Umläuten"
+        folder.mkdir(parents=True, exist_ok=True)
+        special = {"cancel": cancel, "two_at_once": two_at_once}.get(options.case)
+        if special:
+            special(options, folder)
+        else:
+            finish(start(options, options.case, folder), folder, options.case)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

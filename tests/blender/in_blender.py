@@ -1,0 +1,294 @@
+"""The half of the add-on's tests that runs in Blender: addon_test.py starts it.
+
+    blender -b --factory-startup -P tests/blender/in_blender.py -- CASE FOLDER EMBERLINE
+
+Prints "passed CASE", or "FAILED: ..." and ends with 1.
+"""
+import os
+import sys
+import time
+import traceback
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(os.path.dirname(os.path.dirname(HERE)), "io", "blender")]
+
+import bpy  # noqa: E402
+import numpy  # noqa: E402
+
+import blender_scenes as scenes  # noqa: E402
+import emberline_blender  # noqa: E402
+from emberline_blender import command, engine, limits, settings  # noqa: E402
+
+CASE, FOLDER, EMBERLINE = sys.argv[sys.argv.index("--") + 1 :]
+TOLERANCE = 0.03
+
+
+class Failed(Exception):
+    pass
+
+
+def check(holds, said):
+    if not holds:
+        raise Failed(said)
+
+
+def use(program):
+    settings.preferred_command = lambda: program
+
+
+def file(name):
+    return os.path.join(FOLDER, name)
+
+
+def render(name="frame.exr"):
+    return scenes.render("EMBERLINE", file(name))
+
+
+def compare():
+    """F12 of each scene beside Cycles."""
+    for name in scenes.SCENES:
+        regions = scenes.build(name)
+        theirs = scenes.render("CYCLES", file(f"{name} cycles.exr"))
+        ours = render(f"{name}.exr")
+        height, width = ours.shape[:2]
+        check(theirs.shape == ours.shape, f"{name}: another size than Cycles'")
+        worst = 0.0
+        for region, (x0, y0, x1, y1) in {"whole": (0, 0, width, height), **regions}.items():
+            a, b = (p[y0:y1, x0:x1, :3].mean((0, 1)) for p in (theirs, ours))
+            # A channel that is nearly black counts against the brightest.
+            difference = numpy.abs(b - a) / numpy.maximum(a, 0.1 * a.max())
+            worst = max(worst, difference.max())
+            check(difference.max() < TOLERANCE, f"{name}, {region}: {b} where Cycles has {a}")
+        print(f"{name}: within {100 * worst:.1f} %")
+
+
+def refusal():
+    """The one line that a render fails with, as Blender's user sees it."""
+    bpy.context.scene.render.engine = "EMBERLINE"
+    try:
+        bpy.ops.render.render()
+    except RuntimeError as error:
+        return str(error).strip()
+    raise Failed("rendered what should have been refused")
+
+
+def expect(words):
+    said = refusal()
+    check(words in said and len(said.splitlines()) == 1, f"expected '{words}', was told: {said}")
+
+
+def script(name, body):
+    path = file(name)
+    with open(path, "w", encoding="utf-8") as out:
+        out.write("#!/bin/sh\n" + body)
+    os.chmod(path, 0o755)
+    return path
+
+
+def refusals():
+    scene = bpy.context.scene
+    scenes.build("materials")
+    scene.camera = None
+    expect("no camera")  # which Blender says itself
+    scenes.build("materials")
+    for placed in list(bpy.data.objects):
+        if placed.type != "CAMERA":
+            bpy.data.objects.remove(placed)
+    expect("there is nothing to render")
+    scenes.build("materials")
+    scene.render.use_multiview = True
+    expect("stereo is not supported")
+    scene.render.use_multiview = False
+    scene.camera.data.type = "PANO"
+    expect("neither perspective nor orthographic")
+    scenes.build("materials")
+    use(script("crash", "kill -SEGV $$\n"))
+    expect("crashed (signal 11)")
+    use(script("fail", 'echo "error: no such luck" >&2\nexit 3\n'))
+    expect("failed (exit code 3): error: no such luck")
+    use(script("lies", "exit 0\n"))
+    expect("frame.exr")
+    use(file("nothing"))
+    expect("is not a program")
+    # And Blender goes on.
+    use(EMBERLINE)
+    check(render().shape[:2] == scenes.SIZE[::-1], "does not render any more")
+    check(len(bpy.data.scenes) == 1, "the export's scene has stayed")
+
+
+def border():
+    scenes.build("materials")
+    whole = render()
+    draw = bpy.context.scene.render
+    draw.use_border, draw.use_crop_to_border = True, True
+    draw.border_min_x, draw.border_max_x, draw.border_min_y, draw.border_max_y = 0.25, 0.75, 0.125, 0.5
+    part = render("part.exr")
+    check(part.shape[:2] == (24, 48), f"the cropped border has the size {part.shape}")
+    # Not to the bit: Blender's own normals of smooth faces differ by rounding from one evaluation to the next.
+    check(numpy.abs(part - whole[32:56, 24:72]).max() < 1e-5, "the border is not that part of the frame")
+    draw.use_crop_to_border = False
+    part = render("part.exr")
+    check(numpy.abs(part[32:56, 24:72] - whole[32:56, 24:72]).max() < 1e-5, "the border is elsewhere")
+    draw.use_border = False
+
+
+def unusual_paths():
+    """The .blend, the textures, the output and TMPDIR with blanks and umlauts; a picture beside the .blend."""
+    scenes.build("picture_and_lens")
+    bpy.ops.wm.save_as_mainfile(filepath=file("Bär & Söhne.blend"))
+    inside = render("Größe 1.exr")
+    for image in bpy.data.images:
+        if image.packed_file:
+            image.unpack(method="USE_LOCAL")
+    outside = render("Größe 2.exr")
+    difference = numpy.abs(inside - outside).max()
+    check(difference < 1e-5, f"unpacked images make another picture ({difference})")
+
+
+def layers():
+    """The passes as the compositor sees them; a matte that Blender's own node picks; light groups that add up."""
+    scenes.build("materials")
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    for name in ("z", "normal", "diffuse_color", "cryptomatte_object"):
+        setattr(layer, f"use_pass_{name}", True)
+    layer.emberline.use_pass_samples = layer.emberline.use_pass_error = True
+    if hasattr(layer, "lightgroups"):
+        for group in ("key", "rest"):
+            layer.lightgroups.add().name = group
+        bpy.data.objects["Area"].lightgroup = "key"
+        lamp = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("lamp"))
+        lamp.lightgroup = scene.world.lightgroup = "rest"
+    scene.render.engine = "EMBERLINE"
+    scene.render.film_transparent = True
+    scene.use_nodes = True
+    tree = scene.node_tree
+    tree.nodes.clear()
+    source, writer = tree.nodes.new("CompositorNodeRLayers"), tree.nodes.new("CompositorNodeOutputFile")
+    writer.base_path = file("passes")
+    writer.format.file_format, writer.format.color_depth = "OPEN_EXR", "32"
+    writer.file_slots.clear()
+    matte = tree.nodes.new("CompositorNodeCryptomatteV2")
+    names = {"Image": "Image", "Depth": "Depth", "Normal": "Normal", "DiffCol": "DiffCol"}
+    names.update({n: n for n in ("Debug Sample Count", "Error", "Combined_key", "Combined_rest") if n in source.outputs})
+    for name in [*names, "matte"]:
+        writer.file_slots.new(name + "_")
+        output = matte.outputs["Matte"] if name == "matte" else source.outputs[names[name]]
+        tree.links.new(output, writer.inputs[-1])
+    tree.links.new(source.outputs["Image"], tree.nodes.new("CompositorNodeComposite").inputs["Image"])
+    bpy.ops.render.render()
+    matte.layer_name = f"{layer.name}.CryptoObject"  # known once a render has been
+    sphere = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("red"))
+    matte.matte_id = sphere.name
+    bpy.ops.render.render()
+    got = {name: scenes.pixels(file(f"passes/{name}_0001.exr")) for name in [*names, "matte"]}
+    x, y = 12, 31  # the middle of the red ball
+    check(6 < got["Depth"][y, x, 0] < 7.5, f"depth {got['Depth'][y, x, 0]}")
+    # Blender's axes: to the camera is -Y, upwards Z.
+    check(got["Normal"][y, x, 1] < -0.8, f"normal {got['Normal'][y, x]}")
+    check(got["Normal"][58, 48, 2] > 0.99, f"normal of the floor {got['Normal'][58, 48]}")
+    check(numpy.allclose(got["DiffCol"][y, x, :3], (0.8, 0.1, 0.1), atol=0.02), f"albedo {got['DiffCol'][y, x]}")
+    check((got["Debug Sample Count"][..., 0] == 128).all(), "sample counts")
+    check(0 < got["Error"][y, x, 0] < 0.1, f"error {got['Error'][y, x]}")
+    check(got["Image"][0, 0, 3] == 0 and got["Image"][y, x, 3] > 0.999, "alpha")
+    if "Combined_key" in names:
+        both = got["Combined_key"][..., :3] + got["Combined_rest"][..., :3]
+        check(numpy.allclose(both, got["Image"][..., :3], atol=1e-4), "light groups do not add up")
+        check(got["Combined_key"].mean() > 0.05 < got["Combined_rest"].mean(), "an empty light group")
+    check(got["matte"][y, x, 0] > 0.999, "the matte misses its object")
+    check(10 < got["matte"][..., 0].sum() < 400, "the matte has too much")
+    scene.use_nodes = False
+
+
+def animation():
+    """Each frame is as the scene stands then: an object, a material and a light that change."""
+    scenes.build("materials")
+    scene = bpy.context.scene
+    ball = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("plastic"))
+    socket = next(n for n in ball.active_material.node_tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Base Color"]
+    for frame in (1, 2):
+        ball.location.z = 0.5 * frame
+        ball.keyframe_insert("location", frame=frame)
+        socket.default_value = (frame == 2, 0.2, frame == 1, 1)
+        socket.keyframe_insert("default_value", frame=frame)
+        bpy.data.lights[0].energy = 150.0 * frame
+        bpy.data.lights[0].keyframe_insert("energy", frame=frame)
+    scene.render.engine, scene.frame_start, scene.frame_end = "EMBERLINE", 1, 2
+    scene.frame_set(1)
+    scene.render.filepath = file("anim_####")
+    bpy.ops.render.render(animation=True)
+    frames = [scenes.pixels(file(f"anim_{i:04}.exr")) for i in (1, 2)]
+    scene.frame_set(2)
+    still = render("still.exr")
+    difference = numpy.abs(frames[1] - still).max()
+    check(difference < 1e-5, f"the second frame is not the scene at frame 2 ({difference})")
+    balls = [f[y : y + 8, 56:64].mean((0, 1)) for f, y in zip(frames, (28, 18))]
+    check(balls[0][2] > 2 * balls[0][0] and balls[1][0] > 2 * balls[1][2], f"the material stands still ({balls})")
+
+
+def shows_and_tells():
+    """The picture comes while it renders; heatmap; the list of what is not as in Blender; nothing left in bpy.data."""
+    scenes.build("materials")
+    scene = bpy.context.scene
+    own = scene.emberline
+    own.driver, own.samples, own.time_limit, own.use_maps = "bisection", 1 << 20, 2.0, True
+    own.use_denoising = True
+    counts = [len(d) for d in (bpy.data.scenes, bpy.data.objects, bpy.data.meshes, bpy.data.materials)]
+    pictures, take = [], command.Viewer.take
+    command.Viewer.take = lambda viewer: pictures.append(take(viewer)) or pictures[-1]
+    final = render()
+    command.Viewer.take = take
+    left = [len(d) for d in (bpy.data.scenes, bpy.data.objects, bpy.data.meshes, bpy.data.materials)]
+    check(left == counts, f"the export has left something in the file: {counts}, then {left}")
+    shown = [p for p in pictures if p is not None]
+    check(len(shown) >= 2, f"{len(shown)} pictures while it rendered")
+    check(abs(shown[-1][..., :3].mean() / final[..., :3].mean() - 1) < 0.05, "another picture than the final one")
+    for of in ("samples", "error", "time", "stop"):
+        check(bpy.ops.emberline.heatmap(of=of) == {"FINISHED"}, f"no heatmap of {of}")
+        image = bpy.data.images[emberline_blender.heatmap.IMAGE]
+        check(image.size[0] >= scenes.SIZE[0] and image.packed_file, "the heatmap is no image")
+    hair = bpy.data.objects.new("smoke", bpy.data.volumes.new("smoke"))
+    scene.collection.objects.link(hair)
+    look = bpy.data.materials["red"]
+    noise = look.node_tree.nodes.new("ShaderNodeTexNoise")
+    diffuse = next(n for n in look.node_tree.nodes if n.type == "BSDF_DIFFUSE")
+    look.node_tree.links.new(noise.outputs["Color"], diffuse.inputs["Color"])
+    said = dict(limits.of_scene(scene))
+    check("volume" in said.get("smoke", ""), f"the volume is not listed: {said}")
+    check("Noise" in said.get("red", ""), f"the noise is not listed: {said}")
+
+
+def long_render():
+    """Until it is cancelled from outside; then Blender goes on."""
+    scenes.build("materials")
+    bpy.context.scene.emberline.samples = 1 << 24
+    bpy.context.scene.render.engine = "EMBERLINE"
+    watch = engine.EmberlineRenderEngine._watch
+
+    def told(self, process, *more):
+        print(f"child {process.pid}", flush=True)
+        return watch(self, process, *more)
+
+    engine.EmberlineRenderEngine._watch = told
+    bpy.ops.render.render()
+    check(not os.path.exists(engine.last_frame()), "a cancelled frame has been kept")
+
+
+def one_of_two():
+    scenes.build("lights")
+    print(f"mean {render().astype(float).mean():.9f}")
+
+
+try:
+    bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
+    emberline_blender.register()
+    use(EMBERLINE)
+    bpy.ops.outliner.orphans_purge(do_recursive=True)
+    start = time.monotonic()
+    globals()[CASE]()
+    print(f"passed {CASE} in {time.monotonic() - start:.1f} s")
+except BaseException as fault:  # Blender would go on, and exit with 0
+    traceback.print_exc()
+    print(f"FAILED: {CASE}: {fault}")
+    sys.stdout.flush()
+    os._exit(1)
+emberline_blender.unregister()
