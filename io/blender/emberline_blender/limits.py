@@ -47,6 +47,8 @@ def of_material(material):
                     said.append(f"its {what.lower()} is ignored")
         elif node.type not in _READ and node is not surface:
             said.append(f"the node '{node.name}' ({node.bl_label}) is ignored")
+        elif node.type == "TEX_IMAGE" and node.image and not node.image.size[0]:
+            said.append(f"its image '{node.image.name}' is missing")
         elif node.type == "BSDF_PRINCIPLED":
             for what in ("Subsurface", "Subsurface Weight", "Anisotropic"):
                 entry = node.inputs.get(what)
@@ -82,6 +84,8 @@ def of_world(data):
     if background.inputs["Color"].is_linked and not environment:
         said.append("the nodes of its colour are ignored, but for an Environment Texture")
     if environment:
+        if not environment.image.size[0]:
+            said.append(f"its image '{environment.image.name}' is missing: the world is black")
         if environment.image.source not in ("FILE", "GENERATED"):
             said.append("of its environment's images one is shown")
         if environment.projection != "EQUIRECTANGULAR":

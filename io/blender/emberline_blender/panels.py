@@ -7,7 +7,10 @@ from . import limits
 
 ENGINE = "EMBERLINE"
 # Blender's panels that we leave out of those that every engine has, and those that only other engines list.
-_NOT_OURS = {"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_simplify", "DATA_PT_light", "NODE_DATA_PT_light", "RENDER_PT_freestyle"}
+_NOT_OURS = {
+    "VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_simplify", "DATA_PT_light", "NODE_DATA_PT_light",
+    "RENDER_PT_freestyle",
+}  # fmt: skip
 _OF_OTHERS = {
     "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "DATA_PT_EEVEE_light", "NODE_DATA_PT_EEVEE_light",
     "EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface", "EEVEE_WORLD_PT_surface",

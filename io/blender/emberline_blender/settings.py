@@ -16,8 +16,19 @@ class EmberlineSettings(bpy.types.PropertyGroup):
         ),
         default="adaptive",
     )
-    samples: IntProperty(name="Samples", description="Per pixel; with the adaptive driver on average", default=128, min=1, soft_max=4096, max=16777216)
-    use_noise_threshold: BoolProperty(name="Noise Threshold", description="Finish pixels that have no more noise than this; not with the driver Bisection", default=False)
+    samples: IntProperty(
+        name="Samples",
+        description="Per pixel; with the adaptive driver on average",
+        default=128,
+        min=1,
+        soft_max=4096,
+        max=16777216,
+    )
+    use_noise_threshold: BoolProperty(
+        name="Noise Threshold",
+        description="Finish pixels that have no more noise than this; not with the driver Bisection",
+        default=False,
+    )
     noise_threshold: FloatProperty(
         name="Noise Threshold",
         description="Expected RMS error in the displayed picture (0 to 1): 0.02 shows noise, 0.005 hardly any",
@@ -27,10 +38,22 @@ class EmberlineSettings(bpy.types.PropertyGroup):
         precision=4,
     )
     time_limit: FloatProperty(
-        name="Time Limit", description="Show what there is after so long; 0 is no limit", default=0.0, min=0.0, max=1e9, subtype="TIME", unit="TIME_ABSOLUTE"
+        name="Time Limit",
+        description="Show what there is after so long; 0 is no limit",
+        default=0.0,
+        min=0.0,
+        max=1e9,
+        subtype="TIME",
+        unit="TIME_ABSOLUTE",
     )
     max_bounces: IntProperty(name="Max Bounces", description="0 is direct light only", default=12, min=0, max=1024)
-    clamp_indirect: FloatProperty(name="Clamp Indirect", description="Of a sample; 0 clamps nothing", default=0.0, min=0.0, max=1e9)
+    clamp_indirect: FloatProperty(
+        name="Clamp Indirect",
+        description="Of a sample; 0 clamps nothing",
+        default=0.0,
+        min=0.0,
+        max=1e9,
+    )
     seed: IntProperty(name="Seed", description="Another seed, another noise", default=0, min=0)
     use_animated_seed: BoolProperty(name="Animate Seed", description="Another noise for each frame", default=False)
     pixel_filter: EnumProperty(
@@ -43,23 +66,51 @@ class EmberlineSettings(bpy.types.PropertyGroup):
         ),
         default="blackman-harris",
     )
-    filter_width: FloatProperty(name="Width", description="Of the filter", default=1.5, min=0.02, max=10.0, subtype="PIXEL")
-    use_denoising: BoolProperty(name="Denoise", description="Combined is denoised by Emberline; the samples are in the pass 'Noisy Image'", default=False)
+    filter_width: FloatProperty(
+        name="Width",
+        description="Of the filter",
+        default=1.5,
+        min=0.02,
+        max=10.0,
+        subtype="PIXEL",
+    )
+    use_denoising: BoolProperty(
+        name="Denoise",
+        description="Combined is denoised by Emberline; the samples are in the pass 'Noisy Image'",
+        default=False,
+    )
     use_maps: BoolProperty(
-        name="Error, Time and Reasons", description="Keep what 'Where Did the Samples Go?' needs to show more than samples", default=False
+        name="Error, Time and Reasons",
+        description="Keep what 'Where Did the Samples Go?' needs to show more than samples",
+        default=False,
     )
 
 
 class EmberlineLayerSettings(bpy.types.PropertyGroup):
-    use_pass_samples: BoolProperty(name="Sample Count", description="Samples of each pixel", default=False, update=lambda self, context: _passes_changed(context))
-    use_pass_error: BoolProperty(name="Error", description="Standard error of the pixel, radiance", default=False, update=lambda self, context: _passes_changed(context))
+    use_pass_samples: BoolProperty(
+        name="Sample Count",
+        description="Samples of each pixel",
+        default=False,
+        update=lambda self,
+        context: _passes_changed(context),
+    )
+    use_pass_error: BoolProperty(
+        name="Error",
+        description="Standard error of the pixel, radiance",
+        default=False,
+        update=lambda self,
+        context: _passes_changed(context),
+    )
 
 
 class EmberlinePreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
     command: StringProperty(
-        name="Emberline", description="The program; if empty it is looked for on PATH, then beside the add-on", default="", subtype="FILE_PATH"
+        name="Emberline",
+        description="The program; if empty it is looked for on PATH, then beside the add-on",
+        default="",
+        subtype="FILE_PATH",
     )
 
     def draw(self, context):
