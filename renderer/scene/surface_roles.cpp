@@ -64,7 +64,9 @@ std::vector<size_t> find_nodes(const std::string& wanted, const Nodes& nodes) {
 
 void give(const char* option, SurfaceRole role, std::string_view list, const Nodes& nodes,
           const std::vector<char>& have, std::vector<std::optional<SurfaceRole>>& roles) {
-  for (const std::string& name : parse_node_names(list)) {
+  const std::vector<std::string> names = parse_node_names(list);
+  if (names.empty() && !list.empty()) throw UsageError("--{}: '{}' names no node", option, list);
+  for (const std::string& name : names) {
     const std::vector<size_t> found = find_nodes(name, nodes);
     if (found.empty()) {
       throw UsageError("--{}: no node '{}'; {}", option, shortened(name),

@@ -147,6 +147,8 @@ const std::vector<WrongValue>& wrong_values() {
        {"--snapshots", "rec709"},
        {"--driver", "bisection", "--snapshots", "shots"}},
       {"--backfaces", {"maybe", ""}, {"valid names are", "cull", "show"}},
+      {"--catcher", {"nope", "-1", "999999", ","}, {"no node"}},
+      {"--holdout", {"nope", ",,"}, {"no node"}},
       {"--camera", {"nope", "1", "-1", "0.0"}, {"no camera", "0 'main'"}},
       {"--variant", {"nope", "0", "-1"}, {"no variant", "the file has none"}},
       {"--animation", {"nope", "0", "-1", "all"}, {"no animation", "the file has none"}},

@@ -174,7 +174,7 @@ TEST(Film, UnknownChannelListsTheValidOnes) {
     AovSet::parse("albedo,depht");
     FAIL();
   } catch (const UsageError& e) {
-    EXPECT_NE(std::string(e.what()).find("N, Z, P, UV, velocity, clamped, denoising, id, time"),
+    EXPECT_NE(std::string(e.what()).find("N, Z, P, UV, velocity, clamped, direct, indirect"),
               std::string::npos);
   }
 }
