@@ -63,8 +63,8 @@ void catch_light(const Scene& scene, const SurfaceRoles& roles, const Ray& ray,
   const CoverageKey key = coverage_key(scene, samples);
   const Rgb through = through_thin_walls(scene, from, light, target, ray.time, key, samples, rays);
   caught->received = arriving * through;
-  const bool in_plate = through != Rgb(1.0f) &&
-                        plate_blocks(scene, roles, from, light, target, ray.time, key, rays);
+  const bool in_plate =
+      through != Rgb(1.0f) && plate_blocks(scene, roles, from, light, target, ray.time, key, rays);
   caught->unshadowed = in_plate ? caught->received : arriving;
 }
 

@@ -169,7 +169,9 @@ int run_command_line(int argc, char** argv) {
   // overridden behind them.
   root.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   bool version = false, quiet = false, verbose = false;
-  root.add_flag("--version", version, "print the versions of the program and its libraries, and what they use of the processor");
+  root.add_flag(
+      "--version", version,
+      "print the versions of the program and its libraries, and what they use of the processor");
   std::string documents;
   root.add_option("--write-documents", documents, "man pages and completion, for packages")
       ->group("");  // hidden

@@ -45,7 +45,9 @@ void add_default_light(SceneDescription& scene) {
         return !material || !material->unlit;
       });
   if (has_light(scene) || !anything_lit) return;
-  log_warning("the scene has no light; using a plain white environment (--env FILE or --sun gives another)");
+  log_warning(
+      "the scene has no light; using a plain white environment (--env FILE or --sun gives "
+      "another)");
   scene.environment = EnvironmentDescription{};
 }
 
