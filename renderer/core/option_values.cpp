@@ -49,4 +49,14 @@ std::string unknown_word_message(const char* kind, const std::string& word,
   return unknown_name_message(kind, word, views);
 }
 
+std::vector<std::string_view> split_list(std::string_view text) {
+  std::vector<std::string_view> parts;
+  while (!text.empty()) {
+    const size_t comma = std::min(text.find(','), text.size());
+    if (comma > 0) parts.push_back(text.substr(0, comma));
+    text.remove_prefix(std::min(text.size(), comma + 1));
+  }
+  return parts;
+}
+
 }  // namespace emberline

@@ -34,6 +34,9 @@ std::optional<T> parse_number(std::string_view text) {
   }
 }
 
+// "a,b" -> its parts, without the empty ones; they point into the text.
+std::vector<std::string_view> split_list(std::string_view text);
+
 // "1,2,3" -> numbers, exactly kCount of them.
 template <typename T, size_t kCount>
 bool parse_numbers(std::string_view text, char separator, std::array<T, kCount>& out) {

@@ -299,73 +299,24 @@ Setting backfaces() {
           read,        text};
 }
 
-Setting channels() {
-  const auto read = [](FrameSettings& settings, std::string_view text) {
-    AovSet::parse(text);
-    settings.aovs = text;
+// Names of `table`, a list, which `check` refuses where there is another among them.
+template <auto Member, typename Table>
+Setting names(const std::string& name, const std::string& help, const Table& table,
+              void (*check)(std::string_view)) {
+  const auto read = [=](FrameSettings& settings, std::string_view text) {
+    check(text);
+    settings.*Member = text;
   };
-  return {"aov",
-          kChannels,
-          "LIST",
-          "further EXR channels, a list",
-          summaries(aov_table()),
-          false,
-          read,
-          member_text<&FrameSettings::aovs>};
+  return {name, kChannels, "LIST", help, summaries(table), false, read, member_text<Member>};
 }
 
-Setting cryptomattes() {
-  const auto read = [](FrameSettings& settings, std::string_view text) {
-    parse_cryptomattes(text);
-    settings.cryptomattes = text;
-  };
-  return {"cryptomatte",
-          kChannels,
-          "LIST",
-          "layers of the EXR that compositors cut mattes by name from, a list",
-          summaries(cryptomatte_table()),
-          false,
-          read,
-          member_text<&FrameSettings::cryptomattes>};
-}
-
-// Not said unless it differs: it means nothing without the one before.
-Setting cryptomatte_levels() {
-  Setting setting = number<&FrameSettings::cryptomatte_levels>(
-      "cryptomatte-levels", kChannels, 1, kMostCryptomatteLevels,
-      "how many of them a pixel can show; what is beyond is counted in dropped.NAME [6]");
-  setting.text = [](const FrameSettings& s) {
-    return s.cryptomatte_levels == FrameSettings().cryptomatte_levels
-               ? ""
-               : text_of(s.cryptomatte_levels);
-  };
-  return setting;
-}
-
-// Not said unless it differs.
-Setting working_space() {
-  Setting setting = choice<&FrameSettings::working_space>(
-      "working-space", kLight, "space", "primaries that are rendered and written [rec709]",
-      working_space_table());
+// Not said unless it differs from the default.
+Setting unless_default(Setting setting) {
   setting.text = [text = setting.text](const FrameSettings& s) {
-    return s.working_space == FrameSettings().working_space ? std::string() : text(s);
+    std::string said = text(s);
+    return said == text(FrameSettings()) ? std::string() : said;
   };
   return setting;
-}
-
-Setting half_layers() {
-  const auto read = [](FrameSettings& settings, std::string_view text) {
-    parse_half_layers(text);
-    settings.half = text;
-  };
-  return {"half",
-          kChannels,
-          "LIST",
-          "layers of the EXR in half floats, eleven bits from 6e-8 to 65504, a list",
-          summaries(half_layer_table()),
-          false,
-          read,
-          member_text<&FrameSettings::half>};
 }
 
 using S = FrameSettings;
@@ -377,9 +328,15 @@ std::vector<Setting> make_table() {
                       "view gives way to --camera, --look-from and --fov-y"),
       word<&S::variant>("variant", kEdits, "NAME|INDEX",
                         "materials of this variant, by name or index [the file's default]"),
-      channels(),
-      cryptomattes(),
-      cryptomatte_levels(),
+      names<&S::aovs>("aov", "further EXR channels, a list", aov_table(),
+                      [](std::string_view list) { AovSet::parse(list); }),
+      names<&S::cryptomattes>(
+          "cryptomatte", "layers of the EXR that compositors cut mattes by name from, a list",
+          cryptomatte_table(), [](std::string_view list) { parse_cryptomattes(list); }),
+      // It means nothing without the one before.
+      unless_default(number<&S::cryptomatte_levels>(
+          "cryptomatte-levels", kChannels, 1, kMostCryptomatteLevels,
+          "how many of them a pixel can show; what is beyond is counted in dropped.NAME [6]")),
       word<&S::catchers>(
           "catcher", kChannels, "NAME|INDEX,...",
           "nodes that stand for surfaces of a plate: the layer `shadow` is what the plate is to be "
@@ -388,7 +345,9 @@ std::vector<Setting> make_table() {
       word<&S::holdouts>("holdout", kChannels, "NAME|INDEX,...",
                          "nodes that stand for things in a plate: they hide what is behind them "
                          "and leave alpha 0. With all below them"),
-      half_layers(),
+      names<&S::half>("half",
+                      "layers of the EXR in half floats, eleven bits from 6e-8 to 65504, a list",
+                      half_layer_table(), [](std::string_view list) { parse_half_layers(list); }),
       choice<&S::exr_compression>("exr-compression", kChannels, "compression",
                                   "how the EXR is compressed", exr_compression_table()),
       choice<&S::exr_parts>("exr-parts", kChannels, "parts", "how the EXR is divided",
@@ -478,7 +437,9 @@ std::vector<Setting> make_table() {
       number<&S::environment_rotation>("env-rotation", kLight, -36000.0f, 36000.0f,
                                        "degrees; 90 brings what was at +X to -Z"),
       flag<&S::transparent>("transparent", kSample, "the camera does not see the environment"),
-      working_space(),
+      unless_default(choice<&S::working_space>("working-space", kLight, "space",
+                                               "primaries that are rendered and written [rec709]",
+                                               working_space_table())),
       backfaces(),
       word<&S::animation>("animation", kLoading, "NAME|INDEX|all",
                           "animation that poses the scene [with a time the first, else none]"),

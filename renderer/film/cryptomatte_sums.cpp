@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "renderer/core/option_values.h"
+
 namespace emberline {
 namespace {
 
@@ -20,11 +22,8 @@ std::span<const NamedValue<CryptomatteKind>> cryptomatte_table() { return kKinds
 
 std::vector<CryptomatteKind> parse_cryptomattes(std::string_view list) {
   std::vector<CryptomatteKind> kinds;
-  while (!list.empty()) {
-    const size_t comma = list.find(',');
-    const std::string_view name = list.substr(0, comma);
-    list = comma == std::string_view::npos ? std::string_view{} : list.substr(comma + 1);
-    if (!name.empty()) kinds.push_back(find_named(kKinds, "--cryptomatte", "kind", name).value);
+  for (const std::string_view name : split_list(list)) {
+    kinds.push_back(find_named(kKinds, "--cryptomatte", "kind", name).value);
   }
   std::ranges::sort(kinds);
   kinds.erase(std::unique(kinds.begin(), kinds.end()), kinds.end());

@@ -1,5 +1,6 @@
 // The channels of a film, by name.
 #include "renderer/core/names.h"
+#include "renderer/core/option_values.h"
 #include "renderer/film/film.h"
 #include "renderer/film/half_channels.h"
 
@@ -67,11 +68,7 @@ std::string_view pixel_stop_name(PixelStop stop) {
 
 AovSet AovSet::parse(std::string_view list) {
   AovSet set;
-  while (!list.empty()) {
-    const size_t comma = list.find(',');
-    const std::string_view name = list.substr(0, comma);
-    list = comma == std::string_view::npos ? std::string_view{} : list.substr(comma + 1);
-    if (name.empty()) continue;
+  for (const std::string_view name : split_list(list)) {
     set.insert(find_named(kAovs, "--aov", "channel", name).value);
   }
   return set;

@@ -4,6 +4,7 @@
 
 #include "io/exr_writer.h"
 #include "renderer/core/names.h"
+#include "renderer/core/option_values.h"
 
 namespace emberline {
 namespace {
@@ -36,11 +37,8 @@ std::span<const HalfLayer> half_layer_table() { return kLayers; }
 
 std::vector<std::string> parse_half_layers(std::string_view list) {
   std::vector<std::string> layers;
-  while (!list.empty()) {
-    const size_t comma = list.find(',');
-    const std::string_view name = list.substr(0, comma);
-    list = comma == std::string_view::npos ? std::string_view{} : list.substr(comma + 1);
-    if (!name.empty()) layers.emplace_back(find_named(kLayers, "--half", "layer", name).name);
+  for (const std::string_view name : split_list(list)) {
+    layers.emplace_back(find_named(kLayers, "--half", "layer", name).name);
   }
   return layers;
 }

@@ -28,15 +28,18 @@ def colour(light):
     return [max(c * factor, 0.0) for c in rgb]
 
 
+def shown_node(tree, output, wanted):
+    """The node that the tree's active output of type `output` shows, if it is of type `wanted`."""
+    for node in tree.nodes if tree else ():
+        if node.type == output and node.is_active_output and node.inputs["Surface"].is_linked:
+            source = node.inputs["Surface"].links[0].from_node
+            return source if source.type == wanted else None
+    return None
+
+
 def emission_node(light):
     """The node that makes the light, where it has nodes and they are no more than that."""
-    if not light.use_nodes or not light.node_tree:
-        return None
-    for node in light.node_tree.nodes:
-        if node.type == "OUTPUT_LIGHT" and node.is_active_output and node.inputs["Surface"].is_linked:
-            source = node.inputs["Surface"].links[0].from_node
-            return source if source.type == "EMISSION" else None
-    return None
+    return shown_node(light.node_tree, "OUTPUT_LIGHT", "EMISSION") if light.use_nodes else None
 
 
 def in_view(scene, camera, light, placed):

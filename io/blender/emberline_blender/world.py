@@ -5,20 +5,14 @@ import os
 import bpy
 import numpy
 
-from . import exr
+from . import exr, lights
 
 _LINEAR = ("Linear", "Linear Rec.709", "Non-Color", "Raw")
 
 
 def background_node(world):
     """The Background node of the world's active output, if that is what it is."""
-    if not world.node_tree:
-        return None
-    for node in world.node_tree.nodes:
-        if node.type == "OUTPUT_WORLD" and node.is_active_output and node.inputs["Surface"].is_linked:
-            source = node.inputs["Surface"].links[0].from_node
-            return source if source.type == "BACKGROUND" else None
-    return None
+    return lights.shown_node(world.node_tree, "OUTPUT_WORLD", "BACKGROUND")
 
 
 def environment_node(world):
