@@ -12,6 +12,7 @@
 #include "support/grouped_scene.h"
 #include "support/lit_scenes.h"
 #include "support/render.h"
+#include "support/schedules.h"
 
 namespace emberline {
 namespace {
@@ -142,21 +143,8 @@ TEST_P(PathLayersOf, AddUpAndChangeNoBit) {
 }
 
 TEST_P(PathLayersOf, AreTheSameWhoeverRenders) {
-  RenderSettings s = settings();
-  s.threads = 1;
-  const RenderedImage expected = image(s);
-  for (const char* driver : {"bucket", "bisection", "adaptive"}) {
-    for (const int threads : {2, 5}) {
-      s.driver = driver;
-      s.threads = threads;
-      s.bucket_size = threads == 5 ? 7 : 16;
-      s.adaptive.budget = s.adaptive.min_samples = s.adaptive.max_samples = s.spp;
-      expect_same_bits(image(s), expected, fmt::format("{}, {} threads", driver, threads));
-    }
-  }
-  s = settings();
-  s.crop = {5, 3, 20, 17};
-  expect_same_bits(image(s), expected, "crop");
+  expect_same_bits_whoever_renders(settings(), {5, 3, 20, 17},
+                                   [&](const RenderSettings& s) { return image(s); });
 }
 
 TEST_P(PathLayersOf, AddUpWhereSamplesAreAdaptive) {

@@ -7,6 +7,7 @@
 #include "support/glass_scenes.h"
 #include "support/render.h"
 #include "support/scenes.h"
+#include "support/schedules.h"
 
 namespace emberline {
 namespace {
@@ -277,23 +278,11 @@ TEST(Plate, HasTheSameBitsWhoeverRenders) {
     s.width = 33;
     s.height = 25;
     s.spp = 20;
-    s.threads = 1;
     s.transparent = transparent;
     s.aovs = "N,Z,direct,reflection,transmission";
-    const RenderedImage expected = image_of(still_life(), still_view(), s);
-    for (const char* driver : {"bucket", "bisection", "adaptive"}) {
-      for (const int threads : {2, 5}) {
-        s.driver = driver;
-        s.threads = threads;
-        s.bucket_size = threads == 5 ? 7 : 16;
-        s.adaptive.budget = s.adaptive.min_samples = s.adaptive.max_samples = s.spp;
-        expect_same_bits(image_of(still_life(), still_view(), s), expected,
-                         std::string(driver) + std::to_string(threads));
-      }
-    }
-    s.driver = "bucket";
-    s.crop = {4, 3, 21, 17};
-    expect_same_bits(image_of(still_life(), still_view(), s), expected, "crop");
+    expect_same_bits_whoever_renders(s, {4, 3, 21, 17}, [](const RenderSettings& each) {
+      return image_of(still_life(), still_view(), each);
+    });
   }
 }
 

@@ -1,0 +1,32 @@
+// Laws 1 and 2 in a test: a frame has the same bits whoever renders it, and so has a part of it.
+#pragma once
+
+#include <fmt/format.h>
+
+#include "support/render.h"
+
+namespace emberline::test {
+
+// `image(settings)` renders the frame: by one thread first, then by each driver and with two
+// numbers of threads, then the crop alone.
+template <typename Image>
+void expect_same_bits_whoever_renders(const RenderSettings& settings, const Rect& crop,
+                                      const Image& image) {
+  RenderSettings s = settings;
+  s.threads = 1;
+  const RenderedImage expected = image(s);
+  for (const char* driver : {"bucket", "bisection", "adaptive"}) {
+    for (const int threads : {2, 5}) {
+      s.driver = driver;
+      s.threads = threads;
+      s.bucket_size = threads == 5 ? 7 : 16;
+      s.adaptive.budget = s.adaptive.min_samples = s.adaptive.max_samples = s.spp;
+      expect_same_bits(image(s), expected, fmt::format("{}, {} threads", driver, threads));
+    }
+  }
+  s = settings;
+  s.crop = crop;
+  expect_same_bits(image(s), expected, "crop");
+}
+
+}  // namespace emberline::test
