@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Proves that Emberline builds and passes its tests with the libraries of the Debian to come (Embree 4
-# among them), in a root of its own made with debootstrap. Run by hand, as root; not part of ci/test.sh.
+# among them), and that its packages can be made, installed and worked with there, in a root of its own
+# made with debootstrap. Run by hand, as root; not part of ci/test.sh.
 #
 #   ci/next-debian.sh [ROOT]      ROOT: where the system is made, and reused when it is there
 #                                 (default build/next-debian; about 3 GB; delete it to start afresh)
@@ -33,10 +34,20 @@ git ls-files -z --cached --others --exclude-standard |
 in_root "$root" sh -c '
   set -e
   cd /emberline
-  ci/setup.sh
+  ci/setup.sh lintian
   cmake --preset release -B /build/release
   cmake --build /build/release -j "$1"
-  ctest --test-dir /build/release --output-on-failure -j "$1"' build "$jobs"
+  ctest --test-dir /build/release --output-on-failure -j "$1"
+
+  rm -rf /build/package/packages
+  cmake --preset package -B /build/package
+  cmake --build /build/package --target package -j "$1"
+  cd /build/package/packages
+  lintian --allow-root ./*.deb
+  apt-get install -y --no-install-recommends ./*.deb
+  bash /emberline/ci/package/smoke.sh /emberline
+  # shellcheck disable=SC2046
+  apt-get purge -y $(for package in *.deb; do dpkg-deb -f "$package" Package; done)' build "$jobs"
 
 echo
 echo "ci/next-debian.sh: built and tested with"
