@@ -1,10 +1,54 @@
-// Compiled into the module that reads images, too, which has nothing of OpenColorIO.
+#include <Imath/ImathMatrix.h>
+
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "io/working_space.h"
 
 namespace emberline {
+namespace {
+
+constexpr float kSame = 1e-4f;  // headers have four digits
+
+bool same(const Chromaticities& a, const Chromaticities& b) {
+  const auto near = [](float u, float v) { return std::abs(u - v) < kSame; };
+  return std::ranges::equal(a, b, near);
+}
+
+// X, Y, Z of a chromaticity, their sum 1.
+Imath::V3d xyz(const Chromaticities& c, size_t i) {
+  const double x = c[2 * i], y = c[2 * i + 1];
+  return {x, y, 1.0 - x - y};
+}
+
+// From a row R, G, B to a row of the cones that Bradford's transform adapts, of which white is 1.
+Imath::M33d to_adapted_cones(const Chromaticities& c) {
+  // J. Lam, "Metamerism and colour constancy", 1985.
+  const Imath::M33d cones(0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367,
+                          1.0296);
+  Imath::M33d to_cones;
+  for (int primary = 0; primary < 3; ++primary) {
+    const Imath::V3d row = xyz(c, size_t(primary)) * cones;
+    for (int cone = 0; cone < 3; ++cone) to_cones[primary][cone] = row[cone];
+  }
+  const Imath::V3d white = xyz(c, 3) * cones;
+  const bool near = std::ranges::all_of(c, [](float v) { return std::abs(v) < 10.0f; });
+  const bool spans = near && std::abs(to_cones.determinant()) > 1e-4;
+  if (!spans || !(std::min({white.x, white.y, white.z}) > 1e-3)) {
+    throw std::domain_error("its chromaticities span no colours");
+  }
+  const Imath::V3d amounts = white * to_cones.inverse();  // of the primaries in white
+  for (int primary = 0; primary < 3; ++primary) {
+    for (int cone = 0; cone < 3; ++cone) to_cones[primary][cone] *= amounts[primary] / white[cone];
+  }
+  if (!(std::abs(to_cones.determinant()) > 1e-6)) {
+    throw std::domain_error("its white lacks one of its primaries");
+  }
+  return to_cones;
+}
+
+}  // namespace
 
 // ITU-R BT.709-6, section 1; SMPTE ST 2065-1 and the Academy's S-2014-004.
 Chromaticities chromaticities_of(WorkingSpace space) {
@@ -15,10 +59,16 @@ Chromaticities chromaticities_of(WorkingSpace space) {
 }
 
 WorkingSpace space_of(const Chromaticities& chromaticities) {
-  const auto near = [](float a, float b) { return std::abs(a - b) < 1e-4f; };
-  const bool acescg =
-      std::ranges::equal(chromaticities, chromaticities_of(WorkingSpace::kAcesCg), near);
+  const bool acescg = same(chromaticities, chromaticities_of(WorkingSpace::kAcesCg));
   return acescg ? WorkingSpace::kAcesCg : WorkingSpace::kRec709;
+}
+
+ToWorkingSpace to_rec709(const Chromaticities& chromaticities) {
+  const Chromaticities rec709 = chromaticities_of(WorkingSpace::kRec709);
+  if (same(chromaticities, rec709)) return nullptr;
+  const Imath::M33d m = to_adapted_cones(chromaticities) * to_adapted_cones(rec709).inverse();
+  const auto weights = [&](int c) { return Vec3f(float(m[0][c]), float(m[1][c]), float(m[2][c])); };
+  return std::make_shared<const ColourMatrix>(ColourMatrix{weights(0), weights(1), weights(2)});
 }
 
 }  // namespace emberline

@@ -252,6 +252,7 @@ class OpenImage {
                                               : open_other(format, source_, error);
     if (!decoder_) throw InputError(place_, kDoesNotDecode + error);
     layout_ = decoder_->layout();
+    if (layout_.chromaticities) layout_.view.space = space_of(*layout_.chromaticities);
     const ImageLayout& s = layout_;
     check_sides(s.width, s.height, place_);
     // What was checked is what is decoded: a reader may take the header's end to be elsewhere.
@@ -326,6 +327,13 @@ void read_frame(OpenImage& input, int first, Image& image) {
   image.texels.resize(size_t(frame.area()) * pixel);
 }
 
+// From an EXR's primaries to Rec. 709.
+ToWorkingSpace primaries_of(const ImageLayout& layout, const std::string& place) try {
+  return layout.chromaticities ? to_rec709(*layout.chromaticities) : nullptr;
+} catch (const std::domain_error& error) {
+  throw InputError(place, error.what());
+}
+
 }  // namespace
 
 DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place, bool lenient,
@@ -381,7 +389,12 @@ std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t*
   image->channels = grey ? 1 : 3;
   read_frame(input, first, *image);
   if (grey) expand_grey(*image);
-  const uint64_t count = repair_texels(*image, TexelRange::kRadiance);
+  uint64_t count = 0;
+  if (const ToWorkingSpace matrix = primaries_of(layout, path); matrix && !grey) {
+    count += repair_texels(*image, TexelRange::kFinite);
+    convert_primaries(*image, *matrix);
+  }
+  count += repair_texels(*image, TexelRange::kRadiance);
   if (repaired) *repaired += count;
   return image;
 } catch (const std::bad_alloc&) {

@@ -36,7 +36,8 @@ struct ImageLayout {
   int orientation = 1;                                     // as in EXIF and TIFF
   uint64_t bytes = 0;                                      // of its pixels, as they are stored
   std::vector<std::pair<std::string, std::string>> texts;  // of an EXR, whose names begin as ours
-  ExrView view;                                            // of an EXR
+  ExrView view;                                            // of an EXR, but for its space
+  std::optional<Chromaticities> chromaticities;            // that an EXR says it has
 
   int channels() const { return int(channel_names.size()); }
   int find_channel(const std::string& name) const;  // -1 if absent

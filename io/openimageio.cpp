@@ -123,7 +123,8 @@ class Decoder final : public ImageDecoder {
                .orientation = s.get_int_attribute("Orientation", 1),
                .bytes = uint64_t(s.image_bytes(true)),
                .texts = {},
-               .view = {}};
+               .view = {},
+               .chromaticities = {}};
     for (const oiio::ParamValue& attribute : s.extra_attribs) {
       const std::string name(attribute.name());
       const bool ours = name.starts_with("emberline") || name.starts_with("cryptomatte/");
@@ -132,6 +133,11 @@ class Decoder final : public ImageDecoder {
       layout_.texts.emplace_back(name, *static_cast<const char* const*>(attribute.data()));
     }
     layout_.view = view_of(s);
+    constexpr oiio::TypeDesc kChromaticities(oiio::TypeDesc::FLOAT, 8);
+    if (const auto* primaries = s.find_attribute("chromaticities", kChromaticities)) {
+      std::memcpy(layout_.chromaticities.emplace().data(), primaries->data(),
+                  sizeof(Chromaticities));
+    }
     layout_.channel_names.resize(size_t(std::max(0, s.nchannels)));
     for (int c = 0; c < s.nchannels; ++c) {
       layout_.channel_types.push_back(sample_type(s.channelformat(c)));
@@ -208,12 +214,6 @@ class Decoder final : public ImageDecoder {
       ExrView::Matrices& camera = view.camera.emplace();
       std::memcpy(camera.world_to_camera.data(), to_camera->data(), sizeof camera.world_to_camera);
       std::memcpy(camera.world_to_ndc.data(), to_ndc->data(), sizeof camera.world_to_ndc);
-    }
-    constexpr oiio::TypeDesc kChromaticities(oiio::TypeDesc::FLOAT, 8);
-    if (const auto* primaries = s.find_attribute("chromaticities", kChromaticities)) {
-      Chromaticities xy;
-      std::memcpy(xy.data(), primaries->data(), sizeof xy);
-      view.space = space_of(xy);
     }
     if (const auto* rate = s.find_attribute("framesPerSecond", oiio::TypeRational)) {
       const auto* const parts = static_cast<const int*>(rate->data());

@@ -1,9 +1,11 @@
 #include "io/texel_repair.h"
 
 #include <Imath/half.h>
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "renderer/core/parallel.h"
 
@@ -56,7 +58,30 @@ void unpremultiply_all(Image& image, float scale) {
   }
 }
 
+template <class T>
+void convert_all(Image& image, const ColourMatrix& matrix) {
+  T* texels = reinterpret_cast<T*>(image.texels.data());
+  const auto most = float(std::numeric_limits<T>::max());
+  parallel_ranges(image.texels.size() / sizeof(T) / 3, size_t(1) << 14,
+                  [&](size_t begin, size_t end) {
+                    for (T* texel = texels + 3 * begin; texel != texels + 3 * end; texel += 3) {
+                      const Rgb from{float(texel[0]), float(texel[1]), float(texel[2])};
+                      const Rgb to = matrix * from;
+                      const float rounding = -1e-3f * max_component(from);
+                      for (int c = 0; c < 3; ++c) {
+                        const float value = to[c] < 0.0f && to[c] > rounding ? 0.0f : to[c];
+                        texel[c] = T(std::clamp(value, -most, most));
+                      }
+                    }
+                  });
+}
+
 }  // namespace
+
+void convert_primaries(Image& image, const ColourMatrix& matrix) {
+  image.type == TexelType::kHalf ? convert_all<Imath::half>(image, matrix)
+                                 : convert_all<float>(image, matrix);
+}
 
 void unpremultiply(Image& image) {
   switch (image.type) {

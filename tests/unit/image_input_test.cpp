@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "io/exr_writer.h"
+#include "io/working_space.h"
 #include "renderer/core/errors.h"
 #include "support/embedded_images.h"
 #include "support/encoded_images.h"
@@ -219,6 +220,64 @@ TEST(ReadEnvironment, BadTexelsBecomeZeroAndAreCounted) {
     const float first =
         type == TypeDesc::HALF ? float(texels<Imath::half>(*image)[1]) : texels<float>(*image)[1];
     EXPECT_EQ(first, 0.0f);
+  }
+}
+
+// Primaries: SMPTE ST 2065-1 (AP0, whose blue has a negative y), the Academy's S-2014-004 (AP1),
+// ITU-R BT.2020. What Rec. 709 shows as a colour, written in those, is read as that colour again.
+TEST(ReadEnvironment, OtherPrimariesAreConverted) {
+  const TempFolder folder;
+  const Chromaticities ap0 = {0.7347f, 0.2653f, 0, 1, 0.0001f, -0.077f, 0.32168f, 0.33767f};
+  const Chromaticities rec2020 = {0.708f, 0.292f, 0.17f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.329f};
+  const auto read = [&](const Chromaticities& primaries, const std::vector<float>& values,
+                        TypeDesc::BASETYPE type, uint64_t& repaired) {
+    ImageSpec spec(int(values.size() / 3), 1, 3, type);
+    spec.attribute("chromaticities", TypeDesc(TypeDesc::FLOAT, 8), primaries.data());
+    test::write_image<float>(folder / "a.exr", spec, values);
+    const auto image = read_environment(folder / "a.exr", &repaired);
+    if (image->type == TexelType::kFloat) return texels<float>(*image);
+    const std::vector<Imath::half> halves = texels<Imath::half>(*image);
+    return std::vector<float>(halves.begin(), halves.end());
+  };
+  uint64_t repaired = 0;
+
+  // White is white, whatever its temperature.
+  for (const Chromaticities& primaries : {ap0, rec2020, chromaticities_of(WorkingSpace::kAcesCg)}) {
+    for (const float value :
+         read(primaries, {1, 1, 1, 5e4f, 5e4f, 5e4f}, TypeDesc::FLOAT, repaired)) {
+      EXPECT_NEAR(value < 2.0f ? value : value / 5e4f, 1.0f, 1e-5f);
+    }
+  }
+  // OpenColorIO's matrix to AP1, and back by ours.
+  const Rgb orange(0.8f, 0.3f, 0.05f), there = *to_working_space(WorkingSpace::kAcesCg) * orange;
+  const auto back = read(chromaticities_of(WorkingSpace::kAcesCg), {there.x, there.y, there.z},
+                         TypeDesc::FLOAT, repaired);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(back[size_t(c)], orange[c], 1e-4f);
+  // BT.2087-0, table 1: red of Rec. 709 in Rec. 2020.
+  const auto red = read(rec2020, {0.6274f, 0.0691f, 0.0164f}, TypeDesc::FLOAT, repaired);
+  EXPECT_NEAR(red[0], 1.0f, 1e-3f);
+  EXPECT_NEAR(red[1], 0.0f, 1e-3f);
+  EXPECT_NEAR(red[2], 0.0f, 1e-3f);
+  EXPECT_EQ(repaired, 0u);
+  // Greens that Rec. 709 has not are counted; the largest half stays finite.
+  const auto green = read(rec2020, {0, 65504.0f, 0}, TypeDesc::HALF, repaired);
+  EXPECT_EQ(green, (std::vector<float>{0, 65504.0f, 0}));
+  EXPECT_EQ(repaired, 2u);
+}
+
+TEST(ReadEnvironment, PrimariesThatSpanNoColoursAreErrors) {
+  const TempFolder folder;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const Chromaticities& primaries :
+       {Chromaticities{}, Chromaticities{0.3f, 0.3f, 0.4f, 0.4f, 0.5f, 0.5f, 0.3f, 0.3f},
+        Chromaticities{0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0},
+        Chromaticities{0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.64f, 0.33f},
+        Chromaticities{nan, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.329f},
+        Chromaticities{3e38f, 0.33f, 0.30f, 0.60f, 0.15f, 3e38f, 0.3127f, 0.329f}}) {
+    ImageSpec spec(2, 1, 3, TypeDesc::FLOAT);
+    spec.attribute("chromaticities", TypeDesc(TypeDesc::FLOAT, 8), primaries.data());
+    test::write_image<float>(folder / "a.exr", spec, {1, 1, 1, 1, 1, 1});
+    EXPECT_THROW(read_environment(folder / "a.exr", nullptr), InputError);
   }
 }
 
