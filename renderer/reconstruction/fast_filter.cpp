@@ -78,7 +78,7 @@ void fill_unknown(int width, float* rgba, const FeatureRow& row) {
     if (source < 0 || (next >= 0 && next - x < x - source)) source = next;
   }
   const auto fill = [&](float* values, int stride) {
-    std::vector<float> old(values, values + width * stride);
+    std::vector<float> old(values, values + (width - 1) * stride + 1);
     for (int x = 0; x < width; ++x) {
       const int source = from[size_t(x)];
       values[x * stride] = source < 0 ? 0.0f : old[size_t(source * stride)];
