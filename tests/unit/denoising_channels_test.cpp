@@ -76,6 +76,25 @@ TEST(HalfChannels, FollowWhatThePixelShows) {
   EXPECT_EQ(value_of(film, 0, "half2.shared.0.G"), 1.5f);
 }
 
+TEST(HalfChannels, WhatIsSharedStaysFinite) {
+  FilmTile film = film_of(1);
+  const SeenSurface seen;
+  const SampleShares shares = {1.0f, 1.0f / 3};
+  constexpr float kMost = std::numeric_limits<float>::max();
+  for (int i = 0; i < 2; ++i) film.add(0, 0, 0, 1.0f, grey(kMost), &seen, &shares);
+  film.add(0, 0, 1, 1.0f, grey(0.1f), &seen, &shares);
+  EXPECT_GT(value_of(film, 0, "half1.shared.0.R"), 0.4f * kMost);
+  EXPECT_TRUE(std::isfinite(value_of(film, 0, "half1.shared.0.R")));
+  EXPECT_NEAR(value_of(film, 0, "half2.shared.1.R"), 0.1f / 3, 1e-8f);
+  std::vector<std::byte> bytes;
+  Archive saving(bytes);
+  film.archive(saving);
+  saving.end();
+  FilmTile loaded = film_of(1);
+  Archive loading{std::span<const std::byte>(bytes)};
+  EXPECT_NO_THROW(loaded.archive(loading));
+}
+
 // Law 4.
 TEST(HalfChannels, WhatIsSeenIsFinite) {
   FilmTile film = film_of(1);
