@@ -45,7 +45,7 @@ void FilmTile::reset(const Rect& rect) {
 }
 
 bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValue& value,
-                   const SeenSurface* seen) {
+                   const SeenSurface* seen, const SampleShares* shares) {
   const size_t i = index(x, y);
   PixelSums& sums = sums_[i];
   sums.count[half]++;
@@ -88,6 +88,7 @@ bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValu
     for (int c = 0; c < 3; ++c) clamped_[3 * i + size_t(c)] += double(clamped[c]);
   }
   if (seen) halves_.add(i, half, *seen);
+  if (shares) halves_.add_shares(i, half, value.radiance, *shares);
   return true;
 }
 

@@ -192,9 +192,9 @@ class FilmTile {
 
   // Adds sample value x filter weight. `half` (0 or 1) is the stream the sample belongs to. Returns
   // false, and counts the sample as black and non-finite, if the value is NaN or infinite. `seen`
-  // comes with the channels of `denoising`.
+  // and `shares` come with the channels of `denoising`.
   bool add(int x, int y, int half, float filter_weight, const SampleValue& value,
-           const SeenSurface* seen = nullptr);
+           const SeenSurface* seen = nullptr, const SampleShares* shares = nullptr);
   // Asks for a pixel's sums ahead of add().
   void prefetch(int x, int y) const {
     const char* sums = reinterpret_cast<const char*>(&sums_[index(x, y)]);

@@ -115,6 +115,32 @@ PixelFilter::Coordinate PixelFilter::sample_1d(float u) const {
   return {std::copysign(x, u - 0.5f), float(sign_[bin]) * weight_};
 }
 
+float PixelFilter::value_1d(float x) const {
+  const float t = std::abs(x) / radius_;
+  if (t >= 1.0f) return 0.0f;
+  if (uniform_) return 1.0f;
+  const int bin = std::min(int(t * kBins), kBins - 1);
+  return float(sign_[bin]) * lerp(density_[bin], density_[bin + 1], t * kBins - float(bin));
+}
+
+std::array<float, 3> PixelFilter::shares_1d(float x) const {
+  float f[5];
+  for (int i = 0; i < 5; ++i) f[i] = value_1d(x - float(i - 2));
+  std::array<float, 3> shares;
+  for (int d = 0; d < 3; ++d) {
+    const float drawn = std::abs(f[d]) + std::abs(f[d + 1]) + std::abs(f[d + 2]);
+    shares[d] = drawn > 0.0f ? weight_ * f[d + 1] / drawn : 0.0f;
+  }
+  return shares;
+}
+
+SampleShares PixelFilter::shares(const Vec2f& offset) const {
+  const std::array<float, 3> across = shares_1d(offset.x), down = shares_1d(offset.y);
+  SampleShares shares;
+  for (size_t k = 0; k < kSharing; ++k) shares[k] = across[k % 3] * down[k / 3];
+  return shares;
+}
+
 FilterSample PixelFilter::sample(const Vec2f& u) const {
   if (uniform_) {
     const float width = 2.0f * radius_;

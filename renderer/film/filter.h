@@ -23,6 +23,11 @@ struct FilterSample {
   float weight;
 };
 
+// What a sample counts for the pixel it was drawn for and for the eight around that one, row by row
+// from the upper left: PixelFilter::shares().
+inline constexpr size_t kSharing = 9;
+using SampleShares = std::array<float, kSharing>;
+
 // The table of filters: feeds create(), --help, the "valid names are" message and the tests.
 struct FilterEntry {
   std::string_view name;
@@ -47,6 +52,11 @@ class PixelFilter {
   // stratified u stay stratified. The box of radius 0.5 gives exactly u - 0.5. The offsets' density
   // is |f| / integral |f|, along each axis within 4e-5 of its peak (|f| is linear between knots).
   FilterSample sample(const Vec2f& u) const;
+  // How a sample at this offset counts for each of the 3 x 3 pixels around it, its density taken
+  // for that of all samples which the nine pixels around each of them drew (the balance heuristic,
+  // Veach & Guibas 1995): the sum over those pixels of radiance x share has each pixel's value as
+  // its expectation, with less variance than the samples of the pixel alone.
+  SampleShares shares(const Vec2f& offset) const;
   float radius() const { return radius_; }
 
  private:
@@ -62,6 +72,8 @@ class PixelFilter {
 
   PixelFilter(const FilterEntry& entry, float radius);
   Coordinate sample_1d(float u) const;
+  float value_1d(float x) const;  // of any scale
+  std::array<float, 3> shares_1d(float x) const;
 
   float radius_;
   bool uniform_ = false;  // the box needs no table

@@ -1,5 +1,7 @@
 #include "renderer/film/half_channels.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -37,6 +39,11 @@ std::vector<FilmChannel> half_channels() {
   for (const std::string half : kHalfNames) {
     for (const char* name : kNames) channels.push_back({half + "." + name});
     channels.push_back({half + ".samples", true});
+    for (size_t k = 0; k < kSharing; ++k) {
+      for (const char* c : {"R", "G", "B", "A"}) {
+        channels.push_back({fmt::format("{}.shared.{}.{}", half, k, c)});
+      }
+    }
   }
   return channels;
 }
@@ -51,6 +58,14 @@ float* put_halves(const FilmTile& tile, size_t i, float* values) {
     }
     for (const double sum : tile.halves().sums(i, half)) *values++ = to_finite_float(sum * scale);
     *values++ = float(sums.count[half]);
+    const std::array<float, kSharedValues>& shared = tile.halves().shared(i, half);
+    for (size_t k = 0; k < kSharedValues; k += 4) {
+      const double weight = double(shared[k + 3]) * scale;
+      for (size_t c = 0; c < 3; ++c) {
+        *values++ = to_finite_float(double(shared[k + c]) * scale + shift[c] * weight);
+      }
+      *values++ = to_finite_float(weight);
+    }
   }
   return values;
 }

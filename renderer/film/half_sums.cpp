@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/film/finite_float.h"
+
 namespace emberline {
 namespace {
 
@@ -10,6 +12,8 @@ std::array<float, kSeenValues> values_of(const SeenSurface& seen) {
   return {seen.albedo.x, seen.albedo.y, seen.albedo.z, seen.normal.x,
           seen.normal.y, seen.normal.z, seen.nearness, seen.visibility};
 }
+
+float finite_sum(float a, float b) { return to_finite_float(double(a) + double(b)); }
 
 }  // namespace
 
@@ -29,6 +33,14 @@ void HalfSums::add(size_t pixel, int half, const SeenSurface& seen) {
   for (size_t i = 0; i < kSeenValues; ++i) sums[i] += double(values[i]);
 }
 
+void HalfSums::add_shares(size_t pixel, int half, const Rgb& radiance, const SampleShares& shares) {
+  float* sums = sums_[pixel].shared[half].data();
+  for (const float share : shares) {
+    for (int c = 0; c < 3; ++c, ++sums) *sums = finite_sum(*sums, radiance[c] * share);
+    *sums++ += share;
+  }
+}
+
 void HalfSums::copy(const HalfSums& from, size_t from_pixel, size_t pixel) {
   if (!kept_) return;
   sums_[pixel] = from.sums_[from_pixel];
@@ -41,6 +53,10 @@ void HalfSums::add_sums(const HalfSums& from, size_t pixel) {
     for (size_t i = 0; i < kSeenValues; ++i) {
       sums_[pixel].halves[half][i] += from.sums_[pixel].halves[half][i];
     }
+    for (size_t i = 0; i < kSharedValues; ++i) {
+      float& sum = sums_[pixel].shared[half][i];
+      sum = finite_sum(sum, from.sums_[pixel].shared[half][i]);
+    }
   }
   if (!second_lights_.empty()) second_lights_.add_sums(from.second_lights_, pixel);
 }
@@ -52,6 +68,9 @@ void HalfSums::archive(Archive& archive) {
   for (const Sums& sums : sums_) {
     for (const auto& half : sums.halves) {
       for (const double value : half) finite &= std::isfinite(value);
+    }
+    for (const auto& half : sums.shared) {
+      for (const float value : half) finite &= std::isfinite(value);
     }
   }
   archive.check(finite);

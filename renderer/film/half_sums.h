@@ -1,8 +1,9 @@
 // What a denoiser wants of a frame beside its picture: the two halves of each pixel's samples
 // apart, and what they saw (renderer/reconstruction/denoise.h).
 //
-// The halves are the film's own (FilmTile::add), which has their colours; here is the rest. It
-// costs 128 bytes a pixel, and with light groups 24 for each and 24 more.
+// The halves are the film's own (FilmTile::add), which has their colours; here is the rest: what
+// was seen, and what the pixel's samples count for the pixels around it (PixelFilter::shares). It
+// costs 416 bytes a pixel, and with light groups 24 for each and 24 more.
 #pragma once
 
 #include <array>
@@ -11,6 +12,7 @@
 #include "renderer/core/archive.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
+#include "renderer/film/filter.h"
 #include "renderer/film/light_group_sums.h"
 
 namespace emberline {
@@ -35,6 +37,9 @@ inline constexpr size_t kSeenValues = 8;  // as many numbers, in this order
 
 bool is_finite(const SeenSurface& seen);
 
+// R G B and the weight, of each of kSharing.
+inline constexpr size_t kSharedValues = 4 * kSharing;
+
 class HalfSums {
  public:
   // light_groups: kept by half too; -1: there are none. Not `kept`: nothing is, and costs nothing.
@@ -47,6 +52,7 @@ class HalfSums {
 
   // Finite. A pixel's samples have one owner, and come in index order.
   void add(size_t pixel, int half, const SeenSurface& seen);
+  void add_shares(size_t pixel, int half, const Rgb& radiance, const SampleShares& shares);
   // Of a sample of the second half, likewise; those of the first are what this leaves of the
   // film's.
   void add_second_lights(size_t pixel, float filter_weight, const LightGroupValues& values,
@@ -60,6 +66,10 @@ class HalfSums {
   const std::array<double, kSeenValues>& sums(size_t pixel, int half) const {
     return sums_[pixel].halves[half];
   }
+  // Of radiance x share, and of the shares.
+  const std::array<float, kSharedValues>& shared(size_t pixel, int half) const {
+    return sums_[pixel].shared[half];
+  }
   const LightGroupSums& second_lights() const { return second_lights_; }
 
   void archive(Archive& archive);  // throws InputError
@@ -68,6 +78,7 @@ class HalfSums {
  private:
   struct Sums {
     std::array<double, kSeenValues> halves[2];
+    std::array<float, kSharedValues> shared[2];
   };
 
   bool kept_;

@@ -126,9 +126,12 @@ void RenderWorker::trace_batch() {
     const FilterSample offset = frame_.filter.sample(
         {samples_.get(camera_dim::kPixelX), samples_.get(camera_dim::kPixelY)});
     weights_[i] = offset.weight;
+    if (sees()) shares_[i] = frame_.filter.shares(offset.offset);
     if (weighted_) {
-      weights_[i] *=
+      const float weight =
           frame_.sampler.integration_weight(addresses_[i].sample, frame_.samples_per_pixel);
+      weights_[i] *= weight;
+      for (float& share : shares_[i]) share = sees() ? share * weight : 0.0f;
     }
     film[i] = {float(addresses_[i].x) + 0.5f + offset.offset.x,
                float(addresses_[i].y) + 0.5f + offset.offset.y};
@@ -190,7 +193,7 @@ bool RenderWorker::add(int lane, FilmTile& tile) {
   if (catches() && !is_finite(caught_[lane])) [[unlikely]]  // no sample then, as a whole
     values_[lane].radiance = Rgb(std::numeric_limits<float>::quiet_NaN());
   if (tile.add(x, y, frame_.half_of(a.sample), weights_[lane], values_[lane],
-               sees() ? &seen_[lane] : nullptr)) {
+               sees() ? &seen_[lane] : nullptr, sees() ? &shares_[lane] : nullptr)) {
     if (counters_.clamped.clamps()) counters_.clamped.keep(values_[lane].radiance);
     const float alpha = values_[lane].alpha;
     if (frame_.cryptomattes && alpha != 0.0f) [[unlikely]] {

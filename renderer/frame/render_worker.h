@@ -66,6 +66,7 @@ class RenderWorker {
   float weights_[kSampleLanes];
   SampleValue values_[kSampleLanes];
   SeenSurface seen_[kSampleLanes];
+  SampleShares shares_[kSampleLanes];
   CaughtLight caught_[kSampleLanes];
   LightGroupValues light_values_;
   const PathLayers path_layers_;

@@ -122,6 +122,10 @@ DenoiseInput input_of(const PlaneWindow& window, const Rect& crop) {
   for (const char* name : {"N.X", "N.Y", "N.Z", "nearness", "visibility"}) {
     input.features.push_back(window.halves(name));
   }
+  for (size_t k = 0; k < input.shared.size(); ++k) {
+    const std::string layer = fmt::format("shared.{}.", k);
+    input.shared[k] = {window.colours(layer), window.halves(layer + "A")};
+  }
   return input;
 }
 
@@ -233,7 +237,7 @@ class Pass {
 
 std::string describe(const DenoiseReport& report) {
   return fmt::format(
-      "denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels left as they were",
+      "denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels left unfiltered",
       readable_seconds(report.seconds), report.error_before, report.error_after,
       readable_percent(report.kept_share));
 }

@@ -9,12 +9,13 @@
 #include "renderer/reconstruction/feature_filter.h"
 #include "renderer/reconstruction/fit_rows.h"
 #include "renderer/reconstruction/patches.h"
+#include "renderer/reconstruction/sample_sharing.h"
 
 namespace emberline {
 namespace {
 
 static_assert(kBlendReach + 2 * kWindowRadius + std::max(kPatchRadius, kFeatureReach) +
-                  kNoiseRadius + kOutlierRadius <=
+                  kNoiseRadius + kOutlierRadius + kSharingReach <=
               kDenoiseMargin);
 
 HalfPlanes rows_of(const HalfPlanes& planes, size_t first, size_t count) {
@@ -39,11 +40,16 @@ DenoiseInput rows_of(const DenoiseInput& input, int begin, int end) {
                        rows_of(input.colour, first, count),
                        rows_of(input.albedo, first, count),
                        {},
+                       {},
                        {}};
   for (const HalfPlanes& planes : input.features) {
     rows.features.push_back(rows_of(planes, first, count));
   }
   for (const HalfColour& part : input.parts) rows.parts.push_back(rows_of(part, first, count));
+  for (size_t k = 0; k < input.shared.size(); ++k) {
+    rows.shared[k] = {rows_of(input.shared[k].colour, first, count),
+                      rows_of(input.shared[k].weight, first, count)};
+  }
   return rows;
 }
 

@@ -5,6 +5,7 @@
 #include "renderer/core/parallel.h"
 #include "renderer/reconstruction/box.h"
 #include "renderer/reconstruction/feature_filter.h"
+#include "renderer/reconstruction/sample_sharing.h"
 
 namespace emberline {
 namespace {
@@ -93,10 +94,9 @@ BorderedPlane brightest_channel(const HalfColour& colour, size_t half, int width
   return brightest;  // its border is black
 }
 
-void find_outliers(const DenoiseInput& input, Halves& h) {
-  const std::array<BorderedPlane, 2> light = {
-      brightest_channel(input.colour, 0, h.width, h.height),
-      brightest_channel(input.colour, 1, h.width, h.height)};
+void find_outliers(const HalfColour& colour, Halves& h) {
+  const std::array<BorderedPlane, 2> light = {brightest_channel(colour, 0, h.width, h.height),
+                                              brightest_channel(colour, 1, h.width, h.height)};
   for (size_t s = 0; s < 2; ++s) {
     h.half[s].within = BorderedPlane(h.width, h.height);
     parallel_each(size_t(h.height), [&](size_t row) {
@@ -123,23 +123,34 @@ void find_outliers(const DenoiseInput& input, Halves& h) {
   }
 }
 
-void read_colour(const DenoiseInput& input, Halves& h) {
-  h.own_noise = BorderedPlane(h.width, h.height);
+// Of a pixel's mean, channels summed; planes(c, half) are its channels.
+template <typename Planes>
+BorderedPlane noise_of(const Halves& h, const Planes& planes) {
+  BorderedPlane noise(h.width, h.height);
   for (size_t c = 0; c < 3; ++c) {
-    Channel channel = read_channel(h, input.colour[c]);
-    h.raw[c] = std::move(channel.raw);
-    h.excess[c] = std::move(channel.excess);
-    for (size_t s = 0; s < 2; ++s) h.half[s].colour[c] = std::move(channel.half[s]);
+    const BorderedPlane &first = planes(c, 0), &second = planes(c, 1);
     parallel_each(size_t(h.height), [&](size_t row) {
       const int y = int(row);
       const float *n_a = h.half[0].count.row(y), *n_b = h.half[1].count.row(y);
-      const float *a = h.half[0].colour[c].row(y), *b = h.half[1].colour[c].row(y);
+      const float *a = first.row(y), *b = second.row(y);
       for (int x = 0; x < h.width; ++x) {
         const float n = std::max(n_a[x] + n_b[x], 1.0f);
-        h.own_noise.row(y)[x] += sample_variance(a[x] - b[x], n_a[x], n_b[x]) / n;
+        noise.row(y)[x] += sample_variance(a[x] - b[x], n_a[x], n_b[x]) / n;
       }
     });
   }
+  return noise;
+}
+
+void read_colour(const HalfColour& colour, Halves& h) {
+  for (size_t c = 0; c < 3; ++c) {
+    Channel channel = read_channel(h, colour[c]);
+    h.raw[c] = std::move(channel.raw);
+    h.excess[c] = std::move(channel.excess);
+    for (size_t s = 0; s < 2; ++s) h.half[s].colour[c] = std::move(channel.half[s]);
+  }
+  h.own_noise = h.raw_noise =
+      noise_of(h, [&](size_t c, size_t s) -> const BorderedPlane& { return h.half[s].colour[c]; });
 }
 
 void measure_noise(Halves& h, const BorderedPlane& told) {
@@ -195,8 +206,16 @@ Halves prepare_halves(const DenoiseInput& input) {
   h.width = input.width;
   h.height = input.height;
   read_counts(input, h);
-  find_outliers(input, h);
-  read_colour(input, h);
+  const SharedColour shared(input);
+  const HalfColour colour = shared.empty() ? input.colour : shared.colour();
+  find_outliers(colour, h);
+  read_colour(colour, h);
+  if (!shared.empty()) {
+    h.raw_noise = noise_of(h, [&](size_t c, size_t s) {
+      const HalfPlanes& planes = input.colour[c];
+      return padded_plane(s == 0 ? planes.a : planes.b, h.width, h.height);
+    });
+  }
   const BorderedPlane told = box_sum(h.told, kNoiseRadius);
   measure_noise(h, told);
   if (!input.albedo[0].a.empty()) {

@@ -36,6 +36,7 @@ struct Halves {
   // The raw pixel's variance as its two halves alone tell it, channels summed: one degree of
   // freedom. 0 where a half is unknown.
   BorderedPlane own_noise;
+  BorderedPlane raw_noise;  // the same of the picture as it came, before samples are shared
   std::vector<Feature> features;
 };
 

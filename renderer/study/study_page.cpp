@@ -302,7 +302,7 @@ void add_denoising(HtmlPage& page, const StudyResults& results) {
   page.paragraph(
       "Times and errors above are those of the denoised picture, its filter included. Here: the "
       "filter's processor time, the error that it expects over the true one, and the share of the "
-      "pixels that it left as they were.");
+      "pixels that it left unfiltered.");
   for (size_t m = 0; m < results.methods.size(); ++m) {
     PageTable table{
         results.methods[m].name,

@@ -51,6 +51,11 @@ DenoiseInput halves(const ExrPlanes& frame) {
   for (const char* name : {"N.X", "N.Y", "N.Z", "nearness", "visibility"}) {
     input.features.push_back(planes(name));
   }
+  for (size_t k = 0; k < input.shared.size(); ++k) {
+    const std::string layer = fmt::format("shared.{}.", k);
+    for (size_t c = 0; c < 3; ++c) input.shared[k].colour[c] = planes(layer + kColour[c]);
+    input.shared[k].weight = planes(layer + "A");
+  }
   return input;
 }
 

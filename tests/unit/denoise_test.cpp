@@ -122,16 +122,17 @@ void expect_equal_rows(const DenoisedPicture& whole, const DenoisedPicture& rows
   for (size_t c = 0; c < 3; ++c) {
     EXPECT_TRUE(std::equal(rows.colour[c].begin(), rows.colour[c].end(),
                            whole.colour[c].begin() + std::ptrdiff_t(first)));
-    EXPECT_TRUE(std::equal(rows.parts[0][c].begin(), rows.parts[0][c].end(),
-                           whole.parts[0][c].begin() + std::ptrdiff_t(first)));
+    for (size_t p = 0; p < whole.parts.size(); ++p) {
+      EXPECT_TRUE(std::equal(rows.parts[p][c].begin(), rows.parts[p][c].end(),
+                             whole.parts[p][c].begin() + std::ptrdiff_t(first)));
+    }
   }
+  EXPECT_EQ(rows.parts.size(), whole.parts.size());
   EXPECT_TRUE(std::equal(rows.error.begin(), rows.error.end(),
                          whole.error.begin() + std::ptrdiff_t(first)));
 }
 
-TEST(Denoise, SameBitsForAnyThreadsAndBands) {
-  SyntheticHalves halves = some_picture();
-  halves.add_part(0.5f);
+void expect_same_bits(const SyntheticHalves& halves) {
   const DenoiseInput input = halves.input();
   DenoisedPicture one, two;
   tbb::task_arena(1).execute([&] { one = denoise(input); });
@@ -148,9 +149,19 @@ TEST(Denoise, SameBitsForAnyThreadsAndBands) {
   EXPECT_TRUE(denoise(input, 7, 7).colour[0].empty());
 }
 
+TEST(Denoise, SameBitsForAnyThreadsAndBands) {
+  SyntheticHalves halves = some_picture();
+  halves.add_part(0.5f);
+  expect_same_bits(halves);
+  SyntheticHalves sharing = some_picture();
+  sharing.share_evenly();
+  expect_same_bits(sharing);
+}
+
 // Rows of the input itself, as a reader of a streamed file has them.
 TEST(Denoise, ABandNeedsNoMoreThanTheMargin) {
-  const SyntheticHalves halves = some_picture();
+  SyntheticHalves halves = some_picture();
+  halves.share_evenly();
   const DenoiseInput input = halves.input();
   const DenoisedPicture whole = denoise(input);
   const int begin = 40, end = 44, first = begin - kDenoiseMargin;
@@ -165,13 +176,58 @@ TEST(Denoise, ABandNeedsNoMoreThanTheMargin) {
   for (HalfPlanes& planes : rows.colour) cut(planes);
   for (HalfPlanes& planes : rows.albedo) cut(planes);
   for (HalfPlanes& planes : rows.features) cut(planes);
+  for (SharedPlanes& shared : rows.shared) {
+    for (HalfPlanes& planes : shared.colour) cut(planes);
+    cut(shared.weight);
+  }
   const DenoisedPicture band = denoise(rows, begin - first, end - first);
   EXPECT_TRUE(std::equal(band.colour[1].begin(), band.colour[1].end(),
                          whole.colour[1].begin() + std::ptrdiff_t(begin * kWidth)));
 }
 
+// A pixel whose neighbours share their samples is filtered as what they all say of it; not at the
+// border, nor beside pixels of fewer samples.
+TEST(Denoise, SamplesAreShared) {
+  SyntheticHalves halves = some_picture();
+  constexpr int kFew = 40 * kWidth + 50;
+  halves.counts()[kFew] = 3.0f;  // of 8
+  SyntheticHalves mean = halves;
+  for (size_t s = 0; s < 2; ++s) {
+    for (int y = 1; y + 1 < kHeight; ++y) {
+      for (int x = 1; x + 1 < kWidth; ++x) {
+        const int i = y * kWidth + x;
+        if (std::abs(y - 40) <= 1 && std::abs(x - 50) <= 1 && i != kFew) continue;
+        float sum = 0.0f;
+        for (int k = 0; k < 9; ++k) {
+          sum += halves.colour(s)[size_t(i + (k / 3 - 1) * kWidth + k % 3 - 1)];
+        }
+        mean.colour(s)[size_t(i)] = sum / 9;
+      }
+    }
+  }
+  const DenoisedPicture unshared = denoise(halves.input());
+  halves.share_evenly();
+  const DenoisedPicture shared = denoise(halves.input()), expected = denoise(mean.input());
+  for (size_t i = 0; i < shared.error.size(); ++i) {
+    ASSERT_NEAR(shared.colour[0][i], expected.colour[0][i], 1e-4f) << i;
+  }
+  // That of what came, and of what is left.
+  EXPECT_NEAR(shared.squared_error_before / unshared.squared_error_before, 1.0, 0.1);
+  EXPECT_NEAR(shared.squared_error_after / expected.squared_error_after, 1.0, 1e-3);
+  // Parts say nothing of their neighbours.
+  SyntheticHalves parts = some_picture();
+  parts.add_part(1.0f);
+  const DenoisedPicture alone = denoise(parts.input());
+  parts.share_evenly();
+  EXPECT_EQ(denoise(parts.input()).colour, alone.colour);
+}
+
 TEST(Denoise, NoNumberOutOfNonNumbers) {
   SyntheticHalves halves = some_picture();
+  halves.share_evenly();
+  halves.shared(0)[510] = std::numeric_limits<float>::quiet_NaN();
+  halves.shared(1)[2510] = -std::numeric_limits<float>::infinity();
+  halves.shared(1)[2520] = 3e38f;
   halves.add_feature(checker, constant(0.0f));
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();

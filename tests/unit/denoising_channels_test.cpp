@@ -37,8 +37,13 @@ TEST(HalfChannels, AreMeansOfEachHalf) {
   FilmTile film = film_of(2);
   const SeenSurface near = {Rgb(0.5f, 0.25f, 1.0f), Vec3f(0, 1, 0), 2.0f, 1.0f};
   const SeenSurface far = {Rgb(0.0f), Vec3f(0, 0, 1), 0.0f, 0.0f};
-  EXPECT_TRUE(film.add(1, 0, 0, 1.0f, grey(1), &near));
-  EXPECT_TRUE(film.add(1, 0, 0, 1.0f, grey(2), &far));
+  const SampleShares left = {0.0f, 0.0f, 0.0f, 0.25f}, all = {0.0f, 0.0f, 0.0f, 1.0f};
+  EXPECT_TRUE(film.add(1, 0, 0, 1.0f, grey(1), &near, &left));
+  EXPECT_TRUE(film.add(1, 0, 0, 1.0f, grey(2), &far, &all));
+  EXPECT_EQ(value_of(film, 1, "half1.shared.3.G"), 1.125f);
+  EXPECT_EQ(value_of(film, 1, "half1.shared.3.A"), 0.625f);
+  EXPECT_EQ(value_of(film, 1, "half1.shared.4.A"), 0.0f);
+  EXPECT_EQ(value_of(film, 1, "half2.shared.3.A"), 0.0f);
   EXPECT_TRUE(film.add(1, 0, 1, 1.0f, grey(6), &near));
   EXPECT_EQ(value_of(film, 1, "half1.R"), 1.5f);
   EXPECT_EQ(value_of(film, 1, "half1.samples"), 2.0f);
@@ -59,13 +64,35 @@ TEST(HalfChannels, AreMeansOfEachHalf) {
 TEST(HalfChannels, FollowWhatThePixelShows) {
   FilmTile film = film_of(1);
   const SeenSurface seen;
-  film.add(0, 0, 0, 1.0f, grey(1), &seen);
-  film.add(0, 0, 1, 1.0f, grey(3), &seen);
+  const SampleShares half = {0.5f};
+  film.add(0, 0, 0, 1.0f, grey(1), &seen, &half);
+  film.add(0, 0, 1, 1.0f, grey(3), &seen, &half);
   const float shown[] = {2.5f, 2.0f, 2.0f, 1.0f};
   film.show(0, 0, shown);
   EXPECT_EQ(value_of(film, 0, "half1.R"), 1.5f);
   EXPECT_EQ(value_of(film, 0, "half2.R"), 3.5f);
   EXPECT_EQ(value_of(film, 0, "half2.G"), 3.0f);
+  EXPECT_EQ(value_of(film, 0, "half1.shared.0.R"), 0.75f);
+  EXPECT_EQ(value_of(film, 0, "half2.shared.0.G"), 1.5f);
+}
+
+TEST(HalfChannels, WhatIsSharedStaysFinite) {
+  FilmTile film = film_of(1);
+  const SeenSurface seen;
+  const SampleShares shares = {1.0f, 1.0f / 3};
+  constexpr float kMost = std::numeric_limits<float>::max();
+  for (int i = 0; i < 2; ++i) film.add(0, 0, 0, 1.0f, grey(kMost), &seen, &shares);
+  film.add(0, 0, 1, 1.0f, grey(0.1f), &seen, &shares);
+  EXPECT_GT(value_of(film, 0, "half1.shared.0.R"), 0.4f * kMost);
+  EXPECT_TRUE(std::isfinite(value_of(film, 0, "half1.shared.0.R")));
+  EXPECT_NEAR(value_of(film, 0, "half2.shared.1.R"), 0.1f / 3, 1e-8f);
+  std::vector<std::byte> bytes;
+  Archive saving(bytes);
+  film.archive(saving);
+  saving.end();
+  FilmTile loaded = film_of(1);
+  Archive loading{std::span<const std::byte>(bytes)};
+  EXPECT_NO_THROW(loaded.archive(loading));
 }
 
 // Law 4.
@@ -84,24 +111,25 @@ TEST(HalfChannels, CostWhatTheyAreSaidTo) {
   FilmTile without((AovSet()));
   without.reset({0, 0, 1000, 1});
   EXPECT_TRUE(without.halves().empty());
-  EXPECT_EQ(film_of(1000).bytes() - without.bytes(), 128000u);
+  EXPECT_EQ(film_of(1000).bytes() - without.bytes(), 416000u);
   FilmTile groups(AovSet(), {.light_groups = 2});
   groups.reset({0, 0, 1000, 1});
-  EXPECT_EQ(film_of(1000, 2).bytes() - groups.bytes(), 128000u + 72000u + 8u);
+  EXPECT_EQ(film_of(1000, 2).bytes() - groups.bytes(), 416000u + 72000u + 8u);
 }
 
 TEST(HalfChannels, AreCopiedAddedAndArchived) {
   LightGroupValues lights(1);
   lights.add(0, 0, Rgb(1.0f), Rgb(3.0f));
   const SeenSurface seen = {Rgb(0.5f), Vec3f(1, 0, 0), 4.0f, 1.0f};
+  const SampleShares shares = {0.5f, 1.0f};
   FilmTile film = film_of(1, 1);
   for (int half = 0; half < 2; ++half) {
-    film.add(0, 0, half, 1.0f, grey(3), &seen);
+    film.add(0, 0, half, 1.0f, grey(3), &seen, &shares);
     film.add_lights(0, 0, half, 1.0f, 1.0f, lights, 0);
   }
   FilmTile other = film_of(1, 1);
   other.copy_pixel(film, 0, 0);
-  other.add(0, 0, 1, 1.0f, grey(0), &seen);
+  other.add(0, 0, 1, 1.0f, grey(0), &seen, &shares);
   LightGroupValues dark(1);
   other.add_lights(0, 0, 1, 1.0f, 1.0f, dark, 0);
   film.add_film(other);
@@ -121,6 +149,8 @@ TEST(HalfChannels, AreCopiedAddedAndArchived) {
   EXPECT_EQ(value_of(loaded, 0, "half2.samples"), 3.0f);
   EXPECT_EQ(value_of(loaded, 0, "half2.R"), 2.0f);
   EXPECT_EQ(value_of(loaded, 0, "half2.nearness"), 4.0f);
+  EXPECT_EQ(value_of(loaded, 0, "half2.shared.1.R"), 2.0f);
+  EXPECT_EQ(value_of(loaded, 0, "half2.shared.0.A"), 0.5f);
 }
 
 class Seen : public ::testing::Test {

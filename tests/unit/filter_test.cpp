@@ -175,6 +175,43 @@ TEST_P(EveryFilter, ReconstructsALinearRamp) {
   EXPECT_NEAR(second / (kGrid * double(kGrid)), exact, 2e-3);
 }
 
+// What the pixels around a pixel count of their samples for it has the expectation that its own
+// samples have, at a smooth place and at an edge; and so have the weights.
+TEST_P(EveryFilter, SharesOfNeighboursMakeThePixel) {
+  constexpr int kGrid = 2048;
+  for (const float radius : {entry().default_radius, 0.7f}) {
+    const PixelFilter f = PixelFilter::create(GetParam(), radius);
+    const auto light = [](const Vec2f& at) {
+      const bool beyond = at.x + 0.37f * at.y > 0.21f;
+      return std::array{1.0, double(at.x) + double(at.x) * double(at.y), beyond ? 5.0 : 0.5};
+    };
+    std::array<double, 3> own = {}, shared = {};
+    for (int y = 0; y < kGrid; ++y) {
+      for (int x = 0; x < kGrid; ++x) {
+        const FilterSample s = f.sample({(float(x) + 0.5f) / kGrid, (float(y) + 0.5f) / kGrid});
+        const SampleShares shares = f.shares(s.offset);
+        const auto here = light(s.offset);
+        for (size_t i = 0; i < 3; ++i) own[i] += double(s.weight) * here[i];
+        for (size_t k = 0; k < kSharing; ++k) {
+          // Drawn by the pixel on the other side.
+          const Vec2f from = {1.0f - float(k % 3), 1.0f - float(k / 3)};
+          const auto there = light(from + s.offset);
+          for (size_t i = 0; i < 3; ++i) shared[i] += double(shares[k]) * there[i];
+        }
+      }
+    }
+    for (size_t i = 0; i < 3; ++i) {
+      EXPECT_NEAR(shared[i] / (kGrid * kGrid), own[i] / (kGrid * kGrid), 6e-3)
+          << radius << ", " << i;
+    }
+  }
+}
+
+TEST(PixelFilterBox, SharesNothingOfThePixelsOwn) {
+  const SampleShares shares = PixelFilter::create("box").shares({0.3f, -0.4f});
+  for (size_t k = 0; k < kSharing; ++k) EXPECT_EQ(shares[k], k == 4 ? 1.0f : 0.0f) << k;
+}
+
 // With the sobol sampler, a filtered edge converges faster than Monte Carlo: the maps keep the
 // stratification. 400 pixels know each variance to 7 %; random would give a ratio of 16.
 TEST_P(EveryFilter, KeepsStratification) {

@@ -39,6 +39,17 @@ class SyntheticHalves {
     parts_.push_back(part);
   }
 
+  // Each pixel's samples count the same for all nine pixels around it: a pixel's value is the mean
+  // of those of 3 x 3.
+  void share_evenly() {
+    shared_ = colour_;
+    for (std::vector<float>& half : shared_) {
+      for (float& value : half) value /= 9;
+    }
+    ninth_.assign(size(), 1.0f / 9);
+  }
+
+  std::vector<float>& shared(size_t half) { return shared_[half]; }
   std::vector<float>& colour(size_t half) { return colour_[half]; }
   std::vector<float>& feature(size_t half) { return features_.back()[half]; }
   std::vector<float>& counts() { return counts_; }
@@ -53,6 +64,7 @@ class SyntheticHalves {
     if (!albedo_[0].empty()) in.albedo = grey(albedo_);
     for (const Pair& feature : features_) in.features.push_back({feature[0], feature[1]});
     for (const Pair& part : parts_) in.parts.push_back(grey(part));
+    if (!ninth_.empty()) in.shared.fill({grey(shared_), {ninth_, ninth_}});
     return in;
   }
 
@@ -102,7 +114,8 @@ class SyntheticHalves {
   float count_;
   std::mt19937 random_;
   std::vector<float> counts_, truth_;
-  Pair colour_, albedo_;
+  Pair colour_, albedo_, shared_;
+  std::vector<float> ninth_;
   std::vector<Pair> features_, parts_;
 };
 

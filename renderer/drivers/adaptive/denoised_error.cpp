@@ -17,7 +17,8 @@ constexpr double kLeastSamples = 16.0;
 constexpr size_t kGrain = 8192;
 
 // Channels of a half as put_halves() writes them.
-enum Channel : size_t { kRed, kAlbedo = 3, kFeatures = 6, kSamples = 11, kChannels };
+enum Channel : size_t { kRed, kAlbedo = 3, kFeatures = 6, kSamples = 11, kShared };
+constexpr size_t kChannels = kShared + kSharedValues;
 
 // Rows of a film as planes, of the two halves after each other.
 class HalfRows {
@@ -43,6 +44,10 @@ class HalfRows {
     for (size_t c = 0; c < 3; ++c) input.colour[c] = halves(kRed + c);
     for (size_t c = 0; c < 3; ++c) input.albedo[c] = halves(kAlbedo + c);
     for (size_t c = kFeatures; c < kSamples; ++c) input.features.push_back(halves(c));
+    for (size_t k = 0; k < kSharing; ++k) {
+      const size_t c = kShared + 4 * k;
+      input.shared[k] = {{halves(c), halves(c + 1), halves(c + 2)}, halves(c + 3)};
+    }
     return input;
   }
 
