@@ -3,7 +3,7 @@
 
     tests/blender/addon_test.py CASE [--emberline build/release/bin/emberline] [--blender blender] [--keep DIR]
 
-Cases: those of in_blender.py, and `cancel` and `two_at_once`, which are run from outside. Exit code 77, as ctest has
+Cases: those of in_blender.py, and `cancel`, `killed` and `two_at_once`, which are run from outside. Exit code 77, as ctest has
 it, where there is no Blender, or one without NumPy, Cycles or the glTF exporter.
 """
 import argparse
@@ -57,20 +57,49 @@ def finish(process, folder, case, codes=(0,)):
         sys.exit(f"{case}: left behind: {left}")
 
 
-def cancel(options, folder):
-    process = start(options, "long_render", folder)
+def child_of(process, folder):
+    """The process id of the renderer, when it is at work."""
     for _ in range(600):
         child = re.search(r"child (\d+)", log(folder))
         if child or process.poll() is not None:
             break
         time.sleep(0.05)
     if not child:
-        sys.exit(f"{log(folder)}\ncancel: no render began")
+        sys.exit(f"{log(folder)}\nno render began")
     time.sleep(0.5)
+    return int(child.group(1))
+
+
+def running(process_id):
+    """Dead ones that nobody has waited for are not: their new parent may be slow."""
+    try:
+        return Path(f"/proc/{process_id}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def cancel(options, folder):
+    process = start(options, "long_render", folder)
+    child = child_of(process, folder)
     os.kill(process.pid, signal.SIGINT)  # Esc, where there is no keyboard
     finish(process, folder, "long_render", codes=(0, 1))  # Blender's own after Ctrl-C
-    if Path(f"/proc/{child.group(1)}").exists():
+    if running(child):
         sys.exit("cancel: the renderer goes on")
+
+
+def killed(options, folder):
+    """Blender is killed in the middle of a frame: the renderer ends, and its files are gone."""
+    process = start(options, "long_render", folder)
+    child = child_of(process, folder)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    for _ in range(100):
+        time.sleep(0.05)
+        left = list((folder / "tmp mit Ä").rglob("emberline*"))
+        if not running(child) and not left:
+            print("passed killed")
+            return
+    sys.exit(f"killed: the renderer {'goes on' if running(child) else 'has ended'}; left behind: {left}")
 
 
 def two_at_once(options, folder):
@@ -101,7 +130,7 @@ def main():
     with tempfile.TemporaryDirectory() as scratch:
         folder = options.keep or Path(scratch) / "Ordner mit Umläuten"
         folder.mkdir(parents=True, exist_ok=True)
-        special = {"cancel": cancel, "two_at_once": two_at_once}.get(options.case)
+        special = {"cancel": cancel, "killed": killed, "two_at_once": two_at_once}.get(options.case)
         if special:
             special(options, folder)
         else:

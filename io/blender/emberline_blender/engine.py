@@ -3,14 +3,13 @@ import json
 import os
 import queue
 import shutil
-import tempfile
 import threading
 import time
 import traceback
 
 import bpy
 
-from . import camera, command, exr, limits, passes, settings, world
+from . import camera, command, exr, guard, limits, passes, settings, world
 from .command import Refused
 from .scene_export import Export
 
@@ -55,11 +54,6 @@ def _on_main_thread(engine, function):
     return box["value"]
 
 
-def last_frame():
-    """The EXR of the last finished frame, for heatmaps; it goes with Blender's own temporary files."""
-    return os.path.join(bpy.app.tempdir, "emberline-last-frame.exr")
-
-
 class EmberlineRenderEngine(bpy.types.RenderEngine):
     bl_idname = "EMBERLINE"
     bl_label = "Emberline"
@@ -74,7 +68,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             self.register_pass(scene, renderlayer, name, len(channels), channels, kind)
 
     def render(self, depsgraph):
-        folder = tempfile.mkdtemp(prefix="emberline-blender-")
+        folder = guard.folder()
         try:
             self._render(depsgraph, folder)
         except _Cancelled:
@@ -97,6 +91,8 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             raise Refused("Emberline: stereo is not supported; turn off Output Properties > Stereoscopy")
         program = command.find(settings.preferred_command())
         view = camera.view(depsgraph)
+        for name, line in limits.missing_libraries():
+            self.report({"WARNING"}, f"Emberline: {name}: {line}")
         self.update_stats("", "Emberline: exporting the scene")
 
         def export():
@@ -172,7 +168,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         passes.put_cryptomatte_names(self.get_result(), layer, texts)
         limits.note_report(scene, report)
         try:
-            shutil.move(frame, last_frame())
+            shutil.move(frame, guard.last_frame())
         except OSError:
             pass  # no heatmap, then
 
@@ -186,8 +182,5 @@ def register():
 def unregister():
     if bpy.app.timers.is_registered(_do_main_thread_jobs):
         bpy.app.timers.unregister(_do_main_thread_jobs)
-    try:
-        os.remove(last_frame())
-    except OSError:
-        pass
+    guard.stop()
     bpy.utils.unregister_class(EmberlineRenderEngine)

@@ -4,6 +4,7 @@ Blender's own exporter writes each mesh with its materials once; where they stan
 For that the meshes of the depsgraph are laid into a scene of their own, which is removed again: nothing of the user's is touched.
 """
 import os
+import types
 
 import bpy
 from mathutils import Vector
@@ -35,6 +36,18 @@ class _Scratch:
         self.scene.collection.objects.link(placed)
 
 
+class _Context:
+    """Blender's context, but for the window: the exporter turns that to the scene it exports, which the user would see, and
+    for which Blender evaluates all of the user's scene twice more."""
+
+    def __init__(self, context):
+        self._context = context
+        self.window = types.SimpleNamespace()
+
+    def __getattr__(self, name):
+        return getattr(self._context, name)
+
+
 def _export(scratch, path):
     wanted = {
         "filepath": path,
@@ -61,8 +74,13 @@ def _export(scratch, path):
     except KeyError:
         raise Refused("Emberline: enable the add-on 'glTF 2.0 format' in Preferences > Add-ons") from None
     override = {"scene": scratch.scene, "view_layer": scratch.scene.view_layers[0], "selected_objects": []}
-    with bpy.context.temp_override(**override, active_object=None, object=None):
-        operator(**{name: value for name, value in wanted.items() if name in known})
+    context = bpy.context
+    with context.temp_override(**override, active_object=None, object=None):
+        bpy.context = _Context(context)
+        try:
+            operator(**{name: value for name, value in wanted.items() if name in known})
+        finally:
+            bpy.context = context
 
 
 class Export:
