@@ -183,15 +183,17 @@ AnimationEdit read_animation(const JsonReader& entry) {
   return edit;
 }
 
+// Without `progress` the file is not read.
 EnvironmentEdit read_environment_edit(const JsonReader& entry, const std::string& path,
-                                      const LoadProgress& progress) {
+                                      const LoadProgress* progress) {
   EnvironmentEdit edit = read_members<EnvironmentEdit>(entry);
   edit.place = entry.place();
   if (entry.has("file")) {
     const fs::path file = edit.file;
     edit.file = (file.is_absolute() ? file : fs::path(path).parent_path() / file).string();
+    if (!progress) return edit;
     try {
-      edit.image = read_environment(edit.file, &edit.repaired_texels, progress);
+      edit.image = read_environment(edit.file, &edit.repaired_texels, *progress);
     } catch (const InputError& error) {
       throw InputError(entry["file"].place(), error.what());
     }
@@ -283,7 +285,7 @@ Json environment_json(const EnvironmentEdit& edit, const std::string& path) {
 }
 
 SceneEdits edits_of(const nlohmann::json& document, const std::string& path,
-                    const LoadProgress& progress) {
+                    const LoadProgress* progress) {
   const JsonReader root(document, path);
   check_version(root);  // before the members: another version may have others
   root.object(
@@ -311,12 +313,16 @@ SceneEdits edits_of(const nlohmann::json& document, const std::string& path,
 }  // namespace
 
 SceneEdits read_edits(const std::string& path, const LoadProgress& progress) {
-  return edits_of(read_json(path, progress), path, progress);
+  return edits_of(read_json(path, progress), path, &progress);
 }
 
 SceneEdits parse_edits(std::string_view text, const std::string& name,
                        const LoadProgress& progress) {
-  return edits_of(parse_json(text, name, DuplicateMembers::kRefused, progress), name, progress);
+  return edits_of(parse_json(text, name, DuplicateMembers::kRefused, progress), name, &progress);
+}
+
+SceneEdits edits_of_document(const nlohmann::json& document, const std::string& name) {
+  return edits_of(document, name, nullptr);
 }
 
 void write_edits(const std::string& path, const SceneEdits& edits) {

@@ -29,6 +29,7 @@
 // renderer/description/scene_edits.h, the ranges of a material's in material_parameters.cpp.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
@@ -49,6 +50,10 @@ SceneEdits read_edits(const std::string& path,
 // in the current folder.
 SceneEdits parse_edits(std::string_view text, const std::string& name,
                        const LoadProgress& progress = LoadProgress::unwatched());
+
+// The same of a document whose environment file is only named, for a session to read it (a relative
+// one is looked for in the current folder).
+SceneEdits edits_of_document(const nlohmann::json& document, const std::string& name);
 
 // Reading it gives the same edits, bit for bit. A relative environment file is written relative to
 // the folder of `path`. Throws RenderError.

@@ -6,6 +6,7 @@
 #include "renderer/app/shared_options.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/output/snapshots.h"
+#include "renderer/session/overlay_picture.h"
 
 namespace emberline {
 namespace {
@@ -134,6 +135,16 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
   add_display(app, o);
   add_grading(app, o.display);
 }
+
+std::vector<NamedDriver> drivers_of_views() {
+  std::vector<NamedDriver> drivers = {
+      {kLiveDriver, "bisection until every pixel has a sample, then adaptive"}};
+  for (const DriverEntry& entry : driver_table()) drivers.push_back({entry.name, entry.summary});
+  return drivers;
+}
+
+constexpr NamedDriver kPictureFormats[] = {{"linear", "four floats a pixel, linear Rec. 709"},
+                                           {"display", "four bytes, through OpenColorIO"}};
 
 // What the window itself is told, beside the render in it.
 void add_window_options(CLI::App* app, ViewOptions& o) {
@@ -273,12 +284,38 @@ void add_view_options(CLI::App* app, ViewOptions& o) {
   app->add_option("scene", r.scene, "a .gltf or .glb file [one is opened in the window]");
   add_settings_file(app, r);
   add_window_options(app, o);
-  std::vector<NamedDriver> drivers = {
-      {kLiveDriver, "bisection until every pixel has a sample, then adaptive"}};
-  for (const DriverEntry& entry : driver_table()) drivers.push_back({entry.name, entry.summary});
-  add_name(app, "--driver", r.driver, "driver", "frame driver [live]", drivers);
+  add_name(app, "--driver", r.driver, "driver", "frame driver [live]", drivers_of_views());
   add_settings(app, r, {kEdits, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
                {"driver"});
+  add_machine_options(app, r);
+  app->add_flag("--light-groups", r.light_groups,
+                "keep what each light gives apart: changes of lights then need no new ray");
+  add_display_name(app, r.display);
+  add_grading(app, r.display);
+}
+
+void add_session_options(CLI::App* app, SessionOptions& o) {
+  RenderOptions& r = o.render;
+  add_settings_file(app, r);
+  add_name(app, "--format", o.format, "format", "what the host gets of pictures [linear]",
+           kPictureFormats);
+  add_name(app, "--overlay", o.overlay, "overlay", "shown in place of the picture [none]",
+           overlay_table());
+  app->add_option("--region", "pixels that get their samples first, X1 and Y1 excluded")
+      ->type_name("X0,Y0,X1,Y1")
+      ->each([&o](const std::string& text) {
+        std::array<int, 4> v;
+        if (!parse_numbers(text, ',', v) || v[0] < 0 || v[1] < 0 || v[0] >= v[2] || v[1] >= v[3]) {
+          throw CLI::ValidationError("--region",
+                                     "'" + text + "' is not X0,Y0,X1,Y1 in whole pixels");
+        }
+        o.region = Rect{v[0], v[1], v[2], v[3]};
+      });
+  app->add_flag("--paused", o.paused, "the frame stands still");
+  app->add_flag("--denoise", o.denoise, "pictures are filtered; what is saved is not");
+  add_name(app, "--driver", r.driver, "driver", "frame driver [live]", drivers_of_views());
+  add_settings(app, r, {kEdits, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
+               {"driver", "edits", "panorama", "working-space"});
   add_machine_options(app, r);
   app->add_flag("--light-groups", r.light_groups,
                 "keep what each light gives apart: changes of lights then need no new ray");

@@ -7,6 +7,7 @@
 #include "renderer/app/heatmap_command.h"
 #include "renderer/app/info_command.h"
 #include "renderer/app/merge_command.h"
+#include "renderer/app/session_command.h"
 #include "renderer/app/study_command.h"
 #include "renderer/farm/farm_command.h"
 #include "renderer/output/render_options.h"
@@ -22,6 +23,7 @@ namespace emberline {
 // the arguments are parsed.
 void add_render_options(CLI::App* app, RenderOptions& options);
 void add_view_options(CLI::App* app, ViewOptions& options);
+void add_session_options(CLI::App* app, SessionOptions& options);
 void add_info_options(CLI::App* app, InfoOptions& options);
 void add_heatmap_options(CLI::App* app, HeatmapOptions& options);
 void add_compare_options(CLI::App* app, CompareOptions& options);

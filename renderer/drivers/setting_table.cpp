@@ -465,21 +465,6 @@ std::vector<Setting> make_table() {
 
 namespace fs = std::filesystem;
 
-// A value of a file as the text that an option would have.
-std::string text_of_json(const nlohmann::json& value, const JsonReader& reader) {
-  if (value.is_string()) {
-    std::string text = reader.text();
-    const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
-    if (text.empty() || std::ranges::any_of(text, control)) {
-      reader.expected("a text without control characters");
-    }
-    return text;
-  }
-  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (value.is_number()) return fmt::format("{}", value.get<double>());
-  reader.expected("a text, a number, true or false");
-}
-
 // As short as a reader of JSON takes it.
 nlohmann::ordered_json json_of(const Setting& setting, const std::string& text) {
   if (setting.type.empty()) return text == "yes";
@@ -506,6 +491,20 @@ SettingTexts setting_texts(const FrameSettings& settings,
     if (!text.empty()) texts.emplace_back(setting.name, std::move(text));
   }
   return texts;
+}
+
+std::string text_of_json(const nlohmann::json& value, const JsonReader& reader) {
+  if (value.is_string()) {
+    std::string text = reader.text();
+    const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
+    if (text.empty() || std::ranges::any_of(text, control)) {
+      reader.expected("a text without control characters");
+    }
+    return text;
+  }
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (value.is_number()) return fmt::format("{}", value.get<double>());
+  reader.expected("a text, a number, true or false");
 }
 
 void read_settings(const std::string& path, FrameSettings& settings) {

@@ -5,12 +5,14 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "io/json_reader.h"
 #include "renderer/frame/frame_settings.h"
 
 namespace emberline {
@@ -49,6 +51,10 @@ std::span<const Setting> setting_table();
 using SettingTexts = std::vector<std::pair<std::string, std::string>>;
 SettingTexts setting_texts(const FrameSettings& settings,
                            std::initializer_list<SettingGroup> groups = {}, bool files = true);
+
+// A value of a document, of which `reader` says where it stands, as the text that an option would
+// have. Throws InputError.
+std::string text_of_json(const nlohmann::json& value, const JsonReader& reader);
 
 // A file of settings: one JSON object, the names above with texts, numbers, true or false. It says
 // how a frame is rendered, and not of which scene. A relative path in it is relative to the file.

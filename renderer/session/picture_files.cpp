@@ -11,16 +11,10 @@
 #include "renderer/session/overlay_picture.h"
 
 namespace emberline {
-namespace {
-
-Rect crop_of(const FilmCopy& film) { return {0, 0, film.width, film.height}; }
-
-}  // namespace
-
 void write_picture(const std::string& path, const FilmCopy& film, const DisplaySettings& display) {
   if (lower_suffix(path) == ".exr") {
     write_exr_file(path,
-                   exr_header(film.aovs, film.width, film.height, crop_of(film),
+                   exr_header(film.aovs, film.options.width, film.options.height, film.crop,
                               settings_attributes(film.options)),
                    film.channels);
     return;
@@ -28,7 +22,7 @@ void write_picture(const std::string& path, const FilmCopy& film, const DisplayS
   const size_t channels = film_channels(film.aovs).size(), pixels = film.channels.size() / channels;
   std::vector<float> rgba(4 * pixels);
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&film.channels[channels * i], 4, &rgba[4 * i]);
-  write_display_image(path, crop_of(film), std::make_shared<DisplayTransform>(display),
+  write_display_image(path, film.crop, std::make_shared<DisplayTransform>(display),
                       film.options.transparent, rgba);
 }
 
@@ -40,7 +34,7 @@ const HeatmapQuantity& heatmap_of(ViewOverlay overlay) {
 
 void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay overlay) {
   const HeatmapQuantity& quantity = heatmap_of(overlay);
-  const Rect crop = crop_of(film);
+  const Rect& crop = film.crop;
   check_heatmap_format("heatmap", path, crop);
   // Stop reasons are known without the channel, and while the frame goes on.
   const bool reasons = quantity.reasons && !film.stops.empty();
@@ -51,8 +45,9 @@ void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay ov
     throw RenderError(path + ": the frame was rendered without the channel " + missing +
                       "; show that overlay, then save it");
   }
-  HeatmapFile file({path, &quantity}, film.options.heatmap_style,
-                   {film.width, film.height, crop, settings_attributes(film.options)}, names);
+  HeatmapFile file(
+      {path, &quantity}, film.options.heatmap_style,
+      {film.options.width, film.options.height, crop, settings_attributes(film.options)}, names);
   file.write_tile(crop, reasons ? film.stops : film.channels);
   file.finish();
 }

@@ -29,7 +29,7 @@ RenderOptions main_options(const ViewSettings& settings) {
   RenderOptions options = settings.render;
   const DriverEntry& driver = main_driver(options);
   options.driver = driver.name;
-  options.crop.reset();
+  options.crop = settings.crop;
   options.cryptomattes.clear();
   options.catchers.clear();
   options.holdouts.clear();
@@ -52,7 +52,7 @@ AovSet wanted_aovs(const ViewSettings& settings) {
 }
 
 bool frames_serve(const ViewSettings& a, const ViewSettings& b) {
-  if (!same_samples(a.render, b.render) || a.region != b.region ||
+  if (!same_samples(a.render, b.render) || a.region != b.region || a.crop != b.crop ||
       a.light_groups != b.light_groups) {
     return false;
   }

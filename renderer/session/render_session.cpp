@@ -67,6 +67,10 @@ std::shared_ptr<const OpenScene> RenderSession::scene() const {
   return scene_ ? scene_->open : nullptr;
 }
 
+std::shared_ptr<MemoryBudget> RenderSession::memory() const {
+  return scene_ ? scene_->memory.budget() : nullptr;
+}
+
 void RenderSession::set_settings(const ViewSettings& settings) {
   const ViewSettings before = std::exchange(settings_, settings);
   if (before.display != settings.display) {
@@ -107,7 +111,7 @@ void RenderSession::on_change(std::function<void()> wake) {
 // What the newest picture shows of the pixel, with all else that is known of it there.
 std::optional<PixelInspection> RenderSession::look(const Vec2i& at, bool picked) const {
   const std::shared_ptr<const ShownPicture> picture = publisher_->picture();
-  if (!picture || !Rect{0, 0, picture->width, picture->height}.contains(at.x, at.y)) {
+  if (!picture || !picture->rect().contains(at.x, at.y)) {
     return std::nullopt;
   }
   PixelInspection result;
@@ -117,7 +121,7 @@ std::optional<PixelInspection> RenderSession::look(const Vec2i& at, bool picked)
   result.x = at.x;
   result.y = at.y;
   result.edit = picture->edit;
-  const size_t first = 4 * (size_t(at.y) * size_t(picture->width) + size_t(at.x));
+  const size_t first = 4 * picture->rect().index_of(at.x, at.y);
   const float* rgba = &picture->rgba[first];
   result.radiance = {rgba[0], rgba[1], rgba[2]};
   result.alpha = rgba[3];

@@ -16,6 +16,7 @@
 #include <optional>
 #include <string>
 
+#include "renderer/core/memory_budget.h"
 #include "renderer/description/scene_edits.h"
 #include "renderer/session/open_scene.h"
 #include "renderer/session/shown_picture.h"
@@ -47,6 +48,7 @@ class RenderSession {
   // each on_change().
   LoadStatus load_status();
   std::shared_ptr<const OpenScene> scene() const;  // null before the first
+  std::shared_ptr<MemoryBudget> memory() const;    // what all of it may take; null before the first
 
   const ViewSettings& settings() const { return settings_; }
   // Takes any combination. One that makes no sense (a sampler of fixed counts with an adaptive

@@ -17,6 +17,8 @@ struct ShownPicture {
   uint64_t edit = 0;    // the last edit that it shows: what RenderSession::edit() returned
   uint64_t serial = 0;  // grows from picture to picture
   int width = 0, height = 0;
+  int x = 0, y = 0;  // in the frame, of which it may be a crop
+  Rect rect() const { return {x, y, x + width, y + height}; }
   // Two notions of complete. `filled`: all that is shown is of this edit, if partly neighbours'
   // samples; else, while a region has its turn, the picture of before shows around it. `complete`:
   // every pixel has a sample of its own; of buckets, all of its samples.

@@ -43,8 +43,6 @@ constexpr uint32_t kLeastJudged = 16;
 // it was and as it is graded now.
 constexpr uint64_t kPictures = 4;
 
-Rect frame_of(const RenderOptions& options) { return {0, 0, options.width, options.height}; }
-
 Camera camera_of(const RenderRequest& request) {
   const LoadedScene& scene = *request.scene;
   const int width = request.settings.render.width, height = request.settings.render.height;
@@ -81,7 +79,7 @@ ViewFrame::ViewFrame(RenderRequest request, const PreparedSettings& prepared,
       shown_as_(shown_as),
       pause_wanted_(pause_wanted),
       pause_(std::move(pause)),
-      crop_(frame_of(request_.settings.render)),
+      crop_(prepared.plan.crop),
       camera_(camera_of(request_)),
       memory_(request_.scene->memory.budget(), MemoryPart::kFilm) {}
 
@@ -295,6 +293,8 @@ void ViewFrame::show() {
   picture->overlay_legend = draw(grading, *picture);
   if (!picture->raw8.empty()) grading->grade(picture->rgba, crop_.width(), picture->raw8);
   picture->edit = request_.edit;
+  picture->x = crop_.x0;
+  picture->y = crop_.y0;
   picture->width = crop_.width();
   picture->height = crop_.height();
   picture->complete = complete();
@@ -368,7 +368,7 @@ void ViewFrame::resolve_whole(std::span<float> rgba) const {
     readable_->resolve(rgba, mix_ ? &*mix_ : nullptr);
   } else {
     const std::shared_ptr<const ShownPicture> before = publisher_.picture();
-    const bool fits = before && before->width == crop_.width() && before->height == crop_.height();
+    const bool fits = before && before->rect() == crop_;
     if (fits) {
       std::ranges::copy(before->rgba, rgba.begin());
     } else {
@@ -429,8 +429,7 @@ std::vector<float> ViewFrame::stops() const {
 }
 
 FilmCopy ViewFrame::copy() const {
-  FilmCopy result{crop_.width(), crop_.height(),   prepared_.plan.aovs, {},
-                  stops(),       prepared_.options};
+  FilmCopy result{crop_, prepared_.plan.aovs, {}, stops(), prepared_.options};
   result.options.scene = request_.scene->open->outline.file;
   result.options.driver = shown_name_;
   const size_t count = film_channels(prepared_.plan.aovs).size();

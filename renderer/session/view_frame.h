@@ -47,7 +47,7 @@ struct Relighting {
 
 // A copy of what a film holds, that files can be made of.
 struct FilmCopy {
-  int width = 0, height = 0;
+  Rect crop;  // of the frame that `options` say
   AovSet aovs;
   std::vector<float> channels;  // in film_channels() order, interleaved; pixels without samples
                                 // have R G B A as shown

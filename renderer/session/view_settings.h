@@ -47,6 +47,8 @@ struct ViewSettings {
   // apart. Lights that are off are sampled all the same; a picture mixed so has other noise than
   // `render`.
   bool light_groups = false;
+  // What is rendered of the frame, in place of `render.crop`: pictures are as large.
+  std::optional<Rect> crop;
   std::optional<Rect> region;  // of the frame: gets its samples first
   bool paused = false;         // the frame stands still; what it has is kept
 };

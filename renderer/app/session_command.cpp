@@ -1,0 +1,66 @@
+#include "renderer/app/session_command.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <vector>
+
+#include "renderer/app/command_options.h"
+#include "renderer/app/usage_error.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/names.h"
+#include "renderer/session/overlay_picture.h"
+#include "renderer/session/session_host.h"
+
+namespace emberline {
+namespace {
+
+HostSettings settings_of(const SessionOptions& options) {
+  HostSettings settings;
+  ViewSettings& view = settings.view;
+  view.render = options.render;
+  view.display = options.render.display;
+  view.light_groups = options.render.light_groups;
+  const OverlayEntry& overlay =
+      find_named(overlay_table(), "--overlay", "overlay", options.overlay);
+  view.overlay = ViewOverlay(&overlay - overlay_table().data());
+  view.region = options.region;
+  view.crop = options.render.crop;
+  view.paused = options.paused;
+  view.denoise = options.denoise;
+  settings.display = options.format == "display";
+  return settings;
+}
+
+// The options of the command line with the host's behind them, as if it had been given those.
+HostSettings with_texts(SessionOptions options, const HostTexts& texts) {
+  CLI::App app("", "session");
+  app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  app.set_help_flag("");
+  add_session_options(&app, options);
+  std::vector<std::string> arguments;
+  for (const auto& [name, text] : texts) {
+    const bool plain =
+        std::ranges::all_of(name, [](unsigned char c) { return c == '-' || std::islower(c); });
+    if (!plain || name.empty()) throw UsageError("unknown setting '{}'", name);
+    arguments.push_back("--" + name + "=" + text);
+  }
+  try {
+    app.parse(arguments);
+  } catch (const CLI::ParseError& error) {
+    throw_usage(app, error);
+  }
+  return settings_of(options);
+}
+
+}  // namespace
+
+int run_session(const SessionOptions& options) {
+  SessionHost host([&](const HostTexts& texts) { return with_texts(options, texts); }, STDIN_FILENO,
+                   STDOUT_FILENO);
+  host.run();
+  return kExitDone;
+}
+
+}  // namespace emberline

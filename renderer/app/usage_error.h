@@ -1,0 +1,11 @@
+// What CLI11 found wrong, in our words.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace emberline {
+
+// One line that names the option and what is valid. `root`: what has parsed.
+[[noreturn]] void throw_usage(const CLI::App& root, const CLI::ParseError& error);
+
+}  // namespace emberline

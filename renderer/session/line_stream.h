@@ -1,0 +1,55 @@
+// Lines of text in from one descriptor and out to another, for one thread that waits for both and
+// for news of other threads: the standard streams of `emberline session`.
+//
+// Neither end can make it grow: a line has a limit, and who does not read what is written is not
+// listened to.
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace emberline {
+
+class LineStream {
+ public:
+  // Far more than any command needs; what an edit of thousands of materials takes.
+  static constexpr size_t kLongestLine = size_t(4) << 20;
+
+  LineStream(int in, int out);
+  ~LineStream();
+  LineStream(const LineStream&) = delete;
+  LineStream& operator=(const LineStream&) = delete;
+
+  // The next line that has come, without its end.
+  std::optional<std::string> take();
+  // No more will come.
+  bool ended() const { return ended_; }
+  // What has come behind the last line's end.
+  bool mid_line() const { return !in_text_.empty(); }
+
+  // For the reader, in its own time.
+  void write(const std::string& line);
+  // The reader lags: nothing is to be taken or written that can wait.
+  bool congested() const;
+
+  // Until there is something to take, room for what is to be written, news, or so many milliseconds
+  // have passed; without a number, as long as that takes. Throws InputError for a line that is too
+  // long, RenderError if nobody reads any more.
+  void wait(std::optional<int> milliseconds);
+  // Any thread: there is news.
+  void wake();
+  // Waits until all is written, if that takes no more than a moment.
+  void flush();
+
+ private:
+  void read_some();
+  void write_some();
+
+  const int in_, out_;
+  int wake_[2] = {-1, -1};  // a pipe
+  std::string in_text_, out_text_;
+  size_t searched_ = 0;  // of in_text_: no line ends there
+  bool ended_ = false;
+};
+
+}  // namespace emberline

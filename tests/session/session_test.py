@@ -1,0 +1,499 @@
+"""`emberline session` as a host meets it: a real process, its lines, its shared memory, and hosts that behave badly.
+
+    session_test.py PROGRAM SCENES EXAMPLE [TEST...]
+"""
+import contextlib
+import json
+import math
+import mmap
+import os
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+PROGRAM, SCENES, EXAMPLE = sys.argv[1:4]
+SCENE = os.path.join(SCENES, "cornell_box.glb")
+PATIENCE_S = 240  # a sanitizer's, too
+
+
+def wait_until(true, seconds=30):
+    end = time.monotonic() + seconds
+    while not true() and time.monotonic() < end:
+        time.sleep(0.02)
+    return true()
+
+
+def shared_memory():
+    return sorted(os.listdir("/dev/shm"))
+
+
+class Host:
+    """One that reads and acknowledges, unless a test does otherwise."""
+
+    def __init__(self, *options):
+        self.process = subprocess.Popen([PROGRAM, "session", "--threads", "2", *options], stdin=subprocess.PIPE,
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.watchdog = threading.Timer(PATIENCE_S, self.process.kill)
+        self.watchdog.start()
+        self.commands, self.segment, self.memory, self.events = 0, 0, None, []
+        self.hello = json.loads(self.process.stdout.readline())
+
+    def close(self):
+        self.process.kill()
+        self.process.communicate()
+        self.watchdog.cancel()
+
+    def send(self, data):
+        with contextlib.suppress(BrokenPipeError):
+            self.process.stdin.write(data)
+            self.process.stdin.flush()
+
+    def say(self, do, **members):
+        self.send(json.dumps({"do": do, **members}).encode() + b"\n")
+
+    def read(self):
+        line = self.process.stdout.readline()
+        if not line:
+            return None
+        message = json.loads(line)
+        self.events.append(message)
+        return message
+
+    def hear(self, wanted):
+        while (message := self.read()) is not None:
+            if message.get("event") == "picture":
+                self.say("next", after=message["number"])
+            if wanted(message):
+                return message
+        raise AssertionError("the session has ended: " + self.process.stderr.read().decode())
+
+    def ask(self, do, **members):
+        self.commands += 1
+        self.say(do, id=self.commands, **members)
+        return self.hear(lambda m: m.get("id") == self.commands)
+
+    def map(self, picture):
+        if picture["segment"] != self.segment:
+            with open(picture["memory"], "rb") as file:
+                self.memory = mmap.mmap(file.fileno(), picture["bytes"], access=mmap.ACCESS_READ)
+            self.segment = picture["segment"]
+        begin = picture["offset"]
+        return self.memory[begin:begin + picture["stride"] * picture["height"]]
+
+    def picture(self, good):
+        found = self.hear(lambda m: m.get("event") == "picture" and good(m))
+        return found, self.map(found)
+
+    def finished(self, edit=0):
+        return self.picture(lambda p: p["finished"] and p["edit"] >= edit)
+
+    def end(self, data=None):
+        """Standard input at its end, behind `data`; the exit code, all that was said, and the lines of complaint."""
+        if data is not None:
+            self.send(data)
+        out, err = self.process.communicate()
+        self.watchdog.cancel()
+        return self.process.returncode, [json.loads(line) for line in out.splitlines()], err.decode().splitlines()
+
+
+def rgba_of(exr):
+    """R G B A of an uncompressed EXR of scanlines with float channels, as rows from the top."""
+    with open(exr, "rb") as file:
+        data = file.read()
+    at, header = 8, {}
+    while data[at]:
+        name, kind, rest = data[at:].split(b"\0", 2)[0:3]
+        at += len(name) + len(kind) + 2
+        size, = struct.unpack_from("<i", data, at)
+        header[name] = data[at + 4:at + 4 + size]
+        at += 4 + size
+    assert header[b"compression"] == b"\0", "the test reads uncompressed files"
+    x0, y0, x1, y1 = struct.unpack("<4i", header[b"dataWindow"])
+    names, channels = [], header[b"channels"]
+    while channels[0]:
+        name, channels = channels.split(b"\0", 1)
+        names.append(name.decode())
+        channels = channels[16:]
+    width, rows = x1 - x0 + 1, []
+    for y in range(y1 - y0 + 1):
+        offset, = struct.unpack_from("<Q", data, at + 1 + 8 * y)
+        columns = {}
+        for i, name in enumerate(names):
+            columns[name] = data[offset + 8 + 4 * width * i:offset + 8 + 4 * width * (i + 1)]
+        rows.append(b"".join(columns[c][4 * x:4 * x + 4] for x in range(width) for c in "RGBA"))
+    return b"".join(rows)
+
+
+def rendered(folder, *options):
+    out = os.path.join(folder, "frame.exr")
+    subprocess.run([PROGRAM, "render", SCENE, "-o", out, "--exr-compression", "none", "--threads", "2", "-q", *options],
+                   check=True)
+    return rgba_of(out)
+
+
+class SessionTest(unittest.TestCase):
+    def setUp(self):
+        self.shm = shared_memory()
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def tearDown(self):
+        self.assertEqual(shared_memory(), self.shm)
+
+    def host(self, *options):
+        host = Host(*options)
+        self.addCleanup(host.close)
+        return host
+
+    def opened(self, *options, **members):
+        host = self.host("--size", "64x48", "--driver", "bisection", "--spp", "4", *options)
+        answer = host.ask("open", scene=SCENE, **members)
+        self.assertTrue(answer["ok"], answer)
+        return host, answer
+
+
+class Pictures(SessionTest):
+    COMMON = ("--size", "64x48", "--driver", "bisection", "--spp", "4")
+
+    def test_hello(self):
+        hello = self.host().hello
+        self.assertEqual((hello["event"], hello["protocol"]), ("hello", 1))
+        self.assertIn(hello["emberline"], subprocess.check_output([PROGRAM, "--version"]).decode())
+        self.assertTrue(hello["isa"] and hello["pid"])
+
+    def test_bits_of_render(self):
+        host, answer = self.opened()
+        picture, pixels = host.finished()
+        self.assertEqual((picture["width"], picture["height"], picture["format"]), (64, 48, "linear"))
+        self.assertTrue(picture["complete"] and picture["edit"] >= answer["edit"])
+        self.assertEqual(pixels, rendered(self.folder.name, *self.COMMON))
+
+    def test_bits_after_camera_and_edits(self):
+        camera = {"look_from": [1.5, 1.2, 4], "look_at": [0, 1, 0], "fov_y": 45}
+        material = {"index": 0, "base_color": [0.9, 0.2, 0.1], "roughness": 0.4}
+        host, answer = self.opened()
+        host.ask("camera", camera=camera)
+        edit = host.ask("edits", edits={"materials": [{"index": 0, "base_color": [0, 0, 1]}]})["edit"]
+        edit = host.ask("edits", edits={"materials": [material]})["edit"]  # takes the other's place
+        pixels = host.finished(edit)[1]
+        look = os.path.join(self.folder.name, "look.json")
+        with open(look, "w") as file:
+            json.dump({"emberline_edits": 1, "camera": camera, "materials": [material]}, file)
+        self.assertEqual(pixels, rendered(self.folder.name, *self.COMMON, "--edits", look))
+        # What the session saves says the same.
+        self.assertTrue(host.ask("save", file=look)["ok"])
+        self.assertEqual(pixels, rendered(self.folder.name, *self.COMMON, "--edits", look))
+        # A part is taken back.
+        host.ask("camera", camera=None)
+        edit = host.ask("edits", edits={"materials": None})["edit"]
+        self.assertEqual(host.finished(edit)[1], rendered(self.folder.name, *self.COMMON))
+
+    def test_matrix(self):
+        host, _ = self.opened()
+        view = {"look_from": [0, 1, 5], "look_at": [0, 1, 4], "fov_y": 40}
+        seen = host.finished(host.ask("camera", camera=view)["edit"])[1]
+        host.finished(host.ask("camera", camera={**view, "look_from": [1, 1, 5]})["edit"])
+        matrix = [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 1, 5, 1]
+        again = host.finished(host.ask("camera", camera={"matrix": matrix, "fov_y": 40})["edit"])[1]
+        self.assertEqual(seen, again)
+        mirrored = host.finished(host.ask("camera", camera={"matrix": [-2] + matrix[1:], "fov_y": 40})["edit"])[1]
+        row = 64 * 16
+        self.assertNotEqual(seen, mirrored)
+        # The same scene, left for right, but for its noise.
+        def mean(pixels, x0, x1):
+            values = [struct.unpack_from("<f", pixels, y * row + 16 * x)[0] for y in range(48) for x in range(x0, x1)]
+            return sum(values) / len(values)
+        self.assertAlmostEqual(mean(seen, 0, 32), mean(mirrored, 32, 64), delta=0.1 * mean(seen, 0, 32))
+
+    def test_crop(self):
+        host, _ = self.opened()
+        edit = host.ask("settings", settings={"crop": "10,5,40,33"})["edit"]
+        picture, pixels = host.finished(edit)
+        self.assertEqual([picture[k] for k in ("x", "y", "width", "height")], [10, 5, 30, 28])
+        self.assertEqual(pixels, rendered(self.folder.name, *self.COMMON, "--crop", "10,5,40,33"))
+        saved = os.path.join(self.folder.name, "crop.png")
+        self.assertTrue(host.ask("save", file=saved)["ok"])
+        edit = host.ask("settings", settings={"crop": None})["edit"]
+        self.assertEqual(host.finished(edit)[1], rendered(self.folder.name, *self.COMMON))
+        refused = host.ask("settings", settings={"crop": "10,5,400,33"})
+        problem = host.hear(lambda m: m.get("event") == "problem" and m["text"])["text"]
+        self.assertTrue(refused["ok"] and "--crop" in problem, problem)
+
+    def test_scene(self):
+        scene = self.opened()[1]["scene"]
+        self.assertTrue(scene["materials"] and scene["instances"] and scene["radius"] > 0)
+        self.assertGreater(math.dist(scene["view"]["look_from"], scene["view"]["look_at"]), 0)
+
+    def test_edits_of_open_hold_from_the_first_picture_on(self):
+        camera = {"look_from": [1.5, 1.2, 4], "look_at": [0, 1, 0], "fov_y": 45}
+        host, answer = self.opened(edits={"camera": camera})
+        view = answer["scene"]["view"]
+        self.assertLess(math.dist(view["look_from"], camera["look_from"]), 1e-6)
+        self.assertGreaterEqual(host.picture(lambda p: True)[0]["edit"], answer["edit"])
+
+    def test_size(self):
+        host, _ = self.opened()
+        before, _ = host.finished()
+        old = host.memory
+        edit = host.ask("settings", settings={"size": "96x64"})["edit"]
+        picture, pixels = host.finished(edit)
+        self.assertGreater(picture["segment"], before["segment"])
+        self.assertEqual(len(pixels), 96 * 64 * 16)
+        old[0:16]  # what was mapped stays
+
+    def test_display_and_overlay(self):
+        host, _ = self.opened()
+        edit = host.ask("settings", settings={"format": "display"})["edit"]
+        picture, pixels = host.finished(edit)
+        self.assertEqual((picture["format"], len(pixels)), ("display", 64 * 48 * 4))
+        host.ask("settings", settings={"format": None, "overlay": "samples"})
+        picture, pixels = host.picture(lambda p: p["legend"])
+        self.assertEqual((picture["format"], len(pixels)), ("display", 64 * 48 * 4))
+
+    def test_pause(self):
+        host, _ = self.opened("--spp", "100000")
+        host.ask("settings", settings={"paused": True})
+        host.hear(lambda m: m.get("event") == "picture")
+        time.sleep(0.5)
+        first = host.picture(lambda p: True)[0] if False else None
+        del first
+        self.assertTrue(host.ask("settings", settings={"paused": False, "spp": 4})["ok"])
+        host.finished()
+
+    def test_picture_stays_until_next(self):
+        host, _ = self.opened("--spp", "4096")
+        while (message := host.read()).get("event") != "picture":
+            pass
+        pixels = host.map(message)
+        time.sleep(0.5)
+        self.assertEqual(pixels, host.map(message))
+        host.say("next", after=message["number"])
+        while (later := host.read()).get("event") != "picture":
+            pass
+        self.assertEqual(later["number"], message["number"] + 1)
+        time.sleep(0.3)
+        self.assertEqual(pixels, host.map(message))
+
+    def test_memory_cannot_be_written(self):
+        host, _ = self.opened()
+        picture, _ = host.finished()
+        with contextlib.suppress(PermissionError):  # root may open it
+            with open(picture["memory"], "r+b", buffering=0) as file:
+                with self.assertRaises(OSError):
+                    file.write(b"x")
+                with self.assertRaises(OSError):
+                    file.truncate(0)
+                with self.assertRaises(OSError):
+                    mmap.mmap(file.fileno(), picture["bytes"], access=mmap.ACCESS_WRITE)
+
+    def test_second_scene(self):
+        host, first = self.opened()
+        host.finished()
+        other = os.path.join(SCENES, "spheres.glb")
+        answer = host.ask("open", scene=other)
+        self.assertGreater(answer["edit"], first["edit"])
+        host.finished(answer["edit"])
+        # A bad one leaves what is open as it is.
+        refused = host.ask("open", scene=os.path.join(SCENES, "none.glb"))
+        self.assertFalse(refused["ok"])
+        self.assertIn("none.glb", refused["error"])
+        host.finished(host.ask("camera", camera={"look_from": [0, 1, 5], "look_at": [0, 0, 0]})["edit"])
+
+    def test_newest_open_counts(self):
+        host = self.host("--size", "64x48", "--spp", "1")
+        for number in (1, 2, 3):
+            host.say("open", id=number, scene=SCENE)
+        host.hear(lambda m: m.get("id") == 3 and m["ok"])
+        refused = [m["id"] for m in host.events if m.get("ok") is False]
+        self.assertEqual(refused, [1, 2])
+
+    def test_example(self):
+        out = os.path.join(self.folder.name, "last.pfm")
+        shown = subprocess.run([sys.executable, EXAMPLE, SCENE, out, PROGRAM, "64x48", "4"], check=True,
+                               stdout=subprocess.PIPE, timeout=PATIENCE_S).stdout.decode()
+        self.assertEqual(shown.count("degrees"), 36)
+        self.assertEqual(os.path.getsize(out), len("PF\n64 48\n-1\n") + 64 * 48 * 12)
+        with open(EXAMPLE) as file:
+            self.assertLessEqual(len(file.readlines()), 60)
+
+
+class Refusals(SessionTest):
+    def refused(self, host, words, do, **members):
+        answer = host.ask(do, **members)
+        self.assertFalse(answer["ok"], answer)
+        self.assertIn(words, answer["error"])
+        self.assertNotIn("\n", answer["error"])
+
+    def test_before_open(self):
+        host = self.host()
+        self.refused(host, "no scene is open", "camera", camera=None)
+        self.refused(host, "no scene is open", "edits", edits={})
+        self.refused(host, "no picture", "save", file=os.path.join(self.folder.name, "x.png"))
+        self.refused(host, "there is no picture 7", "next", after=7)
+        self.assertTrue(host.ask("settings", settings={"spp": 4})["ok"])
+        self.assertTrue(host.ask("cancel")["ok"])
+
+    def test_commands(self):
+        host = self.host()
+        self.refused(host, "did you mean 'open'", "opne", scene=SCENE)
+        self.refused(host, "\"do\" is missing" if False else "scene", "open")
+        self.refused(host, "member", "open", scene=SCENE, edit={})
+        self.refused(host, "expected", "open", scene=5 if False else [])
+        self.refused(host, "control", "open", scene="a\0b.glb")
+        self.refused(host, "expected", "next", after=-1)
+        self.refused(host, "expected", "settings", settings=[1])
+        host.send(b'{"id": [1], "do": "quit"}\n{"id": 1}\n')
+        self.assertFalse(host.hear(lambda m: "ok" in m)["ok"])
+        self.assertIn("do", host.hear(lambda m: "ok" in m)["error"])
+
+    def test_settings_as_the_command_line_says(self):
+        host = self.host()
+        for option, value in (("spp", "0"), ("spp", "many"), ("sampler", "sobel"), ("size", "0x5"), ("threads", "0"),
+                              ("filter-radius", "nan"), ("sppp", "3"), ("overlay", "errors"), ("env-strength", "-1")):
+            said = subprocess.run([PROGRAM, "session", f"--{option}={value}"], stdin=subprocess.DEVNULL,
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            self.assertEqual(said.returncode, 2)
+            answer = host.ask("settings", settings={option: value})
+            self.assertFalse(answer["ok"], option)
+            self.assertEqual("emberline: error: " + answer["error"], said.stderr.decode().strip())
+        for name in ("", "help", "-", "--spp", "settings=x", "spp=4 --seed", "Spp"):
+            self.refused(host, "", "settings", settings={name: "1"})
+        # One that is refused leaves the others of its command as they were.
+        self.refused(host, "--seed", "settings", settings={"size": "8x8", "seed": -1})
+
+    def test_edits(self):
+        host, _ = self.opened()
+        self.refused(host, "no material 99", "edits", edits={"materials": [{"index": 99, "roughness": 1}]})
+        self.refused(host, "roughness", "edits", edits={"materials": [{"index": 0, "roughness": "x"}]})
+        self.refused(host, "member", "edits", edits={"material": []})
+        self.refused(host, "look_at", "camera", camera={"look_from": [0, 0, 1]})
+        self.refused(host, "matrix", "camera", camera={"matrix": [1] * 15})
+        self.refused(host, "matrix", "camera", camera={"matrix": [0] * 16})
+        self.refused(host, "matrix", "camera", camera={"matrix": [1] * 16, "up": [0, 1, 0]})
+        self.refused(host, "camera", "camera", camera=[])
+        host.finished(host.ask("edits", edits={"materials": [{"index": 0, "roughness": 0.5}]})["edit"])
+
+    def test_missing_environment_is_a_problem(self):
+        host, _ = self.opened()
+        self.assertTrue(host.ask("edits", edits={"environment": {"file": "/none.hdr"}})["ok"])
+        self.assertIn("/none.hdr", host.hear(lambda m: m.get("event") == "problem" and m["text"])["text"])
+        edit = host.ask("edits", edits={"environment": None})["edit"]
+        host.finished(edit)
+        self.assertEqual([m["text"] for m in host.events if m.get("event") == "problem"][-1], "")
+
+    def test_huge_size_is_a_problem(self):
+        host, _ = self.opened("--memory-limit", "300M")
+        host.finished()
+        host.ask("settings", settings={"size": "65536x65536"})
+        problem = host.hear(lambda m: m.get("event") == "problem" and m["text"])["text"]
+        self.assertIn("65536", problem)
+        host.finished(host.ask("settings", settings={"size": "32x32"})["edit"])
+
+
+class Ends(SessionTest):
+    def ends(self, data, code, words):
+        host = self.host()
+        exit_code, said, complaints = host.end(data)
+        self.assertEqual((exit_code, len(complaints)), (code, 1), complaints)
+        self.assertIn(words, complaints[0])
+        return said
+
+    def test_quit(self):
+        host, _ = self.opened("--spp", "100000")
+        self.assertTrue(host.ask("quit")["ok"])
+        self.assertEqual(host.end()[0::2], (0, []))
+
+    def test_nonsense(self):
+        said = self.ends(b"nonsense\n", 3, "line 1")
+        self.assertEqual(said[-1]["event"], "error")
+        for data in (b"[]\n", b"7\n", b"\n", b"{\n", b'{"do": NaN}\n', b'{"do": 1e999}\n', b"\xff\xfe\n", b"\0\0\0\n",
+                     b'{"do": "quit", "do": "quit"}\n', b'{"a": ' + b"[" * 100000 + b"\n"):
+            self.ends(data, 3, "line 1")
+
+    def test_nonsense_ends_it_at_once(self):
+        host, _ = self.opened("--spp", "100000")
+        host.send(b"nonsense\n")
+        self.assertTrue(wait_until(lambda: host.process.poll() is not None))
+        self.assertEqual(host.process.returncode, 3)
+
+    def test_half_a_line(self):
+        self.ends(b'{"do": "qu', 3, "in the middle of a line")
+        self.ends(b"", 3, "without \"quit\"")
+
+    def test_line_without_end(self):
+        host = self.host()
+        chunk, sent = b"x" * (1 << 20), 0
+        while sent < 100 and host.process.poll() is None:
+            host.send(chunk)
+            sent += 1
+        self.assertTrue(wait_until(lambda: host.process.poll() is not None))
+        self.assertEqual(host.process.returncode, 3)
+        self.assertIn(b"4 MiB", host.process.stderr.read())
+
+    def test_standard_output_is_closed(self):
+        host, _ = self.opened("--spp", "100000")
+        host.process.stdout.close()
+        self.assertTrue(wait_until(lambda: host.process.poll() is not None))
+        self.assertEqual(host.process.returncode, 1)
+        self.assertEqual(len(host.process.stderr.read().splitlines()), 1)
+
+    def test_killed_host(self):
+        code = ("import subprocess, sys, time\n"
+                f"p = subprocess.Popen([{PROGRAM!r}, 'session', '--spp', '100000'], stdin=subprocess.PIPE)\n"
+                f"p.stdin.write(b'{{\"do\": \"open\", \"scene\": \"{SCENE}\"}}\\n'); p.stdin.flush()\n"
+                "print(p.pid, flush=True); time.sleep(600)\n")
+        host = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        messages = iter(host.stdout.readline, b"")
+        pid = None
+        for line in messages:
+            if line.strip().isdigit():
+                pid = int(line)
+            elif json.loads(line).get("event") == "picture":
+                path = json.loads(line)["memory"]
+                break
+        self.assertTrue(os.path.exists(path))
+        host.send_signal(signal.SIGKILL)
+        host.wait()
+
+        def gone():
+            try:
+                with open(f"/proc/{pid}/stat") as file:
+                    return file.read().rsplit(")", 1)[1].split()[0] == "Z"
+            except FileNotFoundError:
+                return True
+        self.assertTrue(wait_until(gone))
+        host.stdout.close()
+
+    def test_host_that_does_not_read(self):
+        """Fills it with commands to be answered: it stops listening, and neither grows nor hangs."""
+        host, _ = self.opened("--spp", "100000")
+        os.set_blocking(host.process.stdin.fileno(), False)
+        line, sent, end = b'{"id": "' + b"x" * 900 + b'", "do": "cancel"}\n', 0, time.monotonic() + 3
+        while time.monotonic() < end and sent < 32 << 20:
+            try:
+                sent += os.write(host.process.stdin.fileno(), line)
+            except BlockingIOError:
+                time.sleep(0.02)
+        self.assertLess(sent, 4 << 20)
+        with open(f"/proc/{host.process.pid}/status") as file:
+            status = dict(line.split(":", 1) for line in file)
+        self.assertLess(int(status["VmRSS"].split()[0]), 2 << 20)
+        self.assertIsNone(host.process.poll())
+        host.process.stdin.close()
+        self.assertTrue(wait_until(lambda: host.process.poll() is not None))
+        self.assertEqual(host.process.returncode, 3)
+
+    def test_stop_signal(self):
+        host, _ = self.opened("--spp", "100000")
+        host.process.send_signal(signal.SIGTERM)
+        self.assertTrue(wait_until(lambda: host.process.poll() is not None))
+        self.assertEqual(host.process.returncode, 130)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[4:])
