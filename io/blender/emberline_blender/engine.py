@@ -9,7 +9,7 @@ import traceback
 
 import bpy
 
-from . import camera, command, exr, guard, limits, passes, settings, world
+from . import camera, command, exr, guard, limits, passes, settings, viewport, world
 from .command import Refused
 from .scene_export import Export
 
@@ -61,6 +61,21 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
     bl_use_eevee_viewport = True
     bl_use_shading_nodes_custom = False
     bl_use_postprocess = True
+
+    _viewport = None
+
+    def view_update(self, context, depsgraph):
+        if not self._viewport:
+            self._viewport = viewport.Viewport(self, context, depsgraph)
+        self._viewport.changed(depsgraph)
+
+    def view_draw(self, context, depsgraph):
+        if self._viewport:
+            self._viewport.draw(self, context, depsgraph)
+
+    def __del__(self):
+        if self._viewport:
+            self._viewport.close()
 
     def update_render_passes(self, scene, renderlayer):
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
@@ -177,9 +192,11 @@ def register():
     bpy.utils.register_class(EmberlineRenderEngine)
     if not bpy.app.background:
         bpy.app.timers.register(_do_main_thread_jobs, persistent=True)
+    viewport.register()
 
 
 def unregister():
+    viewport.unregister()
     if bpy.app.timers.is_registered(_do_main_thread_jobs):
         bpy.app.timers.unregister(_do_main_thread_jobs)
     guard.stop()

@@ -49,8 +49,8 @@ def _tell(sign, child):
         try:
             if _guard:
                 _guard.stdin.write(b"%c%d\n" % (sign, child))
-        except OSError:
-            pass
+        except (OSError, ValueError):
+            pass  # it has ended
 
 
 def watch(child):
@@ -65,8 +65,9 @@ def stop():
     """Ends what is left, as the end of Blender does."""
     global _guard, _folder
     if _guard:
-        _guard.stdin.close()
-        _guard.wait()
+        ended, _guard = _guard, None
+        ended.stdin.close()
+        ended.wait()
     if _folder:
         shutil.rmtree(_folder, ignore_errors=True)
     _guard = _folder = None

@@ -83,11 +83,19 @@ def _export(scratch, path):
             bpy.context = context
 
 
+class Parts:
+    """What the exporter has written: a file, and which of its meshes is whose."""
+
+    def __init__(self, path, meshes, original_names):
+        self.path, self.meshes, self.original_names = path, meshes, original_names
+
+
 class Export:
     """Writes scene.glb to `folder` from the depsgraph. Afterwards `groups` says which layer of light belongs to which of
-    Blender's light groups, of those in `light_groups`."""
+    Blender's light groups, of those in `light_groups`. `parts`: of an earlier export, whose meshes and materials still hold:
+    then only what stands where is new, unless there is a mesh that it lacks."""
 
-    def __init__(self, depsgraph, folder, light_groups=()):
+    def __init__(self, depsgraph, folder, light_groups=(), parts=None):
         self._depsgraph = depsgraph
         self._light_groups = set(light_groups)
         self._placed = []  # (object's name, mesh's key, matrix, light group)
@@ -95,28 +103,37 @@ class Export:
         self._low, self._high = Vector((1e30,) * 3), Vector((-1e30,) * 3)
         self.groups = {}
         self.path = os.path.join(folder, "scene.glb")
+        if not (parts and self._gather(None, parts)):
+            parts = self._export_meshes(folder)
+        self.parts = parts
+        glb = Glb(parts.path) if parts.path else Glb()
+        self._place(glb)
+        glb.write(self.path)
+
+    def _export_meshes(self, folder):
+        path = os.path.join(folder, "meshes.glb")
         with _Scratch() as scratch:
-            self._gather(scratch)
-            glb = Glb()
+            parts = Parts("", {}, {})
+            self._gather(scratch, parts)
             if self._placed:
                 try:
-                    _export(scratch, self.path)
+                    _export(scratch, path)
                 except RuntimeError as error:
                     line = str(error).strip().splitlines()[-1]
                     raise Refused(f"Emberline: Blender's glTF exporter failed: {line}") from error
-                glb = Glb(self.path)
-            self._place(glb)
-        glb.write(self.path)
+                parts.path = path
+        return parts
 
     def _group(self, placed):
         group = getattr(placed, "lightgroup", "")
         return group if group in self._light_groups else ""
 
-    def _gather(self, scratch):
-        meshes, copies = {}, materials.Copies(self._depsgraph, scratch.ids)
-        self.original_names = copies.names
+    def _gather(self, scratch, parts):
+        """Without `scratch` no mesh is made: False where one is missing."""
+        copies = materials.Copies(self._depsgraph, scratch.ids, parts.original_names) if scratch else None
+        self._placed, self._lights, meshes = [], [], parts.meshes
         scene = self._depsgraph.scene_eval
-        camera = scene.camera.evaluated_get(self._depsgraph)
+        camera = scene.camera.evaluated_get(self._depsgraph) if scene.camera else None
         for instance in self._depsgraph.object_instances:
             placed = instance.object
             if not instance.show_self:
@@ -134,6 +151,8 @@ class Export:
             if placed.type != "MESH":
                 key = (placed.original.as_pointer(), placed.type, worn)
             if key not in meshes:
+                if not scratch:
+                    return False
                 meshes[key] = self._mesh(scratch, placed, len(meshes), copies)
             if meshes[key]:
                 self._placed.append((placed.name, meshes[key], world, self._group(placed)))
@@ -141,6 +160,7 @@ class Export:
                     at = world @ Vector(corner)
                     self._low = Vector(map(min, self._low, at))
                     self._high = Vector(map(max, self._high, at))
+        return True
 
     def _mesh(self, scratch, placed, index, copies):
         try:
@@ -162,7 +182,7 @@ class Export:
         # The exporter's nodes say which mesh is which; ours take their place.
         meshes = {node["name"]: node["mesh"] for node in glb.json.get("nodes", []) if "mesh" in node}
         glb.json["nodes"] = nodes = []
-        materials.restore_names(glb, self.original_names)
+        materials.restore_names(glb, self.parts.original_names)
         materials.complete(glb)
         split = materials.LightGroups(glb)
         placed_nodes = []
