@@ -107,7 +107,7 @@ SceneEdits merged_edits(const json& changes, const std::string& name, const Scen
   if (document.contains("camera") && document["camera"].contains("matrix")) {
     document["camera"] = without_matrix(document["camera"], name);
   }
-  document.emplace("emberline_edits", kEditsVersion);
+  document.emplace("emberline_edits", unsigned(kEditsVersion));
   const SceneEdits parsed = edits_of_document(document, name);
   if (camera) edits.camera = parsed.camera;
   if (animation) edits.animation = parsed.animation;

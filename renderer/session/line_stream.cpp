@@ -80,7 +80,7 @@ void LineStream::wait(std::optional<int> milliseconds) {
   if (listens) {
     read_some();
   } else {
-    ended_ = true;  // gone without having read what it asked for
+    ended_ = true;  // gone, without having read what it asked for
   }
 }
 

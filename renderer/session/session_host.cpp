@@ -81,13 +81,14 @@ void SessionHost::run() {
 
 void SessionHost::serve() {
   while (true) {
-    while (!quit_ && !lines_.congested()) {
+    // What came before its end is heard; it is not much.
+    while (!quit_ && (lines_.ended() || !lines_.congested())) {
       const std::optional<std::string> line = lines_.take();
       if (!line) break;
       obey(*line);
     }
     if (quit_) return;
-    if (lines_.ended() && !lines_.congested()) {
+    if (lines_.ended()) {
       throw InputError("standard input", lines_.mid_line()
                                              ? "it ends in the middle of a line"
                                              : "it ends without \"quit\": the host is gone");
