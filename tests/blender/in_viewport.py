@@ -18,7 +18,7 @@ import numpy  # noqa: E402
 
 import blender_scenes as scenes  # noqa: E402
 import emberline_blender  # noqa: E402
-from emberline_blender import settings, viewport  # noqa: E402
+from emberline_blender import session, settings, viewport  # noqa: E402
 
 CASE, FOLDER, EMBERLINE = sys.argv[sys.argv.index("--") + 1 :]
 
@@ -90,12 +90,6 @@ def screenshot(name="screen.png"):
     return pixels[r.y : r.y + r.height, r.x : r.x + r.width, :3][::-1]
 
 
-def mean(picture, x0, y0, x1, y1):
-    """Of a part, in parts of the whole."""
-    h, w = picture.shape[:2]
-    return picture[int(y0 * h) : int(y1 * h), int(x0 * w) : int(x1 * w)].mean((0, 1))
-
-
 def look(**more):
     space = area().spaces.active
     space.overlay.show_overlays = space.show_gizmo = False
@@ -104,27 +98,199 @@ def look(**more):
     space.shading.type = "RENDERED"
 
 
-def begin(name="materials"):
+def begin(name="materials", samples=8):
     scenes.build(name)
-    bpy.context.scene.emberline.viewport_samples = 64
-    bpy.context.scene.render.engine = "EMBERLINE"
-    bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = 960, 640
+    scene = bpy.context.scene
+    scene.emberline.viewport_samples = 64
+    scene.render.engine = "EMBERLINE"
+    # A small window within the region: less to render.
+    space = area().spaces.active
+    space.use_render_border = scene.render.use_border = True
+    yield
     look(view_perspective="CAMERA")
-    yield from until(new_picture(samples=16), "no picture", 30)
+    yield from until(new_picture(samples=samples), "no picture", 30)
 
 
-def material_of(name):
-    return bpy.data.materials[name]
+said = []  # (command, members) that sessions were told
+
+
+def listen():
+    say = session.Session.say
+
+    def told(self, do, **members):
+        if do != "next":
+            said.append((do, members))
+        say(self, do, **members)
+
+    session.Session.say = told
+
+
+def orders():
+    """What was said since the last time."""
+    names = [do for do, _ in said]
+    said.clear()
+    return names
+
+
+def frame():
+    """The camera's frame in the region: left, top, right, bottom, in pixels from its top left."""
+    camera, matrix = bpy.context.scene.camera, area().spaces.active.region_3d.perspective_matrix
+    corners = [matrix @ (camera.matrix_world @ c).to_4d() for c in camera.data.view_frame(scene=bpy.context.scene)]
+    xs = [(c.x / c.w + 1) / 2 * region().width for c in corners]
+    ys = [(1 - c.y / c.w) / 2 * region().height for c in corners]
+    return min(xs), min(ys), max(xs), max(ys)
+
+
+def in_frame(picture, x0, y0, x1, y1):
+    """Mean colour of what F12 shows there."""
+    left, top, right, bottom = frame()
+    sx, sy = (right - left) / scenes.SIZE[0], (bottom - top) / scenes.SIZE[1]
+    rows = slice(int(top + y0 * sy), int(top + y1 * sy))
+    return picture[rows, int(left + x0 * sx) : int(left + x1 * sx)].mean((0, 1))
 
 
 def shows():
-    """The picture, through the camera, with Blender's colours; then a move of the view, of an object, a light, a material."""
-    yield from begin()
-    print(f"first picture after {took:.2f} s")
+    """The picture through the camera beside F12, where the frame says, and with Blender's display transform."""
+    yield from begin(samples=32)
     yield from shown()
     first = screenshot("first.png")
-    h, w = first.shape[:2]
-    print("middle", mean(first, 0.3, 0.3, 0.7, 0.7))
+    bpy.context.scene.view_settings.view_transform = "Standard"
+    yield from shown()
+    standard = screenshot("standard.png")
+    bpy.context.scene.view_settings.view_transform = "Raw"
+    bpy.context.scene.render.use_border = False
+    still = scenes.render("EMBERLINE", os.path.join(FOLDER, "still.exr"))[..., :3]
+    for name, (x0, y0, x1, y1) in {"red": (6, 26, 18, 38), "floor": (8, 46, 88, 62), "sky": (4, 2, 90, 14)}.items():
+        wanted, got = still[y0:y1, x0:x1].clip(0, 1).mean((0, 1)), in_frame(first, x0, y0, x1, y1)
+        check(numpy.abs(got - wanted).max() < 0.012, f"{name}: {got} where F12 has {wanted}")
+        encoded = in_frame(standard, x0, y0, x1, y1)
+        sky = 1.055 * wanted ** (1 / 2.4) - 0.055
+        check(name != "sky" or numpy.abs(encoded - sky).max() < 0.012, f"{name}: {encoded}, not as displayed: {sky}")
+        print(f"{name}: {got} {wanted}")
+
+
+def changes():
+    """What is sent for which change, and that it is seen; and nothing while nothing changes."""
+    listen()
+    yield from begin()
+    check(orders().count("open") == 1, "one scene was to be opened")
+    yield from shown(1.0)
+    check(orders() == [], "something is sent while nothing changes")
+    exports = []
+    export = viewport.Export._export_meshes
+    viewport.Export._export_meshes = lambda *a: exports.append(1) or export(*a)
+
+    def change(what, made, seen, only, exported=0):
+        before = the_viewport()._picture
+        edits_before = before.message["edit"]
+        made()
+        yield from until(lambda: new_picture(before)() and the_viewport()._picture.message["edit"] > edits_before, f"{what}: no picture")
+        yield from until(lambda: seen(the_viewport()._picture.pixels), f"{what} is not seen")
+        print(f"{what}: seen after {took:.2f} s")
+        yield from shown(0.5)
+        names = orders()
+        check(set(names) <= only, f"{what}: {names} was sent")
+        check(names.count("open") <= 1, f"{what}: opened {names.count('open')} times")
+        check(len(exports) == exported, f"{what}: {len(exports)} exports of meshes")
+        exports.clear()
+
+    def colours(pixels):
+        return pixels.reshape(-1, 4)[:, :3].astype(float)
+
+    scene, space = bpy.context.scene, area().spaces.active
+    level = colours(the_viewport()._picture.pixels).mean()
+
+    def brighter():
+        bpy.data.objects["Area"].data.energy = 600
+
+    yield from change("a light", brighter, lambda p: colours(p).mean() > 1.5 * level, {"settings", "open", "camera"})
+
+    def away():
+        for placed in scene.objects:
+            if placed.type == "MESH" and placed.active_material.name == "red":
+                placed.location.z = 50
+
+    def reds(pixels):
+        c = colours(pixels)
+        return int(((c[:, 0] > 4 * c[:, 1]) & (c[:, 0] > 0.05)).sum())
+
+    check(reds(the_viewport()._picture.pixels) > 100, "no red ball")
+    yield from change("an object", away, lambda p: reds(p) < 50, {"settings", "open", "camera"})
+
+    def green():
+        nodes = bpy.data.materials["floor"].node_tree.nodes
+        next(n for n in nodes if n.type == "BSDF_DIFFUSE").inputs["Color"].default_value = (0.1, 0.8, 0.1, 1)
+
+    def greener(pixels):
+        c = colours(pixels).mean(0)
+        return c[1] > 1.5 * c[0]
+
+    yield from change("a material", green, greener, {"settings", "open", "camera"}, 1)
+
+    def removed():
+        bpy.data.objects.remove(next(o for o in scene.objects if o.type == "MESH" and o.active_material.name == "floor"))
+
+    yield from change("a deletion", removed, lambda p: not greener(p), {"settings", "open", "camera"}, 1)
+
+    def from_above():
+        scene.render.use_border = False
+        space.region_3d.view_perspective = "ORTHO"
+        space.region_3d.view_rotation = (1, 0, 0, 0)
+
+    yield from change("a view", from_above, lambda p: True, {"settings", "camera"})
+    check("orthographic_height" in the_viewport()._view.edit, "not an orthographic view")
+
+
+def large():
+    """100,000 triangles: the first picture, and the one after a move of the view."""
+    listen()
+    scenes.build("materials")
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=224, y_subdivisions=224, size=3, location=(0, 0, 1.5))
+    scene, space = bpy.context.scene, area().spaces.active
+    count = sum(len(o.data.polygons) * 2 for o in scene.objects if o.type == "MESH")
+    check(count >= 100000, f"{count} triangles")
+    scene.render.engine = "EMBERLINE"
+    yield from shown()
+    look(view_perspective="CAMERA")
+    yield from until(lambda: the_viewport() and the_viewport()._picture, "no picture", 30)
+    print(f"large: {count} triangles, {region().width}x{region().height}, first picture after {took:.2f} s")
+    check(took < 10, "the first picture took too long")
+    yield from shown(1.0)
+    space.region_3d.view_perspective = "PERSP"
+    yield from shown(0.5)
+    times = []
+    for i in range(10):
+        before = the_viewport()._picture.message["edit"]
+        said.clear()
+        space.region_3d.view_distance *= 1.02
+        yield from until(lambda: the_viewport()._picture.message["edit"] > before, "the view does not move")
+        times.append(took)
+        check(orders() == ["camera"], "more than the camera was sent")
+    print(f"large: a move of the view is there after {1000 * sorted(times)[5]:.0f} ms (median of 10)")
+    check(sorted(times)[5] < 2, "a move of the view takes too long")
+
+
+def ends():
+    """A renderer that is killed is one line; other shading, or Blender's end, ends it; two viewports have one each."""
+    yield from begin()
+    child = the_viewport()._session.pid
+    os.kill(child, signal.SIGKILL)
+    yield from until(lambda: "signal 9" in (the_viewport()._said or ""), "its end is not said")
+    yield from shown(0.5)
+    area().spaces.active.shading.type = "SOLID"
+    yield from until(lambda: not the_viewport(), "the viewport's session is still there")
+    area().spaces.active.shading.type = "RENDERED"
+    yield from until(new_picture(), "it does not begin anew")
+    window = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window, area=area(), region=region()):
+        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
+    yield from until(lambda: len(viewport._viewports) == 2, "no second viewport")
+    yield from until(lambda: all(v._picture for v in viewport._viewports), "one of two has no picture")
+    children = {v._session.pid for v in viewport._viewports}
+    check(len(children) == 2, "two viewports share a session")
+    for space in [a.spaces.active for a in window.screen.areas if a.type == "VIEW_3D"]:
+        space.shading.type = "SOLID"
+    yield from until(lambda: not any(os.path.exists(f"/proc/{c}") for c in children), "a session outlives its viewport")
 
 
 def finish(code):
