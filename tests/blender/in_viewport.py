@@ -149,7 +149,7 @@ def in_frame(picture, x0, y0, x1, y1):
     return picture[rows, int(left + x0 * sx) : int(left + x1 * sx)].mean((0, 1))
 
 
-def shows():
+def viewport_shows():
     """The picture through the camera beside F12, where the frame says, and with Blender's display transform."""
     yield from begin(samples=32)
     yield from shown()
@@ -169,7 +169,7 @@ def shows():
         print(f"{name}: {got} {wanted}")
 
 
-def changes():
+def viewport_changes():
     """What is sent for which change, and that it is seen; and nothing while nothing changes."""
     listen()
     yield from begin()
@@ -184,8 +184,12 @@ def changes():
         before = the_viewport()._picture
         edits_before = before.message["edit"]
         made()
-        yield from until(lambda: new_picture(before)() and the_viewport()._picture.message["edit"] > edits_before, f"{what}: no picture")
-        yield from until(lambda: seen(the_viewport()._picture.pixels), f"{what} is not seen")
+
+        def there():
+            now = the_viewport()._picture
+            return now is not before and now.message["edit"] > edits_before and seen(now.pixels)
+
+        yield from until(there, f"{what} is not seen")
         print(f"{what}: seen after {took:.2f} s")
         yield from shown(0.5)
         names = orders()
@@ -241,7 +245,46 @@ def changes():
     check("orthographic_height" in the_viewport()._view.edit, "not an orthographic view")
 
 
-def large():
+def viewport_borders():
+    """A border in a user's view: that part alone, where it is in the whole; and a view that is dragged off the middle."""
+    scenes.build("materials")
+    bpy.context.scene.render.engine = "EMBERLINE"
+    bpy.context.scene.emberline.viewport_samples = 16
+    space = area().spaces.active
+    look(view_perspective="PERSP", view_rotation=bpy.context.scene.camera.rotation_euler.to_quaternion(), view_distance=9.0, view_location=(0, 0, 0.5))
+    yield from until(new_picture(samples=8), "no picture", 30)
+    yield from shown()
+    whole = screenshot("whole.png")
+    space.render_border_min_x, space.render_border_max_x = 0.3, 0.6
+    space.render_border_min_y, space.render_border_max_y = 0.35, 0.65
+    space.use_render_border = True
+    wanted = (round(0.6 * region().width) - round(0.3 * region().width), round(0.65 * region().height) - round(0.35 * region().height))
+
+    def size():
+        message = the_viewport()._picture.message
+        return (message["width"], message["height"])
+
+    yield from until(lambda: size() == wanted and new_picture(samples=8)(), "not the border")
+    yield from shown()
+    part = screenshot("part.png")
+    h, w = whole.shape[:2]
+    for x0, x1, y0, y1 in ((0.32, 0.44, 0.37, 0.48), (0.46, 0.58, 0.5, 0.63)):
+        at = slice(int(y0 * h), int(y1 * h)), slice(int(x0 * w), int(x1 * w))
+        a, b = whole[at].mean((0, 1)), part[at].mean((0, 1))
+        check(numpy.abs(a - b).max() < 0.02, f"the border shows {b} where the whole has {a}")
+    space.use_render_border = False
+    space.region_3d.view_perspective = "CAMERA"
+    space.region_3d.view_camera_offset = (0.2, -0.1)
+    before = the_viewport()._picture
+    yield from until(new_picture(before, 8), "no picture of the camera's view")
+    yield from shown()
+    screen = screenshot("moved.png")
+    still = scenes.render("EMBERLINE", os.path.join(FOLDER, "still.exr"))[..., :3]
+    got, wanted = in_frame(screen, 6, 26, 18, 38), still[26:38, 6:18].clip(0, 1).mean((0, 1))
+    check(numpy.abs(got - wanted).max() < 0.02, f"off the middle: {got} where F12 has {wanted}")
+
+
+def viewport_large():
     """100,000 triangles: the first picture, and the one after a move of the view."""
     listen()
     scenes.build("materials")
@@ -270,7 +313,7 @@ def large():
     check(sorted(times)[5] < 2, "a move of the view takes too long")
 
 
-def ends():
+def viewport_ends():
     """A renderer that is killed is one line; other shading, or Blender's end, ends it; two viewports have one each."""
     yield from begin()
     child = the_viewport()._session.pid
@@ -282,14 +325,16 @@ def ends():
     area().spaces.active.shading.type = "RENDERED"
     yield from until(new_picture(), "it does not begin anew")
     window = bpy.context.window_manager.windows[0]
-    with bpy.context.temp_override(window=window, area=area(), region=region()):
-        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
+    other = next(a for a in window.screen.areas if a.type == "DOPESHEET_EDITOR")
+    other.type = "VIEW_3D"
+    other.spaces.active.shading.type = "RENDERED"
     yield from until(lambda: len(viewport._viewports) == 2, "no second viewport")
     yield from until(lambda: all(v._picture for v in viewport._viewports), "one of two has no picture")
     children = {v._session.pid for v in viewport._viewports}
     check(len(children) == 2, "two viewports share a session")
-    for space in [a.spaces.active for a in window.screen.areas if a.type == "VIEW_3D"]:
-        space.shading.type = "SOLID"
+    for viewed in window.screen.areas:
+        if viewed.type == "VIEW_3D":
+            viewed.spaces.active.shading.type = "SOLID"
     yield from until(lambda: not any(os.path.exists(f"/proc/{c}") for c in children), "a session outlives its viewport")
 
 

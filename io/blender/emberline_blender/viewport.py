@@ -102,7 +102,10 @@ class Viewport:
     # By a timer, in the main thread.
     def step(self):
         engine = self._engine()
-        if not engine or not self._session:
+        if not engine:
+            raise ReferenceError
+        engine.is_preview  # raises when Blender has freed the engine, whose Python part may live on
+        if not self._session:
             return
         if self._session.fault:
             self._said = f"Emberline: {self._session.fault}"
