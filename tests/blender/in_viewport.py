@@ -207,7 +207,7 @@ def viewport_changes():
     def brighter():
         bpy.data.objects["Area"].data.energy = 600
 
-    yield from change("a light", brighter, lambda p: colours(p).mean() > 1.5 * level, {"settings", "open", "camera"})
+    yield from change("a light", brighter, lambda p: colours(p).mean() > 1.5 * level, {"edits"})
 
     def away():
         for placed in scene.objects:
@@ -229,12 +229,27 @@ def viewport_changes():
         c = colours(pixels).mean(0)
         return c[1] > 1.5 * c[0]
 
-    yield from change("a material", green, greener, {"settings", "open", "camera"}, 1)
+    yield from change("a material", green, greener, {"edits"})
+
+    def daylight():
+        next(n for n in scene.world.node_tree.nodes if n.type == "BACKGROUND").inputs["Strength"].default_value = 20
+
+    bright = colours(the_viewport()._picture.pixels).mean()
+    yield from change("the world", daylight, lambda p: colours(p).mean() > 1.5 * bright, {"settings", "open", "camera"})
+    check(greener(the_viewport()._picture.pixels), "the material is as it was before its edit")
+
+    def textured():
+        node = next(n for n in bpy.data.materials["floor"].node_tree.nodes if n.type == "BSDF_DIFFUSE")
+        source = node.id_data.nodes.new("ShaderNodeRGB")
+        source.outputs[0].default_value = (0.8, 0.1, 0.1, 1)
+        node.id_data.links.new(source.outputs[0], node.inputs["Color"])
+
+    yield from change("nodes", textured, lambda p: not greener(p), {"settings", "open", "camera"}, 1)
 
     def removed():
         bpy.data.objects.remove(next(o for o in scene.objects if o.type == "MESH" and o.active_material.name == "floor"))
 
-    yield from change("a deletion", removed, lambda p: not greener(p), {"settings", "open", "camera"}, 1)
+    yield from change("a deletion", removed, lambda p: True, {"settings", "open", "camera"}, 1)
 
     def from_above():
         scene.render.use_border = False
@@ -243,6 +258,9 @@ def viewport_changes():
 
     yield from change("a view", from_above, lambda p: True, {"settings", "camera"})
     check("orthographic_height" in the_viewport()._view.edit, "not an orthographic view")
+    scenes.render("EMBERLINE", os.path.join(FOLDER, "still.exr"))
+    yield from shown(0.5)
+    check("open" not in orders() and not exports, "the export of F12 is taken for a change")
 
 
 def viewport_borders():

@@ -124,6 +124,10 @@ class Export:
                 parts.path = path
         return parts
 
+    def lights(self):
+        """Name of the object and the light of each."""
+        return [(name, data) for name, data, *_ in self._lights]
+
     def _group(self, placed):
         group = getattr(placed, "lightgroup", "")
         return group if group in self._light_groups else ""

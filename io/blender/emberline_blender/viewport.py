@@ -13,7 +13,7 @@ import bpy
 import gpu
 from gpu_extras.presets import draw_texture_2d
 
-from . import camera, command, guard, settings, world
+from . import camera, command, guard, live_edits, settings, world
 from .command import Refused
 from .scene_export import Export, Parts
 from .session import Session
@@ -25,32 +25,34 @@ _viewports = weakref.WeakSet()
 _exporting = False
 
 
-def _extent(depsgraph):
-    """What an update asks for. A camera asks for nothing: its view is looked at whenever it is drawn."""
-    asked = _NOTHING
-    for update in depsgraph.updates:
+class _Changes:
+    """What has to be done: `extent`, or else edits of the materials and lights that are named."""
+
+    def __init__(self, extent):
+        self.extent, self.materials, self.lights = extent, set(), set()
+
+    def __bool__(self):
+        return bool(self.extent or self.materials or self.lights)
+
+    def add(self, update):
         data = update.id
         kind = data.bl_rna.identifier
-        if kind in ("Scene", "Camera", "Screen", "WindowManager", "Collection", "ViewLayer"):
-            continue  # a list of objects that has changed is seen by its count
-        if kind == "Object" and data.type == "CAMERA":
-            continue
-        light = isinstance(data, bpy.types.Light)
-        if light or kind in ("World", "ShaderNodeTree") and not _of_materials(data):
-            asked = max(asked, _PLACES)
-        elif kind == "Object" and (data.type in ("LIGHT", "EMPTY") or not (update.is_updated_geometry or update.is_updated_shading)):
-            asked = max(asked, _PLACES)
-        else:
-            asked = _ALL
-    return asked
-
-
-def _of_materials(data):
-    """Whether a node tree is a material's: those of lights and worlds are named by them."""
-    if data.bl_rna.identifier == "World":
-        return False
-    original = data.original
-    return not any(owner.node_tree == original for owners in (bpy.data.worlds, bpy.data.lights) for owner in owners)
+        if kind in ("Scene", "Camera", "Screen", "WindowManager", "Collection", "ViewLayer") or data.is_embedded_data:
+            return  # objects are counted; a view is looked at whenever it is drawn; embedded trees come with their owners
+        if kind == "Material":
+            self.materials.add(data.name_full)
+        elif isinstance(data, bpy.types.Light):
+            self.lights.add(data.name_full)
+        elif kind == "World":
+            self.extent = max(self.extent, _PLACES)
+        elif kind != "Object":
+            self.extent = _ALL
+        elif data.type == "LIGHT":
+            self.extent = max(self.extent, _PLACES if update.is_updated_transform else _NOTHING)
+        elif data.type == "EMPTY" or not (update.is_updated_geometry or update.is_updated_shading):
+            self.extent = max(self.extent, _PLACES if data.type != "CAMERA" else _NOTHING)
+        elif data.type != "CAMERA":
+            self.extent = _ALL
 
 
 def _as_settings(arguments):
@@ -71,7 +73,10 @@ class Viewport:
         self._scene, self._layer = depsgraph.scene.name, depsgraph.view_layer.name
         self._folder = guard.folder()
         self._session = None
-        self._asked, self._objects = _ALL, -1
+        self._changes, self._objects = _Changes(_ALL), -1
+        self._materials, self._lights = {}, {}  # as they were exported: live_edits.py
+        self._edits = {"materials": {}, "lights": {}}  # since then, by name
+        self._listed = {}  # what is in the scene that is open
         self._parts = None  # of the last export, to be placed anew
         self._view, self._settings = None, {}
         self._opening = self._opened = 0  # numbers of `open`
@@ -94,10 +99,11 @@ class Viewport:
     def changed(self, depsgraph):
         if _exporting:
             return
-        self._asked = max(self._asked, _extent(depsgraph))
+        for update in depsgraph.updates:
+            self._changes.add(update)
         count = len(depsgraph.objects)
         if count != self._objects:
-            self._asked, self._objects = _ALL, count
+            self._changes.extent, self._objects = _ALL, count
 
     # By a timer, in the main thread.
     def step(self):
@@ -114,8 +120,11 @@ class Viewport:
             return
         for answer in self._session.take_answers():
             self._answered(answer)
-        if self._asked and self._view and not bpy.app.is_job_running("RENDER"):
-            self._export()
+        if self._changes and self._view and not bpy.app.is_job_running("RENDER"):
+            if not self._changes.extent and self._opened == self._opening and not self._edit():
+                self._changes.extent = _ALL
+            if self._changes.extent:
+                self._export()
             engine.tag_redraw()
         if self._session.problem:
             self._said = self._session.problem
@@ -131,8 +140,45 @@ class Viewport:
             self._opened = self._opening
             if answer["ok"]:
                 self._said = None
+                self._listed = answer["scene"]
                 # The view may have changed meanwhile.
                 self._session.say("camera", camera=self._view.edit)
+
+    def _edit(self):
+        """Sends what can be sent as edits: False where that is not all that has changed."""
+        changes, edits = self._changes, {"materials": [], "lights": []}
+        for name in changes.materials:
+            material = bpy.data.materials.get(name)
+            now, before = material and live_edits.material_state(material), self._materials.get(name)
+            if not now or not before or now[0] != before[0] or self._listed.get("materials", []).count(name) != 1:
+                return False
+            edits["materials"].append({"name": name, **now[1]})
+        for name, (data, before) in self._lights.items():
+            if data not in changes.lights:
+                continue
+            light = bpy.data.lights.get(data)
+            now = live_edits.light_state(light) if light else None
+            edit = live_edits.light_edit(before[1], now[1]) if now and now[0] == before[0] else None
+            kind = "punctual" if name in self._listed.get("lights", []) else "material"
+            if not edit or self._listed.get("lights" if kind == "punctual" else "materials", []).count(name) != 1:
+                return False
+            edits["lights"].append({"kind": kind, "name": name, **edit})
+        changed = {part: entries for part, entries in edits.items() if entries}
+        for part, entries in changed.items():
+            self._edits[part].update({entry["name"]: entry for entry in entries})
+        if changed:
+            self._session.say("edits", edits=changed)
+        self._changes = _Changes(_NOTHING)
+        return True
+
+    def _note_states(self, exported, again):
+        """What later edits are compared with."""
+        self._lights = {name: (data.name_full, live_edits.light_state(data)) for name, data in exported.lights()}
+        self._edits["lights"] = {}
+        if again:
+            states = {m.name_full: live_edits.material_state(m) for m in bpy.data.materials}
+            self._materials = states
+            self._edits["materials"] = {}
 
     def _export(self):
         """Refused: said in the viewport until there is something else."""
@@ -141,16 +187,17 @@ class Viewport:
         layer = scene.view_layers.get(self._layer) if scene else None
         if not layer:
             return
-        asked, self._asked = self._asked, _NOTHING
+        changes, self._changes = self._changes, _Changes(_NOTHING)
         folder = os.path.join(self._folder, str(self._opening + 1))
         os.makedirs(folder, exist_ok=True)
         _exporting = True
         try:
             depsgraph = layer.depsgraph
-            parts = self._parts if asked == _PLACES else None
+            # Materials that have changed, too, are in none of the old files.
+            parts = self._parts if changes.extent == _PLACES and not changes.materials else None
             exported = Export(depsgraph, folder, parts=parts)
-            if exported.parts.path != (self._parts.path if self._parts else None):
-                self._parts = exported.parts
+            self._note_states(exported, exported.parts is not parts)
+            self._parts = exported.parts
             light = world.options(depsgraph.scene_eval.world, folder)
             layer.update()  # what the export's own scene has stirred up is no change
         except (Refused, OSError) as fault:
@@ -164,7 +211,8 @@ class Viewport:
             _exporting = False
         self._opening += 1
         self._session.say("settings", settings=_as_settings(light))
-        self._session.say("open", id=self._opening, scene=exported.path, edits={"camera": self._view.edit})
+        edits = {"camera": self._view.edit, "materials": list(self._edits["materials"].values())}
+        self._session.say("open", id=self._opening, scene=exported.path, edits=edits)
         self._remove_old_files()
 
     def _remove_old_files(self):
