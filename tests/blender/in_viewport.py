@@ -345,16 +345,28 @@ def viewport_ends():
     area().spaces.active.shading.type = "RENDERED"
     yield from until(new_picture(), "it does not begin anew")
     window = bpy.context.window_manager.windows[0]
+    both = [area()]
     other = next(a for a in window.screen.areas if a.type == "DOPESHEET_EDITOR")
     other.type = "VIEW_3D"
     other.spaces.active.shading.type = "RENDERED"
+    both.append(other)
     yield from until(lambda: len(viewport._viewports) == 2, "no second viewport")
     yield from until(lambda: all(v._picture for v in viewport._viewports), "one of two has no picture")
+    changed = viewport.camera.region_view
+    viewport.camera.region_view = lambda *_: 1 / 0
+    other.tag_redraw()
+    yield from until(lambda: any("ZeroDivisionError" in (v._said or "") for v in viewport._viewports), "a fault of ours is not said")
+    viewport.camera.region_view = changed
+    for viewed in both:
+        viewed.spaces.active.shading.type = "SOLID"
+    yield from until(lambda: not the_viewport(), "a viewport that has failed stays")
+    for viewed in both:
+        viewed.spaces.active.shading.type = "RENDERED"
+    yield from until(lambda: len(viewport._viewports) == 2 and all(v._picture for v in viewport._viewports), "they do not begin anew")
     children = {v._session.pid for v in viewport._viewports}
     check(len(children) == 2, "two viewports share a session")
-    for viewed in window.screen.areas:
-        if viewed.type == "VIEW_3D":
-            viewed.spaces.active.shading.type = "SOLID"
+    for viewed in both:
+        viewed.spaces.active.shading.type = "SOLID"
     yield from until(lambda: not any(os.path.exists(f"/proc/{c}") for c in children), "a session outlives its viewport")
 
 

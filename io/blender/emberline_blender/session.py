@@ -86,7 +86,7 @@ class Session:
                 elif "ok" in message:
                     with self._lock:
                         self._answers.append(message)
-        except (OSError, ValueError, KeyError, TypeError) as error:
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
             self.fault = self.fault or f"the session is not understood: {error}"
             self._child.kill()
         code = self._child.wait()

@@ -6,6 +6,7 @@ exported again; the picture there is stays until the next has come.
 """
 import os
 import shutil
+import time
 import traceback
 import weakref
 
@@ -81,7 +82,7 @@ class Viewport:
         self._view, self._settings = None, {}
         self._opening = self._opened = 0  # numbers of `open`
         self._picture, self._texture = None, None
-        self._said = None
+        self._said, self._not_before = None, 0.0
         try:
             self._session = Session(command.find(settings.preferred_command()), os.path.join(self._folder, "log.txt"))
             self._said = "exporting the scene"
@@ -123,9 +124,14 @@ class Viewport:
         if self._changes and self._view and not bpy.app.is_job_running("RENDER"):
             if not self._changes.extent and self._opened == self._opening and not self._edit():
                 self._changes.extent = _ALL
-            if self._changes.extent:
+            if self._changes.extent and time.monotonic() >= self._not_before:
+                began = time.monotonic()
                 self._export()
+                # While something changes all the time, half of it is Blender's.
+                self._not_before = 2 * time.monotonic() - began
             engine.tag_redraw()
+            if not self._session:
+                return
         if self._session.problem:
             self._said = self._session.problem
         picture = self._session.take_picture()
@@ -204,8 +210,7 @@ class Viewport:
             self._said = str(fault)
             return
         except Exception as fault:
-            traceback.print_exc()
-            self._said = f"Emberline: the add-on failed: {type(fault).__name__}: {fault}"
+            self._fail(fault)
             return
         finally:
             _exporting = False
@@ -238,14 +243,26 @@ class Viewport:
             self._session.say("camera", camera=view.edit)
         self._view = view
 
+    def _fail(self, fault):
+        """A fault of ours: said once, and this viewport shows nothing new."""
+        traceback.print_exc()
+        self._said = f"Emberline: the add-on failed: {type(fault).__name__}: {fault}"
+        self._picture = None
+        if self._session:
+            self._session.close()
+            self._session = None
+
     def draw(self, engine, context, depsgraph):
         said = self._said
-        if self._session:
-            try:
+        try:
+            if self._session:
                 self._send(context, depsgraph)
-            except Refused as fault:
-                said = str(fault)
-        self._draw_picture(engine, depsgraph.scene)
+            self._draw_picture(engine, depsgraph.scene)
+        except Refused as refused:
+            said = str(refused)
+        except Exception as fault:
+            self._fail(fault)
+            said = self._said
         engine.update_stats("", said or self._progress())
 
     def _progress(self):
