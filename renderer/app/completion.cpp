@@ -57,6 +57,7 @@ std::string bash_command(const CommandHelp& command, const std::string& pattern)
     if (!argument.empty()) argument += "; ";
     argument += fmt::format("words='{}'", fmt::join(last_words(command.commands), " "));
   }
+  if (argument.empty()) argument = "return";
   return fmt::format(
       "    {})\n      case $last in\n{}        *) if [[ $cur == -* ]]; then words='{}'; else {}; "
       "fi "

@@ -44,6 +44,11 @@ HostSettings with_texts(SessionOptions options, const HostTexts& texts) {
     const bool plain =
         std::ranges::all_of(name, [](unsigned char c) { return c == '-' || std::islower(c); });
     if (!plain || name.empty()) throw UsageError("unknown setting '{}'", name);
+    const CLI::Option* const option = app.get_option_no_throw("--" + name);
+    const bool is_switch = option && option->get_items_expected_max() == 0;
+    if (is_switch && text != "yes" && text != "no") {
+      throw UsageError("--{}: '{}' is neither true nor false", name, text);
+    }
     arguments.push_back("--" + name + "=" + text);
   }
   try {

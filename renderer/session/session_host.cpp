@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <new>
 #include <utility>
 
 #include "io/json_input.h"
@@ -126,6 +127,8 @@ void SessionHost::obey(const std::string& text) {
     if (command.answered && !id.is_null()) answer(id);
   } catch (const EmberlineError& error) {
     refuse(id, error.what());
+  } catch (const std::bad_alloc&) {
+    refuse(id, "not enough memory for this command");
   }
 }
 

@@ -36,6 +36,8 @@ expect 'bisection|bucket' emberline render --driver b
 expect 'bisection' emberline render --driver = bi
 expect 'adaptive|bisection|bucket' emberline render a.glb --driver =
 expect 'live' emberline view --driver l
+expect 'live' emberline session --driver l
+expect '' emberline session ''
 expect '--noise-threshold' emberline render a.glb --noi
 expect 'N' emberline render --aov N
 expect 'albedo,N' emberline render --aov albedo,N

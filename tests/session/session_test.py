@@ -239,6 +239,41 @@ class Pictures(SessionTest):
         problem = host.hear(lambda m: m.get("event") == "problem" and m["text"])["text"]
         self.assertTrue(refused["ok"] and "--crop" in problem, problem)
 
+    def test_crop_by_all_drivers(self):
+        host, _ = self.opened()
+        for session, render in (("bucket", "bucket"), ("adaptive", "adaptive"), ("live", "adaptive")):
+            for crop in (None, "20,7,61,40"):
+                edit = host.ask("settings", settings={"driver": session, "spp": 8, "crop": crop})["edit"]
+                options = ("--crop", crop) if crop else ()
+                self.assertEqual(host.finished(edit)[1], rendered(self.folder.name, "--size", "64x48", "--driver", render,
+                                                                  "--spp", "8", *options), (session, crop))
+
+    def test_saved_crop(self):
+        host, _ = self.opened()
+        host.finished(host.ask("settings", settings={"crop": "10,5,40,33"})["edit"])
+        ours, theirs = (os.path.join(self.folder.name, name) for name in ("ours.exr", "theirs.exr"))
+        self.assertTrue(host.ask("save", file=ours)["ok"])
+        subprocess.run([PROGRAM, "render", SCENE, "-o", theirs, "-q", *self.COMMON, "--crop", "10,5,40,33"], check=True)
+        compared = subprocess.check_output([PROGRAM, "compare", ours, theirs, "--json"])
+        self.assertEqual(json.loads(compared)["mse"], 0)
+
+    def test_dialogue_of_the_protocol(self):
+        host = self.host()
+        with open(os.path.join(os.path.dirname(EXAMPLE), "PROTOCOL.md"), encoding="utf-8") as file:
+            lines = [line.strip() for line in file if line.startswith("    ")]
+        self.assertGreater(len(lines), 8)
+        for line in lines:
+            if line[0] == "→":
+                host.send(line[2:].replace("/home/me/teapot.glb", SCENE).encode() + b"\n")
+                continue
+            shown = json.loads(line[2:].replace(", ...}", "}").replace("{...}", "{}"))
+            if shown.get("event") == "hello":
+                self.assertEqual(shown.keys(), host.hello.keys())
+            elif shown.get("event") != "loading":  # as often as it takes
+                fixed = {key: shown[key] for key in ("event", "id", "ok", "edit") if key in shown}
+                host.hear(lambda m: fixed.items() <= m.items() and shown.keys() <= m.keys())
+        self.assertEqual(host.end()[0], 0)
+
     def test_scene(self):
         scene = self.opened()[1]["scene"]
         self.assertTrue(scene["materials"] and scene["instances"] and scene["radius"] > 0)
@@ -384,6 +419,9 @@ class Refusals(SessionTest):
         self.refused(host, "did you mean '--spp'", "settings", settings={"sppp": 3})
         for name in ("", "help", "-", "--spp", "settings=x", "spp=4 --seed", "Spp"):
             self.refused(host, "", "settings", settings={name: "1"})
+        self.refused(host, "neither true nor false", "settings", settings={"transparent": "maybe"})
+        self.refused(host, "--spp", "settings", settings={"spp": True})
+        self.assertTrue(host.ask("settings", settings={"transparent": True, "paused": False, "lenient": "no"})["ok"])
         # One that is refused leaves the others of its command as they were.
         self.refused(host, "--seed", "settings", settings={"size": "8x8", "seed": -1})
 
