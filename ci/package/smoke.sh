@@ -72,7 +72,7 @@ SCRIPT
 # Blender itself is too large for a bare root: the files, and whether Python reads them.
 addon_of_blender() {
   local addon=/usr/share/blender/scripts/addons/emberline_blender file
-  for file in __init__ engine command guard scene_export; do
+  for file in __init__ engine command guard scene_export session viewport; do
     [ -f "$addon/$file.py" ] || return 1
   done
   python3 -c 'import ast, glob, sys; [ast.parse(open(f).read()) for f in glob.glob(sys.argv[1] + "/*.py")]' "$addon"

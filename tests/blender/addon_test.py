@@ -60,7 +60,7 @@ def finish(process, folder, case, codes=(0,)):
     said = log(folder)
     if code not in codes or f"passed {case}" not in said:
         sys.exit(f"{said[-4000:]}\n{case}: Blender ended with {code}")
-    print("\n".join(line for line in said.splitlines() if re.match(r"passed|\w+: within|.*\d m?s\b", line)))
+    print("\n".join(line for line in said.splitlines() if re.match(r"passed|\w+: within|.* after \S+ m?s", line)))
     left = [p for p in (folder / "tmp mit Ä").rglob("emberline*")]
     if left:
         sys.exit(f"{case}: left behind: {left}")
