@@ -69,6 +69,15 @@ assert emberline.compare(picture, frame).mse == 0
 SCRIPT
 }
 
+# Blender itself is too large for a bare root: the files, and whether Python reads them.
+addon_of_blender() {
+  local addon=/usr/share/blender/scripts/addons/emberline_blender file
+  for file in __init__ engine command guard scene_export session viewport; do
+    [ -f "$addon/$file.py" ] || return 1
+  done
+  python3 -c 'import ast, glob, sys; [ast.parse(open(f).read()) for f in glob.glob(sys.argv[1] + "/*.py")]' "$addon"
+}
+
 version=$(dpkg-query -W -f '${Version}' emberline)
 check "the demo" emberline render "$scenes/teapot.glb" -o teapot.exr -o teapot.png --spp 128 \
   --report teapot.json --report teapot.html
@@ -103,5 +112,6 @@ check "it runs" runs example/example
 check "it runs, static" runs example/example_static
 check "the same by pkg-config" by_pkg_config
 check "the same bits in Python" in_python
+check "the add-on for Blender" addon_of_blender
 echo "$count checks, $failed failed"
 [ $failed -eq 0 ]

@@ -3,7 +3,8 @@
 
     tests/blender/addon_test.py CASE [--emberline build/release/bin/emberline] [--blender blender] [--keep DIR]
 
-Cases: those of in_blender.py, and `cancel` and `two_at_once`, which are run from outside. Exit code 77, as ctest has
+Cases: those of in_blender.py, and `cancel`, `killed` and `two_at_once`, which are run from
+outside; and those of in_viewport.py, which need xvfb-run. Exit code 77, as ctest has
 it, where there is no Blender, or one without NumPy, Cycles or the glTF exporter.
 """
 import argparse
@@ -19,6 +20,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
+VIEWPORT = ("viewport_shows", "viewport_changes", "viewport_borders", "viewport_large", "viewport_ends")
 NEEDS = "import numpy, _cycles, io_scene_gltf2; print('has all')"
 
 
@@ -33,12 +35,19 @@ def start(options, case, folder):
     command = [options.blender, "-b", "--factory-startup", "-P", HERE / "in_blender.py", "--"]
     temporary = folder / "tmp mit Ä"
     temporary.mkdir(parents=True, exist_ok=True)
+    more = {"TMPDIR": str(temporary)}
+    if case in VIEWPORT:
+        # xvfb-run itself wants no blank in TMPDIR.
+        screen = ["xvfb-run", "-a", "-s", "-screen 0 1280x800x24", "env", f"TMPDIR={temporary}"]
+        window = ["--factory-startup", "--no-window-focus", "-p", "0", "0", "1280", "800"]
+        more = {"LIBGL_ALWAYS_SOFTWARE": "1"}
+        command = [*screen, options.blender, *window, "-P", HERE / "in_viewport.py", "--"]
     with open(folder / "log.txt", "wb") as log:
         return subprocess.Popen(
             [*command, case, folder, Path(options.emberline).resolve()],
             stdout=log,
             stderr=subprocess.STDOUT,
-            env=environment(options, TMPDIR=str(temporary)),
+            env=environment(options, **more),
         )
 
 
@@ -51,26 +60,55 @@ def finish(process, folder, case, codes=(0,)):
     said = log(folder)
     if code not in codes or f"passed {case}" not in said:
         sys.exit(f"{said[-4000:]}\n{case}: Blender ended with {code}")
-    print("\n".join(line for line in said.splitlines() if re.match(r"passed|\w+: within", line)))
+    print("\n".join(line for line in said.splitlines() if re.match(r"passed|\w+: within|.* after \S+ m?s", line)))
     left = [p for p in (folder / "tmp mit Ä").rglob("emberline*")]
     if left:
         sys.exit(f"{case}: left behind: {left}")
 
 
-def cancel(options, folder):
-    process = start(options, "long_render", folder)
+def child_of(process, folder):
+    """The process id of the renderer, when it is at work."""
     for _ in range(600):
         child = re.search(r"child (\d+)", log(folder))
         if child or process.poll() is not None:
             break
         time.sleep(0.05)
     if not child:
-        sys.exit(f"{log(folder)}\ncancel: no render began")
+        sys.exit(f"{log(folder)}\nno render began")
     time.sleep(0.5)
+    return int(child.group(1))
+
+
+def running(process_id):
+    """Dead ones that nobody has waited for are not: their new parent may be slow."""
+    try:
+        return Path(f"/proc/{process_id}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def cancel(options, folder):
+    process = start(options, "long_render", folder)
+    child = child_of(process, folder)
     os.kill(process.pid, signal.SIGINT)  # Esc, where there is no keyboard
     finish(process, folder, "long_render", codes=(0, 1))  # Blender's own after Ctrl-C
-    if Path(f"/proc/{child.group(1)}").exists():
+    if running(child):
         sys.exit("cancel: the renderer goes on")
+
+
+def killed(options, folder):
+    """Blender is killed in the middle of a frame: the renderer ends, and its files are gone."""
+    process = start(options, "long_render", folder)
+    child = child_of(process, folder)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    for _ in range(100):
+        time.sleep(0.05)
+        left = list((folder / "tmp mit Ä").rglob("emberline*"))
+        if not running(child) and not left:
+            print("passed killed")
+            return
+    sys.exit(f"killed: the renderer {'goes on' if running(child) else 'has ended'}; left behind: {left}")
 
 
 def two_at_once(options, folder):
@@ -93,6 +131,9 @@ def main():
     if not shutil.which(options.blender):
         print("no blender: nothing is tested")
         return 77
+    if options.case in VIEWPORT and not shutil.which("xvfb-run"):
+        print("no xvfb-run: nothing is tested")
+        return 77
     has = [options.blender, "-b", "--factory-startup", "--python-expr", NEEDS]
     run = subprocess.run(has, capture_output=True, text=True, errors="replace", env=environment(options))
     if "has all" not in run.stdout:
@@ -101,7 +142,7 @@ def main():
     with tempfile.TemporaryDirectory() as scratch:
         folder = options.keep or Path(scratch) / "Ordner mit Umläuten"
         folder.mkdir(parents=True, exist_ok=True)
-        special = {"cancel": cancel, "two_at_once": two_at_once}.get(options.case)
+        special = {"cancel": cancel, "killed": killed, "two_at_once": two_at_once}.get(options.case)
         if special:
             special(options, folder)
         else:

@@ -17,7 +17,7 @@ import numpy  # noqa: E402
 
 import blender_scenes as scenes  # noqa: E402
 import emberline_blender  # noqa: E402
-from emberline_blender import command, engine, limits, settings  # noqa: E402
+from emberline_blender import command, engine, guard, limits, settings  # noqa: E402
 
 CASE, FOLDER, EMBERLINE = sys.argv[sys.argv.index("--") + 1 :]
 TOLERANCE = 0.03
@@ -232,11 +232,13 @@ def shows_and_tells():
     own = scene.emberline
     own.driver, own.samples, own.time_limit, own.use_maps = "bisection", 1 << 20, 2.0, True
     own.use_denoising = True
+    bpy.data.scenes.new("A scene before")
     counts = [len(d) for d in (bpy.data.scenes, bpy.data.objects, bpy.data.meshes, bpy.data.materials)]
     pictures, take = [], command.Viewer.take
     command.Viewer.take = lambda viewer: pictures.append(take(viewer)) or pictures[-1]
     final = render()
     command.Viewer.take = take
+    check(bpy.context.window.scene == scene, "the window shows another scene now")
     left = [len(d) for d in (bpy.data.scenes, bpy.data.objects, bpy.data.meshes, bpy.data.materials)]
     check(left == counts, f"the export has left something in the file: {counts}, then {left}")
     shown = [p for p in pictures if p is not None]
@@ -270,7 +272,39 @@ def long_render():
 
     engine.EmberlineRenderEngine._watch = told
     bpy.ops.render.render()
-    check(not os.path.exists(engine.last_frame()), "a cancelled frame has been kept")
+    check(not os.path.exists(guard.last_frame()), "a cancelled frame has been kept")
+
+
+def missing_library():
+    """A linked file that is gone: rendered without, and said."""
+    scenes.build("materials")
+    cube = bpy.data.objects.new("linked cube", bpy.data.meshes.new("linked mesh"))
+    bpy.data.libraries.write(file("library.blend"), {cube})
+    with bpy.data.libraries.load(file("library.blend"), link=True) as (_, wanted):
+        wanted.objects = ["linked cube"]
+    bpy.context.scene.collection.objects.link(wanted.objects[0])
+    check(not any("missing" in line for _, line in limits.of_scene(bpy.context.scene)), "a library that is there is missed")
+    bpy.ops.wm.save_as_mainfile(filepath=file("scene.blend"))
+    os.remove(file("library.blend"))
+    bpy.ops.wm.open_mainfile(filepath=file("scene.blend"))
+    picture = render()
+    check(picture[..., :3].mean() > 0.05, "the rest is not rendered")
+    check(any("missing" in line for _, line in limits.of_scene(bpy.context.scene)), "the panel does not say it")
+    with open(file("log.txt"), encoding="utf-8", errors="replace") as log:
+        check("Warning: Emberline: library.blend: the file" in log.read(), "the render does not say it")
+
+
+def no_pixels():
+    """A percentage may leave none of the frame, or a border lie between two: Blender says so itself."""
+    scenes.build("materials")
+    draw = bpy.context.scene.render
+    draw.resolution_x, draw.resolution_y, draw.resolution_percentage = 4, 4, 1
+    expect("too small")
+    draw.resolution_percentage = 100
+    draw.use_border, draw.use_crop_to_border = True, True
+    draw.border_min_x, draw.border_max_x = 0.4, 0.45
+    expect("too small")
+    draw.use_border = False
 
 
 def one_of_two():

@@ -86,3 +86,74 @@ def view(depsgraph):
         edit["f_stop"] = 0.012 / slope / opening
         edit["focus_distance"] = max(_focus_distance(camera, placed, depsgraph), 1e-6)
     return View(*whole, crop, edit)
+
+
+class RegionView(View):
+    """What a 3D viewport shows; the crop lies `left` and `bottom` of the region's corner, in its pixels."""
+
+    def __init__(self, width, height, crop, edit, left, bottom):
+        super().__init__(width, height, crop, edit)
+        self.left, self.bottom = left, bottom
+
+
+def _region_border(context, depsgraph, width, height):
+    """Left, bottom, right, top of what is rendered."""
+    space, region_data, scene = context.space_data, context.region_data, depsgraph.scene
+    if region_data.view_perspective == "CAMERA":
+        camera, render = scene.camera, scene.render
+        if not (render.use_border and camera and camera.type == "CAMERA"):
+            return 0, 0, width, height
+        corners = [region_data.perspective_matrix @ (camera.matrix_world @ c).to_4d() for c in camera.data.view_frame(scene=scene)]
+        xs, ys = [c.x / c.w for c in corners], [c.y / c.w for c in corners]
+
+        def at(low, high, part, size):
+            return round((low + part * (high - low) + 1) / 2 * size)
+
+        x0, x1 = (at(min(xs), max(xs), part, width) for part in (render.border_min_x, render.border_max_x))
+        y0, y1 = (at(min(ys), max(ys), part, height) for part in (render.border_min_y, render.border_max_y))
+    elif space.use_render_border:
+        x0, x1 = (round(part * width) for part in (space.render_border_min_x, space.render_border_max_x))
+        y0, y1 = (round(part * height) for part in (space.render_border_min_y, space.render_border_max_y))
+    else:
+        return 0, 0, width, height
+    x0, x1, y0, y1 = max(x0, 0), min(x1, width), max(y0, 0), min(y1, height)
+    if x0 >= x1 or y0 >= y1:
+        raise Refused("the render region lies outside of the view")
+    return x0, y0, x1, y1
+
+
+def region_view(context, depsgraph):
+    """The view of a 3D viewport, of whatever kind: read off the matrices that Blender draws it with."""
+    region_data, space = context.region_data, context.space_data
+    width, height = context.region.width, context.region.height
+    left, bottom, right_edge, top_edge = _region_border(context, depsgraph, width, height)
+    projection, world = region_data.window_matrix, region_data.view_matrix.inverted_safe()
+    flat = projection[3][3] != 0  # orthographic
+    # Where the axis goes through the picture of -1 to 1. Off the middle, the view is a crop of one whose middle it is.
+    axis = [projection[i][3] if flat else -projection[i][2] for i in (0, 1)]
+    more_x, more_y = round(abs(axis[0]) * width), round(abs(axis[1]) * height)
+    whole = (width + more_x, height + more_y)
+    if max(whole) > 32768:
+        raise Refused("the camera's view is zoomed in too far")
+    x0, y0 = more_x if axis[0] < 0 else 0, more_y if axis[1] > 0 else 0
+    crop = (x0 + left, y0 + height - top_edge, x0 + right_edge, y0 + height - bottom)
+
+    back, top = world.col[2].to_3d().normalized(), world.col[1].to_3d().normalized()
+    eye = world.translation
+    through_camera = region_data.view_perspective == "CAMERA"
+    if flat and not through_camera:
+        eye = eye + back * space.clip_end  # a user's view has no front end
+    edit = {"look_from": point(eye), "look_at": point(eye - back), "up": [min(max(c, -1.0), 1.0) for c in point(top)]}
+    slope = whole[1] / height / projection[1][1]
+    if flat:
+        edit["orthographic_height"] = 2 * slope
+        return RegionView(*whole, crop, edit, left, bottom)
+    edit["fov_y"] = math.degrees(2 * math.atan(slope))
+    placed = depsgraph.scene_eval.camera
+    if through_camera and placed and placed.type == "CAMERA":
+        placed = placed.evaluated_get(depsgraph)
+        dof = placed.data.dof
+        if dof.use_dof and dof.aperture_fstop > 0:
+            edit["f_stop"] = 0.012 / slope / (1e-3 * placed.data.lens / dof.aperture_fstop)
+            edit["focus_distance"] = max(_focus_distance(placed.data, placed, depsgraph), 1e-6)
+    return RegionView(*whole, crop, edit, left, bottom)

@@ -9,6 +9,8 @@ import threading
 
 import numpy
 
+from . import guard
+
 
 class Refused(Exception):
     """One line for the user: nothing is rendered."""
@@ -113,6 +115,7 @@ class Process:
                 )
         except OSError as error:
             raise Refused(f"Emberline: {arguments[0]} cannot be started: {error.strerror}") from error
+        guard.watch(self.pid)
 
     @property
     def pid(self):
@@ -121,9 +124,11 @@ class Process:
     def wait(self, seconds):
         """The exit code, None while it is at work."""
         try:
-            return self._child.wait(seconds)
+            code = self._child.wait(seconds)
         except subprocess.TimeoutExpired:
             return None
+        guard.forget(self.pid)
+        return code
 
     def progress(self):
         """What --progress-file says: done of 1, samples, left_s; {} until there is something."""
@@ -136,6 +141,7 @@ class Process:
     def kill(self):
         self._child.kill()
         self._child.wait()
+        guard.forget(self.pid)
 
     def fault(self, code):
         """One line on what went wrong."""

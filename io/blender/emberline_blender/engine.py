@@ -3,14 +3,13 @@ import json
 import os
 import queue
 import shutil
-import tempfile
 import threading
 import time
 import traceback
 
 import bpy
 
-from . import camera, command, exr, limits, passes, settings, world
+from . import camera, command, exr, guard, limits, passes, settings, viewport, world
 from .command import Refused
 from .scene_export import Export
 
@@ -55,11 +54,6 @@ def _on_main_thread(engine, function):
     return box["value"]
 
 
-def last_frame():
-    """The EXR of the last finished frame, for heatmaps; it goes with Blender's own temporary files."""
-    return os.path.join(bpy.app.tempdir, "emberline-last-frame.exr")
-
-
 class EmberlineRenderEngine(bpy.types.RenderEngine):
     bl_idname = "EMBERLINE"
     bl_label = "Emberline"
@@ -68,13 +62,28 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
     bl_use_shading_nodes_custom = False
     bl_use_postprocess = True
 
+    _viewport = None
+
+    def view_update(self, context, depsgraph):
+        if not self._viewport:
+            self._viewport = viewport.Viewport(self, context, depsgraph)
+        self._viewport.changed(depsgraph)
+
+    def view_draw(self, context, depsgraph):
+        if self._viewport:
+            self._viewport.draw(self, context, depsgraph)
+
+    def __del__(self):
+        if self._viewport:
+            self._viewport.close()
+
     def update_render_passes(self, scene, renderlayer):
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
         for name, channels, kind in passes.wanted(scene, renderlayer):
             self.register_pass(scene, renderlayer, name, len(channels), channels, kind)
 
     def render(self, depsgraph):
-        folder = tempfile.mkdtemp(prefix="emberline-blender-")
+        folder = guard.folder()
         try:
             self._render(depsgraph, folder)
         except _Cancelled:
@@ -97,6 +106,8 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             raise Refused("Emberline: stereo is not supported; turn off Output Properties > Stereoscopy")
         program = command.find(settings.preferred_command())
         view = camera.view(depsgraph)
+        for name, line in limits.missing_libraries():
+            self.report({"WARNING"}, f"Emberline: {name}: {line}")
         self.update_stats("", "Emberline: exporting the scene")
 
         def export():
@@ -172,7 +183,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         passes.put_cryptomatte_names(self.get_result(), layer, texts)
         limits.note_report(scene, report)
         try:
-            shutil.move(frame, last_frame())
+            shutil.move(frame, guard.last_frame())
         except OSError:
             pass  # no heatmap, then
 
@@ -181,13 +192,12 @@ def register():
     bpy.utils.register_class(EmberlineRenderEngine)
     if not bpy.app.background:
         bpy.app.timers.register(_do_main_thread_jobs, persistent=True)
+    viewport.register()
 
 
 def unregister():
+    viewport.unregister()
     if bpy.app.timers.is_registered(_do_main_thread_jobs):
         bpy.app.timers.unregister(_do_main_thread_jobs)
-    try:
-        os.remove(last_frame())
-    except OSError:
-        pass
+    guard.stop()
     bpy.utils.unregister_class(EmberlineRenderEngine)

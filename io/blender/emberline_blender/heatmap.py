@@ -6,7 +6,7 @@ import tempfile
 import bpy
 from bpy.props import EnumProperty
 
-from . import command, engine, settings
+from . import command, guard, settings
 
 IMAGE = "Emberline Samples"
 
@@ -29,7 +29,7 @@ class EMBERLINE_OT_heatmap(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        return os.path.isfile(engine.last_frame())
+        return os.path.isfile(guard.last_frame())
 
     def execute(self, context):
         with tempfile.TemporaryDirectory(prefix="emberline-blender-") as folder:
@@ -39,7 +39,7 @@ class EMBERLINE_OT_heatmap(bpy.types.Operator):
             except command.Refused as fault:
                 self.report({"ERROR"}, str(fault))
                 return {"CANCELLED"}
-            arguments = [program, "heatmap", engine.last_frame(), "-o", picture, "--of", self.of, "--colors", "inferno"]
+            arguments = [program, "heatmap", guard.last_frame(), "-o", picture, "--of", self.of, "--colors", "inferno"]
             run = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace")
             if run.returncode:
                 said = (run.stderr.strip() or run.stdout.strip() or "no reason given").splitlines()

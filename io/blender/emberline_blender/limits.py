@@ -1,5 +1,6 @@
 """What Emberline does not show as Blender does, object by object: the panel lists it."""
 import json
+import os
 
 import bpy
 
@@ -123,9 +124,17 @@ def of_object(scene, placed):
     return said
 
 
+def missing_libraries():
+    """(name, what is lost) of each linked file that is gone."""
+    for library in bpy.data.libraries:
+        path = bpy.path.abspath(library.filepath, library=library.parent)
+        if not library.packed_file and not os.path.isfile(path):
+            yield library.name, f"the file {path} is missing: what is linked from it is not shown"
+
+
 def of_scene(scene):
     """(name, what is not as in Blender), one of each."""
-    lines, materials_seen = [], {}
+    lines, materials_seen = list(missing_libraries()), {}
     for placed in scene.objects:
         if placed.hide_render:
             continue

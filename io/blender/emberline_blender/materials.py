@@ -5,9 +5,10 @@ import copy
 class Copies:
     """Originals for the exporter, which knows no others: animated materials as copies that have this frame's values."""
 
-    def __init__(self, depsgraph, ids):
+    def __init__(self, depsgraph, ids, names):
+        """`names` gets those of copies, and the originals' with them."""
         self._depsgraph, self._ids, self._copies = depsgraph, ids, {}
-        self.names = {}  # of copies: the original's
+        self.names = names
 
     def of(self, material):
         if not material:

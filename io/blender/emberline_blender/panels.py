@@ -48,6 +48,7 @@ class EMBERLINE_PT_sampling(_Panel, bpy.types.Panel):
         value.prop(own, "noise_threshold", text="")
         column.prop(own, "samples", text="Max Samples" if own.use_noise_threshold else "Samples")
         column.prop(own, "time_limit")
+        column.prop(own, "viewport_samples")
         column.separator()
         column.prop(own, "use_denoising")
         row = column.row(align=True)

@@ -4,6 +4,7 @@ Blender's own exporter writes each mesh with its materials once; where they stan
 For that the meshes of the depsgraph are laid into a scene of their own, which is removed again: nothing of the user's is touched.
 """
 import os
+import types
 
 import bpy
 from mathutils import Vector
@@ -35,6 +36,18 @@ class _Scratch:
         self.scene.collection.objects.link(placed)
 
 
+class _Context:
+    """Blender's context, but for the window: the exporter turns that to the scene it exports, which the user would see, and
+    for which Blender evaluates all of the user's scene twice more."""
+
+    def __init__(self, context):
+        self._context = context
+        self.window = types.SimpleNamespace()
+
+    def __getattr__(self, name):
+        return getattr(self._context, name)
+
+
 def _export(scratch, path):
     wanted = {
         "filepath": path,
@@ -61,15 +74,28 @@ def _export(scratch, path):
     except KeyError:
         raise Refused("Emberline: enable the add-on 'glTF 2.0 format' in Preferences > Add-ons") from None
     override = {"scene": scratch.scene, "view_layer": scratch.scene.view_layers[0], "selected_objects": []}
-    with bpy.context.temp_override(**override, active_object=None, object=None):
-        operator(**{name: value for name, value in wanted.items() if name in known})
+    context = bpy.context
+    with context.temp_override(**override, active_object=None, object=None):
+        bpy.context = _Context(context)
+        try:
+            operator(**{name: value for name, value in wanted.items() if name in known})
+        finally:
+            bpy.context = context
+
+
+class Parts:
+    """What the exporter has written: a file, and which of its meshes is whose."""
+
+    def __init__(self, path, meshes, original_names):
+        self.path, self.meshes, self.original_names = path, meshes, original_names
 
 
 class Export:
     """Writes scene.glb to `folder` from the depsgraph. Afterwards `groups` says which layer of light belongs to which of
-    Blender's light groups, of those in `light_groups`."""
+    Blender's light groups, of those in `light_groups`. `parts`: of an earlier export, whose meshes and materials still hold:
+    then only what stands where is new, unless there is a mesh that it lacks."""
 
-    def __init__(self, depsgraph, folder, light_groups=()):
+    def __init__(self, depsgraph, folder, light_groups=(), parts=None):
         self._depsgraph = depsgraph
         self._light_groups = set(light_groups)
         self._placed = []  # (object's name, mesh's key, matrix, light group)
@@ -77,28 +103,41 @@ class Export:
         self._low, self._high = Vector((1e30,) * 3), Vector((-1e30,) * 3)
         self.groups = {}
         self.path = os.path.join(folder, "scene.glb")
+        if not (parts and self._gather(None, parts)):
+            parts = self._export_meshes(folder)
+        self.parts = parts
+        glb = Glb(parts.path) if parts.path else Glb()
+        self._place(glb)
+        glb.write(self.path)
+
+    def _export_meshes(self, folder):
+        path = os.path.join(folder, "meshes.glb")
         with _Scratch() as scratch:
-            self._gather(scratch)
-            glb = Glb()
+            parts = Parts("", {}, {})
+            self._gather(scratch, parts)
             if self._placed:
                 try:
-                    _export(scratch, self.path)
+                    _export(scratch, path)
                 except RuntimeError as error:
                     line = str(error).strip().splitlines()[-1]
                     raise Refused(f"Emberline: Blender's glTF exporter failed: {line}") from error
-                glb = Glb(self.path)
-            self._place(glb)
-        glb.write(self.path)
+                parts.path = path
+        return parts
+
+    def lights(self):
+        """Name of the object and the light of each."""
+        return [(name, data) for name, data, *_ in self._lights]
 
     def _group(self, placed):
         group = getattr(placed, "lightgroup", "")
         return group if group in self._light_groups else ""
 
-    def _gather(self, scratch):
-        meshes, copies = {}, materials.Copies(self._depsgraph, scratch.ids)
-        self.original_names = copies.names
+    def _gather(self, scratch, parts):
+        """Without `scratch` no mesh is made: False where one is missing."""
+        copies = materials.Copies(self._depsgraph, scratch.ids, parts.original_names) if scratch else None
+        self._placed, self._lights, meshes = [], [], parts.meshes
         scene = self._depsgraph.scene_eval
-        camera = scene.camera.evaluated_get(self._depsgraph)
+        camera = scene.camera.evaluated_get(self._depsgraph) if scene.camera else None
         for instance in self._depsgraph.object_instances:
             placed = instance.object
             if not instance.show_self:
@@ -116,6 +155,8 @@ class Export:
             if placed.type != "MESH":
                 key = (placed.original.as_pointer(), placed.type, worn)
             if key not in meshes:
+                if not scratch:
+                    return False
                 meshes[key] = self._mesh(scratch, placed, len(meshes), copies)
             if meshes[key]:
                 self._placed.append((placed.name, meshes[key], world, self._group(placed)))
@@ -123,6 +164,7 @@ class Export:
                     at = world @ Vector(corner)
                     self._low = Vector(map(min, self._low, at))
                     self._high = Vector(map(max, self._high, at))
+        return True
 
     def _mesh(self, scratch, placed, index, copies):
         try:
@@ -144,7 +186,7 @@ class Export:
         # The exporter's nodes say which mesh is which; ours take their place.
         meshes = {node["name"]: node["mesh"] for node in glb.json.get("nodes", []) if "mesh" in node}
         glb.json["nodes"] = nodes = []
-        materials.restore_names(glb, self.original_names)
+        materials.restore_names(glb, self.parts.original_names)
         materials.complete(glb)
         split = materials.LightGroups(glb)
         placed_nodes = []

@@ -24,6 +24,14 @@ class EmberlineSettings(bpy.types.PropertyGroup):
         soft_max=4096,
         max=16777216,
     )
+    viewport_samples: IntProperty(
+        name="Viewport Samples",
+        description="Per pixel on average, while nothing changes",
+        default=1024,
+        min=1,
+        soft_max=4096,
+        max=16777216,
+    )
     use_noise_threshold: BoolProperty(
         name="Noise Threshold",
         description="Finish pixels that have no more noise than this; not with the driver Bisection",
@@ -133,16 +141,8 @@ def preferred_command():
     return bpy.path.abspath(addon.preferences.command) if addon and addon.preferences else ""
 
 
-def options(scene):
-    own, render = scene.emberline, scene.render
-    seed = own.seed + (scene.frame_current if own.use_animated_seed else 0)
-    arguments = ["--driver", own.driver, "--spp", str(own.samples), "--max-depth", str(own.max_bounces + 1)]
-    arguments += ["--seed", str(seed % 2**32), "--filter", own.pixel_filter]
-    arguments += ["--filter-radius", repr(max(own.filter_width / 2, 0.01))]
-    if own.use_noise_threshold and own.driver != "bisection":
-        arguments += ["--noise-threshold", repr(own.noise_threshold)]
-    if own.time_limit > 0:
-        arguments += ["--time-limit", repr(max(own.time_limit, 0.001))]
+def _sample_options(own, render):
+    arguments = ["--filter", own.pixel_filter, "--filter-radius", repr(max(own.filter_width / 2, 0.01))]
     if own.clamp_indirect > 0:
         arguments += ["--clamp-indirect", repr(own.clamp_indirect)]
     if own.use_denoising:
@@ -152,6 +152,25 @@ def options(scene):
     if render.threads_mode == "FIXED":
         arguments += ["--threads", str(render.threads)]
     return arguments
+
+
+def options(scene):
+    own, render = scene.emberline, scene.render
+    seed = own.seed + (scene.frame_current if own.use_animated_seed else 0)
+    arguments = ["--driver", own.driver, "--spp", str(own.samples), "--max-depth", str(own.max_bounces + 1)]
+    arguments += ["--seed", str(seed % 2**32)]
+    if own.use_noise_threshold and own.driver != "bisection":
+        arguments += ["--noise-threshold", repr(own.noise_threshold)]
+    if own.time_limit > 0:
+        arguments += ["--time-limit", repr(max(own.time_limit, 0.001))]
+    return arguments + _sample_options(own, render)
+
+
+def viewport_options(scene):
+    """The same of a viewport, which has a driver of its own and no time limit."""
+    own, render = scene.emberline, scene.render
+    arguments = ["--spp", str(own.viewport_samples), "--max-depth", str(own.max_bounces + 1), "--seed", str(own.seed % 2**32)]
+    return arguments + _sample_options(own, render)
 
 
 CLASSES = (EmberlineSettings, EmberlineLayerSettings, EmberlinePreferences)

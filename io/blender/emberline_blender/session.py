@@ -1,0 +1,101 @@
+"""`emberline session` as a child (renderer/session/PROTOCOL.md): commands go in without waiting, pictures come back."""
+import json
+import mmap
+import queue
+import subprocess
+import threading
+
+import numpy
+
+from . import guard
+from .command import Refused
+
+
+class Picture:
+    """R G B A, linear, rows from the bottom as Blender's textures have them."""
+
+    def __init__(self, message, pixels):
+        self.message, self.pixels = message, pixels
+
+
+class Session:
+    def __init__(self, program, log):
+        try:
+            with open(log, "wb") as out:
+                self._child = subprocess.Popen([program, "session"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=out)
+        except OSError as error:
+            raise Refused(f"Emberline: {program} cannot be started: {error.strerror}") from error
+        guard.watch(self._child.pid)
+        self.fault = ""  # one line, once the session has ended by itself
+        self.problem = ""  # why the newest change is not shown
+        self._lock, self._picture, self._answers = threading.Lock(), None, []
+        self._commands, self._closing = queue.SimpleQueue(), False
+        for run in (self._write, self._read):
+            threading.Thread(target=run, daemon=True).start()
+
+    @property
+    def pid(self):
+        return self._child.pid
+
+    def say(self, do, **members):
+        self._commands.put({"do": do, **members})
+
+    def take_picture(self):
+        """The newest, once."""
+        with self._lock:
+            picture, self._picture = self._picture, None
+        return picture
+
+    def take_answers(self):
+        with self._lock:
+            answers, self._answers = self._answers, []
+        return answers
+
+    def close(self):
+        self._closing = True
+        self._commands.put(None)
+
+    def _write(self):
+        try:
+            while (command := self._commands.get()) is not None:
+                self._child.stdin.write(json.dumps(command).encode() + b"\n")
+                self._child.stdin.flush()
+        except (OSError, ValueError):
+            return  # the other thread sees the end
+        self._child.kill()  # what it has is of nobody's use
+
+    def _read(self):
+        memory, segment = None, None
+        try:
+            for line in self._child.stdout:
+                message = json.loads(line)
+                event = message.get("event")
+                if event == "picture":
+                    if message["segment"] != segment:
+                        with open(message["memory"], "rb") as file:
+                            memory = mmap.mmap(file.fileno(), message["bytes"], access=mmap.ACCESS_READ)
+                        segment = message["segment"]
+                    picture = Picture(message, _pixels(memory, message))
+                    with self._lock:
+                        self._picture = picture
+                    self.say("next", after=message["number"])
+                elif event == "problem":
+                    self.problem = message.get("text", "")
+                elif event == "error":
+                    self.fault = message.get("text", "")
+                elif "ok" in message:
+                    with self._lock:
+                        self._answers.append(message)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            self.fault = self.fault or f"the session is not understood: {error}"
+            self._child.kill()
+        code = self._child.wait()
+        guard.forget(self._child.pid)
+        if not self._closing:
+            self.fault = self.fault or (f"it crashed (signal {-code})" if code < 0 else f"it ended with exit code {code}")
+
+
+def _pixels(memory, picture):
+    width, height = picture["width"], picture["height"]
+    rows = numpy.frombuffer(memory, numpy.uint8, picture["stride"] * height, picture["offset"]).reshape(height, -1)
+    return numpy.ascontiguousarray(rows[::-1, : 16 * width]).view("<f4")

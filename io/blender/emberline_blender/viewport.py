@@ -1,0 +1,309 @@
+"""A viewport's picture: what changes goes to `emberline session`, what comes is drawn.
+
+A view is sent at once, whenever Blender draws another one. All else waits for a timer, because only there data may be made
+for the export: things that moved, lights and the world are put beside the meshes of the last export, anything else is
+exported again; the picture there is stays until the next has come.
+"""
+import os
+import shutil
+import time
+import traceback
+import weakref
+
+import bpy
+import gpu
+from gpu_extras.presets import draw_texture_2d
+
+from . import camera, command, guard, live_edits, settings, world
+from .command import Refused
+from .scene_export import Export, Parts
+from .session import Session
+
+_LOOK = 1 / 60  # seconds between two looks for pictures and changes
+_NOTHING, _PLACES, _ALL = range(3)  # what has to be exported again
+
+_viewports = weakref.WeakSet()
+_exporting = False
+
+
+class _Changes:
+    """What has to be done: `extent`, or else edits of the materials and lights that are named."""
+
+    def __init__(self, extent):
+        self.extent, self.materials, self.lights = extent, set(), set()
+
+    def __bool__(self):
+        return bool(self.extent or self.materials or self.lights)
+
+    def add(self, update):
+        data = update.id
+        kind = data.bl_rna.identifier
+        if kind in ("Scene", "Camera", "Screen", "WindowManager", "Collection", "ViewLayer") or data.is_embedded_data:
+            return  # objects are counted; a view is looked at whenever it is drawn; embedded trees come with their owners
+        if kind == "Material":
+            self.materials.add(data.name_full)
+        elif isinstance(data, bpy.types.Light):
+            self.lights.add(data.name_full)
+        elif kind == "World":
+            self.extent = max(self.extent, _PLACES)
+        elif kind != "Object":
+            self.extent = _ALL
+        elif data.type == "LIGHT":
+            self.extent = max(self.extent, _PLACES if update.is_updated_transform else _NOTHING)
+        elif data.type == "EMPTY" or not (update.is_updated_geometry or update.is_updated_shading):
+            self.extent = max(self.extent, _PLACES if data.type != "CAMERA" else _NOTHING)
+        elif data.type != "CAMERA":
+            self.extent = _ALL
+
+
+def _as_settings(arguments):
+    """The command line's options as a session has them."""
+    named, last = {}, None
+    for argument in arguments:
+        if argument.startswith("--"):
+            last = argument[2:]
+            named[last] = True
+        else:
+            named[last] = argument
+    return named
+
+
+class Viewport:
+    def __init__(self, engine, context, depsgraph):
+        self._engine = weakref.ref(engine)
+        self._scene, self._layer = depsgraph.scene.name, depsgraph.view_layer.name
+        self._folder = guard.folder()
+        self._session = None
+        self._changes, self._objects = _Changes(_ALL), -1
+        self._materials, self._lights = {}, {}  # as they were exported: live_edits.py
+        self._edits = {"materials": {}, "lights": {}}  # since then, by name
+        self._listed = {}  # what is in the scene that is open
+        self._parts = None  # of the last export, to be placed anew
+        self._view, self._settings = None, {}
+        self._opening = self._opened = 0  # numbers of `open`
+        self._picture, self._texture = None, None
+        self._said, self._not_before = None, 0.0
+        try:
+            self._session = Session(command.find(settings.preferred_command()), os.path.join(self._folder, "log.txt"))
+            self._said = "exporting the scene"
+        except Refused as fault:
+            self._said = str(fault)
+        _viewports.add(self)
+
+    def close(self):
+        _viewports.discard(self)
+        if self._session:
+            self._session.close()
+        self._session = self._texture = None
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def changed(self, depsgraph):
+        if _exporting:
+            return
+        for update in depsgraph.updates:
+            self._changes.add(update)
+        count = len(depsgraph.objects)
+        if count != self._objects:
+            self._changes.extent, self._objects = _ALL, count
+
+    # By a timer, in the main thread.
+    def step(self):
+        engine = self._engine()
+        if not engine:
+            raise ReferenceError
+        engine.is_preview  # raises when Blender has freed the engine, whose Python part may live on
+        if not self._session:
+            return
+        if self._session.fault:
+            self._said = f"Emberline: {self._session.fault}"
+            self._session = None
+            engine.tag_redraw()
+            return
+        for answer in self._session.take_answers():
+            self._answered(answer)
+        if self._changes and self._view and not bpy.app.is_job_running("RENDER"):
+            if not self._changes.extent and self._opened == self._opening and not self._edit():
+                self._changes.extent = _ALL
+            if self._changes.extent and time.monotonic() >= self._not_before:
+                began = time.monotonic()
+                self._export()
+                # While something changes all the time, half of it is Blender's.
+                self._not_before = 2 * time.monotonic() - began
+            engine.tag_redraw()
+            if not self._session:
+                return
+        if self._session.problem:
+            self._said = self._session.problem
+        picture = self._session.take_picture()
+        if picture:
+            self._picture = picture
+            engine.tag_redraw()
+
+    def _answered(self, answer):
+        if not answer["ok"]:
+            self._said = answer.get("error", "refused")
+        if answer.get("id") == self._opening:
+            self._opened = self._opening
+            if answer["ok"]:
+                self._said = None
+                self._listed = answer["scene"]
+                # The view may have changed meanwhile.
+                self._session.say("camera", camera=self._view.edit)
+
+    def _edit(self):
+        """Sends what can be sent as edits: False where that is not all that has changed."""
+        changes, edits = self._changes, {"materials": [], "lights": []}
+        for name in changes.materials:
+            material = bpy.data.materials.get(name)
+            now, before = material and live_edits.material_state(material), self._materials.get(name)
+            if not now or not before or now[0] != before[0] or self._listed.get("materials", []).count(name) != 1:
+                return False
+            edits["materials"].append({"name": name, **now[1]})
+        for name, (data, before) in self._lights.items():
+            if data not in changes.lights:
+                continue
+            light = bpy.data.lights.get(data)
+            now = live_edits.light_state(light) if light else None
+            edit = live_edits.light_edit(before[1], now[1]) if now and now[0] == before[0] else None
+            kind = "punctual" if name in self._listed.get("lights", []) else "material"
+            if not edit or self._listed.get("lights" if kind == "punctual" else "materials", []).count(name) != 1:
+                return False
+            edits["lights"].append({"kind": kind, "name": name, **edit})
+        changed = {part: entries for part, entries in edits.items() if entries}
+        for part, entries in changed.items():
+            self._edits[part].update({entry["name"]: entry for entry in entries})
+        if changed:
+            self._session.say("edits", edits=changed)
+        self._changes = _Changes(_NOTHING)
+        return True
+
+    def _note_states(self, exported, again):
+        """What later edits are compared with."""
+        self._lights = {name: (data.name_full, live_edits.light_state(data)) for name, data in exported.lights()}
+        self._edits["lights"] = {}
+        if again:
+            states = {m.name_full: live_edits.material_state(m) for m in bpy.data.materials}
+            self._materials = states
+            self._edits["materials"] = {}
+
+    def _export(self):
+        """Refused: said in the viewport until there is something else."""
+        global _exporting
+        scene = bpy.data.scenes.get(self._scene)
+        layer = scene.view_layers.get(self._layer) if scene else None
+        if not layer:
+            return
+        changes, self._changes = self._changes, _Changes(_NOTHING)
+        folder = os.path.join(self._folder, str(self._opening + 1))
+        os.makedirs(folder, exist_ok=True)
+        _exporting = True
+        try:
+            depsgraph = layer.depsgraph
+            # Materials that have changed, too, are in none of the old files.
+            parts = self._parts if changes.extent == _PLACES and not changes.materials else None
+            exported = Export(depsgraph, folder, parts=parts)
+            self._note_states(exported, exported.parts is not parts)
+            self._parts = exported.parts
+            light = world.options(depsgraph.scene_eval.world, folder)
+            layer.update()  # what the export's own scene has stirred up is no change
+        except (Refused, OSError) as fault:
+            self._said = str(fault)
+            return
+        except Exception as fault:
+            self._fail(fault)
+            return
+        finally:
+            _exporting = False
+        self._opening += 1
+        self._session.say("settings", settings=_as_settings(light))
+        edits = {"camera": self._view.edit, "materials": list(self._edits["materials"].values())}
+        self._session.say("open", id=self._opening, scene=exported.path, edits=edits)
+        self._remove_old_files()
+
+    def _remove_old_files(self):
+        """Of scenes before the one that is open, but for the meshes that are still in use."""
+        kept = {str(n) for n in range(self._opened, self._opening + 1)}
+        if self._parts:
+            kept.add(os.path.basename(os.path.dirname(self._parts.path)))
+        for name in os.listdir(self._folder):
+            if name.isdigit() and name not in kept:
+                shutil.rmtree(os.path.join(self._folder, name), ignore_errors=True)
+
+    def _send(self, context, depsgraph):
+        view = camera.region_view(context, depsgraph)
+        wanted = _as_settings(settings.viewport_options(depsgraph.scene))
+        wanted["size"] = f"{view.width}x{view.height}"
+        whole = view.crop == (0, 0, view.width, view.height)
+        wanted["crop"] = None if whole else ",".join(map(str, view.crop))
+        changed = {name: wanted.get(name) for name in {*wanted, *self._settings} if wanted.get(name) != self._settings.get(name)}
+        if changed:
+            self._session.say("settings", settings=changed)
+            self._settings = wanted
+        if self._view and view.edit != self._view.edit and self._opened:
+            self._session.say("camera", camera=view.edit)
+        self._view = view
+
+    def _fail(self, fault):
+        """A fault of ours: said once, and this viewport shows nothing new."""
+        traceback.print_exc()
+        self._said = f"Emberline: the add-on failed: {type(fault).__name__}: {fault}"
+        self._picture = None
+        if self._session:
+            self._session.close()
+            self._session = None
+
+    def draw(self, engine, context, depsgraph):
+        said = self._said
+        try:
+            if self._session:
+                self._send(context, depsgraph)
+            self._draw_picture(engine, depsgraph.scene)
+        except Refused as refused:
+            said = str(refused)
+        except Exception as fault:
+            self._fail(fault)
+            said = self._said
+        engine.update_stats("", said or self._progress())
+
+    def _progress(self):
+        message = self._picture.message if self._picture else {}
+        if not message.get("complete"):
+            return ""
+        area = max(message["width"] * message["height"], 1)
+        return f"Emberline: {message.get('samples', 0) / area:.0f} samples" + (" | done" if message.get("finished") else "")
+
+    def _draw_picture(self, engine, scene):
+        if self._picture is None or self._view is None:
+            return
+        pixels = self._picture.pixels
+        if self._texture is None or self._texture[0] is not pixels:
+            message = self._picture.message
+            buffer = gpu.types.Buffer("FLOAT", pixels.size, pixels.ravel())
+            self._texture = pixels, gpu.types.GPUTexture((message["width"], message["height"]), format="RGBA16F", data=buffer)
+        view = self._view
+        gpu.state.blend_set("ALPHA_PREMULT")
+        engine.bind_display_space_shader(scene)
+        draw_texture_2d(self._texture[1], (view.left, view.bottom), view.crop[2] - view.crop[0], view.crop[3] - view.crop[1])
+        engine.unbind_display_space_shader()
+        gpu.state.blend_set("NONE")
+
+
+def _step_all():
+    for viewport in list(_viewports):
+        try:
+            viewport.step()
+        except ReferenceError:  # its engine has been freed
+            viewport.close()
+    return _LOOK
+
+
+def register():
+    if not bpy.app.background:
+        bpy.app.timers.register(_step_all, persistent=True)
+
+
+def unregister():
+    for viewport in list(_viewports):
+        viewport.close()
+    if bpy.app.timers.is_registered(_step_all):
+        bpy.app.timers.unregister(_step_all)
