@@ -76,7 +76,7 @@ void check_channels(const std::string& path, const std::vector<std::string>& cha
   if (missing.empty()) return;
   constexpr size_t kMostNamed = 6;
   const auto named = std::span(missing).first(std::min(kMostNamed, missing.size()));
-  throw InputError(path, "no channels {}{}; render it with --aov denoising, or with --denoise",
+  throw InputError(path, "no channels {}{}; render it with --aov denoising",
                    fmt::join(named, ", "), missing.size() > kMostNamed ? " and more" : "");
 }
 

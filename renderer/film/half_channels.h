@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace emberline {
@@ -21,6 +22,7 @@ struct FilmChannel;
 inline constexpr const char* kHalfNames[2] = {"half1", "half2"};
 
 std::vector<FilmChannel> half_channels();
+bool is_shared_channel(std::string_view name);  // half1.shared.* or half2.shared.*
 // Writes the values of pixel i, in their order; returns the end.
 float* put_halves(const FilmTile& tile, size_t i, float* values);
 // The same of the light groups of one half: three values each.

@@ -11,6 +11,7 @@
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/drivers/frame_plan.h"
+#include "renderer/film/half_channels.h"
 #include "renderer/frame/frame_scene.h"
 #include "renderer/frame/half_layers.h"
 #include "renderer/output/light_layers.h"
@@ -82,6 +83,8 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
                           options.exr_compression,
                           options.exr_parts,
                           view_of(options)};
+  settings.shared_samples =
+      !settings.denoise || AovSet::parse(options.aovs).contains(Aov::kDenoising);
   for (const HeatmapRequest& heatmap : settings.heatmaps) {
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
   }
@@ -186,6 +189,7 @@ void FrameOutputs::begin(ExrOutput& exr) {
     for (const std::string& name : denoise_results(names_of(channels_)))
       header.channels.push_back({name});
   }
+  std::erase_if(header.channels, [&](const ExrChannel& c) { return !is_written(c.name); });
   for (ExrChannel& channel : header.channels) {
     const bool half = channel.type == ChannelType::kFloat && is_half(channel.name, settings_.half);
     if (half) channel.type = ChannelType::kHalf;
@@ -298,10 +302,27 @@ std::optional<DenoiseReport> FrameOutputs::denoise() {
   }
 }
 
+bool FrameOutputs::is_written(const std::string& channel) const {
+  return settings_.shared_samples || !is_shared_channel(channel);
+}
+
 void FrameOutputs::write_denoised(const Rect& tile, const std::vector<float>& pixels) {
-  for (ExrOutput& exr : exrs_) write(exr, tile, pixels);
+  const std::vector<std::string> names = names_of(channels_);
+  if (!exrs_.empty()) {
+    const size_t all = pixels.size() / size_t(tile.area());
+    std::vector<size_t> written;
+    for (size_t c = 0; c < all; ++c) {
+      if (c >= names.size() || is_written(names[c])) written.push_back(c);
+    }
+    std::vector<float> values;
+    values.reserve(pixels.size() / all * written.size());
+    for (size_t i = 0; i < pixels.size(); i += all) {
+      for (const size_t c : written) values.push_back(pixels[i + c]);
+    }
+    for (ExrOutput& exr : exrs_) write(exr, tile, values);
+  }
   if (images_.empty()) return;
-  const std::vector<float> rgba = denoised_rgba(pixels, names_of(channels_));
+  const std::vector<float> rgba = denoised_rgba(pixels, names);
   for (const auto& image : images_) image->write_tile(tile, rgba);
 }
 

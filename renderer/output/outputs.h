@@ -47,6 +47,9 @@ struct OutputSettings {
   ExrCompression compression = ExrCompression::kZip;
   ExrParts parts = ExrParts::kOne;
   ExrView view = {};  // without a camera
+  // half1.shared.* and half2.shared.*, by far the most of a frame's channels, are for denoising
+  // alone.
+  bool shared_samples = true;
 };
 
 // With the channels that the heatmaps need.
@@ -116,6 +119,7 @@ class FrameOutputs final : public FrameObserver {
   void spool(const Rect& tile, const std::vector<float>& pixels);
   void write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels);
   void write_denoised(const Rect& tile, const std::vector<float>& pixels);
+  bool is_written(const std::string& channel) const;
   bool nothing_left() const;  // to write a tile to
 
   const OutputSettings settings_;

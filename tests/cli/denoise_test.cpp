@@ -7,6 +7,8 @@
 namespace emberline::test {
 namespace {
 
+// All that `emberline denoise` asks for stays in the file.
+const Words kDenoised = {"--denoise", "--aov", "denoising"};
 const Words kResults = {"denoised.R", "denoised.G", "denoised.B", "denoised.error"};
 
 class Denoise : public CommandTest {
@@ -53,7 +55,7 @@ TEST_F(Denoise, NowAndLaterTheSameOfEveryDriver) {
     const ExrPicture kept = picture(driver + Words{"--aov", "denoising"});
     expect_within(raw, kept);
     const ExrPicture after = later();
-    const ExrPicture now = picture(driver + Words{"--denoise"});
+    const ExrPicture now = picture(driver + kDenoised);
     expect_within(kept, now);
     expect_within(after, now);
     EXPECT_EQ(now.channels.size(), kept.channels.size() + kResults.size());
@@ -66,15 +68,28 @@ TEST_F(Denoise, NowAndLaterTheSameOfEveryDriver) {
   }
 }
 
+// What samples count for other pixels is most of a frame, and of no use when it is denoised.
+TEST_F(Denoise, SharedSamplesStayWhereTheyAreAskedFor) {
+  const ExrPicture all = picture(kDenoised), seen = picture({"--denoise"});
+  expect_within(seen, all);
+  EXPECT_EQ(all.channels.size(), seen.channels.size() + 72);
+  for (const auto& [name, values] : seen.channels) {
+    EXPECT_EQ(name.find(".shared."), std::string::npos) << name;
+  }
+  EXPECT_TRUE(seen.channels.contains("half2.R"));
+  expect_failure({"denoise", path("out.exr"), "-o", path("later.exr")}, 3,
+                 {"half1.shared.0.R", "--aov denoising"});
+}
+
 TEST_F(Denoise, ThreadsAndBucketsDoNotMatter) {
-  const ExrPicture one = picture({"--denoise", "--threads", "1"});
-  expect_within(one, picture({"--denoise", "--threads", "4", "--bucket-size", "7"}));
+  const ExrPicture one = picture(kDenoised + Words{"--threads", "1"});
+  expect_within(one, picture(kDenoised + Words{"--threads", "4", "--bucket-size", "7"}));
   expect_within(one, later({"--threads", "3"}));
 }
 
 // More rows than are filtered at once: bands have the bits of the whole, from either side of them.
 TEST_F(Denoise, ATallFrameIsFilteredInBands) {
-  const Words tall = {"--size", "8x700", "--spp", "2", "--denoise"};
+  const Words tall = kDenoised + Words{"--size", "8x700", "--spp", "2"};
   const ExrPicture small = picture(tall + Words{"--bucket-size", "13"});
   const ExrPicture large = picture(tall + Words{"--bucket-size", "1024"});
   expect_within(small, large);
@@ -82,7 +97,7 @@ TEST_F(Denoise, ATallFrameIsFilteredInBands) {
 }
 
 TEST_F(Denoise, ACropAndItsPlaceInTheFrame) {
-  const ExrPicture crop = picture({"--denoise", "--crop", "3,5,31,29"});
+  const ExrPicture crop = picture(kDenoised + Words{"--crop", "3,5,31,29"});
   EXPECT_EQ(crop.data, (Rect{3, 5, 31, 29}));
   const ExrPicture after = later();
   EXPECT_EQ(after.data, crop.data);
@@ -128,7 +143,7 @@ TEST_F(Denoise, HalvesAddUpToThePicture) {
 TEST_F(Denoise, LightGroupsAddUp) {
   write_floats(path("grey.exr"), 8, 4, 3, std::vector<float>(8 * 4 * 3, 0.25f));
   const Words lights = {"--env", path("grey.exr"), "--light-groups"};
-  const ExrPicture seen = picture(lights + Words{"--denoise"});
+  const ExrPicture seen = picture(lights + kDenoised);
   for (const std::string layer : {"", "half1.", "half2.", "denoised."}) {
     for (const char* c : {"R", "G", "B"}) {
       const std::vector<float>& whole = seen.channels.at(layer + c);
@@ -147,7 +162,7 @@ TEST_F(Denoise, LightGroupsAddUp) {
 
 // A .png shows the clean picture, whoever writes it.
 TEST_F(Denoise, PicturesShowIt) {
-  render(words({"--denoise", "-o", path("now.png"), "--transparent"}));
+  render(words(kDenoised + Words{"-o", path("now.png"), "--transparent"}));
   const RunResult result = run({"denoise", path("out.exr"), "-o", path("later.png")});
   EXPECT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_EQ(read_bytes(path("now.png")), read_bytes(path("later.png")));
