@@ -61,7 +61,7 @@ void CryptomatteSums::add_to(size_t list, uint32_t id, double weight) {
 }
 
 void CryptomatteSums::add_sums(const CryptomatteSums& from, size_t pixel) {
-  assert(from.kinds_ == kinds_ && from.levels_ == levels_);
+  assert(from.kinds_ == kinds_ && (kinds_ == 0 || from.levels_ == levels_));
   for (size_t list = list_of(pixel, 0); list < list_of(pixel + 1, 0); ++list) {
     const double* const weights = &from.weights_[list * (levels_ + 1)];
     for (size_t i = 0; i < levels_ && from.ids_[list * levels_ + i] != 0; ++i) {
@@ -72,7 +72,7 @@ void CryptomatteSums::add_sums(const CryptomatteSums& from, size_t pixel) {
 }
 
 void CryptomatteSums::copy(const CryptomatteSums& from, size_t from_pixel, size_t pixel) {
-  assert(from.kinds_ == kinds_ && from.levels_ == levels_);
+  assert(from.kinds_ == kinds_ && (kinds_ == 0 || from.levels_ == levels_));
   if (empty()) return;
   const size_t ids = kinds_ * levels_, weights = kinds_ * (levels_ + 1);
   std::copy_n(&from.ids_[from_pixel * ids], ids, &ids_[pixel * ids]);
