@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "io/working_space.h"
+#include "renderer/core/errors.h"
 
 namespace emberline {
 namespace {
@@ -23,7 +23,7 @@ Imath::V3d xyz(const Chromaticities& c, size_t i) {
 }
 
 // From a row R, G, B to a row of the cones that Bradford's transform adapts, of which white is 1.
-Imath::M33d to_adapted_cones(const Chromaticities& c) {
+Imath::M33d to_adapted_cones(const Chromaticities& c, const std::string& place) {
   // J. Lam, "Metamerism and colour constancy", 1985.
   const Imath::M33d cones(0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367,
                           1.0296);
@@ -36,14 +36,14 @@ Imath::M33d to_adapted_cones(const Chromaticities& c) {
   const bool near = std::ranges::all_of(c, [](float v) { return std::abs(v) < 10.0f; });
   const bool spans = near && std::abs(to_cones.determinant()) > 1e-4;
   if (!spans || !(std::min({white.x, white.y, white.z}) > 1e-3)) {
-    throw std::domain_error("its chromaticities span no colours");
+    throw InputError(place, "its chromaticities span no colours");
   }
   const Imath::V3d amounts = white * to_cones.inverse();  // of the primaries in white
   for (int primary = 0; primary < 3; ++primary) {
     for (int cone = 0; cone < 3; ++cone) to_cones[primary][cone] *= amounts[primary] / white[cone];
   }
   if (!(std::abs(to_cones.determinant()) > 1e-6)) {
-    throw std::domain_error("its white lacks one of its primaries");
+    throw InputError(place, "its white lacks one of its primaries");
   }
   return to_cones;
 }
@@ -63,10 +63,11 @@ WorkingSpace space_of(const Chromaticities& chromaticities) {
   return acescg ? WorkingSpace::kAcesCg : WorkingSpace::kRec709;
 }
 
-ToWorkingSpace to_rec709(const Chromaticities& chromaticities) {
+ToWorkingSpace to_rec709(const Chromaticities& chromaticities, const std::string& place) {
   const Chromaticities rec709 = chromaticities_of(WorkingSpace::kRec709);
   if (same(chromaticities, rec709)) return nullptr;
-  const Imath::M33d m = to_adapted_cones(chromaticities) * to_adapted_cones(rec709).inverse();
+  const Imath::M33d m =
+      to_adapted_cones(chromaticities, place) * to_adapted_cones(rec709, place).inverse();
   const auto weights = [&](int c) { return Vec3f(float(m[0][c]), float(m[1][c]), float(m[2][c])); };
   return std::make_shared<const ColourMatrix>(ColourMatrix{weights(0), weights(1), weights(2)});
 }

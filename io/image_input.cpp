@@ -327,13 +327,6 @@ void read_frame(OpenImage& input, int first, Image& image) {
   image.texels.resize(size_t(frame.area()) * pixel);
 }
 
-// From an EXR's primaries to Rec. 709.
-ToWorkingSpace primaries_of(const ImageLayout& layout, const std::string& place) try {
-  return layout.chromaticities ? to_rec709(*layout.chromaticities) : nullptr;
-} catch (const std::domain_error& error) {
-  throw InputError(place, error.what());
-}
-
 }  // namespace
 
 DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place, bool lenient,
@@ -390,9 +383,11 @@ std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t*
   read_frame(input, first, *image);
   if (grey) expand_grey(*image);
   uint64_t count = 0;
-  if (const ToWorkingSpace matrix = primaries_of(layout, path); matrix && !grey) {
-    count += repair_texels(*image, TexelRange::kFinite);
-    convert_primaries(*image, *matrix);
+  if (layout.chromaticities && !grey) {
+    if (const ToWorkingSpace matrix = to_rec709(*layout.chromaticities, path)) {
+      count += repair_texels(*image, TexelRange::kFinite);
+      convert_primaries(*image, *matrix);
+    }
   }
   count += repair_texels(*image, TexelRange::kRadiance);
   if (repaired) *repaired += count;

@@ -33,8 +33,9 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
 
 // Reads a latitude-longitude environment map (.hdr, .exr; 3 channels; half if the file is half,
 // else float), whose pixels fill its frame, as linear Rec. 709: an EXR that says it has other
-// primaries is converted, and what lies outside those of Rec. 709 is negative. NaN, infinite and negative texels become 0, finite ones
-// beyond the type's range are clamped to it; all are counted. Throws InputError.
+// primaries is converted, and what lies outside those of Rec. 709 is negative. NaN, infinite and
+// negative texels become 0, finite ones beyond the type's range are clamped to it; all are counted.
+// Throws InputError.
 std::shared_ptr<const Image> read_environment(
     const std::string& path, uint64_t* repaired,
     const LoadProgress& progress = LoadProgress::unwatched());

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "renderer/core/colour_matrix.h"
 #include "renderer/core/names.h"
@@ -24,8 +25,8 @@ Chromaticities chromaticities_of(WorkingSpace space);
 // Whose they are; those of Rec. 709 if of nobody here.
 WorkingSpace space_of(const Chromaticities& chromaticities);
 // From linear colours of any primaries to Rec. 709, white adapted by Bradford's transform (as
-// ICC.1, annex E). Null if they are Rec. 709's. Throws std::domain_error for those that span no
-// colours.
-ToWorkingSpace to_rec709(const Chromaticities& chromaticities);
+// ICC.1, annex E). Null if they are Rec. 709's. Throws InputError with the place for those that
+// span no colours.
+ToWorkingSpace to_rec709(const Chromaticities& chromaticities, const std::string& place);
 
 }  // namespace emberline

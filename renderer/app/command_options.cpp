@@ -356,8 +356,7 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
 }
 
 void add_denoise_options(CLI::App* app, DenoiseOptions& o) {
-  app->add_option("frame", o.image, "an .exr that render wrote with --aov denoising")
-      ->required();
+  app->add_option("frame", o.image, "an .exr that render wrote with --aov denoising")->required();
   app->add_option("-o,--output", o.outputs,
                   ".exr: all channels of the frame, and denoised.{R,G,B} and denoised.error; .png, "
                   ".jpg: the clean picture. May be given more than once")

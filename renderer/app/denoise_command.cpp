@@ -76,8 +76,8 @@ void check_channels(const std::string& path, const std::vector<std::string>& cha
   if (missing.empty()) return;
   constexpr size_t kMostNamed = 6;
   const auto named = std::span(missing).first(std::min(kMostNamed, missing.size()));
-  throw InputError(path, "no channels {}{}; render it with --aov denoising",
-                   fmt::join(named, ", "), missing.size() > kMostNamed ? " and more" : "");
+  throw InputError(path, "no channels {}{}; render it with --aov denoising", fmt::join(named, ", "),
+                   missing.size() > kMostNamed ? " and more" : "");
 }
 
 bool says(const FloatImageRows& file, const char* name) {

@@ -33,7 +33,7 @@ struct Halves {
   std::array<BorderedPlane, 2>
       share;           // of either half in a pixel's mean; 1/2 where there is no sample
   BorderedPlane told;  // 1 where both halves are known
-  // The raw pixel's variance as its two halves alone tell it, channels summed: one degree of
+  // The pixel's variance as its two halves alone tell it, channels summed: one degree of
   // freedom. 0 where a half is unknown.
   BorderedPlane own_noise;
   BorderedPlane raw_noise;  // the same of the picture as it came, before samples are shared
