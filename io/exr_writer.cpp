@@ -143,11 +143,14 @@ struct ExrWriter::Impl {
     return int64_t(count);
   }
 
-  // The last step of encoding a tile.
+  // The last step of encoding a tile. Readers take code that is as long as the pixels for the
+  // pixels themselves; OpenEXR (3.1) leaves them out for longer code alone.
   static exr_result_t keep_chunk(exr_encode_pipeline_t* pipeline) {
-    const auto* bytes = static_cast<const uint8_t*>(pipeline->compressed_buffer);
+    const bool shorter = pipeline->compressed_bytes < pipeline->packed_bytes;
+    const auto* bytes = static_cast<const uint8_t*>(shorter ? pipeline->compressed_buffer
+                                                            : pipeline->packed_buffer);
     static_cast<std::vector<uint8_t>*>(pipeline->encoding_user_data)
-        ->assign(bytes, bytes + pipeline->compressed_bytes);
+        ->assign(bytes, bytes + (shorter ? pipeline->compressed_bytes : pipeline->packed_bytes));
     return EXR_ERR_SUCCESS;
   }
 

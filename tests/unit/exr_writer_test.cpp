@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <bit>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
@@ -109,6 +110,34 @@ TEST_F(ExrWriterTest, TilesInRandomOrderReadBack) {
             << header.channels[c].name << " at " << x << "," << y;
       }
     }
+  }
+}
+
+// Code may be exactly as long as the pixels, which for readers are the pixels then: some hundred of
+// these tiles.
+TEST_F(ExrWriterTest, TilesThatHardlyCompressReadBack) {
+  ExrHeader header;
+  header.width = header.height = 512;
+  header.data_window = {0, 0, 512, 512};
+  header.tile_size = 8;
+  header.channels = {{"Z"}};
+  std::mt19937 random(7);
+  std::vector<float> pixels(512 * 512);
+  const std::vector<Rect> tiles = tiles_of(header);
+  for (size_t t = 0; t < tiles.size(); ++t) {
+    for (int i = 0; i < 64; ++i) {
+      // The more of a tile's values are even, the shorter is its code.
+      const bool noisy = i >= int(t % 16);
+      const int x = tiles[t].x0 + i % 8, y = tiles[t].y0 + i / 8;
+      pixels[size_t(y) * 512 + size_t(x)] =
+          noisy ? std::bit_cast<float>(uint32_t(random()) & 0xbfffffffu) : 1.0f;
+    }
+  }
+  for (const NamedValue<ExrCompression>& compression : exr_compression_table()) {
+    if (is_lossy(compression.value)) continue;
+    header.compression = compression.value;
+    write_exr_file(path("a.exr"), header, pixels);
+    EXPECT_EQ(read_channel(path("a.exr"), "Z"), pixels) << compression.name;
   }
 }
 
