@@ -91,6 +91,11 @@ bool ends_as_colour(const std::string& channel) {
          channel.ends_with(".A") || layer_of(channel) == "RGBA";
 }
 
+// What a lossy compression takes for a colour: Y is a luminance to it.
+bool would_blur(const std::string& channel) {
+  return ends_as_colour(channel) || channel.ends_with(".Y");
+}
+
 }  // namespace
 
 std::span<const NamedValue<ExrCompression>> exr_compression_table() { return kCompressions; }
@@ -218,9 +223,8 @@ void ExrWriter::Impl::make_parts() {
     part->channels.push_back(&channel);
   }
   for (Part& part : parts) {
-    // A lossy one is so to all that ends in R, G or B.
     const bool colours_alone = std::ranges::all_of(part.channels, [](const ExrChannel* channel) {
-      return is_colour(channel->name) || !ends_as_colour(channel->name);
+      return is_colour(channel->name) || !would_blur(channel->name);
     });
     part.compression =
         is_lossy(header.compression) && !colours_alone ? ExrCompression::kZip : header.compression;

@@ -206,6 +206,9 @@ void check_layers_of_file(const FrameSettings& s) {
   const char* const blurred = !s.cryptomattes.empty()          ? "the ids of --cryptomatte"
                               : aovs.contains(Aov::kVariance)  ? "--aov variance"
                               : aovs.contains(Aov::kDenoising) ? "what denoising reads"
+                              : aovs.contains(Aov::kNormal)    ? "--aov N"
+                              : aovs.contains(Aov::kPosition)  ? "--aov P"
+                              : aovs.contains(Aov::kVelocity)  ? "--aov velocity"
                                                                : nullptr;
   if (!blurred) return;
   throw UsageError(
