@@ -15,77 +15,83 @@ struct Named {
   uint32_t id = 0;
 };
 
-// Names that differ, and whose ids do.
-class UniqueNames {
- public:
-  Named add(const std::string& wanted) {
-    Named named = {wanted, cryptomatte_id(wanted)};
-    // A file of many equal names asks for the number after the last.
-    uint64_t& number = numbers_.try_emplace(wanted, 1).first->second;
-    while (!taken_.insert(named.id).second) {
-      named.name = fmt::format("{}_{}", wanted, ++number);
-      named.id = cryptomatte_id(named.name);
-    }
-    return named;
+// Names that differ, and whose ids do: that of the first is its own, whatever comes before of
+// another name; of equal ones the later gets a number.
+std::vector<Named> tell_apart(const std::vector<std::string>& wanted) {
+  std::vector<Named> named;
+  std::unordered_set<uint32_t> taken;
+  std::map<std::string, uint64_t> numbers;  // the last of each name
+  std::vector<size_t> numbered;
+  for (size_t i = 0; i < wanted.size(); ++i) {
+    named.push_back({wanted[i], cryptomatte_id(wanted[i])});
+    const bool first = numbers.try_emplace(wanted[i], 1).second;
+    if (!first || !taken.insert(named[i].id).second) numbered.push_back(i);
   }
+  for (const size_t i : numbered) {
+    uint64_t& number = numbers[wanted[i]];
+    do {
+      named[i].name = fmt::format("{}_{}", wanted[i], ++number);
+      named[i].id = cryptomatte_id(named[i].name);
+    } while (!taken.insert(named[i].id).second);
+  }
+  return named;
+}
 
- private:
-  std::unordered_set<uint32_t> taken_;
-  std::map<std::string, uint64_t> numbers_;
-};
-
-// Things by number, in the order that their names are claimed in.
+// Things by number.
 struct Things {
-  std::vector<Named> named;         // empty names: it has none
+  std::vector<Named> named;         // the last is the environment
   std::vector<size_t> of_instance;  // into `named`
-  Named environment;
 };
 
 Things things_by_name(const SceneDescription& scene) {
   Things things;
-  UniqueNames unique;
+  std::vector<std::string> names;
   std::map<std::string, size_t> known;
   for (const InstanceDescription& instance : scene.instances) {
-    const auto [at, added] = known.emplace(instance.name, things.named.size());
-    if (added) things.named.push_back(unique.add(instance.name));
+    const auto [at, added] = known.emplace(instance.name, names.size());
+    if (added) names.push_back(instance.name);
     things.of_instance.push_back(at->second);
   }
-  things.environment = unique.add("environment");
+  names.push_back("environment");
+  things.named = tell_apart(names);
   return things;
 }
 
 // `thing_of` says of each node which node is the thing that it belongs to.
 Things things_by_node(const SceneDescription& scene, const std::vector<int>& thing_of) {
   Things things;
-  UniqueNames unique;
-  things.named.resize(scene.nodes.size());
+  std::vector<std::string> names;
   std::vector<char> is_thing(scene.nodes.size(), 0);
   for (size_t node = 0; node < scene.nodes.size(); ++node) {
     if (scene.nodes[node].has_mesh) is_thing[size_t(thing_of[node])] = 1;
   }
+  std::vector<size_t> place(scene.nodes.size());
   for (size_t node = 0; node < scene.nodes.size(); ++node) {
-    if (is_thing[node]) things.named[node] = unique.add(scene.nodes[node].name);
+    place[node] = names.size();
+    if (is_thing[node]) names.push_back(scene.nodes[node].name);
   }
   for (const InstanceDescription& instance : scene.instances) {
-    things.of_instance.push_back(size_t(thing_of[size_t(instance.node)]));
+    things.of_instance.push_back(place[size_t(thing_of[size_t(instance.node)])]);
   }
-  things.environment = unique.add("environment");
+  names.push_back("environment");
+  things.named = tell_apart(names);
   return things;
 }
 
 Things materials_of(const SceneDescription& scene) {
   Things things;
-  UniqueNames unique;
+  std::vector<std::string> names;
   for (size_t i = 0; i < scene.materials.size(); ++i) {
     const std::string& name = scene.materials[i].name;
-    things.named.push_back(unique.add(name.empty() ? fmt::format("material {}", i) : name));
+    names.push_back(name.empty() ? fmt::format("material {}", i) : name);
   }
-  things.named.push_back(unique.add("default"));
+  names.push_back("default");
   for (const InstanceDescription& instance : scene.instances) {
     const int material = scene.meshes[size_t(instance.mesh)].material;
     things.of_instance.push_back(material < 0 ? scene.materials.size() : size_t(material));
   }
-  things.environment = unique.add("environment");
+  names.push_back("environment");
+  things.named = tell_apart(names);
   return things;
 }
 
@@ -116,14 +122,15 @@ CryptomatteIds::CryptomatteIds(const SceneDescription& scene,
     CryptomatteNames& names = names_.emplace_back();
     names.kind = kinds[k];
     std::vector<char> seen(things.named.size(), 0);
-    ids_[k] = things.environment.id;
+    const Named& environment = things.named.back();
+    ids_[k] = environment.id;
     for (size_t i = 0; i < things.of_instance.size(); ++i) {
       const size_t thing = things.of_instance[i];
       const Named& named = things.named[thing];
       ids_[(i + 1) * kinds.size() + k] = named.id;
       if (seen[thing]++ == 0) names.ids.emplace_back(named.name, named.id);
     }
-    names.ids.emplace_back(things.environment.name, things.environment.id);
+    names.ids.emplace_back(environment.name, environment.id);
   }
 }
 

@@ -106,6 +106,23 @@ TEST(CryptomatteIds, TellNodesOfOneNameApart) {
   EXPECT_EQ(ids.of_hit(0)[2], cryptomatte_id("environment"));
 }
 
+// A later node of an earlier one's name takes none that another node has.
+TEST(CryptomatteIds, LeaveAloneWhatHasANameOfItsOwn) {
+  SceneBuilderForTests b;
+  b.add_quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, -1);
+  b.description.instances.clear();
+  b.description.nodes = {
+      {"twin", 0, true}, {"twin", 1, true}, {"twin_2", 2, true}, {"environment", 3, true}};
+  for (int node = 0; node < 4; ++node) {
+    b.place(0);
+    b.description.instances.back().node = node;
+  }
+  const CryptomatteIds ids(b.description, std::span(kAll).first(1));
+  EXPECT_EQ(names_of(ids.names()[0]),
+            (std::vector<std::string>{"twin", "twin_3", "twin_2", "environment", "environment_2"}));
+  EXPECT_EQ(ids.of_hit(3)[0], cryptomatte_id("twin_2"));
+}
+
 // Of so many names some have equal hashes; a thing called as another one would be is not it,
 // either.
 TEST(CryptomatteIds, DifferWhereHashesDoNot) {
