@@ -14,6 +14,8 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
+#include "renderer/core/option_values.h"
+#include "renderer/frame/half_layers.h"
 #include "renderer/output/denoise_pass.h"
 #include "renderer/output/outputs.h"
 #include "renderer/process/worker_threads.h"
@@ -35,6 +37,28 @@ class InputRows {
 
   const FloatImageRows& file() const { return file_; }
   const std::vector<std::string>& channels() const { return channels_; }
+
+  // As the frame's header says that it was stored.
+  static void store_as_before(ExrHeader& header) {
+    std::vector<std::string> half;
+    for (const auto& [name, text] : header.attributes) {
+      const auto is_text = [&text](const auto& entry) { return entry.name == text; };
+      if (name == "emberline:exr_parts") {
+        const auto parts = std::ranges::find_if(exr_parts_table(), is_text);
+        if (parts != exr_parts_table().end()) header.parts = parts->value;
+      } else if (name == "emberline:exr_compression") {
+        const auto compression = std::ranges::find_if(exr_compression_table(), is_text);
+        if (compression != exr_compression_table().end()) header.compression = compression->value;
+      } else if (name == "emberline:half") {
+        for (const std::string_view layer : split_list(text)) half.emplace_back(layer);
+      }
+    }
+    for (ExrChannel& channel : header.channels) {
+      if (channel.type == ChannelType::kFloat && is_half(channel.name, half)) {
+        channel.type = ChannelType::kHalf;
+      }
+    }
+  }
 
   void read(int rows, std::vector<float>& pixels) {
     const size_t all = file_.image().channel_names.size();
@@ -61,6 +85,7 @@ class InputRows {
           {image.channel_names[c], file_.is_counter(c) ? ChannelType::kUint : ChannelType::kFloat});
     }
     for (const std::string& name : denoise_results(channels_)) header.channels.push_back({name});
+    store_as_before(header);
     return header;
   }
 

@@ -224,10 +224,13 @@ TEST_F(LayersOption, OurOwnReadersTakeParts) {
   render(frame + Words{"-o", path("one.exr")});
   render(frame +
          Words{"-o", path("parts.exr"), "--exr-parts", "layers", "--exr-compression", "piz"});
-  render({"denoise", path("one.exr"), "-o", path("a.exr")});
-  render({"denoise", path("parts.exr"), "-o", path("b.exr")});
-  const ExrPicture a = read_exr(path("a.exr")), b = read_exr(path("b.exr"));
-  EXPECT_EQ(first_difference(a, b), "");
+  render({"denoise", path("one.exr"), "-o", path("a.exr"), "-o", path("a.png")});
+  render({"denoise", path("parts.exr"), "-o", path("b.exr"), "-o", path("b.png")});
+  EXPECT_EQ(read_bytes(path("a.png")), read_bytes(path("b.png")));
+  const ExrPicture a = read_exr(path("a.exr")), b = read_exr(path("b.exr"));  // the first part
+  for (const char* channel : {"R", "G", "B", "A"}) {
+    EXPECT_EQ(a.channels.at(channel), b.channels.at(channel)) << channel;
+  }
   EXPECT_EQ(a.data, (Rect{3, 5, 37, 28}));
   EXPECT_EQ(a.display, (Rect{0, 0, 40, 30}));
   for (const auto& [name, value] : a.attributes) {
@@ -239,9 +242,21 @@ TEST_F(LayersOption, OurOwnReadersTakeParts) {
                 b.attributes,
                 [](const auto& attribute) { return attribute.first.starts_with("cryptomatte/"); }),
             4);
+  constexpr int kMultiPart = 0x10;  // of the byte behind the version
+  EXPECT_EQ(int(read_bytes(path("a.exr"))[5]) & kMultiPart, 0);
+  EXPECT_EQ(int(read_bytes(path("b.exr"))[5]) & kMultiPart, kMultiPart);
   const RunResult same = run({"compare", path("one.exr"), path("parts.exr"), "--json"});
   EXPECT_EQ(nlohmann::json::parse(same.out)["mse"], 0.0) << same.describe();
   render({"heatmap", path("parts.exr"), "-o", path("map.png")});
+}
+
+TEST_F(LayersOption, DenoiseStoresHalvesAsTheyWere) {
+  render(words({"--aov", "denoising", "--half", "RGBA,N"}));
+  render({"denoise", path("out.exr"), "-o", path("clean.exr")});
+  const ExrPicture before = read_exr(path("out.exr")), after = read_exr(path("clean.exr"));
+  for (const auto& [name, type] : before.types) EXPECT_EQ(after.types.at(name), type) << name;
+  EXPECT_EQ(after.types.at("R"), "half");
+  EXPECT_EQ(after.types.at("denoised.R"), "float");
 }
 
 TEST_F(LayersOption, HalfIsOfTheLayersNamed) {
@@ -279,6 +294,8 @@ TEST_F(LayersOption, SayWhatTheyCannotDo) {
   expect_failure(words({"--exr-compression", "lzw"}), 2, {"--exr-compression", "none, zips, zip"});
   expect_failure(words({"--exr-compression", "dwaa", "--cryptomatte", "object"}), 2,
                  {"--exr-compression dwaa", "--exr-parts layers"});
+  expect_failure(words({"--exr-compression", "dwab", "--aov", "albedo,P"}), 2,
+                 {"--exr-compression dwab", "--aov N", "--exr-parts layers"});
 }
 
 }  // namespace
