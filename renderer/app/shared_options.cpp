@@ -41,8 +41,9 @@ void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings)
       option, [&](const std::string& text) { setting.read(settings, text); },
       help_of(setting, settings));
   added->type_name(setting.type);
+  const bool nodes = setting.type.ends_with(",...");
+  if (nodes || setting.type == "LIST") added->join(',');  // --aov albedo --aov N: both
   if (setting.type == "LIST") {
-    added->join(',');  // --aov albedo --aov N: both
     added->check([option](const std::string& list) {
       return list.empty() ? "needs a value, and the one given is empty: " + option + " LIST" : "";
     });

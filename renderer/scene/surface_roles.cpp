@@ -29,6 +29,16 @@ std::vector<char> with_meshes(const Nodes& nodes) {
   return have;
 }
 
+// As parse_node_names() reads it.
+std::string as_listed(const std::string& name) {
+  std::string text;
+  for (const char c : shortened(name)) {
+    if (c == ',') text += '\\';
+    text += c;
+  }
+  return text;
+}
+
 // Up to five names like this one, for messages.
 std::string nearest_names(const std::string& wanted, const Nodes& nodes,
                           const std::vector<char>& have) {
@@ -43,7 +53,8 @@ std::string nearest_names(const std::string& wanted, const Nodes& nodes,
   }
   if (nearest.empty()) return "the file has no nodes with a mesh and a name";
   std::vector<std::string> names;
-  for (const auto& [distance, name] : nearest) names.push_back("'" + shortened(name) + "'");
+  for (const auto& [distance, name] : nearest)
+    names.push_back(fmt::format("'{}'", as_listed(name)));
   return fmt::format("the nearest names are {}", fmt::join(names, ", "));
 }
 

@@ -109,6 +109,10 @@ TEST_F(PlateOptions, NameNodes) {
   EXPECT_NE(first_difference(plain, held), "");
   const std::string name = "card\\, \"quoted\"\n" + std::string(300, 'x');
   EXPECT_EQ(first_difference(held, picture({"--spp", "4", "--aov", "id", "--holdout", name})), "");
+  const Words frame_of_two = {"--spp", "4", "--holdout", "props,plain"};
+  EXPECT_EQ(first_difference(picture(frame_of_two),
+                             picture({"--spp", "4", "--holdout", "props", "--holdout", "plain"})),
+            "");
   render(frame({"--spp", "4", "--holdout", "props", "--save-settings", path("look.json")}));
   render({"render", path("scene.glb"), "--settings", path("look.json"), "-o", path("again.exr")});
   EXPECT_EQ(first_difference(read_exr(path("out.exr")), read_exr(path("again.exr"))), "");
@@ -118,6 +122,7 @@ TEST_F(PlateOptions, SayWhatTheyCannotDo) {
   expect_failure(frame({"--catcher", "flor"}), 2,
                  {"--catcher: no node 'flor'", "nearest", "'floor'"});
   expect_failure(frame({"--holdout", "prop"}), 2, {"--holdout: no node 'prop'", "'props'"});
+  expect_failure(frame({"--holdout", "card"}), 2, {"--holdout: no node 'card'", "card\\,"});
   expect_failure(frame({"--holdout", "nothing"}), 2, {"--holdout", "'nothing' has no mesh"});
   expect_failure(frame({"--holdout", "floor"}), 2, {"--holdout", "'floor' is a catcher already"});
   expect_failure(frame({"--catcher", std::string(100'000, 'y') + "\n"}), 2, {"--catcher: no node"});
