@@ -139,8 +139,10 @@ Picture blank_picture(const FramePlan& plan) {
   return picture;
 }
 
-void check_suits(const FramePlan& plan, const FrameSettings& settings,
-                 const SceneBuildOptions& built) {
+// What a Picture, whose colours are Rec. 709, has no place for.
+void check_is_of_library(const FrameSettings& settings) {
+  if (settings.working_space != WorkingSpace::kRec709)
+    throw emberline::UsageError("working-space: the command alone has another");
   if (settings.light_groups)
     throw emberline::UsageError("light-groups: the command alone has them");
   if (!settings.cryptomattes.empty())
@@ -152,6 +154,9 @@ void check_suits(const FramePlan& plan, const FrameSettings& settings,
     throw emberline::UsageError(
         "denoise: the command alone does; the channels that it takes come with aov denoising");
   }
+}
+
+void check_suits(const FramePlan& plan, const SceneBuildOptions& built) {
   if (plan.build.show_backfaces != built.show_backfaces) {
     throw emberline::UsageError("backfaces: the scene was loaded with another value");
   }
@@ -204,7 +209,8 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
                        const std::function<void(const Progress&)>& watch,
                        const std::stop_token& give_up) {
   const FramePlan plan(settings);
-  check_suits(plan, settings, state.build);
+  check_is_of_library(settings);
+  check_suits(plan, state.build);
   FrameRender render(driver_factory(plan.driver->name, plan.driver_settings));
   const uint64_t channels = film_channels(plan.aovs).size();
   MemoryReservation memory(state.memory, MemoryPart::kFilm);
@@ -280,6 +286,7 @@ Scene::Scene(const std::string& path, const Settings& given, const Resources& re
   translated([&] {
     FrameSettings settings = Access::of(given);
     settings.scene = path;
+    check_is_of_library(settings);
     const LoadLimits limits = limits_of({resources.memory_bytes, resources.load_timeout_s}, path);
     state_->memory = limits.memory;
     state_->build = editable(FramePlan(settings).build);

@@ -1,5 +1,6 @@
 // Pictures in files, and against each other.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -8,6 +9,7 @@
 #include "io/image_input.h"
 #include "io/image_output.h"
 #include "io/picture_mark.h"
+#include "io/working_space.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/utf8.h"
 #include "renderer/library/translated.h"
@@ -62,7 +64,11 @@ void write_exr(const std::string& path, const Picture& picture) {
 }
 
 void write_displayed(const std::string& path, const Picture& picture, double exposure) {
-  image_format_of(path);
+  const std::string suffix = lower_suffix(path);
+  if (suffix != ".png" && suffix != ".jpg" && suffix != ".jpeg") {
+    throw emberline::UsageError(
+        "\"{}\": unknown format; valid suffixes are .exr, .png, .jpg, .jpeg", printable(path));
+  }
   const size_t rgb[] = {channel(path, picture, "R"), channel(path, picture, "G"),
                         channel(path, picture, "B")};
   const size_t pixels = size_t(picture.width) * size_t(picture.height);
@@ -75,6 +81,27 @@ void write_displayed(const std::string& path, const Picture& picture, double exp
   const auto transform = std::make_shared<const DisplayTransform>(
       DisplaySettings{.display = {}, .view = {}, .look = {}, .exposure = float(exposure)});
   write_display_image(path, {0, 0, picture.width, picture.height}, transform, false, rgba);
+}
+
+// Whatever primaries the file has. What is reckoned with, variances and halves, stays as it is.
+void make_rec709(WorkingSpace space, Picture& picture) {
+  const ToWorkingSpace to_rec709 = from_working_space(space);
+  if (!to_rec709) return;
+  const size_t stride = picture.channels.size();
+  for (const std::string& red : picture.channels) {
+    if (!is_colour(red) || !red.ends_with('R')) continue;
+    std::array<size_t, 3> places;
+    for (size_t c = 0; c < 3; ++c) {
+      const std::string name = red.substr(0, red.size() - 1) + "RGB"[c];
+      places[c] = size_t(std::ranges::find(picture.channels, name) - picture.channels.begin());
+    }
+    if (std::ranges::max(places) >= stride) continue;
+    for (size_t i = 0; i < picture.values.size(); i += stride) {
+      float* const pixel = &picture.values[i];
+      const Rgb rgb = *to_rec709 * Rgb(pixel[places[0]], pixel[places[1]], pixel[places[2]]);
+      for (int c = 0; c < 3; ++c) pixel[places[size_t(c)]] = rgb[c];
+    }
+  }
 }
 
 void check_exposure(double exposure) {
@@ -114,6 +141,7 @@ Picture read_picture(const std::string& path, const Resources& resources,
     picture.values = std::move(file.values);
     picture.samples = file.stopped_after.value_or(0);
     picture.complete = !file.stopped_after;
+    make_rec709(file.space, picture);
     return picture;
   });
 }

@@ -272,7 +272,8 @@ std::shared_ptr<api::Picture> render(Scene& scene, const api::Settings* settings
       watch = [&](const api::Progress& now) {
         call.in_python([&] {
           const py::object answer = progress(progress_of(now));
-          if (answer.ptr() == Py_False) stop.request_stop();
+          py::detail::make_caster<bool> going_on;  // of Python's bool and NumPy's alone
+          if (going_on.load(answer, false) && !static_cast<bool>(going_on)) stop.request_stop();
         });
       };
     }
@@ -370,7 +371,8 @@ void add_pictures(py::module_& module) {
       .def_readonly(
           "error_estimate", &api::Picture::error_estimate,
           "Expected RMS error as displayed, 0 to 1, or None: driver \"adaptive\" has one.")
-      .def_readonly("complete", &api::Picture::complete, "False: it was stopped before its end.")
+      .def_readonly("complete", &api::Picture::complete,
+                    "False: it was stopped; with driver \"bucket\" by time_limit, too.")
       .def_property_readonly("channels", [](const api::Picture& p) { return texts(p.channels); })
       .def_property_readonly("layers", &layers)
       .def_property_readonly("pixels", &pixels, "All channels, (height, width, channels).")

@@ -38,6 +38,10 @@ class WrongInput(Test):
             emberline.render(self.box, threads=-1)
         with self.says(emberline.UsageError, "the command alone"):
             emberline.render(self.box, denoise=True)
+        with self.says(emberline.UsageError, "working-space: the command alone"):
+            emberline.Scene(BOX, working_space="acescg")
+        with self.says(emberline.UsageError, "cryptomatte: the command alone"):
+            emberline.Scene(BOX, cryptomatte="object")
         with self.says(emberline.UsageError, "did you mean"):
             emberline.Settings.help("drivr")
         with self.says(TypeError, "progress: not callable"):

@@ -154,6 +154,21 @@ class Files(Test):
         emberline.write(folder / "e.exr", three[..., 0])
         np.testing.assert_array_equal(emberline.read(folder / "e.exr")["Y"], three[..., 0])
 
+    def test_colours_of_a_file_are_rec_709(self):
+        folder = self.folder()
+        common = ["--size", "24x16", "--spp", "4", "--max-depth", "3", "--aov", "albedo", "--quiet"]
+        subprocess.run([EMBERLINE, "render", BOX, "-o", folder / "a.exr", *common], check=True)
+        subprocess.run(
+            [EMBERLINE, "render", BOX, "-o", folder / "b.exr", "-o", folder / "b.png", "--working-space", "acescg", *common],
+            check=True,
+        )
+        plain, read = emberline.read(folder / "a.exr"), emberline.read(folder / "b.exr")
+        np.testing.assert_allclose(read["albedo"], plain["albedo"], atol=1e-5)
+        self.assertLess(emberline.compare(read, plain).rmse, 0.02)
+        emberline.write(folder / "c.png", read)
+        difference = emberline.read(folder / "b.png")["RGB"] - emberline.read(folder / "c.png")["RGB"]
+        self.assertLess(np.abs(difference).max(), 0.01)
+
     def test_png_is_the_commands(self):
         folder = self.folder()
         common = ["--size", "24x16", "--spp", "4", "--max-depth", "3", "--quiet"]

@@ -64,6 +64,8 @@ class Callbacks(Test):
         self.assertFalse(picture.complete)
         self.assertGreaterEqual(picture.samples, 5000)
         self.assertTrue(emberline.render(self.box, driver="bisection", progress=lambda now: 0).complete)
+        picture = emberline.render(self.box, driver="bisection", **LONG, progress=lambda now: np.bool_(now.samples < 5000))
+        self.assertFalse(picture.complete)
 
     def test_a_scene_is_not_edited_while_it_renders(self):
         scene = emberline.Scene(BOX, **SMALL)
