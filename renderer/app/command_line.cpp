@@ -137,6 +137,7 @@ int run_command_line(int argc, char** argv) {
   root.add_flag(
       "--version", version,
       "print the versions of the program and its libraries, and what they use of the processor");
+  root.add_flag("-v,--verbose", verbose, "beside --version: the same")->group("");  // hidden
   std::string documents;
   root.add_option("--write-documents", documents, "man pages and completion, for packages")
       ->group("");  // hidden

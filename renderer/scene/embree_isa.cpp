@@ -65,7 +65,8 @@ std::string embree_version() {
   for (const RTCDeviceProperty part :
        {RTC_DEVICE_PROPERTY_VERSION_MAJOR, RTC_DEVICE_PROPERTY_VERSION_MINOR,
         RTC_DEVICE_PROPERTY_VERSION_PATCH}) {
-    version += (version.empty() ? "" : ".") + std::to_string(rtcGetDeviceProperty(device, part));
+    if (!version.empty()) version += '.';
+    version += std::to_string(rtcGetDeviceProperty(device, part));
   }
   rtcReleaseDevice(device);
   return version;
