@@ -5,7 +5,6 @@
 #include "renderer/core/parallel.h"
 #include "renderer/reconstruction/box.h"
 #include "renderer/reconstruction/feature_filter.h"
-#include "renderer/reconstruction/sample_sharing.h"
 
 namespace emberline {
 namespace {
@@ -206,11 +205,11 @@ Halves prepare_halves(const DenoiseInput& input) {
   h.width = input.width;
   h.height = input.height;
   read_counts(input, h);
-  const SharedColour shared(input);
-  const HalfColour colour = shared.empty() ? input.colour : shared.colour();
+  const bool shared = !input.shared[0].a.empty();
+  const HalfColour& colour = shared ? input.shared : input.colour;
   find_outliers(colour, h);
   read_colour(colour, h);
-  if (!shared.empty()) {
+  if (shared) {
     h.raw_noise = noise_of(h, [&](size_t c, size_t s) {
       const HalfPlanes& planes = input.colour[c];
       return padded_plane(s == 0 ? planes.a : planes.b, h.width, h.height);
