@@ -1,9 +1,9 @@
 #include "renderer/reconstruction/fast_filter.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "renderer/core/parallel.h"
@@ -93,16 +93,14 @@ void fill_unknown(int width, float* rgba, const FeatureRow& row) {
   fill(row.variance, 1);
 }
 
-using Words [[gnu::vector_size(sizeof(Lanes))]] = int32_t;
-
 // Of positive numbers, to 1/500: the exponent's sign turned around, and a step of Newton's.
-[[gnu::always_inline]] inline Lanes reciprocal(const Lanes& value) {
-  Words bits;
-  std::memcpy(&bits, &value, sizeof bits);
-  bits = 0x7EF311C7 - bits;
-  Lanes out;
-  std::memcpy(&out, &bits, sizeof out);
+[[gnu::always_inline]] inline Lanes::Part reciprocal(const Lanes::Part& value) {
+  using Words [[gnu::vector_size(sizeof(Lanes::Part))]] = int32_t;
+  const auto out = std::bit_cast<Lanes::Part>(0x7EF311C7 - std::bit_cast<Words>(value));
   return out * (2.0f - value * out);
+}
+[[gnu::always_inline]] inline Lanes reciprocal(const Lanes& value) {
+  return {reciprocal(value.low), reciprocal(value.high)};
 }
 
 // One channel over what it is divided by, and that.
@@ -317,17 +315,16 @@ struct FastFilter::Planes::Taps {
     load(row.nearness + x, nearness);
     load(row.variance + x, variance);
     load(slope + x, per_nearness);
-    per_nearness =
-        reciprocal(kSlopes * stride * per_nearness + kLeastSlope * nearness + kLeastDivisor);
-    weight = noise = sum[0] = sum[1] = sum[2] = Lanes{};
-    variance += kLeastDivisor;
-    weight = weight + 0.25f;  // its own
+    per_nearness = reciprocal(kSlopes * stride * per_nearness + kLeastSlope * nearness +
+                              all_lanes(kLeastDivisor));
+    variance += all_lanes(kLeastDivisor);
+    weight = all_lanes(0.25f);  // its own
     noise = 0.0625f * variance;
     sum[0] = 0.25f * luminance;
     load(row.red + x, sum[1]);
     load(row.blue + x, sum[2]);
-    sum[1] *= 0.25f;
-    sum[2] *= 0.25f;
+    sum[1] = 0.25f * sum[1];
+    sum[2] = 0.25f * sum[2];
   }
 
   [[gnu::always_inline]] void add(float share, const TapRow& row, int x) {
@@ -337,14 +334,13 @@ struct FastFilter::Planes::Taps {
     load(row.nearness + x, u);
     const Lanes dl = l - luminance, du = (u - nearness) * per_nearness;
     const Lanes limit = kMostNoisier * variance;
-    Lanes d = dl * dl * reciprocal(variance + (v < limit ? v : limit)) + du * du;
+    Lanes d = dl * dl * reciprocal(variance + least_of(v, limit)) + du * du;
     for (size_t k = 0; k < 3; ++k) {
       load(row.normal[k] + x, u);
       u -= normal[k];
       d += u * u;
     }
-    Lanes t = 1.0f - d;
-    t = t > 0.0f ? t : Lanes{};
+    const Lanes t = most_of(all_lanes(1.0f) - d, Lanes{});
     const Lanes w = share * t * t;
     load(row.red + x, red);
     load(row.blue + x, blue);
