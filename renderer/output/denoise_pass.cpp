@@ -32,7 +32,8 @@ bool has(Names channels, const std::string& name) {
   return std::ranges::find(channels, name) != channels.end();
 }
 
-// "light.key" and so on: those of the first half.
+// "light.key" and so on: those of the first half, in an order that a file does not change, since
+// they are added up.
 std::vector<std::string> light_layers(Names channels) {
   const std::string begin = std::string(kHalfNames[0]) + "." + kLightLayer;
   std::vector<std::string> layers;
@@ -41,6 +42,7 @@ std::vector<std::string> light_layers(Names channels) {
     const size_t at = std::string(kHalfNames[0]).size() + 1;
     layers.push_back(name.substr(at, name.size() - at - 2));
   }
+  std::ranges::sort(layers);
   return layers;
 }
 
