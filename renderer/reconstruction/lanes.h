@@ -50,15 +50,21 @@ struct Lanes {
   return {a.low > b.low ? a.low : b.low, a.high > b.high ? a.high : b.high};
 }
 
-// From and to sixteen floats anywhere.
+// From and to floats anywhere, sixteen or half as many.
 using UnalignedPart [[gnu::vector_size(32), gnu::aligned(4), gnu::may_alias]] = float;
+[[gnu::always_inline]] inline void load(const float* from, Lanes::Part& to) {
+  to = *reinterpret_cast<const UnalignedPart*>(from);
+}
 [[gnu::always_inline]] inline void load(const float* from, Lanes& to) {
-  to.low = *reinterpret_cast<const UnalignedPart*>(from);
-  to.high = *reinterpret_cast<const UnalignedPart*>(from + kLanes / 2);
+  load(from, to.low);
+  load(from + kLanes / 2, to.high);
+}
+[[gnu::always_inline]] inline void store(const Lanes::Part& from, float* to) {
+  *reinterpret_cast<UnalignedPart*>(to) = from;
 }
 [[gnu::always_inline]] inline void store(const Lanes& from, float* to) {
-  *reinterpret_cast<UnalignedPart*>(to) = from.low;
-  *reinterpret_cast<UnalignedPart*>(to + kLanes / 2) = from.high;
+  store(from.low, to);
+  store(from.high, to + kLanes / 2);
 }
 
 }  // namespace emberline
