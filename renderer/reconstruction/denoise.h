@@ -52,7 +52,7 @@ struct DenoisedPicture {
 // A row is decided by the rows around it, as far as this; so a band of a large frame has the bits
 // of the whole when its input has this many rows more above and below (fewer at the frame's
 // border).
-inline constexpr int kDenoiseMargin = 38;
+inline constexpr int kDenoiseMargin = 46;
 // Of a band, if there are as many: its margins are filtered for it alone.
 inline constexpr int kDenoiseBandRows = 384;
 

@@ -184,7 +184,7 @@ TEST(Denoise, ABandNeedsNoMoreThanTheMargin) {
   halves.share_evenly();
   const DenoiseInput input = halves.input();
   const DenoisedPicture whole = denoise(input);
-  const int begin = 40, end = 44, first = begin - kDenoiseMargin;
+  const int begin = 50, end = 54, first = begin - kDenoiseMargin;
   DenoiseInput rows = input;
   rows.height = kHeight - first;
   rows.y0 = first;
