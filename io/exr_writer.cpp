@@ -23,6 +23,10 @@
 namespace emberline {
 namespace {
 
+// Of zlib's, as OpenEXR's own writers take since 3.1.3: level 6, the C interface's, makes files
+// about 1 % smaller and takes half as long again.
+constexpr int kZipLevel = 4;
+
 // Names longer than this need a flag in the file that OpenEXR before 1.7 does not know.
 constexpr size_t kShortNameLength = 31;
 
@@ -276,6 +280,7 @@ void ExrWriter::Impl::add_part(exr_context_t context, const Part& layout, int pa
   check(exr_initialize_required_attr(context, part, &display_window, &data_window, 1.0f,
                                      &window_centre, 1.0f, EXR_LINEORDER_RANDOM_Y,
                                      kExrCompressions[size_t(layout.compression)]));
+  check(exr_set_zip_compression_level(context, part, kZipLevel));
   check(exr_set_tile_descriptor(context, part, uint32_t(header.tile_size),
                                 uint32_t(header.tile_size), EXR_TILE_ONE_LEVEL,
                                 EXR_TILE_ROUND_DOWN));

@@ -56,7 +56,7 @@ int run_merge(const MergeOptions& merge) {
   RenderReport report;
   arena.execute([&] {
     frame.deliver(settings.aovs, outputs);
-    report.denoise = outputs.denoise();
+    report.denoise = outputs.finish_spooled();
   });
 
   report.cryptomattes = outputs.cryptomattes();

@@ -272,7 +272,7 @@ void RenderFrame::write() {
   if (written) {
     run_.arena->execute([&] {
       frame_render_.deliver(watcher);
-      report_.denoise = outputs_->denoise();
+      report_.denoise = outputs_->finish_spooled();
     });
     outputs_->finish({report_.complete, report_.counters.samples, report_.counters.clamped.share()},
                      attempts_);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <limits>
 
@@ -33,13 +32,6 @@ std::array<double, 3> shift_of(const FilmTile& tile, size_t i) {
 }
 
 }  // namespace
-
-bool is_shared_channel(std::string_view name) {
-  const auto begins = [&](const char* half) {
-    return name.starts_with(std::string(half) + ".shared.");
-  };
-  return std::ranges::any_of(kHalfNames, begins);
-}
 
 std::vector<FilmChannel> half_channels() {
   std::vector<FilmChannel> channels;

@@ -3,15 +3,14 @@
 // Of the first half half1.{R,G,B}, half1.albedo.{R,G,B}, half1.N.{X,Y,Z}, half1.nearness,
 // half1.visibility (SeenSurface says what they are), half1.samples, and half1.shared.K.{R,G,B,A},
 // what its samples count for the K-th of the 3 x 3 pixels around it and their weight
-// (PixelFilter::shares); and so of the second. With light groups there are
-// half1.light.NAME.{R,G,B}, too. Both halves weighted by their samples are
-// the picture: of one that shows other means (FilmTile::show), both are moved by as much as that
-// does.
+// (PixelFilter::shares); and so of the second. A finished frame has the sums of those
+// (shared_samples.h). With light groups there are half1.light.NAME.{R,G,B}, too. Both halves
+// weighted by their samples are the picture: of one that shows other means (FilmTile::show), both
+// are moved by as much as that does.
 #pragma once
 
 #include <cstddef>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace emberline {
@@ -22,7 +21,6 @@ struct FilmChannel;
 inline constexpr const char* kHalfNames[2] = {"half1", "half2"};
 
 std::vector<FilmChannel> half_channels();
-bool is_shared_channel(std::string_view name);  // half1.shared.* or half2.shared.*
 // Writes the values of pixel i, in their order; returns the end.
 float* put_halves(const FilmTile& tile, size_t i, float* values);
 // The same of the light groups of one half: three values each.

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 
-#include "renderer/film/finite_float.h"
+#include "renderer/core/color4.h"
 
 namespace emberline {
 namespace {
@@ -13,7 +15,16 @@ std::array<float, kSeenValues> values_of(const SeenSurface& seen) {
           seen.normal.y, seen.normal.z, seen.nearness, seen.visibility};
 }
 
-float finite_sum(float a, float b) { return to_finite_float(double(a) + double(b)); }
+// Four sums more at a time: no lane is NaN, since none of the sums is infinite.
+void add_finite(Color4 more, float* sums) {
+  constexpr float kMost = std::numeric_limits<float>::max();
+  Color4 sum;
+  std::memcpy(&sum, sums, sizeof sum);
+  sum += more;
+  sum = sum > kMost ? splat4(kMost) : sum;
+  sum = sum < -kMost ? splat4(-kMost) : sum;
+  std::memcpy(sums, &sum, sizeof sum);
+}
 
 }  // namespace
 
@@ -35,10 +46,8 @@ void HalfSums::add(size_t pixel, int half, const SeenSurface& seen) {
 
 void HalfSums::add_shares(size_t pixel, int half, const Rgb& radiance, const SampleShares& shares) {
   float* sums = sums_[pixel].shared[half].data();
-  for (const float share : shares) {
-    for (int c = 0; c < 3; ++c, ++sums) *sums = finite_sum(*sums, radiance[c] * share);
-    *sums++ += share;
-  }
+  const Color4 value = color4(radiance, 1.0f);
+  for (size_t k = 0; k < kSharing; ++k) add_finite(value * shares[k], sums + 4 * k);
 }
 
 void HalfSums::copy(const HalfSums& from, size_t from_pixel, size_t pixel) {
@@ -53,9 +62,10 @@ void HalfSums::add_sums(const HalfSums& from, size_t pixel) {
     for (size_t i = 0; i < kSeenValues; ++i) {
       sums_[pixel].halves[half][i] += from.sums_[pixel].halves[half][i];
     }
-    for (size_t i = 0; i < kSharedValues; ++i) {
-      float& sum = sums_[pixel].shared[half][i];
-      sum = finite_sum(sum, from.sums_[pixel].shared[half][i]);
+    for (size_t i = 0; i < kSharedValues; i += 4) {
+      Color4 more;
+      std::memcpy(&more, &from.sums_[pixel].shared[half][i], sizeof more);
+      add_finite(more, &sums_[pixel].shared[half][i]);
     }
   }
   if (!second_lights_.empty()) second_lights_.add_sums(from.second_lights_, pixel);

@@ -21,6 +21,7 @@
 #include "renderer/description/framing.h"
 #include "renderer/drivers/frame_plan.h"
 #include "renderer/drivers/setting_table.h"
+#include "renderer/film/shared_samples.h"
 #include "renderer/frame/frame_scene.h"
 #include "renderer/library/translated.h"
 #include "renderer/process/run_limits.h"
@@ -229,6 +230,7 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
     if (!give_up.stop_requested()) render.deliver(observer);
   });
   if (give_up.stop_requested()) throw Stopped("the frame was given up");
+  sum_shared(plan.crop, picture.channels, picture.values);
   picture.samples = counters.samples;
   picture.rays = counters.rays.total();
   picture.non_finite_samples = counters.non_finite_samples;

@@ -12,6 +12,7 @@
 #include "renderer/core/readable.h"
 #include "renderer/film/film.h"
 #include "renderer/film/half_channels.h"
+#include "renderer/film/shared_samples.h"
 #include "renderer/process/render_clock.h"
 #include "renderer/reconstruction/denoise.h"
 
@@ -31,7 +32,8 @@ bool has(Names channels, const std::string& name) {
   return std::ranges::find(channels, name) != channels.end();
 }
 
-// "light.key" and so on: those of the first half.
+// "light.key" and so on: those of the first half, in an order that a file does not change, since
+// they are added up.
 std::vector<std::string> light_layers(Names channels) {
   const std::string begin = std::string(kHalfNames[0]) + "." + kLightLayer;
   std::vector<std::string> layers;
@@ -40,6 +42,7 @@ std::vector<std::string> light_layers(Names channels) {
     const size_t at = std::string(kHalfNames[0]).size() + 1;
     layers.push_back(name.substr(at, name.size() - at - 2));
   }
+  std::ranges::sort(layers);
   return layers;
 }
 
@@ -122,10 +125,7 @@ DenoiseInput input_of(const PlaneWindow& window, const Rect& crop) {
   for (const char* name : {"N.X", "N.Y", "N.Z", "nearness", "visibility"}) {
     input.features.push_back(window.halves(name));
   }
-  for (size_t k = 0; k < input.shared.size(); ++k) {
-    const std::string layer = fmt::format("shared.{}.", k);
-    input.shared[k] = {window.colours(layer), window.halves(layer + "A")};
-  }
+  input.shared = window.colours("shared.");
   return input;
 }
 
@@ -247,7 +247,9 @@ std::vector<std::string> missing_denoise_channels(Names channels) {
   const auto need = [&](const std::string& name) {
     if (!has(channels, name)) missing.push_back(name);
   };
-  for (const FilmChannel& channel : half_channels()) need(channel.name);
+  std::vector<std::string> halves;
+  for (const FilmChannel& channel : half_channels()) halves.push_back(channel.name);
+  for (const std::string& name : with_shared_sums(halves)) need(name);
   for (const std::string& layer : light_layers(channels)) {
     for (const char* c : kColour) {
       for (const char* half : kHalfNames) need(std::string(half) + "." + layer + c);
@@ -285,10 +287,12 @@ std::vector<float> denoised_rgba(std::span<const float> pixels, Names channels) 
 uint64_t denoise_bytes(const Rect& crop, int tile_size, Names channels, int rows_at_once) {
   const auto width = uint64_t(crop.width());
   const auto rows = uint64_t(window_rows(crop, tile_size, rows_at_once));
-  const auto read = uint64_t(std::min(crop.height(), read_rows(rows_at_once)));
-  const size_t of_channels = channels.size() * sizeof(float);
+  const auto read = uint64_t(std::min(crop.height(), read_rows(rows_at_once) + 2));
+  const size_t of_channels = with_shared_sums(channels).size() * sizeof(float);
+  const size_t of_films = channels.size() * sizeof(float);
   const size_t of_filter = kFilterBytes + kPartBytes * light_layers(channels).size();
-  return bytes_of(width * rows, of_channels + of_filter) + bytes_of(width * read, of_channels);
+  return bytes_of(width * rows, of_channels + of_filter) +
+         bytes_of(width * read, of_channels + of_films);
 }
 
 DenoiseReport denoise_frame(const DenoiseJob& job) { return Pass(job).run(); }

@@ -33,7 +33,7 @@ std::vector<std::string> denoise_results(std::span<const std::string> channels);
 std::vector<float> denoised_rgba(std::span<const float> pixels,
                                  std::span<const std::string> channels);
 
-// What denoise_frame() will hold of such a job, at most.
+// What denoise_frame() will hold of such a job, at most; of a film's channels with SharedRows.
 uint64_t denoise_bytes(const Rect& crop, int tile_size, std::span<const std::string> channels,
                        int rows_at_once = 1);
 

@@ -26,10 +26,16 @@ uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& setting
   const uint64_t bytes = bytes_of(uint64_t(settings.crop.area()), per_pixel);
   // By an adaptive driver on the way, in the end for the files: one after the other.
   const bool on_the_way = options.allocation == ErrorMetric::kDenoised;
-  if (!settings.denoise || (options.outputs.empty() && !on_the_way)) return bytes;
-  const uint64_t denoising =
-      denoise_bytes(settings.crop, settings.tile_size, film_channel_names(settings.aovs));
-  return bytes > UINT64_MAX - denoising ? UINT64_MAX : bytes + denoising;
+  if (options.outputs.empty() && !on_the_way) return bytes;
+  const std::vector<std::string> names = film_channel_names(settings.aovs);
+  uint64_t more = 0;
+  if (settings.denoise) {
+    more = denoise_bytes(settings.crop, settings.tile_size, names);
+  } else if (settings.aovs.contains(Aov::kDenoising)) {
+    const auto rows = uint64_t(settings.tile_size) + 2;
+    more = bytes_of(uint64_t(settings.crop.width()) * rows, 2 * names.size() * sizeof(float));
+  }
+  return bytes > UINT64_MAX - more ? UINT64_MAX : bytes + more;
 }
 
 uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& settings,

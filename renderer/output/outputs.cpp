@@ -10,8 +10,8 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
+#include "renderer/core/parallel.h"
 #include "renderer/drivers/frame_plan.h"
-#include "renderer/film/half_channels.h"
 #include "renderer/frame/frame_scene.h"
 #include "renderer/frame/half_layers.h"
 #include "renderer/output/light_layers.h"
@@ -54,12 +54,21 @@ std::vector<ExrChannel> exr_channels(const AovSet& aovs) {
   return channels;
 }
 
+std::vector<ExrChannel> summed_channels(const std::vector<ExrChannel>& channels) {
+  std::vector<ExrChannel> summed;
+  for (const std::string& name : with_shared_sums(names_of(channels))) {
+    const auto same = std::ranges::find(channels, name, &ExrChannel::name);
+    summed.push_back(same != channels.end() ? *same : ExrChannel{name});
+  }
+  return summed;
+}
+
 ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop,
                      std::vector<std::pair<std::string, std::string>> attributes) {
   return {.width = width,
           .height = height,
           .data_window = crop,
-          .channels = exr_channels(aovs),
+          .channels = summed_channels(exr_channels(aovs)),
           .attributes = std::move(attributes)};
 }
 
@@ -83,8 +92,6 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
                           options.exr_compression,
                           options.exr_parts,
                           view_of(options)};
-  settings.shared_samples =
-      !settings.denoise || AovSet::parse(options.aovs).contains(Aov::kDenoising);
   for (const HeatmapRequest& heatmap : settings.heatmaps) {
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
   }
@@ -180,7 +187,7 @@ void FrameOutputs::begin(ExrOutput& exr) {
                       .height = settings_.height,
                       .data_window = settings_.crop,
                       .tile_size = settings_.tile_size,
-                      .channels = channels_,
+                      .channels = summed_channels(channels_),
                       .view = view_,
                       .compression = settings_.compression,
                       .parts = settings_.parts,
@@ -189,7 +196,6 @@ void FrameOutputs::begin(ExrOutput& exr) {
     for (const std::string& name : denoise_results(names_of(channels_)))
       header.channels.push_back({name});
   }
-  std::erase_if(header.channels, [&](const ExrChannel& c) { return !is_written(c.name); });
   for (ExrChannel& channel : header.channels) {
     const bool half = channel.type == ChannelType::kFloat && is_half(channel.name, settings_.half);
     if (half) channel.type = ChannelType::kHalf;
@@ -207,7 +213,8 @@ void FrameOutputs::begin(ExrOutput& exr) {
 
 void FrameOutputs::begin_spool() {
   spool_.reset();
-  if (!settings_.denoise || (exrs_.empty() && images_.empty())) return;
+  const bool sums = settings_.aovs.contains(Aov::kDenoising) && !exrs_.empty();
+  if (!sums && (!settings_.denoise || images_.empty())) return;
   const std::string& beside = exrs_.empty() ? images_.front()->path() : exrs_.front().path;
   spool_ = std::make_unique<PixelSpool>(beside, settings_.crop, channels_.size());
 }
@@ -244,7 +251,7 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
       for (ExrOutput& exr : exrs_) write(exr, tile.rect(), pixels);
     }
   }
-  if (!images_.empty() && !spool_) {
+  if (!images_.empty() && !settings_.denoise) {
     tile.resolve_rgba(pixels);
     for (const auto& image : images_) image->write_tile(tile.rect(), pixels);
   }
@@ -284,45 +291,57 @@ void FrameOutputs::spool(const Rect& tile, const std::vector<float>& pixels) {
   }
 }
 
-std::optional<DenoiseReport> FrameOutputs::denoise() {
+std::optional<DenoiseReport> FrameOutputs::finish_spooled() {
   if (!spool_ || !spool_failure_.empty()) return std::nullopt;
-  DenoiseJob job = {
-      .crop = settings_.crop,
-      .channels = names_of(channels_),
-      .tile_size = settings_.tile_size,
-      .read = [&](const Rect& rows,
-                  std::vector<float>& pixels) { spool_->read_rows(rows, pixels); },
-      .write = [&](const Rect& tile,
-                   const std::vector<float>& pixels) { write_denoised(tile, pixels); }};
+  SharedRows rows(
+      settings_.crop, names_of(channels_),
+      [&](const Rect& part, std::vector<float>& pixels) { spool_->read_rows(part, pixels); });
   try {
-    return denoise_frame(job);
+    if (settings_.denoise) return denoise(rows);
+    write_tiles(rows);
   } catch (const RenderError& error) {
     spool_failure_ = error.what();
-    return std::nullopt;
   }
+  return std::nullopt;
 }
 
-bool FrameOutputs::is_written(const std::string& channel) const {
-  return settings_.shared_samples || !is_shared_channel(channel);
+DenoiseReport FrameOutputs::denoise(SharedRows& rows) {
+  const DenoiseJob job = {
+      .crop = settings_.crop,
+      .channels = names_of(summed_channels(channels_)),
+      .tile_size = settings_.tile_size,
+      .read = [&](const Rect& part, std::vector<float>& pixels) { rows.read(part, pixels); },
+      .write = [&](const Rect& tile,
+                   const std::vector<float>& pixels) { write_denoised(tile, pixels); }};
+  return denoise_frame(job);
+}
+
+void FrameOutputs::write_tiles(SharedRows& rows) {
+  const Rect& crop = settings_.crop;
+  const size_t channels = summed_channels(channels_).size();
+  const int size = settings_.tile_size;
+  std::vector<float> pixels;
+  for (int y = crop.y0; y < crop.y1; y += size) {
+    const Rect band = Rect{crop.x0, y, crop.x1, y + size}.intersect(crop);
+    rows.read(band, pixels);
+    parallel_tasks(size_t((crop.width() + size - 1) / size), [&](size_t i) {
+      const int x = crop.x0 + int(i) * size;
+      const Rect tile = Rect{x, y, x + size, y + size}.intersect(crop);
+      std::vector<float> values;
+      values.reserve(size_t(tile.area()) * channels);
+      for (int row = tile.y0; row < tile.y1; ++row) {
+        const auto first = pixels.begin() + ptrdiff_t(band.index_of(tile.x0, row) * channels);
+        values.insert(values.end(), first, first + ptrdiff_t(size_t(tile.width()) * channels));
+      }
+      for (ExrOutput& exr : exrs_) write(exr, tile, values);
+    });
+  }
 }
 
 void FrameOutputs::write_denoised(const Rect& tile, const std::vector<float>& pixels) {
-  const std::vector<std::string> names = names_of(channels_);
-  if (!exrs_.empty()) {
-    const size_t all = pixels.size() / size_t(tile.area());
-    std::vector<size_t> written;
-    for (size_t c = 0; c < all; ++c) {
-      if (c >= names.size() || is_written(names[c])) written.push_back(c);
-    }
-    std::vector<float> values;
-    values.reserve(pixels.size() / all * written.size());
-    for (size_t i = 0; i < pixels.size(); i += all) {
-      for (const size_t c : written) values.push_back(pixels[i + c]);
-    }
-    for (ExrOutput& exr : exrs_) write(exr, tile, values);
-  }
+  for (ExrOutput& exr : exrs_) write(exr, tile, pixels);
   if (images_.empty()) return;
-  const std::vector<float> rgba = denoised_rgba(pixels, names);
+  const std::vector<float> rgba = denoised_rgba(pixels, names_of(summed_channels(channels_)));
   for (const auto& image : images_) image->write_tile(tile, rgba);
 }
 

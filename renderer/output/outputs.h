@@ -17,6 +17,7 @@
 #include "io/file_register.h"
 #include "io/write_attempts.h"
 #include "renderer/core/rect.h"
+#include "renderer/film/shared_samples.h"
 #include "renderer/frame/frame_observer.h"
 #include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/denoise_pass.h"
@@ -47,9 +48,6 @@ struct OutputSettings {
   ExrCompression compression = ExrCompression::kZip;
   ExrParts parts = ExrParts::kOne;
   ExrView view = {};  // without a camera
-  // half1.shared.* and half2.shared.*, by far the most of a frame's channels, are for denoising
-  // alone.
-  bool shared_samples = true;
 };
 
 // With the channels that the heatmaps need.
@@ -67,11 +65,13 @@ struct FrameState {
 
 // Of a film's channels.
 std::vector<ExrChannel> exr_channels(const AovSet& aovs);
+// The same as with_shared_sums() has them, of a frame that is whole.
+std::vector<ExrChannel> summed_channels(const std::vector<ExrChannel>& channels);
 ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop,
                      std::vector<std::pair<std::string, std::string>> attributes);
 
-// Passes finished tiles on to every file, heatmaps included. Those of a frame to be denoised wait
-// in a scratch file until denoise() has the rows around them.
+// Passes finished tiles on to every file, heatmaps included. Those of a frame with the channels of
+// `denoising` wait in a scratch file until finish_spooled() has the rows around them.
 class FrameOutputs final : public FrameObserver {
  public:
   // Opens the files at once, so that a path that cannot be written is known before the render and
@@ -92,10 +92,9 @@ class FrameOutputs final : public FrameObserver {
   // From now on tiles are those of a frame that is rendered, and that is not given up any more when
   // no file can be written: see tile_finished.
   void rendering_ended() { rendered_ = true; }
-  // Once all tiles have come: of settings that ask for it, denoises the frame and writes the
-  // pictures, on the calling thread's TBB arena. A file that cannot be written is named by
-  // finish().
-  std::optional<DenoiseReport> denoise();
+  // Once all tiles have come: writes those that wait, denoised if the settings ask for it, on the
+  // calling thread's TBB arena. A file that cannot be written is named by finish().
+  std::optional<DenoiseReport> finish_spooled();
   // Completes and renames the files, each for itself. What became of the frame goes into the EXR's
   // header.
   void finish(const FrameState& state, WriteAttempts& attempts);
@@ -118,8 +117,9 @@ class FrameOutputs final : public FrameObserver {
   void append_mattes(const FilmTile& tile, std::vector<float>& pixels);
   void spool(const Rect& tile, const std::vector<float>& pixels);
   void write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels);
+  DenoiseReport denoise(SharedRows& rows);
+  void write_tiles(SharedRows& rows);
   void write_denoised(const Rect& tile, const std::vector<float>& pixels);
-  bool is_written(const std::string& channel) const;
   bool nothing_left() const;  // to write a tile to
 
   const OutputSettings settings_;
@@ -127,7 +127,7 @@ class FrameOutputs final : public FrameObserver {
   std::vector<ExrChannel> channels_;  // of a tile
   ExrView view_;
   std::vector<std::pair<std::string, std::string>> late_attributes_;  // with the scene's names
-  std::unique_ptr<PixelSpool> spool_;                                 // of a frame to be denoised
+  std::unique_ptr<PixelSpool> spool_;
   std::string spool_failure_;  // why it is of no use any more
   bool rendered_ = false;
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;

@@ -227,9 +227,11 @@ void estimate_errors(const Halves& h, const Candidates& candidates, const Terms&
       for (const BorderedPlane& plane : h.excess)
         excess += plane.row(y)[x] * plane.row(y)[x] * (1.0f / 3);
       excess *= display_error_weight(value, std::sqrt(excess));
-      const float came = h.raw_noise.row(y)[x] * (1.0f / 3);
-      before.row(y)[x] =
-          came * display_error_weight(value, std::sqrt(came)) * h.told.row(y)[x] + excess;
+      for (size_t c = 0; c < 3; ++c) {
+        const float came = h.raw_noise[c].row(y)[x];
+        const float slope = display_error_weight(out.colour[c].row(y)[x], std::sqrt(came));
+        before.row(y)[x] += came * slope * h.told.row(y)[x] * (1.0f / 3);
+      }
       after.row(y)[x] = (noise - 2 * gain + square) * weight + excess;
       variance.row(y)[x] = spread * h.share[0].row(y)[x] * h.share[1].row(y)[x] * weight + excess;
     }

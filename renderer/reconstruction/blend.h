@@ -32,7 +32,7 @@ struct Blend {
 };
 
 // A pixel depends on those kBlendReach around it.
-inline constexpr int kPoolRadius = 5;    // of the error's terms
+inline constexpr int kPoolRadius = 8;    // of the error's terms
 inline constexpr int kSmoothRadius = 2;  // of the shares
 inline constexpr int kBlendReach = 2 * kPoolRadius + kSmoothRadius + kLostLightReach;
 Blend blend(const Halves& halves, const Candidates& candidates);

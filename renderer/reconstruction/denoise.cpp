@@ -6,16 +6,16 @@
 #include "renderer/core/display_error.h"
 #include "renderer/core/parallel.h"
 #include "renderer/reconstruction/blend.h"
+#include "renderer/reconstruction/box.h"
 #include "renderer/reconstruction/feature_filter.h"
 #include "renderer/reconstruction/fit_rows.h"
 #include "renderer/reconstruction/patches.h"
-#include "renderer/reconstruction/sample_sharing.h"
 
 namespace emberline {
 namespace {
 
 static_assert(kBlendReach + 2 * kWindowRadius + std::max(kPatchRadius, kFeatureReach) +
-                  kNoiseRadius + kOutlierRadius + kSharingReach <=
+                  kNoiseRadius + kOutlierRadius <=
               kDenoiseMargin);
 
 HalfPlanes rows_of(const HalfPlanes& planes, size_t first, size_t count) {
@@ -41,15 +41,11 @@ DenoiseInput rows_of(const DenoiseInput& input, int begin, int end) {
                        rows_of(input.albedo, first, count),
                        {},
                        {},
-                       {}};
+                       rows_of(input.shared, first, count)};
   for (const HalfPlanes& planes : input.features) {
     rows.features.push_back(rows_of(planes, first, count));
   }
   for (const HalfColour& part : input.parts) rows.parts.push_back(rows_of(part, first, count));
-  for (size_t k = 0; k < input.shared.size(); ++k) {
-    rows.shared[k] = {rows_of(input.shared[k].colour, first, count),
-                      rows_of(input.shared[k].weight, first, count)};
-  }
   return rows;
 }
 
@@ -175,6 +171,38 @@ void keep_own(const Halves& h, const Factors& factors, const Blend& shares, Part
   });
 }
 
+// Of the neighbours that say in what proportion parts make up the whole.
+constexpr int kSplitRadius = 2;
+static_assert(kSplitRadius <= kPoolRadius);  // parts are told that much further than rows
+
+// Of rows [begin, end): what the whole has that is not in the sum of its parts.
+void split_rest(const ColourPlanes& whole, int begin, int end, std::vector<Part>& parts) {
+  const int width = whole[0].width(), height = whole[0].height();
+  for (size_t c = 0; c < 3; ++c) {
+    std::vector<BorderedPlane> near;
+    for (const Part& part : parts) {
+      BorderedPlane light(width, height);
+      for (int y = 0; y < height; ++y) {
+        const float* value = part.filtered[c].row(y);
+        for (int x = 0; x < width; ++x) light.row(y)[x] = std::max(value[x], 0.0f);
+      }
+      near.push_back(box_sum(light, kSplitRadius));
+    }
+    parallel_each(size_t(std::max(end - begin, 0)), [&](size_t row) {
+      const int y = begin + int(row);
+      for (int x = 0; x < width; ++x) {
+        float rest = whole[c].row(y)[x], all = 0.0f;
+        for (const Part& part : parts) rest -= part.filtered[c].row(y)[x];
+        for (const BorderedPlane& light : near) all += light.row(y)[x];
+        for (size_t p = 0; p < parts.size(); ++p) {
+          const float share = all > 0 ? near[p].row(y)[x] / all : 1.0f / float(parts.size());
+          parts[p].filtered[c].row(y)[x] += rest * share;
+        }
+      }
+    });
+  }
+}
+
 // The parts' raw pictures and their candidates in the shares of the whole.
 std::vector<Part> filter_parts(const Halves& h, std::span<const HalfColour> colours,
                                const Candidates& candidates, const Blend& shares, Place place,
@@ -185,8 +213,8 @@ std::vector<Part> filter_parts(const Halves& h, std::span<const HalfColour> colo
     parts.push_back(read_part(h, colour));
     keep_own(h, factors, shares, parts.back());
   }
-  const int first = std::max(begin - kLostLightReach, 0);
-  const int last = std::min(end + kLostLightReach, h.height);
+  const int first = std::max(begin - kLostLightReach - kSplitRadius, 0);
+  const int last = std::min(end + kLostLightReach + kSplitRadius, h.height);
   for_each_fit(h, place, first, last, stop, [&](WindowFit& fit, size_t s, size_t bandwidth) {
     for (Part& part : parts) {
       const std::array<Channel, 3>& of = part.channels;
@@ -242,11 +270,11 @@ DenoisedPicture denoise(const DenoiseInput& input, int begin, int end,
   for (size_t c = 0; c < 3; ++c) add(h.excess[c], shares.colour[c]);
   out.colour = rows_of(shares.colour, begin, end);
   if (!rows.parts.empty()) {
-    for (const Part& part :
-         filter_parts(h, rows.parts, candidates, shares, place, begin, end, stop)) {
-      out.parts.push_back(rows_of(part.filtered, begin, end));
-    }
+    std::vector<Part> parts =
+        filter_parts(h, rows.parts, candidates, shares, place, begin, end, stop);
     if (stop.stop_requested()) return {};
+    if (!rows.shared[0].a.empty()) split_rest(shares.colour, begin, end, parts);
+    for (const Part& part : parts) out.parts.push_back(rows_of(part.filtered, begin, end));
   }
   tell_errors(shares, h, begin, end, out);
   return out;

@@ -25,14 +25,6 @@ using HalfColour = std::array<HalfPlanes, 3>;  // linear Rec. 709
 // Everything has width * height values. NaN and infinities count as 0. A pixel without samples in a
 // half counts as unknown there.
 
-// What a pixel's samples count for each of the 3 x 3 pixels around it, row by row (PixelFilter in
-// renderer/film): means of radiance x share, and of the shares.
-struct SharedPlanes {
-  HalfColour colour;
-  HalfPlanes weight;
-};
-using SharedSamples = std::array<SharedPlanes, 9>;
-
 struct DenoiseInput {
   int width = 0, height = 0;
   int x0 = 0, y0 = 0;  // of the first pixel, where this is a part of a frame
@@ -41,7 +33,11 @@ struct DenoiseInput {
   HalfColour albedo;                 // empty spans: unknown; also a feature
   std::vector<HalfPlanes> features;  // one channel each, of any scale: normals, depth, visibility …
   std::vector<HalfColour> parts;     // pictures that add up to `colour`, such as light groups
-  SharedSamples shared;              // empty spans: unknown; not read where there are parts
+  // The same picture of each pixel's samples and those around it that count for it, too
+  // (renderer/film/shared_samples.h): half the noise before any filter. Empty spans: unknown. Parts
+  // have no such picture: they are filtered as they are, and what their sum then lacks of the whole
+  // is split in proportion to them.
+  HalfColour shared;
 };
 
 struct DenoisedPicture {
@@ -56,7 +52,7 @@ struct DenoisedPicture {
 // A row is decided by the rows around it, as far as this; so a band of a large frame has the bits
 // of the whole when its input has this many rows more above and below (fewer at the frame's
 // border).
-inline constexpr int kDenoiseMargin = 39;
+inline constexpr int kDenoiseMargin = 46;
 // Of a band, if there are as many: its margins are filtered for it alone.
 inline constexpr int kDenoiseBandRows = 384;
 

@@ -1,9 +1,9 @@
 #include "renderer/reconstruction/fast_filter.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "renderer/core/parallel.h"
@@ -93,15 +93,14 @@ void fill_unknown(int width, float* rgba, const FeatureRow& row) {
   fill(row.variance, 1);
 }
 
-using Words [[gnu::vector_size(sizeof(Lanes))]] = int32_t;
+// Eight pixels: the sums of sixteen do not fit AVX's registers.
+using Eight = Lanes::Part;
+constexpr int kAtOnce = kLanes / 2;
 
 // Of positive numbers, to 1/500: the exponent's sign turned around, and a step of Newton's.
-[[gnu::always_inline]] inline Lanes reciprocal(const Lanes& value) {
-  Words bits;
-  std::memcpy(&bits, &value, sizeof bits);
-  bits = 0x7EF311C7 - bits;
-  Lanes out;
-  std::memcpy(&out, &bits, sizeof out);
+[[gnu::always_inline]] inline Eight reciprocal(const Eight& value) {
+  using Words [[gnu::vector_size(sizeof(Eight))]] = int32_t;
+  const auto out = std::bit_cast<Eight>(0x7EF311C7 - std::bit_cast<Words>(value));
   return out * (2.0f - value * out);
 }
 
@@ -306,10 +305,10 @@ struct FastFilter::Planes::TapRow {
         nearness(filter.nearness_.near(y)) {}
 };
 
-// Sixteen pixels of a row, and the weighted sums over what is around them.
+// Eight pixels of a row, and the weighted sums over what is around them.
 struct FastFilter::Planes::Taps {
-  Lanes luminance, normal[3], nearness, variance, per_nearness;
-  Lanes weight, noise, sum[3];
+  Eight luminance, normal[3], nearness, variance, per_nearness;
+  Eight weight, noise, sum[3];
 
   [[gnu::always_inline]] Taps(const TapRow& row, const float* slope, float stride, int x) {
     load(row.luminance + x, luminance);
@@ -319,33 +318,32 @@ struct FastFilter::Planes::Taps {
     load(slope + x, per_nearness);
     per_nearness =
         reciprocal(kSlopes * stride * per_nearness + kLeastSlope * nearness + kLeastDivisor);
-    weight = noise = sum[0] = sum[1] = sum[2] = Lanes{};
     variance += kLeastDivisor;
-    weight = weight + 0.25f;  // its own
+    weight = Eight{} + 0.25f;  // its own
     noise = 0.0625f * variance;
     sum[0] = 0.25f * luminance;
     load(row.red + x, sum[1]);
     load(row.blue + x, sum[2]);
-    sum[1] *= 0.25f;
-    sum[2] *= 0.25f;
+    sum[1] = 0.25f * sum[1];
+    sum[2] = 0.25f * sum[2];
   }
 
   [[gnu::always_inline]] void add(float share, const TapRow& row, int x) {
-    Lanes l, v, u, red, blue;
+    Eight l, v, u, red, blue;
     load(row.luminance + x, l);
     load(row.variance + x, v);
     load(row.nearness + x, u);
-    const Lanes dl = l - luminance, du = (u - nearness) * per_nearness;
-    const Lanes limit = kMostNoisier * variance;
-    Lanes d = dl * dl * reciprocal(variance + (v < limit ? v : limit)) + du * du;
+    const Eight dl = l - luminance, du = (u - nearness) * per_nearness;
+    const Eight limit = kMostNoisier * variance;
+    Eight d = dl * dl * reciprocal(variance + (v < limit ? v : limit)) + du * du;
     for (size_t k = 0; k < 3; ++k) {
       load(row.normal[k] + x, u);
       u -= normal[k];
       d += u * u;
     }
-    Lanes t = 1.0f - d;
-    t = t > 0.0f ? t : Lanes{};
-    const Lanes w = share * t * t;
+    Eight t = 1.0f - d;
+    t = t > 0.0f ? t : Eight{};
+    const Eight w = share * t * t;
     load(row.red + x, red);
     load(row.blue + x, blue);
     weight += w;
@@ -361,7 +359,7 @@ void FastFilter::Planes::smooth(int y, int stride, const Layer& from, Layer& to)
   const float* slope = slope_.row(y);
   float *l = to.luminance.row(y), *red = to.red.row(y), *blue = to.blue.row(y),
         *variance = to.variance.row(y);
-  for (int x = 0; x < width_; x += kLanes) {
+  for (int x = 0; x < width_; x += kAtOnce) {
     Taps taps(row, slope, float(stride), x);
     taps.add(1.0f / 16, above, x - stride);
     taps.add(1.0f / 8, above, x);
@@ -371,7 +369,7 @@ void FastFilter::Planes::smooth(int y, int stride, const Layer& from, Layer& to)
     taps.add(1.0f / 16, below, x - stride);
     taps.add(1.0f / 8, below, x);
     taps.add(1.0f / 16, below, x + stride);
-    const Lanes per = 1.0f / taps.weight;
+    const Eight per = 1.0f / taps.weight;
     store(taps.sum[0] * per, l + x);
     store(taps.sum[1] * per, red + x);
     store(taps.sum[2] * per, blue + x);

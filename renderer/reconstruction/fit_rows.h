@@ -37,9 +37,10 @@ void for_each_fit(const Halves& halves, Place place, int begin, int end,
         if (!has_noise(halves, tile.x + column, tile.y + row)) continue;
         if (!measured) weights.measure(halves, tile);
         measured = true;
+        fit.set_place(tile, column, row);
         for (int k = 0; k < kBandwidths; ++k) {
           for (size_t s = 0; s < 2; ++s) {
-            fit.fit(weights, s, k, tile, column, row);
+            fit.fit(weights, s, k);
             body(fit, s, size_t(k));
           }
         }

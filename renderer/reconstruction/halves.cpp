@@ -5,7 +5,6 @@
 #include "renderer/core/parallel.h"
 #include "renderer/reconstruction/box.h"
 #include "renderer/reconstruction/feature_filter.h"
-#include "renderer/reconstruction/sample_sharing.h"
 
 namespace emberline {
 namespace {
@@ -123,23 +122,18 @@ void find_outliers(const HalfColour& colour, Halves& h) {
   }
 }
 
-// Of a pixel's mean, channels summed; planes(c, half) are its channels.
-template <typename Planes>
-BorderedPlane noise_of(const Halves& h, const Planes& planes) {
-  BorderedPlane noise(h.width, h.height);
-  for (size_t c = 0; c < 3; ++c) {
-    const BorderedPlane &first = planes(c, 0), &second = planes(c, 1);
-    parallel_each(size_t(h.height), [&](size_t row) {
-      const int y = int(row);
-      const float *n_a = h.half[0].count.row(y), *n_b = h.half[1].count.row(y);
-      const float *a = first.row(y), *b = second.row(y);
-      for (int x = 0; x < h.width; ++x) {
-        const float n = std::max(n_a[x] + n_b[x], 1.0f);
-        noise.row(y)[x] += sample_variance(a[x] - b[x], n_a[x], n_b[x]) / n;
-      }
-    });
-  }
-  return noise;
+// Of a pixel's mean, as two halves tell it.
+void add_noise(const Halves& h, const BorderedPlane& first, const BorderedPlane& second,
+               BorderedPlane& noise) {
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    const float *n_a = h.half[0].count.row(y), *n_b = h.half[1].count.row(y);
+    const float *a = first.row(y), *b = second.row(y);
+    for (int x = 0; x < h.width; ++x) {
+      const float n = std::max(n_a[x] + n_b[x], 1.0f);
+      noise.row(y)[x] += sample_variance(a[x] - b[x], n_a[x], n_b[x]) / n;
+    }
+  });
 }
 
 void read_colour(const HalfColour& colour, Halves& h) {
@@ -149,8 +143,18 @@ void read_colour(const HalfColour& colour, Halves& h) {
     h.excess[c] = std::move(channel.excess);
     for (size_t s = 0; s < 2; ++s) h.half[s].colour[c] = std::move(channel.half[s]);
   }
-  h.own_noise = h.raw_noise =
-      noise_of(h, [&](size_t c, size_t s) -> const BorderedPlane& { return h.half[s].colour[c]; });
+  h.own_noise = BorderedPlane(h.width, h.height);
+  for (size_t c = 0; c < 3; ++c) {
+    add_noise(h, h.half[0].colour[c], h.half[1].colour[c], h.own_noise);
+  }
+}
+
+void read_raw_noise(const HalfColour& colour, Halves& h) {
+  for (size_t c = 0; c < 3; ++c) {
+    h.raw_noise[c] = BorderedPlane(h.width, h.height);
+    add_noise(h, padded_plane(colour[c].a, h.width, h.height),
+              padded_plane(colour[c].b, h.width, h.height), h.raw_noise[c]);
+  }
 }
 
 void measure_noise(Halves& h, const BorderedPlane& told) {
@@ -206,16 +210,11 @@ Halves prepare_halves(const DenoiseInput& input) {
   h.width = input.width;
   h.height = input.height;
   read_counts(input, h);
-  const SharedColour shared(input);
-  const HalfColour colour = shared.empty() ? input.colour : shared.colour();
+  const bool shared = !input.shared[0].a.empty();
+  const HalfColour& colour = shared ? input.shared : input.colour;
   find_outliers(colour, h);
   read_colour(colour, h);
-  if (!shared.empty()) {
-    h.raw_noise = noise_of(h, [&](size_t c, size_t s) {
-      const HalfPlanes& planes = input.colour[c];
-      return padded_plane(s == 0 ? planes.a : planes.b, h.width, h.height);
-    });
-  }
+  read_raw_noise(input.colour, h);
   const BorderedPlane told = box_sum(h.told, kNoiseRadius);
   measure_noise(h, told);
   if (!input.albedo[0].a.empty()) {

@@ -36,7 +36,9 @@ struct Halves {
   // The pixel's variance as its two halves alone tell it, channels summed: one degree of
   // freedom. 0 where a half is unknown.
   BorderedPlane own_noise;
-  BorderedPlane raw_noise;  // the same of the picture as it came, before samples are shared
+  // The same of each channel of the picture as it came, before samples are shared and outliers
+  // limited.
+  ColourPlanes raw_noise;
   std::vector<Feature> features;
 };
 

@@ -3,20 +3,68 @@
 #pragma once
 
 #include <cstddef>
-#include <cstring>
 
 namespace emberline {
 
 inline constexpr int kLanes = 16;
-// GCC's and Clang's vectors; as many registers as the processor needs, each lane rounded as a float
-// is.
-using Lanes [[gnu::vector_size(kLanes * sizeof(float))]] = float;
 
+// Two of GCC's and Clang's vectors, of the size of AVX's registers; each lane is rounded as a float
+// is. One vector of sixteen, where there is no register for it, goes through memory at each load:
+// the filter took 1.6 times as long.
+struct Lanes {
+  using Part [[gnu::vector_size(32)]] = float;
+
+  Part low, high;
+
+  float& operator[](int lane) { return reinterpret_cast<float*>(this)[lane]; }
+  float operator[](int lane) const { return reinterpret_cast<const float*>(this)[lane]; }
+
+  [[gnu::always_inline]] friend Lanes operator+(const Lanes& a, const Lanes& b) {
+    return {a.low + b.low, a.high + b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator-(const Lanes& a, const Lanes& b) {
+    return {a.low - b.low, a.high - b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator*(const Lanes& a, const Lanes& b) {
+    return {a.low * b.low, a.high * b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator*(float a, const Lanes& b) {
+    return {a * b.low, a * b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator/(float a, const Lanes& b) {
+    return {a / b.low, a / b.high};
+  }
+  [[gnu::always_inline]] Lanes& operator+=(const Lanes& b) { return *this = *this + b; }
+  [[gnu::always_inline]] Lanes& operator-=(const Lanes& b) { return *this = *this - b; }
+  [[gnu::always_inline]] Lanes& operator*=(const Lanes& b) { return *this = *this * b; }
+};
+
+[[gnu::always_inline]] inline Lanes all_lanes(float value) {
+  const Lanes::Part part = Lanes::Part{} + value;
+  return {part, part};
+}
+[[gnu::always_inline]] inline Lanes least_of(const Lanes& a, const Lanes& b) {
+  return {a.low < b.low ? a.low : b.low, a.high < b.high ? a.high : b.high};
+}
+[[gnu::always_inline]] inline Lanes most_of(const Lanes& a, const Lanes& b) {
+  return {a.low > b.low ? a.low : b.low, a.high > b.high ? a.high : b.high};
+}
+
+// From and to floats anywhere, sixteen or half as many.
+using UnalignedPart [[gnu::vector_size(32), gnu::aligned(4), gnu::may_alias]] = float;
+[[gnu::always_inline]] inline void load(const float* from, Lanes::Part& to) {
+  to = *reinterpret_cast<const UnalignedPart*>(from);
+}
 [[gnu::always_inline]] inline void load(const float* from, Lanes& to) {
-  std::memcpy(&to, from, sizeof(to));
+  load(from, to.low);
+  load(from + kLanes / 2, to.high);
+}
+[[gnu::always_inline]] inline void store(const Lanes::Part& from, float* to) {
+  *reinterpret_cast<UnalignedPart*>(to) = from;
 }
 [[gnu::always_inline]] inline void store(const Lanes& from, float* to) {
-  std::memcpy(to, &from, sizeof(from));
+  store(from.low, to);
+  store(from.high, to + kLanes / 2);
 }
 
 }  // namespace emberline

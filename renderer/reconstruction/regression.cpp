@@ -1,6 +1,7 @@
 #include "renderer/reconstruction/regression.h"
 
 #include <cmath>
+#include <limits>
 
 #include "renderer/reconstruction/patches.h"
 
@@ -20,6 +21,8 @@ constexpr float kRoundingRidge = 1e-5f;
 constexpr float kNoiseRidge = 4.0f;
 // What a feature has to itself, of its spread: less is rounding, with the ridges above.
 constexpr float kLeastPivot = 1e-5f;
+// A feature that varies less in a window, or is another one and a constant, says nothing there.
+constexpr float kSame = 4e-6f;
 constexpr float kLeast = 1e-30f;        // divisor
 constexpr float kLargestWeight = 1e6f;  // of a pixel; a mean of as many as a window has needs less
 
@@ -59,14 +62,58 @@ void WindowWeights::measure(const Halves& h, const Tile& tile) {
   }
 }
 
-void WindowFit::fit(const WindowWeights& likeness, size_t half, int bandwidth, const Tile& tile,
-                    int column, int row) {
+void WindowFit::set_place(const Tile& tile, int column, int row) {
+  column_ = column;
+  row_ = row;
   x_ = tile.x + column;
   y_ = tile.y + row;
   first_ = std::max(kWindowRadius - y_, 0) * kWindow;
   last_ = std::min(kWindowRadius + halves_.height - y_, kWindow) * kWindow;
-  read_weights(likeness, half, bandwidth, column, row);
+  choose_features();
   for (int k = 0; k < features(); ++k) load(feature(k, y_), here_[k]);
+}
+
+// A plane has many windows where depth alone varies, and each feature more makes a fit dearer by
+// all that there are.
+void WindowFit::choose_features() {
+  chosen_ = 0;
+  for (size_t k = 0; k < std::min(halves_.features.size(), size_t(kMostFeatures)); ++k) {
+    const Feature& feature = halves_.features[k];
+    bool says = spread(feature.value, nullptr) > kSame;
+    for (int l = 0; l < chosen_; ++l)
+      says = says && spread(feature.value, &features_[l]->value) > kSame;
+    if (says) features_[chosen_++] = &feature;
+  }
+}
+
+// Of the values in the windows, or of how much more they are than others: the largest less the
+// least, as a share of their size.
+float WindowFit::spread(const BorderedPlane& of, const BorderedPlane* less) const {
+  static_assert(kLanes >= 2 * kWindowRadius);  // two times as many columns are those of all windows
+  constexpr float kMost = std::numeric_limits<float>::max();
+  Lanes least = all_lanes(kMost), most = all_lanes(-kMost), size = {};
+  for (int y = y_ + offset_y(first_); y <= y_ + offset_y(last_ - 1); ++y) {
+    for (const int i : {-kWindowRadius, kWindowRadius}) {
+      Lanes value, other = {};
+      load(of.row(y) + x_ + i, value);
+      if (less != nullptr) load(less->row(y) + x_ + i, other);
+      size = most_of(size, most_of(value, Lanes{} - value));
+      value -= other;
+      least = least_of(least, value);
+      most = most_of(most, value);
+    }
+  }
+  float lo = kMost, hi = -kMost, all = 0.0f;
+  for (int x = 0; x < kLanes; ++x) {
+    lo = std::min(lo, least[x]);
+    hi = std::max(hi, most[x]);
+    all = std::max(all, size[x]);
+  }
+  return all > 0 ? (hi - lo) / all : 0.0f;
+}
+
+void WindowFit::fit(const WindowWeights& likeness, size_t half, int bandwidth) {
+  read_weights(likeness, half, bandwidth);
   const int terms = term(features(), features()) + 1;
   for (int k = 0; k < terms; ++k) moments_[k] = Lanes{};
   for (int o = first_; o < last_; o += kAtOnce) add_moments(o);
@@ -75,13 +122,12 @@ void WindowFit::fit(const WindowWeights& likeness, size_t half, int bandwidth, c
   find_plane();
 }
 
-void WindowFit::read_weights(const WindowWeights& likeness, size_t half, int bandwidth, int column,
-                             int row) {
+void WindowFit::read_weights(const WindowWeights& likeness, size_t half, int bandwidth) {
   Lanes inside;
   for (int x = 0; x < kLanes; ++x) inside[x] = x_ + x >= 0 && x_ + x < halves_.width ? 1.0f : 0.0f;
   for (int o = first_; o < last_; ++o) {
     Lanes w, known;
-    load(likeness.of(1 - half, o, row) + column, w);
+    load(likeness.of(1 - half, o, row_) + column_, w);
     load(halves_.half[half].known.row(y_ + offset_y(o)) + x_ + offset_x(o), known);
     for (int k = 0; k < bandwidth; ++k) {
       w *= w;
@@ -125,8 +171,9 @@ void WindowFit::take_means_out() {
     const Lanes square = m[k + 1];
     for (int l = 0; l <= k; ++l) m[l + 1] -= m[0] * mean_[l];
     Lanes noise;
-    load(halves_.features[size_t(k)].noise.row(y_) + x_, noise);
-    m[k + 1] += kRidge * m[k + 1] + kRoundingRidge * square + kNoiseRidge * noise * total_ + kLeast;
+    load(features_[k]->noise.row(y_) + x_, noise);
+    m[k + 1] += kRidge * m[k + 1] + kRoundingRidge * square + kNoiseRidge * noise * total_ +
+                all_lanes(kLeast);
   }
 }
 

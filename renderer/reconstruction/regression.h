@@ -42,10 +42,10 @@ class WindowFit {
  public:
   explicit WindowFit(const Halves& halves) : halves_(halves) {}
 
-  // Of one half's pixels around those of the tile that begin at the column, weighted by the other
-  // half's likeness.
-  void fit(const WindowWeights& weights, size_t half, int bandwidth, const Tile& tile, int column,
-           int row);
+  // Around the pixels of the tile that begin at the column.
+  void set_place(const Tile& tile, int column, int row);
+  // Of one half's pixels there, weighted by the other half's likeness.
+  void fit(const WindowWeights& weights, size_t half, int bandwidth);
 
   // To a picture of the same half. add_to() adds what it says of the pixels of the window, times
   // their weights in the fit and `factor`, if any; add_weights_to() those weights.
@@ -60,9 +60,11 @@ class WindowFit {
   static constexpr int kAtOnce = 3;  // offsets
   static_assert(kWindow % kAtOnce == 0);
 
-  int features() const { return int(std::min(halves_.features.size(), size_t(kMostFeatures))); }
-  const float* feature(int k, int y) const { return halves_.features[size_t(k)].value.row(y) + x_; }
-  void read_weights(const WindowWeights& likeness, size_t half, int bandwidth, int column, int row);
+  int features() const { return chosen_; }
+  const float* feature(int k, int y) const { return features_[k]->value.row(y) + x_; }
+  void choose_features();
+  float spread(const BorderedPlane& of, const BorderedPlane* less) const;
+  void read_weights(const WindowWeights& likeness, size_t half, int bandwidth);
   void add_moments(int offset);
   void add_products(int offset, const Picture& picture);
   void take_means_out();
@@ -72,7 +74,10 @@ class WindowFit {
 
   const Halves& halves_;
   int x_ = 0, y_ = 0;
-  int first_ = 0, last_ = 0;       // offsets of the rows that there are
+  int column_ = 0, row_ = 0;  // in the tile
+  int first_ = 0, last_ = 0;  // offsets of the rows that there are
+  int chosen_ = 0;            // features that tell pixels of these windows apart
+  const Feature* features_[kMostFeatures];
   Lanes weights_[kOffsets];        // of the pixels of the window
   Lanes known_weights_[kOffsets];  // 0 for those without samples
   Lanes moments_[kMostTerms];      // weighted products of features, their lower triangle

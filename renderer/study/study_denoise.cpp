@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "renderer/film/shared_samples.h"
 #include "renderer/output/denoise_pass.h"
 #include "renderer/process/render_clock.h"
 
@@ -10,13 +11,15 @@ namespace emberline {
 void denoise_picture(const Rect& crop, StudyPicture* picture) {
   AovSet aovs;
   aovs.insert(Aov::kDenoising);
-  DenoiseJob job = {crop, film_channel_names(aovs), kStudyTile, 1, {}, {}};
+  const std::vector<std::string> names = film_channel_names(aovs);
+  SharedRows shared(crop, names, [&](const Rect& rows, std::vector<float>& pixels) {
+    const float* first = &picture->values[crop.index_of(rows.x0, rows.y0) * names.size()];
+    pixels.assign(first, first + size_t(rows.area()) * names.size());
+  });
+  DenoiseJob job = {crop, with_shared_sums(names), kStudyTile, 1, {}, {}};
   const size_t channels = job.channels.size();
   std::vector<float> denoised(size_t(crop.area()) * kStudyPictureChannels);
-  job.read = [&](const Rect& rows, std::vector<float>& pixels) {
-    const float* first = &picture->values[crop.index_of(rows.x0, rows.y0) * channels];
-    pixels.assign(first, first + size_t(rows.area()) * channels);
-  };
+  job.read = [&](const Rect& rows, std::vector<float>& pixels) { shared.read(rows, pixels); };
   job.write = [&](const Rect& tile, const std::vector<float>& pixels) {
     const size_t stride = pixels.size() / size_t(tile.area());
     for (size_t i = 0; i < size_t(tile.area()); ++i) {

@@ -51,11 +51,7 @@ DenoiseInput halves(const ExrPlanes& frame) {
   for (const char* name : {"N.X", "N.Y", "N.Z", "nearness", "visibility"}) {
     input.features.push_back(planes(name));
   }
-  for (size_t k = 0; k < input.shared.size(); ++k) {
-    const std::string layer = fmt::format("shared.{}.", k);
-    for (size_t c = 0; c < 3; ++c) input.shared[k].colour[c] = planes(layer + kColour[c]);
-    input.shared[k].weight = planes(layer + "A");
-  }
+  for (size_t c = 0; c < 3; ++c) input.shared[c] = planes(std::string("shared.") + kColour[c]);
   return input;
 }
 

@@ -6,6 +6,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/film/half_channels.h"
+#include "renderer/film/shared_samples.h"
 #include "support/busy_scene.h"
 #include "support/glass_scenes.h"
 #include "support/render.h"
@@ -151,6 +152,105 @@ TEST(HalfChannels, AreCopiedAddedAndArchived) {
   EXPECT_EQ(value_of(loaded, 0, "half2.nearness"), 4.0f);
   EXPECT_EQ(value_of(loaded, 0, "half2.shared.1.R"), 2.0f);
   EXPECT_EQ(value_of(loaded, 0, "half2.shared.0.A"), 0.5f);
+}
+
+// A film of 5 x 4 pixels as rows of its channels; every sample counts for the pixel at its right
+// with .75, for its own with .25.
+class Sharing : public ::testing::Test {
+ protected:
+  static constexpr Rect kCrop = {3, 7, 8, 11};
+
+  Sharing() { film_.reset(kCrop); }
+
+  void add(int x, int y, float value, int samples = 1) {
+    const SeenSurface seen;
+    SampleShares shares = {};
+    shares[4] = 0.25f;
+    shares[5] = 0.75f;
+    for (int i = 0; i < samples; ++i) film_.add(x, y, 0, 1.0f, grey(value), &seen, &shares);
+  }
+  void add_all() {
+    for (int y = kCrop.y0; y < kCrop.y1; ++y) {
+      for (int x = kCrop.x0; x < kCrop.x1; ++x) add(x, y, float(x), 4);
+    }
+  }
+  void read_film(const Rect& rows, std::vector<float>& pixels) const {
+    std::vector<float> all;
+    film_.resolve(all);
+    const size_t channels = names_.size(), first = kCrop.index_of(rows.x0, rows.y0) * channels;
+    pixels.assign(&all[first], &all[first] + size_t(rows.area()) * channels);
+  }
+  std::vector<float> summed() const {
+    std::vector<float> pixels;
+    SharedRows rows(kCrop, names_, [&](const Rect& r, std::vector<float>& p) { read_film(r, p); });
+    rows.read(kCrop, pixels);
+    return pixels;
+  }
+  float sum_at(const std::vector<float>& pixels, int x, int y) const {
+    const auto at = std::ranges::find(summed_names_, "half1.shared.G") - summed_names_.begin();
+    return pixels[kCrop.index_of(x, y) * summed_names_.size() + size_t(at)];
+  }
+
+  FilmTile film_{denoising()};
+  const std::vector<std::string> names_ = film_channel_names(denoising());
+  const std::vector<std::string> summed_names_ = with_shared_sums(names_);
+};
+
+TEST_F(Sharing, APixelIsWhatCountsForIt) {
+  add_all();
+  EXPECT_EQ(summed_names_.size(), names_.size() - 2 * (kSharedValues - 3));
+  const std::vector<float> pixels = summed();
+  ASSERT_EQ(pixels.size(), summed_names_.size() * size_t(kCrop.area()));
+  for (int y = kCrop.y0; y < kCrop.y1; ++y) {
+    for (int x = kCrop.x0; x < kCrop.x1; ++x) {
+      const bool inside = x > 3 && x < 7 && y > 7 && y < 10;
+      const float own = float(x), shared = 0.25f * own + 0.75f * (own - 1);
+      EXPECT_EQ(sum_at(pixels, x, y), inside ? shared : own) << x << "," << y;
+      // All else is as it was.
+      std::vector<float> of_film;
+      read_film({3, y, 8, y + 1}, of_film);
+      const float* pixel = &pixels[kCrop.index_of(x, y) * summed_names_.size()];
+      EXPECT_EQ(pixel[4], 4.0f);
+      EXPECT_TRUE(std::equal(pixel, pixel + 5, &of_film[size_t(x - 3) * names_.size()]));
+    }
+  }
+}
+
+TEST_F(Sharing, RowsAreThoseOfTheWhole) {
+  add_all();
+  const std::vector<float> whole = summed();
+  SharedRows rows(kCrop, names_, [&](const Rect& r, std::vector<float>& p) { read_film(r, p); });
+  std::vector<float> pixels, part;
+  for (int y = kCrop.y0; y < kCrop.y1; ++y) {
+    rows.read({kCrop.x0, y, kCrop.x1, y + 1}, part);
+    pixels.insert(pixels.end(), part.begin(), part.end());
+  }
+  EXPECT_EQ(pixels, whole);
+  std::vector<std::string> names = names_;
+  std::vector<float> at_once;
+  film_.resolve(at_once);
+  sum_shared(kCrop, names, at_once);
+  EXPECT_EQ(at_once, whole);
+  EXPECT_EQ(names, summed_names_);
+}
+
+// Beside pixels with less than half its samples, or with none, a pixel has its own mean; so it has
+// where the weights do not tell.
+TEST_F(Sharing, NeedsNeighboursThatKnowEnough) {
+  add_all();
+  add(5, 8, 5.0f, 5);  // 9 of them: its neighbours' 4 are less than half
+  EXPECT_EQ(sum_at(summed(), 5, 8), 5.0f);
+  EXPECT_EQ(sum_at(summed(), 4, 9), 3.25f);
+  film_.reset(kCrop);
+  for (int x = 3; x < 8; ++x) add(x, 8, float(x), 4);
+  EXPECT_EQ(sum_at(summed(), 5, 8), 5.0f);  // none in the row below
+}
+
+TEST_F(Sharing, StaysFinite) {
+  constexpr float kMost = std::numeric_limits<float>::max();
+  add_all();
+  for (int x = 4; x < 7; ++x) add(x, 9, kMost, 2);
+  for (const float value : summed()) ASSERT_TRUE(std::isfinite(value));
 }
 
 class Seen : public ::testing::Test {

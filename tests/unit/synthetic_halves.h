@@ -40,14 +40,24 @@ class SyntheticHalves {
   }
 
   // Each pixel's samples count the same for all nine pixels around it: a pixel's value is the mean
-  // of those of 3 x 3.
+  // of those of 3 x 3, but at the border.
   void share_evenly() {
     shared_ = colour_;
-    for (std::vector<float>& half : shared_) {
-      for (float& value : half) value /= 9;
+    for (size_t s = 0; s < 2; ++s) {
+      for (int y = 1; y + 1 < height_; ++y) {
+        for (int x = 1; x + 1 < width_; ++x) {
+          const int i = y * width_ + x;
+          float sum = 0.0f;
+          for (int k = 0; k < 9; ++k) {
+            sum += colour_[s][size_t(i + (k / 3 - 1) * width_ + k % 3 - 1)];
+          }
+          shared_[s][size_t(i)] = sum / 9;
+        }
+      }
     }
-    ninth_.assign(size(), 1.0f / 9);
   }
+
+  void share_with_none() { shared_ = {}; }
 
   std::vector<float>& shared(size_t half) { return shared_[half]; }
   std::vector<float>& colour(size_t half) { return colour_[half]; }
@@ -64,7 +74,7 @@ class SyntheticHalves {
     if (!albedo_[0].empty()) in.albedo = grey(albedo_);
     for (const Pair& feature : features_) in.features.push_back({feature[0], feature[1]});
     for (const Pair& part : parts_) in.parts.push_back(grey(part));
-    if (!ninth_.empty()) in.shared.fill({grey(shared_), {ninth_, ninth_}});
+    if (!shared_[0].empty()) in.shared = grey(shared_);
     return in;
   }
 
@@ -115,7 +125,6 @@ class SyntheticHalves {
   std::mt19937 random_;
   std::vector<float> counts_, truth_;
   Pair colour_, albedo_, shared_;
-  std::vector<float> ninth_;
   std::vector<Pair> features_, parts_;
 };
 

@@ -7,6 +7,7 @@
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
 #include "renderer/film/half_channels.h"
+#include "renderer/film/shared_samples.h"
 #include "renderer/reconstruction/denoise.h"
 
 namespace emberline {
@@ -16,24 +17,34 @@ namespace {
 constexpr double kLeastSamples = 16.0;
 constexpr size_t kGrain = 8192;
 
-// Channels of a half as put_halves() writes them.
+// Channels of a half as put_halves() writes them, with the sums of what is shared.
 enum Channel : size_t { kRed, kAlbedo = 3, kFeatures = 6, kSamples = 11, kShared };
-constexpr size_t kChannels = kShared + kSharedValues;
+constexpr size_t kChannels = kShared + 3;
+constexpr int kRowsAtOnce = 64;
 
 // Rows of a film as planes, of the two halves after each other.
 class HalfRows {
  public:
   HalfRows(const FilmTile& film, int begin, int end)
       : width_(film.rect().width()), rows_(end - begin) {
-    const size_t width = size_t(width_), first = size_t(begin) * width;
-    for (std::vector<float>& plane : planes_) plane.resize(width * size_t(rows_));
-    parallel_each(size_t(rows_), [&](size_t row) {
-      std::array<float, 2 * kChannels> values;
-      for (size_t i = row * width; i < (row + 1) * width; ++i) {
-        put_halves(film, first + i, values.data());
-        for (size_t c = 0; c < values.size(); ++c) planes_[c][i] = values[c];
-      }
+    const Rect& crop = film.rect();
+    std::vector<std::string> names;
+    for (const FilmChannel& channel : half_channels()) names.push_back(channel.name);
+    SharedRows shared(crop, names, [&](const Rect& rows, std::vector<float>& pixels) {
+      pixels.resize(size_t(rows.area()) * names.size());
+      const size_t first = crop.index_of(rows.x0, rows.y0);
+      parallel_ranges(size_t(rows.area()), kGrain, [&](size_t from, size_t to) {
+        for (size_t i = from; i < to; ++i) put_halves(film, first + i, &pixels[i * names.size()]);
+      });
     });
+    for (std::vector<float>& plane : planes_) plane.reserve(size_t(width_) * size_t(rows_));
+    std::vector<float> pixels;
+    for (int y = crop.y0 + begin; y < crop.y0 + end; y += kRowsAtOnce) {
+      shared.read({crop.x0, y, crop.x1, std::min(y + kRowsAtOnce, crop.y0 + end)}, pixels);
+      parallel_each(planes_.size(), [&](size_t c) {
+        for (size_t i = c; i < pixels.size(); i += planes_.size()) planes_[c].push_back(pixels[i]);
+      });
+    }
   }
 
   DenoiseInput input() const {
@@ -44,10 +55,7 @@ class HalfRows {
     for (size_t c = 0; c < 3; ++c) input.colour[c] = halves(kRed + c);
     for (size_t c = 0; c < 3; ++c) input.albedo[c] = halves(kAlbedo + c);
     for (size_t c = kFeatures; c < kSamples; ++c) input.features.push_back(halves(c));
-    for (size_t k = 0; k < kSharing; ++k) {
-      const size_t c = kShared + 4 * k;
-      input.shared[k] = {{halves(c), halves(c + 1), halves(c + 2)}, halves(c + 3)};
-    }
+    for (size_t c = 0; c < 3; ++c) input.shared[c] = halves(kShared + c);
     return input;
   }
 

@@ -1,0 +1,124 @@
+#include "renderer/film/shared_samples.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "renderer/core/parallel.h"
+#include "renderer/film/half_channels.h"
+#include "renderer/film/half_sums.h"
+
+namespace emberline {
+namespace {
+
+// A neighbour's mean of fewer samples, as a share of the pixel's own, may be noisier than what it
+// is to help.
+constexpr float kFewer = 0.5f;
+// The weights' expectation is 1; negative lobes of a filter may leave less.
+constexpr float kLeastWeight = 0.25f;
+
+constexpr size_t kSums = 3;  // R G B, in the place of kSharedValues
+
+std::string shared_name(const std::string& half, const char* channel) {
+  return half + ".shared." + channel;
+}
+
+}  // namespace
+
+std::vector<std::string> with_shared_sums(std::span<const std::string> channels) {
+  std::vector<std::string> names;
+  for (size_t c = 0; c < channels.size(); ++c) {
+    const auto half = std::ranges::find_if(
+        kHalfNames, [&](const char* name) { return channels[c] == shared_name(name, "0.R"); });
+    if (half == std::end(kHalfNames)) {
+      names.push_back(channels[c]);
+      continue;
+    }
+    for (const char* colour : {"R", "G", "B"}) names.push_back(shared_name(*half, colour));
+    c += kSharedValues - 1;
+  }
+  return names;
+}
+
+SharedRows::SharedRows(const Rect& crop, std::span<const std::string> channels, Read read)
+    : crop_(crop), channels_(channels.size()), read_(std::move(read)) {
+  const auto place_of = [&](const std::string& name) {
+    return size_t(std::ranges::find(channels, name) - channels.begin());
+  };
+  for (const std::string half : kHalfNames) {
+    const size_t shared = place_of(shared_name(half, "0.R"));
+    if (shared == channels.size()) continue;
+    halves_.push_back({place_of(half + ".R"), place_of(half + ".samples"), shared});
+    assert(halves_.back().own < shared && halves_.back().samples < shared);
+    assert(shared + kSharedValues <= channels.size());
+  }
+}
+
+void SharedRows::read(const Rect& rows, std::vector<float>& pixels) {
+  if (halves_.empty()) return read_(rows, pixels);
+  const Rect around = Rect{rows.x0, rows.y0 - 1, rows.x1, rows.y1 + 1}.intersect(crop_);
+  read_(around, films_);
+  const size_t left = channels_ - halves_.size() * (kSharedValues - kSums);
+  pixels.resize(size_t(rows.area()) * left);
+  parallel_each(size_t(rows.height()), [&](size_t row) {
+    sum_row(around, rows.y0 + int(row), &pixels[row * size_t(rows.width()) * left]);
+  });
+}
+
+void SharedRows::sum_row(const Rect& around, int y, float* to) const {
+  const size_t row_stride = size_t(around.width()) * channels_;
+  const float* pixel = &films_[size_t(y - around.y0) * row_stride];
+  for (int x = crop_.x0; x < crop_.x1; ++x, pixel += channels_) {
+    const bool inside = x > crop_.x0 && x + 1 < crop_.x1 && y > crop_.y0 && y + 1 < crop_.y1;
+    size_t c = 0;
+    for (const HalfPlaces& half : halves_) {
+      to = std::copy(pixel + c, pixel + half.shared, to);
+      put_sums(pixel, row_stride, inside, half, to);
+      to += kSums;
+      c = half.shared + kSharedValues;
+    }
+    to = std::copy(pixel + c, pixel + channels_, to);
+  }
+}
+
+void SharedRows::put_sums(const float* pixel, size_t row_stride, bool inside,
+                          const HalfPlaces& half, float* to) const {
+  std::copy_n(pixel + half.own, kSums, to);
+  if (!inside) return;
+  const float least = kFewer * pixel[half.samples];
+  float sum[4] = {};
+  for (size_t k = 0; k < kSharing; ++k) {
+    // What the pixel on the one side counts for the one on its other side.
+    const float* from = pixel + row_stride + channels_ - k / 3 * row_stride - k % 3 * channels_;
+    const float count = from[half.samples];
+    if (count < least || count <= 0.0f) return;
+    const float* shared = from + half.shared + 4 * k;
+    for (size_t c = 0; c < 4; ++c) sum[c] += shared[c];
+  }
+  if (!(sum[3] >= kLeastWeight)) return;
+  for (size_t c = 0; c < kSums; ++c) {
+    const float value = sum[c] / sum[3];
+    if (std::isfinite(value)) to[c] = value;
+  }
+}
+
+void sum_shared(const Rect& crop, std::vector<std::string>& channels, std::vector<float>& pixels) {
+  const size_t stride = channels.size();
+  std::vector<std::string> names = with_shared_sums(channels);
+  if (names == channels) return;
+  SharedRows sums(crop, channels, [&](const Rect& rows, std::vector<float>& part) {
+    const size_t first = crop.index_of(rows.x0, rows.y0) * stride;
+    part.assign(&pixels[first], &pixels[first] + size_t(rows.area()) * stride);
+  });
+  constexpr int kRows = 64;
+  std::vector<float> summed, part;
+  summed.reserve(size_t(crop.area()) * names.size());
+  for (int y = crop.y0; y < crop.y1; y += kRows) {
+    sums.read({crop.x0, y, crop.x1, std::min(y + kRows, crop.y1)}, part);
+    summed.insert(summed.end(), part.begin(), part.end());
+  }
+  channels = std::move(names);
+  pixels = std::move(summed);
+}
+
+}  // namespace emberline
