@@ -177,8 +177,8 @@ def viewport_changes():
     yield from shown(1.0)
     check(orders() == [], "something is sent while nothing changes")
     exports = []
-    export = viewport.Export._export_meshes
-    viewport.Export._export_meshes = lambda *a: exports.append(1) or export(*a)
+    export = viewport.Export._export_parts
+    viewport.Export._export_parts = lambda *a: exports.append(1) or export(*a)
 
     def change(what, made, seen, only, exported=0):
         before = the_viewport()._picture

@@ -151,8 +151,6 @@ def of_scene(scene):
             lines.append((scene.camera.name, "its aperture is round"))
         if lens.dof.use_dof and lens.type == "ORTHO":
             lines.append((scene.camera.name, "an orthographic camera has no depth of field"))
-    if scene.render.use_motion_blur:
-        lines.append((scene.name, "motion blur is not rendered"))
     if scene.render.pixel_aspect_x != scene.render.pixel_aspect_y:
         lines.append((scene.name, "pixels are square"))
     return lines
