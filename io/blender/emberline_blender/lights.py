@@ -1,13 +1,14 @@
 """Blender's lights: as KHR_lights_punctual where they have no size, else as meshes that shine.
 
 Units were measured beside Cycles: a point light of P watts has the radiant intensity P / 4 pi, an area light of
-size A the radiance P / 4 A, a sun of strength E gives that irradiance. One candela of the file is a radiant intensity of 1.
+size A the radiance P / 4 A (P / pi A since Blender 4), a sun of strength E gives that irradiance. One candela of the file is a radiant intensity of 1.
 """
 import math
 
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Matrix, Vector
 
+from . import versions
 
 _STEPS = 48  # of a circle
 # A sun with an angle is a disc so many radii of the scene away: its light's direction changes by a thousandth over the scene.
@@ -133,7 +134,7 @@ def add(glb, animation, name, light, track, centre, radius, unseen):
             return None
         size = area if getattr(light, "normalize", True) else 1.0
         # Cycles has the whole shape's area here, not that of its corners.
-        return emitter(outline, _fan(outline), _scaled(rgb, 0.25 / size), track)
+        return emitter(outline, _fan(outline), _scaled(rgb, versions.AREA_RADIANCE / size), track)
     if light.type == "SUN" and light.angle > 1e-4 and not unseen:
         half = min(light.angle, math.radians(170)) / 2
         distance = _SUN_RADII * radius

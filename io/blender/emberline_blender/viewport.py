@@ -22,7 +22,7 @@ from .session import Session
 _LOOK = 1 / 60  # seconds between two looks for pictures and changes
 _NOTHING, _PLACES, _ALL = range(3)  # what has to be exported again
 
-_viewports = weakref.WeakSet()
+_viewports = set()
 _exporting = False
 
 
