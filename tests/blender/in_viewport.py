@@ -249,6 +249,14 @@ def viewport_changes():
 
     yield from change("a deletion", removed, lambda p: True, {"settings", "open", "camera"}, 1)
 
+    def other_material():
+        placed = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name == "plastic")
+        placed.active_material = bpy.data.materials["red"]
+        nodes = bpy.data.materials["red"].node_tree.nodes  # and an edit beside it
+        next(n for n in nodes if n.type == "BSDF_DIFFUSE").inputs["Color"].default_value = (0.8, 0.05, 0.05, 1)
+
+    yield from change("another material", other_material, lambda p: reds(p) > 100, {"settings", "open", "camera"}, 1)
+
     def from_above():
         scene.render.use_border = False
         space.region_3d.view_perspective = "ORTHO"
@@ -293,8 +301,8 @@ def viewport_borders():
     space.use_render_border = False
     space.region_3d.view_perspective = "CAMERA"
     space.region_3d.view_camera_offset = (0.2, -0.1)
-    before = the_viewport()._picture
-    yield from until(new_picture(before, 8), "no picture of the camera's view")
+    yield from shown(1.0)  # all that has changed has been sent
+    yield from until(new_picture(the_viewport()._picture, 8), "no picture of the camera's view")
     yield from shown()
     screen = screenshot()
     still = scenes.render("EMBERLINE", os.path.join(FOLDER, "still.exr"))[..., :3]

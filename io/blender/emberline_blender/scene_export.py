@@ -122,6 +122,11 @@ class Parts:
         self.path, self.meshes, self.end = "", {}, None
 
 
+def worn_by(placed):
+    """Names of the materials in its slots."""
+    return tuple(slot.material.name_full if slot.material else "" for slot in placed.material_slots)
+
+
 class _Thing:
     """A mesh or a light. `track`: where it stands at each moment; `key`: of its mesh."""
 
@@ -189,7 +194,7 @@ class Export:
     def _gather(self, meshes, scratch=None):
         """Lists what there is. Meshes that are not among `meshes` are read and put there, for which there must be a `scratch`:
         False without."""
-        self._things = {}
+        self._things, self.worn = {}, {}
         self._low, self._high = Vector((1e30,) * 3), Vector((-1e30,) * 3)
         scene = self._depsgraph.scene_eval
         seen_by = scene.camera.evaluated_get(self._depsgraph) if scene.camera else None
@@ -202,7 +207,7 @@ class Export:
                 unseen = not placed.visible_camera and lights.in_view(scene, seen_by, placed.data, world)
                 self._things[name] = _Thing(placed.name, placed.data, track, group, unseen=unseen)
                 continue
-            worn = tuple(slot.material.name_full if slot.material else "" for slot in placed.material_slots)
+            worn = self.worn[placed.name_full] = worn_by(placed)
             # Objects without modifiers share what they are made of; what others are made of has an address of its own.
             key = (placed.data.as_pointer(), placed.type, worn)
             if placed.type != "MESH":

@@ -16,7 +16,7 @@ from gpu_extras.presets import draw_texture_2d
 
 from . import camera, command, guard, live_edits, settings, world
 from .command import Refused
-from .scene_export import Export, Parts
+from .scene_export import Export, worn_by
 from .session import Session
 
 _LOOK = 1 / 60  # seconds between two looks for pictures and changes
@@ -79,6 +79,7 @@ class Viewport:
         self._edits = {"materials": {}, "lights": {}}  # since then, by name
         self._listed = {}  # what is in the scene that is open
         self._parts = None  # of the last export, to be placed anew
+        self._worn = {}  # names of materials, by object
         self._view, self._settings = None, {}
         self._opening = self._opened = 0  # numbers of `open`
         self._picture, self._texture = None, None
@@ -100,11 +101,23 @@ class Viewport:
     def changed(self, depsgraph):
         if _exporting:
             return
-        for update in depsgraph.updates:
-            self._changes.add(update)
+        updates = list(depsgraph.updates)
+        materials = any(isinstance(update.id, bpy.types.Material) for update in updates)
+        for update in updates:
+            if not (materials and self._only_wears(update)):
+                self._changes.add(update)
         count = len(depsgraph.objects)
         if count != self._objects:
             self._changes.extent, self._objects = _ALL, count
+
+    def _only_wears(self, update):
+        """Whether it is named because of a material that it wears and wore before, as Blender 4 does."""
+        data = update.id
+        if update.is_updated_geometry or update.is_updated_transform:
+            return False
+        if isinstance(data, bpy.types.Object) and data.type != "LIGHT":
+            return worn_by(data) == self._worn.get(data.name_full)
+        return isinstance(data, bpy.types.Mesh)
 
     # By a timer, in the main thread.
     def step(self):
@@ -203,7 +216,7 @@ class Viewport:
             parts = self._parts if changes.extent == _PLACES and not changes.materials else None
             exported = Export(depsgraph, folder, parts=parts)
             self._note_states(exported, exported.parts is not parts)
-            self._parts = exported.parts
+            self._parts, self._worn = exported.parts, exported.worn
             light = world.options(depsgraph.scene_eval.world, folder)
             layer.update()  # what the export's own scene has stirred up is no change
         except (Refused, OSError) as fault:
