@@ -17,7 +17,7 @@ import numpy  # noqa: E402
 
 import blender_scenes as scenes  # noqa: E402
 import emberline_blender  # noqa: E402
-from emberline_blender import command, engine, guard, limits, settings  # noqa: E402
+from emberline_blender import command, engine, guard, limits, settings, versions  # noqa: E402
 
 CASE, FOLDER, EMBERLINE = sys.argv[sys.argv.index("--") + 1 :]
 TOLERANCE = 0.03
@@ -245,6 +245,111 @@ def animation():
     check(difference < 1e-5, f"the second frame is not the scene at frame 2 ({difference})")
     balls = [f[y : y + 8, 56:64].mean((0, 1)) for f, y in zip(frames, (28, 18))]
     check(balls[0][2] > 2 * balls[0][0] and balls[1][0] > 2 * balls[1][2], f"the material stands still ({balls})")
+
+
+def square():
+    """A white square of 1 m before black, 4 m wide in the picture, at frame 2."""
+    scenes.build("materials")
+    for placed in list(bpy.data.objects):
+        bpy.data.objects.remove(placed)
+    scenes.world((0, 0, 0), 0.0)
+    scenes.camera((0, 0, 5), (0, 0, 0), type="ORTHO", ortho_scale=4.0)
+    lamp = scenes.principled("lamp", colour=(0, 0, 0), specular=0.0, emission=(1.0, 1.0, 1.0), strength=1.0)
+    scene = bpy.context.scene
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 0.5
+    own = scene.emberline
+    own.pixel_filter, own.filter_width, own.samples = "box", 1.0, 1024
+    scene.cycles.pixel_filter_type = "BOX"
+    scene.frame_set(2)
+    return scenes.add(bpy.ops.mesh.primitive_plane_add, lamp, smooth=False, location=(0, 0, 0), size=1.0)
+
+
+def moves(owner, path, low, high, index=-1):
+    """Evenly through `low` at frame 1 and `high` at frame 3. By a driver: keys are eased."""
+    driven = owner.driver_add(path, index) if index >= 0 else owner.driver_add(path)
+    driven.driver.expression = f"{(low + high) / 2} + {(high - low) / 2} * (frame - 2)"
+
+
+def trapezoid(middle):
+    """How long the square is in each column of the picture, of an open shutter in which it goes half a metre."""
+    x = ((numpy.arange(96) + 0.5) / 96 - 0.5) * 4
+    return numpy.clip((0.75 - numpy.abs(x - middle)) / 0.5, 0, 1)
+
+
+def expect_trapezoid(what, middle):
+    bpy.context.scene.frame_set(2)
+    row = render()[24:40, :, 0].mean(0)
+    worst = numpy.abs(row - trapezoid(middle)).max()
+    check(worst < 0.02, f"{what}: {worst} from the trapezoid: {row}")
+
+
+def motion_closed_form():
+    """The square that moves, whose shape moves, before which the camera moves, at each position of the shutter; and one at rest."""
+    placed = square()
+    scene = bpy.context.scene
+    moves(placed, "location", -1, 1, 0)
+    for position, middle in (("START", 0.25), ("CENTER", 0.0), ("END", -0.25)):
+        versions.shutter_owner(scene).motion_blur_position = position
+        expect_trapezoid(position, middle)
+    check(abs(scene.frame_current_final - 2) < 1e-6, "the frame has changed")
+    versions.shutter_owner(scene).motion_blur_position = "CENTER"
+    placed = square()
+    parent = bpy.data.objects.new("parent", None)
+    scene.collection.objects.link(parent)
+    placed.parent, parent.scale = parent, (2, 1, 1)
+    placed.rotation_euler, placed.scale = (0, 0, 0.5), (0.7, 0.7, 1)
+    moves(parent, "location", -1, 1, 0)
+    sheared = render()[..., 0].sum()
+    parent.driver_remove("location", 0)
+    check(abs(sheared / render("still.exr")[..., 0].sum() - 1) < 0.01, "what is sheared changes its size when it moves")
+    placed = square()
+    placed.shape_key_add(name="Basis")
+    key = placed.shape_key_add(name="aside")
+    for point in key.data:
+        point.co.x += 1.0
+    key.slider_min, key.slider_max = -1.0, 1.0
+    moves(key, "value", -1.0, 1.0)
+    expect_trapezoid("a shape key", 0.0)
+    square()
+    moves(scene.camera, "location", 1, -1, 0)
+    expect_trapezoid("the camera", 0.0)
+    placed = square()
+    row = render("rest.exr")[24:40, :, 0].mean(0)
+    check(numpy.abs(row - numpy.repeat((0, 1, 0), (36, 24, 36))).max() < 1e-3, f"what stands still is blurred: {row}")
+
+
+def motion_compare():
+    """What turns, what bends and a camera that moves, beside Cycles, whose lights stand still."""
+    scenes.build("materials")
+    scene = bpy.context.scene
+    balls = {o.active_material.name: o for o in scene.objects if o.type == "MESH"}
+    bar = scenes.cube(scenes.diffuse("bar", (0.2, 0.7, 0.3)), (-0.6, -0.8, 1.0))
+    bar.scale = (1.2, 0.1, 0.1)
+    moves(bar, "rotation_euler", -1.5, 1.5, 1)
+    bend = balls["plastic"].modifiers.new("bend", "SIMPLE_DEFORM")
+    bend.deform_method = "STRETCH"
+    moves(bend, "factor", -0.4, 1.2)
+    moves(scene.camera, "location", 2.0, 2.4, 2)
+    scene.frame_set(2)
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.0
+    scene.cycles.samples = scene.emberline.samples = 256
+    pictures = []
+    for steps in (1, 3):
+        scene.emberline.motion_steps = steps
+        for placed in scene.objects:
+            placed.cycles.motion_steps = steps
+        theirs = scenes.render("CYCLES", file("motion cycles.exr"))[..., :3]
+        ours = render("motion.exr")[..., :3]
+        # Means of 8x8 pixels: noise is some hundredths, another path of an edge more than a tenth.
+        tiles = [p.reshape(8, 8, 12, 8, 3).mean((1, 3)) for p in (theirs, ours)]
+        worst = (numpy.abs(tiles[1] - tiles[0]) / (tiles[0] + 0.05)).max()
+        check(worst < 0.08, f"motion with {steps} steps: a tile differs by {worst}")
+        difference = abs(ours.mean() / theirs.mean() - 1)
+        check(difference < TOLERANCE, f"motion with {steps} steps: the mean differs by {difference}")
+        print(f"motion_{steps}: within {100 * worst:.1f} % in tiles, {100 * difference:.1f} % as a whole")
+        pictures.append(ours)
+    scene.render.use_motion_blur = False
+    check(numpy.abs(render("sharp.exr")[..., :3] - pictures[0]).max() > 0.2, "nothing was blurred")
 
 
 def shows_and_tells():
