@@ -8,6 +8,7 @@ import os
 import sys
 import time
 import traceback
+import zipfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(os.path.dirname(os.path.dirname(HERE)), "io", "blender")]
@@ -60,6 +61,26 @@ def compare():
             worst = max(worst, difference.max())
             check(difference.max() < TOLERANCE, f"{name}, {region}: {b} where Cycles has {a}")
         print(f"{name}: within {100 * worst:.1f} %")
+
+
+def light_units():
+    """What of a light's power Blender lets its user choose, beside Cycles: the mean over a floor."""
+    has = set(bpy.types.Light.bl_rna.properties.keys())
+    kinds = [("AREA", {"shape": "DISK", "size": 0.8}), ("POINT", {"shadow_soft_size": 0.2}), ("SPOT", {"spot_size": 0.9, "shadow_soft_size": 0.0})]
+    if "normalize" in has:
+        kinds += [(kind, {**more, "normalize": False}) for kind, more in kinds] + [("SUN", {"angle": 0.1, "normalize": False})]
+    if "use_temperature" in has:
+        kinds += [("POINT", {"use_temperature": True, "temperature": 3000, "exposure": 1.5})]
+    for kind, more in kinds:
+        scenes.build("materials")
+        for placed in list(bpy.data.objects):
+            bpy.data.objects.remove(placed)
+        scenes.floor(scenes.diffuse("floor", (0.7, 0.7, 0.7)), 12)
+        scenes.world((0, 0, 0), 0)
+        scenes.camera((0, -9, 7), (0, 0, 0))
+        scenes.light(kind, 60, (0, 0, 2), **more)
+        theirs, ours = (scenes.render(e, file("light.exr"))[20:, :, :3].mean((0, 1)) for e in ("CYCLES", "EMBERLINE"))
+        check(numpy.abs(ours / theirs - 1).max() < TOLERANCE, f"{kind} {more}: {ours} where Cycles has {theirs}")
 
 
 def refusal():
@@ -430,6 +451,30 @@ def no_pixels():
     draw.border_min_x, draw.border_max_x = 0.4, 0.45
     expect("too small")
     draw.use_border = False
+
+
+def as_installed():
+    """From the zip, as users have it: it installs, is listed, and renders as Blender's own operators enable it."""
+    emberline_blender.unregister()
+    source = os.path.dirname(os.path.abspath(emberline_blender.__file__))
+    archive = file("emberline_blender.zip")
+    with zipfile.ZipFile(archive, "w") as out:
+        for name in os.listdir(source):
+            if name.endswith((".py", ".toml")):
+                out.write(os.path.join(source, name), f"emberline_blender/{name}")
+    if bpy.app.version >= (4, 2):
+        bpy.ops.extensions.package_install_files(repo="user_default", filepath=archive, enable_on_install=True)
+        module = "bl_ext.user_default.emberline_blender"
+    else:
+        bpy.ops.preferences.addon_install(filepath=archive)
+        bpy.ops.preferences.addon_enable(module="emberline_blender")
+        module = "emberline_blender"
+    check(module in bpy.context.preferences.addons, "it is not enabled")
+    bpy.context.preferences.addons[module].preferences.command = EMBERLINE
+    scenes.build("lights")
+    check(render()[..., :3].mean() > 0.05, "no picture")
+    bpy.ops.preferences.addon_disable(module=module)
+    emberline_blender.register()
 
 
 def one_of_two():

@@ -233,7 +233,7 @@ def viewport_changes():
         next(n for n in scene.world.node_tree.nodes if n.type == "BACKGROUND").inputs["Strength"].default_value = 20
 
     bright = colours(the_viewport()._picture.pixels).mean()
-    yield from change("the world", daylight, lambda p: colours(p).mean() > 1.5 * bright, {"settings", "open", "camera"})
+    yield from change("the world", daylight, lambda p: colours(p).mean() > 1.5 * bright, {"settings", "edits"})
     check(greener(the_viewport()._picture.pixels), "the material is as it was before its edit")
 
     def textured():
@@ -243,6 +243,21 @@ def viewport_changes():
         node.id_data.links.new(source.outputs[0], node.inputs["Color"])
 
     yield from change("nodes", textured, lambda p: not greener(p), {"settings", "open", "camera"}, 1)
+
+    def alone():
+        placed = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name == "plastic")
+        for other in scene.objects:
+            other.select_set(other == placed)
+        bpy.context.view_layer.objects.active = placed
+        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=area(), region=region()):
+            bpy.ops.view3d.localview(frame_selected=False)
+
+    def whole():
+        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=area(), region=region()):
+            bpy.ops.view3d.localview(frame_selected=False)
+
+    yield from change("local view", alone, lambda p: not (colours(p)[:, 0] > 1.5 * colours(p)[:, 1]).any(), {"settings", "open", "camera"})
+    yield from change("all of it", whole, lambda p: (colours(p)[:, 0] > 1.5 * colours(p)[:, 1]).any(), {"settings", "open", "camera"})
 
     def removed():
         bpy.data.objects.remove(next(o for o in scene.objects if o.type == "MESH" and o.active_material.name == "floor"))

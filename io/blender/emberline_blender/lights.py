@@ -28,6 +28,15 @@ def colour(light):
     return [max(c * factor, 0.0) for c in rgb]
 
 
+def _unnormalized(light):
+    """What the power counts for where "Normalize" is off: the size, measured beside Cycles 5.2; an area light's own is in add()."""
+    if getattr(light, "normalize", True) or light.type == "AREA":
+        return 1.0
+    if light.type == "SUN":
+        return math.pi * math.tan(light.angle / 2) ** 2 if light.angle > 0 else 1.0
+    return 4 * math.pi * light.shadow_soft_size**2 if light.shadow_soft_size > 0 else 4.0
+
+
 def shown_node(tree, output, wanted):
     """The node that the tree's active output of type `output` shows, if it is of type `wanted`."""
     for node in tree.nodes if tree else ():
@@ -117,7 +126,7 @@ def add(glb, animation, name, light, track, centre, radius, unseen):
     The name is that of its layer of light groups. `unseen`: it stands in the camera's view, which must not see it; then a
     point or sun has no size.
     """
-    rgb = _scaled(colour(light), light.energy)
+    rgb = _scaled(colour(light), light.energy * _unnormalized(light))
     if max(rgb) <= 0:
         return None
     turned = [m.to_3x3().normalized().to_4x4() for m in track]

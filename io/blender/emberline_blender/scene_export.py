@@ -140,12 +140,12 @@ class Export:
 
     `parts`: of an earlier export, whose meshes and materials still hold: then only what stands where is new, unless there is a
     mesh that it lacks. `shutter`: of motion.py, with which the scene is looked at at each moment; then `view` is that of its
-    middle, and `moves` says whether something does."""
+    middle, and `moves` says whether something does. `only`: names of the objects that are shown, with their instances."""
 
-    def __init__(self, depsgraph, folder, light_groups=(), parts=None, shutter=None):
+    def __init__(self, depsgraph, folder, light_groups=(), parts=None, shutter=None, only=None):
         self._depsgraph = depsgraph
         self._light_groups = set(light_groups)
-        self._shutter = shutter
+        self._shutter, self._only = shutter, only
         self.view, self.groups, self.said = None, {}, []
         self.path = os.path.join(folder, "scene.glb")
         if parts and self._gather(parts.meshes):
@@ -187,8 +187,11 @@ class Export:
             placed = instance.object
             if instance.show_self and (placed.type == "LIGHT" or placed.type in _MESHES and placed.data):
                 name = placed.name_full
+                owner = instance.parent.name_full if instance.is_instance else name
+                if self._only is not None and owner not in self._only:
+                    continue
                 if instance.is_instance:
-                    name = (name, instance.parent.name_full, *instance.persistent_id)
+                    name = (name, owner, *instance.persistent_id)
                 yield name, placed, instance.matrix_world.copy()
 
     def _gather(self, meshes, scratch=None):

@@ -32,3 +32,9 @@ def data_were_made(depsgraph):
     to be made anew then, with any engine."""
     if bpy.app.version >= (5, 0):
         depsgraph.update()
+
+
+def casts_shadows(light):
+    if bpy.app.version < (4, 2):  # there `use_shadow` is EEVEE's
+        return getattr(getattr(light, "cycles", None), "cast_shadow", True)
+    return light.use_shadow
