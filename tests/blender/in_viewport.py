@@ -316,9 +316,9 @@ def viewport_borders():
     space.use_render_border = False
     space.region_3d.view_perspective = "CAMERA"
     space.region_3d.view_camera_offset = (0.2, -0.1)
-    yield from shown(1.0)  # all that has changed has been sent
-    yield from until(new_picture(the_viewport()._picture, 8), "no picture of the camera's view")
-    yield from shown()
+    whole_size = (region().width, region().height)
+    yield from until(lambda: size() == whole_size and new_picture(samples=8)(), "no picture of the camera's view")
+    yield from shown(1.0)
     screen = screenshot()
     still = scenes.render("EMBERLINE", os.path.join(FOLDER, "still.exr"))[..., :3]
     got, wanted = in_frame(screen, 6, 26, 18, 38), still[26:38, 6:18].clip(0, 1).mean((0, 1))
