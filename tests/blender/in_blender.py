@@ -66,7 +66,9 @@ def compare():
 def light_units():
     """What of a light's power Blender lets its user choose, beside Cycles: the mean over a floor."""
     has = set(bpy.types.Light.bl_rna.properties.keys())
-    kinds = [("AREA", {"shape": "DISK", "size": 0.8}), ("POINT", {"shadow_soft_size": 0.2}), ("SPOT", {"spot_size": 0.9, "spot_blend": 0.0, "shadow_soft_size": 0.0})]
+    kinds = [("AREA", {"shape": "DISK", "size": 0.8}), ("POINT", {"shadow_soft_size": 0.2})]
+    if bpy.app.version >= (4, 0):  # before, a spot is darker towards the edge of its cone
+        kinds += [("SPOT", {"spot_size": 0.9, "spot_blend": 0.0, "shadow_soft_size": 0.0})]
     if "normalize" in has:
         kinds += [(kind, {**more, "normalize": False}) for kind, more in kinds] + [("SUN", {"angle": 0.1, "normalize": False})]
     if "use_temperature" in has:
