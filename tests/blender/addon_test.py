@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """The add-on in a real Blender without a display, its pictures beside Cycles'.
 
-    tests/blender/addon_test.py CASE [--emberline build/release/bin/emberline] [--blender blender] [--keep DIR]
+    tests/blender/addon_test.py CASE... [--emberline build/release/bin/emberline] [--blender blender] [--keep DIR]
 
 Cases: those of in_blender.py, and `cancel`, `killed` and `two_at_once`, which are run from
-outside; and those of in_viewport.py, which need xvfb-run. Exit code 77, as ctest has
-it, where there is no Blender, or one without NumPy, Cycles or the glTF exporter.
+outside; and those of in_viewport.py, which need xvfb-run. `all` is every one, `list`
+prints them. Exit code 77, as ctest has it, where there is no Blender, or one without
+NumPy, Cycles or the glTF exporter.
 """
 import argparse
 import os
@@ -21,6 +22,12 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 VIEWPORT = ("viewport_shows", "viewport_changes", "viewport_borders", "viewport_large", "viewport_ends")
+FROM_OUTSIDE = ("cancel", "killed", "two_at_once")
+CASES = (
+    "compare", "light_units", "refusals", "no_pixels", "missing_library", "border", "unusual_paths", "layers", "animation", "motion_closed_form",
+    "motion_compare", "shows_and_tells", "as_installed", *FROM_OUTSIDE, *VIEWPORT,
+)  # fmt: skip
+SAYS = {"missing_library": "Warning: Emberline: library.blend: the file"}  # in the log, which is whole when Blender has ended
 NEEDS = "import numpy, _cycles, io_scene_gltf2; print('has all')"
 
 
@@ -35,12 +42,14 @@ def start(options, case, folder):
     command = [options.blender, "-b", "--factory-startup", "-P", HERE / "in_blender.py", "--"]
     temporary = folder / "tmp mit Ä"
     temporary.mkdir(parents=True, exist_ok=True)
-    more = {"TMPDIR": str(temporary)}
+    # Add-ons that a test installs go there, too.
+    more = {"TMPDIR": str(temporary), "BLENDER_USER_RESOURCES": str(folder / "user"), "HOME": str(folder), "XDG_CONFIG_HOME": str(folder)}
     if case in VIEWPORT:
-        # xvfb-run itself wants no blank in TMPDIR.
-        screen = ["xvfb-run", "-a", "-s", "-screen 0 1280x800x24", "env", f"TMPDIR={temporary}"]
+        # xvfb-run itself wants no blank in TMPDIR, nor in the server's arguments.
+        screen = ["xvfb-run", "-a", "-s", f"-screen 0 1280x800x24 -fbdir {options.screen}", "env", f"TMPDIR={temporary}"]
         window = ["--factory-startup", "--no-window-focus", "-p", "0", "0", "1280", "800"]
-        more = {"LIBGL_ALWAYS_SOFTWARE": "1"}
+        more |= {"LIBGL_ALWAYS_SOFTWARE": "1", "EMBERLINE_TEST_SCREEN": options.screen}
+        del more["TMPDIR"]
         command = [*screen, options.blender, *window, "-P", HERE / "in_viewport.py", "--"]
     with open(folder / "log.txt", "wb") as log:
         return subprocess.Popen(
@@ -58,7 +67,7 @@ def log(folder):
 def finish(process, folder, case, codes=(0,)):
     code = process.wait(240)
     said = log(folder)
-    if code not in codes or f"passed {case}" not in said:
+    if code not in codes or f"passed {case}" not in said or SAYS.get(case, "") not in said:
         sys.exit(f"{said[-4000:]}\n{case}: Blender ended with {code}")
     print("\n".join(line for line in said.splitlines() if re.match(r"passed|\w+: within|.* after \S+ m?s", line)))
     left = [p for p in (folder / "tmp mit Ä").rglob("emberline*")]
@@ -121,32 +130,49 @@ def two_at_once(options, folder):
         sys.exit(f"two at once: {means}")
 
 
+def run(options, case):
+    if case in VIEWPORT and not shutil.which("xvfb-run"):
+        print("no xvfb-run: nothing is tested")
+        return 77
+    with tempfile.TemporaryDirectory() as scratch:
+        options.screen = scratch
+        folder = options.keep or Path(scratch) / "Ordner mit Umläuten"
+        folder.mkdir(parents=True, exist_ok=True)
+        if case in FROM_OUTSIDE:
+            globals()[case](options, folder)
+        else:
+            finish(start(options, case, folder), folder, case)
+    return 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("case")
+    parser.add_argument("cases", nargs="+")
     parser.add_argument("--emberline", default=ROOT / "build/release/bin/emberline")
     parser.add_argument("--blender", default="blender")
     parser.add_argument("--keep", type=Path, help="leave the files in this folder")
     options = parser.parse_args()
+    if options.cases == ["list"]:
+        print(";".join(CASES), end="")
+        return 0
     if not shutil.which(options.blender):
         print("no blender: nothing is tested")
         return 77
-    if options.case in VIEWPORT and not shutil.which("xvfb-run"):
-        print("no xvfb-run: nothing is tested")
-        return 77
     has = [options.blender, "-b", "--factory-startup", "--python-expr", NEEDS]
-    run = subprocess.run(has, capture_output=True, text=True, errors="replace", env=environment(options))
-    if "has all" not in run.stdout:
+    found = subprocess.run(has, capture_output=True, text=True, errors="replace", env=environment(options))
+    if "has all" not in found.stdout:
         print("blender has no NumPy, no Cycles or no glTF exporter: nothing is tested")
         return 77
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = options.keep or Path(scratch) / "Ordner mit Umläuten"
-        folder.mkdir(parents=True, exist_ok=True)
-        special = {"cancel": cancel, "killed": killed, "two_at_once": two_at_once}.get(options.case)
-        if special:
-            special(options, folder)
-        else:
-            finish(start(options, options.case, folder), folder, options.case)
+    failed = []
+    for case in CASES if options.cases == ["all"] else options.cases:
+        try:
+            if run(options, case):
+                return 77
+        except SystemExit as fault:
+            print(fault)
+            failed.append(case)
+    if failed:
+        sys.exit(f"failed: {', '.join(failed)}")
     return 0
 
 

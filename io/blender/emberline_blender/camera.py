@@ -1,7 +1,7 @@
 """Blender's camera as a view of Emberline's edits, and the picture it shows as --size and --crop."""
 import math
 
-from mathutils import Vector
+from mathutils import Matrix, Vector
 
 from .command import Refused
 from .glb import point
@@ -10,8 +10,29 @@ from .glb import point
 class View:
     """`width`, `height`: of the frame that is rendered, of which `crop` (x0, y0, x1, y1, from the top) is shown."""
 
-    def __init__(self, width, height, crop, edit):
-        self.width, self.height, self.crop, self.edit = width, height, crop, edit
+    def __init__(self, width, height, crop, edit, placed=None):
+        """`placed`: the camera's matrix, of unit axes."""
+        self.width, self.height, self.crop, self.edit, self.placed = width, height, crop, edit, placed
+
+    def follow(self, glb, animation, views):
+        """Where one of `views`, of each moment, is another than this, the view becomes that of a camera of the file, which moves.
+        The new nodes."""
+        angles = [view.edit.get("fov_y") for view in views]
+        if all(view.placed == self.placed for view in views) and angles.count(angles[0]) == len(angles):
+            return []
+        if "fov_y" in self.edit:
+            lens = {"type": "perspective", "perspective": {"yfov": math.radians(self.edit["fov_y"]), "znear": 0.01}}
+            if angles.count(angles[0]) < len(angles):
+                animation.point_at("/cameras/0/perspective/yfov", [math.radians(angle) for angle in angles])
+        else:
+            half = self.edit["orthographic_height"] / 2
+            lens = {"type": "orthographic", "orthographic": {"ymag": half, "xmag": half * self.width / self.height, "znear": 0, "zfar": 1e6}}
+        glb.add("cameras", lens)
+        self.edit = {name: self.edit[name] for name in ("f_stop", "focus_distance") if name in self.edit}
+        self.edit["file_camera"] = {"index": 0}
+        # glTF's cameras look along -Z of their node, Blender's along -Z of theirs.
+        places = [view.placed @ Matrix.Rotation(-math.pi / 2, 4, "X") for view in views]
+        return [animation.node(places, camera=0)]
 
 
 def pixels(render):
@@ -71,12 +92,16 @@ def view(depsgraph):
     if not (back.length > 0 and top.length > 0 and all(map(math.isfinite, eye))):
         raise Refused(f"Emberline: camera '{placed.name}' looks nowhere (its scale is 0)")
     edit = {"look_from": point(eye), "look_at": point(Vector(eye) - back), "up": point(top)}
+    right = top.cross(back).normalized()
     if matrix.determinant() < 0:
         edit["mirrored"] = True
+        right = -right
+    placed_plainly = Matrix((right, top, back)).transposed().to_4x4()
+    placed_plainly.translation = eye
     edit["up"] = [min(max(c, -1.0), 1.0) for c in edit["up"]]
     if camera.type == "ORTHO":
         edit["orthographic_height"] = camera.ortho_scale * whole[1] / fitted
-        return View(*whole, crop, edit)
+        return View(*whole, crop, edit, placed_plainly)
     slope = 0.5 * sensor / camera.lens * whole[1] / fitted
     edit["fov_y"] = math.degrees(2 * math.atan(slope))
     dof = camera.dof
@@ -85,7 +110,7 @@ def view(depsgraph):
         opening = 1e-3 * camera.lens / dof.aperture_fstop
         edit["f_stop"] = 0.012 / slope / opening
         edit["focus_distance"] = max(_focus_distance(camera, placed, depsgraph), 1e-6)
-    return View(*whole, crop, edit)
+    return View(*whole, crop, edit, placed_plainly)
 
 
 class RegionView(View):

@@ -32,6 +32,11 @@ def find(preferred=""):
     raise Refused("Emberline: the command was found neither on PATH nor beside the add-on; its path can be set in Preferences > Add-ons")
 
 
+def environment():
+    """Of our children. Blender 5 leaves the OpenColorIO configuration of its own version there, and we ask for linear pictures."""
+    return {name: value for name, value in os.environ.items() if name != "OCIO"}
+
+
 class Viewer:
     """What `--display tev://` sends to: the picture so far, as R G B A with rows from the top.
 
@@ -112,6 +117,7 @@ class Process:
                     stdout=log,
                     stderr=subprocess.STDOUT,
                     cwd=folder,
+                    env=environment(),
                 )
         except OSError as error:
             raise Refused(f"Emberline: {arguments[0]} cannot be started: {error.strerror}") from error

@@ -9,7 +9,7 @@ import traceback
 
 import bpy
 
-from . import camera, command, exr, guard, limits, passes, settings, viewport, world
+from . import camera, command, exr, guard, limits, motion, passes, settings, versions, viewport, world
 from .command import Refused
 from .scene_export import Export
 
@@ -74,8 +74,11 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             self._viewport.draw(self, context, depsgraph)
 
     def __del__(self):
-        if self._viewport:
-            self._viewport.close()
+        try:
+            if self._viewport:
+                self._viewport.close()
+        except ReferenceError:
+            pass  # newer Blenders have taken it from us: viewport.py sees that its engine is gone
 
     def update_render_passes(self, scene, renderlayer):
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
@@ -98,7 +101,8 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
 
     def _fail(self, line):
         self.report({"ERROR"}, line)
-        self.error_set(line)
+        if not versions.REPORTS_SHOW:
+            self.error_set(line)
 
     def _render(self, depsgraph, folder):
         scene, layer = depsgraph.scene, depsgraph.view_layer
@@ -111,10 +115,15 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         self.update_stats("", "Emberline: exporting the scene")
 
         def export():
-            exported = Export(depsgraph, folder, passes.light_groups(layer))
+            shutter = motion.Shutter(self, scene) if scene.render.use_motion_blur else None
+            exported = Export(depsgraph, folder, passes.light_groups(layer), shutter=shutter)
+            versions.data_were_made(depsgraph)
             return exported, world.options(depsgraph.scene_eval.world, folder)
 
         exported, light = _on_main_thread(self, export)
+        for line in exported.said:
+            self.report({"WARNING"}, f"Emberline: {line}")
+        view = exported.view or view
         groups = dict(exported.groups)
         if scene.world and getattr(scene.world, "lightgroup", ""):
             groups["environment"] = scene.world.lightgroup
@@ -127,6 +136,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         arguments += ["--edits", os.path.join(folder, "edits.json"), "--display", viewer.url]
         arguments += ["--size", f"{view.width}x{view.height}", "--crop", ",".join(map(str, view.crop))]
         arguments += light + settings.options(scene) + passes.options(scene, layer)
+        arguments += motion.OPTIONS if exported.moves else []
         try:
             self._watch(command.Process(arguments, folder), viewer, view.crop, layer)
         finally:

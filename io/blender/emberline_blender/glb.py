@@ -1,7 +1,9 @@
 """A .glb as its JSON and its buffer, to change what Blender's exporter has written and to add to it."""
 import json
-import math
 import struct
+
+import numpy
+from mathutils import Matrix
 
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 
@@ -10,6 +12,7 @@ class Glb:
     def __init__(self, path=None):
         self.json = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}]}
         self.buffer = bytearray()
+        self._bare = None
         if path:
             self._read(path)
 
@@ -47,19 +50,55 @@ class Glb:
         items.append(item)
         return len(items) - 1
 
+    _LISTS = ("accessors", "bufferViews", "materials", "meshes")
+
+    def end(self):
+        """What there is now, for cut()."""
+        return len(self.buffer), {member: len(self.json.get(member, ())) for member in self._LISTS}
+
+    def cut(self, end):
+        """Takes away what has been added since, but for the extensions' names; and what stands where."""
+        del self.buffer[end[0] :]
+        for member, count in end[1].items():
+            if member in self.json:
+                del self.json[member][count:]
+        for member in ("nodes", "cameras", "animations", "extensions"):
+            self.json.pop(member, None)
+
     def use(self, extension):
         used = self.json.setdefault("extensionsUsed", [])
         if extension not in used:
             used.append(extension)
 
-    def _accessor(self, numbers, code, component, kind, **more):
+    def _accessor(self, values, component, kind, **more):
         self.buffer += bytes(-len(self.buffer) % 4)
-        data = struct.pack(f"<{len(numbers)}{code}", *numbers)
-        view = self.add("bufferViews", {"buffer": 0, "byteOffset": len(self.buffer), "byteLength": len(data)})
-        self.buffer += data
-        count = len(numbers) // (3 if kind == "VEC3" else 1)
-        accessor = {"bufferView": view, "componentType": component, "count": count, "type": kind, **more}
+        view = self.add("bufferViews", {"buffer": 0, "byteOffset": len(self.buffer), "byteLength": values.nbytes})
+        self.buffer += values.tobytes()
+        accessor = {"bufferView": view, "componentType": component, "count": len(values), "type": kind, **more}
         return self.add("accessors", accessor)
+
+    def add_vectors(self, values, bounds=False):
+        """Rows of two to four floats; or floats alone. `bounds`, which positions must have, and times."""
+        values = numpy.ascontiguousarray(values, "<f4")
+        kind = "SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}"
+        limits = {}
+        if bounds:
+            rows = values.reshape(len(values), -1)
+            limits = {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
+        return self._accessor(values, 5126, kind, **limits)
+
+    def add_indices(self, triangles):
+        return self._accessor(numpy.ascontiguousarray(triangles, "<u4").ravel(), 5125, "SCALAR")
+
+    def bare_material(self):
+        """Of what wears none: Blender's grey."""
+        if self._bare is None:
+            plain = {"baseColorFactor": [0.8, 0.8, 0.8, 1], "metallicFactor": 0, "roughnessFactor": 1}
+            self.use("KHR_materials_specular")
+            self._bare = self.add(
+                "materials", {"pbrMetallicRoughness": plain, "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}
+            )
+        return self._bare
 
     def add_emitter(self, name, points, triangles, radiance):
         """A mesh that shines with `radiance` to the side its triangles are seen from, and reflects nothing."""
@@ -75,25 +114,24 @@ class Glb:
         if most > 0:
             self.use("KHR_materials_emissive_strength")
             material["extensions"]["KHR_materials_emissive_strength"] = {"emissiveStrength": most}
-        count = 3 * len(points)
-        flat = struct.unpack(f"<{count}f", struct.pack(f"<{count}f", *[x for p in points for x in p]))
-        bounds = {"min": [min(flat[i::3]) for i in range(3)], "max": [max(flat[i::3]) for i in range(3)]}
-        positions = self._accessor(flat, "f", 5126, "VEC3", **bounds)
-        indices = self._accessor([i for t in triangles for i in t], "I", 5125, "SCALAR")
         primitive = {
-            "attributes": {"POSITION": positions},
-            "indices": indices,
+            "attributes": {"POSITION": self.add_vectors(points, bounds=True)},
+            "indices": self.add_indices(triangles),
             "material": self.add("materials", material),
         }
         return self.add("meshes", {"name": name, "primitives": [primitive]})
 
 
-def matrix(m):
-    """A node's "matrix" of Blender's 4x4, in glTF's axes (Y up), column after column."""
+def axes(m):
+    """Blender's 4x4 in glTF's axes (Y up)."""
     # C m C^-1 with C: (x, y, z) -> (x, z, -y)
     order, signs = (0, 2, 1, 3), (1, 1, -1, 1)
-    values = [m[order[r]][order[c]] * signs[r] * signs[c] for c in range(4) for r in range(4)]
-    return values if all(map(math.isfinite, values)) else None
+    return Matrix([[m[order[r]][order[c]] * signs[r] * signs[c] for c in range(4)] for r in range(4)])
+
+
+def flat(m):
+    """A node's "matrix": column after column."""
+    return [m[r][c] for c in range(4) for r in range(4)]
 
 
 def point(v):

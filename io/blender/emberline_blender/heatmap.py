@@ -40,7 +40,9 @@ class EMBERLINE_OT_heatmap(bpy.types.Operator):
                 self.report({"ERROR"}, str(fault))
                 return {"CANCELLED"}
             arguments = [program, "heatmap", guard.last_frame(), "-o", picture, "--of", self.of, "--colors", "inferno"]
-            run = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace")
+            run = subprocess.run(
+                arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", env=command.environment()
+            )
             if run.returncode:
                 said = (run.stderr.strip() or run.stdout.strip() or "no reason given").splitlines()
                 self.report({"ERROR"}, f"Emberline: {said[-1]}")

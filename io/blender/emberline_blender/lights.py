@@ -1,14 +1,14 @@
 """Blender's lights: as KHR_lights_punctual where they have no size, else as meshes that shine.
 
 Units were measured beside Cycles: a point light of P watts has the radiant intensity P / 4 pi, an area light of
-size A the radiance P / 4 A, a sun of strength E gives that irradiance. One candela of the file is a radiant intensity of 1.
+size A the radiance P / 4 A (P / pi A since Blender 4), a sun of strength E gives that irradiance. One candela of the file is a radiant intensity of 1.
 """
 import math
 
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Matrix, Vector
 
-from .glb import matrix
+from . import versions
 
 _STEPS = 48  # of a circle
 # A sun with an angle is a disc so many radii of the scene away: its light's direction changes by a thousandth over the scene.
@@ -26,6 +26,15 @@ def colour(light):
         factor *= emission.inputs["Strength"].default_value
         rgb = [a * b for a, b in zip(rgb, emission.inputs["Color"].default_value)]
     return [max(c * factor, 0.0) for c in rgb]
+
+
+def _unnormalized(light):
+    """What the power counts for where "Normalize" is off: the size, measured beside Cycles 5.2; an area light's own is in add()."""
+    if getattr(light, "normalize", True) or light.type == "AREA":
+        return 1.0
+    if light.type == "SUN":
+        return math.pi * math.tan(light.angle / 2) ** 2 if light.angle > 0 else 1.0
+    return 4 * math.pi * light.shadow_soft_size**2 if light.shadow_soft_size > 0 else 4.0
 
 
 def shown_node(tree, output, wanted):
@@ -110,62 +119,56 @@ def _shape(light):
     return [(-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)]
 
 
-def add(glb, name, light, placed, centre, radius, unseen):
-    """Adds a light of `placed` (matrix_world) to the file; nothing where it gives none. Around `centre` lies the scene.
+def add(glb, animation, name, light, track, centre, radius, unseen):
+    """Adds a light that goes through `track` (matrix_world) to the file. The node's index, None where it gives no light. Around
+    `centre` lies the scene.
 
     The name is that of its layer of light groups. `unseen`: it stands in the camera's view, which must not see it; then a
     point or sun has no size.
     """
-    power = light.energy
-    rgb = _scaled(colour(light), power)
+    rgb = _scaled(colour(light), light.energy * _unnormalized(light))
     if max(rgb) <= 0:
-        return
-    rotation = placed.to_3x3().normalized().to_4x4()
-    at = Matrix.Translation(placed.translation)
+        return None
+    turned = [m.to_3x3().normalized().to_4x4() for m in track]
+    at = [Matrix.Translation(m.translation) for m in track]
+
+    def emitter(points, faces, radiance, places):
+        return animation.node(places, name=name, mesh=glb.add_emitter(name, [_gl(p) for p in points], faces, radiance))
+
     if light.type == "AREA":
         outline = _shape(light)
-        axes = placed.to_3x3()
+        axes = track[len(track) // 2].to_3x3()
         area = _area_of(outline) * axes.col[0].cross(axes.col[1]).length
         if area <= 0:
-            return
+            return None
         size = area if getattr(light, "normalize", True) else 1.0
         # Cycles has the whole shape's area here, not that of its corners.
-        _mesh(glb, name, [_gl(p) for p in outline], _fan(outline), _scaled(rgb, 0.25 / size), placed)
-    elif light.type == "SUN" and light.angle > 1e-4 and not unseen:
+        return emitter(outline, _fan(outline), _scaled(rgb, versions.AREA_RADIANCE / size), track)
+    if light.type == "SUN" and light.angle > 1e-4 and not unseen:
         half = min(light.angle, math.radians(170)) / 2
         distance = _SUN_RADII * radius
         outline = _circle(distance * math.tan(half), distance * math.tan(half))
         # What the surface that faces the middle gets, of Cycles' disc: the mean cosine over it.
         mean = 2 * (1 / math.cos(half) - 1) / math.tan(half) ** 2
         radiance = _scaled(rgb, mean / (math.pi * math.sin(half) ** 2))
-        far = Matrix.Translation(centre) @ rotation @ Matrix.Translation((0, 0, distance))
-        _mesh(glb, name, [_gl(p) for p in outline], _fan(outline), radiance, far)
-    elif light.type == "POINT" and light.shadow_soft_size > 1e-6 and not unseen:
+        far = [Matrix.Translation(centre) @ r @ Matrix.Translation((0, 0, distance)) for r in turned]
+        return emitter(outline, _fan(outline), radiance, far)
+    if light.type == "POINT" and light.shadow_soft_size > 1e-6 and not unseen:
         points, faces = _sphere(light.shadow_soft_size)
         area = sum(_triangle_area(points, f) for f in faces)
-        _mesh(glb, name, [_gl(p) for p in points], faces, _scaled(rgb, 1 / (math.pi * area)), at)
-    else:
-        intensity = 1.0 if light.type == "SUN" else 1 / (4 * math.pi)
-        _punctual(glb, name, light, _scaled(rgb, intensity), at @ rotation)
+        return emitter(points, faces, _scaled(rgb, 1 / (math.pi * area)), at)
+    intensity = 1.0 if light.type == "SUN" else 1 / (4 * math.pi)
+    # glTF's lights shine along -Z of their node, Blender's along -Z of theirs: one more turn between the two.
+    places = [a @ r @ Matrix.Rotation(-math.pi / 2, 4, "X") for a, r in zip(at, turned)]
+    shining = {"light": _punctual(glb, name, light, _scaled(rgb, intensity))}
+    return animation.node(places, name=name, extensions={"KHR_lights_punctual": shining})
 
 
 def _gl(p):
     return (p[0], p[2], -p[1])
 
 
-def _mesh(glb, name, points, faces, radiance, placed):
-    values = matrix(placed)
-    if values:
-        glb.json["scenes"][0]["nodes"].append(
-            glb.add("nodes", {"name": name, "mesh": glb.add_emitter(name, points, faces, radiance), "matrix": values})
-        )
-
-
-def _punctual(glb, name, light, rgb, placed):
-    # glTF's lights shine along -Z of their node, Blender's along -Z of theirs: one more turn between the two.
-    values = matrix(placed @ Matrix.Rotation(-math.pi / 2, 4, "X"))
-    if not values:
-        return
+def _punctual(glb, name, light, rgb):
     most = max(rgb)
     entry = {"name": name, "color": [c / most for c in rgb], "intensity": most}
     entry["type"] = {"SUN": "directional", "POINT": "point", "SPOT": "spot"}[light.type]
@@ -177,5 +180,4 @@ def _punctual(glb, name, light, rgb, placed):
     glb.use("KHR_lights_punctual")
     lights = glb.json.setdefault("extensions", {}).setdefault("KHR_lights_punctual", {}).setdefault("lights", [])
     lights.append(entry)
-    node = {"name": name, "matrix": values, "extensions": {"KHR_lights_punctual": {"light": len(lights) - 1}}}
-    glb.json["scenes"][0]["nodes"].append(glb.add("nodes", node))
+    return len(lights) - 1

@@ -4,7 +4,7 @@ import os
 
 import bpy
 
-from . import lights, materials, world
+from . import lights, materials, versions, world
 
 # Nodes that Blender's glTF exporter, and we, read; others are said to be left out.
 _READ = {
@@ -51,7 +51,7 @@ def of_material(material):
         elif node.type == "TEX_IMAGE" and node.image and not node.image.size[0]:
             said.append(f"its image '{node.image.name}' is missing")
         elif node.type == "BSDF_PRINCIPLED":
-            for what in ("Subsurface", "Subsurface Weight", "Anisotropic"):
+            for what in ("Subsurface", "Subsurface Weight", "Anisotropic", "Diffuse Roughness"):
                 entry = node.inputs.get(what)
                 if entry and (entry.is_linked or entry.default_value > 0):
                     said.append(f"{what} is ignored")
@@ -66,6 +66,8 @@ def of_light(data):
             said.append("its nodes are ignored, but for an Emission node's own colour and strength")
     if data.type == "SPOT" and data.shadow_soft_size > 0:
         said.append("a spot light has no radius: its shadows are sharp")
+    if not versions.casts_shadows(data):
+        said.append("it casts shadows")
     if data.type == "AREA" and data.spread < 3.1:
         said.append("its spread is ignored: it shines to a half space")
     if data.type == "SPOT" and data.spot_size > 3.14:
@@ -114,6 +116,9 @@ def of_object(scene, placed):
         said.append("it is no holdout")
     if placed.type != "LIGHT" and getattr(placed, "is_shadow_catcher", False):
         said.append("it is no shadow catcher")
+    linking = getattr(placed, "light_linking", None)
+    if linking and (linking.receiver_collection or linking.blocker_collection):
+        said.append("light linking is ignored: it lights all, and all cast shadows")
     if placed.type == "LIGHT":
         said += of_light(placed.data)
         if not placed.visible_camera and lights.in_view(scene, scene.camera, placed.data, placed.matrix_world):
@@ -152,10 +157,18 @@ def of_scene(scene):
         if lens.dof.use_dof and lens.type == "ORTHO":
             lines.append((scene.camera.name, "an orthographic camera has no depth of field"))
     if scene.render.use_motion_blur:
-        lines.append((scene.name, "motion blur is not rendered"))
+        lines += _of_motion(scene)
     if scene.render.pixel_aspect_x != scene.render.pixel_aspect_y:
         lines.append((scene.name, "pixels are square"))
     return lines
+
+
+def _of_motion(scene):
+    if any(abs(point.location[1] - 1) > 1e-3 for point in scene.render.motion_blur_shutter_curve.curves[0].points if 0.1 < point.location[0] < 0.9):
+        yield scene.name, "the shutter's curve is ignored: it is open or not"
+    for placed in scene.objects:
+        if not getattr(getattr(placed, "cycles", None), "use_motion_blur", True):
+            yield placed.name, "it is blurred by motion, too"
 
 
 def note_report(scene, path):

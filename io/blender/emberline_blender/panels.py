@@ -3,7 +3,7 @@ import textwrap
 
 import bpy
 
-from . import limits
+from . import limits, versions
 
 ENGINE = "EMBERLINE"
 # Blender's panels that we leave out of those that every engine has, and those that only other engines list.
@@ -76,6 +76,21 @@ class EMBERLINE_PT_light_paths(_Panel, bpy.types.Panel):
         own, column = context.scene.emberline, self._column()
         column.prop(own, "max_bounces")
         column.prop(own, "clamp_indirect")
+
+
+class EMBERLINE_PT_motion_blur(_Panel, bpy.types.Panel):
+    bl_label = "Motion Blur"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.render, "use_motion_blur", text="")
+
+    def draw(self, context):
+        render, column = context.scene.render, self._column()
+        column.active = render.use_motion_blur
+        column.prop(versions.shutter_owner(context.scene), "motion_blur_position", text="Position")
+        column.prop(render, "motion_blur_shutter")
+        column.prop(context.scene.emberline, "motion_steps")
 
 
 class EMBERLINE_PT_film(_Panel, bpy.types.Panel):
@@ -159,6 +174,7 @@ CLASSES = (
     EMBERLINE_PT_sampling,
     EMBERLINE_PT_where,
     EMBERLINE_PT_light_paths,
+    EMBERLINE_PT_motion_blur,
     EMBERLINE_PT_film,
     EMBERLINE_PT_threads,
     EMBERLINE_OT_look_again,

@@ -1,7 +1,7 @@
 """The evaluated scene as a .glb for Emberline.
 
-Blender's own exporter writes each mesh with its materials once; where they stand, and the lights, are added to its file.
-For that the meshes of the depsgraph are laid into a scene of their own, which is removed again: nothing of the user's is touched.
+Blender's own exporter writes the materials: it is given a scene with a triangle of each, which is removed again, so that nothing of
+the user's is touched. Meshes, each once, where they stand, and the lights are added to its file.
 """
 import os
 import types
@@ -9,19 +9,23 @@ import types
 import bpy
 from mathutils import Vector
 
-from . import lights, materials
+from . import camera, lights, materials
 from .command import Refused
-from .glb import Glb, matrix
+from .glb import Glb
+from .meshes import Mesh
+from .motion import Animation
 
 _MESHES = ("MESH", "CURVE", "SURFACE", "FONT", "META")
 
 
 class _Scratch:
-    """A scene of our own, with all that is put into it."""
+    """A scene of our own, in which the exporter finds a triangle of each material that is worn."""
 
-    def __init__(self):
+    def __init__(self, depsgraph):
         self.scene = bpy.data.scenes.new("Emberline export")
-        self.ids = []
+        self.ids, self.original_names = [], {}
+        self._copies = materials.Copies(depsgraph, self.ids, self.original_names)
+        self._triangles = {}
 
     def __enter__(self):
         return self
@@ -30,10 +34,38 @@ class _Scratch:
         bpy.data.scenes.remove(self.scene)
         bpy.data.batch_remove(self.ids)
 
-    def add(self, name, mesh):
-        placed = bpy.data.objects.new(name, mesh)
-        self.ids += [placed, mesh]
-        self.scene.collection.objects.link(placed)
+    def triangle(self, material, uv_maps, shown_uv_map):
+        """Its name. Textures lie on UV maps, so meshes that have others have triangles of their own."""
+        worn = (self._copies.of(material), uv_maps, shown_uv_map)
+        if worn not in self._triangles:
+            mesh = bpy.data.meshes.new("emberline")
+            placed = bpy.data.objects.new(f"emberline {len(self._triangles)}", mesh)
+            self.ids += [placed, mesh]
+            mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+            mesh.materials.append(worn[0])
+            for name in uv_maps:
+                mesh.uv_layers.new(name=name).active_render = name == shown_uv_map
+            self.scene.collection.objects.link(placed)
+            self._triangles[worn] = placed.name
+        return self._triangles[worn]
+
+    def export(self, folder):
+        """The exporter's file, and which of its materials each triangle wears."""
+        if not self._triangles:
+            return Glb(), {}
+        path = os.path.join(folder, "materials.glb")
+        try:
+            _export(self, path)
+        except RuntimeError as error:
+            line = str(error).strip().splitlines()[-1]
+            raise Refused(f"Emberline: Blender's glTF exporter failed: {line}") from error
+        glb = Glb(path)
+        os.remove(path)
+        meshes = glb.json.pop("meshes", [])
+        worn = {n["name"]: meshes[n["mesh"]]["primitives"][0].get("material") for n in glb.json.pop("nodes", []) if "mesh" in n}
+        materials.restore_names(glb, self.original_names)
+        materials.complete(glb)
+        return glb, worn
 
 
 class _Context:
@@ -84,72 +116,101 @@ def _export(scratch, path):
 
 
 class Parts:
-    """What the exporter has written: a file, and which of its meshes is whose."""
+    """The meshes and materials of a file, to be placed anew: which mesh is whose, and where in the file they end."""
 
-    def __init__(self, path, meshes, original_names):
-        self.path, self.meshes, self.original_names = path, meshes, original_names
+    def __init__(self):
+        self.path, self.meshes, self.end = "", {}, None
+
+
+def worn_by(placed):
+    """Names of the materials in its slots."""
+    return tuple(slot.material.name_full if slot.material else "" for slot in placed.material_slots)
+
+
+class _Thing:
+    """A mesh or a light. `track`: where it stands at each moment; `key`: of its mesh."""
+
+    def __init__(self, name, data, track, group, key=None, unseen=False):
+        self.name, self.data, self.track, self.group, self.key, self.unseen = name, data, track, group, key, unseen
 
 
 class Export:
     """Writes scene.glb to `folder` from the depsgraph. Afterwards `groups` says which layer of light belongs to which of
-    Blender's light groups, of those in `light_groups`. `parts`: of an earlier export, whose meshes and materials still hold:
-    then only what stands where is new, unless there is a mesh that it lacks."""
+    Blender's light groups, of those in `light_groups`.
 
-    def __init__(self, depsgraph, folder, light_groups=(), parts=None):
+    `parts`: of an earlier export, whose meshes and materials still hold: then only what stands where is new, unless there is a
+    mesh that it lacks. `shutter`: of motion.py, with which the scene is looked at at each moment; then `view` is that of its
+    middle, and `moves` says whether something does. `only`: names of the objects that are shown, with their instances."""
+
+    def __init__(self, depsgraph, folder, light_groups=(), parts=None, shutter=None, only=None):
         self._depsgraph = depsgraph
         self._light_groups = set(light_groups)
-        self._placed = []  # (object's name, mesh's key, matrix, light group)
-        self._lights = []  # (name, data, matrix, light group, unseen)
-        self._low, self._high = Vector((1e30,) * 3), Vector((-1e30,) * 3)
-        self.groups = {}
+        self._shutter, self._only = shutter, only
+        self.view, self.groups, self.said = None, {}, []
         self.path = os.path.join(folder, "scene.glb")
-        if not (parts and self._gather(None, parts)):
-            parts = self._export_meshes(folder)
-        self.parts = parts
-        glb = Glb(parts.path) if parts.path else Glb()
-        self._place(glb)
+        if parts and self._gather(parts.meshes):
+            glb = Glb(parts.path)
+            glb.cut(parts.end)
+        else:
+            parts, glb = self._export_parts(folder)
+        self._place(glb, parts)
         glb.write(self.path)
-
-    def _export_meshes(self, folder):
-        path = os.path.join(folder, "meshes.glb")
-        with _Scratch() as scratch:
-            parts = Parts("", {}, {})
-            self._gather(scratch, parts)
-            if self._placed:
-                try:
-                    _export(scratch, path)
-                except RuntimeError as error:
-                    line = str(error).strip().splitlines()[-1]
-                    raise Refused(f"Emberline: Blender's glTF exporter failed: {line}") from error
-                parts.path = path
-        return parts
+        parts.path = self.path
+        self.parts = parts
 
     def lights(self):
         """Name of the object and the light of each."""
-        return [(name, data) for name, data, *_ in self._lights]
+        return [(thing.name, thing.data) for thing in self._things.values() if not thing.key]
 
-    def _group(self, placed):
-        group = getattr(placed, "lightgroup", "")
-        return group if group in self._light_groups else ""
+    def _export_parts(self, folder):
+        parts, read, self._views = Parts(), {}, {}
+        with _Scratch(self._depsgraph) as scratch:
+            if self._shutter:
+                for moment in self._shutter.moments():
+                    self._views[moment] = camera.view(self._depsgraph)
+                    if moment == self._shutter.middle:
+                        self._gather(read, scratch)
+                    else:
+                        self._follow(moment, read)
+                self.view = self._views[self._shutter.middle]
+            else:
+                self._gather(read, scratch)
+            glb, worn = scratch.export(folder)
+        for key, mesh in read.items():
+            parts.meshes[key] = mesh and mesh.add_to(glb, worn)
+        parts.end = glb.end()
+        return parts, glb
 
-    def _gather(self, scratch, parts):
-        """Without `scratch` no mesh is made: False where one is missing."""
-        copies = materials.Copies(self._depsgraph, scratch.ids, parts.original_names) if scratch else None
-        self._placed, self._lights, meshes = [], [], parts.meshes
-        scene = self._depsgraph.scene_eval
-        camera = scene.camera.evaluated_get(self._depsgraph) if scene.camera else None
+    def _instances(self):
+        """What is rendered: a name that it keeps at all times, its object, and where it stands."""
         for instance in self._depsgraph.object_instances:
             placed = instance.object
-            if not instance.show_self:
-                continue
-            world = instance.matrix_world.copy()
+            if instance.show_self and (placed.type == "LIGHT" or placed.type in _MESHES and placed.data):
+                name = placed.name_full
+                owner = instance.parent.name_full if instance.is_instance else name
+                if self._only is not None and owner not in self._only:
+                    continue
+                if instance.is_instance:
+                    name = (name, owner, *instance.persistent_id)
+                yield name, placed, instance.matrix_world.copy()
+
+    def _gather(self, meshes, scratch=None):
+        """Lists what there is. Meshes that are not among `meshes` are read and put there, for which there must be a `scratch`:
+        False without."""
+        self._things, self.worn = {}, {}
+        self._low, self._high = Vector((1e30,) * 3), Vector((-1e30,) * 3)
+        scene = self._depsgraph.scene_eval
+        seen_by = scene.camera.evaluated_get(self._depsgraph) if scene.camera else None
+        moments = len(self._shutter.times) if self._shutter else 1
+        for name, placed, world in self._instances():
+            group = getattr(placed, "lightgroup", "")
+            group = group if group in self._light_groups else ""
+            track = [world] * moments
             if placed.type == "LIGHT":
-                unseen = not placed.visible_camera and lights.in_view(scene, camera, placed.data, world)
-                self._lights.append((placed.name, placed.data, world, self._group(placed), unseen))
+                unseen = not placed.visible_camera and lights.in_view(scene, seen_by, placed.data, world)
+                self._things[name] = _Thing(placed.name, placed.data, track, group, unseen=unseen)
                 continue
-            if placed.type not in _MESHES or not placed.data:
-                continue
-            worn = tuple(slot.material.name_full if slot.material else "" for slot in placed.material_slots)
+            worn = self.worn[placed.name_full] = worn_by(placed)
             # Objects without modifiers share what they are made of; what others are made of has an address of its own.
             key = (placed.data.as_pointer(), placed.type, worn)
             if placed.type != "MESH":
@@ -157,59 +218,75 @@ class Export:
             if key not in meshes:
                 if not scratch:
                     return False
-                meshes[key] = self._mesh(scratch, placed, len(meshes), copies)
-            if meshes[key]:
-                self._placed.append((placed.name, meshes[key], world, self._group(placed)))
-                for corner in placed.bound_box:
-                    at = world @ Vector(corner)
-                    self._low = Vector(map(min, self._low, at))
-                    self._high = Vector(map(max, self._high, at))
+                meshes[key] = self._read(name, placed, scratch)
+            if meshes[key] is None:
+                continue
+            self._things[name] = _Thing(placed.name, placed.data, track, group, key)
+            for corner in placed.bound_box:
+                at = world @ Vector(corner)
+                self._low = Vector(map(min, self._low, at))
+                self._high = Vector(map(max, self._high, at))
         return True
 
-    def _mesh(self, scratch, placed, index, copies):
+    @staticmethod
+    def _read(name, placed, scratch):
+        """None where there are no faces."""
         try:
-            mesh = bpy.data.meshes.new_from_object(placed, depsgraph=self._depsgraph)
+            mesh = placed.to_mesh()
         except RuntimeError:
             return None  # of a kind that has no mesh: limits.py lists it
-        if not mesh.polygons:
-            bpy.data.meshes.remove(mesh)
-            return None
-        for i, slot in enumerate(placed.material_slots):
-            if i >= len(mesh.materials):
-                mesh.materials.append(None)
-            mesh.materials[i] = copies.of(slot.material)
-        name = f"emberline mesh {index}"
-        scratch.add(name, mesh)
-        return name
+        try:
+            if not mesh or not mesh.polygons:
+                return None
+            worn = [slot.material for slot in placed.material_slots]
+            worn += list(mesh.materials)[len(worn) :]
+            uv_maps = tuple(layer.name for layer in mesh.uv_layers)
+            shown = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
+            read = Mesh(mesh, name)
+            for slot in read.slots:
+                if slot < len(worn) and worn[slot]:
+                    read.worn[slot] = scratch.triangle(worn[slot], uv_maps, shown)
+            return read
+        finally:
+            placed.to_mesh_clear()
 
-    def _place(self, glb):
-        # The exporter's nodes say which mesh is which; ours take their place.
-        meshes = {node["name"]: node["mesh"] for node in glb.json.get("nodes", []) if "mesh" in node}
-        glb.json["nodes"] = nodes = []
-        materials.restore_names(glb, self.parts.original_names)
-        materials.complete(glb)
-        split = materials.LightGroups(glb)
-        placed_nodes = []
-        for name, key, world, group in self._placed:
-            values = matrix(world)
-            if key in meshes and values:
-                mesh = split.mesh(meshes[key], group)
-                placed_nodes.append(len(nodes))
-                nodes.append({"name": name, "mesh": mesh, "matrix": values})
-        glb.json["scene"], glb.json["scenes"] = 0, [{"nodes": placed_nodes}]
-        self._add_lights(glb, bool(placed_nodes))
-        split.name_emitters()
-        self.groups = {**split.layers, **self._light_layers}
-        if not glb.json["nodes"]:
-            raise Refused("Emberline: there is nothing to render; the scene has neither a mesh nor a light")
+    def _follow(self, moment, meshes):
+        """Where things stand at another moment, and what has changed its shape."""
+        changed = {update.id.original for update in self._depsgraph.updates if update.is_updated_geometry}
+        for name, placed, world in self._instances():
+            thing = self._things.get(name)
+            if not thing:
+                continue
+            thing.track[moment] = world
+            mesh = meshes.get(thing.key)
+            if mesh and mesh.of == name and placed.original in changed:
+                if not mesh.add_pose(placed.to_mesh()):
+                    self.said.append(f"{thing.name}: its faces change while the shutter is open: its shape is that of the middle")
+                placed.to_mesh_clear()
 
-    def _add_lights(self, glb, any_mesh):
-        centre = (self._low + self._high) / 2 if any_mesh else Vector((0, 0, 0))
-        radius = max((self._high - self._low).length / 2, 1e-6) if any_mesh else 1.0
-        self._light_layers = {}
-        for index, (name, data, world, group, unseen) in enumerate(self._lights):
+    def _place(self, glb, parts):
+        animation = Animation(glb, self._shutter.times if self._shutter else ())
+        placed, split = [], materials.LightGroups(glb)
+        centre = (self._low + self._high) / 2 if self._low.x <= self._high.x else Vector((0, 0, 0))
+        radius = max((self._high - self._low).length / 2, 1e-6) if self._low.x <= self._high.x else 1.0
+        light_layers = {}
+        for index, thing in enumerate(self._things.values()):
+            if thing.key:
+                mesh = parts.meshes[thing.key]
+                morphs = len(glb.json["meshes"][mesh].get("weights", ()))
+                placed.append(animation.node(thing.track, morphs, name=thing.name, mesh=split.mesh(mesh, thing.group)))
+                continue
             # With light groups a layer must be known by its name, which two lights may share.
-            layer = f"group{index}-{name}" if group else name
-            if group:
-                self._light_layers[layer] = group
-            lights.add(glb, layer, data, world, centre, radius, unseen)
+            layer = f"group{index}-{thing.name}" if thing.group else thing.name
+            if thing.group:
+                light_layers[layer] = thing.group
+            placed.append(lights.add(glb, animation, layer, thing.data, thing.track, centre, radius, thing.unseen))
+        placed = [node for node in placed if node is not None]
+        if not placed:
+            raise Refused("Emberline: there is nothing to render; the scene has neither a mesh nor a light")
+        if self.view:
+            placed += self.view.follow(glb, animation, [self._views[i] for i in sorted(self._views)])
+        glb.json["scene"], glb.json["scenes"] = 0, [{"nodes": placed}]
+        split.name_emitters()
+        self.groups = {**split.layers, **light_layers}
+        self.moves = not animation.empty

@@ -8,7 +8,7 @@ import threading
 import numpy
 
 from . import guard
-from .command import Refused
+from .command import Refused, environment
 
 
 class Picture:
@@ -22,7 +22,8 @@ class Session:
     def __init__(self, program, log):
         try:
             with open(log, "wb") as out:
-                self._child = subprocess.Popen([program, "session"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=out)
+                pipe = subprocess.PIPE
+                self._child = subprocess.Popen([program, "session"], stdin=pipe, stdout=pipe, stderr=out, env=environment())
         except OSError as error:
             raise Refused(f"Emberline: {program} cannot be started: {error.strerror}") from error
         guard.watch(self._child.pid)

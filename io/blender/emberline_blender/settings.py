@@ -82,6 +82,13 @@ class EmberlineSettings(bpy.types.PropertyGroup):
         max=10.0,
         subtype="PIXEL",
     )
+    motion_steps: IntProperty(
+        name="Steps",
+        description="What moves is looked at at 2^steps + 1 moments while the shutter is open",
+        default=1,
+        min=1,
+        max=7,
+    )
     use_denoising: BoolProperty(
         name="Denoise",
         description="Combined is denoised by Emberline; the samples are in the pass 'Noisy Image'",

@@ -16,24 +16,24 @@ from gpu_extras.presets import draw_texture_2d
 
 from . import camera, command, guard, live_edits, settings, world
 from .command import Refused
-from .scene_export import Export, Parts
+from .scene_export import Export, worn_by
 from .session import Session
 
 _LOOK = 1 / 60  # seconds between two looks for pictures and changes
 _NOTHING, _PLACES, _ALL = range(3)  # what has to be exported again
 
-_viewports = weakref.WeakSet()
+_viewports = set()
 _exporting = False
 
 
 class _Changes:
-    """What has to be done: `extent`, or else edits of the materials and lights that are named."""
+    """What has to be done: `extent`, or else edits of the world, and of the materials and lights that are named."""
 
     def __init__(self, extent):
-        self.extent, self.materials, self.lights = extent, set(), set()
+        self.extent, self.materials, self.lights, self.world = extent, set(), set(), False
 
     def __bool__(self):
-        return bool(self.extent or self.materials or self.lights)
+        return bool(self.extent or self.materials or self.lights or self.world)
 
     def add(self, update):
         data = update.id
@@ -45,7 +45,7 @@ class _Changes:
         elif isinstance(data, bpy.types.Light):
             self.lights.add(data.name_full)
         elif kind == "World":
-            self.extent = max(self.extent, _PLACES)
+            self.world = True
         elif kind != "Object":
             self.extent = _ALL
         elif data.type == "LIGHT":
@@ -79,10 +79,13 @@ class Viewport:
         self._edits = {"materials": {}, "lights": {}}  # since then, by name
         self._listed = {}  # what is in the scene that is open
         self._parts = None  # of the last export, to be placed anew
+        self._worn = {}  # names of materials, by object
+        self._worlds = 0  # that have been sent
+        self._only = None  # names of the objects that are seen in local view
         self._view, self._settings = None, {}
         self._opening = self._opened = 0  # numbers of `open`
         self._picture, self._texture = None, None
-        self._said, self._not_before = None, 0.0
+        self._said, self._shown_line, self._not_before = None, None, 0.0
         try:
             self._session = Session(command.find(settings.preferred_command()), os.path.join(self._folder, "log.txt"))
             self._said = "exporting the scene"
@@ -100,11 +103,23 @@ class Viewport:
     def changed(self, depsgraph):
         if _exporting:
             return
-        for update in depsgraph.updates:
-            self._changes.add(update)
+        updates = list(depsgraph.updates)
+        materials = any(isinstance(update.id, bpy.types.Material) for update in updates)
+        for update in updates:
+            if not (materials and self._only_wears(update)):
+                self._changes.add(update)
         count = len(depsgraph.objects)
         if count != self._objects:
             self._changes.extent, self._objects = _ALL, count
+
+    def _only_wears(self, update):
+        """Whether it is named because of a material that it wears and wore before, as Blender 4 does."""
+        data = update.id
+        if update.is_updated_geometry or update.is_updated_transform:
+            return False
+        if isinstance(data, bpy.types.Object) and data.type != "LIGHT":
+            return worn_by(data) == self._worn.get(data.name_full)
+        return isinstance(data, bpy.types.Mesh)
 
     # By a timer, in the main thread.
     def step(self):
@@ -129,14 +144,16 @@ class Viewport:
                 self._export()
                 # While something changes all the time, half of it is Blender's.
                 self._not_before = 2 * time.monotonic() - began
-            engine.tag_redraw()
-            if not self._session:
-                return
+                if not self._session:
+                    engine.tag_redraw()
+                    return
         if self._session.problem:
             self._said = self._session.problem
         picture = self._session.take_picture()
-        if picture:
-            self._picture = picture
+        # No more often: a redraw takes as much of the processor as the session has to load the scene with.
+        if picture or self._said != self._shown_line:
+            self._picture = picture or self._picture
+            self._shown_line = self._said
             engine.tag_redraw()
 
     def _answered(self, answer):
@@ -169,6 +186,8 @@ class Viewport:
             if not edit or self._listed.get("lights" if kind == "punctual" else "materials", []).count(name) != 1:
                 return False
             edits["lights"].append({"kind": kind, "name": name, **edit})
+        if changes.world:
+            self._send_world()
         changed = {part: entries for part, entries in edits.items() if entries}
         for part, entries in changed.items():
             self._edits[part].update({entry["name"]: entry for entry in entries})
@@ -176,6 +195,21 @@ class Viewport:
             self._session.say("edits", edits=changed)
         self._changes = _Changes(_NOTHING)
         return True
+
+    def _send_world(self):
+        """For the scene that is open, and for the next."""
+        folder = os.path.join(self._folder, f"world {self._worlds % 2}")  # the one before may just be read
+        self._worlds += 1
+        os.makedirs(folder, exist_ok=True)
+        light = _as_settings(world.options(self._layer_now().depsgraph.scene_eval.world, folder))
+        self._session.say("settings", settings=light)
+        turn = float(light.get("env-rotation", 0))
+        self._session.say("edits", edits={"environment": {"file": light["env"], "strength": float(light["env-strength"]), "rotation": turn}})
+
+    def _layer_now(self):
+        """None where it has gone."""
+        scene = bpy.data.scenes.get(self._scene)
+        return scene.view_layers.get(self._layer) if scene else None
 
     def _note_states(self, exported, again):
         """What later edits are compared with."""
@@ -189,8 +223,7 @@ class Viewport:
     def _export(self):
         """Refused: said in the viewport until there is something else."""
         global _exporting
-        scene = bpy.data.scenes.get(self._scene)
-        layer = scene.view_layers.get(self._layer) if scene else None
+        layer = self._layer_now()
         if not layer:
             return
         changes, self._changes = self._changes, _Changes(_NOTHING)
@@ -201,9 +234,9 @@ class Viewport:
             depsgraph = layer.depsgraph
             # Materials that have changed, too, are in none of the old files.
             parts = self._parts if changes.extent == _PLACES and not changes.materials else None
-            exported = Export(depsgraph, folder, parts=parts)
+            exported = Export(depsgraph, folder, parts=parts, only=self._only)
             self._note_states(exported, exported.parts is not parts)
-            self._parts = exported.parts
+            self._parts, self._worn = exported.parts, exported.worn
             light = world.options(depsgraph.scene_eval.world, folder)
             layer.update()  # what the export's own scene has stirred up is no change
         except (Refused, OSError) as fault:
@@ -229,7 +262,16 @@ class Viewport:
             if name.isdigit() and name not in kept:
                 shutil.rmtree(os.path.join(self._folder, name), ignore_errors=True)
 
+    def _look_at_local_view(self, space, depsgraph):
+        only = None
+        if space.local_view or space.use_local_collections:
+            only = {placed.name_full for placed in depsgraph.objects if placed.visible_in_viewport_get(space)}
+        if only != self._only:
+            self._only = only
+            self._changes.extent = max(self._changes.extent, _PLACES)
+
     def _send(self, context, depsgraph):
+        self._look_at_local_view(context.space_data, depsgraph)
         view = camera.region_view(context, depsgraph)
         wanted = _as_settings(settings.viewport_options(depsgraph.scene))
         wanted["size"] = f"{view.width}x{view.height}"
@@ -294,6 +336,8 @@ def _step_all():
             viewport.step()
         except ReferenceError:  # its engine has been freed
             viewport.close()
+        except Exception as fault:
+            viewport._fail(fault)
     return _LOOK
 
 

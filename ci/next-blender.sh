@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# Runs the add-on's tests in the Blender of another Debian, in a root of its own made with debootstrap, with the command that
+# has been built here: it is copied there with the libraries that it loads. By hand, as root, with network.
+#
+#   ci/next-blender.sh [ROOT [CASE...]]   ROOT: where the system is made, and reused when it is there (default build/next-blender,
+#                                         about 2 GB); CASE: of tests/blender/addon_test.py (default: all)
+#
+#   EMBERLINE_DEBIAN_SUITE    which Debian (default: sid; trixie has Blender 4.3)
+#   EMBERLINE_DEBIAN_MIRROR   where packages come from (default: the mirror this host's apt uses)
+#   EMBERLINE_BUILD           where bin/emberline lies (default: build/release)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+. ci/debian_root.sh
+
+build=$(realpath "${EMBERLINE_BUILD:-build/release}")
+[ -x "$build/bin/emberline" ] || fail "there is no $build/bin/emberline: build it first"
+mkdir -p "${1:-build}"
+root=$(realpath "${1:-build/next-blender}")
+[ $# -eq 0 ] || shift
+make_root "${EMBERLINE_DEBIAN_SUITE:-sid}" "$root"
+if [ ! -e "$root/usr/bin/blender" ]; then
+  in_root "$root" apt-get update
+  in_root "$root" apt-get install -y --no-install-recommends \
+    blender python3 python3-numpy python3-requests python3-cattr xvfb xauth libgl1-mesa-dri
+fi
+
+# The command runs with its own libraries, whatever the root has.
+command=$root/opt/emberline
+rm -rf "$command"
+mkdir -p "$command/lib"
+images=$build/lib/libemberline_images.so
+cp -L "$build/bin/emberline" "$command/emberline.bin"
+ldd "$build/bin/emberline" "$images" | grep -o '/[^ :]*\.so[^ :]*' | sort -u | xargs cp -L -t "$command/lib"
+cp "$images" "$command/lib"
+cat >"$command/emberline" <<'WRAPPER'
+#!/bin/sh
+exec /opt/emberline/lib/ld-linux-x86-64.so.2 --library-path /opt/emberline/lib /opt/emberline/emberline.bin "$@"
+WRAPPER
+chmod +x "$command/emberline"
+
+rm -rf "$root/emberline"
+mkdir -p "$root/emberline"
+cp -r --parents io/blender tests/blender "$root/emberline"
+
+in_root "$root" sh -c '
+  blender --version | head -n 1
+  if blender --command extension help >/dev/null 2>&1; then
+    blender --command extension validate /emberline/io/blender/emberline_blender || exit 1
+  fi
+  exec python3 -u /emberline/tests/blender/addon_test.py "${@:-all}" --emberline /opt/emberline/emberline' tests "$@"

@@ -1,0 +1,105 @@
+"""An open shutter: at which moments the scene is evaluated, and what moves between them as an animation of the file."""
+import math
+
+from mathutils import Matrix
+
+from . import versions
+from .glb import axes, flat
+
+# How the file is rendered: its animation takes a second, and the shutter is open for all of it.
+OPTIONS = ["--time", "0", "--fps", "1", "--shutter", "0,1"]
+
+
+class Shutter:
+    """Of an F12 render by `engine`, whose depsgraph goes with it."""
+
+    def __init__(self, engine, scene):
+        self._engine = engine
+        self._frame = scene.frame_current + scene.frame_subframe
+        length = scene.render.motion_blur_shutter
+        start = {"START": 0.0, "CENTER": -0.5, "END": -1.0}[versions.shutter_owner(scene).motion_blur_position]
+        intervals = 2**scene.emberline.motion_steps
+        self.times = [i / intervals for i in range(intervals + 1)]  # of the shutter, 0 its opening
+        self._frames = [self._frame + length * (start + t) for t in self.times]
+        self.middle = intervals // 2
+
+    def moments(self):
+        """The number of each time, the middle first: the scene is there meanwhile, and afterwards where it was."""
+        order = [self.middle] + [i for i in range(len(self.times)) if i != self.middle]
+        try:
+            for i in order:
+                self._go_to(self._frames[i])
+                yield i
+        finally:
+            self._go_to(self._frame)
+
+    def _go_to(self, frame):
+        whole = math.floor(frame)
+        self._engine.frame_set(whole, subframe=frame - whole)
+
+
+class Animation:
+    """Puts nodes into a file that stand or move. `times`: of the matrices of a track; none of a closed shutter."""
+
+    def __init__(self, glb, times=()):
+        self._glb, self._times = glb, times
+        self._input = None
+
+    @property
+    def empty(self):
+        return self._input is None
+
+    def node(self, track, morphs=0, **members):
+        """The index of a new node that goes through `track`, matrices of Blender. None where it is nowhere. `morphs`: the targets
+        of its mesh, which are what it is at each time but the middle."""
+        placed = [axes(m) for m in track]
+        if not all(math.isfinite(x) for m in placed for row in m for x in row):
+            return None
+        middle = placed[len(placed) // 2]
+        if all(m == middle for m in placed):
+            leaf = root = self._glb.add("nodes", {**members, "matrix": flat(middle)})
+        else:
+            leaf, root = self._moving(placed, middle, members)
+        if morphs:
+            poses = [[float(i == k) for k in range(morphs + 1) if k != morphs // 2] for i in range(morphs + 1)]
+            self._channel({"node": leaf, "path": "weights"}, [w for pose in poses for w in pose])
+        return root
+
+    def _moving(self, placed, middle, members):
+        parts = [m.decompose() for m in placed]
+        leaf = None
+        if any(_differ(Matrix.LocRotScale(*part), m) for part, m in zip(parts, placed)):
+            # Sheared: as it is in the middle, and turned and stretched from there about its own origin.
+            still = middle.to_3x3()
+            leaf = self._glb.add("nodes", {**members, "matrix": flat(still.to_4x4())})
+            members = {"children": [leaf]}
+            undone = still.inverted_safe()
+            parts = [(Matrix.Translation(m.translation) @ (m.to_3x3() @ undone).to_4x4()).decompose() for m in placed]
+        for before, (_, turned, _) in zip(parts, parts[1:]):
+            turned.make_compatible(before[1])
+        place, turned, scale = ([list(part[i]) for part in parts] for i in range(3))
+        turned = [[x, y, z, w] for w, x, y, z in turned]
+        root = self._glb.add("nodes", members)
+        for path, values in (("translation", place), ("rotation", turned), ("scale", scale)):
+            self._glb.json["nodes"][root][path] = values[len(values) // 2]
+            if any(v != values[0] for v in values):
+                self._channel({"node": root, "path": path}, values)
+        return root if leaf is None else leaf, root
+
+    def point_at(self, pointer, values):
+        """What lies at `pointer` in the file's JSON is so much at each time."""
+        self._glb.use("KHR_animation_pointer")
+        self._channel({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}}, values)
+
+    def _channel(self, target, values):
+        if self._input is None:
+            self._input = self._glb.add_vectors(self._times, bounds=True)
+            self._glb.add("animations", {"name": "shutter", "channels": [], "samplers": []})
+        animation = self._glb.json["animations"][0]
+        animation["channels"].append({"sampler": len(animation["samplers"]), "target": target})
+        animation["samplers"].append({"input": self._input, "output": self._glb.add_vectors(values)})
+
+
+def _differ(a, b):
+    size = max(abs(x) for row in b.to_3x3() for x in row)
+    return any(abs(x - y) > 1e-4 * size for r, s in zip(a.to_3x3(), b.to_3x3()) for x, y in zip(r, s))
