@@ -69,13 +69,23 @@ assert emberline.compare(picture, frame).mse == 0
 SCRIPT
 }
 
-# Blender itself is too large for a bare root: the files, and whether Python reads them.
+# Blender itself is too large for a bare root: whether Python reads the files, and whether those are all.
 addon_of_blender() {
-  local addon=/usr/share/blender/scripts/addons/emberline_blender file
-  for file in __init__ engine command guard scene_export session viewport; do
-    [ -f "$addon/$file.py" ] || return 1
-  done
-  python3 -c 'import ast, glob, sys; [ast.parse(open(f).read()) for f in glob.glob(sys.argv[1] + "/*.py")]' "$addon"
+  local scripts=/usr/share/blender/scripts/addons/emberline_blender
+  # Where Blender 4.2 and later look.
+  cmp "$scripts/blender_manifest.toml" /usr/share/blender/extensions/system/emberline_blender/blender_manifest.toml || return 1
+  python3 - "$scripts" <<'SCRIPT'
+import ast, os, sys
+folder = sys.argv[1]
+files = [name for name in os.listdir(folder) if name.endswith(".py")]
+assert "__init__.py" in files
+for name in files:
+    with open(os.path.join(folder, name)) as file:
+        for node in ast.walk(ast.parse(file.read())):
+            if isinstance(node, ast.ImportFrom) and node.level == 1:
+                for part in [node.module] if node.module else [alias.name for alias in node.names]:
+                    assert part + ".py" in files, f"{name} wants {part}, which is not there"
+SCRIPT
 }
 
 version=$(dpkg-query -W -f '${Version}' emberline)

@@ -21,7 +21,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-VIEWPORT = ("viewport_shows", "viewport_changes", "viewport_borders", "viewport_large", "viewport_ends")
+VIEWPORT = ("viewport_shows", "viewport_changes", "viewport_borders", "viewport_large", "viewport_ends", "viewport_animation")
 FROM_OUTSIDE = ("cancel", "killed", "two_at_once")
 CASES = (
     "compare", "light_units", "refusals", "no_pixels", "missing_library", "border", "unusual_paths", "layers", "animation", "motion_closed_form",

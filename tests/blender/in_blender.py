@@ -125,6 +125,11 @@ def refusals():
     scene.camera.data.type = "PANO"
     expect("neither perspective nor orthographic")
     scenes.build("materials")
+    ball = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("plastic"))
+    ball.data.vertices[0].co.x = float("nan")
+    ball.data.update()
+    expect("has vertices whose place is not a number")
+    scenes.build("materials")
     use(script("crash", "kill -SEGV $$\n"))
     expect("crashed (signal 11)")
     use(script("fail", 'echo "error: no such luck" >&2\nexit 3\n'))

@@ -325,6 +325,26 @@ def viewport_borders():
     check(numpy.abs(got - wanted).max() < 0.02, f"off the middle: {got} where F12 has {wanted}")
 
 
+def viewport_animation():
+    """Frames rendered from the window, in Blender's own thread, beside a viewport that is rendered, too."""
+    yield from begin()
+    scene = bpy.context.scene
+    ball = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("plastic"))
+    ball.driver_add("location", 2).driver.expression = "0.5 * frame"
+    scene.render.use_motion_blur = True
+    scene.render.use_border = False
+    scene.frame_start, scene.frame_end, scene.render.filepath = 1, 3, os.path.join(FOLDER, "anim_####")
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        bpy.ops.render.render("INVOKE_DEFAULT", animation=True)
+    last = os.path.join(FOLDER, "anim_0003.exr")
+    yield from until(lambda: os.path.exists(last) and not bpy.app.is_job_running("RENDER"), "the animation does not end", 120)
+    balls = [scenes.pixels(os.path.join(FOLDER, f"anim_000{i}.exr"))[:, 50:66, 2].mean() for i in (1, 3)]
+    check(abs(balls[0] - balls[1]) > 0.02, f"the frames are alike: {balls}")
+    check(len(bpy.data.scenes) == 1, "the export's scene has stayed")
+    yield from shown(0.5)
+    yield from until(new_picture(samples=1), "no viewport after it", 60)
+
+
 def viewport_large():
     """100,000 triangles: the first picture, and the one after a move of the view."""
     listen()

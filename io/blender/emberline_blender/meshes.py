@@ -40,6 +40,7 @@ class Mesh:
         self._corner_count = len(vertices)
         self._positions = _read(mesh.vertices, "co", numpy.float32, 3)[vertices]
         self._normals, self._uvs = normals, uvs
+        self.finite = bool(numpy.isfinite(self._positions).all())
         self.slots = {}  # number: corners that are its vertices, and triangles of these
         for slot in numpy.unique(slots):
             triangles = corners[slots == slot]

@@ -243,6 +243,8 @@ class Export:
             uv_maps = tuple(layer.name for layer in mesh.uv_layers)
             shown = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
             read = Mesh(mesh, name)
+            if not read.finite:
+                raise Refused(f"Emberline: '{placed.name}' has vertices whose place is not a number")
             for slot in read.slots:
                 if slot < len(worn) and worn[slot]:
                     read.worn[slot] = scratch.triangle(worn[slot], uv_maps, shown)
@@ -260,8 +262,9 @@ class Export:
             thing.track[moment] = world
             mesh = meshes.get(thing.key)
             if mesh and mesh.of == name and placed.original in changed:
-                if not mesh.add_pose(placed.to_mesh()):
-                    self.said.append(f"{thing.name}: its faces change while the shutter is open: its shape is that of the middle")
+                line = f"{thing.name}: its faces change while the shutter is open: its shape is that of the middle"
+                if not mesh.add_pose(placed.to_mesh()) and line not in self.said:
+                    self.said.append(line)
                 placed.to_mesh_clear()
 
     def _place(self, glb, parts):

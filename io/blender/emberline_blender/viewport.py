@@ -1,8 +1,8 @@
 """A viewport's picture: what changes goes to `emberline session`, what comes is drawn.
 
 A view is sent at once, whenever Blender draws another one. All else waits for a timer, because only there data may be made
-for the export: things that moved, lights and the world are put beside the meshes of the last export, anything else is
-exported again; the picture there is stays until the next has come.
+for the export: the world is sent as an edit, things that moved and lights are put beside the meshes of the last export,
+anything else is exported again; the picture there is stays until the next has come.
 """
 import os
 import shutil
