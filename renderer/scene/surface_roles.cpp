@@ -33,7 +33,7 @@ std::vector<char> with_meshes(const Nodes& nodes) {
 std::string as_listed(const std::string& name) {
   std::string text;
   for (const char c : shortened(name)) {
-    if (c == ',') text += '\\';
+    if (c == ',' || c == '\\') text += '\\';
     text += c;
   }
   return text;
