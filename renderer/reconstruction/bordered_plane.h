@@ -16,12 +16,14 @@ class BorderedPlane {
  public:
   BorderedPlane() = default;
   BorderedPlane(int width, int height) { resize(width, height); }
-  // Keeps its memory; what is in it then is anything.
-  void resize(int width, int height) {
+  // Keeps its memory; what is in it then is anything. Planes that are read together get different
+  // places, from 0: else their rows would lie in the same few lines of the first-level cache.
+  void resize(int width, int height, int place = 0) {
     width_ = width;
     height_ = height;
     stride_ = size_t(kPad + (width + 2 * kRun - 1) / kRun * kRun + kPad);
-    values_.resize(std::max(values_.size(), stride_ * size_t(height)));
+    offset_ = size_t(place) * kRun + kPad;
+    values_.resize(std::max(values_.size(), offset_ + stride_ * size_t(height)));
   }
 
   int width() const { return width_; }
@@ -29,8 +31,8 @@ class BorderedPlane {
   bool empty() const { return values_.empty(); }
 
   // Its pixel x = 0; readable from -kPad to kPad beyond a run that begins at any pixel.
-  float* row(int y) { return values_.data() + size_t(y) * stride_ + kPad; }
-  const float* row(int y) const { return values_.data() + size_t(y) * stride_ + kPad; }
+  float* row(int y) { return values_.data() + size_t(y) * stride_ + offset_; }
+  const float* row(int y) const { return values_.data() + size_t(y) * stride_ + offset_; }
   // The nearest row that there is.
   const float* near(int y) const { return row(std::clamp(y, 0, height_ - 1)); }
 
@@ -43,7 +45,7 @@ class BorderedPlane {
 
  private:
   int width_ = 0, height_ = 0;
-  size_t stride_ = 0;
+  size_t stride_ = 0, offset_ = 0;
   std::vector<float> values_;
 };
 

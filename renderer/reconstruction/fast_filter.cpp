@@ -97,11 +97,20 @@ void fill_unknown(int width, float* rgba, const FeatureRow& row) {
 using Eight = Lanes::Part;
 constexpr int kAtOnce = kLanes / 2;
 
+// a * b + c, rounded once where the processor can: so the last bits of a picture depend on it.
+[[gnu::always_inline]] inline Eight fused(const Eight& a, const Eight& b, const Eight& c) {
+#ifdef __FMA__
+  return __builtin_ia32_vfmaddps256(a, b, c);
+#else
+  return a * b + c;
+#endif
+}
+
 // Of positive numbers, to 1/500: the exponent's sign turned around, and a step of Newton's.
 [[gnu::always_inline]] inline Eight reciprocal(const Eight& value) {
   using Words [[gnu::vector_size(sizeof(Eight))]] = int32_t;
   const auto out = std::bit_cast<Eight>(0x7EF311C7 - std::bit_cast<Words>(value));
-  return out * (2.0f - value * out);
+  return out * fused(-value, out, Eight{} + 2.0f);
 }
 
 // One channel over what it is divided by, and that.
@@ -192,13 +201,11 @@ void FastFilter::Planes::filter(int width, int height, std::span<const float> rg
 }
 
 void FastFilter::Planes::resize(int width, int height) {
-  for (Layer& layer : layers_) {
-    for (BorderedPlane* plane : {&layer.luminance, &layer.red, &layer.blue, &layer.variance})
-      plane->resize(width, height);
-  }
-  for (BorderedPlane& plane : albedo_) plane.resize(width, height);
-  for (BorderedPlane& plane : normal_) plane.resize(width, height);
-  for (BorderedPlane* plane : {&nearness_, &slope_, &noise_}) plane->resize(width, height);
+  int place = 0;
+  const auto fit = [&](auto&... planes) { (planes.resize(width, height, place++), ...); };
+  for (Layer& layer : layers_) fit(layer.luminance, layer.red, layer.blue, layer.variance);
+  fit(normal_[0], normal_[1], normal_[2], nearness_, slope_, noise_);
+  fit(albedo_[0], albedo_[1], albedo_[2]);
   width_ = width;
   height_ = height;
 }
@@ -328,31 +335,36 @@ struct FastFilter::Planes::Taps {
     sum[2] = 0.25f * sum[2];
   }
 
-  [[gnu::always_inline]] void add(float share, const TapRow& row, int x) {
+  // root: of the tap's share.
+  [[gnu::always_inline]] void add(float root, const TapRow& row, int x) {
     Eight l, v, u, red, blue;
     load(row.luminance + x, l);
     load(row.variance + x, v);
     load(row.nearness + x, u);
     const Eight dl = l - luminance, du = (u - nearness) * per_nearness;
     const Eight limit = kMostNoisier * variance;
-    Eight d = dl * dl * reciprocal(variance + (v < limit ? v : limit)) + du * du;
+    Eight d = fused(dl * dl, reciprocal(variance + (v < limit ? v : limit)), du * du);
     for (size_t k = 0; k < 3; ++k) {
       load(row.normal[k] + x, u);
       u -= normal[k];
-      d += u * u;
+      d = fused(u, u, d);
     }
-    Eight t = 1.0f - d;
+    const Eight roots = Eight{} + root;
+    Eight t = fused(-roots, d, roots);
     t = t > 0.0f ? t : Eight{};
-    const Eight w = share * t * t;
+    const Eight w = t * t;
     load(row.red + x, red);
     load(row.blue + x, blue);
     weight += w;
-    noise += w * w * v;
-    sum[0] += w * l;
-    sum[1] += w * red;
-    sum[2] += w * blue;
+    noise = fused(w * w, v, noise);
+    sum[0] = fused(w, l, sum[0]);
+    sum[1] = fused(w, red, sum[1]);
+    sum[2] = fused(w, blue, sum[2]);
   }
 };
+
+// Roots of the shares of a pixel's neighbours, 1/8 and 1/16; its own is 1/4.
+constexpr float kSide = 0.353553391f, kCorner = 0.25f;
 
 void FastFilter::Planes::smooth(int y, int stride, const Layer& from, Layer& to) const {
   const TapRow above(*this, from, y - stride), row(*this, from, y), below(*this, from, y + stride);
@@ -361,14 +373,14 @@ void FastFilter::Planes::smooth(int y, int stride, const Layer& from, Layer& to)
         *variance = to.variance.row(y);
   for (int x = 0; x < width_; x += kAtOnce) {
     Taps taps(row, slope, float(stride), x);
-    taps.add(1.0f / 16, above, x - stride);
-    taps.add(1.0f / 8, above, x);
-    taps.add(1.0f / 16, above, x + stride);
-    taps.add(1.0f / 8, row, x - stride);
-    taps.add(1.0f / 8, row, x + stride);
-    taps.add(1.0f / 16, below, x - stride);
-    taps.add(1.0f / 8, below, x);
-    taps.add(1.0f / 16, below, x + stride);
+    taps.add(kCorner, above, x - stride);
+    taps.add(kSide, above, x);
+    taps.add(kCorner, above, x + stride);
+    taps.add(kSide, row, x - stride);
+    taps.add(kSide, row, x + stride);
+    taps.add(kCorner, below, x - stride);
+    taps.add(kSide, below, x);
+    taps.add(kCorner, below, x + stride);
     const Eight per = 1.0f / taps.weight;
     store(taps.sum[0] * per, l + x);
     store(taps.sum[1] * per, red + x);
