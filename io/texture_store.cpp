@@ -1,13 +1,14 @@
 #include "io/texture_store.h"
 
-#include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <string>
 
 #include "io/input_file.h"
+#include "renderer/core/mapped_texels.h"
 
 namespace emberline {
 namespace {
@@ -47,31 +48,40 @@ class TextureFile : public std::enable_shared_from_this<TextureFile> {
   // One at a time.
   void take(Image& image) {
     const uint64_t size = image.byte_count(), page = uint64_t(sysconf(_SC_PAGESIZE));
-    file_.write_at(image.texels.data(), size, end_);
-    const std::shared_ptr<const std::byte> texels = file_.map(end_, size);
+    write_tiled(image);
+    const auto mapped = std::make_shared<const MappedTexels>(file_.map(end_, size), size);
     end_ += (size + page - 1) / page * page;
     {
       const std::lock_guard lock(mutex_);
-      maps_.push_back({texels, size});
+      maps_.push_back(mapped);
     }
     if (!thread_.joinable()) thread_ = std::thread([this] { watch(); });
-    image.mapped = {shared_from_this(), texels.get()};
+    image.mapped = {shared_from_this(), mapped.get()};
     image.texels = std::vector<std::byte>();  // {} would keep the memory
   }
 
  private:
-  struct Map {
-    std::shared_ptr<const std::byte> texels;
-    uint64_t size;
-  };
+  void write_tiled(const Image& image) {
+    const size_t width = size_t(image.width), height = size_t(image.height), side = kTileSide;
+    const size_t texel = size_t(image.byte_count() / (width * height)), row = texel * width;
+    std::vector<std::byte> tiles(row * std::min(side, height));
+    for (size_t top = 0; top < height; top += side) {
+      const size_t rows = std::min(side, height - top);
+      std::byte* to = tiles.data();
+      for (size_t left = 0; left < width; left += side) {
+        const size_t count = texel * std::min(side, width - left);
+        const std::byte* from = image.texels.data() + top * row + left * texel;
+        for (size_t y = 0; y < rows; ++y, from += row, to += count) std::copy_n(from, count, to);
+      }
+      file_.write_at(tiles.data(), rows * row, end_ + top * row);
+    }
+  }
 
   void watch() {
     std::unique_lock lock(mutex_);
     while (!wake_.wait_for(lock, kBetweenLooks, [this] { return ends_; })) {
       if (mapped_file_bytes() < others_ + limit_) continue;
-      for (const Map& map : maps_) {
-        ::madvise(const_cast<std::byte*>(map.texels.get()), map.size, MADV_DONTNEED);
-      }
+      for (const auto& mapped : maps_) mapped->let_go();
     }
   }
 
@@ -82,7 +92,7 @@ class TextureFile : public std::enable_shared_from_this<TextureFile> {
   std::mutex mutex_;
   std::condition_variable wake_;
   bool ends_ = false;
-  std::vector<Map> maps_;
+  std::vector<std::shared_ptr<const MappedTexels>> maps_;
   std::thread thread_;
 };
 

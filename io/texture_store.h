@@ -1,6 +1,6 @@
 // Textures that together take more memory than they may (--texture-memory): their texels lie in a
-// temporary file without a name and are mapped from there, so that a lookup is the same instruction
-// on the same bytes, the picture has the same bits, and a scene that fits has nothing of all this.
+// temporary file without a name and are mapped from there (mapped_texels.h), so that a lookup reads
+// the same bytes, the picture has the same bits, and a scene that fits has nothing of all this.
 //
 // What of the file is in memory is the kernel's cache, which gives it up when memory is short. A
 // thread lets the process's own share go whenever it is above the limit: a page that is asked for

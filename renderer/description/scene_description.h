@@ -21,6 +21,7 @@
 
 namespace emberline {
 
+class MappedTexels;
 struct InputError;
 
 // ---- images and textures -----------------------------------------------------------------------
@@ -29,7 +30,8 @@ enum class TexelType : uint8_t { kUint8, kUint16, kHalf, kFloat };
 
 // A decoded image in its file's own bit depth. Rows from the top; channels interleaved; alpha is
 // not premultiplied. `texels` holds width * height * channels values of `type`; or they lie in a
-// file that is mapped to memory (io/texture_store.h), and it is empty.
+// file that is mapped to memory (io/texture_store.h), in another order (mapped_texels.h), and it is
+// empty.
 struct Image {
   std::string name;  // for messages: URI or "#/images/3"
   int width = 0;
@@ -37,9 +39,8 @@ struct Image {
   int channels = 0;  // 1..4
   TexelType type = TexelType::kUint8;
   std::vector<std::byte> texels;
-  std::shared_ptr<const std::byte> mapped;
+  std::shared_ptr<const MappedTexels> mapped;
 
-  const std::byte* data() const { return mapped ? mapped.get() : texels.data(); }
   uint64_t byte_count() const {
     constexpr std::array<uint64_t, 4> kBytes = {1, 2, 2, 4};
     return uint64_t(width) * uint64_t(height) * uint64_t(channels) * kBytes[size_t(type)];

@@ -51,7 +51,8 @@ float fold(float c, WrapMode wrap) {
 
 Texture::Texture(std::shared_ptr<const Image> image, const TextureRef& ref, bool srgb)
     : image_(std::move(image)),
-      texels_(image_->data()),
+      mapped_(image_->mapped.get()),
+      texels_(mapped_ ? mapped_->data() : image_->texels.data()),
       width_(image_->width),
       height_(image_->height),
       channels_(image_->channels),
@@ -92,8 +93,8 @@ bool Texture::same_use(const Texture& o) const {
 
 bool Texture::same_places(const Texture& o) const {
   return width_ == o.width_ && height_ == o.height_ && wrap_s_ == o.wrap_s_ &&
-         wrap_t_ == o.wrap_t_ && nearest_ == o.nearest_ && uv_set_ == o.uv_set_ &&
-         transform_ == o.transform_;
+         wrap_t_ == o.wrap_t_ && nearest_ == o.nearest_ && !mapped_ == !o.mapped_ &&
+         uv_set_ == o.uv_set_ && transform_ == o.transform_;
 }
 
 Vec2f Texture::transformed(const Vec2f& uv) const {
@@ -222,7 +223,7 @@ Vec4f Texture::read(const TexelCorners& c) const {
 }
 
 float Texture::alpha_texel(int x, int y) const {
-  const size_t i = (size_t(y) * size_t(width_) + size_t(x) + 1) * size_t(channels_) - 1;
+  const size_t i = (place(x, y) + 1) * size_t(channels_) - 1;
   switch (format_) {
     case Format::kByte:
       return LoadByte{texels_, nullptr}.alpha(i);

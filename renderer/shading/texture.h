@@ -1,5 +1,5 @@
 // A texture: the image's texels in their file's own bit depth, never copied, and how one material
-// slot looks at them. Where they are, in memory or in a mapped file, makes no difference here.
+// slot looks at them. They are in memory, or in a mapped file and then in another order.
 //
 // A lookup fetches ONE texel: the bilinear filter is an expectation, taken by choosing a neighbour
 // with u_texture (Pharr, Wronski, Salvi & Fajardo 2024, "Filtering After Shading With Stochastic
@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "renderer/core/mapped_texels.h"
 #include "renderer/core/vector.h"
 #include "renderer/description/scene_description.h"
 
@@ -44,7 +45,11 @@ class Texture {
   // same_places() have all texels at the same places.
   size_t place(const Vec2f& uv, float u_texture) const { return choose(corners(uv), u_texture); }
   size_t choose(const TexelCorners& corners, float u_texture) const;
-  void prefetch(size_t place) const { __builtin_prefetch(texels_ + place * texel_bytes_); }
+  void prefetch(size_t place) const {
+    if (mapped_) [[unlikely]]
+      return mapped_->ask_for(place * texel_bytes_);
+    __builtin_prefetch(texels_ + place * texel_bytes_);
+  }
   Vec4f read(size_t place) const;
 
   // The exact filter value, four texels; all the same one with nearest filtering.
@@ -64,7 +69,7 @@ class Texture {
 
   // The same image, seen the same way.
   bool same_use(const Texture& other) const;
-  // Images of one size, seen through one parametrisation.
+  // Images of one size and order, seen through one parametrisation.
   bool same_places(const Texture& other) const;
 
   const Image& image() const { return *image_; }
@@ -77,7 +82,11 @@ class Texture {
  private:
   enum class Format : uint8_t { kByte, kWord, kWordSrgb, kHalf, kFloat };
 
-  size_t place(int x, int y) const { return size_t(y) * size_t(width_) + size_t(x); }
+  size_t place(int x, int y) const {
+    if (mapped_) [[unlikely]]
+      return tiled_index(width_, height_, x, y);
+    return size_t(y) * size_t(width_) + size_t(x);
+  }
   Vec2f transformed(const Vec2f& uv) const;
   // The two neighbours along one axis and the weight of the second.
   struct Taps {
@@ -92,6 +101,7 @@ class Texture {
   Vec4f gather(size_t offset, const Load& load) const;
 
   std::shared_ptr<const Image> image_;
+  const MappedTexels* mapped_;  // null: in memory
   const std::byte* texels_;
   const float* table_ = nullptr;  // decodes integer colour
   int width_, height_, channels_;

@@ -210,5 +210,58 @@ TEST(Texture, TriangleMeanSeesEveryTexel) {
   EXPECT_NEAR(point.x, noise.bilinear(p).x, 1e-5);
 }
 
+// What a mapped file would hold of the image.
+std::shared_ptr<Image> in_tiles(const Image& image) {
+  auto tiled = std::make_shared<Image>(image);
+  const size_t texel = size_t(image.byte_count()) / size_t(image.width) / size_t(image.height);
+  const auto bytes = std::make_shared<std::vector<std::byte>>(image.texels.size());
+  const std::byte* from = image.texels.data();
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x, from += texel) {
+      std::copy_n(from, texel, &(*bytes)[texel * tiled_index(image.width, image.height, x, y)]);
+    }
+  }
+  tiled->texels.clear();
+  tiled->mapped = std::make_shared<MappedTexels>(
+      std::shared_ptr<const std::byte>(bytes, bytes->data()), bytes->size());
+  return tiled;
+}
+
+TEST(TiledTexels, EachHasOnePlaceAndNoneIsLeftOut) {
+  EXPECT_EQ(tiled_index(40, 35, 33, 34), size_t(32 * 40 + 3 * 32 + 2 * 8 + 1));
+  for (const auto& [width, height] :
+       {std::pair{1, 1}, {1, 70}, {70, 1}, {32, 32}, {33, 31}, {40, 35}, {64, 96}, {127, 65}}) {
+    std::vector<bool> taken(size_t(width * height));
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const size_t place = tiled_index(width, height, x, y);
+        ASSERT_LT(place, taken.size()) << width << " x " << height << ": " << x << ", " << y;
+        ASSERT_FALSE(taken[place]) << width << " x " << height << ": " << x << ", " << y;
+        taken[place] = true;
+      }
+    }
+  }
+}
+
+TEST(Texture, TilesAreReadAsRowsAre) {
+  for (const int channels : {1, 2, 3, 4}) {
+    const auto image = noise_image(70, 45, channels);
+    for (const WrapMode wrap :
+         {WrapMode::kRepeat, WrapMode::kMirroredRepeat, WrapMode::kClampToEdge}) {
+      const Texture rows(image, wrapped(wrap, wrap), false);
+      const Texture tiles(in_tiles(*image), wrapped(wrap, wrap), false);
+      EXPECT_FALSE(rows.same_places(tiles));
+      for (uint32_t i = 0; i < 4000; ++i) {
+        const Vec2f uv = {4.0f * to_unit_float(hash32(3 * i)) - 2.0f,
+                          4.0f * to_unit_float(hash32(3 * i + 1)) - 2.0f};
+        const float u = to_unit_float(hash32(3 * i + 2));
+        ASSERT_EQ(rows.lookup(uv, u), tiles.lookup(uv, u)) << i;
+        ASSERT_EQ(rows.bilinear(uv), tiles.bilinear(uv)) << i;
+        ASSERT_EQ(rows.bilinear_alpha(uv), tiles.bilinear_alpha(uv)) << i;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace emberline
