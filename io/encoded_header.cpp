@@ -238,7 +238,10 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
 // G. Ward, "Real Pixels" (Graphics Gems II, 1991): lines of text, an empty one, the resolution.
 ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) {
   HeaderReader reader(source, kMostHdrHeader, "HDR", place);
-  while (!reader.until('\n').empty()) {
+  for (std::string line = reader.until('\n'); !line.empty(); line = reader.until('\n')) {
+    if (line.starts_with("FORMAT=") && line.find("rgbe") == std::string::npos) {
+      throw InputError(place, "the image does not decode: the HDR is not of RGBE pixels");
+    }
   }
   const std::string line = reader.until('\n');
   std::string_view text = line;
@@ -253,6 +256,7 @@ ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) 
   header.height = (rows ? first : second)->size;
   const bool mirrored = second->sign == '-', upwards = first->sign == '+';
   header.orientation = columns ? 5 : upwards ? (mirrored ? 3 : 4) : (mirrored ? 2 : 1);
+  header.pixels_at = reader.offset();
   // A row is flat, or four bytes and then runs of at most 127 for each of four channels.
   const int64_t row = std::min(4 * header.width, 4 + 8 * ((header.width + 126) / 127));
   check_bears_out(header, double(row) * double(header.height), source.size, place);

@@ -29,6 +29,7 @@ struct ImageHeader {
   // As in TIFF and EXIF: 1 rows from the top, 2 mirrored, 3 turned by half, 4 rows from the bottom;
   // 5 to 8 columns instead of rows.
   int orientation = 1;
+  uint64_t pixels_at = 0;  // an HDR's: where its rows begin
 };
 
 // Encoded bytes, of a file or of memory. For one thread at a time.

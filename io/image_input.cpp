@@ -9,6 +9,7 @@
 #include <new>
 
 #include "io/encoded_image.h"
+#include "io/hdr.h"
 #include "io/image_library.h"
 #include "io/input_file.h"
 #include "io/ktx2/ktx2.h"
@@ -41,7 +42,6 @@ std::unique_ptr<ImageDecoder> open_other(ImageFormat format, const ByteSource& s
                                          std::string& error) {
   const char* const reader = format == ImageFormat::kWebp  ? "webp"
                              : format == ImageFormat::kExr ? "openexr"
-                             : format == ImageFormat::kHdr ? "hdr"
                                                            : "tiff";
   return image_library().open(reader, source, error);
 }
@@ -249,6 +249,7 @@ class OpenImage {
     decoder_ = format == ImageFormat::kPng    ? open_png(bytes_, error)
                : format == ImageFormat::kJpeg ? open_jpeg(bytes_, error)
                : format == ImageFormat::kKtx2 ? open_ktx2(bytes_, place_)
+               : format == ImageFormat::kHdr  ? open_hdr(source_, header_)
                                               : open_other(format, source_, error);
     if (!decoder_) throw InputError(place_, kDoesNotDecode + error);
     layout_ = decoder_->layout();

@@ -1,4 +1,4 @@
-// OpenImageIO behind an interface, for what io/png_jpeg.h does not do.
+// OpenImageIO behind an interface, for what io/png_jpeg.h and io/hdr.h do not do.
 //
 // It brings some 240 libraries along, whose loading takes half a second of processor time. So it is
 // reached through a library of its own (openimageio.cpp), which is loaded for the first such image.
@@ -76,7 +76,7 @@ class ImageLibrary {
  public:
   virtual ~ImageLibrary() = default;
   // Of an EXR whose parts have the same pixels the channels of all are one image's.
-  // `format` is "webp", "openexr", "hdr" or "tiff"; alpha is not multiplied where the reader obeys.
+  // `format` is "webp", "openexr" or "tiff"; alpha is not multiplied where the reader obeys.
   // Null: `error` says why. `source` outlives the decoder.
   virtual std::unique_ptr<ImageDecoder> open(const std::string& format, const ByteSource& source,
                                              std::string& error) const = 0;

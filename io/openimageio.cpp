@@ -59,7 +59,7 @@ class SourceProxy final : public oiio::Filesystem::IOProxy {
   size_t pread(void* bytes, size_t count, int64_t offset) override {
     return offset < 0 ? 0 : source_.read(uint64_t(offset), count, bytes);
   }
-  // In order and on one thread. Readers of HDR ask for single bytes.
+  // In order and on one thread.
   size_t read(void* bytes, size_t count) override {
     size_t got = 0;
     while (got < count) {

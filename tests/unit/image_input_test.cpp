@@ -10,6 +10,7 @@
 #include "io/exr_writer.h"
 #include "io/working_space.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/hash.h"
 #include "support/embedded_images.h"
 #include "support/encoded_images.h"
 
@@ -336,6 +337,26 @@ TEST(ReadEnvironment, TheFrameIsWhatIsRead) {
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("4 x 2 from (-2, -1) in 5 x 1"), std::string::npos)
         << error.what();
+  }
+}
+
+// Rows of runs and flat ones, as OpenImageIO writes them; the values are of those that the format
+// has.
+TEST(ReadFloatImage, HdrKeepsItsValues) {
+  const TempFolder folder;
+  for (const int width : {1, 7, 8, 127, 128, 129, 300, 1000}) {
+    std::vector<float> values;
+    for (int x = 0; x < 3 * width; ++x) {
+      // Long runs of equal pixels, and stretches without any.
+      const uint32_t bits = hash32(x / 3 % 400 < 200 ? uint32_t(x % 3) : uint32_t(x));
+      const int exponent = int(hash32(x / 3 % 400 < 200 ? 7u : uint32_t(x / 3)) % 200) - 100;
+      const int mantissa = x % 3 == 0 ? 128 + int(bits % 128) : int(bits % 256);
+      values.push_back(std::ldexp(float(mantissa), exponent));
+    }
+    test::write_image<float>(folder / "a.hdr", ImageSpec(width, 1, 3, TypeDesc::FLOAT), values);
+    const FloatImage image = read_float_image(folder / "a.hdr");
+    EXPECT_EQ(image.channel_names, (std::vector<std::string>{"R", "G", "B"}));
+    EXPECT_EQ(image.values, values) << width;
   }
 }
 

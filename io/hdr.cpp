@@ -1,0 +1,111 @@
+#include "io/hdr.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+
+namespace emberline {
+namespace {
+
+// Widths of rows that may be coded: the second pair of a row's first four bytes says it.
+constexpr int kLeastCoded = 8, kMostCoded = 0x7fff;
+constexpr size_t kBuffer = size_t(64) << 10;
+
+constexpr const char* kEndsEarly = "it ends early";
+
+class HdrDecoder final : public ImageDecoder {
+ public:
+  HdrDecoder(const ByteSource& source, const ImageHeader& header)
+      : source_(source), next_(header.pixels_at), row_(4 * size_t(header.width)) {
+    layout_.width = layout_.full_width = int(header.width);
+    layout_.height = layout_.full_height = int(header.height);
+    layout_.depth = 1;
+    layout_.channel_names = {"R", "G", "B"};
+    layout_.channel_types.assign(3, SampleType::kFloat);
+    layout_.type = SampleType::kFloat;
+    layout_.type_name = "float";
+  }
+
+  const ImageLayout& layout() const override { return layout_; }
+  std::string attribute(const char*) const override { return ""; }
+
+  std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
+                   size_t row) override {
+    assert(type == SampleType::kFloat && pixels.width() == layout_.width);
+    static_cast<void>(type);
+    for (int y = pixels.y0; y < pixels.y1; ++y, out += row) {
+      if (const char* error = read_row()) return error;
+      std::byte* to = out;
+      for (const uint8_t* pixel = row_.data(); pixel < row_.data() + row_.size(); pixel += 4) {
+        const float unit = pixel[3] == 0 ? 0.0f : std::ldexp(1.0f, pixel[3] - (128 + 8));
+        for (int c = first; c < last; ++c, to += sizeof(float)) {
+          const float value = float(pixel[c]) * unit;
+          std::memcpy(to, &value, sizeof value);
+        }
+      }
+    }
+    return "";
+  }
+
+ private:
+  // All of them, or false.
+  bool take(uint8_t* bytes, size_t count) {
+    while (count > 0) {
+      if (unread_.empty()) {
+        buffer_.resize(kBuffer);
+        unread_ = {buffer_.data(), source_.read(next_, kBuffer, buffer_.data())};
+        next_ += unread_.size();
+        if (unread_.empty()) return false;
+      }
+      const size_t part = std::min(count, unread_.size());
+      bytes = std::copy_n(unread_.data(), part, bytes);
+      unread_ = unread_.subspan(part);
+      count -= part;
+    }
+    return true;
+  }
+
+  // Null, or why there is none.
+  const char* read_row() {
+    if (!take(row_.data(), 4)) return kEndsEarly;
+    const bool coded = layout_.width >= kLeastCoded && layout_.width <= kMostCoded &&
+                       row_[0] == 2 && row_[1] == 2 && row_[2] < 128;
+    if (!coded) return take(row_.data() + 4, row_.size() - 4) ? nullptr : kEndsEarly;
+    if ((row_[2] << 8 | row_[3]) != layout_.width) return "a row is of another width";
+    for (size_t channel = 0; channel < 4; ++channel) {
+      if (const char* error = read_coded(channel)) return error;
+    }
+    return nullptr;
+  }
+
+  // One byte of each pixel: runs of equal ones, and such that stand as they are.
+  const char* read_coded(size_t channel) {
+    uint8_t values[128];
+    for (size_t at = channel; at < row_.size();) {
+      uint8_t count = 0;
+      if (!take(&count, 1)) return kEndsEarly;
+      const bool run = count > 128;
+      const size_t length = run ? count - 128u : count;
+      if (length == 0 || length > (row_.size() - at + 3) / 4) return "a run leaves its row";
+      if (!take(values, run ? 1 : length)) return kEndsEarly;
+      for (size_t i = 0; i < length; ++i, at += 4) row_[at] = values[run ? 0 : i];
+    }
+    return nullptr;
+  }
+
+  const ByteSource& source_;
+  uint64_t next_;  // of the source, behind the buffer
+  std::vector<uint8_t> buffer_;
+  std::span<const uint8_t> unread_;
+  std::vector<uint8_t> row_;  // four bytes for each pixel
+  ImageLayout layout_;
+};
+
+}  // namespace
+
+std::unique_ptr<ImageDecoder> open_hdr(const ByteSource& source, const ImageHeader& header) {
+  return std::make_unique<HdrDecoder>(source, header);
+}
+
+}  // namespace emberline
