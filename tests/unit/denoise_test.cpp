@@ -324,6 +324,30 @@ TEST(Denoise, DarkPixelsBesideRareLightStayDark) {
   EXPECT_LT(std::sqrt(squares / dark), 0.2 * 0.0005);
 }
 
+// Speckles: a quarter of the pixels, here and there, is lit, by samples so few that no noise tells
+// them from those beside them; the others are dark. That either half sees no light where the other
+// saw none tells.
+TEST(Denoise, DarkPixelsAmongRareLightStayDark) {
+  SyntheticHalves halves(kWidth, kHeight, 16.0f);
+  halves.set_colour(constant(0.002f), constant(0.001f));
+  std::mt19937 random(11);
+  std::vector<bool> lit;
+  for (size_t i = 0; i < size_t(kWidth * kHeight); ++i) {
+    lit.push_back(random() % 4 == 0);
+    for (size_t s = 0; s < 2; ++s) {
+      if (lit[i] && random() % 2 == 0) halves.colour(s)[i] += 0.3f;
+    }
+  }
+  const std::vector<float> out = denoise(halves.input()).colour[0];
+  double squares = 0.0, dark = 0.0;
+  for (size_t i = 0; i < out.size(); ++i) {
+    if (lit[i]) continue;
+    squares += std::pow(double(out[i] - halves.truth()[i]), 2);
+    ++dark;
+  }
+  EXPECT_LT(std::sqrt(squares / dark), 0.006);
+}
+
 // Wires thinner than a pixel: each has its light in few samples of few pixels.
 TEST(Denoise, ThinWiresKeepTheirLight) {
   SyntheticHalves halves(kWidth, kHeight, 16.0f);
